@@ -1,0 +1,25 @@
+//! Mathematics of the renderer: vectors, rays, warps, distributions, samplers and colour.
+//!
+//! Conventions, for the whole workspace: right-handed coordinates, +y up in the world, +z along
+//! the normal in local frames, radians, linear Rec. 709 colour. Every function is pure, and gives
+//! the same bits on every machine: transcendental functions come from [`trig`] (never from the
+//! platform's C library), and a fused multiply-add happens only where `mul_add` is written.
+
+pub mod bounds;
+pub mod color;
+pub mod distribution;
+pub mod frame;
+pub mod interval;
+pub mod measure;
+pub mod ray;
+pub mod sampler;
+pub mod spectrum;
+pub mod trig;
+pub mod warp;
+
+pub use bounds::Bounds3;
+pub use frame::Frame;
+pub use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Vec2, Vec3};
+pub use measure::{Area, Pdf, SolidAngle};
+pub use ray::Ray;
+pub use spectrum::Spectrum;

@@ -1,0 +1,145 @@
+//! The one place that says what a spectrum is: linear Rec. 709 RGB in `f32`.
+
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub};
+
+use glam::Vec3;
+
+/// A quantity that depends on wavelength (radiance, reflectance, …), as linear Rec. 709 RGB.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(transparent)]
+pub struct Spectrum(pub Vec3);
+
+impl Spectrum {
+    /// Nothing.
+    pub const ZERO: Self = Self(Vec3::ZERO);
+    /// One in every channel.
+    pub const ONE: Self = Self(Vec3::ONE);
+
+    /// From red, green and blue.
+    #[inline]
+    pub const fn rgb(r: f32, g: f32, b: f32) -> Self {
+        Self(Vec3::new(r, g, b))
+    }
+
+    /// The same value in every channel.
+    #[inline]
+    pub const fn splat(v: f32) -> Self {
+        Self(Vec3::splat(v))
+    }
+
+    /// Relative luminance Y = 0.2126 R + 0.7152 G + 0.0722 B. [ITU-R BT.709]
+    #[inline]
+    pub fn luminance(self) -> f32 {
+        0.2126 * self.0.x + 0.7152 * self.0.y + 0.0722 * self.0.z
+    }
+
+    /// The largest channel.
+    #[inline]
+    pub fn max_channel(self) -> f32 {
+        self.0.x.max(self.0.y).max(self.0.z)
+    }
+
+    /// The mean of the channels.
+    #[inline]
+    pub fn mean(self) -> f32 {
+        (self.0.x + self.0.y + self.0.z) * (1.0 / 3.0)
+    }
+
+    /// Whether all channels are zero.
+    #[inline]
+    pub fn is_black(self) -> bool {
+        self.0 == Vec3::ZERO
+    }
+
+    /// Whether no channel is NaN or infinite.
+    #[inline]
+    pub fn is_finite(self) -> bool {
+        self.0.is_finite()
+    }
+
+    /// Each channel through `f`.
+    #[inline]
+    pub fn map(self, f: impl Fn(f32) -> f32) -> Self {
+        Self(Vec3::new(f(self.0.x), f(self.0.y), f(self.0.z)))
+    }
+
+    /// Red, green, blue.
+    #[inline]
+    pub fn to_array(self) -> [f32; 3] {
+        self.0.to_array()
+    }
+}
+
+impl From<[f32; 3]> for Spectrum {
+    fn from(c: [f32; 3]) -> Self {
+        Self(Vec3::from_array(c))
+    }
+}
+
+impl Add for Spectrum {
+    type Output = Self;
+    #[inline]
+    fn add(self, o: Self) -> Self {
+        Self(self.0 + o.0)
+    }
+}
+
+impl Sub for Spectrum {
+    type Output = Self;
+    #[inline]
+    fn sub(self, o: Self) -> Self {
+        Self(self.0 - o.0)
+    }
+}
+
+impl Mul for Spectrum {
+    type Output = Self;
+    #[inline]
+    fn mul(self, o: Self) -> Self {
+        Self(self.0 * o.0)
+    }
+}
+
+impl Mul<f32> for Spectrum {
+    type Output = Self;
+    #[inline]
+    fn mul(self, s: f32) -> Self {
+        Self(self.0 * s)
+    }
+}
+
+impl Div<f32> for Spectrum {
+    type Output = Self;
+    #[inline]
+    fn div(self, s: f32) -> Self {
+        Self(self.0 * (1.0 / s))
+    }
+}
+
+impl AddAssign for Spectrum {
+    #[inline]
+    fn add_assign(&mut self, o: Self) {
+        self.0 += o.0;
+    }
+}
+
+impl MulAssign for Spectrum {
+    #[inline]
+    fn mul_assign(&mut self, o: Self) {
+        self.0 *= o.0;
+    }
+}
+
+impl MulAssign<f32> for Spectrum {
+    #[inline]
+    fn mul_assign(&mut self, s: f32) {
+        self.0 *= s;
+    }
+}
+
+impl Sum for Spectrum {
+    fn sum<I: Iterator<Item = Self>>(items: I) -> Self {
+        items.fold(Self::ZERO, Add::add)
+    }
+}

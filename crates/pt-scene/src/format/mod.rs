@@ -1,0 +1,48 @@
+//! Scene formats: each turns bytes into a [`Scene`].
+//!
+//! To add one: write its file, add its line to [`FORMATS`].
+
+use std::path::Path;
+
+use crate::{LoadError, Scene};
+
+/// Reads other files that a scene refers to (meshes, includes), relative to the scene.
+pub type Parser = fn(&[u8], &Path) -> Result<Scene, LoadError>;
+
+/// A scene format.
+pub struct Format {
+    /// Name for messages.
+    pub name: &'static str,
+    /// File name endings, lower case, without the dot.
+    pub extensions: &'static [&'static str],
+    /// Content and path (for relative references and messages) to scene.
+    pub parse: Parser,
+}
+
+/// All formats.
+pub static FORMATS: &[Format] = &[];
+
+/// Reads a scene, in the format that the ending of its name says.
+///
+/// # Errors
+/// If the ending is unknown, the file unreadable, or its content wrong.
+pub fn load(path: &Path) -> Result<Scene, LoadError> {
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
+    let format =
+        FORMATS.iter().find(|f| f.extensions.contains(&ending.as_str())).ok_or_else(|| {
+            LoadError::UnknownFormat { path: path.to_owned(), known: known_endings() }
+        })?;
+    let bytes =
+        std::fs::read(path).map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
+    let mut scene = (format.parse)(&bytes, path)?;
+    if scene.name.is_empty() {
+        scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    }
+    Ok(scene)
+}
+
+/// All endings, for messages.
+fn known_endings() -> String {
+    let all: Vec<_> = FORMATS.iter().flat_map(|f| f.extensions).map(|e| format!(".{e}")).collect();
+    all.join(", ")
+}

@@ -1,0 +1,27 @@
+//! What the author wrote: plain scene data, the formats it is read from, and image files.
+//!
+//! ```text
+//! bytes ─ format::load ─▶ Scene            Image ─ image::save ─▶ bytes
+//! ```
+//!
+//! A [`Scene`] may be cloned, compared and edited; it does not know how to be rendered.
+
+pub mod camera;
+pub mod error;
+pub mod format;
+pub mod image;
+pub mod light;
+pub mod material;
+pub mod mesh;
+pub mod scene;
+pub mod settings;
+pub mod span;
+
+pub use camera::Camera;
+pub use error::{LoadError, Warning};
+pub use light::{Light, LightKind};
+pub use material::{Material, Surface};
+pub use mesh::{Attribute, Mesh, Part};
+pub use scene::{Geometry, Object, Scene};
+pub use settings::FileSettings;
+pub use span::Span;

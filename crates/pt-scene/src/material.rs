@@ -1,0 +1,107 @@
+//! Materials as their authors write them.
+
+/// A named material: how a surface scatters, and whether it glows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Name in the file.
+    pub name: String,
+    /// How it scatters.
+    pub surface: Surface,
+    /// Radiance emitted from the front side (the side on which the corners of a triangle run
+    /// counter-clockwise); zero for none.
+    pub emission: [f32; 3],
+}
+
+/// Lists the kinds of surface once; each is a struct of this module.
+///
+/// Calls `$then! { … }` with `Name(Type)` lines, so that whoever lowers materials matches on the
+/// same list.
+#[macro_export]
+macro_rules! surfaces {
+    ($then:ident) => {
+        $then! { Matte, Mirror, Glass, Refraction, Conductor, Plastic, Black }
+    };
+}
+
+macro_rules! surface_enum {
+    ($($name:ident),*) => {
+        /// How a surface scatters: one of the structs of this module.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Surface {
+            $(#[doc = concat!("See [`", stringify!($name), "`].")] $name($name)),*
+        }
+        $(impl From<$name> for Surface {
+            fn from(s: $name) -> Self { Self::$name(s) }
+        })*
+    };
+}
+surfaces!(surface_enum);
+
+/// Lambertian reflection.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Matte {
+    /// Albedo, each channel in [0, 1].
+    pub reflectance: [f32; 3],
+    /// Whether the back side reflects too; otherwise it is black.
+    pub two_sided: bool,
+}
+
+/// A perfect mirror, on both sides.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mirror {
+    /// Share of light reflected, each channel in [0, 1].
+    pub reflectance: [f32; 3],
+}
+
+/// A smooth interface between two dielectrics: Fresnel reflection and refraction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Glass {
+    /// Tint of what is reflected; 1 is physical.
+    pub reflectance: [f32; 3],
+    /// Tint of what is transmitted; 1 is physical.
+    pub transmittance: [f32; 3],
+    /// Index of refraction of the back side over that of the front side (the side of the normal).
+    pub ior: f32,
+}
+
+/// A smooth interface that refracts all light and reflects none (total reflection is black).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refraction {
+    /// Tint of what is transmitted.
+    pub transmittance: [f32; 3],
+    /// Index of refraction of the back side over that of the front side.
+    pub ior: f32,
+}
+
+/// A metal, smooth or rough, by its complex index of refraction η + ik.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Conductor {
+    /// Real part η of the index of refraction, per channel.
+    pub eta: [f32; 3],
+    /// Imaginary part k, per channel.
+    pub k: [f32; 3],
+    /// Tint; 1 is physical.
+    pub reflectance: [f32; 3],
+    /// Roughness α of a Beckmann distribution of microfacets (root mean square slope times √2);
+    /// 0 is a smooth metal.
+    pub alpha: f32,
+    /// Whether the back side reflects too; otherwise it is black.
+    pub two_sided: bool,
+}
+
+/// A diffuse base with a gloss: what phong and blinn materials of modelling tools become.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plastic {
+    /// Albedo of the base.
+    pub diffuse: [f32; 3],
+    /// Reflectance of the gloss at normal incidence.
+    pub specular: [f32; 3],
+    /// Roughness α of the gloss (Beckmann).
+    pub alpha: f32,
+    /// Whether the back side reflects too; otherwise it is black.
+    pub two_sided: bool,
+}
+
+/// Absorbs everything.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Black;

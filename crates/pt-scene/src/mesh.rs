@@ -1,0 +1,47 @@
+//! Triangle meshes.
+
+use std::ops::Range;
+
+/// A triangle mesh in the coordinates of its own.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Name in the file.
+    pub name: String,
+    /// Vertex positions.
+    pub positions: Vec<[f32; 3]>,
+    /// Corners of each triangle, as indices into `positions`, counter-clockwise seen from the
+    /// front.
+    pub triangles: Vec<[u32; 3]>,
+    /// Normals at corners; `None` shades flat. Need not have unit length.
+    pub normals: Option<Attribute<[f32; 3]>>,
+    /// Texture coordinates at corners, v upwards.
+    pub uvs: Option<Attribute<[f32; 2]>>,
+    /// Runs of triangles that share a material slot; together they cover all triangles in order.
+    pub parts: Vec<Part>,
+}
+
+/// Values at the corners of triangles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attribute<T> {
+    /// Distinct values.
+    pub values: Vec<T>,
+    /// Per triangle, three indices into `values`; `None` means that they are those of the
+    /// positions.
+    pub indices: Option<Vec<[u32; 3]>>,
+}
+
+impl<T: Copy> Attribute<T> {
+    /// The indices of the corners of a triangle whose position indices are `corners`.
+    pub fn corners(&self, triangle: usize, corners: [u32; 3]) -> [u32; 3] {
+        self.indices.as_ref().map_or(corners, |i| i[triangle])
+    }
+}
+
+/// Triangles that share a material slot of their object.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// Which triangles.
+    pub triangles: Range<u32>,
+    /// Index into [`crate::Object::materials`].
+    pub slot: u32,
+}

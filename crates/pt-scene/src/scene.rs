@@ -1,0 +1,74 @@
+//! The scene.
+
+use std::sync::Arc;
+
+use pt_math::DAffine3;
+
+use crate::{Camera, FileSettings, Light, Material, Mesh, Span, Warning};
+
+/// A scene as its author wrote it.
+///
+/// The world is right-handed with +y up; lengths are in the author's unit (see
+/// [`Scene::metres_per_unit`]).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// What to call it: the file name without its ending.
+    pub name: String,
+    /// Metres per unit of length of all coordinates.
+    pub metres_per_unit: f64,
+    /// Cameras in file order; the last one is used.
+    pub cameras: Vec<Camera>,
+    /// Materials; objects refer to them by index.
+    pub materials: Vec<Material>,
+    /// Shapes placed in the world.
+    pub objects: Vec<Object>,
+    /// Lights that are not the glow of a material.
+    pub lights: Vec<Light>,
+    /// What the file asks for; whoever renders may overrule it.
+    pub settings: FileSettings,
+    /// What the user should know about how the file was read.
+    pub warnings: Vec<Warning>,
+}
+
+/// A shape placed in the world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Object {
+    /// Name in the file.
+    pub name: String,
+    /// Its own coordinates to world.
+    pub to_world: DAffine3,
+    /// The shape; meshes may be shared by several objects.
+    pub geometry: Geometry,
+    /// Index into [`Scene::materials`] per material slot; `None` is the default material
+    /// (matte, 0.5).
+    pub materials: Vec<Option<u32>>,
+    /// Where it was written.
+    pub at: Span,
+}
+
+/// What an object is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Geometry {
+    /// Triangles.
+    Mesh(Arc<Mesh>),
+    /// A sphere around the origin, with slot 0 as its material.
+    Sphere {
+        /// Radius.
+        radius: f64,
+    },
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            metres_per_unit: 1.0,
+            cameras: Vec::new(),
+            materials: Vec::new(),
+            objects: Vec::new(),
+            lights: Vec::new(),
+            settings: FileSettings::default(),
+            warnings: Vec::new(),
+        }
+    }
+}
