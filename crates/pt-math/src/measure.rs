@@ -61,7 +61,7 @@ impl Pdf<Area> {
 /// power_heuristic(Pdf::<SolidAngle>::new(1.0), Pdf::<Area>::new(1.0).to_solid_angle(4.0, 0.5));
 /// ```
 #[inline]
-pub fn power_heuristic<M>(f: Pdf<M>, g: Pdf<M>) -> f32 {
+pub fn power_heuristic<M: Copy>(f: Pdf<M>, g: Pdf<M>) -> f32 {
     if f.0 == 0.0 {
         return 0.0;
     }

@@ -1,1 +1,103 @@
-//! Placeholder.
+//! Points for Monte Carlo integration.
+//!
+//! A [`Sampler`] holds no random state: each number is a function of (seed, pixel, sample,
+//! dimension), so images do not depend on the order in which pixels or samples are taken.
+
+mod independent;
+mod sobol;
+
+/// The kinds of point sets.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
+pub enum SamplerKind {
+    /// Owen-scrambled Sobol' points, pair by pair: less noise from the same number of samples.
+    #[default]
+    Sobol,
+    /// Independent uniform numbers.
+    Independent,
+}
+
+impl SamplerKind {
+    /// Each kind with its name for users.
+    pub const NAMES: [(&'static str, Self); 2] =
+        [("sobol", Self::Sobol), ("independent", Self::Independent)];
+
+    /// The kind of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::NAMES.iter().find(|(n, _)| *n == name).map(|&(_, kind)| kind)
+    }
+
+    /// Its name for users.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sobol => "sobol",
+            Self::Independent => "independent",
+        }
+    }
+}
+
+/// The numbers of one sample of one pixel, dimension after dimension.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampler {
+    kind: SamplerKind,
+    /// The dimension that comes next.
+    dimension: u32,
+    /// Hash of seed and pixel.
+    key: [u32; 2],
+    /// The number of the sample, in the form that the kind wants.
+    sample: u32,
+}
+
+impl Sampler {
+    /// The numbers of sample number `sample` of a pixel, from dimension 0.
+    #[inline]
+    pub fn new(kind: SamplerKind, seed: u32, pixel: [u32; 2], sample: u32) -> Self {
+        let [k0, k1, _] = independent::pcg3d([pixel[0], pixel[1], seed]);
+        let sample = match kind {
+            SamplerKind::Sobol => sobol::prepare_index(sample),
+            SamplerKind::Independent => sample,
+        };
+        Self { kind, dimension: 0, key: [k0, k1], sample }
+    }
+
+    /// The same sample from another dimension, so that the numbers of a bounce do not depend on
+    /// how many the bounces before it took.
+    #[inline]
+    pub fn at_dimension(self, dimension: u32) -> Self {
+        Self { dimension, ..self }
+    }
+
+    /// The dimension that comes next.
+    #[inline]
+    pub fn dimension(&self) -> u32 {
+        self.dimension
+    }
+
+    /// A number in [0, 1); takes one dimension.
+    #[inline]
+    pub fn next_1d(&mut self) -> f32 {
+        let d = self.dimension;
+        self.dimension = d.wrapping_add(1);
+        match self.kind {
+            SamplerKind::Sobol => sobol::point_1d(self.key, self.sample, d),
+            SamplerKind::Independent => independent::point(self.key, self.sample, d)[0],
+        }
+    }
+
+    /// A point in [0, 1)²; takes two dimensions.
+    #[inline]
+    pub fn next_2d(&mut self) -> [f32; 2] {
+        let d = self.dimension;
+        self.dimension = d.wrapping_add(2);
+        match self.kind {
+            SamplerKind::Sobol => sobol::point_2d(self.key, self.sample, d),
+            SamplerKind::Independent => independent::point(self.key, self.sample, d),
+        }
+    }
+}
+
+/// The upper 24 bits as a number in [0, 1): at most 1 − 2⁻²⁴.
+#[inline]
+fn unit(bits: u32) -> f32 {
+    const SCALE: f32 = 1.0 / 16_777_216.0;
+    (bits >> 8) as f32 * SCALE
+}
