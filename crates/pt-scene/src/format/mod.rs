@@ -2,6 +2,8 @@
 //!
 //! To add one: write its file, add its line to [`FORMATS`].
 
+mod xml;
+
 use std::path::Path;
 
 use crate::{LoadError, Scene};

@@ -1,0 +1,404 @@
+//! What the XML formats share: decoding, limits, places in messages, lists of numbers.
+//!
+//! The parser is `roxmltree`, which refuses document type definitions (and with them the entities
+//! by which a small file becomes a large one). [`Document::parse`] adds limits on what else a
+//! hostile file could make large.
+
+use std::borrow::Cow;
+use std::path::Path;
+use std::str::FromStr;
+
+use crate::{LoadError, Span, Warning};
+
+/// An element, a text or a comment of a [`Document`].
+pub(super) type Node<'a> = roxmltree::Node<'a, 'a>;
+
+/// Deepest nesting of elements. Scenes of modelling tools stay below 100; readers may recurse.
+const MAX_DEPTH: usize = 1000;
+/// Most attributes of one element; the parser compares each with each.
+const MAX_ATTRIBUTES: usize = 1000;
+/// Most namespace declarations of a file; the parser copies them to the elements inside.
+const MAX_NAMESPACES: usize = 10_000;
+/// Most elements, texts and comments of a file; each takes about 100 bytes.
+const MAX_NODES: u32 = 20_000_000;
+/// Distance in bytes of the places whose line and column are remembered.
+const MARK_DISTANCE: usize = 4096;
+/// Longest text that a message quotes, in characters.
+const MAX_QUOTE: usize = 60;
+
+/// A parsed file that knows where its elements stand.
+pub(super) struct Document<'a> {
+    path: &'a Path,
+    tree: roxmltree::Document<'a>,
+    marks: Marks,
+}
+
+impl<'a> Document<'a> {
+    /// Parses a text that [`decode`] returned.
+    ///
+    /// # Errors
+    /// If it is no well-formed XML, has a document type definition, or exceeds a limit.
+    pub(super) fn parse(text: &'a str, path: &'a Path) -> Result<Self, LoadError> {
+        let marks = Marks::new(text);
+        let at = |offset| place(path, marks.line_and_column(text, offset), String::new());
+        if let Err((offset, message)) = check_limits(text) {
+            return Err(LoadError::Content { at: at(offset), message });
+        }
+        let options = roxmltree::ParsingOptions { nodes_limit: MAX_NODES, ..Default::default() };
+        match roxmltree::Document::parse_with_options(text, options) {
+            Ok(tree) => Ok(Self { path, tree, marks }),
+            Err(error) => {
+                let (offset, message) = explain(&error, text);
+                let at = match offset {
+                    Some(offset) => at(offset),
+                    None => place(path, (error.pos().row, error.pos().col), String::new()),
+                };
+                Err(LoadError::Content { at, message })
+            }
+        }
+    }
+
+    /// The outermost element.
+    pub(super) fn root(&'a self) -> Node<'a> {
+        self.tree.root_element()
+    }
+
+    /// All elements of the file, in its order.
+    pub(super) fn elements(&'a self) -> impl Iterator<Item = Node<'a>> {
+        self.tree.descendants().filter(Node::is_element)
+    }
+
+    /// The size of the file, in bytes.
+    pub(super) fn length(&self) -> usize {
+        self.tree.input_text().len()
+    }
+
+    /// Where an element stands, and what its author calls it.
+    pub(super) fn span(&self, node: Node<'_>) -> Span {
+        self.span_at(node, node.range().start)
+    }
+
+    /// An error about an element.
+    pub(super) fn error(&self, node: Node<'_>, message: impl Into<String>) -> LoadError {
+        LoadError::Content { at: self.span(node), message: message.into() }
+    }
+
+    /// An error about a piece of the content or of an attribute of an element.
+    pub(super) fn error_at(
+        &self,
+        node: Node<'_>,
+        piece: &str,
+        message: impl Into<String>,
+    ) -> LoadError {
+        let offset = self.offset_of(piece).unwrap_or(node.range().start);
+        LoadError::Content { at: self.span_at(node, offset), message: message.into() }
+    }
+
+    /// A warning about an element.
+    pub(super) fn warning(&self, node: Node<'_>, message: impl Into<String>) -> Warning {
+        Warning { at: self.span(node), message: message.into() }
+    }
+
+    /// The numbers that an element contains, separated by white space.
+    ///
+    /// # Errors
+    /// At the first word that is no such number.
+    pub(super) fn numbers<T: Number>(&self, node: Node<'_>) -> Result<Vec<T>, LoadError> {
+        let mut numbers = Vec::new();
+        for text in node.children().filter(Node::is_text).filter_map(|n| n.text()) {
+            for word in text.split_ascii_whitespace() {
+                let number = word.parse().map_err(|_| {
+                    let index = numbers.len() + 1;
+                    let message = format!("value {index} is {}; expected {}", quote(word), T::NAME);
+                    self.error_at(node, word, message)
+                })?;
+                numbers.push(number);
+            }
+        }
+        Ok(numbers)
+    }
+
+    /// The place of an offset into the text, with the name of an element.
+    fn span_at(&self, node: Node<'_>, offset: usize) -> Span {
+        let place_in_text = self.marks.line_and_column(self.tree.input_text(), offset);
+        place(self.path, place_in_text, describe(node))
+    }
+
+    /// Where a piece of text lies in the file; `None` where the parser had to rewrite it.
+    fn offset_of(&self, piece: &str) -> Option<usize> {
+        let text = self.tree.input_text();
+        let offset = piece.as_ptr().addr().checked_sub(text.as_ptr().addr())?;
+        (text.get(offset..)?.get(..piece.len())? == piece).then_some(offset)
+    }
+}
+
+/// Numbers that [`Document::numbers`] reads.
+pub(super) trait Number: FromStr {
+    /// What is expected, for messages.
+    const NAME: &str;
+}
+
+impl Number for f32 {
+    const NAME: &str = "a number such as 0.5 or 1e-3";
+}
+
+impl Number for f64 {
+    const NAME: &str = f32::NAME;
+}
+
+impl Number for u32 {
+    const NAME: &str = "a whole number from 0 to 4294967295";
+}
+
+/// The text of a file: UTF-8, or UTF-16 with a byte order mark.
+///
+/// # Errors
+/// If it is neither; the message says where.
+pub(super) fn decode<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, str>, LoadError> {
+    match bytes {
+        [0xFF, 0xFE, rest @ ..] => decode_utf16(rest, u16::from_le_bytes, path).map(Cow::Owned),
+        [0xFE, 0xFF, rest @ ..] => decode_utf16(rest, u16::from_be_bytes, path).map(Cow::Owned),
+        [0xEF, 0xBB, 0xBF, rest @ ..] => decode_utf8(rest, path).map(Cow::Borrowed),
+        _ => decode_utf8(bytes, path).map(Cow::Borrowed),
+    }
+}
+
+/// UTF-8 without a byte order mark.
+fn decode_utf8<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a str, LoadError> {
+    std::str::from_utf8(bytes).map_err(|error| {
+        let good = error.valid_up_to();
+        let before = String::from_utf8_lossy(&bytes[..good]);
+        let line_and_column = Marks::new(&before).line_and_column(&before, good);
+        LoadError::Content {
+            at: place(path, line_and_column, String::new()),
+            message: format!(
+                "the byte 0x{:02X} is not UTF-8; save the file as UTF-8 (or as UTF-16 with a byte \
+                 order mark)",
+                bytes[good]
+            ),
+        }
+    })
+}
+
+/// UTF-16 after its byte order mark.
+fn decode_utf16(
+    bytes: &[u8],
+    to_unit: fn([u8; 2]) -> u16,
+    path: &Path,
+) -> Result<String, LoadError> {
+    let (pairs, rest) = bytes.as_chunks::<2>();
+    let text: Result<String, _> = char::decode_utf16(pairs.iter().map(|p| to_unit(*p))).collect();
+    match text {
+        Ok(text) if rest.is_empty() => Ok(text),
+        _ => Err(LoadError::Content {
+            at: place(path, (0, 0), String::new()),
+            message: "the file starts like UTF-16 but is not; save it as UTF-8".to_owned(),
+        }),
+    }
+}
+
+/// The line and column of regularly spaced offsets, so that a file may be one long line and hold
+/// many elements without each place being counted from the start.
+struct Marks(Vec<(u32, u32)>);
+
+impl Marks {
+    fn new(text: &str) -> Self {
+        let mut mark = (1, 1);
+        let mut marks = vec![mark];
+        for chunk in text.as_bytes().chunks_exact(MARK_DISTANCE) {
+            mark = advance(mark, chunk);
+            marks.push(mark);
+        }
+        Self(marks)
+    }
+
+    /// Line and column in characters, from 1, of an offset into the text marked.
+    fn line_and_column(&self, text: &str, offset: usize) -> (u32, u32) {
+        let offset = offset.min(text.len());
+        let mark = offset / MARK_DISTANCE;
+        advance(self.0[mark], &text.as_bytes()[mark * MARK_DISTANCE..offset])
+    }
+}
+
+/// The line and column after some bytes of UTF-8.
+fn advance((line, column): (u32, u32), bytes: &[u8]) -> (u32, u32) {
+    let characters = |bytes: &[u8]| bytes.iter().filter(|b| **b & 0xC0 != 0x80).count() as u32;
+    let newlines = bytes.iter().filter(|b| **b == b'\n').count() as u32;
+    match bytes.iter().rposition(|b| *b == b'\n') {
+        Some(last) => (line + newlines, 1 + characters(&bytes[last + 1..])),
+        None => (line, column + characters(bytes)),
+    }
+}
+
+fn place(path: &Path, (line, column): (u32, u32), element: String) -> Span {
+    Span { file: path.to_owned(), line, column, element }
+}
+
+/// `<polylist> of geometry "bunny"`: an element and the nearest name around it.
+fn describe(node: Node<'_>) -> String {
+    let name_of = |n: Node<'_>| n.attribute("id").or(n.attribute("name")).map(quote);
+    let tag = node.tag_name().name();
+    let named = node.ancestors().find_map(|n| name_of(n).map(|name| (n, name)));
+    match named {
+        Some((owner, name)) if owner == node => format!("<{tag}> {name}"),
+        Some((owner, name)) => format!("<{tag}> of {} {name}", owner.tag_name().name()),
+        None => format!("<{tag}>"),
+    }
+}
+
+/// A text in quotes, cut if it is long.
+pub(super) fn quote(text: &str) -> String {
+    match text.char_indices().nth(MAX_QUOTE) {
+        Some((end, _)) => format!("\"{}…\"", &text[..end]),
+        None => format!("\"{text}\""),
+    }
+}
+
+/// Refuses what would take the parser, or those who walk its tree, out of proportion to the size
+/// of the file. Gives the offset of the place. Text that is no XML is left to the parser.
+fn check_limits(text: &str) -> Result<(), (usize, String)> {
+    let (mut depth, mut namespaces, mut next) = (0_usize, 0, 0);
+    while let Some(start) = text[next..].find('<').map(|found| next + found) {
+        let rest = &text[start..];
+        let skipped = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")];
+        if let Some((open, close)) = skipped.iter().find(|(open, _)| rest.starts_with(open)) {
+            let Some(end) = rest[open.len()..].find(close) else { break };
+            next = start + open.len() + end + close.len();
+            continue;
+        }
+        let Some(tag) = scan_tag(rest) else { break };
+        next = start + tag.length;
+        namespaces += tag.namespaces;
+        match tag.kind {
+            TagKind::Open => depth += 1,
+            TagKind::Close => depth = depth.saturating_sub(1),
+            TagKind::Empty => {}
+        }
+        let refusal = if depth > MAX_DEPTH {
+            Some(format!("elements are nested deeper than {MAX_DEPTH}"))
+        } else if tag.attributes > MAX_ATTRIBUTES {
+            Some(format!("this element has more than {MAX_ATTRIBUTES} attributes"))
+        } else if namespaces > MAX_NAMESPACES {
+            Some(format!("the file declares more than {MAX_NAMESPACES} namespaces"))
+        } else {
+            None
+        };
+        if let Some(refusal) = refusal {
+            return Err((start, format!("{refusal}; such files are refused")));
+        }
+    }
+    Ok(())
+}
+
+enum TagKind {
+    Open,
+    Close,
+    Empty,
+}
+
+struct Tag {
+    /// From `<` to `>`, in bytes.
+    length: usize,
+    attributes: usize,
+    namespaces: usize,
+    kind: TagKind,
+}
+
+/// Measures the tag that a text starts with; `None` if it does not end.
+fn scan_tag(text: &str) -> Option<Tag> {
+    let bytes = text.as_bytes();
+    let (mut attributes, mut namespaces, mut at) = (0, 0, 1);
+    loop {
+        match *bytes.get(at)? {
+            b'>' => break,
+            quote @ (b'"' | b'\'') => {
+                at += 1 + bytes[at + 1..].iter().position(|b| *b == quote)?;
+            }
+            b'=' => attributes += 1,
+            b'x' if bytes[at..].starts_with(b"xmlns") => namespaces += 1,
+            _ => {}
+        }
+        at += 1;
+    }
+    let kind = match (bytes[1], bytes[at - 1]) {
+        (b'/', _) => TagKind::Close,
+        (b'!', _) | (_, b'/') => TagKind::Empty,
+        _ => TagKind::Open,
+    };
+    Some(Tag { length: at + 1, attributes, namespaces, kind })
+}
+
+/// What the parser found, in words, with the offset where the parser does not know the place.
+fn explain(error: &roxmltree::Error, text: &str) -> (Option<usize>, String) {
+    use roxmltree::Error as E;
+    let ends_early = |what: &str| (Some(text.len()), format!("{what}; is the file complete?"));
+    match error {
+        E::NoRootNode if text.trim().is_empty() => (Some(0), "the file is empty".to_owned()),
+        E::NoRootNode => (Some(0), "the file contains no XML element".to_owned()),
+        E::UnclosedRootNode => ends_early("the file ends before its outermost element is closed"),
+        E::UnexpectedEndOfStream => ends_early("the file ends in the middle of an element"),
+        E::DtdDetected => (
+            text.find("<!DOCTYPE"),
+            "document type definitions are refused, for they can make a small file huge; remove \
+             the <!DOCTYPE …>"
+                .to_owned(),
+        ),
+        E::NodesLimitReached => (
+            Some(0),
+            format!(
+                "the file has more than {MAX_NODES} elements and texts; such files are refused"
+            ),
+        ),
+        E::UnexpectedCloseTag(expected, actual, _) => {
+            (None, format!("<{expected}> is closed by </{actual}>; expected </{expected}>"))
+        }
+        _ => {
+            let message = error.to_string();
+            let message = message.replace(&format!(" at {}", error.pos()), "");
+            (None, format!("this is no well-formed XML: {message}"))
+        }
+    }
+}
+
+/// ` (did you mean "a" or "b"?)` with those candidates that differ little from what was written,
+/// or nothing.
+pub(super) fn did_you_mean<'c>(written: &str, candidates: impl Iterator<Item = &'c str>) -> String {
+    const LONGEST: usize = 64; // comparing takes the product of the lengths
+    const MOST_COMPARED: usize = 10_000;
+    const MOST_NAMED: usize = 3;
+    if written.len() > LONGEST {
+        return String::new();
+    }
+    let tolerance = 1 + written.len() / 4;
+    let mut close: Vec<(usize, &str)> = candidates
+        .filter(|c| c.len() <= LONGEST && c.len().abs_diff(written.len()) <= tolerance)
+        .take(MOST_COMPARED)
+        .map(|c| (edit_distance(written, c), c))
+        .filter(|(distance, _)| *distance <= tolerance)
+        .collect();
+    close.sort_unstable();
+    close.dedup();
+    let names: Vec<_> = close.iter().take(MOST_NAMED).map(|(_, name)| quote(name)).collect();
+    if names.is_empty() {
+        String::new()
+    } else {
+        format!(" (did you mean {}?)", names.join(" or "))
+    }
+}
+
+/// The fewest characters to insert, delete or replace to turn one text into another, without
+/// regard to case [Wagner & Fischer 1974].
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().map(|c| c.to_ascii_lowercase()).collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().map(|c| c.to_ascii_lowercase()).enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}
