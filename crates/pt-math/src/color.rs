@@ -64,9 +64,15 @@ pub fn encode_course16(l: f32) -> u16 {
     (65_535.0 * course_from_linear(l)) as u16
 }
 
-/// The linear light that a byte of the course program stands for: ((b + ½)/255)^2.2 / √2, the
+/// The signal of the course program to linear light: v^2.2 / √2.
+#[inline]
+pub fn linear_from_course(v: f32) -> f32 {
+    powf(v.max(0.0), 2.2) * std::f32::consts::FRAC_1_SQRT_2
+}
+
+/// The linear light that a byte of the course program stands for: that of v = (b + ½)/255, the
 /// middle of what becomes `b`.
 #[inline]
 pub fn decode_course8(b: u8) -> f32 {
-    powf((f32::from(b) + 0.5) / 255.0, 2.2) * std::f32::consts::FRAC_1_SQRT_2
+    linear_from_course((f32::from(b) + 0.5) / 255.0)
 }

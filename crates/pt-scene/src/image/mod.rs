@@ -1,1 +1,205 @@
-//! Image files.
+//! Image files: linear light in memory, PNG and OpenEXR on disk.
+//!
+//! To add a codec: write its file, add its line to [`CODECS`].
+
+mod error;
+mod exr;
+mod png;
+mod write;
+
+use std::path::Path;
+
+use pt_math::color;
+
+pub use error::ImageError;
+pub use write::write_atomically;
+
+/// An image in linear Rec. 709.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Red, green and blue of each pixel, row by row from the top, from left to right.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+/// How linear light and the numbers of files without floating point relate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Transfer {
+    /// The sRGB curve, rounded to the nearest level.
+    #[default]
+    Srgb,
+    /// The curve of the course program: (√2·L)^(1/2.2), cut off to a level.
+    Course,
+}
+
+/// Bits per channel of files without floating point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BitDepth {
+    /// 256 levels.
+    #[default]
+    Eight,
+    /// 65 536 levels.
+    Sixteen,
+}
+
+/// What to write, beside the pixels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SaveOptions {
+    /// Bits per channel of a PNG file; EXR files always have 32.
+    pub png_bits: BitDepth,
+    /// Transfer of a PNG file; EXR files are linear.
+    pub transfer: Transfer,
+    /// Keys and values to write into the file, as text chunks or attributes.
+    pub metadata: Vec<(String, String)>,
+}
+
+/// Bytes of a file to pixels. The transfer is that of files that do not name one.
+///
+/// The error says what is wrong with the content.
+pub type Reader = fn(&[u8], Transfer) -> Result<Image, String>;
+
+/// Pixels to the bytes of a file. The error says what cannot be written.
+pub type Writer = fn(&Image, &SaveOptions) -> Result<Vec<u8>, String>;
+
+/// A file format of images.
+#[derive(Debug)]
+pub struct Codec {
+    /// Name for messages.
+    pub name: &'static str,
+    /// File name endings, lower case, without the dot.
+    pub extensions: &'static [&'static str],
+    /// Decodes, where the format can be read.
+    pub read: Option<Reader>,
+    /// Encodes, where the format can be written.
+    pub write: Option<Writer>,
+}
+
+/// All codecs.
+pub static CODECS: &[Codec] = &[
+    Codec { name: "PNG", extensions: &["png"], read: Some(png::read), write: Some(png::write) },
+    Codec { name: "OpenEXR", extensions: &["exr"], read: Some(exr::read), write: Some(exr::write) },
+];
+
+/// Writes an image in the format that the ending of the name says, by [`write_atomically`].
+///
+/// # Errors
+/// If the ending is unknown, the number of pixels is not width · height or zero, the metadata do
+/// not fit into the format, or the file cannot be written.
+pub fn save(image: &Image, path: &Path, options: &SaveOptions) -> Result<(), ImageError> {
+    let write = codec_with(path, |codec| codec.write)?;
+    let refused = |message| ImageError::Refused { path: path.to_owned(), message };
+    check_shape(image.width, image.height, image.pixels.len()).map_err(refused)?;
+    let bytes = write(image, options).map_err(refused)?;
+    write_atomically(path, &bytes)
+}
+
+/// Writes bytes that are ready for the screen as an 8-bit PNG file, whatever the ending of the
+/// name, by [`write_atomically`]. Rows run from the top.
+///
+/// # Errors
+/// If the number of pixels is not `width` · `height` or zero, or the file cannot be written.
+pub fn save_rgb8(
+    path: &Path,
+    width: u32,
+    height: u32,
+    pixels: &[[u8; 3]],
+) -> Result<(), ImageError> {
+    let refused = |message| ImageError::Refused { path: path.to_owned(), message };
+    check_shape(width, height, pixels.len()).map_err(refused)?;
+    let bytes = png::write_bytes(width, height, pixels).map_err(refused)?;
+    write_atomically(path, &bytes)
+}
+
+/// Reads an image in the format that the ending of its name says. Files that do not say how
+/// their numbers relate to light are taken as sRGB.
+///
+/// # Errors
+/// If the ending is unknown, the file cannot be read, its content is wrong, or it holds more than
+/// a gibibyte of pixels.
+pub fn load(path: &Path) -> Result<Image, ImageError> {
+    load_as(path, Transfer::Srgb)
+}
+
+/// Like [`load`], with the transfer of files that do not name one.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_as(path: &Path, untagged: Transfer) -> Result<Image, ImageError> {
+    let read = codec_with(path, |codec| codec.read)?;
+    let bytes =
+        std::fs::read(path).map_err(|source| ImageError::Read { path: path.to_owned(), source })?;
+    read(&bytes, untagged).map_err(|message| ImageError::Content { path: path.to_owned(), message })
+}
+
+impl Transfer {
+    /// Linear light to one of 256 levels.
+    pub fn encode8(self, l: f32) -> u8 {
+        match self {
+            Self::Srgb => color::encode_srgb8(l),
+            Self::Course => color::encode_course8(l),
+        }
+    }
+
+    /// Linear light to one of 65 536 levels.
+    pub fn encode16(self, l: f32) -> u16 {
+        match self {
+            Self::Srgb => color::encode_srgb16(l),
+            Self::Course => color::encode_course16(l),
+        }
+    }
+
+    /// The linear light that `level` stands for, when the highest level is `highest`.
+    pub fn decode(self, level: u16, highest: u16) -> f32 {
+        match self {
+            Self::Srgb => color::linear_from_srgb(f32::from(level) / f32::from(highest)),
+            Self::Course => {
+                color::linear_from_course((f32::from(level) + 0.5) / f32::from(highest))
+            }
+        }
+    }
+}
+
+/// The function of the codec for this name that `choose` picks.
+fn codec_with<F>(path: &Path, choose: impl Fn(&Codec) -> Option<F>) -> Result<F, ImageError> {
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
+    CODECS
+        .iter()
+        .filter(|codec| codec.extensions.contains(&ending.as_str()))
+        .find_map(&choose)
+        .ok_or_else(|| {
+            let able = CODECS.iter().filter(|codec| choose(codec).is_some());
+            let known: Vec<_> =
+                able.flat_map(|codec| codec.extensions).map(|e| format!(".{e}")).collect();
+            ImageError::UnknownFormat { path: path.to_owned(), known: known.join(", ") }
+        })
+}
+
+/// Whether `count` pixels fill the rows, and are any.
+fn check_shape(width: u32, height: u32, count: usize) -> Result<(), String> {
+    let expected = u64::from(width) * u64::from(height);
+    if expected == 0 || expected != count as u64 {
+        return Err(format!("{width} × {height} pixels do not make an image of {count} pixels"));
+    }
+    Ok(())
+}
+
+/// Refuses to decode `decoded` bytes of samples from a file of `encoded` bytes, when a few bytes
+/// claim to be a picture larger than memory.
+fn check_size(decoded: Option<u64>, encoded: usize) -> Result<(), String> {
+    /// One gibibyte.
+    const MOST_BYTES: u64 = 1 << 30;
+    /// Deflate packs 258 bytes into two bits at best, and no other compression that PNG and
+    /// OpenEXR have reaches that.
+    const BEST_RATIO: u64 = 1032;
+    let decoded = decoded.unwrap_or(u64::MAX);
+    if decoded > MOST_BYTES {
+        return Err("holds more than 1 GiB of pixels; please scale it down".to_owned());
+    }
+    if decoded / BEST_RATIO > encoded as u64 {
+        return Err(format!("claims {decoded} bytes of pixels, but has {encoded} bytes in all"));
+    }
+    Ok(())
+}

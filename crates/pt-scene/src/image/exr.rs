@@ -1,0 +1,152 @@
+//! OpenEXR files.
+
+use std::io::Cursor;
+
+use exr::image::FlatSamples;
+use exr::meta::MetaData;
+use exr::meta::attribute::Chromaticities;
+use exr::meta::header::Header;
+use exr::prelude::{
+    AnyChannel, AttributeValue, Encoding, Layer, LayerAttributes, ReadChannels, ReadLayers,
+    SpecificChannels, Text, Vec2, WritableImage, read as exr_read,
+};
+
+use super::{Image, SaveOptions, Transfer, check_size};
+
+/// The primaries and white point of Rec. 709. [ITU-R BT.709]
+const REC709: Chromaticities = Chromaticities {
+    red: Vec2(0.64, 0.33),
+    green: Vec2(0.30, 0.60),
+    blue: Vec2(0.15, 0.06),
+    white: Vec2(0.3127, 0.3290),
+};
+
+/// See [`super::Writer`]. One part with `f32` channels B, G, R in ZIP-compressed scan lines.
+pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, String> {
+    let size = (image.width as usize, image.height as usize);
+    let channels = SpecificChannels::rgb(|p: Vec2<usize>| {
+        let [r, g, b] = image.pixels[p.y() * size.0 + p.x()];
+        (r, g, b)
+    });
+    let mut attributes = LayerAttributes::default();
+    for (key, value) in &options.metadata {
+        let (name, text) = attribute(key, value)?;
+        attributes.other.insert(name, text);
+    }
+    let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, channels);
+    let mut file = exr::image::Image::from_layer(layer);
+    file.attributes.chromaticities = Some(REC709);
+    let mut out = Cursor::new(Vec::new());
+    file.write().non_parallel().to_buffered(&mut out).map_err(|e| e.to_string())?;
+    let mut bytes = out.into_inner();
+    sort_attributes(&mut bytes);
+    Ok(bytes)
+}
+
+/// Name and value of an attribute. The format has bytes for both: UTF-8 here.
+fn attribute(key: &str, value: &str) -> Result<(Text, AttributeValue), String> {
+    if !(1..=255).contains(&key.len()) || key.contains('\0') {
+        return Err(format!("{key:?} is no metadata key: an EXR file wants 1 to 255 bytes"));
+    }
+    let text = |s: &str| Text::from_slice_unchecked(s.as_bytes());
+    Ok((text(key), AttributeValue::Text(text(value))))
+}
+
+/// Puts the attributes of a single-part file into alphabetical order, so that the same image
+/// always gives the same bytes: the encoder takes them from a hash map.
+///
+/// After magic number and version, a header is a sequence of name, type (both end with a NUL),
+/// size and value, and ends with a NUL. Their order is free. [OpenEXR File Layout]
+fn sort_attributes(bytes: &mut [u8]) {
+    const PREAMBLE: usize = 8;
+    let mut attributes = Vec::new();
+    let mut rest = bytes.get(PREAMBLE..).unwrap_or_default();
+    while let Some(length) = attribute_length(rest) {
+        let (attribute, after) = rest.split_at(length);
+        attributes.push(attribute.to_vec());
+        rest = after;
+    }
+    attributes.sort();
+    let sorted = attributes.concat();
+    bytes[PREAMBLE..PREAMBLE + sorted.len()].copy_from_slice(&sorted);
+}
+
+/// The length in bytes of the attribute that `header` starts with; `None` at its end.
+fn attribute_length(header: &[u8]) -> Option<usize> {
+    let text = |at: usize| header.get(at..)?.iter().position(|&b| b == 0);
+    let name = text(0).filter(|&length| length > 0)?;
+    let size_at = name + 1 + text(name + 1)? + 1;
+    let size: [u8; 4] = header.get(size_at..size_at + 4)?.try_into().ok()?;
+    let length = size_at + 4 + u32::from_le_bytes(size) as usize;
+    (length <= header.len()).then_some(length)
+}
+
+/// See [`super::Reader`]. Half, float and integer channels R, G, B, or Y alone, of the part
+/// without a name or of the first that has them; other channels are ignored.
+pub(super) fn read(bytes: &[u8], _: Transfer) -> Result<Image, String> {
+    let failed = |e: exr::error::Error| format!("is no valid EXR file: {e}");
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
+    check_size(sum_of_pixels(&meta, |header| header.channels.bytes_per_pixel), bytes.len())?;
+    check_size(sum_of_pixels(&meta, |_| size_of::<[f32; 3]>()), usize::MAX)?;
+    let file = exr_read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(failed)?;
+    let mut parts: Vec<_> = file.layer_data.iter().collect();
+    parts.sort_by_key(|part| part.attributes.layer_name.is_some());
+    let found = parts.iter().find_map(|part| {
+        let channels = &part.channel_data.list;
+        color_channels(channels).map(|rgb| (part.size, rgb.map(|c| &channels[c].sample_data)))
+    });
+    let Some((size, rgb)) = found else {
+        let names: Vec<_> = parts
+            .iter()
+            .flat_map(|part| &part.channel_data.list)
+            .map(|channel| channel.name.to_string())
+            .collect();
+        return Err(format!("has no channels R, G, B, and no Y; it has {}", names.join(", ")));
+    };
+    assemble(size, rgb)
+}
+
+/// The bytes of all pixels of all parts, when each takes so many; `None` beyond 2⁶⁴.
+fn sum_of_pixels(meta: &MetaData, bytes_per_pixel: impl Fn(&Header) -> usize) -> Option<u64> {
+    meta.headers.iter().try_fold(0u64, |sum, header| {
+        let pixels = (header.layer_size.0 as u64).checked_mul(header.layer_size.1 as u64)?;
+        sum.checked_add(pixels.checked_mul(bytes_per_pixel(header) as u64)?)
+    })
+}
+
+/// The positions of red, green and blue among the channels of a part: R, G, B without a prefix,
+/// else Y, else the first prefix (a layer's name and a dot) that has them.
+fn color_channels(channels: &[AnyChannel<FlatSamples>]) -> Option<[usize; 3]> {
+    let names: Vec<_> = channels.iter().map(|channel| channel.name.to_string()).collect();
+    let position = |name: String| names.iter().position(|n| *n == name);
+    let with_prefix = |prefix: &str| {
+        let color = |c: &str| position(format!("{prefix}{c}"));
+        match (color("R"), color("G"), color("B"), color("Y")) {
+            (Some(r), Some(g), Some(b), _) => Some([r, g, b]),
+            (_, _, _, Some(y)) => Some([y; 3]),
+            _ => None,
+        }
+    };
+    let prefixes = names.iter().filter_map(|n| Some(&n[..=n.rfind('.')?]));
+    std::iter::once("").chain(prefixes).find_map(with_prefix)
+}
+
+/// Three planes to pixels.
+fn assemble(size: Vec2<usize>, rgb: [&FlatSamples; 3]) -> Result<Image, String> {
+    let side = |n: usize| u32::try_from(n).map_err(|_| "is too large".to_owned());
+    let (width, height) = (side(size.0)?, side(size.1)?);
+    for plane in rgb {
+        super::check_shape(width, height, plane.len())?;
+    }
+    let [r, g, b] = rgb.map(FlatSamples::values_as_f32);
+    let pixels = r.zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect();
+    Ok(Image { width, height, pixels })
+}

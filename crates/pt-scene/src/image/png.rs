@@ -1,0 +1,148 @@
+//! PNG files.
+
+use std::io::Cursor;
+
+use png::{BitDepth as Depth, ColorType, Decoder, Encoder, Limits, Transformations};
+use pt_math::trig::powf;
+
+use super::{BitDepth, Image, SaveOptions, Transfer, check_size};
+
+/// See [`super::Writer`]. A file in sRGB says so; one of the course program says nothing.
+pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, String> {
+    let transfer = options.transfer;
+    let levels = image.pixels.iter().flatten();
+    let (depth, data): (_, Vec<u8>) = match options.png_bits {
+        BitDepth::Eight => (Depth::Eight, levels.map(|&l| transfer.encode8(l)).collect()),
+        BitDepth::Sixteen => {
+            (Depth::Sixteen, levels.flat_map(|&l| transfer.encode16(l).to_be_bytes()).collect())
+        }
+    };
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(&mut out, image.width, image.height);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(depth);
+    if transfer == Transfer::Srgb {
+        encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    }
+    for (key, value) in &options.metadata {
+        add_text(&mut encoder, key, value)?;
+    }
+    finish(encoder, &data)?;
+    Ok(out)
+}
+
+/// Pixels that are ready for the screen.
+pub(super) fn write_bytes(width: u32, height: u32, pixels: &[[u8; 3]]) -> Result<Vec<u8>, String> {
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(&mut out, width, height);
+    encoder.set_color(ColorType::Rgb);
+    finish(encoder, pixels.as_flattened())?;
+    Ok(out)
+}
+
+/// Writes header and data.
+fn finish(encoder: Encoder<'_, &mut Vec<u8>>, data: &[u8]) -> Result<(), String> {
+    let mut writer = encoder.write_header().map_err(|e| e.to_string())?;
+    writer.write_image_data(data).map_err(|e| e.to_string())?;
+    writer.finish().map_err(|e| e.to_string())
+}
+
+/// Adds a `tEXt` chunk, or `iTXt` where the value has letters beyond Latin-1.
+///
+/// A keyword has 1 to 79 printable Latin-1 letters. [PNG specification, 3rd ed., §11.3.3.1]
+fn add_text(encoder: &mut Encoder<'_, &mut Vec<u8>>, key: &str, value: &str) -> Result<(), String> {
+    let length = key.chars().count();
+    let printable = |c: char| matches!(c, ' '..='~' | '\u{a1}'..='\u{ff}');
+    if !(1..=79).contains(&length) || !key.chars().all(printable) {
+        return Err(format!("{key:?} is no metadata key: a PNG file wants 1 to 79 Latin letters"));
+    }
+    if value.contains('\0') {
+        return Err(format!("the value of the metadata key {key:?} contains a NUL character"));
+    }
+    let (key, text) = (key.to_owned(), value.to_owned());
+    let added = if value.chars().all(|c| u32::from(c) < 256) {
+        encoder.add_text_chunk(key, text)
+    } else {
+        encoder.add_itxt_chunk(key, text)
+    };
+    added.map_err(|e| e.to_string())
+}
+
+/// See [`super::Reader`]. Alpha is ignored; grey becomes three equal channels.
+pub(super) fn read(bytes: &[u8], untagged: Transfer) -> Result<Image, String> {
+    const DECODER_LIMIT: usize = 1 << 30;
+    let failed = |e: png::DecodingError| format!("is no valid PNG file: {e}");
+    let limits = Limits { bytes: DECODER_LIMIT };
+    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), limits);
+    decoder.set_transformations(Transformations::EXPAND);
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
+    let mut reader = decoder.read_info().map_err(failed)?;
+    let info = reader.info();
+    let (width, height, curve) = (info.width, info.height, Curve::of(info, untagged));
+    let packed = (u64::from(width) * info.bits_per_pixel() as u64).div_ceil(8);
+    check_size(packed.checked_mul(u64::from(height)), bytes.len())?;
+    check_size((u64::from(width) * u64::from(height)).checked_mul(12), usize::MAX)?;
+    let size = reader.output_buffer_size().ok_or("is too large")?;
+    let mut data = vec![0; size];
+    let frame = reader.next_frame(&mut data).map_err(failed)?;
+    reader.finish().map_err(failed)?;
+    let pixels = decode(&data, frame.color_type, frame.bit_depth, curve)?;
+    super::check_shape(width, height, pixels.len())?;
+    Ok(Image { width, height, pixels })
+}
+
+/// How the levels of a file relate to linear light.
+#[derive(Clone, Copy)]
+enum Curve {
+    /// By one of ours.
+    Named(Transfer),
+    /// By L = vᵞ.
+    Power(f32),
+}
+
+impl Curve {
+    /// What the `sRGB` and `gAMA` chunks say; `untagged` when there are none.
+    fn of(info: &png::Info<'_>, untagged: Transfer) -> Self {
+        if info.srgb.is_some() {
+            return Self::Named(Transfer::Srgb);
+        }
+        match info.gama_chunk.map(png::ScaledFloat::into_value) {
+            Some(g) if g > 0.0 => Self::Power(1.0 / g),
+            _ => Self::Named(untagged),
+        }
+    }
+
+    /// Level to linear light.
+    fn decode(self, level: u16, highest: u16) -> f32 {
+        match self {
+            Self::Named(transfer) => transfer.decode(level, highest),
+            Self::Power(gamma) => powf(f32::from(level) / f32::from(highest), gamma),
+        }
+    }
+}
+
+/// Samples to pixels.
+fn decode(
+    data: &[u8],
+    color: ColorType,
+    depth: Depth,
+    curve: Curve,
+) -> Result<Vec<[f32; 3]>, String> {
+    let rgb = match color {
+        ColorType::Grayscale | ColorType::GrayscaleAlpha => [0, 0, 0],
+        ColorType::Rgb | ColorType::Rgba => [0, 1, 2],
+        ColorType::Indexed => return Err("has a palette that could not be expanded".to_owned()),
+    };
+    let samples = color.samples();
+    let pixels = if depth == Depth::Sixteen {
+        let level = |p: &[u8], c: usize| u16::from_be_bytes([p[2 * c], p[2 * c + 1]]);
+        let table: Vec<f32> = (0..=u16::MAX).map(|v| curve.decode(v, u16::MAX)).collect();
+        let light = |p: &[u8]| rgb.map(|c| table[usize::from(level(p, c))]);
+        data.chunks_exact(2 * samples).map(light).collect()
+    } else {
+        let table: Vec<f32> = (0..=255).map(|v| curve.decode(v, 255)).collect();
+        data.chunks_exact(samples).map(|p| rgb.map(|c| table[usize::from(p[c])])).collect()
+    };
+    Ok(pixels)
+}
