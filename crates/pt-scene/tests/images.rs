@@ -1,0 +1,406 @@
+//! Image files: what is written is read back, and what is broken is refused with a reason.
+
+use std::fs;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use pt_scene::image::{
+    BitDepth, CODECS, Image, ImageError, SaveOptions, Transfer, load, load_as, save, save_rgb8,
+    write_atomically,
+};
+
+/// A picture with a different colour in every pixel, some of them above 1.
+fn picture(width: u32, height: u32) -> Image {
+    let pixel = |i: u32| {
+        let t = i as f32 / (width * height) as f32;
+        [t * t, 1.25 * (1.0 - t), (7 * i % 13) as f32 / 13.0]
+    };
+    Image { width, height, pixels: (0..width * height).map(pixel).collect() }
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+fn both_transfers_and_depths() -> impl Iterator<Item = SaveOptions> {
+    [Transfer::Srgb, Transfer::Course].into_iter().flat_map(|transfer| {
+        [BitDepth::Eight, BitDepth::Sixteen].map(|png_bits| SaveOptions {
+            png_bits,
+            transfer,
+            metadata: Vec::new(),
+        })
+    })
+}
+
+fn metadata() -> Vec<(String, String)> {
+    let pairs = [("scene", "Cornell box"), ("spp", "64"), ("seed", "7"), ("note", "höher ≥ 3 ☀")];
+    pairs.map(|(k, v)| (k.to_owned(), v.to_owned())).to_vec()
+}
+
+/// The chunks of a PNG file: names and data.
+fn chunks(png: &[u8]) -> Vec<(String, Vec<u8>)> {
+    let mut rest = &png[8..];
+    let mut found = Vec::new();
+    while let [a, b, c, d, name @ ..] = rest {
+        let length = u32::from_be_bytes([*a, *b, *c, *d]) as usize;
+        let text = String::from_utf8_lossy(&name[..4]).into_owned();
+        found.push((text, name[4..4 + length].to_vec()));
+        rest = &name[length + 8..];
+    }
+    found
+}
+
+#[test]
+fn exr_keeps_every_bit() {
+    let folder = folder();
+    let path = folder.path().join("a.exr");
+    let mut image = picture(37, 19);
+    image.pixels[5] = [f32::MAX, -0.0, f32::from_bits(1)];
+    save(&image, &path, &SaveOptions::default()).unwrap();
+    let back = load(&path).unwrap();
+    let bits = |image: &Image| image.pixels.iter().map(|p| p.map(f32::to_bits)).collect::<Vec<_>>();
+    assert_eq!((back.width, back.height, bits(&back)), (37, 19, bits(&image)));
+}
+
+#[test]
+fn png_keeps_every_level() {
+    let folder = folder();
+    let path = folder.path().join("a.png");
+    for options in both_transfers_and_depths() {
+        let image = picture(37, 19);
+        save(&image, &path, &options).unwrap();
+        let back = load_as(&path, options.transfer).unwrap();
+        assert_eq!((back.width, back.height), (37, 19));
+        let level = |l: f32| match options.png_bits {
+            BitDepth::Eight => u16::from(options.transfer.encode8(l)),
+            BitDepth::Sixteen => options.transfer.encode16(l),
+        };
+        for (original, read) in image.pixels.iter().zip(&back.pixels) {
+            assert_eq!(original.map(level), read.map(level), "{options:?}");
+        }
+    }
+}
+
+#[test]
+fn every_level_decodes_to_light_that_encodes_to_it() {
+    for transfer in [Transfer::Srgb, Transfer::Course] {
+        for v in 0..=u8::MAX {
+            assert_eq!(transfer.encode8(transfer.decode(u16::from(v), 255)), v, "{transfer:?}");
+        }
+        for v in 0..=u16::MAX {
+            assert_eq!(transfer.encode16(transfer.decode(v, u16::MAX)), v, "{transfer:?}");
+        }
+    }
+}
+
+#[test]
+fn png_says_srgb_only_where_it_is() {
+    let folder = folder();
+    let path = folder.path().join("a.png");
+    for options in both_transfers_and_depths() {
+        save(&picture(4, 3), &path, &options).unwrap();
+        let names: Vec<_> = chunks(&fs::read(&path).unwrap()).into_iter().map(|c| c.0).collect();
+        let has = |name: &str| names.iter().any(|n| n == name);
+        assert_eq!(has("sRGB"), options.transfer == Transfer::Srgb);
+        assert!(!has("gAMA") && !has("iCCP"), "{names:?}");
+    }
+    // A file without tags is read with the transfer that the caller expects.
+    save(&picture(4, 3), &path, &SaveOptions { transfer: Transfer::Course, ..Default::default() })
+        .unwrap();
+    assert_ne!(load_as(&path, Transfer::Course).unwrap(), load(&path).unwrap());
+    save(&picture(4, 3), &path, &SaveOptions::default()).unwrap();
+    assert_eq!(load_as(&path, Transfer::Course).unwrap(), load(&path).unwrap());
+}
+
+#[test]
+fn metadata_are_in_the_files() {
+    let folder = folder();
+    let options = SaveOptions { metadata: metadata(), ..Default::default() };
+    let path = folder.path().join("a.png");
+    save(&picture(4, 3), &path, &options).unwrap();
+    let reader = png::Decoder::new(Cursor::new(fs::read(&path).unwrap())).read_info().unwrap();
+    let info = reader.info();
+    let plain: Vec<_> =
+        info.uncompressed_latin1_text.iter().map(|t| (&t.keyword, &t.text)).collect();
+    let expected: Vec<_> = options.metadata[..3].iter().map(|(k, v)| (k, v)).collect();
+    assert_eq!(plain, expected);
+    assert_eq!(info.utf8_text[0].get_text().unwrap(), options.metadata[3].1);
+
+    let path = folder.path().join("a.exr");
+    save(&picture(4, 3), &path, &options).unwrap();
+    let meta = exr::meta::MetaData::read_from_file(&path, true).unwrap();
+    let header = &meta.headers[0];
+    for (key, value) in &options.metadata {
+        let name = exr::meta::attribute::Text::from_slice_unchecked(key.as_bytes());
+        let found = header.own_attributes.other[&name].to_text().unwrap();
+        assert_eq!(found.as_slice(), value.as_bytes());
+    }
+    assert!(header.shared_attributes.chromaticities.is_some());
+}
+
+#[test]
+fn same_image_gives_the_same_bytes() {
+    let folder = folder();
+    let metadata = (0..40).map(|i| (format!("key{i}"), i.to_string())).collect();
+    let options = SaveOptions { metadata, ..Default::default() };
+    for extension in CODECS.iter().flat_map(|c| c.extensions) {
+        let write = |name: &str| {
+            let path = folder.path().join(name).with_extension(extension);
+            save(&picture(20, 40), &path, &options).unwrap();
+            fs::read(path).unwrap()
+        };
+        assert_eq!(write("first"), write("second"), "{extension}");
+    }
+}
+
+#[test]
+fn metadata_that_do_not_fit_are_refused() {
+    let folder = folder();
+    for (extension, key) in
+        [("png", ""), ("png", "☀"), ("png", "a\nb"), ("exr", ""), ("exr", "a\0")]
+    {
+        let path = folder.path().join("a").with_extension(extension);
+        let metadata = vec![(key.to_owned(), "x".to_owned())];
+        let error = save(&picture(2, 2), &path, &SaveOptions { metadata, ..Default::default() });
+        assert!(matches!(error, Err(ImageError::Refused { .. })), "{extension} {key:?}");
+        assert!(!path.exists());
+    }
+}
+
+#[test]
+fn byte_images_keep_their_bytes() {
+    let folder = folder();
+    let path = folder.path().join("rate.png");
+    let pixels: Vec<[u8; 3]> = (0..12).map(|i| [i, 255 - i, 7 * i]).collect();
+    save_rgb8(&path, 4, 3, &pixels).unwrap();
+    let mut reader = png::Decoder::new(Cursor::new(fs::read(&path).unwrap())).read_info().unwrap();
+    let mut data = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut data).unwrap();
+    assert_eq!(data, pixels.as_flattened());
+    assert!(matches!(save_rgb8(&path, 4, 4, &pixels), Err(ImageError::Refused { .. })));
+}
+
+/// A PNG file of one colour type.
+fn png_of(color: png::ColorType, depth: png::BitDepth, size: (u32, u32), data: &[u8]) -> Vec<u8> {
+    let mut out = Vec::new();
+    let mut encoder = png::Encoder::new(&mut out, size.0, size.1);
+    encoder.set_color(color);
+    encoder.set_depth(depth);
+    if color == png::ColorType::Indexed {
+        encoder.set_palette(vec![255, 0, 0, 0, 0, 255]);
+    }
+    encoder.write_header().unwrap().write_image_data(data).unwrap();
+    out
+}
+
+#[test]
+fn other_kinds_of_png_are_read() {
+    use png::{BitDepth as Depth, ColorType};
+    let folder = folder();
+    let path = folder.path().join("a.png");
+    let (white, red, blue) = ([1.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    let cases = [
+        (ColorType::Grayscale, Depth::One, vec![0b0100_0000], [[0.0; 3], white]),
+        (ColorType::Grayscale, Depth::Sixteen, vec![255, 255, 0, 0], [white, [0.0; 3]]),
+        (ColorType::GrayscaleAlpha, Depth::Eight, vec![255, 9, 0, 0], [white, [0.0; 3]]),
+        (ColorType::Rgba, Depth::Eight, vec![255, 0, 0, 1, 0, 0, 255, 2], [red, blue]),
+        (ColorType::Indexed, Depth::One, vec![0b0100_0000], [red, blue]),
+    ];
+    for (color, depth, data, expected) in cases {
+        fs::write(&path, png_of(color, depth, (2, 1), &data)).unwrap();
+        assert_eq!(load(&path).unwrap().pixels, expected, "{color:?} {depth:?}");
+    }
+}
+
+/// An EXR file with parts of (name, channels), where each channel is of its own constant.
+fn exr_of(parts: &[(Option<&str>, &[(&str, f32)])]) -> Vec<u8> {
+    use exr::prelude::*;
+    let layers = parts.iter().map(|(name, channels)| {
+        let list = channels.iter().map(|&(name, value)| {
+            let samples = FlatSamples::F16(vec![f16::from_f32(value); 6]);
+            AnyChannel::new(name, samples)
+        });
+        let attributes = LayerAttributes { layer_name: name.map(Text::from), ..Default::default() };
+        Layer::new((3, 2), attributes, Encoding::UNCOMPRESSED, AnyChannels::sort(list.collect()))
+    });
+    let attributes = ImageAttributes::with_size((3, 2));
+    let mut out = Cursor::new(Vec::new());
+    let image = Image::from_layers(attributes, layers.collect::<Layers<_>>());
+    image.write().non_parallel().to_buffered(&mut out).unwrap();
+    out.into_inner()
+}
+
+#[test]
+fn exr_channels_are_found_by_name() {
+    let folder = folder();
+    let path = folder.path().join("a.exr");
+    let rgb: &[_] = &[("R", 0.25), ("G", 0.5), ("B", 0.75)];
+    let with_alpha: &[_] = &[("A", 9.0), ("B", 0.75), ("G", 0.5), ("R", 0.25), ("Z", 8.0)];
+    let prefixed: &[_] = &[("Z", 8.0), ("sun.B", 0.75), ("sun.G", 0.5), ("sun.R", 0.25)];
+    let other: &[_] = &[("R", 4.0), ("G", 5.0), ("B", 6.0)];
+    let cases: [(&[_], _); 5] = [
+        (&[(None, rgb)], [0.25, 0.5, 0.75]),
+        (&[(None, with_alpha)], [0.25, 0.5, 0.75]),
+        (&[(None, prefixed)], [0.25, 0.5, 0.75]),
+        (&[(None, &[("Y", 0.125)])], [0.125; 3]),
+        (
+            &[(Some("depth"), &[("Z", 1.0)]), (Some("a"), rgb), (Some("b"), other)],
+            [0.25, 0.5, 0.75],
+        ),
+    ];
+    for (parts, expected) in cases {
+        fs::write(&path, exr_of(parts)).unwrap();
+        let image = load(&path).unwrap();
+        assert_eq!((image.width, image.height), (3, 2));
+        assert_eq!(image.pixels, [expected; 6], "{parts:?}");
+    }
+    fs::write(&path, exr_of(&[(None, &[("Z", 1.0)])])).unwrap();
+    let message = load(&path).unwrap_err().to_string();
+    assert!(message.contains("a.exr") && message.contains("it has Z"), "{message}");
+}
+
+/// Valid files to break: (name, bytes).
+fn valid_files() -> Vec<(&'static str, Vec<u8>)> {
+    let folder = folder();
+    let bytes_of = |name: &str, options: &SaveOptions| {
+        let path = folder.path().join(name);
+        save(&picture(16, 16), &path, options).unwrap();
+        fs::read(path).unwrap()
+    };
+    let sixteen =
+        SaveOptions { png_bits: BitDepth::Sixteen, metadata: metadata(), ..Default::default() };
+    vec![
+        ("8.png", bytes_of("8.png", &SaveOptions::default())),
+        ("16.png", bytes_of("16.png", &sixteen)),
+        ("zip.exr", bytes_of("zip.exr", &sixteen)),
+        (
+            "parts.exr",
+            exr_of(&[
+                (Some("a"), &[("R", 1.0), ("G", 2.0), ("B", 3.0)]),
+                (Some("b"), &[("Y", 1.0)]),
+            ]),
+        ),
+    ]
+}
+
+#[test]
+fn every_prefix_of_a_file_is_refused_with_its_name() {
+    let folder = folder();
+    for (name, bytes) in valid_files() {
+        let path = folder.path().join(name);
+        for length in 0..bytes.len() {
+            fs::write(&path, &bytes[..length]).unwrap();
+            let error = load(&path).expect_err(&format!("{name} cut to {length} bytes"));
+            assert!(error.to_string().contains(name), "{error}");
+        }
+    }
+}
+
+#[test]
+fn damaged_files_give_an_error_or_an_image_of_their_size() {
+    let folder = folder();
+    let mut random = 1u32;
+    let mut next = move || {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (random >> 8) as usize
+    };
+    for (name, bytes) in valid_files() {
+        let path = folder.path().join(name);
+        for _ in 0..2000 {
+            let mut damaged = bytes.clone();
+            for _ in 0..=next() % 4 {
+                // Half of the damage goes to the headers.
+                let range = if next() % 2 == 0 { bytes.len().min(400) } else { bytes.len() };
+                damaged[next() % range] = next() as u8;
+            }
+            fs::write(&path, &damaged).unwrap();
+            if let Ok(image) = load(&path) {
+                assert_eq!(
+                    u64::from(image.width) * u64::from(image.height),
+                    image.pixels.len() as u64
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn small_files_that_claim_to_be_huge_are_refused() {
+    let folder = folder();
+    let path = folder.path().join("bomb.png");
+    let mut bytes = png_of(png::ColorType::Rgb, png::BitDepth::Eight, (1, 1), &[1, 2, 3]);
+    // Width and height, and the checksum of the header that goes with them.
+    bytes[16..24].copy_from_slice(&[0, 0, 0xea, 0x60, 0, 0, 0xea, 0x60]);
+    let checksum = crc32(&bytes[12..29]);
+    bytes[29..33].copy_from_slice(&checksum.to_be_bytes());
+    fs::write(&path, &bytes).unwrap();
+    let message = load(&path).unwrap_err().to_string();
+    assert!(message.contains("1 GiB"), "{message}");
+}
+
+/// The checksum of PNG chunks. [PNG specification, 3rd ed., annex D]
+fn crc32(bytes: &[u8]) -> u32 {
+    let step = |crc: u32, _| if crc & 1 == 0 { crc >> 1 } else { (crc >> 1) ^ 0xedb8_8320 };
+    !bytes.iter().fold(!0, |crc, &b| (0..8).fold(crc ^ u32::from(b), step))
+}
+
+/// The names in a folder.
+fn names(folder: &Path) -> Vec<PathBuf> {
+    fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
+}
+
+#[test]
+fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+    let folder = folder();
+    let path = folder.path().join("a.png");
+    save(&picture(4, 3), &path, &SaveOptions::default()).unwrap();
+    let old = fs::read(&path).unwrap();
+    let broken = Image { width: 4, height: 3, pixels: vec![[0.0; 3]; 11] };
+    assert!(save(&broken, &path, &SaveOptions::default()).is_err());
+    assert_eq!(fs::read(&path).unwrap(), old);
+    save(&picture(5, 3), &path, &SaveOptions::default()).unwrap();
+    assert_eq!(load(&path).unwrap().width, 5);
+    assert_eq!(names(folder.path()), [path]);
+}
+
+#[test]
+fn places_that_cannot_be_written_are_named() {
+    let folder = folder();
+    let missing = folder.path().join("no such folder");
+    let error = write_atomically(&missing.join("a.png"), b"x").unwrap_err();
+    assert!(matches!(error, ImageError::Folder { .. }));
+    assert!(error.to_string().contains("no such folder"), "{error}");
+    let error = write_atomically(folder.path(), b"x").unwrap_err().to_string();
+    assert!(error.contains("it is a folder"), "{error}");
+    assert!(names(folder.path()).is_empty());
+}
+
+#[cfg(unix)]
+#[test]
+fn new_files_have_ordinary_permissions_and_links_are_followed() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let folder = folder();
+    let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
+    let (ordinary, ours) = (folder.path().join("ordinary"), folder.path().join("ours"));
+    fs::write(&ordinary, b"x").unwrap();
+    write_atomically(&ours, b"x").unwrap();
+    assert_eq!(mode(&ours), mode(&ordinary));
+    let link = folder.path().join("link");
+    symlink(&ours, &link).unwrap();
+    write_atomically(&link, b"through").unwrap();
+    assert_eq!(fs::read(&ours).unwrap(), b"through");
+    assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+    write_atomically(Path::new("/dev/null"), b"gone").unwrap();
+}
+
+#[test]
+fn unknown_endings_and_missing_files_are_named() {
+    let folder = folder();
+    let path = folder.path().join("a.bmp");
+    let message = save(&picture(2, 2), &path, &SaveOptions::default()).unwrap_err().to_string();
+    assert!(message.contains("a.bmp") && message.contains(".png, .exr"), "{message}");
+    let message = load(&folder.path().join("none.PNG")).unwrap_err().to_string();
+    assert!(message.contains("none.PNG: cannot be read"), "{message}");
+    let empty = Image { width: 0, height: 3, pixels: Vec::new() };
+    assert!(save(&empty, &folder.path().join("a.png"), &SaveOptions::default()).is_err());
+}
