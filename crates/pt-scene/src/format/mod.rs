@@ -2,6 +2,7 @@
 //!
 //! To add one: write its file, add its line to [`FORMATS`].
 
+pub mod collada;
 mod xml;
 
 use std::path::Path;
@@ -22,7 +23,9 @@ pub struct Format {
 }
 
 /// All formats.
-pub static FORMATS: &[Format] = &[];
+pub static FORMATS: &[Format] = &[
+    Format { name: "COLLADA", extensions: &["dae"], parse: collada::parse },
+];
 
 /// Reads a scene, in the format that the ending of its name says.
 ///

@@ -118,6 +118,12 @@ impl<'a> Document<'a> {
         Ok(numbers)
     }
 
+    /// The word, counted from 0, of those that [`Document::numbers`] reads.
+    pub(super) fn nth_word<'n>(&self, node: Node<'n>, n: usize) -> Option<&'n str> {
+        let texts = node.children().filter(Node::is_text).filter_map(|n| n.text());
+        texts.flat_map(str::split_ascii_whitespace).nth(n)
+    }
+
     /// The place of an offset into the text, with the name of an element.
     fn span_at(&self, node: Node<'_>, offset: usize) -> Span {
         let place_in_text = self.marks.line_and_column(self.tree.input_text(), offset);

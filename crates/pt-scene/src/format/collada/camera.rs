@@ -1,0 +1,111 @@
+//! Cameras.
+
+use pt_math::DAffine3;
+
+use super::reader::{Reader, child, name_of};
+use crate::format::xml::Node;
+use crate::{Camera, LoadError};
+
+/// Horizontal field of view, in degrees, of cameras that give none (as in the course program).
+const DEFAULT_X_FOV: f64 = 50.0;
+/// Width over height where it follows from nothing (800×600 in the course program).
+const DEFAULT_ASPECT: f64 = 4.0 / 3.0;
+/// Limits of sight that are not written (as in the course program).
+const DEFAULT_NEAR: f64 = 0.001;
+const DEFAULT_FAR: f64 = 1000.0;
+/// Focal distance of cameras; they are pinholes, so it only matters once a lens is asked for.
+const DEFAULT_FOCAL_DISTANCE: f64 = 4.7;
+
+/// Reads a perspective camera; others are left out with a warning.
+pub(super) fn read<'a>(
+    reader: &mut Reader<'a>,
+    camera: Node<'a>,
+    to_world: DAffine3,
+) -> Result<Option<Camera>, LoadError> {
+    let technique = child(camera, "optics").and_then(|o| child(o, "technique_common"));
+    let Some(perspective) = technique.and_then(|t| child(t, "perspective")) else {
+        let message = match technique.and_then(|t| child(t, "orthographic")) {
+            Some(_) => "orthographic cameras are not supported; it is left out",
+            None => {
+                "it has no <optics> with a <technique_common> with a <perspective>; it is left \
+                     out"
+            }
+        };
+        reader.warn(camera, message);
+        return Ok(None);
+    };
+    let [x_fov, y_fov] = fields_of_view(reader, perspective)?;
+    let distance = |tag, default| {
+        child(perspective, tag).map_or(Ok(default), |element| match reader.scalar(element)? {
+            distance if distance >= 0.0 => Ok(distance),
+            bad => {
+                Err(reader.error(element, format!("expected a distance from 0 up, found {bad}")))
+            }
+        })
+    };
+    let near = distance("znear", DEFAULT_NEAR)?;
+    let far = distance("zfar", DEFAULT_FAR.max(2.0 * near))?;
+    if near >= far {
+        let message = format!("<znear> is {near}, <zfar> is {far}; expected znear < zfar");
+        return Err(reader.error(perspective, message));
+    }
+    Ok(Some(Camera {
+        name: name_of(camera),
+        to_world,
+        x_fov,
+        y_fov,
+        near,
+        far,
+        lens_radius: 0.0,
+        focal_distance: DEFAULT_FOCAL_DISTANCE,
+    }))
+}
+
+/// Both fields of view, in degrees, from what there is of `xfov`, `yfov` and `aspect_ratio`.
+///
+/// tan(x/2) = aspect · tan(y/2).
+fn fields_of_view<'a>(
+    reader: &mut Reader<'a>,
+    perspective: Node<'a>,
+) -> Result<[f64; 2], LoadError> {
+    let angle = |tag| {
+        child(perspective, tag)
+            .map(|element| match reader.scalar(element)? {
+                angle if angle > 0.0 && angle < 180.0 => Ok(angle),
+                bad => {
+                    let message = format!("expected an angle between 0° and 180°, found {bad}");
+                    Err(reader.error(element, message))
+                }
+            })
+            .transpose()
+    };
+    let (x, y) = (angle("xfov")?, angle("yfov")?);
+    let aspect = match child(perspective, "aspect_ratio") {
+        Some(element) => match reader.scalar(element)? {
+            aspect if aspect > 0.0 => Some(aspect),
+            bad => {
+                let message = format!("expected width over height, above 0, found {bad}");
+                return Err(reader.error(element, message));
+            }
+        },
+        None => None,
+    };
+    if aspect.is_none() && (x.is_none() || y.is_none()) {
+        reader.warn(perspective, "<aspect_ratio> is missing; 4:3 is assumed");
+    }
+    let aspect = aspect.unwrap_or(DEFAULT_ASPECT);
+    Ok(match (x, y) {
+        (Some(x), Some(y)) => [x, y],
+        (None, Some(y)) => [with_tangent_of_half_times(y, aspect), y],
+        (x, None) => {
+            let x = x.unwrap_or(DEFAULT_X_FOV);
+            [x, with_tangent_of_half_times(x, 1.0 / aspect)]
+        }
+    })
+}
+
+/// The angle whose half has `factor` times the tangent of half the given angle; degrees.
+fn with_tangent_of_half_times(degrees: f64, factor: f64) -> f64 {
+    let tangent = libm::tan(degrees.to_radians() / 2.0) * factor;
+    (2.0 * libm::atan(tangent)).to_degrees()
+}

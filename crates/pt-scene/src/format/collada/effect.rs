@@ -1,0 +1,293 @@
+//! Effects of the common profile, as the nearest physical material.
+
+use super::material::clamped;
+use super::reader::{Reader, child, children, elements};
+use crate::format::xml::{Node, quote};
+use crate::material::{Black, Glass, Matte, Mirror, Plastic};
+use crate::{LoadError, Surface};
+
+/// Luminance from which a specular colour or a reflectivity makes a second lobe. Water, the
+/// dullest of common dielectrics, reflects 0.02 at normal incidence; what is below is what
+/// exporters write for none.
+const LEAST_GLOSS: f32 = 0.02;
+/// Exponent of glosses that give none: what modelling tools start with.
+const DEFAULT_SHININESS: f32 = 50.0;
+/// Index of refraction of transparent materials that give none: window glass.
+const DEFAULT_IOR: f32 = 1.5;
+/// Diffuse colour of materials that give none (as in the course program), or a texture.
+const DEFAULT_DIFFUSE: [f32; 3] = [0.5; 3];
+
+/// An effect, the instance of it that may set its parameters, and its technique.
+struct Scope<'a> {
+    effect: Node<'a>,
+    instance: Node<'a>,
+    profile: Node<'a>,
+    technique: Node<'a>,
+    /// `<lambert>`, `<phong>`, `<blinn>` or `<constant>`.
+    shader: Node<'a>,
+}
+
+/// A colour or a texture.
+enum Paint {
+    Color([f32; 4]),
+    /// With the name of the texture, for messages.
+    Texture(String),
+}
+
+/// The surface and the emission of an effect.
+///
+/// | in the file | becomes |
+/// |---|---|
+/// | transmits at least half of the light | [`Glass`] |
+/// | reflective, and not diffuse | [`Mirror`] |
+/// | phong or blinn, with a specular colour | [`Plastic`] |
+/// | constant | [`Black`], with its emission |
+/// | others | [`Matte`] |
+pub(super) fn read<'a>(
+    reader: &mut Reader<'a>,
+    effect: Node<'a>,
+    instance: Node<'a>,
+) -> Result<(Surface, [f32; 3]), LoadError> {
+    let Some(scope) = scope(effect, instance) else {
+        let message = "it has no <lambert>, <phong>, <blinn> or <constant> in a <profile_COMMON>; \
+                       grey (0.5) is taken";
+        reader.warn(effect, message);
+        return Ok((Matte { reflectance: DEFAULT_DIFFUSE, two_sided: true }.into(), [0.0; 3]));
+    };
+    let emission = color_or(reader, &scope, "emission", [0.0; 3])?;
+    if let Some(glass) = glass(reader, &scope)? {
+        return Ok((glass.into(), emission));
+    }
+    let surface = match scope.shader.tag_name().name() {
+        "constant" => Black.into(),
+        kind => opaque(reader, &scope, kind)?,
+    };
+    Ok((surface, emission))
+}
+
+/// Finds the technique of the common profile.
+fn scope<'a>(effect: Node<'a>, instance: Node<'a>) -> Option<Scope<'a>> {
+    let profile = child(effect, "profile_COMMON")?;
+    let (technique, shader) = children(profile, "technique").find_map(|technique| {
+        let is_shader = |n: &Node<'a>| {
+            matches!(n.tag_name().name(), "lambert" | "phong" | "blinn" | "constant")
+        };
+        Some((technique, elements(technique).find(is_shader)?))
+    })?;
+    Some(Scope { effect, instance, profile, technique, shader })
+}
+
+/// A surface that light does not pass.
+fn opaque<'a>(
+    reader: &mut Reader<'a>,
+    scope: &Scope<'a>,
+    kind: &str,
+) -> Result<Surface, LoadError> {
+    let diffuse = share_or(reader, scope, "diffuse", DEFAULT_DIFFUSE)?;
+    let reflectivity = float_or(reader, scope, "reflectivity", 1.0)?.min(1.0);
+    let reflective = share_or(reader, scope, "reflective", [0.0; 3])?.map(|c| c * reflectivity);
+    if luminance(reflective) > LEAST_GLOSS {
+        if luminance(diffuse) <= LEAST_GLOSS {
+            return Ok(Mirror { reflectance: reflective }.into());
+        }
+        let message = "mirrors that are also diffuse are not supported; <reflective> is left out";
+        reader.warn(scope.shader, message);
+    }
+    let matte = Matte { reflectance: diffuse, two_sided: true };
+    if kind == "lambert" {
+        return Ok(matte.into());
+    }
+    let specular = share_or(reader, scope, "specular", [0.0; 3])?;
+    if luminance(specular) <= LEAST_GLOSS {
+        return Ok(matte.into());
+    }
+    let shininess = float_or(reader, scope, "shininess", DEFAULT_SHININESS)?;
+    // The Beckmann distribution nearest to cosˢ has α² = 2/(s + 2) [Walter et al. 2007, section 5.2].
+    let alpha = (2.0 / (shininess + 2.0)).sqrt();
+    Ok(Plastic { diffuse, specular, alpha, two_sided: true }.into())
+}
+
+/// A glass, if the effect transmits at least half of the light. There is no partial transparency
+/// in between.
+fn glass<'a>(reader: &mut Reader<'a>, scope: &Scope<'a>) -> Result<Option<Glass>, LoadError> {
+    /// Differences from 0 and 1 that are rounding.
+    const TOLERANCE: f32 = 0.01;
+    let Some(transparent) = child(scope.shader, "transparent") else { return Ok(None) };
+    let transmitted = match paint(reader, scope, transparent)? {
+        Some(Paint::Color(color)) => transmittance(reader, scope, transparent, color)?,
+        Some(Paint::Texture(name)) => {
+            let message = format!("the texture {name} is not read; the material is opaque");
+            reader.warn(transparent, message);
+            return Ok(None);
+        }
+        None => return Ok(None),
+    };
+    let share = luminance(transmitted);
+    let is_glass = share >= 0.5;
+    if share > TOLERANCE && share < 1.0 - TOLERANCE && transmitted.iter().all(|c| *c < 1.0) {
+        let taken = if is_glass { "clear" } else { "opaque" };
+        let message = format!("partial transparency is not supported; the material is {taken}");
+        reader.warn(transparent, message);
+    }
+    if !is_glass {
+        return Ok(None);
+    }
+    let ior = float_or(reader, scope, "index_of_refraction", DEFAULT_IOR)?;
+    let ior = if ior > 0.0 { ior } else { DEFAULT_IOR };
+    Ok(Some(Glass { reflectance: [1.0; 3], transmittance: transmitted, ior }))
+}
+
+/// The light that passes, by the colour of `<transparent>`, its `opaque` mode and
+/// `<transparency>` (COLLADA 1.5.0, "Determining Transparency").
+fn transmittance<'a>(
+    reader: &mut Reader<'a>,
+    scope: &Scope<'a>,
+    transparent: Node<'a>,
+    [r, g, b, a]: [f32; 4],
+) -> Result<[f32; 3], LoadError> {
+    let transparency = float_or(reader, scope, "transparency", 1.0)?;
+    let scaled = |color: [f32; 3]| color.map(|c| (c * transparency).min(1.0));
+    Ok(match transparent.attribute("opaque").unwrap_or("A_ONE") {
+        "A_ONE" => scaled([a; 3]).map(|c| 1.0 - c),
+        "A_ZERO" => scaled([a; 3]),
+        "RGB_ONE" => scaled([r, g, b]).map(|c| 1.0 - c),
+        "RGB_ZERO" => scaled([r, g, b]),
+        other => {
+            let message = format!(
+                "opaque={} is unknown; expected A_ONE, A_ZERO, RGB_ONE or RGB_ZERO; the material \
+                 is opaque",
+                quote(other)
+            );
+            reader.warn(transparent, message);
+            [0.0; 3]
+        }
+    })
+}
+
+/// A share of light: [`color_or`], at most 1.
+fn share_or<'a>(
+    reader: &mut Reader<'a>,
+    scope: &Scope<'a>,
+    tag: &str,
+    default: [f32; 3],
+) -> Result<[f32; 3], LoadError> {
+    let color = color_or(reader, scope, tag, default)?;
+    Ok(match child(scope.shader, tag) {
+        Some(element) => clamped(reader, element, color),
+        None => color,
+    })
+}
+
+/// The colour of an element of the shader, or a default where it is missing. For textures there
+/// is the default as well, with a warning.
+fn color_or<'a>(
+    reader: &mut Reader<'a>,
+    scope: &Scope<'a>,
+    tag: &str,
+    default: [f32; 3],
+) -> Result<[f32; 3], LoadError> {
+    let Some(element) = child(scope.shader, tag) else { return Ok(default) };
+    Ok(match paint(reader, scope, element)? {
+        Some(Paint::Color([r, g, b, _])) => [r, g, b],
+        Some(Paint::Texture(name)) => {
+            let [r, g, b] = default;
+            let message =
+                format!("the texture {name} is not read; the colour {r} {g} {b} is taken");
+            reader.warn(element, message);
+            default
+        }
+        None => default,
+    })
+}
+
+/// What an element such as `<diffuse>` contains.
+fn paint<'a>(
+    reader: &Reader<'a>,
+    scope: &Scope<'a>,
+    element: Node<'a>,
+) -> Result<Option<Paint>, LoadError> {
+    if let Some(color) = child(element, "color") {
+        return reader.rgba(color).map(|c| Some(Paint::Color(c)));
+    }
+    if let Some(param) = child(element, "param") {
+        let value = parameter(reader, scope, param)?;
+        return reader.rgba(value).map(|c| Some(Paint::Color(c)));
+    }
+    let texture = child(element, "texture").and_then(|t| t.attribute("texture"));
+    Ok(texture.map(|name| Paint::Texture(image_name(reader, scope, name))))
+}
+
+/// The number of an element of the shader, or a default where it is missing.
+fn float_or<'a>(
+    reader: &Reader<'a>,
+    scope: &Scope<'a>,
+    tag: &str,
+    default: f32,
+) -> Result<f32, LoadError> {
+    let Some(element) = child(scope.shader, tag) else { return Ok(default) };
+    let value = match (child(element, "float"), child(element, "param")) {
+        (Some(float), _) => float,
+        (None, Some(param)) => parameter(reader, scope, param)?,
+        (None, None) => return Ok(default),
+    };
+    match reader.scalar(value)? as f32 {
+        number if number >= 0.0 && number.is_finite() => Ok(number),
+        bad => Err(reader.error(value, format!("expected a number from 0 up, found {bad}"))),
+    }
+}
+
+/// The element with the value to which a `<param ref="…">` refers: that which the instance of the
+/// effect sets, or else that of the innermost `<newparam>`.
+fn parameter<'a>(
+    reader: &Reader<'a>,
+    scope: &Scope<'a>,
+    param: Node<'a>,
+) -> Result<Node<'a>, LoadError> {
+    let name = param.attribute("ref").unwrap_or_default();
+    definition(scope, name).and_then(|definition| elements(definition).find(is_value)).ok_or_else(
+        || {
+            let message = format!("ref={} names no <newparam> with a value", quote(name));
+            reader.error(param, message)
+        },
+    )
+}
+
+fn is_value(element: &Node<'_>) -> bool {
+    matches!(element.tag_name().name(), "float" | "float3" | "float4" | "color")
+}
+
+fn definition<'a>(scope: &Scope<'a>, name: &str) -> Option<Node<'a>> {
+    let set = children(scope.instance, "setparam").find(|n| n.attribute("ref") == Some(name));
+    let scopes = [scope.technique, scope.profile, scope.effect];
+    let mut new = scopes.into_iter().flat_map(|n| children(n, "newparam"));
+    set.or_else(|| new.find(|n| n.attribute("sid") == Some(name)))
+}
+
+/// The file name behind a texture, or else the name that the shader has for it.
+///
+/// A texture names a sampler, which names a surface (or, from 1.5 on, an image), which names an
+/// image, which names a file; some exporters leave out steps.
+fn image_name<'a>(reader: &Reader<'a>, scope: &Scope<'a>, texture: &str) -> String {
+    const MOST_STEPS: usize = 4;
+    let mut name = texture;
+    for _ in 0..MOST_STEPS {
+        let Some(next) = definition(scope, name).or_else(|| reader.find(name, &["image"])) else {
+            break;
+        };
+        let link = next.descendants().find(|n| {
+            matches!(n.tag_name().name(), "source" | "init_from" | "instance_image" | "ref")
+                && !n.children().any(|inner| inner.is_element())
+        });
+        let text = link.and_then(|n| n.attribute("url").or(n.text())).unwrap_or_default().trim();
+        if text.is_empty() {
+            break;
+        }
+        name = text.strip_prefix('#').unwrap_or(text);
+    }
+    quote(name)
+}
+
+/// Luminance of linear Rec. 709.
+fn luminance([r, g, b]: [f32; 3]) -> f32 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}

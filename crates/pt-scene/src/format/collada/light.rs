@@ -1,0 +1,107 @@
+//! Lights.
+
+use pt_math::DAffine3;
+
+use super::reader::{Reader, child, children, course_techniques, elements, name_of};
+use crate::format::xml::Node;
+use crate::{Light, LightKind, LoadError};
+
+/// Reads a light that an instance places; kinds that are unknown are left out with a warning.
+///
+/// The course's profile wins over the common one; Blender's own is the last resort.
+pub(super) fn read<'a>(
+    reader: &mut Reader<'a>,
+    light: Node<'a>,
+    instance: Node<'a>,
+    to_world: DAffine3,
+) -> Result<Option<Light>, LoadError> {
+    let blender = children(light, "extra")
+        .flat_map(|extra| children(extra, "technique"))
+        .filter(|t| t.attribute("profile") == Some("blender"));
+    let techniques =
+        course_techniques(light).chain(children(light, "technique_common")).chain(blender);
+    let described = techniques.filter_map(|t| elements(t).next()).find(is_known);
+    let Some(described) = described else {
+        let message = "its kind is unknown; expected <ambient>, <directional>, <point>, <spot> or \
+                       <area> in its <technique_common>; it is left out";
+        reader.warn(light, message);
+        return Ok(None);
+    };
+    let kind = kind(reader, described)?;
+    Ok(Some(Light { name: name_of(light), to_world, kind, at: reader.document.span(instance) }))
+}
+
+fn is_known(element: &Node<'_>) -> bool {
+    matches!(element.tag_name().name(), "ambient" | "directional" | "point" | "spot" | "area")
+}
+
+/// What an element named after a kind of light describes.
+fn kind<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<LightKind, LoadError> {
+    let color = color(reader, element)?;
+    Ok(match element.tag_name().name() {
+        "ambient" => LightKind::Hemisphere { radiance: color },
+        "directional" => LightKind::Directional { irradiance: color },
+        "area" => LightKind::Area { radiance: color },
+        "spot" => {
+            check_attenuation(reader, element)?;
+            let falloff =
+                |tag, default| match child(element, tag) {
+                    Some(found) => match reader.scalar(found)? {
+                        number if number >= 0.0 => Ok(number),
+                        bad => Err(reader
+                            .error(found, format!("expected a number from 0 up, found {bad}"))),
+                    },
+                    None => Ok(default),
+                };
+            LightKind::Spot {
+                intensity: color,
+                falloff_angle: falloff("falloff_angle", 180.0)?,
+                falloff_exponent: falloff("falloff_exponent", 0.0)?,
+            }
+        }
+        _ => {
+            check_attenuation(reader, element)?;
+            LightKind::Point { intensity: color }
+        }
+    })
+}
+
+/// `<color>`, or `<red>`, `<green>` and `<blue>` times `<energy>`.
+fn color<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<[f32; 3], LoadError> {
+    if let Some(color) = child(element, "color") {
+        return reader.rgb(color);
+    }
+    let part = |tag, default: f32| match child(element, tag) {
+        Some(found) => match reader.scalar(found)? as f32 {
+            number if number >= 0.0 && number.is_finite() => Ok(number),
+            bad => Err(reader.error(found, format!("expected a number from 0 up, found {bad}"))),
+        },
+        None => Ok(default),
+    };
+    let rgb = [part("red", 1.0)?, part("green", 1.0)?, part("blue", 1.0)?];
+    let energy = part("energy", 1.0)?;
+    if !["red", "green", "blue", "energy"].iter().any(|tag| child(element, tag).is_some()) {
+        reader.warn(element, "it has no <color>; white (1 1 1) is assumed");
+    }
+    let color = rgb.map(|c| c * energy);
+    if color.iter().all(|c| c.is_finite()) {
+        Ok(color)
+    } else {
+        Err(reader.error(element, "its colour times its energy is infinite; use smaller numbers"))
+    }
+}
+
+/// Tells the user where a file asks for a light that does not fall with the square of the
+/// distance. Quadratic terms and the constant 0 or 1, which exporters write by habit, ask for
+/// nothing else.
+fn check_attenuation<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<(), LoadError> {
+    let term = |tag, default| child(element, tag).map_or(Ok(default), |n| reader.scalar(n));
+    let constant = term("constant_attenuation", 1.0)?;
+    let linear = term("linear_attenuation", 0.0)?;
+    if linear != 0.0 || (constant != 0.0 && constant != 1.0) {
+        let message = "<constant_attenuation> and <linear_attenuation> are not followed: light \
+                       falls with the square of the distance";
+        reader.warn(element, message);
+    }
+    Ok(())
+}

@@ -1,0 +1,110 @@
+//! COLLADA 1.4 and 1.5 (`.dae`).
+//!
+//! Read are meshes, perspective cameras, lights, materials of the common profile (as the nearest
+//! physical material), the node hierarchy with all kinds of transforms, and skins in their bind
+//! pose. On top comes the profile `CGL` (in older files `CMU462`) of the course CS184, which adds
+//! spheres, area lights and materials with a physical meaning. Animations, physics, textures and
+//! splines are not read; the [warnings](Scene::warnings) say where a file has them.
+//!
+//! Sources: COLLADA Digital Asset Schema Release 1.4.1 and 1.5.0 (Khronos Group, 2008).
+
+mod camera;
+mod effect;
+mod geometry;
+mod light;
+mod material;
+mod nodes;
+mod primitives;
+mod reader;
+mod source;
+mod transform;
+mod triangulate;
+
+use std::path::Path;
+
+use pt_math::{DAffine3, DMat3, DVec3};
+
+use super::xml::{self, Node};
+use crate::{LoadError, Scene};
+use reader::{Reader, child};
+
+/// Reads a COLLADA document.
+///
+/// The axis that the file calls up becomes +y; lengths stay in the unit of the file.
+///
+/// # Errors
+/// If the file is no COLLADA, refers to what it does not contain, or holds numbers that make no
+/// sense. The error names the line and the element.
+pub fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
+    let text = xml::decode(bytes, path)?;
+    let document = xml::Document::parse(&text, path)?;
+    let root = document.root();
+    let tag = root.tag_name().name();
+    if tag != "COLLADA" {
+        let message = format!("this is no COLLADA file: expected <COLLADA>, found <{tag}>");
+        return Err(document.error(root, message));
+    }
+    let mut reader = Reader::new(&document);
+    let asset = child(root, "asset");
+    reader.scene.metres_per_unit = metres_per_unit(&mut reader, asset);
+    let to_y_up = to_y_up(&reader, asset)?;
+    let visual_scene = visual_scene(&mut reader)?;
+    nodes::place(&mut reader, visual_scene, to_y_up)?;
+    Ok(reader.finish())
+}
+
+/// The length of the unit; 1 m where the file is silent.
+fn metres_per_unit(reader: &mut Reader<'_>, asset: Option<Node<'_>>) -> f64 {
+    let Some(unit) = asset.and_then(|a| child(a, "unit")) else { return 1.0 };
+    let Some(written) = unit.attribute("meter") else { return 1.0 };
+    match written.trim().parse::<f64>() {
+        Ok(metres) if metres > 0.0 && metres.is_finite() => metres,
+        _ => {
+            let message = format!(
+                "meter={} is not a positive number; a unit of 1 m is assumed",
+                xml::quote(written)
+            );
+            reader.warn(unit, message);
+            1.0
+        }
+    }
+}
+
+/// The rotation from the axes of the file to those of [`Scene`].
+fn to_y_up(reader: &Reader<'_>, asset: Option<Node<'_>>) -> Result<DAffine3, LoadError> {
+    let Some(up_axis) = asset.and_then(|a| child(a, "up_axis")) else {
+        return Ok(DAffine3::IDENTITY);
+    };
+    let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+    // What the axes of the file become.
+    let columns = match up_axis.text().unwrap_or_default().trim() {
+        "X_UP" => DMat3::from_cols(y, x, -z),
+        "Y_UP" => DMat3::IDENTITY,
+        "Z_UP" => DMat3::from_cols(-x, z, y),
+        other => {
+            let message =
+                format!("the axis {} is unknown; expected X_UP, Y_UP or Z_UP", xml::quote(other));
+            return Err(reader.document.error(up_axis, message));
+        }
+    };
+    Ok(DAffine3::from_mat3(columns))
+}
+
+/// The scene that the file says to show.
+fn visual_scene<'a>(reader: &mut Reader<'a>) -> Result<Node<'a>, LoadError> {
+    let root = reader.document.root();
+    let instance = child(root, "scene").and_then(|s| child(s, "instance_visual_scene"));
+    if let Some(instance) = instance
+        && let Some(found) = reader.resolve(instance, "url", &["visual_scene"])?
+    {
+        return Ok(found);
+    }
+    let first = reader.document.elements().find(|n| n.tag_name().name() == "visual_scene");
+    let Some(first) = first else {
+        let message = "the file describes no scene; expected a <visual_scene> in \
+                       <library_visual_scenes>, and <scene> with an <instance_visual_scene>";
+        return Err(reader.document.error(root, message));
+    };
+    reader.warn(first, "the file does not say which scene to show; this, its first, is taken");
+    Ok(first)
+}

@@ -1,0 +1,159 @@
+//! The node hierarchy: what stands where.
+
+use pt_math::DAffine3;
+
+use super::reader::{Reader, child, elements, name_of};
+use super::{camera, geometry, light, material, transform};
+use crate::format::xml::{Node, quote};
+use crate::{LoadError, Object};
+
+/// Deepest nesting of nodes and instances of nodes.
+const MAX_DEPTH: usize = 1000;
+
+/// A node whose children are being placed.
+struct Level<'a> {
+    node: Node<'a>,
+    to_world: DAffine3,
+    rest: Box<dyn Iterator<Item = Node<'a>> + 'a>,
+}
+
+/// Places all that a `<visual_scene>` contains, depth first, in the order of the file.
+pub(super) fn place<'a>(
+    reader: &mut Reader<'a>,
+    visual_scene: Node<'a>,
+    to_y_up: DAffine3,
+) -> Result<(), LoadError> {
+    let mut levels = vec![Level {
+        node: visual_scene,
+        to_world: to_y_up,
+        rest: Box::new(elements(visual_scene)),
+    }];
+    while let Some(level) = levels.last_mut() {
+        let Some(element) = level.rest.next() else {
+            levels.pop();
+            continue;
+        };
+        let (parent, to_world) = (level.node, level.to_world);
+        let inner = match element.tag_name().name() {
+            "node" => Some(element),
+            "instance_node" => reader.resolve(element, "url", &["node"])?,
+            _ => {
+                place_instance(reader, parent, element, to_world)?;
+                None
+            }
+        };
+        if let Some(node) = inner {
+            levels.push(enter(reader, &levels, element, node)?);
+        }
+    }
+    Ok(())
+}
+
+/// Begins with a node, which an element of the node before contains or refers to.
+fn enter<'a>(
+    reader: &mut Reader<'a>,
+    levels: &[Level<'a>],
+    element: Node<'a>,
+    node: Node<'a>,
+) -> Result<Level<'a>, LoadError> {
+    if levels.iter().any(|level| level.node == node) {
+        let message = format!("the node {} contains itself", quote(&name_of(node)));
+        return Err(reader.error(element, message));
+    }
+    if levels.len() > MAX_DEPTH {
+        let message = format!("nodes are nested deeper than {MAX_DEPTH}; such files are refused");
+        return Err(reader.error(element, message));
+    }
+    reader.count_placed(element, 1)?;
+    let outer = levels.last().map_or(DAffine3::IDENTITY, |level| level.to_world);
+    let to_world = outer * transform::local(reader, node)?;
+    if !to_world.is_finite() {
+        let message = "the transforms down to this node multiply to infinite numbers";
+        return Err(reader.error(node, message));
+    }
+    Ok(Level { node, to_world, rest: Box::new(elements(node)) })
+}
+
+/// Places what an `instance_…` element refers to; other elements mean nothing here.
+fn place_instance<'a>(
+    reader: &mut Reader<'a>,
+    node: Node<'a>,
+    instance: Node<'a>,
+    to_world: DAffine3,
+) -> Result<(), LoadError> {
+    match instance.tag_name().name() {
+        "instance_camera" => {
+            if let Some(found) = reader.resolve(instance, "url", &["camera"])? {
+                let camera = camera::read(reader, found, to_world)?;
+                reader.scene.cameras.extend(camera);
+            }
+        }
+        "instance_light" => {
+            if let Some(found) = reader.resolve(instance, "url", &["light"])? {
+                let light = light::read(reader, found, instance, to_world)?;
+                reader.scene.lights.extend(light);
+            }
+        }
+        "instance_geometry" => {
+            if let Some(found) = reader.resolve(instance, "url", &["geometry"])? {
+                place_geometry(reader, node, instance, found, to_world)?;
+            }
+        }
+        "instance_controller" => place_controller(reader, node, instance, to_world)?,
+        _ => {}
+    }
+    Ok(())
+}
+
+/// Places a geometry with the materials that the instance binds.
+fn place_geometry<'a>(
+    reader: &mut Reader<'a>,
+    node: Node<'a>,
+    instance: Node<'a>,
+    geometry: Node<'a>,
+    to_world: DAffine3,
+) -> Result<(), LoadError> {
+    let Some(shape) = geometry::read(reader, geometry)? else { return Ok(()) };
+    reader.count_placed(instance, shape.symbols.len())?;
+    let materials = material::bind(reader, instance, &shape.symbols)?;
+    let names = [name_of(node), name_of(geometry)];
+    let object = Object {
+        name: names.into_iter().find(|name| !name.is_empty()).unwrap_or_default(),
+        to_world,
+        geometry: shape.geometry,
+        materials,
+        at: reader.document.span(instance),
+    };
+    reader.scene.objects.push(object);
+    Ok(())
+}
+
+/// Places the mesh of a controller as it was when its skeleton was bound to it, or before it was
+/// morphed.
+fn place_controller<'a>(
+    reader: &mut Reader<'a>,
+    node: Node<'a>,
+    instance: Node<'a>,
+    mut to_world: DAffine3,
+) -> Result<(), LoadError> {
+    /// Controllers on controllers; a morph below a skin makes two.
+    const MAX_CONTROLLERS: usize = 10;
+    let Some(mut found) = reader.resolve(instance, "url", &["controller"])? else { return Ok(()) };
+    for _ in 0..MAX_CONTROLLERS {
+        let Some(deformer) = child(found, "skin").or(child(found, "morph")) else {
+            return Err(reader.error(found, "expected a <skin> or a <morph>"));
+        };
+        let tag = deformer.tag_name().name();
+        reader.warn(instance, format!("the <{tag}> is not applied; the mesh is shown undeformed"));
+        if let Some(matrix) = child(deformer, "bind_shape_matrix") {
+            to_world *= transform::matrix(reader, matrix)?;
+        }
+        match reader.resolve(deformer, "source", &["geometry", "controller"])? {
+            None => return Ok(()),
+            Some(source) if source.tag_name().name() == "controller" => found = source,
+            Some(geometry) => return place_geometry(reader, node, instance, geometry, to_world),
+        }
+    }
+    let message = format!("more than {MAX_CONTROLLERS} controllers stand between here and a mesh");
+    Err(reader.error(instance, message))
+}

@@ -1,0 +1,326 @@
+//! The primitives of a mesh: triangles, strips, fans and polygons.
+
+use std::ops::Range;
+
+use pt_math::DVec3;
+
+use super::geometry::{Builder, MISSING};
+use super::reader::{Reader, child, elements};
+use super::source::{NonFinite, inputs, whole_number};
+use super::triangulate::Triangulator;
+use crate::LoadError;
+use crate::format::xml::Node;
+
+/// Adds the triangles of a primitive element to a mesh.
+pub(super) fn read<'a>(
+    reader: &mut Reader<'a>,
+    builder: &mut Builder<'a>,
+    primitive: Node<'a>,
+) -> Result<(), LoadError> {
+    let lists: Vec<_> = index_lists(reader, primitive);
+    if lists.is_empty() {
+        if whole_number(reader, primitive, "count")?.unwrap_or(0) > 0 {
+            reader.warn(primitive, "it has no <p>; it is left out");
+        }
+        return Ok(());
+    }
+    let lanes = Lanes::of(reader, builder, primitive)?;
+    let mut faces = Faces { builder, lanes: &lanes, cutter: Triangulator::default(), lost: [0; 2] };
+    let mut count = 0;
+    for p in lists {
+        let list = lanes.indices(reader, p)?;
+        let corners = list.len() / lanes.stride;
+        count += match primitive.tag_name().name() {
+            "triangles" => faces.triangles(reader, p, &list, corners)?,
+            "tristrips" => faces.strip(&list, corners),
+            "trifans" => faces.fan(&list, corners),
+            "polygons" => faces.polygon(&list, 0..corners),
+            _ => {
+                let sizes = polygon_sizes(reader, primitive, p, corners)?;
+                faces.polygons(&list, &sizes)
+            }
+        };
+    }
+    let [small, large] = faces.lost;
+    builder.close_part(primitive.attribute("material"));
+    if small > 0 {
+        let message = format!("{small} faces have fewer than three corners; they are left out");
+        reader.warn(primitive, message);
+    }
+    if large > 0 {
+        let message = format!(
+            "{large} polygons are concave and have too many corners to be cut well; they are cut \
+             as if they were convex"
+        );
+        reader.warn(primitive, message);
+    }
+    check_count(reader, primitive, count)
+}
+
+/// The `<p>` elements of a primitive. Polygons may have theirs in a `<ph>`, beside holes.
+fn index_lists<'a>(reader: &mut Reader<'a>, primitive: Node<'a>) -> Vec<Node<'a>> {
+    let mut lists = Vec::new();
+    for element in elements(primitive) {
+        match element.tag_name().name() {
+            "p" => lists.push(element),
+            "ph" => {
+                lists.extend(child(element, "p"));
+                if child(element, "h").is_some() {
+                    reader.warn(element, "holes in polygons are not supported; they are filled");
+                }
+            }
+            _ => {}
+        }
+    }
+    lists
+}
+
+/// The numbers of corners of the polygons of a `<polylist>`.
+fn polygon_sizes(
+    reader: &Reader<'_>,
+    primitive: Node<'_>,
+    p: Node<'_>,
+    corners: usize,
+) -> Result<Vec<u32>, LoadError> {
+    let Some(vcount) = child(primitive, "vcount") else {
+        return Err(reader.error(primitive, "it has no <vcount>"));
+    };
+    let sizes = reader.document.numbers::<u32>(vcount)?;
+    let sum: u64 = sizes.iter().map(|n| u64::from(*n)).sum();
+    if sum == corners as u64 {
+        return Ok(sizes);
+    }
+    let message =
+        format!("its indices are those of {corners} corners, but <vcount> adds up to {sum}");
+    Err(reader.error(p, message))
+}
+
+/// Tells the user if a `count` is not that of what is there.
+fn check_count<'a>(
+    reader: &mut Reader<'a>,
+    primitive: Node<'a>,
+    found: usize,
+) -> Result<(), LoadError> {
+    if let Some(count) = whole_number(reader, primitive, "count")?
+        && count != found
+    {
+        let message = format!("count=\"{count}\", but there are {found}; those are taken");
+        reader.warn(primitive, message);
+    }
+    Ok(())
+}
+
+/// Every how many indices a corner begins, and which of them mean what.
+struct Lanes {
+    stride: usize,
+    position: Lane,
+    normal: Option<Lane>,
+    uv: Option<Lane>,
+}
+
+/// One index of each corner, and the values of a pool that it counts from 0.
+struct Lane {
+    offset: usize,
+    values: Range<u32>,
+}
+
+/// An `<input>`, with the offset and set at which the primitive has it.
+struct Input<'a> {
+    node: Node<'a>,
+    semantic: &'a str,
+    offset: usize,
+    set: usize,
+}
+
+impl Lanes {
+    /// Reads the inputs of a primitive, and the sources that they name.
+    fn of<'a>(
+        reader: &mut Reader<'a>,
+        builder: &mut Builder<'a>,
+        primitive: Node<'a>,
+    ) -> Result<Self, LoadError> {
+        let (mut found, mut stride) = (Vec::new(), 1);
+        for node in inputs(primitive) {
+            let offset = whole_number(reader, node, "offset")?.unwrap_or(0);
+            stride = stride.max(offset.saturating_add(1));
+            let set = whole_number(reader, node, "set")?.unwrap_or(0);
+            let semantic = node.attribute("semantic").unwrap_or_default();
+            found.push(Input { node, semantic, offset, set });
+        }
+        // What `<vertices>` says about a vertex comes after what the primitive says.
+        if let Some(vertex) = found.iter().find(|input| input.semantic == "VERTEX") {
+            let (node, offset) = (vertex.node, vertex.offset);
+            if let Some(vertices) = reader.resolve(node, "source", &["vertices"])? {
+                found.extend(inputs(vertices).map(|node| {
+                    let semantic = node.attribute("semantic").unwrap_or_default();
+                    Input { node, semantic, offset, set: 0 }
+                }));
+            }
+        }
+        let first =
+            |semantic| found.iter().filter(|i| i.semantic == semantic).min_by_key(|i| i.set);
+        let Some(position) = first("POSITION") else {
+            let message = "its corners have no positions; expected an <input semantic=\"VERTEX\"> \
+                           that names <vertices> with an <input semantic=\"POSITION\">";
+            return Err(reader.error(primitive, message));
+        };
+        let mut source = |input: &Input<'a>| reader.resolve(input.node, "source", &["source"]);
+        let sources = (
+            source(position)?,
+            first("NORMAL").map(&mut source).transpose()?.flatten(),
+            first("TEXCOORD").map(&mut source).transpose()?.flatten(),
+        );
+        let lane =
+            |semantic, values| first(semantic).map(|input| Lane { offset: input.offset, values });
+        let (Some(positions), normals, uvs) = sources else {
+            return Err(reader.error(position.node, "the positions are not in this file"));
+        };
+        let positions = builder.positions.load(reader, positions, NonFinite::Refuse)?;
+        let normals = normals
+            .map(|source| builder.normals.load(reader, source, NonFinite::Zero))
+            .transpose()?;
+        let uvs =
+            uvs.map(|source| builder.uvs.load(reader, source, NonFinite::Zero)).transpose()?;
+        Ok(Self {
+            stride,
+            position: Lane { offset: position.offset, values: positions },
+            normal: normals.and_then(|values| lane("NORMAL", values)),
+            uv: uvs.and_then(|values| lane("TEXCOORD", values)),
+        })
+    }
+
+    /// The indices in a `<p>`, all of which exist.
+    fn indices(&self, reader: &Reader<'_>, p: Node<'_>) -> Result<Vec<u32>, LoadError> {
+        let list = reader.document.numbers::<u32>(p)?;
+        if list.len() % self.stride != 0 {
+            let message = format!(
+                "it has {} indices; expected a multiple of {}, which is the largest offset of the \
+                 inputs plus 1",
+                list.len(),
+                self.stride
+            );
+            return Err(reader.error(p, message));
+        }
+        let lanes = [
+            ("position", Some(&self.position)),
+            ("normal", self.normal.as_ref()),
+            ("texture coordinate", self.uv.as_ref()),
+        ];
+        for (what, lane) in lanes.into_iter().filter_map(|(what, lane)| Some((what, lane?))) {
+            let exist = lane.values.len();
+            let mut of_lane = list.iter().skip(lane.offset).step_by(self.stride);
+            if let Some(corner) = of_lane.position(|i| *i as usize >= exist) {
+                let at = corner * self.stride + lane.offset;
+                let message = format!(
+                    "{what} {} is asked for, but there are {exist} (0 to {})",
+                    list[at],
+                    exist.saturating_sub(1)
+                );
+                let word = reader.document.nth_word(p, at).unwrap_or_default();
+                return Err(reader.document.error_at(p, word, message));
+            }
+        }
+        Ok(list)
+    }
+}
+
+impl Lane {
+    /// The index, into the pool, of a corner.
+    fn at(&self, list: &[u32], stride: usize, corner: usize) -> u32 {
+        self.values.start + list[corner * stride + self.offset]
+    }
+}
+
+/// Adds faces, given as numbers of corners of a list of indices, to a mesh.
+struct Faces<'b, 'a> {
+    builder: &'b mut Builder<'a>,
+    lanes: &'b Lanes,
+    cutter: Triangulator,
+    /// Faces with fewer than three corners, and polygons that were too large to be cut well.
+    lost: [usize; 2],
+}
+
+impl Faces<'_, '_> {
+    fn add(&mut self, list: &[u32], corners: [usize; 3]) {
+        let Lanes { stride, position, normal, uv } = self.lanes;
+        let of = |lane: &Lane| corners.map(|corner| lane.at(list, *stride, corner));
+        self.builder.triangles.push(of(position));
+        self.builder.normal_corners.push(normal.as_ref().map_or([MISSING; 3], of));
+        self.builder.uv_corners.push(uv.as_ref().map_or([MISSING; 3], of));
+    }
+
+    /// Each three corners are a triangle. Returns how many.
+    fn triangles(
+        &mut self,
+        reader: &Reader<'_>,
+        p: Node<'_>,
+        list: &[u32],
+        corners: usize,
+    ) -> Result<usize, LoadError> {
+        if corners % 3 != 0 {
+            let message = format!("it has {corners} corners; expected a multiple of 3");
+            return Err(reader.error(p, message));
+        }
+        (0..corners / 3).for_each(|i| self.add(list, [3 * i, 3 * i + 1, 3 * i + 2]));
+        Ok(corners / 3)
+    }
+
+    /// Each corner after the second is a triangle with the two before it, every other one turned
+    /// around so that all face the same way. Strips are joined by triangles that use a corner
+    /// twice; those are no faces.
+    fn strip(&mut self, list: &[u32], corners: usize) -> usize {
+        for i in 2..corners {
+            let triangle = if i % 2 == 0 { [i - 2, i - 1, i] } else { [i - 1, i - 2, i] };
+            let [a, b, c] = triangle.map(|i| self.lanes.position.at(list, self.lanes.stride, i));
+            if a != b && b != c && c != a {
+                self.add(list, triangle);
+            }
+        }
+        self.count_small(corners)
+    }
+
+    /// Each corner after the second is a triangle with the one before it and the first one.
+    fn fan(&mut self, list: &[u32], corners: usize) -> usize {
+        (2..corners).for_each(|i| self.add(list, [0, i - 1, i]));
+        self.count_small(corners)
+    }
+
+    /// Polygons of the given sizes, one after the other. Returns how many.
+    fn polygons(&mut self, list: &[u32], sizes: &[u32]) -> usize {
+        let mut start = 0;
+        for size in sizes {
+            let end = start + *size as usize;
+            self.polygon(list, start..end);
+            start = end;
+        }
+        sizes.len()
+    }
+
+    fn polygon(&mut self, list: &[u32], corners: Range<usize>) -> usize {
+        let first = corners.start;
+        if corners.len() <= 3 {
+            if corners.len() == 3 {
+                self.add(list, [first, first + 1, first + 2]);
+            }
+            return self.count_small(corners.len());
+        }
+        let Lanes { stride, position, .. } = self.lanes;
+        let mut points = Vec::with_capacity(corners.len());
+        points.extend(corners.map(|corner| {
+            let index = position.at(list, *stride, corner) as usize;
+            let [x, y, z] = self.builder.positions.values[index].map(f64::from);
+            DVec3::new(x, y, z)
+        }));
+        let mut cutter = std::mem::take(&mut self.cutter);
+        let is_well_cut = cutter.cut(&points, |cut| self.add(list, cut.map(|i| first + i)));
+        self.cutter = cutter;
+        self.lost[1] += usize::from(!is_well_cut);
+        1
+    }
+
+    /// Counts a face; it is lost if it has too few corners.
+    fn count_small(&mut self, corners: usize) -> usize {
+        self.lost[0] += usize::from(corners < 3);
+        1
+    }
+}

@@ -1,0 +1,263 @@
+//! What all parts of the reader share: references, lists of numbers, warnings, limits.
+
+use std::collections::HashMap;
+
+use roxmltree::NodeId;
+
+use super::geometry::Shape;
+use crate::format::xml::{Document, Node, did_you_mean, quote};
+use crate::{LoadError, Scene, Warning};
+
+/// Most warnings kept; a broken exporter repeats itself for every object.
+const MAX_WARNINGS: usize = 100;
+/// Most nodes visited plus material slots filled. Nodes that instance nodes that instance nodes
+/// can ask for any number.
+const MAX_PLACED: usize = 2_000_000;
+/// Values that sources may take per byte of the file. More is only possible where many sources
+/// share an array.
+const MAX_VALUES_PER_BYTE: usize = 2;
+
+/// A document on its way to a [`Scene`].
+pub(super) struct Reader<'a> {
+    pub(super) document: &'a Document<'a>,
+    /// What has been read so far.
+    pub(super) scene: Scene,
+    /// Index of each material read.
+    pub(super) materials: HashMap<NodeId, u32>,
+    /// Each geometry read; `None` if there is nothing to see.
+    pub(super) shapes: HashMap<NodeId, Option<Shape<'a>>>,
+    /// Elements by tag and id.
+    ids: HashMap<(&'a str, &'a str), Node<'a>>,
+    warnings_dropped: usize,
+    placed: usize,
+    values_left: usize,
+}
+
+impl<'a> Reader<'a> {
+    pub(super) fn new(document: &'a Document<'a>) -> Self {
+        let mut reader = Self {
+            document,
+            scene: Scene::default(),
+            materials: HashMap::new(),
+            shapes: HashMap::new(),
+            ids: HashMap::new(),
+            warnings_dropped: 0,
+            placed: 0,
+            values_left: document.length().saturating_mul(MAX_VALUES_PER_BYTE),
+        };
+        for element in document.elements() {
+            let Some(id) = element.attribute("id") else { continue };
+            let tag = element.tag_name().name();
+            if reader.ids.contains_key(&(tag, id)) {
+                let message = "there is an earlier one with this id, which is taken instead";
+                reader.warn(element, message);
+            } else {
+                reader.ids.insert((tag, id), element);
+            }
+        }
+        reader
+    }
+
+    /// The scene with its warnings.
+    pub(super) fn finish(mut self) -> Scene {
+        if self.warnings_dropped > 0 {
+            let message = format!("{} further warnings are not shown", self.warnings_dropped);
+            let mut at = self.document.span(self.document.root());
+            (at.line, at.column, at.element) = (0, 0, String::new());
+            self.scene.warnings.push(Warning { at, message });
+        }
+        self.scene
+    }
+
+    /// Tells the user something about an element.
+    pub(super) fn warn(&mut self, node: Node<'_>, message: impl Into<String>) {
+        if self.scene.warnings.len() < MAX_WARNINGS {
+            self.scene.warnings.push(self.document.warning(node, message));
+        } else {
+            self.warnings_dropped += 1;
+        }
+    }
+
+    /// An error about an element.
+    pub(super) fn error(&self, node: Node<'_>, message: impl Into<String>) -> LoadError {
+        self.document.error(node, message)
+    }
+
+    /// The element, with one of the tags, to which an attribute such as `url="#id"` refers.
+    /// `None`, with a warning, where it refers to another file.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub(super) fn resolve(
+        &mut self,
+        node: Node<'a>,
+        attribute: &str,
+        tags: &[&str],
+    ) -> Result<Option<Node<'a>>, LoadError> {
+        let wanted = tags.iter().map(|t| format!("<{t}>")).collect::<Vec<_>>().join(" or ");
+        let Some(url) = node.attribute(attribute) else {
+            let message = format!(
+                "the attribute {attribute} is missing; expected {attribute}=\"#…\" with the id of \
+                 a {wanted}"
+            );
+            return Err(self.error(node, message));
+        };
+        let url = url.trim();
+        let id = url.strip_prefix('#').unwrap_or(url);
+        if let Some(found) = self.find(id, tags).or_else(|| self.find(&percent_decoded(id), tags)) {
+            return Ok(Some(found));
+        }
+        if !url.starts_with('#') && url.contains(['#', '.', '/']) {
+            let message = format!(
+                "{attribute}={} is in another file, which is not read; it is left out",
+                quote(url)
+            );
+            self.warn(node, message);
+            return Ok(None);
+        }
+        let elements =
+            || self.document.elements().filter_map(|n| n.attribute("id").map(|i| (n, i)));
+        let namesake = elements().find(|(_, i)| *i == id);
+        let hint = match namesake {
+            Some((other, _)) => format!("; the id belongs to a <{}>", other.tag_name().name()),
+            None => did_you_mean(
+                id,
+                elements().filter(|(n, _)| tags.contains(&n.tag_name().name())).map(|(_, i)| i),
+            ),
+        };
+        let message = format!("{attribute}={} names no {wanted} of this file{hint}", quote(url));
+        Err(self.document.error_at(node, node.attribute(attribute).unwrap_or_default(), message))
+    }
+
+    /// The element with an id and one of the tags.
+    pub(super) fn find(&self, id: &str, tags: &[&str]) -> Option<Node<'a>> {
+        tags.iter().find_map(|tag| self.ids.get(&(*tag, id)).copied())
+    }
+
+    /// The `N` numbers that an element contains, all finite.
+    pub(super) fn vector<const N: usize>(&self, node: Node<'_>) -> Result<[f64; N], LoadError> {
+        let numbers = self.document.numbers::<f64>(node)?;
+        if let Some(bad) = numbers.iter().find(|n| !n.is_finite()) {
+            return Err(self.error(node, format!("expected finite numbers, found {bad}")));
+        }
+        numbers.as_slice().try_into().map_err(|_| {
+            let plural = if N == 1 { "number" } else { "numbers" };
+            self.error(node, format!("expected {N} {plural}, found {}", numbers.len()))
+        })
+    }
+
+    /// The finite number that an element contains.
+    pub(super) fn scalar(&self, node: Node<'_>) -> Result<f64, LoadError> {
+        self.vector::<1>(node).map(|[number]| number)
+    }
+
+    /// The colour that an element contains: red, green, blue, and alpha (1 where it is missing).
+    ///
+    /// # Errors
+    /// If there are not three or four numbers, or some are negative, infinite or not a number.
+    pub(super) fn rgba(&self, node: Node<'_>) -> Result<[f32; 4], LoadError> {
+        let numbers = self.document.numbers::<f32>(node)?;
+        let rgba = match numbers[..] {
+            [r, g, b] => [r, g, b, 1.0],
+            [r, g, b, a] => [r, g, b, a],
+            _ => {
+                let message = format!(
+                    "expected a colour of three numbers (red, green, blue) or four (and alpha), \
+                     found {}",
+                    numbers.len()
+                );
+                return Err(self.error(node, message));
+            }
+        };
+        match rgba.iter().find(|c| !(c.is_finite() && **c >= 0.0)) {
+            Some(bad) => {
+                let message = format!(
+                    "the colour has the component {bad}; expected finite numbers from 0 up"
+                );
+                Err(self.error(node, message))
+            }
+            None => Ok(rgba),
+        }
+    }
+
+    /// The colour that an element contains, without its alpha.
+    pub(super) fn rgb(&self, node: Node<'_>) -> Result<[f32; 3], LoadError> {
+        self.rgba(node).map(|[r, g, b, _]| [r, g, b])
+    }
+
+    /// Counts nodes and slots placed in the scene.
+    ///
+    /// # Errors
+    /// If they become too many.
+    pub(super) fn count_placed(&mut self, node: Node<'_>, more: usize) -> Result<(), LoadError> {
+        self.placed += more;
+        if self.placed <= MAX_PLACED {
+            return Ok(());
+        }
+        let message = format!(
+            "the scene places more than {MAX_PLACED} nodes and materials; such files are refused"
+        );
+        Err(self.error(node, message))
+    }
+
+    /// Counts values that a source takes from its array.
+    ///
+    /// # Errors
+    /// If they become too many.
+    pub(super) fn count_values(&mut self, node: Node<'_>, more: usize) -> Result<(), LoadError> {
+        match self.values_left.checked_sub(more) {
+            Some(left) => {
+                self.values_left = left;
+                Ok(())
+            }
+            None => Err(self.error(node, "sources repeat the same array too often; write it once")),
+        }
+    }
+}
+
+/// The first child element with a tag.
+pub(super) fn child<'a>(node: Node<'a>, tag: &str) -> Option<Node<'a>> {
+    children(node, tag).next()
+}
+
+/// The child elements with a tag.
+pub(super) fn children<'a>(node: Node<'a>, tag: &str) -> impl Iterator<Item = Node<'a>> {
+    node.children().filter(move |n| n.is_element() && n.tag_name().name() == tag)
+}
+
+/// The child elements.
+pub(super) fn elements<'a>(node: Node<'a>) -> impl Iterator<Item = Node<'a>> {
+    node.children().filter(Node::is_element)
+}
+
+/// The techniques of the course's profile inside the `<extra>` elements of an element.
+pub(super) fn course_techniques<'a>(node: Node<'a>) -> impl Iterator<Item = Node<'a>> {
+    children(node, "extra")
+        .flat_map(|extra| children(extra, "technique"))
+        .filter(|t| matches!(t.attribute("profile"), Some("CGL" | "CMU462")))
+}
+
+/// What the author calls an element.
+pub(super) fn name_of(node: Node<'_>) -> String {
+    node.attribute("name").or(node.attribute("id")).unwrap_or_default().to_owned()
+}
+
+/// The text that a URL means: `%20` is a space.
+fn percent_decoded(url: &str) -> String {
+    let mut bytes = Vec::with_capacity(url.len());
+    let mut rest = url.as_bytes();
+    while let [first, tail @ ..] = rest {
+        let code = tail.get(..2).and_then(|hex| std::str::from_utf8(hex).ok());
+        match code.and_then(|hex| u8::from_str_radix(hex, 16).ok()) {
+            Some(byte) if *first == b'%' => {
+                bytes.push(byte);
+                rest = &tail[2..];
+            }
+            _ => {
+                bytes.push(*first);
+                rest = tail;
+            }
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}

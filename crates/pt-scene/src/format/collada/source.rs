@@ -1,0 +1,188 @@
+//! Sources: arrays of numbers, and how accessors cut them into values.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use roxmltree::NodeId;
+
+use super::reader::{Reader, child, children, elements};
+use crate::LoadError;
+use crate::format::xml::Node;
+
+/// Values of `N` numbers from all sources that the primitives of a mesh use for one purpose.
+#[derive(Default)]
+pub(super) struct Pool<const N: usize> {
+    pub(super) values: Vec<[f32; N]>,
+    /// Which values belong to a source.
+    sources: HashMap<NodeId, Range<u32>>,
+}
+
+/// What to do with numbers that are infinite or not a number.
+#[derive(Clone, Copy)]
+pub(super) enum NonFinite {
+    /// There is no sensible reading.
+    Refuse,
+    /// The whole value becomes zero, with a warning.
+    Zero,
+}
+
+impl<const N: usize> Pool<N> {
+    /// The indices of the values of a source, which is read when it is first asked for.
+    pub(super) fn load<'a>(
+        &mut self,
+        reader: &mut Reader<'a>,
+        source: Node<'a>,
+        non_finite: NonFinite,
+    ) -> Result<Range<u32>, LoadError> {
+        if let Some(range) = self.sources.get(&source.id()) {
+            return Ok(range.clone());
+        }
+        let start = self.values.len() as u32;
+        self.read(reader, source)?;
+        self.check_finite(reader, source, start as usize, non_finite)?;
+        let range = start..self.values.len() as u32;
+        self.sources.insert(source.id(), range.clone());
+        Ok(range)
+    }
+
+    /// Appends the values of a source.
+    fn read<'a>(&mut self, reader: &mut Reader<'a>, source: Node<'a>) -> Result<(), LoadError> {
+        let accessor = child(source, "technique_common").and_then(|t| child(t, "accessor"));
+        let array = match accessor {
+            Some(accessor) if accessor.attribute("source").is_some() => {
+                reader.resolve(accessor, "source", &["float_array"])?
+            }
+            _ => child(source, "float_array"),
+        };
+        let Some(array) = array else {
+            return Err(reader.error(source, "it has no <float_array>"));
+        };
+        let numbers = reader.document.numbers::<f32>(array)?;
+        check_count(reader, array, numbers.len());
+        let layout = match accessor {
+            Some(accessor) => Layout::of(reader, accessor, numbers.len())?,
+            None => Layout::packed(N, numbers.len()),
+        };
+        let Some(components) = layout.components.first_chunk::<N>() else {
+            let message = format!(
+                "its values have {} components, expected {N}; see <param> in its <accessor>",
+                layout.components.len()
+            );
+            return Err(reader.error(source, message));
+        };
+        reader.count_values(source, layout.count.saturating_mul(N))?;
+        self.values.extend((0..layout.count).map(|i| {
+            let first = layout.offset + i * layout.stride;
+            components.map(|c| numbers[first + c])
+        }));
+        Ok(())
+    }
+
+    /// Looks for infinite numbers and such as are none among the values from `start`.
+    fn check_finite<'a>(
+        &mut self,
+        reader: &mut Reader<'a>,
+        source: Node<'a>,
+        start: usize,
+        non_finite: NonFinite,
+    ) -> Result<(), LoadError> {
+        let mut bad = 0;
+        for (i, value) in self.values[start..].iter_mut().enumerate() {
+            if value.iter().all(|c| c.is_finite()) {
+                continue;
+            }
+            if let NonFinite::Refuse = non_finite {
+                let message = format!("value {} is {value:?}; expected finite numbers", i + 1);
+                return Err(reader.error(source, message));
+            }
+            *value = [0.0; N];
+            bad += 1;
+        }
+        if bad > 0 {
+            let message = format!("{bad} values are infinite or not a number; zero is taken");
+            reader.warn(source, message);
+        }
+        Ok(())
+    }
+}
+
+/// How an accessor cuts an array into values. All values lie inside the array.
+struct Layout {
+    count: usize,
+    stride: usize,
+    offset: usize,
+    /// Offsets of the components inside a value.
+    components: Vec<usize>,
+}
+
+impl Layout {
+    /// Values of `n` numbers one after the other.
+    fn packed(n: usize, length: usize) -> Self {
+        Self { count: length / n, stride: n, offset: 0, components: (0..n).collect() }
+    }
+
+    /// What an `<accessor>` says about an array of `length` numbers.
+    fn of<'a>(
+        reader: &mut Reader<'a>,
+        accessor: Node<'a>,
+        length: usize,
+    ) -> Result<Self, LoadError> {
+        let params: Vec<_> = children(accessor, "param").collect();
+        let stride = match whole_number(reader, accessor, "stride")? {
+            Some(0) => return Err(reader.error(accessor, "stride=\"0\"; expected 1 or more")),
+            Some(stride) => stride,
+            None => params.len().max(1),
+        };
+        let offset = whole_number(reader, accessor, "offset")?.unwrap_or(0);
+        // Parameters without a name are there to be skipped.
+        let is_named = |p: &Node<'_>| p.attribute("name").is_some_and(|name| !name.is_empty());
+        let mut components: Vec<_> = (0..params.len()).filter(|i| is_named(&params[*i])).collect();
+        if components.is_empty() {
+            components = (0..stride.min(length)).collect();
+        }
+        let reach = components.last().map_or(0, |last| last + 1);
+        let available = match length.checked_sub(offset.saturating_add(reach)) {
+            Some(rest) if reach > 0 => rest / stride + 1,
+            _ => 0,
+        };
+        let count = whole_number(reader, accessor, "count")?.unwrap_or(available);
+        if count > available {
+            let message = format!(
+                "count=\"{count}\", but its array of {length} numbers holds {available} values; \
+                 those are taken"
+            );
+            reader.warn(accessor, message);
+        }
+        Ok(Self { count: count.min(available), stride, offset, components })
+    }
+}
+
+/// An attribute that counts something.
+pub(super) fn whole_number(
+    reader: &Reader<'_>,
+    node: Node<'_>,
+    attribute: &str,
+) -> Result<Option<usize>, LoadError> {
+    let parsed = node.attribute(attribute).map(|written| {
+        written.trim().parse::<usize>().map_err(|_| {
+            let message = format!("{attribute}=\"{written}\"; expected a whole number from 0 up");
+            reader.document.error_at(node, written, message)
+        })
+    });
+    parsed.transpose()
+}
+
+/// Tells the user if a `count` is not that of what is there.
+fn check_count<'a>(reader: &mut Reader<'a>, array: Node<'a>, found: usize) {
+    let Some(written) = array.attribute("count") else { return };
+    if written.trim().parse() != Ok(found) {
+        let message =
+            format!("count=\"{written}\", but there are {found} numbers; those are taken");
+        reader.warn(array, message);
+    }
+}
+
+/// The inputs of a `<vertices>` or of a primitive.
+pub(super) fn inputs<'a>(node: Node<'a>) -> impl Iterator<Item = Node<'a>> {
+    elements(node).filter(|n| n.tag_name().name() == "input")
+}

@@ -1,0 +1,120 @@
+//! The transforms of a node, composed in the order in which they are written.
+
+use pt_math::{DAffine3, DMat3, DVec3};
+
+use super::reader::{Reader, elements};
+use crate::LoadError;
+use crate::format::xml::Node;
+
+/// The transform from a node to its parent: the product of its transform elements, the first one
+/// outermost.
+///
+/// # Errors
+/// If an element has the wrong count of numbers, or numbers that define no affine map.
+pub(super) fn local<'a>(reader: &mut Reader<'a>, node: Node<'a>) -> Result<DAffine3, LoadError> {
+    let mut local = DAffine3::IDENTITY;
+    for element in elements(node) {
+        local *= match element.tag_name().name() {
+            "matrix" => matrix(reader, element)?,
+            "translate" => DAffine3::from_translation(DVec3::from(reader.vector(element)?)),
+            "scale" => DAffine3::from_scale(DVec3::from(reader.vector(element)?)),
+            "rotate" => rotate(reader, element)?,
+            "lookat" => look_at(reader, element)?,
+            "skew" => skew(reader, element)?,
+            _ => continue,
+        };
+    }
+    if local.is_finite() {
+        Ok(local)
+    } else {
+        Err(reader.error(node, "its transforms multiply to infinite numbers; use smaller ones"))
+    }
+}
+
+/// Sixteen numbers, row by row, that multiply column vectors from the left.
+pub(super) fn matrix(reader: &Reader<'_>, element: Node<'_>) -> Result<DAffine3, LoadError> {
+    let m: [f64; 16] = reader.vector(element)?;
+    let w = m[15];
+    if m[12..15] != [0.0; 3] || w == 0.0 {
+        let message = format!(
+            "the last row is {} {} {} {w}; expected 0 0 0 1, for other matrices are no affine map",
+            m[12], m[13], m[14]
+        );
+        return Err(reader.error(element, message));
+    }
+    let column = |i: usize| DVec3::new(m[i], m[4 + i], m[8 + i]) / w;
+    Ok(DAffine3::from_cols(column(0), column(1), column(2), column(3)))
+}
+
+/// An axis and an angle in degrees, by the right-hand rule.
+fn rotate<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<DAffine3, LoadError> {
+    let [x, y, z, degrees] = reader.vector(element)?;
+    if let Some(axis) = DVec3::new(x, y, z).try_normalize() {
+        return Ok(DAffine3::from_mat3(rotation(axis, degrees)));
+    }
+    if degrees != 0.0 {
+        reader.warn(element, "the axis has no length; it is not rotated");
+    }
+    Ok(DAffine3::IDENTITY)
+}
+
+/// R = cos θ · 1 + sin θ · [a]ₓ + (1 − cos θ) · a aᵀ (Rodrigues).
+fn rotation(a: DVec3, degrees: f64) -> DMat3 {
+    let (sin, cos) = sin_cos_degrees(degrees);
+    let column = |e: DVec3| e * cos + a.cross(e) * sin + a * (a.dot(e) * (1.0 - cos));
+    DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
+}
+
+/// Sine and cosine, exact at multiples of a right angle.
+pub(super) fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
+    let turned = degrees.rem_euclid(360.0);
+    let quarter = (turned / 90.0).round();
+    let rest = (turned - 90.0 * quarter).to_radians();
+    let (sin, cos) = (libm::sin(rest), libm::cos(rest));
+    match quarter as u32 % 4 {
+        0 => (sin, cos),
+        1 => (cos, -sin),
+        2 => (-sin, -cos),
+        _ => (-cos, sin),
+    }
+}
+
+/// A place, a point that −z shall face, and a direction that +y shall be nearest to.
+fn look_at<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<DAffine3, LoadError> {
+    let [ex, ey, ez, tx, ty, tz, ux, uy, uz] = reader.vector(element)?;
+    let eye = DVec3::new(ex, ey, ez);
+    let Some(back) = (eye - DVec3::new(tx, ty, tz)).try_normalize() else {
+        let message = "the point looked at (numbers 4 to 6) is the place itself (numbers 1 to 3), \
+                       which gives no direction";
+        return Err(reader.error(element, message));
+    };
+    let right = DVec3::new(ux, uy, uz).cross(back).try_normalize().unwrap_or_else(|| {
+        reader.warn(element, "up (numbers 7 to 9) is parallel to the view; another is chosen");
+        back.any_orthonormal_vector()
+    });
+    Ok(DAffine3::from_cols(right, back.cross(right), back, eye))
+}
+
+/// An angle in degrees and two axes a and b: shears along b, so that a turns towards b by the
+/// angle (RenderMan Interface 3.2, section 4.4, `RiSkew`, to which COLLADA refers).
+///
+/// In the basis n₁ ⊥ b̂ of the plane of a and b, a = (a₁, a₂) must become parallel to its rotated
+/// self r = (r₁, r₂). The shear 1 + α b̂ n₁ᵀ gives (a₁, a₂ + α a₁), hence α = r₂/r₁ − a₂/a₁.
+fn skew<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<DAffine3, LoadError> {
+    let [degrees, ax, ay, az, bx, by, bz] = reader.vector(element)?;
+    let axes = DVec3::new(ax, ay, az).try_normalize().zip(DVec3::new(bx, by, bz).try_normalize());
+    let plane = axes.and_then(|(a, b)| Some((a, b, a.reject_from_normalized(b).try_normalize()?)));
+    let Some((a, b, n)) = plane else {
+        return Err(reader.error(element, "the two axes are parallel or have no length"));
+    };
+    let (a1, a2) = (a.dot(n), a.dot(b));
+    let (sin, cos) = sin_cos_degrees(degrees);
+    let (r1, r2) = (a1 * cos - a2 * sin, a1 * sin + a2 * cos);
+    if r1 <= 0.0 {
+        let message = format!("an angle of {degrees}° turns the first axis past the second");
+        return Err(reader.error(element, message));
+    }
+    let alpha = r2 / r1 - a2 / a1;
+    let column = |e: DVec3| e + b * (alpha * n.dot(e));
+    Ok(DAffine3::from_mat3(DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))))
+}
