@@ -1,1 +1,229 @@
-//! Placeholder
+//! Bounding volume hierarchies: build, and watertight ray queries.
+//!
+//! ```
+//! use pt_bvh::{BuildOptions, Bvh, Geometry, Sphere};
+//! use pt_math::{Ray, Vec3};
+//!
+//! // A triangle in front of a sphere.
+//! let positions = [Vec3::new(-1.0, -1.0, 2.0), Vec3::new(1.0, -1.0, 2.0), Vec3::new(0.0, 1.0, 2.0)];
+//! let spheres = [Sphere { center: Vec3::new(0.0, 0.0, 10.0), radius: 3.0 }];
+//! let geometry = Geometry { positions: &positions, triangles: &[[0, 1, 2]], spheres: &spheres };
+//! let bvh = Bvh::build(geometry, &BuildOptions::default())?;
+//!
+//! let hit = bvh.intersect(&Ray::new(Vec3::ZERO, Vec3::Z)).unwrap();
+//! assert_eq!((hit.primitive, hit.t), (0, 2.0));
+//! let p = positions;
+//! assert_eq!(p[0] * (1.0 - hit.b1 - hit.b2) + p[1] * hit.b1 + p[2] * hit.b2, Vec3::Z * 2.0);
+//!
+//! // Past the triangle, the ray meets the sphere: primitive 1, after the one triangle.
+//! let hit = bvh.intersect(&Ray::new(Vec3::Y * 2.0, Vec3::Z)).unwrap();
+//! assert_eq!(hit.primitive, 1);
+//! assert!(!bvh.occluded(&Ray::to(Vec3::ZERO, Vec3::Z, 1.5)));
+//! # Ok::<(), pt_bvh::BuildError>(())
+//! ```
+//!
+//! # What holds
+//!
+//! * A query returns the hit with the least t in the open interval (`t_min`, `t_max`), and of
+//!   several the one with the least primitive number. All builders and kernels return the same
+//!   bits as a loop over all primitives: see the module `ray` for the proof and `laws` for tests.
+//! * A closed mesh is watertight: no ray passes between two triangles that share an edge, or
+//!   several that share a vertex.
+//! * A ray whose origin [`pt_math::ray::offset_origin`] moved off a triangle or sphere does not
+//!   hit it again from there, by rounding.
+//! * Rays hit triangles and spheres from both sides. Triangles without area, and primitives with
+//!   coordinates that are not finite or above [`LARGEST_COORDINATE`], are left out and counted.
+//! * The tree is the same for any number of threads.
+//!
+//! # How it is built
+//!
+//! `build` makes a binary tree, [`Bvh2`], the hub; `wide` makes the eight-wide tree of it that
+//! queries use; `traverse` has the scalar queries that say what is right.
+
+mod build;
+pub mod check;
+mod counter;
+mod geometry;
+#[cfg(test)]
+mod laws;
+mod node;
+mod ray;
+mod sphere;
+mod traverse;
+mod triangle;
+mod wide;
+
+use pt_math::{Bounds3, Ray};
+use thiserror::Error;
+
+use counter::{Counter, Off};
+use traverse::List;
+use wide::WideBvh;
+
+pub use geometry::{Geometry, Hit, LARGEST_COORDINATE, Sphere};
+pub use node::{Bvh2, MAX_DEPTH, Node};
+
+/// How the tree is built.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Builder {
+    /// Binned surface area heuristic, in parallel.
+    #[default]
+    Sah,
+    /// Split at the mean of the centroids along the longest axis.
+    Mean,
+    /// No tree: every query loops over all primitives.
+    None,
+}
+
+/// Options of [`Bvh::build`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BuildOptions {
+    /// How to build.
+    pub builder: Builder,
+    /// Leaves hold no more primitives than this; taken as a number from 1 to 64.
+    pub max_leaf_size: u32,
+}
+
+impl Default for BuildOptions {
+    fn default() -> Self {
+        Self { builder: Builder::default(), max_leaf_size: 4 }
+    }
+}
+
+/// Why there is no tree.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum BuildError {
+    /// A triangle refers to a vertex that does not exist.
+    #[error("triangle {triangle} refers to vertex {index}, but there are {vertices}")]
+    IndexOutOfRange {
+        /// The first such triangle.
+        triangle: usize,
+        /// Its first wrong index.
+        index: u32,
+        /// Number of vertices.
+        vertices: usize,
+    },
+    /// More primitives than indices can tell apart.
+    #[error("{primitives} primitives are more than 2^30")]
+    TooManyPrimitives {
+        /// Number of primitives.
+        primitives: usize,
+    },
+}
+
+/// Numbers about a tree. Without one ([`Builder::None`]) all but `bytes` and `skipped` are 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Statistics {
+    /// Nodes of the binary tree, leaves included.
+    pub nodes: usize,
+    /// Leaves of the binary tree.
+    pub leaves: usize,
+    /// Memory that the finished [`Bvh`] holds, in bytes.
+    pub bytes: usize,
+    /// Expected cost of a query by the surface area heuristic: a node costs 1, a block of
+    /// primitives 2.
+    pub sah_cost: f32,
+    /// Depth of the deepest leaf of the binary tree; the root has depth 0.
+    pub depth: u32,
+    /// Primitives left out because no ray can hit them.
+    pub skipped: u32,
+}
+
+#[derive(Clone, Debug)]
+enum Kernel {
+    Wide(WideBvh),
+    List(List),
+}
+
+/// Primitives, ready for ray queries. It owns all that it needs.
+#[derive(Clone, Debug)]
+pub struct Bvh {
+    kernel: Kernel,
+    bounds: Bounds3,
+    statistics: Statistics,
+}
+
+impl Bvh {
+    /// Makes the primitives ready for queries.
+    ///
+    /// # Errors
+    /// An index out of range, or too many primitives.
+    pub fn build(geometry: Geometry<'_>, options: &BuildOptions) -> Result<Self, BuildError> {
+        if options.builder == Builder::None {
+            return Self::without_tree(&geometry);
+        }
+        let hub = Bvh2::build(&geometry, options)?;
+        let wide = WideBvh::new(&hub, &geometry);
+        let statistics = Statistics {
+            nodes: hub.nodes.len(),
+            leaves: hub.nodes.iter().filter(|n| n.is_leaf()).count(),
+            bytes: wide.bytes(),
+            sah_cost: build::tree_cost(&hub.nodes),
+            depth: hub.depth(),
+            skipped: hub.skipped,
+        };
+        Ok(Self { kernel: Kernel::Wide(wide), bounds: hub.bounds(), statistics })
+    }
+
+    fn without_tree(geometry: &Geometry<'_>) -> Result<Self, BuildError> {
+        build::check(geometry)?;
+        let (list, skipped) = List::new(geometry);
+        let statistics = Statistics { bytes: list.bytes(), skipped, ..Statistics::default() };
+        Ok(Self { bounds: list.bounds(), kernel: Kernel::List(list), statistics })
+    }
+
+    /// The nearest hit with t in (`t_min`, `t_max`); of hits with equal t that on the primitive
+    /// with the least number.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        self.nearest(ray, &mut Off)
+    }
+
+    /// Whether anything is hit with t in (`t_min`, `t_max`).
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.any(ray, &mut Off)
+    }
+
+    /// [`Self::intersect`], which adds the number of primitives tested to `tests`.
+    pub fn intersect_counted(&self, ray: &Ray, tests: &mut u64) -> Option<Hit> {
+        self.nearest(ray, tests)
+    }
+
+    /// [`Self::occluded`], which adds the number of primitives tested to `tests`.
+    pub fn occluded_counted(&self, ray: &Ray, tests: &mut u64) -> bool {
+        self.any(ray, tests)
+    }
+
+    #[inline]
+    fn nearest(&self, ray: &Ray, counter: &mut impl Counter) -> Option<Hit> {
+        match &self.kernel {
+            Kernel::Wide(wide) => wide.intersect(ray, &self.bounds, counter),
+            Kernel::List(list) => list.intersect(ray, counter),
+        }
+    }
+
+    #[inline]
+    fn any(&self, ray: &Ray, counter: &mut impl Counter) -> bool {
+        match &self.kernel {
+            Kernel::Wide(wide) => wide.occluded(ray, &self.bounds, counter),
+            Kernel::List(list) => list.occluded(ray, counter),
+        }
+    }
+
+    /// The box around everything that can be hit; empty when nothing can.
+    pub fn bounds(&self) -> Bounds3 {
+        self.bounds
+    }
+
+    /// Numbers about the tree.
+    pub fn statistics(&self) -> Statistics {
+        self.statistics
+    }
+
+    /// Primitives left out because no ray can hit them: coordinates that are not finite or above
+    /// [`LARGEST_COORDINATE`], triangles without area, spheres without positive radius.
+    pub fn skipped(&self) -> u32 {
+        self.statistics.skipped
+    }
+}

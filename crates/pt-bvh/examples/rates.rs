@@ -1,0 +1,211 @@
+//! Measures build time, memory and query rates on bumpy spheres that it makes itself, and checks
+//! results against scalar code first.
+//!
+//! `cargo run --release -p pt-bvh --example rates`
+
+use std::collections::HashMap;
+use std::time::Instant;
+
+use pt_bvh::{BuildOptions, Builder, Bvh, Bvh2, Geometry, Hit};
+use pt_math::{Frame, Ray, Vec3};
+
+const WIDTH: u32 = 640;
+const HEIGHT: u32 = 480;
+/// Edge of the square tiles in which pixels are visited.
+const TILE: u32 = 4;
+const REPETITIONS: usize = 5;
+const LIGHT: Vec3 = Vec3::new(3.0, 4.0, 5.0);
+
+struct Mesh {
+    positions: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    fn geometry(&self) -> Geometry<'_> {
+        Geometry { positions: &self.positions, triangles: &self.triangles, spheres: &[] }
+    }
+
+    fn normal(&self, triangle: u32) -> Vec3 {
+        let [a, b, c] = self.triangles[triangle as usize].map(|i| self.positions[i as usize]);
+        (b - a).cross(c - a).normalize()
+    }
+}
+
+/// An octahedron, each triangle of which is split in four `levels` times, blown up to a sphere
+/// with bumps.
+fn bumpy_sphere(levels: u32) -> Mesh {
+    let mut positions = vec![Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+    let mut triangles: Vec<[u32; 3]> = Vec::new();
+    for (x, y, z) in (0..8).map(|i| (i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2))) {
+        triangles.push(if (x + y + z) % 2 == 0 { [x, y, z] } else { [x, z, y] });
+    }
+    for _ in 0..levels {
+        let mut middles = HashMap::new();
+        let mut middle = |a: u32, b: u32| {
+            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                let m = positions[a as usize] + positions[b as usize];
+                positions.push(m.normalize());
+                positions.len() as u32 - 1
+            })
+        };
+        triangles = triangles
+            .iter()
+            .flat_map(|&[a, b, c]| {
+                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+            })
+            .collect();
+    }
+    let wave = |x: f32| {
+        let r = x - x.floor();
+        4.0 * r * (1.0 - r)
+    };
+    for p in &mut positions {
+        let bump = wave(3.1 * p.x) * wave(3.7 * p.y) * wave(4.3 * p.z);
+        let ripple = wave(17.0 * p.x) + wave(19.0 * p.y) + wave(23.0 * p.z);
+        *p *= 0.7 + 0.4 * bump + 0.01 * ripple;
+    }
+    Mesh { positions, triangles }
+}
+
+/// Uniform numbers in [0, 1) that depend on nothing but their index.
+fn random(index: u32) -> f32 {
+    let mut h = index.wrapping_mul(0x9E37_79B9) ^ 0x85EB_CA6B;
+    for _ in 0..3 {
+        h = (h ^ h >> 16).wrapping_mul(0x7FEB_352D);
+        h = (h ^ h >> 15).wrapping_mul(0x846C_A68B);
+    }
+    (h >> 8) as f32 / (1u32 << 24) as f32
+}
+
+/// Rays from a camera that sees the whole mesh.
+fn primary(eye: Vec3) -> Vec<Ray> {
+    let frame = Frame::from_normal(-eye.normalize());
+    let pixel = |x: u32, y: u32| {
+        let u = (x as f32 + 0.5) / WIDTH as f32 - 0.5;
+        let v = (y as f32 + 0.5) / HEIGHT as f32 - 0.5;
+        Ray::new(eye, frame.to_world(Vec3::new(u * 0.9, v * 0.675, 1.0)).normalize())
+    };
+    let tiles = (0..HEIGHT).step_by(TILE as usize);
+    tiles
+        .flat_map(|y| (0..WIDTH).step_by(TILE as usize).map(move |x| (x, y)))
+        .flat_map(|(x, y)| (0..TILE * TILE).map(move |i| (x + i % TILE, y + i / TILE)))
+        .map(|(x, y)| pixel(x, y))
+        .collect()
+}
+
+/// For each hit a ray in a cosine-distributed direction, and one to the light.
+fn secondary(mesh: &Mesh, rays: &[Ray], hits: &[Option<Hit>]) -> (Vec<Ray>, Vec<Ray>) {
+    let mut bounce = Vec::new();
+    let mut shadow = Vec::new();
+    for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+        let Some(hit) = hit else { continue };
+        let n = mesh.normal(hit.primitive);
+        let n = if n.dot(ray.direction) > 0.0 { -n } else { n };
+        let origin = ray.at(hit.t) + n * 1e-4;
+        // A uniform point on the unit sphere around the tip of the normal, by rejection.
+        let inside = (0u32..)
+            .map(|k| {
+                let u = |j: u32| random((i as u32).wrapping_mul(97) + 3 * k + j) * 2.0 - 1.0;
+                Vec3::new(u(0), u(1), u(2))
+            })
+            .find(|v| (0.01..=1.0).contains(&v.length_squared()));
+        let towards = inside.map_or(n, |v| n + v.normalize() * 0.999);
+        bounce.push(Ray::new(origin, towards.normalize()));
+        if n.dot(LIGHT - origin) > 0.0 {
+            shadow.push(Ray::to(origin, LIGHT - origin, 1.0));
+        }
+    }
+    (bounce, shadow)
+}
+
+/// Millions of rays per second, the best of some repetitions.
+fn rate<R>(rays: &[Ray], query: impl Fn(&Ray) -> R) -> f64 {
+    let best = (0..REPETITIONS).map(|_| {
+        let start = Instant::now();
+        for ray in rays {
+            std::hint::black_box(query(ray));
+        }
+        start.elapsed().as_secs_f64()
+    });
+    rays.len() as f64 / best.fold(f64::INFINITY, f64::min) * 1e-6
+}
+
+/// Milliseconds of a build with `threads` threads, the best of some repetitions.
+fn build_time(mesh: &Mesh, options: &BuildOptions, threads: usize) -> f64 {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let Ok(pool) = pool else { return f64::NAN };
+    let once = || {
+        let start = Instant::now();
+        std::hint::black_box(Bvh::build(mesh.geometry(), options)).ok();
+        start.elapsed().as_secs_f64() * 1e3
+    };
+    (0..REPETITIONS).map(|_| pool.install(once)).fold(f64::INFINITY, f64::min)
+}
+
+fn measure(mesh: &Mesh, builder: Builder) -> Result<(), Box<dyn std::error::Error>> {
+    let options = BuildOptions { builder, ..BuildOptions::default() };
+    let bvh = Bvh::build(mesh.geometry(), &options)?;
+    let statistics = bvh.statistics();
+    let n = mesh.triangles.len();
+    println!(
+        "{n} triangles, {builder:?}: build {:.0} ms (1 thread), {:.0} ms (2 threads)",
+        build_time(mesh, &options, 1),
+        build_time(mesh, &options, 2)
+    );
+    println!("  {:.1} bytes per triangle, {statistics:?}", statistics.bytes as f64 / n as f64);
+    let eye = Vec3::new(1.2, 0.9, 1.6);
+    let camera = primary(eye);
+    let hits: Vec<_> = camera.iter().map(|r| bvh.intersect(r)).collect();
+    let (bounce, shadow) = secondary(mesh, &camera, &hits);
+    verify(mesh, &bvh, &[&camera, &bounce, &shadow])?;
+    let tests = |rays: &[Ray]| {
+        let mut tests = 0;
+        rays.iter().for_each(|r| {
+            bvh.intersect_counted(r, &mut tests);
+        });
+        tests as f64 / rays.len() as f64
+    };
+    println!(
+        "  primary {:.2} Mrays/s ({:.1} tests each), bounce {:.2} ({:.1}), shadow {:.2}",
+        rate(&camera, |r| bvh.intersect(r)),
+        tests(&camera),
+        rate(&bounce, |r| bvh.intersect(r)),
+        tests(&bounce),
+        rate(&shadow, |r| bvh.occluded(r)),
+    );
+    Ok(())
+}
+
+/// Compares with the scalar binary tree, and a few rays with the loop over everything.
+fn verify(mesh: &Mesh, bvh: &Bvh, sets: &[&[Ray]]) -> Result<(), Box<dyn std::error::Error>> {
+    let geometry = mesh.geometry();
+    let hub = Bvh2::build(&geometry, &BuildOptions::default())?;
+    let list = BuildOptions { builder: Builder::None, ..BuildOptions::default() };
+    let list = Bvh::build(geometry, &list)?;
+    for rays in sets {
+        for (i, ray) in rays.iter().enumerate().step_by(7) {
+            let hit = bvh.intersect(ray);
+            let mut same = hit == hub.intersect(&geometry, ray);
+            same &= bvh.occluded(ray) == hit.is_some();
+            if i % 7000 == 0 {
+                same &= hit == list.intersect(ray);
+            }
+            if !same {
+                return Err(format!("kernels disagree on {ray:?}").into());
+            }
+        }
+    }
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    for levels in [6, 7] {
+        let mesh = bumpy_sphere(levels);
+        for builder in [Builder::Sah, Builder::Mean] {
+            measure(&mesh, builder)?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,47 @@
+//! The plain builder: split at the mean.
+
+use super::{Extent, Item, halvings, longest_axis, partition, push_leaf, split_at_median};
+use crate::node::{MAX_DEPTH, Node};
+
+/// A range of items that waits for its node.
+struct Task {
+    start: usize,
+    end: usize,
+    depth: usize,
+    /// The inner node of which this is the right child.
+    parent: Option<usize>,
+}
+
+/// Splits at the mean of the centroids, along the longest axis of their box, until no more than
+/// `largest_leaf` items are left. Where all are on one side, or the tree would become too deep,
+/// the median takes the place of the mean.
+pub(super) fn build(items: &mut [Item], largest_leaf: usize, nodes: &mut Vec<Node>) {
+    let mut stack = vec![Task { start: 0, end: items.len(), depth: 0, parent: None }];
+    while let Some(Task { start, end, depth, parent }) = stack.pop() {
+        let here = nodes.len();
+        if let Some(parent) = parent {
+            nodes[parent].offset = (here - parent) as u32;
+        }
+        let range = &mut items[start..end];
+        if range.len() <= largest_leaf {
+            push_leaf(range, start as u32, nodes);
+            continue;
+        }
+        let bounds = Extent::of(range).bounds();
+        nodes.push(Node { min: bounds.min, offset: 0, max: bounds.max, count: 0 });
+        let split = start + split(range, depth);
+        stack.push(Task { start: split, end, depth: depth + 1, parent: Some(here) });
+        stack.push(Task { start, end: split, depth: depth + 1, parent: None });
+    }
+}
+
+fn split(items: &mut [Item], depth: usize) -> usize {
+    if depth + 2 + halvings(items.len()) > MAX_DEPTH {
+        return split_at_median(items);
+    }
+    let axis = longest_axis(Extent::of_centroids(items).diagonal());
+    let sum: f64 = items.iter().map(|i| f64::from(i.centroid_along(axis))).sum();
+    let mean = sum / items.len() as f64;
+    let split = partition(items, |i| f64::from(i.centroid_along(axis)) < mean);
+    if split == 0 || split == items.len() { split_at_median(items) } else { split }
+}

@@ -1,0 +1,211 @@
+//! Builders of the binary tree. All give the same tree for any number of threads.
+
+mod mean;
+mod sah;
+
+pub(crate) use sah::tree_cost;
+
+use bytemuck::{Pod, Zeroable};
+use pt_math::{Bounds3, Vec3};
+use rayon::prelude::*;
+use wide::{f32x4, f32x8};
+
+use crate::geometry::Geometry;
+use crate::node::{Bvh2, Node};
+use crate::{BuildError, BuildOptions, Builder};
+
+/// More primitives than this do not fit the 30 bits of an index.
+const MOST_PRIMITIVES: usize = 1 << 30;
+/// Leaves never hold more, whatever the options say.
+const LARGEST_LEAF: u32 = 64;
+
+/// A primitive while the tree is built: its box with the lower corner negated, so that the union
+/// of two boxes is one maximum of eight lanes.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(32))]
+struct Item {
+    negated_min: [f32; 3],
+    id: u32,
+    max: [f32; 3],
+    /// 1 for a sphere, 0 for a triangle.
+    sphere: u32,
+}
+
+/// `id` of an item to leave out.
+const SKIPPED: u32 = u32::MAX;
+
+impl Item {
+    fn new(geometry: &Geometry<'_>, id: u32) -> Self {
+        let bounds = geometry.primitive(id).bounds();
+        let b = bounds.unwrap_or(Bounds3::EMPTY);
+        Self {
+            negated_min: (-b.min).to_array(),
+            id: if bounds.is_some() { id } else { SKIPPED },
+            max: b.max.to_array(),
+            sphere: u32::from(geometry.is_sphere(id)),
+        }
+    }
+
+    /// The box; lanes 3 and 7 mean nothing.
+    #[inline]
+    fn extent(&self) -> Extent {
+        Extent(bytemuck::cast(*self))
+    }
+
+    /// Twice the centre of the box; lane 3 means nothing.
+    #[inline]
+    fn centroid(&self) -> f32x4 {
+        let [low, high]: [f32x4; 2] = bytemuck::cast(*self);
+        high - low
+    }
+
+    #[inline]
+    fn centroid_along(&self, axis: usize) -> f32 {
+        self.max[axis] - self.negated_min[axis]
+    }
+}
+
+/// A box as (−min, ·, max, ·); lanes 3 and 7 mean nothing.
+#[derive(Clone, Copy, Debug)]
+struct Extent(f32x8);
+
+impl Extent {
+    const EMPTY: Self = Self(f32x8::new([f32::NEG_INFINITY; 8]));
+
+    #[inline]
+    fn union(self, other: Self) -> Self {
+        Self(self.0.fast_max(other.0))
+    }
+
+    #[inline]
+    fn point(p: f32x4) -> Self {
+        Self(bytemuck::cast([-p, p]))
+    }
+
+    /// max − min; below 0 or NaN when empty.
+    #[inline]
+    fn diagonal(self) -> [f32; 3] {
+        let [low, high]: [f32x4; 2] = bytemuck::cast(self.0);
+        let [x, y, z, _] = (low + high).to_array();
+        [x, y, z]
+    }
+
+    fn bounds(self) -> Bounds3 {
+        let [x0, y0, z0, _, x1, y1, z1, _] = self.0.to_array();
+        Bounds3 { min: -Vec3::new(x0, y0, z0), max: Vec3::new(x1, y1, z1) }
+    }
+
+    fn of(items: &[Item]) -> Self {
+        items.iter().fold(Self::EMPTY, |e, i| e.union(i.extent()))
+    }
+
+    /// The box of the (doubled) centroids.
+    fn of_centroids(items: &[Item]) -> Self {
+        items.iter().fold(Self::EMPTY, |e, i| e.union(Self::point(i.centroid())))
+    }
+}
+
+/// ⌈log₂ n⌉: the depth of a tree of `n` items that is halved at every node.
+fn halvings(n: usize) -> usize {
+    n.next_power_of_two().trailing_zeros() as usize
+}
+
+/// The axis of the largest number.
+fn longest_axis(d: [f32; 3]) -> usize {
+    (1..3).fold(0, |best, k| if d[k] > d[best] { k } else { best })
+}
+
+/// Moves the items for which `left` holds to the front, and returns how many there are.
+fn partition(items: &mut [Item], mut left: impl FnMut(&Item) -> bool) -> usize {
+    let (mut i, mut j) = (0, items.len());
+    loop {
+        while i < j && left(&items[i]) {
+            i += 1;
+        }
+        while i < j && !left(&items[j - 1]) {
+            j -= 1;
+        }
+        if i == j {
+            return i;
+        }
+        items.swap(i, j - 1);
+        i += 1;
+        j -= 1;
+    }
+}
+
+/// Splits at the median of the centroids along the longest axis.
+fn split_at_median(items: &mut [Item]) -> usize {
+    let axis = longest_axis(Extent::of_centroids(items).diagonal());
+    let key = |i: &Item| i.centroid_along(axis);
+    let middle = items.len() / 2;
+    items.select_nth_unstable_by(middle, |a, b| {
+        key(a).total_cmp(&key(b)).then_with(|| a.id.cmp(&b.id))
+    });
+    middle
+}
+
+/// Appends a leaf, or two when there are both triangles and spheres. `first` is the place of the
+/// first item in the order of the tree.
+fn push_leaf(items: &mut [Item], first: u32, nodes: &mut Vec<Node>) {
+    let triangles = partition(items, |i| i.sphere == 0);
+    let leaf = |items: &[Item], offset: u32| {
+        let Bounds3 { min, max } = Extent::of(items).bounds();
+        Node { min, offset, max, count: items.len() as u32 }
+    };
+    if triangles != 0 && triangles != items.len() {
+        let Bounds3 { min, max } = Extent::of(items).bounds();
+        nodes.push(Node { min, offset: 2, max, count: 0 });
+        nodes.push(leaf(&items[..triangles], first));
+        nodes.push(leaf(&items[triangles..], first + triangles as u32));
+    } else {
+        nodes.push(leaf(items, first));
+    }
+}
+
+pub(crate) fn check(geometry: &Geometry<'_>) -> Result<(), BuildError> {
+    let primitives = geometry.triangles.len().saturating_add(geometry.spheres.len());
+    if primitives > MOST_PRIMITIVES {
+        return Err(BuildError::TooManyPrimitives { primitives });
+    }
+    let vertices = geometry.positions.len();
+    let outside = |t: &[u32; 3]| t.iter().copied().find(|&v| v as usize >= vertices);
+    match geometry.triangles.iter().enumerate().find_map(|(i, t)| Some((i, outside(t)?))) {
+        Some((triangle, index)) => Err(BuildError::IndexOutOfRange { triangle, index, vertices }),
+        None => Ok(()),
+    }
+}
+
+/// The usable primitives, in order of their number.
+fn gather(geometry: &Geometry<'_>) -> Vec<Item> {
+    let mut items: Vec<Item> = Vec::new();
+    (0..geometry.len() as u32)
+        .into_par_iter()
+        .map(|id| Item::new(geometry, id))
+        .collect_into_vec(&mut items);
+    items.retain(|i| i.id != SKIPPED);
+    items
+}
+
+impl Bvh2 {
+    /// Builds the tree. [`Builder::None`] puts everything into leaves as [`Builder::Mean`] does:
+    /// leaving the tree out is for the caller to do.
+    ///
+    /// # Errors
+    /// An index out of range, or too many primitives.
+    pub fn build(geometry: &Geometry<'_>, options: &BuildOptions) -> Result<Self, BuildError> {
+        check(geometry)?;
+        let mut items = gather(geometry);
+        let largest_leaf = options.max_leaf_size.clamp(1, LARGEST_LEAF) as usize;
+        let mut nodes = Vec::new();
+        if !items.is_empty() {
+            match options.builder {
+                Builder::Sah => sah::build(&mut items, largest_leaf, &mut nodes),
+                Builder::Mean | Builder::None => mean::build(&mut items, largest_leaf, &mut nodes),
+            }
+        }
+        let order: Vec<u32> = items.iter().map(|i| i.id).collect();
+        let skipped = (geometry.len() - order.len()) as u32;
+        Ok(Self { nodes, order, skipped })
+    }
+}

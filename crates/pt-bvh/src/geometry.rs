@@ -1,0 +1,111 @@
+//! What is built over, and what a query returns.
+
+use pt_math::{Bounds3, Vec3};
+
+/// Coordinates, radii and ray origins above this magnitude (2⁶⁰ ≈ 1.15·10¹⁸) take no part, so that
+/// no product of two distances overflows.
+pub const LARGEST_COORDINATE: f32 = (1u64 << 60) as f32;
+
+/// A sphere; rays hit it from both sides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Centre.
+    pub center: Vec3,
+    /// Radius, above 0.
+    pub radius: f32,
+}
+
+/// The primitives of a scene. Primitive `i` is triangle `i` when `i < triangles.len()`, and sphere
+/// `i − triangles.len()` otherwise.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Geometry<'a> {
+    /// Vertices.
+    pub positions: &'a [Vec3],
+    /// Three indices into `positions` for each triangle.
+    pub triangles: &'a [[u32; 3]],
+    /// Spheres.
+    pub spheres: &'a [Sphere],
+}
+
+/// The nearest intersection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Ray parameter: the point is o + t·d.
+    pub t: f32,
+    /// Weight of the triangle's second vertex: the point is (1 − b₁ − b₂) p₀ + b₁ p₁ + b₂ p₂.
+    /// 0 for a sphere.
+    pub b1: f32,
+    /// Weight of the triangle's third vertex; 0 for a sphere.
+    pub b2: f32,
+    /// Which primitive: triangles first, then spheres, as in [`Geometry`].
+    pub primitive: u32,
+}
+
+/// One primitive, looked up.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Primitive {
+    Triangle([Vec3; 3]),
+    Sphere(Sphere),
+}
+
+impl Geometry<'_> {
+    /// Number of primitives.
+    pub fn len(&self) -> usize {
+        self.triangles.len() + self.spheres.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Primitive `id`, which must be below `len()`, with indices in range.
+    #[inline]
+    pub(crate) fn primitive(&self, id: u32) -> Primitive {
+        let i = id as usize;
+        match self.triangles.get(i) {
+            Some(t) => Primitive::Triangle(t.map(|v| self.positions[v as usize])),
+            None => Primitive::Sphere(self.spheres[i - self.triangles.len()]),
+        }
+    }
+
+    /// Whether primitive `id` is a sphere.
+    #[inline]
+    pub(crate) fn is_sphere(&self, id: u32) -> bool {
+        id as usize >= self.triangles.len()
+    }
+}
+
+impl Primitive {
+    /// The box around it; `None` for a primitive that no ray can hit: one with coordinates that
+    /// are not finite or too large, a triangle without area, a sphere without positive radius.
+    pub(crate) fn bounds(&self) -> Option<Bounds3> {
+        match *self {
+            Self::Triangle(p) => (p.iter().all(|&v| in_range(v)) && has_area(p))
+                .then(|| p.into_iter().collect::<Bounds3>()),
+            Self::Sphere(Sphere { center, radius }) => {
+                let usable = in_range(center) && radius > 0.0 && radius <= LARGEST_COORDINATE;
+                usable.then(|| {
+                    let outward = |v: Vec3, f: fn(f32) -> f32| Vec3::new(f(v.x), f(v.y), f(v.z));
+                    Bounds3 {
+                        min: outward(center - radius, f32::next_down),
+                        max: outward(center + radius, f32::next_up),
+                    }
+                })
+            }
+        }
+    }
+}
+
+/// Whether all coordinates are finite and not too large.
+#[inline]
+pub(crate) fn in_range(v: Vec3) -> bool {
+    // NaN compares false.
+    v.abs().cmple(Vec3::splat(LARGEST_COORDINATE)).all()
+}
+
+/// Whether the cross product of two edges is not zero, in double precision.
+fn has_area(p: [Vec3; 3]) -> bool {
+    let [a, b, c] = p.map(|v| v.as_dvec3());
+    (b - a).cross(c - a) != pt_math::DVec3::ZERO
+}

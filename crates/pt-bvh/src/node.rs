@@ -1,0 +1,80 @@
+//! The binary tree that everything else is made from.
+
+use pt_math::{Bounds3, Vec3};
+
+/// Depth of the deepest leaf that a builder makes, the root being at depth 0.
+pub const MAX_DEPTH: usize = 62;
+
+/// Node of a [`Bvh2`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Node {
+    /// Least corner of the box.
+    pub min: Vec3,
+    /// Leaf: where its primitives start in [`Bvh2::order`]. Inner node: how many nodes after this
+    /// one the right child is.
+    pub offset: u32,
+    /// Greatest corner of the box.
+    pub max: Vec3,
+    /// Number of primitives; 0 for an inner node.
+    pub count: u32,
+}
+
+const _: () = assert!(size_of::<Node>() == 32);
+
+impl Node {
+    /// Whether it holds primitives.
+    #[inline]
+    pub fn is_leaf(&self) -> bool {
+        self.count > 0
+    }
+
+    /// The box around everything below.
+    #[inline]
+    pub fn bounds(&self) -> Bounds3 {
+        Bounds3 { min: self.min, max: self.max }
+    }
+}
+
+/// A binary bounding volume hierarchy: the hub from which other layouts are made.
+///
+/// Invariants ([`check::verify`](crate::check::verify) tests them): nodes are in depth-first
+/// order, the root first, the left child of node `i` is `i + 1` and the right child
+/// `i + nodes[i].offset`; every usable primitive is in exactly one leaf; leaves are in the order of
+/// `order` and hold either triangles or spheres; the box of a node is the union of those of its
+/// children or primitives; no leaf is deeper than [`MAX_DEPTH`].
+#[derive(Clone, Debug, Default)]
+pub struct Bvh2 {
+    /// All nodes; none when there are no primitives.
+    pub nodes: Vec<Node>,
+    /// Primitives in the order of the leaves.
+    pub order: Vec<u32>,
+    /// Primitives left out because no ray can hit them.
+    pub skipped: u32,
+}
+
+impl Bvh2 {
+    /// The box around everything; empty when there is nothing.
+    pub fn bounds(&self) -> Bounds3 {
+        self.nodes.first().map_or(Bounds3::EMPTY, Node::bounds)
+    }
+
+    /// The two children of inner node `i`.
+    #[inline]
+    pub fn children(&self, i: usize) -> [usize; 2] {
+        [i + 1, i + self.nodes[i].offset as usize]
+    }
+
+    /// Depth of the deepest leaf; the root alone has depth 0.
+    pub fn depth(&self) -> u32 {
+        let mut deepest = 0;
+        let mut stack: Vec<(usize, u32)> = self.nodes.first().map(|_| (0, 0)).into_iter().collect();
+        while let Some((i, depth)) = stack.pop() {
+            deepest = deepest.max(depth);
+            if !self.nodes[i].is_leaf() {
+                stack.extend(self.children(i).map(|child| (child, depth + 1)));
+            }
+        }
+        deepest
+    }
+}

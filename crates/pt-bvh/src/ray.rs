@@ -1,0 +1,140 @@
+//! A ray made ready for many tests, and the error bounds that make the tests agree.
+//!
+//! **Units.** With kz the axis along which the direction is largest, boxes and triangles are
+//! tested in units of depth, τ = t·|d_kz|: the slope of the ray per axis is then at most 1, and
+//! results do not depend on the length of the direction.
+//!
+//! **Why no box test misses a triangle that the triangle test hits.** Let R be the largest
+//! coordinate distance from the origin to a corner of the scene box. The triangle test is exact
+//! for *sheared and rounded* vertices, each of which is within 17εR of the true one (translation
+//! ε, slope ε, product ε, difference ε, on coordinates up to 3R; and ε in depth). So a ray that
+//! hits passes, at the depth of the hit, within 17εR of the triangle's own box, and the slabs of
+//! that box, widened by the *inner pad* of 24εR on every side, share a common depth. The depth of
+//! the hit is clamped into this interval ([`Prepared::slab_interval`]). A box test that computes
+//! in f32 relative to any point of the scene errs by at most 10εR; it widens its slabs by the
+//! *outer pad* of 36εR, so its interval contains the clamped depth of every triangle within the
+//! box. Hence each traversal visits all that can win, and finds the same nearest hit, bit for bit,
+//! as a loop over all primitives. (Woop, Benthin & Wald 2013, "Watertight Ray/Triangle
+//! Intersection", §3.3, pad the origin for the same reason; Ize 2013, "Robust BVH Ray Traversal",
+//! bounds the rounding of the slab test itself.)
+
+use pt_math::interval::{EPSILON, gamma};
+use pt_math::{Bounds3, Ray, Vec3};
+
+use crate::geometry::in_range;
+
+/// In units of εR; see the module.
+const INNER_PAD: f32 = 24.0;
+/// In units of εR; see the module.
+const OUTER_PAD: f32 = 36.0;
+/// Slopes below this are rounded up to it: over the depth R that moves the ray by εR.
+const LEAST_SLOPE: f32 = EPSILON;
+/// More than the relative error of converting between t and τ, and back.
+const CONVERSION: f32 = gamma(4);
+
+/// A ray with everything that does not depend on the box or primitive it is tested against.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Prepared {
+    pub(crate) origin: Vec3,
+    pub(crate) direction: Vec3,
+    /// The axes in cyclic order, the last the one along which the direction is largest.
+    pub(crate) axes: [usize; 3],
+    /// Shear: d_kx / d_kz and d_ky / d_kz.
+    pub(crate) shear: [f32; 2],
+    /// Sign of d_kz.
+    pub(crate) sign: f32,
+    /// |d_kz|.
+    pub(crate) scale: f32,
+    /// |d_kz| / d per axis, at most 1/ε in magnitude, never infinite.
+    pub(crate) inverse: Vec3,
+    /// Outer pad, in length.
+    pub(crate) pad: f32,
+    /// Hits at or before this t do not count; at least 0.
+    pub(crate) t_min: f32,
+    /// Hits at or after this t do not count.
+    pub(crate) t_max: f32,
+    /// Largest coordinate of the origin.
+    pub(crate) origin_size: f32,
+}
+
+impl Prepared {
+    /// Prepares a ray for queries in a scene with these bounds; `None` when it cannot hit
+    /// anything: no direction, an origin or direction that is not finite, an empty scene.
+    #[inline]
+    pub(crate) fn new(ray: &Ray, scene: &Bounds3) -> Option<Self> {
+        let (o, d) = (ray.origin, ray.direction);
+        let kz = largest_axis(d);
+        let dz = d.to_array()[kz];
+        if !in_range(o) || !d.is_finite() || dz == 0.0 || scene.is_empty() {
+            return None;
+        }
+        let axes = [(kz + 1) % 3, (kz + 2) % 3, kz];
+        let sign = 1f32.copysign(dz);
+        let scale = dz.abs();
+        let slope = d / scale;
+        let steep = slope.abs().max(Vec3::splat(LEAST_SLOPE)).copysign(slope);
+        let by_axis = slope.to_array();
+        let reach = (scene.max - o).abs().max((scene.min - o).abs()).max_element();
+        Some(Self {
+            origin: o,
+            direction: d,
+            axes,
+            shear: [by_axis[axes[0]] * sign, by_axis[axes[1]] * sign],
+            sign,
+            scale,
+            inverse: steep.recip(),
+            // Never 0, so that depths of 0 stay inside.
+            pad: (OUTER_PAD * EPSILON * reach).max(4.0 * f32::MIN_POSITIVE),
+            t_min: ray.t_min.max(0.0),
+            t_max: ray.t_max,
+            origin_size: o.abs().max_element(),
+        })
+    }
+
+    /// A depth that no hit with parameter up to `t` exceeds; above 0.
+    #[inline]
+    pub(crate) fn depth_limit(&self, t: f32) -> f32 {
+        (t.next_up() * self.scale * (1.0 + CONVERSION)).max(2.0 * f32::MIN_POSITIVE)
+    }
+
+    /// A depth that every hit after `t_min` exceeds, or is within the pad of; above 0.
+    #[inline]
+    pub(crate) fn depth_start(&self) -> f32 {
+        (self.t_min * self.scale * (1.0 - CONVERSION)).max(f32::MIN_POSITIVE)
+    }
+
+    /// The depths between which the ray is inside of the box, widened by the inner pad.
+    #[inline]
+    pub(crate) fn slab_interval(&self, bounds: &Bounds3) -> (f64, f64) {
+        let pad = f64::from(self.pad * (INNER_PAD / OUTER_PAD));
+        self.padded_slabs(bounds, pad)
+    }
+
+    /// The same with the outer pad: contains the depths of all hits on primitives in the box.
+    #[inline]
+    pub(crate) fn wide_slab_interval(&self, bounds: &Bounds3) -> (f64, f64) {
+        self.padded_slabs(bounds, f64::from(self.pad))
+    }
+
+    #[inline]
+    fn padded_slabs(&self, bounds: &Bounds3, pad: f64) -> (f64, f64) {
+        let o = self.origin.as_dvec3();
+        let inverse = self.inverse.as_dvec3();
+        let a = (bounds.min.as_dvec3() - o - pad) * inverse;
+        let b = (bounds.max.as_dvec3() - o + pad) * inverse;
+        (a.min(b).max_element(), a.max(b).min_element())
+    }
+}
+
+/// The axis of the largest magnitude.
+#[inline]
+fn largest_axis(d: Vec3) -> usize {
+    let a = d.abs();
+    if a.x > a.y {
+        if a.x > a.z { 0 } else { 2 }
+    } else if a.y > a.z {
+        1
+    } else {
+        2
+    }
+}

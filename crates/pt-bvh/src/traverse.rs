@@ -1,0 +1,164 @@
+//! Queries in plain scalar code: the loop over everything, and the binary tree. They define what
+//! the fast kernels must find.
+
+use pt_math::{Bounds3, Ray};
+
+use crate::counter::Counter;
+use crate::geometry::{Geometry, Hit, Primitive};
+use crate::node::{Bvh2, MAX_DEPTH};
+use crate::ray::Prepared;
+use crate::{sphere, triangle};
+
+/// The nearest hit so far: the least t, of equal ones the least primitive number.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nearest {
+    hit: Hit,
+    found: bool,
+    t_min: f32,
+}
+
+impl Nearest {
+    #[inline]
+    pub(crate) fn new(ray: &Prepared) -> Self {
+        // No primitive has a number below 0, so a hit at t_max itself never wins.
+        let hit = Hit { t: ray.t_max, b1: 0.0, b2: 0.0, primitive: 0 };
+        Self { hit, found: false, t_min: ray.t_min }
+    }
+
+    /// Takes the hit if it is inside of the interval and better; says whether.
+    #[inline]
+    pub(crate) fn offer(&mut self, hit: Hit) -> bool {
+        let nearer =
+            hit.t < self.hit.t || (hit.t == self.hit.t && hit.primitive < self.hit.primitive);
+        let better = hit.t > self.t_min && nearer;
+        if better {
+            self.hit = hit;
+            self.found = true;
+        }
+        better
+    }
+
+    /// Only hits up to here can be better.
+    #[inline]
+    pub(crate) fn t(&self) -> f32 {
+        self.hit.t
+    }
+
+    #[inline]
+    pub(crate) fn get(&self) -> Option<Hit> {
+        self.found.then_some(self.hit)
+    }
+}
+
+/// Where the ray meets one primitive, without regard to `t_max`.
+#[inline]
+pub(crate) fn intersect_primitive(ray: &Prepared, primitive: &Primitive, id: u32) -> Option<Hit> {
+    match primitive {
+        Primitive::Triangle(p) => {
+            triangle::intersect(ray, *p).map(|h| Hit { t: h.t, b1: h.b1, b2: h.b2, primitive: id })
+        }
+        Primitive::Sphere(s) => {
+            sphere::intersect(ray, s).map(|t| Hit { t, b1: 0.0, b2: 0.0, primitive: id })
+        }
+    }
+}
+
+/// All usable primitives in a list without a tree: what rendering costs without one.
+#[derive(Clone, Debug)]
+pub(crate) struct List {
+    primitives: Vec<(Primitive, u32)>,
+    bounds: Bounds3,
+}
+
+impl List {
+    /// Collects primitives; returns the number of those left out as well.
+    pub(crate) fn new(geometry: &Geometry<'_>) -> (Self, u32) {
+        let mut list = Self { primitives: Vec::new(), bounds: Bounds3::EMPTY };
+        let mut skipped = 0;
+        for id in 0..geometry.len() as u32 {
+            let primitive = geometry.primitive(id);
+            if let Some(bounds) = primitive.bounds() {
+                list.primitives.push((primitive, id));
+                list.bounds = list.bounds.union(bounds);
+            } else {
+                skipped += 1;
+            }
+        }
+        (list, skipped)
+    }
+
+    pub(crate) fn bounds(&self) -> Bounds3 {
+        self.bounds
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(self.primitives.as_slice())
+    }
+
+    /// The nearest hit.
+    pub(crate) fn intersect(&self, ray: &Ray, counter: &mut impl Counter) -> Option<Hit> {
+        let ray = Prepared::new(ray, &self.bounds)?;
+        let mut nearest = Nearest::new(&ray);
+        for (primitive, id) in &self.primitives {
+            counter.add(|| 1);
+            if let Some(hit) = intersect_primitive(&ray, primitive, *id) {
+                nearest.offer(hit);
+            }
+        }
+        nearest.get()
+    }
+
+    /// Whether there is a hit.
+    pub(crate) fn occluded(&self, ray: &Ray, counter: &mut impl Counter) -> bool {
+        let Some(ray) = Prepared::new(ray, &self.bounds) else { return false };
+        let mut nearest = Nearest::new(&ray);
+        self.primitives.iter().any(|(primitive, id)| {
+            counter.add(|| 1);
+            intersect_primitive(&ray, primitive, *id).is_some_and(|hit| nearest.offer(hit))
+        })
+    }
+}
+
+impl Bvh2 {
+    /// The nearest hit, by scalar code: the reference for faster kernels, not itself fast.
+    /// `geometry` must be what the tree was built over.
+    pub fn intersect(&self, geometry: &Geometry<'_>, ray: &Ray) -> Option<Hit> {
+        let ray = Prepared::new(ray, &self.bounds())?;
+        let mut nearest = Nearest::new(&ray);
+        let start = f64::from(ray.depth_start());
+        // The children of one node per level, and the root.
+        let mut stack = [(0usize, start); MAX_DEPTH + 2];
+        let mut size = 1;
+        while size > 0 {
+            size -= 1;
+            let (i, entry) = stack[size];
+            if entry > f64::from(ray.depth_limit(nearest.t())) {
+                continue;
+            }
+            let node = &self.nodes[i];
+            if node.is_leaf() {
+                let first = node.offset as usize;
+                for &id in &self.order[first..first + node.count as usize] {
+                    if let Some(hit) = intersect_primitive(&ray, &geometry.primitive(id), id) {
+                        nearest.offer(hit);
+                    }
+                }
+                continue;
+            }
+            let mut children = self.children(i).map(|child| {
+                let (near, far) = ray.wide_slab_interval(&self.nodes[child].bounds());
+                (child, near.max(start), far)
+            });
+            if children[0].1 < children[1].1 {
+                children.swap(0, 1);
+            }
+            for (child, near, far) in children {
+                if near <= far {
+                    stack[size] = (child, near);
+                    size += 1;
+                }
+            }
+        }
+        nearest.get()
+    }
+}

@@ -1,0 +1,189 @@
+//! From the binary tree to the wide one.
+
+use pt_math::{Bounds3, Vec3};
+use wide::f32x8;
+
+use super::{
+    BLOCK, Child, Lanes, NO_PRIMITIVE, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
+};
+use crate::geometry::{Geometry, Primitive, Sphere};
+use crate::node::Bvh2;
+
+/// A part of the binary tree.
+#[derive(Clone, Copy)]
+struct Part {
+    bounds: Bounds3,
+    content: Content,
+}
+
+#[derive(Clone, Copy)]
+enum Content {
+    /// The subtree of an inner node.
+    Subtree(usize),
+    /// Consecutive primitives, of one kind, in the order of the tree.
+    Run { first: usize, count: usize },
+}
+
+impl Part {
+    /// Whether it does not fit a block.
+    fn is_large(&self) -> bool {
+        !matches!(self.content, Content::Run { count, .. } if count <= BLOCK)
+    }
+}
+
+struct Collapse<'a> {
+    bvh: &'a Bvh2,
+    geometry: &'a Geometry<'a>,
+    wide: WideBvh,
+}
+
+impl WideBvh {
+    /// Makes the wide tree: a node takes over the children of its largest inner child for as long
+    /// as there is room.
+    pub(crate) fn new(bvh: &Bvh2, geometry: &Geometry<'_>) -> Self {
+        if bvh.nodes.is_empty() {
+            return Self::default();
+        }
+        let wide = Self { center: bvh.bounds().center(), ..Self::default() };
+        let mut collapse = Collapse { bvh, geometry, wide };
+        collapse.reserve();
+        let root = collapse.part(0);
+        collapse.push_node(root);
+        collapse.wide.nodes.shrink_to_fit();
+        collapse.wide
+    }
+}
+
+impl Collapse<'_> {
+    /// Makes room for all blocks, so that arrays do not grow by copying.
+    fn reserve(&mut self) {
+        let (mut triangles, mut spheres) = (0, 0);
+        for leaf in self.bvh.nodes.iter().filter(|n| n.is_leaf()) {
+            // Halving a run until it fits leaves blocks at least half full.
+            let count = leaf.count as usize;
+            let blocks = if count <= BLOCK { 1 } else { count.div_ceil(BLOCK).next_power_of_two() };
+            let is_sphere = self.geometry.is_sphere(self.bvh.order[leaf.offset as usize]);
+            *(if is_sphere { &mut spheres } else { &mut triangles }) += blocks;
+        }
+        self.wide.triangles.reserve_exact(triangles);
+        self.wide.spheres.reserve_exact(spheres);
+    }
+
+    fn part(&self, i: usize) -> Part {
+        let node = &self.bvh.nodes[i];
+        let content = if node.is_leaf() {
+            Content::Run { first: node.offset as usize, count: node.count as usize }
+        } else {
+            Content::Subtree(i)
+        };
+        Part { bounds: node.bounds(), content }
+    }
+
+    fn run(&self, first: usize, count: usize) -> Part {
+        let ids = &self.bvh.order[first..first + count];
+        let bounds = ids.iter().filter_map(|&id| self.geometry.primitive(id).bounds());
+        Part {
+            bounds: bounds.fold(Bounds3::EMPTY, Bounds3::union),
+            content: Content::Run { first, count },
+        }
+    }
+
+    fn halves(&self, part: Part) -> [Part; 2] {
+        match part.content {
+            Content::Subtree(i) => self.bvh.children(i).map(|child| self.part(child)),
+            Content::Run { first, count } => {
+                let half = count / 2;
+                [self.run(first, half), self.run(first + half, count - half)]
+            }
+        }
+    }
+
+    /// Adds the node for a part, and everything below it; returns its index. The recursion is no
+    /// deeper than the binary tree, plus the few halvings of a large leaf.
+    fn push_node(&mut self, part: Part) -> usize {
+        let parts = self.open(part);
+        let index = self.wide.nodes.len();
+        self.wide.nodes.push(empty_node());
+        let mut planes = [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3];
+        for (slot, part) in parts.iter().enumerate() {
+            let (low, high) = self.relative_bounds(&part.bounds);
+            for axis in 0..3 {
+                planes[axis][0][slot] = low[axis];
+                planes[axis][1][slot] = high[axis];
+            }
+            let child = match part.content {
+                Content::Run { first, count } if count <= BLOCK => self.push_block(first, count),
+                _ => Child::node(self.push_node(*part)),
+            };
+            self.wide.nodes[index].children[slot] = child;
+        }
+        self.wide.nodes[index].planes = planes.map(|rows| rows.map(f32x8::new));
+        index
+    }
+
+    /// Up to eight parts that make up this one.
+    fn open(&self, part: Part) -> Vec<Part> {
+        let mut parts = Vec::with_capacity(WIDTH);
+        parts.push(part);
+        while parts.len() < WIDTH {
+            let area = |p: &Part| p.bounds.half_area();
+            let large = parts.iter().enumerate().filter(|(_, p)| p.is_large());
+            let largest = large.max_by(|a, b| area(a.1).total_cmp(&area(b.1)));
+            let Some(i) = largest.map(|(i, _)| i) else { break };
+            let [left, right] = self.halves(parts[i]);
+            parts[i] = left;
+            parts.insert(i + 1, right);
+        }
+        parts
+    }
+
+    /// The box relative to the centre, rounded outward.
+    fn relative_bounds(&self, bounds: &Bounds3) -> ([f32; 3], [f32; 3]) {
+        let center = self.wide.center;
+        // Covers the rounding of the difference, and keeps away from subnormal numbers.
+        let slack = |v: Vec3| v.abs() * f32::EPSILON + f32::MIN_POSITIVE;
+        let (low, high) = (bounds.min - center, bounds.max - center);
+        ((low - slack(low)).to_array(), (high + slack(high)).to_array())
+    }
+
+    fn push_block(&mut self, first: usize, count: usize) -> Child {
+        let ids = &self.bvh.order[first..first + count];
+        let mut lanes = [NO_PRIMITIVE; BLOCK];
+        lanes[..count].copy_from_slice(ids);
+        if self.geometry.is_sphere(ids[0]) {
+            self.wide.spheres.push(sphere_block(self.geometry, lanes));
+            Child::spheres(self.wide.spheres.len() - 1)
+        } else {
+            self.wide.triangles.push(triangle_block(self.geometry, lanes));
+            Child::triangles(self.wide.triangles.len() - 1)
+        }
+    }
+}
+
+fn empty_node() -> WideNode {
+    let row = [f32x8::splat(f32::INFINITY), f32x8::splat(f32::NEG_INFINITY)];
+    WideNode { planes: [row; 3], children: [Child::node(0); WIDTH] }
+}
+
+fn triangle_block(geometry: &Geometry<'_>, ids: [u32; BLOCK]) -> TriangleBlock {
+    let mut vertices = [[[f32::NAN; BLOCK]; 3]; 3];
+    for (lane, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NO_PRIMITIVE) {
+        if let Primitive::Triangle(p) = geometry.primitive(id) {
+            for (rows, vertex) in vertices.iter_mut().zip(p) {
+                for (row, coordinate) in rows.iter_mut().zip(vertex.to_array()) {
+                    row[lane] = coordinate;
+                }
+            }
+        }
+    }
+    TriangleBlock { vertices: vertices.map(|rows| rows.map(Lanes::new)), ids }
+}
+
+fn sphere_block(geometry: &Geometry<'_>, ids: [u32; BLOCK]) -> SphereBlock {
+    let nothing = Sphere { center: Vec3::ZERO, radius: 0.0 };
+    let spheres = ids.map(|id| match (id != NO_PRIMITIVE).then(|| geometry.primitive(id)) {
+        Some(Primitive::Sphere(s)) => s,
+        _ => nothing,
+    });
+    SphereBlock { spheres, ids }
+}

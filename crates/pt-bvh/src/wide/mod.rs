@@ -1,0 +1,115 @@
+//! Eight-wide tree for fast queries on the CPU: layout, and what the kernels share.
+//!
+//! A node holds the boxes of eight children as six rows of eight numbers, so that one instruction
+//! treats all of them; a leaf is one block of triangles in the same form. [Wald, Benthin & Boulos
+//! 2008, "Getting Rid of Packets"; Woop et al.'s Embree and Bikker's tinybvh use the same shape]
+
+mod collapse;
+mod traverse;
+
+use pt_math::Vec3;
+use wide::{f32x4, f32x8};
+
+use crate::geometry::Sphere;
+
+/// Children per node.
+pub(crate) const WIDTH: usize = 8;
+/// Primitives per leaf block.
+pub(crate) const BLOCK: usize = 4;
+/// One number for each triangle of a block.
+pub(crate) type Lanes = f32x4;
+
+/// `id` of a lane without a primitive.
+pub(crate) const NO_PRIMITIVE: u32 = u32::MAX;
+
+/// What a slot of a node refers to: two bits of kind, and an index into the array of that kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(transparent)]
+pub(crate) struct Child(u32);
+
+impl Child {
+    const TRIANGLES: u32 = 1 << 31;
+    const SPHERES: u32 = 1 << 30;
+
+    const fn node(index: usize) -> Self {
+        Self(index as u32)
+    }
+
+    const fn triangles(index: usize) -> Self {
+        Self(index as u32 | Self::TRIANGLES)
+    }
+
+    const fn spheres(index: usize) -> Self {
+        Self(index as u32 | Self::SPHERES)
+    }
+}
+
+/// Eight children. Slots without one have a box that is inside out, which no ray hits.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub(crate) struct WideNode {
+    /// Per axis: least and greatest coordinate of each child's box, relative to
+    /// [`WideBvh::center`] and rounded outward.
+    planes: [[f32x8; 2]; 3],
+    children: [Child; WIDTH],
+}
+
+/// Triangles of one leaf. Lanes without one hold NaN, which passes no comparison.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub(crate) struct TriangleBlock {
+    /// Vertex, axis.
+    vertices: [[Lanes; 3]; 3],
+    ids: [u32; BLOCK],
+}
+
+/// Spheres of one leaf.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SphereBlock {
+    spheres: [Sphere; BLOCK],
+    ids: [u32; BLOCK],
+}
+
+/// The tree. The root is node 0; without primitives there are no nodes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct WideBvh {
+    nodes: Vec<WideNode>,
+    triangles: Vec<TriangleBlock>,
+    spheres: Vec<SphereBlock>,
+    /// Boxes are stored relative to this point, the middle of the scene, so that their rounding
+    /// depends on the size of the scene and not on where it is.
+    center: Vec3,
+}
+
+impl WideBvh {
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice())
+            + size_of_val(self.triangles.as_slice())
+            + size_of_val(self.spheres.as_slice())
+    }
+}
+
+impl TriangleBlock {
+    /// The triangle in one lane.
+    #[inline]
+    fn triangle(&self, lane: usize) -> [Vec3; 3] {
+        self.vertices
+            .map(|[x, y, z]| Vec3::new(x.as_array()[lane], y.as_array()[lane], z.as_array()[lane]))
+    }
+
+    fn len(&self) -> u64 {
+        self.ids.iter().filter(|&&id| id != NO_PRIMITIVE).count() as u64
+    }
+}
+
+impl SphereBlock {
+    /// The spheres with their numbers.
+    #[inline]
+    fn iter(&self) -> impl Iterator<Item = (&Sphere, &u32)> {
+        self.spheres.iter().zip(&self.ids).filter(|(_, id)| **id != NO_PRIMITIVE)
+    }
+
+    fn len(&self) -> u64 {
+        self.iter().count() as u64
+    }
+}
