@@ -105,23 +105,15 @@ impl<'a> Document<'a> {
     /// At the first word that is no such number.
     pub(super) fn numbers<T: Number>(&self, node: Node<'_>) -> Result<Vec<T>, LoadError> {
         let mut numbers = Vec::new();
-        for text in node.children().filter(Node::is_text).filter_map(|n| n.text()) {
-            for word in text.split_ascii_whitespace() {
-                let number = word.parse().map_err(|_| {
-                    let index = numbers.len() + 1;
-                    let message = format!("value {index} is {}; expected {}", quote(word), T::NAME);
-                    self.error_at(node, word, message)
-                })?;
-                numbers.push(number);
-            }
+        for word in words(node) {
+            let number = word.parse().map_err(|_| {
+                let index = numbers.len() + 1;
+                let message = format!("value {index} is {}; expected {}", quote(word), T::NAME);
+                self.error_at(node, word, message)
+            })?;
+            numbers.push(number);
         }
         Ok(numbers)
-    }
-
-    /// The word, counted from 0, of those that [`Document::numbers`] reads.
-    pub(super) fn nth_word<'n>(&self, node: Node<'n>, n: usize) -> Option<&'n str> {
-        let texts = node.children().filter(Node::is_text).filter_map(|n| n.text());
-        texts.flat_map(str::split_ascii_whitespace).nth(n)
     }
 
     /// The place of an offset into the text, with the name of an element.
@@ -136,6 +128,12 @@ impl<'a> Document<'a> {
         let offset = piece.as_ptr().addr().checked_sub(text.as_ptr().addr())?;
         (text.get(offset..)?.get(..piece.len())? == piece).then_some(offset)
     }
+}
+
+/// The words that an element contains, separated by white space and comments.
+pub(super) fn words(node: Node<'_>) -> impl Iterator<Item = &str> {
+    let texts = node.children().filter(Node::is_text).filter_map(|text| text.text());
+    texts.flat_map(str::split_ascii_whitespace)
 }
 
 /// Numbers that [`Document::numbers`] reads.
@@ -229,7 +227,7 @@ impl Marks {
 /// The line and column after some bytes of UTF-8.
 fn advance((line, column): (u32, u32), bytes: &[u8]) -> (u32, u32) {
     let characters = |bytes: &[u8]| bytes.iter().filter(|b| **b & 0xC0 != 0x80).count() as u32;
-    let newlines = bytes.iter().filter(|b| **b == b'\n').count() as u32;
+    let newlines = bytes.split(|b| *b == b'\n').count() as u32 - 1;
     match bytes.iter().rposition(|b| *b == b'\n') {
         Some(last) => (line + newlines, 1 + characters(&bytes[last + 1..])),
         None => (line, column + characters(bytes)),

@@ -122,9 +122,10 @@ fn glass<'a>(reader: &mut Reader<'a>, scope: &Scope<'a>) -> Result<Option<Glass>
         }
         None => return Ok(None),
     };
-    let share = luminance(transmitted);
-    let is_glass = share >= 0.5;
-    if share > TOLERANCE && share < 1.0 - TOLERANCE && transmitted.iter().all(|c| *c < 1.0) {
+    let is_glass = luminance(transmitted) >= 0.5;
+    // A tinted glass lets at least one channel pass.
+    let largest = transmitted.into_iter().fold(0.0, f32::max);
+    if largest > TOLERANCE && largest < 1.0 - TOLERANCE {
         let taken = if is_glass { "clear" } else { "opaque" };
         let message = format!("partial transparency is not supported; the material is {taken}");
         reader.warn(transparent, message);

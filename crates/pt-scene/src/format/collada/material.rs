@@ -94,13 +94,12 @@ fn course_material<'a>(
     let mut found = None;
     for technique in techniques {
         for element in elements(technique) {
-            match course_surface(reader, element)? {
-                Some(material) => found = Some(material),
-                None => {
-                    let message = "this material is unknown; expected <diffuse>, <emission>, \
-                                   <mirror>, <glass>, <refraction> or <microfacet>; it is left out";
-                    reader.warn(element, message);
-                }
+            if let Some(material) = course_surface(reader, element)? {
+                found = Some(material);
+            } else {
+                let message = "this material is unknown; expected <diffuse>, <emission>, \
+                               <mirror>, <glass>, <refraction> or <microfacet>; it is left out";
+                reader.warn(element, message);
             }
         }
     }
@@ -158,16 +157,12 @@ fn required<'a>(reader: &Reader<'a>, parent: Node<'a>, tag: &str) -> Result<Node
 
 /// A share of light; 1, with a warning, where it is missing.
 fn tint<'a>(reader: &mut Reader<'a>, parent: Node<'a>, tag: &str) -> Result<[f32; 3], LoadError> {
-    match child(parent, tag) {
-        Some(element) => {
-            let color = reader.rgb(element)?;
-            Ok(clamped(reader, element, color))
-        }
-        None => {
-            reader.warn(parent, format!("it has no <{tag}>; 1 1 1 is taken"));
-            Ok([1.0; 3])
-        }
+    if let Some(element) = child(parent, tag) {
+        let color = reader.rgb(element)?;
+        return Ok(clamped(reader, element, color));
     }
+    reader.warn(parent, format!("it has no <{tag}>; 1 1 1 is taken"));
+    Ok([1.0; 3])
 }
 
 /// A share of light, at most 1.

@@ -1,8 +1,9 @@
 //! The node hierarchy: what stands where.
 
 use pt_math::DAffine3;
+use roxmltree::Children;
 
-use super::reader::{Reader, child, elements, name_of};
+use super::reader::{Reader, child, name_of};
 use super::{camera, geometry, light, material, transform};
 use crate::format::xml::{Node, quote};
 use crate::{LoadError, Object};
@@ -14,7 +15,7 @@ const MAX_DEPTH: usize = 1000;
 struct Level<'a> {
     node: Node<'a>,
     to_world: DAffine3,
-    rest: Box<dyn Iterator<Item = Node<'a>> + 'a>,
+    rest: Children<'a, 'a>,
 }
 
 /// Places all that a `<visual_scene>` contains, depth first, in the order of the file.
@@ -23,11 +24,8 @@ pub(super) fn place<'a>(
     visual_scene: Node<'a>,
     to_y_up: DAffine3,
 ) -> Result<(), LoadError> {
-    let mut levels = vec![Level {
-        node: visual_scene,
-        to_world: to_y_up,
-        rest: Box::new(elements(visual_scene)),
-    }];
+    let mut levels =
+        vec![Level { node: visual_scene, to_world: to_y_up, rest: visual_scene.children() }];
     while let Some(level) = levels.last_mut() {
         let Some(element) = level.rest.next() else {
             levels.pop();
@@ -71,7 +69,7 @@ fn enter<'a>(
         let message = "the transforms down to this node multiply to infinite numbers";
         return Err(reader.error(node, message));
     }
-    Ok(Level { node, to_world, rest: Box::new(elements(node)) })
+    Ok(Level { node, to_world, rest: node.children() })
 }
 
 /// Places what an `instance_…` element refers to; other elements mean nothing here.

@@ -9,7 +9,7 @@ use super::reader::{Reader, child, elements};
 use super::source::{NonFinite, inputs, whole_number};
 use super::triangulate::Triangulator;
 use crate::LoadError;
-use crate::format::xml::Node;
+use crate::format::xml::{Node, words};
 
 /// Adds the triangles of a primitive element to a mesh.
 pub(super) fn read<'a>(
@@ -17,7 +17,7 @@ pub(super) fn read<'a>(
     builder: &mut Builder<'a>,
     primitive: Node<'a>,
 ) -> Result<(), LoadError> {
-    let lists: Vec<_> = index_lists(reader, primitive);
+    let lists = index_lists(reader, primitive);
     if lists.is_empty() {
         if whole_number(reader, primitive, "count")?.unwrap_or(0) > 0 {
             reader.warn(primitive, "it has no <p>; it is left out");
@@ -71,6 +71,9 @@ fn index_lists<'a>(reader: &mut Reader<'a>, primitive: Node<'a>) -> Vec<Node<'a>
             }
             _ => {}
         }
+    }
+    if primitive.tag_name().name() == "polylist" {
+        lists.truncate(1); // there is one <vcount>, so there is one <p>
     }
     lists
 }
@@ -216,7 +219,7 @@ impl Lanes {
                     list[at],
                     exist.saturating_sub(1)
                 );
-                let word = reader.document.nth_word(p, at).unwrap_or_default();
+                let word = words(p).nth(at).unwrap_or_default();
                 return Err(reader.document.error_at(p, word, message));
             }
         }
@@ -257,7 +260,7 @@ impl Faces<'_, '_> {
         list: &[u32],
         corners: usize,
     ) -> Result<usize, LoadError> {
-        if corners % 3 != 0 {
+        if !corners.is_multiple_of(3) {
             let message = format!("it has {corners} corners; expected a multiple of 3");
             return Err(reader.error(p, message));
         }

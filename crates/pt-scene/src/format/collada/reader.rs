@@ -48,11 +48,10 @@ impl<'a> Reader<'a> {
         for element in document.elements() {
             let Some(id) = element.attribute("id") else { continue };
             let tag = element.tag_name().name();
-            if reader.ids.contains_key(&(tag, id)) {
+            let first = *reader.ids.entry((tag, id)).or_insert(element);
+            if first != element {
                 let message = "there is an earlier one with this id, which is taken instead";
                 reader.warn(element, message);
-            } else {
-                reader.ids.insert((tag, id), element);
             }
         }
         reader
@@ -226,12 +225,12 @@ pub(super) fn children<'a>(node: Node<'a>, tag: &str) -> impl Iterator<Item = No
 }
 
 /// The child elements.
-pub(super) fn elements<'a>(node: Node<'a>) -> impl Iterator<Item = Node<'a>> {
+pub(super) fn elements(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
     node.children().filter(Node::is_element)
 }
 
 /// The techniques of the course's profile inside the `<extra>` elements of an element.
-pub(super) fn course_techniques<'a>(node: Node<'a>) -> impl Iterator<Item = Node<'a>> {
+pub(super) fn course_techniques(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
     children(node, "extra")
         .flat_map(|extra| children(extra, "technique"))
         .filter(|t| matches!(t.attribute("profile"), Some("CGL" | "CMU462")))

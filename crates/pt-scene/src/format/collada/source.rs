@@ -70,7 +70,7 @@ impl<const N: usize> Pool<N> {
             );
             return Err(reader.error(source, message));
         };
-        reader.count_values(source, layout.count.saturating_mul(N))?;
+        reader.count_values(source, numbers.len().max(layout.count.saturating_mul(N)))?;
         self.values.extend((0..layout.count).map(|i| {
             let first = layout.offset + i * layout.stride;
             components.map(|c| numbers[first + c])
@@ -183,6 +183,6 @@ fn check_count<'a>(reader: &mut Reader<'a>, array: Node<'a>, found: usize) {
 }
 
 /// The inputs of a `<vertices>` or of a primitive.
-pub(super) fn inputs<'a>(node: Node<'a>) -> impl Iterator<Item = Node<'a>> {
+pub(super) fn inputs(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
     elements(node).filter(|n| n.tag_name().name() == "input")
 }
