@@ -212,8 +212,11 @@ fn other_kinds_of_png_are_read() {
     }
 }
 
+/// Name and channels of a part of an EXR file.
+type Part<'a> = (Option<&'a str>, &'a [(&'a str, f32)]);
+
 /// An EXR file with parts of (name, channels), where each channel is of its own constant.
-fn exr_of(parts: &[(Option<&str>, &[(&str, f32)])]) -> Vec<u8> {
+fn exr_of(parts: &[Part<'_>]) -> Vec<u8> {
     use exr::prelude::*;
     let layers = parts.iter().map(|(name, channels)| {
         let list = channels.iter().map(|&(name, value)| {

@@ -1,0 +1,400 @@
+//! χ² tests of sampling routines against the densities they state.
+//!
+//! Random points go through the routine into a histogram, and the density is integrated over each
+//! bin. Pearson's statistic Σ (observed − expected)² / expected then follows the χ² distribution
+//! with one degree of freedom less than there are bins. [Pearson 1900; the method of Wenzel
+//! Jakob's tests in Nori and Mitsuba]
+
+use std::f64::consts::{PI, TAU};
+use std::fmt;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use pt_math::Vec3;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::function::erf::erfc;
+
+use crate::integrate::{Rectangle, integrate};
+use crate::{Random, output, sidak};
+
+/// How to test.
+#[derive(Clone, Copy, Debug)]
+pub struct Chi2<'a> {
+    /// What is tested; the histogram of a failure is written to a file of this name.
+    pub name: &'a str,
+    /// Number of samples.
+    pub samples: u32,
+    /// Number of bins in cos θ and φ, or x and y.
+    pub bins: [usize; 2],
+    /// The share of seeds with which a correct routine fails.
+    pub significance: f64,
+    /// The number of tests that `significance` is for together.
+    pub tests: usize,
+    /// Seed of the random points.
+    pub seed: u64,
+}
+
+impl<'a> Chi2<'a> {
+    /// 200 000 samples in 32 × 64 bins at a level of 10⁻⁴.
+    pub fn new(name: &'a str) -> Self {
+        Self { name, samples: 200_000, bins: [32, 64], significance: 1e-4, tests: 1, seed: 0 }
+    }
+
+    /// One of `tests` tests that have the level together.
+    pub fn one_of(self, tests: usize) -> Self {
+        Self { tests, ..self }
+    }
+}
+
+/// Why a routine does not follow its density.
+#[derive(Debug)]
+pub struct Chi2Failure {
+    /// What is tested.
+    pub name: String,
+    /// What is wrong.
+    pub reason: Reason,
+    /// The histogram, where it could be written.
+    pub histogram: Option<PathBuf>,
+}
+
+/// What is wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reason {
+    /// The routine returned something outside of its domain.
+    Outside {
+        /// The random point.
+        u: [f32; 2],
+    },
+    /// The routine returned something whose density is not a positive finite number.
+    Impossible {
+        /// The random point.
+        u: [f32; 2],
+        /// The density.
+        pdf: f64,
+    },
+    /// The density integrates to more than 1, or to no number.
+    Mass {
+        /// Its integral.
+        integral: f64,
+    },
+    /// Samples are taken more or less often than the integral of the density says.
+    Taken {
+        /// The share of samples that were taken.
+        observed: f64,
+        /// The integral of the density.
+        expected: f64,
+        /// The probability of such a difference, or a greater one.
+        p: f64,
+        /// The probability below which the test fails.
+        level: f64,
+    },
+    /// The histogram does not fit.
+    Distribution {
+        /// Pearson's statistic.
+        statistic: f64,
+        /// Its degrees of freedom.
+        degrees: usize,
+        /// The probability of such a statistic, or a greater one.
+        p: f64,
+        /// The probability below which the test fails.
+        level: f64,
+    },
+}
+
+impl fmt::Display for Chi2Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: ", self.name)?;
+        match self.reason {
+            Reason::Outside { u } => write!(f, "the sample of {u:?} is outside of the domain"),
+            Reason::Impossible { u, pdf } => write!(f, "the sample of {u:?} has density {pdf}"),
+            Reason::Mass { integral } => write!(f, "the density integrates to {integral}"),
+            Reason::Taken { observed, expected, p, level } => write!(
+                f,
+                "a share of {observed} is taken, but {expected} is stated, p = {p:.2e} < {level:.2e}"
+            ),
+            Reason::Distribution { statistic, degrees, p, level } => write!(
+                f,
+                "χ² = {statistic:.1} with {degrees} degrees of freedom, p = {p:.2e} < {level:.2e}"
+            ),
+        }?;
+        match &self.histogram {
+            Some(path) => write!(f, "; see {}", path.display()),
+            None => Ok(()),
+        }
+    }
+}
+
+impl std::error::Error for Chi2Failure {}
+
+/// Tests a routine that maps random points to unit vectors, or to `None` where it takes no sample.
+/// `pdf` is its density per steradian; what it lacks to an integral of 1 is the probability of
+/// `None`.
+///
+/// # Errors
+/// If the routine does not follow its density; see [`Reason`].
+pub fn chi2_sphere(
+    sample: impl Fn([f32; 2]) -> Option<Vec3>,
+    pdf: impl Fn(Vec3) -> f32,
+    config: &Chi2<'_>,
+) -> Result<(), Chi2Failure> {
+    const MOST_LENGTH_ERROR: f64 = 1e-4;
+    let place = |u: [f32; 2]| {
+        let Some(w) = sample(u) else { return Ok(None) };
+        let v = w.as_dvec3();
+        let error = (v.length_squared() - 1.0).abs();
+        if error.is_nan() || error > MOST_LENGTH_ERROR {
+            return Err(Reason::Outside { u });
+        }
+        let turns = v.y.atan2(v.x) / TAU;
+        let turns = if turns < 0.0 { turns + 1.0 } else { turns };
+        Ok(Some(([0.5 * v.z + 0.5, turns], f64::from(pdf(w)))))
+    };
+    let density = |x: f64, y: f64| {
+        let z = 2.0 * x - 1.0;
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        let (sin, cos) = (TAU * y).sin_cos();
+        4.0 * PI * f64::from(pdf(Vec3::new((r * cos) as f32, (r * sin) as f32, z as f32)))
+    };
+    test(place, density, config)
+}
+
+/// Tests a routine that maps random points to points of [0, 1)², or to `None` where it takes no
+/// sample. `pdf` is its density; what it lacks to an integral of 1 is the probability of `None`.
+///
+/// # Errors
+/// If the routine does not follow its density; see [`Reason`].
+pub fn chi2_square(
+    sample: impl Fn([f32; 2]) -> Option<[f32; 2]>,
+    pdf: impl Fn([f32; 2]) -> f32,
+    config: &Chi2<'_>,
+) -> Result<(), Chi2Failure> {
+    let place = |u: [f32; 2]| match sample(u) {
+        None => Ok(None),
+        Some(p) if p.iter().all(|x| (0.0..1.0).contains(x)) => {
+            Ok(Some((p.map(f64::from), f64::from(pdf(p)))))
+        }
+        Some(_) => Err(Reason::Outside { u }),
+    };
+    test(place, |x, y| f64::from(pdf([x as f32, y as f32])), config)
+}
+
+/// A sample's place in the unit square and its density, or `None` where it was not taken.
+type Placed = Result<Option<([f64; 2], f64)>, Reason>;
+
+/// The histogram of a routine, and what it should be.
+struct Histogram {
+    bins: [usize; 2],
+    /// Samples per bin; at the end, those that were not taken.
+    observed: Vec<u32>,
+    /// Expected number of samples per bin; at the end, of those that are not taken.
+    expected: Vec<f64>,
+}
+
+/// Both tests, on the unit square.
+fn test(
+    place: impl Fn([f32; 2]) -> Placed,
+    density: impl Fn(f64, f64) -> f64,
+    config: &Chi2<'_>,
+) -> Result<(), Chi2Failure> {
+    let failure =
+        |reason, histogram| Chi2Failure { name: config.name.to_owned(), reason, histogram };
+    let observed = observe(place, config).map_err(|reason| failure(reason, None))?;
+    let expected = expect(density, config);
+    let histogram = Histogram { bins: config.bins, observed, expected };
+    judge(&histogram, config).map_err(|reason| {
+        let file = format!("chi2-{}.csv", config.name.replace(|c: char| !c.is_alphanumeric(), "-"));
+        failure(reason, output::write(&file, histogram.table().as_bytes()).ok())
+    })
+}
+
+/// Counts samples.
+fn observe(place: impl Fn([f32; 2]) -> Placed, config: &Chi2<'_>) -> Result<Vec<u32>, Reason> {
+    let [nx, ny] = config.bins;
+    let mut counts = vec![0; nx * ny + 1];
+    let mut random = Random::new(config.seed);
+    for _ in 0..config.samples {
+        let u = random.unit_2d();
+        let bin = match place(u)? {
+            None => nx * ny,
+            Some((_, pdf)) if !(pdf > 0.0 && pdf.is_finite()) => {
+                return Err(Reason::Impossible { u, pdf });
+            }
+            Some(([x, y], _)) => {
+                let cell = |t: f64, n: usize| ((t * n as f64) as usize).min(n - 1);
+                cell(x, nx) * ny + cell(y, ny)
+            }
+        };
+        counts[bin] += 1;
+    }
+    Ok(counts)
+}
+
+/// Integrates the density over the bins; an error of a twentieth of a sample in a bin is far
+/// below the noise.
+fn expect(density: impl Fn(f64, f64) -> f64, config: &Chi2<'_>) -> Vec<f64> {
+    let [nx, ny] = config.bins;
+    let samples = f64::from(config.samples);
+    let side = |i: usize, n: usize| [i as f64 / n as f64, (i + 1) as f64 / n as f64];
+    let mut expected = Vec::with_capacity(nx * ny + 1);
+    for i in 0..nx {
+        for j in 0..ny {
+            let bin = Rectangle { x: side(i, nx), y: side(j, ny) };
+            expected.push(samples * integrate(&density, bin, 0.05 / samples));
+        }
+    }
+    let total: f64 = expected.iter().sum();
+    expected.push(samples - total);
+    expected
+}
+
+/// The tests of a histogram: of the share of samples taken, and of their places.
+fn judge(histogram: &Histogram, config: &Chi2<'_>) -> Result<(), Reason> {
+    let level = sidak(config.significance, 2 * config.tests);
+    judge_taken(histogram, config, level)?;
+    judge_places(histogram, level)
+}
+
+/// Whether as many samples were taken as the integral of the density says: a test of its own,
+/// since in a thousand bins a flaw of one has to be great to show.
+fn judge_taken(histogram: &Histogram, config: &Chi2<'_>, level: f64) -> Result<(), Reason> {
+    const MASS_TOLERANCE: f64 = 1e-3;
+    // Share of the integral that rounding and the rule of integration may cost.
+    const MASS_ERROR: f64 = 1e-4;
+    let samples = f64::from(config.samples);
+    let (Some(observed), Some(expected)) = (histogram.observed.last(), histogram.expected.last())
+    else {
+        return Ok(());
+    };
+    let (observed, expected) = (1.0 - f64::from(*observed) / samples, 1.0 - expected / samples);
+    if expected.is_nan() || expected > 1.0 + MASS_TOLERANCE {
+        return Err(Reason::Mass { integral: expected });
+    }
+    let variance = (expected * (1.0 - expected)).max(0.0) / samples + MASS_ERROR * MASS_ERROR;
+    let p = erfc((observed - expected).abs() / (2.0 * variance).sqrt());
+    if p < level { Err(Reason::Taken { observed, expected, p, level }) } else { Ok(()) }
+}
+
+/// Pearson's test. Bins that expect few samples are taken together, the poorest first, since the
+/// statistic of a bin follows its distribution only from about five expected samples on.
+fn judge_places(histogram: &Histogram, level: f64) -> Result<(), Reason> {
+    const LEAST_EXPECTED: f64 = 5.0;
+    let counts = histogram.expected.iter().zip(&histogram.observed);
+    let mut bins: Vec<(f64, f64)> = counts.map(|(&e, &o)| (e.max(0.0), f64::from(o))).collect();
+    bins.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut pooled: Vec<(f64, f64)> = Vec::new();
+    for (expected, observed) in bins {
+        match pooled.last_mut() {
+            Some(last) if last.0 < LEAST_EXPECTED => {
+                last.0 += expected;
+                last.1 += observed;
+            }
+            _ => pooled.push((expected, observed)),
+        }
+    }
+    let degrees = pooled.len() - 1;
+    let statistic: f64 = pooled.iter().map(|(e, o)| (o - e) * (o - e) / e).sum();
+    // With one bin there is nothing to compare, and no distribution.
+    let p = ChiSquared::new(degrees as f64).map_or(1.0, |d| d.sf(statistic));
+    if p < level { Err(Reason::Distribution { statistic, degrees, p, level }) } else { Ok(()) }
+}
+
+impl Histogram {
+    /// A table for people: bin, observed, expected, contribution to the statistic with its sign.
+    fn table(&self) -> String {
+        let mut text = String::from("x bin,y bin,observed,expected,signed contribution\n");
+        let ny = self.bins[1];
+        for (i, (o, e)) in self.observed.iter().zip(&self.expected).enumerate() {
+            let difference = f64::from(*o) - e;
+            let signed = difference.abs() * difference / e.max(1e-9);
+            let bin = if i + 1 == self.observed.len() {
+                "not taken,".to_owned()
+            } else {
+                format!("{},{}", i / ny, i % ny)
+            };
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{bin},{o},{e:.3},{signed:.3}");
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f32::consts::FRAC_1_PI;
+
+    fn on_sphere(u: [f32; 2], z: f32) -> Vec3 {
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        let (s, c) = (std::f32::consts::TAU * u[1]).sin_cos();
+        Vec3::new(r * c, r * s, z)
+    }
+
+    fn cosine(u: [f32; 2]) -> Vec3 {
+        on_sphere(u, (1.0 - u[0]).sqrt())
+    }
+
+    fn cosine_pdf(w: Vec3) -> f32 {
+        w.z.max(0.0) * FRAC_1_PI
+    }
+
+    #[test]
+    fn right_routines_pass() {
+        chi2_sphere(|u| Some(cosine(u)), cosine_pdf, &Chi2::new("cosine")).unwrap();
+        let sphere = |u: [f32; 2]| Some(on_sphere(u, 1.0 - 2.0 * u[0]));
+        chi2_sphere(sphere, |_| 0.25 * FRAC_1_PI, &Chi2::new("sphere")).unwrap();
+        // x = √u has density 2x.
+        let linear = |u: [f32; 2]| Some([u[0].sqrt(), u[1]]);
+        chi2_square(linear, |p| 2.0 * p[0], &Chi2::new("linear")).unwrap();
+        // Edges that do not lie between bins.
+        let part = |u: [f32; 2]| Some([0.37 * u[0], 0.1 + 0.45 * u[1]]);
+        let inside = |p: [f32; 2]| p[0] < 0.37 && (0.1..0.55).contains(&p[1]);
+        let pdf = |p| if inside(p) { 1.0 / (0.37 * 0.45) } else { 0.0 };
+        chi2_square(part, pdf, &Chi2::new("part")).unwrap();
+    }
+
+    #[test]
+    fn samples_not_taken_count() {
+        let some = |share: f32| move |u: [f32; 2]| (u[0] < share).then_some([u[0] / share, u[1]]);
+        chi2_square(some(0.75), |_| 0.75, &Chi2::new("three quarters")).unwrap();
+        let wrong = chi2_square(some(0.74), |_| 0.75, &Chi2::new("fewer than stated"));
+        assert!(matches!(wrong.unwrap_err().reason, Reason::Taken { .. }));
+    }
+
+    #[test]
+    fn wrong_routines_fail() {
+        let uniform = |w: Vec3| if w.z < 0.0 { 0.0 } else { 0.5 * FRAC_1_PI };
+        let failure = chi2_sphere(|u| Some(cosine(u)), uniform, &Chi2::new("cosine for uniform"))
+            .unwrap_err();
+        assert!(matches!(failure.reason, Reason::Distribution { .. }), "{failure}");
+        let table = std::fs::read_to_string(failure.histogram.expect("a histogram")).unwrap();
+        assert_eq!(table.lines().count(), 32 * 64 + 2);
+        // One percent too much to one side.
+        let tilted = |u: [f32; 2]| Some([u[0], if u[1] < 0.01 { 0.25 } else { u[1] }]);
+        let failure = chi2_square(tilted, |_| 1.0, &Chi2::new("tilted")).unwrap_err();
+        assert!(matches!(failure.reason, Reason::Distribution { .. }), "{failure}");
+    }
+
+    #[test]
+    fn wrong_densities_fail() {
+        let reason = |pdf: fn(Vec3) -> f32| {
+            chi2_sphere(|u| Some(cosine(u)), pdf, &Chi2::new("wrong density")).unwrap_err().reason
+        };
+        assert!(matches!(reason(|w| w.z.max(0.0) * 0.35), Reason::Mass { .. }));
+        assert!(matches!(reason(|w| w.z.max(0.0) * 0.30), Reason::Taken { .. }));
+        assert!(matches!(reason(|w| if w.x > 0.0 { w.z } else { 0.0 }), Reason::Impossible { .. }));
+        assert!(matches!(reason(|_| f32::NAN), Reason::Impossible { .. }));
+        let long = |u: [f32; 2]| Some(1.01 * cosine(u));
+        let failure = chi2_sphere(long, cosine_pdf, &Chi2::new("not unit")).unwrap_err();
+        assert!(matches!(failure.reason, Reason::Outside { .. }));
+    }
+
+    #[test]
+    fn right_routines_fail_as_often_as_the_level_says() {
+        let half = |u: [f32; 2]| (u[0] < 0.5).then_some([2.0 * u[0], u[1]]);
+        let small = Chi2 { samples: 2000, bins: [4, 8], significance: 0.1, ..Chi2::new("rate") };
+        let fails = |seed| chi2_square(half, |_| 0.5, &Chi2 { seed, ..small }).is_err();
+        let failures = (0..1000).filter(|&seed| fails(seed)).count() as f64;
+        // Binomial with n = 1000 and p = 0.1: five standard deviations of √90.
+        assert!((failures - 100.0).abs() < 5.0 * 90f64.sqrt(), "{failures}");
+    }
+}
