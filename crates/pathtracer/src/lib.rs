@@ -1,1 +1,48 @@
-//! Placeholder
+//! A physically based path tracer.
+//!
+//! This crate is what everybody outside of the workspace uses: it reads scenes, renders them, and
+//! writes images.
+//!
+//! ```
+//! use pathtracer::{CompileOptions, Session, Settings, Silent};
+//!
+//! let scene = pathtracer::default_scene();
+//! let options = CompileOptions { resolution: Some([32, 24]), ..CompileOptions::default() };
+//! let settings = Settings { spp: 4, ..Settings::default() };
+//! let mut session = Session::new(&scene, options, settings)?;
+//! session.render(1, 16, &Silent)?;
+//! let image = session.image();
+//! assert_eq!((image.width, image.height), (32, 24));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A [`Scene`] is what its author wrote; [`Session::new`] compiles it. The radiance of a sample is
+//! a pure function of the compiled scene, the settings, the pixel and the number of the sample,
+//! and sums of samples are exact: the image is the same, bit for bit, for any number of threads.
+
+pub mod course;
+pub mod memory;
+mod session;
+
+pub use pt_bvh::{BuildOptions, Builder};
+pub use pt_core::film::{Film, Region, Rejections};
+pub use pt_core::light::EnvironmentMap;
+pub use pt_core::progress::{Observer, Silent};
+pub use pt_core::settings::{Adaptive, DirectLight, Roulette, Settings};
+pub use pt_core::{CompileError, CompileOptions};
+pub use pt_cpu::{INTEGRATORS, Progress, RenderError, Statistics};
+pub use pt_math::sampler::SamplerKind;
+pub use pt_scene::format::{FORMATS, load};
+pub use pt_scene::image::{self, Image};
+pub use pt_scene::{LoadError, Scene};
+pub use session::Session;
+
+/// The scene that is rendered when none is given: a Cornell box with a mirror and a glass sphere.
+///
+/// # Panics
+/// Never: the scene is part of the program, and a test reads it.
+pub fn default_scene() -> Scene {
+    let bytes = include_bytes!("../../../scenes/cornell.dae");
+    let path = std::path::Path::new("cornell.dae");
+    pt_scene::format::parse(bytes, path).expect("the embedded scene is valid")
+}

@@ -1,1 +1,27 @@
-//! Placeholder
+//! The compiled scene and everything in it: lobes, lights, the camera, and the film that collects
+//! samples of it.
+//!
+//! ```text
+//! pt_scene::Scene ─ compile ─▶ RenderScene ─ a backend ─▶ Film ─ develop ─▶ images
+//! ```
+//!
+//! A [`RenderScene`] is made of flat tables linked by [`id::Id`]s, is never edited, and is all
+//! that a backend reads.
+
+pub mod bsdf;
+pub mod camera;
+pub mod compile;
+pub mod develop;
+pub mod film;
+pub mod id;
+pub mod light;
+pub mod progress;
+pub mod scene;
+pub mod settings;
+
+pub use camera::Camera;
+pub use compile::{CompileError, CompileOptions, Compiled, compile};
+pub use film::{Film, Region};
+pub use progress::Observer;
+pub use scene::{Interaction, RenderScene};
+pub use settings::Settings;

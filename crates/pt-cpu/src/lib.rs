@@ -1,1 +1,13 @@
-//! Placeholder
+//! The CPU backend: integrators, and the loop that runs them over the pixels of a film.
+//!
+//! ```text
+//! render: passes → tiles → pixels → samples → Integrator::li → Film
+//! ```
+
+pub mod integrator;
+mod render;
+mod tracer;
+
+pub use integrator::{INTEGRATORS, Integrator, Registration};
+pub use render::{Progress, RenderError, Renderer, Statistics};
+pub use tracer::Tracer;

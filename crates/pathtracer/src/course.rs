@@ -1,0 +1,30 @@
+//! What the program of the university course writes besides images.
+
+use pt_math::trig;
+use pt_scene::image::Image;
+
+/// The picture by which the course's program shows how it samples an environment map: red is the
+/// cumulative probability of the row, green that of the column within the row; black on a map
+/// without light.
+pub fn probability_debug(map: &Image) -> Vec<[u8; 3]> {
+    let (w, h) = (map.width as usize, map.height as usize);
+    let weight = |x: usize, y: usize| {
+        let l = pt_math::Spectrum::from(map.pixels[y * w + x]).luminance();
+        let (sin, _) = trig::sin_cos((y as f32 + 0.5) / h as f32 * std::f32::consts::PI);
+        f64::from(l * sin)
+    };
+    let rows: Vec<f64> = (0..h).map(|y| (0..w).map(|x| weight(x, y)).sum()).collect();
+    let total: f64 = rows.iter().sum();
+    let byte = |part: f64, whole: f64| if whole > 0.0 { (255.0 * part / whole) as u8 } else { 0 };
+    let mut pixels = Vec::with_capacity(w * h);
+    let mut above = 0.0;
+    for (y, row) in rows.iter().enumerate() {
+        above += row;
+        let mut left = 0.0;
+        for x in 0..w {
+            left += weight(x, y);
+            pixels.push([byte(above, total), byte(left, *row), 0]);
+        }
+    }
+    pixels
+}

@@ -1,0 +1,115 @@
+//! A scene, how to render it, and what is rendered of it.
+
+use std::time::Duration;
+
+use pt_core::settings::Settings;
+use pt_core::{
+    CompileError, CompileOptions, Film, Observer, Region, RenderScene, compile, develop,
+};
+use pt_cpu::{Progress, RenderError, Renderer, Statistics};
+use pt_scene::Scene;
+use pt_scene::image::Image;
+
+/// A scene, how to render it, and what is rendered of it.
+pub struct Session {
+    scene: RenderScene,
+    settings: Settings,
+    film: Film,
+    notes: Vec<String>,
+    geometry_time: Duration,
+    bvh_time: Duration,
+    counts_tests: bool,
+}
+
+impl Session {
+    /// Compiles a scene.
+    ///
+    /// # Errors
+    /// If the scene is inconsistent, or the region of the settings lies outside of the image.
+    pub fn new(
+        scene: &Scene,
+        options: CompileOptions,
+        settings: Settings,
+    ) -> Result<Self, CompileError> {
+        let compiled = compile(scene, options)?;
+        let resolution = compiled.scene.camera.resolution;
+        let region = settings.region.unwrap_or(Region::full(resolution));
+        if !region.is_inside(resolution) {
+            return Err(CompileError::Region { region, resolution });
+        }
+        Ok(Self {
+            scene: compiled.scene,
+            settings,
+            film: Film::new(region),
+            notes: compiled.notes,
+            geometry_time: compiled.geometry_time,
+            bvh_time: compiled.bvh_time,
+            counts_tests: false,
+        })
+    }
+
+    /// Also counts tests of single primitives, which costs a little.
+    pub fn count_tests(&mut self) {
+        self.counts_tests = true;
+    }
+
+    /// Takes the samples that are missing, on `threads` threads (0: one per core) that share
+    /// tiles of `tile_size`² pixels. Neither number changes the image.
+    ///
+    /// # Errors
+    /// If the integrator is unknown or threads cannot be started.
+    pub fn render(
+        &mut self,
+        threads: usize,
+        tile_size: u32,
+        observer: &dyn Observer,
+    ) -> Result<(Progress, Statistics), RenderError> {
+        let counts = self.counts_tests;
+        let renderer = Renderer::new(&self.scene, &self.settings, threads, tile_size, counts)?;
+        Ok(renderer.render(&mut self.film, observer))
+    }
+
+    /// The compiled scene.
+    pub fn scene(&self) -> &RenderScene {
+        &self.scene
+    }
+
+    /// How it is rendered.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The samples so far.
+    pub fn film(&self) -> &Film {
+        &self.film
+    }
+
+    /// What the user should know about the scene.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Wall-clock times of collecting the shapes and of building the hierarchy.
+    pub fn build_times(&self) -> (Duration, Duration) {
+        (self.geometry_time, self.bvh_time)
+    }
+
+    /// The image so far: mean radiance, linear Rec. 709.
+    pub fn image(&self) -> Image {
+        let Region { width, height, .. } = self.film.region();
+        Image { width, height, pixels: develop::radiance(&self.film) }
+    }
+
+    /// Samples taken per pixel as colours, from blue (none) to red (all), over the whole image.
+    pub fn rate_image(&self) -> (u32, u32, Vec<[u8; 3]>) {
+        let [width, height] = self.scene.camera.resolution;
+        let r = self.film.region();
+        let rates = develop::sampling_rate(&self.film, self.settings.spp);
+        let mut all = vec![develop::rate_color(0.0); width as usize * height as usize];
+        for (row, y) in rates.chunks_exact(r.width as usize).zip(r.y..) {
+            let start = y as usize * width as usize + r.x as usize;
+            all[start..start + row.len()].copy_from_slice(row);
+        }
+        (width, height, all)
+    }
+}

@@ -1,0 +1,208 @@
+//! The materials of the university course as its program computes them, used under `--cs184`.
+//! Where they differ from physics, the difference is named; `docs/cs184.md` shows the pictures.
+
+use std::f32::consts::PI;
+
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig};
+
+use super::conductor::{half_vector, reflected_pdf};
+use super::dielectric::refract;
+use super::microfacet::Beckmann;
+use super::mirror::reflect;
+use super::{BsdfSample, Lobe, PARAMETERS};
+
+/// Glass with Schlick's approximation instead of Fresnel's equations, and with radiance
+/// multiplied (not divided) by η² on entering.
+#[derive(Clone, Copy, Debug)]
+pub struct CourseGlass {
+    /// Tint of what is reflected.
+    pub reflectance: Spectrum,
+    /// Tint of what is transmitted.
+    pub transmittance: Spectrum,
+    /// Index of refraction below the surface.
+    pub ior: f32,
+}
+
+/// Refraction with radiance multiplied by η² on entering.
+#[derive(Clone, Copy, Debug)]
+pub struct CourseRefraction {
+    /// Tint of what is transmitted.
+    pub transmittance: Spectrum,
+    /// Index of refraction below the surface.
+    pub ior: f32,
+}
+
+/// The refracted direction and the factor 1/η² of the course, with η the index of this side over
+/// that of the other. `None` is total reflection.
+#[inline]
+fn course_refract(wo: Vec3, ior: f32) -> Option<(Vec3, f32)> {
+    let eta = if wo.z > 0.0 { ior } else { 1.0 / ior };
+    let cos2 = 1.0 - (1.0 - wo.z * wo.z) / (eta * eta);
+    (cos2 >= 0.0).then(|| (refract(wo, cos2.sqrt(), eta), eta * eta))
+}
+
+impl Lobe for CourseGlass {
+    const DELTA: bool = true;
+    const RECIPROCAL: bool = false;
+
+    fn pack(&self) -> [f32; PARAMETERS] {
+        let ([a, b, c], [d, e, f]) = (self.reflectance.to_array(), self.transmittance.to_array());
+        [a, b, c, d, e, f, self.ior, 0.0, 0.0, 0.0, 0.0]
+    }
+
+    #[inline]
+    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+        Self {
+            reflectance: Spectrum::rgb(p[0], p[1], p[2]),
+            transmittance: Spectrum::rgb(p[3], p[4], p[5]),
+            ior: p[6],
+        }
+    }
+
+    #[inline]
+    fn eval(&self, _wo: Vec3, _wi: Vec3) -> Spectrum {
+        Spectrum::ZERO
+    }
+
+    #[inline]
+    fn pdf(&self, _wo: Vec3, _wi: Vec3) -> Pdf<SolidAngle> {
+        Pdf::ZERO
+    }
+
+    #[inline]
+    fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
+        let reflected = BsdfSample { wi: reflect(wo), weight: self.reflectance, pdf: None };
+        let Some((wi, factor)) = course_refract(wo, self.ior) else { return Some(reflected) };
+        let r0 = (1.0 - self.ior) / (1.0 + self.ior);
+        let f = super::fresnel::schlick(wo.z.abs(), Spectrum::splat(r0 * r0)).0.x;
+        if u[0] < f {
+            return Some(reflected);
+        }
+        Some(BsdfSample { wi, weight: self.transmittance * factor, pdf: None })
+    }
+
+    fn examples() -> Vec<Self> {
+        vec![Self { reflectance: Spectrum::ONE, transmittance: Spectrum::ONE, ior: 1.45 }]
+    }
+}
+
+impl Lobe for CourseRefraction {
+    const DELTA: bool = true;
+    const RECIPROCAL: bool = false;
+
+    fn pack(&self) -> [f32; PARAMETERS] {
+        let [a, b, c] = self.transmittance.to_array();
+        [a, b, c, self.ior, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    }
+
+    #[inline]
+    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+        Self { transmittance: Spectrum::rgb(p[0], p[1], p[2]), ior: p[3] }
+    }
+
+    #[inline]
+    fn eval(&self, _wo: Vec3, _wi: Vec3) -> Spectrum {
+        Spectrum::ZERO
+    }
+
+    #[inline]
+    fn pdf(&self, _wo: Vec3, _wi: Vec3) -> Pdf<SolidAngle> {
+        Pdf::ZERO
+    }
+
+    #[inline]
+    fn sample(&self, wo: Vec3, _u: [f32; 2]) -> Option<BsdfSample> {
+        let (wi, factor) = course_refract(wo, self.ior)?;
+        Some(BsdfSample { wi, weight: self.transmittance * factor, pdf: None })
+    }
+
+    fn examples() -> Vec<Self> {
+        vec![Self { transmittance: Spectrum::ONE, ior: 1.45 }]
+    }
+}
+
+/// A Beckmann metal with the formulas that the course's program was given: π instead of √π in
+/// Λ, the simplified Fresnel term of [Lazányi & Szirmay-Kalos 2005], and that at the angle of
+/// `wi` to the surface instead of the facet.
+#[derive(Clone, Copy, Debug)]
+pub struct CourseMicrofacet {
+    /// Real part of the index of refraction.
+    pub eta: Spectrum,
+    /// Imaginary part.
+    pub k: Spectrum,
+    /// Microfacets.
+    pub facets: Beckmann,
+}
+
+impl CourseMicrofacet {
+    #[inline]
+    fn lambda(&self, w: Vec3) -> f32 {
+        let cos2 = w.z * w.z;
+        let tan = ((1.0 - cos2).max(0.0) / cos2.max(f32::MIN_POSITIVE)).sqrt();
+        if tan == 0.0 {
+            return 0.0;
+        }
+        let a = 1.0 / (self.facets.alpha * tan);
+        0.5 * (trig::erf(a) - 1.0 + trig::exp(-a * a) / (a * PI))
+    }
+
+    #[inline]
+    fn fresnel(&self, cos: f32) -> Spectrum {
+        let channel = |eta: f32, k: f32| {
+            let (n2, c2) = (eta * eta + k * k, cos * cos);
+            let s = (n2 - 2.0 * eta * cos + c2) / (n2 + 2.0 * eta * cos + c2);
+            let p = (n2 * c2 - 2.0 * eta * cos + 1.0) / (n2 * c2 + 2.0 * eta * cos + 1.0);
+            0.5 * (s + p)
+        };
+        let (e, k) = (self.eta.0, self.k.0);
+        Spectrum::rgb(channel(e.x, k.x), channel(e.y, k.y), channel(e.z, k.z))
+    }
+}
+
+impl Lobe for CourseMicrofacet {
+    const DELTA: bool = false;
+    const RECIPROCAL: bool = false;
+
+    fn pack(&self) -> [f32; PARAMETERS] {
+        let ([a, b, c], [d, e, f]) = (self.eta.to_array(), self.k.to_array());
+        [a, b, c, d, e, f, self.facets.alpha, 0.0, 0.0, 0.0, 0.0]
+    }
+
+    #[inline]
+    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+        Self {
+            eta: Spectrum::rgb(p[0], p[1], p[2]),
+            k: Spectrum::rgb(p[3], p[4], p[5]),
+            facets: Beckmann { alpha: p[6] },
+        }
+    }
+
+    #[inline]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        let Some(h) = half_vector(wo, wi) else { return Spectrum::ZERO };
+        let g = 1.0 / (1.0 + self.lambda(wo) + self.lambda(wi));
+        self.fresnel(wi.z) * (self.facets.d(h) * g / (4.0 * wo.z))
+    }
+
+    #[inline]
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
+        half_vector(wo, wi).map_or(Pdf::ZERO, |h| reflected_pdf(self.facets, wo, h))
+    }
+
+    #[inline]
+    fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
+        let h = self.facets.sample(u);
+        let wi = h * (2.0 * wo.dot(h)) - wo;
+        let pdf = self.pdf(wo, wi);
+        let found = pdf.get() > 0.0 && pdf.get().is_finite();
+        found.then(|| BsdfSample { wi, weight: self.eval(wo, wi) / pdf.get(), pdf: Some(pdf) })
+    }
+
+    fn examples() -> Vec<Self> {
+        vec![Self {
+            eta: Spectrum::rgb(0.059_193, 0.059_881, 0.047_366),
+            k: Spectrum::rgb(4.1283, 3.5892, 2.8132),
+            facets: Beckmann { alpha: 0.25 },
+        }]
+    }
+}

@@ -1,0 +1,78 @@
+//! The smooth interface between two dielectrics.
+
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+
+use super::fresnel;
+use super::mirror::reflect;
+use super::{BsdfSample, Lobe, PARAMETERS};
+
+/// Fresnel reflection and refraction; reflection is chosen with probability F.
+#[derive(Clone, Copy, Debug)]
+pub struct Dielectric {
+    /// Tint of what is reflected.
+    pub reflectance: Spectrum,
+    /// Tint of what is transmitted.
+    pub transmittance: Spectrum,
+    /// Index of refraction below the surface (−z) over that above it.
+    pub eta: f32,
+}
+
+/// The direction on the other side into which `w` refracts, given the cosine there and the index
+/// of refraction of the other side over that of the side of `w`. [Snell's law]
+#[inline]
+pub(super) fn refract(w: Vec3, cos_t: f32, eta: f32) -> Vec3 {
+    Vec3::new(-w.x / eta, -w.y / eta, -cos_t.copysign(w.z))
+}
+
+impl Lobe for Dielectric {
+    const DELTA: bool = true;
+
+    fn pack(&self) -> [f32; PARAMETERS] {
+        let ([a, b, c], [d, e, f]) = (self.reflectance.to_array(), self.transmittance.to_array());
+        [a, b, c, d, e, f, self.eta, 0.0, 0.0, 0.0, 0.0]
+    }
+
+    #[inline]
+    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+        Self {
+            reflectance: Spectrum::rgb(p[0], p[1], p[2]),
+            transmittance: Spectrum::rgb(p[3], p[4], p[5]),
+            eta: p[6],
+        }
+    }
+
+    #[inline]
+    fn eval(&self, _wo: Vec3, _wi: Vec3) -> Spectrum {
+        Spectrum::ZERO
+    }
+
+    #[inline]
+    fn pdf(&self, _wo: Vec3, _wi: Vec3) -> Pdf<SolidAngle> {
+        Pdf::ZERO
+    }
+
+    /// Radiance is squeezed by refraction: L/η² is invariant along a ray, so what comes from the
+    /// other side is divided by η². [Veach 1997, §5.2]
+    #[inline]
+    fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
+        let eta = if wo.z > 0.0 { self.eta } else { 1.0 / self.eta };
+        let reflected = BsdfSample { wi: reflect(wo), weight: self.reflectance, pdf: None };
+        match fresnel::dielectric(wo.z.abs(), eta) {
+            None => Some(reflected),
+            Some((f, _)) if u[0] < f => Some(reflected),
+            Some((_, cos_t)) => Some(BsdfSample {
+                wi: refract(wo, cos_t, eta),
+                weight: self.transmittance / (eta * eta),
+                pdf: None,
+            }),
+        }
+    }
+
+    fn examples() -> Vec<Self> {
+        let (reflectance, transmittance) = (Spectrum::ONE, Spectrum::ONE);
+        vec![
+            Self { reflectance, transmittance, eta: 1.5 },
+            Self { reflectance, transmittance: Spectrum::splat(0.5), eta: 1.0 / 1.33 },
+        ]
+    }
+}

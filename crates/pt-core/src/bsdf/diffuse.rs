@@ -1,0 +1,57 @@
+//! Lambertian reflection.
+
+use std::f32::consts::FRAC_1_PI;
+
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
+
+use super::{BsdfSample, Lobe, PARAMETERS};
+
+/// f = ρ/π.
+#[derive(Clone, Copy, Debug)]
+pub struct Diffuse {
+    /// Albedo ρ ∈ [0, 1].
+    pub rho: Spectrum,
+}
+
+impl Lobe for Diffuse {
+    const DELTA: bool = false;
+
+    fn pack(&self) -> [f32; PARAMETERS] {
+        let mut p = [0.0; PARAMETERS];
+        p[..3].copy_from_slice(&self.rho.to_array());
+        p
+    }
+
+    #[inline]
+    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+        Self { rho: Spectrum::rgb(p[0], p[1], p[2]) }
+    }
+
+    #[inline]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        if wo.z <= 0.0 || wi.z <= 0.0 {
+            return Spectrum::ZERO;
+        }
+        self.rho * (FRAC_1_PI * wi.z)
+    }
+
+    #[inline]
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
+        if wo.z <= 0.0 || wi.z <= 0.0 { Pdf::ZERO } else { warp::cosine_hemisphere_pdf(wi.z) }
+    }
+
+    /// p(ω) = cos θ / π. The cosine and π cancel: the weight is ρ.
+    #[inline]
+    fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let wi = warp::cosine_hemisphere(u);
+        let pdf = Some(warp::cosine_hemisphere_pdf(wi.z));
+        Some(BsdfSample { wi, weight: self.rho, pdf })
+    }
+
+    fn examples() -> Vec<Self> {
+        vec![Self { rho: Spectrum::ONE }, Self { rho: Spectrum::rgb(0.3, 0.0, 0.8) }]
+    }
+}

@@ -1,0 +1,86 @@
+//! Fresnel reflectance.
+
+use pt_math::Spectrum;
+
+/// Reflectance of a smooth dielectric for unpolarised light, and the cosine of the refracted
+/// direction.
+///
+/// `cos_i` ≥ 0 is the cosine on the side the light comes from, and `eta` the index of refraction
+/// of the other side over that of this side. `None` is total internal reflection.
+/// [Born & Wolf, Principles of Optics, §1.5.2]
+#[inline]
+pub fn dielectric(cos_i: f32, eta: f32) -> Option<(f32, f32)> {
+    let sin2_t = (1.0 - cos_i * cos_i).max(0.0) / (eta * eta);
+    if sin2_t >= 1.0 {
+        return None;
+    }
+    let cos_t = (1.0 - sin2_t).sqrt();
+    let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+    let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+    Some((0.5 * (parallel * parallel + perpendicular * perpendicular), cos_t))
+}
+
+/// Reflectance of a conductor with index η + ik against vacuum, for unpolarised light.
+/// [Born & Wolf, Principles of Optics, §14.2]
+#[inline]
+pub fn conductor(cos_i: f32, eta: Spectrum, k: Spectrum) -> Spectrum {
+    let channel = |eta: f32, k: f32| {
+        let cos2 = cos_i * cos_i;
+        let sin2 = (1.0 - cos2).max(0.0);
+        let t0 = eta * eta - k * k - sin2;
+        let a2_b2 = (t0 * t0 + 4.0 * eta * eta * k * k).sqrt();
+        let a = (0.5 * (a2_b2 + t0)).max(0.0).sqrt();
+        let s = 2.0 * a * cos_i;
+        let perpendicular = (a2_b2 + cos2 - s) / (a2_b2 + cos2 + s);
+        let t = s * sin2;
+        let parallel =
+            perpendicular * (cos2 * a2_b2 + sin2 * sin2 - t) / (cos2 * a2_b2 + sin2 * sin2 + t);
+        0.5 * (parallel + perpendicular)
+    };
+    Spectrum::rgb(channel(eta.0.x, k.0.x), channel(eta.0.y, k.0.y), channel(eta.0.z, k.0.z))
+}
+
+/// F = F₀ + (1 − F₀)(1 − cos θ)⁵. [Schlick 1994]
+#[inline]
+pub fn schlick(cos: f32, f0: Spectrum) -> Spectrum {
+    let m = (1.0 - cos).clamp(0.0, 1.0);
+    let m5 = (m * m) * (m * m) * m;
+    f0 + (Spectrum::ONE - f0) * m5
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At normal incidence F = ((η − 1)² + k²) / ((η + 1)² + k²).
+    #[test]
+    fn normal_incidence_has_its_closed_form() {
+        let (eta, k) = (0.2f32, 3.9f32);
+        let want = ((eta - 1.0).powi(2) + k * k) / ((eta + 1.0).powi(2) + k * k);
+        let got = conductor(1.0, Spectrum::splat(eta), Spectrum::splat(k)).0.x;
+        assert!((got - want).abs() < 1e-6, "{got} {want}");
+        let (f, cos_t) = dielectric(1.0, 1.5).unwrap();
+        assert!((f - 0.04).abs() < 1e-6 && cos_t == 1.0);
+    }
+
+    /// A conductor without absorption is a dielectric.
+    #[test]
+    fn conductor_without_absorption_is_a_dielectric() {
+        for cos in [0.05, 0.3, 0.7, 1.0] {
+            let c = conductor(cos, Spectrum::splat(1.5), Spectrum::ZERO).0.x;
+            let (d, _) = dielectric(cos, 1.5).unwrap();
+            assert!((c - d).abs() < 1e-5, "{cos}: {c} {d}");
+        }
+    }
+
+    /// Light takes the same way back: the reflectance is the same from both sides (Stokes).
+    #[test]
+    fn dielectric_is_the_same_from_both_sides() {
+        for cos in [0.05, 0.3, 0.7, 1.0] {
+            let (f, cos_t) = dielectric(cos, 1.5).unwrap();
+            let (g, back) = dielectric(cos_t, 1.0 / 1.5).unwrap();
+            assert!((f - g).abs() < 1e-5 && (back - cos).abs() < 1e-4, "{cos}");
+        }
+        assert!(dielectric(0.5, 1.0 / 1.5).is_none(), "total reflection beyond 41.8 degrees");
+    }
+}

@@ -1,0 +1,233 @@
+//! Surface scattering: the [`Lobe`] contract, the closed set of lobes, and [`Bsdf`], the lobes of
+//! one surface point in world coordinates.
+//!
+//! To add a lobe: write `my_lobe.rs`, add one line to `lobes!` below. The laws of `laws.rs` then
+//! hold it to its contract.
+
+mod conductor;
+mod course;
+mod dielectric;
+mod diffuse;
+pub mod fresnel;
+mod glossy;
+#[cfg(test)]
+mod laws;
+pub mod microfacet;
+mod mirror;
+mod refraction;
+
+use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3};
+
+/// A direction chosen by [`Lobe::sample`].
+#[derive(Clone, Copy, Debug)]
+pub struct BsdfSample {
+    /// Sampled direction, pointing away from the surface.
+    pub wi: Vec3,
+    /// f(wo, wi) · |cos θi| / pdf — what the path's throughput is multiplied by.
+    pub weight: Spectrum,
+    /// Density of `wi`, or `None` for a perfectly specular lobe (a Dirac delta has no density).
+    pub pdf: Option<Pdf<SolidAngle>>,
+}
+
+/// Number of parameters of a stored lobe.
+pub const PARAMETERS: usize = 11;
+
+/// One scattering lobe, in the local shading frame (+z is the normal).
+///
+/// Conventions, for all lobes: `wo` points to the camera side, `wi` to the light side, both away
+/// from the surface; `eval` includes the cosine; `None` means "absorbed". A lobe that reflects
+/// only is zero unless both directions are on the side of +z.
+pub trait Lobe: Copy {
+    /// Whether [`Self::sample`] draws from a Dirac delta; then `eval` and `pdf` are zero.
+    const DELTA: bool;
+    /// The parameters as numbers, the form that backends read.
+    fn pack(&self) -> [f32; PARAMETERS];
+    /// Inverse of [`Self::pack`].
+    fn unpack(p: &[f32; PARAMETERS]) -> Self;
+    /// f(wo, wi) · |cos θi|.
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum;
+    /// Density with which [`Self::sample`] returns `wi`.
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle>;
+    /// Draws `wi` by a map from the unit square to directions.
+    fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample>;
+    /// Settings worth testing; the laws run on each.
+    fn examples() -> Vec<Self>;
+    /// Whether f(wo, wi) = f(wi, wo). Only the course's own models may say no.
+    const RECIPROCAL: bool = true;
+}
+
+/// A lobe as stored in the compiled scene.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct LobeRecord {
+    kind: u32,
+    p: [f32; PARAMETERS],
+}
+const _: () = assert!(size_of::<LobeRecord>() == 48);
+
+macro_rules! lobes {
+    ($($(#[$doc:meta])* $name:ident = $module:ident::$ty:ident),* $(,)?) => {
+        $(pub use $module::$ty;)*
+
+        #[repr(u32)]
+        enum Kind { $($name),* }
+
+        /// Any lobe: the closed set that backends match on.
+        #[derive(Clone, Copy, Debug)]
+        pub enum AnyLobe { $($(#[$doc])* $name($ty)),* }
+
+        $(impl From<$ty> for AnyLobe {
+            fn from(lobe: $ty) -> Self { Self::$name(lobe) }
+        })*
+
+        impl AnyLobe {
+            /// The stored form.
+            pub fn record(&self) -> LobeRecord {
+                match self {
+                    $(Self::$name(l) => LobeRecord { kind: Kind::$name as u32, p: l.pack() }),*
+                }
+            }
+            /// Inverse of [`Self::record`].
+            ///
+            /// # Panics
+            /// On a kind that no lobe has, which only a bug can produce.
+            #[inline]
+            pub fn from_record(r: &LobeRecord) -> Self {
+                $(if r.kind == Kind::$name as u32 { return Self::$name($ty::unpack(&r.p)); })*
+                unreachable!("lobe kind {}", r.kind)
+            }
+            /// See [`Lobe::DELTA`].
+            #[inline]
+            pub fn is_delta(&self) -> bool {
+                match self { $(Self::$name(_) => <$ty as Lobe>::DELTA),* }
+            }
+            /// See [`Lobe::RECIPROCAL`].
+            pub fn is_reciprocal(&self) -> bool {
+                match self { $(Self::$name(_) => <$ty as Lobe>::RECIPROCAL),* }
+            }
+            /// See [`Lobe::eval`].
+            #[inline]
+            pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+                match self { $(Self::$name(l) => l.eval(wo, wi)),* }
+            }
+            /// See [`Lobe::pdf`].
+            #[inline]
+            pub fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
+                match self { $(Self::$name(l) => l.pdf(wo, wi)),* }
+            }
+            /// See [`Lobe::sample`].
+            #[inline]
+            pub fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
+                match self { $(Self::$name(l) => l.sample(wo, u)),* }
+            }
+            /// Settings of all lobes, for the laws.
+            pub fn examples() -> Vec<Self> {
+                [$($ty::examples().into_iter().map(Self::$name).collect::<Vec<_>>()),*].concat()
+            }
+        }
+    };
+}
+
+lobes! {
+    /// Lambertian reflection.
+    Diffuse = diffuse::Diffuse,
+    /// Perfect mirror.
+    Mirror = mirror::Mirror,
+    /// Smooth dielectric interface.
+    Dielectric = dielectric::Dielectric,
+    /// Smooth interface that only refracts.
+    Refraction = refraction::Refraction,
+    /// Smooth metal.
+    SmoothConductor = conductor::SmoothConductor,
+    /// Rough metal.
+    RoughConductor = conductor::RoughConductor,
+    /// Diffuse base under a rough gloss.
+    Glossy = glossy::Glossy,
+    /// The course's glass.
+    CourseGlass = course::CourseGlass,
+    /// The course's refraction.
+    CourseRefraction = course::CourseRefraction,
+    /// The course's microfacet metal.
+    CourseMicrofacet = course::CourseMicrofacet,
+}
+
+/// The scattering at one surface point, in world coordinates.
+#[derive(Clone, Copy, Debug)]
+pub struct Bsdf {
+    frame: Frame,
+    geometric_normal: Vec3,
+    wo: Vec3,
+    lobe: AnyLobe,
+}
+
+impl Bsdf {
+    /// The scattering of light towards `wo` (world, unit).
+    ///
+    /// `normal` is the shading normal and `geometric_normal` the true one, both unit and on the
+    /// same side of the surface. With `two_sided` the back side scatters as the front side does.
+    #[inline]
+    pub fn new(
+        lobe: &LobeRecord,
+        two_sided: bool,
+        normal: Vec3,
+        geometric_normal: Vec3,
+        wo: Vec3,
+    ) -> Self {
+        let behind = wo.dot(geometric_normal) < 0.0;
+        let flip = if behind { -1.0 } else { 1.0 };
+        let visible = make_visible(normal * flip, wo);
+        let front = if behind && !two_sided { -visible } else { visible };
+        let frame = Frame::from_normal(front);
+        Self { frame, geometric_normal, wo: frame.to_local(wo), lobe: AnyLobe::from_record(lobe) }
+    }
+
+    /// Whether only [`Self::sample`] finds its directions.
+    #[inline]
+    pub fn is_delta(&self) -> bool {
+        self.lobe.is_delta()
+    }
+
+    /// f(wo, wi) · |cos θi|.
+    #[inline]
+    pub fn eval(&self, wi: Vec3) -> Spectrum {
+        let local = self.frame.to_local(wi);
+        if self.is_consistent(wi, local) { self.lobe.eval(self.wo, local) } else { Spectrum::ZERO }
+    }
+
+    /// Density with which [`Self::sample`] returns `wi`.
+    #[inline]
+    pub fn pdf(&self, wi: Vec3) -> Pdf<SolidAngle> {
+        self.lobe.pdf(self.wo, self.frame.to_local(wi))
+    }
+
+    /// Draws a direction (world) and its weight.
+    #[inline]
+    pub fn sample(&self, u: [f32; 2]) -> Option<BsdfSample> {
+        let s = self.lobe.sample(self.wo, u)?;
+        let wi = self.frame.to_world(s.wi);
+        self.is_consistent(wi, s.wi).then_some(BsdfSample { wi, ..s })
+    }
+
+    /// The frame in which the lobe lives.
+    #[inline]
+    pub fn frame(&self) -> &Frame {
+        &self.frame
+    }
+
+    /// Whether the true surface and the shading agree on which side of it `wi` is. They differ
+    /// where shading normals are interpolated; light there would leak through the surface.
+    #[inline]
+    fn is_consistent(&self, wi: Vec3, local: Vec3) -> bool {
+        let side = self.geometric_normal.dot(self.frame.n);
+        wi.dot(self.geometric_normal) * local.z * side > 0.0
+    }
+}
+
+/// Turns the unit normal `n` just so far that `wo`, which sees the surface from its side, is not
+/// below it. Where interpolated normals look away from the camera, lobes would otherwise be black.
+#[inline]
+fn make_visible(n: Vec3, wo: Vec3) -> Vec3 {
+    const LEAST_COSINE: f32 = 1e-3;
+    let cos = n.dot(wo);
+    if cos >= LEAST_COSINE { n } else { (n + wo * (LEAST_COSINE - cos)).normalize() }
+}

@@ -1,0 +1,53 @@
+//! An interface that only refracts.
+
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+
+use super::dielectric::refract;
+use super::fresnel;
+use super::{BsdfSample, Lobe, PARAMETERS};
+
+/// Refracts all light and reflects none; total reflection is black.
+#[derive(Clone, Copy, Debug)]
+pub struct Refraction {
+    /// Tint of what is transmitted.
+    pub transmittance: Spectrum,
+    /// Index of refraction below the surface (−z) over that above it.
+    pub eta: f32,
+}
+
+impl Lobe for Refraction {
+    const DELTA: bool = true;
+
+    fn pack(&self) -> [f32; PARAMETERS] {
+        let [a, b, c] = self.transmittance.to_array();
+        [a, b, c, self.eta, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    }
+
+    #[inline]
+    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+        Self { transmittance: Spectrum::rgb(p[0], p[1], p[2]), eta: p[3] }
+    }
+
+    #[inline]
+    fn eval(&self, _wo: Vec3, _wi: Vec3) -> Spectrum {
+        Spectrum::ZERO
+    }
+
+    #[inline]
+    fn pdf(&self, _wo: Vec3, _wi: Vec3) -> Pdf<SolidAngle> {
+        Pdf::ZERO
+    }
+
+    /// See [`super::Dielectric`] for the division by η².
+    #[inline]
+    fn sample(&self, wo: Vec3, _u: [f32; 2]) -> Option<BsdfSample> {
+        let eta = if wo.z > 0.0 { self.eta } else { 1.0 / self.eta };
+        let (_, cos_t) = fresnel::dielectric(wo.z.abs(), eta)?;
+        let weight = self.transmittance / (eta * eta);
+        Some(BsdfSample { wi: refract(wo, cos_t, eta), weight, pdf: None })
+    }
+
+    fn examples() -> Vec<Self> {
+        vec![Self { transmittance: Spectrum::ONE, eta: 1.45 }]
+    }
+}

@@ -1,0 +1,425 @@
+//! From placed shapes to triangles and spheres in the world.
+
+use pt_bvh::Sphere;
+use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Spectrum, Vec3};
+use pt_scene::{Attribute, Geometry, Mesh, Object, Part, Scene};
+
+use super::{CompileError, materials, normals};
+use crate::bsdf::LobeRecord;
+use crate::id::{Id, Table};
+use crate::scene::{FLAT, Glow, SurfaceRecord};
+
+/// All shapes in the world.
+#[derive(Default)]
+pub(super) struct Shapes {
+    pub(super) positions: Vec<Vec3>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) normals: Vec<Vec3>,
+    /// As many as triangles, or none.
+    pub(super) triangle_normals: Vec<[u32; 3]>,
+    pub(super) spheres: Vec<Sphere>,
+    pub(super) triangle_surface: Vec<Id<SurfaceRecord>>,
+    pub(super) sphere_surface: Vec<Id<SurfaceRecord>>,
+    pub(super) surfaces: Table<SurfaceRecord>,
+    pub(super) lobes: Table<LobeRecord>,
+    /// Runs of primitives that glow.
+    pub(super) emitters: Vec<Emitter>,
+}
+
+/// Primitives that glow together.
+pub(super) struct Emitter {
+    pub(super) surface: Id<SurfaceRecord>,
+    pub(super) primitives: Primitives,
+}
+
+/// A run of triangles, or one sphere.
+pub(super) enum Primitives {
+    Triangles(Vec<std::ops::Range<usize>>),
+    Sphere(usize),
+}
+
+impl Shapes {
+    /// The box around everything.
+    pub(super) fn bounds(&self) -> Bounds3 {
+        let triangles: Bounds3 = self.positions.iter().copied().filter(|p| p.is_finite()).collect();
+        self.spheres.iter().fold(triangles, |b, s| {
+            let r = Vec3::splat(s.radius.abs());
+            b.union(Bounds3 { min: s.center - r, max: s.center + r })
+        })
+    }
+
+    /// The unit normal of the front side of a triangle, turned to the side of its shading normals
+    /// as [`crate::RenderScene::interaction`] does.
+    pub(super) fn front(&self, triangle: usize) -> Vec3 {
+        let [a, b, c] = self.corners(triangle);
+        let flat = (b - a).cross(c - a).normalize_or_zero();
+        let corners = self.triangle_normals.get(triangle).copied().unwrap_or(FLAT);
+        if corners == FLAT {
+            return flat;
+        }
+        let sum: Vec3 = corners.iter().map(|&i| self.normals[i as usize]).sum();
+        if flat.dot(sum) < 0.0 { -flat } else { flat }
+    }
+
+    /// The corners of a triangle.
+    pub(super) fn corners(&self, triangle: usize) -> [Vec3; 3] {
+        self.triangles[triangle].map(|i| self.positions[i as usize])
+    }
+
+    /// Adds a black parallelogram that glows on the side of e1 × e2.
+    pub(super) fn add_glowing(&mut self, origin: Vec3, e1: Vec3, e2: Vec3, emission: Spectrum) {
+        let lobe = self
+            .lobes
+            .push(materials::lower(&pt_scene::material::Black.into(), false).lobe.record());
+        let surface = self.surfaces.push(SurfaceRecord {
+            lobe,
+            two_sided: false,
+            glow: Glow::Front,
+            emission,
+            light: None,
+        });
+        let first = self.triangles.len();
+        let base = self.positions.len() as u32;
+        self.positions.extend([origin, origin + e1, origin + e1 + e2, origin + e2]);
+        self.triangles.extend([[base, base + 1, base + 2], [base, base + 2, base + 3]]);
+        self.triangle_surface.extend([surface; 2]);
+        if !self.triangle_normals.is_empty() {
+            self.triangle_normals.extend([FLAT; 2]);
+        }
+        let primitives = Primitives::Triangles(vec![first..first + 2]);
+        self.emitters.push(Emitter { surface, primitives });
+    }
+}
+
+/// Collects the shapes of a scene, in metres.
+pub(super) fn collect(
+    scene: &Scene,
+    metres: f64,
+    course: bool,
+    notes: &mut Vec<String>,
+) -> Result<Shapes, CompileError> {
+    let mut collector = Collector {
+        scene,
+        course,
+        shapes: Shapes::default(),
+        plain: vec![None; scene.materials.len() + 1],
+        lobes: vec![None; scene.materials.len() + 1],
+    };
+    for object in &scene.objects {
+        let to_world = DAffine3::from_scale(DVec3::splat(metres)) * object.to_world;
+        collector.add(object, to_world, notes)?;
+    }
+    Ok(collector.shapes)
+}
+
+struct Collector<'a> {
+    scene: &'a Scene,
+    course: bool,
+    shapes: Shapes,
+    /// Surface of each material that does not glow; the default material last.
+    plain: Vec<Option<Id<SurfaceRecord>>>,
+    /// Lobe of each material; the default material last.
+    lobes: Vec<Option<(Id<LobeRecord>, bool)>>,
+}
+
+impl Collector<'_> {
+    fn add(
+        &mut self,
+        object: &Object,
+        to_world: DAffine3,
+        notes: &mut Vec<String>,
+    ) -> Result<(), CompileError> {
+        if !to_world.is_finite() {
+            return Err(CompileError::Value {
+                at: object.at.clone(),
+                message: "the transformation has entries that are not finite numbers".into(),
+            });
+        }
+        match &object.geometry {
+            Geometry::Mesh(mesh) => self.add_mesh(object, mesh, to_world),
+            Geometry::Sphere { radius } => self.add_sphere(object, *radius, to_world, notes),
+        }
+    }
+
+    /// The lobe of material slot `slot` of an object, and whether it has two sides.
+    fn lobe(&mut self, material: Option<u32>) -> (Id<LobeRecord>, bool) {
+        let slot = material.map_or(self.scene.materials.len(), |m| m as usize);
+        if let Some(known) = self.lobes[slot] {
+            return known;
+        }
+        let lowered = match self.scene.materials.get(slot) {
+            Some(m) => materials::lower(&m.surface, self.course),
+            None => materials::default_material(self.course),
+        };
+        let made = (self.shapes.lobes.push(lowered.lobe.record()), lowered.two_sided);
+        self.lobes[slot] = Some(made);
+        made
+    }
+
+    /// The surface of a material slot, and whether it glows. Glowing surfaces are made anew for
+    /// each object, because each is a light of its own.
+    fn surface(&mut self, object: &Object, slot: u32) -> (Id<SurfaceRecord>, bool) {
+        let known = self.scene.materials.len();
+        let material = object.materials.get(slot as usize).copied().flatten();
+        let material = material.filter(|&m| (m as usize) < known);
+        let emission = material.map_or([0.0; 3], |m| self.scene.materials[m as usize].emission);
+        let glows = emission != [0.0; 3];
+        let plain = material.map_or(known, |m| m as usize);
+        if let (false, Some(surface)) = (glows, self.plain[plain]) {
+            return (surface, false);
+        }
+        let (lobe, two_sided) = self.lobe(material);
+        let surface = self.shapes.surfaces.push(SurfaceRecord {
+            lobe,
+            two_sided,
+            glow: if self.course { Glow::Both } else { Glow::Front },
+            emission: emission.into(),
+            light: None,
+        });
+        if !glows {
+            self.plain[plain] = Some(surface);
+        }
+        (surface, glows)
+    }
+
+    fn add_mesh(
+        &mut self,
+        object: &Object,
+        mesh: &Mesh,
+        to_world: DAffine3,
+    ) -> Result<(), CompileError> {
+        check_indices(object, "vertex", &mesh.triangles, mesh.positions.len())?;
+        // A mirrored mesh keeps its front; the course's program turns it inside out.
+        let mirrored = to_world.matrix3.determinant() < 0.0 && !self.course;
+        let first = self.shapes.triangles.len();
+        let base = self.shapes.positions.len() as u32;
+        self.shapes.positions.extend(mesh.positions.iter().map(|&p| world_point(to_world, p)));
+        self.shapes.triangles.extend(mesh.triangles.iter().map(|t| place(*t, base, mirrored)));
+        self.add_normals(object, mesh, to_world, base, mirrored)?;
+        self.add_parts(object, mesh, first);
+        Ok(())
+    }
+
+    /// Surfaces of the triangles of a mesh, of which the first is number `first`.
+    fn add_parts(&mut self, object: &Object, mesh: &Mesh, first: usize) {
+        let whole = [Part { triangles: 0..mesh.triangles.len() as u32, slot: 0 }];
+        let parts = if mesh.parts.is_empty() { &whole[..] } else { &mesh.parts };
+        let mut by_slot: Vec<(u32, Id<SurfaceRecord>, bool)> = Vec::new();
+        for part in parts {
+            let known = by_slot.iter().find(|(slot, ..)| *slot == part.slot).copied();
+            let (_, surface, glows) = known.unwrap_or_else(|| {
+                let (surface, glows) = self.surface(object, part.slot);
+                by_slot.push((part.slot, surface, glows));
+                (part.slot, surface, glows)
+            });
+            let start = self.shapes.triangle_surface.len();
+            let end = (first + part.triangles.end as usize).min(self.shapes.triangles.len());
+            self.shapes.triangle_surface.resize(end.max(start), surface);
+            if glows {
+                self.shapes.glow(surface, start..end.max(start));
+            }
+        }
+        let fallback = self.surface(object, u32::MAX).0;
+        self.shapes.triangle_surface.resize(self.shapes.triangles.len(), fallback);
+    }
+
+    fn add_normals(
+        &mut self,
+        object: &Object,
+        mesh: &Mesh,
+        to_world: DAffine3,
+        base: u32,
+        mirrored: bool,
+    ) -> Result<(), CompileError> {
+        let shapes = &mut self.shapes;
+        let first = shapes.triangles.len() - mesh.triangles.len();
+        let normal_base = shapes.normals.len() as u32;
+        if self.course {
+            let positions = &shapes.positions[base as usize..];
+            let smooth = normals::smooth(positions, &mesh.triangles);
+            shapes.normals.extend(smooth);
+            pad(&mut shapes.triangle_normals, first);
+            let placed = mesh.triangles.iter().map(|t| place(*t, normal_base, false));
+            shapes.triangle_normals.extend(placed);
+            return Ok(());
+        }
+        let Some(normals) = &mesh.normals else {
+            if !shapes.triangle_normals.is_empty() {
+                pad(&mut shapes.triangle_normals, shapes.triangles.len());
+            }
+            return Ok(());
+        };
+        check_normals(object, mesh, normals)?;
+        let to_normal = to_world.matrix3.inverse().transpose();
+        shapes.normals.extend(normals.values.iter().map(|&n| world_normal(to_normal, n)));
+        pad(&mut shapes.triangle_normals, first);
+        shapes.triangle_normals.extend(
+            mesh.triangles
+                .iter()
+                .enumerate()
+                .map(|(i, &t)| place(normals.corners(i, t), normal_base, mirrored)),
+        );
+        Ok(())
+    }
+
+    fn add_sphere(
+        &mut self,
+        object: &Object,
+        radius: f64,
+        to_world: DAffine3,
+        notes: &mut Vec<String>,
+    ) -> Result<(), CompileError> {
+        let scale = to_world.matrix3.x_axis.length();
+        if !self.course && !is_similarity(to_world.matrix3) {
+            notes.push(format!(
+                "{}: the sphere is stretched; it is rendered as an ellipsoid of triangles",
+                object.at
+            ));
+            let mesh = unit_sphere_mesh();
+            let to_world = to_world * DAffine3::from_scale(DVec3::splat(radius));
+            return self.add_mesh(object, &mesh, to_world);
+        }
+        let sphere =
+            Sphere { center: to_world.translation.as_vec3(), radius: (radius * scale) as f32 };
+        if !(sphere.radius.is_finite() && sphere.radius != 0.0) {
+            return Err(CompileError::Value {
+                at: object.at.clone(),
+                message: format!("the radius of a sphere must not be {}", sphere.radius),
+            });
+        }
+        let (surface, glows) = self.surface(object, 0);
+        let index = self.shapes.spheres.len();
+        self.shapes.spheres.push(sphere);
+        self.shapes.sphere_surface.push(surface);
+        if glows {
+            let primitives = Primitives::Sphere(index);
+            self.shapes.emitters.push(Emitter { surface, primitives });
+        }
+        Ok(())
+    }
+}
+
+impl Shapes {
+    /// Notes that triangles glow.
+    fn glow(&mut self, surface: Id<SurfaceRecord>, run: std::ops::Range<usize>) {
+        let known = self.emitters.iter_mut().rev().find(|e| e.surface == surface);
+        match known.map(|e| &mut e.primitives) {
+            Some(Primitives::Triangles(runs)) => runs.push(run),
+            _ => self
+                .emitters
+                .push(Emitter { surface, primitives: Primitives::Triangles(vec![run]) }),
+        }
+    }
+}
+
+/// Fills up with flat triangles.
+fn pad(triangle_normals: &mut Vec<[u32; 3]>, len: usize) {
+    triangle_normals.resize(len, FLAT);
+}
+
+/// Indices into a table to which `base` entries belong before; mirrored ones turn around.
+fn place([a, b, c]: [u32; 3], base: u32, mirrored: bool) -> [u32; 3] {
+    let [b, c] = if mirrored { [c, b] } else { [b, c] };
+    [a, b, c].map(|i| i.wrapping_add(base))
+}
+
+fn world_point(to_world: DAffine3, p: [f32; 3]) -> Vec3 {
+    to_world.transform_point3(Vec3::from_array(p).as_dvec3()).as_vec3()
+}
+
+fn world_normal(to_normal: DMat3, n: [f32; 3]) -> Vec3 {
+    (to_normal * Vec3::from_array(n).as_dvec3()).normalize_or_zero().as_vec3()
+}
+
+/// Whether a matrix scales all directions alike (to one part in ten thousand).
+fn is_similarity(m: DMat3) -> bool {
+    let gram = m.transpose() * m;
+    let scale = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;
+    let identity = DMat3::from_diagonal(DVec3::splat(scale));
+    (gram - identity).to_cols_array().iter().all(|e| e.abs() <= 1e-4 * scale)
+}
+
+fn check_indices(
+    object: &Object,
+    what: &'static str,
+    triangles: &[[u32; 3]],
+    count: usize,
+) -> Result<(), CompileError> {
+    match triangles.iter().flatten().find(|&&i| i as usize >= count) {
+        None => Ok(()),
+        Some(&index) => Err(CompileError::Index { at: object.at.clone(), what, index, count }),
+    }
+}
+
+fn check_normals(
+    object: &Object,
+    mesh: &Mesh,
+    normals: &Attribute<[f32; 3]>,
+) -> Result<(), CompileError> {
+    let indices = normals.indices.as_deref().unwrap_or(&mesh.triangles);
+    if indices.len() != mesh.triangles.len() {
+        return Err(CompileError::Value {
+            at: object.at.clone(),
+            message: format!(
+                "there are normals for {} triangles, but {} triangles",
+                indices.len(),
+                mesh.triangles.len()
+            ),
+        });
+    }
+    check_indices(object, "normal", indices, normals.values.len())
+}
+
+/// A sphere of radius 1 as 16,128 triangles with exact normals.
+fn unit_sphere_mesh() -> Mesh {
+    const RINGS: u32 = 64;
+    const SECTORS: u32 = 128;
+    let point = |ring: u32, sector: u32| {
+        let theta = f64::from(ring) / f64::from(RINGS) * std::f64::consts::PI;
+        let phi = f64::from(sector) / f64::from(SECTORS) * std::f64::consts::TAU;
+        let (sin, cos) = libm::sincos(theta);
+        let (s, c) = libm::sincos(phi);
+        DVec3::new(sin * c, cos, -sin * s).as_vec3().to_array()
+    };
+    let positions: Vec<_> = (0..=RINGS)
+        .flat_map(|r| (0..SECTORS).map(move |s| (r, s)))
+        .map(|(r, s)| point(r, s))
+        .collect();
+    let at = |ring: u32, sector: u32| ring * SECTORS + sector % SECTORS;
+    let mut triangles = Vec::new();
+    for r in 0..RINGS {
+        for s in 0..SECTORS {
+            let quad = [at(r, s), at(r + 1, s), at(r + 1, s + 1), at(r, s + 1)];
+            if r > 0 {
+                triangles.push([quad[0], quad[1], quad[3]]);
+            }
+            if r + 1 < RINGS {
+                triangles.push([quad[1], quad[2], quad[3]]);
+            }
+        }
+    }
+    let normals = Some(Attribute { values: positions.clone(), indices: None });
+    Mesh { name: "sphere".into(), positions, triangles, normals, ..Mesh::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_triangle_sphere_faces_outwards() {
+        let mesh = unit_sphere_mesh();
+        assert_eq!(mesh.triangles.len(), 16_128);
+        for t in &mesh.triangles {
+            let [a, b, c] = t.map(|i| Vec3::from_array(mesh.positions[i as usize]));
+            assert!((b - a).cross(c - a).dot(a + b + c) > 0.0, "{t:?}");
+        }
+    }
+
+    #[test]
+    fn similarities_are_told_from_stretches() {
+        let turn = DMat3::from_rotation_y(0.3) * 2.5;
+        assert!(is_similarity(turn));
+        assert!(!is_similarity(turn * DMat3::from_diagonal(DVec3::new(1.0, 1.1, 1.0))));
+    }
+}

@@ -1,0 +1,249 @@
+//! From light nodes and glowing shapes to lights that can be sampled.
+
+use pt_math::{DAffine3, DVec3, Spectrum, Vec3, trig};
+use pt_scene::{Light as Node, LightKind, Scene};
+
+use super::geometry::{Primitives, Shapes};
+use crate::id::{Id, Table};
+use crate::light::{
+    AnyLight, Directional, EmitterTriangle, Environment, EnvironmentMap, Hemisphere, LightTables,
+    MeshLight, Point, SphereLight, Spot,
+};
+
+/// All lights.
+#[derive(Default)]
+pub(super) struct Lights {
+    pub(super) lights: Table<AnyLight>,
+    pub(super) skies: Vec<Id<AnyLight>>,
+    pub(super) tables: LightTables,
+}
+
+impl Lights {
+    fn add_sky(&mut self, light: impl Into<AnyLight>) {
+        let id = self.lights.push(light.into());
+        self.skies.push(id);
+    }
+
+    /// Adds the light nodes of the scene.
+    pub(super) fn add_nodes(
+        &mut self,
+        scene: &Scene,
+        shapes: &mut Shapes,
+        metres: f64,
+        course: bool,
+        notes: &mut Vec<String>,
+    ) {
+        for node in &scene.lights {
+            let to_world = DAffine3::from_scale(DVec3::splat(metres)) * node.to_world;
+            if course {
+                self.add_course_node(node, to_world, notes);
+            } else if stands_for_glowing_shape(node, to_world, shapes) {
+                notes.push(format!(
+                    "light \"{}\" stands for the glowing surface around it, which lights the \
+                     scene in its place",
+                    node.name
+                ));
+            } else {
+                self.add_node(node, to_world, shapes);
+            }
+        }
+    }
+
+    fn add_node(&mut self, node: &Node, to_world: DAffine3, shapes: &mut Shapes) {
+        let position = to_world.translation.as_vec3();
+        let axis = (-to_world.matrix3.z_axis).normalize_or_zero().as_vec3();
+        match node.kind {
+            LightKind::Hemisphere { radiance } => {
+                self.add_sky(Hemisphere { radiance: radiance.into() });
+            }
+            LightKind::Constant { radiance } => {
+                self.add_sky(Environment { radiance: radiance.into(), map: None });
+            }
+            LightKind::Directional { irradiance } => {
+                let light = Directional { to_light: -axis, irradiance: irradiance.into() };
+                self.lights.push(light.into());
+            }
+            LightKind::Point { intensity } => {
+                self.lights.push(Point { position, intensity: intensity.into() }.into());
+            }
+            LightKind::Spot { intensity, falloff_angle, falloff_exponent } => {
+                let half = (0.5 * falloff_angle).clamp(0.0, 180.0).to_radians() as f32;
+                let light = Spot {
+                    position,
+                    axis,
+                    intensity: intensity.into(),
+                    cos_cutoff: trig::sin_cos(half).1,
+                    exponent: falloff_exponent as f32,
+                };
+                self.lights.push(light.into());
+            }
+            LightKind::Area { radiance } => {
+                let (origin, e1, e2) = area_square(to_world);
+                // e2 × e1 looks along −z unless the node mirrors.
+                let flip = to_world.matrix3.determinant() < 0.0;
+                let (e1, e2) = if flip { (e1, e2) } else { (e2, e1) };
+                shapes.add_glowing(origin, e1, e2, radiance.into());
+            }
+        }
+    }
+
+    /// The lights as the course's program sees them; what is strange about their brightness is in
+    /// the integrator of that name.
+    fn add_course_node(&mut self, node: &Node, to_world: DAffine3, notes: &mut Vec<String>) {
+        let position = to_world.translation.as_vec3();
+        let ahead = to_world.transform_point3(DVec3::NEG_Z).normalize_or_zero().as_vec3();
+        match node.kind {
+            LightKind::Hemisphere { radiance } => {
+                self.lights.push(Hemisphere { radiance: radiance.into() }.into());
+            }
+            LightKind::Directional { irradiance } => {
+                let light = Directional { to_light: ahead, irradiance: irradiance.into() };
+                self.lights.push(light.into());
+            }
+            LightKind::Point { intensity } => {
+                self.lights.push(Point { position, intensity: intensity.into() }.into());
+            }
+            LightKind::Area { radiance } => self.add_course_area(to_world, radiance.into()),
+            LightKind::Spot { .. } => {
+                notes.push(format!("light \"{}\": spot lights are black under --cs184", node.name));
+            }
+            LightKind::Constant { .. } => notes.push(format!(
+                "light \"{}\": the course's program has no constant sky; it is left out",
+                node.name
+            )),
+        }
+    }
+
+    /// A square that is sampled, but has no surface.
+    fn add_course_area(&mut self, to_world: DAffine3, radiance: Spectrum) {
+        let (origin, e1, e2) = area_square(to_world);
+        let axis = (to_world.transform_vector3(DVec3::NEG_Z)).normalize_or_zero().as_vec3();
+        let triangle = |e1, e2| EmitterTriangle { p0: origin, e1, e2, normal: axis };
+        let square = [triangle(e1, e1 + e2), triangle(e1 + e2, e2)];
+        if let Some(light) = MeshLight::new(&mut self.tables, &square, radiance) {
+            self.lights.push(light.into());
+        }
+    }
+
+    /// Makes a light of each glowing shape. The course's program does not: there, what glows is
+    /// only seen.
+    pub(super) fn add_emissive(&mut self, shapes: &mut Shapes, course: bool) {
+        if course {
+            return;
+        }
+        for i in 0..shapes.emitters.len() {
+            let surface = shapes.emitters[i].surface;
+            let radiance = shapes.surfaces[surface].emission;
+            let light: Option<AnyLight> = match &shapes.emitters[i].primitives {
+                Primitives::Triangles(runs) => {
+                    let triangles = emitter_triangles(shapes, runs);
+                    MeshLight::new(&mut self.tables, &triangles, radiance).map(Into::into)
+                }
+                &Primitives::Sphere(s) => {
+                    let sphere = shapes.spheres[s];
+                    let light = SphereLight {
+                        center: sphere.center,
+                        radius: sphere.radius.abs(),
+                        radiance,
+                        inward: sphere.radius < 0.0,
+                    };
+                    Some(light.into())
+                }
+            };
+            shapes.surfaces[surface].light = light.map(|l| self.lights.push(l));
+        }
+    }
+
+    /// Adds an environment map.
+    pub(super) fn add_environment(&mut self, map: Option<EnvironmentMap>) {
+        let Some(map) = map else { return };
+        self.tables.environments.push(map);
+        let index = self.tables.environments.len() as u32 - 1;
+        self.add_sky(Environment { radiance: Spectrum::ONE, map: Some(index) });
+    }
+
+    /// Tells the user when nothing gives light.
+    pub(super) fn tell_if_dark(&self, shapes: &Shapes, notes: &mut Vec<String>) {
+        if self.lights.as_slice().is_empty() && shapes.emitters.is_empty() {
+            notes.push(
+                "the scene has no light: the image will be black. Give it an environment with -e \
+                 FILE.exr, or look at its shape with --integrator normals"
+                    .into(),
+            );
+        }
+    }
+}
+
+/// A corner and the two edges of the unit square of an area light.
+fn area_square(to_world: DAffine3) -> (Vec3, Vec3, Vec3) {
+    let origin = to_world.transform_point3(DVec3::new(-0.5, -0.5, 0.0)).as_vec3();
+    (origin, to_world.matrix3.x_axis.as_vec3(), to_world.matrix3.y_axis.as_vec3())
+}
+
+fn emitter_triangles(shapes: &Shapes, runs: &[std::ops::Range<usize>]) -> Vec<EmitterTriangle> {
+    let all = runs.iter().flat_map(Clone::clone);
+    all.map(|i| {
+        let [p0, p1, p2] = shapes.corners(i);
+        EmitterTriangle { p0, e1: p1 - p0, e2: p2 - p0, normal: shapes.front(i) }
+    })
+    .collect()
+}
+
+/// Whether a light node lies on a glowing mesh, and so stands for the same light: then the mesh,
+/// which is what one sees, is what lights the scene, once.
+///
+/// "On" is within a thousandth of the size of the mesh.
+fn stands_for_glowing_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) -> bool {
+    let local = matches!(
+        node.kind,
+        LightKind::Area { .. } | LightKind::Point { .. } | LightKind::Spot { .. }
+    );
+    let position = to_world.translation.as_vec3();
+    local
+        && shapes.emitters.iter().any(|e| match &e.primitives {
+            Primitives::Triangles(runs) => is_on(shapes, runs, position),
+            Primitives::Sphere(_) => false,
+        })
+}
+
+fn is_on(shapes: &Shapes, runs: &[std::ops::Range<usize>], p: Vec3) -> bool {
+    let triangles = || runs.iter().flat_map(Clone::clone).map(|i| shapes.corners(i));
+    let bounds: pt_math::Bounds3 = triangles().flatten().collect();
+    let near = 1e-3 * super::diagonal(&bounds);
+    triangles().any(|t| distance_to_triangle(p, t) <= near)
+}
+
+/// Distance of a point from a triangle: to its plane if the foot point is inside, else to the
+/// nearest edge.
+fn distance_to_triangle(p: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
+    let n = (b - a).cross(c - a);
+    let inside = |from: Vec3, to: Vec3| (to - from).cross(p - from).dot(n) >= 0.0;
+    if n != Vec3::ZERO && inside(a, b) && inside(b, c) && inside(c, a) {
+        return (p - a).dot(n.normalize()).abs();
+    }
+    let to_edge = |from: Vec3, to: Vec3| {
+        let e = to - from;
+        let t = ((p - from).dot(e) / e.length_squared().max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+        (p - from - e * t).length()
+    };
+    to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_to_a_triangle() {
+        let t = [Vec3::ZERO, Vec3::X * 2.0, Vec3::Y * 2.0];
+        let cases = [
+            (Vec3::new(0.5, 0.5, 0.25), 0.25),
+            (Vec3::new(-3.0, 0.0, 4.0), 5.0),
+            (Vec3::new(1.0, -2.0, 0.0), 2.0),
+            (Vec3::new(2.0, 2.0, 0.0), 2f32.sqrt()),
+        ];
+        for (p, want) in cases {
+            assert!((distance_to_triangle(p, t) - want).abs() < 1e-6, "{p}");
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! From the author's scene to the tables that renderers read: a pure function.
+
+mod camera;
+mod geometry;
+mod lights;
+mod materials;
+mod normals;
+
+use std::time::{Duration, Instant};
+
+use pt_bvh::{BuildError, BuildOptions, Bvh, Geometry};
+use pt_math::Bounds3;
+use pt_scene::{Scene, Span};
+
+use crate::light::EnvironmentMap;
+use crate::scene::RenderScene;
+
+/// How to compile.
+pub struct CompileOptions {
+    /// Width and height of the image; `None` takes the file's, or a size that suits the camera.
+    pub resolution: Option<[u32; 2]>,
+    /// Read the scene as the university course's program does: its framing, lights, materials
+    /// and normals.
+    pub course: bool,
+    /// How to build the hierarchy of boxes.
+    pub bvh: BuildOptions,
+    /// Light from all around, besides the scene's own.
+    pub environment: Option<EnvironmentMap>,
+    /// A camera in place of the scene's.
+    pub camera: Option<pt_scene::Camera>,
+    /// Radius of the lens, in the scene's unit, in place of the camera's.
+    pub lens_radius: Option<f32>,
+    /// Distance of the plane in focus, in the scene's unit, in place of the camera's.
+    pub focal_distance: Option<f32>,
+}
+
+impl Default for CompileOptions {
+    fn default() -> Self {
+        Self {
+            resolution: None,
+            course: false,
+            bvh: BuildOptions::default(),
+            environment: None,
+            camera: None,
+            lens_radius: None,
+            focal_distance: None,
+        }
+    }
+}
+
+/// A compiled scene, and what there is to say about it.
+pub struct Compiled {
+    /// What renderers read.
+    pub scene: RenderScene,
+    /// What the user should know.
+    pub notes: Vec<String>,
+    /// Wall-clock time of turning shapes into triangles and spheres in the world.
+    pub geometry_time: Duration,
+    /// Wall-clock time of building the hierarchy.
+    pub bvh_time: Duration,
+}
+
+/// Why a scene cannot be rendered.
+#[derive(Debug, thiserror::Error)]
+pub enum CompileError {
+    /// A mesh names a vertex that it does not have.
+    #[error("{at}: {what} {index} is out of range: there are {count}")]
+    Index {
+        /// Where.
+        at: Span,
+        /// What is indexed.
+        what: &'static str,
+        /// The index.
+        index: u32,
+        /// How many there are.
+        count: usize,
+    },
+    /// A number that must be finite is not, or one that must be positive is not.
+    #[error("{at}: {message}")]
+    Value {
+        /// Where.
+        at: Span,
+        /// What is wrong and what was expected.
+        message: String,
+    },
+    /// The pixels asked for are not all in the image.
+    #[error(
+        "the region of {}x{} pixels at column {}, row {} (from the top) does not lie in the image \
+         of {}x{} pixels", region.width, region.height, region.x, region.y, resolution[0],
+        resolution[1]
+    )]
+    Region {
+        /// The pixels asked for.
+        region: crate::Region,
+        /// Width and height of the image.
+        resolution: [u32; 2],
+    },
+    /// The hierarchy cannot be built.
+    #[error(transparent)]
+    Bvh(#[from] BuildError),
+}
+
+/// Compiles a scene.
+///
+/// # Errors
+/// If the scene refers to something that it does not contain, or is too large.
+pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, CompileError> {
+    let start = Instant::now();
+    let mut notes = Vec::new();
+    let metres = if options.course { 1.0 } else { scene.metres_per_unit };
+    let mut shapes = geometry::collect(scene, metres, options.course, &mut notes)?;
+    let bounds = shapes.bounds();
+    let mut lights = lights::Lights::default();
+    lights.add_nodes(scene, &mut shapes, metres, options.course, &mut notes);
+    lights.add_emissive(&mut shapes, options.course);
+    lights.add_environment(options.environment.take());
+    lights.tell_if_dark(&shapes, &mut notes);
+    let camera = camera::compile(scene, &bounds, metres, &options, &mut notes)?;
+    let geometry_time = start.elapsed();
+
+    let start = Instant::now();
+    let bvh = build_bvh(&shapes, &options.bvh)?;
+    if bvh.skipped() > 0 {
+        notes.push(format!(
+            "{} shapes have coordinates that are not finite numbers and were left out",
+            bvh.skipped()
+        ));
+    }
+    let bvh_time = start.elapsed();
+    Ok(Compiled { scene: assemble(shapes, lights, camera, bvh), notes, geometry_time, bvh_time })
+}
+
+/// Builds the hierarchy over all triangles and spheres.
+fn build_bvh(shapes: &geometry::Shapes, options: &BuildOptions) -> Result<Bvh, BuildError> {
+    let spheres: Vec<_> =
+        shapes.spheres.iter().map(|s| pt_bvh::Sphere { radius: s.radius.abs(), ..*s }).collect();
+    let geometry =
+        Geometry { positions: &shapes.positions, triangles: &shapes.triangles, spheres: &spheres };
+    Bvh::build(geometry, options)
+}
+
+fn assemble(
+    shapes: geometry::Shapes,
+    lights: lights::Lights,
+    camera: crate::Camera,
+    bvh: Bvh,
+) -> RenderScene {
+    let mut primitive_surface = shapes.triangle_surface;
+    primitive_surface.extend(shapes.sphere_surface);
+    RenderScene {
+        positions: shapes.positions,
+        triangles: shapes.triangles,
+        normals: shapes.normals,
+        triangle_normals: shapes.triangle_normals,
+        spheres: shapes.spheres,
+        primitive_surface,
+        surfaces: shapes.surfaces,
+        lobes: shapes.lobes,
+        lights: lights.lights,
+        skies: lights.skies,
+        light_tables: lights.tables,
+        camera,
+        bvh,
+    }
+}
+
+/// The length of the diagonal of a box; 1 for an empty one, or one point.
+fn diagonal(bounds: &Bounds3) -> f32 {
+    let d = if bounds.is_empty() { 0.0 } else { bounds.diagonal().length() };
+    if d > 0.0 { d } else { 1.0 }
+}

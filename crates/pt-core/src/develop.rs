@@ -1,0 +1,43 @@
+//! From film to images.
+
+use crate::film::Film;
+
+/// Mean radiance of each pixel, in rows from the top.
+pub fn radiance(film: &Film) -> Vec<[f32; 3]> {
+    film.pixels().iter().map(|p| p.mean().map(|v| v as f32)).collect()
+}
+
+/// Standard error of the mean luminance of each pixel, in rows from the top; infinite where
+/// fewer than two samples were taken.
+pub fn standard_error(film: &Film) -> Vec<f32> {
+    film.pixels().iter().map(|p| p.luminance().1 as f32).collect()
+}
+
+/// How many of at most `spp` samples each pixel took: blue for none over green for half to red
+/// for all, in rows from the top.
+pub fn sampling_rate(film: &Film, spp: u32) -> Vec<[u8; 3]> {
+    film.pixels().iter().map(|p| rate_color(p.count() as f32 / spp.max(1) as f32)).collect()
+}
+
+/// The colour of a rate in [0, 1].
+pub fn rate_color(rate: f32) -> [u8; 3] {
+    let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0) as u8;
+    if rate <= 0.5 {
+        [0, byte(2.0 * rate), byte(1.0 - 2.0 * rate)]
+    } else {
+        [byte(2.0 * rate - 1.0), byte(2.0 - 2.0 * rate), 0]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_run_from_blue_over_green_to_red() {
+        assert_eq!(rate_color(0.0), [0, 0, 255]);
+        assert_eq!(rate_color(0.5), [0, 255, 0]);
+        assert_eq!(rate_color(1.0), [255, 0, 0]);
+        assert_eq!(rate_color(0.25), [0, 127, 127]);
+    }
+}

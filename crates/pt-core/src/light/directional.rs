@@ -1,0 +1,39 @@
+//! Parallel light.
+
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+
+use super::{Light, LightHit, LightSample, LightTables};
+
+/// Light from one direction, from infinitely far away.
+#[derive(Clone, Copy, Debug)]
+pub struct Directional {
+    /// Unit vector towards the light.
+    pub to_light: Vec3,
+    /// Irradiance on a surface that faces the light.
+    pub irradiance: Spectrum,
+}
+
+impl Light for Directional {
+    const DELTA: bool = true;
+
+    #[inline]
+    fn sample(&self, _: &LightTables, _p: Vec3, _u: [f32; 2]) -> Option<LightSample> {
+        Some(LightSample {
+            wi: self.to_light,
+            distance: f32::INFINITY,
+            end: None,
+            radiance: self.irradiance,
+            pdf: None,
+        })
+    }
+
+    #[inline]
+    fn pdf(&self, _: &LightTables, _p: Vec3, _wi: Vec3, _: Option<LightHit>) -> Pdf<SolidAngle> {
+        Pdf::ZERO
+    }
+
+    fn examples() -> Vec<(Self, LightTables)> {
+        let light = Self { to_light: Vec3::Y, irradiance: Spectrum::ONE };
+        vec![(light, LightTables::default())]
+    }
+}

@@ -1,0 +1,45 @@
+//! The upper half of the sky.
+
+use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, warp};
+
+use super::{Light, LightHit, LightSample, LightTables};
+
+/// The same radiance from every direction above the horizon (+y).
+#[derive(Clone, Copy, Debug)]
+pub struct Hemisphere {
+    /// Radiance.
+    pub radiance: Spectrum,
+}
+
+/// Local +z is up.
+const SKY: Frame = Frame { s: Vec3::Z, t: Vec3::X, n: Vec3::Y };
+
+impl Light for Hemisphere {
+    const DELTA: bool = false;
+
+    #[inline]
+    fn sample(&self, _: &LightTables, _p: Vec3, u: [f32; 2]) -> Option<LightSample> {
+        let local = warp::uniform_hemisphere(u);
+        Some(LightSample {
+            wi: SKY.to_world(local),
+            distance: f32::INFINITY,
+            end: None,
+            radiance: self.radiance,
+            pdf: Some(warp::uniform_hemisphere_pdf(local.z)),
+        })
+    }
+
+    #[inline]
+    fn pdf(&self, _: &LightTables, _p: Vec3, wi: Vec3, _: Option<LightHit>) -> Pdf<SolidAngle> {
+        if wi.y > 0.0 { warp::uniform_hemisphere_pdf(wi.y) } else { Pdf::ZERO }
+    }
+
+    #[inline]
+    fn escaped(&self, _: &LightTables, d: Vec3) -> Spectrum {
+        if d.y > 0.0 { self.radiance } else { Spectrum::ZERO }
+    }
+
+    fn examples() -> Vec<(Self, LightTables)> {
+        vec![(Self { radiance: Spectrum::ONE }, LightTables::default())]
+    }
+}

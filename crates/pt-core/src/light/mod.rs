@@ -1,0 +1,150 @@
+//! Light sources: the [`Light`] contract and the closed set of lights.
+//!
+//! To add a light: write `my_light.rs`, add one line to `lights!` below. The laws of `laws.rs`
+//! then hold it to its contract.
+
+mod directional;
+pub mod environment;
+mod hemisphere;
+#[cfg(test)]
+mod laws;
+mod mesh;
+mod point;
+mod sphere;
+mod spot;
+
+use pt_math::distribution::AliasTable;
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+
+pub use environment::EnvironmentMap;
+pub use mesh::EmitterTriangle;
+
+/// Light that arrives at a point, if nothing is in its way.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Unit direction towards the light.
+    pub wi: Vec3,
+    /// Distance to the light; infinite for lights that are not in the scene.
+    pub distance: f32,
+    /// Where a ray that asks for what is in the way must end: the point of the light, moved off
+    /// it by the error of its coordinates towards the lit point. `None` is infinitely far.
+    pub end: Option<Vec3>,
+    /// Incident radiance; for delta lights the irradiance on a surface that faces the light.
+    pub radiance: Spectrum,
+    /// Density of `wi`, or `None` for delta lights, which nothing but sampling finds.
+    pub pdf: Option<Pdf<SolidAngle>>,
+}
+
+/// Where a ray met a light that is part of the scene's geometry.
+#[derive(Clone, Copy, Debug)]
+pub struct LightHit {
+    /// Distance from the reference point, squared.
+    pub distance_squared: f32,
+    /// |cos| of the angle between the ray and the light's geometric normal.
+    pub cos: f32,
+}
+
+/// A source of light.
+///
+/// `p` is the point that is lit, in world coordinates.
+pub trait Light {
+    /// Whether all light comes from a single direction, so that hitting it has probability 0.
+    const DELTA: bool;
+    /// Chooses a direction from which light comes, by a map from the unit square. `None` where
+    /// the choice is one from which no light comes.
+    fn sample(&self, tables: &LightTables, p: Vec3, u: [f32; 2]) -> Option<LightSample>;
+    /// Density with which [`Self::sample`] returns `wi`; `hit` says where on the light, if the
+    /// light has geometry.
+    fn pdf(
+        &self,
+        tables: &LightTables,
+        p: Vec3,
+        wi: Vec3,
+        hit: Option<LightHit>,
+    ) -> Pdf<SolidAngle>;
+    /// Radiance along a ray that leaves the scene in direction `d`.
+    fn escaped(&self, _tables: &LightTables, _d: Vec3) -> Spectrum {
+        Spectrum::ZERO
+    }
+    /// Settings worth testing, with the tables they refer to; the laws run on each.
+    fn examples() -> Vec<(Self, LightTables)>
+    where
+        Self: Sized;
+}
+
+/// Large data that lights refer to.
+#[derive(Default)]
+pub struct LightTables {
+    /// Triangles of all emissive meshes.
+    pub triangles: Vec<EmitterTriangle>,
+    /// Choice of a triangle by area, one table a mesh light.
+    pub triangle_choice: Vec<AliasTable>,
+    /// Environment maps.
+    pub environments: Vec<EnvironmentMap>,
+}
+
+macro_rules! lights {
+    ($($(#[$doc:meta])* $name:ident = $module:ident::$ty:ident),* $(,)?) => {
+        $(pub use $module::$ty;)*
+
+        /// Any light: the closed set that backends match on.
+        #[derive(Clone, Copy, Debug)]
+        pub enum AnyLight { $($(#[$doc])* $name($ty)),* }
+
+        $(impl From<$ty> for AnyLight {
+            fn from(light: $ty) -> Self { Self::$name(light) }
+        })*
+
+        impl AnyLight {
+            /// See [`Light::DELTA`].
+            #[inline]
+            pub fn is_delta(&self) -> bool {
+                match self { $(Self::$name(_) => <$ty as Light>::DELTA),* }
+            }
+            /// See [`Light::sample`].
+            #[inline]
+            pub fn sample(&self, t: &LightTables, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
+                match self { $(Self::$name(l) => l.sample(t, p, u)),* }
+            }
+            /// See [`Light::pdf`].
+            #[inline]
+            pub fn pdf(
+                &self,
+                t: &LightTables,
+                p: Vec3,
+                wi: Vec3,
+                hit: Option<LightHit>,
+            ) -> Pdf<SolidAngle> {
+                match self { $(Self::$name(l) => l.pdf(t, p, wi, hit)),* }
+            }
+            /// See [`Light::escaped`].
+            #[inline]
+            pub fn escaped(&self, t: &LightTables, d: Vec3) -> Spectrum {
+                match self { $(Self::$name(l) => l.escaped(t, d)),* }
+            }
+            /// Settings of all lights, for the laws.
+            pub fn examples() -> Vec<(Self, LightTables)> {
+                let mut all = Vec::new();
+                $(all.extend($ty::examples().into_iter().map(|(l, t)| (Self::$name(l), t)));)*
+                all
+            }
+        }
+    };
+}
+
+lights! {
+    /// A point.
+    Point = point::Point,
+    /// A point that shines into a cone.
+    Spot = spot::Spot,
+    /// Parallel light.
+    Directional = directional::Directional,
+    /// Glowing triangles.
+    Mesh = mesh::MeshLight,
+    /// A glowing sphere.
+    Sphere = sphere::SphereLight,
+    /// The upper half of the sky.
+    Hemisphere = hemisphere::Hemisphere,
+    /// All of the sky.
+    Environment = environment::Environment,
+}

@@ -1,0 +1,211 @@
+//! The compiled scene: flat, immutable tables that backends read.
+
+use pt_bvh::{Bvh, Hit, Sphere};
+use pt_math::interval::gamma;
+use pt_math::{Bounds3, Ray, Spectrum, Vec3, ray::offset_origin};
+
+use crate::bsdf::{Bsdf, LobeRecord};
+use crate::camera::Camera;
+use crate::id::{Id, Table};
+use crate::light::{AnyLight, LightHit, LightSample, LightTables};
+
+/// How a part of a shape scatters and glows.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceRecord {
+    /// Its scattering.
+    pub lobe: Id<LobeRecord>,
+    /// Whether the back side scatters as the front side does.
+    pub two_sided: bool,
+    /// Which sides glow.
+    pub glow: Glow,
+    /// Radiance emitted.
+    pub emission: Spectrum,
+    /// The light by which the emission is sampled; `None` if it is only found by chance.
+    pub light: Option<Id<AnyLight>>,
+}
+
+/// Which sides of a surface emit light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Glow {
+    /// The side of the normal.
+    Front,
+    /// The other side.
+    Back,
+    /// Both sides.
+    Both,
+}
+
+/// Three indices that mark a triangle without normals.
+pub const FLAT: [u32; 3] = [u32::MAX; 3];
+
+/// Everything a renderer reads. Made by [`crate::compile`], never edited.
+pub struct RenderScene {
+    /// Vertex positions of all meshes, in world coordinates.
+    pub positions: Vec<Vec3>,
+    /// Corners of all triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// Unit normals of all meshes, in world coordinates.
+    pub normals: Vec<Vec3>,
+    /// Normals at the corners of each triangle, or [`FLAT`]; empty if all are flat.
+    pub triangle_normals: Vec<[u32; 3]>,
+    /// Spheres; their primitive numbers follow those of the triangles.
+    pub spheres: Vec<Sphere>,
+    /// Surface of each primitive.
+    pub primitive_surface: Vec<Id<SurfaceRecord>>,
+    /// Surfaces.
+    pub surfaces: Table<SurfaceRecord>,
+    /// Scattering lobes.
+    pub lobes: Table<LobeRecord>,
+    /// Lights.
+    pub lights: Table<AnyLight>,
+    /// Lights that are seen by rays that leave the scene.
+    pub skies: Vec<Id<AnyLight>>,
+    /// What lights refer to.
+    pub light_tables: LightTables,
+    /// The camera.
+    pub camera: Camera,
+    /// The ray queries.
+    pub bvh: Bvh,
+}
+
+/// A point on a surface, seen from somewhere.
+#[derive(Clone, Copy, Debug)]
+pub struct Interaction {
+    /// Where.
+    pub p: Vec3,
+    /// Bounds of the absolute error of `p`.
+    pub error: Vec3,
+    /// Unit normal of the true surface, on the side of `normal`.
+    pub geometric_normal: Vec3,
+    /// Unit shading normal.
+    pub normal: Vec3,
+    /// Unit direction towards where it is seen from.
+    pub wo: Vec3,
+    /// Distance from there.
+    pub distance: f32,
+    /// The surface.
+    pub surface: Id<SurfaceRecord>,
+}
+
+impl Interaction {
+    /// A ray from here in the unit direction `w`.
+    #[inline]
+    pub fn spawn(&self, w: Vec3) -> Ray {
+        Ray::new(offset_origin(self.p, self.error, self.geometric_normal, w), w)
+    }
+
+    /// The ray that asks whether something is in the way of a light, and hits neither this
+    /// surface nor the light.
+    #[inline]
+    pub fn spawn_to(&self, light: &LightSample) -> Ray {
+        let origin = offset_origin(self.p, self.error, self.geometric_normal, light.wi);
+        match light.end {
+            None => Ray::new(origin, light.wi),
+            Some(end) => Ray::to(origin, end - origin, 1.0),
+        }
+    }
+
+    /// What the lights need to know of a light that was hit.
+    #[inline]
+    pub fn light_hit(&self) -> LightHit {
+        LightHit {
+            distance_squared: self.distance * self.distance,
+            cos: self.geometric_normal.dot(self.wo).abs(),
+        }
+    }
+}
+
+impl RenderScene {
+    /// The box around all shapes.
+    pub fn bounds(&self) -> Bounds3 {
+        self.bvh.bounds()
+    }
+
+    /// The surface point where a ray of unit direction met a primitive.
+    #[inline]
+    pub fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
+        let primitive = hit.primitive as usize;
+        let (p, error, geometric_normal, normal) = match primitive.checked_sub(self.triangles.len())
+        {
+            None => self.triangle_point(primitive, hit),
+            Some(sphere) => self.sphere_point(sphere, ray.at(hit.t)),
+        };
+        Interaction {
+            p,
+            error,
+            geometric_normal,
+            normal,
+            wo: -ray.direction,
+            distance: hit.t,
+            surface: self.primitive_surface[primitive],
+        }
+    }
+
+    /// p = Σ bᵢ pᵢ, with |error| ≤ γ₇ Σ |bᵢ pᵢ|. [Pharr, Jakob & Humphreys, Physically Based
+    /// Rendering, 3rd ed., §3.9.4]
+    #[inline]
+    fn triangle_point(&self, i: usize, hit: &Hit) -> (Vec3, Vec3, Vec3, Vec3) {
+        let [p0, p1, p2] = self.triangles[i].map(|v| self.positions[v as usize]);
+        let b0 = 1.0 - hit.b1 - hit.b2;
+        let (q0, q1, q2) = (p0 * b0, p1 * hit.b1, p2 * hit.b2);
+        let p = q0 + q1 + q2;
+        let error = (q0.abs() + q1.abs() + q2.abs()) * gamma(7);
+        let flat = (p1 - p0).cross(p2 - p0).normalize();
+        let corners = self.triangle_normals.get(i).copied().unwrap_or(FLAT);
+        if corners == FLAT {
+            return (p, error, flat, flat);
+        }
+        let [n0, n1, n2] = corners.map(|v| self.normals[v as usize]);
+        let sum = n0 * b0 + n1 * hit.b1 + n2 * hit.b2;
+        let length_squared = sum.length_squared();
+        if length_squared < 1e-12 {
+            return (p, error, flat, flat);
+        }
+        let normal = sum / length_squared.sqrt();
+        let geometric = if flat.dot(normal) < 0.0 { -flat } else { flat };
+        (p, error, geometric, normal)
+    }
+
+    /// The point moved onto the sphere, with an error of γ₅ of its coordinates. [ibid., §3.9.4]
+    #[inline]
+    fn sphere_point(&self, i: usize, p: Vec3) -> (Vec3, Vec3, Vec3, Vec3) {
+        let Sphere { center, radius } = self.spheres[i];
+        let n = (p - center).normalize();
+        let offset = n * radius.abs();
+        let p = center + offset;
+        let error = (center.abs() + offset.abs()) * gamma(5);
+        let n = if radius < 0.0 { -n } else { n };
+        (p, error, n, n)
+    }
+
+    /// The scattering at a point.
+    #[inline]
+    pub fn bsdf(&self, at: &Interaction) -> Bsdf {
+        let surface = &self.surfaces[at.surface];
+        let lobe = &self.lobes[surface.lobe];
+        Bsdf::new(lobe, surface.two_sided, at.normal, at.geometric_normal, at.wo)
+    }
+
+    /// Radiance that the surface emits towards `at.wo`.
+    #[inline]
+    pub fn emitted(&self, at: &Interaction) -> Spectrum {
+        let surface = &self.surfaces[at.surface];
+        if surface.emission.is_black() {
+            return Spectrum::ZERO;
+        }
+        let front = at.wo.dot(at.geometric_normal) > 0.0;
+        let glows = match surface.glow {
+            Glow::Front => front,
+            Glow::Back => !front,
+            Glow::Both => true,
+        };
+        if glows { surface.emission } else { Spectrum::ZERO }
+    }
+
+    /// Radiance from the sky along a ray that leaves the scene in direction `d`.
+    #[inline]
+    pub fn sky(&self, d: Vec3) -> Spectrum {
+        let radiance = |&id| self.lights[id].escaped(&self.light_tables, d);
+        self.skies.iter().map(radiance).sum()
+    }
+}

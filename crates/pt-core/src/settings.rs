@@ -1,0 +1,96 @@
+//! How to render.
+
+use pt_math::sampler::SamplerKind;
+
+use crate::film::Region;
+
+/// How direct light is estimated at each surface point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DirectLight {
+    /// Light sampling and BSDF sampling, weighted by the power heuristic. [Veach 1997, §9.2]
+    #[default]
+    Mis,
+    /// Light sampling only.
+    Light,
+    /// Directions uniform over the hemisphere; lights that only sampling finds are sampled.
+    UniformHemisphere,
+    /// Directions with the density of the cosine; likewise.
+    CosineHemisphere,
+}
+
+/// When a path may end early.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Roulette {
+    /// By the path's throughput, so that all paths that go on carry about the same.
+    #[default]
+    Throughput,
+    /// With a fixed probability of going on, in (0, 1].
+    Fixed(f32),
+}
+
+/// Stop sampling a pixel when 1.96 σ/√n ≤ tolerance · μ of its luminance, checked whenever n is a
+/// multiple of `batch`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adaptive {
+    /// Samples between checks, ≥ 1.
+    pub batch: u32,
+    /// Half width of the 95 % confidence interval, relative to the mean.
+    pub tolerance: f32,
+}
+
+/// Everything but the scene that an image depends on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Samples per pixel; the maximum when adaptive.
+    pub spp: u32,
+    /// Samples of each light that has an extent, at each surface point.
+    pub light_samples: u32,
+    /// Largest number of surface interactions of a path: 0 is emission only, 1 direct light.
+    pub max_depth: u32,
+    /// Only light that was scattered at least this often …
+    pub min_bounce: u32,
+    /// … and at most this often is shown.
+    pub max_bounce: u32,
+    /// Name of the integrator.
+    pub integrator: String,
+    /// Estimator of direct light.
+    pub direct: DirectLight,
+    /// When paths end.
+    pub roulette: Roulette,
+    /// Adaptive sampling.
+    pub adaptive: Option<Adaptive>,
+    /// Where random numbers come from.
+    pub sampler: SamplerKind,
+    /// Seed of the random numbers.
+    pub seed: u32,
+    /// The pixels to render; `None` is all of the image.
+    pub region: Option<Region>,
+}
+
+impl Settings {
+    /// Whether light scattered `bounces` times is shown.
+    #[inline]
+    pub fn shows(&self, bounces: u32) -> bool {
+        (self.min_bounce..=self.max_bounce).contains(&bounces)
+    }
+}
+
+impl Default for Settings {
+    /// A clean image of an ordinary scene in little time.
+    fn default() -> Self {
+        Self {
+            spp: 64,
+            light_samples: 1,
+            max_depth: 16,
+            min_bounce: 0,
+            max_bounce: u32::MAX,
+            integrator: "path".into(),
+            direct: DirectLight::default(),
+            roulette: Roulette::default(),
+            adaptive: None,
+            sampler: SamplerKind::default(),
+            seed: 0,
+            region: None,
+        }
+    }
+}
