@@ -1,0 +1,59 @@
+//! Times of the functions that every path calls many times: `cargo bench -p pt-math`.
+//!
+//! Each is called with inputs that the compiler cannot foresee, and the results are used; the
+//! least of several runs is printed, since other work on the machine only adds time.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use pt_math::sampler::{Sampler, SamplerKind};
+use pt_math::{trig, warp};
+
+const CALLS: u32 = 1 << 20;
+const RUNS: u32 = 15;
+
+/// Prints nanoseconds per call of `f`, which gets a number below 2²⁰.
+fn time(name: &str, mut f: impl FnMut(u32) -> f32) {
+    let run = |f: &mut dyn FnMut() -> f32| {
+        let start = Instant::now();
+        black_box(f());
+        start.elapsed().as_secs_f64() * 1e9 / f64::from(CALLS)
+    };
+    let mut all = || (0..CALLS).map(|i| f(black_box(i))).sum();
+    let best = (0..RUNS).map(|_| run(&mut all)).fold(f64::INFINITY, f64::min);
+    println!("{name:32} {best:6.2} ns");
+}
+
+/// A number in [0, 1) from one below 2²⁰.
+fn unit(i: u32) -> f32 {
+    i as f32 / CALLS as f32
+}
+
+fn main() {
+    time("empty loop", unit);
+    for (name, kind) in SamplerKind::NAMES {
+        time(&format!("{name}: new and a 2-D point"), |i| {
+            let [x, y] = Sampler::new(kind, 1, [i & 1023, i >> 10], 5).next_2d();
+            x + y
+        });
+        let mut sampler = Sampler::new(kind, 1, [2, 3], 4);
+        time(&format!("{name}: 2-D point"), |_| {
+            let [x, y] = sampler.next_2d();
+            x + y
+        });
+        time(&format!("{name}: 1-D number"), |_| sampler.next_1d());
+    }
+    time("sin_cos_tau", |i| {
+        let (s, c) = trig::sin_cos_tau(unit(i));
+        s + c
+    });
+    time("exp", |i| trig::exp(20.0 * unit(i) - 10.0));
+    time("ln", |i| trig::ln(unit(i) + 1e-3));
+    time("powf", |i| trig::powf(unit(i), 1.0 / 2.4));
+    time("cosine_hemisphere", |i| {
+        warp::cosine_hemisphere([unit(i), unit(i.wrapping_mul(0x9e37_79b9) >> 12)]).z
+    });
+    time("uniform_cone", |i| {
+        warp::uniform_cone([unit(i), unit(i.wrapping_mul(0x9e37_79b9) >> 12)], 0.1).x
+    });
+}

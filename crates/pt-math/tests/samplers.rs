@@ -1,0 +1,220 @@
+//! Laws of the samplers.
+
+use std::cell::Cell;
+
+use pt_math::sampler::{Sampler, SamplerKind};
+use pt_testing::{Chi2, chi2_square, mean_z_test};
+
+const KINDS: [SamplerKind; 2] = [SamplerKind::Sobol, SamplerKind::Independent];
+
+fn point(kind: SamplerKind, seed: u32, pixel: [u32; 2], sample: u32, d: u32) -> [f32; 2] {
+    Sampler::new(kind, seed, pixel, sample).at_dimension(d).next_2d()
+}
+
+/// Whether the first n points of a run are one in each of the n intervals of every shape
+/// 2⁻ᵃ × 2⁻⁽ᵏ⁻ᵃ⁾.
+fn is_net(points: &[[f32; 2]]) -> bool {
+    let k = points.len().ilog2();
+    (0..=k).all(|a| {
+        let (nx, ny) = (1usize << a, 1usize << (k - a));
+        let mut hit = vec![false; points.len()];
+        for [x, y] in points {
+            let cell = (x * nx as f32) as usize * ny + (y * ny as f32) as usize;
+            hit[cell] = true;
+        }
+        hit.iter().all(|&h| h)
+    })
+}
+
+#[test]
+fn aligned_runs_of_sobol_points_are_nets() {
+    for (seed, pixel, d) in [(0, [0, 0], 0), (7, [13, 1000], 2), (u32::MAX, [3, 4], 133)] {
+        for k in 0..=11 {
+            for run in [0, 1, 7, 1 << 20] {
+                let samples = (run << k)..((run + 1) << k);
+                let points: Vec<_> =
+                    samples.map(|s| point(SamplerKind::Sobol, seed, pixel, s, d)).collect();
+                assert!(is_net(&points), "run {run} of 2^{k}, pixel {pixel:?}, dimension {d}");
+            }
+        }
+    }
+    let independent: Vec<_> =
+        (0..64).map(|s| point(SamplerKind::Independent, 0, [0, 0], s, 0)).collect();
+    assert!(!is_net(&independent), "the test cannot tell nets from other points");
+}
+
+#[test]
+fn aligned_runs_of_sobol_numbers_are_stratified() {
+    for k in 0..=11 {
+        let mut hit = vec![false; 1 << k];
+        for sample in 3 << k..4 << k {
+            let mut s = Sampler::new(SamplerKind::Sobol, 5, [8, 9], sample).at_dimension(11);
+            hit[(s.next_1d() * (1 << k) as f32) as usize] = true;
+        }
+        assert!(hit.into_iter().all(|h| h), "2^{k}");
+    }
+}
+
+#[test]
+fn numbers_are_functions_of_seed_pixel_sample_and_dimension() {
+    for kind in KINDS {
+        let mut s = Sampler::new(kind, 1, [2, 3], 4);
+        assert_eq!(s.dimension(), 0);
+        let (a, b, c) = (s.next_1d(), s.next_2d(), s.next_1d());
+        assert_eq!(s.dimension(), 4);
+        let fresh = |d| Sampler::new(kind, 1, [2, 3], 4).at_dimension(d);
+        assert_eq!((fresh(3).next_1d(), fresh(1).next_2d(), fresh(0).next_1d()), (c, b, a));
+        // Each argument matters.
+        let p = point(kind, 1, [2, 3], 4, 0);
+        let others = [
+            point(kind, 2, [2, 3], 4, 0),
+            point(kind, 1, [3, 2], 4, 0),
+            point(kind, 1, [2, 4], 4, 0),
+            point(kind, 1, [2, 3], 5, 0),
+            point(kind, 1, [2, 3], 4, 2),
+        ];
+        assert!(others.iter().all(|o| *o != p), "{kind:?}");
+    }
+}
+
+#[test]
+fn numbers_lie_below_one() {
+    for kind in KINDS {
+        for i in 0..1 << 18 {
+            let [x, y] = point(kind, 3, [i, i >> 9], i, 0);
+            assert!((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y));
+        }
+    }
+}
+
+/// What varies between the points of a set.
+type Walk = fn(SamplerKind, u32) -> [f32; 2];
+
+/// Point sets of independent uniform points: along pixels, seeds and dimensions, and for
+/// independent numbers along samples.
+const WALKS: [(&str, Walk); 5] = [
+    ("row of pixels", |kind, i| point(kind, 0, [i, 0], 0, 0)),
+    ("column of pixels", |kind, i| point(kind, 0, [0, i], 0, 2)),
+    ("square of pixels, later sample", |kind, i| point(kind, 0, [i & 511, i >> 9], 77, 40)),
+    ("seeds", |kind, i| point(kind, i, [100, 100], 1, 0)),
+    ("dimensions", |kind, i| point(kind, 9, [100, 100], 3, 2 * i)),
+];
+
+#[test]
+fn points_of_other_pixels_seeds_and_dimensions_are_uniform() {
+    for kind in KINDS {
+        for (name, walk) in WALKS {
+            let next = Cell::new(0);
+            let draw = |_| Some(walk(kind, next.replace(next.get() + 1)));
+            let title = format!("{kind:?} {name}");
+            let config = Chi2 { bins: [64, 64], ..Chi2::new(&title).one_of(10) };
+            chi2_square(draw, |_| 1.0, &config).unwrap();
+        }
+    }
+    let next = Cell::new(0);
+    let draw =
+        |_| Some(point(SamplerKind::Independent, 0, [5, 5], next.replace(next.get() + 1), 0));
+    chi2_square(draw, |_| 1.0, &Chi2::new("Independent samples")).unwrap();
+}
+
+/// The products (a − ½)(b − ½) of pairs of numbers that should be independent have mean 0.
+fn uncorrelated(name: &str, tests: usize, pair: impl Fn(u32) -> (f32, f32)) {
+    let centred = |x: f32| f64::from(x) - 0.5;
+    let products: Vec<_> = (0..1 << 16).map(&pair).map(|(a, b)| centred(a) * centred(b)).collect();
+    let level = pt_testing::sidak(1e-4, tests);
+    if let Err(failure) = mean_z_test(&products, 0.0, level) {
+        panic!("{name}: {failure}");
+    }
+}
+
+#[test]
+fn neighbouring_pixels_and_seeds_are_uncorrelated() {
+    let steps: [(u32, [u32; 2]); 6] =
+        [(0, [1, 0]), (0, [0, 1]), (0, [1, 1]), (0, [16, 0]), (1, [0, 0]), (1, [1, 0])];
+    for kind in KINDS {
+        for (seed, [dx, dy]) in steps {
+            for sample in [0, 5] {
+                let title = format!("{kind:?} seed + {seed}, pixel + ({dx}, {dy})");
+                uncorrelated(&title, 24, |i| {
+                    let [x, y] = [2 * (i & 255), 2 * (i >> 8)];
+                    let a = point(kind, 0, [x, y], sample, 0)[0];
+                    (a, point(kind, seed, [x + dx, y + dy], sample, 0)[0])
+                });
+            }
+        }
+    }
+}
+
+#[test]
+fn dimensions_are_uncorrelated() {
+    const DIMENSIONS: u32 = 12;
+    let pairs = DIMENSIONS * (DIMENSIONS - 1) / 2;
+    for kind in KINDS {
+        for a in 0..DIMENSIONS {
+            for b in a + 1..DIMENSIONS {
+                let number = |i: u32, d: u32| {
+                    let sample = Sampler::new(kind, 0, [i & 255, i >> 8], 0);
+                    sample.at_dimension(d & !1).next_2d()[(d & 1) as usize]
+                };
+                let title = format!("{kind:?} dimensions {a} and {b}");
+                uncorrelated(&title, 2 * pairs as usize, |i| (number(i, a), number(i, b)));
+            }
+        }
+    }
+}
+
+#[test]
+fn dimension_pairs_of_one_pixel_are_uncorrelated() {
+    // Across the samples of one pixel: two pairs that took their points in the same order would
+    // agree far too well.
+    for kind in KINDS {
+        for b in [2, 4, 6] {
+            let title = format!("{kind:?} dimensions 0 and {b} of one pixel");
+            uncorrelated(&title, 6, |i| {
+                (point(kind, 0, [7, 7], i, 0)[0], point(kind, 0, [7, 7], i, b)[0])
+            });
+        }
+    }
+}
+
+/// Mean squared error of the estimate of ∫(x − ½)(y − ½) = 0 with 256 points, over pixels.
+fn mean_squared_error(kind: SamplerKind, pixels: u32) -> f64 {
+    let estimate = |pixel: u32| {
+        let value = |s| point(kind, 0, [pixel & 63, pixel >> 6], s, 0);
+        let f = |[x, y]: [f32; 2]| (f64::from(x) - 0.5) * (f64::from(y) - 0.5);
+        (0..256).map(|s| f(value(s))).sum::<f64>() / 256.0
+    };
+    (0..pixels).map(|p| estimate(p).powi(2)).sum::<f64>() / f64::from(pixels)
+}
+
+/// f = (x − ½)(y − ½) has variance σ² = 1/144 and no part that depends on one coordinate alone, so
+/// that stratification of each coordinate gains nothing.
+///
+/// Independent points: the squared error has mean σ²/n.
+///
+/// A scrambled (0, m, 2)-net in base 2 removes the part of the variance in Haar functions of
+/// levels k₁ + k₂ ≤ m − 2 and multiplies the rest by e at most. [Owen 1997, "Scrambled Net
+/// Variance for Integrals of Smooth Functions", theorem 1 and lemma 4] Level k of x − ½ has the
+/// share ¾·4⁻ᵏ of its variance. What stays, with m = 8, is
+/// 9/16 · Σ_{s ≥ 7} (s + 1)·4⁻ˢ = 9/16 · 4⁻⁷ · (8·4/3 + 4/9) = 25/4 · 4⁻⁷,
+/// and e times that is 1/965 of σ²/n: the error is at least 31 times smaller.
+#[test]
+fn sobol_points_integrate_better_by_as_much_as_nets_must() {
+    const PIXELS: u32 = 4096;
+    // The mean of n squares of normal numbers has a relative standard error of √(2/n).
+    let slack = 5.0 * (2.0 / f64::from(PIXELS)).sqrt();
+    let independent = 1.0 / 144.0 / 256.0;
+    let measured = mean_squared_error(SamplerKind::Independent, PIXELS);
+    assert!((measured / independent - 1.0).abs() < slack, "{measured}, not {independent}");
+    let bound = std::f64::consts::E * 25.0 / 4.0 / 4f64.powi(7) * independent;
+    let measured = mean_squared_error(SamplerKind::Sobol, PIXELS);
+    assert!(measured < bound * (1.0 + slack), "{measured} is above {bound}");
+}
+
+#[test]
+fn names_and_kinds_belong_together() {
+    for (name, kind) in SamplerKind::NAMES {
+        assert_eq!((SamplerKind::from_name(name), kind.name()), (Some(kind), name));
+    }
+    assert_eq!(SamplerKind::from_name("halton"), None);
+}
