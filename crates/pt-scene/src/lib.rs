@@ -15,6 +15,7 @@ pub mod material;
 pub mod mesh;
 pub mod scene;
 pub mod settings;
+pub mod shapes;
 pub mod span;
 
 pub use camera::Camera;

@@ -3,6 +3,10 @@
 //! To add one: write its file, add its line to [`FORMATS`].
 
 pub mod collada;
+mod mesh_file;
+mod mitsuba;
+mod obj;
+mod ply;
 mod xml;
 
 use std::path::Path;
@@ -25,6 +29,9 @@ pub struct Format {
 /// All formats.
 pub static FORMATS: &[Format] = &[
     Format { name: "COLLADA", extensions: &["dae"], parse: collada::parse },
+    Format { name: "Mitsuba 3", extensions: &["xml"], parse: mitsuba::parse },
+    Format { name: "Stanford PLY", extensions: &["ply"], parse: ply::parse },
+    Format { name: "Wavefront OBJ", extensions: &["obj"], parse: obj::parse },
 ];
 
 /// Reads a scene, in the format that the ending of its name says.
@@ -32,18 +39,30 @@ pub static FORMATS: &[Format] = &[
 /// # Errors
 /// If the ending is unknown, the file unreadable, or its content wrong.
 pub fn load(path: &Path) -> Result<Scene, LoadError> {
-    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
-    let format =
-        FORMATS.iter().find(|f| f.extensions.contains(&ending.as_str())).ok_or_else(|| {
-            LoadError::UnknownFormat { path: path.to_owned(), known: known_endings() }
-        })?;
+    format_of(path)?;
     let bytes =
         std::fs::read(path).map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
-    let mut scene = (format.parse)(&bytes, path)?;
+    parse(&bytes, path)
+}
+
+/// Like [`load`], with the content at hand; the path serves for the format, for files that the
+/// scene refers to, and for messages.
+///
+/// # Errors
+/// If the ending is unknown, or the content wrong.
+pub fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
+    let mut scene = (format_of(path)?.parse)(bytes, path)?;
     if scene.name.is_empty() {
         scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     }
     Ok(scene)
+}
+
+/// The format that the ending of a name says.
+fn format_of(path: &Path) -> Result<&'static Format, LoadError> {
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
+    let known = FORMATS.iter().find(|f| f.extensions.contains(&ending.as_str()));
+    known.ok_or_else(|| LoadError::UnknownFormat { path: path.to_owned(), known: known_endings() })
 }
 
 /// All endings, for messages.

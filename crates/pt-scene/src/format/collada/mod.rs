@@ -18,7 +18,7 @@ mod primitives;
 mod reader;
 mod source;
 mod transform;
-mod triangulate;
+pub(super) mod triangulate;
 
 use std::path::Path;
 

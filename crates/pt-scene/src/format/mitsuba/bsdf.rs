@@ -1,0 +1,166 @@
+//! `<bsdf>`: how surfaces scatter.
+
+use super::super::xml::{did_you_mean, quote};
+use super::object::{Object, Parameters, Role, Tree, error, unsupported};
+use super::value::Value;
+use crate::material::{Conductor, Glass, Matte, Mirror};
+use crate::{LoadError, Surface};
+
+const KINDS: [&str; 5] = ["diffuse", "conductor", "roughconductor", "dielectric", "twosided"];
+
+/// Indices of refraction at 589 nm by the names that Mitsuba gives them. [Hecht, "Optics",
+/// 4th ed., as tabulated in Mitsuba 3.9]
+const REFRACTIVE_INDICES: [(&str, f64); 23] = [
+    ("vacuum", 1.0),
+    ("helium", 1.000_036),
+    ("hydrogen", 1.000_132),
+    ("air", 1.000_277),
+    ("carbon dioxide", 1.000_45),
+    ("water", 1.333),
+    ("acetone", 1.36),
+    ("ethanol", 1.361),
+    ("carbon tetrachloride", 1.461),
+    ("glycerol", 1.4729),
+    ("benzene", 1.501),
+    ("silicone oil", 1.520_45),
+    ("bromine", 1.661),
+    ("water ice", 1.31),
+    ("fused quartz", 1.458),
+    ("pyrex", 1.47),
+    ("acrylic glass", 1.49),
+    ("polypropylene", 1.49),
+    ("bk7", 1.5046),
+    ("sodium chloride", 1.544),
+    ("amber", 1.55),
+    ("pet", 1.575),
+    ("diamond", 2.419),
+];
+
+/// The surface that an object describes.
+pub(super) fn surface(tree: &Tree, object: &Object) -> Result<Surface, LoadError> {
+    if object.kind == "twosided" {
+        return two_sided(tree, object);
+    }
+    tree.children(object, &[])?;
+    let mut parameters = Parameters::new(object);
+    let surface = match object.kind.as_str() {
+        "diffuse" => {
+            let reflectance = parameters.color("reflectance", Role::Share, 0.5)?;
+            Matte { reflectance, two_sided: false }.into()
+        }
+        "conductor" => conductor(&mut parameters, 0.0)?.into(),
+        "roughconductor" => {
+            let alpha = roughness(&mut parameters)?;
+            conductor(&mut parameters, alpha)?.into()
+        }
+        "dielectric" => {
+            let inside = refractive_index(&mut parameters, "int_ior", "bk7")?;
+            let outside = refractive_index(&mut parameters, "ext_ior", "air")?;
+            let reflectance = parameters.color("specular_reflectance", Role::Share, 1.0)?;
+            let transmittance = parameters.color("specular_transmittance", Role::Share, 1.0)?;
+            Glass { reflectance, transmittance, ior: (inside / outside) as f32 }.into()
+        }
+        _ => return Err(unsupported(object, &KINDS)),
+    };
+    parameters.finish()?;
+    Ok(surface)
+}
+
+/// The same surface with both sides alike.
+fn two_sided(tree: &Tree, object: &Object) -> Result<Surface, LoadError> {
+    Parameters::new(object).finish()?;
+    let children = tree.children(object, &["bsdf"])?;
+    let [child] = children.as_slice() else {
+        let message = format!(
+            "expected one <bsdf> for both sides, but there are {}; sides that differ are not \
+             supported",
+            children.len()
+        );
+        return Err(error(&object.at, message));
+    };
+    let inner = &tree.objects[*child];
+    if inner.kind == "twosided" {
+        return Err(error(&inner.at, "it is inside of another bsdf \"twosided\" already"));
+    }
+    match surface(tree, inner)? {
+        Surface::Glass(_) => {
+            Err(error(&inner.at, "\"dielectric\" transmits light; \"twosided\" is for opaque ones"))
+        }
+        opaque => Ok(on_both_sides(opaque)),
+    }
+}
+
+/// A surface that reflects on its back as it does on its front.
+pub(super) fn on_both_sides(surface: Surface) -> Surface {
+    match surface {
+        Surface::Matte(matte) => Matte { two_sided: true, ..matte }.into(),
+        // Without a real part of the index of refraction, all light is reflected at every angle.
+        Surface::Conductor(Conductor { eta: [0.0, 0.0, 0.0], alpha: 0.0, reflectance, .. }) => {
+            Mirror { reflectance }.into()
+        }
+        Surface::Conductor(metal) => Conductor { two_sided: true, ..metal }.into(),
+        other => other,
+    }
+}
+
+/// A metal; without η and k, or of the material "none", one that reflects all light.
+fn conductor(parameters: &mut Parameters<'_>, alpha: f64) -> Result<Conductor, LoadError> {
+    let preset = parameters.text("material")?.unwrap_or("none");
+    if preset != "none" {
+        let message = format!(
+            "the preset {} is not supported; give eta and k as <rgb>, or the material \"none\" \
+             for a perfect mirror",
+            quote(preset)
+        );
+        return Err(parameters.refuse("material", message));
+    }
+    Ok(Conductor {
+        eta: parameters.color("eta", Role::Index, 0.0)?,
+        k: parameters.color("k", Role::Index, 1.0)?,
+        reflectance: parameters.color("specular_reflectance", Role::Share, 1.0)?,
+        alpha: alpha as f32,
+        two_sided: false,
+    })
+}
+
+/// The one roughness of a Beckmann distribution.
+fn roughness(parameters: &mut Parameters<'_>) -> Result<f64, LoadError> {
+    let distribution = parameters.text("distribution")?.unwrap_or("beckmann");
+    if distribution != "beckmann" {
+        let message = format!(
+            "the distribution {} is not supported; supported: beckmann",
+            quote(distribution)
+        );
+        return Err(parameters.refuse("distribution", message));
+    }
+    parameters.pass_over(&["sample_visible"]);
+    let alpha = parameters.positive("alpha", 0.1)?;
+    let (u, v) = (parameters.positive("alpha_u", alpha)?, parameters.positive("alpha_v", alpha)?);
+    if u != v {
+        let message = "roughness that depends on the direction is not supported; give one alpha";
+        return Err(parameters.refuse("alpha_v", message));
+    }
+    Ok(u)
+}
+
+/// An index of refraction, as a number or by name.
+fn refractive_index(
+    parameters: &mut Parameters<'_>,
+    name: &'static str,
+    default: &str,
+) -> Result<f64, LoadError> {
+    let text = match parameters.find(name).map(|p| &p.value) {
+        None => default,
+        Some(Value::Text(text)) => text,
+        Some(_) => return parameters.positive(name, 1.0),
+    };
+    let lower = text.to_lowercase();
+    let found = REFRACTIVE_INDICES.iter().find(|(material, _)| *material == lower);
+    found.map(|(_, index)| *index).ok_or_else(|| {
+        let names = || REFRACTIVE_INDICES.iter().map(|(material, _)| *material);
+        let hint = did_you_mean(&lower, names());
+        let list = names().collect::<Vec<_>>().join(", ");
+        let message = format!("{} is unknown{hint}; give a number, or one of {list}", quote(text));
+        parameters.refuse(name, message)
+    })
+}

@@ -1,0 +1,46 @@
+//! Scenes of Mitsuba 3 (XML). [Jakob et al. 2022, "Mitsuba 3 renderer", documentation of
+//! version 3.9]
+//!
+//! ```text
+//! XML files ─ read ─▶ Tree of objects with typed parameters ─ scene ─▶ Scene
+//!           parameters $name, includes, paths,               references, shapes, materials,
+//!           values, transforms                               emitters, sensor, integrator
+//! ```
+//!
+//! A part of the format is read; what is not is an error that names the place and what is
+//! supported, so that no picture is silently another one. Parameters that change only how fast
+//! an image converges, or how its file is written, are passed over.
+//!
+//! Coordinates stay as they are, whichever axis the author takes as up. Differences between the
+//! two renderers:
+//!
+//! * Mitsuba's camera looks along +z of its node with +x to the left, ours along −z with +x to
+//!   the right: half a turn about y.
+//! * Parallel light shines along +z of its node there, and along −z here.
+//! * A `max_depth` of N there allows N − 1 interactions with surfaces, which is what is counted
+//!   here; −1 becomes `u32::MAX`.
+//! * The first sensor of a file is the one that Mitsuba uses; here it is the last.
+//! * `<spectrum>` with one number is the equal-energy illuminant where light is emitted, as it is
+//!   in Mitsuba's RGB modes, and grey elsewhere.
+//! * A flipped or mirrored sphere cannot be described here. Its glass takes the inverse index of
+//!   refraction, its opaque materials show on both sides, and if it emits it is refused.
+
+mod bsdf;
+mod emitter;
+mod object;
+mod read;
+mod scene;
+mod sensor;
+mod shape;
+mod transform;
+mod value;
+
+use std::path::Path;
+
+use crate::{LoadError, Scene};
+
+/// A scene.
+pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
+    let tree = read::read(bytes, path)?;
+    scene::build(&tree)
+}

@@ -1,0 +1,319 @@
+//! Objects with typed parameters: what the XML says, before it means a scene.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+use pt_math::{DAffine3, DVec3};
+
+use super::super::xml::{did_you_mean, quote};
+use super::value::Value;
+use crate::{LoadError, Span, Warning};
+
+/// All objects of a scene and the files that it includes.
+#[derive(Debug, Default)]
+pub(super) struct Tree {
+    /// The scene itself is the first.
+    pub(super) objects: Vec<Object>,
+    /// Objects by their identifiers.
+    pub(super) ids: HashMap<String, usize>,
+    /// Folders in which files are looked for, the first one first.
+    pub(super) search: Vec<PathBuf>,
+    pub(super) warnings: Vec<Warning>,
+}
+
+/// `<shape type="sphere" id="ball">` and what it contains.
+#[derive(Debug)]
+pub(super) struct Object {
+    /// `shape`.
+    pub(super) tag: String,
+    /// `sphere`.
+    pub(super) kind: String,
+    /// `ball`; empty if it has none.
+    pub(super) id: String,
+    pub(super) at: Span,
+    pub(super) parameters: Vec<Parameter>,
+    pub(super) children: Vec<Child>,
+}
+
+/// A named value of an object.
+#[derive(Debug)]
+pub(super) struct Parameter {
+    pub(super) name: String,
+    pub(super) value: Value,
+    pub(super) at: Span,
+}
+
+/// An object inside an object.
+#[derive(Debug)]
+pub(super) struct Child {
+    /// Where it stands, or is referred to.
+    pub(super) at: Span,
+    pub(super) target: Target,
+}
+
+#[derive(Debug)]
+pub(super) enum Target {
+    /// Written in place; an index into [`Tree::objects`].
+    Object(usize),
+    /// Written elsewhere under this identifier.
+    Reference(String),
+}
+
+/// An error about a place.
+pub(super) fn error(at: &Span, message: impl Into<String>) -> LoadError {
+    LoadError::Content { at: at.clone(), message: message.into() }
+}
+
+/// An error about a kind of object that is not supported.
+pub(super) fn unsupported(object: &Object, supported: &[&str]) -> LoadError {
+    let Object { tag, kind, .. } = object;
+    let hint = did_you_mean(kind, supported.iter().copied());
+    let list = supported.join(", ");
+    let message = format!("{tag} type {} is not supported{hint}; supported: {list}", quote(kind));
+    error(&object.at, message)
+}
+
+impl Tree {
+    /// The object that a child is, by its index.
+    pub(super) fn target(&self, child: &Child) -> Result<usize, LoadError> {
+        match &child.target {
+            Target::Object(index) => Ok(*index),
+            Target::Reference(id) => self.ids.get(id).copied().ok_or_else(|| {
+                let hint = did_you_mean(id, self.ids.keys().map(String::as_str));
+                error(&child.at, format!("there is no object with the id {}{hint}", quote(id)))
+            }),
+        }
+    }
+
+    /// The objects inside an object, each with one of the tags that are supported there.
+    pub(super) fn children(
+        &self,
+        object: &Object,
+        supported: &[&str],
+    ) -> Result<Vec<usize>, LoadError> {
+        let mut targets = Vec::new();
+        for child in &object.children {
+            let index = self.target(child)?;
+            let tag = self.objects[index].tag.as_str();
+            if !supported.contains(&tag) {
+                let advice = match (tag, object.tag.as_str()) {
+                    ("texture" | "spectrum", "bsdf" | "emitter") => "; give the colour as <rgb>",
+                    _ => "",
+                };
+                let message =
+                    format!("<{tag}> inside of {} is not supported{advice}", object.describe());
+                return Err(error(&child.at, message));
+            }
+            targets.push(index);
+        }
+        Ok(targets)
+    }
+
+    /// The only object with a tag among some; `None` if there is none.
+    pub(super) fn only(&self, among: &[usize], tag: &str) -> Result<Option<usize>, LoadError> {
+        let mut found = among.iter().copied().filter(|i| self.objects[*i].tag == tag);
+        let first = found.next();
+        match found.next() {
+            Some(second) => {
+                let message = format!("there is already another <{tag}>; expected at most one");
+                Err(error(&self.objects[second].at, message))
+            }
+            None => Ok(first),
+        }
+    }
+}
+
+impl Object {
+    /// `shape "sphere"`.
+    pub(super) fn describe(&self) -> String {
+        if self.kind.is_empty() {
+            self.tag.clone()
+        } else {
+            format!("{} {}", self.tag, quote(&self.kind))
+        }
+    }
+
+    /// The identifier, or else the kind.
+    pub(super) fn name(&self) -> &str {
+        if self.id.is_empty() { &self.kind } else { &self.id }
+    }
+}
+
+/// What a colour stands for.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Role {
+    /// A share of light, in [0, 1].
+    Share,
+    /// Emitted light, not negative.
+    Emission,
+    /// A part of an index of refraction, not negative.
+    Index,
+}
+
+/// The equal-energy illuminant, with Y = 1, in linear Rec. 709: the row sums of the matrix from
+/// XYZ. [ITU-R BT.709, primaries and white point]
+const EQUAL_ENERGY: [f64; 3] = [1.204_784, 0.948_301, 0.908_843];
+
+/// Reads the parameters of an object and remembers which were asked for, so that those that
+/// nobody knows can be refused.
+pub(super) struct Parameters<'t> {
+    object: &'t Object,
+    known: Vec<&'static str>,
+}
+
+impl<'t> Parameters<'t> {
+    pub(super) fn new(object: &'t Object) -> Self {
+        Self { object, known: Vec::new() }
+    }
+
+    /// Knows parameters that change nothing here.
+    pub(super) fn pass_over(&mut self, names: &[&'static str]) {
+        self.known.extend(names);
+    }
+
+    /// Refuses parameters that nobody asked for.
+    pub(super) fn finish(self) -> Result<(), LoadError> {
+        let known = |p: &&Parameter| self.known.contains(&p.name.as_str());
+        let Some(unknown) = self.object.parameters.iter().find(|p| !known(p)) else {
+            return Ok(());
+        };
+        let supported = if self.known.is_empty() { "none".into() } else { self.known.join(", ") };
+        let message = format!(
+            "the parameter {} of {} is not supported{}; supported: {supported}",
+            quote(&unknown.name),
+            self.object.describe(),
+            did_you_mean(&unknown.name, self.known.iter().copied()),
+        );
+        Err(error(&unknown.at, message))
+    }
+
+    /// A parameter; `None` if the author did not write it.
+    pub(super) fn find(&mut self, name: &'static str) -> Option<&'t Parameter> {
+        self.known.push(name);
+        self.object.parameters.iter().find(|p| p.name == name)
+    }
+
+    /// A parameter of a type that `convert` accepts.
+    fn get<T>(
+        &mut self,
+        name: &'static str,
+        expected: &str,
+        convert: impl Fn(&'t Value) -> Option<T>,
+    ) -> Result<Option<T>, LoadError> {
+        let Some(parameter) = self.find(name) else { return Ok(None) };
+        convert(&parameter.value).map(Some).ok_or_else(|| {
+            error(&parameter.at, format!("{} has the wrong type; expected {expected}", quote(name)))
+        })
+    }
+
+    pub(super) fn float(&mut self, name: &'static str) -> Result<Option<f64>, LoadError> {
+        self.get(name, "a <float>", |value| match value {
+            Value::Float(x) => Some(*x),
+            Value::Integer(x) => Some(*x as f64),
+            _ => None,
+        })
+    }
+
+    /// A number above 0.
+    pub(super) fn positive(&mut self, name: &'static str, default: f64) -> Result<f64, LoadError> {
+        let x = self.float(name)?.unwrap_or(default);
+        if x > 0.0 {
+            return Ok(x);
+        }
+        Err(self.refuse(name, format!("{} is {x}; expected a number above 0", quote(name))))
+    }
+
+    pub(super) fn integer(&mut self, name: &'static str) -> Result<Option<i64>, LoadError> {
+        self.get(name, "an <integer>", |value| match value {
+            Value::Integer(x) => Some(*x),
+            _ => None,
+        })
+    }
+
+    /// A whole number from 1 to `most`.
+    pub(super) fn count(
+        &mut self,
+        name: &'static str,
+        most: u32,
+    ) -> Result<Option<u32>, LoadError> {
+        let Some(x) = self.integer(name)? else { return Ok(None) };
+        let count = u32::try_from(x).ok().filter(|x| (1..=most).contains(x));
+        count.map(Some).ok_or_else(|| {
+            let message =
+                format!("{} is {x}; expected a whole number from 1 to {most}", quote(name));
+            self.refuse(name, message)
+        })
+    }
+
+    pub(super) fn boolean(&mut self, name: &'static str) -> Result<bool, LoadError> {
+        let value = self.get(name, "a <boolean>", |value| match value {
+            Value::Boolean(x) => Some(*x),
+            _ => None,
+        });
+        Ok(value?.unwrap_or(false))
+    }
+
+    pub(super) fn text(&mut self, name: &'static str) -> Result<Option<&'t str>, LoadError> {
+        self.get(name, "a <string>", |value| match value {
+            Value::Text(x) => Some(x.as_str()),
+            _ => None,
+        })
+    }
+
+    pub(super) fn vector(&mut self, name: &'static str) -> Result<Option<DVec3>, LoadError> {
+        self.get(name, "a <point> or <vector>", |value| match value {
+            Value::Vector(x) => Some(DVec3::from_array(*x)),
+            _ => None,
+        })
+    }
+
+    /// A transform that can be undone; the identity if there is none.
+    pub(super) fn transform(&mut self, name: &'static str) -> Result<DAffine3, LoadError> {
+        let found = self.get(name, "a <transform>", |value| match value {
+            Value::Transform(x) => Some(*x),
+            _ => None,
+        });
+        let transform = found?.unwrap_or(DAffine3::IDENTITY);
+        if transform.inverse().is_finite() {
+            return Ok(transform);
+        }
+        Err(self.refuse(name, format!("{} flattens space; it cannot be undone", quote(name))))
+    }
+
+    /// A colour; `default` in all channels if there is none.
+    pub(super) fn color(
+        &mut self,
+        name: &'static str,
+        role: Role,
+        default: f64,
+    ) -> Result<[f32; 3], LoadError> {
+        let found = self.get(name, "an <rgb>", |value| match (value, role) {
+            (Value::Rgb(rgb), _) => Some(*rgb),
+            (Value::Spectrum(x), Role::Emission) => Some(EQUAL_ENERGY.map(|e| e * x)),
+            (Value::Spectrum(x) | Value::Float(x), _) => Some([*x; 3]),
+            (Value::Integer(x), _) => Some([*x as f64; 3]),
+            _ => None,
+        });
+        let color = found?.unwrap_or([default; 3]);
+        let (range, name_of_range) = match role {
+            Role::Share => (0.0..=1.0, "from 0 to 1"),
+            Role::Emission | Role::Index => (0.0..=f64::from(f32::MAX), "of at least 0"),
+        };
+        match color.iter().find(|x| !range.contains(x)) {
+            Some(bad) => {
+                let message = format!(
+                    "{} has a channel of {bad}; expected numbers {name_of_range}",
+                    quote(name)
+                );
+                Err(self.refuse(name, message))
+            }
+            None => Ok(color.map(|x| x as f32)),
+        }
+    }
+
+    /// An error about a parameter, or about the object if the author did not write it.
+    pub(super) fn refuse(&self, name: &str, message: impl Into<String>) -> LoadError {
+        let written = self.object.parameters.iter().find(|p| p.name == name);
+        error(written.map_or(&self.object.at, |p| &p.at), message)
+    }
+}

@@ -1,0 +1,528 @@
+//! XML files to objects: parameters `$name`, includes, folders, aliases, values.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use pt_math::{DAffine3, DVec3};
+
+use super::super::mesh_file;
+use super::super::xml::{self, Document, Node, did_you_mean, quote};
+use super::object::{Child, Object, Parameter, Target, Tree};
+use super::transform::{look_at, matrix, perpendicular, rotate};
+use super::value::{self, Value};
+use crate::LoadError;
+
+/// Deepest nesting of objects.
+const MAX_DEPTH: usize = 64;
+/// Deepest nesting of included files, as in Mitsuba.
+const MAX_INCLUDE_DEPTH: usize = 15;
+/// Most files that a scene may include; two that include one another twice would make many.
+const MAX_FILES: usize = 1000;
+/// Most names that `<default>` may define.
+const MAX_NAMES: usize = 1000;
+/// Longest attribute after `$name` was put in, in bytes; names in names would make long ones.
+const MAX_SUBSTITUTED: usize = 4096;
+
+/// Tags of objects.
+const OBJECTS: [&str; 12] = [
+    "bsdf",
+    "emitter",
+    "film",
+    "integrator",
+    "medium",
+    "phase",
+    "rfilter",
+    "sampler",
+    "sensor",
+    "shape",
+    "texture",
+    "volume",
+];
+/// Other tags inside of objects.
+const OTHERS: [&str; 14] = [
+    "alias",
+    "boolean",
+    "default",
+    "float",
+    "include",
+    "integer",
+    "path",
+    "point",
+    "ref",
+    "rgb",
+    "spectrum",
+    "string",
+    "transform",
+    "vector",
+];
+
+/// Reads a scene and all that it includes.
+pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Tree, LoadError> {
+    let mut reader = Reader::default();
+    reader.tree.search.push(folder_of(path));
+    let root = Object {
+        tag: "scene".to_owned(),
+        kind: String::new(),
+        id: String::new(),
+        at: mesh_file::place(path, 0),
+        parameters: Vec::new(),
+        children: Vec::new(),
+    };
+    reader.tree.objects.push(root);
+    reader.file(bytes, path, 0)?;
+    Ok(reader.tree)
+}
+
+#[derive(Default)]
+struct Reader {
+    tree: Tree,
+    /// What `$name` stands for.
+    names: Vec<(String, String)>,
+    /// The files being read, each included by the one before.
+    open: Vec<PathBuf>,
+    /// How many files were included so far.
+    files: usize,
+    /// How many objects enclose the element being read.
+    depth: usize,
+}
+
+/// The attributes of an element, with `$name` put in.
+struct Attributes<'a> {
+    document: &'a Document<'a>,
+    node: Node<'a>,
+    values: Vec<(&'a str, Cow<'a, str>)>,
+}
+
+impl Attributes<'_> {
+    /// An attribute, if it is there.
+    fn find(&self, name: &str) -> Option<&str> {
+        self.values.iter().find(|(n, _)| *n == name).map(|(_, value)| &**value)
+    }
+
+    /// An attribute, or nothing.
+    fn text(&self, name: &str) -> &str {
+        self.find(name).unwrap_or_default()
+    }
+
+    /// An attribute as a value; `None` if it is not there.
+    fn parse<T>(
+        &self,
+        name: &str,
+        parse: impl Fn(&str) -> Result<T, String>,
+    ) -> Result<Option<T>, LoadError> {
+        let Some(text) = self.find(name) else { return Ok(None) };
+        let result = parse(text);
+        result.map(Some).map_err(|message| self.error(text, format!("{name}: {message}")))
+    }
+
+    /// `value="1 2 3"`, `value="1"`, or those given of x, y and z.
+    fn vector(&self, default: f64) -> Result<DVec3, LoadError> {
+        if let Some(value) = self.parse("value", value::one_or_three)? {
+            if ["x", "y", "z"].iter().any(|axis| self.find(axis).is_some()) {
+                return Err(self.error("", "expected either value or x, y and z, not both"));
+            }
+            return Ok(DVec3::from_array(value));
+        }
+        let axis = |name| Ok(self.parse(name, value::number)?.unwrap_or(default));
+        Ok(DVec3::new(axis("x")?, axis("y")?, axis("z")?))
+    }
+
+    /// An error about a piece of an attribute.
+    fn error(&self, piece: &str, message: impl Into<String>) -> LoadError {
+        self.document.error_at(self.node, piece, message)
+    }
+}
+
+impl Reader {
+    /// Reads a file into the object with an index.
+    fn file(&mut self, bytes: &[u8], path: &Path, parent: usize) -> Result<(), LoadError> {
+        let text = xml::decode(bytes, path)?;
+        let document = Document::parse(&text, path)?;
+        let root = document.root();
+        self.open.push(path.canonicalize().unwrap_or_else(|_| path.to_owned()));
+        if root.tag_name().name() == "scene" {
+            check_version(&document, root)?;
+            self.content(&document, root, parent)?;
+        } else if parent == 0 && self.open.len() == 1 {
+            let message = "expected <scene version=\"3.0.0\">, the outermost element of a Mitsuba \
+                           scene";
+            return Err(document.error(root, message));
+        } else {
+            self.element(&document, root, parent)?;
+        }
+        self.open.pop();
+        Ok(())
+    }
+
+    /// Reads what is inside of an element into the object with an index.
+    fn content<'a>(
+        &mut self,
+        document: &'a Document<'a>,
+        node: Node<'a>,
+        object: usize,
+    ) -> Result<(), LoadError> {
+        if self.depth == MAX_DEPTH {
+            let message = format!("objects are nested deeper than {MAX_DEPTH}");
+            return Err(document.error(node, message));
+        }
+        self.depth += 1;
+        for child in node.children().filter(Node::is_element) {
+            self.element(document, child, object)?;
+        }
+        self.depth -= 1;
+        Ok(())
+    }
+
+    /// Reads an element into the object that contains it.
+    fn element<'a>(
+        &mut self,
+        document: &'a Document<'a>,
+        node: Node<'a>,
+        parent: usize,
+    ) -> Result<(), LoadError> {
+        if let Some((name, value)) = self.named_value(document, node)? {
+            let parameters = &mut self.tree.objects[parent].parameters;
+            if parameters.iter().any(|p| p.name == name) {
+                return Err(document.error(node, format!("{} is given twice", quote(&name))));
+            }
+            parameters.push(Parameter { name, value, at: document.span(node) });
+            return Ok(());
+        }
+        match node.tag_name().name() {
+            "ref" => {
+                let attributes = self.attributes(document, node, &["id"], &["name"])?;
+                let target = Target::Reference(attributes.text("id").to_owned());
+                let at = document.span(node);
+                self.tree.objects[parent].children.push(Child { at, target });
+                Ok(())
+            }
+            "alias" => self.alias(document, node),
+            "default" => self.define(document, node),
+            "path" => self.search_path(document, node),
+            "include" => self.include(document, node, parent),
+            tag if OBJECTS.contains(&tag) || tag == "spectrum" => {
+                self.object(document, node, parent)
+            }
+            tag => {
+                let hint = did_you_mean(tag, OBJECTS.into_iter().chain(OTHERS));
+                Err(document.error(node, format!("<{tag}> is not supported here{hint}")))
+            }
+        }
+    }
+
+    /// `<float name="…" value="…"/>` and its like; `None` if the element is none of them.
+    fn named_value<'a>(
+        &mut self,
+        document: &'a Document<'a>,
+        node: Node<'a>,
+    ) -> Result<Option<(String, Value)>, LoadError> {
+        type Parse = fn(&str) -> Result<Value, String>;
+        let parse: Parse = match node.tag_name().name() {
+            "float" => |text| value::number(text).map(Value::Float),
+            "integer" => |text| value::integer(text).map(Value::Integer),
+            "boolean" => |text| value::boolean(text).map(Value::Boolean),
+            "string" => |text| Ok(Value::Text(text.to_owned())),
+            "rgb" => |text| value::rgb(text).map(Value::Rgb),
+            "spectrum" if !node.has_attribute("type") => {
+                |text| value::spectrum(text).map(Value::Spectrum)
+            }
+            "point" | "vector" => {
+                let attributes =
+                    self.attributes(document, node, &["name"], &["value", "x", "y", "z"])?;
+                let vector = Value::Vector(attributes.vector(0.0)?.to_array());
+                return Ok(Some((attributes.text("name").to_owned(), vector)));
+            }
+            "transform" => {
+                let attributes = self.attributes(document, node, &["name"], &[])?;
+                let name = attributes.text("name").to_owned();
+                return Ok(Some((name, Value::Transform(self.transform(document, node)?))));
+            }
+            _ => return Ok(None),
+        };
+        let attributes = self.attributes(document, node, &["name", "value"], &[])?;
+        let value = attributes.parse("value", parse)?;
+        Ok(value.map(|value| (attributes.text("name").to_owned(), value)))
+    }
+
+    /// Reads an object and what it contains.
+    fn object<'a>(
+        &mut self,
+        document: &'a Document<'a>,
+        node: Node<'a>,
+        parent: usize,
+    ) -> Result<(), LoadError> {
+        let attributes = self.attributes(document, node, &["type"], &["id", "name"])?;
+        let index = self.tree.objects.len();
+        let id = attributes.text("id").to_owned();
+        if !id.is_empty() && self.tree.ids.insert(id.clone(), index).is_some() {
+            return Err(document.error(node, format!("the id {} is given twice", quote(&id))));
+        }
+        let at = document.span(node);
+        self.tree.objects[parent]
+            .children
+            .push(Child { at: at.clone(), target: Target::Object(index) });
+        self.tree.objects.push(Object {
+            tag: node.tag_name().name().to_owned(),
+            kind: attributes.text("type").to_owned(),
+            id,
+            at,
+            parameters: Vec::new(),
+            children: Vec::new(),
+        });
+        self.content(document, node, index)
+    }
+
+    /// The product of the steps of a transform; later ones act on the result of earlier ones.
+    fn transform<'a>(
+        &mut self,
+        document: &'a Document<'a>,
+        node: Node<'a>,
+    ) -> Result<DAffine3, LoadError> {
+        let mut product = DAffine3::IDENTITY;
+        for step in node.children().filter(Node::is_element) {
+            product = self.step(document, step)? * product;
+            if !product.is_finite() {
+                return Err(document.error(step, "the transform is no longer finite"));
+            }
+        }
+        Ok(product)
+    }
+
+    /// One step of a transform.
+    fn step<'a>(
+        &mut self,
+        document: &'a Document<'a>,
+        node: Node<'a>,
+    ) -> Result<DAffine3, LoadError> {
+        const VECTOR: [&str; 4] = ["value", "x", "y", "z"];
+        let error = |message: &str| document.error(node, message);
+        match node.tag_name().name() {
+            "translate" => {
+                let vector = self.attributes(document, node, &[], &VECTOR)?.vector(0.0)?;
+                Ok(DAffine3::from_translation(vector))
+            }
+            "scale" => {
+                let vector = self.attributes(document, node, &[], &VECTOR)?.vector(1.0)?;
+                Ok(DAffine3::from_scale(vector))
+            }
+            "rotate" => self.rotation(document, node),
+            "lookat" => {
+                let attributes = self.attributes(document, node, &["origin", "target"], &["up"])?;
+                let point = |name| {
+                    let numbers = attributes.parse(name, value::three)?;
+                    Ok(DVec3::from_array(numbers.unwrap_or_default()))
+                };
+                let (origin, target, up) = (point("origin")?, point("target")?, point("up")?);
+                let up = if up == DVec3::ZERO { perpendicular(target - origin) } else { up };
+                look_at(origin, target, up).ok_or_else(|| {
+                    error("the target is at the origin, or straight along the up direction")
+                })
+            }
+            "matrix" => {
+                let attributes = self.attributes(document, node, &["value"], &[])?;
+                let parse = |text: &str| matrix(&value::numbers(text)?);
+                Ok(attributes.parse("value", parse)?.unwrap_or(DAffine3::IDENTITY))
+            }
+            tag => {
+                let known = ["translate", "scale", "rotate", "lookat", "matrix"];
+                let hint = did_you_mean(tag, known.into_iter());
+                let list = known.join(", ");
+                Err(error(&format!("<{tag}> is no step of a transform{hint}; supported: {list}")))
+            }
+        }
+    }
+
+    fn rotation<'a>(
+        &mut self,
+        document: &'a Document<'a>,
+        node: Node<'a>,
+    ) -> Result<DAffine3, LoadError> {
+        const UNIT_TOLERANCE: f64 = 1e-4; // axes are written with a few digits
+        let attributes = self.attributes(document, node, &["angle"], &["value", "x", "y", "z"])?;
+        let axis = attributes.vector(0.0)?;
+        let angle = attributes.parse("angle", value::number)?.unwrap_or_default();
+        if axis == DVec3::ZERO {
+            return Err(document.error(node, "the axis of the rotation is zero"));
+        }
+        if (axis.length() - 1.0).abs() > UNIT_TOLERANCE {
+            let message = "the axis is not of unit length; it is made so here, while Mitsuba 3.9 \
+                           scales and shears";
+            self.tree.warnings.push(document.warning(node, message));
+        }
+        Ok(rotate(axis, angle))
+    }
+
+    /// Gives an object a second identifier.
+    fn alias<'a>(&mut self, document: &'a Document<'a>, node: Node<'a>) -> Result<(), LoadError> {
+        let attributes = self.attributes(document, node, &["id", "as"], &[])?;
+        let (id, alias) = (attributes.text("id"), attributes.text("as"));
+        let Some(index) = self.tree.ids.get(id).copied() else {
+            let hint = did_you_mean(id, self.tree.ids.keys().map(String::as_str));
+            let message = format!("there is no object with the id {} above{hint}", quote(id));
+            return Err(attributes.error(id, message));
+        };
+        if self.tree.ids.insert(alias.to_owned(), index).is_some() {
+            return Err(attributes.error(alias, format!("the id {} is given twice", quote(alias))));
+        }
+        Ok(())
+    }
+
+    /// Says what `$name` stands for, unless it was said before.
+    fn define<'a>(&mut self, document: &'a Document<'a>, node: Node<'a>) -> Result<(), LoadError> {
+        let attributes = self.attributes(document, node, &["name", "value"], &[])?;
+        let (name, value) = (attributes.text("name"), attributes.text("value"));
+        if name.is_empty() {
+            return Err(document.error(node, "the name is empty"));
+        }
+        if self.names.iter().any(|(n, _)| n == name) {
+            return Ok(());
+        }
+        if self.names.len() == MAX_NAMES {
+            return Err(document.error(node, format!("there are more than {MAX_NAMES} names")));
+        }
+        self.names.push((name.to_owned(), value.to_owned()));
+        Ok(())
+    }
+
+    /// Adds a folder in which files are looked for before the others.
+    fn search_path<'a>(
+        &mut self,
+        document: &'a Document<'a>,
+        node: Node<'a>,
+    ) -> Result<(), LoadError> {
+        let attributes = self.attributes(document, node, &["value"], &[])?;
+        let text = attributes.text("value");
+        let folder = self.tree.resolve(text).filter(|path| path.is_dir());
+        let folder = folder.ok_or_else(|| attributes.error(text, self.tree.not_found(text)))?;
+        self.tree.search.insert(0, folder);
+        Ok(())
+    }
+
+    /// Reads another file as if it stood here.
+    fn include<'a>(
+        &mut self,
+        document: &'a Document<'a>,
+        node: Node<'a>,
+        parent: usize,
+    ) -> Result<(), LoadError> {
+        let attributes = self.attributes(document, node, &["filename"], &["name"])?;
+        let text = attributes.text("filename");
+        let path = self.tree.resolve(text);
+        let path = path.ok_or_else(|| attributes.error(text, self.tree.not_found(text)))?;
+        let canonical = path.canonicalize().unwrap_or_else(|_| path.clone());
+        if self.open.contains(&canonical) {
+            let message = format!("{} includes itself, directly or by others", quote(text));
+            return Err(attributes.error(text, message));
+        }
+        self.files += 1;
+        if self.open.len() > MAX_INCLUDE_DEPTH || self.files > MAX_FILES {
+            let message = format!(
+                "files are included more than {MAX_INCLUDE_DEPTH} deep, or more than {MAX_FILES}"
+            );
+            return Err(attributes.error(text, message));
+        }
+        let bytes = mesh_file::read(&path)?;
+        self.file(&bytes, &path, parent)
+    }
+
+    /// The attributes of an element: all that are required, and no others than those named.
+    fn attributes<'a>(
+        &self,
+        document: &'a Document<'a>,
+        node: Node<'a>,
+        required: &[&str],
+        optional: &[&str],
+    ) -> Result<Attributes<'a>, LoadError> {
+        let tag = node.tag_name().name();
+        let mut values = Vec::new();
+        for attribute in node.attributes() {
+            let name = attribute.name();
+            if !required.contains(&name) && !optional.contains(&name) {
+                let known = required.iter().chain(optional).copied();
+                let hint = did_you_mean(name, known);
+                let message = format!("<{tag}> has no attribute {}{hint}", quote(name));
+                return Err(document.error_at(node, name, message));
+            }
+            let value = self.substitute(attribute.value());
+            let value =
+                value.map_err(|message| document.error_at(node, attribute.value(), message))?;
+            values.push((name, value));
+        }
+        if let Some(missing) = required.iter().find(|r| !node.has_attribute(**r)) {
+            return Err(
+                document.error(node, format!("<{tag}> needs the attribute {missing}=\"…\""))
+            );
+        }
+        Ok(Attributes { document, node, values })
+    }
+
+    /// Puts in what `$name` stands for; the longest name that fits counts, and `\$` is a dollar.
+    fn substitute<'a>(&self, text: &'a str) -> Result<Cow<'a, str>, String> {
+        if !text.contains('$') {
+            return Ok(Cow::Borrowed(text));
+        }
+        let (mut result, mut rest) = (String::new(), text);
+        while let Some((before, after)) = rest.split_once('$') {
+            if let Some(before) = before.strip_suffix('\\') {
+                result += before;
+                result.push('$');
+                rest = after;
+                continue;
+            }
+            let fitting = self.names.iter().filter(|(name, _)| after.starts_with(name.as_str()));
+            let Some((name, value)) = fitting.max_by_key(|(name, _)| name.len()) else {
+                let end = after.find(|c: char| !c.is_alphanumeric() && c != '_');
+                let name = &after[..end.unwrap_or(after.len())];
+                let hint = did_you_mean(name, self.names.iter().map(|(n, _)| n.as_str()));
+                let message = "nothing above says what it stands for; add <default name=\"…\" \
+                               value=\"…\"/>";
+                return Err(format!("{}: {message}{hint}", quote(&format!("${name}"))));
+            };
+            result += before;
+            result += value;
+            rest = &after[name.len()..];
+            if result.len() > MAX_SUBSTITUTED {
+                return Err(format!("with all $names put in, it exceeds {MAX_SUBSTITUTED} bytes"));
+            }
+        }
+        Ok(Cow::Owned(result + rest))
+    }
+}
+
+impl Tree {
+    /// The first place where a file or folder exists.
+    pub(super) fn resolve(&self, text: &str) -> Option<PathBuf> {
+        self.search.iter().map(|folder| folder.join(text)).find(|path| path.exists())
+    }
+
+    /// What to say when there is none.
+    pub(super) fn not_found(&self, text: &str) -> String {
+        let folders: Vec<_> = self.search.iter().map(|f| f.display().to_string()).collect();
+        format!("{} is not found; looked in {}", quote(text), folders.join(", "))
+    }
+}
+
+/// Refuses scenes of Mitsuba 0.x, whose names are others.
+fn check_version<'a>(document: &'a Document<'a>, root: Node<'a>) -> Result<(), LoadError> {
+    let version = root.attribute("version").unwrap_or_default();
+    let major = version.split('.').next().and_then(|m| m.parse::<u32>().ok());
+    match major {
+        Some(2 | 3) => Ok(()),
+        Some(0 | 1) => {
+            let message = "scenes of Mitsuba 0.x and 1.x have other names; convert it with \
+                           Mitsuba 3 (mitsuba -u)";
+            Err(document.error_at(root, version, message))
+        }
+        _ => {
+            let message = format!(
+                "the version is {}; expected one like <scene version=\"3.0.0\">",
+                quote(version)
+            );
+            Err(document.error_at(root, version, message))
+        }
+    }
+}
+
+fn folder_of(path: &Path) -> PathBuf {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_owned()
+}

@@ -1,0 +1,100 @@
+//! Values of parameters: what the text of an attribute means.
+
+use super::super::xml::quote;
+
+/// Largest magnitude of a number; more than that would be infinite in single precision.
+const LARGEST: f64 = f32::MAX as f64;
+
+/// The value of a parameter, in the type that its author gave it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Value {
+    Float(f64),
+    Integer(i64),
+    Boolean(bool),
+    Text(String),
+    Vector([f64; 3]),
+    Rgb([f64; 3]),
+    /// The same at all wavelengths.
+    Spectrum(f64),
+    Transform(pt_math::DAffine3),
+}
+
+/// A finite number.
+pub(super) fn number(text: &str) -> Result<f64, String> {
+    let parsed: Result<f64, _> = text.trim().parse();
+    match parsed {
+        Ok(x) if x.abs() <= LARGEST => Ok(x),
+        Ok(_) => Err(format!("{} is no finite number within ±3.4e38", quote(text))),
+        Err(_) => Err(format!("{} is no number; expected one such as 0.5 or 1e-3", quote(text))),
+    }
+}
+
+/// Numbers separated by white space or commas.
+pub(super) fn numbers(text: &str) -> Result<Vec<f64>, String> {
+    let words = text.split(|c: char| c.is_ascii_whitespace() || c == ',');
+    words.filter(|w| !w.is_empty()).map(number).collect()
+}
+
+/// Three numbers, or one for all three.
+pub(super) fn one_or_three(text: &str) -> Result<[f64; 3], String> {
+    match numbers(text)?.as_slice() {
+        [x] => Ok([*x; 3]),
+        [x, y, z] => Ok([*x, *y, *z]),
+        other => Err(format!("expected 1 or 3 numbers, but there are {}", other.len())),
+    }
+}
+
+/// Three numbers.
+pub(super) fn three(text: &str) -> Result<[f64; 3], String> {
+    let numbers = numbers(text)?;
+    let count = numbers.len();
+    numbers.try_into().map_err(|_| format!("expected 3 numbers, but there are {count}"))
+}
+
+/// A whole number.
+pub(super) fn integer(text: &str) -> Result<i64, String> {
+    text.trim().parse().map_err(|_| format!("{} is no whole number", quote(text)))
+}
+
+/// `true` or `false`, in any case.
+pub(super) fn boolean(text: &str) -> Result<bool, String> {
+    match text.trim().to_ascii_lowercase().as_str() {
+        "true" => Ok(true),
+        "false" => Ok(false),
+        _ => Err(format!("{} is neither \"true\" nor \"false\"", quote(text))),
+    }
+}
+
+/// A linear colour: one number, three numbers, or `#rrggbb` in steps of 1/255.
+pub(super) fn rgb(text: &str) -> Result<[f64; 3], String> {
+    let Some(digits) = text.trim().strip_prefix('#') else { return one_or_three(text) };
+    let value = u32::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 6);
+    let [_, rgb @ ..] =
+        value.ok_or_else(|| format!("{} is no colour like #ff8000", quote(text)))?.to_be_bytes();
+    Ok(rgb.map(|byte| f64::from(byte) / 255.0))
+}
+
+/// One number that holds for all wavelengths.
+pub(super) fn spectrum(text: &str) -> Result<f64, String> {
+    if text.contains(':') {
+        let message = "spectra over wavelengths are not read; give the colour as <rgb>";
+        return Err(message.to_owned());
+    }
+    number(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_come_in_four_spellings() {
+        assert_eq!(rgb("0.25"), Ok([0.25; 3]));
+        assert_eq!(rgb(" 1, 0.5,0 "), Ok([1.0, 0.5, 0.0]));
+        assert_eq!(rgb("1 0.5 0"), rgb("1, 0.5, 0"));
+        assert_eq!(rgb("#ff0033"), Ok([1.0, 0.0, 0.2]));
+        for bad in ["", "1 2", "1 2 3 4", "#ff00", "#+f0033", "#ff00é", "red", "nan", "1e39"] {
+            assert!(rgb(bad).is_err(), "{bad}");
+        }
+    }
+}
