@@ -2,7 +2,7 @@
 //!
 //! Read are the properties `x y z`, `nx ny nz` and `u v` (also called `s t` and
 //! `texture_u texture_v`) of the element `vertex`, and the list `vertex_indices` (also called
-//! `vertex_index`) of the element `face`. All else is passed over.
+//! `vertex_index`) of the elements `face` and `tristrips`. All else is passed over.
 //!
 //! Elements go one by one from the bytes of the file to the arrays of the mesh, which take
 //! 12 bytes per vertex and per triangle.
@@ -42,9 +42,9 @@ pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadErro
     })?;
     let count = |name| header.elements.get(name).map_or(0, |e: &ElementDef| e.count);
     let vertices = count("vertex");
-    if count("face") == 0 || vertices == 0 {
-        let message = "the file has no faces; expected the elements \"vertex\" and \"face\" \
-                       (points, edges and triangle strips are not read)";
+    if (count("face"), count("tristrips")) == (0, 0) || vertices == 0 {
+        let message = "the file has no faces; expected the elements \"vertex\" and \"face\" (or \
+                       \"tristrips\")";
         return Err(mesh_file::error(path, 0, message));
     }
     if u32::try_from(vertices).is_err() {
@@ -58,7 +58,8 @@ pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadErro
     for element in header.elements.values() {
         match element.name.as_str() {
             "vertex" => body.vertices(element, &mut mesh)?,
-            "face" => body.triangles(element, vertices as u32, &mut mesh, &mut warnings)?,
+            "face" => body.faces(element, vertices as u32, &mut mesh, &mut warnings)?,
+            "tristrips" => body.strips(element, vertices as u32, &mut mesh)?,
             _ => body.skip(element)?,
         }
     }
@@ -111,39 +112,28 @@ impl Body<'_> {
     }
 
     /// Reads all faces, with corners below `vertices`.
-    fn triangles(
+    fn faces(
         &mut self,
         element: &ElementDef,
         vertices: u32,
         mesh: &mut Mesh,
         warnings: &mut Vec<Warning>,
     ) -> Result<(), LoadError> {
-        if !CORNER_NAMES.iter().any(|n| element.properties.contains_key(*n)) {
-            let message = "the element \"face\" has no list \"vertex_indices\"";
-            return Err(mesh_file::error(self.path, 0, message));
-        }
-        let mut triangles = Vec::with_capacity(self.least_count(element));
+        let mut triangles = std::mem::take(&mut mesh.triangles);
+        triangles.reserve_exact(self.least_count(element));
         let (mut without_area, mut polygons) = (0, Polygons::default());
         for i in 0..element.count {
-            let face: Face = self.next(element, i)?;
-            if let Some(bad) = face.0.iter().find(|c| !(0..i64::from(vertices)).contains(c)) {
-                return Err(self.error(format!(
-                    "face {i} refers to vertex {bad}; the vertices are numbered 0 to {}",
-                    vertices - 1
-                )));
-            }
-            let corner = |i: usize| face.0[i] as u32;
-            match face.0.len() {
+            let face = self.corners(element, i, vertices, false)?;
+            let corner = |i: usize| face[i] as u32;
+            match face.len() {
                 0..3 => without_area += 1,
                 3 => triangles.push([0, 1, 2].map(corner)),
                 _ => {
-                    let corners = face.0.iter().map(|c| *c as u32);
+                    let corners = face.iter().map(|c| *c as u32);
                     polygons.cut(corners, &mesh.positions, |t| triangles.push(t.map(corner)));
                 }
             }
-            if u32::try_from(triangles.len()).is_err() {
-                return Err(self.error("the file has more than 4294967295 triangles".to_owned()));
-            }
+            self.check_count(&triangles)?;
         }
         if without_area > 0 {
             let message = format!("{without_area} faces with fewer than three corners left out");
@@ -151,6 +141,62 @@ impl Body<'_> {
         }
         mesh.triangles = triangles;
         Ok(())
+    }
+
+    /// Reads strips of triangles: each corner after the second makes a triangle with the two
+    /// before it, every other one the other way round, and −1 starts anew. Triangles with two
+    /// equal corners only join strips.
+    fn strips(
+        &mut self,
+        element: &ElementDef,
+        vertices: u32,
+        mesh: &mut Mesh,
+    ) -> Result<(), LoadError> {
+        for i in 0..element.count {
+            let strip = self.corners(element, i, vertices, true)?;
+            for run in strip.split(|c| *c == -1) {
+                let triangles = run.windows(3).enumerate().map(|(k, window)| {
+                    let [a, b, c] = [window[0], window[1], window[2]].map(|c| c as u32);
+                    if k % 2 == 0 { [a, b, c] } else { [b, a, c] }
+                });
+                mesh.triangles.extend(triangles.filter(|[a, b, c]| a != b && b != c && c != a));
+            }
+            self.check_count(&mesh.triangles)?;
+        }
+        Ok(())
+    }
+
+    /// The list of corners of an element, each below `vertices`, or −1 if that may end a strip.
+    fn corners(
+        &mut self,
+        element: &ElementDef,
+        index: usize,
+        vertices: u32,
+        is_strip: bool,
+    ) -> Result<Vec<i64>, LoadError> {
+        let name = &element.name;
+        if !CORNER_NAMES.iter().any(|n| element.properties.contains_key(*n)) {
+            let message = format!("the element \"{name}\" has no list \"vertex_indices\"");
+            return Err(mesh_file::error(self.path, 0, message));
+        }
+        let Face(corners) = self.next(element, index)?;
+        let range = 0..i64::from(vertices);
+        let is_good = |c: &i64| range.contains(c) || (is_strip && *c == -1);
+        match corners.iter().find(|c| !is_good(c)) {
+            None => Ok(corners),
+            Some(bad) => Err(self.error(format!(
+                "{name} {index} refers to vertex {bad}; the vertices are numbered 0 to {}",
+                vertices - 1
+            ))),
+        }
+    }
+
+    /// Triangles are numbered with 32 bits.
+    fn check_count(&self, triangles: &[[u32; 3]]) -> Result<(), LoadError> {
+        if u32::try_from(triangles.len()).is_ok() {
+            return Ok(());
+        }
+        Err(self.error("the file has more than 4294967295 triangles".to_owned()))
     }
 
     /// Passes over an element that is not read.
