@@ -6,12 +6,15 @@ use pt_math::Vec3;
 use pt_math::warp::*;
 use pt_testing::{Chi2, Random, chi2_sphere, chi2_square};
 
+type Sample = Box<dyn Fn([f32; 2]) -> Vec3>;
+type Density = Box<dyn Fn(Vec3) -> f32>;
+
 /// A warp onto directions.
 struct Spherical {
     name: String,
-    sample: Box<dyn Fn([f32; 2]) -> Vec3>,
+    sample: Sample,
     invert: Box<dyn Fn(Vec3) -> [f32; 2]>,
-    pdf: Box<dyn Fn(Vec3) -> f32>,
+    pdf: Density,
 }
 
 /// Sizes of cones, as 1 − cos: a sphere, a hemisphere, a lamp, the sun, a star.
@@ -157,7 +160,7 @@ fn stretch(warp: &dyn Fn([f32; 2]) -> Vec3, [u, v]: [f32; 2], h: f32) -> f32 {
 #[test]
 fn area_is_stretched_by_one_over_the_density() {
     const H: f32 = 1.0 / 512.0;
-    let mut warps: Vec<(String, Box<dyn Fn([f32; 2]) -> Vec3>, Box<dyn Fn(Vec3) -> f32>)> =
+    let mut warps: Vec<(String, Sample, Density)> =
         spherical().into_iter().map(|w| (w.name, w.sample, w.pdf)).collect();
     let flat = |p: [f32; 2]| Vec3::new(p[0], p[1], 0.0);
     warps.push((

@@ -41,8 +41,9 @@ pub struct Sampler {
     kind: SamplerKind,
     /// The dimension that comes next.
     dimension: u32,
-    /// Hash of seed and pixel.
-    key: [u32; 2],
+    /// Hash of seed and pixel; in one word, since two that are written one by one and read at once
+    /// stall the processor.
+    key: u64,
     /// The number of the sample, in the form that the kind wants.
     sample: u32,
 }
@@ -56,7 +57,7 @@ impl Sampler {
             SamplerKind::Sobol => sobol::prepare_index(sample),
             SamplerKind::Independent => sample,
         };
-        Self { kind, dimension: 0, key: [k0, k1], sample }
+        Self { kind, dimension: 0, key: (u64::from(k1) << 32) | u64::from(k0), sample }
     }
 
     /// The same sample from another dimension, so that the numbers of a bounce do not depend on

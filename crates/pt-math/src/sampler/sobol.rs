@@ -48,23 +48,25 @@ pub(super) fn prepare_index(sample: u32) -> u32 {
 
 /// The shuffled index at dimension `d`, and seeds for two scrambles.
 #[inline]
-fn shuffle(key: [u32; 2], reversed_sample: u32, d: u32) -> (u32, [u32; 2]) {
-    let [order, x, y] = pcg3d([key[0], key[1], d]);
+fn shuffle(key: u64, reversed_sample: u32, d: u32) -> (u32, [u32; 2]) {
+    let [order, x, y] = pcg3d([key as u32, (key >> 32) as u32, d]);
     (scramble_reversed(reversed_sample, order).reverse_bits(), [x, y])
 }
 
 /// A sample's number at dimension `d`.
 #[inline]
-pub(super) fn point_1d(key: [u32; 2], reversed_sample: u32, d: u32) -> f32 {
+pub(super) fn point_1d(key: u64, reversed_sample: u32, d: u32) -> f32 {
     let (i, [seed, _]) = shuffle(key, reversed_sample, d);
     unit(scramble_reversed(i, seed).reverse_bits())
 }
 
 /// A sample's point at dimensions `d` and `d` + 1.
 #[inline]
-pub(super) fn point_2d(key: [u32; 2], reversed_sample: u32, d: u32) -> [f32; 2] {
+pub(super) fn point_2d(key: u64, reversed_sample: u32, d: u32) -> [f32; 2] {
     let (i, [seed_x, seed_y]) = shuffle(key, reversed_sample, d);
-    let x = scramble_reversed(i, seed_x).reverse_bits();
-    let y = scramble_reversed(second_dimension_reversed(i), seed_y).reverse_bits();
-    [unit(x), unit(y)]
+    let x = scramble_reversed(i, seed_x);
+    let y = scramble_reversed(second_dimension_reversed(i), seed_y);
+    // Both words at once: the reversal swaps them.
+    let both = ((u64::from(y) << 32) | u64::from(x)).reverse_bits();
+    [unit((both >> 32) as u32), unit(both as u32)]
 }
