@@ -250,12 +250,14 @@ fn describe(node: Node<'_>) -> String {
     }
 }
 
-/// A text in quotes, cut if it is long.
+/// A text in quotes, on one line, cut if it is long.
 pub(super) fn quote(text: &str) -> String {
-    match text.char_indices().nth(MAX_QUOTE) {
-        Some((end, _)) => format!("\"{}…\"", &text[..end]),
-        None => format!("\"{text}\""),
+    let shown = |c: char| if c.is_control() { ' ' } else { c };
+    let mut quoted: String = text.chars().take(MAX_QUOTE).map(shown).collect();
+    if text.chars().nth(MAX_QUOTE).is_some() {
+        quoted.push('…');
     }
+    format!("\"{quoted}\"")
 }
 
 /// Refuses what would take the parser, or those who walk its tree, out of proportion to the size
@@ -341,6 +343,10 @@ fn explain(error: &roxmltree::Error, text: &str) -> (Option<usize>, String) {
         E::NoRootNode => (Some(0), "the file contains no XML element".to_owned()),
         E::UnclosedRootNode => ends_early("the file ends before its outermost element is closed"),
         E::UnexpectedEndOfStream => ends_early("the file ends in the middle of an element"),
+        _ if !text.trim_start().starts_with('<') => {
+            let start: String = text.trim_start().chars().take(20).collect();
+            (Some(0), format!("this is no XML: it starts with {}, not with \"<\"", quote(&start)))
+        }
         E::DtdDetected => (
             text.find("<!DOCTYPE"),
             "document type definitions are refused, for they can make a small file huge; remove \
@@ -364,29 +370,33 @@ fn explain(error: &roxmltree::Error, text: &str) -> (Option<usize>, String) {
     }
 }
 
-/// ` (did you mean "a" or "b"?)` with those candidates that differ little from what was written,
-/// or nothing.
-pub(super) fn did_you_mean<'c>(written: &str, candidates: impl Iterator<Item = &'c str>) -> String {
+/// ` (did you mean "a" or "b"?)` with those names that differ little from what was written, or
+/// else ` (there is "c", "d", …)` with the first of those that exist.
+pub(super) fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> String {
     const LONGEST: usize = 64; // comparing takes the product of the lengths
     const MOST_COMPARED: usize = 10_000;
     const MOST_NAMED: usize = 3;
-    if written.len() > LONGEST {
-        return String::new();
-    }
+    let names: Vec<_> = names.take(MOST_COMPARED).collect();
     let tolerance = 1 + written.len() / 4;
-    let mut close: Vec<(usize, &str)> = candidates
-        .filter(|c| c.len() <= LONGEST && c.len().abs_diff(written.len()) <= tolerance)
-        .take(MOST_COMPARED)
-        .map(|c| (edit_distance(written, c), c))
+    let mut close: Vec<(usize, &str)> = names
+        .iter()
+        .filter(|name| name.len().max(written.len()) <= LONGEST)
+        .map(|name| (edit_distance(written, name), *name))
         .filter(|(distance, _)| *distance <= tolerance)
         .collect();
     close.sort_unstable();
     close.dedup();
-    let names: Vec<_> = close.iter().take(MOST_NAMED).map(|(_, name)| quote(name)).collect();
-    if names.is_empty() {
-        String::new()
-    } else {
-        format!(" (did you mean {}?)", names.join(" or "))
+    let quoted = |names: &mut dyn Iterator<Item = &&str>, separator| {
+        names.take(MOST_NAMED).map(|name| quote(name)).collect::<Vec<_>>().join(separator)
+    };
+    if !close.is_empty() {
+        let close = quoted(&mut close.iter().map(|(_, name)| name), " or ");
+        return format!(" (did you mean {close}?)");
+    }
+    let more = if names.len() > MOST_NAMED { ", …" } else { "" };
+    match quoted(&mut names.iter(), ", ") {
+        none if none.is_empty() => " (there is none)".to_owned(),
+        some => format!(" (there is {some}{more})"),
     }
 }
 

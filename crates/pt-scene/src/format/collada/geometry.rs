@@ -48,7 +48,9 @@ pub(super) fn read<'a>(
 
 fn read_sphere<'a>(reader: &mut Reader<'a>, sphere: Node<'a>) -> Result<Shape<'a>, LoadError> {
     let Some(element) = child(sphere, "radius") else {
-        return Err(reader.error(sphere, "it has no <radius>"));
+        return Err(
+            reader.error(sphere, "it has no <radius>; expected, for example, <radius>1</radius>")
+        );
     };
     let radius = reader.scalar(element)?;
     if radius <= 0.0 {

@@ -68,7 +68,7 @@ fn read<'a>(reader: &mut Reader<'a>, material: Node<'a>) -> Result<Option<u32>, 
         return Ok(Some(*index));
     }
     let Some(instance) = child(material, "instance_effect") else {
-        return Err(reader.error(material, "it has no <instance_effect>"));
+        return Err(reader.error(material, "it has no <instance_effect url=\"#…\">"));
     };
     let Some(effect) = reader.resolve(instance, "url", &["effect"])? else { return Ok(None) };
     let (surface, emission) = match course_material(reader, effect)? {
@@ -113,7 +113,7 @@ fn course_surface<'a>(
 ) -> Result<Option<(Surface, [f32; 3])>, LoadError> {
     let surface = match element.tag_name().name() {
         "emission" => {
-            let radiance = required(reader, element, "radiance")?;
+            let radiance = required(reader, element, "radiance", "10 10 10")?;
             return Ok(Some((Black.into(), reader.rgb(radiance)?)));
         }
         "diffuse" => {
@@ -126,22 +126,22 @@ fn course_surface<'a>(
         "glass" => Glass {
             reflectance: tint(reader, element, "reflectance")?,
             transmittance: tint(reader, element, "transmittance")?,
-            ior: positive(reader, element, "ior")?,
+            ior: positive(reader, element, "ior", "1.5")?,
         }
         .into(),
         "refraction" => Refraction {
             transmittance: tint(reader, element, "transmittance")?,
-            ior: positive(reader, element, "ior")?,
+            ior: positive(reader, element, "ior", "1.5")?,
         }
         .into(),
         "microfacet" => {
-            let eta = required(reader, element, "eta")?;
-            let k = required(reader, element, "k")?;
+            let eta = required(reader, element, "eta", "0.2 0.9 1.1")?;
+            let k = required(reader, element, "k", "3.9 2.4 2.2")?;
             Conductor {
                 eta: reader.rgb(eta)?,
                 k: reader.rgb(k)?,
                 reflectance: [1.0; 3],
-                alpha: positive(reader, element, "alpha")?,
+                alpha: positive(reader, element, "alpha", "0.1")?,
                 two_sided: true,
             }
             .into()
@@ -151,8 +151,17 @@ fn course_surface<'a>(
     Ok(Some((surface, [0.0; 3])))
 }
 
-fn required<'a>(reader: &Reader<'a>, parent: Node<'a>, tag: &str) -> Result<Node<'a>, LoadError> {
-    child(parent, tag).ok_or_else(|| reader.error(parent, format!("it has no <{tag}>")))
+/// A child element, without which its parent means nothing.
+fn required<'a>(
+    reader: &Reader<'a>,
+    parent: Node<'a>,
+    tag: &str,
+    example: &str,
+) -> Result<Node<'a>, LoadError> {
+    child(parent, tag).ok_or_else(|| {
+        let message = format!("it has no <{tag}>; expected, for example, <{tag}>{example}</{tag}>");
+        reader.error(parent, message)
+    })
 }
 
 /// A share of light; 1, with a warning, where it is missing.
@@ -175,8 +184,13 @@ pub(super) fn clamped<'a>(reader: &mut Reader<'a>, element: Node<'a>, color: [f3
 }
 
 /// A number above 0.
-fn positive<'a>(reader: &Reader<'a>, parent: Node<'a>, tag: &str) -> Result<f32, LoadError> {
-    let element = required(reader, parent, tag)?;
+fn positive<'a>(
+    reader: &Reader<'a>,
+    parent: Node<'a>,
+    tag: &str,
+    example: &str,
+) -> Result<f32, LoadError> {
+    let element = required(reader, parent, tag, example)?;
     match reader.scalar(element)? as f32 {
         number if number > 0.0 && number.is_finite() => Ok(number),
         bad => Err(reader.error(element, format!("expected a number above 0, found {bad}"))),

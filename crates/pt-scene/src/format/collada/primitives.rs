@@ -44,13 +44,13 @@ pub(super) fn read<'a>(
     let [small, large] = faces.lost;
     builder.close_part(primitive.attribute("material"));
     if small > 0 {
-        let message = format!("{small} faces have fewer than three corners; they are left out");
+        let message = format!("faces with fewer than three corners are left out: {small}");
         reader.warn(primitive, message);
     }
     if large > 0 {
         let message = format!(
-            "{large} polygons are concave and have too many corners to be cut well; they are cut \
-             as if they were convex"
+            "concave polygons with too many corners to be cut well are cut as if they were \
+             convex: {large}"
         );
         reader.warn(primitive, message);
     }
@@ -86,7 +86,8 @@ fn polygon_sizes(
     corners: usize,
 ) -> Result<Vec<u32>, LoadError> {
     let Some(vcount) = child(primitive, "vcount") else {
-        return Err(reader.error(primitive, "it has no <vcount>"));
+        let message = "it has no <vcount> with the number of corners of each polygon";
+        return Err(reader.error(primitive, message));
     };
     let sizes = reader.document.numbers::<u32>(vcount)?;
     let sum: u64 = sizes.iter().map(|n| u64::from(*n)).sum();

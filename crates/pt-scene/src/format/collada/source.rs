@@ -55,7 +55,7 @@ impl<const N: usize> Pool<N> {
             _ => child(source, "float_array"),
         };
         let Some(array) = array else {
-            return Err(reader.error(source, "it has no <float_array>"));
+            return Err(reader.error(source, "it has no <float_array> with its numbers"));
         };
         let numbers = reader.document.numbers::<f32>(array)?;
         check_count(reader, array, numbers.len());
@@ -99,7 +99,7 @@ impl<const N: usize> Pool<N> {
             bad += 1;
         }
         if bad > 0 {
-            let message = format!("{bad} values are infinite or not a number; zero is taken");
+            let message = format!("values that are infinite or not a number become zero: {bad}");
             reader.warn(source, message);
         }
         Ok(())

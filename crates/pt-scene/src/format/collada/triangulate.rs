@@ -123,3 +123,147 @@ impl Triangulator {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pseudo-random numbers in [0, 1) (xorshift64*).
+    fn numbers(mut state: u64) -> impl FnMut() -> f64 {
+        move || {
+            state ^= state >> 12;
+            state ^= state << 25;
+            state ^= state >> 27;
+            (state.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 11) as f64 / (1_u64 << 53) as f64
+        }
+    }
+
+    fn cut(corners: &[DVec3]) -> Vec<[usize; 3]> {
+        let mut triangles = Vec::new();
+        assert!(Triangulator::default().cut(corners, |t| triangles.push(t)));
+        triangles
+    }
+
+    fn area_vector(corners: &[DVec3]) -> DVec3 {
+        let pairs = corners.iter().zip(corners.iter().cycle().skip(1));
+        pairs.map(|(p, q)| p.cross(*q)).sum::<DVec3>() / 2.0
+    }
+
+    /// Triangles that all face as the polygon does, and whose areas add up to its area, cover it
+    /// without overlap. There are n − 2 of them.
+    fn check_tiling(corners: &[DVec3]) {
+        let triangles = cut(corners);
+        assert_eq!(triangles.len(), corners.len() - 2);
+        let whole = area_vector(corners);
+        let mut sum = 0.0;
+        for triangle in &triangles {
+            let area = area_vector(&triangle.map(|i| corners[i])).dot(whole.normalize());
+            assert!(area >= -1e-12 * whole.length(), "{triangle:?} of {corners:?}");
+            sum += area;
+        }
+        assert!((sum / whole.length() - 1.0).abs() < 1e-9, "{corners:?}");
+    }
+
+    /// Puts a polygon of the plane somewhere in space, starting with any of its corners.
+    fn place(flat: &[[f64; 2]], random: &mut impl FnMut() -> f64) -> Vec<DVec3> {
+        let mut direction = || DVec3::new(random(), random(), random()) - 0.5;
+        let (a, b, origin) = (direction(), direction(), direction() * 20.0);
+        let mut corners: Vec<_> = flat.iter().map(|[x, y]| origin + a * *x + b * *y).collect();
+        let first = (random() * flat.len() as f64) as usize;
+        corners.rotate_left(first);
+        corners
+    }
+
+    #[test]
+    fn star_shaped_polygons_are_tiled() {
+        let mut random = numbers(1);
+        for round in 0..2000 {
+            let n = 4 + round % 60;
+            let corner = |i: usize, radius: f64| {
+                let angle = std::f64::consts::TAU * i as f64 / n as f64;
+                [radius * angle.cos(), radius * angle.sin()]
+            };
+            let flat: Vec<_> = (0..n).map(|i| corner(i, 0.05 + random())).collect();
+            check_tiling(&place(&flat, &mut random));
+        }
+    }
+
+    /// A comb has long teeth behind one another; a spiral has few ears.
+    #[test]
+    fn combs_and_spirals_are_tiled() {
+        let mut random = numbers(2);
+        for n in 2..100 {
+            let mut comb = vec![[2.0 * n as f64, -1.0], [0.0, -1.0]];
+            comb.extend((0..2 * n).map(|i| [i as f64, if i % 2 == 0 { 0.0 } else { 9.0 }]));
+            comb.reverse();
+            check_tiling(&place(&comb, &mut random));
+
+            let arm = |i: usize, width: f64| {
+                let angle = 0.5 * i as f64;
+                [(angle + width) * angle.cos(), (angle + width) * angle.sin()]
+            };
+            let outwards = (0..n).map(|i| arm(i, 3.0));
+            let spiral: Vec<_> = outwards.chain((0..n).rev().map(|i| arm(i, 0.5))).collect();
+            check_tiling(&place(&spiral, &mut random));
+        }
+    }
+
+    /// Corners in the middle of edges, twice in the same place, and where a polygon comes back to
+    /// one of its corners (as one with a hole does).
+    #[test]
+    fn special_polygons_are_tiled() {
+        let mut random = numbers(3);
+        let edges: &[[f64; 2]] =
+            &[[0., 0.], [1., 0.], [2., 0.], [2., 1.], [1., 1.], [1., 2.], [0., 2.], [0., 1.]];
+        let twice: &[[f64; 2]] = &[[0., 0.], [2., 0.], [2., 0.], [1., 0.5], [2., 2.], [0., 2.]];
+        let ring: &[[f64; 2]] = &[
+            [0., 0.],
+            [4., 0.],
+            [4., 4.],
+            [0., 4.],
+            [0., 0.],
+            [1., 1.],
+            [1., 3.],
+            [3., 3.],
+            [3., 1.],
+            [1., 1.],
+        ];
+        for flat in [edges, twice, ring] {
+            for _ in 0..20 {
+                check_tiling(&place(flat, &mut random));
+            }
+        }
+    }
+
+    #[test]
+    fn convex_polygons_are_fans() {
+        let square = [[0., 0.], [1., 0.], [1., 1.], [0., 1.]].map(|[x, z]| DVec3::new(x, 5.0, z));
+        assert_eq!(cut(&square), [[0, 1, 2], [0, 2, 3]]);
+    }
+
+    /// Whatever the corners, there are n − 2 triangles of existing corners.
+    #[test]
+    fn nonsense_is_cut_somehow() {
+        let mut random = numbers(4);
+        for round in 0..500 {
+            let n = 4 + round % 20;
+            let mut coordinate = || (random() * 4.0).floor();
+            let corners: Vec<_> =
+                (0..n).map(|_| DVec3::new(coordinate(), coordinate(), coordinate())).collect();
+            let triangles = cut(&corners);
+            assert_eq!(triangles.len(), n - 2);
+            assert!(triangles.iter().flatten().all(|i| *i < n));
+        }
+        assert_eq!(cut(&[DVec3::ZERO; 7]).len(), 5);
+    }
+
+    #[test]
+    fn large_concave_polygons_say_that_they_are_not_cut_well() {
+        let n = MAX_CONCAVE + 1;
+        let corners: Vec<_> =
+            (0..n).map(|i| DVec3::new(i as f64, f64::from(u8::from(i % 2 == 0)), 0.0)).collect();
+        let mut count = 0;
+        assert!(!Triangulator::default().cut(&corners, |_| count += 1));
+        assert_eq!(count, n - 2);
+    }
+}

@@ -1,0 +1,129 @@
+//! Materials, lights and cameras.
+
+use std::collections::BTreeMap;
+
+use pt_scene::{LightKind, Scene, Surface};
+
+use crate::good;
+
+/// The material of each object, by name, in short.
+fn materials_in_short(scene: &Scene) -> BTreeMap<&str, String> {
+    let in_short = |object: &pt_scene::Object| {
+        let Some(index) = object.materials[0] else { return "default".to_owned() };
+        let material = &scene.materials[index as usize];
+        let surface = match &material.surface {
+            Surface::Matte(m) => format!("matte {:?}", m.reflectance),
+            Surface::Mirror(m) => format!("mirror {:?}", m.reflectance),
+            Surface::Glass(m) => {
+                format!("glass {:?} {:?} {}", m.reflectance, m.transmittance, m.ior)
+            }
+            Surface::Refraction(m) => format!("refraction {:?} {}", m.transmittance, m.ior),
+            Surface::Conductor(m) => format!("conductor {:?} {:?} {}", m.eta, m.k, m.alpha),
+            Surface::Plastic(m) => format!("plastic {:?} {:?} {}", m.diffuse, m.specular, m.alpha),
+            Surface::Black(_) => "black".to_owned(),
+        };
+        match material.emission {
+            [0.0, 0.0, 0.0] => surface,
+            emission => format!("{surface}, emits {emission:?}"),
+        }
+    };
+    scene.objects.iter().map(|o| (o.name.as_str(), in_short(o))).collect()
+}
+
+#[test]
+fn effects_of_the_common_profile_become_the_nearest_material() {
+    let scene = good("materials_common.dae");
+    let matte = "matte [0.1, 0.2, 0.3]";
+    let expected = [
+        ("lambert", matte),
+        ("no-diffuse", "matte [0.5, 0.5, 0.5]"),
+        // α = √(2/(48 + 2)) = 0.2
+        ("phong", "plastic [0.1, 0.2, 0.3] [0.5, 0.5, 0.5] 0.2"),
+        ("dull", matte),
+        ("blinn", "plastic [0.1, 0.2, 0.3] [0.2, 0.2, 0.2] 1"),
+        ("constant", "black, emits [1.0, 2.0, 3.0]"),
+        ("glowing", "matte [0.1, 0.2, 0.3], emits [4.0, 5.0, 6.0]"),
+        ("chrome", "mirror [0.45, 0.4, 0.35]"),
+        ("varnish", matte),
+        ("alpha-glass", "glass [1.0, 1.0, 1.0] [1.0, 1.0, 1.0] 1.33"),
+        ("tinted-glass", "glass [1.0, 1.0, 1.0] [1.0, 0.8, 0.6] 1.5"),
+        ("rgb-opaque", matte),
+        ("alpha-opaque", matte),
+        ("half", matte),
+        ("a-zero", "glass [1.0, 1.0, 1.0] [1.0, 1.0, 1.0] 1.5"),
+        ("rgb-one", "glass [1.0, 1.0, 1.0] [1.0, 1.0, 1.0] 1.5"),
+        ("textured", "matte [0.5, 0.5, 0.5]"),
+        // α = √(2/(6 + 2)) = 0.5
+        ("parameters", "plastic [0.1, 0.2, 0.3] [0.3, 0.3, 0.3] 0.5"),
+        ("parameters-set", "plastic [0.7, 0.8, 0.9] [0.3, 0.3, 0.3] 0.5"),
+        ("foreign", "matte [0.5, 0.5, 0.5]"),
+        ("elsewhere", "default"),
+    ];
+    let expected: BTreeMap<_, _> = expected.map(|(name, text)| (name, text.to_owned())).into();
+    assert_eq!(materials_in_short(&scene), expected);
+}
+
+#[test]
+fn materials_of_the_course_are_taken_as_they_are() {
+    let scene = good("materials_course.dae");
+    let matte = "matte [0.1, 0.2, 0.3]";
+    let expected = [
+        ("emission", "black, emits [10.0, 20.0, 30.0]"),
+        ("mirror", "mirror [1.0, 0.8, 0.4]"),
+        ("glass", "glass [0.7, 0.6, 0.5] [1.0, 0.9, 0.8] 1.45"),
+        ("refraction", "refraction [1.0, 1.0, 0.5] 1.3"),
+        ("microfacet", "conductor [0.33228, 1.0162, 1.2474] [3.1646, 2.5785, 2.4603] 0.05"),
+        ("diffuse", "matte [0.4, 0.5, 0.6]"),
+        ("old-profile", "mirror [0.5, 0.5, 0.5]"),
+        ("last-wins", "mirror [0.25, 0.25, 0.25]"),
+        ("unknown", matte),
+        ("no-reflectance", "mirror [1.0, 1.0, 1.0]"),
+        ("other-profile", matte),
+    ];
+    let expected: BTreeMap<_, _> = expected.map(|(name, text)| (name, text.to_owned())).into();
+    assert_eq!(materials_in_short(&scene), expected);
+}
+
+#[test]
+fn lights_of_all_kinds() {
+    let scene = good("lights_cameras.dae");
+    let kinds: Vec<_> = scene.lights.iter().map(|l| (l.name.as_str(), l.kind.clone())).collect();
+    let color = [1.0, 2.0, 3.0];
+    let spot = |falloff_angle, falloff_exponent| LightKind::Spot {
+        intensity: color,
+        falloff_angle,
+        falloff_exponent,
+    };
+    let expected = [
+        ("ambient", LightKind::Hemisphere { radiance: color }),
+        ("directional", LightKind::Directional { irradiance: color }),
+        ("point", LightKind::Point { intensity: color }),
+        ("linear", LightKind::Point { intensity: color }),
+        ("spot", spot(45.0, 0.15)),
+        ("wide-spot", spot(180.0, 0.0)),
+        ("area", LightKind::Area { radiance: [10.0, 11.0, 12.0] }),
+        ("channels", LightKind::Point { intensity: [8.0, 4.0, 2.0] }),
+        ("colourless", LightKind::Point { intensity: [1.0; 3] }),
+        ("only-blender", LightKind::Area { radiance: [4.0, 5.0, 6.0] }),
+    ];
+    assert_eq!(kinds, expected);
+}
+
+/// tan(x/2) = aspect · tan(y/2), for all cameras but the one that gives both angles.
+#[test]
+fn cameras_get_both_fields_of_view() {
+    let scene = good("lights_cameras.dae");
+    let half_tangents =
+        |c: &pt_scene::Camera| [c.x_fov, c.y_fov].map(|angle| (angle.to_radians() / 2.0).tan());
+    let names: Vec<_> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["both", "x and aspect", "y and aspect", "aspect", "x"]);
+    let t = |degrees: f64| (degrees.to_radians() / 2.0).tan();
+    let expected =
+        [[t(90.), t(60.)], [1.0, 0.5], [0.5, 1.0], [t(50.), t(50.)], [t(60.), t(60.) * 0.75]];
+    for (camera, expected) in scene.cameras.iter().zip(expected) {
+        let found = half_tangents(camera);
+        assert!((0..2).all(|i| (found[i] - expected[i]).abs() < 1e-12), "{camera:?}");
+    }
+    let distances: Vec<_> = scene.cameras.iter().map(|c| (c.near, c.far)).collect();
+    assert_eq!(distances[..3], [(0.5, 20.0), (0.5, 20.0), (0.001, 1000.0)]);
+}
