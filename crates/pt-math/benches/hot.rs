@@ -8,11 +8,12 @@ use std::time::Instant;
 
 use pt_math::sampler::{Sampler, SamplerKind};
 use pt_math::{trig, warp};
+use pt_testing::Random;
 
 const CALLS: u32 = 1 << 14;
 const RUNS: u32 = 1000;
 
-/// Prints nanoseconds per call of `f`, which gets a number below 2¹⁴.
+/// Prints nanoseconds per call of `f`, which gets the number of the call.
 fn time(name: &str, mut f: impl FnMut(u32) -> f32) {
     let run = |f: &mut dyn FnMut() -> f32| {
         let start = Instant::now();
@@ -24,13 +25,12 @@ fn time(name: &str, mut f: impl FnMut(u32) -> f32) {
     println!("{name:32} {best:6.2} ns");
 }
 
-/// A number in [0, 1) from one below 2¹⁴.
-fn unit(i: u32) -> f32 {
-    i as f32 / CALLS as f32
-}
-
 fn main() {
-    time("empty loop", unit);
+    let mut random = Random::new(1);
+    let numbers: Vec<f32> = (0..=CALLS).map(|_| random.unit()).collect();
+    let unit = |i: u32| numbers[i as usize];
+    let point = |i: u32| [unit(i), unit(i + 1)];
+    time("a number from the table", unit);
     for (name, kind) in SamplerKind::NAMES {
         time(&format!("{name}: new and a 2-D point"), |i| {
             let [x, y] = Sampler::new(kind, 1, [i & 127, i >> 7], 5).next_2d();
@@ -50,9 +50,6 @@ fn main() {
     time("exp", |i| trig::exp(20.0 * unit(i) - 10.0));
     time("ln", |i| trig::ln(unit(i) + 1e-3));
     time("powf", |i| trig::powf(unit(i), 1.0 / 2.4));
-    // The golden section spreads the second coordinate.
-    let point = |i: u32| [unit(i), unit(i.wrapping_mul(0x9e37_79b9) >> 18)];
-    time("point for the warps", |i| point(i)[0] + point(i)[1]);
     time("cosine_hemisphere", |i| warp::cosine_hemisphere(point(i)).element_sum());
     time("uniform_cone", |i| warp::uniform_cone(point(i), 0.1).element_sum());
     time("uniform_triangle", |i| warp::uniform_triangle(point(i))[0]);

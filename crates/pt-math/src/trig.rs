@@ -29,8 +29,20 @@ pub(crate) fn sin_cos_eighth(r: f32) -> (f32, f32) {
 /// Turns (sin, cos) by `quarters` quarter turns; only the two lowest bits count.
 #[inline]
 fn turn((s, c): (f32, f32), quarters: u32) -> (f32, f32) {
-    let (s, c) = if quarters & 1 == 0 { (s, c) } else { (c, -s) };
-    if quarters & 2 == 0 { (s, c) } else { (-s, -c) }
+    const SIGN: u32 = 1 << 31;
+    let (s, c) = swap_if(quarters & 1 == 1, s, c);
+    // The sine is negative in the third and fourth quarter, the cosine in the second and third.
+    let flip = |x: f32, bit: u32| f32::from_bits(x.to_bits() ^ (bit & SIGN));
+    (flip(s, quarters << 30), flip(c, quarters.wrapping_add(1) << 30))
+}
+
+/// (b, a) where `swap`, else (a, b), without a branch that random numbers would make
+/// unpredictable.
+#[inline]
+pub(crate) fn swap_if(swap: bool, a: f32, b: f32) -> (f32, f32) {
+    let (a, b) = (a.to_bits(), b.to_bits());
+    let difference = (a ^ b) & u32::from(swap).wrapping_neg();
+    (f32::from_bits(a ^ difference), f32::from_bits(b ^ difference))
 }
 
 /// (sin 2πu, cos 2πu) for u in [0, 1], with absolute errors below 1.2·10⁻⁷ (one unit in the last

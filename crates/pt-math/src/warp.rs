@@ -17,11 +17,12 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_4};
 fn concentric(u: [f32; 2]) -> (f32, [f32; 2]) {
     let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
     let wide = a.abs() > b.abs();
-    let (r, other) = if wide { (a, b) } else { (b, a) };
+    let (other, r) = trig::swap_if(wide, a, b);
     // The angle to the nearer axis is π/4 · other/r, one eighth of a turn at most.
     let ratio = if r == 0.0 { 0.0 } else { other / r };
     let (s, c) = trig::sin_cos_eighth(0.125 * ratio);
-    (r, if wide { [r * c, r * s] } else { [r * s, r * c] })
+    let (x, y) = trig::swap_if(wide, s, c);
+    (r, [r * x, r * y])
 }
 
 /// Uniform in the unit disk; concentric squares become concentric circles. ["A Low
