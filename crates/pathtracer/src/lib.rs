@@ -32,9 +32,10 @@ pub use pt_core::settings::{Adaptive, DirectLight, Roulette, Settings};
 pub use pt_core::{CompileError, CompileOptions};
 pub use pt_cpu::{INTEGRATORS, Progress, RenderError, Statistics};
 pub use pt_math::sampler::SamplerKind;
+pub use pt_scene::camera_file;
 pub use pt_scene::format::{FORMATS, load};
 pub use pt_scene::image::{self, Image};
-pub use pt_scene::{LoadError, Scene};
+pub use pt_scene::{Camera, FileSettings, LoadError, Scene, Warning};
 pub use session::Session;
 
 /// The scene that is rendered when none is given: a Cornell box with a mirror and a glass sphere.

@@ -32,20 +32,34 @@ impl Session {
         settings: Settings,
     ) -> Result<Self, CompileError> {
         let compiled = compile(scene, options)?;
-        let resolution = compiled.scene.camera.resolution;
-        let region = settings.region.unwrap_or(Region::full(resolution));
-        if !region.is_inside(resolution) {
-            return Err(CompileError::Region { region, resolution });
-        }
-        Ok(Self {
+        let region = Region::full(compiled.scene.camera.resolution);
+        let mut session = Self {
             scene: compiled.scene,
-            settings,
             film: Film::new(region),
             notes: compiled.notes,
             geometry_time: compiled.geometry_time,
             bvh_time: compiled.bvh_time,
             counts_tests: false,
-        })
+            settings,
+        };
+        if let Some(region) = session.settings.region {
+            session.restrict(region)?;
+        }
+        Ok(session)
+    }
+
+    /// Renders only these pixels, from the first sample.
+    ///
+    /// # Errors
+    /// If they are not all in the image.
+    pub fn restrict(&mut self, region: Region) -> Result<(), CompileError> {
+        let resolution = self.scene.camera.resolution;
+        if !region.is_inside(resolution) {
+            return Err(CompileError::Region { region, resolution });
+        }
+        self.settings.region = Some(region);
+        self.film = Film::new(region);
+        Ok(())
     }
 
     /// Also counts tests of single primitives, which costs a little.

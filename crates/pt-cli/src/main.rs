@@ -1,2 +1,33 @@
-//! Placeholder
-fn main() {}
+//! The pathtracer program.
+
+mod args;
+mod check;
+mod console;
+mod course;
+mod cpu;
+mod output;
+mod render;
+
+use std::process::ExitCode;
+
+/// Exit status of wrong arguments, files and environments.
+const FAILURE: u8 = 2;
+
+fn main() -> ExitCode {
+    if let Err(message) = cpu::check() {
+        eprintln!("pathtracer: {message}");
+        return ExitCode::from(FAILURE);
+    }
+    let action = match args::parse(std::env::args_os()) {
+        Ok(action) => action,
+        Err(error) => return error.report(),
+    };
+    let done = match action {
+        args::Action::Print(text) => output::print(&text),
+        args::Action::Render(request) => render::run(&request),
+    };
+    done.unwrap_or_else(|error| {
+        eprintln!("pathtracer: {error:#}");
+        ExitCode::from(FAILURE)
+    })
+}

@@ -7,6 +7,7 @@
 //! A [`Scene`] may be cloned, compared and edited; it does not know how to be rendered.
 
 pub mod camera;
+pub mod camera_file;
 pub mod error;
 pub mod format;
 pub mod image;

@@ -86,7 +86,7 @@ impl Shapes {
         if !self.triangle_normals.is_empty() {
             self.triangle_normals.extend([FLAT; 2]);
         }
-        let primitives = Primitives::Triangles(vec![first..first + 2]);
+        let primitives = Primitives::Triangles(Vec::from([first..first + 2]));
         self.emitters.push(Emitter { surface, primitives });
     }
 }
@@ -236,7 +236,7 @@ impl Collector<'_> {
         let normal_base = shapes.normals.len() as u32;
         if self.course {
             let positions = &shapes.positions[base as usize..];
-            let smooth = normals::smooth(positions, &mesh.triangles);
+            let smooth = normals::course(positions, &mesh.triangles);
             shapes.normals.extend(smooth);
             pad(&mut shapes.triangle_normals, first);
             let placed = mesh.triangles.iter().map(|t| place(*t, normal_base, false));

@@ -13,14 +13,14 @@ use crate::light::{
 /// All lights.
 #[derive(Default)]
 pub(super) struct Lights {
-    pub(super) lights: Table<AnyLight>,
+    pub(super) table: Table<AnyLight>,
     pub(super) skies: Vec<Id<AnyLight>>,
     pub(super) tables: LightTables,
 }
 
 impl Lights {
     fn add_sky(&mut self, light: impl Into<AnyLight>) {
-        let id = self.lights.push(light.into());
+        let id = self.table.push(light.into());
         self.skies.push(id);
     }
 
@@ -61,10 +61,10 @@ impl Lights {
             }
             LightKind::Directional { irradiance } => {
                 let light = Directional { to_light: -axis, irradiance: irradiance.into() };
-                self.lights.push(light.into());
+                self.table.push(light.into());
             }
             LightKind::Point { intensity } => {
-                self.lights.push(Point { position, intensity: intensity.into() }.into());
+                self.table.push(Point { position, intensity: intensity.into() }.into());
             }
             LightKind::Spot { intensity, falloff_angle, falloff_exponent } => {
                 let half = (0.5 * falloff_angle).clamp(0.0, 180.0).to_radians() as f32;
@@ -75,7 +75,7 @@ impl Lights {
                     cos_cutoff: trig::sin_cos(half).1,
                     exponent: falloff_exponent as f32,
                 };
-                self.lights.push(light.into());
+                self.table.push(light.into());
             }
             LightKind::Area { radiance } => {
                 let (origin, e1, e2) = area_square(to_world);
@@ -94,14 +94,14 @@ impl Lights {
         let ahead = to_world.transform_point3(DVec3::NEG_Z).normalize_or_zero().as_vec3();
         match node.kind {
             LightKind::Hemisphere { radiance } => {
-                self.lights.push(Hemisphere { radiance: radiance.into() }.into());
+                self.table.push(Hemisphere { radiance: radiance.into() }.into());
             }
             LightKind::Directional { irradiance } => {
                 let light = Directional { to_light: ahead, irradiance: irradiance.into() };
-                self.lights.push(light.into());
+                self.table.push(light.into());
             }
             LightKind::Point { intensity } => {
-                self.lights.push(Point { position, intensity: intensity.into() }.into());
+                self.table.push(Point { position, intensity: intensity.into() }.into());
             }
             LightKind::Area { radiance } => self.add_course_area(to_world, radiance.into()),
             LightKind::Spot { .. } => {
@@ -121,7 +121,7 @@ impl Lights {
         let triangle = |e1, e2| EmitterTriangle { p0: origin, e1, e2, normal: axis };
         let square = [triangle(e1, e1 + e2), triangle(e1 + e2, e2)];
         if let Some(light) = MeshLight::new(&mut self.tables, &square, radiance) {
-            self.lights.push(light.into());
+            self.table.push(light.into());
         }
     }
 
@@ -150,7 +150,7 @@ impl Lights {
                     Some(light.into())
                 }
             };
-            shapes.surfaces[surface].light = light.map(|l| self.lights.push(l));
+            shapes.surfaces[surface].light = light.map(|l| self.table.push(l));
         }
     }
 
@@ -164,7 +164,7 @@ impl Lights {
 
     /// Tells the user when nothing gives light.
     pub(super) fn tell_if_dark(&self, shapes: &Shapes, notes: &mut Vec<String>) {
-        if self.lights.as_slice().is_empty() && shapes.emitters.is_empty() {
+        if self.table.as_slice().is_empty() && shapes.emitters.is_empty() {
             notes.push(
                 "the scene has no light: the image will be black. Give it an environment with -e \
                  FILE.exr, or look at its shape with --integrator normals"

@@ -16,6 +16,7 @@ use crate::light::EnvironmentMap;
 use crate::scene::RenderScene;
 
 /// How to compile.
+#[derive(Default)]
 pub struct CompileOptions {
     /// Width and height of the image; `None` takes the file's, or a size that suits the camera.
     pub resolution: Option<[u32; 2]>,
@@ -32,20 +33,6 @@ pub struct CompileOptions {
     pub lens_radius: Option<f32>,
     /// Distance of the plane in focus, in the scene's unit, in place of the camera's.
     pub focal_distance: Option<f32>,
-}
-
-impl Default for CompileOptions {
-    fn default() -> Self {
-        Self {
-            resolution: None,
-            course: false,
-            bvh: BuildOptions::default(),
-            environment: None,
-            camera: None,
-            lens_radius: None,
-            focal_distance: None,
-        }
-    }
 }
 
 /// A compiled scene, and what there is to say about it.
@@ -119,7 +106,7 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     let geometry_time = start.elapsed();
 
     let start = Instant::now();
-    let bvh = build_bvh(&shapes, &options.bvh)?;
+    let bvh = build_bvh(&shapes, options.bvh)?;
     if bvh.skipped() > 0 {
         notes.push(format!(
             "{} shapes have coordinates that are not finite numbers and were left out",
@@ -131,12 +118,12 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
 }
 
 /// Builds the hierarchy over all triangles and spheres.
-fn build_bvh(shapes: &geometry::Shapes, options: &BuildOptions) -> Result<Bvh, BuildError> {
+fn build_bvh(shapes: &geometry::Shapes, options: BuildOptions) -> Result<Bvh, BuildError> {
     let spheres: Vec<_> =
         shapes.spheres.iter().map(|s| pt_bvh::Sphere { radius: s.radius.abs(), ..*s }).collect();
     let geometry =
         Geometry { positions: &shapes.positions, triangles: &shapes.triangles, spheres: &spheres };
-    Bvh::build(geometry, options)
+    Bvh::build(geometry, &options)
 }
 
 fn assemble(
@@ -156,7 +143,7 @@ fn assemble(
         primitive_surface,
         surfaces: shapes.surfaces,
         lobes: shapes.lobes,
-        lights: lights.lights,
+        lights: lights.table,
         skies: lights.skies,
         light_tables: lights.tables,
         camera,

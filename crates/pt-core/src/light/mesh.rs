@@ -81,7 +81,7 @@ impl Light for MeshLight {
         let distance_squared = d.length_squared();
         let distance = distance_squared.sqrt();
         let cos = -d.dot(triangle.normal) / distance;
-        if !(cos > 0.0) {
+        if cos.is_nan() || cos <= 0.0 {
             return None;
         }
         let error = (triangle.p0.abs() + q1.abs() + q2.abs()) * gamma(7);

@@ -83,6 +83,11 @@ pub static CODECS: &[Codec] = &[
     Codec { name: "OpenEXR", extensions: &["exr"], read: Some(exr::read), write: Some(exr::write) },
 ];
 
+/// Whether [`save`] knows the ending of a name.
+pub fn is_image(path: &Path) -> bool {
+    codec_with(path, |codec| codec.write).is_ok()
+}
+
 /// Writes an image in the format that the ending of the name says, by [`write_atomically`].
 ///
 /// # Errors

@@ -1,0 +1,333 @@
+//! The command line. One table gives the parser, the help, the man page and the completions.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{CommandFactory, FromArgMatches, Parser, ValueEnum};
+use pathtracer::{Builder, DirectLight, SamplerKind};
+
+use crate::check::{self, Checked};
+
+/// Physically based path tracer: renders a scene to a PNG or OpenEXR image.
+///
+/// Without a scene it renders a Cornell box to cornell.png. Scenes are COLLADA (.dae), Mitsuba 3
+/// (.xml), PLY and OBJ files. The image depends on the scene and the options alone: neither the
+/// number of threads nor the machine changes a bit of it.
+#[derive(Parser, Debug, Clone)]
+#[command(name = "pathtracer", version, max_term_width = 100, arg_required_else_help = false)]
+#[command(override_usage = "pathtracer [OPTIONS] [SCENE]")]
+#[expect(clippy::struct_excessive_bools, reason = "flags of a command line are bools")]
+pub(crate) struct Cli {
+    /// Scene file; the embedded Cornell box if there is none
+    #[arg(value_name = "SCENE", num_args = 0..=2)]
+    pub(crate) paths: Vec<PathBuf>,
+
+    /// Image file, .png or .exr [default: SCENE.png, in this folder]
+    #[arg(short = 'f', long, value_name = "FILE", num_args = 0..=1, help_heading = "Image")]
+    #[expect(clippy::option_option, reason = "-f may stand without its value; see sort_paths")]
+    pub(crate) output: Option<Option<PathBuf>>,
+
+    /// Width and height in pixels [default: the file's, or 600 rows]
+    #[arg(short, long, value_names = ["WIDTH", "HEIGHT"], num_args = 2, allow_negative_numbers = true)]
+    #[arg(value_parser = check::pixels, help_heading = "Image")]
+    pub(crate) resolution: Option<Vec<u32>>,
+
+    /// Render only this cell: X, Y of its lower left corner from the lower left, and its size
+    #[arg(short = 'p', long, value_names = ["X", "Y", "DX", "DY"], num_args = 4, allow_negative_numbers = true)]
+    #[arg(value_parser = check::count, help_heading = "Image")]
+    pub(crate) cell: Option<Vec<u32>>,
+
+    /// Bits per channel of a PNG file
+    #[arg(long, value_name = "BITS", default_value = "8", help_heading = "Image")]
+    pub(crate) png_bits: PngBits,
+
+    /// Samples per pixel; the maximum with --adaptive [default: the file's, or 64; 1 with --cs184]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::positive)]
+    #[arg(help_heading = "Sampling")]
+    pub(crate) spp: Option<u32>,
+
+    /// Samples of each area light at each surface point
+    #[arg(short, long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
+    #[arg(value_parser = check::positive, help_heading = "Sampling")]
+    pub(crate) light_samples: u32,
+
+    /// Most surface interactions of a path: 0 shows lights only, 1 direct light [default: the
+    /// file's, or 16; 1 with --cs184]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::count)]
+    #[arg(help_heading = "Sampling")]
+    pub(crate) max_depth: Option<u32>,
+
+    /// 0 shows only light of exactly --max-depth interactions; more than 0 all up to it
+    #[arg(short = 'o', long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
+    #[arg(value_parser = check::count, help_heading = "Sampling")]
+    pub(crate) accumulate: u32,
+
+    /// Direct light by uniform directions of the hemisphere (same as --direct hemisphere)
+    #[arg(short = 'H', long, conflicts_with = "direct", help_heading = "Sampling")]
+    pub(crate) hemisphere: bool,
+
+    /// Estimator of direct light [default: mis; light with --cs184]
+    #[arg(long, value_name = "ESTIMATOR", help_heading = "Sampling")]
+    pub(crate) direct: Option<Direct>,
+
+    /// Stop a pixel when, checked every BATCH samples, the 95 % confidence interval of its mean is
+    /// narrower than TOLERANCE times the mean; also writes FILE_rate.png [with --cs184: 32 0.05]
+    #[arg(short, long, value_names = ["BATCH", "TOLERANCE"], num_args = 2, allow_negative_numbers = true)]
+    #[arg(help_heading = "Sampling")]
+    pub(crate) adaptive: Option<Vec<String>>,
+
+    /// Where random numbers come from
+    #[arg(long, value_name = "SAMPLER", default_value = "sobol", help_heading = "Sampling")]
+    pub(crate) sampler: Sampler,
+
+    /// Seed of the random numbers
+    #[arg(long, value_name = "N", default_value = "0", help_heading = "Sampling")]
+    pub(crate) seed: u32,
+
+    /// What to compute: path, direct, normals or cs184
+    #[arg(long, value_name = "NAME", help_heading = "What to show")]
+    pub(crate) integrator: Option<String>,
+
+    /// Show only light of some numbers of interactions: emission 0, direct 0 and 1, indirect 2 and
+    /// more, global all
+    #[arg(long, value_name = "LIGHT", default_value = "global", help_heading = "What to show")]
+    pub(crate) show: Show,
+
+    /// The university course's pictures, defaults and console lines (CS184 assignment 3)
+    #[arg(long, help_heading = "What to show")]
+    pub(crate) cs184: bool,
+
+    /// Environment map: light from all around, an OpenEXR or PNG image in latitude and longitude
+    #[arg(short, long, value_name = "FILE", help_heading = "Scene")]
+    pub(crate) environment: Option<PathBuf>,
+
+    /// Camera settings file, as the course's program writes them
+    #[arg(short, long, value_name = "FILE", help_heading = "Scene")]
+    pub(crate) camera: Option<PathBuf>,
+
+    /// Radius of the lens; 0 is a pinhole [default: the camera's, or 0]
+    #[arg(short = 'b', long, value_name = "LENGTH", allow_negative_numbers = true)]
+    #[arg(value_parser = check::not_negative, help_heading = "Scene")]
+    pub(crate) lens_radius: Option<f32>,
+
+    /// Distance of the plane in focus [default: the camera's; 4.7 with --cs184]
+    #[arg(short = 'd', long, value_name = "LENGTH", allow_negative_numbers = true)]
+    #[arg(value_parser = check::above_zero, help_heading = "Scene")]
+    pub(crate) focal_distance: Option<f32>,
+
+    /// Threads; 0 is one per core [default: 0; 1 with --cs184]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::threads)]
+    #[arg(help_heading = "Machine")]
+    pub(crate) threads: Option<usize>,
+
+    /// How to find what a ray hits: sah and mean build a tree, none tests every shape
+    #[arg(long, value_name = "BUILDER", default_value = "sah", help_heading = "Machine")]
+    pub(crate) bvh: Bvh,
+
+    /// Most shapes in a leaf of the tree
+    #[arg(long, value_name = "N", default_value = "4", allow_negative_numbers = true)]
+    #[arg(value_parser = check::leaf_size, help_heading = "Machine")]
+    pub(crate) max_leaf_size: u32,
+
+    /// Side of the tiles that threads share, in pixels
+    #[arg(long, value_name = "PIXELS", default_value = "32", allow_negative_numbers = true)]
+    #[arg(value_parser = check::positive, help_heading = "Machine")]
+    pub(crate) tile_size: u32,
+
+    /// Print nothing but errors
+    #[arg(short, long, help_heading = "Machine")]
+    pub(crate) quiet: bool,
+
+    /// Print completions for a shell
+    #[arg(long, value_name = "SHELL", help_heading = "Machine")]
+    pub(crate) completions: Option<clap_complete::Shell>,
+
+    /// Print the man page
+    #[arg(long, help_heading = "Machine")]
+    pub(crate) man: bool,
+}
+
+/// Estimators of direct light.
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub(crate) enum Direct {
+    /// Light and BSDF sampling, weighted
+    Mis,
+    /// Light sampling
+    Light,
+    /// Uniform directions of the hemisphere
+    Hemisphere,
+    /// Directions of the hemisphere by the cosine
+    Cosine,
+}
+
+impl From<Direct> for DirectLight {
+    fn from(d: Direct) -> Self {
+        match d {
+            Direct::Mis => Self::Mis,
+            Direct::Light => Self::Light,
+            Direct::Hemisphere => Self::UniformHemisphere,
+            Direct::Cosine => Self::CosineHemisphere,
+        }
+    }
+}
+
+/// Views of the light.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Show {
+    /// Light that comes straight from where it is emitted
+    Emission,
+    /// That, and light scattered once
+    Direct,
+    /// Light scattered at least twice
+    Indirect,
+    /// All light
+    Global,
+}
+
+impl Show {
+    /// Least and greatest number of interactions.
+    pub(crate) fn bounces(self) -> (u32, u32) {
+        match self {
+            Self::Emission => (0, 0),
+            Self::Direct => (0, 1),
+            Self::Indirect => (2, u32::MAX),
+            Self::Global => (0, u32::MAX),
+        }
+    }
+}
+
+/// Builders of the hierarchy.
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub(crate) enum Bvh {
+    /// Surface area heuristic
+    Sah,
+    /// Split at the mean centroid along the longest axis, as in the course
+    Mean,
+    /// No tree
+    None,
+}
+
+impl From<Bvh> for Builder {
+    fn from(b: Bvh) -> Self {
+        match b {
+            Bvh::Sah => Self::Sah,
+            Bvh::Mean => Self::Mean,
+            Bvh::None => Self::None,
+        }
+    }
+}
+
+/// Bits of a PNG file.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq)]
+pub(crate) enum PngBits {
+    /// 256 levels
+    #[value(name = "8")]
+    Eight,
+    /// 65,536 levels
+    #[value(name = "16")]
+    Sixteen,
+}
+
+/// Sources of random numbers.
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub(crate) enum Sampler {
+    /// Owen-scrambled Sobol' points
+    Sobol,
+    /// Independent numbers
+    Independent,
+}
+
+impl From<Sampler> for SamplerKind {
+    fn from(s: Sampler) -> Self {
+        match s {
+            Sampler::Sobol => Self::Sobol,
+            Sampler::Independent => Self::Independent,
+        }
+    }
+}
+
+/// What the command line asks for.
+pub(crate) enum Action {
+    /// To print a text.
+    Print(Vec<u8>),
+    /// To render.
+    Render(Box<Checked>),
+}
+
+/// Why a command line is refused.
+pub(crate) enum ArgsError {
+    /// By the parser; also help and version, which are no errors.
+    Clap(clap::Error),
+    /// By us.
+    Message(String),
+}
+
+impl ArgsError {
+    /// Prints it, and tells the exit status.
+    pub(crate) fn report(&self) -> ExitCode {
+        match self {
+            Self::Clap(error) => {
+                // A closed pipe is no reason to fail a second time.
+                let _ = error.print();
+                ExitCode::from(if error.use_stderr() { crate::FAILURE } else { 0 })
+            }
+            Self::Message(message) => {
+                eprintln!("pathtracer: {message}");
+                eprintln!("For all options, try 'pathtracer --help'.");
+                ExitCode::from(crate::FAILURE)
+            }
+        }
+    }
+}
+
+/// Reads the command line.
+///
+/// # Errors
+/// If it cannot be understood; also if it asks for help.
+pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Action, ArgsError> {
+    let matches = Cli::command().try_get_matches_from(args).map_err(ArgsError::Clap)?;
+    let mut cli = Cli::from_arg_matches(&matches).map_err(ArgsError::Clap)?;
+    if let Some(shell) = cli.completions {
+        return Ok(Action::Print(completions(shell)));
+    }
+    if cli.man {
+        return man_page().map(Action::Print).map_err(ArgsError::Message);
+    }
+    sort_paths(&mut cli)?;
+    check::check(cli).map(|c| Action::Render(Box::new(c))).map_err(ArgsError::Message)
+}
+
+/// The name of the image may stand apart from `-f`, as in `-f -m 5 out.png scene.dae`; what is
+/// left is the scene.
+fn sort_paths(cli: &mut Cli) -> Result<(), ArgsError> {
+    if let Some(None) = cli.output {
+        let named = cli.paths.iter().position(|p| pathtracer::image::is_image(p));
+        let Some(named) = named else {
+            return Err(ArgsError::Message(
+                "-f needs the name of an image file, such as -f out.png".into(),
+            ));
+        };
+        cli.output = Some(Some(cli.paths.remove(named)));
+    }
+    if let [first, second] = cli.paths.as_slice() {
+        return Err(ArgsError::Message(format!(
+            "two scenes are given, \"{}\" and \"{}\"; one at a time can be rendered",
+            first.display(),
+            second.display()
+        )));
+    }
+    Ok(())
+}
+
+fn completions(shell: clap_complete::Shell) -> Vec<u8> {
+    let mut text = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "pathtracer", &mut text);
+    text
+}
+
+fn man_page() -> Result<Vec<u8>, String> {
+    let mut text = Vec::new();
+    let written = clap_mangen::Man::new(Cli::command()).render(&mut text);
+    written.map(|()| text).map_err(|e| format!("the man page cannot be made: {e}"))
+}

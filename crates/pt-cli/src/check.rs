@@ -1,0 +1,216 @@
+//! From what was typed to what it means, refusing what makes no sense.
+
+use std::path::PathBuf;
+
+use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
+use pathtracer::{
+    Adaptive, BuildOptions, DirectLight, FileSettings, INTEGRATORS, Region, Roulette, Settings,
+};
+
+use crate::args::{Cli, PngBits};
+
+/// More pixels than this do not fit into the memory of ordinary machines (80 bytes each).
+const MOST_PIXELS: u64 = 1 << 28;
+/// The probability with which the course's paths go on.
+const COURSE_ROULETTE: f32 = 0.65;
+
+/// A command line that makes sense.
+pub(crate) struct Checked {
+    pub(crate) cli: Cli,
+    pub(crate) adaptive: Option<Adaptive>,
+    pub(crate) resolution: Option<[u32; 2]>,
+}
+
+fn whole(text: &str, least: u32, what: &str) -> Result<u32, String> {
+    match text.parse::<u32>() {
+        Ok(n) if n >= least => Ok(n),
+        _ => Err(format!("expected {what}")),
+    }
+}
+
+/// A whole number ≥ 0.
+pub(crate) fn count(text: &str) -> Result<u32, String> {
+    whole(text, 0, "a whole number from 0 up to 4294967295")
+}
+
+/// A whole number ≥ 1.
+pub(crate) fn positive(text: &str) -> Result<u32, String> {
+    whole(text, 1, "a whole number from 1 up to 4294967295")
+}
+
+/// A side of an image.
+pub(crate) fn pixels(text: &str) -> Result<u32, String> {
+    match whole(text, 1, "") {
+        Ok(n) if n <= 1 << 20 => Ok(n),
+        _ => Err("expected a number of pixels from 1 up to 1048576".into()),
+    }
+}
+
+/// A number of threads.
+pub(crate) fn threads(text: &str) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(n) if n <= 4096 => Ok(n),
+        _ => Err("expected a number of threads from 1 up to 4096, or 0 for one per core".into()),
+    }
+}
+
+/// A size of leaves.
+pub(crate) fn leaf_size(text: &str) -> Result<u32, String> {
+    match whole(text, 1, "") {
+        Ok(n) if n <= 255 => Ok(n),
+        _ => Err("expected a number of shapes from 1 up to 255".into()),
+    }
+}
+
+fn number(text: &str, fits: impl Fn(f32) -> bool, what: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(v) if v.is_finite() && fits(v) => Ok(v),
+        _ => Err(format!("expected {what}")),
+    }
+}
+
+/// A length ≥ 0.
+pub(crate) fn not_negative(text: &str) -> Result<f32, String> {
+    number(text, |v| v >= 0.0, "a number from 0 up")
+}
+
+/// A length > 0.
+pub(crate) fn above_zero(text: &str) -> Result<f32, String> {
+    number(text, |v| v > 0.0, "a number above 0")
+}
+
+/// Checks what the parser of single values cannot.
+///
+/// # Errors
+/// A message that says what is wrong and what was expected.
+pub(crate) fn check(cli: Cli) -> Result<Checked, String> {
+    let adaptive = adaptive(&cli)?;
+    let resolution = match cli.resolution.as_deref() {
+        Some(&[w, h]) => Some([w, h]),
+        _ => None,
+    };
+    if let Some([w, h]) = resolution.filter(|&[w, h]| u64::from(w) * u64::from(h) > MOST_PIXELS) {
+        return Err(format!("-r {w} {h}: an image may have at most {MOST_PIXELS} pixels"));
+    }
+    if let Some(name) = &cli.integrator
+        && !INTEGRATORS.iter().any(|r| r.name == name)
+    {
+        let all: Vec<_> = INTEGRATORS.iter().map(|r| format!("  {}: {}", r.name, r.help)).collect();
+        return Err(format!("there is no integrator \"{name}\"; there are\n{}", all.join("\n")));
+    }
+    if let Some(Some(path)) = &cli.output
+        && !cli.cs184
+        && !image::is_image(path)
+    {
+        return Err(format!(
+            "-f {}: the ending of the file says its format; expected .png or .exr",
+            path.display()
+        ));
+    }
+    Ok(Checked { cli, adaptive, resolution })
+}
+
+fn adaptive(cli: &Cli) -> Result<Option<Adaptive>, String> {
+    let Some([batch, tolerance]) = cli.adaptive.as_deref() else {
+        return Ok(cli.cs184.then_some(Adaptive { batch: 32, tolerance: 0.05 }));
+    };
+    let batch = positive(batch).map_err(|e| format!("-a {batch} {tolerance}: BATCH: {e}"))?;
+    let tolerance =
+        not_negative(tolerance).map_err(|e| format!("-a {batch} {tolerance}: TOLERANCE: {e}"))?;
+    Ok(Some(Adaptive { batch, tolerance }))
+}
+
+impl Checked {
+    /// The scene's file, if one is given.
+    pub(crate) fn scene(&self) -> Option<&PathBuf> {
+        self.cli.paths.first()
+    }
+
+    /// Where the image goes.
+    pub(crate) fn output(&self) -> PathBuf {
+        if let Some(Some(path)) = &self.cli.output {
+            return path.clone();
+        }
+        let stem = self.scene().and_then(|s| s.file_stem()).unwrap_or("cornell".as_ref());
+        let mut name = stem.to_owned();
+        name.push(".png");
+        name.into()
+    }
+
+    /// How to write images.
+    pub(crate) fn save_options(&self) -> SaveOptions {
+        SaveOptions {
+            png_bits: match self.cli.png_bits {
+                PngBits::Eight => BitDepth::Eight,
+                PngBits::Sixteen => BitDepth::Sixteen,
+            },
+            transfer: if self.cli.cs184 { Transfer::Course } else { Transfer::Srgb },
+            metadata: vec![(
+                "Software".into(),
+                concat!("pathtracer ", env!("CARGO_PKG_VERSION")).into(),
+            )],
+        }
+    }
+
+    /// How to build the hierarchy.
+    pub(crate) fn bvh(&self) -> BuildOptions {
+        BuildOptions { builder: self.cli.bvh.into(), max_leaf_size: self.cli.max_leaf_size }
+    }
+
+    /// How to render: the command line's word, then the file's, then the default.
+    pub(crate) fn settings(&self, file: &FileSettings) -> Settings {
+        let cli = &self.cli;
+        let defaults = Settings::default();
+        let course = cli.cs184;
+        let fallback =
+            |file: Option<u32>, default| if course { 1 } else { file.unwrap_or(default) };
+        let max_depth =
+            cli.max_depth.unwrap_or_else(|| fallback(file.max_depth, defaults.max_depth));
+        let only_last = cli.accumulate == 0;
+        let (min_bounce, max_bounce) =
+            if only_last { (max_depth, max_depth) } else { cli.show.bounces() };
+        let direct = match cli.direct {
+            Some(d) => d.into(),
+            None if cli.hemisphere => DirectLight::UniformHemisphere,
+            None if course => DirectLight::Light,
+            None => defaults.direct,
+        };
+        let integrator = cli.integrator.as_deref().unwrap_or(if course { "cs184" } else { "path" });
+        Settings {
+            spp: cli.spp.unwrap_or_else(|| fallback(file.spp, defaults.spp)),
+            light_samples: cli.light_samples,
+            max_depth,
+            min_bounce,
+            max_bounce,
+            integrator: integrator.into(),
+            direct,
+            roulette: match (course, only_last) {
+                (false, _) => Roulette::Throughput,
+                (true, false) => Roulette::Fixed(COURSE_ROULETTE),
+                (true, true) => Roulette::Fixed(1.0),
+            },
+            adaptive: self.adaptive,
+            sampler: cli.sampler.into(),
+            seed: cli.seed,
+            region: None,
+        }
+    }
+
+    /// The pixels of the cell, whose rows are counted from below on the command line.
+    ///
+    /// # Errors
+    /// If they are not in an image of this size.
+    pub(crate) fn region(&self, [width, height]: [u32; 2]) -> Result<Option<Region>, String> {
+        let Some(&[x, y, dx, dy]) = self.cli.cell.as_deref() else { return Ok(None) };
+        let top = u64::from(y) + u64::from(dy);
+        let row = u64::from(height).checked_sub(top).map(|row| row as u32);
+        let region = row.map(|row| Region { x, y: row, width: dx, height: dy });
+        match region.filter(|r| r.is_inside([width, height])) {
+            Some(region) => Ok(Some(region)),
+            None => Err(format!(
+                "-p {x} {y} {dx} {dy}: the cell must have pixels and lie in the image of {width} x \
+                 {height}"
+            )),
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Whether this processor can run the program at all.
+
+/// Checks for what the x86-64 build is compiled for: AVX2, FMA and their companions.
+///
+/// # Errors
+/// A message that says what is missing.
+#[cfg(target_arch = "x86_64")]
+#[inline(never)]
+pub(crate) fn check() -> Result<(), String> {
+    let cpuid = raw_cpuid::CpuId::new();
+    let basic = cpuid.get_feature_info();
+    let extended = cpuid.get_extended_feature_info();
+    let has = |name, there: Option<bool>| (name, there.unwrap_or(false));
+    let wanted = [
+        has("AVX", basic.as_ref().map(raw_cpuid::FeatureInfo::has_avx)),
+        has("FMA", basic.as_ref().map(raw_cpuid::FeatureInfo::has_fma)),
+        has("AVX2", extended.as_ref().map(raw_cpuid::ExtendedFeatures::has_avx2)),
+        has("BMI2", extended.as_ref().map(raw_cpuid::ExtendedFeatures::has_bmi2)),
+    ];
+    let missing: Vec<_> =
+        wanted.iter().filter(|(_, there)| !there).map(|(name, _)| *name).collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    Err(format!(
+        "this build needs a processor of the x86-64-v3 level (2013 and later), and this one lacks \
+         {}. Build it yourself for this machine: RUSTFLAGS=\"-C target-cpu=native\" cargo build \
+         --release",
+        missing.join(", ")
+    ))
+}
+
+/// Other architectures have no minimum beyond their own.
+#[cfg(not(target_arch = "x86_64"))]
+pub(crate) fn check() -> Result<(), String> {
+    Ok(())
+}

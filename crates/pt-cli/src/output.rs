@@ -1,0 +1,93 @@
+//! What goes to standard output and to files.
+
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context, Result};
+use pathtracer::Session;
+use pathtracer::image;
+
+use crate::check::Checked;
+
+/// Prints a text; a reader that has seen enough is no error.
+pub(crate) fn print(text: &[u8]) -> Result<ExitCode> {
+    match std::io::stdout().write_all(text) {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(e).context("cannot print"),
+        _ => Ok(ExitCode::SUCCESS),
+    }
+}
+
+/// The file of the sampling rates beside that of the image.
+pub(crate) fn rate_path(image: &Path, course: bool) -> PathBuf {
+    let text = image.to_string_lossy();
+    let stem = if course {
+        // The course's program cuts off four characters, whatever they are.
+        let keep = text.chars().count().saturating_sub(4);
+        text.chars().take(keep).collect()
+    } else {
+        image.with_extension("").to_string_lossy().into_owned()
+    };
+    PathBuf::from(format!("{stem}_rate.png"))
+}
+
+/// Checks before the work starts that the folder of the image exists and takes files.
+///
+/// # Errors
+/// If it does not.
+pub(crate) fn check_writable(path: &Path) -> Result<()> {
+    let folder = match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    };
+    anyhow::ensure!(
+        folder.is_dir(),
+        "{}: there is no folder {}; make it, or choose another place with -f",
+        path.display(),
+        folder.display()
+    );
+    anyhow::ensure!(!path.is_dir(), "{}: is a folder; expected the name of a file", path.display());
+    tempfile::Builder::new()
+        .prefix(".pathtracer-")
+        .tempfile_in(folder)
+        .map(drop)
+        .with_context(|| format!("{}: no file can be made in its folder", path.display()))
+}
+
+/// Writes the image, and the sampling rates where they are wanted; returns the files.
+///
+/// # Errors
+/// If a file cannot be written; then it is as it was before.
+pub(crate) fn write(session: &Session, request: &Checked) -> Result<Vec<PathBuf>> {
+    let path = request.output();
+    let course = request.cli.cs184;
+    let rendered = session.image();
+    if image::is_image(&path) {
+        image::save(&rendered, &path, &request.save_options())?;
+    } else {
+        let transfer = request.save_options().transfer;
+        let bytes: Vec<[u8; 3]> =
+            rendered.pixels.iter().map(|p| p.map(|v| transfer.encode8(v))).collect();
+        image::save_rgb8(&path, rendered.width, rendered.height, &bytes)?;
+    }
+    let mut files = vec![path.clone()];
+    if course || session.settings().adaptive.is_some() {
+        let rate = rate_path(&path, course);
+        let (width, height, pixels) = session.rate_image();
+        image::save_rgb8(&rate, width, height, &pixels)?;
+        files.push(rate);
+    }
+    Ok(files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rate_images_stand_beside_their_image() {
+        assert_eq!(rate_path(Path::new("a/b.png"), false), Path::new("a/b_rate.png"));
+        assert_eq!(rate_path(Path::new("b.exr"), true), Path::new("b_rate.png"));
+        assert_eq!(rate_path(Path::new("outx"), true), Path::new("_rate.png"));
+    }
+}

@@ -1,0 +1,214 @@
+//! The one command: from scene to image.
+
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use pathtracer::image::{self, Image, Transfer};
+use pathtracer::{
+    CompileOptions, EnvironmentMap, Progress, Scene, Session, Settings, Statistics, camera_file,
+};
+
+use crate::check::Checked;
+use crate::console::Console;
+use crate::{course, output};
+
+/// Exit status of a render that Ctrl-C ended, as shells have it.
+const INTERRUPTED: u8 = 130;
+
+/// Renders what the command line asks for, and writes it.
+///
+/// # Errors
+/// If a file cannot be read or written, or a scene makes no sense.
+pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
+    let path = request.output();
+    output::check_writable(&path)?;
+    let start = Instant::now();
+    let environment = load_environment(request)?;
+    let scene = load_scene(request)?;
+    let load_time = start.elapsed();
+    let mut session = compile(request, &scene, environment)?;
+    tell_notes(request, &scene, &session);
+    let threads = threads(request);
+    if request.cli.cs184 && !request.cli.quiet {
+        course::built(&session, threads);
+    }
+    let console = Console::new(total(&session), request.cli.cs184, request.cli.quiet);
+    let (progress, statistics) = session.render(threads, request.cli.tile_size, &console)?;
+    console.finish();
+    tell_rejections(&session);
+    if request.cli.cs184 && !request.cli.quiet {
+        course::rendered(&statistics);
+    }
+    let files = output::write(&session, request)?;
+    if request.cli.cs184 && !request.cli.quiet {
+        course::saved(&path, request.cli.cell.is_some());
+    } else if !request.cli.quiet {
+        summary(request, &session, &statistics, load_time, progress);
+        let names: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
+        eprintln!("saved {}", names.join(" and "));
+        if request.scene().is_none() {
+            next_steps();
+        }
+    }
+    Ok(match progress {
+        Progress::Finished => ExitCode::SUCCESS,
+        Progress::Cancelled => {
+            eprintln!("stopped early: the image holds the samples taken so far");
+            ExitCode::from(INTERRUPTED)
+        }
+    })
+}
+
+fn threads(request: &Checked) -> usize {
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    match request.cli.threads {
+        None if request.cli.cs184 => 1,
+        None | Some(0) => cores(),
+        Some(n) => n,
+    }
+}
+
+fn total(session: &Session) -> u64 {
+    session.film().region().area() as u64 * u64::from(session.settings().spp)
+}
+
+fn load_scene(request: &Checked) -> Result<Scene> {
+    let Some(path) = request.scene() else { return Ok(pathtracer::default_scene()) };
+    if request.cli.cs184 && !request.cli.quiet {
+        course::input(path);
+    }
+    Ok(pathtracer::load(path)?)
+}
+
+/// The environment map, and under `--cs184` the picture of its probabilities.
+fn load_environment(request: &Checked) -> Result<Option<EnvironmentMap>> {
+    let Some(path) = &request.cli.environment else { return Ok(None) };
+    let course = request.cli.cs184;
+    if course && !request.cli.quiet {
+        course::loading_environment(path);
+    }
+    let map: Image = image::load_as(path, Transfer::Srgb)?;
+    if course {
+        let debug = pathtracer::course::probability_debug(&map);
+        image::save_rgb8(Path::new("probability_debug.png"), map.width, map.height, &debug)?;
+        if !request.cli.quiet {
+            course::environment_ready();
+        }
+    }
+    let usable = |p: &[f32; 3]| p.iter().all(|v| v.is_finite() && *v >= 0.0);
+    if let Some(i) = map.pixels.iter().position(|p| !usable(p)) {
+        let (x, y) = (i % map.width as usize, i / map.width as usize);
+        anyhow::bail!(
+            "{}: pixel ({x}, {y}) is {:?}; radiance must be a finite number from 0 up",
+            path.display(),
+            map.pixels[i]
+        );
+    }
+    Ok(Some(EnvironmentMap::new(map.width, map.height, map.pixels)))
+}
+
+fn compile(
+    request: &Checked,
+    scene: &Scene,
+    environment: Option<EnvironmentMap>,
+) -> Result<Session> {
+    let cli = &request.cli;
+    let camera = cli.camera.as_deref().map(camera_file::load).transpose()?;
+    if let (true, false, Some(path)) = (cli.cs184, cli.quiet, &cli.camera) {
+        course::camera_loaded(path);
+    }
+    let options = CompileOptions {
+        resolution: request.resolution,
+        course: cli.cs184,
+        bvh: request.bvh(),
+        environment,
+        camera,
+        lens_radius: cli.lens_radius,
+        focal_distance: cli.focal_distance,
+    };
+    let region = |resolution| request.region(resolution).map_err(anyhow::Error::msg);
+    let settings: Settings = request.settings(&scene.settings);
+    let name = request.scene().map_or("the scene".into(), |p| p.display().to_string());
+    let mut session = Session::new(scene, options, settings)
+        .with_context(|| format!("{name} cannot be rendered"))?;
+    if let Some(region) = region(session.scene().camera.resolution)? {
+        session.restrict(region)?;
+    }
+    if cli.cs184 {
+        session.count_tests();
+    }
+    Ok(session)
+}
+
+fn tell_notes(request: &Checked, scene: &Scene, session: &Session) {
+    if request.cli.quiet {
+        return;
+    }
+    for warning in &scene.warnings {
+        eprintln!("note: {warning}");
+    }
+    for note in session.notes() {
+        eprintln!("note: {note}");
+    }
+}
+
+/// Samples that are no numbers are always reported, since they should not exist.
+fn tell_rejections(session: &Session) {
+    let rejections = session.film().rejections();
+    if rejections.count == 0 {
+        return;
+    }
+    eprintln!("warning: {} samples were NaN or infinite and count as black:", rejections.count);
+    for r in &rejections.first {
+        eprintln!("  column {}, row {}, sample {}", r.x, r.y, r.sample);
+    }
+}
+
+fn summary(
+    request: &Checked,
+    session: &Session,
+    s: &Statistics,
+    load_time: Duration,
+    progress: Progress,
+) {
+    let seconds = s.time.as_secs_f64().max(1e-9);
+    let pixels = session.film().region().area() as f64;
+    let (geometry, bvh) = session.build_times();
+    let [w, h] = session.scene().camera.resolution;
+    let scene = session.scene();
+    eprintln!(
+        "scene     {} triangles, {} spheres, {} lights; read in {:.3} s, BVH built in {:.3} s",
+        scene.triangles.len(),
+        scene.spheres.len(),
+        scene.lights.as_slice().len(),
+        (load_time + geometry).as_secs_f64(),
+        bvh.as_secs_f64()
+    );
+    eprintln!(
+        "rendered  {w} x {h}, {:.1} samples per pixel, in {seconds:.2} s on {} threads{}",
+        s.samples as f64 / pixels,
+        threads(request),
+        if progress == Progress::Cancelled { " (stopped)" } else { "" }
+    );
+    eprintln!(
+        "speed     {:.2} million samples/s, {} rays, {:.2} million rays/s",
+        s.samples as f64 / seconds * 1e-6,
+        s.rays,
+        s.rays as f64 / seconds * 1e-6
+    );
+    if let Some(bytes) = pathtracer::memory::peak_bytes() {
+        eprintln!("memory    {:.1} MB at most", bytes as f64 * 1e-6);
+    }
+}
+
+fn next_steps() {
+    eprintln!();
+    eprintln!("Try next:");
+    eprintln!("  pathtracer -s 1024 -f clean.exr          less noise, as linear floating point");
+    eprintln!("  pathtracer --show indirect               only light that was scattered twice");
+    eprintln!("  pathtracer -r 1280 720 my_scene.dae      a scene of yours (.dae .xml .ply .obj)");
+    eprintln!("  pathtracer --help                        everything else");
+    eprintln!("(in the source tree: cargo run --release -- OPTIONS)");
+}
