@@ -22,7 +22,7 @@ const MAX_NAMESPACES: usize = 10_000;
 /// Most elements, texts and comments of a file; each takes about 100 bytes.
 const MAX_NODES: u32 = 20_000_000;
 /// Distance in bytes of the places whose line and column are remembered.
-const MARK_DISTANCE: usize = 4096;
+const MARK_DISTANCE: usize = 1024;
 /// Longest text that a message quotes, in characters.
 const MAX_QUOTE: usize = 60;
 
@@ -415,4 +415,57 @@ fn edit_distance(a: &str, b: &str) -> usize {
         }
     }
     row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_those_that_counting_from_the_start_gives() {
+        let text = "ab\né😀\r\n\n".repeat(1000) + &"é".repeat(5000) + "\n" + &"x".repeat(5000);
+        let marks = Marks::new(&text);
+        for (offset, _) in text.char_indices().step_by(7) {
+            let before = &text[..offset];
+            let line = 1 + before.matches('\n').count();
+            let column = 1 + before.rsplit('\n').next().map_or(0, |last| last.chars().count());
+            let found = marks.line_and_column(&text, offset);
+            assert_eq!(found, (line as u32, column as u32), "at {offset}");
+        }
+    }
+
+    #[test]
+    fn limits_count_tags_and_nothing_else() {
+        let siblings = "<b c='>' d=\"<'\"/><b></b>".repeat(MAX_DEPTH + 1);
+        let comments = "<!-- <a> --><![CDATA[<a>]]><?x <a> ?>".repeat(MAX_DEPTH + 1);
+        assert_eq!(check_limits(&format!("<a>{siblings}{comments}</a>")), Ok(()));
+        let nested = |depth| "<a b='/'>".repeat(depth) + &"</a>".repeat(depth);
+        assert_eq!(check_limits(&nested(MAX_DEPTH)), Ok(()));
+        let (offset, _) = check_limits(&nested(MAX_DEPTH + 1)).expect_err("too deep");
+        assert_eq!(offset, MAX_DEPTH * "<a b='/'>".len());
+        assert_eq!(check_limits("<a <b 'c"), Ok(()), "broken files are the parser's business");
+    }
+
+    #[test]
+    fn edit_distances() {
+        for (a, b, distance) in [
+            ("", "", 0),
+            ("", "abc", 3),
+            ("kitten", "sitting", 3),
+            ("Cube", "cube", 0),
+            ("é", "e", 1),
+        ] {
+            assert_eq!(edit_distance(a, b), distance, "{a} {b}");
+            assert_eq!(edit_distance(b, a), distance, "{b} {a}");
+        }
+    }
+
+    #[test]
+    fn suggestions_are_close_or_else_all_there_is() {
+        let suggest =
+            |written, names: &[&'static str]| did_you_mean(written, names.iter().copied());
+        assert_eq!(suggest("bal", &["wall", "ball"]), " (did you mean \"ball\"?)");
+        assert_eq!(suggest("roof", &["a", "b", "c", "d"]), " (there is \"a\", \"b\", \"c\", …)");
+        assert_eq!(suggest("roof", &[]), " (there is none)");
+    }
 }

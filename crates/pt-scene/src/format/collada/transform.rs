@@ -96,7 +96,7 @@ fn look_at<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<DAffine3, L
 }
 
 /// An angle in degrees and two axes a and b: shears along b, so that a turns towards b by the
-/// angle (RenderMan Interface 3.2, section 4.4, `RiSkew`, to which COLLADA refers).
+/// angle. So `RiSkew` of the RenderMan Interface 3.2 defines it; COLLADA leaves the details open.
 ///
 /// In the basis n₁ ⊥ b̂ of the plane of a and b, a = (a₁, a₂) must become parallel to its rotated
 /// self r = (r₁, r₂). The shear 1 + α b̂ n₁ᵀ gives (a₁, a₂ + α a₁), hence α = r₂/r₁ − a₂/a₁.
