@@ -32,13 +32,15 @@ impl MeshFile {
 /// Reads a file that a scene names.
 ///
 /// # Errors
-/// If it cannot be read, or is no regular file: devices and pipes may never end.
-pub(super) fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
-    let io_error = |source| LoadError::Io { path: path.to_owned(), source };
-    if std::fs::metadata(path).map_err(io_error)?.is_file() {
-        std::fs::read(path).map_err(io_error)
+/// If it cannot be read, or is no regular file: devices and pipes may never end. The message is
+/// meant for the place where the scene names it.
+pub(super) fn read(path: &Path) -> Result<Vec<u8>, String> {
+    let message = |why: &str| format!("{} cannot be read: {why}", path.display());
+    let io_message = |error: std::io::Error| message(&error.to_string());
+    if std::fs::metadata(path).map_err(io_message)?.is_file() {
+        std::fs::read(path).map_err(io_message)
     } else {
-        Err(io_error(std::io::Error::other("it is no regular file")))
+        Err(message("it is no regular file"))
     }
 }
 

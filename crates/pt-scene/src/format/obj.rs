@@ -144,11 +144,13 @@ impl<'a> Reader<'a> {
         let mut numbers = [0.0; N];
         for number in &mut numbers {
             let word = words.next().ok_or_else(|| {
-                let message = format!("expected {N} numbers after {}", quote(first_word(line)));
+                let numbers = if N == 1 { "a number".to_owned() } else { format!("{N} numbers") };
+                let message = format!("expected {numbers} after {}", quote(first_word(line)));
                 self.error(line, line, message)
             })?;
-            *number = word.parse().ok().filter(|x: &f32| x.is_finite()).ok_or_else(|| {
-                let message = format!("{} is no number; expected one such as 0.5", quote(word));
+            let parsed: Option<f32> = word.parse().ok();
+            *number = parsed.filter(|x| x.is_finite()).ok_or_else(|| {
+                let message = format!("{} is no finite number such as 0.5", quote(word));
                 self.error(line, word, message)
             })?;
         }
@@ -198,12 +200,15 @@ impl<'a> Reader<'a> {
                 continue;
             }
             corner[i] = resolve(text, *count).ok_or_else(|| {
-                let message = format!(
-                    "{} in {} is no index into the {count} {what} above; expected 1 to {count}, \
-                     or -{count} to -1",
-                    quote(text),
-                    quote(word)
-                );
+                let written = quote(text);
+                let message = match count {
+                    _ if text.is_empty() => format!("{} has no vertex", quote(word)),
+                    0 => format!("{written} is an index into {what}, but there are none above"),
+                    _ => format!(
+                        "{written} is no index into the {what} above; expected 1 to {count}, or \
+                         -{count} to -1"
+                    ),
+                };
                 self.error(line, text, message)
             })?;
         }

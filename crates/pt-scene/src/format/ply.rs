@@ -283,6 +283,7 @@ fn explain(error: &ParseError) -> String {
     let text = error.line().map_or(&*text, |l| text.trim_start_matches(&format!("Line {l}: ")));
     let mut parts = text.split("\n\t").map(str::trim);
     let what = parts.next().unwrap_or_default().trim_end_matches('.');
+    let what = what.trim_end_matches(" by the destination element");
     match parts.find_map(|part| part.strip_prefix("String: ")) {
         Some(line) => format!("{what}: {}", quote(line.trim_matches('\'').trim_end())),
         None => what.to_owned(),

@@ -1,6 +1,6 @@
 //! `<bsdf>`: how surfaces scatter.
 
-use super::super::xml::{did_you_mean, quote};
+use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
 use super::value::Value;
 use crate::material::{Conductor, Glass, Matte, Mirror};
@@ -157,10 +157,9 @@ fn refractive_index(
     let lower = text.to_lowercase();
     let found = REFRACTIVE_INDICES.iter().find(|(material, _)| *material == lower);
     found.map(|(_, index)| *index).ok_or_else(|| {
-        let names = || REFRACTIVE_INDICES.iter().map(|(material, _)| *material);
-        let hint = did_you_mean(&lower, names());
-        let list = names().collect::<Vec<_>>().join(", ");
-        let message = format!("{} is unknown{hint}; give a number, or one of {list}", quote(text));
+        let names: Vec<_> = REFRACTIVE_INDICES.iter().map(|(material, _)| *material).collect();
+        let names = names.join(", ");
+        let message = format!("{} is unknown; give a number, or one of {names}", quote(text));
         parameters.refuse(name, message)
     })
 }

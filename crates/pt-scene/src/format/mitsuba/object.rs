@@ -1,6 +1,6 @@
 //! Objects with typed parameters: what the XML says, before it means a scene.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use pt_math::{DAffine3, DVec3};
@@ -15,7 +15,7 @@ pub(super) struct Tree {
     /// The scene itself is the first.
     pub(super) objects: Vec<Object>,
     /// Objects by their identifiers.
-    pub(super) ids: HashMap<String, usize>,
+    pub(super) ids: BTreeMap<String, usize>,
     /// Folders in which files are looked for, the first one first.
     pub(super) search: Vec<PathBuf>,
     pub(super) warnings: Vec<Warning>,
@@ -67,9 +67,8 @@ pub(super) fn error(at: &Span, message: impl Into<String>) -> LoadError {
 /// An error about a kind of object that is not supported.
 pub(super) fn unsupported(object: &Object, supported: &[&str]) -> LoadError {
     let Object { tag, kind, .. } = object;
-    let hint = did_you_mean(kind, supported.iter().copied());
     let list = supported.join(", ");
-    let message = format!("{tag} type {} is not supported{hint}; supported: {list}", quote(kind));
+    let message = format!("{tag} type {} is not supported; supported: {list}", quote(kind));
     error(&object.at, message)
 }
 
@@ -158,31 +157,36 @@ const EQUAL_ENERGY: [f64; 3] = [1.204_784, 0.948_301, 0.908_843];
 /// nobody knows can be refused.
 pub(super) struct Parameters<'t> {
     object: &'t Object,
+    /// Those that were asked for.
     known: Vec<&'static str>,
+    /// Those that may be there without being asked for.
+    passed_over: Vec<&'static str>,
 }
 
 impl<'t> Parameters<'t> {
     pub(super) fn new(object: &'t Object) -> Self {
-        Self { object, known: Vec::new() }
+        Self { object, known: Vec::new(), passed_over: Vec::new() }
     }
 
     /// Knows parameters that change nothing here.
     pub(super) fn pass_over(&mut self, names: &[&'static str]) {
-        self.known.extend(names);
+        self.passed_over.extend(names);
     }
 
     /// Refuses parameters that nobody asked for.
     pub(super) fn finish(self) -> Result<(), LoadError> {
-        let known = |p: &&Parameter| self.known.contains(&p.name.as_str());
-        let Some(unknown) = self.object.parameters.iter().find(|p| !known(p)) else {
+        let is_unknown = |p: &&Parameter| {
+            let name = p.name.as_str();
+            !self.known.contains(&name) && !self.passed_over.contains(&name)
+        };
+        let Some(unknown) = self.object.parameters.iter().find(is_unknown) else {
             return Ok(());
         };
         let supported = if self.known.is_empty() { "none".into() } else { self.known.join(", ") };
         let message = format!(
-            "the parameter {} of {} is not supported{}; supported: {supported}",
+            "the parameter {} of {} is not supported; supported: {supported}",
             quote(&unknown.name),
             self.object.describe(),
-            did_you_mean(&unknown.name, self.known.iter().copied()),
         );
         Err(error(&unknown.at, message))
     }
@@ -302,7 +306,7 @@ impl<'t> Parameters<'t> {
         match color.iter().find(|x| !range.contains(x)) {
             Some(bad) => {
                 let message = format!(
-                    "{} has a channel of {bad}; expected numbers {name_of_range}",
+                    "{} has a channel of {bad:?}; expected numbers {name_of_range}",
                     quote(name)
                 );
                 Err(self.refuse(name, message))

@@ -314,9 +314,8 @@ impl Reader {
                 };
                 let (origin, target, up) = (point("origin")?, point("target")?, point("up")?);
                 let up = if up == DVec3::ZERO { perpendicular(target - origin) } else { up };
-                look_at(origin, target, up).ok_or_else(|| {
-                    error("the target is at the origin, or straight along the up direction")
-                })
+                look_at(origin, target, up)
+                    .ok_or_else(|| error("origin, target and up direction lie on one line"))
             }
             "matrix" => {
                 let attributes = self.attributes(document, node, &["value"], &[])?;
@@ -325,9 +324,8 @@ impl Reader {
             }
             tag => {
                 let known = ["translate", "scale", "rotate", "lookat", "matrix"];
-                let hint = did_you_mean(tag, known.into_iter());
                 let list = known.join(", ");
-                Err(error(&format!("<{tag}> is no step of a transform{hint}; supported: {list}")))
+                Err(error(&format!("<{tag}> is no step of a transform; supported: {list}")))
             }
         }
     }
@@ -421,7 +419,7 @@ impl Reader {
             );
             return Err(attributes.error(text, message));
         }
-        let bytes = mesh_file::read(&path)?;
+        let bytes = mesh_file::read(&path).map_err(|message| attributes.error(text, message))?;
         self.file(&bytes, &path, parent)
     }
 
@@ -515,7 +513,7 @@ fn check_version<'a>(document: &'a Document<'a>, root: Node<'a>) -> Result<(), L
         }
         _ => {
             let message = format!(
-                "the version is {}; expected one like <scene version=\"3.0.0\">",
+                "{} is no version; expected one like <scene version=\"3.0.0\">",
                 quote(version)
             );
             Err(document.error_at(root, version, message))

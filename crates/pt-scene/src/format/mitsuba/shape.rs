@@ -1,6 +1,6 @@
 //! `<shape>`: surfaces placed in the world.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3};
@@ -66,7 +66,12 @@ pub(super) fn shape(
             let path = tree.resolve(text);
             let path = path.ok_or_else(|| parameters.refuse("filename", tree.not_found(text)))?;
             let parse = if kind == "ply" { ply::parse_mesh } else { obj::parse_mesh };
-            mesh(meshes.get(MeshKey { path, is_flat, flips, mirrored }, parse, warnings)?)
+            let key = MeshKey { path, is_flat, flips, mirrored };
+            let bytes = || {
+                let bytes = mesh_file::read(&key.path);
+                bytes.map_err(|message| parameters.refuse("filename", message))
+            };
+            mesh(meshes.get(&key, || parse(&bytes()?, &key.path), warnings)?)
         }
         _ => return Err(unsupported(object, &KINDS)),
     };
@@ -115,17 +120,17 @@ impl Meshes {
     /// The mesh of a file, read once for all shapes that are alike.
     fn get(
         &mut self,
-        key: MeshKey,
-        parse: fn(&[u8], &Path) -> Result<MeshFile, LoadError>,
+        key: &MeshKey,
+        read: impl Fn() -> Result<MeshFile, LoadError>,
         warnings: &mut Vec<Warning>,
     ) -> Result<Arc<Mesh>, LoadError> {
-        if let Some(mesh) = self.0.get(&key) {
+        if let Some(mesh) = self.0.get(key) {
             return Ok(Arc::clone(mesh));
         }
-        let file = parse(&mesh_file::read(&key.path)?, &key.path)?;
+        let file = read()?;
         warnings.extend(file.warnings);
-        let mesh = Arc::new(prepare(file.mesh, &key));
-        self.0.insert(key, Arc::clone(&mesh));
+        let mesh = Arc::new(prepare(file.mesh, key));
+        self.0.insert(key.clone(), Arc::clone(&mesh));
         Ok(mesh)
     }
 }

@@ -1,0 +1,203 @@
+//! What the tests of several formats share: their folders of files, damage, and what is true of
+//! every scene that was read.
+//!
+//! Beside each bad file stands its error, beside a good one its warnings, if it has any.
+//! `PT_WRITE_EXPECTED=1 cargo test` writes those anew; read the difference before keeping it.
+
+use std::path::{Path, PathBuf};
+
+use pt_scene::format::FORMATS;
+use pt_scene::{Geometry, LoadError, Mesh, Scene};
+
+/// The folder of the files of a format.
+pub(crate) fn folder(format: &str) -> PathBuf {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/formats")).join(format)
+}
+
+/// Files of a format with an ending, in order.
+pub(crate) fn files(format: &str, kind: &str, ending: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder(format).join(kind)).expect("the folder exists");
+    let mut files: Vec<_> = entries.map(|e| e.expect("a readable entry").path()).collect();
+    files.retain(|f| f.extension().is_some_and(|e| e == ending));
+    files.sort();
+    assert!(!files.is_empty());
+    files
+}
+
+/// Reads bytes as if they were the content of a file.
+pub(crate) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
+    let ending = path.extension().and_then(|e| e.to_str()).expect("an ending");
+    let format = FORMATS.iter().find(|f| f.extensions.contains(&ending)).expect("a format");
+    (format.parse)(bytes, path)
+}
+
+/// Compares messages with the file that has their place, or writes that file if asked to.
+fn check_expected(file: &Path, found: &str) {
+    let root = file.parent().expect("a folder").to_string_lossy().into_owned();
+    let found = found.replace(&format!("{root}/"), "").replace(&root, ".");
+    let expected = file.with_extension("expected");
+    if std::env::var_os("PT_WRITE_EXPECTED").is_some() {
+        if found.is_empty() {
+            std::fs::remove_file(&expected).ok();
+        } else {
+            std::fs::write(&expected, &found).expect("a writable folder");
+        }
+    }
+    let wanted = std::fs::read_to_string(&expected).unwrap_or_default();
+    assert_eq!(found, wanted, "{}", file.display());
+}
+
+/// Bad files are refused with the error that stands beside them.
+pub(crate) fn check_bad_files(format: &str, ending: &str) {
+    for file in files(format, "bad", ending) {
+        let bytes = std::fs::read(&file).expect("a readable file");
+        let Err(error) = parse(&bytes, &file) else { panic!("{} is read", file.display()) };
+        check_expected(&file, &format!("{error}\n"));
+    }
+}
+
+/// Good files are read with the warnings that stand beside them.
+pub(crate) fn check_good_files(format: &str, ending: &str) {
+    for file in files(format, "good", ending) {
+        let bytes = std::fs::read(&file).expect("a readable file");
+        let scene = parse(&bytes, &file).unwrap_or_else(|error| panic!("{error}"));
+        check_invariants(&scene);
+        let warnings: Vec<_> = scene.warnings.iter().map(|w| w.to_string() + "\n").collect();
+        check_expected(&file, &warnings.concat());
+    }
+}
+
+/// Parts of good files, and good files with damage, are read or refused, without a panic.
+pub(crate) fn check_robustness(format: &str, ending: &str, rounds: usize) {
+    let all: Vec<_> = files(format, "good", ending)
+        .into_iter()
+        .map(|file| (std::fs::read(&file).expect("a readable file"), file))
+        .collect();
+    for (bytes, file) in &all {
+        for length in 0..bytes.len() {
+            if let Ok(scene) = parse(&bytes[..length], file) {
+                check_invariants(&scene);
+            }
+        }
+    }
+    let mut random = Random(0x9E37_79B9_7F4A_7C15);
+    let mut read = 0;
+    for round in 0..rounds {
+        let (bytes, file) = &all[round % all.len()];
+        let mut bytes = bytes.clone();
+        for _ in 0..=random.below(3) {
+            damage(&mut bytes, &mut random);
+        }
+        if let Ok(scene) = parse(&bytes, file) {
+            check_invariants(&scene);
+            read += 1;
+        }
+    }
+    // Damage that is always noticed, or never, would test nothing.
+    assert!(read > rounds / 100 && read < rounds, "{read} of {rounds} were read");
+}
+
+/// A generator of indices (xorshift64*).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 33) as usize % n.max(1)
+    }
+}
+
+/// Flipped bits, other bytes, missing and repeated pieces, and extreme words.
+fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
+    const NASTY: [&str; 14] = [
+        "-1",
+        "0",
+        "4294967295",
+        "18446744073709551615",
+        "1e308",
+        "nan",
+        "inf",
+        "-0",
+        "",
+        "$x",
+        "<",
+        "\"",
+        "/",
+        "é",
+    ];
+    if bytes.is_empty() {
+        return;
+    }
+    let at = random.below(bytes.len());
+    let end = at + random.below((bytes.len() - at).min(60));
+    match random.below(6) {
+        0 => bytes[at] ^= 1 << random.below(8),
+        1 => bytes[at] = random.below(256) as u8,
+        2 => drop(bytes.drain(at..end)),
+        3 => {
+            let piece = bytes[at..end].to_vec();
+            let to = random.below(bytes.len());
+            bytes.splice(to..to, piece);
+        }
+        4 => bytes.truncate(at),
+        _ => {
+            let is_word = |b: &u8| b.is_ascii_alphanumeric() || b"-.+_".contains(b);
+            let from = bytes[..at].iter().rposition(|b| !is_word(b)).map_or(0, |i| i + 1);
+            let to = bytes[at..].iter().position(|b| !is_word(b)).map_or(bytes.len(), |i| at + i);
+            bytes.splice(from..to, NASTY[random.below(NASTY.len())].bytes());
+        }
+    }
+}
+
+/// What everyone who uses a scene may rely on.
+pub(crate) fn check_invariants(scene: &Scene) {
+    for object in &scene.objects {
+        assert!(object.to_world.is_finite() && object.to_world.matrix3.determinant() != 0.0);
+        for material in object.materials.iter().flatten() {
+            assert!((*material as usize) < scene.materials.len());
+        }
+        match &object.geometry {
+            Geometry::Sphere { radius } => assert!(*radius > 0.0 && radius.is_finite()),
+            Geometry::Mesh(mesh) => check_mesh(mesh, object.materials.len()),
+        }
+    }
+    for material in &scene.materials {
+        assert!(material.emission.iter().all(|x| *x >= 0.0 && x.is_finite()));
+    }
+    for camera in &scene.cameras {
+        assert!(camera.to_world.is_finite());
+        assert!(0.0 < camera.x_fov && camera.x_fov < 180.0);
+        assert!(0.0 < camera.y_fov && camera.y_fov < 180.0);
+        assert!(0.0 < camera.near && camera.near < camera.far);
+    }
+    assert!(scene.lights.iter().all(|light| light.to_world.is_finite()));
+}
+
+fn check_mesh(mesh: &Mesh, slots: usize) {
+    let below = |indices: &[[u32; 3]], count: usize| {
+        indices.as_flattened().iter().all(|i| (*i as usize) < count)
+    };
+    let triangles = mesh.triangles.len();
+    assert!(triangles > 0 && below(&mesh.triangles, mesh.positions.len()));
+    assert!(mesh.positions.as_flattened().iter().all(|x| x.is_finite()));
+    let mut next = 0;
+    for part in &mesh.parts {
+        assert_eq!(part.triangles.start, next);
+        assert!((part.slot as usize) < slots);
+        next = part.triangles.end;
+    }
+    assert_eq!(next as usize, triangles);
+    let check = |count: usize, indices: Option<&Vec<[u32; 3]>>| match indices {
+        Some(indices) => assert!(indices.len() == triangles && below(indices, count)),
+        None => assert_eq!(count, mesh.positions.len()),
+    };
+    if let Some(normals) = &mesh.normals {
+        check(normals.values.len(), normals.indices.as_ref());
+        assert!(normals.values.as_flattened().iter().all(|x| x.is_finite()));
+    }
+    if let Some(uvs) = &mesh.uvs {
+        check(uvs.values.len(), uvs.indices.as_ref());
+    }
+}

@@ -1,0 +1,197 @@
+//! The readers of mesh files: PLY and OBJ.
+
+mod common;
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use common::{check_bad_files, check_good_files, check_robustness, folder, parse};
+use pt_math::Vec3;
+use pt_scene::{Geometry, Mesh, shapes};
+
+/// The mesh of a scene that consists of one.
+fn mesh(bytes: &[u8], path: &Path) -> Arc<Mesh> {
+    let scene = parse(bytes, path).unwrap_or_else(|error| panic!("{error}"));
+    let [object] = scene.objects.as_slice() else { panic!("not one object") };
+    let Geometry::Mesh(mesh) = &object.geometry else { panic!("no mesh") };
+    Arc::clone(mesh)
+}
+
+fn good(format: &str, name: &str) -> Arc<Mesh> {
+    let path = folder(format).join("good").join(name);
+    mesh(&std::fs::read(&path).expect("a readable file"), &path)
+}
+
+/// The volume within a closed mesh whose front is outside.
+fn volume(mesh: &Mesh) -> f32 {
+    let p = |i: u32| Vec3::from_array(mesh.positions[i as usize]);
+    mesh.triangles.iter().map(|&[a, b, c]| p(a).cross(p(b)).dot(p(c))).sum::<f32>() / 6.0
+}
+
+/// Twice the area of each triangle, as seen along −z; negative from behind.
+fn areas_along_z(mesh: &Mesh) -> Vec<f32> {
+    let p = |i: u32| Vec3::from_array(mesh.positions[i as usize]);
+    mesh.triangles.iter().map(|&[a, b, c]| (p(b) - p(a)).cross(p(c) - p(a)).z).collect()
+}
+
+#[test]
+fn bad_files_are_refused_with_the_expected_message() {
+    check_bad_files("ply", "ply");
+    check_bad_files("obj", "obj");
+}
+
+#[test]
+fn good_files_give_the_expected_warnings() {
+    check_good_files("ply", "ply");
+    check_good_files("obj", "obj");
+}
+
+#[test]
+fn damaged_files_do_no_harm() {
+    check_robustness("ply", "ply", 20_000);
+    check_robustness("obj", "obj", 20_000);
+}
+
+/// The tetrahedron of the axes has a volume of 1/6, the prism under it 1, the cube 8.
+#[test]
+fn closed_meshes_have_their_volumes() {
+    let files = [
+        ("ply", "tetrahedron.ply", 1.0 / 6.0),
+        ("ply", "faces_first.ply", 1.0 / 6.0),
+        ("ply", "lines_left_out.ply", 1.0 / 6.0),
+        ("ply", "strips.ply", 1.0 / 6.0),
+        ("ply", "prism_text.ply", 1.0),
+        ("ply", "prism_little.ply", 1.0),
+        ("ply", "prism_big.ply", 1.0),
+        ("obj", "relative.obj", 1.0 / 6.0),
+        ("obj", "cube.obj", 8.0),
+    ];
+    for (format, name, expected) in files {
+        let mesh = good(format, name);
+        assert!((volume(&mesh) - expected).abs() < 1e-6, "{name}: {}", volume(&mesh));
+    }
+}
+
+#[test]
+fn all_encodings_of_ply_give_the_same_mesh() {
+    let text = good("ply", "prism_text.ply");
+    let rest = |mesh: &Mesh| Mesh { name: String::new(), ..mesh.clone() };
+    for name in ["prism_little.ply", "prism_big.ply"] {
+        assert_eq!(rest(&good("ply", name)), rest(&text));
+    }
+    let normals = text.normals.as_ref().expect("normals");
+    assert!(normals.values.iter().all(|n| *n == [0.0, 0.0, 1.0]));
+    let uvs = text.uvs.as_ref().expect("texture coordinates");
+    assert!(text.positions.iter().zip(&uvs.values).all(|(p, uv)| p[..2] == *uv));
+}
+
+/// An arrow head: of the two ways to cut it, one leaves it.
+#[test]
+fn concave_polygons_are_cut_inside() {
+    for mesh in [good("ply", "arrow.ply"), good("obj", "arrow.obj")] {
+        let areas = areas_along_z(&mesh);
+        assert!(areas.len() == 2 && areas.iter().all(|a| *a > 0.0), "{areas:?}");
+    }
+}
+
+#[test]
+fn corners_of_obj_have_indices_of_their_own() {
+    let mesh = good("obj", "cube.obj");
+    let normals = mesh.normals.as_ref().expect("normals");
+    let uvs = mesh.uvs.as_ref().expect("texture coordinates");
+    assert_eq!((mesh.positions.len(), normals.values.len(), uvs.values.len()), (8, 6, 4));
+    for (i, &corners) in mesh.triangles.iter().enumerate() {
+        let p = corners.map(|c| Vec3::from_array(mesh.positions[c as usize]));
+        let flat = (p[1] - p[0]).cross(p[2] - p[0]).normalize();
+        for normal in normals.corners(i, corners) {
+            assert_eq!(Vec3::from_array(normals.values[normal as usize]), flat);
+        }
+        let uv = uvs.corners(i, corners).map(|c| uvs.values[c as usize]);
+        let [a, b] = [1, 2].map(|k| [uv[k][0] - uv[0][0], uv[k][1] - uv[0][1]]);
+        assert_eq!(a[0] * b[1] - a[1] * b[0], 1.0, "half of the unit square");
+    }
+}
+
+/// A regular grid of n × n squares in the xy plane.
+fn grid(n: usize) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+    let point = |i: usize, j: usize| (i * (n + 1) + j) as u32;
+    let positions = (0..=n).flat_map(|i| (0..=n).map(move |j| [j as f32, i as f32, 0.5]));
+    let squares = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+    let triangles = squares.flat_map(|(i, j)| {
+        let [a, b, c, d] = [point(i, j), point(i, j + 1), point(i + 1, j + 1), point(i + 1, j)];
+        [[a, b, c], [a, c, d]]
+    });
+    (positions.collect(), triangles.collect())
+}
+
+#[test]
+fn large_meshes_come_back_as_they_were_written() {
+    let (positions, triangles) = grid(60);
+    let mut obj = String::new();
+    let mut ply = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty \
+         float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        positions.len(),
+        triangles.len()
+    );
+    for [x, y, z] in &positions {
+        writeln!(obj, "v {x} {y} {z}").expect("memory");
+        writeln!(ply, "{x} {y} {z}").expect("memory");
+    }
+    for [a, b, c] in &triangles {
+        writeln!(obj, "f {} {} {}", a + 1, b + 1, c + 1).expect("memory");
+        writeln!(ply, "3 {a} {b} {c}").expect("memory");
+    }
+    for (text, name) in [(obj, "grid.obj"), (ply, "grid.ply")] {
+        let mesh = mesh(text.as_bytes(), Path::new(name));
+        assert_eq!(mesh.name, "grid");
+        assert_eq!((&mesh.positions, &mesh.triangles), (&positions, &triangles));
+        assert!(mesh.normals.is_none() && mesh.uvs.is_none());
+    }
+}
+
+/// A header may promise what it likes; what is reserved is bounded by the bytes that follow.
+#[test]
+fn counts_in_headers_reserve_no_memory() {
+    let header = "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty uchar \
+                  x\nproperty uchar y\nproperty uchar z\nelement nothing 18446744073709551615\n\
+                  element face 18446744073709551615\nproperty list uint uint vertex_indices\n\
+                  end_header\n";
+    let mut bytes = header.as_bytes().to_vec();
+    bytes.extend([7; 3000]);
+    let error = parse(&bytes, Path::new("short.ply")).expect_err("too short");
+    assert!(error.to_string().contains("ends in vertex 1000 of 4000000000"), "{error}");
+}
+
+#[test]
+fn the_mesh_of_the_peer_scenes_is_the_one_made_by_rule() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/mitsuba/bumpy_sphere.ply");
+    let file = mesh(&std::fs::read(path).expect("a readable file"), Path::new(path));
+    let made = shapes::bumpy_sphere(50);
+    assert_eq!(file.triangles.len(), 50_000);
+    assert_eq!((&file.positions, &file.triangles), (&made.positions, &made.triangles));
+}
+
+/// Well-known meshes, with the counts of vertices and triangles in their files.
+#[test]
+fn shared_meshes_load() {
+    let shared = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/scenes"));
+    let meshes = [
+        ("obj/spot.obj", 2930, 5856),
+        ("obj/suzanne.obj", 507, 968),
+        ("obj/teapot.obj", 3644, 6320),
+        ("obj/igea.ply", 134_345, 268_686),
+        ("mitsuba/common/meshes/bunny.ply", 35_947, 69_451),
+        ("mitsuba/common/meshes/teapot.ply", 1177, 2256),
+    ];
+    for (name, vertices, triangles) in meshes {
+        let path: PathBuf = shared.join(name);
+        let Ok(bytes) = std::fs::read(&path) else {
+            println!("skipped: {} not found", path.display());
+            continue;
+        };
+        let mesh = mesh(&bytes, &path);
+        assert_eq!((mesh.positions.len(), mesh.triangles.len()), (vertices, triangles), "{name}");
+    }
+}
