@@ -6,7 +6,7 @@ use pt_math::DVec3;
 
 use super::geometry::{Builder, MISSING};
 use super::reader::{Reader, child, elements};
-use super::source::{NonFinite, inputs, whole_number};
+use super::source::{NonFinite, Pool, inputs, whole_number};
 use super::triangulate::Triangulator;
 use crate::LoadError;
 use crate::format::xml::{Node, words};
@@ -136,6 +136,56 @@ struct Input<'a> {
     set: usize,
 }
 
+/// The inputs of a primitive and then those of its vertices, with the number of indices per
+/// corner.
+fn all_inputs<'a>(
+    reader: &mut Reader<'a>,
+    primitive: Node<'a>,
+) -> Result<(Vec<Input<'a>>, usize), LoadError> {
+    let (mut found, mut stride) = (Vec::new(), 1);
+    for node in inputs(primitive) {
+        let offset = whole_number(reader, node, "offset")?.unwrap_or(0);
+        stride = stride.max(offset.saturating_add(1));
+        let set = whole_number(reader, node, "set")?.unwrap_or(0);
+        let semantic = node.attribute("semantic").unwrap_or_default();
+        found.push(Input { node, semantic, offset, set });
+    }
+    if let Some(vertex) = found.iter().find(|input| input.semantic == "VERTEX") {
+        let (node, offset) = (vertex.node, vertex.offset);
+        if let Some(vertices) = reader.resolve(node, "source", &["vertices"])? {
+            found.extend(inputs(vertices).map(|node| {
+                let semantic = node.attribute("semantic").unwrap_or_default();
+                Input { node, semantic, offset, set: 0 }
+            }));
+        }
+    }
+    Ok((found, stride))
+}
+
+impl Lane {
+    /// Reads the source of the first input with a meaning, of the lowest set if there are several.
+    fn of<'a, const N: usize>(
+        reader: &mut Reader<'a>,
+        pool: &mut Pool<N>,
+        inputs: &[Input<'a>],
+        semantic: &str,
+        non_finite: NonFinite,
+    ) -> Result<Option<Self>, LoadError> {
+        let with_meaning = inputs.iter().filter(|input| input.semantic == semantic);
+        let Some(input) = with_meaning.min_by_key(|input| input.set) else { return Ok(None) };
+        let Some(source) = reader.resolve(input.node, "source", &["source"])? else {
+            return Ok(None);
+        };
+        let values = pool.load(reader, source, non_finite)?;
+        Ok(Some(Self { offset: input.offset, values }))
+    }
+
+    /// The index, into the pool, of a corner.
+    fn at(&self, list: &[u32], stride: usize, corner: usize) -> u32 {
+        self.values.start + list[corner * stride + self.offset]
+    }
+}
+
 impl Lanes {
     /// Reads the inputs of a primitive, and the sources that they name.
     fn of<'a>(
@@ -143,53 +193,19 @@ impl Lanes {
         builder: &mut Builder<'a>,
         primitive: Node<'a>,
     ) -> Result<Self, LoadError> {
-        let (mut found, mut stride) = (Vec::new(), 1);
-        for node in inputs(primitive) {
-            let offset = whole_number(reader, node, "offset")?.unwrap_or(0);
-            stride = stride.max(offset.saturating_add(1));
-            let set = whole_number(reader, node, "set")?.unwrap_or(0);
-            let semantic = node.attribute("semantic").unwrap_or_default();
-            found.push(Input { node, semantic, offset, set });
-        }
-        // What `<vertices>` says about a vertex comes after what the primitive says.
-        if let Some(vertex) = found.iter().find(|input| input.semantic == "VERTEX") {
-            let (node, offset) = (vertex.node, vertex.offset);
-            if let Some(vertices) = reader.resolve(node, "source", &["vertices"])? {
-                found.extend(inputs(vertices).map(|node| {
-                    let semantic = node.attribute("semantic").unwrap_or_default();
-                    Input { node, semantic, offset, set: 0 }
-                }));
-            }
-        }
-        let first =
-            |semantic| found.iter().filter(|i| i.semantic == semantic).min_by_key(|i| i.set);
-        let Some(position) = first("POSITION") else {
+        let (inputs, stride) = all_inputs(reader, primitive)?;
+        let Builder { positions, normals, uvs, .. } = builder;
+        let position = Lane::of(reader, positions, &inputs, "POSITION", NonFinite::Refuse)?;
+        let Some(position) = position else {
             let message = "its corners have no positions; expected an <input semantic=\"VERTEX\"> \
                            that names <vertices> with an <input semantic=\"POSITION\">";
             return Err(reader.error(primitive, message));
         };
-        let mut source = |input: &Input<'a>| reader.resolve(input.node, "source", &["source"]);
-        let sources = (
-            source(position)?,
-            first("NORMAL").map(&mut source).transpose()?.flatten(),
-            first("TEXCOORD").map(&mut source).transpose()?.flatten(),
-        );
-        let lane =
-            |semantic, values| first(semantic).map(|input| Lane { offset: input.offset, values });
-        let (Some(positions), normals, uvs) = sources else {
-            return Err(reader.error(position.node, "the positions are not in this file"));
-        };
-        let positions = builder.positions.load(reader, positions, NonFinite::Refuse)?;
-        let normals = normals
-            .map(|source| builder.normals.load(reader, source, NonFinite::Zero))
-            .transpose()?;
-        let uvs =
-            uvs.map(|source| builder.uvs.load(reader, source, NonFinite::Zero)).transpose()?;
         Ok(Self {
             stride,
-            position: Lane { offset: position.offset, values: positions },
-            normal: normals.and_then(|values| lane("NORMAL", values)),
-            uv: uvs.and_then(|values| lane("TEXCOORD", values)),
+            position,
+            normal: Lane::of(reader, normals, &inputs, "NORMAL", NonFinite::Zero)?,
+            uv: Lane::of(reader, uvs, &inputs, "TEXCOORD", NonFinite::Zero)?,
         })
     }
 
@@ -216,22 +232,14 @@ impl Lanes {
             if let Some(corner) = of_lane.position(|i| *i as usize >= exist) {
                 let at = corner * self.stride + lane.offset;
                 let message = format!(
-                    "{what} {} is asked for, but there are {exist} (0 to {})",
-                    list[at],
-                    exist.saturating_sub(1)
+                    "{what} {} is asked for, but there are {exist}, counted from 0",
+                    list[at]
                 );
                 let word = words(p).nth(at).unwrap_or_default();
                 return Err(reader.document.error_at(p, word, message));
             }
         }
         Ok(list)
-    }
-}
-
-impl Lane {
-    /// The index, into the pool, of a corner.
-    fn at(&self, list: &[u32], stride: usize, corner: usize) -> u32 {
-        self.values.start + list[corner * stride + self.offset]
     }
 }
 
