@@ -80,13 +80,15 @@ pub enum Builder {
 pub struct BuildOptions {
     /// How to build.
     pub builder: Builder,
-    /// Leaves hold no more primitives than this; taken as a number from 1 to 64.
+    /// Leaves of the binary tree hold no more primitives than this; taken as a number from 1 to
+    /// 64. The default is 8, as many as are tested at once; for queries, subtrees with up to that
+    /// many become one leaf in any case.
     pub max_leaf_size: u32,
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { builder: Builder::default(), max_leaf_size: 4 }
+        Self { builder: Builder::default(), max_leaf_size: 8 }
     }
 }
 

@@ -102,6 +102,33 @@ fn depth_error(ray: &Prepared, [a, b, c]: [[f32; 3]; 3], det: f64) -> f64 {
     3.0 * de * (z + dz) / det.abs() + dz
 }
 
+/// How the ray passes a triangle, without regard to where along the ray.
+#[cfg(test)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Side {
+    Outside,
+    /// An edge function is 0, and the others do not rule out a hit.
+    Edge,
+    /// All edge functions are above 0.
+    Positive,
+    /// All edge functions are below 0: it turns the other way.
+    Negative,
+}
+
+/// The side by the signs of the edge functions.
+#[cfg(test)]
+pub(crate) fn side(ray: &Prepared, p: [Vec3; 3]) -> Side {
+    let [a, b, c] = p.map(|v| shear(ray, v));
+    let edges = [edge(b, c), edge(c, a), edge(a, b)];
+    let (negative, positive) = (edges.iter().any(|&e| e < 0.0), edges.iter().any(|&e| e > 0.0));
+    match (negative, positive) {
+        (true, true) => Side::Outside,
+        _ if edges.contains(&0.0) => Side::Edge,
+        (true, false) => Side::Negative,
+        _ => Side::Positive,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -12,7 +12,7 @@ const BINS: usize = 16;
 /// Cost of visiting a node, where testing a block of primitives costs [`BLOCK_COST`].
 const NODE_COST: f32 = 1.0;
 /// Cost of testing one block.
-const BLOCK_COST: f32 = 2.0;
+const BLOCK_COST: f32 = 1.0;
 /// Primitives tested at once: a leaf costs as many blocks as it fills, the last maybe in part.
 const BLOCK: u32 = crate::wide::BLOCK as u32;
 /// Subtrees at least this large are built by two threads.

@@ -1,1 +1,116 @@
-//! Laws.
+//! Laws that all builders and kernels obey, on random scenes.
+
+mod agreement;
+mod construction;
+mod spawned;
+mod spheres;
+mod watertight;
+
+use std::collections::HashMap;
+
+use pt_math::{DVec3, Vec3};
+
+use crate::{Geometry, Sphere};
+
+/// A scene that owns its arrays.
+#[derive(Clone, Debug, Default)]
+struct Soup {
+    positions: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+    spheres: Vec<Sphere>,
+}
+
+impl Soup {
+    fn geometry(&self) -> Geometry<'_> {
+        Geometry { positions: &self.positions, triangles: &self.triangles, spheres: &self.spheres }
+    }
+
+    fn corners(&self, triangle: usize) -> [Vec3; 3] {
+        self.triangles[triangle].map(|i| self.positions[i as usize])
+    }
+}
+
+/// A sphere of triangles: an octahedron, each triangle of which is split in four `levels` times.
+/// Triangles turn left seen from outside.
+fn ball(levels: u32) -> Soup {
+    let mut positions = vec![Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+    let mut triangles: Vec<[u32; 3]> = Vec::new();
+    for (x, y, z) in (0..8).map(|i| (i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2))) {
+        triangles.push(if (x + y + z) % 2 == 0 { [x, y, z] } else { [x, z, y] });
+    }
+    for _ in 0..levels {
+        let mut middles = HashMap::new();
+        let mut middle = |a: u32, b: u32| {
+            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                let sum = positions[a as usize] + positions[b as usize];
+                positions.push(sum.normalize());
+                positions.len() as u32 - 1
+            })
+        };
+        triangles = triangles
+            .iter()
+            .flat_map(|&[a, b, c]| {
+                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+            })
+            .collect();
+    }
+    Soup { positions, triangles, spheres: Vec::new() }
+}
+
+/// A [`ball`] with hills of two sizes, still seen whole from around its centre.
+fn bumpy_ball(levels: u32) -> Soup {
+    let wave = |x: f32| {
+        let r = x - x.floor();
+        4.0 * r * (1.0 - r)
+    };
+    let mut soup = ball(levels);
+    for p in &mut soup.positions {
+        let hills = wave(3.1 * p.x) * wave(3.7 * p.y) * wave(4.3 * p.z);
+        let ripples = wave(17.0 * p.x) + wave(19.0 * p.y) + wave(23.0 * p.z);
+        *p *= 0.7 + 0.4 * hills + 0.02 * ripples;
+    }
+    soup
+}
+
+/// Uniform numbers that depend on nothing but a seed.
+struct Random(u64);
+
+impl Random {
+    /// SplitMix64. [Steele, Lea & Flood 2014]
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ z >> 31
+    }
+
+    /// In [0, 1).
+    fn unit(&mut self) -> f32 {
+        (self.bits() >> 40) as f32 / (1u32 << 24) as f32
+    }
+
+    /// In [−1, 1).
+    fn signed(&mut self) -> f32 {
+        2.0 * self.unit() - 1.0
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.bits() % n as u64) as usize
+    }
+
+    /// In the cube [−1, 1)³.
+    fn vector(&mut self) -> Vec3 {
+        Vec3::new(self.signed(), self.signed(), self.signed())
+    }
+
+    /// A unit vector.
+    fn direction(&mut self) -> DVec3 {
+        loop {
+            let v = self.vector().as_dvec3();
+            if (1e-3..=1.0).contains(&v.length_squared()) {
+                return v.normalize();
+            }
+        }
+    }
+}

@@ -1,4 +1,7 @@
-//! From the binary tree to the wide one.
+//! From the binary tree to the wide one. Subtrees and leaves that fit a block become one; leaves
+//! that do not are halved.
+
+use std::ops::Range;
 
 use pt_math::{Bounds3, Vec3};
 use wide::f32x8;
@@ -49,13 +52,16 @@ impl WideBvh {
         collapse.reserve();
         let root = collapse.part(0);
         collapse.push_node(root);
-        collapse.wide.nodes.shrink_to_fit();
-        collapse.wide
+        let mut wide = collapse.wide;
+        wide.nodes.shrink_to_fit();
+        wide.triangles.shrink_to_fit();
+        wide.spheres.shrink_to_fit();
+        wide
     }
 }
 
 impl Collapse<'_> {
-    /// Makes room for all blocks, so that arrays do not grow by copying.
+    /// Makes room for as many blocks as there may be, so that arrays do not grow by copying.
     fn reserve(&mut self) {
         let (mut triangles, mut spheres) = (0, 0);
         for leaf in self.bvh.nodes.iter().filter(|n| n.is_leaf()) {
@@ -71,12 +77,31 @@ impl Collapse<'_> {
 
     fn part(&self, i: usize) -> Part {
         let node = &self.bvh.nodes[i];
-        let content = if node.is_leaf() {
-            Content::Run { first: node.offset as usize, count: node.count as usize }
-        } else {
-            Content::Subtree(i)
-        };
+        let content = self.small_run(i).unwrap_or(Content::Subtree(i));
         Part { bounds: node.bounds(), content }
+    }
+
+    /// The primitives below node `i`, if it is a leaf or they fit one block.
+    fn small_run(&self, i: usize) -> Option<Content> {
+        let nodes = &self.bvh.nodes;
+        let (mut leftmost, mut rightmost) = (i, i);
+        while !nodes[leftmost].is_leaf() {
+            leftmost = self.bvh.children(leftmost)[0];
+        }
+        while !nodes[rightmost].is_leaf() {
+            rightmost = self.bvh.children(rightmost)[1];
+        }
+        let first = nodes[leftmost].offset as usize;
+        let end = (nodes[rightmost].offset + nodes[rightmost].count) as usize;
+        let run = Content::Run { first, count: end - first };
+        (nodes[i].is_leaf() || (end - first <= BLOCK && self.is_one_kind(first..end)))
+            .then_some(run)
+    }
+
+    fn is_one_kind(&self, places: Range<usize>) -> bool {
+        let spheres =
+            self.bvh.order[places.clone()].iter().filter(|&&id| self.geometry.is_sphere(id));
+        [0, places.len()].contains(&spheres.count())
     }
 
     fn run(&self, first: usize, count: usize) -> Part {

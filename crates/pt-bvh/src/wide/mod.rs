@@ -8,16 +8,16 @@ mod collapse;
 mod traverse;
 
 use pt_math::Vec3;
-use wide::{f32x4, f32x8};
+use wide::f32x8;
 
 use crate::geometry::Sphere;
 
 /// Children per node.
 pub(crate) const WIDTH: usize = 8;
 /// Primitives per leaf block.
-pub(crate) const BLOCK: usize = 4;
+pub(crate) const BLOCK: usize = 8;
 /// One number for each triangle of a block.
-pub(crate) type Lanes = f32x4;
+pub(crate) type Lanes = f32x8;
 
 /// `id` of a lane without a primitive.
 pub(crate) const NO_PRIMITIVE: u32 = u32::MAX;
@@ -56,7 +56,7 @@ pub(crate) struct WideNode {
 
 /// Triangles of one leaf. Lanes without one hold NaN, which passes no comparison.
 #[derive(Clone, Copy, Debug)]
-#[repr(C)]
+#[repr(C, align(64))]
 pub(crate) struct TriangleBlock {
     /// Vertex, axis.
     vertices: [[Lanes; 3]; 3],

@@ -1,0 +1,249 @@
+//! All builders and kernels return the bits of the loop over everything.
+
+use proptest::prelude::*;
+use pt_math::{Ray, Vec3};
+
+use super::{Random, Soup, bumpy_ball};
+use crate::{BuildOptions, Builder, Bvh, Bvh2, Hit, Sphere, check};
+
+/// The bits of a hit, so that −0 differs from 0 and NaN equals itself.
+fn bits(hit: Option<Hit>) -> Option<[u32; 4]> {
+    hit.map(|h| [h.t.to_bits(), h.b1.to_bits(), h.b2.to_bits(), h.primitive])
+}
+
+/// Coordinates on a small grid, so that much coincides, or anywhere.
+fn coordinate() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        6 => (-3i8..=3).prop_map(f32::from),
+        3 => -3.0f32..3.0,
+        1 => prop_oneof![Just(-0.0f32), Just(1e-30), Just(-1e-6), Just(1e4)],
+    ]
+}
+
+fn point() -> impl Strategy<Value = Vec3> {
+    [coordinate(), coordinate(), coordinate()].prop_map(Vec3::from_array)
+}
+
+/// Points, among them some that make a primitive unusable.
+fn vertex() -> impl Strategy<Value = Vec3> {
+    prop_oneof![
+        40 => point(),
+        1 => Just(Vec3::new(f32::NAN, 0.0, 0.0)),
+        1 => Just(Vec3::new(0.0, f32::INFINITY, 1.0)),
+        1 => Just(Vec3::new(0.0, 1.0, -1e30)),
+    ]
+}
+
+fn sphere() -> impl Strategy<Value = Sphere> {
+    let radius = prop_oneof![
+        8 => 0.01f32..2.0,
+        1 => prop_oneof![Just(0.0f32), Just(-1.0), Just(f32::NAN), Just(1e-20), Just(1e6)],
+    ];
+    (vertex(), radius).prop_map(|(center, radius)| Sphere { center, radius })
+}
+
+fn soup() -> impl Strategy<Value = Soup> {
+    let vertices = prop::collection::vec(vertex(), 1..24);
+    let triangles = prop::collection::vec(any::<[prop::sample::Index; 3]>(), 0..60);
+    let spheres = prop::collection::vec(sphere(), 0..12);
+    // Powers of two change no result but for overflow and underflow; other factors blur the grid.
+    let scale = prop_oneof![4 => Just(1.0f32), 1 => Just(0.37), 1 => Just(2f32.powi(40)),
+        1 => Just(2f32.powi(-40)), 1 => Just(2f32.powi(-75))];
+    (vertices, triangles, spheres, scale).prop_map(|(positions, triangles, spheres, scale)| {
+        let n = positions.len();
+        let scaled = |s: Sphere| Sphere { center: s.center * scale, radius: s.radius * scale };
+        Soup {
+            triangles: triangles.iter().map(|t| t.map(|i| i.index(n) as u32)).collect(),
+            positions: positions.into_iter().map(|p| p * scale).collect(),
+            spheres: spheres.into_iter().map(scaled).collect(),
+        }
+    })
+}
+
+/// How a ray is made for a given scene.
+#[derive(Clone, Debug)]
+struct RayRecipe {
+    origin: Vec3,
+    direction: Vec3,
+    /// Aims at a vertex, or the middle of two, instead of along `direction`.
+    at: Option<(prop::sample::Index, prop::sample::Index)>,
+    from_vertex: Option<prop::sample::Index>,
+    length: f32,
+    interval: (f32, f32),
+}
+
+fn recipe() -> impl Strategy<Value = RayRecipe> {
+    let axis = prop_oneof![Just(0.0f32), Just(-0.0), Just(1.0), Just(-1.0)];
+    let direction = prop_oneof![
+        [axis.clone(), axis.clone(), axis].prop_map(Vec3::from_array),
+        point(),
+        (point(), Just(1e-8f32)).prop_map(|(p, e)| Vec3::X + p * e),
+    ];
+    let length = prop_oneof![4 => Just(1.0f32), 1 => Just(3e-20), 1 => Just(2f32.powi(60))];
+    let interval = prop_oneof![
+        4 => Just((0.0f32, f32::INFINITY)),
+        1 => Just((-1.0, 2.0)),
+        1 => (0.0f32..3.0, 0.0f32..6.0),
+        1 => Just((0.0, f32::NAN)),
+    ];
+    let index = || any::<prop::sample::Index>();
+    let at = proptest::option::of((index(), index()));
+    (point(), direction, at, proptest::option::weighted(0.2, index()), length, interval).prop_map(
+        |(origin, direction, at, from_vertex, length, interval)| RayRecipe {
+            origin,
+            direction,
+            at,
+            from_vertex,
+            length,
+            interval,
+        },
+    )
+}
+
+impl RayRecipe {
+    fn ray(&self, soup: &Soup) -> Ray {
+        let p = &soup.positions;
+        let scale = soup.positions.iter().fold(0.0f32, |s, p| {
+            if p.is_finite() && p.abs().max_element() < 1e29 {
+                s.max(p.abs().max_element())
+            } else {
+                s
+            }
+        });
+        let scale = if scale > 0.0 { scale / 3.0 } else { 1.0 };
+        let origin = self.from_vertex.map_or(self.origin * scale, |i| *i.get(p));
+        let direction = match self.at {
+            Some((i, j)) => (*i.get(p) + *j.get(p)) * 0.5 - origin,
+            None => self.direction * scale,
+        };
+        let (t_min, t_max) = self.interval;
+        Ray { origin, direction: direction * self.length, t_min, t_max }
+    }
+}
+
+/// The hit that everything agrees on; an error that says what does not.
+fn agreed(soup: &Soup, ray: &Ray, kernels: &[Bvh], trees: &[Bvh2]) -> Result<Option<Hit>, String> {
+    let geometry = soup.geometry();
+    let expected = kernels[0].intersect(ray);
+    for (i, tree) in trees.iter().enumerate() {
+        let hit = tree.intersect(&geometry, ray);
+        if bits(hit) != bits(expected) {
+            return Err(format!("tree {i}: {hit:?} instead of {expected:?} for {ray:?}"));
+        }
+    }
+    for (i, kernel) in kernels.iter().enumerate() {
+        let hit = kernel.intersect(ray);
+        if bits(hit) != bits(expected) {
+            return Err(format!("kernel {i}: {hit:?} instead of {expected:?} for {ray:?}"));
+        }
+        let mut tests = 0;
+        let counted = kernel.intersect_counted(ray, &mut tests);
+        if bits(counted) != bits(expected) || (expected.is_some() && tests == 0) {
+            return Err(format!("kernel {i} counts {tests} tests, {counted:?}"));
+        }
+        if kernel.occluded(ray) != expected.is_some()
+            || kernel.occluded_counted(ray, &mut tests) != expected.is_some()
+        {
+            return Err(format!("kernel {i} sees otherwise that {ray:?} is occluded"));
+        }
+    }
+    Ok(expected)
+}
+
+/// The loop first, then a kernel and a binary tree for each way to build.
+fn all_ways(soup: &Soup, leaf_sizes: &[u32]) -> (Vec<Bvh>, Vec<Bvh2>) {
+    let geometry = soup.geometry();
+    let (mut kernels, mut trees) = (Vec::new(), Vec::new());
+    let list = BuildOptions { builder: Builder::None, max_leaf_size: 1 };
+    kernels.push(Bvh::build(geometry, &list).expect("indices are in range"));
+    for builder in [Builder::Sah, Builder::Mean] {
+        for &max_leaf_size in leaf_sizes {
+            let options = BuildOptions { builder, max_leaf_size };
+            let tree = Bvh2::build(&geometry, &options).expect("indices are in range");
+            assert_eq!(check::verify(&tree, &geometry), Ok(()), "{options:?}");
+            let kernel = Bvh::build(geometry, &options).expect("indices are in range");
+            assert_eq!(kernel.bounds(), kernels[0].bounds());
+            assert_eq!(kernel.skipped(), kernels[0].skipped());
+            trees.push(tree);
+            kernels.push(kernel);
+        }
+    }
+    (kernels, trees)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1500))]
+
+    #[test]
+    fn kernels_agree_on_hostile_soups(
+        soup in soup(),
+        recipes in prop::collection::vec(recipe(), 24),
+        leaf_size in prop_oneof![Just(1u32), Just(2), Just(4), Just(8), Just(64)],
+    ) {
+        let (kernels, trees) = all_ways(&soup, &[leaf_size]);
+        for recipe in recipes {
+            let ray = recipe.ray(&soup);
+            let hit = agreed(&soup, &ray, &kernels, &trees).map_err(TestCaseError::fail)?;
+            // An interval that ends at the hit leaves it out.
+            if let Some(hit) = hit {
+                let before = Ray { t_max: hit.t, ..ray };
+                let after = Ray { t_min: hit.t, ..ray };
+                for ray in [before, after] {
+                    let other = agreed(&soup, &ray, &kernels, &trees);
+                    let other = other.map_err(TestCaseError::fail)?;
+                    prop_assert!(other.is_none_or(|h| h.t > hit.t));
+                }
+            }
+        }
+    }
+}
+
+/// Triangles with corners on a grid: many coincide, touch and are coplanar.
+fn grid_soup(n: usize) -> Soup {
+    let mut r = Random(7);
+    let mut soup = Soup::default();
+    for i in 0..n as u32 {
+        let corner = (r.vector() * 10.0).floor();
+        for _ in 0..3 {
+            soup.positions.push(corner + (r.vector() * 2.0).floor());
+        }
+        soup.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
+        if i % 16 == 0 {
+            soup.spheres.push(Sphere { center: corner, radius: 0.5 + r.unit() });
+        }
+    }
+    soup
+}
+
+#[test]
+fn kernels_agree_on_a_grid_where_much_coincides() {
+    let soup = grid_soup(4000);
+    let (kernels, trees) = all_ways(&soup, &[4, 8]);
+    let mut r = Random(11);
+    let mut hits = 0;
+    for i in 0..1500 {
+        let origin = (r.vector() * 14.0).floor();
+        let direction = match i % 3 {
+            0 => (r.vector() * 3.0).floor(),
+            1 => (r.vector() * 10.0).floor() - origin,
+            _ => r.vector(),
+        };
+        let hit = agreed(&soup, &Ray::new(origin, direction), &kernels, &trees);
+        hits += usize::from(hit.expect("all agree").is_some());
+    }
+    assert!(hits > 700, "most rays hit something: {hits}");
+}
+
+#[test]
+fn kernels_agree_on_a_mesh_from_near_and_far() {
+    let soup = bumpy_ball(5);
+    let (kernels, trees) = all_ways(&soup, &[8]);
+    let mut r = Random(3);
+    for i in 0..600 {
+        let distance = [0.1, 1.0, 3.0, 1e4][i % 4];
+        let origin = r.vector() * distance;
+        let target = soup.positions[r.below(soup.positions.len())];
+        let hit = agreed(&soup, &Ray::new(origin, target - origin), &kernels, &trees);
+        hit.expect("all agree");
+    }
+}
