@@ -48,6 +48,9 @@ pub struct RenderScene {
     pub normals: Vec<Vec3>,
     /// Normals at the corners of each triangle, or [`FLAT`]; empty if all are flat.
     pub triangle_normals: Vec<[u32; 3]>,
+    /// Whether [`Interaction::normal`] is the plain interpolation of normals at corners, which is
+    /// shorter than 1 between different ones: what the university course's program shows.
+    pub plain_normals: bool,
     /// Spheres; their primitive numbers follow those of the triangles.
     pub spheres: Vec<Sphere>,
     /// Surface of each primitive.
@@ -77,7 +80,7 @@ pub struct Interaction {
     pub error: Vec3,
     /// Unit normal of the true surface, on the side of `normal`.
     pub geometric_normal: Vec3,
-    /// Unit shading normal.
+    /// Shading normal; of unit length unless [`RenderScene::plain_normals`].
     pub normal: Vec3,
     /// Unit direction towards where it is seen from.
     pub wo: Vec3,
@@ -161,7 +164,7 @@ impl RenderScene {
         if length_squared < 1e-12 {
             return (p, error, flat, flat);
         }
-        let normal = sum / length_squared.sqrt();
+        let normal = if self.plain_normals { sum } else { sum / length_squared.sqrt() };
         let geometric = if flat.dot(normal) < 0.0 { -flat } else { flat };
         (p, error, geometric, normal)
     }
@@ -183,7 +186,8 @@ impl RenderScene {
     pub fn bsdf(&self, at: &Interaction) -> Bsdf {
         let surface = &self.surfaces[at.surface];
         let lobe = &self.lobes[surface.lobe];
-        Bsdf::new(lobe, surface.two_sided, at.normal, at.geometric_normal, at.wo)
+        let normal = if self.plain_normals { at.normal.normalize() } else { at.normal };
+        Bsdf::new(lobe, surface.two_sided, normal, at.geometric_normal, at.wo)
     }
 
     /// Radiance that the surface emits towards `at.wo`.

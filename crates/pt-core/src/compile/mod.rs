@@ -114,7 +114,9 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
         ));
     }
     let bvh_time = start.elapsed();
-    Ok(Compiled { scene: assemble(shapes, lights, camera, bvh), notes, geometry_time, bvh_time })
+    let mut scene = assemble(shapes, lights, camera, bvh);
+    scene.plain_normals = options.course;
+    Ok(Compiled { scene, notes, geometry_time, bvh_time })
 }
 
 /// Builds the hierarchy over all triangles and spheres.
@@ -139,6 +141,7 @@ fn assemble(
         triangles: shapes.triangles,
         normals: shapes.normals,
         triangle_normals: shapes.triangle_normals,
+        plain_normals: false,
         spheres: shapes.spheres,
         primitive_surface,
         surfaces: shapes.surfaces,

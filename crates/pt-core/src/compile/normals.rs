@@ -4,11 +4,12 @@
 use pt_math::Vec3;
 
 /// Unit normals at vertices: the sum of the cross products of the triangles around each, which
-/// weighs them by area, turned around at the rim of open meshes. Vertices without area get zero.
+/// weighs them by area. Vertices without area get zero.
 ///
-/// At the rim the course's program walks along the hole instead of around the vertex, which
-/// gives flat pieces the opposite normal. Its Cornell boxes rely on it: their walls are wound to
-/// face outwards, and lit on the inside.
+/// At the rim of an open mesh the course's program walks around the wrong vertex: the normal at p
+/// is the sum of (a − p) × (n − p) over the neighbours n of a, where a is the vertex before p
+/// along the rim. Flat pieces get the opposite normal from it. The Cornell boxes of the course
+/// rely on that: their walls are wound to face outwards, and lit on the inside.
 pub(super) fn course(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let mut sums = vec![Vec3::ZERO; positions.len()];
     for &corners in triangles {
@@ -18,28 +19,55 @@ pub(super) fn course(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
             sums[i as usize] += n;
         }
     }
-    let mut normals: Vec<_> = sums.into_iter().map(Vec3::normalize_or_zero).collect();
-    for vertex in rim(triangles, positions.len()) {
-        normals[vertex] = -normals[vertex];
+    let edges = Edges::new(triangles);
+    for [before, p] in edges.rim() {
+        let origin = positions[p as usize];
+        let arm = positions[before as usize] - origin;
+        let around = edges.from(before).chain(edges.to(before));
+        let mut ends: Vec<u32> = around.collect();
+        ends.sort_unstable();
+        ends.dedup();
+        sums[p as usize] = ends.iter().map(|&n| arm.cross(positions[n as usize] - origin)).sum();
     }
-    normals
+    sums.into_iter().map(Vec3::normalize_or_zero).collect()
 }
 
-/// The vertices at which an edge has a triangle on one side only.
-fn rim(triangles: &[[u32; 3]], vertices: usize) -> Vec<usize> {
-    let mut edges: Vec<[u32; 2]> = triangles
-        .iter()
-        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
-        .map(|[a, b]| [a.min(b), a.max(b)])
-        .collect();
-    edges.sort_unstable();
-    let mut on_rim = vec![false; vertices];
-    for same in edges.chunk_by(|a, b| a == b) {
-        if let &[[a, b]] = same {
-            (on_rim[a as usize], on_rim[b as usize]) = (true, true);
-        }
+/// The directed edges of triangles, for look-ups by either end.
+struct Edges {
+    by_start: Vec<[u32; 2]>,
+    by_end: Vec<[u32; 2]>,
+}
+
+impl Edges {
+    fn new(triangles: &[[u32; 3]]) -> Self {
+        let edges = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let mut by_start: Vec<_> = edges.collect();
+        let mut by_end: Vec<_> = by_start.iter().map(|&[a, b]| [b, a]).collect();
+        by_start.sort_unstable();
+        by_end.sort_unstable();
+        Self { by_start, by_end }
     }
-    (0..vertices).filter(|&v| on_rim[v]).collect()
+
+    /// Where the edges from a vertex lead.
+    fn from(&self, v: u32) -> impl Iterator<Item = u32> {
+        Self::of(&self.by_start, v)
+    }
+
+    /// Where the edges to a vertex come from.
+    fn to(&self, v: u32) -> impl Iterator<Item = u32> {
+        Self::of(&self.by_end, v)
+    }
+
+    fn of(sorted: &[[u32; 2]], v: u32) -> impl Iterator<Item = u32> {
+        let start = sorted.partition_point(|e| e[0] < v);
+        sorted[start..].iter().take_while(move |e| e[0] == v).map(|e| e[1])
+    }
+
+    /// The edges with a triangle on one side only, in the direction of that triangle.
+    fn rim(&self) -> impl Iterator<Item = [u32; 2]> {
+        let alone = |&[a, b]: &[u32; 2]| self.by_start.binary_search(&[b, a]).is_err();
+        self.by_start.iter().copied().filter(alone)
+    }
 }
 
 #[cfg(test)]
