@@ -5,8 +5,8 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use pt_scene::image::{
-    BitDepth, CODECS, Image, ImageError, SaveOptions, Transfer, load, load_as, save, save_rgb8,
-    write_atomically,
+    BitDepth, CODECS, Image, ImageError, SaveOptions, Transfer, decode, load, load_as, save,
+    save_rgb8, write_atomically,
 };
 
 /// A picture with a different colour in every pixel, some of them above 1.
@@ -262,6 +262,37 @@ fn exr_channels_are_found_by_name() {
     assert!(message.contains("a.exr") && message.contains("it has Z"), "{message}");
 }
 
+/// Files that other programs wrote: path below the shared folder, width, height, and the mean of
+/// all channels as other programs read it (OpenEXR's own library; Pillow and the sRGB curve).
+const FOREIGN: [(&str, u32, u32, f64); 5] = [
+    ("scenes/mitsuba/common/textures/museum.exr", 512, 256, 0.330_511), // half, PIZ
+    ("scenes/pbrt/spheres.exr", 384, 192, 0.256_58),                    // half, ZIP
+    ("bench/out/ref_cornell_blob_512_d6.exr", 512, 512, 0.136_728),     // float, ZIP
+    ("reference/cs184/bunny_m5.png", 480, 360, 0.346_976),
+    ("scenes/mitsuba/common/textures/leaf_mask.png", 239, 241, 0.443_935), // grey and alpha
+];
+
+#[test]
+fn files_of_other_programs_are_read() {
+    let shared = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared"));
+    for (name, width, height, mean) in FOREIGN {
+        let path = shared.join(name);
+        if !path.exists() {
+            println!("skipped: {} not found", path.display());
+            continue;
+        }
+        let image = load(&path).unwrap();
+        assert_eq!((image.width, image.height), (width, height), "{name}");
+        let light = image.pixels.as_flattened();
+        let sum: f64 = light.iter().map(|&l| f64::from(l)).sum();
+        assert!(
+            (sum / light.len() as f64 - mean).abs() < 1e-6,
+            "{name}: {}",
+            sum / light.len() as f64
+        );
+    }
+}
+
 /// Valid files to break: (name, bytes).
 fn valid_files() -> Vec<(&'static str, Vec<u8>)> {
     let folder = folder();
@@ -288,12 +319,10 @@ fn valid_files() -> Vec<(&'static str, Vec<u8>)> {
 
 #[test]
 fn every_prefix_of_a_file_is_refused_with_its_name() {
-    let folder = folder();
     for (name, bytes) in valid_files() {
-        let path = folder.path().join(name);
         for length in 0..bytes.len() {
-            fs::write(&path, &bytes[..length]).unwrap();
-            let error = load(&path).expect_err(&format!("{name} cut to {length} bytes"));
+            let error = decode(&bytes[..length], Path::new(name), Transfer::Srgb)
+                .expect_err(&format!("{name} cut to {length} bytes"));
             assert!(error.to_string().contains(name), "{error}");
         }
     }
@@ -301,27 +330,22 @@ fn every_prefix_of_a_file_is_refused_with_its_name() {
 
 #[test]
 fn damaged_files_give_an_error_or_an_image_of_their_size() {
-    let folder = folder();
     let mut random = 1u32;
     let mut next = move || {
         random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         (random >> 8) as usize
     };
     for (name, bytes) in valid_files() {
-        let path = folder.path().join(name);
-        for _ in 0..2000 {
+        for _ in 0..5000 {
             let mut damaged = bytes.clone();
             for _ in 0..=next() % 4 {
                 // Half of the damage goes to the headers.
                 let range = if next() % 2 == 0 { bytes.len().min(400) } else { bytes.len() };
                 damaged[next() % range] = next() as u8;
             }
-            fs::write(&path, &damaged).unwrap();
-            if let Ok(image) = load(&path) {
-                assert_eq!(
-                    u64::from(image.width) * u64::from(image.height),
-                    image.pixels.len() as u64
-                );
+            if let Ok(image) = decode(&damaged, Path::new(name), Transfer::Srgb) {
+                let count = u64::from(image.width) * u64::from(image.height);
+                assert_eq!(count, image.pixels.len() as u64);
             }
         }
     }
@@ -339,6 +363,26 @@ fn small_files_that_claim_to_be_huge_are_refused() {
     fs::write(&path, &bytes).unwrap();
     let message = load(&path).unwrap_err().to_string();
     assert!(message.contains("1 GiB"), "{message}");
+}
+
+#[test]
+fn exr_windows_that_claim_to_be_huge_are_refused() {
+    let folder = folder();
+    let path = folder.path().join("bomb.exr");
+    let bytes = exr_of(&[(None, &[("R", 1.0), ("G", 2.0), ("B", 3.0)])]);
+    for (side, reason) in [(8_000i32, "claims"), (60_000, "1 GiB")] {
+        let mut bytes = bytes.clone();
+        for window in ["dataWindow\0box2i\0", "displayWindow\0box2i\0"] {
+            let at = bytes.windows(window.len()).position(|w| w == window.as_bytes()).unwrap();
+            // After the size of the attribute: the least x and y, then the greatest.
+            let greatest = at + window.len() + 4 + 8;
+            bytes[greatest..greatest + 4].copy_from_slice(&(side - 1).to_le_bytes());
+            bytes[greatest + 4..greatest + 8].copy_from_slice(&(side - 1).to_le_bytes());
+        }
+        fs::write(&path, &bytes).unwrap();
+        let message = load(&path).unwrap_err().to_string();
+        assert!(message.contains(reason), "{message}");
+    }
 }
 
 /// The checksum of PNG chunks. [PNG specification, 3rd ed., annex D]

@@ -102,3 +102,14 @@ fn unit(bits: u32) -> f32 {
     const SCALE: f32 = 1.0 / 16_777_216.0;
     (bits >> 8) as f32 * SCALE
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_bits_set_stay_below_one() {
+        assert_eq!(unit(u32::MAX), 1.0f32.next_down());
+        assert_eq!(unit(0), 0.0);
+    }
+}

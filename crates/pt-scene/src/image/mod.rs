@@ -133,10 +133,20 @@ pub fn load(path: &Path) -> Result<Image, ImageError> {
 /// # Errors
 /// As [`load`].
 pub fn load_as(path: &Path, untagged: Transfer) -> Result<Image, ImageError> {
-    let read = codec_with(path, |codec| codec.read)?;
+    // An unknown ending is the better message where the file is missing as well.
+    codec_with(path, |codec| codec.read)?;
     let bytes =
         std::fs::read(path).map_err(|source| ImageError::Read { path: path.to_owned(), source })?;
-    read(&bytes, untagged).map_err(|message| ImageError::Content { path: path.to_owned(), message })
+    decode(&bytes, path, untagged)
+}
+
+/// Decodes the content of a file; `path` gives the ending, and the name for messages.
+///
+/// # Errors
+/// As [`load`], but nothing is read.
+pub fn decode(bytes: &[u8], path: &Path, untagged: Transfer) -> Result<Image, ImageError> {
+    let read = codec_with(path, |codec| codec.read)?;
+    read(bytes, untagged).map_err(|message| ImageError::Content { path: path.to_owned(), message })
 }
 
 impl Transfer {
