@@ -68,7 +68,8 @@ pub(super) fn boolean(text: &str) -> Result<bool, String> {
 /// A linear colour: one number, three numbers, or `#rrggbb` in steps of 1/255.
 pub(super) fn rgb(text: &str) -> Result<[f64; 3], String> {
     let Some(digits) = text.trim().strip_prefix('#') else { return one_or_three(text) };
-    let value = u32::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 6);
+    let is_good = digits.len() == 6 && digits.bytes().all(|b| b.is_ascii_hexdigit());
+    let value = u32::from_str_radix(digits, 16).ok().filter(|_| is_good);
     let [_, rgb @ ..] =
         value.ok_or_else(|| format!("{} is no colour like #ff8000", quote(text)))?.to_be_bytes();
     Ok(rgb.map(|byte| f64::from(byte) / 255.0))
