@@ -106,6 +106,6 @@ pub(crate) fn in_range(v: Vec3) -> bool {
 
 /// Whether the cross product of two edges is not zero, in double precision.
 fn has_area(p: [Vec3; 3]) -> bool {
-    let [a, b, c] = p.map(|v| v.as_dvec3());
+    let [a, b, c] = p.map(Vec3::as_dvec3);
     (b - a).cross(c - a) != pt_math::DVec3::ZERO
 }

@@ -7,16 +7,14 @@
 //! **Why no box test misses a triangle that the triangle test hits.** Let R be the largest
 //! coordinate distance from the origin to a corner of the scene box. The triangle test is exact
 //! for *sheared and rounded* vertices, each of which is within 17εR of the true one (translation
-//! ε, slope ε, product ε, difference ε, on coordinates up to 3R; and ε in depth). So a ray that
-//! hits passes, at the depth of the hit, within 17εR of the triangle's own box, and the slabs of
-//! that box, widened by the *inner pad* of 24εR on every side, share a common depth. The depth of
-//! the hit is clamped into this interval ([`Prepared::slab_interval`]). A box test that computes
-//! in f32 relative to any point of the scene errs by at most 10εR; it widens its slabs by the
-//! *outer pad* of 36εR, so its interval contains the clamped depth of every triangle within the
-//! box. Hence each traversal visits all that can win, and finds the same nearest hit, bit for bit,
-//! as a loop over all primitives. (Woop, Benthin & Wald 2013, "Watertight Ray/Triangle
-//! Intersection", §3.3, pad the origin for the same reason; Ize 2013, "Robust BVH Ray Traversal",
-//! bounds the rounding of the slab test itself.)
+//! ε, slope ε, product ε, difference ε, on coordinates up to 3R; and ε in depth). So the depth τ
+//! that it finds is one at which the ray is within 17εR of the triangle, and of every box around
+//! it. A box test that computes in f32 relative to any point of the scene errs by at most 10εR,
+//! and the rounding of the slopes moves the ray by 3εR; so a box test that widens its slabs by the
+//! *pad* of 32εR on every side finds an interval that contains τ. Hence each traversal visits all
+//! that can win, and finds the same nearest hit, bit for bit, as a loop over all primitives.
+//! (Woop, Benthin & Wald 2013, "Watertight Ray/Triangle Intersection", §3.3, pad the origin for
+//! the same reason; Ize 2013, "Robust BVH Ray Traversal", bounds the rounding of the slab test.)
 
 use pt_math::interval::{EPSILON, gamma};
 use pt_math::{Bounds3, Ray, Vec3};
@@ -24,9 +22,7 @@ use pt_math::{Bounds3, Ray, Vec3};
 use crate::geometry::in_range;
 
 /// In units of εR; see the module.
-const INNER_PAD: f32 = 24.0;
-/// In units of εR; see the module.
-const OUTER_PAD: f32 = 36.0;
+const PAD: f32 = 32.0;
 /// Slopes below this are rounded up to it: over the depth R that moves the ray by εR.
 const LEAST_SLOPE: f32 = EPSILON;
 /// More than the relative error of converting between t and τ, and back.
@@ -47,7 +43,7 @@ pub(crate) struct Prepared {
     pub(crate) scale: f32,
     /// |d_kz| / d per axis, at most 1/ε in magnitude, never infinite.
     pub(crate) inverse: Vec3,
-    /// Outer pad, in length.
+    /// By how much a box is widened on every side before it is tested.
     pub(crate) pad: f32,
     /// Hits at or before this t do not count; at least 0.
     pub(crate) t_min: f32,
@@ -84,7 +80,7 @@ impl Prepared {
             scale,
             inverse: steep.recip(),
             // Never 0, so that depths of 0 stay inside.
-            pad: (OUTER_PAD * EPSILON * reach).max(4.0 * f32::MIN_POSITIVE),
+            pad: (PAD * EPSILON * reach).max(4.0 * f32::MIN_POSITIVE),
             t_min: ray.t_min.max(0.0),
             t_max: ray.t_max,
             origin_size: o.abs().max_element(),
@@ -103,25 +99,12 @@ impl Prepared {
         (self.t_min * self.scale * (1.0 - CONVERSION)).max(f32::MIN_POSITIVE)
     }
 
-    /// The depths between which the ray is inside of the box, widened by the inner pad.
+    /// The depths between which the ray is inside of the widened box: those of all hits on what is
+    /// in the box are among them.
     #[inline]
-    pub(crate) fn slab_interval(&self, bounds: &Bounds3) -> (f64, f64) {
-        let pad = f64::from(self.pad * (INNER_PAD / OUTER_PAD));
-        self.padded_slabs(bounds, pad)
-    }
-
-    /// The same with the outer pad: contains the depths of all hits on primitives in the box.
-    #[inline]
-    pub(crate) fn wide_slab_interval(&self, bounds: &Bounds3) -> (f64, f64) {
-        self.padded_slabs(bounds, f64::from(self.pad))
-    }
-
-    #[inline]
-    fn padded_slabs(&self, bounds: &Bounds3, pad: f64) -> (f64, f64) {
-        let o = self.origin.as_dvec3();
-        let inverse = self.inverse.as_dvec3();
-        let a = (bounds.min.as_dvec3() - o - pad) * inverse;
-        let b = (bounds.max.as_dvec3() - o + pad) * inverse;
+    pub(crate) fn slab_interval(&self, bounds: &Bounds3) -> (f32, f32) {
+        let a = (bounds.min - self.origin - self.pad) * self.inverse;
+        let b = (bounds.max - self.origin + self.pad) * self.inverse;
         (a.min(b).max_element(), a.max(b).min_element())
     }
 }

@@ -125,14 +125,14 @@ impl Bvh2 {
     pub fn intersect(&self, geometry: &Geometry<'_>, ray: &Ray) -> Option<Hit> {
         let ray = Prepared::new(ray, &self.bounds())?;
         let mut nearest = Nearest::new(&ray);
-        let start = f64::from(ray.depth_start());
+        let start = ray.depth_start();
         // The children of one node per level, and the root.
         let mut stack = [(0usize, start); MAX_DEPTH + 2];
         let mut size = 1;
         while size > 0 {
             size -= 1;
             let (i, entry) = stack[size];
-            if entry > f64::from(ray.depth_limit(nearest.t())) {
+            if entry > ray.depth_limit(nearest.t()) {
                 continue;
             }
             let node = &self.nodes[i];
@@ -146,7 +146,7 @@ impl Bvh2 {
                 continue;
             }
             let mut children = self.children(i).map(|child| {
-                let (near, far) = ray.wide_slab_interval(&self.nodes[child].bounds());
+                let (near, far) = ray.slab_interval(&self.nodes[child].bounds());
                 (child, near.max(start), far)
             });
             if children[0].1 < children[1].1 {

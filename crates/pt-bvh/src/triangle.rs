@@ -10,8 +10,8 @@
 //! triangles at once; what passes goes through [`confirm`], and gets the same t and barycentric
 //! coordinates from every kernel.
 
+use pt_math::Vec3;
 use pt_math::interval::gamma;
-use pt_math::{Bounds3, Vec3};
 
 use crate::ray::Prepared;
 
@@ -43,8 +43,7 @@ pub(crate) fn confirm(ray: &Prepared, p: [Vec3; 3]) -> Option<TriangleHit> {
     if depth <= depth_error(ray, [a, b, c], det) {
         return None;
     }
-    let (low, high) = ray.slab_interval(&p.into_iter().collect::<Bounds3>());
-    let t = (depth.max(low).min(high) / f64::from(ray.scale)) as f32;
+    let t = (depth / f64::from(ray.scale)) as f32;
     Some(TriangleHit { t, b1: b1 as f32, b2: b2 as f32 })
 }
 
@@ -132,7 +131,7 @@ pub(crate) fn side(ray: &Prepared, p: [Vec3; 3]) -> Side {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use pt_math::Ray;
+    use pt_math::{Bounds3, Ray};
 
     fn prepared(o: Vec3, d: Vec3, p: &[Vec3]) -> Prepared {
         let scene: Bounds3 = p.iter().copied().collect();

@@ -171,7 +171,7 @@ impl Histogram {
         h
     }
 
-    fn merge(mut self, other: Self) -> Self {
+    fn merge(mut self, other: &Self) -> Self {
         for axis in 0..3 {
             for bin in 0..BINS {
                 self.extents[axis][bin] = self.extents[axis][bin].union(other.extents[axis][bin]);
@@ -189,7 +189,7 @@ fn best_split(items: &[Item], extent: Extent, centroids: Extent) -> Option<Split
         Histogram::of(items, bins)
     } else {
         let partial = items.par_chunks(CHUNK).map(|c| Histogram::of(c, bins));
-        partial.reduce(|| Histogram::EMPTY, Histogram::merge)
+        partial.reduce(|| Histogram::EMPTY, |a, b| a.merge(&b))
     };
     let areas = RelativeArea::of(extent);
     (0..3)

@@ -8,9 +8,9 @@ use crate::{BuildError, BuildOptions, Builder, Bvh, Bvh2, Geometry, MAX_DEPTH, S
 
 const BUILDERS: [Builder; 2] = [Builder::Sah, Builder::Mean];
 
-fn with_threads(threads: usize, soup: &Soup, options: &BuildOptions) -> Bvh2 {
+fn with_threads(threads: usize, soup: &Soup, options: BuildOptions) -> Bvh2 {
     let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
-    pool.install(|| Bvh2::build(&soup.geometry(), options)).expect("indices are in range")
+    pool.install(|| Bvh2::build(&soup.geometry(), &options)).expect("indices are in range")
 }
 
 #[test]
@@ -18,8 +18,8 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
     let soup = bumpy_ball(7);
     for builder in BUILDERS {
         let options = BuildOptions { builder, ..BuildOptions::default() };
-        let one = with_threads(1, &soup, &options);
-        let many = with_threads(5, &soup, &options);
+        let one = with_threads(1, &soup, options);
+        let many = with_threads(5, &soup, options);
         assert!(one.nodes == many.nodes && one.order == many.order, "{builder:?}");
         assert_eq!(check::verify(&one, &soup.geometry()), Ok(()));
     }

@@ -28,7 +28,7 @@ fn point(p: [Vec3; 3], b1: f32, b2: f32) -> (Vec3, Vec3) {
 }
 
 fn normal(p: [Vec3; 3]) -> DVec3 {
-    let [a, b, c] = p.map(|v| v.as_dvec3());
+    let [a, b, c] = p.map(Vec3::as_dvec3);
     (b - a).cross(c - a).normalize()
 }
 

@@ -122,7 +122,7 @@ impl Slabs {
 struct Shear {
     axes: [usize; 3],
     origin: [Lanes; 3],
-    shear: [Lanes; 2],
+    slope: [Lanes; 2],
 }
 
 impl Shear {
@@ -132,7 +132,7 @@ impl Shear {
         Self {
             axes: ray.axes,
             origin: ray.axes.map(|k| Lanes::splat(o[k])),
-            shear: ray.shear.map(Lanes::splat),
+            slope: ray.shear.map(Lanes::splat),
         }
     }
 
@@ -144,8 +144,8 @@ impl Shear {
         let [a, b, c] = [0, 1, 2].map(|v: usize| {
             let rows = &block.vertices[v];
             let z = rows[kz] - self.origin[2];
-            let x = rows[kx] - self.origin[0] - self.shear[0] * z;
-            let y = rows[ky] - self.origin[1] - self.shear[1] * z;
+            let x = rows[kx] - self.origin[0] - self.slope[0] * z;
+            let y = rows[ky] - self.origin[1] - self.slope[1] * z;
             [x, y]
         });
         let edge = |p: [Lanes; 2], q: [Lanes; 2]| q[0] * p[1] - q[1] * p[0];
