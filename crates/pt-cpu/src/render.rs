@@ -202,8 +202,9 @@ impl<'a> Renderer<'a> {
         let settings = self.settings;
         let mut s = Sampler::new(settings.sampler, settings.seed, [x, y], i);
         let [u, v] = s.next_2d();
-        let lens = s.next_2d();
-        let ray = self.scene.camera.ray([x as f32 + u, y as f32 + v], lens);
+        let camera = &self.scene.camera;
+        let lens = if camera.lens_radius > 0.0 { s.next_2d() } else { [0.0; 2] };
+        let ray = camera.ray([x as f32 + u, y as f32 + v], lens);
         self.integrator.li(tracer, settings, ray, s)
     }
 }

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use crate::interval::EPSILON;
+
 /// A half line o + t·d with t in (`t_min`, `t_max`).
 ///
 /// The direction need not have unit length for queries; `t` is measured in its length.
@@ -41,26 +43,15 @@ impl Ray {
 ///
 /// `error` bounds the absolute error of each coordinate of `p`, and `n` is the geometric normal.
 /// The result lies on the side of the surface to which `w` points, outside of the box of possible
-/// true positions, and each coordinate is rounded away from it. [Pharr, Jakob & Humphreys,
-/// Physically Based Rendering, 3rd ed., §3.9.5]
+/// true positions: the offset along the normal is the half extent of that box, enlarged by what
+/// rounding the sum can take away, which is at most ε(|p| + |offset|) per coordinate. [after
+/// Pharr, Jakob & Humphreys, Physically Based Rendering, 3rd ed., §3.9.5, where each coordinate
+/// is rounded up instead]
 #[inline]
 pub fn offset_origin(p: Vec3, error: Vec3, n: Vec3, w: Vec3) -> Vec3 {
-    let d = n.abs().dot(error);
-    let offset = if w.dot(n) < 0.0 { n * -d } else { n * d };
-    let q = p + offset;
-    Vec3::new(round_away(q.x, offset.x), round_away(q.y, offset.y), round_away(q.z, offset.z))
-}
-
-/// The neighbour of `x` in the direction of the sign of `towards`; `x` itself when that is 0.
-#[inline]
-fn round_away(x: f32, towards: f32) -> f32 {
-    if towards > 0.0 {
-        x.next_up()
-    } else if towards < 0.0 {
-        x.next_down()
-    } else {
-        x
-    }
+    let d = n.abs().dot(error * (1.0 + 8.0 * EPSILON) + p.abs() * (2.0 * EPSILON));
+    let d = (d * (1.0 + 8.0 * EPSILON)).max(f32::MIN_POSITIVE);
+    p + n * d.copysign(w.dot(n))
 }
 
 #[cfg(test)]

@@ -127,3 +127,19 @@ fn cameras_get_both_fields_of_view() {
     let distances: Vec<_> = scene.cameras.iter().map(|c| (c.near, c.far)).collect();
     assert_eq!(distances[..3], [(0.5, 20.0), (0.5, 20.0), (0.001, 1000.0)]);
 }
+
+/// Where a file uses the course's profile for its looks, the rest of it means the course too:
+/// modelling tools write a gloss beside every colour, and the course's program ignores it.
+#[test]
+fn common_materials_of_course_files_are_matte() {
+    let text = crate::good_text("materials_common.dae");
+    let mark = "<library_effects>";
+    let course = "<library_effects><effect id=\"of-course\"><extra><technique profile=\"CGL\">\
+                  <mirror><reflectance>1 1 1</reflectance></mirror></technique></extra></effect>";
+    assert!(text.contains(mark));
+    let text = text.replacen(mark, course, 1);
+    let scene = crate::read(&text).expect("a good file");
+    let looks = materials_in_short(&scene);
+    assert_eq!(looks["phong"], "matte [0.1, 0.2, 0.3]");
+    assert_eq!(looks["blinn"], "matte [0.1, 0.2, 0.3]");
+}

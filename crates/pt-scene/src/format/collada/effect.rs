@@ -40,7 +40,7 @@ enum Paint {
 /// |---|---|
 /// | transmits at least half of the light | [`Glass`] |
 /// | reflective, and not diffuse | [`Mirror`] |
-/// | phong or blinn, with a specular colour | [`Plastic`] |
+/// | phong or blinn, with a specular colour, in a file without the course's profile | [`Plastic`] |
 /// | constant | [`Black`], with its emission |
 /// | others | [`Matte`] |
 pub(super) fn read<'a>(
@@ -94,7 +94,7 @@ fn opaque<'a>(
         reader.warn(scope.shader, message);
     }
     let matte = Matte { reflectance: diffuse, two_sided: true };
-    if kind == "lambert" {
+    if kind == "lambert" || reader.of_course {
         return Ok(matte.into());
     }
     let specular = share_or(reader, scope, "specular", [0.0; 3])?;

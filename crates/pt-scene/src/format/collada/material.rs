@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::effect;
-use super::reader::{Reader, child, children, elements, name_of};
+use super::reader::{Reader, child, children, elements, is_course_technique, name_of};
 use crate::format::xml::{Node, quote};
 use crate::material::{Black, Conductor, Glass, Matte, Mirror, Refraction};
 use crate::{LoadError, Material, Surface};
@@ -87,10 +87,7 @@ fn course_material<'a>(
     reader: &mut Reader<'a>,
     effect: Node<'a>,
 ) -> Result<Option<(Surface, [f32; 3])>, LoadError> {
-    let techniques = effect.descendants().filter(|n| {
-        n.tag_name().name() == "technique"
-            && matches!(n.attribute("profile"), Some("CGL" | "CMU462"))
-    });
+    let techniques = effect.descendants().filter(|n| is_course_technique(*n));
     let mut found = None;
     for technique in techniques {
         for element in elements(technique) {

@@ -26,6 +26,9 @@ pub(super) struct Reader<'a> {
     pub(super) materials: HashMap<NodeId, u32>,
     /// Each geometry read; `None` if there is nothing to see.
     pub(super) shapes: HashMap<NodeId, Option<Shape<'a>>>,
+    /// Whether the file is written for the course, whose common materials mean their diffuse
+    /// colour alone: it uses the course's profile for a material or a light.
+    pub(super) of_course: bool,
     /// Elements by tag and id.
     ids: HashMap<(&'a str, &'a str), Node<'a>>,
     warnings_dropped: usize,
@@ -40,6 +43,7 @@ impl<'a> Reader<'a> {
             scene: Scene::default(),
             materials: HashMap::new(),
             shapes: HashMap::new(),
+            of_course: document.elements().any(looks_of_course),
             ids: HashMap::new(),
             warnings_dropped: 0,
             placed: 0,
@@ -233,7 +237,19 @@ pub(super) fn elements(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
 pub(super) fn course_techniques(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
     children(node, "extra")
         .flat_map(|extra| children(extra, "technique"))
-        .filter(|t| matches!(t.attribute("profile"), Some("CGL" | "CMU462")))
+        .filter(|t| is_course_technique(*t))
+}
+
+/// Whether an element is a technique of the course's profile.
+pub(super) fn is_course_technique(node: Node<'_>) -> bool {
+    node.tag_name().name() == "technique"
+        && matches!(node.attribute("profile"), Some("CGL" | "CMU462"))
+}
+
+/// Whether an element is such a technique, and describes a material or a light.
+fn looks_of_course(node: Node<'_>) -> bool {
+    let is_look = |n: Node<'_>| matches!(n.tag_name().name(), "effect" | "light");
+    is_course_technique(node) && node.ancestors().any(is_look)
 }
 
 /// What the author calls an element.
