@@ -56,7 +56,7 @@ pub(crate) struct Prepared {
 impl Prepared {
     /// Prepares a ray for queries in a scene with these bounds; `None` when it cannot hit
     /// anything: no direction, an origin or direction that is not finite, an empty scene.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn new(ray: &Ray, scene: &Bounds3) -> Option<Self> {
         let (o, d) = (ray.origin, ray.direction);
         let kz = largest_axis(d);
@@ -109,15 +109,9 @@ impl Prepared {
     }
 }
 
-/// The axis of the largest magnitude.
-#[inline]
+/// The axis of the largest magnitude, without branches that could go wrong.
+#[inline(always)]
 fn largest_axis(d: Vec3) -> usize {
     let a = d.abs();
-    if a.x > a.y {
-        if a.x > a.z { 0 } else { 2 }
-    } else if a.y > a.z {
-        1
-    } else {
-        2
-    }
+    [usize::from(a.y >= a.x), 2][usize::from(a.z > a.x.max(a.y))]
 }

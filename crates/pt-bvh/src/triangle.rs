@@ -25,9 +25,8 @@ pub(crate) struct TriangleHit {
 
 /// The intersection in double precision of the sheared f32 vertices, without regard to `t_min`
 /// and `t_max`. The filter below is a conservative shortcut of its first lines.
-#[inline]
-pub(crate) fn confirm(ray: &Prepared, p: [Vec3; 3]) -> Option<TriangleHit> {
-    let [a, b, c] = p.map(|v| shear(ray, v));
+#[inline(always)]
+pub(crate) fn confirm(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Option<TriangleHit> {
     let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
     if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
         return None;
@@ -37,7 +36,7 @@ pub(crate) fn confirm(ray: &Prepared, p: [Vec3; 3]) -> Option<TriangleHit> {
         return None;
     }
     let inverse = 1.0 / det;
-    let [za, zb, zc] = [a, b, c].map(|q| f64::from(q[2] * ray.sign));
+    let [za, zb, zc] = [a[2], b[2], c[2]].map(f64::from);
     let (b1, b2) = (v * inverse, w * inverse);
     let depth = (u * za + v * zb + w * zc) * inverse;
     if depth <= depth_error(ray, [a, b, c], det) {
@@ -50,7 +49,8 @@ pub(crate) fn confirm(ray: &Prepared, p: [Vec3; 3]) -> Option<TriangleHit> {
 /// The intersection with one triangle.
 #[inline]
 pub(crate) fn intersect(ray: &Prepared, p: [Vec3; 3]) -> Option<TriangleHit> {
-    if may_hit(p.map(|v| shear(ray, v))) { confirm(ray, p) } else { None }
+    let sheared = p.map(|v| shear(ray, v));
+    if may_hit(sheared) { confirm(ray, sheared) } else { None }
 }
 
 /// Whether the f32 edge functions do not rule out a hit.
@@ -61,12 +61,12 @@ fn may_hit([a, b, c]: [[f32; 3]; 3]) -> bool {
     (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0)
 }
 
-/// The vertex relative to the ray: across, across, along (not yet divided by d_kz).
+/// The vertex relative to the ray: across, across, and its depth.
 #[inline]
 fn shear(ray: &Prepared, p: Vec3) -> [f32; 3] {
     let q = (p - ray.origin).to_array();
     let [kx, ky, kz] = ray.axes;
-    [q[kx] - ray.shear[0] * q[kz], q[ky] - ray.shear[1] * q[kz], q[kz]]
+    [q[kx] - ray.shear[0] * q[kz], q[ky] - ray.shear[1] * q[kz], q[kz] * ray.sign]
 }
 
 /// Edge function q × p in the plane, with the exact sign.
@@ -90,7 +90,7 @@ fn edge(p: [f32; 3], q: [f32; 3]) -> f64 {
 fn depth_error(ray: &Prepared, [a, b, c]: [[f32; 3]; 3], det: f64) -> f64 {
     let largest = |i: usize| a[i].abs().max(b[i].abs()).max(c[i].abs());
     let [x, y, z] = [largest(0), largest(1), largest(2)];
-    let nearest = (a[2] * ray.sign).min(b[2] * ray.sign).min(c[2] * ray.sign);
+    let nearest = a[2].min(b[2]).min(c[2]);
     if nearest > gamma(32) * (ray.origin_size + x + y + 2.0 * z) {
         return 0.0;
     }

@@ -92,14 +92,14 @@ pub struct Interaction {
 
 impl Interaction {
     /// A ray from here in the unit direction `w`.
-    #[inline]
+    #[inline(always)]
     pub fn spawn(&self, w: Vec3) -> Ray {
         Ray::new(offset_origin(self.p, self.error, self.geometric_normal, w), w)
     }
 
     /// The ray that asks whether something is in the way of a light, and hits neither this
     /// surface nor the light.
-    #[inline]
+    #[inline(always)]
     pub fn spawn_to(&self, light: &LightSample) -> Ray {
         let origin = offset_origin(self.p, self.error, self.geometric_normal, light.wi);
         match light.end {
@@ -109,7 +109,7 @@ impl Interaction {
     }
 
     /// What the lights need to know of a light that was hit.
-    #[inline]
+    #[inline(always)]
     pub fn light_hit(&self) -> LightHit {
         LightHit {
             distance_squared: self.distance * self.distance,
@@ -125,7 +125,7 @@ impl RenderScene {
     }
 
     /// The surface point where a ray of unit direction met a primitive.
-    #[inline]
+    #[inline(always)]
     pub fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
         let primitive = hit.primitive as usize;
         let (p, error, geometric_normal, normal) = match primitive.checked_sub(self.triangles.len())
@@ -146,7 +146,7 @@ impl RenderScene {
 
     /// p = Σ bᵢ pᵢ, with |error| ≤ γ₇ Σ |bᵢ pᵢ|. [Pharr, Jakob & Humphreys, Physically Based
     /// Rendering, 3rd ed., §3.9.4]
-    #[inline]
+    #[inline(always)]
     fn triangle_point(&self, i: usize, hit: &Hit) -> (Vec3, Vec3, Vec3, Vec3) {
         let [p0, p1, p2] = self.triangles[i].map(|v| self.positions[v as usize]);
         let b0 = 1.0 - hit.b1 - hit.b2;
@@ -170,7 +170,7 @@ impl RenderScene {
     }
 
     /// The point moved onto the sphere, with an error of γ₅ of its coordinates. [ibid., §3.9.4]
-    #[inline]
+    #[inline(always)]
     fn sphere_point(&self, i: usize, p: Vec3) -> (Vec3, Vec3, Vec3, Vec3) {
         let Sphere { center, radius } = self.spheres[i];
         let n = (p - center).normalize();
@@ -182,7 +182,7 @@ impl RenderScene {
     }
 
     /// The scattering at a point.
-    #[inline]
+    #[inline(always)]
     pub fn bsdf(&self, at: &Interaction) -> Bsdf {
         let surface = &self.surfaces[at.surface];
         let lobe = &self.lobes[surface.lobe];
@@ -191,7 +191,7 @@ impl RenderScene {
     }
 
     /// Radiance that the surface emits towards `at.wo`.
-    #[inline]
+    #[inline(always)]
     pub fn emitted(&self, at: &Interaction) -> Spectrum {
         let surface = &self.surfaces[at.surface];
         if surface.emission.is_black() {
@@ -207,7 +207,7 @@ impl RenderScene {
     }
 
     /// Radiance from the sky along a ray that leaves the scene in direction `d`.
-    #[inline]
+    #[inline(always)]
     pub fn sky(&self, d: Vec3) -> Spectrum {
         let radiance = |&id| self.lights[id].escaped(&self.light_tables, d);
         self.skies.iter().map(radiance).sum()

@@ -90,13 +90,6 @@ impl WideBvh {
 }
 
 impl TriangleBlock {
-    /// The triangle in one lane.
-    #[inline]
-    fn triangle(&self, lane: usize) -> [Vec3; 3] {
-        self.vertices
-            .map(|[x, y, z]| Vec3::new(x.as_array()[lane], y.as_array()[lane], z.as_array()[lane]))
-    }
-
     fn len(&self) -> u64 {
         self.ids.iter().filter(|&&id| id != NO_PRIMITIVE).count() as u64
     }

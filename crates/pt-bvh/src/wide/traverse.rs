@@ -122,7 +122,20 @@ impl Slabs {
 struct Shear {
     axes: [usize; 3],
     origin: [Lanes; 3],
-    slope: [Lanes; 2],
+    shear: [Lanes; 2],
+    sign: Lanes,
+    start: Lanes,
+}
+
+/// The vertices of a block as [`triangle::confirm`] wants them.
+struct Sheared([[Lanes; 3]; 3]);
+
+impl Sheared {
+    #[inline]
+    fn triangle(&self, lane: usize) -> [[f32; 3]; 3] {
+        let number = |v: usize, k: usize| self.0[v][k].as_array()[lane % BLOCK];
+        [0, 1, 2].map(|v| [number(v, 0), number(v, 1), number(v, 2)])
+    }
 }
 
 impl Shear {
@@ -132,27 +145,34 @@ impl Shear {
         Self {
             axes: ray.axes,
             origin: ray.axes.map(|k| Lanes::splat(o[k])),
-            slope: ray.shear.map(Lanes::splat),
+            shear: ray.shear.map(Lanes::splat),
+            sign: Lanes::splat(ray.sign),
+            start: Lanes::splat(ray.depth_start()),
         }
     }
 
-    /// A bit for each triangle that the f32 edge functions do not rule out; the operations are
-    /// those of [`triangle::intersect`].
+    /// A bit for each triangle that the f32 edge functions do not rule out, and whose vertices are
+    /// not all before the start of the ray or all beyond the depth `limit`: the depth of a hit is
+    /// a mean of theirs. The operations are those of [`triangle::intersect`].
     #[inline]
-    fn filter(&self, block: &TriangleBlock) -> u32 {
+    fn filter(&self, block: &TriangleBlock, limit: f32) -> (u32, Sheared) {
         let [kx, ky, kz] = self.axes;
         let [a, b, c] = [0, 1, 2].map(|v: usize| {
             let rows = &block.vertices[v];
             let z = rows[kz] - self.origin[2];
-            let x = rows[kx] - self.origin[0] - self.slope[0] * z;
-            let y = rows[ky] - self.origin[1] - self.slope[1] * z;
-            [x, y]
+            let x = rows[kx] - self.origin[0] - self.shear[0] * z;
+            let y = rows[ky] - self.origin[1] - self.shear[1] * z;
+            [x, y, z * self.sign]
         });
-        let edge = |p: [Lanes; 2], q: [Lanes; 2]| q[0] * p[1] - q[1] * p[0];
+        let edge = |p: [Lanes; 3], q: [Lanes; 3]| q[0] * p[1] - q[1] * p[0];
         let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
         let least = u.fast_min(v).fast_min(w);
         let greatest = u.fast_max(v).fast_max(w);
-        (least.simd_ge(Lanes::ZERO) | greatest.simd_le(Lanes::ZERO)).to_bitmask()
+        let nearest = a[2].fast_min(b[2]).fast_min(c[2]);
+        let farthest = a[2].fast_max(b[2]).fast_max(c[2]);
+        let crossed = least.simd_ge(Lanes::ZERO) | greatest.simd_le(Lanes::ZERO);
+        let within = nearest.simd_le(Lanes::splat(limit)) & farthest.simd_ge(self.start);
+        ((crossed & within).to_bitmask(), Sheared([a, b, c]))
     }
 }
 
@@ -179,13 +199,14 @@ struct Query<'a, C> {
 impl<C: Counter> Query<'_, C> {
     /// Whether a triangle of the block is hit, and better than what there was.
     #[inline]
-    fn test_triangles(&mut self, block: &TriangleBlock) -> bool {
+    fn test_triangles(&mut self, block: &TriangleBlock, limit: f32) -> bool {
         self.counter.add(|| block.len());
         let mut better = false;
-        for lane in lanes(self.shear.filter(block)) {
-            let lane = lane % BLOCK;
-            if let Some(h) = triangle::confirm(&self.ray, block.triangle(lane)) {
-                let hit = Hit { t: h.t, b1: h.b1, b2: h.b2, primitive: block.ids[lane] };
+        let (candidates, sheared) = self.shear.filter(block, limit);
+        for lane in lanes(candidates) {
+            if let Some(h) = triangle::confirm(&self.ray, sheared.triangle(lane)) {
+                let id = block.ids[lane % BLOCK];
+                let hit = Hit { t: h.t, b1: h.b1, b2: h.b2, primitive: id };
                 better |= self.nearest.offer(hit);
             }
         }
@@ -255,7 +276,7 @@ impl WideBvh {
                 } else {
                     let better = if child.0 & Child::TRIANGLES != 0 {
                         let index = child.0 & !Child::TRIANGLES;
-                        query.test_triangles(&self.triangles[index as usize])
+                        query.test_triangles(&self.triangles[index as usize], limit)
                     } else {
                         let index = child.0 & !Child::SPHERES;
                         query.test_spheres(&self.spheres[index as usize])

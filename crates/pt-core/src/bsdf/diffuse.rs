@@ -22,12 +22,12 @@ impl Lobe for Diffuse {
         p
     }
 
-    #[inline]
+    #[inline(always)]
     fn unpack(p: &[f32; PARAMETERS]) -> Self {
         Self { rho: Spectrum::rgb(p[0], p[1], p[2]) }
     }
 
-    #[inline]
+    #[inline(always)]
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return Spectrum::ZERO;
@@ -35,13 +35,13 @@ impl Lobe for Diffuse {
         self.rho * (FRAC_1_PI * wi.z)
     }
 
-    #[inline]
+    #[inline(always)]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
         if wo.z <= 0.0 || wi.z <= 0.0 { Pdf::ZERO } else { warp::cosine_hemisphere_pdf(wi.z) }
     }
 
     /// p(ω) = cos θ / π. The cosine and π cancel: the weight is ρ.
-    #[inline]
+    #[inline(always)]
     fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
         if wo.z <= 0.0 {
             return None;

@@ -91,13 +91,13 @@ macro_rules! lobes {
             ///
             /// # Panics
             /// On a kind that no lobe has, which only a bug can produce.
-            #[inline]
+            #[inline(always)]
             pub fn from_record(r: &LobeRecord) -> Self {
                 $(if r.kind == Kind::$name as u32 { return Self::$name($ty::unpack(&r.p)); })*
                 unreachable!("lobe kind {}", r.kind)
             }
             /// See [`Lobe::DELTA`].
-            #[inline]
+            #[inline(always)]
             pub fn is_delta(&self) -> bool {
                 match self { $(Self::$name(_) => <$ty as Lobe>::DELTA),* }
             }
@@ -106,17 +106,17 @@ macro_rules! lobes {
                 match self { $(Self::$name(_) => <$ty as Lobe>::RECIPROCAL),* }
             }
             /// See [`Lobe::eval`].
-            #[inline]
+            #[inline(always)]
             pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
                 match self { $(Self::$name(l) => l.eval(wo, wi)),* }
             }
             /// See [`Lobe::pdf`].
-            #[inline]
+            #[inline(always)]
             pub fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
                 match self { $(Self::$name(l) => l.pdf(wo, wi)),* }
             }
             /// See [`Lobe::sample`].
-            #[inline]
+            #[inline(always)]
             pub fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
                 match self { $(Self::$name(l) => l.sample(wo, u)),* }
             }
@@ -165,7 +165,7 @@ impl Bsdf {
     ///
     /// `normal` is the shading normal and `geometric_normal` the true one, both unit and on the
     /// same side of the surface. With `two_sided` the back side scatters as the front side does.
-    #[inline]
+    #[inline(always)]
     pub fn new(
         lobe: &LobeRecord,
         two_sided: bool,
@@ -182,26 +182,26 @@ impl Bsdf {
     }
 
     /// Whether only [`Self::sample`] finds its directions.
-    #[inline]
+    #[inline(always)]
     pub fn is_delta(&self) -> bool {
         self.lobe.is_delta()
     }
 
     /// f(wo, wi) · |cos θi|.
-    #[inline]
+    #[inline(always)]
     pub fn eval(&self, wi: Vec3) -> Spectrum {
         let local = self.frame.to_local(wi);
         if self.is_consistent(wi, local) { self.lobe.eval(self.wo, local) } else { Spectrum::ZERO }
     }
 
     /// Density with which [`Self::sample`] returns `wi`.
-    #[inline]
+    #[inline(always)]
     pub fn pdf(&self, wi: Vec3) -> Pdf<SolidAngle> {
         self.lobe.pdf(self.wo, self.frame.to_local(wi))
     }
 
     /// Draws a direction (world) and its weight.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, u: [f32; 2]) -> Option<BsdfSample> {
         let s = self.lobe.sample(self.wo, u)?;
         let wi = self.frame.to_world(s.wi);
@@ -209,14 +209,14 @@ impl Bsdf {
     }
 
     /// The frame in which the lobe lives.
-    #[inline]
+    #[inline(always)]
     pub fn frame(&self) -> &Frame {
         &self.frame
     }
 
     /// Whether the true surface and the shading agree on which side of it `wi` is. They differ
     /// where shading normals are interpolated; light there would leak through the surface.
-    #[inline]
+    #[inline(always)]
     fn is_consistent(&self, wi: Vec3, local: Vec3) -> bool {
         let side = self.geometric_normal.dot(self.frame.n);
         wi.dot(self.geometric_normal) * local.z * side > 0.0
@@ -225,7 +225,7 @@ impl Bsdf {
 
 /// Turns the unit normal `n` just so far that `wo`, which sees the surface from its side, is not
 /// below it. Where interpolated normals look away from the camera, lobes would otherwise be black.
-#[inline]
+#[inline(always)]
 fn make_visible(n: Vec3, wo: Vec3) -> Vec3 {
     const LEAST_COSINE: f32 = 1e-3;
     let cos = n.dot(wo);

@@ -61,7 +61,7 @@ impl MeshLight {
         Some(light)
     }
 
-    #[inline]
+    #[inline(always)]
     fn area_pdf(&self) -> Pdf<Area> {
         Pdf::new(self.inverse_area)
     }
@@ -70,7 +70,7 @@ impl MeshLight {
 impl Light for MeshLight {
     const DELTA: bool = false;
 
-    #[inline]
+    #[inline(always)]
     fn sample(&self, tables: &LightTables, p: Vec3, [u, v]: [f32; 2]) -> Option<LightSample> {
         let (i, _, u) = tables.triangle_choice[self.choice as usize].sample(u);
         let triangle = &tables.triangles[self.first as usize + i];
@@ -94,7 +94,7 @@ impl Light for MeshLight {
         })
     }
 
-    #[inline]
+    #[inline(always)]
     fn pdf(&self, _: &LightTables, _p: Vec3, _wi: Vec3, hit: Option<LightHit>) -> Pdf<SolidAngle> {
         hit.map_or(Pdf::ZERO, |h| self.area_pdf().to_solid_angle(h.distance_squared, h.cos))
     }

@@ -97,17 +97,17 @@ macro_rules! lights {
 
         impl AnyLight {
             /// See [`Light::DELTA`].
-            #[inline]
+            #[inline(always)]
             pub fn is_delta(&self) -> bool {
                 match self { $(Self::$name(_) => <$ty as Light>::DELTA),* }
             }
             /// See [`Light::sample`].
-            #[inline]
+            #[inline(always)]
             pub fn sample(&self, t: &LightTables, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
                 match self { $(Self::$name(l) => l.sample(t, p, u)),* }
             }
             /// See [`Light::pdf`].
-            #[inline]
+            #[inline(always)]
             pub fn pdf(
                 &self,
                 t: &LightTables,
@@ -118,7 +118,7 @@ macro_rules! lights {
                 match self { $(Self::$name(l) => l.pdf(t, p, wi, hit)),* }
             }
             /// See [`Light::escaped`].
-            #[inline]
+            #[inline(always)]
             pub fn escaped(&self, t: &LightTables, d: Vec3) -> Spectrum {
                 match self { $(Self::$name(l) => l.escaped(t, d)),* }
             }

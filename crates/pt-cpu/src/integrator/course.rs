@@ -58,6 +58,7 @@ impl Integrator for Course {
     }
 }
 
+#[inline(always)]
 fn one_bounce(
     tracer: &mut Tracer,
     settings: &Settings,
@@ -74,6 +75,7 @@ fn one_bounce(
 
 /// Light sampling. An area light counts times the distance to it (its density forgets to divide
 /// by it once), and a point light does not fall off at all.
+#[inline(always)]
 fn by_lights(
     tracer: &mut Tracer,
     settings: &Settings,

@@ -11,7 +11,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, warp};
 use crate::Tracer;
 
 /// f · |cos| · L / p of one sample of a light, if nothing is in its way; also the sample.
-#[inline]
+#[inline(always)]
 pub(super) fn sample_light(
     tracer: &mut Tracer,
     at: &Interaction,
@@ -29,13 +29,13 @@ pub(super) fn sample_light(
 }
 
 /// Number of samples of a light: one is enough if all its light comes from one direction.
-#[inline]
+#[inline(always)]
 pub(super) fn light_samples(light: &AnyLight, settings: &Settings) -> u32 {
     if light.is_delta() { 1 } else { settings.light_samples }
 }
 
 /// Light that arrives directly and is scattered towards `at.wo`, by the estimator of the settings.
-#[inline]
+#[inline(always)]
 pub(super) fn direct_light(
     tracer: &mut Tracer,
     settings: &Settings,
@@ -71,7 +71,7 @@ pub(super) fn direct_light(
 
 /// Weight of a light sample against BSDF sampling, which takes one sample and finds the same
 /// light.
-#[inline]
+#[inline(always)]
 fn light_weight(settings: &Settings, bsdf: &Bsdf, sample: &LightSample, n: u32) -> f32 {
     match (settings.direct, sample.pdf) {
         (DirectLight::Mis, Some(pdf)) => power_heuristic(pdf.times(n as f32), bsdf.pdf(sample.wi)),
@@ -83,7 +83,7 @@ fn light_weight(settings: &Settings, bsdf: &Bsdf, sample: &LightSample, n: u32) 
 ///
 /// `arrival` is the density with which its direction was sampled (`None`: no other technique
 /// samples it), and `light` gives the density of light sampling, if the light is sampled at all.
-#[inline]
+#[inline(always)]
 pub(super) fn found_weight(
     settings: &Settings,
     arrival: Option<Pdf<SolidAngle>>,

@@ -73,14 +73,14 @@ impl Integrator for Path {
 }
 
 /// Whether light that a ray finds after a BSDF sample never counts.
-#[inline]
+#[inline(always)]
 fn found_weight_is_zero(settings: &Settings, arrival: Arrival) -> bool {
     use pt_core::settings::DirectLight::{CosineHemisphere, UniformHemisphere};
     arrival.is_some() && matches!(settings.direct, CosineHemisphere | UniformHemisphere)
 }
 
 /// Weighted radiance that a surface emits towards the ray that found it.
-#[inline]
+#[inline(always)]
 fn emitted(
     tracer: &Tracer,
     settings: &Settings,
@@ -102,7 +102,7 @@ fn emitted(
 }
 
 /// Weighted radiance of the sky towards a ray that left the scene.
-#[inline]
+#[inline(always)]
 fn sky(tracer: &Tracer, settings: &Settings, origin: Vec3, d: Vec3, arrival: Arrival) -> Spectrum {
     let scene = tracer.scene;
     let weighted = |light: &AnyLight| {
@@ -113,7 +113,7 @@ fn sky(tracer: &Tracer, settings: &Settings, origin: Vec3, d: Vec3, arrival: Arr
 }
 
 /// Russian roulette: the probability with which a path that lives on did so, or `None`.
-#[inline]
+#[inline(always)]
 fn survive(settings: &Settings, beta: Spectrum, bounces: u32, u: f32) -> Option<f32> {
     let q = match settings.roulette {
         _ if bounces < FREE_BOUNCES => return Some(1.0),
