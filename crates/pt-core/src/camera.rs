@@ -1,7 +1,5 @@
 //! The compiled camera: pixels to rays.
 
-use std::f32::consts::TAU;
-
 use pt_math::{Ray, Vec3, trig};
 
 /// A pinhole or thin lens that looks along `forward`.
@@ -46,28 +44,32 @@ impl Camera {
     ///
     /// Thin lens: all rays through one image point meet in the plane at the focal distance.
     /// [Kolb, Mitchell & Hanrahan 1995, §3]
-    #[inline]
+    #[inline(always)]
     pub fn ray(&self, [x, y]: [f32; 2], lens: [f32; 2]) -> Ray {
-        let sx = (2.0 * x / self.resolution[0] as f32 - 1.0) * self.half_extent[0];
-        let sy = (1.0 - 2.0 * y / self.resolution[1] as f32) * self.half_extent[1];
+        let [w, h] = self.resolution.map(|n| 0.5 * n as f32);
+        let sx = (x - w) * (self.half_extent[0] / w);
+        let sy = (h - y) * (self.half_extent[1] / h);
+        // Seen along the axis, this is at distance 1.
         let pinhole = self.right * sx + self.up * sy + self.forward;
         if self.lens_radius == 0.0 {
-            return self.clipped(self.position, pinhole);
+            return self.clipped(self.position, pinhole, 1.0);
         }
         let r = self.lens_radius * lens[0].sqrt();
-        let (sin, cos) = trig::sin_cos(TAU * lens[1]);
+        let (sin, cos) = trig::sin_cos_tau(lens[1]);
         let offset = self.right * (r * cos) + self.up * (r * sin);
-        self.clipped(self.position + offset, pinhole * self.focal_distance - offset)
+        let focal = self.focal_distance;
+        self.clipped(self.position + offset, pinhole * focal - offset, focal)
     }
 
-    #[inline]
-    fn clipped(&self, origin: Vec3, direction: Vec3) -> Ray {
-        let direction = direction.normalize();
+    /// The ray to a point that is `distance` away along the axis.
+    #[inline(always)]
+    fn clipped(&self, origin: Vec3, to: Vec3, distance: f32) -> Ray {
+        let length = to.length();
         let scale = match self.clip {
-            Clip::Axis => 1.0 / direction.dot(self.forward),
+            Clip::Axis => length / distance,
             Clip::Ray => 1.0,
         };
-        Ray { origin, direction, t_min: self.near * scale, t_max: self.far * scale }
+        Ray { origin, direction: to / length, t_min: self.near * scale, t_max: self.far * scale }
     }
 }
 

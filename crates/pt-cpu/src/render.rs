@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use pt_core::settings::{Adaptive, Settings};
 use pt_core::{Film, Observer, Region, RenderScene};
+use pt_math::Spectrum;
 use pt_math::sampler::Sampler;
 
 use crate::integrator::{self, Integrator};
@@ -177,9 +178,10 @@ impl<'a> Renderer<'a> {
     /// Brings a pixel to `target` samples, unless it has converged; returns how many it took.
     fn pixel(&self, film: &mut Film, x: u32, y: u32, target: u32, tracer: &mut Tracer) -> u64 {
         let first = film.pixel(x, y).count();
+        let sampler = Sampler::new(self.settings.sampler, self.settings.seed, [x, y], 0);
         let mut n = first;
         while n < target && !self.converged(film, x, y, n) {
-            let l = self.sample(x, y, n, tracer);
+            let l = self.sample([x as f32, y as f32], sampler.with_sample(n), tracer);
             film.add(x, y, n, l);
             n += 1;
         }
@@ -196,16 +198,15 @@ impl<'a> Renderer<'a> {
         1.96 * error <= f64::from(tolerance) * mean
     }
 
-    /// Sample `i` of pixel (x, y): a pure function of scene, settings, x, y and i.
-    #[inline]
-    fn sample(&self, x: u32, y: u32, i: u32, tracer: &mut Tracer) -> pt_math::Spectrum {
-        let settings = self.settings;
-        let mut s = Sampler::new(settings.sampler, settings.seed, [x, y], i);
+    /// A sample of the pixel with this upper left corner: a pure function of scene, settings,
+    /// pixel and the number of the sample, the last two of which are in the sampler.
+    #[inline(always)]
+    fn sample(&self, [x, y]: [f32; 2], mut s: Sampler, tracer: &mut Tracer) -> Spectrum {
         let [u, v] = s.next_2d();
         let camera = &self.scene.camera;
         let lens = if camera.lens_radius > 0.0 { s.next_2d() } else { [0.0; 2] };
-        let ray = camera.ray([x as f32 + u, y as f32 + v], lens);
-        self.integrator.li(tracer, settings, ray, s)
+        let ray = camera.ray([x + u, y + v], lens);
+        self.integrator.li(tracer, self.settings, ray, s)
     }
 }
 

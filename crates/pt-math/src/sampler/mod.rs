@@ -53,11 +53,19 @@ impl Sampler {
     #[inline]
     pub fn new(kind: SamplerKind, seed: u32, pixel: [u32; 2], sample: u32) -> Self {
         let [k0, k1, _] = independent::pcg3d([pixel[0], pixel[1], seed]);
-        let sample = match kind {
+        let key = (u64::from(k1) << 32) | u64::from(k0);
+        Self { kind, dimension: 0, key, sample: 0 }.with_sample(sample)
+    }
+
+    /// The numbers of another sample of the same pixel, from dimension 0: cheaper than
+    /// [`Self::new`], and the same.
+    #[inline]
+    pub fn with_sample(self, sample: u32) -> Self {
+        let sample = match self.kind {
             SamplerKind::Sobol => sobol::prepare_index(sample),
             SamplerKind::Independent => sample,
         };
-        Self { kind, dimension: 0, key: (u64::from(k1) << 32) | u64::from(k0), sample }
+        Self { dimension: 0, sample, ..self }
     }
 
     /// The same sample from another dimension, so that the numbers of a bounce do not depend on
