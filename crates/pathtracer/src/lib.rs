@@ -38,12 +38,15 @@ pub use pt_scene::image::{self, Image};
 pub use pt_scene::{Camera, FileSettings, LoadError, Scene, Warning};
 pub use session::Session;
 
-/// The scene that is rendered when none is given: a Cornell box with a mirror and a glass sphere.
+/// The scene that is rendered when none is given: a Cornell box with a mirror and a glass sphere,
+/// of a size and with a number of samples that take seconds.
 ///
 /// # Panics
 /// Never: the scene is part of the program, and a test reads it.
 pub fn default_scene() -> Scene {
     let bytes = include_bytes!("../../../scenes/cornell.dae");
     let path = std::path::Path::new("cornell.dae");
-    pt_scene::format::parse(bytes, path).expect("the embedded scene is valid")
+    let mut scene = pt_scene::format::parse(bytes, path).expect("the embedded scene is valid");
+    scene.settings = FileSettings { resolution: Some([400, 400]), spp: Some(32), max_depth: None };
+    scene
 }

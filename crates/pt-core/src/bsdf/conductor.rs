@@ -88,7 +88,7 @@ impl Lobe for SmoothConductor {
 
     #[inline]
     fn sample(&self, wo: Vec3, _u: [f32; 2]) -> Option<BsdfSample> {
-        (wo.z > 0.0).then(|| BsdfSample { wi: reflect(wo), weight: self.fresnel(wo.z), pdf: None })
+        (wo.z > 0.0).then(|| BsdfSample::new(reflect(wo), self.fresnel(wo.z), None))
     }
 
     fn examples() -> Vec<Self> {
@@ -143,7 +143,7 @@ impl Lobe for RoughConductor {
         }
         let weight = self.facets.g(wo, wi) * cos_h / (wo.z * h.z);
         let pdf = Some(reflected_pdf(self.facets, wo, h));
-        Some(BsdfSample { wi, weight: self.metal.fresnel(cos_h) * weight, pdf })
+        Some(BsdfSample::new(wi, self.metal.fresnel(cos_h) * weight, pdf))
     }
 
     fn examples() -> Vec<Self> {

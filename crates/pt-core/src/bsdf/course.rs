@@ -71,14 +71,14 @@ impl Lobe for CourseGlass {
 
     #[inline]
     fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
-        let reflected = BsdfSample { wi: reflect(wo), weight: self.reflectance, pdf: None };
+        let reflected = BsdfSample::new(reflect(wo), self.reflectance, None);
         let Some((wi, factor)) = course_refract(wo, self.ior) else { return Some(reflected) };
         let r0 = (1.0 - self.ior) / (1.0 + self.ior);
         let f = super::fresnel::schlick(wo.z.abs(), Spectrum::splat(r0 * r0)).0.x;
         if u[0] < f {
             return Some(reflected);
         }
-        Some(BsdfSample { wi, weight: self.transmittance * factor, pdf: None })
+        Some(BsdfSample::new(wi, self.transmittance * factor, None))
     }
 
     fn examples() -> Vec<Self> {
@@ -113,7 +113,7 @@ impl Lobe for CourseRefraction {
     #[inline]
     fn sample(&self, wo: Vec3, _u: [f32; 2]) -> Option<BsdfSample> {
         let (wi, factor) = course_refract(wo, self.ior)?;
-        Some(BsdfSample { wi, weight: self.transmittance * factor, pdf: None })
+        Some(BsdfSample::new(wi, self.transmittance * factor, None))
     }
 
     fn examples() -> Vec<Self> {
@@ -195,7 +195,7 @@ impl Lobe for CourseMicrofacet {
         let wi = h * (2.0 * wo.dot(h)) - wo;
         let pdf = self.pdf(wo, wi);
         let found = pdf.get() > 0.0 && pdf.get().is_finite();
-        found.then(|| BsdfSample { wi, weight: self.eval(wo, wi) / pdf.get(), pdf: Some(pdf) })
+        found.then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
     }
 
     fn examples() -> Vec<Self> {

@@ -56,15 +56,15 @@ impl Lobe for Dielectric {
     #[inline]
     fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
         let eta = if wo.z > 0.0 { self.eta } else { 1.0 / self.eta };
-        let reflected = BsdfSample { wi: reflect(wo), weight: self.reflectance, pdf: None };
+        let reflected = BsdfSample::new(reflect(wo), self.reflectance, None);
         match fresnel::dielectric(wo.z.abs(), eta) {
             None => Some(reflected),
             Some((f, _)) if u[0] < f => Some(reflected),
-            Some((_, cos_t)) => Some(BsdfSample {
-                wi: refract(wo, cos_t, eta),
-                weight: self.transmittance / (eta * eta),
-                pdf: None,
-            }),
+            Some((_, cos_t)) => {
+                let weight = self.transmittance / (eta * eta);
+                let wi = refract(wo, cos_t, eta);
+                Some(BsdfSample::new(wi, weight, None).squeezed_by(eta * eta))
+            }
         }
     }
 

@@ -48,7 +48,7 @@ impl Lobe for Diffuse {
         }
         let wi = warp::cosine_hemisphere(u);
         let pdf = Some(warp::cosine_hemisphere_pdf(wi.z));
-        Some(BsdfSample { wi, weight: self.rho, pdf })
+        Some(BsdfSample::new(wi, self.rho, pdf))
     }
 
     fn examples() -> Vec<Self> {

@@ -80,7 +80,7 @@ impl Lobe for Glossy {
         };
         let pdf = self.pdf(wo, wi);
         let found = pdf.get() > 0.0 && pdf.get().is_finite();
-        found.then(|| BsdfSample { wi, weight: self.eval(wo, wi) / pdf.get(), pdf: Some(pdf) })
+        found.then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
     }
 
     fn examples() -> Vec<Self> {

@@ -43,7 +43,7 @@ impl Lobe for Mirror {
 
     #[inline]
     fn sample(&self, wo: Vec3, _u: [f32; 2]) -> Option<BsdfSample> {
-        (wo.z > 0.0).then(|| BsdfSample { wi: reflect(wo), weight: self.reflectance, pdf: None })
+        (wo.z > 0.0).then(|| BsdfSample::new(reflect(wo), self.reflectance, None))
     }
 
     fn examples() -> Vec<Self> {

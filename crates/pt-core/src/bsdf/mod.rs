@@ -27,6 +27,24 @@ pub struct BsdfSample {
     pub weight: Spectrum,
     /// Density of `wi`, or `None` for a perfectly specular lobe (a Dirac delta has no density).
     pub pdf: Option<Pdf<SolidAngle>>,
+    /// η² if the direction was refracted into a medium of relative index η, by which `weight` is
+    /// divided; else 1. Since radiance gains it back on the way out, it says nothing about how
+    /// much the path still matters.
+    pub squeeze: f32,
+}
+
+impl BsdfSample {
+    /// A direction that was not refracted.
+    #[inline(always)]
+    pub fn new(wi: Vec3, weight: Spectrum, pdf: Option<Pdf<SolidAngle>>) -> Self {
+        Self { wi, weight, pdf, squeeze: 1.0 }
+    }
+
+    /// The same, refracted; see [`Self::squeeze`].
+    #[inline(always)]
+    pub fn squeezed_by(self, squeeze: f32) -> Self {
+        Self { squeeze, ..self }
+    }
 }
 
 /// Number of parameters of a stored lobe.

@@ -37,6 +37,7 @@ impl Integrator for Path {
         let dimensions = bounce_dimensions(tracer, settings);
         let (mut ray, mut arrival, mut origin) = (ray, None, ray.origin);
         let (mut l, mut beta) = (Spectrum::ZERO, Spectrum::ONE);
+        let mut squeeze = 1.0;
         for bounces in 0.. {
             let mut s = s.at_dimension(CAMERA_DIMENSIONS + bounces * dimensions);
             let Some(at) = tracer.intersect(&ray) else {
@@ -57,12 +58,13 @@ impl Integrator for Path {
             }
             let Some(scattered) = bsdf.sample(s.next_2d()) else { break };
             beta *= scattered.weight;
+            squeeze *= scattered.squeeze;
             arrival = scattered.pdf;
             let finds_nothing = found_weight_is_zero(settings, arrival);
             if beta.is_black() || (bounces + 1 >= depth && finds_nothing) {
                 break;
             }
-            match survive(settings, beta, bounces + 1, s.next_1d()) {
+            match survive(settings, beta * squeeze, bounces + 1, s.next_1d()) {
                 Some(q) => beta *= 1.0 / q,
                 None => break,
             }
@@ -112,7 +114,8 @@ fn sky(tracer: &Tracer, settings: &Settings, origin: Vec3, d: Vec3, arrival: Arr
     scene.skies.iter().map(|&id| weighted(&scene.lights[id])).sum()
 }
 
-/// Russian roulette: the probability with which a path that lives on did so, or `None`.
+/// Russian roulette: the probability with which a path that lives on did so, or `None`; by the
+/// throughput without what refraction takes and gives back.
 #[inline(always)]
 fn survive(settings: &Settings, beta: Spectrum, bounces: u32, u: f32) -> Option<f32> {
     let q = match settings.roulette {
