@@ -122,7 +122,7 @@ impl Slabs {
 struct Shear {
     axes: [usize; 3],
     origin: [Lanes; 3],
-    shear: [Lanes; 2],
+    slopes: [Lanes; 2],
     sign: Lanes,
     start: Lanes,
 }
@@ -145,7 +145,7 @@ impl Shear {
         Self {
             axes: ray.axes,
             origin: ray.axes.map(|k| Lanes::splat(o[k])),
-            shear: ray.shear.map(Lanes::splat),
+            slopes: ray.shear.map(Lanes::splat),
             sign: Lanes::splat(ray.sign),
             start: Lanes::splat(ray.depth_start()),
         }
@@ -160,8 +160,8 @@ impl Shear {
         let [a, b, c] = [0, 1, 2].map(|v: usize| {
             let rows = &block.vertices[v];
             let z = rows[kz] - self.origin[2];
-            let x = rows[kx] - self.origin[0] - self.shear[0] * z;
-            let y = rows[ky] - self.origin[1] - self.shear[1] * z;
+            let x = rows[kx] - self.origin[0] - self.slopes[0] * z;
+            let y = rows[ky] - self.origin[1] - self.slopes[1] * z;
             [x, y, z * self.sign]
         });
         let edge = |p: [Lanes; 3], q: [Lanes; 3]| q[0] * p[1] - q[1] * p[0];

@@ -77,16 +77,6 @@ impl Lobe for SmoothConductor {
     }
 
     #[inline]
-    fn eval(&self, _wo: Vec3, _wi: Vec3) -> Spectrum {
-        Spectrum::ZERO
-    }
-
-    #[inline]
-    fn pdf(&self, _wo: Vec3, _wi: Vec3) -> Pdf<SolidAngle> {
-        Pdf::ZERO
-    }
-
-    #[inline]
     fn sample(&self, wo: Vec3, _u: [f32; 2]) -> Option<BsdfSample> {
         (wo.z > 0.0).then(|| BsdfSample::new(reflect(wo), self.fresnel(wo.z), None))
     }

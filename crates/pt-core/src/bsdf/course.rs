@@ -60,16 +60,6 @@ impl Lobe for CourseGlass {
     }
 
     #[inline]
-    fn eval(&self, _wo: Vec3, _wi: Vec3) -> Spectrum {
-        Spectrum::ZERO
-    }
-
-    #[inline]
-    fn pdf(&self, _wo: Vec3, _wi: Vec3) -> Pdf<SolidAngle> {
-        Pdf::ZERO
-    }
-
-    #[inline]
     fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
         let reflected = BsdfSample::new(reflect(wo), self.reflectance, None);
         let Some((wi, factor)) = course_refract(wo, self.ior) else { return Some(reflected) };
@@ -98,16 +88,6 @@ impl Lobe for CourseRefraction {
     #[inline]
     fn unpack(p: &[f32; PARAMETERS]) -> Self {
         Self { transmittance: Spectrum::rgb(p[0], p[1], p[2]), ior: p[3] }
-    }
-
-    #[inline]
-    fn eval(&self, _wo: Vec3, _wi: Vec3) -> Spectrum {
-        Spectrum::ZERO
-    }
-
-    #[inline]
-    fn pdf(&self, _wo: Vec3, _wi: Vec3) -> Pdf<SolidAngle> {
-        Pdf::ZERO
     }
 
     #[inline]

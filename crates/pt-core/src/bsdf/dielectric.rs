@@ -1,6 +1,6 @@
 //! The smooth interface between two dielectrics.
 
-use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+use pt_math::{Spectrum, Vec3};
 
 use super::fresnel;
 use super::mirror::reflect;
@@ -39,16 +39,6 @@ impl Lobe for Dielectric {
             transmittance: Spectrum::rgb(p[3], p[4], p[5]),
             eta: p[6],
         }
-    }
-
-    #[inline]
-    fn eval(&self, _wo: Vec3, _wi: Vec3) -> Spectrum {
-        Spectrum::ZERO
-    }
-
-    #[inline]
-    fn pdf(&self, _wo: Vec3, _wi: Vec3) -> Pdf<SolidAngle> {
-        Pdf::ZERO
     }
 
     /// Radiance is squeezed by refraction: L/η² is invariant along a ray, so what comes from the

@@ -1,6 +1,6 @@
 //! The perfect mirror.
 
-use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+use pt_math::{Spectrum, Vec3};
 
 use super::{BsdfSample, Lobe, PARAMETERS};
 
@@ -29,16 +29,6 @@ impl Lobe for Mirror {
     #[inline]
     fn unpack(p: &[f32; PARAMETERS]) -> Self {
         Self { reflectance: Spectrum::rgb(p[0], p[1], p[2]) }
-    }
-
-    #[inline]
-    fn eval(&self, _wo: Vec3, _wi: Vec3) -> Spectrum {
-        Spectrum::ZERO
-    }
-
-    #[inline]
-    fn pdf(&self, _wo: Vec3, _wi: Vec3) -> Pdf<SolidAngle> {
-        Pdf::ZERO
     }
 
     #[inline]

@@ -62,10 +62,16 @@ pub trait Lobe: Copy {
     fn pack(&self) -> [f32; PARAMETERS];
     /// Inverse of [`Self::pack`].
     fn unpack(p: &[f32; PARAMETERS]) -> Self;
-    /// f(wo, wi) · |cos θi|.
-    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum;
-    /// Density with which [`Self::sample`] returns `wi`.
-    fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle>;
+    /// f(wo, wi) · |cos θi|; without its delta, which leaves nothing of a perfectly specular lobe.
+    #[inline(always)]
+    fn eval(&self, _wo: Vec3, _wi: Vec3) -> Spectrum {
+        Spectrum::ZERO
+    }
+    /// Density with which [`Self::sample`] returns `wi`, likewise.
+    #[inline(always)]
+    fn pdf(&self, _wo: Vec3, _wi: Vec3) -> Pdf<SolidAngle> {
+        Pdf::ZERO
+    }
     /// Draws `wi` by a map from the unit square to directions.
     fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample>;
     /// Settings worth testing; the laws run on each.

@@ -1,6 +1,6 @@
 //! An interface that only refracts.
 
-use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+use pt_math::{Spectrum, Vec3};
 
 use super::dielectric::refract;
 use super::fresnel;
@@ -26,16 +26,6 @@ impl Lobe for Refraction {
     #[inline]
     fn unpack(p: &[f32; PARAMETERS]) -> Self {
         Self { transmittance: Spectrum::rgb(p[0], p[1], p[2]), eta: p[3] }
-    }
-
-    #[inline]
-    fn eval(&self, _wo: Vec3, _wi: Vec3) -> Spectrum {
-        Spectrum::ZERO
-    }
-
-    #[inline]
-    fn pdf(&self, _wo: Vec3, _wi: Vec3) -> Pdf<SolidAngle> {
-        Pdf::ZERO
     }
 
     /// See [`super::Dielectric`] for the division by η².

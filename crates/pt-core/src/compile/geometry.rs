@@ -86,7 +86,7 @@ impl Shapes {
         if !self.triangle_normals.is_empty() {
             self.triangle_normals.extend([FLAT; 2]);
         }
-        let primitives = Primitives::Triangles(Vec::from([first..first + 2]));
+        let primitives = Primitives::Triangles(std::iter::once(first..first + 2).collect());
         self.emitters.push(Emitter { surface, primitives });
     }
 }

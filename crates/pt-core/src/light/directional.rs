@@ -1,8 +1,8 @@
 //! Parallel light.
 
-use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+use pt_math::{Spectrum, Vec3};
 
-use super::{Light, LightHit, LightSample, LightTables};
+use super::{Light, LightSample, LightTables};
 
 /// Light from one direction, from infinitely far away.
 #[derive(Clone, Copy, Debug)]
@@ -25,11 +25,6 @@ impl Light for Directional {
             radiance: self.irradiance,
             pdf: None,
         })
-    }
-
-    #[inline]
-    fn pdf(&self, _: &LightTables, _p: Vec3, _wi: Vec3, _: Option<LightHit>) -> Pdf<SolidAngle> {
-        Pdf::ZERO
     }
 
     fn examples() -> Vec<(Self, LightTables)> {

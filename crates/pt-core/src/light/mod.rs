@@ -54,14 +54,17 @@ pub trait Light {
     /// the choice is one from which no light comes.
     fn sample(&self, tables: &LightTables, p: Vec3, u: [f32; 2]) -> Option<LightSample>;
     /// Density with which [`Self::sample`] returns `wi`; `hit` says where on the light, if the
-    /// light has geometry.
+    /// light has geometry. Zero for a delta light, whose direction has none.
+    #[inline(always)]
     fn pdf(
         &self,
-        tables: &LightTables,
-        p: Vec3,
-        wi: Vec3,
-        hit: Option<LightHit>,
-    ) -> Pdf<SolidAngle>;
+        _tables: &LightTables,
+        _p: Vec3,
+        _wi: Vec3,
+        _hit: Option<LightHit>,
+    ) -> Pdf<SolidAngle> {
+        Pdf::ZERO
+    }
     /// Radiance along a ray that leaves the scene in direction `d`.
     fn escaped(&self, _tables: &LightTables, _d: Vec3) -> Spectrum {
         Spectrum::ZERO

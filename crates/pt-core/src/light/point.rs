@@ -1,8 +1,8 @@
 //! The point light.
 
-use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+use pt_math::{Spectrum, Vec3};
 
-use super::{Light, LightHit, LightSample, LightTables};
+use super::{Light, LightSample, LightTables};
 
 /// A point of intensity I: irradiance I / r².
 #[derive(Clone, Copy, Debug)]
@@ -13,30 +13,24 @@ pub struct Point {
     pub intensity: Spectrum,
 }
 
+/// Light of a point of radiant intensity I, by the inverse square law.
+#[inline]
+pub(super) fn sample_point(position: Vec3, p: Vec3, intensity: Spectrum) -> Option<LightSample> {
+    let d = position - p;
+    let distance_squared = d.length_squared();
+    (distance_squared > 0.0).then(|| {
+        let distance = distance_squared.sqrt();
+        let radiance = intensity / distance_squared;
+        LightSample { wi: d / distance, distance, end: Some(position), radiance, pdf: None }
+    })
+}
+
 impl Light for Point {
     const DELTA: bool = true;
 
     #[inline]
     fn sample(&self, _: &LightTables, p: Vec3, _u: [f32; 2]) -> Option<LightSample> {
-        let d = self.position - p;
-        let distance_squared = d.length_squared();
-        if distance_squared == 0.0 {
-            return None;
-        }
-        let distance = distance_squared.sqrt();
-        let radiance = self.intensity / distance_squared;
-        Some(LightSample {
-            wi: d / distance,
-            distance,
-            end: Some(self.position),
-            radiance,
-            pdf: None,
-        })
-    }
-
-    #[inline]
-    fn pdf(&self, _: &LightTables, _p: Vec3, _wi: Vec3, _: Option<LightHit>) -> Pdf<SolidAngle> {
-        Pdf::ZERO
+        sample_point(self.position, p, self.intensity)
     }
 
     fn examples() -> Vec<(Self, LightTables)> {

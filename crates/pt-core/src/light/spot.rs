@@ -1,8 +1,9 @@
 //! The spot light.
 
-use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig};
+use pt_math::{Spectrum, Vec3, trig};
 
-use super::{Light, LightHit, LightSample, LightTables};
+use super::point::sample_point;
+use super::{Light, LightSample, LightTables};
 
 /// A point whose intensity falls with the angle θ to its axis as cosᵉ θ, and is zero outside of
 /// its cone. [COLLADA 1.4.1 specification, `<spot>`]
@@ -25,26 +26,15 @@ impl Light for Spot {
 
     #[inline]
     fn sample(&self, _: &LightTables, p: Vec3, _u: [f32; 2]) -> Option<LightSample> {
-        let d = self.position - p;
-        let distance_squared = d.length_squared();
-        if distance_squared == 0.0 {
-            return None;
-        }
-        let distance = distance_squared.sqrt();
-        let wi = d / distance;
-        let cos = -wi.dot(self.axis);
+        let on_axis = sample_point(self.position, p, self.intensity)?;
+        let cos = -on_axis.wi.dot(self.axis);
         if cos <= self.cos_cutoff {
             return None;
         }
+        // A cone wider than a hemisphere has no cosine to fall by beyond it.
         let falloff =
             if self.exponent == 0.0 { 1.0 } else { trig::powf(cos.max(0.0), self.exponent) };
-        let radiance = self.intensity * (falloff / distance_squared);
-        Some(LightSample { wi, distance, end: Some(self.position), radiance, pdf: None })
-    }
-
-    #[inline]
-    fn pdf(&self, _: &LightTables, _p: Vec3, _wi: Vec3, _: Option<LightHit>) -> Pdf<SolidAngle> {
-        Pdf::ZERO
+        Some(LightSample { radiance: on_axis.radiance * falloff, ..on_axis })
     }
 
     fn examples() -> Vec<(Self, LightTables)> {
