@@ -6,6 +6,7 @@
 //! difference before keeping it.
 
 mod course;
+mod course_log;
 mod geometry;
 mod look;
 mod robustness;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use pt_scene::LoadError;
-use pt_scene::format::collada::parse;
+use pt_scene::format::collada::{course_log, parse};
 
 use crate::{FILES, check_invariants, files, good_text, name_of, read};
 
@@ -88,9 +88,11 @@ fn no_damage_makes_it_panic() {
                 break;
             }
         }
+        let log = course_log(&bytes, Path::new("damaged.dae"));
         match parse(&bytes, Path::new("damaged.dae")) {
             Ok(scene) => {
                 check_invariants(&scene);
+                log.expect("what can be read can be listed");
                 read += 1;
             }
             Err(error) => {

@@ -7,21 +7,13 @@ use crate::format::xml::Node;
 use crate::{Light, LightKind, LoadError};
 
 /// Reads a light that an instance places; kinds that are unknown are left out with a warning.
-///
-/// The course's profile wins over the common one; Blender's own is the last resort.
 pub(super) fn read<'a>(
     reader: &mut Reader<'a>,
     light: Node<'a>,
     instance: Node<'a>,
     to_world: DAffine3,
 ) -> Result<Option<Light>, LoadError> {
-    let blender = children(light, "extra")
-        .flat_map(|extra| children(extra, "technique"))
-        .filter(|t| t.attribute("profile") == Some("blender"));
-    let techniques =
-        course_techniques(light).chain(children(light, "technique_common")).chain(blender);
-    let described = techniques.filter_map(|t| elements(t).next()).find(is_known);
-    let Some(described) = described else {
+    let Some(described) = description(light) else {
         let message = "its kind is unknown; expected <ambient>, <directional>, <point>, <spot> or \
                        <area> in its <technique_common>; it is left out";
         reader.warn(light, message);
@@ -29,6 +21,18 @@ pub(super) fn read<'a>(
     };
     let kind = kind(reader, described)?;
     Ok(Some(Light { name: name_of(light), to_world, kind, at: reader.document.span(instance) }))
+}
+
+/// The element that describes a light, which is named after its kind; `None` if that is unknown.
+///
+/// The course's profile wins over the common one; Blender's own is the last resort.
+pub(super) fn description(light: Node<'_>) -> Option<Node<'_>> {
+    let blender = children(light, "extra")
+        .flat_map(|extra| children(extra, "technique"))
+        .filter(|t| t.attribute("profile") == Some("blender"));
+    let mut techniques =
+        course_techniques(light).chain(children(light, "technique_common")).chain(blender);
+    techniques.find_map(|t| elements(t).next().filter(is_known))
 }
 
 fn is_known(element: &Node<'_>) -> bool {

@@ -9,6 +9,7 @@
 //! Sources: COLLADA Digital Asset Schema Release 1.4.1 and 1.5.0 (Khronos Group, 2008).
 
 mod camera;
+mod course_log;
 mod effect;
 mod geometry;
 mod light;
@@ -26,6 +27,7 @@ use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::xml::{self, Node};
 use crate::{LoadError, Scene};
+pub use course_log::course_log;
 use reader::{Reader, child};
 
 /// Reads a COLLADA document.

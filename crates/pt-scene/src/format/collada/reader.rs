@@ -105,11 +105,11 @@ impl<'a> Reader<'a> {
             );
             return Err(self.error(node, message));
         };
-        let url = url.trim();
-        let id = url.strip_prefix('#').unwrap_or(url);
-        if let Some(found) = self.find(id, tags).or_else(|| self.find(&percent_decoded(id), tags)) {
+        if let Some(found) = self.look_up(url, tags) {
             return Ok(Some(found));
         }
+        let url = url.trim();
+        let id = url.strip_prefix('#').unwrap_or(url);
         if !url.starts_with('#') && url.contains(['#', '.', '/']) {
             let message = format!(
                 "{attribute}={} is in another file, which is not read; it is left out",
@@ -130,6 +130,13 @@ impl<'a> Reader<'a> {
         };
         let message = format!("{attribute}={} names no {wanted} of this file{hint}", quote(url));
         Err(self.document.error_at(node, node.attribute(attribute).unwrap_or_default(), message))
+    }
+
+    /// The element of this file, with one of the tags, to which a URL refers.
+    pub(super) fn look_up(&self, url: &str, tags: &[&str]) -> Option<Node<'a>> {
+        let url = url.trim();
+        let id = url.strip_prefix('#').unwrap_or(url);
+        self.find(id, tags).or_else(|| self.find(&percent_decoded(id), tags))
     }
 
     /// The element with an id and one of the tags.

@@ -1,0 +1,291 @@
+//! What the program of the university course says while it reads a scene.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use pt_math::DAffine3;
+use roxmltree::NodeId;
+
+use super::reader::{Reader, child, children, course_techniques, elements, name_of};
+use super::source::inputs;
+use super::{camera, light};
+use crate::format::xml::{Document, Node, decode, words};
+use crate::{Camera, LightKind, LoadError};
+
+/// What the lines about nodes begin with.
+const NODE: &str = "[COLLADA Parser]  |- Node:";
+/// What the lines about what stands in a node begin with.
+const INSTANCE: &str = "[COLLADA Parser]   |-";
+/// Longest name or id shown, in characters.
+const MAX_NAME: usize = 200;
+
+/// The lines with which the program of CS184 (`pathtracer`, editions 2019 to 2025) lists the nodes
+/// of a COLLADA file, their lights, cameras, spheres and meshes, and the materials of those.
+///
+/// A node comes first, then the nodes inside of it, then what stands in it. That program knows
+/// neither instances of nodes nor controllers, so those have no lines, and neither has what the
+/// reader leaves out. Where it prints the address of a material, here stands its number, counted
+/// from 1 in the order of the lines.
+///
+/// # Errors
+/// If the file is no XML, has no visual scene, or has cameras or lights that make no sense: only
+/// where [`parse`](super::parse) fails as well.
+pub fn course_log(bytes: &[u8], path: &Path) -> Result<Vec<String>, LoadError> {
+    let text = decode(bytes, path)?;
+    let document = Document::parse(&text, path)?;
+    let mut log = Log {
+        reader: Reader::new(&document),
+        lines: Vec::new(),
+        summaries: HashMap::new(),
+        materials: HashMap::new(),
+    };
+    let visual_scene = super::visual_scene(&mut log.reader)?;
+    for node in children(visual_scene, "node") {
+        log.add_node(node)?;
+    }
+    Ok(log.lines)
+}
+
+/// The lines so far.
+struct Log<'a> {
+    /// Its scene and its warnings are not used.
+    reader: Reader<'a>,
+    lines: Vec<String>,
+    /// What is said about each camera, light and geometry; `None` if nothing.
+    summaries: HashMap<NodeId, Option<String>>,
+    /// The line of each material.
+    materials: HashMap<NodeId, String>,
+}
+
+impl<'a> Log<'a> {
+    /// Adds the lines of a node. Recursion ends, for the nesting of documents is limited.
+    fn add_node(&mut self, node: Node<'a>) -> Result<(), LoadError> {
+        self.lines.push(format!("{NODE} {}", label(node)));
+        for inner in children(node, "node") {
+            self.add_node(inner)?;
+        }
+        for instance in elements(node) {
+            match instance.tag_name().name() {
+                "instance_camera" => self.add_instance(instance, "camera")?,
+                "instance_light" => self.add_instance(instance, "light")?,
+                "instance_geometry" => self.add_instance(instance, "geometry")?,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the line of what an instance places, if it has one, and those of its materials.
+    fn add_instance(&mut self, instance: Node<'a>, tag: &str) -> Result<(), LoadError> {
+        let Some(found) = self.target(instance, "url", tag) else { return Ok(()) };
+        if !self.summaries.contains_key(&found.id()) {
+            let summary = self.summary(instance, found)?;
+            self.summaries.insert(found.id(), summary);
+        }
+        let Some(Some(summary)) = self.summaries.get(&found.id()) else { return Ok(()) };
+        self.lines.push(format!("{INSTANCE} {summary}"));
+        let bindings = child(instance, "bind_material").and_then(|b| child(b, "technique_common"));
+        for binding in bindings.iter().flat_map(|b| children(*b, "instance_material")) {
+            let Some(material) = self.target(binding, "target", "material") else { continue };
+            let number = self.materials.len() + 1;
+            let line = self.materials.entry(material.id()).or_insert_with(|| {
+                format!("{INSTANCE} MaterialInfo: {} [ BSDF={number:#x} ]", label(material))
+            });
+            self.lines.push(line.clone());
+        }
+        Ok(())
+    }
+
+    /// What is said about a camera, a light or a geometry, which an instance places.
+    fn summary(
+        &mut self,
+        instance: Node<'a>,
+        found: Node<'a>,
+    ) -> Result<Option<String>, LoadError> {
+        Ok(match found.tag_name().name() {
+            "camera" => {
+                let camera = camera::read(&mut self.reader, found, DAffine3::IDENTITY)?;
+                camera.map(|camera| camera_summary(found, &camera))
+            }
+            "light" => {
+                let light = light::read(&mut self.reader, found, instance, DAffine3::IDENTITY)?;
+                let described = light.zip(light::description(found));
+                described.map(|(light, element)| {
+                    let parameters = light_parameters(&self.reader, &light.kind, element);
+                    format!("LightInfo: {} [ {parameters} ]", label(found))
+                })
+            }
+            _ => match child(found, "mesh") {
+                Some(mesh) => mesh_summary(&self.reader, found, mesh),
+                None => sphere_summary(&self.reader, found),
+            },
+        })
+    }
+
+    /// The element to which an attribute refers, if it is in this file.
+    fn target(&self, node: Node<'a>, attribute: &str, tag: &str) -> Option<Node<'a>> {
+        self.reader.look_up(node.attribute(attribute)?, &[tag])
+    }
+}
+
+fn camera_summary(element: Node<'_>, camera: &Camera) -> String {
+    let Camera { x_fov, y_fov, near, far, .. } = camera;
+    let [hfov, vfov, near, far] = [x_fov, y_fov, near, far].map(|number| general(*number));
+    // The space before the id is theirs.
+    format!(
+        "CameraInfo: {} (id: {}) [ hfov={hfov} vfov={vfov} nclip={near} fclip={far} ]",
+        shown(&name_of(element)),
+        id_of(element)
+    )
+}
+
+/// The parameters of a light, in its own frame; `element` describes it in the file.
+fn light_parameters(reader: &Reader<'_>, kind: &LightKind, element: Node<'_>) -> String {
+    let (position, direction) = ("position=(0,0,0)", "direction=(0,0,-1)");
+    let attenuation = || {
+        let term = |tag, default| {
+            let written = child(element, tag).and_then(|n| reader.scalar(n).ok());
+            general(written.unwrap_or(default))
+        };
+        format!(
+            "constant_att={} linear_att={} quadratic_att={}",
+            term("constant_attenuation", 1.0),
+            term("linear_attenuation", 0.0),
+            term("quadratic_attenuation", 0.0)
+        )
+    };
+    let start = |color: &[f32; 3]| {
+        format!("type={} spectrum={}", element.tag_name().name(), vector(*color))
+    };
+    match kind {
+        LightKind::Hemisphere { radiance } | LightKind::Constant { radiance } => start(radiance),
+        LightKind::Directional { irradiance: color } | LightKind::Area { radiance: color } => {
+            format!("{} {direction}", start(color))
+        }
+        LightKind::Point { intensity } => {
+            format!("{} {position} {}", start(intensity), attenuation())
+        }
+        LightKind::Spot { intensity, falloff_angle, falloff_exponent } => format!(
+            "{} {position} {direction} falloff_deg={} falloff_exp={} {}",
+            start(intensity),
+            general(*falloff_angle),
+            general(*falloff_exponent),
+            attenuation()
+        ),
+    }
+}
+
+fn sphere_summary<'a>(reader: &Reader<'a>, geometry: Node<'a>) -> Option<String> {
+    let sphere = course_techniques(geometry).find_map(|t| child(t, "sphere"))?;
+    let radius = reader.scalar(child(sphere, "radius")?).ok()?;
+    Some(format!("Sphere: {} [ radius={} ]", label(geometry), general(radius)))
+}
+
+/// The sizes of a mesh by its first polygons, or else its first triangles: other primitives are
+/// unknown to the course's program.
+fn mesh_summary<'a>(reader: &Reader<'a>, geometry: Node<'a>, mesh: Node<'a>) -> Option<String> {
+    let primitive = child(mesh, "polylist").or_else(|| child(mesh, "triangles"))?;
+    let source = |owner: Node<'a>, semantic: &str, tag| {
+        let input = inputs(owner).find(|n| n.attribute("semantic") == Some(semantic))?;
+        reader.look_up(input.attribute("source")?, &[tag])
+    };
+    let entries = |source: Option<Node<'a>>, size| {
+        let array = source.and_then(|s| child(s, "float_array"));
+        array.map_or(0, |array| words(array).count() / size)
+    };
+    let vertices = source(primitive, "VERTEX", "vertices");
+    Some(format!(
+        "PolymeshInfo: {} [ num_polygons={} num_vertices={} num_normals={} num_texcoords={} ]",
+        label(geometry),
+        polygons(primitive),
+        entries(vertices.and_then(|v| source(v, "POSITION", "source")), 3),
+        entries(source(primitive, "NORMAL", "source"), 3),
+        entries(source(primitive, "TEXCOORD", "source"), 2)
+    ))
+}
+
+/// How many polygons a `<polylist>` or a `<triangles>` has.
+fn polygons(primitive: Node<'_>) -> usize {
+    if primitive.tag_name().name() == "polylist" {
+        return child(primitive, "vcount").map_or(0, |vcount| words(vcount).count());
+    }
+    let offsets = inputs(primitive).filter_map(|n| n.attribute("offset")?.trim().parse().ok());
+    let largest: usize = offsets.max().unwrap_or(0);
+    let indices: usize = children(primitive, "p").map(|p| words(p).count()).sum();
+    indices / largest.saturating_add(1).saturating_mul(3)
+}
+
+/// `name (id:…)`
+fn label(node: Node<'_>) -> String {
+    format!("{} (id:{})", shown(&name_of(node)), id_of(node))
+}
+
+fn id_of(node: Node<'_>) -> String {
+    shown(node.attribute("id").unwrap_or_default())
+}
+
+/// A name on one line, cut if it is long.
+fn shown(name: &str) -> String {
+    name.chars().take(MAX_NAME).map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+/// `(x,y,z)`
+fn vector(v: [f32; 3]) -> String {
+    let [x, y, z] = v.map(|c| general(f64::from(c)));
+    format!("({x},{y},{z})")
+}
+
+/// A number as C's `%g` and C++'s streams write it: six significant digits, without zeros at the
+/// end, and with an exponent if that is below −4 or above 5. [ISO C11, section 7.21.6.1]
+fn general(number: f64) -> String {
+    const DIGITS: i32 = 6;
+    // The exponent is that after rounding: 999999.5 is 1e+06.
+    let scientific = format!("{number:.*e}", DIGITS as usize - 1);
+    let parts = scientific.split_once('e').and_then(|(m, e)| Some((m, e.parse::<i32>().ok()?)));
+    let Some((mantissa, exponent)) = parts else { return scientific };
+    if (-4..DIGITS).contains(&exponent) {
+        let decimals = (DIGITS - 1 - exponent) as usize;
+        return without_zeros(&format!("{number:.decimals$}")).to_owned();
+    }
+    let sign = if exponent < 0 { '-' } else { '+' };
+    format!("{}e{sign}{:02}", without_zeros(mantissa), exponent.abs())
+}
+
+/// A decimal number without the zeros at the end of its fraction.
+fn without_zeros(number: &str) -> &str {
+    if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::general;
+
+    /// What `printf("%g")` of the GNU C library writes.
+    #[test]
+    fn numbers_are_written_as_by_c() {
+        for (number, written) in [
+            (0.0, "0"),
+            (-0.0, "-0"),
+            (10.0, "10"),
+            (0.3, "0.3"),
+            (f64::from(0.3_f32), "0.3"),
+            (49.13434, "49.1343"),
+            (-1.0 / 3.0, "-0.333333"),
+            (100_000.0, "100000"),
+            (123_456.5, "123456"),
+            (123_457.5, "123458"),
+            (999_999.4, "999999"),
+            (999_999.5, "1e+06"),
+            (1_234_567.0, "1.23457e+06"),
+            (0.001_599_967, "0.00159997"),
+            (0.0001, "0.0001"),
+            (0.000_099_999_95, "0.0001"),
+            (0.000_012_345_67, "1.23457e-05"),
+            (1e-7, "1e-07"),
+            (-1.5e300, "-1.5e+300"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(general(number), written);
+        }
+    }
+}
