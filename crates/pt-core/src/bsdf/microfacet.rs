@@ -18,12 +18,14 @@ impl Beckmann {
     #[inline]
     pub fn d(self, h: Vec3) -> f32 {
         let cos2 = h.z * h.z;
-        if h.z <= 0.0 || cos2 == 0.0 {
+        let a2 = self.alpha * self.alpha;
+        let area = PI * a2 * cos2 * cos2;
+        if h.z <= 0.0 || area == 0.0 {
             return 0.0;
         }
-        let tan2 = (1.0 - cos2).max(0.0) / cos2;
-        let a2 = self.alpha * self.alpha;
-        trig::exp(-tan2 / a2) / (PI * a2 * cos2 * cos2)
+        // Not 1 − cos²: near the normal that has lost the digits that a small α needs.
+        let tan2 = (h.x * h.x + h.y * h.y) / cos2;
+        trig::exp(-tan2 / a2) / area
     }
 
     /// Λ(w) = ½(erf(a) − 1 + exp(−a²)/(a√π)), a = 1/(α tan θ).
