@@ -10,7 +10,7 @@ use std::fmt;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use pt_math::Vec3;
+use pt_math::{Frame, Vec3, warp};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use statrs::function::erf::erfc;
 
@@ -156,6 +156,32 @@ pub fn chi2_sphere(
         4.0 * PI * f64::from(pdf(Vec3::new((r * cos) as f32, (r * sin) as f32, z as f32)))
     };
     test(place, density, config)
+}
+
+/// As [`chi2_sphere`], for densities too narrow for its bins: only directions ω of the cone with
+/// 1 − ω·`axis` ≤ `one_minus_cos` are told apart, and the others count as not taken. `axis` has
+/// unit length.
+///
+/// # Errors
+/// If the routine does not follow its density; see [`Reason`].
+pub fn chi2_cone(
+    sample: impl Fn([f32; 2]) -> Option<Vec3>,
+    pdf: impl Fn(Vec3) -> f32,
+    axis: Vec3,
+    one_minus_cos: f32,
+    config: &Chi2<'_>,
+) -> Result<(), Chi2Failure> {
+    let frame = Frame::from_normal(axis);
+    let place = |u: [f32; 2]| {
+        let local = frame.to_local(sample(u)?);
+        let p = warp::uniform_cone_invert(local, one_minus_cos);
+        let inside = local.z > 0.0 || one_minus_cos > 1.0;
+        (inside && p.iter().all(|x| (0.0..1.0).contains(x))).then_some(p)
+    };
+    // The solid angle of the cone: what the density of a uniform direction of it is one over.
+    let solid_angle = 1.0 / warp::uniform_cone_pdf(one_minus_cos).get();
+    let density = |p| pdf(frame.to_world(warp::uniform_cone(p, one_minus_cos))) * solid_angle;
+    chi2_square(place, density, config)
 }
 
 /// Tests a routine that maps random points to points of [0, 1)², or to `None` where it takes no
@@ -350,6 +376,19 @@ mod tests {
         let inside = |p: [f32; 2]| p[0] < 0.37 && (0.1..0.55).contains(&p[1]);
         let pdf = |p| if inside(p) { 1.0 / (0.37 * 0.45) } else { 0.0 };
         chi2_square(part, pdf, &Chi2::new("part")).unwrap();
+    }
+
+    #[test]
+    fn cones_zoom_in() {
+        let axis = Vec3::new(0.48, -0.6, 0.64);
+        let frame = Frame::from_normal(axis);
+        // Uniform in a cone of a tenth of a degree, looked at in one of half the solid angle.
+        let c = 1.5e-6;
+        let sample = |u| Some(frame.to_world(warp::uniform_cone(u, c)));
+        let pdf = |scale: f32| move |_: Vec3| scale * warp::uniform_cone_pdf(c).get();
+        let config = Chi2::new("narrow cone");
+        chi2_cone(sample, pdf(1.0), axis, 0.5 * c, &config).unwrap();
+        assert!(chi2_cone(sample, pdf(0.98), axis, 0.5 * c, &config).is_err());
     }
 
     #[test]

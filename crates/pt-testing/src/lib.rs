@@ -16,7 +16,7 @@ pub mod random;
 pub mod ztest;
 
 pub use blocks::{Block, BlockReport, compare_blocks};
-pub use chi2::{Chi2, Chi2Failure, chi2_sphere, chi2_square};
+pub use chi2::{Chi2, Chi2Failure, chi2_cone, chi2_sphere, chi2_square};
 pub use random::Random;
 pub use ztest::{Estimates, ZFailure, mean_z_test, z_test};
 

@@ -1,0 +1,215 @@
+//! Energy, reciprocity, Fresnel's equations, and limits.
+
+use std::collections::BTreeSet;
+
+use pt_math::{DVec3, Spectrum, Vec3};
+
+use super::{ABOVE, AnyLobe, below, close, for_all, for_all_smooth, with_alpha};
+use crate::bsdf::mirror::reflect;
+use crate::bsdf::{BsdfSample, Lobe};
+
+/// Midpoints of n × n cells of the unit square.
+fn grid(n: u32) -> impl Iterator<Item = [f32; 2]> {
+    let middle = move |i: u32| (i as f32 + 0.5) / n as f32;
+    (0..n * n).map(move |i| [middle(i % n), middle(i / n)])
+}
+
+/// Mean of a function of samples over n × n points; what is absorbed counts as black.
+fn mean(lobe: &AnyLobe, wo: Vec3, n: u32, f: impl Fn(&BsdfSample) -> Spectrum) -> Spectrum {
+    // In f64: sums of equal weights must not lose digits.
+    let samples = grid(n).filter_map(|u| lobe.sample(wo, u));
+    let sum = samples.map(|s| f(&s).0.as_dvec3()).sum::<DVec3>();
+    Spectrum((sum / f64::from(n * n)).as_vec3())
+}
+
+/// What a sample scatters of the power that arrives: its weight without the squeeze of radiance.
+fn power(s: &BsdfSample) -> Spectrum {
+    s.weight * s.squeeze
+}
+
+/// No lobe scatters more power than arrives, from whatever direction. (The course's models, which
+/// are not reciprocal either, may.)
+#[test]
+fn energy_is_conserved() {
+    for_all(|lobe, wo, _| {
+        if lobe.is_reciprocal() {
+            let albedo = mean(lobe, wo, 256, power).max_channel();
+            assert!(albedo <= 1.0 + 1e-3, "{lobe:?} {wo}: {albedo}");
+        }
+    });
+}
+
+/// Whether a lobe scatters all that arrives from `wo`.
+fn is_perfect(lobe: &AnyLobe, wo: Vec3) -> bool {
+    match lobe {
+        AnyLobe::Diffuse(l) => l.rho == Spectrum::ONE && wo.z > 0.0,
+        AnyLobe::Mirror(l) => l.reflectance == Spectrum::ONE && wo.z > 0.0,
+        AnyLobe::SmoothConductor(l) => {
+            l.eta.is_black() && l.reflectance == Spectrum::ONE && wo.z > 0.0
+        }
+        AnyLobe::Dielectric(l) => [l.reflectance, l.transmittance] == [Spectrum::ONE; 2],
+        _ => false,
+    }
+}
+
+/// White furnace: lobes that absorb nothing scatter all that arrives. What radiance loses by
+/// refraction, 1/η², is the squeeze of the beam and no loss.
+#[test]
+fn perfect_lobes_lose_nothing() {
+    let perfect = |lobe: &AnyLobe, wo| is_perfect(lobe, wo).then(|| mean(lobe, wo, 64, power));
+    for_all(|lobe, wo, _| {
+        if let Some(albedo) = perfect(lobe, wo) {
+            assert!(close(albedo, Spectrum::ONE, 1e-5), "{lobe:?} {wo}: {albedo:?}");
+        }
+    });
+    let examples = AnyLobe::examples();
+    let perfect = examples.iter().filter(|l| is_perfect(l, Vec3::Z));
+    let kinds: BTreeSet<u32> = perfect.map(|l| l.record().kind).collect();
+    assert_eq!(kinds.len(), 4, "an example of each lobe that can be perfect");
+}
+
+/// The albedo is the same by samples as by integration of what is evaluated: uniform points of the
+/// hemisphere, in cells of equal solid angle.
+#[test]
+fn weights_sum_to_the_integral_of_the_lobe() {
+    for lobe in AnyLobe::examples().iter().filter(|l| !l.is_delta()) {
+        for wo in &ABOVE[..3] {
+            let evaluated = grid(512).map(|u| {
+                let wi = pt_math::warp::uniform_hemisphere(u);
+                lobe.eval(*wo, wi).0.as_dvec3() * std::f64::consts::TAU
+            });
+            let integral = Spectrum((evaluated.sum::<DVec3>() / (512.0 * 512.0)).as_vec3());
+            let sampled = mean(lobe, *wo, 512, |s| s.weight);
+            assert!(close(integral, sampled, 2e-3), "{lobe:?} {wo}: {integral:?} {sampled:?}");
+        }
+    }
+}
+
+/// Helmholtz: f(wo, wi) = f(wi, wo).
+#[test]
+fn scattering_is_reciprocal() {
+    for_all_smooth(|lobe, wo, random| {
+        if !lobe.is_reciprocal() || wo.z <= 0.0 {
+            return;
+        }
+        for _ in 0..500 {
+            // Half of the directions where the lobe is large.
+            let sampled = lobe.sample(wo, random.unit_2d()).map(|s| s.wi);
+            for wi in sampled.into_iter().chain([random.direction()]) {
+                if wi.z <= 1e-3 {
+                    continue;
+                }
+                let (f, g) = (lobe.eval(wo, wi) * (1.0 / wi.z), lobe.eval(wi, wo) * (1.0 / wo.z));
+                // Below that, numbers have fewer digits.
+                let nothing = f.max_channel().max(g.max_channel()) < f32::MIN_POSITIVE * 1e4;
+                assert!(nothing || close(f, g, 1e-3), "{lobe:?} {wo} {wi}: {f:?} {g:?}");
+            }
+        }
+    });
+}
+
+/// A ray that goes back the way it came ends where it began, and L/η² is reciprocal: what is
+/// reflected or refracted from `wo` to `wi` is what is from `wi` to `wo`, but for the squeeze.
+/// [Veach 1997, eq. 5.30]
+#[test]
+fn light_takes_the_same_way_back() {
+    for_all(|lobe, wo, random| {
+        if !lobe.is_delta() || !lobe.is_reciprocal() {
+            return;
+        }
+        let towards = |from: Vec3, up: bool| {
+            let one_side =
+                move |s: &BsdfSample| if (s.wi.z > 0.0) == up { power(s) } else { Spectrum::ZERO };
+            mean(lobe, from, 256, one_side)
+        };
+        for _ in 0..4 {
+            let Some(s) = lobe.sample(wo, random.unit_2d()) else { continue };
+            let there = towards(wo, s.wi.z > 0.0);
+            let back = towards(s.wi, wo.z > 0.0);
+            assert!(close(there, back, 5e-3), "{lobe:?} {wo}: {there:?} {back:?}");
+            let home = |b: &BsdfSample| (b.wi.z > 0.0) == (wo.z > 0.0);
+            let returned = grid(64).find_map(|u| lobe.sample(s.wi, u).filter(home));
+            let returned = returned.expect("what goes there comes back").wi;
+            assert!((returned - wo).length() < 1e-3, "{lobe:?} {wo}: {returned}");
+        }
+    });
+}
+
+/// Reflectance of a dielectric by Fresnel's sine and tangent formulas, in f64.
+fn fresnel_by_angles(cos_i: f64, eta: f64) -> f64 {
+    let i = cos_i.acos();
+    let sin_t = i.sin() / eta;
+    if sin_t >= 1.0 {
+        return 1.0;
+    }
+    let t = sin_t.asin();
+    if i < 1e-4 {
+        return ((eta - 1.0) / (eta + 1.0)).powi(2);
+    }
+    let perpendicular = (i - t).sin() / (i + t).sin();
+    let parallel = (i - t).tan() / (i + t).tan();
+    0.5 * (perpendicular * perpendicular + parallel * parallel)
+}
+
+/// A dielectric reflects what Fresnel's equations say, and refracts by Snell's law.
+#[test]
+fn glass_obeys_fresnel_and_snell() {
+    for_all(|lobe, wo, _| {
+        let AnyLobe::Dielectric(glass) = lobe else { return };
+        let eta = f64::from(if wo.z > 0.0 { glass.eta } else { 1.0 / glass.eta });
+        let reflected =
+            |s: &BsdfSample| if s.wi == reflect(wo) { Spectrum::ONE } else { Spectrum::ZERO };
+        // The choice is by one number: n cells tell the share to half a cell.
+        let share = f64::from(mean(lobe, wo, 512, reflected).0.x);
+        let want = fresnel_by_angles(f64::from(wo.z.abs()), eta);
+        assert!((share - want).abs() <= 0.51 / 512.0, "{lobe:?} {wo}: {share} {want}");
+        if let Some(s) = glass.sample(wo, [0.999_999, 0.0]).filter(|s| s.wi.z * wo.z < 0.0) {
+            let (i, t) = (wo.as_dvec3(), s.wi.as_dvec3());
+            let sines = DVec3::new(i.x + eta * t.x, i.y + eta * t.y, 0.0);
+            assert!(sines.length() < 1e-6, "{lobe:?} {wo}: {}", s.wi);
+            assert!((f64::from(s.squeeze) - eta * eta).abs() < 1e-6);
+        }
+    });
+}
+
+/// As the roughness vanishes, a rough metal becomes the smooth one.
+#[test]
+fn rough_metal_becomes_a_mirror() {
+    const ALPHA: f32 = 1e-3;
+    for lobe in AnyLobe::examples() {
+        let AnyLobe::RoughConductor(rough) = lobe else { continue };
+        let nearly = with_alpha(&lobe, ALPHA).expect("rough");
+        for wo in &ABOVE[..3] {
+            let smooth = rough.metal.sample(*wo, [0.5; 2]).expect("above").weight;
+            let albedo = mean(&nearly, *wo, 64, power);
+            assert!(close(albedo, smooth, 1e-2), "{rough:?} {wo}: {albedo:?} {smooth:?}");
+            // A facet turned by the angle a, at most α √(ln 2²⁴), turns the reflection by 2a.
+            let furthest = 2.0 * ALPHA * 16.64f32.sqrt() * 1.01;
+            for s in grid(64).filter_map(|u| nearly.sample(*wo, u)) {
+                assert!((s.wi - reflect(*wo)).length() <= furthest, "{rough:?} {wo}: {s:?}");
+            }
+        }
+    }
+}
+
+/// The course's glass is ours but for Schlick's approximation and the wrong sense of η²: without
+/// either factor, both lose nothing.
+#[test]
+fn course_glass_gains_by_the_square_of_the_index() {
+    for lobe in AnyLobe::examples() {
+        let (AnyLobe::CourseGlass(_) | AnyLobe::CourseRefraction(_)) = lobe else { continue };
+        for wo in ABOVE.iter().flat_map(|&w| [w, below(w)]) {
+            for s in grid(16).filter_map(|u| lobe.sample(wo, u)) {
+                let refracted = s.wi.z * wo.z < 0.0;
+                // sin θo / sin θi, where there is an angle.
+                let sines = |w: Vec3| w.x.hypot(w.y);
+                if refracted && sines(wo) > 0.1 {
+                    let eta = sines(wo) / sines(s.wi);
+                    assert!(close(s.weight, Spectrum::splat(eta * eta), 1e-4), "{lobe:?} {wo}");
+                } else if !refracted {
+                    assert_eq!(s.weight, Spectrum::ONE, "{lobe:?} {wo}");
+                }
+            }
+        }
+    }
+}

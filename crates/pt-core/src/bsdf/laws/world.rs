@@ -1,0 +1,89 @@
+//! Lobes on surfaces in the world: frames, sides, and shading normals that are not the true ones.
+
+use pt_math::Vec3;
+use pt_testing::Random;
+
+use super::{AnyLobe, all_lobes, close};
+use crate::bsdf::Bsdf;
+
+/// A true normal, and a shading normal up to about 40 degrees off.
+fn normals(random: &mut Random) -> (Vec3, Vec3) {
+    let true_normal = random.direction();
+    (true_normal, (true_normal + random.in_cube() * 0.5).normalize())
+}
+
+/// Runs a law at random surface points of every lobe.
+fn at_surfaces(law: impl Fn(&AnyLobe, bool, [Vec3; 3], &mut Random)) {
+    for lobe in all_lobes() {
+        let mut random = Random::new(7);
+        for i in 0..200 {
+            let (true_normal, normal) = normals(&mut random);
+            let wo = random.direction();
+            law(&lobe, i % 2 == 0, [normal, true_normal, wo], &mut random);
+        }
+    }
+}
+
+fn bsdf(lobe: &AnyLobe, two_sided: bool, [normal, true_normal, wo]: [Vec3; 3]) -> Bsdf {
+    Bsdf::new(&lobe.record(), two_sided, normal, true_normal, wo)
+}
+
+fn refracts(lobe: &AnyLobe) -> bool {
+    use AnyLobe::{CourseGlass, CourseRefraction, Dielectric, Refraction};
+    matches!(lobe, Dielectric(_) | Refraction(_) | CourseGlass(_) | CourseRefraction(_))
+}
+
+/// Lobes that do not refract never carry light through the true surface, whatever the shading
+/// normal; those that refract cross it exactly when they do so in their own frame.
+#[test]
+fn light_does_not_leak_through_surfaces() {
+    at_surfaces(|lobe, two_sided, v, random| {
+        let b = bsdf(lobe, two_sided, v);
+        let refracts = refracts(lobe);
+        let [_, true_normal, wo] = v;
+        let crosses = |wi: Vec3| wi.dot(true_normal) * wo.dot(true_normal) < 0.0;
+        for _ in 0..20 {
+            let wi = random.direction();
+            if crosses(wi) {
+                assert!(b.eval(wi).is_black(), "{lobe:?} {v:?} {wi}");
+            }
+            let Some(s) = b.sample(random.unit_2d()) else { continue };
+            assert!((s.wi.length() - 1.0).abs() < 1e-5, "{lobe:?} {v:?}: {s:?}");
+            assert!(refracts || !crosses(s.wi), "{lobe:?} {v:?}: {s:?}");
+        }
+    });
+}
+
+/// In the world as in the frame of the surface: weight · pdf = eval.
+#[test]
+fn weight_times_pdf_is_eval_in_the_world() {
+    at_surfaces(|lobe, two_sided, v, random| {
+        let b = bsdf(lobe, two_sided, v);
+        for _ in 0..20 {
+            let Some(s) = b.sample(random.unit_2d()) else { continue };
+            let Some(pdf) = s.pdf else { continue };
+            let (f, p) = (b.eval(s.wi), b.pdf(s.wi).get());
+            assert!((p - pdf.get()).abs() <= 0.02 * p, "{lobe:?} {v:?}: {s:?} {p}");
+            assert!(close(f, s.weight * pdf.get(), 0.02), "{lobe:?} {v:?}: {s:?} {f:?}");
+        }
+    });
+}
+
+/// The back of a surface with two sides is its front, seen with both normals turned; that of a
+/// surface with one side is black, unless it refracts.
+#[test]
+fn sides_are_those_of_the_true_normal() {
+    at_surfaces(|lobe, _, [normal, true_normal, wo], random| {
+        let behind = wo.dot(true_normal) < 0.0;
+        let turned = bsdf(lobe, true, [-normal, -true_normal, wo]);
+        let (two, one) = (
+            bsdf(lobe, true, [normal, true_normal, wo]),
+            bsdf(lobe, false, [normal, true_normal, wo]),
+        );
+        let (wi, u) = (random.direction(), random.unit_2d());
+        assert!(close(two.eval(wi), turned.eval(wi), 1e-3), "{lobe:?} {wo} {wi}");
+        if behind && !lobe.is_delta() {
+            assert!(one.eval(wi).is_black() && one.sample(u).is_none(), "{lobe:?} {wo} {wi}");
+        }
+    });
+}
