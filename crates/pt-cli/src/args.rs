@@ -8,6 +8,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, ValueEnum};
 use pathtracer::{Builder, DirectLight, SamplerKind};
 
 use crate::check::{self, Checked};
+use crate::message;
 
 /// Physically based path tracer: renders a scene to a PNG or OpenEXR image.
 ///
@@ -20,7 +21,7 @@ use crate::check::{self, Checked};
 #[expect(clippy::struct_excessive_bools, reason = "flags of a command line are bools")]
 pub(crate) struct Cli {
     /// Scene file; the embedded Cornell box if there is none
-    #[arg(value_name = "SCENE", num_args = 0..=2)]
+    #[arg(value_name = "SCENE")]
     pub(crate) paths: Vec<PathBuf>,
 
     /// Image file, .png or .exr [default: SCENE.png, in this folder]
@@ -82,7 +83,8 @@ pub(crate) struct Cli {
     pub(crate) sampler: Sampler,
 
     /// Seed of the random numbers
-    #[arg(long, value_name = "N", default_value = "0", help_heading = "Sampling")]
+    #[arg(long, value_name = "N", default_value = "0", allow_negative_numbers = true)]
+    #[arg(value_parser = check::count, help_heading = "Sampling")]
     pub(crate) seed: u32,
 
     /// What to compute: path, direct, normals or cs184
@@ -138,6 +140,10 @@ pub(crate) struct Cli {
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Machine")]
     pub(crate) quiet: bool,
+
+    /// Also write what the summary says to this file, as JSON
+    #[arg(long, value_name = "FILE", help_heading = "Machine")]
+    pub(crate) summary_json: Option<PathBuf>,
 
     /// Print completions for a shell
     #[arg(long, value_name = "SHELL", help_heading = "Machine")]
@@ -267,17 +273,16 @@ impl ArgsError {
     /// Prints it, and tells the exit status.
     pub(crate) fn report(&self) -> ExitCode {
         match self {
-            Self::Clap(error) => {
+            Self::Clap(error) if !error.use_stderr() => {
                 // A closed pipe is no reason to fail a second time.
                 let _ = error.print();
-                ExitCode::from(if error.use_stderr() { crate::FAILURE } else { 0 })
+                return ExitCode::SUCCESS;
             }
-            Self::Message(message) => {
-                eprintln!("pathtracer: {message}");
-                eprintln!("For all options, try 'pathtracer --help'.");
-                ExitCode::from(crate::FAILURE)
-            }
+            Self::Clap(error) => eprintln!("pathtracer: {}", message::of_parser(error)),
+            Self::Message(message) => eprintln!("pathtracer: {message}"),
         }
+        eprintln!("For all options, try 'pathtracer --help'.");
+        ExitCode::from(crate::FAILURE)
     }
 }
 
@@ -310,9 +315,9 @@ fn sort_paths(cli: &mut Cli) -> Result<(), ArgsError> {
         };
         cli.output = Some(Some(cli.paths.remove(named)));
     }
-    if let [first, second] = cli.paths.as_slice() {
+    if let [first, second, ..] = cli.paths.as_slice() {
         return Err(ArgsError::Message(format!(
-            "two scenes are given, \"{}\" and \"{}\"; one at a time can be rendered",
+            "more than one scene is given, \"{}\" and \"{}\"; one at a time can be rendered",
             first.display(),
             second.display()
         )));

@@ -42,7 +42,7 @@ pub(crate) fn positive(text: &str) -> Result<u32, String> {
 pub(crate) fn pixels(text: &str) -> Result<u32, String> {
     match whole(text, 1, "") {
         Ok(n) if n <= 1 << 20 => Ok(n),
-        _ => Err("expected a number of pixels from 1 up to 1048576".into()),
+        _ => Err("expected a number of pixels from 1 up to 1048576, as in -r 480 360".into()),
     }
 }
 

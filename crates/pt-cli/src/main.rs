@@ -5,8 +5,10 @@ mod check;
 mod console;
 mod course;
 mod cpu;
+mod message;
 mod output;
 mod render;
+mod summary;
 
 use std::process::ExitCode;
 
@@ -27,7 +29,7 @@ fn main() -> ExitCode {
         args::Action::Render(request) => render::run(&request),
     };
     done.unwrap_or_else(|error| {
-        eprintln!("pathtracer: {error:#}");
+        eprintln!("pathtracer: {}", message::of_error(&error));
         ExitCode::from(FAILURE)
     })
 }

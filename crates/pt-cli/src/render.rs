@@ -2,16 +2,15 @@
 
 use std::path::Path;
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use anyhow::{Context, Result};
 use pathtracer::image::{self, Image, Transfer};
-use pathtracer::{
-    CompileOptions, EnvironmentMap, Progress, Scene, Session, Settings, Statistics, camera_file,
-};
+use pathtracer::{CompileOptions, EnvironmentMap, Progress, Scene, Session, Settings, camera_file};
 
 use crate::check::Checked;
 use crate::console::Console;
+use crate::summary::{Summary, cpu_seconds};
 use crate::{course, output};
 
 /// Exit status of a render that Ctrl-C ended, as shells have it.
@@ -23,7 +22,9 @@ const INTERRUPTED: u8 = 130;
 /// If a file cannot be read or written, or a scene makes no sense.
 pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
     let path = request.output();
-    output::check_writable(&path)?;
+    for file in std::iter::once(&path).chain(&request.cli.summary_json) {
+        output::check_writable(file)?;
+    }
     let start = Instant::now();
     let environment = load_environment(request)?;
     let scene = load_scene(request)?;
@@ -35,17 +36,24 @@ pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
         course::built(&session, threads);
     }
     let console = Console::new(total(&session), request.cli.cs184, request.cli.quiet);
+    let cpu = cpu_seconds();
     let (progress, statistics) = session.render(threads, request.cli.tile_size, &console)?;
+    let cpu = cpu_seconds().zip(cpu).map(|(after, before)| after - before);
     console.finish();
     tell_rejections(&session);
     if request.cli.cs184 && !request.cli.quiet {
         course::rendered(&statistics);
     }
     let files = output::write(&session, request)?;
+    let load = load_time;
+    let summary = Summary { session: &session, statistics, progress, threads, load, cpu };
+    if let Some(path) = &request.cli.summary_json {
+        summary.write_json(path)?;
+    }
     if request.cli.cs184 && !request.cli.quiet {
         course::saved(&path, request.cli.cell.is_some());
     } else if !request.cli.quiet {
-        summary(request, &session, &statistics, load_time, progress);
+        summary.print();
         let names: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
         eprintln!("saved {}", names.join(" and "));
         if request.scene().is_none() {
@@ -163,43 +171,6 @@ fn tell_rejections(session: &Session) {
     eprintln!("warning: {} samples were NaN or infinite and count as black:", rejections.count);
     for r in &rejections.first {
         eprintln!("  column {}, row {}, sample {}", r.x, r.y, r.sample);
-    }
-}
-
-fn summary(
-    request: &Checked,
-    session: &Session,
-    s: &Statistics,
-    load_time: Duration,
-    progress: Progress,
-) {
-    let seconds = s.time.as_secs_f64().max(1e-9);
-    let pixels = session.film().region().area() as f64;
-    let (geometry, bvh) = session.build_times();
-    let [w, h] = session.scene().camera.resolution;
-    let scene = session.scene();
-    eprintln!(
-        "scene     {} triangles, {} spheres, {} lights; read in {:.3} s, BVH built in {:.3} s",
-        scene.triangles.len(),
-        scene.spheres.len(),
-        scene.lights.as_slice().len(),
-        (load_time + geometry).as_secs_f64(),
-        bvh.as_secs_f64()
-    );
-    eprintln!(
-        "rendered  {w} x {h}, {:.1} samples per pixel, in {seconds:.2} s on {} threads{}",
-        s.samples as f64 / pixels,
-        threads(request),
-        if progress == Progress::Cancelled { " (stopped)" } else { "" }
-    );
-    eprintln!(
-        "speed     {:.2} million samples/s, {} rays, {:.2} million rays/s",
-        s.samples as f64 / seconds * 1e-6,
-        s.rays,
-        s.rays as f64 / seconds * 1e-6
-    );
-    if let Some(bytes) = pathtracer::memory::peak_bytes() {
-        eprintln!("memory    {:.1} MB at most", bytes as f64 * 1e-6);
     }
 }
 

@@ -1,0 +1,119 @@
+//! What a render did, for people and for programs.
+
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::{Context, Result};
+use pathtracer::{Progress, Session, Statistics};
+
+/// What a render did.
+pub(crate) struct Summary<'a> {
+    pub(crate) session: &'a Session,
+    pub(crate) statistics: Statistics,
+    pub(crate) progress: Progress,
+    pub(crate) threads: usize,
+    /// Wall-clock time of reading files.
+    pub(crate) load: Duration,
+    /// Processor time of rendering on all threads, in seconds, where the system tells.
+    pub(crate) cpu: Option<f64>,
+}
+
+impl Summary<'_> {
+    /// Prints it.
+    pub(crate) fn print(&self) {
+        let s = &self.statistics;
+        let seconds = s.time.as_secs_f64().max(1e-9);
+        let (geometry, bvh) = self.session.build_times();
+        let scene = self.session.scene();
+        let [w, h] = scene.camera.resolution;
+        eprintln!(
+            "scene     {}, {}, {}; read in {:.3} s, BVH built in {:.3} s",
+            count(scene.triangles.len(), "triangle"),
+            count(scene.spheres.len(), "sphere"),
+            count(scene.lights.as_slice().len(), "light"),
+            (self.load + geometry).as_secs_f64(),
+            bvh.as_secs_f64()
+        );
+        eprintln!(
+            "rendered  {w} x {h}, {:.1} samples per pixel, in {seconds:.2} s on {}{}",
+            s.samples as f64 / self.session.film().region().area() as f64,
+            count(self.threads, "thread"),
+            if self.progress == Progress::Cancelled { " (stopped)" } else { "" }
+        );
+        eprintln!(
+            "speed     {:.2} million samples/s, {}, {:.2} million rays/s",
+            s.samples as f64 / seconds * 1e-6,
+            count(s.rays as usize, "ray"),
+            s.rays as f64 / seconds * 1e-6
+        );
+        if let Some(bytes) = pathtracer::memory::peak_bytes() {
+            eprintln!("memory    {:.1} MB at most", bytes as f64 * 1e-6);
+        }
+    }
+
+    /// Writes it to a file as a JSON object of numbers; what the system does not tell is null.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub(crate) fn write_json(&self, path: &Path) -> Result<()> {
+        let s = &self.statistics;
+        let (geometry, bvh) = self.session.build_times();
+        let scene = self.session.scene();
+        let number = |v: Option<f64>| v.map_or("null".to_owned(), |v| v.to_string());
+        let fields = [
+            ("triangles", scene.triangles.len().to_string()),
+            ("spheres", scene.spheres.len().to_string()),
+            ("lights", scene.lights.as_slice().len().to_string()),
+            ("threads", self.threads.to_string()),
+            ("samples", s.samples.to_string()),
+            ("rays", s.rays.to_string()),
+            ("load_seconds", (self.load + geometry).as_secs_f64().to_string()),
+            ("bvh_seconds", bvh.as_secs_f64().to_string()),
+            ("render_seconds", s.time.as_secs_f64().to_string()),
+            ("render_cpu_seconds", number(self.cpu)),
+            ("peak_bytes", number(pathtracer::memory::peak_bytes().map(|b| b as f64))),
+        ];
+        let lines: Vec<_> = fields.iter().map(|(k, v)| format!("  \"{k}\": {v}")).collect();
+        let text = format!("{{\n{}\n}}\n", lines.join(",\n"));
+        std::fs::write(path, text).with_context(|| format!("{}: cannot be written", path.display()))
+    }
+}
+
+/// A number of things, in words.
+fn count(n: usize, thing: &str) -> String {
+    format!("{n} {thing}{}", if n == 1 { "" } else { "s" })
+}
+
+/// Processor time that all threads of the process have used so far, in seconds; `None` where the
+/// system does not tell. [proc_pid_stat(5), fields 14 and 15]
+pub(crate) fn cpu_seconds() -> Option<f64> {
+    /// The unit of these fields, which Linux fixes for programs.
+    const TICKS_PER_SECOND: f64 = 100.0;
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // The second field is the name of the program, which may contain anything.
+    let (_, after_name) = stat.rsplit_once(')')?;
+    let mut fields = after_name.split_ascii_whitespace().skip(11);
+    let mut ticks = || fields.next()?.parse::<u64>().ok();
+    Some((ticks()? + ticks()?) as f64 / TICKS_PER_SECOND)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn processor_time_grows_with_work() {
+        let Some(before) = cpu_seconds() else { return };
+        let start = std::time::Instant::now();
+        while cpu_seconds() == Some(before) {
+            assert!(start.elapsed() < Duration::from_mins(1), "no time passes");
+        }
+        assert!(cpu_seconds() > Some(before));
+    }
+
+    #[test]
+    fn one_thing_is_no_things() {
+        assert_eq!(count(1, "ray"), "1 ray");
+        assert_eq!(count(0, "ray"), "0 rays");
+    }
+}
