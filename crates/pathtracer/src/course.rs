@@ -1,6 +1,7 @@
 //! What the program of the university course writes besides images.
 
 use pt_math::trig;
+pub use pt_scene::format::collada::course_log;
 use pt_scene::image::Image;
 
 /// The picture by which the course's program shows how it samples an environment map: red is the

@@ -42,6 +42,8 @@ impl Console {
         let terminal = std::io::stderr().is_terminal();
         let display = match (quiet, course, terminal) {
             (true, ..) => Display::Nothing,
+            // That program shows its progress on standard output.
+            (_, true, _) if !std::io::stdout().is_terminal() => Display::Nothing,
             (_, true, _) => Display::Course { shown: Mutex::new(None) },
             (.., true) => Display::Bar(bar(total)),
             _ => {

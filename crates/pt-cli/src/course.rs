@@ -1,8 +1,9 @@
 //! The console lines of the university course's program, printed under `--cs184`.
 
-use std::io::Write;
+use std::io::{IsTerminal, Write};
 use std::path::Path;
 
+use pathtracer::course::course_log;
 use pathtracer::{Session, Statistics};
 
 /// Before the environment map is read.
@@ -13,8 +14,16 @@ pub(crate) fn loading_environment(path: &Path) {
 /// Before the scene is read.
 pub(crate) fn input(path: &Path) {
     eprintln!("[PathTracer] Input scene file: {}", path.display());
+    if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("dae")) {
+        return;
+    }
     eprintln!("[COLLADA Parser] Loading COLLADA file...");
     eprintln!("[COLLADA Parser] Loading scene...");
+    // What is wrong with the file is told when it is read to be rendered.
+    let log = std::fs::read(path).ok().and_then(|bytes| course_log(&bytes, path).ok());
+    for line in log.into_iter().flatten() {
+        eprintln!("{line}");
+    }
 }
 
 /// After a camera file was read.
@@ -43,7 +52,7 @@ pub(crate) fn built(session: &Session, threads: usize) {
     );
 }
 
-/// While rendering.
+/// While rendering, on a terminal.
 pub(crate) fn progress(percent: u64) {
     print!("\r[PathTracer] Rendering... {percent}%");
     // Nothing is lost if a progress line does not arrive.
@@ -54,7 +63,9 @@ pub(crate) fn progress(percent: u64) {
 pub(crate) fn rendered(s: &Statistics) {
     let seconds = s.time.as_secs_f64();
     let rays = s.rays.max(1) as f64;
-    println!("\r[PathTracer] Rendering... 100%! ({seconds:.4}s)");
+    // Nothing is there to be written over if no progress was shown.
+    let start = if std::io::stdout().is_terminal() { "\r" } else { "" };
+    println!("{start}[PathTracer] Rendering... 100%! ({seconds:.4}s)");
     println!("[PathTracer] BVH traced {} rays.", s.rays);
     println!(
         "[PathTracer] Average speed {:.4} million rays per second.",
