@@ -289,7 +289,9 @@ mod tests {
         let values = [1e9f32, -1e-9, 3.25, -1e9, 1e-12, 0.1, -3.25];
         let sum = |order: &[usize]| {
             let mut s = ExactSum::default();
-            order.iter().for_each(|&i| s.add(values[i]));
+            for &i in order {
+                s.add(values[i]);
+            }
             s
         };
         let forward = sum(&[0, 1, 2, 3, 4, 5, 6]);

@@ -1,1 +1,263 @@
+//! Laws that hold for every light in `lights!`. A new light is tested without writing a test,
+//! but for its irradiance, of which [`irradiance`] wants the closed form.
 
+mod irradiance;
+
+use pt_math::{DVec3, Spectrum, Vec3};
+use pt_testing::{Chi2, Random, chi2_cone, chi2_sphere};
+
+use super::{
+    AnyLight, EmitterTriangle, LightHit, LightSample, LightTables, MeshLight, SphereLight,
+};
+
+/// Lit points: below the lights of the examples, off their axis, far away, above, and inside some.
+const POINTS: [Vec3; 6] = [
+    Vec3::ZERO,
+    Vec3::new(0.7, 0.3, -0.4),
+    Vec3::new(0.2, 1.9, 0.1),
+    Vec3::new(300.0, -20.0, 50.0),
+    Vec3::new(0.1, 4.5, 0.3),
+    Vec3::new(0.0, 3.2, 0.0),
+];
+/// Extremes of what a sampler returns, and a little inside.
+const CORNERS: [f32; 5] = [0.0, 1e-7, 0.5, 0.999_999, 0.999_999_94];
+
+type Example = (AnyLight, LightTables);
+
+/// The examples, and lights with large coordinates, where rounding is coarse.
+fn all_lights() -> Vec<Example> {
+    let mut all = AnyLight::examples();
+    let radiance = Spectrum::splat(2.0);
+    let far = Vec3::new(-1000.0, 800.0, 3000.0);
+    let sphere = SphereLight { center: far, radius: 7.0, radiance, inward: false };
+    all.push((sphere.into(), LightTables::default()));
+    let (e1, e2) = (Vec3::new(20.0, 3.0, 0.0), Vec3::new(-1.0, 15.0, 8.0));
+    let triangle = EmitterTriangle { p0: far, e1, e2, normal: e2.cross(e1).normalize() };
+    let mut tables = LightTables::default();
+    let mesh = MeshLight::new(&mut tables, &[triangle], radiance).expect("it has an area");
+    all.push((mesh.into(), tables));
+    all
+}
+
+/// Runs a law on every light and lit point.
+fn for_all(law: impl Fn(&Example, Vec3, &mut Random)) {
+    for example in all_lights() {
+        for p in POINTS {
+            law(&example, p, &mut Random::new(3));
+        }
+    }
+}
+
+/// By how much rounding of a unit direction may miss, per unit of distance.
+const DIRECTION_ERROR: f64 = 2e-7;
+
+/// Where a ray from `p` meets the side of a light's geometry that glows; in `f64`.
+///
+/// Rims are moved outwards by what rounding of the direction may cost.
+fn hit((light, tables): &Example, p: Vec3, wi: Vec3) -> Option<LightHit> {
+    let (p, d) = (p.as_dvec3(), wi.as_dvec3().normalize());
+    match light {
+        AnyLight::Mesh(_) => tables.triangles.iter().find_map(|t| hit_triangle(t, p, d)),
+        AnyLight::Sphere(s) => hit_sphere(s, p, d),
+        _ => None,
+    }
+}
+
+/// [Möller & Trumbore 1997]
+fn hit_triangle(triangle: &EmitterTriangle, p: DVec3, d: DVec3) -> Option<LightHit> {
+    let [p0, e1, e2, n] =
+        [triangle.p0, triangle.e1, triangle.e2, triangle.normal].map(Vec3::as_dvec3);
+    let (s, q) = (p - p0, d.cross(e2));
+    let inverse = 1.0 / e1.dot(q);
+    let r = s.cross(e1);
+    let (b1, b2, t) = (inverse * s.dot(q), inverse * d.dot(r), inverse * e2.dot(r));
+    let rim = DIRECTION_ERROR * (1.0 + s.length()) / e1.length().min(e2.length());
+    let inside = b1 >= -rim && b2 >= -rim && b1 + b2 <= 1.0 + rim;
+    let cos = -d.dot(n);
+    let found = inside && t > 0.0 && cos > 0.0;
+    found.then_some(LightHit { distance_squared: (t * t) as f32, cos: cos as f32 })
+}
+
+fn hit_sphere(sphere: &SphereLight, p: DVec3, d: DVec3) -> Option<LightHit> {
+    let (center, radius) = (sphere.center.as_dvec3(), f64::from(sphere.radius));
+    let to_center = center - p;
+    let middle = to_center.dot(d);
+    let rim = radius + DIRECTION_ERROR * (1.0 + to_center.length());
+    let chord = rim * rim - (to_center - d * middle).length_squared();
+    let outside = to_center.length() > radius;
+    if chord < 0.0 || outside == sphere.inward || (outside && middle < 0.0) {
+        return None;
+    }
+    let half = chord.max(0.0).sqrt();
+    let t = if outside { middle - half } else { middle + half };
+    let cos = d.dot((p + d * t - center).normalize()).abs();
+    Some(LightHit { distance_squared: (t * t) as f32, cos: cos as f32 })
+}
+
+fn density(example: &Example, p: Vec3, wi: Vec3) -> f32 {
+    let (light, tables) = example;
+    let hit = hit(example, p, wi);
+    let has_geometry = matches!(light, AnyLight::Mesh(_) | AnyLight::Sphere(_));
+    if has_geometry && hit.is_none() { 0.0 } else { light.pdf(tables, p, wi, hit).get() }
+}
+
+fn samples((light, tables): &Example, p: Vec3, random: &mut Random, n: usize) -> Vec<LightSample> {
+    (0..n).filter_map(|_| light.sample(tables, p, random.unit_2d())).collect()
+}
+
+/// An axis, and 1 − cos of a cone around it in which samples lie; the whole sphere for wide ones.
+fn cone(samples: &[LightSample]) -> (Vec3, f32) {
+    let axis = samples.iter().map(|s| s.wi).sum::<Vec3>().normalize_or(Vec3::Y);
+    // 1 − cos θ = |a − b|²/2 for unit vectors, without cancellation.
+    let widest = samples.iter().map(|s| 0.5 * (s.wi - axis).length_squared()).fold(0.0, f32::max);
+    (axis, 1.2 * widest)
+}
+
+/// The histogram of samples fits the density, and what that lacks to 1 is not sampled: this holds
+/// the integral of the density to that, too.
+#[test]
+fn samples_follow_their_density() {
+    let extended: Vec<_> = all_lights().into_iter().filter(|l| !l.0.is_delta()).collect();
+    for example in &extended {
+        for p in POINTS {
+            let (axis, c) = cone(&samples(example, p, &mut Random::new(5), 1000));
+            let name = format!("{:?} from {p}", example.0);
+            let config = Chi2 { samples: 100_000, ..Chi2::new(&name) };
+            let config = config.one_of(extended.len() * POINTS.len());
+            let sample = |u| example.0.sample(&example.1, p, u).map(|s| s.wi);
+            let pdf = |wi| density(example, p, wi);
+            let narrow = c > 0.0 && c < 0.2;
+            let result = if narrow {
+                chi2_cone(sample, pdf, axis, c, &config)
+            } else {
+                chi2_sphere(sample, pdf, &config)
+            };
+            result.unwrap_or_else(|e| panic!("{e}"));
+        }
+    }
+}
+
+/// The density that a sample brings is that of its direction.
+#[test]
+fn density_of_a_sample_is_that_of_its_direction() {
+    for_all(|example, p, random| {
+        let all = samples(example, p, random, 5000);
+        for s in &all {
+            let Some(pdf) = s.pdf else { continue };
+            let (pdf, again) = (pdf.get(), density(example, p, s.wi));
+            assert!(pdf > 0.0 && pdf.is_finite(), "{:?} {p}: {s:?}", example.0);
+            let error = (pdf - again).abs() / pdf;
+            assert!(error < 2e-3, "{:?} {p}: {s:?} {again}", example.0);
+        }
+    });
+}
+
+/// A delta light has one direction, and no density; nothing but sampling finds it.
+#[test]
+fn delta_lights_have_no_density() {
+    for_all(|example, p, random| {
+        let (light, tables) = example;
+        let all = samples(example, p, random, 10);
+        assert!(all.iter().all(|s| s.pdf.is_none() == light.is_delta()), "{light:?}");
+        if light.is_delta() {
+            assert!(all.windows(2).all(|w| w[0].wi == w[1].wi), "{light:?}");
+            let d = random.direction();
+            assert!(light.escaped(tables, d).is_black(), "{light:?}");
+            assert_eq!(light.pdf(tables, p, d, None).get(), 0.0, "{light:?}");
+        }
+    });
+}
+
+/// A ray that leaves the scene sees the same sky that is sampled, and where it does, sampling
+/// could have found it. Lights in the scene are no part of the sky.
+#[test]
+fn the_sky_is_what_is_sampled() {
+    for_all(|example, p, random| {
+        let (light, tables) = example;
+        for s in samples(example, p, random, 1000) {
+            let seen = light.escaped(tables, s.wi);
+            let sky = s.end.is_none() && !light.is_delta();
+            assert_eq!(s.end.is_none(), s.distance.is_infinite(), "{light:?}");
+            assert_eq!(seen, if sky { s.radiance } else { Spectrum::ZERO }, "{light:?} {}", s.wi);
+        }
+        for _ in 0..1000 {
+            let d = random.direction();
+            let found = light.pdf(tables, p, d, None).get() > 0.0;
+            assert!(found || light.escaped(tables, d).is_black(), "{light:?} {d}");
+        }
+    });
+}
+
+/// Samples have unit directions that lead to where they say.
+#[test]
+fn samples_point_at_the_light() {
+    for_all(|example, p, random| {
+        for s in samples(example, p, random, 1000) {
+            assert!((s.wi.length() - 1.0).abs() < 1e-5, "{:?}: {s:?}", example.0);
+            if let Some(end) = s.end {
+                let reached = p + s.wi * s.distance;
+                let size = p.abs().max(end.abs()).max_element();
+                assert!((reached - end).length() < 2e-5 * size, "{:?} {p}: {s:?}", example.0);
+            }
+        }
+    });
+}
+
+/// How far a point lies in front of the glowing surface that it belongs to; in `f64`.
+fn in_front((light, tables): &Example, end: Vec3) -> f64 {
+    let end = end.as_dvec3();
+    match light {
+        AnyLight::Mesh(_) => {
+            let height = |t: &EmitterTriangle| {
+                let n = t.e1.as_dvec3().cross(t.e2.as_dvec3()).normalize();
+                let n = n * n.dot(t.normal.as_dvec3()).signum();
+                (end - t.p0.as_dvec3()).dot(n)
+            };
+            tables.triangles.iter().map(height).fold(f64::INFINITY, f64::min)
+        }
+        AnyLight::Sphere(s) => {
+            let outside = (end - s.center.as_dvec3()).length() - f64::from(s.radius);
+            if s.inward { -outside } else { outside }
+        }
+        _ => f64::INFINITY,
+    }
+}
+
+/// A ray that asks what is in the way ends before it meets the light: `end` is on the side of the
+/// light that faces the lit point.
+#[test]
+fn shadow_rays_end_before_the_light() {
+    for_all(|example, p, random| {
+        for s in samples(example, p, random, 5000) {
+            let Some(end) = s.end else { continue };
+            let height = in_front(example, end);
+            assert!(height > 0.0, "{:?} {p}: {s:?} is {height}", example.0);
+        }
+    });
+}
+
+/// The corners of the unit square, and points on, in and at the middle of lights, give numbers.
+#[test]
+fn extremes_give_numbers() {
+    let on_lights = [
+        Vec3::new(0.0, 2.0, 0.0),
+        Vec3::new(0.5, 2.0, 0.2),
+        Vec3::new(1.0, 2.0, 1.0),
+        Vec3::new(0.0, 3.0, 0.0),
+        Vec3::new(0.0, 1.999_999_9, 0.0),
+        Vec3::new(0.0, 0.5, 0.0),
+        Vec3::new(1e6, -1e6, 1e5),
+    ];
+    for (light, tables) in all_lights() {
+        for p in POINTS.into_iter().chain(on_lights) {
+            for u in CORNERS.iter().flat_map(|&a| CORNERS.map(|b| [a, b])) {
+                let Some(s) = light.sample(&tables, p, u) else { continue };
+                let pdf = s.pdf.map_or(1.0, pt_math::Pdf::get);
+                let numbers = s.radiance.is_finite() && pdf > 0.0 && pdf.is_finite();
+                let place = s.end.is_none_or(Vec3::is_finite) && s.distance > 0.0;
+                let unit = (s.wi.length() - 1.0).abs() < 1e-5;
+                assert!(numbers && place && unit, "{light:?} {p} {u:?}: {s:?}");
+            }
+        }
+    }
+}
