@@ -50,3 +50,8 @@ pub fn default_scene() -> Scene {
     scene.settings = FileSettings { resolution: Some([400, 400]), spp: Some(32), max_depth: None };
     scene
 }
+
+/// The examples of the readme.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+pub struct Readme;
