@@ -3,6 +3,7 @@
 //! * [`chi2`]: does a sampling routine follow the density it states?
 //! * [`ztest`]: do two images, or a mean and its expected value, agree up to noise?
 //! * [`blocks`]: how far do two images differ, block of pixels by block of pixels?
+//! * [`irradiance`]: what should lights bring?
 //! * [`random`]: deterministic random input.
 //!
 //! All of them are deterministic, so a test that passes keeps passing; the significance is the
@@ -11,6 +12,7 @@
 pub mod blocks;
 pub mod chi2;
 mod integrate;
+pub mod irradiance;
 pub mod output;
 pub mod random;
 pub mod ztest;

@@ -1,9 +1,9 @@
 //! The irradiance of each light, by its samples and by its closed form.
 
-use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use pt_math::{DVec3, Spectrum, Vec3};
-use pt_testing::{Random, mean_z_test, sidak};
+use pt_testing::{Random, irradiance, mean_z_test, sidak};
 
 use super::super::{
     AnyLight, EmitterTriangle, EnvironmentMap, LightTables, MeshLight, SphereLight,
@@ -28,17 +28,17 @@ fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
         }
         AnyLight::Directional(l) => level(l.irradiance) * l.to_light.as_dvec3().dot(n).max(0.0),
         AnyLight::Mesh(l) => {
-            let sum: f64 = tables.triangles.iter().map(|t| lambert(t, p, n)).sum();
+            let sum: f64 = tables.triangles.iter().map(|t| of_triangle(t, p, n)).sum();
             level(l.radiance) * sum
         }
-        AnyLight::Sphere(l) => level(l.radiance) * PI * sphere_factor(l, p, n),
+        AnyLight::Sphere(l) => level(l.radiance) * of_sphere(l, p, n),
         // Lambert's cosine law over the part of the upper half that the surface faces.
         AnyLight::Hemisphere(l) => level(l.radiance) * FRAC_PI_2 * (1.0 + n.y),
         AnyLight::Environment(l) => match l.map {
             None => level(l.radiance) * PI,
             Some(map) => {
                 let map = &tables.environments[map as usize];
-                quadrature(n, |d| level(map.radiance(d) * l.radiance))
+                irradiance::of_sky(n, 512, |d| level(map.radiance(d.as_vec3()) * l.radiance))
             }
         },
     }
@@ -50,75 +50,20 @@ fn inverse_square(position: Vec3, p: DVec3, n: DVec3) -> f64 {
     d.normalize().dot(n).max(0.0) / d.length_squared()
 }
 
-/// ∫ cos θ dω over the part of a triangle above the horizon, if `p` is in front of it: half the
-/// sum over edges of the angle of the edge times the cosine of the plane through it and `p`.
-/// [Lambert 1760; Baum, Rushmeier & Winget 1989, eq. 7]
-fn lambert(t: &EmitterTriangle, p: DVec3, n: DVec3) -> f64 {
+fn of_triangle(t: &EmitterTriangle, p: DVec3, n: DVec3) -> f64 {
     let [p0, e1, e2, front] = [t.p0, t.e1, t.e2, t.normal].map(Vec3::as_dvec3);
-    if (p - p0).dot(front) <= 0.0 {
-        return 0.0;
-    }
-    let polygon = above_horizon(&[p0 - p, p0 + e1 - p, p0 + e2 - p], n);
-    let edge = |i: usize| {
-        let (a, b) = (polygon[i], polygon[(i + 1) % polygon.len()]);
-        let cross = a.cross(b);
-        cross.length().atan2(a.dot(b)) * cross.normalize_or_zero().dot(n)
-    };
-    (0.5 * (0..polygon.len()).map(edge).sum::<f64>()).abs()
+    let visible = (p - p0).dot(front) > 0.0;
+    if visible { irradiance::of_polygon(&[p0, p0 + e1, p0 + e2], p, n) } else { 0.0 }
 }
 
-/// The part of a convex polygon with d·n ≥ 0. [Sutherland & Hodgman 1974]
-fn above_horizon(polygon: &[DVec3], n: DVec3) -> Vec<DVec3> {
-    let mut kept = Vec::new();
-    for (i, &a) in polygon.iter().enumerate() {
-        let b = polygon[(i + 1) % polygon.len()];
-        let (ha, hb) = (a.dot(n), b.dot(n));
-        if ha >= 0.0 {
-            kept.push(a);
-        }
-        if (ha >= 0.0) != (hb >= 0.0) {
-            kept.push(a + (b - a) * (ha / (ha - hb)));
-        }
+/// Equal radiance comes from all around inside of a sphere that glows inwards.
+fn of_sphere(l: &SphereLight, p: DVec3, n: DVec3) -> f64 {
+    let (center, radius) = (l.center.as_dvec3(), f64::from(l.radius));
+    match ((p - center).length() > radius, l.inward) {
+        (true, false) => irradiance::of_sphere(center, radius, p, n),
+        (false, true) => PI,
+        _ => 0.0,
     }
-    kept
-}
-
-/// Form factor from a surface element to a sphere, also where the horizon cuts it; 1 inside of a
-/// sphere that glows inwards, since equal radiance comes from all around. [Howell, A Catalog of
-/// Radiation Heat Transfer Configuration Factors, B-43]
-fn sphere_factor(l: &SphereLight, p: DVec3, n: DVec3) -> f64 {
-    let to_center = l.center.as_dvec3() - p;
-    let h = to_center.length() / f64::from(l.radius);
-    match (h > 1.0, l.inward) {
-        (true, false) => (),
-        (false, true) => return 1.0,
-        _ => return 0.0,
-    }
-    let cos = to_center.normalize().dot(n);
-    if cos * h >= 1.0 {
-        return cos / (h * h);
-    }
-    if cos * h <= -1.0 {
-        return 0.0;
-    }
-    let sin = (1.0 - cos * cos).sqrt();
-    let root = (h * h - 1.0).sqrt();
-    let cut = cos * (-root * cos / sin).acos() - root * (1.0 - h * h * cos * cos).sqrt();
-    0.5 - FRAC_1_PI * (root / (h * sin)).asin() + FRAC_1_PI / (h * h) * cut
-}
-
-/// ∫ L cos θ dω by the midpoint rule in latitude and longitude.
-fn quadrature(n: DVec3, radiance: impl Fn(Vec3) -> f64) -> f64 {
-    const ROWS: u32 = 512;
-    let step = PI / f64::from(ROWS);
-    let cell = |row: u32, column: u32| {
-        let (theta, phi) = ((f64::from(row) + 0.5) * step, (f64::from(column) + 0.5) * step);
-        let (sin, cos) = theta.sin_cos();
-        let d = DVec3::new(sin * phi.cos(), cos, sin * phi.sin());
-        radiance(d.as_vec3()) * d.dot(n).max(0.0) * sin
-    };
-    let row = |r| (0..2 * ROWS).map(|c| cell(r, c)).sum::<f64>();
-    (0..ROWS).map(row).sum::<f64>() * step * step
 }
 
 /// E = mean of L cos θ / p.
