@@ -1,0 +1,109 @@
+//! A folder to run the program in, and what it did.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use pathtracer::image::{self, Image};
+
+/// The scene of ours that all tests can count on.
+pub(crate) const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/cornell.dae");
+
+/// Options that make an image of that scene cost nothing.
+pub(crate) const TINY: &str = "-r 12 9 -s 2";
+
+/// A lamp of the course's profile, a glass ball, and a slope below a smaller one.
+pub(crate) const SMALL: &str = include_str!("small.dae");
+
+/// Scenes of the course, which are no part of the project.
+pub(crate) fn course_scene(name: &str) -> Option<PathBuf> {
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/scenes/dae"));
+    let path = folder.join(name);
+    path.is_file().then_some(path)
+}
+
+/// A folder of its own.
+pub(crate) struct Folder(tempfile::TempDir);
+
+impl Folder {
+    pub(crate) fn new() -> Self {
+        Self(tempfile::tempdir().expect("a temporary folder"))
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// The program with these arguments, about to run in the folder.
+    pub(crate) fn command<S: AsRef<std::ffi::OsStr>>(&self, args: &[S]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_pathtracer"));
+        command.args(args).current_dir(self.0.path());
+        command
+    }
+
+    /// Runs it with arguments separated by spaces; `SCENE` stands for [`SCENE`].
+    pub(crate) fn run(&self, args: &str) -> Run {
+        let args: Vec<_> = args.split_whitespace().map(|a| a.replace("SCENE", SCENE)).collect();
+        Run::of(&self.command(&args).output().expect("the program can be started"), &args.join(" "))
+    }
+
+    /// Runs it as [`Self::run`] does, and it has to succeed.
+    pub(crate) fn succeed(&self, args: &str) -> Run {
+        let run = self.run(args);
+        assert_eq!(run.code, Some(0), "{run:?}");
+        run
+    }
+
+    /// Names of all files and folders in it, sorted.
+    pub(crate) fn files(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.0.path()).expect("the folder is there");
+        let name = |e: std::io::Result<std::fs::DirEntry>| e.expect("an entry").file_name();
+        let mut names: Vec<_> =
+            entries.map(|e| name(e).into_string().expect("a name in UTF-8")).collect();
+        names.sort();
+        names
+    }
+
+    pub(crate) fn read(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        std::fs::write(self.path(name), content).expect("the folder takes files");
+    }
+
+    pub(crate) fn image(&self, name: &str) -> Image {
+        image::load(&self.path(name)).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    /// The bytes of the EXR file that these arguments render.
+    pub(crate) fn exr(&self, args: &str) -> Vec<u8> {
+        self.succeed(&format!("{args} -f rendered.exr"));
+        self.read("rendered.exr")
+    }
+}
+
+/// What the program did.
+#[derive(Debug)]
+pub(crate) struct Run {
+    /// What it was asked to do, for messages of tests.
+    #[expect(dead_code, reason = "shown by Debug")]
+    args: String,
+    /// Exit status; `None` if a signal ended it.
+    pub(crate) code: Option<i32>,
+    /// Standard output.
+    pub(crate) out: String,
+    /// Standard error.
+    pub(crate) err: String,
+}
+
+impl Run {
+    pub(crate) fn of(output: &Output, args: &str) -> Self {
+        let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).expect("UTF-8");
+        Self {
+            args: args.to_owned(),
+            code: output.status.code(),
+            out: text(&output.stdout),
+            err: text(&output.stderr),
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! Images: where they go, in what form, and what changes them.
+
+use pathtracer::Image;
+use pathtracer::image::{self, SaveOptions};
+
+use crate::common::{Folder, SCENE, TINY};
+
+#[test]
+fn without_a_name_the_image_is_called_like_the_scene_and_lies_here() {
+    let folder = Folder::new();
+    let run = folder.succeed(&format!("{TINY} SCENE"));
+    assert_eq!(folder.files(), ["cornell.png"]);
+    assert_eq!(run.out, "");
+    assert!(run.err.contains("saved cornell.png"), "{run:?}");
+    std::fs::copy(SCENE, folder.path("a room.v2.dae")).unwrap();
+    let args: Vec<&str> = TINY.split(' ').chain(["a room.v2.dae"]).collect();
+    assert!(folder.command(&args).output().unwrap().status.success());
+    assert!(folder.path("a room.v2.png").is_file(), "{:?}", folder.files());
+}
+
+#[test]
+fn without_a_scene_a_room_of_ours_is_rendered_and_the_next_steps_are_told() {
+    let folder = Folder::new();
+    let run = folder.succeed(TINY);
+    assert_eq!(folder.files(), ["cornell.png"]);
+    assert!(run.err.contains("saved cornell.png") && run.err.contains("Try next:"), "{run:?}");
+    let with_file = folder.exr(&format!("{TINY} SCENE"));
+    assert_eq!(folder.exr(TINY), with_file);
+}
+
+#[test]
+fn quiet_is_quiet() {
+    for mode in ["", "--cs184"] {
+        let run = Folder::new().succeed(&format!("{TINY} -q {mode} SCENE"));
+        assert_eq!((run.out.as_str(), run.err.as_str()), ("", ""));
+    }
+}
+
+#[test]
+fn png_files_have_the_bits_asked_for_and_exr_files_the_same_light() {
+    let folder = Folder::new();
+    for (args, bits) in [("", 8), ("--png-bits 8", 8), ("--png-bits 16", 16)] {
+        folder.succeed(&format!("{TINY} {args} -f out.png SCENE"));
+        // The byte behind width and height in the header. [PNG specification, section 11.2.2]
+        assert_eq!(folder.read("out.png")[24], bits, "{args}");
+    }
+    folder.succeed(&format!("{TINY} -f out.exr SCENE"));
+    let (png, exr) = (folder.image("out.png"), folder.image("out.exr"));
+    for (p, e) in png.pixels.iter().flatten().zip(exr.pixels.iter().flatten()) {
+        // A level of 16 bits is at most 2.3/65535 wide where the curve is steepest in light.
+        assert!((p - e.min(1.0)).abs() < 4e-5, "{p} is not {e}");
+    }
+}
+
+#[test]
+fn an_image_that_exists_is_replaced() {
+    let folder = Folder::new();
+    folder.write("out.png", "old");
+    folder.succeed(&format!("{TINY} -f out.png SCENE"));
+    assert_eq!(folder.image("out.png").width, 12);
+    assert_eq!(folder.files(), ["out.png"]);
+}
+
+#[test]
+fn threads_and_tiles_change_no_bit() {
+    let folder = Folder::new();
+    let base = "-r 40 30 -s 20 -a 4 0.3 SCENE";
+    let wanted = folder.exr(&format!("{base} -t 1"));
+    for args in ["-t 2", "-t 3", "-t 7", "-t 0", "-t 7 --tile-size 5", "-t 1 --tile-size 64"] {
+        assert_eq!(folder.exr(&format!("{base} {args}")), wanted, "{args}");
+    }
+}
+
+#[test]
+fn the_builder_of_the_tree_changes_nothing_but_rounding() {
+    let folder = Folder::new();
+    folder.succeed("-r 24 18 -s 4 -f sah.exr SCENE");
+    let sah = folder.image("sah.exr");
+    for args in ["--bvh mean", "--bvh none", "--max-leaf-size 1"] {
+        folder.succeed(&format!("-r 24 18 -s 4 {args} -f other.exr SCENE"));
+        let other = folder.image("other.exr");
+        assert_eq!(other.pixels, sah.pixels, "{args}");
+    }
+}
+
+/// Short name, long name, and what another image needs.
+const PAIRS: &[(&str, &str)] = &[
+    ("-s 3", "--spp 3"),
+    ("-l 3", "--light-samples 3"),
+    ("-m 1", "--max-depth 1"),
+    ("-o 0 -m 1", "--accumulate 0 --max-depth 1"),
+    ("-H", "--hemisphere"),
+    ("-H", "--direct hemisphere"),
+    ("-r 9 12", "--resolution 9 12"),
+    ("-p 2 1 5 4", "--cell 2 1 5 4"),
+    ("-a 2 0.5 -s 8", "--adaptive 2 0.5 --spp 8"),
+    ("-b 20 -d 900", "--lens-radius 20 --focal-distance 900"),
+    ("-c camera.txt", "--camera camera.txt"),
+    ("-e map.exr", "--environment map.exr"),
+];
+
+#[test]
+fn short_and_long_names_mean_the_same_and_something_in_any_order() {
+    let folder = Folder::new();
+    folder.write("camera.txt", CAMERA);
+    write_map(&folder);
+    let without = |flags: &str| {
+        let spp = if flags.contains("-s") { "" } else { "-s 2" };
+        let size = if flags.contains("-r") { "" } else { "-r 12 9" };
+        format!("{spp} {size}")
+    };
+    let plain = folder.exr("-r 12 9 -s 2 SCENE");
+    for (short, long) in PAIRS {
+        let rest = without(short);
+        let wanted = folder.exr(&format!("{short} {rest} SCENE"));
+        assert_ne!(wanted, plain, "{short} changes nothing");
+        assert_eq!(folder.exr(&format!("{long} {rest} SCENE")), wanted, "{long}");
+        assert_eq!(folder.exr(&format!("SCENE {rest} {short}")), wanted, "{short} behind");
+        assert_eq!(folder.exr(&format!("{rest} SCENE {long}")), wanted, "{long} behind");
+    }
+    assert_eq!(folder.exr("-r 12 9 -s 2 -t 2 SCENE"), folder.exr("-r 12 9 -s 2 --threads 2 SCENE"));
+}
+
+#[test]
+fn seeds_and_samplers_are_others() {
+    let folder = Folder::new();
+    let images: Vec<_> =
+        ["", "--seed 1", "--sampler independent", "--seed 1 --sampler independent"]
+            .iter()
+            .map(|args| folder.exr(&format!("{TINY} {args} SCENE")))
+            .collect();
+    for (i, a) in images.iter().enumerate() {
+        assert!(images[..i].iter().all(|b| a != b), "{i}");
+    }
+}
+
+/// Means over the image, which have an error of less than a percent at this number of samples.
+#[test]
+fn views_of_the_light_add_up() {
+    let folder = Folder::new();
+    let mean = |args: &str| {
+        folder.succeed(&format!("-r 16 12 -s 512 {args} -f out.exr SCENE"));
+        let pixels = folder.image("out.exr").pixels;
+        pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>() / (3 * pixels.len()) as f64
+    };
+    let all = mean("-m 4");
+    let near = |parts: &[f64], whole: f64| {
+        let sum: f64 = parts.iter().sum();
+        assert!((sum - whole).abs() < 0.02 * all, "{parts:?} are not {whole}");
+    };
+    let (direct, indirect) = (mean("-m 4 --show direct"), mean("-m 4 --show indirect"));
+    let (emission, once) = (mean("-m 4 --show emission"), mean("-m 1 -o 0"));
+    near(&[mean("-m 4 --show global")], all);
+    near(&[direct, indirect], all);
+    near(&[emission, once], direct);
+    assert!([emission, once, indirect].iter().all(|part| *part > 0.05 * all), "nothing is shown");
+}
+
+#[test]
+fn cells_are_cut_from_the_image_and_counted_from_below() {
+    let folder = Folder::new();
+    folder.succeed(&format!("{TINY} -f all.exr SCENE"));
+    folder.succeed(&format!("{TINY} -p 3 1 5 4 -f cell.exr SCENE"));
+    let (all, cell) = (folder.image("all.exr"), folder.image("cell.exr"));
+    assert_eq!((cell.width, cell.height), (5, 4));
+    for y in 0..4 {
+        for x in 0..5 {
+            // Row 0 of the cell is the row 1 + 3 of the image, counted from below.
+            let row = 9 - 1 - (1 + 3 - y);
+            assert_eq!(cell.pixels[y * 5 + x], all.pixels[row * 12 + 3 + x], "({x}, {y})");
+        }
+    }
+}
+
+#[test]
+fn adaptive_sampling_writes_its_rates() {
+    let folder = Folder::new();
+    folder.succeed("-r 12 9 -s 64 -a 8 0.2 -f out.exr SCENE");
+    assert_eq!(folder.files(), ["out.exr", "out_rate.png"]);
+    let rates = folder.image("out_rate.png");
+    assert_eq!((rates.width, rates.height), (12, 9));
+    assert!(rates.pixels.iter().any(|p| *p != rates.pixels[0]), "all pixels took the same samples");
+}
+
+#[test]
+fn the_summary_as_json_counts_samples_and_rays() {
+    let folder = Folder::new();
+    folder.succeed(&format!("{TINY} -t 1 --summary-json out.json -f out.png SCENE"));
+    let text = String::from_utf8(folder.read("out.json")).unwrap();
+    for wanted in ["\"samples\": 216,", "\"threads\": 1,", "\"spheres\": 2,", "\"rays\": "] {
+        assert!(text.contains(wanted), "{wanted} is missing in {text}");
+    }
+}
+
+/// A square under an environment of one radiance reflects albedo times that radiance.
+#[test]
+fn an_environment_lights_the_scene() {
+    let folder = Folder::new();
+    folder.write(
+        "square.obj",
+        "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvn 0 0 1\nf 1//1 2//1 3//1 4//1\n",
+    );
+    write_map(&folder);
+    folder.succeed("-r 8 8 -s 64 -m 1 -e map.exr -f out.exr square.obj");
+    let image = folder.image("out.exr");
+    let center = image.pixels[4 * 8 + 4];
+    for (value, radiance) in center.iter().zip(MAP) {
+        // The default material has albedo 0.5.
+        assert!((value - 0.5 * radiance).abs() < 0.02 * radiance, "{center:?}");
+    }
+    assert_eq!(image.pixels[0], MAP, "the corner shows the map itself");
+}
+
+/// Radiance of the test's environment.
+const MAP: [f32; 3] = [1.0, 2.0, 0.5];
+
+fn write_map(folder: &Folder) {
+    let map = Image { width: 8, height: 4, pixels: vec![MAP; 32] };
+    image::save(&map, &folder.path("map.exr"), &SaveOptions::default()).unwrap();
+}
+
+/// A camera settings file of the course's program: in front of the room, in its millimetres.
+const CAMERA: &str = "40 30 1.333 1 10000\n278 273 -900 278 273 0\n1.57 3.14 900 1 9000\n\
+                      -1 0 0 0 1 0 0 0 -1\n800 600 1000\n4.7 0\n";
+
+#[test]
+fn a_camera_file_moves_the_camera() {
+    let folder = Folder::new();
+    folder.write("camera.txt", CAMERA);
+    folder.succeed(&format!("{TINY} --integrator normals -c camera.txt -f out.exr SCENE"));
+    // What is seen in the middle is the back wall, which looks to −z: (n + 1)/2 = (½, ½, 0).
+    let middle = folder.image("out.exr").pixels[4 * 12 + 6];
+    let wanted = [0.5, 0.5, 0.0];
+    assert!(middle.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-3), "{middle:?}");
+}

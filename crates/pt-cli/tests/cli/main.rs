@@ -1,0 +1,9 @@
+//! The program as its users run it.
+
+mod common;
+mod course;
+mod images;
+mod interrupt;
+mod refusals;
+mod report;
+mod texts;

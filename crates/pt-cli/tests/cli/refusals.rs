@@ -1,0 +1,177 @@
+//! What makes no sense is refused: exit status 2, one message, and nothing left behind.
+
+use crate::common::{Folder, SCENE, TINY};
+
+/// Runs the program, which has to refuse with one message that contains `wanted`.
+fn refuses(folder: &Folder, args: &str, wanted: &str) {
+    let before = folder.files();
+    let run = folder.run(args);
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert_eq!(run.out, "", "{run:?}");
+    let messages = run.err.lines().filter(|l| l.starts_with("pathtracer: ")).count();
+    assert_eq!(messages, 1, "{run:?}");
+    let first = run.err.lines().next().unwrap_or_default();
+    assert!(first.starts_with("pathtracer: ") && run.err.contains(wanted), "{wanted}: {run:?}");
+    assert!(!run.err.contains("panicked"), "{run:?}");
+    assert_eq!(folder.files(), before, "{run:?}");
+}
+
+#[test]
+fn numbers_that_make_no_sense() {
+    let folder = Folder::new();
+    let whole = "a whole number from 1 up";
+    for (args, wanted) in [
+        ("-s 0 SCENE", whole),
+        ("-s -1 SCENE", whole),
+        ("-s 1.5 SCENE", whole),
+        ("-s 4294967296 SCENE", whole),
+        ("-s many SCENE", whole),
+        ("-l 0 SCENE", whole),
+        ("-m -1 SCENE", "a whole number from 0 up"),
+        ("-o -1 SCENE", "a whole number from 0 up"),
+        ("-t -1 SCENE", "a number of threads"),
+        ("-t 5000 SCENE", "a number of threads"),
+        ("-r -1 5 SCENE", "a number of pixels"),
+        ("-r 0 5 SCENE", "a number of pixels"),
+        ("-r 32x24 SCENE", "a number of pixels"),
+        ("-r 32x24", "2 values required"),
+        ("-r 10", "2 values required"),
+        ("-r 10 SCENE", "a number of pixels"),
+        ("-r 1000000 1000000 SCENE", "at most"),
+        ("-a 0 -1 SCENE", "BATCH: expected a whole number from 1 up"),
+        ("-a 64 -0.1 SCENE", "TOLERANCE: expected a number from 0 up"),
+        ("-a 64 NaN SCENE", "TOLERANCE: expected a number from 0 up"),
+        ("-a 64 inf SCENE", "TOLERANCE: expected a number from 0 up"),
+        ("-a 64 SCENE", "TOLERANCE: expected a number from 0 up"),
+        ("-a 64", "2 values required"),
+        ("-b -1 SCENE", "a number from 0 up"),
+        ("-b NaN SCENE", "a number from 0 up"),
+        ("-d 0 SCENE", "a number above 0"),
+        ("-p 1 1 5 SCENE", "a whole number from 0 up"),
+        ("--seed -1 SCENE", "a whole number from 0 up"),
+        ("--max-leaf-size 0 SCENE", "a number of shapes"),
+        ("--tile-size 0 SCENE", whole),
+        ("-s SCENE", whole),
+        ("SCENE -s", "a value is required"),
+    ] {
+        refuses(&folder, args, wanted);
+    }
+}
+
+#[test]
+fn words_that_mean_nothing() {
+    let folder = Folder::new();
+    for (args, wanted) in [
+        ("--frobnicate SCENE", "'--frobnicate'"),
+        ("-HX SCENE", "'-X'"),
+        ("-Z SCENE", "'-Z'"),
+        ("--resolutoin 12 9 SCENE", "'--resolution'"),
+        ("--bvh quick SCENE", "sah, mean, none"),
+        ("--show all SCENE", "emission, direct, indirect, global"),
+        ("--direct sideways SCENE", "mis, light, hemisphere, cosine"),
+        ("--sampler dice SCENE", "sobol, independent"),
+        ("--png-bits 12 SCENE", "8, 16"),
+        ("--integrator bdpt SCENE", "  normals: "),
+        ("-H --direct light SCENE", "cannot be used with"),
+        ("-s 1 -s 2 SCENE", "multiple times"),
+        ("SCENE SCENE", "more than one scene"),
+        ("a.dae b.dae c.dae", "more than one scene"),
+        ("-f -s 1 SCENE", "-f needs the name of an image file"),
+        ("-f out.gif SCENE", ".png or .exr"),
+        ("-f out SCENE", ".png or .exr"),
+        ("--completions tcsh", "bash, elvish, fish, powershell, zsh"),
+    ] {
+        refuses(&folder, args, wanted);
+    }
+}
+
+#[test]
+fn cells_outside_of_the_image() {
+    let folder = Folder::new();
+    for cell in ["8 0 5 5", "0 5 5 5", "0 0 0 5", "0 0 5 0", "4294967295 0 1 1"] {
+        let args = format!("{TINY} -p {cell} SCENE");
+        refuses(&folder, &args, "must have pixels and lie in the image of 12 x 9");
+    }
+}
+
+#[test]
+fn scenes_that_cannot_be_read() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("folder.dae")).unwrap();
+    folder.write("broken.dae", "<COLLADA>\n<asset>\n</COLLADA>\n");
+    folder.write("other.xml", "<scene version=\"3.0.0\">\n  <shape type=\"torus\"/>\n</scene>\n");
+    folder.write("empty.ply", "");
+    folder.write("text.obj", "v 1 2\n");
+    folder.write("notes.txt", "no scene");
+    for (scene, wanted) in [
+        ("missing.dae", "missing.dae: cannot be read: No such file"),
+        ("folder.dae", "folder.dae: cannot be read: Is a directory"),
+        ("broken.dae", "broken.dae:3:1: "),
+        ("other.xml", "other.xml:2:"),
+        ("empty.ply", "empty.ply"),
+        ("text.obj", "text.obj:1"),
+        ("notes.txt", "the endings known are .dae, .xml, .ply, .obj"),
+        ("noending", "the endings known are"),
+    ] {
+        refuses(&folder, &format!("{TINY} {scene}"), wanted);
+        refuses(&folder, &format!("{TINY} -f out.exr {scene}"), wanted);
+    }
+}
+
+#[test]
+fn a_missing_scene_is_told_once() {
+    let run = Folder::new().run("missing.dae");
+    assert_eq!(run.err.matches("No such file").count(), 1, "{run:?}");
+}
+
+#[test]
+fn places_that_take_no_image() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("folder.png")).unwrap();
+    folder.write("file", "");
+    refuses(&folder, &format!("{TINY} -f no/where.png SCENE"), "there is no folder no;");
+    refuses(&folder, &format!("{TINY} -f file/out.png SCENE"), "there is no folder file;");
+    refuses(&folder, &format!("{TINY} -f folder.png SCENE"), "folder.png: is a folder");
+    refuses(&folder, &format!("{TINY} --summary-json no/a.json SCENE"), "there is no folder no;");
+}
+
+#[cfg(unix)]
+#[test]
+fn folders_that_cannot_be_written() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new();
+    let locked = folder.path("locked");
+    std::fs::create_dir(&locked).unwrap();
+    std::fs::set_permissions(&locked, std::fs::Permissions::from_mode(0o555)).unwrap();
+    if std::fs::write(locked.join("probe"), "").is_ok() {
+        println!("skipped: read-only folders, since this user may write everywhere");
+        return;
+    }
+    refuses(&folder, &format!("{TINY} -f locked/out.png SCENE"), "locked/out.png: no file");
+    std::fs::set_permissions(&locked, std::fs::Permissions::from_mode(0o755)).unwrap();
+}
+
+#[test]
+fn files_beside_the_scene_that_cannot_be_read() {
+    let folder = Folder::new();
+    folder.write("camera.txt", "50 38 wide");
+    folder.write("broken.exr", "no image");
+    for (args, wanted) in [
+        ("-e missing.exr", "missing.exr: cannot be read: No such file"),
+        ("-e broken.exr", "broken.exr: "),
+        ("-e map.hdr", ".png, .exr"),
+        ("-c missing.txt", "missing.txt: cannot be read: No such file"),
+        ("-c camera.txt", "camera.txt:1: camera settings: aspect is \"wide\""),
+    ] {
+        refuses(&folder, &format!("{TINY} {args} SCENE"), wanted);
+    }
+}
+
+#[test]
+fn an_old_image_survives_a_refusal() {
+    let folder = Folder::new();
+    folder.write("out.png", "old");
+    refuses(&folder, "-f out.png missing.dae", "missing.dae");
+    assert_eq!(folder.read("out.png"), b"old");
+    assert!(std::path::Path::new(SCENE).is_file());
+}

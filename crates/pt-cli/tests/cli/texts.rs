@@ -1,0 +1,67 @@
+//! Help, version, completions and the man page.
+
+use crate::common::Folder;
+
+#[test]
+fn help_names_every_option_and_says_nothing_else() {
+    let folder = Folder::new();
+    for flag in ["-h", "--help"] {
+        let run = folder.succeed(flag);
+        assert_eq!(run.err, "");
+        for name in [
+            "-s, --spp <N>",
+            "-l, --light-samples <N>",
+            "-t, --threads <N>",
+            "-m, --max-depth <N>",
+            "-o, --accumulate <N>",
+            "-H, --hemisphere",
+            "-f, --output",
+            "-r, --resolution <WIDTH> <HEIGHT>",
+            "-p, --cell <X> <Y> <DX> <DY>",
+            "-c, --camera <FILE>",
+            "-a, --adaptive <BATCH> <TOLERANCE>",
+            "-e, --environment <FILE>",
+            "-b, --lens-radius <LENGTH>",
+            "-d, --focal-distance <LENGTH>",
+            "-h, --help",
+            "--cs184",
+            "--integrator <NAME>",
+            "--show <LIGHT>",
+            "--bvh <BUILDER>",
+            "--max-leaf-size <N>",
+        ] {
+            assert!(run.out.contains(name), "{flag}: {name} is missing in\n{}", run.out);
+        }
+    }
+    assert_eq!(folder.files(), [""; 0]);
+}
+
+#[test]
+fn help_names_every_integrator() {
+    let help = Folder::new().succeed("--help").out;
+    for known in pathtracer::INTEGRATORS {
+        assert!(help.contains(known.name), "{} is missing", known.name);
+    }
+}
+
+#[test]
+fn version() {
+    let run = Folder::new().succeed("--version");
+    assert_eq!(run.out, concat!("pathtracer ", env!("CARGO_PKG_VERSION"), "\n"));
+}
+
+#[test]
+fn completions_know_the_options() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let run = Folder::new().succeed(&format!("--completions {shell}"));
+        assert!(run.out.contains("light-samples") && run.err.is_empty(), "{shell}");
+    }
+}
+
+#[test]
+fn the_man_page_knows_the_options() {
+    let run = Folder::new().succeed("--man");
+    assert!(run.out.contains(".TH pathtracer"), "{}", run.out);
+    // Roff writes a minus sign as \-.
+    assert!(run.out.contains(r"light\-samples") && run.err.is_empty());
+}
