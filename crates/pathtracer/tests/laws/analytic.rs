@@ -1,0 +1,154 @@
+//! A diffuse plane under each light, against the closed form of its irradiance: L = ρE/π.
+
+use std::f64::consts::PI;
+
+use pathtracer::{CompileOptions, EnvironmentMap, Region, Session, Settings};
+use pt_math::{DVec3, Spectrum};
+use pt_scene::LightKind;
+use pt_testing::{irradiance, sidak};
+
+use crate::furnace::ESTIMATORS;
+use crate::measure::{assert_uniform, finish, settings};
+use crate::scenes::{Builder, camera, facing, looking, matte};
+
+const ALBEDO: f32 = 0.6;
+const HEIGHT: f64 = 2.0;
+const UP: DVec3 = DVec3::Y;
+const ABOVE: DVec3 = DVec3::new(0.3, HEIGHT, -0.2);
+/// The size of the image of which a few pixels are rendered: they are so small that the radiance
+/// does not vary within.
+const RESOLUTION: [u32; 2] = [2001, 2001];
+const PIXELS: [[u32; 2]; 3] = [[1000, 1000], [500, 800], [1400, 1250]];
+
+struct Case {
+    name: &'static str,
+    add: fn(Builder) -> Builder,
+    map: bool,
+    irradiance: fn(DVec3) -> f64,
+}
+
+fn map() -> EnvironmentMap {
+    let texels = (0..32u16).map(|i| [f32::from(i % 5) * 0.5, f32::from(i % 3), 0.5]);
+    EnvironmentMap::new(8, 4, texels.collect())
+}
+
+fn inverse_square(p: DVec3) -> f64 {
+    let d = ABOVE - p;
+    d.normalize().y / d.length_squared()
+}
+
+/// The corners of a square of half side 0.5 around [`ABOVE`].
+fn square() -> [DVec3; 4] {
+    [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[x, z]| ABOVE + DVec3::new(x, 0.0, z))
+}
+
+const TILT: DVec3 = DVec3::new(0.6, 0.8, 0.0);
+
+const CASES: [Case; 9] = [
+    Case {
+        name: "point",
+        add: |b| b.light(LightKind::Point { intensity: [4.0; 3] }, looking(ABOVE, DVec3::ZERO)),
+        map: false,
+        irradiance: |p| 4.0 * inverse_square(p),
+    },
+    Case {
+        name: "spot",
+        add: |b| {
+            let kind =
+                LightKind::Spot { intensity: [4.0; 3], falloff_angle: 90.0, falloff_exponent: 3.0 };
+            b.light(kind, looking(ABOVE, ABOVE - UP))
+        },
+        map: false,
+        irradiance: |p| {
+            let cos = (ABOVE - p).normalize().y;
+            if cos > 0.5f64.sqrt() { 4.0 * cos.powi(3) * inverse_square(p) } else { 0.0 }
+        },
+    },
+    Case {
+        name: "directional",
+        add: |b| {
+            b.light(LightKind::Directional { irradiance: [2.0; 3] }, looking(TILT, DVec3::ZERO))
+        },
+        map: false,
+        irradiance: |_| 2.0 * TILT.y,
+    },
+    Case {
+        name: "area",
+        add: |b| b.light(LightKind::Area { radiance: [3.0; 3] }, looking(ABOVE, ABOVE - UP)),
+        map: false,
+        irradiance: |p| 3.0 * irradiance::of_polygon(&square(), p, UP),
+    },
+    Case {
+        name: "glowing mesh",
+        add: |b| b.glowing_quad(facing(ABOVE, -UP, 0.5), 3.0),
+        map: false,
+        irradiance: |p| 3.0 * irradiance::of_polygon(&square(), p, UP),
+    },
+    Case {
+        name: "sphere",
+        add: |b| b.glowing_sphere(ABOVE, 0.7, 3.0),
+        map: false,
+        irradiance: |p| 3.0 * irradiance::of_sphere(ABOVE, 0.7, p, UP),
+    },
+    Case {
+        name: "hemisphere",
+        add: |b| b.light(LightKind::Hemisphere { radiance: [1.5; 3] }, looking(ABOVE, DVec3::ZERO)),
+        map: false,
+        irradiance: |_| 1.5 * PI,
+    },
+    Case { name: "constant sky", add: |b| b.sky(1.5), map: false, irradiance: |_| 1.5 * PI },
+    Case {
+        name: "environment map",
+        add: |b| b,
+        map: true,
+        irradiance: |_| {
+            let map = map();
+            irradiance::of_sky(UP, 512, |d| {
+                f64::from(Spectrum::luminance(map.radiance(d.as_vec3())))
+            })
+        },
+    },
+];
+
+fn session(case: &Case, settings: Settings) -> Session {
+    let floor = facing(DVec3::ZERO, UP, 50.0);
+    let scene = (case.add)(Builder::default().quad(floor, matte([ALBEDO; 3])));
+    let view = camera(DVec3::new(7.0, 6.0, 7.0), DVec3::ZERO, [20.0, 20.0]);
+    let options = CompileOptions {
+        resolution: Some(RESOLUTION),
+        environment: case.map.then(map),
+        ..CompileOptions::default()
+    };
+    Session::new(&scene.seen_by(view), options, settings).expect("the scene makes sense")
+}
+
+/// Where the middle of a pixel sees the plane y = 0.
+fn floor_point(session: &Session, [x, y]: [u32; 2]) -> DVec3 {
+    let ray = session.scene().camera.ray([x as f32 + 0.5, y as f32 + 0.5], [0.5; 2]);
+    let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+    o - d * (o.y / d.y)
+}
+
+/// Every light, by every estimator, with one and with several samples, by both integrators.
+#[test]
+fn a_plane_under_each_light_has_the_radiance_of_the_closed_form() {
+    let tests = CASES.len() * ESTIMATORS.len() * PIXELS.len();
+    for case in &CASES {
+        for (i, direct) in ESTIMATORS.into_iter().enumerate() {
+            let integrator = if i % 2 == 0 { "path" } else { "direct" };
+            let integrator = integrator.to_owned();
+            let light_samples = 1 + 2 * (i as u32 / 2);
+            let settings = Settings { direct, integrator, light_samples, ..settings(8192) };
+            let mut session = session(case, settings);
+            for [x, y] in PIXELS {
+                session.restrict(Region { x, y, width: 1, height: 1 }).expect("inside");
+                finish(&mut session);
+                let p = floor_point(&session, [x, y]);
+                let want = f64::from(ALBEDO) / PI * (case.irradiance)(p);
+                let what = format!("{} at {p}, {direct:?}", case.name);
+                assert!(want > 0.0, "{what} is dark");
+                assert_uniform(session.film(), want, sidak(1e-4, tests), &what);
+            }
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! What must not change a bit of an image: threads, tiles, a pause, a region.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use pathtracer::image::{self, SaveOptions};
+use pathtracer::{
+    Adaptive, Film, INTEGRATORS, Observer, Progress, Region, Session, Settings, Silent,
+    default_scene,
+};
+
+use crate::scenes::size;
+
+/// Not a multiple of any size of tiles.
+const SIZE: [u32; 2] = [45, 31];
+
+/// Not a multiple of the samples of a pass.
+fn base() -> Settings {
+    Settings { spp: 21, max_depth: 5, ..Settings::default() }
+}
+
+fn session(settings: Settings) -> Session {
+    Session::new(&default_scene(), size(SIZE), settings).expect("the scene makes sense")
+}
+
+fn rendered(settings: &Settings, threads: usize, tile_size: u32) -> Session {
+    let mut session = session(settings.clone());
+    let (progress, statistics) = session.render(threads, tile_size, &Silent).expect("it renders");
+    assert_eq!(progress, Progress::Finished);
+    assert_eq!(statistics.samples, session.film().samples());
+    assert_eq!(session.film().rejections().count, 0);
+    session
+}
+
+/// The bytes of the EXR file of an image.
+fn exr(session: &Session) -> Vec<u8> {
+    let folder = tempfile::tempdir().expect("a folder for temporary files");
+    let path = folder.path().join("image.exr");
+    image::save(&session.image(), &path, &SaveOptions::default()).expect("the folder is writable");
+    std::fs::read(&path).expect("it was written")
+}
+
+fn adaptive() -> Settings {
+    Settings { adaptive: Some(Adaptive { batch: 8, tolerance: 0.2 }), spp: 50, ..base() }
+}
+
+#[test]
+fn threads_and_tiles_do_not_change_a_bit() {
+    for settings in [base(), adaptive()] {
+        let reference = rendered(&settings, 1, 32);
+        let bytes = exr(&reference);
+        for threads in [1, 2, 3, 7] {
+            for tile_size in [7, 16, 32, 1000] {
+                let other = rendered(&settings, threads, tile_size);
+                let what = format!("{threads} threads, tiles of {tile_size}");
+                assert!(other.film() == reference.film(), "{what}");
+                assert!(exr(&other) == bytes, "{what}: the files differ");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_integrator_gives_the_same_bits_on_several_threads() {
+    for registration in INTEGRATORS {
+        let settings = Settings { integrator: registration.name.to_owned(), spp: 5, ..base() };
+        let (one, three) = (rendered(&settings, 1, 32), rendered(&settings, 3, 8));
+        assert!(one.film() == three.film(), "{}", registration.name);
+    }
+}
+
+/// The seed is what changes an image.
+#[test]
+fn another_seed_is_another_image() {
+    let other = Settings { seed: 1, ..base() };
+    assert!(rendered(&base(), 1, 32).film() != rendered(&other, 1, 32).film());
+}
+
+/// Stops a render once `after` samples are taken.
+struct StopAfter {
+    after: u64,
+    stopped: AtomicBool,
+}
+
+impl Observer for StopAfter {
+    fn progress(&self, done: u64, _total: u64) {
+        if done >= self.after {
+            self.stopped.store(true, Ordering::Relaxed);
+        }
+    }
+
+    fn cancelled(&self) -> bool {
+        self.stopped.load(Ordering::Relaxed)
+    }
+}
+
+/// A render that is stopped several times, at any place, and continued is the uninterrupted one.
+#[test]
+fn a_pause_does_not_change_a_bit() {
+    for settings in [base(), adaptive()] {
+        let whole = rendered(&settings, 2, 16);
+        let mut paused = session(settings);
+        let mut film = Film::new(Region::full(SIZE));
+        for (threads, after) in [(1, 1), (2, 3000), (3, 500), (2, 9000)] {
+            let observer = StopAfter { after, stopped: AtomicBool::new(false) };
+            let (progress, _) = paused.render(threads, 7, &observer).expect("it renders");
+            assert_eq!(progress, Progress::Cancelled, "after {after} samples");
+            assert!(paused.film().samples() >= film.samples(), "nothing is lost");
+            film.clone_from(paused.film());
+        }
+        assert!((1..whole.film().samples()).contains(&film.samples()));
+        paused.render(2, 32, &Silent).expect("it renders");
+        assert!(paused.film() == whole.film());
+    }
+}
+
+/// What has all its samples is left as it is.
+#[test]
+fn rendering_again_adds_nothing() {
+    let mut session = rendered(&base(), 2, 16);
+    let film = session.film().clone();
+    let (_, statistics) = session.render(2, 16, &Silent).expect("it renders");
+    assert!(statistics.samples == 0 && *session.film() == film);
+}
+
+/// A part of the image is that part of the whole image, and parts merge to the whole.
+#[test]
+fn regions_are_parts_of_the_image() {
+    let whole = rendered(&base(), 2, 16);
+    let mut merged = Film::new(Region::full(SIZE));
+    for tile in Region::full(SIZE).tiles(19) {
+        let part = rendered(&Settings { region: Some(tile), ..base() }, 2, 7);
+        assert!(*part.film() == whole.film().tile(tile), "{tile:?}");
+        merged.merge(part.film());
+    }
+    assert!(merged == *whole.film());
+}

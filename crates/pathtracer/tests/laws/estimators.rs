@@ -1,0 +1,87 @@
+//! All ways to estimate the same image converge to it.
+
+use pathtracer::{Film, Roulette, SamplerKind, Settings};
+use pt_testing::sidak;
+
+use crate::furnace::ESTIMATORS;
+use crate::measure::{Luminances, assert_agree, render, settings};
+use crate::scenes::{cornell, size};
+
+const SPP: u32 = 1024;
+const DEPTH: u32 = 4;
+
+fn film(settings: Settings) -> Film {
+    render(&cornell(), size([12, 10]), settings).film().clone()
+}
+
+fn base() -> Settings {
+    Settings { max_depth: DEPTH, ..settings(SPP) }
+}
+
+/// Light sampling, two kinds of hemisphere sampling, and both together, with one and with four
+/// samples of each light: every pair agrees, pixel by pixel.
+#[test]
+fn estimators_of_direct_light_agree() {
+    let mut films: Vec<(String, Film)> = Vec::new();
+    for direct in ESTIMATORS {
+        for light_samples in [1, 4] {
+            // A seed of its own makes the images independent.
+            let seed = films.len() as u32;
+            let settings = Settings { direct, light_samples, seed, ..base() };
+            films.push((format!("{direct:?} -l {light_samples}"), film(settings)));
+        }
+    }
+    let pairs = films.len() * (films.len() - 1) / 2;
+    for (i, (a_name, a)) in films.iter().enumerate() {
+        for (b_name, b) in &films[..i] {
+            assert_agree(a, b, sidak(1e-4, pairs), &format!("{a_name} and {b_name}"));
+        }
+    }
+}
+
+/// Sobol' points converge to the same image, with less noise in the whole.
+#[test]
+fn samplers_agree() {
+    let [a, b] = [SamplerKind::Independent, SamplerKind::Sobol]
+        .map(|sampler| film(Settings { sampler, seed: sampler as u32, ..base() }));
+    assert_agree(&a, &b, 1e-4, "independent and Sobol'");
+}
+
+/// The light scattered k times, for k = 0 … m, adds up to all light; in particular emission, direct
+/// and indirect light do.
+#[test]
+fn depths_add_up() {
+    let all = Luminances::of(&film(base()));
+    let only = |min_bounce, max_bounce| {
+        let seed = 10 + min_bounce;
+        Luminances::of(&film(Settings { min_bounce, max_bounce, seed, ..base() }))
+    };
+    let each = (1..=DEPTH).fold(only(0, 0), |sum, k| sum.plus(&only(k, k)));
+    each.compare(&all, 1e-4).unwrap_or_else(|e| panic!("depth by depth: {e}"));
+    let parts = only(0, 0).plus(&only(1, 1)).plus(&only(2, u32::MAX));
+    parts.compare(&all, 1e-4).unwrap_or_else(|e| panic!("emission, direct, indirect: {e}"));
+    let beyond = only(DEPTH + 1, u32::MAX).whole();
+    assert_eq!(beyond, (0.0, 0.0), "nothing is scattered more often than --max-depth");
+}
+
+/// Light of exactly k interactions does not depend on how many are allowed.
+#[test]
+fn fewer_interactions_are_a_part_of_more() {
+    let shallow = film(Settings { max_depth: 2, ..base() });
+    let part = film(Settings { max_depth: 20, max_bounce: 2, seed: 1, ..base() });
+    assert_agree(&shallow, &part, 1e-4, "--max-depth 2 and the first two of 20");
+}
+
+/// Ending paths early does not change the mean, only the noise.
+#[test]
+fn roulette_keeps_the_mean() {
+    let kinds = [Roulette::Fixed(1.0), Roulette::Throughput, Roulette::Fixed(0.5)];
+    let films: Vec<_> = kinds
+        .into_iter()
+        .zip(0..)
+        .map(|(roulette, seed)| film(Settings { roulette, seed, max_depth: 12, ..base() }))
+        .collect();
+    for (kind, film) in kinds.iter().zip(&films).skip(1) {
+        assert_agree(&films[0], film, sidak(1e-4, 2), &format!("without and with {kind:?}"));
+    }
+}

@@ -1,0 +1,85 @@
+//! White furnaces: enclosures whose radiance is known by summing a geometric series, and sets of
+//! things that an even sky makes invisible.
+
+use pathtracer::{DirectLight, Settings};
+use pt_math::{DAffine3, DVec3};
+use pt_scene::material::{Conductor, Glass, Mirror};
+use pt_scene::{Surface, shapes};
+use pt_testing::sidak;
+
+use crate::measure::{assert_uniform, render, settings};
+use crate::scenes::{Builder, camera, inward_cube, matte, size};
+
+pub(crate) const ESTIMATORS: [DirectLight; 4] = [
+    DirectLight::Mis,
+    DirectLight::Light,
+    DirectLight::UniformHemisphere,
+    DirectLight::CosineHemisphere,
+];
+
+/// A closed room whose walls glow with radiance 1 and reflect ρ: after m interactions
+/// L = 1 + ρ + … + ρᵐ, and in the limit 1/(1 − ρ).
+///
+/// Light sampling alone is left out: where walls meet, its samples have infinite variance.
+#[test]
+fn a_closed_room_glows_by_the_geometric_series() {
+    const DEPTHS: [u32; 4] = [0, 1, 5, 200];
+    let rho = [0.8, 0.5, 0.2];
+    let scene = Builder::default()
+        .glowing_mesh(inward_cube(), DAffine3::IDENTITY, matte(rho), 1.0)
+        .seen_by(camera(DVec3::new(0.3, -0.2, 0.4), DVec3::NEG_Z, [80.0, 80.0]));
+    let estimators = ESTIMATORS.into_iter().filter(|&d| d != DirectLight::Light);
+    for direct in estimators {
+        for max_depth in DEPTHS {
+            let spp = if max_depth > 5 { 256 } else { 512 };
+            let settings = Settings { direct, max_depth, ..settings(spp) };
+            let film = render(&scene, size([10, 8]), settings);
+            let series = |rho: f32| {
+                let rho = f64::from(rho);
+                (1.0 - rho.powi(max_depth as i32 + 1)) / (1.0 - rho)
+            };
+            let [r, g, b] = rho.map(series);
+            let want = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+            let what = format!("{direct:?}, {max_depth} interactions");
+            assert_uniform(film.film(), want, sidak(1e-4, 3 * DEPTHS.len()), &what);
+        }
+    }
+}
+
+/// Under an even sky of radiance 1, what absorbs nothing has radiance 1 too: a diffuse convex
+/// shape of albedo 1, mirrors, and glass, into which light is squeezed and out of which it is
+/// spread again.
+#[test]
+fn what_absorbs_nothing_is_invisible_under_an_even_sky() {
+    let glass = |ior| Glass { reflectance: [1.0; 3], transmittance: [1.0; 3], ior }.into();
+    let perfect = Conductor {
+        eta: [0.0; 3],
+        k: [1.0; 3],
+        reflectance: [1.0; 3],
+        alpha: 0.0,
+        two_sided: false,
+    };
+    let surfaces: [(&str, Surface); 5] = [
+        ("diffuse", matte([1.0; 3])),
+        ("mirror", Mirror { reflectance: [1.0; 3] }.into()),
+        ("metal", perfect.into()),
+        ("glass", glass(1.5)),
+        ("bubble", glass(1.0 / 1.33)),
+    ];
+    let tests = ESTIMATORS.len() * surfaces.len() * 2;
+    for (name, surface) in surfaces {
+        let sphere = Builder::default().sphere(DVec3::ZERO, 1.0, surface.clone());
+        let turned = DAffine3::from_axis_angle(DVec3::new(0.6, 0.8, 0.0), 0.7);
+        let cube = Builder::default().mesh(shapes::cube(), turned, surface.clone());
+        for (shape, scene) in [("sphere", sphere), ("cube", cube)] {
+            let view = camera(DVec3::new(0.0, 1.0, 5.0), DVec3::ZERO, [35.0, 35.0]);
+            let scene = scene.sky(1.0).seen_by(view);
+            for direct in ESTIMATORS {
+                let settings = Settings { direct, max_depth: 2000, ..settings(256) };
+                let film = render(&scene, size([9, 9]), settings);
+                let what = format!("{name} {shape}, {direct:?}");
+                assert_uniform(film.film(), 1.0, sidak(1e-4, tests), &what);
+            }
+        }
+    }
+}

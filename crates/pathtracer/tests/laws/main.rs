@@ -1,0 +1,14 @@
+//! Laws of whole images: what scenes with a known answer must look like, which estimators must
+//! agree, and which settings must not change a bit.
+
+mod adaptive;
+mod analytic;
+mod bits;
+mod course;
+mod estimators;
+mod furnace;
+mod lens;
+mod measure;
+mod pictures;
+mod scenes;
+mod specular;

@@ -1,0 +1,86 @@
+//! Rendering and comparing.
+
+use pathtracer::{CompileOptions, Film, Scene, Session, Settings, Silent};
+use pt_math::sampler::SamplerKind;
+use pt_testing::{Estimates, ZFailure, z_test};
+
+/// Independent samples: their variance is what the film says it is, so that tests have all of
+/// their power.
+pub(crate) fn settings(spp: u32) -> Settings {
+    Settings { spp, sampler: SamplerKind::Independent, ..Settings::default() }
+}
+
+/// Renders all of it, on all cores; no sample may be refused.
+pub(crate) fn render(scene: &Scene, options: CompileOptions, settings: Settings) -> Session {
+    let mut session = Session::new(scene, options, settings).expect("the scene makes sense");
+    finish(&mut session);
+    session
+}
+
+/// Takes the samples that are missing.
+pub(crate) fn finish(session: &mut Session) {
+    session.render(0, 16, &Silent).expect("the settings make sense");
+    let rejections = session.film().rejections();
+    assert_eq!(rejections.count, 0, "no number: {:?}", rejections.first);
+}
+
+/// Luminances with their variances.
+#[derive(Clone, Debug)]
+pub(crate) struct Luminances {
+    mean: Vec<f32>,
+    variance: Vec<f32>,
+}
+
+impl Luminances {
+    /// Those of the pixels of a film, and in the end that of all of them together, which has the
+    /// least noise.
+    pub(crate) fn of(film: &Film) -> Self {
+        let pixels: Vec<_> =
+            film.pixels().iter().map(pt_core::film::PixelSums::luminance).collect();
+        let n = pixels.len() as f64;
+        let whole =
+            pixels.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0 / n, s.1 + p.1 * p.1 / (n * n)));
+        let mean = pixels.iter().map(|p| p.0 as f32).chain([whole.0 as f32]).collect();
+        let variance = pixels.iter().map(|p| (p.1 * p.1) as f32).chain([whole.1 as f32]).collect();
+        Self { mean, variance }
+    }
+
+    /// The same value everywhere, exactly.
+    fn exact(value: f64, len: usize) -> Self {
+        Self { mean: vec![value as f32; len], variance: vec![0.0; len] }
+    }
+
+    /// Sum of images of independent samples.
+    pub(crate) fn plus(&self, other: &Self) -> Self {
+        let add = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| a + b).collect();
+        Self { mean: add(&self.mean, &other.mean), variance: add(&self.variance, &other.variance) }
+    }
+
+    pub(crate) fn compare<'a>(
+        &'a self,
+        other: &'a Self,
+        significance: f64,
+    ) -> Result<(), ZFailure> {
+        let estimates = |l: &'a Self| Estimates { mean: &l.mean, variance: &l.variance };
+        z_test(estimates(self), estimates(other), significance)
+    }
+
+    /// Mean over all pixels, and its standard error.
+    pub(crate) fn whole(&self) -> (f32, f32) {
+        let last = |v: &[f32]| v.last().copied().unwrap_or(f32::NAN);
+        (last(&self.mean), last(&self.variance).sqrt())
+    }
+}
+
+/// Panics unless all pixels of a film, and their mean, are `want` up to noise.
+pub(crate) fn assert_uniform(film: &Film, want: f64, significance: f64, what: &str) {
+    let got = Luminances::of(film);
+    let exact = Luminances::exact(want, got.mean.len());
+    got.compare(&exact, significance).unwrap_or_else(|e| panic!("{what}: {e}"));
+}
+
+/// Panics unless two films agree up to noise.
+pub(crate) fn assert_agree(a: &Film, b: &Film, significance: f64, what: &str) {
+    let result = Luminances::of(a).compare(&Luminances::of(b), significance);
+    result.unwrap_or_else(|e| panic!("{what}: {e}"));
+}
