@@ -1,2 +1,46 @@
-//! Placeholder
-fn main() {}
+//! Chores of the project: `cargo xtask --help`.
+//!
+//! Nothing here links the renderer: what is needed of it is built and run as a program, so that
+//! this crate is quick to build.
+
+mod bench;
+mod figures;
+mod peers;
+mod project;
+mod test;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// Chores of the pathtracer project
+#[derive(Parser)]
+#[command(name = "cargo xtask", max_term_width = 100)]
+enum Chore {
+    /// Check everything: format, lints, documentation, all tests, and a small comparison with
+    /// Mitsuba
+    Test,
+    /// Compare the scenes of scenes/mitsuba with what Mitsuba 3 renders of them
+    Peers(peers::Args),
+    /// Render the figures of the report on the university course's program into target/figures
+    Figures(figures::Args),
+    /// Measure speed and memory
+    #[command(subcommand)]
+    Bench(bench::Bench),
+}
+
+fn main() -> ExitCode {
+    let done = match Chore::parse() {
+        Chore::Test => test::run(),
+        Chore::Peers(args) => peers::run(&args),
+        Chore::Figures(args) => figures::run(&args),
+        Chore::Bench(bench) => bench::run(&bench),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("xtask: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,173 @@
+"""Renders scenes with Mitsuba 3 and with pathtracer, and compares the images.
+
+Both take several images of each scene with independent seeds and independent samples, so that the
+variance of each pixel is known. The criterion, for each scene:
+
+* the mean over the image differs by at most 0.5 % in each channel;
+* at least 99.5 % of the blocks of 16 x 16 pixels differ by at most 3 standard errors of the
+  difference in luminance. Of exact images 99.73 % do, so that in few blocks more may be outside
+  by chance: as many as happen with a probability of 0.1 % or less count as chance. Over all scenes
+  of the full size, where blocks are many, the share itself has to be reached.
+
+The default sampler of pathtracer is compared likewise, by the standard errors of independent
+samples, which are greater than its own.
+"""
+
+import argparse
+import math
+import pathlib
+import subprocess
+import sys
+import time
+
+import mitsuba as mi
+import numpy as np
+
+# The scalar variant needs no compiler on this machine.
+mi.set_variant("scalar_rgb")
+
+BLOCK = 16
+MOST_MEAN = 0.005
+LEAST_BLOCKS = 0.995
+STANDARD_ERRORS = 3.0
+CHANCE = 1e-3
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+# Resolution, number of images, samples per pixel of each.
+SIZES = {"small": (64, 16, 24), "full": (320, 16, 32)}
+
+
+def main():
+    arguments = parse()
+    resolution, seeds, spp = SIZES[arguments.size]
+    paths = sorted(arguments.scenes.glob("*.xml"))
+    if arguments.scene:
+        paths = [p for p in paths if p.stem == arguments.scene]
+    if not paths:
+        sys.exit(f"no scene {arguments.scene or ''} in {arguments.scenes}")
+    print(f"Mitsuba {mi.__version__} against pathtracer: {resolution} x {resolution} pixels,")
+    print(f"{seeds} images of {spp} samples per pixel each; * is the default sampler")
+    print(f"{'scene':<16}{'mean, %: R':>11}{'G':>8}{'B':>8}{'blocks within 3 se':>20}"
+          f"{'worst':>7}{'s theirs':>10}{'s ours':>8}")
+    failed, outside, blocks = [], 0, 0
+    for path in paths:
+        rows = compare(path, arguments, resolution, seeds, spp)
+        for name, row in rows:
+            good = row.print(name)
+            outside, blocks = outside + row.outside, blocks + row.blocks
+            if not good:
+                failed.append(name)
+    share = 1 - outside / blocks
+    print(f"all: {100 * share:.2f} % of {blocks} blocks within 3 standard errors")
+    if arguments.size == "full" and not arguments.scene and share < LEAST_BLOCKS:
+        failed.append("all scenes together")
+    if failed:
+        sys.exit(f"FAILED: {', '.join(failed)}; images are in {arguments.output}")
+
+
+def parse():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--program", type=pathlib.Path, required=True)
+    parser.add_argument("--scenes", type=pathlib.Path, required=True)
+    parser.add_argument("--output", type=pathlib.Path, required=True)
+    parser.add_argument("--size", choices=SIZES, required=True)
+    parser.add_argument("--scene")
+    return parser.parse_args()
+
+
+def compare(path, arguments, resolution, seeds, spp):
+    """The rows of the table for one scene."""
+    folder = arguments.output
+    start = time.perf_counter()
+    theirs = np.stack([mitsuba(path, resolution, spp, seed) for seed in range(seeds)])
+    middle = time.perf_counter()
+    program = Program(arguments.program, path, resolution, folder)
+    ours = np.stack([program.render(spp, "independent", seed) for seed in range(seeds)])
+    seconds = (middle - start, time.perf_counter() - middle)
+    sobol = program.render(spp * seeds, "sobol", 0)
+    save(theirs.mean(0), folder / f"{path.stem}_mitsuba.exr")
+    save(ours.mean(0), folder / f"{path.stem}_pathtracer.exr")
+    variance = sum((stack @ LUMINANCE).var(0, ddof=1) / seeds for stack in (theirs, ours))
+    independent = Row(theirs.mean(0), ours.mean(0), variance, seconds)
+    save(independent.picture(), folder / f"{path.stem}_standard_errors.exr")
+    return [
+        (path.stem, independent),
+        (path.stem + " *", Row(theirs.mean(0), sobol, variance, None)),
+    ]
+
+
+def mitsuba(path, resolution, spp, seed):
+    scene = mi.load_file(str(path), res=str(resolution), spp=str(spp))
+    # Images of one seed and of the next must not share samples.
+    return np.array(mi.render(scene, spp=spp, seed=seed * 1_000_003 + 1), dtype=np.float64)
+
+
+class Program:
+    """Renders a scene with pathtracer."""
+
+    def __init__(self, program, path, resolution, folder):
+        size = str(resolution)
+        self.command = [program, path, "-q", "-r", size, size]
+        self.image = folder / f"{path.stem}_work.exr"
+
+    def render(self, spp, sampler, seed):
+        rest = ["-s", str(spp), "--sampler", sampler, "--seed", str(seed), "-f", self.image]
+        subprocess.run(self.command + rest, check=True)
+        image = np.array(mi.Bitmap(str(self.image)), dtype=np.float64)
+        self.image.unlink()
+        return image
+
+
+class Row:
+    """The comparison of two images; the variance is that of their difference in luminance."""
+
+    def __init__(self, theirs, ours, variance, seconds):
+        mean = theirs.mean((0, 1))
+        self.mean = ours.mean((0, 1)) / mean - 1
+        difference = in_blocks((ours - theirs) @ LUMINANCE).mean(-1)
+        # Numbers of 32 bits are the least that images can differ by.
+        rounding = (1e-6 * (mean @ LUMINANCE)) ** 2
+        error = np.sqrt(in_blocks(variance).mean(-1) / BLOCK**2 + rounding)
+        self.z = difference / error
+        self.blocks = self.z.size
+        self.outside = int((np.abs(self.z) > STANDARD_ERRORS).sum())
+        self.seconds = seconds
+
+    def print(self, name):
+        good = np.abs(self.mean).max() <= MOST_MEAN and self.outside <= allowed(self.blocks)
+        mean = "".join(f"{100 * m:>8.3f}" for m in self.mean)
+        within = f"{self.blocks - self.outside} of {self.blocks}"
+        times = "".join(f"{s:>9.1f}" for s in self.seconds or [])
+        worst = np.abs(self.z).max()
+        verdict = "" if good else "  FAILED"
+        print(f"{name:<19}{mean}{within:>20}{worst:>7.2f}{times}{verdict}", flush=True)
+        return good
+
+    def picture(self):
+        """Standard errors of the blocks, red where ours is brighter and blue where theirs is."""
+        return np.stack([np.maximum(self.z, 0), 0 * self.z, np.maximum(-self.z, 0)], -1)
+
+
+def in_blocks(pixels):
+    """The pixels of each block along a third axis."""
+    height, width = pixels.shape
+    cut = pixels.reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK)
+    return cut.transpose(0, 2, 1, 3).reshape(height // BLOCK, width // BLOCK, BLOCK * BLOCK)
+
+
+def allowed(blocks):
+    """How many of these blocks may be outside."""
+    chance = math.erfc(STANDARD_ERRORS / math.sqrt(2))
+    probability = (1 - chance) ** blocks
+    below, outside = probability, 0
+    while 1 - below > CHANCE:
+        outside += 1
+        probability *= (blocks - outside + 1) / outside * chance / (1 - chance)
+        below += probability
+    return max(outside, math.floor((1 - LEAST_BLOCKS) * blocks))
+
+
+def save(pixels, path):
+    mi.Bitmap(np.ascontiguousarray(pixels, dtype=np.float32)).write(str(path))
+
+
+main()

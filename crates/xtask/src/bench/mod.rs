@@ -1,0 +1,28 @@
+//! `cargo xtask bench`: measurements, with what they are measured against.
+
+mod measure;
+mod mesh;
+mod render;
+mod seed;
+
+use anyhow::Result;
+
+/// What to measure.
+#[derive(clap::Subcommand)]
+pub(crate) enum Bench {
+    /// Time with and without a tree, against a student's program and the course's
+    Seed(seed::Args),
+    /// Samples and rays per second, and memory, against the course's program
+    Render(render::Args),
+}
+
+/// Measures and prints.
+///
+/// # Errors
+/// If something cannot be rendered.
+pub(crate) fn run(bench: &Bench) -> Result<()> {
+    match bench {
+        Bench::Seed(args) => seed::run(args),
+        Bench::Render(args) => render::run(args),
+    }
+}

@@ -1,0 +1,120 @@
+//! `cargo xtask peers`: the same scenes with a renderer that is not ours.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, bail, ensure};
+
+use crate::project::{build_program, output_folder, root, shown, step, target};
+
+/// The renderer to compare with, and what reads its images.
+const MITSUBA: &str = "3.9.1";
+
+/// How to compare.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// How much to render
+    #[arg(long, default_value = "full")]
+    size: Size,
+    /// Only the scene of this name
+    #[arg(long, value_name = "NAME")]
+    scene: Option<String>,
+}
+
+/// How much to render.
+#[derive(clap::ValueEnum, Clone, Copy)]
+pub(crate) enum Size {
+    /// 64 pixels wide, seconds
+    Small,
+    /// 320 pixels wide and converged, minutes
+    Full,
+}
+
+/// What is needed to compare.
+pub(crate) enum Prepared {
+    /// A Python that has it all.
+    Python(PathBuf),
+    /// Why it cannot be had.
+    Missing(String),
+}
+
+/// Installs what is needed and compares.
+///
+/// # Errors
+/// If something cannot be installed, or the images differ.
+pub(crate) fn run(args: &Args) -> Result<()> {
+    let python = match step("installing Mitsuba", prepare)? {
+        Prepared::Python(python) => python,
+        Prepared::Missing(reason) => bail!("{reason}"),
+    };
+    compare(&python, args.size, args.scene.as_deref())
+}
+
+/// Makes a virtual environment with Mitsuba in the target folder.
+///
+/// # Errors
+/// If the target folder cannot be found.
+pub(crate) fn prepare() -> Result<Prepared> {
+    let folder = target()?.join("peers-venv");
+    let bin = if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
+    let python = folder.join(bin);
+    if has_mitsuba(&python) {
+        return Ok(Prepared::Python(python));
+    }
+    let mut make = Command::new("python3");
+    make.args(["-m", "venv"]).arg(&folder);
+    let mut install = Command::new(&python);
+    let package = format!("mitsuba=={MITSUBA}");
+    install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
+    install.args([package.as_str(), "numpy"]);
+    for command in [&mut make, &mut install] {
+        if let Err(reason) = try_to(command) {
+            return Ok(Prepared::Missing(reason));
+        }
+    }
+    if has_mitsuba(&python) {
+        Ok(Prepared::Python(python))
+    } else {
+        Ok(Prepared::Missing(format!("{} cannot import Mitsuba {MITSUBA}", python.display())))
+    }
+}
+
+fn has_mitsuba(python: &Path) -> bool {
+    let probe = format!("import numpy, mitsuba; assert mitsuba.__version__ == '{MITSUBA}'");
+    let output = Command::new(python).args(["-c", &probe]).output();
+    output.is_ok_and(|o| o.status.success())
+}
+
+/// Runs a command; the error is one line.
+fn try_to(command: &mut Command) -> Result<(), String> {
+    let shown = shown(command);
+    let output = command.output().map_err(|e| format!("{shown}: {e}"))?;
+    if output.status.success() {
+        return Ok(());
+    }
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    let last = text.lines().rfind(|l| !l.trim().is_empty()).unwrap_or("no message");
+    Err(format!("{shown}: {}", last.trim()))
+}
+
+/// Renders with both and compares.
+///
+/// # Errors
+/// If the images differ, or one cannot be rendered.
+pub(crate) fn compare(python: &Path, size: Size, scene: Option<&str>) -> Result<()> {
+    let program = build_program()?;
+    let size = match size {
+        Size::Small => "small",
+        Size::Full => "full",
+    };
+    let mut command = Command::new(python);
+    command.arg(root().join("crates/xtask/python/peers.py"));
+    command.arg("--program").arg(program);
+    command.arg("--scenes").arg(root().join("scenes/mitsuba"));
+    command.arg("--output").arg(output_folder("peers")?);
+    command.args(["--size", size]);
+    command.args(scene.iter().flat_map(|name| ["--scene", name]));
+    let status = command.status().with_context(|| format!("{} does not run", python.display()))?;
+    ensure!(status.success(), "the comparison with Mitsuba failed");
+    Ok(())
+}
