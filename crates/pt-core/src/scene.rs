@@ -38,7 +38,7 @@ pub enum Glow {
 /// Three indices that mark a triangle without normals.
 pub const FLAT: [u32; 3] = [u32::MAX; 3];
 
-/// Everything a renderer reads. Made by [`crate::compile`], never edited.
+/// Everything a renderer reads. Made by [`crate::compile()`], never edited.
 pub struct RenderScene {
     /// Vertex positions of all meshes, in world coordinates.
     pub positions: Vec<Vec3>,
