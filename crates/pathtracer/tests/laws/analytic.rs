@@ -138,7 +138,7 @@ fn a_plane_under_each_light_has_the_radiance_of_the_closed_form() {
             let integrator = if i % 2 == 0 { "path" } else { "direct" };
             let integrator = integrator.to_owned();
             let light_samples = 1 + 2 * (i as u32 / 2);
-            let settings = Settings { direct, integrator, light_samples, ..settings(8192) };
+            let settings = Settings { direct, integrator, light_samples, ..settings(32_768) };
             let mut session = session(case, settings);
             for [x, y] in PIXELS {
                 session.restrict(Region { x, y, width: 1, height: 1 }).expect("inside");

@@ -12,7 +12,7 @@ use crate::scenes::{Builder, camera, facing, inward_cube, looking, matte};
 
 const ALBEDO: f32 = 0.6;
 const UP: DVec3 = DVec3::Y;
-const LIGHT: DVec3 = DVec3::new(0.2, 1.5, 0.1);
+const LIGHT: DVec3 = DVec3::new(0.0, 1.49, 0.0);
 const RADIANCE: f32 = 10.0;
 /// The size of the image of which one pixel is rendered: so small that the radiance does not vary.
 const RESOLUTION: [u32; 2] = [2001, 2001];
@@ -34,7 +34,7 @@ fn floor() -> Builder {
 }
 
 /// Renders the pixel in the middle of the view on to the floor point `p`, and compares.
-fn check(scene: Builder, p: DVec3, settings: Settings, irradiance: f64, what: &str) {
+fn check(scene: &Builder, p: DVec3, settings: Settings, irradiance: f64, what: &str) {
     let view = camera(p + DVec3::new(5.0, 4.0, 6.0), p, [20.0, 20.0]);
     let options = CompileOptions {
         resolution: Some(RESOLUTION),
@@ -80,8 +80,24 @@ fn area_lights_count_times_their_distance() {
     for p in POINTS {
         let scene = floor().light(LightKind::Area { radiance: [RADIANCE; 3] }, to_square());
         let want = f64::from(RADIANCE) * course_area(p);
-        check(scene, p, course(20_000), want, "area light");
+        check(&scene, p, course(20_000), want, "area light");
     }
+}
+
+/// The example of the notes on the course's program: the light of its Cornell boxes, and the floor
+/// point in front where physics has a radiance of 0.3651. There, the course has 0.5604.
+#[test]
+fn the_documented_floor_point_is_as_bright_as_documented() {
+    let radiance = |e: f64| f64::from(ALBEDO) / PI * f64::from(RADIANCE) * e;
+    let at = |z: f64| DVec3::new(0.0, 0.0, z);
+    let physical = |z: f64| radiance(irradiance::of_polygon(&corners(), at(z), UP));
+    let (mut near, mut far) = (0.0, 2.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (near + far);
+        if physical(middle) > 0.3651 { near = middle } else { far = middle }
+    }
+    let course = radiance(course_area(at(near)));
+    assert!((course - 0.5604).abs() < 2e-4, "{course} at {near}");
 }
 
 /// By directions of the hemisphere, which find the glowing mesh, the same light has the irradiance
@@ -96,7 +112,7 @@ fn hemisphere_sampling_finds_physical_light() {
         let direct = DirectLight::UniformHemisphere;
         let settings = Settings { direct, light_samples: 2, ..course(20_000) };
         let want = f64::from(RADIANCE) * irradiance::of_polygon(&corners(), p, UP);
-        check(scene, p, settings, want, "glowing mesh");
+        check(&scene, p, settings, want, "glowing mesh");
     }
 }
 
@@ -108,15 +124,15 @@ fn other_lights_are_those_of_the_course() {
         let node = looking(LIGHT, DVec3::new(0.5, 0.2, -0.4));
         let cos = (LIGHT - p).normalize().y;
         let point = floor().light(LightKind::Point { intensity: [3.0; 3] }, node);
-        check(point, p, course(16), 3.0 * cos, "point light");
+        check(&point, p, course(16), 3.0 * cos, "point light");
         let ahead = node.transform_point3(DVec3::NEG_Z).normalize();
         let directional = floor().light(LightKind::Directional { irradiance: [2.0; 3] }, node);
-        check(directional, p, course(16), 2.0 * ahead.y, "directional light");
+        check(&directional, p, course(16), 2.0 * ahead.y, "directional light");
         let ambient = floor().light(LightKind::Hemisphere { radiance: [2.0; 3] }, node);
-        check(ambient, p, course(20_000), 2.0 * PI, "ambient light");
+        check(&ambient, p, course(20_000), 2.0 * PI, "ambient light");
         let kind =
             LightKind::Spot { intensity: [9.0; 3], falloff_angle: 170.0, falloff_exponent: 0.0 };
-        check(floor().light(kind, node), p, course(16), 0.0, "spot light");
+        check(&floor().light(kind, node), p, course(16), 0.0, "spot light");
     }
 }
 

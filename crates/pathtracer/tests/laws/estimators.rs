@@ -7,7 +7,7 @@ use crate::furnace::ESTIMATORS;
 use crate::measure::{Luminances, assert_agree, render, settings};
 use crate::scenes::{cornell, size};
 
-const SPP: u32 = 1024;
+const SPP: u32 = 4096;
 const DEPTH: u32 = 4;
 
 fn film(settings: Settings) -> Film {

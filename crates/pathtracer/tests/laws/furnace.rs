@@ -31,7 +31,7 @@ fn a_closed_room_glows_by_the_geometric_series() {
     let estimators = ESTIMATORS.into_iter().filter(|&d| d != DirectLight::Light);
     for direct in estimators {
         for max_depth in DEPTHS {
-            let spp = if max_depth > 5 { 256 } else { 512 };
+            let spp = if max_depth > 5 { 1024 } else { 2048 };
             let settings = Settings { direct, max_depth, ..settings(spp) };
             let film = render(&scene, size([10, 8]), settings);
             let series = |rho: f32| {
@@ -75,7 +75,7 @@ fn what_absorbs_nothing_is_invisible_under_an_even_sky() {
             let view = camera(DVec3::new(0.0, 1.0, 5.0), DVec3::ZERO, [35.0, 35.0]);
             let scene = scene.sky(1.0).seen_by(view);
             for direct in ESTIMATORS {
-                let settings = Settings { direct, max_depth: 2000, ..settings(256) };
+                let settings = Settings { direct, max_depth: 2000, ..settings(1024) };
                 let film = render(&scene, size([9, 9]), settings);
                 let what = format!("{name} {shape}, {direct:?}");
                 assert_uniform(film.film(), 1.0, sidak(1e-4, tests), &what);

@@ -7,6 +7,7 @@ mod bits;
 mod course;
 mod estimators;
 mod furnace;
+mod invariance;
 mod lens;
 mod measure;
 mod pictures;

@@ -1,1 +1,218 @@
+//! Our pictures of the course's scenes against those of its program.
+//!
+//! Blocks of 16 × 16 pixels must agree to 3 % and noise, and all of the image to 1 %. Both pictures are compared after the same
+//! transfer: what is brighter than white is cut off, and levels are those of 8 bits.
+//!
+//! The noise of a block is estimated from eight renders with seeds of their own, by Tukey's
+//! jackknife, which sees through the cut at white: pixels are made from seven of the eight renders in
+//! eight ways, and the variance of a pixel is 7/8 of the sum of the squared differences of these
+//! to their mean. That of the mean of a block is the sum over its pixels. The other picture is of
+//! independent samples as ours, so it has the same variance per sample.
+//!
+//! Noise on pixels near white costs them brightness, the more the fewer samples they have; so
+//! blocks that do not agree at first are rendered with as many samples as the other picture.
 
+use std::path::Path;
+
+use pathtracer::image::{self, Image, Transfer};
+use pathtracer::{CompileOptions, DirectLight, Film, Region, Session, Settings, Silent};
+use pt_math::color;
+use pt_testing::{Block, BlockReport, compare_blocks};
+
+use crate::course::course;
+
+const SHARED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared");
+const BLOCK: u32 = 16;
+const TOLERANCE: f64 = 0.03;
+/// The same for all of the image.
+const WHOLE_TOLERANCE: f64 = 0.01;
+const STANDARD_ERRORS: f64 = 4.0;
+/// A thousandth of white: in dark blocks light comes in rare samples, of which one picture may have
+/// one and the other none, which then knows no variance.
+const UNSEEN: f64 = 1e-3 * std::f64::consts::FRAC_1_SQRT_2;
+const RENDERS: u32 = 8;
+
+struct Picture {
+    file: &'static str,
+    scene: &'static str,
+    /// Samples per pixel of the picture.
+    its_spp: u32,
+    /// Samples per pixel of ours, a multiple of [`RENDERS`].
+    our_spp: u32,
+    settings: Settings,
+}
+
+/// Renders of a region with different seeds.
+struct Renders {
+    region: Region,
+    films: Vec<Film>,
+}
+
+/// What the 8 bits of the course's file say of a radiance.
+fn through_file(l: f32) -> f32 {
+    color::decode_course8(color::encode_course8(l))
+}
+
+impl Renders {
+    fn new(session: &Session, picture: &Picture, region: Region, spp: u32) -> Self {
+        let film = |n: u32| {
+            // Others for the second render of a block than for the first.
+            let seed = if region == session.film().region() { n } else { n + RENDERS };
+            let settings = Settings { spp: spp / RENDERS, seed, ..picture.settings.clone() };
+            let renderer = pt_cpu::Renderer::new(session.scene(), &settings, 0, BLOCK, false);
+            let mut film = Film::new(region);
+            renderer.expect("the settings make sense").render(&mut film, &Silent);
+            assert_eq!(film.rejections().count, 0, "{}", picture.file);
+            film
+        };
+        Self { region, films: (0..RENDERS).map(film).collect() }
+    }
+
+    /// Pixels as the file has them, and the variance of each.
+    fn pixels(&self) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
+        let n = f64::from(RENDERS);
+        let pixel = |i: usize| {
+            let parts: Vec<[f64; 3]> = self.films.iter().map(|f| f.pixels()[i].mean()).collect();
+            let sum = [0, 1, 2].map(|c| parts.iter().map(|p| p[c]).sum::<f64>());
+            let without =
+                |p: &[f64; 3], c: usize| through_file(((sum[c] - p[c]) / (n - 1.0)) as f32);
+            let variance = |c: usize| {
+                let values: Vec<f64> = parts.iter().map(|p| f64::from(without(p, c))).collect();
+                let mean = values.iter().sum::<f64>() / n;
+                values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() * (n - 1.0) / n
+            };
+            let value = sum.map(|s| through_file((s / n) as f32));
+            (value, [0, 1, 2].map(|c| variance(c) as f32))
+        };
+        (0..self.region.area()).map(pixel).unzip()
+    }
+
+    /// Compares with the picture, which has `noise` times the variance.
+    fn compare(&self, theirs: &Image, noise: f32) -> BlockReport {
+        let (ours, variance) = self.pixels();
+        let r = self.region;
+        let rows = (r.y..r.y + r.height).flat_map(|y| {
+            let start = (y * theirs.width + r.x) as usize;
+            theirs.pixels[start..start + r.width as usize].iter().copied()
+        });
+        let theirs: Vec<_> = rows.collect();
+        let their_variance: Vec<_> = variance.iter().map(|v| v.map(|v| v * noise)).collect();
+        compare_blocks(&ours, &theirs, &variance, &their_variance, r.width, r.height, BLOCK)
+    }
+}
+
+/// Whether a block differs by no more than a share of its brightness, what nobody sees, and noise.
+fn agrees(block: &Block, share: f64) -> bool {
+    let level = block.a.iter().chain(&block.b).sum::<f64>() / 6.0;
+    let noise = if block.relative == 0.0 { 0.0 } else { block.relative / block.standard_errors };
+    block.relative * level <= share * level + UNSEEN + STANDARD_ERRORS * noise * level
+}
+
+/// The pixels of a block whose corner is counted from that of all of the image.
+fn region([x, y]: [u32; 2], theirs: &Image) -> Region {
+    let (width, height) = (BLOCK.min(theirs.width - x), BLOCK.min(theirs.height - y));
+    Region { x, y, width, height }
+}
+
+fn check(picture: &Picture) {
+    let scene_path = format!("{SHARED}/scenes/dae/{}", picture.scene);
+    let path = format!("{SHARED}/reference/cs184/{}", picture.file);
+    if let Some(missing) = [&scene_path, &path].into_iter().find(|p| !Path::new(p).exists()) {
+        println!("skipped: {missing} not found");
+        return;
+    }
+    let scene = pathtracer::load(Path::new(&scene_path)).expect("the scene can be read");
+    let theirs = image::load_as(Path::new(&path), Transfer::Course).expect("it can be read");
+    let resolution = [theirs.width, theirs.height];
+    let options =
+        CompileOptions { resolution: Some(resolution), course: true, ..CompileOptions::default() };
+    let session = Session::new(&scene, options, picture.settings.clone()).expect("it compiles");
+    let full = Region::full(resolution);
+    let first = Renders::new(&session, picture, full, picture.our_spp);
+    let noise = picture.our_spp as f32 / picture.its_spp as f32;
+    let report = first.compare(&theirs, noise);
+    let doubtful: Vec<_> = report.blocks.iter().filter(|b| !agrees(b, TOLERANCE)).collect();
+    println!("{}: {report}; {} blocks are rendered again", picture.file, doubtful.len());
+    assert!(agrees(&report.whole, WHOLE_TOLERANCE), "{}: {report}", picture.file);
+    assert!(doubtful.len() < report.blocks.len() / 20, "{}: {report}", picture.file);
+    for block in doubtful {
+        let region = region(block.corner, &theirs);
+        let spp = picture.its_spp.max(picture.our_spp);
+        let again = Renders::new(&session, picture, region, spp);
+        let again = again.compare(&theirs, spp as f32 / picture.its_spp as f32).whole;
+        let what = format!("{} at {:?}: {again:?}", picture.file, block.corner);
+        assert!(agrees(&again, TOLERANCE), "{what}");
+    }
+}
+
+fn settings(max_depth: u32) -> Settings {
+    Settings { max_depth, ..course(0) }
+}
+
+#[test]
+fn diffuse_spheres() {
+    check(&Picture {
+        file: "spheres_lambertian_m5.png",
+        scene: "sky/CBspheres_lambertian.dae",
+        its_spp: 256,
+        our_spp: 32,
+        settings: settings(5),
+    });
+}
+
+#[test]
+fn glass_and_mirror_spheres() {
+    check(&Picture {
+        file: "spheres_glass_m5.png",
+        scene: "sky/CBspheres.dae",
+        its_spp: 256,
+        our_spp: 64,
+        settings: settings(5),
+    });
+}
+
+#[test]
+fn bunny_in_direct_light() {
+    check(&Picture {
+        file: "bunny_m1.png",
+        scene: "sky/CBbunny.dae",
+        its_spp: 256,
+        our_spp: 32,
+        settings: settings(1),
+    });
+}
+
+#[test]
+fn bunny_in_indirect_light() {
+    check(&Picture {
+        file: "bunny_m5.png",
+        scene: "sky/CBbunny.dae",
+        its_spp: 128,
+        our_spp: 32,
+        settings: settings(5),
+    });
+}
+
+#[test]
+fn diffuse_spheres_by_hemisphere_sampling() {
+    let direct = DirectLight::UniformHemisphere;
+    check(&Picture {
+        file: "spheres_lambertian_H_m1.png",
+        scene: "sky/CBspheres_lambertian.dae",
+        its_spp: 256,
+        our_spp: 32,
+        settings: Settings { direct, light_samples: 4, ..settings(1) },
+    });
+}
+
+#[test]
+fn normals_as_colours() {
+    for (file, scene) in [
+        ("cow_normals.png", "meshedit/cow.dae"),
+        ("maxplanck_normals.png", "meshedit/maxplanck.dae"),
+    ] {
+        let integrator = "normals".into();
+        let settings = Settings { integrator, ..settings(0) };
+        check(&Picture { file, scene, its_spp: 4, our_spp: 32, settings });
+    }
+}

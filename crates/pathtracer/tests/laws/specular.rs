@@ -81,7 +81,7 @@ fn a_light_behind_a_pane_is_dimmed_by_both_surfaces() {
         let r = ((f64::from(ior) - 1.0) / (f64::from(ior) + 1.0)).powi(2);
         let want = f64::from(RADIANCE) * (1.0 - r) / (1.0 + r);
         for direct in ESTIMATORS {
-            let settings = Settings { direct, max_depth: 500, ..settings(2048) };
+            let settings = Settings { direct, max_depth: 500, ..settings(8192) };
             let film = render(&scene, size([3, 3]), settings);
             let what = format!("index {ior}, {direct:?}");
             assert_uniform(film.film(), want, sidak(1e-4, 8), &what);
