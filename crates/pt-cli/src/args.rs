@@ -29,7 +29,8 @@ pub(crate) struct Cli {
     #[expect(clippy::option_option, reason = "-f may stand without its value; see sort_paths")]
     pub(crate) output: Option<Option<PathBuf>>,
 
-    /// Width and height in pixels [default: the file's, or 600 rows]
+    /// Width and height in pixels [default: the file's, or 600 rows; 800 600
+    /// with --cs184]
     #[arg(short, long, value_names = ["WIDTH", "HEIGHT"], num_args = 2, allow_negative_numbers = true)]
     #[arg(value_parser = check::pixels, help_heading = "Image")]
     pub(crate) resolution: Option<Vec<u32>>,
