@@ -143,7 +143,7 @@ fn room() -> Scene {
         * looking(DVec3::ZERO, -UP)
         * DAffine3::from_scale(DVec3::splat(0.5));
     Builder::default()
-        .mesh(inward_cube(), DAffine3::IDENTITY, matte([0.7, 0.5, 0.3]))
+        .mesh(inward_cube(), DAffine3::IDENTITY, matte([0.9, 0.8, 0.7]))
         .sphere(DVec3::new(-0.3, -0.6, -0.2), 0.4, matte([0.8; 3]))
         .glowing_quad(mesh, 4.0)
         .light(LightKind::Area { radiance: [4.0; 3] }, node)
@@ -154,7 +154,7 @@ fn room() -> Scene {
 /// image of all (`-o 1`, with roulette).
 #[test]
 fn images_of_single_depths_add_up() {
-    const DEPTH: u32 = 4;
+    const DEPTH: u32 = 6;
     let luminances = |settings| {
         let view = camera(DVec3::new(0.1, 0.2, 0.95), DVec3::NEG_Z, [90.0, 90.0]);
         let options = CompileOptions {
@@ -169,10 +169,10 @@ fn images_of_single_depths_add_up() {
         let roulette = Roulette::Fixed(1.0);
         let (max_depth, min_bounce, max_bounce) = (m, m, m);
         let seed = 1 + m;
-        Settings { max_depth, min_bounce, max_bounce, roulette, seed, ..course(1024) }
+        Settings { max_depth, min_bounce, max_bounce, roulette, seed, ..course(4096) }
     };
     let sum = (1..=DEPTH).fold(luminances(only(0)), |sum, m| sum.plus(&luminances(only(m))));
-    let all = luminances(Settings { max_depth: DEPTH, ..course(1024) });
+    let all = luminances(Settings { max_depth: DEPTH, ..course(4096) });
     let (mean, error) = all.whole();
     assert!(mean > 0.5 && error < 0.01 * mean, "{mean} ± {error}");
     sum.compare(&all, 1e-4).unwrap_or_else(|e| panic!("{e}"));

@@ -1,8 +1,11 @@
 //! White furnaces: enclosures whose radiance is known by summing a geometric series, and sets of
 //! things that an even sky makes invisible.
 
-use pathtracer::{DirectLight, Settings};
+use std::f64::consts::PI;
+
+use pathtracer::{CompileOptions, DirectLight, Roulette, Settings};
 use pt_math::{DAffine3, DVec3};
+use pt_scene::LightKind;
 use pt_scene::material::{Conductor, Glass, Mirror};
 use pt_scene::{Surface, shapes};
 use pt_testing::sidak;
@@ -42,6 +45,43 @@ fn a_closed_room_glows_by_the_geometric_series() {
             let want = 0.2126 * r + 0.7152 * g + 0.0722 * b;
             let what = format!("{direct:?}, {max_depth} interactions");
             assert_uniform(film.film(), want, sidak(1e-4, 3 * DEPTHS.len()), &what);
+        }
+    }
+}
+
+/// Light that was scattered inside of a diffuse sphere is the same everywhere in it. A point light
+/// of intensity I in its middle makes L₁ = ρE/π with E = I/r², and each further interaction brings
+/// ρ times as much: L = L₁ (1 − ρᵐ)/(1 − ρ). For the course's program, which knows no fall-off,
+/// E = I.
+#[test]
+fn light_in_a_diffuse_sphere_is_even() {
+    const RHO: f32 = 0.75;
+    const RADIUS: f64 = 2.0;
+    const INTENSITY: f32 = 3.0;
+    const DEPTHS: [u32; 4] = [1, 2, 4, 100];
+    let kind = LightKind::Point { intensity: [INTENSITY; 3] };
+    let scene = Builder::default()
+        .sphere(DVec3::ZERO, -RADIUS, matte([RHO; 3]))
+        .light(kind, DAffine3::IDENTITY)
+        .0;
+    for course in [false, true] {
+        for max_depth in DEPTHS {
+            let view = camera(DVec3::new(0.3, -0.2, 0.4), DVec3::NEG_Z, [80.0, 80.0]);
+            let options = CompileOptions { course, camera: Some(view), ..size([10, 8]) };
+            let spp = 4096;
+            let (integrator, roulette) = if course {
+                ("cs184", Roulette::Fixed(0.65))
+            } else {
+                ("path", Roulette::Throughput)
+            };
+            let settings =
+                Settings { integrator: integrator.into(), roulette, max_depth, ..settings(spp) };
+            let film = render(&scene, options, settings);
+            let rho = f64::from(RHO);
+            let e = f64::from(INTENSITY) / if course { 1.0 } else { RADIUS * RADIUS };
+            let want = rho * e / PI * (1.0 - rho.powi(max_depth as i32)) / (1.0 - rho);
+            let what = format!("{integrator}, {max_depth} interactions");
+            assert_uniform(film.film(), want, sidak(1e-4, 2 * DEPTHS.len()), &what);
         }
     }
 }
