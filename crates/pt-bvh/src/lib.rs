@@ -187,6 +187,18 @@ impl Bvh {
         self.any(ray, &mut Off)
     }
 
+    /// [`Self::intersect`] of each ray, in order, in place of what `hits` held.
+    pub fn intersect_batch(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
+        hits.clear();
+        hits.extend(rays.iter().map(|ray| self.intersect(ray)));
+    }
+
+    /// [`Self::occluded`] of each ray, in order, in place of what `occluded` held.
+    pub fn occluded_batch(&self, rays: &[Ray], occluded: &mut Vec<bool>) {
+        occluded.clear();
+        occluded.extend(rays.iter().map(|ray| self.occluded(ray)));
+    }
+
     /// [`Self::intersect`], which adds the number of primitives tested to `tests`.
     pub fn intersect_counted(&self, ray: &Ray, tests: &mut u64) -> Option<Hit> {
         self.nearest(ray, tests)
