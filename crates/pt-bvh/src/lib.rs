@@ -63,6 +63,9 @@ use wide::WideBvh;
 pub use geometry::{Geometry, Hit, LARGEST_COORDINATE, Sphere};
 pub use node::{Bvh2, MAX_DEPTH, Node};
 
+/// Fewer rays than this are faster one by one.
+const LEAST_BATCH: usize = 8;
+
 /// How the tree is built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Builder {
@@ -187,16 +190,28 @@ impl Bvh {
         self.any(ray, &mut Off)
     }
 
-    /// [`Self::intersect`] of each ray, in order, in place of what `hits` held.
+    /// [`Self::intersect`] of each ray, in order, in place of what `hits` held: the same bits,
+    /// sooner.
     pub fn intersect_batch(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
         hits.clear();
-        hits.extend(rays.iter().map(|ray| self.intersect(ray)));
+        match &self.kernel {
+            Kernel::Wide(wide) if rays.len() >= LEAST_BATCH => {
+                wide.intersect_batch(rays, &self.bounds, hits);
+            }
+            _ => hits.extend(rays.iter().map(|ray| self.intersect(ray))),
+        }
     }
 
-    /// [`Self::occluded`] of each ray, in order, in place of what `occluded` held.
+    /// [`Self::occluded`] of each ray, in order, in place of what `occluded` held: the same,
+    /// sooner.
     pub fn occluded_batch(&self, rays: &[Ray], occluded: &mut Vec<bool>) {
         occluded.clear();
-        occluded.extend(rays.iter().map(|ray| self.occluded(ray)));
+        match &self.kernel {
+            Kernel::Wide(wide) if rays.len() >= LEAST_BATCH => {
+                wide.occluded_batch(rays, &self.bounds, occluded);
+            }
+            _ => occluded.extend(rays.iter().map(|ray| self.occluded(ray))),
+        }
     }
 
     /// [`Self::intersect`], which adds the number of primitives tested to `tests`.

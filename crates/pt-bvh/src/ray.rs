@@ -21,12 +21,17 @@ use pt_math::{Bounds3, Ray, Vec3};
 
 use crate::geometry::in_range;
 
-/// In units of εR; see the module.
-const PAD: f32 = 32.0;
+/// In units of R; see the module.
+pub(crate) const PAD: f32 = 32.0 * EPSILON;
+/// Never 0, so that depths of 0 stay inside.
+pub(crate) const LEAST_PAD: f32 = 4.0 * f32::MIN_POSITIVE;
 /// Slopes below this are rounded up to it: over the depth R that moves the ray by εR.
-const LEAST_SLOPE: f32 = EPSILON;
+pub(crate) const LEAST_SLOPE: f32 = EPSILON;
 /// More than the relative error of converting between t and τ, and back.
-const CONVERSION: f32 = gamma(4);
+pub(crate) const CONVERSION: f32 = gamma(4);
+
+/// The axes in cyclic order, by the one that comes last.
+pub(crate) const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 /// A ray with everything that does not depend on the box or primitive it is tested against.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +69,7 @@ impl Prepared {
         if !in_range(o) || !d.is_finite() || dz == 0.0 || scene.is_empty() {
             return None;
         }
-        let axes = [(kz + 1) % 3, (kz + 2) % 3, kz];
+        let axes = AXES[kz];
         let sign = 1f32.copysign(dz);
         let scale = dz.abs();
         let slope = d / scale;
@@ -79,8 +84,7 @@ impl Prepared {
             sign,
             scale,
             inverse: steep.recip(),
-            // Never 0, so that depths of 0 stay inside.
-            pad: (PAD * EPSILON * reach).max(4.0 * f32::MIN_POSITIVE),
+            pad: (PAD * reach).max(LEAST_PAD),
             t_min: ray.t_min.max(0.0),
             t_max: ray.t_max,
             origin_size: o.abs().max_element(),
@@ -90,7 +94,7 @@ impl Prepared {
     /// A depth that no hit with parameter up to `t` exceeds; above 0.
     #[inline]
     pub(crate) fn depth_limit(&self, t: f32) -> f32 {
-        (t.next_up() * self.scale * (1.0 + CONVERSION)).max(2.0 * f32::MIN_POSITIVE)
+        depth_limit(t, self.scale)
     }
 
     /// A depth that every hit after `t_min` exceeds, or is within the pad of; above 0.
@@ -107,6 +111,12 @@ impl Prepared {
         let b = (bounds.max - self.origin + self.pad) * self.inverse;
         (a.min(b).max_element(), a.max(b).min_element())
     }
+}
+
+/// See [`Prepared::depth_limit`].
+#[inline]
+pub(crate) fn depth_limit(t: f32, scale: f32) -> f32 {
+    (t.next_up() * scale * (1.0 + CONVERSION)).max(2.0 * f32::MIN_POSITIVE)
 }
 
 /// The axis of the largest magnitude, without branches that could go wrong.

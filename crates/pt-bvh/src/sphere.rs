@@ -1,12 +1,13 @@
 //! The sphere test.
 
+use pt_math::Vec3;
+
 use crate::geometry::Sphere;
-use crate::ray::Prepared;
 
 /// How far f·f − r² may be from 0, relative to f·f + r², for an origin to count as on the sphere.
 const ON_SPHERE: f64 = 8.0 * f64::EPSILON;
 
-/// The least root after `t_min` of |o + t·d − c|² = r², without regard to `t_max`.
+/// The least root after `t_min`, at least 0, of |o + t·d − c|² = r², without regard to `t_max`.
 ///
 /// With f = o − c, a = d·d, b = −f·d: the discriminant is taken from the vector
 /// l = f + (b/a)·d between centre and line, as r² − l·l, which cancels least, and the roots are
@@ -17,8 +18,8 @@ const ON_SPHERE: f64 = 8.0 * f64::EPSILON;
 /// An origin on the sphere, within the rounding of double precision, has a root 0, which is no
 /// hit.
 #[inline]
-pub(crate) fn intersect(ray: &Prepared, sphere: &Sphere) -> Option<f32> {
-    let (o, d, c) = (ray.origin.as_dvec3(), ray.direction.as_dvec3(), sphere.center.as_dvec3());
+pub(crate) fn intersect(origin: Vec3, direction: Vec3, t_min: f32, sphere: &Sphere) -> Option<f32> {
+    let (o, d, c) = (origin.as_dvec3(), direction.as_dvec3(), sphere.center.as_dvec3());
     let r2 = f64::from(sphere.radius) * f64::from(sphere.radius);
     let f = o - c;
     let (a, b) = (d.dot(d), -f.dot(d));
@@ -31,7 +32,7 @@ pub(crate) fn intersect(ray: &Prepared, sphere: &Sphere) -> Option<f32> {
     let power = if (f2 - r2).abs() <= ON_SPHERE * (f2 + r2) { 0.0 } else { f2 - r2 };
     let q = b + (a * discriminant).sqrt().copysign(b);
     let (t0, t1) = ((q / a) as f32, (power / q) as f32);
-    let after = |t: f32| t > ray.t_min;
+    let after = |t: f32| t > t_min;
     match (after(t0), after(t1)) {
         (true, true) => Some(t0.min(t1)),
         (true, false) => Some(t0),

@@ -57,9 +57,8 @@ pub(crate) fn intersect_primitive(ray: &Prepared, primitive: &Primitive, id: u32
         Primitive::Triangle(p) => {
             triangle::intersect(ray, *p).map(|h| Hit { t: h.t, b1: h.b1, b2: h.b2, primitive: id })
         }
-        Primitive::Sphere(s) => {
-            sphere::intersect(ray, s).map(|t| Hit { t, b1: 0.0, b2: 0.0, primitive: id })
-        }
+        Primitive::Sphere(s) => sphere::intersect(ray.origin, ray.direction, ray.t_min, s)
+            .map(|t| Hit { t, b1: 0.0, b2: 0.0, primitive: id }),
     }
 }
 

@@ -150,6 +150,27 @@ fn agreed(soup: &Soup, ray: &Ray, kernels: &[Bvh], trees: &[Bvh2]) -> Result<Opt
     Ok(expected)
 }
 
+/// An error if a kernel finds otherwise for a whole slice of rays than for one after the other.
+fn batches_agree(kernels: &[Bvh], rays: &[Ray]) -> Result<(), String> {
+    let (mut hits, mut occluded) = (Vec::new(), Vec::new());
+    for (k, kernel) in kernels.iter().enumerate() {
+        kernel.intersect_batch(rays, &mut hits);
+        kernel.occluded_batch(rays, &mut occluded);
+        if hits.len() != rays.len() || occluded.len() != rays.len() {
+            return Err(format!("kernel {k} answers {} of {} rays", hits.len(), rays.len()));
+        }
+        for (ray, (&hit, &occluded)) in rays.iter().zip(hits.iter().zip(&occluded)) {
+            let expected = kernel.intersect(ray);
+            if bits(hit) != bits(expected) || occluded != expected.is_some() {
+                return Err(format!(
+                    "kernel {k} in a batch: {hit:?}, {occluded}, instead of {expected:?} for {ray:?}"
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
 /// The loop first, then a kernel and a binary tree for each way to build.
 fn all_ways(soup: &Soup, leaf_sizes: &[u32]) -> (Vec<Bvh>, Vec<Bvh2>) {
     let geometry = soup.geometry();
@@ -181,13 +202,16 @@ proptest! {
         leaf_size in prop_oneof![Just(1u32), Just(2), Just(4), Just(8), Just(64)],
     ) {
         let (kernels, trees) = all_ways(&soup, &[leaf_size]);
+        let mut rays = Vec::new();
         for recipe in recipes {
             let ray = recipe.ray(&soup);
+            rays.push(ray);
             let hit = agreed(&soup, &ray, &kernels, &trees).map_err(TestCaseError::fail)?;
             // An interval that ends at the hit leaves it out.
             if let Some(hit) = hit {
                 let before = Ray { t_max: hit.t, ..ray };
                 let after = Ray { t_min: hit.t, ..ray };
+                rays.extend([before, after]);
                 for ray in [before, after] {
                     let other = agreed(&soup, &ray, &kernels, &trees);
                     let other = other.map_err(TestCaseError::fail)?;
@@ -195,6 +219,7 @@ proptest! {
                 }
             }
         }
+        batches_agree(&kernels, &rays).map_err(TestCaseError::fail)?;
     }
 }
 
@@ -221,6 +246,7 @@ fn kernels_agree_on_a_grid_where_much_coincides() {
     let (kernels, trees) = all_ways(&soup, &[4, 8]);
     let mut r = Random(11);
     let mut hits = 0;
+    let mut rays = Vec::new();
     for i in 0..1500 {
         let origin = (r.vector() * 14.0).floor();
         let direction = match i % 3 {
@@ -228,8 +254,12 @@ fn kernels_agree_on_a_grid_where_much_coincides() {
             1 => (r.vector() * 10.0).floor() - origin,
             _ => r.vector(),
         };
+        rays.push(Ray::new(origin, direction));
         let hit = agreed(&soup, &Ray::new(origin, direction), &kernels, &trees);
         hits += usize::from(hit.expect("all agree").is_some());
+    }
+    for n in [0, 1, 9, 127, 128, 129, 1500] {
+        assert_eq!(batches_agree(&kernels[1..], &rays[..n]), Ok(()));
     }
     assert!(hits > 700, "most rays hit something: {hits}");
 }
@@ -239,13 +269,16 @@ fn kernels_agree_on_a_mesh_from_near_and_far() {
     let soup = bumpy_ball(5);
     let (kernels, trees) = all_ways(&soup, &[8]);
     let mut r = Random(3);
+    let mut rays = Vec::new();
     for i in 0..600 {
         let distance = [0.1, 1.0, 3.0, 1e4][i % 4];
         let origin = r.vector() * distance;
         let target = soup.positions[r.below(soup.positions.len())];
+        rays.push(Ray::new(origin, target - origin));
         let hit = agreed(&soup, &Ray::new(origin, target - origin), &kernels, &trees);
         hit.expect("all agree");
     }
+    assert_eq!(batches_agree(&kernels[1..], &rays), Ok(()));
 }
 
 /// Triangles that are seen edge-on, within rounding: where the ray meets them is hardly defined,
@@ -264,12 +297,15 @@ fn kernels_agree_on_needles_along_the_ray() {
             soup.triangles.push([3 * k, 3 * k + 1, 3 * k + 2]);
         }
         let (kernels, trees) = all_ways(&soup, &[1]);
+        let mut rays = Vec::new();
         for _ in 0..200 {
             let origin = axis * -12.0 + r.vector() * width;
             let ray = Ray::new(origin, near_axis(&mut r) - origin);
+            rays.push(ray);
             hits +=
                 usize::from(agreed(&soup, &ray, &kernels, &trees).expect("all agree").is_some());
         }
+        assert_eq!(batches_agree(&kernels, &rays), Ok(()));
     }
     assert!(hits > 10_000, "{hits}");
 }

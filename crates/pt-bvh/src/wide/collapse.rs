@@ -6,6 +6,7 @@ use std::ops::Range;
 use pt_math::{Bounds3, Vec3};
 use wide::f32x8;
 
+use super::batch::STACK_MARGIN;
 use super::{
     BLOCK, Child, Lanes, NO_PRIMITIVE, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
 };
@@ -38,6 +39,8 @@ struct Collapse<'a> {
     bvh: &'a Bvh2,
     geometry: &'a Geometry<'a>,
     wide: WideBvh,
+    /// Nodes on the longest way down so far.
+    levels: usize,
 }
 
 impl WideBvh {
@@ -48,11 +51,12 @@ impl WideBvh {
             return Self::default();
         }
         let wide = Self { center: bvh.bounds().center(), ..Self::default() };
-        let mut collapse = Collapse { bvh, geometry, wide };
+        let mut collapse = Collapse { bvh, geometry, wide, levels: 0 };
         collapse.reserve();
         let root = collapse.part(0);
-        collapse.push_node(root);
+        collapse.push_node(root, 1);
         let mut wide = collapse.wide;
+        wide.stack_size = 1 + (WIDTH - 1) * collapse.levels + STACK_MARGIN;
         wide.nodes.shrink_to_fit();
         wide.triangles.shrink_to_fit();
         wide.spheres.shrink_to_fit();
@@ -125,7 +129,8 @@ impl Collapse<'_> {
 
     /// Adds the node for a part, and everything below it; returns its index. The recursion is no
     /// deeper than the binary tree, plus the few halvings of a large leaf.
-    fn push_node(&mut self, part: Part) -> usize {
+    fn push_node(&mut self, part: Part, level: usize) -> usize {
+        self.levels = self.levels.max(level);
         let parts = self.open(part);
         let index = self.wide.nodes.len();
         self.wide.nodes.push(empty_node());
@@ -138,7 +143,7 @@ impl Collapse<'_> {
             }
             let child = match part.content {
                 Content::Run { first, count } if count <= BLOCK => self.push_block(first, count),
-                _ => Child::node(self.push_node(*part)),
+                _ => Child::node(self.push_node(*part, level + 1)),
             };
             self.wide.nodes[index].children[slot] = child;
         }

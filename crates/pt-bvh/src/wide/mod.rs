@@ -4,6 +4,7 @@
 //! treats all of them; a leaf is one block of triangles in the same form. [Wald, Benthin & Boulos
 //! 2008, "Getting Rid of Packets"; Woop et al.'s Embree and Bikker's tinybvh use the same shape]
 
+mod batch;
 mod collapse;
 mod traverse;
 
@@ -23,13 +24,20 @@ pub(crate) type Lanes = f32x8;
 pub(crate) const NO_PRIMITIVE: u32 = u32::MAX;
 
 /// What a slot of a node refers to: two bits of kind, and an index into the array of that kind.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(transparent)]
 pub(crate) struct Child(u32);
 
 impl Child {
     const TRIANGLES: u32 = 1 << 31;
     const SPHERES: u32 = 1 << 30;
+    /// Nothing: the end of a query.
+    const DONE: u32 = u32::MAX;
+
+    /// The two bits of kind.
+    const fn kind(child: u32) -> usize {
+        (child >> 30) as usize
+    }
 
     const fn node(index: usize) -> Self {
         Self(index as u32)
@@ -79,6 +87,8 @@ pub(crate) struct WideBvh {
     /// Boxes are stored relative to this point, the middle of the scene, so that their rounding
     /// depends on the size of the scene and not on where it is.
     center: Vec3,
+    /// Room for all children that a ray of a batch can put off.
+    stack_size: usize,
 }
 
 impl WideBvh {

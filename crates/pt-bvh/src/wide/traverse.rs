@@ -78,13 +78,13 @@ impl Stack<'_> {
 }
 
 /// The slabs of a ray for eight boxes:  τ = plane · inverse + offset.
-struct Slabs {
-    inverse: [f32x8; 3],
-    near: [f32x8; 3],
-    far: [f32x8; 3],
+pub(super) struct Slabs {
+    pub(super) inverse: [f32x8; 3],
+    pub(super) near: [f32x8; 3],
+    pub(super) far: [f32x8; 3],
     /// Which of the two planes per axis the ray meets first.
-    first: [usize; 3],
-    start: f32x8,
+    pub(super) first: [usize; 3],
+    pub(super) start: f32x8,
 }
 
 impl Slabs {
@@ -103,10 +103,10 @@ impl Slabs {
         }
     }
 
-    /// Where the ray enters each child's box, and a bit for each child that it enters before
+    /// Where the ray enters each child's box, and a mask of the children that it enters before
     /// `limit`.
-    #[inline]
-    fn test(&self, node: &WideNode, limit: f32x8) -> (f32x8, u32) {
+    #[inline(always)]
+    pub(super) fn test(&self, node: &WideNode, limit: f32x8) -> (f32x8, f32x8) {
         let plane = |axis: usize, side: usize| node.planes[axis][side & 1];
         let [near_x, near_y, near_z] =
             [0, 1, 2].map(|k| plane(k, self.first[k]).mul_add(self.inverse[k], self.near[k]));
@@ -114,21 +114,21 @@ impl Slabs {
             [0, 1, 2].map(|k| plane(k, 1 ^ self.first[k]).mul_add(self.inverse[k], self.far[k]));
         let near = near_x.fast_max(near_y).fast_max(near_z.fast_max(self.start));
         let far = far_x.fast_min(far_y).fast_min(far_z.fast_min(limit));
-        (near, near.simd_le(far).to_bitmask())
+        (near, near.simd_le(far))
     }
 }
 
 /// The ray as the triangle filter wants it.
-struct Shear {
-    axes: [usize; 3],
-    origin: [Lanes; 3],
-    slopes: [Lanes; 2],
-    sign: Lanes,
-    start: Lanes,
+pub(super) struct Shear {
+    pub(super) axes: [usize; 3],
+    pub(super) origin: [Lanes; 3],
+    pub(super) slopes: [Lanes; 2],
+    pub(super) sign: Lanes,
+    pub(super) start: Lanes,
 }
 
-/// The vertices of a block as [`triangle::confirm`] wants them.
-struct Sheared([[Lanes; 3]; 3]);
+/// The vertices of a block as [`triangle::confirm`] wants them: vertex, axis.
+pub(super) struct Sheared(pub(super) [[Lanes; 3]; 3]);
 
 impl Sheared {
     #[inline]
@@ -154,8 +154,8 @@ impl Shear {
     /// A bit for each triangle that the f32 edge functions do not rule out, and whose vertices are
     /// not all before the start of the ray or all beyond the depth `limit`: the depth of a hit is
     /// a mean of theirs. The operations are those of [`triangle::intersect`].
-    #[inline]
-    fn filter(&self, block: &TriangleBlock, limit: f32) -> (u32, Sheared) {
+    #[inline(always)]
+    pub(super) fn filter(&self, block: &TriangleBlock, limit: f32) -> (u32, Sheared) {
         let [kx, ky, kz] = self.axes;
         let [a, b, c] = [0, 1, 2].map(|v: usize| {
             let rows = &block.vertices[v];
@@ -219,7 +219,9 @@ impl<C: Counter> Query<'_, C> {
         self.counter.add(|| block.len());
         let mut better = false;
         for (s, &primitive) in block.iter() {
-            if let Some(t) = sphere::intersect(&self.ray, s) {
+            if let Some(t) =
+                sphere::intersect(self.ray.origin, self.ray.direction, self.ray.t_min, s)
+            {
                 better |= self.nearest.offer(Hit { t, b1: 0.0, b2: 0.0, primitive });
             }
         }
@@ -268,7 +270,8 @@ impl WideBvh {
             loop {
                 if child.0 < Child::SPHERES {
                     let node = &self.nodes[child.0 as usize];
-                    let (near, hits) = slabs.test(node, f32x8::splat(limit));
+                    let (near, hit) = slabs.test(node, f32x8::splat(limit));
+                    let hits = hit.to_bitmask();
                     if let Some(next) = descend::<ANY>(&mut stack, node, near, hits) {
                         child = next;
                         continue;

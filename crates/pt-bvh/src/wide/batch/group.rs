@@ -1,0 +1,257 @@
+//! A group of rays in columns, made ready eight at a time.
+
+use pt_math::{Bounds3, Ray};
+use wide::{f32x8, u32x8};
+
+use super::order::LANES;
+use crate::geometry::{Hit, LARGEST_COORDINATE};
+use crate::ray::{AXES, CONVERSION, LEAST_PAD, LEAST_SLOPE, PAD};
+use crate::wide::traverse::{Shear, Slabs};
+use crate::wide::{NO_PRIMITIVE, WIDTH};
+
+/// Rays that advance together: enough for their steps to overlap, few enough for the columns and
+/// the tops of the stacks to stay in the first-level cache.
+pub(super) const GROUP: usize = 128;
+
+/// Something to know about each ray of a group.
+pub(super) type Column<T = f32> = [T; GROUP];
+
+/// What there is to know about the rays of a group: what [`Prepared`](crate::ray::Prepared) has,
+/// how far each has come, and what it has hit.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+pub(super) struct Group {
+    inverse: [Column; 3],
+    /// Offsets of the slabs, for the near planes and the far ones.
+    near: [Column; 3],
+    far: [Column; 3],
+    /// Depths between which hits count.
+    start: Column,
+    pub(super) limit: Column,
+    /// A bit for each axis along which the ray falls.
+    octant: Column<u32>,
+    /// The axis along which the direction is largest.
+    axis: Column<u32>,
+    /// Origin in the cyclic order of axes that ends with that one.
+    origin: [Column; 3],
+    slopes: [Column; 2],
+    sign: Column,
+    pub(super) scale: Column,
+    pub(super) origin_size: Column,
+    pub(super) t_min: Column,
+    /// The nearest hit: at first t is `t_max`, and the primitive [`NO_PRIMITIVE`].
+    t: Column,
+    barycentric: [Column; 2],
+    primitive: Column<u32>,
+    /// What the ray visits next.
+    pub(super) child: Column<u32>,
+    /// The first free entry above its stack.
+    pub(super) top: Column<u32>,
+}
+
+/// The column's numbers of eight rays.
+#[inline(always)]
+fn eight<T: Copy>(column: &mut Column<T>, first: usize) -> &mut [T] {
+    &mut column[first..first + WIDTH]
+}
+
+/// The bits of eight numbers.
+#[inline(always)]
+pub(super) fn bits(x: f32x8) -> u32x8 {
+    bytemuck::cast(x)
+}
+
+/// Eight numbers from their bits.
+#[inline(always)]
+pub(super) fn from_bits(x: u32x8) -> f32x8 {
+    bytemuck::cast(x)
+}
+
+/// [`Prepared::depth_limit`](crate::ray::Prepared::depth_limit), for t that are not below 0 or
+/// have no hits.
+#[inline(always)]
+pub(super) fn depth_limit(t: f32x8, scale: f32x8) -> f32x8 {
+    let next = from_bits(bits(t) + u32x8::splat(1));
+    let next = t.simd_lt(f32x8::splat(f32::INFINITY)).select(next, t);
+    (next * scale * (1.0 + CONVERSION)).max(f32x8::splat(2.0 * f32::MIN_POSITIVE))
+}
+
+impl Default for Group {
+    fn default() -> Self {
+        let (zeros, none) = ([0.0; GROUP], [0; GROUP]);
+        Self {
+            inverse: [zeros; 3],
+            near: [zeros; 3],
+            far: [zeros; 3],
+            start: zeros,
+            limit: zeros,
+            octant: none,
+            axis: none,
+            origin: [zeros; 3],
+            slopes: [zeros; 2],
+            sign: zeros,
+            scale: zeros,
+            origin_size: zeros,
+            t_min: zeros,
+            t: zeros,
+            barycentric: [zeros; 2],
+            primitive: none,
+            child: none,
+            top: none,
+        }
+    }
+}
+
+impl Group {
+    /// Takes up to eight rays from place `first` on, and sends them to the root; returns a bit for
+    /// each that can hit anything. The operations are those of
+    /// [`Prepared::new`](crate::ray::Prepared::new), and give the same bits.
+    #[inline]
+    pub(super) fn take(
+        &mut self,
+        first: usize,
+        rays: &[Ray],
+        bounds: &Bounds3,
+        center: pt_math::Vec3,
+    ) -> u32 {
+        let splat = f32x8::splat;
+        let mut rows = [splat(f32::NAN); WIDTH];
+        for (row, r) in rows.iter_mut().zip(rays) {
+            let (o, d) = (r.origin, r.direction);
+            *row = f32x8::new([o.x, o.y, o.z, d.x, d.y, d.z, r.t_min, r.t_max]);
+        }
+        let [ox, oy, oz, dx, dy, dz, t_min, t_max] = f32x8::transpose(rows);
+        let (o, d) = ([ox, oy, oz], [dx, dy, dz]);
+        let [ax, ay, az] = d.map(f32x8::abs);
+        let (is_y, is_z) = (ay.simd_ge(ax), az.simd_gt(ax.fast_max(ay)));
+        let by_axis = |x: f32x8, y: f32x8, z: f32x8| is_z.select(z, is_y.select(y, x));
+        let scale = by_axis(ax, ay, az);
+        let origin_size = o[0].abs().fast_max(o[1].abs()).fast_max(o[2].abs());
+        let in_range = o.map(|x| x.abs().simd_le(splat(LARGEST_COORDINATE)));
+        let finite = [ax, ay, az].map(|x| x.simd_lt(splat(f32::INFINITY)));
+        let usable = in_range[0] & in_range[1] & in_range[2] & finite[0] & finite[1] & finite[2];
+
+        let copysign = |x: f32x8, sign: f32x8| splat(-0.0).bitselect(sign, x);
+        let sign = copysign(splat(1.0), by_axis(dx, dy, dz));
+        let slope = d.map(|x| x / scale);
+        let steep = slope.map(|x| copysign(x.abs().fast_max(splat(LEAST_SLOPE)), x));
+        let inverse = steep.map(|x| splat(1.0) / x);
+        let reach = [0, 1, 2].map(|k: usize| {
+            let far = |plane: f32| (splat(plane) - o[k]).abs();
+            far(bounds.max[k]).fast_max(far(bounds.min[k]))
+        });
+        let reach = reach[0].fast_max(reach[1]).fast_max(reach[2]);
+        let pad = (splat(PAD) * reach).fast_max(splat(LEAST_PAD));
+        for k in 0..3 {
+            let pad = inverse[k].abs() * pad;
+            let offset = -(o[k] - splat(center[k])) * inverse[k];
+            set(&mut self.inverse[k], first, inverse[k]);
+            set(&mut self.near[k], first, offset - pad);
+            set(&mut self.far[k], first, offset + pad);
+        }
+        let falls = [0, 1, 2].map(|k: usize| bits(inverse[k].simd_lt(f32x8::ZERO)) & bit(k));
+        set_bits(&mut self.octant, first, falls[0] | falls[1] | falls[2]);
+        let axis = bits(is_z).select(bit(1), bits(is_y) & bit(0));
+        set_bits(&mut self.axis, first, axis);
+
+        let t_min = t_min.max(f32x8::ZERO);
+        let start = t_min * scale * (1.0 - CONVERSION);
+        set(&mut self.start, first, start.fast_max(splat(f32::MIN_POSITIVE)));
+        set(&mut self.limit, first, depth_limit(t_max, scale));
+        set(&mut self.origin[0], first, by_axis(oy, oz, ox));
+        set(&mut self.origin[1], first, by_axis(oz, ox, oy));
+        set(&mut self.origin[2], first, by_axis(ox, oy, oz));
+        let [sx, sy, sz] = slope;
+        set(&mut self.slopes[0], first, by_axis(sy, sz, sx) * sign);
+        set(&mut self.slopes[1], first, by_axis(sz, sx, sy) * sign);
+        set(&mut self.sign, first, sign);
+        set(&mut self.scale, first, scale);
+        set(&mut self.origin_size, first, origin_size);
+        set(&mut self.t_min, first, t_min);
+        set(&mut self.t, first, t_max);
+        set_bits(&mut self.primitive, first, u32x8::splat(NO_PRIMITIVE));
+        set_bits(&mut self.child, first, u32x8::ZERO);
+        (usable & scale.simd_gt(f32x8::ZERO)).to_bitmask()
+    }
+
+    /// Puts the top of the stacks of the eight rays from `first` on above their first entries.
+    #[inline]
+    pub(super) fn reset_stacks(&mut self, first: usize, stack_size: usize) {
+        let numbers = LANES + u32x8::splat(first as u32);
+        let top = numbers * u32x8::splat(stack_size as u32) + u32x8::splat(1);
+        set_bits(&mut self.top, first, top);
+    }
+
+    /// A ray as the boxes want it.
+    #[inline(always)]
+    pub(super) fn slabs(&self, i: usize) -> Slabs {
+        let splat = |column: &Column| f32x8::splat(column[i]);
+        let octant = self.octant[i] as usize;
+        Slabs {
+            inverse: self.inverse.each_ref().map(splat),
+            near: self.near.each_ref().map(splat),
+            far: self.far.each_ref().map(splat),
+            first: [0, 1, 2].map(|k| octant >> k & 1),
+            start: splat(&self.start),
+        }
+    }
+
+    /// A ray as the triangle filter wants it.
+    #[inline(always)]
+    pub(super) fn shear(&self, i: usize) -> Shear {
+        let splat = |column: &Column| f32x8::splat(column[i]);
+        Shear {
+            axes: AXES[self.axis[i] as usize % AXES.len()],
+            origin: self.origin.each_ref().map(splat),
+            slopes: self.slopes.each_ref().map(splat),
+            sign: splat(&self.sign),
+            start: splat(&self.start),
+        }
+    }
+
+    /// [`Nearest::offer`](crate::traverse::Nearest::offer), and the depth limit that goes with the
+    /// hit, if `counts`; without branches.
+    #[expect(clippy::needless_bitwise_bool, reason = "lazy operators would branch")]
+    #[inline(always)]
+    pub(super) fn offer(&mut self, i: usize, hit: Hit, limit: f32, counts: bool) {
+        let Hit { t, b1, b2, primitive } = hit;
+        let (old_t, old) = (self.t[i], self.primitive[i]);
+        let before = (old != NO_PRIMITIVE) & (t == old_t) & (primitive < old);
+        let better = counts & (t > self.t_min[i]) & ((t < old_t) | before);
+        let choose = |new: f32, old: &mut f32| *old = if better { new } else { *old };
+        choose(t, &mut self.t[i]);
+        choose(b1, &mut self.barycentric[0][i]);
+        choose(b2, &mut self.barycentric[1][i]);
+        choose(limit, &mut self.limit[i]);
+        self.primitive[i] = if better { primitive } else { old };
+    }
+
+    /// Whether the ray has hit anything.
+    #[inline(always)]
+    pub(super) fn has_hit(&self, i: usize) -> bool {
+        self.primitive[i] != NO_PRIMITIVE
+    }
+
+    /// What the ray has hit.
+    #[inline(always)]
+    pub(super) fn hit(&self, i: usize) -> Option<Hit> {
+        let [b1, b2] = self.barycentric.each_ref().map(|column| column[i]);
+        let hit = Hit { t: self.t[i], b1, b2, primitive: self.primitive[i] };
+        self.has_hit(i).then_some(hit)
+    }
+}
+
+#[inline(always)]
+fn bit(k: usize) -> u32x8 {
+    u32x8::splat(1 << k)
+}
+
+#[inline(always)]
+fn set(column: &mut Column, first: usize, x: f32x8) {
+    eight(column, first).copy_from_slice(x.as_array());
+}
+
+#[inline(always)]
+fn set_bits(column: &mut Column<u32>, first: usize, x: u32x8) {
+    eight(column, first).copy_from_slice(x.as_array());
+}

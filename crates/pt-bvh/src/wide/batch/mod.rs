@@ -1,0 +1,263 @@
+//! Queries of many rays at once.
+//!
+//! A ray visits few nodes, and each step waits for the one before: what to visit next is known
+//! only when the boxes are tested. Many rays have many steps that wait for nothing. So the rays of
+//! a group advance together: in each round, first all rays that are at a node test its boxes, then
+//! all that are at a block of triangles filter it, and then all triangles that passed are
+//! confirmed, eight at a time whichever rays they belong to. The loops have hardly a branch that
+//! a processor could predict wrongly: rays are put into the queue of what they visit next, the
+//! children of a node are sorted by a network, and those not hit fall off the end.
+//!
+//! The tests are those of single queries, so the hits have the same bits.
+
+mod candidates;
+mod group;
+mod order;
+
+use std::cell::RefCell;
+
+use pt_math::{Bounds3, Ray};
+use wide::{f32x8, u32x8};
+
+use self::candidates::{BLOCKS, Candidates};
+use self::group::{Column, GROUP, Group, bits};
+use self::order::{LANES, members, sort_descending};
+use super::{Child, WIDTH, WideBvh};
+use crate::geometry::Hit;
+use crate::ray::depth_limit;
+use crate::sphere;
+
+/// So many entries above the top of a stack are overwritten when children are put on it.
+pub(super) const STACK_MARGIN: usize = WIDTH;
+
+/// The bits of the depth that hold the number of a child while it is sorted.
+const LANE_BITS: u32 = WIDTH as u32 - 1;
+
+/// Rays by what they visit next: the two bits of kind of [`Child`].
+#[derive(Clone, Copy)]
+struct Queues {
+    rays: [Column<u32>; 4],
+    len: [usize; 4],
+}
+
+impl Queues {
+    const NODES: usize = 0;
+    const SPHERES: usize = Child::kind(Child::SPHERES);
+    const TRIANGLES: usize = Child::kind(Child::TRIANGLES);
+
+    #[inline(always)]
+    fn add(&mut self, ray: usize, child: u32) {
+        let kind = Child::kind(child);
+        let n = self.len[kind];
+        self.rays[kind][n % GROUP] = ray as u32;
+        self.len[kind] = n + 1;
+    }
+
+    #[inline(always)]
+    fn of(&self, kind: usize) -> &[u32] {
+        &self.rays[kind][..self.len[kind]]
+    }
+
+    fn is_empty(&self) -> bool {
+        [Self::NODES, Self::SPHERES, Self::TRIANGLES].iter().all(|&kind| self.len[kind] == 0)
+    }
+}
+
+/// The children that the rays of a group put off, a stretch for each ray. Depths are kept as bits,
+/// whose order is the same for numbers above 0.
+#[derive(Default)]
+struct Stacks {
+    depths: Vec<u32>,
+    children: Vec<u32>,
+}
+
+impl Stacks {
+    /// Below its stack each ray has an entry that ends it, and that no depth limit passes over.
+    fn reset(&mut self, rays: usize, stack_size: usize) {
+        let size = GROUP * stack_size;
+        if self.children.len() < size {
+            self.depths.resize(size, 0);
+            self.children.resize(size, 0);
+        }
+        for bottom in (0..rays).map(|i| i * stack_size) {
+            self.depths[bottom] = 0;
+            self.children[bottom] = Child::DONE;
+        }
+    }
+
+    /// Takes the topmost child with a depth up to `limit`; `top` is the entry above the stack.
+    #[inline(always)]
+    fn pop<const ANY: bool>(&self, top: &mut usize, limit: f32) -> u32 {
+        *top -= 1;
+        while !ANY && self.depths[*top] > limit.to_bits() | LANE_BITS {
+            *top -= 1;
+        }
+        self.children[*top]
+    }
+}
+
+/// What a thread needs for batches, kept from one to the next.
+struct Scratch {
+    group: Box<Group>,
+    candidates: Box<Candidates>,
+    queues: Box<[Queues; 2]>,
+    stacks: Stacks,
+}
+
+thread_local! {
+    static SCRATCH: RefCell<Scratch> = RefCell::new(Scratch {
+        group: Box::default(),
+        candidates: Box::default(),
+        queues: Box::new([Queues { rays: [[0; GROUP]; 4], len: [0; 4] }; 2]),
+        stacks: Stacks::default(),
+    });
+}
+
+impl WideBvh {
+    /// The nearest hit of each ray, after what `hits` has.
+    pub(crate) fn intersect_batch(
+        &self,
+        rays: &[Ray],
+        bounds: &Bounds3,
+        hits: &mut Vec<Option<Hit>>,
+    ) {
+        self.batch::<false>(rays, bounds, |group, n| hits.extend((0..n).map(|i| group.hit(i))));
+    }
+
+    /// Whether each ray hits anything, after what `occluded` has.
+    pub(crate) fn occluded_batch(&self, rays: &[Ray], bounds: &Bounds3, occluded: &mut Vec<bool>) {
+        self.batch::<true>(rays, bounds, |group, n| {
+            occluded.extend((0..n).map(|i| group.has_hit(i)));
+        });
+    }
+
+    fn batch<const ANY: bool>(
+        &self,
+        rays: &[Ray],
+        bounds: &Bounds3,
+        mut done: impl FnMut(&Group, usize),
+    ) {
+        SCRATCH.with_borrow_mut(|scratch| {
+            for rays in rays.chunks(GROUP) {
+                self.start(scratch, rays, bounds);
+                let [now, next] = &mut *scratch.queues;
+                let (mut now, mut next) = (now, next);
+                while !now.is_empty() {
+                    next.len = [0; 4];
+                    let group = &mut scratch.group;
+                    self.visit_nodes::<ANY>(group, &mut scratch.stacks, now, next);
+                    self.visit_triangles(group, &mut scratch.candidates, now);
+                    self.visit_spheres(group, rays, now);
+                    for kind in [Queues::TRIANGLES, Queues::SPHERES] {
+                        leave_leaves::<ANY>(group, &scratch.stacks, now.of(kind), next);
+                    }
+                    std::mem::swap(&mut now, &mut next);
+                }
+                done(&scratch.group, rays.len());
+            }
+        });
+    }
+
+    /// Sends the rays to the root.
+    #[inline(never)]
+    fn start(&self, scratch: &mut Scratch, rays: &[Ray], bounds: &Bounds3) {
+        scratch.stacks.reset(rays.len(), self.stack_size);
+        let queues = &mut scratch.queues[0];
+        queues.len = [0; 4];
+        let mut n = 0;
+        for (i, eight) in rays.chunks(WIDTH).enumerate() {
+            let first = i * WIDTH;
+            let usable = scratch.group.take(first, eight, bounds, self.center);
+            scratch.group.reset_stacks(first, self.stack_size);
+            let numbers = LANES.shuffle(members(usable)) + u32x8::splat(first as u32);
+            queues.rays[Queues::NODES][n..n + WIDTH].copy_from_slice(numbers.as_array());
+            n += usable.count_ones() as usize;
+        }
+        queues.len[Queues::NODES] = if self.nodes.is_empty() { 0 } else { n };
+    }
+
+    /// Rays at nodes go on to the nearest child that they hit, and put off the others.
+    #[inline(never)]
+    fn visit_nodes<const ANY: bool>(
+        &self,
+        group: &mut Group,
+        stacks: &mut Stacks,
+        now: &Queues,
+        next: &mut Queues,
+    ) {
+        for &i in now.of(Queues::NODES) {
+            let i = i as usize % GROUP;
+            let node = &self.nodes[group.child[i] as usize];
+            let limit = group.limit[i];
+            let (near, hit) = group.slabs(i).test(node, f32x8::splat(limit));
+            let children = u32x8::new(bytemuck::cast(node.children));
+            let mut top = group.top[i] as usize;
+            let to = top..top + STACK_MARGIN;
+            if ANY {
+                let lanes = members(hit.to_bitmask());
+                stacks.children[to].copy_from_slice(children.shuffle(lanes).as_array());
+            } else {
+                // The farthest first, those not hit last; the lanes go with the depths.
+                let keys = (bits(near) & u32x8::splat(!LANE_BITS)) | LANES;
+                let keys = sort_descending(keys & bits(hit));
+                stacks.depths[to.clone()].copy_from_slice(keys.as_array());
+                stacks.children[to].copy_from_slice(children.shuffle(keys).as_array());
+            }
+            top += hit.to_bitmask().count_ones() as usize;
+            let child = stacks.pop::<ANY>(&mut top, limit);
+            group.child[i] = child;
+            group.top[i] = top as u32;
+            next.add(i, child);
+        }
+    }
+
+    /// Rays at blocks of triangles test them.
+    #[inline(never)]
+    fn visit_triangles(&self, group: &mut Group, candidates: &mut Candidates, now: &Queues) {
+        for rays in now.of(Queues::TRIANGLES).chunks(BLOCKS) {
+            candidates.clear();
+            for &i in rays {
+                let i = i as usize % GROUP;
+                let block = &self.triangles[(group.child[i] & !Child::TRIANGLES) as usize];
+                let (set, sheared) = group.shear(i).filter(block, group.limit[i]);
+                candidates.add(i, block, set, &sheared);
+            }
+            candidates.confirm(group);
+        }
+    }
+
+    /// Rays at blocks of spheres test them.
+    #[inline(never)]
+    fn visit_spheres(&self, group: &mut Group, rays: &[Ray], now: &Queues) {
+        for &i in now.of(Queues::SPHERES) {
+            let i = i as usize % GROUP;
+            let block = &self.spheres[(group.child[i] & !Child::SPHERES) as usize];
+            let Ray { origin, direction, .. } = rays[i];
+            for (s, &primitive) in block.iter() {
+                if let Some(t) = sphere::intersect(origin, direction, group.t_min[i], s) {
+                    let limit = depth_limit(t, group.scale[i]);
+                    group.offer(i, Hit { t, b1: 0.0, b2: 0.0, primitive }, limit, true);
+                }
+            }
+        }
+    }
+}
+
+/// Rays that have tested a leaf go on to what they put off.
+#[inline(always)]
+fn leave_leaves<const ANY: bool>(
+    group: &mut Group,
+    stacks: &Stacks,
+    rays: &[u32],
+    next: &mut Queues,
+) {
+    for &i in rays {
+        let i = i as usize % GROUP;
+        let mut top = group.top[i] as usize;
+        let child = stacks.pop::<ANY>(&mut top, group.limit[i]);
+        let child = if ANY && group.has_hit(i) { Child::DONE } else { child };
+        group.child[i] = child;
+        group.top[i] = top as u32;
+        next.add(i, child);
+    }
+}
