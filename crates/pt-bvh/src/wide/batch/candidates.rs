@@ -132,8 +132,8 @@ impl Eight {
         }
     }
 
-    /// A bit for each depth that certainly is ahead of the origin: above the bound of
-    /// [`crate::triangle::depth_error`].
+    /// A bit for each depth that certainly is ahead of the origin: above its error, by the
+    /// formula of [`crate::triangle`].
     #[inline(always)]
     fn ahead(&self, depth: f64x8, det: f64x8) -> u32 {
         let v = self.vertices.map(|vertex| vertex.map(f32x8::new));
