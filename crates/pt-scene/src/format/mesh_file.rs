@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DVec3};
 
-use super::collada::triangulate::Triangulator;
+use super::triangulate::Triangulator;
 use crate::{Attribute, Geometry, LoadError, Mesh, Object, Scene, Span, Warning};
 
 /// A mesh, and what the user should know about how it was read.

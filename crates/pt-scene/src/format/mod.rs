@@ -7,6 +7,7 @@ mod mesh_file;
 mod mitsuba;
 mod obj;
 mod ply;
+mod triangulate;
 mod xml;
 
 use std::path::Path;

@@ -19,7 +19,6 @@ mod primitives;
 mod reader;
 mod source;
 mod transform;
-pub(super) mod triangulate;
 
 use std::path::Path;
 

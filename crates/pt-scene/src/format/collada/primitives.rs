@@ -7,8 +7,8 @@ use pt_math::DVec3;
 use super::geometry::{Builder, MISSING};
 use super::reader::{Reader, child, elements};
 use super::source::{NonFinite, Pool, inputs, whole_number};
-use super::triangulate::Triangulator;
 use crate::LoadError;
+use crate::format::triangulate::Triangulator;
 use crate::format::xml::{Node, words};
 
 /// Adds the triangles of a primitive element to a mesh.

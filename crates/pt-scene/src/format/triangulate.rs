@@ -8,7 +8,7 @@ const MAX_CONCAVE: usize = 10_000;
 
 /// Cuts polygons into triangles; keeps its memory from one polygon to the next.
 #[derive(Default)]
-pub(in crate::format) struct Triangulator {
+pub(super) struct Triangulator {
     /// The corners in the plane of the polygon, which runs counter-clockwise there.
     plane: Vec<[f64; 2]>,
     next: Vec<usize>,
@@ -24,11 +24,7 @@ impl Triangulator {
     /// A convex polygon becomes a fan around its first corner; others lose one ear after the
     /// other: a convex corner whose triangle contains no other corner [Meisters 1975]. Polygons
     /// that are not flat are seen along their mean normal.
-    pub(in crate::format) fn cut(
-        &mut self,
-        corners: &[DVec3],
-        mut emit: impl FnMut([usize; 3]),
-    ) -> bool {
+    pub(super) fn cut(&mut self, corners: &[DVec3], mut emit: impl FnMut([usize; 3])) -> bool {
         let n = corners.len();
         self.project(corners);
         let is_convex = (0..n).all(|i| self.turn((i + n - 1) % n, i, (i + 1) % n) >= 0.0);
