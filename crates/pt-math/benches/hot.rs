@@ -6,7 +6,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use pt_math::sampler::{Sampler, SamplerKind};
+use pt_math::sampler::{LANES, Sampler, SamplerKind, Samplers};
 use pt_math::{trig, warp};
 use pt_testing::Random;
 
@@ -42,6 +42,10 @@ fn main() {
             x + y
         });
         time(&format!("{name}: 1-D number"), |_| sampler.next_1d());
+        time(&format!("{name}: {LANES} 2-D points at once"), |i| {
+            let [x, y] = Samplers::new([sampler; LANES]).points(i);
+            x[i as usize % LANES] + y[i as usize % LANES]
+        });
     }
     time("sin_cos_tau", |i| {
         let (s, c) = trig::sin_cos_tau(unit(i));

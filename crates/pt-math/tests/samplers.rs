@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use pt_math::sampler::{Sampler, SamplerKind};
+use pt_math::sampler::{LANES, Sampler, SamplerKind, Samplers};
 use pt_testing::{Chi2, chi2_square, mean_z_test};
 
 const KINDS: [SamplerKind; 2] = [SamplerKind::Sobol, SamplerKind::Independent];
@@ -52,6 +52,23 @@ fn aligned_runs_of_sobol_numbers_are_stratified() {
             hit[(s.next_1d() * (1 << k) as f32) as usize] = true;
         }
         assert!(hit.into_iter().all(|h| h), "2^{k}");
+    }
+}
+
+#[test]
+fn numbers_side_by_side_are_those_of_each() {
+    for kind in KINDS {
+        for d in [0, 4, 77, u32::MAX - 1] {
+            let all = (0..200).map(|i| Sampler::new(kind, i, [i, 3 * i], i * i * i));
+            let all: Vec<_> = all.map(|s| s.at_dimension(d)).collect();
+            for few in all.chunks(LANES).chain(all.chunks(3)) {
+                let [x, y] = Samplers::new(few.iter().copied()).points(d);
+                for (lane, s) in few.iter().enumerate() {
+                    assert_eq!([x[lane], y[lane]], s.clone().next_2d());
+                    assert_eq!(x[lane], s.clone().next_1d());
+                }
+            }
+        }
     }
 }
 

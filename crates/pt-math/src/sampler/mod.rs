@@ -4,7 +4,10 @@
 //! dimension), so images do not depend on the order in which pixels or samples are taken.
 
 mod independent;
+mod lanes;
 mod sobol;
+
+pub use lanes::{LANES, Lanes, Samplers};
 
 /// The kinds of point sets.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]

@@ -70,3 +70,13 @@ pub(super) fn point_2d(key: u64, reversed_sample: u32, d: u32) -> [f32; 2] {
     let both = ((u64::from(y) << 32) | u64::from(x)).reverse_bits();
     [unit((both >> 32) as u32), unit(both as u32)]
 }
+
+/// [`point_2d`] in a form that computes many at a time.
+#[inline(always)]
+pub(super) fn lane_2d(key: [u32; 2], reversed_sample: u32, d: u32) -> [f32; 2] {
+    let [order, seed_x, seed_y] = pcg3d([key[0], key[1], d]);
+    let i = scramble_reversed(reversed_sample, order).reverse_bits();
+    let x = scramble_reversed(i, seed_x);
+    let y = scramble_reversed(second_dimension_reversed(i), seed_y);
+    [unit(x.reverse_bits()), unit(y.reverse_bits())]
+}
