@@ -175,6 +175,12 @@ impl Region {
         self.width as usize * self.height as usize
     }
 
+    /// Columns and rows of all pixels, row by row.
+    pub fn pixels(self) -> impl Iterator<Item = [u32; 2]> {
+        let columns = self.x..self.x + self.width;
+        (self.y..self.y + self.height).flat_map(move |y| columns.clone().map(move |x| [x, y]))
+    }
+
     /// Cuts the region into tiles of at most `size` × `size` pixels, row by row.
     pub fn tiles(&self, size: u32) -> Vec<Self> {
         let (x1, y1) = (self.x + self.width, self.y + self.height);

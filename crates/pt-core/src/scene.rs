@@ -183,11 +183,18 @@ impl RenderScene {
 
     /// The scattering at a point.
     #[inline(always)]
-    pub fn bsdf(&self, at: &Interaction) -> Bsdf {
+    pub fn bsdf(&self, at: &Interaction) -> Bsdf<'_> {
         let surface = &self.surfaces[at.surface];
         let lobe = &self.lobes[surface.lobe];
         let normal = if self.plain_normals { at.normal.normalize() } else { at.normal };
         Bsdf::new(lobe, surface.two_sided, normal, at.geometric_normal, at.wo)
+    }
+
+    /// Whether the primitive that was hit emits light on a side of it.
+    #[inline(always)]
+    pub fn glows(&self, hit: &Hit) -> bool {
+        let surface = self.primitive_surface[hit.primitive as usize];
+        !self.surfaces[surface].emission.is_black()
     }
 
     /// Radiance that the surface emits towards `at.wo`.

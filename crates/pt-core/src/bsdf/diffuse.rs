@@ -15,6 +15,7 @@ pub struct Diffuse {
 
 impl Lobe for Diffuse {
     const DELTA: bool = false;
+    const INLINE: bool = true;
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let mut p = [0.0; PARAMETERS];

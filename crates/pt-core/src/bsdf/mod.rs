@@ -58,6 +58,10 @@ pub const PARAMETERS: usize = 11;
 pub trait Lobe: Copy {
     /// Whether [`Self::sample`] draws from a Dirac delta; then `eval` and `pdf` are zero.
     const DELTA: bool;
+    /// Whether its functions are so short and so common that they belong into the loops of
+    /// integrators. The others are called: among what a loop over lights does not change, compilers
+    /// compute parts of all lobes ahead of it, whichever is there.
+    const INLINE: bool = false;
     /// The parameters as numbers, the form that backends read.
     fn pack(&self) -> [f32; PARAMETERS];
     /// Inverse of [`Self::pack`].
@@ -89,6 +93,19 @@ pub struct LobeRecord {
 }
 const _: () = assert!(size_of::<LobeRecord>() == 48);
 
+impl LobeRecord {
+    /// What `f` says of this lobe, in place or by a call as the lobe wants it.
+    #[inline(always)]
+    fn run<L: Lobe, T>(&self, f: impl FnOnce(L) -> T) -> T {
+        if L::INLINE { f(L::unpack(&self.p)) } else { self.call(f) }
+    }
+
+    #[inline(never)]
+    fn call<L: Lobe, T>(&self, f: impl FnOnce(L) -> T) -> T {
+        f(L::unpack(&self.p))
+    }
+}
+
 macro_rules! lobes {
     ($($(#[$doc:meta])* $name:ident = $module:ident::$ty:ident),* $(,)?) => {
         $(pub use $module::$ty;)*
@@ -103,6 +120,38 @@ macro_rules! lobes {
         $(impl From<$ty> for AnyLobe {
             fn from(lobe: $ty) -> Self { Self::$name(lobe) }
         })*
+
+        impl LobeRecord {
+            /// See [`Lobe::DELTA`].
+            #[inline(always)]
+            fn is_delta(&self) -> bool {
+                $((self.kind == Kind::$name as u32 && <$ty as Lobe>::DELTA))||*
+            }
+            /// See [`Lobe::eval`].
+            #[inline(always)]
+            fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+                $(if self.kind == Kind::$name as u32 {
+                    return self.run::<$ty, _>(|lobe| lobe.eval(wo, wi));
+                })*
+                Spectrum::ZERO
+            }
+            /// See [`Lobe::pdf`].
+            #[inline(always)]
+            fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
+                $(if self.kind == Kind::$name as u32 {
+                    return self.run::<$ty, _>(|lobe| lobe.pdf(wo, wi));
+                })*
+                Pdf::ZERO
+            }
+            /// See [`Lobe::sample`].
+            #[inline(always)]
+            fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
+                $(if self.kind == Kind::$name as u32 {
+                    return self.run::<$ty, _>(|lobe| lobe.sample(wo, u));
+                })*
+                None
+            }
+        }
 
         impl AnyLobe {
             /// The stored form.
@@ -177,21 +226,21 @@ lobes! {
 
 /// The scattering at one surface point, in world coordinates.
 #[derive(Clone, Copy, Debug)]
-pub struct Bsdf {
+pub struct Bsdf<'a> {
     frame: Frame,
     geometric_normal: Vec3,
     wo: Vec3,
-    lobe: AnyLobe,
+    lobe: &'a LobeRecord,
 }
 
-impl Bsdf {
+impl<'a> Bsdf<'a> {
     /// The scattering of light towards `wo` (world, unit).
     ///
     /// `normal` is the shading normal and `geometric_normal` the true one, both unit and on the
     /// same side of the surface. With `two_sided` the back side scatters as the front side does.
     #[inline(always)]
     pub fn new(
-        lobe: &LobeRecord,
+        lobe: &'a LobeRecord,
         two_sided: bool,
         normal: Vec3,
         geometric_normal: Vec3,
@@ -202,7 +251,7 @@ impl Bsdf {
         let visible = make_visible(normal * flip, wo);
         let front = if behind && !two_sided { -visible } else { visible };
         let frame = Frame::from_normal(front);
-        Self { frame, geometric_normal, wo: frame.to_local(wo), lobe: AnyLobe::from_record(lobe) }
+        Self { frame, geometric_normal, wo: frame.to_local(wo), lobe }
     }
 
     /// Whether only [`Self::sample`] finds its directions.

@@ -4,7 +4,7 @@ use pt_math::Vec3;
 use pt_testing::Random;
 
 use super::{AnyLobe, all_lobes, close};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, LobeRecord};
 
 /// A true normal, and a shading normal up to about 40 degrees off.
 fn normals(random: &mut Random) -> (Vec3, Vec3) {
@@ -24,8 +24,8 @@ fn at_surfaces(law: impl Fn(&AnyLobe, bool, [Vec3; 3], &mut Random)) {
     }
 }
 
-fn bsdf(lobe: &AnyLobe, two_sided: bool, [normal, true_normal, wo]: [Vec3; 3]) -> Bsdf {
-    Bsdf::new(&lobe.record(), two_sided, normal, true_normal, wo)
+fn bsdf(lobe: &LobeRecord, two_sided: bool, [normal, true_normal, wo]: [Vec3; 3]) -> Bsdf<'_> {
+    Bsdf::new(lobe, two_sided, normal, true_normal, wo)
 }
 
 fn refracts(lobe: &AnyLobe) -> bool {
@@ -38,7 +38,8 @@ fn refracts(lobe: &AnyLobe) -> bool {
 #[test]
 fn light_does_not_leak_through_surfaces() {
     at_surfaces(|lobe, two_sided, v, random| {
-        let b = bsdf(lobe, two_sided, v);
+        let record = lobe.record();
+        let b = bsdf(&record, two_sided, v);
         let refracts = refracts(lobe);
         let [_, true_normal, wo] = v;
         let crosses = |wi: Vec3| wi.dot(true_normal) * wo.dot(true_normal) < 0.0;
@@ -58,7 +59,8 @@ fn light_does_not_leak_through_surfaces() {
 #[test]
 fn weight_times_pdf_is_eval_in_the_world() {
     at_surfaces(|lobe, two_sided, v, random| {
-        let b = bsdf(lobe, two_sided, v);
+        let record = lobe.record();
+        let b = bsdf(&record, two_sided, v);
         for _ in 0..20 {
             let Some(s) = b.sample(random.unit_2d()) else { continue };
             let Some(pdf) = s.pdf else { continue };
@@ -75,10 +77,11 @@ fn weight_times_pdf_is_eval_in_the_world() {
 fn sides_are_those_of_the_true_normal() {
     at_surfaces(|lobe, _, [normal, true_normal, wo], random| {
         let behind = wo.dot(true_normal) < 0.0;
-        let turned = bsdf(lobe, true, [-normal, -true_normal, wo]);
+        let record = lobe.record();
+        let turned = bsdf(&record, true, [-normal, -true_normal, wo]);
         let (two, one) = (
-            bsdf(lobe, true, [normal, true_normal, wo]),
-            bsdf(lobe, false, [normal, true_normal, wo]),
+            bsdf(&record, true, [normal, true_normal, wo]),
+            bsdf(&record, false, [normal, true_normal, wo]),
         );
         let (wi, u) = (random.direction(), random.unit_2d());
         assert!(close(two.eval(wi), turned.eval(wi), 1e-3), "{lobe:?} {wo} {wi}");
