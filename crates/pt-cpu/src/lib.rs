@@ -1,13 +1,14 @@
 //! The CPU backend: integrators, and the loop that runs them over the pixels of a film.
 //!
 //! ```text
-//! render: passes → tiles → pixels → samples → Integrator::li → Film
+//! render: passes → tiles → batches of samples → Integrator::radiance → Film
 //! ```
 
+mod batch;
 pub mod integrator;
 mod render;
 mod tracer;
 
-pub use integrator::{INTEGRATORS, Integrator, Registration};
+pub use integrator::{INTEGRATORS, Integrator, Registration, Start};
 pub use render::{Progress, RenderError, Renderer, Statistics};
 pub use tracer::Tracer;

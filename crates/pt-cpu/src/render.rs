@@ -6,11 +6,9 @@ use std::time::{Duration, Instant};
 
 use pt_core::settings::{Adaptive, Settings};
 use pt_core::{Film, Observer, Region, RenderScene};
-use pt_math::Spectrum;
-use pt_math::sampler::Sampler;
 
-use crate::integrator::{self, Integrator};
-use crate::tracer::Tracer;
+use crate::batch::{Run, Worker, batches};
+use crate::integrator::{self, Registration};
 
 /// What a render did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,15 +57,20 @@ pub enum RenderError {
 pub struct Renderer<'a> {
     scene: &'a RenderScene,
     settings: &'a Settings,
-    integrator: &'static dyn Integrator,
+    integrator: &'static Registration,
     pool: rayon::ThreadPool,
     tile_size: u32,
+    batch_size: usize,
     counts_tests: bool,
 }
 
 /// Samples of a pixel between two visits: enough to keep a tile's part of the scene in the
 /// cache, few enough that a stopped render has all of the image.
 const PASS: u32 = 16;
+
+/// Samples that are taken together: enough to ask for many rays at a time, few enough that all
+/// that is known of them stays in the second level of the cache.
+const BATCH: usize = 1024;
 
 impl<'a> Renderer<'a> {
     /// Sets up `threads` threads (0: one per core) that share tiles of `tile_size`² pixels.
@@ -93,7 +96,13 @@ impl<'a> Renderer<'a> {
             .num_threads(threads)
             .build()
             .map_err(|source| RenderError::Threads { threads, source })?;
-        Ok(Self { scene, settings, integrator, pool, tile_size: tile_size.max(1), counts_tests })
+        let (tile_size, batch_size) = (tile_size.max(1), BATCH);
+        Ok(Self { scene, settings, integrator, pool, tile_size, batch_size, counts_tests })
+    }
+
+    /// Takes `samples` samples at a time in each thread, which does not change the image either.
+    pub fn with_batch_size(self, samples: usize) -> Self {
+        Self { batch_size: samples.max(1), ..self }
     }
 
     /// Number of threads.
@@ -137,19 +146,22 @@ impl<'a> Renderer<'a> {
     ) {
         let next = AtomicUsize::new(0);
         let work = || {
+            let Self { scene, settings, integrator, counts_tests, .. } = *self;
+            let mut worker = Worker::new(scene, settings, integrator, counts_tests);
             while let Some(&tile) = tiles.get(next.fetch_add(1, Ordering::Relaxed)) {
                 if observer.cancelled() {
-                    return;
+                    break;
                 }
+                let before = worker.samples;
                 let mut part = shared.lock_film().tile(tile);
-                let statistics = self.tile(&mut part, target, observer);
+                self.tile(&mut part, target, &mut worker, observer);
                 shared.lock_film().put(&part);
-                shared.add(&statistics);
-                let skipped = self.skipped(&part, target, statistics.samples);
-                let news = statistics.samples + skipped;
+                let taken = worker.samples - before;
+                let news = taken + self.skipped(&part, target, taken);
                 let done = shared.done.fetch_add(news, Ordering::Relaxed) + news;
                 observer.progress(done, total);
             }
+            shared.add(&worker);
         };
         self.pool.scope(|scope| (0..self.threads()).for_each(|_| scope.spawn(|_| work())));
     }
@@ -160,32 +172,39 @@ impl<'a> Renderer<'a> {
         if self.settings.adaptive.is_some() { due.saturating_sub(taken) } else { 0 }
     }
 
-    fn tile(&self, film: &mut Film, target: u32, observer: &dyn Observer) -> Statistics {
-        let mut tracer = Tracer::new(self.scene, self.counts_tests);
-        let mut samples = 0;
-        let r = film.region();
-        for y in r.y..r.y + r.height {
-            for x in r.x..r.x + r.width {
+    /// Brings every pixel of a tile to `target` samples, unless it converges before.
+    ///
+    /// The samples of each pixel are taken in order, so when this stops between two batches, the
+    /// film can be continued.
+    fn tile(&self, film: &mut Film, target: u32, worker: &mut Worker, observer: &dyn Observer) {
+        loop {
+            let pixels = film.region().pixels();
+            let due: Vec<_> = pixels.filter_map(|pixel| self.due(film, pixel, target)).collect();
+            if due.is_empty() {
+                return;
+            }
+            for batch in batches(&due, self.batch_size) {
                 if observer.cancelled() {
-                    break;
+                    return;
                 }
-                samples += self.pixel(film, x, y, target, &mut tracer);
+                worker.take(batch, film);
             }
         }
-        Statistics { samples, rays: tracer.rays, tests: tracer.tests, ..Statistics::default() }
     }
 
-    /// Brings a pixel to `target` samples, unless it has converged; returns how many it took.
-    fn pixel(&self, film: &mut Film, x: u32, y: u32, target: u32, tracer: &mut Tracer) -> u64 {
-        let first = film.pixel(x, y).count();
-        let sampler = Sampler::new(self.settings.sampler, self.settings.seed, [x, y], 0);
-        let mut n = first;
-        while n < target && !self.converged(film, x, y, n) {
-            let l = self.sample([x as f32, y as f32], sampler.with_sample(n), tracer);
-            film.add(x, y, n, l);
-            n += 1;
+    /// The samples that a pixel needs until it is looked at again, if it needs any.
+    fn due(&self, film: &Film, pixel: [u32; 2], target: u32) -> Option<Run> {
+        let [x, y] = pixel;
+        let n = film.pixel(x, y).count();
+        if n >= target || self.converged(film, x, y, n) {
+            return None;
         }
-        u64::from(n - first)
+        let check = match self.settings.adaptive {
+            Some(Adaptive { batch, .. }) => (n / batch + 1).saturating_mul(batch),
+            None => u32::MAX,
+        };
+        let full = n.saturating_add(self.batch_size as u32);
+        Some(Run { pixel, samples: n..target.min(check).min(full) })
     }
 
     /// Whether the n samples of a pixel are enough: 1.96 σ/√n ≤ tolerance · μ.
@@ -196,17 +215,6 @@ impl<'a> Renderer<'a> {
         }
         let (mean, error) = film.pixel(x, y).luminance();
         1.96 * error <= f64::from(tolerance) * mean
-    }
-
-    /// A sample of the pixel with this upper left corner: a pure function of scene, settings,
-    /// pixel and the number of the sample, the last two of which are in the sampler.
-    #[inline(always)]
-    fn sample(&self, [x, y]: [f32; 2], mut s: Sampler, tracer: &mut Tracer) -> Spectrum {
-        let [u, v] = s.next_2d();
-        let camera = &self.scene.camera;
-        let lens = if camera.lens_radius > 0.0 { s.next_2d() } else { [0.0; 2] };
-        let ray = camera.ray([x + u, y + v], lens);
-        self.integrator.li(tracer, self.settings, ray, s)
     }
 }
 
@@ -224,10 +232,10 @@ impl<'a> Shared<'a> {
         self.film.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
-    fn add(&self, more: &Statistics) {
+    fn add(&self, worker: &Worker) {
         let mut t = self.totals.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        t.samples += more.samples;
-        t.rays += more.rays;
-        t.tests += more.tests;
+        t.samples += worker.samples;
+        t.rays += worker.tracer.rays;
+        t.tests += worker.tracer.tests;
     }
 }

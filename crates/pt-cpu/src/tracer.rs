@@ -1,9 +1,10 @@
 //! Ray queries of one thread, counted.
 
-use pt_core::scene::{Interaction, RenderScene};
+use pt_bvh::Hit;
+use pt_core::RenderScene;
 use pt_math::Ray;
 
-/// Asks a scene for intersections and counts the questions.
+/// Asks a scene for intersections, many rays at a time, and counts the questions.
 pub struct Tracer<'a> {
     /// The scene.
     pub scene: &'a RenderScene,
@@ -20,26 +21,27 @@ impl<'a> Tracer<'a> {
         Self { scene, rays: 0, tests: 0, counts_tests }
     }
 
-    /// The nearest surface point along a ray of unit direction.
-    #[inline]
-    pub fn intersect(&mut self, ray: &Ray) -> Option<Interaction> {
-        self.rays += 1;
-        let hit = if self.counts_tests {
-            self.scene.bvh.intersect_counted(ray, &mut self.tests)
+    /// The nearest hit of each ray, in order, in place of what `hits` held.
+    pub fn intersect(&mut self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
+        self.rays += rays.len() as u64;
+        let bvh = &self.scene.bvh;
+        if self.counts_tests {
+            hits.clear();
+            hits.extend(rays.iter().map(|ray| bvh.intersect_counted(ray, &mut self.tests)));
         } else {
-            self.scene.bvh.intersect(ray)
-        };
-        hit.map(|h| self.scene.interaction(ray, &h))
+            bvh.intersect_batch(rays, hits);
+        }
     }
 
-    /// Whether anything is in the way.
-    #[inline]
-    pub fn occluded(&mut self, ray: &Ray) -> bool {
-        self.rays += 1;
+    /// Whether anything is in the way of each ray, in order, in place of what `occluded` held.
+    pub fn occluded(&mut self, rays: &[Ray], occluded: &mut Vec<bool>) {
+        self.rays += rays.len() as u64;
+        let bvh = &self.scene.bvh;
         if self.counts_tests {
-            self.scene.bvh.occluded_counted(ray, &mut self.tests)
+            occluded.clear();
+            occluded.extend(rays.iter().map(|ray| bvh.occluded_counted(ray, &mut self.tests)));
         } else {
-            self.scene.bvh.occluded(ray)
+            bvh.occluded_batch(rays, occluded);
         }
     }
 }

@@ -2,124 +2,69 @@
 //! computes it; `docs/cs184.md` says where it differs from physics.
 
 use pt_core::bsdf::Bsdf;
+use pt_core::light::{AnyLight, LightSample};
 use pt_core::scene::Interaction;
 use pt_core::settings::{DirectLight, Roulette, Settings};
-use pt_math::sampler::Sampler;
-use pt_math::{Ray, Spectrum, warp};
+use pt_math::{Spectrum, Vec3};
 
-use super::direct::{light_samples, sample_light};
-use super::{CAMERA_DIMENSIONS, Integrator, bounce_dimensions};
-use crate::Tracer;
+use super::direct::Hemisphere;
+use super::wavefront::{Arrival, Context, Rules, State};
 
 /// The course's estimator: emission is seen by the camera and after mirrors and glass, all other
 /// light is found by light sampling, or by uniform directions of the hemisphere.
 pub(super) struct Course;
 
-impl Integrator for Course {
-    fn li(&self, tracer: &mut Tracer, settings: &Settings, ray: Ray, s: Sampler) -> Spectrum {
-        let dimensions = bounce_dimensions(tracer, settings);
-        let mut ray = ray;
-        let mut sees_emission = true;
-        let (mut l, mut beta) = (Spectrum::ZERO, Spectrum::ONE);
-        for bounces in 0..=settings.max_depth {
-            let mut s = s.at_dimension(CAMERA_DIMENSIONS + bounces * dimensions);
-            let Some(at) = tracer.intersect(&ray) else {
-                if bounces == 0 && settings.shows(0) {
-                    l += tracer.scene.sky(ray.direction);
-                }
-                break;
-            };
-            if sees_emission && settings.shows(bounces) {
-                l += beta * tracer.scene.emitted(&at);
-            }
-            if bounces == settings.max_depth {
-                break;
-            }
-            let bsdf = tracer.scene.bsdf(&at);
-            if !bsdf.is_delta() && settings.shows(bounces + 1) {
-                l += beta * one_bounce(tracer, settings, &at, &bsdf, &mut s);
-            }
-            let Some(scattered) = bsdf.sample(s.next_2d()) else { break };
-            beta *= scattered.weight;
-            sees_emission = scattered.pdf.is_none();
-            if bounces + 1 == settings.max_depth && !sees_emission {
-                break;
-            }
-            // The first indirect bounce is always traced.
-            if let (Roulette::Fixed(q), 1..) = (settings.roulette, bounces) {
-                if s.next_1d() >= q {
-                    break;
-                }
-                beta *= 1.0 / q;
-            }
-            ray = at.spawn(scattered.wi);
-        }
-        l
+impl Rules for Course {
+    fn depth(&self, settings: &Settings) -> u32 {
+        settings.max_depth
     }
-}
 
-#[inline(always)]
-fn one_bounce(
-    tracer: &mut Tracer,
-    settings: &Settings,
-    at: &Interaction,
-    bsdf: &Bsdf,
-    s: &mut Sampler,
-) -> Spectrum {
-    if settings.direct == DirectLight::UniformHemisphere {
-        by_hemisphere(tracer, settings, at, bsdf, s)
-    } else {
-        by_lights(tracer, settings, at, bsdf, s)
+    /// Seen by the camera only.
+    #[inline(always)]
+    fn sky(&self, cx: Context, _: &State, d: Vec3, bounces: u32) -> Spectrum {
+        if bounces == 0 { cx.scene.sky(d) } else { Spectrum::ZERO }
     }
-}
 
-/// Light sampling. An area light counts times the distance to it (its density forgets to divide
-/// by it once), and a point light does not fall off at all.
-#[inline(always)]
-fn by_lights(
-    tracer: &mut Tracer,
-    settings: &Settings,
-    at: &Interaction,
-    bsdf: &Bsdf,
-    s: &mut Sampler,
-) -> Spectrum {
-    let scene = tracer.scene;
-    let mut l = Spectrum::ZERO;
-    for light in scene.lights.as_slice() {
-        let n = light_samples(light, settings);
-        let mut sum = Spectrum::ZERO;
-        for _ in 0..n {
-            if let Some((value, sample)) = sample_light(tracer, at, bsdf, light, s.next_2d()) {
-                let d = sample.distance;
-                sum += match (sample.end, sample.pdf) {
-                    (None, _) => value,
-                    (Some(_), Some(_)) => value * d,
-                    (Some(_), None) => value * (d * d),
-                };
-            }
-        }
-        l += sum / n as f32;
+    #[inline(always)]
+    fn emitted(&self, cx: Context, path: &State, at: &Interaction) -> Spectrum {
+        if path.arrival.is_none() { cx.scene.emitted(at) } else { Spectrum::ZERO }
     }
-    l
-}
 
-/// Uniform directions of the hemisphere, which find glowing surfaces only.
-fn by_hemisphere(
-    tracer: &mut Tracer,
-    settings: &Settings,
-    at: &Interaction,
-    bsdf: &Bsdf,
-    s: &mut Sampler,
-) -> Spectrum {
-    let n = tracer.scene.lights.as_slice().len() as u32 * settings.light_samples;
-    let mut sum = Spectrum::ZERO;
-    for _ in 0..n {
-        let local = warp::uniform_hemisphere(s.next_2d());
-        let wi = bsdf.frame().to_world(local);
-        let f = bsdf.eval(wi);
-        if let Some(hit) = tracer.intersect(&at.spawn(wi)) {
-            sum += f * tracer.scene.emitted(&hit) / warp::uniform_hemisphere_pdf(local.z).get();
+    #[inline(always)]
+    fn samples_light(&self, settings: &Settings, _: &AnyLight) -> bool {
+        settings.direct != DirectLight::UniformHemisphere
+    }
+
+    /// An area light counts times the distance to it (its density forgets to divide by it once),
+    /// and a point light does not fall off at all.
+    #[inline(always)]
+    fn light_weight(&self, _: &Settings, _: &Bsdf, sample: &LightSample, _: u32) -> f32 {
+        let d = sample.distance;
+        match (sample.end, sample.pdf) {
+            (None, _) => 1.0,
+            (Some(_), Some(_)) => d,
+            (Some(_), None) => d * d,
         }
     }
-    sum / n.max(1) as f32
+
+    /// Uniform directions, which find glowing surfaces only.
+    fn hemisphere(&self, Context { scene, settings }: Context) -> Option<Hemisphere> {
+        let samples = scene.lights.as_slice().len() as u32 * settings.light_samples;
+        let uniform = settings.direct == DirectLight::UniformHemisphere;
+        uniform.then_some(Hemisphere { samples, cosine: false, sky: false })
+    }
+
+    #[inline(always)]
+    fn finds(&self, _: &Settings, arrival: Arrival) -> bool {
+        arrival.is_none()
+    }
+
+    /// The first indirect bounce is always traced.
+    #[inline(always)]
+    fn survival(&self, settings: &Settings, _: &State, bounces: u32) -> Option<f32> {
+        match settings.roulette {
+            Roulette::Fixed(q) if bounces > 1 => Some(q),
+            _ => None,
+        }
+    }
 }

@@ -1,31 +1,24 @@
-//! Direct light at a surface point.
+//! Direct light at surface points: rays that ask whether it arrives, and what it brings.
 
+use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
-use pt_core::light::{AnyLight, LightSample};
+use pt_core::light::AnyLight;
 use pt_core::scene::Interaction;
-use pt_core::settings::{DirectLight, Settings};
-use pt_math::measure::power_heuristic;
-use pt_math::sampler::Sampler;
-use pt_math::{Pdf, SolidAngle, Spectrum, warp};
+use pt_core::settings::Settings;
+use pt_math::{Pdf, Ray, Spectrum, warp};
 
+use super::wavefront::{Context, Draws, Rules};
 use crate::Tracer;
 
-/// f · |cos| · L / p of one sample of a light, if nothing is in its way; also the sample.
-#[inline(always)]
-pub(super) fn sample_light(
-    tracer: &mut Tracer,
-    at: &Interaction,
-    bsdf: &Bsdf,
-    light: &AnyLight,
-    u: [f32; 2],
-) -> Option<(Spectrum, LightSample)> {
-    let sample = light.sample(&tracer.scene.light_tables, at.p, u)?;
-    let f = bsdf.eval(sample.wi);
-    if f.is_black() || sample.radiance.is_black() || tracer.occluded(&at.spawn_to(&sample)) {
-        return None;
-    }
-    let p = sample.pdf.map_or(1.0, Pdf::get);
-    Some((f * sample.radiance / p, sample))
+/// How light is looked for in random directions of the hemisphere.
+#[derive(Clone, Copy)]
+pub(super) struct Hemisphere {
+    /// Directions per surface point.
+    pub(super) samples: u32,
+    /// Whether their density is that of the cosine; else it is uniform.
+    pub(super) cosine: bool,
+    /// Whether light of the sky counts.
+    pub(super) sky: bool,
 }
 
 /// Number of samples of a light: one is enough if all its light comes from one direction.
@@ -34,104 +27,131 @@ pub(super) fn light_samples(light: &AnyLight, settings: &Settings) -> u32 {
     if light.is_delta() { 1 } else { settings.light_samples }
 }
 
-/// Light that arrives directly and is scattered towards `at.wo`, by the estimator of the settings.
-#[inline(always)]
-pub(super) fn direct_light(
-    tracer: &mut Tracer,
-    settings: &Settings,
-    at: &Interaction,
-    bsdf: &Bsdf,
-    s: &mut Sampler,
-) -> Spectrum {
-    let from_hemisphere = match settings.direct {
-        DirectLight::Mis | DirectLight::Light => None,
-        DirectLight::UniformHemisphere => Some(false),
-        DirectLight::CosineHemisphere => Some(true),
-    };
-    let mut l = Spectrum::ZERO;
-    let scene = tracer.scene;
-    for light in scene.lights.as_slice() {
-        if from_hemisphere.is_some() && !light.is_delta() {
-            continue;
-        }
-        let n = light_samples(light, settings);
-        let mut sum = Spectrum::ZERO;
-        for _ in 0..n {
-            if let Some((value, sample)) = sample_light(tracer, at, bsdf, light, s.next_2d()) {
-                sum += value * light_weight(settings, bsdf, &sample, n);
+/// What a ray brings, and to the radiance of which start.
+pub(super) type Load = (Spectrum, u32);
+
+/// Rays and what each brings.
+#[derive(Default)]
+struct Queue {
+    rays: Vec<Ray>,
+    loads: Vec<Load>,
+}
+
+impl Queue {
+    #[inline(always)]
+    fn push(&mut self, ray: Ray, value: Spectrum, start: u32) {
+        self.rays.push(ray);
+        self.loads.push((value, start));
+    }
+
+    fn clear(&mut self) {
+        self.rays.clear();
+        self.loads.clear();
+    }
+}
+
+/// What surface points want to know. A path asks for lights first and for its hemisphere then, and
+/// is answered in this order, wherever in between answers are given.
+#[derive(Default)]
+pub(super) struct Requests {
+    /// Bring f · |cos| · L / p if nothing is in their way.
+    shadows: Queue,
+    blocked: Vec<bool>,
+    /// Bring f · |cos| / p times what they find.
+    probes: Queue,
+    hits: Vec<Option<Hit>>,
+}
+
+/// Rays beyond which requests are answered before there are more: enough for full batches, few
+/// enough for the cache.
+const MANY: usize = 4096;
+
+impl Requests {
+    /// Asks for the light of all lights that are sampled, to be multiplied by `beta`.
+    #[inline(always)]
+    pub(super) fn lights(
+        &mut self,
+        rules: &impl Rules,
+        Context { scene, settings }: Context,
+        (at, bsdf): (&Interaction, &Bsdf),
+        draws: &mut Draws,
+        (beta, start): Load,
+    ) {
+        for light in scene.lights.as_slice() {
+            if !rules.samples_light(settings, light) {
+                continue;
+            }
+            let n = light_samples(light, settings);
+            for _ in 0..n {
+                let u = draws.next_2d();
+                let Some(sample) = light.sample(&scene.light_tables, at.p, u) else { continue };
+                let weight = rules.light_weight(settings, bsdf, &sample, n);
+                let p = sample.pdf.map_or(1.0, Pdf::get) * n as f32;
+                let value = beta * bsdf.eval(sample.wi) * sample.radiance * (weight / p);
+                if !value.is_black() {
+                    self.shadows.push(at.spawn_to(&sample), value, start);
+                }
             }
         }
-        l += sum / n as f32;
     }
-    match from_hemisphere {
-        Some(cosine) => l + hemisphere_light(tracer, settings, at, bsdf, s, cosine),
-        None => l,
-    }
-}
 
-/// Weight of a light sample against BSDF sampling, which takes one sample and finds the same
-/// light.
-#[inline(always)]
-fn light_weight(settings: &Settings, bsdf: &Bsdf, sample: &LightSample, n: u32) -> f32 {
-    match (settings.direct, sample.pdf) {
-        (DirectLight::Mis, Some(pdf)) => power_heuristic(pdf.times(n as f32), bsdf.pdf(sample.wi)),
-        _ => 1.0,
-    }
-}
-
-/// Weight of light that a ray found by chance.
-///
-/// `arrival` is the density with which its direction was sampled (`None`: no other technique
-/// samples it), and `light` gives the density of light sampling, if the light is sampled at all.
-#[inline(always)]
-pub(super) fn found_weight(
-    settings: &Settings,
-    arrival: Option<Pdf<SolidAngle>>,
-    light: Option<(&AnyLight, Pdf<SolidAngle>)>,
-) -> f32 {
-    let Some(pdf) = arrival else { return 1.0 };
-    match (settings.direct, light) {
-        (DirectLight::Mis, Some((light, light_pdf))) => {
-            power_heuristic(pdf, light_pdf.times(light_samples(light, settings) as f32))
+    /// Asks for light from random directions, to be multiplied by `beta`.
+    #[inline(always)]
+    pub(super) fn probes(
+        &mut self,
+        hemisphere: Hemisphere,
+        (at, bsdf): (&Interaction, &Bsdf),
+        draws: &mut Draws,
+        (beta, start): Load,
+    ) {
+        for _ in 0..hemisphere.samples {
+            let u = draws.next_2d();
+            let (local, pdf) = if hemisphere.cosine {
+                let w = warp::cosine_hemisphere(u);
+                (w, warp::cosine_hemisphere_pdf(w.z))
+            } else {
+                let w = warp::uniform_hemisphere(u);
+                (w, warp::uniform_hemisphere_pdf(w.z))
+            };
+            let wi = bsdf.frame().to_world(local);
+            let value = beta * bsdf.eval(wi) / (pdf.get() * hemisphere.samples as f32);
+            if !value.is_black() {
+                self.probes.push(at.spawn(wi), value, start);
+            }
         }
-        (DirectLight::Mis | DirectLight::Light, None) => 1.0,
-        _ => 0.0,
     }
-}
 
-/// Light found by rays in random directions of the hemisphere: as many as light sampling would
-/// take.
-fn hemisphere_light(
-    tracer: &mut Tracer,
-    settings: &Settings,
-    at: &Interaction,
-    bsdf: &Bsdf,
-    s: &mut Sampler,
-    cosine: bool,
-) -> Spectrum {
-    let scene = tracer.scene;
-    let extended = scene.lights.as_slice().iter().filter(|l| !l.is_delta()).count();
-    let n = extended.max(1) as u32 * settings.light_samples;
-    let mut sum = Spectrum::ZERO;
-    for _ in 0..n {
-        let u = s.next_2d();
-        let (local, pdf) = if cosine {
-            let w = warp::cosine_hemisphere(u);
-            (w, warp::cosine_hemisphere_pdf(w.z))
-        } else {
-            let w = warp::uniform_hemisphere(u);
-            (w, warp::uniform_hemisphere_pdf(w.z))
-        };
-        let wi = bsdf.frame().to_world(local);
-        let f = bsdf.eval(wi);
-        if f.is_black() {
-            continue;
-        }
-        let l = match tracer.intersect(&at.spawn(wi)) {
-            Some(hit) => scene.emitted(&hit),
-            None => scene.sky(wi),
-        };
-        sum += f * l / pdf.get();
+    /// Whether it is time to answer them.
+    pub(super) fn are_many(&self) -> bool {
+        self.shadows.rays.len().max(self.probes.rays.len()) >= MANY
     }
-    sum / n as f32
+
+    /// Adds to each start what its rays bring, in the order in which they were asked for, and
+    /// forgets them.
+    pub(super) fn answer(
+        &mut self,
+        tracer: &mut Tracer,
+        hemisphere: Option<Hemisphere>,
+        radiance: &mut [Spectrum],
+    ) {
+        tracer.occluded(&self.shadows.rays, &mut self.blocked);
+        for (&(value, start), &blocked) in self.shadows.loads.iter().zip(&self.blocked) {
+            radiance[start as usize] += if blocked { Spectrum::ZERO } else { value };
+        }
+        self.shadows.clear();
+        let Some(hemisphere) = hemisphere else { return };
+        tracer.intersect(&self.probes.rays, &mut self.hits);
+        let scene = tracer.scene;
+        for ((&(value, start), hit), ray) in
+            self.probes.loads.iter().zip(&self.hits).zip(&self.probes.rays)
+        {
+            let l = match hit {
+                Some(hit) => scene.emitted(&scene.interaction(ray, hit)),
+                None if hemisphere.sky => scene.sky(ray.direction),
+                None => Spectrum::ZERO,
+            };
+            radiance[start as usize] += value * l;
+        }
+        self.probes.clear();
+    }
 }

@@ -1,20 +1,38 @@
 //! Shading normals as colours.
 
+use pt_bvh::Hit;
 use pt_core::Settings;
-use pt_math::sampler::Sampler;
 use pt_math::{Ray, Spectrum, Vec3};
 
-use super::Integrator;
+use super::{Integrator, Start};
 use crate::Tracer;
 
 /// (n + 1) / 2 of the first hit; black where there is none.
-pub(super) struct Normals;
+#[derive(Default)]
+pub(super) struct Normals {
+    rays: Vec<Ray>,
+    hits: Vec<Option<Hit>>,
+}
 
 impl Integrator for Normals {
-    fn li(&self, tracer: &mut Tracer, _: &Settings, ray: Ray, _: Sampler) -> Spectrum {
-        match tracer.intersect(&ray) {
-            Some(at) => Spectrum((at.normal + Vec3::ONE) * 0.5),
+    fn radiance(
+        &mut self,
+        tracer: &mut Tracer,
+        _: &Settings,
+        starts: &[Start],
+        radiance: &mut Vec<Spectrum>,
+    ) {
+        self.rays.clear();
+        self.rays.extend(starts.iter().map(|s| s.ray));
+        tracer.intersect(&self.rays, &mut self.hits);
+        let color = |(ray, hit): (&Ray, &Option<Hit>)| match hit {
+            Some(hit) => {
+                let normal = tracer.scene.interaction(ray, hit).normal;
+                Spectrum((normal + Vec3::ONE) * 0.5)
+            }
             None => Spectrum::ZERO,
-        }
+        };
+        radiance.clear();
+        radiance.extend(self.rays.iter().zip(&self.hits).map(color));
     }
 }

@@ -1,14 +1,14 @@
 //! The unidirectional path tracer.
 
-use pt_core::light::AnyLight;
+use pt_core::bsdf::Bsdf;
+use pt_core::light::{AnyLight, LightSample};
 use pt_core::scene::Interaction;
-use pt_core::settings::{Roulette, Settings};
-use pt_math::sampler::Sampler;
-use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3};
+use pt_core::settings::{DirectLight, Roulette, Settings};
+use pt_math::measure::power_heuristic;
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
-use super::direct::{direct_light, found_weight};
-use super::{CAMERA_DIMENSIONS, Integrator, bounce_dimensions};
-use crate::Tracer;
+use super::direct::{Hemisphere, light_samples};
+use super::wavefront::{Arrival, Context, Rules, State};
 
 /// Path tracing with direct light at every surface. [Kajiya 1986; Veach 1997, §10.3]
 ///
@@ -28,100 +28,96 @@ const FREE_BOUNCES: u32 = 3;
 /// the length of paths between perfect mirrors.
 const MOST_SURVIVAL: f32 = 0.95;
 
-/// How a ray came to its direction: the density, if light sampling could have found it too.
-type Arrival = Option<Pdf<SolidAngle>>;
+impl Rules for Path {
+    fn depth(&self, settings: &Settings) -> u32 {
+        self.depth.min(settings.max_depth).min(settings.max_bounce)
+    }
 
-impl Integrator for Path {
-    fn li(&self, tracer: &mut Tracer, settings: &Settings, ray: Ray, s: Sampler) -> Spectrum {
-        let depth = self.depth.min(settings.max_depth).min(settings.max_bounce);
-        let dimensions = bounce_dimensions(tracer, settings);
-        let (mut ray, mut arrival, mut origin) = (ray, None, ray.origin);
-        let (mut l, mut beta) = (Spectrum::ZERO, Spectrum::ONE);
-        let mut squeeze = 1.0;
-        for bounces in 0.. {
-            let mut s = s.at_dimension(CAMERA_DIMENSIONS + bounces * dimensions);
-            let Some(at) = tracer.intersect(&ray) else {
-                if settings.shows(bounces) {
-                    l += beta * sky(tracer, settings, origin, ray.direction, arrival);
-                }
-                break;
-            };
-            if settings.shows(bounces) {
-                l += beta * emitted(tracer, settings, origin, &at, arrival);
+    #[inline(always)]
+    fn sky(&self, cx: Context, path: &State, d: Vec3, _: u32) -> Spectrum {
+        let Context { scene, settings } = cx;
+        let tables = &scene.light_tables;
+        let weighted = |light: &AnyLight| {
+            let pdf = light.pdf(tables, path.origin, d, None);
+            light.escaped(tables, d) * found_weight(settings, path.arrival, Some((light, pdf)))
+        };
+        scene.skies.iter().map(|&id| weighted(&scene.lights[id])).sum()
+    }
+
+    #[inline(always)]
+    fn emitted(&self, cx: Context, path: &State, at: &Interaction) -> Spectrum {
+        let Context { scene, settings } = cx;
+        let light = scene.surfaces[at.surface].light.map(|id| {
+            let light: &AnyLight = &scene.lights[id];
+            let hit = Some(at.light_hit());
+            (light, light.pdf(&scene.light_tables, path.origin, -at.wo, hit))
+        });
+        scene.emitted(at) * found_weight(settings, path.arrival, light)
+    }
+
+    #[inline(always)]
+    fn samples_light(&self, settings: &Settings, light: &AnyLight) -> bool {
+        light.is_delta() || matches!(settings.direct, DirectLight::Mis | DirectLight::Light)
+    }
+
+    /// Against BSDF sampling, which takes one sample and finds the same light.
+    #[inline(always)]
+    fn light_weight(&self, settings: &Settings, bsdf: &Bsdf, sample: &LightSample, n: u32) -> f32 {
+        match (settings.direct, sample.pdf) {
+            (DirectLight::Mis, Some(pdf)) => {
+                power_heuristic(pdf.times(n as f32), bsdf.pdf(sample.wi))
             }
-            if bounces >= depth {
-                break;
-            }
-            let bsdf = tracer.scene.bsdf(&at);
-            if !bsdf.is_delta() && settings.shows(bounces + 1) {
-                l += beta * direct_light(tracer, settings, &at, &bsdf, &mut s);
-            }
-            let Some(scattered) = bsdf.sample(s.next_2d()) else { break };
-            beta *= scattered.weight;
-            squeeze *= scattered.squeeze;
-            arrival = scattered.pdf;
-            let finds_nothing = found_weight_is_zero(settings, arrival);
-            if beta.is_black() || (bounces + 1 >= depth && finds_nothing) {
-                break;
-            }
-            match survive(settings, beta * squeeze, bounces + 1, s.next_1d()) {
-                Some(q) => beta *= 1.0 / q,
-                None => break,
-            }
-            (ray, origin) = (at.spawn(scattered.wi), at.p);
+            _ => 1.0,
         }
-        l
+    }
+
+    /// As many directions as light sampling would take.
+    fn hemisphere(&self, Context { scene, settings }: Context) -> Option<Hemisphere> {
+        let cosine = match settings.direct {
+            DirectLight::Mis | DirectLight::Light => return None,
+            DirectLight::UniformHemisphere => false,
+            DirectLight::CosineHemisphere => true,
+        };
+        let extended = scene.lights.as_slice().iter().filter(|l| !l.is_delta()).count();
+        let samples = extended.max(1) as u32 * settings.light_samples;
+        Some(Hemisphere { samples, cosine, sky: true })
+    }
+
+    #[inline(always)]
+    fn finds(&self, settings: &Settings, arrival: Arrival) -> bool {
+        use DirectLight::{CosineHemisphere, UniformHemisphere};
+        arrival.is_none() || !matches!(settings.direct, CosineHemisphere | UniformHemisphere)
+    }
+
+    /// By the throughput without what refraction takes and gives back.
+    #[inline(always)]
+    fn survival(&self, settings: &Settings, path: &State, bounces: u32) -> Option<f32> {
+        if bounces < FREE_BOUNCES {
+            return None;
+        }
+        Some(match settings.roulette {
+            Roulette::Fixed(q) => q,
+            Roulette::Throughput => (path.beta * path.squeeze).max_channel().min(MOST_SURVIVAL),
+        })
     }
 }
 
-/// Whether light that a ray finds after a BSDF sample never counts.
+/// Weight of light that a ray found by chance.
+///
+/// `arrival` is the density with which its direction was sampled (`None`: no other technique
+/// samples it), and `light` gives the density of light sampling, if the light is sampled at all.
 #[inline(always)]
-fn found_weight_is_zero(settings: &Settings, arrival: Arrival) -> bool {
-    use pt_core::settings::DirectLight::{CosineHemisphere, UniformHemisphere};
-    arrival.is_some() && matches!(settings.direct, CosineHemisphere | UniformHemisphere)
-}
-
-/// Weighted radiance that a surface emits towards the ray that found it.
-#[inline(always)]
-fn emitted(
-    tracer: &Tracer,
+fn found_weight(
     settings: &Settings,
-    origin: Vec3,
-    at: &Interaction,
     arrival: Arrival,
-) -> Spectrum {
-    let scene = tracer.scene;
-    let l = scene.emitted(at);
-    if l.is_black() {
-        return l;
+    light: Option<(&AnyLight, Pdf<SolidAngle>)>,
+) -> f32 {
+    let Some(pdf) = arrival else { return 1.0 };
+    match (settings.direct, light) {
+        (DirectLight::Mis, Some((light, light_pdf))) => {
+            power_heuristic(pdf, light_pdf.times(light_samples(light, settings) as f32))
+        }
+        (DirectLight::Mis | DirectLight::Light, None) => 1.0,
+        _ => 0.0,
     }
-    let light = scene.surfaces[at.surface].light.map(|id| {
-        let light: &AnyLight = &scene.lights[id];
-        let hit = Some(at.light_hit());
-        (light, light.pdf(&scene.light_tables, origin, -at.wo, hit))
-    });
-    l * found_weight(settings, arrival, light)
-}
-
-/// Weighted radiance of the sky towards a ray that left the scene.
-#[inline(always)]
-fn sky(tracer: &Tracer, settings: &Settings, origin: Vec3, d: Vec3, arrival: Arrival) -> Spectrum {
-    let scene = tracer.scene;
-    let weighted = |light: &AnyLight| {
-        let pdf = light.pdf(&scene.light_tables, origin, d, None);
-        light.escaped(&scene.light_tables, d) * found_weight(settings, arrival, Some((light, pdf)))
-    };
-    scene.skies.iter().map(|&id| weighted(&scene.lights[id])).sum()
-}
-
-/// Russian roulette: the probability with which a path that lives on did so, or `None`; by the
-/// throughput without what refraction takes and gives back.
-#[inline(always)]
-fn survive(settings: &Settings, beta: Spectrum, bounces: u32, u: f32) -> Option<f32> {
-    let q = match settings.roulette {
-        _ if bounces < FREE_BOUNCES => return Some(1.0),
-        Roulette::Fixed(q) => q,
-        Roulette::Throughput => beta.max_channel().min(MOST_SURVIVAL),
-    };
-    (u < q).then_some(q)
 }
