@@ -281,6 +281,56 @@ fn kernels_agree_on_a_mesh_from_near_and_far() {
     assert_eq!(batches_agree(&kernels[1..], &rays), Ok(()));
 }
 
+/// Rays through a small window: most go as packets, with a few that end early, start late, or
+/// cannot be used among them.
+fn side_by_side(r: &mut Random, origin: Vec3, target: Vec3, spread: f32, lens: f32) -> Vec<Ray> {
+    let ray = |i: usize| {
+        let origin = origin + r.vector() * lens;
+        let direction = target - origin + r.vector() * spread;
+        let whole = Ray::new(origin, direction);
+        match i {
+            0..128 => whole,
+            128..256 => Ray { t_min: r.unit(), t_max: 2.0 * r.unit(), ..whole },
+            _ if i % 40 == 3 => Ray { direction: Vec3::ZERO, ..whole },
+            _ => whole,
+        }
+    };
+    (0..384).map(ray).collect()
+}
+
+#[test]
+fn kernels_agree_on_rays_side_by_side() {
+    let mut r = Random(17);
+    let mut touching = grid_soup(2000);
+    touching.positions.iter_mut().for_each(|p| *p *= 0.1);
+    for sphere in &mut touching.spheres {
+        *sphere = Sphere { center: sphere.center * 0.1, radius: sphere.radius * 0.1 };
+    }
+    let mut hits = Vec::new();
+    for soup in [bumpy_ball(5), touching] {
+        let (kernels, _) = all_ways(&soup, &[8]);
+        for i in 0..200 {
+            let spread = 10f32.powi(-(i % 7));
+            let lens = [0.0, 1e-6, 0.01][i as usize % 3];
+            // From far and near, along the axes and across.
+            let origin = match i % 5 {
+                0 => Vec3::new(0.0, 0.0, 4.0),
+                1 => (r.vector() * 2.0).round() * 0.5,
+                2 => r.vector() * 1e3,
+                _ => r.vector() * 2.0,
+            };
+            let target = soup.positions[r.below(soup.positions.len())];
+            let rays = side_by_side(&mut r, origin, target, spread, lens);
+            assert_eq!(batches_agree(&kernels[1..], &rays), Ok(()), "{i}");
+            kernels[1].intersect_batch(&rays, &mut hits);
+            assert!(
+                spread > 0.01 || hits.iter().flatten().count() > 10,
+                "{i}: most are aimed well"
+            );
+        }
+    }
+}
+
 /// Triangles that are seen edge-on, within rounding: where the ray meets them is hardly defined,
 /// and the order of hits depends on the last bits.
 #[test]

@@ -1,13 +1,13 @@
 //! Triangles that passed the filter, confirmed eight at a time.
 
 use pt_math::interval::gamma;
-use wide::{f32x8, f64x8};
+use wide::{f32x8, f64x8, u32x8};
 
 use super::group::{Column, GROUP, Group, bits, depth_limit, from_bits};
 use super::order::members;
 use crate::geometry::Hit;
 use crate::wide::traverse::Sheared;
-use crate::wide::{BLOCK, TriangleBlock, WIDTH};
+use crate::wide::{BLOCK, WIDTH};
 
 /// Blocks that are filtered before what they leave is confirmed.
 pub(super) const BLOCKS: usize = 32;
@@ -38,9 +38,13 @@ impl Candidates {
         self.len = 0;
     }
 
-    /// Adds the triangles of `block` that are in the set.
+    pub(super) fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Adds those of eight pairs of a ray and a triangle that are in the set.
     #[inline(always)]
-    pub(super) fn add(&mut self, ray: usize, block: &TriangleBlock, set: u32, at: &Sheared) {
+    pub(super) fn add(&mut self, rays: u32x8, primitives: u32x8, set: u32, at: &Sheared) {
         let lanes = members(set);
         let to = self.len..self.len + WIDTH;
         for (columns, vertex) in self.vertices.iter_mut().zip(&at.0) {
@@ -49,9 +53,8 @@ impl Candidates {
                 column[to.clone()].copy_from_slice(x.as_array());
             }
         }
-        self.rays[to.clone()].copy_from_slice(&[ray as u32; WIDTH]);
-        let ids = wide::u32x8::new(block.ids).shuffle(lanes);
-        self.primitives[to].copy_from_slice(ids.as_array());
+        self.rays[to.clone()].copy_from_slice(rays.shuffle(lanes).as_array());
+        self.primitives[to].copy_from_slice(primitives.shuffle(lanes).as_array());
         self.len += set.count_ones() as usize;
     }
 

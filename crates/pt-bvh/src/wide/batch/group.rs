@@ -21,21 +21,21 @@ pub(super) type Column<T = f32> = [T; GROUP];
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Group {
-    inverse: [Column; 3],
+    pub(super) inverse: [Column; 3],
     /// Offsets of the slabs, for the near planes and the far ones.
     near: [Column; 3],
     far: [Column; 3],
     /// Depths between which hits count.
-    start: Column,
+    pub(super) start: Column,
     pub(super) limit: Column,
     /// A bit for each axis along which the ray falls.
-    octant: Column<u32>,
+    pub(super) octant: Column<u32>,
     /// The axis along which the direction is largest.
-    axis: Column<u32>,
+    pub(super) axis: Column<u32>,
     /// Origin in the cyclic order of axes that ends with that one.
-    origin: [Column; 3],
-    slopes: [Column; 2],
-    sign: Column,
+    pub(super) origin: [Column; 3],
+    pub(super) slopes: [Column; 2],
+    pub(super) sign: Column,
     pub(super) scale: Column,
     pub(super) origin_size: Column,
     pub(super) t_min: Column,
@@ -51,8 +51,10 @@ pub(super) struct Group {
 
 /// The column's numbers of eight rays.
 #[inline(always)]
-fn eight<T: Copy>(column: &mut Column<T>, first: usize) -> &mut [T] {
-    &mut column[first..first + WIDTH]
+pub(super) fn eight(column: &Column, first: usize) -> f32x8 {
+    let mut numbers = [0.0; WIDTH];
+    numbers.copy_from_slice(&column[first..first + WIDTH]);
+    f32x8::new(numbers)
 }
 
 /// The bits of eight numbers.
@@ -248,10 +250,10 @@ fn bit(k: usize) -> u32x8 {
 
 #[inline(always)]
 fn set(column: &mut Column, first: usize, x: f32x8) {
-    eight(column, first).copy_from_slice(x.as_array());
+    column[first..first + WIDTH].copy_from_slice(x.as_array());
 }
 
 #[inline(always)]
 fn set_bits(column: &mut Column<u32>, first: usize, x: u32x8) {
-    eight(column, first).copy_from_slice(x.as_array());
+    column[first..first + WIDTH].copy_from_slice(x.as_array());
 }

@@ -8,11 +8,14 @@
 //! a processor could predict wrongly: rays are put into the queue of what they visit next, the
 //! children of a node are sorted by a network, and those not hit fall off the end.
 //!
+//! Rays that run side by side, as those of neighbouring pixels do, go as packets instead.
+//!
 //! The tests are those of single queries, so the hits have the same bits.
 
 mod candidates;
 mod group;
 mod order;
+mod packet;
 
 use std::cell::RefCell;
 
@@ -22,7 +25,8 @@ use wide::{f32x8, u32x8};
 use self::candidates::{BLOCKS, Candidates};
 use self::group::{Column, GROUP, Group, bits};
 use self::order::{LANES, members, sort_descending};
-use super::{Child, WIDTH, WideBvh};
+use self::packet::{Beam, PACKET};
+use super::{Child, WIDTH, WideBvh, WideNode};
 use crate::geometry::Hit;
 use crate::ray::depth_limit;
 use crate::sphere;
@@ -85,6 +89,28 @@ impl Stacks {
         }
     }
 
+    /// Puts the children of a node that are hit on a stack, the farthest first; those that are not
+    /// stay above its top. The lanes go with the depths.
+    #[inline(always)]
+    fn push_sorted(&mut self, top: &mut usize, near: f32x8, hit: f32x8, node: &WideNode) {
+        let keys = (bits(near) & u32x8::splat(!LANE_BITS)) | LANES;
+        let keys = sort_descending(keys & bits(hit));
+        let to = *top..*top + STACK_MARGIN;
+        self.depths[to.clone()].copy_from_slice(keys.as_array());
+        let children = u32x8::new(bytemuck::cast(node.children));
+        self.children[to].copy_from_slice(children.shuffle(keys).as_array());
+        *top += hit.to_bitmask().count_ones() as usize;
+    }
+
+    /// The same in any order, and without depths.
+    #[inline(always)]
+    fn push(&mut self, top: &mut usize, hit: f32x8, node: &WideNode) {
+        let hit = hit.to_bitmask();
+        let children = u32x8::new(bytemuck::cast(node.children)).shuffle(members(hit));
+        self.children[*top..*top + STACK_MARGIN].copy_from_slice(children.as_array());
+        *top += hit.count_ones() as usize;
+    }
+
     /// Takes the topmost child with a depth up to `limit`; `top` is the entry above the stack.
     #[inline(always)]
     fn pop<const ANY: bool>(&self, top: &mut usize, limit: f32) -> u32 {
@@ -102,6 +128,13 @@ struct Scratch {
     candidates: Box<Candidates>,
     queues: Box<[Queues; 2]>,
     stacks: Stacks,
+}
+
+/// What a packet needs.
+struct Parts<'a> {
+    group: &'a mut Group,
+    stacks: &'a mut Stacks,
+    candidates: &'a mut Candidates,
 }
 
 thread_local! {
@@ -139,7 +172,7 @@ impl WideBvh {
     ) {
         SCRATCH.with_borrow_mut(|scratch| {
             for rays in rays.chunks(GROUP) {
-                self.start(scratch, rays, bounds);
+                self.start::<ANY>(scratch, rays, bounds);
                 let [now, next] = &mut *scratch.queues;
                 let (mut now, mut next) = (now, next);
                 while !now.is_empty() {
@@ -158,22 +191,33 @@ impl WideBvh {
         });
     }
 
-    /// Sends the rays to the root.
+    /// Traces packets of rays that run side by side, and sends the others to the root.
     #[inline(never)]
-    fn start(&self, scratch: &mut Scratch, rays: &[Ray], bounds: &Bounds3) {
-        scratch.stacks.reset(rays.len(), self.stack_size);
-        let queues = &mut scratch.queues[0];
+    fn start<const ANY: bool>(&self, scratch: &mut Scratch, rays: &[Ray], bounds: &Bounds3) {
+        let Scratch { group, candidates, queues, stacks } = scratch;
+        stacks.reset(rays.len(), self.stack_size);
+        let queues = &mut queues[0];
         queues.len = [0; 4];
-        let mut n = 0;
-        for (i, eight) in rays.chunks(WIDTH).enumerate() {
-            let first = i * WIDTH;
-            let usable = scratch.group.take(first, eight, bounds, self.center);
-            scratch.group.reset_stacks(first, self.stack_size);
-            let numbers = LANES.shuffle(members(usable)) + u32x8::splat(first as u32);
-            queues.rays[Queues::NODES][n..n + WIDTH].copy_from_slice(numbers.as_array());
-            n += usable.count_ones() as usize;
+        for (packet, first) in rays.chunks(PACKET).zip((0..).step_by(PACKET)) {
+            let mut usable = 0;
+            for (eight, offset) in packet.chunks(WIDTH).zip((0..).step_by(WIDTH)) {
+                let take = group.take(first + offset, eight, bounds, self.center);
+                group.reset_stacks(first + offset, self.stack_size);
+                usable |= take << offset;
+            }
+            if self.nodes.is_empty() {
+                continue;
+            }
+            let is_full = usable == (1 << PACKET) - 1;
+            let beam = is_full.then(|| Beam::new(group, first, bounds, self.center)).flatten();
+            if let Some(beam) = beam {
+                let scratch = Parts { group, stacks, candidates };
+                self.trace::<ANY>(scratch, &beam, first, rays);
+            } else {
+                let sent = (0..PACKET).filter(|i| usable >> i & 1 == 1);
+                sent.for_each(|i| queues.add(first + i, group.child[first + i]));
+            }
         }
-        queues.len[Queues::NODES] = if self.nodes.is_empty() { 0 } else { n };
     }
 
     /// Rays at nodes go on to the nearest child that they hit, and put off the others.
@@ -190,20 +234,12 @@ impl WideBvh {
             let node = &self.nodes[group.child[i] as usize];
             let limit = group.limit[i];
             let (near, hit) = group.slabs(i).test(node, f32x8::splat(limit));
-            let children = u32x8::new(bytemuck::cast(node.children));
             let mut top = group.top[i] as usize;
-            let to = top..top + STACK_MARGIN;
             if ANY {
-                let lanes = members(hit.to_bitmask());
-                stacks.children[to].copy_from_slice(children.shuffle(lanes).as_array());
+                stacks.push(&mut top, hit, node);
             } else {
-                // The farthest first, those not hit last; the lanes go with the depths.
-                let keys = (bits(near) & u32x8::splat(!LANE_BITS)) | LANES;
-                let keys = sort_descending(keys & bits(hit));
-                stacks.depths[to.clone()].copy_from_slice(keys.as_array());
-                stacks.children[to].copy_from_slice(children.shuffle(keys).as_array());
+                stacks.push_sorted(&mut top, near, hit, node);
             }
-            top += hit.to_bitmask().count_ones() as usize;
             let child = stacks.pop::<ANY>(&mut top, limit);
             group.child[i] = child;
             group.top[i] = top as u32;
@@ -220,7 +256,7 @@ impl WideBvh {
                 let i = i as usize % GROUP;
                 let block = &self.triangles[(group.child[i] & !Child::TRIANGLES) as usize];
                 let (set, sheared) = group.shear(i).filter(block, group.limit[i]);
-                candidates.add(i, block, set, &sheared);
+                candidates.add(u32x8::splat(i as u32), u32x8::new(block.ids), set, &sheared);
             }
             candidates.confirm(group);
         }
@@ -231,13 +267,18 @@ impl WideBvh {
     fn visit_spheres(&self, group: &mut Group, rays: &[Ray], now: &Queues) {
         for &i in now.of(Queues::SPHERES) {
             let i = i as usize % GROUP;
-            let block = &self.spheres[(group.child[i] & !Child::SPHERES) as usize];
-            let Ray { origin, direction, .. } = rays[i];
-            for (s, &primitive) in block.iter() {
-                if let Some(t) = sphere::intersect(origin, direction, group.t_min[i], s) {
-                    let limit = depth_limit(t, group.scale[i]);
-                    group.offer(i, Hit { t, b1: 0.0, b2: 0.0, primitive }, limit, true);
-                }
+            self.visit_sphere(group, rays, i, group.child[i]);
+        }
+    }
+
+    /// A ray tests a block of spheres.
+    fn visit_sphere(&self, group: &mut Group, rays: &[Ray], i: usize, child: u32) {
+        let block = &self.spheres[(child & !Child::SPHERES) as usize];
+        let Ray { origin, direction, .. } = rays[i];
+        for (s, &primitive) in block.iter() {
+            if let Some(t) = sphere::intersect(origin, direction, group.t_min[i], s) {
+                let limit = depth_limit(t, group.scale[i]);
+                group.offer(i, Hit { t, b1: 0.0, b2: 0.0, primitive }, limit, true);
             }
         }
     }

@@ -1,0 +1,237 @@
+//! Rays that run side by side: they visit the same nodes, which are tested once for all of them.
+//!
+//! A packet has a beam: the intervals of its rays' origins and inverse slopes. A node's boxes are
+//! tested against the beam, all eight at once; a triangle is tested against eight rays at once.
+//! [Wald, Slusallek, Benthin & Wagner 2001, "Interactive Rendering with Coherent Ray Tracing";
+//! Boulos, Wald & Shirley 2006, "Geometric and Arithmetic Culling Methods for Entire Ray Packets"]
+//!
+//! The box test of a beam is that of its rays (see [`crate::ray`]) with intervals for origins and
+//! slopes, and the greatest pad among them. It rounds a difference and a product, which is less
+//! than the pad allows for; so a beam misses no box in which one of its rays has a hit.
+
+use pt_math::{Bounds3, Ray, Vec3};
+use wide::{f32x8, u32x8};
+
+use super::candidates::Candidates;
+use super::group::{Column, Group, eight};
+use super::order::LANES;
+use super::{Parts, Queues};
+use crate::ray::{AXES, LEAST_PAD, PAD};
+use crate::wide::traverse::Sheared;
+use crate::wide::{Child, TriangleBlock, WIDTH, WideBvh};
+
+/// Rays of a packet.
+pub(super) const PACKET: usize = 16;
+
+/// Rays whose slopes differ by more are faster on their own.
+const WIDEST: f32 = 0.25;
+
+/// The same for their origins, as a part of the scene's extent.
+const FARTHEST: f32 = 0.02;
+
+/// Where the rays of a packet are.
+pub(super) struct Beam {
+    /// Per axis: the origin from which the planes that are met first are nearest, and the one from
+    /// which the others are farthest, moved by the pad.
+    near_origin: [f32x8; 3],
+    far_origin: [f32x8; 3],
+    /// Least and greatest inverse slope.
+    inverse: [[f32x8; 2]; 3],
+    /// Which of the two planes per axis the rays meet first.
+    first: [usize; 3],
+    start: f32x8,
+}
+
+/// A column's numbers of a packet.
+#[inline(always)]
+fn pair(column: &Column, first: usize) -> [f32x8; 2] {
+    [eight(column, first), eight(column, first + WIDTH)]
+}
+
+/// Least and greatest of each of eight columns.
+#[inline(always)]
+fn extremes(columns: [[f32x8; 2]; WIDTH]) -> [[f32; WIDTH]; 2] {
+    let fold = |of: fn(f32x8, f32x8) -> f32x8| {
+        let [a, b, c, d, e, f, g, h] = f32x8::transpose(columns.map(|[x, y]| of(x, y)));
+        of(of(of(a, b), of(c, d)), of(of(e, f), of(g, h))).to_array()
+    };
+    [fold(f32x8::fast_min), fold(f32x8::fast_max)]
+}
+
+impl Beam {
+    /// The beam of the packet that starts at place `first`, if the rays run side by side.
+    #[inline(always)]
+    pub(super) fn new(group: &Group, first: usize, bounds: &Bounds3, center: Vec3) -> Option<Self> {
+        let pair = |column| pair(column, first);
+        let (octant, axis) = (group.octant[first], group.axis[first]);
+        let same = |column: &[u32], value: u32| {
+            let of = &column[first..first + PACKET];
+            of.iter().fold(0, |differ, &x| differ | (x ^ value)) == 0
+        };
+        if !same(&group.octant, octant) || !same(&group.axis, axis) {
+            return None;
+        }
+        let [ox, oy, oz] = group.origin.each_ref().map(pair);
+        let [ix, iy, iz] = group.inverse.each_ref().map(pair);
+        let [sx, sy] = group.slopes.each_ref().map(pair);
+        let [least, greatest] = extremes([ox, oy, oz, ix, iy, iz, sx, sy]);
+        let slopes_apart = (greatest[6] - least[6]).max(greatest[7] - least[7]);
+        let extent = (bounds.max - bounds.min).max_element();
+        let axes = AXES[axis as usize % AXES.len()];
+        // Origins are in the cyclic order of the axes.
+        let (mut low, mut high) = (Vec3::ZERO, Vec3::ZERO);
+        for place in 0..3 {
+            low[axes[place]] = least[place];
+            high[axes[place]] = greatest[place];
+        }
+        if slopes_apart > WIDEST || (high - low).max_element() > FARTHEST * extent {
+            return None;
+        }
+        let reach = (bounds.max - low).abs().max((bounds.max - high).abs());
+        let reach = reach.max((bounds.min - low).abs()).max((bounds.min - high).abs());
+        let pad = (PAD * reach.max_element()).max(LEAST_PAD);
+        let falls = [0, 1, 2].map(|k| (octant as usize >> k) & 1);
+        let (low, high) = (low - center - pad, high - center + pad);
+        let splat = f32x8::splat;
+        let start = pair(&group.start);
+        Some(Self {
+            near_origin: [0, 1, 2].map(|k| splat(if falls[k] == 0 { high[k] } else { low[k] })),
+            far_origin: [0, 1, 2].map(|k| splat(if falls[k] == 0 { low[k] } else { high[k] })),
+            inverse: [0, 1, 2].map(|k| [splat(least[3 + k]), splat(greatest[3 + k])]),
+            first: falls,
+            start: splat(least_of(start)),
+        })
+    }
+
+    /// Where the beam enters each child's box at the earliest, and a mask of the children that it
+    /// may enter before `limit`.
+    #[inline(always)]
+    fn test(&self, planes: &[[f32x8; 2]; 3], limit: f32) -> (f32x8, f32x8) {
+        let [nx, ny, nz] = [0, 1, 2].map(|k: usize| {
+            let distance = planes[k][self.first[k] & 1] - self.near_origin[k];
+            let [a, b] = self.inverse[k];
+            (distance * a).fast_min(distance * b)
+        });
+        let [fx, fy, fz] = [0, 1, 2].map(|k: usize| {
+            let distance = planes[k][1 ^ (self.first[k] & 1)] - self.far_origin[k];
+            let [a, b] = self.inverse[k];
+            (distance * a).fast_max(distance * b)
+        });
+        let near = nx.fast_max(ny).fast_max(nz.fast_max(self.start));
+        let far = fx.fast_min(fy).fast_min(fz.fast_min(f32x8::splat(limit)));
+        (near, near.simd_le(far))
+    }
+}
+
+#[inline(always)]
+fn least_of([a, b]: [f32x8; 2]) -> f32 {
+    a.fast_min(b).to_array().into_iter().fold(f32::INFINITY, f32::min)
+}
+
+#[inline(always)]
+fn greatest_of([a, b]: [f32x8; 2]) -> f32 {
+    a.fast_max(b).to_array().into_iter().fold(0.0, f32::max)
+}
+
+impl WideBvh {
+    /// Takes the packet that starts at place `first` from the root to its hits.
+    #[inline(never)]
+    pub(super) fn trace<const ANY: bool>(
+        &self,
+        scratch: Parts<'_>,
+        beam: &Beam,
+        first: usize,
+        rays: &[Ray],
+    ) {
+        let Parts { group, stacks, candidates } = scratch;
+        let mut top = group.top[first] as usize;
+        let mut child = group.child[first];
+        let mut limit = greatest_of(pair(&group.limit, first));
+        while child != Child::DONE {
+            let tested = match Child::kind(child) {
+                Queues::NODES => {
+                    let node = &self.nodes[child as usize];
+                    let (near, hit) = beam.test(&node.planes, limit);
+                    stacks.push_sorted(&mut top, near, hit, node);
+                    false
+                }
+                Queues::TRIANGLES => {
+                    candidates.clear();
+                    let block = &self.triangles[(child & !Child::TRIANGLES) as usize];
+                    let (_, met) = beam.test(&self.boxes(block), limit);
+                    for first in (first..first + PACKET).step_by(WIDTH) {
+                        group.filter(first, block, met.to_bitmask(), candidates);
+                    }
+                    candidates.confirm(group);
+                    !candidates.is_empty()
+                }
+                _ => {
+                    (first..first + PACKET).for_each(|i| self.visit_sphere(group, rays, i, child));
+                    true
+                }
+            };
+            if tested {
+                if ANY && (first..first + PACKET).all(|i| group.has_hit(i)) {
+                    return;
+                }
+                limit = greatest_of(pair(&group.limit, first));
+            }
+            child = stacks.pop::<false>(&mut top, limit);
+        }
+    }
+
+    /// The boxes of a block's triangles, in the form of a node's.
+    #[inline(always)]
+    fn boxes(&self, block: &TriangleBlock) -> [[f32x8; 2]; 3] {
+        [0, 1, 2].map(|k: usize| {
+            let [a, b, c] = [0, 1, 2].map(|v: usize| block.vertices[v][k]);
+            let low_and_high = [a.fast_min(b).fast_min(c), a.fast_max(b).fast_max(c)];
+            low_and_high.map(|x| x - f32x8::splat(self.center[k]))
+        })
+    }
+}
+
+impl Group {
+    /// Adds those of the block's given triangles that the eight rays from `first` on, which have the
+    /// same axis, may hit. The operations are those of
+    /// [`Shear::filter`](crate::wide::traverse::Shear::filter).
+    #[inline(always)]
+    fn filter(
+        &self,
+        first: usize,
+        block: &TriangleBlock,
+        mut triangles: u32,
+        candidates: &mut Candidates,
+    ) {
+        let eight = |column: &Column| eight(column, first);
+        let [kx, ky, kz] = AXES[self.axis[first] as usize % AXES.len()];
+        let origin = self.origin.each_ref().map(eight);
+        let slopes = self.slopes.each_ref().map(eight);
+        let (sign, start, limit) = (eight(&self.sign), eight(&self.start), eight(&self.limit));
+        let rays = LANES + u32x8::splat(first as u32);
+        while triangles != 0 {
+            let lane = triangles.trailing_zeros() as usize % WIDTH;
+            triangles &= triangles - 1;
+            let id = block.ids[lane];
+            let [a, b, c] = [0, 1, 2].map(|v: usize| {
+                let coordinate = |k: usize| f32x8::splat(block.vertices[v][k].as_array()[lane]);
+                let z = coordinate(kz) - origin[2];
+                let x = coordinate(kx) - origin[0] - slopes[0] * z;
+                let y = coordinate(ky) - origin[1] - slopes[1] * z;
+                [x, y, z * sign]
+            });
+            let edge = |p: [f32x8; 3], q: [f32x8; 3]| q[0] * p[1] - q[1] * p[0];
+            let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
+            let least = u.fast_min(v).fast_min(w);
+            let greatest = u.fast_max(v).fast_max(w);
+            let nearest = a[2].fast_min(b[2]).fast_min(c[2]);
+            let farthest = a[2].fast_max(b[2]).fast_max(c[2]);
+            let crossed = least.simd_ge(f32x8::ZERO) | greatest.simd_le(f32x8::ZERO);
+            let within = nearest.simd_le(limit) & farthest.simd_ge(start);
+            let set = (crossed & within).to_bitmask();
+            if set != 0 {
+                candidates.add(rays, u32x8::splat(id), set, &Sheared([a, b, c]));
+            }
+        }
+    }
+}
