@@ -14,6 +14,8 @@ const HEIGHT: u32 = 480;
 /// Edge of the square tiles in which pixels are visited.
 const TILE: u32 = 4;
 const REPETITIONS: usize = 5;
+/// Rays per batch.
+const BATCH: usize = 1024;
 const LIGHT: Vec3 = Vec3::new(3.0, 4.0, 5.0);
 
 struct Mesh {
@@ -117,15 +119,25 @@ fn secondary(mesh: &Mesh, rays: &[Ray], hits: &[Option<Hit>]) -> (Vec<Ray>, Vec<
 }
 
 /// Millions of rays per second, the best of some repetitions.
-fn rate<R>(rays: &[Ray], query: impl Fn(&Ray) -> R) -> f64 {
+fn rate(rays: &[Ray], mut query: impl FnMut(&[Ray])) -> f64 {
     let best = (0..REPETITIONS).map(|_| {
         let start = Instant::now();
-        for ray in rays {
-            std::hint::black_box(query(ray));
-        }
+        rays.chunks(BATCH).for_each(&mut query);
         start.elapsed().as_secs_f64()
     });
     rays.len() as f64 / best.fold(f64::INFINITY, f64::min) * 1e-6
+}
+
+/// The rates of single queries and of batches for the nearest hits, and for whether there is one.
+fn rates(bvh: &Bvh, rays: &[Ray]) -> [[f64; 2]; 2] {
+    let each = |rays: &[Ray], query: &dyn Fn(&Ray)| rays.iter().for_each(query);
+    let nearest = |ray: &Ray| _ = std::hint::black_box(bvh.intersect(ray));
+    let any = |ray: &Ray| _ = std::hint::black_box(bvh.occluded(ray));
+    let (mut hits, mut occluded) = (Vec::new(), Vec::new());
+    [
+        [rate(rays, |r| each(r, &nearest)), rate(rays, |r| bvh.intersect_batch(r, &mut hits))],
+        [rate(rays, |r| each(r, &any)), rate(rays, |r| bvh.occluded_batch(r, &mut occluded))],
+    ]
 }
 
 /// Milliseconds of a build with `threads` threads, the best of some repetitions.
@@ -163,14 +175,14 @@ fn measure(mesh: &Mesh, builder: Builder) -> Result<(), Box<dyn std::error::Erro
         }
         tests as f64 / rays.len() as f64
     };
-    println!(
-        "  primary {:.2} Mrays/s ({:.1} tests each), bounce {:.2} ({:.1}), shadow {:.2}",
-        rate(&camera, |r| bvh.intersect(r)),
-        tests(&camera),
-        rate(&bounce, |r| bvh.intersect(r)),
-        tests(&bounce),
-        rate(&shadow, |r| bvh.occluded(r)),
-    );
+    for (kind, rays) in [("primary", &camera), ("bounce", &bounce), ("shadow", &shadow)] {
+        let [[nearest, nearest_batch], [any, any_batch]] = rates(&bvh, rays);
+        println!(
+            "  {kind:<8} nearest {nearest:>6.2}, in batches {nearest_batch:>6.2}; any {any:>6.2}, in \
+             batches {any_batch:>6.2} million rays/s; {:.1} tests a ray",
+            tests(rays)
+        );
+    }
     Ok(())
 }
 
@@ -181,10 +193,14 @@ fn verify(mesh: &Mesh, bvh: &Bvh, sets: &[&[Ray]]) -> Result<(), Box<dyn std::er
     let list = BuildOptions { builder: Builder::None, ..BuildOptions::default() };
     let list = Bvh::build(geometry, &list)?;
     for rays in sets {
+        let (mut hits, mut occluded) = (Vec::new(), Vec::new());
+        bvh.intersect_batch(rays, &mut hits);
+        bvh.occluded_batch(rays, &mut occluded);
         for (i, ray) in rays.iter().enumerate().step_by(7) {
             let hit = bvh.intersect(ray);
             let mut same = hit == hub.intersect(&geometry, ray);
             same &= bvh.occluded(ray) == hit.is_some();
+            same &= hits[i] == hit && occluded[i] == hit.is_some();
             if i % 7000 == 0 {
                 same &= hit == list.intersect(ray);
             }

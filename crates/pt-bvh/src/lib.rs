@@ -39,6 +39,12 @@
 //!
 //! `build` makes a binary tree, [`Bvh2`], the hub; `wide` makes the eight-wide tree of it that
 //! queries use; `traverse` has the scalar queries that say what is right.
+//!
+//! # How to ask
+//!
+//! Many rays are answered much faster by [`Bvh::intersect_batch`] and [`Bvh::occluded_batch`] than
+//! one after the other: `cargo run --release -p pt-bvh --example rates` prints both. Some hundreds
+//! are enough; rays that run side by side should be neighbours.
 
 mod build;
 pub mod check;
