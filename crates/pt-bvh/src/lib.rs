@@ -199,25 +199,13 @@ impl Bvh {
     /// [`Self::intersect`] of each ray, in order, in place of what `hits` held: the same bits,
     /// sooner.
     pub fn intersect_batch(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
-        hits.clear();
-        match &self.kernel {
-            Kernel::Wide(wide) if rays.len() >= LEAST_BATCH => {
-                wide.intersect_batch(rays, &self.bounds, hits);
-            }
-            _ => hits.extend(rays.iter().map(|ray| self.intersect(ray))),
-        }
+        self.nearest_of_each(rays, hits, &mut Off);
     }
 
     /// [`Self::occluded`] of each ray, in order, in place of what `occluded` held: the same,
     /// sooner.
     pub fn occluded_batch(&self, rays: &[Ray], occluded: &mut Vec<bool>) {
-        occluded.clear();
-        match &self.kernel {
-            Kernel::Wide(wide) if rays.len() >= LEAST_BATCH => {
-                wide.occluded_batch(rays, &self.bounds, occluded);
-            }
-            _ => occluded.extend(rays.iter().map(|ray| self.occluded(ray))),
-        }
+        self.any_of_each(rays, occluded, &mut Off);
     }
 
     /// [`Self::intersect`], which adds the number of primitives tested to `tests`.
@@ -228,6 +216,46 @@ impl Bvh {
     /// [`Self::occluded`], which adds the number of primitives tested to `tests`.
     pub fn occluded_counted(&self, ray: &Ray, tests: &mut u64) -> bool {
         self.any(ray, tests)
+    }
+
+    /// [`Self::intersect_batch`], which adds the number of primitives tested to `tests`.
+    pub fn intersect_batch_counted(
+        &self,
+        rays: &[Ray],
+        hits: &mut Vec<Option<Hit>>,
+        tests: &mut u64,
+    ) {
+        self.nearest_of_each(rays, hits, tests);
+    }
+
+    /// [`Self::occluded_batch`], which adds the number of primitives tested to `tests`.
+    pub fn occluded_batch_counted(&self, rays: &[Ray], occluded: &mut Vec<bool>, tests: &mut u64) {
+        self.any_of_each(rays, occluded, tests);
+    }
+
+    fn nearest_of_each(
+        &self,
+        rays: &[Ray],
+        hits: &mut Vec<Option<Hit>>,
+        counter: &mut impl Counter,
+    ) {
+        hits.clear();
+        match &self.kernel {
+            Kernel::Wide(wide) if rays.len() >= LEAST_BATCH => {
+                wide.intersect_batch(rays, &self.bounds, hits, counter);
+            }
+            _ => hits.extend(rays.iter().map(|ray| self.nearest(ray, counter))),
+        }
+    }
+
+    fn any_of_each(&self, rays: &[Ray], occluded: &mut Vec<bool>, counter: &mut impl Counter) {
+        occluded.clear();
+        match &self.kernel {
+            Kernel::Wide(wide) if rays.len() >= LEAST_BATCH => {
+                wide.occluded_batch(rays, &self.bounds, occluded, counter);
+            }
+            _ => occluded.extend(rays.iter().map(|ray| self.any(ray, counter))),
+        }
     }
 
     #[inline]

@@ -26,8 +26,7 @@ impl<'a> Tracer<'a> {
         self.rays += rays.len() as u64;
         let bvh = &self.scene.bvh;
         if self.counts_tests {
-            hits.clear();
-            hits.extend(rays.iter().map(|ray| bvh.intersect_counted(ray, &mut self.tests)));
+            bvh.intersect_batch_counted(rays, hits, &mut self.tests);
         } else {
             bvh.intersect_batch(rays, hits);
         }
@@ -38,8 +37,7 @@ impl<'a> Tracer<'a> {
         self.rays += rays.len() as u64;
         let bvh = &self.scene.bvh;
         if self.counts_tests {
-            occluded.clear();
-            occluded.extend(rays.iter().map(|ray| bvh.occluded_counted(ray, &mut self.tests)));
+            bvh.occluded_batch_counted(rays, occluded, &mut self.tests);
         } else {
             bvh.occluded_batch(rays, occluded);
         }

@@ -156,6 +156,19 @@ fn batches_agree(kernels: &[Bvh], rays: &[Ray]) -> Result<(), String> {
     for (k, kernel) in kernels.iter().enumerate() {
         kernel.intersect_batch(rays, &mut hits);
         kernel.occluded_batch(rays, &mut occluded);
+        let mut counted = (Vec::new(), Vec::new(), 0);
+        kernel.intersect_batch_counted(rays, &mut counted.0, &mut counted.2);
+        let hit_any = hits.iter().any(Option::is_some);
+        if counted.0.iter().map(|&h| bits(h)).ne(hits.iter().map(|&h| bits(h)))
+            || (hit_any && counted.2 == 0)
+        {
+            return Err(format!("kernel {k} counts {} tests and finds otherwise", counted.2));
+        }
+        counted.2 = 0;
+        kernel.occluded_batch_counted(rays, &mut counted.1, &mut counted.2);
+        if counted.1 != occluded || (hit_any && counted.2 == 0) {
+            return Err(format!("kernel {k} counts {} tests and sees otherwise", counted.2));
+        }
         if hits.len() != rays.len() || occluded.len() != rays.len() {
             return Err(format!("kernel {k} answers {} of {} rays", hits.len(), rays.len()));
         }

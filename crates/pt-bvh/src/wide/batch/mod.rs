@@ -27,6 +27,7 @@ use self::group::{Column, GROUP, Group, bits};
 use self::order::{LANES, members, sort_descending};
 use self::packet::{Beam, PACKET};
 use super::{Child, WIDTH, WideBvh, WideNode};
+use crate::counter::Counter;
 use crate::geometry::Hit;
 use crate::ray::depth_limit;
 use crate::sphere;
@@ -153,13 +154,22 @@ impl WideBvh {
         rays: &[Ray],
         bounds: &Bounds3,
         hits: &mut Vec<Option<Hit>>,
+        counter: &mut impl Counter,
     ) {
-        self.batch::<false>(rays, bounds, |group, n| hits.extend((0..n).map(|i| group.hit(i))));
+        self.batch::<false>(rays, bounds, counter, |group, n| {
+            hits.extend((0..n).map(|i| group.hit(i)));
+        });
     }
 
     /// Whether each ray hits anything, after what `occluded` has.
-    pub(crate) fn occluded_batch(&self, rays: &[Ray], bounds: &Bounds3, occluded: &mut Vec<bool>) {
-        self.batch::<true>(rays, bounds, |group, n| {
+    pub(crate) fn occluded_batch(
+        &self,
+        rays: &[Ray],
+        bounds: &Bounds3,
+        occluded: &mut Vec<bool>,
+        counter: &mut impl Counter,
+    ) {
+        self.batch::<true>(rays, bounds, counter, |group, n| {
             occluded.extend((0..n).map(|i| group.has_hit(i)));
         });
     }
@@ -168,19 +178,20 @@ impl WideBvh {
         &self,
         rays: &[Ray],
         bounds: &Bounds3,
+        counter: &mut impl Counter,
         mut done: impl FnMut(&Group, usize),
     ) {
         SCRATCH.with_borrow_mut(|scratch| {
             for rays in rays.chunks(GROUP) {
-                self.start::<ANY>(scratch, rays, bounds);
+                self.start::<ANY>(scratch, rays, bounds, counter);
                 let [now, next] = &mut *scratch.queues;
                 let (mut now, mut next) = (now, next);
                 while !now.is_empty() {
                     next.len = [0; 4];
                     let group = &mut scratch.group;
                     self.visit_nodes::<ANY>(group, &mut scratch.stacks, now, next);
-                    self.visit_triangles(group, &mut scratch.candidates, now);
-                    self.visit_spheres(group, rays, now);
+                    self.visit_triangles(group, &mut scratch.candidates, now, counter);
+                    self.visit_spheres(group, rays, now, counter);
                     for kind in [Queues::TRIANGLES, Queues::SPHERES] {
                         leave_leaves::<ANY>(group, &scratch.stacks, now.of(kind), next);
                     }
@@ -193,7 +204,13 @@ impl WideBvh {
 
     /// Traces packets of rays that run side by side, and sends the others to the root.
     #[inline(never)]
-    fn start<const ANY: bool>(&self, scratch: &mut Scratch, rays: &[Ray], bounds: &Bounds3) {
+    fn start<const ANY: bool>(
+        &self,
+        scratch: &mut Scratch,
+        rays: &[Ray],
+        bounds: &Bounds3,
+        counter: &mut impl Counter,
+    ) {
         let Scratch { group, candidates, queues, stacks } = scratch;
         stacks.reset(rays.len(), self.stack_size);
         let queues = &mut queues[0];
@@ -212,7 +229,7 @@ impl WideBvh {
             let beam = is_full.then(|| Beam::new(group, first, bounds, self.center)).flatten();
             if let Some(beam) = beam {
                 let scratch = Parts { group, stacks, candidates };
-                self.trace::<ANY>(scratch, &beam, first, rays);
+                self.trace::<ANY>(scratch, &beam, first, rays, counter);
             } else {
                 let sent = (0..PACKET).filter(|i| usable >> i & 1 == 1);
                 sent.for_each(|i| queues.add(first + i, group.child[first + i]));
@@ -249,12 +266,19 @@ impl WideBvh {
 
     /// Rays at blocks of triangles test them.
     #[inline(never)]
-    fn visit_triangles(&self, group: &mut Group, candidates: &mut Candidates, now: &Queues) {
+    fn visit_triangles(
+        &self,
+        group: &mut Group,
+        candidates: &mut Candidates,
+        now: &Queues,
+        counter: &mut impl Counter,
+    ) {
         for rays in now.of(Queues::TRIANGLES).chunks(BLOCKS) {
             candidates.clear();
             for &i in rays {
                 let i = i as usize % GROUP;
                 let block = &self.triangles[(group.child[i] & !Child::TRIANGLES) as usize];
+                counter.add(|| block.len());
                 let (set, sheared) = group.shear(i).filter(block, group.limit[i]);
                 candidates.add(u32x8::splat(i as u32), u32x8::new(block.ids), set, &sheared);
             }
@@ -264,16 +288,30 @@ impl WideBvh {
 
     /// Rays at blocks of spheres test them.
     #[inline(never)]
-    fn visit_spheres(&self, group: &mut Group, rays: &[Ray], now: &Queues) {
+    fn visit_spheres(
+        &self,
+        group: &mut Group,
+        rays: &[Ray],
+        now: &Queues,
+        counter: &mut impl Counter,
+    ) {
         for &i in now.of(Queues::SPHERES) {
             let i = i as usize % GROUP;
-            self.visit_sphere(group, rays, i, group.child[i]);
+            self.visit_sphere(group, rays, i, group.child[i], counter);
         }
     }
 
     /// A ray tests a block of spheres.
-    fn visit_sphere(&self, group: &mut Group, rays: &[Ray], i: usize, child: u32) {
+    fn visit_sphere(
+        &self,
+        group: &mut Group,
+        rays: &[Ray],
+        i: usize,
+        child: u32,
+        counter: &mut impl Counter,
+    ) {
         let block = &self.spheres[(child & !Child::SPHERES) as usize];
+        counter.add(|| block.len());
         let Ray { origin, direction, .. } = rays[i];
         for (s, &primitive) in block.iter() {
             if let Some(t) = sphere::intersect(origin, direction, group.t_min[i], s) {

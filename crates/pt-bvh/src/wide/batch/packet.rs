@@ -16,6 +16,7 @@ use super::candidates::Candidates;
 use super::group::{Column, Group, eight};
 use super::order::LANES;
 use super::{Parts, Queues};
+use crate::counter::Counter;
 use crate::ray::{AXES, LEAST_PAD, PAD};
 use crate::wide::traverse::Sheared;
 use crate::wide::{Child, TriangleBlock, WIDTH, WideBvh};
@@ -142,6 +143,7 @@ impl WideBvh {
         beam: &Beam,
         first: usize,
         rays: &[Ray],
+        counter: &mut impl Counter,
     ) {
         let Parts { group, stacks, candidates } = scratch;
         let mut top = group.top[first] as usize;
@@ -159,14 +161,18 @@ impl WideBvh {
                     candidates.clear();
                     let block = &self.triangles[(child & !Child::TRIANGLES) as usize];
                     let (_, met) = beam.test(&self.boxes(block), limit);
+                    let met = met.to_bitmask();
+                    counter.add(|| u64::from(met.count_ones()) * PACKET as u64);
                     for first in (first..first + PACKET).step_by(WIDTH) {
-                        group.filter(first, block, met.to_bitmask(), candidates);
+                        group.filter(first, block, met, candidates);
                     }
                     candidates.confirm(group);
                     !candidates.is_empty()
                 }
                 _ => {
-                    (first..first + PACKET).for_each(|i| self.visit_sphere(group, rays, i, child));
+                    for i in first..first + PACKET {
+                        self.visit_sphere(group, rays, i, child, counter);
+                    }
                     true
                 }
             };
