@@ -2,7 +2,7 @@
 
 use pt_bvh::{Bvh, Hit, Sphere};
 use pt_math::interval::gamma;
-use pt_math::{Bounds3, Ray, Spectrum, Vec3, ray::offset_origin};
+use pt_math::{Bounds3, Ray, Spectrum, Vec3, ray};
 
 use crate::bsdf::{Bsdf, LobeRecord};
 use crate::camera::Camera;
@@ -71,15 +71,48 @@ pub struct RenderScene {
     pub bvh: Bvh,
 }
 
+/// A point on a surface that rays leave.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    /// Where.
+    pub p: Vec3,
+    /// Unit normal of the true surface.
+    pub normal: Vec3,
+    /// How far along the normal rays start from `p`, which is not exact: see
+    /// [`pt_math::ray::offset`].
+    pub offset: f32,
+}
+
+impl SurfacePoint {
+    /// The origin of a ray from here in direction `w`.
+    #[inline(always)]
+    fn origin(&self, w: Vec3) -> Vec3 {
+        ray::offset_by(self.p, self.offset, self.normal, w)
+    }
+
+    /// A ray from here in the unit direction `w`.
+    #[inline(always)]
+    pub fn spawn(&self, w: Vec3) -> Ray {
+        Ray::new(self.origin(w), w)
+    }
+
+    /// The ray that asks whether something is in the way of a light, and hits neither this
+    /// surface nor the light.
+    #[inline(always)]
+    pub fn spawn_to(&self, light: &LightSample) -> Ray {
+        let origin = self.origin(light.wi);
+        match light.end {
+            None => Ray::new(origin, light.wi),
+            Some(end) => Ray::to(origin, end - origin, 1.0),
+        }
+    }
+}
+
 /// A point on a surface, seen from somewhere.
 #[derive(Clone, Copy, Debug)]
 pub struct Interaction {
-    /// Where.
-    pub p: Vec3,
-    /// Bounds of the absolute error of `p`.
-    pub error: Vec3,
-    /// Unit normal of the true surface, on the side of `normal`.
-    pub geometric_normal: Vec3,
+    /// Where; its normal is on the side of `normal`.
+    pub point: SurfacePoint,
     /// Shading normal; of unit length unless [`RenderScene::plain_normals`].
     pub normal: Vec3,
     /// Unit direction towards where it is seen from.
@@ -91,29 +124,12 @@ pub struct Interaction {
 }
 
 impl Interaction {
-    /// A ray from here in the unit direction `w`.
-    #[inline(always)]
-    pub fn spawn(&self, w: Vec3) -> Ray {
-        Ray::new(offset_origin(self.p, self.error, self.geometric_normal, w), w)
-    }
-
-    /// The ray that asks whether something is in the way of a light, and hits neither this
-    /// surface nor the light.
-    #[inline(always)]
-    pub fn spawn_to(&self, light: &LightSample) -> Ray {
-        let origin = offset_origin(self.p, self.error, self.geometric_normal, light.wi);
-        match light.end {
-            None => Ray::new(origin, light.wi),
-            Some(end) => Ray::to(origin, end - origin, 1.0),
-        }
-    }
-
     /// What the lights need to know of a light that was hit.
     #[inline(always)]
     pub fn light_hit(&self) -> LightHit {
         LightHit {
             distance_squared: self.distance * self.distance,
-            cos: self.geometric_normal.dot(self.wo).abs(),
+            cos: self.point.normal.dot(self.wo).abs(),
         }
     }
 }
@@ -134,9 +150,11 @@ impl RenderScene {
             Some(sphere) => self.sphere_point(sphere, ray.at(hit.t)),
         };
         Interaction {
-            p,
-            error,
-            geometric_normal,
+            point: SurfacePoint {
+                p,
+                normal: geometric_normal,
+                offset: ray::offset(p, error, geometric_normal),
+            },
             normal,
             wo: -ray.direction,
             distance: hit.t,
@@ -187,7 +205,7 @@ impl RenderScene {
         let surface = &self.surfaces[at.surface];
         let lobe = &self.lobes[surface.lobe];
         let normal = if self.plain_normals { at.normal.normalize() } else { at.normal };
-        Bsdf::new(lobe, surface.two_sided, normal, at.geometric_normal, at.wo)
+        Bsdf::new(lobe, surface.two_sided, normal, at.point.normal, at.wo)
     }
 
     /// Whether the primitive that was hit emits light on a side of it.
@@ -204,7 +222,7 @@ impl RenderScene {
         if surface.emission.is_black() {
             return Spectrum::ZERO;
         }
-        let front = at.wo.dot(at.geometric_normal) > 0.0;
+        let front = at.wo.dot(at.point.normal) > 0.0;
         let glows = match surface.glow {
             Glow::Front => front,
             Glow::Back => !front,

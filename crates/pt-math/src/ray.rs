@@ -49,9 +49,20 @@ impl Ray {
 /// is rounded up instead]
 #[inline]
 pub fn offset_origin(p: Vec3, error: Vec3, n: Vec3, w: Vec3) -> Vec3 {
+    offset_by(p, offset(p, error, n), n, w)
+}
+
+/// The distance by which [`offset_origin`] moves a point, for points that many rays leave.
+#[inline]
+pub fn offset(p: Vec3, error: Vec3, n: Vec3) -> f32 {
     let d = n.abs().dot(error * (1.0 + 8.0 * EPSILON) + p.abs() * (2.0 * EPSILON));
-    let d = (d * (1.0 + 8.0 * EPSILON)).max(f32::MIN_POSITIVE);
-    p + n * d.copysign(w.dot(n))
+    (d * (1.0 + 8.0 * EPSILON)).max(f32::MIN_POSITIVE)
+}
+
+/// [`offset_origin`] by a distance from [`offset`].
+#[inline]
+pub fn offset_by(p: Vec3, offset: f32, n: Vec3, w: Vec3) -> Vec3 {
+    p + n * offset.copysign(w.dot(n))
 }
 
 #[cfg(test)]

@@ -30,18 +30,20 @@ pub(crate) fn sin_cos_eighth(r: f32) -> (f32, f32) {
 #[inline]
 fn turn((s, c): (f32, f32), quarters: u32) -> (f32, f32) {
     const SIGN: u32 = 1 << 31;
-    let (s, c) = swap_if(quarters & 1 == 1, s, c);
+    let (s, c) = swap_where((quarters & 1).wrapping_neg(), s, c);
     // The sine is negative in the third and fourth quarter, the cosine in the second and third.
     let flip = |x: f32, bit: u32| f32::from_bits(x.to_bits() ^ (bit & SIGN));
     (flip(s, quarters << 30), flip(c, quarters.wrapping_add(1) << 30))
 }
 
-/// (b, a) where `swap`, else (a, b), without a branch that random numbers would make
-/// unpredictable.
+/// (b, a) where all bits of `mask` are set, (a, b) where none is.
+///
+/// Masks come from arithmetic and not from comparisons, of which compilers make branches, which
+/// random numbers make unpredictable.
 #[inline]
-pub(crate) fn swap_if(swap: bool, a: f32, b: f32) -> (f32, f32) {
+pub(crate) fn swap_where(mask: u32, a: f32, b: f32) -> (f32, f32) {
     let (a, b) = (a.to_bits(), b.to_bits());
-    let difference = (a ^ b) & u32::from(swap).wrapping_neg();
+    let difference = (a ^ b) & mask;
     (f32::from_bits(a ^ difference), f32::from_bits(b ^ difference))
 }
 

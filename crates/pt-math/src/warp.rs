@@ -16,12 +16,13 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_4};
 #[inline]
 fn concentric(u: [f32; 2]) -> (f32, [f32; 2]) {
     let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
-    let wide = a.abs() > b.abs();
-    let (other, r) = trig::swap_if(wide, a, b);
+    // |a| > |b|, as the sign of the difference.
+    let wide = ((b.abs() - a.abs()).to_bits() as i32 >> 31) as u32;
+    let (other, r) = trig::swap_where(wide, a, b);
     // The angle to the nearer axis is π/4 · other/r, one eighth of a turn at most.
     let ratio = if r == 0.0 { 0.0 } else { other / r };
     let (s, c) = trig::sin_cos_eighth(0.125 * ratio);
-    let (x, y) = trig::swap_if(wide, s, c);
+    let (x, y) = trig::swap_where(wide, s, c);
     (r, [r * x, r * y])
 }
 
@@ -147,7 +148,9 @@ pub fn uniform_sphere_invert(w: Vec3) -> [f32; 2] {
 #[inline]
 pub fn uniform_triangle(u: [f32; 2]) -> [f32; 2] {
     let [x, y] = u;
-    if y > x { [0.5 * x, y - 0.5 * x] } else { [x - 0.5 * y, 0.5 * y] }
+    // No branch, since half of the points would go the other way.
+    let half = 0.5 * if x < y { x } else { y };
+    [x - half, y - half]
 }
 
 /// Density of [`uniform_triangle`] per unit of area of a triangle with this area: 1/A.

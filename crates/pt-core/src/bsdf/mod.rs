@@ -229,6 +229,8 @@ lobes! {
 pub struct Bsdf<'a> {
     frame: Frame,
     geometric_normal: Vec3,
+    /// Cosine between `geometric_normal` and the normal of the frame.
+    side: f32,
     wo: Vec3,
     lobe: &'a LobeRecord,
 }
@@ -251,7 +253,8 @@ impl<'a> Bsdf<'a> {
         let visible = make_visible(normal * flip, wo);
         let front = if behind && !two_sided { -visible } else { visible };
         let frame = Frame::from_normal(front);
-        Self { frame, geometric_normal, wo: frame.to_local(wo), lobe }
+        let side = geometric_normal.dot(front);
+        Self { frame, geometric_normal, side, wo: frame.to_local(wo), lobe }
     }
 
     /// Whether only [`Self::sample`] finds its directions.
@@ -291,8 +294,7 @@ impl<'a> Bsdf<'a> {
     /// where shading normals are interpolated; light there would leak through the surface.
     #[inline(always)]
     fn is_consistent(&self, wi: Vec3, local: Vec3) -> bool {
-        let side = self.geometric_normal.dot(self.frame.n);
-        wi.dot(self.geometric_normal) * local.z * side > 0.0
+        wi.dot(self.geometric_normal) * local.z * self.side > 0.0
     }
 }
 

@@ -75,6 +75,14 @@ pub trait Light {
         Self: Sized;
 }
 
+/// What is done to a light whose kind is known, for loops that ask for it once.
+pub trait LightVisitor {
+    /// What comes of it.
+    type Output;
+    /// Does it.
+    fn visit<L: Light>(self, light: &L) -> Self::Output;
+}
+
 /// Large data that lights refer to.
 #[derive(Default)]
 pub struct LightTables {
@@ -103,6 +111,11 @@ macro_rules! lights {
             #[inline(always)]
             pub fn is_delta(&self) -> bool {
                 match self { $(Self::$name(_) => <$ty as Light>::DELTA),* }
+            }
+            /// What the visitor makes of the light.
+            #[inline(always)]
+            pub fn visit<V: LightVisitor>(&self, visitor: V) -> V::Output {
+                match self { $(Self::$name(l) => visitor.visit(l)),* }
             }
             /// See [`Light::sample`].
             #[inline(always)]
