@@ -38,7 +38,7 @@ pub(crate) fn batches(mut runs: &[Run], size: usize) -> impl Iterator<Item = &[R
 pub(crate) struct Worker<'a> {
     settings: &'a Settings,
     pub(crate) tracer: Tracer<'a>,
-    integrator: Box<dyn Integrator>,
+    integrator: Box<dyn Integrator + 'a>,
     starts: Vec<Start>,
     radiance: Vec<Spectrum>,
     /// Samples taken.
@@ -55,7 +55,7 @@ impl<'a> Worker<'a> {
         Self {
             settings,
             tracer: Tracer::new(scene, counts_tests),
-            integrator: (integrator.new)(),
+            integrator: (integrator.new)(scene, settings),
             starts: Vec::new(),
             radiance: Vec::new(),
             samples: 0,
@@ -70,7 +70,7 @@ impl<'a> Worker<'a> {
         for run in batch {
             push_starts(&self.tracer.scene.camera, self.settings, run, &mut self.starts);
         }
-        self.integrator.radiance(&mut self.tracer, self.settings, &self.starts, &mut self.radiance);
+        self.integrator.radiance(&mut self.tracer, &self.starts, &mut self.radiance);
         let mut radiance = self.radiance.iter();
         for Run { pixel: [x, y], samples } in batch {
             for (n, &l) in samples.clone().zip(&mut radiance) {

@@ -2,7 +2,7 @@
 //! computes it; `docs/cs184.md` says where it differs from physics.
 
 use pt_core::bsdf::Bsdf;
-use pt_core::light::{AnyLight, LightSample};
+use pt_core::light::LightSample;
 use pt_core::scene::Interaction;
 use pt_core::settings::{DirectLight, Roulette, Settings};
 use pt_math::{Spectrum, Vec3};
@@ -31,8 +31,12 @@ impl Rules for Course {
     }
 
     #[inline(always)]
-    fn samples_light(&self, settings: &Settings, _: &AnyLight) -> bool {
-        settings.direct != DirectLight::UniformHemisphere
+    fn light_samples(&self, settings: &Settings, delta: bool) -> u32 {
+        match settings.direct {
+            DirectLight::UniformHemisphere => 0,
+            _ if delta => 1,
+            _ => settings.light_samples,
+        }
     }
 
     /// An area light counts times the distance to it (its density forgets to divide by it once),

@@ -1,13 +1,11 @@
 //! Direct light at surface points: rays that ask whether it arrives, and what it brings.
 
 use pt_bvh::Hit;
-use pt_core::bsdf::Bsdf;
-use pt_core::light::AnyLight;
-use pt_core::scene::Interaction;
-use pt_core::settings::Settings;
-use pt_math::{Pdf, Ray, Spectrum, warp};
+use pt_core::light::{Light, LightVisitor};
+use pt_math::sampler::Lanes;
+use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3, warp};
 
-use super::wavefront::{Context, Draws, Rules};
+use super::wavefront::{Context, Rules, Surface};
 use crate::Tracer;
 
 /// How light is looked for in random directions of the hemisphere.
@@ -21,20 +19,26 @@ pub(super) struct Hemisphere {
     pub(super) sky: bool,
 }
 
-/// Number of samples of a light: one is enough if all its light comes from one direction.
-#[inline(always)]
-pub(super) fn light_samples(light: &AnyLight, settings: &Settings) -> u32 {
-    if light.is_delta() { 1 } else { settings.light_samples }
+impl Hemisphere {
+    /// A direction in the frame of the surface, and its density.
+    #[inline(always)]
+    fn direction(self, u: [f32; 2]) -> (Vec3, Pdf<SolidAngle>) {
+        if self.cosine {
+            let w = warp::cosine_hemisphere(u);
+            (w, warp::cosine_hemisphere_pdf(w.z))
+        } else {
+            let w = warp::uniform_hemisphere(u);
+            (w, warp::uniform_hemisphere_pdf(w.z))
+        }
+    }
 }
-
-/// What a ray brings, and to the radiance of which start.
-pub(super) type Load = (Spectrum, u32);
 
 /// Rays and what each brings.
 #[derive(Default)]
 struct Queue {
     rays: Vec<Ray>,
-    loads: Vec<Load>,
+    /// What a ray brings, and to the radiance of which start.
+    loads: Vec<(Spectrum, u32)>,
 }
 
 impl Queue {
@@ -67,56 +71,42 @@ pub(super) struct Requests {
 const MANY: usize = 4096;
 
 impl Requests {
-    /// Asks for the light of all lights that are sampled, to be multiplied by `beta`.
-    #[inline(always)]
-    pub(super) fn lights(
+    /// Asks for the direct light at each of a block of surfaces, to be multiplied by the throughput
+    /// of its path.
+    pub(super) fn ask(
         &mut self,
         rules: &impl Rules,
-        Context { scene, settings }: Context,
-        (at, bsdf): (&Interaction, &Bsdf),
-        draws: &mut Draws,
-        (beta, start): Load,
+        cx: Context,
+        hemisphere: Option<Hemisphere>,
+        surfaces: &[Surface],
+        mut pairs: &[[Lanes<f32>; 2]],
     ) {
-        for light in scene.lights.as_slice() {
-            if !rules.samples_light(settings, light) {
-                continue;
-            }
-            let n = light_samples(light, settings);
-            for _ in 0..n {
-                let u = draws.next_2d();
-                let Some(sample) = light.sample(&scene.light_tables, at.p, u) else { continue };
-                let weight = rules.light_weight(settings, bsdf, &sample, n);
-                let p = sample.pdf.map_or(1.0, Pdf::get) * n as f32;
-                let value = beta * bsdf.eval(sample.wi) * sample.radiance * (weight / p);
-                if !value.is_black() {
-                    self.shadows.push(at.spawn_to(&sample), value, start);
-                }
-            }
+        for light in cx.scene.lights.as_slice() {
+            let samples = rules.light_samples(cx.settings, light.is_delta());
+            let numbers;
+            (numbers, pairs) = pairs.split_at(samples as usize);
+            let shadows = &mut self.shadows;
+            light.visit(LightSampling { rules, cx, surfaces, pairs: numbers, shadows });
+        }
+        if let Some(hemisphere) = hemisphere {
+            self.probe(hemisphere, surfaces, &pairs[..hemisphere.samples as usize]);
         }
     }
 
-    /// Asks for light from random directions, to be multiplied by `beta`.
-    #[inline(always)]
-    pub(super) fn probes(
-        &mut self,
-        hemisphere: Hemisphere,
-        (at, bsdf): (&Interaction, &Bsdf),
-        draws: &mut Draws,
-        (beta, start): Load,
-    ) {
-        for _ in 0..hemisphere.samples {
-            let u = draws.next_2d();
-            let (local, pdf) = if hemisphere.cosine {
-                let w = warp::cosine_hemisphere(u);
-                (w, warp::cosine_hemisphere_pdf(w.z))
-            } else {
-                let w = warp::uniform_hemisphere(u);
-                (w, warp::uniform_hemisphere_pdf(w.z))
-            };
-            let wi = bsdf.frame().to_world(local);
-            let value = beta * bsdf.eval(wi) / (pdf.get() * hemisphere.samples as f32);
-            if !value.is_black() {
-                self.probes.push(at.spawn(wi), value, start);
+    /// Asks for light from random directions, one for each pair.
+    fn probe(&mut self, hemisphere: Hemisphere, surfaces: &[Surface], pairs: &[[Lanes<f32>; 2]]) {
+        for [x, y] in pairs {
+            for (surface, (&x, &y)) in surfaces.iter().zip(x.iter().zip(y)) {
+                let Surface { point, bsdf, beta, start, .. } = surface;
+                if bsdf.is_delta() {
+                    continue;
+                }
+                let (local, pdf) = hemisphere.direction([x, y]);
+                let wi = bsdf.frame().to_world(local);
+                let value = *beta * bsdf.eval(wi) / (pdf.get() * pairs.len() as f32);
+                if !value.is_black() {
+                    self.probes.push(point.spawn(wi), value, *start);
+                }
             }
         }
     }
@@ -153,5 +143,41 @@ impl Requests {
             radiance[start as usize] += value * l;
         }
         self.probes.clear();
+    }
+}
+
+/// Asks for the light of one light, one sample for each pair of numbers.
+struct LightSampling<'a, R> {
+    rules: &'a R,
+    cx: Context<'a>,
+    surfaces: &'a [Surface<'a>],
+    pairs: &'a [[Lanes<f32>; 2]],
+    shadows: &'a mut Queue,
+}
+
+impl<R: Rules> LightVisitor for LightSampling<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn visit<L: Light>(self, light: &L) {
+        let Context { scene, settings } = self.cx;
+        let n = self.pairs.len() as u32;
+        for [x, y] in self.pairs {
+            for (surface, (&x, &y)) in self.surfaces.iter().zip(x.iter().zip(y)) {
+                let Surface { point, bsdf, beta, start, .. } = surface;
+                if bsdf.is_delta() {
+                    continue;
+                }
+                let sample = light.sample(&scene.light_tables, point.p, [x, y]);
+                let Some(sample) = sample else { continue };
+                let weight = self.rules.light_weight(settings, bsdf, &sample, n);
+                let p = sample.pdf.map_or(1.0, Pdf::get) * n as f32;
+                let f = bsdf.eval(sample.wi);
+                let value = *beta * f * sample.radiance * (weight / p);
+                if !value.is_black() {
+                    self.shadows.push(point.spawn_to(&sample), value, *start);
+                }
+            }
+        }
     }
 }

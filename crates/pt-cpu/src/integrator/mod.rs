@@ -9,7 +9,7 @@ mod normals;
 mod path;
 mod wavefront;
 
-use pt_core::Settings;
+use pt_core::{RenderScene, Settings};
 use pt_math::sampler::Sampler;
 use pt_math::{Ray, Spectrum};
 
@@ -27,18 +27,12 @@ pub struct Start {
 
 /// The light that camera rays carry: a pure function of scene, settings and start.
 ///
-/// An integrator belongs to one thread. What it holds from call to call is memory to work in, on
+/// An integrator belongs to one thread of a render. What it holds from call to call is memory to work in, on
 /// which no result depends; nor does the radiance of a start depend on the other starts.
 pub trait Integrator {
     /// Radiance along the ray of each start, in order, in place of what `radiance` held. Dimensions
     /// below [`CAMERA_DIMENSIONS`] are taken by the camera.
-    fn radiance(
-        &mut self,
-        tracer: &mut Tracer,
-        settings: &Settings,
-        starts: &[Start],
-        radiance: &mut Vec<Spectrum>,
-    );
+    fn radiance(&mut self, tracer: &mut Tracer, starts: &[Start], radiance: &mut Vec<Spectrum>);
 }
 
 /// Everything that the command line and the manual need to know about an integrator.
@@ -47,31 +41,34 @@ pub struct Registration {
     pub name: &'static str,
     /// One line for the help.
     pub help: &'static str,
-    /// Makes one for a thread.
-    pub new: fn() -> Box<dyn Integrator>,
+    /// Makes one for a thread that renders this scene with these settings.
+    pub new: New,
 }
+
+/// Makes an integrator.
+pub type New = for<'a> fn(&'a RenderScene, &'a Settings) -> Box<dyn Integrator + 'a>;
 
 /// All integrators.
 pub static INTEGRATORS: &[Registration] = &[
     Registration {
         name: "path",
         help: "light that was scattered up to --max-depth times",
-        new: || Box::new(Wavefront::new(path::Path { depth: u32::MAX })),
+        new: |scene, set| Box::new(Wavefront::new(path::Path { depth: u32::MAX }, scene, set)),
     },
     Registration {
         name: "direct",
         help: "light that was scattered at most once",
-        new: || Box::new(Wavefront::new(path::Path { depth: 1 })),
+        new: |scene, set| Box::new(Wavefront::new(path::Path { depth: 1 }, scene, set)),
     },
     Registration {
         name: "normals",
         help: "shading normals as colours: (n + 1) / 2",
-        new: || Box::<normals::Normals>::default(),
+        new: |_, _| Box::<normals::Normals>::default(),
     },
     Registration {
         name: "cs184",
         help: "light as the program of the university course computes it",
-        new: || Box::new(Wavefront::new(course::Course)),
+        new: |scene, set| Box::new(Wavefront::new(course::Course, scene, set)),
     },
 ];
 

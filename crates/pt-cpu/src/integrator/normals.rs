@@ -1,7 +1,6 @@
 //! Shading normals as colours.
 
 use pt_bvh::Hit;
-use pt_core::Settings;
 use pt_math::{Ray, Spectrum, Vec3};
 
 use super::{Integrator, Start};
@@ -15,13 +14,7 @@ pub(super) struct Normals {
 }
 
 impl Integrator for Normals {
-    fn radiance(
-        &mut self,
-        tracer: &mut Tracer,
-        _: &Settings,
-        starts: &[Start],
-        radiance: &mut Vec<Spectrum>,
-    ) {
+    fn radiance(&mut self, tracer: &mut Tracer, starts: &[Start], radiance: &mut Vec<Spectrum>) {
         self.rays.clear();
         self.rays.extend(starts.iter().map(|s| s.ray));
         tracer.intersect(&self.rays, &mut self.hits);

@@ -7,7 +7,7 @@ use pt_core::settings::{DirectLight, Roulette, Settings};
 use pt_math::measure::power_heuristic;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
-use super::direct::{Hemisphere, light_samples};
+use super::direct::Hemisphere;
 use super::wavefront::{Arrival, Context, Rules, State};
 
 /// Path tracing with direct light at every surface. [Kajiya 1986; Veach 1997, §10.3]
@@ -56,8 +56,12 @@ impl Rules for Path {
     }
 
     #[inline(always)]
-    fn samples_light(&self, settings: &Settings, light: &AnyLight) -> bool {
-        light.is_delta() || matches!(settings.direct, DirectLight::Mis | DirectLight::Light)
+    fn light_samples(&self, settings: &Settings, delta: bool) -> u32 {
+        match settings.direct {
+            _ if delta => 1,
+            DirectLight::Mis | DirectLight::Light => settings.light_samples,
+            DirectLight::UniformHemisphere | DirectLight::CosineHemisphere => 0,
+        }
     }
 
     /// Against BSDF sampling, which takes one sample and finds the same light.
@@ -115,7 +119,8 @@ fn found_weight(
     let Some(pdf) = arrival else { return 1.0 };
     match (settings.direct, light) {
         (DirectLight::Mis, Some((light, light_pdf))) => {
-            power_heuristic(pdf, light_pdf.times(light_samples(light, settings) as f32))
+            let n = if light.is_delta() { 1 } else { settings.light_samples };
+            power_heuristic(pdf, light_pdf.times(n as f32))
         }
         (DirectLight::Mis | DirectLight::Light, None) => 1.0,
         _ => 0.0,

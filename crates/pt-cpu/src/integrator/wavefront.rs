@@ -2,11 +2,14 @@
 //!
 //! ```text
 //! for each bounce:
-//!     nearest hits of all rays           one batch
-//!     emission and sky                   arrive
-//!     direct light: shadow rays;
-//!     BSDF sample, roulette: next rays   scatter
-//!     what the shadow rays bring         one batch, answer
+//!     nearest hits of all rays                   one batch
+//!     sky; which paths scatter                   arrive
+//!     block by block:                            scatter
+//!         surface points, and their emission         meet
+//!         numbers of the sampler                     draw
+//!         direct light: shadow rays                  Requests
+//!         BSDF samples, roulette: next rays          leave
+//!     what the shadow rays bring                 one batch, Requests::answer
 //! ```
 //!
 //! Paths share nothing but the memory they stand in, and all sums of a path are in the order of
@@ -15,12 +18,12 @@
 use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
 use pt_core::light::{AnyLight, LightSample};
-use pt_core::scene::{Interaction, RenderScene};
+use pt_core::scene::{Interaction, RenderScene, SurfacePoint};
 use pt_core::settings::Settings;
 use pt_math::sampler::{LANES, Lanes, Samplers};
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3};
 
-use super::direct::{Hemisphere, Requests, light_samples};
+use super::direct::{Hemisphere, Requests};
 use super::{CAMERA_DIMENSIONS, Integrator, Start};
 use crate::Tracer;
 
@@ -46,7 +49,7 @@ pub(super) struct State {
     /// How it got its direction there.
     pub(super) arrival: Arrival,
     /// Which start it is of.
-    start: u32,
+    pub(super) start: u32,
 }
 
 /// What distinguishes one path tracer from another.
@@ -60,8 +63,8 @@ pub(super) trait Rules {
     /// Weighted radiance that a surface emits towards the ray that found it.
     fn emitted(&self, cx: Context, path: &State, at: &Interaction) -> Spectrum;
 
-    /// Whether direct light of this light is found by sampling it.
-    fn samples_light(&self, settings: &Settings, light: &AnyLight) -> bool;
+    /// Number of samples of a light at each surface, 0 if it is not sampled.
+    fn light_samples(&self, settings: &Settings, delta: bool) -> u32;
 
     /// Weight of one of `n` samples of a light.
     fn light_weight(&self, settings: &Settings, bsdf: &Bsdf, sample: &LightSample, n: u32) -> f32;
@@ -77,223 +80,227 @@ pub(super) trait Rules {
     fn survival(&self, settings: &Settings, path: &State, bounces: u32) -> Option<f32>;
 }
 
-/// What does not change from bounce to bounce.
-#[derive(Clone, Copy)]
-struct Plan<'a> {
+/// A path at a surface.
+pub(super) struct Surface<'a> {
+    pub(super) point: SurfacePoint,
+    pub(super) bsdf: Bsdf<'a>,
+    /// See [`State`].
+    pub(super) beta: Spectrum,
+    squeeze: f32,
+    pub(super) start: u32,
+}
+
+/// The numbers of a block of paths at one bounce, pair after pair.
+type Pairs = Vec<[Lanes<f32>; 2]>;
+
+/// The driver of all path tracers.
+pub(super) struct Wavefront<'a, R> {
+    rules: R,
     cx: Context<'a>,
     /// Largest number of surface interactions.
     depth: u32,
-    /// Dimensions of the sampler per bounce.
+    /// Dimensions of the sampler per bounce: a pair per light sample, a pair for the BSDF, and one
+    /// for roulette.
     dimensions: u32,
     /// Pairs of them that direct light takes.
     light_pairs: u32,
     hemisphere: Option<Hemisphere>,
-}
-
-impl<'a> Plan<'a> {
-    fn new(rules: &impl Rules, cx: Context<'a>) -> Self {
-        let (lights, settings) = (cx.scene.lights.as_slice(), cx.settings);
-        let extended = lights.iter().filter(|l| !l.is_delta()).count() as u32;
-        let delta = lights.len() as u32 - extended;
-        let hemisphere = rules.hemisphere(cx);
-        let sampled = lights.iter().filter(|light| rules.samples_light(settings, light));
-        let of_lights: u32 = sampled.map(|light| light_samples(light, settings)).sum();
-        Self {
-            cx,
-            depth: rules.depth(settings),
-            // A pair per light sample, a pair for the BSDF, and one for roulette.
-            dimensions: 2 * (delta + extended.max(1) * settings.light_samples) + 4,
-            light_pairs: of_lights + hemisphere.map_or(0, |h| h.samples),
-            hemisphere,
-        }
-    }
-}
-
-/// The numbers of one path at one bounce, pair after pair.
-pub(super) struct Draws<'a> {
-    pairs: &'a [[Lanes<f32>; 2]],
-    lane: usize,
-}
-
-impl Draws<'_> {
-    /// A point in [0, 1)².
-    #[inline(always)]
-    pub(super) fn next_2d(&mut self) -> [f32; 2] {
-        let [x, y] = &self.pairs[0];
-        self.pairs = &self.pairs[1..];
-        [x[self.lane % LANES], y[self.lane % LANES]]
-    }
-
-    /// A number in [0, 1).
-    #[inline(always)]
-    fn next_1d(&mut self) -> f32 {
-        self.next_2d()[0]
-    }
-}
-
-/// The driver of all path tracers.
-pub(super) struct Wavefront<R> {
-    rules: R,
     /// Paths under way and their rays, in the order of their starts.
     paths: Vec<State>,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
-    /// Which of the paths have come to a surface where they scatter.
-    scattering: Vec<u32>,
-    /// The numbers of a block of paths at a bounce.
-    pairs: Vec<[Lanes<f32>; 2]>,
+    /// Which of the paths have come to a surface where they scatter, and where on it.
+    scattering: Vec<(u32, Hit)>,
+    /// A block of these.
+    surfaces: Vec<Surface<'a>>,
+    pairs: Pairs,
     requests: Requests,
 }
 
-impl<R: Rules> Integrator for Wavefront<R> {
-    fn radiance(
-        &mut self,
-        tracer: &mut Tracer,
-        settings: &Settings,
-        starts: &[Start],
-        radiance: &mut Vec<Spectrum>,
-    ) {
-        let plan = Plan::new(&self.rules, Context { scene: tracer.scene, settings });
+impl<R: Rules> Integrator for Wavefront<'_, R> {
+    fn radiance(&mut self, tracer: &mut Tracer, starts: &[Start], radiance: &mut Vec<Spectrum>) {
         self.begin(starts);
         radiance.clear();
         radiance.resize(starts.len(), Spectrum::ZERO);
         for bounces in 0.. {
             tracer.intersect(&self.rays, &mut self.hits);
-            self.arrive(plan, bounces, radiance);
+            self.arrive(bounces, radiance);
             if self.scattering.is_empty() {
                 break;
             }
-            self.scatter(tracer, plan, bounces, starts, radiance);
-            self.requests.answer(tracer, plan.hemisphere, radiance);
+            self.scatter(bounces, tracer, starts, radiance);
+            self.requests.answer(tracer, self.hemisphere, radiance);
         }
     }
 }
 
-impl<R: Rules> Wavefront<R> {
-    pub(super) fn new(rules: R) -> Self {
+impl<'a, R: Rules> Wavefront<'a, R> {
+    pub(super) fn new(rules: R, scene: &'a RenderScene, settings: &'a Settings) -> Self {
+        let cx = Context { scene, settings };
+        let lights = scene.lights.as_slice();
+        let extended = lights.iter().filter(|l| !l.is_delta()).count() as u32;
+        let delta = lights.len() as u32 - extended;
+        let hemisphere = rules.hemisphere(cx);
+        let samples = |l: &AnyLight| rules.light_samples(settings, l.is_delta());
+        let light_pairs = lights.iter().map(samples).sum::<u32>();
         Self {
+            cx,
+            depth: rules.depth(settings),
+            dimensions: 2 * (delta + extended.max(1) * settings.light_samples) + 4,
+            light_pairs: light_pairs + hemisphere.map_or(0, |h| h.samples),
+            hemisphere,
             rules,
             paths: Vec::new(),
             rays: Vec::new(),
             hits: Vec::new(),
             scattering: Vec::new(),
+            surfaces: Vec::new(),
             pairs: Vec::new(),
             requests: Requests::default(),
         }
     }
 
     fn begin(&mut self, starts: &[Start]) {
-        self.rays.clear();
-        self.rays.extend(starts.iter().map(|s| s.ray));
-        self.paths.clear();
-        self.paths.extend(starts.iter().zip(0..).map(|(s, start)| State {
+        let first = State {
             beta: Spectrum::ONE,
             squeeze: 1.0,
-            origin: s.ray.origin,
+            origin: Vec3::ZERO,
             arrival: None,
-            start,
-        }));
+            start: 0,
+        };
+        self.rays.clear();
+        self.rays.extend(starts.iter().map(|s| s.ray));
+        let path = |(start, s): (u32, &Start)| State { start, origin: s.ray.origin, ..first };
+        self.paths.clear();
+        self.paths.extend((0..).zip(starts).map(path));
     }
 
-    /// Adds the light that rays have found, and says which paths scatter.
-    fn arrive(&mut self, plan: Plan, bounces: u32, radiance: &mut [Spectrum]) {
-        let cx = plan.cx;
-        let shown = cx.settings.shows(bounces);
+    /// Adds the light that rays find where their paths end, and says which paths scatter.
+    fn arrive(&mut self, bounces: u32, radiance: &mut [Spectrum]) {
+        let scene = self.cx.scene;
+        let shown = self.cx.settings.shows(bounces);
         self.scattering.clear();
         for (i, hit) in self.hits.iter().enumerate() {
-            let (path, ray) = (&self.paths[i], &self.rays[i]);
-            let Some(hit) = hit else {
-                if shown {
-                    let l = self.rules.sky(cx, path, ray.direction, bounces);
+            match hit {
+                Some(hit) if bounces < self.depth => self.scattering.push((i as u32, *hit)),
+                Some(hit) if shown && scene.glows(hit) => {
+                    let at = scene.interaction(&self.rays[i], hit);
+                    self.find(&self.paths[i], &at, radiance);
+                }
+                None if shown => {
+                    let (path, d) = (&self.paths[i], self.rays[i].direction);
+                    let l = self.rules.sky(self.cx, path, d, bounces);
                     radiance[path.start as usize] += path.beta * l;
                 }
-                continue;
-            };
-            if shown && cx.scene.glows(hit) {
-                let l = self.rules.emitted(cx, path, &cx.scene.interaction(ray, hit));
-                radiance[path.start as usize] += path.beta * l;
-            }
-            if bounces < plan.depth {
-                self.scattering.push(i as u32);
+                _ => {}
             }
         }
+    }
+
+    /// Adds the emission of a surface.
+    #[inline(always)]
+    fn find(&self, path: &State, at: &Interaction, radiance: &mut [Spectrum]) {
+        radiance[path.start as usize] += path.beta * self.rules.emitted(self.cx, path, at);
     }
 
     /// Asks for the direct light at each surface, and sends the paths that live on their way.
     fn scatter(
         &mut self,
-        tracer: &mut Tracer,
-        plan: Plan,
         bounces: u32,
+        tracer: &mut Tracer,
         starts: &[Start],
         radiance: &mut [Spectrum],
     ) {
-        let cx = plan.cx;
-        let lit = cx.settings.shows(bounces + 1);
-        let dimension = CAMERA_DIMENSIONS + bounces * plan.dimensions;
-        let pairs = 2 + if lit { plan.light_pairs } else { 0 };
+        let settings = self.cx.settings;
+        let light_pairs = if settings.shows(bounces + 1) { self.light_pairs } else { 0 };
+        let scattering = std::mem::take(&mut self.scattering);
         let mut living = 0;
-        for block in self.scattering.chunks(LANES) {
-            let start = |&i: &u32| starts[self.paths[i as usize].start as usize].sampler;
-            let samplers = Samplers::new(block.iter().map(start));
-            self.pairs.clear();
-            self.pairs.extend((0..pairs).map(|pair| samplers.points(dimension + 2 * pair)));
-            for (lane, &i) in block.iter().enumerate() {
-                let i = i as usize;
-                let Some(hit) = &self.hits[i] else { continue };
-                let mut path = self.paths[i];
-                let at = cx.scene.interaction(&self.rays[i], hit);
-                let bsdf = cx.scene.bsdf(&at);
-                let surface = (&at, &bsdf);
-                let mut draws = Draws { pairs: &self.pairs, lane };
-                if lit && !bsdf.is_delta() {
-                    let load = (path.beta, path.start);
-                    self.requests.lights(&self.rules, cx, surface, &mut draws, load);
-                    if let Some(hemisphere) = plan.hemisphere {
-                        self.requests.probes(hemisphere, surface, &mut draws, load);
-                    }
-                }
-                let next = next(&self.rules, plan, bounces + 1, surface, &mut draws, &mut path);
-                if let Some(ray) = next {
-                    self.paths[living] = path;
-                    self.rays[living] = ray;
-                    living += 1;
-                }
+        for block in scattering.chunks(LANES) {
+            self.meet(block, settings.shows(bounces), radiance);
+            self.draw(bounces, light_pairs, starts);
+            if light_pairs > 0 {
+                self.requests.ask(
+                    &self.rules,
+                    self.cx,
+                    self.hemisphere,
+                    &self.surfaces,
+                    &self.pairs,
+                );
             }
+            living = self.leave(bounces + 1, light_pairs, living);
             if self.requests.are_many() {
-                self.requests.answer(tracer, plan.hemisphere, radiance);
+                self.requests.answer(tracer, self.hemisphere, radiance);
             }
         }
         self.paths.truncate(living);
         self.rays.truncate(living);
+        self.scattering = scattering;
     }
-}
 
-/// The ray on which a path goes on after its interaction number `bounces`, if it does.
-#[inline(always)]
-fn next(
-    rules: &impl Rules,
-    plan: Plan,
-    bounces: u32,
-    (at, bsdf): (&Interaction, &Bsdf),
-    draws: &mut Draws,
-    path: &mut State,
-) -> Option<Ray> {
-    let settings = plan.cx.settings;
-    let scattered = bsdf.sample(draws.next_2d())?;
-    path.beta *= scattered.weight;
-    path.squeeze *= scattered.squeeze;
-    path.arrival = scattered.pdf;
-    path.origin = at.p;
-    let finds_nothing = bounces >= plan.depth && !rules.finds(settings, path.arrival);
-    if path.beta.is_black() || finds_nothing {
-        return None;
+    /// The surfaces to which a block of paths has come; adds their emission, if it is shown.
+    fn meet(&mut self, block: &[(u32, Hit)], shown: bool, radiance: &mut [Spectrum]) {
+        let scene = self.cx.scene;
+        let mut surfaces = std::mem::take(&mut self.surfaces);
+        surfaces.clear();
+        surfaces.extend(block.iter().map(|&(i, ref hit)| {
+            let path = &self.paths[i as usize];
+            let at = scene.interaction(&self.rays[i as usize], hit);
+            if shown && !scene.surfaces[at.surface].emission.is_black() {
+                self.find(path, &at, radiance);
+            }
+            let State { beta, squeeze, start, .. } = *path;
+            Surface { point: at.point, bsdf: scene.bsdf(&at), beta, squeeze, start }
+        }));
+        self.surfaces = surfaces;
     }
-    if let Some(q) = rules.survival(settings, path, bounces) {
-        if draws.next_1d() >= q {
+
+    /// The numbers of the block's paths: for direct light, for the BSDF, and for roulette.
+    fn draw(&mut self, bounces: u32, light_pairs: u32, starts: &[Start]) {
+        let sampler = |s: &Surface| starts[s.start as usize].sampler;
+        let samplers = Samplers::new(self.surfaces.iter().map(sampler));
+        let dimension = CAMERA_DIMENSIONS + bounces * self.dimensions;
+        self.pairs.clear();
+        self.pairs.extend((0..light_pairs + 2).map(|i| samplers.points(dimension + 2 * i)));
+    }
+
+    /// Continues the block's paths after interaction number `bounces`: those that live, with their
+    /// rays, are stored from `living` on. Returns where the next may be stored.
+    fn leave(&mut self, bounces: u32, light_pairs: u32, mut living: usize) -> usize {
+        for (lane, surface) in self.surfaces.iter().enumerate() {
+            // Where only the BSDF finds directions, no numbers are taken for lights.
+            let pair = if surface.bsdf.is_delta() { 0 } else { light_pairs as usize };
+            let [[x, y], [z, _]] = [&self.pairs[pair], &self.pairs[pair + 1]];
+            if let Some((path, ray)) = self.next(surface, bounces, [x[lane], y[lane]], z[lane]) {
+                self.paths[living] = path;
+                self.rays[living] = ray;
+                living += 1;
+            }
+        }
+        living
+    }
+
+    /// The path behind a surface, if it goes on, by a point for the BSDF and a number for roulette.
+    #[inline(always)]
+    fn next(&self, surface: &Surface, bounces: u32, u: [f32; 2], v: f32) -> Option<(State, Ray)> {
+        let settings = self.cx.settings;
+        let scattered = surface.bsdf.sample(u)?;
+        let mut next = State {
+            beta: surface.beta * scattered.weight,
+            squeeze: surface.squeeze * scattered.squeeze,
+            origin: surface.point.p,
+            arrival: scattered.pdf,
+            start: surface.start,
+        };
+        let finds_nothing = bounces >= self.depth && !self.rules.finds(settings, next.arrival);
+        if next.beta.is_black() || finds_nothing {
             return None;
         }
-        path.beta *= 1.0 / q;
+        if let Some(q) = self.rules.survival(settings, &next, bounces) {
+            if v >= q {
+                return None;
+            }
+            next.beta *= 1.0 / q;
+        }
+        Some((next, surface.point.spawn(scattered.wi)))
     }
-    Some(at.spawn(scattered.wi))
 }
