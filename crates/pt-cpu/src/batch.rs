@@ -67,9 +67,7 @@ impl<'a> Worker<'a> {
     /// Each is a pure function of scene, settings, pixel and the number of the sample.
     pub(crate) fn take(&mut self, batch: &[Run], film: &mut Film) {
         self.starts.clear();
-        for run in batch {
-            push_starts(&self.tracer.scene.camera, self.settings, run, &mut self.starts);
-        }
+        push_starts(&self.tracer.scene.camera, self.settings, batch, &mut self.starts);
         self.integrator.radiance(&mut self.tracer, &self.starts, &mut self.radiance);
         let mut radiance = self.radiance.iter();
         for Run { pixel: [x, y], samples } in batch {
@@ -81,18 +79,24 @@ impl<'a> Worker<'a> {
     }
 }
 
-/// The starts of the samples of a pixel.
-fn push_starts(camera: &Camera, settings: &Settings, run: &Run, starts: &mut Vec<Start>) {
-    let Run { pixel, samples } = run;
-    let [x, y] = pixel.map(|v| v as f32);
-    let sampler = Sampler::new(settings.sampler, settings.seed, *pixel, 0);
-    for first in samples.clone().step_by(LANES) {
-        let last = samples.end.min(first.saturating_add(LANES as u32));
-        let block = (first..last).map(|n| sampler.with_sample(n));
-        let numbers = Samplers::new(block.clone());
+/// The starts of the samples of a batch, in order.
+fn push_starts(camera: &Camera, settings: &Settings, batch: &[Run], starts: &mut Vec<Start>) {
+    let mut samples = batch.iter().flat_map(|Run { pixel, samples }| {
+        let sampler = Sampler::new(settings.sampler, settings.seed, *pixel, 0);
+        let [x, y] = pixel.map(|v| v as f32);
+        samples.clone().map(move |n| ([x, y], sampler.with_sample(n)))
+    });
+    let mut block = Vec::with_capacity(LANES);
+    loop {
+        block.clear();
+        block.extend(samples.by_ref().take(LANES));
+        if block.is_empty() {
+            return;
+        }
+        let numbers = Samplers::new(block.iter().map(|&(_, sampler)| sampler));
         let [u, v] = numbers.points(0);
         let lens = if camera.lens_radius > 0.0 { numbers.points(2) } else { [[0.0; LANES]; 2] };
-        starts.extend(block.enumerate().map(|(i, sampler)| {
+        starts.extend(block.iter().enumerate().map(|(i, &([x, y], sampler))| {
             let ray = camera.ray([x + u[i], y + v[i]], [lens[0][i], lens[1][i]]);
             Start { ray, sampler }
         }));
