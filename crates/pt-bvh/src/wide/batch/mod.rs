@@ -72,21 +72,20 @@ impl Queues {
 /// whose order is the same for numbers above 0.
 #[derive(Default)]
 struct Stacks {
+    /// Entries of each.
+    size: usize,
     depths: Vec<u32>,
     children: Vec<u32>,
 }
 
 impl Stacks {
-    /// Below its stack each ray has an entry that ends it, and that no depth limit passes over.
-    fn reset(&mut self, rays: usize, stack_size: usize) {
-        let size = GROUP * stack_size;
-        if self.children.len() < size {
-            self.depths.resize(size, 0);
-            self.children.resize(size, 0);
-        }
-        for bottom in (0..rays).map(|i| i * stack_size) {
-            self.depths[bottom] = 0;
-            self.children[bottom] = Child::DONE;
+    /// Makes stacks of this size. Below its stack each ray has an entry that ends it, that no depth
+    /// limit passes over, and that is never overwritten.
+    fn set_size(&mut self, stack_size: usize) {
+        if self.size != stack_size {
+            self.size = stack_size;
+            self.depths = vec![0; GROUP * stack_size];
+            self.children = vec![Child::DONE; GROUP * stack_size];
         }
     }
 
@@ -212,7 +211,7 @@ impl WideBvh {
         counter: &mut impl Counter,
     ) {
         let Scratch { group, candidates, queues, stacks } = scratch;
-        stacks.reset(rays.len(), self.stack_size);
+        stacks.set_size(self.stack_size);
         let queues = &mut queues[0];
         queues.len = [0; 4];
         for (packet, first) in rays.chunks(PACKET).zip((0..).step_by(PACKET)) {
