@@ -3,6 +3,7 @@
 
 mod adaptive;
 mod analytic;
+mod batches;
 mod bits;
 mod course;
 mod estimators;

@@ -1,0 +1,105 @@
+//! Samples are taken in batches, and no sample knows of the others.
+
+use pathtracer::{
+    Adaptive, DirectLight, Film, INTEGRATORS, Progress, Scene, Session, Settings, Silent,
+};
+use pt_cpu::{Renderer, Start, Tracer};
+use pt_math::sampler::Sampler;
+use pt_math::{DAffine3, DVec3, Spectrum};
+use pt_scene::LightKind;
+use pt_testing::Random;
+
+use crate::furnace::ESTIMATORS;
+use crate::scenes::{Builder, cornell, size};
+
+const SIZE: [u32; 2] = [16, 12];
+
+/// Lights of all sorts: a glowing mesh, a glowing sphere, the sky, and a point.
+fn scene() -> Scene {
+    let point = LightKind::Point { intensity: [0.3; 3] };
+    let camera = cornell().cameras.remove(0);
+    Builder(cornell())
+        .light(point, DAffine3::from_translation(DVec3::new(0.3, 0.5, 0.5)))
+        .seen_by(camera)
+}
+
+fn session(settings: Settings) -> Session {
+    Session::new(&scene(), size(SIZE), settings).expect("the scene makes sense")
+}
+
+/// All integrators with all estimators of direct light.
+fn all_settings(light_samples: u32) -> impl Iterator<Item = Settings> {
+    let base = Settings { spp: 5, max_depth: 6, light_samples, ..Settings::default() };
+    let with = move |integrator: &str, direct: DirectLight| Settings {
+        integrator: integrator.to_owned(),
+        direct,
+        ..base.clone()
+    };
+    INTEGRATORS.iter().flat_map(move |r| ESTIMATORS.map(|direct| with(r.name, direct)))
+}
+
+fn film(session: &Session, settings: &Settings, batch_size: Option<usize>) -> Film {
+    let renderer = Renderer::new(session.scene(), settings, 2, 8, false).expect("it starts");
+    let renderer = match batch_size {
+        Some(n) => renderer.with_batch_size(n),
+        None => renderer,
+    };
+    let mut film = Film::new(session.film().region());
+    assert_eq!(renderer.render(&mut film, &Silent).0, Progress::Finished);
+    assert_eq!(film.rejections().count, 0);
+    film
+}
+
+#[test]
+fn the_size_of_batches_does_not_change_a_bit() {
+    let adaptive = Some(Adaptive { batch: 6, tolerance: 0.3 });
+    let adaptive = Settings { adaptive, spp: 40, ..Settings::default() };
+    for settings in all_settings(2).chain([adaptive]) {
+        let session = session(settings.clone());
+        let reference = film(&session, &settings, None);
+        for n in [1, 7] {
+            let other = film(&session, &settings, Some(n));
+            assert!(other == reference, "batches of {n}: {settings:?}");
+        }
+    }
+}
+
+/// Starts in pixels all over the image.
+fn starts(session: &Session, n: u32) -> Vec<Start> {
+    let (camera, settings) = (&session.scene().camera, session.settings());
+    let mut random = Random::new(7);
+    let start = |sample| {
+        let pixel = SIZE.map(|side| random.below(side as usize) as u32);
+        let ray = camera.ray(pixel.map(|v| v as f32 + random.unit()), [0.0; 2]);
+        Start { ray, sampler: Sampler::new(settings.sampler, settings.seed, pixel, sample) }
+    };
+    (0..n).map(start).collect()
+}
+
+/// Alone, with others, in another order, and behind another batch: a path's radiance is the same.
+/// With this many samples of each light, a batch of paths asks for more rays than are kept, so
+/// they are answered in several places.
+#[test]
+fn a_path_depends_on_no_other_path() {
+    for settings in all_settings(1).chain(all_settings(30)) {
+        let session = session(settings.clone());
+        let known = INTEGRATORS.iter().find(|r| r.name == settings.integrator);
+        let new = known.expect("it is one of them").new;
+        let mut integrator = new(session.scene(), &settings);
+        let mut tracer = Tracer::new(session.scene(), false);
+        let mut radiance = |starts: &[Start]| {
+            let mut l = Vec::new();
+            integrator.radiance(&mut tracer, starts, &mut l);
+            l
+        };
+        let starts = starts(&session, 150);
+        let together = radiance(&starts);
+        assert!(together.iter().any(|&l| l != Spectrum::ZERO), "{settings:?}");
+        let alone: Vec<_> = starts.iter().flat_map(|s| radiance(std::slice::from_ref(s))).collect();
+        assert!(alone == together, "alone: {settings:?}");
+        let backwards: Vec<_> = starts.iter().rev().copied().collect();
+        let backwards = radiance(&backwards);
+        assert!(backwards.iter().rev().eq(&together), "in another order: {settings:?}");
+        assert!(radiance(&[]).is_empty());
+    }
+}
