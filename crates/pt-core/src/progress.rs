@@ -2,7 +2,7 @@
 
 /// Listens to a render. Called from its threads.
 pub trait Observer: Sync {
-    /// `done` of at most `total` samples are taken.
+    /// `done` of `total` samples are in the film, or not needed.
     fn progress(&self, _done: u64, _total: u64) {}
     /// Whether to stop at the next opportunity, keeping what is done.
     fn cancelled(&self) -> bool {

@@ -157,19 +157,13 @@ impl<'a> Renderer<'a> {
                 self.tile(&mut part, target, &mut worker, observer);
                 shared.lock_film().put(&part);
                 let taken = worker.samples - before;
-                let news = taken + self.skipped(&part, target, taken);
+                let news = if observer.cancelled() { taken } else { quota(&part, target) };
                 let done = shared.done.fetch_add(news, Ordering::Relaxed) + news;
                 observer.progress(done, total);
             }
             shared.add(&worker);
         };
         self.pool.scope(|scope| (0..self.threads()).for_each(|_| scope.spawn(|_| work())));
-    }
-
-    /// Samples of this pass that adaptive sampling did not need.
-    fn skipped(&self, part: &Film, target: u32, taken: u64) -> u64 {
-        let due = u64::from(target - (target - 1) / PASS * PASS) * part.region().area() as u64;
-        if self.settings.adaptive.is_some() { due.saturating_sub(taken) } else { 0 }
     }
 
     /// Brings every pixel of a tile to `target` samples, unless it converges before.
@@ -216,6 +210,11 @@ impl<'a> Renderer<'a> {
         let (mean, error) = film.pixel(x, y).luminance();
         1.96 * error <= f64::from(tolerance) * mean
     }
+}
+
+/// Samples that the pass to `target` takes, unless the film has them or does not need them.
+fn quota(film: &Film, target: u32) -> u64 {
+    u64::from(target - (target - 1) / PASS * PASS) * film.region().area() as u64
 }
 
 /// What the threads of a render share.

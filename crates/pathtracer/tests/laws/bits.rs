@@ -1,5 +1,6 @@
 //! What must not change a bit of an image: threads, tiles, a pause, a region.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use pathtracer::image::{self, SaveOptions};
@@ -110,6 +111,34 @@ fn a_pause_does_not_change_a_bit() {
         assert!((1..whole.film().samples()).contains(&film.samples()));
         paused.render(2, 32, &Silent).expect("it renders");
         assert!(paused.film() == whole.film());
+    }
+}
+
+/// The largest part of the work that an observer heard was done.
+#[derive(Default)]
+struct Listener(Mutex<(u64, u64)>);
+
+impl Observer for Listener {
+    fn progress(&self, done: u64, total: u64) {
+        let mut most = self.0.lock().expect("no thread panics");
+        *most = (most.0.max(done), total);
+    }
+}
+
+/// Progress ends at the whole, whatever the film had before and whatever adaptive sampling left
+/// out.
+#[test]
+fn progress_ends_at_the_whole() {
+    for settings in [base(), adaptive()] {
+        let mut session = session(settings);
+        let observer = StopAfter { after: 2000, stopped: AtomicBool::new(false) };
+        session.render(2, 7, &observer).expect("it renders");
+        for _ in 0..2 {
+            let listener = Listener::default();
+            session.render(2, 7, &listener).expect("it renders");
+            let (done, total) = *listener.0.lock().expect("no thread panics");
+            assert!(done == total && total > 0, "{done} of {total}");
+        }
     }
 }
 
