@@ -1,7 +1,7 @@
 //! Direct light at surface points: rays that ask whether it arrives, and what it brings.
 
 use pt_bvh::Hit;
-use pt_core::light::{Light, LightVisitor};
+use pt_core::light::{Light, LightSample, LightVisitor};
 use pt_math::sampler::Lanes;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3, warp};
 
@@ -58,6 +58,8 @@ impl Queue {
 /// is answered in this order, wherever in between answers are given.
 #[derive(Default)]
 pub(super) struct Requests {
+    /// Samples of one light, one for each surface of a block.
+    samples: Vec<Option<LightSample>>,
     /// Bring f · |cos| · L / p if nothing is in their way.
     shadows: Queue,
     blocked: Vec<bool>,
@@ -82,11 +84,11 @@ impl Requests {
         mut pairs: &[[Lanes<f32>; 2]],
     ) {
         for light in cx.scene.lights.as_slice() {
-            let samples = rules.light_samples(cx.settings, light.is_delta());
+            let n = rules.light_samples(cx.settings, light.is_delta());
             let numbers;
-            (numbers, pairs) = pairs.split_at(samples as usize);
-            let shadows = &mut self.shadows;
-            light.visit(LightSampling { rules, cx, surfaces, pairs: numbers, shadows });
+            (numbers, pairs) = pairs.split_at(n as usize);
+            let Self { samples, shadows, .. } = self;
+            light.visit(LightSampling { rules, cx, surfaces, pairs: numbers, samples, shadows });
         }
         if let Some(hemisphere) = hemisphere {
             self.probe(hemisphere, surfaces, &pairs[..hemisphere.samples as usize]);
@@ -152,6 +154,7 @@ struct LightSampling<'a, R> {
     cx: Context<'a>,
     surfaces: &'a [Surface<'a>],
     pairs: &'a [[Lanes<f32>; 2]],
+    samples: &'a mut Vec<Option<LightSample>>,
     shadows: &'a mut Queue,
 }
 
@@ -163,19 +166,24 @@ impl<R: Rules> LightVisitor for LightSampling<'_, R> {
         let Context { scene, settings } = self.cx;
         let n = self.pairs.len() as u32;
         for [x, y] in self.pairs {
-            for (surface, (&x, &y)) in self.surfaces.iter().zip(x.iter().zip(y)) {
+            // Two loops for the reason of `Wavefront::meet`.
+            let sample = |(surface, (&x, &y)): (&Surface, (&f32, &f32))| {
+                light.sample(&scene.light_tables, surface.point.p, [x, y])
+            };
+            self.samples.clear();
+            self.samples.extend(self.surfaces.iter().zip(x.iter().zip(y)).map(sample));
+            for (surface, sample) in self.surfaces.iter().zip(&*self.samples) {
                 let Surface { point, bsdf, beta, start, .. } = surface;
+                let Some(sample) = sample else { continue };
                 if bsdf.is_delta() {
                     continue;
                 }
-                let sample = light.sample(&scene.light_tables, point.p, [x, y]);
-                let Some(sample) = sample else { continue };
-                let weight = self.rules.light_weight(settings, bsdf, &sample, n);
+                let weight = self.rules.light_weight(settings, bsdf, sample, n);
                 let p = sample.pdf.map_or(1.0, Pdf::get) * n as f32;
                 let f = bsdf.eval(sample.wi);
                 let value = *beta * f * sample.radiance * (weight / p);
                 if !value.is_black() {
-                    self.shadows.push(point.spawn_to(&sample), value, *start);
+                    self.shadows.push(point.spawn_to(sample), value, *start);
                 }
             }
         }
