@@ -118,7 +118,7 @@ impl Slabs {
     }
 }
 
-/// The ray as the triangle filter wants it.
+/// The ray as the triangle filter wants it; or a ray for each lane, if their axes are the same.
 pub(super) struct Shear {
     pub(super) axes: [usize; 3],
     pub(super) origin: [Lanes; 3],
@@ -151,17 +151,27 @@ impl Shear {
         }
     }
 
-    /// A bit for each triangle that the f32 edge functions do not rule out, and whose vertices are
-    /// not all before the start of the ray or all beyond the depth `limit`: the depth of a hit is
-    /// a mean of theirs. The operations are those of [`triangle::intersect`].
+    /// A bit for each triangle of a block that the ray may hit; see [`Self::test`].
     #[inline(always)]
     pub(super) fn filter(&self, block: &TriangleBlock, limit: f32) -> (u32, Sheared) {
+        self.test(|v, k| block.vertices[v][k], Lanes::splat(limit))
+    }
+
+    /// A bit for each lane in which the f32 edge functions do not rule out a hit of the triangle
+    /// whose vertex `v` has coordinate `k` of `vertices(v, k)`, and its vertices are not all before
+    /// the start of the ray or all beyond the depth `limit`: the depth of a hit is a mean of
+    /// theirs. The operations are those of [`triangle::intersect`].
+    #[inline(always)]
+    pub(super) fn test(
+        &self,
+        vertices: impl Fn(usize, usize) -> Lanes,
+        limit: Lanes,
+    ) -> (u32, Sheared) {
         let [kx, ky, kz] = self.axes;
         let [a, b, c] = [0, 1, 2].map(|v: usize| {
-            let rows = &block.vertices[v];
-            let z = rows[kz] - self.origin[2];
-            let x = rows[kx] - self.origin[0] - self.slopes[0] * z;
-            let y = rows[ky] - self.origin[1] - self.slopes[1] * z;
+            let z = vertices(v, kz) - self.origin[2];
+            let x = vertices(v, kx) - self.origin[0] - self.slopes[0] * z;
+            let y = vertices(v, ky) - self.origin[1] - self.slopes[1] * z;
             [x, y, z * self.sign]
         });
         let edge = |p: [Lanes; 3], q: [Lanes; 3]| q[0] * p[1] - q[1] * p[0];
@@ -171,7 +181,7 @@ impl Shear {
         let nearest = a[2].fast_min(b[2]).fast_min(c[2]);
         let farthest = a[2].fast_max(b[2]).fast_max(c[2]);
         let crossed = least.simd_ge(Lanes::ZERO) | greatest.simd_le(Lanes::ZERO);
-        let within = nearest.simd_le(Lanes::splat(limit)) & farthest.simd_ge(self.start);
+        let within = nearest.simd_le(limit) & farthest.simd_ge(self.start);
         ((crossed & within).to_bitmask(), Sheared([a, b, c]))
     }
 }

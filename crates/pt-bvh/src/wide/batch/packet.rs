@@ -18,7 +18,7 @@ use super::order::LANES;
 use super::{Parts, Queues};
 use crate::counter::Counter;
 use crate::ray::{AXES, LEAST_PAD, PAD};
-use crate::wide::traverse::Sheared;
+use crate::wide::traverse::Shear;
 use crate::wide::{Child, TriangleBlock, WIDTH, WideBvh};
 
 /// Rays of a packet.
@@ -199,8 +199,7 @@ impl WideBvh {
 
 impl Group {
     /// Adds those of the block's given triangles that the eight rays from `first` on, which have the
-    /// same axis, may hit. The operations are those of
-    /// [`Shear::filter`](crate::wide::traverse::Shear::filter).
+    /// same axis, may hit.
     #[inline(always)]
     fn filter(
         &self,
@@ -210,33 +209,22 @@ impl Group {
         candidates: &mut Candidates,
     ) {
         let eight = |column: &Column| eight(column, first);
-        let [kx, ky, kz] = AXES[self.axis[first] as usize % AXES.len()];
-        let origin = self.origin.each_ref().map(eight);
-        let slopes = self.slopes.each_ref().map(eight);
-        let (sign, start, limit) = (eight(&self.sign), eight(&self.start), eight(&self.limit));
+        let shear = Shear {
+            axes: AXES[self.axis[first] as usize % AXES.len()],
+            origin: self.origin.each_ref().map(eight),
+            slopes: self.slopes.each_ref().map(eight),
+            sign: eight(&self.sign),
+            start: eight(&self.start),
+        };
+        let limit = eight(&self.limit);
         let rays = LANES + u32x8::splat(first as u32);
         while triangles != 0 {
             let lane = triangles.trailing_zeros() as usize % WIDTH;
             triangles &= triangles - 1;
-            let id = block.ids[lane];
-            let [a, b, c] = [0, 1, 2].map(|v: usize| {
-                let coordinate = |k: usize| f32x8::splat(block.vertices[v][k].as_array()[lane]);
-                let z = coordinate(kz) - origin[2];
-                let x = coordinate(kx) - origin[0] - slopes[0] * z;
-                let y = coordinate(ky) - origin[1] - slopes[1] * z;
-                [x, y, z * sign]
-            });
-            let edge = |p: [f32x8; 3], q: [f32x8; 3]| q[0] * p[1] - q[1] * p[0];
-            let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
-            let least = u.fast_min(v).fast_min(w);
-            let greatest = u.fast_max(v).fast_max(w);
-            let nearest = a[2].fast_min(b[2]).fast_min(c[2]);
-            let farthest = a[2].fast_max(b[2]).fast_max(c[2]);
-            let crossed = least.simd_ge(f32x8::ZERO) | greatest.simd_le(f32x8::ZERO);
-            let within = nearest.simd_le(limit) & farthest.simd_ge(start);
-            let set = (crossed & within).to_bitmask();
+            let vertices = |v: usize, k: usize| block.vertices[v][k].as_array()[lane];
+            let (set, sheared) = shear.test(|v, k| f32x8::splat(vertices(v, k)), limit);
             if set != 0 {
-                candidates.add(rays, u32x8::splat(id), set, &Sheared([a, b, c]));
+                candidates.add(rays, u32x8::splat(block.ids[lane]), set, &sheared);
             }
         }
     }
