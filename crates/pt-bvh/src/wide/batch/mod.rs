@@ -98,7 +98,8 @@ impl Stacks {
         let to = *top..*top + STACK_MARGIN;
         self.depths[to.clone()].copy_from_slice(keys.as_array());
         let children = u32x8::new(bytemuck::cast(node.children));
-        self.children[to].copy_from_slice(children.shuffle(keys).as_array());
+        let lanes = keys & u32x8::splat(LANE_BITS);
+        self.children[to].copy_from_slice(children.shuffle(lanes).as_array());
         *top += hit.to_bitmask().count_ones() as usize;
     }
 
