@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, ensure};
 
 use crate::peers::{self, Prepared, Size};
-use crate::project::{cargo, shown, step, succeed};
+use crate::project::{cargo, shown, step, succeed, target};
 
 /// What was passed and what was not looked at.
 #[derive(Default)]
@@ -44,6 +44,9 @@ fn steps(report: &mut Report) -> Result<()> {
         let kinds = ["--lib", "--bins", "--tests", "--examples"];
         tests(cargo(&[&["test", "--workspace"][..], &kinds, SHOW].concat()), skipped)
     })?;
+    if cfg!(target_arch = "x86_64") {
+        report.step("ray queries without AVX2", portable_queries)?;
+    }
     report.step("tests in the documentation", |skipped| {
         tests(cargo(&[&["test", "--workspace", "--doc"][..], SHOW].concat()), skipped)
     })?;
@@ -55,6 +58,14 @@ fn steps(report: &mut Report) -> Result<()> {
             Ok(())
         }
     })
+}
+
+/// The vectors of processors that are not of the kind that the workspace is built for, such as ARM.
+fn portable_queries(skipped: &mut Vec<String>) -> Result<()> {
+    let mut command = cargo(&[&["test", "--package", "pt-bvh", "--lib"][..], SHOW].concat());
+    command.env("RUSTFLAGS", "-C target-cpu=x86-64");
+    command.env("CARGO_TARGET_DIR", target()?.join("portable"));
+    tests(command, skipped)
 }
 
 /// Tests that skip something print a line that begins with this.
