@@ -16,7 +16,7 @@ pub(super) const BLOCKS: usize = 32;
 const ROOM: usize = BLOCKS * BLOCK + WIDTH;
 
 /// Rays, and triangles that they may hit.
-#[derive(Clone)]
+#[derive(Clone, Copy, bytemuck::Zeroable)]
 #[repr(align(64))]
 pub(super) struct Candidates {
     /// Sheared vertices: vertex, axis.
@@ -25,12 +25,6 @@ pub(super) struct Candidates {
     rays: [u32; ROOM],
     primitives: [u32; ROOM],
     len: usize,
-}
-
-impl Default for Candidates {
-    fn default() -> Self {
-        Self { vertices: [[[0.0; ROOM]; 3]; 3], rays: [0; ROOM], primitives: [0; ROOM], len: 0 }
-    }
 }
 
 impl Candidates {

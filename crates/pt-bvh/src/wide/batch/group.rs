@@ -18,7 +18,7 @@ pub(super) type Column<T = f32> = [T; GROUP];
 
 /// What there is to know about the rays of a group: what [`Prepared`](crate::ray::Prepared) has,
 /// how far each has come, and what it has hit.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, bytemuck::Zeroable)]
 #[repr(align(64))]
 pub(super) struct Group {
     pub(super) inverse: [Column; 3],
@@ -76,32 +76,6 @@ pub(super) fn depth_limit(t: f32x8, scale: f32x8) -> f32x8 {
     let next = from_bits(bits(t) + u32x8::splat(1));
     let next = t.simd_lt(f32x8::splat(f32::INFINITY)).select(next, t);
     (next * scale * (1.0 + CONVERSION)).max(f32x8::splat(2.0 * f32::MIN_POSITIVE))
-}
-
-impl Default for Group {
-    fn default() -> Self {
-        let (zeros, none) = ([0.0; GROUP], [0; GROUP]);
-        Self {
-            inverse: [zeros; 3],
-            near: [zeros; 3],
-            far: [zeros; 3],
-            start: zeros,
-            limit: zeros,
-            octant: none,
-            axis: none,
-            origin: [zeros; 3],
-            slopes: [zeros; 2],
-            sign: zeros,
-            scale: zeros,
-            origin_size: zeros,
-            t_min: zeros,
-            t: zeros,
-            barycentric: [zeros; 2],
-            primitive: none,
-            child: none,
-            top: none,
-        }
-    }
 }
 
 impl Group {

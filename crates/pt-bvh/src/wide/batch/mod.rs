@@ -19,6 +19,7 @@ mod packet;
 
 use std::cell::RefCell;
 
+use bytemuck::Zeroable;
 use pt_math::{Bounds3, Ray};
 use wide::{f32x8, u32x8};
 
@@ -39,7 +40,7 @@ pub(super) const STACK_MARGIN: usize = WIDTH;
 const LANE_BITS: u32 = WIDTH as u32 - 1;
 
 /// Rays by what they visit next: the two bits of kind of [`Child`].
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, bytemuck::Zeroable)]
 struct Queues {
     rays: [Column<u32>; 4],
     len: [usize; 4],
@@ -140,9 +141,9 @@ struct Parts<'a> {
 
 thread_local! {
     static SCRATCH: RefCell<Scratch> = RefCell::new(Scratch {
-        group: Box::default(),
-        candidates: Box::default(),
-        queues: Box::new([Queues { rays: [[0; GROUP]; 4], len: [0; 4] }; 2]),
+        group: Box::new(Group::zeroed()),
+        candidates: Box::new(Candidates::zeroed()),
+        queues: Box::new([Queues::zeroed(); 2]),
         stacks: Stacks::default(),
     });
 }
