@@ -51,7 +51,7 @@ pub(crate) struct Cli {
 
     /// Samples of each area light at each surface point
     #[arg(short, long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
-    #[arg(value_parser = check::positive, help_heading = "Sampling")]
+    #[arg(value_parser = check::light_samples, help_heading = "Sampling")]
     pub(crate) light_samples: u32,
 
     /// Most surface interactions of a path: 0 shows lights only, 1 direct light [default: the

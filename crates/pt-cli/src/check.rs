@@ -69,6 +69,17 @@ fn number(text: &str, fits: impl Fn(f32) -> bool, what: &str) -> Result<f32, Str
     }
 }
 
+/// A number of samples of each light.
+pub(crate) fn light_samples(text: &str) -> Result<u32, String> {
+    match whole(text, 1, "") {
+        Ok(n) if n <= 1 << 16 => Ok(n),
+        _ => {
+            Err("expected a number from 1 up to 65536; more samples per pixel (-s) do the rest"
+                .into())
+        }
+    }
+}
+
 /// A length ≥ 0.
 pub(crate) fn not_negative(text: &str) -> Result<f32, String> {
     number(text, |v| v >= 0.0, "a number from 0 up")

@@ -43,7 +43,8 @@ pub struct Adaptive {
 pub struct Settings {
     /// Samples per pixel; the maximum when adaptive.
     pub spp: u32,
-    /// Samples of each light that has an extent, at each surface point.
+    /// Samples of each light that has an extent, at each surface point; from 1 up to 65,536 make
+    /// sense.
     pub light_samples: u32,
     /// Largest number of surface interactions of a path: 0 is emission only, 1 direct light.
     pub max_depth: u32,

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use pt_core::settings::{Adaptive, Settings};
 use pt_core::{Film, Observer, Region, RenderScene};
+use pt_math::sampler::LANES;
 
 use crate::batch::{Run, Worker, batches};
 use crate::integrator::{self, Registration};
@@ -72,6 +73,10 @@ const PASS: u32 = 16;
 /// that is known of them stays in the second level of the cache.
 const BATCH: usize = 1024;
 
+/// Samples of a light at the first surfaces of a batch: fewer paths are taken together where each
+/// asks for many, so that a render can be stopped soon.
+const LIGHT_SAMPLES: usize = 16 * BATCH;
+
 impl<'a> Renderer<'a> {
     /// Sets up `threads` threads (0: one per core) that share tiles of `tile_size`² pixels.
     /// Neither changes the image.
@@ -96,7 +101,9 @@ impl<'a> Renderer<'a> {
             .num_threads(threads)
             .build()
             .map_err(|source| RenderError::Threads { threads, source })?;
-        let (tile_size, batch_size) = (tile_size.max(1), BATCH);
+        let light_samples = settings.light_samples.max(1) as usize;
+        let batch_size = (LIGHT_SAMPLES / light_samples).clamp(LANES, BATCH);
+        let tile_size = tile_size.max(1);
         Ok(Self { scene, settings, integrator, pool, tile_size, batch_size, counts_tests })
     }
 

@@ -2,10 +2,12 @@
 
 use pt_bvh::Hit;
 use pt_core::light::{Light, LightSample, LightVisitor};
+use pt_core::scene::RenderScene;
+use pt_core::settings::Settings;
 use pt_math::sampler::Lanes;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3, warp};
 
-use super::wavefront::{Context, Rules, Surface};
+use super::wavefront::{Numbers, Rules, Surface};
 use crate::Tracer;
 
 /// How light is looked for in random directions of the hemisphere.
@@ -54,10 +56,18 @@ impl Queue {
     }
 }
 
+/// A block of surfaces that ask for their direct light.
+pub(super) struct Asking<'a, R> {
+    pub(super) rules: &'a R,
+    pub(super) settings: &'a Settings,
+    pub(super) surfaces: &'a [Surface<'a>],
+    pub(super) numbers: &'a Numbers,
+}
+
 /// What surface points want to know. A path asks for lights first and for its hemisphere then, and
 /// is answered in this order, wherever in between answers are given.
-#[derive(Default)]
 pub(super) struct Requests {
+    hemisphere: Option<Hemisphere>,
     /// Samples of one light, one for each surface of a block.
     samples: Vec<Option<LightSample>>,
     /// Bring f · |cos| · L / p if nothing is in their way.
@@ -73,65 +83,76 @@ pub(super) struct Requests {
 const MANY: usize = 4096;
 
 impl Requests {
-    /// Asks for the direct light at each of a block of surfaces, to be multiplied by the throughput
-    /// of its path.
-    pub(super) fn ask(
-        &mut self,
-        rules: &impl Rules,
-        cx: Context,
-        hemisphere: Option<Hemisphere>,
-        surfaces: &[Surface],
-        mut pairs: &[[Lanes<f32>; 2]],
-    ) {
-        for light in cx.scene.lights.as_slice() {
-            let n = rules.light_samples(cx.settings, light.is_delta());
-            let numbers;
-            (numbers, pairs) = pairs.split_at(n as usize);
-            let Self { samples, shadows, .. } = self;
-            light.visit(LightSampling { rules, cx, surfaces, pairs: numbers, samples, shadows });
-        }
-        if let Some(hemisphere) = hemisphere {
-            self.probe(hemisphere, surfaces, &pairs[..hemisphere.samples as usize]);
+    pub(super) fn new(hemisphere: Option<Hemisphere>) -> Self {
+        Self {
+            hemisphere,
+            samples: Vec::new(),
+            shadows: Queue::default(),
+            blocked: Vec::new(),
+            probes: Queue::default(),
+            hits: Vec::new(),
         }
     }
 
-    /// Asks for light from random directions, one for each pair.
-    fn probe(&mut self, hemisphere: Hemisphere, surfaces: &[Surface], pairs: &[[Lanes<f32>; 2]]) {
-        for [x, y] in pairs {
-            for (surface, (&x, &y)) in surfaces.iter().zip(x.iter().zip(y)) {
-                let Surface { point, bsdf, beta, start, .. } = surface;
-                if bsdf.is_delta() {
-                    continue;
-                }
-                let (local, pdf) = hemisphere.direction([x, y]);
-                let wi = bsdf.frame().to_world(local);
-                let value = *beta * bsdf.eval(wi) / (pdf.get() * pairs.len() as f32);
-                if !value.is_black() {
-                    self.probes.push(point.spawn(wi), value, *start);
-                }
+    /// Asks for the direct light at each of a block of surfaces, to be multiplied by the throughput
+    /// of its path; answers what becomes too much.
+    pub(super) fn ask(
+        &mut self,
+        asking: &Asking<impl Rules>,
+        scene: &RenderScene,
+        tracer: &mut Tracer,
+        radiance: &mut [Spectrum],
+    ) {
+        let mut pair = 0u32;
+        for light in scene.lights.as_slice() {
+            let n = asking.rules.light_samples(asking.settings, light.is_delta());
+            for _ in 0..n {
+                let numbers = asking.numbers.pair(pair);
+                pair = pair.wrapping_add(1);
+                light.visit(LightSampling { asking, scene, numbers: &numbers, n, requests: self });
+                self.answer_many(tracer, radiance);
+            }
+        }
+        let Some(hemisphere) = self.hemisphere else { return };
+        for _ in 0..hemisphere.samples {
+            self.probe(hemisphere, asking.surfaces, &asking.numbers.pair(pair));
+            pair = pair.wrapping_add(1);
+            self.answer_many(tracer, radiance);
+        }
+    }
+
+    /// Asks for light from one random direction at each surface.
+    fn probe(&mut self, hemisphere: Hemisphere, surfaces: &[Surface], [x, y]: &[Lanes<f32>; 2]) {
+        for (surface, (&x, &y)) in surfaces.iter().zip(x.iter().zip(y)) {
+            let Surface { point, bsdf, beta, start, .. } = surface;
+            if bsdf.is_delta() {
+                continue;
+            }
+            let (local, pdf) = hemisphere.direction([x, y]);
+            let wi = bsdf.frame().to_world(local);
+            let value = *beta * bsdf.eval(wi) / (pdf.get() * hemisphere.samples as f32);
+            if !value.is_black() {
+                self.probes.push(point.spawn(wi), value, *start);
             }
         }
     }
 
-    /// Whether it is time to answer them.
-    pub(super) fn are_many(&self) -> bool {
-        self.shadows.rays.len().max(self.probes.rays.len()) >= MANY
+    /// Answers them if they are many.
+    fn answer_many(&mut self, tracer: &mut Tracer, radiance: &mut [Spectrum]) {
+        if self.shadows.rays.len().max(self.probes.rays.len()) >= MANY {
+            self.answer(tracer, radiance);
+        }
     }
 
     /// Adds to each start what its rays bring, in the order in which they were asked for, and
     /// forgets them.
-    pub(super) fn answer(
-        &mut self,
-        tracer: &mut Tracer,
-        hemisphere: Option<Hemisphere>,
-        radiance: &mut [Spectrum],
-    ) {
+    pub(super) fn answer(&mut self, tracer: &mut Tracer, radiance: &mut [Spectrum]) {
         tracer.occluded(&self.shadows.rays, &mut self.blocked);
         for (&(value, start), &blocked) in self.shadows.loads.iter().zip(&self.blocked) {
             radiance[start as usize] += if blocked { Spectrum::ZERO } else { value };
         }
         self.shadows.clear();
-        let Some(hemisphere) = hemisphere else { return };
+        let Some(hemisphere) = self.hemisphere else { return };
         tracer.intersect(&self.probes.rays, &mut self.hits);
         let scene = tracer.scene;
         for ((&(value, start), hit), ray) in
@@ -148,14 +169,13 @@ impl Requests {
     }
 }
 
-/// Asks for the light of one light, one sample for each pair of numbers.
+/// Asks for one of `n` samples of a light at each surface.
 struct LightSampling<'a, R> {
-    rules: &'a R,
-    cx: Context<'a>,
-    surfaces: &'a [Surface<'a>],
-    pairs: &'a [[Lanes<f32>; 2]],
-    samples: &'a mut Vec<Option<LightSample>>,
-    shadows: &'a mut Queue,
+    asking: &'a Asking<'a, R>,
+    scene: &'a RenderScene,
+    numbers: &'a [Lanes<f32>; 2],
+    n: u32,
+    requests: &'a mut Requests,
 }
 
 impl<R: Rules> LightVisitor for LightSampling<'_, R> {
@@ -163,28 +183,27 @@ impl<R: Rules> LightVisitor for LightSampling<'_, R> {
 
     #[inline(always)]
     fn visit<L: Light>(self, light: &L) {
-        let Context { scene, settings } = self.cx;
-        let n = self.pairs.len() as u32;
-        for [x, y] in self.pairs {
-            // Two loops for the reason of `Wavefront::meet`.
-            let sample = |(surface, (&x, &y)): (&Surface, (&f32, &f32))| {
-                light.sample(&scene.light_tables, surface.point.p, [x, y])
-            };
-            self.samples.clear();
-            self.samples.extend(self.surfaces.iter().zip(x.iter().zip(y)).map(sample));
-            for (surface, sample) in self.surfaces.iter().zip(&*self.samples) {
-                let Surface { point, bsdf, beta, start, .. } = surface;
-                let Some(sample) = sample else { continue };
-                if bsdf.is_delta() {
-                    continue;
-                }
-                let weight = self.rules.light_weight(settings, bsdf, sample, n);
-                let p = sample.pdf.map_or(1.0, Pdf::get) * n as f32;
-                let f = bsdf.eval(sample.wi);
-                let value = *beta * f * sample.radiance * (weight / p);
-                if !value.is_black() {
-                    self.shadows.push(point.spawn_to(sample), value, *start);
-                }
+        let Asking { rules, settings, surfaces, .. } = *self.asking;
+        let Requests { samples, shadows, .. } = self.requests;
+        let [x, y] = self.numbers;
+        // Two loops for the reason of `Wavefront::meet`.
+        let sample = |(surface, (&x, &y)): (&Surface, (&f32, &f32))| {
+            light.sample(&self.scene.light_tables, surface.point.p, [x, y])
+        };
+        samples.clear();
+        samples.extend(surfaces.iter().zip(x.iter().zip(y)).map(sample));
+        for (surface, sample) in surfaces.iter().zip(&*samples) {
+            let Surface { point, bsdf, beta, start, .. } = surface;
+            let Some(sample) = sample else { continue };
+            if bsdf.is_delta() {
+                continue;
+            }
+            let weight = rules.light_weight(settings, bsdf, sample, self.n);
+            let p = sample.pdf.map_or(1.0, Pdf::get) * self.n as f32;
+            let f = bsdf.eval(sample.wi);
+            let value = *beta * f * sample.radiance * (weight / p);
+            if !value.is_black() {
+                shadows.push(point.spawn_to(sample), value, *start);
             }
         }
     }

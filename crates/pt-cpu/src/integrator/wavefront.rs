@@ -23,7 +23,7 @@ use pt_core::settings::Settings;
 use pt_math::sampler::{LANES, Lanes, Samplers};
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3};
 
-use super::direct::{Hemisphere, Requests};
+use super::direct::{Asking, Hemisphere, Requests};
 use super::{CAMERA_DIMENSIONS, Integrator, Start};
 use crate::Tracer;
 
@@ -90,8 +90,25 @@ pub(super) struct Surface<'a> {
     pub(super) start: u32,
 }
 
-/// The numbers of a block of paths at one bounce, pair after pair.
-type Pairs = Vec<[Lanes<f32>; 2]>;
+/// The numbers of a block of paths at one bounce.
+pub(super) struct Numbers {
+    samplers: Samplers,
+    /// The dimension of the first.
+    first: u32,
+}
+
+impl Numbers {
+    /// Pair number `i`.
+    #[inline]
+    pub(super) fn pair(&self, i: u32) -> [Lanes<f32>; 2] {
+        self.samplers.points(self.first.wrapping_add(i.wrapping_mul(2)))
+    }
+
+    /// Pair number `i`, for the BSDF, and the one behind it, for roulette.
+    fn pairs(&self, i: u32) -> [[Lanes<f32>; 2]; 2] {
+        [self.pair(i), self.pair(i.wrapping_add(1))]
+    }
+}
 
 /// The driver of all path tracers.
 pub(super) struct Wavefront<'a, R> {
@@ -104,7 +121,6 @@ pub(super) struct Wavefront<'a, R> {
     dimensions: u32,
     /// Pairs of them that direct light takes.
     light_pairs: u32,
-    hemisphere: Option<Hemisphere>,
     /// Paths under way and their rays, in the order of their starts.
     paths: Vec<State>,
     rays: Vec<Ray>,
@@ -114,7 +130,6 @@ pub(super) struct Wavefront<'a, R> {
     /// A block of these.
     interactions: Vec<Interaction>,
     surfaces: Vec<Surface<'a>>,
-    pairs: Pairs,
     requests: Requests,
 }
 
@@ -130,7 +145,7 @@ impl<R: Rules> Integrator for Wavefront<'_, R> {
                 break;
             }
             self.scatter(bounces, tracer, starts, radiance);
-            self.requests.answer(tracer, self.hemisphere, radiance);
+            self.requests.answer(tracer, radiance);
         }
     }
 }
@@ -143,13 +158,14 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let delta = lights.len() as u32 - extended;
         let hemisphere = rules.hemisphere(cx);
         let samples = |l: &AnyLight| rules.light_samples(settings, l.is_delta());
-        let light_pairs = lights.iter().map(samples).sum::<u32>();
+        let light_pairs = lights.iter().map(samples).fold(0, u32::wrapping_add);
+        // Beyond 2³², dimensions begin anew.
+        let pairs = extended.max(1).wrapping_mul(settings.light_samples).wrapping_add(delta + 2);
         Self {
             cx,
             depth: rules.depth(settings),
-            dimensions: 2 * (delta + extended.max(1) * settings.light_samples) + 4,
-            light_pairs: light_pairs + hemisphere.map_or(0, |h| h.samples),
-            hemisphere,
+            dimensions: pairs.wrapping_mul(2),
+            light_pairs: light_pairs.wrapping_add(hemisphere.map_or(0, |h| h.samples)),
             rules,
             paths: Vec::new(),
             rays: Vec::new(),
@@ -157,8 +173,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             scattering: Vec::new(),
             interactions: Vec::new(),
             surfaces: Vec::new(),
-            pairs: Vec::new(),
-            requests: Requests::default(),
+            requests: Requests::new(hemisphere),
         }
     }
 
@@ -207,26 +222,24 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         starts: &[Start],
         radiance: &mut [Spectrum],
     ) {
-        let settings = self.cx.settings;
-        let light_pairs = if settings.shows(bounces + 1) { self.light_pairs } else { 0 };
+        let Context { scene, settings } = self.cx;
+        let lit = settings.shows(bounces + 1);
+        let light_pairs = if lit { self.light_pairs } else { 0 };
         let scattering = std::mem::take(&mut self.scattering);
         let mut living = 0;
         for block in scattering.chunks(LANES) {
             self.meet(block, settings.shows(bounces), radiance);
-            self.draw(bounces, light_pairs, starts);
-            if light_pairs > 0 {
-                self.requests.ask(
-                    &self.rules,
-                    self.cx,
-                    self.hemisphere,
-                    &self.surfaces,
-                    &self.pairs,
-                );
+            let numbers = self.draw(bounces, starts);
+            if lit {
+                let asking = Asking {
+                    rules: &self.rules,
+                    settings,
+                    surfaces: &self.surfaces,
+                    numbers: &numbers,
+                };
+                self.requests.ask(&asking, scene, tracer, radiance);
             }
-            living = self.leave(bounces + 1, light_pairs, living);
-            if self.requests.are_many() {
-                self.requests.answer(tracer, self.hemisphere, radiance);
-            }
+            living = self.leave(bounces + 1, light_pairs, &numbers, living);
         }
         self.paths.truncate(living);
         self.rays.truncate(living);
@@ -255,21 +268,27 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     }
 
     /// The numbers of the block's paths: for direct light, for the BSDF, and for roulette.
-    fn draw(&mut self, bounces: u32, light_pairs: u32, starts: &[Start]) {
+    fn draw(&self, bounces: u32, starts: &[Start]) -> Numbers {
         let sampler = |s: &Surface| starts[s.start as usize].sampler;
-        let samplers = Samplers::new(self.surfaces.iter().map(sampler));
-        let dimension = CAMERA_DIMENSIONS + bounces * self.dimensions;
-        self.pairs.clear();
-        self.pairs.extend((0..light_pairs + 2).map(|i| samplers.points(dimension + 2 * i)));
+        let first = bounces.wrapping_mul(self.dimensions).wrapping_add(CAMERA_DIMENSIONS);
+        Numbers { samplers: Samplers::new(self.surfaces.iter().map(sampler)), first }
     }
 
     /// Continues the block's paths after interaction number `bounces`: those that live, with their
     /// rays, are stored from `living` on. Returns where the next may be stored.
-    fn leave(&mut self, bounces: u32, light_pairs: u32, mut living: usize) -> usize {
+    fn leave(
+        &mut self,
+        bounces: u32,
+        light_pairs: u32,
+        numbers: &Numbers,
+        mut living: usize,
+    ) -> usize {
+        let behind_lights = numbers.pairs(light_pairs);
+        // Where only the BSDF finds directions, no numbers are taken for lights.
+        let any_delta = light_pairs > 0 && self.surfaces.iter().any(|s| s.bsdf.is_delta());
+        let alone = if any_delta { numbers.pairs(0) } else { behind_lights };
         for (lane, surface) in self.surfaces.iter().enumerate() {
-            // Where only the BSDF finds directions, no numbers are taken for lights.
-            let pair = if surface.bsdf.is_delta() { 0 } else { light_pairs as usize };
-            let [[x, y], [z, _]] = [&self.pairs[pair], &self.pairs[pair + 1]];
+            let [[x, y], [z, _]] = if surface.bsdf.is_delta() { &alone } else { &behind_lights };
             if let Some((path, ray)) = self.next(surface, bounces, [x[lane], y[lane]], z[lane]) {
                 self.paths[living] = path;
                 self.rays[living] = ray;
