@@ -1,5 +1,6 @@
 //! The compiled camera: pixels to rays.
 
+use pt_math::sampler::{LANES, Lanes};
 use pt_math::{Ray, Vec3, trig};
 
 /// A pinhole or thin lens that looks along `forward`.
@@ -41,24 +42,43 @@ pub enum Clip {
 impl Camera {
     /// The ray through point (`x`, `y`) of the image, in pixels from its upper left corner, and
     /// point `lens` of the unit square mapped to the lens. Its direction has unit length.
-    ///
-    /// Thin lens: all rays through one image point meet in the plane at the focal distance.
-    /// [Kolb, Mitchell & Hanrahan 1995, §3]
-    #[inline(always)]
-    pub fn ray(&self, [x, y]: [f32; 2], lens: [f32; 2]) -> Ray {
-        let [w, h] = self.resolution.map(|n| 0.5 * n as f32);
-        let sx = (x - w) * (self.half_extent[0] / w);
-        let sy = (h - y) * (self.half_extent[1] / h);
-        // Seen along the axis, this is at distance 1.
-        let pinhole = self.right * sx + self.up * sy + self.forward;
+    #[inline]
+    pub fn ray(&self, at: [f32; 2], lens: [f32; 2]) -> Ray {
+        if self.lens_radius == 0.0 { self.pinhole(at) } else { self.thin_lens(at, lens) }
+    }
+
+    /// [`Self::ray`] of many points, which are given in columns: the same bits, sooner.
+    pub fn rays(&self, [xs, ys]: &[Lanes<f32>; 2], [us, vs]: &[Lanes<f32>; 2]) -> Lanes<Ray> {
         if self.lens_radius == 0.0 {
-            return self.clipped(self.position, pinhole, 1.0);
+            by_columns(|i| self.pinhole([xs[i], ys[i]]))
+        } else {
+            by_columns(|i| self.thin_lens([xs[i], ys[i]], [us[i], vs[i]]))
         }
+    }
+
+    #[inline(always)]
+    fn pinhole(&self, at: [f32; 2]) -> Ray {
+        self.clipped(self.position, self.towards(at), 1.0)
+    }
+
+    /// All rays through one image point meet in the plane at the focal distance. [Kolb, Mitchell &
+    /// Hanrahan 1995, §3]
+    #[inline(always)]
+    fn thin_lens(&self, at: [f32; 2], lens: [f32; 2]) -> Ray {
         let r = self.lens_radius * lens[0].sqrt();
         let (sin, cos) = trig::sin_cos_tau(lens[1]);
         let offset = self.right * (r * cos) + self.up * (r * sin);
         let focal = self.focal_distance;
-        self.clipped(self.position + offset, pinhole * focal - offset, focal)
+        self.clipped(self.position + offset, self.towards(at) * focal - offset, focal)
+    }
+
+    /// From the middle of the lens to a point of the image at distance 1 along the axis.
+    #[inline(always)]
+    fn towards(&self, [x, y]: [f32; 2]) -> Vec3 {
+        let [w, h] = self.resolution.map(|n| 0.5 * n as f32);
+        let sx = (x - w) * (self.half_extent[0] / w);
+        let sy = (h - y) * (self.half_extent[1] / h);
+        self.right * sx + self.up * sy + self.forward
     }
 
     /// The ray to a point that is `distance` away along the axis.
@@ -71,6 +91,25 @@ impl Camera {
         };
         Ray { origin, direction: to / length, t_min: self.near * scale, t_max: self.far * scale }
     }
+}
+
+/// Each number of all rays before the next one: a form in which they are computed side by side.
+#[inline(always)]
+fn by_columns(ray: impl Fn(usize) -> Ray) -> Lanes<Ray> {
+    let mut columns = [[0.0; LANES]; 8];
+    for i in 0..LANES {
+        let Ray { origin: o, direction: d, t_min, t_max } = ray(i);
+        for (column, x) in columns.iter_mut().zip([o.x, o.y, o.z, d.x, d.y, d.z, t_min, t_max]) {
+            column[i] = x;
+        }
+    }
+    let [ox, oy, oz, dx, dy, dz, t_min, t_max] = columns;
+    std::array::from_fn(|i| Ray {
+        origin: Vec3::new(ox[i], oy[i], oz[i]),
+        direction: Vec3::new(dx[i], dy[i], dz[i]),
+        t_min: t_min[i],
+        t_max: t_max[i],
+    })
 }
 
 #[cfg(test)]
@@ -112,6 +151,19 @@ mod tests {
         };
         for lens in [[0.1, 0.2], [0.9, 0.7], [0.5, 0.5]] {
             assert!((meet(lens) - meet([0.0; 2])).length() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn many_rays_have_the_bits_of_each() {
+        for (radius, clip) in [(0.0, Clip::Axis), (0.0, Clip::Ray), (0.3, Clip::Axis)] {
+            let c = Camera { clip, ..camera(radius) };
+            let column = |step: f32| std::array::from_fn(|i| (i as f32 * step).fract());
+            let (at, lens) = ([column(0.37), column(0.73)], [column(0.61), column(0.19)]);
+            let at = at.map(|x| x.map(|x| 500.0 * x));
+            for (i, ray) in c.rays(&at, &lens).into_iter().enumerate() {
+                assert_eq!(ray, c.ray(at.map(|x| x[i]), lens.map(|x| x[i])));
+            }
         }
     }
 }

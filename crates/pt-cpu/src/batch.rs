@@ -2,13 +2,12 @@
 
 use std::ops::Range;
 
-use pt_core::camera::Camera;
 use pt_core::settings::Settings;
 use pt_core::{Film, RenderScene};
 use pt_math::Spectrum;
-use pt_math::sampler::{LANES, Sampler, Samplers};
+use pt_math::sampler::{LANES, Sampler};
 
-use crate::integrator::{Integrator, Registration, Start};
+use crate::integrator::{Integrator, Registration, Starts};
 use crate::tracer::Tracer;
 
 /// Consecutive samples of one pixel.
@@ -39,7 +38,9 @@ pub(crate) struct Worker<'a> {
     settings: &'a Settings,
     pub(crate) tracer: Tracer<'a>,
     integrator: Box<dyn Integrator + 'a>,
-    starts: Vec<Start>,
+    starts: Starts,
+    /// Upper left corners of the starts' pixels: columns, rows.
+    corners: [Vec<f32>; 2],
     radiance: Vec<Spectrum>,
     /// Samples taken.
     pub(crate) samples: u64,
@@ -56,7 +57,8 @@ impl<'a> Worker<'a> {
             settings,
             tracer: Tracer::new(scene, counts_tests),
             integrator: (integrator.new)(scene, settings),
-            starts: Vec::new(),
+            starts: Starts::default(),
+            corners: Default::default(),
             radiance: Vec::new(),
             samples: 0,
         }
@@ -66,40 +68,42 @@ impl<'a> Worker<'a> {
     ///
     /// Each is a pure function of scene, settings, pixel and the number of the sample.
     pub(crate) fn take(&mut self, batch: &[Run], film: &mut Film) {
-        self.starts.clear();
-        push_starts(&self.tracer.scene.camera, self.settings, batch, &mut self.starts);
+        self.start(batch);
         self.integrator.radiance(&mut self.tracer, &self.starts, &mut self.radiance);
-        let mut radiance = self.radiance.iter();
-        for Run { pixel: [x, y], samples } in batch {
-            for (n, &l) in samples.clone().zip(&mut radiance) {
-                film.add(*x, *y, n, l);
+        let mut radiance = &*self.radiance;
+        for Run { pixel, samples } in batch {
+            let (of_pixel, rest) = radiance.split_at(samples.len());
+            film.add(*pixel, samples.start, of_pixel);
+            radiance = rest;
+        }
+        self.samples += self.radiance.len() as u64;
+    }
+
+    /// Makes the starts of the samples of a batch, in order.
+    fn start(&mut self, batch: &[Run]) {
+        let Starts { rays, samplers } = &mut self.starts;
+        rays.clear();
+        samplers.clear();
+        self.corners.iter_mut().for_each(Vec::clear);
+        for Run { pixel, samples } in batch {
+            let sampler = Sampler::new(self.settings.sampler, self.settings.seed, *pixel, 0);
+            samplers.extend(sampler, samples.clone());
+            for (corners, &v) in self.corners.iter_mut().zip(pixel) {
+                corners.resize(samplers.len(), v as f32);
             }
         }
-        self.samples += self.starts.len() as u64;
-    }
-}
-
-/// The starts of the samples of a batch, in order.
-fn push_starts(camera: &Camera, settings: &Settings, batch: &[Run], starts: &mut Vec<Start>) {
-    let mut samples = batch.iter().flat_map(|Run { pixel, samples }| {
-        let sampler = Sampler::new(settings.sampler, settings.seed, *pixel, 0);
-        let [x, y] = pixel.map(|v| v as f32);
-        samples.clone().map(move |n| ([x, y], sampler.with_sample(n)))
-    });
-    let mut block = Vec::with_capacity(LANES);
-    loop {
-        block.clear();
-        block.extend(samples.by_ref().take(LANES));
-        if block.is_empty() {
-            return;
+        let camera = &self.tracer.scene.camera;
+        let [xs, ys] = self.corners.each_ref().map(|v| v.chunks(LANES));
+        for ((first, xs), ys) in (0..).step_by(LANES).zip(xs).zip(ys) {
+            let mut at = samplers.points(first, 0);
+            for (points, corners) in at.iter_mut().zip([xs, ys]) {
+                points.iter_mut().zip(corners).for_each(|(p, corner)| *p += corner);
+            }
+            let has_lens = camera.lens_radius > 0.0;
+            let lens = if has_lens { samplers.points(first, 2) } else { [[0.0; LANES]; 2] };
+            let block = camera.rays(&at, &lens);
+            rays.extend_from_slice(&block[..xs.len()]);
         }
-        let numbers = Samplers::new(block.iter().map(|&(_, sampler)| sampler));
-        let [u, v] = numbers.points(0);
-        let lens = if camera.lens_radius > 0.0 { numbers.points(2) } else { [[0.0; LANES]; 2] };
-        starts.extend(block.iter().enumerate().map(|(i, &([x, y], sampler))| {
-            let ray = camera.ray([x + u[i], y + v[i]], [lens[0][i], lens[1][i]]);
-            Start { ray, sampler }
-        }));
     }
 }
 

@@ -59,7 +59,10 @@ fn aligned_runs_of_sobol_numbers_are_stratified() {
 fn numbers_side_by_side_are_those_of_each() {
     for kind in KINDS {
         for d in [0, 4, 77, u32::MAX - 1] {
-            let all = (0..200).map(|i| Sampler::new(kind, i, [i, 3 * i], i * i * i));
+            let sampler = |pixel, i: u32| Sampler::new(kind, 9, pixel, i * i * i);
+            let of_many_pixels = (0..200).map(|i| sampler([i, 3 * i], i));
+            let of_one_pixel = (0..40).map(|i| sampler([7, 2], i));
+            let all = of_many_pixels.chain(of_one_pixel);
             let all: Vec<_> = all.map(|s| s.at_dimension(d)).collect();
             for few in all.chunks(LANES).chain(all.chunks(3)) {
                 let [x, y] = Samplers::new(few.iter().copied()).points(d);

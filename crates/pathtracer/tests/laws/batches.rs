@@ -3,9 +3,9 @@
 use pathtracer::{
     Adaptive, DirectLight, Film, INTEGRATORS, Progress, Scene, Session, Settings, Silent,
 };
-use pt_cpu::{Renderer, Start, Tracer};
+use pt_cpu::{Renderer, Starts, Tracer};
 use pt_math::sampler::Sampler;
-use pt_math::{DAffine3, DVec3, Spectrum};
+use pt_math::{DAffine3, DVec3, Ray, Spectrum};
 use pt_scene::LightKind;
 use pt_testing::Random;
 
@@ -65,13 +65,13 @@ fn the_size_of_batches_does_not_change_a_bit() {
 }
 
 /// Starts in pixels all over the image.
-fn starts(session: &Session, n: u32) -> Vec<Start> {
+fn starts(session: &Session, n: u32) -> Vec<(Ray, Sampler, u32)> {
     let (camera, settings) = (&session.scene().camera, session.settings());
     let mut random = Random::new(7);
     let start = |sample| {
         let pixel = SIZE.map(|side| random.below(side as usize) as u32);
         let ray = camera.ray(pixel.map(|v| v as f32 + random.unit()), [0.0; 2]);
-        Start { ray, sampler: Sampler::new(settings.sampler, settings.seed, pixel, sample) }
+        (ray, Sampler::new(settings.sampler, settings.seed, pixel, 0), sample)
     };
     (0..n).map(start).collect()
 }
@@ -87,9 +87,14 @@ fn a_path_depends_on_no_other_path() {
         let new = known.expect("it is one of them").new;
         let mut integrator = new(session.scene(), &settings);
         let mut tracer = Tracer::new(session.scene(), false);
-        let mut radiance = |starts: &[Start]| {
+        let mut radiance = |starts: &[(Ray, Sampler, u32)]| {
+            let mut columns = Starts::default();
+            for &(ray, sampler, sample) in starts {
+                columns.rays.push(ray);
+                columns.samplers.extend(sampler, sample..sample + 1);
+            }
             let mut l = Vec::new();
-            integrator.radiance(&mut tracer, starts, &mut l);
+            integrator.radiance(&mut tracer, &columns, &mut l);
             l
         };
         let starts = starts(&session, 150);

@@ -10,19 +10,19 @@ mod path;
 mod wavefront;
 
 use pt_core::{RenderScene, Settings};
-use pt_math::sampler::Sampler;
+use pt_math::sampler::SamplerColumns;
 use pt_math::{Ray, Spectrum};
 
 use crate::Tracer;
 use wavefront::Wavefront;
 
-/// Where a sample starts.
-#[derive(Clone, Copy, Debug)]
-pub struct Start {
-    /// The camera ray; its direction has unit length.
-    pub ray: Ray,
-    /// The sample's numbers.
-    pub sampler: Sampler,
+/// Where samples start: a ray and a sampler for each.
+#[derive(Clone, Debug, Default)]
+pub struct Starts {
+    /// Camera rays; their directions have unit length.
+    pub rays: Vec<Ray>,
+    /// The samples' numbers.
+    pub samplers: SamplerColumns,
 }
 
 /// The light that camera rays carry: a pure function of scene, settings and start.
@@ -32,7 +32,7 @@ pub struct Start {
 pub trait Integrator {
     /// Radiance along the ray of each start, in order, in place of what `radiance` held. Dimensions
     /// below [`CAMERA_DIMENSIONS`] are taken by the camera.
-    fn radiance(&mut self, tracer: &mut Tracer, starts: &[Start], radiance: &mut Vec<Spectrum>);
+    fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>);
 }
 
 /// Everything that the command line and the manual need to know about an integrator.

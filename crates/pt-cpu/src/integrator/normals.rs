@@ -3,21 +3,18 @@
 use pt_bvh::Hit;
 use pt_math::{Ray, Spectrum, Vec3};
 
-use super::{Integrator, Start};
+use super::{Integrator, Starts};
 use crate::Tracer;
 
 /// (n + 1) / 2 of the first hit; black where there is none.
 #[derive(Default)]
 pub(super) struct Normals {
-    rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
 }
 
 impl Integrator for Normals {
-    fn radiance(&mut self, tracer: &mut Tracer, starts: &[Start], radiance: &mut Vec<Spectrum>) {
-        self.rays.clear();
-        self.rays.extend(starts.iter().map(|s| s.ray));
-        tracer.intersect(&self.rays, &mut self.hits);
+    fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>) {
+        tracer.intersect(&starts.rays, &mut self.hits);
         let color = |(ray, hit): (&Ray, &Option<Hit>)| match hit {
             Some(hit) => {
                 let normal = tracer.scene.interaction(ray, hit).normal;
@@ -26,6 +23,6 @@ impl Integrator for Normals {
             None => Spectrum::ZERO,
         };
         radiance.clear();
-        radiance.extend(self.rays.iter().zip(&self.hits).map(color));
+        radiance.extend(starts.rays.iter().zip(&self.hits).map(color));
     }
 }

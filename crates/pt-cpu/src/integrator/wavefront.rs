@@ -24,7 +24,7 @@ use pt_math::sampler::{LANES, Lanes, Samplers};
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3};
 
 use super::direct::{Asking, Hemisphere, Requests};
-use super::{CAMERA_DIMENSIONS, Integrator, Start};
+use super::{CAMERA_DIMENSIONS, Integrator, Starts};
 use crate::Tracer;
 
 /// What is rendered, and how.
@@ -134,10 +134,10 @@ pub(super) struct Wavefront<'a, R> {
 }
 
 impl<R: Rules> Integrator for Wavefront<'_, R> {
-    fn radiance(&mut self, tracer: &mut Tracer, starts: &[Start], radiance: &mut Vec<Spectrum>) {
+    fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>) {
         self.begin(starts);
         radiance.clear();
-        radiance.resize(starts.len(), Spectrum::ZERO);
+        radiance.resize(starts.rays.len(), Spectrum::ZERO);
         for bounces in 0.. {
             tracer.intersect(&self.rays, &mut self.hits);
             self.arrive(bounces, radiance);
@@ -177,7 +177,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         }
     }
 
-    fn begin(&mut self, starts: &[Start]) {
+    fn begin(&mut self, starts: &Starts) {
         let first = State {
             beta: Spectrum::ONE,
             squeeze: 1.0,
@@ -186,10 +186,10 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             start: 0,
         };
         self.rays.clear();
-        self.rays.extend(starts.iter().map(|s| s.ray));
-        let path = |(start, s): (u32, &Start)| State { start, origin: s.ray.origin, ..first };
+        self.rays.extend_from_slice(&starts.rays);
+        let path = |(start, ray): (u32, &Ray)| State { start, origin: ray.origin, ..first };
         self.paths.clear();
-        self.paths.extend((0..).zip(starts).map(path));
+        self.paths.extend((0..).zip(&starts.rays).map(path));
     }
 
     /// Adds the light that rays find where their paths end, and says which paths scatter.
@@ -219,7 +219,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         &mut self,
         bounces: u32,
         tracer: &mut Tracer,
-        starts: &[Start],
+        starts: &Starts,
         radiance: &mut [Spectrum],
     ) {
         let Context { scene, settings } = self.cx;
@@ -268,8 +268,8 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     }
 
     /// The numbers of the block's paths: for direct light, for the BSDF, and for roulette.
-    fn draw(&self, bounces: u32, starts: &[Start]) -> Numbers {
-        let sampler = |s: &Surface| starts[s.start as usize].sampler;
+    fn draw(&self, bounces: u32, starts: &Starts) -> Numbers {
+        let sampler = |s: &Surface| starts.samplers.get(s.start as usize);
         let first = bounces.wrapping_mul(self.dimensions).wrapping_add(CAMERA_DIMENSIONS);
         Numbers { samplers: Samplers::new(self.surfaces.iter().map(sampler)), first }
     }

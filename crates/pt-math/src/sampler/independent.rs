@@ -38,14 +38,8 @@ fn pcg4d(v: [u32; 4]) -> [u32; 4] {
 }
 
 /// Two numbers of one sample at dimension `d`.
-#[inline]
-pub(super) fn point(key: u64, sample: u32, d: u32) -> [f32; 2] {
-    lane([key as u32, (key >> 32) as u32], sample, d)
-}
-
-/// [`point`] of a key of two words.
 #[inline(always)]
-pub(super) fn lane(key: [u32; 2], sample: u32, d: u32) -> [f32; 2] {
+pub(super) fn point(key: [u32; 2], sample: u32, d: u32) -> [f32; 2] {
     let [x, y, ..] = pcg4d([key[0], key[1], sample, d]);
     [unit(x), unit(y)]
 }

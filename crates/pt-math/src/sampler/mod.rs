@@ -7,7 +7,7 @@ mod independent;
 mod lanes;
 mod sobol;
 
-pub use lanes::{LANES, Lanes, Samplers};
+pub use lanes::{LANES, Lanes, SamplerColumns, Samplers};
 
 /// The kinds of point sets.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
@@ -44,10 +44,8 @@ pub struct Sampler {
     kind: SamplerKind,
     /// The dimension that comes next.
     dimension: u32,
-    /// Hash of seed and pixel; in one word, since two that are written one by one and read at once
-    /// stall the processor.
-    key: u64,
-    /// The number of the sample, in the form that the kind wants.
+    /// Hash of seed and pixel.
+    key: [u32; 2],
     sample: u32,
 }
 
@@ -56,18 +54,13 @@ impl Sampler {
     #[inline]
     pub fn new(kind: SamplerKind, seed: u32, pixel: [u32; 2], sample: u32) -> Self {
         let [k0, k1, _] = independent::pcg3d([pixel[0], pixel[1], seed]);
-        let key = (u64::from(k1) << 32) | u64::from(k0);
-        Self { kind, dimension: 0, key, sample: 0 }.with_sample(sample)
+        Self { kind, dimension: 0, key: [k0, k1], sample }
     }
 
     /// The numbers of another sample of the same pixel, from dimension 0: cheaper than
     /// [`Self::new`], and the same.
     #[inline]
     pub fn with_sample(self, sample: u32) -> Self {
-        let sample = match self.kind {
-            SamplerKind::Sobol => sobol::prepare_index(sample),
-            SamplerKind::Independent => sample,
-        };
         Self { dimension: 0, sample, ..self }
     }
 
@@ -90,7 +83,7 @@ impl Sampler {
         let d = self.dimension;
         self.dimension = d.wrapping_add(1);
         match self.kind {
-            SamplerKind::Sobol => sobol::point_1d(self.key, self.sample, d),
+            SamplerKind::Sobol => sobol::number(sobol::seeds(self.key, d), self.sample),
             SamplerKind::Independent => independent::point(self.key, self.sample, d)[0],
         }
     }
@@ -101,7 +94,7 @@ impl Sampler {
         let d = self.dimension;
         self.dimension = d.wrapping_add(2);
         match self.kind {
-            SamplerKind::Sobol => sobol::point_2d(self.key, self.sample, d),
+            SamplerKind::Sobol => sobol::point(sobol::seeds(self.key, d), self.sample),
             SamplerKind::Independent => independent::point(self.key, self.sample, d),
         }
     }

@@ -40,42 +40,23 @@ fn second_dimension_reversed(mut i: u32) -> u32 {
     i ^ ((i >> 1) & 0x5555_5555)
 }
 
-/// The form in which [`point_1d`] and [`point_2d`] want the number of a sample.
-#[inline]
-pub(super) fn prepare_index(sample: u32) -> u32 {
-    sample.reverse_bits()
+/// Seeds at dimension `d`: for the order of the samples, and for two scrambles.
+#[inline(always)]
+pub(super) fn seeds(key: [u32; 2], d: u32) -> [u32; 3] {
+    pcg3d([key[0], key[1], d])
 }
 
-/// The shuffled index at dimension `d`, and seeds for two scrambles.
-#[inline]
-fn shuffle(key: u64, reversed_sample: u32, d: u32) -> (u32, [u32; 2]) {
-    let [order, x, y] = pcg3d([key as u32, (key >> 32) as u32, d]);
-    (scramble_reversed(reversed_sample, order).reverse_bits(), [x, y])
-}
-
-/// A sample's number at dimension `d`.
-#[inline]
-pub(super) fn point_1d(key: u64, reversed_sample: u32, d: u32) -> f32 {
-    let (i, [seed, _]) = shuffle(key, reversed_sample, d);
+/// A sample's number by the seeds of a dimension.
+#[inline(always)]
+pub(super) fn number([order, seed, _]: [u32; 3], sample: u32) -> f32 {
+    let i = scramble_reversed(sample.reverse_bits(), order).reverse_bits();
     unit(scramble_reversed(i, seed).reverse_bits())
 }
 
-/// A sample's point at dimensions `d` and `d` + 1.
-#[inline]
-pub(super) fn point_2d(key: u64, reversed_sample: u32, d: u32) -> [f32; 2] {
-    let (i, [seed_x, seed_y]) = shuffle(key, reversed_sample, d);
-    let x = scramble_reversed(i, seed_x);
-    let y = scramble_reversed(second_dimension_reversed(i), seed_y);
-    // Both words at once: the reversal swaps them.
-    let both = ((u64::from(y) << 32) | u64::from(x)).reverse_bits();
-    [unit((both >> 32) as u32), unit(both as u32)]
-}
-
-/// [`point_2d`] in a form that computes many at a time.
+/// A sample's point by the seeds of a dimension; its first coordinate is [`number`].
 #[inline(always)]
-pub(super) fn lane_2d(key: [u32; 2], reversed_sample: u32, d: u32) -> [f32; 2] {
-    let [order, seed_x, seed_y] = pcg3d([key[0], key[1], d]);
-    let i = scramble_reversed(reversed_sample, order).reverse_bits();
+pub(super) fn point([order, seed_x, seed_y]: [u32; 3], sample: u32) -> [f32; 2] {
+    let i = scramble_reversed(sample.reverse_bits(), order).reverse_bits();
     let x = scramble_reversed(i, seed_x);
     let y = scramble_reversed(second_dimension_reversed(i), seed_y);
     [unit(x.reverse_bits()), unit(y.reverse_bits())]

@@ -1,69 +1,27 @@
 //! The film: exact sums of samples, so that neither threads nor tiles nor the order in which
 //! partial films are merged can change a bit of the image.
 
+mod exact;
+
 use pt_math::Spectrum;
 
-/// A sum of `f32` values as a fixed-point number: exact, hence associative and commutative.
-///
-/// The least significant bit is 2⁻⁶⁴. Magnitudes up to 2⁴⁸ keep 15 bits of head room, enough for
-/// 32,768 samples of the largest value, or 2³¹ samples of 2³².
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ExactSum(i128);
-
-impl ExactSum {
-    const FRACTION_BITS: i32 = 64;
-
-    /// The largest magnitude of a single value.
-    pub const LIMIT: f32 = (1u64 << 48) as f32;
-
-    /// Adds a finite value of at most [`Self::LIMIT`]; digits below 2⁻⁶⁴ are cut off.
-    #[inline]
-    pub fn add(&mut self, value: f32) {
-        let bits = value.to_bits();
-        let exponent = ((bits >> 23) & 0xff) as i32;
-        if exponent == 0 {
-            return; // zero, or below 2⁻¹²⁶
-        }
-        let mantissa = i128::from((bits & 0x7f_ffff) | 0x80_0000);
-        let shift = exponent - 150 + Self::FRACTION_BITS;
-        let magnitude = match shift {
-            0.. => mantissa << shift.min(127 - 24),
-            -23..0 => mantissa >> -shift,
-            _ => 0,
-        };
-        self.0 = self.0.wrapping_add(if bits >> 31 == 0 { magnitude } else { -magnitude });
-    }
-
-    /// Adds another sum.
-    #[inline]
-    pub fn merge(&mut self, other: Self) {
-        self.0 = self.0.wrapping_add(other.0);
-    }
-
-    /// The sum, rounded once.
-    #[inline]
-    pub fn value(self) -> f64 {
-        self.0 as f64 / 18_446_744_073_709_551_616.0
-    }
-}
+pub use self::exact::ExactSum;
+use self::exact::{CHANNELS, moments, sums};
 
 /// What is known of one pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PixelSums {
-    rgb: [ExactSum; 3],
-    luminance_squared: ExactSum,
+    /// Red, green, blue, and the square of the luminance.
+    sums: [ExactSum; CHANNELS],
     count: u32,
 }
 
 impl PixelSums {
     /// Adds a sample whose channels are finite and at most [`ExactSum::LIMIT`].
-    #[inline]
     fn add(&mut self, l: Spectrum) {
-        for (sum, value) in self.rgb.iter_mut().zip(l.to_array()) {
+        for (sum, value) in self.sums.iter_mut().zip(moments(l)) {
             sum.add(value);
         }
-        let y = l.luminance();
-        self.luminance_squared.add((y * y).min(ExactSum::LIMIT));
         self.count += 1;
     }
 
@@ -76,7 +34,8 @@ impl PixelSums {
     /// Mean radiance; black without samples.
     pub fn mean(&self) -> [f64; 3] {
         let n = f64::from(self.count.max(1));
-        self.rgb.map(|s| s.value() / n)
+        let [r, g, b, _] = self.sums;
+        [r, g, b].map(|s| s.value() / n)
     }
 
     /// Mean luminance, and the standard error of that mean: σ/√n with the sample variance
@@ -88,16 +47,16 @@ impl PixelSums {
             return (mean, f64::INFINITY);
         }
         let n = f64::from(self.count);
-        let variance = (self.luminance_squared.value() - n * mean * mean).max(0.0) / (n - 1.0);
+        let [.., squares] = self.sums;
+        let variance = (squares.value() - n * mean * mean).max(0.0) / (n - 1.0);
         (mean, (variance / n).sqrt())
     }
 
     /// Adds the samples of another.
     pub fn merge(&mut self, other: &Self) {
-        for (a, b) in self.rgb.iter_mut().zip(other.rgb) {
+        for (a, b) in self.sums.iter_mut().zip(other.sums) {
             a.merge(b);
         }
-        self.luminance_squared.merge(other.luminance_squared);
         self.count += other.count;
     }
 }
@@ -235,15 +194,32 @@ impl Film {
         &self.rejections
     }
 
-    /// Adds a sample. One that is no number counts as black, and is reported in
-    /// [`Self::rejections`].
+    /// Adds consecutive samples of a pixel, of which the first has number `first`. One that is no
+    /// number counts as black, and is reported in [`Self::rejections`].
     #[inline]
-    pub fn add(&mut self, x: u32, y: u32, sample: u32, l: Spectrum) {
+    pub fn add(&mut self, [x, y]: [u32; 2], first: u32, samples: &[Spectrum]) {
         let i = self.index(x, y);
-        let usable = l.0.abs().max_element() <= ExactSum::LIMIT && l.is_finite();
-        self.pixels[i].add(if usable { l } else { Spectrum::ZERO });
-        if !usable {
-            self.rejections.add(Rejected { y, x, sample });
+        let pixel = &mut self.pixels[i];
+        if let Some(sums) = sums(samples) {
+            for (sum, value) in pixel.sums.iter_mut().zip(sums) {
+                sum.add_multiple(value);
+            }
+            pixel.count += samples.len() as u32;
+        } else {
+            self.add_one_by_one([x, y], first, samples);
+        }
+    }
+
+    /// [`Self::add`] for samples that are no numbers, or too different to be summed in `f64`.
+    #[cold]
+    fn add_one_by_one(&mut self, [x, y]: [u32; 2], first: u32, samples: &[Spectrum]) {
+        let i = self.index(x, y);
+        for (sample, &l) in (first..).zip(samples) {
+            let usable = l.0.abs().max_element() <= ExactSum::LIMIT && l.is_finite();
+            self.pixels[i].add(if usable { l } else { Spectrum::ZERO });
+            if !usable {
+                self.rejections.add(Rejected { y, x, sample });
+            }
         }
     }
 
@@ -291,31 +267,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sums_are_exact_in_any_order() {
-        let values = [1e9f32, -1e-9, 3.25, -1e9, 1e-12, 0.1, -3.25];
-        let sum = |order: &[usize]| {
-            let mut s = ExactSum::default();
-            for &i in order {
-                s.add(values[i]);
-            }
-            s
-        };
-        let forward = sum(&[0, 1, 2, 3, 4, 5, 6]);
-        assert_eq!(forward, sum(&[6, 5, 4, 3, 2, 1, 0]));
-        let want = f64::from(0.1f32) + f64::from(1e-12f32) - f64::from(1e-9f32);
-        assert!((forward.value() - want).abs() < 1e-18, "{} {want}", forward.value());
-    }
-
-    #[test]
-    fn limits_do_not_overflow() {
-        let mut s = ExactSum::default();
-        for _ in 0..32_767 {
-            s.add(ExactSum::LIMIT);
-        }
-        assert_eq!(s.value(), 32_767.0 * f64::from(ExactSum::LIMIT));
-    }
-
-    #[test]
     fn mean_and_error_are_those_of_the_textbook() {
         let mut p = PixelSums::default();
         for v in [1.0, 2.0, 3.0, 6.0] {
@@ -329,9 +280,8 @@ mod tests {
     #[test]
     fn what_is_no_number_is_refused_and_located() {
         let mut film = Film::new(Region::full([4, 2]));
-        film.add(3, 1, 7, Spectrum::rgb(1.0, f32::NAN, 0.0));
-        film.add(0, 0, 2, Spectrum::splat(f32::INFINITY));
-        film.add(0, 0, 3, Spectrum::ONE);
+        film.add([3, 1], 7, &[Spectrum::rgb(1.0, f32::NAN, 0.0)]);
+        film.add([0, 0], 2, &[Spectrum::splat(f32::INFINITY), Spectrum::ONE]);
         assert_eq!(film.rejections().count, 2);
         assert_eq!(film.rejections().first[1], Rejected { y: 1, x: 3, sample: 7 });
         assert_eq!(film.pixel(0, 0).mean(), [0.5; 3]);
@@ -347,8 +297,8 @@ mod tests {
             for y in tile.y..tile.y + tile.height {
                 for x in tile.x..tile.x + tile.width {
                     let l = Spectrum::rgb(x as f32 * 0.1, y as f32 * 0.3, n as f32);
-                    part.add(x, y, 0, l);
-                    all.add(x, y, 0, l);
+                    part.add([x, y], 0, &[l]);
+                    all.add([x, y], 0, &[l]);
                 }
             }
             merged.merge(&part);
