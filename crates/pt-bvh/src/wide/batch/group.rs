@@ -57,6 +57,19 @@ pub(super) fn eight(column: &Column, first: usize) -> f32x8 {
     f32x8::new(numbers)
 }
 
+/// The same of a column of integers.
+#[inline(always)]
+pub(super) fn of_eight(column: &Column<u32>, first: usize) -> u32x8 {
+    let mut numbers = [0; WIDTH];
+    numbers.copy_from_slice(&column[first..first + WIDTH]);
+    u32x8::new(numbers)
+}
+
+#[inline(always)]
+fn copysign(x: f32x8, sign: f32x8) -> f32x8 {
+    f32x8::splat(-0.0).bitselect(sign, x)
+}
+
 /// The bits of eight numbers.
 #[inline(always)]
 pub(super) fn bits(x: f32x8) -> u32x8 {
@@ -83,13 +96,7 @@ impl Group {
     /// each that can hit anything. The operations are those of
     /// [`Prepared::new`](crate::ray::Prepared::new), and give the same bits.
     #[inline]
-    pub(super) fn take(
-        &mut self,
-        first: usize,
-        rays: &[Ray],
-        bounds: &Bounds3,
-        center: pt_math::Vec3,
-    ) -> u32 {
+    pub(super) fn take(&mut self, first: usize, rays: &[Ray]) -> u32 {
         let splat = f32x8::splat;
         let mut rows = [splat(f32::NAN); WIDTH];
         for (row, r) in rows.iter_mut().zip(rays) {
@@ -107,10 +114,47 @@ impl Group {
         let finite = [ax, ay, az].map(|x| x.simd_lt(splat(f32::INFINITY)));
         let usable = in_range[0] & in_range[1] & in_range[2] & finite[0] & finite[1] & finite[2];
 
-        let copysign = |x: f32x8, sign: f32x8| splat(-0.0).bitselect(sign, x);
         let sign = copysign(splat(1.0), by_axis(dx, dy, dz));
-        let slope = d.map(|x| x / scale);
-        let steep = slope.map(|x| copysign(x.abs().fast_max(splat(LEAST_SLOPE)), x));
+        let [sx, sy, sz] = d.map(|x| x / scale);
+        let falls = [0, 1, 2].map(|k: usize| (bits(d[k]) >> 31) << k as u32);
+        set_bits(&mut self.octant, first, falls[0] | falls[1] | falls[2]);
+        let axis = bits(is_z).select(bit(1), bits(is_y) & bit(0));
+        set_bits(&mut self.axis, first, axis);
+
+        let t_min = t_min.max(f32x8::ZERO);
+        let start = t_min * scale * (1.0 - CONVERSION);
+        set(&mut self.start, first, start.fast_max(splat(f32::MIN_POSITIVE)));
+        set(&mut self.limit, first, depth_limit(t_max, scale));
+        set(&mut self.origin[0], first, by_axis(oy, oz, ox));
+        set(&mut self.origin[1], first, by_axis(oz, ox, oy));
+        set(&mut self.origin[2], first, by_axis(ox, oy, oz));
+        set(&mut self.slopes[0], first, by_axis(sy, sz, sx) * sign);
+        set(&mut self.slopes[1], first, by_axis(sz, sx, sy) * sign);
+        set(&mut self.sign, first, sign);
+        set(&mut self.scale, first, scale);
+        set(&mut self.origin_size, first, origin_size);
+        set(&mut self.t_min, first, t_min);
+        set(&mut self.t, first, t_max);
+        set_bits(&mut self.primitive, first, u32x8::splat(NO_PRIMITIVE));
+        set_bits(&mut self.child, first, u32x8::ZERO);
+        (usable & scale.simd_gt(f32x8::ZERO)).to_bitmask()
+    }
+
+    /// Makes the eight rays from `first` on ready for the boxes, as `Slabs::new` makes one.
+    #[inline]
+    pub(super) fn take_slabs(&mut self, first: usize, bounds: &Bounds3, center: pt_math::Vec3) {
+        let splat = f32x8::splat;
+        let axis = of_eight(&self.axis, first);
+        let [is_y, is_z] = [0, 1].map(|k| from_bits(axis.simd_eq(bit(k))));
+        // From the cyclic order of axes that ends with the ray's own.
+        let by_axis = |x: f32x8, y: f32x8, z: f32x8| is_z.select(z, is_y.select(y, x));
+        let in_order =
+            |[a, b, c]: [f32x8; 3]| [by_axis(c, b, a), by_axis(a, c, b), by_axis(b, a, c)];
+        let o = in_order(self.origin.each_ref().map(|column| eight(column, first)));
+        let sign = eight(&self.sign, first);
+        let [a, b] = self.slopes.each_ref().map(|column| eight(column, first) * sign);
+        let steep =
+            in_order([a, b, sign]).map(|x| copysign(x.abs().fast_max(splat(LEAST_SLOPE)), x));
         let inverse = steep.map(|x| splat(1.0) / x);
         let reach = [0, 1, 2].map(|k: usize| {
             let far = |plane: f32| (splat(plane) - o[k]).abs();
@@ -125,29 +169,6 @@ impl Group {
             set(&mut self.near[k], first, offset - pad);
             set(&mut self.far[k], first, offset + pad);
         }
-        let falls = [0, 1, 2].map(|k: usize| bits(inverse[k].simd_lt(f32x8::ZERO)) & bit(k));
-        set_bits(&mut self.octant, first, falls[0] | falls[1] | falls[2]);
-        let axis = bits(is_z).select(bit(1), bits(is_y) & bit(0));
-        set_bits(&mut self.axis, first, axis);
-
-        let t_min = t_min.max(f32x8::ZERO);
-        let start = t_min * scale * (1.0 - CONVERSION);
-        set(&mut self.start, first, start.fast_max(splat(f32::MIN_POSITIVE)));
-        set(&mut self.limit, first, depth_limit(t_max, scale));
-        set(&mut self.origin[0], first, by_axis(oy, oz, ox));
-        set(&mut self.origin[1], first, by_axis(oz, ox, oy));
-        set(&mut self.origin[2], first, by_axis(ox, oy, oz));
-        let [sx, sy, sz] = slope;
-        set(&mut self.slopes[0], first, by_axis(sy, sz, sx) * sign);
-        set(&mut self.slopes[1], first, by_axis(sz, sx, sy) * sign);
-        set(&mut self.sign, first, sign);
-        set(&mut self.scale, first, scale);
-        set(&mut self.origin_size, first, origin_size);
-        set(&mut self.t_min, first, t_min);
-        set(&mut self.t, first, t_max);
-        set_bits(&mut self.primitive, first, u32x8::splat(NO_PRIMITIVE));
-        set_bits(&mut self.child, first, u32x8::ZERO);
-        (usable & scale.simd_gt(f32x8::ZERO)).to_bitmask()
     }
 
     /// Puts the top of the stacks of the eight rays from `first` on above their first entries.

@@ -39,6 +39,9 @@ pub(super) const STACK_MARGIN: usize = WIDTH;
 /// The bits of the depth that hold the number of a child while it is sorted.
 const LANE_BITS: u32 = WIDTH as u32 - 1;
 
+/// A bit for each ray of a packet.
+const PACKET_BITS: u128 = (1 << PACKET) - 1;
+
 /// Rays by what they visit next: the two bits of kind of [`Child`].
 #[derive(Clone, Copy, bytemuck::Zeroable)]
 struct Queues {
@@ -216,24 +219,26 @@ impl WideBvh {
         stacks.set_size(self.stack_size);
         let queues = &mut queues[0];
         queues.len = [0; 4];
-        for (packet, first) in rays.chunks(PACKET).zip((0..).step_by(PACKET)) {
-            let mut usable = 0;
-            for (eight, offset) in packet.chunks(WIDTH).zip((0..).step_by(WIDTH)) {
-                let take = group.take(first + offset, eight, bounds, self.center);
-                group.reset_stacks(first + offset, self.stack_size);
-                usable |= take << offset;
-            }
-            if self.nodes.is_empty() {
-                continue;
-            }
-            let is_full = usable == (1 << PACKET) - 1;
+        let mut usable = 0u128;
+        for (eight, first) in rays.chunks(WIDTH).zip((0..).step_by(WIDTH)) {
+            usable |= u128::from(group.take(first, eight)) << first;
+            group.reset_stacks(first, self.stack_size);
+        }
+        if self.nodes.is_empty() {
+            return;
+        }
+        for first in (0..rays.len()).step_by(PACKET) {
+            let is_full = usable >> first & PACKET_BITS == PACKET_BITS;
             let beam = is_full.then(|| Beam::new(group, first, bounds, self.center)).flatten();
             if let Some(beam) = beam {
                 let scratch = Parts { group, stacks, candidates };
                 self.trace::<ANY>(scratch, &beam, first, rays, counter);
-            } else {
-                let sent = (0..PACKET).filter(|i| usable >> i & 1 == 1);
-                sent.for_each(|i| queues.add(first + i, group.child[first + i]));
+                continue;
+            }
+            for first in (first..first + PACKET).step_by(WIDTH) {
+                group.take_slabs(first, bounds, self.center);
+                let sent = (first..first + WIDTH).filter(|i| usable >> i & 1 == 1);
+                sent.for_each(|i| queues.add(i, group.child[i]));
             }
         }
     }

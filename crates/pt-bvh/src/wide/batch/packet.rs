@@ -13,11 +13,11 @@ use pt_math::{Bounds3, Ray, Vec3};
 use wide::{f32x8, u32x8};
 
 use super::candidates::Candidates;
-use super::group::{Column, Group, eight};
+use super::group::{Column, Group, eight, of_eight};
 use super::order::LANES;
 use super::{Parts, Queues};
 use crate::counter::Counter;
-use crate::ray::{AXES, LEAST_PAD, PAD};
+use crate::ray::{AXES, LEAST_PAD, LEAST_SLOPE, PAD};
 use crate::wide::traverse::Shear;
 use crate::wide::{Child, TriangleBlock, WIDTH, WideBvh};
 
@@ -43,47 +43,57 @@ pub(super) struct Beam {
     start: f32x8,
 }
 
-/// A column's numbers of a packet.
+/// The numbers of a packet in a column, folded to eight.
 #[inline(always)]
-fn pair(column: &Column, first: usize) -> [f32x8; 2] {
-    [eight(column, first), eight(column, first + WIDTH)]
+fn fold(column: &Column, first: usize, of: fn(f32x8, f32x8) -> f32x8) -> f32x8 {
+    let eights = (first + WIDTH..first + PACKET).step_by(WIDTH);
+    eights.fold(eight(column, first), |x, first| of(x, eight(column, first)))
 }
 
-/// Least and greatest of each of eight columns.
+/// The greatest number of a packet in a column of numbers above 0.
 #[inline(always)]
-fn extremes(columns: [[f32x8; 2]; WIDTH]) -> [[f32; WIDTH]; 2] {
-    let fold = |of: fn(f32x8, f32x8) -> f32x8| {
-        let [a, b, c, d, e, f, g, h] = f32x8::transpose(columns.map(|[x, y]| of(x, y)));
-        of(of(of(a, b), of(c, d)), of(of(e, f), of(g, h))).to_array()
-    };
-    [fold(f32x8::fast_min), fold(f32x8::fast_max)]
+fn greatest(column: &Column, first: usize) -> f32 {
+    fold(column, first, f32x8::fast_max).to_array().into_iter().fold(0.0, f32::max)
+}
+
+/// Whether all rays of a packet have the same entry.
+#[inline(always)]
+fn is_uniform(column: &Column<u32>, first: usize) -> bool {
+    let value = u32x8::splat(column[first]);
+    let differ = |differ, first| differ | (of_eight(column, first) ^ value);
+    (first..first + PACKET).step_by(WIDTH).fold(u32x8::ZERO, differ) == u32x8::ZERO
 }
 
 impl Beam {
-    /// The beam of the packet that starts at place `first`, if the rays run side by side.
+    /// The beam of the packet from place `first` on, if they run side by side.
     #[inline(always)]
     pub(super) fn new(group: &Group, first: usize, bounds: &Bounds3, center: Vec3) -> Option<Self> {
-        let pair = |column| pair(column, first);
-        let (octant, axis) = (group.octant[first], group.axis[first]);
-        let same = |column: &[u32], value: u32| {
-            let of = &column[first..first + PACKET];
-            of.iter().fold(0, |differ, &x| differ | (x ^ value)) == 0
-        };
-        if !same(&group.octant, octant) || !same(&group.axis, axis) {
+        if !is_uniform(&group.octant, first) || !is_uniform(&group.axis, first) {
             return None;
         }
-        let [ox, oy, oz] = group.origin.each_ref().map(pair);
-        let [ix, iy, iz] = group.inverse.each_ref().map(pair);
-        let [sx, sy] = group.slopes.each_ref().map(pair);
-        let [least, greatest] = extremes([ox, oy, oz, ix, iy, iz, sx, sy]);
-        let slopes_apart = (greatest[6] - least[6]).max(greatest[7] - least[7]);
+        let [ox, oy, oz] = &group.origin;
+        let [sx, sy] = &group.slopes;
+        let columns = [ox, oy, oz, sx, sy, &group.start, &group.start, &group.start];
+        let extremes = |of: fn(f32x8, f32x8) -> f32x8| {
+            let [a, b, c, d, e, f, g, h] =
+                f32x8::transpose(columns.map(|column| fold(column, first, of)));
+            of(of(of(a, b), of(c, d)), of(of(e, f), of(g, h))).to_array()
+        };
+        let (least, greatest) = (extremes(f32x8::fast_min), extremes(f32x8::fast_max));
+        let slopes_apart = (greatest[3] - least[3]).max(greatest[4] - least[4]);
         let extent = (bounds.max - bounds.min).max_element();
-        let axes = AXES[axis as usize % AXES.len()];
-        // Origins are in the cyclic order of the axes.
+        let axes = AXES[group.axis[first] as usize % AXES.len()];
+        // Origins and slopes are in the cyclic order of the axes.
         let (mut low, mut high) = (Vec3::ZERO, Vec3::ZERO);
+        let (mut flattest, mut steepest) = (Vec3::ONE, Vec3::ONE);
         for place in 0..3 {
             low[axes[place]] = least[place];
             high[axes[place]] = greatest[place];
+        }
+        for place in 0..2 {
+            let [a, b] = [least[3 + place].abs(), greatest[3 + place].abs()];
+            flattest[axes[place]] = a.min(b);
+            steepest[axes[place]] = a.max(b);
         }
         if slopes_apart > WIDEST || (high - low).max_element() > FARTHEST * extent {
             return None;
@@ -91,16 +101,22 @@ impl Beam {
         let reach = (bounds.max - low).abs().max((bounds.max - high).abs());
         let reach = reach.max((bounds.min - low).abs()).max((bounds.min - high).abs());
         let pad = (PAD * reach.max_element()).max(LEAST_PAD);
-        let falls = [0, 1, 2].map(|k| (octant as usize >> k) & 1);
+        let octant = group.octant[first] as usize;
+        let falls = [0, 1, 2].map(|k| (octant >> k) & 1);
         let (low, high) = (low - center - pad, high - center + pad);
+        // All slopes along an axis have the same sign.
+        let [small, large] =
+            [steepest, flattest].map(|slope| slope.max(Vec3::splat(LEAST_SLOPE)).recip());
         let splat = f32x8::splat;
-        let start = pair(&group.start);
         Some(Self {
             near_origin: [0, 1, 2].map(|k| splat(if falls[k] == 0 { high[k] } else { low[k] })),
             far_origin: [0, 1, 2].map(|k| splat(if falls[k] == 0 { low[k] } else { high[k] })),
-            inverse: [0, 1, 2].map(|k| [splat(least[3 + k]), splat(greatest[3 + k])]),
+            inverse: [0, 1, 2].map(|k| {
+                let sign = if falls[k] == 0 { 1.0 } else { -1.0 };
+                [splat(sign * small[k]), splat(sign * large[k])]
+            }),
             first: falls,
-            start: splat(least_of(start)),
+            start: splat(least[5]),
         })
     }
 
@@ -124,18 +140,8 @@ impl Beam {
     }
 }
 
-#[inline(always)]
-fn least_of([a, b]: [f32x8; 2]) -> f32 {
-    a.fast_min(b).to_array().into_iter().fold(f32::INFINITY, f32::min)
-}
-
-#[inline(always)]
-fn greatest_of([a, b]: [f32x8; 2]) -> f32 {
-    a.fast_max(b).to_array().into_iter().fold(0.0, f32::max)
-}
-
 impl WideBvh {
-    /// Takes the packet that starts at place `first` from the root to its hits.
+    /// Takes the packet from place `first` on from the root to its hits.
     #[inline(never)]
     pub(super) fn trace<const ANY: bool>(
         &self,
@@ -148,7 +154,7 @@ impl WideBvh {
         let Parts { group, stacks, candidates } = scratch;
         let mut top = group.top[first] as usize;
         let mut child = group.child[first];
-        let mut limit = greatest_of(pair(&group.limit, first));
+        let mut limit = greatest(&group.limit, first);
         while child != Child::DONE {
             let tested = match Child::kind(child) {
                 Queues::NODES => {
@@ -158,11 +164,11 @@ impl WideBvh {
                     false
                 }
                 Queues::TRIANGLES => {
-                    candidates.clear();
                     let block = &self.triangles[(child & !Child::TRIANGLES) as usize];
                     let (_, met) = beam.test(&self.boxes(block), limit);
                     let met = met.to_bitmask();
                     counter.add(|| u64::from(met.count_ones()) * PACKET as u64);
+                    candidates.clear();
                     for first in (first..first + PACKET).step_by(WIDTH) {
                         group.filter(first, block, met, candidates);
                     }
@@ -178,9 +184,9 @@ impl WideBvh {
             };
             if tested {
                 if ANY && (first..first + PACKET).all(|i| group.has_hit(i)) {
-                    return;
+                    break;
                 }
-                limit = greatest_of(pair(&group.limit, first));
+                limit = greatest(&group.limit, first);
             }
             child = stacks.pop::<false>(&mut top, limit);
         }
