@@ -2,6 +2,7 @@
 
 use pt_math::sampler::{LANES, Lanes};
 use pt_math::{Ray, Vec3, trig};
+use wide::f32x8;
 
 /// A pinhole or thin lens that looks along `forward`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,11 +49,16 @@ impl Camera {
     }
 
     /// [`Self::ray`] of many points, which are given in columns: the same bits, sooner.
-    pub fn rays(&self, [xs, ys]: &[Lanes<f32>; 2], [us, vs]: &[Lanes<f32>; 2]) -> Lanes<Ray> {
+    pub fn rays(
+        &self,
+        [xs, ys]: &[Lanes<f32>; 2],
+        [us, vs]: &[Lanes<f32>; 2],
+        rays: &mut Lanes<Ray>,
+    ) {
         if self.lens_radius == 0.0 {
-            by_columns(|i| self.pinhole([xs[i], ys[i]]))
+            by_columns(|i| self.pinhole([xs[i], ys[i]]), rays);
         } else {
-            by_columns(|i| self.thin_lens([xs[i], ys[i]], [us[i], vs[i]]))
+            by_columns(|i| self.thin_lens([xs[i], ys[i]], [us[i], vs[i]]), rays);
         }
     }
 
@@ -95,7 +101,7 @@ impl Camera {
 
 /// Each number of all rays before the next one: a form in which they are computed side by side.
 #[inline(always)]
-fn by_columns(ray: impl Fn(usize) -> Ray) -> Lanes<Ray> {
+fn by_columns(ray: impl Fn(usize) -> Ray, rays: &mut Lanes<Ray>) {
     let mut columns = [[0.0; LANES]; 8];
     for i in 0..LANES {
         let Ray { origin: o, direction: d, t_min, t_max } = ray(i);
@@ -103,13 +109,10 @@ fn by_columns(ray: impl Fn(usize) -> Ray) -> Lanes<Ray> {
             column[i] = x;
         }
     }
-    let [ox, oy, oz, dx, dy, dz, t_min, t_max] = columns;
-    std::array::from_fn(|i| Ray {
-        origin: Vec3::new(ox[i], oy[i], oz[i]),
-        direction: Vec3::new(dx[i], dy[i], dz[i]),
-        t_min: t_min[i],
-        t_max: t_max[i],
-    })
+    for (first, rays) in (0..).step_by(8).zip(rays.as_chunks_mut::<8>().0) {
+        let eight = |column: [f32; LANES]| f32x8::new(std::array::from_fn(|i| column[first + i]));
+        *rays = f32x8::transpose(columns.map(eight)).map(bytemuck::cast);
+    }
 }
 
 #[cfg(test)]
@@ -161,7 +164,9 @@ mod tests {
             let column = |step: f32| std::array::from_fn(|i| (i as f32 * step).fract());
             let (at, lens) = ([column(0.37), column(0.73)], [column(0.61), column(0.19)]);
             let at = at.map(|x| x.map(|x| 500.0 * x));
-            for (i, ray) in c.rays(&at, &lens).into_iter().enumerate() {
+            let mut rays = [Ray::new(Vec3::ZERO, Vec3::ZERO); LANES];
+            c.rays(&at, &lens, &mut rays);
+            for (i, ray) in rays.into_iter().enumerate() {
                 assert_eq!(ray, c.ray(at.map(|x| x[i]), lens.map(|x| x[i])));
             }
         }

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use pt_core::settings::Settings;
 use pt_core::{Film, RenderScene};
-use pt_math::Spectrum;
-use pt_math::sampler::{LANES, Sampler};
+use pt_math::sampler::{LANES, SamplerBlocks};
+use pt_math::{Ray, Spectrum, Vec3};
 
 use crate::integrator::{Integrator, Registration, Starts};
 use crate::tracer::Tracer;
@@ -35,12 +35,9 @@ pub(crate) fn batches(mut runs: &[Run], size: usize) -> impl Iterator<Item = &[R
 
 /// What a thread works with, from batch to batch.
 pub(crate) struct Worker<'a> {
-    settings: &'a Settings,
     pub(crate) tracer: Tracer<'a>,
     integrator: Box<dyn Integrator + 'a>,
     starts: Starts,
-    /// Upper left corners of the starts' pixels: columns, rows.
-    corners: [Vec<f32>; 2],
     radiance: Vec<Spectrum>,
     /// Samples taken.
     pub(crate) samples: u64,
@@ -54,11 +51,12 @@ impl<'a> Worker<'a> {
         counts_tests: bool,
     ) -> Self {
         Self {
-            settings,
             tracer: Tracer::new(scene, counts_tests),
             integrator: (integrator.new)(scene, settings),
-            starts: Starts::default(),
-            corners: Default::default(),
+            starts: Starts {
+                rays: Vec::new(),
+                samplers: SamplerBlocks::new(settings.sampler, settings.seed),
+            },
             radiance: Vec::new(),
             samples: 0,
         }
@@ -82,28 +80,19 @@ impl<'a> Worker<'a> {
     /// Makes the starts of the samples of a batch, in order.
     fn start(&mut self, batch: &[Run]) {
         let Starts { rays, samplers } = &mut self.starts;
-        rays.clear();
-        samplers.clear();
-        self.corners.iter_mut().for_each(Vec::clear);
-        for Run { pixel, samples } in batch {
-            let sampler = Sampler::new(self.settings.sampler, self.settings.seed, *pixel, 0);
-            samplers.extend(sampler, samples.clone());
-            for (corners, &v) in self.corners.iter_mut().zip(pixel) {
-                corners.resize(samplers.len(), v as f32);
-            }
-        }
+        samplers.refill(batch.iter().map(|run| (run.pixel, run.samples.clone())));
         let camera = &self.tracer.scene.camera;
-        let [xs, ys] = self.corners.each_ref().map(|v| v.chunks(LANES));
-        for ((first, xs), ys) in (0..).step_by(LANES).zip(xs).zip(ys) {
-            let mut at = samplers.points(first, 0);
-            for (points, corners) in at.iter_mut().zip([xs, ys]) {
-                points.iter_mut().zip(corners).for_each(|(p, corner)| *p += corner);
+        rays.resize(samplers.len().next_multiple_of(LANES), Ray::new(Vec3::ZERO, Vec3::ZERO));
+        for (block, rays) in rays.as_chunks_mut().0.iter_mut().enumerate() {
+            let mut at = samplers.points(block, 0);
+            for (points, corners) in at.iter_mut().zip(samplers.pixels(block)) {
+                points.iter_mut().zip(corners).for_each(|(p, &corner)| *p += corner as f32);
             }
             let has_lens = camera.lens_radius > 0.0;
-            let lens = if has_lens { samplers.points(first, 2) } else { [[0.0; LANES]; 2] };
-            let block = camera.rays(&at, &lens);
-            rays.extend_from_slice(&block[..xs.len()]);
+            let lens = if has_lens { samplers.points(block, 2) } else { [[0.0; LANES]; 2] };
+            camera.rays(&at, &lens, rays);
         }
+        rays.truncate(samplers.len());
     }
 }
 

@@ -1,5 +1,6 @@
 //! The render loop.
 
+use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -65,9 +66,12 @@ pub struct Renderer<'a> {
     counts_tests: bool,
 }
 
-/// Samples of a pixel between two visits: enough to keep a tile's part of the scene in the
-/// cache, few enough that a stopped render has all of the image.
-const PASS: u32 = 16;
+/// Samples of a pixel in the first pass: so few that a render that is stopped soon has all of the
+/// image.
+const FIRST_PASS: u32 = 16;
+
+/// Samples of a pixel between two visits from then on: rays of one pixel run side by side.
+const PASS: u32 = 64;
 
 /// Samples that are taken together: enough to ask for many rays at a time, few enough that all
 /// that is known of them stays in the second level of the cache.
@@ -128,9 +132,8 @@ impl<'a> Renderer<'a> {
             totals: Mutex::new(Statistics::default()),
         };
         let mut progress = Progress::Finished;
-        for pass in 1..=self.settings.spp.div_ceil(PASS) {
-            let target = (pass * PASS).min(self.settings.spp);
-            self.pass(&tiles, target, &shared, total, observer);
+        for pass in passes(self.settings.spp) {
+            self.pass(&tiles, pass, &shared, total, observer);
             if observer.cancelled() {
                 progress = Progress::Cancelled;
                 break;
@@ -142,11 +145,11 @@ impl<'a> Renderer<'a> {
         (progress, statistics)
     }
 
-    /// Brings every pixel to `target` samples.
+    /// Brings every pixel to as many samples as the end of the pass.
     fn pass(
         &self,
         tiles: &[Region],
-        target: u32,
+        pass: Range<u32>,
         shared: &Shared,
         total: u64,
         observer: &dyn Observer,
@@ -161,10 +164,10 @@ impl<'a> Renderer<'a> {
                 }
                 let before = worker.samples;
                 let mut part = shared.lock_film().tile(tile);
-                self.tile(&mut part, target, &mut worker, observer);
+                self.tile(&mut part, pass.end, &mut worker, observer);
                 shared.lock_film().put(&part);
                 let taken = worker.samples - before;
-                let news = if observer.cancelled() { taken } else { quota(&part, target) };
+                let news = if observer.cancelled() { taken } else { quota(&part, &pass) };
                 let done = shared.done.fetch_add(news, Ordering::Relaxed) + news;
                 observer.progress(done, total);
             }
@@ -189,6 +192,9 @@ impl<'a> Renderer<'a> {
                     return;
                 }
                 worker.take(batch, film);
+            }
+            if due.iter().all(|run| run.samples.end == target) {
+                return;
             }
         }
     }
@@ -219,9 +225,20 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// Samples that the pass to `target` takes, unless the film has them or does not need them.
-fn quota(film: &Film, target: u32) -> u64 {
-    u64::from(target - (target - 1) / PASS * PASS) * film.region().area() as u64
+/// The samples of a pixel that each pass takes.
+fn passes(spp: u32) -> impl Iterator<Item = Range<u32>> {
+    let mut end = 0u32;
+    std::iter::from_fn(move || {
+        let start = end;
+        end = if start < FIRST_PASS { FIRST_PASS } else { (start / PASS + 1).saturating_mul(PASS) };
+        end = end.min(spp);
+        (start < end).then_some(start..end)
+    })
+}
+
+/// Samples that a pass takes, unless the film has them or does not need them.
+fn quota(film: &Film, pass: &Range<u32>) -> u64 {
+    pass.len() as u64 * film.region().area() as u64
 }
 
 /// What the threads of a render share.
@@ -243,5 +260,19 @@ impl<'a> Shared<'a> {
         t.samples += worker.samples;
         t.rays += worker.tracer.rays;
         t.tests += worker.tracer.tests;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_take_all_samples_in_order() {
+        for spp in [0, 1, 15, 16, 17, 63, 64, 65, 200, 4096] {
+            let samples: Vec<u32> = passes(spp).flatten().collect();
+            assert!(samples.into_iter().eq(0..spp), "{spp}");
+        }
+        assert_eq!(passes(130).collect::<Vec<_>>(), [0..16, 16..64, 64..128, 128..130]);
     }
 }

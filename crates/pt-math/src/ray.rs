@@ -7,7 +7,8 @@ use crate::interval::EPSILON;
 /// A half line o + t·d with t in (`t_min`, `t_max`).
 ///
 /// The direction need not have unit length for queries; `t` is measured in its length.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Ray {
     /// Origin o.
     pub origin: Vec3,

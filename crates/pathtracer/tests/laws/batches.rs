@@ -4,7 +4,7 @@ use pathtracer::{
     Adaptive, DirectLight, Film, INTEGRATORS, Progress, Scene, Session, Settings, Silent,
 };
 use pt_cpu::{Renderer, Starts, Tracer};
-use pt_math::sampler::Sampler;
+use pt_math::sampler::SamplerBlocks;
 use pt_math::{DAffine3, DVec3, Ray, Spectrum};
 use pt_scene::LightKind;
 use pt_testing::Random;
@@ -65,13 +65,13 @@ fn the_size_of_batches_does_not_change_a_bit() {
 }
 
 /// Starts in pixels all over the image.
-fn starts(session: &Session, n: u32) -> Vec<(Ray, Sampler, u32)> {
-    let (camera, settings) = (&session.scene().camera, session.settings());
+fn starts(session: &Session, n: u32) -> Vec<(Ray, [u32; 2], u32)> {
+    let camera = &session.scene().camera;
     let mut random = Random::new(7);
     let start = |sample| {
         let pixel = SIZE.map(|side| random.below(side as usize) as u32);
         let ray = camera.ray(pixel.map(|v| v as f32 + random.unit()), [0.0; 2]);
-        (ray, Sampler::new(settings.sampler, settings.seed, pixel, 0), sample)
+        (ray, pixel, sample)
     };
     (0..n).map(start).collect()
 }
@@ -87,14 +87,12 @@ fn a_path_depends_on_no_other_path() {
         let new = known.expect("it is one of them").new;
         let mut integrator = new(session.scene(), &settings);
         let mut tracer = Tracer::new(session.scene(), false);
-        let mut radiance = |starts: &[(Ray, Sampler, u32)]| {
-            let mut columns = Starts::default();
-            for &(ray, sampler, sample) in starts {
-                columns.rays.push(ray);
-                columns.samplers.extend(sampler, sample..sample + 1);
-            }
+        let mut radiance = |starts: &[(Ray, [u32; 2], u32)]| {
+            let mut samplers = SamplerBlocks::new(settings.sampler, settings.seed);
+            samplers.refill(starts.iter().map(|&(_, pixel, i)| (pixel, i..i + 1)));
+            let starts = Starts { rays: starts.iter().map(|s| s.0).collect(), samplers };
             let mut l = Vec::new();
-            integrator.radiance(&mut tracer, &columns, &mut l);
+            integrator.radiance(&mut tracer, &starts, &mut l);
             l
         };
         let starts = starts(&session, 150);

@@ -144,7 +144,7 @@ mod tests {
                 sign * (1.0 + random.unit()) * 2f32.powi(power)
             };
             let samples: Vec<_> =
-                (0..1 + spread % 17).map(|_| Spectrum::rgb(number(), number(), number())).collect();
+                (0..=spread % 17).map(|_| Spectrum::rgb(number(), number(), number())).collect();
             let fits = |l: &Spectrum| l.0.abs().max_element() <= ExactSum::LIMIT;
             let Some(sums) = sums(&samples) else {
                 seen[0] += 1;
@@ -155,7 +155,9 @@ mod tests {
             for (channel, sum) in sums.into_iter().enumerate() {
                 let [mut at_once, mut one_by_one] = [ExactSum::default(); 2];
                 at_once.add_multiple(sum);
-                samples.iter().for_each(|&l| one_by_one.add(moments(l)[channel]));
+                for &l in &samples {
+                    one_by_one.add(moments(l)[channel]);
+                }
                 assert_eq!(at_once, one_by_one, "{channel} of {samples:?}");
             }
         }

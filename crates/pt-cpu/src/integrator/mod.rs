@@ -10,19 +10,19 @@ mod path;
 mod wavefront;
 
 use pt_core::{RenderScene, Settings};
-use pt_math::sampler::SamplerColumns;
+use pt_math::sampler::SamplerBlocks;
 use pt_math::{Ray, Spectrum};
 
 use crate::Tracer;
 use wavefront::Wavefront;
 
 /// Where samples start: a ray and a sampler for each.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Starts {
     /// Camera rays; their directions have unit length.
     pub rays: Vec<Ray>,
     /// The samples' numbers.
-    pub samplers: SamplerColumns,
+    pub samplers: SamplerBlocks,
 }
 
 /// The light that camera rays carry: a pure function of scene, settings and start.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Sampler, SamplerKind, independent, sobol};
+use super::{Sampler, SamplerKind, independent, pixel_key, sobol};
 
 /// Number of samples side by side.
 pub const LANES: usize = 16;
@@ -84,38 +84,62 @@ fn each(point: impl Fn(usize) -> [f32; 2]) -> [Lanes<f32>; 2] {
     [xs, ys]
 }
 
-/// The samplers of many samples of one render, in columns.
-#[derive(Clone, Debug, Default)]
-pub struct SamplerColumns {
+/// The samplers of many samples of one render, in blocks of [`LANES`].
+#[derive(Clone, Debug)]
+pub struct SamplerBlocks {
     kind: SamplerKind,
-    key: [Vec<u32>; 2],
-    sample: Vec<u32>,
+    seed: u32,
+    len: usize,
+    blocks: Vec<Block>,
 }
 
-impl SamplerColumns {
+#[derive(Clone, Copy, Debug)]
+struct Block {
+    pixel: [Lanes<u32>; 2],
+    key: [Lanes<u32>; 2],
+    sample: Lanes<u32>,
+}
+
+impl SamplerBlocks {
+    /// None yet.
+    pub fn new(kind: SamplerKind, seed: u32) -> Self {
+        Self { kind, seed, len: 0, blocks: Vec::new() }
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
-        self.sample.len()
+        self.len
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.sample.is_empty()
+        self.len == 0
     }
 
-    /// Forgets all.
-    pub fn clear(&mut self) {
-        self.key.iter_mut().for_each(Vec::clear);
-        self.sample.clear();
-    }
-
-    /// Appends consecutive samples of the pixel of a sampler.
+    /// Takes the place of all that there were: for each pixel its consecutive samples.
     #[inline]
-    pub fn extend(&mut self, of_pixel: Sampler, samples: Range<u32>) {
-        self.kind = of_pixel.kind;
-        self.sample.extend(samples);
-        for (column, word) in self.key.iter_mut().zip(of_pixel.key) {
-            column.resize(self.sample.len(), word);
+    pub fn refill(&mut self, runs: impl IntoIterator<Item = ([u32; 2], Range<u32>)>) {
+        self.blocks.clear();
+        let mut lane = LANES;
+        for (pixel, mut samples) in runs {
+            while !samples.is_empty() {
+                if lane == LANES {
+                    self.blocks.push(Block::of_pixel(pixel, samples.start));
+                    lane = 0;
+                }
+                let n = samples.len().min(LANES - lane);
+                if lane > 0
+                    && let Some(block) = self.blocks.last_mut()
+                {
+                    block.set(lane..lane + n, pixel, samples.start);
+                }
+                samples.start += n as u32;
+                lane += n;
+            }
+        }
+        self.len = self.blocks.len() * LANES - (LANES - lane);
+        for block in &mut self.blocks {
+            block.set_keys(self.seed);
         }
     }
 
@@ -125,23 +149,63 @@ impl SamplerColumns {
     /// If there are not so many.
     #[inline]
     pub fn get(&self, i: usize) -> Sampler {
-        let key = [self.key[0][i], self.key[1][i]];
-        Sampler { kind: self.kind, dimension: 0, key, sample: self.sample[i] }
+        let (block, lane) = (&self.blocks[i / LANES], i % LANES);
+        let key = block.key.map(|words| words[lane]);
+        Sampler { kind: self.kind, dimension: 0, key, sample: block.sample[lane] }
     }
 
-    /// [`Samplers::points`] of those from number `first` on, in as many lanes as there are.
+    /// Columns and rows of the pixels of a block.
     ///
     /// # Panics
-    /// If there are none.
+    /// If there are not so many blocks.
     #[inline]
-    pub fn points(&self, first: usize, d: u32) -> [Lanes<f32>; 2] {
-        let [k0, k1] = self.key.each_ref().map(|column| &column[first..]);
-        let sample = &self.sample[first..];
-        if let (Some(k0), Some(k1), Some(sample)) =
-            (k0.first_chunk(), k1.first_chunk(), sample.first_chunk())
-        {
-            return points(self.kind, [k0, k1], sample, d);
+    pub fn pixels(&self, block: usize) -> &[Lanes<u32>; 2] {
+        &self.blocks[block].pixel
+    }
+
+    /// [`Samplers::points`] of a block.
+    ///
+    /// # Panics
+    /// If there are not so many blocks.
+    #[inline]
+    pub fn points(&self, block: usize, d: u32) -> [Lanes<f32>; 2] {
+        let Block { key, sample, .. } = &self.blocks[block];
+        points(self.kind, key.each_ref(), sample, d)
+    }
+}
+
+impl Block {
+    /// Consecutive samples of a pixel, without keys.
+    #[inline(always)]
+    fn of_pixel([x, y]: [u32; 2], first: u32) -> Self {
+        Self {
+            pixel: [[x; LANES], [y; LANES]],
+            key: [[0; LANES]; 2],
+            sample: std::array::from_fn(|i| first.wrapping_add(i as u32)),
         }
-        Samplers::new((first..self.len()).map(|i| self.get(i))).points(d)
+    }
+
+    /// The same in some of the lanes.
+    #[inline(always)]
+    fn set(&mut self, lanes: Range<usize>, [x, y]: [u32; 2], first: u32) {
+        self.pixel[0][lanes.clone()].fill(x);
+        self.pixel[1][lanes.clone()].fill(y);
+        for (sample, n) in self.sample[lanes].iter_mut().zip(first..) {
+            *sample = n;
+        }
+    }
+
+    #[inline]
+    fn set_keys(&mut self, seed: u32) {
+        let [xs, ys] = &self.pixel;
+        if is_uniform(xs) && is_uniform(ys) {
+            self.key = pixel_key(seed, [xs[0], ys[0]]).map(|word| [word; LANES]);
+            return;
+        }
+        for lane in 0..LANES {
+            let [k0, k1] = pixel_key(seed, [xs[lane], ys[lane]]);
+            self.key[0][lane] = k0;
+            self.key[1][lane] = k1;
+        }
     }
 }

@@ -7,7 +7,7 @@ mod independent;
 mod lanes;
 mod sobol;
 
-pub use lanes::{LANES, Lanes, SamplerColumns, Samplers};
+pub use lanes::{LANES, Lanes, SamplerBlocks, Samplers};
 
 /// The kinds of point sets.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
@@ -53,8 +53,7 @@ impl Sampler {
     /// The numbers of sample number `sample` of a pixel, from dimension 0.
     #[inline]
     pub fn new(kind: SamplerKind, seed: u32, pixel: [u32; 2], sample: u32) -> Self {
-        let [k0, k1, _] = independent::pcg3d([pixel[0], pixel[1], seed]);
-        Self { kind, dimension: 0, key: [k0, k1], sample }
+        Self { kind, dimension: 0, key: pixel_key(seed, pixel), sample }
     }
 
     /// The numbers of another sample of the same pixel, from dimension 0: cheaper than
@@ -98,6 +97,13 @@ impl Sampler {
             SamplerKind::Independent => independent::point(self.key, self.sample, d),
         }
     }
+}
+
+/// Hash of seed and pixel.
+#[inline(always)]
+fn pixel_key(seed: u32, [x, y]: [u32; 2]) -> [u32; 2] {
+    let [k0, k1, _] = independent::pcg3d([x, y, seed]);
+    [k0, k1]
 }
 
 /// The upper 24 bits as a number in [0, 1): at most 1 − 2⁻²⁴.

@@ -99,9 +99,8 @@ impl Group {
     pub(super) fn take(&mut self, first: usize, rays: &[Ray]) -> u32 {
         let splat = f32x8::splat;
         let mut rows = [splat(f32::NAN); WIDTH];
-        for (row, r) in rows.iter_mut().zip(rays) {
-            let (o, d) = (r.origin, r.direction);
-            *row = f32x8::new([o.x, o.y, o.z, d.x, d.y, d.z, r.t_min, r.t_max]);
+        for (row, ray) in rows.iter_mut().zip(rays) {
+            *row = f32x8::new(bytemuck::cast(*ray));
         }
         let [ox, oy, oz, dx, dy, dz, t_min, t_max] = f32x8::transpose(rows);
         let (o, d) = ([ox, oy, oz], [dx, dy, dz]);
