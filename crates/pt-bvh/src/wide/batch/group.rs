@@ -1,6 +1,6 @@
 //! A group of rays in columns, made ready eight at a time.
 
-use pt_math::{Bounds3, Ray};
+use pt_math::{Bounds3, Ray, Vec3};
 use wide::{f32x8, u32x8};
 
 use super::order::LANES;
@@ -49,6 +49,15 @@ pub(super) struct Group {
     pub(super) top: Column<u32>,
 }
 
+/// What is known of eight rays when they are taken.
+pub(super) struct Taken {
+    /// A bit for each that can hit anything.
+    pub(super) usable: u32,
+    /// Whether they are ready for the boxes: they are not, before [`Group::take_slabs`], if they
+    /// may run side by side, since packets need none of it.
+    pub(super) has_slabs: bool,
+}
+
 /// The column's numbers of eight rays.
 #[inline(always)]
 pub(super) fn eight(column: &Column, first: usize) -> f32x8 {
@@ -92,11 +101,16 @@ pub(super) fn depth_limit(t: f32x8, scale: f32x8) -> f32x8 {
 }
 
 impl Group {
-    /// Takes up to eight rays from place `first` on, and sends them to the root; returns a bit for
-    /// each that can hit anything. The operations are those of
+    /// Takes up to eight rays from place `first` on, and sends them to the root. The operations are those of
     /// [`Prepared::new`](crate::ray::Prepared::new), and give the same bits.
     #[inline]
-    pub(super) fn take(&mut self, first: usize, rays: &[Ray]) -> u32 {
+    pub(super) fn take(
+        &mut self,
+        first: usize,
+        rays: &[Ray],
+        bounds: &Bounds3,
+        center: Vec3,
+    ) -> Taken {
         let splat = f32x8::splat;
         let mut rows = [splat(f32::NAN); WIDTH];
         for (row, ray) in rows.iter_mut().zip(rays) {
@@ -114,11 +128,17 @@ impl Group {
         let usable = in_range[0] & in_range[1] & in_range[2] & finite[0] & finite[1] & finite[2];
 
         let sign = copysign(splat(1.0), by_axis(dx, dy, dz));
-        let [sx, sy, sz] = d.map(|x| x / scale);
+        let slope @ [sx, sy, sz] = d.map(|x| x / scale);
         let falls = [0, 1, 2].map(|k: usize| (bits(d[k]) >> 31) << k as u32);
-        set_bits(&mut self.octant, first, falls[0] | falls[1] | falls[2]);
+        let octant = falls[0] | falls[1] | falls[2];
+        set_bits(&mut self.octant, first, octant);
         let axis = bits(is_z).select(bit(1), bits(is_y) & bit(0));
         set_bits(&mut self.axis, first, axis);
+        let alike = [octant, axis].map(|x| x.simd_eq(u32x8::splat(x.as_array()[0])));
+        let has_slabs = !(alike[0] & alike[1]).all();
+        if has_slabs {
+            self.set_slabs(first, o, slope, bounds, center);
+        }
 
         let t_min = t_min.max(f32x8::ZERO);
         let start = t_min * scale * (1.0 - CONVERSION);
@@ -136,34 +156,47 @@ impl Group {
         set(&mut self.t, first, t_max);
         set_bits(&mut self.primitive, first, u32x8::splat(NO_PRIMITIVE));
         set_bits(&mut self.child, first, u32x8::ZERO);
-        (usable & scale.simd_gt(f32x8::ZERO)).to_bitmask()
+        let usable = (usable & scale.simd_gt(f32x8::ZERO)).to_bitmask();
+        Taken { usable, has_slabs }
     }
 
-    /// Makes the eight rays from `first` on ready for the boxes, as `Slabs::new` makes one.
+    /// Makes the eight rays from `first` on, which [`Self::take`] has taken, ready for the boxes.
     #[inline]
-    pub(super) fn take_slabs(&mut self, first: usize, bounds: &Bounds3, center: pt_math::Vec3) {
-        let splat = f32x8::splat;
+    pub(super) fn take_slabs(&mut self, first: usize, bounds: &Bounds3, center: Vec3) {
         let axis = of_eight(&self.axis, first);
         let [is_y, is_z] = [0, 1].map(|k| from_bits(axis.simd_eq(bit(k))));
         // From the cyclic order of axes that ends with the ray's own.
         let by_axis = |x: f32x8, y: f32x8, z: f32x8| is_z.select(z, is_y.select(y, x));
         let in_order =
             |[a, b, c]: [f32x8; 3]| [by_axis(c, b, a), by_axis(a, c, b), by_axis(b, a, c)];
-        let o = in_order(self.origin.each_ref().map(|column| eight(column, first)));
+        let origin = in_order(self.origin.each_ref().map(|column| eight(column, first)));
         let sign = eight(&self.sign, first);
         let [a, b] = self.slopes.each_ref().map(|column| eight(column, first) * sign);
-        let steep =
-            in_order([a, b, sign]).map(|x| copysign(x.abs().fast_max(splat(LEAST_SLOPE)), x));
+        self.set_slabs(first, origin, in_order([a, b, sign]), bounds, center);
+    }
+
+    /// The operations of `Slabs::new`, which give the same bits.
+    #[inline(always)]
+    fn set_slabs(
+        &mut self,
+        first: usize,
+        origin: [f32x8; 3],
+        slope: [f32x8; 3],
+        bounds: &Bounds3,
+        center: Vec3,
+    ) {
+        let splat = f32x8::splat;
+        let steep = slope.map(|x| copysign(x.abs().fast_max(splat(LEAST_SLOPE)), x));
         let inverse = steep.map(|x| splat(1.0) / x);
         let reach = [0, 1, 2].map(|k: usize| {
-            let far = |plane: f32| (splat(plane) - o[k]).abs();
+            let far = |plane: f32| (splat(plane) - origin[k]).abs();
             far(bounds.max[k]).fast_max(far(bounds.min[k]))
         });
         let reach = reach[0].fast_max(reach[1]).fast_max(reach[2]);
         let pad = (splat(PAD) * reach).fast_max(splat(LEAST_PAD));
         for k in 0..3 {
             let pad = inverse[k].abs() * pad;
-            let offset = -(o[k] - splat(center[k])) * inverse[k];
+            let offset = -(origin[k] - splat(center[k])) * inverse[k];
             set(&mut self.inverse[k], first, inverse[k]);
             set(&mut self.near[k], first, offset - pad);
             set(&mut self.far[k], first, offset + pad);

@@ -26,7 +26,7 @@ use wide::{f32x8, u32x8};
 use self::candidates::{BLOCKS, Candidates};
 use self::group::{Column, GROUP, Group, bits};
 use self::order::{LANES, members, sort_descending};
-use self::packet::{Beam, PACKET};
+use self::packet::{Beam, LARGE, MOST, PACKET, PAUSE};
 use super::{Child, WIDTH, WideBvh, WideNode};
 use crate::counter::Counter;
 use crate::geometry::Hit;
@@ -38,9 +38,6 @@ pub(super) const STACK_MARGIN: usize = WIDTH;
 
 /// The bits of the depth that hold the number of a child while it is sorted.
 const LANE_BITS: u32 = WIDTH as u32 - 1;
-
-/// A bit for each ray of a packet.
-const PACKET_BITS: u128 = (1 << PACKET) - 1;
 
 /// Rays by what they visit next: the two bits of kind of [`Child`].
 #[derive(Clone, Copy, bytemuck::Zeroable)]
@@ -133,6 +130,7 @@ struct Scratch {
     candidates: Box<Candidates>,
     queues: Box<[Queues; 2]>,
     stacks: Stacks,
+    pause: u32,
 }
 
 /// What a packet needs.
@@ -148,6 +146,7 @@ thread_local! {
         candidates: Box::new(Candidates::zeroed()),
         queues: Box::new([Queues::zeroed(); 2]),
         stacks: Stacks::default(),
+        pause: 0,
     });
 }
 
@@ -215,31 +214,53 @@ impl WideBvh {
         bounds: &Bounds3,
         counter: &mut impl Counter,
     ) {
-        let Scratch { group, candidates, queues, stacks } = scratch;
+        let Scratch { group, candidates, queues, stacks, pause } = scratch;
         stacks.set_size(self.stack_size);
         let queues = &mut queues[0];
         queues.len = [0; 4];
         let mut usable = 0u128;
+        let mut has_slabs = [false; GROUP / WIDTH];
         for (eight, first) in rays.chunks(WIDTH).zip((0..).step_by(WIDTH)) {
-            usable |= u128::from(group.take(first, eight)) << first;
+            let taken = group.take(first, eight, bounds, self.center);
+            usable |= u128::from(taken.usable) << first;
+            has_slabs[first / WIDTH] = taken.has_slabs;
             group.reset_stacks(first, self.stack_size);
         }
         if self.nodes.is_empty() {
             return;
         }
-        for first in (0..rays.len()).step_by(PACKET) {
-            let is_full = usable >> first & PACKET_BITS == PACKET_BITS;
-            let beam = is_full.then(|| Beam::new(group, first, bounds, self.center)).flatten();
-            if let Some(beam) = beam {
+        let mut first = 0;
+        while first < rays.len() {
+            let full = (usable >> first).trailing_ones() as usize;
+            if *pause == 0
+                && first.is_multiple_of(LARGE)
+                && full >= LARGE
+                && let Some(beam) = Beam::new::<LARGE>(group, first, bounds, self.center)
+            {
                 let scratch = Parts { group, stacks, candidates };
-                self.trace::<ANY>(scratch, &beam, first, rays, counter);
+                let tests = self.trace::<ANY, LARGE>(scratch, &beam, first, rays, counter);
+                *pause = if tests > MOST { PAUSE } else { 0 };
+                first += LARGE;
                 continue;
             }
-            for first in (first..first + PACKET).step_by(WIDTH) {
-                group.take_slabs(first, bounds, self.center);
-                let sent = (first..first + WIDTH).filter(|i| usable >> i & 1 == 1);
-                sent.for_each(|i| queues.add(i, group.child[i]));
+            if full >= PACKET
+                && let Some(beam) = Beam::new::<PACKET>(group, first, bounds, self.center)
+            {
+                let scratch = Parts { group, stacks, candidates };
+                self.trace::<ANY, PACKET>(scratch, &beam, first, rays, counter);
+                *pause = pause.saturating_sub(1);
+                first += PACKET;
+                continue;
             }
+            let usable = (usable >> first) as u32;
+            for first in (first..first + PACKET).step_by(WIDTH) {
+                if !has_slabs[first / WIDTH] {
+                    group.take_slabs(first, bounds, self.center);
+                }
+            }
+            let sent = (0..PACKET).filter(|i| usable >> i & 1 == 1);
+            sent.for_each(|i| queues.add(first + i, group.child[first + i]));
+            first += PACKET;
         }
     }
 

@@ -24,6 +24,14 @@ use crate::wide::{Child, TriangleBlock, WIDTH, WideBvh};
 /// Rays of a packet.
 pub(super) const PACKET: usize = 16;
 
+/// Rays of a large packet.
+pub(super) const LARGE: usize = 64;
+
+/// Large packets that meet more triangles are slower than small ones, and so are, most likely, the
+/// next so many packets.
+pub(super) const MOST: u32 = 24;
+pub(super) const PAUSE: u32 = 128;
+
 /// Rays whose slopes differ by more are faster on their own.
 const WIDEST: f32 = 0.25;
 
@@ -43,32 +51,37 @@ pub(super) struct Beam {
     start: f32x8,
 }
 
-/// The numbers of a packet in a column, folded to eight.
+/// The numbers of `N` rays in a column, folded to eight.
 #[inline(always)]
-fn fold(column: &Column, first: usize, of: fn(f32x8, f32x8) -> f32x8) -> f32x8 {
-    let eights = (first + WIDTH..first + PACKET).step_by(WIDTH);
+fn fold<const N: usize>(column: &Column, first: usize, of: fn(f32x8, f32x8) -> f32x8) -> f32x8 {
+    let eights = (first + WIDTH..first + N).step_by(WIDTH);
     eights.fold(eight(column, first), |x, first| of(x, eight(column, first)))
 }
 
-/// The greatest number of a packet in a column of numbers above 0.
+/// The greatest of the numbers of `N` rays in a column of numbers above 0.
 #[inline(always)]
-fn greatest(column: &Column, first: usize) -> f32 {
-    fold(column, first, f32x8::fast_max).to_array().into_iter().fold(0.0, f32::max)
+fn greatest<const N: usize>(column: &Column, first: usize) -> f32 {
+    fold::<N>(column, first, f32x8::fast_max).to_array().into_iter().fold(0.0, f32::max)
 }
 
-/// Whether all rays of a packet have the same entry.
+/// Whether `N` rays have the same entry.
 #[inline(always)]
-fn is_uniform(column: &Column<u32>, first: usize) -> bool {
+fn is_uniform<const N: usize>(column: &Column<u32>, first: usize) -> bool {
     let value = u32x8::splat(column[first]);
     let differ = |differ, first| differ | (of_eight(column, first) ^ value);
-    (first..first + PACKET).step_by(WIDTH).fold(u32x8::ZERO, differ) == u32x8::ZERO
+    (first..first + N).step_by(WIDTH).fold(u32x8::ZERO, differ) == u32x8::ZERO
 }
 
 impl Beam {
-    /// The beam of the packet from place `first` on, if they run side by side.
+    /// The beam of the `N` rays from place `first` on, if they run side by side.
     #[inline(always)]
-    pub(super) fn new(group: &Group, first: usize, bounds: &Bounds3, center: Vec3) -> Option<Self> {
-        if !is_uniform(&group.octant, first) || !is_uniform(&group.axis, first) {
+    pub(super) fn new<const N: usize>(
+        group: &Group,
+        first: usize,
+        bounds: &Bounds3,
+        center: Vec3,
+    ) -> Option<Self> {
+        if !is_uniform::<N>(&group.octant, first) || !is_uniform::<N>(&group.axis, first) {
             return None;
         }
         let [ox, oy, oz] = &group.origin;
@@ -76,7 +89,7 @@ impl Beam {
         let columns = [ox, oy, oz, sx, sy, &group.start, &group.start, &group.start];
         let extremes = |of: fn(f32x8, f32x8) -> f32x8| {
             let [a, b, c, d, e, f, g, h] =
-                f32x8::transpose(columns.map(|column| fold(column, first, of)));
+                f32x8::transpose(columns.map(|column| fold::<N>(column, first, of)));
             of(of(of(a, b), of(c, d)), of(of(e, f), of(g, h))).to_array()
         };
         let (least, greatest) = (extremes(f32x8::fast_min), extremes(f32x8::fast_max));
@@ -141,20 +154,22 @@ impl Beam {
 }
 
 impl WideBvh {
-    /// Takes the packet from place `first` on from the root to its hits.
+    /// Takes the `N` rays from place `first` on from the root to their hits; returns the number
+    /// of triangles they were tested against.
     #[inline(never)]
-    pub(super) fn trace<const ANY: bool>(
+    pub(super) fn trace<const ANY: bool, const N: usize>(
         &self,
         scratch: Parts<'_>,
         beam: &Beam,
         first: usize,
         rays: &[Ray],
         counter: &mut impl Counter,
-    ) {
+    ) -> u32 {
         let Parts { group, stacks, candidates } = scratch;
         let mut top = group.top[first] as usize;
         let mut child = group.child[first];
-        let mut limit = greatest(&group.limit, first);
+        let mut limit = greatest::<N>(&group.limit, first);
+        let mut tests = 0;
         while child != Child::DONE {
             let tested = match Child::kind(child) {
                 Queues::NODES => {
@@ -167,29 +182,35 @@ impl WideBvh {
                     let block = &self.triangles[(child & !Child::TRIANGLES) as usize];
                     let (_, met) = beam.test(&self.boxes(block), limit);
                     let met = met.to_bitmask();
-                    counter.add(|| u64::from(met.count_ones()) * PACKET as u64);
+                    tests += met.count_ones();
+                    counter.add(|| u64::from(met.count_ones()) * N as u64);
                     candidates.clear();
-                    for first in (first..first + PACKET).step_by(WIDTH) {
+                    let mut any = false;
+                    for first in (first..first + N).step_by(PACKET) {
+                        candidates.clear();
                         group.filter(first, block, met, candidates);
+                        group.filter(first + WIDTH, block, met, candidates);
+                        candidates.confirm(group);
+                        any |= !candidates.is_empty();
                     }
-                    candidates.confirm(group);
-                    !candidates.is_empty()
+                    any
                 }
                 _ => {
-                    for i in first..first + PACKET {
+                    for i in first..first + N {
                         self.visit_sphere(group, rays, i, child, counter);
                     }
                     true
                 }
             };
             if tested {
-                if ANY && (first..first + PACKET).all(|i| group.has_hit(i)) {
+                if ANY && (first..first + N).all(|i| group.has_hit(i)) {
                     break;
                 }
-                limit = greatest(&group.limit, first);
+                limit = greatest::<N>(&group.limit, first);
             }
             child = stacks.pop::<false>(&mut top, limit);
         }
+        tests
     }
 
     /// The boxes of a block's triangles, in the form of a node's.
