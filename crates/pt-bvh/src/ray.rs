@@ -7,11 +7,13 @@
 //! **Why no box test misses a triangle that the triangle test hits.** Let R be the largest
 //! coordinate distance from the origin to a corner of the scene box. The triangle test is exact
 //! for *sheared and rounded* vertices, each of which is within 17εR of the true one (translation
-//! ε, slope ε, product ε, difference ε, on coordinates up to 3R; and ε in depth). So the depth τ
-//! that it finds is one at which the ray is within 17εR of the triangle, and of every box around
-//! it. A box test that computes in f32 relative to any point of the scene errs by at most 10εR,
-//! and the rounding of the slopes moves the ray by 3εR; so a box test that widens its slabs by the
-//! *pad* of 32εR on every side finds an interval that contains τ. Hence each traversal visits all
+//! ε, slope ε, product ε, difference ε, on coordinates up to 3R; and ε in depth). The depth τ that
+//! it computes errs by at most 56εR (weights by 48ε together, see [`crate::triangle`], and the
+//! rounding of the mean), and slopes are at most 1. So τ is a depth at which the ray is within 73εR
+//! of the triangle, and of every box around it. A box test that computes in f32 relative to any
+//! point of the scene errs by at most 10εR, and the rounding of the slopes moves the ray by 3εR; so
+//! a box test that widens its slabs by the *pad* of 96εR on every side finds an interval that
+//! contains τ. Hence each traversal visits all
 //! that can win, and finds the same nearest hit, bit for bit, as a loop over all primitives.
 //! (Woop, Benthin & Wald 2013, "Watertight Ray/Triangle Intersection", §3.3, pad the origin for
 //! the same reason; Ize 2013, "Robust BVH Ray Traversal", bounds the rounding of the slab test.)
@@ -22,13 +24,14 @@ use pt_math::{Bounds3, Ray, Vec3};
 use crate::geometry::in_range;
 
 /// In units of R; see the module.
-pub(crate) const PAD: f32 = 32.0 * EPSILON;
+pub(crate) const PAD: f32 = 96.0 * EPSILON;
 /// Never 0, so that depths of 0 stay inside.
 pub(crate) const LEAST_PAD: f32 = 4.0 * f32::MIN_POSITIVE;
 /// Slopes below this are rounded up to it: over the depth R that moves the ray by εR.
 pub(crate) const LEAST_SLOPE: f32 = EPSILON;
-/// More than the relative error of converting between t and τ, and back.
-pub(crate) const CONVERSION: f32 = gamma(4);
+/// More than the relative error of converting between t and τ, and back; and more than by what the
+/// depth of a hit, a mean of those of the vertices, can lie outside of these.
+pub(crate) const CONVERSION: f32 = gamma(16);
 
 /// The axes in cyclic order, by the one that comes last.
 pub(crate) const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
@@ -46,6 +49,8 @@ pub(crate) struct Prepared {
     pub(crate) sign: f32,
     /// |d_kz|.
     pub(crate) scale: f32,
+    /// 1/|d_kz|.
+    pub(crate) inverse_scale: f32,
     /// |d_kz| / d per axis, at most 1/ε in magnitude, never infinite.
     pub(crate) inverse: Vec3,
     /// By how much a box is widened on every side before it is tested.
@@ -83,6 +88,7 @@ impl Prepared {
             shear: [by_axis[axes[0]] * sign, by_axis[axes[1]] * sign],
             sign,
             scale,
+            inverse_scale: 1.0 / scale,
             inverse: steep.recip(),
             pad: (PAD * reach).max(LEAST_PAD),
             t_min: ray.t_min.max(0.0),

@@ -5,10 +5,15 @@
 //! then hits if 0 is on the same side of all three edges in the plane. An edge function is
 //! fl(fl(c_x b_y) − fl(c_y b_x)): rounding is monotone, so its sign is right whenever it is not 0,
 //! and two triangles with a common edge get exactly opposite values. Fused multiply-add would
-//! break both. Where it is 0 (equal products, underflow) double precision decides, in which the
-//! products are exact. The f32 test is therefore only a filter, which kernels may run on many
-//! triangles at once; what passes goes through [`confirm`], and gets the same t and barycentric
-//! coordinates from every kernel.
+//! break both.
+//!
+//! With X, Y, Z the largest magnitudes of the sheared coordinates and ε = 2⁻²⁴, an edge function
+//! errs by at most 4εXY. Where that is small against the sum of all three, X·Y ≤ 4·|det|, single
+//! precision gives the hit: its depth is a mean of the vertices' with weights that err by 48ε
+//! together, its barycentric coordinates err by less than 100ε. Where it is not (needles, edges
+//! seen head-on), or an edge function is 0 (equal products, underflow), double precision decides,
+//! in which the products are exact. Both are functions of ray and triangle alone, so every kernel
+//! gets the same bits.
 
 use pt_math::Vec3;
 use pt_math::interval::gamma;
@@ -23,10 +28,68 @@ pub(crate) struct TriangleHit {
     pub(crate) b2: f32,
 }
 
-/// The intersection in double precision of the sheared f32 vertices, without regard to `t_min`
-/// and `t_max`. The filter below is a conservative shortcut of its first lines.
+/// X·Y in units of |det| up to which single precision will do.
+pub(crate) const FLATTEST: f32 = 4.0;
+/// Below this, products may have lost digits to underflow.
+pub(crate) const LEAST_DET: f32 = 1.0 / (1u128 << 100) as f32;
+
+/// What single precision says.
+enum Verdict {
+    Miss,
+    Hit(TriangleHit),
+    Unclear,
+}
+
+/// The intersection with one triangle, without regard to `t_min` and `t_max`.
+#[inline]
+pub(crate) fn intersect(ray: &Prepared, p: [Vec3; 3]) -> Option<TriangleHit> {
+    let sheared = p.map(|v| shear(ray, v));
+    match judge(ray, sheared) {
+        Verdict::Miss => None,
+        Verdict::Hit(hit) => Some(hit),
+        Verdict::Unclear => confirm(ray.scale, ray.origin_size, sheared),
+    }
+}
+
+/// The intersection in single precision; the wide kernels do the same for many triangles.
+#[inline]
+fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
+    let edge = |p: [f32; 3], q: [f32; 3]| q[0] * p[1] - q[1] * p[0];
+    let edges @ [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
+    if !edges.iter().all(|&e| e >= 0.0) && !edges.iter().all(|&e| e <= 0.0) {
+        return Verdict::Miss;
+    }
+    let largest = |i: usize| a[i].abs().max(b[i].abs()).max(c[i].abs());
+    let [x, y, z] = [largest(0), largest(1), largest(2)];
+    let det = u + v + w;
+    let inverse = 1.0 / det;
+    let total = u * a[2] + v * b[2] + w * c[2];
+    let depth = total * inverse;
+    let t = depth * ray.inverse_scale;
+    let is_plain = !edges.contains(&0.0)
+        && x * y * (1.0 / FLATTEST) + LEAST_DET <= det.abs()
+        && t.abs() < f32::INFINITY;
+    if !is_plain {
+        return Verdict::Unclear;
+    }
+    let nearest = a[2].min(b[2]).min(c[2]);
+    let is_distant = nearest > gamma(32) * (ray.origin_size + x + y + 2.0 * z);
+    let is_ahead = is_distant
+        || depth > plain_depth_error(x, y, z, u.abs().max(v.abs()).max(w.abs()), inverse);
+    if !(is_ahead && total.abs() >= LEAST_DET) {
+        return if is_ahead { Verdict::Unclear } else { Verdict::Miss };
+    }
+    Verdict::Hit(TriangleHit { t, b1: v * inverse, b2: w * inverse })
+}
+
+/// The intersection in double precision of the sheared f32 vertices, by the ray's scale and the
+/// size of its origin.
 #[inline(always)]
-pub(crate) fn confirm(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Option<TriangleHit> {
+pub(crate) fn confirm(
+    scale: f32,
+    origin_size: f32,
+    [a, b, c]: [[f32; 3]; 3],
+) -> Option<TriangleHit> {
     let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
     if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
         return None;
@@ -39,26 +102,11 @@ pub(crate) fn confirm(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Option<Triang
     let [za, zb, zc] = [a[2], b[2], c[2]].map(f64::from);
     let (b1, b2) = (v * inverse, w * inverse);
     let depth = (u * za + v * zb + w * zc) * inverse;
-    if depth <= depth_error(ray, [a, b, c], det) {
+    if depth <= depth_error(origin_size, [a, b, c], det) {
         return None;
     }
-    let t = (depth / f64::from(ray.scale)) as f32;
+    let t = (depth / f64::from(scale)) as f32;
     Some(TriangleHit { t, b1: b1 as f32, b2: b2 as f32 })
-}
-
-/// The intersection with one triangle.
-#[inline]
-pub(crate) fn intersect(ray: &Prepared, p: [Vec3; 3]) -> Option<TriangleHit> {
-    let sheared = p.map(|v| shear(ray, v));
-    if may_hit(sheared) { confirm(ray, sheared) } else { None }
-}
-
-/// Whether the f32 edge functions do not rule out a hit.
-#[inline]
-fn may_hit([a, b, c]: [[f32; 3]; 3]) -> bool {
-    let edge = |p: [f32; 3], q: [f32; 3]| q[0] * p[1] - q[1] * p[0];
-    let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
-    (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0)
 }
 
 /// The vertex relative to the ray: across, across, and its depth.
@@ -87,11 +135,11 @@ fn edge(p: [f32; 3], q: [f32; 3]) -> f64 {
 /// the depth is a mean of those of the vertices: where all three are ahead by more than the offset
 /// of a spawned origin and its rounding, nothing needs to be known about the error, and δ is 0.
 #[inline]
-fn depth_error(ray: &Prepared, [a, b, c]: [[f32; 3]; 3], det: f64) -> f64 {
+fn depth_error(origin_size: f32, [a, b, c]: [[f32; 3]; 3], det: f64) -> f64 {
     let largest = |i: usize| a[i].abs().max(b[i].abs()).max(c[i].abs());
     let [x, y, z] = [largest(0), largest(1), largest(2)];
     let nearest = a[2].min(b[2]).min(c[2]);
-    if nearest > gamma(32) * (ray.origin_size + x + y + 2.0 * z) {
+    if nearest > gamma(32) * (origin_size + x + y + 2.0 * z) {
         return 0.0;
     }
     let [x, y, z] = [x, y, z].map(f64::from);
@@ -99,6 +147,15 @@ fn depth_error(ray: &Prepared, [a, b, c]: [[f32; 3]; 3], det: f64) -> f64 {
     let dz = f64::from(gamma(2)) * z;
     let de = 2.0 * (dx * y + dy * x + dx * dy);
     3.0 * de * (z + dz) / det.abs() + dz
+}
+
+/// The same bound for a depth in single precision, with the rounding of edge functions up to `e`:
+/// δe = 2(δx·Y + δy·X + γ₂XY),  δ = 3(γ₃eZ + δe·Z + δz·e) / |det|.
+#[inline]
+fn plain_depth_error(x: f32, y: f32, z: f32, e: f32, inverse: f32) -> f32 {
+    let (dx, dy) = ((x + z) * gamma(5), (y + z) * gamma(5));
+    let de = (dx * y + dy * x + x * y * gamma(2)) * 2.0;
+    (e * z * gamma(3) + de * z + z * gamma(5) * e) * 3.0 * inverse.abs()
 }
 
 /// How the ray passes a triangle, without regard to where along the ray.

@@ -195,7 +195,9 @@ fn empty_node() -> WideNode {
     WideNode { planes: [row; 3], children: [Child::node(0); WIDTH] }
 }
 
-fn triangle_block(geometry: &Geometry<'_>, ids: [u32; BLOCK]) -> TriangleBlock {
+/// In ascending order, so that of equal hits the first lane has the one that counts.
+fn triangle_block(geometry: &Geometry<'_>, mut ids: [u32; BLOCK]) -> TriangleBlock {
+    ids.sort_unstable();
     let mut vertices = [[[f32::NAN; BLOCK]; 3]; 3];
     for (lane, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NO_PRIMITIVE) {
         if let Primitive::Triangle(p) = geometry.primitive(id) {

@@ -3,6 +3,7 @@
 use std::cell::Cell;
 
 use pt_math::Bounds3;
+use pt_math::interval::gamma;
 use wide::f32x8;
 
 use super::{BLOCK, Child, Lanes, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode};
@@ -127,17 +128,6 @@ pub(super) struct Shear {
     pub(super) start: Lanes,
 }
 
-/// The vertices of a block as [`triangle::confirm`] wants them: vertex, axis.
-pub(super) struct Sheared(pub(super) [[Lanes; 3]; 3]);
-
-impl Sheared {
-    #[inline]
-    fn triangle(&self, lane: usize) -> [[f32; 3]; 3] {
-        let number = |v: usize, k: usize| self.0[v][k].as_array()[lane % BLOCK];
-        [0, 1, 2].map(|v| [number(v, 0), number(v, 1), number(v, 2)])
-    }
-}
-
 impl Shear {
     #[inline]
     fn new(ray: &Prepared) -> Self {
@@ -151,10 +141,10 @@ impl Shear {
         }
     }
 
-    /// A bit for each triangle of a block that the ray may hit; see [`Self::test`].
+    /// A bit for each triangle of a block that the ray may hit; see [`Self::filter`].
     #[inline(always)]
-    pub(super) fn filter(&self, block: &TriangleBlock, limit: f32) -> (u32, Sheared) {
-        self.test(|v, k| block.vertices[v][k], Lanes::splat(limit))
+    pub(super) fn filter_block(&self, block: &TriangleBlock, limit: f32) -> (u32, Sheared) {
+        self.filter(|v, k| block.vertices[v][k], Lanes::splat(limit))
     }
 
     /// A bit for each lane in which the f32 edge functions do not rule out a hit of the triangle
@@ -162,33 +152,128 @@ impl Shear {
     /// the start of the ray or all beyond the depth `limit`: the depth of a hit is a mean of
     /// theirs. The operations are those of [`triangle::intersect`].
     #[inline(always)]
-    pub(super) fn test(
+    pub(super) fn filter(
         &self,
         vertices: impl Fn(usize, usize) -> Lanes,
         limit: Lanes,
     ) -> (u32, Sheared) {
         let [kx, ky, kz] = self.axes;
-        let [a, b, c] = [0, 1, 2].map(|v: usize| {
+        let sheared = Sheared([0, 1, 2].map(|v: usize| {
             let z = vertices(v, kz) - self.origin[2];
             let x = vertices(v, kx) - self.origin[0] - self.slopes[0] * z;
             let y = vertices(v, ky) - self.origin[1] - self.slopes[1] * z;
             [x, y, z * self.sign]
-        });
-        let edge = |p: [Lanes; 3], q: [Lanes; 3]| q[0] * p[1] - q[1] * p[0];
-        let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
-        let least = u.fast_min(v).fast_min(w);
-        let greatest = u.fast_max(v).fast_max(w);
-        let nearest = a[2].fast_min(b[2]).fast_min(c[2]);
-        let farthest = a[2].fast_max(b[2]).fast_max(c[2]);
-        let crossed = least.simd_ge(Lanes::ZERO) | greatest.simd_le(Lanes::ZERO);
+        }));
+        let [u, v, w] = sheared.edges();
+        let crossed = u.fast_min(v).fast_min(w).simd_ge(Lanes::ZERO)
+            | u.fast_max(v).fast_max(w).simd_le(Lanes::ZERO);
+        let (nearest, farthest) = sheared.depths();
         let within = nearest.simd_le(limit) & farthest.simd_ge(self.start);
-        ((crossed & within).to_bitmask(), Sheared([a, b, c]))
+        ((crossed & within).to_bitmask(), sheared)
     }
+}
+
+/// Sheared vertices of eight triangles: vertex, axis.
+pub(super) struct Sheared(pub(super) [[Lanes; 3]; 3]);
+
+/// What single precision says of eight pairs of a ray and a triangle that passed the filter.
+pub(super) struct Tested {
+    /// Where there is a hit.
+    pub(super) hit: Lanes,
+    /// Where double precision must decide.
+    pub(super) unclear: Lanes,
+    pub(super) t: Lanes,
+    pub(super) barycentric: [Lanes; 2],
+}
+
+impl Sheared {
+    /// The vertices in a lane, as [`triangle::confirm`] wants them.
+    pub(super) fn triangle(&self, lane: usize) -> [[f32; 3]; 3] {
+        self.0.map(|vertex| vertex.map(|x| x.as_array()[lane % BLOCK]))
+    }
+
+    #[inline(always)]
+    fn edges(&self) -> [Lanes; 3] {
+        let [a, b, c] = self.0;
+        let edge = |p: [Lanes; 3], q: [Lanes; 3]| q[0] * p[1] - q[1] * p[0];
+        [edge(b, c), edge(c, a), edge(a, b)]
+    }
+
+    /// The least and the greatest depth of a vertex.
+    #[inline(always)]
+    fn depths(&self) -> (Lanes, Lanes) {
+        let [a, b, c] = self.0.map(|vertex| vertex[2]);
+        (a.fast_min(b).fast_min(c), a.fast_max(b).fast_max(c))
+    }
+
+    /// The hits. The operations are those of [`triangle::intersect`].
+    #[inline(always)]
+    pub(super) fn test(&self, inverse_scale: Lanes, origin_size: Lanes) -> Tested {
+        let splat = Lanes::splat;
+        let [a, b, c] = self.0;
+        let [u, v, w] = self.edges();
+        let largest = |k: usize| a[k].abs().fast_max(b[k].abs()).fast_max(c[k].abs());
+        let [x, y, z] = [largest(0), largest(1), largest(2)];
+        let det = u + v + w;
+        let inverse = splat(1.0) / det;
+        let total = u * a[2] + v * b[2] + w * c[2];
+        let depth = total * inverse;
+        let t = depth * inverse_scale;
+        let on_edge = u.simd_eq(Lanes::ZERO) | v.simd_eq(Lanes::ZERO) | w.simd_eq(Lanes::ZERO);
+        let least = x * y * splat(1.0 / triangle::FLATTEST) + splat(triangle::LEAST_DET);
+        let plain = !on_edge & least.simd_le(det.abs()) & t.abs().simd_lt(splat(f32::INFINITY));
+
+        let (nearest, _) = self.depths();
+        let mut ahead = nearest.simd_gt((origin_size + x + y + z * 2.0) * gamma(32));
+        if !ahead.all() {
+            let e = u.abs().fast_max(v.abs()).fast_max(w.abs());
+            ahead |= depth.simd_gt(plain_depth_error([x, y, z], e, inverse));
+        }
+        let large = total.abs().simd_ge(splat(triangle::LEAST_DET));
+        Tested {
+            hit: plain & ahead & large,
+            unclear: !plain | (ahead & !large),
+            t,
+            barycentric: [v * inverse, w * inverse],
+        }
+    }
+}
+
+impl Tested {
+    /// The hit of one lane.
+    #[inline(always)]
+    fn in_lane(&self, lane: usize, ids: &[u32; BLOCK]) -> Hit {
+        let number = |x: &Lanes| x.as_array()[lane % BLOCK];
+        let [b1, b2] = self.barycentric.each_ref().map(number);
+        Hit { t: number(&self.t), b1, b2, primitive: ids[lane % BLOCK] }
+    }
+
+    /// A bit for the nearest hit with t in (`t_min`, `t_max`] in a set of lanes, and of several for
+    /// the first.
+    #[inline(always)]
+    fn nearest(&self, set: u32, t_min: f32, t_max: f32) -> u32 {
+        let counts = self.t.simd_gt(Lanes::splat(t_min)) & self.t.simd_le(Lanes::splat(t_max));
+        let hit = (self.hit & counts).to_bitmask() & set;
+        if hit & hit.wrapping_sub(1) == 0 {
+            return hit;
+        }
+        let t = self.t.as_array();
+        let before = |a: &usize, b: &usize| t[*a].total_cmp(&t[*b]);
+        lanes(hit).min_by(before).map_or(0, |lane| 1 << lane)
+    }
+}
+
+/// The operations of the function of this name in [`triangle`].
+#[inline(always)]
+fn plain_depth_error([x, y, z]: [Lanes; 3], e: Lanes, inverse: Lanes) -> Lanes {
+    let (dx, dy) = ((x + z) * gamma(5), (y + z) * gamma(5));
+    let de = (dx * y + dy * x + x * y * gamma(2)) * 2.0;
+    (e * z * gamma(3) + de * z + z * gamma(5) * e) * 3.0 * inverse.abs()
 }
 
 /// The lanes of the bits, lowest first.
 #[inline]
-fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
+pub(super) fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         (bits != 0).then(|| {
             let lane = bits.trailing_zeros() as usize;
@@ -211,10 +296,18 @@ impl<C: Counter> Query<'_, C> {
     #[inline]
     fn test_triangles(&mut self, block: &TriangleBlock, limit: f32) -> bool {
         self.counter.add(|| block.len());
+        let (set, sheared) = self.shear.filter_block(block, limit);
+        if set == 0 {
+            return false;
+        }
+        let Prepared { scale, inverse_scale, origin_size, t_min, .. } = self.ray;
+        let tested = sheared.test(Lanes::splat(inverse_scale), Lanes::splat(origin_size));
         let mut better = false;
-        let (candidates, sheared) = self.shear.filter(block, limit);
-        for lane in lanes(candidates) {
-            if let Some(h) = triangle::confirm(&self.ray, sheared.triangle(lane)) {
+        for lane in lanes(tested.nearest(set, t_min, self.nearest.t())) {
+            better |= self.nearest.offer(tested.in_lane(lane, &block.ids));
+        }
+        for lane in lanes(tested.unclear.to_bitmask() & set) {
+            if let Some(h) = triangle::confirm(scale, origin_size, sheared.triangle(lane)) {
                 let id = block.ids[lane % BLOCK];
                 let hit = Hit { t: h.t, b1: h.b1, b2: h.b2, primitive: id };
                 better |= self.nearest.offer(hit);

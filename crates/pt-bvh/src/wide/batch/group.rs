@@ -6,8 +6,9 @@ use wide::{f32x8, u32x8};
 use super::order::LANES;
 use crate::geometry::{Hit, LARGEST_COORDINATE};
 use crate::ray::{AXES, CONVERSION, LEAST_PAD, LEAST_SLOPE, PAD};
-use crate::wide::traverse::{Shear, Slabs};
+use crate::wide::traverse::{Shear, Sheared, Slabs, lanes};
 use crate::wide::{NO_PRIMITIVE, WIDTH};
+use crate::{ray, triangle};
 
 /// Rays that advance together: enough for their steps to overlap, few enough for the columns and
 /// the tops of the stacks to stay in the first-level cache.
@@ -37,6 +38,7 @@ pub(super) struct Group {
     pub(super) slopes: [Column; 2],
     pub(super) sign: Column,
     pub(super) scale: Column,
+    pub(super) inverse_scale: Column,
     pub(super) origin_size: Column,
     pub(super) t_min: Column,
     /// The nearest hit: at first t is `t_max`, and the primitive [`NO_PRIMITIVE`].
@@ -142,18 +144,19 @@ impl Group {
 
         let t_min = t_min.max(f32x8::ZERO);
         let start = t_min * scale * (1.0 - CONVERSION);
-        set(&mut self.start, first, start.fast_max(splat(f32::MIN_POSITIVE)));
-        set(&mut self.limit, first, depth_limit(t_max, scale));
-        set(&mut self.origin[0], first, by_axis(oy, oz, ox));
-        set(&mut self.origin[1], first, by_axis(oz, ox, oy));
-        set(&mut self.origin[2], first, by_axis(ox, oy, oz));
-        set(&mut self.slopes[0], first, by_axis(sy, sz, sx) * sign);
-        set(&mut self.slopes[1], first, by_axis(sz, sx, sy) * sign);
-        set(&mut self.sign, first, sign);
-        set(&mut self.scale, first, scale);
-        set(&mut self.origin_size, first, origin_size);
-        set(&mut self.t_min, first, t_min);
-        set(&mut self.t, first, t_max);
+        set_column(&mut self.start, first, start.fast_max(splat(f32::MIN_POSITIVE)));
+        set_column(&mut self.limit, first, depth_limit(t_max, scale));
+        set_column(&mut self.origin[0], first, by_axis(oy, oz, ox));
+        set_column(&mut self.origin[1], first, by_axis(oz, ox, oy));
+        set_column(&mut self.origin[2], first, by_axis(ox, oy, oz));
+        set_column(&mut self.slopes[0], first, by_axis(sy, sz, sx) * sign);
+        set_column(&mut self.slopes[1], first, by_axis(sz, sx, sy) * sign);
+        set_column(&mut self.sign, first, sign);
+        set_column(&mut self.scale, first, scale);
+        set_column(&mut self.inverse_scale, first, splat(1.0) / scale);
+        set_column(&mut self.origin_size, first, origin_size);
+        set_column(&mut self.t_min, first, t_min);
+        set_column(&mut self.t, first, t_max);
         set_bits(&mut self.primitive, first, u32x8::splat(NO_PRIMITIVE));
         set_bits(&mut self.child, first, u32x8::ZERO);
         let usable = (usable & scale.simd_gt(f32x8::ZERO)).to_bitmask();
@@ -197,9 +200,9 @@ impl Group {
         for k in 0..3 {
             let pad = inverse[k].abs() * pad;
             let offset = -(origin[k] - splat(center[k])) * inverse[k];
-            set(&mut self.inverse[k], first, inverse[k]);
-            set(&mut self.near[k], first, offset - pad);
-            set(&mut self.far[k], first, offset + pad);
+            set_column(&mut self.inverse[k], first, inverse[k]);
+            set_column(&mut self.near[k], first, offset - pad);
+            set_column(&mut self.far[k], first, offset + pad);
         }
     }
 
@@ -228,14 +231,67 @@ impl Group {
     /// A ray as the triangle filter wants it.
     #[inline(always)]
     pub(super) fn shear(&self, i: usize) -> Shear {
-        let splat = |column: &Column| f32x8::splat(column[i]);
+        self.shear_of(i, |column| f32x8::splat(column[i]))
+    }
+
+    /// Eight rays that have the axis of the first, as the triangle filter wants them.
+    #[inline(always)]
+    pub(super) fn shear_of_eight(&self, first: usize) -> Shear {
+        self.shear_of(first, |column| eight(column, first))
+    }
+
+    #[inline(always)]
+    fn shear_of(&self, first: usize, lanes: impl Fn(&Column) -> f32x8) -> Shear {
         Shear {
-            axes: AXES[self.axis[i] as usize % AXES.len()],
-            origin: self.origin.each_ref().map(splat),
-            slopes: self.slopes.each_ref().map(splat),
-            sign: splat(&self.sign),
-            start: splat(&self.start),
+            axes: AXES[self.axis[first] as usize % AXES.len()],
+            origin: self.origin.each_ref().map(&lanes),
+            slopes: self.slopes.each_ref().map(&lanes),
+            sign: lanes(&self.sign),
+            start: lanes(&self.start),
         }
+    }
+
+    /// Eight rays from `first` on test the triangles that passed their filters, in a set of lanes.
+    #[inline(always)]
+    pub(super) fn test(&mut self, first: usize, set: u32, sheared: &Sheared, id: u32) {
+        let tested =
+            sheared.test(eight(&self.inverse_scale, first), eight(&self.origin_size, first));
+        let (old_t, old) = (eight(&self.t, first), of_eight(&self.primitive, first));
+        let new = u32x8::splat(id);
+        let lower = from_bits(new.simd_lt(old) & !old.simd_eq(u32x8::splat(NO_PRIMITIVE)));
+        let nearer = tested.t.simd_lt(old_t) | (tested.t.simd_eq(old_t) & lower);
+        let better = tested.hit
+            & from_bits(lanes_of(set))
+            & nearer
+            & tested.t.simd_gt(eight(&self.t_min, first));
+        let limit = depth_limit(tested.t, eight(&self.scale, first));
+        let [b1, b2] = tested.barycentric;
+        let [old_b1, old_b2] = &mut self.barycentric;
+        for (column, x) in
+            [(&mut self.t, tested.t), (old_b1, b1), (old_b2, b2), (&mut self.limit, limit)]
+        {
+            set_column(column, first, better.select(x, eight(column, first)));
+        }
+        set_bits(&mut self.primitive, first, bits(better).select(new, old));
+        for lane in lanes(tested.unclear.to_bitmask() & set) {
+            self.confirm(first + lane % WIDTH, sheared.triangle(lane), id);
+        }
+    }
+
+    /// Double precision decides about a triangle.
+    #[cold]
+    pub(super) fn confirm(&mut self, i: usize, sheared: [[f32; 3]; 3], primitive: u32) {
+        let (scale, origin_size) = (self.scale[i], self.origin_size[i]);
+        if let Some(h) = triangle::confirm(scale, origin_size, sheared) {
+            let hit = Hit { t: h.t, b1: h.b1, b2: h.b2, primitive };
+            self.offer(i, hit, ray::depth_limit(h.t, scale), true);
+        }
+    }
+
+    /// What a sphere that is hit brings.
+    pub(super) fn offer_sphere(&mut self, i: usize, t: f32, primitive: u32) {
+        let limit = ray::depth_limit(t, self.scale[i]);
+        self.offer(i, Hit { t, b1: 0.0, b2: 0.0, primitive }, limit, true);
     }
 
     /// [`Nearest::offer`](crate::traverse::Nearest::offer), and the depth limit that goes with the
@@ -270,13 +326,20 @@ impl Group {
     }
 }
 
+/// All bits of the lanes of a set.
+#[inline(always)]
+fn lanes_of(set: u32) -> u32x8 {
+    let own = u32x8::new([1, 2, 4, 8, 16, 32, 64, 128]);
+    (u32x8::splat(set) & own).simd_eq(own)
+}
+
 #[inline(always)]
 fn bit(k: usize) -> u32x8 {
     u32x8::splat(1 << k)
 }
 
 #[inline(always)]
-fn set(column: &mut Column, first: usize, x: f32x8) {
+fn set_column(column: &mut Column, first: usize, x: f32x8) {
     column[first..first + WIDTH].copy_from_slice(x.as_array());
 }
 

@@ -30,7 +30,6 @@ use self::packet::{Beam, LARGE, MOST, PACKET, PAUSE};
 use super::{Child, WIDTH, WideBvh, WideNode};
 use crate::counter::Counter;
 use crate::geometry::Hit;
-use crate::ray::depth_limit;
 use crate::sphere;
 
 /// So many entries above the top of a stack are overwritten when children are put on it.
@@ -137,7 +136,6 @@ struct Scratch {
 struct Parts<'a> {
     group: &'a mut Group,
     stacks: &'a mut Stacks,
-    candidates: &'a mut Candidates,
 }
 
 thread_local! {
@@ -214,7 +212,7 @@ impl WideBvh {
         bounds: &Bounds3,
         counter: &mut impl Counter,
     ) {
-        let Scratch { group, candidates, queues, stacks, pause } = scratch;
+        let Scratch { group, queues, stacks, pause, .. } = scratch;
         stacks.set_size(self.stack_size);
         let queues = &mut queues[0];
         queues.len = [0; 4];
@@ -237,7 +235,7 @@ impl WideBvh {
                 && full >= LARGE
                 && let Some(beam) = Beam::new::<LARGE>(group, first, bounds, self.center)
             {
-                let scratch = Parts { group, stacks, candidates };
+                let scratch = Parts { group, stacks };
                 let tests = self.trace::<ANY, LARGE>(scratch, &beam, first, rays, counter);
                 *pause = if tests > MOST { PAUSE } else { 0 };
                 first += LARGE;
@@ -246,7 +244,7 @@ impl WideBvh {
             if full >= PACKET
                 && let Some(beam) = Beam::new::<PACKET>(group, first, bounds, self.center)
             {
-                let scratch = Parts { group, stacks, candidates };
+                let scratch = Parts { group, stacks };
                 self.trace::<ANY, PACKET>(scratch, &beam, first, rays, counter);
                 *pause = pause.saturating_sub(1);
                 first += PACKET;
@@ -306,10 +304,10 @@ impl WideBvh {
                 let i = i as usize % GROUP;
                 let block = &self.triangles[(group.child[i] & !Child::TRIANGLES) as usize];
                 counter.add(|| block.len());
-                let (set, sheared) = group.shear(i).filter(block, group.limit[i]);
+                let (set, sheared) = group.shear(i).filter_block(block, group.limit[i]);
                 candidates.add(u32x8::splat(i as u32), u32x8::new(block.ids), set, &sheared);
             }
-            candidates.confirm(group);
+            candidates.test(group);
         }
     }
 
@@ -342,8 +340,7 @@ impl WideBvh {
         let Ray { origin, direction, .. } = rays[i];
         for (s, &primitive) in block.iter() {
             if let Some(t) = sphere::intersect(origin, direction, group.t_min[i], s) {
-                let limit = depth_limit(t, group.scale[i]);
-                group.offer(i, Hit { t, b1: 0.0, b2: 0.0, primitive }, limit, true);
+                group.offer_sphere(i, t, primitive);
             }
         }
     }

@@ -12,13 +12,10 @@
 use pt_math::{Bounds3, Ray, Vec3};
 use wide::{f32x8, u32x8};
 
-use super::candidates::Candidates;
 use super::group::{Column, Group, eight, of_eight};
-use super::order::LANES;
 use super::{Parts, Queues};
 use crate::counter::Counter;
 use crate::ray::{AXES, LEAST_PAD, LEAST_SLOPE, PAD};
-use crate::wide::traverse::Shear;
 use crate::wide::{Child, TriangleBlock, WIDTH, WideBvh};
 
 /// Rays of a packet.
@@ -165,7 +162,7 @@ impl WideBvh {
         rays: &[Ray],
         counter: &mut impl Counter,
     ) -> u32 {
-        let Parts { group, stacks, candidates } = scratch;
+        let Parts { group, stacks } = scratch;
         let mut top = group.top[first] as usize;
         let mut child = group.child[first];
         let mut limit = greatest::<N>(&group.limit, first);
@@ -184,14 +181,9 @@ impl WideBvh {
                     let met = met.to_bitmask();
                     tests += met.count_ones();
                     counter.add(|| u64::from(met.count_ones()) * N as u64);
-                    candidates.clear();
                     let mut any = false;
-                    for first in (first..first + N).step_by(PACKET) {
-                        candidates.clear();
-                        group.filter(first, block, met, candidates);
-                        group.filter(first + WIDTH, block, met, candidates);
-                        candidates.confirm(group);
-                        any |= !candidates.is_empty();
+                    for first in (first..first + N).step_by(WIDTH) {
+                        any |= group.test_triangles(first, block, met);
                     }
                     any
                 }
@@ -225,34 +217,22 @@ impl WideBvh {
 }
 
 impl Group {
-    /// Adds those of the block's given triangles that the eight rays from `first` on, which have the
-    /// same axis, may hit.
+    /// The eight rays from `first` on, which have the same axis, test those of the block's
+    /// triangles; whether any passed the filter.
     #[inline(always)]
-    fn filter(
-        &self,
-        first: usize,
-        block: &TriangleBlock,
-        mut triangles: u32,
-        candidates: &mut Candidates,
-    ) {
-        let eight = |column: &Column| eight(column, first);
-        let shear = Shear {
-            axes: AXES[self.axis[first] as usize % AXES.len()],
-            origin: self.origin.each_ref().map(eight),
-            slopes: self.slopes.each_ref().map(eight),
-            sign: eight(&self.sign),
-            start: eight(&self.start),
-        };
-        let limit = eight(&self.limit);
-        let rays = LANES + u32x8::splat(first as u32);
+    fn test_triangles(&mut self, first: usize, block: &TriangleBlock, mut triangles: u32) -> bool {
+        let shear = self.shear_of_eight(first);
+        let mut any = false;
         while triangles != 0 {
             let lane = triangles.trailing_zeros() as usize % WIDTH;
             triangles &= triangles - 1;
-            let vertices = |v: usize, k: usize| block.vertices[v][k].as_array()[lane];
-            let (set, sheared) = shear.test(|v, k| f32x8::splat(vertices(v, k)), limit);
+            let vertices = |v: usize, k: usize| f32x8::splat(block.vertices[v][k].as_array()[lane]);
+            let (set, sheared) = shear.filter(vertices, eight(&self.limit, first));
             if set != 0 {
-                candidates.add(rays, u32x8::splat(block.ids[lane]), set, &sheared);
+                self.test(first, set, &sheared, block.ids[lane]);
+                any = true;
             }
         }
+        any
     }
 }
