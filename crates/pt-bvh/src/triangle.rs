@@ -34,7 +34,7 @@ pub(crate) const FLATTEST: f32 = 4.0;
 pub(crate) const LEAST_DET: f32 = 1.0 / (1u128 << 100) as f32;
 
 /// What single precision says.
-enum Verdict {
+pub(crate) enum Verdict {
     Miss,
     Hit(TriangleHit),
     Unclear,
@@ -53,7 +53,7 @@ pub(crate) fn intersect(ray: &Prepared, p: [Vec3; 3]) -> Option<TriangleHit> {
 
 /// The intersection in single precision; the wide kernels do the same for many triangles.
 #[inline]
-fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
+pub(crate) fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
     let edge = |p: [f32; 3], q: [f32; 3]| q[0] * p[1] - q[1] * p[0];
     let edges @ [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
     if !edges.iter().all(|&e| e >= 0.0) && !edges.iter().all(|&e| e <= 0.0) {
@@ -111,7 +111,7 @@ pub(crate) fn confirm(
 
 /// The vertex relative to the ray: across, across, and its depth.
 #[inline]
-fn shear(ray: &Prepared, p: Vec3) -> [f32; 3] {
+pub(crate) fn shear(ray: &Prepared, p: Vec3) -> [f32; 3] {
     let q = (p - ray.origin).to_array();
     let [kx, ky, kz] = ray.axes;
     [q[kx] - ray.shear[0] * q[kz], q[ky] - ray.shear[1] * q[kz], q[kz] * ray.sign]
