@@ -119,11 +119,14 @@ impl Prepared {
     }
 }
 
-/// See [`Prepared::depth_limit`].
-#[inline]
+/// See [`Prepared::depth_limit`]. What is added to t matters only where its digits end early.
+#[inline(always)]
 pub(crate) fn depth_limit(t: f32, scale: f32) -> f32 {
-    (t.next_up() * scale * (1.0 + CONVERSION)).max(2.0 * f32::MIN_POSITIVE)
+    ((t + LEAST) * (scale * (1.0 + CONVERSION))).max(2.0 * f32::MIN_POSITIVE)
 }
+
+/// The least number above 0.
+pub(crate) const LEAST: f32 = f32::from_bits(1);
 
 /// The axis of the largest magnitude, without branches that could go wrong.
 #[inline(always)]

@@ -93,13 +93,10 @@ pub(super) fn from_bits(x: u32x8) -> f32x8 {
     bytemuck::cast(x)
 }
 
-/// [`Prepared::depth_limit`](crate::ray::Prepared::depth_limit), for t that are not below 0 or
-/// have no hits.
+/// [`ray::depth_limit`] of eight.
 #[inline(always)]
 pub(super) fn depth_limit(t: f32x8, scale: f32x8) -> f32x8 {
-    let next = from_bits(bits(t) + u32x8::splat(1));
-    let next = t.simd_lt(f32x8::splat(f32::INFINITY)).select(next, t);
-    (next * scale * (1.0 + CONVERSION)).max(f32x8::splat(2.0 * f32::MIN_POSITIVE))
+    ((t + ray::LEAST) * (scale * (1.0 + CONVERSION))).max(f32x8::splat(2.0 * f32::MIN_POSITIVE))
 }
 
 impl Group {
