@@ -239,8 +239,8 @@ mod tests {
     #[test]
     fn ropes_are_added_to_the_hall() {
         let plain = hall(0);
-        check(&plain, 318_112);
-        check(&hall(260), 318_112 + 260 * 12);
+        check(&plain, 332_384);
+        check(&hall(260), 332_384 + 260 * 12);
         let size = plain.bounds().diagonal();
         assert!((size.x - 2.0 * LENGTH).abs() < 0.1 && (size.y - HEIGHT).abs() < 0.1, "{size}");
     }
