@@ -16,6 +16,9 @@ use super::referee::{self, Claim};
 /// At most so many disputed rays of a set are judged, spread over all.
 const MOST_JUDGED: usize = 2000;
 
+/// What is close to the origin of a ray, as a share of the diagonal of the bounds.
+const NEAR: f64 = 1e-3;
+
 /// What came out of a comparison.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Verdict {
@@ -23,9 +26,11 @@ pub(super) struct Verdict {
     pub(super) disputed: usize,
     /// Of these, how many the referee looked at.
     pub(super) judged: usize,
-    /// Of these, on how many ours is wrong.
+    /// Of those judged, on how many ours is wrong.
     pub(super) ours_wrong: usize,
-    /// Of these, on how many Embree's robust mode is wrong.
+    /// Of those, on how many the right hit is closer to the origin than [`NEAR`].
+    pub(super) ours_near: usize,
+    /// Of those judged, on how many Embree's robust mode is wrong.
     pub(super) theirs_wrong: usize,
 }
 
@@ -69,7 +74,8 @@ fn ours(bvh: &Bvh, rays: &[Ray]) -> Result<Vec<(Claim, bool)>> {
 
 fn judge(mesh: &Mesh, disputes: &[(&Ray, Answers)]) -> Verdict {
     let step = disputes.len().div_ceil(MOST_JUDGED).max(1);
-    let judged: Vec<[bool; 2]> = disputes
+    let near = NEAR * f64::from(mesh.bounds().diagonal().length());
+    let judged: Vec<[bool; 3]> = disputes
         .par_iter()
         .step_by(step)
         .map(|(ray, answers)| {
@@ -77,15 +83,17 @@ fn judge(mesh: &Mesh, disputes: &[(&Ray, Answers)]) -> Verdict {
             let wrong = |(claim, any): (Claim, bool)| {
                 !referee::right(claim, truth) || any != truth.is_some()
             };
-            [wrong(answers.ours), wrong(answers.theirs)]
+            let [ours, theirs] = [answers.ours, answers.theirs].map(wrong);
+            [ours, theirs, ours && truth.is_some_and(|(t, _)| t < near)]
         })
         .collect();
-    let count = |who: usize| judged.iter().filter(|wrong| wrong[who]).count();
+    let count = |what: usize| judged.iter().filter(|found| found[what]).count();
     Verdict {
         disputed: disputes.len(),
         judged: judged.len(),
         ours_wrong: count(0),
         theirs_wrong: count(1),
+        ours_near: count(2),
     }
 }
 
@@ -95,7 +103,11 @@ impl std::fmt::Display for Verdict {
         if self.judged < self.disputed {
             write!(f, ", only {} of them judged", self.judged)?;
         }
-        write!(f, ", ours wrong on {}, Embree robust on {}", self.ours_wrong, self.theirs_wrong)
+        write!(f, ", ours wrong on {}", self.ours_wrong)?;
+        if self.ours_near > 0 {
+            write!(f, " ({} by a hit next to the origin)", self.ours_near)?;
+        }
+        write!(f, ", Embree robust on {}", self.theirs_wrong)
     }
 }
 
@@ -119,6 +131,9 @@ mod tests {
         let missed = |ours| Answers { ours, theirs: (None, false) };
         let disputes: Vec<_> = rays.iter().zip(ours.into_iter().map(missed)).collect();
         let verdict = judge(&mesh, &disputes);
-        assert_eq!(verdict, Verdict { disputed: 9, judged: 9, ours_wrong: 0, theirs_wrong: 9 });
+        assert_eq!(
+            verdict,
+            Verdict { disputed: 9, judged: 9, ours_wrong: 0, ours_near: 0, theirs_wrong: 9 }
+        );
     }
 }

@@ -40,7 +40,7 @@ enum From {
 
 /// The opening of the course's Cornell box, filling the picture.
 const BOX: View =
-    View { eye: Vec3::new(0.0, 0.75, 4.0), look: Vec3::new(0.0, 0.75, 0.0), fov_degrees: 30.0 };
+    View { eye: Vec3::new(0.0, 0.75, -4.0), look: Vec3::new(0.0, 0.75, 0.0), fov_degrees: 30.0 };
 
 /// All meshes.
 pub(super) const SOURCES: &[Source] = &[
