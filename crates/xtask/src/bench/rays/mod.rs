@@ -2,6 +2,7 @@
 //! rays.
 
 mod check;
+mod clock;
 mod embree;
 mod install;
 mod mesh;
@@ -30,15 +31,13 @@ pub(crate) struct Args {
     /// otherwise
     #[arg(long)]
     quick: bool,
-    /// Passes over the rays, of which the fastest counts
+    /// Passes over the rays and half of the builds, of which the fastest counts
     #[arg(long, default_value_t = 5)]
     repeats: usize,
 }
 
 /// The meshes of `--quick`.
 const QUICK: [&str; 2] = ["cow", "hall"];
-/// Builds of each kind, at most; those with spatial splits take seconds.
-const MOST_BUILDS: usize = 3;
 
 /// Measures and prints.
 ///
@@ -52,6 +51,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         return succeed(command.args(std::env::args_os().skip(1)));
     }
     let embree = Embree::open(&install::library()?)?;
+    print_load();
     let mut outcomes = Vec::new();
     for source in sources {
         match source.load()? {
@@ -65,6 +65,14 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
+/// How busy the machine is, where the system tells: times are not to be trusted on a busy one.
+fn print_load() {
+    if let Ok(text) = std::fs::read_to_string("/proc/loadavg") {
+        let load = text.split_whitespace().next().unwrap_or_default();
+        println!("load average before the start: {load}");
+    }
+}
+
 /// The meshes that were asked for.
 fn sources(args: &Args) -> Result<Vec<&'static Source>> {
     match (args.meshes.is_empty(), args.quick) {
@@ -76,7 +84,7 @@ fn sources(args: &Args) -> Result<Vec<&'static Source>> {
 
 fn measure(embree: &Embree, source: &Source, mesh: &Mesh, args: &Args) -> Result<Outcome> {
     println!("\n{}: {} triangles", source.name, mesh.triangles.len());
-    let builds = race::builds(embree, mesh, args.repeats.min(MOST_BUILDS))?;
+    let builds = race::builds(embree, mesh, 2 * args.repeats)?;
     report::print_builds(mesh, &builds);
     let trees = Trees::build(embree, mesh)?;
     println!("  Embree {}, default, robust, and high quality; ours: wide", trees.default.version());
