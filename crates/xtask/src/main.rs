@@ -1,13 +1,14 @@
 //! Chores of the project: `cargo xtask --help`.
 //!
-//! Nothing here links the renderer: what is needed of it is built and run as a program, so that
-//! this crate is quick to build.
+//! Renders are made by the program, built and run as its users do. Only `bench rays` links a part of
+//! the renderer, because it shoots the same rays through that part and through a peer.
 
 mod bench;
 mod figures;
 mod peers;
 mod project;
 mod test;
+mod venv;
 
 use std::process::ExitCode;
 

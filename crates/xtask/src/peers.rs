@@ -1,11 +1,12 @@
 //! `cargo xtask peers`: the same scenes with a renderer that is not ours.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::project::{build_program, output_folder, root, shown, step, target};
+use crate::project::{build_program, output_folder, root, step};
+use crate::venv::{self, Prepared};
 
 /// The renderer to compare with, and what reads its images.
 const MITSUBA: &str = "3.9.1";
@@ -30,14 +31,6 @@ pub(crate) enum Size {
     Full,
 }
 
-/// What is needed to compare.
-pub(crate) enum Prepared {
-    /// A Python that has it all.
-    Python(PathBuf),
-    /// Why it cannot be had.
-    Missing(String),
-}
-
 /// Installs what is needed and compares.
 ///
 /// # Errors
@@ -55,46 +48,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 /// # Errors
 /// If the target folder cannot be found.
 pub(crate) fn prepare() -> Result<Prepared> {
-    let folder = target()?.join("peers-venv");
-    let bin = if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
-    let python = folder.join(bin);
-    if has_mitsuba(&python) {
-        return Ok(Prepared::Python(python));
-    }
-    let mut make = Command::new("python3");
-    make.args(["-m", "venv"]).arg(&folder);
-    let mut install = Command::new(&python);
     let package = format!("mitsuba=={MITSUBA}");
-    install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
-    install.args([package.as_str(), "numpy"]);
-    for command in [&mut make, &mut install] {
-        if let Err(reason) = try_to(command) {
-            return Ok(Prepared::Missing(reason));
-        }
-    }
-    if has_mitsuba(&python) {
-        Ok(Prepared::Python(python))
-    } else {
-        Ok(Prepared::Missing(format!("{} cannot import Mitsuba {MITSUBA}", python.display())))
-    }
-}
-
-fn has_mitsuba(python: &Path) -> bool {
     let probe = format!("import numpy, mitsuba; assert mitsuba.__version__ == '{MITSUBA}'");
-    let output = Command::new(python).args(["-c", &probe]).output();
-    output.is_ok_and(|o| o.status.success())
-}
-
-/// Runs a command; the error is one line.
-fn try_to(command: &mut Command) -> Result<(), String> {
-    let shown = shown(command);
-    let output = command.output().map_err(|e| format!("{shown}: {e}"))?;
-    if output.status.success() {
-        return Ok(());
-    }
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    let last = text.lines().rfind(|l| !l.trim().is_empty()).unwrap_or("no message");
-    Err(format!("{shown}: {}", last.trim()))
+    venv::prepare("peers-venv", &[&package, "numpy"], &probe)
 }
 
 /// Renders with both and compares.

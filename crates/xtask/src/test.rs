@@ -5,8 +5,9 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, ensure};
 
-use crate::peers::{self, Prepared, Size};
+use crate::peers::{self, Size};
 use crate::project::{cargo, shown, step, succeed, target};
+use crate::venv::Prepared;
 
 /// What was passed and what was not looked at.
 #[derive(Default)]

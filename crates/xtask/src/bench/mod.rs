@@ -2,6 +2,7 @@
 
 mod measure;
 mod mesh;
+mod rays;
 mod render;
 mod seed;
 
@@ -14,15 +15,18 @@ pub(crate) enum Bench {
     Seed(seed::Args),
     /// Samples and rays per second, and memory, against the course's program
     Render(render::Args),
+    /// Ray queries, tree builds and memory against Embree 4, on the same rays in the same process
+    Rays(rays::Args),
 }
 
 /// Measures and prints.
 ///
 /// # Errors
-/// If something cannot be rendered.
+/// If something cannot be rendered or installed.
 pub(crate) fn run(bench: &Bench) -> Result<()> {
     match bench {
         Bench::Seed(args) => seed::run(args),
         Bench::Render(args) => render::run(args),
+        Bench::Rays(args) => rays::run(args),
     }
 }

@@ -1,0 +1,47 @@
+//! Where Embree comes from: the shared library inside a Python package.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, bail, ensure};
+
+use crate::venv::{self, Prepared};
+
+/// The package, which is Embree 4.4.0 for Python.
+const PACKAGE: &str = "embreex==4.4.0.post1";
+const PROBE: &str =
+    "from importlib.metadata import version; assert version('embreex') == '4.4.0.post1'";
+/// Prints the folder of installed packages.
+const SITE: &str = "import sysconfig; print(sysconfig.get_path('platlib'))";
+
+/// Installs the package in the target folder, and finds the library in it.
+///
+/// # Errors
+/// If the processor is of another kind, or the package cannot be installed.
+pub(super) fn library() -> Result<PathBuf> {
+    ensure!(cfg!(target_arch = "x86_64"), "Embree's package is for x86-64 processors only");
+    // Without what the package itself would need: only its library is of use.
+    let python = match venv::prepare("embree-venv", &["--no-deps", PACKAGE], PROBE)? {
+        Prepared::Python(python) => python,
+        Prepared::Missing(reason) => bail!("Embree cannot be installed: {reason}"),
+    };
+    let output = Command::new(&python).args(["-c", SITE]).output();
+    let output = output.with_context(|| format!("{} does not run", python.display()))?;
+    let site = PathBuf::from(String::from_utf8_lossy(&output.stdout).trim());
+    // Where the tools that pack libraries into packages put them, on each system.
+    let folders = ["embreex.libs", "embreex/.dylibs", "embreex"].map(|name| site.join(name));
+    let found = folders.iter().find_map(|folder| find(folder));
+    found.with_context(|| format!("{PACKAGE} in {} has no Embree library", site.display()))
+}
+
+/// The file in `folder` that is the library.
+fn find(folder: &Path) -> Option<PathBuf> {
+    let files = std::fs::read_dir(folder).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
+    files
+        .filter(|path| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            name.trim_start_matches("lib").starts_with("embree4")
+                && [".so", ".dylib", ".dll"].iter().any(|ending| name.contains(ending))
+        })
+        .min()
+}

@@ -1,0 +1,169 @@
+//! The meshes that rays are shot at.
+
+use anyhow::{Context, Result, bail};
+use pt_bvh::Geometry;
+use pt_math::{Bounds3, DVec3, Vec3, trig};
+
+use super::shapes;
+use crate::project::course_scene;
+
+/// Triangles in the world.
+#[derive(Default)]
+pub(super) struct Mesh {
+    pub(super) positions: Vec<Vec3>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// Where the camera is; `None` is a place from which all is seen.
+    pub(super) view: Option<View>,
+}
+
+/// A pinhole camera with +y up.
+#[derive(Clone, Copy)]
+pub(super) struct View {
+    pub(super) eye: Vec3,
+    pub(super) look: Vec3,
+    /// Angle from edge to edge of the square picture.
+    pub(super) fov_degrees: f32,
+}
+
+/// A mesh that can be asked for.
+pub(super) struct Source {
+    pub(super) name: &'static str,
+    from: From,
+}
+
+enum From {
+    /// A file of the university course.
+    File { path: &'static str, view: Option<View> },
+    /// Made here.
+    Made(fn() -> Mesh),
+}
+
+/// The opening of the course's Cornell box, filling the picture.
+const BOX: View =
+    View { eye: Vec3::new(0.0, 0.75, -4.0), look: Vec3::new(0.0, 0.75, 0.0), fov_degrees: 30.0 };
+
+/// All meshes.
+pub(super) const SOURCES: &[Source] = &[
+    file("cow", "meshedit/cow.dae", None),
+    file("maxplanck", "meshedit/maxplanck.dae", None),
+    file("CBbunny", "sky/CBbunny.dae", Some(BOX)),
+    file("building", "keenan/building.dae", None),
+    made("blob_300k", || shapes::blob(194)),
+    made("blob_2m", || shapes::blob(500)),
+    made("hall", || shapes::hall(0)),
+    made("hall_ropes", || shapes::hall(260)),
+];
+
+const fn file(name: &'static str, path: &'static str, view: Option<View>) -> Source {
+    Source { name, from: From::File { path, view } }
+}
+
+const fn made(name: &'static str, make: fn() -> Mesh) -> Source {
+    Source { name, from: From::Made(make) }
+}
+
+/// The meshes of these names.
+///
+/// # Errors
+/// If there is none of a name.
+pub(super) fn named(names: &[String]) -> Result<Vec<&'static Source>> {
+    let find = |name: &String| {
+        let Some(source) = SOURCES.iter().find(|s| s.name == name) else {
+            let known: Vec<_> = SOURCES.iter().map(|s| s.name).collect();
+            bail!("there is no mesh {name}, but {}", known.join(", "));
+        };
+        Ok(source)
+    };
+    names.iter().map(find).collect()
+}
+
+impl Source {
+    /// The mesh, or which file it lacks.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub(super) fn load(&self) -> Result<Result<Mesh, String>> {
+        let (path, view) = match self.from {
+            From::Made(make) => return Ok(Ok(make())),
+            From::File { path, view } => (path, view),
+        };
+        let Some(found) = course_scene(path) else {
+            return Ok(Err(format!("../shared/scenes/dae/{path}")));
+        };
+        let scene = pt_scene::format::load(&found).context(self.name)?;
+        Ok(Ok(Mesh { view, ..in_world(&scene) }))
+    }
+}
+
+/// The triangles of all meshes of a scene, placed in the world.
+fn in_world(scene: &pt_scene::Scene) -> Mesh {
+    let mut all = Mesh::default();
+    for object in &scene.objects {
+        let pt_scene::Geometry::Mesh(mesh) = &object.geometry else { continue };
+        let base = all.positions.len() as u32;
+        let place = |p: &[f32; 3]| {
+            object.to_world.transform_point3(DVec3::from(p.map(f64::from))).as_vec3()
+        };
+        all.positions.extend(mesh.positions.iter().map(place));
+        all.triangles.extend(mesh.triangles.iter().map(|t| t.map(|i| base + i)));
+    }
+    all
+}
+
+impl Mesh {
+    pub(super) fn geometry(&self) -> Geometry<'_> {
+        Geometry { positions: &self.positions, triangles: &self.triangles, spheres: &[] }
+    }
+
+    /// The corners of a triangle.
+    pub(super) fn corners(&self, triangle: usize) -> [Vec3; 3] {
+        self.triangles[triangle].map(|i| self.positions[i as usize])
+    }
+
+    /// The box around all triangles.
+    pub(super) fn bounds(&self) -> Bounds3 {
+        self.triangles.iter().flatten().map(|&i| self.positions[i as usize]).collect()
+    }
+
+    /// The camera of the mesh; without one, it looks along −z and somewhat down, so that three
+    /// quarters of the sphere around the bounds fill the picture.
+    pub(super) fn view(&self) -> View {
+        self.view.unwrap_or_else(|| {
+            let bounds = self.bounds();
+            let (fov_degrees, look) = (40.0f32, bounds.center());
+            let radius = bounds.diagonal().length() / 2.0;
+            let (sin, _) = trig::sin_cos(fov_degrees.to_radians() / 2.0);
+            let eye = look + Vec3::new(0.0, 0.25, 1.0).normalize() * (0.75 * radius / sin);
+            View { eye, look, fov_degrees }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn meshes_are_found_by_name() {
+        let names = ["hall", "cow"].map(String::from);
+        let found: Vec<_> = named(&names).unwrap().iter().map(|s| s.name).collect();
+        assert_eq!(found, names);
+        let error = named(&["cov".into()]).err().unwrap().to_string();
+        assert!(error.contains("cov") && error.contains("maxplanck"), "{error}");
+    }
+
+    #[test]
+    fn transformations_of_objects_are_applied() {
+        let scene = pt_scene::format::parse(
+            b"v 1 2 3\nv 4 5 6\nv 7 8 10\nf 1 2 3\n",
+            std::path::Path::new("one.obj"),
+        );
+        let mut scene = scene.unwrap();
+        let twice = pt_math::DAffine3::from_scale(DVec3::splat(2.0));
+        scene.objects[0].to_world = twice * scene.objects[0].to_world;
+        scene.objects.push(scene.objects[0].clone());
+        let mesh = in_world(&scene);
+        assert_eq!(mesh.triangles.len(), 2);
+        assert_eq!(mesh.corners(1)[0], Vec3::new(2.0, 4.0, 6.0));
+    }
+}

@@ -1,0 +1,108 @@
+//! `cargo xtask bench rays`: our ray queries against Embree's, in the same process and on the same
+//! rays.
+
+mod check;
+mod clock;
+mod embree;
+mod install;
+mod mesh;
+mod race;
+mod random;
+mod referee;
+mod report;
+mod sets;
+mod shapes;
+
+use anyhow::Result;
+
+use self::embree::Embree;
+use self::mesh::{Mesh, Source};
+use self::race::{Prepared, Query, Trees};
+use self::report::Outcome;
+use crate::project::{cargo, succeed};
+
+/// How to measure.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// Only these meshes, separated by commas
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    meshes: Vec<String>,
+    /// 256 × 256 rays of each kind instead of 1024 × 1024, on a cow and a hall unless --meshes says
+    /// otherwise
+    #[arg(long)]
+    quick: bool,
+    /// Passes over the rays and half of the builds, of which the fastest counts
+    #[arg(long, default_value_t = 5)]
+    repeats: usize,
+}
+
+/// The meshes of `--quick`.
+const QUICK: [&str; 2] = ["cow", "hall"];
+
+/// Measures and prints.
+///
+/// # Errors
+/// If Embree cannot be had, a mesh is unknown or unreadable, or our own queries disagree.
+pub(crate) fn run(args: &Args) -> Result<()> {
+    let sources = sources(args)?;
+    if cfg!(debug_assertions) {
+        // What is measured is linked: with the optimisations that users get.
+        let mut command = cargo(&["run", "--quiet", "--release", "--package", "xtask", "--"]);
+        return succeed(command.args(std::env::args_os().skip(1)));
+    }
+    let embree = Embree::open(&install::library()?)?;
+    print_load();
+    let mut outcomes = Vec::new();
+    for source in sources {
+        match source.load()? {
+            Ok(mesh) => outcomes.push(measure(&embree, source, &mesh, args)?),
+            Err(missing) => println!("skipped {}: {missing} not found", source.name),
+        }
+    }
+    if !outcomes.is_empty() {
+        report::print_summary(&outcomes);
+    }
+    Ok(())
+}
+
+/// How busy the machine is, where the system tells: times are not to be trusted on a busy one.
+fn print_load() {
+    if let Ok(text) = std::fs::read_to_string("/proc/loadavg") {
+        let load = text.split_whitespace().next().unwrap_or_default();
+        println!("load average before the start: {load}");
+    }
+}
+
+/// The meshes that were asked for.
+fn sources(args: &Args) -> Result<Vec<&'static Source>> {
+    match (args.meshes.is_empty(), args.quick) {
+        (false, _) => mesh::named(&args.meshes),
+        (true, true) => mesh::named(&QUICK.map(String::from)),
+        (true, false) => Ok(mesh::SOURCES.iter().collect()),
+    }
+}
+
+fn measure(embree: &Embree, source: &Source, mesh: &Mesh, args: &Args) -> Result<Outcome> {
+    println!("\n{}: {} triangles", source.name, mesh.triangles.len());
+    let builds = race::builds(embree, mesh, 2 * args.repeats)?;
+    report::print_builds(mesh, &builds);
+    let trees = Trees::build(embree, mesh)?;
+    println!("  Embree {}, default, robust, and high quality; ours: wide", trees.default.version());
+    let resolution = if args.quick { 256 } else { 1024 };
+    let mut rays = sets::all(mesh, &trees.ours, resolution);
+    rays.retain(|set| !set.rays.is_empty());
+    for set in &rays {
+        let verdict = check::compare(mesh, &trees.ours, &trees.robust, &set.rays)?;
+        println!("  {:<8} {} rays: {verdict}", set.kind.name(), set.rays.len());
+    }
+    report::print_heading();
+    let mut rates = Vec::new();
+    for set in &rays {
+        let prepared = Prepared::new(set);
+        let of = |query| prepared.race(&trees, query, args.repeats);
+        let both = [of(Query::Closest), of(Query::Any)];
+        report::print_rates(set.kind, &both);
+        rates.push((set.kind, both));
+    }
+    Ok(Outcome { name: source.name, sets: rates, builds })
+}

@@ -1,0 +1,236 @@
+//! Times: every competitor in turn, over and over, so that what disturbs the machine hits all. Rates
+//! of rays are by processor time, builds, which run on several threads, by wall-clock time.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use pt_bvh::{BuildOptions, Bvh};
+
+use super::clock;
+use super::embree::{self, Embree, Packet, Quality, Scene, Single};
+use super::mesh::Mesh;
+use super::sets::{Kind, RaySet};
+
+/// Builds with spatial splits, at most.
+const MOST_HIGH: usize = 3;
+/// Rays per call of our batches.
+const BATCH: usize = 1024;
+
+/// Who shoots the rays. Packets take 8 or 16 consecutive rays, all of them valid.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Who {
+    /// Embree by default (medium quality, no flags), ray by ray.
+    Single,
+    Robust,
+    /// Embree's best tree, with spatial splits: only to compare, nothing is asked against it.
+    High,
+    Eight,
+    EightRobust,
+    Sixteen,
+    SixteenRobust,
+    Ours,
+    OursBatch,
+}
+
+/// All competitors, with the headings of their columns.
+pub(super) const COMPETITORS: [(Who, &str); 9] = [
+    (Who::Single, "single"),
+    (Who::Robust, "robust"),
+    (Who::High, "high"),
+    (Who::Eight, "pack8"),
+    (Who::EightRobust, "robust"),
+    (Who::Sixteen, "pack16"),
+    (Who::SixteenRobust, "robust"),
+    (Who::Ours, "ours"),
+    (Who::OursBatch, "batch"),
+];
+
+/// What is asked of a ray.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Query {
+    /// What it hits first.
+    Closest,
+    /// Whether it hits anything.
+    Any,
+}
+
+/// Million rays per second of each competitor.
+#[derive(Clone, Copy)]
+pub(super) struct Rates([f64; COMPETITORS.len()]);
+
+impl Rates {
+    pub(super) fn of(&self, who: Who) -> f64 {
+        self.0[who as usize]
+    }
+
+    /// The best of some.
+    pub(super) fn best(&self, of: &[Who]) -> f64 {
+        of.iter().map(|&who| self.of(who)).fold(0.0, f64::max)
+    }
+}
+
+/// The trees of a mesh.
+pub(super) struct Trees {
+    pub(super) default: Scene,
+    pub(super) robust: Scene,
+    pub(super) high: Scene,
+    pub(super) ours: Bvh,
+}
+
+impl Trees {
+    /// # Errors
+    /// If one cannot be built.
+    pub(super) fn build(embree: &Embree, mesh: &Mesh) -> Result<Self> {
+        let geometry = mesh.geometry();
+        Ok(Self {
+            default: embree.build(&geometry, Quality::Medium, false, 2)?,
+            robust: embree.build(&geometry, Quality::Medium, true, 2)?,
+            high: embree.build(&geometry, Quality::High, false, 2)?,
+            ours: Bvh::build(geometry, &BuildOptions::default())?,
+        })
+    }
+}
+
+/// Rays, as each competitor takes them.
+pub(super) struct Prepared<'a> {
+    set: &'a RaySet,
+    single: Vec<Single>,
+    eight: Vec<Packet<8>>,
+    sixteen: Vec<Packet<16>>,
+}
+
+impl<'a> Prepared<'a> {
+    pub(super) fn new(set: &'a RaySet) -> Self {
+        Self {
+            set,
+            single: set.rays.iter().map(embree::single).collect(),
+            eight: embree::packets(&set.rays),
+            sixteen: embree::packets(&set.rays),
+        }
+    }
+
+    /// The rates on one thread, by the least time of `repeats` passes over all rays.
+    pub(super) fn race(&self, trees: &Trees, query: Query, repeats: usize) -> Rates {
+        let mut least = [f64::INFINITY; COMPETITORS.len()];
+        for _ in 0..repeats.max(1) {
+            for (who, _) in COMPETITORS {
+                let start = clock::now();
+                black_box(self.pass(trees, query, who));
+                let seconds = clock::now().saturating_sub(start).as_secs_f64();
+                least[who as usize] = least[who as usize].min(seconds);
+            }
+        }
+        Rates(least.map(|seconds| self.set.rays.len() as f64 / seconds * 1e-6))
+    }
+
+    /// How many rays hit something.
+    fn pass(&self, trees: &Trees, query: Query, who: Who) -> usize {
+        let Trees { default, robust, high, ours } = trees;
+        let coherent = self.set.kind == Kind::Primary;
+        let eight = |scene: &Scene| match query {
+            Query::Closest => scene.intersect8(&self.eight, coherent),
+            Query::Any => scene.occluded8(&self.eight, coherent),
+        };
+        let sixteen = |scene: &Scene| match query {
+            Query::Closest => scene.intersect16(&self.sixteen, coherent),
+            Query::Any => scene.occluded16(&self.sixteen, coherent),
+        };
+        match who {
+            Who::Single => self.single(default, query),
+            Who::Robust => self.single(robust, query),
+            Who::High => self.single(high, query),
+            Who::Eight => eight(default),
+            Who::EightRobust => eight(robust),
+            Who::Sixteen => sixteen(default),
+            Who::SixteenRobust => sixteen(robust),
+            Who::Ours => self.ours(ours, query),
+            Who::OursBatch => self.batch(ours, query),
+        }
+    }
+
+    fn single(&self, scene: &Scene, query: Query) -> usize {
+        let mut hits = 0;
+        match query {
+            Query::Closest => {
+                scene.intersect(&self.single, |hit| hits += usize::from(hit.is_some()));
+            }
+            Query::Any => scene.occluded(&self.single, |hit| hits += usize::from(hit)),
+        }
+        hits
+    }
+
+    fn ours(&self, bvh: &Bvh, query: Query) -> usize {
+        let rays = self.set.rays.iter();
+        match query {
+            // The whole hit is asked for, as from a library that nobody looks into.
+            Query::Closest => rays.filter(|ray| black_box(bvh.intersect(ray)).is_some()).count(),
+            Query::Any => rays.filter(|ray| bvh.occluded(ray)).count(),
+        }
+    }
+
+    fn batch(&self, bvh: &Bvh, query: Query) -> usize {
+        let chunks = self.set.rays.chunks(BATCH);
+        match query {
+            Query::Closest => {
+                let mut hits = Vec::with_capacity(BATCH);
+                let count = |rays| {
+                    bvh.intersect_batch(rays, &mut hits);
+                    hits.iter().filter(|hit| hit.is_some()).count()
+                };
+                chunks.map(count).sum()
+            }
+            Query::Any => {
+                let mut occluded = Vec::with_capacity(BATCH);
+                let count = |rays| {
+                    bvh.occluded_batch(rays, &mut occluded);
+                    occluded.iter().filter(|&&hit| hit).count()
+                };
+                chunks.map(count).sum()
+            }
+        }
+    }
+}
+
+/// Seconds and bytes of builds; times are for 1 and 2 threads.
+pub(super) struct Builds {
+    pub(super) medium: [f64; 2],
+    pub(super) high: [f64; 2],
+    pub(super) ours: [f64; 2],
+    /// Memory of Embree's default tree and of ours.
+    pub(super) bytes: [f64; 2],
+}
+
+/// Builds trees, `repeats` times each (those with spatial splits, which take long, fewer times), and
+/// keeps the least times. No other Embree scene may be
+/// alive, or it would decide the number of threads.
+///
+/// # Errors
+/// If one cannot be built.
+pub(super) fn builds(embree: &Embree, mesh: &Mesh, repeats: usize) -> Result<Builds> {
+    let never = [f64::INFINITY; 2];
+    let mut builds = Builds { medium: never, high: never, ours: never, bytes: [0.0; 2] };
+    let geometry = mesh.geometry();
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.context("threads cannot be started")?;
+        let keep = |times: &mut [f64; 2], seconds: f64| {
+            times[threads - 1] = times[threads - 1].min(seconds);
+        };
+        for repeat in 0..repeats.max(1) {
+            let scene = embree.build(&geometry, Quality::Medium, false, threads)?;
+            keep(&mut builds.medium, scene.seconds);
+            builds.bytes[0] = scene.bytes() as f64;
+            drop(scene);
+            if repeat < MOST_HIGH {
+                let scene = embree.build(&geometry, Quality::High, false, threads)?;
+                keep(&mut builds.high, scene.seconds);
+            }
+            let start = Instant::now();
+            let bvh = pool.install(|| Bvh::build(geometry, &BuildOptions::default()))?;
+            keep(&mut builds.ours, start.elapsed().as_secs_f64());
+            builds.bytes[1] = bvh.statistics().bytes as f64;
+        }
+    }
+    Ok(builds)
+}

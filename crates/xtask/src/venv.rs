@@ -1,0 +1,61 @@
+//! Python packages, each set in a virtual environment of its own in the target folder.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::Result;
+
+use crate::project::{shown, target};
+
+/// What is needed to use some packages.
+pub(crate) enum Prepared {
+    /// A Python that has them all.
+    Python(PathBuf),
+    /// Why they cannot be had.
+    Missing(String),
+}
+
+/// Makes the virtual environment `name` in the target folder, with what `install` tells pip to
+/// install, unless there is one in which the Python program `probe` succeeds.
+///
+/// # Errors
+/// If the target folder cannot be found.
+pub(crate) fn prepare(name: &str, install: &[&str], probe: &str) -> Result<Prepared> {
+    let folder = target()?.join(name);
+    let bin = if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
+    let python = folder.join(bin);
+    if succeeds(&python, probe) {
+        return Ok(Prepared::Python(python));
+    }
+    let mut make = Command::new("python3");
+    make.args(["-m", "venv"]).arg(&folder);
+    let mut pip = Command::new(&python);
+    pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(install);
+    for command in [&mut make, &mut pip] {
+        if let Err(reason) = try_to(command) {
+            return Ok(Prepared::Missing(reason));
+        }
+    }
+    if succeeds(&python, probe) {
+        Ok(Prepared::Python(python))
+    } else {
+        Ok(Prepared::Missing(format!("{} fails in {}", install.join(" "), python.display())))
+    }
+}
+
+fn succeeds(python: &Path, probe: &str) -> bool {
+    let output = Command::new(python).args(["-c", probe]).output();
+    output.is_ok_and(|o| o.status.success())
+}
+
+/// Runs a command; the error is one line.
+fn try_to(command: &mut Command) -> Result<(), String> {
+    let shown = shown(command);
+    let output = command.output().map_err(|e| format!("{shown}: {e}"))?;
+    if output.status.success() {
+        return Ok(());
+    }
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    let last = text.lines().rfind(|l| !l.trim().is_empty()).unwrap_or("no message");
+    Err(format!("{shown}: {}", last.trim()))
+}
