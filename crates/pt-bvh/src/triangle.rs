@@ -47,7 +47,10 @@ pub(crate) fn intersect(ray: &Prepared, p: [Vec3; 3]) -> Option<TriangleHit> {
     match judge(ray, sheared) {
         Verdict::Miss => None,
         Verdict::Hit(hit) => Some(hit),
-        Verdict::Unclear => confirm(ray.scale, ray.origin_size, sheared),
+        Verdict::Unclear => {
+            let (origin, direction) = (ray.origin, ray.direction);
+            confirm([origin, direction], ray.scale, sheared, p)
+        }
     }
 }
 
@@ -74,22 +77,28 @@ pub(crate) fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
     }
     let nearest = a[2].min(b[2]).min(c[2]);
     let is_distant = nearest > gamma(32) * (ray.origin_size + x + y + 2.0 * z);
-    let is_ahead = is_distant
-        || depth > plain_depth_error(x, y, z, u.abs().max(v.abs()).max(w.abs()), inverse);
-    if !(is_ahead && total.abs() >= LEAST_DET) {
-        return if is_ahead { Verdict::Unclear } else { Verdict::Miss };
+    let largest_edge = u.abs().max(v.abs()).max(w.abs());
+    let error = plain_depth_error(x, y, z, largest_edge, inverse);
+    if (is_distant || depth > error) && total.abs() >= LEAST_DET {
+        return Verdict::Hit(TriangleHit { t, b1: v * inverse, b2: w * inverse });
     }
-    Verdict::Hit(TriangleHit { t, b1: v * inverse, b2: w * inverse })
+    if depth < -error { Verdict::Miss } else { Verdict::Unclear }
 }
 
-/// The intersection in double precision of the sheared f32 vertices, by the ray's scale and the
-/// size of its origin.
-#[inline(always)]
+/// The intersection in double precision, by origin, direction and scale of the ray. On which side
+/// of the edges it passes is decided by the sheared f32 vertices, as everywhere; how far away it
+/// meets the plane, by the `vertices` themselves: hits next to the origin are as real as others.
+///
+/// Beside needles, where the ray passes inside by rounding only, the plane may be met anywhere.
+/// There the depth is the mean of the sheared vertices', and counts if it exceeds its error.
+#[cold]
 pub(crate) fn confirm(
+    [origin, direction]: [Vec3; 2],
     scale: f32,
-    origin_size: f32,
-    [a, b, c]: [[f32; 3]; 3],
+    sheared: [[f32; 3]; 3],
+    vertices: [Vec3; 3],
 ) -> Option<TriangleHit> {
+    let [a, b, c] = sheared;
     let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
     if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
         return None;
@@ -99,14 +108,29 @@ pub(crate) fn confirm(
         return None;
     }
     let inverse = 1.0 / det;
-    let [za, zb, zc] = [a[2], b[2], c[2]].map(f64::from);
-    let (b1, b2) = (v * inverse, w * inverse);
-    let depth = (u * za + v * zb + w * zc) * inverse;
-    if depth <= depth_error(origin_size, [a, b, c], det) {
-        return None;
-    }
-    let t = (depth / f64::from(scale)) as f32;
-    Some(TriangleHit { t, b1: b1 as f32, b2: b2 as f32 })
+    let t = plane_in_box(origin, direction, vertices).or_else(|| {
+        let [za, zb, zc] = [a[2], b[2], c[2]].map(f64::from);
+        let depth = (u * za + v * zb + w * zc) * inverse;
+        let origin_size = origin.abs().max_element();
+        (depth > depth_error(origin_size, sheared, det)).then(|| depth / f64::from(scale))
+    })?;
+    let (b1, b2) = ((v * inverse) as f32, (w * inverse) as f32);
+    // Queries begin at the least normal depth.
+    let is_ahead = t * f64::from(scale) > 2.0 * f64::from(f32::MIN_POSITIVE);
+    is_ahead.then_some(TriangleHit { t: t as f32, b1, b2 })
+}
+
+/// Where a ray meets the plane of a triangle, if that is inside of the box around the triangle.
+fn plane_in_box(origin: Vec3, direction: Vec3, vertices: [Vec3; 3]) -> Option<f64> {
+    let (o, d) = (origin.as_dvec3(), direction.as_dvec3());
+    let [a, b, c] = vertices.map(|p| p.as_dvec3() - o);
+    let normal = (b - a).cross(c - a);
+    let t = normal.dot(a) / normal.dot(d);
+    let (low, high) = (a.min(b).min(c) / d, a.max(b).max(c) / d);
+    // Where an axis is at right angles with the ray, both are infinite, or 0/0, which says nothing.
+    let enter = low.min(high).to_array().into_iter().fold(f64::NEG_INFINITY, f64::max);
+    let exit = low.max(high).to_array().into_iter().fold(f64::INFINITY, f64::min);
+    (enter <= t && t <= exit).then_some(t)
 }
 
 /// The vertex relative to the ray: across, across, and its depth.
@@ -123,9 +147,9 @@ fn edge(p: [f32; 3], q: [f32; 3]) -> f64 {
     f64::from(q[0]) * f64::from(p[1]) - f64::from(q[1]) * f64::from(p[0])
 }
 
-/// A bound δ of the error of the computed depth: only a hit beyond it is certainly ahead of the
-/// origin. [Pharr, Jakob & Humphreys, Physically Based Rendering, 3rd ed., §3.9.6, with the
-/// rounding of the edge functions left out as they are in double precision here]
+/// A bound δ of the error of the mean depth: only a hit beyond it is certainly ahead of the origin.
+/// [Pharr, Jakob & Humphreys, Physically Based Rendering, 3rd ed., §3.9.6, with the rounding of the
+/// edge functions left out as they are in double precision here]
 ///
 /// With X, Y, Z the largest magnitudes of the sheared coordinates: the error of x is
 /// δx = γ₅(X + Z), of y δy = γ₅(Y + Z), of z δz = γ₂Z, of an edge function
@@ -134,7 +158,6 @@ fn edge(p: [f32; 3], q: [f32; 3]) -> f64 {
 /// For small triangles seen from afar this exceeds the distance itself, and they would vanish. But
 /// the depth is a mean of those of the vertices: where all three are ahead by more than the offset
 /// of a spawned origin and its rounding, nothing needs to be known about the error, and δ is 0.
-#[inline]
 fn depth_error(origin_size: f32, [a, b, c]: [[f32; 3]; 3], det: f64) -> f64 {
     let largest = |i: usize| a[i].abs().max(b[i].abs()).max(c[i].abs());
     let [x, y, z] = [largest(0), largest(1), largest(2)];

@@ -39,6 +39,11 @@ impl Child {
         (child >> 30) as usize
     }
 
+    /// The index into the array of its kind.
+    const fn index(child: u32) -> usize {
+        (child & !(Self::TRIANGLES | Self::SPHERES)) as usize
+    }
+
     const fn node(index: usize) -> Self {
         Self(index as u32)
     }
@@ -100,6 +105,13 @@ impl WideBvh {
 }
 
 impl TriangleBlock {
+    /// The vertices in a lane.
+    fn triangle(&self, lane: usize) -> [Vec3; 3] {
+        self.vertices
+            .each_ref()
+            .map(|vertex| Vec3::from_array(vertex.each_ref().map(|x| x.as_array()[lane % BLOCK])))
+    }
+
     fn len(&self) -> u64 {
         self.ids.iter().filter(|&&id| id != NO_PRIMITIVE).count() as u64
     }

@@ -225,17 +225,17 @@ impl Sheared {
 
         let (nearest, _) = self.depths();
         let mut ahead = nearest.simd_gt((origin_size + x + y + z * 2.0) * gamma(32));
+        let mut behind = Lanes::ZERO;
         if !ahead.all() {
             let e = u.abs().fast_max(v.abs()).fast_max(w.abs());
-            ahead |= depth.simd_gt(plain_depth_error([x, y, z], e, inverse));
+            let error = plain_depth_error([x, y, z], e, inverse);
+            ahead |= depth.simd_gt(error);
+            behind = depth.simd_lt(-error);
         }
         let large = total.abs().simd_ge(splat(triangle::LEAST_DET));
-        Tested {
-            hit: plain & ahead & large,
-            unclear: !plain | (ahead & !large),
-            t,
-            barycentric: [v * inverse, w * inverse],
-        }
+        let hit = plain & ahead & large;
+        let unclear = !(hit | (plain & behind));
+        Tested { hit, unclear, t, barycentric: [v * inverse, w * inverse] }
     }
 }
 
@@ -300,14 +300,15 @@ impl<C: Counter> Query<'_, C> {
         if set == 0 {
             return false;
         }
-        let Prepared { scale, inverse_scale, origin_size, t_min, .. } = self.ray;
+        let Prepared { origin, direction, scale, inverse_scale, origin_size, t_min, .. } = self.ray;
         let tested = sheared.test(Lanes::splat(inverse_scale), Lanes::splat(origin_size));
         let mut better = false;
         for lane in lanes(tested.nearest(set, t_min, self.nearest.t())) {
             better |= self.nearest.offer(tested.in_lane(lane, &block.ids));
         }
         for lane in lanes(tested.unclear.to_bitmask() & set) {
-            if let Some(h) = triangle::confirm(scale, origin_size, sheared.triangle(lane)) {
+            let (sheared, vertices) = (sheared.triangle(lane), block.triangle(lane));
+            if let Some(h) = triangle::confirm([origin, direction], scale, sheared, vertices) {
                 let id = block.ids[lane % BLOCK];
                 let hit = Hit { t: h.t, b1: h.b1, b2: h.b2, primitive: id };
                 better |= self.nearest.offer(hit);

@@ -1,12 +1,13 @@
 //! Triangles that passed the filter, tested eight at a time.
 
+use pt_math::Ray;
 use wide::{f32x8, u32x8};
 
 use super::group::{Column, GROUP, Group, bits, depth_limit, from_bits};
 use super::order::members;
 use crate::geometry::Hit;
 use crate::wide::traverse::{Sheared, lanes};
-use crate::wide::{BLOCK, WIDTH};
+use crate::wide::{BLOCK, Child, TriangleBlock, WIDTH};
 
 /// Blocks that are filtered before what they leave is tested.
 pub(super) const BLOCKS: usize = 32;
@@ -47,9 +48,9 @@ impl Candidates {
         self.len += set.count_ones() as usize;
     }
 
-    /// Offers all hits to their rays.
+    /// Offers all hits to their rays, which are at the triangles' `blocks`.
     #[inline]
-    pub(super) fn test(&self, group: &mut Group) {
+    pub(super) fn test(&self, group: &mut Group, rays_of_group: &[Ray], blocks: &[TriangleBlock]) {
         for first in (0..self.len).step_by(WIDTH) {
             let rays = eight(&self.rays, first).map(|i| i as usize % GROUP);
             let primitives = eight(&self.primitives, first);
@@ -68,7 +69,11 @@ impl Candidates {
                 group.offer(rays[k], hit, limits[k], hits >> k & 1 == 1);
             }
             for k in lanes(tested.unclear.to_bitmask()).take_while(|&k| k < n) {
-                group.confirm(rays[k], sheared.triangle(k), primitives[k]);
+                let (i, id) = (rays[k], primitives[k]);
+                let block = &blocks[Child::index(group.child[i])];
+                let lane = block.ids.iter().position(|&other| other == id).unwrap_or(0);
+                let vertices = block.triangle(lane);
+                group.confirm(i, &rays_of_group[i], sheared.triangle(k), vertices, id);
             }
         }
     }

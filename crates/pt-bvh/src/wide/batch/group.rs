@@ -6,7 +6,7 @@ use wide::{f32x8, u32x8};
 use super::order::LANES;
 use crate::geometry::{Hit, LARGEST_COORDINATE};
 use crate::ray::{AXES, CONVERSION, LEAST_PAD, LEAST_SLOPE, PAD};
-use crate::wide::traverse::{Shear, Sheared, Slabs, lanes};
+use crate::wide::traverse::{Shear, Sheared, Slabs};
 use crate::wide::{NO_PRIMITIVE, WIDTH};
 use crate::{ray, triangle};
 
@@ -248,9 +248,10 @@ impl Group {
         }
     }
 
-    /// Eight rays from `first` on test the triangles that passed their filters, in a set of lanes.
+    /// Eight rays from `first` on test the triangles that passed their filters, in a set of lanes;
+    /// returns the lanes in which double precision must decide.
     #[inline(always)]
-    pub(super) fn test(&mut self, first: usize, set: u32, sheared: &Sheared, id: u32) {
+    pub(super) fn test(&mut self, first: usize, set: u32, sheared: &Sheared, id: u32) -> u32 {
         let tested =
             sheared.test(eight(&self.inverse_scale, first), eight(&self.origin_size, first));
         let (old_t, old) = (eight(&self.t, first), of_eight(&self.primitive, first));
@@ -270,16 +271,21 @@ impl Group {
             set_column(column, first, better.select(x, eight(column, first)));
         }
         set_bits(&mut self.primitive, first, bits(better).select(new, old));
-        for lane in lanes(tested.unclear.to_bitmask() & set) {
-            self.confirm(first + lane % WIDTH, sheared.triangle(lane), id);
-        }
+        tested.unclear.to_bitmask() & set
     }
 
     /// Double precision decides about a triangle.
-    #[cold]
-    pub(super) fn confirm(&mut self, i: usize, sheared: [[f32; 3]; 3], primitive: u32) {
-        let (scale, origin_size) = (self.scale[i], self.origin_size[i]);
-        if let Some(h) = triangle::confirm(scale, origin_size, sheared) {
+    pub(super) fn confirm(
+        &mut self,
+        i: usize,
+        ray: &Ray,
+        sheared: [[f32; 3]; 3],
+        vertices: [Vec3; 3],
+        primitive: u32,
+    ) {
+        let scale = self.scale[i];
+        let (origin, direction) = (ray.origin, ray.direction);
+        if let Some(h) = triangle::confirm([origin, direction], scale, sheared, vertices) {
             let hit = Hit { t: h.t, b1: h.b1, b2: h.b2, primitive };
             self.offer(i, hit, ray::depth_limit(h.t, scale), true);
         }

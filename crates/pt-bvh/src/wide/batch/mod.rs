@@ -191,7 +191,7 @@ impl WideBvh {
                     next.len = [0; 4];
                     let group = &mut scratch.group;
                     self.visit_nodes::<ANY>(group, &mut scratch.stacks, now, next);
-                    self.visit_triangles(group, &mut scratch.candidates, now, counter);
+                    self.visit_triangles(group, rays, &mut scratch.candidates, now, counter);
                     self.visit_spheres(group, rays, now, counter);
                     for kind in [Queues::TRIANGLES, Queues::SPHERES] {
                         leave_leaves::<ANY>(group, &scratch.stacks, now.of(kind), next);
@@ -294,20 +294,21 @@ impl WideBvh {
     fn visit_triangles(
         &self,
         group: &mut Group,
+        rays: &[Ray],
         candidates: &mut Candidates,
         now: &Queues,
         counter: &mut impl Counter,
     ) {
-        for rays in now.of(Queues::TRIANGLES).chunks(BLOCKS) {
+        for places in now.of(Queues::TRIANGLES).chunks(BLOCKS) {
             candidates.clear();
-            for &i in rays {
+            for &i in places {
                 let i = i as usize % GROUP;
                 let block = &self.triangles[(group.child[i] & !Child::TRIANGLES) as usize];
                 counter.add(|| block.len());
                 let (set, sheared) = group.shear(i).filter_block(block, group.limit[i]);
                 candidates.add(u32x8::splat(i as u32), u32x8::new(block.ids), set, &sheared);
             }
-            candidates.test(group);
+            candidates.test(group, rays, &self.triangles);
         }
     }
 

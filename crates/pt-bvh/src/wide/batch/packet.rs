@@ -16,6 +16,7 @@ use super::group::{Column, Group, eight, of_eight};
 use super::{Parts, Queues};
 use crate::counter::Counter;
 use crate::ray::{AXES, LEAST_PAD, LEAST_SLOPE, PAD};
+use crate::wide::traverse::lanes;
 use crate::wide::{Child, TriangleBlock, WIDTH, WideBvh};
 
 /// Rays of a packet.
@@ -183,7 +184,7 @@ impl WideBvh {
                     counter.add(|| u64::from(met.count_ones()) * N as u64);
                     let mut any = false;
                     for first in (first..first + N).step_by(WIDTH) {
-                        any |= group.test_triangles(first, block, met);
+                        any |= group.test_triangles(first, rays, block, met);
                     }
                     any
                 }
@@ -220,7 +221,13 @@ impl Group {
     /// The eight rays from `first` on, which have the same axis, test those of the block's
     /// triangles; whether any passed the filter.
     #[inline(always)]
-    fn test_triangles(&mut self, first: usize, block: &TriangleBlock, mut triangles: u32) -> bool {
+    fn test_triangles(
+        &mut self,
+        first: usize,
+        rays: &[Ray],
+        block: &TriangleBlock,
+        mut triangles: u32,
+    ) -> bool {
         let shear = self.shear_of_eight(first);
         let mut any = false;
         while triangles != 0 {
@@ -229,7 +236,11 @@ impl Group {
             let vertices = |v: usize, k: usize| f32x8::splat(block.vertices[v][k].as_array()[lane]);
             let (set, sheared) = shear.filter(vertices, eight(&self.limit, first));
             if set != 0 {
-                self.test(first, set, &sheared, block.ids[lane]);
+                let id = block.ids[lane];
+                for k in lanes(self.test(first, set, &sheared, id)) {
+                    let i = first + k % WIDTH;
+                    self.confirm(i, &rays[i], sheared.triangle(k), block.triangle(lane), id);
+                }
                 any = true;
             }
         }
