@@ -53,6 +53,7 @@ mod geometry;
 #[cfg(test)]
 mod laws;
 mod node;
+mod options;
 mod ray;
 mod sphere;
 mod traverse;
@@ -68,38 +69,10 @@ use wide::WideBvh;
 
 pub use geometry::{Geometry, Hit, LARGEST_COORDINATE, Sphere};
 pub use node::{Bvh2, MAX_DEPTH, Node};
+pub use options::{BuildOptions, Builder, Quality};
 
 /// Fewer rays than this are faster one by one.
 const LEAST_BATCH: usize = 8;
-
-/// How the tree is built.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Builder {
-    /// Binned surface area heuristic, in parallel.
-    #[default]
-    Sah,
-    /// Split at the mean of the centroids along the longest axis.
-    Mean,
-    /// No tree: every query loops over all primitives.
-    None,
-}
-
-/// Options of [`Bvh::build`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BuildOptions {
-    /// How to build.
-    pub builder: Builder,
-    /// Leaves of the binary tree hold no more primitives than this; taken as a number from 1 to
-    /// 64. The default is 8, as many as are tested at once; for queries, subtrees with up to that
-    /// many become one leaf in any case.
-    pub max_leaf_size: u32,
-}
-
-impl Default for BuildOptions {
-    fn default() -> Self {
-        Self { builder: Builder::default(), max_leaf_size: 8 }
-    }
-}
 
 /// Why there is no tree.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -129,6 +102,9 @@ pub struct Statistics {
     pub nodes: usize,
     /// Leaves of the binary tree.
     pub leaves: usize,
+    /// References to primitives in these leaves: one for each usable primitive, and one more for
+    /// each cut through a triangle.
+    pub references: usize,
     /// Memory that the finished [`Bvh`] holds, in bytes.
     pub bytes: usize,
     /// Expected cost of a query by the surface area heuristic: a node costs 1, a block of
@@ -168,6 +144,7 @@ impl Bvh {
         let statistics = Statistics {
             nodes: hub.nodes.len(),
             leaves: hub.nodes.iter().filter(|n| n.is_leaf()).count(),
+            references: hub.order.len(),
             bytes: wide.bytes(),
             sah_cost: build::tree_cost(&hub.nodes),
             depth: hub.depth(),

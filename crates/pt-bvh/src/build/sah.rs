@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 use wide::f32x4;
 
-use super::{Extent, Item, halvings, partition, push_leaf, split_at_median};
+use super::{CHUNK, Extent, Item, halvings, partition, push_leaf, split_at_median};
 use crate::node::{MAX_DEPTH, Node};
 
 /// Bins per axis.
@@ -17,8 +17,6 @@ const BLOCK_COST: f32 = 1.0;
 const BLOCK: u32 = crate::wide::BLOCK as u32;
 /// Subtrees at least this large are built by two threads.
 const PARALLEL_SUBTREE: usize = 4096;
-/// Boxes and bins of more items than this are computed in chunks of so many.
-const CHUNK: usize = 32_768;
 
 /// Cost of a leaf of `n` primitives.
 #[inline]
@@ -224,13 +222,13 @@ fn sweep(histogram: &Histogram, axis: usize, areas: RelativeArea) -> Option<Spli
 /// Areas as parts of that of one box, in units of its longest edge, so that they neither overflow
 /// nor vanish.
 #[derive(Clone, Copy)]
-struct RelativeArea {
+pub(super) struct RelativeArea {
     unit: f32,
     inverse: f32,
 }
 
 impl RelativeArea {
-    fn of(extent: Extent) -> Self {
+    pub(super) fn of(extent: Extent) -> Self {
         let longest = extent.diagonal().into_iter().fold(0.0, f32::max);
         let unit = if longest > 0.0 { (1.0 / longest).min(f32::MAX) } else { 0.0 };
         let whole = Self { unit, inverse: 1.0 }.get(extent);
@@ -238,7 +236,7 @@ impl RelativeArea {
     }
 
     #[inline]
-    fn get(self, extent: Extent) -> f32 {
+    pub(super) fn get(self, extent: Extent) -> f32 {
         let [x, y, z] = extent.diagonal().map(|d| d * self.unit);
         (x * y + y * z + z * x) * self.inverse
     }

@@ -188,11 +188,11 @@ fn batches_agree(kernels: &[Bvh], rays: &[Ray]) -> Result<(), String> {
 fn all_ways(soup: &Soup, leaf_sizes: &[u32]) -> (Vec<Bvh>, Vec<Bvh2>) {
     let geometry = soup.geometry();
     let (mut kernels, mut trees) = (Vec::new(), Vec::new());
-    let list = BuildOptions { builder: Builder::None, max_leaf_size: 1 };
+    let list = BuildOptions { builder: Builder::None, ..BuildOptions::default() };
     kernels.push(Bvh::build(geometry, &list).expect("indices are in range"));
     for builder in [Builder::Sah, Builder::Mean] {
         for &max_leaf_size in leaf_sizes {
-            let options = BuildOptions { builder, max_leaf_size };
+            let options = BuildOptions { builder, max_leaf_size, ..BuildOptions::default() };
             let tree = Bvh2::build(&geometry, &options).expect("indices are in range");
             assert_eq!(check::verify(&tree, &geometry), Ok(()), "{options:?}");
             let kernel = Bvh::build(geometry, &options).expect("indices are in range");

@@ -2,6 +2,7 @@
 
 mod agreement;
 mod construction;
+mod pieces;
 mod spawned;
 mod spheres;
 mod watertight;

@@ -108,13 +108,13 @@ impl Collapse<'_> {
         [0, places.len()].contains(&spheres.count())
     }
 
-    fn run(&self, first: usize, count: usize) -> Part {
+    /// Some of the primitives of a leaf with this box, which may hold pieces of them only.
+    fn run(&self, first: usize, count: usize, within: Bounds3) -> Part {
         let ids = &self.bvh.order[first..first + count];
         let bounds = ids.iter().filter_map(|&id| self.geometry.primitive(id).bounds());
-        Part {
-            bounds: bounds.fold(Bounds3::EMPTY, Bounds3::union),
-            content: Content::Run { first, count },
-        }
+        let all = bounds.fold(Bounds3::EMPTY, Bounds3::union);
+        let bounds = Bounds3 { min: all.min.max(within.min), max: all.max.min(within.max) };
+        Part { bounds, content: Content::Run { first, count } }
     }
 
     fn halves(&self, part: Part) -> [Part; 2] {
@@ -122,7 +122,8 @@ impl Collapse<'_> {
             Content::Subtree(i) => self.bvh.children(i).map(|child| self.part(child)),
             Content::Run { first, count } => {
                 let half = count / 2;
-                [self.run(first, half), self.run(first + half, count - half)]
+                let run = |first, count| self.run(first, count, part.bounds);
+                [run(first, half), run(first + half, count - half)]
             }
         }
     }
@@ -179,7 +180,14 @@ impl Collapse<'_> {
     fn push_block(&mut self, first: usize, count: usize) -> Child {
         let ids = &self.bvh.order[first..first + count];
         let mut lanes = [NO_PRIMITIVE; BLOCK];
-        lanes[..count].copy_from_slice(ids);
+        let mut used = 0;
+        for &id in ids {
+            // Of pieces of one triangle, one stands for all.
+            if !lanes[..used].contains(&id) {
+                lanes[used] = id;
+                used += 1;
+            }
+        }
         if self.geometry.is_sphere(ids[0]) {
             self.wide.spheres.push(sphere_block(self.geometry, lanes));
             Child::spheres(self.wide.spheres.len() - 1)
