@@ -1,8 +1,10 @@
 //! Builders of the binary tree. All give the same tree for any number of threads.
 
+mod bins;
 mod mean;
 mod sah;
 mod split;
+mod sweep;
 
 pub(crate) use sah::tree_cost;
 
@@ -226,7 +228,7 @@ impl Bvh2 {
                     if let Some(effort) = Effort::of(options.quality) {
                         split::split(&mut items, geometry, &effort);
                     }
-                    sah::build(&mut items, largest_leaf, &mut nodes);
+                    sah::build(&mut items, options.quality, largest_leaf, &mut nodes);
                 }
                 Builder::Mean | Builder::None => mean::build(&mut items, largest_leaf, &mut nodes),
             }
