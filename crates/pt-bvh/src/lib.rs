@@ -55,6 +55,8 @@ mod laws;
 mod node;
 mod options;
 mod ray;
+mod refit;
+mod serial;
 mod sphere;
 mod traverse;
 mod triangle;
@@ -70,6 +72,8 @@ use wide::WideBvh;
 pub use geometry::{Geometry, Hit, LARGEST_COORDINATE, Sphere};
 pub use node::{Bvh2, MAX_DEPTH, Node};
 pub use options::{BuildOptions, Builder, Quality};
+pub use refit::RefitError;
+pub use serial::ReadError;
 
 /// Fewer rays than this are faster one by one.
 const LEAST_BATCH: usize = 8;
@@ -122,12 +126,42 @@ enum Kernel {
     List(List),
 }
 
+impl Kernel {
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Wide(wide) => wide.bytes(),
+            Self::List(list) => list.bytes(),
+        }
+    }
+}
+
+/// What a tree was made of, and how.
+#[derive(Clone, Copy, Debug)]
+struct Source {
+    triangles: u32,
+    spheres: u32,
+    options: BuildOptions,
+}
+
+impl Source {
+    fn new(geometry: &Geometry<'_>, options: BuildOptions) -> Self {
+        let [triangles, spheres] =
+            [geometry.triangles.len(), geometry.spheres.len()].map(|n| n as u32);
+        Self { triangles, spheres, options }
+    }
+
+    fn primitives(&self) -> u64 {
+        u64::from(self.triangles) + u64::from(self.spheres)
+    }
+}
+
 /// Primitives, ready for ray queries. It owns all that it needs.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     kernel: Kernel,
     bounds: Bounds3,
     statistics: Statistics,
+    source: Source,
 }
 
 impl Bvh {
@@ -137,7 +171,7 @@ impl Bvh {
     /// An index out of range, or too many primitives.
     pub fn build(geometry: Geometry<'_>, options: &BuildOptions) -> Result<Self, BuildError> {
         if options.builder == Builder::None {
-            return Self::without_tree(&geometry);
+            return Self::without_tree(&geometry, options);
         }
         let hub = Bvh2::build(&geometry, options)?;
         let wide = WideBvh::new(&hub, &geometry);
@@ -150,14 +184,16 @@ impl Bvh {
             depth: hub.depth(),
             skipped: hub.skipped,
         };
-        Ok(Self { kernel: Kernel::Wide(wide), bounds: hub.bounds(), statistics })
+        let source = Source::new(&geometry, *options);
+        Ok(Self { kernel: Kernel::Wide(wide), bounds: hub.bounds(), statistics, source })
     }
 
-    fn without_tree(geometry: &Geometry<'_>) -> Result<Self, BuildError> {
+    fn without_tree(geometry: &Geometry<'_>, options: &BuildOptions) -> Result<Self, BuildError> {
         build::check(geometry)?;
         let (list, skipped) = List::new(geometry);
         let statistics = Statistics { bytes: list.bytes(), skipped, ..Statistics::default() };
-        Ok(Self { bounds: list.bounds(), kernel: Kernel::List(list), statistics })
+        let source = Source::new(geometry, *options);
+        Ok(Self { bounds: list.bounds(), kernel: Kernel::List(list), statistics, source })
     }
 
     /// The nearest hit with t in (`t_min`, `t_max`); of hits with equal t that on the primitive
@@ -254,6 +290,11 @@ impl Bvh {
     /// The box around everything that can be hit; empty when nothing can.
     pub fn bounds(&self) -> Bounds3 {
         self.bounds
+    }
+
+    /// Number of primitives that it was made of; [`Hit::primitive`] is below.
+    pub fn primitives(&self) -> usize {
+        self.source.primitives() as usize
     }
 
     /// Numbers about the tree.

@@ -20,7 +20,7 @@ use crate::node::{Bvh2, Node};
 use crate::{BuildError, BuildOptions, Builder};
 
 /// More primitives than this do not fit the 30 bits of an index.
-const MOST_PRIMITIVES: usize = 1 << 30;
+pub(crate) const MOST_PRIMITIVES: usize = 1 << 30;
 /// Leaves never hold more, whatever the options say.
 const LARGEST_LEAF: u32 = 64;
 /// Boxes and bins of more items than this are computed in chunks of so many.

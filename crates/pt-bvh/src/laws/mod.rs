@@ -1,8 +1,10 @@
 //! Laws that all builders and kernels obey, on random scenes.
 
 mod agreement;
+mod bytes;
 mod construction;
 mod pieces;
+mod refit;
 mod spawned;
 mod spheres;
 mod watertight;

@@ -8,7 +8,7 @@ use crate::{BuildOptions, Builder, Bvh, Bvh2, Quality, check};
 
 /// Triangles among them that reach across the whole scene, with a width of about `width`, and a
 /// small ball.
-fn needles(r: &mut Random, n: u32, width: f32) -> Soup {
+pub(super) fn needles(r: &mut Random, n: u32, width: f32) -> Soup {
     let mut soup = bumpy_ball(3);
     for p in &mut soup.positions {
         *p *= 0.3;
