@@ -37,8 +37,12 @@
 //!
 //! # How it is built
 //!
-//! `build` makes a binary tree, [`Bvh2`], the hub; `wide` makes the eight-wide tree of it that
-//! queries use; `traverse` has the scalar queries that say what is right.
+//! `build` makes a binary tree, [`Bvh2`], the hub, with as much care as [`Quality`] says; long thin
+//! triangles are cut into pieces before. `wide` makes the eight-wide tree of it that queries use;
+//! `traverse` has the scalar queries that say what is right.
+//!
+//! A tree can be kept as bytes ([`Bvh::to_bytes`], [`Bvh::from_bytes`]), and follow primitives that
+//! move ([`Bvh::refit`]).
 //!
 //! # How to ask
 //!
@@ -171,10 +175,15 @@ impl Bvh {
     /// An index out of range, or too many primitives.
     pub fn build(geometry: Geometry<'_>, options: &BuildOptions) -> Result<Self, BuildError> {
         if options.builder == Builder::None {
-            return Self::without_tree(&geometry, options);
+            return Self::without_tree(&geometry, *options);
         }
         let hub = Bvh2::build(&geometry, options)?;
-        let wide = WideBvh::new(&hub, &geometry);
+        Ok(Self::of(&hub, &geometry, *options))
+    }
+
+    /// The tree for queries made of the binary tree over `geometry`.
+    fn of(hub: &Bvh2, geometry: &Geometry<'_>, options: BuildOptions) -> Self {
+        let wide = WideBvh::new(hub, geometry);
         let statistics = Statistics {
             nodes: hub.nodes.len(),
             leaves: hub.nodes.iter().filter(|n| n.is_leaf()).count(),
@@ -184,15 +193,15 @@ impl Bvh {
             depth: hub.depth(),
             skipped: hub.skipped,
         };
-        let source = Source::new(&geometry, *options);
-        Ok(Self { kernel: Kernel::Wide(wide), bounds: hub.bounds(), statistics, source })
+        let source = Source::new(geometry, options);
+        Self { kernel: Kernel::Wide(wide), bounds: hub.bounds(), statistics, source }
     }
 
-    fn without_tree(geometry: &Geometry<'_>, options: &BuildOptions) -> Result<Self, BuildError> {
+    fn without_tree(geometry: &Geometry<'_>, options: BuildOptions) -> Result<Self, BuildError> {
         build::check(geometry)?;
         let (list, skipped) = List::new(geometry);
         let statistics = Statistics { bytes: list.bytes(), skipped, ..Statistics::default() };
-        let source = Source::new(geometry, *options);
+        let source = Source::new(geometry, options);
         Ok(Self { bounds: list.bounds(), kernel: Kernel::List(list), statistics, source })
     }
 

@@ -7,6 +7,7 @@ mod split;
 mod sweep;
 
 pub(crate) use sah::tree_cost;
+pub(crate) use split::Effort;
 
 use bytemuck::{Pod, Zeroable};
 use pt_math::{Bounds3, Vec3};
@@ -14,7 +15,6 @@ use rayon::prelude::*;
 use wide::{f32x4, f32x8};
 
 use self::sah::RelativeArea;
-use self::split::Effort;
 use crate::geometry::Geometry;
 use crate::node::{Bvh2, Node};
 use crate::{BuildError, BuildOptions, Builder};
@@ -217,6 +217,15 @@ impl Bvh2 {
     /// # Errors
     /// An index out of range, or too many primitives.
     pub fn build(geometry: &Geometry<'_>, options: &BuildOptions) -> Result<Self, BuildError> {
+        Self::with_effort(geometry, options, Effort::of(options.quality))
+    }
+
+    /// [`Self::build`], with this effort to cut triangles.
+    pub(crate) fn with_effort(
+        geometry: &Geometry<'_>,
+        options: &BuildOptions,
+        effort: Option<Effort>,
+    ) -> Result<Self, BuildError> {
         check(geometry)?;
         let mut items = gather(geometry);
         let skipped = (geometry.len() - items.len()) as u32;
@@ -225,7 +234,7 @@ impl Bvh2 {
         if !items.is_empty() {
             match options.builder {
                 Builder::Sah => {
-                    if let Some(effort) = Effort::of(options.quality) {
+                    if let Some(effort) = effort {
                         split::split(&mut items, geometry, &effort);
                     }
                     sah::build(&mut items, options.quality, largest_leaf, &mut nodes);

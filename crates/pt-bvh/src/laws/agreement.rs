@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use pt_math::{Ray, Vec3};
 
-use super::{Random, Soup, bumpy_ball};
+use super::{Random, Soup, bumpy_ball, in_pieces};
 use crate::{BuildOptions, Builder, Bvh, Bvh2, Hit, Sphere, check};
 
 /// The bits of a hit, so that −0 differs from 0 and NaN equals itself.
@@ -201,6 +201,15 @@ fn all_ways(soup: &Soup, leaf_sizes: &[u32]) -> (Vec<Bvh>, Vec<Bvh2>) {
             trees.push(tree);
             kernels.push(kernel);
         }
+    }
+    for &max_leaf_size in leaf_sizes {
+        let options = BuildOptions { max_leaf_size, ..BuildOptions::default() };
+        let (tree, kernel) = in_pieces(soup, options);
+        assert_eq!(check::verify(&tree, &geometry), Ok(()), "in pieces");
+        assert_eq!(kernel.bounds(), kernels[0].bounds());
+        assert_eq!(kernel.skipped(), kernels[0].skipped());
+        trees.push(tree);
+        kernels.push(kernel);
     }
     (kernels, trees)
 }

@@ -36,11 +36,15 @@ impl Writer {
     }
 
     pub(crate) fn u32s(&mut self, numbers: &[u32]) {
-        numbers.iter().for_each(|&x| self.u32(x));
+        for &x in numbers {
+            self.u32(x);
+        }
     }
 
     pub(crate) fn f32s(&mut self, numbers: &[f32]) {
-        numbers.iter().for_each(|&x| self.f32(x));
+        for &x in numbers {
+            self.f32(x);
+        }
     }
 
     pub(crate) fn vector(&mut self, v: Vec3) {

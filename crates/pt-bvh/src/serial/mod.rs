@@ -155,7 +155,9 @@ impl Source {
 impl Statistics {
     /// All but `bytes`, which are those of the machine.
     fn write(&self, w: &mut Writer) {
-        [self.nodes, self.leaves, self.references].iter().for_each(|&x| w.u64(x as u64));
+        for x in [self.nodes, self.leaves, self.references] {
+            w.u64(x as u64);
+        }
         w.f32(self.sah_cost);
         w.u32s(&[self.depth, self.skipped]);
     }
