@@ -217,13 +217,13 @@ impl Bvh2 {
     /// # Errors
     /// An index out of range, or too many primitives.
     pub fn build(geometry: &Geometry<'_>, options: &BuildOptions) -> Result<Self, BuildError> {
-        Self::with_effort(geometry, options, Effort::of(options.quality))
+        Self::with_effort(geometry, *options, Effort::of(options.quality))
     }
 
     /// [`Self::build`], with this effort to cut triangles.
     pub(crate) fn with_effort(
         geometry: &Geometry<'_>,
-        options: &BuildOptions,
+        options: BuildOptions,
         effort: Option<Effort>,
     ) -> Result<Self, BuildError> {
         check(geometry)?;

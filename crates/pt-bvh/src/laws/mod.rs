@@ -37,7 +37,7 @@ impl Soup {
 /// A tree with triangles cut whether it pays or not.
 fn in_pieces(soup: &Soup, options: BuildOptions) -> (Bvh2, Bvh) {
     let geometry = soup.geometry();
-    let hub = Bvh2::with_effort(&geometry, &options, Some(Effort::EVERYTHING));
+    let hub = Bvh2::with_effort(&geometry, options, Some(Effort::EVERYTHING));
     let hub = hub.expect("indices are in range");
     let bvh = Bvh::of(&hub, &geometry, options);
     (hub, bvh)
