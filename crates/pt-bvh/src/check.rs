@@ -1,25 +1,33 @@
 //! The invariants of a [`Bvh2`], tested.
 
-use pt_math::Bounds3;
+use pt_math::{Bounds3, Vec3};
 use thiserror::Error;
 
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, Primitive};
 use crate::node::{Bvh2, MAX_DEPTH};
 
 /// What is wrong with a tree.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Fault {
-    /// A usable primitive is not in exactly one leaf, or an unusable one is in any.
-    #[error("primitive {primitive} occurs {times} times instead of {expected}")]
+    /// A usable triangle is in no leaf, a usable sphere not in exactly one, or an unusable
+    /// primitive in any.
+    #[error("primitive {primitive} occurs {times} times, which is wrong")]
     Occurrence {
         /// Which.
         primitive: u32,
-        /// In how many leaves it is.
+        /// How often it is in a leaf.
         times: u32,
-        /// In how many it should be.
-        expected: u32,
     },
-    /// A box that is not the union of what it should contain.
+    /// A point of a triangle is in no box of a leaf that refers to it.
+    #[error("triangle {triangle} is not covered at {point:?}")]
+    Uncovered {
+        /// Which.
+        triangle: u32,
+        /// The point.
+        point: [f64; 3],
+    },
+    /// A box that is not the union of what it should contain, or, for a leaf with pieces of
+    /// triangles, not between the boxes of the whole triangles and those of what is not in pieces.
     #[error("node {node} has the box {actual:?} instead of {expected:?}")]
     Bounds {
         /// Index of the node.
@@ -51,31 +59,42 @@ pub enum Fault {
     },
 }
 
-/// Tests all invariants of a tree that was built over `geometry`.
+/// Points along each edge at which triangles in pieces are tested.
+const SAMPLES: u32 = 24;
+
+/// Tests all invariants of a tree that was built over `geometry`. Of triangles that are in several
+/// leaves, it tests a grid of points.
 ///
 /// # Errors
 /// The first invariant that does not hold.
 pub fn verify(bvh: &Bvh2, geometry: &Geometry<'_>) -> Result<(), Fault> {
-    verify_occurrences(bvh, geometry)?;
+    let occurrences = occurrences(bvh, geometry)?;
     let (mut next_node, mut next_place) = (0, 0);
+    let mut pieces = Vec::new();
     let mut stack: Vec<(usize, usize)> = bvh.nodes.first().map(|_| (0, 0)).into_iter().collect();
     while let Some((i, depth)) = stack.pop() {
         let node = &bvh.nodes[i];
-        let expected = if node.is_leaf() {
-            let first = node.offset as usize;
-            if first != next_place {
+        if node.is_leaf() {
+            let places = node.offset as usize..node.offset as usize + node.count as usize;
+            if places.start != next_place || places.end > bvh.order.len() {
                 return Err(Fault::Order { node: i });
             }
-            next_place += node.count as usize;
-            leaf_bounds(bvh, geometry, i)?
+            next_place = places.end;
+            let ids = &bvh.order[places];
+            verify_leaf(i, node.bounds(), ids, geometry, &occurrences)?;
+            let cut = ids.iter().filter(|&&id| occurrences[id as usize] > 1);
+            pieces.extend(cut.map(|&id| (id, node.bounds())));
         } else {
             let [left, right] = bvh.children(i);
             if right <= left || right >= bvh.nodes.len() {
                 return Err(Fault::Order { node: i });
             }
             stack.extend([(right, depth + 1), (left, depth + 1)]);
-            bvh.nodes[left].bounds().union(bvh.nodes[right].bounds())
-        };
+            let expected = bvh.nodes[left].bounds().union(bvh.nodes[right].bounds());
+            if node.bounds() != expected {
+                return Err(Fault::Bounds { node: i, actual: node.bounds(), expected });
+            }
+        }
         if i != next_node {
             return Err(Fault::Order { node: i });
         }
@@ -83,44 +102,79 @@ pub fn verify(bvh: &Bvh2, geometry: &Geometry<'_>) -> Result<(), Fault> {
         if depth > MAX_DEPTH {
             return Err(Fault::TooDeep { node: i, depth });
         }
-        if node.bounds() != expected {
-            return Err(Fault::Bounds { node: i, actual: node.bounds(), expected });
-        }
     }
     if next_node != bvh.nodes.len() || next_place != bvh.order.len() {
         return Err(Fault::Order { node: next_node });
     }
-    Ok(())
+    pieces.sort_by_key(|&(id, _)| id);
+    pieces.chunk_by(|a, b| a.0 == b.0).try_for_each(|pieces| verify_cover(pieces, geometry))
 }
 
-fn verify_occurrences(bvh: &Bvh2, geometry: &Geometry<'_>) -> Result<(), Fault> {
+/// How often each primitive is in a leaf.
+fn occurrences(bvh: &Bvh2, geometry: &Geometry<'_>) -> Result<Vec<u32>, Fault> {
     let mut occurrences = vec![0; geometry.len()];
     for &id in &bvh.order {
         match occurrences.get_mut(id as usize) {
             Some(times) => *times += 1,
-            None => return Err(Fault::Occurrence { primitive: id, times: 1, expected: 0 }),
+            None => return Err(Fault::Occurrence { primitive: id, times: 1 }),
         }
     }
-    for (id, &times) in occurrences.iter().enumerate() {
-        let primitive = id as u32;
-        let expected = u32::from(geometry.primitive(primitive).bounds().is_some());
-        if times != expected {
-            return Err(Fault::Occurrence { primitive, times, expected });
+    for (primitive, &times) in (0..).zip(&occurrences) {
+        let right = match geometry.primitive(primitive).bounds() {
+            None => times == 0,
+            Some(_) if geometry.is_sphere(primitive) => times == 1,
+            Some(_) => times >= 1,
+        };
+        if !right {
+            return Err(Fault::Occurrence { primitive, times });
         }
+    }
+    Ok(occurrences)
+}
+
+/// Tests that a leaf has one kind of primitives, and that its box is the union of theirs; or, where
+/// there are pieces of triangles, that the box is within that union, and has all that is whole.
+fn verify_leaf(
+    node: usize,
+    actual: Bounds3,
+    ids: &[u32],
+    geometry: &Geometry<'_>,
+    occurrences: &[u32],
+) -> Result<(), Fault> {
+    let spheres = ids.iter().filter(|&&id| geometry.is_sphere(id)).count();
+    if spheres != 0 && spheres != ids.len() {
+        return Err(Fault::MixedLeaf { node });
+    }
+    let union = |most: u32| {
+        let counted = ids.iter().filter(|&&id| occurrences[id as usize] <= most);
+        let bounds = counted.filter_map(|&id| geometry.primitive(id).bounds());
+        bounds.fold(Bounds3::EMPTY, Bounds3::union)
+    };
+    let (all, whole) = (union(u32::MAX), union(1));
+    if actual.is_empty() || actual.union(whole) != actual || actual.union(all) != all {
+        return Err(Fault::Bounds { node, actual, expected: all });
     }
     Ok(())
 }
 
-fn leaf_bounds(bvh: &Bvh2, geometry: &Geometry<'_>, i: usize) -> Result<Bounds3, Fault> {
-    let node = &bvh.nodes[i];
-    let first = node.offset as usize;
-    let ids = &bvh.order[first..first + node.count as usize];
-    let spheres = ids.iter().filter(|&&id| geometry.is_sphere(id)).count();
-    if spheres != 0 && spheres != ids.len() {
-        return Err(Fault::MixedLeaf { node: i });
+/// Tests a grid of points of a triangle, given the boxes of its pieces.
+fn verify_cover(pieces: &[(u32, Bounds3)], geometry: &Geometry<'_>) -> Result<(), Fault> {
+    let triangle = pieces[0].0;
+    let Primitive::Triangle(p) = geometry.primitive(triangle) else { return Ok(()) };
+    let [a, b, c] = p.map(Vec3::as_dvec3);
+    // The rounding of the points themselves.
+    let size = p.iter().map(|v| v.abs().max_element()).fold(0.0, f32::max);
+    let slack = f64::from(size) * 8.0 * f64::EPSILON;
+    for (i, j) in (0..=SAMPLES).flat_map(|i| (0..=SAMPLES - i).map(move |j| (i, j))) {
+        let [u, v] = [i, j].map(|n| f64::from(n) / f64::from(SAMPLES));
+        let point = a * (1.0 - u - v) + b * u + c * v;
+        let holds = |(_, bounds): &(u32, Bounds3)| {
+            point.cmpge(bounds.min.as_dvec3() - slack).all()
+                && point.cmple(bounds.max.as_dvec3() + slack).all()
+        };
+        if !pieces.iter().any(holds) {
+            return Err(Fault::Uncovered { triangle, point: point.to_array() });
+        }
     }
-    Ok(ids
-        .iter()
-        .filter_map(|&id| geometry.primitive(id).bounds())
-        .fold(Bounds3::EMPTY, Bounds3::union))
+    Ok(())
 }

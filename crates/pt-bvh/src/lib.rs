@@ -37,8 +37,12 @@
 //!
 //! # How it is built
 //!
-//! `build` makes a binary tree, [`Bvh2`], the hub; `wide` makes the eight-wide tree of it that
-//! queries use; `traverse` has the scalar queries that say what is right.
+//! `build` makes a binary tree, [`Bvh2`], the hub, with as much care as [`Quality`] says; long thin
+//! triangles are cut into pieces before. `wide` makes the eight-wide tree of it that queries use;
+//! `traverse` has the scalar queries that say what is right.
+//!
+//! A tree can be kept as bytes ([`Bvh::to_bytes`], [`Bvh::from_bytes`]), and follow primitives that
+//! move ([`Bvh::refit`]).
 //!
 //! # How to ask
 //!
@@ -53,7 +57,10 @@ mod geometry;
 #[cfg(test)]
 mod laws;
 mod node;
+mod options;
 mod ray;
+mod refit;
+mod serial;
 mod sphere;
 mod traverse;
 mod triangle;
@@ -68,38 +75,12 @@ use wide::WideBvh;
 
 pub use geometry::{Geometry, Hit, LARGEST_COORDINATE, Sphere};
 pub use node::{Bvh2, MAX_DEPTH, Node};
+pub use options::{BuildOptions, Builder, Quality};
+pub use refit::RefitError;
+pub use serial::ReadError;
 
 /// Fewer rays than this are faster one by one.
 const LEAST_BATCH: usize = 8;
-
-/// How the tree is built.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Builder {
-    /// Binned surface area heuristic, in parallel.
-    #[default]
-    Sah,
-    /// Split at the mean of the centroids along the longest axis.
-    Mean,
-    /// No tree: every query loops over all primitives.
-    None,
-}
-
-/// Options of [`Bvh::build`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BuildOptions {
-    /// How to build.
-    pub builder: Builder,
-    /// Leaves of the binary tree hold no more primitives than this; taken as a number from 1 to
-    /// 64. The default is 8, as many as are tested at once; for queries, subtrees with up to that
-    /// many become one leaf in any case.
-    pub max_leaf_size: u32,
-}
-
-impl Default for BuildOptions {
-    fn default() -> Self {
-        Self { builder: Builder::default(), max_leaf_size: 8 }
-    }
-}
 
 /// Why there is no tree.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -129,6 +110,9 @@ pub struct Statistics {
     pub nodes: usize,
     /// Leaves of the binary tree.
     pub leaves: usize,
+    /// References to primitives in these leaves: one for each usable primitive, and one more for
+    /// each cut through a triangle.
+    pub references: usize,
     /// Memory that the finished [`Bvh`] holds, in bytes.
     pub bytes: usize,
     /// Expected cost of a query by the surface area heuristic: a node costs 1, a block of
@@ -146,12 +130,42 @@ enum Kernel {
     List(List),
 }
 
+impl Kernel {
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Wide(wide) => wide.bytes(),
+            Self::List(list) => list.bytes(),
+        }
+    }
+}
+
+/// What a tree was made of, and how.
+#[derive(Clone, Copy, Debug)]
+struct Source {
+    triangles: u32,
+    spheres: u32,
+    options: BuildOptions,
+}
+
+impl Source {
+    fn new(geometry: &Geometry<'_>, options: BuildOptions) -> Self {
+        let [triangles, spheres] =
+            [geometry.triangles.len(), geometry.spheres.len()].map(|n| n as u32);
+        Self { triangles, spheres, options }
+    }
+
+    fn primitives(&self) -> u64 {
+        u64::from(self.triangles) + u64::from(self.spheres)
+    }
+}
+
 /// Primitives, ready for ray queries. It owns all that it needs.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     kernel: Kernel,
     bounds: Bounds3,
     statistics: Statistics,
+    source: Source,
 }
 
 impl Bvh {
@@ -161,26 +175,34 @@ impl Bvh {
     /// An index out of range, or too many primitives.
     pub fn build(geometry: Geometry<'_>, options: &BuildOptions) -> Result<Self, BuildError> {
         if options.builder == Builder::None {
-            return Self::without_tree(&geometry);
+            return Self::without_tree(&geometry, *options);
         }
         let hub = Bvh2::build(&geometry, options)?;
-        let wide = WideBvh::new(&hub, &geometry);
+        Ok(Self::of(&hub, &geometry, *options))
+    }
+
+    /// The tree for queries made of the binary tree over `geometry`.
+    fn of(hub: &Bvh2, geometry: &Geometry<'_>, options: BuildOptions) -> Self {
+        let wide = WideBvh::new(hub, geometry);
         let statistics = Statistics {
             nodes: hub.nodes.len(),
             leaves: hub.nodes.iter().filter(|n| n.is_leaf()).count(),
+            references: hub.order.len(),
             bytes: wide.bytes(),
             sah_cost: build::tree_cost(&hub.nodes),
             depth: hub.depth(),
             skipped: hub.skipped,
         };
-        Ok(Self { kernel: Kernel::Wide(wide), bounds: hub.bounds(), statistics })
+        let source = Source::new(geometry, options);
+        Self { kernel: Kernel::Wide(wide), bounds: hub.bounds(), statistics, source }
     }
 
-    fn without_tree(geometry: &Geometry<'_>) -> Result<Self, BuildError> {
+    fn without_tree(geometry: &Geometry<'_>, options: BuildOptions) -> Result<Self, BuildError> {
         build::check(geometry)?;
         let (list, skipped) = List::new(geometry);
         let statistics = Statistics { bytes: list.bytes(), skipped, ..Statistics::default() };
-        Ok(Self { bounds: list.bounds(), kernel: Kernel::List(list), statistics })
+        let source = Source::new(geometry, options);
+        Ok(Self { bounds: list.bounds(), kernel: Kernel::List(list), statistics, source })
     }
 
     /// The nearest hit with t in (`t_min`, `t_max`); of hits with equal t that on the primitive
@@ -277,6 +299,11 @@ impl Bvh {
     /// The box around everything that can be hit; empty when nothing can.
     pub fn bounds(&self) -> Bounds3 {
         self.bounds
+    }
+
+    /// Number of primitives that it was made of; [`Hit::primitive`] is below.
+    pub fn primitives(&self) -> usize {
+        self.source.primitives() as usize
     }
 
     /// Numbers about the tree.

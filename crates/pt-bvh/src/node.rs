@@ -40,14 +40,16 @@ impl Node {
 ///
 /// Invariants ([`check::verify`](crate::check::verify) tests them): nodes are in depth-first
 /// order, the root first, the left child of node `i` is `i + 1` and the right child
-/// `i + nodes[i].offset`; every usable primitive is in exactly one leaf; leaves are in the order of
-/// `order` and hold either triangles or spheres; the box of a node is the union of those of its
-/// children or primitives; no leaf is deeper than [`MAX_DEPTH`].
+/// `i + nodes[i].offset`; every usable sphere is in exactly one leaf, every usable triangle in at
+/// least one; each point of a triangle is in the box of a leaf that refers to it; leaves are in the
+/// order of `order` and hold either triangles or spheres; the box of a node is the union of those
+/// of its children, that of a leaf without pieces of triangles the union of its primitives'; no leaf
+/// is deeper than [`MAX_DEPTH`].
 #[derive(Clone, Debug, Default)]
 pub struct Bvh2 {
     /// All nodes; none when there are no primitives.
     pub nodes: Vec<Node>,
-    /// Primitives in the order of the leaves.
+    /// Primitives in the order of the leaves; triangles that were cut occur several times.
     pub order: Vec<u32>,
     /// Primitives left out because no ray can hit them.
     pub skipped: u32,

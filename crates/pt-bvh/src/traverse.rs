@@ -72,18 +72,21 @@ pub(crate) struct List {
 impl List {
     /// Collects primitives; returns the number of those left out as well.
     pub(crate) fn new(geometry: &Geometry<'_>) -> (Self, u32) {
-        let mut list = Self { primitives: Vec::new(), bounds: Bounds3::EMPTY };
-        let mut skipped = 0;
-        for id in 0..geometry.len() as u32 {
-            let primitive = geometry.primitive(id);
-            if let Some(bounds) = primitive.bounds() {
-                list.primitives.push((primitive, id));
-                list.bounds = list.bounds.union(bounds);
-            } else {
-                skipped += 1;
-            }
-        }
-        (list, skipped)
+        let all = (0..geometry.len() as u32).map(|id| (geometry.primitive(id), id));
+        let usable: Vec<_> = all.filter(|(primitive, _)| primitive.bounds().is_some()).collect();
+        let skipped = (geometry.len() - usable.len()) as u32;
+        (Self::of(usable), skipped)
+    }
+
+    /// A list of usable primitives with their numbers.
+    pub(crate) fn of(primitives: Vec<(Primitive, u32)>) -> Self {
+        let bounds = primitives.iter().filter_map(|(primitive, _)| primitive.bounds());
+        let bounds = bounds.fold(Bounds3::EMPTY, Bounds3::union);
+        Self { primitives, bounds }
+    }
+
+    pub(crate) fn primitives(&self) -> &[(Primitive, u32)] {
+        &self.primitives
     }
 
     pub(crate) fn bounds(&self) -> Bounds3 {

@@ -89,8 +89,8 @@ pub(crate) fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
 /// of the edges it passes is decided by the sheared f32 vertices, as everywhere; how far away it
 /// meets the plane, by the `vertices` themselves: hits next to the origin are as real as others.
 ///
-/// Beside needles, where the ray passes inside by rounding only, the plane may be met anywhere.
-/// There the depth is the mean of the sheared vertices', and counts if it exceeds its error.
+/// Where the ray passes inside by the rounding of the sheared vertices only, the plane may be met
+/// anywhere. There the depth is the mean of theirs, and counts if it exceeds its error.
 #[cold]
 pub(crate) fn confirm(
     [origin, direction]: [Vec3; 2],
@@ -108,8 +108,12 @@ pub(crate) fn confirm(
         return None;
     }
     let inverse = 1.0 / det;
-    let t = plane_in_box(origin, direction, vertices).or_else(|| {
-        let [za, zb, zc] = [a[2], b[2], c[2]].map(f64::from);
+    let depths @ [za, zb, zc] = [a[2], b[2], c[2]].map(f64::from);
+    let is_between = |t: &f64| {
+        let depth = t * f64::from(scale);
+        depths.iter().any(|&z| z <= depth) && depths.iter().any(|&z| depth <= z)
+    };
+    let t = meet(origin, direction, vertices).filter(is_between).or_else(|| {
         let depth = (u * za + v * zb + w * zc) * inverse;
         let origin_size = origin.abs().max_element();
         (depth > depth_error(origin_size, sheared, det)).then(|| depth / f64::from(scale))
@@ -120,18 +124,22 @@ pub(crate) fn confirm(
     is_ahead.then_some(TriangleHit { t: t as f32, b1, b2 })
 }
 
-/// Where a ray meets the plane of a triangle, if that is inside of the box around the triangle.
-fn plane_in_box(origin: Vec3, direction: Vec3, vertices: [Vec3; 3]) -> Option<f64> {
+/// Where a ray meets a triangle, if it does by double precision as well. The point is then inside
+/// of every box around the part of the triangle that it belongs to.
+fn meet(origin: Vec3, direction: Vec3, vertices: [Vec3; 3]) -> Option<f64> {
     let (o, d) = (origin.as_dvec3(), direction.as_dvec3());
     let [a, b, c] = vertices.map(|p| p.as_dvec3() - o);
+    let edges = [b.cross(c), c.cross(a), a.cross(b)].map(|edge| edge.dot(d));
+    let inside = edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0);
     let normal = (b - a).cross(c - a);
-    let t = normal.dot(a) / normal.dot(d);
-    let (low, high) = (a.min(b).min(c) / d, a.max(b).max(c) / d);
-    // Where an axis is at right angles with the ray, both are infinite, or 0/0, which says nothing.
-    let enter = low.min(high).to_array().into_iter().fold(f64::NEG_INFINITY, f64::max);
-    let exit = low.max(high).to_array().into_iter().fold(f64::INFINITY, f64::min);
-    (enter <= t && t <= exit).then_some(t)
+    let slope = normal.dot(d);
+    let is_steep = slope.abs() > LEAST_COS * (normal.length() * d.length());
+    (inside && is_steep).then(|| normal.dot(a) / slope)
 }
+
+/// Triangles that are seen under less than this angle are met too far from where they are by the
+/// rounding of double precision.
+const LEAST_COS: f64 = 1e-6;
 
 /// The vertex relative to the ray: across, across, and its depth.
 #[inline]

@@ -165,7 +165,11 @@ impl Checked {
 
     /// How to build the hierarchy.
     pub(crate) fn bvh(&self) -> BuildOptions {
-        BuildOptions { builder: self.cli.bvh.into(), max_leaf_size: self.cli.max_leaf_size }
+        BuildOptions {
+            builder: self.cli.bvh.into(),
+            max_leaf_size: self.cli.max_leaf_size,
+            ..BuildOptions::default()
+        }
     }
 
     /// How to render: the command line's word, then the file's, then the default.

@@ -1,23 +1,30 @@
 //! Builders of the binary tree. All give the same tree for any number of threads.
 
+mod bins;
 mod mean;
 mod sah;
+mod split;
+mod sweep;
 
 pub(crate) use sah::tree_cost;
+pub(crate) use split::Effort;
 
 use bytemuck::{Pod, Zeroable};
 use pt_math::{Bounds3, Vec3};
 use rayon::prelude::*;
 use wide::{f32x4, f32x8};
 
+use self::sah::RelativeArea;
 use crate::geometry::Geometry;
 use crate::node::{Bvh2, Node};
 use crate::{BuildError, BuildOptions, Builder};
 
 /// More primitives than this do not fit the 30 bits of an index.
-const MOST_PRIMITIVES: usize = 1 << 30;
+pub(crate) const MOST_PRIMITIVES: usize = 1 << 30;
 /// Leaves never hold more, whatever the options say.
 const LARGEST_LEAF: u32 = 64;
+/// Boxes and bins of more items than this are computed in chunks of so many.
+const CHUNK: usize = 32_768;
 
 /// A primitive while the tree is built: its box with the lower corner negated, so that the union
 /// of two boxes is one maximum of eight lanes.
@@ -46,10 +53,21 @@ impl Item {
         }
     }
 
+    /// The same primitive, as far as it is in a box.
+    fn within(&self, bounds: Bounds3) -> Self {
+        Self { negated_min: (-bounds.min).to_array(), max: bounds.max.to_array(), ..*self }
+    }
+
     /// The box; lanes 3 and 7 mean nothing.
     #[inline]
     fn extent(&self) -> Extent {
         Extent(bytemuck::cast(*self))
+    }
+
+    /// The area of the box.
+    #[inline]
+    fn area(&self, areas: RelativeArea) -> f32 {
+        areas.get(self.extent())
     }
 
     /// Twice the centre of the box; lane 3 means nothing.
@@ -80,6 +98,11 @@ impl Extent {
     #[inline]
     fn point(p: f32x4) -> Self {
         Self(bytemuck::cast([-p, p]))
+    }
+
+    fn around(bounds: Bounds3) -> Self {
+        let [low, high] = [-bounds.min, bounds.max].map(|v| [v.x, v.y, v.z, 0.0]);
+        Self(bytemuck::cast([low, high]))
     }
 
     /// max − min; below 0 or NaN when empty.
@@ -194,18 +217,32 @@ impl Bvh2 {
     /// # Errors
     /// An index out of range, or too many primitives.
     pub fn build(geometry: &Geometry<'_>, options: &BuildOptions) -> Result<Self, BuildError> {
+        Self::with_effort(geometry, *options, Effort::of(options.quality))
+    }
+
+    /// [`Self::build`], with this effort to cut triangles.
+    pub(crate) fn with_effort(
+        geometry: &Geometry<'_>,
+        options: BuildOptions,
+        effort: Option<Effort>,
+    ) -> Result<Self, BuildError> {
         check(geometry)?;
         let mut items = gather(geometry);
+        let skipped = (geometry.len() - items.len()) as u32;
         let largest_leaf = options.max_leaf_size.clamp(1, LARGEST_LEAF) as usize;
         let mut nodes = Vec::new();
         if !items.is_empty() {
             match options.builder {
-                Builder::Sah => sah::build(&mut items, largest_leaf, &mut nodes),
+                Builder::Sah => {
+                    if let Some(effort) = effort {
+                        split::split(&mut items, geometry, &effort);
+                    }
+                    sah::build(&mut items, options.quality, largest_leaf, &mut nodes);
+                }
                 Builder::Mean | Builder::None => mean::build(&mut items, largest_leaf, &mut nodes),
             }
         }
         let order: Vec<u32> = items.iter().map(|i| i.id).collect();
-        let skipped = (geometry.len() - order.len()) as u32;
         Ok(Self { nodes, order, skipped })
     }
 }

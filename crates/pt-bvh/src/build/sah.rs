@@ -1,24 +1,22 @@
-//! Binned surface area heuristic. [Wald 2007, "On fast Construction of SAH-based Bounding Volume
-//! Hierarchies"]
+//! The surface area heuristic: nodes are split where the expected cost of a query is least.
+//! [Goldsmith & Salmon 1987, "Automatic Creation of Object Hierarchies for Ray Tracing"]
 
 use rayon::prelude::*;
-use wide::f32x4;
 
-use super::{Extent, Item, halvings, partition, push_leaf, split_at_median};
+use super::bins::Binned;
+use super::sweep::Sweep;
+use super::{CHUNK, Extent, Item, halvings, push_leaf, split_at_median};
+use crate::Quality;
 use crate::node::{MAX_DEPTH, Node};
 
-/// Bins per axis.
-const BINS: usize = 16;
 /// Cost of visiting a node, where testing a block of primitives costs [`BLOCK_COST`].
-const NODE_COST: f32 = 1.0;
+pub(super) const NODE_COST: f32 = 1.0;
 /// Cost of testing one block.
 const BLOCK_COST: f32 = 1.0;
 /// Primitives tested at once: a leaf costs as many blocks as it fills, the last maybe in part.
 const BLOCK: u32 = crate::wide::BLOCK as u32;
 /// Subtrees at least this large are built by two threads.
 const PARALLEL_SUBTREE: usize = 4096;
-/// Boxes and bins of more items than this are computed in chunks of so many.
-const CHUNK: usize = 32_768;
 
 /// Cost of a leaf of `n` primitives.
 #[inline]
@@ -35,16 +33,44 @@ pub(crate) fn tree_cost(nodes: &[Node]) -> f32 {
     (nodes.iter().map(|n| area(n) * f64::from(cost(n))).sum::<f64>() / root) as f32
 }
 
+/// How to look for the cheapest way to part the items of a node.
+pub(super) trait Search {
+    /// What to do.
+    type Split: Copy;
+
+    /// The cheapest split that leaves items on both sides, and its cost, given the boxes of the
+    /// items and of their centroids; `None` when it finds none. It may reorder the items.
+    fn best(items: &mut [Item], extent: Extent, centroids: Extent) -> Option<(f32, Self::Split)>;
+
+    /// Moves the items that go left to the front, and returns how many there are.
+    fn part(items: &mut [Item], split: Self::Split, centroids: Extent) -> usize;
+}
+
 /// Builds the tree over all items.
-pub(super) fn build(items: &mut [Item], largest_leaf: usize, nodes: &mut Vec<Node>) {
-    grow(items, 0, 0, largest_leaf, nodes);
+pub(super) fn build(
+    items: &mut [Item],
+    quality: Quality,
+    largest_leaf: usize,
+    nodes: &mut Vec<Node>,
+) {
+    match quality {
+        Quality::Fast => grow::<Binned<8>>(items, 0, 0, largest_leaf, nodes),
+        Quality::Balanced => grow::<Binned<16>>(items, 0, 0, largest_leaf, nodes),
+        Quality::High => grow::<Sweep>(items, 0, 0, largest_leaf, nodes),
+    }
 }
 
 /// Appends the subtree over `items`, of which the first has place `first` in the order.
 /// The recursion is at most [`MAX_DEPTH`] deep.
-fn grow(items: &mut [Item], first: u32, depth: usize, largest: usize, nodes: &mut Vec<Node>) {
+fn grow<S: Search>(
+    items: &mut [Item],
+    first: u32,
+    depth: usize,
+    largest: usize,
+    nodes: &mut Vec<Node>,
+) {
     let (extent, centroids) = measure(items);
-    let Some(split) = choose(items, extent, centroids, depth, largest) else {
+    let Some(split) = choose::<S>(items, extent, centroids, depth, largest) else {
         push_leaf(items, first, nodes);
         return;
     };
@@ -57,15 +83,15 @@ fn grow(items: &mut [Item], first: u32, depth: usize, largest: usize, nodes: &mu
     if parallel {
         let mut rest = Vec::new();
         rayon::join(
-            || grow(left, first, depth + 1, largest, nodes),
-            || grow(right, middle, depth + 1, largest, &mut rest),
+            || grow::<S>(left, first, depth + 1, largest, nodes),
+            || grow::<S>(right, middle, depth + 1, largest, &mut rest),
         );
         nodes[here].offset = (nodes.len() - here) as u32;
         nodes.append(&mut rest);
     } else {
-        grow(left, first, depth + 1, largest, nodes);
+        grow::<S>(left, first, depth + 1, largest, nodes);
         nodes[here].offset = (nodes.len() - here) as u32;
-        grow(right, middle, depth + 1, largest, nodes);
+        grow::<S>(right, middle, depth + 1, largest, nodes);
     }
 }
 
@@ -86,7 +112,7 @@ fn measure(items: &[Item]) -> (Extent, Extent) {
 }
 
 /// Splits the items in two, and returns how many are on the left; `None` for a leaf.
-fn choose(
+fn choose<S: Search>(
     items: &mut [Item],
     extent: Extent,
     centroids: Extent,
@@ -99,138 +125,27 @@ fn choose(
     }
     // Two levels are kept for a leaf of both kinds.
     let too_deep = depth + 2 + halvings(n) > MAX_DEPTH;
-    let best = if too_deep { None } else { best_split(items, extent, centroids) };
+    let best = if too_deep { None } else { S::best(items, extent, centroids) };
     let leaf_allowed = n <= largest;
     match best {
-        Some(best) if !leaf_allowed || best.cost < leaf_cost(n as u32) => {
-            let bins = Bins::new(centroids);
-            Some(partition(items, |i| bins.index(i.centroid())[best.axis] < best.bin))
+        Some((cost, split)) if !leaf_allowed || cost < leaf_cost(n as u32) => {
+            Some(S::part(items, split, centroids))
         }
         _ if leaf_allowed => None,
         _ => Some(split_at_median(items)),
     }
 }
 
-/// A plane between two bins.
-#[derive(Clone, Copy)]
-struct Split {
-    cost: f32,
-    axis: usize,
-    /// Items in lower bins go left.
-    bin: i32,
-}
-
-/// How centroids map to bins.
-#[derive(Clone, Copy)]
-struct Bins {
-    base: f32x4,
-    scale: f32x4,
-}
-
-impl Bins {
-    fn new(centroids: Extent) -> Self {
-        let low = centroids.bounds().min;
-        let scale = centroids.diagonal().map(|d| {
-            let scale = BINS as f32 * (1.0 - 1e-5) / d;
-            // An axis without extent has one bin only.
-            if scale.is_finite() { scale } else { 0.0 }
-        });
-        let four = |[x, y, z]: [f32; 3]| f32x4::new([x, y, z, 0.0]);
-        Self { base: four(low.to_array()), scale: four(scale) }
-    }
-
-    /// The bin per axis.
-    #[inline]
-    fn index(&self, centroid: f32x4) -> [i32; 4] {
-        let last = f32x4::splat((BINS - 1) as f32);
-        let place = ((centroid - self.base) * self.scale).fast_max(f32x4::ZERO).fast_min(last);
-        place.fast_trunc_int().to_array()
-    }
-}
-
-/// What falls into each bin, for the three axes.
-struct Histogram {
-    extents: [[Extent; BINS]; 3],
-    counts: [[u32; BINS]; 3],
-}
-
-impl Histogram {
-    const EMPTY: Self = Self { extents: [[Extent::EMPTY; BINS]; 3], counts: [[0; BINS]; 3] };
-
-    fn of(items: &[Item], bins: Bins) -> Self {
-        let mut h = Self::EMPTY;
-        for item in items {
-            let index = bins.index(item.centroid());
-            let extent = item.extent();
-            for (axis, &bin) in index.iter().enumerate().take(3) {
-                let bin = bin as usize & (BINS - 1);
-                h.extents[axis][bin] = h.extents[axis][bin].union(extent);
-                h.counts[axis][bin] += 1;
-            }
-        }
-        h
-    }
-
-    fn merge(mut self, other: &Self) -> Self {
-        for axis in 0..3 {
-            for bin in 0..BINS {
-                self.extents[axis][bin] = self.extents[axis][bin].union(other.extents[axis][bin]);
-                self.counts[axis][bin] += other.counts[axis][bin];
-            }
-        }
-        self
-    }
-}
-
-/// The cheapest plane that leaves items on both sides; `None` when all centroids coincide.
-fn best_split(items: &[Item], extent: Extent, centroids: Extent) -> Option<Split> {
-    let bins = Bins::new(centroids);
-    let histogram = if items.len() <= CHUNK {
-        Histogram::of(items, bins)
-    } else {
-        let partial = items.par_chunks(CHUNK).map(|c| Histogram::of(c, bins));
-        partial.reduce(|| Histogram::EMPTY, |a, b| a.merge(&b))
-    };
-    let areas = RelativeArea::of(extent);
-    (0..3)
-        .filter_map(|axis| sweep(&histogram, axis, areas))
-        .reduce(|best, s| if s.cost < best.cost { s } else { best })
-}
-
-/// The cheapest plane across one axis.
-fn sweep(histogram: &Histogram, axis: usize, areas: RelativeArea) -> Option<Split> {
-    let (extents, counts) = (&histogram.extents[axis], &histogram.counts[axis]);
-    let mut right_cost = [0.0; BINS];
-    let (mut extent, mut count) = (Extent::EMPTY, 0);
-    for bin in (1..BINS).rev() {
-        extent = extent.union(extents[bin]);
-        count += counts[bin];
-        right_cost[bin] = if count == 0 { f32::NAN } else { areas.get(extent) * leaf_cost(count) };
-    }
-    let mut best: Option<Split> = None;
-    (extent, count) = (Extent::EMPTY, 0);
-    for bin in 1..BINS {
-        extent = extent.union(extents[bin - 1]);
-        count += counts[bin - 1];
-        let cost = NODE_COST + areas.get(extent) * leaf_cost(count) + right_cost[bin];
-        let valid = count > 0 && !right_cost[bin].is_nan();
-        if valid && best.is_none_or(|b| cost < b.cost) {
-            best = Some(Split { cost, axis, bin: bin as i32 });
-        }
-    }
-    best
-}
-
 /// Areas as parts of that of one box, in units of its longest edge, so that they neither overflow
 /// nor vanish.
 #[derive(Clone, Copy)]
-struct RelativeArea {
+pub(super) struct RelativeArea {
     unit: f32,
     inverse: f32,
 }
 
 impl RelativeArea {
-    fn of(extent: Extent) -> Self {
+    pub(super) fn of(extent: Extent) -> Self {
         let longest = extent.diagonal().into_iter().fold(0.0, f32::max);
         let unit = if longest > 0.0 { (1.0 / longest).min(f32::MAX) } else { 0.0 };
         let whole = Self { unit, inverse: 1.0 }.get(extent);
@@ -238,7 +153,7 @@ impl RelativeArea {
     }
 
     #[inline]
-    fn get(self, extent: Extent) -> f32 {
+    pub(super) fn get(self, extent: Extent) -> f32 {
         let [x, y, z] = extent.diagonal().map(|d| d * self.unit);
         (x * y + y * z + z * x) * self.inverse
     }

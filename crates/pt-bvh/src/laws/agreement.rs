@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use pt_math::{Ray, Vec3};
 
-use super::{Random, Soup, bumpy_ball};
+use super::{Random, Soup, bumpy_ball, in_pieces};
 use crate::{BuildOptions, Builder, Bvh, Bvh2, Hit, Sphere, check};
 
 /// The bits of a hit, so that −0 differs from 0 and NaN equals itself.
@@ -188,11 +188,11 @@ fn batches_agree(kernels: &[Bvh], rays: &[Ray]) -> Result<(), String> {
 fn all_ways(soup: &Soup, leaf_sizes: &[u32]) -> (Vec<Bvh>, Vec<Bvh2>) {
     let geometry = soup.geometry();
     let (mut kernels, mut trees) = (Vec::new(), Vec::new());
-    let list = BuildOptions { builder: Builder::None, max_leaf_size: 1 };
+    let list = BuildOptions { builder: Builder::None, ..BuildOptions::default() };
     kernels.push(Bvh::build(geometry, &list).expect("indices are in range"));
     for builder in [Builder::Sah, Builder::Mean] {
         for &max_leaf_size in leaf_sizes {
-            let options = BuildOptions { builder, max_leaf_size };
+            let options = BuildOptions { builder, max_leaf_size, ..BuildOptions::default() };
             let tree = Bvh2::build(&geometry, &options).expect("indices are in range");
             assert_eq!(check::verify(&tree, &geometry), Ok(()), "{options:?}");
             let kernel = Bvh::build(geometry, &options).expect("indices are in range");
@@ -201,6 +201,15 @@ fn all_ways(soup: &Soup, leaf_sizes: &[u32]) -> (Vec<Bvh>, Vec<Bvh2>) {
             trees.push(tree);
             kernels.push(kernel);
         }
+    }
+    for &max_leaf_size in leaf_sizes {
+        let options = BuildOptions { max_leaf_size, ..BuildOptions::default() };
+        let (tree, kernel) = in_pieces(soup, options);
+        assert_eq!(check::verify(&tree, &geometry), Ok(()), "in pieces");
+        assert_eq!(kernel.bounds(), kernels[0].bounds());
+        assert_eq!(kernel.skipped(), kernels[0].skipped());
+        trees.push(tree);
+        kernels.push(kernel);
     }
     (kernels, trees)
 }

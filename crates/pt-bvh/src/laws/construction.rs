@@ -48,7 +48,7 @@ fn hopeless_distributions_do_not_grow_deep() {
     }));
     for soup in [coincident, exponential] {
         for builder in BUILDERS {
-            let options = BuildOptions { builder, max_leaf_size: 4 };
+            let options = BuildOptions { builder, max_leaf_size: 4, ..BuildOptions::default() };
             let tree = Bvh2::build(&soup.geometry(), &options).expect("indices are in range");
             assert_eq!(check::verify(&tree, &soup.geometry()), Ok(()));
             assert!(tree.depth() as usize <= MAX_DEPTH);

@@ -1,8 +1,11 @@
 //! Laws that all builders and kernels obey, on random scenes.
 
 mod agreement;
+mod bytes;
 mod construction;
+mod pieces;
 mod precision;
+mod refit;
 mod spawned;
 mod spheres;
 mod watertight;
@@ -11,7 +14,8 @@ use std::collections::HashMap;
 
 use pt_math::{DVec3, Vec3};
 
-use crate::{Geometry, Sphere};
+use crate::build::Effort;
+use crate::{BuildOptions, Bvh, Bvh2, Geometry, Sphere};
 
 /// A scene that owns its arrays.
 #[derive(Clone, Debug, Default)]
@@ -29,6 +33,15 @@ impl Soup {
     fn corners(&self, triangle: usize) -> [Vec3; 3] {
         self.triangles[triangle].map(|i| self.positions[i as usize])
     }
+}
+
+/// A tree with triangles cut whether it pays or not.
+fn in_pieces(soup: &Soup, options: BuildOptions) -> (Bvh2, Bvh) {
+    let geometry = soup.geometry();
+    let hub = Bvh2::with_effort(&geometry, options, Some(Effort::EVERYTHING));
+    let hub = hub.expect("indices are in range");
+    let bvh = Bvh::of(&hub, &geometry, options);
+    (hub, bvh)
 }
 
 /// A sphere of triangles: an octahedron, each triangle of which is split in four `levels` times.

@@ -3,12 +3,12 @@
 use pt_math::{Bounds3, Ray, Vec3};
 use rayon::prelude::*;
 
-use super::{Random, Soup, ball, bumpy_ball};
+use super::{Random, Soup, ball, bumpy_ball, in_pieces};
 use crate::ray::Prepared;
 use crate::triangle::{Side, side};
 use crate::{BuildOptions, Bvh};
 
-/// Rays per mesh; ten meshes.
+/// Rays per mesh; ten meshes. Fewer where their triangles are in pieces.
 const RAYS: u64 = 1_000_000;
 const CHUNK: u64 = 20_000;
 
@@ -36,8 +36,7 @@ fn target(soup: &Soup, r: &mut Random) -> Vec3 {
 }
 
 /// Rays from the inner half of the mesh that hit nothing.
-fn escaped(soup: &Soup, scale: f32, offset: Vec3) -> u64 {
-    let bvh = Bvh::build(soup.geometry(), &BuildOptions::default()).expect("indices are in range");
+fn escaped(bvh: &Bvh, rays: u64, soup: &Soup, scale: f32, offset: Vec3) -> u64 {
     let chunk = |seed: u64| {
         let mut r = Random(seed);
         let escapes = (0..CHUNK).filter(|_| {
@@ -49,7 +48,7 @@ fn escaped(soup: &Soup, scale: f32, offset: Vec3) -> u64 {
         });
         escapes.count() as u64
     };
-    (0..RAYS / CHUNK).into_par_iter().map(chunk).sum()
+    (0..rays / CHUNK).into_par_iter().map(chunk).sum()
 }
 
 #[test]
@@ -66,7 +65,12 @@ fn ten_million_rays_do_not_escape() {
             (1e-21, Vec3::ZERO),
         ] {
             let soup = placed(mesh(), scale, offset);
-            assert_eq!(escaped(&soup, scale, offset), 0, "scale {scale}, offset {offset}");
+            let bvh = Bvh::build(soup.geometry(), &BuildOptions::default()).expect("in range");
+            let (cut, pieces) = in_pieces(&soup, BuildOptions::default());
+            assert!(cut.order.len() > soup.triangles.len(), "triangles are in pieces");
+            let escapes = [(&bvh, RAYS), (&pieces, RAYS / 5)]
+                .map(|(bvh, rays)| escaped(bvh, rays, &soup, scale, offset));
+            assert_eq!(escapes, [0, 0], "scale {scale}, offset {offset}");
         }
     }
 }

@@ -35,6 +35,11 @@ impl Part {
     }
 }
 
+/// Room for what a ray of a batch puts off in a tree with so many nodes on the longest way down.
+pub(super) fn stack_size(levels: usize) -> usize {
+    1 + (WIDTH - 1) * levels + STACK_MARGIN
+}
+
 struct Collapse<'a> {
     bvh: &'a Bvh2,
     geometry: &'a Geometry<'a>,
@@ -56,7 +61,7 @@ impl WideBvh {
         let root = collapse.part(0);
         collapse.push_node(root, 1);
         let mut wide = collapse.wide;
-        wide.stack_size = 1 + (WIDTH - 1) * collapse.levels + STACK_MARGIN;
+        wide.stack_size = stack_size(collapse.levels);
         wide.nodes.shrink_to_fit();
         wide.triangles.shrink_to_fit();
         wide.spheres.shrink_to_fit();
@@ -108,13 +113,13 @@ impl Collapse<'_> {
         [0, places.len()].contains(&spheres.count())
     }
 
-    fn run(&self, first: usize, count: usize) -> Part {
+    /// Some of the primitives of a leaf with this box, which may hold pieces of them only.
+    fn run(&self, first: usize, count: usize, within: Bounds3) -> Part {
         let ids = &self.bvh.order[first..first + count];
         let bounds = ids.iter().filter_map(|&id| self.geometry.primitive(id).bounds());
-        Part {
-            bounds: bounds.fold(Bounds3::EMPTY, Bounds3::union),
-            content: Content::Run { first, count },
-        }
+        let all = bounds.fold(Bounds3::EMPTY, Bounds3::union);
+        let bounds = Bounds3 { min: all.min.max(within.min), max: all.max.min(within.max) };
+        Part { bounds, content: Content::Run { first, count } }
     }
 
     fn halves(&self, part: Part) -> [Part; 2] {
@@ -122,7 +127,8 @@ impl Collapse<'_> {
             Content::Subtree(i) => self.bvh.children(i).map(|child| self.part(child)),
             Content::Run { first, count } => {
                 let half = count / 2;
-                [self.run(first, half), self.run(first + half, count - half)]
+                let run = |first, count| self.run(first, count, part.bounds);
+                [run(first, half), run(first + half, count - half)]
             }
         }
     }
@@ -136,7 +142,7 @@ impl Collapse<'_> {
         self.wide.nodes.push(empty_node());
         let mut planes = [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3];
         for (slot, part) in parts.iter().enumerate() {
-            let (low, high) = self.relative_bounds(&part.bounds);
+            let (low, high) = relative_bounds(&part.bounds, self.wide.center);
             for axis in 0..3 {
                 planes[axis][0][slot] = low[axis];
                 planes[axis][1][slot] = high[axis];
@@ -167,19 +173,19 @@ impl Collapse<'_> {
         parts
     }
 
-    /// The box relative to the centre, rounded outward.
-    fn relative_bounds(&self, bounds: &Bounds3) -> ([f32; 3], [f32; 3]) {
-        let center = self.wide.center;
-        // Covers the rounding of the difference, and keeps away from subnormal numbers.
-        let slack = |v: Vec3| v.abs() * f32::EPSILON + f32::MIN_POSITIVE;
-        let (low, high) = (bounds.min - center, bounds.max - center);
-        ((low - slack(low)).to_array(), (high + slack(high)).to_array())
-    }
-
     fn push_block(&mut self, first: usize, count: usize) -> Child {
         let ids = &self.bvh.order[first..first + count];
         let mut lanes = [NO_PRIMITIVE; BLOCK];
-        lanes[..count].copy_from_slice(ids);
+        let mut used = 0;
+        for &id in ids {
+            // Of pieces of one triangle, one stands for all.
+            if !lanes[..used].contains(&id) {
+                lanes[used] = id;
+                used += 1;
+            }
+        }
+        // In ascending order, so that of equal hits the first lane has the one that counts.
+        lanes[..used].sort_unstable();
         if self.geometry.is_sphere(ids[0]) {
             self.wide.spheres.push(sphere_block(self.geometry, lanes));
             Child::spheres(self.wide.spheres.len() - 1)
@@ -190,14 +196,24 @@ impl Collapse<'_> {
     }
 }
 
+/// The box relative to the centre, rounded outward; one that is inside out stays so.
+pub(super) fn relative_bounds(bounds: &Bounds3, center: Vec3) -> ([f32; 3], [f32; 3]) {
+    if bounds.is_empty() {
+        return ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    }
+    // Covers the rounding of the difference, and keeps away from subnormal numbers.
+    let slack = |v: Vec3| v.abs() * f32::EPSILON + f32::MIN_POSITIVE;
+    let (low, high) = (bounds.min - center, bounds.max - center);
+    ((low - slack(low)).to_array(), (high + slack(high)).to_array())
+}
+
 fn empty_node() -> WideNode {
     let row = [f32x8::splat(f32::INFINITY), f32x8::splat(f32::NEG_INFINITY)];
     WideNode { planes: [row; 3], children: [Child::node(0); WIDTH] }
 }
 
-/// In ascending order, so that of equal hits the first lane has the one that counts.
-fn triangle_block(geometry: &Geometry<'_>, mut ids: [u32; BLOCK]) -> TriangleBlock {
-    ids.sort_unstable();
+/// A block of the triangles with these numbers.
+pub(super) fn triangle_block(geometry: &Geometry<'_>, ids: [u32; BLOCK]) -> TriangleBlock {
     let mut vertices = [[[f32::NAN; BLOCK]; 3]; 3];
     for (lane, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NO_PRIMITIVE) {
         if let Primitive::Triangle(p) = geometry.primitive(id) {
@@ -211,8 +227,9 @@ fn triangle_block(geometry: &Geometry<'_>, mut ids: [u32; BLOCK]) -> TriangleBlo
     TriangleBlock { vertices: vertices.map(|rows| rows.map(Lanes::new)), ids }
 }
 
-fn sphere_block(geometry: &Geometry<'_>, ids: [u32; BLOCK]) -> SphereBlock {
-    let nothing = Sphere { center: Vec3::ZERO, radius: 0.0 };
+/// A block of the spheres with these numbers.
+pub(super) fn sphere_block(geometry: &Geometry<'_>, ids: [u32; BLOCK]) -> SphereBlock {
+    let nothing = Sphere { center: Vec3::ZERO, radius: f32::NAN };
     let spheres = ids.map(|id| match (id != NO_PRIMITIVE).then(|| geometry.primitive(id)) {
         Some(Primitive::Sphere(s)) => s,
         _ => nothing,

@@ -5,7 +5,9 @@
 //! 2008, "Getting Rid of Packets"; Woop et al.'s Embree and Bikker's tinybvh use the same shape]
 
 mod batch;
+mod bytes;
 mod collapse;
+mod refit;
 mod traverse;
 
 use pt_math::Vec3;
@@ -76,7 +78,7 @@ pub(crate) struct TriangleBlock {
     ids: [u32; BLOCK],
 }
 
-/// Spheres of one leaf.
+/// Spheres of one leaf. Lanes without one hold NaN, which no ray hits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SphereBlock {
     spheres: [Sphere; BLOCK],

@@ -1,0 +1,192 @@
+//! Triangles much smaller than their boxes, cut into pieces before the tree is built.
+//!
+//! A long thin triangle that runs across all axes fills next to nothing of its box, and rays meet
+//! the box in vain. Cut in two, it has two boxes with half the area together. Pieces are cut as
+//! long as that saves most, within a budget, and the builder then sees boxes as of any others.
+//! [Ernst & Greiner 2007, "Early Split Clipping for Bounding Volume Hierarchies"; Karras & Aila
+//! 2013, "Fast Parallel Construction of High-Quality Bounding Volume Hierarchies", §4.4]
+//!
+//! **Nothing is lost.** A half of a piece has the box of the hull of the triangle's vertices on
+//! that side and the points where its edges cross the plane, which are rounded outward by more than
+//! the error of computing them. So every point of a triangle is in the box of one of its pieces,
+//! which is all that the argument in [`crate::ray`] asks for.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use pt_math::{Bounds3, Vec3};
+use rayon::prelude::*;
+
+use super::sah::RelativeArea;
+use super::{CHUNK, Extent, Item, longest_axis};
+use crate::Quality;
+use crate::geometry::{Geometry, Primitive};
+
+/// How far to go.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    /// References that may be added, as a part of the number of primitives.
+    share: f32,
+    /// So many may be added to however small a scene.
+    least_budget: usize,
+    /// The least area that a cut must save, as a multiple of an equal share for each reference of
+    /// the area of the box around all. The boxes of ordinary meshes have about ten such shares.
+    least_gain: f32,
+    /// The part of its area that a box must lose. It is ½ for a line across the box, ¼ for a right
+    /// triangle in a plane of two axes, of which two fill a box that is best left whole.
+    least_part: f32,
+    /// Boxes that a random line through the scene must be spared by the first cut of each
+    /// triangle, or none is cut.
+    least_spared: f32,
+}
+
+impl Effort {
+    /// What goes with a quality. Measured on a hall with and without ropes, and bumpy spheres: more
+    /// cuts than with [`Quality::High`] make the tree larger, but queries no faster.
+    pub(super) fn of(quality: Quality) -> Option<Self> {
+        let balanced = Self {
+            share: 0.3,
+            least_budget: 1024,
+            least_gain: 128.0,
+            least_part: 0.35,
+            least_spared: 2.0,
+        };
+        match quality {
+            Quality::Fast => None,
+            Quality::Balanced => Some(balanced),
+            Quality::High => Some(Self { share: 0.5, least_gain: 32.0, ..balanced }),
+        }
+    }
+
+    /// Cuts wherever there is anything to cut, until there are five times as many references.
+    #[cfg(test)]
+    pub(crate) const EVERYTHING: Self =
+        Self { share: 4.0, least_budget: 0, least_gain: 0.0, least_part: 0.01, least_spared: 0.0 };
+
+    fn budget(&self, items: usize) -> usize {
+        ((items as f32 * self.share) as usize).max(self.least_budget)
+    }
+}
+
+/// A piece that is worth a cut.
+struct Candidate {
+    /// Area saved, as a part of the area of the box around all.
+    gain: f32,
+    /// Which item.
+    index: usize,
+    halves: [Bounds3; 2],
+}
+
+impl Candidate {
+    /// An item to be cut across the middle of the longest edge of its box; `None` for spheres, and
+    /// where the box loses too little.
+    fn new(
+        geometry: &Geometry<'_>,
+        index: usize,
+        item: &Item,
+        areas: RelativeArea,
+        least_part: f32,
+    ) -> Option<Self> {
+        let Primitive::Triangle(p) = geometry.primitive(item.id) else { return None };
+        let bounds = item.extent().bounds();
+        let axis = longest_axis(item.extent().diagonal());
+        let plane = bounds.min[axis] + 0.5 * (bounds.max[axis] - bounds.min[axis]);
+        let halves = halves(p, bounds, axis, plane);
+        let area = |b: &Bounds3| if b.is_empty() { 0.0 } else { areas.get(Extent::around(*b)) };
+        let whole = item.area(areas);
+        let gain = whole - area(&halves[0]) - area(&halves[1]);
+        (gain > 0.0 && gain >= least_part * whole).then_some(Self { gain, index, halves })
+    }
+}
+
+impl PartialEq for Candidate {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Candidate {}
+
+impl PartialOrd for Candidate {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Candidate {
+    /// The one that saves more comes first; of equal ones that of the first item.
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.gain.total_cmp(&other.gain).then_with(|| other.index.cmp(&self.index))
+    }
+}
+
+/// Cuts triangles for as long as a cut saves enough and the budget lasts. Items stay as they are
+/// where hardly any triangle is badly bounded.
+pub(super) fn split(items: &mut Vec<Item>, geometry: &Geometry<'_>, effort: &Effort) {
+    let areas = RelativeArea::of(whole(items));
+    let most = items.len() + effort.budget(items.len());
+    let least = effort.least_gain / most as f32;
+    let first = items.par_iter().enumerate().filter(|(_, item)| item.area(areas) > least);
+    let candidate =
+        |index, item: &Item| Candidate::new(geometry, index, item, areas, effort.least_part);
+    let first: Vec<Candidate> = first.filter_map(|(index, item)| candidate(index, item)).collect();
+    if first.iter().map(|c| c.gain).sum::<f32>() < effort.least_spared {
+        return;
+    }
+    let mut heap = BinaryHeap::from(first);
+    while items.len() < most
+        && let Some(Candidate { index, halves, gain }) = heap.pop()
+        && gain >= least
+    {
+        let mut pieces = halves.iter().filter(|b| !b.is_empty()).map(|&b| items[index].within(b));
+        let (Some(piece), other) = (pieces.next(), pieces.next()) else { continue };
+        items[index] = piece;
+        heap.extend(candidate(index, &piece));
+        if let Some(other) = other {
+            heap.extend(candidate(items.len(), &other));
+            items.push(other);
+        }
+    }
+}
+
+/// The box around all items.
+fn whole(items: &[Item]) -> Extent {
+    let extents = items.par_chunks(CHUNK).map(Extent::of);
+    extents.reduce(|| Extent::EMPTY, Extent::union)
+}
+
+/// Boxes around the parts of a triangle within `bounds` on either side of a plane; inside out for
+/// a side without any.
+fn halves(p: [Vec3; 3], bounds: Bounds3, axis: usize, plane: f32) -> [Bounds3; 2] {
+    let [mut below, mut above] = [Bounds3::EMPTY; 2];
+    for (a, b) in [(p[0], p[1]), (p[1], p[2]), (p[2], p[0])] {
+        if a[axis] <= plane {
+            below.grow(a);
+        }
+        if a[axis] >= plane {
+            above.grow(a);
+        }
+        if (a[axis] < plane) != (b[axis] < plane) {
+            let crossing = crossing(a, b, axis, plane);
+            below = below.union(crossing);
+            above = above.union(crossing);
+        }
+    }
+    below.max[axis] = below.max[axis].min(plane);
+    above.min[axis] = above.min[axis].max(plane);
+    [below, above]
+        .map(|half| Bounds3 { min: half.min.max(bounds.min), max: half.max.min(bounds.max) })
+}
+
+/// A box around the point where an edge crosses a plane. With u = 2⁻⁵³ the rounding of double
+/// precision and M the largest coordinate: the parameter has an error of 3u, the product of it and
+/// a difference up to 2M one of 10uM, the sum of 2uM more.
+fn crossing(a: Vec3, b: Vec3, axis: usize, plane: f32) -> Bounds3 {
+    let (from, to) = (a.as_dvec3(), b.as_dvec3());
+    let t = (f64::from(plane) - from[axis]) / (to[axis] - from[axis]);
+    let point = from + (to - from) * t;
+    let slack = from.abs().max(to.abs()) * (8.0 * f64::EPSILON);
+    let down = (point - slack).as_vec3().to_array().map(f32::next_down);
+    let up = (point + slack).as_vec3().to_array().map(f32::next_up);
+    Bounds3 { min: Vec3::from_array(down), max: Vec3::from_array(up) }
+}

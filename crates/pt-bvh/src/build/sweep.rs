@@ -1,0 +1,86 @@
+//! Every way to part the items in the order of their centroids along an axis. [MacDonald & Booth
+//! 1990, "Heuristics for ray tracing using space subdivision"; Wald, Boulos & Shirley 2007, "Ray
+//! Tracing Deformable Scenes using Dynamic Bounding Volume Hierarchies", §4]
+
+use super::bins::{self, Binned};
+use super::sah::{NODE_COST, RelativeArea, Search, leaf_cost};
+use super::{Extent, Item};
+
+/// More items than this are put into bins: where there are many, planes between bins are as good.
+const MOST: usize = 128;
+
+/// Bins for more items.
+type Coarse = Binned<32>;
+
+/// Looks at all places between two items in the order along each axis, where there are few.
+pub(super) struct Sweep;
+
+#[derive(Clone, Copy)]
+pub(super) enum Split {
+    /// At a plane between bins.
+    Plane(bins::Split),
+    /// The first items in the order along an axis go left.
+    Order { axis: usize, left: usize },
+}
+
+impl Search for Sweep {
+    type Split = Split;
+
+    fn best(items: &mut [Item], extent: Extent, centroids: Extent) -> Option<(f32, Split)> {
+        if items.len() > MOST {
+            let best = Coarse::best(items, extent, centroids);
+            return best.map(|(cost, split)| (cost, Split::Plane(split)));
+        }
+        let areas = RelativeArea::of(extent);
+        let mut costs = vec![0.0; items.len()];
+        let mut best: Option<(f32, Split)> = None;
+        for axis in 0..3 {
+            sort(items, axis);
+            let (cost, left) = cheapest(items, areas, &mut costs)?;
+            if best.is_none_or(|(least, _)| cost < least) {
+                best = Some((cost, Split::Order { axis, left }));
+            }
+        }
+        best
+    }
+
+    fn part(items: &mut [Item], split: Split, centroids: Extent) -> usize {
+        match split {
+            Split::Plane(split) => Coarse::part(items, split, centroids),
+            Split::Order { axis, left } => {
+                sort(items, axis);
+                left
+            }
+        }
+    }
+}
+
+/// Sorts the items by their centroids along an axis; those with equal ones by all that they are,
+/// so that the order is the same however they were arranged.
+fn sort(items: &mut [Item], axis: usize) {
+    let bits = |item: &Item| bytemuck::cast::<Item, [u32; 8]>(*item);
+    items.sort_unstable_by(|a, b| {
+        let order = a.centroid_along(axis).total_cmp(&b.centroid_along(axis));
+        order.then_with(|| bits(a).cmp(&bits(b)))
+    });
+}
+
+/// The least cost of parting items in their order, and how many are in the first part. `costs` has
+/// room for a number for each item.
+fn cheapest(items: &[Item], areas: RelativeArea, costs: &mut [f32]) -> Option<(f32, usize)> {
+    let mut extent = Extent::EMPTY;
+    for ((item, cost), count) in items.iter().zip(&mut *costs).rev().zip(1..) {
+        extent = extent.union(item.extent());
+        *cost = areas.get(extent) * leaf_cost(count);
+    }
+    extent = Extent::EMPTY;
+    let mut best: Option<(f32, usize)> = None;
+    for ((item, right), count) in items.iter().zip(&costs[1..]).zip(1..) {
+        extent = extent.union(item.extent());
+        let cost = NODE_COST + areas.get(extent) * leaf_cost(count) + right;
+        if best.is_none_or(|(least, _)| cost < least) {
+            best = Some((cost, count as usize));
+        }
+    }
+    best
+}

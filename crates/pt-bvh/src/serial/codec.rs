@@ -1,0 +1,111 @@
+//! Numbers to bytes and back, least byte first on every machine.
+
+use pt_math::{Bounds3, Vec3};
+
+use super::ReadError;
+
+/// FNV-1a over words of eight bytes, the last filled up with zeros, and the number of bytes.
+/// [Fowler, Noll & Vo 1991; RFC 9923]
+pub(crate) fn checksum(bytes: &[u8]) -> u64 {
+    let mix = |hash: u64, word: u64| (hash ^ word).wrapping_mul(0x0000_0100_0000_01B3);
+    let words = bytes.chunks(8).map(|chunk| {
+        let mut word = [0; 8];
+        word[..chunk.len()].copy_from_slice(chunk);
+        u64::from_le_bytes(word)
+    });
+    // Multiplication moves bits upward only: the turn brings the upper ones down again.
+    let hash = words.fold(0xCBF2_9CE4_8422_2325, |hash, word| mix(hash, word).rotate_right(29));
+    mix(hash, bytes.len() as u64)
+}
+
+/// Collects bytes.
+#[derive(Default)]
+pub(crate) struct Writer(pub(super) Vec<u8>);
+
+impl Writer {
+    pub(crate) fn u32(&mut self, x: u32) {
+        self.0.extend(x.to_le_bytes());
+    }
+
+    pub(crate) fn u64(&mut self, x: u64) {
+        self.0.extend(x.to_le_bytes());
+    }
+
+    pub(crate) fn f32(&mut self, x: f32) {
+        self.u32(x.to_bits());
+    }
+
+    pub(crate) fn u32s(&mut self, numbers: &[u32]) {
+        for &x in numbers {
+            self.u32(x);
+        }
+    }
+
+    pub(crate) fn f32s(&mut self, numbers: &[f32]) {
+        for &x in numbers {
+            self.f32(x);
+        }
+    }
+
+    pub(crate) fn vector(&mut self, v: Vec3) {
+        self.f32s(&v.to_array());
+    }
+
+    pub(crate) fn bounds(&mut self, b: &Bounds3) {
+        self.vector(b.min);
+        self.vector(b.max);
+    }
+}
+
+/// Takes bytes from the front.
+pub(crate) struct Reader<'a>(pub(super) &'a [u8]);
+
+impl Reader<'_> {
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], ReadError> {
+        let (first, rest) = self.0.split_first_chunk().ok_or(ReadError::Truncated)?;
+        self.0 = rest;
+        Ok(*first)
+    }
+
+    pub(crate) fn u32(&mut self) -> Result<u32, ReadError> {
+        self.take().map(u32::from_le_bytes)
+    }
+
+    pub(crate) fn u64(&mut self) -> Result<u64, ReadError> {
+        self.take().map(u64::from_le_bytes)
+    }
+
+    pub(crate) fn f32(&mut self) -> Result<f32, ReadError> {
+        self.u32().map(f32::from_bits)
+    }
+
+    pub(crate) fn u32s<const N: usize>(&mut self) -> Result<[u32; N], ReadError> {
+        let mut numbers = [0; N];
+        for x in &mut numbers {
+            *x = self.u32()?;
+        }
+        Ok(numbers)
+    }
+
+    pub(crate) fn f32s<const N: usize>(&mut self) -> Result<[f32; N], ReadError> {
+        self.u32s().map(|bits| bits.map(f32::from_bits))
+    }
+
+    pub(crate) fn vector(&mut self) -> Result<Vec3, ReadError> {
+        self.f32s().map(Vec3::from_array)
+    }
+
+    pub(crate) fn bounds(&mut self) -> Result<Bounds3, ReadError> {
+        Ok(Bounds3 { min: self.vector()?, max: self.vector()? })
+    }
+
+    /// The number of entries that follow, of `size` bytes at least each: not more than there can
+    /// be, so that room may be made for them.
+    pub(crate) fn count(&mut self, size: usize) -> Result<usize, ReadError> {
+        let count = usize::try_from(self.u64()?).map_err(|_| ReadError::Truncated)?;
+        if count > self.0.len() / size {
+            return Err(ReadError::Truncated);
+        }
+        Ok(count)
+    }
+}

@@ -1,0 +1,87 @@
+//! New boxes for primitives that have moved.
+
+use pt_math::Bounds3;
+use rayon::prelude::*;
+use wide::f32x8;
+
+use super::collapse::{relative_bounds, sphere_block, triangle_block};
+use super::{BLOCK, Child, NO_PRIMITIVE, WIDTH, WideBvh};
+use crate::geometry::Geometry;
+
+impl WideBvh {
+    /// Which primitives are in the tree, of so many.
+    pub(crate) fn present(&self, primitives: usize) -> Vec<bool> {
+        let mut present = vec![false; primitives];
+        let triangles = self.triangles.iter().flat_map(|block| block.ids);
+        let ids = triangles.chain(self.spheres.iter().flat_map(|block| block.ids));
+        for id in ids.filter(|&id| id != NO_PRIMITIVE) {
+            present[id as usize] = true;
+        }
+        present
+    }
+
+    /// Takes all primitives and boxes anew from `geometry`, and leaves the tree as it is; returns
+    /// the box of the scene. Primitives that have become unusable keep an empty lane.
+    pub(crate) fn refit(&mut self, geometry: &Geometry<'_>) -> Bounds3 {
+        let triangles = self.triangles.par_iter_mut().map(|block| {
+            let ids = block.ids;
+            let (usable, bounds) = usable(geometry, ids);
+            *block = triangle_block(geometry, usable);
+            block.ids = ids;
+            bounds
+        });
+        let triangles: Vec<Bounds3> = triangles.collect();
+        let spheres = self.spheres.par_iter_mut().map(|block| {
+            let ids = block.ids;
+            let (usable, bounds) = usable(geometry, ids);
+            *block = sphere_block(geometry, usable);
+            block.ids = ids;
+            bounds
+        });
+        let spheres: Vec<Bounds3> = spheres.collect();
+        let blocks = triangles.iter().chain(&spheres).copied();
+        let scene = blocks.fold(Bounds3::EMPTY, Bounds3::union);
+        if !scene.is_empty() {
+            self.center = scene.center();
+            self.refit_nodes(&triangles, &spheres);
+        }
+        scene
+    }
+
+    /// Boxes from the leaves up: children come after their parents.
+    fn refit_nodes(&mut self, triangles: &[Bounds3], spheres: &[Bounds3]) {
+        let mut all = vec![Bounds3::EMPTY; self.nodes.len()];
+        for (i, node) in self.nodes.iter_mut().enumerate().rev() {
+            let mut planes = [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3];
+            for (slot, child) in node.children.iter().enumerate() {
+                if *child == Child::node(0) {
+                    continue;
+                }
+                let index = (child.0 & !(Child::TRIANGLES | Child::SPHERES)) as usize;
+                let bounds = match child.0 & (Child::TRIANGLES | Child::SPHERES) {
+                    Child::TRIANGLES => triangles[index],
+                    Child::SPHERES => spheres[index],
+                    _ => all[index],
+                };
+                all[i] = all[i].union(bounds);
+                let (low, high) = relative_bounds(&bounds, self.center);
+                for axis in 0..3 {
+                    planes[axis][0][slot] = low[axis];
+                    planes[axis][1][slot] = high[axis];
+                }
+            }
+            node.planes = planes.map(|rows| rows.map(f32x8::new));
+        }
+    }
+}
+
+/// The usable ones of the primitives of a block, and the box around them.
+fn usable(geometry: &Geometry<'_>, ids: [u32; BLOCK]) -> ([u32; BLOCK], Bounds3) {
+    let mut all = Bounds3::EMPTY;
+    let usable = ids.map(|id| {
+        let bounds = (id != NO_PRIMITIVE).then(|| geometry.primitive(id).bounds()).flatten();
+        all = all.union(bounds.unwrap_or(Bounds3::EMPTY));
+        if bounds.is_some() { id } else { NO_PRIMITIVE }
+    });
+    (usable, all)
+}
