@@ -91,13 +91,17 @@ pub(crate) fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
 ///
 /// Where the ray passes inside by the rounding of the sheared vertices only, the plane may be met
 /// anywhere. There the depth is the mean of theirs, and counts if it exceeds its error.
-#[cold]
+#[inline(never)]
 pub(crate) fn confirm(
     [origin, direction]: [Vec3; 2],
     scale: f32,
     sheared: [[f32; 3]; 3],
     vertices: [Vec3; 3],
 ) -> Option<TriangleHit> {
+    let met = meet(origin, direction, vertices);
+    if met.is_some_and(|t| t <= 0.0) {
+        return None; // mostly what the ray starts from
+    }
     let [a, b, c] = sheared;
     let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
     if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
@@ -113,7 +117,7 @@ pub(crate) fn confirm(
         let depth = t * f64::from(scale);
         depths.iter().any(|&z| z <= depth) && depths.iter().any(|&z| depth <= z)
     };
-    let t = meet(origin, direction, vertices).filter(is_between).or_else(|| {
+    let t = met.filter(is_between).or_else(|| {
         let depth = (u * za + v * zb + w * zc) * inverse;
         let origin_size = origin.abs().max_element();
         (depth > depth_error(origin_size, sheared, det)).then(|| depth / f64::from(scale))
@@ -129,12 +133,13 @@ pub(crate) fn confirm(
 fn meet(origin: Vec3, direction: Vec3, vertices: [Vec3; 3]) -> Option<f64> {
     let (o, d) = (origin.as_dvec3(), direction.as_dvec3());
     let [a, b, c] = vertices.map(|p| p.as_dvec3() - o);
-    let edges = [b.cross(c), c.cross(a), a.cross(b)].map(|edge| edge.dot(d));
-    let inside = edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0);
-    let normal = (b - a).cross(c - a);
-    let slope = normal.dot(d);
-    let is_steep = slope.abs() > LEAST_COS * (normal.length() * d.length());
-    (inside && is_steep).then(|| normal.dot(a) / slope)
+    let normals = [b.cross(c), c.cross(a), a.cross(b)];
+    let [u, v, w] = normals.map(|normal| normal.dot(d));
+    let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+    let slope = u + v + w;
+    let normal = normals[0] + normals[1] + normals[2];
+    let least = LEAST_COS * LEAST_COS * normal.length_squared() * d.length_squared();
+    (inside && slope * slope > least).then(|| a.dot(normals[0]) / slope)
 }
 
 /// Triangles that are seen under less than this angle are met too far from where they are by the
