@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! cargo run --release -p pt-bvh --example raybench -- MESH.bin RAYS.rays
-//!     [--hits OUT] [--threads N] [--batch] [--occluded]
+//!     [--hits OUT] [--threads N] [--batch] [--occluded] [--quality Q]
 //! ```
 //!
 //! All numbers in files are little-endian and have 4 bytes.
@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use pt_bvh::{BuildOptions, Bvh, Geometry};
+use pt_bvh::{BuildOptions, Bvh, Geometry, Quality};
 use pt_math::{Ray, Vec3};
 use rayon::prelude::*;
 use serde_json::json;
@@ -32,8 +32,8 @@ use serde_json::json;
 const BATCH: usize = 1024;
 /// Passes over all rays, of which the fastest counts.
 const PASSES: usize = 3;
-const USAGE: &str =
-    "usage: raybench MESH.bin RAYS.rays [--hits OUT] [--threads N] [--batch] [--occluded]";
+const USAGE: &str = "usage: raybench MESH.bin RAYS.rays [--hits OUT] [--threads N] [--batch] [--occluded] \
+     [--quality fast|balanced|high]";
 
 /// What was asked for.
 #[derive(Debug, PartialEq)]
@@ -44,6 +44,7 @@ struct Options {
     threads: usize,
     batch: bool,
     occluded: bool,
+    quality: Quality,
 }
 
 /// One ray's entry in the file of hits.
@@ -66,7 +67,7 @@ fn main() -> ExitCode {
 
 fn parse_options(mut arguments: impl Iterator<Item = String>) -> Result<Options, String> {
     let (mut files, mut hits, mut threads) = (Vec::new(), None, 1);
-    let (mut batch, mut occluded) = (false, false);
+    let (mut batch, mut occluded, mut quality) = (false, false, Quality::default());
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value; {USAGE}"));
         match argument.as_str() {
@@ -74,6 +75,7 @@ fn parse_options(mut arguments: impl Iterator<Item = String>) -> Result<Options,
             "--threads" => threads = thread_count(&value()?)?,
             "--batch" => batch = true,
             "--occluded" => occluded = true,
+            "--quality" => quality = quality_named(&value()?)?,
             option if option.starts_with('-') => {
                 return Err(format!("unknown option {option}; {USAGE}"));
             }
@@ -81,7 +83,16 @@ fn parse_options(mut arguments: impl Iterator<Item = String>) -> Result<Options,
         }
     }
     let [mesh, rays] = files.try_into().map_err(|_| format!("two files are needed; {USAGE}"))?;
-    Ok(Options { mesh, rays, hits, threads, batch, occluded })
+    Ok(Options { mesh, rays, hits, threads, batch, occluded, quality })
+}
+
+fn quality_named(name: &str) -> Result<Quality, String> {
+    match name {
+        "fast" => Ok(Quality::Fast),
+        "balanced" => Ok(Quality::Balanced),
+        "high" => Ok(Quality::High),
+        _ => Err(format!("--quality {name}: not fast, balanced or high")),
+    }
 }
 
 fn thread_count(text: &str) -> Result<usize, String> {
@@ -96,8 +107,9 @@ fn run(options: &Options) -> Result<serde_json::Value, String> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
     let pool = pool.map_err(|e| format!("threads cannot be started: {e}"))?;
     let geometry = Geometry { positions: &positions, triangles: &triangles, spheres: &[] };
+    let build = BuildOptions { quality: options.quality, ..BuildOptions::default() };
     let start = Instant::now();
-    let bvh = pool.install(|| Bvh::build(geometry, &BuildOptions::default()));
+    let bvh = pool.install(|| Bvh::build(geometry, &build));
     let build_seconds = start.elapsed().as_secs_f64();
     let bvh = bvh.map_err(|e| format!("{}: {e}", options.mesh.display()))?;
     let (seconds, records) = pool.install(|| shoot(&bvh, &rays, options));
@@ -291,9 +303,21 @@ mod tests {
             let message = options(wrong).unwrap_err();
             assert!(!message.contains('\n'), "{message}");
         }
-        let all = ["m", "--batch", "r", "--threads", "2", "--hits", "h", "--occluded"];
+        let all = [
+            "m",
+            "--batch",
+            "r",
+            "--threads",
+            "2",
+            "--hits",
+            "h",
+            "--occluded",
+            "--quality",
+            "high",
+        ];
         let all = options(&all).unwrap();
         assert_eq!((all.threads, all.batch, all.occluded), (2, true, true));
+        assert_eq!(all.quality, Quality::High);
         assert_eq!(all.hits, Some("h".into()));
     }
 
@@ -332,7 +356,8 @@ mod tests {
         let miss = [u32::MAX, f32::INFINITY.to_bits()];
         for (batch, occluded) in [(false, false), (false, true), (true, false), (true, true)] {
             let [mesh, rays, hits] = ["m.bin", "r.rays", "h"].map(path);
-            let options = Options { mesh, rays, hits: Some(hits), threads: 2, batch, occluded };
+            let (hits, quality) = (Some(hits), Quality::default());
+            let options = Options { mesh, rays, hits, threads: 2, batch, occluded, quality };
             let line = run(&options).unwrap();
             assert_eq!((&line["rays"], &line["hits"]), (&json!(2), &json!(1)));
             let t = if occluded { 0.0f32 } else { 2.0 };

@@ -10,11 +10,12 @@
 //! ε, slope ε, product ε, difference ε, on coordinates up to 3R; and ε in depth). The depth τ that
 //! it computes errs by at most 56εR (weights by 48ε together, see [`crate::triangle`], and the
 //! rounding of the mean), and slopes are at most 1. So τ is a depth at which the ray is within 73εR
-//! of the triangle, and of every box around it. A box test that computes in f32 relative to any
-//! point of the scene errs by at most 10εR, and the rounding of the slopes moves the ray by 3εR; so
-//! a box test that widens its slabs by the *pad* of 96εR on every side finds an interval that
-//! contains τ. Hence each traversal visits all
-//! that can win, and finds the same nearest hit, bit for bit, as a loop over all primitives.
+//! of the triangle, and of the box around the part of it that is there. (Where double precision
+//! finds τ by the plane, the ray is as near to the triangle as its rounding allows.) A box test that
+//! computes in f32 relative to any point of the scene errs by at most 10εR, and the rounding of the
+//! slopes moves the ray by 3εR; so a box test that widens its slabs by the *pad* of 96εR on every
+//! side finds an interval that contains τ. Hence each traversal visits all that can win, and finds
+//! the same nearest hit, bit for bit, as a loop over all primitives.
 //! (Woop, Benthin & Wald 2013, "Watertight Ray/Triangle Intersection", §3.3, pad the origin for
 //! the same reason; Ize 2013, "Robust BVH Ray Traversal", bounds the rounding of the slab test.)
 

@@ -12,8 +12,9 @@
 //! precision gives the hit: its depth is a mean of the vertices' with weights that err by 48ε
 //! together, its barycentric coordinates err by less than 100ε. Where it is not (needles, edges
 //! seen head-on), or an edge function is 0 (equal products, underflow), double precision decides,
-//! in which the products are exact. Both are functions of ray and triangle alone, so every kernel
-//! gets the same bits.
+//! in which the products are exact; and so it does where the depth is within its error of 0, since
+//! hits next to the origin are as real as others. All of it is a function of ray and triangle
+//! alone, so every kernel gets the same bits.
 
 use pt_math::Vec3;
 use pt_math::interval::gamma;

@@ -87,7 +87,7 @@ impl WideBvh {
                     ensure(node.is_vacant(slot), "a way back to the root")?;
                     continue;
                 }
-                let index = (child.0 & !(Child::TRIANGLES | Child::SPHERES)) as usize;
+                let index = Child::index(child.0);
                 let is_new = match child.0 & (Child::TRIANGLES | Child::SPHERES) {
                     0 => {
                         let is_new = index > i && level.get(index) == Some(&0);
@@ -154,8 +154,7 @@ impl TriangleBlock {
         let [a, b, c, d, e, f, g, h, i]: [Lanes; 9] = rows(r)?;
         let block = Self { vertices: [[a, b, c], [d, e, f], [g, h, i]], ids: r.u32s()? };
         for (lane, &id) in block.ids.iter().enumerate() {
-            let vertex = |v: &[Lanes; 3]| Vec3::from_array(v.map(|row| row.as_array()[lane]));
-            let corners = block.vertices.each_ref().map(vertex);
+            let corners = block.triangle(lane);
             let is_empty = corners.iter().all(|v| v.to_array().iter().all(|x| x.is_nan()));
             ensure_lane(&Primitive::Triangle(corners), id, is_empty, source)?;
         }

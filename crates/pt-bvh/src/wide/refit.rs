@@ -23,24 +23,16 @@ impl WideBvh {
     /// Takes all primitives and boxes anew from `geometry`, and leaves the tree as it is; returns
     /// the box of the scene. Primitives that have become unusable keep an empty lane.
     pub(crate) fn refit(&mut self, geometry: &Geometry<'_>) -> Bounds3 {
-        let triangles = self.triangles.par_iter_mut().map(|block| {
-            let ids = block.ids;
-            let (usable, bounds) = usable(geometry, ids);
-            *block = triangle_block(geometry, usable);
-            block.ids = ids;
-            bounds
-        });
-        let triangles: Vec<Bounds3> = triangles.collect();
-        let spheres = self.spheres.par_iter_mut().map(|block| {
-            let ids = block.ids;
-            let (usable, bounds) = usable(geometry, ids);
-            *block = sphere_block(geometry, usable);
-            block.ids = ids;
-            bounds
-        });
-        let spheres: Vec<Bounds3> = spheres.collect();
-        let blocks = triangles.iter().chain(&spheres).copied();
-        let scene = blocks.fold(Bounds3::EMPTY, Bounds3::union);
+        let triangles = blocks(
+            &mut self.triangles,
+            |b| &mut b.ids,
+            |ids| triangle_block(geometry, ids),
+            geometry,
+        );
+        let spheres =
+            blocks(&mut self.spheres, |b| &mut b.ids, |ids| sphere_block(geometry, ids), geometry);
+        let boxes = triangles.iter().chain(&spheres).copied();
+        let scene = boxes.fold(Bounds3::EMPTY, Bounds3::union);
         if !scene.is_empty() {
             self.center = scene.center();
             self.refit_nodes(&triangles, &spheres);
@@ -57,7 +49,7 @@ impl WideBvh {
                 if *child == Child::node(0) {
                     continue;
                 }
-                let index = (child.0 & !(Child::TRIANGLES | Child::SPHERES)) as usize;
+                let index = Child::index(child.0);
                 let bounds = match child.0 & (Child::TRIANGLES | Child::SPHERES) {
                     Child::TRIANGLES => triangles[index],
                     Child::SPHERES => spheres[index],
@@ -73,6 +65,23 @@ impl WideBvh {
             node.planes = planes.map(|rows| rows.map(f32x8::new));
         }
     }
+}
+
+/// Makes each block anew of those of its primitives that are usable, and returns their boxes.
+fn blocks<B: Send>(
+    blocks: &mut [B],
+    ids: impl Fn(&mut B) -> &mut [u32; BLOCK] + Sync,
+    make: impl Fn([u32; BLOCK]) -> B + Sync,
+    geometry: &Geometry<'_>,
+) -> Vec<Bounds3> {
+    let refit = |block: &mut B| {
+        let all = *ids(block);
+        let (usable, bounds) = usable(geometry, all);
+        *block = make(usable);
+        *ids(block) = all;
+        bounds
+    };
+    blocks.par_iter_mut().map(refit).collect()
 }
 
 /// The usable ones of the primitives of a block, and the box around them.

@@ -382,11 +382,9 @@ impl WideBvh {
                     }
                 } else {
                     let better = if child.0 & Child::TRIANGLES != 0 {
-                        let index = child.0 & !Child::TRIANGLES;
-                        query.test_triangles(&self.triangles[index as usize], limit)
+                        query.test_triangles(&self.triangles[Child::index(child.0)], limit)
                     } else {
-                        let index = child.0 & !Child::SPHERES;
-                        query.test_spheres(&self.spheres[index as usize])
+                        query.test_spheres(&self.spheres[Child::index(child.0)])
                     };
                     if better {
                         if ANY {

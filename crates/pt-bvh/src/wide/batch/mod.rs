@@ -303,7 +303,7 @@ impl WideBvh {
             candidates.clear();
             for &i in places {
                 let i = i as usize % GROUP;
-                let block = &self.triangles[(group.child[i] & !Child::TRIANGLES) as usize];
+                let block = &self.triangles[Child::index(group.child[i])];
                 counter.add(|| block.len());
                 let (set, sheared) = group.shear(i).filter_block(block, group.limit[i]);
                 candidates.add(u32x8::splat(i as u32), u32x8::new(block.ids), set, &sheared);
@@ -336,7 +336,7 @@ impl WideBvh {
         child: u32,
         counter: &mut impl Counter,
     ) {
-        let block = &self.spheres[(child & !Child::SPHERES) as usize];
+        let block = &self.spheres[Child::index(child)];
         counter.add(|| block.len());
         let Ray { origin, direction, .. } = rays[i];
         for (s, &primitive) in block.iter() {

@@ -84,6 +84,7 @@ impl Beam {
         }
         let [ox, oy, oz] = &group.origin;
         let [sx, sy] = &group.slopes;
+        // Eight, of which the last two are there for the transposition only.
         let columns = [ox, oy, oz, sx, sy, &group.start, &group.start, &group.start];
         let extremes = |of: fn(f32x8, f32x8) -> f32x8| {
             let [a, b, c, d, e, f, g, h] =
@@ -177,7 +178,7 @@ impl WideBvh {
                     false
                 }
                 Queues::TRIANGLES => {
-                    let block = &self.triangles[(child & !Child::TRIANGLES) as usize];
+                    let block = &self.triangles[Child::index(child)];
                     let (_, met) = beam.test(&self.boxes(block), limit);
                     let met = met.to_bitmask();
                     tests += met.count_ones();

@@ -1,8 +1,7 @@
 //! Before any time is taken: who hits what, and who is wrong where they differ.
 //!
-//! The referee knows no rounding, so both may be called wrong for what they promise: ours leaves
-//! out hits so close to the origin of a ray that rounding could have put them there, and takes the
-//! outer edge of a sheet for where rounded vertices put it; Embree takes t = 0 for a hit.
+//! The referee knows no rounding, so both may be called wrong for what they promise: ours takes the
+//! outer edge of a sheet for where rounded vertices put it, and Embree takes t = 0 for a hit.
 
 use anyhow::{Result, ensure};
 use pt_bvh::Bvh;

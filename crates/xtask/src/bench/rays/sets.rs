@@ -4,7 +4,7 @@ use pt_bvh::{Bvh, Hit};
 use pt_math::{DVec3, Frame, Ray, Vec3, trig, warp};
 
 use super::mesh::Mesh;
-use super::random::Random;
+use super::random::random as numbers;
 
 /// Edge of the square tiles in which the camera's pixels are visited, in pixels.
 const TILE: usize = 8;
@@ -67,7 +67,7 @@ fn primary(mesh: &Mesh, resolution: usize) -> Vec<Ray> {
     let up = right.cross(forward);
     let half = trig::tan(view.fov_degrees.to_radians() / 2.0);
     let ray = |[x, y]: [usize; 2]| {
-        let [dx, dy] = Random::new(1, y * resolution + x).pair();
+        let [dx, dy] = numbers(1, y * resolution + x).unit_2d();
         let u = (x as f32 + dx) / resolution as f32 * 2.0 - 1.0;
         let v = 1.0 - (y as f32 + dy) / resolution as f32 * 2.0;
         Ray::new(view.eye, (forward + right * (u * half) + up * (v * half)).normalize())
@@ -92,11 +92,11 @@ fn secondary(mesh: &Mesh, bvh: &Bvh, rays: &[Ray]) -> (Vec<Ray>, Vec<Ray>) {
         else {
             continue;
         };
-        let mut random = Random::new(2, i);
-        let direction = warp::cosine_hemisphere(random.pair());
+        let mut random = numbers(2, i);
+        let direction = warp::cosine_hemisphere(random.unit_2d());
         let direction = Frame::from_normal(normal).to_world(direction).normalize();
         bounce.push(Ray::new(origin, direction));
-        let [u, v] = random.pair().map(|u| 0.5 + 0.3 * (u - 0.5));
+        let [u, v] = random.unit_2d().map(|u| 0.5 + 0.3 * (u - 0.5));
         let light = bounds.min + extent * Vec3::new(u, 0.98, v);
         let distance = (light - origin).length();
         if distance > 4.0 * away {
@@ -121,9 +121,9 @@ fn leave(mesh: &Mesh, ray: &Ray, hit: &Hit, away: f32) -> Option<(Vec3, Vec3)> {
 fn random(mesh: &Mesh, count: usize) -> Vec<Ray> {
     let bounds = mesh.bounds();
     let ray = |i: usize| {
-        let mut random = Random::new(3, i);
-        let at = Vec3::new(random.uniform(), random.uniform(), random.uniform());
-        let direction = warp::uniform_sphere(random.pair()).normalize();
+        let mut random = numbers(3, i);
+        let at = Vec3::new(random.unit(), random.unit(), random.unit());
+        let direction = warp::uniform_sphere(random.unit_2d()).normalize();
         Ray::new(bounds.min + bounds.diagonal() * at, direction)
     };
     (0..count).map(ray).collect()

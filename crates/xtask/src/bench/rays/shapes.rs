@@ -6,7 +6,7 @@ use std::f32::consts::{PI, TAU};
 use pt_math::{Vec3, trig, warp};
 
 use super::mesh::{Mesh, View};
-use super::random::Random;
+use super::random::random as numbers;
 
 /// A sphere with lobes and bumps, from an octahedron with `n` segments along each edge: 8n²
 /// triangles, closed, without a direction of its own.
@@ -143,7 +143,7 @@ fn arch(mesh: &mut Mesh, spring: Vec3) {
 
 /// A wavy cloth that hangs between two columns.
 fn drape(mesh: &mut Mesh, top: Vec3, number: usize) {
-    let phase = Random::new(4, number).between(0.0, TAU);
+    let phase = numbers(4, number).between(0.0, TAU);
     mesh.sheet([64, 38], |u, v| {
         let fold = (0.1 + 0.35 * v) * sin(38.0 * u + phase) + 0.2 * sin(7.0 * v + phase);
         let hem = 0.85 + 0.15 * sin(5.0 * u + phase);
@@ -159,10 +159,10 @@ fn plant(mesh: &mut Mesh, foot: Vec3, number: usize) {
         foot + Vec3::new(radius * c, 1.8 * v, radius * s)
     });
     for leaf in 0..2600 {
-        let mut random = Random::new(5, number * 2600 + leaf);
-        let outward = warp::uniform_sphere(random.pair());
-        let center = foot + Vec3::new(0.0, 3.2, 0.0) + outward * (1.5 * random.uniform());
-        let along = warp::uniform_sphere(random.pair()) * random.between(0.05, 0.25);
+        let mut random = numbers(5, number * 2600 + leaf);
+        let outward = warp::uniform_sphere(random.unit_2d());
+        let center = foot + Vec3::new(0.0, 3.2, 0.0) + outward * (1.5 * random.unit());
+        let along = warp::uniform_sphere(random.unit_2d()) * random.between(0.05, 0.25);
         let across = along.any_orthogonal_vector().normalize() * (0.35 * along.length());
         let tips = [center + along, center - along * 0.5 + across, center - along * 0.5 - across];
         mesh.add(&[[0, 1, 2]], tips);
@@ -171,9 +171,9 @@ fn plant(mesh: &mut Mesh, foot: Vec3, number: usize) {
 
 /// A straight rope of six sides from side to side of the hall.
 fn rope(mesh: &mut Mesh, number: usize) {
-    let mut random = Random::new(6, number);
+    let mut random = numbers(6, number);
     let mut end = |low: f32| {
-        let side = if random.uniform() < 0.5 { -AISLE } else { AISLE };
+        let side = if random.unit() < 0.5 { -AISLE } else { AISLE };
         Vec3::new(random.between(-28.0, 28.0), random.between(low, 20.0), side)
     };
     let (from, to) = (end(12.0), end(8.0));
