@@ -317,3 +317,8 @@ impl Bvh {
         self.statistics.skipped
     }
 }
+
+/// The example of the readme.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
