@@ -53,6 +53,9 @@
 mod build;
 pub mod check;
 mod counter;
+#[cfg(any(fuzzing, test))]
+#[doc(hidden)]
+pub mod fuzz;
 mod geometry;
 #[cfg(test)]
 mod laws;
