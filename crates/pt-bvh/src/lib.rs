@@ -53,6 +53,9 @@
 mod build;
 pub mod check;
 mod counter;
+#[cfg(any(fuzzing, test))]
+#[doc(hidden)]
+pub mod fuzz;
 mod geometry;
 #[cfg(test)]
 mod laws;
@@ -317,3 +320,8 @@ impl Bvh {
         self.statistics.skipped
     }
 }
+
+/// The example of the readme.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
