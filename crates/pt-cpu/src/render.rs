@@ -175,7 +175,11 @@ impl<'a> Renderer<'a> {
         loop {
             let mut due = Vec::with_capacity(tile.region().area());
             // Faster than to collect them: nested iterators are good at this alone.
-            tile.region().pixels().for_each(|pixel| due.extend(self.due(tile, pixel, target)));
+            tile.region().pixels().for_each(|pixel| {
+                if let Some(run) = self.due(tile, pixel, target) {
+                    due.push(run);
+                }
+            });
             if due.is_empty() {
                 return;
             }
@@ -192,6 +196,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// The samples that a pixel needs until it is looked at again, if it needs any.
+    #[inline]
     fn due(&self, tile: &Tile, pixel: [u32; 2], target: u32) -> Option<Run> {
         let n = tile.count(pixel);
         if n >= target || self.converged(tile, pixel, n) {

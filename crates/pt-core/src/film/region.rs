@@ -40,9 +40,12 @@ impl Region {
         let origins = squares(self.y, self.height)
             .flat_map(move |y| squares(self.x, self.width).map(move |x| [x, y]));
         let (x1, y1) = (self.x + self.width, self.y + self.height);
-        origins
-            .flat_map(|[x, y]| Z_ORDER.iter().map(move |&[dx, dy]| [x + dx, y + dy]))
-            .filter(move |&[x, y]| x < x1 && y < y1)
+        let square = move |[x, y]: [u32; 2]| {
+            let (width, height) = (x1 - x, y1 - y);
+            let inside = move |&&[dx, dy]: &&[u32; 2]| dx < width && dy < height;
+            Z_ORDER.iter().filter(inside).map(move |&[dx, dy]| [x + dx, y + dy])
+        };
+        origins.flat_map(square)
     }
 
     /// Columns and rows of all pixels, row by row.
