@@ -192,7 +192,7 @@ fn verify(mesh: &Mesh, bvh: &Bvh, sets: &[&[Ray]]) -> Result<(), Box<dyn std::er
     let hub = Bvh2::build(&geometry, &BuildOptions::default())?;
     let list = BuildOptions { builder: Builder::None, ..BuildOptions::default() };
     let list = Bvh::build(geometry, &list)?;
-    for rays in sets {
+    for &rays in sets {
         let (mut hits, mut occluded) = (Vec::new(), Vec::new());
         bvh.intersect_batch(rays, &mut hits);
         bvh.occluded_batch(rays, &mut occluded);

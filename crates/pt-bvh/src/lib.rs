@@ -48,7 +48,8 @@
 //!
 //! Many rays are answered much faster by [`Bvh::intersect_batch`] and [`Bvh::occluded_batch`] than
 //! one after the other: `cargo run --release -p pt-bvh --example rates` prints both. Some hundreds
-//! are enough; rays that run side by side should be neighbours.
+//! are enough; rays that run side by side should be neighbours. Rays that are made by columns
+//! ([`RayColumns`](pt_math::RayColumns)) need not be turned into rows.
 
 mod build;
 pub mod check;
@@ -69,7 +70,7 @@ mod traverse;
 mod triangle;
 mod wide;
 
-use pt_math::{Bounds3, Ray};
+use pt_math::{Bounds3, Ray, Rays};
 use thiserror::Error;
 
 use counter::{Counter, Off};
@@ -223,14 +224,14 @@ impl Bvh {
 
     /// [`Self::intersect`] of each ray, in order, in place of what `hits` held: the same bits,
     /// sooner.
-    pub fn intersect_batch(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
-        self.nearest_of_each(rays, hits, &mut Off);
+    pub fn intersect_batch<'a>(&self, rays: impl Into<Rays<'a>>, hits: &mut Vec<Option<Hit>>) {
+        self.nearest_of_each(rays.into(), hits, &mut Off);
     }
 
     /// [`Self::occluded`] of each ray, in order, in place of what `occluded` held: the same,
     /// sooner.
-    pub fn occluded_batch(&self, rays: &[Ray], occluded: &mut Vec<bool>) {
-        self.any_of_each(rays, occluded, &mut Off);
+    pub fn occluded_batch<'a>(&self, rays: impl Into<Rays<'a>>, occluded: &mut Vec<bool>) {
+        self.any_of_each(rays.into(), occluded, &mut Off);
     }
 
     /// [`Self::intersect`], which adds the number of primitives tested to `tests`.
@@ -244,23 +245,28 @@ impl Bvh {
     }
 
     /// [`Self::intersect_batch`], which adds the number of primitives tested to `tests`.
-    pub fn intersect_batch_counted(
+    pub fn intersect_batch_counted<'a>(
         &self,
-        rays: &[Ray],
+        rays: impl Into<Rays<'a>>,
         hits: &mut Vec<Option<Hit>>,
         tests: &mut u64,
     ) {
-        self.nearest_of_each(rays, hits, tests);
+        self.nearest_of_each(rays.into(), hits, tests);
     }
 
     /// [`Self::occluded_batch`], which adds the number of primitives tested to `tests`.
-    pub fn occluded_batch_counted(&self, rays: &[Ray], occluded: &mut Vec<bool>, tests: &mut u64) {
-        self.any_of_each(rays, occluded, tests);
+    pub fn occluded_batch_counted<'a>(
+        &self,
+        rays: impl Into<Rays<'a>>,
+        occluded: &mut Vec<bool>,
+        tests: &mut u64,
+    ) {
+        self.any_of_each(rays.into(), occluded, tests);
     }
 
     fn nearest_of_each(
         &self,
-        rays: &[Ray],
+        rays: Rays<'_>,
         hits: &mut Vec<Option<Hit>>,
         counter: &mut impl Counter,
     ) {
@@ -269,17 +275,17 @@ impl Bvh {
             Kernel::Wide(wide) if rays.len() >= LEAST_BATCH => {
                 wide.intersect_batch(rays, &self.bounds, hits, counter);
             }
-            _ => hits.extend(rays.iter().map(|ray| self.nearest(ray, counter))),
+            _ => hits.extend(rays.iter().map(|ray| self.nearest(&ray, counter))),
         }
     }
 
-    fn any_of_each(&self, rays: &[Ray], occluded: &mut Vec<bool>, counter: &mut impl Counter) {
+    fn any_of_each(&self, rays: Rays<'_>, occluded: &mut Vec<bool>, counter: &mut impl Counter) {
         occluded.clear();
         match &self.kernel {
             Kernel::Wide(wide) if rays.len() >= LEAST_BATCH => {
                 wide.occluded_batch(rays, &self.bounds, occluded, counter);
             }
-            _ => occluded.extend(rays.iter().map(|ray| self.any(ray, counter))),
+            _ => occluded.extend(rays.iter().map(|ray| self.any(&ray, counter))),
         }
     }
 

@@ -1,8 +1,7 @@
 //! The compiled camera: pixels to rays.
 
 use pt_math::sampler::{LANES, Lanes};
-use pt_math::{Ray, Vec3, trig};
-use wide::f32x8;
+use pt_math::{Ray, Ray8, Vec3, trig};
 
 /// A pinhole or thin lens that looks along `forward`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +52,7 @@ impl Camera {
         &self,
         [xs, ys]: &[Lanes<f32>; 2],
         [us, vs]: &[Lanes<f32>; 2],
-        rays: &mut Lanes<Ray>,
+        rays: &mut [Ray8; LANES / 8],
     ) {
         if self.lens_radius == 0.0 {
             by_columns(|i| self.pinhole([xs[i], ys[i]]), rays);
@@ -102,17 +101,11 @@ impl Camera {
 
 /// Each number of all rays before the next one: a form in which they are computed side by side.
 #[inline(always)]
-fn by_columns(ray: impl Fn(usize) -> Ray, rays: &mut Lanes<Ray>) {
-    let mut columns = [[0.0; LANES]; 8];
-    for i in 0..LANES {
-        let Ray { origin: o, direction: d, t_min, t_max } = ray(i);
-        for (column, x) in columns.iter_mut().zip([o.x, o.y, o.z, d.x, d.y, d.z, t_min, t_max]) {
-            column[i] = x;
+fn by_columns(ray: impl Fn(usize) -> Ray, rays: &mut [Ray8; LANES / 8]) {
+    for (first, eight) in (0..).step_by(8).zip(rays) {
+        for i in 0..8 {
+            eight.set(i, &ray(first + i));
         }
-    }
-    for (first, rays) in (0..).step_by(8).zip(rays.as_chunks_mut::<8>().0) {
-        let eight = |column: [f32; LANES]| f32x8::new(std::array::from_fn(|i| column[first + i]));
-        *rays = f32x8::transpose(columns.map(eight)).map(bytemuck::cast);
     }
 }
 
@@ -165,9 +158,10 @@ mod tests {
             let column = |step: f32| std::array::from_fn(|i| (i as f32 * step).fract());
             let (at, lens) = ([column(0.37), column(0.73)], [column(0.61), column(0.19)]);
             let at = at.map(|x| x.map(|x| 500.0 * x));
-            let mut rays = [Ray::new(Vec3::ZERO, Vec3::ZERO); LANES];
+            let mut rays = [Ray8::default(); LANES / 8];
             c.rays(&at, &lens, &mut rays);
-            for (i, ray) in rays.into_iter().enumerate() {
+            for i in 0..LANES {
+                let ray = rays[i / 8].get(i % 8);
                 assert_eq!(ray, c.ray(at.map(|x| x[i]), lens.map(|x| x[i])));
             }
         }

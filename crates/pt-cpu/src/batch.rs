@@ -6,7 +6,7 @@ use pt_core::RenderScene;
 use pt_core::film::Tile;
 use pt_core::settings::Settings;
 use pt_math::sampler::{LANES, SamplerBlocks};
-use pt_math::{Ray, Spectrum, Vec3};
+use pt_math::{RayColumns, Spectrum};
 
 use crate::integrator::{Integrator, Registration, Starts};
 use crate::tracer::Tracer;
@@ -55,7 +55,7 @@ impl<'a> Worker<'a> {
             tracer: Tracer::new(scene, counts_tests),
             integrator: (integrator.new)(scene, settings),
             starts: Starts {
-                rays: Vec::new(),
+                rays: RayColumns::default(),
                 samplers: SamplerBlocks::new(settings.sampler, settings.seed),
             },
             radiance: Vec::new(),
@@ -83,8 +83,8 @@ impl<'a> Worker<'a> {
         let Starts { rays, samplers } = &mut self.starts;
         samplers.refill(batch.iter().map(|run| (run.pixel, run.samples.clone())));
         let camera = &self.tracer.scene.camera;
-        rays.resize(samplers.len().next_multiple_of(LANES), Ray::new(Vec3::ZERO, Vec3::ZERO));
-        for (block, rays) in rays.as_chunks_mut().0.iter_mut().enumerate() {
+        let eights = rays.resize(samplers.len().next_multiple_of(LANES));
+        for (block, rays) in eights.as_chunks_mut().0.iter_mut().enumerate() {
             let mut at = samplers.points(block, 0);
             for (points, corners) in at.iter_mut().zip(samplers.pixels(block)) {
                 points.iter_mut().zip(corners).for_each(|(p, &corner)| *p += corner as f32);

@@ -2,7 +2,7 @@
 
 use pt_bvh::Hit;
 use pt_core::RenderScene;
-use pt_math::Ray;
+use pt_math::Rays;
 
 /// Asks a scene for intersections, many rays at a time, and counts the questions.
 pub struct Tracer<'a> {
@@ -22,7 +22,8 @@ impl<'a> Tracer<'a> {
     }
 
     /// The nearest hit of each ray, in order, in place of what `hits` held.
-    pub fn intersect(&mut self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
+    pub fn intersect<'r>(&mut self, rays: impl Into<Rays<'r>>, hits: &mut Vec<Option<Hit>>) {
+        let rays = rays.into();
         self.rays += rays.len() as u64;
         let bvh = &self.scene.bvh;
         if self.counts_tests {
@@ -33,7 +34,8 @@ impl<'a> Tracer<'a> {
     }
 
     /// Whether anything is in the way of each ray, in order, in place of what `occluded` held.
-    pub fn occluded(&mut self, rays: &[Ray], occluded: &mut Vec<bool>) {
+    pub fn occluded<'r>(&mut self, rays: impl Into<Rays<'r>>, occluded: &mut Vec<bool>) {
+        let rays = rays.into();
         self.rays += rays.len() as u64;
         let bvh = &self.scene.bvh;
         if self.counts_tests {

@@ -1,7 +1,7 @@
 //! All builders and kernels return the bits of the loop over everything.
 
 use proptest::prelude::*;
-use pt_math::{Ray, Vec3};
+use pt_math::{Ray, RayColumns, Vec3};
 
 use super::{Random, Soup, bumpy_ball, in_pieces};
 use crate::{BuildOptions, Builder, Bvh, Bvh2, Hit, Sphere, check};
@@ -150,14 +150,16 @@ fn agreed(soup: &Soup, ray: &Ray, kernels: &[Bvh], trees: &[Bvh2]) -> Result<Opt
     Ok(expected)
 }
 
-/// An error if a kernel finds otherwise for a whole slice of rays than for one after the other.
+/// An error if a kernel finds otherwise for a whole slice of rays than for one after the other;
+/// where it counts, it is given the rays by columns.
 fn batches_agree(kernels: &[Bvh], rays: &[Ray]) -> Result<(), String> {
+    let columns: RayColumns = rays.iter().copied().collect();
     let (mut hits, mut occluded) = (Vec::new(), Vec::new());
     for (k, kernel) in kernels.iter().enumerate() {
         kernel.intersect_batch(rays, &mut hits);
         kernel.occluded_batch(rays, &mut occluded);
         let mut counted = (Vec::new(), Vec::new(), 0);
-        kernel.intersect_batch_counted(rays, &mut counted.0, &mut counted.2);
+        kernel.intersect_batch_counted(&columns, &mut counted.0, &mut counted.2);
         let hit_any = hits.iter().any(Option::is_some);
         if counted.0.iter().map(|&h| bits(h)).ne(hits.iter().map(|&h| bits(h)))
             || (hit_any && counted.2 == 0)
@@ -165,7 +167,7 @@ fn batches_agree(kernels: &[Bvh], rays: &[Ray]) -> Result<(), String> {
             return Err(format!("kernel {k} counts {} tests and finds otherwise", counted.2));
         }
         counted.2 = 0;
-        kernel.occluded_batch_counted(rays, &mut counted.1, &mut counted.2);
+        kernel.occluded_batch_counted(&columns, &mut counted.1, &mut counted.2);
         if counted.1 != occluded || (hit_any && counted.2 == 0) {
             return Err(format!("kernel {k} counts {} tests and sees otherwise", counted.2));
         }

@@ -11,7 +11,7 @@ mod wavefront;
 
 use pt_core::{RenderScene, Settings};
 use pt_math::sampler::SamplerBlocks;
-use pt_math::{Ray, Spectrum};
+use pt_math::{RayColumns, Spectrum};
 
 use crate::Tracer;
 use wavefront::Wavefront;
@@ -20,7 +20,7 @@ use wavefront::Wavefront;
 #[derive(Clone, Debug)]
 pub struct Starts {
     /// Camera rays; their directions have unit length.
-    pub rays: Vec<Ray>,
+    pub rays: RayColumns,
     /// The samples' numbers.
     pub samplers: SamplerBlocks,
 }

@@ -1,7 +1,7 @@
 //! Shading normals as colours.
 
 use pt_bvh::Hit;
-use pt_math::{Ray, Spectrum, Vec3};
+use pt_math::{Rays, Spectrum, Vec3};
 
 use super::{Integrator, Starts};
 use crate::Tracer;
@@ -14,15 +14,16 @@ pub(super) struct Normals {
 
 impl Integrator for Normals {
     fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>) {
-        tracer.intersect(&starts.rays, &mut self.hits);
-        let color = |(ray, hit): (&Ray, &Option<Hit>)| match hit {
+        let rays = Rays::from(&starts.rays);
+        tracer.intersect(rays, &mut self.hits);
+        let color = |(i, hit): (usize, &Option<Hit>)| match hit {
             Some(hit) => {
-                let normal = tracer.scene.interaction(ray, hit).normal;
+                let normal = tracer.scene.interaction(&rays.get(i), hit).normal;
                 Spectrum((normal + Vec3::ONE) * 0.5)
             }
             None => Spectrum::ZERO,
         };
         radiance.clear();
-        radiance.extend(starts.rays.iter().zip(&self.hits).map(color));
+        radiance.extend(self.hits.iter().enumerate().map(color));
     }
 }

@@ -21,7 +21,7 @@ use pt_core::light::{AnyLight, LightSample};
 use pt_core::scene::{Interaction, RenderScene, SurfacePoint};
 use pt_core::settings::Settings;
 use pt_math::sampler::{LANES, Lanes, Samplers};
-use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3};
+use pt_math::{Pdf, Ray, Rays, SolidAngle, Spectrum, Vec3};
 
 use super::direct::{Asking, Hemisphere, Requests};
 use super::{CAMERA_DIMENSIONS, Integrator, Starts};
@@ -137,7 +137,7 @@ impl<R: Rules> Integrator for Wavefront<'_, R> {
     fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>) {
         self.begin(starts);
         radiance.clear();
-        radiance.resize(starts.rays.len(), Spectrum::ZERO);
+        radiance.resize(starts.samplers.len(), Spectrum::ZERO);
         for bounces in 0.. {
             tracer.intersect(&self.rays, &mut self.hits);
             self.arrive(bounces, radiance);
@@ -186,10 +186,10 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             start: 0,
         };
         self.rays.clear();
-        self.rays.extend_from_slice(&starts.rays);
+        self.rays.extend(Rays::from(&starts.rays).iter());
         let path = |(start, ray): (u32, &Ray)| State { start, origin: ray.origin, ..first };
         self.paths.clear();
-        self.paths.extend((0..).zip(&starts.rays).map(path));
+        self.paths.extend((0..).zip(&self.rays).map(path));
     }
 
     /// Adds the light that rays find where their paths end, and says which paths scatter.

@@ -1,6 +1,6 @@
 //! Triangles that passed the filter, tested eight at a time.
 
-use pt_math::Ray;
+use pt_math::Rays;
 use wide::{f32x8, u32x8};
 
 use super::group::{Column, GROUP, Group, bits, depth_limit, from_bits};
@@ -50,7 +50,12 @@ impl Candidates {
 
     /// Offers all hits to their rays, which are at the triangles' `blocks`.
     #[inline]
-    pub(super) fn test(&self, group: &mut Group, rays_of_group: &[Ray], blocks: &[TriangleBlock]) {
+    pub(super) fn test(
+        &self,
+        group: &mut Group,
+        rays_of_group: Rays<'_>,
+        blocks: &[TriangleBlock],
+    ) {
         for first in (0..self.len).step_by(WIDTH) {
             let rays = eight(&self.rays, first).map(|i| i as usize % GROUP);
             let primitives = eight(&self.primitives, first);
@@ -73,7 +78,7 @@ impl Candidates {
                 let block = &blocks[Child::index(group.child[i])];
                 let lane = block.ids.iter().position(|&other| other == id).unwrap_or(0);
                 let vertices = block.triangle(lane);
-                group.confirm(i, &rays_of_group[i], sheared.triangle(k), vertices, id);
+                group.confirm(i, &rays_of_group.get(i), sheared.triangle(k), vertices, id);
             }
         }
     }

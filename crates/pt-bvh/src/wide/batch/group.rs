@@ -1,6 +1,6 @@
 //! A group of rays in columns, made ready eight at a time.
 
-use pt_math::{Bounds3, Ray, Vec3};
+use pt_math::{Bounds3, Ray, Ray8, Rays, Vec3};
 use wide::{f32x8, u32x8};
 
 use super::order::LANES;
@@ -103,6 +103,23 @@ impl Axes {
     }
 }
 
+/// The numbers of up to eight rays in columns.
+#[inline(always)]
+fn of_rows(rays: &[Ray]) -> [f32x8; 8] {
+    let mut rows = [f32x8::ZERO; WIDTH];
+    for (row, ray) in rows.iter_mut().zip(rays) {
+        *row = f32x8::new(bytemuck::cast(*ray));
+    }
+    f32x8::transpose(rows)
+}
+
+/// The same of rays that are in columns.
+#[inline(always)]
+fn of_columns(rays: &Ray8) -> [f32x8; 8] {
+    let ([ox, oy, oz], [dx, dy, dz]) = (rays.origin, rays.direction);
+    [ox, oy, oz, dx, dy, dz, rays.t_min, rays.t_max].map(f32x8::new)
+}
+
 /// The column's numbers of eight rays.
 #[inline(always)]
 pub(super) fn eight(column: &Column, first: usize) -> f32x8 {
@@ -143,22 +160,21 @@ pub(super) fn depth_limit(t: f32x8, scale: f32x8) -> f32x8 {
 }
 
 impl Group {
-    /// Takes up to eight rays from place `first` on, and sends them to the root. The operations are those of
+    /// Takes up to eight of the group's rays, from place `first` on, and sends them to the root. The operations are those of
     /// [`Prepared::new`](crate::ray::Prepared::new), and give the same bits.
     #[inline]
     pub(super) fn take(
         &mut self,
         first: usize,
-        rays: &[Ray],
+        rays: Rays<'_>,
         bounds: &Bounds3,
         center: Vec3,
     ) -> Taken {
         let splat = f32x8::splat;
-        let mut rows = [splat(f32::NAN); WIDTH];
-        for (row, ray) in rows.iter_mut().zip(rays) {
-            *row = f32x8::new(bytemuck::cast(*ray));
-        }
-        let [ox, oy, oz, dx, dy, dz, t_min, t_max] = f32x8::transpose(rows);
+        let [ox, oy, oz, dx, dy, dz, t_min, t_max] = match rays {
+            Rays::Rows(rays) => of_rows(&rays[first..]),
+            Rays::Columns(eights, _) => of_columns(&eights[first / WIDTH]),
+        };
         let (o, d) = ([ox, oy, oz], [dx, dy, dz]);
         let [ax, ay, az] = d.map(f32x8::abs);
         let axes = Axes { is_y: ay.simd_ge(ax), is_z: az.simd_gt(ax.fast_max(ay)) };
@@ -201,7 +217,8 @@ impl Group {
         set_column(&mut self.t, first, t_max);
         set_bits(&mut self.primitive, first, u32x8::splat(NO_PRIMITIVE));
         set_bits(&mut self.child, first, u32x8::ZERO);
-        let usable = (usable & scale.simd_gt(f32x8::ZERO)).to_bitmask();
+        let there = (1 << WIDTH.min(rays.len() - first)) - 1;
+        let usable = (usable & scale.simd_gt(f32x8::ZERO)).to_bitmask() & there;
         Taken { usable, has_slabs }
     }
 

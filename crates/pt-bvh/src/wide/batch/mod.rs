@@ -20,7 +20,7 @@ mod packet;
 use std::cell::RefCell;
 
 use bytemuck::Zeroable;
-use pt_math::{Bounds3, Ray};
+use pt_math::{Bounds3, Ray, Rays};
 use wide::{f32x8, u32x8};
 
 use self::candidates::{BLOCKS, Candidates};
@@ -152,7 +152,7 @@ impl WideBvh {
     /// The nearest hit of each ray, after what `hits` has.
     pub(crate) fn intersect_batch(
         &self,
-        rays: &[Ray],
+        rays: Rays<'_>,
         bounds: &Bounds3,
         hits: &mut Vec<Option<Hit>>,
         counter: &mut impl Counter,
@@ -172,7 +172,7 @@ impl WideBvh {
     /// Whether each ray hits anything, after what `occluded` has.
     pub(crate) fn occluded_batch(
         &self,
-        rays: &[Ray],
+        rays: Rays<'_>,
         bounds: &Bounds3,
         occluded: &mut Vec<bool>,
         counter: &mut impl Counter,
@@ -184,13 +184,13 @@ impl WideBvh {
 
     fn batch<const ANY: bool>(
         &self,
-        rays: &[Ray],
+        rays: Rays<'_>,
         bounds: &Bounds3,
         counter: &mut impl Counter,
         mut done: impl FnMut(&Group, usize),
     ) {
         SCRATCH.with_borrow_mut(|scratch| {
-            for rays in rays.chunks(GROUP) {
+            for rays in rays.chunks(GROUP / WIDTH) {
                 self.start::<ANY>(scratch, rays, bounds, counter);
                 let [now, next] = &mut *scratch.queues;
                 let (mut now, mut next) = (now, next);
@@ -215,7 +215,7 @@ impl WideBvh {
     fn start<const ANY: bool>(
         &self,
         scratch: &mut Scratch,
-        rays: &[Ray],
+        rays: Rays<'_>,
         bounds: &Bounds3,
         counter: &mut impl Counter,
     ) {
@@ -225,8 +225,8 @@ impl WideBvh {
         queues.len = [0; 4];
         let mut usable = 0u128;
         let mut has_slabs = [false; GROUP / WIDTH];
-        for (eight, first) in rays.chunks(WIDTH).zip((0..).step_by(WIDTH)) {
-            let taken = group.take(first, eight, bounds, self.center);
+        for first in (0..rays.len()).step_by(WIDTH) {
+            let taken = group.take(first, rays, bounds, self.center);
             usable |= u128::from(taken.usable) << first;
             has_slabs[first / WIDTH] = taken.has_slabs;
             group.reset_stacks(first, self.stack_size);
@@ -301,7 +301,7 @@ impl WideBvh {
     fn visit_triangles(
         &self,
         group: &mut Group,
-        rays: &[Ray],
+        rays: Rays<'_>,
         candidates: &mut Candidates,
         now: &Queues,
         counter: &mut impl Counter,
@@ -324,7 +324,7 @@ impl WideBvh {
     fn visit_spheres(
         &self,
         group: &mut Group,
-        rays: &[Ray],
+        rays: Rays<'_>,
         now: &Queues,
         counter: &mut impl Counter,
     ) {
@@ -338,14 +338,14 @@ impl WideBvh {
     fn visit_sphere(
         &self,
         group: &mut Group,
-        rays: &[Ray],
+        rays: Rays<'_>,
         i: usize,
         child: u32,
         counter: &mut impl Counter,
     ) {
         let block = &self.spheres[Child::index(child)];
         counter.add(|| block.len());
-        let Ray { origin, direction, .. } = rays[i];
+        let Ray { origin, direction, .. } = rays.get(i);
         for (s, &primitive) in block.iter() {
             if let Some(t) = sphere::intersect(origin, direction, group.t_min[i], s) {
                 group.offer_sphere(i, t, primitive);

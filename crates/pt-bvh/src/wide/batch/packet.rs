@@ -9,7 +9,7 @@
 //! slopes, and the greatest pad among them. It rounds a difference and a product, which is less
 //! than the pad allows for; so a beam misses no box in which one of its rays has a hit.
 
-use pt_math::{Bounds3, Ray, Vec3};
+use pt_math::{Bounds3, Rays, Vec3};
 use wide::{f32x8, u32x8};
 
 use super::group::{Column, Group, eight, of_eight};
@@ -161,7 +161,7 @@ impl WideBvh {
         scratch: Parts<'_>,
         beam: &Beam,
         first: usize,
-        rays: &[Ray],
+        rays: Rays<'_>,
         counter: &mut impl Counter,
     ) -> u32 {
         let Parts { group, stacks } = scratch;
@@ -225,7 +225,7 @@ impl Group {
     fn test_triangles(
         &mut self,
         first: usize,
-        rays: &[Ray],
+        rays: Rays<'_>,
         block: &TriangleBlock,
         mut triangles: u32,
     ) -> bool {
@@ -240,7 +240,7 @@ impl Group {
                 let id = block.ids[lane];
                 for k in lanes(self.test(first, set, &sheared, id)) {
                     let i = first + k % WIDTH;
-                    self.confirm(i, &rays[i], sheared.triangle(k), block.triangle(lane), id);
+                    self.confirm(i, &rays.get(i), sheared.triangle(k), block.triangle(lane), id);
                 }
                 any = true;
             }

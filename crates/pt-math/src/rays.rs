@@ -1,0 +1,191 @@
+//! Many rays, one after the other or by columns.
+
+use crate::{Ray, Vec3};
+
+/// Rays of a [`Ray8`].
+const EIGHT: usize = 8;
+
+/// Eight rays by columns: each number of all of them, before the next one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub struct Ray8 {
+    /// Origins: all x, all y, all z.
+    pub origin: [[f32; EIGHT]; 3],
+    /// Directions: all x, all y, all z.
+    pub direction: [[f32; EIGHT]; 3],
+    /// [`Ray::t_min`] of each.
+    pub t_min: [f32; EIGHT],
+    /// [`Ray::t_max`] of each.
+    pub t_max: [f32; EIGHT],
+}
+
+impl Ray8 {
+    /// One of the eight.
+    ///
+    /// # Panics
+    /// From `i` = 8 on.
+    #[inline]
+    pub fn get(&self, i: usize) -> Ray {
+        let vector =
+            |columns: &[[f32; EIGHT]; 3]| Vec3::from_array([0, 1, 2].map(|k| columns[k][i]));
+        Ray {
+            origin: vector(&self.origin),
+            direction: vector(&self.direction),
+            t_min: self.t_min[i],
+            t_max: self.t_max[i],
+        }
+    }
+
+    /// Replaces one of the eight.
+    ///
+    /// # Panics
+    /// From `i` = 8 on.
+    #[inline]
+    pub fn set(&mut self, i: usize, ray: &Ray) {
+        for k in 0..3 {
+            self.origin[k][i] = ray.origin[k];
+            self.direction[k][i] = ray.direction[k];
+        }
+        self.t_min[i] = ray.t_min;
+        self.t_max[i] = ray.t_max;
+    }
+}
+
+/// Any number of rays by columns.
+#[derive(Clone, Debug, Default)]
+pub struct RayColumns {
+    eights: Vec<Ray8>,
+    len: usize,
+}
+
+impl RayColumns {
+    /// Makes it so many rays, of which new ones are without direction; the eights of all, the last
+    /// of which may have places beyond them.
+    pub fn resize(&mut self, len: usize) -> &mut [Ray8] {
+        self.len = len;
+        self.eights.resize(len.div_ceil(EIGHT), Ray8::default());
+        &mut self.eights
+    }
+
+    /// Keeps the first so many.
+    pub fn truncate(&mut self, len: usize) {
+        self.resize(len.min(self.len));
+    }
+}
+
+impl FromIterator<Ray> for RayColumns {
+    fn from_iter<I: IntoIterator<Item = Ray>>(rays: I) -> Self {
+        let mut columns = Self::default();
+        for ray in rays {
+            let i = columns.len;
+            columns.resize(i + 1)[i / EIGHT].set(i % EIGHT, &ray);
+        }
+        columns
+    }
+}
+
+/// Many rays, in either form.
+#[derive(Clone, Copy, Debug)]
+pub enum Rays<'a> {
+    /// One after the other.
+    Rows(&'a [Ray]),
+    /// By columns: the first so many of the eights.
+    Columns(&'a [Ray8], usize),
+}
+
+impl<'a> Rays<'a> {
+    /// How many there are.
+    #[inline]
+    pub fn len(self) -> usize {
+        match self {
+            Self::Rows(rays) => rays.len(),
+            Self::Columns(_, len) => len,
+        }
+    }
+
+    /// Whether there are none.
+    #[inline]
+    pub fn is_empty(self) -> bool {
+        self.len() == 0
+    }
+
+    /// One of them.
+    ///
+    /// # Panics
+    /// If there are not so many.
+    #[inline]
+    pub fn get(self, i: usize) -> Ray {
+        match self {
+            Self::Rows(rays) => rays[i],
+            Self::Columns(eights, _) => eights[i / EIGHT].get(i % EIGHT),
+        }
+    }
+
+    /// All of them, in order.
+    #[inline]
+    pub fn iter(self) -> impl ExactSizeIterator<Item = Ray> + 'a {
+        (0..self.len()).map(move |i| self.get(i))
+    }
+
+    /// Cuts them into parts of `8 * eights` rays, and the rest.
+    #[inline]
+    pub fn chunks(self, eights: usize) -> impl Iterator<Item = Self> {
+        let size = EIGHT * eights;
+        (0..self.len()).step_by(size).map(move |first| {
+            let len = size.min(self.len() - first);
+            match self {
+                Self::Rows(rays) => Self::Rows(&rays[first..first + len]),
+                Self::Columns(eights, _) => Self::Columns(&eights[first / EIGHT..], len),
+            }
+        })
+    }
+}
+
+impl<'a> From<&'a [Ray]> for Rays<'a> {
+    fn from(rays: &'a [Ray]) -> Self {
+        Self::Rows(rays)
+    }
+}
+
+impl<'a, const N: usize> From<&'a [Ray; N]> for Rays<'a> {
+    fn from(rays: &'a [Ray; N]) -> Self {
+        Self::Rows(rays)
+    }
+}
+
+impl<'a> From<&'a Vec<Ray>> for Rays<'a> {
+    fn from(rays: &'a Vec<Ray>) -> Self {
+        Self::Rows(rays)
+    }
+}
+
+impl<'a> From<&'a RayColumns> for Rays<'a> {
+    fn from(rays: &'a RayColumns) -> Self {
+        Self::Columns(&rays.eights, rays.len)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_the_rays_in_order() {
+        for n in [0, 1, 7, 8, 9, 100] {
+            let ray = |i| Ray::to(Vec3::new(i as f32, 1.0, 2.0), Vec3::splat(3.0 - i as f32), 9.0);
+            let rows: Vec<_> = (0..n).map(ray).collect();
+            let columns: RayColumns = rows.iter().copied().collect();
+            let (rows, columns) = (Rays::from(&rows), Rays::from(&columns));
+            assert_eq!(columns.len(), n);
+            assert_eq!(columns.is_empty(), n == 0);
+            assert!(columns.iter().eq(rows.iter()));
+            for eights in [1, 3] {
+                let parts = |rays: Rays<'_>| {
+                    rays.chunks(eights).map(|part| part.iter().collect()).collect::<Vec<Vec<_>>>()
+                };
+                assert_eq!(parts(columns), parts(rows));
+                assert_eq!(parts(rows).concat().len(), n);
+            }
+        }
+    }
+}
