@@ -54,6 +54,7 @@ mod build;
 pub mod check;
 mod counter;
 mod geometry;
+mod instance;
 #[cfg(test)]
 mod laws;
 mod node;
@@ -64,6 +65,7 @@ mod serial;
 mod sphere;
 mod traverse;
 mod triangle;
+mod user;
 mod wide;
 
 use pt_math::{Bounds3, Ray};
@@ -74,10 +76,12 @@ use traverse::List;
 use wide::WideBvh;
 
 pub use geometry::{Geometry, Hit, LARGEST_COORDINATE, Sphere};
+pub use instance::{Instance, InstanceBvh, InstanceHit, TransformError};
 pub use node::{Bvh2, MAX_DEPTH, Node};
 pub use options::{BuildOptions, Builder, Quality};
 pub use refit::RefitError;
 pub use serial::ReadError;
+pub use user::{USUAL_SLACK, UserBvh, UserPrimitives};
 
 /// Fewer rays than this are faster one by one.
 const LEAST_BATCH: usize = 8;

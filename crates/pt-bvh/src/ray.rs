@@ -26,6 +26,8 @@ use crate::geometry::in_range;
 
 /// In units of R; see the module.
 pub(crate) const PAD: f32 = 96.0 * EPSILON;
+/// The part of the pad that the box test itself needs.
+pub(crate) const BOX_TEST: f32 = 16.0 * EPSILON;
 /// Never 0, so that depths of 0 stay inside.
 pub(crate) const LEAST_PAD: f32 = 4.0 * f32::MIN_POSITIVE;
 /// Slopes below this are rounded up to it: over the depth R that moves the ray by εR.
@@ -110,12 +112,12 @@ impl Prepared {
         (self.t_min * self.scale * (1.0 - CONVERSION)).max(f32::MIN_POSITIVE)
     }
 
-    /// The depths between which the ray is inside of the widened box: those of all hits on what is
-    /// in the box are among them.
+    /// The depths between which the ray is inside of the box widened by `pad` on every side: with
+    /// the pad of the ray, those of all hits on what is in the box are among them.
     #[inline]
-    pub(crate) fn slab_interval(&self, bounds: &Bounds3) -> (f32, f32) {
-        let a = (bounds.min - self.origin - self.pad) * self.inverse;
-        let b = (bounds.max - self.origin + self.pad) * self.inverse;
+    pub(crate) fn slab_interval(&self, bounds: &Bounds3, pad: f32) -> (f32, f32) {
+        let a = (bounds.min - self.origin - pad) * self.inverse;
+        let b = (bounds.max - self.origin + pad) * self.inverse;
         (a.min(b).max_element(), a.max(b).min_element())
     }
 }

@@ -121,43 +121,77 @@ impl List {
     }
 }
 
-impl Bvh2 {
-    /// The nearest hit, by scalar code: the reference for faster kernels, not itself fast.
-    /// `geometry` must be what the tree was built over.
-    pub fn intersect(&self, geometry: &Geometry<'_>, ray: &Ray) -> Option<Hit> {
-        let ray = Prepared::new(ray, &self.bounds())?;
-        let mut nearest = Nearest::new(&ray);
+/// A ray on its way through a binary tree.
+#[derive(Clone, Debug)]
+pub(crate) struct Walk<'a> {
+    tree: &'a Bvh2,
+    ray: Prepared,
+    start: f32,
+    /// Nodes to visit, with the depths at which the ray enters them: the root, or the children of
+    /// one node per level.
+    stack: [(u32, f32); MAX_DEPTH + 2],
+    size: usize,
+}
+
+impl<'a> Walk<'a> {
+    /// `tree` must have nodes.
+    pub(crate) fn new(tree: &'a Bvh2, ray: Prepared) -> Self {
         let start = ray.depth_start();
-        // The children of one node per level, and the root.
-        let mut stack = [(0usize, start); MAX_DEPTH + 2];
-        let mut size = 1;
-        while size > 0 {
-            size -= 1;
-            let (i, entry) = stack[size];
-            if entry > ray.depth_limit(nearest.t()) {
+        Self { tree, ray, start, stack: [(0, start); MAX_DEPTH + 2], size: 1 }
+    }
+
+    /// The primitives of the next leaf, the nearer ones first, in which there may be a hit with
+    /// parameter up to `t`. The box of node `i` is widened by the pad of the ray times
+    /// `widening(i)`.
+    #[inline]
+    pub(crate) fn next(&mut self, t: f32, widening: impl Fn(usize) -> f32) -> Option<&'a [u32]> {
+        let limit = self.ray.depth_limit(t);
+        while self.size > 0 {
+            self.size -= 1;
+            let (i, entry) = self.stack[self.size];
+            if entry > limit {
                 continue;
             }
-            let node = &self.nodes[i];
+            let node = &self.tree.nodes[i as usize];
             if node.is_leaf() {
                 let first = node.offset as usize;
-                for &id in &self.order[first..first + node.count as usize] {
-                    if let Some(hit) = intersect_primitive(&ray, &geometry.primitive(id), id) {
-                        nearest.offer(hit);
-                    }
-                }
-                continue;
+                return Some(&self.tree.order[first..first + node.count as usize]);
             }
-            let mut children = self.children(i).map(|child| {
-                let (near, far) = ray.slab_interval(&self.nodes[child].bounds());
-                (child, near.max(start), far)
+            let mut children = self.tree.children(i as usize).map(|child| {
+                let bounds = self.tree.nodes[child].bounds();
+                let (near, far) = self.ray.slab_interval(&bounds, self.ray.pad * widening(child));
+                (child as u32, near.max(self.start), far)
             });
             if children[0].1 < children[1].1 {
                 children.swap(0, 1);
             }
             for (child, near, far) in children {
                 if near <= far {
-                    stack[size] = (child, near);
-                    size += 1;
+                    self.stack[self.size] = (child, near);
+                    self.size += 1;
+                }
+            }
+        }
+        None
+    }
+
+    /// Leaves out all that would come.
+    pub(crate) fn stop(&mut self) {
+        self.size = 0;
+    }
+}
+
+impl Bvh2 {
+    /// The nearest hit, by scalar code: the reference for faster kernels, not itself fast.
+    /// `geometry` must be what the tree was built over.
+    pub fn intersect(&self, geometry: &Geometry<'_>, ray: &Ray) -> Option<Hit> {
+        let ray = Prepared::new(ray, &self.bounds())?;
+        let mut nearest = Nearest::new(&ray);
+        let mut walk = Walk::new(self, ray);
+        while let Some(leaf) = walk.next(nearest.t(), |_| 1.0) {
+            for &id in leaf {
+                if let Some(hit) = intersect_primitive(&ray, &geometry.primitive(id), id) {
+                    nearest.offer(hit);
                 }
             }
         }
