@@ -121,23 +121,29 @@ impl List {
     }
 }
 
+/// Nodes to visit, with the depths at which the ray enters them: the root, or the children of one
+/// node per level.
+pub(crate) type Stack = [(u32, f32); MAX_DEPTH + 2];
+pub(crate) const STACK: Stack = [(0, 0.0); MAX_DEPTH + 2];
+
 /// A ray on its way through a binary tree.
-#[derive(Clone, Debug)]
-pub(crate) struct Walk<'a> {
+#[derive(Debug)]
+pub(crate) struct Walk<'a, 'b> {
     tree: &'a Bvh2,
     ray: Prepared,
     start: f32,
-    /// Nodes to visit, with the depths at which the ray enters them: the root, or the children of
-    /// one node per level.
-    stack: [(u32, f32); MAX_DEPTH + 2],
+    stack: &'b mut Stack,
+    /// Entries on the stack.
     size: usize,
 }
 
-impl<'a> Walk<'a> {
-    /// `tree` must have nodes.
-    pub(crate) fn new(tree: &'a Bvh2, ray: Prepared) -> Self {
+impl<'a, 'b> Walk<'a, 'b> {
+    /// `tree` must have nodes; what is on the stack means nothing.
+    #[inline]
+    pub(crate) fn new(tree: &'a Bvh2, ray: Prepared, stack: &'b mut Stack) -> Self {
         let start = ray.depth_start();
-        Self { tree, ray, start, stack: [(0, start); MAX_DEPTH + 2], size: 1 }
+        stack[0] = (0, start);
+        Self { tree, ray, start, stack, size: 1 }
     }
 
     /// The primitives of the next leaf, the nearer ones first, in which there may be a hit with
@@ -174,11 +180,6 @@ impl<'a> Walk<'a> {
         }
         None
     }
-
-    /// Leaves out all that would come.
-    pub(crate) fn stop(&mut self) {
-        self.size = 0;
-    }
 }
 
 impl Bvh2 {
@@ -187,7 +188,8 @@ impl Bvh2 {
     pub fn intersect(&self, geometry: &Geometry<'_>, ray: &Ray) -> Option<Hit> {
         let ray = Prepared::new(ray, &self.bounds())?;
         let mut nearest = Nearest::new(&ray);
-        let mut walk = Walk::new(self, ray);
+        let mut stack = STACK;
+        let mut walk = Walk::new(self, ray, &mut stack);
         while let Some(leaf) = walk.next(nearest.t(), |_| 1.0) {
             for &id in leaf {
                 if let Some(hit) = intersect_primitive(&ray, &geometry.primitive(id), id) {

@@ -52,8 +52,7 @@ pub struct InstanceHit {
 ///
 /// The nearest hit is that of a loop over all instances which asks each object for the ray that
 /// [`Instance::to_object`] returns; of hits with equal t, that on the instance with the least number.
-/// The same bits are found by single queries and batches, of which batches are faster. When
-/// instances move or objects change, [`UserBvh::update`] takes them anew.
+/// When instances move or objects change, [`UserBvh::update`] takes them anew.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -150,20 +149,5 @@ impl UserPrimitives for Vec<Instance> {
     fn occluded(&self, instance: u32, ray: &Ray) -> bool {
         let Instance { object, placement, .. } = &self[instance as usize];
         object.occluded(&placement.carry(ray))
-    }
-
-    fn intersect_batch(&self, instance: u32, rays: &[Ray], hits: &mut Vec<Option<InstanceHit>>) {
-        let Instance { object, placement, .. } = &self[instance as usize];
-        let rays: Vec<Ray> = rays.iter().map(|ray| placement.carry(ray)).collect();
-        let mut found = Vec::new();
-        object.intersect_batch(&rays, &mut found);
-        hits.clear();
-        hits.extend(found.into_iter().map(|hit| Some(InstanceHit { instance, hit: hit? })));
-    }
-
-    fn occluded_batch(&self, instance: u32, rays: &[Ray], occluded: &mut Vec<bool>) {
-        let Instance { object, placement, .. } = &self[instance as usize];
-        let rays: Vec<Ray> = rays.iter().map(|ray| placement.carry(ray)).collect();
-        object.occluded_batch(&rays, occluded);
     }
 }

@@ -121,3 +121,54 @@ fn world_bounds(to_world: &DAffine3, object: Bounds3, residual: f64) -> Option<B
     let bounds = outward(middle - extent, middle + extent);
     (in_range(bounds.min) && in_range(bounds.max)).then_some(bounds)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pt_math::DQuat;
+
+    fn turned(scale: DVec3, translation: DVec3) -> DAffine3 {
+        let turn = DQuat::from_rotation_arc(DVec3::Z, DVec3::new(0.48, 0.6, 0.64));
+        DAffine3::from_scale_rotation_translation(scale, turn, translation)
+    }
+
+    const CUBE: Bounds3 = Bounds3 { min: Vec3::NEG_ONE, max: Vec3::ONE };
+
+    #[test]
+    fn carried_rays_keep_their_parameter() {
+        let to_world = turned(DVec3::new(100.0, 0.01, -3.0), DVec3::new(5.0, 6.0, 7.0));
+        let placement = Placement::new(&to_world, CUBE).expect("not flat");
+        let ray = Ray::to(Vec3::new(4.0, -2.0, 1.0), Vec3::new(0.3, 0.1, -2.0), 8.0);
+        let carried = placement.carry(&ray);
+        assert_eq!((carried.t_min, carried.t_max), (ray.t_min, ray.t_max));
+        for t in [0.0, 0.5, 8.0] {
+            let there = to_world.transform_point3(carried.at(t).as_dvec3());
+            assert!((there - ray.at(t).as_dvec3()).length() < 1e-4, "{t} {there}");
+        }
+    }
+
+    /// The box has all corners, and is hardly larger than the box around them.
+    #[test]
+    fn boxes_are_tight() {
+        let to_world = turned(DVec3::splat(3.0), DVec3::new(5.0, 6.0, 7.0));
+        let bounds = Placement::new(&to_world, CUBE).expect("not flat").bounds();
+        let corners = (0..8).map(|i| {
+            let sign = |bit: i32| if i & bit == 0 { -1.0 } else { 1.0 };
+            to_world.transform_point3(DVec3::new(sign(1), sign(2), sign(4))).as_vec3()
+        });
+        let tight: Bounds3 = corners.collect();
+        assert_eq!(bounds.union(tight), bounds);
+        assert!((bounds.diagonal() - tight.diagonal()).max_element() < 3e-4);
+    }
+
+    /// Rotations and scales of the object's axes do not add to the error of hits.
+    #[test]
+    fn slack_grows_with_shear_only() {
+        let slack = |scale| {
+            let to_world = turned(scale, DVec3::ZERO);
+            Placement::new(&to_world, CUBE).expect("not flat").slack() / EPSILON
+        };
+        assert!((72.0..=216.0).contains(&slack(DVec3::ONE)));
+        assert!((slack(DVec3::new(1e3, 1e-3, -1.0)) / slack(DVec3::ONE) - 1.0).abs() < 1e-5);
+    }
+}

@@ -96,7 +96,7 @@ impl Shape {
             }
         };
         let corners = points.into_iter().flat_map(|p| [p - extent, p + extent]);
-        corners.map(|p| p.as_vec3()).collect()
+        corners.map(DVec3::as_vec3).collect()
     }
 }
 

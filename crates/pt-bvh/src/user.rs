@@ -9,21 +9,17 @@
 //! A node is left out only if the ray enters it beyond the depth of the nearest hit so far, rounded
 //! up. So all that can win is visited, and the tree finds what a loop over all primitives finds.
 
-mod query;
-
 use pt_math::{Bounds3, Ray};
 
-use self::query::Query;
 use crate::geometry::in_range;
 use crate::node::Bvh2;
-use crate::ray::{BOX_TEST, PAD};
+use crate::ray::{BOX_TEST, PAD, Prepared};
+use crate::traverse::{STACK, Stack, Walk};
 use crate::{BuildError, build};
 
 /// The [slack](UserPrimitives::slack) of primitives whose hits are computed in single precision with
 /// some care: 80ε ≈ 4.8·10⁻⁶.
 pub const USUAL_SLACK: f32 = PAD - BOX_TEST;
-/// Rays of a batch that advance together.
-const GROUP: usize = 256;
 /// Primitives with more slack are left out.
 const MOST_SLACK: f32 = 128.0;
 
@@ -63,18 +59,6 @@ pub trait UserPrimitives {
     /// Whether a primitive is hit with t in (`t_min`, `t_max`), as [`Self::intersect`] has it.
     fn occluded(&self, primitive: u32, ray: &Ray) -> bool {
         self.intersect(primitive, ray).is_some()
-    }
-
-    /// [`Self::intersect`] of each ray, in order, in place of what `hits` held.
-    fn intersect_batch(&self, primitive: u32, rays: &[Ray], hits: &mut Vec<Option<Self::Hit>>) {
-        hits.clear();
-        hits.extend(rays.iter().map(|ray| self.intersect(primitive, ray)));
-    }
-
-    /// [`Self::occluded`] of each ray, in order, in place of what `occluded` held.
-    fn occluded_batch(&self, primitive: u32, rays: &[Ray], occluded: &mut Vec<bool>) {
-        occluded.clear();
-        occluded.extend(rays.iter().map(|ray| self.occluded(primitive, ray)));
     }
 }
 
@@ -166,79 +150,53 @@ impl<P: UserPrimitives> UserBvh<P> {
     /// The nearest hit with t in (`t_min`, `t_max`); of hits with equal t that on the primitive with
     /// the least number.
     pub fn intersect(&self, ray: &Ray) -> Option<P::Hit> {
-        let mut query = self.query(ray)?;
-        while let Some(id) = query.next() {
-            if let Some(hit) = self.primitives.intersect(id, query.ray()) {
-                query.offer(P::t(&hit), id, hit);
+        let mut stack = STACK;
+        let mut walk = self.walk(ray, &mut stack)?;
+        let mut nearest = Nearest::new(ray);
+        while let Some(id) = self.next(&mut walk, nearest.ray.t_max) {
+            if let Some(hit) = self.primitives.intersect(id, &nearest.ray) {
+                nearest.offer(P::t(&hit), id, hit);
             }
         }
-        query.best().map(|(_, hit)| hit)
+        nearest.hit.map(|(_, hit)| hit)
     }
 
     /// Whether anything is hit with t in (`t_min`, `t_max`).
     pub fn occluded(&self, ray: &Ray) -> bool {
-        let Some(mut query) = self.query::<()>(ray) else { return false };
-        while let Some(id) = query.next() {
-            if self.primitives.occluded(id, query.ray()) {
+        let mut stack = STACK;
+        let Some(mut walk) = self.walk(ray, &mut stack) else { return false };
+        let Nearest { ray, .. } = Nearest::<P::Hit>::new(ray);
+        while let Some(id) = self.next(&mut walk, ray.t_max) {
+            if self.primitives.occluded(id, &ray) {
                 return true;
             }
         }
         false
     }
 
-    /// [`Self::intersect`] of each ray, in order, in place of what `hits` held: the same, sooner if
-    /// the primitives have a faster [`UserPrimitives::intersect_batch`].
+    /// [`Self::intersect`] of each ray, in order, in place of what `hits` held.
     pub fn intersect_batch(&self, rays: &[Ray], hits: &mut Vec<Option<P::Hit>>) {
         hits.clear();
-        hits.resize(rays.len(), None);
-        for (rays, hits) in rays.chunks(GROUP).zip(hits.chunks_mut(GROUP)) {
-            let (places, mut queries) = self.queries(rays);
-            query::advance(
-                &mut queries,
-                |id, rays, hits| self.primitives.intersect_batch(id, rays, hits),
-                |query, id, hit: Option<P::Hit>| {
-                    if let Some(hit) = hit {
-                        query.offer(P::t(&hit), id, hit);
-                    }
-                },
-            );
-            for (place, query) in places.into_iter().zip(queries) {
-                hits[place] = query.best().map(|(_, hit)| hit);
-            }
-        }
+        hits.extend(rays.iter().map(|ray| self.intersect(ray)));
     }
 
-    /// [`Self::occluded`] of each ray, in order, in place of what `occluded` held: the same, sooner
-    /// if the primitives have a faster [`UserPrimitives::occluded_batch`].
+    /// [`Self::occluded`] of each ray, in order, in place of what `occluded` held.
     pub fn occluded_batch(&self, rays: &[Ray], occluded: &mut Vec<bool>) {
         occluded.clear();
-        occluded.resize(rays.len(), false);
-        for (rays, occluded) in rays.chunks(GROUP).zip(occluded.chunks_mut(GROUP)) {
-            let (places, mut queries) = self.queries(rays);
-            query::advance(
-                &mut queries,
-                |id, rays, occluded| self.primitives.occluded_batch(id, rays, occluded),
-                |query, _, is_occluded| {
-                    if is_occluded {
-                        query.finish(());
-                    }
-                },
-            );
-            for (place, query) in places.into_iter().zip(queries) {
-                occluded[place] = query.best().is_some();
-            }
-        }
+        occluded.extend(rays.iter().map(|ray| self.occluded(ray)));
     }
 
     /// `None` for a ray that cannot hit anything.
-    fn query<B>(&self, ray: &Ray) -> Option<Query<'_, B>> {
-        Query::new(&self.tree, &self.widening, ray)
+    #[inline]
+    fn walk<'a, 'b>(&'a self, ray: &Ray, stack: &'b mut Stack) -> Option<Walk<'a, 'b>> {
+        Some(Walk::new(&self.tree, Prepared::new(ray, &self.tree.bounds())?, stack))
     }
 
-    /// Which rays can hit something, and their queries.
-    fn queries<B>(&self, rays: &[Ray]) -> (Vec<usize>, Vec<Query<'_, B>>) {
-        let queries = rays.iter().enumerate();
-        queries.filter_map(|(place, ray)| Some((place, self.query(ray)?))).unzip()
+    /// The next primitive that may be hit with parameter up to `t`.
+    #[inline]
+    fn next(&self, walk: &mut Walk<'_, '_>, t: f32) -> Option<u32> {
+        let ids = walk.next(t, |node| self.widening[node])?;
+        Some(ids[0]) // each leaf has one
     }
 
     /// The primitives.
@@ -254,6 +212,31 @@ impl<P: UserPrimitives> UserBvh<P> {
     /// Primitives left out because no ray can hit them.
     pub fn skipped(&self) -> u32 {
         self.tree.skipped
+    }
+}
+
+/// The nearest hit so far, with the number of its primitive, and the ray as far as it matters.
+struct Nearest<H> {
+    ray: Ray,
+    hit: Option<(u32, H)>,
+}
+
+impl<H> Nearest<H> {
+    fn new(ray: &Ray) -> Self {
+        Self { ray: Ray { t_min: ray.t_min.max(0.0), ..*ray }, hit: None }
+    }
+
+    /// Takes the hit of a primitive if it is better: of two with equal t, the one with the lower
+    /// number is.
+    #[inline]
+    fn offer(&mut self, t: f32, id: u32, hit: H) {
+        // The ray ends just beyond the nearest hit.
+        let is_equal = t.next_up() == self.ray.t_max;
+        let is_later = is_equal && self.hit.as_ref().is_some_and(|(nearest, _)| *nearest < id);
+        if t > self.ray.t_min && t < self.ray.t_max && !is_later {
+            self.ray.t_max = t.next_up();
+            self.hit = Some((id, hit));
+        }
     }
 }
 
