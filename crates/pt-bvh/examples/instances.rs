@@ -135,7 +135,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let object = Arc::new(Bvh::build(geometry, &BuildOptions::default())?);
     let scene = InstanceBvh::build(place(&object, INSTANCES)?)?;
     let flat = flattened(&positions, &triangles)?;
-    println!("{INSTANCES} instances of {} triangles; million rays/s", triangles.len());
+    println!(
+        "{INSTANCES} instances of {} triangles: {:.2} MB, one tree {:.2} MB; million rays/s",
+        triangles.len(),
+        (object.statistics().bytes + size_of_val(scene.primitives().as_slice())) as f64 * 1e-6,
+        flat.statistics().bytes as f64 * 1e-6
+    );
     for (kind, rays) in [("primary", primary()), ("scattered", scattered())] {
         verify(&scene, &rays)?;
         let rate = |work: &mut dyn FnMut(&[Ray])| {

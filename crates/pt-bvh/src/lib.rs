@@ -44,6 +44,12 @@
 //! A tree can be kept as bytes ([`Bvh::to_bytes`], [`Bvh::from_bytes`]), and follow primitives that
 //! move ([`Bvh::refit`]).
 //!
+//! # Beyond triangles and spheres
+//!
+//! [`InstanceBvh`] is a tree over objects that are placed by affine transforms, each a [`Bvh`] that
+//! is built once. [`UserBvh`], of which it is a case, is a tree over any [`UserPrimitives`] that
+//! know their boxes and where rays hit them. Both find what a loop over all would find.
+//!
 //! # How to ask
 //!
 //! Many rays are answered much faster by [`Bvh::intersect_batch`] and [`Bvh::occluded_batch`] than

@@ -25,9 +25,8 @@ const MOST_SLACK: f32 = 128.0;
 
 /// A set of primitives, numbered from 0, that know their boxes and where rays hit them.
 ///
-/// Queries must be functions of primitive and ray, in which `t_max` (and for any hit, `t_min`) does
-/// nothing but leave hits out. Rays have a finite origin and direction, no matter how long, and a
-/// `t_min` of at least 0.
+/// Queries must be functions of primitive and ray, in which `t_max` does nothing but leave hits out.
+/// They get rays with finite coordinates, a direction of any length but 0, and `t_min` at least 0.
 pub trait UserPrimitives {
     /// What is known of a hit.
     type Hit: Copy;

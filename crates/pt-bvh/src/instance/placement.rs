@@ -16,8 +16,8 @@
 //! **In the world.** Rounding o' and d' moves the point by ε(2R_k + |b|). With ρ ≥ ‖MW − I‖, mapping
 //! it back by M instead of W⁻¹ moves it by ρ‖M‖·|b|. And Σ|M_ik|·R_k ≤ S·R with R the largest
 //! distance from o to a corner of the box in the world, S = ‖|M|·|W|‖ [Skeel 1979, "Scaling for
-//! Numerical Stability in Gaussian Elimination"], which is at most 3 for all rotations, mirrors and
-//! scales. What double precision rounds is less than that by the limit on ‖M‖‖W‖. Together:
+//! Numerical Stability in Gaussian Elimination"], which is at most 3 for every scale along the axes
+//! of the object followed by a rotation. What double precision rounds is less than that by the limit on ‖M‖‖W‖. Together:
 //!
 //!   70ε·S·R  +  |M|·(117D + |b|)ε  +  ρ‖M‖·|b|,
 //!
