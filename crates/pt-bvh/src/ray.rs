@@ -11,7 +11,7 @@
 //! it computes errs by at most 56εR (weights by 48ε together, see [`crate::triangle`], and the
 //! rounding of the mean), and slopes are at most 1. So τ is a depth at which the ray is within 73εR
 //! of the triangle, and of the box around the part of it that is there. (Where double precision
-//! finds τ by the plane, the ray is as near to the triangle as its rounding allows.) A box test that
+//! finds τ by the plane, the ray is within εR of the triangle there.) A box test that
 //! computes in f32 relative to any point of the scene errs by at most 10εR, and the rounding of the
 //! slopes moves the ray by 3εR; so a box test that widens its slabs by the *pad* of 96εR on every
 //! side finds an interval that contains τ. Hence each traversal visits all that can win, and finds
