@@ -139,18 +139,23 @@ proptest! {
         }
     }
 
-    /// Rays towards the outermost vertices, which are on the faces of boxes.
+    /// Rays towards the outermost vertices, which are on the faces of boxes. The coordinates of
+    /// objects may be large, and their places near.
     #[test]
     fn instances_are_hit_at_their_extremes(
         transforms in prop::collection::vec((0usize..2, transform()), 2..6),
+        offset in prop_oneof![Just(0.0f32), Just(1e3), Just(1e5)],
         seed: u64,
     ) {
-        let soups = [ball(0), bumpy_ball(1)];
+        let offset = Vec3::new(offset, -0.7 * offset, 0.3 * offset);
+        let mut soups = [ball(0), bumpy_ball(1)];
+        soups.iter_mut().flat_map(|soup| &mut soup.positions).for_each(|p| *p += offset);
+        let back = DAffine3::from_translation(-offset.as_dvec3());
+        let transforms: Vec<_> = transforms.into_iter().map(|(i, m)| (i, m * back)).collect();
         let (instances, targets) = place(&soups, &transforms);
         let scene = InstanceBvh::build(instances).expect("there are few");
-        let r = &mut Random(seed);
         if !targets.is_empty() {
-            assert_right(&scene, &rays(&targets, r, 1000));
+            assert_right(&scene, &rays(&targets, &mut Random(seed), 1000));
         }
     }
 }
