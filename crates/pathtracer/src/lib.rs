@@ -24,7 +24,7 @@ pub mod course;
 pub mod memory;
 mod session;
 
-pub use pt_bvh::{BuildOptions, Builder};
+pub use pt_bvh::{BuildOptions, Builder, Quality};
 pub use pt_core::film::{Film, Region, Rejections};
 pub use pt_core::light::EnvironmentMap;
 pub use pt_core::progress::{Observer, Silent};

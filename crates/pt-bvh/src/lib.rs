@@ -59,6 +59,9 @@
 mod build;
 pub mod check;
 mod counter;
+#[cfg(any(fuzzing, test))]
+#[doc(hidden)]
+pub mod fuzz;
 mod geometry;
 mod instance;
 #[cfg(test)]
@@ -327,3 +330,8 @@ impl Bvh {
         self.statistics.skipped
     }
 }
+
+/// The example of the readme.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -128,6 +128,11 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "BUILDER", default_value = "sah", help_heading = "Machine")]
     pub(crate) bvh: Bvh,
 
+    /// How carefully --bvh sah builds its tree: with more care it takes longer, and rays may be
+    /// faster; the image is the same
+    #[arg(long, value_name = "QUALITY", default_value = "balanced", help_heading = "Machine")]
+    pub(crate) quality: Quality,
+
     /// Most shapes in a leaf of the tree
     #[arg(long, value_name = "N", default_value = "4", allow_negative_numbers = true)]
     #[arg(value_parser = check::leaf_size, help_heading = "Machine")]
@@ -221,6 +226,27 @@ impl From<Bvh> for Builder {
             Bvh::Sah => Self::Sah,
             Bvh::Mean => Self::Mean,
             Bvh::None => Self::None,
+        }
+    }
+}
+
+/// Care with which the hierarchy is built.
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub(crate) enum Quality {
+    /// Soon there
+    Fast,
+    /// Long thin triangles are cut where there are many
+    Balanced,
+    /// More ways to part shapes are tried, and triangles are cut finer
+    High,
+}
+
+impl From<Quality> for pathtracer::Quality {
+    fn from(q: Quality) -> Self {
+        match q {
+            Quality::Fast => Self::Fast,
+            Quality::Balanced => Self::Balanced,
+            Quality::High => Self::High,
         }
     }
 }

@@ -167,8 +167,8 @@ impl Checked {
     pub(crate) fn bvh(&self) -> BuildOptions {
         BuildOptions {
             builder: self.cli.bvh.into(),
+            quality: self.cli.quality.into(),
             max_leaf_size: self.cli.max_leaf_size,
-            ..BuildOptions::default()
         }
     }
 
@@ -226,6 +226,30 @@ impl Checked {
                 "-p {x} {y} {dx} {dy}: the cell must have pixels and lie in the image of {width} x \
                  {height}"
             )),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+    use pathtracer::{Builder, Quality};
+
+    use super::*;
+
+    #[test]
+    fn the_tree_is_built_as_asked() {
+        for (args, builder, quality, max_leaf_size) in [
+            ("", Builder::Sah, Quality::Balanced, 4),
+            ("--quality fast", Builder::Sah, Quality::Fast, 4),
+            ("--quality balanced --max-leaf-size 1", Builder::Sah, Quality::Balanced, 1),
+            ("--quality high", Builder::Sah, Quality::High, 4),
+            ("--quality high --bvh mean", Builder::Mean, Quality::High, 4),
+            ("--quality fast --bvh none", Builder::None, Quality::Fast, 4),
+        ] {
+            let words = std::iter::once("pathtracer").chain(args.split_whitespace());
+            let checked = check(Cli::try_parse_from(words).unwrap()).unwrap();
+            assert_eq!(checked.bvh(), BuildOptions { builder, quality, max_leaf_size }, "{args}");
         }
     }
 }

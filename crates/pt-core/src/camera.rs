@@ -95,7 +95,8 @@ impl Camera {
             Clip::Axis => length / distance,
             Clip::Ray => 1.0,
         };
-        Ray { origin, direction: to / length, t_min: self.near * scale, t_max: self.far * scale }
+        let direction = to * length.recip();
+        Ray { origin, direction, t_min: self.near * scale, t_max: self.far * scale }
     }
 }
 

@@ -4,19 +4,19 @@ use crate::film::Film;
 
 /// Mean radiance of each pixel, in rows from the top.
 pub fn radiance(film: &Film) -> Vec<[f32; 3]> {
-    film.pixels().iter().map(|p| p.mean().map(|v| v as f32)).collect()
+    film.pixels().map(|p| p.mean().map(|v| v as f32)).collect()
 }
 
 /// Standard error of the mean luminance of each pixel, in rows from the top; infinite where
 /// fewer than two samples were taken.
 pub fn standard_error(film: &Film) -> Vec<f32> {
-    film.pixels().iter().map(|p| p.luminance().1 as f32).collect()
+    film.pixels().map(|p| p.luminance().1 as f32).collect()
 }
 
 /// How many of at most `spp` samples each pixel took: blue for none over green for half to red
 /// for all, in rows from the top.
 pub fn sampling_rate(film: &Film, spp: u32) -> Vec<[u8; 3]> {
-    film.pixels().iter().map(|p| rate_color(p.count() as f32 / spp.max(1) as f32)).collect()
+    film.pixels().map(|p| rate_color(p.count() as f32 / spp.max(1) as f32)).collect()
 }
 
 /// The colour of a rate in [0, 1].

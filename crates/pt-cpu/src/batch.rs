@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
+use pt_core::RenderScene;
+use pt_core::film::Tile;
 use pt_core::settings::Settings;
-use pt_core::{Film, RenderScene};
 use pt_math::sampler::{LANES, SamplerBlocks};
 use pt_math::{Ray, Spectrum, Vec3};
 
@@ -62,16 +63,16 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// Takes samples and adds them to a film.
+    /// Takes samples and adds them to a tile.
     ///
     /// Each is a pure function of scene, settings, pixel and the number of the sample.
-    pub(crate) fn take(&mut self, batch: &[Run], film: &mut Film) {
+    pub(crate) fn take(&mut self, batch: &[Run], tile: &mut Tile) {
         self.start(batch);
         self.integrator.radiance(&mut self.tracer, &self.starts, &mut self.radiance);
         let mut radiance = &*self.radiance;
         for Run { pixel, samples } in batch {
             let (of_pixel, rest) = radiance.split_at(samples.len());
-            film.add(*pixel, samples.start, of_pixel);
+            tile.add(*pixel, samples.start, of_pixel);
             radiance = rest;
         }
         self.samples += self.radiance.len() as u64;

@@ -1,12 +1,13 @@
 //! The render loop.
 
 use std::ops::Range;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use pt_core::film::{Rejections, Tile};
 use pt_core::settings::{Adaptive, Settings};
-use pt_core::{Film, Observer, Region, RenderScene};
+use pt_core::{Film, Observer, RenderScene};
 use pt_math::sampler::LANES;
 
 use crate::batch::{Run, Worker, batches};
@@ -124,66 +125,61 @@ impl<'a> Renderer<'a> {
     /// Takes the samples that `film` lacks.
     pub fn render(&self, film: &mut Film, observer: &dyn Observer) -> (Progress, Statistics) {
         let start = Instant::now();
-        let tiles = film.region().tiles(self.tile_size);
-        let total = film.region().area() as u64 * u64::from(self.settings.spp);
         let shared = Shared {
-            film: Mutex::new(film),
+            total: film.region().area() as u64 * u64::from(self.settings.spp),
             done: AtomicU64::new(0),
             totals: Mutex::new(Statistics::default()),
+            observer,
         };
         let mut progress = Progress::Finished;
         for pass in passes(self.settings.spp) {
-            self.pass(&tiles, pass, &shared, total, observer);
+            self.pass(film, &pass, &shared);
             if observer.cancelled() {
                 progress = Progress::Cancelled;
                 break;
             }
         }
-        let mut statistics =
-            shared.totals.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut statistics = *lock(&shared.totals);
         statistics.time = start.elapsed();
         (progress, statistics)
     }
 
     /// Brings every pixel to as many samples as the end of the pass.
-    fn pass(
-        &self,
-        tiles: &[Region],
-        pass: Range<u32>,
-        shared: &Shared,
-        total: u64,
-        observer: &dyn Observer,
-    ) {
-        let next = AtomicUsize::new(0);
+    fn pass(&self, film: &mut Film, pass: &Range<u32>, shared: &Shared) {
+        let tiles = Mutex::new(film.tiles(self.tile_size).into_iter());
+        let rejections = Mutex::new(Rejections::default());
         let work = || {
             let Self { scene, settings, integrator, counts_tests, .. } = *self;
             let mut worker = Worker::new(scene, settings, integrator, counts_tests);
-            while let Some(&tile) = tiles.get(next.fetch_add(1, Ordering::Relaxed)) {
-                if observer.cancelled() {
-                    break;
-                }
+            while !shared.observer.cancelled()
+                && let Some(mut tile) = { lock(&tiles).next() }
+            {
                 let before = worker.samples;
-                let mut part = shared.lock_film().tile(tile);
-                self.tile(&mut part, pass.end, &mut worker, observer);
-                shared.lock_film().put(&part);
+                self.tile(&mut tile, pass.end, &mut worker, shared.observer);
+                lock(&rejections).merge(tile.rejections());
                 let taken = worker.samples - before;
-                let news = if observer.cancelled() { taken } else { quota(&part, &pass) };
-                let done = shared.done.fetch_add(news, Ordering::Relaxed) + news;
-                observer.progress(done, total);
+                shared.report(if shared.observer.cancelled() { taken } else { quota(&tile, pass) });
             }
             shared.add(&worker);
         };
         self.pool.scope(|scope| (0..self.threads()).for_each(|_| scope.spawn(|_| work())));
+        drop(tiles);
+        film.reject(&lock(&rejections));
     }
 
     /// Brings every pixel of a tile to `target` samples, unless it converges before.
     ///
     /// The samples of each pixel are taken in order, so when this stops between two batches, the
     /// film can be continued.
-    fn tile(&self, film: &mut Film, target: u32, worker: &mut Worker, observer: &dyn Observer) {
+    fn tile(&self, tile: &mut Tile, target: u32, worker: &mut Worker, observer: &dyn Observer) {
         loop {
-            let pixels = film.region().pixels();
-            let due: Vec<_> = pixels.filter_map(|pixel| self.due(film, pixel, target)).collect();
+            let mut due = Vec::with_capacity(tile.region().area());
+            // Faster than to collect them: nested iterators are good at this alone.
+            tile.region().pixels().for_each(|pixel| {
+                if let Some(run) = self.due(tile, pixel, target) {
+                    due.push(run);
+                }
+            });
             if due.is_empty() {
                 return;
             }
@@ -191,7 +187,7 @@ impl<'a> Renderer<'a> {
                 if observer.cancelled() {
                     return;
                 }
-                worker.take(batch, film);
+                worker.take(batch, tile);
             }
             if due.iter().all(|run| run.samples.end == target) {
                 return;
@@ -200,10 +196,10 @@ impl<'a> Renderer<'a> {
     }
 
     /// The samples that a pixel needs until it is looked at again, if it needs any.
-    fn due(&self, film: &Film, pixel: [u32; 2], target: u32) -> Option<Run> {
-        let [x, y] = pixel;
-        let n = film.pixel(x, y).count();
-        if n >= target || self.converged(film, x, y, n) {
+    #[inline]
+    fn due(&self, tile: &Tile, pixel: [u32; 2], target: u32) -> Option<Run> {
+        let n = tile.count(pixel);
+        if n >= target || self.converged(tile, pixel, n) {
             return None;
         }
         let check = match self.settings.adaptive {
@@ -215,12 +211,12 @@ impl<'a> Renderer<'a> {
     }
 
     /// Whether the n samples of a pixel are enough: 1.96 σ/√n ≤ tolerance · μ.
-    fn converged(&self, film: &Film, x: u32, y: u32, n: u32) -> bool {
+    fn converged(&self, tile: &Tile, pixel: [u32; 2], n: u32) -> bool {
         let Some(Adaptive { batch, tolerance }) = self.settings.adaptive else { return false };
         if n == 0 || !n.is_multiple_of(batch) {
             return false;
         }
-        let (mean, error) = film.pixel(x, y).luminance();
+        let (mean, error) = tile.pixel(pixel).luminance();
         1.96 * error <= f64::from(tolerance) * mean
     }
 }
@@ -236,31 +232,38 @@ fn passes(spp: u32) -> impl Iterator<Item = Range<u32>> {
     })
 }
 
-/// Samples that a pass takes, unless the film has them or does not need them.
-fn quota(film: &Film, pass: &Range<u32>) -> u64 {
-    pass.len() as u64 * film.region().area() as u64
+/// Samples that a pass takes in a tile, unless the film has them or does not need them.
+fn quota(tile: &Tile, pass: &Range<u32>) -> u64 {
+    pass.len() as u64 * tile.region().area() as u64
 }
 
 /// What the threads of a render share.
 struct Shared<'a> {
-    film: Mutex<&'a mut Film>,
+    /// Samples of the image, and how many of them are done.
+    total: u64,
     done: AtomicU64,
     totals: Mutex<Statistics>,
+    observer: &'a dyn Observer,
 }
 
-impl<'a> Shared<'a> {
-    /// The film; a thread that panicked while it held it has not changed it by half, since
-    /// tiles are put in whole.
-    fn lock_film(&self) -> std::sync::MutexGuard<'_, &'a mut Film> {
-        self.film.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+impl Shared<'_> {
+    /// More samples are done.
+    fn report(&self, news: u64) {
+        let done = self.done.fetch_add(news, Ordering::Relaxed) + news;
+        self.observer.progress(done, self.total);
     }
 
     fn add(&self, worker: &Worker) {
-        let mut t = self.totals.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut t = lock(&self.totals);
         t.samples += worker.samples;
         t.rays += worker.tracer.rays;
         t.tests += worker.tracer.tests;
     }
+}
+
+/// What a mutex holds; a thread that panicked while it held it has not changed it by half.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

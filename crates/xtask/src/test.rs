@@ -33,7 +33,10 @@ fn steps(report: &mut Report) -> Result<()> {
         need("rustfmt", &["fmt", "--version"])?;
         need("clippy", &["clippy", "--version"])
     })?;
-    report.step("format", |_| succeed(&mut cargo(&["fmt", "--all", "--check"])))?;
+    report.step("format", |_| {
+        succeed(&mut cargo(&["fmt", "--all", "--check"]))?;
+        succeed(&mut cargo(&["fmt", "--manifest-path", FUZZ, "--check"]))
+    })?;
     report.step("lints", |_| {
         succeed(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
     })?;
@@ -68,6 +71,9 @@ fn portable_queries(skipped: &mut Vec<String>) -> Result<()> {
     command.env("CARGO_TARGET_DIR", target()?.join("portable"));
     tests(command, skipped)
 }
+
+/// A workspace of its own, which needs the nightly toolchain: only its format is checked.
+const FUZZ: &str = "crates/pt-bvh/fuzz/Cargo.toml";
 
 /// Tests that skip something print a line that begins with this.
 const SKIPPED: &str = "skipped: ";

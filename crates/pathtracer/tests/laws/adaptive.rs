@@ -22,8 +22,8 @@ fn film(spp: u32, adaptive: Option<Adaptive>) -> Film {
 }
 
 /// Whether 1.96 σ/√n ≤ tolerance · μ, with σ² the sample variance of luminance.
-fn converged(film: &Film, i: usize, tolerance: f32) -> bool {
-    let (mean, standard_error) = film.pixels()[i].luminance();
+fn converged(film: &Film, [x, y]: [u32; 2], tolerance: f32) -> bool {
+    let (mean, standard_error) = film.pixel(x, y).luminance();
     1.96 * standard_error <= f64::from(tolerance) * mean
 }
 
@@ -37,9 +37,10 @@ fn pixels_stop_where_the_formula_says() {
         let prefixes: Vec<Film> = checks.iter().map(|&n| film(n, None)).collect();
         let all = film(SPP, None);
         let mut early = 0;
-        for (i, got) in adaptive.pixels().iter().enumerate() {
-            let stop = prefixes.iter().find(|f| converged(f, i, tolerance)).unwrap_or(&all);
-            assert!(*got == stop.pixels()[i], "pixel {i} of {batch} {tolerance}");
+        for [x, y] in adaptive.region().pixels() {
+            let got = adaptive.pixel(x, y);
+            let stop = prefixes.iter().find(|f| converged(f, [x, y], tolerance)).unwrap_or(&all);
+            assert!(got == stop.pixel(x, y), "pixel {x}, {y} of {batch} {tolerance}");
             early += u32::from(got.count() < SPP);
         }
         // Neither rule is idle.
@@ -53,7 +54,7 @@ fn pixels_stop_where_the_formula_says() {
 fn black_pixels_stop_at_the_first_batch() {
     const BATCH: u32 = 8;
     let film = film(SPP, Some(Adaptive { batch: BATCH, tolerance: 0.0 }));
-    let black: Vec<_> = film.pixels().iter().filter(|p| p.mean() == [0.0; 3]).collect();
+    let black: Vec<_> = film.pixels().filter(|p| p.mean() == [0.0; 3]).collect();
     assert!(black.len() > 30, "{}", black.len());
     assert!(black.iter().all(|p| p.count() == BATCH));
 }

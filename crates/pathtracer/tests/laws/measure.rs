@@ -35,8 +35,7 @@ impl Luminances {
     /// Those of the pixels of a film, and in the end that of all of them together, which has the
     /// least noise.
     pub(crate) fn of(film: &Film) -> Self {
-        let pixels: Vec<_> =
-            film.pixels().iter().map(pt_core::film::PixelSums::luminance).collect();
+        let pixels: Vec<_> = film.pixels().map(|p| p.luminance()).collect();
         let n = pixels.len() as f64;
         let whole =
             pixels.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0 / n, s.1 + p.1 * p.1 / (n * n)));

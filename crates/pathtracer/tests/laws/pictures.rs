@@ -71,8 +71,12 @@ impl Renders {
     /// Pixels as the file has them, and the variance of each.
     fn pixels(&self) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
         let n = f64::from(RENDERS);
+        let width = self.region.width as usize;
+        let at =
+            |i: usize| [self.region.x + (i % width) as u32, self.region.y + (i / width) as u32];
         let pixel = |i: usize| {
-            let parts: Vec<[f64; 3]> = self.films.iter().map(|f| f.pixels()[i].mean()).collect();
+            let [x, y] = at(i);
+            let parts: Vec<_> = self.films.iter().map(|f| f.pixel(x, y).mean()).collect();
             let sum = [0, 1, 2].map(|c| parts.iter().map(|p| p[c]).sum::<f64>());
             let without =
                 |p: &[f64; 3], c: usize| through_file(((sum[c] - p[c]) / (n - 1.0)) as f32);

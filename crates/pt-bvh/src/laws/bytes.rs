@@ -6,6 +6,7 @@ use rayon::ThreadPoolBuilder;
 
 use super::pieces::needles;
 use super::{Random, Soup};
+use crate::fuzz::ask;
 use crate::serial::codec::checksum;
 use crate::{BuildOptions, Builder, Bvh, Quality, ReadError, Sphere};
 
@@ -32,18 +33,6 @@ fn rays(n: usize) -> Vec<Ray> {
     let window = |r: &mut Random| Ray::new(Vec3::Z * 4.0, r.vector() * 0.1 - Vec3::Z);
     rays.extend((0..n).map(|_| window(&mut r)));
     rays
-}
-
-/// All that the tree says about the rays, single and in batches.
-fn ask(bvh: &Bvh, rays: &[Ray]) -> Vec<Option<crate::Hit>> {
-    let (mut hits, mut occluded) = (Vec::new(), Vec::new());
-    bvh.intersect_batch(rays, &mut hits);
-    bvh.occluded_batch(rays, &mut occluded);
-    for ray in rays {
-        std::hint::black_box(bvh.occluded(ray));
-        hits.push(bvh.intersect(ray));
-    }
-    hits
 }
 
 #[test]

@@ -16,9 +16,9 @@ use crate::traverse::List;
 use crate::wide::WideBvh;
 use crate::{BuildOptions, Builder, Bvh, Kernel, Quality, Source, Statistics};
 
-const MARK: [u8; 8] = *b"pt-bvh\r\n";
+pub(crate) const MARK: [u8; 8] = *b"pt-bvh\r\n";
 /// To be raised with every change of what follows.
-const VERSION: u32 = 1;
+pub(crate) const VERSION: u32 = 1;
 const CHECKSUM_BYTES: usize = 8;
 
 /// Why bytes are not a tree.

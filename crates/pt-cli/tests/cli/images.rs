@@ -76,7 +76,15 @@ fn the_builder_of_the_tree_changes_nothing_but_rounding() {
     let folder = Folder::new();
     folder.succeed("-r 24 18 -s 4 -f sah.exr SCENE");
     let sah = folder.image("sah.exr");
-    for args in ["--bvh mean", "--bvh none", "--max-leaf-size 1"] {
+    for args in [
+        "--bvh mean",
+        "--bvh none",
+        "--max-leaf-size 1",
+        "--quality fast",
+        "--quality balanced",
+        "--quality high",
+        "--quality high --bvh none",
+    ] {
         folder.succeed(&format!("-r 24 18 -s 4 {args} -f other.exr SCENE"));
         let other = folder.image("other.exr");
         assert_eq!(other.pixels, sah.pixels, "{args}");

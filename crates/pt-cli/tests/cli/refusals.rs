@@ -68,6 +68,7 @@ fn words_that_mean_nothing() {
         ("-Z SCENE", "'-Z'"),
         ("--resolutoin 12 9 SCENE", "'--resolution'"),
         ("--bvh quick SCENE", "sah, mean, none"),
+        ("--quality best SCENE", "fast, balanced, high"),
         ("--show all SCENE", "emission, direct, indirect, global"),
         ("--direct sideways SCENE", "mis, light, hemisphere, cosine"),
         ("--sampler dice SCENE", "sobol, independent"),

@@ -28,6 +28,7 @@ fn help_names_every_option_and_says_nothing_else() {
             "--integrator <NAME>",
             "--show <LIGHT>",
             "--bvh <BUILDER>",
+            "--quality <QUALITY>",
             "--max-leaf-size <N>",
         ] {
             assert!(run.out.contains(name), "{flag}: {name} is missing in\n{}", run.out);

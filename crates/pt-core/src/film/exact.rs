@@ -7,7 +7,7 @@ use wide::{f64x4, u32x4};
 ///
 /// The least significant bit is 2⁻⁶⁴. Magnitudes up to 2⁴⁸ keep 15 bits of head room, enough for
 /// 32,768 samples of the largest value, or 2³¹ samples of 2³².
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Zeroable)]
 pub struct ExactSum(i128);
 
 impl ExactSum {

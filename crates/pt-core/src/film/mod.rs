@@ -2,29 +2,25 @@
 //! partial films are merged can change a bit of the image.
 
 mod exact;
+mod region;
+mod tile;
 
-use pt_math::Spectrum;
-
+use self::exact::CHANNELS;
 pub use self::exact::ExactSum;
-use self::exact::{CHANNELS, moments, sums};
+pub use self::region::Region;
+pub use self::tile::Tile;
+
+/// Red, green, blue, and the square of the luminance.
+type Sums = [ExactSum; CHANNELS];
 
 /// What is known of one pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PixelSums {
-    /// Red, green, blue, and the square of the luminance.
-    sums: [ExactSum; CHANNELS],
+    sums: Sums,
     count: u32,
 }
 
 impl PixelSums {
-    /// Adds a sample whose channels are finite and at most [`ExactSum::LIMIT`].
-    fn add(&mut self, l: Spectrum) {
-        for (sum, value) in self.sums.iter_mut().zip(moments(l)) {
-            sum.add(value);
-        }
-        self.count += 1;
-    }
-
     /// Number of samples.
     #[inline]
     pub fn count(&self) -> u32 {
@@ -50,14 +46,6 @@ impl PixelSums {
         let [.., squares] = self.sums;
         let variance = (squares.value() - n * mean * mean).max(0.0) / (n - 1.0);
         (mean, (variance / n).sqrt())
-    }
-
-    /// Adds the samples of another.
-    pub fn merge(&mut self, other: &Self) {
-        for (a, b) in self.sums.iter_mut().zip(other.sums) {
-            a.merge(b);
-        }
-        self.count += other.count;
     }
 }
 
@@ -102,70 +90,26 @@ impl Rejections {
     }
 }
 
-/// A rectangle of pixels: columns `x..x + width`, rows `y..y + height` from the top.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Region {
-    /// First column.
-    pub x: u32,
-    /// First row.
-    pub y: u32,
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-}
-
-impl Region {
-    /// The whole of an image.
-    pub const fn full([width, height]: [u32; 2]) -> Self {
-        Self { x: 0, y: 0, width, height }
-    }
-
-    /// Whether it has pixels, and all of them belong to an image of this size.
-    pub fn is_inside(&self, [width, height]: [u32; 2]) -> bool {
-        let fits = |start: u32, len: u32, end: u32| {
-            len > 0 && start.checked_add(len).is_some_and(|sum| sum <= end)
-        };
-        fits(self.x, self.width, width) && fits(self.y, self.height, height)
-    }
-
-    /// Number of pixels.
-    pub const fn area(&self) -> usize {
-        self.width as usize * self.height as usize
-    }
-
-    /// Columns and rows of all pixels, row by row.
-    pub fn pixels(self) -> impl Iterator<Item = [u32; 2]> {
-        let columns = self.x..self.x + self.width;
-        (self.y..self.y + self.height).flat_map(move |y| columns.clone().map(move |x| [x, y]))
-    }
-
-    /// Cuts the region into tiles of at most `size` × `size` pixels, row by row.
-    pub fn tiles(&self, size: u32) -> Vec<Self> {
-        let (x1, y1) = (self.x + self.width, self.y + self.height);
-        let mut tiles = Vec::new();
-        for y in (self.y..y1).step_by(size as usize) {
-            for x in (self.x..x1).step_by(size as usize) {
-                tiles.push(Self { x, y, width: size.min(x1 - x), height: size.min(y1 - y) });
-            }
-        }
-        tiles
-    }
-}
-
 /// The sums of a rectangle of pixels.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Film {
     region: Region,
-    pixels: Vec<PixelSums>,
+    /// Number of samples, and apart from it their sums: those of pixels that stay black are never
+    /// touched.
+    counts: Vec<u32>,
+    sums: Vec<Sums>,
     rejections: Rejections,
 }
 
 impl Film {
     /// A film without samples.
     pub fn new(region: Region) -> Self {
-        let pixels = vec![PixelSums::default(); region.area()];
-        Self { region, pixels, rejections: Rejections::default() }
+        Self {
+            region,
+            counts: vec![0; region.area()],
+            sums: bytemuck::zeroed_vec(region.area()),
+            rejections: Rejections::default(),
+        }
     }
 
     /// The pixels that are covered.
@@ -180,13 +124,14 @@ impl Film {
 
     /// The sums of a pixel inside of the region.
     #[inline]
-    pub fn pixel(&self, x: u32, y: u32) -> &PixelSums {
-        &self.pixels[self.index(x, y)]
+    pub fn pixel(&self, x: u32, y: u32) -> PixelSums {
+        let i = self.index(x, y);
+        PixelSums { sums: self.sums[i], count: self.counts[i] }
     }
 
     /// Sums in rows from the top.
-    pub fn pixels(&self) -> &[PixelSums] {
-        &self.pixels
+    pub fn pixels(&self) -> impl ExactSizeIterator<Item = PixelSums> {
+        self.sums.iter().zip(&self.counts).map(|(&sums, &count)| PixelSums { sums, count })
     }
 
     /// Samples that were refused.
@@ -194,115 +139,122 @@ impl Film {
         &self.rejections
     }
 
-    /// Adds consecutive samples of a pixel, of which the first has number `first`. One that is no
-    /// number counts as black, and is reported in [`Self::rejections`].
-    #[inline]
-    pub fn add(&mut self, [x, y]: [u32; 2], first: u32, samples: &[Spectrum]) {
-        let i = self.index(x, y);
-        let pixel = &mut self.pixels[i];
-        if let Some(sums) = sums(samples) {
-            for (sum, value) in pixel.sums.iter_mut().zip(sums) {
-                sum.add_multiple(value);
-            }
-            pixel.count += samples.len() as u32;
-        } else {
-            self.add_one_by_one([x, y], first, samples);
-        }
+    /// Adds to the samples that were refused.
+    pub fn reject(&mut self, rejections: &Rejections) {
+        self.rejections.merge(rejections);
     }
 
-    /// [`Self::add`] for samples that are no numbers, or too different to be summed in `f64`.
-    #[cold]
-    fn add_one_by_one(&mut self, [x, y]: [u32; 2], first: u32, samples: &[Spectrum]) {
-        let i = self.index(x, y);
-        for (sample, &l) in (first..).zip(samples) {
-            let usable = l.0.abs().max_element() <= ExactSum::LIMIT && l.is_finite();
-            self.pixels[i].add(if usable { l } else { Spectrum::ZERO });
-            if !usable {
-                self.rejections.add(Rejected { y, x, sample });
-            }
+    /// Cuts the film into the tiles of [`Region::tiles`], to which different threads can add
+    /// samples; what they refuse is to be handed to [`Self::reject`].
+    pub fn tiles(&mut self, size: u32) -> Vec<Tile<'_>> {
+        let Self { region, counts, sums, .. } = self;
+        let mut tiles: Vec<_> = region.tiles(size).into_iter().map(Tile::new).collect();
+        let (width, size) = (region.width as usize, size as usize);
+        let tiles_in_row = width.div_ceil(size);
+        let rows = counts.chunks_mut(width).zip(sums.chunks_mut(width)).enumerate();
+        for (y, (counts, sums)) in rows {
+            let tiles = &mut tiles[y / size * tiles_in_row..];
+            let parts = counts.chunks_mut(size).zip(sums.chunks_mut(size));
+            tiles.iter_mut().zip(parts).for_each(|(tile, (counts, sums))| {
+                tile.push_row(counts, sums);
+            });
         }
+        tiles
     }
 
     /// Adds the samples of a film whose region lies inside of this one's.
     pub fn merge(&mut self, other: &Self) {
-        let r = other.region;
-        for (row, pixels) in other.pixels.chunks_exact(r.width as usize).enumerate() {
-            let start = self.index(r.x, r.y + row as u32);
-            for (mine, theirs) in self.pixels[start..].iter_mut().zip(pixels) {
-                mine.merge(theirs);
+        for ([x, y], theirs) in other.region.rows().zip(other.pixels()) {
+            let i = self.index(x, y);
+            self.counts[i] += theirs.count;
+            for (a, b) in self.sums[i].iter_mut().zip(theirs.sums) {
+                a.merge(b);
             }
         }
         self.rejections.merge(&other.rejections);
     }
 
-    /// Replaces the pixels of `other`'s region by its own, and adds its rejections; for tiles
-    /// that continue from a copy taken by [`Self::tile`].
-    pub fn put(&mut self, other: &Self) {
-        let r = other.region;
-        for (row, pixels) in other.pixels.chunks_exact(r.width as usize).enumerate() {
-            let start = self.index(r.x, r.y + row as u32);
-            self.pixels[start..start + pixels.len()].copy_from_slice(pixels);
-        }
-        self.rejections.merge(&other.rejections);
-    }
-
-    /// A copy of the pixels of a region inside of this one's, without rejections.
-    pub fn tile(&self, region: Region) -> Self {
-        let mut pixels = Vec::with_capacity(region.area());
-        for y in region.y..region.y + region.height {
-            let start = self.index(region.x, y);
-            pixels.extend_from_slice(&self.pixels[start..start + region.width as usize]);
-        }
-        Self { region, pixels, rejections: Rejections::default() }
-    }
-
     /// Total number of samples.
     pub fn samples(&self) -> u64 {
-        self.pixels.iter().map(|p| u64::from(p.count)).sum()
+        self.counts.iter().map(|&n| u64::from(n)).sum()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use pt_math::Spectrum;
+
+    /// A film of one row, from the samples of its pixels.
+    fn film(pixels: &[&[Spectrum]]) -> Film {
+        let mut film = Film::new(Region::full([pixels.len() as u32, 1]));
+        let mut rejections = Rejections::default();
+        for tile in &mut film.tiles(2) {
+            let columns = tile.region().x..tile.region().x + tile.region().width;
+            columns.for_each(|x| tile.add([x, 0], 3, pixels[x as usize]));
+            rejections.merge(tile.rejections());
+        }
+        film.reject(&rejections);
+        film
+    }
 
     #[test]
     fn mean_and_error_are_those_of_the_textbook() {
-        let mut p = PixelSums::default();
-        for v in [1.0, 2.0, 3.0, 6.0] {
-            p.add(Spectrum::splat(v));
-        }
-        let (mean, error) = p.luminance();
+        let film = film(&[&[1.0, 2.0, 3.0, 6.0].map(Spectrum::splat)]);
+        let (mean, error) = film.pixel(0, 0).luminance();
         assert!((mean - 3.0).abs() < 1e-6);
         assert!((error - (14.0f64 / 3.0 / 4.0).sqrt()).abs() < 1e-6, "{error}");
     }
 
     #[test]
     fn what_is_no_number_is_refused_and_located() {
-        let mut film = Film::new(Region::full([4, 2]));
-        film.add([3, 1], 7, &[Spectrum::rgb(1.0, f32::NAN, 0.0)]);
-        film.add([0, 0], 2, &[Spectrum::splat(f32::INFINITY), Spectrum::ONE]);
+        let one = Spectrum::ONE;
+        let film = film(&[
+            &[Spectrum::splat(f32::INFINITY), one],
+            &[one, one],
+            &[],
+            &[one, one, Spectrum::rgb(1.0, f32::NAN, 0.0)],
+        ]);
         assert_eq!(film.rejections().count, 2);
-        assert_eq!(film.rejections().first[1], Rejected { y: 1, x: 3, sample: 7 });
-        assert_eq!(film.pixel(0, 0).mean(), [0.5; 3]);
+        assert_eq!(film.rejections().first[1], Rejected { y: 0, x: 3, sample: 5 });
+        let means = [[0.5; 3], [1.0; 3], [0.0; 3], [2.0 / 3.0; 3]];
+        assert!(film.pixels().map(|p| p.mean()).eq(means));
+        assert_eq!(film.samples(), 7);
+    }
+
+    /// Adds samples that all differ.
+    fn add(tile: &mut Tile, first: u32) {
+        for [x, y] in tile.region().pixels() {
+            let sample = |i| Spectrum::rgb(x as f32 * 0.1, y as f32 * 0.3, (first + i) as f32);
+            tile.add([x, y], first, &[sample(0), sample(1)]);
+        }
     }
 
     #[test]
-    fn merging_parts_is_rendering_the_whole() {
-        let whole = Region::full([5, 3]);
-        let mut all = Film::new(whole);
-        let mut merged = Film::new(whole);
-        for (n, tile) in whole.tiles(2).into_iter().enumerate().rev() {
-            let mut part = Film::new(tile);
-            for y in tile.y..tile.y + tile.height {
-                for x in tile.x..tile.x + tile.width {
-                    let l = Spectrum::rgb(x as f32 * 0.1, y as f32 * 0.3, n as f32);
-                    part.add([x, y], 0, &[l]);
-                    all.add([x, y], 0, &[l]);
-                }
+    fn neither_tiles_nor_order_nor_parts_change_the_sums() {
+        let whole = Region { x: 3, y: 1, width: 5, height: 3 };
+        let [mut all, mut in_tiles, mut merged] = [0; 3].map(|_| Film::new(whole));
+        for first in [0, 2] {
+            all.tiles(u32::MAX).iter_mut().for_each(|tile| add(tile, first));
+            in_tiles.tiles(2).iter_mut().rev().for_each(|tile| add(tile, first));
+            for region in whole.tiles(2) {
+                let mut part = Film::new(region);
+                part.tiles(3).iter_mut().for_each(|tile| add(tile, first));
+                merged.merge(&part);
             }
-            merged.merge(&part);
         }
-        assert_eq!(all, merged);
+        assert_eq!(in_tiles, all);
+        assert_eq!(merged, all);
+        assert_eq!(all.samples(), 4 * 15);
+    }
+
+    #[test]
+    fn tiles_are_those_of_the_region() {
+        let region = Region { x: 7, y: 2, width: 33, height: 9 };
+        for size in [1, 4, 8, 33, 40, u32::MAX] {
+            let mut film = Film::new(region);
+            let tiles = film.tiles(size);
+            assert!(tiles.iter().map(Tile::region).eq(region.tiles(size)), "{size}");
+        }
     }
 }

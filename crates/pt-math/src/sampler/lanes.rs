@@ -48,25 +48,32 @@ impl Samplers {
 #[inline]
 fn points(
     kind: SamplerKind,
-    key: [&Lanes<u32>; 2],
+    keys: [&Lanes<u32>; 2],
     sample: &Lanes<u32>,
     d: u32,
 ) -> [Lanes<f32>; 2] {
-    let lane = |i: usize| ([key[0][i], key[1][i]], sample[i]);
     match kind {
-        SamplerKind::Sobol if key.into_iter().all(is_uniform) => {
-            let seeds = sobol::seeds([key[0][0], key[1][0]], d);
-            each(|i| sobol::point(seeds, sample[i]))
+        // Where the dimension is known, less is computed.
+        SamplerKind::Sobol if d == 0 => sobol_points(0, keys, sample),
+        SamplerKind::Sobol => sobol_points(d, keys, sample),
+        SamplerKind::Independent => {
+            each(|i| independent::point([keys[0][i], keys[1][i]], sample[i], d))
         }
-        SamplerKind::Sobol => each(|i| {
-            let (key, sample) = lane(i);
-            sobol::point(sobol::seeds(key, d), sample)
-        }),
-        SamplerKind::Independent => each(|i| {
-            let (key, sample) = lane(i);
-            independent::point(key, sample, d)
-        }),
     }
+}
+
+#[inline(always)]
+fn sobol_points(d: u32, keys: [&Lanes<u32>; 2], sample: &Lanes<u32>) -> [Lanes<f32>; 2] {
+    let [keys0, keys1] = keys;
+    if is_uniform(keys0) && is_uniform(keys1) {
+        let seeds = sobol::seeds([keys0[0], keys1[0]], d);
+        return each(|i| sobol::point(d, seeds, sample[i]));
+    }
+    let [mut order, mut seed_x, mut seed_y] = [[0; LANES]; 3];
+    for i in 0..LANES {
+        [order[i], seed_x[i], seed_y[i]] = sobol::seeds([keys0[i], keys1[i]], d);
+    }
+    each(|i| sobol::point(d, [order[i], seed_x[i], seed_y[i]], sample[i]))
 }
 
 /// Whether all words are the same, as those of the key are in one pixel.
@@ -90,20 +97,18 @@ pub struct SamplerBlocks {
     kind: SamplerKind,
     seed: u32,
     len: usize,
-    blocks: Vec<Block>,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Block {
-    pixel: [Lanes<u32>; 2],
-    key: [Lanes<u32>; 2],
-    sample: Lanes<u32>,
+    /// Column and row of each one's pixel. These and the other vectors have at least `LANES`
+    /// entries more than there are samplers, which mean nothing.
+    pixel: [Vec<u32>; 2],
+    key: [Vec<u32>; 2],
+    sample: Vec<u32>,
 }
 
 impl SamplerBlocks {
     /// None yet.
     pub fn new(kind: SamplerKind, seed: u32) -> Self {
-        Self { kind, seed, len: 0, blocks: Vec::new() }
+        let [pixel, key] = [[Vec::new(), Vec::new()], [Vec::new(), Vec::new()]];
+        Self { kind, seed, len: 0, pixel, key, sample: Vec::new() }
     }
 
     /// How many there are.
@@ -118,28 +123,33 @@ impl SamplerBlocks {
 
     /// Takes the place of all that there were: for each pixel its consecutive samples.
     #[inline]
-    pub fn refill(&mut self, runs: impl IntoIterator<Item = ([u32; 2], Range<u32>)>) {
-        self.blocks.clear();
-        let mut lane = LANES;
-        for (pixel, mut samples) in runs {
-            while !samples.is_empty() {
-                if lane == LANES {
-                    self.blocks.push(Block::of_pixel(pixel, samples.start));
-                    lane = 0;
-                }
-                let n = samples.len().min(LANES - lane);
-                if lane > 0
-                    && let Some(block) = self.blocks.last_mut()
-                {
-                    block.set(lane..lane + n, pixel, samples.start);
-                }
-                samples.start += n as u32;
-                lane += n;
-            }
+    pub fn refill(&mut self, runs: impl Iterator<Item = ([u32; 2], Range<u32>)> + Clone) {
+        self.len = runs.clone().map(|(_, samples)| samples.len()).sum();
+        let size = self.len.next_multiple_of(LANES) + LANES;
+        let [xs, ys] = &mut self.pixel;
+        let mut columns = [xs, ys, &mut self.sample];
+        columns.iter_mut().chain(&mut self.key.each_mut()).for_each(|c| c.resize(size, 0));
+        set_runs(columns.map(|column| &mut column[..]), runs);
+        for block in 0..self.len.div_ceil(LANES) {
+            self.set_keys(block);
         }
-        self.len = self.blocks.len() * LANES - (LANES - lane);
-        for block in &mut self.blocks {
-            block.set_keys(self.seed);
+    }
+
+    /// Sets the keys in place: words that are gathered elsewhere are waited for when they are
+    /// fetched as vectors.
+    #[inline(always)]
+    fn set_keys(&mut self, block: usize) {
+        let [xs, ys] = self.pixel.each_ref().map(|column| lanes(column, block));
+        let [keys0, keys1] =
+            self.key.each_mut().map(|column| &mut column.as_chunks_mut::<LANES>().0[block]);
+        if is_uniform(xs) && is_uniform(ys) {
+            let [k0, k1] = pixel_key(self.seed, [xs[0], ys[0]]);
+            keys0.fill(k0);
+            keys1.fill(k1);
+        } else {
+            for (lane, (k0, k1)) in keys0.iter_mut().zip(keys1).enumerate() {
+                [*k0, *k1] = pixel_key(self.seed, [xs[lane], ys[lane]]);
+            }
         }
     }
 
@@ -149,9 +159,8 @@ impl SamplerBlocks {
     /// If there are not so many.
     #[inline]
     pub fn get(&self, i: usize) -> Sampler {
-        let (block, lane) = (&self.blocks[i / LANES], i % LANES);
-        let key = block.key.map(|words| words[lane]);
-        Sampler { kind: self.kind, dimension: 0, key, sample: block.sample[lane] }
+        let key = self.key.each_ref().map(|words| words[i]);
+        Sampler { kind: self.kind, dimension: 0, key, sample: self.sample[i] }
     }
 
     /// Columns and rows of the pixels of a block.
@@ -159,8 +168,8 @@ impl SamplerBlocks {
     /// # Panics
     /// If there are not so many blocks.
     #[inline]
-    pub fn pixels(&self, block: usize) -> &[Lanes<u32>; 2] {
-        &self.blocks[block].pixel
+    pub fn pixels(&self, block: usize) -> [&Lanes<u32>; 2] {
+        self.pixel.each_ref().map(|column| lanes(column, block))
     }
 
     /// [`Samplers::points`] of a block.
@@ -169,43 +178,30 @@ impl SamplerBlocks {
     /// If there are not so many blocks.
     #[inline]
     pub fn points(&self, block: usize, d: u32) -> [Lanes<f32>; 2] {
-        let Block { key, sample, .. } = &self.blocks[block];
-        points(self.kind, key.each_ref(), sample, d)
+        let key = self.key.each_ref().map(|column| lanes(column, block));
+        points(self.kind, key, lanes(&self.sample, block), d)
     }
 }
 
-impl Block {
-    /// Consecutive samples of a pixel, without keys.
-    #[inline(always)]
-    fn of_pixel([x, y]: [u32; 2], first: u32) -> Self {
-        Self {
-            pixel: [[x; LANES], [y; LANES]],
-            key: [[0; LANES]; 2],
-            sample: std::array::from_fn(|i| first.wrapping_add(i as u32)),
-        }
-    }
+#[inline(always)]
+fn lanes(column: &[u32], block: usize) -> &Lanes<u32> {
+    &column.as_chunks().0[block]
+}
 
-    /// The same in some of the lanes.
-    #[inline(always)]
-    fn set(&mut self, lanes: Range<usize>, [x, y]: [u32; 2], first: u32) {
-        self.pixel[0][lanes.clone()].fill(x);
-        self.pixel[1][lanes.clone()].fill(y);
-        for (sample, n) in self.sample[lanes].iter_mut().zip(first..) {
-            *sample = n;
+/// Writes columns, rows and sample numbers, a whole block at any place at a time: what is beyond a
+/// run, the next one writes over.
+#[inline(always)]
+fn set_runs(columns: [&mut [u32]; 3], runs: impl Iterator<Item = ([u32; 2], Range<u32>)>) {
+    let [xs, ys, sample] = columns;
+    let numbers: Lanes<u32> = std::array::from_fn(|i| i as u32);
+    let mut place = 0;
+    for ([x, y], samples) in runs {
+        let end = place + samples.len();
+        for (at, first) in (place..end).step_by(LANES).zip(samples.step_by(LANES)) {
+            xs[at..at + LANES].copy_from_slice(&[x; LANES]);
+            ys[at..at + LANES].copy_from_slice(&[y; LANES]);
+            sample[at..at + LANES].copy_from_slice(&numbers.map(|n| first.wrapping_add(n)));
         }
-    }
-
-    #[inline]
-    fn set_keys(&mut self, seed: u32) {
-        let [xs, ys] = &self.pixel;
-        if is_uniform(xs) && is_uniform(ys) {
-            self.key = pixel_key(seed, [xs[0], ys[0]]).map(|word| [word; LANES]);
-            return;
-        }
-        for lane in 0..LANES {
-            let [k0, k1] = pixel_key(seed, [xs[lane], ys[lane]]);
-            self.key[0][lane] = k0;
-            self.key[1][lane] = k1;
-        }
+        place = end;
     }
 }

@@ -82,7 +82,7 @@ impl Sampler {
         let d = self.dimension;
         self.dimension = d.wrapping_add(1);
         match self.kind {
-            SamplerKind::Sobol => sobol::number(sobol::seeds(self.key, d), self.sample),
+            SamplerKind::Sobol => sobol::number(d, sobol::seeds(self.key, d), self.sample),
             SamplerKind::Independent => independent::point(self.key, self.sample, d)[0],
         }
     }
@@ -93,7 +93,7 @@ impl Sampler {
         let d = self.dimension;
         self.dimension = d.wrapping_add(2);
         match self.kind {
-            SamplerKind::Sobol => sobol::point(sobol::seeds(self.key, d), self.sample),
+            SamplerKind::Sobol => sobol::point(d, sobol::seeds(self.key, d), self.sample),
             SamplerKind::Independent => independent::point(self.key, self.sample, d),
         }
     }

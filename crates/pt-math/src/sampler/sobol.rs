@@ -4,7 +4,8 @@
 //! Every dimension or pair of dimensions uses the first one or two dimensions of the Sobol'
 //! sequence with scrambles of its own, and takes its points in a shuffled order of its own
 //! ("padding"). The shuffle is an Owen scramble of the index, which maps each aligned run of 2ᵏ
-//! samples to an aligned run, so such runs stay (0, 2)-nets.
+//! samples to an aligned run, so such runs stay (0, 2)-nets. Dimension 0 can do without: what
+//! matters is that no two dimensions share an order.
 //!
 //! A scramble works on numbers whose bits are reversed, so that what it does to a digit depends
 //! on the digits before it alone. The first Sobol' dimension reverses the bits of the index;
@@ -46,17 +47,26 @@ pub(super) fn seeds(key: [u32; 2], d: u32) -> [u32; 3] {
     pcg3d([key[0], key[1], d])
 }
 
-/// A sample's number by the seeds of a dimension.
+/// The place of a sample in the order of dimension `d`.
 #[inline(always)]
-pub(super) fn number([order, seed, _]: [u32; 3], sample: u32) -> f32 {
-    let i = scramble_reversed(sample.reverse_bits(), order).reverse_bits();
+fn place(d: u32, order: u32, sample: u32) -> u32 {
+    match d {
+        0 => sample,
+        _ => scramble_reversed(sample.reverse_bits(), order).reverse_bits(),
+    }
+}
+
+/// A sample's number by the seeds of dimension `d`.
+#[inline(always)]
+pub(super) fn number(d: u32, [order, seed, _]: [u32; 3], sample: u32) -> f32 {
+    let i = place(d, order, sample);
     unit(scramble_reversed(i, seed).reverse_bits())
 }
 
-/// A sample's point by the seeds of a dimension; its first coordinate is [`number`].
+/// A sample's point by the seeds of dimension `d`; its first coordinate is [`number`].
 #[inline(always)]
-pub(super) fn point([order, seed_x, seed_y]: [u32; 3], sample: u32) -> [f32; 2] {
-    let i = scramble_reversed(sample.reverse_bits(), order).reverse_bits();
+pub(super) fn point(d: u32, [order, seed_x, seed_y]: [u32; 3], sample: u32) -> [f32; 2] {
+    let i = place(d, order, sample);
     let x = scramble_reversed(i, seed_x);
     let y = scramble_reversed(second_dimension_reversed(i), seed_y);
     [unit(x.reverse_bits()), unit(y.reverse_bits())]

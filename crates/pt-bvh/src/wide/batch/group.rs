@@ -60,6 +60,49 @@ pub(super) struct Taken {
     pub(super) has_slabs: bool,
 }
 
+/// The axes along which eight directions are largest; y does not count where z does.
+#[derive(Clone, Copy)]
+struct Axes {
+    is_y: f32x8,
+    is_z: f32x8,
+}
+
+impl Axes {
+    /// Whether all have the axis y, and whether all have z; else nothing.
+    #[inline(always)]
+    fn common(self) -> Option<[bool; 2]> {
+        let [y, z] = [self.is_y, self.is_z].map(f32x8::to_bitmask);
+        match [y & !z, z] {
+            [0, 0] => Some([false, false]),
+            [0xff, 0] => Some([true, false]),
+            [0, 0xff] => Some([false, true]),
+            _ => None,
+        }
+    }
+
+    #[inline(always)]
+    fn select(self, x: f32x8, y: f32x8, z: f32x8) -> f32x8 {
+        self.is_z.select(z, self.is_y.select(y, x))
+    }
+
+    /// By x, y, z to the cyclic order that ends with the axis.
+    #[inline(always)]
+    fn in_order(self, [x, y, z]: [f32x8; 3]) -> [f32x8; 3] {
+        match self.common() {
+            Some([false, false]) => [y, z, x],
+            Some([true, _]) => [z, x, y],
+            Some([_, true]) => [x, y, z],
+            None => [self.select(y, z, x), self.select(z, x, y), self.select(x, y, z)],
+        }
+    }
+
+    /// And back.
+    #[inline(always)]
+    fn out_of_order(self, [a, b, c]: [f32x8; 3]) -> [f32x8; 3] {
+        [self.select(c, b, a), self.select(a, c, b), self.select(b, a, c)]
+    }
+}
+
 /// The column's numbers of eight rays.
 #[inline(always)]
 pub(super) fn eight(column: &Column, first: usize) -> f32x8 {
@@ -118,24 +161,25 @@ impl Group {
         let [ox, oy, oz, dx, dy, dz, t_min, t_max] = f32x8::transpose(rows);
         let (o, d) = ([ox, oy, oz], [dx, dy, dz]);
         let [ax, ay, az] = d.map(f32x8::abs);
-        let (is_y, is_z) = (ay.simd_ge(ax), az.simd_gt(ax.fast_max(ay)));
-        let by_axis = |x: f32x8, y: f32x8, z: f32x8| is_z.select(z, is_y.select(y, x));
-        let scale = by_axis(ax, ay, az);
+        let axes = Axes { is_y: ay.simd_ge(ax), is_z: az.simd_gt(ax.fast_max(ay)) };
+        let [da, db, along] = axes.in_order(d);
+        let scale = along.abs();
         let origin_size = o[0].abs().fast_max(o[1].abs()).fast_max(o[2].abs());
         let in_range = o.map(|x| x.abs().simd_le(splat(LARGEST_COORDINATE)));
         let finite = [ax, ay, az].map(|x| x.simd_lt(splat(f32::INFINITY)));
         let usable = in_range[0] & in_range[1] & in_range[2] & finite[0] & finite[1] & finite[2];
 
-        let sign = copysign(splat(1.0), by_axis(dx, dy, dz));
-        let slope @ [sx, sy, sz] = d.map(|x| x / scale);
+        let sign = copysign(splat(1.0), along);
+        let slopes = [da, db].map(|x| x / scale);
         let falls = [0, 1, 2].map(|k: usize| (bits(d[k]) >> 31) << k as u32);
         let octant = falls[0] | falls[1] | falls[2];
         set_bits(&mut self.octant, first, octant);
-        let axis = bits(is_z).select(bit(1), bits(is_y) & bit(0));
+        let axis = bits(axes.is_z).select(bit(1), bits(axes.is_y) & bit(0));
         set_bits(&mut self.axis, first, axis);
         let alike = [octant, axis].map(|x| x.simd_eq(u32x8::splat(x.as_array()[0])));
         let has_slabs = !(alike[0] & alike[1]).all();
         if has_slabs {
+            let slope = axes.out_of_order([slopes[0], slopes[1], sign]);
             self.set_slabs(first, o, slope, bounds, center);
         }
 
@@ -143,11 +187,12 @@ impl Group {
         let start = t_min * scale * (1.0 - CONVERSION);
         set_column(&mut self.start, first, start.fast_max(splat(f32::MIN_POSITIVE)));
         set_column(&mut self.limit, first, depth_limit(t_max, scale));
-        set_column(&mut self.origin[0], first, by_axis(oy, oz, ox));
-        set_column(&mut self.origin[1], first, by_axis(oz, ox, oy));
-        set_column(&mut self.origin[2], first, by_axis(ox, oy, oz));
-        set_column(&mut self.slopes[0], first, by_axis(sy, sz, sx) * sign);
-        set_column(&mut self.slopes[1], first, by_axis(sz, sx, sy) * sign);
+        for (column, x) in self.origin.iter_mut().zip(axes.in_order(o)) {
+            set_column(column, first, x);
+        }
+        for (column, x) in self.slopes.iter_mut().zip(slopes) {
+            set_column(column, first, x * sign);
+        }
         set_column(&mut self.sign, first, sign);
         set_column(&mut self.scale, first, scale);
         set_column(&mut self.inverse_scale, first, splat(1.0) / scale);
@@ -165,14 +210,11 @@ impl Group {
     pub(super) fn take_slabs(&mut self, first: usize, bounds: &Bounds3, center: Vec3) {
         let axis = of_eight(&self.axis, first);
         let [is_y, is_z] = [0, 1].map(|k| from_bits(axis.simd_eq(bit(k))));
-        // From the cyclic order of axes that ends with the ray's own.
-        let by_axis = |x: f32x8, y: f32x8, z: f32x8| is_z.select(z, is_y.select(y, x));
-        let in_order =
-            |[a, b, c]: [f32x8; 3]| [by_axis(c, b, a), by_axis(a, c, b), by_axis(b, a, c)];
-        let origin = in_order(self.origin.each_ref().map(|column| eight(column, first)));
+        let axes = Axes { is_y, is_z };
+        let origin = axes.out_of_order(self.origin.each_ref().map(|column| eight(column, first)));
         let sign = eight(&self.sign, first);
         let [a, b] = self.slopes.each_ref().map(|column| eight(column, first) * sign);
-        self.set_slabs(first, origin, in_order([a, b, sign]), bounds, center);
+        self.set_slabs(first, origin, axes.out_of_order([a, b, sign]), bounds, center);
     }
 
     /// The operations of `Slabs::new`, which give the same bits.
@@ -318,6 +360,13 @@ impl Group {
     #[inline(always)]
     pub(super) fn has_hit(&self, i: usize) -> bool {
         self.primitive[i] != NO_PRIMITIVE
+    }
+
+    /// Whether any of the eight rays from `first` on has hit anything.
+    #[inline(always)]
+    pub(super) fn have_hits(&self, first: usize) -> bool {
+        let none = of_eight(&self.primitive, first).simd_eq(u32x8::splat(NO_PRIMITIVE));
+        !none.all()
     }
 
     /// What the ray has hit.

@@ -158,7 +158,14 @@ impl WideBvh {
         counter: &mut impl Counter,
     ) {
         self.batch::<false>(rays, bounds, counter, |group, n| {
-            hits.extend((0..n).map(|i| group.hit(i)));
+            for first in (0..n).step_by(WIDTH) {
+                let n = WIDTH.min(n - first);
+                if group.have_hits(first) {
+                    hits.extend((first..first + n).map(|i| group.hit(i)));
+                } else {
+                    hits.extend_from_slice(&[None; WIDTH][..n]);
+                }
+            }
         });
     }
 

@@ -84,11 +84,11 @@ impl Beam {
         }
         let [ox, oy, oz] = &group.origin;
         let [sx, sy] = &group.slopes;
-        // Eight, of which the last two are there for the transposition only.
-        let columns = [ox, oy, oz, sx, sy, &group.start, &group.start, &group.start];
+        let columns = [ox, oy, oz, sx, sy, &group.start];
         let extremes = |of: fn(f32x8, f32x8) -> f32x8| {
-            let [a, b, c, d, e, f, g, h] =
-                f32x8::transpose(columns.map(|column| fold::<N>(column, first, of)));
+            let [a, b, c, d, e, f] = columns.map(|column| fold::<N>(column, first, of));
+            // Eight, of which the last two are there for the transposition only.
+            let [a, b, c, d, e, f, g, h] = f32x8::transpose([a, b, c, d, e, f, f, f]);
             of(of(of(a, b), of(c, d)), of(of(e, f), of(g, h))).to_array()
         };
         let (least, greatest) = (extremes(f32x8::fast_min), extremes(f32x8::fast_max));

@@ -1,0 +1,110 @@
+//! A part of the film, to which one thread adds samples.
+
+use pt_math::Spectrum;
+
+use super::exact::{moments, sums};
+use super::{ExactSum, PixelSums, Region, Rejected, Rejections, Sums};
+
+/// Pixels of a [`Film`](super::Film), which are its own for as long as this lives.
+#[derive(Debug)]
+pub struct Tile<'a> {
+    region: Region,
+    rows: Vec<Row<'a>>,
+    rejections: Rejections,
+}
+
+#[derive(Debug)]
+struct Row<'a> {
+    counts: &'a mut [u32],
+    sums: &'a mut [Sums],
+}
+
+impl<'a> Tile<'a> {
+    /// Without rows yet.
+    pub(super) fn new(region: Region) -> Self {
+        let rows = Vec::with_capacity(region.height as usize);
+        Self { region, rows, rejections: Rejections::default() }
+    }
+
+    /// Adds the next row.
+    pub(super) fn push_row(&mut self, counts: &'a mut [u32], sums: &'a mut [Sums]) {
+        self.rows.push(Row { counts, sums });
+    }
+
+    /// The pixels that are covered.
+    pub fn region(&self) -> Region {
+        self.region
+    }
+
+    /// Samples that were refused.
+    pub fn rejections(&self) -> &Rejections {
+        &self.rejections
+    }
+
+    /// The row of a pixel, and its place there.
+    #[inline]
+    fn place(&self, [x, y]: [u32; 2]) -> (usize, usize) {
+        ((y - self.region.y) as usize, (x - self.region.x) as usize)
+    }
+
+    /// The number of samples of a pixel inside of the region.
+    #[inline]
+    pub fn count(&self, pixel: [u32; 2]) -> u32 {
+        let (row, column) = self.place(pixel);
+        self.rows[row].counts[column]
+    }
+
+    /// The sums of a pixel inside of the region.
+    pub fn pixel(&self, pixel: [u32; 2]) -> PixelSums {
+        let (row, column) = self.place(pixel);
+        let Row { counts, sums } = &self.rows[row];
+        PixelSums { sums: sums[column], count: counts[column] }
+    }
+
+    /// Adds consecutive samples of a pixel, of which the first has number `first`. One that is no
+    /// number counts as black, and is reported in [`Self::rejections`].
+    #[inline]
+    pub fn add(&mut self, pixel: [u32; 2], first: u32, samples: &[Spectrum]) {
+        let (row, column) = self.place(pixel);
+        let row = &mut self.rows[row];
+        row.counts[column] += samples.len() as u32;
+        if are_zero(samples) {
+            return; // as where nothing is seen
+        }
+        let pixel_sums = &mut row.sums[column];
+        if let Some(sums) = sums(samples) {
+            for (sum, value) in pixel_sums.iter_mut().zip(sums) {
+                sum.add_multiple(value);
+            }
+        } else {
+            add_one_by_one(pixel_sums, &mut self.rejections, pixel, first, samples);
+        }
+    }
+}
+
+/// Whether all bits are 0.
+#[inline(always)]
+fn are_zero(samples: &[Spectrum]) -> bool {
+    let bits = |l: &Spectrum| l.to_array().map(f32::to_bits).into_iter().fold(0, |all, b| all | b);
+    samples.iter().fold(0, |all, l| all | bits(l)) == 0
+}
+
+/// Adds samples that are no numbers, or too different to be summed in `f64`.
+#[cold]
+fn add_one_by_one(
+    sums: &mut Sums,
+    rejections: &mut Rejections,
+    [x, y]: [u32; 2],
+    first: u32,
+    samples: &[Spectrum],
+) {
+    for (sample, &l) in (first..).zip(samples) {
+        if l.0.abs().max_element() <= ExactSum::LIMIT && l.is_finite() {
+            for (sum, value) in sums.iter_mut().zip(moments(l)) {
+                sum.add(value);
+            }
+        } else {
+            rejections.add(Rejected { y, x, sample });
+        }
+    }
+}
