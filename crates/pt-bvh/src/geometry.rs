@@ -1,6 +1,6 @@
 //! What is built over, and what a query returns.
 
-use pt_math::{Bounds3, Vec3};
+use pt_math::{Bounds3, DVec3, Vec3};
 
 /// Coordinates, radii and ray origins above this magnitude (2⁶⁰ ≈ 1.15·10¹⁸) take no part, so that
 /// no product of two distances overflows.
@@ -85,16 +85,18 @@ impl Primitive {
                 .then(|| p.into_iter().collect::<Bounds3>()),
             Self::Sphere(Sphere { center, radius }) => {
                 let usable = in_range(center) && radius > 0.0 && radius <= LARGEST_COORDINATE;
-                usable.then(|| {
-                    let outward = |v: Vec3, f: fn(f32) -> f32| Vec3::new(f(v.x), f(v.y), f(v.z));
-                    Bounds3 {
-                        min: outward(center - radius, f32::next_down),
-                        max: outward(center + radius, f32::next_up),
-                    }
-                })
+                let (c, r) = (center.as_dvec3(), f64::from(radius));
+                usable.then(|| outward(c - r, c + r))
             }
         }
     }
+}
+
+/// A box around these corners, by outward rounding.
+pub(crate) fn outward(min: DVec3, max: DVec3) -> Bounds3 {
+    let down = min.as_vec3().to_array().map(f32::next_down);
+    let up = max.as_vec3().to_array().map(f32::next_up);
+    Bounds3 { min: Vec3::from_array(down), max: Vec3::from_array(up) }
 }
 
 /// Whether all coordinates are finite and not too large.
@@ -107,5 +109,5 @@ pub(crate) fn in_range(v: Vec3) -> bool {
 /// Whether the cross product of two edges is not zero, in double precision.
 fn has_area(p: [Vec3; 3]) -> bool {
     let [a, b, c] = p.map(Vec3::as_dvec3);
-    (b - a).cross(c - a) != pt_math::DVec3::ZERO
+    (b - a).cross(c - a) != DVec3::ZERO
 }

@@ -44,6 +44,12 @@
 //! A tree can be kept as bytes ([`Bvh::to_bytes`], [`Bvh::from_bytes`]), and follow primitives that
 //! move ([`Bvh::refit`]).
 //!
+//! # Beyond triangles and spheres
+//!
+//! [`InstanceBvh`] is a tree over objects that are placed by affine transforms, each a [`Bvh`] that
+//! is built once. [`UserBvh`], of which it is a case, is a tree over any [`UserPrimitives`] that
+//! know their boxes and where rays hit them. Both find what a loop over all would find.
+//!
 //! # How to ask
 //!
 //! Many rays are answered much faster by [`Bvh::intersect_batch`] and [`Bvh::occluded_batch`] than
@@ -58,6 +64,7 @@ mod counter;
 #[doc(hidden)]
 pub mod fuzz;
 mod geometry;
+mod instance;
 #[cfg(test)]
 mod laws;
 mod node;
@@ -68,6 +75,7 @@ mod serial;
 mod sphere;
 mod traverse;
 mod triangle;
+mod user;
 mod wide;
 
 use pt_math::{Bounds3, Ray, Rays};
@@ -78,10 +86,12 @@ use traverse::List;
 use wide::WideBvh;
 
 pub use geometry::{Geometry, Hit, LARGEST_COORDINATE, Sphere};
+pub use instance::{Instance, InstanceBvh, InstanceHit, TransformError};
 pub use node::{Bvh2, MAX_DEPTH, Node};
 pub use options::{BuildOptions, Builder, Quality};
 pub use refit::RefitError;
 pub use serial::ReadError;
+pub use user::{USUAL_SLACK, UserBvh, UserPrimitives};
 
 /// Fewer rays than this are faster one by one.
 const LEAST_BATCH: usize = 8;

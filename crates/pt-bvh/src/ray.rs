@@ -11,7 +11,7 @@
 //! it computes errs by at most 56εR (weights by 48ε together, see [`crate::triangle`], and the
 //! rounding of the mean), and slopes are at most 1. So τ is a depth at which the ray is within 73εR
 //! of the triangle, and of the box around the part of it that is there. (Where double precision
-//! finds τ by the plane, the ray is as near to the triangle as its rounding allows.) A box test that
+//! finds τ by the plane, the ray is within εR of the triangle there.) A box test that
 //! computes in f32 relative to any point of the scene errs by at most 10εR, and the rounding of the
 //! slopes moves the ray by 3εR; so a box test that widens its slabs by the *pad* of 96εR on every
 //! side finds an interval that contains τ. Hence each traversal visits all that can win, and finds
@@ -26,6 +26,8 @@ use crate::geometry::in_range;
 
 /// In units of R; see the module.
 pub(crate) const PAD: f32 = 96.0 * EPSILON;
+/// The part of the pad that the box test itself needs.
+pub(crate) const BOX_TEST: f32 = 16.0 * EPSILON;
 /// Never 0, so that depths of 0 stay inside.
 pub(crate) const LEAST_PAD: f32 = 4.0 * f32::MIN_POSITIVE;
 /// Slopes below this are rounded up to it: over the depth R that moves the ray by εR.
@@ -110,12 +112,12 @@ impl Prepared {
         (self.t_min * self.scale * (1.0 - CONVERSION)).max(f32::MIN_POSITIVE)
     }
 
-    /// The depths between which the ray is inside of the widened box: those of all hits on what is
-    /// in the box are among them.
+    /// The depths between which the ray is inside of the box widened by `pad` on every side: with
+    /// the pad of the ray, those of all hits on what is in the box are among them.
     #[inline]
-    pub(crate) fn slab_interval(&self, bounds: &Bounds3) -> (f32, f32) {
-        let a = (bounds.min - self.origin - self.pad) * self.inverse;
-        let b = (bounds.max - self.origin + self.pad) * self.inverse;
+    pub(crate) fn slab_interval(&self, bounds: &Bounds3, pad: f32) -> (f32, f32) {
+        let a = (bounds.min - self.origin - pad) * self.inverse;
+        let b = (bounds.max - self.origin + pad) * self.inverse;
         (a.min(b).max_element(), a.max(b).min_element())
     }
 }

@@ -121,43 +121,79 @@ impl List {
     }
 }
 
-impl Bvh2 {
-    /// The nearest hit, by scalar code: the reference for faster kernels, not itself fast.
-    /// `geometry` must be what the tree was built over.
-    pub fn intersect(&self, geometry: &Geometry<'_>, ray: &Ray) -> Option<Hit> {
-        let ray = Prepared::new(ray, &self.bounds())?;
-        let mut nearest = Nearest::new(&ray);
+/// Nodes to visit, with the depths at which the ray enters them: the root, or the children of one
+/// node per level.
+pub(crate) type Stack = [(u32, f32); MAX_DEPTH + 2];
+pub(crate) const STACK: Stack = [(0, 0.0); MAX_DEPTH + 2];
+
+/// A ray on its way through a binary tree.
+#[derive(Debug)]
+pub(crate) struct Walk<'a, 'b> {
+    tree: &'a Bvh2,
+    ray: Prepared,
+    start: f32,
+    stack: &'b mut Stack,
+    /// Entries on the stack.
+    size: usize,
+}
+
+impl<'a, 'b> Walk<'a, 'b> {
+    /// `tree` must have nodes; what is on the stack means nothing.
+    #[inline]
+    pub(crate) fn new(tree: &'a Bvh2, ray: Prepared, stack: &'b mut Stack) -> Self {
         let start = ray.depth_start();
-        // The children of one node per level, and the root.
-        let mut stack = [(0usize, start); MAX_DEPTH + 2];
-        let mut size = 1;
-        while size > 0 {
-            size -= 1;
-            let (i, entry) = stack[size];
-            if entry > ray.depth_limit(nearest.t()) {
+        stack[0] = (0, start);
+        Self { tree, ray, start, stack, size: 1 }
+    }
+
+    /// The primitives of the next leaf, the nearer ones first, in which there may be a hit with
+    /// parameter up to `t`. The box of node `i` is widened by the pad of the ray times
+    /// `widening(i)`.
+    #[inline]
+    pub(crate) fn next(&mut self, t: f32, widening: impl Fn(usize) -> f32) -> Option<&'a [u32]> {
+        let limit = self.ray.depth_limit(t);
+        while self.size > 0 {
+            self.size -= 1;
+            let (i, entry) = self.stack[self.size];
+            if entry > limit {
                 continue;
             }
-            let node = &self.nodes[i];
+            let node = &self.tree.nodes[i as usize];
             if node.is_leaf() {
                 let first = node.offset as usize;
-                for &id in &self.order[first..first + node.count as usize] {
-                    if let Some(hit) = intersect_primitive(&ray, &geometry.primitive(id), id) {
-                        nearest.offer(hit);
-                    }
-                }
-                continue;
+                return Some(&self.tree.order[first..first + node.count as usize]);
             }
-            let mut children = self.children(i).map(|child| {
-                let (near, far) = ray.slab_interval(&self.nodes[child].bounds());
-                (child, near.max(start), far)
+            let mut children = self.tree.children(i as usize).map(|child| {
+                let bounds = self.tree.nodes[child].bounds();
+                let (near, far) = self.ray.slab_interval(&bounds, self.ray.pad * widening(child));
+                (child as u32, near.max(self.start), far)
             });
             if children[0].1 < children[1].1 {
                 children.swap(0, 1);
             }
             for (child, near, far) in children {
                 if near <= far {
-                    stack[size] = (child, near);
-                    size += 1;
+                    self.stack[self.size] = (child, near);
+                    self.size += 1;
+                }
+            }
+        }
+        None
+    }
+}
+
+impl Bvh2 {
+    /// The nearest hit, by scalar code: the reference for faster kernels, not itself fast.
+    /// `geometry` must be what the tree was built over.
+    pub fn intersect(&self, geometry: &Geometry<'_>, ray: &Ray) -> Option<Hit> {
+        let ray = Prepared::new(ray, &self.bounds())?;
+        let mut nearest = Nearest::new(&ray);
+        let mut stack = STACK;
+        let mut walk = Walk::new(self, ray, &mut stack);
+        while let Some(leaf) = walk.next(nearest.t(), |_| 1.0) {
+            for &id in leaf {
+                if let Some(hit) = intersect_primitive(&ray, &geometry.primitive(id), id) {
+                    nearest.offer(hit);
                 }
             }
         }

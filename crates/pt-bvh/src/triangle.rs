@@ -16,8 +16,8 @@
 //! hits next to the origin are as real as others. All of it is a function of ray and triangle
 //! alone, so every kernel gets the same bits.
 
-use pt_math::Vec3;
 use pt_math::interval::gamma;
+use pt_math::{DVec3, Vec3};
 
 use crate::ray::Prepared;
 
@@ -129,23 +129,28 @@ pub(crate) fn confirm(
     is_ahead.then_some(TriangleHit { t: t as f32, b1, b2 })
 }
 
-/// Where a ray meets a triangle, if it does by double precision as well. The point is then inside
-/// of every box around the part of the triangle that it belongs to.
+/// Where a ray meets a triangle, if it does by double precision as well. The point is then within
+/// εR of the triangle, R being the distance to its farthest vertex: with u = 2⁻⁵³ and c the least
+/// slope, the point errs by some uR/c, and beyond the tip of a needle the edges see it inside for
+/// 1/c as far.
 fn meet(origin: Vec3, direction: Vec3, vertices: [Vec3; 3]) -> Option<f64> {
     let (o, d) = (origin.as_dvec3(), direction.as_dvec3());
-    let [a, b, c] = vertices.map(|p| p.as_dvec3() - o);
-    let normals = [b.cross(c), c.cross(a), a.cross(b)];
-    let [u, v, w] = normals.map(|normal| normal.dot(d));
-    let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
-    let slope = u + v + w;
-    let normal = normals[0] + normals[1] + normals[2];
-    let least = LEAST_COS * LEAST_COS * normal.length_squared() * d.length_squared();
-    (inside && slope * slope > least).then(|| a.dot(normals[0]) / slope)
+    let corners @ [a, b, c] = vertices.map(|p| p.as_dvec3() - o);
+    let edges = [b - a, c - b, a - c];
+    let normal = edges[0].cross(-edges[2]);
+    let slope = normal.dot(d);
+    let longest = edges.map(DVec3::length_squared).into_iter().fold(0.0, f64::max);
+    if slope.abs() <= LEAST_SLOPE * longest * d.length() {
+        return None;
+    }
+    let t = normal.dot(a) / slope;
+    let is_left = |(edge, corner): (DVec3, DVec3)| edge.cross(d * t - corner).dot(normal) >= 0.0;
+    edges.into_iter().zip(corners).all(is_left).then_some(t)
 }
 
-/// Triangles that are seen under less than this angle are met too far from where they are by the
-/// rounding of double precision.
-const LEAST_COS: f64 = 1e-6;
+/// Triangles of less area for their longest edge, or seen under less of an angle, are met too far
+/// from where they are by the rounding of double precision.
+const LEAST_SLOPE: f64 = 1e-4;
 
 /// The vertex relative to the ray: across, across, and its depth.
 #[inline]

@@ -17,7 +17,7 @@ use wide::{f32x4, f32x8};
 use self::sah::RelativeArea;
 use crate::geometry::Geometry;
 use crate::node::{Bvh2, Node};
-use crate::{BuildError, BuildOptions, Builder};
+use crate::{BuildError, BuildOptions, Builder, Quality};
 
 /// More primitives than this do not fit the 30 bits of an index.
 pub(crate) const MOST_PRIMITIVES: usize = 1 << 30;
@@ -43,14 +43,15 @@ const SKIPPED: u32 = u32::MAX;
 
 impl Item {
     fn new(geometry: &Geometry<'_>, id: u32) -> Self {
-        let bounds = geometry.primitive(id).bounds();
-        let b = bounds.unwrap_or(Bounds3::EMPTY);
-        Self {
-            negated_min: (-b.min).to_array(),
-            id: if bounds.is_some() { id } else { SKIPPED },
-            max: b.max.to_array(),
-            sphere: u32::from(geometry.is_sphere(id)),
+        let sphere = u32::from(geometry.is_sphere(id));
+        match geometry.primitive(id).bounds() {
+            Some(bounds) => Self { sphere, ..Self::of_box(bounds, id) },
+            None => Self { sphere, ..Self::of_box(Bounds3::EMPTY, SKIPPED) },
         }
+    }
+
+    fn of_box(Bounds3 { min, max }: Bounds3, id: u32) -> Self {
+        Self { negated_min: (-min).to_array(), id, max: max.to_array(), sphere: 0 }
     }
 
     /// The same primitive, as far as it is in a box.
@@ -186,11 +187,14 @@ fn push_leaf(items: &mut [Item], first: u32, nodes: &mut Vec<Node>) {
     }
 }
 
+/// An error if so many primitives are too many.
+pub(crate) fn check_number(primitives: usize) -> Result<(), BuildError> {
+    let is_allowed = primitives <= MOST_PRIMITIVES;
+    is_allowed.then_some(()).ok_or(BuildError::TooManyPrimitives { primitives })
+}
+
 pub(crate) fn check(geometry: &Geometry<'_>) -> Result<(), BuildError> {
-    let primitives = geometry.triangles.len().saturating_add(geometry.spheres.len());
-    if primitives > MOST_PRIMITIVES {
-        return Err(BuildError::TooManyPrimitives { primitives });
-    }
+    check_number(geometry.triangles.len().saturating_add(geometry.spheres.len()))?;
     let vertices = geometry.positions.len();
     let outside = |t: &[u32; 3]| t.iter().copied().find(|&v| v as usize >= vertices);
     match geometry.triangles.iter().enumerate().find_map(|(i, t)| Some((i, outside(t)?))) {
@@ -244,5 +248,23 @@ impl Bvh2 {
         }
         let order: Vec<u32> = items.iter().map(|i| i.id).collect();
         Ok(Self { nodes, order, skipped })
+    }
+
+    /// The tree over boxes, numbered in their order, each in a leaf of its own; those that are
+    /// `None` are left out and counted.
+    pub(crate) fn over_boxes(boxes: impl Iterator<Item = Option<Bounds3>>) -> Self {
+        let (mut items, mut skipped) = (Vec::new(), 0);
+        for (id, bounds) in (0..).zip(boxes) {
+            match bounds {
+                Some(bounds) => items.push(Item::of_box(bounds, id)),
+                None => skipped += 1,
+            }
+        }
+        let mut nodes = Vec::new();
+        if !items.is_empty() {
+            sah::build(&mut items, Quality::Balanced, 1, &mut nodes);
+        }
+        let order: Vec<u32> = items.iter().map(|i| i.id).collect();
+        Self { nodes, order, skipped }
     }
 }

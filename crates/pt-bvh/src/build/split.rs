@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use super::sah::RelativeArea;
 use super::{CHUNK, Extent, Item, longest_axis};
 use crate::Quality;
-use crate::geometry::{Geometry, Primitive};
+use crate::geometry::{Geometry, Primitive, outward};
 
 /// How far to go.
 #[derive(Clone, Copy, Debug)]
@@ -186,7 +186,5 @@ fn crossing(a: Vec3, b: Vec3, axis: usize, plane: f32) -> Bounds3 {
     let t = (f64::from(plane) - from[axis]) / (to[axis] - from[axis]);
     let point = from + (to - from) * t;
     let slack = from.abs().max(to.abs()) * (8.0 * f64::EPSILON);
-    let down = (point - slack).as_vec3().to_array().map(f32::next_down);
-    let up = (point + slack).as_vec3().to_array().map(f32::next_up);
-    Bounds3 { min: Vec3::from_array(down), max: Vec3::from_array(up) }
+    outward(point - slack, point + slack)
 }

@@ -7,7 +7,7 @@ use super::{Random, Soup, bumpy_ball, in_pieces};
 use crate::{BuildOptions, Builder, Bvh, Bvh2, Hit, Sphere, check};
 
 /// The bits of a hit, so that −0 differs from 0 and NaN equals itself.
-fn bits(hit: Option<Hit>) -> Option<[u32; 4]> {
+pub(super) fn bits(hit: Option<Hit>) -> Option<[u32; 4]> {
     hit.map(|h| [h.t.to_bits(), h.b1.to_bits(), h.b2.to_bits(), h.primitive])
 }
 
@@ -20,7 +20,7 @@ fn coordinate() -> impl Strategy<Value = f32> {
     ]
 }
 
-fn point() -> impl Strategy<Value = Vec3> {
+pub(super) fn point() -> impl Strategy<Value = Vec3> {
     [coordinate(), coordinate(), coordinate()].prop_map(Vec3::from_array)
 }
 
@@ -42,7 +42,7 @@ fn sphere() -> impl Strategy<Value = Sphere> {
     (vertex(), radius).prop_map(|(center, radius)| Sphere { center, radius })
 }
 
-fn soup() -> impl Strategy<Value = Soup> {
+pub(super) fn soup() -> impl Strategy<Value = Soup> {
     let vertices = prop::collection::vec(vertex(), 1..24);
     let triangles = prop::collection::vec(any::<[prop::sample::Index; 3]>(), 0..60);
     let spheres = prop::collection::vec(sphere(), 0..12);

@@ -3,11 +3,13 @@
 mod agreement;
 mod bytes;
 mod construction;
+mod instances;
 mod pieces;
 mod precision;
 mod refit;
 mod spawned;
 mod spheres;
+mod user;
 mod watertight;
 
 use std::collections::HashMap;

@@ -96,3 +96,37 @@ fn hits_next_to_the_origin_are_as_real_as_others() {
     }
     assert!(near.iter().all(|&n| n > 10_000), "{near:?}");
 }
+
+/// What all box tests rely on: a hit is within 73εR of the box around its triangle, however far
+/// away it is, and though it is seen edge-on.
+#[test]
+fn hits_are_near_their_triangles() {
+    let mut random = Random(83);
+    let mut hits = 0;
+    for i in 0..400_000 {
+        let stretch = Vec3::new(1.0, 10f32.powi(-(i % 4)), 10f32.powi(i / 4 % 5));
+        let p = [random.vector(), random.vector(), random.vector()].map(|v| v * stretch);
+        let [a, b, c] = p.map(Vec3::as_dvec3);
+        let weights =
+            [random.below(3), random.below(3)].map(|n| f64::from(random.unit()) * n as f64);
+        let target = a
+            + (b - a) * weights[0] * 0.5
+            + (c - a) * (1.0 - weights[0] * 0.5).min(weights[1] * 0.5);
+        let along = (b - a) * f64::from(random.signed()) + (c - a) * f64::from(random.signed());
+        let across =
+            (b - a).cross(c - a).normalize_or_zero() * 10f64.powi(-(random.below(9) as i32));
+        let direction = along.normalize_or_zero() + across * f64::from(random.signed());
+        let origin = target - direction * 10f64.powi(random.below(10) as i32);
+        let (origin, direction) = (origin.as_vec3(), direction.as_vec3());
+        let bounds: Bounds3 = p.into_iter().collect();
+        let Some(ray) = Prepared::new(&Ray::new(origin, direction), &bounds) else { continue };
+        let Some(hit) = intersect(&ray, p) else { continue };
+        hits += 1;
+        let reach = (bounds.min - origin).abs().max((bounds.max - origin).abs()).max_element();
+        let at = origin.as_dvec3() + direction.as_dvec3() * f64::from(hit.t);
+        let off = (bounds.min.as_dvec3() - at).max(at - bounds.max.as_dvec3()).max_element();
+        let off = off / f64::from(reach * EPSILON);
+        assert!(off <= 73.0, "{off}: {hit:?} {origin} {direction} {p:?}");
+    }
+    assert!(hits > 100_000, "{hits}");
+}

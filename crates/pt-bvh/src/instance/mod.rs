@@ -1,0 +1,153 @@
+//! Objects that are built once and placed many times: two levels of trees.
+//!
+//! The upper level is a [`UserBvh`] whose primitives are instances. It hands the rays, transformed,
+//! to the [`Bvh`] of the object, with directions that keep their length in the object's units, so
+//! that t is the same on both levels.
+
+mod placement;
+
+use std::sync::Arc;
+
+use pt_math::{Bounds3, DAffine3, Ray};
+use thiserror::Error;
+
+use self::placement::Placement;
+use crate::{Bvh, Hit, UserBvh, UserPrimitives};
+
+/// Why an object cannot be placed.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum TransformError {
+    /// A coefficient is infinite or NaN.
+    #[error("the transform has coefficients that are not finite")]
+    NotFinite,
+    /// The inverse does not exist, or is not known well enough.
+    #[error("the transform makes objects flat: its condition number {condition:e} is above 2^24")]
+    Flat {
+        /// ‖M‖·‖M⁻¹‖ in the maximum norm, M being the linear part; infinite without an inverse.
+        condition: f64,
+    },
+    /// The object would not be within [`LARGEST_COORDINATE`](crate::LARGEST_COORDINATE).
+    #[error("the transform places the object beyond 2^60")]
+    TooFar,
+}
+
+/// An object, placed in the world by an affine transform.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    object: Arc<Bvh>,
+    to_world: DAffine3,
+    placement: Placement,
+}
+
+/// The nearest intersection with instances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InstanceHit {
+    /// Number of the instance.
+    pub instance: u32,
+    /// Where its object is hit; t is that of the ray in the world.
+    pub hit: Hit,
+}
+
+/// Instances, ready for ray queries.
+///
+/// The nearest hit is that of a loop over all instances which asks each object for the ray that
+/// [`Instance::to_object`] returns; of hits with equal t, that on the instance with the least number.
+/// When instances move or objects change, [`UserBvh::update`] takes them anew.
+///
+/// ```
+/// use std::sync::Arc;
+///
+/// use pt_bvh::{BuildOptions, Bvh, Geometry, Instance, InstanceBvh, Sphere};
+/// use pt_math::{DAffine3, DVec3, Ray, Vec3};
+///
+/// let ball = [Sphere { center: Vec3::ZERO, radius: 1.0 }];
+/// let geometry = Geometry { spheres: &ball, ..Geometry::default() };
+/// let ball = Arc::new(Bvh::build(geometry, &BuildOptions::default())?);
+/// let at = |z| DAffine3::from_translation(DVec3::Z * z);
+/// let flat = DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.5));
+/// let instances = vec![Instance::new(ball.clone(), at(9.0))?, Instance::new(ball, at(5.0) * flat)?];
+/// let mut scene = InstanceBvh::build(instances)?;
+///
+/// let ray = Ray::new(Vec3::ZERO, Vec3::Z);
+/// let hit = scene.intersect(&ray).unwrap();
+/// assert_eq!((hit.instance, hit.hit.t), (1, 4.5));
+///
+/// scene.update(|instances| instances[1].set_transform(at(20.0)))??;
+/// assert_eq!(scene.intersect(&ray).map(|hit| hit.instance), Some(0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub type InstanceBvh = UserBvh<Vec<Instance>>;
+
+impl Instance {
+    /// Places an object. Its coordinates become those of the world by `to_world`.
+    ///
+    /// # Errors
+    /// A transform that is not finite, has no inverse or one that is not known well, or places
+    /// the object too far away.
+    pub fn new(object: Arc<Bvh>, to_world: DAffine3) -> Result<Self, TransformError> {
+        let placement = Placement::new(&to_world, object.bounds())?;
+        Ok(Self { object, to_world, placement })
+    }
+
+    /// Places the object anew.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; the instance is then where it was.
+    pub fn set_transform(&mut self, to_world: DAffine3) -> Result<(), TransformError> {
+        self.placement = Placement::new(&to_world, self.object.bounds())?;
+        self.to_world = to_world;
+        Ok(())
+    }
+
+    /// The object.
+    pub fn object(&self) -> &Arc<Bvh> {
+        &self.object
+    }
+
+    /// From coordinates of the object to those of the world.
+    pub fn to_world(&self) -> DAffine3 {
+        self.to_world
+    }
+
+    /// A box in the world around all that can be hit; empty when nothing can.
+    pub fn bounds(&self) -> Bounds3 {
+        self.placement.bounds()
+    }
+
+    /// The ray in coordinates of the object, with the same t. Where the direction becomes shorter
+    /// than 2⁻¹⁰⁰, it is 0 instead, so that nothing is hit: its digits would be lost.
+    #[inline]
+    pub fn to_object(&self, ray: &Ray) -> Ray {
+        self.placement.carry(ray)
+    }
+}
+
+impl UserPrimitives for Vec<Instance> {
+    type Hit = InstanceHit;
+
+    fn len(&self) -> usize {
+        self.len()
+    }
+
+    fn bounds(&self, instance: u32) -> Option<Bounds3> {
+        Some(self[instance as usize].bounds()).filter(|bounds| !bounds.is_empty())
+    }
+
+    fn slack(&self, instance: u32) -> f32 {
+        self[instance as usize].placement.slack()
+    }
+
+    fn intersect(&self, instance: u32, ray: &Ray) -> Option<InstanceHit> {
+        let Instance { object, placement, .. } = &self[instance as usize];
+        object.intersect(&placement.carry(ray)).map(|hit| InstanceHit { instance, hit })
+    }
+
+    fn t(hit: &InstanceHit) -> f32 {
+        hit.hit.t
+    }
+
+    fn occluded(&self, instance: u32, ray: &Ray) -> bool {
+        let Instance { object, placement, .. } = &self[instance as usize];
+        object.occluded(&placement.carry(ray))
+    }
+}

@@ -1,0 +1,174 @@
+//! Where an object is: rays from the world to it, and a box in the world around it, with the error
+//! bounds that make the two agree.
+//!
+//! Let the object have the box b, with |b| its largest coordinate and D its longest edge; let M be
+//! the linear part of the transform, T its translation, and W the inverse of M as it is stored; all
+//! norms are maximum norms. A ray o + t·d is handed to the object as o' + t·d' with o' = W(o − T)
+//! and d' = W·d, computed in double precision and then rounded.
+//!
+//! **How far a hit is outside of b, in the object.** Let R_k be the largest distance along axis k
+//! from o' to a corner of b, and s_k the slope of the ray against the axis z of its largest
+//! component. By the argument in [`crate::ray`], the point o' + t·d' of a hit is off by the rounding
+//! of sheared vertices, up to ε(2R_k + 5s_k·R_z), and by an error along the ray, up to
+//! 56ε·s_k·max R. A ray that hits comes as far as b along all axes: s_k·R_z ≤ R_k + D and
+//! max R ≤ R_z + D, but for these very errors. So it is outside by at most ε(63R_k + 117D).
+//!
+//! **In the world.** Rounding o' and d' moves the point by ε(2R_k + |b|). With ρ ≥ ‖MW − I‖, mapping
+//! it back by M instead of W⁻¹ moves it by ρ‖M‖·|b|. And Σ|M_ik|·R_k ≤ S·R with R the largest
+//! distance from o to a corner of the box in the world, S = ‖|M|·|W|‖ [Skeel 1979, "Scaling for
+//! Numerical Stability in Gaussian Elimination"], which is at most 3 for every scale along the axes
+//! of the object followed by a rotation. What double precision rounds is less than that by the limit on ‖M‖‖W‖. Together:
+//!
+//!   70ε·S·R  +  |M|·(117D + |b|)ε  +  ρ‖M‖·|b|,
+//!
+//! of which the first part is the slack of the instance, and the others widen its box.
+
+use pt_math::interval::EPSILON;
+use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Ray, Vec3};
+
+use super::TransformError;
+use crate::geometry::{in_range, outward};
+
+/// The largest ‖M‖‖W‖ that is allowed.
+const MOST_CONDITION: f64 = (1u32 << 24) as f64;
+/// The largest ‖MW − I‖ and ‖WM − I‖.
+const MOST_RESIDUAL: f64 = 1.0 / 1024.0;
+/// Directions in the object that are shorter lose digits to underflow.
+const LEAST_DIRECTION: f32 = 1.0 / (1u128 << 100) as f32;
+
+/// A transform, ready for rays.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placement {
+    translation: DVec3,
+    /// W.
+    inverse: DMat3,
+    bounds: Bounds3,
+    slack: f32,
+}
+
+impl Placement {
+    /// Places an object with a box, which may be empty.
+    pub(super) fn new(to_world: &DAffine3, object: Bounds3) -> Result<Self, TransformError> {
+        if !to_world.is_finite() {
+            return Err(TransformError::NotFinite);
+        }
+        let (m, translation) = (to_world.matrix3, to_world.translation);
+        let inverse = m.inverse();
+        let condition = norm(m) * norm(inverse);
+        let residual = residual(m, inverse).max(self::residual(inverse, m));
+        // NaN compares false.
+        if !(condition <= MOST_CONDITION && residual <= MOST_RESIDUAL) {
+            let condition = if condition.is_nan() { f64::INFINITY } else { condition };
+            return Err(TransformError::Flat { condition });
+        }
+        let bounds = if object.is_empty() {
+            object
+        } else {
+            world_bounds(to_world, object, residual).ok_or(TransformError::TooFar)?
+        };
+        let slack = 72.0 * EPSILON * norm(m.abs() * inverse.abs()) as f32;
+        Ok(Self { translation, inverse, bounds, slack })
+    }
+
+    /// See [`super::Instance::bounds`].
+    pub(super) fn bounds(&self) -> Bounds3 {
+        self.bounds
+    }
+
+    /// See [`crate::UserPrimitives::slack`].
+    pub(super) fn slack(&self) -> f32 {
+        self.slack
+    }
+
+    /// See [`super::Instance::to_object`].
+    #[inline]
+    pub(super) fn carry(&self, ray: &Ray) -> Ray {
+        let origin = self.inverse * (ray.origin.as_dvec3() - self.translation);
+        let direction = (self.inverse * ray.direction.as_dvec3()).as_vec3();
+        let is_long = direction.abs().max_element() >= LEAST_DIRECTION;
+        let direction = if is_long { direction } else { Vec3::ZERO };
+        Ray { origin: origin.as_vec3(), direction, ..*ray }
+    }
+}
+
+/// The largest sum of magnitudes of a row.
+fn norm(m: DMat3) -> f64 {
+    (m.abs() * DVec3::ONE).max_element()
+}
+
+/// A bound of ‖ab − I‖: what is computed, and by how much that may err.
+fn residual(a: DMat3, b: DMat3) -> f64 {
+    norm(a * b - DMat3::IDENTITY) + 2.0 * f64::EPSILON * norm(a.abs() * b.abs())
+}
+
+/// The box of the object in the world, with the second and third part of the error of hits. The
+/// coefficients are larger than they must be by more than what they leave out: products of errors,
+/// underflow, and the rounding of this function. `None` where coordinates become too large.
+fn world_bounds(to_world: &DAffine3, object: Bounds3, residual: f64) -> Option<Bounds3> {
+    let (m, translation) = (to_world.matrix3, to_world.translation);
+    let [low, high] = [object.min, object.max].map(Vec3::as_dvec3);
+    let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
+    let size = low.abs().max(high.abs()).max_element();
+    let edge = (high - low).max_element();
+    let epsilon = f64::from(EPSILON);
+    let underflow = 8.0 * f64::from(f32::MIN_POSITIVE);
+    let in_object = (120.0 * edge + 2.0 * size) * epsilon + underflow;
+    let mapped = norm(m) * size * (2.0 * residual + epsilon);
+    let rounded = translation.abs() * (8.0 * f64::EPSILON);
+    let error = m.abs() * DVec3::splat(in_object) + mapped + rounded;
+    let middle = m * center + translation;
+    let extent = m.abs() * half + error;
+    let bounds = outward(middle - extent, middle + extent);
+    (in_range(bounds.min) && in_range(bounds.max)).then_some(bounds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pt_math::DQuat;
+
+    fn turned(scale: DVec3, translation: DVec3) -> DAffine3 {
+        let turn = DQuat::from_rotation_arc(DVec3::Z, DVec3::new(0.48, 0.6, 0.64));
+        DAffine3::from_scale_rotation_translation(scale, turn, translation)
+    }
+
+    const CUBE: Bounds3 = Bounds3 { min: Vec3::NEG_ONE, max: Vec3::ONE };
+
+    #[test]
+    fn carried_rays_keep_their_parameter() {
+        let to_world = turned(DVec3::new(100.0, 0.01, -3.0), DVec3::new(5.0, 6.0, 7.0));
+        let placement = Placement::new(&to_world, CUBE).expect("not flat");
+        let ray = Ray::to(Vec3::new(4.0, -2.0, 1.0), Vec3::new(0.3, 0.1, -2.0), 8.0);
+        let carried = placement.carry(&ray);
+        assert_eq!((carried.t_min, carried.t_max), (ray.t_min, ray.t_max));
+        for t in [0.0, 0.5, 8.0] {
+            let there = to_world.transform_point3(carried.at(t).as_dvec3());
+            assert!((there - ray.at(t).as_dvec3()).length() < 1e-4, "{t} {there}");
+        }
+    }
+
+    /// The box has all corners, and is hardly larger than the box around them.
+    #[test]
+    fn boxes_are_tight() {
+        let to_world = turned(DVec3::splat(3.0), DVec3::new(5.0, 6.0, 7.0));
+        let bounds = Placement::new(&to_world, CUBE).expect("not flat").bounds();
+        let corners = (0..8).map(|i| {
+            let sign = |bit: i32| if i & bit == 0 { -1.0 } else { 1.0 };
+            to_world.transform_point3(DVec3::new(sign(1), sign(2), sign(4))).as_vec3()
+        });
+        let tight: Bounds3 = corners.collect();
+        assert_eq!(bounds.union(tight), bounds);
+        assert!((bounds.diagonal() - tight.diagonal()).max_element() < 3e-4);
+    }
+
+    /// Rotations and scales of the object's axes do not add to the error of hits.
+    #[test]
+    fn slack_grows_with_shear_only() {
+        let slack = |scale| {
+            let to_world = turned(scale, DVec3::ZERO);
+            Placement::new(&to_world, CUBE).expect("not flat").slack() / EPSILON
+        };
+        assert!((72.0..=216.0).contains(&slack(DVec3::ONE)));
+        assert!((slack(DVec3::new(1e3, 1e-3, -1.0)) / slack(DVec3::ONE) - 1.0).abs() < 1e-5);
+    }
+}
