@@ -280,22 +280,26 @@ impl Bvh {
         hits: &mut Vec<Option<Hit>>,
         counter: &mut impl Counter,
     ) {
-        hits.clear();
         match &self.kernel {
             Kernel::Wide(wide) if rays.len() >= LEAST_BATCH => {
                 wide.intersect_batch(rays, &self.bounds, hits, counter);
             }
-            _ => hits.extend(rays.iter().map(|ray| self.nearest(&ray, counter))),
+            _ => {
+                hits.clear();
+                hits.extend(rays.iter().map(|ray| self.nearest(&ray, counter)));
+            }
         }
     }
 
     fn any_of_each(&self, rays: Rays<'_>, occluded: &mut Vec<bool>, counter: &mut impl Counter) {
-        occluded.clear();
         match &self.kernel {
             Kernel::Wide(wide) if rays.len() >= LEAST_BATCH => {
                 wide.occluded_batch(rays, &self.bounds, occluded, counter);
             }
-            _ => occluded.extend(rays.iter().map(|ray| self.any(&ray, counter))),
+            _ => {
+                occluded.clear();
+                occluded.extend(rays.iter().map(|ray| self.any(&ray, counter)));
+            }
         }
     }
 

@@ -127,17 +127,23 @@ impl<'a> Rays<'a> {
         (0..self.len()).map(move |i| self.get(i))
     }
 
-    /// Cuts them into parts of `8 * eights` rays, and the rest.
+    /// The first so many, a multiple of eight or all of them; and the others.
+    ///
+    /// # Panics
+    /// If there are not so many, or the number is neither.
     #[inline]
-    pub fn chunks(self, eights: usize) -> impl Iterator<Item = Self> {
-        let size = EIGHT * eights;
-        (0..self.len()).step_by(size).map(move |first| {
-            let len = size.min(self.len() - first);
-            match self {
-                Self::Rows(rays) => Self::Rows(&rays[first..first + len]),
-                Self::Columns(eights, _) => Self::Columns(&eights[first / EIGHT..], len),
+    pub fn split_at(self, n: usize) -> (Self, Self) {
+        assert!(n.is_multiple_of(EIGHT) || n == self.len(), "{n} of {} rays", self.len());
+        match self {
+            Self::Rows(rays) => {
+                let (first, rest) = rays.split_at(n);
+                (Self::Rows(first), Self::Rows(rest))
             }
-        })
+            Self::Columns(eights, len) => {
+                let (first, rest) = eights.split_at(n.div_ceil(EIGHT));
+                (Self::Columns(first, n), Self::Columns(rest, len - n))
+            }
+        }
     }
 }
 
@@ -179,12 +185,12 @@ mod tests {
             assert_eq!(columns.len(), n);
             assert_eq!(columns.is_empty(), n == 0);
             assert!(columns.iter().eq(rows.iter()));
-            for eights in [1, 3] {
-                let parts = |rays: Rays<'_>| {
-                    rays.chunks(eights).map(|part| part.iter().collect()).collect::<Vec<Vec<_>>>()
-                };
-                assert_eq!(parts(columns), parts(rows));
-                assert_eq!(parts(rows).concat().len(), n);
+            for first in (0..n).step_by(8).chain([n]) {
+                for rays in [columns, rows] {
+                    let (part, rest) = rays.split_at(first);
+                    assert_eq!((part.len(), rest.len()), (first, n - first));
+                    assert!(part.iter().chain(rest.iter()).eq(rows.iter()));
+                }
             }
         }
     }

@@ -1,12 +1,11 @@
 //! From the binary tree to the wide one. Subtrees and leaves that fit a block become one; leaves
 //! that do not are halved.
 
-use std::ops::Range;
-
 use pt_math::{Bounds3, Vec3};
 use wide::f32x8;
 
 use super::batch::STACK_MARGIN;
+use super::forest::Forests;
 use super::{
     BLOCK, Child, Lanes, NO_PRIMITIVE, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
 };
@@ -28,13 +27,6 @@ enum Content {
     Run { first: usize, count: usize },
 }
 
-impl Part {
-    /// Whether it does not fit a block.
-    fn is_large(&self) -> bool {
-        !matches!(self.content, Content::Run { count, .. } if count <= BLOCK)
-    }
-}
-
 /// Room for what a ray of a batch puts off in a tree with so many nodes on the longest way down.
 pub(super) fn stack_size(levels: usize) -> usize {
     1 + (WIDTH - 1) * levels + STACK_MARGIN
@@ -43,20 +35,21 @@ pub(super) fn stack_size(levels: usize) -> usize {
 struct Collapse<'a> {
     bvh: &'a Bvh2,
     geometry: &'a Geometry<'a>,
+    forests: Forests<'a>,
     wide: WideBvh,
     /// Nodes on the longest way down so far.
     levels: usize,
 }
 
 impl WideBvh {
-    /// Makes the wide tree: a node takes over the children of its largest inner child for as long
-    /// as there is room.
+    /// Makes the wide tree.
     pub(crate) fn new(bvh: &Bvh2, geometry: &Geometry<'_>) -> Self {
         if bvh.nodes.is_empty() {
             return Self::default();
         }
         let wide = Self { center: bvh.bounds().center(), ..Self::default() };
-        let mut collapse = Collapse { bvh, geometry, wide, levels: 0 };
+        let forests = Forests::new(bvh, geometry);
+        let mut collapse = Collapse { bvh, geometry, forests, wide, levels: 0 };
         collapse.reserve();
         let root = collapse.part(0);
         collapse.push_node(root, 1);
@@ -86,12 +79,13 @@ impl Collapse<'_> {
 
     fn part(&self, i: usize) -> Part {
         let node = &self.bvh.nodes[i];
-        let content = self.small_run(i).unwrap_or(Content::Subtree(i));
+        let is_run = node.is_leaf() || self.forests.is_small(i);
+        let content = if is_run { self.all_below(i) } else { Content::Subtree(i) };
         Part { bounds: node.bounds(), content }
     }
 
-    /// The primitives below node `i`, if it is a leaf or they fit one block.
-    fn small_run(&self, i: usize) -> Option<Content> {
+    /// The primitives below node `i`.
+    fn all_below(&self, i: usize) -> Content {
         let nodes = &self.bvh.nodes;
         let (mut leftmost, mut rightmost) = (i, i);
         while !nodes[leftmost].is_leaf() {
@@ -102,15 +96,7 @@ impl Collapse<'_> {
         }
         let first = nodes[leftmost].offset as usize;
         let end = (nodes[rightmost].offset + nodes[rightmost].count) as usize;
-        let run = Content::Run { first, count: end - first };
-        (nodes[i].is_leaf() || (end - first <= BLOCK && self.is_one_kind(first..end)))
-            .then_some(run)
-    }
-
-    fn is_one_kind(&self, places: Range<usize>) -> bool {
-        let spheres =
-            self.bvh.order[places.clone()].iter().filter(|&&id| self.geometry.is_sphere(id));
-        [0, places.len()].contains(&spheres.count())
+        Content::Run { first, count: end - first }
     }
 
     /// Some of the primitives of a leaf with this box, which may hold pieces of them only.
@@ -120,17 +106,6 @@ impl Collapse<'_> {
         let all = bounds.fold(Bounds3::EMPTY, Bounds3::union);
         let bounds = Bounds3 { min: all.min.max(within.min), max: all.max.min(within.max) };
         Part { bounds, content: Content::Run { first, count } }
-    }
-
-    fn halves(&self, part: Part) -> [Part; 2] {
-        match part.content {
-            Content::Subtree(i) => self.bvh.children(i).map(|child| self.part(child)),
-            Content::Run { first, count } => {
-                let half = count / 2;
-                let run = |first, count| self.run(first, count, part.bounds);
-                [run(first, half), run(first + half, count - half)]
-            }
-        }
     }
 
     /// Adds the node for a part, and everything below it; returns its index. The recursion is no
@@ -159,18 +134,23 @@ impl Collapse<'_> {
 
     /// Up to eight parts that make up this one.
     fn open(&self, part: Part) -> Vec<Part> {
-        let mut parts = Vec::with_capacity(WIDTH);
-        parts.push(part);
-        while parts.len() < WIDTH {
-            let area = |p: &Part| p.bounds.half_area();
-            let large = parts.iter().enumerate().filter(|(_, p)| p.is_large());
-            let largest = large.max_by(|a, b| area(a.1).total_cmp(&area(b.1)));
-            let Some(i) = largest.map(|(i, _)| i) else { break };
-            let [left, right] = self.halves(parts[i]);
-            parts[i] = left;
-            parts.insert(i + 1, right);
+        match part.content {
+            Content::Subtree(i) => self.forests.of(i).into_iter().map(|i| self.part(i)).collect(),
+            Content::Run { first, count } => self.eighths(first, count, part.bounds),
         }
-        parts
+    }
+
+    /// A run that does not fit a block, halved and halved again; or one that does.
+    fn eighths(&self, first: usize, count: usize, within: Bounds3) -> Vec<Part> {
+        let mut runs = vec![(first, count)];
+        while runs.len() < WIDTH && runs.iter().any(|&(_, count)| count > BLOCK) {
+            let halves = |(first, count): (usize, usize)| {
+                let half = if count > BLOCK { count / 2 } else { 0 };
+                [(first, half), (first + half, count - half)]
+            };
+            runs = runs.into_iter().flat_map(halves).filter(|run| run.1 > 0).collect();
+        }
+        runs.into_iter().map(|(first, count)| self.run(first, count, within)).collect()
     }
 
     fn push_block(&mut self, first: usize, count: usize) -> Child {

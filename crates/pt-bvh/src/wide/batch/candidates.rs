@@ -1,10 +1,10 @@
 //! Triangles that passed the filter, tested eight at a time.
 
-use pt_math::Rays;
 use wide::{f32x8, u32x8};
 
 use super::group::{Column, GROUP, Group, bits, depth_limit, from_bits};
 use super::order::members;
+use super::section::Sections;
 use crate::geometry::Hit;
 use crate::wide::traverse::{Sheared, lanes};
 use crate::wide::{BLOCK, Child, TriangleBlock, WIDTH};
@@ -53,7 +53,7 @@ impl Candidates {
     pub(super) fn test(
         &self,
         group: &mut Group,
-        rays_of_group: Rays<'_>,
+        sections: &Sections<'_>,
         blocks: &[TriangleBlock],
     ) {
         for first in (0..self.len).step_by(WIDTH) {
@@ -78,7 +78,7 @@ impl Candidates {
                 let block = &blocks[Child::index(group.child[i])];
                 let lane = block.ids.iter().position(|&other| other == id).unwrap_or(0);
                 let vertices = block.triangle(lane);
-                group.confirm(i, &rays_of_group.get(i), sheared.triangle(k), vertices, id);
+                group.confirm(i, &sections.ray(i), sheared.triangle(k), vertices, id);
             }
         }
     }

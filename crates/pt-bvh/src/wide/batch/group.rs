@@ -12,7 +12,7 @@ use crate::{ray, triangle};
 
 /// Rays that advance together: enough for their steps to overlap, few enough for the columns and
 /// the tops of the stacks to stay in the first-level cache.
-pub(super) const GROUP: usize = 128;
+pub(super) const GROUP: usize = 256;
 
 /// Something to know about each ray of a group.
 pub(super) type Column<T = f32> = [T; GROUP];
@@ -160,20 +160,22 @@ pub(super) fn depth_limit(t: f32x8, scale: f32x8) -> f32x8 {
 }
 
 impl Group {
-    /// Takes up to eight of the group's rays, from place `first` on, and sends them to the root. The operations are those of
+    /// Takes up to eight of some rays, number `from` and the next ones, to place `first` and the next ones, and
+    /// sends them to the root. The operations are those of
     /// [`Prepared::new`](crate::ray::Prepared::new), and give the same bits.
     #[inline]
     pub(super) fn take(
         &mut self,
         first: usize,
         rays: Rays<'_>,
+        from: usize,
         bounds: &Bounds3,
         center: Vec3,
     ) -> Taken {
         let splat = f32x8::splat;
         let [ox, oy, oz, dx, dy, dz, t_min, t_max] = match rays {
-            Rays::Rows(rays) => of_rows(&rays[first..]),
-            Rays::Columns(eights, _) => of_columns(&eights[first / WIDTH]),
+            Rays::Rows(rays) => of_rows(&rays[from..]),
+            Rays::Columns(eights, _) => of_columns(&eights[from / WIDTH]),
         };
         let (o, d) = ([ox, oy, oz], [dx, dy, dz]);
         let [ax, ay, az] = d.map(f32x8::abs);
@@ -217,7 +219,7 @@ impl Group {
         set_column(&mut self.t, first, t_max);
         set_bits(&mut self.primitive, first, u32x8::splat(NO_PRIMITIVE));
         set_bits(&mut self.child, first, u32x8::ZERO);
-        let there = (1 << WIDTH.min(rays.len() - first)) - 1;
+        let there = (1 << WIDTH.min(rays.len() - from)) - 1;
         let usable = (usable & scale.simd_gt(f32x8::ZERO)).to_bitmask() & there;
         Taken { usable, has_slabs }
     }

@@ -16,8 +16,10 @@ mod candidates;
 mod group;
 mod order;
 mod packet;
+mod section;
 
 use std::cell::RefCell;
+use std::ops::Range;
 
 use bytemuck::Zeroable;
 use pt_math::{Bounds3, Ray, Rays};
@@ -26,7 +28,8 @@ use wide::{f32x8, u32x8};
 use self::candidates::{BLOCKS, Candidates};
 use self::group::{Column, GROUP, Group, bits};
 use self::order::{LANES, members, sort_descending};
-use self::packet::{Beam, LARGE, MOST, PACKET, PAUSE};
+use self::packet::{Beam, MOST, PACKET, PAUSE};
+use self::section::{SECTION, SECTIONS, Sections};
 use super::{Child, WIDTH, WideBvh, WideNode};
 use crate::counter::Counter;
 use crate::geometry::Hit;
@@ -49,6 +52,7 @@ impl Queues {
     const NODES: usize = 0;
     const SPHERES: usize = Child::kind(Child::SPHERES);
     const TRIANGLES: usize = Child::kind(Child::TRIANGLES);
+    const DONE: usize = Child::kind(Child::DONE);
 
     #[inline(always)]
     fn add(&mut self, ray: usize, child: u32) {
@@ -132,10 +136,12 @@ struct Scratch {
     pause: u32,
 }
 
-/// What a packet needs.
+/// What is needed to start rays.
 struct Parts<'a> {
     group: &'a mut Group,
     stacks: &'a mut Stacks,
+    pause: &'a mut u32,
+    queues: &'a mut Queues,
 }
 
 thread_local! {
@@ -149,7 +155,7 @@ thread_local! {
 }
 
 impl WideBvh {
-    /// The nearest hit of each ray, after what `hits` has.
+    /// The nearest hit of each ray, in place of what `hits` has.
     pub(crate) fn intersect_batch(
         &self,
         rays: Rays<'_>,
@@ -157,19 +163,20 @@ impl WideBvh {
         hits: &mut Vec<Option<Hit>>,
         counter: &mut impl Counter,
     ) {
-        self.batch::<false>(rays, bounds, counter, |group, n| {
-            for first in (0..n).step_by(WIDTH) {
-                let n = WIDTH.min(n - first);
+        hits.resize(rays.len(), None);
+        self.batch::<false>(rays, bounds, counter, |group, place, section| {
+            let eights = hits[section].chunks_mut(WIDTH);
+            for (first, hits) in (place..).step_by(WIDTH).zip(eights) {
                 if group.have_hits(first) {
-                    hits.extend((first..first + n).map(|i| group.hit(i)));
+                    (first..).zip(hits).for_each(|(i, hit)| *hit = group.hit(i));
                 } else {
-                    hits.extend_from_slice(&[None; WIDTH][..n]);
+                    hits.fill(None);
                 }
             }
         });
     }
 
-    /// Whether each ray hits anything, after what `occluded` has.
+    /// Whether each ray hits anything, in place of what `occluded` has.
     pub(crate) fn occluded_batch(
         &self,
         rays: Rays<'_>,
@@ -177,96 +184,107 @@ impl WideBvh {
         occluded: &mut Vec<bool>,
         counter: &mut impl Counter,
     ) {
-        self.batch::<true>(rays, bounds, counter, |group, n| {
-            occluded.extend((0..n).map(|i| group.has_hit(i)));
+        occluded.resize(rays.len(), false);
+        self.batch::<true>(rays, bounds, counter, |group, place, section| {
+            (place..).zip(&mut occluded[section]).for_each(|(i, any)| *any = group.has_hit(i));
         });
     }
 
+    /// Answers all rays. `done` is told of those that are: the first one's place in the group, and
+    /// which of all rays they are.
     fn batch<const ANY: bool>(
         &self,
         rays: Rays<'_>,
         bounds: &Bounds3,
         counter: &mut impl Counter,
-        mut done: impl FnMut(&Group, usize),
+        mut done: impl FnMut(&Group, usize, Range<usize>),
     ) {
-        SCRATCH.with_borrow_mut(|scratch| {
-            for rays in rays.chunks(GROUP / WIDTH) {
-                self.start::<ANY>(scratch, rays, bounds, counter);
-                let [now, next] = &mut *scratch.queues;
-                let (mut now, mut next) = (now, next);
-                while !now.is_empty() {
-                    next.len = [0; 4];
-                    let group = &mut scratch.group;
-                    self.visit_nodes::<ANY>(group, &mut scratch.stacks, now, next);
-                    self.visit_triangles(group, rays, &mut scratch.candidates, now, counter);
-                    self.visit_spheres(group, rays, now, counter);
-                    for kind in [Queues::TRIANGLES, Queues::SPHERES] {
-                        leave_leaves::<ANY>(group, &scratch.stacks, now.of(kind), next);
+        SCRATCH.with_borrow_mut(|Scratch { group, candidates, queues, stacks, pause }| {
+            stacks.set_size(self.stack_size);
+            let [now, next] = &mut **queues;
+            let (mut now, mut next) = (now, next);
+            now.len = [0; 4];
+            let mut sections = Sections::new(rays);
+            loop {
+                for section in 0..SECTIONS {
+                    while let Some(finished) = sections.finished(section) {
+                        done(group, section * SECTION, finished);
+                        sections.refill(section);
+                        let parts = Parts { group, stacks, pause, queues: now };
+                        let active = self.start::<ANY>(parts, &sections, section, bounds, counter);
+                        sections.set_active(section, active);
                     }
-                    std::mem::swap(&mut now, &mut next);
                 }
-                done(&scratch.group, rays.len());
+                if now.is_empty() {
+                    return;
+                }
+                next.len = [0; 4];
+                self.visit_nodes::<ANY>(group, stacks, now, next);
+                self.visit_triangles(group, &sections, candidates, now, counter);
+                self.visit_spheres(group, &sections, now, counter);
+                for kind in [Queues::TRIANGLES, Queues::SPHERES] {
+                    leave_leaves::<ANY>(group, stacks, now.of(kind), next);
+                }
+                sections.finish(next.of(Queues::DONE));
+                std::mem::swap(&mut now, &mut next);
             }
         });
     }
 
-    /// Traces packets of rays that run side by side, and sends the others to the root.
+    /// Traces packets of a section's rays that run side by side, and sends the others to the root;
+    /// returns how many these are.
     #[inline(never)]
     fn start<const ANY: bool>(
         &self,
-        scratch: &mut Scratch,
-        rays: Rays<'_>,
+        parts: Parts<'_>,
+        sections: &Sections<'_>,
+        section: usize,
         bounds: &Bounds3,
         counter: &mut impl Counter,
-    ) {
-        let Scratch { group, queues, stacks, pause, .. } = scratch;
-        stacks.set_size(self.stack_size);
-        let queues = &mut queues[0];
-        queues.len = [0; 4];
-        let mut usable = 0u128;
-        let mut has_slabs = [false; GROUP / WIDTH];
+    ) -> usize {
+        let Parts { group, stacks, pause, queues } = parts;
+        let rays = sections.rays(section);
+        let place = section * SECTION;
+        let mut usable = 0u64;
+        let mut has_slabs = [false; SECTION / WIDTH];
         for first in (0..rays.len()).step_by(WIDTH) {
-            let taken = group.take(first, rays, bounds, self.center);
-            usable |= u128::from(taken.usable) << first;
+            let taken = group.take(place + first, rays, first, bounds, self.center);
+            usable |= u64::from(taken.usable) << first;
             has_slabs[first / WIDTH] = taken.has_slabs;
-            group.reset_stacks(first, self.stack_size);
+            group.reset_stacks(place + first, self.stack_size);
         }
         if self.nodes.is_empty() {
-            return;
+            return 0;
         }
-        let mut first = 0;
-        while first < rays.len() {
-            let full = (usable >> first).trailing_ones() as usize;
-            if *pause == 0
-                && first.is_multiple_of(LARGE)
-                && full >= LARGE
-                && let Some(beam) = Beam::new::<LARGE>(group, first, bounds, self.center)
+        if *pause == 0
+            && usable == u64::MAX
+            && let Some(beam) = Beam::new::<SECTION>(group, place, bounds, self.center)
+        {
+            let tests = self.trace::<ANY, SECTION>(group, stacks, &beam, place, sections, counter);
+            *pause = if tests > MOST { PAUSE } else { 0 };
+            return 0;
+        }
+        let mut active = 0;
+        for first in (0..rays.len()).step_by(PACKET) {
+            let usable = (usable >> first) as u32 & ((1 << PACKET) - 1);
+            let at = place + first;
+            if usable.count_ones() as usize == PACKET
+                && let Some(beam) = Beam::new::<PACKET>(group, at, bounds, self.center)
             {
-                let scratch = Parts { group, stacks };
-                let tests = self.trace::<ANY, LARGE>(scratch, &beam, first, rays, counter);
-                *pause = if tests > MOST { PAUSE } else { 0 };
-                first += LARGE;
-                continue;
-            }
-            if full >= PACKET
-                && let Some(beam) = Beam::new::<PACKET>(group, first, bounds, self.center)
-            {
-                let scratch = Parts { group, stacks };
-                self.trace::<ANY, PACKET>(scratch, &beam, first, rays, counter);
+                self.trace::<ANY, PACKET>(group, stacks, &beam, at, sections, counter);
                 *pause = pause.saturating_sub(1);
-                first += PACKET;
                 continue;
             }
-            let usable = (usable >> first) as u32;
-            for first in (first..first + PACKET).step_by(WIDTH) {
-                if !has_slabs[first / WIDTH] {
-                    group.take_slabs(first, bounds, self.center);
+            for eight in (first..first + PACKET).step_by(WIDTH) {
+                if !has_slabs[eight / WIDTH] {
+                    group.take_slabs(place + eight, bounds, self.center);
                 }
             }
             let sent = (0..PACKET).filter(|i| usable >> i & 1 == 1);
-            sent.for_each(|i| queues.add(first + i, group.child[first + i]));
-            first += PACKET;
+            sent.for_each(|i| queues.add(at + i, group.child[at + i]));
+            active += usable.count_ones() as usize;
         }
+        active
     }
 
     /// Rays at nodes go on to the nearest child that they hit, and put off the others.
@@ -301,7 +319,7 @@ impl WideBvh {
     fn visit_triangles(
         &self,
         group: &mut Group,
-        rays: Rays<'_>,
+        sections: &Sections<'_>,
         candidates: &mut Candidates,
         now: &Queues,
         counter: &mut impl Counter,
@@ -315,7 +333,7 @@ impl WideBvh {
                 let (set, sheared) = group.shear(i).filter_block(block, group.limit[i]);
                 candidates.add(u32x8::splat(i as u32), u32x8::new(block.ids), set, &sheared);
             }
-            candidates.test(group, rays, &self.triangles);
+            candidates.test(group, sections, &self.triangles);
         }
     }
 
@@ -324,13 +342,13 @@ impl WideBvh {
     fn visit_spheres(
         &self,
         group: &mut Group,
-        rays: Rays<'_>,
+        sections: &Sections<'_>,
         now: &Queues,
         counter: &mut impl Counter,
     ) {
         for &i in now.of(Queues::SPHERES) {
             let i = i as usize % GROUP;
-            self.visit_sphere(group, rays, i, group.child[i], counter);
+            self.visit_sphere(group, sections, i, group.child[i], counter);
         }
     }
 
@@ -338,14 +356,14 @@ impl WideBvh {
     fn visit_sphere(
         &self,
         group: &mut Group,
-        rays: Rays<'_>,
+        sections: &Sections<'_>,
         i: usize,
         child: u32,
         counter: &mut impl Counter,
     ) {
         let block = &self.spheres[Child::index(child)];
         counter.add(|| block.len());
-        let Ray { origin, direction, .. } = rays.get(i);
+        let Ray { origin, direction, .. } = sections.ray(i);
         for (s, &primitive) in block.iter() {
             if let Some(t) = sphere::intersect(origin, direction, group.t_min[i], s) {
                 group.offer_sphere(i, t, primitive);

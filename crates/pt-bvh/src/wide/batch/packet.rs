@@ -9,11 +9,12 @@
 //! slopes, and the greatest pad among them. It rounds a difference and a product, which is less
 //! than the pad allows for; so a beam misses no box in which one of its rays has a hit.
 
-use pt_math::{Bounds3, Rays, Vec3};
+use pt_math::{Bounds3, Vec3};
 use wide::{f32x8, u32x8};
 
 use super::group::{Column, Group, eight, of_eight};
-use super::{Parts, Queues};
+use super::section::Sections;
+use super::{Queues, Stacks};
 use crate::counter::Counter;
 use crate::ray::{AXES, LEAST_PAD, LEAST_SLOPE, PAD};
 use crate::wide::traverse::lanes;
@@ -22,10 +23,7 @@ use crate::wide::{Child, TriangleBlock, WIDTH, WideBvh};
 /// Rays of a packet.
 pub(super) const PACKET: usize = 16;
 
-/// Rays of a large packet.
-pub(super) const LARGE: usize = 64;
-
-/// Large packets that meet more triangles are slower than small ones, and so are, most likely, the
+/// Packets of a whole section that meet more triangles are slower than small ones, and so are, most likely, the
 /// next so many packets.
 pub(super) const MOST: u32 = 24;
 pub(super) const PAUSE: u32 = 128;
@@ -158,13 +156,13 @@ impl WideBvh {
     #[inline(never)]
     pub(super) fn trace<const ANY: bool, const N: usize>(
         &self,
-        scratch: Parts<'_>,
+        group: &mut Group,
+        stacks: &mut Stacks,
         beam: &Beam,
         first: usize,
-        rays: Rays<'_>,
+        sections: &Sections<'_>,
         counter: &mut impl Counter,
     ) -> u32 {
-        let Parts { group, stacks } = scratch;
         let mut top = group.top[first] as usize;
         let mut child = group.child[first];
         let mut limit = greatest::<N>(&group.limit, first);
@@ -185,13 +183,13 @@ impl WideBvh {
                     counter.add(|| u64::from(met.count_ones()) * N as u64);
                     let mut any = false;
                     for first in (first..first + N).step_by(WIDTH) {
-                        any |= group.test_triangles(first, rays, block, met);
+                        any |= group.test_triangles(first, sections, block, met);
                     }
                     any
                 }
                 _ => {
                     for i in first..first + N {
-                        self.visit_sphere(group, rays, i, child, counter);
+                        self.visit_sphere(group, sections, i, child, counter);
                     }
                     true
                 }
@@ -225,7 +223,7 @@ impl Group {
     fn test_triangles(
         &mut self,
         first: usize,
-        rays: Rays<'_>,
+        sections: &Sections<'_>,
         block: &TriangleBlock,
         mut triangles: u32,
     ) -> bool {
@@ -240,7 +238,13 @@ impl Group {
                 let id = block.ids[lane];
                 for k in lanes(self.test(first, set, &sheared, id)) {
                     let i = first + k % WIDTH;
-                    self.confirm(i, &rays.get(i), sheared.triangle(k), block.triangle(lane), id);
+                    self.confirm(
+                        i,
+                        &sections.ray(i),
+                        sheared.triangle(k),
+                        block.triangle(lane),
+                        id,
+                    );
                 }
                 any = true;
             }
