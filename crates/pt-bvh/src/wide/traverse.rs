@@ -206,9 +206,9 @@ impl Sheared {
         (a.fast_min(b).fast_min(c), a.fast_max(b).fast_max(c))
     }
 
-    /// The hits. The operations are those of [`triangle::intersect`].
+    /// The hits in a set of lanes. The operations are those of [`triangle::intersect`].
     #[inline(always)]
-    pub(super) fn test(&self, inverse_scale: Lanes, origin_size: Lanes) -> Tested {
+    pub(super) fn test(&self, inverse_scale: Lanes, origin_size: Lanes, set: u32) -> Tested {
         let splat = Lanes::splat;
         let [a, b, c] = self.0;
         let [u, v, w] = self.edges();
@@ -226,7 +226,7 @@ impl Sheared {
         let (nearest, _) = self.depths();
         let mut ahead = nearest.simd_gt((origin_size + x + y + z * 2.0) * gamma(32));
         let mut behind = Lanes::ZERO;
-        if !ahead.all() {
+        if !ahead.to_bitmask() & set != 0 {
             let e = u.abs().fast_max(v.abs()).fast_max(w.abs());
             let error = plain_depth_error([x, y, z], e, inverse);
             ahead |= depth.simd_gt(error);
@@ -300,18 +300,29 @@ impl<C: Counter> Query<'_, C> {
         if set == 0 {
             return false;
         }
-        let Prepared { origin, direction, scale, inverse_scale, origin_size, t_min, .. } = self.ray;
-        let tested = sheared.test(Lanes::splat(inverse_scale), Lanes::splat(origin_size));
+        let Prepared { inverse_scale, origin_size, t_min, .. } = self.ray;
+        let tested = sheared.test(Lanes::splat(inverse_scale), Lanes::splat(origin_size), set);
         let mut better = false;
         for lane in lanes(tested.nearest(set, t_min, self.nearest.t())) {
             better |= self.nearest.offer(tested.in_lane(lane, &block.ids));
         }
-        for lane in lanes(tested.unclear.to_bitmask() & set) {
-            let (sheared, vertices) = (sheared.triangle(lane), block.triangle(lane));
-            if let Some(h) = triangle::confirm([origin, direction], scale, sheared, vertices) {
+        let unclear = tested.unclear.to_bitmask() & set;
+        if unclear != 0 {
+            better |= self.confirm(block, unclear);
+        }
+        better
+    }
+
+    /// Double precision decides about some triangles of a block. They are sheared again: to keep
+    /// them for the few times that they are asked for costs more.
+    #[cold]
+    #[inline(never)]
+    fn confirm(&mut self, block: &TriangleBlock, set: u32) -> bool {
+        let mut better = false;
+        for lane in lanes(set) {
+            if let Some(h) = triangle::intersect(&self.ray, block.triangle(lane)) {
                 let id = block.ids[lane % BLOCK];
-                let hit = Hit { t: h.t, b1: h.b1, b2: h.b2, primitive: id };
-                better |= self.nearest.offer(hit);
+                better |= self.nearest.offer(Hit { t: h.t, b1: h.b1, b2: h.b2, primitive: id });
             }
         }
         better

@@ -63,7 +63,9 @@ impl Candidates {
                 self.vertices.each_ref().map(|v| v.each_ref().map(|x| f32x8::new(eight(x, first)))),
             );
             let gather = |column: &Column| f32x8::new(rays.map(|i| column[i]));
-            let tested = sheared.test(gather(&group.inverse_scale), gather(&group.origin_size));
+            let there = (1 << WIDTH.min(self.len - first)) - 1;
+            let tested =
+                sheared.test(gather(&group.inverse_scale), gather(&group.origin_size), there);
             let limits = depth_limit(tested.t, gather(&group.scale)).to_array();
             let n = WIDTH.min(self.len - first);
             let hits = tested.hit.to_bitmask();

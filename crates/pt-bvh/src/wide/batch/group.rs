@@ -314,7 +314,7 @@ impl Group {
     #[inline(always)]
     pub(super) fn test(&mut self, first: usize, set: u32, sheared: &Sheared, id: u32) -> u32 {
         let tested =
-            sheared.test(eight(&self.inverse_scale, first), eight(&self.origin_size, first));
+            sheared.test(eight(&self.inverse_scale, first), eight(&self.origin_size, first), set);
         let (old_t, old) = (eight(&self.t, first), of_eight(&self.primitive, first));
         let new = u32x8::splat(id);
         let lower = from_bits(new.simd_lt(old) & !old.simd_eq(u32x8::splat(NO_PRIMITIVE)));
