@@ -312,7 +312,13 @@ impl Group {
     /// Eight rays from `first` on test the triangles that passed their filters, in a set of lanes;
     /// returns the lanes in which double precision must decide.
     #[inline(always)]
-    pub(super) fn test(&mut self, first: usize, set: u32, sheared: &Sheared, id: u32) -> u32 {
+    pub(super) fn test<const ANY: bool>(
+        &mut self,
+        first: usize,
+        set: u32,
+        sheared: &Sheared,
+        id: u32,
+    ) -> u32 {
         let tested =
             sheared.test(eight(&self.inverse_scale, first), eight(&self.origin_size, first), set);
         let (old_t, old) = (eight(&self.t, first), of_eight(&self.primitive, first));
@@ -323,6 +329,10 @@ impl Group {
             & from_bits(lanes_of(set))
             & nearer
             & tested.t.simd_gt(eight(&self.t_min, first));
+        set_bits(&mut self.primitive, first, bits(better).select(new, old));
+        if ANY {
+            return tested.unclear.to_bitmask() & set;
+        }
         let limit = depth_limit(tested.t, eight(&self.scale, first));
         let [b1, b2] = tested.barycentric;
         let [old_b1, old_b2] = &mut self.barycentric;
@@ -331,7 +341,6 @@ impl Group {
         {
             set_column(column, first, better.select(x, eight(column, first)));
         }
-        set_bits(&mut self.primitive, first, bits(better).select(new, old));
         tested.unclear.to_bitmask() & set
     }
 
@@ -379,6 +388,12 @@ impl Group {
     #[inline(always)]
     pub(super) fn has_hit(&self, i: usize) -> bool {
         self.primitive[i] != NO_PRIMITIVE
+    }
+
+    /// Whether all of the eight rays from `first` on have hit something.
+    #[inline(always)]
+    pub(super) fn all_hit(&self, first: usize) -> bool {
+        of_eight(&self.primitive, first).simd_eq(u32x8::splat(NO_PRIMITIVE)) == u32x8::ZERO
     }
 
     /// Whether any of the eight rays from `first` on has hit anything.

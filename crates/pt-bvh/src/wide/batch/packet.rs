@@ -167,6 +167,8 @@ impl WideBvh {
         let mut child = group.child[first];
         let mut limit = greatest::<N>(&group.limit, first);
         let mut tests = 0;
+        // A bit for each eight rays that look for hits.
+        let mut looking = (1u32 << (N / WIDTH)) - 1;
         while child != Child::DONE {
             let tested = match Child::kind(child) {
                 Queues::NODES => {
@@ -182,8 +184,10 @@ impl WideBvh {
                     tests += met.count_ones();
                     counter.add(|| u64::from(met.count_ones()) * N as u64);
                     let mut any = false;
-                    for first in (first..first + N).step_by(WIDTH) {
-                        any |= group.test_triangles(first, sections, block, met);
+                    for eight in lanes(looking) {
+                        let first = first + eight * WIDTH;
+                        any |= group.test_triangles::<ANY>(first, sections, block, met);
+                        looking &= !(u32::from(ANY && group.all_hit(first)) << eight);
                     }
                     any
                 }
@@ -194,10 +198,10 @@ impl WideBvh {
                     true
                 }
             };
-            if tested {
-                if ANY && (first..first + N).all(|i| group.has_hit(i)) {
-                    break;
-                }
+            if looking == 0 {
+                break;
+            }
+            if tested && !ANY {
                 limit = greatest::<N>(&group.limit, first);
             }
             child = stacks.pop::<false>(&mut top, limit);
@@ -220,7 +224,7 @@ impl Group {
     /// The eight rays from `first` on, which have the same axis, test those of the block's
     /// triangles; whether any passed the filter.
     #[inline(always)]
-    fn test_triangles(
+    fn test_triangles<const ANY: bool>(
         &mut self,
         first: usize,
         sections: &Sections<'_>,
@@ -236,7 +240,7 @@ impl Group {
             let (set, sheared) = shear.filter(vertices, eight(&self.limit, first));
             if set != 0 {
                 let id = block.ids[lane];
-                for k in lanes(self.test(first, set, &sheared, id)) {
+                for k in lanes(self.test::<ANY>(first, set, &sheared, id)) {
                     let i = first + k % WIDTH;
                     self.confirm(
                         i,

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use pt_bvh::{BuildOptions, Bvh};
+use pt_math::RayColumns;
 
 use super::clock;
 use super::embree::{self, Embree, Packet, Quality, Scene, Single};
@@ -98,6 +99,8 @@ pub(super) struct Prepared<'a> {
     single: Vec<Single>,
     eight: Vec<Packet<8>>,
     sixteen: Vec<Packet<16>>,
+    /// By columns, as packets are.
+    batches: Vec<RayColumns>,
 }
 
 impl<'a> Prepared<'a> {
@@ -107,6 +110,7 @@ impl<'a> Prepared<'a> {
             single: set.rays.iter().map(embree::single).collect(),
             eight: embree::packets(&set.rays),
             sixteen: embree::packets(&set.rays),
+            batches: set.rays.chunks(BATCH).map(|rays| rays.iter().copied().collect()).collect(),
         }
     }
 
@@ -170,7 +174,7 @@ impl<'a> Prepared<'a> {
     }
 
     fn batch(&self, bvh: &Bvh, query: Query) -> usize {
-        let chunks = self.set.rays.chunks(BATCH);
+        let batches = self.batches.iter();
         match query {
             Query::Closest => {
                 let mut hits = Vec::with_capacity(BATCH);
@@ -178,7 +182,7 @@ impl<'a> Prepared<'a> {
                     bvh.intersect_batch(rays, &mut hits);
                     hits.iter().filter(|hit| hit.is_some()).count()
                 };
-                chunks.map(count).sum()
+                batches.map(count).sum()
             }
             Query::Any => {
                 let mut occluded = Vec::with_capacity(BATCH);
@@ -186,7 +190,7 @@ impl<'a> Prepared<'a> {
                     bvh.occluded_batch(rays, &mut occluded);
                     occluded.iter().filter(|&&hit| hit).count()
                 };
-                chunks.map(count).sum()
+                batches.map(count).sum()
             }
         }
     }
