@@ -187,7 +187,6 @@ impl WideBvh {
                     for eight in lanes(looking) {
                         let first = first + eight * WIDTH;
                         any |= group.test_triangles::<ANY>(first, sections, block, met);
-                        looking &= !(u32::from(ANY && group.all_hit(first)) << eight);
                     }
                     any
                 }
@@ -198,10 +197,15 @@ impl WideBvh {
                     true
                 }
             };
-            if looking == 0 {
-                break;
-            }
-            if tested && !ANY {
+            if tested && ANY {
+                for eight in lanes(looking) {
+                    let all_hit = group.all_hit(first + eight * WIDTH);
+                    looking &= !(u32::from(all_hit) << eight);
+                }
+                if looking == 0 {
+                    break;
+                }
+            } else if tested {
                 limit = greatest::<N>(&group.limit, first);
             }
             child = stacks.pop::<false>(&mut top, limit);
