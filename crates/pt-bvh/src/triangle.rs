@@ -91,7 +91,9 @@ pub(crate) fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
 /// meets the plane, by the `vertices` themselves: hits next to the origin are as real as others.
 ///
 /// Where the ray passes inside by the rounding of the sheared vertices only, the plane may be met
-/// anywhere. There the depth is the mean of theirs, and counts if it exceeds its error.
+/// anywhere. There the depth is the mean of theirs, and counts if it exceeds its error; or if all
+/// vertices are ahead and so is the plane: a ray that leaves the triangle has the plane behind it,
+/// but one that meets a closed mesh next to its origin must not pass through it.
 #[inline(never)]
 pub(crate) fn confirm(
     [origin, direction]: [Vec3; 2],
@@ -99,8 +101,8 @@ pub(crate) fn confirm(
     sheared: [[f32; 3]; 3],
     vertices: [Vec3; 3],
 ) -> Option<TriangleHit> {
-    let met = meet(origin, direction, vertices);
-    if met.is_some_and(|t| t <= 0.0) {
+    let plane = Plane::met(origin, direction, vertices);
+    if plane.t.is_some_and(|t| t <= 0.0) {
         return None; // mostly what the ray starts from
     }
     let [a, b, c] = sheared;
@@ -118,10 +120,12 @@ pub(crate) fn confirm(
         let depth = t * f64::from(scale);
         depths.iter().any(|&z| z <= depth) && depths.iter().any(|&z| depth <= z)
     };
-    let t = met.filter(is_between).or_else(|| {
+    let t = plane.t.filter(is_between).or_else(|| {
         let depth = (u * za + v * zb + w * zc) * inverse;
         let origin_size = origin.abs().max_element();
-        (depth > depth_error(origin_size, sheared, det)).then(|| depth / f64::from(scale))
+        let is_all_ahead = !plane.is_behind && depths.iter().all(|&z| z > 0.0);
+        let counts = is_all_ahead || depth > depth_error(origin_size, sheared, det);
+        counts.then(|| depth / f64::from(scale))
     })?;
     let (b1, b2) = ((v * inverse) as f32, (w * inverse) as f32);
     // Queries begin at the least normal depth.
@@ -129,23 +133,32 @@ pub(crate) fn confirm(
     is_ahead.then_some(TriangleHit { t: t as f32, b1, b2 })
 }
 
-/// Where a ray meets a triangle, if it does by double precision as well. The point is then within
-/// εR of the triangle, R being the distance to its farthest vertex: with u = 2⁻⁵³ and c the least
-/// slope, the point errs by some uR/c, and beyond the tip of a needle the edges see it inside for
-/// 1/c as far.
-fn meet(origin: Vec3, direction: Vec3, vertices: [Vec3; 3]) -> Option<f64> {
-    let (o, d) = (origin.as_dvec3(), direction.as_dvec3());
-    let corners @ [a, b, c] = vertices.map(|p| p.as_dvec3() - o);
-    let edges = [b - a, c - b, a - c];
-    let normal = edges[0].cross(-edges[2]);
-    let slope = normal.dot(d);
-    let longest = edges.map(DVec3::length_squared).into_iter().fold(0.0, f64::max);
-    if slope.abs() <= LEAST_SLOPE * longest * d.length() {
-        return None;
+/// The plane of a triangle, as a ray sees it in double precision.
+struct Plane {
+    /// Where the ray meets the triangle, if it does by double precision as well. The point is then
+    /// within εR of the triangle, R being the distance to its farthest vertex: with u = 2⁻⁵³ and c
+    /// the least slope, the point errs by some uR/c, and beyond the tip of a needle the edges see it
+    /// inside for 1/c as far.
+    t: Option<f64>,
+    /// Whether the ray moves away from the plane.
+    is_behind: bool,
+}
+
+impl Plane {
+    fn met(origin: Vec3, direction: Vec3, vertices: [Vec3; 3]) -> Self {
+        let (o, d) = (origin.as_dvec3(), direction.as_dvec3());
+        let corners @ [a, b, c] = vertices.map(|p| p.as_dvec3() - o);
+        let edges = [b - a, c - b, a - c];
+        let normal = edges[0].cross(-edges[2]);
+        let (slope, height) = (normal.dot(d), normal.dot(a));
+        let longest = edges.map(DVec3::length_squared).into_iter().fold(0.0, f64::max);
+        let is_clear = slope.abs() > LEAST_SLOPE * longest * d.length();
+        let t = height / slope;
+        let is_left =
+            |(edge, corner): (DVec3, DVec3)| edge.cross(d * t - corner).dot(normal) >= 0.0;
+        let is_met = is_clear && edges.into_iter().zip(corners).all(is_left);
+        Self { t: is_met.then_some(t), is_behind: t < 0.0 }
     }
-    let t = normal.dot(a) / slope;
-    let is_left = |(edge, corner): (DVec3, DVec3)| edge.cross(d * t - corner).dot(normal) >= 0.0;
-    edges.into_iter().zip(corners).all(is_left).then_some(t)
 }
 
 /// Triangles of less area for their longest edge, or seen under less of an angle, are met too far

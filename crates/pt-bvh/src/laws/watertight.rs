@@ -8,9 +8,18 @@ use crate::ray::Prepared;
 use crate::triangle::{Side, side};
 use crate::{BuildOptions, Bvh};
 
-/// Rays per mesh; ten meshes. Fewer where their triangles are in pieces.
-const RAYS: u64 = 1_000_000;
+/// Single rays, and rays in batches, per mesh. Fewer where their triangles are in pieces.
+const RAYS: [u64; 2] = [1_000_000, 10_000_000];
 const CHUNK: u64 = 20_000;
+/// Where the meshes are: how they are scaled, and then moved.
+const PLACES: [(f32, Vec3); 5] = [
+    (1.0, Vec3::ZERO),
+    (1.0, Vec3::new(1e5, -2e5, 3e4)),
+    (1e15, Vec3::ZERO),
+    (1e-15, Vec3::ZERO),
+    // Products of coordinates are below the normal numbers.
+    (1e-21, Vec3::ZERO),
+];
 
 /// A mesh, scaled about the origin and then moved.
 fn placed(mut soup: Soup, scale: f32, offset: Vec3) -> Soup {
@@ -35,44 +44,69 @@ fn target(soup: &Soup, r: &mut Random) -> Vec3 {
     }
 }
 
-/// Rays from the inner half of the mesh that hit nothing.
-fn escaped(bvh: &Bvh, rays: u64, soup: &Soup, scale: f32, offset: Vec3) -> u64 {
-    let chunk = |seed: u64| {
-        let mut r = Random(seed);
-        let escapes = (0..CHUNK).filter(|_| {
-            let origin = r.vector() * 0.25 * scale + offset;
-            let ray = Ray::new(origin, target(soup, &mut r) - origin);
-            // From the centre itself the directions are those of the vertices.
-            let central = Ray::new(offset, target(soup, &mut r) - offset);
-            bvh.intersect(&ray).is_none() || !bvh.occluded(&central)
-        });
-        escapes.count() as u64
-    };
-    (0..rays / CHUNK).into_par_iter().map(chunk).sum()
+/// A ray from the inner half of the mesh; or from its centre, where the directions are those of
+/// the vertices.
+fn ray(soup: &Soup, (scale, offset): (f32, Vec3), is_central: bool, r: &mut Random) -> Ray {
+    let origin = if is_central { offset } else { r.vector() * 0.25 * scale + offset };
+    Ray::new(origin, target(soup, r) - origin)
+}
+
+/// How many rays of a chunk hit nothing, one by one.
+fn escaped(bvh: &Bvh, soup: &Soup, place: (f32, Vec3), seed: u64) -> u64 {
+    let mut r = Random(seed);
+    let escapes = (0..CHUNK).filter(|_| {
+        bvh.intersect(&ray(soup, place, false, &mut r)).is_none()
+            || !bvh.occluded(&ray(soup, place, true, &mut r))
+    });
+    escapes.count() as u64
+}
+
+/// The same in batches, of which one in four has rays side by side.
+fn escaped_batch(bvh: &Bvh, soup: &Soup, place: (f32, Vec3), seed: u64) -> u64 {
+    let mut r = Random(seed);
+    let (mut hits, mut occluded) = (Vec::new(), Vec::new());
+    let mut escapes = 0;
+    for batch in 0..CHUNK / 1000 {
+        let is_central = batch % 2 == 1;
+        let mut rays: Vec<_> = (0..1000).map(|_| ray(soup, place, is_central, &mut r)).collect();
+        if batch % 4 == 3 {
+            let first = rays[0].direction;
+            for ray in &mut rays {
+                ray.direction = first + ray.direction * 0.05;
+            }
+        }
+        bvh.intersect_batch(&rays, &mut hits);
+        bvh.occluded_batch(&rays, &mut occluded);
+        let missed = hits.iter().filter(|hit| hit.is_none()).count();
+        escapes += missed + occluded.iter().filter(|&&hit| !hit).count();
+    }
+    escapes as u64
+}
+
+/// Asserts that no ray escapes from any mesh; of `rays` rays each, chunk by chunk.
+fn none_escapes(rays: u64, escaped: impl Fn(&Bvh, &Soup, (f32, Vec3), u64) -> u64 + Sync) {
+    let meshes: [fn() -> Soup; 2] = [|| ball(5), || bumpy_ball(5)];
+    for (mesh, place) in meshes.iter().flat_map(|mesh| PLACES.map(|place| (mesh, place))) {
+        let soup = placed(mesh(), place.0, place.1);
+        let bvh = Bvh::build(soup.geometry(), &BuildOptions::default()).expect("in range");
+        let (cut, pieces) = in_pieces(&soup, BuildOptions::default());
+        assert!(cut.order.len() > soup.triangles.len(), "triangles are in pieces");
+        for (bvh, rays) in [(&bvh, rays), (&pieces, rays / 5)] {
+            let chunks = (0..rays / CHUNK).into_par_iter();
+            let escapes: u64 = chunks.map(|seed| escaped(bvh, &soup, place, seed)).sum();
+            assert_eq!(escapes, 0, "{place:?}");
+        }
+    }
 }
 
 #[test]
-fn ten_million_rays_do_not_escape() {
-    let meshes: [fn() -> Soup; 2] = [|| ball(5), || bumpy_ball(5)];
-    let far = Vec3::new(1e5, -2e5, 3e4);
-    for mesh in meshes {
-        for (scale, offset) in [
-            (1.0, Vec3::ZERO),
-            (1.0, far),
-            (1e15, Vec3::ZERO),
-            (1e-15, Vec3::ZERO),
-            // Products of coordinates are below the normal numbers.
-            (1e-21, Vec3::ZERO),
-        ] {
-            let soup = placed(mesh(), scale, offset);
-            let bvh = Bvh::build(soup.geometry(), &BuildOptions::default()).expect("in range");
-            let (cut, pieces) = in_pieces(&soup, BuildOptions::default());
-            assert!(cut.order.len() > soup.triangles.len(), "triangles are in pieces");
-            let escapes = [(&bvh, RAYS), (&pieces, RAYS / 5)]
-                .map(|(bvh, rays)| escaped(bvh, rays, &soup, scale, offset));
-            assert_eq!(escapes, [0, 0], "scale {scale}, offset {offset}");
-        }
-    }
+fn ten_million_single_rays_do_not_escape() {
+    none_escapes(RAYS[0], escaped);
+}
+
+#[test]
+fn a_hundred_million_rays_in_batches_do_not_escape() {
+    none_escapes(RAYS[1], escaped_batch);
 }
 
 /// From outside, a ray enters a closed mesh as often as it leaves it. Counted by the edge
