@@ -149,10 +149,19 @@ impl Plane {
         let (o, d) = (origin.as_dvec3(), direction.as_dvec3());
         let corners @ [a, b, c] = vertices.map(|p| p.as_dvec3() - o);
         let edges = [b - a, c - b, a - c];
-        let normal = edges[0].cross(-edges[2]);
+        // By the two shortest edges, so that its error is the least.
+        let lengths = edges.map(DVec3::length);
+        let longest = if lengths[0] >= lengths[1].max(lengths[2]) {
+            0
+        } else if lengths[1] >= lengths[2] {
+            1
+        } else {
+            2
+        };
+        let [e, f] = [(longest + 1) % 3, (longest + 2) % 3];
+        let normal = edges[e].cross(edges[f]);
         let (slope, height) = (normal.dot(d), normal.dot(a));
-        let longest = edges.map(DVec3::length_squared).into_iter().fold(0.0, f64::max);
-        let is_clear = slope.abs() > LEAST_SLOPE * longest * d.length();
+        let is_clear = slope.abs() > LEAST_SLOPE * lengths[e] * lengths[f] * d.length();
         let t = height / slope;
         let is_left =
             |(edge, corner): (DVec3, DVec3)| edge.cross(d * t - corner).dot(normal) >= 0.0;
@@ -161,8 +170,8 @@ impl Plane {
     }
 }
 
-/// Triangles of less area for their longest edge, or seen under less of an angle, are met too far
-/// from where they are by the rounding of double precision.
+/// Triangles of less area for their two shortest edges, or seen under less of an angle, are met too
+/// far from where they are by the rounding of double precision.
 const LEAST_SLOPE: f64 = 1e-4;
 
 /// The vertex relative to the ray: across, across, and its depth.

@@ -130,3 +130,37 @@ fn hits_are_near_their_triangles() {
     }
     assert!(hits > 100_000, "{hits}");
 }
+
+/// Triangles far longer than wide, next to the origin of rays that do not run along them.
+#[test]
+fn hits_next_to_the_origin_on_slivers_are_found() {
+    let mut random = Random(8);
+    let mut found = 0;
+    for i in 0..100_000 {
+        let (length, width) = (30.0, 0.3 * 2f32.powi(-(i % 6)));
+        let along = random.direction().as_vec3();
+        let across = along.cross(random.direction().as_vec3()).normalize();
+        let corner = random.vector() * 20.0;
+        // With an acute angle at the corner, a right one, or an obtuse one.
+        let lean = along * (length * random.unit());
+        let p = [corner, corner + along * length, corner + lean + across * width];
+        let weights = [0.2 + 0.2 * random.unit(), 0.2 + 0.2 * random.unit()];
+        let target = p[0] + (p[1] - p[0]) * weights[0] + (p[2] - p[0]) * weights[1];
+        let direction = random.direction().as_vec3();
+        let distance = 0.02 + 0.5 * random.unit();
+        let ray = Ray::new(target - direction * distance, direction);
+        let [a, b, c] = p.map(|v| (v - ray.origin).as_dvec3());
+        let normal = (b - a).cross(c - a).normalize();
+        let slope = normal.dot(direction.as_dvec3());
+        if slope.abs() < 0.1 {
+            continue;
+        }
+        let want = normal.dot(a) / slope;
+        let hit = intersect(&prepared(&ray, p), p);
+        let t = f64::from(hit.unwrap_or_else(|| panic!("{want} {ray:?} {p:?}")).t);
+        // Positions are rounded to 2·10⁻⁶.
+        assert!((t - want).abs() < 1e-4, "{t} instead of {want}: {ray:?} {p:?}");
+        found += 1;
+    }
+    assert!(found > 80_000, "{found}");
+}
