@@ -112,7 +112,9 @@ impl Collapse<'_> {
     /// deeper than the binary tree, plus the few halvings of a large leaf.
     fn push_node(&mut self, part: Part, level: usize) -> usize {
         self.levels = self.levels.max(level);
-        let parts = self.open(part);
+        // The largest last, where queries for any hit begin: most rays that hit anything hit that.
+        let mut parts = self.open(part);
+        parts.sort_by(|a, b| a.bounds.half_area().total_cmp(&b.bounds.half_area()));
         let index = self.wide.nodes.len();
         self.wide.nodes.push(empty_node());
         let mut planes = [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3];

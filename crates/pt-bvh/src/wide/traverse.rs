@@ -412,7 +412,8 @@ impl WideBvh {
     }
 }
 
-/// Puts all children that are hit on the stack but the nearest, which it returns.
+/// Puts all children that are hit on the stack but the nearest, which it returns; with `ANY`, but the
+/// last, which is the largest.
 #[inline]
 fn descend<const ANY: bool>(
     stack: &mut Stack<'_>,
@@ -424,6 +425,12 @@ fn descend<const ANY: bool>(
         return None;
     }
     let depths = near.as_array();
+    if ANY {
+        let last = hits.ilog2() as usize % WIDTH;
+        lanes(hits ^ 1 << last)
+            .for_each(|lane| stack.push(entry(depths[lane], node.children[lane])));
+        return Some(node.children[last]);
+    }
     let mut next = || {
         let lane = hits.trailing_zeros() as usize % WIDTH;
         hits &= hits - 1;
@@ -445,7 +452,7 @@ fn descend<const ANY: bool>(
     while more {
         let (e, m) = next();
         more = m;
-        if ANY { stack.push(e) } else { stack.insert(e, base) }
+        stack.insert(e, base);
     }
     stack.len -= 1;
     Some(Child(stack.slot(stack.len).get() as u32))
