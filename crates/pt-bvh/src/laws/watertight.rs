@@ -8,8 +8,13 @@ use crate::ray::Prepared;
 use crate::triangle::{Side, side};
 use crate::{BuildOptions, Bvh};
 
-/// Single rays, and rays in batches, per mesh. Fewer where their triangles are in pieces.
-const RAYS: [u64; 2] = [1_000_000, 10_000_000];
+/// Single rays, and rays in batches, per mesh; ten meshes. Fewer where their triangles are in
+/// pieces, and without AVX2, where they take four times as long and the same bits come out.
+const RAYS: [u64; 2] = if cfg!(target_feature = "avx2") || cfg!(not(target_arch = "x86_64")) {
+    [1_000_000, 10_000_000]
+} else {
+    [500_000, 1_000_000]
+};
 const CHUNK: u64 = 20_000;
 /// Where the meshes are: how they are scaled, and then moved.
 const PLACES: [(f32, Vec3); 5] = [
@@ -100,12 +105,12 @@ fn none_escapes(rays: u64, escaped: impl Fn(&Bvh, &Soup, (f32, Vec3), u64) -> u6
 }
 
 #[test]
-fn ten_million_single_rays_do_not_escape() {
+fn single_rays_do_not_escape() {
     none_escapes(RAYS[0], escaped);
 }
 
 #[test]
-fn a_hundred_million_rays_in_batches_do_not_escape() {
+fn rays_in_batches_do_not_escape() {
     none_escapes(RAYS[1], escaped_batch);
 }
 
