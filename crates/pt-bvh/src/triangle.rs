@@ -150,7 +150,7 @@ impl Plane {
         let corners @ [a, b, c] = vertices.map(|p| p.as_dvec3() - o);
         let edges = [b - a, c - b, a - c];
         // By the two shortest edges, so that its error is the least.
-        let lengths = edges.map(DVec3::length);
+        let lengths = edges.map(DVec3::length_squared);
         let longest = if lengths[0] >= lengths[1].max(lengths[2]) {
             0
         } else if lengths[1] >= lengths[2] {
@@ -161,7 +161,8 @@ impl Plane {
         let [e, f] = [(longest + 1) % 3, (longest + 2) % 3];
         let normal = edges[e].cross(edges[f]);
         let (slope, height) = (normal.dot(d), normal.dot(a));
-        let is_clear = slope.abs() > LEAST_SLOPE * lengths[e] * lengths[f] * d.length();
+        let least = LEAST_SLOPE * LEAST_SLOPE * lengths[e] * lengths[f] * d.length_squared();
+        let is_clear = slope * slope > least;
         let t = height / slope;
         let is_left =
             |(edge, corner): (DVec3, DVec3)| edge.cross(d * t - corner).dot(normal) >= 0.0;
