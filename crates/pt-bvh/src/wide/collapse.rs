@@ -16,6 +16,8 @@ use crate::node::Bvh2;
 #[derive(Clone, Copy)]
 struct Part {
     bounds: Bounds3,
+    /// See [`Forests::urgency`].
+    urgency: f32,
     content: Content,
 }
 
@@ -81,7 +83,7 @@ impl Collapse<'_> {
         let node = &self.bvh.nodes[i];
         let is_run = node.is_leaf() || self.forests.is_small(i);
         let content = if is_run { self.all_below(i) } else { Content::Subtree(i) };
-        Part { bounds: node.bounds(), content }
+        Part { bounds: node.bounds(), urgency: self.forests.urgency(i), content }
     }
 
     /// The primitives below node `i`.
@@ -105,16 +107,16 @@ impl Collapse<'_> {
         let bounds = ids.iter().filter_map(|&id| self.geometry.primitive(id).bounds());
         let all = bounds.fold(Bounds3::EMPTY, Bounds3::union);
         let bounds = Bounds3 { min: all.min.max(within.min), max: all.max.min(within.max) };
-        Part { bounds, content: Content::Run { first, count } }
+        Part { bounds, urgency: 0.0, content: Content::Run { first, count } }
     }
 
     /// Adds the node for a part, and everything below it; returns its index. The recursion is no
     /// deeper than the binary tree, plus the few halvings of a large leaf.
     fn push_node(&mut self, part: Part, level: usize) -> usize {
         self.levels = self.levels.max(level);
-        // The largest last, where queries for any hit begin: most rays that hit anything hit that.
         let mut parts = self.open(part);
-        parts.sort_by(|a, b| a.bounds.half_area().total_cmp(&b.bounds.half_area()));
+        // The most urgent last, where queries for any hit begin.
+        parts.sort_by(|a, b| a.urgency.total_cmp(&b.urgency));
         let index = self.wide.nodes.len();
         self.wide.nodes.push(empty_node());
         let mut planes = [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3];

@@ -174,7 +174,11 @@ impl WideBvh {
                 Queues::NODES => {
                     let node = &self.nodes[child as usize];
                     let (near, hit) = beam.test(&node.planes, limit);
-                    stacks.push_sorted(&mut top, near, hit, node);
+                    if ANY {
+                        stacks.push(&mut top, hit, node);
+                    } else {
+                        stacks.push_sorted(&mut top, near, hit, node);
+                    }
                     false
                 }
                 Queues::TRIANGLES => {
@@ -208,7 +212,7 @@ impl WideBvh {
             } else if tested {
                 limit = greatest::<N>(&group.limit, first);
             }
-            child = stacks.pop::<false>(&mut top, limit);
+            child = stacks.pop::<ANY>(&mut top, limit);
         }
         tests
     }
