@@ -2,8 +2,9 @@
 
 use proptest::prelude::*;
 use pt_math::{Ray, RayColumns, Vec3};
+use pt_testing::Random;
 
-use super::{Random, Soup, bumpy_ball, in_pieces};
+use super::{Soup, bumpy_ball, in_pieces};
 use crate::{BuildOptions, Builder, Bvh, Bvh2, Hit, Sphere, check};
 
 /// The bits of a hit, so that −0 differs from 0 and NaN equals itself.
@@ -249,12 +250,12 @@ proptest! {
 
 /// Triangles with corners on a grid: many coincide, touch and are coplanar.
 fn grid_soup(n: usize) -> Soup {
-    let mut r = Random(7);
+    let mut r = Random::new(7);
     let mut soup = Soup::default();
     for i in 0..n as u32 {
-        let corner = (r.vector() * 10.0).floor();
+        let corner = (r.in_cube() * 10.0).floor();
         for _ in 0..3 {
-            soup.positions.push(corner + (r.vector() * 2.0).floor());
+            soup.positions.push(corner + (r.in_cube() * 2.0).floor());
         }
         soup.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
         if i % 16 == 0 {
@@ -268,15 +269,15 @@ fn grid_soup(n: usize) -> Soup {
 fn kernels_agree_on_a_grid_where_much_coincides() {
     let soup = grid_soup(4000);
     let (kernels, trees) = all_ways(&soup, &[4, 8]);
-    let mut r = Random(11);
+    let mut r = Random::new(11);
     let mut hits = 0;
     let mut rays = Vec::new();
     for i in 0..1500 {
-        let origin = (r.vector() * 14.0).floor();
+        let origin = (r.in_cube() * 14.0).floor();
         let direction = match i % 3 {
-            0 => (r.vector() * 3.0).floor(),
-            1 => (r.vector() * 10.0).floor() - origin,
-            _ => r.vector(),
+            0 => (r.in_cube() * 3.0).floor(),
+            1 => (r.in_cube() * 10.0).floor() - origin,
+            _ => r.in_cube(),
         };
         rays.push(Ray::new(origin, direction));
         let hit = agreed(&soup, &Ray::new(origin, direction), &kernels, &trees);
@@ -292,11 +293,11 @@ fn kernels_agree_on_a_grid_where_much_coincides() {
 fn kernels_agree_on_a_mesh_from_near_and_far() {
     let soup = bumpy_ball(5);
     let (kernels, trees) = all_ways(&soup, &[8]);
-    let mut r = Random(3);
+    let mut r = Random::new(3);
     let mut rays = Vec::new();
     for i in 0..600 {
         let distance = [0.1, 1.0, 3.0, 1e4][i % 4];
-        let origin = r.vector() * distance;
+        let origin = r.in_cube() * distance;
         let target = soup.positions[r.below(soup.positions.len())];
         rays.push(Ray::new(origin, target - origin));
         let hit = agreed(&soup, &Ray::new(origin, target - origin), &kernels, &trees);
@@ -309,8 +310,8 @@ fn kernels_agree_on_a_mesh_from_near_and_far() {
 /// cannot be used among them.
 fn side_by_side(r: &mut Random, origin: Vec3, target: Vec3, spread: f32, lens: f32) -> Vec<Ray> {
     let ray = |i: usize| {
-        let origin = origin + r.vector() * lens;
-        let direction = target - origin + r.vector() * spread;
+        let origin = origin + r.in_cube() * lens;
+        let direction = target - origin + r.in_cube() * spread;
         let whole = Ray::new(origin, direction);
         match i {
             0..128 => whole,
@@ -324,7 +325,7 @@ fn side_by_side(r: &mut Random, origin: Vec3, target: Vec3, spread: f32, lens: f
 
 #[test]
 fn kernels_agree_on_rays_side_by_side() {
-    let mut r = Random(17);
+    let mut r = Random::new(17);
     let mut touching = grid_soup(2000);
     touching.positions.iter_mut().for_each(|p| *p *= 0.1);
     for sphere in &mut touching.spheres {
@@ -339,9 +340,9 @@ fn kernels_agree_on_rays_side_by_side() {
             // From far and near, along the axes and across.
             let origin = match i % 5 {
                 0 => Vec3::new(0.0, 0.0, 4.0),
-                1 => (r.vector() * 2.0).round() * 0.5,
-                2 => r.vector() * 1e3,
-                _ => r.vector() * 2.0,
+                1 => (r.in_cube() * 2.0).round() * 0.5,
+                2 => r.in_cube() * 1e3,
+                _ => r.in_cube() * 2.0,
             };
             let target = soup.positions[r.below(soup.positions.len())];
             let rays = side_by_side(&mut r, origin, target, spread, lens);
@@ -359,12 +360,12 @@ fn kernels_agree_on_rays_side_by_side() {
 /// and the order of hits depends on the last bits.
 #[test]
 fn kernels_agree_on_needles_along_the_ray() {
-    let mut r = Random(13);
+    let mut r = Random::new(13);
     let mut hits = 0;
     for i in 0..300 {
         let width = 10f32.powi(-3 - i % 5);
-        let axis = r.direction().as_vec3();
-        let near_axis = |r: &mut Random| axis * (10.0 * r.signed()) + r.vector() * width;
+        let axis = r.direction();
+        let near_axis = |r: &mut Random| axis * (10.0 * r.between(-1.0, 1.0)) + r.in_cube() * width;
         let mut soup = Soup::default();
         for k in 0..300 {
             soup.positions.extend([0; 3].map(|_| near_axis(&mut r)));
@@ -373,7 +374,7 @@ fn kernels_agree_on_needles_along_the_ray() {
         let (kernels, trees) = all_ways(&soup, &[1]);
         let mut rays = Vec::new();
         for _ in 0..200 {
-            let origin = axis * -12.0 + r.vector() * width;
+            let origin = axis * -12.0 + r.in_cube() * width;
             let ray = Ray::new(origin, near_axis(&mut r) - origin);
             rays.push(ray);
             hits +=

@@ -2,19 +2,20 @@
 
 use proptest::prelude::*;
 use pt_math::{Ray, Vec3};
+use pt_testing::Random;
 use rayon::ThreadPoolBuilder;
 
+use super::Soup;
 use super::pieces::needles;
-use super::{Random, Soup};
 use crate::fuzz::ask;
 use crate::serial::codec::checksum;
 use crate::{BuildOptions, Builder, Bvh, Quality, ReadError, Sphere};
 
 /// Needles, a small ball, and some spheres.
 fn soup(needle_count: u32) -> Soup {
-    let mut r = Random(41);
+    let mut r = Random::new(41);
     let mut soup = needles(&mut r, needle_count, 1e-2);
-    soup.spheres = (0..20).map(|_| Sphere { center: r.vector(), radius: 0.1 }).collect();
+    soup.spheres = (0..20).map(|_| Sphere { center: r.in_cube(), radius: 0.1 }).collect();
     soup
 }
 
@@ -26,11 +27,11 @@ fn all_options() -> impl Iterator<Item = BuildOptions> {
 }
 
 fn rays(n: usize) -> Vec<Ray> {
-    let mut r = Random(43);
-    let any = (0..n).map(|_| Ray::new(r.vector() * 2.0, r.vector()));
+    let mut r = Random::new(43);
+    let any = (0..n).map(|_| Ray::new(r.in_cube() * 2.0, r.in_cube()));
     let mut rays: Vec<Ray> = any.collect();
     // Side by side.
-    let window = |r: &mut Random| Ray::new(Vec3::Z * 4.0, r.vector() * 0.1 - Vec3::Z);
+    let window = |r: &mut Random| Ray::new(Vec3::Z * 4.0, r.in_cube() * 0.1 - Vec3::Z);
     rays.extend((0..n).map(|_| window(&mut r)));
     rays
 }
@@ -118,7 +119,7 @@ fn mutant(bytes: &[u8], r: &mut Random) -> Vec<u8> {
 fn twenty_thousand_mutants_do_no_harm() {
     let soup = soup(20);
     let rays = rays(24);
-    let mut r = Random(47);
+    let mut r = Random::new(47);
     let mut accepted = 0;
     for options in all_options() {
         let bvh = Bvh::build(soup.geometry(), &options).expect("indices are in range");

@@ -1,9 +1,10 @@
 //! Trees are the same for any number of threads, sound, and never too deep.
 
 use pt_math::{Ray, Vec3};
+use pt_testing::Random;
 use rayon::ThreadPoolBuilder;
 
-use super::{Random, Soup, bumpy_ball};
+use super::{Soup, bumpy_ball};
 use crate::{BuildError, BuildOptions, Builder, Bvh, Bvh2, Geometry, MAX_DEPTH, Sphere, check};
 
 const BUILDERS: [Builder; 2] = [Builder::Sah, Builder::Mean];
@@ -40,7 +41,7 @@ fn triangles_at(places: impl Iterator<Item = (Vec3, f32)>) -> Soup {
 fn hopeless_distributions_do_not_grow_deep() {
     let n = 300_000;
     let coincident = triangles_at((0..n).map(|_| (Vec3::ONE, 1.0)));
-    let mut r = Random(5);
+    let mut r = Random::new(5);
     // Each half as far from 0 as the one before, over and over.
     let exponential = triangles_at((0..n).map(|i| {
         let size = 2f32.powi(40 - i % 90);

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use pt_math::{DAffine3, DMat3, DQuat, DVec3, Ray, Vec3};
+use pt_testing::Random;
 
 use super::agreement::{bits, soup};
 use super::user::assert_looped;
-use super::{Random, Soup, ball, bumpy_ball};
+use super::{Soup, ball, bumpy_ball};
 use crate::geometry::in_range;
 use crate::{BuildOptions, Bvh, Instance, InstanceBvh, InstanceHit, Sphere, TransformError};
 
@@ -34,6 +35,12 @@ fn assert_right(scene: &InstanceBvh, rays: &[Ray]) -> usize {
     assert_looped(scene, rays)
 }
 
+/// The shortest turn from one random direction to another.
+fn arc(r: &mut Random) -> DQuat {
+    let [from, to] = [0; 2].map(|_| r.direction().as_dvec3());
+    DQuat::from_rotation_arc(from, to)
+}
+
 /// How an object is placed: what changes its shape, and where to.
 fn linear() -> impl Strategy<Value = DMat3> {
     let exponent = || -3.0..3.0f64;
@@ -51,10 +58,7 @@ fn linear() -> impl Strategy<Value = DMat3> {
         prop_oneof![
             Just(DQuat::IDENTITY),
             Just(DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2)),
-            any::<u64>().prop_map(|seed| {
-                let mut r = Random(seed);
-                DQuat::from_rotation_arc(r.direction(), r.direction())
-            }),
+            any::<u64>().prop_map(|seed| arc(&mut Random::new(seed))),
         ]
     };
     (turn(), size, mirror, shear, turn()).prop_map(|(before, size, mirror, [a, b, c], after)| {
@@ -80,8 +84,8 @@ fn rays(points: &[Vec3], r: &mut Random, number: usize) -> Vec<Ray> {
         let other = points[r.below(points.len())];
         let distance = [1e-2, 1.0, 10.0, 1e3, 1e6][r.below(5)];
         let origin = match r.below(4) {
-            0 => target + r.vector() * distance,
-            1 => target + (r.vector() * 2.0).round() * distance,
+            0 => target + r.in_cube() * distance,
+            1 => target + (r.in_cube() * 2.0).round() * distance,
             2 => other + (other - target) * distance,
             _ => other,
         };
@@ -135,7 +139,7 @@ proptest! {
         let (instances, targets) = place(&soups, &transforms);
         let scene = InstanceBvh::build(instances).expect("there are few");
         if !targets.is_empty() {
-            assert_right(&scene, &rays(&targets, &mut Random(seed), 300));
+            assert_right(&scene, &rays(&targets, &mut Random::new(seed), 300));
         }
     }
 
@@ -148,7 +152,7 @@ proptest! {
         let soups = [ball(0), bumpy_ball(1)];
         let (instances, targets) = place(&soups, &transforms);
         let scene = InstanceBvh::build(instances).expect("there are few");
-        let r = &mut Random(seed);
+        let r = &mut Random::new(seed);
         if !targets.is_empty() {
             assert_right(&scene, &rays(&targets, r, 1000));
         }
@@ -157,12 +161,12 @@ proptest! {
 
 #[test]
 fn many_instances_of_a_mesh_are_hit_as_in_a_loop() {
-    let mut r = Random(71);
+    let mut r = Random::new(71);
     let soup = bumpy_ball(4);
     let object = object(&soup);
     let at = |r: &mut Random| {
-        let m = DMat3::from_quat(DQuat::from_rotation_arc(r.direction(), r.direction()));
-        let t = r.vector().as_dvec3() * 20.0;
+        let m = DMat3::from_quat(arc(r));
+        let t = r.in_cube().as_dvec3() * 20.0;
         DAffine3::from_mat3_translation(m * (0.5 + f64::from(r.unit())), t)
     };
     let instances: Vec<Instance> = (0..300)
@@ -173,7 +177,7 @@ fn many_instances_of_a_mesh_are_hit_as_in_a_loop() {
         let middles: Vec<Vec3> =
             scene.primitives().iter().map(|i| i.to_world().translation.as_vec3()).collect();
         let mut all = rays(&middles, &mut r, 500);
-        all.extend((0..700).map(|_| Ray::new(Vec3::Z * 60.0, r.vector() * 0.3 - Vec3::Z)));
+        all.extend((0..700).map(|_| Ray::new(Vec3::Z * 60.0, r.in_cube() * 0.3 - Vec3::Z)));
         assert!(assert_right(&scene, &all) > 600);
         let moved = scene.update(|instances| {
             instances.iter_mut().try_for_each(|instance| instance.set_transform(at(&mut r)))
@@ -185,15 +189,15 @@ fn many_instances_of_a_mesh_are_hit_as_in_a_loop() {
 /// In the object, origins of rays are rounded by more than all else there is to round.
 #[test]
 fn objects_with_large_coordinates_are_hit_as_in_a_loop() {
-    let mut r = Random(89);
+    let mut r = Random::new(89);
     for offset in [1e3, -1e5, 1e7] {
         let offset = Vec3::new(offset, -0.7 * offset, 0.3 * offset);
         let mut soup = ball(1);
         soup.positions.iter_mut().for_each(|p| *p += offset);
         let back = DAffine3::from_translation(-offset.as_dvec3());
         let mut at = |_| {
-            let turn = DQuat::from_rotation_arc(r.direction(), r.direction());
-            let place = r.vector().as_dvec3() * 3.0;
+            let turn = arc(&mut r);
+            let place = r.in_cube().as_dvec3() * 3.0;
             (0, DAffine3::from_rotation_translation(turn, place) * back)
         };
         let transforms = [0; 8].map(&mut at);
@@ -209,7 +213,7 @@ fn an_object_in_its_place_is_hit_as_by_itself() {
     let object = object(&soup);
     let instance = Instance::new(Arc::clone(&object), DAffine3::IDENTITY).expect("not flat");
     let scene = InstanceBvh::build(vec![instance]).expect("there is one");
-    for ray in rays(&soup.positions, &mut Random(73), 2000) {
+    for ray in rays(&soup.positions, &mut Random::new(73), 2000) {
         let hit = scene.intersect(&ray);
         assert_eq!(bits(hit.map(|h| h.hit)), bits(object.intersect(&ray)), "{ray:?}");
     }

@@ -14,7 +14,7 @@ mod watertight;
 
 use std::collections::HashMap;
 
-use pt_math::{DVec3, Vec3};
+use pt_math::Vec3;
 
 use crate::build::Effort;
 use crate::{BuildOptions, Bvh, Bvh2, Geometry, Sphere};
@@ -87,46 +87,4 @@ fn bumpy_ball(levels: u32) -> Soup {
         *p *= 0.7 + 0.4 * hills + 0.02 * ripples;
     }
     soup
-}
-
-/// Uniform numbers that depend on nothing but a seed.
-struct Random(u64);
-
-impl Random {
-    /// SplitMix64. [Steele, Lea & Flood 2014]
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ z >> 31
-    }
-
-    /// In [0, 1).
-    fn unit(&mut self) -> f32 {
-        (self.bits() >> 40) as f32 / (1u32 << 24) as f32
-    }
-
-    /// In [−1, 1).
-    fn signed(&mut self) -> f32 {
-        2.0 * self.unit() - 1.0
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.bits() % n as u64) as usize
-    }
-
-    /// In the cube [−1, 1)³.
-    fn vector(&mut self) -> Vec3 {
-        Vec3::new(self.signed(), self.signed(), self.signed())
-    }
-
-    /// A unit vector.
-    fn direction(&mut self) -> DVec3 {
-        loop {
-            let v = self.vector().as_dvec3();
-            if (1e-3..=1.0).contains(&v.length_squared()) {
-                return v.normalize();
-            }
-        }
-    }
 }

@@ -1,9 +1,10 @@
 //! Trees with triangles in pieces find what the loop over all primitives finds.
 
 use pt_math::{Ray, Vec3};
+use pt_testing::Random;
 use rayon::ThreadPoolBuilder;
 
-use super::{Random, Soup, bumpy_ball};
+use super::{Soup, bumpy_ball};
 use crate::{BuildOptions, Builder, Bvh, Bvh2, Quality, check};
 
 /// Triangles among them that reach across the whole scene, with a width of about `width`, and a
@@ -15,8 +16,8 @@ pub(super) fn needles(r: &mut Random, n: u32, width: f32) -> Soup {
     }
     for _ in 0..n {
         let first = soup.positions.len() as u32;
-        let (a, b) = (r.vector() * 2.0, r.vector() * 2.0);
-        soup.positions.extend([a, b, b.lerp(a, r.unit()) + r.vector() * width]);
+        let (a, b) = (r.in_cube() * 2.0, r.in_cube() * 2.0);
+        soup.positions.extend([a, b, b.lerp(a, r.unit()) + r.in_cube() * width]);
         soup.triangles.push([first, first + 1, first + 2]);
     }
     soup
@@ -60,7 +61,7 @@ fn assert_same(soup: &Soup, rays: &[Ray]) {
 
 #[test]
 fn kernels_agree_on_needles_in_pieces() {
-    let mut r = Random(23);
+    let mut r = Random::new(23);
     let mut hits = 0;
     for width in [1e-1, 1e-3, 1e-5] {
         for (scale, offset) in [(1.0, Vec3::ZERO), (1.0, Vec3::splat(1e4)), (1e-21, Vec3::ZERO)] {
@@ -70,7 +71,7 @@ fn kernels_agree_on_needles_in_pieces() {
             }
             let mut rays: Vec<Ray> = Vec::new();
             for i in 0..300 {
-                let origin = r.vector() * 3.0 * scale + offset;
+                let origin = r.in_cube() * 3.0 * scale + offset;
                 let [a, b, c] = soup.corners(r.below(soup.triangles.len()));
                 let inside = a.lerp(b, r.unit()).lerp(c, r.unit());
                 let target = [a, a.lerp(b, r.unit()), inside][i % 3];
@@ -82,7 +83,7 @@ fn kernels_agree_on_needles_in_pieces() {
             // Side by side.
             for _ in 0..200 {
                 let origin = Vec3::new(0.0, 0.0, 4.0) * scale + offset;
-                rays.push(Ray::new(origin, (r.vector() * 0.2 - Vec3::Z) * scale));
+                rays.push(Ray::new(origin, (r.in_cube() * 0.2 - Vec3::Z) * scale));
             }
             assert_same(&soup, &rays);
             let bvh = Bvh::build(soup.geometry(), &BuildOptions::default()).expect("in range");
@@ -94,7 +95,7 @@ fn kernels_agree_on_needles_in_pieces() {
 
 #[test]
 fn pieces_do_not_depend_on_the_number_of_threads() {
-    let soup = needles(&mut Random(29), 20_000, 1e-2);
+    let soup = needles(&mut Random::new(29), 20_000, 1e-2);
     for quality in [Quality::Fast, Quality::Balanced, Quality::High] {
         let one = with_threads(1, &soup, quality);
         for threads in [2, 3, 7] {
@@ -106,7 +107,7 @@ fn pieces_do_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn references_stay_within_the_budget() {
-    let soup = needles(&mut Random(31), 20_000, 1e-2);
+    let soup = needles(&mut Random::new(31), 20_000, 1e-2);
     let n = soup.triangles.len();
     for (quality, least, most) in
         [(Quality::Fast, 1.0, 1.0), (Quality::Balanced, 1.1, 1.3), (Quality::High, 1.2, 1.5)]
@@ -127,7 +128,7 @@ fn meshes_without_needles_stay_whole() {
 
 #[test]
 fn verification_notices_a_lost_piece() {
-    let soup = needles(&mut Random(37), 400, 1e-3);
+    let soup = needles(&mut Random::new(37), 400, 1e-3);
     let geometry = soup.geometry();
     let good = Bvh2::build(&geometry, &options(Quality::High)).expect("indices are in range");
     let times = |id: u32| good.order.iter().filter(|&&o| o == id).count();

@@ -2,8 +2,8 @@
 
 use pt_math::interval::EPSILON;
 use pt_math::{Bounds3, DVec3, Ray, Vec3};
+use pt_testing::Random;
 
-use super::Random;
 use crate::ray::Prepared;
 use crate::triangle::{Verdict, intersect, judge, shear};
 
@@ -28,15 +28,15 @@ fn prepared(ray: &Ray, triangle: [Vec3; 3]) -> Prepared {
 
 #[test]
 fn single_precision_errs_as_little_as_it_says() {
-    let mut random = Random(5);
+    let mut random = Random::new(5);
     let (mut hits, mut unclear) = (0, 0);
     for i in 0..400_000 {
         // From fat triangles to needles, near and far.
         let size = 2f32.powi(i % 12 - 8);
-        let corner = random.vector();
-        let p = [corner, corner + random.vector() * size, corner + random.vector() * size];
+        let corner = random.in_cube();
+        let p = [corner, corner + random.in_cube() * size, corner + random.in_cube() * size];
         let target = (p[0] + p[1] * 0.7 + p[2] * 1.3) / 3.0;
-        let origin = random.vector() * 4.0;
+        let origin = random.in_cube() * 4.0;
         let ray = prepared(&Ray::new(origin, target - origin), p);
         let at = p.map(|v| shear(&ray, v));
         let ([w0, w1, w2], depth) = exact(at);
@@ -65,13 +65,13 @@ fn single_precision_errs_as_little_as_it_says() {
 /// hit, on the other they do not.
 #[test]
 fn hits_next_to_the_origin_are_as_real_as_others() {
-    let mut random = Random(9);
+    let mut random = Random::new(9);
     let mut near = [0; 2];
     for i in 0..200_000 {
-        let p = [random.vector(), random.vector(), random.vector()].map(|v| v * 30.0);
+        let p = [random.in_cube(), random.in_cube(), random.in_cube()].map(|v| v * 30.0);
         let weights = [0.1 + 0.3 * random.unit(), 0.1 + 0.3 * random.unit()];
         let target = p[0] + (p[1] - p[0]) * weights[0] + (p[2] - p[0]) * weights[1];
-        let direction = random.vector().normalize();
+        let direction = random.in_cube().normalize();
         let origin = target - direction * (random.unit() - 0.3) * 10f32.powi(-(i % 5));
         let [o, d] = [origin, direction].map(Vec3::as_dvec3);
         let [a, b, c] = p.map(|v| v.as_dvec3() - o);
@@ -101,21 +101,22 @@ fn hits_next_to_the_origin_are_as_real_as_others() {
 /// away it is, and though it is seen edge-on.
 #[test]
 fn hits_are_near_their_triangles() {
-    let mut random = Random(83);
+    let mut random = Random::new(83);
     let mut hits = 0;
     for i in 0..400_000 {
         let stretch = Vec3::new(1.0, 10f32.powi(-(i % 4)), 10f32.powi(i / 4 % 5));
-        let p = [random.vector(), random.vector(), random.vector()].map(|v| v * stretch);
+        let p = [random.in_cube(), random.in_cube(), random.in_cube()].map(|v| v * stretch);
         let [a, b, c] = p.map(Vec3::as_dvec3);
         let weights =
             [random.below(3), random.below(3)].map(|n| f64::from(random.unit()) * n as f64);
         let target = a
             + (b - a) * weights[0] * 0.5
             + (c - a) * (1.0 - weights[0] * 0.5).min(weights[1] * 0.5);
-        let along = (b - a) * f64::from(random.signed()) + (c - a) * f64::from(random.signed());
+        let along = (b - a) * f64::from(random.between(-1.0, 1.0))
+            + (c - a) * f64::from(random.between(-1.0, 1.0));
         let across =
             (b - a).cross(c - a).normalize_or_zero() * 10f64.powi(-(random.below(9) as i32));
-        let direction = along.normalize_or_zero() + across * f64::from(random.signed());
+        let direction = along.normalize_or_zero() + across * f64::from(random.between(-1.0, 1.0));
         let origin = target - direction * 10f64.powi(random.below(10) as i32);
         let (origin, direction) = (origin.as_vec3(), direction.as_vec3());
         let bounds: Bounds3 = p.into_iter().collect();
@@ -134,19 +135,19 @@ fn hits_are_near_their_triangles() {
 /// Triangles far longer than wide, next to the origin of rays that do not run along them.
 #[test]
 fn hits_next_to_the_origin_on_slivers_are_found() {
-    let mut random = Random(8);
+    let mut random = Random::new(8);
     let mut found = 0;
     for i in 0..100_000 {
         let (length, width) = (30.0, 0.3 * 2f32.powi(-(i % 6)));
-        let along = random.direction().as_vec3();
-        let across = along.cross(random.direction().as_vec3()).normalize();
-        let corner = random.vector() * 20.0;
+        let along = random.direction();
+        let across = along.cross(random.direction()).normalize();
+        let corner = random.in_cube() * 20.0;
         // With an acute angle at the corner, a right one, or an obtuse one.
         let lean = along * (length * random.unit());
         let p = [corner, corner + along * length, corner + lean + across * width];
         let weights = [0.2 + 0.2 * random.unit(), 0.2 + 0.2 * random.unit()];
         let target = p[0] + (p[1] - p[0]) * weights[0] + (p[2] - p[0]) * weights[1];
-        let direction = random.direction().as_vec3();
+        let direction = random.direction();
         let distance = 0.02 + 0.5 * random.unit();
         let ray = Ray::new(target - direction * distance, direction);
         let [a, b, c] = p.map(|v| (v - ray.origin).as_dvec3());

@@ -1,9 +1,10 @@
 //! Refitted trees find what the loop over all primitives finds.
 
 use pt_math::{Ray, Vec3};
+use pt_testing::Random;
 
 use super::pieces::needles;
-use super::{Random, Soup, bumpy_ball};
+use super::{Soup, bumpy_ball};
 use crate::{BuildOptions, Builder, Bvh, Quality, RefitError, Sphere};
 
 fn every_way() -> impl Iterator<Item = BuildOptions> {
@@ -21,11 +22,11 @@ fn assert_right(bvh: &Bvh, soup: &Soup, r: &mut Random) {
     assert_eq!((bvh.bounds(), bvh.skipped()), (list.bounds(), list.skipped()));
     let mut rays = Vec::new();
     for _ in 0..300 {
-        let origin = r.vector() * 3.0;
-        let target = soup.positions[r.below(soup.positions.len())] + r.vector() * 0.05;
+        let origin = r.in_cube() * 3.0;
+        let target = soup.positions[r.below(soup.positions.len())] + r.in_cube() * 0.05;
         rays.push(Ray::new(origin, target - origin));
     }
-    rays.extend((0..128).map(|_| Ray::new(Vec3::Z * 5.0, r.vector() * 0.1 - Vec3::Z)));
+    rays.extend((0..128).map(|_| Ray::new(Vec3::Z * 5.0, r.in_cube() * 0.1 - Vec3::Z)));
     let (mut hits, mut occluded) = (Vec::new(), Vec::new());
     bvh.intersect_batch(&rays, &mut hits);
     bvh.occluded_batch(&rays, &mut occluded);
@@ -38,23 +39,23 @@ fn assert_right(bvh: &Bvh, soup: &Soup, r: &mut Random) {
 
 fn scene(r: &mut Random) -> Soup {
     let mut soup = needles(r, 400, 1e-2);
-    soup.spheres = (0..40).map(|_| Sphere { center: r.vector(), radius: 0.05 }).collect();
+    soup.spheres = (0..40).map(|_| Sphere { center: r.in_cube(), radius: 0.05 }).collect();
     soup
 }
 
 #[test]
 fn moved_primitives_are_found_where_they_are() {
-    let mut r = Random(53);
+    let mut r = Random::new(53);
     let start = scene(&mut r);
     for options in every_way() {
         let mut bvh = Bvh::build(start.geometry(), &options).expect("indices are in range");
         let mut soup = start.clone();
         for step in 0..4 {
             for p in &mut soup.positions {
-                *p = Vec3::new(p.y, p.z, p.x) + r.vector() * 0.1;
+                *p = Vec3::new(p.y, p.z, p.x) + r.in_cube() * 0.1;
             }
             for s in &mut soup.spheres {
-                s.center += r.vector();
+                s.center += r.in_cube();
                 s.radius = 0.05 + 0.1 * r.unit();
             }
             // Far away as well.
@@ -71,7 +72,7 @@ fn moved_primitives_are_found_where_they_are() {
 
 #[test]
 fn primitives_may_become_unusable_and_usable() {
-    let mut r = Random(59);
+    let mut r = Random::new(59);
     let whole = scene(&mut r);
     for options in every_way() {
         // Some unusable from the start.
@@ -98,7 +99,7 @@ fn primitives_may_become_unusable_and_usable() {
 
 #[test]
 fn a_refitted_tree_survives_being_written_and_read() {
-    let mut r = Random(61);
+    let mut r = Random::new(61);
     let mut soup = scene(&mut r);
     let mut bvh = Bvh::build(soup.geometry(), &BuildOptions::default()).expect("in range");
     for i in (0..soup.positions.len()).step_by(2) {
@@ -108,7 +109,7 @@ fn a_refitted_tree_survives_being_written_and_read() {
     bvh.refit(soup.geometry()).expect("the same primitives");
     let mut read = Bvh::from_bytes(&bvh.to_bytes()).expect("nothing was changed");
     assert_right(&read, &soup, &mut r);
-    let again = scene(&mut Random(53));
+    let again = scene(&mut Random::new(53));
     read.refit(again.geometry()).expect("the same numbers of primitives");
     assert_right(&read, &again, &mut r);
 }
@@ -124,5 +125,5 @@ fn other_primitives_are_an_error() {
     let mut wrong = soup.clone();
     wrong.triangles[5][1] = 1_000_000;
     assert!(matches!(bvh.refit(wrong.geometry()), Err(RefitError::Geometry(_))));
-    assert_right(&bvh, &soup, &mut Random(67));
+    assert_right(&bvh, &soup, &mut Random::new(67));
 }

@@ -3,8 +3,9 @@
 use pt_math::interval::gamma;
 use pt_math::ray::offset_origin;
 use pt_math::{DVec3, Frame, Ray, Vec3};
+use pt_testing::Random;
 
-use super::{Random, Soup};
+use super::Soup;
 use crate::{BuildOptions, Builder, Bvh, Sphere};
 
 const CASES: usize = 200_000;
@@ -12,7 +13,7 @@ const CASES: usize = 200_000;
 /// A direction at an angle to the plane of which the sine is 1, 0.1, … 10⁻⁷, on either side.
 fn leaving(n: Vec3, r: &mut Random) -> Vec3 {
     let frame = Frame::from_normal(n);
-    let along = r.direction();
+    let along = r.direction().as_dvec3();
     let sine = (0..r.below(8)).fold(1.0, |s, _| s * 0.1) * if r.unit() < 0.5 { 1.0 } else { -1.0 };
     let flat = DVec3::new(along.x, along.y, 0.0).normalize_or(DVec3::X).as_vec3();
     let local = flat * (1.0f32 - sine * sine).max(0.0).sqrt() + Vec3::Z * sine;
@@ -35,9 +36,9 @@ fn normal(p: [Vec3; 3]) -> DVec3 {
 /// A triangle of any size, place and shape, slivers among them.
 fn triangle(r: &mut Random) -> [Vec3; 3] {
     let size = 10f32.powi(r.below(9) as i32 - 4);
-    let place = r.vector() * 10f32.powi(r.below(6) as i32 - 2) * size;
-    let stretch = Vec3::ONE + r.vector() * [0.0, 0.9, 0.9999][r.below(3)];
-    [0; 3].map(|_| place + r.vector() * stretch * size)
+    let place = r.in_cube() * 10f32.powi(r.below(6) as i32 - 2) * size;
+    let stretch = Vec3::ONE + r.in_cube() * [0.0, 0.9, 0.9999][r.below(3)];
+    [0; 3].map(|_| place + r.in_cube() * stretch * size)
 }
 
 fn tree(soup: &Soup) -> Bvh {
@@ -47,7 +48,7 @@ fn tree(soup: &Soup) -> Bvh {
 
 #[test]
 fn no_ray_hits_the_triangle_that_it_leaves() {
-    let mut r = Random(1);
+    let mut r = Random::new(1);
     let mut spawned = 0;
     for _ in 0..CASES {
         let p = triangle(&mut r);
@@ -93,10 +94,10 @@ fn square(k: usize, height: f32, size: f32) -> Soup {
 
 #[test]
 fn no_ray_hits_the_plane_that_it_leaves() {
-    let mut r = Random(2);
+    let mut r = Random::new(2);
     for i in 0..CASES / 4 {
         let size = 10f32.powi(r.below(7) as i32 - 3);
-        let soup = square(i % 3, r.signed() * size, size);
+        let soup = square(i % 3, r.between(-1.0, 1.0) * size, size);
         let bvh = tree(&soup);
         let p = soup.corners(r.below(2));
         let (b1, b2) = (r.unit() * 0.5, r.unit() * 0.5);
@@ -110,16 +111,17 @@ fn no_ray_hits_the_plane_that_it_leaves() {
 
 #[test]
 fn no_ray_hits_the_outside_of_the_sphere_that_it_leaves() {
-    let mut r = Random(3);
+    let mut r = Random::new(3);
     for _ in 0..CASES {
         let radius = 10f32.powi(r.below(9) as i32 - 4) * (0.5 + r.unit());
-        let center = r.vector() * 10f32.powi(r.below(6) as i32 - 3) * radius;
+        let center = r.in_cube() * 10f32.powi(r.below(6) as i32 - 3) * radius;
         let soup = Soup { spheres: vec![Sphere { center, radius }], ..Soup::default() };
         let bvh = tree(&soup);
-        let n = r.direction().as_vec3();
+        let n = r.direction().as_dvec3().normalize().as_vec3();
         let local = n * radius;
         let x = center + local;
-        // Components of n err by ε each when it is made, and again in the product and the sum.
+        // Components of n err by ε each when it is made, in double precision, and again in the
+        // product and the sum.
         let error = (local.abs() + center.abs()) * gamma(5);
         let w = leaving(n, &mut r);
         let ray = Ray::new(offset_origin(x, error, n, w), w);

@@ -1,8 +1,9 @@
 //! Spheres, tiny and far, against exact arithmetic.
 
 use pt_math::{Ray, Vec3};
+use pt_testing::Random;
 
-use super::{Random, Soup};
+use super::Soup;
 use crate::{BuildOptions, Bvh, Sphere};
 
 fn one(center: Vec3, radius: f32) -> Bvh {
@@ -36,7 +37,7 @@ fn tiny_and_far_spheres_are_hit_exactly_where_they_are() {
 /// (f·d)² − d·d (f·f − r²) > 0.
 #[test]
 fn hits_and_misses_are_those_of_integer_arithmetic() {
-    let mut r = Random(9);
+    let mut r = Random::new(9);
     let mut hits = 0;
     for _ in 0..100_000 {
         let mut vector = |n: i64| [0; 3].map(|_| r.below(2 * n as usize + 1) as i64 - n);
