@@ -20,9 +20,9 @@
 //! the same reason; Ize 2013, "Robust BVH Ray Traversal", bounds the rounding of the slab test.)
 
 use pt_math::interval::{EPSILON, gamma};
-use pt_math::{Bounds3, Ray, Vec3};
+use pt_math::{Bounds3, Ray, Vec3, Vec3A, Vec4};
 
-use crate::geometry::in_range;
+use crate::geometry::LARGEST_COORDINATE;
 
 /// In units of R; see the module.
 pub(crate) const PAD: f32 = 96.0 * EPSILON;
@@ -48,14 +48,14 @@ pub(crate) struct Prepared {
     pub(crate) axes: [usize; 3],
     /// Shear: d_kx / d_kz and d_ky / d_kz.
     pub(crate) shear: [f32; 2],
-    /// Sign of d_kz.
+    /// Sign of d_kz: 1 or −1.
     pub(crate) sign: f32,
     /// |d_kz|.
     pub(crate) scale: f32,
     /// 1/|d_kz|.
     pub(crate) inverse_scale: f32,
     /// |d_kz| / d per axis, at most 1/ε in magnitude, never infinite.
-    pub(crate) inverse: Vec3,
+    pub(crate) inverse: Vec3A,
     /// By how much a box is widened on every side before it is tested.
     pub(crate) pad: f32,
     /// Hits at or before this t do not count; at least 0.
@@ -71,24 +71,28 @@ impl Prepared {
     /// anything: no direction, an origin or direction that is not finite, an empty scene.
     #[inline(always)]
     pub(crate) fn new(ray: &Ray, scene: &Bounds3) -> Option<Self> {
-        let (o, d) = (ray.origin, ray.direction);
-        let kz = largest_axis(d);
-        let dz = d.to_array()[kz];
-        if !in_range(o) || !d.is_finite() || dz == 0.0 || scene.is_empty() {
+        let numbers: [f32; 8] = bytemuck::cast(*ray);
+        let o = Vec3A::from_vec4(Vec4::from_slice(&numbers[..4]));
+        let d = Vec3A::from_vec4(Vec4::from_slice(&numbers[3..7]));
+        let (reach_of_o, size) = (o.abs(), d.abs());
+        let scale = size.max_element();
+        let in_range = reach_of_o.cmple(Vec3A::splat(LARGEST_COORDINATE));
+        let finite = size.cmple(Vec3A::splat(f32::MAX));
+        if !(in_range & finite).all() || scale == 0.0 || scene.is_empty() {
             return None;
         }
-        let axes = AXES[kz];
-        let sign = 1f32.copysign(dz);
-        let scale = dz.abs();
+        let axes = AXES[largest_axis(size)];
         let slope = d / scale;
-        let steep = slope.abs().max(Vec3::splat(LEAST_SLOPE)).copysign(slope);
-        let by_axis = slope.to_array();
-        let reach = (scene.max - o).abs().max((scene.min - o).abs()).max_element();
+        let steep = slope.abs().max(Vec3A::splat(LEAST_SLOPE)).copysign(slope);
+        let slope = slope.to_array();
+        let sign = slope[axes[2]];
+        let to_corners = [scene.min, scene.max].map(|corner| (Vec3A::from(corner) - o).abs());
+        let reach = to_corners[0].max(to_corners[1]).max_element();
         Some(Self {
-            origin: o,
-            direction: d,
+            origin: ray.origin,
+            direction: ray.direction,
             axes,
-            shear: [by_axis[axes[0]] * sign, by_axis[axes[1]] * sign],
+            shear: [slope[axes[0]] * sign, slope[axes[1]] * sign],
             sign,
             scale,
             inverse_scale: 1.0 / scale,
@@ -96,7 +100,7 @@ impl Prepared {
             pad: (PAD * reach).max(LEAST_PAD),
             t_min: ray.t_min.max(0.0),
             t_max: ray.t_max,
-            origin_size: o.abs().max_element(),
+            origin_size: reach_of_o.max_element(),
         })
     }
 
@@ -116,8 +120,9 @@ impl Prepared {
     /// the pad of the ray, those of all hits on what is in the box are among them.
     #[inline]
     pub(crate) fn slab_interval(&self, bounds: &Bounds3, pad: f32) -> (f32, f32) {
-        let a = (bounds.min - self.origin - pad) * self.inverse;
-        let b = (bounds.max - self.origin + pad) * self.inverse;
+        let [min, max, origin] = [bounds.min, bounds.max, self.origin].map(Vec3A::from);
+        let a = (min - origin - pad) * self.inverse;
+        let b = (max - origin + pad) * self.inverse;
         (a.min(b).max_element(), a.max(b).min_element())
     }
 }
@@ -131,9 +136,9 @@ pub(crate) fn depth_limit(t: f32, scale: f32) -> f32 {
 /// The least number above 0.
 pub(crate) const LEAST: f32 = f32::from_bits(1);
 
-/// The axis of the largest magnitude, without branches that could go wrong.
+/// The axis of the largest of three magnitudes, without branches that could go wrong.
 #[inline(always)]
-fn largest_axis(d: Vec3) -> usize {
-    let a = d.abs();
-    [usize::from(a.y >= a.x), 2][usize::from(a.z > a.x.max(a.y))]
+fn largest_axis(size: Vec3A) -> usize {
+    let [x, y, z] = size.to_array();
+    [usize::from(y >= x), 2][usize::from(z > x.max(y))]
 }

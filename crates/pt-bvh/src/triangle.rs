@@ -5,7 +5,7 @@
 //! then hits if 0 is on the same side of all three edges in the plane. An edge function is
 //! fl(fl(c_x b_y) − fl(c_y b_x)): rounding is monotone, so its sign is right whenever it is not 0,
 //! and two triangles with a common edge get exactly opposite values. Fused multiply-add would
-//! break both.
+//! break both (here; vertices may be sheared with it, as each gets the same place in all triangles).
 //!
 //! With X, Y, Z the largest magnitudes of the sheared coordinates and ε = 2⁻²⁴, an edge function
 //! errs by at most 4εXY. Where that is small against the sum of all three, X·Y ≤ 4·|det|, single
@@ -18,6 +18,7 @@
 
 use pt_math::interval::gamma;
 use pt_math::{DVec3, Vec3};
+use wide::f32x4;
 
 use crate::ray::Prepared;
 
@@ -56,34 +57,48 @@ pub(crate) fn intersect(ray: &Prepared, p: [Vec3; 3]) -> Option<TriangleHit> {
 }
 
 /// The intersection in single precision; the wide kernels do the same for many triangles.
+///
+/// A depth beyond δ is certainly ahead of the origin, as in [`depth_error`], but with edge functions e
+/// that are rounded:  δe = 2(δx·Y + δy·X + γ₂XY),  δ = 3(γ₃eZ + δe·Z + γ₅Z·e) / |det|,  and as e is at
+/// most 2XY, δ is at most  γ₃₂·Z·(4XY + Z(X + Y)) / |det|.
 #[inline]
 pub(crate) fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
     let edge = |p: [f32; 3], q: [f32; 3]| q[0] * p[1] - q[1] * p[0];
-    let edges @ [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
-    if !edges.iter().all(|&e| e >= 0.0) && !edges.iter().all(|&e| e <= 0.0) {
+    let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
+    let same_signs = u.min(v).min(w) * u.max(v).max(w);
+    if same_signs < 0.0 {
         return Verdict::Miss;
     }
-    let largest = |i: usize| a[i].abs().max(b[i].abs()).max(c[i].abs());
-    let [x, y, z] = [largest(0), largest(1), largest(2)];
+    let x = a[0].abs().max(b[0].abs()).max(c[0].abs());
+    let y = a[1].abs().max(b[1].abs()).max(c[1].abs());
+    let (nearest, farthest) = (a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2]));
+    let z = farthest.max(-nearest);
     let det = u + v + w;
     let inverse = 1.0 / det;
-    let total = u * a[2] + v * b[2] + w * c[2];
+    let total = mul_add(w, c[2], mul_add(v, b[2], u * a[2]));
     let depth = total * inverse;
     let t = depth * ray.inverse_scale;
-    let is_plain = !edges.contains(&0.0)
-        && x * y * (1.0 / FLATTEST) + LEAST_DET <= det.abs()
+    let area = x * y;
+    let is_plain = same_signs > 0.0
+        && mul_add(area, 1.0 / FLATTEST, LEAST_DET) <= det.abs()
         && t.abs() < f32::INFINITY;
     if !is_plain {
         return Verdict::Unclear;
     }
-    let nearest = a[2].min(b[2]).min(c[2]);
-    let is_distant = nearest > gamma(32) * (ray.origin_size + x + y + 2.0 * z);
-    let largest_edge = u.abs().max(v.abs()).max(w.abs());
-    let error = plain_depth_error(x, y, z, largest_edge, inverse);
+    let across = x + y;
+    let is_distant = nearest > (ray.origin_size + across + (z + z)) * gamma(32);
+    let error = mul_add(z, across, area * 4.0) * z * inverse.abs() * gamma(32);
     if (is_distant || depth > error) && total.abs() >= LEAST_DET {
         return Verdict::Hit(TriangleHit { t, b1: v * inverse, b2: w * inverse });
     }
     if depth < -error { Verdict::Miss } else { Verdict::Unclear }
+}
+
+/// x·y + z, rounded as often as by the vectors of the platform.
+#[inline]
+fn mul_add(x: f32, y: f32, z: f32) -> f32 {
+    let splat = f32x4::splat;
+    splat(x).mul_add(splat(y), splat(z)).to_array()[0]
 }
 
 /// The intersection in double precision, by origin, direction and scale of the ray. On which side
@@ -175,12 +190,13 @@ impl Plane {
 /// far from where they are by the rounding of double precision.
 const LEAST_SLOPE: f64 = 1e-4;
 
-/// The vertex relative to the ray: across, across, and its depth.
+/// From the vertex to the ray, across it along two axes; and the vertex's depth.
 #[inline]
 pub(crate) fn shear(ray: &Prepared, p: Vec3) -> [f32; 3] {
-    let q = (p - ray.origin).to_array();
+    let q = (ray.origin - p).to_array();
     let [kx, ky, kz] = ray.axes;
-    [q[kx] - ray.shear[0] * q[kz], q[ky] - ray.shear[1] * q[kz], q[kz] * ray.sign]
+    let across = |k: usize, slope: f32| mul_add(-slope, q[kz], q[k]);
+    [across(kx, ray.shear[0]), across(ky, ray.shear[1]), q[kz] * -ray.sign]
 }
 
 /// Edge function q × p in the plane, with the exact sign.
@@ -212,15 +228,6 @@ fn depth_error(origin_size: f32, [a, b, c]: [[f32; 3]; 3], det: f64) -> f64 {
     let dz = f64::from(gamma(2)) * z;
     let de = 2.0 * (dx * y + dy * x + dx * dy);
     3.0 * de * (z + dz) / det.abs() + dz
-}
-
-/// The same bound for a depth in single precision, with the rounding of edge functions up to `e`:
-/// δe = 2(δx·Y + δy·X + γ₂XY),  δ = 3(γ₃eZ + δe·Z + δz·e) / |det|.
-#[inline]
-fn plain_depth_error(x: f32, y: f32, z: f32, e: f32, inverse: f32) -> f32 {
-    let (dx, dy) = ((x + z) * gamma(5), (y + z) * gamma(5));
-    let de = (dx * y + dy * x + x * y * gamma(2)) * 2.0;
-    (e * z * gamma(3) + de * z + z * gamma(5) * e) * 3.0 * inverse.abs()
 }
 
 /// How the ray passes a triangle, without regard to where along the ray.

@@ -344,12 +344,16 @@ fn kernels_agree_on_rays_side_by_side() {
                 2 => r.in_cube() * 1e3,
                 _ => r.in_cube() * 2.0,
             };
-            let target = soup.positions[r.below(soup.positions.len())];
+            // At a vertex, past which all may go, or into a triangle.
+            let triangle = soup.triangles[r.below(soup.triangles.len())];
+            let [a, b, c] = triangle.map(|v| soup.positions[v as usize]);
+            let is_inside = i % 2 == 1 && (b - a).cross(c - a).length() > 1e-5;
+            let target = if is_inside { (a + b + c) / 3.0 } else { a };
             let rays = side_by_side(&mut r, origin, target, spread, lens);
             assert_eq!(batches_agree(&kernels[1..], &rays), Ok(()), "{i}");
             kernels[1].intersect_batch(&rays, &mut hits);
             assert!(
-                spread > 0.01 || hits.iter().flatten().count() > 10,
+                spread > 0.01 || !is_inside || hits.iter().flatten().count() > 100,
                 "{i}: most are aimed well"
             );
         }

@@ -32,7 +32,7 @@ impl WideBvh {
         }
         w.u64(self.triangles.len() as u64);
         for block in &self.triangles {
-            block.vertices.as_flattened().iter().for_each(|row| w.f32s(row.as_array()));
+            block.coordinates.as_flattened().iter().for_each(|row| w.f32s(row.as_array()));
             w.u32s(&block.ids);
         }
         w.u64(self.spheres.len() as u64);
@@ -152,7 +152,7 @@ impl WideNode {
 impl TriangleBlock {
     fn read(r: &mut Reader<'_>, source: &Source) -> Result<Self, ReadError> {
         let [a, b, c, d, e, f, g, h, i]: [Lanes; 9] = rows(r)?;
-        let block = Self { vertices: [[a, b, c], [d, e, f], [g, h, i]], ids: r.u32s()? };
+        let block = Self { coordinates: [[a, b, c], [d, e, f], [g, h, i]], ids: r.u32s()? };
         for (lane, &id) in block.ids.iter().enumerate() {
             let corners = block.triangle(lane);
             let is_empty = corners.iter().all(|v| v.to_array().iter().all(|x| x.is_nan()));

@@ -198,17 +198,17 @@ fn empty_node() -> WideNode {
 
 /// A block of the triangles with these numbers.
 pub(super) fn triangle_block(geometry: &Geometry<'_>, ids: [u32; BLOCK]) -> TriangleBlock {
-    let mut vertices = [[[f32::NAN; BLOCK]; 3]; 3];
+    let mut coordinates = [[[f32::NAN; BLOCK]; 3]; 3];
     for (lane, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NO_PRIMITIVE) {
         if let Primitive::Triangle(p) = geometry.primitive(id) {
-            for (rows, vertex) in vertices.iter_mut().zip(p) {
-                for (row, coordinate) in rows.iter_mut().zip(vertex.to_array()) {
-                    row[lane] = coordinate;
+            for (axis, rows) in coordinates.iter_mut().enumerate() {
+                for (row, vertex) in rows.iter_mut().zip(p) {
+                    row[lane] = vertex[axis];
                 }
             }
         }
     }
-    TriangleBlock { vertices: vertices.map(|rows| rows.map(Lanes::new)), ids }
+    TriangleBlock { coordinates: coordinates.map(|rows| rows.map(Lanes::new)), ids }
 }
 
 /// A block of the spheres with these numbers.

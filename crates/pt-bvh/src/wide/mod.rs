@@ -10,6 +10,7 @@ mod collapse;
 mod forest;
 mod refit;
 mod traverse;
+mod triangles;
 
 use pt_math::Vec3;
 use wide::f32x8;
@@ -62,7 +63,7 @@ impl Child {
 
 /// Eight children. Slots without one have a box that is inside out, which no ray hits.
 #[derive(Clone, Copy, Debug)]
-#[repr(C)]
+#[repr(C, align(64))]
 pub(crate) struct WideNode {
     /// Per axis: least and greatest coordinate of each child's box, relative to
     /// [`WideBvh::center`] and rounded outward.
@@ -74,8 +75,8 @@ pub(crate) struct WideNode {
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct TriangleBlock {
-    /// Vertex, axis.
-    vertices: [[Lanes; 3]; 3],
+    /// Axis, vertex.
+    coordinates: [[Lanes; 3]; 3],
     ids: [u32; BLOCK],
 }
 
@@ -110,9 +111,8 @@ impl WideBvh {
 impl TriangleBlock {
     /// The vertices in a lane.
     fn triangle(&self, lane: usize) -> [Vec3; 3] {
-        self.vertices
-            .each_ref()
-            .map(|vertex| Vec3::from_array(vertex.each_ref().map(|x| x.as_array()[lane % BLOCK])))
+        let corner = |v: usize| self.coordinates.each_ref().map(|x| x[v].as_array()[lane % BLOCK]);
+        [0, 1, 2].map(|v| Vec3::from_array(corner(v)))
     }
 
     fn len(&self) -> u64 {

@@ -2,10 +2,10 @@
 
 use std::cell::Cell;
 
-use pt_math::Bounds3;
-use pt_math::interval::gamma;
+use pt_math::{Bounds3, Ray, Vec3, Vec3A};
 use wide::f32x8;
 
+use super::triangles::Shear;
 use super::{BLOCK, Child, Lanes, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode};
 use crate::counter::Counter;
 use crate::geometry::Hit;
@@ -89,17 +89,17 @@ pub(super) struct Slabs {
 }
 
 impl Slabs {
-    #[inline]
-    fn new(ray: &Prepared, bvh: &WideBvh) -> Self {
-        let origin = ray.origin - bvh.center;
+    #[inline(always)]
+    fn new(ray: &Prepared, center: Vec3) -> Self {
         let pad = ray.inverse.abs() * ray.pad;
-        let offset = -origin * ray.inverse;
-        let splat = |v: pt_math::Vec3| v.to_array().map(f32x8::splat);
+        let offset = (Vec3A::from(center) - Vec3A::from(ray.origin)) * ray.inverse;
+        let splat = |v: Vec3A| [f32x8::splat(v.x), f32x8::splat(v.y), f32x8::splat(v.z)];
+        let falls = ray.inverse.is_negative_bitmask() as usize & 7;
         Self {
             inverse: splat(ray.inverse),
             near: splat(offset - pad),
             far: splat(offset + pad),
-            first: ray.inverse.to_array().map(|i| usize::from(i < 0.0)),
+            first: [falls & 1, falls >> 1 & 1, falls >> 2],
             start: f32x8::splat(ray.depth_start()),
         }
     }
@@ -108,167 +108,17 @@ impl Slabs {
     /// `limit`.
     #[inline(always)]
     pub(super) fn test(&self, node: &WideNode, limit: f32x8) -> (f32x8, f32x8) {
-        let plane = |axis: usize, side: usize| node.planes[axis][side & 1];
-        let [near_x, near_y, near_z] =
-            [0, 1, 2].map(|k| plane(k, self.first[k]).mul_add(self.inverse[k], self.near[k]));
-        let [far_x, far_y, far_z] =
-            [0, 1, 2].map(|k| plane(k, 1 ^ self.first[k]).mul_add(self.inverse[k], self.far[k]));
+        let meet = |axis: usize, side: usize, offset: [f32x8; 3]| {
+            node.planes[axis][side & 1].mul_add(self.inverse[axis], offset[axis])
+        };
+        let [x, y, z] = self.first;
+        let (near_x, far_x) = (meet(0, x, self.near), meet(0, 1 ^ x, self.far));
+        let (near_y, far_y) = (meet(1, y, self.near), meet(1, 1 ^ y, self.far));
+        let (near_z, far_z) = (meet(2, z, self.near), meet(2, 1 ^ z, self.far));
         let near = near_x.fast_max(near_y).fast_max(near_z.fast_max(self.start));
         let far = far_x.fast_min(far_y).fast_min(far_z.fast_min(limit));
         (near, near.simd_le(far))
     }
-}
-
-/// The ray as the triangle filter wants it; or a ray for each lane, if their axes are the same.
-pub(super) struct Shear {
-    pub(super) axes: [usize; 3],
-    pub(super) origin: [Lanes; 3],
-    pub(super) slopes: [Lanes; 2],
-    pub(super) sign: Lanes,
-    pub(super) start: Lanes,
-}
-
-impl Shear {
-    #[inline]
-    fn new(ray: &Prepared) -> Self {
-        let o = ray.origin.to_array();
-        Self {
-            axes: ray.axes,
-            origin: ray.axes.map(|k| Lanes::splat(o[k])),
-            slopes: ray.shear.map(Lanes::splat),
-            sign: Lanes::splat(ray.sign),
-            start: Lanes::splat(ray.depth_start()),
-        }
-    }
-
-    /// A bit for each triangle of a block that the ray may hit; see [`Self::filter`].
-    #[inline(always)]
-    pub(super) fn filter_block(&self, block: &TriangleBlock, limit: f32) -> (u32, Sheared) {
-        self.filter(|v, k| block.vertices[v][k], Lanes::splat(limit))
-    }
-
-    /// A bit for each lane in which the f32 edge functions do not rule out a hit of the triangle
-    /// whose vertex `v` has coordinate `k` of `vertices(v, k)`, and its vertices are not all before
-    /// the start of the ray or all beyond the depth `limit`: the depth of a hit is a mean of
-    /// theirs. The operations are those of [`triangle::intersect`].
-    #[inline(always)]
-    pub(super) fn filter(
-        &self,
-        vertices: impl Fn(usize, usize) -> Lanes,
-        limit: Lanes,
-    ) -> (u32, Sheared) {
-        let [kx, ky, kz] = self.axes;
-        let sheared = Sheared([0, 1, 2].map(|v: usize| {
-            let z = vertices(v, kz) - self.origin[2];
-            let x = vertices(v, kx) - self.origin[0] - self.slopes[0] * z;
-            let y = vertices(v, ky) - self.origin[1] - self.slopes[1] * z;
-            [x, y, z * self.sign]
-        }));
-        let [u, v, w] = sheared.edges();
-        let crossed = u.fast_min(v).fast_min(w).simd_ge(Lanes::ZERO)
-            | u.fast_max(v).fast_max(w).simd_le(Lanes::ZERO);
-        let (nearest, farthest) = sheared.depths();
-        let within = nearest.simd_le(limit) & farthest.simd_ge(self.start);
-        ((crossed & within).to_bitmask(), sheared)
-    }
-}
-
-/// Sheared vertices of eight triangles: vertex, axis.
-pub(super) struct Sheared(pub(super) [[Lanes; 3]; 3]);
-
-/// What single precision says of eight pairs of a ray and a triangle that passed the filter.
-pub(super) struct Tested {
-    /// Where there is a hit.
-    pub(super) hit: Lanes,
-    /// Where double precision must decide.
-    pub(super) unclear: Lanes,
-    pub(super) t: Lanes,
-    pub(super) barycentric: [Lanes; 2],
-}
-
-impl Sheared {
-    /// The vertices in a lane, as [`triangle::confirm`] wants them.
-    pub(super) fn triangle(&self, lane: usize) -> [[f32; 3]; 3] {
-        self.0.map(|vertex| vertex.map(|x| x.as_array()[lane % BLOCK]))
-    }
-
-    #[inline(always)]
-    fn edges(&self) -> [Lanes; 3] {
-        let [a, b, c] = self.0;
-        let edge = |p: [Lanes; 3], q: [Lanes; 3]| q[0] * p[1] - q[1] * p[0];
-        [edge(b, c), edge(c, a), edge(a, b)]
-    }
-
-    /// The least and the greatest depth of a vertex.
-    #[inline(always)]
-    fn depths(&self) -> (Lanes, Lanes) {
-        let [a, b, c] = self.0.map(|vertex| vertex[2]);
-        (a.fast_min(b).fast_min(c), a.fast_max(b).fast_max(c))
-    }
-
-    /// The hits in a set of lanes. The operations are those of [`triangle::intersect`].
-    #[inline(always)]
-    pub(super) fn test(&self, inverse_scale: Lanes, origin_size: Lanes, set: u32) -> Tested {
-        let splat = Lanes::splat;
-        let [a, b, c] = self.0;
-        let [u, v, w] = self.edges();
-        let largest = |k: usize| a[k].abs().fast_max(b[k].abs()).fast_max(c[k].abs());
-        let [x, y, z] = [largest(0), largest(1), largest(2)];
-        let det = u + v + w;
-        let inverse = splat(1.0) / det;
-        let total = u * a[2] + v * b[2] + w * c[2];
-        let depth = total * inverse;
-        let t = depth * inverse_scale;
-        let on_edge = u.simd_eq(Lanes::ZERO) | v.simd_eq(Lanes::ZERO) | w.simd_eq(Lanes::ZERO);
-        let least = x * y * splat(1.0 / triangle::FLATTEST) + splat(triangle::LEAST_DET);
-        let plain = !on_edge & least.simd_le(det.abs()) & t.abs().simd_lt(splat(f32::INFINITY));
-
-        let (nearest, _) = self.depths();
-        let mut ahead = nearest.simd_gt((origin_size + x + y + z * 2.0) * gamma(32));
-        let mut behind = Lanes::ZERO;
-        if !ahead.to_bitmask() & set != 0 {
-            let e = u.abs().fast_max(v.abs()).fast_max(w.abs());
-            let error = plain_depth_error([x, y, z], e, inverse);
-            ahead |= depth.simd_gt(error);
-            behind = depth.simd_lt(-error);
-        }
-        let large = total.abs().simd_ge(splat(triangle::LEAST_DET));
-        let hit = plain & ahead & large;
-        let unclear = !(hit | (plain & behind));
-        Tested { hit, unclear, t, barycentric: [v * inverse, w * inverse] }
-    }
-}
-
-impl Tested {
-    /// The hit of one lane.
-    #[inline(always)]
-    fn in_lane(&self, lane: usize, ids: &[u32; BLOCK]) -> Hit {
-        let number = |x: &Lanes| x.as_array()[lane % BLOCK];
-        let [b1, b2] = self.barycentric.each_ref().map(number);
-        Hit { t: number(&self.t), b1, b2, primitive: ids[lane % BLOCK] }
-    }
-
-    /// A bit for the nearest hit with t in (`t_min`, `t_max`] in a set of lanes, and of several for
-    /// the first.
-    #[inline(always)]
-    fn nearest(&self, set: u32, t_min: f32, t_max: f32) -> u32 {
-        let counts = self.t.simd_gt(Lanes::splat(t_min)) & self.t.simd_le(Lanes::splat(t_max));
-        let hit = (self.hit & counts).to_bitmask() & set;
-        if hit & hit.wrapping_sub(1) == 0 {
-            return hit;
-        }
-        let t = self.t.as_array();
-        let before = |a: &usize, b: &usize| t[*a].total_cmp(&t[*b]);
-        lanes(hit).min_by(before).map_or(0, |lane| 1 << lane)
-    }
-}
-
-/// The operations of the function of this name in [`triangle`].
-#[inline(always)]
-fn plain_depth_error([x, y, z]: [Lanes; 3], e: Lanes, inverse: Lanes) -> Lanes {
-    let (dx, dy) = ((x + z) * gamma(5), (y + z) * gamma(5));
-    let de = (dx * y + dy * x + x * y * gamma(2)) * 2.0;
-    (e * z * gamma(3) + de * z + z * gamma(5) * e) * 3.0 * inverse.abs()
 }
 
 /// The lanes of the bits, lowest first.
@@ -283,65 +133,86 @@ pub(super) fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
     })
 }
 
-/// A query on its way.
+/// A query on its way: what was asked, and what it has found.
 struct Query<'a, C> {
-    ray: Prepared,
-    shear: Shear,
+    asked: &'a Ray,
+    bounds: &'a Bounds3,
     nearest: Nearest,
     counter: &'a mut C,
 }
 
 impl<C: Counter> Query<'_, C> {
     /// Whether a triangle of the block is hit, and better than what there was.
-    #[inline]
-    fn test_triangles(&mut self, block: &TriangleBlock, limit: f32) -> bool {
+    #[inline(always)]
+    fn test_triangles(
+        &mut self,
+        block: &TriangleBlock,
+        ray: &Prepared,
+        shear: &Shear,
+        limit: f32,
+    ) -> bool {
         self.counter.add(|| block.len());
-        let (set, sheared) = self.shear.filter_block(block, limit);
+        let (set, sheared) = shear.filter_block(block, limit);
         if set == 0 {
             return false;
         }
-        let Prepared { inverse_scale, origin_size, t_min, .. } = self.ray;
-        let tested = sheared.test(Lanes::splat(inverse_scale), Lanes::splat(origin_size), set);
+        let tested = sheared.test(Lanes::splat(ray.inverse_scale), Lanes::splat(ray.origin_size));
         let mut better = false;
-        for lane in lanes(tested.nearest(set, t_min, self.nearest.t())) {
-            better |= self.nearest.offer(tested.in_lane(lane, &block.ids));
+        if let Some(lane) = tested.nearest(set, ray.t_min, self.nearest.t()) {
+            better = self.nearest.offer(tested.in_lane(lane, &block.ids));
         }
         let unclear = tested.unclear.to_bitmask() & set;
         if unclear != 0 {
-            better |= self.confirm(block, unclear);
-        }
-        better
-    }
-
-    /// Double precision decides about some triangles of a block. They are sheared again: to keep
-    /// them for the few times that they are asked for costs more.
-    #[cold]
-    #[inline(never)]
-    fn confirm(&mut self, block: &TriangleBlock, set: u32) -> bool {
-        let mut better = false;
-        for lane in lanes(set) {
-            if let Some(h) = triangle::intersect(&self.ray, block.triangle(lane)) {
-                let id = block.ids[lane % BLOCK];
-                better |= self.nearest.offer(Hit { t: h.t, b1: h.b1, b2: h.b2, primitive: id });
-            }
+            let confirmed = confirm(self.asked, self.bounds, block, unclear, self.nearest);
+            better |= confirmed.1;
+            self.nearest = confirmed.0;
         }
         better
     }
 
     /// The same for spheres.
-    #[inline(never)]
+    #[inline(always)]
     fn test_spheres(&mut self, block: &SphereBlock) -> bool {
         self.counter.add(|| block.len());
-        let mut better = false;
-        for (s, &primitive) in block.iter() {
-            if let Some(t) =
-                sphere::intersect(self.ray.origin, self.ray.direction, self.ray.t_min, s)
-            {
-                better |= self.nearest.offer(Hit { t, b1: 0.0, b2: 0.0, primitive });
-            }
-        }
+        let (nearest, better) = nearest_sphere(self.asked, block, self.nearest);
+        self.nearest = nearest;
         better
     }
+}
+
+/// Double precision decides about some triangles of a block; says whether one of them is nearer than
+/// what was. They are made ready again: to keep them for the few times that they are asked for costs
+/// more.
+#[cold]
+#[inline(never)]
+fn confirm(
+    ray: &Ray,
+    bounds: &Bounds3,
+    block: &TriangleBlock,
+    set: u32,
+    mut nearest: Nearest,
+) -> (Nearest, bool) {
+    let mut better = false;
+    let Some(ray) = Prepared::new(ray, bounds) else { return (nearest, false) };
+    for lane in lanes(set) {
+        if let Some(h) = triangle::intersect(&ray, block.triangle(lane)) {
+            let id = block.ids[lane % BLOCK];
+            better |= nearest.offer(Hit { t: h.t, b1: h.b1, b2: h.b2, primitive: id });
+        }
+    }
+    (nearest, better)
+}
+
+/// The nearest hit of a block's spheres, if it is nearer than what was.
+#[inline(never)]
+fn nearest_sphere(ray: &Ray, block: &SphereBlock, mut nearest: Nearest) -> (Nearest, bool) {
+    let mut better = false;
+    for (s, &primitive) in block.iter() {
+        if let Some(t) = sphere::intersect(ray.origin, ray.direction, ray.t_min.max(0.0), s) {
+            better |= nearest.offer(Hit { t, b1: 0.0, b2: 0.0, primitive });
+        }
+    }
+    (nearest, better)
 }
 
 impl WideBvh {
@@ -349,7 +220,7 @@ impl WideBvh {
     #[inline]
     pub(crate) fn intersect<C: Counter>(
         &self,
-        ray: &pt_math::Ray,
+        ray: &Ray,
         bounds: &Bounds3,
         counter: &mut C,
     ) -> Option<Hit> {
@@ -360,24 +231,24 @@ impl WideBvh {
     #[inline]
     pub(crate) fn occluded<C: Counter>(
         &self,
-        ray: &pt_math::Ray,
+        ray: &Ray,
         bounds: &Bounds3,
         counter: &mut C,
     ) -> bool {
         self.walk::<true, C>(ray, bounds, counter).is_some()
     }
 
-    /// Visits nodes from near to far; with `ANY`, until the first hit.
+    /// From the root to the nearest hit; with `ANY`, to the first that is found.
     fn walk<const ANY: bool, C: Counter>(
         &self,
-        ray: &pt_math::Ray,
+        asked: &Ray,
         bounds: &Bounds3,
         counter: &mut C,
     ) -> Option<Hit> {
-        let ray = Prepared::new(ray, bounds)?;
-        let slabs = Slabs::new(&ray, self);
-        let mut query =
-            Query { ray, shear: Shear::new(&ray), nearest: Nearest::new(&ray), counter };
+        let ray = Prepared::new(asked, bounds)?;
+        let slabs = Slabs::new(&ray, self.center);
+        let shear = Shear::new(&ray);
+        let mut query = Query { asked, bounds, nearest: Nearest::new(&ray), counter };
         let mut limit = ray.depth_limit(ray.t_max);
         STACK.with(|entries| {
             let mut stack = Stack { entries, len: 0 };
@@ -393,7 +264,8 @@ impl WideBvh {
                     }
                 } else {
                     let better = if child.0 & Child::TRIANGLES != 0 {
-                        query.test_triangles(&self.triangles[Child::index(child.0)], limit)
+                        let block = &self.triangles[Child::index(child.0)];
+                        query.test_triangles(block, &ray, &shear, limit)
                     } else {
                         query.test_spheres(&self.spheres[Child::index(child.0)])
                     };
@@ -413,8 +285,8 @@ impl WideBvh {
 }
 
 /// Puts all children that are hit on the stack but the nearest, which it returns; with `ANY`, but the
-/// last, which is the largest.
-#[inline]
+/// last, which is the most urgent. Up to three are sorted without branches.
+#[inline(always)]
 fn descend<const ANY: bool>(
     stack: &mut Stack<'_>,
     node: &WideNode,
@@ -423,6 +295,9 @@ fn descend<const ANY: bool>(
 ) -> Option<Child> {
     if hits == 0 {
         return None;
+    }
+    if hits & (hits - 1) == 0 {
+        return Some(node.children[hits.trailing_zeros() as usize % WIDTH]);
     }
     let depths = near.as_array();
     if ANY {
@@ -436,24 +311,38 @@ fn descend<const ANY: bool>(
         hits &= hits - 1;
         (entry(depths[lane], node.children[lane]), hits != 0)
     };
-    let (first, more) = next();
+    let (a, _) = next();
+    let (b, more) = next();
+    let (a, b) = ordered(a, b);
     if !more {
-        return Some(Child(first as u32));
+        stack.push(a);
+        return Some(Child(b as u32));
     }
-    let (second, mut more) = next();
-    let (nearer, farther) = if first < second { (first, second) } else { (second, first) };
+    let (c, more) = next();
+    let (b, c) = ordered(b, c);
+    let (a, b) = ordered(a, b);
     if !more {
-        stack.push(farther);
-        return Some(Child(nearer as u32));
+        stack.push(a);
+        stack.push(b);
+        return Some(Child(c as u32));
     }
     let base = stack.len;
-    stack.push(farther);
-    stack.push(nearer);
-    while more {
-        let (e, m) = next();
-        more = m;
+    stack.push(a);
+    stack.push(b);
+    stack.push(c);
+    loop {
+        let (e, more) = next();
         stack.insert(e, base);
+        if !more {
+            break;
+        }
     }
     stack.len -= 1;
     Some(Child(stack.slot(stack.len).get() as u32))
+}
+
+/// The greater of two first.
+#[inline(always)]
+fn ordered(a: u64, b: u64) -> (u64, u64) {
+    (a.max(b), a.min(b))
 }

@@ -6,7 +6,8 @@ use super::group::{Column, GROUP, Group, bits, depth_limit, from_bits};
 use super::order::members;
 use super::section::Sections;
 use crate::geometry::Hit;
-use crate::wide::traverse::{Sheared, lanes};
+use crate::wide::traverse::lanes;
+use crate::wide::triangles::Sheared;
 use crate::wide::{BLOCK, Child, TriangleBlock, WIDTH};
 
 /// Blocks that are filtered before what they leave is tested.
@@ -63,9 +64,7 @@ impl Candidates {
                 self.vertices.each_ref().map(|v| v.each_ref().map(|x| f32x8::new(eight(x, first)))),
             );
             let gather = |column: &Column| f32x8::new(rays.map(|i| column[i]));
-            let there = (1 << WIDTH.min(self.len - first)) - 1;
-            let tested =
-                sheared.test(gather(&group.inverse_scale), gather(&group.origin_size), there);
+            let tested = sheared.test(gather(&group.inverse_scale), gather(&group.origin_size));
             let limits = depth_limit(tested.t, gather(&group.scale)).to_array();
             let n = WIDTH.min(self.len - first);
             let hits = tested.hit.to_bitmask();

@@ -6,7 +6,8 @@ use wide::{f32x8, u32x8};
 use super::order::LANES;
 use crate::geometry::{Hit, LARGEST_COORDINATE};
 use crate::ray::{AXES, CONVERSION, LEAST_PAD, LEAST_SLOPE, PAD};
-use crate::wide::traverse::{Shear, Sheared, Slabs};
+use crate::wide::traverse::Slabs;
+use crate::wide::triangles::{Shear, Sheared};
 use crate::wide::{NO_PRIMITIVE, WIDTH};
 use crate::{ray, triangle};
 
@@ -36,7 +37,8 @@ pub(super) struct Group {
     /// Origin in the cyclic order of axes that ends with that one.
     pub(super) origin: [Column; 3],
     pub(super) slopes: [Column; 2],
-    pub(super) sign: Column,
+    /// −1 where the ray rises along the last axis, else 1.
+    pub(super) back: Column,
     pub(super) scale: Column,
     pub(super) inverse_scale: Column,
     pub(super) origin_size: Column,
@@ -211,7 +213,7 @@ impl Group {
         for (column, x) in self.slopes.iter_mut().zip(slopes) {
             set_column(column, first, x * sign);
         }
-        set_column(&mut self.sign, first, sign);
+        set_column(&mut self.back, first, -sign);
         set_column(&mut self.scale, first, scale);
         set_column(&mut self.inverse_scale, first, splat(1.0) / scale);
         set_column(&mut self.origin_size, first, origin_size);
@@ -231,7 +233,7 @@ impl Group {
         let [is_y, is_z] = [0, 1].map(|k| from_bits(axis.simd_eq(bit(k))));
         let axes = Axes { is_y, is_z };
         let origin = axes.out_of_order(self.origin.each_ref().map(|column| eight(column, first)));
-        let sign = eight(&self.sign, first);
+        let sign = -eight(&self.back, first);
         let [a, b] = self.slopes.each_ref().map(|column| eight(column, first) * sign);
         self.set_slabs(first, origin, axes.out_of_order([a, b, sign]), bounds, center);
     }
@@ -304,7 +306,7 @@ impl Group {
             axes: AXES[self.axis[first] as usize % AXES.len()],
             origin: self.origin.each_ref().map(&lanes),
             slopes: self.slopes.each_ref().map(&lanes),
-            sign: lanes(&self.sign),
+            back: lanes(&self.back),
             start: lanes(&self.start),
         }
     }
@@ -320,7 +322,7 @@ impl Group {
         id: u32,
     ) -> u32 {
         let tested =
-            sheared.test(eight(&self.inverse_scale, first), eight(&self.origin_size, first), set);
+            sheared.test(eight(&self.inverse_scale, first), eight(&self.origin_size, first));
         let (old_t, old) = (eight(&self.t, first), of_eight(&self.primitive, first));
         let new = u32x8::splat(id);
         let lower = from_bits(new.simd_lt(old) & !old.simd_eq(u32x8::splat(NO_PRIMITIVE)));

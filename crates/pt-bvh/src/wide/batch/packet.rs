@@ -221,7 +221,7 @@ impl WideBvh {
     #[inline(always)]
     fn boxes(&self, block: &TriangleBlock) -> [[f32x8; 2]; 3] {
         [0, 1, 2].map(|k: usize| {
-            let [a, b, c] = [0, 1, 2].map(|v: usize| block.vertices[v][k]);
+            let [a, b, c] = block.coordinates[k];
             let low_and_high = [a.fast_min(b).fast_min(c), a.fast_max(b).fast_max(c)];
             low_and_high.map(|x| x - f32x8::splat(self.center[k]))
         })
@@ -244,8 +244,11 @@ impl Group {
         while triangles != 0 {
             let lane = triangles.trailing_zeros() as usize % WIDTH;
             triangles &= triangles - 1;
-            let vertices = |v: usize, k: usize| f32x8::splat(block.vertices[v][k].as_array()[lane]);
-            let (set, sheared) = shear.filter(vertices, eight(&self.limit, first));
+            let along = |axis: usize| {
+                let [a, b, c] = &block.coordinates[axis];
+                [a, b, c].map(|x| f32x8::splat(x.as_array()[lane]))
+            };
+            let (set, sheared) = shear.filter(along, eight(&self.limit, first));
             if set != 0 {
                 let id = block.ids[lane];
                 for k in lanes(self.test::<ANY>(first, set, &sheared, id)) {

@@ -1,0 +1,170 @@
+//! The triangle test for eight pairs of a ray and a triangle. The operations are those of
+//! [`triangle`], so the hits have the same bits.
+
+use pt_math::interval::gamma;
+
+use super::traverse::lanes;
+use super::{BLOCK, Lanes, TriangleBlock};
+use crate::geometry::Hit;
+use crate::ray::Prepared;
+use crate::triangle;
+
+/// The ray as the triangle filter wants it; or a ray for each lane, if their axes are the same.
+pub(super) struct Shear {
+    pub(super) axes: [usize; 3],
+    pub(super) origin: [Lanes; 3],
+    pub(super) slopes: [Lanes; 2],
+    /// −1 where the ray rises along the last axis, else 1.
+    pub(super) back: Lanes,
+    pub(super) start: Lanes,
+}
+
+impl Shear {
+    #[inline(always)]
+    pub(super) fn new(ray: &Prepared) -> Self {
+        let o = ray.origin.to_array();
+        let [kx, ky, kz] = ray.axes;
+        Self {
+            axes: ray.axes,
+            origin: [Lanes::splat(o[kx]), Lanes::splat(o[ky]), Lanes::splat(o[kz])],
+            slopes: [Lanes::splat(ray.shear[0]), Lanes::splat(ray.shear[1])],
+            back: Lanes::splat(-ray.sign),
+            start: Lanes::splat(ray.depth_start()),
+        }
+    }
+
+    /// A bit for each triangle of a block that the ray may hit; see [`Self::filter`].
+    #[inline(always)]
+    pub(super) fn filter_block(&self, block: &TriangleBlock, limit: f32) -> (u32, Sheared) {
+        self.filter(|axis| block.coordinates[axis], Lanes::splat(limit))
+    }
+
+    /// A bit for each lane in which the f32 edge functions do not rule out a hit of the triangle
+    /// whose vertices have the coordinates `along(k)` on axis k, and its vertices are not all
+    /// before the start of the ray or all beyond the depth `limit`: the depth of a hit is a mean of
+    /// theirs.
+    #[inline(always)]
+    pub(super) fn filter(
+        &self,
+        along: impl Fn(usize) -> [Lanes; 3],
+        limit: Lanes,
+    ) -> (u32, Sheared) {
+        let [kx, ky, kz] = self.axes;
+        let ([ax, bx, cx], [ay, by, cy], [az, bz, cz]) = (along(kx), along(ky), along(kz));
+        let shear = |x: Lanes, y: Lanes, z: Lanes| {
+            let z = self.origin[2] - z;
+            let x = self.slopes[0].mul_neg_add(z, self.origin[0] - x);
+            let y = self.slopes[1].mul_neg_add(z, self.origin[1] - y);
+            [x, y, z * self.back]
+        };
+        let sheared = Sheared([shear(ax, ay, az), shear(bx, by, bz), shear(cx, cy, cz)]);
+        let may_be_inside = same_signs(sheared.edges()).simd_ge(Lanes::ZERO);
+        let (nearest, farthest) = sheared.depths();
+        let within = nearest.simd_le(limit) & farthest.simd_ge(self.start);
+        ((may_be_inside & within).to_bitmask(), sheared)
+    }
+}
+
+/// Sheared vertices of eight triangles, as [`triangle::shear`] has them: vertex, axis.
+pub(super) struct Sheared(pub(super) [[Lanes; 3]; 3]);
+
+/// What single precision says of eight pairs of a ray and a triangle that passed the filter.
+pub(super) struct Tested {
+    /// Where there is a hit.
+    pub(super) hit: Lanes,
+    /// Where double precision must decide.
+    pub(super) unclear: Lanes,
+    pub(super) t: Lanes,
+    pub(super) barycentric: [Lanes; 2],
+}
+
+impl Sheared {
+    /// The vertices in a lane, as [`triangle::confirm`] wants them.
+    pub(super) fn triangle(&self, lane: usize) -> [[f32; 3]; 3] {
+        self.0.map(|vertex| vertex.map(|x| x.as_array()[lane % BLOCK]))
+    }
+
+    #[inline(always)]
+    fn edges(&self) -> [Lanes; 3] {
+        let [a, b, c] = self.0;
+        let edge = |p: [Lanes; 3], q: [Lanes; 3]| q[0] * p[1] - q[1] * p[0];
+        [edge(b, c), edge(c, a), edge(a, b)]
+    }
+
+    /// The least and the greatest depth of a vertex.
+    #[inline(always)]
+    fn depths(&self) -> (Lanes, Lanes) {
+        let [a, b, c] = self.0;
+        (least([a[2], b[2], c[2]]), greatest([a[2], b[2], c[2]]))
+    }
+
+    /// The hits. The operations are those of [`triangle::judge`].
+    #[inline(always)]
+    pub(super) fn test(&self, inverse_scale: Lanes, origin_size: Lanes) -> Tested {
+        let splat = Lanes::splat;
+        let [a, b, c] = self.0;
+        let edges @ [u, v, w] = self.edges();
+        let x = greatest([a[0].abs(), b[0].abs(), c[0].abs()]);
+        let y = greatest([a[1].abs(), b[1].abs(), c[1].abs()]);
+        let (nearest, farthest) = self.depths();
+        let z = farthest.fast_max(-nearest);
+        let det = u + v + w;
+        let inverse = splat(1.0) / det;
+        let total = w.mul_add(c[2], v.mul_add(b[2], u * a[2]));
+        let depth = total * inverse;
+        let t = depth * inverse_scale;
+        let (size, area) = (total.abs(), x * y);
+        let largest = area.mul_add(splat(1.0 / triangle::FLATTEST), splat(triangle::LEAST_DET));
+        let plain = same_signs(edges).simd_gt(Lanes::ZERO)
+            & largest.simd_le(det.abs())
+            & t.abs().simd_lt(splat(f32::INFINITY));
+
+        let across = x + y;
+        let margin = (origin_size + across + (z + z)) * gamma(32);
+        let spread = z.mul_add(across, area * 4.0);
+        let error = spread * z * inverse.abs() * gamma(32);
+        let ahead = nearest.simd_gt(margin) | depth.simd_gt(error);
+        let hit = plain & ahead & size.simd_ge(splat(triangle::LEAST_DET));
+        let unclear = !(hit | (plain & depth.simd_lt(-error)));
+        Tested { hit, unclear, t, barycentric: [v * inverse, w * inverse] }
+    }
+}
+
+impl Tested {
+    /// The hit of one lane.
+    #[inline(always)]
+    pub(super) fn in_lane(&self, lane: usize, ids: &[u32; BLOCK]) -> Hit {
+        let number = |x: &Lanes| x.as_array()[lane % BLOCK];
+        let [b1, b2] = &self.barycentric;
+        Hit { t: number(&self.t), b1: number(b1), b2: number(b2), primitive: ids[lane % BLOCK] }
+    }
+
+    /// The nearest hit with t in (`t_min`, `t_max`] in a set of lanes, and of several the first.
+    #[inline(always)]
+    pub(super) fn nearest(&self, set: u32, t_min: f32, t_max: f32) -> Option<usize> {
+        let counts = self.t.simd_gt(Lanes::splat(t_min)) & self.t.simd_le(Lanes::splat(t_max));
+        let hits = (self.hit & counts).to_bitmask() & set;
+        if hits & hits.wrapping_sub(1) == 0 {
+            return (hits != 0).then(|| hits.trailing_zeros() as usize);
+        }
+        let t = self.t.as_array();
+        lanes(hits).min_by(|a, b| t[a % BLOCK].total_cmp(&t[b % BLOCK]))
+    }
+}
+
+/// Above 0 where three numbers have the same sign, below 0 where they have not; 0 where one is 0, or
+/// their products are too small to tell.
+#[inline(always)]
+fn same_signs(x: [Lanes; 3]) -> Lanes {
+    least(x) * greatest(x)
+}
+
+#[inline(always)]
+fn least([a, b, c]: [Lanes; 3]) -> Lanes {
+    a.fast_min(b).fast_min(c)
+}
+
+#[inline(always)]
+fn greatest([a, b, c]: [Lanes; 3]) -> Lanes {
+    a.fast_max(b).fast_max(c)
+}
