@@ -2,10 +2,10 @@
 //! Hierarchies"]
 
 use rayon::prelude::*;
-use wide::f32x4;
+use wide::{f32x4, f32x8, i32x4};
 
-use super::sah::{NODE_COST, RelativeArea, Search, leaf_cost};
-use super::{CHUNK, Extent, Item, partition};
+use super::sah::{LOG_BLOCK, NODE_COST, RelativeArea, Search};
+use super::{Boxes, CHUNK, Extent, Halves, Item, partition};
 
 /// Looks at the planes between so many bins per axis, a power of two.
 pub(super) struct Binned<const BINS: usize>;
@@ -14,34 +14,48 @@ impl<const BINS: usize> Search for Binned<BINS> {
     type Split = Split;
 
     /// `None` when all centroids coincide.
-    fn best(items: &mut [Item], extent: Extent, centroids: Extent) -> Option<(f32, Split)> {
-        let bins = Bins::<BINS>::new(centroids);
+    fn best(items: &mut [Item], boxes: &Boxes) -> Option<(f32, Split)> {
+        let bins = Bins::<BINS>::new(boxes.centroids);
         let histogram = if items.len() <= CHUNK {
             Histogram::of(items, bins)
         } else {
             let partial = items.par_chunks(CHUNK).map(|c| Histogram::of(c, bins));
             partial.reduce(|| Histogram::EMPTY, |a, b| a.merge(&b))
         };
-        let areas = RelativeArea::of(extent);
-        (0..3)
-            .filter_map(|axis| sweep(&histogram, axis, areas))
-            .reduce(|best, s| if s.cost < best.cost { s } else { best })
-            .map(|best| (best.cost, best))
+        histogram.cheapest(RelativeArea::of(boxes.items))
     }
 
-    fn part(items: &mut [Item], split: Split, centroids: Extent) -> usize {
-        let bins = Bins::<BINS>::new(centroids);
-        partition(items, |i| bins.index(i.centroid())[split.axis] < split.bin)
+    fn part(items: &mut [Item], split: Split, boxes: &Boxes) -> Halves {
+        let Split { axis, bin, sides } = split;
+        let bins = Bins::<BINS>::new(boxes.centroids);
+        let (base, scale) = (bins.base.to_array()[axis], bins.scale.to_array()[axis]);
+        let end = bin as f32;
+        let [mut below, mut above] = [Extent::EMPTY.0; 2];
+        let left = partition(items, |item| {
+            let place = (item.centroid_along(axis) - base) * scale;
+            let goes = f32x8::splat(place).simd_lt(f32x8::splat(end));
+            let point = Extent::point(item.centroid()).0;
+            below = goes.select(below.fast_max(point), below);
+            above = goes.select(above, above.fast_max(point));
+            place < end
+        });
+        let [a, b] = sides;
+        let boxes = [
+            Boxes { items: a, centroids: Extent(below) },
+            Boxes { items: b, centroids: Extent(above) },
+        ];
+        Halves { left, boxes }
     }
 }
 
 /// A plane between two bins.
 #[derive(Clone, Copy)]
 pub(super) struct Split {
-    cost: f32,
     axis: usize,
     /// Items in lower bins go left.
-    bin: i32,
+    bin: usize,
+    /// The boxes around the items of both sides.
+    sides: [Extent; 2],
 }
 
 /// How centroids map to bins.
@@ -73,13 +87,36 @@ impl<const BINS: usize> Bins<BINS> {
 }
 
 /// What falls into each bin, for the three axes.
-struct Histogram<const BINS: usize> {
-    extents: [[Extent; BINS]; 3],
-    counts: [[u32; BINS]; 3],
+struct Histogram<const BINS: usize>([Bin; BINS]);
+
+/// What falls into the bins of one number, or into several in a row, along each axis.
+#[derive(Clone, Copy)]
+struct Bin {
+    extents: [Extent; 3],
+    counts: [i32; 4],
+}
+
+impl Bin {
+    const EMPTY: Self = Self { extents: [Extent::EMPTY; 3], counts: [0; 4] };
+
+    #[inline]
+    fn union(&self, other: &Self) -> Self {
+        let [x, y, z] = self.extents;
+        let [u, v, w] = other.extents;
+        let counts = i32x4::new(self.counts) + i32x4::new(other.counts);
+        Self { extents: [x.union(u), y.union(v), z.union(w)], counts: counts.to_array() }
+    }
+
+    /// What the items cost as one leaf, per axis; NaN where there are none.
+    #[inline]
+    fn cost(&self, areas: RelativeArea) -> f32x4 {
+        let blocks = (i32x4::new(self.counts) + i32x4::splat((1 << LOG_BLOCK) - 1)) >> LOG_BLOCK;
+        areas.of_three(self.extents) * blocks.round_float()
+    }
 }
 
 impl<const BINS: usize> Histogram<BINS> {
-    const EMPTY: Self = Self { extents: [[Extent::EMPTY; BINS]; 3], counts: [[0; BINS]; 3] };
+    const EMPTY: Self = Self([Bin::EMPTY; BINS]);
 
     fn of(items: &[Item], bins: Bins<BINS>) -> Self {
         let mut h = Self::EMPTY;
@@ -87,49 +124,48 @@ impl<const BINS: usize> Histogram<BINS> {
             let index = bins.index(item.centroid());
             let extent = item.extent();
             for (axis, &bin) in index.iter().enumerate().take(3) {
-                let bin = bin as usize & (BINS - 1);
-                h.extents[axis][bin] = h.extents[axis][bin].union(extent);
-                h.counts[axis][bin] += 1;
+                let bin = &mut h.0[bin as usize & (BINS - 1)];
+                bin.extents[axis] = bin.extents[axis].union(extent);
+                bin.counts[axis] += 1;
             }
         }
         h
     }
 
     fn merge(mut self, other: &Self) -> Self {
-        for axis in 0..3 {
-            for bin in 0..BINS {
-                self.extents[axis][bin] = self.extents[axis][bin].union(other.extents[axis][bin]);
-                self.counts[axis][bin] += other.counts[axis][bin];
-            }
+        for (a, b) in self.0.iter_mut().zip(&other.0) {
+            *a = a.union(b);
         }
         self
     }
-}
 
-/// The cheapest plane across one axis.
-fn sweep<const BINS: usize>(
-    histogram: &Histogram<BINS>,
-    axis: usize,
-    areas: RelativeArea,
-) -> Option<Split> {
-    let (extents, counts) = (&histogram.extents[axis], &histogram.counts[axis]);
-    let mut right_cost = [0.0; BINS];
-    let (mut extent, mut count) = (Extent::EMPTY, 0);
-    for bin in (1..BINS).rev() {
-        extent = extent.union(extents[bin]);
-        count += counts[bin];
-        right_cost[bin] = if count == 0 { f32::NAN } else { areas.get(extent) * leaf_cost(count) };
-    }
-    let mut best: Option<Split> = None;
-    (extent, count) = (Extent::EMPTY, 0);
-    for bin in 1..BINS {
-        extent = extent.union(extents[bin - 1]);
-        count += counts[bin - 1];
-        let cost = NODE_COST + areas.get(extent) * leaf_cost(count) + right_cost[bin];
-        let valid = count > 0 && !right_cost[bin].is_nan();
-        if valid && best.is_none_or(|b| cost < b.cost) {
-            best = Some(Split { cost, axis, bin: bin as i32 });
+    /// The cheapest plane and its cost. Along all axes at once.
+    fn cheapest(&self, areas: RelativeArea) -> Option<(f32, Split)> {
+        let mut right_costs = [f32x4::ZERO; BINS];
+        let mut side = Bin::EMPTY;
+        for (bin, cost) in self.0.iter().zip(&mut right_costs).skip(1).rev() {
+            side = side.union(bin);
+            *cost = side.cost(areas);
         }
+        let (mut least, mut place) = (f32x4::splat(f32::INFINITY), f32x4::ZERO);
+        side = Bin::EMPTY;
+        for (bin, right) in (1..BINS).zip(&right_costs[1..]) {
+            side = side.union(&self.0[bin - 1]);
+            // NaN, and so never less, where a side is empty.
+            let cost = f32x4::splat(NODE_COST) + side.cost(areas) + *right;
+            let is_less = cost.simd_lt(least);
+            least = is_less.select(cost, least);
+            place = is_less.select(f32x4::splat(bin as f32), place);
+        }
+        let (least, place) = (least.to_array(), place.to_array());
+        let axis = (1..3).fold(0, |best, k| if least[k] < least[best] { k } else { best });
+        let bin = place[axis] as usize;
+        (bin > 0).then(|| (least[axis], Split { axis, bin, sides: self.sides(axis, bin) }))
     }
-    best
+
+    /// The boxes on both sides of a plane.
+    fn sides(&self, axis: usize, bin: usize) -> [Extent; 2] {
+        let (left, right) = self.0.split_at(bin);
+        [left, right].map(|bins| bins.iter().fold(Extent::EMPTY, |e, b| e.union(b.extents[axis])))
+    }
 }

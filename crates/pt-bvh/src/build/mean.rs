@@ -23,11 +23,12 @@ pub(super) fn build(items: &mut [Item], largest_leaf: usize, nodes: &mut Vec<Nod
             nodes[parent].offset = (here - parent) as u32;
         }
         let range = &mut items[start..end];
+        let extent = Extent::of(range);
         if range.len() <= largest_leaf {
-            push_leaf(range, start as u32, nodes);
+            push_leaf(range, extent, start as u32, nodes);
             continue;
         }
-        let bounds = Extent::of(range).bounds();
+        let bounds = extent.bounds();
         nodes.push(Node { min: bounds.min, offset: 0, max: bounds.max, count: 0 });
         let split = start + split(range, depth);
         stack.push(Task { start: split, end, depth: depth + 1, parent: Some(here) });

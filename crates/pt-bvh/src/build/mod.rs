@@ -109,9 +109,15 @@ impl Extent {
     /// max − min; below 0 or NaN when empty.
     #[inline]
     fn diagonal(self) -> [f32; 3] {
-        let [low, high]: [f32x4; 2] = bytemuck::cast(self.0);
-        let [x, y, z, _] = (low + high).to_array();
+        let [x, y, z, _] = self.lanes_of_diagonal().to_array();
         [x, y, z]
+    }
+
+    /// [`Self::diagonal`]; lane 3 means nothing.
+    #[inline]
+    fn lanes_of_diagonal(self) -> f32x4 {
+        let [low, high]: [f32x4; 2] = bytemuck::cast(self.0);
+        low + high
     }
 
     fn bounds(self) -> Bounds3 {
@@ -129,6 +135,50 @@ impl Extent {
     }
 }
 
+/// The boxes around some items and around their (doubled) centroids.
+#[derive(Clone, Copy, Debug)]
+struct Boxes {
+    items: Extent,
+    centroids: Extent,
+}
+
+impl Boxes {
+    const EMPTY: Self = Self { items: Extent::EMPTY, centroids: Extent::EMPTY };
+
+    fn of(items: &[Item]) -> Self {
+        if items.len() <= CHUNK {
+            return items.iter().fold(Self::EMPTY, Self::with);
+        }
+        let chunks = items.par_chunks(CHUNK).map(|c| c.iter().fold(Self::EMPTY, Self::with));
+        chunks.reduce(|| Self::EMPTY, Self::union)
+    }
+
+    #[inline]
+    fn with(self, item: &Item) -> Self {
+        let centroids = self.centroids.union(Extent::point(item.centroid()));
+        Self { items: self.items.union(item.extent()), centroids }
+    }
+
+    fn union(self, other: Self) -> Self {
+        let items = self.items.union(other.items);
+        Self { items, centroids: self.centroids.union(other.centroids) }
+    }
+}
+
+/// Items parted in two: how many are in the first part, and the boxes of both.
+struct Halves {
+    left: usize,
+    boxes: [Boxes; 2],
+}
+
+impl Halves {
+    /// Items whose order says where they go.
+    fn at(items: &[Item], left: usize) -> Self {
+        let (a, b) = items.split_at(left);
+        Self { left, boxes: [a, b].map(Boxes::of) }
+    }
+}
+
 /// ⌈log₂ n⌉: the depth of a tree of `n` items that is halved at every node.
 fn halvings(n: usize) -> usize {
     n.next_power_of_two().trailing_zeros() as usize
@@ -139,23 +189,16 @@ fn longest_axis(d: [f32; 3]) -> usize {
     (1..3).fold(0, |best, k| if d[k] > d[best] { k } else { best })
 }
 
-/// Moves the items for which `left` holds to the front, and returns how many there are.
-fn partition(items: &mut [Item], mut left: impl FnMut(&Item) -> bool) -> usize {
-    let (mut i, mut j) = (0, items.len());
-    loop {
-        while i < j && left(&items[i]) {
-            i += 1;
-        }
-        while i < j && !left(&items[j - 1]) {
-            j -= 1;
-        }
-        if i == j {
-            return i;
-        }
-        items.swap(i, j - 1);
-        i += 1;
-        j -= 1;
+/// Moves the items for which `is_left` holds to the front, and returns how many there are. Nothing
+/// branches on what holds, which a processor could not foretell.
+fn partition(items: &mut [Item], mut is_left: impl FnMut(&Item) -> bool) -> usize {
+    let mut left = 0;
+    for i in 0..items.len() {
+        let item = items[i];
+        items.swap(i, left);
+        left += usize::from(is_left(&item));
     }
+    left
 }
 
 /// Splits at the median of the centroids along the longest axis.
@@ -169,21 +212,22 @@ fn split_at_median(items: &mut [Item]) -> usize {
     middle
 }
 
-/// Appends a leaf, or two when there are both triangles and spheres. `first` is the place of the
-/// first item in the order of the tree.
-fn push_leaf(items: &mut [Item], first: u32, nodes: &mut Vec<Node>) {
+/// Appends a leaf of items with this box, or two when there are both triangles and spheres.
+/// `first` is the place of the first item in the order of the tree.
+fn push_leaf(items: &mut [Item], extent: Extent, first: u32, nodes: &mut Vec<Node>) {
     let triangles = partition(items, |i| i.sphere == 0);
-    let leaf = |items: &[Item], offset: u32| {
-        let Bounds3 { min, max } = Extent::of(items).bounds();
+    let leaf = |items: &[Item], extent: Extent, offset: u32| {
+        let Bounds3 { min, max } = extent.bounds();
         Node { min, offset, max, count: items.len() as u32 }
     };
     if triangles != 0 && triangles != items.len() {
-        let Bounds3 { min, max } = Extent::of(items).bounds();
+        let Bounds3 { min, max } = extent.bounds();
+        let (triangles, spheres) = items.split_at(triangles);
         nodes.push(Node { min, offset: 2, max, count: 0 });
-        nodes.push(leaf(&items[..triangles], first));
-        nodes.push(leaf(&items[triangles..], first + triangles as u32));
+        nodes.push(leaf(triangles, Extent::of(triangles), first));
+        nodes.push(leaf(spheres, Extent::of(spheres), first + triangles.len() as u32));
     } else {
-        nodes.push(leaf(items, first));
+        nodes.push(leaf(items, extent, first));
     }
 }
 

@@ -1,11 +1,11 @@
 //! The surface area heuristic: nodes are split where the expected cost of a query is least.
 //! [Goldsmith & Salmon 1987, "Automatic Creation of Object Hierarchies for Ray Tracing"]
 
-use rayon::prelude::*;
+use wide::f32x4;
 
 use super::bins::Binned;
 use super::sweep::Sweep;
-use super::{CHUNK, Extent, Item, halvings, push_leaf, split_at_median};
+use super::{Boxes, Extent, Halves, Item, halvings, push_leaf, split_at_median};
 use crate::Quality;
 use crate::node::{MAX_DEPTH, Node};
 
@@ -15,6 +15,8 @@ pub(super) const NODE_COST: f32 = 1.0;
 const BLOCK_COST: f32 = 1.0;
 /// Primitives tested at once: a leaf costs as many blocks as it fills, the last maybe in part.
 const BLOCK: u32 = crate::wide::BLOCK as u32;
+/// log₂ of that.
+pub(super) const LOG_BLOCK: u32 = BLOCK.trailing_zeros();
 /// Subtrees at least this large are built by two threads.
 const PARALLEL_SUBTREE: usize = 4096;
 
@@ -39,11 +41,11 @@ pub(super) trait Search {
     type Split: Copy;
 
     /// The cheapest split that leaves items on both sides, and its cost, given the boxes of the
-    /// items and of their centroids; `None` when it finds none. It may reorder the items.
-    fn best(items: &mut [Item], extent: Extent, centroids: Extent) -> Option<(f32, Self::Split)>;
+    /// items; `None` when it finds none. It may reorder the items.
+    fn best(items: &mut [Item], boxes: &Boxes) -> Option<(f32, Self::Split)>;
 
-    /// Moves the items that go left to the front, and returns how many there are.
-    fn part(items: &mut [Item], split: Self::Split, centroids: Extent) -> usize;
+    /// Moves the items that go left to the front.
+    fn part(items: &mut [Item], split: Self::Split, boxes: &Boxes) -> Halves;
 }
 
 /// Builds the tree over all items.
@@ -53,86 +55,81 @@ pub(super) fn build(
     largest_leaf: usize,
     nodes: &mut Vec<Node>,
 ) {
+    let boxes = Boxes::of(items);
+    let part = Part { items, boxes, first: 0, depth: 0 };
     match quality {
-        Quality::Fast => grow::<Binned<8>>(items, 0, 0, largest_leaf, nodes),
-        Quality::Balanced => grow::<Binned<16>>(items, 0, 0, largest_leaf, nodes),
-        Quality::High => grow::<Sweep>(items, 0, 0, largest_leaf, nodes),
+        Quality::Fast => grow::<Binned<8>>(part, largest_leaf, nodes),
+        Quality::Balanced => grow::<Binned<16>>(part, largest_leaf, nodes),
+        Quality::High => grow::<Sweep>(part, largest_leaf, nodes),
     }
 }
 
-/// Appends the subtree over `items`, of which the first has place `first` in the order.
-/// The recursion is at most [`MAX_DEPTH`] deep.
-fn grow<S: Search>(
-    items: &mut [Item],
+/// The items of a subtree.
+struct Part<'a> {
+    items: &'a mut [Item],
+    boxes: Boxes,
+    /// The place of the first item in the order of the tree.
     first: u32,
     depth: usize,
-    largest: usize,
-    nodes: &mut Vec<Node>,
-) {
-    let (extent, centroids) = measure(items);
-    let Some(split) = choose::<S>(items, extent, centroids, depth, largest) else {
-        push_leaf(items, first, nodes);
+}
+
+/// Appends a subtree. The recursion is at most [`MAX_DEPTH`] deep.
+fn grow<S: Search>(mut part: Part<'_>, largest: usize, nodes: &mut Vec<Node>) {
+    let Some(halves) = choose::<S>(&mut part, largest) else {
+        push_leaf(part.items, part.boxes.items, part.first, nodes);
         return;
     };
+    let parallel = part.items.len() >= PARALLEL_SUBTREE;
     let here = nodes.len();
-    let bounds = extent.bounds();
+    let bounds = part.boxes.items.bounds();
     nodes.push(Node { min: bounds.min, offset: 0, max: bounds.max, count: 0 });
-    let parallel = items.len() >= PARALLEL_SUBTREE;
-    let (left, right) = items.split_at_mut(split);
-    let middle = first + split as u32;
+    let [left, right] = part.halves(&halves);
     if parallel {
         let mut rest = Vec::new();
-        rayon::join(
-            || grow::<S>(left, first, depth + 1, largest, nodes),
-            || grow::<S>(right, middle, depth + 1, largest, &mut rest),
-        );
+        rayon::join(|| grow::<S>(left, largest, nodes), || grow::<S>(right, largest, &mut rest));
         nodes[here].offset = (nodes.len() - here) as u32;
         nodes.append(&mut rest);
     } else {
-        grow::<S>(left, first, depth + 1, largest, nodes);
+        grow::<S>(left, largest, nodes);
         nodes[here].offset = (nodes.len() - here) as u32;
-        grow::<S>(right, middle, depth + 1, largest, nodes);
+        grow::<S>(right, largest, nodes);
     }
 }
 
-/// The boxes of the items and of their centroids.
-fn measure(items: &[Item]) -> (Extent, Extent) {
-    let one = |items: &[Item]| {
-        items.iter().fold((Extent::EMPTY, Extent::EMPTY), |(e, c), i| {
-            (e.union(i.extent()), c.union(Extent::point(i.centroid())))
-        })
-    };
-    if items.len() <= CHUNK {
-        return one(items);
+impl<'a> Part<'a> {
+    fn halves(self, halves: &Halves) -> [Part<'a>; 2] {
+        let Self { items, first, depth, .. } = self;
+        let (left, right) = items.split_at_mut(halves.left);
+        let middle = first + left.len() as u32;
+        let [l, r] = halves.boxes;
+        let depth = depth + 1;
+        [
+            Part { items: left, boxes: l, first, depth },
+            Part { items: right, boxes: r, first: middle, depth },
+        ]
     }
-    items
-        .par_chunks(CHUNK)
-        .map(one)
-        .reduce(|| (Extent::EMPTY, Extent::EMPTY), |a, b| (a.0.union(b.0), a.1.union(b.1)))
 }
 
-/// Splits the items in two, and returns how many are on the left; `None` for a leaf.
-fn choose<S: Search>(
-    items: &mut [Item],
-    extent: Extent,
-    centroids: Extent,
-    depth: usize,
-    largest: usize,
-) -> Option<usize> {
+/// Parts the items in two; `None` for a leaf.
+fn choose<S: Search>(part: &mut Part<'_>, largest: usize) -> Option<Halves> {
+    let Part { items, boxes, depth, .. } = part;
     let n = items.len();
-    if n == 1 {
+    let leaf_allowed = n <= largest;
+    let costs = leaf_cost(n as u32);
+    // No split is cheaper than a single block.
+    if leaf_allowed && costs <= NODE_COST {
         return None;
     }
     // Two levels are kept for a leaf of both kinds.
-    let too_deep = depth + 2 + halvings(n) > MAX_DEPTH;
-    let best = if too_deep { None } else { S::best(items, extent, centroids) };
-    let leaf_allowed = n <= largest;
+    let too_deep = *depth + 2 + halvings(n) > MAX_DEPTH;
+    let best = if too_deep { None } else { S::best(items, boxes) };
     match best {
-        Some((cost, split)) if !leaf_allowed || cost < leaf_cost(n as u32) => {
-            Some(S::part(items, split, centroids))
-        }
+        Some((cost, split)) if !leaf_allowed || cost < costs => Some(S::part(items, split, boxes)),
         _ if leaf_allowed => None,
-        _ => Some(split_at_median(items)),
+        _ => {
+            let left = split_at_median(items);
+            Some(Halves::at(items, left))
+        }
     }
 }
 
@@ -156,5 +153,15 @@ impl RelativeArea {
     pub(super) fn get(self, extent: Extent) -> f32 {
         let [x, y, z] = extent.diagonal().map(|d| d * self.unit);
         (x * y + y * z + z * x) * self.inverse
+    }
+
+    /// Of three boxes, in the first three lanes.
+    #[inline]
+    pub(super) fn of_three(self, extents: [Extent; 3]) -> f32x4 {
+        let [a, b, c] = extents.map(Extent::lanes_of_diagonal);
+        let [x, y, z, _] = f32x4::transpose([a, b, c, f32x4::ZERO]);
+        let unit = f32x4::splat(self.unit);
+        let (x, y, z) = (x * unit, y * unit, z * unit);
+        (x * y + y * z + z * x) * f32x4::splat(self.inverse)
     }
 }

@@ -4,7 +4,7 @@
 
 use super::bins::{self, Binned};
 use super::sah::{NODE_COST, RelativeArea, Search, leaf_cost};
-use super::{Extent, Item};
+use super::{Boxes, Extent, Halves, Item};
 
 /// More items than this are put into bins: where there are many, planes between bins are as good.
 const MOST: usize = 128;
@@ -26,12 +26,12 @@ pub(super) enum Split {
 impl Search for Sweep {
     type Split = Split;
 
-    fn best(items: &mut [Item], extent: Extent, centroids: Extent) -> Option<(f32, Split)> {
+    fn best(items: &mut [Item], boxes: &Boxes) -> Option<(f32, Split)> {
         if items.len() > MOST {
-            let best = Coarse::best(items, extent, centroids);
+            let best = Coarse::best(items, boxes);
             return best.map(|(cost, split)| (cost, Split::Plane(split)));
         }
-        let areas = RelativeArea::of(extent);
+        let areas = RelativeArea::of(boxes.items);
         let mut costs = vec![0.0; items.len()];
         let mut best: Option<(f32, Split)> = None;
         for axis in 0..3 {
@@ -44,12 +44,12 @@ impl Search for Sweep {
         best
     }
 
-    fn part(items: &mut [Item], split: Split, centroids: Extent) -> usize {
+    fn part(items: &mut [Item], split: Split, boxes: &Boxes) -> Halves {
         match split {
-            Split::Plane(split) => Coarse::part(items, split, centroids),
+            Split::Plane(split) => Coarse::part(items, split, boxes),
             Split::Order { axis, left } => {
                 sort(items, axis);
-                left
+                Halves::at(items, left)
             }
         }
     }
