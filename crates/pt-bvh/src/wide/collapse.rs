@@ -2,6 +2,7 @@
 //! that do not are halved.
 
 use pt_math::{Bounds3, Vec3};
+use rayon::prelude::*;
 use wide::f32x8;
 
 use super::batch::STACK_MARGIN;
@@ -16,8 +17,6 @@ use crate::node::Bvh2;
 #[derive(Clone, Copy)]
 struct Part {
     bounds: Bounds3,
-    /// See [`Forests::urgency`].
-    urgency: f32,
     content: Content,
 }
 
@@ -34,11 +33,40 @@ pub(super) fn stack_size(levels: usize) -> usize {
     1 + (WIDTH - 1) * levels + STACK_MARGIN
 }
 
+/// Up to eight parts, which make up another.
+struct Parts {
+    parts: [Part; WIDTH],
+    count: usize,
+}
+
+impl Parts {
+    const NONE: Self = {
+        let content = Content::Run { first: 0, count: 0 };
+        Self { parts: [Part { bounds: Bounds3::EMPTY, content }; WIDTH], count: 0 }
+    };
+
+    fn push(&mut self, part: Part) {
+        self.parts[self.count] = part;
+        self.count += 1;
+    }
+
+    /// Puts them into the order in which they lie in a node: the largest last, where queries for
+    /// any hit begin, as most rays that hit anything hit that.
+    fn sort(&mut self) {
+        self.parts[..self.count]
+            .sort_by(|a, b| a.bounds.half_area().total_cmp(&b.bounds.half_area()));
+    }
+}
+
 struct Collapse<'a> {
     bvh: &'a Bvh2,
     geometry: &'a Geometry<'a>,
     forests: Forests<'a>,
-    wide: WideBvh,
+    center: Vec3,
+    nodes: Vec<WideNode>,
+    /// Where the primitives of each block are in the order of the binary tree, and how many.
+    triangles: Vec<(usize, usize)>,
+    spheres: Vec<(usize, usize)>,
     /// Nodes on the longest way down so far.
     levels: usize,
 }
@@ -49,56 +77,49 @@ impl WideBvh {
         if bvh.nodes.is_empty() {
             return Self::default();
         }
-        let wide = Self { center: bvh.bounds().center(), ..Self::default() };
-        let forests = Forests::new(bvh, geometry);
-        let mut collapse = Collapse { bvh, geometry, forests, wide, levels: 0 };
-        collapse.reserve();
+        let mut collapse = Collapse {
+            bvh,
+            geometry,
+            forests: Forests::new(bvh, geometry),
+            center: bvh.bounds().center(),
+            nodes: Vec::new(),
+            triangles: Vec::new(),
+            spheres: Vec::new(),
+            levels: 0,
+        };
         let root = collapse.part(0);
         collapse.push_node(root, 1);
-        let mut wide = collapse.wide;
-        wide.stack_size = stack_size(collapse.levels);
-        wide.nodes.shrink_to_fit();
-        wide.triangles.shrink_to_fit();
-        wide.spheres.shrink_to_fit();
-        wide
+        let Collapse { center, mut nodes, triangles, spheres, levels, .. } = collapse;
+        nodes.shrink_to_fit();
+        let ids = |&(first, count): &(usize, usize)| lanes(&bvh.order[first..first + count]);
+        let triangles = triangles.par_iter().map(|run| triangle_block(geometry, ids(run)));
+        let spheres = spheres.par_iter().map(|run| sphere_block(geometry, ids(run)));
+        Self {
+            nodes,
+            triangles: triangles.collect(),
+            spheres: spheres.collect(),
+            center,
+            stack_size: stack_size(levels),
+        }
     }
 }
 
 impl Collapse<'_> {
-    /// Makes room for as many blocks as there may be, so that arrays do not grow by copying.
-    fn reserve(&mut self) {
-        let (mut triangles, mut spheres) = (0, 0);
-        for leaf in self.bvh.nodes.iter().filter(|n| n.is_leaf()) {
-            // Halving a run until it fits leaves blocks at least half full.
-            let count = leaf.count as usize;
-            let blocks = if count <= BLOCK { 1 } else { count.div_ceil(BLOCK).next_power_of_two() };
-            let is_sphere = self.geometry.is_sphere(self.bvh.order[leaf.offset as usize]);
-            *(if is_sphere { &mut spheres } else { &mut triangles }) += blocks;
-        }
-        self.wide.triangles.reserve_exact(triangles);
-        self.wide.spheres.reserve_exact(spheres);
-    }
-
     fn part(&self, i: usize) -> Part {
         let node = &self.bvh.nodes[i];
         let is_run = node.is_leaf() || self.forests.is_small(i);
         let content = if is_run { self.all_below(i) } else { Content::Subtree(i) };
-        Part { bounds: node.bounds(), urgency: self.forests.urgency(i), content }
+        Part { bounds: node.bounds(), content }
     }
 
     /// The primitives below node `i`.
     fn all_below(&self, i: usize) -> Content {
-        let nodes = &self.bvh.nodes;
-        let (mut leftmost, mut rightmost) = (i, i);
-        while !nodes[leftmost].is_leaf() {
+        let mut leftmost = i;
+        while !self.bvh.nodes[leftmost].is_leaf() {
             leftmost = self.bvh.children(leftmost)[0];
         }
-        while !nodes[rightmost].is_leaf() {
-            rightmost = self.bvh.children(rightmost)[1];
-        }
-        let first = nodes[leftmost].offset as usize;
-        let end = (nodes[rightmost].offset + nodes[rightmost].count) as usize;
-        Content::Run { first, count: end - first }
+        let first = self.bvh.nodes[leftmost].offset as usize;
+        Content::Run { first, count: self.forests.count(i) }
     }
 
     /// Some of the primitives of a leaf with this box, which may hold pieces of them only.
@@ -107,7 +128,7 @@ impl Collapse<'_> {
         let bounds = ids.iter().filter_map(|&id| self.geometry.primitive(id).bounds());
         let all = bounds.fold(Bounds3::EMPTY, Bounds3::union);
         let bounds = Bounds3 { min: all.min.max(within.min), max: all.max.min(within.max) };
-        Part { bounds, urgency: 0.0, content: Content::Run { first, count } }
+        Part { bounds, content: Content::Run { first, count } }
     }
 
     /// Adds the node for a part, and everything below it; returns its index. The recursion is no
@@ -115,37 +136,32 @@ impl Collapse<'_> {
     fn push_node(&mut self, part: Part, level: usize) -> usize {
         self.levels = self.levels.max(level);
         let mut parts = self.open(part);
-        // The most urgent last, where queries for any hit begin.
-        parts.sort_by(|a, b| a.urgency.total_cmp(&b.urgency));
-        let index = self.wide.nodes.len();
-        self.wide.nodes.push(empty_node());
-        let mut planes = [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3];
-        for (slot, part) in parts.iter().enumerate() {
-            let (low, high) = relative_bounds(&part.bounds, self.wide.center);
-            for axis in 0..3 {
-                planes[axis][0][slot] = low[axis];
-                planes[axis][1][slot] = high[axis];
-            }
+        parts.sort();
+        let index = self.nodes.len();
+        self.nodes.push(empty_node());
+        for (slot, part) in parts.parts[..parts.count].iter().enumerate() {
+            self.nodes[index].set_box(slot, relative_bounds(&part.bounds, self.center));
             let child = match part.content {
                 Content::Run { first, count } if count <= BLOCK => self.push_block(first, count),
                 _ => Child::node(self.push_node(*part, level + 1)),
             };
-            self.wide.nodes[index].children[slot] = child;
+            self.nodes[index].children[slot] = child;
         }
-        self.wide.nodes[index].planes = planes.map(|rows| rows.map(f32x8::new));
         index
     }
 
     /// Up to eight parts that make up this one.
-    fn open(&self, part: Part) -> Vec<Part> {
+    fn open(&self, part: Part) -> Parts {
+        let mut parts = Parts::NONE;
         match part.content {
-            Content::Subtree(i) => self.forests.of(i).into_iter().map(|i| self.part(i)).collect(),
-            Content::Run { first, count } => self.eighths(first, count, part.bounds),
+            Content::Subtree(i) => self.forests.each_root(i, |root| parts.push(self.part(root))),
+            Content::Run { first, count } => self.eighths(first, count, part.bounds, &mut parts),
         }
+        parts
     }
 
     /// A run that does not fit a block, halved and halved again; or one that does.
-    fn eighths(&self, first: usize, count: usize, within: Bounds3) -> Vec<Part> {
+    fn eighths(&self, first: usize, count: usize, within: Bounds3, parts: &mut Parts) {
         let mut runs = vec![(first, count)];
         while runs.len() < WIDTH && runs.iter().any(|&(_, count)| count > BLOCK) {
             let halves = |(first, count): (usize, usize)| {
@@ -154,30 +170,36 @@ impl Collapse<'_> {
             };
             runs = runs.into_iter().flat_map(halves).filter(|run| run.1 > 0).collect();
         }
-        runs.into_iter().map(|(first, count)| self.run(first, count, within)).collect()
+        for (first, count) in runs {
+            parts.push(self.run(first, count, within));
+        }
     }
 
     fn push_block(&mut self, first: usize, count: usize) -> Child {
-        let ids = &self.bvh.order[first..first + count];
-        let mut lanes = [NO_PRIMITIVE; BLOCK];
-        let mut used = 0;
-        for &id in ids {
-            // Of pieces of one triangle, one stands for all.
-            if !lanes[..used].contains(&id) {
-                lanes[used] = id;
-                used += 1;
-            }
-        }
-        // In ascending order, so that of equal hits the first lane has the one that counts.
-        lanes[..used].sort_unstable();
-        if self.geometry.is_sphere(ids[0]) {
-            self.wide.spheres.push(sphere_block(self.geometry, lanes));
-            Child::spheres(self.wide.spheres.len() - 1)
+        if self.geometry.is_sphere(self.bvh.order[first]) {
+            self.spheres.push((first, count));
+            Child::spheres(self.spheres.len() - 1)
         } else {
-            self.wide.triangles.push(triangle_block(self.geometry, lanes));
-            Child::triangles(self.wide.triangles.len() - 1)
+            self.triangles.push((first, count));
+            Child::triangles(self.triangles.len() - 1)
         }
     }
+}
+
+/// The numbers of a block's primitives, in ascending order, so that of equal hits the first lane
+/// has the one that counts.
+fn lanes(ids: &[u32]) -> [u32; BLOCK] {
+    let mut lanes = [NO_PRIMITIVE; BLOCK];
+    let mut used = 0;
+    for &id in ids {
+        // Of pieces of one triangle, one stands for all.
+        if !lanes[..used].contains(&id) {
+            lanes[used] = id;
+            used += 1;
+        }
+    }
+    lanes[..used].sort_unstable();
+    lanes
 }
 
 /// The box relative to the centre, rounded outward; one that is inside out stays so.
@@ -191,6 +213,16 @@ pub(super) fn relative_bounds(bounds: &Bounds3, center: Vec3) -> ([f32; 3], [f32
     ((low - slack(low)).to_array(), (high + slack(high)).to_array())
 }
 
+impl WideNode {
+    /// Sets the box of a child: its least and greatest corner.
+    fn set_box(&mut self, slot: usize, (low, high): ([f32; 3], [f32; 3])) {
+        for (axis, [least, greatest]) in self.planes.iter_mut().enumerate() {
+            least.as_mut_array()[slot] = low[axis];
+            greatest.as_mut_array()[slot] = high[axis];
+        }
+    }
+}
+
 fn empty_node() -> WideNode {
     let row = [f32x8::splat(f32::INFINITY), f32x8::splat(f32::NEG_INFINITY)];
     WideNode { planes: [row; 3], children: [Child::node(0); WIDTH] }
@@ -198,17 +230,17 @@ fn empty_node() -> WideNode {
 
 /// A block of the triangles with these numbers.
 pub(super) fn triangle_block(geometry: &Geometry<'_>, ids: [u32; BLOCK]) -> TriangleBlock {
-    let mut coordinates = [[[f32::NAN; BLOCK]; 3]; 3];
+    let mut vertices = [[[f32::NAN; BLOCK]; 3]; 3];
     for (lane, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NO_PRIMITIVE) {
         if let Primitive::Triangle(p) = geometry.primitive(id) {
-            for (axis, rows) in coordinates.iter_mut().enumerate() {
-                for (row, vertex) in rows.iter_mut().zip(p) {
-                    row[lane] = vertex[axis];
+            for (rows, vertex) in vertices.iter_mut().zip(p) {
+                for (row, coordinate) in rows.iter_mut().zip(vertex.to_array()) {
+                    row[lane] = coordinate;
                 }
             }
         }
     }
-    TriangleBlock { coordinates: coordinates.map(|rows| rows.map(Lanes::new)), ids }
+    TriangleBlock { vertices: vertices.map(|rows| rows.map(Lanes::new)), ids }
 }
 
 /// A block of the spheres with these numbers.

@@ -10,19 +10,15 @@
 //! [Ylitie, Karras & Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed
 //! Wide BVHs", §3.1, with eight-wide blocks as leaves]
 
-use std::f32::consts::PI;
-
 use super::{BLOCK, WIDTH};
-use crate::geometry::{Geometry, Primitive};
+use crate::geometry::Geometry;
 use crate::node::{Bvh2, Node};
 
+/// Subtrees of so many nodes are looked at by two threads.
+const PARALLEL_SUBTREE: usize = 1024;
 /// Cost of visiting a wide node, and of testing a block.
 const NODE_COST: f32 = 1.0;
 const BLOCK_COST: f32 = 1.5;
-
-/// Added to the cost of looking for a hit in a subtree, or rays would first go through all small
-/// ones. Between 2 and 12 it hardly matters.
-const DETOUR_COST: f32 = 5.0;
 
 /// The cheapest forests of all subtrees of a binary tree.
 pub(super) struct Forests<'a> {
@@ -35,8 +31,6 @@ pub(super) struct Forests<'a> {
 struct Subtree {
     /// C for up to 1, 2, … roots.
     costs: [f32; WIDTH - 1],
-    /// The chance that a random line through the box meets a primitive.
-    opacity: f32,
     /// How many primitives it has.
     count: u32,
     /// Whether there are triangles, spheres.
@@ -51,30 +45,21 @@ impl Subtree {
 }
 
 impl<'a> Forests<'a> {
-    /// From the leaves, which come last, to the root.
     pub(super) fn new(bvh: &'a Bvh2, geometry: &Geometry<'_>) -> Self {
-        let nothing =
-            Subtree { costs: [0.0; WIDTH - 1], opacity: 0.0, count: 0, kinds: [false; 2] };
+        let nothing = Subtree { costs: [0.0; WIDTH - 1], count: 0, kinds: [false; 2] };
         let mut subtrees = vec![nothing; bvh.nodes.len()];
-        for (i, node) in bvh.nodes.iter().enumerate().rev() {
-            let area = node.bounds().half_area();
-            subtrees[i] = if node.is_leaf() {
-                let is_sphere = geometry.is_sphere(bvh.order[node.offset as usize]);
-                let blocks = node.count.div_ceil(BLOCK as u32) as f32;
-                let costs = [area * blocks * BLOCK_COST; WIDTH - 1];
-                let opacity = (met_area(bvh, geometry, node) / area).min(1.0);
-                Subtree { costs, opacity, count: node.count, kinds: [!is_sphere, is_sphere] }
-            } else {
-                let [l, r] = bvh.children(i).map(|child| subtrees[child]);
-                let missed = |child: usize| {
-                    let part = bvh.nodes[child].bounds().half_area() / area;
-                    1.0 - subtrees[child].opacity * part
-                };
-                let opacity = 1.0 - bvh.children(i).map(missed).into_iter().product::<f32>();
-                Subtree { opacity, ..inner(area, &l, &r) }
-            };
-        }
+        fill(&bvh.nodes, &mut subtrees, &|leaf: &Node| {
+            let is_sphere = geometry.is_sphere(bvh.order[leaf.offset as usize]);
+            let blocks = leaf.count.div_ceil(BLOCK as u32) as f32;
+            let costs = [leaf.bounds().half_area() * blocks * BLOCK_COST; WIDTH - 1];
+            Subtree { costs, count: leaf.count, kinds: [!is_sphere, is_sphere] }
+        });
         Self { bvh, subtrees }
+    }
+
+    /// How many primitives a subtree has.
+    pub(super) fn count(&self, node: usize) -> usize {
+        self.subtrees[node].count as usize
     }
 
     /// Whether the primitives of a subtree fit a block.
@@ -82,68 +67,74 @@ impl<'a> Forests<'a> {
         self.subtrees[node].is_small()
     }
 
-    /// How early a query for any hit should come to a subtree whose box it meets: the chance of a
-    /// hit by the cost of looking. [Ize & Hansen 2011, "RTSAH Traversal Order for Occlusion Rays";
-    /// Ogaki & Derouet-Jourdan 2016, "An N-ary BVH Child Node Sorting Technique for Occlusion
-    /// Tests"]
-    pub(super) fn urgency(&self, node: usize) -> f32 {
-        let subtree = &self.subtrees[node];
-        let cost = subtree.costs[0] / self.bvh.nodes[node].bounds().half_area();
-        subtree.opacity / (cost + DETOUR_COST)
+    /// Calls `found` with the roots that take the place of an inner node, in the order of their
+    /// primitives.
+    pub(super) fn each_root(&self, node: usize, mut found: impl FnMut(usize)) {
+        self.each_of(node, WIDTH, &mut found);
     }
 
-    /// The roots that take the place of an inner node, in the order of their primitives.
-    pub(super) fn of(&self, node: usize) -> Vec<usize> {
-        let mut roots = Vec::with_capacity(WIDTH);
-        let mut todo = vec![(node, WIDTH)];
-        while let Some((node, room)) = todo.pop() {
-            let is_whole = || {
-                let [l, r] = self.bvh.children(node).map(|child| &self.subtrees[child]);
-                self.subtrees[node].costs[0] <= cheapest(l, r, room).0
-            };
-            if room == 1 || self.bvh.nodes[node].is_leaf() || (room < WIDTH && is_whole()) {
-                roots.push(node);
-                continue;
-            }
-            let [left, right] = self.bvh.children(node);
-            let (_, k) = cheapest(&self.subtrees[left], &self.subtrees[right], room);
-            todo.extend([(right, room - k), (left, k)]);
+    /// The cheapest forest of up to `room` roots.
+    fn each_of(&self, node: usize, room: usize, found: &mut impl FnMut(usize)) {
+        if room == 1 || self.bvh.nodes[node].is_leaf() {
+            return found(node);
         }
-        roots
+        let [left, right] = self.bvh.children(node);
+        let (cost, k) = cheapest(&self.subtrees[left], &self.subtrees[right], room);
+        if room < WIDTH && self.subtrees[node].costs[0] <= cost {
+            return found(node);
+        }
+        self.each_of(left, k, found);
+        self.each_of(right, room - k, found);
     }
+}
+
+/// Computes the subtrees of a tree with these nodes, from the leaves, which come last, to the root.
+fn fill(nodes: &[Node], subtrees: &mut [Subtree], leaf: &(impl Fn(&Node) -> Subtree + Sync)) {
+    if nodes.len() < PARALLEL_SUBTREE {
+        for (i, node) in nodes.iter().enumerate().rev() {
+            subtrees[i] = if node.is_leaf() {
+                leaf(node)
+            } else {
+                let right = i + node.offset as usize;
+                inner(node.bounds().half_area(), &subtrees[i + 1], &subtrees[right])
+            };
+        }
+        return;
+    }
+    // The root is an inner node, as there are many; what is left of its right child is its left.
+    let (root, right) = (&nodes[0], nodes[0].offset as usize);
+    let (left_nodes, right_nodes) = nodes.split_at(right);
+    let (left, right) = subtrees.split_at_mut(right);
+    rayon::join(|| fill(&left_nodes[1..], &mut left[1..], leaf), || fill(right_nodes, right, leaf));
+    left[0] = inner(root.bounds().half_area(), &left[1], &right[0]);
 }
 
 /// D for up to `room` roots, and how many of them the left child has.
 fn cheapest(l: &Subtree, r: &Subtree, room: usize) -> (f32, usize) {
-    let cost = |k: usize| l.costs[k - 1] + r.costs[room - k - 1];
-    let splits = (1..room).map(|k| (cost(k), k));
-    splits.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f32::INFINITY, 0))
+    let splits = (1..room).map(|k| (l.costs[k - 1] + r.costs[room - k - 1], k));
+    splits.fold((f32::INFINITY, 1), |best, split| if split.0 < best.0 { split } else { best })
 }
 
-/// Half of the surface of a leaf's primitives: random lines meet convex bodies in proportion to that,
-/// and a triangle has two sides.
-fn met_area(bvh: &Bvh2, geometry: &Geometry<'_>, leaf: &Node) -> f32 {
-    let first = leaf.offset as usize;
-    let ids = &bvh.order[first..first + leaf.count as usize];
-    let half_surface = |&id: &u32| match geometry.primitive(id) {
-        Primitive::Triangle([a, b, c]) => 0.5 * (b - a).cross(c - a).length(),
-        Primitive::Sphere(sphere) => 2.0 * PI * sphere.radius * sphere.radius,
-    };
-    ids.iter().map(half_surface).sum()
+/// D for up to 2, 3, … roots.
+fn cheapest_costs(l: &Subtree, r: &Subtree) -> [f32; WIDTH - 1] {
+    let mut costs = [f32::INFINITY; WIDTH - 1];
+    for (i, a) in l.costs.iter().enumerate() {
+        for (cost, b) in costs[i..].iter_mut().zip(&r.costs) {
+            *cost = cost.min(a + b);
+        }
+    }
+    costs
 }
 
 fn inner(area: f32, l: &Subtree, r: &Subtree) -> Subtree {
     let kinds = [0, 1].map(|k| l.kinds[k] || r.kinds[k]);
-    let mut subtree =
-        Subtree { costs: [0.0; WIDTH - 1], opacity: 0.0, count: l.count + r.count, kinds };
-    let whole = if subtree.is_small() {
-        area * BLOCK_COST
-    } else {
-        area * NODE_COST + cheapest(l, r, WIDTH).0
-    };
+    let mut subtree = Subtree { costs: [0.0; WIDTH - 1], count: l.count + r.count, kinds };
+    let forests = cheapest_costs(l, r);
+    let whole =
+        if subtree.is_small() { area * BLOCK_COST } else { area * NODE_COST + forests[WIDTH - 2] };
     subtree.costs[0] = whole;
-    for room in 2..WIDTH {
-        subtree.costs[room - 1] = cheapest(l, r, room).0.min(whole);
+    for (cost, forest) in subtree.costs[1..].iter_mut().zip(forests) {
+        *cost = forest.min(whole);
     }
     subtree
 }
@@ -189,6 +180,12 @@ mod tests {
         area * f64::from(NODE_COST) + below
     }
 
+    fn roots(forests: &Forests<'_>, node: usize) -> Vec<usize> {
+        let mut roots = Vec::new();
+        forests.each_root(node, |root| roots.push(root));
+        roots
+    }
+
     /// The children of the largest, for as long as there is room.
     fn greedy(bvh: &Bvh2, forests: &Forests<'_>, node: usize) -> Vec<usize> {
         let mut roots = bvh.children(node).to_vec();
@@ -207,7 +204,7 @@ mod tests {
     fn the_tree_costs_what_was_foretold_and_less_than_a_greedy_one() {
         with_trees(|bvh, forests| {
             let foretold = f64::from(forests.subtrees[0].costs[0]);
-            let best = cost(bvh, forests, 0, &|i| forests.of(i));
+            let best = cost(bvh, forests, 0, &|i| roots(forests, i));
             assert!((best / foretold - 1.0).abs() < 1e-4, "{best} {foretold}");
             let other = cost(bvh, forests, 0, &|i| greedy(bvh, forests, i));
             assert!(best <= other * (1.0 + 1e-6), "{best} {other}");
@@ -225,7 +222,7 @@ mod tests {
                 bvh.nodes[i].offset
             };
             for (i, _) in bvh.nodes.iter().enumerate().filter(|(_, node)| !node.is_leaf()) {
-                let roots = forests.of(i);
+                let roots = roots(forests, i);
                 assert!((2..=WIDTH).contains(&roots.len()), "{}", roots.len());
                 let mut next = first_below(i);
                 for root in roots {
