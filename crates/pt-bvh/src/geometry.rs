@@ -79,6 +79,7 @@ impl Geometry<'_> {
 impl Primitive {
     /// The box around it; `None` for a primitive that no ray can hit: one with coordinates that
     /// are not finite or too large, a triangle without area, a sphere without positive radius.
+    #[inline(always)]
     pub(crate) fn bounds(&self) -> Option<Bounds3> {
         match *self {
             Self::Triangle(p) => (p.iter().all(|&v| in_range(v)) && has_area(p))
@@ -107,6 +108,7 @@ pub(crate) fn in_range(v: Vec3) -> bool {
 }
 
 /// Whether the cross product of two edges is not zero, in double precision.
+#[inline]
 fn has_area(p: [Vec3; 3]) -> bool {
     let [a, b, c] = p.map(Vec3::as_dvec3);
     (b - a).cross(c - a) != DVec3::ZERO

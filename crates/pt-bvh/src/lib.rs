@@ -197,16 +197,18 @@ impl Bvh {
 
     /// The tree for queries made of the binary tree over `geometry`.
     fn of(hub: &Bvh2, geometry: &Geometry<'_>, options: BuildOptions) -> Self {
-        let wide = WideBvh::new(hub, geometry);
-        let statistics = Statistics {
+        let count = || Statistics {
             nodes: hub.nodes.len(),
             leaves: hub.nodes.iter().filter(|n| n.is_leaf()).count(),
             references: hub.order.len(),
-            bytes: wide.bytes(),
+            // Not known before the wide tree is made, which is at the same time.
+            bytes: 0,
             sah_cost: build::tree_cost(&hub.nodes),
             depth: hub.depth(),
             skipped: hub.skipped,
         };
+        let (wide, statistics) = rayon::join(|| WideBvh::new(hub, geometry), count);
+        let statistics = Statistics { bytes: wide.bytes(), ..statistics };
         let source = Source::new(geometry, options);
         Self { kernel: Kernel::Wide(wide), bounds: hub.bounds(), statistics, source }
     }

@@ -15,29 +15,33 @@ impl<const BINS: usize> Search for Binned<BINS> {
 
     /// `None` when all centroids coincide.
     fn best(items: &mut [Item], boxes: &Boxes) -> Option<(f32, Split)> {
-        let bins = Bins::<BINS>::new(boxes.centroids);
+        let bins = Bins::new(boxes.centroids, BINS);
         let histogram = if items.len() <= CHUNK {
-            Histogram::of(items, bins)
+            Histogram::<BINS>::of(items, bins)
         } else {
             let partial = items.par_chunks(CHUNK).map(|c| Histogram::of(c, bins));
             partial.reduce(|| Histogram::EMPTY, |a, b| a.merge(&b))
         };
-        histogram.cheapest(RelativeArea::of(boxes.items))
+        let (cost, axis, bin) = histogram.cheapest(RelativeArea::of(boxes.items))?;
+        Some((cost, Split { bins, axis, bin, sides: histogram.sides(axis, bin) }))
     }
 
-    fn part(items: &mut [Item], split: Split, boxes: &Boxes) -> Halves {
-        let Split { axis, bin, sides } = split;
-        let bins = Bins::<BINS>::new(boxes.centroids);
-        let (base, scale) = (bins.base.to_array()[axis], bins.scale.to_array()[axis]);
-        let end = bin as f32;
+    fn part(items: &mut [Item], split: Split) -> Halves {
+        let Split { bins: Bins { base, scale, .. }, axis, bin, sides } = split;
+        // Nothing is less along the other axes.
+        let mut end = [f32::NEG_INFINITY; 4];
+        end[axis] = bin as f32;
+        let end = f32x4::new(end);
         let [mut below, mut above] = [Extent::EMPTY.0; 2];
         let left = partition(items, |item| {
-            let place = (item.centroid_along(axis) - base) * scale;
-            let goes = f32x8::splat(place).simd_lt(f32x8::splat(end));
-            let point = Extent::point(item.centroid()).0;
-            below = goes.select(below.fast_max(point), below);
-            above = goes.select(above, above.fast_max(point));
-            place < end
+            let centroid = item.centroid();
+            let is_left = ((centroid - base) * scale).simd_lt(end).any();
+            // The smaller of this and a point is the point, or nothing.
+            let keep = f32x8::splat([f32::NEG_INFINITY, f32::INFINITY][usize::from(is_left)]);
+            let point = Extent::point(centroid).0;
+            below = below.fast_max(point.fast_min(keep));
+            above = above.fast_max(point.fast_min(-keep));
+            is_left
         });
         let [a, b] = sides;
         let boxes = [
@@ -51,6 +55,7 @@ impl<const BINS: usize> Search for Binned<BINS> {
 /// A plane between two bins.
 #[derive(Clone, Copy)]
 pub(super) struct Split {
+    bins: Bins,
     axis: usize,
     /// Items in lower bins go left.
     bin: usize,
@@ -60,29 +65,31 @@ pub(super) struct Split {
 
 /// How centroids map to bins.
 #[derive(Clone, Copy)]
-struct Bins<const BINS: usize> {
+struct Bins {
     base: f32x4,
     scale: f32x4,
+    /// The number of the last bin.
+    last: f32x4,
 }
 
-impl<const BINS: usize> Bins<BINS> {
-    fn new(centroids: Extent) -> Self {
+impl Bins {
+    fn new(centroids: Extent, number: usize) -> Self {
         let low = centroids.bounds().min;
         let scale = centroids.diagonal().map(|d| {
-            let scale = BINS as f32 * (1.0 - 1e-5) / d;
+            let scale = number as f32 * (1.0 - 1e-5) / d;
             // An axis without extent has one bin only.
             if scale.is_finite() { scale } else { 0.0 }
         });
         let four = |[x, y, z]: [f32; 3]| f32x4::new([x, y, z, 0.0]);
-        Self { base: four(low.to_array()), scale: four(scale) }
+        let last = f32x4::splat((number - 1) as f32);
+        Self { base: four(low.to_array()), scale: four(scale), last }
     }
 
     /// The bin per axis.
     #[inline]
     fn index(&self, centroid: f32x4) -> [i32; 4] {
-        let last = f32x4::splat((BINS - 1) as f32);
-        let place = ((centroid - self.base) * self.scale).fast_max(f32x4::ZERO).fast_min(last);
-        place.fast_trunc_int().to_array()
+        let place = ((centroid - self.base) * self.scale).fast_max(f32x4::ZERO);
+        place.fast_min(self.last).fast_trunc_int().to_array()
     }
 }
 
@@ -118,7 +125,7 @@ impl Bin {
 impl<const BINS: usize> Histogram<BINS> {
     const EMPTY: Self = Self([Bin::EMPTY; BINS]);
 
-    fn of(items: &[Item], bins: Bins<BINS>) -> Self {
+    fn of(items: &[Item], bins: Bins) -> Self {
         let mut h = Self::EMPTY;
         for item in items {
             let index = bins.index(item.centroid());
@@ -139,8 +146,8 @@ impl<const BINS: usize> Histogram<BINS> {
         self
     }
 
-    /// The cheapest plane and its cost. Along all axes at once.
-    fn cheapest(&self, areas: RelativeArea) -> Option<(f32, Split)> {
+    /// The cheapest plane: what it costs, its axis, and the bin above it. Along all axes at once.
+    fn cheapest(&self, areas: RelativeArea) -> Option<(f32, usize, usize)> {
         let mut right_costs = [f32x4::ZERO; BINS];
         let mut side = Bin::EMPTY;
         for (bin, cost) in self.0.iter().zip(&mut right_costs).skip(1).rev() {
@@ -160,7 +167,7 @@ impl<const BINS: usize> Histogram<BINS> {
         let (least, place) = (least.to_array(), place.to_array());
         let axis = (1..3).fold(0, |best, k| if least[k] < least[best] { k } else { best });
         let bin = place[axis] as usize;
-        (bin > 0).then(|| (least[axis], Split { axis, bin, sides: self.sides(axis, bin) }))
+        (bin > 0).then_some((least[axis], axis, bin))
     }
 
     /// The boxes on both sides of a plane.

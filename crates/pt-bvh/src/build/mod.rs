@@ -240,6 +240,11 @@ pub(crate) fn check_number(primitives: usize) -> Result<(), BuildError> {
 pub(crate) fn check(geometry: &Geometry<'_>) -> Result<(), BuildError> {
     check_number(geometry.triangles.len().saturating_add(geometry.spheres.len()))?;
     let vertices = geometry.positions.len();
+    let is_inside = |t: &[u32; 3]| t.iter().all(|&v| (v as usize) < vertices);
+    let chunks = geometry.triangles.par_chunks(CHUNK);
+    if chunks.all(|chunk| chunk.iter().fold(true, |all, t| all & is_inside(t))) {
+        return Ok(());
+    }
     let outside = |t: &[u32; 3]| t.iter().copied().find(|&v| v as usize >= vertices);
     match geometry.triangles.iter().enumerate().find_map(|(i, t)| Some((i, outside(t)?))) {
         Some((triangle, index)) => Err(BuildError::IndexOutOfRange { triangle, index, vertices }),
@@ -247,15 +252,22 @@ pub(crate) fn check(geometry: &Geometry<'_>) -> Result<(), BuildError> {
     }
 }
 
-/// The usable primitives, in order of their number.
-fn gather(geometry: &Geometry<'_>) -> Vec<Item> {
-    let mut items: Vec<Item> = Vec::new();
+/// The usable primitives, in order of their number, with room for so many more.
+fn gather(geometry: &Geometry<'_>, room: usize) -> Vec<Item> {
+    let mut items: Vec<Item> = Vec::with_capacity(geometry.len() + room);
     (0..geometry.len() as u32)
         .into_par_iter()
         .map(|id| Item::new(geometry, id))
         .collect_into_vec(&mut items);
-    items.retain(|i| i.id != SKIPPED);
+    if items.par_chunks(CHUNK).any(|chunk| chunk.iter().any(|i| i.id == SKIPPED)) {
+        items.retain(|i| i.id != SKIPPED);
+    }
     items
+}
+
+/// The numbers of the items.
+fn order(items: &[Item]) -> Vec<u32> {
+    items.par_iter().with_min_len(CHUNK).map(|i| i.id).collect()
 }
 
 impl Bvh2 {
@@ -275,23 +287,22 @@ impl Bvh2 {
         effort: Option<Effort>,
     ) -> Result<Self, BuildError> {
         check(geometry)?;
-        let mut items = gather(geometry);
+        let is_sah = options.builder == Builder::Sah;
+        let effort = effort.filter(|_| is_sah);
+        let mut items = gather(geometry, effort.map_or(0, |e| e.budget(geometry.len())));
         let skipped = (geometry.len() - items.len()) as u32;
         let largest_leaf = options.max_leaf_size.clamp(1, LARGEST_LEAF) as usize;
         let mut nodes = Vec::new();
-        if !items.is_empty() {
-            match options.builder {
-                Builder::Sah => {
-                    if let Some(effort) = effort {
-                        split::split(&mut items, geometry, &effort);
-                    }
-                    sah::build(&mut items, options.quality, largest_leaf, &mut nodes);
-                }
-                Builder::Mean | Builder::None => mean::build(&mut items, largest_leaf, &mut nodes),
+        if is_sah && !items.is_empty() {
+            let mut boxes = Boxes::of(&items);
+            if effort.is_some_and(|e| split::split(&mut items, boxes.items, geometry, &e)) {
+                boxes = Boxes::of(&items);
             }
+            nodes = sah::build(&mut items, boxes, options.quality, largest_leaf);
+        } else if !items.is_empty() {
+            mean::build(&mut items, largest_leaf, &mut nodes);
         }
-        let order: Vec<u32> = items.iter().map(|i| i.id).collect();
-        Ok(Self { nodes, order, skipped })
+        Ok(Self { nodes, order: order(&items), skipped })
     }
 
     /// The tree over boxes, numbered in their order, each in a leaf of its own; those that are
@@ -304,11 +315,12 @@ impl Bvh2 {
                 None => skipped += 1,
             }
         }
-        let mut nodes = Vec::new();
-        if !items.is_empty() {
-            sah::build(&mut items, Quality::Balanced, 1, &mut nodes);
-        }
-        let order: Vec<u32> = items.iter().map(|i| i.id).collect();
-        Self { nodes, order, skipped }
+        let nodes = if items.is_empty() {
+            Vec::new()
+        } else {
+            let boxes = Boxes::of(&items);
+            sah::build(&mut items, boxes, Quality::Balanced, 1)
+        };
+        Self { nodes, order: order(&items), skipped }
     }
 }

@@ -1,6 +1,7 @@
 //! The surface area heuristic: nodes are split where the expected cost of a query is least.
 //! [Goldsmith & Salmon 1987, "Automatic Creation of Object Hierarchies for Ray Tracing"]
 
+use pt_math::Bounds3;
 use wide::f32x4;
 
 use super::bins::Binned;
@@ -18,7 +19,7 @@ const BLOCK: u32 = crate::wide::BLOCK as u32;
 /// log₂ of that.
 pub(super) const LOG_BLOCK: u32 = BLOCK.trailing_zeros();
 /// Subtrees at least this large are built by two threads.
-const PARALLEL_SUBTREE: usize = 4096;
+const PARALLEL_SUBTREE: usize = 1024;
 
 /// Cost of a leaf of `n` primitives.
 #[inline]
@@ -45,23 +46,27 @@ pub(super) trait Search {
     fn best(items: &mut [Item], boxes: &Boxes) -> Option<(f32, Self::Split)>;
 
     /// Moves the items that go left to the front.
-    fn part(items: &mut [Item], split: Self::Split, boxes: &Boxes) -> Halves;
+    fn part(items: &mut [Item], split: Self::Split) -> Halves;
 }
 
-/// Builds the tree over all items.
+/// Builds the tree over all items, which have these boxes.
 pub(super) fn build(
     items: &mut [Item],
+    boxes: Boxes,
     quality: Quality,
     largest_leaf: usize,
-    nodes: &mut Vec<Node>,
-) {
-    let boxes = Boxes::of(items);
+) -> Vec<Node> {
     let part = Part { items, boxes, first: 0, depth: 0 };
-    match quality {
-        Quality::Fast => grow::<Binned<8>>(part, largest_leaf, nodes),
-        Quality::Balanced => grow::<Binned<16>>(part, largest_leaf, nodes),
-        Quality::High => grow::<Sweep>(part, largest_leaf, nodes),
+    let pieces = match quality {
+        Quality::Fast => grow_apart::<Binned<8>>(part, largest_leaf),
+        Quality::Balanced => grow_apart::<Binned<16>>(part, largest_leaf),
+        Quality::High => grow_apart::<Sweep>(part, largest_leaf),
+    };
+    let mut nodes = Vec::with_capacity(pieces.iter().map(Vec::len).sum());
+    for piece in pieces {
+        nodes.extend(piece);
     }
+    nodes
 }
 
 /// The items of a subtree.
@@ -73,30 +78,46 @@ struct Part<'a> {
     depth: usize,
 }
 
+/// The nodes of a subtree, in pieces that follow one another: threads grow them side by side.
+fn grow_apart<S: Search>(mut part: Part<'_>, largest: usize) -> Vec<Vec<Node>> {
+    let halves = (part.items.len() >= PARALLEL_SUBTREE).then(|| choose::<S>(&mut part, largest));
+    let Some(Some(halves)) = halves else {
+        let mut nodes = Vec::new();
+        grow::<S>(part, largest, &mut nodes);
+        return vec![nodes];
+    };
+    let mut root = part.inner_node();
+    let [left, right] = part.halves(&halves);
+    let (left, right) =
+        rayon::join(|| grow_apart::<S>(left, largest), || grow_apart::<S>(right, largest));
+    root.offset = 1 + left.iter().map(Vec::len).sum::<usize>() as u32;
+    let mut pieces = vec![vec![root]];
+    pieces.extend(left);
+    pieces.extend(right);
+    pieces
+}
+
 /// Appends a subtree. The recursion is at most [`MAX_DEPTH`] deep.
 fn grow<S: Search>(mut part: Part<'_>, largest: usize, nodes: &mut Vec<Node>) {
     let Some(halves) = choose::<S>(&mut part, largest) else {
         push_leaf(part.items, part.boxes.items, part.first, nodes);
         return;
     };
-    let parallel = part.items.len() >= PARALLEL_SUBTREE;
     let here = nodes.len();
-    let bounds = part.boxes.items.bounds();
-    nodes.push(Node { min: bounds.min, offset: 0, max: bounds.max, count: 0 });
+    nodes.push(part.inner_node());
     let [left, right] = part.halves(&halves);
-    if parallel {
-        let mut rest = Vec::new();
-        rayon::join(|| grow::<S>(left, largest, nodes), || grow::<S>(right, largest, &mut rest));
-        nodes[here].offset = (nodes.len() - here) as u32;
-        nodes.append(&mut rest);
-    } else {
-        grow::<S>(left, largest, nodes);
-        nodes[here].offset = (nodes.len() - here) as u32;
-        grow::<S>(right, largest, nodes);
-    }
+    grow::<S>(left, largest, nodes);
+    nodes[here].offset = (nodes.len() - here) as u32;
+    grow::<S>(right, largest, nodes);
 }
 
 impl<'a> Part<'a> {
+    /// Its node, which is not yet told where the right child is.
+    fn inner_node(&self) -> Node {
+        let Bounds3 { min, max } = self.boxes.items.bounds();
+        Node { min, offset: 0, max, count: 0 }
+    }
+
     fn halves(self, halves: &Halves) -> [Part<'a>; 2] {
         let Self { items, first, depth, .. } = self;
         let (left, right) = items.split_at_mut(halves.left);
@@ -124,7 +145,7 @@ fn choose<S: Search>(part: &mut Part<'_>, largest: usize) -> Option<Halves> {
     let too_deep = *depth + 2 + halvings(n) > MAX_DEPTH;
     let best = if too_deep { None } else { S::best(items, boxes) };
     match best {
-        Some((cost, split)) if !leaf_allowed || cost < costs => Some(S::part(items, split, boxes)),
+        Some((cost, split)) if !leaf_allowed || cost < costs => Some(S::part(items, split)),
         _ if leaf_allowed => None,
         _ => {
             let left = split_at_median(items);

@@ -13,14 +13,19 @@
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering::Relaxed;
 
 use pt_math::{Bounds3, Vec3};
 use rayon::prelude::*;
 
 use super::sah::RelativeArea;
-use super::{CHUNK, Extent, Item, longest_axis};
+use super::{Extent, Item, longest_axis};
 use crate::Quality;
 use crate::geometry::{Geometry, Primitive, outward};
+
+/// So many triangles are cut up by one thread.
+const CUT_CHUNK: usize = 128;
 
 /// How far to go.
 #[derive(Clone, Copy, Debug)]
@@ -63,12 +68,14 @@ impl Effort {
     pub(crate) const EVERYTHING: Self =
         Self { share: 4.0, least_budget: 0, least_gain: 0.0, least_part: 0.01, least_spared: 0.0 };
 
-    fn budget(&self, items: usize) -> usize {
+    /// How many references may be added to so many.
+    pub(super) fn budget(&self, items: usize) -> usize {
         ((items as f32 * self.share) as usize).max(self.least_budget)
     }
 }
 
-/// A piece that is worth a cut.
+/// A piece that may be cut.
+#[derive(Clone, Copy)]
 struct Candidate {
     /// Area saved, as a part of the area of the box around all.
     gain: f32,
@@ -78,24 +85,9 @@ struct Candidate {
 }
 
 impl Candidate {
-    /// An item to be cut across the middle of the longest edge of its box; `None` for spheres, and
-    /// where the box loses too little.
-    fn new(
-        geometry: &Geometry<'_>,
-        index: usize,
-        item: &Item,
-        areas: RelativeArea,
-        least_part: f32,
-    ) -> Option<Self> {
-        let Primitive::Triangle(p) = geometry.primitive(item.id) else { return None };
-        let bounds = item.extent().bounds();
-        let axis = longest_axis(item.extent().diagonal());
-        let plane = bounds.min[axis] + 0.5 * (bounds.max[axis] - bounds.min[axis]);
-        let halves = halves(p, bounds, axis, plane);
-        let area = |b: &Bounds3| if b.is_empty() { 0.0 } else { areas.get(Extent::around(*b)) };
-        let whole = item.area(areas);
-        let gain = whole - area(&halves[0]) - area(&halves[1]);
-        (gain > 0.0 && gain >= least_part * whole).then_some(Self { gain, index, halves })
+    /// The pieces that a cut makes of its item; two, unless one has no extent.
+    fn pieces(&self, item: &Item) -> [Option<Item>; 2] {
+        self.halves.map(|b| (!b.is_empty()).then(|| item.within(b)))
     }
 }
 
@@ -121,38 +113,138 @@ impl Ord for Candidate {
 }
 
 /// Cuts triangles for as long as a cut saves enough and the budget lasts. Items stay as they are
-/// where hardly any triangle is badly bounded.
-pub(super) fn split(items: &mut Vec<Item>, geometry: &Geometry<'_>, effort: &Effort) {
-    let areas = RelativeArea::of(whole(items));
-    let most = items.len() + effort.budget(items.len());
-    let least = effort.least_gain / most as f32;
+/// where hardly any triangle is badly bounded. `whole` is the box around all; returns whether any
+/// item has changed.
+pub(super) fn split(
+    items: &mut Vec<Item>,
+    whole: Extent,
+    geometry: &Geometry<'_>,
+    effort: &Effort,
+) -> bool {
+    let areas = RelativeArea::of(whole);
+    let budget = effort.budget(items.len());
+    let least = effort.least_gain / (items.len() + budget) as f32;
+    let knife = Knife { geometry, areas, least, least_part: effort.least_part };
     let first = items.par_iter().enumerate().filter(|(_, item)| item.area(areas) > least);
-    let candidate =
-        |index, item: &Item| Candidate::new(geometry, index, item, areas, effort.least_part);
-    let first: Vec<Candidate> = first.filter_map(|(index, item)| candidate(index, item)).collect();
+    let first = first.filter_map(|(index, item)| knife.candidate(index, item));
+    let first: Vec<Candidate> = first.collect();
     if first.iter().map(|c| c.gain).sum::<f32>() < effort.least_spared {
-        return;
+        return false;
     }
-    let mut heap = BinaryHeap::from(first);
-    while items.len() < most
-        && let Some(Candidate { index, halves, gain }) = heap.pop()
-        && gain >= least
-    {
-        let mut pieces = halves.iter().filter(|b| !b.is_empty()).map(|&b| items[index].within(b));
-        let (Some(piece), other) = (pieces.next(), pieces.next()) else { continue };
-        items[index] = piece;
-        heap.extend(candidate(index, &piece));
-        if let Some(other) = other {
-            heap.extend(candidate(items.len(), &other));
-            items.push(other);
+    match knife.all_cuts(&first, items, budget) {
+        Some(cuts) => apply(cuts, items),
+        None => knife.best_cuts(first, items, budget),
+    }
+    true
+}
+
+/// What cuts, and when.
+struct Knife<'a> {
+    geometry: &'a Geometry<'a>,
+    areas: RelativeArea,
+    /// The least area that a cut must save, as a part of that of the box around all.
+    least: f32,
+    /// [`Effort::least_part`].
+    least_part: f32,
+}
+
+/// What cuts of some items give.
+#[derive(Default)]
+struct Cuts {
+    /// One piece of each item, with the place of the item.
+    replaced: Vec<(usize, Item)>,
+    /// The others.
+    added: Vec<Item>,
+}
+
+impl Knife<'_> {
+    /// An item to be cut across the middle of the longest edge of its box; `None` for spheres, and
+    /// where the box loses too little.
+    fn candidate(&self, index: usize, item: &Item) -> Option<Candidate> {
+        let Primitive::Triangle(p) = self.geometry.primitive(item.id) else { return None };
+        let bounds = item.extent().bounds();
+        let axis = longest_axis(item.extent().diagonal());
+        let plane = bounds.min[axis] + 0.5 * (bounds.max[axis] - bounds.min[axis]);
+        let halves = halves(p, bounds, axis, plane);
+        let area =
+            |b: &Bounds3| if b.is_empty() { 0.0 } else { self.areas.get(Extent::around(*b)) };
+        let whole = item.area(self.areas);
+        let gain = whole - area(&halves[0]) - area(&halves[1]);
+        (gain > 0.0 && gain >= self.least_part * whole).then_some(Candidate { gain, index, halves })
+    }
+
+    /// All cuts that save enough; `None` if they would add more items than the budget allows.
+    fn all_cuts(&self, first: &[Candidate], items: &[Item], budget: usize) -> Option<Vec<Cuts>> {
+        let left = AtomicUsize::new(budget);
+        let cuts = |candidates: &[Candidate]| {
+            let mut cuts = Cuts::default();
+            for candidate in candidates.iter().filter(|c| c.gain >= self.least) {
+                self.cut_up(*candidate, items[candidate.index], &mut cuts.added, &left)?;
+                cuts.replaced.extend(cuts.added.pop().map(|piece| (candidate.index, piece)));
+            }
+            Some(cuts)
+        };
+        first.par_chunks(CUT_CHUNK).map(cuts).collect()
+    }
+
+    /// Appends the pieces that are left of an item when all cuts that save enough are done; `None`
+    /// if nothing is left of the budget.
+    fn cut_up(
+        &self,
+        candidate: Candidate,
+        item: Item,
+        pieces: &mut Vec<Item>,
+        budget: &AtomicUsize,
+    ) -> Option<()> {
+        let mut todo = vec![(candidate, item)];
+        while let Some((candidate, item)) = todo.pop() {
+            let both = candidate.pieces(&item);
+            match both {
+                [None, None] => pieces.push(item),
+                [Some(_), Some(_)] => {
+                    budget.fetch_update(Relaxed, Relaxed, |left| left.checked_sub(1)).ok()?;
+                }
+                _ => {}
+            }
+            for piece in both.into_iter().flatten() {
+                match self.candidate(candidate.index, &piece).filter(|c| c.gain >= self.least) {
+                    Some(next) => todo.push((next, piece)),
+                    None => pieces.push(piece),
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// The cuts that save most, one after the other, until the budget is spent.
+    fn best_cuts(&self, first: Vec<Candidate>, items: &mut Vec<Item>, budget: usize) {
+        let most = items.len() + budget;
+        let mut heap = BinaryHeap::from(first);
+        while items.len() < most
+            && let Some(candidate) = heap.pop()
+            && candidate.gain >= self.least
+        {
+            let index = candidate.index;
+            let mut pieces = candidate.pieces(&items[index]).into_iter().flatten();
+            let (Some(piece), other) = (pieces.next(), pieces.next()) else { continue };
+            items[index] = piece;
+            heap.extend(self.candidate(index, &piece));
+            if let Some(other) = other {
+                heap.extend(self.candidate(items.len(), &other));
+                items.push(other);
+            }
         }
     }
 }
 
-/// The box around all items.
-fn whole(items: &[Item]) -> Extent {
-    let extents = items.par_chunks(CHUNK).map(Extent::of);
-    extents.reduce(|| Extent::EMPTY, Extent::union)
+/// Puts pieces into the places of what was cut, and at the end.
+fn apply(cuts: Vec<Cuts>, items: &mut Vec<Item>) {
+    for Cuts { replaced, added } in cuts {
+        for (index, piece) in replaced {
+            items[index] = piece;
+        }
+        items.extend(added);
+    }
 }
 
 /// Boxes around the parts of a triangle within `bounds` on either side of a plane; inside out for
@@ -187,4 +279,42 @@ fn crossing(a: Vec3, b: Vec3, axis: usize, plane: f32) -> Bounds3 {
     let point = from + (to - from) * t;
     let slack = from.abs().max(to.abs()) * (8.0 * f64::EPSILON);
     outward(point - slack, point + slack)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::{Boxes, gather};
+    use pt_testing::Random;
+
+    #[test]
+    fn all_cuts_are_the_best_cuts_where_the_budget_suffices() {
+        let mut random = Random::new(5);
+        let mut corners = |_| {
+            let (a, b) = (random.in_cube(), random.in_cube());
+            [a, b, a.lerp(b, 0.5) + random.in_cube() * 1e-2]
+        };
+        let positions: Vec<Vec3> = (0..500).flat_map(&mut corners).collect();
+        let triangles: Vec<_> = (0..500).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let geometry = Geometry { positions: &positions, triangles: &triangles, spheres: &[] };
+        let whole = gather(&geometry, 0);
+        let areas = RelativeArea::of(Boxes::of(&whole).items);
+        let knife = Knife { geometry: &geometry, areas, least: 0.01, least_part: 0.35 };
+        let first = whole.iter().enumerate().filter_map(|(i, item)| knife.candidate(i, item));
+        let first: Vec<Candidate> = first.collect();
+
+        let mut best = whole.clone();
+        knife.best_cuts(first.clone(), &mut best, usize::MAX / 2);
+        let added = best.len() - whole.len();
+        assert!(added > 500, "{added}");
+        let mut all = whole.clone();
+        apply(knife.all_cuts(&first, &whole, added).expect("the budget suffices"), &mut all);
+        let sorted = |items: Vec<Item>| {
+            let mut bits: Vec<[u32; 8]> = items.into_iter().map(bytemuck::cast).collect();
+            bits.sort_unstable();
+            bits
+        };
+        assert_eq!(sorted(all), sorted(best));
+        assert!(knife.all_cuts(&first, &whole, added - 1).is_none());
+    }
 }

@@ -44,9 +44,9 @@ impl Search for Sweep {
         best
     }
 
-    fn part(items: &mut [Item], split: Split, boxes: &Boxes) -> Halves {
+    fn part(items: &mut [Item], split: Split) -> Halves {
         match split {
-            Split::Plane(split) => Coarse::part(items, split, boxes),
+            Split::Plane(split) => Coarse::part(items, split),
             Split::Order { axis, left } => {
                 sort(items, axis);
                 Halves::at(items, left)
