@@ -89,8 +89,10 @@ impl WideBvh {
         };
         let root = collapse.part(0);
         collapse.push_node(root, 1);
-        let Collapse { center, mut nodes, triangles, spheres, levels, .. } = collapse;
+        let Collapse { forests, center, mut nodes, triangles, spheres, levels, .. } = collapse;
         nodes.shrink_to_fit();
+        // Makes room for the blocks, the largest part of the tree.
+        drop(forests);
         let ids = |&(first, count): &(usize, usize)| lanes(&bvh.order[first..first + count]);
         let triangles = triangles.par_iter().map(|run| triangle_block(geometry, ids(run)));
         let spheres = spheres.par_iter().map(|run| sphere_block(geometry, ids(run)));
