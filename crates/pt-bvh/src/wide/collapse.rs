@@ -49,13 +49,6 @@ impl Parts {
         self.parts[self.count] = part;
         self.count += 1;
     }
-
-    /// Puts them into the order in which they lie in a node: the largest last, where queries for
-    /// any hit begin, as most rays that hit anything hit that.
-    fn sort(&mut self) {
-        self.parts[..self.count]
-            .sort_by(|a, b| a.bounds.half_area().total_cmp(&b.bounds.half_area()));
-    }
 }
 
 struct Collapse<'a> {
@@ -96,13 +89,15 @@ impl WideBvh {
         let ids = |&(first, count): &(usize, usize)| lanes(&bvh.order[first..first + count]);
         let triangles = triangles.par_iter().map(|run| triangle_block(geometry, ids(run)));
         let spheres = spheres.par_iter().map(|run| sphere_block(geometry, ids(run)));
-        Self {
+        let mut wide = Self {
             nodes,
             triangles: triangles.collect(),
             spheres: spheres.collect(),
             center,
             stack_size: stack_size(levels),
-        }
+        };
+        wide.sort_children();
+        wide
     }
 }
 
@@ -137,8 +132,7 @@ impl Collapse<'_> {
     /// deeper than the binary tree, plus the few halvings of a large leaf.
     fn push_node(&mut self, part: Part, level: usize) -> usize {
         self.levels = self.levels.max(level);
-        let mut parts = self.open(part);
-        parts.sort();
+        let parts = self.open(part);
         let index = self.nodes.len();
         self.nodes.push(empty_node());
         for (slot, part) in parts.parts[..parts.count].iter().enumerate() {
@@ -232,17 +226,17 @@ fn empty_node() -> WideNode {
 
 /// A block of the triangles with these numbers.
 pub(super) fn triangle_block(geometry: &Geometry<'_>, ids: [u32; BLOCK]) -> TriangleBlock {
-    let mut vertices = [[[f32::NAN; BLOCK]; 3]; 3];
+    let mut coordinates = [[[f32::NAN; BLOCK]; 3]; 3];
     for (lane, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NO_PRIMITIVE) {
         if let Primitive::Triangle(p) = geometry.primitive(id) {
-            for (rows, vertex) in vertices.iter_mut().zip(p) {
-                for (row, coordinate) in rows.iter_mut().zip(vertex.to_array()) {
-                    row[lane] = coordinate;
+            for (axis, rows) in coordinates.iter_mut().enumerate() {
+                for (row, vertex) in rows.iter_mut().zip(p) {
+                    row[lane] = vertex[axis];
                 }
             }
         }
     }
-    TriangleBlock { vertices: vertices.map(|rows| rows.map(Lanes::new)), ids }
+    TriangleBlock { coordinates: coordinates.map(|rows| rows.map(Lanes::new)), ids }
 }
 
 /// A block of the spheres with these numbers.

@@ -17,8 +17,8 @@ use crate::node::{Bvh2, Node};
 /// Subtrees of so many nodes are looked at by two threads.
 const PARALLEL_SUBTREE: usize = 1024;
 /// Cost of visiting a wide node, and of testing a block.
-const NODE_COST: f32 = 1.0;
-const BLOCK_COST: f32 = 1.5;
+pub(super) const NODE_COST: f32 = 1.0;
+pub(super) const BLOCK_COST: f32 = 1.5;
 
 /// The cheapest forests of all subtrees of a binary tree.
 pub(super) struct Forests<'a> {

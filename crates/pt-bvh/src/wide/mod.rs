@@ -11,6 +11,7 @@ mod forest;
 mod refit;
 mod traverse;
 mod triangles;
+mod urgency;
 
 use pt_math::Vec3;
 use wide::f32x8;

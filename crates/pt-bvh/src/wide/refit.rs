@@ -36,6 +36,7 @@ impl WideBvh {
         if !scene.is_empty() {
             self.center = scene.center();
             self.refit_nodes(&triangles, &spheres);
+            self.sort_children();
         }
         scene
     }

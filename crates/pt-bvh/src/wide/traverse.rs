@@ -296,7 +296,7 @@ fn descend<const ANY: bool>(
     if hits == 0 {
         return None;
     }
-    if hits & (hits - 1) == 0 {
+    if hits.is_power_of_two() {
         return Some(node.children[hits.trailing_zeros() as usize % WIDTH]);
     }
     let depths = near.as_array();
