@@ -58,10 +58,7 @@ impl Shear {
             [x, y, z * self.back]
         };
         let sheared = Sheared([shear(ax, ay, az), shear(bx, by, bz), shear(cx, cy, cz)]);
-        let may_be_inside = same_signs(sheared.edges()).simd_ge(Lanes::ZERO);
-        let (nearest, farthest) = sheared.depths();
-        let within = nearest.simd_le(limit) & farthest.simd_ge(self.start);
-        ((may_be_inside & within).to_bitmask(), sheared)
+        (sheared.may_be_hit(self.start, limit), sheared)
     }
 }
 
@@ -82,6 +79,16 @@ impl Sheared {
     /// The vertices in a lane, as [`triangle::confirm`] wants them.
     pub(super) fn triangle(&self, lane: usize) -> [[f32; 3]; 3] {
         self.0.map(|vertex| vertex.map(|x| x.as_array()[lane % BLOCK]))
+    }
+
+    /// A bit for each lane in which the edge functions do not rule out a hit, and neither do the depths
+    /// of the vertices.
+    #[inline(always)]
+    pub(super) fn may_be_hit(&self, start: Lanes, limit: Lanes) -> u32 {
+        let may_be_inside = same_signs(self.edges()).simd_ge(Lanes::ZERO);
+        let (nearest, farthest) = self.depths();
+        let within = nearest.simd_le(limit) & farthest.simd_ge(start);
+        (may_be_inside & within).to_bitmask()
     }
 
     #[inline(always)]

@@ -13,6 +13,7 @@
 //! The tests are those of single queries, so the hits have the same bits.
 
 mod candidates;
+mod fan;
 mod group;
 mod order;
 mod packet;

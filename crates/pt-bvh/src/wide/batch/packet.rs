@@ -12,12 +12,14 @@
 use pt_math::{Bounds3, Vec3};
 use wide::{f32x8, u32x8};
 
+use super::fan::{Fan, Met};
 use super::group::{Column, Group, eight, of_eight};
 use super::section::Sections;
 use super::{Queues, Stacks};
 use crate::counter::Counter;
 use crate::ray::{AXES, LEAST_PAD, LEAST_SLOPE, PAD};
 use crate::wide::traverse::lanes;
+use crate::wide::triangles::Sheared;
 use crate::wide::{Child, TriangleBlock, WIDTH, WideBvh};
 
 /// Rays of a packet.
@@ -45,6 +47,8 @@ pub(super) struct Beam {
     /// Which of the two planes per axis the rays meet first.
     first: [usize; 3],
     start: f32x8,
+    /// For rays that have one origin.
+    pub(super) fan: Option<Fan>,
 }
 
 /// The numbers of `N` rays in a column, folded to eight.
@@ -127,6 +131,7 @@ impl Beam {
             }),
             first: falls,
             start: splat(least[5]),
+            fan: (least[..3] == greatest[..3]).then(|| Fan::new(group, first, &least, &greatest)),
         })
     }
 
@@ -183,15 +188,17 @@ impl WideBvh {
                 }
                 Queues::TRIANGLES => {
                     let block = &self.triangles[Child::index(child)];
-                    let (_, met) = beam.test(&self.boxes(block), limit);
-                    let met = met.to_bitmask();
+                    let packet = Packet { first, looking, sections, block };
+                    let (met, any) = if let Some(fan) = &beam.fan {
+                        let met = fan.test(block, limit);
+                        (met.triangles, group.test_fan::<ANY>(packet, &met))
+                    } else {
+                        let (_, met) = beam.test(&self.boxes(block), limit);
+                        let met = met.to_bitmask();
+                        (met, group.test_triangles::<ANY>(packet, met))
+                    };
                     tests += met.count_ones();
                     counter.add(|| u64::from(met.count_ones()) * N as u64);
-                    let mut any = false;
-                    for eight in lanes(looking) {
-                        let first = first + eight * WIDTH;
-                        any |= group.test_triangles::<ANY>(first, sections, block, met);
-                    }
                     any
                 }
                 _ => {
@@ -228,42 +235,83 @@ impl WideBvh {
     }
 }
 
-impl Group {
-    /// The eight rays from `first` on, which have the same axis, test those of the block's
-    /// triangles; whether any passed the filter.
+/// The rays of a packet that look for hits in a block of triangles.
+#[derive(Clone, Copy)]
+struct Packet<'a> {
+    /// Place of the first ray.
+    first: usize,
+    /// A bit for each eight rays that look.
+    looking: u32,
+    sections: &'a Sections<'a>,
+    block: &'a TriangleBlock,
+}
+
+impl Packet<'_> {
+    /// The places of each eight rays that look.
     #[inline(always)]
-    fn test_triangles<const ANY: bool>(
-        &mut self,
-        first: usize,
-        sections: &Sections<'_>,
-        block: &TriangleBlock,
-        mut triangles: u32,
-    ) -> bool {
-        let shear = self.shear_of_eight(first);
+    fn eights(&self) -> impl Iterator<Item = usize> + use<> {
+        let first = self.first;
+        lanes(self.looking).map(move |eight| first + eight * WIDTH)
+    }
+}
+
+impl Group {
+    /// The rays of a packet, which have the same axis, test those of the block's triangles; whether
+    /// any passed the filter.
+    #[inline(always)]
+    fn test_triangles<const ANY: bool>(&mut self, packet: Packet<'_>, triangles: u32) -> bool {
         let mut any = false;
-        while triangles != 0 {
-            let lane = triangles.trailing_zeros() as usize % WIDTH;
-            triangles &= triangles - 1;
-            let along = |axis: usize| {
-                let [a, b, c] = &block.coordinates[axis];
-                [a, b, c].map(|x| f32x8::splat(x.as_array()[lane]))
-            };
-            let (set, sheared) = shear.filter(along, eight(&self.limit, first));
-            if set != 0 {
-                let id = block.ids[lane];
-                for k in lanes(self.test::<ANY>(first, set, &sheared, id)) {
-                    let i = first + k % WIDTH;
-                    self.confirm(
-                        i,
-                        &sections.ray(i),
-                        sheared.triangle(k),
-                        block.triangle(lane),
-                        id,
-                    );
-                }
-                any = true;
+        for first in packet.eights() {
+            let shear = self.shear_of_eight(first);
+            for lane in lanes(triangles) {
+                let along = |axis: usize| {
+                    let [a, b, c] = &packet.block.coordinates[axis];
+                    [a, b, c].map(|x| f32x8::splat(x.as_array()[lane % WIDTH]))
+                };
+                let (set, sheared) = shear.filter(along, eight(&self.limit, first));
+                any |= set != 0;
+                self.test_lane::<ANY>(packet, first, lane, set, &sheared);
             }
         }
         any
+    }
+
+    /// The same for rays of one origin, and the triangles that they may meet.
+    #[inline(always)]
+    fn test_fan<const ANY: bool>(&mut self, packet: Packet<'_>, met: &Met) -> bool {
+        let mut any = false;
+        for lane in lanes(met.triangles) {
+            let corners = met.corners(lane);
+            for first in packet.eights() {
+                let slopes = [eight(&self.slopes[0], first), eight(&self.slopes[1], first)];
+                let sheared = corners.shear(slopes);
+                let (start, limit) = (eight(&self.start, first), eight(&self.limit, first));
+                let set = sheared.may_be_hit(start, limit);
+                any |= set != 0;
+                self.test_lane::<ANY>(packet, first, lane, set, &sheared);
+            }
+        }
+        any
+    }
+
+    /// Eight rays from `first` on test a triangle that passed the filter in a set of lanes.
+    #[inline(always)]
+    fn test_lane<const ANY: bool>(
+        &mut self,
+        packet: Packet<'_>,
+        first: usize,
+        lane: usize,
+        set: u32,
+        sheared: &Sheared,
+    ) {
+        if set == 0 {
+            return;
+        }
+        let Packet { sections, block, .. } = packet;
+        let id = block.ids[lane % WIDTH];
+        for k in lanes(self.test::<ANY>(first, set, sheared, id)) {
+            let i = first + k % WIDTH;
+            self.confirm(i, &sections.ray(i), sheared.triangle(k), block.triangle(lane), id);
+        }
     }
 }

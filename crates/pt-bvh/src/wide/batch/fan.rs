@@ -1,0 +1,193 @@
+//! Rays of one origin: a triangle that none of them can meet is told by its edges.
+//!
+//! With vertices sheared along the middle of the fan, and a ray whose slopes differ from it by δ and
+//! η, the edge function of two of them, p and q, is linear in these:
+//!
+//! (q_x − δq_z)(p_y − ηp_z) − (q_y − ηq_z)(p_x − δp_z)
+//!   = q_x p_y − q_y p_x + δ(p_z q_y − q_z p_y) + η(q_z p_x − p_z q_x)
+//!
+//! So its extremes over the fan are known. If one edge function is below 0 for all rays and another
+//! above 0, all pass the triangle. [Dmitriev, Havran & Seidel 2004, "Faster Ray Tracing with SIMD
+//! Shaft Culling"; Benthin, Wald & Slusallek 2006 test the corners of a frustum likewise]
+//!
+//! The triangle test decides by sheared vertices that are rounded. Let Z be the largest depth of a
+//! vertex, and P bound what a vertex is off any of the rays. The vertices of the test err by at most
+//! 2ε(P + Z), with and without fused multiply-add, its edge functions by 12εP(P + Z), and so do
+//! those here. So triangles whose edge functions are within a margin of 64εP(P + Z) are kept.
+
+use pt_math::interval::EPSILON;
+
+use super::group::Group;
+use crate::ray::AXES;
+use crate::wide::triangles::Sheared;
+use crate::wide::{BLOCK, Lanes, TriangleBlock};
+
+/// Rays of one origin and axis, with slopes in an interval.
+pub(super) struct Fan {
+    axes: [usize; 3],
+    origin: [Lanes; 3],
+    /// Slopes of the middle.
+    slopes: [Lanes; 2],
+    /// By how much slopes may differ from it.
+    spread: [Lanes; 2],
+    /// −1 where the rays rise along the last axis, else 1.
+    back: Lanes,
+    start: Lanes,
+}
+
+impl Fan {
+    /// Of a group's rays from place `first` on. The extremes are those of their origins, slopes and
+    /// starts.
+    #[inline(always)]
+    pub(super) fn new(group: &Group, first: usize, least: &[f32; 8], greatest: &[f32; 8]) -> Self {
+        let splat = Lanes::splat;
+        let middle = |k: usize| 0.5 * (least[k] + greatest[k]);
+        let spread = |k: usize| {
+            let off = (greatest[k] - middle(k)).max(middle(k) - least[k]);
+            off * (1.0 + 4.0 * EPSILON)
+        };
+        Self {
+            axes: AXES[group.axis[first] as usize % AXES.len()],
+            origin: [splat(least[0]), splat(least[1]), splat(least[2])],
+            slopes: [splat(middle(3)), splat(middle(4))],
+            spread: [splat(spread(3)), splat(spread(4))],
+            back: splat(group.back[first]),
+            start: splat(least[5]),
+        }
+    }
+
+    /// Which triangles of a block some of the rays may hit before the depth `limit`.
+    #[inline(always)]
+    pub(super) fn test(&self, block: &TriangleBlock, limit: f32) -> Met {
+        let [kx, ky, kz] = self.axes;
+        let [xs, ys, zs] = [&block.coordinates[kx], &block.coordinates[ky], &block.coordinates[kz]];
+        let to_origin =
+            |v: usize| [self.origin[0] - xs[v], self.origin[1] - ys[v], self.origin[2] - zs[v]];
+        let corners = [to_origin(0), to_origin(1), to_origin(2)];
+        let vertex = |[x, y, z]: [Lanes; 3]| {
+            [self.slopes[0].mul_neg_add(z, x), self.slopes[1].mul_neg_add(z, y), z]
+        };
+        let vertices @ [a, b, c] = [vertex(corners[0]), vertex(corners[1]), vertex(corners[2])];
+        let greatest = |k: usize| {
+            let [a, b, c] = vertices;
+            a[k].abs().fast_max(b[k].abs()).fast_max(c[k].abs())
+        };
+        let (depth, [sx, sy]) = (greatest(2), self.spread);
+        let off = greatest(0).fast_max(greatest(1)) + sx.fast_max(sy) * depth;
+        let margin = off * (off + depth) * (64.0 * EPSILON);
+        let edge = |p: [Lanes; 3], q: [Lanes; 3]| {
+            let middle = q[0] * p[1] - q[1] * p[0];
+            let by_x = (p[2] * q[1] - q[2] * p[1]).abs();
+            let by_y = (q[2] * p[0] - p[2] * q[0]).abs();
+            let range = sx.mul_add(by_x, sy.mul_add(by_y, margin));
+            (middle - range, middle + range)
+        };
+        let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
+        let passed = u.1.fast_min(v.1).fast_min(w.1).simd_lt(Lanes::ZERO)
+            & u.0.fast_max(v.0).fast_max(w.0).simd_gt(Lanes::ZERO);
+        let [za, zb, zc] = [a[2] * self.back, b[2] * self.back, c[2] * self.back];
+        let within = za.fast_min(zb).fast_min(zc).simd_le(Lanes::splat(limit))
+            & za.fast_max(zb).fast_max(zc).simd_ge(self.start);
+        Met { triangles: (within & !passed).to_bitmask(), corners, back: self.back }
+    }
+}
+
+/// What a fan may hit of a block.
+pub(super) struct Met {
+    /// A bit for each triangle.
+    pub(super) triangles: u32,
+    /// From the vertices to the origin, along the axes of the rays: vertex, axis.
+    corners: [[Lanes; 3]; 3],
+    back: Lanes,
+}
+
+/// A triangle, eight times, as all rays of a fan see it.
+pub(super) struct Corners {
+    corners: [[Lanes; 3]; 3],
+    depths: [Lanes; 3],
+}
+
+impl Met {
+    /// The triangle in a lane.
+    #[inline(always)]
+    pub(super) fn corners(&self, lane: usize) -> Corners {
+        let corner = |v: usize| {
+            let [x, y, z] = &self.corners[v];
+            [x, y, z].map(|x| Lanes::splat(x.as_array()[lane % BLOCK]))
+        };
+        let corners @ [a, b, c] = [corner(0), corner(1), corner(2)];
+        Corners { corners, depths: [a[2] * self.back, b[2] * self.back, c[2] * self.back] }
+    }
+}
+
+impl Corners {
+    /// As eight rays with these slopes see it: the operations of
+    /// [`Shear::filter`](crate::wide::triangles::Shear::filter).
+    #[inline(always)]
+    pub(super) fn shear(&self, slopes: [Lanes; 2]) -> Sheared {
+        let vertex = |v: usize| {
+            let [x, y, z] = self.corners[v];
+            [slopes[0].mul_neg_add(z, x), slopes[1].mul_neg_add(z, y), self.depths[v]]
+        };
+        Sheared([vertex(0), vertex(1), vertex(2)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+    use pt_math::{Bounds3, Ray, Rays, Vec3};
+    use pt_testing::Random;
+
+    use super::super::packet::{Beam, PACKET};
+    use super::*;
+    use crate::Geometry;
+    use crate::wide::WIDTH;
+    use crate::wide::collapse::triangle_block;
+
+    /// Eight triangles that share vertices, and a packet from one origin at one of these, or at points
+    /// of an edge, or closely past them.
+    fn scene(random: &mut Random, i: i32) -> (Vec<Vec3>, Vec<Ray>) {
+        let size = 10f32.powi(-(i % 6));
+        let origin = Vec3::ONE + random.direction() * (size * 10f32.powi(1 + i % 5));
+        let positions: Vec<_> = (0..10).map(|_| Vec3::ONE + random.in_cube() * size).collect();
+        let off = size * 10f32.powi(-(i % 9));
+        let [a, b] = [(); 2].map(|()| positions[random.below(positions.len())]);
+        let rays = (0..PACKET).map(|_| {
+            let target = if i % 2 == 0 { a } else { a + (b - a) * random.unit() };
+            Ray::new(origin, target - origin + random.in_cube() * off)
+        });
+        let rays = rays.collect();
+        (positions, rays)
+    }
+
+    #[test]
+    fn no_triangle_is_left_out_that_a_ray_may_hit() {
+        let mut random = Random::new(12);
+        let mut group = Box::new(Group::zeroed());
+        let (mut fans, mut kept, mut left_out) = (0, 0, 0);
+        for i in 0..400_000 {
+            let (positions, rays) = scene(&mut random, i);
+            let triangles: Vec<_> = (0..8).map(|k| [k, k + 1, k + 2]).collect();
+            let geometry = Geometry { positions: &positions, triangles: &triangles, spheres: &[] };
+            let bounds: Bounds3 = positions.iter().copied().collect();
+            for first in (0..PACKET).step_by(WIDTH) {
+                group.take(first, Rays::Rows(&rays), first, &bounds, bounds.center());
+            }
+            let Some(beam) = Beam::new::<PACKET>(&group, 0, &bounds, bounds.center()) else {
+                continue;
+            };
+            fans += 1;
+            let fan = beam.fan.as_ref().expect("the rays have one origin");
+            let block = triangle_block(&geometry, std::array::from_fn(|k| k as u32));
+            let met = fan.test(&block, f32::INFINITY).triangles;
+            for (place, ray) in rays.iter().enumerate() {
+                let (set, _) = group.shear(place).filter_block(&block, f32::INFINITY);
+                assert_eq!(set & !met, 0, "{i}: {ray:?} {positions:?}");
+            }
+            kept += met.count_ones();
+            left_out += 8 - met.count_ones();
+        }
+        assert!(fans > 5_000 && kept > fans && left_out > fans, "{fans} {kept} {left_out}");
+    }
+}
