@@ -3,8 +3,9 @@
 use std::cell::Cell;
 
 use pt_math::{Bounds3, Ray, Vec3, Vec3A};
-use wide::f32x8;
+use wide::{f32x8, u32x8};
 
+use super::batch::order::members;
 use super::triangles::Shear;
 use super::{BLOCK, Child, Lanes, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode};
 use crate::counter::Counter;
@@ -17,12 +18,15 @@ use crate::{sphere, triangle};
 /// Entries of the stack: each level leaves at most seven children behind. A large leaf of the
 /// binary tree adds a few levels below its own.
 const STACK_SIZE: usize = 512;
-const _: () = assert!((WIDTH - 1) * (MAX_DEPTH + 6) < STACK_SIZE && STACK_SIZE.is_power_of_two());
+const _: () =
+    assert!((WIDTH - 1) * (MAX_DEPTH + 6) + WIDTH < STACK_SIZE && STACK_SIZE.is_power_of_two());
 
 thread_local! {
     /// The stack of the query that runs. Here because it need not be cleared for each ray, which
     /// would cost as much as several nodes.
     static STACK: [Cell<u64>; STACK_SIZE] = const { [const { Cell::new(0) }; STACK_SIZE] };
+    /// The same for any hit, without depths.
+    static CHILDREN: [Cell<u32>; STACK_SIZE] = const { [const { Cell::new(0) }; STACK_SIZE] };
 }
 
 /// Children to visit, with the depths at which the ray enters their boxes. Entries compare as
@@ -142,7 +146,24 @@ struct Query<'a, C> {
 }
 
 impl<C: Counter> Query<'_, C> {
-    /// Whether a triangle of the block is hit, and better than what there was.
+    /// Whether a primitive of a leaf is hit, and better than what there was.
+    #[inline(always)]
+    fn test(
+        &mut self,
+        bvh: &WideBvh,
+        leaf: Child,
+        ray: &Prepared,
+        shear: &Shear,
+        limit: f32,
+    ) -> bool {
+        if leaf.0 & Child::TRIANGLES != 0 {
+            self.test_triangles(&bvh.triangles[Child::index(leaf.0)], ray, shear, limit)
+        } else {
+            self.test_spheres(&bvh.spheres[Child::index(leaf.0)])
+        }
+    }
+
+    /// The same for a block of triangles.
     #[inline(always)]
     fn test_triangles(
         &mut self,
@@ -170,7 +191,7 @@ impl<C: Counter> Query<'_, C> {
         better
     }
 
-    /// The same for spheres.
+    /// The same for a block of spheres.
     #[inline(always)]
     fn test_spheres(&mut self, block: &SphereBlock) -> bool {
         self.counter.add(|| block.len());
@@ -195,7 +216,10 @@ fn confirm(
     let mut better = false;
     let Some(ray) = Prepared::new(ray, bounds) else { return (nearest, false) };
     for lane in lanes(set) {
-        if let Some(h) = triangle::intersect(&ray, block.triangle(lane)) {
+        let corners = block.triangle(lane);
+        let sheared = corners.map(|corner| triangle::shear(&ray, corner));
+        let of_ray = [ray.origin, ray.direction];
+        if let Some(h) = triangle::confirm(of_ray, ray.scale, sheared, corners) {
             let id = block.ids[lane % BLOCK];
             better |= nearest.offer(Hit { t: h.t, b1: h.b1, b2: h.b2, primitive: id });
         }
@@ -224,27 +248,49 @@ impl WideBvh {
         bounds: &Bounds3,
         counter: &mut C,
     ) -> Option<Hit> {
-        self.walk::<false, C>(ray, bounds, counter)
+        self.walk(ray, bounds, counter)
     }
 
     /// Whether there is a hit.
     #[inline]
     pub(crate) fn occluded<C: Counter>(
         &self,
-        ray: &Ray,
-        bounds: &Bounds3,
-        counter: &mut C,
-    ) -> bool {
-        self.walk::<true, C>(ray, bounds, counter).is_some()
-    }
-
-    /// From the root to the nearest hit; with `ANY`, to the first that is found.
-    fn walk<const ANY: bool, C: Counter>(
-        &self,
         asked: &Ray,
         bounds: &Bounds3,
         counter: &mut C,
-    ) -> Option<Hit> {
+    ) -> bool {
+        let Some(ray) = Prepared::new(asked, bounds) else { return false };
+        let slabs = Slabs::new(&ray, self.center);
+        let shear = Shear::new(&ray);
+        let mut query = Query { asked, bounds, nearest: Nearest::new(&ray), counter };
+        let limit = ray.depth_limit(ray.t_max);
+        CHILDREN.with(|stack| {
+            let mut len = 0;
+            let mut child = Child::node(0);
+            loop {
+                if child.0 < Child::SPHERES {
+                    let node = &self.nodes[child.0 as usize];
+                    let hits = slabs.test(node, f32x8::splat(limit)).1.to_bitmask();
+                    if hits != 0 {
+                        let last = hits.ilog2();
+                        len += put_off(stack, len, node, hits ^ 1 << last);
+                        child = node.children[last as usize % WIDTH];
+                        continue;
+                    }
+                } else if query.test(self, child, &ray, &shear, limit) {
+                    return true;
+                }
+                if len == 0 {
+                    return false;
+                }
+                len -= 1;
+                child = Child(stack[len % STACK_SIZE].get());
+            }
+        })
+    }
+
+    /// From the root to the nearest hit.
+    fn walk<C: Counter>(&self, asked: &Ray, bounds: &Bounds3, counter: &mut C) -> Option<Hit> {
         let ray = Prepared::new(asked, bounds)?;
         let slabs = Slabs::new(&ray, self.center);
         let shear = Shear::new(&ray);
@@ -257,24 +303,12 @@ impl WideBvh {
                 if child.0 < Child::SPHERES {
                     let node = &self.nodes[child.0 as usize];
                     let (near, hit) = slabs.test(node, f32x8::splat(limit));
-                    let hits = hit.to_bitmask();
-                    if let Some(next) = descend::<ANY>(&mut stack, node, near, hits) {
+                    if let Some(next) = descend(&mut stack, node, near, hit.to_bitmask()) {
                         child = next;
                         continue;
                     }
-                } else {
-                    let better = if child.0 & Child::TRIANGLES != 0 {
-                        let block = &self.triangles[Child::index(child.0)];
-                        query.test_triangles(block, &ray, &shear, limit)
-                    } else {
-                        query.test_spheres(&self.spheres[Child::index(child.0)])
-                    };
-                    if better {
-                        if ANY {
-                            break;
-                        }
-                        limit = ray.depth_limit(query.nearest.t());
-                    }
+                } else if query.test(self, child, &ray, &shear, limit) {
+                    limit = ray.depth_limit(query.nearest.t());
                 }
                 let Some(next) = stack.pop(limit) else { break };
                 child = next;
@@ -284,15 +318,22 @@ impl WideBvh {
     }
 }
 
-/// Puts all children that are hit on the stack but the nearest, which it returns; with `ANY`, but the
-/// last, which is the most urgent. Up to three are sorted without branches.
+/// Puts the children in a set on a stack of so many, the last on top; returns how many there are.
 #[inline(always)]
-fn descend<const ANY: bool>(
-    stack: &mut Stack<'_>,
-    node: &WideNode,
-    near: f32x8,
-    mut hits: u32,
-) -> Option<Child> {
+fn put_off(stack: &[Cell<u32>; STACK_SIZE], len: usize, node: &WideNode, set: u32) -> usize {
+    if set != 0 {
+        let children = u32x8::new(bytemuck::cast(node.children)).shuffle(members(set)).to_array();
+        for (slot, child) in stack[len..len + WIDTH].iter().zip(children) {
+            slot.set(child);
+        }
+    }
+    set.count_ones() as usize
+}
+
+/// Puts all children that are hit on the stack but the nearest, which it returns. Up to three are
+/// sorted without branches.
+#[inline(always)]
+fn descend(stack: &mut Stack<'_>, node: &WideNode, near: f32x8, mut hits: u32) -> Option<Child> {
     if hits == 0 {
         return None;
     }
@@ -300,12 +341,6 @@ fn descend<const ANY: bool>(
         return Some(node.children[hits.trailing_zeros() as usize % WIDTH]);
     }
     let depths = near.as_array();
-    if ANY {
-        let last = hits.ilog2() as usize % WIDTH;
-        lanes(hits ^ 1 << last)
-            .for_each(|lane| stack.push(entry(depths[lane], node.children[lane])));
-        return Some(node.children[last]);
-    }
     let mut next = || {
         let lane = hits.trailing_zeros() as usize % WIDTH;
         hits &= hits - 1;

@@ -15,7 +15,7 @@
 mod candidates;
 mod fan;
 mod group;
-mod order;
+pub(super) mod order;
 mod packet;
 mod section;
 

@@ -27,7 +27,7 @@ static MEMBERS: [[u32; WIDTH]; 1 << WIDTH] = {
 
 /// The lanes of a set of eight, in ascending order; what follows them has no meaning.
 #[inline(always)]
-pub(super) fn members(set: u32) -> u32x8 {
+pub(in crate::wide) fn members(set: u32) -> u32x8 {
     u32x8::new(MEMBERS[set as usize % MEMBERS.len()])
 }
 
