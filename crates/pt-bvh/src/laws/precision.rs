@@ -7,8 +7,6 @@ use pt_testing::Random;
 use crate::ray::Prepared;
 use crate::triangle::{Verdict, intersect, judge, shear};
 
-/// What the module says about the errors of single precision, and that the verdict about the
-/// sides of the edges is that of double precision.
 /// Weights and depth of a sheared triangle in double precision.
 fn exact([a, b, c]: [[f32; 3]; 3]) -> ([f64; 3], f64) {
     let edge = |p: [f32; 3], q: [f32; 3]| {
@@ -26,6 +24,8 @@ fn prepared(ray: &Ray, triangle: [Vec3; 3]) -> Prepared {
     Prepared::new(ray, &scene).expect("a usable ray")
 }
 
+/// What the module says about the errors of single precision, and that the verdict about the
+/// sides of the edges is that of double precision.
 #[test]
 fn single_precision_errs_as_little_as_it_says() {
     let mut random = Random::new(5);

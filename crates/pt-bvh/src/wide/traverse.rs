@@ -241,18 +241,39 @@ fn nearest_sphere(ray: &Ray, block: &SphereBlock, mut nearest: Nearest) -> (Near
 
 impl WideBvh {
     /// The nearest hit. `bounds` is the box of the scene.
-    #[inline]
     pub(crate) fn intersect<C: Counter>(
         &self,
-        ray: &Ray,
+        asked: &Ray,
         bounds: &Bounds3,
         counter: &mut C,
     ) -> Option<Hit> {
-        self.walk(ray, bounds, counter)
+        let ray = Prepared::new(asked, bounds)?;
+        let slabs = Slabs::new(&ray, self.center);
+        let shear = Shear::new(&ray);
+        let mut query = Query { asked, bounds, nearest: Nearest::new(&ray), counter };
+        let mut limit = ray.depth_limit(ray.t_max);
+        STACK.with(|entries| {
+            let mut stack = Stack { entries, len: 0 };
+            let mut child = Child::node(0);
+            loop {
+                if child.0 < Child::SPHERES {
+                    let node = &self.nodes[child.0 as usize];
+                    let (near, hit) = slabs.test(node, f32x8::splat(limit));
+                    if let Some(next) = descend(&mut stack, node, near, hit.to_bitmask()) {
+                        child = next;
+                        continue;
+                    }
+                } else if query.test(self, child, &ray, &shear, limit) {
+                    limit = ray.depth_limit(query.nearest.t());
+                }
+                let Some(next) = stack.pop(limit) else { break };
+                child = next;
+            }
+        });
+        query.nearest.get()
     }
 
     /// Whether there is a hit.
-    #[inline]
     pub(crate) fn occluded<C: Counter>(
         &self,
         asked: &Ray,
@@ -287,34 +308,6 @@ impl WideBvh {
                 child = Child(stack[len % STACK_SIZE].get());
             }
         })
-    }
-
-    /// From the root to the nearest hit.
-    fn walk<C: Counter>(&self, asked: &Ray, bounds: &Bounds3, counter: &mut C) -> Option<Hit> {
-        let ray = Prepared::new(asked, bounds)?;
-        let slabs = Slabs::new(&ray, self.center);
-        let shear = Shear::new(&ray);
-        let mut query = Query { asked, bounds, nearest: Nearest::new(&ray), counter };
-        let mut limit = ray.depth_limit(ray.t_max);
-        STACK.with(|entries| {
-            let mut stack = Stack { entries, len: 0 };
-            let mut child = Child::node(0);
-            loop {
-                if child.0 < Child::SPHERES {
-                    let node = &self.nodes[child.0 as usize];
-                    let (near, hit) = slabs.test(node, f32x8::splat(limit));
-                    if let Some(next) = descend(&mut stack, node, near, hit.to_bitmask()) {
-                        child = next;
-                        continue;
-                    }
-                } else if query.test(self, child, &ray, &shear, limit) {
-                    limit = ray.depth_limit(query.nearest.t());
-                }
-                let Some(next) = stack.pop(limit) else { break };
-                child = next;
-            }
-        });
-        query.nearest.get()
     }
 }
 

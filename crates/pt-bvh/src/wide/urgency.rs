@@ -9,10 +9,10 @@ use rayon::prelude::*;
 use wide::{f32x8, u32x8};
 
 use super::forest::{BLOCK_COST, NODE_COST};
-use super::{Child, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode};
+use super::{BLOCK, Child, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode};
 
 /// Added to the cost of looking for a hit in a subtree, or rays would first go through all small
-/// ones. Between 2 and 12 it hardly matters.
+/// ones. With 9 rays are as fast; with 3, bounces in a hall 0.9 times as fast.
 const DETOUR_COST: f32 = 5.0;
 
 /// What a line that meets the box of a subtree can expect there.
@@ -138,13 +138,18 @@ impl TriangleBlock {
             ([bx - ax, by - ay, bz - az], [cx - ax, cy - ay, cz - az]);
         let [x, y, z] = [ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx];
         let areas = (x * x + y * y + z * z).sqrt() * 0.5;
-        areas.to_array().into_iter().filter(|area| !area.is_nan()).sum()
+        sum(areas.to_array())
     }
 }
 
 impl SphereBlock {
     /// Half of the surface of its spheres.
     fn half_surface(&self) -> f32 {
-        self.iter().map(|(sphere, _)| 2.0 * PI * sphere.radius * sphere.radius).sum()
+        sum(self.spheres.map(|sphere| 2.0 * PI * sphere.radius * sphere.radius))
     }
+}
+
+/// The sum of the numbers of those lanes that are not empty.
+fn sum(lanes: [f32; BLOCK]) -> f32 {
+    lanes.into_iter().filter(|x| !x.is_nan()).sum()
 }

@@ -8,7 +8,7 @@
 //!
 //! So its extremes over the fan are known. If one edge function is below 0 for all rays and another
 //! above 0, all pass the triangle. [Dmitriev, Havran & Seidel 2004, "Faster Ray Tracing with SIMD
-//! Shaft Culling"; Benthin, Wald & Slusallek 2006 test the corners of a frustum likewise]
+//! Shaft Culling", cull by shafts as well]
 //!
 //! The triangle test decides by sheared vertices that are rounded. Let Z be the largest depth of a
 //! vertex, and P bound what a vertex is off any of the rays. The vertices of the test err by at most
