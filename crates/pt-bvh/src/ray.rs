@@ -8,12 +8,11 @@
 //! coordinate distance from the origin to a corner of the scene box. The triangle test is exact
 //! for *sheared and rounded* vertices, each of which is within 17εR of the true one (translation
 //! ε, slope ε, product ε, difference ε, on coordinates up to 3R; and ε in depth). The depth τ that
-//! it computes errs by at most 56εR (weights by 48ε together, see [`crate::triangle`], and the
-//! rounding of the mean), and slopes are at most 1. So τ is a depth at which the ray is within 73εR
-//! of the triangle, and of the box around the part of it that is there. (Where double precision
+//! it computes errs by at most 14εR (see [`crate::triangle`]), and slopes are at most 1. So τ is a
+//! depth at which the ray is within 31εR of the triangle, and of the box around the part of it that is there. (Where double precision
 //! finds τ by the plane, the ray is within εR of the triangle there.) A box test that
 //! computes in f32 relative to any point of the scene errs by at most 10εR, and the rounding of the
-//! slopes moves the ray by 3εR; so a box test that widens its slabs by the *pad* of 96εR on every
+//! slopes moves the ray by 3εR; so a box test that widens its slabs by the *pad* of 48εR on every
 //! side finds an interval that contains τ. Hence each traversal visits all that can win, and finds
 //! the same nearest hit, bit for bit, as a loop over all primitives.
 //! (Woop, Benthin & Wald 2013, "Watertight Ray/Triangle Intersection", §3.3, pad the origin for
@@ -25,7 +24,7 @@ use pt_math::{Bounds3, Ray, Vec3, Vec3A, Vec4};
 use crate::geometry::LARGEST_COORDINATE;
 
 /// In units of R; see the module.
-pub(crate) const PAD: f32 = 96.0 * EPSILON;
+pub(crate) const PAD: f32 = 48.0 * EPSILON;
 /// The part of the pad that the box test itself needs.
 pub(crate) const BOX_TEST: f32 = 16.0 * EPSILON;
 /// Never 0, so that depths of 0 stay inside.

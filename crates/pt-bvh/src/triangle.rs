@@ -2,23 +2,25 @@
 //! Intersection", JCGT 2(1)]
 //!
 //! Vertices are moved so that the ray starts at 0, and sheared so that it runs along kz; the ray
-//! then hits if 0 is on the same side of all three edges in the plane. An edge function is
-//! fl(fl(c_x b_y) − fl(c_y b_x)): rounding is monotone, so its sign is right whenever it is not 0,
-//! and two triangles with a common edge get exactly opposite values. Fused multiply-add would
-//! break both (here; vertices may be sheared with it, as each gets the same place in all triangles).
+//! then hits if 0 is on the same side of all three edges in the plane.
 //!
-//! With X, Y, Z the largest magnitudes of the sheared coordinates and ε = 2⁻²⁴, an edge function
-//! errs by at most 4εXY. Where that is small against the sum of all three, X·Y ≤ 4·|det|, single
-//! precision gives the hit: its depth is a mean of the vertices' with weights that err by 48ε
-//! together, its barycentric coordinates err by less than 100ε. Where it is not (needles, edges
-//! seen head-on), or an edge function is 0 (equal products, underflow), double precision decides,
-//! in which the products are exact; and so it does where the depth is within its error of 0, since
-//! hits next to the origin are as real as others. All of it is a function of ray and triangle
-//! alone, so every kernel gets the same bits.
+//! A filter takes fl(fl(c_x b_y) − fl(c_y b_x)) for an edge function: rounding is monotone, so its
+//! sign is right whenever it is not 0. For what passes, edge functions are computed with the
+//! rounding of one product made up for, fl(fl(c_x b_y − p) + fl(p − c_y b_x)) with p = fl(c_y b_x),
+//! by Kahan's method. It errs by at most 2ε of itself, ε = 2⁻²⁴ [Jeannerod, Louvet & Muller 2013,
+//! "Further analysis of Kahan's algorithm for the accurate computation of 2×2 determinants", Math.
+//! Comp. 82]; and if products underflow its sign is still right or it is 0, since c_x b_y − p is at
+//! least c_y b_x − p where c_x b_y is at least c_y b_x, and rounding is monotone.
+//!
+//! So for needles and for triangles seen edge-on as well, the weights err by 4ε of themselves and
+//! single precision gives the hit: its depth is a mean of the vertices' that errs by at most 14ε of
+//! their largest, its barycentric coordinates err by less than 10ε. Where an edge function is 0
+//! (equal products, underflow), double precision decides, in which the products are exact; and so
+//! it does where the depth is within its error of 0, since hits next to the origin are as real as
+//! others. All of it is a function of ray and triangle alone, so every kernel gets the same bits.
 
 use pt_math::interval::gamma;
 use pt_math::{DVec3, Vec3};
-use wide::f32x4;
 
 use crate::ray::Prepared;
 
@@ -30,8 +32,6 @@ pub(crate) struct TriangleHit {
     pub(crate) b2: f32,
 }
 
-/// X·Y in units of |det| up to which single precision will do.
-pub(crate) const FLATTEST: f32 = 4.0;
 /// Below this, products may have lost digits to underflow.
 pub(crate) const LEAST_DET: f32 = 1.0 / (1u128 << 100) as f32;
 
@@ -58,12 +58,12 @@ pub(crate) fn intersect(ray: &Prepared, p: [Vec3; 3]) -> Option<TriangleHit> {
 
 /// The intersection in single precision; the wide kernels do the same for many triangles.
 ///
-/// A depth beyond δ is certainly ahead of the origin, as in [`depth_error`], but with edge functions e
-/// that are rounded:  δe = 2(δx·Y + δy·X + γ₂XY),  δ = 3(γ₃eZ + δe·Z + γ₅Z·e) / |det|,  and as e is at
-/// most 2XY, δ is at most  γ₃₂·Z·(4XY + Z(X + Y)) / |det|.
+/// A depth beyond δ is certainly ahead of the origin, as in [`depth_error`], but with weights that are
+/// rounded:  δ = (3·δe + γ₁₄|det|)·Z / |det| + δz  with  δe = 2(δx·Y + δy·X),  and as |det| is at most
+/// 4XY, δ is at most  γ₃₂·Z·(4XY + Z(X + Y)) / |det|.
 #[inline]
 pub(crate) fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
-    let edge = |p: [f32; 3], q: [f32; 3]| q[0] * p[1] - q[1] * p[0];
+    let edge = |p: [f32; 3], q: [f32; 3]| difference_of_products(q[0], p[1], q[1], p[0]);
     let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
     let same_signs = u.min(v).min(w) * u.max(v).max(w);
     if same_signs < 0.0 {
@@ -78,27 +78,41 @@ pub(crate) fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
     let total = mul_add(w, c[2], mul_add(v, b[2], u * a[2]));
     let depth = total * inverse;
     let t = depth * ray.inverse_scale;
-    let area = x * y;
-    let is_plain = same_signs > 0.0
-        && mul_add(area, 1.0 / FLATTEST, LEAST_DET) <= det.abs()
-        && t.abs() < f32::INFINITY;
+    let is_plain = same_signs > 0.0 && det.abs() >= LEAST_DET && t.abs() < f32::INFINITY;
     if !is_plain {
         return Verdict::Unclear;
     }
     let across = x + y;
     let is_distant = nearest > (ray.origin_size + across + (z + z)) * gamma(32);
-    let error = mul_add(z, across, area * 4.0) * z * inverse.abs() * gamma(32);
+    let error = mul_add(z, across, x * y * 4.0) * z * inverse.abs() * gamma(32);
     if (is_distant || depth > error) && total.abs() >= LEAST_DET {
         return Verdict::Hit(TriangleHit { t, b1: v * inverse, b2: w * inverse });
     }
     if depth < -error { Verdict::Miss } else { Verdict::Unclear }
 }
 
+/// Whether the vectors of the platform have fused multiply-add.
+pub(crate) const IS_FUSED: bool = cfg!(any(
+    all(target_feature = "avx", target_feature = "fma"),
+    all(target_arch = "aarch64", target_feature = "neon")
+));
+
 /// x·y + z, rounded as often as by the vectors of the platform.
 #[inline]
 fn mul_add(x: f32, y: f32, z: f32) -> f32 {
-    let splat = f32x4::splat;
-    splat(x).mul_add(splat(y), splat(z)).to_array()[0]
+    if IS_FUSED { x.mul_add(y, z) } else { x * y + z }
+}
+
+/// a·b − c·d with an error of at most 2ε of itself; see the module.
+#[inline]
+pub(crate) fn difference_of_products(a: f32, b: f32, c: f32, d: f32) -> f32 {
+    if IS_FUSED {
+        let product = c * d;
+        a.mul_add(b, -product) + (-c).mul_add(d, product)
+    } else {
+        let [a, b, c, d] = [a, b, c, d].map(f64::from);
+        (a * b - c * d) as f32
+    }
 }
 
 /// The intersection in double precision, by origin, direction and scale of the ray. On which side

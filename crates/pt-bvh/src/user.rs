@@ -5,10 +5,11 @@
 //! to a corner of the box around everything. A hit is at most `slack`·R outside of the box of its
 //! primitive, as [`UserPrimitives::slack`] promises, and the box test errs by less than 16εR (see
 //! [`crate::ray`]). So each node is widened by (`slack` + 16ε)·R, with the largest slack of all
-//! primitives below it. With the usual slack of 80ε that is the pad that nodes over triangles have.
+//! primitives below it. With the usual slack of 80ε that is twice the pad that nodes over triangles have.
 //! A node is left out only if the ray enters it beyond the depth of the nearest hit so far, rounded
 //! up. So all that can win is visited, and the tree finds what a loop over all primitives finds.
 
+use pt_math::interval::EPSILON;
 use pt_math::{Bounds3, Ray};
 
 use crate::geometry::in_range;
@@ -19,7 +20,7 @@ use crate::{BuildError, build};
 
 /// The [slack](UserPrimitives::slack) of primitives whose hits are computed in single precision with
 /// some care: 80ε ≈ 4.8·10⁻⁶.
-pub const USUAL_SLACK: f32 = PAD - BOX_TEST;
+pub const USUAL_SLACK: f32 = 80.0 * EPSILON;
 /// Primitives with more slack are left out.
 const MOST_SLACK: f32 = 128.0;
 

@@ -10,8 +10,8 @@
 //! from o' to a corner of b, and s_k the slope of the ray against the axis z of its largest
 //! component. By the argument in [`crate::ray`], the point o' + t·d' of a hit is off by the rounding
 //! of sheared vertices, up to ε(2R_k + 5s_k·R_z), and by an error along the ray, up to
-//! 56ε·s_k·max R. A ray that hits comes as far as b along all axes: s_k·R_z ≤ R_k + D and
-//! max R ≤ R_z + D, but for these very errors. So it is outside by at most ε(63R_k + 117D).
+//! 14ε·s_k·max R. A ray that hits comes as far as b along all axes: s_k·R_z ≤ R_k + D and
+//! max R ≤ R_z + D, but for these very errors. So it is outside by at most ε(21R_k + 33D).
 //!
 //! **In the world.** Rounding o' and d' moves the point by ε(2R_k + |b|). With ρ ≥ ‖MW − I‖, mapping
 //! it back by M instead of W⁻¹ moves it by ρ‖M‖·|b|. And Σ|M_ik|·R_k ≤ S·R with R the largest
@@ -19,7 +19,7 @@
 //! Numerical Stability in Gaussian Elimination"], which is at most 3 for every scale along the axes
 //! of the object followed by a rotation. What double precision rounds is less than that by the limit on ‖M‖‖W‖. Together:
 //!
-//!   70ε·S·R  +  |M|·(117D + |b|)ε  +  ρ‖M‖·|b|,
+//!   25ε·S·R  +  |M|·(33D + |b|)ε  +  ρ‖M‖·|b|,
 //!
 //! of which the first part is the slack of the instance, and the others widen its box.
 
@@ -66,7 +66,7 @@ impl Placement {
         } else {
             world_bounds(to_world, object, residual).ok_or(TransformError::TooFar)?
         };
-        let slack = 72.0 * EPSILON * norm(m.abs() * inverse.abs()) as f32;
+        let slack = 28.0 * EPSILON * norm(m.abs() * inverse.abs()) as f32;
         Ok(Self { translation, inverse, bounds, slack })
     }
 
@@ -112,7 +112,7 @@ fn world_bounds(to_world: &DAffine3, object: Bounds3, residual: f64) -> Option<B
     let edge = (high - low).max_element();
     let epsilon = f64::from(EPSILON);
     let underflow = 8.0 * f64::from(f32::MIN_POSITIVE);
-    let in_object = (120.0 * edge + 2.0 * size) * epsilon + underflow;
+    let in_object = (36.0 * edge + 2.0 * size) * epsilon + underflow;
     let mapped = norm(m) * size * (2.0 * residual + epsilon);
     let rounded = translation.abs() * (8.0 * f64::EPSILON);
     let error = m.abs() * DVec3::splat(in_object) + mapped + rounded;
@@ -168,7 +168,7 @@ mod tests {
             let to_world = turned(scale, DVec3::ZERO);
             Placement::new(&to_world, CUBE).expect("not flat").slack() / EPSILON
         };
-        assert!((72.0..=216.0).contains(&slack(DVec3::ONE)));
+        assert!((28.0..=84.0).contains(&slack(DVec3::ONE)));
         assert!((slack(DVec3::new(1e3, 1e-3, -1.0)) / slack(DVec3::ONE) - 1.0).abs() < 1e-5);
     }
 }

@@ -85,16 +85,17 @@ impl Sheared {
     /// of the vertices.
     #[inline(always)]
     pub(super) fn may_be_hit(&self, start: Lanes, limit: Lanes) -> u32 {
-        let may_be_inside = same_signs(self.edges()).simd_ge(Lanes::ZERO);
+        let may_be_inside = same_signs(self.edges(|a, b, c, d| a * b - c * d)).simd_ge(Lanes::ZERO);
         let (nearest, farthest) = self.depths();
         let within = nearest.simd_le(limit) & farthest.simd_ge(start);
         (may_be_inside & within).to_bitmask()
     }
 
+    /// The edge functions, by what gives a·b − c·d.
     #[inline(always)]
-    fn edges(&self) -> [Lanes; 3] {
+    fn edges(&self, difference: impl Fn(Lanes, Lanes, Lanes, Lanes) -> Lanes) -> [Lanes; 3] {
         let [a, b, c] = self.0;
-        let edge = |p: [Lanes; 3], q: [Lanes; 3]| q[0] * p[1] - q[1] * p[0];
+        let edge = |p: [Lanes; 3], q: [Lanes; 3]| difference(q[0], p[1], q[1], p[0]);
         [edge(b, c), edge(c, a), edge(a, b)]
     }
 
@@ -110,7 +111,7 @@ impl Sheared {
     pub(super) fn test(&self, inverse_scale: Lanes, origin_size: Lanes) -> Tested {
         let splat = Lanes::splat;
         let [a, b, c] = self.0;
-        let edges @ [u, v, w] = self.edges();
+        let edges @ [u, v, w] = self.edges(difference_of_products);
         let x = greatest([a[0].abs(), b[0].abs(), c[0].abs()]);
         let y = greatest([a[1].abs(), b[1].abs(), c[1].abs()]);
         let (nearest, farthest) = self.depths();
@@ -120,19 +121,19 @@ impl Sheared {
         let total = w.mul_add(c[2], v.mul_add(b[2], u * a[2]));
         let depth = total * inverse;
         let t = depth * inverse_scale;
-        let (size, area) = (total.abs(), x * y);
-        let largest = area.mul_add(splat(1.0 / triangle::FLATTEST), splat(triangle::LEAST_DET));
-        let plain = same_signs(edges).simd_gt(Lanes::ZERO)
-            & largest.simd_le(det.abs())
+        let (least, sides) = (splat(triangle::LEAST_DET), same_signs(edges));
+        let plain = sides.simd_gt(Lanes::ZERO)
+            & det.abs().simd_ge(least)
             & t.abs().simd_lt(splat(f32::INFINITY));
 
         let across = x + y;
         let margin = (origin_size + across + (z + z)) * gamma(32);
-        let spread = z.mul_add(across, area * 4.0);
+        let spread = z.mul_add(across, x * y * 4.0);
         let error = spread * z * inverse.abs() * gamma(32);
         let ahead = nearest.simd_gt(margin) | depth.simd_gt(error);
-        let hit = plain & ahead & size.simd_ge(splat(triangle::LEAST_DET));
-        let unclear = !(hit | (plain & depth.simd_lt(-error)));
+        let hit = plain & ahead & total.abs().simd_ge(least);
+        let miss = sides.simd_lt(Lanes::ZERO) | (plain & depth.simd_lt(-error));
+        let unclear = !(hit | miss);
         Tested { hit, unclear, t, barycentric: [v * inverse, w * inverse] }
     }
 }
@@ -156,6 +157,19 @@ impl Tested {
         }
         let t = self.t.as_array();
         lanes(hits).min_by(|a, b| t[a % BLOCK].total_cmp(&t[b % BLOCK]))
+    }
+}
+
+/// [`triangle::difference_of_products`] of eight.
+#[inline(always)]
+fn difference_of_products(a: Lanes, b: Lanes, c: Lanes, d: Lanes) -> Lanes {
+    if triangle::IS_FUSED {
+        let product = c * d;
+        a.mul_sub(b, product) + c.mul_neg_add(d, product)
+    } else {
+        let [a, b, c, d] = [a, b, c, d].map(Lanes::to_array);
+        let of_lane = |i| triangle::difference_of_products(a[i], b[i], c[i], d[i]);
+        Lanes::new(std::array::from_fn(of_lane))
     }
 }
 
