@@ -284,7 +284,7 @@ impl Bvh {
     ) {
         match &self.kernel {
             Kernel::Wide(wide) if rays.len() >= LEAST_BATCH => {
-                wide.intersect_batch(rays, &self.bounds, hits, counter);
+                wide.intersect_batch(rays, hits, counter);
             }
             _ => {
                 hits.clear();
@@ -296,7 +296,7 @@ impl Bvh {
     fn any_of_each(&self, rays: Rays<'_>, occluded: &mut Vec<bool>, counter: &mut impl Counter) {
         match &self.kernel {
             Kernel::Wide(wide) if rays.len() >= LEAST_BATCH => {
-                wide.occluded_batch(rays, &self.bounds, occluded, counter);
+                wide.occluded_batch(rays, occluded, counter);
             }
             _ => {
                 occluded.clear();
@@ -308,7 +308,7 @@ impl Bvh {
     #[inline]
     fn nearest(&self, ray: &Ray, counter: &mut impl Counter) -> Option<Hit> {
         match &self.kernel {
-            Kernel::Wide(wide) => wide.intersect(ray, &self.bounds, counter),
+            Kernel::Wide(wide) => wide.intersect(ray, counter),
             Kernel::List(list) => list.intersect(ray, counter),
         }
     }
@@ -316,7 +316,7 @@ impl Bvh {
     #[inline]
     fn any(&self, ray: &Ray, counter: &mut impl Counter) -> bool {
         match &self.kernel {
-            Kernel::Wide(wide) => wide.occluded(ray, &self.bounds, counter),
+            Kernel::Wide(wide) => wide.occluded(ray, counter),
             Kernel::List(list) => list.occluded(ray, counter),
         }
     }

@@ -19,7 +19,7 @@
 //! the same reason; Ize 2013, "Robust BVH Ray Traversal", bounds the rounding of the slab test.)
 
 use pt_math::interval::{EPSILON, gamma};
-use pt_math::{Bounds3, Ray, Vec3, Vec3A, Vec4};
+use pt_math::{BVec3A, Bounds3, Ray, Vec3, Vec3A, Vec4};
 
 use crate::geometry::LARGEST_COORDINATE;
 
@@ -29,6 +29,8 @@ pub(crate) const PAD: f32 = 48.0 * EPSILON;
 pub(crate) const BOX_TEST: f32 = 16.0 * EPSILON;
 /// Never 0, so that depths of 0 stay inside.
 pub(crate) const LEAST_PAD: f32 = 4.0 * f32::MIN_POSITIVE;
+/// Directions shorter than this, or longer than its inverse, are not inverted, but their slopes.
+const LEAST_SCALE: f32 = 1.0 / (1u128 << 100) as f32;
 /// Slopes below this are rounded up to it: over the depth R that moves the ray by εR.
 pub(crate) const LEAST_SLOPE: f32 = EPSILON;
 /// More than the relative error of converting between t and τ, and back; and more than by what the
@@ -38,6 +40,27 @@ pub(crate) const CONVERSION: f32 = gamma(16);
 /// The axes in cyclic order, by the one that comes last.
 pub(crate) const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
+/// Where everything is that rays can hit, by which their error bounds go.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Scene {
+    pub(crate) center: Vec3A,
+    /// How far from there things are at most, per axis.
+    pub(crate) half: Vec3A,
+}
+
+impl Scene {
+    /// What is in a box that is not empty.
+    pub(crate) fn new(bounds: &Bounds3) -> Self {
+        Self::around(bounds.center(), bounds)
+    }
+
+    /// The same, with any point in place of the middle.
+    pub(crate) fn around(center: Vec3, bounds: &Bounds3) -> Self {
+        let half = (bounds.max - center).max(center - bounds.min) * (1.0 + 4.0 * EPSILON);
+        Self { center: center.into(), half: half.into() }
+    }
+}
+
 /// A ray with everything that does not depend on the box or primitive it is tested against.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Prepared {
@@ -45,14 +68,12 @@ pub(crate) struct Prepared {
     pub(crate) direction: Vec3,
     /// The axes in cyclic order, the last the one along which the direction is largest.
     pub(crate) axes: [usize; 3],
-    /// Shear: d_kx / d_kz and d_ky / d_kz.
-    pub(crate) shear: [f32; 2],
-    /// Sign of d_kz: 1 or −1.
-    pub(crate) sign: f32,
-    /// |d_kz|.
+    /// |d_axis|.
     pub(crate) scale: f32,
-    /// 1/|d_kz|.
-    pub(crate) inverse_scale: f32,
+    /// d / scale.
+    pub(crate) slopes: Vec3A,
+    /// A bit for each axis along which the ray falls.
+    pub(crate) falls: u32,
     /// |d_kz| / d per axis, at most 1/ε in magnitude, never infinite.
     pub(crate) inverse: Vec3A,
     /// By how much a box is widened on every side before it is tested.
@@ -61,45 +82,47 @@ pub(crate) struct Prepared {
     pub(crate) t_min: f32,
     /// Hits at or after this t do not count.
     pub(crate) t_max: f32,
-    /// Largest coordinate of the origin.
-    pub(crate) origin_size: f32,
 }
 
 impl Prepared {
     /// Prepares a ray for queries in a scene with these bounds; `None` when it cannot hit
     /// anything: no direction, an origin or direction that is not finite, an empty scene.
+    pub(crate) fn new(ray: &Ray, bounds: &Bounds3) -> Option<Self> {
+        if bounds.is_empty() { None } else { Self::in_scene(ray, &Scene::new(bounds)) }
+    }
+
+    /// The same where there is something.
     #[inline(always)]
-    pub(crate) fn new(ray: &Ray, scene: &Bounds3) -> Option<Self> {
+    pub(crate) fn in_scene(ray: &Ray, scene: &Scene) -> Option<Self> {
         let numbers: [f32; 8] = bytemuck::cast(*ray);
         let o = Vec3A::from_vec4(Vec4::from_slice(&numbers[..4]));
         let d = Vec3A::from_vec4(Vec4::from_slice(&numbers[3..7]));
-        let (reach_of_o, size) = (o.abs(), d.abs());
+        let size = d.abs();
         let scale = size.max_element();
-        let in_range = reach_of_o.cmple(Vec3A::splat(LARGEST_COORDINATE));
-        let finite = size.cmple(Vec3A::splat(f32::MAX));
-        if !(in_range & finite).all() || scale == 0.0 || scene.is_empty() {
+        let slopes = d / scale;
+        // Without direction, or with one that is not finite, some slope is not a number.
+        let usable =
+            slopes.abs().cmple(Vec3A::ONE) & o.abs().cmple(Vec3A::splat(LARGEST_COORDINATE));
+        if !usable.all() {
             return None;
         }
-        let axes = AXES[largest_axis(size)];
-        let slope = d / scale;
-        let steep = slope.abs().max(Vec3A::splat(LEAST_SLOPE)).copysign(slope);
-        let slope = slope.to_array();
-        let sign = slope[axes[2]];
-        let to_corners = [scene.min, scene.max].map(|corner| (Vec3A::from(corner) - o).abs());
-        let reach = to_corners[0].max(to_corners[1]).max_element();
+        // Not the inverse of the slopes: this is known sooner, and all queries wait for it.
+        let is_usual = (LEAST_SCALE..=1.0 / LEAST_SCALE).contains(&scale);
+        let inverse = if is_usual { d.recip() * scale } else { unusual_inverse(slopes) };
+        let most = Vec3A::splat(1.0 / LEAST_SLOPE);
+        let inverse = inverse.max(-most).min(most);
+        let reach = (scene.center - o).abs() + scene.half;
         Some(Self {
             origin: ray.origin,
             direction: ray.direction,
-            axes,
-            shear: [slope[axes[0]] * sign, slope[axes[1]] * sign],
-            sign,
+            axes: axes_of(size.cmpeq(Vec3A::splat(scale))),
             scale,
-            inverse_scale: 1.0 / scale,
-            inverse: steep.recip(),
-            pad: (PAD * reach).max(LEAST_PAD),
+            slopes,
+            falls: d.is_negative_bitmask(),
+            inverse,
+            pad: (PAD * reach.max_element()).max(LEAST_PAD),
             t_min: ray.t_min.max(0.0),
             t_max: ray.t_max,
-            origin_size: reach_of_o.max_element(),
         })
     }
 
@@ -135,9 +158,20 @@ pub(crate) fn depth_limit(t: f32, scale: f32) -> f32 {
 /// The least number above 0.
 pub(crate) const LEAST: f32 = f32::from_bits(1);
 
-/// The axis of the largest of three magnitudes, without branches that could go wrong.
+/// What [`Prepared::inverse`] is made of for very short and very long directions.
+#[cold]
+#[inline(never)]
+fn unusual_inverse(slopes: Vec3A) -> Vec3A {
+    slopes.recip()
+}
+
+/// The axes in cyclic order, the last of them along the largest of three magnitudes, by which of these
+/// are as large as that: y before x before z.
 #[inline(always)]
-fn largest_axis(size: Vec3A) -> usize {
-    let [x, y, z] = size.to_array();
-    [usize::from(y >= x), 2][usize::from(z > x.max(y))]
+fn axes_of(largest: BVec3A) -> [usize; 3] {
+    const X: [usize; 3] = AXES[0];
+    const Y: [usize; 3] = AXES[1];
+    const Z: [usize; 3] = AXES[2];
+    static AMONG: [[usize; 3]; 8] = [X, X, Y, Y, Z, X, Y, Y];
+    AMONG[largest.bitmask() as usize % 8]
 }

@@ -77,13 +77,14 @@ pub(crate) fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
     let inverse = 1.0 / det;
     let total = mul_add(w, c[2], mul_add(v, b[2], u * a[2]));
     let depth = total * inverse;
-    let t = depth * ray.inverse_scale;
+    let t = depth * (1.0 / ray.scale);
     let is_plain = same_signs > 0.0 && det.abs() >= LEAST_DET && t.abs() < f32::INFINITY;
     if !is_plain {
         return Verdict::Unclear;
     }
     let across = x + y;
-    let is_distant = nearest > (ray.origin_size + across + (z + z)) * gamma(32);
+    let origin_size = ray.origin.abs().max_element();
+    let is_distant = nearest > (origin_size + across + (z + z)) * gamma(32);
     let error = mul_add(z, across, x * y * 4.0) * z * inverse.abs() * gamma(32);
     if (is_distant || depth > error) && total.abs() >= LEAST_DET {
         return Verdict::Hit(TriangleHit { t, b1: v * inverse, b2: w * inverse });
@@ -209,8 +210,9 @@ const LEAST_SLOPE: f64 = 1e-4;
 pub(crate) fn shear(ray: &Prepared, p: Vec3) -> [f32; 3] {
     let q = (ray.origin - p).to_array();
     let [kx, ky, kz] = ray.axes;
-    let across = |k: usize, slope: f32| mul_add(-slope, q[kz], q[k]);
-    [across(kx, ray.shear[0]), across(ky, ray.shear[1]), q[kz] * -ray.sign]
+    let slopes = ray.slopes.to_array();
+    let across = |k: usize| mul_add(-(slopes[k] * slopes[kz]), q[kz], q[k]);
+    [across(kx), across(ky), q[kz] * -slopes[kz]]
 }
 
 /// Edge function q × p in the plane, with the exact sign.

@@ -10,6 +10,7 @@ use super::{
 use crate::Source;
 use crate::geometry::{Primitive, Sphere, in_range};
 use crate::node::MAX_DEPTH;
+use crate::ray::Scene;
 use crate::serial::codec::{Reader, Writer};
 use crate::serial::{ReadError, ensure, ensure_scene};
 
@@ -24,7 +25,7 @@ const MOST_LEVELS: usize = MAX_DEPTH + 6;
 
 impl WideBvh {
     pub(crate) fn write(&self, w: &mut Writer) {
-        w.vector(self.center);
+        w.vector(self.scene.center.into());
         w.u64(self.nodes.len() as u64);
         for node in &self.nodes {
             node.planes.as_flattened().iter().for_each(|row| w.f32s(row.as_array()));
@@ -58,7 +59,8 @@ impl WideBvh {
         let nodes = many(r, NODE_BYTES, WideNode::read)?;
         let triangles = many(r, TRIANGLES_BYTES, |r| TriangleBlock::read(r, source))?;
         let spheres = many(r, SPHERES_BYTES, |r| SphereBlock::read(r, source))?;
-        let mut bvh = Self { nodes, triangles, spheres, center, stack_size: 0 };
+        let scene = Scene::around(center, bounds);
+        let mut bvh = Self { nodes, triangles, spheres, scene, stack_size: 0 };
         if bvh.nodes.is_empty() {
             ensure(*bounds == Bounds3::EMPTY, "a scene without nodes")?;
             ensure(bvh.triangles.is_empty() && bvh.spheres.is_empty(), "blocks without nodes")?;

@@ -12,6 +12,7 @@ use super::{
 };
 use crate::geometry::{Geometry, Primitive, Sphere};
 use crate::node::Bvh2;
+use crate::ray::Scene;
 
 /// A part of the binary tree.
 #[derive(Clone, Copy)]
@@ -55,7 +56,7 @@ struct Collapse<'a> {
     bvh: &'a Bvh2,
     geometry: &'a Geometry<'a>,
     forests: Forests<'a>,
-    center: Vec3,
+    scene: Scene,
     nodes: Vec<WideNode>,
     /// Where the primitives of each block are in the order of the binary tree, and how many.
     triangles: Vec<(usize, usize)>,
@@ -74,7 +75,7 @@ impl WideBvh {
             bvh,
             geometry,
             forests: Forests::new(bvh, geometry),
-            center: bvh.bounds().center(),
+            scene: Scene::new(&bvh.bounds()),
             nodes: Vec::new(),
             triangles: Vec::new(),
             spheres: Vec::new(),
@@ -82,7 +83,7 @@ impl WideBvh {
         };
         let root = collapse.part(0);
         collapse.push_node(root, 1);
-        let Collapse { forests, center, mut nodes, triangles, spheres, levels, .. } = collapse;
+        let Collapse { forests, scene, mut nodes, triangles, spheres, levels, .. } = collapse;
         nodes.shrink_to_fit();
         // Makes room for the blocks, the largest part of the tree.
         drop(forests);
@@ -93,7 +94,7 @@ impl WideBvh {
             nodes,
             triangles: triangles.collect(),
             spheres: spheres.collect(),
-            center,
+            scene,
             stack_size: stack_size(levels),
         };
         wide.sort_children();
@@ -136,7 +137,8 @@ impl Collapse<'_> {
         let index = self.nodes.len();
         self.nodes.push(empty_node());
         for (slot, part) in parts.parts[..parts.count].iter().enumerate() {
-            self.nodes[index].set_box(slot, relative_bounds(&part.bounds, self.center));
+            self.nodes[index]
+                .set_box(slot, relative_bounds(&part.bounds, self.scene.center.into()));
             let child = match part.content {
                 Content::Run { first, count } if count <= BLOCK => self.push_block(first, count),
                 _ => Child::node(self.push_node(*part, level + 1)),

@@ -17,6 +17,7 @@ use pt_math::Vec3;
 use wide::f32x8;
 
 use crate::geometry::Sphere;
+use crate::ray::Scene;
 
 /// Children per node.
 pub(crate) const WIDTH: usize = 8;
@@ -67,7 +68,7 @@ impl Child {
 #[repr(C, align(64))]
 pub(crate) struct WideNode {
     /// Per axis: least and greatest coordinate of each child's box, relative to
-    /// [`WideBvh::center`] and rounded outward.
+    /// the middle of the scene and rounded outward.
     planes: [[f32x8; 2]; 3],
     children: [Child; WIDTH],
 }
@@ -94,9 +95,9 @@ pub(crate) struct WideBvh {
     nodes: Vec<WideNode>,
     triangles: Vec<TriangleBlock>,
     spheres: Vec<SphereBlock>,
-    /// Boxes are stored relative to this point, the middle of the scene, so that their rounding
-    /// depends on the size of the scene and not on where it is.
-    center: Vec3,
+    /// Boxes are stored relative to the middle of the scene, so that their rounding depends on the
+    /// size of the scene and not on where it is.
+    scene: Scene,
     /// Room for all children that a ray of a batch can put off.
     stack_size: usize,
 }

@@ -7,6 +7,7 @@ use wide::f32x8;
 use super::collapse::{relative_bounds, sphere_block, triangle_block};
 use super::{BLOCK, Child, NO_PRIMITIVE, WIDTH, WideBvh};
 use crate::geometry::Geometry;
+use crate::ray::Scene;
 
 impl WideBvh {
     /// Which primitives are in the tree, of so many.
@@ -34,7 +35,7 @@ impl WideBvh {
         let boxes = triangles.iter().chain(&spheres).copied();
         let scene = boxes.fold(Bounds3::EMPTY, Bounds3::union);
         if !scene.is_empty() {
-            self.center = scene.center();
+            self.scene = Scene::new(&scene);
             self.refit_nodes(&triangles, &spheres);
             self.sort_children();
         }
@@ -57,7 +58,7 @@ impl WideBvh {
                     _ => all[index],
                 };
                 all[i] = all[i].union(bounds);
-                let (low, high) = relative_bounds(&bounds, self.center);
+                let (low, high) = relative_bounds(&bounds, self.scene.center.into());
                 for axis in 0..3 {
                     planes[axis][0][slot] = low[axis];
                     planes[axis][1][slot] = high[axis];

@@ -1,8 +1,9 @@
 //! Queries in the wide tree, with portable vectors of the `wide` crate.
 
 use std::cell::Cell;
+use std::hint::black_box;
 
-use pt_math::{Bounds3, Ray, Vec3, Vec3A};
+use pt_math::{Ray, Vec3A};
 use wide::{f32x8, u32x8};
 
 use super::batch::order::members;
@@ -11,7 +12,7 @@ use super::{BLOCK, Child, Lanes, SphereBlock, TriangleBlock, WIDTH, WideBvh, Wid
 use crate::counter::Counter;
 use crate::geometry::Hit;
 use crate::node::MAX_DEPTH;
-use crate::ray::Prepared;
+use crate::ray::{Prepared, Scene};
 use crate::traverse::Nearest;
 use crate::{sphere, triangle};
 
@@ -87,23 +88,23 @@ pub(super) struct Slabs {
     pub(super) inverse: [f32x8; 3],
     pub(super) near: [f32x8; 3],
     pub(super) far: [f32x8; 3],
-    /// Which of the two planes per axis the ray meets first.
+    /// Per axis [`WIDTH`] if the ray meets the greater planes first, else 0.
     pub(super) first: [usize; 3],
     pub(super) start: f32x8,
 }
 
 impl Slabs {
     #[inline(always)]
-    fn new(ray: &Prepared, center: Vec3) -> Self {
-        let pad = ray.inverse.abs() * ray.pad;
-        let offset = (Vec3A::from(center) - Vec3A::from(ray.origin)) * ray.inverse;
+    fn new(ray: &Prepared, center: Vec3A) -> Self {
+        let pad = Vec3A::splat(ray.pad).copysign(ray.inverse);
+        let to_center = center - Vec3A::from(ray.origin);
         let splat = |v: Vec3A| [f32x8::splat(v.x), f32x8::splat(v.y), f32x8::splat(v.z)];
-        let falls = ray.inverse.is_negative_bitmask() as usize & 7;
+        let falls = ray.falls as usize;
         Self {
             inverse: splat(ray.inverse),
-            near: splat(offset - pad),
-            far: splat(offset + pad),
-            first: [falls & 1, falls >> 1 & 1, falls >> 2],
+            near: splat((to_center - pad) * ray.inverse),
+            far: splat((to_center + pad) * ray.inverse),
+            first: [falls << 3 & WIDTH, falls << 2 & WIDTH, falls << 1 & WIDTH],
             start: f32x8::splat(ray.depth_start()),
         }
     }
@@ -112,13 +113,16 @@ impl Slabs {
     /// `limit`.
     #[inline(always)]
     pub(super) fn test(&self, node: &WideNode, limit: f32x8) -> (f32x8, f32x8) {
+        let planes: &[f32; 6 * WIDTH] = bytemuck::cast_ref(&node.planes);
         let meet = |axis: usize, side: usize, offset: [f32x8; 3]| {
-            node.planes[axis][side & 1].mul_add(self.inverse[axis], offset[axis])
+            let mut row = [0.0; WIDTH];
+            row.copy_from_slice(&planes[2 * WIDTH * axis + (side & WIDTH)..][..WIDTH]);
+            f32x8::new(row).mul_add(self.inverse[axis], offset[axis])
         };
         let [x, y, z] = self.first;
-        let (near_x, far_x) = (meet(0, x, self.near), meet(0, 1 ^ x, self.far));
-        let (near_y, far_y) = (meet(1, y, self.near), meet(1, 1 ^ y, self.far));
-        let (near_z, far_z) = (meet(2, z, self.near), meet(2, 1 ^ z, self.far));
+        let (near_x, far_x) = (meet(0, x, self.near), meet(0, WIDTH ^ x, self.far));
+        let (near_y, far_y) = (meet(1, y, self.near), meet(1, WIDTH ^ y, self.far));
+        let (near_z, far_z) = (meet(2, z, self.near), meet(2, WIDTH ^ z, self.far));
         let near = near_x.fast_max(near_y).fast_max(near_z.fast_max(self.start));
         let far = far_x.fast_min(far_y).fast_min(far_z.fast_min(limit));
         (near, near.simd_le(far))
@@ -137,27 +141,42 @@ pub(super) fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
     })
 }
 
+/// What the triangle test needs that takes a division.
+struct OfRay {
+    slopes: Vec3A,
+    scale: f32,
+}
+
 /// A query on its way: what was asked, and what it has found.
 struct Query<'a, C> {
     asked: &'a Ray,
-    bounds: &'a Bounds3,
+    scene: &'a Scene,
+    axes: [usize; 3],
+    of_ray: &'a OfRay,
+    start: Lanes,
     nearest: Nearest,
     counter: &'a mut C,
 }
 
-impl<C: Counter> Query<'_, C> {
+impl<'a, C: Counter> Query<'a, C> {
+    #[inline(always)]
+    fn new(
+        asked: &'a Ray,
+        scene: &'a Scene,
+        ray: &Prepared,
+        of_ray: &'a OfRay,
+        start: Lanes,
+        counter: &'a mut C,
+    ) -> Self {
+        let (axes, nearest) = (ray.axes, Nearest::new(ray));
+        Self { asked, scene, axes, of_ray, start, nearest, counter }
+    }
+
     /// Whether a primitive of a leaf is hit, and better than what there was.
     #[inline(always)]
-    fn test(
-        &mut self,
-        bvh: &WideBvh,
-        leaf: Child,
-        ray: &Prepared,
-        shear: &Shear,
-        limit: f32,
-    ) -> bool {
+    fn test(&mut self, bvh: &WideBvh, leaf: Child, limit: f32) -> bool {
         if leaf.0 & Child::TRIANGLES != 0 {
-            self.test_triangles(&bvh.triangles[Child::index(leaf.0)], ray, shear, limit)
+            self.test_triangles(&bvh.triangles[Child::index(leaf.0)], limit)
         } else {
             self.test_spheres(&bvh.spheres[Child::index(leaf.0)])
         }
@@ -165,26 +184,25 @@ impl<C: Counter> Query<'_, C> {
 
     /// The same for a block of triangles.
     #[inline(always)]
-    fn test_triangles(
-        &mut self,
-        block: &TriangleBlock,
-        ray: &Prepared,
-        shear: &Shear,
-        limit: f32,
-    ) -> bool {
+    fn test_triangles(&mut self, block: &TriangleBlock, limit: f32) -> bool {
         self.counter.add(|| block.len());
-        let (set, sheared) = shear.filter_block(block, limit);
+        // Otherwise vectors of eight would be made of these before the first node, which takes longer.
+        let (origin, of_ray) = black_box((&self.asked.origin, self.of_ray));
+        let shear = Shear::new(*origin, of_ray.slopes, self.axes, self.start);
+        let (set, sheared) = shear.filter_block(block, Lanes::splat(limit));
         if set == 0 {
             return false;
         }
-        let tested = sheared.test(Lanes::splat(ray.inverse_scale), Lanes::splat(ray.origin_size));
+        let origin_size = Lanes::splat(origin.abs().max_element());
+        let inverse_scale = Lanes::splat(1.0 / of_ray.scale);
+        let tested = sheared.test(inverse_scale, origin_size);
         let mut better = false;
-        if let Some(lane) = tested.nearest(set, ray.t_min, self.nearest.t()) {
+        if let Some(lane) = tested.nearest(set, self.asked.t_min.max(0.0), self.nearest.t()) {
             better = self.nearest.offer(tested.in_lane(lane, &block.ids));
         }
         let unclear = tested.unclear.to_bitmask() & set;
         if unclear != 0 {
-            let confirmed = confirm(self.asked, self.bounds, block, unclear, self.nearest);
+            let confirmed = confirm(self.asked, self.scene, block, unclear, self.nearest);
             better |= confirmed.1;
             self.nearest = confirmed.0;
         }
@@ -208,13 +226,13 @@ impl<C: Counter> Query<'_, C> {
 #[inline(never)]
 fn confirm(
     ray: &Ray,
-    bounds: &Bounds3,
+    scene: &Scene,
     block: &TriangleBlock,
     set: u32,
     mut nearest: Nearest,
 ) -> (Nearest, bool) {
     let mut better = false;
-    let Some(ray) = Prepared::new(ray, bounds) else { return (nearest, false) };
+    let Some(ray) = Prepared::in_scene(ray, scene) else { return (nearest, false) };
     for lane in lanes(set) {
         let corners = block.triangle(lane);
         let sheared = corners.map(|corner| triangle::shear(&ray, corner));
@@ -240,17 +258,15 @@ fn nearest_sphere(ray: &Ray, block: &SphereBlock, mut nearest: Nearest) -> (Near
 }
 
 impl WideBvh {
-    /// The nearest hit. `bounds` is the box of the scene.
-    pub(crate) fn intersect<C: Counter>(
-        &self,
-        asked: &Ray,
-        bounds: &Bounds3,
-        counter: &mut C,
-    ) -> Option<Hit> {
-        let ray = Prepared::new(asked, bounds)?;
-        let slabs = Slabs::new(&ray, self.center);
-        let shear = Shear::new(&ray);
-        let mut query = Query { asked, bounds, nearest: Nearest::new(&ray), counter };
+    /// The nearest hit.
+    pub(crate) fn intersect<C: Counter>(&self, asked: &Ray, counter: &mut C) -> Option<Hit> {
+        if self.nodes.is_empty() {
+            return None;
+        }
+        let ray = Prepared::in_scene(asked, &self.scene)?;
+        let slabs = Slabs::new(&ray, self.scene.center);
+        let of_ray = OfRay { slopes: ray.slopes, scale: ray.scale };
+        let mut query = Query::new(asked, &self.scene, &ray, &of_ray, slabs.start, counter);
         let mut limit = ray.depth_limit(ray.t_max);
         STACK.with(|entries| {
             let mut stack = Stack { entries, len: 0 };
@@ -263,7 +279,7 @@ impl WideBvh {
                         child = next;
                         continue;
                     }
-                } else if query.test(self, child, &ray, &shear, limit) {
+                } else if query.test(self, child, limit) {
                     limit = ray.depth_limit(query.nearest.t());
                 }
                 let Some(next) = stack.pop(limit) else { break };
@@ -274,16 +290,14 @@ impl WideBvh {
     }
 
     /// Whether there is a hit.
-    pub(crate) fn occluded<C: Counter>(
-        &self,
-        asked: &Ray,
-        bounds: &Bounds3,
-        counter: &mut C,
-    ) -> bool {
-        let Some(ray) = Prepared::new(asked, bounds) else { return false };
-        let slabs = Slabs::new(&ray, self.center);
-        let shear = Shear::new(&ray);
-        let mut query = Query { asked, bounds, nearest: Nearest::new(&ray), counter };
+    pub(crate) fn occluded<C: Counter>(&self, asked: &Ray, counter: &mut C) -> bool {
+        if self.nodes.is_empty() {
+            return false;
+        }
+        let Some(ray) = Prepared::in_scene(asked, &self.scene) else { return false };
+        let slabs = Slabs::new(&ray, self.scene.center);
+        let of_ray = OfRay { slopes: ray.slopes, scale: ray.scale };
+        let mut query = Query::new(asked, &self.scene, &ray, &of_ray, slabs.start, counter);
         let limit = ray.depth_limit(ray.t_max);
         CHILDREN.with(|stack| {
             let mut len = 0;
@@ -298,7 +312,7 @@ impl WideBvh {
                         child = node.children[last as usize % WIDTH];
                         continue;
                     }
-                } else if query.test(self, child, &ray, &shear, limit) {
+                } else if query.test(self, child, limit) {
                     return true;
                 }
                 if len == 0 {

@@ -2,11 +2,11 @@
 //! [`triangle`], so the hits have the same bits.
 
 use pt_math::interval::gamma;
+use pt_math::{Vec3, Vec3A};
 
 use super::traverse::lanes;
 use super::{BLOCK, Lanes, TriangleBlock};
 use crate::geometry::Hit;
-use crate::ray::Prepared;
 use crate::triangle;
 
 /// The ray as the triangle filter wants it; or a ray for each lane, if their axes are the same.
@@ -21,22 +21,24 @@ pub(super) struct Shear {
 
 impl Shear {
     #[inline(always)]
-    pub(super) fn new(ray: &Prepared) -> Self {
-        let o = ray.origin.to_array();
-        let [kx, ky, kz] = ray.axes;
+    pub(super) fn new(origin: Vec3, slopes: Vec3A, axes: [usize; 3], start: Lanes) -> Self {
+        let [kx, ky, kz] = axes;
+        let splat = Lanes::splat;
+        let [o, s] = [origin.to_array(), slopes.to_array()];
+        let sign = splat(s[kz]);
         Self {
-            axes: ray.axes,
-            origin: [Lanes::splat(o[kx]), Lanes::splat(o[ky]), Lanes::splat(o[kz])],
-            slopes: [Lanes::splat(ray.shear[0]), Lanes::splat(ray.shear[1])],
-            back: Lanes::splat(-ray.sign),
-            start: Lanes::splat(ray.depth_start()),
+            axes,
+            origin: [splat(o[kx]), splat(o[ky]), splat(o[kz])],
+            slopes: [splat(s[kx]) * sign, splat(s[ky]) * sign],
+            back: -sign,
+            start,
         }
     }
 
     /// A bit for each triangle of a block that the ray may hit; see [`Self::filter`].
     #[inline(always)]
-    pub(super) fn filter_block(&self, block: &TriangleBlock, limit: f32) -> (u32, Sheared) {
-        self.filter(|axis| block.coordinates[axis], Lanes::splat(limit))
+    pub(super) fn filter_block(&self, block: &TriangleBlock, limit: Lanes) -> (u32, Sheared) {
+        self.filter(|axis| block.coordinates[axis], limit)
     }
 
     /// A bit for each lane in which the f32 edge functions do not rule out a hit of the triangle

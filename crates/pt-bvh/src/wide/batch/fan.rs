@@ -140,12 +140,13 @@ impl Corners {
 #[cfg(test)]
 mod tests {
     use bytemuck::Zeroable;
-    use pt_math::{Bounds3, Ray, Rays, Vec3};
+    use pt_math::{Ray, Rays, Vec3};
     use pt_testing::Random;
 
     use super::super::packet::{Beam, PACKET};
     use super::*;
     use crate::Geometry;
+    use crate::ray::Scene;
     use crate::wide::WIDTH;
     use crate::wide::collapse::triangle_block;
 
@@ -177,11 +178,11 @@ mod tests {
             let (positions, rays) = scene(&mut random, i);
             let triangles: Vec<_> = (0..8).map(|k| [k, k + 1, k + 2]).collect();
             let geometry = Geometry { positions: &positions, triangles: &triangles, spheres: &[] };
-            let bounds: Bounds3 = positions.iter().copied().collect();
+            let scene = Scene::new(&positions.iter().copied().collect());
             for first in (0..PACKET).step_by(WIDTH) {
-                group.take(first, Rays::Rows(&rays), first, &bounds, bounds.center());
+                group.take(first, Rays::Rows(&rays), first, &scene);
             }
-            let Some(beam) = Beam::new::<PACKET>(&group, 0, &bounds, bounds.center()) else {
+            let Some(beam) = Beam::new::<PACKET>(&group, 0, &scene) else {
                 continue;
             };
             fans += 1;
@@ -189,7 +190,7 @@ mod tests {
             let block = triangle_block(&geometry, std::array::from_fn(|k| k as u32));
             let met = fan.test(&block, f32::INFINITY).triangles;
             for (place, ray) in rays.iter().enumerate() {
-                let (set, _) = group.shear(place).filter_block(&block, f32::INFINITY);
+                let (set, _) = group.shear(place).filter_block(&block, Lanes::splat(f32::INFINITY));
                 assert_eq!(set & !met, 0, "{i}: {ray:?} {positions:?}");
             }
             kept += met.count_ones();

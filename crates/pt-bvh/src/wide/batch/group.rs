@@ -1,11 +1,11 @@
 //! A group of rays in columns, made ready eight at a time.
 
-use pt_math::{Bounds3, Ray, Ray8, Rays, Vec3};
+use pt_math::{Ray, Ray8, Rays, Vec3};
 use wide::{f32x8, u32x8};
 
 use super::order::LANES;
 use crate::geometry::{Hit, LARGEST_COORDINATE};
-use crate::ray::{AXES, CONVERSION, LEAST_PAD, LEAST_SLOPE, PAD};
+use crate::ray::{AXES, CONVERSION, LEAST_PAD, LEAST_SLOPE, PAD, Scene};
 use crate::wide::traverse::Slabs;
 use crate::wide::triangles::{Shear, Sheared};
 use crate::wide::{NO_PRIMITIVE, WIDTH};
@@ -171,8 +171,7 @@ impl Group {
         first: usize,
         rays: Rays<'_>,
         from: usize,
-        bounds: &Bounds3,
-        center: Vec3,
+        scene: &Scene,
     ) -> Taken {
         let splat = f32x8::splat;
         let [ox, oy, oz, dx, dy, dz, t_min, t_max] = match rays {
@@ -200,7 +199,7 @@ impl Group {
         let has_slabs = !(alike[0] & alike[1]).all();
         if has_slabs {
             let slope = axes.out_of_order([slopes[0], slopes[1], sign]);
-            self.set_slabs(first, o, slope, bounds, center);
+            self.set_slabs(first, o, slope, scene);
         }
 
         let t_min = t_min.max(f32x8::ZERO);
@@ -228,38 +227,29 @@ impl Group {
 
     /// Makes the eight rays from `first` on, which [`Self::take`] has taken, ready for the boxes.
     #[inline]
-    pub(super) fn take_slabs(&mut self, first: usize, bounds: &Bounds3, center: Vec3) {
+    pub(super) fn take_slabs(&mut self, first: usize, scene: &Scene) {
         let axis = of_eight(&self.axis, first);
         let [is_y, is_z] = [0, 1].map(|k| from_bits(axis.simd_eq(bit(k))));
         let axes = Axes { is_y, is_z };
         let origin = axes.out_of_order(self.origin.each_ref().map(|column| eight(column, first)));
         let sign = -eight(&self.back, first);
         let [a, b] = self.slopes.each_ref().map(|column| eight(column, first) * sign);
-        self.set_slabs(first, origin, axes.out_of_order([a, b, sign]), bounds, center);
+        self.set_slabs(first, origin, axes.out_of_order([a, b, sign]), scene);
     }
 
-    /// The operations of `Slabs::new`, which give the same bits.
+    /// What `Slabs::new` has, but for rounding.
     #[inline(always)]
-    fn set_slabs(
-        &mut self,
-        first: usize,
-        origin: [f32x8; 3],
-        slope: [f32x8; 3],
-        bounds: &Bounds3,
-        center: Vec3,
-    ) {
+    fn set_slabs(&mut self, first: usize, origin: [f32x8; 3], slope: [f32x8; 3], scene: &Scene) {
         let splat = f32x8::splat;
         let steep = slope.map(|x| copysign(x.abs().fast_max(splat(LEAST_SLOPE)), x));
         let inverse = steep.map(|x| splat(1.0) / x);
-        let reach = [0, 1, 2].map(|k: usize| {
-            let far = |plane: f32| (splat(plane) - origin[k]).abs();
-            far(bounds.max[k]).fast_max(far(bounds.min[k]))
-        });
+        let to_center = [0, 1, 2].map(|k: usize| splat(scene.center[k]) - origin[k]);
+        let reach = [0, 1, 2].map(|k: usize| to_center[k].abs() + scene.half[k]);
         let reach = reach[0].fast_max(reach[1]).fast_max(reach[2]);
         let pad = (splat(PAD) * reach).fast_max(splat(LEAST_PAD));
         for k in 0..3 {
             let pad = inverse[k].abs() * pad;
-            let offset = -(origin[k] - splat(center[k])) * inverse[k];
+            let offset = to_center[k] * inverse[k];
             set_column(&mut self.inverse[k], first, inverse[k]);
             set_column(&mut self.near[k], first, offset - pad);
             set_column(&mut self.far[k], first, offset + pad);
@@ -283,7 +273,7 @@ impl Group {
             inverse: self.inverse.each_ref().map(splat),
             near: self.near.each_ref().map(splat),
             far: self.far.each_ref().map(splat),
-            first: [0, 1, 2].map(|k| octant >> k & 1),
+            first: [0, 1, 2].map(|k| octant << (3 - k) & WIDTH),
             start: splat(&self.start),
         }
     }

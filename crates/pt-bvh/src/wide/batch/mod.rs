@@ -23,7 +23,7 @@ use std::cell::RefCell;
 use std::ops::Range;
 
 use bytemuck::Zeroable;
-use pt_math::{Bounds3, Ray, Rays};
+use pt_math::{Ray, Rays};
 use wide::{f32x8, u32x8};
 
 use self::candidates::{BLOCKS, Candidates};
@@ -160,12 +160,11 @@ impl WideBvh {
     pub(crate) fn intersect_batch(
         &self,
         rays: Rays<'_>,
-        bounds: &Bounds3,
         hits: &mut Vec<Option<Hit>>,
         counter: &mut impl Counter,
     ) {
         hits.resize(rays.len(), None);
-        self.batch::<false>(rays, bounds, counter, |group, place, section| {
+        self.batch::<false>(rays, counter, |group, place, section| {
             let eights = hits[section].chunks_mut(WIDTH);
             for (first, hits) in (place..).step_by(WIDTH).zip(eights) {
                 if group.have_hits(first) {
@@ -181,12 +180,11 @@ impl WideBvh {
     pub(crate) fn occluded_batch(
         &self,
         rays: Rays<'_>,
-        bounds: &Bounds3,
         occluded: &mut Vec<bool>,
         counter: &mut impl Counter,
     ) {
         occluded.resize(rays.len(), false);
-        self.batch::<true>(rays, bounds, counter, |group, place, section| {
+        self.batch::<true>(rays, counter, |group, place, section| {
             (place..).zip(&mut occluded[section]).for_each(|(i, any)| *any = group.has_hit(i));
         });
     }
@@ -196,7 +194,6 @@ impl WideBvh {
     fn batch<const ANY: bool>(
         &self,
         rays: Rays<'_>,
-        bounds: &Bounds3,
         counter: &mut impl Counter,
         mut done: impl FnMut(&Group, usize, Range<usize>),
     ) {
@@ -212,7 +209,7 @@ impl WideBvh {
                         done(group, section * SECTION, finished);
                         sections.refill(section);
                         let parts = Parts { group, stacks, pause, queues: now };
-                        let active = self.start::<ANY>(parts, &sections, section, bounds, counter);
+                        let active = self.start::<ANY>(parts, &sections, section, counter);
                         sections.set_active(section, active);
                     }
                 }
@@ -240,7 +237,6 @@ impl WideBvh {
         parts: Parts<'_>,
         sections: &Sections<'_>,
         section: usize,
-        bounds: &Bounds3,
         counter: &mut impl Counter,
     ) -> usize {
         let Parts { group, stacks, pause, queues } = parts;
@@ -249,7 +245,7 @@ impl WideBvh {
         let mut usable = 0u64;
         let mut has_slabs = [false; SECTION / WIDTH];
         for first in (0..rays.len()).step_by(WIDTH) {
-            let taken = group.take(place + first, rays, first, bounds, self.center);
+            let taken = group.take(place + first, rays, first, &self.scene);
             usable |= u64::from(taken.usable) << first;
             has_slabs[first / WIDTH] = taken.has_slabs;
             group.reset_stacks(place + first, self.stack_size);
@@ -259,7 +255,7 @@ impl WideBvh {
         }
         if *pause == 0
             && usable == u64::MAX
-            && let Some(beam) = Beam::new::<SECTION>(group, place, bounds, self.center)
+            && let Some(beam) = Beam::new::<SECTION>(group, place, &self.scene)
         {
             let tests = self.trace::<ANY, SECTION>(group, stacks, &beam, place, sections, counter);
             *pause = if tests > MOST { PAUSE } else { 0 };
@@ -270,7 +266,7 @@ impl WideBvh {
             let usable = (usable >> first) as u32 & ((1 << PACKET) - 1);
             let at = place + first;
             if usable.count_ones() as usize == PACKET
-                && let Some(beam) = Beam::new::<PACKET>(group, at, bounds, self.center)
+                && let Some(beam) = Beam::new::<PACKET>(group, at, &self.scene)
             {
                 self.trace::<ANY, PACKET>(group, stacks, &beam, at, sections, counter);
                 *pause = pause.saturating_sub(1);
@@ -278,7 +274,7 @@ impl WideBvh {
             }
             for eight in (first..first + PACKET).step_by(WIDTH) {
                 if !has_slabs[eight / WIDTH] {
-                    group.take_slabs(place + eight, bounds, self.center);
+                    group.take_slabs(place + eight, &self.scene);
                 }
             }
             let sent = (0..PACKET).filter(|i| usable >> i & 1 == 1);
@@ -331,7 +327,8 @@ impl WideBvh {
                 let i = i as usize % GROUP;
                 let block = &self.triangles[Child::index(group.child[i])];
                 counter.add(|| block.len());
-                let (set, sheared) = group.shear(i).filter_block(block, group.limit[i]);
+                let (set, sheared) =
+                    group.shear(i).filter_block(block, f32x8::splat(group.limit[i]));
                 candidates.add(u32x8::splat(i as u32), u32x8::new(block.ids), set, &sheared);
             }
             candidates.test(group, sections, &self.triangles);

@@ -9,7 +9,7 @@
 //! slopes, and the greatest pad among them. It rounds a difference and a product, which is less
 //! than the pad allows for; so a beam misses no box in which one of its rays has a hit.
 
-use pt_math::{Bounds3, Vec3};
+use pt_math::Vec3;
 use wide::{f32x8, u32x8};
 
 use super::fan::{Fan, Met};
@@ -17,7 +17,7 @@ use super::group::{Column, Group, eight, of_eight};
 use super::section::Sections;
 use super::{Queues, Stacks};
 use crate::counter::Counter;
-use crate::ray::{AXES, LEAST_PAD, LEAST_SLOPE, PAD};
+use crate::ray::{AXES, LEAST_PAD, LEAST_SLOPE, PAD, Scene};
 use crate::wide::traverse::lanes;
 use crate::wide::triangles::Sheared;
 use crate::wide::{Child, TriangleBlock, WIDTH, WideBvh};
@@ -33,8 +33,8 @@ pub(super) const PAUSE: u32 = 128;
 /// Rays whose slopes differ by more are faster on their own.
 const WIDEST: f32 = 0.25;
 
-/// The same for their origins, as a part of the scene's extent.
-const FARTHEST: f32 = 0.02;
+/// The same for their origins, as a part of half of the scene's extent.
+const FARTHEST: f32 = 0.04;
 
 /// Where the rays of a packet are.
 pub(super) struct Beam {
@@ -75,12 +75,7 @@ fn is_uniform<const N: usize>(column: &Column<u32>, first: usize) -> bool {
 impl Beam {
     /// The beam of the `N` rays from place `first` on, if they run side by side.
     #[inline(always)]
-    pub(super) fn new<const N: usize>(
-        group: &Group,
-        first: usize,
-        bounds: &Bounds3,
-        center: Vec3,
-    ) -> Option<Self> {
+    pub(super) fn new<const N: usize>(group: &Group, first: usize, scene: &Scene) -> Option<Self> {
         if !is_uniform::<N>(&group.octant, first) || !is_uniform::<N>(&group.axis, first) {
             return None;
         }
@@ -95,7 +90,7 @@ impl Beam {
         };
         let (least, greatest) = (extremes(f32x8::fast_min), extremes(f32x8::fast_max));
         let slopes_apart = (greatest[3] - least[3]).max(greatest[4] - least[4]);
-        let extent = (bounds.max - bounds.min).max_element();
+        let (center, half) = (Vec3::from(scene.center), Vec3::from(scene.half));
         let axes = AXES[group.axis[first] as usize % AXES.len()];
         // Origins and slopes are in the cyclic order of the axes.
         let (mut low, mut high) = (Vec3::ZERO, Vec3::ZERO);
@@ -109,11 +104,10 @@ impl Beam {
             flattest[axes[place]] = a.min(b);
             steepest[axes[place]] = a.max(b);
         }
-        if slopes_apart > WIDEST || (high - low).max_element() > FARTHEST * extent {
+        if slopes_apart > WIDEST || (high - low).max_element() > FARTHEST * half.max_element() {
             return None;
         }
-        let reach = (bounds.max - low).abs().max((bounds.max - high).abs());
-        let reach = reach.max((bounds.min - low).abs()).max((bounds.min - high).abs());
+        let reach = (center - low).abs().max((center - high).abs()) + half;
         let pad = (PAD * reach.max_element()).max(LEAST_PAD);
         let octant = group.octant[first] as usize;
         let falls = [0, 1, 2].map(|k| (octant >> k) & 1);
@@ -230,7 +224,7 @@ impl WideBvh {
         [0, 1, 2].map(|k: usize| {
             let [a, b, c] = block.coordinates[k];
             let low_and_high = [a.fast_min(b).fast_min(c), a.fast_max(b).fast_max(c)];
-            low_and_high.map(|x| x - f32x8::splat(self.center[k]))
+            low_and_high.map(|x| x - f32x8::splat(self.scene.center[k]))
         })
     }
 }
