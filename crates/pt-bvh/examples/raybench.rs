@@ -120,7 +120,7 @@ fn run(options: &Options) -> Result<serde_json::Value, String> {
         "triangles": triangles.len(),
         "rays": rays.len(),
         "hits": records.iter().filter(|record| record.0 >= 0).count(),
-        "kernel": kernel(&bvh),
+        "kernel": bvh.kernel(),
         "query": if options.occluded { "occluded" } else { "intersect" },
         "batch": options.batch,
         "threads": options.threads,
@@ -128,11 +128,6 @@ fn run(options: &Options) -> Result<serde_json::Value, String> {
         "bytes": bvh.statistics().bytes,
         "mrays_per_second": rays.len() as f64 / seconds * 1e-6,
     }))
-}
-
-/// Which kernel answers the queries of a tree.
-fn kernel(_: &Bvh) -> &'static str {
-    "wide"
 }
 
 /// The least time of a pass in seconds, and what the rays hit.

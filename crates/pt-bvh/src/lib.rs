@@ -331,6 +331,27 @@ impl Bvh {
         self.source.primitives() as usize
     }
 
+    /// What answers queries: a loop over all primitives (`list`), or a tree for vectors of eight
+    /// numbers (`avx2`, or `portable` in builds without it), and of sixteen where the processor has
+    /// them (`avx512`).
+    pub fn kernel(&self) -> &'static str {
+        match &self.kernel {
+            Kernel::List(_) => "list",
+            Kernel::Wide(wide) if wide.has_avx512() => "avx512",
+            Kernel::Wide(_) if cfg!(target_feature = "avx2") => "avx2",
+            Kernel::Wide(_) => "portable",
+        }
+    }
+
+    /// The same as on a processor without AVX-512.
+    #[cfg(test)]
+    fn without_avx512(mut self) -> Self {
+        if let Kernel::Wide(wide) = &mut self.kernel {
+            wide.leave_out_avx512();
+        }
+        self
+    }
+
     /// Numbers about the tree.
     pub fn statistics(&self) -> Statistics {
         self.statistics

@@ -156,7 +156,8 @@ fn agreed(soup: &Soup, ray: &Ray, kernels: &[Bvh], trees: &[Bvh2]) -> Result<Opt
 fn batches_agree(kernels: &[Bvh], rays: &[Ray]) -> Result<(), String> {
     let columns: RayColumns = rays.iter().copied().collect();
     let (mut hits, mut occluded) = (Vec::new(), Vec::new());
-    for (k, kernel) in kernels.iter().enumerate() {
+    let and_without = |kernel: &Bvh| [kernel.clone(), kernel.clone().without_avx512()];
+    for (k, kernel) in kernels.iter().flat_map(and_without).enumerate() {
         kernel.intersect_batch(rays, &mut hits);
         kernel.occluded_batch(rays, &mut occluded);
         let mut counted = (Vec::new(), Vec::new(), 0);

@@ -3,6 +3,7 @@
 use pt_math::{Bounds3, Vec3};
 use wide::f32x8;
 
+use super::batch::has_avx512;
 use super::collapse::stack_size;
 use super::{
     BLOCK, Child, Lanes, NO_PRIMITIVE, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
@@ -60,7 +61,8 @@ impl WideBvh {
         let triangles = many(r, TRIANGLES_BYTES, |r| TriangleBlock::read(r, source))?;
         let spheres = many(r, SPHERES_BYTES, |r| SphereBlock::read(r, source))?;
         let scene = Scene::around(center, bounds);
-        let mut bvh = Self { nodes, triangles, spheres, scene, stack_size: 0 };
+        let mut bvh =
+            Self { nodes, triangles, spheres, scene, stack_size: 0, has_avx512: has_avx512() };
         if bvh.nodes.is_empty() {
             ensure(*bounds == Bounds3::EMPTY, "a scene without nodes")?;
             ensure(bvh.triangles.is_empty() && bvh.spheres.is_empty(), "blocks without nodes")?;

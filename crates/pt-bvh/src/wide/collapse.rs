@@ -5,7 +5,7 @@ use pt_math::{Bounds3, Vec3};
 use rayon::prelude::*;
 use wide::f32x8;
 
-use super::batch::STACK_MARGIN;
+use super::batch::{STACK_MARGIN, has_avx512};
 use super::forest::Forests;
 use super::{
     BLOCK, Child, Lanes, NO_PRIMITIVE, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
@@ -96,6 +96,7 @@ impl WideBvh {
             spheres: spheres.collect(),
             scene,
             stack_size: stack_size(levels),
+            has_avx512: has_avx512(),
         };
         wide.sort_children();
         wide

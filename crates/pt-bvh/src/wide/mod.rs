@@ -100,9 +100,21 @@ pub(crate) struct WideBvh {
     scene: Scene,
     /// Room for all children that a ray of a batch can put off.
     stack_size: usize,
+    /// Whether packets test triangles by AVX-512: where the processor has it.
+    has_avx512: bool,
 }
 
 impl WideBvh {
+    /// Whether packets test triangles by AVX-512.
+    pub(crate) fn has_avx512(&self) -> bool {
+        self.has_avx512
+    }
+
+    #[cfg(test)]
+    pub(crate) fn leave_out_avx512(&mut self) {
+        self.has_avx512 = false;
+    }
+
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(self.nodes.as_slice())
             + size_of_val(self.triangles.as_slice())

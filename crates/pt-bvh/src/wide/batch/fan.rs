@@ -112,14 +112,16 @@ pub(super) struct Corners {
 }
 
 impl Met {
+    /// From the vertices of the triangle in a lane to the origin: vertex, axis.
+    #[inline(always)]
+    pub(super) fn to_origin(&self, lane: usize) -> [[f32; 3]; 3] {
+        self.corners.each_ref().map(|corner| corner.each_ref().map(|x| x.as_array()[lane % BLOCK]))
+    }
+
     /// The triangle in a lane.
     #[inline(always)]
     pub(super) fn corners(&self, lane: usize) -> Corners {
-        let corner = |v: usize| {
-            let [x, y, z] = &self.corners[v];
-            [x, y, z].map(|x| Lanes::splat(x.as_array()[lane % BLOCK]))
-        };
-        let corners @ [a, b, c] = [corner(0), corner(1), corner(2)];
+        let corners @ [a, b, c] = self.to_origin(lane).map(|corner| corner.map(Lanes::splat));
         Corners { corners, depths: [a[2] * self.back, b[2] * self.back, c[2] * self.back] }
     }
 }

@@ -44,9 +44,9 @@ pub(super) struct Group {
     pub(super) origin_size: Column,
     pub(super) t_min: Column,
     /// The nearest hit: at first t is `t_max`, and the primitive [`NO_PRIMITIVE`].
-    t: Column,
-    barycentric: [Column; 2],
-    primitive: Column<u32>,
+    pub(super) t: Column,
+    pub(super) barycentric: [Column; 2],
+    pub(super) primitive: Column<u32>,
     /// What the ray visits next.
     pub(super) child: Column<u32>,
     /// The first free entry above its stack.

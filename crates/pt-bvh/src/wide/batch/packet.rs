@@ -185,11 +185,11 @@ impl WideBvh {
                     let packet = Packet { first, looking, sections, block };
                     let (met, any) = if let Some(fan) = &beam.fan {
                         let met = fan.test(block, limit);
-                        (met.triangles, group.test_fan::<ANY>(packet, &met))
+                        (met.triangles, self.test_fan::<ANY>(group, packet, &met))
                     } else {
                         let (_, met) = beam.test(&self.boxes(block), limit);
                         let met = met.to_bitmask();
-                        (met, group.test_triangles::<ANY>(packet, met))
+                        (met, self.test_triangles::<ANY>(group, packet, met))
                     };
                     tests += met.count_ones();
                     counter.add(|| u64::from(met.count_ones()) * N as u64);
@@ -218,6 +218,36 @@ impl WideBvh {
         tests
     }
 
+    /// The rays of a packet, which have one origin, test the triangles that they may meet; whether
+    /// any passed the filter.
+    #[inline(always)]
+    fn test_fan<const ANY: bool>(&self, group: &mut Group, packet: Packet<'_>, met: &Met) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        if self.has_avx512 {
+            // SAFETY: the processor has it.
+            #[expect(unsafe_code, reason = "the kernel is compiled for other processors too")]
+            return unsafe { group.test_fan_by_sixteen::<ANY>(packet, met) };
+        }
+        group.test_fan::<ANY>(packet, met)
+    }
+
+    /// The same for rays that have the same axis.
+    #[inline(always)]
+    fn test_triangles<const ANY: bool>(
+        &self,
+        group: &mut Group,
+        packet: Packet<'_>,
+        triangles: u32,
+    ) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        if self.has_avx512 {
+            // SAFETY: the processor has it.
+            #[expect(unsafe_code, reason = "the kernel is compiled for other processors too")]
+            return unsafe { group.test_triangles_by_sixteen::<ANY>(packet, triangles) };
+        }
+        group.test_triangles::<ANY>(packet, triangles)
+    }
+
     /// The boxes of a block's triangles, in the form of a node's.
     #[inline(always)]
     fn boxes(&self, block: &TriangleBlock) -> [[f32x8; 2]; 3] {
@@ -231,13 +261,13 @@ impl WideBvh {
 
 /// The rays of a packet that look for hits in a block of triangles.
 #[derive(Clone, Copy)]
-struct Packet<'a> {
+pub(super) struct Packet<'a> {
     /// Place of the first ray.
-    first: usize,
+    pub(super) first: usize,
     /// A bit for each eight rays that look.
-    looking: u32,
-    sections: &'a Sections<'a>,
-    block: &'a TriangleBlock,
+    pub(super) looking: u32,
+    pub(super) sections: &'a Sections<'a>,
+    pub(super) block: &'a TriangleBlock,
 }
 
 impl Packet<'_> {

@@ -1,0 +1,357 @@
+//! The triangle test of packets by AVX-512: a triangle against sixteen rays at once. The operations
+//! are those of [`Sheared`](crate::wide::triangles::Sheared) and [`Group::test`], so the hits have the
+//! same bits.
+
+use std::arch::x86_64::{
+    __m512, __m512i, __mmask16, _CMP_EQ_OQ, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ,
+    _mm512_abs_ps, _mm512_add_ps, _mm512_cmp_ps_mask, _mm512_cmpneq_epi32_mask, _mm512_div_ps,
+    _mm512_fmadd_ps, _mm512_fmsub_ps, _mm512_fnmadd_ps, _mm512_loadu_epi32, _mm512_loadu_ps,
+    _mm512_mask_cmp_ps_mask, _mm512_mask_cmplt_epu32_mask, _mm512_mask_storeu_epi32,
+    _mm512_mask_storeu_ps, _mm512_max_ps, _mm512_min_ps, _mm512_mul_ps, _mm512_set1_epi32,
+    _mm512_set1_ps, _mm512_setzero_ps, _mm512_sub_ps,
+};
+
+use pt_math::Vec3;
+use pt_math::interval::gamma;
+
+use super::fan::Met;
+use super::group::{Column, Group};
+use super::packet::Packet;
+use super::section::SECTION;
+use crate::ray::CONVERSION;
+use crate::wide::traverse::lanes;
+use crate::wide::{NO_PRIMITIVE, WIDTH};
+use crate::{ray, triangle};
+
+/// Rays that are tested at once.
+const SIXTEEN: usize = 2 * WIDTH;
+
+/// Whether the processor has what the functions here are compiled for, and the rest of the build fused
+/// multiply-add, which they have.
+pub(super) fn is_available() -> bool {
+    triangle::IS_FUSED && is_x86_feature_detected!("avx512f")
+}
+
+/// A column's numbers of sixteen rays.
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn load(column: &Column, first: usize) -> __m512 {
+    let numbers = &column[first..first + SIXTEEN];
+    // SAFETY: sixteen numbers are there, and they need not be aligned.
+    #[expect(unsafe_code, reason = "loads of vectors take pointers")]
+    unsafe {
+        _mm512_loadu_ps(numbers.as_ptr())
+    }
+}
+
+/// The same of a column of integers.
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn load_bits(column: &Column<u32>, first: usize) -> __m512i {
+    let numbers = &column[first..first + SIXTEEN];
+    // SAFETY: sixteen numbers are there, and they need not be aligned.
+    #[expect(unsafe_code, reason = "loads of vectors take pointers")]
+    unsafe {
+        _mm512_loadu_epi32(numbers.as_ptr().cast())
+    }
+}
+
+/// Changes those of sixteen numbers that are in a set.
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn store(numbers: &mut [f32; SIXTEEN], set: __mmask16, x: __m512) {
+    // SAFETY: sixteen numbers are there, and they need not be aligned.
+    #[expect(unsafe_code, reason = "stores of vectors take pointers")]
+    unsafe {
+        _mm512_mask_storeu_ps(numbers.as_mut_ptr(), set, x);
+    }
+}
+
+/// The same in a column.
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn store_column(column: &mut Column, first: usize, set: __mmask16, x: __m512) {
+    if let Some(numbers) = column[first..].first_chunk_mut() {
+        store(numbers, set, x);
+    }
+}
+
+/// The same in a column of integers.
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn store_bits(column: &mut Column<u32>, first: usize, set: __mmask16, x: __m512i) {
+    let numbers = &mut column[first..first + SIXTEEN];
+    // SAFETY: sixteen numbers are there, and they need not be aligned.
+    #[expect(unsafe_code, reason = "stores of vectors take pointers")]
+    unsafe {
+        _mm512_mask_storeu_epi32(numbers.as_mut_ptr().cast(), set, x);
+    }
+}
+
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn least([a, b, c]: [__m512; 3]) -> __m512 {
+    _mm512_min_ps(_mm512_min_ps(a, b), c)
+}
+
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn greatest([a, b, c]: [__m512; 3]) -> __m512 {
+    _mm512_max_ps(_mm512_max_ps(a, b), c)
+}
+
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn same_signs(x: [__m512; 3]) -> __m512 {
+    _mm512_mul_ps(least(x), greatest(x))
+}
+
+/// Sheared vertices of a triangle, as sixteen rays see it: vertex, axis.
+struct Sheared([[__m512; 3]; 3]);
+
+impl Sheared {
+    /// The vertices in a lane.
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn triangle(&self, lane: usize) -> [[f32; 3]; 3] {
+        let mut triangle = [[0.0; 3]; 3];
+        for (to, from) in triangle.as_flattened_mut().iter_mut().zip(self.0.as_flattened()) {
+            let mut numbers = [0.0; SIXTEEN];
+            store(&mut numbers, !0, *from);
+            *to = numbers[lane % SIXTEEN];
+        }
+        triangle
+    }
+
+    /// The edge functions, rounded as in the filter.
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn edges(&self) -> [__m512; 3] {
+        let [[ax, ay, _], [bx, by, _], [cx, cy, _]] = self.0;
+        [
+            _mm512_sub_ps(_mm512_mul_ps(cx, by), _mm512_mul_ps(cy, bx)),
+            _mm512_sub_ps(_mm512_mul_ps(ax, cy), _mm512_mul_ps(ay, cx)),
+            _mm512_sub_ps(_mm512_mul_ps(bx, ay), _mm512_mul_ps(by, ax)),
+        ]
+    }
+
+    /// The edge functions by [`triangle::difference_of_products`].
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn exact_edges(&self) -> [__m512; 3] {
+        let [[ax, ay, _], [bx, by, _], [cx, cy, _]] = self.0;
+        [difference(cx, by, cy, bx), difference(ax, cy, ay, cx), difference(bx, ay, by, ax)]
+    }
+
+    /// The least and the greatest depth of a vertex.
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn depths(&self) -> (__m512, __m512) {
+        let [[.., a], [.., b], [.., c]] = self.0;
+        (least([a, b, c]), greatest([a, b, c]))
+    }
+
+    /// The rays that may hit the triangle between their start and their limit.
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn may_be_hit(&self, start: __m512, limit: __m512) -> __mmask16 {
+        let (nearest, farthest) = self.depths();
+        let inside =
+            _mm512_cmp_ps_mask::<_CMP_GE_OQ>(same_signs(self.edges()), _mm512_setzero_ps());
+        let before = _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(inside, nearest, limit);
+        _mm512_mask_cmp_ps_mask::<_CMP_GE_OQ>(before, farthest, start)
+    }
+}
+
+/// a·b − c·d; see [`triangle::difference_of_products`].
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn difference(a: __m512, b: __m512, c: __m512, d: __m512) -> __m512 {
+    let product = _mm512_mul_ps(c, d);
+    _mm512_add_ps(_mm512_fmsub_ps(a, b, product), _mm512_fnmadd_ps(c, d, product))
+}
+
+/// What single precision says about sixteen rays and a triangle.
+struct Tested {
+    hit: __mmask16,
+    unclear: __mmask16,
+    t: __m512,
+    barycentric: [__m512; 2],
+}
+
+impl Sheared {
+    /// The operations of [`triangle::judge`].
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn test(&self, inverse_scale: __m512, origin_size: __m512) -> Tested {
+        let splat = |x: f32| _mm512_set1_ps(x);
+        let [a, b, c] = self.0;
+        let edges @ [u, v, w] = self.exact_edges();
+        let x = greatest([_mm512_abs_ps(a[0]), _mm512_abs_ps(b[0]), _mm512_abs_ps(c[0])]);
+        let y = greatest([_mm512_abs_ps(a[1]), _mm512_abs_ps(b[1]), _mm512_abs_ps(c[1])]);
+        let (nearest, farthest) = self.depths();
+        let minus = |x: __m512| _mm512_sub_ps(splat(-0.0), x);
+        let z = _mm512_max_ps(farthest, minus(nearest));
+        let det = _mm512_add_ps(_mm512_add_ps(u, v), w);
+        let inverse = _mm512_div_ps(splat(1.0), det);
+        let total = _mm512_fmadd_ps(w, c[2], _mm512_fmadd_ps(v, b[2], _mm512_mul_ps(u, a[2])));
+        let depth = _mm512_mul_ps(total, inverse);
+        let t = _mm512_mul_ps(depth, inverse_scale);
+        let (least, sides) = (splat(triangle::LEAST_DET), same_signs(edges));
+        let plain = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(sides, splat(0.0));
+        let plain = _mm512_mask_cmp_ps_mask::<_CMP_GE_OQ>(plain, _mm512_abs_ps(det), least);
+        let plain =
+            _mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(plain, _mm512_abs_ps(t), splat(f32::INFINITY));
+
+        let across = _mm512_add_ps(x, y);
+        let size = _mm512_add_ps(_mm512_add_ps(origin_size, across), _mm512_add_ps(z, z));
+        let margin = _mm512_mul_ps(size, splat(gamma(32)));
+        let area = _mm512_mul_ps(_mm512_mul_ps(x, y), splat(4.0));
+        let spread = _mm512_mul_ps(_mm512_fmadd_ps(z, across, area), z);
+        let error = _mm512_mul_ps(_mm512_mul_ps(spread, _mm512_abs_ps(inverse)), splat(gamma(32)));
+        let ahead = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(nearest, margin)
+            | _mm512_cmp_ps_mask::<_CMP_GT_OQ>(depth, error);
+        let hit = _mm512_mask_cmp_ps_mask::<_CMP_GE_OQ>(plain & ahead, _mm512_abs_ps(total), least);
+        let behind = _mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(plain, depth, minus(error));
+        let outside = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(sides, splat(0.0));
+        let barycentric = [_mm512_mul_ps(v, inverse), _mm512_mul_ps(w, inverse)];
+        Tested { hit, unclear: !(hit | behind | outside), t, barycentric }
+    }
+}
+
+impl Packet<'_> {
+    /// The places of each sixteen rays of which some look.
+    #[inline]
+    fn sixteens(&self) -> impl Iterator<Item = usize> + use<> {
+        let (first, looking) = (self.first, self.looking);
+        let places = (0..SECTION / SIXTEEN).filter(move |k| looking >> (2 * k) & 3 != 0);
+        places.map(move |k| first + k * SIXTEEN)
+    }
+}
+
+impl Group {
+    /// [`Group::test`] of sixteen rays.
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn test_sixteen<const ANY: bool>(
+        &mut self,
+        first: usize,
+        set: __mmask16,
+        sheared: &Sheared,
+        id: u32,
+    ) -> __mmask16 {
+        let (inverse_scale, origin_size) =
+            (load(&self.inverse_scale, first), load(&self.origin_size, first));
+        let Tested { hit, unclear, t, barycentric } = sheared.test(inverse_scale, origin_size);
+        let (old_t, old) = (load(&self.t, first), load_bits(&self.primitive, first));
+        let new = _mm512_set1_epi32(id.cast_signed());
+        let any = _mm512_cmpneq_epi32_mask(old, _mm512_set1_epi32(NO_PRIMITIVE.cast_signed()));
+        let lower = _mm512_mask_cmplt_epu32_mask(any, new, old);
+        let nearer = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(t, old_t)
+            | _mm512_mask_cmp_ps_mask::<_CMP_EQ_OQ>(lower, t, old_t);
+        let better = hit & set & nearer;
+        let better = _mm512_mask_cmp_ps_mask::<_CMP_GT_OQ>(better, t, load(&self.t_min, first));
+        store_bits(&mut self.primitive, first, better, new);
+        if !ANY {
+            let limit = depth_limit(t, load(&self.scale, first));
+            let [b1, b2] = barycentric;
+            let [column1, column2] = &mut self.barycentric;
+            store_column(&mut self.t, first, better, t);
+            store_column(column1, first, better, b1);
+            store_column(column2, first, better, b2);
+            store_column(&mut self.limit, first, better, limit);
+        }
+        unclear & set
+    }
+
+    /// The rays of a packet, which have one origin, test the triangles that they may meet; whether
+    /// any passed the filter.
+    #[target_feature(enable = "avx512f")]
+    pub(super) fn test_fan_by_sixteen<const ANY: bool>(
+        &mut self,
+        packet: Packet<'_>,
+        met: &Met,
+    ) -> bool {
+        let Packet { sections, block, .. } = packet;
+        let back = _mm512_set1_ps(self.back[packet.first]);
+        let mut any = false;
+        for lane in lanes(met.triangles) {
+            let [a, b, c] = met.to_origin(lane).map(|corner| corner.map(|x| _mm512_set1_ps(x)));
+            let id = block.ids[lane % WIDTH];
+            for first in packet.sixteens() {
+                let slopes = [load(&self.slopes[0], first), load(&self.slopes[1], first)];
+                let vertex = |[x, y, z]: [__m512; 3]| {
+                    [
+                        _mm512_fnmadd_ps(slopes[0], z, x),
+                        _mm512_fnmadd_ps(slopes[1], z, y),
+                        _mm512_mul_ps(z, back),
+                    ]
+                };
+                let sheared = Sheared([vertex(a), vertex(b), vertex(c)]);
+                let set = sheared.may_be_hit(load(&self.start, first), load(&self.limit, first));
+                if set == 0 {
+                    continue;
+                }
+                any = true;
+                for k in lanes(u32::from(self.test_sixteen::<ANY>(first, set, &sheared, id))) {
+                    let (i, corners) = (first + k, block.triangle(lane));
+                    self.confirm(i, &sections.ray(i), sheared.triangle(k), corners, id);
+                }
+            }
+        }
+        any
+    }
+
+    /// The same for rays of any origins with the same axis.
+    #[target_feature(enable = "avx512f")]
+    pub(super) fn test_triangles_by_sixteen<const ANY: bool>(
+        &mut self,
+        packet: Packet<'_>,
+        triangles: u32,
+    ) -> bool {
+        let Packet { sections, block, .. } = packet;
+        let [kx, ky, kz] = ray::AXES[self.axis[packet.first] as usize % ray::AXES.len()];
+        let mut any = false;
+        for first in packet.sixteens() {
+            let origin = self.origin.each_ref().map(|column| load(column, first));
+            let slopes = [load(&self.slopes[0], first), load(&self.slopes[1], first)];
+            let back = load(&self.back, first);
+            for lane in lanes(triangles) {
+                let id = block.ids[lane % WIDTH];
+                let corners = block.triangle(lane);
+                let vertex = |corner: Vec3| {
+                    let to_origin = |k: usize, axis: usize| {
+                        _mm512_sub_ps(origin[k], _mm512_set1_ps(corner[axis]))
+                    };
+                    let z = to_origin(2, kz);
+                    [
+                        _mm512_fnmadd_ps(slopes[0], z, to_origin(0, kx)),
+                        _mm512_fnmadd_ps(slopes[1], z, to_origin(1, ky)),
+                        _mm512_mul_ps(z, back),
+                    ]
+                };
+                let [a, b, c] = corners;
+                let sheared = Sheared([vertex(a), vertex(b), vertex(c)]);
+                let set = sheared.may_be_hit(load(&self.start, first), load(&self.limit, first));
+                if set == 0 {
+                    continue;
+                }
+                any = true;
+                for k in lanes(u32::from(self.test_sixteen::<ANY>(first, set, &sheared, id))) {
+                    let i = first + k;
+                    self.confirm(i, &sections.ray(i), sheared.triangle(k), corners, id);
+                }
+            }
+        }
+        any
+    }
+}
+
+/// [`ray::depth_limit`] of sixteen.
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn depth_limit(t: __m512, scale: __m512) -> __m512 {
+    let scale = _mm512_mul_ps(scale, _mm512_set1_ps(1.0 + CONVERSION));
+    let limit = _mm512_mul_ps(_mm512_add_ps(t, _mm512_set1_ps(ray::LEAST)), scale);
+    _mm512_max_ps(limit, _mm512_set1_ps(2.0 * f32::MIN_POSITIVE))
+}
