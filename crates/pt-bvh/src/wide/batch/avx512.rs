@@ -59,8 +59,7 @@ fn load_bits(column: &Column<u32>, first: usize) -> __m512i {
 /// Changes those of sixteen numbers that are in a set.
 #[inline]
 #[target_feature(enable = "avx512f")]
-fn store(numbers: &mut [f32], set: __mmask16, x: __m512) {
-    let numbers = &mut numbers[..SIXTEEN];
+fn store(numbers: &mut [f32; SIXTEEN], set: __mmask16, x: __m512) {
     // SAFETY: sixteen numbers are there, and they need not be aligned.
     #[expect(unsafe_code, reason = "stores of vectors take pointers")]
     unsafe {
@@ -72,7 +71,9 @@ fn store(numbers: &mut [f32], set: __mmask16, x: __m512) {
 #[inline]
 #[target_feature(enable = "avx512f")]
 fn store_column(column: &mut Column, first: usize, set: __mmask16, x: __m512) {
-    store(&mut column[first..], set, x);
+    if let Some(numbers) = column[first..].first_chunk_mut() {
+        store(numbers, set, x);
+    }
 }
 
 /// The same in a column of integers.
@@ -263,30 +264,6 @@ impl Group {
         unclear & set
     }
 
-    /// Sixteen rays from `first` on test the triangle in a lane of a block; whether any passed the
-    /// filter.
-    #[inline]
-    #[target_feature(enable = "avx512f")]
-    fn test_lane_by_sixteen<const ANY: bool>(
-        &mut self,
-        packet: Packet<'_>,
-        first: usize,
-        lane: usize,
-        sheared: &Sheared,
-    ) -> bool {
-        let set = sheared.may_be_hit(load(&self.start, first), load(&self.limit, first));
-        if set == 0 {
-            return false;
-        }
-        let Packet { sections, block, .. } = packet;
-        let id = block.ids[lane % WIDTH];
-        for k in lanes(u32::from(self.test_sixteen::<ANY>(first, set, sheared, id))) {
-            let i = first + k;
-            self.confirm(i, &sections.ray(i), sheared.triangle(k), block.triangle(lane), id);
-        }
-        true
-    }
-
     /// The rays of a packet, which have one origin, test the triangles that they may meet; whether
     /// any passed the filter.
     #[target_feature(enable = "avx512f")]
@@ -295,10 +272,12 @@ impl Group {
         packet: Packet<'_>,
         met: &Met,
     ) -> bool {
+        let Packet { sections, block, .. } = packet;
         let back = _mm512_set1_ps(self.back[packet.first]);
         let mut any = false;
         for lane in lanes(met.triangles) {
             let [a, b, c] = met.to_origin(lane).map(|corner| corner.map(|x| _mm512_set1_ps(x)));
+            let id = block.ids[lane % WIDTH];
             for first in packet.sixteens() {
                 let slopes = [load(&self.slopes[0], first), load(&self.slopes[1], first)];
                 let vertex = |[x, y, z]: [__m512; 3]| {
@@ -309,7 +288,15 @@ impl Group {
                     ]
                 };
                 let sheared = Sheared([vertex(a), vertex(b), vertex(c)]);
-                any |= self.test_lane_by_sixteen::<ANY>(packet, first, lane, &sheared);
+                let set = sheared.may_be_hit(load(&self.start, first), load(&self.limit, first));
+                if set == 0 {
+                    continue;
+                }
+                any = true;
+                for k in lanes(u32::from(self.test_sixteen::<ANY>(first, set, &sheared, id))) {
+                    let (i, corners) = (first + k, block.triangle(lane));
+                    self.confirm(i, &sections.ray(i), sheared.triangle(k), corners, id);
+                }
             }
         }
         any
@@ -322,6 +309,7 @@ impl Group {
         packet: Packet<'_>,
         triangles: u32,
     ) -> bool {
+        let Packet { sections, block, .. } = packet;
         let [kx, ky, kz] = ray::AXES[self.axis[packet.first] as usize % ray::AXES.len()];
         let mut any = false;
         for first in packet.sixteens() {
@@ -329,6 +317,8 @@ impl Group {
             let slopes = [load(&self.slopes[0], first), load(&self.slopes[1], first)];
             let back = load(&self.back, first);
             for lane in lanes(triangles) {
+                let id = block.ids[lane % WIDTH];
+                let corners = block.triangle(lane);
                 let vertex = |corner: Vec3| {
                     let to_origin = |k: usize, axis: usize| {
                         _mm512_sub_ps(origin[k], _mm512_set1_ps(corner[axis]))
@@ -340,9 +330,17 @@ impl Group {
                         _mm512_mul_ps(z, back),
                     ]
                 };
-                let [a, b, c] = packet.block.triangle(lane);
+                let [a, b, c] = corners;
                 let sheared = Sheared([vertex(a), vertex(b), vertex(c)]);
-                any |= self.test_lane_by_sixteen::<ANY>(packet, first, lane, &sheared);
+                let set = sheared.may_be_hit(load(&self.start, first), load(&self.limit, first));
+                if set == 0 {
+                    continue;
+                }
+                any = true;
+                for k in lanes(u32::from(self.test_sixteen::<ANY>(first, set, &sheared, id))) {
+                    let i = first + k;
+                    self.confirm(i, &sections.ray(i), sheared.triangle(k), corners, id);
+                }
             }
         }
         any
