@@ -9,12 +9,12 @@
 //! for *sheared and rounded* vertices, each of which is within 17εR of the true one (translation
 //! ε, slope ε, product ε, difference ε, on coordinates up to 3R; and ε in depth). The depth τ that
 //! it computes errs by at most 14εR (see [`crate::triangle`]), and slopes are at most 1. So τ is a
-//! depth at which the ray is within 31εR of the triangle, and of the box around the part of it that is there. (Where double precision
-//! finds τ by the plane, the ray is within εR of the triangle there.) A box test that
-//! computes in f32 relative to any point of the scene errs by at most 10εR, and the rounding of the
-//! slopes moves the ray by 3εR; so a box test that widens its slabs by the *pad* of 48εR on every
-//! side finds an interval that contains τ. Hence each traversal visits all that can win, and finds
-//! the same nearest hit, bit for bit, as a loop over all primitives.
+//! depth at which the ray is within 31εR of the triangle, and of the box around the part of it that
+//! is there. (Where double precision finds τ by the plane, the ray is within εR of the triangle
+//! there.) A box test that computes in f32 relative to any point of the scene errs by at most 10εR,
+//! and the rounding of the slopes moves the ray by 3εR; so a box test that widens its slabs by the
+//! *pad* of 48εR on every side finds an interval that contains τ. Hence each traversal visits all that
+//! can win, and finds the same nearest hit, bit for bit, as a loop over all primitives.
 //! (Woop, Benthin & Wald 2013, "Watertight Ray/Triangle Intersection", §3.3, pad the origin for
 //! the same reason; Ize 2013, "Robust BVH Ray Traversal", bounds the rounding of the slab test.)
 
@@ -68,7 +68,7 @@ pub(crate) struct Prepared {
     pub(crate) direction: Vec3,
     /// The axes in cyclic order, the last the one along which the direction is largest.
     pub(crate) axes: [usize; 3],
-    /// |d_axis|.
+    /// |d_kz|, kz the last of the axes.
     pub(crate) scale: f32,
     /// d / scale.
     pub(crate) slopes: Vec3A,
