@@ -3,7 +3,7 @@
 use pt_math::{Bounds3, Vec3};
 use wide::f32x8;
 
-use super::batch::has_avx512;
+use super::batch::avx512::Avx512;
 use super::collapse::stack_size;
 use super::{
     BLOCK, Child, Lanes, NO_PRIMITIVE, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
@@ -62,7 +62,7 @@ impl WideBvh {
         let spheres = many(r, SPHERES_BYTES, |r| SphereBlock::read(r, source))?;
         let scene = Scene::around(center, bounds);
         let mut bvh =
-            Self { nodes, triangles, spheres, scene, stack_size: 0, has_avx512: has_avx512() };
+            Self { nodes, triangles, spheres, scene, stack_size: 0, avx512: Avx512::detect() };
         if bvh.nodes.is_empty() {
             ensure(*bounds == Bounds3::EMPTY, "a scene without nodes")?;
             ensure(bvh.triangles.is_empty() && bvh.spheres.is_empty(), "blocks without nodes")?;

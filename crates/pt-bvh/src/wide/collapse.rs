@@ -5,7 +5,8 @@ use pt_math::{Bounds3, Vec3};
 use rayon::prelude::*;
 use wide::f32x8;
 
-use super::batch::{STACK_MARGIN, has_avx512};
+use super::batch::STACK_MARGIN;
+use super::batch::avx512::Avx512;
 use super::forest::Forests;
 use super::{
     BLOCK, Child, Lanes, NO_PRIMITIVE, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
@@ -96,7 +97,7 @@ impl WideBvh {
             spheres: spheres.collect(),
             scene,
             stack_size: stack_size(levels),
-            has_avx512: has_avx512(),
+            avx512: Avx512::detect(),
         };
         wide.sort_children();
         wide

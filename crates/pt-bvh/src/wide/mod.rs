@@ -16,6 +16,7 @@ mod urgency;
 use pt_math::Vec3;
 use wide::f32x8;
 
+use self::batch::avx512::Avx512;
 use crate::geometry::Sphere;
 use crate::ray::Scene;
 
@@ -100,19 +101,19 @@ pub(crate) struct WideBvh {
     scene: Scene,
     /// Room for all children that a ray of a batch can put off.
     stack_size: usize,
-    /// Whether packets test triangles by AVX-512: where the processor has it.
-    has_avx512: bool,
+    /// By which packets test triangles, where the processor has it.
+    avx512: Option<Avx512>,
 }
 
 impl WideBvh {
     /// Whether packets test triangles by AVX-512.
     pub(crate) fn has_avx512(&self) -> bool {
-        self.has_avx512
+        self.avx512.is_some()
     }
 
     #[cfg(test)]
     pub(crate) fn leave_out_avx512(&mut self) {
-        self.has_avx512 = false;
+        self.avx512 = None;
     }
 
     pub(crate) fn bytes(&self) -> usize {

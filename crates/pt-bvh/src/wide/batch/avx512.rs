@@ -26,10 +26,48 @@ use crate::{ray, triangle};
 /// Rays that are tested at once.
 const SIXTEEN: usize = 2 * WIDTH;
 
-/// Whether the processor has what the functions here are compiled for, and the rest of the build fused
-/// multiply-add, which they have.
-pub(super) fn is_available() -> bool {
-    triangle::IS_FUSED && is_x86_feature_detected!("avx512f")
+/// That the processor has AVX-512.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::wide) struct Avx512(());
+
+#[expect(clippy::unused_self, reason = "it proves that the calls are sound")]
+impl Avx512 {
+    /// Whether it has; and the rest of the build fused multiply-add, which the functions here use.
+    pub(in crate::wide) fn detect() -> Option<Self> {
+        let is_there = triangle::IS_FUSED && is_x86_feature_detected!("avx512f");
+        is_there.then_some(Self(()))
+    }
+
+    /// The rays of a packet, which have one origin, test the triangles that they may meet; whether
+    /// any passed the filter.
+    #[inline(always)]
+    pub(super) fn test_fan<const ANY: bool>(
+        self,
+        group: &mut Group,
+        packet: Packet<'_>,
+        met: &Met,
+    ) -> bool {
+        // SAFETY: the processor has what the function is compiled for, or there were no `self`.
+        #[expect(unsafe_code, reason = "the rest is compiled for other processors too")]
+        unsafe {
+            group.test_fan_by_sixteen::<ANY>(packet, met)
+        }
+    }
+
+    /// The same for rays of any origins with the same axis.
+    #[inline(always)]
+    pub(super) fn test_triangles<const ANY: bool>(
+        self,
+        group: &mut Group,
+        packet: Packet<'_>,
+        triangles: u32,
+    ) -> bool {
+        // SAFETY: the processor has what the function is compiled for, or there were no `self`.
+        #[expect(unsafe_code, reason = "the rest is compiled for other processors too")]
+        unsafe {
+            group.test_triangles_by_sixteen::<ANY>(packet, triangles)
+        }
+    }
 }
 
 /// A column's numbers of sixteen rays.
@@ -59,7 +97,8 @@ fn load_bits(column: &Column<u32>, first: usize) -> __m512i {
 /// Changes those of sixteen numbers that are in a set.
 #[inline]
 #[target_feature(enable = "avx512f")]
-fn store(numbers: &mut [f32; SIXTEEN], set: __mmask16, x: __m512) {
+fn store(numbers: &mut [f32], set: __mmask16, x: __m512) {
+    let numbers = &mut numbers[..SIXTEEN];
     // SAFETY: sixteen numbers are there, and they need not be aligned.
     #[expect(unsafe_code, reason = "stores of vectors take pointers")]
     unsafe {
@@ -71,9 +110,7 @@ fn store(numbers: &mut [f32; SIXTEEN], set: __mmask16, x: __m512) {
 #[inline]
 #[target_feature(enable = "avx512f")]
 fn store_column(column: &mut Column, first: usize, set: __mmask16, x: __m512) {
-    if let Some(numbers) = column[first..].first_chunk_mut() {
-        store(numbers, set, x);
-    }
+    store(&mut column[first..], set, x);
 }
 
 /// The same in a column of integers.
@@ -264,14 +301,9 @@ impl Group {
         unclear & set
     }
 
-    /// The rays of a packet, which have one origin, test the triangles that they may meet; whether
-    /// any passed the filter.
+    /// See [`Avx512::test_fan`].
     #[target_feature(enable = "avx512f")]
-    pub(super) fn test_fan_by_sixteen<const ANY: bool>(
-        &mut self,
-        packet: Packet<'_>,
-        met: &Met,
-    ) -> bool {
+    fn test_fan_by_sixteen<const ANY: bool>(&mut self, packet: Packet<'_>, met: &Met) -> bool {
         let Packet { sections, block, .. } = packet;
         let back = _mm512_set1_ps(self.back[packet.first]);
         let mut any = false;
@@ -302,9 +334,9 @@ impl Group {
         any
     }
 
-    /// The same for rays of any origins with the same axis.
+    /// See [`Avx512::test_triangles`].
     #[target_feature(enable = "avx512f")]
-    pub(super) fn test_triangles_by_sixteen<const ANY: bool>(
+    fn test_triangles_by_sixteen<const ANY: bool>(
         &mut self,
         packet: Packet<'_>,
         triangles: u32,

@@ -12,8 +12,8 @@
 //!
 //! The tests are those of single queries, so the hits have the same bits.
 
-#[cfg(target_arch = "x86_64")]
-mod avx512;
+#[cfg_attr(not(target_arch = "x86_64"), path = "no_avx512.rs")]
+pub(super) mod avx512;
 mod candidates;
 mod fan;
 mod group;
@@ -37,18 +37,6 @@ use super::{Child, WIDTH, WideBvh, WideNode};
 use crate::counter::Counter;
 use crate::geometry::Hit;
 use crate::sphere;
-
-/// Whether there is AVX-512.
-pub(super) fn has_avx512() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    {
-        avx512::is_available()
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    {
-        false
-    }
-}
 
 /// So many entries above the top of a stack are overwritten when children are put on it.
 pub(super) const STACK_MARGIN: usize = WIDTH;

@@ -185,11 +185,19 @@ impl WideBvh {
                     let packet = Packet { first, looking, sections, block };
                     let (met, any) = if let Some(fan) = &beam.fan {
                         let met = fan.test(block, limit);
-                        (met.triangles, self.test_fan::<ANY>(group, packet, &met))
+                        let any = match self.avx512 {
+                            Some(avx512) => avx512.test_fan::<ANY>(group, packet, &met),
+                            None => group.test_fan::<ANY>(packet, &met),
+                        };
+                        (met.triangles, any)
                     } else {
                         let (_, met) = beam.test(&self.boxes(block), limit);
                         let met = met.to_bitmask();
-                        (met, self.test_triangles::<ANY>(group, packet, met))
+                        let any = match self.avx512 {
+                            Some(avx512) => avx512.test_triangles::<ANY>(group, packet, met),
+                            None => group.test_triangles::<ANY>(packet, met),
+                        };
+                        (met, any)
                     };
                     tests += met.count_ones();
                     counter.add(|| u64::from(met.count_ones()) * N as u64);
@@ -216,36 +224,6 @@ impl WideBvh {
             child = stacks.pop::<ANY>(&mut top, limit);
         }
         tests
-    }
-
-    /// The rays of a packet, which have one origin, test the triangles that they may meet; whether
-    /// any passed the filter.
-    #[inline(always)]
-    fn test_fan<const ANY: bool>(&self, group: &mut Group, packet: Packet<'_>, met: &Met) -> bool {
-        #[cfg(target_arch = "x86_64")]
-        if self.has_avx512 {
-            // SAFETY: the processor has it.
-            #[expect(unsafe_code, reason = "the kernel is compiled for other processors too")]
-            return unsafe { group.test_fan_by_sixteen::<ANY>(packet, met) };
-        }
-        group.test_fan::<ANY>(packet, met)
-    }
-
-    /// The same for rays that have the same axis.
-    #[inline(always)]
-    fn test_triangles<const ANY: bool>(
-        &self,
-        group: &mut Group,
-        packet: Packet<'_>,
-        triangles: u32,
-    ) -> bool {
-        #[cfg(target_arch = "x86_64")]
-        if self.has_avx512 {
-            // SAFETY: the processor has it.
-            #[expect(unsafe_code, reason = "the kernel is compiled for other processors too")]
-            return unsafe { group.test_triangles_by_sixteen::<ANY>(packet, triangles) };
-        }
-        group.test_triangles::<ANY>(packet, triangles)
     }
 
     /// The boxes of a block's triangles, in the form of a node's.
