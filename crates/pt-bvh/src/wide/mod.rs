@@ -41,9 +41,12 @@ impl Child {
     /// Nothing: the end of a query.
     const DONE: u32 = u32::MAX;
 
+    /// The bits below those of kind.
+    const KIND_SHIFT: u32 = 30;
+
     /// The two bits of kind.
     const fn kind(child: u32) -> usize {
-        (child >> 30) as usize
+        (child >> Self::KIND_SHIFT) as usize
     }
 
     /// The index into the array of its kind.

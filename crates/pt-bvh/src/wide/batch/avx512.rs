@@ -18,13 +18,14 @@ use super::fan::Met;
 use super::group::{Column, Group};
 use super::packet::Packet;
 use super::section::SECTION;
+use super::{Queues, Stacks};
 use crate::ray::CONVERSION;
 use crate::wide::traverse::lanes;
-use crate::wide::{NO_PRIMITIVE, WIDTH};
+use crate::wide::{NO_PRIMITIVE, WIDTH, WideNode};
 use crate::{ray, triangle};
 
 /// Rays that are tested at once.
-const SIXTEEN: usize = 2 * WIDTH;
+pub(super) const SIXTEEN: usize = 2 * WIDTH;
 
 /// That the processor has AVX-512.
 #[derive(Clone, Copy, Debug)]
@@ -68,12 +69,31 @@ impl Avx512 {
             group.test_triangles_by_sixteen::<ANY>(packet, triangles)
         }
     }
+
+    /// Sixteen rays test the children of the root; those in a set that hit one go on to it. Returns
+    /// how many these are.
+    #[inline(always)]
+    pub(super) fn enter<const ANY: bool>(
+        self,
+        group: &mut Group,
+        stacks: &mut Stacks,
+        queues: &mut Queues,
+        root: &WideNode,
+        first: usize,
+        usable: u32,
+    ) -> u32 {
+        // SAFETY: the processor has what the function is compiled for, or there were no `self`.
+        #[expect(unsafe_code, reason = "the rest is compiled for other processors too")]
+        unsafe {
+            group.enter_by_sixteen::<ANY>(stacks, queues, root, first, usable)
+        }
+    }
 }
 
 /// A column's numbers of sixteen rays.
 #[inline]
 #[target_feature(enable = "avx512f")]
-fn load(column: &Column, first: usize) -> __m512 {
+pub(super) fn load(column: &Column, first: usize) -> __m512 {
     let numbers = &column[first..first + SIXTEEN];
     // SAFETY: sixteen numbers are there, and they need not be aligned.
     #[expect(unsafe_code, reason = "loads of vectors take pointers")]
@@ -85,7 +105,7 @@ fn load(column: &Column, first: usize) -> __m512 {
 /// The same of a column of integers.
 #[inline]
 #[target_feature(enable = "avx512f")]
-fn load_bits(column: &Column<u32>, first: usize) -> __m512i {
+pub(super) fn load_bits(column: &[u32], first: usize) -> __m512i {
     let numbers = &column[first..first + SIXTEEN];
     // SAFETY: sixteen numbers are there, and they need not be aligned.
     #[expect(unsafe_code, reason = "loads of vectors take pointers")]
@@ -116,7 +136,7 @@ fn store_column(column: &mut Column, first: usize, set: __mmask16, x: __m512) {
 /// The same in a column of integers.
 #[inline]
 #[target_feature(enable = "avx512f")]
-fn store_bits(column: &mut Column<u32>, first: usize, set: __mmask16, x: __m512i) {
+pub(super) fn store_bits(column: &mut [u32], first: usize, set: __mmask16, x: __m512i) {
     let numbers = &mut column[first..first + SIXTEEN];
     // SAFETY: sixteen numbers are there, and they need not be aligned.
     #[expect(unsafe_code, reason = "stores of vectors take pointers")]

@@ -35,7 +35,7 @@ impl Candidates {
 
     /// Adds those of eight pairs of a ray and a triangle that are in the set.
     #[inline(always)]
-    pub(super) fn add(&mut self, rays: u32x8, primitives: u32x8, set: u32, at: &Sheared) {
+    pub(super) fn add(&mut self, ray: u32, primitives: u32x8, set: u32, at: &Sheared) {
         let lanes = members(set);
         let to = self.len..self.len + WIDTH;
         for (columns, vertex) in self.vertices.iter_mut().zip(&at.0) {
@@ -44,14 +44,14 @@ impl Candidates {
                 column[to.clone()].copy_from_slice(x.as_array());
             }
         }
-        self.rays[to.clone()].copy_from_slice(rays.shuffle(lanes).as_array());
+        self.rays[to.clone()].fill(ray);
         self.primitives[to].copy_from_slice(primitives.shuffle(lanes).as_array());
         self.len += set.count_ones() as usize;
     }
 
     /// Offers all hits to their rays, which are at the triangles' `blocks`.
     #[inline]
-    pub(super) fn test(
+    pub(super) fn test<const ANY: bool>(
         &self,
         group: &mut Group,
         sections: &Sections<'_>,
@@ -65,14 +65,24 @@ impl Candidates {
             );
             let gather = |column: &Column| f32x8::new(rays.map(|i| column[i]));
             let tested = sheared.test(gather(&group.inverse_scale), gather(&group.origin_size));
-            let limits = depth_limit(tested.t, gather(&group.scale)).to_array();
             let n = WIDTH.min(self.len - first);
-            let hits = tested.hit.to_bitmask();
-            let [t, b1, b2] = [tested.t, tested.barycentric[0], tested.barycentric[1]];
-            let [t, b1, b2] = [t, b1, b2].map(f32x8::to_array);
-            for k in 0..n {
-                let hit = Hit { t: t[k], b1: b1[k], b2: b2[k], primitive: primitives[k] };
-                group.offer(rays[k], hit, limits[k], hits >> k & 1 == 1);
+            if ANY {
+                let after = tested.t.simd_gt(gather(&group.t_min));
+                let before = tested.t.simd_lt(gather(&group.t));
+                let hits = (tested.hit & after & before).to_bitmask();
+                for k in 0..n {
+                    let old = &mut group.primitive[rays[k]];
+                    *old = if hits >> k & 1 == 1 { primitives[k] } else { *old };
+                }
+            } else {
+                let limits = depth_limit(tested.t, gather(&group.scale)).to_array();
+                let hits = tested.hit.to_bitmask();
+                let [t, b1, b2] = [tested.t, tested.barycentric[0], tested.barycentric[1]];
+                let [t, b1, b2] = [t, b1, b2].map(f32x8::to_array);
+                for k in 0..n {
+                    let hit = Hit { t: t[k], b1: b1[k], b2: b2[k], primitive: primitives[k] };
+                    group.offer(rays[k], hit, limits[k], hits >> k & 1 == 1);
+                }
             }
             for k in lanes(tested.unclear.to_bitmask()).take_while(|&k| k < n) {
                 let (i, id) = (rays[k], primitives[k]);

@@ -25,8 +25,8 @@ pub(super) type Column<T = f32> = [T; GROUP];
 pub(super) struct Group {
     pub(super) inverse: [Column; 3],
     /// Offsets of the slabs, for the near planes and the far ones.
-    near: [Column; 3],
-    far: [Column; 3],
+    pub(super) near: [Column; 3],
+    pub(super) far: [Column; 3],
     /// Depths between which hits count.
     pub(super) start: Column,
     pub(super) limit: Column,

@@ -19,6 +19,8 @@ mod fan;
 mod group;
 pub(super) mod order;
 mod packet;
+#[cfg(target_arch = "x86_64")]
+mod root;
 mod section;
 
 use std::cell::RefCell;
@@ -48,7 +50,8 @@ const LANE_BITS: u32 = WIDTH as u32 - 1;
 #[derive(Clone, Copy, bytemuck::Zeroable)]
 struct Queues {
     rays: [Column<u32>; 4],
-    len: [usize; 4],
+    /// How many there are of each kind, in sixteen bits each: a number that stays in a register.
+    len: u64,
 }
 
 impl Queues {
@@ -60,18 +63,27 @@ impl Queues {
     #[inline(always)]
     fn add(&mut self, ray: usize, child: u32) {
         let kind = Child::kind(child);
-        let n = self.len[kind];
-        self.rays[kind][n % GROUP] = ray as u32;
-        self.len[kind] = n + 1;
+        self.rays[kind][self.len(kind) % GROUP] = ray as u32;
+        self.grow(kind, 1);
+    }
+
+    #[inline(always)]
+    fn len(&self, kind: usize) -> usize {
+        (self.len >> (16 * kind)) as usize & 0xffff
+    }
+
+    #[inline(always)]
+    fn grow(&mut self, kind: usize, more: u32) {
+        self.len += u64::from(more) << (16 * kind);
     }
 
     #[inline(always)]
     fn of(&self, kind: usize) -> &[u32] {
-        &self.rays[kind][..self.len[kind]]
+        &self.rays[kind][..self.len(kind)]
     }
 
     fn is_empty(&self) -> bool {
-        [Self::NODES, Self::SPHERES, Self::TRIANGLES].iter().all(|&kind| self.len[kind] == 0)
+        [Self::NODES, Self::SPHERES, Self::TRIANGLES].iter().all(|&kind| self.len(kind) == 0)
     }
 }
 
@@ -101,21 +113,29 @@ impl Stacks {
     #[inline(always)]
     fn push_sorted(&mut self, top: &mut usize, near: f32x8, hit: f32x8, node: &WideNode) {
         let keys = (bits(near) & u32x8::splat(!LANE_BITS)) | LANES;
-        let keys = sort_descending(keys & bits(hit));
-        let to = *top..*top + STACK_MARGIN;
-        self.depths[to.clone()].copy_from_slice(keys.as_array());
-        let children = u32x8::new(bytemuck::cast(node.children));
-        let lanes = keys & u32x8::splat(LANE_BITS);
-        self.children[to].copy_from_slice(children.shuffle(lanes).as_array());
+        self.put_sorted(*top, sort_descending(keys & bits(hit)), node);
         *top += hit.to_bitmask().count_ones() as usize;
+    }
+
+    /// Writes children of a node from `top` on, by their depths with the lanes they are in.
+    #[inline(always)]
+    fn put_sorted(&mut self, top: usize, keys: u32x8, node: &WideNode) {
+        self.depths[top..top + STACK_MARGIN].copy_from_slice(keys.as_array());
+        self.put(top, keys & u32x8::splat(LANE_BITS), node);
+    }
+
+    /// Writes the children in some lanes of a node from `top` on.
+    #[inline(always)]
+    fn put(&mut self, top: usize, lanes: u32x8, node: &WideNode) {
+        let children = u32x8::new(bytemuck::cast(node.children));
+        self.children[top..top + STACK_MARGIN].copy_from_slice(children.shuffle(lanes).as_array());
     }
 
     /// The same in any order, and without depths.
     #[inline(always)]
     fn push(&mut self, top: &mut usize, hit: f32x8, node: &WideNode) {
         let hit = hit.to_bitmask();
-        let children = u32x8::new(bytemuck::cast(node.children)).shuffle(members(hit));
-        self.children[*top..*top + STACK_MARGIN].copy_from_slice(children.as_array());
+        self.put(*top, members(hit), node);
         *top += hit.count_ones() as usize;
     }
 
@@ -203,7 +223,7 @@ impl WideBvh {
             stacks.set_size(self.stack_size);
             let [now, next] = &mut **queues;
             let (mut now, mut next) = (now, next);
-            now.len = [0; 4];
+            now.len = 0;
             let mut sections = Sections::new(rays);
             loop {
                 for section in 0..SECTIONS {
@@ -218,9 +238,9 @@ impl WideBvh {
                 if now.is_empty() {
                     return;
                 }
-                next.len = [0; 4];
+                next.len = 0;
                 self.visit_nodes::<ANY>(group, stacks, now, next);
-                self.visit_triangles(group, &sections, candidates, now, counter);
+                self.visit_triangles::<ANY>(group, &sections, candidates, now, counter);
                 self.visit_spheres(group, &sections, now, counter);
                 for kind in [Queues::TRIANGLES, Queues::SPHERES] {
                     leave_leaves::<ANY>(group, stacks, now.of(kind), next);
@@ -279,6 +299,11 @@ impl WideBvh {
                     group.take_slabs(place + eight, &self.scene);
                 }
             }
+            if let Some(avx512) = self.avx512 {
+                let root = &self.nodes[0];
+                active += avx512.enter::<ANY>(group, stacks, queues, root, at, usable) as usize;
+                continue;
+            }
             let sent = (0..PACKET).filter(|i| usable >> i & 1 == 1);
             sent.for_each(|i| queues.add(at + i, group.child[at + i]));
             active += usable.count_ones() as usize;
@@ -315,7 +340,7 @@ impl WideBvh {
 
     /// Rays at blocks of triangles test them.
     #[inline(never)]
-    fn visit_triangles(
+    fn visit_triangles<const ANY: bool>(
         &self,
         group: &mut Group,
         sections: &Sections<'_>,
@@ -331,9 +356,9 @@ impl WideBvh {
                 counter.add(|| block.len());
                 let (set, sheared) =
                     group.shear(i).filter_block(block, f32x8::splat(group.limit[i]));
-                candidates.add(u32x8::splat(i as u32), u32x8::new(block.ids), set, &sheared);
+                candidates.add(i as u32, u32x8::new(block.ids), set, &sheared);
             }
-            candidates.test(group, sections, &self.triangles);
+            candidates.test::<ANY>(group, sections, &self.triangles);
         }
     }
 

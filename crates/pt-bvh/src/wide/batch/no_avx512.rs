@@ -3,6 +3,8 @@
 use super::fan::Met;
 use super::group::Group;
 use super::packet::Packet;
+use super::{Queues, Stacks};
+use crate::wide::WideNode;
 
 /// There is none.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +25,18 @@ impl Avx512 {
         _: Packet<'_>,
         _: u32,
     ) -> bool {
+        match self {}
+    }
+
+    pub(super) fn enter<const ANY: bool>(
+        self,
+        _: &mut Group,
+        _: &mut Stacks,
+        _: &mut Queues,
+        _: &WideNode,
+        _: usize,
+        _: u32,
+    ) -> u32 {
         match self {}
     }
 }

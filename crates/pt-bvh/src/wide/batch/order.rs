@@ -7,15 +7,16 @@ use crate::wide::WIDTH;
 /// The number of each lane.
 pub(super) const LANES: u32x8 = u32x8::new([0, 1, 2, 3, 4, 5, 6, 7]);
 
-/// For each set of lanes, given by its bits: those lanes, in ascending order.
-static MEMBERS: [[u32; WIDTH]; 1 << WIDTH] = {
-    let mut table = [[0; WIDTH]; 1 << WIDTH];
+/// For each set of lanes, given by its bits: those lanes, in ascending order, in four bits each from
+/// the lowest on.
+static MEMBERS: [u32; 1 << WIDTH] = {
+    let mut table = [0; 1 << WIDTH];
     let mut set = 0;
     while set < table.len() {
         let (mut lane, mut place) = (0, 0);
         while lane < WIDTH {
             if set >> lane & 1 == 1 {
-                table[set][place] = lane as u32;
+                table[set] |= (lane as u32) << (4 * place);
                 place += 1;
             }
             lane += 1;
@@ -25,10 +26,13 @@ static MEMBERS: [[u32; WIDTH]; 1 << WIDTH] = {
     table
 };
 
-/// The lanes of a set of eight, in ascending order; what follows them has no meaning.
+/// The lanes of a set of eight, in ascending order, in the lowest three bits; what follows them has
+/// no meaning.
 #[inline(always)]
 pub(in crate::wide) fn members(set: u32) -> u32x8 {
-    u32x8::new(MEMBERS[set as usize % MEMBERS.len()])
+    let lanes = u32x8::splat(MEMBERS[set as usize % MEMBERS.len()]) >> (LANES << 2);
+    // Shuffles by AVX2 look at no other bits.
+    if cfg!(target_feature = "avx2") { lanes } else { lanes & u32x8::splat(WIDTH as u32 - 1) }
 }
 
 /// One stage of a sorting network: each lane is compared with its partner, and the one of the two
@@ -81,7 +85,7 @@ mod tests {
     #[test]
     fn members_of_a_set_come_first() {
         for set in 0..256u32 {
-            let lanes = members(set).to_array();
+            let lanes = members(set).to_array().map(|lane| lane % WIDTH as u32);
             let of_set = (0..8).filter(|lane| set >> lane & 1 == 1);
             assert!(of_set.eq(lanes[..set.count_ones() as usize].iter().copied()), "{set:08b}");
         }

@@ -173,7 +173,8 @@ impl WideBvh {
                 Queues::NODES => {
                     let node = &self.nodes[child as usize];
                     let (near, hit) = beam.test(&node.planes, limit);
-                    if ANY {
+                    // Where packets are small, so are triangles: the nearest are hit at once.
+                    if ANY && N > PACKET {
                         stacks.push(&mut top, hit, node);
                     } else {
                         stacks.push_sorted(&mut top, near, hit, node);

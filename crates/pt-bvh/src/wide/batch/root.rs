@@ -1,0 +1,281 @@
+//! Rays enter the tree sixteen at a time, by AVX-512.
+//!
+//! All rays begin at the root, so it is the one node that is tested for rays side by side whatever
+//! their directions: a box against sixteen rays by the operations that elsewhere test eight boxes
+//! against one. What they visit next, and what they put off, is what
+//! [`WideBvh::visit_nodes`](crate::wide::WideBvh) would find.
+
+use std::arch::x86_64::{
+    __m512, __m512i, __mmask16, _CMP_LE_OQ, _CMP_LT_OQ, _mm512_add_epi32, _mm512_castps_si512,
+    _mm512_cmp_ps_mask, _mm512_cmpgt_epi32_mask, _mm512_fmadd_ps, _mm512_mask_add_epi32,
+    _mm512_mask_blend_ps, _mm512_mask_cmp_ps_mask, _mm512_mask_cmpeq_epi32_mask,
+    _mm512_mask_min_epu32, _mm512_mask_mov_epi32, _mm512_mask_or_epi32,
+    _mm512_maskz_compress_epi32, _mm512_maskz_ternarylogic_epi32, _mm512_max_epu32, _mm512_max_ps,
+    _mm512_min_epu32, _mm512_min_ps, _mm512_permutexvar_epi32, _mm512_set1_epi32, _mm512_set1_ps,
+    _mm512_setzero_ps, _mm512_srli_epi32, _mm512_sub_epi32,
+};
+
+use wide::{f32x8, u32x8};
+
+use super::avx512::{SIXTEEN, load, load_bits, store_bits};
+use super::group::Group;
+use super::order::members;
+use super::{LANE_BITS, Queues, Stacks};
+use crate::wide::traverse::lanes;
+use crate::wide::{Child, WIDTH, WideNode};
+
+/// The outcome of `a & b | c` for bits 0, 0, 0 to 1, 1, 1, from the lowest on.
+const A_AND_B_OR_C: i32 = 0b1110_1010;
+
+/// Numbers for each of sixteen rays.
+type Integers = [u32; SIXTEEN];
+
+/// Sixteen rays as the boxes want them.
+struct Slabs {
+    inverse: [__m512; 3],
+    near: [__m512; 3],
+    far: [__m512; 3],
+    start: __m512,
+    limit: __m512,
+    /// Those that fall, per axis.
+    falls: [__mmask16; 3],
+}
+
+impl Slabs {
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn new(group: &Group, first: usize) -> Self {
+        let [inverse, near, far] = [&group.inverse, &group.near, &group.far]
+            .map(|columns| columns.each_ref().map(|column| load(column, first)));
+        let zero = _mm512_setzero_ps();
+        Self {
+            inverse,
+            near,
+            far,
+            start: load(&group.start, first),
+            limit: load(&group.limit, first),
+            falls: inverse.map(|x| _mm512_cmp_ps_mask::<_CMP_LT_OQ>(x, zero)),
+        }
+    }
+
+    /// Where rays enter a child's box, and those of a set that enter it before their limit.
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn test(&self, node: &WideNode, child: usize, set: __mmask16) -> (__m512, __mmask16) {
+        let meet = |axis: usize| {
+            let [low, high] = node.planes[axis].map(|x| _mm512_set1_ps(x.as_array()[child]));
+            let first = _mm512_mask_blend_ps(self.falls[axis], low, high);
+            let last = _mm512_mask_blend_ps(self.falls[axis], high, low);
+            let inverse = self.inverse[axis];
+            let near = _mm512_fmadd_ps(first, inverse, self.near[axis]);
+            (near, _mm512_fmadd_ps(last, inverse, self.far[axis]))
+        };
+        let [(nx, fx), (ny, fy), (nz, fz)] = [meet(0), meet(1), meet(2)];
+        let near = _mm512_max_ps(_mm512_max_ps(nx, ny), _mm512_max_ps(nz, self.start));
+        let far = _mm512_min_ps(_mm512_min_ps(fx, fy), _mm512_min_ps(fz, self.limit));
+        (near, _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(set, near, far))
+    }
+}
+
+/// The network of compare and exchange for eight numbers. [Knuth, The Art of Computer Programming,
+/// vol. 3, §5.3.4: Batcher's, by merging]
+const NETWORK: [[usize; 2]; 19] = [
+    [0, 1],
+    [2, 3],
+    [4, 5],
+    [6, 7],
+    [0, 2],
+    [1, 3],
+    [4, 6],
+    [5, 7],
+    [1, 2],
+    [5, 6],
+    [0, 4],
+    [3, 7],
+    [1, 5],
+    [2, 6],
+    [1, 4],
+    [3, 6],
+    [2, 4],
+    [3, 5],
+    [3, 4],
+];
+
+/// Eight keys of each of sixteen rays, in descending order.
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn sort_descending(mut keys: [__m512i; WIDTH]) -> [__m512i; WIDTH] {
+    for [i, j] in NETWORK {
+        let (a, b) = (keys[i], keys[j]);
+        (keys[i], keys[j]) = (_mm512_max_epu32(a, b), _mm512_min_epu32(a, b));
+    }
+    keys
+}
+
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn splat(x: u32) -> __m512i {
+    _mm512_set1_epi32(x.cast_signed())
+}
+
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn numbers() -> __m512i {
+    load_bits(&std::array::from_fn::<u32, SIXTEEN, _>(|i| i as u32), 0)
+}
+
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn to_array(x: __m512i) -> Integers {
+    let mut numbers = [0; SIXTEEN];
+    store_bits(&mut numbers, 0, !0, x);
+    numbers
+}
+
+/// The keys of each ray.
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn rows(keys: &[__m512i; WIDTH]) -> [u32x8; SIXTEEN] {
+    let mut columns = [[f32x8::ZERO; SIXTEEN / WIDTH]; WIDTH];
+    for (column, keys) in columns.iter_mut().zip(keys) {
+        *column = bytemuck::cast(to_array(*keys));
+    }
+    let [a, b] = [0, 1].map(|half| f32x8::transpose(columns.map(|column| column[half])));
+    bytemuck::cast([a, b])
+}
+
+/// What sixteen rays find at the root.
+struct Found {
+    /// How many children each hits.
+    count: __m512i,
+    /// The one that it visits next.
+    next: __m512i,
+}
+
+impl Found {
+    /// Those that hit more than so many children.
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn more_than(&self, count: u32) -> __mmask16 {
+        _mm512_cmpgt_epi32_mask(self.count, splat(count))
+    }
+}
+
+impl Group {
+    /// See [`Avx512::enter`](super::avx512::Avx512::enter).
+    #[target_feature(enable = "avx512f")]
+    pub(super) fn enter_by_sixteen<const ANY: bool>(
+        &mut self,
+        stacks: &mut Stacks,
+        queues: &mut Queues,
+        root: &WideNode,
+        first: usize,
+        usable: u32,
+    ) -> u32 {
+        let slabs = Slabs::new(self, first);
+        let usable = usable as __mmask16;
+        let found = if ANY {
+            self.find_any(stacks, root, first, &slabs, usable)
+        } else {
+            self.find_nearest(stacks, root, first, &slabs, usable)
+        };
+        let is_hit = found.more_than(0);
+        // The next child is the last that was put on the stack.
+        let top = load_bits(&self.top, first);
+        let top = _mm512_sub_epi32(_mm512_add_epi32(top, found.count), splat(1));
+        store_bits(&mut self.top, first, is_hit, top);
+        store_bits(&mut self.child, first, is_hit, found.next);
+        let kinds = _mm512_srli_epi32::<{ Child::KIND_SHIFT }>(found.next);
+        let places = _mm512_add_epi32(splat(first as u32), numbers());
+        for kind in [Queues::NODES, Queues::SPHERES, Queues::TRIANGLES] {
+            let set = _mm512_mask_cmpeq_epi32_mask(is_hit, kinds, splat(kind as u32));
+            let places = _mm512_maskz_compress_epi32(set, places);
+            let len = queues.len(kind);
+            store_bits(&mut queues.rays[kind], len, !0, places);
+            queues.grow(kind, set.count_ones());
+        }
+        is_hit.count_ones()
+    }
+
+    /// Rays that look for any hit put off what they do not visit next.
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn find_any(
+        &self,
+        stacks: &mut Stacks,
+        root: &WideNode,
+        first: usize,
+        slabs: &Slabs,
+        usable: __mmask16,
+    ) -> Found {
+        let mut found = Found { count: splat(0), next: splat(Child::DONE) };
+        let mut sets = splat(0);
+        for child in 0..WIDTH {
+            let (_, hit) = slabs.test(root, child, usable);
+            found.count = _mm512_mask_add_epi32(found.count, hit, found.count, splat(1));
+            found.next = _mm512_mask_mov_epi32(found.next, hit, splat(root.children[child].0));
+            sets = _mm512_mask_or_epi32(sets, hit, sets, splat(1 << child));
+        }
+        let sets = to_array(sets);
+        for i in lanes(u32::from(found.more_than(1))) {
+            let top = self.top[first + i] as usize;
+            stacks.put(top, members(sets[i % SIXTEEN]), root);
+        }
+        found
+    }
+
+    /// The same for nearest hits.
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn find_nearest(
+        &self,
+        stacks: &mut Stacks,
+        root: &WideNode,
+        first: usize,
+        slabs: &Slabs,
+        usable: __mmask16,
+    ) -> Found {
+        let mut count = splat(0);
+        let mut least = splat(u32::MAX);
+        let mut keys = [splat(0); WIDTH];
+        for (child, key) in keys.iter_mut().enumerate() {
+            let (near, hit) = slabs.test(root, child, usable);
+            count = _mm512_mask_add_epi32(count, hit, count, splat(1));
+            let (near, lane) = (_mm512_castps_si512(near), splat(child as u32));
+            // near & !LANE_BITS | child
+            let mask = splat(!LANE_BITS);
+            *key = _mm512_maskz_ternarylogic_epi32::<A_AND_B_OR_C>(hit, near, mask, lane);
+            least = _mm512_mask_min_epu32(least, hit, least, *key);
+        }
+        // Twice, since four bits of the key count.
+        let children: Integers = bytemuck::cast([root.children; SIXTEEN / WIDTH]);
+        let next = _mm512_permutexvar_epi32(least, load_bits(&children, 0));
+        let found = Found { count, next };
+        let several = found.more_than(1);
+        if several != 0 {
+            let rows = rows(&sort_descending(keys));
+            for i in lanes(u32::from(several)) {
+                let top = self.top[first + i] as usize;
+                stacks.put_sorted(top, rows[i % SIXTEEN], root);
+            }
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::NETWORK;
+
+    #[test]
+    fn every_sequence_of_zeros_and_ones_is_sorted() {
+        // See the test of the same name in `order.rs`.
+        for bits in 0..256u32 {
+            let mut x: [u32; 8] = std::array::from_fn(|lane| bits >> lane & 1);
+            for [i, j] in NETWORK {
+                (x[i], x[j]) = (x[i].max(x[j]), x[i].min(x[j]));
+            }
+            assert!(x.is_sorted_by(|a, b| a >= b), "{bits:08b}");
+        }
+    }
+}
