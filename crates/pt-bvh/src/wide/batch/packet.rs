@@ -173,8 +173,7 @@ impl WideBvh {
                 Queues::NODES => {
                     let node = &self.nodes[child as usize];
                     let (near, hit) = beam.test(&node.planes, limit);
-                    // Where packets are small, so are triangles: the nearest are hit at once.
-                    if ANY && N > PACKET {
+                    if ANY {
                         stacks.push(&mut top, hit, node);
                     } else {
                         stacks.push_sorted(&mut top, near, hit, node);
