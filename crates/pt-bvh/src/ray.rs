@@ -21,6 +21,8 @@
 use pt_math::interval::{EPSILON, gamma};
 use pt_math::{BVec3A, Bounds3, Ray, Vec3, Vec3A, Vec4};
 
+use wide::u32x4;
+
 use crate::geometry::LARGEST_COORDINATE;
 
 /// In units of R; see the module.
@@ -98,7 +100,7 @@ impl Prepared {
         let o = Vec3A::from_vec4(Vec4::from_slice(&numbers[..4]));
         let d = Vec3A::from_vec4(Vec4::from_slice(&numbers[3..7]));
         let size = d.abs();
-        let scale = size.max_element();
+        let scale = greatest(size.extend(0.0));
         let slopes = d / scale;
         // Without direction, or with one that is not finite, some slope is not a number.
         let usable =
@@ -109,8 +111,7 @@ impl Prepared {
         // Not the inverse of the slopes: this is known sooner, and all queries wait for it.
         let is_usual = (LEAST_SCALE..=1.0 / LEAST_SCALE).contains(&scale);
         let inverse = if is_usual { d.recip() * scale } else { unusual_inverse(slopes) };
-        let most = Vec3A::splat(1.0 / LEAST_SLOPE);
-        let inverse = inverse.max(-most).min(most);
+        let inverse = at_most(inverse, 1.0 / LEAST_SLOPE);
         let reach = (scene.center - o).abs() + scene.half;
         Some(Self {
             origin: ray.origin,
@@ -120,7 +121,7 @@ impl Prepared {
             slopes,
             falls: d.is_negative_bitmask(),
             inverse,
-            pad: (PAD * reach.max_element()).max(LEAST_PAD),
+            pad: PAD * greatest(reach.extend(LEAST_PAD / PAD)),
             t_min: ray.t_min.max(0.0),
             t_max: ray.t_max,
         })
@@ -157,6 +158,24 @@ pub(crate) fn depth_limit(t: f32, scale: f32) -> f32 {
 
 /// The least number above 0.
 pub(crate) const LEAST: f32 = f32::from_bits(1);
+
+/// The greatest of four numbers that are not below 0, which compare as integers: that is known sooner.
+#[inline(always)]
+fn greatest(x: Vec4) -> f32 {
+    let x: u32x4 = bytemuck::cast(x);
+    let x = x.max(x.shuffle(u32x4::new([2, 3, 0, 1])));
+    let x = x.max(x.shuffle(u32x4::new([1, 0, 3, 2])));
+    f32::from_bits(x.as_array()[0])
+}
+
+/// Three numbers, in magnitude at most `most`; none is NaN. See [`greatest`].
+#[inline(always)]
+fn at_most(x: Vec3A, most: f32) -> Vec3A {
+    let sign = u32x4::splat(1 << 31);
+    let x: u32x4 = bytemuck::cast(x.extend(0.0));
+    let magnitude = (x & !sign).min(u32x4::splat(most.to_bits()));
+    Vec3A::from_vec4(bytemuck::cast(magnitude | (x & sign)))
+}
 
 /// What [`Prepared::inverse`] is made of for very short and very long directions.
 #[cold]

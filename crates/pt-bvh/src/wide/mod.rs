@@ -7,6 +7,7 @@
 mod batch;
 mod bytes;
 mod collapse;
+mod depths;
 mod forest;
 mod refit;
 mod traverse;

@@ -7,6 +7,7 @@ use pt_math::{Ray, Vec3A};
 use wide::{f32x8, u32x8};
 
 use super::batch::order::members;
+use super::depths::{after, earlier, later};
 use super::triangles::Shear;
 use super::{BLOCK, Child, Lanes, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode};
 use crate::counter::Counter;
@@ -123,9 +124,9 @@ impl Slabs {
         let (near_x, far_x) = (meet(0, x, self.near), meet(0, WIDTH ^ x, self.far));
         let (near_y, far_y) = (meet(1, y, self.near), meet(1, WIDTH ^ y, self.far));
         let (near_z, far_z) = (meet(2, z, self.near), meet(2, WIDTH ^ z, self.far));
-        let near = near_x.fast_max(near_y).fast_max(near_z.fast_max(self.start));
-        let far = far_x.fast_min(far_y).fast_min(far_z.fast_min(limit));
-        (near, near.simd_le(far))
+        let near = later(later(near_x, near_y), later(near_z, self.start));
+        let far = earlier(earlier(far_x, far_y), earlier(far_z, limit));
+        (near, !after(near, far))
     }
 }
 

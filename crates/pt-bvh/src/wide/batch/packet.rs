@@ -13,11 +13,12 @@ use pt_math::Vec3;
 use wide::{f32x8, u32x8};
 
 use super::fan::{Fan, Met};
-use super::group::{Column, Group, eight, of_eight};
+use super::group::{Column, Group, bits, eight, of_eight};
 use super::section::Sections;
 use super::{Queues, Stacks};
 use crate::counter::Counter;
 use crate::ray::{AXES, LEAST_PAD, LEAST_SLOPE, PAD, Scene};
+use crate::wide::depths::{after, earlier, later};
 use crate::wide::traverse::lanes;
 use crate::wide::triangles::Sheared;
 use crate::wide::{Child, TriangleBlock, WIDTH, WideBvh};
@@ -61,7 +62,8 @@ fn fold<const N: usize>(column: &Column, first: usize, of: fn(f32x8, f32x8) -> f
 /// The greatest of the numbers of `N` rays in a column of numbers above 0.
 #[inline(always)]
 fn greatest<const N: usize>(column: &Column, first: usize) -> f32 {
-    fold::<N>(column, first, f32x8::fast_max).to_array().into_iter().fold(0.0, f32::max)
+    let greatest = bits(fold::<N>(column, first, later)).to_array();
+    f32::from_bits(greatest.into_iter().fold(0, u32::max))
 }
 
 /// Whether `N` rays have the same entry.
@@ -136,16 +138,16 @@ impl Beam {
         let [nx, ny, nz] = [0, 1, 2].map(|k: usize| {
             let distance = planes[k][self.first[k] & 1] - self.near_origin[k];
             let [a, b] = self.inverse[k];
-            (distance * a).fast_min(distance * b)
+            earlier(distance * a, distance * b)
         });
         let [fx, fy, fz] = [0, 1, 2].map(|k: usize| {
             let distance = planes[k][1 ^ (self.first[k] & 1)] - self.far_origin[k];
             let [a, b] = self.inverse[k];
-            (distance * a).fast_max(distance * b)
+            later(distance * a, distance * b)
         });
-        let near = nx.fast_max(ny).fast_max(nz.fast_max(self.start));
-        let far = fx.fast_min(fy).fast_min(fz.fast_min(f32x8::splat(limit)));
-        (near, near.simd_le(far))
+        let near = later(later(nx, ny), later(nz, self.start));
+        let far = earlier(earlier(fx, fy), earlier(fz, f32x8::splat(limit)));
+        (near, !after(near, far))
     }
 }
 
