@@ -8,7 +8,7 @@ use wide::{f32x8, u32x8};
 
 use super::batch::order::members;
 use super::depths::{after, earlier, later};
-use super::triangles::Shear;
+use super::triangles::{Shear, Tested};
 use super::{BLOCK, Child, Lanes, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode};
 use crate::counter::Counter;
 use crate::geometry::Hit;
@@ -186,27 +186,52 @@ impl<'a, C: Counter> Query<'a, C> {
     /// The same for a block of triangles.
     #[inline(always)]
     fn test_triangles(&mut self, block: &TriangleBlock, limit: f32) -> bool {
+        let Some((set, tested)) = self.filter(block, limit) else { return false };
+        let mut better = false;
+        if let Some(lane) = tested.nearest(set, self.asked.t_min.max(0.0), self.nearest.t()) {
+            better = self.nearest.offer(tested.in_lane(lane, &block.ids));
+        }
+        better | self.confirm(block, set, &tested)
+    }
+
+    /// Whether a primitive of a leaf is hit at all, for a query that has found nothing yet.
+    #[inline(always)]
+    fn test_any(&mut self, bvh: &WideBvh, leaf: Child, limit: f32) -> bool {
+        if leaf.0 & Child::TRIANGLES == 0 {
+            return self.test_spheres(&bvh.spheres[Child::index(leaf.0)]);
+        }
+        let block = &bvh.triangles[Child::index(leaf.0)];
+        let Some((set, tested)) = self.filter(block, limit) else { return false };
+        let Ray { t_min, t_max, .. } = *self.asked;
+        tested.any(set, t_min.max(0.0), t_max) || self.confirm(block, set, &tested)
+    }
+
+    /// What single precision says of the triangles of a block that pass the filter, if any do.
+    #[inline(always)]
+    fn filter(&mut self, block: &TriangleBlock, limit: f32) -> Option<(u32, Tested)> {
         self.counter.add(|| block.len());
         // Otherwise vectors of eight would be made of these before the first node, which takes longer.
         let (origin, of_ray) = black_box((&self.asked.origin, self.of_ray));
         let shear = Shear::new(*origin, of_ray.slopes, self.axes, self.start);
         let (set, sheared) = shear.filter_block(block, Lanes::splat(limit));
         if set == 0 {
-            return false;
+            return None;
         }
         let origin_size = Lanes::splat(origin.abs().max_element());
         let inverse_scale = Lanes::splat(1.0 / of_ray.scale);
-        let tested = sheared.test(inverse_scale, origin_size);
-        let mut better = false;
-        if let Some(lane) = tested.nearest(set, self.asked.t_min.max(0.0), self.nearest.t()) {
-            better = self.nearest.offer(tested.in_lane(lane, &block.ids));
-        }
+        Some((set, sheared.test(inverse_scale, origin_size)))
+    }
+
+    /// Double precision decides about the triangles of a set that are unclear; whether one of them is
+    /// better than what there was.
+    #[inline(always)]
+    fn confirm(&mut self, block: &TriangleBlock, set: u32, tested: &Tested) -> bool {
         let unclear = tested.unclear.to_bitmask() & set;
-        if unclear != 0 {
-            let confirmed = confirm(self.asked, self.scene, block, unclear, self.nearest);
-            better |= confirmed.1;
-            self.nearest = confirmed.0;
+        if unclear == 0 {
+            return false;
         }
+        let (nearest, better) = confirm(self.asked, self.scene, block, unclear, self.nearest);
+        self.nearest = nearest;
         better
     }
 
@@ -313,7 +338,7 @@ impl WideBvh {
                         child = node.children[last as usize % WIDTH];
                         continue;
                     }
-                } else if query.test(self, child, limit) {
+                } else if query.test_any(self, child, limit) {
                     return true;
                 }
                 if len == 0 {

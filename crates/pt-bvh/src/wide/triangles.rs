@@ -149,6 +149,13 @@ impl Tested {
         Hit { t: number(&self.t), b1: number(b1), b2: number(b2), primitive: ids[lane % BLOCK] }
     }
 
+    /// Whether there is a hit with t in (`t_min`, `t_max`) in a set of lanes.
+    #[inline(always)]
+    pub(super) fn any(&self, set: u32, t_min: f32, t_max: f32) -> bool {
+        let counts = self.t.simd_gt(Lanes::splat(t_min)) & self.t.simd_lt(Lanes::splat(t_max));
+        (self.hit & counts).to_bitmask() & set != 0
+    }
+
     /// The nearest hit with t in (`t_min`, `t_max`] in a set of lanes, and of several the first.
     #[inline(always)]
     pub(super) fn nearest(&self, set: u32, t_min: f32, t_max: f32) -> Option<usize> {
