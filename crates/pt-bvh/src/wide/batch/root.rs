@@ -30,8 +30,13 @@ const A_AND_B_OR_C: i32 = 0b1110_1010;
 /// Numbers for each of sixteen rays.
 type Integers = [u32; SIXTEEN];
 
-/// Sixteen rays as the boxes want them.
-struct Slabs {
+/// Sixteen rays at the root, as the boxes want them.
+struct Slabs<'a> {
+    root: &'a WideNode,
+    /// Place of the first ray.
+    first: usize,
+    /// Those that can hit anything.
+    usable: __mmask16,
     inverse: [__m512; 3],
     near: [__m512; 3],
     far: [__m512; 3],
@@ -41,14 +46,17 @@ struct Slabs {
     falls: [__mmask16; 3],
 }
 
-impl Slabs {
+impl<'a> Slabs<'a> {
     #[inline]
     #[target_feature(enable = "avx512f")]
-    fn new(group: &Group, first: usize) -> Self {
+    fn new(group: &Group, root: &'a WideNode, first: usize, usable: u32) -> Self {
         let [inverse, near, far] = [&group.inverse, &group.near, &group.far]
             .map(|columns| columns.each_ref().map(|column| load(column, first)));
         let zero = _mm512_setzero_ps();
         Self {
+            root,
+            first,
+            usable: usable as __mmask16,
             inverse,
             near,
             far,
@@ -58,12 +66,12 @@ impl Slabs {
         }
     }
 
-    /// Where rays enter a child's box, and those of a set that enter it before their limit.
+    /// Where rays enter a child's box, and those that enter it before their limit.
     #[inline]
     #[target_feature(enable = "avx512f")]
-    fn test(&self, node: &WideNode, child: usize, set: __mmask16) -> (__m512, __mmask16) {
+    fn test(&self, child: usize) -> (__m512, __mmask16) {
         let meet = |axis: usize| {
-            let [low, high] = node.planes[axis].map(|x| _mm512_set1_ps(x.as_array()[child]));
+            let [low, high] = self.root.planes[axis].map(|x| _mm512_set1_ps(x.as_array()[child]));
             let first = _mm512_mask_blend_ps(self.falls[axis], low, high);
             let last = _mm512_mask_blend_ps(self.falls[axis], high, low);
             let inverse = self.inverse[axis];
@@ -73,7 +81,7 @@ impl Slabs {
         let [(nx, fx), (ny, fy), (nz, fz)] = [meet(0), meet(1), meet(2)];
         let near = _mm512_max_ps(_mm512_max_ps(nx, ny), _mm512_max_ps(nz, self.start));
         let far = _mm512_min_ps(_mm512_min_ps(fx, fy), _mm512_min_ps(fz, self.limit));
-        (near, _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(set, near, far))
+        (near, _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(self.usable, near, far))
     }
 }
 
@@ -172,13 +180,9 @@ impl Group {
         first: usize,
         usable: u32,
     ) -> u32 {
-        let slabs = Slabs::new(self, first);
-        let usable = usable as __mmask16;
-        let found = if ANY {
-            self.find_any(stacks, root, first, &slabs, usable)
-        } else {
-            self.find_nearest(stacks, root, first, &slabs, usable)
-        };
+        let slabs = Slabs::new(self, root, first, usable);
+        let found =
+            if ANY { self.find_any(stacks, &slabs) } else { self.find_nearest(stacks, &slabs) };
         let is_hit = found.more_than(0);
         // The next child is the last that was put on the stack.
         let top = load_bits(&self.top, first);
@@ -200,26 +204,20 @@ impl Group {
     /// Rays that look for any hit put off what they do not visit next.
     #[inline]
     #[target_feature(enable = "avx512f")]
-    fn find_any(
-        &self,
-        stacks: &mut Stacks,
-        root: &WideNode,
-        first: usize,
-        slabs: &Slabs,
-        usable: __mmask16,
-    ) -> Found {
+    fn find_any(&self, stacks: &mut Stacks, slabs: &Slabs<'_>) -> Found {
         let mut found = Found { count: splat(0), next: splat(Child::DONE) };
         let mut sets = splat(0);
         for child in 0..WIDTH {
-            let (_, hit) = slabs.test(root, child, usable);
+            let (_, hit) = slabs.test(child);
             found.count = _mm512_mask_add_epi32(found.count, hit, found.count, splat(1));
-            found.next = _mm512_mask_mov_epi32(found.next, hit, splat(root.children[child].0));
+            found.next =
+                _mm512_mask_mov_epi32(found.next, hit, splat(slabs.root.children[child].0));
             sets = _mm512_mask_or_epi32(sets, hit, sets, splat(1 << child));
         }
         let sets = to_array(sets);
         for i in lanes(u32::from(found.more_than(1))) {
-            let top = self.top[first + i] as usize;
-            stacks.put(top, members(sets[i % SIXTEEN]), root);
+            let top = self.top[slabs.first + i] as usize;
+            stacks.put(top, members(sets[i % SIXTEEN]), slabs.root);
         }
         found
     }
@@ -227,19 +225,12 @@ impl Group {
     /// The same for nearest hits.
     #[inline]
     #[target_feature(enable = "avx512f")]
-    fn find_nearest(
-        &self,
-        stacks: &mut Stacks,
-        root: &WideNode,
-        first: usize,
-        slabs: &Slabs,
-        usable: __mmask16,
-    ) -> Found {
+    fn find_nearest(&self, stacks: &mut Stacks, slabs: &Slabs<'_>) -> Found {
         let mut count = splat(0);
         let mut least = splat(u32::MAX);
         let mut keys = [splat(0); WIDTH];
         for (child, key) in keys.iter_mut().enumerate() {
-            let (near, hit) = slabs.test(root, child, usable);
+            let (near, hit) = slabs.test(child);
             count = _mm512_mask_add_epi32(count, hit, count, splat(1));
             let (near, lane) = (_mm512_castps_si512(near), splat(child as u32));
             // near & !LANE_BITS | child
@@ -248,15 +239,15 @@ impl Group {
             least = _mm512_mask_min_epu32(least, hit, least, *key);
         }
         // Twice, since four bits of the key count.
-        let children: Integers = bytemuck::cast([root.children; SIXTEEN / WIDTH]);
+        let children: Integers = bytemuck::cast([slabs.root.children; SIXTEEN / WIDTH]);
         let next = _mm512_permutexvar_epi32(least, load_bits(&children, 0));
         let found = Found { count, next };
         let several = found.more_than(1);
         if several != 0 {
             let rows = rows(&sort_descending(keys));
             for i in lanes(u32::from(several)) {
-                let top = self.top[first + i] as usize;
-                stacks.put_sorted(top, rows[i % SIXTEEN], root);
+                let top = self.top[slabs.first + i] as usize;
+                stacks.put_sorted(top, rows[i % SIXTEEN], slabs.root);
             }
         }
         found
