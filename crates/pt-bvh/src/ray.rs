@@ -20,7 +20,6 @@
 
 use pt_math::interval::{EPSILON, gamma};
 use pt_math::{BVec3A, Bounds3, Ray, Vec3, Vec3A, Vec4};
-
 use wide::u32x4;
 
 use crate::geometry::LARGEST_COORDINATE;

@@ -42,7 +42,7 @@ impl Child {
     /// Nothing: the end of a query.
     const DONE: u32 = u32::MAX;
 
-    /// The bits below those of kind.
+    /// How many bits are below those of kind.
     const KIND_SHIFT: u32 = 30;
 
     /// The two bits of kind.
@@ -105,12 +105,12 @@ pub(crate) struct WideBvh {
     scene: Scene,
     /// Room for all children that a ray of a batch can put off.
     stack_size: usize,
-    /// By which packets test triangles, where the processor has it.
+    /// By which batches test the root, and their packets triangles, where the processor has it.
     avx512: Option<Avx512>,
 }
 
 impl WideBvh {
-    /// Whether packets test triangles by AVX-512.
+    /// Whether batches use AVX-512.
     pub(crate) fn has_avx512(&self) -> bool {
         self.avx512.is_some()
     }

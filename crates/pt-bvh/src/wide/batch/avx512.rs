@@ -1,6 +1,6 @@
-//! The triangle test of packets by AVX-512: a triangle against sixteen rays at once. The operations
-//! are those of [`Sheared`](crate::wide::triangles::Sheared) and [`Group::test`], so the hits have the
-//! same bits.
+//! AVX-512, where the processor has it: that it has, loads and stores of sixteen numbers, and the
+//! triangle test of packets, a triangle against sixteen rays at once. Its operations are those of
+//! [`Sheared`](crate::wide::triangles::Sheared) and [`Group::test`], so the hits have the same bits.
 
 use std::arch::x86_64::{
     __m512, __m512i, __mmask16, _CMP_EQ_OQ, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ,
