@@ -30,8 +30,12 @@ pub(crate) const PAD: f32 = 48.0 * EPSILON;
 pub(crate) const BOX_TEST: f32 = 16.0 * EPSILON;
 /// Never 0, so that depths of 0 stay inside.
 pub(crate) const LEAST_PAD: f32 = 4.0 * f32::MIN_POSITIVE;
-/// Directions shorter than this, or longer than its inverse, are not inverted, but their slopes.
+/// What boxes are widened by, over a component of an ordinary ray's direction, is at least this.
 const LEAST_SCALE: f32 = 1.0 / (1u128 << 100) as f32;
+/// The least magnitude of a component of an ordinary ray's direction.
+const LEAST_COMPONENT: f32 = 1.0 / (1u64 << 60) as f32;
+/// Boxes of trees are widened for rays with R up to this times half of the scene's largest extent.
+const NEAR: f32 = 2.0;
 /// Slopes below this are rounded up to it: over the depth R that moves the ray by εR.
 pub(crate) const LEAST_SLOPE: f32 = EPSILON;
 /// More than the relative error of converting between t and τ, and back; and more than by what the
@@ -47,6 +51,12 @@ pub(crate) struct Scene {
     pub(crate) center: Vec3A,
     /// How far from there things are at most, per axis.
     pub(crate) half: Vec3A,
+    /// By how much boxes of the tree are widened on every side before there are rays.
+    pub(crate) padded: f32,
+    /// How far from the center ordinary rays begin at most, per axis; see [`Prepared::ordinary`].
+    room: Vec3A,
+    /// The greatest magnitude of a component of their directions.
+    longest: f32,
 }
 
 impl Scene {
@@ -58,7 +68,23 @@ impl Scene {
     /// The same, with any point in place of the middle.
     pub(crate) fn around(center: Vec3, bounds: &Bounds3) -> Self {
         let half = (bounds.max - center).max(center - bounds.min) * (1.0 + 4.0 * EPSILON);
-        Self { center: center.into(), half: half.into() }
+        let reach = NEAR * half.max_element();
+        let in_range = (Vec3::splat(LARGEST_COORDINATE) - center.abs()).max(Vec3::ZERO);
+        let room = (Vec3::splat(reach) - half).min(in_range) * (1.0 - 4.0 * EPSILON);
+        let padded = (PAD * reach).max(LEAST_PAD);
+        Self {
+            center: center.into(),
+            half: half.into(),
+            padded,
+            room: room.into(),
+            longest: (padded / LEAST_SCALE).min(1.0 / LEAST_COMPONENT),
+        }
+    }
+
+    /// Per axis, whether that magnitude of a ray's direction lets its depth in boxes be t.
+    #[inline(always)]
+    fn is_ordinary(&self, size: Vec3A) -> BVec3A {
+        size.cmpge(Vec3A::splat(LEAST_COMPONENT)) & size.cmple(Vec3A::splat(self.longest))
     }
 }
 
@@ -75,9 +101,11 @@ pub(crate) struct Prepared {
     pub(crate) slopes: Vec3A,
     /// A bit for each axis along which the ray falls.
     pub(crate) falls: u32,
-    /// |d_kz| / d per axis, at most 1/ε in magnitude, never infinite.
+    /// Boxes are met at depths t·unit.
+    pub(crate) unit: f32,
+    /// unit / d per axis, never infinite.
     pub(crate) inverse: Vec3A,
-    /// By how much a box is widened on every side before it is tested.
+    /// By how much a box is to be widened on every side before it is tested.
     pub(crate) pad: f32,
     /// Hits at or before this t do not count; at least 0.
     pub(crate) t_min: f32,
@@ -92,12 +120,27 @@ impl Prepared {
         if bounds.is_empty() { None } else { Self::in_scene(ray, &Scene::new(bounds)) }
     }
 
-    /// The same where there is something.
+    /// The same for most rays that come to a tree whose boxes are widened by [`Scene::padded`]: those
+    /// that begin so near, in a direction so ordinary, that their depth in boxes can be t, and these
+    /// need not be widened for them; `None` for others. It is soon known: all queries wait for it.
+    ///
+    /// Distances to planes are below 2⁶⁶ and inverses at most 2⁶⁰, so depths are finite. Boxes that
+    /// the ray begins in are left at t ≥ padded / longest ≥ 2⁻¹⁰⁰, which is above 0 in single precision.
+    #[inline(always)]
+    pub(crate) fn ordinary(ray: &Ray, scene: &Scene) -> Option<Self> {
+        let [o, d] = origin_and_direction(ray);
+        let size = d.abs();
+        let is_near = (scene.center - o).abs().cmple(scene.room);
+        (is_near & scene.is_ordinary(size)).all().then(|| {
+            let scale = greatest(size.extend(0.0));
+            Self::of(ray, d, scale, d / scale, 1.0, d.recip(), 0.0)
+        })
+    }
+
+    /// The same for any ray, where there is something.
     #[inline(always)]
     pub(crate) fn in_scene(ray: &Ray, scene: &Scene) -> Option<Self> {
-        let numbers: [f32; 8] = bytemuck::cast(*ray);
-        let o = Vec3A::from_vec4(Vec4::from_slice(&numbers[..4]));
-        let d = Vec3A::from_vec4(Vec4::from_slice(&numbers[3..7]));
+        let [o, d] = origin_and_direction(ray);
         let size = d.abs();
         let scale = greatest(size.extend(0.0));
         let slopes = d / scale;
@@ -107,35 +150,50 @@ impl Prepared {
         if !usable.all() {
             return None;
         }
-        // Not the inverse of the slopes: this is known sooner, and all queries wait for it.
-        let is_usual = (LEAST_SCALE..=1.0 / LEAST_SCALE).contains(&scale);
-        let inverse = if is_usual { d.recip() * scale } else { unusual_inverse(slopes) };
-        let inverse = at_most(inverse, 1.0 / LEAST_SLOPE);
         let reach = (scene.center - o).abs() + scene.half;
-        Some(Self {
+        let pad = PAD * greatest(reach.extend(LEAST_PAD / PAD));
+        let is_ordinary = scene.is_ordinary(size).all();
+        let (unit, inverse) =
+            if is_ordinary { (1.0, d.recip()) } else { (scale, inverse_of_slopes(slopes)) };
+        Some(Self::of(ray, d, scale, slopes, unit, inverse, pad))
+    }
+
+    /// With what is common to all rays.
+    #[inline(always)]
+    fn of(
+        ray: &Ray,
+        d: Vec3A,
+        scale: f32,
+        slopes: Vec3A,
+        unit: f32,
+        inverse: Vec3A,
+        pad: f32,
+    ) -> Self {
+        Self {
             origin: ray.origin,
             direction: ray.direction,
-            axes: axes_of(size.cmpeq(Vec3A::splat(scale))),
+            axes: axes_of(d.abs().cmpeq(Vec3A::splat(scale))),
             scale,
             slopes,
             falls: d.is_negative_bitmask(),
+            unit,
             inverse,
-            pad: PAD * greatest(reach.extend(LEAST_PAD / PAD)),
+            pad,
             t_min: ray.t_min.max(0.0),
             t_max: ray.t_max,
-        })
+        }
     }
 
-    /// A depth that no hit with parameter up to `t` exceeds; above 0.
+    /// A depth in boxes that no hit with parameter up to `t` exceeds; above 0.
     #[inline]
     pub(crate) fn depth_limit(&self, t: f32) -> f32 {
-        depth_limit(t, self.scale)
+        depth_limit(t, self.unit)
     }
 
-    /// A depth that every hit after `t_min` exceeds, or is within the pad of; above 0.
+    /// A depth in boxes that every hit after `t_min` exceeds, or is within the pad of; above 0.
     #[inline]
     pub(crate) fn depth_start(&self) -> f32 {
-        (self.t_min * self.scale * (1.0 - CONVERSION)).max(f32::MIN_POSITIVE)
+        depth_start(self.t_min, self.unit)
     }
 
     /// The depths between which the ray is inside of the box widened by `pad` on every side: with
@@ -149,10 +207,24 @@ impl Prepared {
     }
 }
 
-/// See [`Prepared::depth_limit`]. What is added to t matters only where its digits end early.
+/// The numbers of a ray as vectors.
+#[inline(always)]
+fn origin_and_direction(ray: &Ray) -> [Vec3A; 2] {
+    let numbers: [f32; 8] = bytemuck::cast(*ray);
+    [&numbers[..4], &numbers[3..7]].map(|four| Vec3A::from_vec4(Vec4::from_slice(four)))
+}
+
+/// See [`Prepared::depth_limit`]; in units of `scale`. What is added to t matters only where its digits
+/// end early.
 #[inline(always)]
 pub(crate) fn depth_limit(t: f32, scale: f32) -> f32 {
     ((t + LEAST) * (scale * (1.0 + CONVERSION))).max(2.0 * f32::MIN_POSITIVE)
+}
+
+/// See [`Prepared::depth_start`]; in units of `scale`.
+#[inline(always)]
+pub(crate) fn depth_start(t_min: f32, scale: f32) -> f32 {
+    (t_min * scale * (1.0 - CONVERSION)).max(f32::MIN_POSITIVE)
 }
 
 /// The least number above 0.
@@ -167,20 +239,11 @@ fn greatest(x: Vec4) -> f32 {
     f32::from_bits(x.as_array()[0])
 }
 
-/// Three numbers, in magnitude at most `most`; none is NaN. See [`greatest`].
-#[inline(always)]
-fn at_most(x: Vec3A, most: f32) -> Vec3A {
-    let sign = u32x4::splat(1 << 31);
-    let x: u32x4 = bytemuck::cast(x.extend(0.0));
-    let magnitude = (x & !sign).min(u32x4::splat(most.to_bits()));
-    Vec3A::from_vec4(bytemuck::cast(magnitude | (x & sign)))
-}
-
-/// What [`Prepared::inverse`] is made of for very short and very long directions.
+/// Of slopes that may be 0.
 #[cold]
 #[inline(never)]
-fn unusual_inverse(slopes: Vec3A) -> Vec3A {
-    slopes.recip()
+fn inverse_of_slopes(slopes: Vec3A) -> Vec3A {
+    slopes.abs().max(Vec3A::splat(LEAST_SLOPE)).copysign(slopes).recip()
 }
 
 /// The axes in cyclic order, the last of them along the largest of three magnitudes, by which of these

@@ -8,6 +8,7 @@ use rayon::ThreadPoolBuilder;
 use super::Soup;
 use super::pieces::needles;
 use crate::fuzz::ask;
+use crate::serial::VERSION;
 use crate::serial::codec::checksum;
 use crate::{BuildOptions, Builder, Bvh, Quality, ReadError, Sphere};
 
@@ -80,7 +81,7 @@ fn every_part_of_the_bytes_is_guarded() {
         changed[i] ^= 1 << (i % 8);
         let expected = match i {
             0..8 => ReadError::Mark,
-            8..12 => ReadError::Version { found: 1 ^ (1 << (i % 8) << (8 * (i - 8))) },
+            8..12 => ReadError::Version { found: VERSION ^ (1 << (i % 8) << (8 * (i - 8))) },
             _ => ReadError::Checksum,
         };
         assert_eq!(read(&changed), Err(expected), "byte {i}");

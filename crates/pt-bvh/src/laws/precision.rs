@@ -1,10 +1,10 @@
 //! Hits in single precision are as good as the module of the triangle test says.
 
 use pt_math::interval::EPSILON;
-use pt_math::{Bounds3, DVec3, Ray, Vec3};
+use pt_math::{Bounds3, DVec3, Ray, Vec3, Vec3A};
 use pt_testing::Random;
 
-use crate::ray::Prepared;
+use crate::ray::{Prepared, Scene};
 use crate::triangle::{Verdict, intersect, judge, shear};
 
 /// Weights and depth of a sheared triangle in double precision.
@@ -189,4 +189,34 @@ fn hits_next_to_the_origin_on_slivers_are_found() {
         found += 1;
     }
     assert!(found > 80_000, "{found}");
+}
+
+/// Rays that are called ordinary are usable, boxes are padded enough for them, and their depths in
+/// boxes are numbers above 0: for scenes and directions of any size.
+#[test]
+fn ordinary_rays_need_no_pad_of_their_own() {
+    let mut random = Random::new(29);
+    let mut count = [0; 2];
+    for _ in 0..400_000 {
+        let mut power = |most: usize| 2f32.powi(random.below(2 * most) as i32 - most as i32);
+        let (size, away, length) = (power(58), power(4), power(110));
+        let corners = [random.in_cube(), random.in_cube() * random.in_cube()].map(|v| v * size);
+        let bounds: Bounds3 = corners.into_iter().collect();
+        let origin = bounds.center() + random.in_cube() * (size * away);
+        let ray = Ray::new(origin, random.in_cube() * random.in_cube() * length);
+        let scene = Scene::new(&bounds);
+        let ordinary = Prepared::ordinary(&ray, &scene);
+        count[usize::from(ordinary.is_some())] += 1;
+        let Some(ordinary) = ordinary else { continue };
+        let any = Prepared::in_scene(&ray, &scene).expect("a usable ray");
+        assert!(any.pad <= scene.padded * (1.0 + 2.0 * EPSILON), "{ray:?} {bounds:?}");
+        assert_eq!(
+            (any.axes, any.scale, any.slopes, any.falls, any.unit, any.inverse),
+            (ordinary.axes, ordinary.scale, ordinary.slopes, ordinary.falls, 1.0, ordinary.inverse),
+        );
+        let farthest = (scene.center - any.origin.to_vec3a()).abs() + scene.half + scene.padded;
+        let depths = [farthest, Vec3A::splat(scene.padded)].map(|v| v * any.inverse.abs());
+        assert!(depths[0].is_finite() && depths[1].min_element() >= 2f32.powi(-101), "{depths:?}");
+    }
+    assert!(count.iter().all(|&n| n > 50_000), "{count:?}");
 }

@@ -18,7 +18,7 @@ use crate::{BuildOptions, Builder, Bvh, Kernel, Quality, Source, Statistics};
 
 pub(crate) const MARK: [u8; 8] = *b"pt-bvh\r\n";
 /// To be raised with every change of what follows.
-pub(crate) const VERSION: u32 = 1;
+pub(crate) const VERSION: u32 = 2;
 const CHECKSUM_BYTES: usize = 8;
 
 /// Why bytes are not a tree.

@@ -139,8 +139,7 @@ impl Collapse<'_> {
         let index = self.nodes.len();
         self.nodes.push(empty_node());
         for (slot, part) in parts.parts[..parts.count].iter().enumerate() {
-            self.nodes[index]
-                .set_box(slot, relative_bounds(&part.bounds, self.scene.center.into()));
+            self.nodes[index].set_box(slot, relative_bounds(&part.bounds, &self.scene));
             let child = match part.content {
                 Content::Run { first, count } if count <= BLOCK => self.push_block(first, count),
                 _ => Child::node(self.push_node(*part, level + 1)),
@@ -202,13 +201,15 @@ fn lanes(ids: &[u32]) -> [u32; BLOCK] {
     lanes
 }
 
-/// The box relative to the centre, rounded outward; one that is inside out stays so.
-pub(super) fn relative_bounds(bounds: &Bounds3, center: Vec3) -> ([f32; 3], [f32; 3]) {
+/// The box relative to the centre of the scene, widened and rounded outward; one that is inside out
+/// stays so.
+pub(super) fn relative_bounds(bounds: &Bounds3, scene: &Scene) -> ([f32; 3], [f32; 3]) {
     if bounds.is_empty() {
         return ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     }
-    // Covers the rounding of the difference, and keeps away from subnormal numbers.
-    let slack = |v: Vec3| v.abs() * f32::EPSILON + f32::MIN_POSITIVE;
+    // Covers the rounding of both differences as well.
+    let slack = |v: Vec3| v.abs() * f32::EPSILON + scene.padded;
+    let center = Vec3::from(scene.center);
     let (low, high) = (bounds.min - center, bounds.max - center);
     ((low - slack(low)).to_array(), (high + slack(high)).to_array())
 }

@@ -58,7 +58,7 @@ impl WideBvh {
                     _ => all[index],
                 };
                 all[i] = all[i].union(bounds);
-                let (low, high) = relative_bounds(&bounds, self.scene.center.into());
+                let (low, high) = relative_bounds(&bounds, &self.scene);
                 for axis in 0..3 {
                     planes[axis][0][slot] = low[axis];
                     planes[axis][1][slot] = high[axis];

@@ -15,7 +15,7 @@ use crate::geometry::Hit;
 use crate::node::MAX_DEPTH;
 use crate::ray::{Prepared, Scene};
 use crate::traverse::Nearest;
-use crate::{sphere, triangle};
+use crate::{ray, sphere, triangle};
 
 /// Entries of the stack: each level leaves at most seven children behind. A large leaf of the
 /// binary tree adds a few levels below its own.
@@ -84,7 +84,7 @@ impl Stack<'_> {
     }
 }
 
-/// The slabs of a ray for eight boxes:  τ = plane · inverse + offset.
+/// The slabs of a ray for eight boxes:  depth = plane · inverse + offset.
 pub(super) struct Slabs {
     pub(super) inverse: [f32x8; 3],
     pub(super) near: [f32x8; 3],
@@ -95,16 +95,21 @@ pub(super) struct Slabs {
 }
 
 impl Slabs {
+    /// The slabs of a ray; `PADS` says whether it has a pad of its own.
     #[inline(always)]
-    fn new(ray: &Prepared, center: Vec3A) -> Self {
-        let pad = Vec3A::splat(ray.pad).copysign(ray.inverse);
-        let to_center = center - Vec3A::from(ray.origin);
+    fn new<const PADS: bool>(ray: &Prepared, scene: &Scene) -> Self {
+        let pad = if PADS {
+            Vec3A::splat((ray.pad - scene.padded).max(0.0)).copysign(ray.inverse)
+        } else {
+            Vec3A::ZERO
+        };
+        let to_center = scene.center - Vec3A::from(ray.origin);
         let splat = |v: Vec3A| [f32x8::splat(v.x), f32x8::splat(v.y), f32x8::splat(v.z)];
         let falls = ray.falls as usize;
         Self {
             inverse: splat(ray.inverse),
             near: splat((to_center - pad) * ray.inverse),
-            far: splat((to_center + pad) * ray.inverse),
+            far: splat(if PADS { to_center + pad } else { to_center } * ray.inverse),
             first: [falls << 3 & WIDTH, falls << 2 & WIDTH, falls << 1 & WIDTH],
             start: f32x8::splat(ray.depth_start()),
         }
@@ -142,10 +147,20 @@ pub(super) fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
     })
 }
 
-/// What the triangle test needs that takes a division.
+/// What only the triangle test needs.
 struct OfRay {
     slopes: Vec3A,
     scale: f32,
+    /// See [`ray::depth_start`].
+    start: f32,
+}
+
+impl OfRay {
+    #[inline(always)]
+    fn new(ray: &Prepared) -> Self {
+        let start = ray::depth_start(ray.t_min, ray.scale);
+        Self { slopes: ray.slopes, scale: ray.scale, start }
+    }
 }
 
 /// A query on its way: what was asked, and what it has found.
@@ -154,7 +169,6 @@ struct Query<'a, C> {
     scene: &'a Scene,
     axes: [usize; 3],
     of_ray: &'a OfRay,
-    start: Lanes,
     nearest: Nearest,
     counter: &'a mut C,
 }
@@ -166,18 +180,17 @@ impl<'a, C: Counter> Query<'a, C> {
         scene: &'a Scene,
         ray: &Prepared,
         of_ray: &'a OfRay,
-        start: Lanes,
         counter: &'a mut C,
     ) -> Self {
         let (axes, nearest) = (ray.axes, Nearest::new(ray));
-        Self { asked, scene, axes, of_ray, start, nearest, counter }
+        Self { asked, scene, axes, of_ray, nearest, counter }
     }
 
     /// Whether a primitive of a leaf is hit, and better than what there was.
     #[inline(always)]
-    fn test(&mut self, bvh: &WideBvh, leaf: Child, limit: f32) -> bool {
+    fn test(&mut self, bvh: &WideBvh, leaf: Child) -> bool {
         if leaf.0 & Child::TRIANGLES != 0 {
-            self.test_triangles(&bvh.triangles[Child::index(leaf.0)], limit)
+            self.test_triangles(&bvh.triangles[Child::index(leaf.0)])
         } else {
             self.test_spheres(&bvh.spheres[Child::index(leaf.0)])
         }
@@ -185,8 +198,8 @@ impl<'a, C: Counter> Query<'a, C> {
 
     /// The same for a block of triangles.
     #[inline(always)]
-    fn test_triangles(&mut self, block: &TriangleBlock, limit: f32) -> bool {
-        let Some((set, tested)) = self.filter(block, limit) else { return false };
+    fn test_triangles(&mut self, block: &TriangleBlock) -> bool {
+        let Some((set, tested)) = self.filter(block) else { return false };
         let mut better = false;
         if let Some(lane) = tested.nearest(set, self.asked.t_min.max(0.0), self.nearest.t()) {
             better = self.nearest.offer(tested.in_lane(lane, &block.ids));
@@ -196,24 +209,26 @@ impl<'a, C: Counter> Query<'a, C> {
 
     /// Whether a primitive of a leaf is hit at all, for a query that has found nothing yet.
     #[inline(always)]
-    fn test_any(&mut self, bvh: &WideBvh, leaf: Child, limit: f32) -> bool {
+    fn test_any(&mut self, bvh: &WideBvh, leaf: Child) -> bool {
         if leaf.0 & Child::TRIANGLES == 0 {
             return self.test_spheres(&bvh.spheres[Child::index(leaf.0)]);
         }
         let block = &bvh.triangles[Child::index(leaf.0)];
-        let Some((set, tested)) = self.filter(block, limit) else { return false };
+        let Some((set, tested)) = self.filter(block) else { return false };
         let Ray { t_min, t_max, .. } = *self.asked;
         tested.any(set, t_min.max(0.0), t_max) || self.confirm(block, set, &tested)
     }
 
     /// What single precision says of the triangles of a block that pass the filter, if any do.
     #[inline(always)]
-    fn filter(&mut self, block: &TriangleBlock, limit: f32) -> Option<(u32, Tested)> {
+    fn filter(&mut self, block: &TriangleBlock) -> Option<(u32, Tested)> {
         self.counter.add(|| block.len());
         // Otherwise vectors of eight would be made of these before the first node, which takes longer.
         let (origin, of_ray) = black_box((&self.asked.origin, self.of_ray));
-        let shear = Shear::new(*origin, of_ray.slopes, self.axes, self.start);
-        let (set, sheared) = shear.filter_block(block, Lanes::splat(limit));
+        let start = Lanes::splat(of_ray.start);
+        let limit = Lanes::splat(ray::depth_limit(self.nearest.t(), of_ray.scale));
+        let shear = Shear::new(*origin, of_ray.slopes, self.axes, start);
+        let (set, sheared) = shear.filter_block(block, limit);
         if set == 0 {
             return None;
         }
@@ -286,13 +301,32 @@ fn nearest_sphere(ray: &Ray, block: &SphereBlock, mut nearest: Nearest) -> (Near
 impl WideBvh {
     /// The nearest hit.
     pub(crate) fn intersect<C: Counter>(&self, asked: &Ray, counter: &mut C) -> Option<Hit> {
+        match Prepared::ordinary(asked, &self.scene) {
+            Some(ray) => self.nearest::<false, C>(asked, &ray, counter),
+            None => self.intersect_padded(asked, counter),
+        }
+    }
+
+    /// The same for any ray.
+    #[inline(always)]
+    fn intersect_padded<C: Counter>(&self, asked: &Ray, counter: &mut C) -> Option<Hit> {
         if self.nodes.is_empty() {
             return None;
         }
         let ray = Prepared::in_scene(asked, &self.scene)?;
-        let slabs = Slabs::new(&ray, self.scene.center);
-        let of_ray = OfRay { slopes: ray.slopes, scale: ray.scale };
-        let mut query = Query::new(asked, &self.scene, &ray, &of_ray, slabs.start, counter);
+        self.nearest::<true, C>(asked, &ray, counter)
+    }
+
+    #[inline(always)]
+    fn nearest<const PADS: bool, C: Counter>(
+        &self,
+        asked: &Ray,
+        ray: &Prepared,
+        counter: &mut C,
+    ) -> Option<Hit> {
+        let slabs = Slabs::new::<PADS>(ray, &self.scene);
+        let of_ray = OfRay::new(ray);
+        let mut query = Query::new(asked, &self.scene, ray, &of_ray, counter);
         let mut limit = ray.depth_limit(ray.t_max);
         STACK.with(|entries| {
             let mut stack = Stack { entries, len: 0 };
@@ -305,7 +339,7 @@ impl WideBvh {
                         child = next;
                         continue;
                     }
-                } else if query.test(self, child, limit) {
+                } else if query.test(self, child) {
                     limit = ray.depth_limit(query.nearest.t());
                 }
                 let Some(next) = stack.pop(limit) else { break };
@@ -317,13 +351,32 @@ impl WideBvh {
 
     /// Whether there is a hit.
     pub(crate) fn occluded<C: Counter>(&self, asked: &Ray, counter: &mut C) -> bool {
+        match Prepared::ordinary(asked, &self.scene) {
+            Some(ray) => self.any::<false, C>(asked, &ray, counter),
+            None => self.occluded_padded(asked, counter),
+        }
+    }
+
+    /// The same for any ray.
+    #[inline(always)]
+    fn occluded_padded<C: Counter>(&self, asked: &Ray, counter: &mut C) -> bool {
         if self.nodes.is_empty() {
             return false;
         }
-        let Some(ray) = Prepared::in_scene(asked, &self.scene) else { return false };
-        let slabs = Slabs::new(&ray, self.scene.center);
-        let of_ray = OfRay { slopes: ray.slopes, scale: ray.scale };
-        let mut query = Query::new(asked, &self.scene, &ray, &of_ray, slabs.start, counter);
+        let ray = Prepared::in_scene(asked, &self.scene);
+        ray.is_some_and(|ray| self.any::<true, C>(asked, &ray, counter))
+    }
+
+    #[inline(always)]
+    fn any<const PADS: bool, C: Counter>(
+        &self,
+        asked: &Ray,
+        ray: &Prepared,
+        counter: &mut C,
+    ) -> bool {
+        let slabs = Slabs::new::<PADS>(ray, &self.scene);
+        let of_ray = OfRay::new(ray);
+        let mut query = Query::new(asked, &self.scene, ray, &of_ray, counter);
         let limit = ray.depth_limit(ray.t_max);
         CHILDREN.with(|stack| {
             let mut len = 0;
@@ -338,7 +391,7 @@ impl WideBvh {
                         child = node.children[last as usize % WIDTH];
                         continue;
                     }
-                } else if query.test_any(self, child, limit) {
+                } else if query.test_any(self, child) {
                     return true;
                 }
                 if len == 0 {

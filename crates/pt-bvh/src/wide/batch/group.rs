@@ -5,7 +5,7 @@ use wide::{f32x8, u32x8};
 
 use super::order::LANES;
 use crate::geometry::{Hit, LARGEST_COORDINATE};
-use crate::ray::{AXES, CONVERSION, LEAST_PAD, LEAST_SLOPE, PAD, Scene};
+use crate::ray::{AXES, CONVERSION, LEAST_SLOPE, PAD, Scene};
 use crate::wide::traverse::Slabs;
 use crate::wide::triangles::{Shear, Sheared};
 use crate::wide::{NO_PRIMITIVE, WIDTH};
@@ -246,7 +246,7 @@ impl Group {
         let to_center = [0, 1, 2].map(|k: usize| splat(scene.center[k]) - origin[k]);
         let reach = [0, 1, 2].map(|k: usize| to_center[k].abs() + scene.half[k]);
         let reach = reach[0].fast_max(reach[1]).fast_max(reach[2]);
-        let pad = (splat(PAD) * reach).fast_max(splat(LEAST_PAD));
+        let pad = (splat(PAD) * reach - scene.padded).fast_max(f32x8::ZERO);
         for k in 0..3 {
             let pad = inverse[k].abs() * pad;
             let offset = to_center[k] * inverse[k];

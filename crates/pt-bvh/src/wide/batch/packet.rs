@@ -17,7 +17,7 @@ use super::group::{Column, Group, bits, eight, of_eight};
 use super::section::Sections;
 use super::{Queues, Stacks};
 use crate::counter::Counter;
-use crate::ray::{AXES, LEAST_PAD, LEAST_SLOPE, PAD, Scene};
+use crate::ray::{AXES, LEAST_SLOPE, PAD, Scene};
 use crate::wide::depths::{after, earlier, later};
 use crate::wide::traverse::lanes;
 use crate::wide::triangles::Sheared;
@@ -110,7 +110,7 @@ impl Beam {
             return None;
         }
         let reach = (center - low).abs().max((center - high).abs()) + half;
-        let pad = (PAD * reach.max_element()).max(LEAST_PAD);
+        let pad = (PAD * reach.max_element() - scene.padded).max(0.0);
         let octant = group.octant[first] as usize;
         let falls = [0, 1, 2].map(|k| (octant >> k) & 1);
         let (low, high) = (low - center - pad, high - center + pad);
