@@ -1,8 +1,9 @@
 //! A ray made ready for many tests, and the error bounds that make the tests agree.
 //!
-//! **Units.** With kz the axis along which the direction is largest, boxes and triangles are
+//! **Units.** With kz the axis along which the direction is largest, triangles and most boxes are
 //! tested in units of depth, τ = t·|d_kz|: the slope of the ray per axis is then at most 1, and
-//! results do not depend on the length of the direction.
+//! results do not depend on the length of the direction. Single rays meet the boxes of the wide tree
+//! in units of t, which is known sooner, where numbers are neither too small nor too large for it.
 //!
 //! **Why no box test misses a triangle that the triangle test hits.** Let R be the largest
 //! coordinate distance from the origin to a corner of the scene box. The triangle test is exact
@@ -14,7 +15,9 @@
 //! there.) A box test that computes in f32 relative to any point of the scene errs by at most 10εR,
 //! and the rounding of the slopes moves the ray by 3εR; so a box test that widens its slabs by the
 //! *pad* of 48εR on every side finds an interval that contains τ. Hence each traversal visits all that
-//! can win, and finds the same nearest hit, bit for bit, as a loop over all primitives.
+//! can win, and finds the same nearest hit, bit for bit, as a loop over all primitives. The wide tree's
+//! boxes are stored with the pad of rays that begin near (R up to twice half of the largest extent),
+//! so that these have no more to do; others add what is missing.
 //! (Woop, Benthin & Wald 2013, "Watertight Ray/Triangle Intersection", §3.3, pad the origin for
 //! the same reason; Ize 2013, "Robust BVH Ray Traversal", bounds the rounding of the slab test.)
 
