@@ -31,6 +31,12 @@ impl<M> Pdf<M> {
         self.0
     }
 
+    /// Whether a sample can have it: above 0, and finite.
+    #[inline]
+    pub fn is_positive(self) -> bool {
+        self.0 > 0.0 && self.0.is_finite()
+    }
+
     /// The density of `n` independent samples taken together, or of one that is taken with
     /// probability `n`.
     #[inline]

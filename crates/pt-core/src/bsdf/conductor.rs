@@ -3,9 +3,9 @@
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::fresnel;
-use super::microfacet::Beckmann;
+use super::microfacet::{Facets, Masking, Slopes};
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, PARAMETERS};
+use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
 
 /// A smooth metal: a mirror with the Fresnel reflectance of η + ik.
 #[derive(Clone, Copy, Debug)]
@@ -18,33 +18,30 @@ pub struct SmoothConductor {
     pub reflectance: Spectrum,
 }
 
-/// A metal of Beckmann microfacets:  f = F D G / (4 cos θo cos θi).
+/// A metal of microfacets:  f = F D G / (4 cos θo cos θi).
 /// [Cook & Torrance 1982; Walter et al. 2007, eq. 20]
 #[derive(Clone, Copy, Debug)]
 pub struct RoughConductor {
     /// The metal of the facets.
     pub metal: SmoothConductor,
     /// Their distribution.
-    pub facets: Beckmann,
-}
-
-fn pack(metal: &SmoothConductor, alpha: f32) -> [f32; PARAMETERS] {
-    let [a, b, c] = metal.eta.to_array();
-    let [d, e, f] = metal.k.to_array();
-    let [g, h, i] = metal.reflectance.to_array();
-    [a, b, c, d, e, f, g, h, i, alpha, 0.0]
-}
-
-#[inline]
-fn metal(p: &[f32; PARAMETERS]) -> SmoothConductor {
-    SmoothConductor {
-        eta: Spectrum::rgb(p[0], p[1], p[2]),
-        k: Spectrum::rgb(p[3], p[4], p[5]),
-        reflectance: Spectrum::rgb(p[6], p[7], p[8]),
-    }
+    pub facets: Facets,
 }
 
 impl SmoothConductor {
+    #[inline]
+    fn numbers(&self) -> [f32; 9] {
+        let [a, b, c] = self.eta.to_array();
+        let [d, e, f] = self.k.to_array();
+        let [g, h, i] = self.reflectance.to_array();
+        [a, b, c, d, e, f, g, h, i]
+    }
+
+    #[inline]
+    fn of_numbers(p: &[f32; PARAMETERS]) -> Self {
+        Self { eta: color(p, 0), k: color(p, 3), reflectance: color(p, 6) }
+    }
+
     #[inline]
     fn fresnel(&self, cos: f32) -> Spectrum {
         fresnel::conductor(cos, self.eta, self.k) * self.reflectance
@@ -68,16 +65,16 @@ impl Lobe for SmoothConductor {
     const DELTA: bool = true;
 
     fn pack(&self) -> [f32; PARAMETERS] {
-        pack(self, 0.0)
+        padded(self.numbers())
     }
 
     #[inline]
     fn unpack(p: &[f32; PARAMETERS]) -> Self {
-        metal(p)
+        Self::of_numbers(p)
     }
 
     #[inline]
-    fn sample(&self, wo: Vec3, _u: [f32; 2]) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, _u: [f32; 3]) -> Option<BsdfSample> {
         (wo.z > 0.0).then(|| BsdfSample::new(reflect(wo), self.fresnel(wo.z), None))
     }
 
@@ -92,53 +89,76 @@ pub(super) fn half_vector(wo: Vec3, wi: Vec3) -> Option<Vec3> {
     (wo.z > 0.0 && wi.z > 0.0).then(|| (wo + wi).normalize())
 }
 
-/// p(wi) = D(h) cos θh / (4 wo·h). [Walter et al. 2007, eq. 14 and 24]
+/// Density of the direction in which facets that `wo` sees reflect, at the one of normal `h`:
+/// p(h) / (4 wo·h). [Walter et al. 2007, eq. 14]
 #[inline]
-pub(super) fn reflected_pdf(facets: Beckmann, wo: Vec3, h: Vec3) -> Pdf<SolidAngle> {
-    Pdf::new(facets.pdf(h) / (4.0 * wo.dot(h)))
+pub(super) fn reflected_pdf(facets: &Facets, wo: Vec3, h: Vec3) -> Pdf<SolidAngle> {
+    Pdf::new(facets.d(h) * facets.g1(wo) / (4.0 * wo.z))
+}
+
+/// D G / (4 cos θo): what facets of normal `h` reflect of light from `wi`, but for Fresnel's factor.
+/// [Walter et al. 2007, eq. 20, times cos θi]
+#[inline]
+pub(super) fn reflected(facets: &Facets, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
+    facets.d(h) * facets.g(wo, wi) / (4.0 * wo.z)
 }
 
 impl Lobe for RoughConductor {
     const DELTA: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
-        pack(&self.metal, self.facets.alpha)
+        let [a, b, c, d, e, f, g, h, i] = self.metal.numbers();
+        let [j, k, l] = self.facets.pack();
+        padded([a, b, c, d, e, f, g, h, i, j, k, l])
     }
 
     #[inline]
     fn unpack(p: &[f32; PARAMETERS]) -> Self {
-        Self { metal: metal(p), facets: Beckmann { alpha: p[9] } }
+        Self { metal: SmoothConductor::of_numbers(p), facets: Facets::unpack([p[9], p[10], p[11]]) }
     }
 
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         let Some(h) = half_vector(wo, wi) else { return Spectrum::ZERO };
-        let d = self.facets.d(h) * self.facets.g(wo, wi) / (4.0 * wo.z);
-        self.metal.fresnel(wo.dot(h)) * d
+        self.metal.fresnel(wo.dot(h)) * reflected(&self.facets, wo, wi, h)
     }
 
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        half_vector(wo, wi).map_or(Pdf::ZERO, |h| reflected_pdf(self.facets, wo, h))
+        half_vector(wo, wi).map_or(Pdf::ZERO, |h| reflected_pdf(&self.facets, wo, h))
     }
 
-    /// Draws a facet, and reflects: the weight is F G (wo·h) / (cos θo cos θh).
+    /// Draws a facet that is seen, and reflects: the weight is F G/G₁.
     #[inline]
-    fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
-        let h = self.facets.sample(u);
-        let cos_h = wo.dot(h);
-        let wi = h * (2.0 * cos_h) - wo;
-        if wo.z <= 0.0 || wi.z <= 0.0 || cos_h <= 0.0 {
+    fn sample(&self, wo: Vec3, [u, v, _]: [f32; 3]) -> Option<BsdfSample> {
+        if wo.z <= 0.0 {
             return None;
         }
-        let weight = self.facets.g(wo, wi) * cos_h / (wo.z * h.z);
-        let pdf = Some(reflected_pdf(self.facets, wo, h));
-        Some(BsdfSample::new(wi, self.metal.fresnel(cos_h) * weight, pdf))
+        let h = self.facets.sample_visible(wo, [u, v]);
+        let cos_h = wo.dot(h);
+        let wi = h * (2.0 * cos_h) - wo;
+        let pdf = reflected_pdf(&self.facets, wo, h);
+        if wi.z <= 0.0 || cos_h <= 0.0 || !pdf.is_positive() {
+            return None;
+        }
+        let weight = self.metal.fresnel(cos_h) * self.facets.shadowing(wo, wi);
+        Some(BsdfSample::new(wi, weight, Some(pdf)))
     }
 
     fn examples() -> Vec<Self> {
-        let with = |metal, alpha| Self { metal, facets: Beckmann { alpha } };
         let (gold, perfect) = (SmoothConductor::gold(), SmoothConductor::perfect());
-        vec![with(gold, 0.25), with(perfect, 0.6), with(perfect, 0.1)]
+        let with = |metal, slopes, alpha| Self { metal, facets: Facets::isotropic(slopes, alpha) };
+        let anisotropic = |slopes, alpha, masking| Self {
+            metal: perfect,
+            facets: Facets { slopes, masking, alpha },
+        };
+        vec![
+            with(gold, Slopes::Beckmann, 0.25),
+            with(perfect, Slopes::Beckmann, 0.6),
+            with(perfect, Slopes::Ggx, 0.1),
+            with(gold, Slopes::Ggx, 0.5),
+            anisotropic(Slopes::Beckmann, [0.15, 0.4], Masking::Separable),
+            anisotropic(Slopes::Ggx, [0.5, 0.2], Masking::Correlated),
+        ]
     }
 }

@@ -5,11 +5,11 @@ use std::f32::consts::PI;
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig};
 
-use super::conductor::{half_vector, reflected_pdf};
+use super::conductor::half_vector;
 use super::dielectric::refract;
-use super::microfacet::Beckmann;
+use super::microfacet::{Facets, Slopes};
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, PARAMETERS};
+use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
 
 /// Glass with Schlick's approximation instead of Fresnel's equations, and with radiance
 /// multiplied (not divided) by η² on entering.
@@ -43,24 +43,21 @@ fn course_refract(wo: Vec3, ior: f32) -> Option<(Vec3, f32)> {
 
 impl Lobe for CourseGlass {
     const DELTA: bool = true;
+    const TRANSMITS: bool = true;
     const RECIPROCAL: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let ([a, b, c], [d, e, f]) = (self.reflectance.to_array(), self.transmittance.to_array());
-        [a, b, c, d, e, f, self.ior, 0.0, 0.0, 0.0, 0.0]
+        padded([a, b, c, d, e, f, self.ior])
     }
 
     #[inline]
     fn unpack(p: &[f32; PARAMETERS]) -> Self {
-        Self {
-            reflectance: Spectrum::rgb(p[0], p[1], p[2]),
-            transmittance: Spectrum::rgb(p[3], p[4], p[5]),
-            ior: p[6],
-        }
+        Self { reflectance: color(p, 0), transmittance: color(p, 3), ior: p[6] }
     }
 
     #[inline]
-    fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         let reflected = BsdfSample::new(reflect(wo), self.reflectance, None);
         let Some((wi, factor)) = course_refract(wo, self.ior) else { return Some(reflected) };
         let r0 = (1.0 - self.ior) / (1.0 + self.ior);
@@ -78,20 +75,21 @@ impl Lobe for CourseGlass {
 
 impl Lobe for CourseRefraction {
     const DELTA: bool = true;
+    const TRANSMITS: bool = true;
     const RECIPROCAL: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let [a, b, c] = self.transmittance.to_array();
-        [a, b, c, self.ior, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        padded([a, b, c, self.ior])
     }
 
     #[inline]
     fn unpack(p: &[f32; PARAMETERS]) -> Self {
-        Self { transmittance: Spectrum::rgb(p[0], p[1], p[2]), ior: p[3] }
+        Self { transmittance: color(p, 0), ior: p[3] }
     }
 
     #[inline]
-    fn sample(&self, wo: Vec3, _u: [f32; 2]) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, _u: [f32; 3]) -> Option<BsdfSample> {
         let (wi, factor) = course_refract(wo, self.ior)?;
         Some(BsdfSample::new(wi, self.transmittance * factor, None))
     }
@@ -110,11 +108,28 @@ pub struct CourseMicrofacet {
     pub eta: Spectrum,
     /// Imaginary part.
     pub k: Spectrum,
-    /// Microfacets.
-    pub facets: Beckmann,
+    /// Roughness of the microfacets.
+    pub alpha: f32,
 }
 
 impl CourseMicrofacet {
+    /// D(h), of the Beckmann distribution.
+    #[inline]
+    fn d(&self, h: Vec3) -> f32 {
+        Facets::isotropic(Slopes::Beckmann, self.alpha).d(h)
+    }
+
+    /// A facet normal with density D(h) cos θ: tan²θ = −α² ln(1 − u), φ = 2πv. [Walter et al. 2007,
+    /// eq. 28 and 29]
+    #[inline]
+    fn sample_facet(&self, [u, v]: [f32; 2]) -> Vec3 {
+        let tan2 = -self.alpha * self.alpha * trig::ln(1.0 - u);
+        let cos = 1.0 / (1.0 + tan2).sqrt();
+        let sin = (tan2 * cos * cos).sqrt();
+        let (s, c) = trig::sin_cos_tau(v);
+        Vec3::new(sin * c, sin * s, cos)
+    }
+
     #[inline]
     fn lambda(&self, w: Vec3) -> f32 {
         let cos2 = w.z * w.z;
@@ -122,7 +137,7 @@ impl CourseMicrofacet {
         if tan == 0.0 {
             return 0.0;
         }
-        let a = 1.0 / (self.facets.alpha * tan);
+        let a = 1.0 / (self.alpha * tan);
         0.5 * (trig::erf(a) - 1.0 + trig::exp(-a * a) / (a * PI))
     }
 
@@ -145,44 +160,40 @@ impl Lobe for CourseMicrofacet {
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let ([a, b, c], [d, e, f]) = (self.eta.to_array(), self.k.to_array());
-        [a, b, c, d, e, f, self.facets.alpha, 0.0, 0.0, 0.0, 0.0]
+        padded([a, b, c, d, e, f, self.alpha])
     }
 
     #[inline]
     fn unpack(p: &[f32; PARAMETERS]) -> Self {
-        Self {
-            eta: Spectrum::rgb(p[0], p[1], p[2]),
-            k: Spectrum::rgb(p[3], p[4], p[5]),
-            facets: Beckmann { alpha: p[6] },
-        }
+        Self { eta: color(p, 0), k: color(p, 3), alpha: p[6] }
     }
 
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         let Some(h) = half_vector(wo, wi) else { return Spectrum::ZERO };
         let g = 1.0 / (1.0 + self.lambda(wo) + self.lambda(wi));
-        self.fresnel(wi.z) * (self.facets.d(h) * g / (4.0 * wo.z))
+        self.fresnel(wi.z) * (self.d(h) * g / (4.0 * wo.z))
     }
 
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        half_vector(wo, wi).map_or(Pdf::ZERO, |h| reflected_pdf(self.facets, wo, h))
+        let pdf = |h: Vec3| Pdf::new(self.d(h) * h.z / (4.0 * wo.dot(h)));
+        half_vector(wo, wi).map_or(Pdf::ZERO, pdf)
     }
 
     #[inline]
-    fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
-        let h = self.facets.sample(u);
+    fn sample(&self, wo: Vec3, [u, v, _]: [f32; 3]) -> Option<BsdfSample> {
+        let h = self.sample_facet([u, v]);
         let wi = h * (2.0 * wo.dot(h)) - wo;
         let pdf = self.pdf(wo, wi);
-        let found = pdf.get() > 0.0 && pdf.get().is_finite();
-        found.then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
+        pdf.is_positive().then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
     }
 
     fn examples() -> Vec<Self> {
         vec![Self {
             eta: Spectrum::rgb(0.059_193, 0.059_881, 0.047_366),
             k: Spectrum::rgb(4.1283, 3.5892, 2.8132),
-            facets: Beckmann { alpha: 0.25 },
+            alpha: 0.25,
         }]
     }
 }

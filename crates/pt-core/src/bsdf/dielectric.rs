@@ -4,7 +4,7 @@ use pt_math::{Spectrum, Vec3};
 
 use super::fresnel;
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, PARAMETERS};
+use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
 
 /// Fresnel reflection and refraction; reflection is chosen with probability F.
 #[derive(Clone, Copy, Debug)]
@@ -26,25 +26,22 @@ pub(super) fn refract(w: Vec3, cos_t: f32, eta: f32) -> Vec3 {
 
 impl Lobe for Dielectric {
     const DELTA: bool = true;
+    const TRANSMITS: bool = true;
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let ([a, b, c], [d, e, f]) = (self.reflectance.to_array(), self.transmittance.to_array());
-        [a, b, c, d, e, f, self.eta, 0.0, 0.0, 0.0, 0.0]
+        padded([a, b, c, d, e, f, self.eta])
     }
 
     #[inline]
     fn unpack(p: &[f32; PARAMETERS]) -> Self {
-        Self {
-            reflectance: Spectrum::rgb(p[0], p[1], p[2]),
-            transmittance: Spectrum::rgb(p[3], p[4], p[5]),
-            eta: p[6],
-        }
+        Self { reflectance: color(p, 0), transmittance: color(p, 3), eta: p[6] }
     }
 
     /// Radiance is squeezed by refraction: L/η² is invariant along a ray, so what comes from the
     /// other side is divided by η². [Veach 1997, §5.2]
     #[inline]
-    fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         let eta = if wo.z > 0.0 { self.eta } else { 1.0 / self.eta };
         let reflected = BsdfSample::new(reflect(wo), self.reflectance, None);
         match fresnel::dielectric(wo.z.abs(), eta) {

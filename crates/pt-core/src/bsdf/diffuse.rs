@@ -4,7 +4,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
-use super::{BsdfSample, Lobe, PARAMETERS};
+use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
 
 /// f = ρ/π.
 #[derive(Clone, Copy, Debug)]
@@ -18,14 +18,12 @@ impl Lobe for Diffuse {
     const INLINE: bool = true;
 
     fn pack(&self) -> [f32; PARAMETERS] {
-        let mut p = [0.0; PARAMETERS];
-        p[..3].copy_from_slice(&self.rho.to_array());
-        p
+        padded(self.rho.to_array())
     }
 
     #[inline(always)]
     fn unpack(p: &[f32; PARAMETERS]) -> Self {
-        Self { rho: Spectrum::rgb(p[0], p[1], p[2]) }
+        Self { rho: color(p, 0) }
     }
 
     #[inline(always)]
@@ -43,11 +41,11 @@ impl Lobe for Diffuse {
 
     /// p(ω) = cos θ / π. The cosine and π cancel: the weight is ρ.
     #[inline(always)]
-    fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         if wo.z <= 0.0 {
             return None;
         }
-        let wi = warp::cosine_hemisphere(u);
+        let wi = warp::cosine_hemisphere([u[0], u[1]]);
         let pdf = Some(warp::cosine_hemisphere_pdf(wi.z));
         Some(BsdfSample::new(wi, self.rho, pdf))
     }

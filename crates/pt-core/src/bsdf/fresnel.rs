@@ -15,9 +15,16 @@ pub fn dielectric(cos_i: f32, eta: f32) -> Option<(f32, f32)> {
         return None;
     }
     let cos_t = (1.0 - sin2_t).sqrt();
+    Some((refracted(cos_i, cos_t, eta), cos_t))
+}
+
+/// The reflectance where both cosines are known: that of the refracted direction has few digits where
+/// it is computed from the other one next to total reflection.
+#[inline]
+pub fn refracted(cos_i: f32, cos_t: f32, eta: f32) -> f32 {
     let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
     let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
-    Some((0.5 * (parallel * parallel + perpendicular * perpendicular), cos_t))
+    0.5 * (parallel * parallel + perpendicular * perpendicular)
 }
 
 /// Reflectance of a conductor with index η + ik against vacuum, for unpolarised light.

@@ -4,10 +4,10 @@ use std::f32::consts::FRAC_1_PI;
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
-use super::conductor::{half_vector, reflected_pdf};
+use super::conductor::{half_vector, reflected, reflected_pdf};
 use super::fresnel;
-use super::microfacet::Beckmann;
-use super::{BsdfSample, Lobe, PARAMETERS};
+use super::microfacet::{Facets, Slopes};
+use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
 
 /// f = (1 − F(θo)) (1 − F(θi)) ρ/π + F(h) D G / (4 cos θo cos θi), F by Schlick.
 ///
@@ -20,7 +20,7 @@ pub struct Glossy {
     /// Reflectance F₀ of the gloss at normal incidence.
     pub f0: Spectrum,
     /// Microfacets of the gloss.
-    pub facets: Beckmann,
+    pub facets: Facets,
 }
 
 impl Glossy {
@@ -38,16 +38,13 @@ impl Lobe for Glossy {
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let ([a, b, c], [d, e, f]) = (self.rho.to_array(), self.f0.to_array());
-        [a, b, c, d, e, f, self.facets.alpha, 0.0, 0.0, 0.0, 0.0]
+        let [g, h, i] = self.facets.pack();
+        padded([a, b, c, d, e, f, g, h, i])
     }
 
     #[inline]
     fn unpack(p: &[f32; PARAMETERS]) -> Self {
-        Self {
-            rho: Spectrum::rgb(p[0], p[1], p[2]),
-            f0: Spectrum::rgb(p[3], p[4], p[5]),
-            facets: Beckmann { alpha: p[6] },
-        }
+        Self { rho: color(p, 0), f0: color(p, 3), facets: Facets::unpack([p[6], p[7], p[8]]) }
     }
 
     #[inline]
@@ -56,38 +53,39 @@ impl Lobe for Glossy {
         let through = (Spectrum::ONE - fresnel::schlick(wo.z, self.f0))
             * (Spectrum::ONE - fresnel::schlick(wi.z, self.f0));
         let base = self.rho * through * (FRAC_1_PI * wi.z);
-        let facets = self.facets.d(h) * self.facets.g(wo, wi) / (4.0 * wo.z);
-        base + fresnel::schlick(wo.dot(h), self.f0) * facets
+        base + fresnel::schlick(wo.dot(h), self.f0) * reflected(&self.facets, wo, wi, h)
     }
 
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
         let Some(h) = half_vector(wo, wi) else { return Pdf::ZERO };
         let q = self.gloss_probability();
-        let gloss = reflected_pdf(self.facets, wo, h).get();
+        let gloss = reflected_pdf(&self.facets, wo, h).get();
         let base = warp::cosine_hemisphere_pdf(wi.z).get();
         Pdf::new(q * gloss + (1.0 - q) * base)
     }
 
     #[inline]
-    fn sample(&self, wo: Vec3, [u, v]: [f32; 2]) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, [u, v, _]: [f32; 3]) -> Option<BsdfSample> {
+        if wo.z <= 0.0 {
+            return None;
+        }
         let q = self.gloss_probability();
         let wi = if u < q {
-            let h = self.facets.sample([(u / q).min(1.0f32.next_down()), v]);
+            let h = self.facets.sample_visible(wo, [(u / q).min(1.0f32.next_down()), v]);
             h * (2.0 * wo.dot(h)) - wo
         } else {
             warp::cosine_hemisphere([((u - q) / (1.0 - q)).min(1.0f32.next_down()), v])
         };
         let pdf = self.pdf(wo, wi);
-        let found = pdf.get() > 0.0 && pdf.get().is_finite();
-        found.then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
+        pdf.is_positive().then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
     }
 
     fn examples() -> Vec<Self> {
         let with = |rho, f0, alpha| Self {
             rho: Spectrum::splat(rho),
             f0: Spectrum::splat(f0),
-            facets: Beckmann { alpha },
+            facets: Facets::isotropic(Slopes::Beckmann, alpha),
         };
         vec![with(0.8, 0.04, 0.2), with(0.5, 0.5, 0.5), with(1.0, 0.1, 0.1)]
     }

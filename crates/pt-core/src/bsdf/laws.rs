@@ -9,9 +9,9 @@ mod world;
 use pt_math::{Spectrum, Vec3};
 use pt_testing::{Chi2, Random, chi2_cone, chi2_sphere};
 
-use super::microfacet::Beckmann;
+use super::microfacet::Facets;
 use super::mirror::reflect;
-use super::{AnyLobe, CourseMicrofacet, Glossy, RoughConductor};
+use super::{AnyLobe, CourseMicrofacet, Glossy, RoughConductor, RoughDielectric};
 
 /// Directions above the surface, from the normal to grazing.
 const ABOVE: [Vec3; 4] = [
@@ -25,6 +25,17 @@ const COSINES: [f32; 6] = [1.0, 0.5, 1e-3, 1e-6, 1e-12, 0.0];
 /// Extremes of what a sampler returns, and a little inside.
 const CORNERS: [f32; 5] = [0.0, 1e-7, 0.5, 0.999_999, 0.999_999_94];
 
+/// A point of the square with a number that goes with it, and looks like a third random one.
+fn with_third([u, v]: [f32; 2]) -> [f32; 3] {
+    let seed = u64::from(u.to_bits()) << 32 | u64::from(v.to_bits());
+    [u, v, Random::new(seed).unit()]
+}
+
+fn unit_3d(random: &mut Random) -> [f32; 3] {
+    let [u, v] = random.unit_2d();
+    [u, v, random.unit()]
+}
+
 fn below(w: Vec3) -> Vec3 {
     Vec3::new(w.x, w.y, -w.z)
 }
@@ -36,11 +47,12 @@ fn at_cosine(cos: f32) -> Vec3 {
 
 /// The lobe with another roughness, if it has one.
 fn with_alpha(lobe: &AnyLobe, alpha: f32) -> Option<AnyLobe> {
-    let facets = Beckmann { alpha };
+    let with = |facets| Facets { alpha: [alpha; 2], ..facets };
     match *lobe {
-        AnyLobe::RoughConductor(l) => Some(RoughConductor { facets, ..l }.into()),
-        AnyLobe::Glossy(l) => Some(Glossy { facets, ..l }.into()),
-        AnyLobe::CourseMicrofacet(l) => Some(CourseMicrofacet { facets, ..l }.into()),
+        AnyLobe::RoughConductor(l) => Some(RoughConductor { facets: with(l.facets), ..l }.into()),
+        AnyLobe::RoughDielectric(l) => Some(RoughDielectric { facets: with(l.facets), ..l }.into()),
+        AnyLobe::Glossy(l) => Some(Glossy { facets: with(l.facets), ..l }.into()),
+        AnyLobe::CourseMicrofacet(l) => Some(CourseMicrofacet { alpha, ..l }.into()),
         _ => None,
     }
 }
@@ -89,7 +101,7 @@ fn samples_follow_their_density() {
             let name = format!("{lobe:?} {wo}");
             let config = Chi2 { samples: 100_000, ..Chi2::new(&name) };
             chi2_sphere(
-                |u| lobe.sample(wo, u).map(|s| s.wi),
+                |u| lobe.sample(wo, with_third(u)).map(|s| s.wi),
                 |wi| lobe.pdf(wo, wi).get(),
                 &config.one_of(8 * lobes.len()),
             )
@@ -109,7 +121,7 @@ fn samples_of_narrow_lobes_follow_their_density() {
             // Facets within tan θ = 4α, reflected: twice the angle, 1 − cos 8α ≈ 32 α².
             let name = format!("{lobe:?} {wo}");
             chi2_cone(
-                |u| lobe.sample(wo, u).map(|s| s.wi),
+                |u| lobe.sample(wo, with_third(u)).map(|s| s.wi),
                 |wi| lobe.pdf(wo, wi).get(),
                 reflect(wo),
                 3.2e-5,
@@ -126,7 +138,7 @@ fn samples_of_narrow_lobes_follow_their_density() {
 fn weight_times_pdf_is_eval() {
     for_all_smooth(|lobe, wo, random| {
         for _ in 0..1000 {
-            let Some(s) = lobe.sample(wo, random.unit_2d()) else { continue };
+            let Some(s) = lobe.sample(wo, unit_3d(random)) else { continue };
             let pdf = s.pdf.expect("only delta lobes have no density").get();
             assert!(pdf > 0.0 && pdf.is_finite(), "{lobe:?} {wo} {s:?}");
             let again = lobe.pdf(wo, s.wi).get();
@@ -144,7 +156,7 @@ fn delta_lobes_are_found_by_sampling_only() {
         if !lobe.is_delta() {
             return;
         }
-        let sampled = lobe.sample(wo, random.unit_2d());
+        let sampled = lobe.sample(wo, unit_3d(random));
         assert!(sampled.is_none_or(|s| s.pdf.is_none()), "{lobe:?}");
         for wi in sampled.map(|s| s.wi).into_iter().chain([random.direction()]) {
             assert!(lobe.eval(wo, wi).is_black() && lobe.pdf(wo, wi).get() == 0.0, "{lobe:?}");
@@ -161,16 +173,17 @@ fn density_covers_what_is_evaluated() {
             let (f, p) = (lobe.eval(wo, wi), lobe.pdf(wo, wi).get());
             assert!(f.0.min_element() >= 0.0 && p >= 0.0, "{lobe:?} {wo} {wi}: {f:?} {p}");
             assert!(f.is_black() || p > 0.0, "{lobe:?} {wo} {wi}: {f:?}");
-            let one_side = wo.z > 0.0 && wi.z > 0.0;
-            assert!(one_side || (f.is_black() && p == 0.0), "{lobe:?} {wo} {wi} is below");
+            let allowed = lobe.transmits() || (wo.z > 0.0 && wi.z > 0.0);
+            assert!(allowed || (f.is_black() && p == 0.0), "{lobe:?} {wo} {wi} is below");
         }
     });
 }
 
 /// |∂ω/∂u × ∂ω/∂v| by central differences; `None` where the map has an edge or a kink.
-fn stretch(lobe: &AnyLobe, wo: Vec3, [u, v]: [f32; 2]) -> Option<f32> {
+fn stretch(lobe: &AnyLobe, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<f32> {
     const H: f32 = 2e-3;
-    let at = |du: f32, dv: f32| Some(lobe.sample(wo, [u + du * H, v + dv * H])?.wi.as_dvec3());
+    let at =
+        |du: f32, dv: f32| Some(lobe.sample(wo, [u + du * H, v + dv * H, choice])?.wi.as_dvec3());
     let w = at(0.0, 0.0)?;
     let derivative = |du: f32, dv: f32| {
         let (forward, back) = (at(du, dv)? - w, w - at(-du, -dv)?);
@@ -193,11 +206,15 @@ fn stretch_is_one_over_the_density() {
         for wo in ABOVE {
             let mut random = Random::new(2);
             for _ in 0..200 {
-                let u = random.unit_2d().map(|x| 0.02 + 0.9 * x);
+                let u = unit_3d(&mut random).map(|x| 0.02 + 0.9 * x);
                 let (Some(area), Some(s)) = (stretch(lobe, wo, u), lobe.sample(wo, u)) else {
                     continue;
                 };
-                let product = area * lobe.pdf(wo, s.wi).get();
+                let chance = match lobe {
+                    AnyLobe::RoughDielectric(l) => l.chance(wo, s.wi),
+                    _ => 1.0,
+                };
+                let product = area * lobe.pdf(wo, s.wi).get() / chance;
                 let right = if one_map { (product - 1.0).abs() < 0.01 } else { product > 0.99 };
                 assert!(right, "{lobe:?} {wo} at {u:?}: {product}");
                 checked += 1;
@@ -225,13 +242,15 @@ fn extremes_give_numbers() {
     let is_number = |f: Spectrum| f.is_finite() && f.0.min_element() >= 0.0;
     for lobe in all_lobes() {
         for wo in views() {
-            for u in CORNERS.iter().flat_map(|&a| CORNERS.map(|b| [a, b])) {
-                let Some(s) = lobe.sample(wo, u) else { continue };
-                assert!(is_number(s.weight), "{lobe:?} {wo} {u:?}: {s:?}");
-                assert!((s.wi.length() - 1.0).abs() < 1e-5, "{lobe:?} {wo} {u:?}: {s:?}");
-                assert!(s.squeeze > 0.0 && s.squeeze.is_finite(), "{lobe:?} {wo} {u:?}: {s:?}");
-                let p = s.pdf.map_or(1.0, pt_math::Pdf::get);
-                assert!(p > 0.0 && p.is_finite(), "{lobe:?} {wo} {u:?}: {s:?}");
+            for [a, b] in CORNERS.iter().flat_map(|&a| CORNERS.map(|b| [a, b])) {
+                for u in CORNERS.map(|c| [a, b, c]) {
+                    let Some(s) = lobe.sample(wo, u) else { continue };
+                    assert!(is_number(s.weight), "{lobe:?} {wo} {u:?}: {s:?}");
+                    assert!((s.wi.length() - 1.0).abs() < 1e-5, "{lobe:?} {wo} {u:?}: {s:?}");
+                    assert!(s.squeeze > 0.0 && s.squeeze.is_finite(), "{lobe:?} {wo} {u:?}: {s:?}");
+                    let p = s.pdf.map_or(1.0, pt_math::Pdf::get);
+                    assert!(p > 0.0 && p.is_finite(), "{lobe:?} {wo} {u:?}: {s:?}");
+                }
             }
             for wi in views().chain([reflect(wo)]) {
                 let (f, p) = (lobe.eval(wo, wi), lobe.pdf(wo, wi).get());

@@ -1,64 +1,199 @@
-//! The Beckmann distribution of microfacets. [Walter et al. 2007, "Microfacet Models for
-//! Refraction through Rough Surfaces", eq. 25 to 29; Heitz 2014, "Understanding the
-//! Masking-Shadowing Function", §5]
+//! Distributions of microfacets, and the facets that a viewer sees. [Walter et al. 2007, "Microfacet
+//! Models for Refraction through Rough Surfaces"; Heitz 2014, "Understanding the Masking-Shadowing
+//! Function in Microfacet-Based BRDFs"]
 
 use std::f32::consts::PI;
 
 use pt_math::{Vec3, trig};
 
-/// Isotropic Beckmann distribution of roughness α (root mean square slope times √2).
-#[derive(Clone, Copy, Debug)]
-pub struct Beckmann {
-    /// Roughness, > 0.
-    pub alpha: f32,
+/// How the slopes of facets are distributed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Slopes {
+    /// Normally. [Beckmann & Spizzichino 1963]
+    Beckmann,
+    /// With long tails. [Trowbridge & Reitz 1975; GGX by Walter et al. 2007]
+    Ggx,
 }
 
-impl Beckmann {
-    /// D(h) = exp(−tan²θ/α²) / (π α² cos⁴θ): area of facets per area of surface and steradian.
+/// How facets that hide light on its way in go with those that hide it on its way out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Masking {
+    /// Both by the height of the facet: G = 1/(1 + Λ(wo) + Λ(wi)). [Heitz 2014, eq. 99]
+    Correlated,
+    /// As if they had nothing to do with each other: G = G₁(wo) G₁(wi). Darker; what Mitsuba 3 does.
+    Separable,
+}
+
+/// Microfacets of a surface, in the frame of its normal, +z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Facets {
+    /// Their distribution.
+    pub slopes: Slopes,
+    /// How they hide each other.
+    pub masking: Masking,
+    /// Roughness α > 0 along x and y (of Beckmann slopes: root mean square slope times √2).
+    pub alpha: [f32; 2],
+}
+
+impl Facets {
+    /// Facets of the same roughness in all directions.
+    pub fn isotropic(slopes: Slopes, alpha: f32) -> Self {
+        Self { slopes, masking: Masking::Correlated, alpha: [alpha; 2] }
+    }
+
+    /// As three numbers.
     #[inline]
-    pub fn d(self, h: Vec3) -> f32 {
+    pub(super) fn pack(&self) -> [f32; 3] {
+        let kind =
+            (self.slopes == Slopes::Ggx) as u32 + 2 * (self.masking == Masking::Separable) as u32;
+        [self.alpha[0], self.alpha[1], kind as f32]
+    }
+
+    /// Inverse of [`Self::pack`].
+    #[inline]
+    pub(super) fn unpack(p: [f32; 3]) -> Self {
+        let kind = p[2] as u32;
+        Self {
+            slopes: if kind & 1 == 0 { Slopes::Beckmann } else { Slopes::Ggx },
+            masking: if kind & 2 == 0 { Masking::Correlated } else { Masking::Separable },
+            alpha: [p[0], p[1]],
+        }
+    }
+
+    /// D(h): area of facets with normal h, per area of surface and steradian.
+    /// [Walter et al. 2007, eq. 25 and 33; with two roughnesses Heitz 2014, eq. 83 and 85]
+    #[inline]
+    pub fn d(&self, h: Vec3) -> f32 {
+        let [ax, ay] = self.alpha;
+        if h.z <= 0.0 {
+            return 0.0;
+        }
+        let across = (h.x / ax).powi(2) + (h.y / ay).powi(2);
         let cos2 = h.z * h.z;
-        let a2 = self.alpha * self.alpha;
-        let area = PI * a2 * cos2 * cos2;
-        if h.z <= 0.0 || area == 0.0 {
-            return 0.0;
+        let d = match self.slopes {
+            // Not 1 − cos²: near the normal that has lost the digits that a small α needs.
+            Slopes::Beckmann => trig::exp(-across / cos2) / (PI * ax * ay * cos2 * cos2),
+            Slopes::Ggx => 1.0 / (PI * ax * ay * (across + cos2).powi(2)),
+        };
+        if d.is_finite() { d } else { 0.0 }
+    }
+
+    /// Λ(w): area of facets hidden from w over that seen. [Heitz 2014, eq. 68 and 72]
+    #[inline]
+    pub fn lambda(&self, w: Vec3) -> f32 {
+        let [x, y] = [w.x * self.alpha[0], w.y * self.alpha[1]];
+        // 1/a², a the slope of w over the roughness in its direction.
+        let inverse2 = (x * x + y * y) / (w.z * w.z).max(f32::MIN_POSITIVE);
+        match self.slopes {
+            _ if inverse2 == 0.0 => 0.0,
+            Slopes::Beckmann => {
+                let a = 1.0 / inverse2.sqrt();
+                (0.5 * (trig::erf(a) - 1.0 + trig::exp(-a * a) / (a * PI.sqrt()))).max(0.0)
+            }
+            // ½(√(1 + 1/a²) − 1), without the difference of near numbers.
+            Slopes::Ggx => 0.5 * inverse2 / (1.0 + (1.0 + inverse2).sqrt()),
         }
-        // Not 1 − cos²: near the normal that has lost the digits that a small α needs.
-        let tan2 = (h.x * h.x + h.y * h.y) / cos2;
-        trig::exp(-tan2 / a2) / area
     }
 
-    /// Λ(w) = ½(erf(a) − 1 + exp(−a²)/(a√π)), a = 1/(α tan θ).
+    /// G₁(w) = 1/(1 + Λ(w)): the share of facets that w sees.
     #[inline]
-    pub fn lambda(self, w: Vec3) -> f32 {
-        let cos2 = w.z * w.z;
-        let tan = ((1.0 - cos2).max(0.0) / cos2.max(f32::MIN_POSITIVE)).sqrt();
-        if tan == 0.0 {
-            return 0.0;
+    pub fn g1(&self, w: Vec3) -> f32 {
+        1.0 / (1.0 + self.lambda(w))
+    }
+
+    /// G(wo, wi): the share of facets that both see.
+    #[inline]
+    pub fn g(&self, wo: Vec3, wi: Vec3) -> f32 {
+        match self.masking {
+            Masking::Correlated => 1.0 / (1.0 + self.lambda(wo) + self.lambda(wi)),
+            Masking::Separable => self.g1(wo) * self.g1(wi),
         }
-        let a = 1.0 / (self.alpha * tan);
-        0.5 * (trig::erf(a) - 1.0 + trig::exp(-a * a) / (a * PI.sqrt()))
     }
 
-    /// Height-correlated masking and shadowing G = 1/(1 + Λ(wo) + Λ(wi)).
+    /// G(wo, wi) / G₁(wo): the weight of facets that were drawn as `wo` sees them.
     #[inline]
-    pub fn g(self, wo: Vec3, wi: Vec3) -> f32 {
-        1.0 / (1.0 + self.lambda(wo) + self.lambda(wi))
+    pub fn shadowing(&self, wo: Vec3, wi: Vec3) -> f32 {
+        match self.masking {
+            Masking::Correlated => {
+                let seen = 1.0 + self.lambda(wo);
+                seen / (seen + self.lambda(wi))
+            }
+            Masking::Separable => self.g1(wi),
+        }
     }
 
-    /// A facet normal with density D(h) cos θ: tan²θ = −α² ln(1 − u), φ = 2πv.
+    /// A facet that `wo` (above the surface) sees, with the density [`Self::visible_pdf`].
     #[inline]
-    pub fn sample(self, [u, v]: [f32; 2]) -> Vec3 {
-        let tan2 = -self.alpha * self.alpha * trig::ln(1.0 - u);
-        let cos = 1.0 / (1.0 + tan2).sqrt();
-        let sin = (tan2 * cos * cos).sqrt();
-        let (s, c) = trig::sin_cos_tau(v);
-        Vec3::new(sin * c, sin * s, cos)
+    pub fn sample_visible(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
+        let [ax, ay] = self.alpha;
+        // Slopes scale: the surface as one of roughness 1, seen from elsewhere.
+        let w = Vec3::new(wo.x * ax, wo.y * ay, wo.z).normalize();
+        let h = match self.slopes {
+            Slopes::Beckmann => visible_of_beckmann(w, u),
+            Slopes::Ggx => visible_of_ggx(w, u),
+        };
+        Vec3::new(h.x * ax, h.y * ay, h.z).normalize()
     }
 
-    /// Density of [`Self::sample`].
+    /// D(h) G₁(wo) (wo·h)⁺ / cos θo. [Heitz & d'Eon 2014, "Importance Sampling Microfacet-Based BSDFs
+    /// using the Distribution of Visible Normals", eq. 2]
     #[inline]
-    pub fn pdf(self, h: Vec3) -> f32 {
-        self.d(h) * h.z
+    pub fn visible_pdf(&self, wo: Vec3, h: Vec3) -> f32 {
+        self.d(h) * self.g1(wo) * wo.dot(h).max(0.0) / wo.z
     }
+}
+
+/// A facet, not of unit length, of a GGX surface of roughness 1 that `w` sees: these are where a
+/// sphere reflects `w` into the cap of directions above −w.z.
+/// [Dupuy & Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps", §3]
+#[inline]
+fn visible_of_ggx(w: Vec3, [u, v]: [f32; 2]) -> Vec3 {
+    let above = (1.0 - u) * (1.0 + w.z);
+    let z = above - w.z;
+    let sin = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
+    let (s, c) = trig::sin_cos_tau(v);
+    Vec3::new(sin * c + w.x, sin * s + w.y, above.max(f32::MIN_POSITIVE))
+}
+
+/// The same for Beckmann slopes. Across the plane of `w` they are normal; along it, the density of
+/// slope q towards `w` is (cos θ + q sin θ)⁺ exp(−q²).
+/// [Heitz & d'Eon 2014, supplemental material 1, §3; solved as by Jakob 2014, "An Improved Visible
+/// Normal Sampling Routine for the Beckmann Distribution", in x = erf q]
+#[inline]
+fn visible_of_beckmann(w: Vec3, [u, v]: [f32; 2]) -> Vec3 {
+    let sin = w.x.hypot(w.y);
+    let along = slope_towards(w.z, sin, u);
+    let across = trig::erf_inv(2.0 * v - 1.0);
+    let (c, s) = if sin > 0.0 { (w.x / sin, w.y / sin) } else { (1.0, 0.0) };
+    Vec3::new(c * along - s * across, s * along + c * across, 1.0)
+}
+
+/// Where the integral of (cos θ + q sin θ) exp(−q²)/√π over q from −cot θ on is a share `u` of all.
+///
+/// In x = erf q it is ½ cos θ (x − x₀) + sin θ (exp(−cot²θ) − exp(−q²)) / 2√π: convex, with slope
+/// ½(cos θ + q sin θ). So Newton's method goes past the solution once at most, and then towards it.
+#[inline]
+fn slope_towards(cos: f32, sin: f32, u: f32) -> f32 {
+    const STEPS: usize = 12;
+    let cot = if sin > 0.0 { (cos / sin).min(6.0) } else { 6.0 };
+    let (least, sin) = (-trig::erf(cot), sin / PI.sqrt());
+    let first = sin * trig::exp(-cot * cot);
+    let whole = cos * (1.0 - least) + first;
+    let mut x = least + (1.0 - least) * u;
+    let mut q = trig::erf_inv(x);
+    for _ in 0..STEPS {
+        // Twice the integral, less its goal, and twice its slope.
+        let excess = cos * (x - least) + (first - sin * trig::exp(-q * q)) - u * whole;
+        let slope = cos + q * sin * PI.sqrt();
+        let next = x - excess / slope;
+        // Past the end: half of the way there.
+        let next = if next < 1.0 { next.max(least) } else { 0.5 * (x + 1.0) };
+        let step = (next - x).abs();
+        x = next;
+        q = trig::erf_inv(x);
+        if step <= 1e-6 {
+            break;
+        }
+    }
+    q
 }

@@ -2,7 +2,7 @@
 
 use pt_math::{Spectrum, Vec3};
 
-use super::{BsdfSample, Lobe, PARAMETERS};
+use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
 
 /// Reflects everything about the normal.
 #[derive(Clone, Copy, Debug)]
@@ -21,18 +21,16 @@ impl Lobe for Mirror {
     const DELTA: bool = true;
 
     fn pack(&self) -> [f32; PARAMETERS] {
-        let mut p = [0.0; PARAMETERS];
-        p[..3].copy_from_slice(&self.reflectance.to_array());
-        p
+        padded(self.reflectance.to_array())
     }
 
     #[inline]
     fn unpack(p: &[f32; PARAMETERS]) -> Self {
-        Self { reflectance: Spectrum::rgb(p[0], p[1], p[2]) }
+        Self { reflectance: color(p, 0) }
     }
 
     #[inline]
-    fn sample(&self, wo: Vec3, _u: [f32; 2]) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, _u: [f32; 3]) -> Option<BsdfSample> {
         (wo.z > 0.0).then(|| BsdfSample::new(reflect(wo), self.reflectance, None))
     }
 

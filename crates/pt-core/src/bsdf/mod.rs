@@ -15,6 +15,8 @@ mod laws;
 pub mod microfacet;
 mod mirror;
 mod refraction;
+mod rough_dielectric;
+mod thin_dielectric;
 
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3};
 
@@ -48,7 +50,21 @@ impl BsdfSample {
 }
 
 /// Number of parameters of a stored lobe.
-pub const PARAMETERS: usize = 11;
+pub const PARAMETERS: usize = 15;
+
+/// Some numbers, and zeros.
+#[inline]
+fn padded<const N: usize>(numbers: [f32; N]) -> [f32; PARAMETERS] {
+    let mut p = [0.0; PARAMETERS];
+    p[..N].copy_from_slice(&numbers);
+    p
+}
+
+/// The spectrum that parameters have from `first` on.
+#[inline(always)]
+fn color(p: &[f32; PARAMETERS], first: usize) -> Spectrum {
+    Spectrum::rgb(p[first], p[first + 1], p[first + 2])
+}
 
 /// One scattering lobe, in the local shading frame (+z is the normal).
 ///
@@ -76,12 +92,16 @@ pub trait Lobe: Copy {
     fn pdf(&self, _wo: Vec3, _wi: Vec3) -> Pdf<SolidAngle> {
         Pdf::ZERO
     }
-    /// Draws `wi` by a map from the unit square to directions.
-    fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample>;
+    /// Draws `wi` by a map from the unit square to directions, `u[0]` and `u[1]`; `u[2]` chooses the map
+    /// where there are several and the choice has to wait for the other two.
+    fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample>;
     /// Settings worth testing; the laws run on each.
     fn examples() -> Vec<Self>;
-    /// Whether f(wo, wi) = f(wi, wo). Only the course's own models may say no.
+    /// Whether f(wo, wi) = f(wi, wo), or f(wo, wi)/η² where light is refracted. Only the course's own
+    /// models may say no.
     const RECIPROCAL: bool = true;
+    /// Whether light goes through the surface.
+    const TRANSMITS: bool = false;
 }
 
 /// A lobe as stored in the compiled scene.
@@ -91,7 +111,7 @@ pub struct LobeRecord {
     kind: u32,
     p: [f32; PARAMETERS],
 }
-const _: () = assert!(size_of::<LobeRecord>() == 48);
+const _: () = assert!(size_of::<LobeRecord>() == 64);
 
 impl LobeRecord {
     /// What `f` says of this lobe, in place or by a call as the lobe wants it.
@@ -145,7 +165,7 @@ macro_rules! lobes {
             }
             /// See [`Lobe::sample`].
             #[inline(always)]
-            fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
+            fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
                 $(if self.kind == Kind::$name as u32 {
                     return self.run::<$ty, _>(|lobe| lobe.sample(wo, u));
                 })*
@@ -178,6 +198,10 @@ macro_rules! lobes {
             pub fn is_reciprocal(&self) -> bool {
                 match self { $(Self::$name(_) => <$ty as Lobe>::RECIPROCAL),* }
             }
+            /// See [`Lobe::TRANSMITS`].
+            pub fn transmits(&self) -> bool {
+                match self { $(Self::$name(_) => <$ty as Lobe>::TRANSMITS),* }
+            }
             /// See [`Lobe::eval`].
             #[inline(always)]
             pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
@@ -190,7 +214,7 @@ macro_rules! lobes {
             }
             /// See [`Lobe::sample`].
             #[inline(always)]
-            pub fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
+            pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
                 match self { $(Self::$name(l) => l.sample(wo, u)),* }
             }
             /// Settings of all lobes, for the laws.
@@ -212,6 +236,10 @@ lobes! {
     Refraction = refraction::Refraction,
     /// Smooth metal.
     SmoothConductor = conductor::SmoothConductor,
+    /// Thin pane of a dielectric.
+    ThinDielectric = thin_dielectric::ThinDielectric,
+    /// Rough dielectric interface.
+    RoughDielectric = rough_dielectric::RoughDielectric,
     /// Rough metal.
     RoughConductor = conductor::RoughConductor,
     /// Diffuse base under a rough gloss.
@@ -278,7 +306,7 @@ impl<'a> Bsdf<'a> {
 
     /// Draws a direction (world) and its weight.
     #[inline(always)]
-    pub fn sample(&self, u: [f32; 2]) -> Option<BsdfSample> {
+    pub fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
         let s = self.lobe.sample(self.wo, u)?;
         let wi = self.frame.to_world(s.wi);
         self.is_consistent(wi, s.wi).then_some(BsdfSample { wi, ..s })

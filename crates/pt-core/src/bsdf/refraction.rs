@@ -4,7 +4,7 @@ use pt_math::{Spectrum, Vec3};
 
 use super::dielectric::refract;
 use super::fresnel;
-use super::{BsdfSample, Lobe, PARAMETERS};
+use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
 
 /// Refracts all light and reflects none; total reflection is black.
 #[derive(Clone, Copy, Debug)]
@@ -17,20 +17,21 @@ pub struct Refraction {
 
 impl Lobe for Refraction {
     const DELTA: bool = true;
+    const TRANSMITS: bool = true;
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let [a, b, c] = self.transmittance.to_array();
-        [a, b, c, self.eta, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        padded([a, b, c, self.eta])
     }
 
     #[inline]
     fn unpack(p: &[f32; PARAMETERS]) -> Self {
-        Self { transmittance: Spectrum::rgb(p[0], p[1], p[2]), eta: p[3] }
+        Self { transmittance: color(p, 0), eta: p[3] }
     }
 
     /// See [`super::Dielectric`] for the division by η².
     #[inline]
-    fn sample(&self, wo: Vec3, _u: [f32; 2]) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, _u: [f32; 3]) -> Option<BsdfSample> {
         let eta = if wo.z > 0.0 { self.eta } else { 1.0 / self.eta };
         let (_, cos_t) = fresnel::dielectric(wo.z.abs(), eta)?;
         let weight = self.transmittance / (eta * eta);

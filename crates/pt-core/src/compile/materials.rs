@@ -6,7 +6,7 @@
 use pt_math::Spectrum;
 use pt_scene::material::{Black, Conductor, Glass, Matte, Mirror, Plastic, Refraction, Surface};
 
-use crate::bsdf::microfacet::Beckmann;
+use crate::bsdf::microfacet::{Facets, Slopes};
 use crate::bsdf::{self, AnyLobe};
 
 /// A material as renderers see it.
@@ -80,10 +80,10 @@ impl Lower for Refraction {
 impl Lower for Conductor {
     fn lower(&self, course: bool) -> Lowered {
         let (eta, k) = (self.eta.into(), self.k.into());
-        let facets = Beckmann { alpha: self.alpha };
         if course && self.alpha > 0.0 {
-            return Lowered::new(bsdf::CourseMicrofacet { eta, k, facets }, false);
+            return Lowered::new(bsdf::CourseMicrofacet { eta, k, alpha: self.alpha }, false);
         }
+        let facets = Facets::isotropic(Slopes::Beckmann, self.alpha);
         let metal = bsdf::SmoothConductor { eta, k, reflectance: self.reflectance.into() };
         if self.alpha > 0.0 {
             Lowered::new(bsdf::RoughConductor { metal, facets }, self.two_sided)
@@ -100,7 +100,7 @@ impl Lower for Plastic {
         if course {
             return Lowered::new(bsdf::Diffuse { rho }, false);
         }
-        let facets = Beckmann { alpha: self.alpha };
+        let facets = Facets::isotropic(Slopes::Beckmann, self.alpha);
         Lowered::new(bsdf::Glossy { rho, f0: self.specular.into(), facets }, self.two_sided)
     }
 }

@@ -104,7 +104,7 @@ impl Numbers {
         self.samplers.points(self.first.wrapping_add(i.wrapping_mul(2)))
     }
 
-    /// Pair number `i`, for the BSDF, and the one behind it, for roulette.
+    /// Pair number `i`, for the BSDF, and the one behind it, for roulette and what the BSDF chooses.
     fn pairs(&self, i: u32) -> [[Lanes<f32>; 2]; 2] {
         [self.pair(i), self.pair(i.wrapping_add(1))]
     }
@@ -288,8 +288,10 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let any_delta = light_pairs > 0 && self.surfaces.iter().any(|s| s.bsdf.is_delta());
         let alone = if any_delta { numbers.pairs(0) } else { behind_lights };
         for (lane, surface) in self.surfaces.iter().enumerate() {
-            let [[x, y], [z, _]] = if surface.bsdf.is_delta() { &alone } else { &behind_lights };
-            if let Some((path, ray)) = self.next(surface, bounces, [x[lane], y[lane]], z[lane]) {
+            let [[x, y], [z, w]] = if surface.bsdf.is_delta() { &alone } else { &behind_lights };
+            if let Some((path, ray)) =
+                self.next(surface, bounces, [x, y, w].map(|n| n[lane]), z[lane])
+            {
                 self.paths[living] = path;
                 self.rays[living] = ray;
                 living += 1;
@@ -298,9 +300,9 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         living
     }
 
-    /// The path behind a surface, if it goes on, by a point for the BSDF and a number for roulette.
+    /// The path behind a surface, if it goes on, by numbers for the BSDF and one for roulette.
     #[inline(always)]
-    fn next(&self, surface: &Surface, bounces: u32, u: [f32; 2], v: f32) -> Option<(State, Ray)> {
+    fn next(&self, surface: &Surface, bounces: u32, u: [f32; 3], v: f32) -> Option<(State, Ray)> {
         let settings = self.cx.settings;
         let scattered = surface.bsdf.sample(u)?;
         let mut next = State {

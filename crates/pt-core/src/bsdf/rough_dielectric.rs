@@ -1,0 +1,182 @@
+//! The rough interface between two dielectrics.
+
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+
+use super::fresnel;
+use super::microfacet::{Facets, Masking, Slopes};
+use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+
+/// Microfacets that reflect and refract. [Walter et al. 2007, eq. 20 and 21]
+#[derive(Clone, Copy, Debug)]
+pub struct RoughDielectric {
+    /// Tint of what is reflected.
+    pub reflectance: Spectrum,
+    /// Tint of what is transmitted.
+    pub transmittance: Spectrum,
+    /// Index of refraction below the surface (−z) over that above it; not 1.
+    pub eta: f32,
+    /// The facets.
+    pub facets: Facets,
+}
+
+/// A pair of directions, seen from the side of `wo`: that is up.
+struct Pair {
+    wo: Vec3,
+    wi: Vec3,
+    /// Index of refraction of the other side over that of the side of `wo`.
+    eta: f32,
+    /// The facet that reflects or refracts one into the other.
+    h: Vec3,
+    /// Its Fresnel reflectance.
+    f: f32,
+    is_reflected: bool,
+}
+
+/// The direction as seen from the side of `wo`.
+#[inline]
+fn upright(w: Vec3, wo: Vec3) -> Vec3 {
+    if wo.z > 0.0 { w } else { Vec3::new(w.x, w.y, -w.z) }
+}
+
+impl Pair {
+    #[inline]
+    fn new(lobe: &RoughDielectric, wo: Vec3, wi: Vec3) -> Option<Self> {
+        let eta = lobe.eta_from(wo);
+        let (wo, wi) = (upright(wo, wo), upright(wi, wo));
+        let is_reflected = wi.z > 0.0;
+        // [Walter et al. 2007, eq. 13 and 16]
+        let h = if is_reflected { wo + wi } else { wo + wi * eta };
+        let h = (h * h.z.signum()).try_normalize()?;
+        // Facets are seen from their front, and refract to their back.
+        let (cos_o, cos_i) = (wo.dot(h), wi.dot(h));
+        let exists = wo.z > 0.0 && wi.z != 0.0 && cos_o > 0.0 && (cos_i > 0.0) == is_reflected;
+        let f = if is_reflected {
+            fresnel::dielectric(cos_o, eta).map_or(1.0, |(f, _)| f)
+        } else {
+            fresnel::refracted(cos_o, -cos_i, eta)
+        };
+        exists.then_some(Self { wo, wi, eta, h, f, is_reflected })
+    }
+
+    /// |∂h/∂wi|. [Walter et al. 2007, eq. 14 and 17]
+    #[inline]
+    fn jacobian(&self) -> f32 {
+        if self.is_reflected {
+            return 0.25 / self.wo.dot(self.h);
+        }
+        let (cos_o, cos_i) = (self.wo.dot(self.h), self.wi.dot(self.h));
+        let s = cos_o + self.eta * cos_i;
+        self.eta * self.eta * cos_i.abs() / (s * s)
+    }
+
+    /// Density of `wi`: facets are drawn as they are seen, and reflect or refract by Fresnel's equations.
+    #[inline]
+    fn pdf(&self, facets: &Facets) -> f32 {
+        let chosen = if self.is_reflected { self.f } else { 1.0 - self.f };
+        let pdf = chosen * facets.visible_pdf(self.wo, self.h) * self.jacobian();
+        if pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// Scattered radiance over that density.
+    #[inline]
+    fn weight(&self, lobe: &RoughDielectric) -> Spectrum {
+        // Λ is the same on both sides.
+        let wi = Vec3::new(self.wi.x, self.wi.y, self.wi.z.abs());
+        let shadowing = lobe.facets.shadowing(self.wo, wi);
+        if self.is_reflected {
+            lobe.reflectance * shadowing
+        } else {
+            lobe.transmittance * (shadowing / (self.eta * self.eta))
+        }
+    }
+}
+
+impl RoughDielectric {
+    /// The probability with which the facet that takes `wo` to `wi` does so: the map of
+    /// [`Lobe::sample`] is followed so often.
+    #[cfg(test)]
+    pub(super) fn chance(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let pair = Pair::new(self, wo, wi).expect("a pair that was sampled");
+        if pair.is_reflected { pair.f } else { 1.0 - pair.f }
+    }
+
+    #[inline]
+    fn eta_from(&self, wo: Vec3) -> f32 {
+        if wo.z > 0.0 { self.eta } else { 1.0 / self.eta }
+    }
+}
+
+impl Lobe for RoughDielectric {
+    const DELTA: bool = false;
+    const TRANSMITS: bool = true;
+
+    fn pack(&self) -> [f32; PARAMETERS] {
+        let ([a, b, c], [d, e, f]) = (self.reflectance.to_array(), self.transmittance.to_array());
+        let [g, h, i] = self.facets.pack();
+        padded([a, b, c, d, e, f, self.eta, g, h, i])
+    }
+
+    #[inline]
+    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+        Self {
+            reflectance: color(p, 0),
+            transmittance: color(p, 3),
+            eta: p[6],
+            facets: Facets::unpack([p[7], p[8], p[9]]),
+        }
+    }
+
+    #[inline]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        let f = |pair: Pair| pair.weight(self) * pair.pdf(&self.facets);
+        Pair::new(self, wo, wi).map_or(Spectrum::ZERO, f)
+    }
+
+    #[inline]
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
+        Pair::new(self, wo, wi).map_or(Pdf::ZERO, |pair| Pdf::new(pair.pdf(&self.facets)))
+    }
+
+    /// Draws a facet that is seen, and whether it reflects or refracts: the weight is G/G₁, over η²
+    /// where it refracts.
+    #[inline]
+    fn sample(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<BsdfSample> {
+        if wo.z == 0.0 {
+            return None;
+        }
+        let (up, eta) = (upright(wo, wo), self.eta_from(wo));
+        let h = self.facets.sample_visible(up, [u, v]);
+        let cos = up.dot(h);
+        let refracted = fresnel::dielectric(cos, eta).filter(|(f, _)| choice >= *f);
+        let is_reflected = refracted.is_none();
+        let wi = match refracted {
+            // Snell's law about h: across, the sine over η.
+            Some((_, cos_t)) => (h * (cos / eta - cos_t) - up / eta).normalize(),
+            None => h * (2.0 * cos) - up,
+        };
+        let wi = upright(wi, wo);
+        // Facets that send light to the wrong side absorb it.
+        let pair = Pair::new(self, wo, wi).filter(|pair| pair.is_reflected == is_reflected)?;
+        let pdf = Pdf::new(pair.pdf(&self.facets));
+        let squeeze = if is_reflected { 1.0 } else { eta * eta };
+        let sample = BsdfSample::new(wi, pair.weight(self), Some(pdf)).squeezed_by(squeeze);
+        pdf.is_positive().then_some(sample)
+    }
+
+    fn examples() -> Vec<Self> {
+        let with = |eta, facets| Self {
+            reflectance: Spectrum::ONE,
+            transmittance: Spectrum::ONE,
+            eta,
+            facets,
+        };
+        vec![
+            with(1.5, Facets::isotropic(Slopes::Ggx, 0.3)),
+            with(1.0 / 1.33, Facets::isotropic(Slopes::Beckmann, 0.2)),
+            with(
+                1.8,
+                Facets { slopes: Slopes::Ggx, masking: Masking::Separable, alpha: [0.2, 0.6] },
+            ),
+        ]
+    }
+}

@@ -1,0 +1,60 @@
+//! A pane of a dielectric, so thin that light leaves it where it came in.
+
+use pt_math::{Spectrum, Vec3};
+
+use super::fresnel;
+use super::mirror::reflect;
+use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+
+/// Both interfaces at once, with all that light does between them: of reflectance F each, they reflect
+/// F + (1 − F)² F + (1 − F)² F³ + … = 2F/(1 + F), and let the rest through as it came.
+#[derive(Clone, Copy, Debug)]
+pub struct ThinDielectric {
+    /// Tint of what is reflected.
+    pub reflectance: Spectrum,
+    /// Tint of what is transmitted.
+    pub transmittance: Spectrum,
+    /// Index of refraction of the pane over that around it.
+    pub eta: f32,
+}
+
+impl ThinDielectric {
+    /// The share of light that is reflected.
+    #[inline]
+    fn reflected(&self, cos: f32) -> f32 {
+        // A ray that is reflected totally from outside does not enter at all.
+        fresnel::dielectric(cos, self.eta).map_or(1.0, |(f, _)| 2.0 * f / (1.0 + f))
+    }
+}
+
+impl Lobe for ThinDielectric {
+    const DELTA: bool = true;
+    const TRANSMITS: bool = true;
+
+    fn pack(&self) -> [f32; PARAMETERS] {
+        let ([a, b, c], [d, e, f]) = (self.reflectance.to_array(), self.transmittance.to_array());
+        padded([a, b, c, d, e, f, self.eta])
+    }
+
+    #[inline]
+    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+        Self { reflectance: color(p, 0), transmittance: color(p, 3), eta: p[6] }
+    }
+
+    #[inline]
+    fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
+        if u[0] < self.reflected(wo.z.abs()) {
+            Some(BsdfSample::new(reflect(wo), self.reflectance, None))
+        } else {
+            Some(BsdfSample::new(-wo, self.transmittance, None))
+        }
+    }
+
+    fn examples() -> Vec<Self> {
+        let (reflectance, transmittance) = (Spectrum::ONE, Spectrum::ONE);
+        vec![
+            Self { reflectance, transmittance, eta: 1.5 },
+            Self { reflectance: Spectrum::splat(0.5), transmittance, eta: 1.0 / 1.33 },
+        ]
+    }
+}
