@@ -14,6 +14,7 @@ pub mod image;
 pub mod light;
 pub mod material;
 pub mod mesh;
+pub mod metals;
 pub mod scene;
 pub mod settings;
 pub mod shapes;

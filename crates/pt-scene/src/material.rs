@@ -19,7 +19,7 @@ pub struct Material {
 #[macro_export]
 macro_rules! surfaces {
     ($then:ident) => {
-        $then! { Matte, Mirror, Glass, Refraction, Conductor, Plastic, Black }
+        $then! { Matte, Mirror, Glass, ThinGlass, Refraction, Conductor, Plastic, Black }
     };
 }
 
@@ -37,6 +37,42 @@ macro_rules! surface_enum {
 }
 surfaces!(surface_enum);
 
+/// How the slopes of microfacets are distributed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Distribution {
+    /// Normally. [Beckmann & Spizzichino 1963]
+    Beckmann,
+    /// With long tails. [Trowbridge & Reitz 1975; GGX by Walter et al. 2007]
+    Ggx,
+}
+
+/// Whether facets that hide light on its way in are those that hide it on its way out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Masking {
+    /// By the height of the facet. [Heitz 2014, eq. 99]
+    Correlated,
+    /// No: darker, and what Mitsuba 3 does.
+    Separable,
+}
+
+/// The microfacets of a rough surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roughness {
+    /// Roughness α > 0 (for Beckmann: root mean square slope times √2).
+    pub alpha: f32,
+    /// How the slopes of facets are distributed.
+    pub distribution: Distribution,
+    /// How facets hide each other.
+    pub masking: Masking,
+}
+
+impl Roughness {
+    /// Facets of Beckmann's distribution that hide each other by their heights.
+    pub fn beckmann(alpha: f32) -> Self {
+        Self { alpha, distribution: Distribution::Beckmann, masking: Masking::Correlated }
+    }
+}
+
 /// Lambertian reflection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Matte {
@@ -53,7 +89,7 @@ pub struct Mirror {
     pub reflectance: [f32; 3],
 }
 
-/// A smooth interface between two dielectrics: Fresnel reflection and refraction.
+/// An interface between two dielectrics, smooth or rough: Fresnel reflection and refraction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Glass {
     /// Tint of what is reflected; 1 is physical.
@@ -61,6 +97,19 @@ pub struct Glass {
     /// Tint of what is transmitted; 1 is physical.
     pub transmittance: [f32; 3],
     /// Index of refraction of the back side over that of the front side (the side of the normal).
+    pub ior: f32,
+    /// Microfacets; `None` is a smooth interface.
+    pub roughness: Option<Roughness>,
+}
+
+/// A pane of a dielectric that is so thin that it does not shift what is seen through it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ThinGlass {
+    /// Tint of what is reflected; 1 is physical.
+    pub reflectance: [f32; 3],
+    /// Tint of what is transmitted; 1 is physical.
+    pub transmittance: [f32; 3],
+    /// Index of refraction of the pane over that around it.
     pub ior: f32,
 }
 
@@ -82,9 +131,8 @@ pub struct Conductor {
     pub k: [f32; 3],
     /// Tint; 1 is physical.
     pub reflectance: [f32; 3],
-    /// Roughness α of a Beckmann distribution of microfacets (root mean square slope times √2);
-    /// 0 is a smooth metal.
-    pub alpha: f32,
+    /// Microfacets; `None` is a smooth metal.
+    pub roughness: Option<Roughness>,
     /// Whether the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }

@@ -7,8 +7,14 @@ use std::sync::Arc;
 
 use common::{check_bad_files, check_good_files, check_robustness, folder, parse};
 use pt_math::{DAffine3, DVec3, Vec3};
-use pt_scene::material::{Black, Conductor, Glass, Matte, Mirror};
+use pt_scene::material::{
+    Black, Conductor, Distribution, Glass, Masking, Matte, Mirror, Roughness, ThinGlass,
+};
 use pt_scene::{FileSettings, Geometry, LightKind, Material, Mesh, Scene, Surface};
+
+/// What rough surfaces have where nothing is said.
+const ROUGH: Roughness =
+    Roughness { alpha: 0.1, distribution: Distribution::Beckmann, masking: Masking::Separable };
 
 /// A scene with some content, whose folder is that of the good files.
 fn read(content: &str) -> Scene {
@@ -170,7 +176,8 @@ fn one_of_each_kind_of_object() {
         .iter()
         .map(|o| scene.materials[o.materials[0].expect("a material") as usize].clone())
         .collect();
-    let clear = Glass { reflectance: [1.0; 3], transmittance: [1.0; 3], ior: 2.419 };
+    let clear =
+        Glass { reflectance: [1.0; 3], transmittance: [1.0; 3], ior: 2.419, roughness: None };
     assert_eq!(surfaces[0].surface, clear.into());
     let cloth = Matte { reflectance: [0.8, 0.4, 0.2], two_sided: false };
     assert_eq!(surfaces[1].surface, cloth.into());
@@ -179,7 +186,7 @@ fn one_of_each_kind_of_object() {
         eta: [0.2, 0.9, 1.1],
         k: [3.9, 2.5, 2.4],
         reflectance: [1.0; 3],
-        alpha: 0.2,
+        roughness: Some(Roughness { alpha: 0.2, ..ROUGH }),
         two_sided: true,
     };
     assert_eq!(surfaces[3].surface, copper.into());
@@ -263,12 +270,40 @@ fn both_sides_reflect_if_the_author_says_so() {
         eta: [0.0; 3],
         k: [1.0; 3],
         reflectance: [1.0; 3],
-        alpha: 0.0,
+        roughness: None,
         two_sided: false,
     };
     assert_eq!(surface(mirror), one_sided.clone().into());
-    let rough = Conductor { alpha: 0.1, two_sided: true, ..one_sided };
+    let rough = Conductor { roughness: Some(ROUGH), two_sided: true, ..one_sided };
     assert_eq!(twosided("<bsdf type=\"roughconductor\"/>"), rough.into());
+}
+
+#[test]
+fn metals_have_names_and_facets_a_distribution() {
+    let gold = Conductor {
+        eta: [0.143, 0.3753, 1.442],
+        k: [3.983, 2.3856, 1.6034],
+        reflectance: [1.0; 3],
+        roughness: Some(Roughness { alpha: 0.3, distribution: Distribution::Ggx, ..ROUGH }),
+        two_sided: false,
+    };
+    let found = surface(
+        "<bsdf type=\"roughconductor\"><string name=\"material\" value=\"Au\"/>\
+         <float name=\"alpha\" value=\"0.3\"/><string name=\"distribution\" value=\"ggx\"/></bsdf>",
+    );
+    assert_eq!(found, gold.into());
+}
+
+#[test]
+fn dielectrics_may_be_rough_or_thin() {
+    let index = "<float name=\"int_ior\" value=\"1.5\"/><float name=\"ext_ior\" value=\"1\"/>";
+    let of_kind = |kind| surface(&format!("<bsdf type=\"{kind}\">{index}</bsdf>"));
+    let clear = [1.0; 3];
+    let rough =
+        Glass { reflectance: clear, transmittance: clear, ior: 1.5, roughness: Some(ROUGH) };
+    assert_eq!(of_kind("roughdielectric"), rough.into());
+    let thin = ThinGlass { reflectance: clear, transmittance: clear, ior: 1.5 };
+    assert_eq!(of_kind("thindielectric"), thin.into());
 }
 
 #[test]

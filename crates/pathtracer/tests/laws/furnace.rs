@@ -91,12 +91,13 @@ fn light_in_a_diffuse_sphere_is_even() {
 /// spread again.
 #[test]
 fn what_absorbs_nothing_is_invisible_under_an_even_sky() {
-    let glass = |ior| Glass { reflectance: [1.0; 3], transmittance: [1.0; 3], ior }.into();
+    let glass =
+        |ior| Glass { reflectance: [1.0; 3], transmittance: [1.0; 3], ior, roughness: None }.into();
     let perfect = Conductor {
         eta: [0.0; 3],
         k: [1.0; 3],
         reflectance: [1.0; 3],
-        alpha: 0.0,
+        roughness: None,
         two_sided: false,
     };
     let surfaces: [(&str, Surface); 5] = [

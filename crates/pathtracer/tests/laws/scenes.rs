@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pathtracer::{Camera, CompileOptions, Scene};
 use pt_math::{DAffine3, DVec3};
-use pt_scene::material::{Black, Conductor, Matte, Plastic};
+use pt_scene::material::{Black, Conductor, Matte, Plastic, Roughness};
 use pt_scene::{Geometry, Light, LightKind, Material, Mesh, Object, Surface, shapes};
 
 /// A diffuse surface.
@@ -143,7 +143,7 @@ pub(crate) fn cornell() -> Scene {
         eta: [0.2, 0.9, 1.1],
         k: [3.9, 2.5, 2.3],
         reflectance: [1.0; 3],
-        alpha: 0.4,
+        roughness: Some(Roughness::beckmann(0.4)),
         two_sided: false,
     };
     let gloss =

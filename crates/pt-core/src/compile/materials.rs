@@ -4,9 +4,12 @@
 //! its [`Lower`] here; the compiler asks for the second when the first is there.
 
 use pt_math::Spectrum;
-use pt_scene::material::{Black, Conductor, Glass, Matte, Mirror, Plastic, Refraction, Surface};
+use pt_scene::material::{
+    Black, Conductor, Distribution, Glass, Masking, Matte, Mirror, Plastic, Refraction, Roughness,
+    Surface, ThinGlass,
+};
 
-use crate::bsdf::microfacet::{Facets, Slopes};
+use crate::bsdf::microfacet::{self, Facets, Slopes};
 use crate::bsdf::{self, AnyLobe};
 
 /// A material as renderers see it.
@@ -19,6 +22,23 @@ impl Lowered {
     fn new(lobe: impl Into<AnyLobe>, two_sided: bool) -> Self {
         Self { lobe: lobe.into(), two_sided }
     }
+}
+
+/// Indices of refraction that differ by less from each other are the same.
+const LEAST_CONTRAST: f32 = 1e-3;
+/// Surfaces with less roughness are as smooth to the eye, but not to single precision.
+const LEAST_ALPHA: f32 = 1e-3;
+
+fn facets(roughness: Roughness) -> Facets {
+    let slopes = match roughness.distribution {
+        Distribution::Beckmann => Slopes::Beckmann,
+        Distribution::Ggx => Slopes::Ggx,
+    };
+    let masking = match roughness.masking {
+        Masking::Correlated => microfacet::Masking::Correlated,
+        Masking::Separable => microfacet::Masking::Separable,
+    };
+    Facets { slopes, masking, alpha: [roughness.alpha.max(LEAST_ALPHA); 2] }
 }
 
 /// How a material becomes a lobe; `course` asks for the lobe of the university course's program.
@@ -59,10 +79,28 @@ impl Lower for Glass {
     fn lower(&self, course: bool) -> Lowered {
         let (reflectance, transmittance) = (self.reflectance.into(), self.transmittance.into());
         if course {
-            Lowered::new(bsdf::CourseGlass { reflectance, transmittance, ior: self.ior }, false)
-        } else {
-            Lowered::new(bsdf::Dielectric { reflectance, transmittance, eta: self.ior }, false)
+            return Lowered::new(
+                bsdf::CourseGlass { reflectance, transmittance, ior: self.ior },
+                false,
+            );
         }
+        let eta = self.ior;
+        // Without a difference of indices, facets bend nothing, and half vectors do not exist.
+        match self.roughness.filter(|_| (eta - 1.0).abs() > LEAST_CONTRAST) {
+            Some(roughness) => {
+                let facets = facets(roughness);
+                let lobe = bsdf::RoughDielectric { reflectance, transmittance, eta, facets };
+                Lowered::new(lobe, false)
+            }
+            None => Lowered::new(bsdf::Dielectric { reflectance, transmittance, eta }, false),
+        }
+    }
+}
+
+impl Lower for ThinGlass {
+    fn lower(&self, _: bool) -> Lowered {
+        let (reflectance, transmittance) = (self.reflectance.into(), self.transmittance.into());
+        Lowered::new(bsdf::ThinDielectric { reflectance, transmittance, eta: self.ior }, true)
     }
 }
 
@@ -80,15 +118,16 @@ impl Lower for Refraction {
 impl Lower for Conductor {
     fn lower(&self, course: bool) -> Lowered {
         let (eta, k) = (self.eta.into(), self.k.into());
-        if course && self.alpha > 0.0 {
-            return Lowered::new(bsdf::CourseMicrofacet { eta, k, alpha: self.alpha }, false);
-        }
-        let facets = Facets::isotropic(Slopes::Beckmann, self.alpha);
         let metal = bsdf::SmoothConductor { eta, k, reflectance: self.reflectance.into() };
-        if self.alpha > 0.0 {
-            Lowered::new(bsdf::RoughConductor { metal, facets }, self.two_sided)
-        } else {
-            Lowered::new(metal, self.two_sided)
+        match self.roughness {
+            Some(Roughness { alpha, .. }) if course => {
+                Lowered::new(bsdf::CourseMicrofacet { eta, k, alpha }, false)
+            }
+            Some(roughness) => {
+                let facets = facets(roughness);
+                Lowered::new(bsdf::RoughConductor { metal, facets }, self.two_sided)
+            }
+            None => Lowered::new(metal, self.two_sided),
         }
     }
 }

@@ -101,7 +101,13 @@ fn course_material(scene: &Scene, material: Option<u32>) -> String {
             format!("glass {}, {}, {}", rgb(m.reflectance), rgb(m.transmittance), m.ior)
         }
         Surface::Refraction(m) => format!("refraction {}, {}", rgb(m.transmittance), m.ior),
-        Surface::Conductor(m) => format!("conductor {}, {}, {}", rgb(m.eta), rgb(m.k), m.alpha),
+        Surface::Conductor(m) => format!(
+            "conductor {}, {}, {}",
+            rgb(m.eta),
+            rgb(m.k),
+            m.roughness.map_or(0.0, |r| r.alpha)
+        ),
+        Surface::ThinGlass(m) => format!("thin glass {}", m.ior),
         Surface::Black(_) => format!("emits {}", rgb(material.emission)),
     }
 }

@@ -18,8 +18,11 @@ fn materials_in_short(scene: &Scene) -> BTreeMap<&str, String> {
                 format!("glass {:?} {:?} {}", m.reflectance, m.transmittance, m.ior)
             }
             Surface::Refraction(m) => format!("refraction {:?} {}", m.transmittance, m.ior),
-            Surface::Conductor(m) => format!("conductor {:?} {:?} {}", m.eta, m.k, m.alpha),
+            Surface::Conductor(m) => {
+                format!("conductor {:?} {:?} {}", m.eta, m.k, m.roughness.map_or(0.0, |r| r.alpha))
+            }
             Surface::Plastic(m) => format!("plastic {:?} {:?} {}", m.diffuse, m.specular, m.alpha),
+            Surface::ThinGlass(m) => format!("thin glass {}", m.ior),
             Surface::Black(_) => "black".to_owned(),
         };
         match material.emission {

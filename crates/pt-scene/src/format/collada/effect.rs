@@ -135,7 +135,7 @@ fn glass<'a>(reader: &mut Reader<'a>, scope: &Scope<'a>) -> Result<Option<Glass>
     }
     let ior = float_or(reader, scope, "index_of_refraction", DEFAULT_IOR)?;
     let ior = if ior > 0.0 { ior } else { DEFAULT_IOR };
-    Ok(Some(Glass { reflectance: [1.0; 3], transmittance: transmitted, ior }))
+    Ok(Some(Glass { reflectance: [1.0; 3], transmittance: transmitted, ior, roughness: None }))
 }
 
 /// The light that passes, by the colour of `<transparent>`, its `opaque` mode and

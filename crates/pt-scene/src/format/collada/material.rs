@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::effect;
 use super::reader::{Reader, child, children, elements, is_course_technique, name_of};
 use crate::format::xml::{Node, quote};
-use crate::material::{Black, Conductor, Glass, Matte, Mirror, Refraction};
+use crate::material::{Black, Conductor, Glass, Matte, Mirror, Refraction, Roughness};
 use crate::{LoadError, Material, Surface};
 
 /// The materials, by index, that an instance of a geometry gives to the slots with the given
@@ -124,6 +124,7 @@ fn course_surface<'a>(
             reflectance: tint(reader, element, "reflectance")?,
             transmittance: tint(reader, element, "transmittance")?,
             ior: positive(reader, element, "ior", "1.5")?,
+            roughness: None,
         }
         .into(),
         "refraction" => Refraction {
@@ -138,7 +139,7 @@ fn course_surface<'a>(
                 eta: reader.rgb(eta)?,
                 k: reader.rgb(k)?,
                 reflectance: [1.0; 3],
-                alpha: positive(reader, element, "alpha", "0.1")?,
+                roughness: Some(Roughness::beckmann(positive(reader, element, "alpha", "0.1")?)),
                 two_sided: true,
             }
             .into()

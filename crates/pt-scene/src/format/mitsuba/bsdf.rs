@@ -3,10 +3,21 @@
 use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
 use super::value::Value;
-use crate::material::{Conductor, Glass, Matte, Mirror};
+use crate::material::{
+    Conductor, Distribution, Glass, Masking, Matte, Mirror, Roughness, ThinGlass,
+};
+use crate::metals::{METALS, Metal};
 use crate::{LoadError, Surface};
 
-const KINDS: [&str; 5] = ["diffuse", "conductor", "roughconductor", "dielectric", "twosided"];
+const KINDS: [&str; 7] = [
+    "diffuse",
+    "conductor",
+    "roughconductor",
+    "dielectric",
+    "roughdielectric",
+    "thindielectric",
+    "twosided",
+];
 
 /// Indices of refraction at 589 nm by the names that Mitsuba gives them. [Hecht, "Optics",
 /// 4th ed., as tabulated in Mitsuba 3.9]
@@ -48,17 +59,19 @@ pub(super) fn surface(tree: &Tree, object: &Object) -> Result<Surface, LoadError
             let reflectance = parameters.color("reflectance", Role::Share, 0.5)?;
             Matte { reflectance, two_sided: false }.into()
         }
-        "conductor" => conductor(&mut parameters, 0.0)?.into(),
+        "conductor" => conductor(&mut parameters, None)?.into(),
         "roughconductor" => {
-            let alpha = roughness(&mut parameters)?;
-            conductor(&mut parameters, alpha)?.into()
+            let roughness = Some(roughness(&mut parameters)?);
+            conductor(&mut parameters, roughness)?.into()
         }
-        "dielectric" => {
-            let inside = refractive_index(&mut parameters, "int_ior", "bk7")?;
-            let outside = refractive_index(&mut parameters, "ext_ior", "air")?;
-            let reflectance = parameters.color("specular_reflectance", Role::Share, 1.0)?;
-            let transmittance = parameters.color("specular_transmittance", Role::Share, 1.0)?;
-            Glass { reflectance, transmittance, ior: (inside / outside) as f32 }.into()
+        "dielectric" => glass(&mut parameters, None)?.into(),
+        "roughdielectric" => {
+            let roughness = Some(roughness(&mut parameters)?);
+            glass(&mut parameters, roughness)?.into()
+        }
+        "thindielectric" => {
+            let Glass { reflectance, transmittance, ior, .. } = glass(&mut parameters, None)?;
+            ThinGlass { reflectance, transmittance, ior }.into()
         }
         _ => return Err(unsupported(object, &KINDS)),
     };
@@ -83,8 +96,10 @@ fn two_sided(tree: &Tree, object: &Object) -> Result<Surface, LoadError> {
         return Err(error(&inner.at, "it is inside of another bsdf \"twosided\" already"));
     }
     match surface(tree, inner)? {
-        Surface::Glass(_) => {
-            Err(error(&inner.at, "\"dielectric\" transmits light; \"twosided\" is for opaque ones"))
+        Surface::Glass(_) | Surface::ThinGlass(_) => {
+            let message =
+                format!("{} transmits light; \"twosided\" is for opaque ones", quote(&inner.kind));
+            Err(error(&inner.at, message))
         }
         opaque => Ok(on_both_sides(opaque)),
     }
@@ -95,44 +110,82 @@ pub(super) fn on_both_sides(surface: Surface) -> Surface {
     match surface {
         Surface::Matte(matte) => Matte { two_sided: true, ..matte }.into(),
         // Without a real part of the index of refraction, all light is reflected at every angle.
-        Surface::Conductor(Conductor { eta: [0.0, 0.0, 0.0], alpha: 0.0, reflectance, .. }) => {
-            Mirror { reflectance }.into()
-        }
+        Surface::Conductor(Conductor {
+            eta: [0.0, 0.0, 0.0],
+            roughness: None,
+            reflectance,
+            ..
+        }) => Mirror { reflectance }.into(),
         Surface::Conductor(metal) => Conductor { two_sided: true, ..metal }.into(),
         other => other,
     }
 }
 
-/// A metal; without η and k, or of the material "none", one that reflects all light.
-fn conductor(parameters: &mut Parameters<'_>, alpha: f64) -> Result<Conductor, LoadError> {
-    let preset = parameters.text("material")?.unwrap_or("none");
-    if preset != "none" {
+/// A metal by name, or by η and k; without either, one that reflects all light.
+fn conductor(
+    parameters: &mut Parameters<'_>,
+    roughness: Option<Roughness>,
+) -> Result<Conductor, LoadError> {
+    let name = parameters.text("material")?;
+    let Some(metal) = name.map_or(Some(PERFECT), named_metal) else {
+        let names: Vec<_> = METALS.iter().map(|metal| metal.name).collect();
         let message = format!(
-            "the preset {} is not supported; give eta and k as <rgb>, or the material \"none\" \
-             for a perfect mirror",
-            quote(preset)
+            "the metal {} is unknown; give eta and k as <rgb>, the material \"none\" for a perfect \
+             mirror, or one of {}",
+            quote(name.unwrap_or_default()),
+            names.join(", ")
         );
+        return Err(parameters.refuse("material", message));
+    };
+    let (eta, k) =
+        (parameters.given_color("eta", Role::Index)?, parameters.given_color("k", Role::Index)?);
+    if name.is_some() && (eta.is_some() || k.is_some()) {
+        let message = "both a material and eta or k are given; give one of the two";
         return Err(parameters.refuse("material", message));
     }
     Ok(Conductor {
-        eta: parameters.color("eta", Role::Index, 0.0)?,
-        k: parameters.color("k", Role::Index, 1.0)?,
+        eta: eta.unwrap_or(metal.eta),
+        k: k.unwrap_or(metal.k),
         reflectance: parameters.color("specular_reflectance", Role::Share, 1.0)?,
-        alpha: alpha as f32,
+        roughness,
         two_sided: false,
     })
 }
 
-/// The one roughness of a Beckmann distribution.
-fn roughness(parameters: &mut Parameters<'_>) -> Result<f64, LoadError> {
-    let distribution = parameters.text("distribution")?.unwrap_or("beckmann");
-    if distribution != "beckmann" {
-        let message = format!(
-            "the distribution {} is not supported; supported: beckmann",
-            quote(distribution)
-        );
-        return Err(parameters.refuse("distribution", message));
-    }
+/// What reflects all light.
+const PERFECT: Metal = Metal { name: "none", eta: [0.0; 3], k: [1.0; 3] };
+
+fn named_metal(name: &str) -> Option<Metal> {
+    let all = METALS.iter().chain([&PERFECT]);
+    all.copied().find(|metal| metal.name == name)
+}
+
+/// A dielectric.
+fn glass(
+    parameters: &mut Parameters<'_>,
+    roughness: Option<Roughness>,
+) -> Result<Glass, LoadError> {
+    let inside = refractive_index(parameters, "int_ior", "bk7")?;
+    let outside = refractive_index(parameters, "ext_ior", "air")?;
+    Ok(Glass {
+        reflectance: parameters.color("specular_reflectance", Role::Share, 1.0)?,
+        transmittance: parameters.color("specular_transmittance", Role::Share, 1.0)?,
+        ior: (inside / outside) as f32,
+        roughness,
+    })
+}
+
+/// Microfacets of one roughness.
+fn roughness(parameters: &mut Parameters<'_>) -> Result<Roughness, LoadError> {
+    let distribution = match parameters.text("distribution")? {
+        None | Some("beckmann") => Distribution::Beckmann,
+        Some("ggx") => Distribution::Ggx,
+        Some(other) => {
+            let message =
+                format!("the distribution {} is unknown; there are beckmann and ggx", quote(other));
+            return Err(parameters.refuse("distribution", message));
+        }
+    };
     parameters.pass_over(&["sample_visible"]);
     let alpha = parameters.positive("alpha", 0.1)?;
     let (u, v) = (parameters.positive("alpha_u", alpha)?, parameters.positive("alpha_v", alpha)?);
@@ -140,7 +193,7 @@ fn roughness(parameters: &mut Parameters<'_>) -> Result<f64, LoadError> {
         let message = "roughness that depends on the direction is not supported; give one alpha";
         return Err(parameters.refuse("alpha_v", message));
     }
-    Ok(u)
+    Ok(Roughness { alpha: u as f32, distribution, masking: Masking::Separable })
 }
 
 /// An index of refraction, as a number or by name.

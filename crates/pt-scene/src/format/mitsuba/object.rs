@@ -291,6 +291,15 @@ impl<'t> Parameters<'t> {
         role: Role,
         default: f64,
     ) -> Result<[f32; 3], LoadError> {
+        Ok(self.given_color(name, role)?.unwrap_or([default as f32; 3]))
+    }
+
+    /// A colour, if there is one.
+    pub(super) fn given_color(
+        &mut self,
+        name: &'static str,
+        role: Role,
+    ) -> Result<Option<[f32; 3]>, LoadError> {
         let found = self.get(name, "an <rgb>", |value| match (value, role) {
             (Value::Rgb(rgb), _) => Some(*rgb),
             (Value::Spectrum(x), Role::Emission) => Some(EQUAL_ENERGY.map(|e| e * x)),
@@ -298,7 +307,7 @@ impl<'t> Parameters<'t> {
             (Value::Integer(x), _) => Some([*x as f64; 3]),
             _ => None,
         });
-        let color = found?.unwrap_or([default; 3]);
+        let Some(color) = found? else { return Ok(None) };
         let (range, name_of_range) = match role {
             Role::Share => (0.0..=1.0, "from 0 to 1"),
             Role::Emission | Role::Index => (0.0..=f64::from(f32::MAX), "of at least 0"),
@@ -311,7 +320,7 @@ impl<'t> Parameters<'t> {
                 );
                 Err(self.refuse(name, message))
             }
-            None => Ok(color.map(|x| x as f32)),
+            None => Ok(Some(color.map(|x| x as f32))),
         }
     }
 
