@@ -19,7 +19,7 @@ pub struct Material {
 #[macro_export]
 macro_rules! surfaces {
     ($then:ident) => {
-        $then! { Matte, Mirror, Glass, ThinGlass, Refraction, Conductor, Plastic, Black }
+        $then! { Matte, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, Plastic, Black }
     };
 }
 
@@ -133,6 +133,22 @@ pub struct Conductor {
     pub reflectance: [f32; 3],
     /// Microfacets; `None` is a smooth metal.
     pub roughness: Option<Roughness>,
+    /// Whether the back side reflects too; otherwise it is black.
+    pub two_sided: bool,
+}
+
+/// A diffuse base under a smooth coat of a dielectric.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoatedDiffuse {
+    /// Albedo of the base.
+    pub diffuse: [f32; 3],
+    /// Tint of what the coat reflects; 1 is physical.
+    pub specular: [f32; 3],
+    /// Index of refraction of the coat over that above it.
+    pub ior: f32,
+    /// Whether light that the coat throws back is coloured again by the base, as it would be in
+    /// nature.
+    pub saturates: bool,
     /// Whether the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }

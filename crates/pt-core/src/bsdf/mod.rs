@@ -4,6 +4,7 @@
 //! To add a lobe: write `my_lobe.rs`, add one line to `lobes!` below. The laws of `laws.rs` then
 //! hold it to its contract.
 
+mod coated_diffuse;
 mod conductor;
 mod course;
 mod dielectric;
@@ -27,7 +28,8 @@ pub struct BsdfSample {
     pub wi: Vec3,
     /// f(wo, wi) · |cos θi| / pdf — what the path's throughput is multiplied by.
     pub weight: Spectrum,
-    /// Density of `wi`, or `None` for a perfectly specular lobe (a Dirac delta has no density).
+    /// Density of `wi`, or `None` for a Dirac delta, which has none: of a perfectly specular lobe, or the
+    /// part of one that is so.
     pub pdf: Option<Pdf<SolidAngle>>,
     /// η² if the direction was refracted into a medium of relative index η, by which `weight` is
     /// divided; else 1. Since radiance gains it back on the way out, it says nothing about how
@@ -72,7 +74,7 @@ fn color(p: &[f32; PARAMETERS], first: usize) -> Spectrum {
 /// from the surface; `eval` includes the cosine; `None` means "absorbed". A lobe that reflects
 /// only is zero unless both directions are on the side of +z.
 pub trait Lobe: Copy {
-    /// Whether [`Self::sample`] draws from a Dirac delta; then `eval` and `pdf` are zero.
+    /// Whether [`Self::sample`] draws from Dirac deltas only; then `eval` and `pdf` are zero.
     const DELTA: bool;
     /// Whether its functions are so short and so common that they belong into the loops of
     /// integrators. The others are called: among what a loop over lights does not change, compilers
@@ -242,6 +244,8 @@ lobes! {
     RoughDielectric = rough_dielectric::RoughDielectric,
     /// Rough metal.
     RoughConductor = conductor::RoughConductor,
+    /// Diffuse base under a smooth coat.
+    CoatedDiffuse = coated_diffuse::CoatedDiffuse,
     /// Diffuse base under a rough gloss.
     Glossy = glossy::Glossy,
     /// The course's glass.

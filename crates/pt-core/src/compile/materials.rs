@@ -5,8 +5,8 @@
 
 use pt_math::Spectrum;
 use pt_scene::material::{
-    Black, Conductor, Distribution, Glass, Masking, Matte, Mirror, Plastic, Refraction, Roughness,
-    Surface, ThinGlass,
+    Black, CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, Mirror, Plastic,
+    Refraction, Roughness, Surface, ThinGlass,
 };
 
 use crate::bsdf::microfacet::{self, Facets, Slopes};
@@ -129,6 +129,14 @@ impl Lower for Conductor {
             }
             None => Lowered::new(metal, self.two_sided),
         }
+    }
+}
+
+impl Lower for CoatedDiffuse {
+    fn lower(&self, _: bool) -> Lowered {
+        let (rho, specular) = (self.diffuse.into(), self.specular.into());
+        let lobe = bsdf::CoatedDiffuse::new(rho, specular, self.ior, self.saturates);
+        Lowered::new(lobe, self.two_sided)
     }
 }
 

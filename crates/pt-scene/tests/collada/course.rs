@@ -108,6 +108,7 @@ fn course_material(scene: &Scene, material: Option<u32>) -> String {
             m.roughness.map_or(0.0, |r| r.alpha)
         ),
         Surface::ThinGlass(m) => format!("thin glass {}", m.ior),
+        Surface::CoatedDiffuse(m) => format!("coated {:?}", m.diffuse),
         Surface::Black(_) => format!("emits {}", rgb(material.emission)),
     }
 }

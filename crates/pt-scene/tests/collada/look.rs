@@ -23,6 +23,7 @@ fn materials_in_short(scene: &Scene) -> BTreeMap<&str, String> {
             }
             Surface::Plastic(m) => format!("plastic {:?} {:?} {}", m.diffuse, m.specular, m.alpha),
             Surface::ThinGlass(m) => format!("thin glass {}", m.ior),
+            Surface::CoatedDiffuse(m) => format!("coated {:?}", m.diffuse),
             Surface::Black(_) => "black".to_owned(),
         };
         match material.emission {

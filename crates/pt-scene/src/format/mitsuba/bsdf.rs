@@ -4,18 +4,19 @@ use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
 use super::value::Value;
 use crate::material::{
-    Conductor, Distribution, Glass, Masking, Matte, Mirror, Roughness, ThinGlass,
+    CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, Mirror, Roughness, ThinGlass,
 };
 use crate::metals::{METALS, Metal};
 use crate::{LoadError, Surface};
 
-const KINDS: [&str; 7] = [
+const KINDS: [&str; 8] = [
     "diffuse",
     "conductor",
     "roughconductor",
     "dielectric",
     "roughdielectric",
     "thindielectric",
+    "plastic",
     "twosided",
 ];
 
@@ -73,6 +74,7 @@ pub(super) fn surface(tree: &Tree, object: &Object) -> Result<Surface, LoadError
             let Glass { reflectance, transmittance, ior, .. } = glass(&mut parameters, None)?;
             ThinGlass { reflectance, transmittance, ior }.into()
         }
+        "plastic" => plastic(&mut parameters)?.into(),
         _ => return Err(unsupported(object, &KINDS)),
     };
     parameters.finish()?;
@@ -117,6 +119,7 @@ pub(super) fn on_both_sides(surface: Surface) -> Surface {
             ..
         }) => Mirror { reflectance }.into(),
         Surface::Conductor(metal) => Conductor { two_sided: true, ..metal }.into(),
+        Surface::CoatedDiffuse(coated) => CoatedDiffuse { two_sided: true, ..coated }.into(),
         other => other,
     }
 }
@@ -172,6 +175,19 @@ fn glass(
         transmittance: parameters.color("specular_transmittance", Role::Share, 1.0)?,
         ior: (inside / outside) as f32,
         roughness,
+    })
+}
+
+/// A diffuse base under a smooth coat.
+fn plastic(parameters: &mut Parameters<'_>) -> Result<CoatedDiffuse, LoadError> {
+    let inside = refractive_index(parameters, "int_ior", "polypropylene")?;
+    let outside = refractive_index(parameters, "ext_ior", "air")?;
+    Ok(CoatedDiffuse {
+        diffuse: parameters.color("diffuse_reflectance", Role::Share, 0.5)?,
+        specular: parameters.color("specular_reflectance", Role::Share, 1.0)?,
+        ior: (inside / outside) as f32,
+        saturates: parameters.boolean("nonlinear")?,
+        two_sided: false,
     })
 }
 

@@ -6,7 +6,7 @@ use super::bsdf::{on_both_sides, surface};
 use super::object::{Object, Tree, error};
 use super::shape::{Meshes, Shape, shape};
 use super::{emitter, sensor};
-use crate::material::{Black, Matte};
+use crate::material::{Black, CoatedDiffuse, Conductor, Matte};
 use crate::{LoadError, Material, Scene, Surface, Warning};
 
 /// The scene that a tree describes.
@@ -119,7 +119,8 @@ impl Builder<'_> {
                 glass.into()
             }
             Surface::Matte(Matte { two_sided: false, .. })
-            | Surface::Conductor(crate::material::Conductor { two_sided: false, .. }) => {
+            | Surface::CoatedDiffuse(CoatedDiffuse { two_sided: false, .. })
+            | Surface::Conductor(Conductor { two_sided: false, .. }) => {
                 let message = "a sphere whose front is inside cannot be described; both its sides \
                                reflect";
                 self.scene
