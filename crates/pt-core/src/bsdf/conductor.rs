@@ -1,9 +1,10 @@
 //! Metals.
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+use pt_scene::material::{Distribution, Masking};
 
 use super::fresnel;
-use super::microfacet::{Facets, Masking, Slopes};
+use super::microfacet::Facets;
 use super::mirror::reflect;
 use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
 
@@ -147,18 +148,21 @@ impl Lobe for RoughConductor {
 
     fn examples() -> Vec<Self> {
         let (gold, perfect) = (SmoothConductor::gold(), SmoothConductor::perfect());
-        let with = |metal, slopes, alpha| Self { metal, facets: Facets::isotropic(slopes, alpha) };
-        let anisotropic = |slopes, alpha, masking| Self {
+        let with = |metal, distribution, alpha| Self {
+            metal,
+            facets: Facets::isotropic(distribution, alpha),
+        };
+        let anisotropic = |distribution, alpha, masking| Self {
             metal: perfect,
-            facets: Facets { slopes, masking, alpha },
+            facets: Facets { distribution, masking, alpha },
         };
         vec![
-            with(gold, Slopes::Beckmann, 0.25),
-            with(perfect, Slopes::Beckmann, 0.6),
-            with(perfect, Slopes::Ggx, 0.1),
-            with(gold, Slopes::Ggx, 0.5),
-            anisotropic(Slopes::Beckmann, [0.15, 0.4], Masking::Separable),
-            anisotropic(Slopes::Ggx, [0.5, 0.2], Masking::Correlated),
+            with(gold, Distribution::Beckmann, 0.25),
+            with(perfect, Distribution::Beckmann, 0.6),
+            with(perfect, Distribution::Ggx, 0.1),
+            with(gold, Distribution::Ggx, 0.5),
+            anisotropic(Distribution::Beckmann, [0.15, 0.4], Masking::Separable),
+            anisotropic(Distribution::Ggx, [0.5, 0.2], Masking::Correlated),
         ]
     }
 }

@@ -4,10 +4,11 @@
 use std::f32::consts::PI;
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig};
+use pt_scene::material::Distribution;
 
 use super::conductor::half_vector;
 use super::dielectric::refract;
-use super::microfacet::{Facets, Slopes};
+use super::microfacet::Facets;
 use super::mirror::reflect;
 use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
 
@@ -116,7 +117,7 @@ impl CourseMicrofacet {
     /// D(h), of the Beckmann distribution.
     #[inline]
     fn d(&self, h: Vec3) -> f32 {
-        Facets::isotropic(Slopes::Beckmann, self.alpha).d(h)
+        Facets::isotropic(Distribution::Beckmann, self.alpha).d(h)
     }
 
     /// A facet normal with density D(h) cos θ: tan²θ = −α² ln(1 − u), φ = 2πv. [Walter et al. 2007,

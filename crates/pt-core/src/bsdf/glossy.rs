@@ -3,10 +3,11 @@
 use std::f32::consts::FRAC_1_PI;
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
+use pt_scene::material::Distribution;
 
 use super::conductor::{half_vector, reflected, reflected_pdf};
 use super::fresnel;
-use super::microfacet::{Facets, Slopes};
+use super::microfacet::Facets;
 use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
 
 /// f = (1 − F(θo)) (1 − F(θi)) ρ/π + F(h) D G / (4 cos θo cos θi), F by Schlick.
@@ -85,7 +86,7 @@ impl Lobe for Glossy {
         let with = |rho, f0, alpha| Self {
             rho: Spectrum::splat(rho),
             f0: Spectrum::splat(f0),
-            facets: Facets::isotropic(Slopes::Beckmann, alpha),
+            facets: Facets::isotropic(Distribution::Beckmann, alpha),
         };
         vec![with(0.8, 0.04, 0.2), with(0.5, 0.5, 0.5), with(1.0, 0.1, 0.1)]
     }

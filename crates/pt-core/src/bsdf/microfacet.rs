@@ -5,30 +5,13 @@
 use std::f32::consts::PI;
 
 use pt_math::{Vec3, trig};
-
-/// How the slopes of facets are distributed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Slopes {
-    /// Normally. [Beckmann & Spizzichino 1963]
-    Beckmann,
-    /// With long tails. [Trowbridge & Reitz 1975; GGX by Walter et al. 2007]
-    Ggx,
-}
-
-/// How facets that hide light on its way in go with those that hide it on its way out.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Masking {
-    /// Both by the height of the facet: G = 1/(1 + Λ(wo) + Λ(wi)). [Heitz 2014, eq. 99]
-    Correlated,
-    /// As if they had nothing to do with each other: G = G₁(wo) G₁(wi). Darker; what Mitsuba 3 does.
-    Separable,
-}
+use pt_scene::material::{Distribution, Masking};
 
 /// Microfacets of a surface, in the frame of its normal, +z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facets {
     /// Their distribution.
-    pub slopes: Slopes,
+    pub distribution: Distribution,
     /// How they hide each other.
     pub masking: Masking,
     /// Roughness α > 0 along x and y (of Beckmann slopes: root mean square slope times √2).
@@ -37,15 +20,15 @@ pub struct Facets {
 
 impl Facets {
     /// Facets of the same roughness in all directions.
-    pub fn isotropic(slopes: Slopes, alpha: f32) -> Self {
-        Self { slopes, masking: Masking::Correlated, alpha: [alpha; 2] }
+    pub fn isotropic(distribution: Distribution, alpha: f32) -> Self {
+        Self { distribution, masking: Masking::Correlated, alpha: [alpha; 2] }
     }
 
     /// As three numbers.
     #[inline]
     pub(super) fn pack(&self) -> [f32; 3] {
-        let kind =
-            (self.slopes == Slopes::Ggx) as u32 + 2 * (self.masking == Masking::Separable) as u32;
+        let kind = (self.distribution == Distribution::Ggx) as u32
+            + 2 * (self.masking == Masking::Separable) as u32;
         [self.alpha[0], self.alpha[1], kind as f32]
     }
 
@@ -54,7 +37,7 @@ impl Facets {
     pub(super) fn unpack(p: [f32; 3]) -> Self {
         let kind = p[2] as u32;
         Self {
-            slopes: if kind & 1 == 0 { Slopes::Beckmann } else { Slopes::Ggx },
+            distribution: if kind & 1 == 0 { Distribution::Beckmann } else { Distribution::Ggx },
             masking: if kind & 2 == 0 { Masking::Correlated } else { Masking::Separable },
             alpha: [p[0], p[1]],
         }
@@ -70,10 +53,10 @@ impl Facets {
         }
         let across = (h.x / ax).powi(2) + (h.y / ay).powi(2);
         let cos2 = h.z * h.z;
-        let d = match self.slopes {
+        let d = match self.distribution {
             // Not 1 − cos²: near the normal that has lost the digits that a small α needs.
-            Slopes::Beckmann => trig::exp(-across / cos2) / (PI * ax * ay * cos2 * cos2),
-            Slopes::Ggx => 1.0 / (PI * ax * ay * (across + cos2).powi(2)),
+            Distribution::Beckmann => trig::exp(-across / cos2) / (PI * ax * ay * cos2 * cos2),
+            Distribution::Ggx => 1.0 / (PI * ax * ay * (across + cos2).powi(2)),
         };
         if d.is_finite() { d } else { 0.0 }
     }
@@ -84,14 +67,14 @@ impl Facets {
         let [x, y] = [w.x * self.alpha[0], w.y * self.alpha[1]];
         // 1/a², a the slope of w over the roughness in its direction.
         let inverse2 = (x * x + y * y) / (w.z * w.z).max(f32::MIN_POSITIVE);
-        match self.slopes {
+        match self.distribution {
             _ if inverse2 == 0.0 => 0.0,
-            Slopes::Beckmann => {
+            Distribution::Beckmann => {
                 let a = 1.0 / inverse2.sqrt();
                 (0.5 * (trig::erf(a) - 1.0 + trig::exp(-a * a) / (a * PI.sqrt()))).max(0.0)
             }
             // ½(√(1 + 1/a²) − 1), without the difference of near numbers.
-            Slopes::Ggx => 0.5 * inverse2 / (1.0 + (1.0 + inverse2).sqrt()),
+            Distribution::Ggx => 0.5 * inverse2 / (1.0 + (1.0 + inverse2).sqrt()),
         }
     }
 
@@ -126,11 +109,11 @@ impl Facets {
     #[inline]
     pub fn sample_visible(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
         let [ax, ay] = self.alpha;
-        // Slopes scale: the surface as one of roughness 1, seen from elsewhere.
+        // Distribution scale: the surface as one of roughness 1, seen from elsewhere.
         let w = Vec3::new(wo.x * ax, wo.y * ay, wo.z).normalize();
-        let h = match self.slopes {
-            Slopes::Beckmann => visible_of_beckmann(w, u),
-            Slopes::Ggx => visible_of_ggx(w, u),
+        let h = match self.distribution {
+            Distribution::Beckmann => visible_of_beckmann(w, u),
+            Distribution::Ggx => visible_of_ggx(w, u),
         };
         Vec3::new(h.x * ax, h.y * ay, h.z).normalize()
     }

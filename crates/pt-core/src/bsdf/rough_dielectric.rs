@@ -1,9 +1,10 @@
 //! The rough interface between two dielectrics.
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+use pt_scene::material::{Distribution, Masking};
 
 use super::fresnel;
-use super::microfacet::{Facets, Masking, Slopes};
+use super::microfacet::Facets;
 use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
 
 /// Microfacets that reflect and refract. [Walter et al. 2007, eq. 20 and 21]
@@ -171,11 +172,15 @@ impl Lobe for RoughDielectric {
             facets,
         };
         vec![
-            with(1.5, Facets::isotropic(Slopes::Ggx, 0.3)),
-            with(1.0 / 1.33, Facets::isotropic(Slopes::Beckmann, 0.2)),
+            with(1.5, Facets::isotropic(Distribution::Ggx, 0.3)),
+            with(1.0 / 1.33, Facets::isotropic(Distribution::Beckmann, 0.2)),
             with(
                 1.8,
-                Facets { slopes: Slopes::Ggx, masking: Masking::Separable, alpha: [0.2, 0.6] },
+                Facets {
+                    distribution: Distribution::Ggx,
+                    masking: Masking::Separable,
+                    alpha: [0.2, 0.6],
+                },
             ),
         ]
     }

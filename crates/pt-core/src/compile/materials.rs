@@ -5,11 +5,11 @@
 
 use pt_math::Spectrum;
 use pt_scene::material::{
-    Black, CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, Mirror, Plastic,
-    Refraction, Roughness, Surface, ThinGlass,
+    Black, CoatedDiffuse, Conductor, Distribution, Glass, Matte, Mirror, Plastic, Refraction,
+    Roughness, Surface, ThinGlass,
 };
 
-use crate::bsdf::microfacet::{self, Facets, Slopes};
+use crate::bsdf::microfacet::Facets;
 use crate::bsdf::{self, AnyLobe};
 
 /// A material as renderers see it.
@@ -30,15 +30,8 @@ const LEAST_CONTRAST: f32 = 1e-3;
 const LEAST_ALPHA: f32 = 1e-3;
 
 fn facets(roughness: Roughness) -> Facets {
-    let slopes = match roughness.distribution {
-        Distribution::Beckmann => Slopes::Beckmann,
-        Distribution::Ggx => Slopes::Ggx,
-    };
-    let masking = match roughness.masking {
-        Masking::Correlated => microfacet::Masking::Correlated,
-        Masking::Separable => microfacet::Masking::Separable,
-    };
-    Facets { slopes, masking, alpha: [roughness.alpha.max(LEAST_ALPHA); 2] }
+    let Roughness { alpha, distribution, masking } = roughness;
+    Facets { distribution, masking, alpha: [alpha.max(LEAST_ALPHA); 2] }
 }
 
 /// How a material becomes a lobe; `course` asks for the lobe of the university course's program.
@@ -147,7 +140,7 @@ impl Lower for Plastic {
         if course {
             return Lowered::new(bsdf::Diffuse { rho }, false);
         }
-        let facets = Facets::isotropic(Slopes::Beckmann, self.alpha);
+        let facets = Facets::isotropic(Distribution::Beckmann, self.alpha);
         Lowered::new(bsdf::Glossy { rho, f0: self.specular.into(), facets }, self.two_sided)
     }
 }

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::f32::consts::PI;
 
 use pt_math::{DVec3, Spectrum, Vec3, trig};
+use pt_scene::material::Distribution;
 
 use super::{ABOVE, AnyLobe, below, close, for_all, for_all_smooth, unit_3d, with_alpha};
-use crate::bsdf::microfacet::Slopes;
 use crate::bsdf::mirror::reflect;
 use crate::bsdf::{BsdfSample, Lobe};
 
@@ -200,9 +200,9 @@ fn rough_metal_becomes_a_mirror() {
             assert!(close(albedo, smooth, 1e-2), "{rough:?} {wo}: {albedo:?} {smooth:?}");
             // A facet turned by the angle a turns the reflection by 2a. Of Beckmann's, a is at most
             // α √(ln 2²⁴); of GGX with 64 numbers each, α √(2·64), and more where it is seen better.
-            let furthest = match rough.facets.slopes {
-                Slopes::Beckmann => 2.0 * ALPHA * 16.64f32.sqrt() * 1.01,
-                Slopes::Ggx => 4.0 * ALPHA * 128f32.sqrt(),
+            let furthest = match rough.facets.distribution {
+                Distribution::Beckmann => 2.0 * ALPHA * 16.64f32.sqrt() * 1.01,
+                Distribution::Ggx => 4.0 * ALPHA * 128f32.sqrt(),
             };
             for s in grid(64).filter_map(|u| nearly.sample(*wo, u)) {
                 assert!((s.wi - reflect(*wo)).length() <= furthest, "{rough:?} {wo}: {s:?}");
