@@ -70,22 +70,22 @@ impl Avx512 {
         }
     }
 
-    /// Sixteen rays test the children of the root; those in a set that hit one go on to it. Returns
-    /// how many these are.
+    /// Sixteen rays enter the tree, those in a set, and go down it as long as many of them are at one node.
+    /// Returns how many have something to visit.
     #[inline(always)]
     pub(super) fn enter<const ANY: bool>(
         self,
         group: &mut Group,
         stacks: &mut Stacks,
         queues: &mut Queues,
-        root: &WideNode,
+        nodes: &[WideNode],
         first: usize,
         usable: u32,
     ) -> u32 {
         // SAFETY: the processor has what the function is compiled for, or there were no `self`.
         #[expect(unsafe_code, reason = "the rest is compiled for other processors too")]
         unsafe {
-            group.enter_by_sixteen::<ANY>(stacks, queues, root, first, usable)
+            group.enter_by_sixteen::<ANY>(stacks, queues, nodes, first, usable)
         }
     }
 }

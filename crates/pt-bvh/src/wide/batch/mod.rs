@@ -300,8 +300,8 @@ impl WideBvh {
                 }
             }
             if let Some(avx512) = self.avx512 {
-                let root = &self.nodes[0];
-                active += avx512.enter::<ANY>(group, stacks, queues, root, at, usable) as usize;
+                let nodes = &self.nodes;
+                active += avx512.enter::<ANY>(group, stacks, queues, nodes, at, usable) as usize;
                 continue;
             }
             let sent = (0..PACKET).filter(|i| usable >> i & 1 == 1);

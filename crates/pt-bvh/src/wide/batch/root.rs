@@ -1,18 +1,18 @@
 //! Rays enter the tree sixteen at a time, by AVX-512.
 //!
-//! All rays begin at the root, so it is the one node that is tested for rays side by side whatever
-//! their directions: a box against sixteen rays by the operations that elsewhere test eight boxes
-//! against one. What they visit next, and what they put off, is what
+//! All rays begin at the root, and those that begin next to each other go on to the same nodes for a
+//! while whatever their directions. There a box is tested against sixteen rays by the operations that
+//! elsewhere test eight boxes against one. What they visit next, and what they put off, is what
 //! [`WideBvh::visit_nodes`](crate::wide::WideBvh) would find.
 
 use std::arch::x86_64::{
     __m512, __m512i, __mmask16, _CMP_LE_OQ, _CMP_LT_OQ, _mm512_add_epi32, _mm512_castps_si512,
     _mm512_cmp_ps_mask, _mm512_cmpgt_epi32_mask, _mm512_fmadd_ps, _mm512_mask_add_epi32,
     _mm512_mask_blend_ps, _mm512_mask_cmp_ps_mask, _mm512_mask_cmpeq_epi32_mask,
-    _mm512_mask_min_epu32, _mm512_mask_mov_epi32, _mm512_mask_or_epi32,
-    _mm512_maskz_compress_epi32, _mm512_maskz_ternarylogic_epi32, _mm512_max_epu32, _mm512_max_ps,
-    _mm512_min_epu32, _mm512_min_ps, _mm512_permutexvar_epi32, _mm512_set1_epi32, _mm512_set1_ps,
-    _mm512_setzero_ps, _mm512_srli_epi32, _mm512_sub_epi32,
+    _mm512_mask_cmpneq_epi32_mask, _mm512_mask_min_epu32, _mm512_mask_mov_epi32,
+    _mm512_mask_or_epi32, _mm512_maskz_compress_epi32, _mm512_maskz_ternarylogic_epi32,
+    _mm512_max_epu32, _mm512_max_ps, _mm512_min_epu32, _mm512_min_ps, _mm512_permutexvar_epi32,
+    _mm512_set1_epi32, _mm512_set1_ps, _mm512_setzero_ps, _mm512_srli_epi32, _mm512_sub_epi32,
 };
 
 use wide::{f32x8, u32x8};
@@ -27,16 +27,19 @@ use crate::wide::{Child, WIDTH, WideNode};
 /// The outcome of `a & b | c` for bits 0, 0, 0 to 1, 1, 1, from the lowest on.
 const A_AND_B_OR_C: i32 = 0b1110_1010;
 
+/// Rays that visit a node together; fewer are faster one by one.
+const FEWEST: u32 = 9;
+
 /// Numbers for each of sixteen rays.
 type Integers = [u32; SIXTEEN];
 
-/// Sixteen rays at the root, as the boxes want them.
+/// Some of sixteen rays at a node, as the boxes want them.
 struct Slabs<'a> {
-    root: &'a WideNode,
+    node: &'a WideNode,
     /// Place of the first ray.
     first: usize,
-    /// Those that can hit anything.
-    usable: __mmask16,
+    /// Those that are there.
+    rays: __mmask16,
     inverse: [__m512; 3],
     near: [__m512; 3],
     far: [__m512; 3],
@@ -49,14 +52,14 @@ struct Slabs<'a> {
 impl<'a> Slabs<'a> {
     #[inline]
     #[target_feature(enable = "avx512f")]
-    fn new(group: &Group, root: &'a WideNode, first: usize, usable: u32) -> Self {
+    fn new(group: &Group, node: &'a WideNode, first: usize, rays: __mmask16) -> Self {
         let [inverse, near, far] = [&group.inverse, &group.near, &group.far]
             .map(|columns| columns.each_ref().map(|column| load(column, first)));
         let zero = _mm512_setzero_ps();
         Self {
-            root,
+            node,
             first,
-            usable: usable as __mmask16,
+            rays,
             inverse,
             near,
             far,
@@ -71,7 +74,7 @@ impl<'a> Slabs<'a> {
     #[target_feature(enable = "avx512f")]
     fn test(&self, child: usize) -> (__m512, __mmask16) {
         let meet = |axis: usize| {
-            let [low, high] = self.root.planes[axis].map(|x| _mm512_set1_ps(x.as_array()[child]));
+            let [low, high] = self.node.planes[axis].map(|x| _mm512_set1_ps(x.as_array()[child]));
             let first = _mm512_mask_blend_ps(self.falls[axis], low, high);
             let last = _mm512_mask_blend_ps(self.falls[axis], high, low);
             let inverse = self.inverse[axis];
@@ -81,7 +84,7 @@ impl<'a> Slabs<'a> {
         let [(nx, fx), (ny, fy), (nz, fz)] = [meet(0), meet(1), meet(2)];
         let near = _mm512_max_ps(_mm512_max_ps(nx, ny), _mm512_max_ps(nz, self.start));
         let far = _mm512_min_ps(_mm512_min_ps(fx, fy), _mm512_min_ps(fz, self.limit));
-        (near, _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(self.usable, near, far))
+        (near, _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(self.rays, near, far))
     }
 }
 
@@ -169,6 +172,24 @@ impl Found {
     }
 }
 
+/// Puts sixteen rays into the queues of what they visit next; returns how many visit anything.
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn queue(queues: &mut Queues, first: usize, rays: __mmask16, children: __m512i) -> u32 {
+    let kinds = _mm512_srli_epi32::<{ Child::KIND_SHIFT }>(children);
+    let places = _mm512_add_epi32(splat(first as u32), numbers());
+    let mut active = 0;
+    for kind in [Queues::NODES, Queues::SPHERES, Queues::TRIANGLES] {
+        let set = _mm512_mask_cmpeq_epi32_mask(rays, kinds, splat(kind as u32));
+        let places = _mm512_maskz_compress_epi32(set, places);
+        let len = queues.len(kind);
+        store_bits(&mut queues.rays[kind], len, !0, places);
+        queues.grow(kind, set.count_ones());
+        active += set.count_ones();
+    }
+    active
+}
+
 impl Group {
     /// See [`Avx512::enter`](super::avx512::Avx512::enter).
     #[target_feature(enable = "avx512f")]
@@ -176,29 +197,66 @@ impl Group {
         &mut self,
         stacks: &mut Stacks,
         queues: &mut Queues,
-        root: &WideNode,
+        nodes: &[WideNode],
         first: usize,
         usable: u32,
     ) -> u32 {
-        let slabs = Slabs::new(self, root, first, usable);
+        let usable = usable as __mmask16;
+        // Those that hit nothing at the root are done.
+        let mut children = splat(Child::DONE);
+        let mut at_nodes =
+            self.visit_together::<ANY>(stacks, &nodes[0], first, usable, &mut children);
+        while at_nodes.count_ones() >= FEWEST {
+            let ray = at_nodes.trailing_zeros() as usize;
+            let node = to_array(children)[ray % SIXTEEN];
+            let together = _mm512_mask_cmpeq_epi32_mask(at_nodes, children, splat(node));
+            if together.count_ones() < FEWEST {
+                break;
+            }
+            let node = &nodes[node as usize];
+            at_nodes &= !together;
+            at_nodes |= self.visit_together::<ANY>(stacks, node, first, together, &mut children);
+        }
+        store_bits(&mut self.child, first, !0, children);
+        queue(queues, first, usable, children)
+    }
+
+    /// Those of sixteen rays that are at one node go on to what they visit next, of `children`; those
+    /// are returned that are at a node then.
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn visit_together<const ANY: bool>(
+        &mut self,
+        stacks: &mut Stacks,
+        node: &WideNode,
+        first: usize,
+        rays: __mmask16,
+        children: &mut __m512i,
+    ) -> __mmask16 {
+        let slabs = Slabs::new(self, node, first, rays);
         let found =
             if ANY { self.find_any(stacks, &slabs) } else { self.find_nearest(stacks, &slabs) };
         let is_hit = found.more_than(0);
-        // The next child is the last that was put on the stack.
+        // The next child is the last that was put on the stack. All are stored, since what was stored
+        // by a mask is slow to be read again.
         let top = load_bits(&self.top, first);
-        let top = _mm512_sub_epi32(_mm512_add_epi32(top, found.count), splat(1));
-        store_bits(&mut self.top, first, is_hit, top);
-        store_bits(&mut self.child, first, is_hit, found.next);
-        let kinds = _mm512_srli_epi32::<{ Child::KIND_SHIFT }>(found.next);
-        let places = _mm512_add_epi32(splat(first as u32), numbers());
-        for kind in [Queues::NODES, Queues::SPHERES, Queues::TRIANGLES] {
-            let set = _mm512_mask_cmpeq_epi32_mask(is_hit, kinds, splat(kind as u32));
-            let places = _mm512_maskz_compress_epi32(set, places);
-            let len = queues.len(kind);
-            store_bits(&mut queues.rays[kind], len, !0, places);
-            queues.grow(kind, set.count_ones());
+        let last = _mm512_sub_epi32(_mm512_add_epi32(top, found.count), splat(1));
+        store_bits(&mut self.top, first, !0, _mm512_mask_mov_epi32(top, is_hit, last));
+        let at_root = *children;
+        *children = _mm512_mask_mov_epi32(*children, is_hit, found.next);
+        let missed =
+            rays & !is_hit & _mm512_mask_cmpneq_epi32_mask(rays, at_root, splat(Child::DONE));
+        if missed != 0 {
+            let mut popped = to_array(*children);
+            for i in lanes(u32::from(missed)) {
+                let mut top = self.top[first + i % SIXTEEN] as usize;
+                popped[i % SIXTEEN] = stacks.pop::<ANY>(&mut top, self.limit[first + i % SIXTEEN]);
+                self.top[first + i % SIXTEEN] = top as u32;
+            }
+            *children = load_bits(&popped, 0);
         }
-        is_hit.count_ones()
+        let kinds = _mm512_srli_epi32::<{ Child::KIND_SHIFT }>(*children);
+        _mm512_mask_cmpeq_epi32_mask(rays, kinds, splat(Queues::NODES as u32))
     }
 
     /// Rays that look for any hit put off what they do not visit next.
@@ -211,13 +269,13 @@ impl Group {
             let (_, hit) = slabs.test(child);
             found.count = _mm512_mask_add_epi32(found.count, hit, found.count, splat(1));
             found.next =
-                _mm512_mask_mov_epi32(found.next, hit, splat(slabs.root.children[child].0));
+                _mm512_mask_mov_epi32(found.next, hit, splat(slabs.node.children[child].0));
             sets = _mm512_mask_or_epi32(sets, hit, sets, splat(1 << child));
         }
         let sets = to_array(sets);
         for i in lanes(u32::from(found.more_than(1))) {
             let top = self.top[slabs.first + i] as usize;
-            stacks.put(top, members(sets[i % SIXTEEN]), slabs.root);
+            stacks.put(top, members(sets[i % SIXTEEN]), slabs.node);
         }
         found
     }
@@ -239,7 +297,7 @@ impl Group {
             least = _mm512_mask_min_epu32(least, hit, least, *key);
         }
         // Twice, since four bits of the key count.
-        let children: Integers = bytemuck::cast([slabs.root.children; SIXTEEN / WIDTH]);
+        let children: Integers = bytemuck::cast([slabs.node.children; SIXTEEN / WIDTH]);
         let next = _mm512_permutexvar_epi32(least, load_bits(&children, 0));
         let found = Found { count, next };
         let several = found.more_than(1);
@@ -247,7 +305,7 @@ impl Group {
             let rows = rows(&sort_descending(keys));
             for i in lanes(u32::from(several)) {
                 let top = self.top[slabs.first + i] as usize;
-                stacks.put_sorted(top, rows[i % SIXTEEN], slabs.root);
+                stacks.put_sorted(top, rows[i % SIXTEEN], slabs.node);
             }
         }
         found
