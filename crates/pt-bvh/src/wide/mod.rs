@@ -105,7 +105,8 @@ pub(crate) struct WideBvh {
     scene: Scene,
     /// Room for all children that a ray of a batch can put off.
     stack_size: usize,
-    /// By which batches test the root, and their packets triangles, where the processor has it.
+    /// By which batches test the root and nodes next to it, and their packets triangles, where the
+    /// processor has it.
     avx512: Option<Avx512>,
 }
 

@@ -33,7 +33,7 @@ impl Avx512 {
         _: &mut Group,
         _: &mut Stacks,
         _: &mut Queues,
-        _: &WideNode,
+        _: &[WideNode],
         _: usize,
         _: u32,
     ) -> u32 {

@@ -242,10 +242,10 @@ impl Group {
         let top = load_bits(&self.top, first);
         let last = _mm512_sub_epi32(_mm512_add_epi32(top, found.count), splat(1));
         store_bits(&mut self.top, first, !0, _mm512_mask_mov_epi32(top, is_hit, last));
-        let at_root = *children;
+        let before = *children;
         *children = _mm512_mask_mov_epi32(*children, is_hit, found.next);
         let missed =
-            rays & !is_hit & _mm512_mask_cmpneq_epi32_mask(rays, at_root, splat(Child::DONE));
+            rays & !is_hit & _mm512_mask_cmpneq_epi32_mask(rays, before, splat(Child::DONE));
         if missed != 0 {
             let mut popped = to_array(*children);
             for i in lanes(u32::from(missed)) {
