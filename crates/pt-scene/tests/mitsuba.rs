@@ -8,7 +8,8 @@ use std::sync::Arc;
 use common::{check_bad_files, check_good_files, check_robustness, folder, parse};
 use pt_math::{DAffine3, DVec3, Vec3};
 use pt_scene::material::{
-    Black, Conductor, Distribution, Glass, Masking, Matte, Mirror, Roughness, ThinGlass,
+    Black, CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, Mirror, Roughness,
+    ThinGlass,
 };
 use pt_scene::{FileSettings, Geometry, LightKind, Material, Mesh, Scene, Surface};
 
@@ -304,6 +305,23 @@ fn dielectrics_may_be_rough_or_thin() {
     assert_eq!(of_kind("roughdielectric"), rough.into());
     let thin = ThinGlass { reflectance: clear, transmittance: clear, ior: 1.5 };
     assert_eq!(of_kind("thindielectric"), thin.into());
+}
+
+#[test]
+fn plastic_is_a_base_under_a_coat() {
+    let plain = CoatedDiffuse {
+        diffuse: [0.5; 3],
+        specular: [1.0; 3],
+        ior: (1.49 / 1.000_277) as f32,
+        saturates: false,
+        two_sided: false,
+    };
+    assert_eq!(surface("<bsdf type=\"plastic\"/>"), plain.clone().into());
+    let both = surface(
+        "<bsdf type=\"twosided\"><bsdf type=\"plastic\">\
+         <boolean name=\"nonlinear\" value=\"true\"/></bsdf></bsdf>",
+    );
+    assert_eq!(both, CoatedDiffuse { saturates: true, two_sided: true, ..plain }.into());
 }
 
 #[test]

@@ -307,7 +307,7 @@ impl WideBvh {
         }
     }
 
-    /// The same for any ray.
+    /// The same for any ray. Inlined: called, it is 2 to 10 % slower for cameras outside of the scene.
     #[inline(always)]
     fn intersect_padded<C: Counter>(&self, asked: &Ray, counter: &mut C) -> Option<Hit> {
         if self.nodes.is_empty() {

@@ -129,8 +129,8 @@ impl Lobe for CoatedDiffuse {
 mod tests {
     use super::*;
 
-    /// [d'Eon & Irving 2011, "A quantized-diffusion model for rendering translucent materials",
-    /// footnote 1: polynomials with errors below 10⁻³]
+    /// The fit of Egan & Hilgeman as Jensen et al. 2001, "A Practical Model for Subsurface Light
+    /// Transport", §2, give it.
     #[test]
     fn diffuse_reflectance_is_that_of_the_literature() {
         let from_inside = |e: f32| -1.4399 / (e * e) + 0.7099 / e + 0.6681 + 0.0636 * e;

@@ -40,9 +40,10 @@ pub fn conductor(cos_i: f32, eta: Spectrum, k: Spectrum) -> Spectrum {
         let s = 2.0 * a * cos_i;
         let perpendicular = (a2_b2 + cos2 - s) / (a2_b2 + cos2 + s);
         let t = s * sin2;
-        let parallel =
-            perpendicular * (cos2 * a2_b2 + sin2 * sin2 - t) / (cos2 * a2_b2 + sin2 * sin2 + t);
-        0.5 * (parallel + perpendicular)
+        let whole = cos2 * a2_b2 + sin2 * sin2 + t;
+        // An index of 0, seen head-on, reflects all light both ways.
+        let ratio = if whole > 0.0 { (whole - 2.0 * t) / whole } else { 1.0 };
+        0.5 * (perpendicular * ratio + perpendicular)
     };
     Spectrum::rgb(channel(eta.0.x, k.0.x), channel(eta.0.y, k.0.y), channel(eta.0.z, k.0.z))
 }
@@ -68,6 +69,15 @@ mod tests {
         assert!((got - want).abs() < 1e-6, "{got} {want}");
         let (f, cos_t) = dielectric(1.0, 1.5).unwrap();
         assert!((f - 0.04).abs() < 1e-6 && cos_t == 1.0);
+    }
+
+    /// A metal of no index at all, which a file may ask for, reflects everything.
+    #[test]
+    fn an_index_of_0_is_a_mirror() {
+        for cos in [0.0, 0.3, 1.0] {
+            let f = conductor(cos, Spectrum::ZERO, Spectrum::ZERO);
+            assert!((f.0.x - 1.0).abs() < 1e-6, "{cos}: {f:?}");
+        }
     }
 
     /// A conductor without absorption is a dielectric.

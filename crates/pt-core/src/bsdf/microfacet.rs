@@ -44,7 +44,7 @@ impl Facets {
     }
 
     /// D(h): area of facets with normal h, per area of surface and steradian.
-    /// [Walter et al. 2007, eq. 25 and 33; with two roughnesses Heitz 2014, eq. 83 and 85]
+    /// [Walter et al. 2007, eq. 25 and 33; with two roughnesses Heitz 2014, §5]
     #[inline]
     pub fn d(&self, h: Vec3) -> f32 {
         let [ax, ay] = self.alpha;
@@ -61,7 +61,7 @@ impl Facets {
         if d.is_finite() { d } else { 0.0 }
     }
 
-    /// Λ(w): area of facets hidden from w over that seen. [Heitz 2014, eq. 68 and 72]
+    /// Λ(w): area of facets hidden from w over that seen. [Heitz 2014, §5]
     #[inline]
     pub fn lambda(&self, w: Vec3) -> f32 {
         let [x, y] = [w.x * self.alpha[0], w.y * self.alpha[1]];
@@ -119,7 +119,7 @@ impl Facets {
     }
 
     /// D(h) G₁(wo) (wo·h)⁺ / cos θo. [Heitz & d'Eon 2014, "Importance Sampling Microfacet-Based BSDFs
-    /// using the Distribution of Visible Normals", eq. 2]
+    /// using the Distribution of Visible Normals"]
     #[inline]
     pub fn visible_pdf(&self, wo: Vec3, h: Vec3) -> f32 {
         self.d(h) * self.g1(wo) * wo.dot(h).max(0.0) / wo.z
@@ -128,7 +128,7 @@ impl Facets {
 
 /// A facet, not of unit length, of a GGX surface of roughness 1 that `w` sees: these are where a
 /// sphere reflects `w` into the cap of directions above −w.z.
-/// [Dupuy & Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps", §3]
+/// [Dupuy & Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps"]
 #[inline]
 fn visible_of_ggx(w: Vec3, [u, v]: [f32; 2]) -> Vec3 {
     let above = (1.0 - u) * (1.0 + w.z);
@@ -140,7 +140,7 @@ fn visible_of_ggx(w: Vec3, [u, v]: [f32; 2]) -> Vec3 {
 
 /// The same for Beckmann slopes. Across the plane of `w` they are normal; along it, the density of
 /// slope q towards `w` is (cos θ + q sin θ)⁺ exp(−q²).
-/// [Heitz & d'Eon 2014, supplemental material 1, §3; solved as by Jakob 2014, "An Improved Visible
+/// [Heitz & d'Eon 2014; solved as by Jakob 2014, "An Improved Visible
 /// Normal Sampling Routine for the Beckmann Distribution", in x = erf q]
 #[inline]
 fn visible_of_beckmann(w: Vec3, [u, v]: [f32; 2]) -> Vec3 {

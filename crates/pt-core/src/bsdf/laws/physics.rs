@@ -92,7 +92,7 @@ fn weights_sum_to_the_integral_of_the_lobe() {
 }
 
 /// Helmholtz: f(wo, wi) = f(wi, wo), and f(wo, wi) η² = f(wi, wo) for light that is refracted on its
-/// way from `wi`, where the index is η times that of `wo`. [Veach 1997, eq. 5.14]
+/// way from `wi`, where the index is η times that of `wo`. [Veach 1997, §5.2]
 #[test]
 fn scattering_is_reciprocal() {
     for_all_smooth(|lobe, wo, random| {

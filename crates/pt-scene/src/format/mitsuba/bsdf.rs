@@ -168,24 +168,20 @@ fn glass(
     parameters: &mut Parameters<'_>,
     roughness: Option<Roughness>,
 ) -> Result<Glass, LoadError> {
-    let inside = refractive_index(parameters, "int_ior", "bk7")?;
-    let outside = refractive_index(parameters, "ext_ior", "air")?;
     Ok(Glass {
         reflectance: parameters.color("specular_reflectance", Role::Share, 1.0)?,
         transmittance: parameters.color("specular_transmittance", Role::Share, 1.0)?,
-        ior: (inside / outside) as f32,
+        ior: relative_index(parameters, "bk7")?,
         roughness,
     })
 }
 
 /// A diffuse base under a smooth coat.
 fn plastic(parameters: &mut Parameters<'_>) -> Result<CoatedDiffuse, LoadError> {
-    let inside = refractive_index(parameters, "int_ior", "polypropylene")?;
-    let outside = refractive_index(parameters, "ext_ior", "air")?;
     Ok(CoatedDiffuse {
         diffuse: parameters.color("diffuse_reflectance", Role::Share, 0.5)?,
         specular: parameters.color("specular_reflectance", Role::Share, 1.0)?,
-        ior: (inside / outside) as f32,
+        ior: relative_index(parameters, "polypropylene")?,
         saturates: parameters.boolean("nonlinear")?,
         two_sided: false,
     })
@@ -210,6 +206,13 @@ fn roughness(parameters: &mut Parameters<'_>) -> Result<Roughness, LoadError> {
         return Err(parameters.refuse("alpha_v", message));
     }
     Ok(Roughness { alpha: u as f32, distribution, masking: Masking::Separable })
+}
+
+/// The index of refraction of the inside, `default` if none is given, over that of the outside.
+fn relative_index(parameters: &mut Parameters<'_>, default: &str) -> Result<f32, LoadError> {
+    let inside = refractive_index(parameters, "int_ior", default)?;
+    let outside = refractive_index(parameters, "ext_ior", "air")?;
+    Ok((inside / outside) as f32)
 }
 
 /// An index of refraction, as a number or by name.
