@@ -15,9 +15,12 @@ pub mod develop;
 pub mod film;
 pub mod id;
 pub mod light;
+pub mod material;
+pub mod parametrization;
 pub mod progress;
 pub mod scene;
 pub mod settings;
+pub mod texture;
 
 pub use camera::Camera;
 pub use compile::{CompileError, CompileOptions, Compiled, compile};

@@ -2,20 +2,26 @@
 
 use pt_bvh::{Bvh, Hit, Sphere};
 use pt_math::interval::gamma;
-use pt_math::{Bounds3, Ray, Spectrum, Vec3, ray};
+use pt_math::{Bounds3, Mat3, Ray, Spectrum, Vec2, Vec3, ray};
 
 use crate::bsdf::{Bsdf, LobeRecord};
 use crate::camera::Camera;
 use crate::id::{Id, Table};
 use crate::light::{AnyLight, LightHit, LightSample, LightTables};
+use crate::material::{Material, Materials, Resolved};
+use crate::texture::Varying;
 
 /// How a part of a shape scatters and glows.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceRecord {
-    /// Its scattering.
+    /// Its scattering, unless `material` says it.
     pub lobe: Id<LobeRecord>,
     /// Whether the back side scatters as the front side does.
     pub two_sided: bool,
+    /// What makes its scattering differ from point to point, if something does.
+    pub material: Option<Id<Material>>,
+    /// Share of it that is there; `None` is all.
+    pub opacity: Option<Varying>,
     /// Which sides glow.
     pub glow: Glow,
     /// Radiance emitted.
@@ -35,7 +41,7 @@ pub enum Glow {
     Both,
 }
 
-/// Three indices that mark a triangle without normals.
+/// Three indices that mark a triangle without normals, or texture coordinates.
 pub const FLAT: [u32; 3] = [u32::MAX; 3];
 
 /// Everything a renderer reads. Made by [`crate::compile()`], never edited.
@@ -48,17 +54,27 @@ pub struct RenderScene {
     pub normals: Vec<Vec3>,
     /// Normals at the corners of each triangle, or [`FLAT`]; empty if all are flat.
     pub triangle_normals: Vec<[u32; 3]>,
+    /// Texture coordinates of all meshes whose triangles have some that are needed.
+    pub uvs: Vec<Vec2>,
+    /// Texture coordinates at the corners of each triangle, or [`FLAT`]; may end early.
+    pub triangle_uvs: Vec<[u32; 3]>,
     /// Whether [`Interaction::normal`] is the plain interpolation of normals at corners, which is
     /// shorter than 1 between different ones: what the university course's program shows.
     pub plain_normals: bool,
     /// Spheres; their primitive numbers follow those of the triangles.
     pub spheres: Vec<Sphere>,
+    /// The axes of each sphere in the world.
+    pub sphere_axes: Vec<Mat3>,
     /// Surface of each primitive.
     pub primitive_surface: Vec<Id<SurfaceRecord>>,
     /// Surfaces.
     pub surfaces: Table<SurfaceRecord>,
     /// Scattering lobes.
     pub lobes: Table<LobeRecord>,
+    /// Materials that vary, with their textures.
+    pub materials: Materials,
+    /// Whether light goes through some surfaces as if they were not there.
+    pub has_holes: bool,
     /// Lights.
     pub lights: Table<AnyLight>,
     /// Lights that are seen by rays that leave the scene.
@@ -199,13 +215,43 @@ impl RenderScene {
         (p, error, n, n)
     }
 
-    /// The scattering at a point.
+    /// The scattering at a point of a surface that is the same everywhere.
     #[inline(always)]
     pub fn bsdf(&self, at: &Interaction) -> Bsdf<'_> {
         let surface = &self.surfaces[at.surface];
         let lobe = &self.lobes[surface.lobe];
-        let normal = if self.plain_normals { at.normal.normalize() } else { at.normal };
-        Bsdf::new(lobe, surface.two_sided, normal, at.point.normal, at.wo)
+        Bsdf::new(lobe, surface.two_sided, self.unit_normal(at), at.point.normal, at.wo)
+    }
+
+    /// What there is at a point of a surface that varies; `choice` from [0, 1) makes the choices of
+    /// mixtures. `None` if the surface is the same everywhere.
+    #[inline(always)]
+    pub fn resolve(&self, at: &Interaction, hit: &Hit, choice: f32) -> Option<Resolved> {
+        let material = self.surfaces[at.surface].material?;
+        let parametrization = self.parametrization(at, hit);
+        let normal = self.unit_normal(at);
+        let Self { lobes, materials, .. } = self;
+        Some(materials.resolve(lobes, material, at, normal, &parametrization, choice))
+    }
+
+    /// The share of the surface that is there, where a ray met it.
+    #[inline]
+    pub fn opacity(&self, ray: &Ray, hit: &Hit) -> f32 {
+        let surface = self.primitive_surface[hit.primitive as usize];
+        match self.surfaces[surface].opacity {
+            None => 1.0,
+            Some(Varying::Value(opacity)) => opacity,
+            Some(texture) => {
+                let at = self.interaction(ray, hit);
+                let uv = self.parametrization(&at, hit).uv;
+                self.materials.textures.number(texture, uv).clamp(0.0, 1.0)
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn unit_normal(&self, at: &Interaction) -> Vec3 {
+        if self.plain_normals { at.normal.normalize() } else { at.normal }
     }
 
     /// Whether the primitive that was hit emits light on a side of it.

@@ -28,6 +28,17 @@ impl Frame {
         }
     }
 
+    /// A frame around the unit vector `n`, of which +x is the part of `tangent` across it; any where
+    /// there is none.
+    #[inline]
+    pub fn from_normal_and_tangent(n: Vec3, tangent: Vec3) -> Self {
+        let across = tangent - n * n.dot(tangent);
+        match across.try_normalize() {
+            Some(s) => Self { s, t: n.cross(s), n },
+            None => Self::from_normal(n),
+        }
+    }
+
     /// World to local.
     #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
@@ -47,8 +58,15 @@ mod tests {
 
     #[test]
     fn frames_are_orthonormal_and_right_handed() {
-        for n in [Vec3::X, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z, Vec3::new(0.6, -0.48, -0.64)] {
-            let f = Frame::from_normal(n);
+        let normals = [Vec3::X, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z, Vec3::new(0.6, -0.48, -0.64)];
+        let tangent = Vec3::new(3.0, 0.5, 1e-3);
+        let turned = normals.map(|n| Frame::from_normal_and_tangent(n, tangent));
+        for f in turned {
+            assert!(f.s.dot(tangent) > 0.0 && f.t.dot(tangent).abs() < 1e-6);
+        }
+        let unturned = Frame::from_normal_and_tangent(Vec3::Y, Vec3::Y * -2.0);
+        for f in normals.map(Frame::from_normal).into_iter().chain(turned).chain([unturned]) {
+            let n = f.n;
             assert!(f.s.dot(f.t).abs() < 1e-6 && f.s.dot(n).abs() < 1e-6);
             assert!((f.s.cross(f.t) - n).length() < 1e-6, "{n}");
             let v = Vec3::new(0.1, 2.0, -3.0);

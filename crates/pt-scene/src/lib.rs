@@ -19,6 +19,7 @@ pub mod scene;
 pub mod settings;
 pub mod shapes;
 pub mod span;
+pub mod texture;
 
 pub use camera::Camera;
 pub use error::{LoadError, Warning};
@@ -28,3 +29,4 @@ pub use mesh::{Attribute, Mesh, Part};
 pub use scene::{Geometry, Object, Scene};
 pub use settings::FileSettings;
 pub use span::Span;
+pub use texture::{Color, Scalar, Texture};

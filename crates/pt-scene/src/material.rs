@@ -1,5 +1,7 @@
 //! Materials as their authors write them.
 
+use crate::texture::{Color, Relief, Scalar};
+
 /// A named material: how a surface scatters, and whether it glows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
@@ -10,6 +12,9 @@ pub struct Material {
     /// Radiance emitted from the front side (the side on which the corners of a triangle run
     /// counter-clockwise); zero for none.
     pub emission: [f32; 3],
+    /// The share of the surface that is there, from 0 to 1: light goes on through the rest as if
+    /// there were nothing.
+    pub opacity: Scalar,
 }
 
 /// Lists the kinds of surface once; each is a struct of this module.
@@ -19,7 +24,10 @@ pub struct Material {
 #[macro_export]
 macro_rules! surfaces {
     ($then:ident) => {
-        $then! { Matte, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, Plastic, Black }
+        $then! {
+            Matte, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, Plastic, Black, Mix,
+            Sided, Embossed
+        }
     };
 }
 
@@ -56,10 +64,11 @@ pub enum Masking {
 }
 
 /// The microfacets of a rough surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Roughness {
-    /// Roughness α > 0 (for Beckmann: root mean square slope times √2).
-    pub alpha: f32,
+    /// Roughness α > 0 (for Beckmann: root mean square slope times √2) in the directions in which
+    /// the texture coordinates u and v grow.
+    pub alpha: [Scalar; 2],
     /// How the slopes of facets are distributed.
     pub distribution: Distribution,
     /// How facets hide each other.
@@ -69,7 +78,11 @@ pub struct Roughness {
 impl Roughness {
     /// Facets of Beckmann's distribution that hide each other by their heights.
     pub fn beckmann(alpha: f32) -> Self {
-        Self { alpha, distribution: Distribution::Beckmann, masking: Masking::Correlated }
+        Self {
+            alpha: [alpha.into(), alpha.into()],
+            distribution: Distribution::Beckmann,
+            masking: Masking::Correlated,
+        }
     }
 }
 
@@ -77,7 +90,7 @@ impl Roughness {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Matte {
     /// Albedo, each channel in [0, 1].
-    pub reflectance: [f32; 3],
+    pub reflectance: Color,
     /// Whether the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }
@@ -86,16 +99,16 @@ pub struct Matte {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mirror {
     /// Share of light reflected, each channel in [0, 1].
-    pub reflectance: [f32; 3],
+    pub reflectance: Color,
 }
 
 /// An interface between two dielectrics, smooth or rough: Fresnel reflection and refraction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Glass {
     /// Tint of what is reflected; 1 is physical.
-    pub reflectance: [f32; 3],
+    pub reflectance: Color,
     /// Tint of what is transmitted; 1 is physical.
-    pub transmittance: [f32; 3],
+    pub transmittance: Color,
     /// Index of refraction of the back side over that of the front side (the side of the normal).
     pub ior: f32,
     /// Microfacets; `None` is a smooth interface.
@@ -106,9 +119,9 @@ pub struct Glass {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThinGlass {
     /// Tint of what is reflected; 1 is physical.
-    pub reflectance: [f32; 3],
+    pub reflectance: Color,
     /// Tint of what is transmitted; 1 is physical.
-    pub transmittance: [f32; 3],
+    pub transmittance: Color,
     /// Index of refraction of the pane over that around it.
     pub ior: f32,
 }
@@ -117,7 +130,7 @@ pub struct ThinGlass {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refraction {
     /// Tint of what is transmitted.
-    pub transmittance: [f32; 3],
+    pub transmittance: Color,
     /// Index of refraction of the back side over that of the front side.
     pub ior: f32,
 }
@@ -130,7 +143,7 @@ pub struct Conductor {
     /// Imaginary part k, per channel.
     pub k: [f32; 3],
     /// Tint; 1 is physical.
-    pub reflectance: [f32; 3],
+    pub reflectance: Color,
     /// Microfacets; `None` is a smooth metal.
     pub roughness: Option<Roughness>,
     /// Whether the back side reflects too; otherwise it is black.
@@ -141,9 +154,9 @@ pub struct Conductor {
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoatedDiffuse {
     /// Albedo of the base.
-    pub diffuse: [f32; 3],
+    pub diffuse: Color,
     /// Tint of what the coat reflects; 1 is physical.
-    pub specular: [f32; 3],
+    pub specular: Color,
     /// Index of refraction of the coat over that above it.
     pub ior: f32,
     /// Whether light that the coat throws back is coloured again by the base, as it would be in
@@ -157,9 +170,9 @@ pub struct CoatedDiffuse {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plastic {
     /// Albedo of the base.
-    pub diffuse: [f32; 3],
+    pub diffuse: Color,
     /// Reflectance of the gloss at normal incidence.
-    pub specular: [f32; 3],
+    pub specular: Color,
     /// Roughness α of the gloss (Beckmann).
     pub alpha: f32,
     /// Whether the back side reflects too; otherwise it is black.
@@ -169,3 +182,32 @@ pub struct Plastic {
 /// Absorbs everything.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Black;
+
+/// Two surfaces of which each point has a share.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mix {
+    /// Where the share is 0.
+    pub first: Box<Surface>,
+    /// Where the share is 1.
+    pub second: Box<Surface>,
+    /// The share of the second, from 0 to 1.
+    pub share: Scalar,
+}
+
+/// Two surfaces, of which each shows on one side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sided {
+    /// Seen from the front, the side of the normal.
+    pub front: Box<Surface>,
+    /// Seen from behind, where it is what its own front would be.
+    pub back: Box<Surface>,
+}
+
+/// A surface with a relief that is finer than its shape.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Embossed {
+    /// What it is made of.
+    pub surface: Box<Surface>,
+    /// How its normals differ from those of the shape.
+    pub relief: Relief,
+}

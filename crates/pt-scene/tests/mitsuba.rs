@@ -8,14 +8,17 @@ use std::sync::Arc;
 use common::{check_bad_files, check_good_files, check_robustness, folder, parse};
 use pt_math::{DAffine3, DVec3, Vec3};
 use pt_scene::material::{
-    Black, CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, Mirror, Roughness,
+    Black, CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, Mirror, Roughness, Sided,
     ThinGlass,
 };
-use pt_scene::{FileSettings, Geometry, LightKind, Material, Mesh, Scene, Surface};
+use pt_scene::{FileSettings, Geometry, LightKind, Material, Mesh, Scalar, Scene, Surface};
 
 /// What rough surfaces have where nothing is said.
-const ROUGH: Roughness =
-    Roughness { alpha: 0.1, distribution: Distribution::Beckmann, masking: Masking::Separable };
+const ROUGH: Roughness = Roughness {
+    alpha: [Scalar::Value(0.1), Scalar::Value(0.1)],
+    distribution: Distribution::Beckmann,
+    masking: Masking::Separable,
+};
 
 /// A scene with some content, whose folder is that of the good files.
 fn read(content: &str) -> Scene {
@@ -161,7 +164,7 @@ fn a_spectrum_is_white_where_it_is_emitted_and_grey_elsewhere() {
     assert!((0.4124 * r + 0.3576 * g + 0.1805 * b - 2.0).abs() < 1e-3, "X");
     assert!((0.0193 * r + 0.1192 * g + 0.9505 * b - 2.0).abs() < 1e-3, "Z");
     let grey = "<bsdf type=\"diffuse\"><spectrum name=\"reflectance\" value=\"0.25\"/></bsdf>";
-    assert_eq!(surface(grey), Matte { reflectance: [0.25; 3], two_sided: false }.into());
+    assert_eq!(surface(grey), Matte { reflectance: [0.25; 3].into(), two_sided: false }.into());
 }
 
 // ---- files -------------------------------------------------------------------------------------
@@ -177,17 +180,21 @@ fn one_of_each_kind_of_object() {
         .iter()
         .map(|o| scene.materials[o.materials[0].expect("a material") as usize].clone())
         .collect();
-    let clear =
-        Glass { reflectance: [1.0; 3], transmittance: [1.0; 3], ior: 2.419, roughness: None };
+    let clear = Glass {
+        reflectance: [1.0; 3].into(),
+        transmittance: [1.0; 3].into(),
+        ior: 2.419,
+        roughness: None,
+    };
     assert_eq!(surfaces[0].surface, clear.into());
-    let cloth = Matte { reflectance: [0.8, 0.4, 0.2], two_sided: false };
+    let cloth = Matte { reflectance: [0.8, 0.4, 0.2].into(), two_sided: false };
     assert_eq!(surfaces[1].surface, cloth.into());
     assert_eq!(scene.objects[1].materials, scene.objects[2].materials, "one by two names");
     let copper = Conductor {
         eta: [0.2, 0.9, 1.1],
         k: [3.9, 2.5, 2.4],
-        reflectance: [1.0; 3],
-        roughness: Some(Roughness { alpha: 0.2, ..ROUGH }),
+        reflectance: [1.0; 3].into(),
+        roughness: Some(Roughness { alpha: [0.2.into(), 0.2.into()], ..ROUGH }),
         two_sided: true,
     };
     assert_eq!(surfaces[3].surface, copper.into());
@@ -252,7 +259,7 @@ fn shared_scenes_load() {
 
 #[test]
 fn shapes_without_a_bsdf_are_grey_or_black_if_they_emit() {
-    let grey = Matte { reflectance: [0.5; 3], two_sided: false };
+    let grey = Matte { reflectance: [0.5; 3].into(), two_sided: false };
     assert_eq!(material("").surface, grey.into());
     assert_eq!(material("").emission, [0.0; 3]);
     let lamp = material("<emitter type=\"area\"/>");
@@ -263,14 +270,14 @@ fn shapes_without_a_bsdf_are_grey_or_black_if_they_emit() {
 fn both_sides_reflect_if_the_author_says_so() {
     let twosided = |bsdf: &str| surface(&format!("<bsdf type=\"twosided\">{bsdf}</bsdf>"));
     let diffuse = "<bsdf type=\"diffuse\"/>";
-    assert_eq!(surface(diffuse), Matte { reflectance: [0.5; 3], two_sided: false }.into());
-    assert_eq!(twosided(diffuse), Matte { reflectance: [0.5; 3], two_sided: true }.into());
+    assert_eq!(surface(diffuse), Matte { reflectance: [0.5; 3].into(), two_sided: false }.into());
+    assert_eq!(twosided(diffuse), Matte { reflectance: [0.5; 3].into(), two_sided: true }.into());
     let mirror = "<bsdf type=\"conductor\"><string name=\"material\" value=\"none\"/></bsdf>";
-    assert_eq!(twosided(mirror), Mirror { reflectance: [1.0; 3] }.into());
+    assert_eq!(twosided(mirror), Mirror { reflectance: [1.0; 3].into() }.into());
     let one_sided = Conductor {
         eta: [0.0; 3],
         k: [1.0; 3],
-        reflectance: [1.0; 3],
+        reflectance: [1.0; 3].into(),
         roughness: None,
         two_sided: false,
     };
@@ -284,8 +291,12 @@ fn metals_have_names_and_facets_a_distribution() {
     let gold = Conductor {
         eta: [0.143, 0.3753, 1.442],
         k: [3.983, 2.3856, 1.6034],
-        reflectance: [1.0; 3],
-        roughness: Some(Roughness { alpha: 0.3, distribution: Distribution::Ggx, ..ROUGH }),
+        reflectance: [1.0; 3].into(),
+        roughness: Some(Roughness {
+            alpha: [0.3.into(), 0.3.into()],
+            distribution: Distribution::Ggx,
+            ..ROUGH
+        }),
         two_sided: false,
     };
     let found = surface(
@@ -300,18 +311,22 @@ fn dielectrics_may_be_rough_or_thin() {
     let index = "<float name=\"int_ior\" value=\"1.5\"/><float name=\"ext_ior\" value=\"1\"/>";
     let of_kind = |kind| surface(&format!("<bsdf type=\"{kind}\">{index}</bsdf>"));
     let clear = [1.0; 3];
-    let rough =
-        Glass { reflectance: clear, transmittance: clear, ior: 1.5, roughness: Some(ROUGH) };
+    let rough = Glass {
+        reflectance: clear.into(),
+        transmittance: clear.into(),
+        ior: 1.5,
+        roughness: Some(ROUGH),
+    };
     assert_eq!(of_kind("roughdielectric"), rough.into());
-    let thin = ThinGlass { reflectance: clear, transmittance: clear, ior: 1.5 };
+    let thin = ThinGlass { reflectance: clear.into(), transmittance: clear.into(), ior: 1.5 };
     assert_eq!(of_kind("thindielectric"), thin.into());
 }
 
 #[test]
 fn plastic_is_a_base_under_a_coat() {
     let plain = CoatedDiffuse {
-        diffuse: [0.5; 3],
-        specular: [1.0; 3],
+        diffuse: [0.5; 3].into(),
+        specular: [1.0; 3].into(),
         ior: (1.49 / 1.000_277) as f32,
         saturates: false,
         two_sided: false,
@@ -359,9 +374,10 @@ fn spheres_turned_inside_out() {
         (format!("{flip}{mirror}"), false),
         (format!("{flip}{mirror}{negative}"), true),
     ] {
-        let (matte, warnings) = sphere(&parameters, "diffuse");
-        assert_eq!(matte, Matte { reflectance: [0.5; 3], two_sided: inverted }.into());
-        assert_eq!(warnings, usize::from(inverted), "{parameters}");
+        let matte: Surface = Matte { reflectance: [0.5; 3].into(), two_sided: false }.into();
+        let behind = Sided { front: Surface::from(Black).into(), back: matte.clone().into() };
+        let want = if inverted { behind.into() } else { matte };
+        assert_eq!(sphere(&parameters, "diffuse"), (want, 0), "{parameters}");
         let (Surface::Glass(glass), 0) = sphere(&parameters, "dielectric") else { panic!("glass") };
         assert_eq!(glass.ior < 1.0, inverted, "{parameters}");
     }

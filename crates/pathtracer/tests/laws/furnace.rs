@@ -91,18 +91,20 @@ fn light_in_a_diffuse_sphere_is_even() {
 /// spread again.
 #[test]
 fn what_absorbs_nothing_is_invisible_under_an_even_sky() {
-    let glass =
-        |ior| Glass { reflectance: [1.0; 3], transmittance: [1.0; 3], ior, roughness: None }.into();
+    let glass = |ior| {
+        Glass { reflectance: [1.0; 3].into(), transmittance: [1.0; 3].into(), ior, roughness: None }
+            .into()
+    };
     let perfect = Conductor {
         eta: [0.0; 3],
         k: [1.0; 3],
-        reflectance: [1.0; 3],
+        reflectance: [1.0; 3].into(),
         roughness: None,
         two_sided: false,
     };
     let surfaces: [(&str, Surface); 5] = [
         ("diffuse", matte([1.0; 3])),
-        ("mirror", Mirror { reflectance: [1.0; 3] }.into()),
+        ("mirror", Mirror { reflectance: [1.0; 3].into() }.into()),
         ("metal", perfect.into()),
         ("glass", glass(1.5)),
         ("bubble", glass(1.0 / 1.33)),

@@ -9,7 +9,7 @@ use pt_scene::{Geometry, Light, LightKind, Material, Mesh, Object, Surface, shap
 
 /// A diffuse surface.
 pub(crate) fn matte(reflectance: [f32; 3]) -> Surface {
-    Matte { reflectance, two_sided: true }.into()
+    Matte { reflectance: reflectance.into(), two_sided: true }.into()
 }
 
 /// A node at `from` whose −z looks to `to`, with its +y as far up as that allows.
@@ -50,7 +50,12 @@ pub(crate) struct Builder(pub(crate) Scene);
 
 impl Builder {
     fn material(&mut self, surface: Surface, emission: [f32; 3]) -> Vec<Option<u32>> {
-        self.0.materials.push(Material { name: String::new(), surface, emission });
+        self.0.materials.push(Material {
+            name: String::new(),
+            surface,
+            emission,
+            opacity: 1.0.into(),
+        });
         vec![Some(self.0.materials.len() as u32 - 1)]
     }
 
@@ -142,12 +147,16 @@ pub(crate) fn cornell() -> Scene {
     let metal = Conductor {
         eta: [0.2, 0.9, 1.1],
         k: [3.9, 2.5, 2.3],
-        reflectance: [1.0; 3],
+        reflectance: [1.0; 3].into(),
         roughness: Some(Roughness::beckmann(0.4)),
         two_sided: false,
     };
-    let gloss =
-        Plastic { diffuse: [0.2, 0.3, 0.6], specular: [0.05; 3], alpha: 0.3, two_sided: false };
+    let gloss = Plastic {
+        diffuse: [0.2, 0.3, 0.6].into(),
+        specular: [0.05; 3].into(),
+        alpha: 0.3,
+        two_sided: false,
+    };
     let block = |x: f64, z: f64, angle: f64, height: f64| {
         DAffine3::from_translation(DVec3::new(x, height - 1.0, z))
             * DAffine3::from_rotation_y(angle)

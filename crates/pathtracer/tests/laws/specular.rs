@@ -42,7 +42,7 @@ fn conductor(cos: f64, eta: f64, k: f64) -> f64 {
 fn a_light_in_a_mirror_has_its_radiance() {
     let reflectance = [0.9, 0.5, 0.25];
     let want = f64::from(RADIANCE) * luminance(reflectance.map(f64::from));
-    let scene = wall_in_a(Mirror { reflectance }.into());
+    let scene = wall_in_a(Mirror { reflectance: reflectance.into() }.into());
     for direct in ESTIMATORS {
         for integrator in ["path", "direct", "cs184"] {
             let integrator = integrator.to_owned();
@@ -58,7 +58,8 @@ fn a_light_in_a_mirror_has_its_radiance() {
 #[test]
 fn a_light_in_a_metal_has_its_radiance_times_fresnel() {
     let (eta, k) = ([0.143, 0.375, 1.442], [3.983, 2.386, 1.603]);
-    let gold = Conductor { eta, k, reflectance: [1.0; 3], roughness: None, two_sided: false };
+    let gold =
+        Conductor { eta, k, reflectance: [1.0; 3].into(), roughness: None, two_sided: false };
     let cos = 1.0 / 5f64.sqrt();
     let share = [0, 1, 2].map(|c| conductor(cos, f64::from(eta[c]), f64::from(k[c])));
     let want = f64::from(RADIANCE) * luminance(share);
@@ -72,7 +73,12 @@ fn a_light_in_a_metal_has_its_radiance_times_fresnel() {
 #[test]
 fn a_light_behind_a_pane_is_dimmed_by_both_surfaces() {
     for ior in [1.5f32, 2.4] {
-        let glass = Glass { reflectance: [1.0; 3], transmittance: [1.0; 3], ior, roughness: None };
+        let glass = Glass {
+            reflectance: [1.0; 3].into(),
+            transmittance: [1.0; 3].into(),
+            ior,
+            roughness: None,
+        };
         let pane = DAffine3::from_scale(DVec3::new(5.0, 5.0, 0.1));
         let scene = Builder::default()
             .mesh(shapes::cube(), pane, glass.into())

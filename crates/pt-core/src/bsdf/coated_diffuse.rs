@@ -16,23 +16,37 @@ use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
 /// reflections goes back to Saunderson 1942]
 #[derive(Clone, Copy, Debug)]
 pub struct CoatedDiffuse {
-    /// ρ / (η² (1 − ρ Fᵢ)); see [`Self::new`].
-    base: Spectrum,
+    /// Albedo ρ of the base.
+    rho: Spectrum,
     /// Tint of what the coat reflects.
     specular: Spectrum,
     /// Index of refraction of the coat over that above it.
     eta: f32,
+    /// Fᵢ.
+    inside: f32,
+    /// Whether the base colours again what the coat throws back; otherwise ρ Fᵢ is Fᵢ.
+    saturates: bool,
 }
 
 impl CoatedDiffuse {
+    /// Where the albedo of the base is packed.
+    pub(crate) const RHO: usize = 0;
+    /// Where the tint of the coat is.
+    pub(crate) const SPECULAR: usize = 3;
+
     /// A base of albedo `rho` under a coat with index `eta` and tint `specular`. Without `saturates`,
     /// light that the coat throws back is not coloured again by the base: ρ Fᵢ is Fᵢ.
     pub fn new(rho: Spectrum, specular: Spectrum, eta: f32, saturates: bool) -> Self {
         // (1 − Fᵢ) η² is what gets in of diffuse light from outside.
         let inside = 1.0 - (1.0 - diffuse_reflectance(eta)) / (eta * eta);
-        let again = if saturates { rho } else { Spectrum::ONE } * inside;
-        let lost = (Spectrum::ONE - again).0 * (eta * eta);
-        Self { base: Spectrum(rho.0 / lost), specular, eta }
+        Self { rho, specular, eta, inside, saturates }
+    }
+
+    /// ρ / (η² (1 − ρ Fᵢ)).
+    #[inline]
+    fn base(&self) -> Spectrum {
+        let again = if self.saturates { self.rho } else { Spectrum::ONE } * self.inside;
+        Spectrum(self.rho.0 / ((Spectrum::ONE - again).0 * (self.eta * self.eta)))
     }
 
     /// 1 − F.
@@ -56,7 +70,7 @@ impl CoatedDiffuse {
     #[inline]
     fn mirror_probability(&self, f: f32) -> f32 {
         let mirror = f * self.specular.luminance();
-        let base = (1.0 - f) * self.base.luminance();
+        let base = (1.0 - f) * self.base().luminance();
         if mirror + base > 0.0 { mirror / (mirror + base) } else { 0.0 }
     }
 }
@@ -74,13 +88,19 @@ impl Lobe for CoatedDiffuse {
     const DELTA: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
-        let ([a, b, c], [d, e, f]) = (self.base.to_array(), self.specular.to_array());
-        padded([a, b, c, d, e, f, self.eta])
+        let ([a, b, c], [d, e, f]) = (self.rho.to_array(), self.specular.to_array());
+        padded([a, b, c, d, e, f, self.eta, self.inside, f32::from(u8::from(self.saturates))])
     }
 
     #[inline]
     fn unpack(p: &[f32; PARAMETERS]) -> Self {
-        Self { base: color(p, 0), specular: color(p, 3), eta: p[6] }
+        Self {
+            rho: color(p, Self::RHO),
+            specular: color(p, Self::SPECULAR),
+            eta: p[6],
+            inside: p[7],
+            saturates: p[8] != 0.0,
+        }
     }
 
     #[inline]
@@ -88,7 +108,7 @@ impl Lobe for CoatedDiffuse {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return Spectrum::ZERO;
         }
-        self.base * (self.transmitted(wo.z) * self.transmitted(wi.z) * FRAC_1_PI * wi.z)
+        self.base() * (self.transmitted(wo.z) * self.transmitted(wi.z) * FRAC_1_PI * wi.z)
     }
 
     #[inline]
@@ -112,7 +132,7 @@ impl Lobe for CoatedDiffuse {
         }
         let wi = warp::cosine_hemisphere([u, v]);
         let pdf = warp::cosine_hemisphere_pdf(wi.z).times(1.0 - q);
-        let weight = self.base * ((1.0 - f) * self.transmitted(wi.z) / (1.0 - q));
+        let weight = self.base() * ((1.0 - f) * self.transmitted(wi.z) / (1.0 - q));
         pdf.is_positive().then(|| BsdfSample::new(wi, weight, Some(pdf)))
     }
 

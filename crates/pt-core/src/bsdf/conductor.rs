@@ -30,6 +30,9 @@ pub struct RoughConductor {
 }
 
 impl SmoothConductor {
+    /// Where the tint is packed.
+    pub(crate) const REFLECTANCE: usize = 6;
+
     #[inline]
     fn numbers(&self) -> [f32; 9] {
         let [a, b, c] = self.eta.to_array();
@@ -102,6 +105,11 @@ pub(super) fn reflected_pdf(facets: &Facets, wo: Vec3, h: Vec3) -> Pdf<SolidAngl
 #[inline]
 pub(super) fn reflected(facets: &Facets, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
     facets.d(h) * facets.g(wo, wi) / (4.0 * wo.z)
+}
+
+impl RoughConductor {
+    /// Where the two roughnesses are packed, behind the metal.
+    pub(crate) const ALPHA: usize = 9;
 }
 
 impl Lobe for RoughConductor {

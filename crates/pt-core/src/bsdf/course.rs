@@ -114,6 +114,9 @@ pub struct CourseMicrofacet {
 }
 
 impl CourseMicrofacet {
+    /// Where the roughness is packed.
+    pub(crate) const ALPHA: usize = 6;
+
     /// D(h), of the Beckmann distribution.
     #[inline]
     fn d(&self, h: Vec3) -> f32 {

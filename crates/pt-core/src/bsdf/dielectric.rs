@@ -24,6 +24,13 @@ pub(super) fn refract(w: Vec3, cos_t: f32, eta: f32) -> Vec3 {
     Vec3::new(-w.x / eta, -w.y / eta, -cos_t.copysign(w.z))
 }
 
+impl Dielectric {
+    /// Where the tint of what is reflected is packed.
+    pub(crate) const REFLECTANCE: usize = 0;
+    /// Where that of what is transmitted is.
+    pub(crate) const TRANSMITTANCE: usize = 3;
+}
+
 impl Lobe for Dielectric {
     const DELTA: bool = true;
     const TRANSMITS: bool = true;

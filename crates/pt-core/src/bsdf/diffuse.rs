@@ -13,6 +13,11 @@ pub struct Diffuse {
     pub rho: Spectrum,
 }
 
+impl Diffuse {
+    /// Where the albedo is packed.
+    pub(crate) const RHO: usize = 0;
+}
+
 impl Lobe for Diffuse {
     const DELTA: bool = false;
     const INLINE: bool = true;

@@ -25,6 +25,11 @@ pub struct Glossy {
 }
 
 impl Glossy {
+    /// Where the albedo of the base is packed.
+    pub(crate) const RHO: usize = 0;
+    /// Where the reflectance of the gloss is.
+    pub(crate) const F0: usize = 3;
+
     /// Probability of sampling the gloss: its share of the albedos at normal incidence, kept
     /// away from 0 and 1 because the gloss grows towards grazing angles.
     #[inline]

@@ -17,6 +17,11 @@ pub(super) fn reflect(w: Vec3) -> Vec3 {
     Vec3::new(-w.x, -w.y, w.z)
 }
 
+impl Mirror {
+    /// Where the reflectance is packed.
+    pub(crate) const REFLECTANCE: usize = 0;
+}
+
 impl Lobe for Mirror {
     const DELTA: bool = true;
 

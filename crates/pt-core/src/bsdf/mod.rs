@@ -116,6 +116,11 @@ pub struct LobeRecord {
 const _: () = assert!(size_of::<LobeRecord>() == 64);
 
 impl LobeRecord {
+    /// The parameters, in the order in which the lobe packs them.
+    pub(crate) fn parameters_mut(&mut self) -> &mut [f32; PARAMETERS] {
+        &mut self.p
+    }
+
     /// What `f` says of this lobe, in place or by a call as the lobe wants it.
     #[inline(always)]
     fn run<L: Lobe, T>(&self, f: impl FnOnce(L) -> T) -> T {
@@ -256,6 +261,16 @@ lobes! {
     CourseMicrofacet = course::CourseMicrofacet,
 }
 
+/// Which way a surface looks to its lobe.
+#[derive(Clone, Copy, Debug)]
+pub struct Orientation {
+    /// Unit normal.
+    pub normal: Vec3,
+    /// Direction that becomes +x, as far as it is in the plane across the normal; `None` where any
+    /// will do.
+    pub tangent: Option<Vec3>,
+}
+
 /// The scattering at one surface point, in world coordinates.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf<'a> {
@@ -280,11 +295,27 @@ impl<'a> Bsdf<'a> {
         geometric_normal: Vec3,
         wo: Vec3,
     ) -> Self {
+        let orientation = Orientation { normal, tangent: None };
+        Self::oriented(lobe, two_sided, orientation, geometric_normal, wo)
+    }
+
+    /// [`Self::new`] with a direction along the surface.
+    #[inline(always)]
+    pub fn oriented(
+        lobe: &'a LobeRecord,
+        two_sided: bool,
+        Orientation { normal, tangent }: Orientation,
+        geometric_normal: Vec3,
+        wo: Vec3,
+    ) -> Self {
         let behind = wo.dot(geometric_normal) < 0.0;
         let flip = if behind { -1.0 } else { 1.0 };
         let visible = make_visible(normal * flip, wo);
         let front = if behind && !two_sided { -visible } else { visible };
-        let frame = Frame::from_normal(front);
+        let frame = match tangent {
+            None => Frame::from_normal(front),
+            Some(tangent) => Frame::from_normal_and_tangent(front, tangent),
+        };
         let side = geometric_normal.dot(front);
         Self { frame, geometric_normal, side, wo: frame.to_local(wo), lobe }
     }

@@ -15,6 +15,11 @@ pub struct Refraction {
     pub eta: f32,
 }
 
+impl Refraction {
+    /// Where the tint is packed.
+    pub(crate) const TRANSMITTANCE: usize = 0;
+}
+
 impl Lobe for Refraction {
     const DELTA: bool = true;
     const TRANSMITS: bool = true;

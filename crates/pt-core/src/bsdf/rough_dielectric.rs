@@ -93,6 +93,9 @@ impl Pair {
 }
 
 impl RoughDielectric {
+    /// Where the two roughnesses are packed.
+    pub(crate) const ALPHA: usize = 7;
+
     /// The probability with which the facet that takes `wo` to `wi` does so: the map of
     /// [`Lobe::sample`] is followed so often.
     #[cfg(test)]

@@ -19,6 +19,11 @@ pub struct ThinDielectric {
 }
 
 impl ThinDielectric {
+    /// Where the tint of what is reflected is packed.
+    pub(crate) const REFLECTANCE: usize = 0;
+    /// Where that of what is transmitted is.
+    pub(crate) const TRANSMITTANCE: usize = 3;
+
     /// The share of light that is reflected.
     #[inline]
     fn reflected(&self, cos: f32) -> f32 {

@@ -1,13 +1,16 @@
 //! From placed shapes to triangles and spheres in the world.
 
 use pt_bvh::Sphere;
-use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Spectrum, Vec3};
-use pt_scene::{Attribute, Geometry, Mesh, Object, Part, Scene};
+use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
+use pt_scene::{Attribute, Geometry, Mesh, Object, Part, Scalar, Scene};
 
+use super::textures::Lowering;
 use super::{CompileError, materials, normals};
-use crate::bsdf::LobeRecord;
+use crate::bsdf::{AnyLobe, Diffuse, LobeRecord};
 use crate::id::{Id, Table};
+use crate::material::{Material, Materials};
 use crate::scene::{FLAT, Glow, SurfaceRecord};
+use crate::texture::Varying;
 
 /// All shapes in the world.
 #[derive(Default)]
@@ -17,11 +20,16 @@ pub(super) struct Shapes {
     pub(super) normals: Vec<Vec3>,
     /// As many as triangles, or none.
     pub(super) triangle_normals: Vec<[u32; 3]>,
+    pub(super) uvs: Vec<Vec2>,
+    /// As many as triangles, or fewer.
+    pub(super) triangle_uvs: Vec<[u32; 3]>,
     pub(super) spheres: Vec<Sphere>,
+    pub(super) sphere_axes: Vec<Mat3>,
     pub(super) triangle_surface: Vec<Id<SurfaceRecord>>,
     pub(super) sphere_surface: Vec<Id<SurfaceRecord>>,
     pub(super) surfaces: Table<SurfaceRecord>,
     pub(super) lobes: Table<LobeRecord>,
+    pub(super) materials: Materials,
     /// Runs of primitives that glow.
     pub(super) emitters: Vec<Emitter>,
 }
@@ -68,12 +76,13 @@ impl Shapes {
 
     /// Adds a black parallelogram that glows on the side of e1 × e2.
     pub(super) fn add_glowing(&mut self, origin: Vec3, e1: Vec3, e2: Vec3, emission: Spectrum) {
-        let lobe = self
-            .lobes
-            .push(materials::lower(&pt_scene::material::Black.into(), false).lobe.record());
+        let black = Diffuse { rho: Spectrum::ZERO };
+        let lobe = self.lobes.push(AnyLobe::from(black).record());
         let surface = self.surfaces.push(SurfaceRecord {
             lobe,
             two_sided: false,
+            material: None,
+            opacity: None,
             glow: Glow::Front,
             emission,
             light: None,
@@ -98,18 +107,63 @@ pub(super) fn collect(
     course: bool,
     notes: &mut Vec<String>,
 ) -> Result<Shapes, CompileError> {
+    let mut lowering = Lowering::new(course, metres as f32);
+    let looks = scene.materials.iter().map(|m| Look::of(m, &mut lowering)).collect();
     let mut collector = Collector {
         scene,
         course,
         shapes: Shapes::default(),
         plain: vec![None; scene.materials.len() + 1],
-        lobes: vec![None; scene.materials.len() + 1],
+        looks,
+        default: Look::default_one(&mut lowering),
+        uses_coordinates: lowering.uses_coordinates(),
     };
     for object in &scene.objects {
         let to_world = DAffine3::from_scale(DVec3::splat(metres)) * object.to_world;
         collector.add(object, to_world, notes)?;
     }
-    Ok(collector.shapes)
+    let Lowering { lobes, materials, .. } = lowering;
+    Ok(Shapes { lobes, materials, ..collector.shapes })
+}
+
+/// What a material becomes.
+#[derive(Clone, Copy)]
+struct Look {
+    lobe: Id<LobeRecord>,
+    two_sided: bool,
+    material: Option<Id<Material>>,
+    opacity: Option<Varying>,
+}
+
+impl Look {
+    fn of(material: &pt_scene::Material, cx: &mut Lowering) -> Self {
+        let surface = materials::lower(&material.surface, cx);
+        let opacity = match material.opacity {
+            Scalar::Value(opacity) if opacity >= 1.0 => None,
+            ref opacity => Some(cx.varying(opacity)),
+        };
+        Self { opacity, ..Self::opaque(surface, cx) }
+    }
+
+    fn default_one(cx: &mut Lowering) -> Self {
+        let surface = materials::default_material(cx);
+        Self::opaque(surface, cx)
+    }
+
+    fn opaque(surface: Material, cx: &mut Lowering) -> Self {
+        let opacity = None;
+        match surface {
+            Material::Lobe(l) if l.is_plain() => {
+                Self { lobe: l.lobe, two_sided: l.two_sided, material: None, opacity }
+            }
+            varying => {
+                let black = Diffuse { rho: Spectrum::ZERO };
+                let lobe = cx.lobes.push(AnyLobe::from(black).record());
+                let material = Some(cx.materials.table.push(varying));
+                Self { lobe, two_sided: true, material, opacity }
+            }
+        }
+    }
 }
 
 struct Collector<'a> {
@@ -118,8 +172,11 @@ struct Collector<'a> {
     shapes: Shapes,
     /// Surface of each material that does not glow; the default material last.
     plain: Vec<Option<Id<SurfaceRecord>>>,
-    /// Lobe of each material; the default material last.
-    lobes: Vec<Option<(Id<LobeRecord>, bool)>>,
+    looks: Vec<Look>,
+    /// What shapes without a material look like.
+    default: Look,
+    /// Whether any material asks for texture coordinates.
+    uses_coordinates: bool,
 }
 
 impl Collector<'_> {
@@ -141,21 +198,6 @@ impl Collector<'_> {
         }
     }
 
-    /// The lobe of material slot `slot` of an object, and whether it has two sides.
-    fn lobe(&mut self, material: Option<u32>) -> (Id<LobeRecord>, bool) {
-        let slot = material.map_or(self.scene.materials.len(), |m| m as usize);
-        if let Some(known) = self.lobes[slot] {
-            return known;
-        }
-        let lowered = match self.scene.materials.get(slot) {
-            Some(m) => materials::lower(&m.surface, self.course),
-            None => materials::default_material(self.course),
-        };
-        let made = (self.shapes.lobes.push(lowered.lobe.record()), lowered.two_sided);
-        self.lobes[slot] = Some(made);
-        made
-    }
-
     /// The surface of a material slot, and whether it glows. Glowing surfaces are made anew for
     /// each object, because each is a light of its own.
     fn surface(&mut self, object: &Object, slot: u32) -> (Id<SurfaceRecord>, bool) {
@@ -168,10 +210,13 @@ impl Collector<'_> {
         if let (false, Some(surface)) = (glows, self.plain[plain]) {
             return (surface, false);
         }
-        let (lobe, two_sided) = self.lobe(material);
+        let look = material.map_or(self.default, |m| self.looks[m as usize]);
+        let Look { lobe, two_sided, material, opacity } = look;
         let surface = self.shapes.surfaces.push(SurfaceRecord {
             lobe,
             two_sided,
+            material,
+            opacity,
             glow: if self.course { Glow::Both } else { Glow::Front },
             emission: emission.into(),
             light: None,
@@ -196,6 +241,7 @@ impl Collector<'_> {
         self.shapes.positions.extend(mesh.positions.iter().map(|&p| world_point(to_world, p)));
         self.shapes.triangles.extend(mesh.triangles.iter().map(|t| place(*t, base, mirrored)));
         self.add_normals(object, mesh, to_world, base, mirrored)?;
+        self.add_coordinates(object, mesh, mirrored)?;
         self.add_parts(object, mesh, first);
         Ok(())
     }
@@ -249,7 +295,7 @@ impl Collector<'_> {
             }
             return Ok(());
         };
-        check_normals(object, mesh, normals)?;
+        check_attribute(object, "normal", mesh, normals)?;
         let to_normal = to_world.matrix3.inverse().transpose();
         shapes.normals.extend(normals.values.iter().map(|&n| world_normal(to_normal, n)));
         pad(&mut shapes.triangle_normals, first);
@@ -259,6 +305,24 @@ impl Collector<'_> {
                 .enumerate()
                 .map(|(i, &t)| place(normals.corners(i, t), normal_base, mirrored)),
         );
+        Ok(())
+    }
+
+    /// Texture coordinates, if some material asks for them.
+    fn add_coordinates(
+        &mut self,
+        object: &Object,
+        mesh: &Mesh,
+        mirrored: bool,
+    ) -> Result<(), CompileError> {
+        let Some(uvs) = mesh.uvs.as_ref().filter(|_| self.uses_coordinates) else { return Ok(()) };
+        check_attribute(object, "texture coordinate", mesh, uvs)?;
+        let shapes = &mut self.shapes;
+        let base = shapes.uvs.len() as u32;
+        shapes.uvs.extend(uvs.values.iter().map(|&uv| Vec2::from(uv)));
+        pad(&mut shapes.triangle_uvs, shapes.triangles.len() - mesh.triangles.len());
+        let corners = |(i, &t)| place(uvs.corners(i, t), base, mirrored);
+        shapes.triangle_uvs.extend(mesh.triangles.iter().enumerate().map(corners));
         Ok(())
     }
 
@@ -290,6 +354,7 @@ impl Collector<'_> {
         let (surface, glows) = self.surface(object, 0);
         let index = self.shapes.spheres.len();
         self.shapes.spheres.push(sphere);
+        self.shapes.sphere_axes.push((to_world.matrix3 * scale.recip()).as_mat3());
         self.shapes.sphere_surface.push(surface);
         if glows {
             let primitives = Primitives::Sphere(index);
@@ -313,8 +378,8 @@ impl Shapes {
 }
 
 /// Fills up with flat triangles.
-fn pad(triangle_normals: &mut Vec<[u32; 3]>, len: usize) {
-    triangle_normals.resize(len, FLAT);
+fn pad(corners: &mut Vec<[u32; 3]>, len: usize) {
+    corners.resize(len, FLAT);
 }
 
 /// Indices into a table to which `base` entries belong before; mirrored ones turn around.
@@ -351,23 +416,24 @@ fn check_indices(
     }
 }
 
-fn check_normals(
+fn check_attribute<T>(
     object: &Object,
+    what: &'static str,
     mesh: &Mesh,
-    normals: &Attribute<[f32; 3]>,
+    attribute: &Attribute<T>,
 ) -> Result<(), CompileError> {
-    let indices = normals.indices.as_deref().unwrap_or(&mesh.triangles);
+    let indices = attribute.indices.as_deref().unwrap_or(&mesh.triangles);
     if indices.len() != mesh.triangles.len() {
         return Err(CompileError::Value {
             at: object.at.clone(),
             message: format!(
-                "there are normals for {} triangles, but {} triangles",
+                "there are {what}s for {} triangles, but {} triangles",
                 indices.len(),
                 mesh.triangles.len()
             ),
         });
     }
-    check_indices(object, "normal", indices, normals.values.len())
+    check_indices(object, what, indices, attribute.values.len())
 }
 
 /// A sphere of radius 1 as 16,128 triangles with exact normals.

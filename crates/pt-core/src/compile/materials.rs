@@ -5,148 +5,188 @@
 
 use pt_math::Spectrum;
 use pt_scene::material::{
-    Black, CoatedDiffuse, Conductor, Distribution, Glass, Matte, Mirror, Plastic, Refraction,
-    Roughness, Surface, ThinGlass,
+    Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Matte, Mirror, Mix, Plastic,
+    Refraction, Roughness, Sided, Surface, ThinGlass,
 };
+use pt_scene::texture::{Relief, Scalar};
 
+use super::textures::Lowering;
 use crate::bsdf::microfacet::Facets;
-use crate::bsdf::{self, AnyLobe};
-
-/// A material as renderers see it.
-pub(super) struct Lowered {
-    pub(super) lobe: AnyLobe,
-    pub(super) two_sided: bool,
-}
-
-impl Lowered {
-    fn new(lobe: impl Into<AnyLobe>, two_sided: bool) -> Self {
-        Self { lobe: lobe.into(), two_sided }
-    }
-}
+use crate::bsdf::{
+    self, CoatedDiffuse as Coated, Dielectric, Glossy, RoughConductor, RoughDielectric,
+    SmoothConductor, ThinDielectric,
+};
+use crate::id::Id;
+use crate::material::{Material, ReliefRecord};
 
 /// Indices of refraction that differ by less from each other are the same.
 const LEAST_CONTRAST: f32 = 1e-3;
-/// Surfaces with less roughness are as smooth to the eye, but not to single precision.
-const LEAST_ALPHA: f32 = 1e-3;
 
-fn facets(roughness: Roughness) -> Facets {
-    let Roughness { alpha, distribution, masking } = roughness;
-    Facets { distribution, masking, alpha: [alpha.max(LEAST_ALPHA); 2] }
-}
-
-/// How a material becomes a lobe; `course` asks for the lobe of the university course's program.
+/// How a material becomes lobes.
 trait Lower {
-    fn lower(&self, course: bool) -> Lowered;
+    fn lower(&self, cx: &mut Lowering) -> Material;
 }
 
 macro_rules! lower_surface {
-    ($($name:ident),*) => {
-        pub(super) fn lower(surface: &Surface, course: bool) -> Lowered {
-            match surface { $(Surface::$name(s) => s.lower(course)),* }
+    ($($name:ident),* $(,)?) => {
+        pub(super) fn lower(surface: &Surface, cx: &mut Lowering) -> Material {
+            match surface { $(Surface::$name(s) => s.lower(cx)),* }
         }
     };
 }
 pt_scene::surfaces!(lower_surface);
 
 /// What a shape without a material is made of.
-pub(super) fn default_material(course: bool) -> Lowered {
-    Matte { reflectance: [0.5; 3], two_sided: true }.lower(course)
+pub(super) fn default_material(cx: &mut Lowering) -> Material {
+    Matte { reflectance: [0.5; 3].into(), two_sided: true }.lower(cx)
+}
+
+/// A part of a material.
+fn part(surface: &Surface, cx: &mut Lowering) -> Id<Material> {
+    let material = lower(surface, cx);
+    cx.materials.table.push(material)
+}
+
+/// Microfacets, of which the two roughnesses are packed from `first` on.
+fn facets(roughness: &Roughness, first: usize, cx: &mut Lowering) -> Facets {
+    let Roughness { alpha: [u, v], distribution, masking } = roughness;
+    let alpha = [cx.alpha(u, first), cx.alpha(v, first + 1)];
+    if u != v {
+        cx.orient();
+    }
+    Facets { distribution: *distribution, masking: *masking, alpha }
 }
 
 /// The course's program does not know sides: a surface seen from behind is lit from its front.
 /// No closed scene shows it; a back side is black here, as light from below the front is there.
 impl Lower for Matte {
-    fn lower(&self, course: bool) -> Lowered {
-        let rho = Spectrum::from(self.reflectance);
-        Lowered::new(bsdf::Diffuse { rho }, self.two_sided && !course)
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        let rho = cx.share(&self.reflectance, bsdf::Diffuse::RHO);
+        let two_sided = self.two_sided && !cx.course;
+        cx.lobe(bsdf::Diffuse { rho }, two_sided)
     }
 }
 
 impl Lower for Mirror {
-    fn lower(&self, _: bool) -> Lowered {
-        Lowered::new(bsdf::Mirror { reflectance: self.reflectance.into() }, true)
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        let reflectance = cx.share(&self.reflectance, bsdf::Mirror::REFLECTANCE);
+        cx.lobe(bsdf::Mirror { reflectance }, true)
     }
 }
 
 impl Lower for Glass {
-    fn lower(&self, course: bool) -> Lowered {
-        let (reflectance, transmittance) = (self.reflectance.into(), self.transmittance.into());
-        if course {
-            return Lowered::new(
-                bsdf::CourseGlass { reflectance, transmittance, ior: self.ior },
-                false,
-            );
-        }
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        // All dielectrics keep them at the same place.
+        let reflectance = cx.share(&self.reflectance, Dielectric::REFLECTANCE);
+        let transmittance = cx.share(&self.transmittance, Dielectric::TRANSMITTANCE);
         let eta = self.ior;
+        if cx.course {
+            return cx.lobe(bsdf::CourseGlass { reflectance, transmittance, ior: eta }, false);
+        }
         // Without a difference of indices, facets bend nothing, and half vectors do not exist.
-        match self.roughness.filter(|_| (eta - 1.0).abs() > LEAST_CONTRAST) {
+        match self.roughness.as_ref().filter(|_| (eta - 1.0).abs() > LEAST_CONTRAST) {
             Some(roughness) => {
-                let facets = facets(roughness);
-                let lobe = bsdf::RoughDielectric { reflectance, transmittance, eta, facets };
-                Lowered::new(lobe, false)
+                let facets = facets(roughness, RoughDielectric::ALPHA, cx);
+                cx.lobe(RoughDielectric { reflectance, transmittance, eta, facets }, false)
             }
-            None => Lowered::new(bsdf::Dielectric { reflectance, transmittance, eta }, false),
+            None => cx.lobe(Dielectric { reflectance, transmittance, eta }, false),
         }
     }
 }
 
 impl Lower for ThinGlass {
-    fn lower(&self, _: bool) -> Lowered {
-        let (reflectance, transmittance) = (self.reflectance.into(), self.transmittance.into());
-        Lowered::new(bsdf::ThinDielectric { reflectance, transmittance, eta: self.ior }, true)
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        let reflectance = cx.share(&self.reflectance, ThinDielectric::REFLECTANCE);
+        let transmittance = cx.share(&self.transmittance, ThinDielectric::TRANSMITTANCE);
+        cx.lobe(ThinDielectric { reflectance, transmittance, eta: self.ior }, true)
     }
 }
 
 impl Lower for Refraction {
-    fn lower(&self, course: bool) -> Lowered {
-        let transmittance = self.transmittance.into();
-        if course {
-            Lowered::new(bsdf::CourseRefraction { transmittance, ior: self.ior }, false)
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        let transmittance = cx.share(&self.transmittance, bsdf::Refraction::TRANSMITTANCE);
+        if cx.course {
+            cx.lobe(bsdf::CourseRefraction { transmittance, ior: self.ior }, false)
         } else {
-            Lowered::new(bsdf::Refraction { transmittance, eta: self.ior }, false)
+            cx.lobe(bsdf::Refraction { transmittance, eta: self.ior }, false)
         }
     }
 }
 
 impl Lower for Conductor {
-    fn lower(&self, course: bool) -> Lowered {
+    fn lower(&self, cx: &mut Lowering) -> Material {
         let (eta, k) = (self.eta.into(), self.k.into());
-        let metal = bsdf::SmoothConductor { eta, k, reflectance: self.reflectance.into() };
-        match self.roughness {
-            Some(Roughness { alpha, .. }) if course => {
-                Lowered::new(bsdf::CourseMicrofacet { eta, k, alpha }, false)
-            }
+        if let (true, Some(Roughness { alpha: [alpha, _], .. })) = (cx.course, &self.roughness) {
+            let alpha = match alpha {
+                Scalar::Value(alpha) => *alpha,
+                texture @ Scalar::Texture(_) => cx.alpha(texture, bsdf::CourseMicrofacet::ALPHA),
+            };
+            return cx.lobe(bsdf::CourseMicrofacet { eta, k, alpha }, false);
+        }
+        let reflectance = cx.share(&self.reflectance, SmoothConductor::REFLECTANCE);
+        let metal = SmoothConductor { eta, k, reflectance };
+        match &self.roughness {
             Some(roughness) => {
-                let facets = facets(roughness);
-                Lowered::new(bsdf::RoughConductor { metal, facets }, self.two_sided)
+                let facets = facets(roughness, RoughConductor::ALPHA, cx);
+                cx.lobe(RoughConductor { metal, facets }, self.two_sided)
             }
-            None => Lowered::new(metal, self.two_sided),
+            None => cx.lobe(metal, self.two_sided),
         }
     }
 }
 
 impl Lower for CoatedDiffuse {
-    fn lower(&self, _: bool) -> Lowered {
-        let (rho, specular) = (self.diffuse.into(), self.specular.into());
-        let lobe = bsdf::CoatedDiffuse::new(rho, specular, self.ior, self.saturates);
-        Lowered::new(lobe, self.two_sided)
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        let rho = cx.share(&self.diffuse, Coated::RHO);
+        let specular = cx.share(&self.specular, Coated::SPECULAR);
+        cx.lobe(Coated::new(rho, specular, self.ior, self.saturates), self.two_sided)
     }
 }
 
 /// The course's program reads only the diffuse colour of common materials.
 impl Lower for Plastic {
-    fn lower(&self, course: bool) -> Lowered {
-        let rho = Spectrum::from(self.diffuse);
-        if course {
-            return Lowered::new(bsdf::Diffuse { rho }, false);
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        let rho = cx.share(&self.diffuse, Glossy::RHO);
+        if cx.course {
+            return cx.lobe(bsdf::Diffuse { rho }, false);
         }
+        let f0 = cx.share(&self.specular, Glossy::F0);
         let facets = Facets::isotropic(Distribution::Beckmann, self.alpha);
-        Lowered::new(bsdf::Glossy { rho, f0: self.specular.into(), facets }, self.two_sided)
+        cx.lobe(Glossy { rho, f0, facets }, self.two_sided)
     }
 }
 
 impl Lower for Black {
-    fn lower(&self, _: bool) -> Lowered {
-        Lowered::new(bsdf::Diffuse { rho: Spectrum::ZERO }, false)
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        cx.lobe(bsdf::Diffuse { rho: Spectrum::ZERO }, false)
+    }
+}
+
+impl Lower for Mix {
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        let (first, second) = (part(&self.first, cx), part(&self.second, cx));
+        Material::Mix { first, second, share: cx.varying(&self.share) }
+    }
+}
+
+/// The back is seen as a surface that is turned around, with its front to the viewer.
+impl Lower for Sided {
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        let (front, back) = (part(&self.front, cx), part(&self.back, cx));
+        cx.show_both_sides(back);
+        Material::Sided { front, back }
+    }
+}
+
+impl Lower for Embossed {
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        let surface = part(&self.surface, cx);
+        let relief = match &self.relief {
+            Relief::Normals(texture) => ReliefRecord::Normals(cx.texture(texture)),
+            Relief::Heights(texture, scale) => {
+                ReliefRecord::Heights(cx.texture(texture), scale * cx.metres)
+            }
+        };
+        Material::Embossed { surface, relief }
     }
 }

@@ -5,6 +5,7 @@ mod geometry;
 mod lights;
 mod materials;
 mod normals;
+mod textures;
 
 use std::time::{Duration, Instant};
 
@@ -136,16 +137,22 @@ fn assemble(
 ) -> RenderScene {
     let mut primitive_surface = shapes.triangle_surface;
     primitive_surface.extend(shapes.sphere_surface);
+    let has_holes = shapes.surfaces.as_slice().iter().any(|s| s.opacity.is_some());
     RenderScene {
         positions: shapes.positions,
         triangles: shapes.triangles,
         normals: shapes.normals,
         triangle_normals: shapes.triangle_normals,
+        uvs: shapes.uvs,
+        triangle_uvs: shapes.triangle_uvs,
         plain_normals: false,
         spheres: shapes.spheres,
+        sphere_axes: shapes.sphere_axes,
         primitive_surface,
         surfaces: shapes.surfaces,
         lobes: shapes.lobes,
+        materials: shapes.materials,
+        has_holes,
         lights: lights.table,
         skies: lights.skies,
         light_tables: lights.tables,

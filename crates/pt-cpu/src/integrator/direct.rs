@@ -7,6 +7,7 @@ use pt_core::settings::Settings;
 use pt_math::sampler::Lanes;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3, warp};
 
+use super::holes;
 use super::wavefront::{Numbers, Rules, Surface};
 use crate::Tracer;
 
@@ -73,6 +74,8 @@ pub(super) struct Requests {
     /// Bring f · |cos| · L / p if nothing is in their way.
     shadows: Queue,
     blocked: Vec<bool>,
+    /// What share gets through, where surfaces have holes.
+    shares: Vec<f32>,
     /// Bring f · |cos| / p times what they find.
     probes: Queue,
     hits: Vec<Option<Hit>>,
@@ -89,6 +92,7 @@ impl Requests {
             samples: Vec::new(),
             shadows: Queue::default(),
             blocked: Vec::new(),
+            shares: Vec::new(),
             probes: Queue::default(),
             hits: Vec::new(),
         }
@@ -147,14 +151,31 @@ impl Requests {
     /// Adds to each start what its rays bring, in the order in which they were asked for, and
     /// forgets them.
     pub(super) fn answer(&mut self, tracer: &mut Tracer, radiance: &mut [Spectrum]) {
+        let scene = tracer.scene;
         tracer.occluded(&self.shadows.rays, &mut self.blocked);
-        for (&(value, start), &blocked) in self.shadows.loads.iter().zip(&self.blocked) {
-            radiance[start as usize] += if blocked { Spectrum::ZERO } else { value };
+        if scene.has_holes {
+            let Self { shadows, blocked, shares, .. } = self;
+            holes::transmittances(tracer, &shadows.rays, blocked, shares);
+            for (&(value, start), &share) in shadows.loads.iter().zip(&*shares) {
+                radiance[start as usize] += value * share;
+            }
+        } else {
+            for (&(value, start), &blocked) in self.shadows.loads.iter().zip(&self.blocked) {
+                radiance[start as usize] += if blocked { Spectrum::ZERO } else { value };
+            }
         }
         self.shadows.clear();
         let Some(hemisphere) = self.hemisphere else { return };
         tracer.intersect(&self.probes.rays, &mut self.hits);
-        let scene = tracer.scene;
+        if scene.has_holes {
+            let Queue { rays, loads } = &mut self.probes;
+            holes::go_on(tracer, rays, &mut self.hits, |i, _, ray, hit, opacity| {
+                let (value, start) = &mut loads[i];
+                radiance[*start as usize] += *value * scene.emitted(&scene.interaction(ray, hit));
+                *value *= 1.0 - opacity;
+                !value.is_black()
+            });
+        }
         for ((&(value, start), hit), ray) in
             self.probes.loads.iter().zip(&self.hits).zip(&self.probes.rays)
         {

@@ -5,6 +5,7 @@
 
 mod course;
 mod direct;
+mod holes;
 mod normals;
 mod path;
 mod wavefront;

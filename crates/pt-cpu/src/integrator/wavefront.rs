@@ -2,11 +2,12 @@
 //!
 //! ```text
 //! for each bounce:
-//!     nearest hits of all rays                   one batch
+//!     nearest hits of all rays                   one batch, more for those that go through holes
 //!     sky; which paths scatter                   arrive
 //!     block by block:                            scatter
-//!         surface points, and their emission         meet
 //!         numbers of the sampler                     draw
+//!         surface points, and their emission         meet
+//!         materials that vary                        resolve, surfaces
 //!         direct light: shadow rays                  Requests
 //!         BSDF samples, roulette: next rays          leave
 //!     what the shadow rays bring                 one batch, Requests::answer
@@ -15,15 +16,18 @@
 //! Paths share nothing but the memory they stand in, and all sums of a path are in the order of
 //! its bounces and of its light samples. So its radiance does not depend on the other paths.
 
+use arrayvec::ArrayVec;
 use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
 use pt_core::light::{AnyLight, LightSample};
+use pt_core::material::Resolved;
 use pt_core::scene::{Interaction, RenderScene, SurfacePoint};
 use pt_core::settings::Settings;
 use pt_math::sampler::{LANES, Lanes, Samplers};
 use pt_math::{Pdf, Ray, Rays, SolidAngle, Spectrum, Vec3};
 
 use super::direct::{Asking, Hemisphere, Requests};
+use super::holes;
 use super::{CAMERA_DIMENSIONS, Integrator, Starts};
 use crate::Tracer;
 
@@ -104,6 +108,11 @@ impl Numbers {
         self.samplers.points(self.first.wrapping_add(i.wrapping_mul(2)))
     }
 
+    /// The last pair of a bounce with so many dimensions.
+    fn last(&self, dimensions: u32) -> [Lanes<f32>; 2] {
+        self.samplers.points(self.first.wrapping_add(dimensions.wrapping_sub(2)))
+    }
+
     /// Pair number `i`, for the BSDF, and the one behind it, for roulette and what the BSDF chooses.
     fn pairs(&self, i: u32) -> [[Lanes<f32>; 2]; 2] {
         [self.pair(i), self.pair(i.wrapping_add(1))]
@@ -116,9 +125,11 @@ pub(super) struct Wavefront<'a, R> {
     cx: Context<'a>,
     /// Largest number of surface interactions.
     depth: u32,
-    /// Dimensions of the sampler per bounce: a pair per light sample, a pair for the BSDF, and one
-    /// for roulette.
+    /// Dimensions of the sampler per bounce: a pair per light sample, a pair for the BSDF, one
+    /// for roulette, and one for materials if some of them choose.
     dimensions: u32,
+    /// Whether some do.
+    choose: bool,
     /// Pairs of them that direct light takes.
     light_pairs: u32,
     /// Paths under way and their rays, in the order of their starts.
@@ -127,9 +138,9 @@ pub(super) struct Wavefront<'a, R> {
     hits: Vec<Option<Hit>>,
     /// Which of the paths have come to a surface where they scatter, and where on it.
     scattering: Vec<(u32, Hit)>,
-    /// A block of these.
+    /// A block of these, and what their materials are if they vary.
     interactions: Vec<Interaction>,
-    surfaces: Vec<Surface<'a>>,
+    resolved: Vec<Option<Resolved>>,
     requests: Requests,
 }
 
@@ -140,6 +151,9 @@ impl<R: Rules> Integrator for Wavefront<'_, R> {
         radiance.resize(starts.samplers.len(), Spectrum::ZERO);
         for bounces in 0.. {
             tracer.intersect(&self.rays, &mut self.hits);
+            if tracer.scene.has_holes {
+                self.go_through_holes(bounces, tracer, starts, radiance);
+            }
             self.arrive(bounces, radiance);
             if self.scattering.is_empty() {
                 break;
@@ -160,11 +174,14 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let samples = |l: &AnyLight| rules.light_samples(settings, l.is_delta());
         let light_pairs = lights.iter().map(samples).fold(0, u32::wrapping_add);
         // Beyond 2³², dimensions begin anew.
-        let pairs = extended.max(1).wrapping_mul(settings.light_samples).wrapping_add(delta + 2);
+        let choose = scene.materials.choose();
+        let others = delta + 2 + u32::from(choose);
+        let pairs = extended.max(1).wrapping_mul(settings.light_samples).wrapping_add(others);
         Self {
             cx,
             depth: rules.depth(settings),
             dimensions: pairs.wrapping_mul(2),
+            choose,
             light_pairs: light_pairs.wrapping_add(hemisphere.map_or(0, |h| h.samples)),
             rules,
             paths: Vec::new(),
@@ -172,7 +189,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             hits: Vec::new(),
             scattering: Vec::new(),
             interactions: Vec::new(),
-            surfaces: Vec::new(),
+            resolved: Vec::new(),
             requests: Requests::new(hemisphere),
         }
     }
@@ -226,58 +243,120 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let lit = settings.shows(bounces + 1);
         let light_pairs = if lit { self.light_pairs } else { 0 };
         let scattering = std::mem::take(&mut self.scattering);
+        let mut resolved = std::mem::take(&mut self.resolved);
         let mut living = 0;
         for block in scattering.chunks(LANES) {
+            let numbers = self.draw(block, bounces, starts);
             self.meet(block, settings.shows(bounces), radiance);
-            let numbers = self.draw(bounces, starts);
+            self.resolve(block, &numbers, &mut resolved);
+            let surfaces = self.surfaces(block, &resolved);
             if lit {
-                let asking = Asking {
-                    rules: &self.rules,
-                    settings,
-                    surfaces: &self.surfaces,
-                    numbers: &numbers,
-                };
+                let asking =
+                    Asking { rules: &self.rules, settings, surfaces: &surfaces, numbers: &numbers };
                 self.requests.ask(&asking, scene, tracer, radiance);
             }
-            living = self.leave(bounces + 1, light_pairs, &numbers, living);
+            living = self.leave(&surfaces, bounces + 1, light_pairs, &numbers, living);
         }
         self.paths.truncate(living);
         self.rays.truncate(living);
         self.scattering = scattering;
+        self.resolved = resolved;
     }
 
-    /// The surfaces to which a block of paths has come; adds their emission, if it is shown.
-    ///
-    /// In two loops, which are short enough for the next paths to run while one waits: one loop
-    /// for both costs 4 % of a render.
+    /// Lets rays that met holes go on, and adds what glows there; the emission of a surface does not
+    /// depend on how much of it is there.
+    fn go_through_holes(
+        &mut self,
+        bounces: u32,
+        tracer: &mut Tracer,
+        starts: &Starts,
+        radiance: &mut [Spectrum],
+    ) {
+        let Self { rules, cx, paths, rays, hits, .. } = self;
+        let scene = cx.scene;
+        let shown = cx.settings.shows(bounces);
+        holes::go_on(tracer, rays, hits, |i, count, ray, hit, opacity| {
+            let path = &paths[i];
+            let sampler = starts.samplers.get(path.start as usize);
+            let mut sampler = sampler.at_dimension(holes::dimension(bounces, count));
+            let goes_on = sampler.next_1d() >= opacity;
+            if goes_on && shown && scene.glows(hit) {
+                find(rules, *cx, path, &scene.interaction(ray, hit), radiance);
+            }
+            goes_on
+        });
+    }
+
+    /// The surface points to which a block of paths has come; adds their emission, if it is shown.
     fn meet(&mut self, block: &[(u32, Hit)], shown: bool, radiance: &mut [Spectrum]) {
         let scene = self.cx.scene;
         let at = |&(i, ref hit): &(u32, Hit)| scene.interaction(&self.rays[i as usize], hit);
         self.interactions.clear();
         self.interactions.extend(block.iter().map(at));
-        let surface = |(at, &(i, _)): (&Interaction, &(u32, Hit))| {
-            let path = &self.paths[i as usize];
+        for (at, &(i, _)) in self.interactions.iter().zip(block) {
             if shown && !scene.surfaces[at.surface].emission.is_black() {
-                find(&self.rules, self.cx, path, at, radiance);
+                find(&self.rules, self.cx, &self.paths[i as usize], at, radiance);
             }
-            let State { beta, squeeze, start, .. } = *path;
-            Surface { point: at.point, bsdf: scene.bsdf(at), beta, squeeze, start }
-        };
-        self.surfaces.clear();
-        self.surfaces.extend(self.interactions.iter().zip(block).map(surface));
+        }
     }
 
-    /// The numbers of the block's paths: for direct light, for the BSDF, and for roulette.
-    fn draw(&self, bounces: u32, starts: &Starts) -> Numbers {
-        let sampler = |s: &Surface| starts.samplers.get(s.start as usize);
+    /// What the materials of a block are that vary; nothing if none does.
+    fn resolve(
+        &self,
+        block: &[(u32, Hit)],
+        numbers: &Numbers,
+        resolved: &mut Vec<Option<Resolved>>,
+    ) {
+        let scene = self.cx.scene;
+        resolved.clear();
+        if scene.materials.table.as_slice().is_empty() {
+            return;
+        }
+        let choices = if self.choose { numbers.last(self.dimensions)[0] } else { [0.0; LANES] };
+        let points = self.interactions.iter().zip(block).zip(choices);
+        resolved.extend(points.map(|((at, (_, hit)), choice)| scene.resolve(at, hit, choice)));
+    }
+
+    /// How a block scatters.
+    ///
+    /// In a loop of its own, which is short enough for the next paths to run while one waits: one loop
+    /// with the surface points costs 4 % of a render.
+    fn surfaces<'s>(
+        &self,
+        block: &[(u32, Hit)],
+        resolved: &'s [Option<Resolved>],
+    ) -> ArrayVec<Surface<'s>, LANES>
+    where
+        'a: 's,
+    {
+        let scene = self.cx.scene;
+        let bsdf = |lane: usize, at: &Interaction| match resolved.get(lane) {
+            Some(Some(Resolved { lobe, two_sided, orientation })) => {
+                Bsdf::oriented(lobe, *two_sided, *orientation, at.point.normal, at.wo)
+            }
+            _ => scene.bsdf(at),
+        };
+        let mut surfaces = ArrayVec::new();
+        for (lane, (at, &(i, _))) in self.interactions.iter().zip(block).enumerate() {
+            let State { beta, squeeze, start, .. } = self.paths[i as usize];
+            surfaces.push(Surface { point: at.point, bsdf: bsdf(lane, at), beta, squeeze, start });
+        }
+        surfaces
+    }
+
+    /// The numbers of the block's paths: for direct light, for the BSDF, for roulette, for materials.
+    fn draw(&self, block: &[(u32, Hit)], bounces: u32, starts: &Starts) -> Numbers {
+        let sampler =
+            |&(i, _): &(u32, Hit)| starts.samplers.get(self.paths[i as usize].start as usize);
         let first = bounces.wrapping_mul(self.dimensions).wrapping_add(CAMERA_DIMENSIONS);
-        Numbers { samplers: Samplers::new(self.surfaces.iter().map(sampler)), first }
+        Numbers { samplers: Samplers::new(block.iter().map(sampler)), first }
     }
 
     /// Continues the block's paths after interaction number `bounces`: those that live, with their
     /// rays, are stored from `living` on. Returns where the next may be stored.
     fn leave(
         &mut self,
+        surfaces: &[Surface],
         bounces: u32,
         light_pairs: u32,
         numbers: &Numbers,
@@ -285,9 +364,9 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     ) -> usize {
         let behind_lights = numbers.pairs(light_pairs);
         // Where only the BSDF finds directions, no numbers are taken for lights.
-        let any_delta = light_pairs > 0 && self.surfaces.iter().any(|s| s.bsdf.is_delta());
+        let any_delta = light_pairs > 0 && surfaces.iter().any(|s| s.bsdf.is_delta());
         let alone = if any_delta { numbers.pairs(0) } else { behind_lights };
-        for (lane, surface) in self.surfaces.iter().enumerate() {
+        for (lane, surface) in surfaces.iter().enumerate() {
             let [[x, y], [z, w]] = if surface.bsdf.is_delta() { &alone } else { &behind_lights };
             if let Some((path, ray)) =
                 self.next(surface, bounces, [x, y, w].map(|n| n[lane]), z[lane])

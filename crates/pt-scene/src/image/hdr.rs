@@ -115,10 +115,10 @@ fn check_primaries(value: &str) -> Result<(), String> {
 fn size(line: &str) -> Result<(usize, usize), String> {
     let words: Vec<_> = line.split_whitespace().collect();
     let count = |word: &str| word.parse().ok().filter(|n| (1..=u32::MAX as usize).contains(n));
-    if let ["-Y", height, "+X", width] = words.as_slice() {
-        if let (Some(width), Some(height)) = (count(width), count(height)) {
-            return Ok((width, height));
-        }
+    if let ["-Y", height, "+X", width] = words.as_slice()
+        && let (Some(width), Some(height)) = (count(width), count(height))
+    {
+        return Ok((width, height));
     }
     Err(format!("has the size {line:?}; expected \"-Y height +X width\", rows from the top"))
 }
@@ -189,7 +189,8 @@ impl Data<'_> {
         while at < row.len() {
             let pixel = self.take()?;
             if let [1, 1, 1, count] = pixel {
-                let before = *at.checked_sub(1).and_then(|i| row.get(i)).ok_or("begins with a run")?;
+                let before =
+                    *at.checked_sub(1).and_then(|i| row.get(i)).ok_or("begins with a run")?;
                 let length = usize::from(count).checked_shl(shift).unwrap_or(usize::MAX);
                 let end = at.saturating_add(length);
                 row.get_mut(at..end).ok_or("has runs beyond its end")?.fill(before);

@@ -52,7 +52,10 @@ pub(super) fn read<'a>(
         let message = "it has no <lambert>, <phong>, <blinn> or <constant> in a <profile_COMMON>; \
                        grey (0.5) is taken";
         reader.warn(effect, message);
-        return Ok((Matte { reflectance: DEFAULT_DIFFUSE, two_sided: true }.into(), [0.0; 3]));
+        return Ok((
+            Matte { reflectance: DEFAULT_DIFFUSE.into(), two_sided: true }.into(),
+            [0.0; 3],
+        ));
     };
     let emission = color_or(reader, &scope, "emission", [0.0; 3])?;
     if let Some(glass) = glass(reader, &scope)? {
@@ -88,12 +91,12 @@ fn opaque<'a>(
     let reflective = share_or(reader, scope, "reflective", [0.0; 3])?.map(|c| c * reflectivity);
     if luminance(reflective) > LEAST_GLOSS {
         if luminance(diffuse) <= LEAST_GLOSS {
-            return Ok(Mirror { reflectance: reflective }.into());
+            return Ok(Mirror { reflectance: reflective.into() }.into());
         }
         let message = "mirrors that are also diffuse are not supported; <reflective> is left out";
         reader.warn(scope.shader, message);
     }
-    let matte = Matte { reflectance: diffuse, two_sided: true };
+    let matte = Matte { reflectance: diffuse.into(), two_sided: true };
     if kind == "lambert" || reader.of_course {
         return Ok(matte.into());
     }
@@ -104,6 +107,7 @@ fn opaque<'a>(
     let shininess = float_or(reader, scope, "shininess", DEFAULT_SHININESS)?;
     // The Beckmann distribution nearest to cosˢ has α² = 2/(s + 2) [Walter et al. 2007, section 5.2].
     let alpha = (2.0 / (shininess + 2.0)).sqrt();
+    let (diffuse, specular) = (diffuse.into(), specular.into());
     Ok(Plastic { diffuse, specular, alpha, two_sided: true }.into())
 }
 
@@ -135,7 +139,8 @@ fn glass<'a>(reader: &mut Reader<'a>, scope: &Scope<'a>) -> Result<Option<Glass>
     }
     let ior = float_or(reader, scope, "index_of_refraction", DEFAULT_IOR)?;
     let ior = if ior > 0.0 { ior } else { DEFAULT_IOR };
-    Ok(Some(Glass { reflectance: [1.0; 3], transmittance: transmitted, ior, roughness: None }))
+    let (reflectance, transmittance) = ([1.0; 3].into(), transmitted.into());
+    Ok(Some(Glass { reflectance, transmittance, ior, roughness: None }))
 }
 
 /// The light that passes, by the colour of `<transparent>`, its `opaque` mode and

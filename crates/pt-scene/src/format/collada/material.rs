@@ -76,7 +76,12 @@ fn read<'a>(reader: &mut Reader<'a>, material: Node<'a>) -> Result<Option<u32>, 
         None => effect::read(reader, effect, instance)?,
     };
     let index = reader.scene.materials.len() as u32;
-    reader.scene.materials.push(Material { name: name_of(material), surface, emission });
+    reader.scene.materials.push(Material {
+        name: name_of(material),
+        surface,
+        emission,
+        opacity: 1.0.into(),
+    });
     reader.materials.insert(material.id(), index);
     Ok(Some(index))
 }
@@ -117,18 +122,18 @@ fn course_surface<'a>(
             let names = ["reflectance", "albedo", "color"];
             let tag = names.into_iter().find(|tag| child(element, tag).is_some());
             let reflectance = tint(reader, element, tag.unwrap_or(names[0]))?;
-            Matte { reflectance, two_sided: true }.into()
+            Matte { reflectance: reflectance.into(), two_sided: true }.into()
         }
-        "mirror" => Mirror { reflectance: tint(reader, element, "reflectance")? }.into(),
+        "mirror" => Mirror { reflectance: tint(reader, element, "reflectance")?.into() }.into(),
         "glass" => Glass {
-            reflectance: tint(reader, element, "reflectance")?,
-            transmittance: tint(reader, element, "transmittance")?,
+            reflectance: tint(reader, element, "reflectance")?.into(),
+            transmittance: tint(reader, element, "transmittance")?.into(),
             ior: positive(reader, element, "ior", "1.5")?,
             roughness: None,
         }
         .into(),
         "refraction" => Refraction {
-            transmittance: tint(reader, element, "transmittance")?,
+            transmittance: tint(reader, element, "transmittance")?.into(),
             ior: positive(reader, element, "ior", "1.5")?,
         }
         .into(),
@@ -138,7 +143,7 @@ fn course_surface<'a>(
             Conductor {
                 eta: reader.rgb(eta)?,
                 k: reader.rgb(k)?,
-                reflectance: [1.0; 3],
+                reflectance: [1.0; 3].into(),
                 roughness: Some(Roughness::beckmann(positive(reader, element, "alpha", "0.1")?)),
                 two_sided: true,
             }

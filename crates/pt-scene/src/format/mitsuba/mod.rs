@@ -23,7 +23,8 @@
 //! * `<spectrum>` with one number is the equal-energy illuminant where light is emitted, as it is
 //!   in Mitsuba's RGB modes, and grey elsewhere.
 //! * A flipped or mirrored sphere cannot be described here. Its glass takes the inverse index of
-//!   refraction, its opaque materials show on both sides, and if it emits it is refused.
+//!   refraction, its opaque materials show from behind, and if it emits it is refused.
+//! * v runs down the rows of an image there, and up here.
 
 mod bsdf;
 mod emitter;
@@ -32,6 +33,7 @@ mod read;
 mod scene;
 mod sensor;
 mod shape;
+mod texture;
 mod transform;
 mod value;
 

@@ -46,6 +46,8 @@ pub(super) struct Parameter {
 /// An object inside an object.
 #[derive(Debug)]
 pub(super) struct Child {
+    /// What it is to the object around it, such as `reflectance`; empty if it does not say.
+    pub(super) name: String,
     /// Where it stands, or is referred to.
     pub(super) at: Span,
     pub(super) target: Target,

@@ -192,8 +192,8 @@ impl Reader {
             "ref" => {
                 let attributes = self.attributes(document, node, &["id"], &["name"])?;
                 let target = Target::Reference(attributes.text("id").to_owned());
-                let at = document.span(node);
-                self.tree.objects[parent].children.push(Child { at, target });
+                let (at, name) = (document.span(node), attributes.text("name").to_owned());
+                self.tree.objects[parent].children.push(Child { name, at, target });
                 Ok(())
             }
             "alias" => self.alias(document, node),
@@ -258,9 +258,11 @@ impl Reader {
             return Err(document.error(node, format!("the id {} is given twice", quote(&id))));
         }
         let at = document.span(node);
-        self.tree.objects[parent]
-            .children
-            .push(Child { at: at.clone(), target: Target::Object(index) });
+        self.tree.objects[parent].children.push(Child {
+            name: attributes.text("name").to_owned(),
+            at: at.clone(),
+            target: Target::Object(index),
+        });
         self.tree.objects.push(Object {
             tag: node.tag_name().name().to_owned(),
             kind: attributes.text("type").to_owned(),

@@ -2,12 +2,13 @@
 
 use std::collections::HashMap;
 
-use super::bsdf::{on_both_sides, surface};
+use super::bsdf::{Scattering, inverted, scattering};
 use super::object::{Object, Tree, error};
 use super::shape::{Meshes, Shape, shape};
+use super::texture::Textures;
 use super::{emitter, sensor};
-use crate::material::{Black, CoatedDiffuse, Conductor, Matte};
-use crate::{LoadError, Material, Scene, Surface, Warning};
+use crate::material::{Black, Matte};
+use crate::{LoadError, Material, Scene};
 
 /// The scene that a tree describes.
 pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
@@ -19,6 +20,7 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
         tree,
         scene: Scene { warnings: tree.warnings.clone(), ..Scene::default() },
         materials: HashMap::new(),
+        textures: Textures::new(tree),
         meshes: Meshes::default(),
     };
     let mut sensors = Vec::new();
@@ -60,6 +62,7 @@ struct Builder<'t> {
     scene: Scene,
     /// Materials of the scene by what they are made of.
     materials: HashMap<MaterialKey, u32>,
+    textures: Textures<'t>,
     meshes: Meshes,
 }
 
@@ -91,44 +94,28 @@ impl Builder<'_> {
         let tree = self.tree;
         let (bsdf, emitter, is_inverted) = key;
         let emission = emitter.map(|i| emitter::area(tree, &tree.objects[i])).transpose()?;
-        let (name, mut surface) = match bsdf.map(|i| &tree.objects[i]) {
-            Some(bsdf) => (bsdf.name(), surface(tree, bsdf)?),
-            None if emission.is_some() => (shape.name(), Black.into()),
-            None => ("default", Matte { reflectance: [0.5; 3], two_sided: false }.into()),
+        let opaque = |surface| Scattering { surface, opacity: 1.0.into() };
+        let (name, what) = match bsdf.map(|i| &tree.objects[i]) {
+            Some(bsdf) => (bsdf.name(), scattering(&mut self.textures, bsdf)?),
+            None if emission.is_some() => (shape.name(), opaque(Black.into())),
+            None => {
+                let matte = Matte { reflectance: [0.5; 3].into(), two_sided: false };
+                ("default", opaque(matte.into()))
+            }
         };
+        let Scattering { mut surface, opacity } = what;
         if is_inverted {
             if let Some(emitter) = emitter {
                 let message = "a sphere that emits towards its inside is not supported; use a mesh";
                 return Err(error(&tree.objects[emitter].at, message));
             }
-            surface = self.invert(shape, surface);
+            surface = inverted(surface);
         }
-        let material =
-            Material { name: name.to_owned(), surface, emission: emission.unwrap_or_default() };
+        let emission = emission.unwrap_or_default();
+        let material = Material { name: name.to_owned(), surface, emission, opacity };
         let index = self.scene.materials.len() as u32;
         self.scene.materials.push(material);
         self.materials.insert(key, index);
         Ok(index)
-    }
-
-    /// A surface whose front is on the inside of a sphere, as far as that can be said.
-    fn invert(&mut self, shape: &Object, surface: Surface) -> Surface {
-        match surface {
-            Surface::Glass(mut glass) => {
-                glass.ior = glass.ior.recip();
-                glass.into()
-            }
-            Surface::Matte(Matte { two_sided: false, .. })
-            | Surface::CoatedDiffuse(CoatedDiffuse { two_sided: false, .. })
-            | Surface::Conductor(Conductor { two_sided: false, .. }) => {
-                let message = "a sphere whose front is inside cannot be described; both its sides \
-                               reflect";
-                self.scene
-                    .warnings
-                    .push(Warning { at: shape.at.clone(), message: message.to_owned() });
-                on_both_sides(surface)
-            }
-            other => other,
-        }
     }
 }

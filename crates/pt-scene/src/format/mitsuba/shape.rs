@@ -111,7 +111,11 @@ fn sphere(
     let mirrored = (linear.determinant() < 0.0) != (radius < 0.0);
     Ok(Shape {
         geometry: Geometry::Sphere { radius: world_radius },
-        to_world: DAffine3::from_translation(to_world.transform_point3(center)),
+        // Its axes are those of its texture coordinates.
+        to_world: DAffine3 {
+            matrix3: linear * scale.recip(),
+            translation: to_world.transform_point3(center),
+        },
         is_inverted_sphere: flips != mirrored,
     })
 }

@@ -1,0 +1,157 @@
+//! From the author's textures to those that renderers read, and to the parameters of lobes.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use pt_math::{Affine2, Mat3, Spectrum, Vec2};
+use pt_scene::image::Image;
+use pt_scene::texture::{Bitmap, Color, Pattern, Scalar, Texture};
+
+use crate::bsdf::{AnyLobe, LobeRecord};
+use crate::id::{Id, Table};
+use crate::material::{LobeMaterial, Material, Materials, Slot, SlotKind};
+use crate::texture::{PatternRecord, Texels, TextureRecord, Varying};
+
+/// Surfaces with less roughness are as smooth to the eye, but not to single precision.
+const LEAST_ALPHA: f32 = 1e-3;
+/// Of more, microfacets are no model.
+const MOST_ALPHA: f32 = 10.0;
+
+/// What materials are lowered to, and what is known of the material under way.
+pub(super) struct Lowering {
+    /// Whether the lobes of the university course's program are asked for.
+    pub(super) course: bool,
+    /// Metres per unit of the scene.
+    pub(super) metres: f32,
+    pub(super) lobes: Table<LobeRecord>,
+    pub(super) materials: Materials,
+    textures: HashMap<*const Texture, Id<TextureRecord>>,
+    images: HashMap<*const Image, Id<Texels>>,
+    /// Of the lobe that is made next.
+    slots: Vec<Slot>,
+    oriented: bool,
+}
+
+impl Lowering {
+    pub(super) fn new(course: bool, metres: f32) -> Self {
+        Self {
+            course,
+            metres,
+            lobes: Table::default(),
+            materials: Materials::default(),
+            textures: HashMap::new(),
+            images: HashMap::new(),
+            slots: Vec::new(),
+            oriented: false,
+        }
+    }
+
+    /// Whether anything asks for texture coordinates.
+    pub(super) fn uses_coordinates(&self) -> bool {
+        let materials = self.materials.table.as_slice();
+        let oriented = |m: &Material| matches!(m, Material::Lobe(l) if l.oriented);
+        !self.textures.is_empty() || materials.iter().any(oriented)
+    }
+
+    /// A lobe that takes the parameters that were asked for since the last one.
+    pub(super) fn lobe(&mut self, lobe: impl Into<AnyLobe>, two_sided: bool) -> Material {
+        let slots = &mut self.materials.slots;
+        let first = slots.len() as u32;
+        slots.append(&mut self.slots);
+        Material::Lobe(LobeMaterial {
+            lobe: self.lobes.push(lobe.into().record()),
+            two_sided,
+            oriented: std::mem::take(&mut self.oriented),
+            slots: [first, slots.len() as u32],
+        })
+    }
+
+    /// Says that the next lobe is not the same in all directions along the surface.
+    pub(super) fn orient(&mut self) {
+        self.oriented = true;
+    }
+
+    /// A share of light, which the next lobe packs from `first` on.
+    pub(super) fn share(&mut self, color: &Color, first: usize) -> Spectrum {
+        match color {
+            Color::Value(value) => (*value).into(),
+            Color::Texture(texture) => {
+                self.slot(texture, first, SlotKind::Share);
+                Spectrum::ONE
+            }
+        }
+    }
+
+    /// A roughness, which the next lobe packs as number `first`.
+    pub(super) fn alpha(&mut self, alpha: &Scalar, first: usize) -> f32 {
+        match alpha {
+            Scalar::Value(alpha) => alpha.max(LEAST_ALPHA),
+            Scalar::Texture(texture) => {
+                self.slot(
+                    texture,
+                    first,
+                    SlotKind::Number { least: LEAST_ALPHA, most: MOST_ALPHA },
+                );
+                1.0
+            }
+        }
+    }
+
+    fn slot(&mut self, texture: &Arc<Texture>, first: usize, kind: SlotKind) {
+        let texture = self.texture(texture);
+        self.slots.push(Slot { texture, first: first as u32, kind });
+    }
+
+    /// A number that no lobe keeps.
+    pub(super) fn varying(&mut self, scalar: &Scalar) -> Varying {
+        match scalar {
+            Scalar::Value(value) => Varying::Value(*value),
+            Scalar::Texture(texture) => Varying::Texture(self.texture(texture)),
+        }
+    }
+
+    /// A texture, made once for all that share it.
+    pub(super) fn texture(&mut self, texture: &Arc<Texture>) -> Id<TextureRecord> {
+        if let Some(known) = self.textures.get(&Arc::as_ptr(texture)) {
+            return *known;
+        }
+        let pattern = match &texture.pattern {
+            Pattern::Bitmap(Bitmap { image, wrap, filter }) => {
+                PatternRecord::Bitmap(self.image(image), *wrap, *filter)
+            }
+            Pattern::Checkerboard(colors) => {
+                PatternRecord::Checkerboard(colors.map(Spectrum::from))
+            }
+        };
+        let to_pattern = affine(texture.to_pattern.as_mat3());
+        let id = self.materials.textures.records.push(TextureRecord { pattern, to_pattern });
+        self.textures.insert(Arc::as_ptr(texture), id);
+        id
+    }
+
+    fn image(&mut self, image: &Arc<Image>) -> Id<Texels> {
+        let Image { width, height, pixels } = &**image;
+        let texels = &mut self.materials.textures.texels;
+        let make = || texels.push(Texels::new(*width, *height, pixels));
+        *self.images.entry(Arc::as_ptr(image)).or_insert_with(make)
+    }
+
+    /// Makes all lobes of a material show on both sides.
+    pub(super) fn show_both_sides(&mut self, id: Id<Material>) {
+        match &mut self.materials.table[id] {
+            Material::Lobe(lobe) => lobe.two_sided = true,
+            &mut Material::Embossed { surface, .. } => self.show_both_sides(surface),
+            &mut (Material::Mix { first, second, .. }
+            | Material::Sided { front: first, back: second }) => {
+                self.show_both_sides(first);
+                self.show_both_sides(second);
+            }
+        }
+    }
+}
+
+/// The part of a matrix that acts on (u, v).
+fn affine(m: Mat3) -> Affine2 {
+    let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|c| Vec2::new(c.x, c.y));
+    Affine2::from_cols(x, y, z)
+}

@@ -1,0 +1,69 @@
+//! Texture coordinates of surface points.
+
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
+
+use pt_bvh::{Hit, Sphere};
+use pt_math::{Vec2, Vec3, trig};
+
+use crate::scene::{FLAT, Interaction, RenderScene};
+
+/// How texture coordinates lie on a surface at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parametrization {
+    /// Coordinates (u, v); on triangles without them, the barycentric ones.
+    pub uv: Vec2,
+    /// ∂p/∂u, in metres; `None` where the surface has no coordinates, or they are all on a line.
+    pub along_u: Option<Vec3>,
+    /// ∂p/∂v, likewise.
+    pub along_v: Option<Vec3>,
+}
+
+impl RenderScene {
+    /// The texture coordinates where a primitive was hit.
+    pub fn parametrization(&self, at: &Interaction, hit: &Hit) -> Parametrization {
+        let primitive = hit.primitive as usize;
+        match primitive.checked_sub(self.triangles.len()) {
+            None => self.on_triangle(primitive, hit),
+            Some(sphere) => self.on_sphere(sphere, at.point.p),
+        }
+    }
+
+    fn on_triangle(&self, i: usize, hit: &Hit) -> Parametrization {
+        let barycentric = Vec2::new(hit.b1, hit.b2);
+        let corners = self.triangle_uvs.get(i).copied().unwrap_or(FLAT);
+        if corners == FLAT {
+            return Parametrization { uv: barycentric, along_u: None, along_v: None };
+        }
+        let [c0, c1, c2] = corners.map(|v| self.uvs[v as usize]);
+        let uv = c0 * (1.0 - hit.b1 - hit.b2) + c1 * hit.b1 + c2 * hit.b2;
+        let [p0, p1, p2] = self.triangles[i].map(|v| self.positions[v as usize]);
+        let (e1, e2, d1, d2) = (p1 - p0, p2 - p0, c1 - c0, c2 - c0);
+        let determinant = d1.perp_dot(d2);
+        let along = |v: Vec3| Some(v / determinant).filter(|v| v.is_finite());
+        Parametrization {
+            uv,
+            along_u: along(e1 * d2.y - e2 * d1.y),
+            along_v: along(e2 * d1.x - e1 * d2.x),
+        }
+    }
+
+    /// Longitude from +x to +y over 2π and polar angle from +z over π, in the sphere's own axes.
+    fn on_sphere(&self, i: usize, p: Vec3) -> Parametrization {
+        let Sphere { center, radius } = self.spheres[i];
+        let axes = self.sphere_axes[i];
+        let n = axes.transpose() * ((p - center) / radius.abs());
+        let equator = n.x.hypot(n.y);
+        let phi = trig::atan2(n.y, n.x);
+        let phi = if phi < 0.0 { phi + TAU } else { phi };
+        let theta = trig::atan2(equator, n.z);
+        let r = radius.abs();
+        let along_u = axes * Vec3::new(-n.y, n.x, 0.0) * (TAU * r);
+        let toward_south = Vec3::new(n.z * n.x / equator, n.z * n.y / equator, -equator);
+        let along_v = axes * toward_south * (PI * r);
+        Parametrization {
+            uv: Vec2::new(phi / TAU, theta * FRAC_1_PI),
+            along_u: (equator > 0.0).then_some(along_u),
+            along_v: Some(along_v).filter(|v| v.is_finite()),
+        }
+    }
+}

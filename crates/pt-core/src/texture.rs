@@ -1,0 +1,269 @@
+//! Textures as renderers read them.
+
+use pt_math::{Affine2, Spectrum, Vec2};
+use pt_scene::texture::{Filter, Wrap};
+
+use crate::id::{Id, Table};
+
+/// What a texture shows, and how the surface is laid out on it.
+#[derive(Clone, Copy, Debug)]
+pub struct TextureRecord {
+    /// What it shows.
+    pub pattern: PatternRecord,
+    /// From (u, v) of the surface to those of the pattern.
+    pub to_pattern: Affine2,
+}
+
+/// What a texture shows; see [`pt_scene::texture::Pattern`].
+#[derive(Clone, Copy, Debug)]
+pub enum PatternRecord {
+    /// An image.
+    Bitmap(Id<Texels>, Wrap, Filter),
+    /// Squares of side ½.
+    Checkerboard([Spectrum; 2]),
+}
+
+/// A parameter that one number or a texture gives.
+#[derive(Clone, Copy, Debug)]
+pub enum Varying {
+    /// The same everywhere.
+    Value(f32),
+    /// The luminance of a texture.
+    Texture(Id<TextureRecord>),
+}
+
+/// All textures; images that several of them show are there once.
+#[derive(Default)]
+pub struct Textures {
+    /// The textures.
+    pub records: Table<TextureRecord>,
+    /// Their images.
+    pub texels: Table<Texels>,
+}
+
+/// An image, in the smallest form that keeps its values.
+pub struct Texels {
+    size: [u32; 2],
+    values: Values,
+}
+
+enum Values {
+    /// Levels of sRGB in 8 bits.
+    Srgb(Vec<[u8; 3]>),
+    /// Levels of 1/255.
+    Levels(Vec<[u8; 3]>),
+    Floats(Vec<[f32; 3]>),
+}
+
+impl Texels {
+    /// `width` × `height` values, the upper row first.
+    pub(crate) fn new(width: u32, height: u32, pixels: &[[f32; 3]]) -> Self {
+        let values = coded(pixels, &SRGB)
+            .map(Values::Srgb)
+            .or_else(|| coded(pixels, &LEVELS).map(Values::Levels))
+            .unwrap_or_else(|| Values::Floats(pixels.to_vec()));
+        Self { size: [width, height], values }
+    }
+
+    /// How much memory the values take.
+    pub fn bytes(&self) -> usize {
+        match &self.values {
+            Values::Srgb(v) | Values::Levels(v) => size_of_val(v.as_slice()),
+            Values::Floats(v) => size_of_val(v.as_slice()),
+        }
+    }
+
+    #[inline]
+    fn texel(&self, i: usize) -> Spectrum {
+        match &self.values {
+            Values::Srgb(v) => Spectrum::from(v[i].map(|b| SRGB[usize::from(b)])),
+            Values::Levels(v) => Spectrum::from(v[i].map(|b| LEVELS[usize::from(b)])),
+            Values::Floats(v) => v[i].into(),
+        }
+    }
+
+    /// The texel of column `x` and row `y` from below, which may be beyond the image.
+    #[inline]
+    fn at(&self, x: i64, y: i64, wrap: Wrap) -> Spectrum {
+        let [w, h] = self.size.map(i64::from);
+        let (x, y) = (wrapped(x, w, wrap), wrapped(y, h, wrap));
+        self.texel(((h - 1 - y) * w + x) as usize)
+    }
+
+    /// The four texels around a point of the unit square, those below first, and how far it is from the
+    /// first, in texels.
+    #[inline]
+    fn around(&self, uv: Vec2, wrap: Wrap) -> ([Spectrum; 4], Vec2) {
+        let p = self.scaled(uv) - 0.5;
+        let corner = p.floor();
+        let (x, y) = (corner.x as i64, corner.y as i64);
+        let texels = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| self.at(x + i, y + j, wrap));
+        (texels, p - corner)
+    }
+
+    /// In texels.
+    #[inline]
+    fn scaled(&self, uv: Vec2) -> Vec2 {
+        uv * Vec2::from(self.size.map(|n| n as f32))
+    }
+
+    #[inline]
+    fn bilinear(&self, uv: Vec2, wrap: Wrap) -> Spectrum {
+        let ([a, b, c, d], t) = self.around(uv, wrap);
+        let (below, above) = (a * (1.0 - t.x) + b * t.x, c * (1.0 - t.x) + d * t.x);
+        below * (1.0 - t.y) + above * t.y
+    }
+
+    #[inline]
+    fn nearest(&self, uv: Vec2, wrap: Wrap) -> Spectrum {
+        let p = self.scaled(uv).floor();
+        self.at(p.x as i64, p.y as i64, wrap)
+    }
+
+    /// How the luminance of [`Self::bilinear`] grows with u and v.
+    #[inline]
+    fn gradient(&self, uv: Vec2, wrap: Wrap) -> Vec2 {
+        let (texels, t) = self.around(uv, wrap);
+        let [a, b, c, d] = texels.map(Spectrum::luminance);
+        let along_u = (b - a) * (1.0 - t.y) + (d - c) * t.y;
+        let along_v = (c - a) * (1.0 - t.x) + (d - b) * t.x;
+        self.scaled(Vec2::new(along_u, along_v))
+    }
+}
+
+/// The light of each level of sRGB, and of plain levels.
+static SRGB: std::sync::LazyLock<[f32; 256]> =
+    std::sync::LazyLock::new(|| levels(pt_math::color::linear_from_srgb));
+static LEVELS: std::sync::LazyLock<[f32; 256]> = std::sync::LazyLock::new(|| levels(|v| v));
+
+fn levels(decode: impl Fn(f32) -> f32) -> [f32; 256] {
+    std::array::from_fn(|i| decode(i as f32 / 255.0))
+}
+
+/// The bytes that a growing table turns into the values; `None` if there are others.
+fn coded(values: &[[f32; 3]], table: &[f32; 256]) -> Option<Vec<[u8; 3]>> {
+    let byte = |v: f32| {
+        let i = table.partition_point(|&t| t < v);
+        (table.get(i) == Some(&v)).then_some(i as u8)
+    };
+    values.iter().map(|&[r, g, b]| Some([byte(r)?, byte(g)?, byte(b)?])).collect()
+}
+
+/// The texel among `n` that stands for number `i` of an endless row.
+#[inline]
+fn wrapped(i: i64, n: i64, wrap: Wrap) -> i64 {
+    match wrap {
+        Wrap::Repeat => i.rem_euclid(n),
+        Wrap::Clamp => i.clamp(0, n - 1),
+        Wrap::Mirror => {
+            let i = i.rem_euclid(2 * n);
+            if i < n { i } else { 2 * n - 1 - i }
+        }
+    }
+}
+
+impl Textures {
+    /// What a texture shows where the surface has coordinates `uv`.
+    #[inline]
+    pub fn color(&self, id: Id<TextureRecord>, uv: Vec2) -> Spectrum {
+        let TextureRecord { pattern, to_pattern } = self.records[id];
+        let uv = to_pattern.transform_point2(uv);
+        match pattern {
+            PatternRecord::Bitmap(texels, wrap, Filter::Bilinear) => {
+                self.texels[texels].bilinear(uv, wrap)
+            }
+            PatternRecord::Bitmap(texels, wrap, Filter::Nearest) => {
+                self.texels[texels].nearest(uv, wrap)
+            }
+            PatternRecord::Checkerboard([same, other]) => {
+                let high = (uv - uv.floor()).cmpgt(Vec2::splat(0.5));
+                if high.test(0) == high.test(1) { same } else { other }
+            }
+        }
+    }
+
+    /// A number at coordinates `uv`.
+    #[inline]
+    pub fn number(&self, varying: Varying, uv: Vec2) -> f32 {
+        match varying {
+            Varying::Value(v) => v,
+            Varying::Texture(id) => self.color(id, uv).luminance(),
+        }
+    }
+
+    /// How the luminance grows with u and v of the surface, between jumps.
+    #[inline]
+    pub fn gradient(&self, id: Id<TextureRecord>, uv: Vec2) -> Vec2 {
+        let TextureRecord { pattern, to_pattern } = self.records[id];
+        match pattern {
+            PatternRecord::Bitmap(texels, wrap, Filter::Bilinear) => {
+                let inner = self.texels[texels].gradient(to_pattern.transform_point2(uv), wrap);
+                to_pattern.matrix2.transpose() * inner
+            }
+            PatternRecord::Bitmap(..) | PatternRecord::Checkerboard(_) => Vec2::ZERO,
+        }
+    }
+
+    /// How much memory all images take.
+    pub fn bytes(&self) -> usize {
+        self.texels.as_slice().iter().map(Texels::bytes).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image(pixels: &[f32], width: u32) -> Texels {
+        let pixels: Vec<_> = pixels.iter().map(|&v| [v; 3]).collect();
+        Texels::new(width, pixels.len() as u32 / width, &pixels)
+    }
+
+    #[test]
+    fn values_take_no_more_bytes_than_they_need_and_come_back() {
+        let srgb: Vec<f32> = SRGB.to_vec();
+        let floats = [0.1, 0.123_456_7, -1.0, 7e9];
+        for (values, bytes) in [(&srgb[..], 3), (&LEVELS[..], 3), (&floats, 12)] {
+            let texels = image(values, values.len() as u32);
+            assert_eq!(texels.bytes(), bytes * values.len());
+            for (i, &v) in values.iter().enumerate() {
+                assert_eq!(texels.texel(i), Spectrum::splat(v));
+            }
+        }
+    }
+
+    /// Rows from above in memory, v from below; values at the middles of texels, and linear
+    /// between them.
+    #[test]
+    fn an_image_lies_on_the_unit_square() {
+        let t = image(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0], 3);
+        let at = |u, v, wrap| t.bilinear(Vec2::new(u, v), wrap).0.x;
+        for (i, want) in [3.0, 4.0, 5.0].into_iter().enumerate() {
+            let u = (i as f32 + 0.5) / 3.0;
+            assert!((at(u, 0.25, Wrap::Clamp) - want).abs() < 1e-5);
+            assert!((at(u, 0.75, Wrap::Clamp) - want + 3.0).abs() < 1e-5);
+            assert!((at(u, 0.5, Wrap::Clamp) - want + 1.5).abs() < 1e-5);
+        }
+        assert!((at(1.0 / 3.0, 0.25, Wrap::Clamp) - 3.5).abs() < 1e-5);
+        assert!((at(0.0, 0.0, Wrap::Clamp) - 3.0).abs() < 1e-5);
+        assert!((at(0.0, 0.0, Wrap::Repeat) - 2.5).abs() < 1e-5);
+        assert!((at(0.0, 0.0, Wrap::Mirror) - 3.0).abs() < 1e-5);
+        assert!((at(-1.0 / 6.0, 0.25, Wrap::Repeat) - 5.0).abs() < 1e-5);
+        assert!((at(-1.5 / 3.0, 0.25, Wrap::Mirror) - 4.0).abs() < 1e-5);
+        assert_eq!(t.nearest(Vec2::new(0.34, 0.1), Wrap::Clamp).0.x, 4.0);
+    }
+
+    #[test]
+    fn gradients_are_differences() {
+        const STEP: f32 = 1e-3;
+        let t = image(&[0.3, 1.0, 2.5, 3.0, -4.0, 5.0, 0.5, 0.25, 1.0], 3);
+        for (u, v) in [(0.2, 0.3), (0.45, 0.8), (0.7, 0.55), (0.02, 0.97)] {
+            let at =
+                |du: f32, dv: f32| t.bilinear(Vec2::new(u + du, v + dv), Wrap::Repeat).luminance();
+            let g = t.gradient(Vec2::new(u, v), Wrap::Repeat);
+            let along_u = (at(STEP, 0.0) - at(-STEP, 0.0)) / (2.0 * STEP);
+            let along_v = (at(0.0, STEP) - at(0.0, -STEP)) / (2.0 * STEP);
+            assert!((g - Vec2::new(along_u, along_v)).length() < 0.02, "{u} {v}: {g}");
+        }
+    }
+}

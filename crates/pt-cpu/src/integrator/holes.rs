@@ -1,0 +1,78 @@
+//! Rays that go on through surfaces of which a part is not there.
+
+use pt_bvh::Hit;
+use pt_math::Ray;
+
+use crate::Tracer;
+
+/// The dimension of the sampler by which a path goes on through a hole or not: number `count` of
+/// those it meets between two bounces. Far from the dimensions of bounces.
+pub(super) fn dimension(bounces: u32, count: u32) -> u32 {
+    const FIRST: u32 = 1 << 31;
+    const BETWEEN_BOUNCES: u32 = 1 << 12;
+    FIRST.wrapping_add(bounces.wrapping_mul(BETWEEN_BOUNCES)).wrapping_add(count.wrapping_mul(2))
+}
+
+/// Asks where a ray goes on: the number of the ray, how many holes it went through before, the ray,
+/// what it hit, and the share of the surface that is there, which is less than 1.
+pub(super) trait Decide: FnMut(usize, u32, &Ray, &Hit, f32) -> bool {}
+impl<F: FnMut(usize, u32, &Ray, &Hit, f32) -> bool> Decide for F {}
+
+/// Moves hits on surfaces that are not all there to what is behind them, as long as `goes_on` says.
+///
+/// A ray that goes on begins behind its hit: the same ray meets the same triangle at the same
+/// distance, which its interval no longer holds.
+pub(super) fn go_on(
+    tracer: &mut Tracer,
+    rays: &[Ray],
+    hits: &mut [Option<Hit>],
+    mut goes_on: impl Decide,
+) {
+    let scene = tracer.scene;
+    let mut under_way: Vec<usize> = (0..rays.len()).collect();
+    let (mut again, mut found) = (Vec::new(), Vec::new());
+    for count in 0.. {
+        under_way.retain(|&i| {
+            let Some(hit) = &hits[i] else { return false };
+            let opacity = scene.opacity(&rays[i], hit);
+            opacity < 1.0 && goes_on(i, count, &rays[i], hit, opacity)
+        });
+        if under_way.is_empty() {
+            return;
+        }
+        again.clear();
+        again.extend(under_way.iter().map(|&i| {
+            let behind = hits[i].map_or(rays[i].t_max, |hit| hit.t.next_up());
+            Ray { t_min: behind, ..rays[i] }
+        }));
+        tracer.intersect(&again, &mut found);
+        for (&i, hit) in under_way.iter().zip(&found) {
+            hits[i] = *hit;
+        }
+    }
+}
+
+/// The share of the light that gets along each ray, in place of what `shares` held.
+pub(super) fn transmittances(
+    tracer: &mut Tracer,
+    rays: &[Ray],
+    blocked: &[bool],
+    shares: &mut Vec<f32>,
+) {
+    shares.clear();
+    shares.extend(blocked.iter().map(|&b| if b { 0.0 } else { 1.0 }));
+    let unclear: Vec<usize> = (0..rays.len()).filter(|&i| blocked[i]).collect();
+    let of_unclear: Vec<Ray> = unclear.iter().map(|&i| rays[i]).collect();
+    let mut passed = vec![1.0; unclear.len()];
+    let mut hits = Vec::new();
+    tracer.intersect(&of_unclear, &mut hits);
+    go_on(tracer, &of_unclear, &mut hits, |i, _, _, _, opacity| {
+        passed[i] *= 1.0 - opacity;
+        passed[i] > 0.0
+    });
+    for ((&i, hit), passed) in unclear.iter().zip(&hits).zip(passed) {
+        if hit.is_none() {
+            shares[i] = passed;
+        }
+    }
+}

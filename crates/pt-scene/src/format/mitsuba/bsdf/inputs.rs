@@ -1,0 +1,151 @@
+//! Parameters that may be values or textures, and bsdfs inside of bsdfs.
+
+use std::sync::Arc;
+
+use super::super::super::xml::quote;
+use super::super::object::{Child, Object, Parameters, Role, error};
+use super::super::texture::Textures;
+use crate::LoadError;
+use crate::texture::{Color, Input, Scalar, Texture};
+
+/// Reads the parameters and the objects of a bsdf, and remembers which were asked for.
+pub(super) struct Inputs<'a, 't> {
+    pub(super) textures: &'a mut Textures<'t>,
+    pub(super) object: &'a Object,
+    pub(super) parameters: Parameters<'a>,
+    /// Names of textures that were asked for.
+    known: Vec<&'static str>,
+    /// Whether bsdfs inside of it were.
+    takes_bsdfs: bool,
+}
+
+impl<'a, 't> Inputs<'a, 't> {
+    pub(super) fn new(textures: &'a mut Textures<'t>, object: &'a Object) -> Self {
+        let parameters = Parameters::new(object);
+        Self { textures, object, parameters, known: Vec::new(), takes_bsdfs: false }
+    }
+
+    /// The children with a tag, and where they stand.
+    fn children(&self, tag: &str) -> Result<Vec<(&'a Child, usize)>, LoadError> {
+        let tree = self.textures.tree;
+        let mut found = Vec::new();
+        for child in &self.object.children {
+            let index = tree.target(child)?;
+            if tree.objects[index].tag == tag {
+                found.push((child, index));
+            }
+        }
+        Ok(found)
+    }
+
+    /// The texture that is given for a parameter, if there is one.
+    fn texture(&mut self, name: &'static str) -> Result<Option<Arc<Texture>>, LoadError> {
+        self.known.push(name);
+        let found = self.children("texture")?.into_iter().find(|(child, _)| child.name == name);
+        found.map(|(_, index)| self.textures.get(index)).transpose()
+    }
+
+    /// A texture that has to be there: the one of this name, or else the only one.
+    pub(super) fn only_texture(&mut self, name: &'static str) -> Result<Arc<Texture>, LoadError> {
+        if let Some(texture) = self.texture(name)? {
+            return Ok(texture);
+        }
+        match self.children("texture")?.as_slice() {
+            [(child, index)] if child.name.is_empty() => self.textures.get(*index),
+            _ => {
+                let message = format!("the <texture name={}> is missing", quote(name));
+                Err(error(&self.object.at, message))
+            }
+        }
+    }
+
+    /// A share of light.
+    pub(super) fn color(&mut self, name: &'static str, default: f64) -> Result<Color, LoadError> {
+        if let Some(texture) = self.texture(name)? {
+            return Ok(Input::Texture(texture));
+        }
+        self.parameters.color(name, Role::Share, default).map(Input::Value)
+    }
+
+    /// A number from 0 to 1.
+    pub(super) fn share(&mut self, name: &'static str, default: f64) -> Result<Scalar, LoadError> {
+        if let Some(texture) = self.texture(name)? {
+            return Ok(Input::Texture(texture));
+        }
+        let [r, g, b] = self.parameters.color(name, Role::Share, default)?;
+        if r == g && g == b {
+            return Ok(Input::Value(r));
+        }
+        let message = format!("{} is a colour; expected one number from 0 to 1", quote(name));
+        Err(self.parameters.refuse(name, message))
+    }
+
+    /// A roughness.
+    pub(super) fn alpha(
+        &mut self,
+        name: &'static str,
+        default: &Scalar,
+    ) -> Result<Scalar, LoadError> {
+        if let Some(texture) = self.texture(name)? {
+            return Ok(Input::Texture(texture));
+        }
+        if self.parameters.find(name).is_none() {
+            return Ok(default.clone());
+        }
+        Ok(Input::Value(self.parameters.positive(name, 1.0)? as f32))
+    }
+
+    /// The bsdfs inside, between `least` and `most` of them.
+    pub(super) fn bsdfs(&mut self, least: usize, most: usize) -> Result<Vec<&'a Object>, LoadError>
+    where
+        't: 'a,
+    {
+        self.takes_bsdfs = true;
+        let tree = self.textures.tree;
+        let found = self.children("bsdf")?;
+        if !(least..=most).contains(&found.len()) {
+            let wanted =
+                if least == most { least.to_string() } else { format!("{least} or {most}") };
+            let message = format!(
+                "expected {wanted} <bsdf> inside of {}, but there are {}",
+                self.object.describe(),
+                found.len()
+            );
+            return Err(error(&self.object.at, message));
+        }
+        Ok(found.into_iter().map(|(_, index)| &tree.objects[index]).collect())
+    }
+
+    /// Refuses all that nobody asked for.
+    pub(super) fn finish(self) -> Result<(), LoadError> {
+        let tree = self.textures.tree;
+        for child in &self.object.children {
+            let object = &tree.objects[tree.target(child)?];
+            let is_known = match object.tag.as_str() {
+                "texture" => {
+                    let only = child.name.is_empty() && !self.known.is_empty();
+                    only || self.known.contains(&child.name.as_str())
+                }
+                "bsdf" => self.takes_bsdfs,
+                _ => false,
+            };
+            if !is_known {
+                let name = match child.name.as_str() {
+                    "" => String::new(),
+                    name => format!(" name={}", quote(name)),
+                };
+                let known = match self.known.as_slice() {
+                    [] => "none".to_owned(),
+                    known => known.join(", "),
+                };
+                let message = format!(
+                    "<{}{name}> inside of {} is not supported; textures are supported for: {known}",
+                    object.tag,
+                    self.object.describe(),
+                );
+                return Err(error(&child.at, message));
+            }
+        }
+        self.parameters.finish()
+    }
+}

@@ -1,0 +1,165 @@
+//! `<bsdf>`: how surfaces scatter.
+
+mod inputs;
+mod refraction;
+mod wrappers;
+
+use super::super::xml::quote;
+use super::object::{Object, Role, unsupported};
+use super::texture::Textures;
+use crate::material::{
+    CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, Roughness, ThinGlass,
+};
+use crate::metals::{METALS, Metal};
+use crate::texture::Scalar;
+use crate::{LoadError, Surface};
+use inputs::Inputs;
+use refraction::relative_index;
+
+pub(super) use wrappers::inverted;
+
+const KINDS: [&str; 13] = [
+    "diffuse",
+    "conductor",
+    "roughconductor",
+    "dielectric",
+    "roughdielectric",
+    "thindielectric",
+    "plastic",
+    "twosided",
+    "blendbsdf",
+    "normalmap",
+    "bumpmap",
+    "mask (outermost)",
+    "null (outermost)",
+];
+
+/// A surface, and how much of it is there.
+pub(super) struct Scattering {
+    pub(super) surface: Surface,
+    pub(super) opacity: Scalar,
+}
+
+/// What an object describes.
+pub(super) fn scattering(
+    textures: &mut Textures<'_>,
+    object: &Object,
+) -> Result<Scattering, LoadError> {
+    match object.kind.as_str() {
+        "mask" => wrappers::mask(textures, object),
+        "null" => wrappers::null(textures, object),
+        _ => Ok(Scattering { surface: surface(textures, object)?, opacity: 1.0.into() }),
+    }
+}
+
+/// The surface that an object describes.
+fn surface(textures: &mut Textures<'_>, object: &Object) -> Result<Surface, LoadError> {
+    let mut inputs = Inputs::new(textures, object);
+    let surface = match object.kind.as_str() {
+        "diffuse" => {
+            let reflectance = inputs.color("reflectance", 0.5)?;
+            Matte { reflectance, two_sided: false }.into()
+        }
+        "conductor" => conductor(&mut inputs, None)?.into(),
+        "roughconductor" => {
+            let roughness = Some(roughness(&mut inputs)?);
+            conductor(&mut inputs, roughness)?.into()
+        }
+        "dielectric" => glass(&mut inputs, None)?.into(),
+        "roughdielectric" => {
+            let roughness = Some(roughness(&mut inputs)?);
+            glass(&mut inputs, roughness)?.into()
+        }
+        "thindielectric" => {
+            let Glass { reflectance, transmittance, ior, .. } = glass(&mut inputs, None)?;
+            ThinGlass { reflectance, transmittance, ior }.into()
+        }
+        "plastic" => plastic(&mut inputs)?.into(),
+        "twosided" => wrappers::two_sided(&mut inputs)?,
+        "blendbsdf" => wrappers::blend(&mut inputs)?,
+        "normalmap" => wrappers::normal_map(&mut inputs)?,
+        "bumpmap" => wrappers::bump_map(&mut inputs)?,
+        _ => return Err(unsupported(object, &KINDS)),
+    };
+    inputs.finish()?;
+    Ok(surface)
+}
+
+/// A metal by name, or by η and k; without either, one that reflects all light.
+fn conductor(
+    inputs: &mut Inputs<'_, '_>,
+    roughness: Option<Roughness>,
+) -> Result<Conductor, LoadError> {
+    let parameters = &mut inputs.parameters;
+    let name = parameters.text("material")?;
+    let Some(metal) = name.map_or(Some(PERFECT), named_metal) else {
+        let names: Vec<_> = METALS.iter().map(|metal| metal.name).collect();
+        let message = format!(
+            "the metal {} is unknown; give eta and k as <rgb>, the material \"none\" for a perfect \
+             mirror, or one of {}",
+            quote(name.unwrap_or_default()),
+            names.join(", ")
+        );
+        return Err(parameters.refuse("material", message));
+    };
+    let (eta, k) =
+        (parameters.given_color("eta", Role::Index)?, parameters.given_color("k", Role::Index)?);
+    if name.is_some() && (eta.is_some() || k.is_some()) {
+        let message = "both a material and eta or k are given; give one of the two";
+        return Err(parameters.refuse("material", message));
+    }
+    Ok(Conductor {
+        eta: eta.unwrap_or(metal.eta),
+        k: k.unwrap_or(metal.k),
+        reflectance: inputs.color("specular_reflectance", 1.0)?,
+        roughness,
+        two_sided: false,
+    })
+}
+
+/// What reflects all light.
+const PERFECT: Metal = Metal { name: "none", eta: [0.0; 3], k: [1.0; 3] };
+
+fn named_metal(name: &str) -> Option<Metal> {
+    let all = METALS.iter().chain([&PERFECT]);
+    all.copied().find(|metal| metal.name == name)
+}
+
+/// A dielectric.
+fn glass(inputs: &mut Inputs<'_, '_>, roughness: Option<Roughness>) -> Result<Glass, LoadError> {
+    Ok(Glass {
+        reflectance: inputs.color("specular_reflectance", 1.0)?,
+        transmittance: inputs.color("specular_transmittance", 1.0)?,
+        ior: relative_index(&mut inputs.parameters, "bk7")?,
+        roughness,
+    })
+}
+
+/// A diffuse base under a smooth coat.
+fn plastic(inputs: &mut Inputs<'_, '_>) -> Result<CoatedDiffuse, LoadError> {
+    Ok(CoatedDiffuse {
+        diffuse: inputs.color("diffuse_reflectance", 0.5)?,
+        specular: inputs.color("specular_reflectance", 1.0)?,
+        ior: relative_index(&mut inputs.parameters, "polypropylene")?,
+        saturates: inputs.parameters.boolean("nonlinear")?,
+        two_sided: false,
+    })
+}
+
+/// Microfacets; `alpha` goes before `alpha_u` and `alpha_v`.
+fn roughness(inputs: &mut Inputs<'_, '_>) -> Result<Roughness, LoadError> {
+    let parameters = &mut inputs.parameters;
+    let distribution = match parameters.text("distribution")? {
+        None | Some("beckmann") => Distribution::Beckmann,
+        Some("ggx") => Distribution::Ggx,
+        Some(other) => {
+            let message =
+                format!("the distribution {} is unknown; there are beckmann and ggx", quote(other));
+            return Err(parameters.refuse("distribution", message));
+        }
+    };
+    parameters.pass_over(&["sample_visible"]);
+    let alpha = inputs.alpha("alpha", &0.1.into())?;
+    let alpha = [inputs.alpha("alpha_u", &alpha)?, inputs.alpha("alpha_v", &alpha)?];
+    Ok(Roughness { alpha, distribution, masking: Masking::Separable })
+}

@@ -1,0 +1,134 @@
+//! Bsdfs that are made of others.
+
+use super::super::super::xml::quote;
+use super::super::object::{Object, error};
+use super::super::texture::Textures;
+use super::inputs::Inputs;
+use super::{Scattering, surface};
+use crate::material::{
+    Black, CoatedDiffuse, Conductor, Embossed, Glass, Matte, Mirror, Mix, Plastic, Sided,
+};
+use crate::texture::Relief;
+use crate::{LoadError, Surface};
+
+/// A surface with holes.
+pub(super) fn mask(textures: &mut Textures<'_>, object: &Object) -> Result<Scattering, LoadError> {
+    let mut inputs = Inputs::new(textures, object);
+    let opacity = inputs.share("opacity", 0.5)?;
+    let inner = inputs.bsdfs(1, 1)?;
+    let surface = surface(inputs.textures, inner[0])?;
+    inputs.finish()?;
+    Ok(Scattering { surface, opacity })
+}
+
+/// No surface.
+pub(super) fn null(textures: &mut Textures<'_>, object: &Object) -> Result<Scattering, LoadError> {
+    Inputs::new(textures, object).finish()?;
+    Ok(Scattering { surface: Black.into(), opacity: 0.0.into() })
+}
+
+/// One surface on both sides, or one on each.
+pub(super) fn two_sided(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
+    let inner = inputs.bsdfs(1, 2)?;
+    let mut sides = Vec::new();
+    for side in inner {
+        if side.kind == "twosided" {
+            return Err(error(&side.at, "it is inside of another bsdf \"twosided\" already"));
+        }
+        let surface = surface(inputs.textures, side)?;
+        if transmits(&surface) {
+            let message =
+                format!("{} transmits light; \"twosided\" is for opaque ones", quote(&side.kind));
+            return Err(error(&side.at, message));
+        }
+        sides.push(surface);
+    }
+    Ok(match <[Surface; 2]>::try_from(sides) {
+        Ok([front, back]) => Sided { front: front.into(), back: back.into() }.into(),
+        Err(mut one) => on_both_sides(one.remove(0)),
+    })
+}
+
+/// A part of one and a part of the other.
+pub(super) fn blend(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
+    let share = inputs.share("weight", 0.5)?;
+    let inner = inputs.bsdfs(2, 2)?;
+    let mut part = |i: usize| surface(inputs.textures, inner[i]).map(Box::new);
+    Ok(Mix { first: part(0)?, second: part(1)?, share }.into())
+}
+
+/// Normals by an image.
+pub(super) fn normal_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
+    inputs.parameters.pass_over(&["flip_invalid_normals", "use_shadowing_function"]);
+    let relief = Relief::Normals(inputs.only_texture("normalmap")?);
+    let inner = inputs.bsdfs(1, 1)?;
+    let surface = surface(inputs.textures, inner[0])?.into();
+    Ok(Embossed { surface, relief }.into())
+}
+
+/// Normals by heights.
+pub(super) fn bump_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
+    let texture = inputs.only_texture("arbitrary")?;
+    let scale = inputs.parameters.float("scale")?.unwrap_or(1.0) as f32;
+    let inner = inputs.bsdfs(1, 1)?;
+    let surface = surface(inputs.textures, inner[0])?.into();
+    Ok(Embossed { surface, relief: Relief::Heights(texture, scale) }.into())
+}
+
+fn transmits(surface: &Surface) -> bool {
+    match surface {
+        Surface::Glass(_) | Surface::ThinGlass(_) | Surface::Refraction(_) => true,
+        Surface::Mix(Mix { first, second, .. })
+        | Surface::Sided(Sided { front: first, back: second }) => {
+            transmits(first) || transmits(second)
+        }
+        Surface::Embossed(Embossed { surface, .. }) => transmits(surface),
+        _ => false,
+    }
+}
+
+/// A surface that reflects on its back as it does on its front.
+fn on_both_sides(surface: Surface) -> Surface {
+    let both = |surface: Box<Surface>| Box::new(on_both_sides(*surface));
+    match surface {
+        Surface::Matte(matte) => Matte { two_sided: true, ..matte }.into(),
+        // Without a real part of the index of refraction, all light is reflected at every angle.
+        Surface::Conductor(Conductor {
+            eta: [0.0, 0.0, 0.0],
+            roughness: None,
+            reflectance,
+            ..
+        }) => Mirror { reflectance }.into(),
+        Surface::Conductor(metal) => Conductor { two_sided: true, ..metal }.into(),
+        Surface::CoatedDiffuse(coated) => CoatedDiffuse { two_sided: true, ..coated }.into(),
+        Surface::Plastic(plastic) => Plastic { two_sided: true, ..plastic }.into(),
+        Surface::Mix(Mix { first, second, share }) => {
+            Mix { first: both(first), second: both(second), share }.into()
+        }
+        Surface::Embossed(Embossed { surface, relief }) => {
+            Embossed { surface: both(surface), relief }.into()
+        }
+        other => other,
+    }
+}
+
+/// A surface whose front is where its shape has the back.
+pub(in super::super) fn inverted(surface: Surface) -> Surface {
+    let turned = |surface: Box<Surface>| Box::new(inverted(*surface));
+    match surface {
+        Surface::Glass(glass) => Glass { ior: glass.ior.recip(), ..glass }.into(),
+        Surface::Sided(Sided { front, back }) => Sided { front: back, back: front }.into(),
+        Surface::Mix(Mix { first, second, share }) => {
+            Mix { first: turned(first), second: turned(second), share }.into()
+        }
+        Surface::Embossed(Embossed { surface, relief }) => {
+            Embossed { surface: turned(surface), relief }.into()
+        }
+        Surface::Matte(Matte { two_sided: false, .. })
+        | Surface::CoatedDiffuse(CoatedDiffuse { two_sided: false, .. })
+        | Surface::Conductor(Conductor { two_sided: false, .. }) => {
+            Sided { front: Box::new(Black.into()), back: surface.into() }.into()
+        }
+        same => same,
+    }
+}

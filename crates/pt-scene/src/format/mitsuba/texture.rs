@@ -1,0 +1,113 @@
+//! `<texture>`: numbers that vary over a surface.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use pt_math::{DAffine3, DMat3, DVec3};
+
+use super::super::xml::quote;
+use super::object::{Object, Parameters, Role, Tree, unsupported};
+use crate::LoadError;
+use crate::image::{self, Image};
+use crate::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
+
+const KINDS: [&str; 2] = ["bitmap", "checkerboard"];
+
+/// The textures of a scene, each made once, as are their images.
+pub(super) struct Textures<'t> {
+    pub(super) tree: &'t Tree,
+    /// By the index of the object.
+    made: HashMap<usize, Arc<Texture>>,
+    /// By the file, and whether its numbers are taken as they are.
+    images: HashMap<(PathBuf, bool), Arc<Image>>,
+}
+
+impl<'t> Textures<'t> {
+    pub(super) fn new(tree: &'t Tree) -> Self {
+        Self { tree, made: HashMap::new(), images: HashMap::new() }
+    }
+
+    /// The texture that an object describes.
+    pub(super) fn get(&mut self, index: usize) -> Result<Arc<Texture>, LoadError> {
+        if let Some(known) = self.made.get(&index) {
+            return Ok(Arc::clone(known));
+        }
+        let object = &self.tree.objects[index];
+        self.tree.children(object, &[])?;
+        let mut parameters = Parameters::new(object);
+        let to_uv = coordinates(parameters.transform("to_uv")?);
+        let texture = match object.kind.as_str() {
+            "bitmap" => self.bitmap(object, &mut parameters, to_uv)?,
+            "checkerboard" => {
+                let first = parameters.color("color0", Role::Share, 0.4)?;
+                let second = parameters.color("color1", Role::Share, 0.2)?;
+                Texture { pattern: Pattern::Checkerboard([first, second]), to_pattern: to_uv }
+            }
+            _ => return Err(unsupported(object, &KINDS)),
+        };
+        parameters.finish()?;
+        let texture = Arc::new(texture);
+        self.made.insert(index, Arc::clone(&texture));
+        Ok(texture)
+    }
+
+    fn bitmap(
+        &mut self,
+        object: &Object,
+        parameters: &mut Parameters<'_>,
+        to_uv: DMat3,
+    ) -> Result<Texture, LoadError> {
+        parameters.pass_over(&["format", "accel"]);
+        let Some(text) = parameters.text("filename")? else {
+            let message = "the <string name=\"filename\"> is missing";
+            return Err(super::object::error(&object.at, message));
+        };
+        let path = self.tree.resolve(text);
+        let path = path.ok_or_else(|| parameters.refuse("filename", self.tree.not_found(text)))?;
+        let is_raw = parameters.boolean("raw")?;
+        let wrap = match parameters.text("wrap_mode")? {
+            None | Some("repeat") => Wrap::Repeat,
+            Some("mirror") => Wrap::Mirror,
+            Some("clamp") => Wrap::Clamp,
+            Some(other) => {
+                let message =
+                    format!("{} is unknown; there are repeat, mirror, clamp", quote(other));
+                return Err(parameters.refuse("wrap_mode", message));
+            }
+        };
+        let filter = match parameters.text("filter_type")? {
+            None | Some("bilinear") => Filter::Bilinear,
+            Some("nearest") => Filter::Nearest,
+            Some(other) => {
+                let message = format!("{} is unknown; there are bilinear, nearest", quote(other));
+                return Err(parameters.refuse("filter_type", message));
+            }
+        };
+        let image = self.image(path, is_raw).map_err(|e| parameters.refuse("filename", e))?;
+        let pattern = Pattern::Bitmap(Bitmap { image, wrap, filter });
+        Ok(Texture { pattern, to_pattern: UPSIDE_DOWN * to_uv })
+    }
+
+    /// The image of a file, read once.
+    fn image(&mut self, path: PathBuf, is_raw: bool) -> Result<Arc<Image>, String> {
+        if let Some(known) = self.images.get(&(path.clone(), is_raw)) {
+            return Ok(Arc::clone(known));
+        }
+        let read = if is_raw { image::load_raw(&path) } else { image::load(&path) };
+        let image = Arc::new(read.map_err(|e| e.to_string())?);
+        self.images.insert((path, is_raw), Arc::clone(&image));
+        Ok(image)
+    }
+}
+
+/// v ↦ 1 − v: in Mitsuba it runs down the rows of an image.
+const UPSIDE_DOWN: DMat3 =
+    DMat3::from_cols(DVec3::X, DVec3::new(0.0, -1.0, 0.0), DVec3::new(0.0, 1.0, 1.0));
+
+/// The part of a transform that acts on (u, v, 1).
+fn coordinates(transform: DAffine3) -> DMat3 {
+    let DAffine3 { matrix3, translation } = transform;
+    let flat = |c: DVec3, z: f64| DVec3::new(c.x, c.y, z);
+    DMat3::from_cols(flat(matrix3.x_axis, 0.0), flat(matrix3.y_axis, 0.0), flat(translation, 1.0))
+}
