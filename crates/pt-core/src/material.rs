@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use pt_math::{Vec2, Vec3};
+use pt_math::{Frame, Vec2, Vec3};
 
 use crate::bsdf::{LobeRecord, Orientation};
 use crate::id::{Id, Table};
@@ -198,17 +198,15 @@ impl Materials {
     /// The normal of a relief on a surface with unit normal `n`; that one where the surface has no
     /// texture coordinates. [Heights: Blinn 1978, "Simulation of Wrinkled Surfaces"]
     fn embossed(&self, relief: ReliefRecord, n: Vec3, at: &Parametrization) -> Vec3 {
-        let (Some(u), Some(v)) = (at.along_u, at.along_v) else { return n };
         let bent = match relief {
             ReliefRecord::Normals(texture) => {
                 let [x, y, z] =
                     self.textures.color(texture, at.uv).map(|c| 2.0 * c - 1.0).to_array();
-                let s = (u - n * n.dot(u)).normalize_or_zero();
-                let t = n.cross(s);
-                let t = if t.dot(v) < 0.0 { -t } else { t };
-                s * x + t * y + n * z
+                let Some(tangent) = at.along_u else { return n };
+                Frame::from_normal_and_tangent(n, tangent).to_world(Vec3::new(x, y, z))
             }
             ReliefRecord::Heights(texture, scale) => {
+                let (Some(u), Some(v)) = (at.along_u, at.along_v) else { return n };
                 let slope = self.textures.gradient(texture, at.uv) * scale;
                 let u = u + n * (slope.x - n.dot(u));
                 let v = v + n * (slope.y - n.dot(v));

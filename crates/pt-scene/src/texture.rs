@@ -91,8 +91,8 @@ pub enum Filter {
 /// How the normal of a surface differs from that of its shape.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Relief {
-    /// By the colours of an image: 2 · rgb − 1 is the normal, in the frame of the surface, of which
-    /// +x is the direction in which u grows.
+    /// By the colours of an image: 2 · rgb − 1 is the normal, in a right-handed frame of which +z is
+    /// the normal of the shape, and +x the direction in which u grows.
     Normals(Arc<Texture>),
     /// As if the surface were raised by the texture's luminance times a number, in the unit of the scene.
     Heights(Arc<Texture>, f32),

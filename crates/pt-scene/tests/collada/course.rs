@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use pt_scene::texture::Input;
 use pt_scene::{Geometry, LightKind, Scene, Surface};
 
 use crate::check_invariants;
@@ -88,28 +89,37 @@ fn rgb([r, g, b]: [f32; 3]) -> String {
     format!("{r} {g} {b}")
 }
 
+/// The one value of a parameter.
+fn value<T: Copy>(input: &Input<T>) -> T {
+    match input {
+        Input::Value(value) => *value,
+        Input::Texture(_) => panic!("COLLADA files have no textures yet"),
+    }
+}
+
 /// What the course's renderer makes of a material: of plastics it sees the base alone.
 fn course_material(scene: &Scene, material: Option<u32>) -> String {
     let Some(material) = material.map(|m| &scene.materials[m as usize]) else {
         return "none".into();
     };
     match &material.surface {
-        Surface::Matte(m) => rgb(m.reflectance),
-        Surface::Plastic(m) => rgb(m.diffuse),
-        Surface::Mirror(m) => format!("mirror {}", rgb(m.reflectance)),
+        Surface::Matte(m) => rgb(value(&m.reflectance)),
+        Surface::Plastic(m) => rgb(value(&m.diffuse)),
+        Surface::Mirror(m) => format!("mirror {}", rgb(value(&m.reflectance))),
         Surface::Glass(m) => {
-            format!("glass {}, {}, {}", rgb(m.reflectance), rgb(m.transmittance), m.ior)
+            format!("glass {}, {}, {}", rgb(value(&m.reflectance)), rgb(value(&m.transmittance)), m.ior)
         }
-        Surface::Refraction(m) => format!("refraction {}, {}", rgb(m.transmittance), m.ior),
+        Surface::Refraction(m) => format!("refraction {}, {}", rgb(value(&m.transmittance)), m.ior),
         Surface::Conductor(m) => format!(
             "conductor {}, {}, {}",
             rgb(m.eta),
             rgb(m.k),
-            m.roughness.map_or(0.0, |r| r.alpha)
+            m.roughness.as_ref().map_or(0.0, |r| value(&r.alpha[0]))
         ),
         Surface::ThinGlass(m) => format!("thin glass {}", m.ior),
         Surface::CoatedDiffuse(m) => format!("coated {:?}", m.diffuse),
         Surface::Black(_) => format!("emits {}", rgb(material.emission)),
+        other => panic!("the course's scenes have no {other:?}"),
     }
 }
 
