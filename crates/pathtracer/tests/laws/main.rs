@@ -10,6 +10,7 @@ mod estimators;
 mod furnace;
 mod invariance;
 mod lens;
+mod materials;
 mod measure;
 mod pictures;
 mod scenes;

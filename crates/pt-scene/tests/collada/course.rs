@@ -107,7 +107,12 @@ fn course_material(scene: &Scene, material: Option<u32>) -> String {
         Surface::Plastic(m) => rgb(value(&m.diffuse)),
         Surface::Mirror(m) => format!("mirror {}", rgb(value(&m.reflectance))),
         Surface::Glass(m) => {
-            format!("glass {}, {}, {}", rgb(value(&m.reflectance)), rgb(value(&m.transmittance)), m.ior)
+            format!(
+                "glass {}, {}, {}",
+                rgb(value(&m.reflectance)),
+                rgb(value(&m.transmittance)),
+                m.ior
+            )
         }
         Surface::Refraction(m) => format!("refraction {}, {}", rgb(value(&m.transmittance)), m.ior),
         Surface::Conductor(m) => format!(

@@ -1,0 +1,271 @@
+//! Materials that vary: textures, holes, mixtures, sides, reliefs.
+
+use std::f32::consts::PI;
+use std::sync::Arc;
+
+use pathtracer::{Film, Scene, Settings};
+use pt_math::{DAffine3, DMat3, DVec3, Spectrum};
+use pt_scene::image::Image;
+use pt_scene::material::{
+    Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Masking, Mirror, Mix, Plastic,
+    Refraction, Roughness, Sided, ThinGlass,
+};
+use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Relief, Scalar, Texture, Wrap};
+use pt_scene::{LightKind, Surface};
+use pt_testing::sidak;
+
+use crate::furnace::ESTIMATORS;
+use crate::measure::{assert_agree, assert_uniform, render, settings};
+use crate::scenes::{Builder, camera, cornell, facing, matte, size};
+
+const COLOR: [f32; 3] = [0.7, 0.4, 0.2];
+const OTHER: [f32; 3] = [0.3, 0.6, 0.5];
+const GREY: [f32; 3] = [0.3; 3];
+const FAR: DVec3 = DVec3::new(0.0, 0.0, 4.0);
+
+/// An image of one row, without anything between its texels.
+fn row(pixels: &[[f32; 3]], filter: Filter) -> Arc<Texture> {
+    let image = Image { width: pixels.len() as u32, height: 1, pixels: pixels.to_vec() };
+    let bitmap = Bitmap { image: Arc::new(image), wrap: Wrap::Clamp, filter };
+    Arc::new(Texture { pattern: Pattern::Bitmap(bitmap), to_pattern: DMat3::IDENTITY })
+}
+
+fn texture_of(color: [f32; 3]) -> Color {
+    Color::Texture(row(&[color], Filter::Nearest))
+}
+
+/// One number, as the luminance of a grey texel.
+fn number(textured: bool) -> Scalar {
+    if textured {
+        Scalar::Texture(row(&[GREY], Filter::Nearest))
+    } else {
+        Spectrum::from(GREY).luminance().into()
+    }
+}
+
+/// A surface of each kind whose parameters are values, or textures of these values.
+fn surfaces(textured: bool) -> Vec<Surface> {
+    let color = |c: [f32; 3]| if textured { texture_of(c) } else { c.into() };
+    let roughness = || Roughness {
+        alpha: [number(textured), number(textured)],
+        distribution: Distribution::Ggx,
+        masking: Masking::Correlated,
+    };
+    let (eta, k) = ([0.2, 0.9, 1.1], [3.9, 2.5, 2.3]);
+    let metal = |roughness| {
+        Conductor { eta, k, reflectance: color(COLOR), roughness, two_sided: true }.into()
+    };
+    let glass = |roughness| {
+        let (reflectance, transmittance) = (color(COLOR), color(OTHER));
+        Glass { reflectance, transmittance, ior: 1.5, roughness }.into()
+    };
+    vec![
+        pt_scene::material::Matte { reflectance: color(COLOR), two_sided: true }.into(),
+        Mirror { reflectance: color(COLOR) }.into(),
+        metal(None),
+        metal(Some(roughness())),
+        glass(None),
+        glass(Some(roughness())),
+        ThinGlass { reflectance: color(COLOR), transmittance: color(OTHER), ior: 1.5 }.into(),
+        Refraction { transmittance: color(OTHER), ior: 1.5 }.into(),
+        CoatedDiffuse {
+            diffuse: color(COLOR),
+            specular: color(OTHER),
+            ior: 1.5,
+            saturates: true,
+            two_sided: true,
+        }
+        .into(),
+        Plastic { diffuse: color(COLOR), specular: color(OTHER), alpha: 0.2, two_sided: true }
+            .into(),
+    ]
+}
+
+fn film(scene: &Scene, spp: u32, seed: u32) -> Film {
+    let settings = Settings { max_depth: 6, seed, ..settings(spp) };
+    render(scene, size([10, 8]), settings).film().clone()
+}
+
+/// Lit from one side, so that all that lobes do is seen.
+fn ball(surface: Surface) -> Scene {
+    Builder::default()
+        .sphere(DVec3::ZERO, 1.0, surface)
+        .glowing_quad(facing(DVec3::new(2.0, 2.0, 2.0), DVec3::new(-1.0, -1.0, -1.0), 1.0), 5.0)
+        .sky(0.3)
+        .seen_by(camera(FAR, DVec3::ZERO, [40.0, 32.0]))
+}
+
+/// A texture of one colour is that colour, to the bit: each texture reaches the parameter that it is
+/// for.
+#[test]
+fn a_texture_of_one_colour_is_the_colour() {
+    for (value, textured) in surfaces(false).into_iter().zip(surfaces(true)) {
+        let name = format!("{value:?}");
+        assert!(film(&ball(value), 64, 0) == film(&ball(textured), 64, 0), "{name}");
+    }
+}
+
+/// A wall that fills the view, under a sky of radiance 1.
+fn wall(surface: Surface, normal: DVec3) -> Scene {
+    Builder::default().quad(facing(DVec3::ZERO, normal, 1.0), surface).sky(1.0).seen_by(camera(
+        FAR,
+        DVec3::ZERO,
+        [8.0, 6.0],
+    ))
+}
+
+fn boxed(reflectance: f32) -> Box<Surface> {
+    matte([reflectance; 3]).into()
+}
+
+/// The mean of a mixture is that of its parts, by their shares; also of a mixture of mixtures.
+#[test]
+fn mixtures_scatter_what_their_parts_do() {
+    let mix = |first, second, share: f32| Mix { first, second, share: share.into() };
+    let cases = [
+        (mix(boxed(0.2), boxed(0.8), 0.0), 0.2),
+        (mix(boxed(0.2), boxed(0.8), 1.0), 0.8),
+        (mix(boxed(0.2), boxed(0.8), 0.25), 0.35),
+        (mix(Box::new(mix(boxed(0.2), boxed(0.8), 0.5).into()), boxed(0.0), 0.4), 0.3),
+    ];
+    for (mix, want) in cases {
+        let name = format!("{mix:?}");
+        assert_uniform(&film(&wall(mix.into(), DVec3::Z), 4096, 1), want, 1e-4, &name);
+    }
+}
+
+/// Each side is its own, and is lit from its side.
+#[test]
+fn sides_may_differ() {
+    let sided = || Surface::from(Sided { front: boxed(0.2), back: boxed(0.8) });
+    for (normal, want) in [(DVec3::Z, 0.2), (DVec3::NEG_Z, 0.8)] {
+        assert_uniform(&film(&wall(sided(), normal), 1024, 2), want, 1e-4, "a side");
+    }
+}
+
+fn with_opacity(mut scene: Scene, material: usize, opacity: Scalar) -> Scene {
+    scene.materials[material].opacity = opacity;
+    scene
+}
+
+/// Two black sheets before the sky let (1 − a)(1 − b) of it through, and a hole through both in the
+/// pattern of one of them all of the rest.
+#[test]
+fn light_goes_on_through_what_is_not_there() {
+    let sheets = || {
+        Builder::default()
+            .quad(facing(DVec3::ZERO, DVec3::Z, 1.0), Black.into())
+            .quad(facing(DVec3::NEG_Z, DVec3::NEG_Z, 3.0), Black.into())
+            .sky(1.0)
+            .seen_by(camera(FAR, DVec3::ZERO, [8.0, 6.0]))
+    };
+    let scene = with_opacity(with_opacity(sheets(), 0, 0.3.into()), 1, 0.6.into());
+    assert_uniform(&film(&scene, 4096, 3), 0.7 * 0.4, 1e-4, "two sheets");
+    let clear = Scalar::Texture(row(&[[0.0; 3]], Filter::Nearest));
+    let scene = with_opacity(with_opacity(sheets(), 0, clear), 1, 0.6.into());
+    assert_uniform(&film(&scene, 4096, 4), 0.4, 1e-4, "one sheet");
+}
+
+/// A floor that a point lights through a sheet gets the share of its light that the sheet lets
+/// through, with each estimator of direct light.
+#[test]
+fn shadows_have_the_holes_of_what_casts_them() {
+    let floor = |opacity: f32| {
+        let sheet = Builder::default()
+            .quad(facing(DVec3::Y, DVec3::Y, 2.0), Black.into())
+            .quad(facing(DVec3::ZERO, DVec3::Y, 1.0), matte([0.5; 3]))
+            .light(
+                LightKind::Point { intensity: [4.0; 3] },
+                DAffine3::from_translation(DVec3::Y * 2.0),
+            );
+        let eye = camera(DVec3::new(0.0, 0.5, 1.0), DVec3::ZERO, [2.0, 1.6]);
+        with_opacity(sheet.seen_by(eye), 0, opacity.into())
+    };
+    let at_center = |opacity| film(&floor(opacity), 4, 0).pixels().nth(44).unwrap().luminance().0;
+    let open = at_center(0.0);
+    assert!((open - 0.5 / f64::from(PI)).abs() < 1e-3, "{open}");
+    for opacity in [0.25, 0.5, 1.0] {
+        let share = 1.0 - f64::from(opacity);
+        assert!((at_center(opacity) - share * open).abs() < 1e-6, "{opacity}");
+    }
+}
+
+/// A constant slope, as a normal and as heights, tilts a wall to the light of the sun.
+#[test]
+fn reliefs_turn_the_surface_to_the_light() {
+    const SLOPE: f32 = 0.5;
+    let down = DAffine3::from_translation(DVec3::ZERO); // shines along −z
+    let lit = |relief: Relief| {
+        let surface = Embossed { surface: matte([1.0; 3]).into(), relief };
+        let scene = Builder::default()
+            .quad(facing(DVec3::ZERO, DVec3::Z, 1.0), surface.into())
+            .light(LightKind::Directional { irradiance: [PI; 3] }, down)
+            .seen_by(camera(FAR, DVec3::ZERO, [2.0, 1.6]));
+        film(&scene, 4, 0)
+    };
+    // The side of the wall is 2 for 1 of u, so that heights of 2 · slope over it have the slope.
+    let heights = row(&[[-SLOPE; 3], [SLOPE; 3]], Filter::Bilinear);
+    let n = [-SLOPE, 0.0, 1.0].map(|x| 0.5 * (x / (1.0 + SLOPE * SLOPE).sqrt() + 1.0));
+    let want = 1.0 / (1.0 + f64::from(SLOPE * SLOPE)).sqrt();
+    for relief in [Relief::Normals(row(&[n], Filter::Nearest)), Relief::Heights(heights, 0.5)] {
+        let film = lit(relief);
+        for pixel in film.pixels() {
+            let got = pixel.luminance().0;
+            assert!((got - want).abs() < 1e-4, "{got} {want}");
+        }
+    }
+}
+
+/// The room of the other laws with all of these in it.
+fn room() -> Scene {
+    let chess = |colors| {
+        let to_pattern = DMat3::from_diagonal(DVec3::new(2.0, 3.0, 1.0));
+        Arc::new(Texture { pattern: Pattern::Checkerboard(colors), to_pattern })
+    };
+    let gold = Conductor {
+        eta: [0.2, 0.4, 1.4],
+        k: [3.9, 2.4, 1.6],
+        reflectance: [1.0; 3].into(),
+        roughness: Some(Roughness {
+            alpha: [0.2.into(), 0.6.into()],
+            distribution: Distribution::Ggx,
+            masking: Masking::Correlated,
+        }),
+        two_sided: true,
+    };
+    let share = Scalar::Texture(chess([[0.2; 3], [0.9; 3]]));
+    let mix = Mix { first: Box::new(gold.into()), second: boxed(0.5), share };
+    let relief = Relief::Normals(row(&[[0.7, 0.4, 0.9], [0.4, 0.6, 0.9]], Filter::Bilinear));
+    let floor = Embossed { surface: matte([0.6; 3]).into(), relief };
+    let mut scene = Builder(cornell())
+        .sphere(DVec3::new(-0.3, 0.3, 0.2), 0.3, mix.into())
+        .quad(facing(DVec3::NEG_Y * 0.9, DVec3::Y, 0.9), floor.into())
+        .quad(facing(DVec3::new(0.2, 0.5, 0.0), DVec3::new(0.3, 1.0, 0.2), 0.5), boxed_sided())
+        .0;
+    let screen = scene.materials.len() - 1;
+    scene.materials[screen].opacity = Scalar::Texture(chess([[0.1; 3], [0.8; 3]]));
+    scene
+}
+
+fn boxed_sided() -> Surface {
+    Sided { front: boxed(0.3), back: boxed(0.7) }.into()
+}
+
+/// All estimators of direct light agree where materials vary, pixel by pixel.
+#[test]
+fn estimators_agree_where_materials_vary() {
+    let films: Vec<_> = ESTIMATORS
+        .into_iter()
+        .zip(0..)
+        .map(|(direct, seed)| {
+            let settings = Settings { direct, seed, max_depth: 4, ..settings(4096) };
+            (direct, render(&room(), size([12, 10]), settings).film().clone())
+        })
+        .collect();
+    let pairs = films.len() * (films.len() - 1) / 2;
+    for (i, (a_name, a)) in films.iter().enumerate() {
+        for (b_name, b) in &films[..i] {
+            assert_agree(a, b, sidak(1e-4, pairs), &format!("{a_name:?} and {b_name:?}"));
+        }
+    }
+}
