@@ -11,7 +11,7 @@ use exr::prelude::{
     SpecificChannels, Text, Vec2, WritableImage, read as exr_read,
 };
 
-use super::{Image, SaveOptions, Transfer, check_size};
+use super::{Decoded, Image, Numbers, SaveOptions, check_size};
 
 /// The primaries and white point of Rec. 709. [ITU-R BT.709]
 const REC709: Chromaticities = Chromaticities {
@@ -82,12 +82,13 @@ fn attribute_length(header: &[u8]) -> Option<usize> {
 }
 
 /// See [`super::Reader`]. Half, float and integer channels R, G, B, or Y alone, of the part
-/// without a name or of the first that has them; other channels are ignored.
-pub(super) fn read(bytes: &[u8], _: Transfer) -> Result<Image, String> {
+/// without a name or of the first that has them, and A beside them; other channels are ignored.
+/// What is stored is linear light.
+pub(super) fn read(bytes: &[u8], _: Numbers) -> Result<Decoded, String> {
     let failed = |e: exr::error::Error| format!("is no valid EXR file: {e}");
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
     check_size(sum_of_pixels(&meta, |header| header.channels.bytes_per_pixel), bytes.len())?;
-    check_size(sum_of_pixels(&meta, |_| size_of::<[f32; 3]>()), usize::MAX)?;
+    check_size(sum_of_pixels(&meta, |_| size_of::<[f32; 4]>()), usize::MAX)?;
     let file = exr_read()
         .no_deep_data()
         .largest_resolution_level()
@@ -101,9 +102,11 @@ pub(super) fn read(bytes: &[u8], _: Transfer) -> Result<Image, String> {
     parts.sort_by_key(|part| part.attributes.layer_name.is_some());
     let found = parts.iter().find_map(|part| {
         let channels = &part.channel_data.list;
-        color_channels(channels).map(|rgb| (part.size, rgb.map(|c| &channels[c].sample_data)))
+        let samples = |c: usize| &channels[c].sample_data;
+        let (rgb, alpha) = color_channels(channels)?;
+        Some((part.size, rgb.map(samples), alpha.map(samples)))
     });
-    let Some((size, rgb)) = found else {
+    let Some((size, rgb, alpha)) = found else {
         let names: Vec<_> = parts
             .iter()
             .flat_map(|part| &part.channel_data.list)
@@ -111,7 +114,7 @@ pub(super) fn read(bytes: &[u8], _: Transfer) -> Result<Image, String> {
             .collect();
         return Err(format!("has no channels R, G, B, and no Y; it has {}", names.join(", ")));
     };
-    assemble(size, rgb)
+    assemble(size, rgb, alpha)
 }
 
 /// The bytes of all pixels of all parts, when each takes so many; `None` beyond 2⁶⁴.
@@ -123,30 +126,37 @@ fn sum_of_pixels(meta: &MetaData, bytes_per_pixel: impl Fn(&Header) -> usize) ->
 }
 
 /// The positions of red, green and blue among the channels of a part: R, G, B without a prefix,
-/// else Y, else the first prefix (a layer's name and a dot) that has them.
-fn color_channels(channels: &[AnyChannel<FlatSamples>]) -> Option<[usize; 3]> {
+/// else Y, else the first prefix (a layer's name and a dot) that has them; and that of A with the
+/// same prefix.
+fn color_channels(channels: &[AnyChannel<FlatSamples>]) -> Option<([usize; 3], Option<usize>)> {
     let names: Vec<_> = channels.iter().map(|channel| channel.name.to_string()).collect();
     let position = |name: String| names.iter().position(|n| *n == name);
     let with_prefix = |prefix: &str| {
         let color = |c: &str| position(format!("{prefix}{c}"));
-        match (color("R"), color("G"), color("B"), color("Y")) {
-            (Some(r), Some(g), Some(b), _) => Some([r, g, b]),
-            (_, _, _, Some(y)) => Some([y; 3]),
-            _ => None,
-        }
+        let rgb = match (color("R"), color("G"), color("B"), color("Y")) {
+            (Some(r), Some(g), Some(b), _) => [r, g, b],
+            (_, _, _, Some(y)) => [y; 3],
+            _ => return None,
+        };
+        Some((rgb, color("A")))
     };
     let prefixes = names.iter().filter_map(|n| Some(&n[..=n.rfind('.')?]));
     std::iter::once("").chain(prefixes).find_map(with_prefix)
 }
 
 /// Three planes to pixels.
-fn assemble(size: Vec2<usize>, rgb: [&FlatSamples; 3]) -> Result<Image, String> {
+fn assemble(
+    size: Vec2<usize>,
+    rgb: [&FlatSamples; 3],
+    alpha: Option<&FlatSamples>,
+) -> Result<Decoded, String> {
     let side = |n: usize| u32::try_from(n).map_err(|_| "is too large".to_owned());
     let (width, height) = (side(size.0)?, side(size.1)?);
-    for plane in rgb {
+    for plane in rgb.into_iter().chain(alpha) {
         super::check_shape(width, height, plane.len())?;
     }
     let [r, g, b] = rgb.map(FlatSamples::values_as_f32);
     let pixels = r.zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect();
-    Ok(Image { width, height, pixels })
+    let alpha = alpha.map(|plane| plane.values_as_f32().collect());
+    Ok(Decoded { image: Image { width, height, pixels }, alpha })
 }

@@ -1,9 +1,11 @@
-//! Image files: linear light in memory, PNG and OpenEXR on disk.
+//! Image files: linear light in memory, PNG, OpenEXR, Radiance pictures and JPEG on disk.
 //!
 //! To add a codec: write its file, add its line to [`CODECS`].
 
 mod error;
 mod exr;
+mod hdr;
+mod jpeg;
 mod png;
 mod write;
 
@@ -56,10 +58,28 @@ pub struct SaveOptions {
     pub metadata: Vec<(String, String)>,
 }
 
-/// Bytes of a file to pixels. The transfer is that of files that do not name one.
-///
-/// The error says what is wrong with the content.
-pub type Reader = fn(&[u8], Transfer) -> Result<Image, String>;
+/// Which numbers a reader gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Numbers {
+    /// Linear light; the transfer is that of files that do not name one.
+    Light(Transfer),
+    /// What is stored, whatever the file says about light: levels as shares of the highest one,
+    /// in [0, 1], and numbers of files with floating point as they are.
+    Stored,
+}
+
+/// An image and its opacity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decoded {
+    /// The colours. OpenEXR files have them multiplied with the opacity, PNG files have not.
+    pub image: Image,
+    /// The opacity of each pixel in the order of the colours, if the file has it; 0 is clear and 1
+    /// is opaque.
+    pub alpha: Option<Vec<f32>>,
+}
+
+/// Bytes of a file to pixels. The error says what is wrong with the content.
+pub type Reader = fn(&[u8], Numbers) -> Result<Decoded, String>;
 
 /// Pixels to the bytes of a file. The error says what cannot be written.
 pub type Writer = fn(&Image, &SaveOptions) -> Result<Vec<u8>, String>;
@@ -81,6 +101,8 @@ pub struct Codec {
 pub static CODECS: &[Codec] = &[
     Codec { name: "PNG", extensions: &["png"], read: Some(png::read), write: Some(png::write) },
     Codec { name: "OpenEXR", extensions: &["exr"], read: Some(exr::read), write: Some(exr::write) },
+    Codec { name: "Radiance", extensions: &["hdr", "rgbe"], read: Some(hdr::read), write: None },
+    Codec { name: "JPEG", extensions: &["jpg", "jpeg"], read: Some(jpeg::read), write: None },
 ];
 
 /// Whether [`save`] knows the ending of a name.
@@ -135,9 +157,26 @@ pub fn load(path: &Path) -> Result<Image, ImageError> {
 pub fn load_as(path: &Path, untagged: Transfer) -> Result<Image, ImageError> {
     // An unknown ending is the better message where the file is missing as well.
     codec_with(path, |codec| codec.read)?;
-    let bytes =
-        std::fs::read(path).map_err(|source| ImageError::Read { path: path.to_owned(), source })?;
-    decode(&bytes, path, untagged)
+    decode(&read_file(path)?, path, untagged)
+}
+
+/// Reads the numbers of an image as they are stored: levels as shares of the highest one, in
+/// [0, 1], and numbers of files with floating point as they are. This is for images that hold
+/// something other than colours: normals, masks, roughness.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_raw(path: &Path) -> Result<Image, ImageError> {
+    Ok(load_rgba_raw(path)?.image)
+}
+
+/// Like [`load_raw`], with the opacity of PNG and OpenEXR files that have one.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_rgba_raw(path: &Path) -> Result<Decoded, ImageError> {
+    codec_with(path, |codec| codec.read)?;
+    decode_as(&read_file(path)?, path, Numbers::Stored)
 }
 
 /// Decodes the content of a file; `path` gives the ending, and the name for messages.
@@ -145,8 +184,20 @@ pub fn load_as(path: &Path, untagged: Transfer) -> Result<Image, ImageError> {
 /// # Errors
 /// As [`load`], but nothing is read.
 pub fn decode(bytes: &[u8], path: &Path, untagged: Transfer) -> Result<Image, ImageError> {
+    Ok(decode_as(bytes, path, Numbers::Light(untagged))?.image)
+}
+
+/// Decodes the content of a file; `path` gives the ending, and the name for messages.
+///
+/// # Errors
+/// As [`decode`].
+pub fn decode_as(bytes: &[u8], path: &Path, numbers: Numbers) -> Result<Decoded, ImageError> {
     let read = codec_with(path, |codec| codec.read)?;
-    read(bytes, untagged).map_err(|message| ImageError::Content { path: path.to_owned(), message })
+    read(bytes, numbers).map_err(|message| ImageError::Content { path: path.to_owned(), message })
+}
+
+fn read_file(path: &Path) -> Result<Vec<u8>, ImageError> {
+    std::fs::read(path).map_err(|source| ImageError::Read { path: path.to_owned(), source })
 }
 
 impl Transfer {
@@ -206,8 +257,9 @@ fn check_shape(width: u32, height: u32, count: usize) -> Result<(), String> {
 fn check_size(decoded: Option<u64>, encoded: usize) -> Result<(), String> {
     /// One gibibyte.
     const MOST_BYTES: u64 = 1 << 30;
-    /// Deflate packs 258 bytes into two bits at best, and no other compression that PNG and
-    /// OpenEXR have reaches that.
+    /// Deflate packs 258 bytes into two bits at best; no other compression that PNG and OpenEXR
+    /// have reaches that. JPEG takes a bit for a block of 64 samples at least, and with colours of
+    /// half the width and height, 6 bits for 256 pixels.
     const BEST_RATIO: u64 = 1032;
     let decoded = decoded.unwrap_or(u64::MAX);
     if decoded > MOST_BYTES {

@@ -5,7 +5,7 @@ use std::io::Cursor;
 use png::{BitDepth as Depth, ColorType, Decoder, Encoder, Limits, Transformations};
 use pt_math::trig::powf;
 
-use super::{BitDepth, Image, SaveOptions, Transfer, check_size};
+use super::{BitDepth, Decoded, Image, Numbers, SaveOptions, Transfer, check_size};
 
 /// See [`super::Writer`]. A file in sRGB says so; one of the course program says nothing.
 pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, String> {
@@ -68,8 +68,8 @@ fn add_text(encoder: &mut Encoder<'_, &mut Vec<u8>>, key: &str, value: &str) -> 
     added.map_err(|e| e.to_string())
 }
 
-/// See [`super::Reader`]. Alpha is ignored; grey becomes three equal channels.
-pub(super) fn read(bytes: &[u8], untagged: Transfer) -> Result<Image, String> {
+/// See [`super::Reader`]. Grey becomes three equal channels.
+pub(super) fn read(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
     const DECODER_LIMIT: usize = 1 << 30;
     let failed = |e: png::DecodingError| format!("is no valid PNG file: {e}");
     let limits = Limits { bytes: DECODER_LIMIT };
@@ -79,17 +79,18 @@ pub(super) fn read(bytes: &[u8], untagged: Transfer) -> Result<Image, String> {
     decoder.set_ignore_iccp_chunk(true);
     let mut reader = decoder.read_info().map_err(failed)?;
     let info = reader.info();
-    let (width, height, curve) = (info.width, info.height, Curve::of(info, untagged));
+    let (width, height, curve) = (info.width, info.height, Curve::of(info, numbers));
     let packed = (u64::from(width) * info.bits_per_pixel() as u64).div_ceil(8);
     check_size(packed.checked_mul(u64::from(height)), bytes.len())?;
-    check_size((u64::from(width) * u64::from(height)).checked_mul(12), usize::MAX)?;
+    check_size((u64::from(width) * u64::from(height)).checked_mul(16), usize::MAX)?;
     let size = reader.output_buffer_size().ok_or("is too large")?;
     let mut data = vec![0; size];
     let frame = reader.next_frame(&mut data).map_err(failed)?;
     reader.finish().map_err(failed)?;
     let pixels = decode(&data, frame.color_type, frame.bit_depth, curve)?;
     super::check_shape(width, height, pixels.len())?;
-    Ok(Image { width, height, pixels })
+    let alpha = alpha(&data, frame.color_type, frame.bit_depth);
+    Ok(Decoded { image: Image { width, height, pixels }, alpha })
 }
 
 /// How the levels of a file relate to linear light.
@@ -99,11 +100,14 @@ enum Curve {
     Named(Transfer),
     /// By L = vᵞ.
     Power(f32),
+    /// Not at all: the level as a share of the highest one.
+    Share,
 }
 
 impl Curve {
-    /// What the `sRGB` and `gAMA` chunks say; `untagged` when there are none.
-    fn of(info: &png::Info<'_>, untagged: Transfer) -> Self {
+    /// For light, what the `sRGB` and `gAMA` chunks say, if there are any.
+    fn of(info: &png::Info<'_>, numbers: Numbers) -> Self {
+        let Numbers::Light(untagged) = numbers else { return Self::Share };
         if info.srgb.is_some() {
             return Self::Named(Transfer::Srgb);
         }
@@ -118,6 +122,7 @@ impl Curve {
         match self {
             Self::Named(transfer) => transfer.decode(level, highest),
             Self::Power(gamma) => powf(f32::from(level) / f32::from(highest), gamma),
+            Self::Share => f32::from(level) / f32::from(highest),
         }
     }
 }
@@ -136,13 +141,31 @@ fn decode(
     };
     let samples = color.samples();
     let pixels = if depth == Depth::Sixteen {
-        let level = |p: &[u8], c: usize| u16::from_be_bytes([p[2 * c], p[2 * c + 1]]);
         let table: Vec<f32> = (0..=u16::MAX).map(|v| curve.decode(v, u16::MAX)).collect();
-        let light = |p: &[u8]| rgb.map(|c| table[usize::from(level(p, c))]);
+        let light = |p: &[u8]| rgb.map(|c| table[usize::from(level16(p, c))]);
         data.chunks_exact(2 * samples).map(light).collect()
     } else {
         let table: Vec<f32> = (0..=255).map(|v| curve.decode(v, 255)).collect();
         data.chunks_exact(samples).map(|p| rgb.map(|c| table[usize::from(p[c])])).collect()
     };
     Ok(pixels)
+}
+
+/// The level of a channel of a pixel of 16 bits.
+fn level16(pixel: &[u8], channel: usize) -> u16 {
+    u16::from_be_bytes([pixel[2 * channel], pixel[2 * channel + 1]])
+}
+
+/// The last channel of samples that have opacity, as shares of the highest level.
+fn alpha(data: &[u8], color: ColorType, depth: Depth) -> Option<Vec<f32>> {
+    let last = match color {
+        ColorType::GrayscaleAlpha | ColorType::Rgba => color.samples() - 1,
+        _ => return None,
+    };
+    Some(if depth == Depth::Sixteen {
+        let share = |p: &[u8]| f32::from(level16(p, last)) / f32::from(u16::MAX);
+        data.chunks_exact(2 * (last + 1)).map(share).collect()
+    } else {
+        data.chunks_exact(last + 1).map(|p| f32::from(p[last]) / 255.0).collect()
+    })
 }
