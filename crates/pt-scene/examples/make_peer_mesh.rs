@@ -1,23 +1,36 @@
-//! Writes the mesh of `scenes/mitsuba/mesh.xml`: a bumpy sphere of 50 000 triangles as a binary
-//! PLY.
+//! Writes the meshes of scenes that peers render: a bumpy sphere of 50 000 triangles as a binary
+//! PLY, for `scenes/mitsuba/mesh.xml`, or two small ones as Mitsuba's serialized meshes, for
+//! `scenes/mitsuba/shapes.xml`.
 //!
 //! ```text
 //! cargo run -p pt-scene --example make_peer_mesh -- scenes/mitsuba/bumpy_sphere.ply
+//! cargo run -p pt-scene --example make_peer_mesh -- scenes/mitsuba/bumpy_spheres.serialized
 //! ```
 
 use std::io::Write;
+use std::path::PathBuf;
 
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
 use pt_scene::Mesh;
+use pt_scene::shapes::bumpy_sphere;
 
 /// 20 · 50² triangles.
 const SUBDIVISION: u32 = 50;
+/// Those of the serialized meshes: the first is of single precision without normals, the second
+/// of double precision with normals and texture coordinates.
+const SMALL: [u32; 2] = [8, 12];
 
 fn main() -> std::io::Result<()> {
-    let Some(path) = std::env::args_os().nth(1) else {
+    let Some(path) = std::env::args_os().nth(1).map(PathBuf::from) else {
         return Err(std::io::Error::other("give the name of the file to write"));
     };
-    let mut file = std::io::BufWriter::new(std::fs::File::create(path)?);
-    write_ply(&mut file, &pt_scene::shapes::bumpy_sphere(SUBDIVISION))?;
+    let mut file = std::io::BufWriter::new(std::fs::File::create(&path)?);
+    if path.extension().is_some_and(|ending| ending == "serialized") {
+        file.write_all(&serialized()?)?;
+    } else {
+        write_ply(&mut file, &bumpy_sphere(SUBDIVISION))?;
+    }
     file.flush()
 }
 
@@ -38,4 +51,39 @@ fn write_ply(out: &mut impl Write, mesh: &Mesh) -> std::io::Result<()> {
         }
     }
     Ok(())
+}
+
+/// A file of two meshes and the list of where they begin.
+fn serialized() -> std::io::Result<Vec<u8>> {
+    let (mut bytes, mut places) = (Vec::new(), Vec::new());
+    for (i, subdivision) in SMALL.into_iter().enumerate() {
+        places.extend((bytes.len() as u64).to_le_bytes());
+        bytes.extend([0x1c, 4, 4, 0]);
+        let mut packed = ZlibEncoder::new(&mut bytes, Compression::best());
+        packed.write_all(&content(&bumpy_sphere(subdivision), i == 1))?;
+        packed.finish()?;
+    }
+    bytes.extend(places);
+    bytes.extend((SMALL.len() as u32).to_le_bytes());
+    Ok(bytes)
+}
+
+/// A mesh of version 4, with all that a vertex may have and in double precision, or with nothing.
+/// Normals are those of a sphere, texture coordinates x and y.
+fn content(mesh: &Mesh, full: bool) -> Vec<u8> {
+    let flags: u32 = if full { 0x2003 } else { 0x1000 };
+    let mut bytes = flags.to_le_bytes().to_vec();
+    bytes.extend(b"bumpy sphere\0");
+    bytes.extend((mesh.positions.len() as u64).to_le_bytes());
+    bytes.extend((mesh.triangles.len() as u64).to_le_bytes());
+    let positions = mesh.positions.as_flattened();
+    if full {
+        let uvs = mesh.positions.iter().flat_map(|p| &p[..2]);
+        let all = positions.iter().chain(positions).chain(uvs);
+        bytes.extend(all.flat_map(|x| f64::from(*x).to_le_bytes()));
+    } else {
+        bytes.extend(positions.iter().flat_map(|x| x.to_le_bytes()));
+    }
+    bytes.extend(mesh.triangles.as_flattened().iter().flat_map(|i| i.to_le_bytes()));
+    bytes
 }

@@ -1,10 +1,16 @@
 //! Meshes made by rule, and normals made from positions.
+//!
+//! Rectangle, cube, disk and cylinder have the texture coordinates that Mitsuba 3.9 gives them.
+
+mod round;
 
 use std::collections::HashMap;
 
 use pt_math::DVec3;
 
 use crate::{Attribute, Mesh, Part};
+
+pub use round::{cylinder, disk};
 
 /// The square [−1, 1]² in the xy plane; the front looks to +z and (u, v) runs from (0, 0) at
 /// (−1, −1) to (1, 1).
@@ -19,18 +25,28 @@ pub fn rectangle() -> Mesh {
 
 /// The cube [−1, 1]³; the front looks outwards, and (u, v) covers [0, 1]² on each face.
 pub fn cube() -> Mesh {
+    /// The axes along which u and v run on the faces −x, +x, −y, +y, −z, +z: bit 2 says that they
+    /// run backwards.
+    const UV_AXES: [[u32; 2]; 6] = [[1, 2], [1, 6], [2, 0], [4, 6], [5, 0], [1, 0]];
     let sign = |bits: u32, axis: u32| if bits >> axis & 1 == 1 { 1.0 } else { -1.0 };
     let positions = (0..8).map(|i| [sign(i, 0), sign(i, 1), sign(i, 2)]).collect();
-    let uv_values = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let uv_values = (0..4).map(|i| [f32::from(i & 1 != 0), f32::from(i & 2 != 0)]).collect();
     let (mut triangles, mut uv_indices) = (Vec::new(), Vec::new());
     for axis in 0..3 {
         // The two axes that follow in cyclic order span the face, so that their product looks
         // along `axis`.
         let (s, t) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
         let positive = 1 << axis;
-        for [a, b, c, d] in [[0, s, s + t, t].map(|i| i + positive), [0, t, s + t, s]] {
-            triangles.extend([[a, b, c], [a, c, d]]);
-            uv_indices.extend([[0, 1, 2], [0, 2, 3]]);
+        let faces = [[0, t, s + t, s], [0, s, s + t, t].map(|i: u32| i + positive)];
+        for (face, [a, b, c, d]) in (2 * axis..).zip(faces) {
+            let uv = |corner: u32| {
+                let [u, v] = UV_AXES[face].map(|axis| (corner >> (axis & 3) ^ axis >> 2) & 1);
+                u + 2 * v
+            };
+            for triangle in [[a, b, c], [a, c, d]] {
+                triangles.push(triangle);
+                uv_indices.push(triangle.map(uv));
+            }
         }
     }
     let uvs = Some(Attribute { values: uv_values, indices: Some(uv_indices) });
@@ -238,6 +254,44 @@ mod tests {
         let uvs = mesh.uvs.unwrap();
         for (p, uv) in mesh.positions.iter().zip(&uvs.values) {
             assert_eq!([2.0 * uv[0] - 1.0, 2.0 * uv[1] - 1.0], [p[0], p[1]]);
+        }
+    }
+
+    /// What Mitsuba 3.9 says of the points (1, −0.3, 0.2), (0.5, 1, 0.2) and so on of its cube.
+    #[test]
+    fn faces_of_the_cube_have_the_texture_coordinates_of_mitsuba() {
+        let mesh = cube();
+        let uvs = mesh.uvs.as_ref().unwrap();
+        for (axis, side, expected) in [
+            (0, 1.0, [0.35, 0.4]),
+            (0, -1.0, [0.35, 0.6]),
+            (1, 1.0, [0.25, 0.4]),
+            (1, -1.0, [0.6, 0.75]),
+            (2, 1.0, [0.35, 0.75]),
+            (2, -1.0, [0.65, 0.75]),
+        ] {
+            let mut point = [0.5, -0.3, 0.2];
+            point[axis] = side;
+            let mut found = 0;
+            for (i, &triangle) in mesh.triangles.iter().enumerate() {
+                let p = triangle.map(|c| mesh.positions[c as usize].map(f64::from));
+                if p.iter().any(|p| p[axis] != side) {
+                    continue;
+                }
+                // Texture coordinates are linear on a face: from corner 0 along the two edges.
+                let uv = uvs.corners(i, triangle).map(|c| uvs.values[c as usize].map(f64::from));
+                let edges = [1, 2].map(|k| DVec3::from_array(p[k]) - DVec3::from_array(p[0]));
+                let rest = DVec3::from_array(point) - DVec3::from_array(p[0]);
+                let normal = edges[0].cross(edges[1]);
+                let weight = |a: DVec3, b: DVec3| a.cross(b).dot(normal) / normal.length_squared();
+                let (s, t) = (weight(rest, edges[1]), weight(edges[0], rest));
+                for k in 0..2 {
+                    let value = uv[0][k] + s * (uv[1][k] - uv[0][k]) + t * (uv[2][k] - uv[0][k]);
+                    assert!((value - expected[k]).abs() < 1e-12, "{axis} {side}: {value}");
+                }
+                found += 1;
+            }
+            assert_eq!(found, 2, "triangles of a face");
         }
     }
 

@@ -143,7 +143,8 @@ fn same_image_gives_the_same_bytes() {
     let folder = folder();
     let metadata = (0..40).map(|i| (format!("key{i}"), i.to_string())).collect();
     let options = SaveOptions { metadata, ..Default::default() };
-    for extension in CODECS.iter().flat_map(|c| c.extensions) {
+    let writers = CODECS.iter().filter(|codec| codec.write.is_some());
+    for extension in writers.flat_map(|codec| codec.extensions) {
         let write = |name: &str| {
             let path = folder.path().join(name).with_extension(extension);
             save(&picture(20, 40), &path, &options).unwrap();

@@ -1,6 +1,8 @@
 //! The reader of Mitsuba scenes.
 
 mod common;
+#[path = "mitsuba/shapes.rs"]
+mod shapes;
 
 use std::path::Path;
 use std::sync::Arc;

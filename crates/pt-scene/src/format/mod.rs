@@ -7,6 +7,7 @@ mod mesh_file;
 mod mitsuba;
 mod obj;
 mod ply;
+mod serialized;
 mod triangulate;
 mod xml;
 

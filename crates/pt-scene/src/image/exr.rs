@@ -88,7 +88,7 @@ pub(super) fn read(bytes: &[u8], _: Numbers) -> Result<Decoded, String> {
     let failed = |e: exr::error::Error| format!("is no valid EXR file: {e}");
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
     check_size(sum_of_pixels(&meta, |header| header.channels.bytes_per_pixel), bytes.len())?;
-    check_size(sum_of_pixels(&meta, |_| size_of::<[f32; 4]>()), usize::MAX)?;
+    check_size(sum_of_pixels(&meta, bytes_in_memory), usize::MAX)?;
     let file = exr_read()
         .no_deep_data()
         .largest_resolution_level()
@@ -115,6 +115,13 @@ pub(super) fn read(bytes: &[u8], _: Numbers) -> Result<Decoded, String> {
         return Err(format!("has no channels R, G, B, and no Y; it has {}", names.join(", ")));
     };
     assemble(size, rgb, alpha)
+}
+
+/// What a pixel of a part takes as `f32`.
+fn bytes_in_memory(part: &Header) -> usize {
+    let is_alpha = |name: &str| name == "A" || name.ends_with(".A");
+    let has_alpha = part.channels.list.iter().any(|c| is_alpha(&c.name.to_string()));
+    if has_alpha { size_of::<[f32; 4]>() } else { size_of::<[f32; 3]>() }
 }
 
 /// The bytes of all pixels of all parts, when each takes so many; `None` beyond 2⁶⁴.

@@ -189,7 +189,8 @@ impl Data<'_> {
         while at < row.len() {
             let pixel = self.take()?;
             if let [1, 1, 1, count] = pixel {
-                let before = *at.checked_sub(1).and_then(|i| row.get(i)).ok_or("begins with a run")?;
+                let before =
+                    *at.checked_sub(1).and_then(|i| row.get(i)).ok_or("begins with a run")?;
                 let length = usize::from(count).checked_shl(shift).unwrap_or(usize::MAX);
                 let end = at.saturating_add(length);
                 row.get_mut(at..end).ok_or("has runs beyond its end")?.fill(before);

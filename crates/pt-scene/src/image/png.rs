@@ -82,7 +82,11 @@ pub(super) fn read(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
     let (width, height, curve) = (info.width, info.height, Curve::of(info, numbers));
     let packed = (u64::from(width) * info.bits_per_pixel() as u64).div_ceil(8);
     check_size(packed.checked_mul(u64::from(height)), bytes.len())?;
-    check_size((u64::from(width) * u64::from(height)).checked_mul(16), usize::MAX)?;
+    let in_memory = match reader.output_color_type().0 {
+        ColorType::GrayscaleAlpha | ColorType::Rgba => size_of::<[f32; 4]>(),
+        _ => size_of::<[f32; 3]>(),
+    };
+    check_size((u64::from(width) * u64::from(height)).checked_mul(in_memory as u64), usize::MAX)?;
     let size = reader.output_buffer_size().ok_or("is too large")?;
     let mut data = vec![0; size];
     let frame = reader.next_frame(&mut data).map_err(failed)?;

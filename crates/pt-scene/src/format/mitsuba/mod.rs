@@ -22,11 +22,15 @@
 //! * The first sensor of a file is the one that Mitsuba uses; here it is the last.
 //! * `<spectrum>` with one number is the equal-energy illuminant where light is emitted, as it is
 //!   in Mitsuba's RGB modes, and grey elsewhere.
+//! * Images have their upper row at v = 0 there, and at v = 1 here. Meshes keep the texture
+//!   coordinates that they have there.
+//! * Disks and cylinders are meshes of 1024 sides here, and instances are copies.
 //! * A flipped or mirrored sphere cannot be described here. Its glass takes the inverse index of
 //!   refraction, its opaque materials show on both sides, and if it emits it is refused.
 
 mod bsdf;
 mod emitter;
+mod instance;
 mod object;
 mod read;
 mod scene;

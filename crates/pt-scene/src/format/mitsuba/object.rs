@@ -250,11 +250,19 @@ impl<'t> Parameters<'t> {
     }
 
     pub(super) fn boolean(&mut self, name: &'static str) -> Result<bool, LoadError> {
+        self.boolean_or(name, false)
+    }
+
+    pub(super) fn boolean_or(
+        &mut self,
+        name: &'static str,
+        default: bool,
+    ) -> Result<bool, LoadError> {
         let value = self.get(name, "a <boolean>", |value| match value {
             Value::Boolean(x) => Some(*x),
             _ => None,
         });
-        Ok(value?.unwrap_or(false))
+        Ok(value?.unwrap_or(default))
     }
 
     pub(super) fn text(&mut self, name: &'static str) -> Result<Option<&'t str>, LoadError> {

@@ -1,6 +1,7 @@
 //! Objects to a scene.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use super::bsdf::{on_both_sides, surface};
 use super::object::{Object, Tree, error};
@@ -20,6 +21,8 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
         scene: Scene { warnings: tree.warnings.clone(), ..Scene::default() },
         materials: HashMap::new(),
         meshes: Meshes::default(),
+        groups: HashMap::new(),
+        copied_triangles: 0,
     };
     let mut sensors = Vec::new();
     let mut integrators = Vec::new();
@@ -27,7 +30,7 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
         let index = tree.target(child)?;
         let object = &tree.objects[index];
         match object.tag.as_str() {
-            "shape" => builder.shape(object)?,
+            "shape" => builder.place(index)?,
             // Area emitters may be described here and referred to by shapes.
             "emitter" if object.kind == "area" && !object.id.is_empty() => {}
             "emitter" => builder.scene.lights.push(emitter::light(tree, object)?),
@@ -55,31 +58,50 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
 /// What a material is made of: a bsdf, an area emitter, and whether it is on an inverted sphere.
 type MaterialKey = (Option<usize>, Option<usize>, bool);
 
-struct Builder<'t> {
-    tree: &'t Tree,
-    scene: Scene,
+/// A scene on its way.
+pub(super) struct Builder<'t> {
+    pub(super) tree: &'t Tree,
+    pub(super) scene: Scene,
     /// Materials of the scene by what they are made of.
     materials: HashMap<MaterialKey, u32>,
     meshes: Meshes,
+    /// The content of shape groups.
+    pub(super) groups: HashMap<usize, Rc<[crate::Object]>>,
+    /// The triangles of all instances.
+    pub(super) copied_triangles: usize,
 }
 
 impl Builder<'_> {
-    /// Adds a shape with its material.
-    fn shape(&mut self, object: &Object) -> Result<(), LoadError> {
+    /// Places a shape, or those that it stands for, in the world.
+    fn place(&mut self, index: usize) -> Result<(), LoadError> {
+        let object = &self.tree.objects[index];
+        match object.kind.as_str() {
+            // Not seen by itself, but its mistakes are.
+            "shapegroup" => drop(self.group(index)?),
+            "instance" => self.instance(object)?,
+            _ => {
+                let placed = self.shape(object)?;
+                self.scene.objects.push(placed);
+            }
+        }
+        Ok(())
+    }
+
+    /// A shape with its material.
+    pub(super) fn shape(&mut self, object: &Object) -> Result<crate::Object, LoadError> {
         let Shape { geometry, to_world, is_inverted_sphere } =
             shape(self.tree, object, &mut self.meshes, &mut self.scene.warnings)?;
         let children = self.tree.children(object, &["bsdf", "emitter"])?;
         let bsdf = self.tree.only(&children, "bsdf")?;
         let emitter = self.tree.only(&children, "emitter")?;
         let material = self.material(object, (bsdf, emitter, is_inverted_sphere))?;
-        self.scene.objects.push(crate::Object {
+        Ok(crate::Object {
             name: object.name().to_owned(),
             to_world,
             geometry,
             materials: vec![Some(material)],
             at: object.at.clone(),
-        });
-        Ok(())
+        })
     }
 
     /// The index of a material, which is added if it is new. Without a bsdf it is grey on the

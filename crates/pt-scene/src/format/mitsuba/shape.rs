@@ -1,17 +1,29 @@
 //! `<shape>`: surfaces placed in the world.
 
+use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use pt_math::{DAffine3, DMat3};
+use pt_math::{DAffine3, DMat3, DVec3, Frame};
 
 use super::super::mesh_file::{self, MeshFile};
-use super::super::{obj, ply};
+use super::super::{obj, ply, serialized};
 use super::object::{Object, Parameters, Tree, error, unsupported};
 use crate::shapes::{self, smooth_normals};
 use crate::{Geometry, LoadError, Mesh, Warning};
 
-const KINDS: [&str; 5] = ["cube", "obj", "ply", "rectangle", "sphere"];
+const KINDS: [&str; 10] = [
+    "cube",
+    "cylinder",
+    "disk",
+    "instance",
+    "obj",
+    "ply",
+    "rectangle",
+    "serialized",
+    "shapegroup",
+    "sphere",
+];
 
 /// A shape without its material.
 pub(super) struct Shape {
@@ -25,15 +37,23 @@ pub(super) struct Shape {
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct MeshKey {
     path: PathBuf,
+    /// Which of the meshes of the file.
+    index: u32,
     is_flat: bool,
     flips: bool,
+    /// Whether v becomes 1 − v.
+    flips_v: bool,
     /// Whether its transform mirrors.
     mirrored: bool,
 }
 
 /// Meshes that several shapes share.
 #[derive(Default)]
-pub(super) struct Meshes(std::collections::HashMap<MeshKey, Arc<Mesh>>);
+pub(super) struct Meshes {
+    of_files: HashMap<MeshKey, Arc<Mesh>>,
+    /// Those made by rule, by the kind of shape and whether its front is on the other side.
+    made: HashMap<(&'static str, bool), Arc<Mesh>>,
+}
 
 /// The shape that an object describes; its children are left to the caller.
 pub(super) fn shape(
@@ -53,30 +73,61 @@ pub(super) fn shape(
     };
     let shape = match object.kind.as_str() {
         "sphere" => sphere(&mut parameters, to_world, flips)?,
-        "rectangle" => mesh(turned(shapes::rectangle(), flips)),
-        "cube" => mesh(turned(shapes::cube(), flips)),
-        kind @ ("ply" | "obj") => {
-            parameters.pass_over(&["flip_tex_coords"]);
-            let is_flat = parameters.boolean("face_normals")?;
-            let Some(text) = parameters.text("filename")? else {
-                let message = "the <string name=\"filename\"> is missing";
-                return Err(error(&object.at, message));
-            };
+        "rectangle" => mesh(meshes.made("rectangle", shapes::rectangle, flips)),
+        "cube" => mesh(meshes.made("cube", shapes::cube, flips)),
+        "disk" => mesh(meshes.made("disk", shapes::disk, flips)),
+        "cylinder" => {
+            let to_world = cylinder(&mut parameters, to_world)?;
+            Shape { to_world, ..mesh(meshes.made("cylinder", shapes::cylinder, flips)) }
+        }
+        kind @ ("ply" | "obj" | "serialized") => {
             let mirrored = to_world.matrix3.determinant() < 0.0;
-            let path = tree.resolve(text);
-            let path = path.ok_or_else(|| parameters.refuse("filename", tree.not_found(text)))?;
-            let parse = if kind == "ply" { ply::parse_mesh } else { obj::parse_mesh };
-            let key = MeshKey { path, is_flat, flips, mirrored };
-            let bytes = || {
+            let key = mesh_key(tree, object, &mut parameters, (flips, mirrored))?;
+            let read = || {
                 let bytes = mesh_file::read(&key.path);
-                bytes.map_err(|message| parameters.refuse("filename", message))
+                let bytes = bytes.map_err(|message| parameters.refuse("filename", message))?;
+                match kind {
+                    "ply" => ply::parse_mesh(&bytes, &key.path),
+                    "obj" => obj::parse_mesh(&bytes, &key.path),
+                    _ => serialized::parse_mesh(&bytes, &key.path, key.index),
+                }
             };
-            mesh(meshes.get(&key, || parse(&bytes()?, &key.path), warnings)?)
+            mesh(meshes.of_file(&key, read, warnings)?)
         }
         _ => return Err(unsupported(object, &KINDS)),
     };
     parameters.finish()?;
     Ok(shape)
+}
+
+/// The mesh file that an object names, and what is to be made of it.
+fn mesh_key(
+    tree: &Tree,
+    object: &Object,
+    parameters: &mut Parameters<'_>,
+    (flips, mirrored): (bool, bool),
+) -> Result<MeshKey, LoadError> {
+    let is_flat = parameters.boolean("face_normals")?;
+    let flips_v = match object.kind.as_str() {
+        "serialized" => false,
+        // Images have their upper row at v = 0 in Mitsuba, and at v = 1 for most writers of OBJ.
+        kind => parameters.boolean_or("flip_tex_coords", kind == "obj")?,
+    };
+    let index = match object.kind.as_str() {
+        "serialized" => parameters.integer("shape_index")?.unwrap_or(0),
+        _ => 0,
+    };
+    let index = u32::try_from(index).map_err(|_| {
+        let message = format!("\"shape_index\" is {index}; expected a whole number from 0");
+        parameters.refuse("shape_index", message)
+    })?;
+    let Some(text) = parameters.text("filename")? else {
+        let message = "the <string name=\"filename\"> is missing";
+        return Err(error(&object.at, message));
+    };
+    let path = tree.resolve(text);
+    let path = path.ok_or_else(|| parameters.refuse("filename", tree.not_found(text)))?;
+    Ok(MeshKey { path, index, is_flat, flips, flips_v, mirrored })
 }
 
 /// A mesh with its front on the other side if that is asked for.
@@ -85,6 +136,24 @@ fn turned(mut mesh: Mesh, flips: bool) -> Arc<Mesh> {
         shapes::flip(&mut mesh);
     }
     Arc::new(mesh)
+}
+
+/// Where [`shapes::cylinder`] goes: its axis from `p0` to `p1`, with the frame that Mitsuba puts
+/// around it.
+fn cylinder(parameters: &mut Parameters<'_>, to_world: DAffine3) -> Result<DAffine3, LoadError> {
+    let p0 = parameters.vector("p0")?.unwrap_or(DVec3::ZERO);
+    let p1 = parameters.vector("p1")?.unwrap_or(DVec3::Z);
+    let radius = parameters.positive("radius", 1.0)?;
+    let Some(axis) = (p1 - p0).try_normalize() else {
+        return Err(parameters.refuse("p1", "the cylinder has no length: p0 and p1 are equal"));
+    };
+    let Frame { s, t, .. } = Frame::from_normal(axis.as_vec3());
+    let linear = DMat3::from_cols(s.as_dvec3() * radius, t.as_dvec3() * radius, p1 - p0);
+    let placed = to_world * DAffine3::from_mat3_translation(linear, p0);
+    if placed.inverse().is_finite() {
+        return Ok(placed);
+    }
+    Err(parameters.refuse("radius", "the cylinder is too thin or too large to be computed with"))
 }
 
 /// A sphere: the product of its transforms has to keep it one.
@@ -109,28 +178,36 @@ fn sphere(
         return Err(parameters.refuse("radius", message));
     }
     let mirrored = (linear.determinant() < 0.0) != (radius < 0.0);
+    // What turns the sphere is kept for its texture coordinates.
+    let center = to_world.transform_point3(center);
     Ok(Shape {
         geometry: Geometry::Sphere { radius: world_radius },
-        to_world: DAffine3::from_translation(to_world.transform_point3(center)),
+        to_world: DAffine3::from_mat3_translation(linear * scale.recip(), center),
         is_inverted_sphere: flips != mirrored,
     })
 }
 
 impl Meshes {
+    /// A mesh made by rule.
+    fn made(&mut self, kind: &'static str, make: fn() -> Mesh, flips: bool) -> Arc<Mesh> {
+        let mesh = self.made.entry((kind, flips)).or_insert_with(|| turned(make(), flips));
+        Arc::clone(mesh)
+    }
+
     /// The mesh of a file, read once for all shapes that are alike.
-    fn get(
+    fn of_file(
         &mut self,
         key: &MeshKey,
         read: impl Fn() -> Result<MeshFile, LoadError>,
         warnings: &mut Vec<Warning>,
     ) -> Result<Arc<Mesh>, LoadError> {
-        if let Some(mesh) = self.0.get(key) {
+        if let Some(mesh) = self.of_files.get(key) {
             return Ok(Arc::clone(mesh));
         }
         let file = read()?;
         warnings.extend(file.warnings);
         let mesh = Arc::new(prepare(file.mesh, key));
-        self.0.insert(key.clone(), Arc::clone(&mesh));
+        self.of_files.insert(key.clone(), Arc::clone(&mesh));
         Ok(mesh)
     }
 }
@@ -140,6 +217,11 @@ impl Meshes {
 /// A mirrored mesh keeps its front here. In Mitsuba it does so if the file has normals; otherwise
 /// normals are made from the mirrored triangles, whose front is on the other side.
 fn prepare(mut mesh: Mesh, key: &MeshKey) -> Mesh {
+    if key.flips_v {
+        for [_, v] in mesh.uvs.iter_mut().flat_map(|uvs| &mut uvs.values) {
+            *v = 1.0 - *v;
+        }
+    }
     let mut turns = key.flips;
     if key.is_flat {
         mesh.normals = None;

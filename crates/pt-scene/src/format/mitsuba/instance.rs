@@ -1,0 +1,93 @@
+//! `<shape type="shapegroup">` and `<shape type="instance">`: shapes that are placed many times.
+
+use std::rc::Rc;
+
+use super::object::{Object, Parameters, error};
+use super::scene::Builder;
+use crate::{Geometry, LoadError};
+
+/// Most objects of a scene. A few lines can ask for any number: groups of many shapes, and many
+/// instances of them.
+const MAX_OBJECTS: usize = 1_000_000;
+/// Most triangles of all instances, which are copied when the scene is compiled.
+const MAX_TRIANGLES: usize = 100_000_000;
+
+impl Builder<'_> {
+    /// The shapes of a group, as they stand in its own coordinates.
+    pub(super) fn group(&mut self, index: usize) -> Result<Rc<[crate::Object]>, LoadError> {
+        if let Some(known) = self.groups.get(&index) {
+            return Ok(Rc::clone(known));
+        }
+        let tree = self.tree;
+        let group = &tree.objects[index];
+        Parameters::new(group).finish()?;
+        let mut shapes = Vec::new();
+        for child in tree.children(group, &["shape"])? {
+            let shape = &tree.objects[child];
+            if matches!(shape.kind.as_str(), "shapegroup" | "instance") {
+                let message = "a shape group cannot contain groups or instances; place them in the \
+                               scene itself";
+                return Err(error(&shape.at, message));
+            }
+            for inner in tree.children(shape, &["bsdf", "emitter"])? {
+                let inner = &tree.objects[inner];
+                if inner.tag == "emitter" {
+                    let message = "shapes of a shape group cannot emit; place them in the scene \
+                                   itself";
+                    return Err(error(&inner.at, message));
+                }
+            }
+            shapes.push(self.shape(shape)?);
+        }
+        let shapes: Rc<[_]> = shapes.into();
+        self.groups.insert(index, Rc::clone(&shapes));
+        Ok(shapes)
+    }
+
+    /// Places the shapes of a group. Their meshes are shared.
+    pub(super) fn instance(&mut self, instance: &Object) -> Result<(), LoadError> {
+        let tree = self.tree;
+        let mut parameters = Parameters::new(instance);
+        let to_world = parameters.transform("to_world")?;
+        let children = tree.children(instance, &["shape"])?;
+        let [group] = children.as_slice() else {
+            let count = children.len();
+            let message = format!("expected one <ref> to a shape group, but there are {count}");
+            return Err(error(&instance.at, message));
+        };
+        if tree.objects[*group].kind != "shapegroup" {
+            let kind = tree.objects[*group].describe();
+            let message = format!("expected a <ref> to a shape group, but it is a {kind}");
+            return Err(error(&instance.at, message));
+        }
+        let shapes = self.group(*group)?;
+        let triangles = |object: &crate::Object| match &object.geometry {
+            Geometry::Mesh(mesh) => mesh.triangles.len(),
+            Geometry::Sphere { .. } => 0,
+        };
+        self.copied_triangles += shapes.iter().map(triangles).sum::<usize>();
+        if self.scene.objects.len() + shapes.len() > MAX_OBJECTS
+            || self.copied_triangles > MAX_TRIANGLES
+        {
+            let message = format!(
+                "with this instance, there are more than {MAX_OBJECTS} shapes or {MAX_TRIANGLES} \
+                 triangles of instances"
+            );
+            return Err(error(&instance.at, message));
+        }
+        for shape in shapes.iter() {
+            let placed = to_world * shape.to_world;
+            if !placed.inverse().is_finite() {
+                let message = "\"to_world\" flattens a shape of the group; it cannot be undone";
+                return Err(parameters.refuse("to_world", message));
+            }
+            self.scene.objects.push(crate::Object {
+                name: format!("{} of {}", shape.name, instance.name()),
+                to_world: placed,
+                at: instance.at.clone(),
+                ..shape.clone()
+            });
+        }
+        parameters.finish()
+    }
+}

@@ -1,0 +1,243 @@
+//! Mitsuba's own files of meshes (`.serialized`). [Jakob et al. 2022, documentation of Mitsuba
+//! 3.9, "Serialized mesh loader"; version 3 of the format is that of Mitsuba 0.x]
+//!
+//! ```text
+//! identifier, version │ zlib: flags, name, counts, positions, normals, uvs, colours, triangles
+//! identifier, version │ zlib: …
+//! where each identifier stands, and how many there are
+//! ```
+//!
+//! All numbers are little-endian. Version 3 has no names, and places of 32 bits instead of 64.
+
+use std::io::{ErrorKind, Read};
+use std::path::Path;
+
+use flate2::read::ZlibDecoder;
+
+use super::mesh_file::{self, MeshFile};
+use crate::shapes::single_part;
+use crate::{Attribute, LoadError, Mesh};
+
+const IDENTIFIER: u16 = 0x041C;
+const HAS_NORMALS: u32 = 0x1;
+const HAS_UVS: u32 = 0x2;
+const HAS_COLORS: u32 = 0x8;
+const IS_DOUBLE: u32 = 0x2000;
+/// Most bytes of a mesh, as for images: few bytes may claim to be more than memory holds.
+const MOST_BYTES: u64 = 1 << 30;
+/// Deflate packs 258 bytes into two bits at best.
+const BEST_RATIO: u64 = 1032;
+/// Longest name in bytes.
+const MAX_NAME: usize = 1000;
+
+/// The mesh with a number, from 0.
+///
+/// Colours are passed over, and so is the flag that asks for flat shading, as Mitsuba does.
+///
+/// # Errors
+/// If there is no such mesh, or it ends early, is damaged, claims more than its bytes can hold, or
+/// refers to vertices that do not exist.
+pub(super) fn parse_mesh(bytes: &[u8], path: &Path, index: u32) -> Result<MeshFile, LoadError> {
+    let error = |message: String| mesh_file::error(path, 0, message);
+    let version = version_of(bytes).map_err(error)?;
+    let start = start(bytes, version, index).map_err(error)?;
+    let bytes = bytes.get(start..).unwrap_or_default();
+    let version = version_of(bytes).map_err(error)?;
+    let packed = bytes.get(4..).unwrap_or_default();
+    let mut stream = Stream { rest: ZlibDecoder::new(packed), is_double: false };
+    let mesh = stream.mesh(version, packed.len() as u64).map_err(error)?;
+    let name = if mesh.name.is_empty() { mesh_file::name_of(path) } else { mesh.name };
+    Ok(MeshFile { mesh: Mesh { name, ..mesh }, warnings: Vec::new() })
+}
+
+/// The version that a header says.
+fn version_of(bytes: &[u8]) -> Result<u16, String> {
+    let Some(&[a, b, c, d]) = bytes.first_chunk() else {
+        return Err("the file is too short to be a serialized mesh".to_owned());
+    };
+    if u16::from_le_bytes([a, b]) != IDENTIFIER {
+        return Err(
+            "this is no serialized mesh of Mitsuba, which begins with the bytes 1c 04".to_owned()
+        );
+    }
+    match u16::from_le_bytes([c, d]) {
+        version @ (3 | 4) => Ok(version),
+        other => Err(format!("the mesh has version {other}; supported: 3, 4")),
+    }
+}
+
+/// Where the header of a mesh stands. The first one needs no dictionary.
+fn start(bytes: &[u8], version: u16, index: u32) -> Result<usize, String> {
+    if index == 0 {
+        return Ok(0);
+    }
+    let broken = || "the list of meshes at the end of the file is damaged".to_owned();
+    let (places, count) = bytes.split_last_chunk().ok_or_else(broken)?;
+    let count = u32::from_le_bytes(*count);
+    if index >= count {
+        return Err(format!("there is no mesh {index}; the file has {count}, counted from 0"));
+    }
+    let from_end = (count - index) as usize;
+    let place = match version {
+        3 => places
+            .rchunks_exact(4)
+            .nth(from_end - 1)
+            .and_then(|place| Some(u32::from_le_bytes(place.try_into().ok()?) as u64)),
+        _ => places
+            .rchunks_exact(8)
+            .nth(from_end - 1)
+            .and_then(|place| Some(u64::from_le_bytes(place.try_into().ok()?))),
+    };
+    let place = place.and_then(|place| usize::try_from(place).ok());
+    place.filter(|place| *place < bytes.len()).ok_or_else(broken)
+}
+
+/// The packed bytes of a mesh.
+struct Stream<'a> {
+    rest: ZlibDecoder<&'a [u8]>,
+    is_double: bool,
+}
+
+impl Stream<'_> {
+    fn mesh(&mut self, version: u16, packed: u64) -> Result<Mesh, String> {
+        let flags = u32::from_le_bytes(self.take()?);
+        let name = if version == 4 { self.name()? } else { String::new() };
+        let vertices = u64::from_le_bytes(self.take()?);
+        let triangles = u64::from_le_bytes(self.take()?);
+        self.is_double = flags & IS_DOUBLE != 0;
+        let has = |flag: u32| flags & flag != 0;
+        let per_vertex = 3
+            + 3 * u64::from(has(HAS_NORMALS))
+            + 2 * u64::from(has(HAS_UVS))
+            + 3 * u64::from(has(HAS_COLORS));
+        check_counts([vertices, triangles], per_vertex * self.number_size() as u64, packed)?;
+        let (vertices, triangles) = (vertices as usize, triangles as usize);
+        let positions = self.numbers(vertices, "position")?;
+        let normals = has(HAS_NORMALS).then(|| self.numbers(vertices, "normal")).transpose()?;
+        let uvs = has(HAS_UVS).then(|| self.numbers(vertices, "texture coordinate")).transpose()?;
+        if has(HAS_COLORS) {
+            self.elements(vertices, 3 * self.number_size(), |_| {})?;
+        }
+        let triangles = self.triangles(triangles, vertices)?;
+        let parts = single_part(triangles.len());
+        let (normals, uvs) = (normals.map(at_vertices), uvs.map(at_vertices));
+        Ok(Mesh { name, positions, triangles, normals, uvs, parts })
+    }
+
+    /// Text up to a NUL.
+    fn name(&mut self) -> Result<String, String> {
+        let mut name = Vec::new();
+        loop {
+            match self.take()? {
+                [0] => return Ok(String::from_utf8_lossy(&name).into_owned()),
+                [_] if name.len() == MAX_NAME => {
+                    return Err(format!("the name is longer than {MAX_NAME} bytes"));
+                }
+                [byte] => name.push(byte),
+            }
+        }
+    }
+
+    /// Bytes of a number that is not whole.
+    fn number_size(&self) -> usize {
+        if self.is_double { 8 } else { 4 }
+    }
+
+    /// Vectors of finite numbers.
+    fn numbers<const N: usize>(
+        &mut self,
+        count: usize,
+        what: &str,
+    ) -> Result<Vec<[f32; N]>, String> {
+        let (size, is_double) = (self.number_size(), self.is_double);
+        let mut vectors: Vec<[f32; N]> = Vec::new();
+        self.elements(count, N * size, |bytes| {
+            vectors.push(std::array::from_fn(|i| match &bytes[i * size..][..size] {
+                &[a, b, c, d, e, f, g, h] if is_double => {
+                    f64::from_le_bytes([a, b, c, d, e, f, g, h]) as f32
+                }
+                &[a, b, c, d, ..] => f32::from_le_bytes([a, b, c, d]),
+                _ => f32::NAN,
+            }));
+        })?;
+        match vectors.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
+            Some(bad) => Err(format!("the {what} of vertex {bad} is not finite")),
+            None => Ok(vectors),
+        }
+    }
+
+    fn triangles(&mut self, count: usize, vertices: usize) -> Result<Vec<[u32; 3]>, String> {
+        let mut triangles = Vec::new();
+        self.elements(count, 12, |bytes| {
+            let (corners, _) = bytes.as_chunks::<4>();
+            triangles.push([0, 1, 2].map(|i: usize| u32::from_le_bytes(corners[i])));
+        })?;
+        let is_bad = |corners: &[u32; 3]| corners.iter().any(|c| *c as usize >= vertices);
+        match triangles.iter().position(is_bad) {
+            Some(bad) => {
+                let corners = triangles[bad];
+                Err(format!("triangle {bad} has the corners {corners:?} of {vertices} vertices"))
+            }
+            None => Ok(triangles),
+        }
+    }
+
+    /// Reads elements of equal size in pieces, so that memory grows only with what is there.
+    fn elements(
+        &mut self,
+        count: usize,
+        size: usize,
+        mut each: impl FnMut(&[u8]),
+    ) -> Result<(), String> {
+        const PIECE: usize = 4096;
+        let mut piece = vec![0; size * PIECE];
+        let mut left = count;
+        while left > 0 {
+            let bytes = &mut piece[..size * left.min(PIECE)];
+            self.rest.read_exact(bytes).map_err(explain)?;
+            bytes.chunks_exact(size).for_each(&mut each);
+            left -= left.min(PIECE);
+        }
+        Ok(())
+    }
+
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], String> {
+        let mut bytes = [0; N];
+        self.rest.read_exact(&mut bytes).map_err(explain)?;
+        Ok(bytes)
+    }
+}
+
+/// One value for each vertex.
+fn at_vertices<T>(values: Vec<T>) -> Attribute<T> {
+    Attribute { values, indices: None }
+}
+
+/// Refuses meshes of nothing, and counts that so many packed bytes cannot hold.
+fn check_counts(
+    [vertices, triangles]: [u64; 2],
+    bytes_per_vertex: u64,
+    packed: u64,
+) -> Result<(), String> {
+    let says = format!("the mesh says that it has {vertices} vertices and {triangles} triangles");
+    if vertices == 0 || triangles == 0 {
+        return Err(format!("{says}; expected some"));
+    }
+    let bytes = vertices.checked_mul(bytes_per_vertex);
+    let bytes = bytes.and_then(|b| b.checked_add(triangles.checked_mul(12)?)).unwrap_or(u64::MAX);
+    if bytes > MOST_BYTES {
+        return Err(format!("{says}, which are more than 1 GiB; please cut it into pieces"));
+    }
+    if bytes / BEST_RATIO > packed {
+        return Err(format!("{says}, but only {packed} bytes follow"));
+    }
+    Ok(())
+}
+
+/// What is wrong with packed bytes.
+fn explain(error: std::io::Error) -> String {
+    match error.kind() {
+        ErrorKind::UnexpectedEof => "the file ends within the mesh; is it complete?".to_owned(),
+        _ => format!("the packed bytes of the mesh are damaged: {error}"),
+    }
+}
