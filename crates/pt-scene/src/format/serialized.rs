@@ -121,7 +121,7 @@ impl Stream<'_> {
         let triangles = self.triangles(triangles, vertices)?;
         let parts = single_part(triangles.len());
         let (normals, uvs) = (normals.map(at_vertices), uvs.map(at_vertices));
-        Ok(Mesh { name, positions, triangles, normals, uvs, parts })
+        Ok(Mesh { name, positions, triangles, normals, uvs, colors: None, parts })
     }
 
     /// Text up to a NUL.
