@@ -115,10 +115,10 @@ fn check_primaries(value: &str) -> Result<(), String> {
 fn size(line: &str) -> Result<(usize, usize), String> {
     let words: Vec<_> = line.split_whitespace().collect();
     let count = |word: &str| word.parse().ok().filter(|n| (1..=u32::MAX as usize).contains(n));
-    if let ["-Y", height, "+X", width] = words.as_slice() {
-        if let (Some(width), Some(height)) = (count(width), count(height)) {
-            return Ok((width, height));
-        }
+    if let ["-Y", height, "+X", width] = words.as_slice()
+        && let (Some(width), Some(height)) = (count(width), count(height))
+    {
+        return Ok((width, height));
     }
     Err(format!("has the size {line:?}; expected \"-Y height +X width\", rows from the top"))
 }
