@@ -101,7 +101,8 @@ pub(crate) struct Cli {
     #[arg(long, help_heading = "What to show")]
     pub(crate) cs184: bool,
 
-    /// Environment map: light from all around, an OpenEXR or PNG image in latitude and longitude
+    /// Environment map: light from all around, an image in latitude and longitude (.exr, .hdr, .png,
+    /// .jpg)
     #[arg(short, long, value_name = "FILE", help_heading = "Scene")]
     pub(crate) environment: Option<PathBuf>,
 

@@ -12,6 +12,7 @@ use std::path::PathBuf;
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
+use pt_math::DVec3;
 use pt_scene::Mesh;
 use pt_scene::shapes::bumpy_sphere;
 
@@ -69,7 +70,7 @@ fn serialized() -> std::io::Result<Vec<u8>> {
 }
 
 /// A mesh of version 4, with all that a vertex may have and in double precision, or with nothing.
-/// Normals are those of a sphere, texture coordinates x and y.
+/// Texture coordinates are x and y.
 fn content(mesh: &Mesh, full: bool) -> Vec<u8> {
     let flags: u32 = if full { 0x2003 } else { 0x1000 };
     let mut bytes = flags.to_le_bytes().to_vec();
@@ -79,11 +80,25 @@ fn content(mesh: &Mesh, full: bool) -> Vec<u8> {
     let positions = mesh.positions.as_flattened();
     if full {
         let uvs = mesh.positions.iter().flat_map(|p| &p[..2]);
-        let all = positions.iter().chain(positions).chain(uvs);
+        let normals = smooth_normals(mesh);
+        let all = positions.iter().chain(normals.as_flattened()).chain(uvs);
         bytes.extend(all.flat_map(|x| f64::from(*x).to_le_bytes()));
     } else {
         bytes.extend(positions.iter().flat_map(|x| x.to_le_bytes()));
     }
     bytes.extend(mesh.triangles.as_flattened().iter().flat_map(|i| i.to_le_bytes()));
     bytes
+}
+
+/// The mean of the normals of the triangles around each vertex, weighted by their areas.
+fn smooth_normals(mesh: &Mesh) -> Vec<[f32; 3]> {
+    let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
+    for corners in &mesh.triangles {
+        let [a, b, c] =
+            corners.map(|i| DVec3::from_array(mesh.positions[i as usize].map(f64::from)));
+        for corner in corners {
+            sums[*corner as usize] += (b - a).cross(c - a);
+        }
+    }
+    sums.iter().map(|sum| sum.normalize().as_vec3().to_array()).collect()
 }

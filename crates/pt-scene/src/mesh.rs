@@ -14,8 +14,12 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Normals at corners; `None` shades flat. Need not have unit length.
     pub normals: Option<Attribute<[f32; 3]>>,
-    /// Texture coordinates at corners, v upwards.
+    /// Texture coordinates at corners, v upwards. Those of Mitsuba scenes are as they are there:
+    /// v = 0 is the upper row of an image.
     pub uvs: Option<Attribute<[f32; 2]>>,
+    /// Colours at corners, as the file has them: those of whole numbers as shares of the highest
+    /// one, and without a transfer curve.
+    pub colors: Option<Attribute<[f32; 3]>>,
     /// Runs of triangles that share a material slot; together they cover all triangles in order.
     pub parts: Vec<Part>,
 }

@@ -20,7 +20,15 @@ pub fn rectangle() -> Mesh {
     let uvs = Some(Attribute { values: uvs.collect(), indices: None });
     let triangles = vec![[0, 1, 2], [0, 2, 3]];
     let parts = single_part(triangles.len());
-    Mesh { name: "rectangle".to_owned(), positions, triangles, normals: None, uvs, parts }
+    Mesh {
+        name: "rectangle".to_owned(),
+        positions,
+        triangles,
+        normals: None,
+        uvs,
+        colors: None,
+        parts,
+    }
 }
 
 /// The cube [−1, 1]³; the front looks outwards, and (u, v) covers [0, 1]² on each face.
@@ -51,7 +59,7 @@ pub fn cube() -> Mesh {
     }
     let uvs = Some(Attribute { values: uv_values, indices: Some(uv_indices) });
     let parts = single_part(triangles.len());
-    Mesh { name: "cube".to_owned(), positions, triangles, normals: None, uvs, parts }
+    Mesh { name: "cube".to_owned(), positions, triangles, normals: None, uvs, colors: None, parts }
 }
 
 /// A closed surface with hills and dales around the origin, of radius 0.8 to 1.2, without normals.
@@ -97,7 +105,7 @@ pub fn bumpy_sphere(subdivision: u32) -> Mesh {
     }
     let parts = single_part(triangles.len());
     let name = "bumpy sphere".to_owned();
-    Mesh { name, positions, triangles, normals: None, uvs: None, parts }
+    Mesh { name, positions, triangles, normals: None, uvs: None, colors: None, parts }
 }
 
 /// Corners of a regular icosahedron, and its faces counter-clockwise seen from outside.
@@ -154,7 +162,9 @@ pub(crate) fn flip(mesh: &mut Mesh) {
     }
     let uvs = mesh.uvs.iter_mut().filter_map(|uvs| uvs.indices.as_mut());
     let normals = mesh.normals.iter_mut().filter_map(|normals| normals.indices.as_mut());
-    for corners in std::iter::once(&mut mesh.triangles).chain(uvs).chain(normals).flatten() {
+    let colors = mesh.colors.iter_mut().filter_map(|colors| colors.indices.as_mut());
+    let all = std::iter::once(&mut mesh.triangles).chain(uvs).chain(normals).chain(colors);
+    for corners in all.flatten() {
         corners.swap(1, 2);
     }
 }

@@ -151,6 +151,40 @@ fn large_meshes_come_back_as_they_were_written() {
     }
 }
 
+#[test]
+fn colours_of_vertices_are_numbers_or_shares() {
+    let body = |properties: &str, values: [&str; 3]| {
+        let [a, b, c] = values;
+        let text = format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+             property float z\n{properties}element face 1\n\
+             property list uchar int vertex_indices\nend_header\n\
+             0 0 0 {a}\n1 0 0 {b}\n0 1 0 {c}\n3 0 1 2\n"
+        );
+        parse(text.as_bytes(), Path::new("colours.ply"))
+    };
+    let of = |kind: &str, names: [&str; 3]| {
+        names.map(|name| format!("property {kind} {name}\n")).concat()
+    };
+    let colors = |properties: &str, values| {
+        let scene = body(properties, values).unwrap_or_else(|error| panic!("{error}"));
+        let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
+        mesh.colors.as_ref().map(|colors| colors.values.clone())
+    };
+    let (long, short) = (["red", "green", "blue"], ["r", "g", "b"]);
+    let expected = Some(vec![[1.0, 0.0, 0.0], [0.0, 0.2, 0.0], [0.4, 0.6, 1.0]]);
+    assert_eq!(colors(&of("float", short), ["1 0 0", "0 0.2 0", "0.4 0.6 1"]), expected);
+    assert_eq!(colors(&of("double", long), ["1 0 0", "0 0.2 0", "0.4 0.6 1"]), expected);
+    let with_alpha = of("uchar", long) + "property uchar alpha\n";
+    assert_eq!(colors(&with_alpha, ["255 0 0 9", "0 51 0 9", "102 153 255 9"]), expected);
+    let words = ["65535 0 0", "0 13107 0", "26214 39321 65535"];
+    assert_eq!(colors(&of("ushort", long), words), expected);
+    assert_eq!(colors(&of("float", ["r", "green", "b"]), ["1 0 0"; 3]), None);
+    assert!(body(&of("float", long), ["1 0 nan"; 3]).is_err());
+    // Numbers with a sign are no colours.
+    assert_eq!(colors(&of("int", long), ["1 0 0"; 3]), None);
+}
+
 /// A header may promise what it likes; what is reserved is bounded by the bytes that follow.
 #[test]
 fn counts_in_headers_reserve_no_memory() {

@@ -229,6 +229,8 @@ fn the_scenes_for_peers_load_without_a_warning() {
         ("point_light", 3, 2, 5),
         ("environment", 4, 1, 5),
         ("small_light", 8, 0, 5),
+        ("shapes", 11, 0, 5),
+        ("instances", 15, 0, 5),
     ] {
         let scene = pt_scene::format::load(&folder.join(name).with_extension("xml"));
         let scene = scene.unwrap_or_else(|error| panic!("{error}"));

@@ -239,7 +239,8 @@ impl<'a> Reader<'a> {
             has_uvs.then(|| mesh_file::attribute(self.uvs, self.uv_indices, positions, &triangles));
         let parts = single_part(triangles.len());
         let name = mesh_file::name_of(path);
-        let mesh = Mesh { name, positions: self.positions, triangles, normals, uvs, parts };
+        let positions = self.positions;
+        let mesh = Mesh { name, positions, triangles, normals, uvs, colors: None, parts };
         Ok(MeshFile { mesh, warnings: self.warnings })
     }
 

@@ -1,7 +1,7 @@
 //! Stanford polygon files (PLY), text and binary. [Turk 1994, "The PLY Polygon File Format"]
 //!
-//! Read are the properties `x y z`, `nx ny nz` and `u v` (also called `s t` and
-//! `texture_u texture_v`) of the element `vertex`, and the list `vertex_indices` (also called
+//! Read are the properties `x y z`, `nx ny nz`, `u v` (also called `s t` and
+//! `texture_u texture_v`) and `red green blue` (also called `r g b`) of the element `vertex`, and the list `vertex_indices` (also called
 //! `vertex_index`) of the elements `face` and `tristrips`. All else is passed over.
 //!
 //! Elements go one by one from the bytes of the file to the arrays of the mesh, which take
@@ -22,6 +22,8 @@ use crate::{Attribute, LoadError, Mesh, Scene, Warning};
 
 /// Names of the properties of a texture coordinate.
 const UV_NAMES: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]];
+/// Names of the properties of a colour.
+const COLOR_NAMES: [[&str; 3]; 2] = [["r", "g", "b"], ["red", "green", "blue"]];
 /// Names of the list of the corners of a face.
 const CORNER_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
@@ -92,9 +94,12 @@ impl Body<'_> {
         let mut positions = Vec::with_capacity(least);
         let mut normals = has(&["nx", "ny", "nz"]).then(|| Vec::with_capacity(least));
         let mut uvs = UV_NAMES.iter().any(|uv| has(uv)).then(|| Vec::with_capacity(least));
+        let has_colors = COLOR_NAMES.iter().any(|names| names.iter().all(|n| is_color(element, n)));
+        let mut colors = has_colors.then(|| Vec::with_capacity(least));
         for i in 0..element.count {
             let v: Vertex = self.next(element, i)?;
-            if !v.position.iter().chain(&v.normal).chain(&v.uv).all(|x| x.is_finite()) {
+            let mut numbers = v.position.iter().chain(&v.normal).chain(&v.uv).chain(&v.color);
+            if !numbers.all(|x| x.is_finite()) {
                 return Err(self.error(format!("vertex {i} has a value that is not finite")));
             }
             positions.push(v.position);
@@ -104,10 +109,14 @@ impl Body<'_> {
             if let Some(uvs) = &mut uvs {
                 uvs.push(v.uv);
             }
+            if let Some(colors) = &mut colors {
+                colors.push(v.color);
+            }
         }
         mesh.positions = positions;
         mesh.normals = normals.map(|values| Attribute { values, indices: None });
         mesh.uvs = uvs.map(|values| Attribute { values, indices: None });
+        mesh.colors = colors.map(|values| Attribute { values, indices: None });
         Ok(())
     }
 
@@ -296,6 +305,7 @@ struct Vertex {
     position: [f32; 3],
     normal: [f32; 3],
     uv: [f32; 2],
+    color: [f32; 3],
 }
 
 impl PropertyAccess for Vertex {
@@ -304,6 +314,19 @@ impl PropertyAccess for Vertex {
     }
 
     fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
+        let color = match name {
+            "r" | "red" => Some(0),
+            "g" | "green" => Some(1),
+            "b" | "blue" => Some(2),
+            _ => None,
+        };
+        if let Some(channel) = color {
+            let Some(share) = share(&value) else {
+                return PropertyAccessResult::Ignored;
+            };
+            self.color[channel] = share;
+            return PropertyAccessResult::Set;
+        }
         let target = match name {
             "x" => &mut self.position[0],
             "y" => &mut self.position[1],
@@ -328,6 +351,26 @@ impl PropertyAccess for Vertex {
         };
         PropertyAccessResult::Set
     }
+}
+
+/// Whether a property can be a channel of a colour.
+fn is_color(element: &ElementDef, name: &str) -> bool {
+    use ScalarType::{Double, Float, UChar, UInt, UShort};
+    element.properties.get(name).is_some_and(|property| {
+        matches!(property.data_type, PropertyType::Scalar(UChar | UShort | UInt | Float | Double))
+    })
+}
+
+/// A number of a colour: whole ones as shares of the highest.
+fn share(value: &Property) -> Option<f32> {
+    Some(match *value {
+        Property::Float(x) => x,
+        Property::Double(x) => x as f32,
+        Property::UChar(x) => f32::from(x) / f32::from(u8::MAX),
+        Property::UShort(x) => f32::from(x) / f32::from(u16::MAX),
+        Property::UInt(x) => (f64::from(x) / f64::from(u32::MAX)) as f32,
+        _ => return None,
+    })
 }
 
 /// The corners of a face, as they are written.

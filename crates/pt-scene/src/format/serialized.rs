@@ -121,7 +121,7 @@ impl Stream<'_> {
         let triangles = self.triangles(triangles, vertices)?;
         let parts = single_part(triangles.len());
         let (normals, uvs) = (normals.map(at_vertices), uvs.map(at_vertices));
-        Ok(Mesh { name, positions, triangles, normals, uvs, parts })
+        Ok(Mesh { name, positions, triangles, normals, uvs, colors: None, parts })
     }
 
     /// Text up to a NUL.
@@ -152,11 +152,11 @@ impl Stream<'_> {
         let (size, is_double) = (self.number_size(), self.is_double);
         let mut vectors: Vec<[f32; N]> = Vec::new();
         self.elements(count, N * size, |bytes| {
-            vectors.push(std::array::from_fn(|i| match &bytes[i * size..][..size] {
-                &[a, b, c, d, e, f, g, h] if is_double => {
+            vectors.push(std::array::from_fn(|i| match bytes[i * size..][..size] {
+                [a, b, c, d, e, f, g, h] if is_double => {
                     f64::from_le_bytes([a, b, c, d, e, f, g, h]) as f32
                 }
-                &[a, b, c, d, ..] => f32::from_le_bytes([a, b, c, d]),
+                [a, b, c, d, ..] => f32::from_le_bytes([a, b, c, d]),
                 _ => f32::NAN,
             }));
         })?;
@@ -194,7 +194,7 @@ impl Stream<'_> {
         let mut left = count;
         while left > 0 {
             let bytes = &mut piece[..size * left.min(PIECE)];
-            self.rest.read_exact(bytes).map_err(explain)?;
+            self.rest.read_exact(bytes).map_err(|e| explain(&e))?;
             bytes.chunks_exact(size).for_each(&mut each);
             left -= left.min(PIECE);
         }
@@ -203,7 +203,7 @@ impl Stream<'_> {
 
     fn take<const N: usize>(&mut self) -> Result<[u8; N], String> {
         let mut bytes = [0; N];
-        self.rest.read_exact(&mut bytes).map_err(explain)?;
+        self.rest.read_exact(&mut bytes).map_err(|e| explain(&e))?;
         Ok(bytes)
     }
 }
@@ -235,7 +235,7 @@ fn check_counts(
 }
 
 /// What is wrong with packed bytes.
-fn explain(error: std::io::Error) -> String {
+fn explain(error: &std::io::Error) -> String {
     match error.kind() {
         ErrorKind::UnexpectedEof => "the file ends within the mesh; is it complete?".to_owned(),
         _ => format!("the packed bytes of the mesh are damaged: {error}"),

@@ -119,7 +119,7 @@ pub(super) fn read(bytes: &[u8], _: Numbers) -> Result<Decoded, String> {
 
 /// What a pixel of a part takes as `f32`.
 fn bytes_in_memory(part: &Header) -> usize {
-    let is_alpha = |name: &str| name == "A" || name.ends_with(".A");
+    let is_alpha = |name: &str| name.rsplit('.').next() == Some("A");
     let has_alpha = part.channels.list.iter().any(|c| is_alpha(&c.name.to_string()));
     if has_alpha { size_of::<[f32; 4]>() } else { size_of::<[f32; 3]>() }
 }

@@ -28,6 +28,7 @@ pub fn disk() -> Mesh {
         positions,
         normals: None,
         uvs: Some(Attribute { values, indices: Some(indices) }),
+        colors: None,
         parts: single_part(triangles.len()),
         triangles,
     }
@@ -57,6 +58,7 @@ pub fn cylinder() -> Mesh {
             values: values.into_iter().flatten().collect(),
             indices: Some(indices),
         }),
+        colors: None,
         parts: single_part(triangles.len()),
         triangles,
     }

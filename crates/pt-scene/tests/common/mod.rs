@@ -200,4 +200,8 @@ fn check_mesh(mesh: &Mesh, slots: usize) {
     if let Some(uvs) = &mesh.uvs {
         check(uvs.values.len(), uvs.indices.as_ref());
     }
+    if let Some(colors) = &mesh.colors {
+        check(colors.values.len(), colors.indices.as_ref());
+        assert!(colors.values.as_flattened().iter().all(|x| x.is_finite()));
+    }
 }

@@ -35,6 +35,7 @@ pub(super) struct Shape {
 
 /// A mesh file, and what is made of it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[expect(clippy::struct_excessive_bools, reason = "they are parameters that authors write")]
 struct MeshKey {
     path: PathBuf,
     /// Which of the meshes of the file.
