@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use pt_scene::texture::Input;
 use pt_scene::{Geometry, LightKind, Scene, Surface};
 
-use crate::check_invariants;
+use crate::{check_invariants, value};
 
 const SHARED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/scenes/dae");
 
@@ -87,14 +86,6 @@ const COURSE: &[Content] = &[
 
 fn rgb([r, g, b]: [f32; 3]) -> String {
     format!("{r} {g} {b}")
-}
-
-/// The one value of a parameter.
-fn value<T: Copy>(input: &Input<T>) -> T {
-    match input {
-        Input::Value(value) => *value,
-        Input::Texture(_) => panic!("COLLADA files have no textures yet"),
-    }
 }
 
 /// What the course's renderer makes of a material: of plastics it sees the base alone.

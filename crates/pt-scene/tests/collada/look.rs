@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use pt_scene::{LightKind, Scene, Surface};
 
-use crate::good;
+use crate::{good, value};
 
 /// The material of each object, by name, in short.
 fn materials_in_short(scene: &Scene) -> BTreeMap<&str, String> {
@@ -12,19 +12,23 @@ fn materials_in_short(scene: &Scene) -> BTreeMap<&str, String> {
         let Some(index) = object.materials[0] else { return "default".to_owned() };
         let material = &scene.materials[index as usize];
         let surface = match &material.surface {
-            Surface::Matte(m) => format!("matte {:?}", m.reflectance),
-            Surface::Mirror(m) => format!("mirror {:?}", m.reflectance),
+            Surface::Matte(m) => format!("matte {:?}", value(&m.reflectance)),
+            Surface::Mirror(m) => format!("mirror {:?}", value(&m.reflectance)),
             Surface::Glass(m) => {
-                format!("glass {:?} {:?} {}", m.reflectance, m.transmittance, m.ior)
+                format!("glass {:?} {:?} {}", value(&m.reflectance), value(&m.transmittance), m.ior)
             }
-            Surface::Refraction(m) => format!("refraction {:?} {}", m.transmittance, m.ior),
+            Surface::Refraction(m) => format!("refraction {:?} {}", value(&m.transmittance), m.ior),
             Surface::Conductor(m) => {
-                format!("conductor {:?} {:?} {}", m.eta, m.k, m.roughness.map_or(0.0, |r| r.alpha))
+                let alpha = m.roughness.as_ref().map_or(0.0, |r| value(&r.alpha[0]));
+                format!("conductor {:?} {:?} {alpha}", m.eta, m.k)
             }
-            Surface::Plastic(m) => format!("plastic {:?} {:?} {}", m.diffuse, m.specular, m.alpha),
+            Surface::Plastic(m) => {
+                format!("plastic {:?} {:?} {}", value(&m.diffuse), value(&m.specular), m.alpha)
+            }
             Surface::ThinGlass(m) => format!("thin glass {}", m.ior),
-            Surface::CoatedDiffuse(m) => format!("coated {:?}", m.diffuse),
+            Surface::CoatedDiffuse(m) => format!("coated {:?}", value(&m.diffuse)),
             Surface::Black(_) => "black".to_owned(),
+            other => panic!("COLLADA files have no {other:?}"),
         };
         match material.emission {
             [0.0, 0.0, 0.0] => surface,

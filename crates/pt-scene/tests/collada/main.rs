@@ -14,9 +14,18 @@ mod robustness;
 use std::path::{Path, PathBuf};
 
 use pt_scene::format::collada::parse;
+use pt_scene::texture::Input;
 use pt_scene::{Geometry, LoadError, Scene};
 
 const FILES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/formats/collada");
+
+/// The one value of a parameter.
+fn value<T: Copy>(input: &Input<T>) -> T {
+    match input {
+        Input::Value(value) => *value,
+        Input::Texture(_) => panic!("COLLADA files have no textures yet"),
+    }
+}
 
 /// All `.dae` files of a folder, in order.
 fn files(folder: &str) -> Vec<PathBuf> {
