@@ -1,8 +1,11 @@
 //! Lights that are not the glow of a material.
 
+use std::sync::Arc;
+
 use pt_math::DAffine3;
 
 use crate::Span;
+use crate::image::Image;
 
 /// A light and where it stands.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,10 +33,29 @@ pub enum LightKind {
         /// Radiance.
         radiance: [f32; 3],
     },
+    /// An image in latitude and longitude, all around and far away. Seen in the node, its upper row
+    /// is +y, its left edge looks along −x, and a quarter of the width further on, along +z. The node
+    /// may turn and mirror; its size does not count.
+    Environment {
+        /// Radiance, finite and not negative.
+        image: Arc<Image>,
+        /// By what the image is multiplied.
+        scale: f32,
+        /// Where its rows lie.
+        rows: Rows,
+    },
     /// Parallel light along −z of the node.
     Directional {
         /// Irradiance on a surface that faces the light.
         irradiance: [f32; 3],
+    },
+    /// A disk towards +z of the node, infinitely far away: the sun. Rays that leave the scene see it.
+    DistantDisk {
+        /// Irradiance on a surface that faces the middle of the disk.
+        irradiance: [f32; 3],
+        /// Half of the angle under which it is seen, in degrees, up to 90. Below 0.0058 it is
+        /// parallel light, which cannot be seen.
+        angular_radius: f64,
     },
     /// A point at the origin of the node.
     Point {
@@ -49,9 +71,29 @@ pub enum LightKind {
         /// Exponent of the cosine to the axis by which the intensity falls.
         falloff_exponent: f64,
     },
+    /// A point at the origin of the node that shines into a cone around −z; between two angles to
+    /// that axis, its intensity falls to 0 linearly.
+    LinearSpot {
+        /// Radiant intensity along the axis.
+        intensity: [f32; 3],
+        /// Angle to the axis, in degrees, up to which the intensity is that of the axis.
+        beam_angle: f64,
+        /// Angle to the axis, in degrees, beyond which there is no light.
+        cutoff_angle: f64,
+    },
     /// A unit square in the node's xy plane, centred at its origin, that shines towards −z.
     Area {
         /// Emitted radiance.
         radiance: [f32; 3],
     },
+}
+
+/// Where the rows of an image of the sky lie.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rows {
+    /// The middle of row j of n is at the polar angle π(j + ½)/n: the rows share the sky.
+    #[default]
+    Between,
+    /// It is at πj/(n − 1): the first and the last row are the poles, as in Mitsuba.
+    FromPoleToPole,
 }

@@ -4,6 +4,7 @@
 //! then hold it to its contract.
 
 mod directional;
+mod distant_disk;
 pub mod environment;
 mod hemisphere;
 #[cfg(test)]
@@ -16,8 +17,9 @@ mod spot;
 use pt_math::distribution::AliasTable;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
-pub use environment::EnvironmentMap;
+pub use environment::{EnvironmentMap, PlacedMap};
 pub use mesh::EmitterTriangle;
+pub use spot::Falloff;
 
 /// Light that arrives at a point, if nothing is in its way.
 #[derive(Clone, Copy, Debug)]
@@ -92,6 +94,8 @@ pub struct LightTables {
     pub triangle_choice: Vec<AliasTable>,
     /// Environment maps.
     pub environments: Vec<EnvironmentMap>,
+    /// Whether these leave directions to BSDF sampling; see [`EnvironmentMap::compensate`].
+    pub compensated: bool,
 }
 
 macro_rules! lights {
@@ -155,6 +159,8 @@ lights! {
     Spot = spot::Spot,
     /// Parallel light.
     Directional = directional::Directional,
+    /// A disk, infinitely far away.
+    DistantDisk = distant_disk::DistantDisk,
     /// Glowing triangles.
     Mesh = mesh::MeshLight,
     /// A glowing sphere.
