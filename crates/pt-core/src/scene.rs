@@ -121,17 +121,8 @@ pub struct Interaction {
     pub distance: f32,
     /// The surface.
     pub surface: Id<SurfaceRecord>,
-}
-
-impl Interaction {
-    /// What the lights need to know of a light that was hit.
-    #[inline(always)]
-    pub fn light_hit(&self) -> LightHit {
-        LightHit {
-            distance_squared: self.distance * self.distance,
-            cos: self.point.normal.dot(self.wo).abs(),
-        }
-    }
+    /// The primitive.
+    pub primitive: u32,
 }
 
 impl RenderScene {
@@ -159,6 +150,18 @@ impl RenderScene {
             wo: -ray.direction,
             distance: hit.t,
             surface: self.primitive_surface[primitive],
+            primitive: hit.primitive,
+        }
+    }
+
+    /// What the lights need to know of a light that was hit.
+    #[inline(always)]
+    pub fn light_hit(&self, at: &Interaction) -> LightHit {
+        let corners = self.triangles.get(at.primitive as usize);
+        LightHit {
+            distance_squared: at.distance * at.distance,
+            cos: at.point.normal.dot(at.wo).abs(),
+            triangle: corners.map(|t| t.map(|v| self.positions[v as usize])),
         }
     }
 

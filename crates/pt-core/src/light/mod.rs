@@ -12,6 +12,7 @@ mod laws;
 mod mesh;
 mod point;
 mod sphere;
+mod spherical_triangle;
 mod spot;
 
 use pt_math::distribution::AliasTable;
@@ -44,6 +45,8 @@ pub struct LightHit {
     pub distance_squared: f32,
     /// |cos| of the angle between the ray and the light's geometric normal.
     pub cos: f32,
+    /// Corners of the triangle, if it is one.
+    pub triangle: Option<[Vec3; 3]>,
 }
 
 /// A source of light.
