@@ -4,14 +4,14 @@ use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, trig};
-use pt_scene::{Light as Node, LightKind, Scene};
+use pt_scene::{Light as Node, LightKind, Rows, Scene};
 
-use super::CompileError;
 use super::geometry::{Primitives, Shapes};
+use super::{CompileError, daylight};
 use crate::id::{Id, Table};
 use crate::light::{
     AnyLight, Directional, DistantDisk, EmitterTriangle, Environment, EnvironmentMap, Falloff,
-    Hemisphere, LightTables, MeshLight, PlacedMap, Point, SphereLight, Spot,
+    Hemisphere, Ies, LightTables, MeshLight, PlacedMap, Point, SphereLight, Spot,
 };
 
 /// All lights.
@@ -85,6 +85,27 @@ impl Lights {
             LightKind::Point { intensity } => {
                 self.table.push(Point { position, intensity: intensity.into() }.into());
             }
+            LightKind::Daylight { to_sun, turbidity, sky, sun } => {
+                let turn = orthogonal(to_world.matrix3).ok_or_else(|| {
+                    error("the transformation of a sky may only turn, mirror and scale".into())
+                })?;
+                let model = daylight(to_sun, turbidity).map_err(error)?;
+                let to_sun = (turn * DVec3::from(to_sun).as_vec3()).normalize();
+                let image = Arc::new(model.image(f64::from(sky)));
+                self.add_map(EnvironmentMap::of_image(image, Rows::Between), Spectrum::ONE, turn);
+                let radiance = model.sun().map(|c| c as f32 * sun);
+                let radius = daylight::SUN_RADIUS as f32;
+                self.add_sky(DistantDisk::of_radiance(to_sun, radius, radiance.into()));
+            }
+            LightKind::Ies { ref profile, scale } => {
+                let axes = orthogonal(to_world.matrix3).ok_or_else(|| {
+                    error("the transformation of a luminaire may only turn, mirror and scale".into())
+                })?;
+                let index = self.tables.profiles.len() as u32;
+                self.tables.profiles.push(Arc::clone(profile));
+                let light = Ies { position, axes, profile: index, scale: scale.into() };
+                self.table.push(light.into());
+            }
             LightKind::DistantDisk { irradiance, angular_radius } => {
                 let radius = angular_radius.to_radians() as f32;
                 let irradiance = irradiance.into();
@@ -144,8 +165,10 @@ impl Lights {
             }
             LightKind::Constant { .. }
             | LightKind::Environment { .. }
+            | LightKind::Daylight { .. }
+            | LightKind::Ies { .. }
             | LightKind::DistantDisk { .. } => notes.push(format!(
-                "light \"{}\": the course's program has no such sky; it is left out",
+                "light \"{}\": the course's program has no such light; it is left out",
                 node.name
             )),
         }
@@ -224,6 +247,18 @@ impl Lights {
     }
 }
 
+/// The model of the sun and the sky, if it holds.
+fn daylight(to_sun: [f64; 3], turbidity: f64) -> Result<daylight::Sky, String> {
+    if !daylight::TURBIDITIES.contains(&turbidity) {
+        return Err(format!("the turbidity is {turbidity}; expected 2 to 10"));
+    }
+    match DVec3::from(to_sun).try_normalize() {
+        Some(to_sun) if to_sun.y >= 0.0 => Ok(daylight::Sky::new(to_sun, turbidity)),
+        Some(_) => Err("the sun is below the horizon".into()),
+        None => Err("the direction of the sun is zero or infinite".into()),
+    }
+}
+
 /// The orthogonal part of a transformation that turns, mirrors and scales; `None` for others.
 fn orthogonal(linear: DMat3) -> Option<Mat3> {
     const TOLERANCE: f64 = 1e-4; // matrices are written with a few digits
@@ -264,6 +299,7 @@ fn stands_for_glowing_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) ->
             | LightKind::Point { .. }
             | LightKind::Spot { .. }
             | LightKind::LinearSpot { .. }
+            | LightKind::Ies { .. }
     );
     let position = to_world.translation.as_vec3();
     local

@@ -26,13 +26,14 @@ impl DistantDisk {
     /// A disk of an angular radius from [`Self::LEAST_ANGLE`] to π/2, by the irradiance on a surface
     /// that faces it: E = π L sin² θ.
     pub fn new(to_light: Vec3, angular_radius: f32, irradiance: Spectrum) -> Self {
-        let (half_sin, _) = trig::sin_cos(0.5 * angular_radius);
         let (sin, _) = trig::sin_cos(angular_radius);
-        Self {
-            to_light,
-            one_minus_cos: 2.0 * half_sin * half_sin,
-            radiance: irradiance / (PI * sin * sin),
-        }
+        Self::of_radiance(to_light, angular_radius, irradiance / (PI * sin * sin))
+    }
+
+    /// A disk of such an angular radius, by its radiance.
+    pub fn of_radiance(to_light: Vec3, angular_radius: f32, radiance: Spectrum) -> Self {
+        let (half_sin, _) = trig::sin_cos(0.5 * angular_radius);
+        Self { to_light, one_minus_cos: 2.0 * half_sin * half_sin, radiance }
     }
 
     /// Whether a unit vector points at the disk. By 1 − cos = |a − b|²/2, which has all digits; the

@@ -7,6 +7,7 @@ mod directional;
 mod distant_disk;
 pub mod environment;
 mod hemisphere;
+mod ies;
 #[cfg(test)]
 mod laws;
 mod mesh;
@@ -15,8 +16,11 @@ mod sphere;
 mod spherical_triangle;
 mod spot;
 
+use std::sync::Arc;
+
 use pt_math::distribution::AliasTable;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+use pt_scene::IesProfile;
 
 pub use environment::{EnvironmentMap, PlacedMap};
 pub use mesh::EmitterTriangle;
@@ -95,6 +99,8 @@ pub struct LightTables {
     pub triangles: Vec<EmitterTriangle>,
     /// Choice of a triangle by area, one table a mesh light.
     pub triangle_choice: Vec<AliasTable>,
+    /// Intensities of luminaires.
+    pub profiles: Vec<Arc<IesProfile>>,
     /// Environment maps.
     pub environments: Vec<EnvironmentMap>,
     /// Whether these leave directions to BSDF sampling; see [`EnvironmentMap::compensate`].
@@ -160,6 +166,8 @@ lights! {
     Point = point::Point,
     /// A point that shines into a cone.
     Spot = spot::Spot,
+    /// A point with the intensities of a luminaire.
+    Ies = ies::Ies,
     /// Parallel light.
     Directional = directional::Directional,
     /// A disk, infinitely far away.

@@ -26,6 +26,15 @@ fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
             let share = of_falloff(l.falloff, cos);
             level(l.intensity) * share * inverse_square(l.position, p, n)
         }
+        AnyLight::Ies(l) => {
+            let w = (p - l.position.as_dvec3()).normalize();
+            let [x, y, z] = [l.axes.x_axis, l.axes.y_axis, l.axes.z_axis].map(|a| a.as_dvec3().dot(w));
+            let vertical = (-z).acos().to_degrees();
+            let horizontal = y.atan2(x).to_degrees().rem_euclid(360.0);
+            let profile = &tables.profiles[l.profile as usize];
+            let candela = f64::from(profile.candela(vertical as f32, horizontal as f32));
+            level(l.scale) * candela * inverse_square(l.position, p, n)
+        }
         AnyLight::Directional(l) => level(l.irradiance) * l.to_light.as_dvec3().dot(n).max(0.0),
         AnyLight::DistantDisk(l) => of_disk(l, n),
         AnyLight::Mesh(l) => {

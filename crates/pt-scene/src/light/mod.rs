@@ -1,11 +1,14 @@
 //! Lights that are not the glow of a material.
 
+pub mod ies;
+
 use std::sync::Arc;
 
 use pt_math::DAffine3;
 
 use crate::Span;
 use crate::image::Image;
+pub use ies::IesProfile;
 
 /// A light and where it stands.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,6 +83,25 @@ pub enum LightKind {
         beam_angle: f64,
         /// Angle to the axis, in degrees, beyond which there is no light.
         cutoff_angle: f64,
+    },
+    /// A point at the origin of the node with the intensities of a luminaire, which hangs along −z:
+    /// that is the vertical angle 0. The horizontal angle is 0 at +x and 90° at +y.
+    Ies {
+        /// The intensities.
+        profile: Arc<IesProfile>,
+        /// Radiant intensity of one candela.
+        scale: [f32; 3],
+    },
+    /// The sun and a clear sky by the model of Preetham, Shirley & Smits 1999. In the node, +y is up.
+    Daylight {
+        /// Towards the sun, of any length and not below the horizon.
+        to_sun: [f64; 3],
+        /// How hazy the air is: from 2 (very clear) to 10 (hazy).
+        turbidity: f64,
+        /// Radiance of the sky for each kcd/m² of its luminance.
+        sky: f32,
+        /// The same for the sun.
+        sun: f32,
     },
     /// A unit square in the node's xy plane, centred at its origin, that shines towards −z.
     Area {
