@@ -98,12 +98,17 @@ impl SurfacePoint {
 
     /// The ray that asks whether something is in the way of a light, and hits neither this
     /// surface nor the light.
+    ///
+    /// It ends a little before the light: where coordinates of the light vanish, so does the error by
+    /// which `end` is moved off it, but not that of the depth in which a query finds it. That is 14ε of
+    /// the most distant vertex, so it suffices for triangles 70 times as large as they are far away.
     #[inline(always)]
     pub fn spawn_to(&self, light: &LightSample) -> Ray {
+        const BEFORE: f32 = 1.0 - 1.0 / 16384.0;
         let origin = self.origin(light.wi);
         match light.end {
             None => Ray::new(origin, light.wi),
-            Some(end) => Ray::to(origin, end - origin, 1.0),
+            Some(end) => Ray::to(origin, end - origin, BEFORE),
         }
     }
 }

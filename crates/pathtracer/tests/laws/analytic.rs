@@ -78,11 +78,8 @@ const CASES: [Case; 12] = [
     Case {
         name: "linear spot",
         add: |b| {
-            let kind = LightKind::LinearSpot {
-                intensity: [4.0; 3],
-                beam_angle: 20.0,
-                cutoff_angle: 80.0,
-            };
+            let kind =
+                LightKind::LinearSpot { intensity: [4.0; 3], beam_angle: 20.0, cutoff_angle: 80.0 };
             b.light(kind, looking(ABOVE, ABOVE - UP))
         },
         map: false,
@@ -147,12 +144,7 @@ const CASES: [Case; 12] = [
         // The node's +z is the world's +x.
         irradiance: |_| 2.0 * of_map(|d| DVec3::new(-d.z, d.y, d.x)),
     },
-    Case {
-        name: "environment map",
-        add: |b| b,
-        map: true,
-        irradiance: |_| of_map(|d| d),
-    },
+    Case { name: "environment map", add: |b| b, map: true, irradiance: |_| of_map(|d| d) },
 ];
 
 fn session(case: &Case, settings: Settings) -> Session {
@@ -194,6 +186,35 @@ fn a_plane_under_each_light_has_the_radiance_of_the_closed_form() {
                 assert!(want > 0.0, "{what} is dark");
                 assert_uniform(session.film(), want, sidak(1e-4, tests), &what);
             }
+        }
+    }
+}
+
+/// A floor close below a square that shines down, seen from above beside it: light comes at a grazing
+/// angle. The square lies in a plane through the origin, where its coordinates have no error.
+#[test]
+fn a_floor_close_to_a_square_has_the_radiance_of_the_closed_form() {
+    const GAP: f64 = 0.05;
+    const PLACES: [f64; 3] = [0.52, 0.7, 1.5];
+    let corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
+    let corners = corners.map(|[x, z]| DVec3::new(x, 0.0, z));
+    let tests = PLACES.len() * ESTIMATORS.len();
+    for x in PLACES {
+        let p = DVec3::new(x, -GAP, 0.1);
+        let scene = Builder::default()
+            .quad(facing(-UP * GAP, UP, 5.0), matte([ALBEDO; 3]))
+            .glowing_quad(facing(DVec3::ZERO, -UP, 0.5), 3.0)
+            .seen_by(camera(p + UP, p, [20.0, 20.0]));
+        let want = f64::from(ALBEDO) / PI * 3.0 * irradiance::of_polygon(&corners, p, UP);
+        for direct in ESTIMATORS {
+            let options =
+                CompileOptions { resolution: Some(RESOLUTION), ..CompileOptions::default() };
+            let settings = Settings { direct, ..settings(100_000) };
+            let mut session = Session::new(&scene, options, settings).expect("it makes sense");
+            session.restrict(Region { x: 1000, y: 1000, width: 1, height: 1 }).expect("inside");
+            finish(&mut session);
+            let what = format!("beside the square at {p}, {direct:?}");
+            assert_uniform(session.film(), want, sidak(1e-4, tests), &what);
         }
     }
 }

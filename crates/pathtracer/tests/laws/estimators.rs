@@ -68,8 +68,7 @@ fn light_sampling_alone_refuses_a_compensated_sky() {
     let session = Session::new(&under_a_sky(), size([4, 4]), mis.clone()).expect("it compiles");
     let light = Settings { direct: DirectLight::Light, ..mis.clone() };
     let course = Settings { integrator: "cs184".into(), ..mis.clone() };
-    let accepts =
-        |settings| pt_cpu::Renderer::new(session.scene(), settings, 1, 16, false).is_ok();
+    let accepts = |settings| pt_cpu::Renderer::new(session.scene(), settings, 1, 16, false).is_ok();
     assert!(accepts(&mis) && !accepts(&light) && !accepts(&course));
 }
 

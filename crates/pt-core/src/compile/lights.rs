@@ -99,7 +99,9 @@ impl Lights {
             }
             LightKind::Ies { ref profile, scale } => {
                 let axes = orthogonal(to_world.matrix3).ok_or_else(|| {
-                    error("the transformation of a luminaire may only turn, mirror and scale".into())
+                    error(
+                        "the transformation of a luminaire may only turn, mirror and scale".into(),
+                    )
                 })?;
                 let index = self.tables.profiles.len() as u32;
                 self.tables.profiles.push(Arc::clone(profile));

@@ -109,9 +109,9 @@ mod tests {
     /// Places above, beside and far from a triangle, with their distance from its plane.
     fn places(random: &mut Random) -> impl Iterator<Item = Vec3> + '_ {
         let heights = [5e-3f32, 0.02, 0.1, 1.0, 10.0, 300.0];
-        let at = |&h: &f32| [[0.3, 0.3], [0.5, 0.0], [-1.0, 0.4], [4.0, -3.0]].map(|[x, y]| {
-            Vec3::new(x, y, h)
-        });
+        let at = |&h: &f32| {
+            [[0.3, 0.3], [0.5, 0.0], [-1.0, 0.4], [4.0, -3.0]].map(|[x, y]| Vec3::new(x, y, h))
+        };
         let places: Vec<_> = heights.iter().flat_map(at).collect();
         places.into_iter().map(|p| p + 1e-3 * random.direction() * p.z)
     }
@@ -155,7 +155,8 @@ mod tests {
                         continue;
                     }
                     let x = e2 * (f64::from(b2) / rest);
-                    let share = solid_angle([-p, e1 - p, x - p]) / solid_angle([-p, e1 - p, e2 - p]);
+                    let share =
+                        solid_angle([-p, e1 - p, x - p]) / solid_angle([-p, e1 - p, e2 - p]);
                     let error = (share - f64::from(u[0])).abs();
                     assert!(error < 1e-3, "{e1} {e2} from {p}, {u:?}: {share}");
                 }

@@ -53,7 +53,11 @@ impl Falloff {
                 // The cosine alone has no digits for small angles.
                 let angle = trig::atan2(axis.cross(w).length(), cos);
                 let inside = f32::from(u8::from(angle <= beam));
-                if beam < cutoff { ((cutoff - angle) / (cutoff - beam)).clamp(0.0, 1.0) } else { inside }
+                if beam < cutoff {
+                    ((cutoff - angle) / (cutoff - beam)).clamp(0.0, 1.0)
+                } else {
+                    inside
+                }
             }
         }
     }

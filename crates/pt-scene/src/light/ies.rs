@@ -156,7 +156,8 @@ impl Header {
         let horizontal = numbers.count("horizontal angles")?;
         let (kind, line) = numbers.next("the photometric type")?;
         if kind != 1.0 {
-            let message = format!("photometric type {kind} is not read; expected 1, which is type C");
+            let message =
+                format!("photometric type {kind} is not read; expected 1, which is type C");
             return Err(numbers.error(line, message));
         }
         for what in ["the units", "the width", "the length", "the height"] {
@@ -166,7 +167,8 @@ impl Header {
         let (ballast_lamp, line) = numbers.next("the ballast-lamp factor")?;
         numbers.next("the watts")?;
         if vertical.saturating_mul(horizontal) > MOST_VALUES {
-            let message = format!("{vertical} × {horizontal} angles are more than any luminaire has");
+            let message =
+                format!("{vertical} × {horizontal} angles are more than any luminaire has");
             return Err(numbers.error(line, message));
         }
         Ok(Self { vertical, horizontal, factor: multiplier * ballast * ballast_lamp })
@@ -281,8 +283,13 @@ mod tests {
     #[test]
     fn intensities_are_linear_between_angles_and_multiplied() {
         let profile = parse(&file("0 90 180 270 360")).unwrap();
-        let cases =
-            [(0.0, 0.0, 0.0), (45.0, 90.0, 101.0), (22.5, 90.0, 100.5), (90.0, 315.0, 352.0), (90.1, 0.0, 0.0)];
+        let cases = [
+            (0.0, 0.0, 0.0),
+            (45.0, 90.0, 101.0),
+            (22.5, 90.0, 100.5),
+            (90.0, 315.0, 352.0),
+            (90.1, 0.0, 0.0),
+        ];
         for (vertical, horizontal, want) in cases {
             let got = profile.candela(vertical, horizontal);
             assert!((got - 3.0 * want).abs() < 1e-3, "{vertical} {horizontal}: {got}");

@@ -28,7 +28,8 @@ fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
         }
         AnyLight::Ies(l) => {
             let w = (p - l.position.as_dvec3()).normalize();
-            let [x, y, z] = [l.axes.x_axis, l.axes.y_axis, l.axes.z_axis].map(|a| a.as_dvec3().dot(w));
+            let [x, y, z] =
+                [l.axes.x_axis, l.axes.y_axis, l.axes.z_axis].map(|a| a.as_dvec3().dot(w));
             let vertical = (-z).acos().to_degrees();
             let horizontal = y.atan2(x).to_degrees().rem_euclid(360.0);
             let profile = &tables.profiles[l.profile as usize];
@@ -54,7 +55,11 @@ fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
 fn of_falloff(falloff: Falloff, cos: f64) -> f64 {
     match falloff {
         Falloff::Cosine { cos_cutoff, exponent } => {
-            if cos > f64::from(cos_cutoff) { cos.powf(f64::from(exponent)) } else { 0.0 }
+            if cos > f64::from(cos_cutoff) {
+                cos.powf(f64::from(exponent))
+            } else {
+                0.0
+            }
         }
         Falloff::Linear { beam, cutoff } => {
             let (angle, beam, cutoff) = (cos.acos(), f64::from(beam), f64::from(cutoff));

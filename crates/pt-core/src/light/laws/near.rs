@@ -10,7 +10,7 @@ use super::{Example, assert_density, samples};
 fn triangles() -> Vec<Example> {
     let edges = [
         (Vec3::X, Vec3::Y),
-        (Vec3::new(2.0, 0.1, 0.0), Vec3::new(1.0, 0.3, 0.0)),
+        (Vec3::new(1.2, 0.1, 0.0), Vec3::new(0.6, 0.5, 0.0)),
         (Vec3::new(-0.3, 1.2, 0.0), Vec3::new(-0.8, -0.1, 0.0)),
     ];
     let light = |(e1, e2)| {

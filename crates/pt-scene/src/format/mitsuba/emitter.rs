@@ -96,10 +96,7 @@ fn envmap(
         return Err(parameters.refuse("scale", format!("{scale} is negative")));
     }
     let Some(text) = parameters.text("filename")? else {
-        return Err(super::object::error(
-            &object.at,
-            "the <string name=\"filename\"> is missing",
-        ));
+        return Err(super::object::error(&object.at, "the <string name=\"filename\"> is missing"));
     };
     let path = tree.resolve(text);
     let path = path.ok_or_else(|| parameters.refuse("filename", tree.not_found(text)))?;
