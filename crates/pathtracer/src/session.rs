@@ -28,9 +28,10 @@ impl Session {
     /// If the scene is inconsistent, or the region of the settings lies outside of the image.
     pub fn new(
         scene: &Scene,
-        options: CompileOptions,
+        mut options: CompileOptions,
         settings: Settings,
     ) -> Result<Self, CompileError> {
+        options.mis_light_samples = pt_cpu::mis_light_samples(&settings);
         let compiled = compile(scene, options)?;
         let region = Region::full(compiled.scene.camera.resolution);
         let mut session = Self {

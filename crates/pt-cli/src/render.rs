@@ -105,15 +105,7 @@ fn load_environment(request: &Checked) -> Result<Option<EnvironmentMap>> {
             course::environment_ready();
         }
     }
-    let usable = |p: &[f32; 3]| p.iter().all(|v| v.is_finite() && *v >= 0.0);
-    if let Some(i) = map.pixels.iter().position(|p| !usable(p)) {
-        let (x, y) = (i % map.width as usize, i / map.width as usize);
-        anyhow::bail!(
-            "{}: pixel ({x}, {y}) is {:?}; radiance must be a finite number from 0 up",
-            path.display(),
-            map.pixels[i]
-        );
-    }
+    map.check_radiance().map_err(|message| anyhow::anyhow!("{}: {message}", path.display()))?;
     Ok(Some(EnvironmentMap::new(map.width, map.height, map.pixels)))
 }
 
@@ -132,6 +124,7 @@ fn compile(
         course: cli.cs184,
         bvh: request.bvh(),
         environment,
+        mis_light_samples: None,
         camera,
         lens_radius: cli.lens_radius,
         focal_distance: cli.focal_distance,

@@ -46,6 +46,12 @@ pub enum RenderError {
         /// The names there are.
         known: String,
     },
+    /// The scene is compiled for another estimator.
+    #[error(
+        "the scene is compiled for multiple importance sampling of its sky, which these settings do \
+         not do; compile it without CompileOptions::mis_light_samples"
+    )]
+    Compensated,
     /// The system refuses threads.
     #[error("cannot start {threads} threads: {source}")]
     Threads {
@@ -87,7 +93,8 @@ impl<'a> Renderer<'a> {
     /// Neither changes the image.
     ///
     /// # Errors
-    /// If the integrator is unknown or threads cannot be started.
+    /// If the integrator is unknown, the scene is compiled for another estimator, or threads cannot
+    /// be started.
     pub fn new(
         scene: &'a RenderScene,
         settings: &'a Settings,
@@ -102,6 +109,9 @@ impl<'a> Renderer<'a> {
                 known: names.join(", "),
             }
         })?;
+        if scene.light_tables.compensated && integrator::mis_light_samples(settings).is_none() {
+            return Err(RenderError::Compensated);
+        }
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()

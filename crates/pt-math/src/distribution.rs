@@ -158,6 +158,11 @@ impl Piecewise2D {
         ([x, y], self.density[row * self.width + column])
     }
 
+    /// The density of each cell, row by row.
+    pub fn densities(&self) -> &[f32] {
+        &self.density
+    }
+
     /// The density at a point of [0, 1)².
     #[inline]
     pub fn pdf(&self, p: [f32; 2]) -> f32 {

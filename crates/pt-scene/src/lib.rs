@@ -23,7 +23,7 @@ pub mod texture;
 
 pub use camera::Camera;
 pub use error::{LoadError, Warning};
-pub use light::{Light, LightKind};
+pub use light::{IesProfile, Light, LightKind, Rows};
 pub use material::{Material, Surface};
 pub use mesh::{Attribute, Mesh, Part};
 pub use scene::{Geometry, Object, Scene};

@@ -1,10 +1,11 @@
 //! A diffuse plane under each light, against the closed form of its irradiance: L = ρE/π.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
-use pathtracer::{CompileOptions, EnvironmentMap, Region, Session, Settings};
-use pt_math::{DVec3, Spectrum};
-use pt_scene::LightKind;
+use pathtracer::{CompileOptions, EnvironmentMap, Image, Region, Session, Settings};
+use pt_math::DVec3;
+use pt_scene::{LightKind, Rows};
 use pt_testing::{irradiance, sidak};
 
 use crate::furnace::ESTIMATORS;
@@ -27,9 +28,19 @@ struct Case {
     irradiance: fn(DVec3) -> f64,
 }
 
-fn map() -> EnvironmentMap {
+fn image() -> Image {
     let texels = (0..32u16).map(|i| [f32::from(i % 5) * 0.5, f32::from(i % 3), 0.5]);
-    EnvironmentMap::new(8, 4, texels.collect())
+    Image { width: 8, height: 4, pixels: texels.collect() }
+}
+
+fn map() -> EnvironmentMap {
+    EnvironmentMap::of_image(Arc::new(image()), Rows::default())
+}
+
+/// The irradiance of the map, of which the directions are turned.
+fn of_map(to_map: fn(DVec3) -> DVec3) -> f64 {
+    let map = map();
+    irradiance::of_sky(UP, 512, |d| f64::from(map.radiance(to_map(d).as_vec3()).luminance()))
 }
 
 fn inverse_square(p: DVec3) -> f64 {
@@ -44,7 +55,7 @@ fn square() -> [DVec3; 4] {
 
 const TILT: DVec3 = DVec3::new(0.6, 0.8, 0.0);
 
-const CASES: [Case; 9] = [
+const CASES: [Case; 12] = [
     Case {
         name: "point",
         add: |b| b.light(LightKind::Point { intensity: [4.0; 3] }, looking(ABOVE, DVec3::ZERO)),
@@ -63,6 +74,28 @@ const CASES: [Case; 9] = [
             let cos = (ABOVE - p).normalize().y;
             if cos > 0.5f64.sqrt() { 4.0 * cos.powi(3) * inverse_square(p) } else { 0.0 }
         },
+    },
+    Case {
+        name: "linear spot",
+        add: |b| {
+            let kind =
+                LightKind::LinearSpot { intensity: [4.0; 3], beam_angle: 20.0, cutoff_angle: 80.0 };
+            b.light(kind, looking(ABOVE, ABOVE - UP))
+        },
+        map: false,
+        irradiance: |p| {
+            let angle = (ABOVE - p).normalize().y.acos().to_degrees();
+            4.0 * ((80.0 - angle) / 60.0).clamp(0.0, 1.0) * inverse_square(p)
+        },
+    },
+    Case {
+        name: "distant disk",
+        add: |b| {
+            let kind = LightKind::DistantDisk { irradiance: [2.0; 3], angular_radius: 5.0 };
+            b.light(kind, looking(TILT, DVec3::ZERO))
+        },
+        map: false,
+        irradiance: |_| 2.0 * TILT.y,
     },
     Case {
         name: "directional",
@@ -98,16 +131,20 @@ const CASES: [Case; 9] = [
     },
     Case { name: "constant sky", add: |b| b.sky(1.5), map: false, irradiance: |_| 1.5 * PI },
     Case {
-        name: "environment map",
-        add: |b| b,
-        map: true,
-        irradiance: |_| {
-            let map = map();
-            irradiance::of_sky(UP, 512, |d| {
-                f64::from(Spectrum::luminance(map.radiance(d.as_vec3())))
-            })
+        name: "image of the sky",
+        add: |b| {
+            let kind = LightKind::Environment {
+                image: Arc::new(image()),
+                scale: 2.0,
+                rows: Rows::default(),
+            };
+            b.light(kind, looking(DVec3::ZERO, DVec3::NEG_X))
         },
+        map: false,
+        // The node's +z is the world's +x.
+        irradiance: |_| 2.0 * of_map(|d| DVec3::new(-d.z, d.y, d.x)),
     },
+    Case { name: "environment map", add: |b| b, map: true, irradiance: |_| of_map(|d| d) },
 ];
 
 fn session(case: &Case, settings: Settings) -> Session {
@@ -149,6 +186,35 @@ fn a_plane_under_each_light_has_the_radiance_of_the_closed_form() {
                 assert!(want > 0.0, "{what} is dark");
                 assert_uniform(session.film(), want, sidak(1e-4, tests), &what);
             }
+        }
+    }
+}
+
+/// A floor close below a square that shines down, seen from above beside it: light comes at a grazing
+/// angle. The square lies in a plane through the origin, where its coordinates have no error.
+#[test]
+fn a_floor_close_to_a_square_has_the_radiance_of_the_closed_form() {
+    const GAP: f64 = 0.05;
+    const PLACES: [f64; 3] = [0.52, 0.7, 1.5];
+    let corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
+    let corners = corners.map(|[x, z]| DVec3::new(x, 0.0, z));
+    let tests = PLACES.len() * ESTIMATORS.len();
+    for x in PLACES {
+        let p = DVec3::new(x, -GAP, 0.1);
+        let scene = Builder::default()
+            .quad(facing(-UP * GAP, UP, 5.0), matte([ALBEDO; 3]))
+            .glowing_quad(facing(DVec3::ZERO, -UP, 0.5), 3.0)
+            .seen_by(camera(p + UP, p, [20.0, 20.0]));
+        let want = f64::from(ALBEDO) / PI * 3.0 * irradiance::of_polygon(&corners, p, UP);
+        for direct in ESTIMATORS {
+            let options =
+                CompileOptions { resolution: Some(RESOLUTION), ..CompileOptions::default() };
+            let settings = Settings { direct, ..settings(100_000) };
+            let mut session = Session::new(&scene, options, settings).expect("it makes sense");
+            session.restrict(Region { x: 1000, y: 1000, width: 1, height: 1 }).expect("inside");
+            finish(&mut session);
+            let what = format!("beside the square at {p}, {direct:?}");
+            assert_uniform(session.film(), want, sidak(1e-4, tests), &what);
         }
     }
 }

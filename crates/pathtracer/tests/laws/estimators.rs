@@ -1,11 +1,11 @@
 //! All ways to estimate the same image converge to it.
 
-use pathtracer::{Film, Roulette, SamplerKind, Settings};
+use pathtracer::{DirectLight, Film, Roulette, SamplerKind, Session, Settings};
 use pt_testing::sidak;
 
 use crate::furnace::ESTIMATORS;
 use crate::measure::{Luminances, assert_agree, render, settings};
-use crate::scenes::{cornell, size};
+use crate::scenes::{cornell, size, under_a_sky};
 
 const SPP: u32 = 4096;
 const DEPTH: u32 = 4;
@@ -37,6 +37,39 @@ fn estimators_of_direct_light_agree() {
             assert_agree(a, b, sidak(1e-4, pairs), &format!("{a_name} and {b_name}"));
         }
     }
+}
+
+/// Under a sky with a bright and a dark part, of which light sampling leaves the dark one to the BSDF
+/// where it works beside it: every pair of estimators agrees.
+#[test]
+fn estimators_agree_under_an_image_of_the_sky() {
+    let films: Vec<(String, Film)> = ESTIMATORS
+        .iter()
+        .flat_map(|&direct| [1, 3].map(|n| (direct, n)))
+        .zip(20..)
+        .map(|((direct, light_samples), seed)| {
+            let settings = Settings { direct, light_samples, seed, ..base() };
+            let film = render(&under_a_sky(), size([12, 10]), settings).film().clone();
+            (format!("{direct:?} -l {light_samples}"), film)
+        })
+        .collect();
+    let pairs = films.len() * (films.len() - 1) / 2;
+    for (i, (a_name, a)) in films.iter().enumerate() {
+        for (b_name, b) in &films[..i] {
+            assert_agree(a, b, sidak(1e-4, pairs), &format!("{a_name} and {b_name}"));
+        }
+    }
+}
+
+/// A scene that is compiled for the settings of one estimator is refused by another.
+#[test]
+fn light_sampling_alone_refuses_a_compensated_sky() {
+    let mis = Settings::default();
+    let session = Session::new(&under_a_sky(), size([4, 4]), mis.clone()).expect("it compiles");
+    let light = Settings { direct: DirectLight::Light, ..mis.clone() };
+    let course = Settings { integrator: "cs184".into(), ..mis.clone() };
+    let accepts = |settings| pt_cpu::Renderer::new(session.scene(), settings, 1, 16, false).is_ok();
+    assert!(accepts(&mis) && !accepts(&light) && !accepts(&course));
 }
 
 /// Sobol' points converge to the same image, with less noise in the whole.

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use pathtracer::{Camera, CompileOptions, Scene};
+use pathtracer::{Camera, CompileOptions, Image, Scene};
 use pt_math::{DAffine3, DVec3};
 use pt_scene::material::{Black, Conductor, Matte, Plastic, Roughness};
-use pt_scene::{Geometry, Light, LightKind, Material, Mesh, Object, Surface, shapes};
+use pt_scene::{Geometry, Light, LightKind, Material, Mesh, Object, Rows, Surface, shapes};
 
 /// A diffuse surface.
 pub(crate) fn matte(reflectance: [f32; 3]) -> Surface {
@@ -170,4 +170,37 @@ pub(crate) fn cornell() -> Scene {
         .glowing_quad(area, 5.0)
         .sky(0.4)
         .seen_by(camera(DVec3::new(0.0, 0.0, 3.6), DVec3::ZERO, [40.0, 40.0]))
+}
+
+/// A rough metal block, a glossy one and a diffuse ball on a floor, under a sky with a small bright
+/// part and a dark half.
+pub(crate) fn under_a_sky() -> Scene {
+    let metal = Conductor {
+        eta: [0.2, 0.9, 1.1],
+        k: [3.9, 2.5, 2.3],
+        reflectance: [1.0; 3],
+        roughness: Some(Roughness::beckmann(0.4)),
+        two_sided: false,
+    };
+    let gloss =
+        Plastic { diffuse: [0.2, 0.3, 0.6], specular: [0.05; 3], alpha: 0.3, two_sided: false };
+    let block = |x: f64, angle: f64| {
+        DAffine3::from_translation(DVec3::new(x, 0.5, 0.0))
+            * DAffine3::from_rotation_y(angle)
+            * DAffine3::from_scale(DVec3::splat(0.5))
+    };
+    let pixels = (0..128u16).map(|i| match (i % 16, i / 16) {
+        (4 | 5, 2) => [30.0, 25.0, 20.0],
+        (x, _) if x >= 8 => [0.02, 0.01, 0.0],
+        (x, y) => [0.05 * f32::from(x), 0.1 * f32::from(y), 0.4],
+    });
+    let image = Arc::new(Image { width: 16, height: 8, pixels: pixels.collect() });
+    let kind = LightKind::Environment { image, scale: 0.7, rows: Rows::default() };
+    Builder::default()
+        .quad(facing(DVec3::ZERO, DVec3::Y, 4.0), matte([0.5; 3]))
+        .mesh(shapes::cube(), block(-0.9, 0.4), metal.into())
+        .mesh(shapes::cube(), block(0.9, -0.3), gloss.into())
+        .sphere(DVec3::new(0.0, 0.3, 0.9), 0.3, matte([0.7; 3]))
+        .light(kind, looking(DVec3::ZERO, DVec3::new(0.3, -0.2, -1.0)))
+        .seen_by(camera(DVec3::new(0.0, 1.6, 5.0), DVec3::new(0.0, 0.4, 0.0), [40.0, 40.0]))
 }

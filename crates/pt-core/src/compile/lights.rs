@@ -1,13 +1,17 @@
 //! From light nodes and glowing shapes to lights that can be sampled.
 
-use pt_math::{DAffine3, DVec3, Spectrum, Vec3, trig};
-use pt_scene::{Light as Node, LightKind, Scene};
+use std::f32::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, trig};
+use pt_scene::{Light as Node, LightKind, Rows, Scene};
 
 use super::geometry::{Primitives, Shapes};
+use super::{CompileError, daylight};
 use crate::id::{Id, Table};
 use crate::light::{
-    AnyLight, Directional, EmitterTriangle, Environment, EnvironmentMap, Hemisphere, LightTables,
-    MeshLight, Point, SphereLight, Spot,
+    AnyLight, Directional, DistantDisk, EmitterTriangle, Environment, EnvironmentMap, Falloff,
+    Hemisphere, Ies, LightTables, MeshLight, PlacedMap, Point, SphereLight, Spot,
 };
 
 /// All lights.
@@ -32,7 +36,7 @@ impl Lights {
         metres: f64,
         course: bool,
         notes: &mut Vec<String>,
-    ) {
+    ) -> Result<(), CompileError> {
         for node in &scene.lights {
             let to_world = DAffine3::from_scale(DVec3::splat(metres)) * node.to_world;
             if course {
@@ -44,15 +48,30 @@ impl Lights {
                     node.name
                 ));
             } else {
-                self.add_node(node, to_world, shapes);
+                self.add_node(node, to_world, shapes)?;
             }
         }
+        Ok(())
     }
 
-    fn add_node(&mut self, node: &Node, to_world: DAffine3, shapes: &mut Shapes) {
+    fn add_node(
+        &mut self,
+        node: &Node,
+        to_world: DAffine3,
+        shapes: &mut Shapes,
+    ) -> Result<(), CompileError> {
+        let error = |message| CompileError::Value { at: node.at.clone(), message };
         let position = to_world.translation.as_vec3();
         let axis = (-to_world.matrix3.z_axis).normalize_or_zero().as_vec3();
         match node.kind {
+            LightKind::Environment { ref image, scale, rows } => {
+                image.check_radiance().map_err(|e| error(format!("the image of the sky: {e}")))?;
+                let turn = orthogonal(to_world.matrix3).ok_or_else(|| {
+                    error("the transformation of a sky may only turn, mirror and scale".into())
+                })?;
+                let map = EnvironmentMap::of_image(Arc::clone(image), rows);
+                self.add_map(map, Spectrum::splat(scale), turn);
+            }
             LightKind::Hemisphere { radiance } => {
                 self.add_sky(Hemisphere { radiance: radiance.into() });
             }
@@ -66,15 +85,53 @@ impl Lights {
             LightKind::Point { intensity } => {
                 self.table.push(Point { position, intensity: intensity.into() }.into());
             }
+            LightKind::Daylight { to_sun, turbidity, sky, sun } => {
+                let turn = orthogonal(to_world.matrix3).ok_or_else(|| {
+                    error("the transformation of a sky may only turn, mirror and scale".into())
+                })?;
+                let model = daylight(to_sun, turbidity).map_err(error)?;
+                let to_sun = (turn * DVec3::from(to_sun).as_vec3()).normalize();
+                let image = Arc::new(model.image(f64::from(sky)));
+                self.add_map(EnvironmentMap::of_image(image, Rows::Between), Spectrum::ONE, turn);
+                let radiance = model.sun().map(|c| c as f32 * sun);
+                let radius = daylight::SUN_RADIUS as f32;
+                self.add_sky(DistantDisk::of_radiance(to_sun, radius, radiance.into()));
+            }
+            LightKind::Ies { ref profile, scale } => {
+                let axes = orthogonal(to_world.matrix3).ok_or_else(|| {
+                    error(
+                        "the transformation of a luminaire may only turn, mirror and scale".into(),
+                    )
+                })?;
+                let index = self.tables.profiles.len() as u32;
+                self.tables.profiles.push(Arc::clone(profile));
+                let light = Ies { position, axes, profile: index, scale: scale.into() };
+                self.table.push(light.into());
+            }
+            LightKind::DistantDisk { irradiance, angular_radius } => {
+                let radius = angular_radius.to_radians() as f32;
+                let irradiance = irradiance.into();
+                if radius >= DistantDisk::LEAST_ANGLE {
+                    let radius = radius.min(FRAC_PI_2);
+                    self.add_sky(DistantDisk::new(-axis, radius, irradiance));
+                } else {
+                    self.table.push(Directional { to_light: -axis, irradiance }.into());
+                }
+            }
             LightKind::Spot { intensity, falloff_angle, falloff_exponent } => {
                 let half = (0.5 * falloff_angle).clamp(0.0, 180.0).to_radians() as f32;
-                let light = Spot {
-                    position,
-                    axis,
-                    intensity: intensity.into(),
+                let falloff = Falloff::Cosine {
                     cos_cutoff: trig::sin_cos(half).1,
                     exponent: falloff_exponent as f32,
                 };
+                let light = Spot { position, axis, intensity: intensity.into(), falloff };
+                self.table.push(light.into());
+            }
+            LightKind::LinearSpot { intensity, beam_angle, cutoff_angle } => {
+                let radians = |angle: f64| angle.clamp(0.0, 180.0).to_radians() as f32;
+                let falloff =
+                    Falloff::Linear { beam: radians(beam_angle), cutoff: radians(cutoff_angle) };
+                let light = Spot { position, axis, intensity: intensity.into(), falloff };
                 self.table.push(light.into());
             }
             LightKind::Area { radiance } => {
@@ -85,6 +142,7 @@ impl Lights {
                 shapes.add_glowing(origin, e1, e2, radiance.into());
             }
         }
+        Ok(())
     }
 
     /// The lights as the course's program sees them; what is strange about their brightness is in
@@ -104,11 +162,15 @@ impl Lights {
                 self.table.push(Point { position, intensity: intensity.into() }.into());
             }
             LightKind::Area { radiance } => self.add_course_area(to_world, radiance.into()),
-            LightKind::Spot { .. } => {
+            LightKind::Spot { .. } | LightKind::LinearSpot { .. } => {
                 notes.push(format!("light \"{}\": spot lights are black under --cs184", node.name));
             }
-            LightKind::Constant { .. } => notes.push(format!(
-                "light \"{}\": the course's program has no constant sky; it is left out",
+            LightKind::Constant { .. }
+            | LightKind::Environment { .. }
+            | LightKind::Daylight { .. }
+            | LightKind::Ies { .. }
+            | LightKind::DistantDisk { .. } => notes.push(format!(
+                "light \"{}\": the course's program has no such light; it is left out",
                 node.name
             )),
         }
@@ -121,7 +183,8 @@ impl Lights {
         let triangle = |e1, e2| EmitterTriangle { p0: origin, e1, e2, normal: axis };
         let square = [triangle(e1, e1 + e2), triangle(e1 + e2, e2)];
         if let Some(light) = MeshLight::new(&mut self.tables, &square, radiance) {
-            self.table.push(light.into());
+            // The course's program samples by area everywhere.
+            self.table.push(MeshLight { near: 0.0, ..light }.into());
         }
     }
 
@@ -154,12 +217,24 @@ impl Lights {
         }
     }
 
-    /// Adds an environment map.
+    /// Adds a map that is no light of the scene.
     pub(super) fn add_environment(&mut self, map: Option<EnvironmentMap>) {
-        let Some(map) = map else { return };
+        if let Some(map) = map {
+            self.add_map(map, Spectrum::ONE, Mat3::IDENTITY);
+        }
+    }
+
+    fn add_map(&mut self, map: EnvironmentMap, radiance: Spectrum, to_world: Mat3) {
+        let index = self.tables.environments.len() as u32;
         self.tables.environments.push(map);
-        let index = self.tables.environments.len() as u32 - 1;
-        self.add_sky(Environment { radiance: Spectrum::ONE, map: Some(index) });
+        self.add_sky(Environment { radiance, map: Some(PlacedMap { index, to_world }) });
+    }
+
+    /// Prepares the maps for light samples beside BSDF samples.
+    pub(super) fn compensate(&mut self, light_samples: Option<u32>) {
+        let Some(n) = light_samples else { return };
+        self.tables.environments.iter_mut().for_each(|map| map.compensate(n));
+        self.tables.compensated = !self.tables.environments.is_empty();
     }
 
     /// Tells the user when nothing gives light.
@@ -172,6 +247,32 @@ impl Lights {
             );
         }
     }
+}
+
+/// The model of the sun and the sky, if it holds.
+fn daylight(to_sun: [f64; 3], turbidity: f64) -> Result<daylight::Sky, String> {
+    if !daylight::TURBIDITIES.contains(&turbidity) {
+        return Err(format!("the turbidity is {turbidity}; expected 2 to 10"));
+    }
+    match DVec3::from(to_sun).try_normalize() {
+        Some(to_sun) if to_sun.y >= 0.0 => Ok(daylight::Sky::new(to_sun, turbidity)),
+        Some(_) => Err("the sun is below the horizon".into()),
+        None => Err("the direction of the sun is zero or infinite".into()),
+    }
+}
+
+/// The orthogonal part of a transformation that turns, mirrors and scales; `None` for others.
+fn orthogonal(linear: DMat3) -> Option<Mat3> {
+    const TOLERANCE: f64 = 1e-4; // matrices are written with a few digits
+    let turn = linear * linear.x_axis.length().recip();
+    let error = turn.transpose() * turn - DMat3::IDENTITY;
+    let is_orthogonal = error.to_cols_array().iter().all(|x| x.abs() <= TOLERANCE);
+    is_orthogonal.then(|| {
+        let x = turn.x_axis;
+        let y = (turn.y_axis - x * x.dot(turn.y_axis)).normalize();
+        let z = x.cross(y) * turn.determinant().signum();
+        Mat3::from_cols(x.as_vec3(), y.as_vec3(), z.as_vec3())
+    })
 }
 
 /// A corner and the two edges of the unit square of an area light.
@@ -196,7 +297,11 @@ fn emitter_triangles(shapes: &Shapes, runs: &[std::ops::Range<usize>]) -> Vec<Em
 fn stands_for_glowing_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) -> bool {
     let local = matches!(
         node.kind,
-        LightKind::Area { .. } | LightKind::Point { .. } | LightKind::Spot { .. }
+        LightKind::Area { .. }
+            | LightKind::Point { .. }
+            | LightKind::Spot { .. }
+            | LightKind::LinearSpot { .. }
+            | LightKind::Ies { .. }
     );
     let position = to_world.translation.as_vec3();
     local

@@ -1,9 +1,12 @@
 //! Light from all around, far away: constant, or by an image.
 
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
+use std::sync::Arc;
 
 use pt_math::distribution::Piecewise2D;
-use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
+use pt_math::{Mat3, Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
+use pt_scene::Rows;
+use pt_scene::image::Image;
 
 use super::{Light, LightHit, LightSample, LightTables};
 
@@ -12,8 +15,30 @@ use super::{Light, LightHit, LightSample, LightTables};
 pub struct Environment {
     /// What a constant sky radiates, or by what a map is multiplied.
     pub radiance: Spectrum,
-    /// Index into [`LightTables::environments`]; `None` is constant.
-    pub map: Option<u32>,
+    /// The map; `None` is constant.
+    pub map: Option<PlacedMap>,
+}
+
+/// A map of the sky, turned.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedMap {
+    /// Index into [`LightTables::environments`].
+    pub index: u32,
+    /// From the map's directions to those of the world; orthogonal.
+    pub to_world: Mat3,
+}
+
+impl PlacedMap {
+    /// The direction of the map that a direction of the world is.
+    #[inline]
+    fn local(&self, d: Vec3) -> Vec3 {
+        self.to_world.transpose() * d
+    }
+
+    #[inline]
+    fn of<'a>(&self, tables: &'a LightTables) -> &'a EnvironmentMap {
+        &tables.environments[self.index as usize]
+    }
 }
 
 /// Radiance by direction: an image in latitude and longitude, and how to sample it.
@@ -22,59 +47,124 @@ pub struct Environment {
 /// +y and azimuth φ = 2πx, where d.x = −sin θ cos φ and d.z = sin θ sin φ. Values between texel
 /// centres are interpolated linearly; the image wraps around in x and ends at the poles.
 pub struct EnvironmentMap {
-    width: u32,
-    height: u32,
-    texels: Vec<[f32; 3]>,
+    image: Arc<Image>,
+    rows: Rows,
     density: Option<Piecewise2D>,
 }
 
 impl EnvironmentMap {
     /// From `width` × `height` texels, the upper row first. A map without light is black.
     pub fn new(width: u32, height: u32, texels: Vec<[f32; 3]>) -> Self {
-        let mut map = Self { width, height, texels, density: None };
-        map.density = Piecewise2D::new(&map.weights(), width as usize, height as usize);
+        Self::of_image(Arc::new(Image { width, height, pixels: texels }), Rows::Between)
+    }
+
+    /// From an image whose rows lie as told.
+    pub fn of_image(image: Arc<Image>, rows: Rows) -> Self {
+        // One row is the same everywhere.
+        let rows = if image.height == 1 { Rows::Between } else { rows };
+        let mut map = Self { image, rows, density: None };
+        let [w, h] = map.cells();
+        map.density = Piecewise2D::new(&map.weights(), w, h);
         map
     }
 
-    /// Weight of each texel: the mean luminance of the interpolated image over the texel, times
+    /// Columns and rows of the cells over which the density is constant: around each texel, or
+    /// between one row and the next where these begin at the poles.
+    fn cells(&self) -> [usize; 2] {
+        let between_rows = usize::from(self.rows == Rows::FromPoleToPole);
+        [self.image.width as usize, self.image.height as usize - between_rows]
+    }
+
+    /// Weight of each cell: the mean luminance of the interpolated image over the cell, times
     /// sin θ. A linear interpolant over half a texel from the middle has its mean a quarter of
-    /// the way to the neighbour, hence the weights 1/8, 6/8, 1/8 along each axis: nowhere zero
-    /// where the image is not.
+    /// the way to the neighbour, hence the weights 1/8, 6/8, 1/8 along an axis: nowhere zero
+    /// where the image is not. Between two rows it has it in the middle.
     fn weights(&self) -> Vec<f32> {
-        const ALONG: [(i64, f32); 3] = [(-1, 0.125), (0, 0.75), (1, 0.125)];
-        let (w, h) = (i64::from(self.width), i64::from(self.height));
+        const AROUND: [(i64, f32); 3] = [(-1, 0.125), (0, 0.75), (1, 0.125)];
+        const BETWEEN: [(i64, f32); 2] = [(0, 0.5), (1, 0.5)];
+        let down: &[_] = if self.rows == Rows::Between { &AROUND } else { &BETWEEN };
+        let (w, h) = (i64::from(self.image.width), i64::from(self.image.height));
         let texel = |x: i64, y: i64| {
             let (x, y) = (x.rem_euclid(w), y.clamp(0, h - 1));
-            Spectrum::from(self.texels[(y * w + x) as usize]).luminance()
+            Spectrum::from(self.image.pixels[(y * w + x) as usize]).luminance()
         };
         let mean = |x: i64, y: i64| {
-            let row = |y: i64| ALONG.iter().map(|&(i, a)| a * texel(x + i, y)).sum::<f32>();
-            ALONG.iter().map(|&(j, b)| b * row(y + j)).sum::<f32>()
+            let row = |y: i64| AROUND.iter().map(|&(i, a)| a * texel(x + i, y)).sum::<f32>();
+            down.iter().map(|&(j, b)| b * row(y + j)).sum::<f32>()
         };
-        (0..h)
-            .flat_map(|y| {
-                let (sin, _) = trig::sin_cos((y as f32 + 0.5) / h as f32 * PI);
-                (0..w).map(move |x| (x, y, sin))
-            })
+        let rows = self.cells()[1];
+        (0i64..)
+            .zip(sines(rows))
+            .flat_map(|(y, sin)| (0..w).map(move |x| (x, y, sin)))
             .map(|(x, y, sin)| mean(x, y) * sin)
             .collect()
+    }
+
+    /// Takes directions from which little light comes away from light sampling, for n light samples
+    /// beside one BSDF sample, which has to find these directions then.
+    ///
+    /// The samples together should have the density of the light: with q that of BSDF sampling,
+    /// n p + q = (n + 1) L / ∫L. On average over all surfaces, q is 1/(2π) in their hemispheres;
+    /// with the mean L̄ = ∫L / 4π this makes p ∝ max(0, L − L̄ · 2/(n + 1)). [Karlík et al. 2019,
+    /// "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", where
+    /// n = 1]
+    pub fn compensate(&mut self, light_samples: u32) {
+        let Some(density) = &self.density else { return };
+        let [w, h] = self.cells();
+        let total: f64 = density.densities().iter().map(|&d| f64::from(d)).sum();
+        let sines: Vec<f32> = sines(h).collect();
+        let sphere: f64 = sines.iter().map(|&s| f64::from(s)).sum::<f64>() * w as f64;
+        let taken = (total / sphere * 2.0 / (f64::from(light_samples) + 1.0)) as f32;
+        let rows = density.densities().chunks_exact(w).zip(&sines);
+        let left: Vec<f32> = rows
+            .flat_map(|(row, sin)| row.iter().map(move |d| (d - taken * sin).max(0.0)))
+            .collect();
+        self.density = Piecewise2D::new(&left, w, h);
     }
 
     /// Radiance from direction `d` (unit).
     #[inline]
     pub fn radiance(&self, d: Vec3) -> Spectrum {
         let [x, y] = to_image(d);
-        let (fx, fy) = (x * self.width as f32 - 0.5, y * self.height as f32 - 0.5);
+        let (w, h) = (self.image.width as i32, self.image.height as i32);
+        let fx = x * w as f32 - 0.5;
+        let fy = match self.rows {
+            Rows::Between => y * h as f32 - 0.5,
+            Rows::FromPoleToPole => y * (h - 1) as f32,
+        };
         let (ix, iy) = (fx.floor(), fy.floor());
         let (ax, ay) = (fx - ix, fy - iy);
-        let (w, h) = (self.width as i32, self.height as i32);
         let texel = |dx: i32, dy: i32| {
             let (x, y) = ((ix as i32 + dx).rem_euclid(w), (iy as i32 + dy).clamp(0, h - 1));
-            Spectrum::from(self.texels[y as usize * w as usize + x as usize])
+            Spectrum::from(self.image.pixels[y as usize * w as usize + x as usize])
         };
         let row = |dy| texel(0, dy) * (1.0 - ax) + texel(1, dy) * ax;
         row(0) * (1.0 - ay) + row(1) * ay
     }
+
+    /// A direction of the map, and its density.
+    #[inline]
+    fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Pdf<SolidAngle>)> {
+        let (xy, density) = self.density.as_ref()?.sample(u);
+        let (d, sin) = to_direction(xy);
+        (sin > 0.0).then(|| (d, Pdf::new(density / (2.0 * PI * PI * sin))))
+    }
+
+    /// Density of a direction of the map: dω = 2π² sin θ dx dy.
+    #[inline]
+    fn pdf(&self, d: Vec3) -> Pdf<SolidAngle> {
+        let Some(density) = &self.density else { return Pdf::ZERO };
+        let sin = (d.x * d.x + d.z * d.z).sqrt();
+        if sin <= 0.0 {
+            return Pdf::ZERO;
+        }
+        Pdf::new(density.pdf(to_image(d)) / (2.0 * PI * PI * sin))
+    }
+}
+
+/// sin θ in the middle of each of `count` rows.
+fn sines(count: usize) -> impl Iterator<Item = f32> {
+    (0..count).map(move |y| trig::sin_cos((y as f32 + 0.5) / count as f32 * PI).0)
 }
 
 /// Direction to image coordinates in [0, 1].
@@ -104,21 +194,15 @@ impl Light for Environment {
             radiance,
             pdf: Some(pdf),
         };
-        let Some(map) = self.map else {
+        let Some(placed) = &self.map else {
             let wi = warp::uniform_sphere(u);
             return Some(at_infinity(wi, self.radiance, warp::uniform_sphere_pdf()));
         };
-        let map = &tables.environments[map as usize];
-        let (xy, density) = map.density.as_ref()?.sample(u);
-        let (wi, sin) = to_direction(xy);
-        if sin <= 0.0 {
-            return None;
-        }
-        let pdf = Pdf::new(density / (2.0 * PI * PI * sin));
-        Some(at_infinity(wi, map.radiance(wi) * self.radiance, pdf))
+        let (d, pdf) = placed.of(tables).sample(u)?;
+        let wi = placed.to_world * d;
+        Some(at_infinity(wi, self.escaped(tables, wi), pdf))
     }
 
-    /// dω = 2π² sin θ dx dy.
     #[inline]
     fn pdf(
         &self,
@@ -127,37 +211,42 @@ impl Light for Environment {
         wi: Vec3,
         _: Option<LightHit>,
     ) -> Pdf<SolidAngle> {
-        let Some(map) = self.map else { return warp::uniform_sphere_pdf() };
-        let Some(density) = &tables.environments[map as usize].density else { return Pdf::ZERO };
-        let sin = (wi.x * wi.x + wi.z * wi.z).sqrt();
-        if sin <= 0.0 {
-            return Pdf::ZERO;
+        match &self.map {
+            None => warp::uniform_sphere_pdf(),
+            Some(placed) => placed.of(tables).pdf(placed.local(wi)),
         }
-        Pdf::new(density.pdf(to_image(wi)) / (2.0 * PI * PI * sin))
     }
 
     #[inline]
     fn escaped(&self, tables: &LightTables, d: Vec3) -> Spectrum {
-        match self.map {
+        match &self.map {
             None => self.radiance,
-            Some(map) => tables.environments[map as usize].radiance(d) * self.radiance,
+            Some(placed) => placed.of(tables).radiance(placed.local(d)) * self.radiance,
         }
     }
 
-    /// A constant sky, and a map with a bright texel, a dark half and a soft rest.
+    /// A constant sky, and a map with a bright texel, a dark half and a soft rest: as it is, and
+    /// turned, mirrored and reaching from pole to pole.
     fn examples() -> Vec<(Self, LightTables)> {
         let constant = Self { radiance: Spectrum::splat(0.5), map: None };
-        let (w, h) = (16u32, 8u32);
-        let texels = (0..w * h)
-            .map(|i| match (i % w, i / w) {
+        let (width, height) = (16u32, 8u32);
+        let pixels = (0..width * height)
+            .map(|i| match (i % width, i / width) {
                 (3, 2) => [40.0; 3],
                 (x, _) if x >= 8 => [0.0; 3],
                 (x, y) => [0.1 * x as f32, 0.2 * y as f32, 0.3],
             })
             .collect();
-        let mut tables = LightTables::default();
-        tables.environments.push(EnvironmentMap::new(w, h, texels));
-        let map = Self { radiance: Spectrum::ONE, map: Some(0) };
-        vec![(constant, LightTables::default()), (map, tables)]
+        let image = Arc::new(Image { width, height, pixels });
+        let (s, t) = (Vec3::new(0.6, 0.8, 0.0), Vec3::new(-0.48, 0.36, 0.8));
+        let turned = Mat3::from_cols(s, t, t.cross(s));
+        let maps = [(Mat3::IDENTITY, Rows::Between), (turned, Rows::FromPoleToPole)];
+        let of_map = |(to_world, rows)| {
+            let mut tables = LightTables::default();
+            tables.environments.push(EnvironmentMap::of_image(Arc::clone(&image), rows));
+            let map = Some(PlacedMap { index: 0, to_world });
+            (Self { radiance: Spectrum::ONE, map }, tables)
+        };
+        std::iter::once((constant, LightTables::default())).chain(maps.map(of_map)).collect()
     }
 }

@@ -2,6 +2,7 @@
 //! but for its irradiance, of which [`irradiance`] wants the closed form.
 
 mod irradiance;
+mod near;
 
 use pt_math::{DVec3, Spectrum, Vec3};
 use pt_testing::{Chi2, Random, chi2_cone, chi2_sphere};
@@ -75,7 +76,12 @@ fn hit_triangle(triangle: &EmitterTriangle, p: DVec3, d: DVec3) -> Option<LightH
     let inside = b1 >= -rim && b2 >= -rim && b1 + b2 <= 1.0 + rim;
     let cos = -d.dot(n);
     let found = inside && t > 0.0 && cos > 0.0;
-    found.then_some(LightHit { distance_squared: (t * t) as f32, cos: cos as f32 })
+    let corners = [triangle.p0, triangle.p0 + triangle.e1, triangle.p0 + triangle.e2];
+    found.then_some(LightHit {
+        distance_squared: (t * t) as f32,
+        cos: cos as f32,
+        triangle: Some(corners),
+    })
 }
 
 fn hit_sphere(sphere: &SphereLight, p: DVec3, d: DVec3) -> Option<LightHit> {
@@ -91,7 +97,7 @@ fn hit_sphere(sphere: &SphereLight, p: DVec3, d: DVec3) -> Option<LightHit> {
     let half = chord.max(0.0).sqrt();
     let t = if outside { middle - half } else { middle + half };
     let cos = d.dot((p + d * t - center).normalize()).abs();
-    Some(LightHit { distance_squared: (t * t) as f32, cos: cos as f32 })
+    Some(LightHit { distance_squared: (t * t) as f32, cos: cos as f32, triangle: None })
 }
 
 fn density(example: &Example, p: Vec3, wi: Vec3) -> f32 {
@@ -113,6 +119,23 @@ fn cone(samples: &[LightSample]) -> (Vec3, f32) {
     (axis, 1.2 * widest)
 }
 
+/// Panics unless the histogram of samples fits the density, as one of `tests` tests.
+fn assert_density(example: &Example, p: Vec3, samples_each: u32, tests: usize) {
+    let (axis, c) = cone(&samples(example, p, &mut Random::new(5), 1000));
+    let name = format!("{:?} from {p}", example.0);
+    let config = Chi2 { samples: samples_each, ..Chi2::new(&name) };
+    let config = config.one_of(tests);
+    let sample = |u| example.0.sample(&example.1, p, u).map(|s| s.wi);
+    let pdf = |wi| density(example, p, wi);
+    let narrow = c > 0.0 && c < 0.2;
+    let result = if narrow {
+        chi2_cone(sample, pdf, axis, c, &config)
+    } else {
+        chi2_sphere(sample, pdf, &config)
+    };
+    result.unwrap_or_else(|e| panic!("{e}"));
+}
+
 /// The histogram of samples fits the density, and what that lacks to 1 is not sampled: this holds
 /// the integral of the density to that, too.
 #[test]
@@ -120,19 +143,7 @@ fn samples_follow_their_density() {
     let extended: Vec<_> = all_lights().into_iter().filter(|l| !l.0.is_delta()).collect();
     for example in &extended {
         for p in POINTS {
-            let (axis, c) = cone(&samples(example, p, &mut Random::new(5), 1000));
-            let name = format!("{:?} from {p}", example.0);
-            let config = Chi2 { samples: 100_000, ..Chi2::new(&name) };
-            let config = config.one_of(extended.len() * POINTS.len());
-            let sample = |u| example.0.sample(&example.1, p, u).map(|s| s.wi);
-            let pdf = |wi| density(example, p, wi);
-            let narrow = c > 0.0 && c < 0.2;
-            let result = if narrow {
-                chi2_cone(sample, pdf, axis, c, &config)
-            } else {
-                chi2_sphere(sample, pdf, &config)
-            };
-            result.unwrap_or_else(|e| panic!("{e}"));
+            assert_density(example, p, 100_000, extended.len() * POINTS.len());
         }
     }
 }

@@ -5,6 +5,7 @@ use pt_math::interval::gamma;
 use pt_math::ray::offset_origin;
 use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec3, warp};
 
+use super::spherical_triangle::SphericalTriangle;
 use super::{Light, LightHit, LightSample, LightTables};
 
 /// A triangle that glows on its front side.
@@ -27,7 +28,8 @@ impl EmitterTriangle {
     }
 }
 
-/// Triangles of one radiance, sampled uniformly by area.
+/// Triangles of one radiance. One of them is chosen by its area, and a point of it by solid angle
+/// where it is near, or else by area.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshLight {
     /// First of its triangles in [`LightTables::triangles`].
@@ -38,7 +40,13 @@ pub struct MeshLight {
     pub inverse_area: f32,
     /// Radiance of the front side.
     pub radiance: Spectrum,
+    /// Which triangles are near: whose |distance of the middle|² / (|e₁|² + |e₂|²) is less.
+    pub near: f32,
 }
+
+/// Farther triangles are lit by points so evenly that sampling by area, which costs less, is as
+/// good.
+const NEAR: f32 = 2.0;
 
 impl MeshLight {
     /// Enters triangles into the tables; `None` if they have no area.
@@ -55,6 +63,7 @@ impl MeshLight {
             choice: tables.triangle_choice.len() as u32,
             inverse_area: (1.0 / area) as f32,
             radiance,
+            near: NEAR,
         };
         tables.triangles.extend_from_slice(triangles);
         tables.triangle_choice.push(choice);
@@ -65,6 +74,16 @@ impl MeshLight {
     fn area_pdf(&self) -> Pdf<Area> {
         Pdf::new(self.inverse_area)
     }
+
+    /// The triangle p₀, p₀ + e₁, p₀ + e₂ as `p` sees it, if it is sampled by solid angle.
+    #[inline(always)]
+    fn seen(&self, p: Vec3, p0: Vec3, e1: Vec3, e2: Vec3) -> Option<SphericalTriangle> {
+        let d0 = p0 - p;
+        let to_middle = d0 + (e1 + e2) * (1.0 / 3.0);
+        let size_squared = e1.length_squared() + e2.length_squared();
+        let is_near = to_middle.length_squared() < self.near * size_squared;
+        if is_near { SphericalTriangle::new(d0, e1, e2) } else { None }
+    }
 }
 
 impl Light for MeshLight {
@@ -72,34 +91,52 @@ impl Light for MeshLight {
 
     #[inline(always)]
     fn sample(&self, tables: &LightTables, p: Vec3, [u, v]: [f32; 2]) -> Option<LightSample> {
-        let (i, _, u) = tables.triangle_choice[self.choice as usize].sample(u);
-        let triangle = &tables.triangles[self.first as usize + i];
-        let [b1, b2] = warp::uniform_triangle([u, v]);
-        let (q1, q2) = (triangle.e1 * b1, triangle.e2 * b2);
-        let q = triangle.p0 + q1 + q2;
+        let (i, probability, u) = tables.triangle_choice[self.choice as usize].sample(u);
+        let &EmitterTriangle { p0, e1, e2, normal } = &tables.triangles[self.first as usize + i];
+        let seen = self.seen(p, p0, e1, e2);
+        let [b1, b2] = match &seen {
+            Some(seen) => seen.sample([u, v]),
+            None => warp::uniform_triangle([u, v]),
+        };
+        let (q1, q2) = (e1 * b1, e2 * b2);
+        let q = p0 + q1 + q2;
         let d = q - p;
         let distance_squared = d.length_squared();
         let distance = distance_squared.sqrt();
-        let cos = -d.dot(triangle.normal) / distance;
+        let cos = -d.dot(normal) / distance;
         if cos.is_nan() || cos <= 0.0 {
             return None;
         }
-        let error = (triangle.p0.abs() + q1.abs() + q2.abs()) * gamma(7);
+        let error = (p0.abs() + q1.abs() + q2.abs()) * gamma(7);
+        let pdf = match seen {
+            Some(seen) => Pdf::new(probability / seen.solid_angle),
+            None => self.area_pdf().to_solid_angle(distance_squared, cos),
+        };
         Some(LightSample {
             wi: d / distance,
             distance,
-            end: Some(offset_origin(q, error, triangle.normal, -d)),
+            end: Some(offset_origin(q, error, normal, -d)),
             radiance: self.radiance,
-            pdf: Some(self.area_pdf().to_solid_angle(distance_squared, cos)),
+            pdf: Some(pdf),
         })
     }
 
     #[inline(always)]
-    fn pdf(&self, _: &LightTables, _p: Vec3, _wi: Vec3, hit: Option<LightHit>) -> Pdf<SolidAngle> {
-        hit.map_or(Pdf::ZERO, |h| self.area_pdf().to_solid_angle(h.distance_squared, h.cos))
+    fn pdf(&self, _: &LightTables, p: Vec3, _wi: Vec3, hit: Option<LightHit>) -> Pdf<SolidAngle> {
+        let Some(hit) = hit else { return Pdf::ZERO };
+        let Some([p0, p1, p2]) = hit.triangle else { return Pdf::ZERO };
+        let (e1, e2) = (p1 - p0, p2 - p0);
+        match self.seen(p, p0, e1, e2) {
+            Some(seen) => {
+                let area = 0.5 * e1.cross(e2).length();
+                Pdf::new(area * self.inverse_area / seen.solid_angle)
+            }
+            None => self.area_pdf().to_solid_angle(hit.distance_squared, hit.cos),
+        }
     }
 
-    /// A square of side 2 at height 2, split into triangles of different area, facing down.
+    /// A square of side 2 at height 2, split into triangles of different area, facing down; and a
+    /// flat triangle that stands on a corner.
     fn examples() -> Vec<(Self, LightTables)> {
         let corner = |x, z| Vec3::new(x, 2.0, z);
         let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
@@ -112,8 +149,14 @@ impl Light for MeshLight {
                 normal: Vec3::NEG_Y,
             })
             .collect();
-        let mut tables = LightTables::default();
-        let light = Self::new(&mut tables, &triangles, Spectrum::splat(2.0));
-        light.into_iter().map(|l| (l, std::mem::take(&mut tables))).collect()
+        let (e1, e2) = (Vec3::new(0.2, 3.0, 0.1), Vec3::new(0.4, 2.9, 0.3));
+        let p0 = Vec3::new(0.5, 0.1, -0.3);
+        let flat = EmitterTriangle { p0, e1, e2, normal: e2.cross(e1).normalize() };
+        let light = |triangles: &[_]| {
+            let mut tables = LightTables::default();
+            let light = Self::new(&mut tables, triangles, Spectrum::splat(2.0));
+            light.map(|l| (l, tables))
+        };
+        [light(&triangles), light(&[flat])].into_iter().flatten().collect()
     }
 }

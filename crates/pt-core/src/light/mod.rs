@@ -4,20 +4,27 @@
 //! then hold it to its contract.
 
 mod directional;
+mod distant_disk;
 pub mod environment;
 mod hemisphere;
+mod ies;
 #[cfg(test)]
 mod laws;
 mod mesh;
 mod point;
 mod sphere;
+mod spherical_triangle;
 mod spot;
+
+use std::sync::Arc;
 
 use pt_math::distribution::AliasTable;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+use pt_scene::IesProfile;
 
-pub use environment::EnvironmentMap;
+pub use environment::{EnvironmentMap, PlacedMap};
 pub use mesh::EmitterTriangle;
+pub use spot::Falloff;
 
 /// Light that arrives at a point, if nothing is in its way.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +49,8 @@ pub struct LightHit {
     pub distance_squared: f32,
     /// |cos| of the angle between the ray and the light's geometric normal.
     pub cos: f32,
+    /// Corners of the triangle, if it is one.
+    pub triangle: Option<[Vec3; 3]>,
 }
 
 /// A source of light.
@@ -90,8 +99,12 @@ pub struct LightTables {
     pub triangles: Vec<EmitterTriangle>,
     /// Choice of a triangle by area, one table a mesh light.
     pub triangle_choice: Vec<AliasTable>,
+    /// Intensities of luminaires.
+    pub profiles: Vec<Arc<IesProfile>>,
     /// Environment maps.
     pub environments: Vec<EnvironmentMap>,
+    /// Whether these leave directions to BSDF sampling; see [`EnvironmentMap::compensate`].
+    pub compensated: bool,
 }
 
 macro_rules! lights {
@@ -153,8 +166,12 @@ lights! {
     Point = point::Point,
     /// A point that shines into a cone.
     Spot = spot::Spot,
+    /// A point with the intensities of a luminaire.
+    Ies = ies::Ies,
     /// Parallel light.
     Directional = directional::Directional,
+    /// A disk, infinitely far away.
+    DistantDisk = distant_disk::DistantDisk,
     /// Glowing triangles.
     Mesh = mesh::MeshLight,
     /// A glowing sphere.

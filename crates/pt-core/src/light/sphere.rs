@@ -1,16 +1,14 @@
 //! The glowing sphere.
 
-use std::f32::consts::PI;
-
 use pt_math::interval::gamma;
 use pt_math::ray::offset_origin;
-use pt_math::{Area, Frame, Pdf, SolidAngle, Spectrum, Vec3, warp};
+use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 use super::{Light, LightHit, LightSample, LightTables};
 
-/// A sphere of constant radiance on its outside. Points outside sample the cone under which they
-/// see it. [Shirley, Wang & Zimmerman 1996, "Monte Carlo Techniques for Direct Lighting
-/// Calculations", §3.2]
+/// A sphere of constant radiance on its outside, or on its inside. Points outside sample the cone
+/// under which they see it [Shirley, Wang & Zimmerman 1996, "Monte Carlo Techniques for Direct
+/// Lighting Calculations", §3.2]; points inside see it in all directions.
 #[derive(Clone, Copy, Debug)]
 pub struct SphereLight {
     /// Centre.
@@ -23,9 +21,12 @@ pub struct SphereLight {
     pub inward: bool,
 }
 
+/// A computed point of the sphere is off it by a share of the radius below this.
+const ROUNDING: f32 = 1e-5;
+
 impl SphereLight {
-    /// 1 − cos of the half angle of the cone under which `p` sees the sphere, without
-    /// cancellation for far spheres; `None` from inside.
+    /// 1 − cos of the half angle of the cone under which `p` sees the outside, without cancellation
+    /// for far spheres; `None` from inside.
     #[inline]
     fn one_minus_cos(&self, p: Vec3) -> Option<f32> {
         let distance_squared = (self.center - p).length_squared();
@@ -33,53 +34,54 @@ impl SphereLight {
         (sin2 < 1.0).then(|| sin2 / (1.0 + (1.0 - sin2).sqrt()))
     }
 
+    /// Whether `p` sees the inside.
     #[inline]
-    fn area_pdf(&self) -> Pdf<Area> {
-        Pdf::new(1.0 / (4.0 * PI * self.radius * self.radius))
+    fn holds(&self, p: Vec3) -> bool {
+        (p - self.center).length() <= self.radius * (1.0 + ROUNDING)
     }
 
-    /// The surface point with normal `n`, moved off the surface in direction `w`.
+    /// A sample in direction `wi`, which meets the sphere where its normal is `n`.
     #[inline]
-    fn end(&self, n: Vec3, w: Vec3) -> Vec3 {
+    fn at(&self, n: Vec3, wi: Vec3, distance: f32, pdf: Pdf<SolidAngle>) -> LightSample {
         let offset = n * self.radius;
         let error = (self.center.abs() + offset.abs()) * gamma(5);
-        offset_origin(self.center + offset, error, n, w)
+        let end = Some(offset_origin(self.center + offset, error, n, -wi));
+        LightSample { wi, distance, end, radiance: self.radiance, pdf: Some(pdf) }
     }
 
     /// From outside: a direction of the cone.
     #[inline]
-    fn sample_cone(&self, p: Vec3, u: [f32; 2], one_minus_cos: f32) -> Option<LightSample> {
+    fn sample_cone(&self, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
+        let one_minus_cos = self.one_minus_cos(p)?;
         let to_center = self.center - p;
         let d = to_center.length();
+        let frame = Frame::from_normal(to_center / d);
         let local = warp::uniform_cone(u, one_minus_cos);
         let sin2 = local.x * local.x + local.y * local.y;
         let half_chord = (self.radius * self.radius - d * d * sin2).max(0.0).sqrt();
-        let wi = Frame::from_normal(to_center / d).to_world(local);
         let distance = d * local.z - half_chord;
-        let n = (p + wi * distance - self.center).normalize();
-        (!self.inward).then(|| LightSample {
-            wi,
-            distance,
-            end: Some(self.end(n, -wi)),
-            radiance: self.radiance,
-            pdf: Some(warp::uniform_cone_pdf(one_minus_cos)),
-        })
+        // Without the difference to the centre, which has no digits for far spheres.
+        let z = -(d * sin2 + half_chord * local.z);
+        let n = Vec3::new(local.x * distance, local.y * distance, z).normalize();
+        let pdf = warp::uniform_cone_pdf(one_minus_cos);
+        (distance > 0.0).then(|| self.at(frame.to_world(n), frame.to_world(local), distance, pdf))
     }
 
-    /// From inside: a point of the surface.
+    /// From inside: any direction.
     #[inline]
-    fn sample_surface(&self, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
-        let n = warp::uniform_sphere(u);
-        let to_light = self.center + n * self.radius - p;
-        let distance = to_light.length();
-        let cos = to_light.dot(n) / distance;
-        (self.inward && cos > 0.0).then(|| LightSample {
-            wi: to_light / distance,
-            distance,
-            end: Some(self.end(n, -to_light)),
-            radiance: self.radiance,
-            pdf: Some(self.area_pdf().to_solid_angle(distance * distance, cos)),
-        })
+    fn sample_inside(&self, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
+        if !self.holds(p) {
+            return None;
+        }
+        let wi = warp::uniform_sphere(u);
+        let from_center = p - self.center;
+        let b = from_center.dot(wi);
+        let power = from_center.length_squared() - self.radius * self.radius;
+        let root = (b * b - power).max(0.0).sqrt();
+        // The farther root of t² + 2bt + power.
+        let distance = if b > 0.0 { -power / (b + root) } else { root - b };
+        let n = (from_center + wi * distance).normalize();
+        (distance > 0.0).then(|| self.at(n, wi, distance, warp::uniform_sphere_pdf()))
     }
 }
 
@@ -88,18 +90,16 @@ impl Light for SphereLight {
 
     #[inline]
     fn sample(&self, _: &LightTables, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
-        match self.one_minus_cos(p) {
-            Some(c) => self.sample_cone(p, u, c),
-            None => self.sample_surface(p, u),
-        }
+        if self.inward { self.sample_inside(p, u) } else { self.sample_cone(p, u) }
     }
 
     #[inline]
     fn pdf(&self, _: &LightTables, p: Vec3, _wi: Vec3, hit: Option<LightHit>) -> Pdf<SolidAngle> {
-        let Some(hit) = hit else { return Pdf::ZERO };
-        match self.one_minus_cos(p) {
-            Some(c) => warp::uniform_cone_pdf(c),
-            None => self.area_pdf().to_solid_angle(hit.distance_squared, hit.cos),
+        match (hit, self.inward) {
+            (None, _) => Pdf::ZERO,
+            (_, true) if self.holds(p) => warp::uniform_sphere_pdf(),
+            (_, true) => Pdf::ZERO,
+            (_, false) => self.one_minus_cos(p).map_or(Pdf::ZERO, warp::uniform_cone_pdf),
         }
     }
 

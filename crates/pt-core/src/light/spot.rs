@@ -1,12 +1,13 @@
 //! The spot light.
 
+use std::f32::consts::{FRAC_PI_3, FRAC_PI_6, PI};
+
 use pt_math::{Spectrum, Vec3, trig};
 
 use super::point::sample_point;
 use super::{Light, LightSample, LightTables};
 
-/// A point whose intensity falls with the angle θ to its axis as cosᵉ θ, and is zero outside of
-/// its cone. [COLLADA 1.4.1 specification, `<spot>`]
+/// A point whose intensity falls with the angle to its axis, and is zero outside of its cone.
 #[derive(Clone, Copy, Debug)]
 pub struct Spot {
     /// Where it is.
@@ -15,10 +16,51 @@ pub struct Spot {
     pub axis: Vec3,
     /// Radiant intensity along the axis.
     pub intensity: Spectrum,
-    /// Cosine of half the opening angle of the cone.
-    pub cos_cutoff: f32,
-    /// Exponent e.
-    pub exponent: f32,
+    /// How it falls.
+    pub falloff: Falloff,
+}
+
+/// The share of its intensity that a spot light has at an angle θ to its axis.
+#[derive(Clone, Copy, Debug)]
+pub enum Falloff {
+    /// cosᵉ θ, cut off. [COLLADA 1.4.1 specification, `<spot>`]
+    Cosine {
+        /// Cosine of half the opening angle of the cone.
+        cos_cutoff: f32,
+        /// Exponent e.
+        exponent: f32,
+    },
+    /// 1 up to an angle, and from there linear in θ down to 0. [Mitsuba 3.9 documentation, `spot`]
+    Linear {
+        /// Where it begins to fall, in radians.
+        beam: f32,
+        /// Where it is 0, in radians.
+        cutoff: f32,
+    },
+}
+
+impl Falloff {
+    /// The share towards the unit vector `w`; 0 outside of the cone.
+    #[inline]
+    pub fn share(self, axis: Vec3, w: Vec3) -> f32 {
+        let cos = axis.dot(w);
+        match self {
+            Self::Cosine { cos_cutoff, .. } if cos <= cos_cutoff => 0.0,
+            // A cone wider than a hemisphere has no cosine to fall by beyond it.
+            Self::Cosine { exponent: 0.0, .. } => 1.0,
+            Self::Cosine { exponent, .. } => trig::powf(cos.max(0.0), exponent),
+            Self::Linear { beam, cutoff } => {
+                // The cosine alone has no digits for small angles.
+                let angle = trig::atan2(axis.cross(w).length(), cos);
+                let inside = f32::from(u8::from(angle <= beam));
+                if beam < cutoff {
+                    ((cutoff - angle) / (cutoff - beam)).clamp(0.0, 1.0)
+                } else {
+                    inside
+                }
+            }
+        }
+    }
 }
 
 impl Light for Spot {
@@ -27,24 +69,25 @@ impl Light for Spot {
     #[inline]
     fn sample(&self, _: &LightTables, p: Vec3, _u: [f32; 2]) -> Option<LightSample> {
         let on_axis = sample_point(self.position, p, self.intensity)?;
-        let cos = -on_axis.wi.dot(self.axis);
-        if cos <= self.cos_cutoff {
-            return None;
-        }
-        // A cone wider than a hemisphere has no cosine to fall by beyond it.
-        let falloff =
-            if self.exponent == 0.0 { 1.0 } else { trig::powf(cos.max(0.0), self.exponent) };
-        Some(LightSample { radiance: on_axis.radiance * falloff, ..on_axis })
+        let share = self.falloff.share(self.axis, -on_axis.wi);
+        let radiance = on_axis.radiance * share;
+        (share > 0.0).then_some(LightSample { radiance, ..on_axis })
     }
 
+    /// One of each falloff, a cone with a sharp edge, and one that is no cone.
     fn examples() -> Vec<(Self, LightTables)> {
-        let light = Self {
+        let falloffs = [
+            Falloff::Cosine { cos_cutoff: 0.5, exponent: 2.0 },
+            Falloff::Linear { beam: 0.2, cutoff: FRAC_PI_3 },
+            Falloff::Linear { beam: FRAC_PI_6, cutoff: FRAC_PI_6 },
+            Falloff::Linear { beam: 0.0, cutoff: PI },
+        ];
+        let of = |falloff| Self {
             position: Vec3::new(0.0, 2.0, 0.0),
             axis: Vec3::NEG_Y,
             intensity: Spectrum::splat(3.0),
-            cos_cutoff: 0.5,
-            exponent: 2.0,
+            falloff,
         };
-        vec![(light, LightTables::default())]
+        falloffs.map(|f| (of(f), LightTables::default())).into()
     }
 }

@@ -10,6 +10,7 @@ mod normals;
 mod path;
 mod wavefront;
 
+use pt_core::settings::DirectLight;
 use pt_core::{RenderScene, Settings};
 use pt_math::sampler::SamplerBlocks;
 use pt_math::{RayColumns, Spectrum};
@@ -42,6 +43,9 @@ pub struct Registration {
     pub name: &'static str,
     /// One line for the help.
     pub help: &'static str,
+    /// Whether under [`DirectLight::Mis`] it finds all light of the sky by BSDF samples, too, and
+    /// weighs these against light samples.
+    pub weighs_sky: bool,
     /// Makes one for a thread that renders this scene with these settings.
     pub new: New,
 }
@@ -54,21 +58,25 @@ pub static INTEGRATORS: &[Registration] = &[
     Registration {
         name: "path",
         help: "light that was scattered up to --max-depth times",
+        weighs_sky: true,
         new: |scene, set| Box::new(Wavefront::new(path::Path { depth: u32::MAX }, scene, set)),
     },
     Registration {
         name: "direct",
         help: "light that was scattered at most once",
+        weighs_sky: true,
         new: |scene, set| Box::new(Wavefront::new(path::Path { depth: 1 }, scene, set)),
     },
     Registration {
         name: "normals",
         help: "shading normals as colours: (n + 1) / 2",
+        weighs_sky: false,
         new: |_, _| Box::<normals::Normals>::default(),
     },
     Registration {
         name: "cs184",
         help: "light as the program of the university course computes it",
+        weighs_sky: false,
         new: |scene, set| Box::new(Wavefront::new(course::Course, scene, set)),
     },
 ];
@@ -76,6 +84,13 @@ pub static INTEGRATORS: &[Registration] = &[
 /// The integrator of this name.
 pub fn find(name: &str) -> Option<&'static Registration> {
     INTEGRATORS.iter().find(|r| r.name == name)
+}
+
+/// What to compile a scene for that is rendered with these settings: see
+/// [`pt_core::CompileOptions::mis_light_samples`].
+pub fn mis_light_samples(settings: &Settings) -> Option<u32> {
+    let weighs = find(&settings.integrator).is_some_and(|integrator| integrator.weighs_sky);
+    (weighs && settings.direct == DirectLight::Mis).then_some(settings.light_samples)
 }
 
 /// Dimensions of the sampler that the camera takes: image and lens.

@@ -49,7 +49,7 @@ impl Rules for Path {
         let Context { scene, settings } = cx;
         let light = scene.surfaces[at.surface].light.map(|id| {
             let light: &AnyLight = &scene.lights[id];
-            let hit = Some(at.light_hit());
+            let hit = Some(scene.light_hit(at));
             (light, light.pdf(&scene.light_tables, path.origin, -at.wo, hit))
         });
         scene.emitted(at) * found_weight(settings, path.arrival, light)

@@ -27,6 +27,21 @@ pub struct Image {
     pub pixels: Vec<[f32; 3]>,
 }
 
+impl Image {
+    /// Whether the pixels are radiance: as many as there should be, finite, and not negative. The
+    /// error names the first that is not.
+    pub fn check_radiance(&self) -> Result<(), String> {
+        check_shape(self.width, self.height, self.pixels.len())?;
+        let is_good = |p: &[f32; 3]| p.iter().all(|v| v.is_finite() && *v >= 0.0);
+        let Some(i) = self.pixels.iter().position(|p| !is_good(p)) else { return Ok(()) };
+        let (x, y) = (i % self.width as usize, i / self.width as usize);
+        Err(format!(
+            "pixel ({x}, {y}) is {:?}; radiance must be a finite number from 0 up",
+            self.pixels[i]
+        ))
+    }
+}
+
 /// How linear light and the numbers of files without floating point relate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Transfer {

@@ -2,11 +2,12 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use pt_math::{DVec3, Spectrum, Vec3};
+use pt_math::{DVec3, Mat3, Spectrum, Vec3};
 use pt_testing::{Random, irradiance, mean_z_test, sidak};
 
 use super::super::{
-    AnyLight, EmitterTriangle, EnvironmentMap, LightTables, MeshLight, SphereLight,
+    AnyLight, DistantDisk, EmitterTriangle, EnvironmentMap, Falloff, Light, LightTables, MeshLight,
+    PlacedMap, SphereLight,
 };
 use super::{Example, POINTS, all_lights};
 
@@ -22,11 +23,21 @@ fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
         AnyLight::Point(l) => level(l.intensity) * inverse_square(l.position, p, n),
         AnyLight::Spot(l) => {
             let cos = (p - l.position.as_dvec3()).normalize().dot(l.axis.as_dvec3());
-            let lit = cos > f64::from(l.cos_cutoff);
-            let share = if lit { cos.powf(f64::from(l.exponent)) } else { 0.0 };
+            let share = of_falloff(l.falloff, cos);
             level(l.intensity) * share * inverse_square(l.position, p, n)
         }
+        AnyLight::Ies(l) => {
+            let w = (p - l.position.as_dvec3()).normalize();
+            let [x, y, z] =
+                [l.axes.x_axis, l.axes.y_axis, l.axes.z_axis].map(|a| a.as_dvec3().dot(w));
+            let vertical = (-z).acos().to_degrees();
+            let horizontal = y.atan2(x).to_degrees().rem_euclid(360.0);
+            let profile = &tables.profiles[l.profile as usize];
+            let candela = f64::from(profile.candela(vertical as f32, horizontal as f32));
+            level(l.scale) * candela * inverse_square(l.position, p, n)
+        }
         AnyLight::Directional(l) => level(l.irradiance) * l.to_light.as_dvec3().dot(n).max(0.0),
+        AnyLight::DistantDisk(l) => of_disk(l, n),
         AnyLight::Mesh(l) => {
             let sum: f64 = tables.triangles.iter().map(|t| of_triangle(t, p, n)).sum();
             level(l.radiance) * sum
@@ -36,12 +47,33 @@ fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
         AnyLight::Hemisphere(l) => level(l.radiance) * FRAC_PI_2 * (1.0 + n.y),
         AnyLight::Environment(l) => match l.map {
             None => level(l.radiance) * PI,
-            Some(map) => {
-                let map = &tables.environments[map as usize];
-                irradiance::of_sky(n, 512, |d| level(map.radiance(d.as_vec3()) * l.radiance))
-            }
+            Some(_) => irradiance::of_sky(n, 512, |d| level(l.escaped(tables, d.as_vec3()))),
         },
     }
+}
+
+fn of_falloff(falloff: Falloff, cos: f64) -> f64 {
+    match falloff {
+        Falloff::Cosine { cos_cutoff, exponent } => {
+            if cos > f64::from(cos_cutoff) {
+                cos.powf(f64::from(exponent))
+            } else {
+                0.0
+            }
+        }
+        Falloff::Linear { beam, cutoff } => {
+            let (angle, beam, cutoff) = (cos.acos(), f64::from(beam), f64::from(cutoff));
+            if angle <= beam { 1.0 } else { ((cutoff - angle) / (cutoff - beam)).max(0.0) }
+        }
+    }
+}
+
+/// That of a sphere at distance 1 whose radius is the sine of the angle.
+fn of_disk(l: &DistantDisk, n: DVec3) -> f64 {
+    let cos = 1.0 - f64::from(l.one_minus_cos);
+    let radius = (1.0 - cos * cos).sqrt().min(1.0 - 1e-9);
+    f64::from(l.radiance.luminance())
+        * irradiance::of_sphere(l.to_light.as_dvec3(), radius, DVec3::ZERO, n)
 }
 
 /// cos θ / r².
@@ -132,7 +164,8 @@ fn maps_of_all_kinds_light_as_quadrature_says() {
         let texels = (0..w * h).map(|i| [lit(i % w, i / w); 3]).collect();
         let mut tables = LightTables::default();
         tables.environments.push(EnvironmentMap::new(w, h, texels));
-        let light = super::super::Environment { radiance: Spectrum::ONE, map: Some(0) };
+        let map = Some(PlacedMap { index: 0, to_world: Mat3::IDENTITY });
+        let light = super::super::Environment { radiance: Spectrum::ONE, map };
         (AnyLight::from(light), tables)
     };
     let maps = [

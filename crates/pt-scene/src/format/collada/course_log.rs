@@ -172,6 +172,8 @@ fn light_parameters(reader: &Reader<'_>, kind: &LightKind, element: Node<'_>) ->
             general(*falloff_exponent),
             attenuation()
         ),
+        // COLLADA has no others.
+        _ => format!("type={}", element.tag_name().name()),
     }
 }
 

@@ -1,12 +1,15 @@
 //! `<emitter>`: lights.
 
+use std::sync::Arc;
+
 use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
 use super::transform::perpendicular;
-use crate::{Light, LightKind, LoadError};
+use crate::{Light, LightKind, LoadError, Rows, image};
 
-const KINDS: [&str; 4] = ["area (inside a shape)", "constant", "directional", "point"];
+const KINDS: [&str; 6] =
+    ["area (inside a shape)", "constant", "directional", "envmap", "point", "spot"];
 
 /// The radiance of an emitter that belongs to a shape.
 pub(super) fn area(tree: &Tree, object: &Object) -> Result<[f32; 3], LoadError> {
@@ -46,6 +49,23 @@ pub(super) fn light(tree: &Tree, object: &Object) -> Result<Light, LoadError> {
             let irradiance = parameters.color("irradiance", Role::Emission, 1.0)?;
             (shining_along(direction), LightKind::Directional { irradiance })
         }
+        "envmap" => envmap(tree, object, &mut parameters)?,
+        "spot" => {
+            let node = parameters.transform("to_world")?;
+            let intensity = parameters.color("intensity", Role::Emission, 1.0)?;
+            let cutoff_angle = parameters.positive("cutoff_angle", 20.0)?;
+            let beam_angle = parameters.float("beam_width")?.unwrap_or(0.75 * cutoff_angle);
+            if !(0.0..=cutoff_angle).contains(&beam_angle) || cutoff_angle > 180.0 {
+                let message = format!(
+                    "the beam of {beam_angle}° and the cutoff of {cutoff_angle}° are no cone; \
+                     expected 0 <= beam_width <= cutoff_angle <= 180"
+                );
+                return Err(parameters.refuse("beam_width", message));
+            }
+            let along = shining_along(node.matrix3.z_axis.normalize());
+            let to_world = DAffine3 { translation: node.translation, ..along };
+            (to_world, LightKind::LinearSpot { intensity, beam_angle, cutoff_angle })
+        }
         "area" => {
             let message = "an emitter \"area\" belongs inside the <shape> that emits";
             return Err(error(&object.at, message));
@@ -54,6 +74,40 @@ pub(super) fn light(tree: &Tree, object: &Object) -> Result<Light, LoadError> {
     };
     parameters.finish()?;
     Ok(Light { name: object.name().to_owned(), to_world, kind, at: object.at.clone() })
+}
+
+/// An image of the sky. There it is seen from inside as it is, with the middle along +z; here, its
+/// left edge looks along −x and it goes on towards +z: that is +x for +z, and +z for +x.
+fn envmap(
+    tree: &Tree,
+    object: &Object,
+    parameters: &mut Parameters<'_>,
+) -> Result<(DAffine3, LightKind), LoadError> {
+    const TOLERANCE: f64 = 1e-4; // matrices are written with a few digits
+    parameters.pass_over(&["mis_compensation"]);
+    let node = parameters.transform("to_world")?.matrix3;
+    let error = node.transpose() * node - DMat3::IDENTITY;
+    if error.to_cols_array().iter().any(|x| x.abs() > TOLERANCE) {
+        let message = "the sky has no size; expected a transform that only turns or mirrors";
+        return Err(parameters.refuse("to_world", message));
+    }
+    let scale = parameters.float("scale")?.unwrap_or(1.0);
+    if scale < 0.0 {
+        return Err(parameters.refuse("scale", format!("{scale} is negative")));
+    }
+    let Some(text) = parameters.text("filename")? else {
+        return Err(super::object::error(&object.at, "the <string name=\"filename\"> is missing"));
+    };
+    let path = tree.resolve(text);
+    let path = path.ok_or_else(|| parameters.refuse("filename", tree.not_found(text)))?;
+    let image = image::load(&path).map_err(|e| parameters.refuse("filename", e.to_string()))?;
+    let swap = DMat3::from_cols(DVec3::Z, DVec3::Y, DVec3::X);
+    let kind = LightKind::Environment {
+        image: Arc::new(image),
+        scale: scale as f32,
+        rows: Rows::FromPoleToPole,
+    };
+    Ok((DAffine3::from_mat3(node * swap), kind))
 }
 
 /// A vector that may be given instead of `to_world`.

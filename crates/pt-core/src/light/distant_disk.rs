@@ -1,0 +1,81 @@
+//! The disk that is infinitely far away, such as the sun.
+
+use std::f32::consts::PI;
+
+use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
+
+use super::{Light, LightHit, LightSample, LightTables};
+
+/// The same radiance from all directions within an angle θ of one, seen by rays that leave the
+/// scene.
+#[derive(Clone, Copy, Debug)]
+pub struct DistantDisk {
+    /// Unit vector towards the middle.
+    pub to_light: Vec3,
+    /// 1 − cos θ.
+    pub one_minus_cos: f32,
+    /// Radiance.
+    pub radiance: Spectrum,
+}
+
+impl DistantDisk {
+    /// The smallest angle to the middle of a disk, in radians, that directions of single precision
+    /// tell apart: to 0.2 % of the disk. The sun has 4.65e-3.
+    pub const LEAST_ANGLE: f32 = 1e-4;
+
+    /// A disk of an angular radius from [`Self::LEAST_ANGLE`] to π/2, by the irradiance on a surface
+    /// that faces it: E = π L sin² θ.
+    pub fn new(to_light: Vec3, angular_radius: f32, irradiance: Spectrum) -> Self {
+        let (sin, _) = trig::sin_cos(angular_radius);
+        Self::of_radiance(to_light, angular_radius, irradiance / (PI * sin * sin))
+    }
+
+    /// A disk of such an angular radius, by its radiance.
+    pub fn of_radiance(to_light: Vec3, angular_radius: f32, radiance: Spectrum) -> Self {
+        let (half_sin, _) = trig::sin_cos(0.5 * angular_radius);
+        Self { to_light, one_minus_cos: 2.0 * half_sin * half_sin, radiance }
+    }
+
+    /// Whether a unit vector points at the disk. By 1 − cos = |a − b|²/2, which has all digits; the
+    /// rim is moved outwards by what rounding of a direction moves it.
+    #[inline]
+    fn contains(&self, d: Vec3) -> bool {
+        const ROUNDING: f32 = 3.0 * f32::EPSILON;
+        let widened = (2.0 * self.one_minus_cos).sqrt() + ROUNDING;
+        (d - self.to_light).length_squared() <= widened * widened
+    }
+}
+
+impl Light for DistantDisk {
+    const DELTA: bool = false;
+
+    #[inline]
+    fn sample(&self, _: &LightTables, _p: Vec3, u: [f32; 2]) -> Option<LightSample> {
+        let local = warp::uniform_cone(u, self.one_minus_cos);
+        Some(LightSample {
+            wi: Frame::from_normal(self.to_light).to_world(local),
+            distance: f32::INFINITY,
+            end: None,
+            radiance: self.radiance,
+            pdf: Some(warp::uniform_cone_pdf(self.one_minus_cos)),
+        })
+    }
+
+    #[inline]
+    fn pdf(&self, _: &LightTables, _p: Vec3, wi: Vec3, _: Option<LightHit>) -> Pdf<SolidAngle> {
+        if self.contains(wi) { warp::uniform_cone_pdf(self.one_minus_cos) } else { Pdf::ZERO }
+    }
+
+    #[inline]
+    fn escaped(&self, _: &LightTables, d: Vec3) -> Spectrum {
+        if self.contains(d) { self.radiance } else { Spectrum::ZERO }
+    }
+
+    /// The sun, a wide disk, and half of the sky.
+    fn examples() -> Vec<(Self, LightTables)> {
+        let to_light = Vec3::new(0.48, 0.8, -0.36);
+        [4.65e-3, 0.7, 0.5 * PI]
+            .map(|angle| (Self::new(to_light, angle, Spectrum::splat(3.0)), LightTables::default()))
+            .into()
+    }
+}

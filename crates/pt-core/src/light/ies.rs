@@ -1,0 +1,63 @@
+//! The point light with the intensities of a luminaire.
+
+use std::f32::consts::PI;
+
+use pt_math::{Mat3, Spectrum, Vec3, trig};
+
+use super::point::sample_point;
+use super::{Light, LightSample, LightTables};
+
+/// A point whose intensity is in a table by vertical and horizontal angle.
+#[derive(Clone, Copy, Debug)]
+pub struct Ies {
+    /// Where it is.
+    pub position: Vec3,
+    /// Axes of the luminaire in the world: the vertical angle 0 is −z, the horizontal angles 0 and
+    /// 90° are +x and +y.
+    pub axes: Mat3,
+    /// Index into [`LightTables::profiles`].
+    pub profile: u32,
+    /// Radiant intensity of one candela.
+    pub scale: Spectrum,
+}
+
+impl Ies {
+    /// Candela towards the unit vector `w`.
+    #[inline]
+    fn candela(&self, tables: &LightTables, w: Vec3) -> f32 {
+        const DEGREES: f32 = 180.0 / PI;
+        let d = self.axes.transpose() * w;
+        let vertical = trig::atan2((d.x * d.x + d.y * d.y).sqrt(), -d.z) * DEGREES;
+        let around = trig::atan2(d.y, d.x) * DEGREES;
+        let horizontal = if around < 0.0 { around + 360.0 } else { around };
+        tables.profiles[self.profile as usize].candela(vertical.clamp(0.0, 180.0), horizontal)
+    }
+}
+
+impl Light for Ies {
+    const DELTA: bool = true;
+
+    #[inline]
+    fn sample(&self, tables: &LightTables, p: Vec3, _u: [f32; 2]) -> Option<LightSample> {
+        let of_one = sample_point(self.position, p, self.scale)?;
+        let candela = self.candela(tables, -of_one.wi);
+        let radiance = of_one.radiance * candela;
+        (candela > 0.0).then_some(LightSample { radiance, ..of_one })
+    }
+
+    /// A luminaire that shines down and to one side, turned.
+    fn examples() -> Vec<(Self, LightTables)> {
+        const FILE: &str = "TILT=NONE\n1 1000 1 4 3 1 2 0 0 0 1 1 9 0 40 90 120 0 90 180 \
+                            9 8 7 0 9 4 2 0 9 6 3 1";
+        let parsed = pt_scene::IesProfile::parse(FILE.as_bytes(), "example.ies".as_ref());
+        let profile = parsed.map(std::sync::Arc::new).into_iter().collect();
+        let (x, y) = (Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.48, 0.8, -0.36));
+        let light = Self {
+            position: Vec3::new(0.1, 2.0, 0.3),
+            axes: Mat3::from_cols(x, y, x.cross(y)),
+            profile: 0,
+            scale: Spectrum::splat(0.4),
+        };
+        vec![(light, LightTables { profiles: profile, ..LightTables::default() })]
+    }
+}
