@@ -9,6 +9,7 @@
 pub mod camera;
 pub mod camera_file;
 pub mod error;
+pub mod filter;
 pub mod format;
 pub mod image;
 pub mod light;
@@ -20,8 +21,9 @@ pub mod settings;
 pub mod shapes;
 pub mod span;
 
-pub use camera::Camera;
+pub use camera::{Aperture, Camera, Projection};
 pub use error::{LoadError, Warning};
+pub use filter::Filter;
 pub use light::{Light, LightKind};
 pub use material::{Material, Surface};
 pub use mesh::{Attribute, Mesh, Part};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use pathtracer::{Camera, CompileOptions, Scene};
+use pathtracer::{Camera, CompileOptions, Projection, Scene};
 use pt_math::{DAffine3, DVec3};
 use pt_scene::material::{Black, Conductor, Matte, Plastic, Roughness};
 use pt_scene::{Geometry, Light, LightKind, Material, Mesh, Object, Surface, shapes};
@@ -25,12 +25,13 @@ pub(crate) fn camera(from: DVec3, to: DVec3, fov: [f64; 2]) -> Camera {
     Camera {
         name: String::new(),
         to_world: looking(from, to),
-        x_fov: fov[0],
-        y_fov: fov[1],
+        projection: Projection::Perspective { x_fov: fov[0], y_fov: fov[1] },
         near: 0.0,
         far: f64::INFINITY,
         lens_radius: 0.0,
+        aperture: None,
         focal_distance: 1.0,
+        film_offset: [0.0; 2],
     }
 }
 
