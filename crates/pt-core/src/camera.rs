@@ -322,34 +322,28 @@ mod tests {
         assert!((sphere / (4.0 * std::f64::consts::PI) - 1.0).abs() < 2e-3, "{sphere}");
     }
 
+    /// Of a uniform point, the place along the sides and the square of the distance to the middle,
+    /// measured by the polygon around the middle that runs through it, are uniform.
     #[test]
     fn polygons_are_sampled_uniformly() {
         for (blades, turn) in [(3, 0.0), (5, 0.13), (6, 0.75), (9, 0.5), (100, 0.999)] {
-            let aperture = Aperture { blades, turn };
-            let sides = f64::from(blades);
-            let area = 0.5 * sides * (std::f64::consts::TAU / sides).sin();
-            let apothem = (std::f64::consts::PI / sides).cos();
-            // Half planes of all sides, with normals between two corners.
-            let inside = |[x, y]: [f32; 2], slack: f64| {
-                (0..blades).all(|i| {
-                    let angle = ((f64::from(i) + 0.5) / sides + f64::from(turn))
-                        * std::f64::consts::TAU;
-                    f64::from(x) * angle.cos() + f64::from(y) * angle.sin() <= apothem + slack
-                })
+            let half = std::f64::consts::PI / f64::from(blades);
+            let around_and_out = |u| {
+                let [x, y] = Aperture { blades, turn }.sample(u).map(f64::from);
+                let angle = y.atan2(x) - std::f64::consts::TAU * f64::from(turn);
+                let side = (angle / (2.0 * half)).floor();
+                // Turned so that the side is at right angles to the first axis.
+                let (sin, cos) = (angle - (2.0 * side + 1.0) * half).sin_cos();
+                let distance = x.hypot(y) * cos / half.cos();
+                let along = 0.5 + 0.5 * sin / cos / half.tan();
+                let around = (side + along) / f64::from(blades);
+                assert!(distance < 1.0 + 1e-6, "{blades}: {u:?}");
+                let below_one = f64::from(1.0f32.next_down());
+                Some([around.rem_euclid(1.0), distance * distance].map(|v| v.min(below_one) as f32))
             };
-            let to_square = |p: [f32; 2]| p.map(|x| (0.5 + 0.5 * x).clamp(0.0, 1.0f32.next_down()));
-            let sample = |u| {
-                let p = aperture.sample(u);
-                assert!(inside(p, 1e-6), "{blades}: {p:?}");
-                Some(to_square(p))
-            };
-            // Samples on a side have the density of the inside.
-            let pdf = |p: [f32; 2]| {
-                let p = p.map(|x| 2.0 * x - 1.0);
-                if inside(p, 2e-6) { (4.0 / area) as f32 } else { 0.0 }
-            };
-            let config = Chi2 { bins: [16, 16], ..Chi2::new("polygon") }.one_of(5);
-            chi2_square(sample, pdf, &config).unwrap_or_else(|e| panic!("{blades}: {e}"));
+            let config = Chi2::new("polygon").one_of(5);
+            chi2_square(around_and_out, |_| 1.0, &config)
+                .unwrap_or_else(|e| panic!("{blades}: {e}"));
         }
     }
 
