@@ -620,7 +620,8 @@ fn filters_have_mitsubas_defaults() {
     assert_eq!(with("gaussian", &number("stddev", 1.0)), Some(Filter::gaussian(1.0)));
     let cubic = number("B", 0.5) + &number("C", 0.25);
     assert_eq!(with("mitchell", &cubic), Some(Filter::Mitchell { b: 0.5, c: 0.25 }));
-    assert_eq!(with("lanczos", &number("lobes", 2.0)), Some(Filter::Lanczos { lobes: 2.0 }));
+    let lobes = "<integer name=\"lobes\" value=\"2\"/>";
+    assert_eq!(with("lanczos", lobes), Some(Filter::Lanczos { lobes: 2.0 }));
 }
 
 #[test]

@@ -53,7 +53,13 @@ pub(super) fn compile(
     camera.half_extent = match (options.course, explicit.is_some()) {
         (true, false) => course_extent(extent, resolution),
         (true, true) => extent.map(|e| e as f32),
-        _ => fit(extent, f64::from(resolution[0]) / f64::from(resolution[1])).map(|e| e as f32),
+        _ => {
+            let file = scene.settings.resolution.filter(|_| explicit.is_none());
+            let pixel = pixel_aspect(view, file);
+            let [w, h] = resolution.map(f64::from);
+            let [x, y] = fit([extent[0], pixel * extent[1]], w / h);
+            [x, y / pixel].map(|e| e as f32)
+        }
     };
     if options.course {
         camera.clip = Clip::Ray;
@@ -89,6 +95,17 @@ fn extent(view: View) -> [f64; 2] {
         View::Perspective { x_fov, y_fov } => [x_fov, y_fov].map(half_tan),
         View::Orthographic { half_width, half_height } => [half_width, half_height],
         View::Panorama => PANORAMA,
+    }
+}
+
+/// Width over height of what a pixel shows: parallel rays may be closer to each other in one
+/// direction, by their extent and the size that their file gives the image.
+fn pixel_aspect(view: View, file: Option<[u32; 2]>) -> f64 {
+    match (view, file) {
+        (View::Orthographic { half_width, half_height }, Some([w, h])) => {
+            (half_width / f64::from(w)) / (half_height / f64::from(h))
+        }
+        _ => 1.0,
     }
 }
 

@@ -81,7 +81,10 @@ fn filter(tree: &Tree, object: &Object) -> Result<Filter, LoadError> {
             (Filter::Mitchell { b: third("B")?, c: third("C")? }, "B")
         }
         "catmullrom" => (Filter::CATMULL_ROM, ""),
-        "lanczos" => (Filter::Lanczos { lobes: parameters.positive("lobes", 3.0)? }, "lobes"),
+        "lanczos" => {
+            let lobes = parameters.count("lobes", Filter::MAX_RADIUS as u32)?.unwrap_or(3);
+            (Filter::Lanczos { lobes: f64::from(lobes) }, "lobes")
+        }
         _ => return Err(unsupported(object, &FILTERS)),
     };
     filter.check().map_err(|message| parameters.refuse(main, message))?;
