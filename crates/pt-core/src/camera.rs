@@ -314,7 +314,8 @@ mod tests {
                 let (dx, dy) = (d(STEP, 0.0) - d(-STEP, 0.0), d(0.0, STEP) - d(0.0, -STEP));
                 dx.cross(dy).length() / (4.0 * STEP * STEP)
             };
-            let got = (0..16).map(|i| area(f64::from(row) + (f64::from(i) + 0.5) / 16.0)).sum::<f64>();
+            let got =
+                (0..16).map(|i| area(f64::from(row) + (f64::from(i) + 0.5) / 16.0)).sum::<f64>();
             let got = got / 16.0;
             assert!((got - want).abs() < 2e-3 * want, "row {row}: {got} is not {want}");
             sphere += 24.0 * got;

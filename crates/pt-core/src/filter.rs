@@ -61,10 +61,8 @@ impl FilterSampler {
             return Ok(None);
         }
         let knots = knots(filter);
-        let areas: Vec<f64> = knots
-            .windows(2)
-            .map(|k| 0.5 * (k[0].1 + k[1].1) * (k[1].0 - k[0].0))
-            .collect();
+        let areas: Vec<f64> =
+            knots.windows(2).map(|k| 0.5 * (k[0].1 + k[1].1) * (k[1].0 - k[0].0)).collect();
         let signed: f64 = areas.iter().sum();
         let absolute: f64 = areas.iter().map(|area| area.abs()).sum();
         let gain = absolute / signed;
@@ -241,7 +239,8 @@ mod tests {
                 eval(&filter, x).abs() as f32 * 2.0 * radius / norm
             };
             let square = |u| {
-                let p = sampler.sample(u).0.map(|x| (0.5 + 0.5 * x / radius).min(1.0f32.next_down()));
+                let p =
+                    sampler.sample(u).0.map(|x| (0.5 + 0.5 * x / radius).min(1.0f32.next_down()));
                 Some(p)
             };
             let config = Chi2::new(name).one_of(FILTERS.len());
@@ -255,8 +254,8 @@ mod tests {
     fn weights_have_the_filters_sign_and_the_mean_1() {
         for (name, filter) in FILTERS {
             let sampler = sampler(&filter);
-            let gain = integral(&filter, |x| eval(&filter, x.abs()).signum())
-                / integral(&filter, |_| 1.0);
+            let gain =
+                integral(&filter, |x| eval(&filter, x.abs()).signum()) / integral(&filter, |_| 1.0);
             assert!((f64::from(sampler.gain) - gain).abs() < 1e-4, "{name}: {gain}");
             let mut random = Random::new(5);
             let mut sum = 0.0;
@@ -353,7 +352,8 @@ mod tests {
             assert_eq!(sampler.is_positive(), is_positive, "{filter:?}");
             let least = sampler.least_samples();
             let mut random = Random::new(2);
-            let negative = (0..100_000).filter(|_| sampler.sample(random.unit_2d()).1 < 0.0).count();
+            let negative =
+                (0..100_000).filter(|_| sampler.sample(random.unit_2d()).1 < 0.0).count();
             assert_eq!(least == 0, is_positive && negative == 0);
             if !is_positive {
                 let expected = f64::from(least) * negative as f64 / 1e5;

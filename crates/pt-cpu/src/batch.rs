@@ -104,7 +104,8 @@ impl<'a> Worker<'a> {
             for (points, corners) in at.iter_mut().zip(samplers.pixels(block)) {
                 points.iter_mut().zip(corners).for_each(|(p, &corner)| *p += corner as f32);
             }
-            let lens = if camera.has_lens() { samplers.points(block, 2) } else { [[0.0; LANES]; 2] };
+            let lens =
+                if camera.has_lens() { samplers.points(block, 2) } else { [[0.0; LANES]; 2] };
             camera.rays(&at, &lens, rays);
         }
         rays.truncate(samplers.len());

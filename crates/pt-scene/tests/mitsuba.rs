@@ -598,8 +598,7 @@ fn filters_have_mitsubas_defaults() {
         let film = format!("<film type=\"hdrfilm\">{rfilter}</film>");
         read(&format!("<sensor type=\"perspective\">{film}</sensor>")).settings.filter
     };
-    let number =
-        |name: &str, value: f64| format!("<float name=\"{name}\" value=\"{value}\"/>");
+    let number = |name: &str, value: f64| format!("<float name=\"{name}\" value=\"{value}\"/>");
     let with = |kind: &str, parameters: &str| {
         filter(&format!("<rfilter type=\"{kind}\">{parameters}</rfilter>"))
     };

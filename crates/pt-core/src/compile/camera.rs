@@ -48,8 +48,7 @@ pub(super) fn compile(
     };
     camera.resolution = resolution;
     let offset = author.filter(|_| !options.course).map_or([0.0; 2], |c| c.film_offset);
-    camera.principal_point =
-        [0, 1].map(|i| ((0.5 - offset[i]) * f64::from(resolution[i])) as f32);
+    camera.principal_point = [0, 1].map(|i| ((0.5 - offset[i]) * f64::from(resolution[i])) as f32);
     camera.half_extent = match (options.course, explicit.is_some()) {
         (true, false) => course_extent(extent, resolution),
         (true, true) => extent.map(|e| e as f32),
@@ -76,9 +75,8 @@ fn of_scene<'a>(
     course: bool,
     notes: &mut Vec<String>,
 ) -> Option<&'a pt_scene::Camera> {
-    let is_known = |c: &&pt_scene::Camera| {
-        !course || matches!(c.projection, View::Perspective { .. })
-    };
+    let is_known =
+        |c: &&pt_scene::Camera| !course || matches!(c.projection, View::Perspective { .. });
     let known = scene.cameras.iter().filter(is_known).count();
     if known < scene.cameras.len() {
         notes.push("cameras that are not in perspective are left out, as in the course".into());
