@@ -119,8 +119,8 @@ pub(crate) struct Cli {
     #[arg(value_parser = check::not_negative, help_heading = "Scene")]
     pub(crate) lens_radius: Option<f32>,
 
-    /// Blades of the lens, which leave a regular polygon open whose corners lie on its rim; 0 leaves
-    /// all of it open [default: the camera's, or 0]
+    /// Blades of the lens, which leave a regular polygon open whose corners lie on its rim
+    /// [default: the camera's, or a round opening]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = check::blades)]
     #[arg(help_heading = "Scene")]
     pub(crate) aperture_blades: Option<u32>,

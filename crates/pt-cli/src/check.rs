@@ -83,9 +83,9 @@ pub(crate) fn light_samples(text: &str) -> Result<u32, String> {
 
 /// A number of blades of the lens.
 pub(crate) fn blades(text: &str) -> Result<u32, String> {
-    match whole(text, 0, "") {
-        Ok(n) if n == 0 || (3..=1000).contains(&n) => Ok(n),
-        _ => Err("expected a number of blades from 3 up to 1000, or 0 for a round lens".into()),
+    match whole(text, 3, "") {
+        Ok(n) if n <= 1000 => Ok(n),
+        _ => Err("expected a number of blades from 3 up to 1000".into()),
     }
 }
 
@@ -233,10 +233,10 @@ impl Checked {
         }
     }
 
-    /// The opening of the lens.
-    pub(crate) fn aperture(&self) -> Option<Option<Aperture>> {
-        let Cli { aperture_blades, aperture_rotation: rotation, .. } = self.cli;
-        aperture_blades.map(|blades| (blades > 0).then_some(Aperture { blades, rotation }))
+    /// The opening of the lens, if it is asked for.
+    pub(crate) fn aperture(&self) -> Option<Aperture> {
+        let rotation = self.cli.aperture_rotation;
+        self.cli.aperture_blades.map(|blades| Aperture { blades, rotation })
     }
 
     /// The pixels of the cell, whose rows are counted from below on the command line; or those of

@@ -150,7 +150,7 @@ impl Camera {
 
     #[inline(always)]
     fn orthographic(&self, at: [f32; 2]) -> Ray {
-        let [x, y] = self.from_middle(at);
+        let [x, y] = self.plane_point(at);
         let origin = self.position + self.right * x + self.up * y;
         Ray { origin, direction: self.forward, t_min: self.near, t_max: self.far }
     }
@@ -168,13 +168,13 @@ impl Camera {
     /// From the middle of the lens to a point of the image at distance 1 along the axis.
     #[inline(always)]
     fn towards(&self, at: [f32; 2]) -> Vec3 {
-        let [x, y] = self.from_middle(at);
+        let [x, y] = self.plane_point(at);
         self.right * x + self.up * y + self.forward
     }
 
     /// How far to the right and up a point of the image is, in the unit of `half_extent`.
     #[inline(always)]
-    fn from_middle(&self, [x, y]: [f32; 2]) -> [f32; 2] {
+    fn plane_point(&self, [x, y]: [f32; 2]) -> [f32; 2] {
         let [w, h] = self.resolution.map(|n| 0.5 * n as f32);
         let [x0, y0] = self.principal_point;
         [(x - x0) * (self.half_extent[0] / w), (y0 - y) * (self.half_extent[1] / h)]
@@ -299,11 +299,11 @@ mod tests {
     /// add up to 4π.
     #[test]
     fn pixels_of_a_panorama_cover_the_sphere() {
+        const STEP: f64 = 1.0 / 64.0;
         let resolution = [24, 10];
         let projection = Projection::Panorama;
         let c = Camera { projection, resolution, principal_point: [12.0, 5.0], ..camera(0.0) };
         let direction = |x: f64, y: f64| c.ray([x as f32, y as f32], [0.0; 2]).direction.as_dvec3();
-        const STEP: f64 = 1.0 / 64.0;
         let mut sphere = 0.0;
         for row in 0..10 {
             let edge = |y: u32| (0.5 - f64::from(y) / 10.0) * std::f64::consts::PI;

@@ -252,6 +252,7 @@ mod tests {
     /// The sign is that of the filter, and the size makes the mean 1.
     #[test]
     fn weights_have_the_filters_sign_and_the_mean_1() {
+        const N: u32 = 1 << 16;
         for (name, filter) in FILTERS {
             let sampler = sampler(&filter);
             let gain =
@@ -259,7 +260,6 @@ mod tests {
             assert!((f64::from(sampler.gain) - gain).abs() < 1e-4, "{name}: {gain}");
             let mut random = Random::new(5);
             let mut sum = 0.0;
-            const N: u32 = 1 << 16;
             for i in 0..N {
                 // One coordinate stratified, the other random.
                 let u = [(i as f32 + random.unit()) / N as f32, random.unit()];

@@ -139,8 +139,8 @@ fn set_lens(
     notes: &mut Vec<String>,
 ) -> Result<(), CompileError> {
     if let Some(aperture) = &options.aperture {
-        check_aperture(aperture.as_ref()).map_err(|message| refuse("aperture", message))?;
-        camera.aperture = aperture.as_ref().map(compile_aperture);
+        check_aperture(aperture).map_err(|message| refuse("aperture", message))?;
+        camera.aperture = Some(compile_aperture(aperture));
     }
     if camera.projection == Projection::Perspective {
         camera.lens_radius = options.lens_radius.map_or(camera.lens_radius, |r| r * metres);
@@ -253,7 +253,7 @@ fn framing(bounds: &Bounds3, ahead: DVec3, [near, far]: [f32; 2]) -> Camera {
 fn check(camera: &pt_scene::Camera) -> Result<(), CompileError> {
     let near_far = camera.near >= 0.0 && camera.far > camera.near;
     let lens = camera.lens_radius >= 0.0 && camera.focal_distance > 0.0;
-    let aperture = check_aperture(camera.aperture.as_ref());
+    let aperture = camera.aperture.as_ref().map_or(Ok(()), check_aperture);
     let message = if let Err(message) = check_view(camera).and(aperture) {
         message
     } else if !near_far {
@@ -286,9 +286,8 @@ fn check_view(camera: &pt_scene::Camera) -> Result<(), &'static str> {
     }
 }
 
-fn check_aperture(aperture: Option<&pt_scene::Aperture>) -> Result<(), &'static str> {
+fn check_aperture(aperture: &pt_scene::Aperture) -> Result<(), &'static str> {
     const MOST_BLADES: u32 = 1000;
-    let Some(aperture) = aperture else { return Ok(()) };
     if !(3..=MOST_BLADES).contains(&aperture.blades) {
         Err("the number of blades of the aperture must lie between 3 and 1000")
     } else if !aperture.rotation.is_finite() {

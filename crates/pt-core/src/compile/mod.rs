@@ -31,8 +31,8 @@ pub struct CompileOptions {
     pub camera: Option<pt_scene::Camera>,
     /// Radius of the lens, in the scene's unit, in place of the camera's.
     pub lens_radius: Option<f32>,
-    /// Opening of the lens in place of the camera's; `Some(None)` is a disk.
-    pub aperture: Option<Option<pt_scene::Aperture>>,
+    /// Opening of the lens in place of the camera's.
+    pub aperture: Option<pt_scene::Aperture>,
     /// Distance of the plane in focus, in the scene's unit, in place of the camera's.
     pub focal_distance: Option<f32>,
     /// Show all directions around the camera in place of what it shows.
