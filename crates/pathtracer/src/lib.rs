@@ -35,7 +35,7 @@ pub use pt_math::sampler::SamplerKind;
 pub use pt_scene::camera_file;
 pub use pt_scene::format::{FORMATS, load};
 pub use pt_scene::image::{self, Image};
-pub use pt_scene::{Camera, FileSettings, LoadError, Scene, Warning};
+pub use pt_scene::{Aperture, Camera, FileSettings, Filter, LoadError, Projection, Scene, Warning};
 pub use session::Session;
 
 /// The scene that is rendered when none is given: a Cornell box with a mirror and a glass sphere,
@@ -47,7 +47,8 @@ pub fn default_scene() -> Scene {
     let bytes = include_bytes!("../../../scenes/cornell.dae");
     let path = std::path::Path::new("cornell.dae");
     let mut scene = pt_scene::format::parse(bytes, path).expect("the embedded scene is valid");
-    scene.settings = FileSettings { resolution: Some([400, 400]), spp: Some(32), max_depth: None };
+    scene.settings =
+        FileSettings { resolution: Some([400, 400]), spp: Some(32), ..FileSettings::default() };
     scene
 }
 

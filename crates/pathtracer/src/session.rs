@@ -72,7 +72,7 @@ impl Session {
     /// tiles of `tile_size`² pixels. Neither number changes the image.
     ///
     /// # Errors
-    /// If the integrator is unknown or threads cannot be started.
+    /// If the integrator is unknown, the filter makes no sense, or threads cannot be started.
     pub fn render(
         &mut self,
         threads: usize,

@@ -83,6 +83,11 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "SAMPLER", default_value = "sobol", help_heading = "Sampling")]
     pub(crate) sampler: Sampler,
 
+    /// Reconstruction filter: how much the light around its middle counts for a pixel [default:
+    /// the file's, or box; box with --cs184]
+    #[arg(long, value_name = "FILTER", help_heading = "Sampling")]
+    pub(crate) filter: Option<Filter>,
+
     /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value = "0", allow_negative_numbers = true)]
     #[arg(value_parser = check::count, help_heading = "Sampling")]
@@ -114,6 +119,21 @@ pub(crate) struct Cli {
     #[arg(short = 'b', long, value_name = "LENGTH", allow_negative_numbers = true)]
     #[arg(value_parser = check::not_negative, help_heading = "Scene")]
     pub(crate) lens_radius: Option<f32>,
+
+    /// Blades of the lens, which leave a regular polygon open whose corners lie on its rim
+    /// [default: the camera's, or a round opening]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = check::blades)]
+    #[arg(help_heading = "Scene")]
+    pub(crate) aperture_blades: Option<u32>,
+
+    /// Turn of that polygon in degrees, counter-clockwise; at 0 a corner is at the right
+    #[arg(long, value_name = "DEGREES", default_value = "0", allow_negative_numbers = true)]
+    #[arg(value_parser = check::degrees, help_heading = "Scene")]
+    pub(crate) aperture_rotation: f64,
+
+    /// Show all directions around the camera, in latitude and longitude
+    #[arg(long, conflicts_with = "cs184", help_heading = "Scene")]
+    pub(crate) panorama: bool,
 
     /// Distance of the plane in focus [default: the camera's; 4.7 with --cs184]
     #[arg(short = 'd', long, value_name = "LENGTH", allow_negative_numbers = true)]
@@ -277,6 +297,39 @@ impl From<Sampler> for SamplerKind {
         match s {
             Sampler::Sobol => Self::Sobol,
             Sampler::Independent => Self::Independent,
+        }
+    }
+}
+
+/// Reconstruction filters.
+#[derive(ValueEnum, Clone, Copy, Debug)]
+pub(crate) enum Filter {
+    /// The pixel's square alike
+    Box,
+    /// A pyramid, 2 pixels wide
+    Tent,
+    /// A Gaussian of standard deviation 0.5 that ends at 2 pixels
+    Gaussian,
+    /// The cubic of Mitchell and Netravali with B = C = 1/3
+    Mitchell,
+    /// The 4-term window, 3 pixels wide
+    BlackmanHarris,
+    /// The interpolating cubic
+    CatmullRom,
+    /// A sinc with 3 lobes
+    Lanczos,
+}
+
+impl From<Filter> for pathtracer::Filter {
+    fn from(f: Filter) -> Self {
+        match f {
+            Filter::Box => Self::Box,
+            Filter::Tent => Self::TENT,
+            Filter::Gaussian => Self::GAUSSIAN,
+            Filter::Mitchell => Self::MITCHELL,
+            Filter::BlackmanHarris => Self::BLACKMAN_HARRIS,
+            Filter::CatmullRom => Self::CATMULL_ROM,
+            Filter::Lanczos => Self::LANCZOS,
         }
     }
 }

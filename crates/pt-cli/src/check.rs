@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::{
-    Adaptive, BuildOptions, DirectLight, FileSettings, INTEGRATORS, Region, Roulette, Settings,
+    Adaptive, Aperture, BuildOptions, DirectLight, FileSettings, Filter, INTEGRATORS, Region,
+    Roulette, Settings,
 };
 
 use crate::args::{Cli, PngBits};
@@ -77,6 +78,22 @@ pub(crate) fn light_samples(text: &str) -> Result<u32, String> {
             Err("expected a number from 1 up to 65536; more samples per pixel (-s) do the rest"
                 .into())
         }
+    }
+}
+
+/// A number of blades of the lens.
+pub(crate) fn blades(text: &str) -> Result<u32, String> {
+    match whole(text, 3, "") {
+        Ok(n) if n <= 1000 => Ok(n),
+        _ => Err("expected a number of blades from 3 up to 1000".into()),
+    }
+}
+
+/// An angle.
+pub(crate) fn degrees(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if v.is_finite() => Ok(v),
+        _ => Err("expected a number of degrees".into()),
     }
 }
 
@@ -207,16 +224,35 @@ impl Checked {
             adaptive: self.adaptive,
             sampler: cli.sampler.into(),
             seed: cli.seed,
+            filter: match cli.filter {
+                Some(filter) => filter.into(),
+                None if course => Filter::Box,
+                None => file.filter.unwrap_or(defaults.filter),
+            },
             region: None,
         }
     }
 
-    /// The pixels of the cell, whose rows are counted from below on the command line.
+    /// The opening of the lens, if it is asked for.
+    pub(crate) fn aperture(&self) -> Option<Aperture> {
+        let rotation = self.cli.aperture_rotation;
+        self.cli.aperture_blades.map(|blades| Aperture { blades, rotation })
+    }
+
+    /// The pixels of the cell, whose rows are counted from below on the command line; or those of
+    /// the file's crop window, which shows the same in an image of any size.
     ///
     /// # Errors
     /// If they are not in an image of this size.
-    pub(crate) fn region(&self, [width, height]: [u32; 2]) -> Result<Option<Region>, String> {
-        let Some(&[x, y, dx, dy]) = self.cli.cell.as_deref() else { return Ok(None) };
+    pub(crate) fn region(
+        &self,
+        file: &FileSettings,
+        [width, height]: [u32; 2],
+    ) -> Result<Option<Region>, String> {
+        let Some(&[x, y, dx, dy]) = self.cli.cell.as_deref() else {
+            let crop = file.crop_of([width, height]).filter(|_| !self.cli.cs184);
+            return Ok(crop.map(|[x, y, width, height]| Region { x, y, width, height }));
+        };
         let top = u64::from(y) + u64::from(dy);
         let row = u64::from(height).checked_sub(top).map(|row| row as u32);
         let region = row.map(|row| Region { x, y: row, width: dx, height: dy });

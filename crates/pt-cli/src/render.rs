@@ -127,9 +127,12 @@ fn compile(
         mis_light_samples: None,
         camera,
         lens_radius: cli.lens_radius,
+        aperture: request.aperture(),
         focal_distance: cli.focal_distance,
+        panorama: cli.panorama,
     };
-    let region = |resolution| request.region(resolution).map_err(anyhow::Error::msg);
+    let region =
+        |resolution| request.region(&scene.settings, resolution).map_err(anyhow::Error::msg);
     let settings: Settings = request.settings(&scene.settings);
     let name = request.scene().map_or("the scene".into(), |p| p.display().to_string());
     let mut session = Session::new(scene, options, settings)

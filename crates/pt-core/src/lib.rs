@@ -13,6 +13,7 @@ pub mod camera;
 pub mod compile;
 pub mod develop;
 pub mod film;
+pub mod filter;
 pub mod id;
 pub mod light;
 pub mod material;

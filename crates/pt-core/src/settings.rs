@@ -1,6 +1,7 @@
 //! How to render.
 
 use pt_math::sampler::SamplerKind;
+use pt_scene::Filter;
 
 use crate::film::Region;
 
@@ -64,6 +65,8 @@ pub struct Settings {
     pub sampler: SamplerKind,
     /// Seed of the random numbers.
     pub seed: u32,
+    /// Where around its centre a pixel looks.
+    pub filter: Filter,
     /// The pixels to render; `None` is all of the image.
     pub region: Option<Region>,
 }
@@ -91,6 +94,7 @@ impl Default for Settings {
             adaptive: None,
             sampler: SamplerKind::default(),
             seed: 0,
+            filter: Filter::default(),
             region: None,
         }
     }

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use pt_core::RenderScene;
 use pt_core::film::Tile;
+use pt_core::filter::FilterSampler;
 use pt_core::settings::Settings;
 use pt_math::sampler::{LANES, SamplerBlocks};
 use pt_math::{RayColumns, Spectrum};
@@ -39,6 +40,10 @@ pub(crate) struct Worker<'a> {
     pub(crate) tracer: Tracer<'a>,
     integrator: Box<dyn Integrator + 'a>,
     starts: Starts,
+    /// `None` is the box.
+    filter: Option<&'a FilterSampler>,
+    /// What each sample counts, where not all count 1.
+    weights: Vec<f32>,
     radiance: Vec<Spectrum>,
     /// Samples taken.
     pub(crate) samples: u64,
@@ -48,6 +53,7 @@ impl<'a> Worker<'a> {
     pub(crate) fn new(
         scene: &'a RenderScene,
         settings: &'a Settings,
+        filter: Option<&'a FilterSampler>,
         integrator: &Registration,
         counts_tests: bool,
     ) -> Self {
@@ -58,6 +64,8 @@ impl<'a> Worker<'a> {
                 rays: RayColumns::default(),
                 samplers: SamplerBlocks::new(settings.sampler, settings.seed),
             },
+            filter,
+            weights: Vec::new(),
             radiance: Vec::new(),
             samples: 0,
         }
@@ -69,6 +77,9 @@ impl<'a> Worker<'a> {
     pub(crate) fn take(&mut self, batch: &[Run], tile: &mut Tile) {
         self.start(batch);
         self.integrator.radiance(&mut self.tracer, &self.starts, &mut self.radiance);
+        if self.filter.is_some_and(|filter| !filter.is_positive()) {
+            self.radiance.iter_mut().zip(&self.weights).for_each(|(l, &weight)| *l *= weight);
+        }
         let mut radiance = &*self.radiance;
         for Run { pixel, samples } in batch {
             let (of_pixel, rest) = radiance.split_at(samples.len());
@@ -81,16 +92,20 @@ impl<'a> Worker<'a> {
     /// Makes the starts of the samples of a batch, in order.
     fn start(&mut self, batch: &[Run]) {
         let Starts { rays, samplers } = &mut self.starts;
+        self.weights.clear();
         samplers.refill(batch.iter().map(|run| (run.pixel, run.samples.clone())));
         let camera = &self.tracer.scene.camera;
         let eights = rays.resize(samplers.len().next_multiple_of(LANES));
         for (block, rays) in eights.as_chunks_mut().0.iter_mut().enumerate() {
             let mut at = samplers.points(block, 0);
+            if let Some(filter) = self.filter {
+                self.weights.extend(filter.place(&mut at));
+            }
             for (points, corners) in at.iter_mut().zip(samplers.pixels(block)) {
                 points.iter_mut().zip(corners).for_each(|(p, &corner)| *p += corner as f32);
             }
-            let has_lens = camera.lens_radius > 0.0;
-            let lens = if has_lens { samplers.points(block, 2) } else { [[0.0; LANES]; 2] };
+            let lens =
+                if camera.has_lens() { samplers.points(block, 2) } else { [[0.0; LANES]; 2] };
             camera.rays(&at, &lens, rays);
         }
         rays.truncate(samplers.len());

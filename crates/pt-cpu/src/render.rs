@@ -6,6 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use pt_core::film::{Rejections, Tile};
+use pt_core::filter::{FilterError, FilterSampler};
 use pt_core::settings::{Adaptive, Settings};
 use pt_core::{Film, Observer, RenderScene};
 use pt_math::sampler::LANES;
@@ -52,6 +53,9 @@ pub enum RenderError {
          not do; compile it without CompileOptions::mis_light_samples"
     )]
     Compensated,
+    /// The reconstruction filter makes no sense.
+    #[error(transparent)]
+    Filter(#[from] FilterError),
     /// The system refuses threads.
     #[error("cannot start {threads} threads: {source}")]
     Threads {
@@ -66,6 +70,7 @@ pub enum RenderError {
 pub struct Renderer<'a> {
     scene: &'a RenderScene,
     settings: &'a Settings,
+    filter: Option<FilterSampler>,
     integrator: &'static Registration,
     pool: rayon::ThreadPool,
     tile_size: u32,
@@ -93,8 +98,8 @@ impl<'a> Renderer<'a> {
     /// Neither changes the image.
     ///
     /// # Errors
-    /// If the integrator is unknown, the scene is compiled for another estimator, or threads cannot
-    /// be started.
+    /// If the integrator is unknown, the filter makes no sense, the scene is compiled for another
+    /// estimator, or threads cannot be started.
     pub fn new(
         scene: &'a RenderScene,
         settings: &'a Settings,
@@ -112,6 +117,7 @@ impl<'a> Renderer<'a> {
         if scene.light_tables.compensated && integrator::mis_light_samples(settings).is_none() {
             return Err(RenderError::Compensated);
         }
+        let filter = FilterSampler::new(&settings.filter)?;
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
@@ -119,7 +125,7 @@ impl<'a> Renderer<'a> {
         let light_samples = settings.light_samples.max(1) as usize;
         let batch_size = (LIGHT_SAMPLES / light_samples).clamp(LANES, BATCH);
         let tile_size = tile_size.max(1);
-        Ok(Self { scene, settings, integrator, pool, tile_size, batch_size, counts_tests })
+        Ok(Self { scene, settings, filter, integrator, pool, tile_size, batch_size, counts_tests })
     }
 
     /// Takes `samples` samples at a time in each thread, which does not change the image either.
@@ -160,7 +166,8 @@ impl<'a> Renderer<'a> {
         let rejections = Mutex::new(Rejections::default());
         let work = || {
             let Self { scene, settings, integrator, counts_tests, .. } = *self;
-            let mut worker = Worker::new(scene, settings, integrator, counts_tests);
+            let filter = self.filter.as_ref();
+            let mut worker = Worker::new(scene, settings, filter, integrator, counts_tests);
             while !shared.observer.cancelled()
                 && let Some(mut tile) = { lock(&tiles).next() }
             {
@@ -221,9 +228,13 @@ impl<'a> Renderer<'a> {
     }
 
     /// Whether the n samples of a pixel are enough: 1.96 σ/√n ≤ tolerance · μ.
+    ///
+    /// σ² is the variance of samples times their weights by the filter, once there are so many
+    /// that it can be told.
     fn converged(&self, tile: &Tile, pixel: [u32; 2], n: u32) -> bool {
         let Some(Adaptive { batch, tolerance }) = self.settings.adaptive else { return false };
-        if n == 0 || !n.is_multiple_of(batch) {
+        let least = self.filter.as_ref().map_or(0, FilterSampler::least_samples);
+        if n == 0 || n < least || !n.is_multiple_of(batch) {
             return false;
         }
         let (mean, error) = tile.pixel(pixel).luminance();

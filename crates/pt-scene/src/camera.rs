@@ -2,23 +2,60 @@
 
 use pt_math::DAffine3;
 
-/// A perspective camera. It looks along −z of its node, with +y up and +x to the right.
+/// A camera. It looks along −z of its node, with +y up and +x to the right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     /// Name in the file.
     pub name: String,
     /// Node to world.
     pub to_world: DAffine3,
-    /// Horizontal field of view in degrees, in (0, 180).
-    pub x_fov: f64,
-    /// Vertical field of view in degrees, in (0, 180).
-    pub y_fov: f64,
-    /// Distance before which nothing is seen, along the viewing axis.
+    /// What it shows.
+    pub projection: Projection,
+    /// Distance before which nothing is seen: along the viewing axis, or along each ray of a
+    /// panorama.
     pub near: f64,
-    /// Distance behind which nothing is seen, along the viewing axis.
+    /// Distance behind which nothing is seen, measured likewise.
     pub far: f64,
-    /// Radius of the lens; 0 is a pinhole.
+    /// Radius of the lens; 0 is a pinhole. Perspective cameras alone have one.
     pub lens_radius: f64,
+    /// The opening of the lens; `None` is a disk.
+    pub aperture: Option<Aperture>,
     /// Distance of the plane in focus, along the viewing axis.
     pub focal_distance: f64,
+    /// How far the film is moved, as shares of its width and height: what without it is shown at
+    /// (x, y), counted from the upper left corner, is then shown at (x − `film_offset[0]` · width,
+    /// y − `film_offset[1]` · height).
+    pub film_offset: [f64; 2],
+}
+
+/// Which rays an image is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// All through one point.
+    Perspective {
+        /// Horizontal field of view in degrees, in (0, 180).
+        x_fov: f64,
+        /// Vertical field of view in degrees, in (0, 180).
+        y_fov: f64,
+    },
+    /// All parallel to the viewing axis.
+    Orthographic {
+        /// Half of the width of what is seen, in units of the node.
+        half_width: f64,
+        /// Half of its height.
+        half_height: f64,
+    },
+    /// All directions around one point, in latitude and longitude: the viewing axis is in the
+    /// middle of the image, and +y of the node is its upper edge.
+    Panorama,
+}
+
+/// A regular polygon, as the blades of a diaphragm form it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aperture {
+    /// Number of its sides, at least 3. Its corners lie on the rim of the lens.
+    pub blades: u32,
+    /// Turn in degrees, counter-clockwise for an eye behind the camera; at 0, a corner is at the
+    /// right.
+    pub rotation: f64,
 }

@@ -13,7 +13,7 @@ use std::path::Path;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
-use crate::{Camera, LoadError, Span};
+use crate::{Camera, LoadError, Projection, Span};
 
 /// What the numbers are called, for messages.
 const NAMES: [&str; 30] = [
@@ -71,12 +71,13 @@ pub fn parse(text: &str, path: &Path) -> Result<Camera, LoadError> {
     Ok(Camera {
         name: path.display().to_string(),
         to_world: DAffine3::from_mat3_translation(matrix, position),
-        x_fov: n[0],
-        y_fov: n[1],
+        projection: Projection::Perspective { x_fov: n[0], y_fov: n[1] },
         near: n[3],
         far: n[4],
         lens_radius: n[29],
+        aperture: None,
         focal_distance: n[28],
+        film_offset: [0.0; 2],
     })
 }
 
@@ -122,7 +123,8 @@ mod tests {
         let camera = parse(GOOD, Path::new("cam.txt")).unwrap();
         assert_eq!(camera.to_world.translation, DVec3::new(1.0, 2.0, 3.0));
         assert_eq!(camera.to_world.matrix3, DMat3::IDENTITY);
-        assert_eq!((camera.x_fov, camera.far, camera.lens_radius), (50.0, 100.0, 0.25));
+        let view = Projection::Perspective { x_fov: 50.0, y_fov: 38.5 };
+        assert_eq!((camera.projection, camera.far, camera.lens_radius), (view, 100.0, 0.25));
     }
 
     #[test]

@@ -9,6 +9,7 @@
 pub mod camera;
 pub mod camera_file;
 pub mod error;
+pub mod filter;
 pub mod format;
 pub mod image;
 pub mod light;
@@ -21,8 +22,9 @@ pub mod shapes;
 pub mod span;
 pub mod texture;
 
-pub use camera::Camera;
+pub use camera::{Aperture, Camera, Projection};
 pub use error::{LoadError, Warning};
+pub use filter::Filter;
 pub use light::{IesProfile, Light, LightKind, Rows};
 pub use material::{Material, Surface};
 pub use mesh::{Attribute, Mesh, Part};

@@ -13,7 +13,9 @@ use pt_scene::material::{
     Black, CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, Mirror, Roughness, Sided,
     ThinGlass,
 };
-use pt_scene::{FileSettings, Geometry, LightKind, Material, Mesh, Scalar, Scene, Surface};
+use pt_scene::{
+    FileSettings, Filter, Geometry, LightKind, Material, Mesh, Projection, Scalar, Scene, Surface,
+};
 
 /// What rough surfaces have where nothing is said.
 const ROUGH: Roughness = Roughness {
@@ -175,7 +177,13 @@ fn a_spectrum_is_white_where_it_is_emitted_and_grey_elsewhere() {
 fn one_of_each_kind_of_object() {
     let scene = good("objects.xml");
     assert_eq!(scene.name, "objects");
-    let settings = FileSettings { resolution: Some([64, 48]), spp: Some(16), max_depth: Some(4) };
+    let settings = FileSettings {
+        resolution: Some([64, 48]),
+        crop: None,
+        spp: Some(16),
+        max_depth: Some(4),
+        filter: Some(Filter::Box),
+    };
     assert_eq!(scene.settings, settings);
     let surfaces: Vec<_> = scene
         .objects
@@ -237,8 +245,13 @@ fn the_scenes_for_peers_load_without_a_warning() {
         common::check_invariants(&scene);
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
         assert_eq!((scene.objects.len(), scene.lights.len()), (objects, lights), "{name}");
-        let resolution = Some([128, 128]);
-        let settings = FileSettings { resolution, spp: Some(64), max_depth: Some(interactions) };
+        let settings = FileSettings {
+            resolution: Some([128, 128]),
+            crop: None,
+            spp: Some(64),
+            max_depth: Some(interactions),
+            filter: Some(Filter::Box),
+        };
         assert_eq!(scene.settings, settings, "{name}");
     }
 }
@@ -490,6 +503,11 @@ fn cameras_look_at_their_target_with_their_right_to_the_right() {
     assert!(scene.cameras[0].to_world.abs_diff_eq(expected, 1e-12));
 }
 
+fn fields_of_view(camera: &pt_scene::Camera) -> [f64; 2] {
+    let Projection::Perspective { x_fov, y_fov } = camera.projection else { panic!("{camera:?}") };
+    [x_fov, y_fov]
+}
+
 #[test]
 fn fields_of_view_belong_to_their_axis() {
     let half_tangents = |width: u32, height: u32, parameters: &str| {
@@ -498,8 +516,7 @@ fn fields_of_view_belong_to_their_axis() {
              name=\"width\" value=\"{width}\"/><integer name=\"height\" value=\"{height}\"/>\
              <rfilter type=\"box\"/></film></sensor>"
         ));
-        let camera = &scene.cameras[0];
-        [camera.x_fov, camera.y_fov].map(|degrees| (0.5 * degrees.to_radians()).tan())
+        fields_of_view(&scene.cameras[0]).map(|degrees| (0.5 * degrees.to_radians()).tan())
     };
     let half = 25_f64.to_radians().tan();
     for (axis, wide, tall) in [
@@ -540,9 +557,90 @@ fn the_first_sensor_is_the_one_that_is_used() {
     assert_eq!(names, ["not used", "used"]);
     let used = scene.cameras.last().expect("a camera");
     assert_eq!((used.lens_radius, used.focal_distance), (0.1, 4.0));
-    assert!((used.y_fov - 30.0).abs() < 1e-12);
+    assert!((fields_of_view(used)[1] - 30.0).abs() < 1e-12);
     assert_eq!(scene.settings.resolution, Some([768, 576]));
+    assert_eq!(scene.settings.filter, Some(Filter::GAUSSIAN));
     assert_eq!(scene.settings.max_depth, Some(1));
+}
+
+#[test]
+fn orthographic_cameras_take_their_size_from_the_scale_of_their_node() {
+    let camera = |transform: &str| {
+        let mut scene = read(&format!(
+            "<sensor type=\"orthographic\"><float name=\"near_clip\" value=\"0.5\"/><float \
+             name=\"far_clip\" value=\"10\"/><transform name=\"to_world\">{transform}</transform>\
+             <film type=\"hdrfilm\"><integer name=\"width\" value=\"100\"/><integer \
+             name=\"height\" value=\"50\"/></film></sensor>"
+        ));
+        scene.cameras.swap_remove(0)
+    };
+    let plain = camera("");
+    let view = |half_width, half_height| Projection::Orthographic { half_width, half_height };
+    assert_eq!(plain.projection, view(1.0, 0.5));
+    assert_eq!((plain.near, plain.far), (0.5, 10.0));
+    // Mitsuba 3.9.1: from (1 − 2, 2, 3 + 0.5 · 4) and (1, 2 + 1.5, 5) over a distance of 9.5.
+    let scaled = camera("<scale value=\"2 3 4\"/><translate value=\"1 2 3\"/>");
+    assert_eq!(scaled.projection, view(2.0, 1.5));
+    assert_eq!((scaled.near, scaled.far), (2.0, 11.5));
+    assert_close(scaled.to_world.translation, DVec3::new(1.0, 2.0, 3.0));
+    assert_close(scaled.to_world.matrix3.x_axis, DVec3::NEG_X);
+    assert_close(scaled.to_world.matrix3.z_axis, DVec3::NEG_Z);
+}
+
+#[test]
+fn films_are_cropped_and_moved() {
+    let sensor = |film: &str, offset: &str| {
+        read(&format!(
+            "<sensor type=\"perspective\">{offset}<film type=\"hdrfilm\"><integer \
+             name=\"width\" value=\"100\"/><integer name=\"height\" value=\"50\"/>{film}</film>\
+             </sensor>"
+        ))
+    };
+    let number = |name: &str, value: i32| format!("<integer name=\"{name}\" value=\"{value}\"/>");
+    let crop = |values: [i32; 4]| {
+        let names = ["crop_offset_x", "crop_offset_y", "crop_width", "crop_height"];
+        let film: String = names.iter().zip(values).map(|(name, v)| number(name, v)).collect();
+        sensor(&film, "").settings.crop
+    };
+    assert_eq!(crop([20, 10, 40, 30]), Some([20, 10, 40, 30]));
+    assert_eq!(crop([0, 0, 100, 49]), Some([0, 0, 100, 49]));
+    assert_eq!(crop([0, 0, 100, 50]), None);
+    assert_eq!(sensor(&number("crop_width", 8), "").settings.crop, Some([0, 0, 8, 50]));
+    let offset = "<float name=\"principal_point_offset_x\" value=\"0.1\"/><float \
+                  name=\"principal_point_offset_y\" value=\"-0.2\"/>";
+    assert_eq!(sensor("", offset).cameras[0].film_offset, [0.1, -0.2]);
+    assert_eq!(sensor("", "").cameras[0].film_offset, [0.0; 2]);
+}
+
+#[test]
+fn filters_have_mitsubas_defaults() {
+    let filter = |rfilter: &str| {
+        let film = format!("<film type=\"hdrfilm\">{rfilter}</film>");
+        read(&format!("<sensor type=\"perspective\">{film}</sensor>")).settings.filter
+    };
+    let number = |name: &str, value: f64| format!("<float name=\"{name}\" value=\"{value}\"/>");
+    let with = |kind: &str, parameters: &str| {
+        filter(&format!("<rfilter type=\"{kind}\">{parameters}</rfilter>"))
+    };
+    assert_eq!(filter(""), Some(Filter::GAUSSIAN));
+    assert_eq!(read("<sensor type=\"perspective\"/>").settings.filter, Some(Filter::GAUSSIAN));
+    assert_eq!(read("").settings.filter, None);
+    for (kind, expected) in [
+        ("box", Filter::Box),
+        ("tent", Filter::Tent { radius: 1.0 }),
+        ("gaussian", Filter::Gaussian { stddev: 0.5, radius: 2.0 }),
+        ("mitchell", Filter::MITCHELL),
+        ("catmullrom", Filter::Mitchell { b: 0.0, c: 0.5 }),
+        ("lanczos", Filter::Lanczos { lobes: 3.0 }),
+    ] {
+        assert_eq!(with(kind, ""), Some(expected), "{kind}");
+    }
+    assert_eq!(with("tent", &number("radius", 2.5)), Some(Filter::Tent { radius: 2.5 }));
+    assert_eq!(with("gaussian", &number("stddev", 1.0)), Some(Filter::gaussian(1.0)));
+    let cubic = number("B", 0.5) + &number("C", 0.25);
+    assert_eq!(with("mitchell", &cubic), Some(Filter::Mitchell { b: 0.5, c: 0.25 }));
+    let lobes = "<integer name=\"lobes\" value=\"2\"/>";
+    assert_eq!(with("lanczos", lobes), Some(Filter::Lanczos { lobes: 2.0 }));
 }
 
 #[test]

@@ -12,6 +12,13 @@ variance of each pixel is known. The criterion, for each scene:
 
 The default sampler of pathtracer is compared likewise, by the standard errors of independent
 samples, which are greater than its own.
+
+Mitsuba lets a sample count for all pixels that its filter reaches, so that neighbours vary together;
+their covariances belong to the variance of a block. Pathtracer draws the samples of each pixel by the
+filter instead: the mean is the same, and pixels are independent. At the edge of the image its pixels
+see what lies beyond, as Mitsuba's do with sample_border.
+
+A scene that does not use $res keeps its own size.
 """
 
 import argparse
@@ -79,7 +86,10 @@ def compare(path, arguments, resolution, seeds, spp):
     """The rows of the table for one scene."""
     folder = arguments.output
     start = time.perf_counter()
-    theirs = np.stack([mitsuba(path, resolution, spp, seed) for seed in range(seeds)])
+    if "$res" not in path.read_text():
+        resolution = None
+    peer = Mitsuba(path, resolution, spp)
+    theirs = np.stack([peer.render(spp, seed) for seed in range(seeds)])
     middle = time.perf_counter()
     program = Program(arguments.program, path, resolution, folder)
     ours = np.stack([program.render(spp, "independent", seed) for seed in range(seeds)])
@@ -87,7 +97,10 @@ def compare(path, arguments, resolution, seeds, spp):
     sobol = program.render(spp * seeds, "sobol", 0)
     save(theirs.mean(0), folder / f"{path.stem}_mitsuba.exr")
     save(ours.mean(0), folder / f"{path.stem}_pathtracer.exr")
-    variance = sum((stack @ LUMINANCE).var(0, ddof=1) / seeds for stack in (theirs, ours))
+    variance = sum(
+        variance_in_blocks(stack @ LUMINANCE, reach) / seeds
+        for stack, reach in ((theirs, peer.reach), (ours, 0))
+    )
     independent = Row(theirs.mean(0), ours.mean(0), variance, seconds)
     save(independent.picture(), folder / f"{path.stem}_standard_errors.exr")
     return [
@@ -96,18 +109,28 @@ def compare(path, arguments, resolution, seeds, spp):
     ]
 
 
-def mitsuba(path, resolution, spp, seed):
-    scene = mi.load_file(str(path), res=str(resolution), spp=str(spp))
-    # Images of one seed and of the next must not share samples.
-    return np.array(mi.render(scene, spp=spp, seed=seed * 1_000_003 + 1), dtype=np.float64)
+class Mitsuba:
+    """Renders a scene with Mitsuba."""
+
+    def __init__(self, path, resolution, spp):
+        size = {} if resolution is None else {"res": str(resolution)}
+        self.scene = mi.load_file(str(path), spp=str(spp), **size)
+        radius = self.scene.sensors()[0].film().rfilter().radius()
+        # How far away from each other pixels vary together.
+        self.reach = max(0, math.ceil(radius - 0.5 - 1e-3))
+
+    def render(self, spp, seed):
+        # Images of one seed and of the next must not share samples.
+        image = mi.render(self.scene, spp=spp, seed=seed * 1_000_003 + 1)
+        return np.array(image, dtype=np.float64)
 
 
 class Program:
     """Renders a scene with pathtracer."""
 
     def __init__(self, program, path, resolution, folder):
-        size = str(resolution)
-        self.command = [program, path, "-q", "-r", size, size]
+        size = [] if resolution is None else ["-r", str(resolution), str(resolution)]
+        self.command = [program, path, "-q", *size]
         self.image = folder / f"{path.stem}_work.exr"
 
     def render(self, spp, sampler, seed):
@@ -149,6 +172,20 @@ class Row:
     def picture(self):
         """Standard errors of the blocks, red where ours is brighter and blue where theirs is."""
         return np.stack([np.maximum(self.z, 0), 0 * self.z, np.maximum(-self.z, 0)], -1)
+
+
+def variance_in_blocks(images, reach):
+    """The variance of each pixel, and its covariances with pixels of its block that are near."""
+    deviations = images - images.mean(0)
+    near = np.zeros_like(deviations)
+    height, width = images.shape[1:]
+    for top in range(0, height, BLOCK):
+        for left in range(0, width, BLOCK):
+            block = np.s_[:, top : top + BLOCK, left : left + BLOCK]
+            padded = np.pad(deviations[block], ((0, 0), (reach, reach), (reach, reach)))
+            offsets = [(y, x) for y in range(2 * reach + 1) for x in range(2 * reach + 1)]
+            near[block] = sum(padded[:, y : y + BLOCK, x : x + BLOCK] for y, x in offsets)
+    return (deviations * near).sum(0) / (len(images) - 1)
 
 
 def in_blocks(pixels):

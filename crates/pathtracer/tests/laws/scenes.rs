@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use pathtracer::{Camera, CompileOptions, Image, Scene};
+use pathtracer::{Camera, CompileOptions, Image, Projection, Scene};
 use pt_math::{DAffine3, DVec3};
 use pt_scene::material::{Black, Conductor, Matte, Plastic, Roughness};
 use pt_scene::{Geometry, Light, LightKind, Material, Mesh, Object, Rows, Surface, shapes};
@@ -25,12 +25,13 @@ pub(crate) fn camera(from: DVec3, to: DVec3, fov: [f64; 2]) -> Camera {
     Camera {
         name: String::new(),
         to_world: looking(from, to),
-        x_fov: fov[0],
-        y_fov: fov[1],
+        projection: Projection::Perspective { x_fov: fov[0], y_fov: fov[1] },
         near: 0.0,
         far: f64::INFINITY,
         lens_radius: 0.0,
+        aperture: None,
         focal_distance: 1.0,
+        film_offset: [0.0; 2],
     }
 }
 
@@ -178,12 +179,16 @@ pub(crate) fn under_a_sky() -> Scene {
     let metal = Conductor {
         eta: [0.2, 0.9, 1.1],
         k: [3.9, 2.5, 2.3],
-        reflectance: [1.0; 3],
+        reflectance: [1.0; 3].into(),
         roughness: Some(Roughness::beckmann(0.4)),
         two_sided: false,
     };
-    let gloss =
-        Plastic { diffuse: [0.2, 0.3, 0.6], specular: [0.05; 3], alpha: 0.3, two_sided: false };
+    let gloss = Plastic {
+        diffuse: [0.2, 0.3, 0.6].into(),
+        specular: [0.05; 3].into(),
+        alpha: 0.3,
+        two_sided: false,
+    };
     let block = |x: f64, angle: f64| {
         DAffine3::from_translation(DVec3::new(x, 0.5, 0.0))
             * DAffine3::from_rotation_y(angle)

@@ -165,6 +165,76 @@ fn views_of_the_light_add_up() {
 }
 
 #[test]
+fn filters_change_the_image_and_the_box_is_the_default() {
+    let folder = Folder::new();
+    let plain = folder.exr(&format!("{TINY} SCENE"));
+    assert_eq!(folder.exr(&format!("{TINY} --filter box SCENE")), plain);
+    let mut seen = vec![plain];
+    for filter in ["tent", "gaussian", "mitchell", "blackman-harris", "catmull-rom", "lanczos"] {
+        let image = folder.exr(&format!("{TINY} --filter {filter} SCENE"));
+        assert!(!seen.contains(&image), "{filter}");
+        seen.push(image);
+    }
+}
+
+/// A ball in front of a lamp's light, with what stands in its film.
+fn small_mitsuba(film: &str) -> String {
+    format!(
+        "<scene version=\"3.0.0\"><sensor type=\"perspective\"><transform name=\"to_world\">\
+         <lookat origin=\"0 0 4\" target=\"0 0 0\" up=\"0 1 0\"/></transform><film \
+         type=\"hdrfilm\"><integer name=\"width\" value=\"12\"/><integer name=\"height\" \
+         value=\"8\"/>{film}</film></sensor><shape type=\"sphere\"/><emitter type=\"point\">\
+         <point name=\"position\" value=\"3 3 3\"/></emitter></scene>"
+    )
+}
+
+#[test]
+fn the_filter_of_a_file_is_followed_unless_another_is_asked_for() {
+    let folder = Folder::new();
+    folder.write("silent.xml", small_mitsuba(""));
+    folder.write("box.xml", small_mitsuba("<rfilter type=\"box\"/>"));
+    let silent = folder.exr("-s 4 silent.xml");
+    let boxed = folder.exr("-s 4 box.xml");
+    assert_ne!(silent, boxed);
+    assert_eq!(folder.exr("-s 4 --filter gaussian box.xml"), silent);
+    assert_eq!(folder.exr("-s 4 --filter box silent.xml"), boxed);
+    assert_eq!(folder.exr("-s 4 --cs184 silent.xml"), folder.exr("-s 4 --cs184 box.xml"));
+}
+
+#[test]
+fn the_crop_window_of_a_file_is_its_image_at_any_size() {
+    let folder = Folder::new();
+    let crop = [("crop_offset_x", 3), ("crop_offset_y", 2), ("crop_width", 6), ("crop_height", 4)];
+    let crop = crop.map(|(name, n)| format!("<integer name=\"{name}\" value=\"{n}\"/>")).concat();
+    folder.write("all.xml", small_mitsuba(""));
+    folder.write("crop.xml", small_mitsuba(&crop));
+    for (resolution, [x, y, w, h]) in [("", [3, 2, 6, 4]), ("-r 24 16", [6, 4, 12, 8])] {
+        folder.succeed(&format!("-s 2 {resolution} -f all.exr all.xml"));
+        folder.succeed(&format!("-s 2 {resolution} -f crop.exr crop.xml"));
+        let (all, crop) = (folder.image("all.exr"), folder.image("crop.exr"));
+        assert_eq!((crop.width, crop.height), (w, h));
+        let rows = (y..y + h).flat_map(|y| (x..x + w).map(move |x| (y, x)));
+        let wanted: Vec<_> = rows.map(|(y, x)| all.pixels[(y * all.width + x) as usize]).collect();
+        assert_eq!(crop.pixels, wanted, "{resolution}");
+    }
+    folder.succeed("-s 2 -p 0 0 2 3 -f cell.exr crop.xml");
+    assert_eq!((folder.image("cell.exr").width, folder.image("cell.exr").height), (2, 3));
+}
+
+#[test]
+fn blades_shape_the_lens_and_a_panorama_is_twice_as_wide_as_high() {
+    let folder = Folder::new();
+    let lens = format!("{TINY} -b 60 -d 700 SCENE");
+    let round = folder.exr(&lens);
+    let polygon = folder.exr(&format!("--aperture-blades 5 {lens}"));
+    let turned = folder.exr(&format!("--aperture-blades 5 --aperture-rotation -30 {lens}"));
+    assert!(polygon != round && turned != polygon);
+    folder.succeed("-s 1 --integrator normals --panorama -f out.exr SCENE");
+    let image = folder.image("out.exr");
+    assert_eq!((image.width, image.height), (1200, 600));
+}
+
+#[test]
 fn cells_are_cut_from_the_image_and_counted_from_below() {
     let folder = Folder::new();
     folder.succeed(&format!("{TINY} -f all.exr SCENE"));

@@ -30,6 +30,10 @@ fn help_names_every_option_and_says_nothing_else() {
             "--bvh <BUILDER>",
             "--quality <QUALITY>",
             "--max-leaf-size <N>",
+            "--filter <FILTER>",
+            "--aperture-blades <N>",
+            "--aperture-rotation <DEGREES>",
+            "--panorama",
         ] {
             assert!(run.out.contains(name), "{flag}: {name} is missing in\n{}", run.out);
         }

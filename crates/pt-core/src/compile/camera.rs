@@ -1,14 +1,15 @@
 //! From the author's camera, or none, to the one that is looked through.
 
 use pt_math::{Bounds3, DVec3, Vec3};
-use pt_scene::{Scene, Span};
+use pt_scene::{Projection as View, Scene, Span};
 
 use super::{CompileError, CompileOptions, diagonal};
-use crate::camera::{Camera, Clip};
+use crate::camera::{Aperture, Camera, Clip, Projection};
 
-/// Field of view of a scene without a camera, in degrees.
-const DEFAULT_X_FOV: f64 = 50.0;
-const DEFAULT_Y_FOV: f64 = 2.0 * 19.275_5; // 50 degrees at 4 : 3
+/// What a scene without a camera is seen through: 50 degrees at 4 : 3.
+const DEFAULT_VIEW: View = View::Perspective { x_fov: 50.0, y_fov: 2.0 * 19.275_5 };
+/// Width and height of a panorama, by which its size is chosen: 360 × 180 degrees.
+const PANORAMA: [f64; 2] = [2.0, 1.0];
 /// Distance from the middle of the scene, in diagonals of its box, where the program places a
 /// camera.
 const DISTANCE: f32 = 1.5;
@@ -23,15 +24,16 @@ pub(super) fn compile(
     notes: &mut Vec<String>,
 ) -> Result<Camera, CompileError> {
     let explicit = options.camera.as_ref();
-    let author = explicit.or(scene.cameras.last());
+    let author = explicit.or_else(|| of_scene(scene, options.course, notes));
     if let Some(camera) = author {
         check(camera)?;
     }
-    if scene.cameras.len() > 1 && explicit.is_none() {
-        notes.push(format!("the scene has {} cameras; the last one is used", scene.cameras.len()));
-    }
-    let extent =
-        author.map_or([DEFAULT_X_FOV, DEFAULT_Y_FOV], |c| [c.x_fov, c.y_fov]).map(half_tan);
+    let view = match author {
+        _ if options.panorama => View::Panorama,
+        Some(camera) => camera.projection,
+        None => DEFAULT_VIEW,
+    };
+    let extent = extent(view);
     let resolution = resolution(scene, extent, options);
     let mut camera = match author {
         Some(c) if explicit.is_some() || !options.course => placed(c, metres),
@@ -45,19 +47,119 @@ pub(super) fn compile(
         }
     };
     camera.resolution = resolution;
+    let offset = author.filter(|_| !options.course).map_or([0.0; 2], |c| c.film_offset);
+    camera.principal_point = [0, 1].map(|i| ((0.5 - offset[i]) * f64::from(resolution[i])) as f32);
     camera.half_extent = match (options.course, explicit.is_some()) {
         (true, false) => course_extent(extent, resolution),
         (true, true) => extent.map(|e| e as f32),
-        _ => fit(extent, f64::from(resolution[0]) / f64::from(resolution[1])).map(|e| e as f32),
+        _ => {
+            let file = scene.settings.resolution.filter(|_| explicit.is_none());
+            let pixel = pixel_aspect(view, file);
+            let [w, h] = resolution.map(f64::from);
+            let [x, y] = fit([extent[0], pixel * extent[1]], w / h);
+            [x, y / pixel].map(|e| e as f32)
+        }
     };
     if options.course {
         camera.clip = Clip::Ray;
         (camera.lens_radius, camera.focal_distance) = (0.0, 4.7);
     }
-    let metres = metres as f32;
-    camera.lens_radius = options.lens_radius.map_or(camera.lens_radius, |r| r * metres);
-    camera.focal_distance = options.focal_distance.map_or(camera.focal_distance, |d| d * metres);
+    project(&mut camera, view, author, metres);
+    set_lens(&mut camera, metres as f32, options, notes)?;
     Ok(camera)
+}
+
+/// The camera that is used of those of the scene; the course's program knows perspective alone.
+fn of_scene<'a>(
+    scene: &'a Scene,
+    course: bool,
+    notes: &mut Vec<String>,
+) -> Option<&'a pt_scene::Camera> {
+    let is_known =
+        |c: &&pt_scene::Camera| !course || matches!(c.projection, View::Perspective { .. });
+    let known = scene.cameras.iter().filter(is_known).count();
+    if known < scene.cameras.len() {
+        notes.push("cameras that are not in perspective are left out, as in the course".into());
+    }
+    if known > 1 {
+        notes.push(format!("the scene has {known} cameras; the last one is used"));
+    }
+    scene.cameras.iter().rfind(is_known)
+}
+
+/// Half width and height of what is seen: at distance 1 in perspective.
+fn extent(view: View) -> [f64; 2] {
+    match view {
+        View::Perspective { x_fov, y_fov } => [x_fov, y_fov].map(half_tan),
+        View::Orthographic { half_width, half_height } => [half_width, half_height],
+        View::Panorama => PANORAMA,
+    }
+}
+
+/// Width over height of what a pixel shows: parallel rays may be closer to each other in one
+/// direction, by their extent and the size that their file gives the image.
+fn pixel_aspect(view: View, file: Option<[u32; 2]>) -> f64 {
+    match (view, file) {
+        (View::Orthographic { half_width, half_height }, Some([w, h])) => {
+            (half_width / f64::from(w)) / (half_height / f64::from(h))
+        }
+        _ => 1.0,
+    }
+}
+
+/// Sets the projection, and what depends on it: the author's unit is one of parallel rays' extent
+/// too, and a panorama has no axis along which distances could be measured.
+fn project(camera: &mut Camera, view: View, author: Option<&pt_scene::Camera>, metres: f64) {
+    camera.projection = match view {
+        View::Perspective { .. } => Projection::Perspective,
+        View::Orthographic { .. } => Projection::Orthographic,
+        View::Panorama => Projection::Panorama,
+    };
+    match camera.projection {
+        Projection::Perspective => {}
+        Projection::Orthographic => {
+            let scale = author.map_or([1.0; 2], node_scale).map(|s| (s * metres) as f32);
+            (0..2).for_each(|i| camera.half_extent[i] *= scale[i]);
+        }
+        Projection::Panorama => camera.clip = Clip::Ray,
+    }
+}
+
+/// The lengths of +x and +y of a camera's node in the world.
+fn node_scale(camera: &pt_scene::Camera) -> [f64; 2] {
+    let axes = camera.to_world.matrix3;
+    [axes.x_axis.length(), axes.y_axis.length()]
+}
+
+/// Sets what is asked for of the lens, which perspective cameras alone have.
+fn set_lens(
+    camera: &mut Camera,
+    metres: f32,
+    options: &CompileOptions,
+    notes: &mut Vec<String>,
+) -> Result<(), CompileError> {
+    if let Some(aperture) = &options.aperture {
+        check_aperture(aperture).map_err(|message| refuse("aperture", message))?;
+        camera.aperture = Some(compile_aperture(aperture));
+    }
+    if camera.projection == Projection::Perspective {
+        camera.lens_radius = options.lens_radius.map_or(camera.lens_radius, |r| r * metres);
+    } else if options.lens_radius.is_some_and(|r| r > 0.0) {
+        let message = "only perspective cameras have one; expected a lens radius of 0";
+        return Err(refuse("lens", message));
+    } else if camera.lens_radius > 0.0 {
+        notes.push("the camera's lens is left out: only perspective cameras have one".into());
+        camera.lens_radius = 0.0;
+    }
+    camera.focal_distance = options.focal_distance.map_or(camera.focal_distance, |d| d * metres);
+    Ok(())
+}
+
+fn compile_aperture(aperture: &pt_scene::Aperture) -> Aperture {
+    let turns = aperture.rotation / 360.0;
+    // A turn just below a whole one may round to it.
+    let turn = ((turns - turns.floor()) as f32).min(1.0f32.next_down());
+    Aperture { blades: aperture.blades, turn }
 }
 
 fn half_tan(degrees: f64) -> f64 {
@@ -91,18 +193,24 @@ fn placed(camera: &pt_scene::Camera, metres: f64) -> Camera {
     let m = camera.to_world.matrix3;
     let forward = (-m.z_axis).normalize_or(DVec3::NEG_Z);
     let right = forward.cross(m.y_axis).normalize_or(forward.any_orthonormal_vector());
+    let up = right.cross(forward);
+    // What is seen through a mirrored node is mirrored.
+    let right = if m.determinant() < 0.0 { -right } else { right };
     let metric = |v: f64| (v * metres) as f32;
     Camera {
         position: (camera.to_world.translation * metres).as_vec3(),
         right: right.as_vec3(),
-        up: right.cross(forward).as_vec3(),
+        up: up.as_vec3(),
         forward: forward.as_vec3(),
+        projection: Projection::Perspective,
         half_extent: [1.0; 2],
         resolution: [1; 2],
+        principal_point: [0.5; 2],
         near: metric(camera.near),
         far: metric(camera.far),
         clip: Clip::Axis,
         lens_radius: metric(camera.lens_radius),
+        aperture: camera.aperture.as_ref().map(compile_aperture),
         focal_distance: metric(camera.focal_distance),
     }
 }
@@ -129,33 +237,69 @@ fn framing(bounds: &Bounds3, ahead: DVec3, [near, far]: [f32; 2]) -> Camera {
         right: right.as_vec3(),
         up: back.cross(right).as_vec3(),
         forward: -back.as_vec3(),
+        projection: Projection::Perspective,
         half_extent: [1.0; 2],
         resolution: [1; 2],
+        principal_point: [0.5; 2],
         near,
         far,
         clip: Clip::Axis,
         lens_radius: 0.0,
+        aperture: None,
         focal_distance: distance,
     }
 }
 
 fn check(camera: &pt_scene::Camera) -> Result<(), CompileError> {
-    let fov = |v: f64| v.is_finite() && v > 0.0 && v < 180.0;
     let near_far = camera.near >= 0.0 && camera.far > camera.near;
     let lens = camera.lens_radius >= 0.0 && camera.focal_distance > 0.0;
-    let message = if !fov(camera.x_fov) || !fov(camera.y_fov) {
-        "the field of view must lie between 0 and 180 degrees"
+    let aperture = camera.aperture.as_ref().map_or(Ok(()), check_aperture);
+    let message = if let Err(message) = check_view(camera).and(aperture) {
+        message
     } else if !near_far {
         "the near plane must not be negative, and the far plane must be behind it"
     } else if camera.lens_radius > 0.0 && !lens {
         "the focal distance must be positive"
     } else if !camera.to_world.is_finite() {
         "the transformation has entries that are not finite numbers"
+    } else if !camera.film_offset.iter().all(|x| x.is_finite()) {
+        "the film offset must be two finite numbers"
     } else {
         return Ok(());
     };
-    let at = Span { element: format!("camera \"{}\"", camera.name), ..Span::default() };
-    Err(CompileError::Value { at, message: message.into() })
+    Err(refuse(&format!("camera \"{}\"", camera.name), message))
+}
+
+fn check_view(camera: &pt_scene::Camera) -> Result<(), &'static str> {
+    let positive = |v: f64| v.is_finite() && v > 0.0;
+    match camera.projection {
+        View::Perspective { x_fov, y_fov } => {
+            let fits = [x_fov, y_fov].iter().all(|&v| positive(v) && v < 180.0);
+            fits.then_some(()).ok_or("the field of view must lie between 0 and 180 degrees")
+        }
+        View::Orthographic { half_width, half_height } => {
+            let scale = node_scale(camera);
+            let fits = positive(half_width * scale[0]) && positive(half_height * scale[1]);
+            fits.then_some(()).ok_or("the width and height of the view must be positive")
+        }
+        View::Panorama => Ok(()),
+    }
+}
+
+fn check_aperture(aperture: &pt_scene::Aperture) -> Result<(), &'static str> {
+    const MOST_BLADES: u32 = 1000;
+    if !(3..=MOST_BLADES).contains(&aperture.blades) {
+        Err("the number of blades of the aperture must lie between 3 and 1000")
+    } else if !aperture.rotation.is_finite() {
+        Err("the rotation of the aperture must be a finite number of degrees")
+    } else {
+        Ok(())
+    }
+}
+
+fn refuse(element: &str, message: &str) -> CompileError {
+    let at = Span { element: element.into(), ..Span::default() };
+    CompileError::Value { at, message: message.into() }
 }
 
 #[cfg(test)]

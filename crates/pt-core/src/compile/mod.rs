@@ -37,8 +37,12 @@ pub struct CompileOptions {
     pub camera: Option<pt_scene::Camera>,
     /// Radius of the lens, in the scene's unit, in place of the camera's.
     pub lens_radius: Option<f32>,
+    /// Opening of the lens in place of the camera's.
+    pub aperture: Option<pt_scene::Aperture>,
     /// Distance of the plane in focus, in the scene's unit, in place of the camera's.
     pub focal_distance: Option<f32>,
+    /// Show all directions around the camera in place of what it shows.
+    pub panorama: bool,
 }
 
 /// A compiled scene, and what there is to say about it.

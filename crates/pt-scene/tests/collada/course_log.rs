@@ -13,8 +13,8 @@ fn log(text: &str) -> Vec<String> {
     lines.iter().map(|line| rest(line).expect("the prefix of that program")).collect()
 }
 
-/// All kinds of lights and cameras. Those that the reader leaves out (the tube, the orthographic
-/// camera) have no line. The fields of view obey tan(x/2) = aspect · tan(y/2).
+/// All kinds of lights and cameras. Those that the course's program does not know (the tube, the
+/// orthographic cameras) have no line. The fields of view obey tan(x/2) = aspect · tan(y/2).
 #[test]
 fn lights_and_cameras() {
     let expected = " |- Node:  (id:)

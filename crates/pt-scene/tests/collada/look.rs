@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use pt_scene::{LightKind, Scene, Surface};
+use pt_scene::{LightKind, Projection, Scene, Surface};
 
 use crate::{good, value};
 
@@ -117,23 +117,41 @@ fn lights_of_all_kinds() {
     assert_eq!(kinds, expected);
 }
 
-/// tan(x/2) = aspect · tan(y/2), for all cameras but the one that gives both angles.
+/// tan(x/2) = aspect · tan(y/2), for all cameras but the one that gives both angles; and half of
+/// the width is aspect times half of the height where rays are parallel.
 #[test]
 fn cameras_get_both_fields_of_view() {
     let scene = good("lights_cameras.dae");
-    let half_tangents =
-        |c: &pt_scene::Camera| [c.x_fov, c.y_fov].map(|angle| (angle.to_radians() / 2.0).tan());
+    let tangent = |angle: f64| (angle.to_radians() / 2.0).tan();
+    let half = |c: &pt_scene::Camera| match c.projection {
+        Projection::Perspective { x_fov, y_fov } => [x_fov, y_fov].map(tangent),
+        Projection::Orthographic { half_width, half_height } => [half_width, half_height],
+        Projection::Panorama => panic!("{c:?}"),
+    };
     let names: Vec<_> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
-    assert_eq!(names, ["both", "x and aspect", "y and aspect", "aspect", "x"]);
-    let t = |degrees: f64| (degrees.to_radians() / 2.0).tan();
-    let expected =
-        [[t(90.), t(60.)], [1.0, 0.5], [0.5, 1.0], [t(50.), t(50.)], [t(60.), t(60.) * 0.75]];
-    for (camera, expected) in scene.cameras.iter().zip(expected) {
-        let found = half_tangents(camera);
+    let perspective = ["both", "x and aspect", "y and aspect", "aspect", "x"];
+    assert_eq!(names[..5], perspective);
+    assert_eq!(names[5..], ["flat", "flat both", "flat y and aspect"]);
+    let t = tangent;
+    let expected = [
+        [t(90.), t(60.)],
+        [1.0, 0.5],
+        [0.5, 1.0],
+        [t(50.), t(50.)],
+        [t(60.), t(60.) * 0.75],
+        [1.0, 0.75],
+        [3.0, 2.0],
+        [4.0, 2.0],
+    ];
+    for (i, (camera, expected)) in scene.cameras.iter().zip(expected).enumerate() {
+        let found = half(camera);
         assert!((0..2).all(|i| (found[i] - expected[i]).abs() < 1e-12), "{camera:?}");
+        let is_parallel = matches!(camera.projection, Projection::Orthographic { .. });
+        assert_eq!(is_parallel, i >= 5, "{camera:?}");
     }
     let distances: Vec<_> = scene.cameras.iter().map(|c| (c.near, c.far)).collect();
     assert_eq!(distances[..3], [(0.5, 20.0), (0.5, 20.0), (0.001, 1000.0)]);
+    assert_eq!(distances[6], (0.25, 30.0));
 }
 
 /// Where a file uses the course's profile for its looks, the rest of it means the course too:

@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use pt_scene::format::FORMATS;
-use pt_scene::{Geometry, LoadError, Mesh, Scene};
+use pt_scene::{Geometry, LoadError, Mesh, Projection, Scene};
 
 /// The folder of the files of a format.
 pub(crate) fn folder(format: &str) -> PathBuf {
@@ -168,11 +168,19 @@ pub(crate) fn check_invariants(scene: &Scene) {
     }
     for camera in &scene.cameras {
         assert!(camera.to_world.is_finite());
-        assert!(0.0 < camera.x_fov && camera.x_fov < 180.0);
-        assert!(0.0 < camera.y_fov && camera.y_fov < 180.0);
+        match camera.projection {
+            Projection::Perspective { x_fov, y_fov } => {
+                assert!([x_fov, y_fov].iter().all(|fov| 0.0 < *fov && *fov < 180.0));
+            }
+            Projection::Orthographic { half_width, half_height } => {
+                assert!([half_width, half_height].iter().all(|x| 0.0 < *x && x.is_finite()));
+            }
+            Projection::Panorama => {}
+        }
         assert!(0.0 < camera.near && camera.near < camera.far);
     }
     assert!(scene.lights.iter().all(|light| light.to_world.is_finite()));
+    assert_eq!(scene.settings.filter.map_or(Ok(()), |filter| filter.check()), Ok(()));
 }
 
 fn check_mesh(mesh: &Mesh, slots: usize) {

@@ -4,10 +4,12 @@ use pt_math::DAffine3;
 
 use super::reader::{Reader, child, name_of};
 use crate::format::xml::Node;
-use crate::{Camera, LoadError};
+use crate::{Camera, LoadError, Projection};
 
 /// Horizontal field of view, in degrees, of cameras that give none (as in the course program).
 const DEFAULT_X_FOV: f64 = 50.0;
+/// Half of the width that orthographic cameras see which give no size.
+const DEFAULT_X_MAG: f64 = 1.0;
 /// Width over height where it follows from nothing (800×600 in the course program).
 const DEFAULT_ASPECT: f64 = 4.0 / 3.0;
 /// Limits of sight that are not written (as in the course program).
@@ -16,27 +18,28 @@ const DEFAULT_FAR: f64 = 1000.0;
 /// Focal distance of cameras; they are pinholes, so it only matters once a lens is asked for.
 const DEFAULT_FOCAL_DISTANCE: f64 = 4.7;
 
-/// Reads a perspective camera; others are left out with a warning.
+/// Reads a camera; one without a view is left out with a warning.
 pub(super) fn read<'a>(
     reader: &mut Reader<'a>,
     camera: Node<'a>,
     to_world: DAffine3,
 ) -> Result<Option<Camera>, LoadError> {
     let technique = child(camera, "optics").and_then(|o| child(o, "technique_common"));
-    let Some(perspective) = technique.and_then(|t| child(t, "perspective")) else {
-        let message = match technique.and_then(|t| child(t, "orthographic")) {
-            Some(_) => "orthographic cameras are not supported; it is left out",
-            None => {
-                "it has no <optics> with a <technique_common> with a <perspective>; it is left \
-                     out"
-            }
-        };
+    let view = |tag| technique.and_then(|t| child(t, tag));
+    let (view, projection) = if let Some(perspective) = view("perspective") {
+        let [x_fov, y_fov] = fields_of_view(reader, perspective)?;
+        (perspective, Projection::Perspective { x_fov, y_fov })
+    } else if let Some(orthographic) = view("orthographic") {
+        let [half_width, half_height] = magnifications(reader, orthographic)?;
+        (orthographic, Projection::Orthographic { half_width, half_height })
+    } else {
+        let message = "it has no <optics> with a <technique_common> with a <perspective> or \
+                       <orthographic>; it is left out";
         reader.warn(camera, message);
         return Ok(None);
     };
-    let [x_fov, y_fov] = fields_of_view(reader, perspective)?;
     let distance = |tag, default| {
-        child(perspective, tag).map_or(Ok(default), |element| match reader.scalar(element)? {
+        child(view, tag).map_or(Ok(default), |element| match reader.scalar(element)? {
             distance if distance >= 0.0 => Ok(distance),
             bad => {
                 Err(reader.error(element, format!("expected a distance from 0 up, found {bad}")))
@@ -47,18 +50,49 @@ pub(super) fn read<'a>(
     let far = distance("zfar", DEFAULT_FAR.max(2.0 * near))?;
     if near >= far {
         let message = format!("<znear> is {near}, <zfar> is {far}; expected znear < zfar");
-        return Err(reader.error(perspective, message));
+        return Err(reader.error(view, message));
     }
     Ok(Some(Camera {
         name: name_of(camera),
         to_world,
-        x_fov,
-        y_fov,
+        projection,
         near,
         far,
         lens_radius: 0.0,
+        aperture: None,
         focal_distance: DEFAULT_FOCAL_DISTANCE,
+        film_offset: [0.0; 2],
     }))
+}
+
+/// Half of the width and height of what an orthographic camera sees, from what there is of
+/// `xmag`, `ymag` and `aspect_ratio`: x = aspect · y. COLLADA calls them magnifications; that they
+/// are halves is what glTF says of the same two numbers, and what Blender writes.
+fn magnifications<'a>(
+    reader: &mut Reader<'a>,
+    orthographic: Node<'a>,
+) -> Result<[f64; 2], LoadError> {
+    let size = |tag| {
+        child(orthographic, tag)
+            .map(|element| match reader.scalar(element)? {
+                size if size > 0.0 && size.is_finite() => Ok(size),
+                bad => {
+                    let message = format!("expected half of what is seen, above 0, found {bad}");
+                    Err(reader.error(element, message))
+                }
+            })
+            .transpose()
+    };
+    let (x, y) = (size("xmag")?, size("ymag")?);
+    let aspect = aspect_ratio(reader, orthographic, x.is_some() && y.is_some())?;
+    Ok(match (x, y) {
+        (Some(x), Some(y)) => [x, y],
+        (None, Some(y)) => [y * aspect, y],
+        (x, None) => {
+            let x = x.unwrap_or(DEFAULT_X_MAG);
+            [x, x / aspect]
+        }
+    })
 }
 
 /// Both fields of view, in degrees, from what there is of `xfov`, `yfov` and `aspect_ratio`.
@@ -80,20 +114,7 @@ fn fields_of_view<'a>(
             .transpose()
     };
     let (x, y) = (angle("xfov")?, angle("yfov")?);
-    let aspect = match child(perspective, "aspect_ratio") {
-        Some(element) => match reader.scalar(element)? {
-            aspect if aspect > 0.0 => Some(aspect),
-            bad => {
-                let message = format!("expected width over height, above 0, found {bad}");
-                return Err(reader.error(element, message));
-            }
-        },
-        None => None,
-    };
-    if aspect.is_none() && (x.is_none() || y.is_none()) {
-        reader.warn(perspective, "<aspect_ratio> is missing; 4:3 is assumed");
-    }
-    let aspect = aspect.unwrap_or(DEFAULT_ASPECT);
+    let aspect = aspect_ratio(reader, perspective, x.is_some() && y.is_some())?;
     Ok(match (x, y) {
         (Some(x), Some(y)) => [x, y],
         (None, Some(y)) => [with_tangent_of_half_times(y, aspect), y],
@@ -102,6 +123,27 @@ fn fields_of_view<'a>(
             [x, with_tangent_of_half_times(x, 1.0 / aspect)]
         }
     })
+}
+
+/// Width over height, with a warning where it is missing and matters.
+fn aspect_ratio<'a>(
+    reader: &mut Reader<'a>,
+    view: Node<'a>,
+    follows: bool,
+) -> Result<f64, LoadError> {
+    let Some(element) = child(view, "aspect_ratio") else {
+        if !follows {
+            reader.warn(view, "<aspect_ratio> is missing; 4:3 is assumed");
+        }
+        return Ok(DEFAULT_ASPECT);
+    };
+    match reader.scalar(element)? {
+        aspect if aspect > 0.0 => Ok(aspect),
+        bad => {
+            let message = format!("expected width over height, above 0, found {bad}");
+            Err(reader.error(element, message))
+        }
+    }
 }
 
 /// The angle whose half has `factor` times the tangent of half the given angle; degrees.

@@ -10,7 +10,7 @@ use super::reader::{Reader, child, children, course_techniques, elements, name_o
 use super::source::inputs;
 use super::{camera, light};
 use crate::format::xml::{Document, Node, decode, words};
-use crate::{Camera, LightKind, LoadError};
+use crate::{Camera, LightKind, LoadError, Projection};
 
 /// What the lines about nodes begin with.
 const NODE: &str = "[COLLADA Parser]  |- Node:";
@@ -105,7 +105,7 @@ impl<'a> Log<'a> {
         Ok(match found.tag_name().name() {
             "camera" => {
                 let camera = camera::read(&mut self.reader, found, DAffine3::IDENTITY)?;
-                camera.map(|camera| camera_summary(found, &camera))
+                camera.and_then(|camera| camera_summary(found, &camera))
             }
             "light" => {
                 let light = light::read(&mut self.reader, found, instance, DAffine3::IDENTITY)?;
@@ -128,15 +128,16 @@ impl<'a> Log<'a> {
     }
 }
 
-fn camera_summary(element: Node<'_>, camera: &Camera) -> String {
-    let Camera { x_fov, y_fov, near, far, .. } = camera;
-    let [hfov, vfov, near, far] = [x_fov, y_fov, near, far].map(|number| general(*number));
+/// Their program knows perspective cameras alone.
+fn camera_summary(element: Node<'_>, camera: &Camera) -> Option<String> {
+    let Projection::Perspective { x_fov, y_fov } = camera.projection else { return None };
+    let [hfov, vfov, near, far] = [x_fov, y_fov, camera.near, camera.far].map(general);
     // The space before the id is theirs.
-    format!(
+    Some(format!(
         "CameraInfo: {} (id: {}) [ hfov={hfov} vfov={vfov} nclip={near} fclip={far} ]",
         shown(&name_of(element)),
         id_of(element)
-    )
+    ))
 }
 
 /// The parameters of a light, in its own frame; `element` describes it in the file.

@@ -1,6 +1,6 @@
 //! COLLADA 1.4 and 1.5 (`.dae`).
 //!
-//! Read are meshes, perspective cameras, lights, materials of the common profile (as the nearest
+//! Read are meshes, cameras, lights, materials of the common profile (as the nearest
 //! physical material), the node hierarchy with all kinds of transforms, and skins in their bind
 //! pose. On top comes the profile `CGL` (in older files `CMU462`) of the course CS184, which adds
 //! spheres, area lights and materials with a physical meaning. Animations, physics, textures and

@@ -16,6 +16,8 @@
 //!
 //! * Mitsuba's camera looks along +z of its node with +x to the left, ours along −z with +x to
 //!   the right: half a turn about y.
+//! * Pixels at the edge of the image see light from beyond it through their filter, as with
+//!   `sample_border` there.
 //! * Parallel light shines along +z of its node there, and along −z here.
 //! * A `max_depth` of N there allows N − 1 interactions with surfaces, which is what is counted
 //!   here; −1 becomes `u32::MAX`.
@@ -31,6 +33,7 @@
 
 mod bsdf;
 mod emitter;
+mod film;
 mod instance;
 mod object;
 mod read;

@@ -47,7 +47,7 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
     }
     let Scene { cameras, settings, warnings, .. } = &mut builder.scene;
     if let Some(first) = sensors.first() {
-        *settings = sensor::settings(tree, first, warnings)?;
+        *settings = sensor::settings(tree, first)?;
     }
     for object in sensors.into_iter().rev() {
         cameras.push(sensor::camera(tree, object)?);

@@ -1,16 +1,14 @@
-//! `<sensor>` with its film and sampler, and `<integrator>`.
+//! `<sensor>` with its sampler, and `<integrator>`.
 
-use pt_math::{DAffine3, DVec3};
+use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::super::xml::quote;
+use super::film::{Film, film};
 use super::object::{Object, Parameters, Tree, unsupported};
-use crate::{Camera, FileSettings, LoadError, Warning};
+use crate::{Camera, FileSettings, LoadError, Projection, Warning};
 
-const SENSORS: [&str; 2] = ["perspective", "thinlens"];
+const SENSORS: [&str; 3] = ["orthographic", "perspective", "thinlens"];
 const SAMPLERS: [&str; 5] = ["independent", "ldsampler", "multijitter", "orthogonal", "stratified"];
-const FILTERS: [&str; 6] = ["box", "catmullrom", "gaussian", "lanczos", "mitchell", "tent"];
-/// Largest width and height of an image.
-const MAX_SIZE: u32 = 65_536;
 
 /// The diagonal of 35 mm film in millimetres, to which focal lengths refer.
 fn film_diagonal() -> f64 {
@@ -24,40 +22,80 @@ pub(super) fn camera(tree: &Tree, object: &Object) -> Result<Camera, LoadError> 
     }
     let mut parameters = Parameters::new(object);
     parameters.pass_over(&["shutter_open", "shutter_close"]);
-    let [width, height] = film(tree, object, &mut Vec::new())?;
-    let [x_fov, y_fov] = fields_of_view(&mut parameters, f64::from(width) / f64::from(height))?;
+    let [width, height] = film(tree, object)?.resolution.map(f64::from);
+    let aspect = width / height;
     let near = parameters.positive("near_clip", 0.01)?;
     let far = parameters.positive("far_clip", 10_000.0)?;
     if near >= far {
         let message = format!("far_clip ({far}) is not behind near_clip ({near})");
         return Err(parameters.refuse("far_clip", message));
     }
-    let focal_distance = parameters.positive("focus_distance", far)?;
-    let is_lens = object.kind == "thinlens";
-    let lens_radius = if is_lens { parameters.positive("aperture_radius", 0.0)? } else { 0.0 };
-    for name in ["principal_point_offset_x", "principal_point_offset_y"] {
-        if parameters.float(name)?.is_some_and(|x| x != 0.0) {
-            let message = format!("{name} is not supported; the axis meets the image centre");
-            return Err(parameters.refuse(name, message));
-        }
+    let mut camera = Camera {
+        name: object.name().to_owned(),
+        to_world: parameters.transform("to_world")?,
+        projection: Projection::Orthographic { half_width: 1.0, half_height: 1.0 / aspect },
+        near,
+        far,
+        lens_radius: 0.0,
+        aperture: None,
+        focal_distance: parameters.positive("focus_distance", far)?,
+        film_offset: [0.0; 2],
+    };
+    match object.kind.as_str() {
+        "orthographic" => take_scale(&mut camera),
+        "perspective" => camera.film_offset = principal_point(&mut parameters)?,
+        _ => camera.lens_radius = parameters.positive("aperture_radius", 0.0)?,
     }
-    let to_world = node(&mut parameters)?;
+    if object.kind != "orthographic" {
+        let [x_fov, y_fov] = fields_of_view(&mut parameters, aspect)?;
+        camera.projection = Projection::Perspective { x_fov, y_fov };
+    }
+    require_axes(camera.to_world.matrix3, &parameters)?;
+    // Turned from Mitsuba's axes to ours.
+    camera.to_world *= DAffine3::from_scale(DVec3::new(-1.0, 1.0, -1.0));
     parameters.finish()?;
-    let name = object.name().to_owned();
-    Ok(Camera { name, to_world, x_fov, y_fov, near, far, lens_radius, focal_distance })
+    Ok(camera)
 }
 
-/// The node of a camera, turned from Mitsuba's axes to ours.
-fn node(parameters: &mut Parameters<'_>) -> Result<DAffine3, LoadError> {
+/// Makes the scale of an orthographic camera's node the size of what it sees. Along the axis only
+/// the near plane is scaled: the far plane is as far behind it as without a scale.
+fn take_scale(camera: &mut Camera) {
+    let axes = &mut camera.to_world.matrix3;
+    let [x, y, z] = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::length);
+    *axes = DMat3::from_cols(axes.x_axis / x, axes.y_axis / y, axes.z_axis / z);
+    if let Projection::Orthographic { half_width, half_height } = &mut camera.projection {
+        *half_width *= x;
+        *half_height *= y;
+    }
+    let depth = camera.far - camera.near;
+    camera.near *= z;
+    camera.far = camera.near + depth;
+}
+
+/// Refuses axes that are not at right angles to each other and of unit length.
+fn require_axes(axes: DMat3, parameters: &Parameters<'_>) -> Result<(), LoadError> {
     const TOLERANCE: f64 = 1e-3; // matrices are written with a few digits
-    let to_world = parameters.transform("to_world")?;
-    let linear = to_world.matrix3;
-    let error = linear.transpose() * linear - pt_math::DMat3::IDENTITY;
+    let error = axes.transpose() * axes - DMat3::IDENTITY;
     if error.to_cols_array().iter().any(|x| x.abs() > TOLERANCE) {
-        let message = "the camera is scaled or sheared; expected turns and translations only";
+        let message = "the camera is scaled or sheared; expected turns and translations only, or \
+                       for an orthographic camera a scale before them";
         return Err(parameters.refuse("to_world", message));
     }
-    Ok(to_world * DAffine3::from_scale(DVec3::new(-1.0, 1.0, -1.0)))
+    Ok(())
+}
+
+/// Where the axis leaves the middle of the film.
+fn principal_point(parameters: &mut Parameters<'_>) -> Result<[f64; 2], LoadError> {
+    const MOST: f64 = 1000.0; // films away, far more than any lens shifts
+    let mut offset = |name| {
+        let x = parameters.float(name)?.unwrap_or(0.0);
+        if x.abs() <= MOST {
+            return Ok(x);
+        }
+        let message = format!("{name} is {x}; expected a share of the film's size");
+        Err(parameters.refuse(name, message))
+    };
+    Ok([offset("principal_point_offset_x")?, offset("principal_point_offset_y")?])
 }
 
 /// Horizontal and vertical field of view in degrees, for an aspect of width over height.
@@ -101,17 +139,17 @@ fn fields_of_view(parameters: &mut Parameters<'_>, aspect: f64) -> Result<[f64; 
     Ok([degrees(half_x), degrees(half_x / aspect)])
 }
 
-/// Size of the image and samples per pixel that a sensor asks for.
-pub(super) fn settings(
-    tree: &Tree,
-    object: &Object,
-    warnings: &mut Vec<Warning>,
-) -> Result<FileSettings, LoadError> {
-    let resolution = Some(film(tree, object, warnings)?);
-    let children = tree.children(object, &["film", "sampler"])?;
-    let Some(sampler) = tree.only(&children, "sampler")? else {
-        return Ok(FileSettings { resolution, ..FileSettings::default() });
+/// What a sensor asks for with its film and its sampler.
+pub(super) fn settings(tree: &Tree, object: &Object) -> Result<FileSettings, LoadError> {
+    let Film { resolution, crop, filter } = film(tree, object)?;
+    let settings = FileSettings {
+        resolution: Some(resolution),
+        crop,
+        filter: Some(filter),
+        ..FileSettings::default()
     };
+    let children = tree.children(object, &["film", "sampler"])?;
+    let Some(sampler) = tree.only(&children, "sampler")? else { return Ok(settings) };
     let sampler = &tree.objects[sampler];
     if !SAMPLERS.contains(&sampler.kind.as_str()) {
         return Err(unsupported(sampler, &SAMPLERS));
@@ -121,39 +159,7 @@ pub(super) fn settings(
     parameters.pass_over(&["jitter", "seed"]);
     let spp = parameters.count("sample_count", u32::MAX)?;
     parameters.finish()?;
-    Ok(FileSettings { resolution, spp, max_depth: None })
-}
-
-/// Width and height of the film of a sensor, in pixels.
-fn film(tree: &Tree, sensor: &Object, warnings: &mut Vec<Warning>) -> Result<[u32; 2], LoadError> {
-    const DEFAULT: [u32; 2] = [768, 576];
-    let children = tree.children(sensor, &["film", "sampler"])?;
-    let Some(film) = tree.only(&children, "film")? else { return Ok(DEFAULT) };
-    let film = &tree.objects[film];
-    if film.kind != "hdrfilm" {
-        return Err(unsupported(film, &["hdrfilm"]));
-    }
-    let children = tree.children(film, &["rfilter"])?;
-    let filter = tree.only(&children, "rfilter")?.map(|i| &tree.objects[i]);
-    let (kind, at) = filter.map_or(("gaussian", &film.at), |f| (f.kind.as_str(), &f.at));
-    if let Some(filter) = filter.filter(|f| !FILTERS.contains(&f.kind.as_str())) {
-        return Err(unsupported(filter, &FILTERS));
-    }
-    if kind != "box" {
-        let origin = if filter.is_some() { "" } else { ", Mitsuba's default," };
-        let message = format!(
-            "the reconstruction filter \"{kind}\"{origin} is not supported; \"box\" is used"
-        );
-        warnings.push(Warning { at: at.clone(), message });
-    }
-    let mut parameters = Parameters::new(film);
-    let format = ["file_format", "pixel_format", "component_format"];
-    parameters.pass_over(&format);
-    parameters.pass_over(&["sample_border", "high_quality_edges", "compensate", "banner"]);
-    let width = parameters.count("width", MAX_SIZE)?.unwrap_or(DEFAULT[0]);
-    let height = parameters.count("height", MAX_SIZE)?.unwrap_or(DEFAULT[1]);
-    parameters.finish()?;
-    Ok([width, height])
+    Ok(FileSettings { spp, ..settings })
 }
 
 /// How many interactions with surfaces an integrator allows.

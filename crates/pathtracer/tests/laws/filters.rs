@@ -1,0 +1,133 @@
+//! Reconstruction filters: an edge has the profile that they say, and adaptive sampling is not
+//! misled by their weights.
+
+use pathtracer::{Adaptive, Film, Filter, Scene, Settings};
+use pt_math::DVec3;
+use pt_testing::{Estimates, z_test};
+
+use crate::measure::{render, settings};
+use crate::scenes::{Builder, camera, facing, size};
+
+const FILTERS: [Filter; 7] = [
+    Filter::Box,
+    Filter::TENT,
+    Filter::GAUSSIAN,
+    Filter::MITCHELL,
+    Filter::BLACKMAN_HARRIS,
+    Filter::CATMULL_ROM,
+    Filter::LANCZOS,
+];
+/// Columns of the image; its left half glows.
+const WIDTH: u32 = 12;
+
+/// A glowing square whose right edge runs down the middle of the image.
+fn edge() -> Scene {
+    let side = 4.0;
+    Builder::default()
+        .glowing_quad(facing(DVec3::new(-side, 0.0, -1.0), DVec3::Z, side), 1.0)
+        .seen_by(camera(DVec3::ZERO, DVec3::NEG_Z, [90.0, 90.0]))
+}
+
+fn film(scene: &Scene, settings: Settings) -> Film {
+    render(scene, size([WIDTH, WIDTH]), settings).film().clone()
+}
+
+/// The share of a filter on the left of `x`, in pixels from its middle, by the midpoint rule.
+fn share_left_of(g: impl Fn(f64) -> f64, radius: f64, x: f64) -> f64 {
+    const STEPS: u32 = 20_000;
+    let sum = |to: f64| {
+        let step = (to + radius) / f64::from(STEPS);
+        (0..STEPS).map(|i| g(-radius + (f64::from(i) + 0.5) * step)).sum::<f64>() * step
+    };
+    sum(x.clamp(-radius, radius)) / sum(radius)
+}
+
+/// The formulas of the filters, written anew.
+fn profile(filter: Filter, x: f64) -> f64 {
+    use std::f64::consts::PI;
+    let sinc = |x: f64| if x == 0.0 { 1.0 } else { (PI * x).sin() / (PI * x) };
+    // [Mitchell & Netravali 1988, eq. 8] with B = C = 1/3, and with B = 0 and C = 1/2.
+    let cubic = |near: [f64; 3], far: [f64; 4]| {
+        let a = x.abs();
+        if a < 1.0 {
+            near[0] * a.powi(3) + near[1] * a * a + near[2]
+        } else {
+            far[0] * a.powi(3) + far[1] * a * a + far[2] * a + far[3]
+        }
+    };
+    match filter {
+        Filter::Box => 1.0,
+        Filter::TENT => 1.0 - x.abs(),
+        Filter::GAUSSIAN => (-2.0 * x * x).exp() - (-8.0f64).exp(),
+        Filter::MITCHELL => cubic([7.0, -12.0, 16.0 / 3.0], [-7.0 / 3.0, 12.0, -20.0, 32.0 / 3.0]),
+        Filter::CATMULL_ROM => cubic([1.5, -2.5, 1.0], [-0.5, 2.5, -4.0, 2.0]),
+        Filter::BLACKMAN_HARRIS => {
+            let turn = PI * (x / 1.5 + 1.0);
+            0.35875 - 0.48829 * turn.cos() + 0.14128 * (2.0 * turn).cos()
+                - 0.01168 * (3.0 * turn).cos()
+        }
+        Filter::LANCZOS => sinc(x) * sinc(x / 3.0),
+        _ => panic!("{filter:?} has no formula here"),
+    }
+}
+
+#[test]
+fn an_edge_has_the_profile_of_the_filter() {
+    let scene = edge();
+    for filter in FILTERS {
+        let film = film(&scene, Settings { filter, ..settings(1024) });
+        let (mut mean, mut variance, mut want) = (Vec::new(), Vec::new(), Vec::new());
+        for [x, y] in film.region().pixels() {
+            let (value, error) = film.pixel(x, y).luminance();
+            let middle = f64::from(WIDTH) / 2.0 - (f64::from(x) + 0.5);
+            mean.push(value as f32);
+            variance.push((error * error) as f32);
+            want.push(share_left_of(|x| profile(filter, x), filter.radius(), middle) as f32);
+        }
+        let exact = vec![1e-10; want.len()];
+        z_test(
+            Estimates { mean: &mean, variance: &variance },
+            Estimates { mean: &want, variance: &exact },
+            1e-4,
+        )
+        .unwrap_or_else(|e| panic!("{filter:?}: {e}"));
+        let overshoots = want.iter().any(|v| *v > 1.005);
+        let has_lobes = matches!(filter, Filter::MITCHELL | Filter::CATMULL_ROM | Filter::LANCZOS);
+        assert_eq!(overshoots, has_lobes, "{filter:?}");
+    }
+}
+
+/// The box is a uniform point of the pixel, whatever other filters need.
+#[test]
+fn the_box_is_the_default() {
+    let scene = edge();
+    let boxed = film(&scene, Settings { filter: Filter::Box, ..settings(4) });
+    assert!(film(&scene, settings(4)) == boxed);
+    assert!(film(&scene, Settings { filter: Filter::TENT, ..settings(4) }) != boxed);
+}
+
+/// Where all is alike, the variance of a few samples with weights of one sign is 0, although those
+/// of the other sign are still to come.
+#[test]
+fn weights_do_not_end_adaptive_sampling_too_soon() {
+    let scene =
+        Builder::default().sky(1.0).seen_by(camera(DVec3::ZERO, DVec3::NEG_Z, [90.0, 90.0]));
+    let adaptive = Some(Adaptive { batch: 4, tolerance: 0.5 });
+    for (filter, least) in [(Filter::GAUSSIAN, 4), (Filter::MITCHELL, 50), (Filter::LANCZOS, 20)] {
+        let film = film(&scene, Settings { adaptive, filter, ..settings(4096) });
+        assert!(film.pixels().all(|p| p.count() >= least && p.count() < 4096), "{filter:?}");
+        let mean = film.pixels().map(|p| p.luminance().0).sum::<f64>() / f64::from(WIDTH * WIDTH);
+        // Pixels that stopped at four weights of one sign would be 14 % too bright, or more.
+        assert!((mean - 1.0).abs() < 0.03, "{filter:?}: {mean}");
+    }
+}
+
+#[test]
+fn a_filter_that_makes_no_sense_is_refused() {
+    let filter = Filter::Tent { radius: -1.0 };
+    let scene = edge();
+    let settings = Settings { filter, ..settings(1) };
+    let mut session = pathtracer::Session::new(&scene, size([2, 2]), settings).expect("a scene");
+    let error = session.render(1, 16, &pathtracer::Silent).expect_err("no filter");
+    assert!(error.to_string().contains("the filter's radius is -1"), "{error}");
+}

@@ -1,0 +1,140 @@
+//! Reconstruction filters.
+
+/// How much the light around the centre of a pixel counts for it: f(x, y) = g(x) g(y), with
+/// distances in pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Filter {
+    /// All of the pixel's square alike.
+    #[default]
+    Box,
+    /// g(x) = 1 − |x|/`radius`.
+    Tent {
+        /// Distance at which it ends.
+        radius: f64,
+    },
+    /// g(x) = exp(−x²/2σ²) − exp(−r²/2σ²), so that it ends in 0.
+    Gaussian {
+        /// Standard deviation σ.
+        stddev: f64,
+        /// Distance r at which it ends.
+        radius: f64,
+    },
+    /// The cubic filters of radius 2. [Mitchell & Netravali 1988, "Reconstruction Filters in
+    /// Computer Graphics", eq. 8]
+    Mitchell {
+        /// Their B, in [0, 1].
+        b: f64,
+        /// Their C, in [0, 1].
+        c: f64,
+    },
+    /// The 4-term Blackman–Harris window. [Harris 1978, "On the Use of Windows for Harmonic
+    /// Analysis with the Discrete Fourier Transform"]
+    BlackmanHarris {
+        /// Distance at which it ends.
+        radius: f64,
+    },
+    /// g(x) = sinc(x) sinc(x/n), with sinc(x) = sin(πx)/(πx).
+    Lanczos {
+        /// Number n of lobes on each side, which is also the radius.
+        lobes: f64,
+    },
+}
+
+impl Filter {
+    /// As wide as two pixels.
+    pub const TENT: Self = Self::Tent { radius: 1.0 };
+    /// Mitsuba's default.
+    pub const GAUSSIAN: Self = Self::gaussian(0.5);
+    /// The authors' compromise between ringing, blur and anisotropy.
+    pub const MITCHELL: Self = Self::Mitchell { b: 1.0 / 3.0, c: 1.0 / 3.0 };
+    /// As Cycles has it.
+    pub const BLACKMAN_HARRIS: Self = Self::BlackmanHarris { radius: 1.5 };
+    /// The interpolating spline, which is the cubic filter with B = 0 and C = 1/2.
+    pub const CATMULL_ROM: Self = Self::Mitchell { b: 0.0, c: 0.5 };
+    /// With three lobes.
+    pub const LANCZOS: Self = Self::Lanczos { lobes: 3.0 };
+
+    /// Largest radius, in pixels.
+    pub const MAX_RADIUS: f64 = 16.0;
+
+    /// A Gaussian that ends at four standard deviations.
+    pub const fn gaussian(stddev: f64) -> Self {
+        Self::Gaussian { stddev, radius: 4.0 * stddev }
+    }
+
+    /// Distance beyond which nothing counts, in pixels.
+    pub fn radius(&self) -> f64 {
+        match *self {
+            Self::Box => 0.5,
+            Self::Tent { radius }
+            | Self::Gaussian { radius, .. }
+            | Self::BlackmanHarris { radius } => radius,
+            Self::Mitchell { .. } => 2.0,
+            Self::Lanczos { lobes } => lobes,
+        }
+    }
+
+    /// Whether its numbers make sense.
+    ///
+    /// # Errors
+    /// What is wrong, and what was expected.
+    pub fn check(&self) -> Result<(), String> {
+        /// Least radius and standard deviation: below, all of it is one point.
+        const LEAST: f64 = 1e-3;
+        let radius = self.radius();
+        if !(LEAST..=Self::MAX_RADIUS).contains(&radius) {
+            return Err(format!(
+                "the filter's radius is {radius} pixels; expected {LEAST} to {}",
+                Self::MAX_RADIUS
+            ));
+        }
+        let share = |x: f64| (0.0..=1.0).contains(&x);
+        match *self {
+            Self::Gaussian { stddev, .. } if !(LEAST..f64::INFINITY).contains(&stddev) => {
+                Err(format!("the filter's stddev is {stddev}; expected at least {LEAST}"))
+            }
+            Self::Mitchell { b, c } if !share(b) || !share(c) => {
+                Err(format!("the filter's B and C are {b} and {c}; expected numbers from 0 to 1"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_make_no_sense_are_refused() {
+        for good in [
+            Filter::Box,
+            Filter::TENT,
+            Filter::GAUSSIAN,
+            Filter::MITCHELL,
+            Filter::BLACKMAN_HARRIS,
+            Filter::CATMULL_ROM,
+            Filter::LANCZOS,
+            Filter::Gaussian { stddev: 100.0, radius: 1.5 },
+        ] {
+            assert_eq!(good.check(), Ok(()), "{good:?}");
+        }
+        for bad in [
+            Filter::Tent { radius: 0.0 },
+            Filter::Tent { radius: -1.0 },
+            Filter::Tent { radius: 17.0 },
+            Filter::gaussian(f64::NAN),
+            Filter::gaussian(4.1),
+            Filter::Gaussian { stddev: 0.0, radius: 1.0 },
+            Filter::Gaussian { stddev: f64::INFINITY, radius: 1.0 },
+            Filter::BlackmanHarris { radius: f64::INFINITY },
+            Filter::Lanczos { lobes: f64::NAN },
+            Filter::Mitchell { b: -0.1, c: 0.3 },
+            Filter::Mitchell { b: 0.3, c: 1.5 },
+            Filter::Mitchell { b: f64::NAN, c: 0.3 },
+        ] {
+            let message = bad.check().expect_err("it makes no sense");
+            assert!(message.contains("expected"), "{message}");
+        }
+    }
+}

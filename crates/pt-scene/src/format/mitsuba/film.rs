@@ -1,0 +1,93 @@
+//! `<film>` with its `<rfilter>`.
+
+use super::object::{Object, Parameters, Tree, unsupported};
+use crate::{Filter, LoadError};
+
+const FILTERS: [&str; 6] = ["box", "catmullrom", "gaussian", "lanczos", "mitchell", "tent"];
+/// Largest width and height of an image.
+const MAX_SIZE: u32 = 65_536;
+
+/// The film of a sensor.
+pub(super) struct Film {
+    /// Width and height in pixels, without the crop.
+    pub(super) resolution: [u32; 2],
+    /// The part that is wanted, if it is not all.
+    pub(super) crop: Option<[u32; 4]>,
+    pub(super) filter: Filter,
+}
+
+/// Reads the film of a sensor; without one there is Mitsuba's default.
+pub(super) fn film(tree: &Tree, sensor: &Object) -> Result<Film, LoadError> {
+    const DEFAULT: [u32; 2] = [768, 576];
+    let children = tree.children(sensor, &["film", "sampler"])?;
+    let Some(film) = tree.only(&children, "film")? else {
+        return Ok(Film { resolution: DEFAULT, crop: None, filter: Filter::GAUSSIAN });
+    };
+    let film = &tree.objects[film];
+    if film.kind != "hdrfilm" {
+        return Err(unsupported(film, &["hdrfilm"]));
+    }
+    let children = tree.children(film, &["rfilter"])?;
+    let filter = match tree.only(&children, "rfilter")? {
+        Some(index) => filter(tree, &tree.objects[index])?,
+        None => Filter::GAUSSIAN,
+    };
+    let mut parameters = Parameters::new(film);
+    let format = ["file_format", "pixel_format", "component_format"];
+    parameters.pass_over(&format);
+    parameters.pass_over(&["sample_border", "high_quality_edges", "compensate", "banner"]);
+    let width = parameters.count("width", MAX_SIZE)?.unwrap_or(DEFAULT[0]);
+    let height = parameters.count("height", MAX_SIZE)?.unwrap_or(DEFAULT[1]);
+    let crop = crop(&mut parameters, [width, height])?;
+    parameters.finish()?;
+    Ok(Film { resolution: [width, height], crop, filter })
+}
+
+/// The crop window, if it is not all of the image.
+fn crop(
+    parameters: &mut Parameters<'_>,
+    [width, height]: [u32; 2],
+) -> Result<Option<[u32; 4]>, LoadError> {
+    let mut range = |[offset, size]: [&'static str; 2], whole: u32| {
+        let start = parameters.integer(offset)?.unwrap_or(0);
+        let length = parameters.count(size, MAX_SIZE)?.unwrap_or(whole);
+        match u32::try_from(start) {
+            Ok(start) if start.saturating_add(length) <= whole => Ok((start, length)),
+            _ => {
+                let message = format!(
+                    "the crop window has {length} of {whole} pixels from number {start} on; \
+                     expected it to lie inside of the film"
+                );
+                Err(parameters.refuse(offset, message))
+            }
+        }
+    };
+    let (x, crop_width) = range(["crop_offset_x", "crop_width"], width)?;
+    let (y, crop_height) = range(["crop_offset_y", "crop_height"], height)?;
+    let is_all = [crop_width, crop_height] == [width, height];
+    Ok((!is_all).then_some([x, y, crop_width, crop_height]))
+}
+
+/// A reconstruction filter.
+fn filter(tree: &Tree, object: &Object) -> Result<Filter, LoadError> {
+    tree.children(object, &[])?;
+    let mut parameters = Parameters::new(object);
+    let (filter, main) = match object.kind.as_str() {
+        "box" => (Filter::Box, ""),
+        "tent" => (Filter::Tent { radius: parameters.positive("radius", 1.0)? }, "radius"),
+        "gaussian" => (Filter::gaussian(parameters.positive("stddev", 0.5)?), "stddev"),
+        "mitchell" => {
+            let mut third = |name| Ok(parameters.float(name)?.unwrap_or(1.0 / 3.0));
+            (Filter::Mitchell { b: third("B")?, c: third("C")? }, "B")
+        }
+        "catmullrom" => (Filter::CATMULL_ROM, ""),
+        "lanczos" => {
+            let lobes = parameters.count("lobes", Filter::MAX_RADIUS as u32)?.unwrap_or(3);
+            (Filter::Lanczos { lobes: f64::from(lobes) }, "lobes")
+        }
+        _ => return Err(unsupported(object, &FILTERS)),
+    };
+    filter.check().map_err(|message| parameters.refuse(main, message))?;
+    parameters.finish()?;
+    Ok(filter)
+}
