@@ -267,6 +267,10 @@ pub(crate) enum PngBits {
 pub(crate) enum Sampler {
     /// Owen-scrambled Sobol' points
     Sobol,
+    /// The same, with the error of a pixel made up for by its neighbours
+    Zsobol,
+    /// One point in each cell of a grid (correlated multi-jittered)
+    Stratified,
     /// Independent numbers
     Independent,
 }
@@ -275,6 +279,8 @@ impl From<Sampler> for SamplerKind {
     fn from(s: Sampler) -> Self {
         match s {
             Sampler::Sobol => Self::Sobol,
+            Sampler::Zsobol => Self::ZSobol,
+            Sampler::Stratified => Self::Stratified,
             Sampler::Independent => Self::Independent,
         }
     }

@@ -1,6 +1,6 @@
 //! How to render.
 
-use pt_math::sampler::SamplerKind;
+use pt_math::sampler::{PointSet, SamplerKind};
 
 use crate::film::Region;
 
@@ -60,7 +60,7 @@ pub struct Settings {
     pub roulette: Roulette,
     /// Adaptive sampling.
     pub adaptive: Option<Adaptive>,
-    /// Where random numbers come from.
+    /// The kind of random numbers.
     pub sampler: SamplerKind,
     /// Seed of the random numbers.
     pub seed: u32,
@@ -69,6 +69,11 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Where random numbers come from.
+    pub fn points(&self) -> PointSet {
+        PointSet { kind: self.sampler, seed: self.seed, spp: self.spp }
+    }
+
     /// Whether light scattered `bounces` times is shown.
     #[inline]
     pub fn shows(&self, bounces: u32) -> bool {

@@ -56,7 +56,7 @@ impl<'a> Worker<'a> {
             integrator: (integrator.new)(scene, settings),
             starts: Starts {
                 rays: RayColumns::default(),
-                samplers: SamplerBlocks::new(settings.sampler, settings.seed),
+                samplers: SamplerBlocks::new(settings.points()),
             },
             radiance: Vec::new(),
             samples: 0,
