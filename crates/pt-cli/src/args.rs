@@ -88,9 +88,14 @@ pub(crate) struct Cli {
     #[arg(value_parser = check::count, help_heading = "Sampling")]
     pub(crate) seed: u32,
 
-    /// What to compute: path, direct, normals or cs184
+    /// What to compute: path, direct, ao, normals or cs184
     #[arg(long, value_name = "NAME", help_heading = "What to show")]
     pub(crate) integrator: Option<String>,
+
+    /// Distance beyond which nothing occludes, for --integrator ao; 0 is unlimited [default: 0]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    #[arg(value_parser = check::not_negative, help_heading = "What to show")]
+    pub(crate) ao_distance: Option<f32>,
 
     /// Show only light of some numbers of interactions: emission 0, direct 0 and 1, indirect 2 and
     /// more, global all

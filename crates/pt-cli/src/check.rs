@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::{
-    Adaptive, BuildOptions, DirectLight, FileSettings, INTEGRATORS, Region, Roulette, Settings,
+    Adaptive, BuildOptions, DirectLight, INTEGRATORS, Region, Roulette, Scene, Settings,
 };
 
 use crate::args::{Cli, PngBits};
@@ -109,6 +109,9 @@ pub(crate) fn check(cli: Cli) -> Result<Checked, String> {
         let all: Vec<_> = INTEGRATORS.iter().map(|r| format!("  {}: {}", r.name, r.help)).collect();
         return Err(format!("there is no integrator \"{name}\"; there are\n{}", all.join("\n")));
     }
+    if cli.ao_distance.is_some() && cli.integrator.as_deref() != Some("ao") {
+        return Err("--ao-distance is for --integrator ao alone".into());
+    }
     if let Some(Some(path)) = &cli.output
         && !cli.cs184
         && !image::is_image(path)
@@ -173,10 +176,12 @@ impl Checked {
     }
 
     /// How to render: the command line's word, then the file's, then the default.
-    pub(crate) fn settings(&self, file: &FileSettings) -> Settings {
+    pub(crate) fn settings(&self, scene: &Scene) -> Settings {
+        let file = &scene.settings;
         let cli = &self.cli;
         let defaults = Settings::default();
         let course = cli.cs184;
+        let metres = if course { 1.0 } else { scene.metres_per_unit };
         let fallback =
             |file: Option<u32>, default| if course { 1 } else { file.unwrap_or(default) };
         let max_depth =
@@ -198,6 +203,10 @@ impl Checked {
             min_bounce,
             max_bounce,
             integrator: integrator.into(),
+            ao_distance: match cli.ao_distance {
+                Some(units) if units > 0.0 => units * metres as f32,
+                _ => f32::INFINITY,
+            },
             direct,
             roulette: match (course, only_last) {
                 (false, _) => Roulette::Throughput,

@@ -137,7 +137,7 @@ fn compile(
         focal_distance: cli.focal_distance,
     };
     let region = |resolution| request.region(resolution).map_err(anyhow::Error::msg);
-    let settings: Settings = request.settings(&scene.settings);
+    let settings: Settings = request.settings(scene);
     let name = request.scene().map_or("the scene".into(), |p| p.display().to_string());
     let mut session = Session::new(scene, options, settings)
         .with_context(|| format!("{name} cannot be rendered"))?;

@@ -54,6 +54,8 @@ pub struct Settings {
     pub max_bounce: u32,
     /// Name of the integrator.
     pub integrator: String,
+    /// Distance in metres beyond which nothing occludes, for the integrator `ao`.
+    pub ao_distance: f32,
     /// Estimator of direct light.
     pub direct: DirectLight,
     /// When paths end.
@@ -91,6 +93,7 @@ impl Default for Settings {
             min_bounce: 0,
             max_bounce: u32::MAX,
             integrator: "path".into(),
+            ao_distance: f32::INFINITY,
             direct: DirectLight::default(),
             roulette: Roulette::default(),
             adaptive: None,

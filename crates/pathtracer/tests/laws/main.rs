@@ -11,6 +11,7 @@ mod furnace;
 mod invariance;
 mod lens;
 mod measure;
+mod occlusion;
 mod pictures;
 mod scenes;
 mod specular;

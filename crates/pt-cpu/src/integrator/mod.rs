@@ -3,6 +3,7 @@
 //!
 //! To add one: write its file, add its line to [`INTEGRATORS`].
 
+mod ao;
 mod course;
 mod direct;
 mod normals;
@@ -59,6 +60,11 @@ pub static INTEGRATORS: &[Registration] = &[
         name: "direct",
         help: "light that was scattered at most once",
         new: |scene, set| Box::new(Wavefront::new(path::Path { depth: 1 }, scene, set)),
+    },
+    Registration {
+        name: "ao",
+        help: "ambient occlusion: how much of the sky is seen, or is free up to --ao-distance",
+        new: |_, set| Box::new(ao::AmbientOcclusion::new(set)),
     },
     Registration {
         name: "normals",
