@@ -25,7 +25,7 @@ pub mod memory;
 mod session;
 
 pub use pt_bvh::{BuildOptions, Builder, Quality};
-pub use pt_core::film::{Film, Region, Rejections};
+pub use pt_core::film::{Aov, Film, Region, Rejections, aov};
 pub use pt_core::light::EnvironmentMap;
 pub use pt_core::progress::{Observer, Silent};
 pub use pt_core::settings::{Adaptive, DirectLight, Roulette, Settings};

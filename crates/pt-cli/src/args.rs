@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, ValueEnum};
-use pathtracer::{Builder, DirectLight, SamplerKind};
+use pathtracer::{Aov, Builder, DirectLight, SamplerKind};
 
 use crate::check::{self, Checked};
 use crate::message;
@@ -101,6 +101,11 @@ pub(crate) struct Cli {
     /// more, global all
     #[arg(long, value_name = "LIGHT", default_value = "global", help_heading = "What to show")]
     pub(crate) show: Show,
+
+    /// Also write these channels of the first surfaces into the image, an .exr file
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = check::aovs())]
+    #[arg(help_heading = "What to show")]
+    pub(crate) aov: Vec<Aov>,
 
     /// The university course's pictures, defaults and console lines (CS184 assignment 3)
     #[arg(long, help_heading = "What to show")]

@@ -2,7 +2,7 @@
 
 use pt_math::sampler::{PointSet, SamplerKind};
 
-use crate::film::Region;
+use crate::film::{Aov, Region};
 
 /// How direct light is estimated at each surface point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -68,6 +68,8 @@ pub struct Settings {
     pub seed: u32,
     /// The pixels to render; `None` is all of the image.
     pub region: Option<Region>,
+    /// What to keep of surfaces besides light.
+    pub aovs: Vec<Aov>,
 }
 
 impl Settings {
@@ -100,6 +102,7 @@ impl Default for Settings {
             sampler: SamplerKind::default(),
             seed: 0,
             region: None,
+            aovs: Vec::new(),
         }
     }
 }

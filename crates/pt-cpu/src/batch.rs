@@ -8,6 +8,7 @@ use pt_core::settings::Settings;
 use pt_math::sampler::{LANES, SamplerBlocks};
 use pt_math::{RayColumns, Spectrum};
 
+use crate::first_hits::FirstHits;
 use crate::integrator::{Integrator, Registration, Starts};
 use crate::tracer::Tracer;
 
@@ -40,6 +41,7 @@ pub(crate) struct Worker<'a> {
     integrator: Box<dyn Integrator + 'a>,
     starts: Starts,
     radiance: Vec<Spectrum>,
+    first_hits: FirstHits,
     /// Samples taken.
     pub(crate) samples: u64,
 }
@@ -59,6 +61,7 @@ impl<'a> Worker<'a> {
                 samplers: SamplerBlocks::new(settings.points()),
             },
             radiance: Vec::new(),
+            first_hits: FirstHits::default(),
             samples: 0,
         }
     }
@@ -74,6 +77,9 @@ impl<'a> Worker<'a> {
             let (of_pixel, rest) = radiance.split_at(samples.len());
             tile.add(*pixel, samples.start, of_pixel);
             radiance = rest;
+        }
+        if tile.keeps_surfaces() {
+            self.first_hits.add(&mut self.tracer, &self.starts, batch, tile);
         }
         self.samples += self.radiance.len() as u64;
     }

@@ -9,6 +9,7 @@ use pathtracer::{
     default_scene,
 };
 
+use crate::aovs;
 use crate::scenes::size;
 
 /// Not a multiple of any size of tiles.
@@ -16,7 +17,7 @@ const SIZE: [u32; 2] = [45, 31];
 
 /// Not a multiple of the samples of a pass.
 fn base() -> Settings {
-    Settings { spp: 21, max_depth: 5, ..Settings::default() }
+    Settings { spp: 21, max_depth: 5, aovs: aovs::all(), ..Settings::default() }
 }
 
 fn session(settings: Settings) -> Session {
@@ -155,7 +156,7 @@ fn rendering_again_adds_nothing() {
 #[test]
 fn regions_are_parts_of_the_image() {
     let whole = rendered(&base(), 2, 16);
-    let mut merged = Film::new(Region::full(SIZE));
+    let mut merged = Film::with_aovs(Region::full(SIZE), &aovs::all());
     for tile in Region::full(SIZE).tiles(19) {
         let part = rendered(&Settings { region: Some(tile), ..base() }, 2, 7);
         let is_part = |[x, y]: [u32; 2]| part.film().pixel(x, y) == whole.film().pixel(x, y);

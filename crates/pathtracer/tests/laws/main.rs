@@ -3,6 +3,7 @@
 
 mod adaptive;
 mod analytic;
+mod aovs;
 mod batches;
 mod bits;
 mod course;

@@ -190,6 +190,21 @@ fn adaptive_sampling_writes_its_rates() {
     assert!(rates.pixels.iter().any(|p| *p != rates.pixels[0]), "all pixels took the same samples");
 }
 
+/// The colours of an image with more channels are those of the image without.
+#[test]
+fn more_channels_leave_the_colours_alone() {
+    let folder = Folder::new();
+    let args = "-r 12 9 -s 2 SCENE";
+    folder.succeed(&format!("{args} -f plain.exr"));
+    folder.succeed(&format!("{args} --aov albedo,depth,object -f more.exr"));
+    assert_eq!(folder.image("more.exr"), folder.image("plain.exr"));
+    let (plain, more) = (folder.read("plain.exr"), folder.read("more.exr"));
+    for name in ["albedo.R", "albedo.G", "albedo.B", "depth.Z", "object.id"] {
+        let has = |file: &[u8]| file.windows(name.len()).any(|w| w == name.as_bytes());
+        assert!(has(&more) && !has(&plain), "{name}");
+    }
+}
+
 #[test]
 fn the_summary_as_json_counts_samples_and_rays() {
     let folder = Folder::new();

@@ -20,6 +20,8 @@ pub(super) struct Shapes {
     pub(super) spheres: Vec<Sphere>,
     pub(super) triangle_surface: Vec<Id<SurfaceRecord>>,
     pub(super) sphere_surface: Vec<Id<SurfaceRecord>>,
+    /// See [`crate::RenderScene::object_ends`].
+    pub(super) object_ends: Vec<[u32; 2]>,
     pub(super) surfaces: Table<SurfaceRecord>,
     pub(super) lobes: Table<LobeRecord>,
     /// Runs of primitives that glow.
@@ -108,6 +110,8 @@ pub(super) fn collect(
     for object in &scene.objects {
         let to_world = DAffine3::from_scale(DVec3::splat(metres)) * object.to_world;
         collector.add(object, to_world, notes)?;
+        let Shapes { triangles, spheres, object_ends, .. } = &mut collector.shapes;
+        object_ends.push([triangles.len() as u32, spheres.len() as u32]);
     }
     Ok(collector.shapes)
 }

@@ -144,6 +144,7 @@ fn assemble(
         plain_normals: false,
         spheres: shapes.spheres,
         primitive_surface,
+        object_ends: shapes.object_ends,
         surfaces: shapes.surfaces,
         lobes: shapes.lobes,
         lights: lights.table,
