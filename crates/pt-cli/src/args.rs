@@ -79,6 +79,17 @@ pub(crate) struct Cli {
     #[arg(help_heading = "Sampling")]
     pub(crate) adaptive: Option<Vec<String>>,
 
+    /// Cut off single contributions to a sample (of a light, a surface or the sky) at this luminance:
+    /// less noise, but less light; the summary says how much
+    #[arg(long, value_name = "LUMINANCE", allow_negative_numbers = true)]
+    #[arg(value_parser = check::above_zero, help_heading = "Sampling")]
+    pub(crate) clamp: Option<f32>,
+
+    /// Likewise, only those of light scattered at least twice, which have most of the noise
+    #[arg(long, value_name = "LUMINANCE", allow_negative_numbers = true)]
+    #[arg(value_parser = check::above_zero, help_heading = "Sampling")]
+    pub(crate) clamp_indirect: Option<f32>,
+
     /// Where random numbers come from
     #[arg(long, value_name = "SAMPLER", default_value = "sobol", help_heading = "Sampling")]
     pub(crate) sampler: Sampler,

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::{
-    Adaptive, Aov, BuildOptions, DirectLight, INTEGRATORS, Region, Roulette, Scene, Settings, aov,
+    Adaptive, Aov, BuildOptions, Clamp, DirectLight, INTEGRATORS, Region, Roulette, Scene,
+    Settings, aov,
 };
 
 use crate::args::{Cli, PngBits};
@@ -120,6 +121,11 @@ pub(crate) fn check(cli: Cli) -> Result<Checked, String> {
         return Err(format!("there is no integrator \"{name}\"; there are\n{}", all.join("\n")));
     }
     check_aovs(&cli)?;
+    let clamps = cli.clamp.is_some() || cli.clamp_indirect.is_some();
+    if clamps && (cli.cs184 || !matches!(cli.integrator.as_deref(), None | Some("path" | "direct")))
+    {
+        return Err("--clamp and --clamp-indirect are for --integrator path and direct".into());
+    }
     if cli.ao_distance.is_some() && cli.integrator.as_deref() != Some("ao") {
         return Err("--ao-distance is for --integrator ao alone".into());
     }
@@ -236,6 +242,10 @@ impl Checked {
                 (false, _) => Roulette::Throughput,
                 (true, false) => Roulette::Fixed(COURSE_ROULETTE),
                 (true, true) => Roulette::Fixed(1.0),
+            },
+            clamp: Clamp {
+                direct: cli.clamp.unwrap_or(f32::INFINITY),
+                indirect: cli.clamp_indirect.or(cli.clamp).unwrap_or(f32::INFINITY),
             },
             adaptive: self.adaptive,
             sampler: cli.sampler.into(),

@@ -38,6 +38,28 @@ pub struct Adaptive {
     pub tolerance: f32,
 }
 
+/// The greatest luminance of a contribution to a sample, by how often its light was scattered: of what one
+/// light sample brings, or one surface or the sky that a ray finds. Rare bright contributions make
+/// noise; to cut them off makes the image darker than it should be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clamp {
+    /// Of light scattered at most once; infinite is no limit.
+    pub direct: f32,
+    /// Of light scattered at least twice; likewise.
+    pub indirect: f32,
+}
+
+impl Clamp {
+    /// No limit.
+    pub const NONE: Self = Self { direct: f32::INFINITY, indirect: f32::INFINITY };
+
+    /// The limit of light scattered `bounces` times.
+    #[inline(always)]
+    pub fn limit(self, bounces: u32) -> f32 {
+        if bounces < 2 { self.direct } else { self.indirect }
+    }
+}
+
 /// Everything but the scene that an image depends on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -60,6 +82,8 @@ pub struct Settings {
     pub direct: DirectLight,
     /// When paths end.
     pub roulette: Roulette,
+    /// Contributions beyond it are cut off, by path tracers but the course's.
+    pub clamp: Clamp,
     /// Adaptive sampling.
     pub adaptive: Option<Adaptive>,
     /// The kind of random numbers.
@@ -98,6 +122,7 @@ impl Default for Settings {
             ao_distance: f32::INFINITY,
             direct: DirectLight::default(),
             roulette: Roulette::default(),
+            clamp: Clamp::NONE,
             adaptive: None,
             sampler: SamplerKind::default(),
             seed: 0,

@@ -72,6 +72,7 @@ impl<'a> Worker<'a> {
     pub(crate) fn take(&mut self, batch: &[Run], tile: &mut Tile) {
         self.start(batch);
         self.integrator.radiance(&mut self.tracer, &self.starts, &mut self.radiance);
+        tile.remove(self.integrator.take_removed());
         let mut radiance = &*self.radiance;
         for Run { pixel, samples } in batch {
             let (of_pixel, rest) = radiance.split_at(samples.len());

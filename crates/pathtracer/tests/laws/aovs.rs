@@ -67,6 +67,7 @@ fn seen(session: &Session, [x, y]: [u32; 2]) -> (DVec3, DVec3) {
 #[test]
 fn a_ball_and_a_wall_are_where_and_what_they_are() {
     let session = rendered();
+    let mut materials = Vec::new();
     for pixel in [[50, 50], [45, 55], [53, 42], [20, 30], [75, 75], [50, 80]] {
         let (p, n) = seen(&session, pixel);
         let on_ball = p.z > -5.0;
@@ -80,16 +81,20 @@ fn a_ball_and_a_wall_are_where_and_what_they_are() {
             assert!((normal - n).length() < allowed, "{pixel:?}: {name} {normal} and {n}");
         }
         let id = |name: &str| channel(&session, &format!("{name}.id"), pixel);
-        let wanted = if on_ball { (2.0, 2.0, [0.9; 3]) } else { (1.0, 1.0, ALBEDO) };
-        assert_eq!((id("object"), id("material")), (wanted.0, wanted.1), "{pixel:?}");
+        let (object, albedo) = if on_ball { (2.0, [0.9; 3]) } else { (1.0, ALBEDO) };
+        assert_eq!(id("object"), object, "{pixel:?}");
+        materials.push((on_ball, id("material")));
         let triangles = session.scene().triangles.len() as f64;
         let is_primitive =
             if on_ball { id("primitive") == triangles + 1.0 } else { id("primitive") < 3.0 };
         assert!(is_primitive, "{pixel:?}: {}", id("primitive"));
-        for (c, want) in ["R", "G", "B"].into_iter().zip(wanted.2) {
-            let albedo = channel(&session, &format!("albedo.{c}"), pixel);
-            assert!((albedo - f64::from(want)).abs() < 1e-6, "{pixel:?}: {albedo} in {c}");
+        for (c, want) in ["R", "G", "B"].into_iter().zip(albedo) {
+            let got = channel(&session, &format!("albedo.{c}"), pixel);
+            assert!((got - f64::from(want)).abs() < 1e-6, "{pixel:?}: {got} in {c}");
         }
+    }
+    for (a, b) in materials.iter().flat_map(|a| materials.iter().map(move |b| (a, b))) {
+        assert!(a.1 > 0.0 && (a.0 == b.0) == (a.1 == b.1), "{materials:?}");
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use pathtracer::image::{self, SaveOptions};
 use pathtracer::{
-    Adaptive, Film, INTEGRATORS, Observer, Progress, Region, Session, Settings, Silent,
+    Adaptive, Clamp, Film, INTEGRATORS, Observer, Progress, Region, Session, Settings, Silent,
     default_scene,
 };
 
@@ -47,7 +47,8 @@ fn adaptive() -> Settings {
 
 #[test]
 fn threads_and_tiles_do_not_change_a_bit() {
-    for settings in [base(), adaptive()] {
+    let clamp = Clamp { direct: 0.7, indirect: 0.2 };
+    for settings in [base(), adaptive(), Settings { clamp, ..base() }] {
         let reference = rendered(&settings, 1, 32);
         let bytes = exr(&reference);
         for threads in [1, 2, 3, 7] {

@@ -6,6 +6,7 @@ mod analytic;
 mod aovs;
 mod batches;
 mod bits;
+mod clamp;
 mod course;
 mod estimators;
 mod furnace;

@@ -215,6 +215,30 @@ fn the_summary_as_json_counts_samples_and_rays() {
     }
 }
 
+/// The program says how much light it cut off, and the image lacks as much.
+#[test]
+fn clamping_tells_what_it_costs() {
+    let folder = Folder::new();
+    let args = "-r 24 18 -s 8 --summary-json out.json SCENE";
+    let light = |name: &str| -> f64 {
+        let image = folder.image(name);
+        image.pixels.iter().flatten().map(|&v| f64::from(v)).sum()
+    };
+    let percent = || -> f64 {
+        let text = String::from_utf8(folder.read("out.json")).unwrap();
+        let line = text.lines().find_map(|l| l.trim().strip_prefix("\"clamped_percent\": "));
+        line.unwrap().trim_end_matches(',').parse().unwrap()
+    };
+    let run = folder.succeed(&format!("{args} -f all.exr"));
+    assert!(percent() == 0.0 && !run.err.contains("clamped"), "{run:?}");
+    let run = folder.succeed(&format!("{args} -f less.exr --clamp 0.2"));
+    assert!(run.err.contains("% of the light was cut off"), "{run:?}");
+    assert!((1.0..99.0).contains(&percent()), "{} %", percent());
+    // Channels weigh the same here, and by luminance there.
+    let lost = 100.0 * (1.0 - light("less.exr") / light("all.exr"));
+    assert!((lost - percent()).abs() < 0.2 * percent(), "{lost} % and {} %", percent());
+}
+
 /// A square under an environment of one radiance reflects albedo times that radiance.
 #[test]
 fn an_environment_lights_the_scene() {

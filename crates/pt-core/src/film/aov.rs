@@ -25,7 +25,7 @@ pub enum Aov {
     Primitive,
     /// Number of the object in the scene; what lights bring with them is the last one.
     Object,
-    /// Number of the material, in the order in which objects use them.
+    /// Number of the material among those of the compiled scene.
     Material,
     /// Samples that were taken.
     Samples,

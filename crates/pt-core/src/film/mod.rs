@@ -104,6 +104,8 @@ pub struct Film {
     aovs: Vec<Aov>,
     aov_sums: Vec<ExactSum>,
     rejections: Rejections,
+    /// Luminance that was cut off from samples.
+    removed: ExactSum,
 }
 
 impl Film {
@@ -122,6 +124,7 @@ impl Film {
             aovs: aovs.to_vec(),
             aov_sums: bytemuck::zeroed_vec(aov_sums),
             rejections: Rejections::default(),
+            removed: ExactSum::default(),
         }
     }
 
@@ -157,8 +160,20 @@ impl Film {
         self.rejections.merge(rejections);
     }
 
+    /// Adds luminance that was cut off from samples.
+    pub fn remove(&mut self, luminance: ExactSum) {
+        self.removed.merge(luminance);
+    }
+
+    /// The luminance of all samples together, and what was cut off from them.
+    pub fn luminance(&self) -> (f64, f64) {
+        let sum = |p: PixelSums| p.luminance().0 * f64::from(p.count);
+        (self.pixels().map(sum).sum(), self.removed.value())
+    }
+
     /// Cuts the film into the tiles of [`Region::tiles`], to which different threads can add
-    /// samples; what they refuse is to be handed to [`Self::reject`].
+    /// samples; what they refuse is to be handed to [`Self::reject`], and what was cut off from samples to
+    /// [`Self::remove`].
     pub fn tiles(&mut self, size: u32) -> Vec<Tile<'_>> {
         let Self { region, counts, sums, aovs, aov_sums, .. } = self;
         let per_pixel = aov::sums_per_pixel(aovs);
@@ -198,6 +213,7 @@ impl Film {
             }
         }
         self.rejections.merge(&other.rejections);
+        self.removed.merge(other.removed);
     }
 
     /// Total number of samples.

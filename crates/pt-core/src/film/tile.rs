@@ -12,6 +12,7 @@ pub struct Tile<'a> {
     aovs: &'a [Aov],
     rows: Vec<Row<'a>>,
     rejections: Rejections,
+    removed: ExactSum,
 }
 
 #[derive(Debug)]
@@ -26,7 +27,8 @@ impl<'a> Tile<'a> {
     /// Without rows yet.
     pub(super) fn new(region: Region, aovs: &'a [Aov]) -> Self {
         let rows = Vec::with_capacity(region.height as usize);
-        Self { region, aovs, rows, rejections: Rejections::default() }
+        let (rejections, removed) = (Rejections::default(), ExactSum::default());
+        Self { region, aovs, rows, rejections, removed }
     }
 
     /// Adds the next row.
@@ -47,6 +49,17 @@ impl<'a> Tile<'a> {
     /// Samples that were refused.
     pub fn rejections(&self) -> &Rejections {
         &self.rejections
+    }
+
+    /// Luminance that was cut off from samples.
+    pub fn removed(&self) -> ExactSum {
+        self.removed
+    }
+
+    /// Adds luminance that was cut off from samples.
+    #[inline]
+    pub fn remove(&mut self, luminance: ExactSum) {
+        self.removed.merge(luminance);
     }
 
     /// The row of a pixel, and its place there.

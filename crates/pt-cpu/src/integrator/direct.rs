@@ -7,6 +7,7 @@ use pt_core::settings::Settings;
 use pt_math::sampler::Lanes;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3, warp};
 
+use super::sums::Sums;
 use super::wavefront::{Numbers, Rules, Surface};
 use crate::Tracer;
 
@@ -101,7 +102,7 @@ impl Requests {
         asking: &Asking<impl Rules>,
         scene: &RenderScene,
         tracer: &mut Tracer,
-        radiance: &mut [Spectrum],
+        sums: &mut Sums,
     ) {
         let mut pair = 0u32;
         for light in scene.lights.as_slice() {
@@ -110,14 +111,14 @@ impl Requests {
                 let numbers = asking.numbers.pair(pair);
                 pair = pair.wrapping_add(1);
                 light.visit(LightSampling { asking, scene, numbers: &numbers, n, requests: self });
-                self.answer_many(tracer, radiance);
+                self.answer_many(tracer, sums);
             }
         }
         let Some(hemisphere) = self.hemisphere else { return };
         for _ in 0..hemisphere.samples {
             self.probe(hemisphere, asking.surfaces, &asking.numbers.pair(pair));
             pair = pair.wrapping_add(1);
-            self.answer_many(tracer, radiance);
+            self.answer_many(tracer, sums);
         }
     }
 
@@ -138,18 +139,18 @@ impl Requests {
     }
 
     /// Answers them if they are many.
-    fn answer_many(&mut self, tracer: &mut Tracer, radiance: &mut [Spectrum]) {
+    fn answer_many(&mut self, tracer: &mut Tracer, sums: &mut Sums) {
         if self.shadows.rays.len().max(self.probes.rays.len()) >= MANY {
-            self.answer(tracer, radiance);
+            self.answer(tracer, sums);
         }
     }
 
     /// Adds to each start what its rays bring, in the order in which they were asked for, and
     /// forgets them.
-    pub(super) fn answer(&mut self, tracer: &mut Tracer, radiance: &mut [Spectrum]) {
+    pub(super) fn answer(&mut self, tracer: &mut Tracer, sums: &mut Sums) {
         tracer.occluded(&self.shadows.rays, &mut self.blocked);
         for (&(value, start), &blocked) in self.shadows.loads.iter().zip(&self.blocked) {
-            radiance[start as usize] += if blocked { Spectrum::ZERO } else { value };
+            sums.add(start, if blocked { Spectrum::ZERO } else { value });
         }
         self.shadows.clear();
         let Some(hemisphere) = self.hemisphere else { return };
@@ -163,7 +164,7 @@ impl Requests {
                 None if hemisphere.sky => scene.sky(ray.direction),
                 None => Spectrum::ZERO,
             };
-            radiance[start as usize] += value * l;
+            sums.add(start, value * l);
         }
         self.probes.clear();
     }

@@ -8,8 +8,10 @@ mod course;
 mod direct;
 mod normals;
 mod path;
+mod sums;
 mod wavefront;
 
+use pt_core::film::ExactSum;
 use pt_core::{RenderScene, Settings};
 use pt_math::sampler::SamplerBlocks;
 use pt_math::{RayColumns, Spectrum};
@@ -34,6 +36,11 @@ pub trait Integrator {
     /// Radiance along the ray of each start, in order, in place of what `radiance` held. Dimensions
     /// below [`CAMERA_DIMENSIONS`] are taken by the camera.
     fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>);
+
+    /// Luminance that was cut off from contributions since this was asked for last.
+    fn take_removed(&mut self) -> ExactSum {
+        ExactSum::default()
+    }
 }
 
 /// Everything that the command line and the manual need to know about an integrator.

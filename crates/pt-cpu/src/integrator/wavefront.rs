@@ -17,13 +17,15 @@
 
 use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
+use pt_core::film::ExactSum;
 use pt_core::light::{AnyLight, LightSample};
 use pt_core::scene::{Interaction, RenderScene, SurfacePoint};
-use pt_core::settings::Settings;
+use pt_core::settings::{Clamp, Settings};
 use pt_math::sampler::{LANES, Lanes, Samplers};
 use pt_math::{Pdf, Ray, Rays, SolidAngle, Spectrum, Vec3};
 
 use super::direct::{Asking, Hemisphere, Requests};
+use super::sums::Sums;
 use super::{CAMERA_DIMENSIONS, Integrator, Starts};
 use crate::Tracer;
 
@@ -56,6 +58,11 @@ pub(super) struct State {
 pub(super) trait Rules {
     /// Largest number of surface interactions.
     fn depth(&self, settings: &Settings) -> u32;
+
+    /// Whether contributions are cut off as the settings say.
+    fn clamps(&self) -> bool {
+        true
+    }
 
     /// Weighted radiance of the sky towards a ray that left the scene in direction `d`.
     fn sky(&self, cx: Context, path: &State, d: Vec3, bounces: u32) -> Spectrum;
@@ -131,6 +138,8 @@ pub(super) struct Wavefront<'a, R> {
     interactions: Vec<Interaction>,
     surfaces: Vec<Surface<'a>>,
     requests: Requests,
+    /// See [`Integrator::take_removed`].
+    removed: ExactSum,
 }
 
 impl<R: Rules> Integrator for Wavefront<'_, R> {
@@ -138,15 +147,24 @@ impl<R: Rules> Integrator for Wavefront<'_, R> {
         self.begin(starts);
         radiance.clear();
         radiance.resize(starts.samplers.len(), Spectrum::ZERO);
+        let clamp = if self.rules.clamps() { self.cx.settings.clamp } else { Clamp::NONE };
+        let mut removed = ExactSum::default();
+        let mut sums = Sums::new(radiance, clamp, &mut removed);
         for bounces in 0.. {
             tracer.intersect(&self.rays, &mut self.hits);
-            self.arrive(bounces, radiance);
+            sums.scattered(bounces);
+            self.arrive(bounces, &mut sums);
             if self.scattering.is_empty() {
                 break;
             }
-            self.scatter(bounces, tracer, starts, radiance);
-            self.requests.answer(tracer, radiance);
+            self.scatter(bounces, tracer, starts, &mut sums);
+            self.requests.answer(tracer, &mut sums);
         }
+        self.removed.merge(removed);
+    }
+
+    fn take_removed(&mut self) -> ExactSum {
+        std::mem::take(&mut self.removed)
     }
 }
 
@@ -174,6 +192,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             interactions: Vec::new(),
             surfaces: Vec::new(),
             requests: Requests::new(hemisphere),
+            removed: ExactSum::default(),
         }
     }
 
@@ -193,7 +212,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     }
 
     /// Adds the light that rays find where their paths end, and says which paths scatter.
-    fn arrive(&mut self, bounces: u32, radiance: &mut [Spectrum]) {
+    fn arrive(&mut self, bounces: u32, sums: &mut Sums) {
         let scene = self.cx.scene;
         let shown = self.cx.settings.shows(bounces);
         self.scattering.clear();
@@ -202,12 +221,12 @@ impl<'a, R: Rules> Wavefront<'a, R> {
                 Some(hit) if bounces < self.depth => self.scattering.push((i as u32, *hit)),
                 Some(hit) if shown && scene.glows(hit) => {
                     let at = scene.interaction(&self.rays[i], hit);
-                    find(&self.rules, self.cx, &self.paths[i], &at, radiance);
+                    find(&self.rules, self.cx, &self.paths[i], &at, sums);
                 }
                 None if shown => {
                     let (path, d) = (&self.paths[i], self.rays[i].direction);
                     let l = self.rules.sky(self.cx, path, d, bounces);
-                    radiance[path.start as usize] += path.beta * l;
+                    sums.add(path.start, path.beta * l);
                 }
                 _ => {}
             }
@@ -215,20 +234,16 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     }
 
     /// Asks for the direct light at each surface, and sends the paths that live on their way.
-    fn scatter(
-        &mut self,
-        bounces: u32,
-        tracer: &mut Tracer,
-        starts: &Starts,
-        radiance: &mut [Spectrum],
-    ) {
+    fn scatter(&mut self, bounces: u32, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums) {
         let Context { scene, settings } = self.cx;
         let lit = settings.shows(bounces + 1);
         let light_pairs = if lit { self.light_pairs } else { 0 };
         let scattering = std::mem::take(&mut self.scattering);
         let mut living = 0;
         for block in scattering.chunks(LANES) {
-            self.meet(block, settings.shows(bounces), radiance);
+            sums.scattered(bounces);
+            self.meet(block, settings.shows(bounces), sums);
+            sums.scattered(bounces + 1);
             let numbers = self.draw(bounces, starts);
             if lit {
                 let asking = Asking {
@@ -237,7 +252,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
                     surfaces: &self.surfaces,
                     numbers: &numbers,
                 };
-                self.requests.ask(&asking, scene, tracer, radiance);
+                self.requests.ask(&asking, scene, tracer, sums);
             }
             living = self.leave(bounces + 1, light_pairs, &numbers, living);
         }
@@ -250,7 +265,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     ///
     /// In two loops, which are short enough for the next paths to run while one waits: one loop
     /// for both costs 4 % of a render.
-    fn meet(&mut self, block: &[(u32, Hit)], shown: bool, radiance: &mut [Spectrum]) {
+    fn meet(&mut self, block: &[(u32, Hit)], shown: bool, sums: &mut Sums) {
         let scene = self.cx.scene;
         let at = |&(i, ref hit): &(u32, Hit)| scene.interaction(&self.rays[i as usize], hit);
         self.interactions.clear();
@@ -258,7 +273,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let surface = |(at, &(i, _)): (&Interaction, &(u32, Hit))| {
             let path = &self.paths[i as usize];
             if shown && !scene.surfaces[at.surface].emission.is_black() {
-                find(&self.rules, self.cx, path, at, radiance);
+                find(&self.rules, self.cx, path, at, sums);
             }
             let State { beta, squeeze, start, .. } = *path;
             Surface { point: at.point, bsdf: scene.bsdf(at), beta, squeeze, start }
@@ -328,12 +343,6 @@ impl<'a, R: Rules> Wavefront<'a, R> {
 
 /// Adds the emission of a surface to the light of the path that found it.
 #[inline(always)]
-fn find(
-    rules: &impl Rules,
-    cx: Context,
-    path: &State,
-    at: &Interaction,
-    radiance: &mut [Spectrum],
-) {
-    radiance[path.start as usize] += path.beta * rules.emitted(cx, path, at);
+fn find(rules: &impl Rules, cx: Context, path: &State, at: &Interaction, sums: &mut Sums) {
+    sums.add(path.start, path.beta * rules.emitted(cx, path, at));
 }
