@@ -25,10 +25,10 @@ pub mod memory;
 mod session;
 
 pub use pt_bvh::{BuildOptions, Builder, Quality};
-pub use pt_core::film::{Film, Region, Rejections};
+pub use pt_core::film::{Aov, Film, Region, Rejections, aov};
 pub use pt_core::light::EnvironmentMap;
 pub use pt_core::progress::{Observer, Silent};
-pub use pt_core::settings::{Adaptive, DirectLight, Roulette, Settings};
+pub use pt_core::settings::{Adaptive, Clamp, DirectLight, Roulette, Settings};
 pub use pt_core::{CompileError, CompileOptions};
 pub use pt_cpu::{INTEGRATORS, Progress, RenderError, Statistics};
 pub use pt_math::sampler::SamplerKind;

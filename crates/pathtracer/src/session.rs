@@ -2,13 +2,14 @@
 
 use std::time::Duration;
 
+use pt_core::film::aov;
 use pt_core::settings::Settings;
 use pt_core::{
     CompileError, CompileOptions, Film, Observer, Region, RenderScene, compile, develop,
 };
 use pt_cpu::{Progress, RenderError, Renderer, Statistics};
 use pt_scene::Scene;
-use pt_scene::image::Image;
+use pt_scene::image::{Channel, Image};
 
 /// A scene, how to render it, and what is rendered of it.
 pub struct Session {
@@ -36,7 +37,7 @@ impl Session {
         let region = Region::full(compiled.scene.camera.resolution);
         let mut session = Self {
             scene: compiled.scene,
-            film: Film::new(region),
+            film: Film::with_aovs(region, &settings.aovs),
             notes: compiled.notes,
             geometry_time: compiled.geometry_time,
             bvh_time: compiled.bvh_time,
@@ -59,7 +60,7 @@ impl Session {
             return Err(CompileError::Region { region, resolution });
         }
         self.settings.region = Some(region);
-        self.film = Film::new(region);
+        self.film = Film::with_aovs(region, &self.settings.aovs);
         Ok(())
     }
 
@@ -113,6 +114,11 @@ impl Session {
     pub fn image(&self) -> Image {
         let Region { width, height, .. } = self.film.region();
         Image { width, height, pixels: develop::radiance(&self.film) }
+    }
+
+    /// What the settings ask for besides light, as channels of the image.
+    pub fn channels(&self) -> Vec<Channel> {
+        aov::channels(&self.film)
     }
 
     /// Samples taken per pixel as colours, from blue (none) to red (all), over the whole image.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, ValueEnum};
-use pathtracer::{Builder, DirectLight, SamplerKind};
+use pathtracer::{Aov, Builder, DirectLight, SamplerKind};
 
 use crate::check::{self, Checked};
 use crate::message;
@@ -79,6 +79,17 @@ pub(crate) struct Cli {
     #[arg(help_heading = "Sampling")]
     pub(crate) adaptive: Option<Vec<String>>,
 
+    /// Cut off single contributions to a sample (of a light, a surface or the sky) at this luminance:
+    /// less noise, but less light; the summary says how much
+    #[arg(long, value_name = "LUMINANCE", allow_negative_numbers = true)]
+    #[arg(value_parser = check::above_zero, help_heading = "Sampling")]
+    pub(crate) clamp: Option<f32>,
+
+    /// Likewise, only those of light scattered at least twice, which have most of the noise
+    #[arg(long, value_name = "LUMINANCE", allow_negative_numbers = true)]
+    #[arg(value_parser = check::above_zero, help_heading = "Sampling")]
+    pub(crate) clamp_indirect: Option<f32>,
+
     /// Where random numbers come from
     #[arg(long, value_name = "SAMPLER", default_value = "sobol", help_heading = "Sampling")]
     pub(crate) sampler: Sampler,
@@ -93,14 +104,24 @@ pub(crate) struct Cli {
     #[arg(value_parser = check::count, help_heading = "Sampling")]
     pub(crate) seed: u32,
 
-    /// What to compute: path, direct, normals or cs184
+    /// What to compute: path, direct, ao, normals or cs184
     #[arg(long, value_name = "NAME", help_heading = "What to show")]
     pub(crate) integrator: Option<String>,
+
+    /// Distance beyond which nothing occludes, for --integrator ao; 0 is unlimited [default: 0]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    #[arg(value_parser = check::not_negative, help_heading = "What to show")]
+    pub(crate) ao_distance: Option<f32>,
 
     /// Show only light of some numbers of interactions: emission 0, direct 0 and 1, indirect 2 and
     /// more, global all
     #[arg(long, value_name = "LIGHT", default_value = "global", help_heading = "What to show")]
     pub(crate) show: Show,
+
+    /// Also write these channels of the first surfaces into the image, an .exr file
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = check::aovs())]
+    #[arg(help_heading = "What to show")]
+    pub(crate) aov: Vec<Aov>,
 
     /// The university course's pictures, defaults and console lines (CS184 assignment 3)
     #[arg(long, help_heading = "What to show")]
@@ -288,6 +309,10 @@ pub(crate) enum PngBits {
 pub(crate) enum Sampler {
     /// Owen-scrambled Sobol' points
     Sobol,
+    /// The same, with the error of a pixel made up for by its neighbours
+    Zsobol,
+    /// One point in each cell of a grid (correlated multi-jittered)
+    Stratified,
     /// Independent numbers
     Independent,
 }
@@ -296,6 +321,8 @@ impl From<Sampler> for SamplerKind {
     fn from(s: Sampler) -> Self {
         match s {
             Sampler::Sobol => Self::Sobol,
+            Sampler::Zsobol => Self::ZSobol,
+            Sampler::Stratified => Self::Stratified,
             Sampler::Independent => Self::Independent,
         }
     }

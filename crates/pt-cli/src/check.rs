@@ -2,16 +2,19 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::{
-    Adaptive, Aperture, BuildOptions, DirectLight, FileSettings, Filter, INTEGRATORS, Region,
-    Roulette, Settings,
+    Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, FileSettings, Filter, INTEGRATORS,
+    Region, Roulette, Scene, Settings, aov,
 };
 
 use crate::args::{Cli, PngBits};
 
-/// More pixels than this do not fit into the memory of ordinary machines (80 bytes each).
+/// More pixels than this do not fit into the memory of ordinary machines.
 const MOST_PIXELS: u64 = 1 << 28;
+/// What each of them takes, without what else is kept of it.
+const PIXEL_BYTES: u64 = 80;
 /// The probability with which the course's paths go on.
 const COURSE_ROULETTE: f32 = 0.65;
 
@@ -107,6 +110,12 @@ pub(crate) fn above_zero(text: &str) -> Result<f32, String> {
     number(text, |v| v > 0.0, "a number above 0")
 }
 
+/// Quantities by their names.
+pub(crate) fn aovs() -> impl TypedValueParser<Value = Aov> {
+    PossibleValuesParser::new(Aov::NAMES.map(|(name, _)| name))
+        .try_map(|name| Aov::from_name(&name).ok_or("there is no such quantity"))
+}
+
 /// Checks what the parser of single values cannot.
 ///
 /// # Errors
@@ -117,14 +126,24 @@ pub(crate) fn check(cli: Cli) -> Result<Checked, String> {
         Some(&[w, h]) => Some([w, h]),
         _ => None,
     };
-    if let Some([w, h]) = resolution.filter(|&[w, h]| u64::from(w) * u64::from(h) > MOST_PIXELS) {
-        return Err(format!("-r {w} {h}: an image may have at most {MOST_PIXELS} pixels"));
+    let most = MOST_PIXELS * PIXEL_BYTES / (PIXEL_BYTES + aov::bytes_per_pixel(&cli.aov) as u64);
+    if let Some([w, h]) = resolution.filter(|&[w, h]| u64::from(w) * u64::from(h) > most) {
+        return Err(format!("-r {w} {h}: an image may have at most {most} pixels"));
     }
     if let Some(name) = &cli.integrator
         && !INTEGRATORS.iter().any(|r| r.name == name)
     {
         let all: Vec<_> = INTEGRATORS.iter().map(|r| format!("  {}: {}", r.name, r.help)).collect();
         return Err(format!("there is no integrator \"{name}\"; there are\n{}", all.join("\n")));
+    }
+    check_aovs(&cli)?;
+    let clamps = cli.clamp.is_some() || cli.clamp_indirect.is_some();
+    if clamps && (cli.cs184 || !matches!(cli.integrator.as_deref(), None | Some("path" | "direct")))
+    {
+        return Err("--clamp and --clamp-indirect are for --integrator path and direct".into());
+    }
+    if cli.ao_distance.is_some() && cli.integrator.as_deref() != Some("ao") {
+        return Err("--ao-distance is for --integrator ao alone".into());
     }
     if let Some(Some(path)) = &cli.output
         && !cli.cs184
@@ -136,6 +155,18 @@ pub(crate) fn check(cli: Cli) -> Result<Checked, String> {
         ));
     }
     Ok(Checked { cli, adaptive, resolution })
+}
+
+/// Each quantity once, and a file that has a place for them.
+fn check_aovs(cli: &Cli) -> Result<(), String> {
+    if let Some((_, twice)) = cli.aov.iter().enumerate().find(|(i, a)| cli.aov[..*i].contains(a)) {
+        return Err(format!("--aov names \"{}\" twice; once is enough", twice.name()));
+    }
+    let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    if cli.aov.is_empty() || cli.output.as_ref().and_then(Option::as_ref).is_some_and(is_exr) {
+        return Ok(());
+    }
+    Err("--aov needs an image with room for more channels, as in -f out.exr".into())
 }
 
 fn adaptive(cli: &Cli) -> Result<Option<Adaptive>, String> {
@@ -177,6 +208,7 @@ impl Checked {
                 "Software".into(),
                 concat!("pathtracer ", env!("CARGO_PKG_VERSION")).into(),
             )],
+            channels: Vec::new(),
         }
     }
 
@@ -190,10 +222,12 @@ impl Checked {
     }
 
     /// How to render: the command line's word, then the file's, then the default.
-    pub(crate) fn settings(&self, file: &FileSettings) -> Settings {
+    pub(crate) fn settings(&self, scene: &Scene) -> Settings {
+        let file = &scene.settings;
         let cli = &self.cli;
         let defaults = Settings::default();
         let course = cli.cs184;
+        let metres = if course { 1.0 } else { scene.metres_per_unit };
         let fallback =
             |file: Option<u32>, default| if course { 1 } else { file.unwrap_or(default) };
         let max_depth =
@@ -215,11 +249,19 @@ impl Checked {
             min_bounce,
             max_bounce,
             integrator: integrator.into(),
+            ao_distance: match cli.ao_distance {
+                Some(units) if units > 0.0 => units * metres as f32,
+                _ => f32::INFINITY,
+            },
             direct,
             roulette: match (course, only_last) {
                 (false, _) => Roulette::Throughput,
                 (true, false) => Roulette::Fixed(COURSE_ROULETTE),
                 (true, true) => Roulette::Fixed(1.0),
+            },
+            clamp: Clamp {
+                direct: cli.clamp.unwrap_or(f32::INFINITY),
+                indirect: cli.clamp_indirect.or(cli.clamp).unwrap_or(f32::INFINITY),
             },
             adaptive: self.adaptive,
             sampler: cli.sampler.into(),
@@ -230,6 +272,7 @@ impl Checked {
                 None => file.filter.unwrap_or(defaults.filter),
             },
             region: None,
+            aovs: cli.aov.clone(),
         }
     }
 

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 use pathtracer::Session;
-use pathtracer::image;
+use pathtracer::image::{self, SaveOptions};
 
 use crate::check::Checked;
 
@@ -63,7 +63,8 @@ pub(crate) fn write(session: &Session, request: &Checked) -> Result<Vec<PathBuf>
     let course = request.cli.cs184;
     let rendered = session.image();
     if image::is_image(&path) {
-        image::save(&rendered, &path, &request.save_options())?;
+        let options = SaveOptions { channels: session.channels(), ..request.save_options() };
+        image::save(&rendered, &path, &options)?;
     } else {
         let transfer = request.save_options().transfer;
         let bytes: Vec<[u8; 3]> =

@@ -133,7 +133,7 @@ fn compile(
     };
     let region =
         |resolution| request.region(&scene.settings, resolution).map_err(anyhow::Error::msg);
-    let settings: Settings = request.settings(&scene.settings);
+    let settings: Settings = request.settings(scene);
     let name = request.scene().map_or("the scene".into(), |p| p.display().to_string());
     let mut session = Session::new(scene, options, settings)
         .with_context(|| format!("{name} cannot be rendered"))?;

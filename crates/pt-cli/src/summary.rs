@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
-use pathtracer::{Progress, Session, Statistics};
+use pathtracer::{Clamp, Progress, Session, Statistics};
 
 /// What a render did.
 pub(crate) struct Summary<'a> {
@@ -46,9 +46,18 @@ impl Summary<'_> {
             count(s.rays as usize, "ray"),
             s.rays as f64 / seconds * 1e-6
         );
+        if self.session.settings().clamp != Clamp::NONE {
+            eprintln!("clamped   {:.3} % of the light was cut off", self.clamped_percent());
+        }
         if let Some(bytes) = pathtracer::memory::peak_bytes() {
             eprintln!("memory    {:.1} MB at most", bytes as f64 * 1e-6);
         }
+    }
+
+    /// The part of the luminance of all samples that --clamp cut off.
+    fn clamped_percent(&self) -> f64 {
+        let (kept, removed) = self.session.film().luminance();
+        if removed > 0.0 { 100.0 * removed / (kept + removed) } else { 0.0 }
     }
 
     /// Writes it to a file as a JSON object of numbers; what the system does not tell is null.
@@ -67,6 +76,7 @@ impl Summary<'_> {
             ("threads", self.threads.to_string()),
             ("samples", s.samples.to_string()),
             ("rays", s.rays.to_string()),
+            ("clamped_percent", self.clamped_percent().to_string()),
             ("load_seconds", (self.load + geometry).as_secs_f64().to_string()),
             ("bvh_seconds", bvh.as_secs_f64().to_string()),
             ("render_seconds", s.time.as_secs_f64().to_string()),

@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use pt_math::{Frame, Vec2, Vec3};
 
-use crate::bsdf::{LobeRecord, Orientation};
+use crate::bsdf::{Bsdf, LobeRecord, Orientation};
 use crate::id::{Id, Table};
 use crate::parametrization::Parametrization;
 use crate::scene::Interaction;
@@ -113,6 +113,14 @@ pub struct Resolved {
     pub two_sided: bool,
     /// Normal and tangent.
     pub orientation: Orientation,
+}
+
+impl Resolved {
+    /// The scattering towards where the point is seen from.
+    #[inline(always)]
+    pub fn bsdf(&self, at: &Interaction) -> Bsdf<'_> {
+        Bsdf::oriented(&self.lobe, self.two_sided, self.orientation, at.point.normal, at.wo)
+    }
 }
 
 impl LobeMaterial {

@@ -67,6 +67,8 @@ pub struct RenderScene {
     pub sphere_axes: Vec<Mat3>,
     /// Surface of each primitive.
     pub primitive_surface: Vec<Id<SurfaceRecord>>,
+    /// Numbers of triangles and of spheres of all objects up to each.
+    pub object_ends: Vec<[u32; 2]>,
     /// Surfaces.
     pub surfaces: Table<SurfaceRecord>,
     /// Scattering lobes.
@@ -150,6 +152,17 @@ impl RenderScene {
     /// The box around all shapes.
     pub fn bounds(&self) -> Bounds3 {
         self.bvh.bounds()
+    }
+
+    /// The number of the object that a primitive belongs to; that of primitives that lights bring with
+    /// them is the number of objects.
+    pub fn object(&self, primitive: u32) -> u32 {
+        let triangles = self.triangles.len() as u32;
+        let number = match primitive.checked_sub(triangles) {
+            None => self.object_ends.partition_point(|end| end[0] <= primitive),
+            Some(sphere) => self.object_ends.partition_point(|end| end[1] <= sphere),
+        };
+        number as u32
     }
 
     /// The surface point where a ray of unit direction met a primitive.

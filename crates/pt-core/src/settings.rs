@@ -1,9 +1,9 @@
 //! How to render.
 
-use pt_math::sampler::SamplerKind;
+use pt_math::sampler::{PointSet, SamplerKind};
 use pt_scene::Filter;
 
-use crate::film::Region;
+use crate::film::{Aov, Region};
 
 /// How direct light is estimated at each surface point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,6 +39,28 @@ pub struct Adaptive {
     pub tolerance: f32,
 }
 
+/// The greatest luminance of a contribution to a sample, by how often its light was scattered: of what one
+/// light sample brings, or one surface or the sky that a ray finds. Rare bright contributions make
+/// noise; to cut them off makes the image darker than it should be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clamp {
+    /// Of light scattered at most once; infinite is no limit.
+    pub direct: f32,
+    /// Of light scattered at least twice; likewise.
+    pub indirect: f32,
+}
+
+impl Clamp {
+    /// No limit.
+    pub const NONE: Self = Self { direct: f32::INFINITY, indirect: f32::INFINITY };
+
+    /// The limit of light scattered `bounces` times.
+    #[inline(always)]
+    pub fn limit(self, bounces: u32) -> f32 {
+        if bounces < 2 { self.direct } else { self.indirect }
+    }
+}
+
 /// Everything but the scene that an image depends on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -55,13 +77,17 @@ pub struct Settings {
     pub max_bounce: u32,
     /// Name of the integrator.
     pub integrator: String,
+    /// Distance in metres beyond which nothing occludes, for the integrator `ao`.
+    pub ao_distance: f32,
     /// Estimator of direct light.
     pub direct: DirectLight,
     /// When paths end.
     pub roulette: Roulette,
+    /// Contributions beyond it are cut off, by path tracers but the course's.
+    pub clamp: Clamp,
     /// Adaptive sampling.
     pub adaptive: Option<Adaptive>,
-    /// Where random numbers come from.
+    /// The kind of random numbers.
     pub sampler: SamplerKind,
     /// Seed of the random numbers.
     pub seed: u32,
@@ -69,9 +95,16 @@ pub struct Settings {
     pub filter: Filter,
     /// The pixels to render; `None` is all of the image.
     pub region: Option<Region>,
+    /// What to keep of surfaces besides light.
+    pub aovs: Vec<Aov>,
 }
 
 impl Settings {
+    /// Where random numbers come from.
+    pub fn points(&self) -> PointSet {
+        PointSet { kind: self.sampler, seed: self.seed, spp: self.spp }
+    }
+
     /// Whether light scattered `bounces` times is shown.
     #[inline]
     pub fn shows(&self, bounces: u32) -> bool {
@@ -89,13 +122,16 @@ impl Default for Settings {
             min_bounce: 0,
             max_bounce: u32::MAX,
             integrator: "path".into(),
+            ao_distance: f32::INFINITY,
             direct: DirectLight::default(),
             roulette: Roulette::default(),
+            clamp: Clamp::NONE,
             adaptive: None,
             sampler: SamplerKind::default(),
             seed: 0,
             filter: Filter::default(),
             region: None,
+            aovs: Vec::new(),
         }
     }
 }

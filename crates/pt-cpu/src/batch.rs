@@ -9,6 +9,7 @@ use pt_core::settings::Settings;
 use pt_math::sampler::{LANES, SamplerBlocks};
 use pt_math::{RayColumns, Spectrum};
 
+use crate::first_hits::FirstHits;
 use crate::integrator::{Integrator, Registration, Starts};
 use crate::tracer::Tracer;
 
@@ -45,6 +46,7 @@ pub(crate) struct Worker<'a> {
     /// What each sample counts, where not all count 1.
     weights: Vec<f32>,
     radiance: Vec<Spectrum>,
+    first_hits: FirstHits,
     /// Samples taken.
     pub(crate) samples: u64,
 }
@@ -62,11 +64,12 @@ impl<'a> Worker<'a> {
             integrator: (integrator.new)(scene, settings),
             starts: Starts {
                 rays: RayColumns::default(),
-                samplers: SamplerBlocks::new(settings.sampler, settings.seed),
+                samplers: SamplerBlocks::new(settings.points()),
             },
             filter,
             weights: Vec::new(),
             radiance: Vec::new(),
+            first_hits: FirstHits::default(),
             samples: 0,
         }
     }
@@ -80,11 +83,15 @@ impl<'a> Worker<'a> {
         if self.filter.is_some_and(|filter| !filter.is_positive()) {
             self.radiance.iter_mut().zip(&self.weights).for_each(|(l, &weight)| *l *= weight);
         }
+        tile.remove(self.integrator.take_removed());
         let mut radiance = &*self.radiance;
         for Run { pixel, samples } in batch {
             let (of_pixel, rest) = radiance.split_at(samples.len());
             tile.add(*pixel, samples.start, of_pixel);
             radiance = rest;
+        }
+        if tile.keeps_surfaces() {
+            self.first_hits.add(&mut self.tracer, &self.starts, batch, tile);
         }
         self.samples += self.radiance.len() as u64;
     }

@@ -5,6 +5,7 @@
 //! ```
 
 mod batch;
+mod first_hits;
 pub mod integrator;
 mod render;
 mod tracer;

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use pt_core::film::{Rejections, Tile};
+use pt_core::film::{ExactSum, Rejections, Tile};
 use pt_core::filter::{FilterError, FilterSampler};
 use pt_core::settings::{Adaptive, Settings};
 use pt_core::{Film, Observer, RenderScene};
@@ -163,7 +163,7 @@ impl<'a> Renderer<'a> {
     /// Brings every pixel to as many samples as the end of the pass.
     fn pass(&self, film: &mut Film, pass: &Range<u32>, shared: &Shared) {
         let tiles = Mutex::new(film.tiles(self.tile_size).into_iter());
-        let rejections = Mutex::new(Rejections::default());
+        let losses = Mutex::new((Rejections::default(), ExactSum::default()));
         let work = || {
             let Self { scene, settings, integrator, counts_tests, .. } = *self;
             let filter = self.filter.as_ref();
@@ -173,7 +173,9 @@ impl<'a> Renderer<'a> {
             {
                 let before = worker.samples;
                 self.tile(&mut tile, pass.end, &mut worker, shared.observer);
-                lock(&rejections).merge(tile.rejections());
+                let (rejections, removed) = &mut *lock(&losses);
+                rejections.merge(tile.rejections());
+                removed.merge(tile.removed());
                 let taken = worker.samples - before;
                 shared.report(if shared.observer.cancelled() { taken } else { quota(&tile, pass) });
             }
@@ -181,7 +183,9 @@ impl<'a> Renderer<'a> {
         };
         self.pool.scope(|scope| (0..self.threads()).for_each(|_| scope.spawn(|_| work())));
         drop(tiles);
-        film.reject(&lock(&rejections));
+        let (rejections, removed) = &*lock(&losses);
+        film.reject(rejections);
+        film.remove(*removed);
     }
 
     /// Brings every pixel of a tile to `target` samples, unless it converges before.

@@ -5,8 +5,8 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use pt_scene::image::{
-    BitDepth, CODECS, Image, ImageError, SaveOptions, Transfer, decode, load, load_as, save,
-    save_rgb8, write_atomically,
+    BitDepth, CODECS, Channel, Image, ImageError, Samples, SaveOptions, Transfer, decode, load,
+    load_as, save, save_rgb8, write_atomically,
 };
 
 /// A picture with a different colour in every pixel, some of them above 1.
@@ -27,7 +27,7 @@ fn both_transfers_and_depths() -> impl Iterator<Item = SaveOptions> {
         [BitDepth::Eight, BitDepth::Sixteen].map(|png_bits| SaveOptions {
             png_bits,
             transfer,
-            metadata: Vec::new(),
+            ..SaveOptions::default()
         })
     })
 }
@@ -48,6 +48,55 @@ fn chunks(png: &[u8]) -> Vec<(String, Vec<u8>)> {
         rest = &name[length + 8..];
     }
     found
+}
+
+#[test]
+fn exr_files_take_more_channels() {
+    let folder = folder();
+    let path = folder.path().join("a.exr");
+    let image = picture(3, 2);
+    let channel = |name: &str, samples| Channel { name: name.to_owned(), samples };
+    let depth = vec![0.5, 1.0, f32::INFINITY, -2.0, 0.0, 3.0];
+    let id = vec![0, 1, u32::MAX, 3, 4, 1 << 24 | 1];
+    let channels = vec![
+        channel("albedo.R", Samples::Real(vec![9.0; 6])),
+        channel("albedo.G", Samples::Real(vec![9.0; 6])),
+        channel("albedo.B", Samples::Real(vec![9.0; 6])),
+        channel("depth.Z", Samples::Real(depth.clone())),
+        channel("a_1.id", Samples::Whole(id.clone())),
+    ];
+    let options = SaveOptions { channels, ..Default::default() };
+    save(&image, &path, &options).unwrap();
+    assert_eq!(load(&path).unwrap(), image, "the colours are those of the image");
+    let file = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
+    let stored = |name: &str| {
+        let channels = &file.layer_data[0].channel_data.list;
+        let found = channels.iter().find(|c| c.name == *name).expect("it was written");
+        found.sample_data.clone()
+    };
+    assert_eq!(stored("depth.Z"), exr::prelude::FlatSamples::F32(depth));
+    assert_eq!(stored("a_1.id"), exr::prelude::FlatSamples::U32(id));
+    assert_eq!(file.layer_data[0].channel_data.list.len(), 8);
+}
+
+#[test]
+fn channels_that_fit_into_no_file_are_refused() {
+    let folder = folder();
+    let channel =
+        |name: &str, n| Channel { name: name.into(), samples: Samples::Real(vec![0.; n]) };
+    for (file, channels, wanted) in [
+        ("a.png", vec![channel("depth.Z", 6)], "no place for the channel depth.Z"),
+        ("a.exr", vec![channel("depth.Z", 5)], "do not make an image of 5 pixels"),
+        ("a.exr", vec![channel("R", 6)], "\"R\" is no name"),
+        ("a.exr", vec![channel("a", 6), channel("a", 6)], "\"a\" is no name"),
+        ("a.exr", vec![channel("", 6)], "\"\" is no name"),
+        ("a.exr", vec![channel("☀", 6)], "\"☀\" is no name"),
+    ] {
+        let options = SaveOptions { channels, ..Default::default() };
+        let error = save(&picture(3, 2), &folder.path().join(file), &options).unwrap_err();
+        assert!(error.to_string().contains(wanted), "{error}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 #[test]

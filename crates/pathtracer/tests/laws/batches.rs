@@ -88,7 +88,7 @@ fn a_path_depends_on_no_other_path() {
         let mut integrator = new(session.scene(), &settings);
         let mut tracer = Tracer::new(session.scene(), false);
         let mut radiance = |starts: &[(Ray, [u32; 2], u32)]| {
-            let mut samplers = SamplerBlocks::new(settings.sampler, settings.seed);
+            let mut samplers = SamplerBlocks::new(settings.points());
             samplers.refill(starts.iter().map(|&(_, pixel, i)| (pixel, i..i + 1)));
             let starts = Starts { rays: starts.iter().map(|s| s.0).collect(), samplers };
             let mut l = Vec::new();

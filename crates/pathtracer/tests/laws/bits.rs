@@ -5,10 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use pathtracer::image::{self, SaveOptions};
 use pathtracer::{
-    Adaptive, Film, INTEGRATORS, Observer, Progress, Region, Session, Settings, Silent,
+    Adaptive, Clamp, Film, INTEGRATORS, Observer, Progress, Region, Session, Settings, Silent,
     default_scene,
 };
 
+use crate::aovs;
 use crate::scenes::size;
 
 /// Not a multiple of any size of tiles.
@@ -16,7 +17,7 @@ const SIZE: [u32; 2] = [45, 31];
 
 /// Not a multiple of the samples of a pass.
 fn base() -> Settings {
-    Settings { spp: 21, max_depth: 5, ..Settings::default() }
+    Settings { spp: 21, max_depth: 5, aovs: aovs::all(), ..Settings::default() }
 }
 
 fn session(settings: Settings) -> Session {
@@ -46,7 +47,8 @@ fn adaptive() -> Settings {
 
 #[test]
 fn threads_and_tiles_do_not_change_a_bit() {
-    for settings in [base(), adaptive()] {
+    let clamp = Clamp { direct: 0.7, indirect: 0.2 };
+    for settings in [base(), adaptive(), Settings { clamp, ..base() }] {
         let reference = rendered(&settings, 1, 32);
         let bytes = exr(&reference);
         for threads in [1, 2, 3, 7] {
@@ -155,7 +157,7 @@ fn rendering_again_adds_nothing() {
 #[test]
 fn regions_are_parts_of_the_image() {
     let whole = rendered(&base(), 2, 16);
-    let mut merged = Film::new(Region::full(SIZE));
+    let mut merged = Film::with_aovs(Region::full(SIZE), &aovs::all());
     for tile in Region::full(SIZE).tiles(19) {
         let part = rendered(&Settings { region: Some(tile), ..base() }, 2, 7);
         let is_part = |[x, y]: [u32; 2]| part.film().pixel(x, y) == whole.film().pixel(x, y);

@@ -3,9 +3,11 @@
 
 mod adaptive;
 mod analytic;
+mod aovs;
 mod batches;
 mod bits;
 mod cameras;
+mod clamp;
 mod course;
 mod estimators;
 mod filters;
@@ -14,6 +16,7 @@ mod invariance;
 mod lens;
 mod materials;
 mod measure;
+mod occlusion;
 mod pictures;
 mod scenes;
 mod specular;

@@ -260,6 +260,21 @@ fn adaptive_sampling_writes_its_rates() {
     assert!(rates.pixels.iter().any(|p| *p != rates.pixels[0]), "all pixels took the same samples");
 }
 
+/// The colours of an image with more channels are those of the image without.
+#[test]
+fn more_channels_leave_the_colours_alone() {
+    let folder = Folder::new();
+    let args = "-r 12 9 -s 2 SCENE";
+    folder.succeed(&format!("{args} -f plain.exr"));
+    folder.succeed(&format!("{args} --aov albedo,depth,object -f more.exr"));
+    assert_eq!(folder.image("more.exr"), folder.image("plain.exr"));
+    let (plain, more) = (folder.read("plain.exr"), folder.read("more.exr"));
+    for name in ["albedo.R", "albedo.G", "albedo.B", "depth.Z", "object.id"] {
+        let has = |file: &[u8]| file.windows(name.len()).any(|w| w == name.as_bytes());
+        assert!(has(&more) && !has(&plain), "{name}");
+    }
+}
+
 #[test]
 fn the_summary_as_json_counts_samples_and_rays() {
     let folder = Folder::new();
@@ -268,6 +283,30 @@ fn the_summary_as_json_counts_samples_and_rays() {
     for wanted in ["\"samples\": 216,", "\"threads\": 1,", "\"spheres\": 2,", "\"rays\": "] {
         assert!(text.contains(wanted), "{wanted} is missing in {text}");
     }
+}
+
+/// The program says how much light it cut off, and the image lacks as much.
+#[test]
+fn clamping_tells_what_it_costs() {
+    let folder = Folder::new();
+    let args = "-r 24 18 -s 8 --summary-json out.json SCENE";
+    let light = |name: &str| -> f64 {
+        let image = folder.image(name);
+        image.pixels.iter().flatten().map(|&v| f64::from(v)).sum()
+    };
+    let percent = || -> f64 {
+        let text = String::from_utf8(folder.read("out.json")).unwrap();
+        let line = text.lines().find_map(|l| l.trim().strip_prefix("\"clamped_percent\": "));
+        line.unwrap().trim_end_matches(',').parse().unwrap()
+    };
+    let run = folder.succeed(&format!("{args} -f all.exr"));
+    assert!(percent() == 0.0 && !run.err.contains("clamped"), "{run:?}");
+    let run = folder.succeed(&format!("{args} -f less.exr --clamp 0.2"));
+    assert!(run.err.contains("% of the light was cut off"), "{run:?}");
+    assert!((1.0..99.0).contains(&percent()), "{} %", percent());
+    // Channels weigh the same here, and by luminance there.
+    let lost = 100.0 * (1.0 - light("less.exr") / light("all.exr"));
+    assert!((lost - percent()).abs() < 0.2 * percent(), "{lost} % and {} %", percent());
 }
 
 /// A square under an environment of one radiance reflects albedo times that radiance.

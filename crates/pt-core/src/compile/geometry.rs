@@ -27,6 +27,8 @@ pub(super) struct Shapes {
     pub(super) sphere_axes: Vec<Mat3>,
     pub(super) triangle_surface: Vec<Id<SurfaceRecord>>,
     pub(super) sphere_surface: Vec<Id<SurfaceRecord>>,
+    /// See [`crate::RenderScene::object_ends`].
+    pub(super) object_ends: Vec<[u32; 2]>,
     pub(super) surfaces: Table<SurfaceRecord>,
     pub(super) lobes: Table<LobeRecord>,
     pub(super) materials: Materials,
@@ -121,6 +123,8 @@ pub(super) fn collect(
     for object in &scene.objects {
         let to_world = DAffine3::from_scale(DVec3::splat(metres)) * object.to_world;
         collector.add(object, to_world, notes)?;
+        let Shapes { triangles, spheres, object_ends, .. } = &mut collector.shapes;
+        object_ends.push([triangles.len() as u32, spheres.len() as u32]);
     }
     let Lowering { lobes, materials, .. } = lowering;
     Ok(Shapes { lobes, materials, ..collector.shapes })

@@ -159,6 +159,7 @@ fn assemble(
         spheres: shapes.spheres,
         sphere_axes: shapes.sphere_axes,
         primitive_surface,
+        object_ends: shapes.object_ends,
         surfaces: shapes.surfaces,
         lobes: shapes.lobes,
         materials: shapes.materials,

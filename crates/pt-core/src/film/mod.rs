@@ -1,10 +1,12 @@
 //! The film: exact sums of samples, so that neither threads nor tiles nor the order in which
 //! partial films are merged can change a bit of the image.
 
+pub mod aov;
 mod exact;
 mod region;
 mod tile;
 
+pub use self::aov::{Aov, FirstHit};
 use self::exact::CHANNELS;
 pub use self::exact::ExactSum;
 pub use self::region::Region;
@@ -98,17 +100,31 @@ pub struct Film {
     /// touched.
     counts: Vec<u32>,
     sums: Vec<Sums>,
+    /// What else is kept, and for each pixel its sums.
+    aovs: Vec<Aov>,
+    aov_sums: Vec<ExactSum>,
     rejections: Rejections,
+    /// Luminance that was cut off from samples.
+    removed: ExactSum,
 }
 
 impl Film {
     /// A film without samples.
     pub fn new(region: Region) -> Self {
+        Self::with_aovs(region, &[])
+    }
+
+    /// A film without samples that also keeps these quantities.
+    pub fn with_aovs(region: Region, aovs: &[Aov]) -> Self {
+        let aov_sums = region.area() * aov::sums_per_pixel(aovs);
         Self {
             region,
             counts: vec![0; region.area()],
             sums: bytemuck::zeroed_vec(region.area()),
+            aovs: aovs.to_vec(),
+            aov_sums: bytemuck::zeroed_vec(aov_sums),
             rejections: Rejections::default(),
+            removed: ExactSum::default(),
         }
     }
 
@@ -144,34 +160,60 @@ impl Film {
         self.rejections.merge(rejections);
     }
 
+    /// Adds luminance that was cut off from samples.
+    pub fn remove(&mut self, luminance: ExactSum) {
+        self.removed.merge(luminance);
+    }
+
+    /// The luminance of all samples together, and what was cut off from them.
+    pub fn luminance(&self) -> (f64, f64) {
+        let sum = |p: PixelSums| p.luminance().0 * f64::from(p.count);
+        (self.pixels().map(sum).sum(), self.removed.value())
+    }
+
     /// Cuts the film into the tiles of [`Region::tiles`], to which different threads can add
-    /// samples; what they refuse is to be handed to [`Self::reject`].
+    /// samples; what they refuse is to be handed to [`Self::reject`], and what was cut off from samples to
+    /// [`Self::remove`].
     pub fn tiles(&mut self, size: u32) -> Vec<Tile<'_>> {
-        let Self { region, counts, sums, .. } = self;
-        let mut tiles: Vec<_> = region.tiles(size).into_iter().map(Tile::new).collect();
+        let Self { region, counts, sums, aovs, aov_sums, .. } = self;
+        let per_pixel = aov::sums_per_pixel(aovs);
+        let tile = |region| Tile::new(region, aovs);
+        let mut tiles: Vec<_> = region.tiles(size).into_iter().map(tile).collect();
         let (width, size) = (region.width as usize, size as usize);
         let tiles_in_row = width.div_ceil(size);
         let rows = counts.chunks_mut(width).zip(sums.chunks_mut(width)).enumerate();
+        let mut aov_sums = &mut aov_sums[..];
         for (y, (counts, sums)) in rows {
             let tiles = &mut tiles[y / size * tiles_in_row..];
             let parts = counts.chunks_mut(size).zip(sums.chunks_mut(size));
             tiles.iter_mut().zip(parts).for_each(|(tile, (counts, sums))| {
-                tile.push_row(counts, sums);
+                let (own, others) =
+                    std::mem::take(&mut aov_sums).split_at_mut(per_pixel * counts.len());
+                aov_sums = others;
+                tile.push_row(counts, sums, own);
             });
         }
         tiles
     }
 
-    /// Adds the samples of a film whose region lies inside of this one's.
+    /// Adds the samples of a film whose region lies inside of this one's, and which keeps the same.
+    ///
+    /// # Panics
+    /// If it keeps something else.
     pub fn merge(&mut self, other: &Self) {
-        for ([x, y], theirs) in other.region.rows().zip(other.pixels()) {
+        assert_eq!(self.aovs, other.aovs, "films that are merged keep the same");
+        let per_pixel = aov::sums_per_pixel(&self.aovs);
+        for (n, ([x, y], theirs)) in other.region.rows().zip(other.pixels()).enumerate() {
             let i = self.index(x, y);
+            let own = self.aov_sums[i * per_pixel..].iter_mut().take(per_pixel);
+            own.zip(&other.aov_sums[n * per_pixel..]).for_each(|(a, b)| a.merge(*b));
             self.counts[i] += theirs.count;
             for (a, b) in self.sums[i].iter_mut().zip(theirs.sums) {
                 a.merge(b);
             }
         }
         self.rejections.merge(&other.rejections);
+        self.removed.merge(other.removed);
     }
 
     /// Total number of samples.

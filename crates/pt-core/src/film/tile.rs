@@ -3,32 +3,42 @@
 use pt_math::Spectrum;
 
 use super::exact::{moments, sums};
-use super::{ExactSum, PixelSums, Region, Rejected, Rejections, Sums};
+use super::{Aov, ExactSum, FirstHit, PixelSums, Region, Rejected, Rejections, Sums, aov};
 
 /// Pixels of a [`Film`](super::Film), which are its own for as long as this lives.
 #[derive(Debug)]
 pub struct Tile<'a> {
     region: Region,
+    aovs: &'a [Aov],
     rows: Vec<Row<'a>>,
     rejections: Rejections,
+    removed: ExactSum,
 }
 
 #[derive(Debug)]
 struct Row<'a> {
     counts: &'a mut [u32],
     sums: &'a mut [Sums],
+    /// Of all quantities of a pixel, pixel by pixel.
+    aov_sums: &'a mut [ExactSum],
 }
 
 impl<'a> Tile<'a> {
     /// Without rows yet.
-    pub(super) fn new(region: Region) -> Self {
+    pub(super) fn new(region: Region, aovs: &'a [Aov]) -> Self {
         let rows = Vec::with_capacity(region.height as usize);
-        Self { region, rows, rejections: Rejections::default() }
+        let (rejections, removed) = (Rejections::default(), ExactSum::default());
+        Self { region, aovs, rows, rejections, removed }
     }
 
     /// Adds the next row.
-    pub(super) fn push_row(&mut self, counts: &'a mut [u32], sums: &'a mut [Sums]) {
-        self.rows.push(Row { counts, sums });
+    pub(super) fn push_row(
+        &mut self,
+        counts: &'a mut [u32],
+        sums: &'a mut [Sums],
+        aov_sums: &'a mut [ExactSum],
+    ) {
+        self.rows.push(Row { counts, sums, aov_sums });
     }
 
     /// The pixels that are covered.
@@ -39,6 +49,17 @@ impl<'a> Tile<'a> {
     /// Samples that were refused.
     pub fn rejections(&self) -> &Rejections {
         &self.rejections
+    }
+
+    /// Luminance that was cut off from samples.
+    pub fn removed(&self) -> ExactSum {
+        self.removed
+    }
+
+    /// Adds luminance that was cut off from samples.
+    #[inline]
+    pub fn remove(&mut self, luminance: ExactSum) {
+        self.removed.merge(luminance);
     }
 
     /// The row of a pixel, and its place there.
@@ -57,7 +78,7 @@ impl<'a> Tile<'a> {
     /// The sums of a pixel inside of the region.
     pub fn pixel(&self, pixel: [u32; 2]) -> PixelSums {
         let (row, column) = self.place(pixel);
-        let Row { counts, sums } = &self.rows[row];
+        let Row { counts, sums, .. } = &self.rows[row];
         PixelSums { sums: sums[column], count: counts[column] }
     }
 
@@ -79,6 +100,19 @@ impl<'a> Tile<'a> {
         } else {
             add_one_by_one(pixel_sums, &mut self.rejections, pixel, first, samples);
         }
+    }
+
+    /// Whether it asks for the surfaces that samples see.
+    pub fn keeps_surfaces(&self) -> bool {
+        aov::sums_per_pixel(self.aovs) > 0
+    }
+
+    /// Adds the surface that sample number `sample` of a pixel sees, once for each that sees one.
+    pub fn see(&mut self, pixel: [u32; 2], sample: u32, hit: &FirstHit) {
+        let (row, column) = self.place(pixel);
+        let per_pixel = aov::sums_per_pixel(self.aovs);
+        let sums = &mut self.rows[row].aov_sums[column * per_pixel..][..per_pixel];
+        aov::add(self.aovs, sums, sample, hit);
     }
 }
 

@@ -19,6 +19,10 @@ impl Rules for Course {
         settings.max_depth
     }
 
+    fn clamps(&self) -> bool {
+        false
+    }
+
     /// Seen by the camera only.
     #[inline(always)]
     fn sky(&self, cx: Context, _: &State, d: Vec3, bounces: u32) -> Spectrum {

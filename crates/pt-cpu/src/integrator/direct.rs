@@ -8,6 +8,7 @@ use pt_math::sampler::Lanes;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3, warp};
 
 use super::holes;
+use super::sums::Sums;
 use super::wavefront::{Numbers, Rules, Surface};
 use crate::Tracer;
 
@@ -105,7 +106,7 @@ impl Requests {
         asking: &Asking<impl Rules>,
         scene: &RenderScene,
         tracer: &mut Tracer,
-        radiance: &mut [Spectrum],
+        sums: &mut Sums,
     ) {
         let mut pair = 0u32;
         for light in scene.lights.as_slice() {
@@ -114,14 +115,14 @@ impl Requests {
                 let numbers = asking.numbers.pair(pair);
                 pair = pair.wrapping_add(1);
                 light.visit(LightSampling { asking, scene, numbers: &numbers, n, requests: self });
-                self.answer_many(tracer, radiance);
+                self.answer_many(tracer, sums);
             }
         }
         let Some(hemisphere) = self.hemisphere else { return };
         for _ in 0..hemisphere.samples {
             self.probe(hemisphere, asking.surfaces, &asking.numbers.pair(pair));
             pair = pair.wrapping_add(1);
-            self.answer_many(tracer, radiance);
+            self.answer_many(tracer, sums);
         }
     }
 
@@ -142,26 +143,26 @@ impl Requests {
     }
 
     /// Answers them if they are many.
-    fn answer_many(&mut self, tracer: &mut Tracer, radiance: &mut [Spectrum]) {
+    fn answer_many(&mut self, tracer: &mut Tracer, sums: &mut Sums) {
         if self.shadows.rays.len().max(self.probes.rays.len()) >= MANY {
-            self.answer(tracer, radiance);
+            self.answer(tracer, sums);
         }
     }
 
     /// Adds to each start what its rays bring, in the order in which they were asked for, and
     /// forgets them.
-    pub(super) fn answer(&mut self, tracer: &mut Tracer, radiance: &mut [Spectrum]) {
+    pub(super) fn answer(&mut self, tracer: &mut Tracer, sums: &mut Sums) {
         let scene = tracer.scene;
         tracer.occluded(&self.shadows.rays, &mut self.blocked);
         if scene.has_holes {
             let Self { shadows, blocked, shares, .. } = self;
             holes::transmittances(tracer, &shadows.rays, blocked, shares);
             for (&(value, start), &share) in shadows.loads.iter().zip(&*shares) {
-                radiance[start as usize] += value * share;
+                sums.add(start, value * share);
             }
         } else {
             for (&(value, start), &blocked) in self.shadows.loads.iter().zip(&self.blocked) {
-                radiance[start as usize] += if blocked { Spectrum::ZERO } else { value };
+                sums.add(start, if blocked { Spectrum::ZERO } else { value });
             }
         }
         self.shadows.clear();
@@ -171,7 +172,7 @@ impl Requests {
             let Queue { rays, loads } = &mut self.probes;
             holes::go_on(tracer, rays, &mut self.hits, |i, _, ray, hit, opacity| {
                 let (value, start) = &mut loads[i];
-                radiance[*start as usize] += *value * scene.emitted(&scene.interaction(ray, hit));
+                sums.add(*start, *value * scene.emitted(&scene.interaction(ray, hit)));
                 *value *= 1.0 - opacity;
                 !value.is_black()
             });
@@ -184,7 +185,7 @@ impl Requests {
                 None if hemisphere.sky => scene.sky(ray.direction),
                 None => Spectrum::ZERO,
             };
-            radiance[start as usize] += value * l;
+            sums.add(start, value * l);
         }
         self.probes.clear();
     }

@@ -1,16 +1,48 @@
 //! Rays that go on through surfaces of which a part is not there.
 
 use pt_bvh::Hit;
-use pt_math::Ray;
+use pt_math::{Ray, Rays};
 
+use super::Starts;
 use crate::Tracer;
 
 /// The dimension of the sampler by which a path goes on through a hole or not: number `count` of
 /// those it meets between two bounces. Far from the dimensions of bounces.
-pub(super) fn dimension(bounces: u32, count: u32) -> u32 {
+fn dimension(bounces: u32, count: u32) -> u32 {
     const FIRST: u32 = 1 << 31;
     const BETWEEN_BOUNCES: u32 = 1 << 12;
     FIRST.wrapping_add(bounces.wrapping_mul(BETWEEN_BOUNCES)).wrapping_add(count.wrapping_mul(2))
+}
+
+/// Lets paths that met holes between two bounces go on, each by numbers of its own; `passed` hears of
+/// what they leave behind: the number of the ray, the ray, and its hit.
+pub(crate) fn wander(
+    tracer: &mut Tracer,
+    starts: &Starts,
+    bounces: u32,
+    rays: &[Ray],
+    hits: &mut [Option<Hit>],
+    start: impl Fn(usize) -> usize,
+    mut passed: impl FnMut(usize, &Ray, &Hit),
+) {
+    go_on(tracer, rays, hits, |i, count, ray, hit, opacity| {
+        let sampler = starts.samplers.get(start(i));
+        let goes_on = sampler.at_dimension(dimension(bounces, count)).next_1d() >= opacity;
+        if goes_on {
+            passed(i, ray, hit);
+        }
+        goes_on
+    });
+}
+
+/// The first surfaces that camera rays see, in place of what `hits` held; those of their paths.
+pub(crate) fn first_hits(tracer: &mut Tracer, starts: &Starts, hits: &mut Vec<Option<Hit>>) {
+    let rays = Rays::from(&starts.rays);
+    tracer.intersect(rays, hits);
+    if tracer.scene.has_holes {
+        let rays: Vec<Ray> = rays.iter().collect();
+        wander(tracer, starts, 0, &rays, hits, |i| i, |_, _, _| {});
+    }
 }
 
 /// Asks where a ray goes on: the number of the ray, how many holes it went through before, the ray,
@@ -61,6 +93,9 @@ pub(super) fn transmittances(
 ) {
     shares.clear();
     shares.extend(blocked.iter().map(|&b| if b { 0.0 } else { 1.0 }));
+    if !tracer.scene.has_holes {
+        return;
+    }
     let unclear: Vec<usize> = (0..rays.len()).filter(|&i| blocked[i]).collect();
     let of_unclear: Vec<Ray> = unclear.iter().map(|&i| rays[i]).collect();
     let mut passed = vec![1.0; unclear.len()];

@@ -3,13 +3,16 @@
 //!
 //! To add one: write its file, add its line to [`INTEGRATORS`].
 
+mod ao;
 mod course;
 mod direct;
-mod holes;
+pub(crate) mod holes;
 mod normals;
 mod path;
+mod sums;
 mod wavefront;
 
+use pt_core::film::ExactSum;
 use pt_core::settings::DirectLight;
 use pt_core::{RenderScene, Settings};
 use pt_math::sampler::SamplerBlocks;
@@ -35,6 +38,11 @@ pub trait Integrator {
     /// Radiance along the ray of each start, in order, in place of what `radiance` held. Dimensions
     /// below [`CAMERA_DIMENSIONS`] are taken by the camera.
     fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>);
+
+    /// Luminance that was cut off from contributions since this was asked for last.
+    fn take_removed(&mut self) -> ExactSum {
+        ExactSum::default()
+    }
 }
 
 /// Everything that the command line and the manual need to know about an integrator.
@@ -66,6 +74,12 @@ pub static INTEGRATORS: &[Registration] = &[
         help: "light that was scattered at most once",
         weighs_sky: true,
         new: |scene, set| Box::new(Wavefront::new(path::Path { depth: 1 }, scene, set)),
+    },
+    Registration {
+        name: "ao",
+        help: "ambient occlusion: how much of the sky is seen, or is free up to --ao-distance",
+        weighs_sky: false,
+        new: |_, set| Box::new(ao::AmbientOcclusion::new(set)),
     },
     Registration {
         name: "normals",

@@ -3,7 +3,7 @@
 use pt_bvh::Hit;
 use pt_math::{Rays, Spectrum, Vec3};
 
-use super::{Integrator, Starts};
+use super::{Integrator, Starts, holes};
 use crate::Tracer;
 
 /// (n + 1) / 2 of the first hit; black where there is none.
@@ -15,7 +15,7 @@ pub(super) struct Normals {
 impl Integrator for Normals {
     fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>) {
         let rays = Rays::from(&starts.rays);
-        tracer.intersect(rays, &mut self.hits);
+        holes::first_hits(tracer, starts, &mut self.hits);
         let color = |(i, hit): (usize, &Option<Hit>)| match hit {
             Some(hit) => {
                 let normal = tracer.scene.interaction(&rays.get(i), hit).normal;

@@ -19,15 +19,17 @@
 use arrayvec::ArrayVec;
 use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
+use pt_core::film::ExactSum;
 use pt_core::light::{AnyLight, LightSample};
 use pt_core::material::Resolved;
 use pt_core::scene::{Interaction, RenderScene, SurfacePoint};
-use pt_core::settings::Settings;
+use pt_core::settings::{Clamp, Settings};
 use pt_math::sampler::{LANES, Lanes, Samplers};
 use pt_math::{Pdf, Ray, Rays, SolidAngle, Spectrum, Vec3};
 
 use super::direct::{Asking, Hemisphere, Requests};
 use super::holes;
+use super::sums::Sums;
 use super::{CAMERA_DIMENSIONS, Integrator, Starts};
 use crate::Tracer;
 
@@ -60,6 +62,11 @@ pub(super) struct State {
 pub(super) trait Rules {
     /// Largest number of surface interactions.
     fn depth(&self, settings: &Settings) -> u32;
+
+    /// Whether contributions are cut off as the settings say.
+    fn clamps(&self) -> bool {
+        true
+    }
 
     /// Weighted radiance of the sky towards a ray that left the scene in direction `d`.
     fn sky(&self, cx: Context, path: &State, d: Vec3, bounces: u32) -> Spectrum;
@@ -142,6 +149,8 @@ pub(super) struct Wavefront<'a, R> {
     interactions: Vec<Interaction>,
     resolved: Vec<Option<Resolved>>,
     requests: Requests,
+    /// See [`Integrator::take_removed`].
+    removed: ExactSum,
 }
 
 impl<R: Rules> Integrator for Wavefront<'_, R> {
@@ -149,18 +158,27 @@ impl<R: Rules> Integrator for Wavefront<'_, R> {
         self.begin(starts);
         radiance.clear();
         radiance.resize(starts.samplers.len(), Spectrum::ZERO);
+        let clamp = if self.rules.clamps() { self.cx.settings.clamp } else { Clamp::NONE };
+        let mut removed = ExactSum::default();
+        let mut sums = Sums::new(radiance, clamp, &mut removed);
         for bounces in 0.. {
             tracer.intersect(&self.rays, &mut self.hits);
+            sums.scattered(bounces);
             if tracer.scene.has_holes {
-                self.go_through_holes(bounces, tracer, starts, radiance);
+                self.go_through_holes(bounces, tracer, starts, &mut sums);
             }
-            self.arrive(bounces, radiance);
+            self.arrive(bounces, &mut sums);
             if self.scattering.is_empty() {
                 break;
             }
-            self.scatter(bounces, tracer, starts, radiance);
-            self.requests.answer(tracer, radiance);
+            self.scatter(bounces, tracer, starts, &mut sums);
+            self.requests.answer(tracer, &mut sums);
         }
+        self.removed.merge(removed);
+    }
+
+    fn take_removed(&mut self) -> ExactSum {
+        std::mem::take(&mut self.removed)
     }
 }
 
@@ -191,6 +209,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             interactions: Vec::new(),
             resolved: Vec::new(),
             requests: Requests::new(hemisphere),
+            removed: ExactSum::default(),
         }
     }
 
@@ -210,7 +229,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     }
 
     /// Adds the light that rays find where their paths end, and says which paths scatter.
-    fn arrive(&mut self, bounces: u32, radiance: &mut [Spectrum]) {
+    fn arrive(&mut self, bounces: u32, sums: &mut Sums) {
         let scene = self.cx.scene;
         let shown = self.cx.settings.shows(bounces);
         self.scattering.clear();
@@ -219,12 +238,12 @@ impl<'a, R: Rules> Wavefront<'a, R> {
                 Some(hit) if bounces < self.depth => self.scattering.push((i as u32, *hit)),
                 Some(hit) if shown && scene.glows(hit) => {
                     let at = scene.interaction(&self.rays[i], hit);
-                    find(&self.rules, self.cx, &self.paths[i], &at, radiance);
+                    find(&self.rules, self.cx, &self.paths[i], &at, sums);
                 }
                 None if shown => {
                     let (path, d) = (&self.paths[i], self.rays[i].direction);
                     let l = self.rules.sky(self.cx, path, d, bounces);
-                    radiance[path.start as usize] += path.beta * l;
+                    sums.add(path.start, path.beta * l);
                 }
                 _ => {}
             }
@@ -232,13 +251,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     }
 
     /// Asks for the direct light at each surface, and sends the paths that live on their way.
-    fn scatter(
-        &mut self,
-        bounces: u32,
-        tracer: &mut Tracer,
-        starts: &Starts,
-        radiance: &mut [Spectrum],
-    ) {
+    fn scatter(&mut self, bounces: u32, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums) {
         let Context { scene, settings } = self.cx;
         let lit = settings.shows(bounces + 1);
         let light_pairs = if lit { self.light_pairs } else { 0 };
@@ -247,13 +260,15 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let mut living = 0;
         for block in scattering.chunks(LANES) {
             let numbers = self.draw(block, bounces, starts);
-            self.meet(block, settings.shows(bounces), radiance);
+            sums.scattered(bounces);
+            self.meet(block, settings.shows(bounces), sums);
             self.resolve(block, &numbers, &mut resolved);
             let surfaces = self.surfaces(block, &resolved);
+            sums.scattered(bounces + 1);
             if lit {
                 let asking =
                     Asking { rules: &self.rules, settings, surfaces: &surfaces, numbers: &numbers };
-                self.requests.ask(&asking, scene, tracer, radiance);
+                self.requests.ask(&asking, scene, tracer, sums);
             }
             living = self.leave(&surfaces, bounces + 1, light_pairs, &numbers, living);
         }
@@ -270,32 +285,28 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         bounces: u32,
         tracer: &mut Tracer,
         starts: &Starts,
-        radiance: &mut [Spectrum],
+        sums: &mut Sums,
     ) {
         let Self { rules, cx, paths, rays, hits, .. } = self;
         let scene = cx.scene;
         let shown = cx.settings.shows(bounces);
-        holes::go_on(tracer, rays, hits, |i, count, ray, hit, opacity| {
-            let path = &paths[i];
-            let sampler = starts.samplers.get(path.start as usize);
-            let mut sampler = sampler.at_dimension(holes::dimension(bounces, count));
-            let goes_on = sampler.next_1d() >= opacity;
-            if goes_on && shown && scene.glows(hit) {
-                find(rules, *cx, path, &scene.interaction(ray, hit), radiance);
+        let start = |i: usize| paths[i].start as usize;
+        holes::wander(tracer, starts, bounces, rays, hits, start, |i, ray, hit| {
+            if shown && scene.glows(hit) {
+                find(rules, *cx, &paths[i], &scene.interaction(ray, hit), sums);
             }
-            goes_on
         });
     }
 
     /// The surface points to which a block of paths has come; adds their emission, if it is shown.
-    fn meet(&mut self, block: &[(u32, Hit)], shown: bool, radiance: &mut [Spectrum]) {
+    fn meet(&mut self, block: &[(u32, Hit)], shown: bool, sums: &mut Sums) {
         let scene = self.cx.scene;
         let at = |&(i, ref hit): &(u32, Hit)| scene.interaction(&self.rays[i as usize], hit);
         self.interactions.clear();
         self.interactions.extend(block.iter().map(at));
         for (at, &(i, _)) in self.interactions.iter().zip(block) {
             if shown && !scene.surfaces[at.surface].emission.is_black() {
-                find(&self.rules, self.cx, &self.paths[i as usize], at, radiance);
+                find(&self.rules, self.cx, &self.paths[i as usize], at, sums);
             }
         }
     }
@@ -331,9 +342,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     {
         let scene = self.cx.scene;
         let bsdf = |lane: usize, at: &Interaction| match resolved.get(lane) {
-            Some(Some(Resolved { lobe, two_sided, orientation })) => {
-                Bsdf::oriented(lobe, *two_sided, *orientation, at.point.normal, at.wo)
-            }
+            Some(Some(resolved)) => resolved.bsdf(at),
             _ => scene.bsdf(at),
         };
         let mut surfaces = ArrayVec::new();
@@ -407,12 +416,6 @@ impl<'a, R: Rules> Wavefront<'a, R> {
 
 /// Adds the emission of a surface to the light of the path that found it.
 #[inline(always)]
-fn find(
-    rules: &impl Rules,
-    cx: Context,
-    path: &State,
-    at: &Interaction,
-    radiance: &mut [Spectrum],
-) {
-    radiance[path.start as usize] += path.beta * rules.emitted(cx, path, at);
+fn find(rules: &impl Rules, cx: Context, path: &State, at: &Interaction, sums: &mut Sums) {
+    sums.add(path.start, path.beta * rules.emitted(cx, path, at));
 }

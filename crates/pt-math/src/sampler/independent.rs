@@ -23,7 +23,7 @@ pub(super) fn pcg3d(v: [u32; 3]) -> [u32; 3] {
 
 /// Four words to four well-mixed words: pcg4d of Jarzynski & Olano 2020.
 #[inline]
-fn pcg4d(v: [u32; 4]) -> [u32; 4] {
+pub(super) fn pcg4d(v: [u32; 4]) -> [u32; 4] {
     let mut v = v.map(|w| w.wrapping_mul(LCG.0).wrapping_add(LCG.1));
     let round = |v: &mut [u32; 4]| {
         v[0] = v[0].wrapping_add(v[1].wrapping_mul(v[3]));

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Sampler, SamplerKind, independent, pixel_key, sobol};
+use super::{PointSet, Sampler, SamplerKind, independent, pixel_key, sobol, stratified, zsobol};
 
 /// Number of samples side by side.
 pub const LANES: usize = 16;
@@ -15,22 +15,22 @@ pub type Lanes<T> = [T; LANES];
 ///
 /// A path that is followed bounce by bounce with others is at the same dimensions as they are.
 pub struct Samplers {
-    kind: SamplerKind,
+    set: PointSet,
+    /// See [`PointSet::locate`].
     key: [Lanes<u32>; 2],
-    sample: Lanes<u32>,
+    index: Lanes<u32>,
 }
 
 impl Samplers {
     /// Side by side in this order; lanes beyond the last one hold numbers that mean nothing.
     #[inline]
     pub fn new(samplers: impl IntoIterator<Item = Sampler>) -> Self {
-        let mut lanes =
-            Self { kind: SamplerKind::default(), key: [[0; LANES]; 2], sample: [0; LANES] };
+        let mut lanes = Self { set: PointSet::default(), key: [[0; LANES]; 2], index: [0; LANES] };
         for (lane, s) in samplers.into_iter().take(LANES).enumerate() {
-            lanes.kind = s.kind;
+            lanes.set = s.set;
             lanes.key[0][lane] = s.key[0];
             lanes.key[1][lane] = s.key[1];
-            lanes.sample[lane] = s.sample;
+            lanes.index[lane] = s.index;
         }
         lanes
     }
@@ -40,40 +40,45 @@ impl Samplers {
     /// [`Sampler::next_1d`] gives at `d`.
     #[inline]
     pub fn points(&self, d: u32) -> [Lanes<f32>; 2] {
-        points(self.kind, self.key.each_ref(), &self.sample, d)
+        points(self.set, self.key.each_ref(), &self.index, d)
     }
 }
 
 /// The points of samples at dimension `d`.
 #[inline]
-fn points(
-    kind: SamplerKind,
-    keys: [&Lanes<u32>; 2],
-    sample: &Lanes<u32>,
-    d: u32,
-) -> [Lanes<f32>; 2] {
-    match kind {
+fn points(set: PointSet, keys: [&Lanes<u32>; 2], index: &Lanes<u32>, d: u32) -> [Lanes<f32>; 2] {
+    let key = |i| [keys[0][i], keys[1][i]];
+    match set.kind {
         // Where the dimension is known, less is computed.
-        SamplerKind::Sobol if d == 0 => sobol_points(0, keys, sample),
-        SamplerKind::Sobol => sobol_points(d, keys, sample),
-        SamplerKind::Independent => {
-            each(|i| independent::point([keys[0][i], keys[1][i]], sample[i], d))
+        SamplerKind::Sobol if d == 0 => sobol_points(0, keys, index, |_, i| i),
+        SamplerKind::Sobol => sobol_points(d, keys, index, sobol::shuffled),
+        SamplerKind::ZSobol => {
+            let log2_run = zsobol::log2_run(set.spp);
+            sobol_points(d, keys, index, |order, i| zsobol::place(log2_run, d, order, i))
         }
+        SamplerKind::Stratified => each(|i| stratified::point(key(i), set.spp, index[i], d)),
+        SamplerKind::Independent => each(|i| independent::point(key(i), index[i], d)),
     }
 }
 
+/// Those of Sobol' sequences; `place` tells from the seed of an order and an index the place in it.
 #[inline(always)]
-fn sobol_points(d: u32, keys: [&Lanes<u32>; 2], sample: &Lanes<u32>) -> [Lanes<f32>; 2] {
+fn sobol_points(
+    d: u32,
+    keys: [&Lanes<u32>; 2],
+    index: &Lanes<u32>,
+    place: impl Fn(u32, u32) -> u32,
+) -> [Lanes<f32>; 2] {
     let [keys0, keys1] = keys;
     if is_uniform(keys0) && is_uniform(keys1) {
         let seeds = sobol::seeds([keys0[0], keys1[0]], d);
-        return each(|i| sobol::point(d, seeds, sample[i]));
+        return each(|i| sobol::point(seeds, place(seeds[0], index[i])));
     }
     let [mut order, mut seed_x, mut seed_y] = [[0; LANES]; 3];
     for i in 0..LANES {
         [order[i], seed_x[i], seed_y[i]] = sobol::seeds([keys0[i], keys1[i]], d);
     }
-    each(|i| sobol::point(d, [order[i], seed_x[i], seed_y[i]], sample[i]))
+    each(|i| sobol::point([order[i], seed_x[i], seed_y[i]], place(order[i], index[i])))
 }
 
 /// Whether all words are the same, as those of the key are in one pixel.
@@ -94,21 +99,20 @@ fn each(point: impl Fn(usize) -> [f32; 2]) -> [Lanes<f32>; 2] {
 /// The samplers of many samples of one render, in blocks of [`LANES`].
 #[derive(Clone, Debug)]
 pub struct SamplerBlocks {
-    kind: SamplerKind,
-    seed: u32,
+    set: PointSet,
     len: usize,
     /// Column and row of each one's pixel. These and the other vectors have at least `LANES`
     /// entries more than there are samplers, which mean nothing.
     pixel: [Vec<u32>; 2],
     key: [Vec<u32>; 2],
-    sample: Vec<u32>,
+    index: Vec<u32>,
 }
 
 impl SamplerBlocks {
     /// None yet.
-    pub fn new(kind: SamplerKind, seed: u32) -> Self {
+    pub fn new(set: PointSet) -> Self {
         let [pixel, key] = [[Vec::new(), Vec::new()], [Vec::new(), Vec::new()]];
-        Self { kind, seed, len: 0, pixel, key, sample: Vec::new() }
+        Self { set, len: 0, pixel, key, index: Vec::new() }
     }
 
     /// How many there are.
@@ -127,30 +131,34 @@ impl SamplerBlocks {
         self.len = runs.clone().map(|(_, samples)| samples.len()).sum();
         let size = self.len.next_multiple_of(LANES) + LANES;
         let [xs, ys] = &mut self.pixel;
-        let mut columns = [xs, ys, &mut self.sample];
+        let mut columns = [xs, ys, &mut self.index];
         columns.iter_mut().chain(&mut self.key.each_mut()).for_each(|c| c.resize(size, 0));
         set_runs(columns.map(|column| &mut column[..]), runs);
         for block in 0..self.len.div_ceil(LANES) {
-            self.set_keys(block);
+            self.locate(block);
         }
     }
 
-    /// Sets the keys in place: words that are gathered elsewhere are waited for when they are
-    /// fetched as vectors.
+    /// Sets keys, and indices for numbers of samples, in place: words that are gathered elsewhere
+    /// are waited for when they are fetched as vectors.
     #[inline(always)]
-    fn set_keys(&mut self, block: usize) {
+    fn locate(&mut self, block: usize) {
+        let PointSet { kind, seed, spp } = self.set;
         let [xs, ys] = self.pixel.each_ref().map(|column| lanes(column, block));
-        let [keys0, keys1] =
-            self.key.each_mut().map(|column| &mut column.as_chunks_mut::<LANES>().0[block]);
-        if is_uniform(xs) && is_uniform(ys) {
-            let [k0, k1] = pixel_key(self.seed, [xs[0], ys[0]]);
-            keys0.fill(k0);
-            keys1.fill(k1);
-        } else {
-            for (lane, (k0, k1)) in keys0.iter_mut().zip(keys1).enumerate() {
-                [*k0, *k1] = pixel_key(self.seed, [xs[lane], ys[lane]]);
-            }
+        let keys = self.key.each_mut().map(|column| lanes_mut(column, block));
+        if kind != SamplerKind::ZSobol {
+            set_keys([xs, ys], keys, |pixel| pixel_key(seed, pixel));
+            return;
         }
+        let log2_run = zsobol::log2_run(spp);
+        let index = lanes_mut(&mut self.index, block);
+        let [mut columns, mut rows, mut runs] = [[0; LANES]; 3];
+        for i in 0..LANES {
+            let pixel = [xs[i], ys[i]];
+            [columns[i], rows[i], runs[i]] = zsobol::square(log2_run, pixel, index[i]);
+            index[i] = zsobol::index(log2_run, pixel, index[i]);
+        }
+        set_keys([&columns, &rows, &runs], keys, |square| zsobol::key(seed, square));
     }
 
     /// Number `i`, at dimension 0.
@@ -160,7 +168,7 @@ impl SamplerBlocks {
     #[inline]
     pub fn get(&self, i: usize) -> Sampler {
         let key = self.key.each_ref().map(|words| words[i]);
-        Sampler { kind: self.kind, dimension: 0, key, sample: self.sample[i] }
+        Sampler { set: self.set, dimension: 0, key, index: self.index[i] }
     }
 
     /// Columns and rows of the pixels of a block.
@@ -179,13 +187,36 @@ impl SamplerBlocks {
     #[inline]
     pub fn points(&self, block: usize, d: u32) -> [Lanes<f32>; 2] {
         let key = self.key.each_ref().map(|column| lanes(column, block));
-        points(self.kind, key, lanes(&self.sample, block), d)
+        points(self.set, key, lanes(&self.index, block), d)
     }
 }
 
 #[inline(always)]
 fn lanes(column: &[u32], block: usize) -> &Lanes<u32> {
     &column.as_chunks().0[block]
+}
+
+#[inline(always)]
+fn lanes_mut(column: &mut [u32], block: usize) -> &mut Lanes<u32> {
+    &mut column.as_chunks_mut().0[block]
+}
+
+/// The keys of what is mostly the same in all lanes.
+#[inline(always)]
+fn set_keys<const N: usize>(
+    columns: [&Lanes<u32>; N],
+    [keys0, keys1]: [&mut Lanes<u32>; 2],
+    key: impl Fn([u32; N]) -> [u32; 2],
+) {
+    if columns.iter().all(|column| is_uniform(column)) {
+        let [k0, k1] = key(columns.map(|column| column[0]));
+        keys0.fill(k0);
+        keys1.fill(k1);
+    } else {
+        for (lane, (k0, k1)) in keys0.iter_mut().zip(keys1).enumerate() {
+            [*k0, *k1] = key(columns.map(|column| column[lane]));
+        }
+    }
 }
 
 /// Writes columns, rows and sample numbers, a whole block at any place at a time: what is beyond a

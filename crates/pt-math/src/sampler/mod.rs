@@ -1,11 +1,13 @@
 //! Points for Monte Carlo integration.
 //!
-//! A [`Sampler`] holds no random state: each number is a function of (seed, pixel, sample,
+//! A [`Sampler`] holds no random state: each number is a function of (point set, pixel, sample,
 //! dimension), so images do not depend on the order in which pixels or samples are taken.
 
 mod independent;
 mod lanes;
 mod sobol;
+mod stratified;
+mod zsobol;
 
 pub use lanes::{LANES, Lanes, SamplerBlocks, Samplers};
 
@@ -15,14 +17,22 @@ pub enum SamplerKind {
     /// Owen-scrambled Sobol' points, pair by pair: less noise from the same number of samples.
     #[default]
     Sobol,
+    /// The same in one sequence for many pixels, so that the error is blue noise across them.
+    ZSobol,
+    /// Correlated multi-jittered points: one in each cell of a grid.
+    Stratified,
     /// Independent uniform numbers.
     Independent,
 }
 
 impl SamplerKind {
     /// Each kind with its name for users.
-    pub const NAMES: [(&'static str, Self); 2] =
-        [("sobol", Self::Sobol), ("independent", Self::Independent)];
+    pub const NAMES: [(&'static str, Self); 4] = [
+        ("sobol", Self::Sobol),
+        ("zsobol", Self::ZSobol),
+        ("stratified", Self::Stratified),
+        ("independent", Self::Independent),
+    ];
 
     /// The kind of this name.
     pub fn from_name(name: &str) -> Option<Self> {
@@ -33,34 +43,56 @@ impl SamplerKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::Sobol => "sobol",
+            Self::ZSobol => "zsobol",
+            Self::Stratified => "stratified",
             Self::Independent => "independent",
         }
+    }
+}
+
+/// The points of a render.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
+pub struct PointSet {
+    /// Their kind.
+    pub kind: SamplerKind,
+    /// What tells sets of the same kind apart.
+    pub seed: u32,
+    /// Samples of a pixel for which the points are laid out: the numbers of [`SamplerKind::ZSobol`]
+    /// (which rounds it up to a power of two) and [`SamplerKind::Stratified`] depend on it. Samples
+    /// beyond are as good, but do not complete the ones before.
+    pub spp: u32,
+}
+
+impl PointSet {
+    /// Key and index of a sample of a pixel, by which its numbers are computed.
+    #[inline(always)]
+    fn locate(self, pixel: [u32; 2], sample: u32) -> ([u32; 2], u32) {
+        if self.kind == SamplerKind::ZSobol {
+            let log2_run = zsobol::log2_run(self.spp);
+            let key = zsobol::key(self.seed, zsobol::square(log2_run, pixel, sample));
+            return (key, zsobol::index(log2_run, pixel, sample));
+        }
+        (pixel_key(self.seed, pixel), sample)
     }
 }
 
 /// The numbers of one sample of one pixel, dimension after dimension.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
-    kind: SamplerKind,
+    set: PointSet,
     /// The dimension that comes next.
     dimension: u32,
-    /// Hash of seed and pixel.
+    /// See [`PointSet::locate`].
     key: [u32; 2],
-    sample: u32,
+    index: u32,
 }
 
 impl Sampler {
     /// The numbers of sample number `sample` of a pixel, from dimension 0.
     #[inline]
-    pub fn new(kind: SamplerKind, seed: u32, pixel: [u32; 2], sample: u32) -> Self {
-        Self { kind, dimension: 0, key: pixel_key(seed, pixel), sample }
-    }
-
-    /// The numbers of another sample of the same pixel, from dimension 0: cheaper than
-    /// [`Self::new`], and the same.
-    #[inline]
-    pub fn with_sample(self, sample: u32) -> Self {
-        Self { dimension: 0, sample, ..self }
+    pub fn new(set: PointSet, pixel: [u32; 2], sample: u32) -> Self {
+        let (key, index) = set.locate(pixel, sample);
+        Self { set, dimension: 0, key, index }
     }
 
     /// The same sample from another dimension, so that the numbers of a bounce do not depend on
@@ -81,9 +113,12 @@ impl Sampler {
     pub fn next_1d(&mut self) -> f32 {
         let d = self.dimension;
         self.dimension = d.wrapping_add(1);
-        match self.kind {
-            SamplerKind::Sobol => sobol::number(d, sobol::seeds(self.key, d), self.sample),
-            SamplerKind::Independent => independent::point(self.key, self.sample, d)[0],
+        match self.set.kind {
+            SamplerKind::Sobol | SamplerKind::ZSobol => {
+                let seeds = sobol::seeds(self.key, d);
+                sobol::number(seeds, self.place(d, seeds[0]))
+            }
+            SamplerKind::Stratified | SamplerKind::Independent => self.point(d)[0],
         }
     }
 
@@ -92,9 +127,30 @@ impl Sampler {
     pub fn next_2d(&mut self) -> [f32; 2] {
         let d = self.dimension;
         self.dimension = d.wrapping_add(2);
-        match self.kind {
-            SamplerKind::Sobol => sobol::point(d, sobol::seeds(self.key, d), self.sample),
-            SamplerKind::Independent => independent::point(self.key, self.sample, d),
+        self.point(d)
+    }
+
+    /// The point at dimension `d`.
+    #[inline]
+    fn point(&self, d: u32) -> [f32; 2] {
+        match self.set.kind {
+            SamplerKind::Sobol | SamplerKind::ZSobol => {
+                let seeds = sobol::seeds(self.key, d);
+                sobol::point(seeds, self.place(d, seeds[0]))
+            }
+            SamplerKind::Stratified => stratified::point(self.key, self.set.spp, self.index, d),
+            SamplerKind::Independent => independent::point(self.key, self.index, d),
+        }
+    }
+
+    /// The place of a Sobol' point in the order of dimension `d`.
+    #[inline(always)]
+    fn place(&self, d: u32, order: u32) -> u32 {
+        match self.set.kind {
+            SamplerKind::ZSobol => {
+                zsobol::place(zsobol::log2_run(self.set.spp), d, order, self.index)
+            }
+            _ => sobol::place(d, order, self.index),
         }
     }
 }

@@ -47,26 +47,27 @@ pub(super) fn seeds(key: [u32; 2], d: u32) -> [u32; 3] {
     pcg3d([key[0], key[1], d])
 }
 
-/// The place of a sample in the order of dimension `d`.
+/// The place of a sample in an order.
 #[inline(always)]
-fn place(d: u32, order: u32, sample: u32) -> u32 {
-    match d {
-        0 => sample,
-        _ => scramble_reversed(sample.reverse_bits(), order).reverse_bits(),
-    }
+pub(super) fn shuffled(order: u32, sample: u32) -> u32 {
+    scramble_reversed(sample.reverse_bits(), order).reverse_bits()
 }
 
-/// A sample's number by the seeds of dimension `d`.
+/// The place of a sample in the order of dimension `d`.
 #[inline(always)]
-pub(super) fn number(d: u32, [order, seed, _]: [u32; 3], sample: u32) -> f32 {
-    let i = place(d, order, sample);
+pub(super) fn place(d: u32, order: u32, sample: u32) -> u32 {
+    if d == 0 { sample } else { shuffled(order, sample) }
+}
+
+/// The number in place `i`.
+#[inline(always)]
+pub(super) fn number([_, seed, _]: [u32; 3], i: u32) -> f32 {
     unit(scramble_reversed(i, seed).reverse_bits())
 }
 
-/// A sample's point by the seeds of dimension `d`; its first coordinate is [`number`].
+/// The point in place `i`; its first coordinate is [`number`].
 #[inline(always)]
-pub(super) fn point(d: u32, [order, seed_x, seed_y]: [u32; 3], sample: u32) -> [f32; 2] {
-    let i = place(d, order, sample);
+pub(super) fn point([_, seed_x, seed_y]: [u32; 3], i: u32) -> [f32; 2] {
     let x = scramble_reversed(i, seed_x);
     let y = scramble_reversed(second_dimension_reversed(i), seed_y);
     [unit(x.reverse_bits()), unit(y.reverse_bits())]

@@ -7,11 +7,11 @@ use exr::meta::MetaData;
 use exr::meta::attribute::Chromaticities;
 use exr::meta::header::Header;
 use exr::prelude::{
-    AnyChannel, AttributeValue, Encoding, Layer, LayerAttributes, ReadChannels, ReadLayers,
-    SpecificChannels, Text, Vec2, WritableImage, read as exr_read,
+    AnyChannel, AnyChannels, AttributeValue, Encoding, Layer, LayerAttributes, ReadChannels,
+    ReadLayers, SmallVec, Text, Vec2, WritableImage, read as exr_read,
 };
 
-use super::{Decoded, Image, Numbers, SaveOptions, check_size};
+use super::{Channel, Decoded, Image, Numbers, Samples, SaveOptions, check_size};
 
 /// The primaries and white point of Rec. 709. [ITU-R BT.709]
 const REC709: Chromaticities = Chromaticities {
@@ -21,13 +21,20 @@ const REC709: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.3290),
 };
 
-/// See [`super::Writer`]. One part with `f32` channels B, G, R in ZIP-compressed scan lines.
+/// See [`super::Writer`]. One part with `f32` channels B, G, R, and those of the options, in
+/// ZIP-compressed scan lines.
 pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, String> {
     let size = (image.width as usize, image.height as usize);
-    let channels = SpecificChannels::rgb(|p: Vec2<usize>| {
-        let [r, g, b] = image.pixels[p.y() * size.0 + p.x()];
-        (r, g, b)
-    });
+    let plane = |c: usize| FlatSamples::F32(image.pixels.iter().map(|p| p[c]).collect());
+    let mut channels = ["R", "G", "B"]
+        .into_iter()
+        .enumerate()
+        .map(|(c, name)| AnyChannel::new(name, plane(c)))
+        .collect::<SmallVec<_>>();
+    for channel in &options.channels {
+        channels.push(AnyChannel::new(channel_name(&channel.name, &channels)?, samples(channel)));
+    }
+    let channels = AnyChannels::sort(channels);
     let mut attributes = LayerAttributes::default();
     for (key, value) in &options.metadata {
         let (name, text) = attribute(key, value)?;
@@ -41,6 +48,22 @@ pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, Str
     let mut bytes = out.into_inner();
     sort_attributes(&mut bytes);
     Ok(bytes)
+}
+
+/// A name that no channel has so far.
+fn channel_name(name: &str, taken: &[AnyChannel<FlatSamples>]) -> Result<Text, String> {
+    let fits = |c: char| c.is_ascii_alphanumeric() || "._".contains(c);
+    let text = Text::new_or_none(name).filter(|_| !name.is_empty() && name.chars().all(fits));
+    text.filter(|text| taken.iter().all(|channel| channel.name != *text)).ok_or_else(|| {
+        format!("{name:?} is no name for one more channel: it is taken, or not of letters and dots")
+    })
+}
+
+fn samples(channel: &Channel) -> FlatSamples {
+    match &channel.samples {
+        Samples::Real(values) => FlatSamples::F32(values.clone()),
+        Samples::Whole(values) => FlatSamples::U32(values.clone()),
+    }
 }
 
 /// Name and value of an attribute. The format has bytes for both: UTF-8 here.

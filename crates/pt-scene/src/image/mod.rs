@@ -71,6 +71,36 @@ pub struct SaveOptions {
     pub transfer: Transfer,
     /// Keys and values to write into the file, as text chunks or attributes.
     pub metadata: Vec<(String, String)>,
+    /// More channels of an EXR file; other files have no place for them.
+    pub channels: Vec<Channel>,
+}
+
+/// Numbers of an image besides its colours.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Its name, which no other channel has: letters, digits and dots, as in "depth.Z".
+    pub name: String,
+    /// The number of each pixel, in the order of [`Image::pixels`].
+    pub samples: Samples,
+}
+
+/// The numbers of a channel.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Samples {
+    /// Real ones.
+    Real(Vec<f32>),
+    /// Whole ones.
+    Whole(Vec<u32>),
+}
+
+impl Samples {
+    /// How many there are.
+    fn count(&self) -> usize {
+        match self {
+            Self::Real(values) => values.len(),
+            Self::Whole(values) => values.len(),
+        }
+    }
 }
 
 /// Which numbers a reader gives.
@@ -128,12 +158,15 @@ pub fn is_image(path: &Path) -> bool {
 /// Writes an image in the format that the ending of the name says, by [`write_atomically`].
 ///
 /// # Errors
-/// If the ending is unknown, the number of pixels is not width · height or zero, the metadata do
-/// not fit into the format, or the file cannot be written.
+/// If the ending is unknown, the number of pixels is not width · height or zero, the metadata or
+/// channels do not fit into the format, or the file cannot be written.
 pub fn save(image: &Image, path: &Path, options: &SaveOptions) -> Result<(), ImageError> {
     let write = codec_with(path, |codec| codec.write)?;
     let refused = |message| ImageError::Refused { path: path.to_owned(), message };
     check_shape(image.width, image.height, image.pixels.len()).map_err(refused)?;
+    for channel in &options.channels {
+        check_shape(image.width, image.height, channel.samples.count()).map_err(refused)?;
+    }
     let bytes = write(image, options).map_err(refused)?;
     write_atomically(path, &bytes)
 }

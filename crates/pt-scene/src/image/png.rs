@@ -9,6 +9,9 @@ use super::{BitDepth, Decoded, Image, Numbers, SaveOptions, Transfer, check_size
 
 /// See [`super::Writer`]. A file in sRGB says so; one of the course program says nothing.
 pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, String> {
+    if let Some(channel) = options.channels.first() {
+        return Err(format!("a PNG file has no place for the channel {}", channel.name));
+    }
     let transfer = options.transfer;
     let levels = image.pixels.iter().flatten();
     let (depth, data): (_, Vec<u8>) = match options.png_bits {

@@ -1,0 +1,268 @@
+//! What a film keeps of surfaces, besides light ("arbitrary output variables").
+
+use pt_math::{Spectrum, Vec3};
+use pt_scene::image::{Channel, Samples};
+
+use super::{ExactSum, Film, PixelSums};
+
+/// A quantity of which an image is written beside that of the light.
+///
+/// Those of surfaces are means over the samples of the pixel that see one, at the first surface, and 0
+/// where none does; numbers of things are those of what sample 0 sees, from 1 on, and 0 for nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Aov {
+    /// Share of the light from all around that is scattered towards the camera.
+    Albedo,
+    /// Shading normal.
+    Normal,
+    /// Normal of the true surface, on the side of the shading normal.
+    GeometricNormal,
+    /// Distance in metres from where the ray starts.
+    Depth,
+    /// Place in the world, in metres.
+    Position,
+    /// Number of the triangle or sphere.
+    Primitive,
+    /// Number of the object in the scene; what lights bring with them is the last one.
+    Object,
+    /// Number of the material among those of the compiled scene.
+    Material,
+    /// Samples that were taken.
+    Samples,
+    /// Square of the standard error of the luminance; infinite below two samples.
+    Variance,
+}
+
+/// The first surface that a sample sees.
+#[derive(Clone, Copy, Debug)]
+pub struct FirstHit {
+    /// See [`Aov::Albedo`].
+    pub albedo: Spectrum,
+    /// Shading normal.
+    pub normal: Vec3,
+    /// Normal of the true surface.
+    pub geometric_normal: Vec3,
+    /// Distance along the ray.
+    pub depth: f32,
+    /// Place in the world.
+    pub position: Vec3,
+    /// Number of the primitive, from 0 on.
+    pub primitive: u32,
+    /// Number of the object, from 0 on.
+    pub object: u32,
+    /// Number of the material, from 0 on.
+    pub material: u32,
+}
+
+/// How an image gets its values.
+enum Source {
+    /// Means of as many numbers as there are channels.
+    Mean(fn(&FirstHit) -> [f32; 3]),
+    /// A number of sample 0.
+    Id(fn(&FirstHit) -> u32),
+    /// From what the film knows in any case.
+    Film(fn(PixelSums) -> f32),
+    /// Likewise, a whole number.
+    Count(fn(PixelSums) -> u32),
+}
+
+const RGB: &[&str] = &["R", "G", "B"];
+const XYZ: &[&str] = &["X", "Y", "Z"];
+
+impl Aov {
+    /// Each with its name for users.
+    pub const NAMES: [(&'static str, Self); 10] = [
+        ("albedo", Self::Albedo),
+        ("normal", Self::Normal),
+        ("geometric_normal", Self::GeometricNormal),
+        ("depth", Self::Depth),
+        ("position", Self::Position),
+        ("primitive", Self::Primitive),
+        ("object", Self::Object),
+        ("material", Self::Material),
+        ("samples", Self::Samples),
+        ("variance", Self::Variance),
+    ];
+
+    /// The one of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::NAMES.iter().find(|(n, _)| *n == name).map(|&(_, aov)| aov)
+    }
+
+    /// Its name for users; its channels are called so, with a dot and a letter or word behind.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize].0
+    }
+
+    /// The names of its channels behind the dot, and where their values come from.
+    fn source(self) -> (&'static [&'static str], Source) {
+        match self {
+            Self::Albedo => (RGB, Source::Mean(|hit| hit.albedo.to_array())),
+            Self::Normal => (XYZ, Source::Mean(|hit| hit.normal.to_array())),
+            Self::GeometricNormal => (XYZ, Source::Mean(|hit| hit.geometric_normal.to_array())),
+            Self::Depth => (&["Z"], Source::Mean(|hit| [hit.depth; 3])),
+            Self::Position => (XYZ, Source::Mean(|hit| hit.position.to_array())),
+            Self::Primitive => (&["id"], Source::Id(|hit| hit.primitive)),
+            Self::Object => (&["id"], Source::Id(|hit| hit.object)),
+            Self::Material => (&["id"], Source::Id(|hit| hit.material)),
+            Self::Samples => (&["count"], Source::Count(|pixel| pixel.count())),
+            Self::Variance => (&["Y"], Source::Film(|pixel| pixel.luminance().1.powi(2) as f32)),
+        }
+    }
+
+    /// Sums that a film keeps of it per pixel.
+    fn sums(self) -> usize {
+        match self.source() {
+            (channels, Source::Mean(_)) => channels.len(),
+            (_, Source::Id(_)) => 1,
+            (_, Source::Film(_) | Source::Count(_)) => 0,
+        }
+    }
+}
+
+/// How many sums a film keeps per pixel: if any, one more for the number of samples that see a surface.
+pub(super) fn sums_per_pixel(aovs: &[Aov]) -> usize {
+    let sums: usize = aovs.iter().map(|aov| aov.sums()).sum();
+    if sums == 0 { 0 } else { sums + 1 }
+}
+
+/// Bytes that a film needs per pixel for these.
+pub fn bytes_per_pixel(aovs: &[Aov]) -> usize {
+    sums_per_pixel(aovs) * size_of::<ExactSum>()
+}
+
+/// Adds the surface that a sample sees to the sums of its pixel. What is no number counts as 0.
+pub(super) fn add(aovs: &[Aov], sums: &mut [ExactSum], sample: u32, hit: &FirstHit) {
+    let Some((hits, mut rest)) = sums.split_first_mut() else { return };
+    hits.add(1.0);
+    for aov in aovs {
+        let (own, others) = rest.split_at_mut(aov.sums());
+        match aov.source().1 {
+            Source::Mean(values) => {
+                for (sum, value) in own.iter_mut().zip(values(hit)) {
+                    if value.abs() <= ExactSum::LIMIT {
+                        sum.add(value);
+                    }
+                }
+            }
+            Source::Id(id) if sample == 0 => own[0].add_multiple(f64::from(id(hit)) + 1.0),
+            _ => {}
+        }
+        rest = others;
+    }
+}
+
+/// The images of a film's quantities, in its order.
+pub fn channels(film: &Film) -> Vec<Channel> {
+    let per_pixel = sums_per_pixel(&film.aovs);
+    // Where nothing is kept, there is nothing to find.
+    let sums = |i: usize| film.aov_sums.get(i * per_pixel..).unwrap_or_default();
+    let pixels = || film.pixels().enumerate();
+    let mut channels = Vec::new();
+    let mut first = 1;
+    for aov in &film.aovs {
+        let (names, source) = aov.source();
+        for (channel, name) in names.iter().enumerate() {
+            let at = first + channel;
+            let mean = |i: usize| {
+                let hits = sums(i)[0].value().max(1.0);
+                (sums(i)[at].value() / hits) as f32
+            };
+            let samples = match source {
+                Source::Mean(_) => Samples::Real(pixels().map(|(i, _)| mean(i)).collect()),
+                Source::Id(_) => {
+                    Samples::Whole(pixels().map(|(i, _)| sums(i)[at].value() as u32).collect())
+                }
+                Source::Film(of) => Samples::Real(pixels().map(|(_, p)| of(p)).collect()),
+                Source::Count(of) => Samples::Whole(pixels().map(|(_, p)| of(p)).collect()),
+            };
+            channels.push(Channel { name: format!("{}.{name}", aov.name()), samples });
+        }
+        first += aov.sums();
+    }
+    channels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Region;
+
+    fn hit(i: u32) -> FirstHit {
+        let v = Vec3::splat(i as f32);
+        FirstHit {
+            albedo: Spectrum::rgb(0.25, 0.5, i as f32),
+            normal: -v,
+            geometric_normal: Vec3::X,
+            depth: 2.0 * i as f32,
+            position: Vec3::new(f32::NAN, f32::INFINITY, 1.0),
+            primitive: 100 + i,
+            object: u32::MAX - 1,
+            material: 0,
+        }
+    }
+
+    fn channel(film: &Film, name: &str) -> Samples {
+        let all = channels(film);
+        all.into_iter().find(|c| c.name == name).unwrap_or_else(|| panic!("no {name}")).samples
+    }
+
+    fn of_names() -> Vec<Aov> {
+        Aov::NAMES.into_iter().map(|(_, aov)| aov).collect()
+    }
+
+    #[test]
+    fn names_are_those_of_their_quantities() {
+        for (name, aov) in Aov::NAMES {
+            assert_eq!((Aov::from_name(name), aov.name()), (Some(aov), name));
+        }
+        assert_eq!(Aov::from_name("shadow"), None);
+    }
+
+    /// Pixel 0 sees three surfaces in four samples, pixel 1 none in the first of two, pixel 2 nothing.
+    #[test]
+    fn means_are_of_the_samples_that_see_a_surface_and_numbers_of_sample_0() {
+        let mut film = Film::with_aovs(Region::full([3, 1]), &of_names());
+        for tile in &mut film.tiles(2) {
+            let r = tile.region();
+            for x in r.x..r.x + r.width {
+                tile.add([x, 0], 0, &[Spectrum::splat(3.0), Spectrum::splat(1.0)]);
+                match x {
+                    0 => [0, 1, 3].map(|i| tile.see([0, 0], i, &hit(i))).len(),
+                    1 => [1].map(|i| tile.see([1, 0], i, &hit(i))).len(),
+                    _ => 0,
+                };
+            }
+        }
+        let real = |name: &str, values: [f32; 3]| {
+            assert_eq!(channel(&film, name), Samples::Real(values.to_vec()), "{name}");
+        };
+        let whole = |name: &str, values: [u32; 3]| {
+            assert_eq!(channel(&film, name), Samples::Whole(values.to_vec()), "{name}");
+        };
+        real("albedo.R", [0.25, 0.25, 0.0]);
+        real("albedo.B", [4.0 / 3.0, 1.0, 0.0]);
+        real("normal.Z", [-4.0 / 3.0, -1.0, 0.0]);
+        real("geometric_normal.X", [1.0, 1.0, 0.0]);
+        real("depth.Z", [8.0 / 3.0, 2.0, 0.0]);
+        real("position.X", [0.0; 3]);
+        real("position.Z", [1.0, 1.0, 0.0]);
+        whole("primitive.id", [101, 0, 0]);
+        whole("object.id", [u32::MAX, 0, 0]);
+        whole("material.id", [1, 0, 0]);
+        whole("samples.count", [2; 3]);
+        // 3 and 1: the variance of each is 2, that of the mean 1.
+        let Samples::Real(variance) = channel(&film, "variance.Y") else { panic!("no numbers") };
+        assert!(variance.iter().all(|v| (v - 1.0).abs() < 1e-6), "{variance:?}");
+        assert_eq!(channels(&film).len(), 3 + 3 + 3 + 1 + 3 + 3 + 2);
+        assert!(channels(&Film::new(Region::full([3, 1]))).is_empty());
+    }
+
+    #[test]
+    fn what_the_film_knows_in_any_case_costs_nothing() {
+        assert_eq!(bytes_per_pixel(&[Aov::Samples, Aov::Variance]), 0);
+        let film = Film::with_aovs(Region::full([2, 1]), &[Aov::Samples]);
+        assert_eq!(channel(&film, "samples.count"), Samples::Whole(vec![0; 2]));
+        assert_eq!(bytes_per_pixel(&[Aov::Depth, Aov::Normal]), 16 * (1 + 1 + 3));
+    }
+}

@@ -1,0 +1,63 @@
+//! The first surfaces that samples see, for what a film keeps besides light.
+
+use pt_bvh::Hit;
+use pt_core::film::{FirstHit, Tile};
+use pt_core::{Interaction, RenderScene};
+use pt_math::sampler::Sampler;
+use pt_math::{Ray, Rays, Spectrum};
+
+use crate::batch::Run;
+use crate::integrator::{CAMERA_DIMENSIONS, Starts, holes};
+use crate::tracer::Tracer;
+
+/// Finds them; what is held is memory to work in.
+#[derive(Default)]
+pub(crate) struct FirstHits {
+    hits: Vec<Option<Hit>>,
+}
+
+impl FirstHits {
+    /// Adds those of a batch to its tile.
+    pub(crate) fn add(
+        &mut self,
+        tracer: &mut Tracer,
+        starts: &Starts,
+        batch: &[Run],
+        tile: &mut Tile,
+    ) {
+        let rays = Rays::from(&starts.rays);
+        holes::first_hits(tracer, starts, &mut self.hits);
+        let samples =
+            batch.iter().flat_map(|run| run.samples.clone().map(|sample| (run.pixel, sample)));
+        for (i, ((pixel, sample), hit)) in samples.zip(&self.hits).enumerate() {
+            if let Some(hit) = hit {
+                let seen = first_hit(tracer.scene, &rays.get(i), hit, starts.samplers.get(i));
+                tile.see(pixel, sample, &seen);
+            }
+        }
+    }
+}
+
+fn first_hit(scene: &RenderScene, ray: &Ray, hit: &Hit, sampler: Sampler) -> FirstHit {
+    let at = scene.interaction(ray, hit);
+    FirstHit {
+        albedo: albedo(scene, &at, hit, sampler.at_dimension(CAMERA_DIMENSIONS)),
+        normal: at.normal,
+        geometric_normal: at.point.normal,
+        depth: at.distance,
+        position: at.point.p,
+        primitive: hit.primitive,
+        object: scene.object(hit.primitive),
+        material: scene.surfaces[at.surface].lobe.index() as u32,
+    }
+}
+
+/// The weight of one direction that the BSDF draws, whose mean is the albedo; what is matte or smooth
+/// has it in every direction.
+fn albedo(scene: &RenderScene, at: &Interaction, hit: &Hit, mut sampler: Sampler) -> Spectrum {
+    let [[x, y], [z, choice]] = [sampler.next_2d(), sampler.next_2d()];
+    let resolved = scene.resolve(at, hit, choice);
+    let bsdf = resolved.as_ref().map_or_else(|| scene.bsdf(at), |r| r.bsdf(at));
+    let scattered = bsdf.sample([x, y, z]);
+    scattered.map_or(Spectrum::ZERO, |s| s.weight * s.squeeze)
+}

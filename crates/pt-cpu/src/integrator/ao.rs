@@ -1,0 +1,123 @@
+//! Ambient occlusion: how much of the sky a surface sees.
+
+use pt_bvh::Hit;
+use pt_core::{RenderScene, Settings};
+use pt_math::sampler::LANES;
+use pt_math::{Frame, Ray, Rays, Spectrum, Vec3, warp};
+
+use super::{CAMERA_DIMENSIONS, Integrator, Starts, holes};
+use crate::Tracer;
+
+/// ∫ V(ω) cos θ / π dω over the hemisphere on the side that is seen of the first hit, where V is 1 if
+/// nothing is nearer than some distance in direction ω, else 0; black where there is no hit.
+/// [Zhukov, Iones & Kronin 1998, "An Ambient Light Illumination Model"]
+///
+/// Directions have the density of the cosine, so each counts the same.
+pub(super) struct AmbientOcclusion {
+    /// Directions per surface point.
+    samples: u32,
+    distance: f32,
+    hits: Vec<Option<Hit>>,
+    /// The surface points of a block, and their lanes in it.
+    points: Vec<(usize, Point)>,
+    rays: Vec<Ray>,
+    /// Of which start they are.
+    starts: Vec<u32>,
+    blocked: Vec<bool>,
+    /// How much of each gets through.
+    shares: Vec<f32>,
+    /// Sum of these for each start.
+    open: Vec<f32>,
+}
+
+/// A surface point, seen from one side.
+struct Point {
+    at: pt_core::scene::SurfacePoint,
+    /// Normal of the true surface and frame of the shading normal, both on the side that is seen.
+    normal: Vec3,
+    frame: Frame,
+}
+
+/// Rays beyond which they are traced before there are more.
+const MANY: usize = 4096;
+
+impl AmbientOcclusion {
+    pub(super) fn new(settings: &Settings) -> Self {
+        Self {
+            samples: settings.light_samples.max(1),
+            distance: settings.ao_distance,
+            hits: Vec::new(),
+            points: Vec::new(),
+            rays: Vec::new(),
+            starts: Vec::new(),
+            blocked: Vec::new(),
+            shares: Vec::new(),
+            open: Vec::new(),
+        }
+    }
+
+    /// Sends the rays of a block of starts on their way.
+    fn look(&mut self, block: usize, tracer: &mut Tracer, starts: &Starts) {
+        let first = block * LANES;
+        let rays = Rays::from(&starts.rays);
+        let hits = self.hits[first..].iter().take(LANES).enumerate();
+        let point = |(lane, hit): (usize, &Option<Hit>)| {
+            let ray = rays.get(first + lane);
+            hit.as_ref().map(|hit| (lane, Point::new(tracer.scene, &ray, hit)))
+        };
+        self.points.clear();
+        self.points.extend(hits.filter_map(point));
+        if self.points.is_empty() {
+            return;
+        }
+        for i in 0..self.samples {
+            let d = CAMERA_DIMENSIONS.wrapping_add(i.wrapping_mul(2));
+            let [x, y] = starts.samplers.points(block, d);
+            for (lane, point) in &self.points {
+                let w = point.frame.to_world(warp::cosine_hemisphere([x[*lane], y[*lane]]));
+                if w.dot(point.normal) > 0.0 {
+                    self.rays.push(Ray { t_max: self.distance, ..point.at.spawn(w) });
+                    self.starts.push((first + lane) as u32);
+                }
+            }
+            if self.rays.len() >= MANY {
+                self.answer(tracer);
+            }
+        }
+    }
+
+    /// Counts how much of the rays nothing stops, and forgets them.
+    fn answer(&mut self, tracer: &mut Tracer) {
+        tracer.occluded(&self.rays, &mut self.blocked);
+        holes::transmittances(tracer, &self.rays, &self.blocked, &mut self.shares);
+        for (&start, &share) in self.starts.iter().zip(&self.shares) {
+            self.open[start as usize] += share;
+        }
+        self.rays.clear();
+        self.starts.clear();
+    }
+}
+
+impl Integrator for AmbientOcclusion {
+    fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>) {
+        holes::first_hits(tracer, starts, &mut self.hits);
+        self.open.clear();
+        self.open.resize(self.hits.len(), 0.0);
+        for block in 0..self.hits.len().div_ceil(LANES) {
+            self.look(block, tracer, starts);
+        }
+        self.answer(tracer);
+        let samples = self.samples as f32;
+        radiance.clear();
+        radiance.extend(self.open.iter().map(|&sum| Spectrum::splat(sum / samples)));
+    }
+}
+
+impl Point {
+    fn new(scene: &RenderScene, ray: &Ray, hit: &Hit) -> Self {
+        let at = scene.interaction(ray, hit);
+        let side = if at.wo.dot(at.point.normal) < 0.0 { -1.0 } else { 1.0 };
+        let frame = Frame::from_normal(at.normal.normalize() * side);
+        Self { at: at.point, normal: at.point.normal * side, frame }
+    }
+}
