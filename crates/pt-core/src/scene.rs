@@ -196,6 +196,7 @@ impl RenderScene {
             distance_squared: at.distance * at.distance,
             cos: at.point.normal.dot(at.wo).abs(),
             triangle: corners.map(|t| t.map(|v| self.positions[v as usize])),
+            primitive: at.primitive,
         }
     }
 

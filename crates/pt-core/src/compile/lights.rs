@@ -7,11 +7,12 @@ use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, trig};
 use pt_scene::{Light as Node, LightKind, Rows, Scene};
 
 use super::geometry::{Primitives, Shapes};
+use super::many_lights::sphere_light;
 use super::{CompileError, daylight};
 use crate::id::{Id, Table};
 use crate::light::{
     AnyLight, Directional, DistantDisk, EmitterTriangle, Environment, EnvironmentMap, Falloff,
-    Hemisphere, Ies, LightTables, MeshLight, PlacedMap, Point, SphereLight, Spot,
+    Hemisphere, Ies, LightTables, MeshLight, PlacedMap, Point, Spot,
 };
 
 /// All lights.
@@ -202,16 +203,7 @@ impl Lights {
                     let triangles = emitter_triangles(shapes, runs);
                     MeshLight::new(&mut self.tables, &triangles, radiance).map(Into::into)
                 }
-                &Primitives::Sphere(s) => {
-                    let sphere = shapes.spheres[s];
-                    let light = SphereLight {
-                        center: sphere.center,
-                        radius: sphere.radius.abs(),
-                        radiance,
-                        inward: sphere.radius < 0.0,
-                    };
-                    Some(light.into())
-                }
+                &Primitives::Sphere(s) => Some(sphere_light(shapes, s, radiance).into()),
             };
             shapes.surfaces[surface].light = light.map(|l| self.table.push(l));
         }
@@ -281,7 +273,10 @@ fn area_square(to_world: DAffine3) -> (Vec3, Vec3, Vec3) {
     (origin, to_world.matrix3.x_axis.as_vec3(), to_world.matrix3.y_axis.as_vec3())
 }
 
-fn emitter_triangles(shapes: &Shapes, runs: &[std::ops::Range<usize>]) -> Vec<EmitterTriangle> {
+pub(super) fn emitter_triangles(
+    shapes: &Shapes,
+    runs: &[std::ops::Range<usize>],
+) -> Vec<EmitterTriangle> {
     let all = runs.iter().flat_map(Clone::clone);
     all.map(|i| {
         let [p0, p1, p2] = shapes.corners(i);

@@ -4,6 +4,7 @@ mod camera;
 mod daylight;
 mod geometry;
 mod lights;
+mod many_lights;
 mod materials;
 mod normals;
 mod textures;
@@ -27,6 +28,9 @@ pub struct CompileOptions {
     pub course: bool,
     /// How to build the hierarchy of boxes.
     pub bvh: BuildOptions,
+    /// Beyond how many lights one of them is chosen for each sample, by how much it may matter; up to
+    /// as many, each is sampled. `None` is a small number.
+    pub most_single_lights: Option<usize>,
     /// Light from all around, besides the scene's own.
     pub environment: Option<EnvironmentMap>,
     /// For an estimator that weighs this many samples of each light against one of the BSDF, which
@@ -44,6 +48,9 @@ pub struct CompileOptions {
     /// Show all directions around the camera in place of what it shows.
     pub panorama: bool,
 }
+
+/// See [`CompileOptions::most_single_lights`].
+const MOST_SINGLE_LIGHTS: usize = 8;
 
 /// A compiled scene, and what there is to say about it.
 pub struct Compiled {
@@ -110,6 +117,9 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     let mut lights = lights::Lights::default();
     lights.add_nodes(scene, &mut shapes, metres, options.course, &mut notes)?;
     lights.add_emissive(&mut shapes, options.course);
+    if !options.course {
+        lights.plant_trees(&mut shapes, options.most_single_lights.unwrap_or(MOST_SINGLE_LIGHTS));
+    }
     lights.add_environment(options.environment.take());
     lights.compensate(options.mis_light_samples);
     lights.tell_if_dark(&shapes, &mut notes);

@@ -7,6 +7,7 @@ mod near;
 use pt_math::{DVec3, Spectrum, Vec3};
 use pt_testing::{Chi2, Random, chi2_cone, chi2_sphere};
 
+use super::tree::TreeLight;
 use super::{
     AnyLight, EmitterTriangle, LightHit, LightSample, LightTables, MeshLight, SphereLight,
 };
@@ -60,6 +61,15 @@ fn hit((light, tables): &Example, p: Vec3, wi: Vec3) -> Option<LightHit> {
     match light {
         AnyLight::Mesh(_) => tables.triangles.iter().find_map(|t| hit_triangle(t, p, d)),
         AnyLight::Sphere(s) => hit_sphere(s, p, d),
+        AnyLight::ManyLights(many) => {
+            tables.trees[many.tree as usize].primitives().find_map(|(light, primitive)| {
+                let hit = match light {
+                    TreeLight::Triangle(t, _) => hit_triangle(t, p, d),
+                    TreeLight::Other(_) => None,
+                };
+                hit.map(|hit| LightHit { primitive, ..hit })
+            })
+        }
         _ => None,
     }
 }
@@ -81,6 +91,7 @@ fn hit_triangle(triangle: &EmitterTriangle, p: DVec3, d: DVec3) -> Option<LightH
         distance_squared: (t * t) as f32,
         cos: cos as f32,
         triangle: Some(corners),
+        primitive: 0,
     })
 }
 
@@ -97,13 +108,19 @@ fn hit_sphere(sphere: &SphereLight, p: DVec3, d: DVec3) -> Option<LightHit> {
     let half = chord.max(0.0).sqrt();
     let t = if outside { middle - half } else { middle + half };
     let cos = d.dot((p + d * t - center).normalize()).abs();
-    Some(LightHit { distance_squared: (t * t) as f32, cos: cos as f32, triangle: None })
+    Some(LightHit {
+        distance_squared: (t * t) as f32,
+        cos: cos as f32,
+        triangle: None,
+        primitive: 0,
+    })
 }
 
 fn density(example: &Example, p: Vec3, wi: Vec3) -> f32 {
     let (light, tables) = example;
     let hit = hit(example, p, wi);
-    let has_geometry = matches!(light, AnyLight::Mesh(_) | AnyLight::Sphere(_));
+    let has_geometry =
+        matches!(light, AnyLight::Mesh(_) | AnyLight::Sphere(_) | AnyLight::ManyLights(_));
     if has_geometry && hit.is_none() { 0.0 } else { light.pdf(tables, p, wi, hit).get() }
 }
 

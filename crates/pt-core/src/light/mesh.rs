@@ -78,11 +78,76 @@ impl MeshLight {
     /// The triangle p₀, p₀ + e₁, p₀ + e₂ as `p` sees it, if it is sampled by solid angle.
     #[inline(always)]
     fn seen(&self, p: Vec3, p0: Vec3, e1: Vec3, e2: Vec3) -> Option<SphericalTriangle> {
-        let d0 = p0 - p;
-        let to_middle = d0 + (e1 + e2) * (1.0 / 3.0);
-        let size_squared = e1.length_squared() + e2.length_squared();
-        let is_near = to_middle.length_squared() < self.near * size_squared;
-        if is_near { SphericalTriangle::new(d0, e1, e2) } else { None }
+        seen(self.near, p, p0, e1, e2)
+    }
+}
+
+#[inline(always)]
+fn seen(near: f32, p: Vec3, p0: Vec3, e1: Vec3, e2: Vec3) -> Option<SphericalTriangle> {
+    let d0 = p0 - p;
+    let to_middle = d0 + (e1 + e2) * (1.0 / 3.0);
+    let size_squared = e1.length_squared() + e2.length_squared();
+    let is_near = to_middle.length_squared() < near * size_squared;
+    if is_near { SphericalTriangle::new(d0, e1, e2) } else { None }
+}
+
+/// A point of a triangle, as `p` sees it where it is near, with its distance squared and the cosine
+/// there; without its density where it is far.
+#[inline(always)]
+fn point_of(
+    triangle: &EmitterTriangle,
+    seen: Option<&SphericalTriangle>,
+    radiance: Spectrum,
+    p: Vec3,
+    u: [f32; 2],
+) -> Option<(LightSample, f32, f32)> {
+    let &EmitterTriangle { p0, e1, e2, normal } = triangle;
+    let [b1, b2] = match seen {
+        Some(seen) => seen.sample(u),
+        None => warp::uniform_triangle(u),
+    };
+    let (q1, q2) = (e1 * b1, e2 * b2);
+    let q = p0 + q1 + q2;
+    let d = q - p;
+    let distance_squared = d.length_squared();
+    let distance = distance_squared.sqrt();
+    let cos = -d.dot(normal) / distance;
+    if cos.is_nan() || cos <= 0.0 {
+        return None;
+    }
+    let error = (p0.abs() + q1.abs() + q2.abs()) * gamma(7);
+    let end = Some(offset_origin(q, error, normal, -d));
+    let pdf = seen.map(|seen| Pdf::new(1.0 / seen.solid_angle));
+    Some((LightSample { wi: d / distance, distance, end, radiance, pdf }, distance_squared, cos))
+}
+
+/// A sample of one triangle.
+#[inline]
+pub(super) fn seen_sample(
+    triangle: &EmitterTriangle,
+    radiance: Spectrum,
+    p: Vec3,
+    u: [f32; 2],
+) -> Option<LightSample> {
+    let &EmitterTriangle { p0, e1, e2, .. } = triangle;
+    let seen = seen(NEAR, p, p0, e1, e2);
+    let (sample, distance_squared, cos) = point_of(triangle, seen.as_ref(), radiance, p, u)?;
+    let by_area = || Pdf::<Area>::new(1.0 / triangle.area()).to_solid_angle(distance_squared, cos);
+    let pdf = sample.pdf.unwrap_or_else(by_area);
+    pdf.is_positive().then_some(LightSample { pdf: Some(pdf), ..sample })
+}
+
+/// The density of [`seen_sample`].
+#[inline]
+pub(super) fn seen_area_pdf(p: Vec3, hit: LightHit) -> Pdf<SolidAngle> {
+    let Some([p0, p1, p2]) = hit.triangle else { return Pdf::ZERO };
+    let (e1, e2) = (p1 - p0, p2 - p0);
+    match seen(NEAR, p, p0, e1, e2) {
+        Some(seen) => Pdf::new(1.0 / seen.solid_angle),
+        None => {
+            let area = 0.5 * e1.cross(e2).length();
+            Pdf::<Area>::new(1.0 / area).to_solid_angle(hit.distance_squared, hit.cos)
+        }
     }
 }
 
@@ -92,33 +157,15 @@ impl Light for MeshLight {
     #[inline(always)]
     fn sample(&self, tables: &LightTables, p: Vec3, [u, v]: [f32; 2]) -> Option<LightSample> {
         let (i, probability, u) = tables.triangle_choice[self.choice as usize].sample(u);
-        let &EmitterTriangle { p0, e1, e2, normal } = &tables.triangles[self.first as usize + i];
-        let seen = self.seen(p, p0, e1, e2);
-        let [b1, b2] = match &seen {
-            Some(seen) => seen.sample([u, v]),
-            None => warp::uniform_triangle([u, v]),
-        };
-        let (q1, q2) = (e1 * b1, e2 * b2);
-        let q = p0 + q1 + q2;
-        let d = q - p;
-        let distance_squared = d.length_squared();
-        let distance = distance_squared.sqrt();
-        let cos = -d.dot(normal) / distance;
-        if cos.is_nan() || cos <= 0.0 {
-            return None;
-        }
-        let error = (p0.abs() + q1.abs() + q2.abs()) * gamma(7);
+        let triangle = &tables.triangles[self.first as usize + i];
+        let seen = self.seen(p, triangle.p0, triangle.e1, triangle.e2);
+        let (sample, distance_squared, cos) =
+            point_of(triangle, seen.as_ref(), self.radiance, p, [u, v])?;
         let pdf = match seen {
             Some(seen) => Pdf::new(probability / seen.solid_angle),
             None => self.area_pdf().to_solid_angle(distance_squared, cos),
         };
-        Some(LightSample {
-            wi: d / distance,
-            distance,
-            end: Some(offset_origin(q, error, normal, -d)),
-            radiance: self.radiance,
-            pdf: Some(pdf),
-        })
+        Some(LightSample { pdf: Some(pdf), ..sample })
     }
 
     #[inline(always)]

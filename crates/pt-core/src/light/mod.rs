@@ -15,6 +15,7 @@ mod point;
 mod sphere;
 mod spherical_triangle;
 mod spot;
+pub mod tree;
 
 use std::sync::Arc;
 
@@ -51,6 +52,8 @@ pub struct LightHit {
     pub cos: f32,
     /// Corners of the triangle, if it is one.
     pub triangle: Option<[Vec3; 3]>,
+    /// Number of the primitive in the scene.
+    pub primitive: u32,
 }
 
 /// A source of light.
@@ -99,6 +102,8 @@ pub struct LightTables {
     pub triangles: Vec<EmitterTriangle>,
     /// Choice of a triangle by area, one table a mesh light.
     pub triangle_choice: Vec<AliasTable>,
+    /// Trees of many lights.
+    pub trees: Vec<tree::LightTree>,
     /// Intensities of luminaires.
     pub profiles: Vec<Arc<IesProfile>>,
     /// Environment maps.
@@ -176,6 +181,10 @@ lights! {
     Mesh = mesh::MeshLight,
     /// A glowing sphere.
     Sphere = sphere::SphereLight,
+    /// Many of these, one of which is chosen.
+    ManyLights = tree::ManyLights,
+    /// Many lights without extent, one of which is chosen.
+    ManyPoints = tree::ManyPoints,
     /// The upper half of the sky.
     Hemisphere = hemisphere::Hemisphere,
     /// All of the sky.

@@ -114,6 +114,11 @@ impl IesProfile {
         })
     }
 
+    /// The mean of the entries of the table, in candela: about how bright it is.
+    pub fn mean_candela(&self) -> f32 {
+        self.candela.iter().sum::<f32>() / self.candela.len() as f32
+    }
+
     /// Candela at a vertical angle in [0, 180] and a horizontal angle in [0, 360], in degrees:
     /// linear between the angles of the file, and 0 above and below them.
     pub fn candela(&self, vertical: f32, horizontal: f32) -> f32 {

@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use pt_math::{DVec3, Mat3, Spectrum, Vec3};
 use pt_testing::{Random, irradiance, mean_z_test, sidak};
 
+use super::super::tree::TreeLight;
 use super::super::{
     AnyLight, DistantDisk, EmitterTriangle, EnvironmentMap, Falloff, Light, LightTables, MeshLight,
     PlacedMap, SphereLight,
@@ -43,6 +44,15 @@ fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
             level(l.radiance) * sum
         }
         AnyLight::Sphere(l) => level(l.radiance) * of_sphere(l, p, n),
+        AnyLight::ManyLights(l) => {
+            let of_one = |(light, _): (&TreeLight, u32)| match light {
+                TreeLight::Triangle(t, radiance) => level(*radiance) * of_triangle(t, p, n),
+                TreeLight::Other(_) => unreachable!("the example has triangles"),
+            };
+            tables.trees[l.tree as usize].primitives().map(of_one).sum()
+        }
+        // The point of the example.
+        AnyLight::ManyPoints(_) => 3.0 * inverse_square(Vec3::new(0.1, 2.5, 0.3), p, n),
         // Lambert's cosine law over the part of the upper half that the surface faces.
         AnyLight::Hemisphere(l) => level(l.radiance) * FRAC_PI_2 * (1.0 + n.y),
         AnyLight::Environment(l) => match l.map {

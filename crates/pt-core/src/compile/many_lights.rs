@@ -1,0 +1,111 @@
+//! Trees for many lights.
+
+use pt_bvh::Sphere;
+use pt_math::Spectrum;
+
+use super::geometry::{Emitter, Primitives, Shapes};
+use super::lights::{Lights, emitter_triangles};
+use crate::id::{Id, Table};
+use crate::light::tree::{LightTree, TreeLight, is_bounded};
+use crate::light::{AnyLight, ManyLights, ManyPoints, SphereLight};
+
+/// Beyond how many triangles of lights, for each that lights may be single, a tree chooses among
+/// them.
+const TRIANGLES_PER_LIGHT: usize = 8;
+
+/// What becomes of the lights.
+struct Plan {
+    extended: Vec<(TreeLight, Option<u32>)>,
+    points: Vec<(TreeLight, Option<u32>)>,
+}
+
+impl Lights {
+    /// Where lights in the scene are more than `most`, or the triangles of one of them are many, puts
+    /// them into trees, from which one is chosen at a time: one tree of those that have an extent, and
+    /// one of those that have none.
+    pub(super) fn plant_trees(&mut self, shapes: &mut Shapes, most: usize) {
+        let Plan { extended, points } = self.plan(shapes, most);
+        if extended.is_empty() && points.is_empty() {
+            return;
+        }
+        let goes = |id: Id<AnyLight>, light: &AnyLight| {
+            let is_extended = || emits(shapes, id);
+            if is_point(light) { !points.is_empty() } else { !extended.is_empty() && is_extended() }
+        };
+        let mut table = Table::default();
+        let stays = self.table.iter().map(|(id, light)| (!goes(id, light)).then_some(*light));
+        let moved: Vec<_> = stays.map(|light| light.map(|light| table.push(light))).collect();
+        for sky in &mut self.skies {
+            *sky = moved[sky.index()].expect("skies are in no tree");
+        }
+        let mut all = None;
+        if !extended.is_empty() {
+            all = Some(table.push(ManyLights { tree: self.plant(extended) }.into()));
+            self.tables.triangles.clear();
+            self.tables.triangle_choice.clear();
+        }
+        if !points.is_empty() {
+            table.push(ManyPoints { tree: self.plant(points) }.into());
+        }
+        for emitter in &shapes.emitters {
+            let light = &mut shapes.surfaces[emitter.surface].light;
+            *light = light.and_then(|old| moved[old.index()].or(all));
+        }
+        self.table = table;
+    }
+
+    /// Which lights go into trees.
+    fn plan(&self, shapes: &Shapes, most: usize) -> Plan {
+        let mut extended: Vec<_> =
+            shapes.emitters.iter().flat_map(|e| tree_lights(shapes, e)).collect();
+        let many_triangles = extended.len() > most.saturating_mul(TRIANGLES_PER_LIGHT);
+        if shapes.emitters.len() <= most && !many_triangles {
+            extended.clear();
+        }
+        let all = self.table.as_slice().iter().filter(|light| is_point(light));
+        let mut points: Vec<_> = all.map(|light| (TreeLight::Other(*light), None)).collect();
+        if points.len() <= most {
+            points.clear();
+        }
+        Plan { extended, points }
+    }
+
+    /// The number of a new tree.
+    fn plant(&mut self, lights: Vec<(TreeLight, Option<u32>)>) -> u32 {
+        let tree = LightTree::new(lights, &self.tables);
+        self.tables.trees.push(tree);
+        self.tables.trees.len() as u32 - 1
+    }
+}
+
+fn is_point(light: &AnyLight) -> bool {
+    light.is_delta() && is_bounded(light)
+}
+
+/// Whether a light is that of a glowing shape.
+fn emits(shapes: &Shapes, id: Id<AnyLight>) -> bool {
+    shapes.surfaces.as_slice().iter().any(|surface| surface.light == Some(id))
+}
+
+/// The lights of an emitter and the primitives that they are.
+fn tree_lights(shapes: &Shapes, emitter: &Emitter) -> Vec<(TreeLight, Option<u32>)> {
+    let radiance = shapes.surfaces[emitter.surface].emission;
+    match &emitter.primitives {
+        Primitives::Triangles(runs) => {
+            let numbers = runs.iter().flat_map(Clone::clone).map(|i| Some(i as u32));
+            let triangles = emitter_triangles(shapes, runs);
+            let lights = triangles.into_iter().zip(numbers).filter(|(t, _)| t.area() > 0.0);
+            lights.map(|(t, number)| (TreeLight::Triangle(t, radiance), number)).collect()
+        }
+        &Primitives::Sphere(s) => {
+            let number = (shapes.triangles.len() + s) as u32;
+            vec![(TreeLight::Other(sphere_light(shapes, s, radiance).into()), Some(number))]
+        }
+    }
+}
+
+/// The light of a glowing sphere.
+pub(super) fn sphere_light(shapes: &Shapes, sphere: usize, radiance: Spectrum) -> SphereLight {
+    let Sphere { center, radius } = shapes.spheres[sphere];
+    SphereLight { center, radius: radius.abs(), radiance, inward: radius < 0.0 }
+}

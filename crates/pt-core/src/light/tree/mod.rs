@@ -1,0 +1,340 @@
+//! Many lights, of which one is chosen for each lit point, by how much it may matter there.
+//! [Conty Estevez & Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting";
+//! without their splitting, as Pharr, Jakob & Humphreys, Physically Based Rendering, 4th ed., §12.6.3]
+
+mod build;
+mod emission;
+
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+
+use super::mesh::{EmitterTriangle, seen_area_pdf, seen_sample};
+use super::{AnyLight, Light, LightHit, LightSample, LightTables};
+use emission::Emission;
+
+pub(crate) use emission::is_bounded;
+
+/// Extended lights in a tree.
+#[derive(Clone, Copy, Debug)]
+pub struct ManyLights {
+    /// Index into [`LightTables::trees`].
+    pub tree: u32,
+}
+
+/// Lights without extent in a tree.
+#[derive(Clone, Copy, Debug)]
+pub struct ManyPoints {
+    /// Index into [`LightTables::trees`].
+    pub tree: u32,
+}
+
+/// A light in a tree.
+#[derive(Clone, Copy, Debug)]
+pub enum TreeLight {
+    /// A triangle of this radiance.
+    Triangle(EmitterTriangle, Spectrum),
+    /// A sphere, or a light without extent, that is in the scene.
+    Other(AnyLight),
+}
+
+/// A binary tree of lights.
+#[derive(Debug)]
+pub struct LightTree {
+    /// The root is the first.
+    nodes: Vec<Node>,
+    /// The node above each but the root.
+    parents: Vec<u32>,
+    lights: Vec<TreeLight>,
+    /// The node of each light.
+    node_of: Vec<u32>,
+    /// The first primitive that is one of the lights …
+    first_primitive: u32,
+    /// … and the lights of the primitives from there on; `u32::MAX` for those that are none.
+    light_of: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    emission: Emission,
+    content: Content,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Content {
+    Light(u32),
+    Children([u32; 2]),
+}
+
+impl LightTree {
+    /// A tree of some lights, with the primitives that they are, if they are any. `tables` has the
+    /// intensities of luminaires.
+    ///
+    /// # Panics
+    /// If there are none.
+    pub fn new(lights: Vec<(TreeLight, Option<u32>)>, tables: &LightTables) -> Self {
+        assert!(!lights.is_empty(), "a tree has lights");
+        let primitives = || lights.iter().filter_map(|(_, primitive)| *primitive);
+        let first_primitive = primitives().min().unwrap_or(0);
+        let count = primitives().max().map_or(0, |last| (last - first_primitive) as usize + 1);
+        let mut light_of = vec![u32::MAX; count];
+        for (i, (_, primitive)) in lights.iter().enumerate() {
+            if let Some(primitive) = primitive {
+                light_of[(primitive - first_primitive) as usize] = i as u32;
+            }
+        }
+        let lights: Vec<_> = lights.into_iter().map(|(light, _)| light).collect();
+        let nodes = build::nodes(&lights, tables);
+        let mut parents = vec![0; nodes.len()];
+        let mut node_of = vec![0; lights.len()];
+        for (i, node) in nodes.iter().enumerate() {
+            match node.content {
+                Content::Light(light) => node_of[light as usize] = i as u32,
+                Content::Children(children) => {
+                    children.iter().for_each(|&child| parents[child as usize] = i as u32);
+                }
+            }
+        }
+        Self { nodes, parents, lights, node_of, first_primitive, light_of }
+    }
+
+    /// The probability of the first of two children.
+    #[inline]
+    fn first_share(&self, [a, b]: [u32; 2], p: Vec3) -> Option<f32> {
+        let [a, b] = [a, b].map(|i| self.nodes[i as usize].emission.importance(p));
+        let share = a / (a + b);
+        share.is_finite().then_some(share)
+    }
+
+    /// Chooses a light by a number from [0, 1): which, with what probability, and a number that can
+    /// be used again.
+    #[inline]
+    fn choose(&self, p: Vec3, mut u: f32) -> Option<(usize, f32, f32)> {
+        const MOST: f32 = 1.0f32.next_down();
+        let (mut node, mut probability) = (0, 1.0);
+        loop {
+            let children = match self.nodes[node].content {
+                Content::Light(light) => return Some((light as usize, probability, u)),
+                Content::Children(children) => children,
+            };
+            let share = self.first_share(children, p)?;
+            let (child, of_child) = if u < share {
+                u /= share;
+                (children[0], share)
+            } else {
+                u = (u - share) / (1.0 - share);
+                (children[1], 1.0 - share)
+            };
+            u = u.min(MOST);
+            node = child as usize;
+            probability *= of_child;
+        }
+    }
+
+    /// The probability with which [`Self::choose`] chooses a light.
+    fn probability(&self, light: usize, p: Vec3) -> f32 {
+        let mut node = self.node_of[light];
+        let mut probability = 1.0;
+        while node != 0 {
+            let parent = self.parents[node as usize];
+            let Content::Children(children) = self.nodes[parent as usize].content else { break };
+            let Some(share) = self.first_share(children, p) else { return 0.0 };
+            probability *= if node == children[0] { share } else { 1.0 - share };
+            node = parent;
+        }
+        probability
+    }
+
+    fn sample(&self, tables: &LightTables, p: Vec3, [u, v]: [f32; 2]) -> Option<LightSample> {
+        let (light, probability, rest) = self.choose(p, u)?;
+        let u = [refined(rest, probability, [u, v]), v];
+        let sample = match &self.lights[light] {
+            TreeLight::Triangle(triangle, radiance) => seen_sample(triangle, *radiance, p, u),
+            TreeLight::Other(light) => light.sample(tables, p, u),
+        }?;
+        Some(match sample.pdf {
+            Some(pdf) => LightSample { pdf: Some(pdf.times(probability)), ..sample },
+            None => LightSample { radiance: sample.radiance / probability, ..sample },
+        })
+    }
+
+    fn pdf(&self, tables: &LightTables, p: Vec3, wi: Vec3, hit: LightHit) -> Pdf<SolidAngle> {
+        let index = hit.primitive.wrapping_sub(self.first_primitive) as usize;
+        let Some(&light) = self.light_of.get(index).filter(|&&light| light != u32::MAX) else {
+            return Pdf::ZERO;
+        };
+        let of_light = match &self.lights[light as usize] {
+            TreeLight::Triangle(..) => seen_area_pdf(p, hit),
+            TreeLight::Other(light) => light.pdf(tables, p, wi, Some(hit)),
+        };
+        of_light.times(self.probability(light as usize, p))
+    }
+}
+
+/// A number that was used to choose something of this probability has lost so many digits; others
+/// take their place.
+#[inline]
+fn refined(rest: f32, probability: f32, [u, v]: [f32; 2]) -> f32 {
+    const MOST: f32 = 1.0f32.next_down();
+    const STEP: f32 = 1.0 / 16_777_216.0;
+    let mut hash = u.to_bits().wrapping_mul(0x9E37_79B9) ^ v.to_bits();
+    hash = (hash ^ (hash >> 16)).wrapping_mul(0x7FEB_352D);
+    hash = (hash ^ (hash >> 15)).wrapping_mul(0x846C_A68B);
+    let fraction = ((hash ^ (hash >> 16)) >> 8) as f32 * STEP;
+    (rest + fraction * (STEP / probability)).min(MOST)
+}
+
+impl Light for ManyLights {
+    const DELTA: bool = false;
+
+    fn sample(&self, tables: &LightTables, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
+        tables.trees[self.tree as usize].sample(tables, p, u)
+    }
+
+    fn pdf(
+        &self,
+        tables: &LightTables,
+        p: Vec3,
+        wi: Vec3,
+        hit: Option<LightHit>,
+    ) -> Pdf<SolidAngle> {
+        let tree = &tables.trees[self.tree as usize];
+        hit.map_or(Pdf::ZERO, |hit| tree.pdf(tables, p, wi, hit))
+    }
+
+    /// Two squares at height 2, of which one is brighter, each of four triangles that face down.
+    fn examples() -> Vec<(Self, LightTables)> {
+        let square = |x: f32, half: f32, radiance: f32| {
+            let corner = move |i: f32, j: f32| Vec3::new(x + i * half, 2.0, j * half);
+            let corners =
+                [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+            let inner = corner(0.5, 0.2);
+            (0..4).map(move |i| {
+                let triangle = EmitterTriangle {
+                    p0: inner,
+                    e1: corners[i] - inner,
+                    e2: corners[(i + 1) % 4] - inner,
+                    normal: Vec3::NEG_Y,
+                };
+                TreeLight::Triangle(triangle, Spectrum::splat(radiance))
+            })
+        };
+        let lights = square(0.0, 1.0, 2.0).chain(square(3.0, 0.5, 5.0));
+        let lights = lights.zip(7..).map(|(light, primitive)| (light, Some(primitive)));
+        let trees = vec![LightTree::new(lights.collect(), &LightTables::default())];
+        vec![(Self { tree: 0 }, LightTables { trees, ..LightTables::default() })]
+    }
+}
+
+impl Light for ManyPoints {
+    const DELTA: bool = true;
+
+    fn sample(&self, tables: &LightTables, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
+        tables.trees[self.tree as usize].sample(tables, p, u)
+    }
+
+    /// One point: the laws of lights without extent are about a single one.
+    fn examples() -> Vec<(Self, LightTables)> {
+        let position = Vec3::new(0.1, 2.5, 0.3);
+        let point = super::Point { position, intensity: Spectrum::splat(3.0) };
+        let lights = vec![(TreeLight::Other(point.into()), None)];
+        let trees = vec![LightTree::new(lights, &LightTables::default())];
+        vec![(Self { tree: 0 }, LightTables { trees, ..LightTables::default() })]
+    }
+}
+
+#[cfg(test)]
+impl LightTree {
+    /// The lights and the numbers of their primitives.
+    pub(super) fn primitives(&self) -> impl Iterator<Item = (&TreeLight, u32)> {
+        let light = |(i, &light): (usize, &u32)| {
+            let light = self.lights.get(light as usize)?;
+            Some((light, self.first_primitive + i as u32))
+        };
+        self.light_of.iter().enumerate().filter_map(light)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pt_testing::Random;
+
+    use super::super::{Point, SphereLight, Spot};
+    use super::*;
+
+    fn random_lights(random: &mut Random, n: usize) -> Vec<(TreeLight, Option<u32>)> {
+        let light = |i: usize| {
+            let position = random.in_cube() * 5.0;
+            let intensity = Spectrum::splat(random.unit() + 0.01);
+            let light = match i % 4 {
+                0 => Point { position, intensity }.into(),
+                1 => SphereLight {
+                    center: position,
+                    radius: 0.1 + random.unit(),
+                    radiance: intensity,
+                    inward: i % 8 == 1,
+                }
+                .into(),
+                2 => {
+                    let falloff = super::super::Falloff::Linear { beam: 0.2, cutoff: 0.5 };
+                    Spot { position, axis: random.direction(), intensity, falloff }.into()
+                }
+                _ => {
+                    let (e1, e2) = (random.in_cube(), random.in_cube());
+                    let normal = e1.cross(e2).normalize();
+                    let triangle = EmitterTriangle { p0: position, e1, e2, normal };
+                    return (TreeLight::Triangle(triangle, intensity), None);
+                }
+            };
+            (TreeLight::Other(light), None)
+        };
+        (0..n).map(light).collect()
+    }
+
+    /// Probabilities of all lights add up to 1, or to less where parts of the tree turn out to be dark;
+    /// they are those with which lights are chosen, and not 0 for a light that shines on the point.
+    #[test]
+    fn every_light_that_shines_is_chosen_as_often_as_it_says() {
+        let mut random = Random::new(11);
+        for n in [1, 2, 3, 17, 100] {
+            let tree = LightTree::new(random_lights(&mut random, n), &LightTables::default());
+            for _ in 0..20 {
+                let p = random.in_cube() * 6.0;
+                let probabilities: Vec<_> = (0..n).map(|i| tree.probability(i, p)).collect();
+                let sum: f32 = probabilities.iter().sum();
+                assert!(sum < 1.0 + 1e-4, "{n} {p}: {sum}");
+                for (light, &probability) in tree.lights.iter().zip(&probabilities) {
+                    let tables = LightTables::default();
+                    let shines = (0..20).any(|_| {
+                        let u = random.unit_2d();
+                        let sample = match light {
+                            TreeLight::Triangle(t, l) => seen_sample(t, *l, p, u),
+                            TreeLight::Other(light) => light.sample(&tables, p, u),
+                        };
+                        sample.is_some_and(|s| !s.radiance.is_black())
+                    });
+                    assert!(probability > 0.0 || !shines, "{light:?} does not light {p}");
+                }
+                for _ in 0..50 {
+                    let Some((i, probability, rest)) = tree.choose(p, random.unit()) else {
+                        assert!(sum < 1.0 - 1e-6, "nothing is chosen at {p}");
+                        continue;
+                    };
+                    assert!((0.0..1.0).contains(&rest));
+                    let want = probabilities[i];
+                    assert!((probability - want).abs() <= 1e-4 * want, "{probability} {want}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lost_digits_are_replaced_evenly() {
+        let mut sum = 0.0;
+        for i in 0..4096u32 {
+            let v = i as f32 / 4096.0;
+            let x = refined(0.5, 1.0 / 65536.0, [0.3, v]);
+            assert!((0.5..0.5 + 1.0 / 256.0).contains(&x));
+            sum += f64::from(x - 0.5) * 256.0 / 4096.0;
+        }
+        assert!((sum - 0.5).abs() < 0.02, "{sum}");
+    }
+}
