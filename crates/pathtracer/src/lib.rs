@@ -35,7 +35,9 @@ pub use pt_math::sampler::SamplerKind;
 pub use pt_scene::camera_file;
 pub use pt_scene::format::{FORMATS, load};
 pub use pt_scene::image::{self, Image};
-pub use pt_scene::{Camera, FileSettings, LoadError, Scene, Warning};
+pub use pt_scene::{
+    Camera, FileSettings, IesProfile, Light, LightKind, LoadError, Rows, Scene, Span, Warning,
+};
 pub use session::Session;
 
 /// The scene that is rendered when none is given: a Cornell box with a mirror and a glass sphere,
