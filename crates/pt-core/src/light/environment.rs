@@ -250,3 +250,54 @@ impl Light for Environment {
         std::iter::once((constant, LightTables::default())).chain(maps.map(of_map)).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use pt_testing::{Chi2, Random, chi2_sphere};
+
+    use super::*;
+
+    /// Dark but for one bright texel, and one of the mean.
+    fn map() -> EnvironmentMap {
+        let texels = (0..128).map(|i| match i {
+            37 => [50.0; 3],
+            _ => [0.1; 3],
+        });
+        EnvironmentMap::new(16, 8, texels.collect())
+    }
+
+    #[test]
+    fn compensated_maps_are_sampled_by_their_density() {
+        for light_samples in [1, 2, 30] {
+            let mut map = map();
+            map.compensate(light_samples);
+            let name = format!("compensated for {light_samples} light samples");
+            let config = Chi2::new(&name).one_of(3);
+            let sample = |u| map.sample(u).map(|s| s.0);
+            chi2_sphere(sample, |d| map.pdf(d).get(), &config).unwrap_or_else(|e| panic!("{e}"));
+        }
+    }
+
+    /// What is darker than the mean is left to the BSDF for one light sample, and for many samples
+    /// hardly anything is.
+    #[test]
+    fn dark_directions_are_left_to_the_bsdf() {
+        let share = |light_samples: u32| {
+            let mut map = map();
+            map.compensate(light_samples);
+            let mut random = Random::new(1);
+            let left = (0..10_000).filter(|_| map.pdf(random.direction()).get() == 0.0).count();
+            left as f32 / 10_000.0
+        };
+        assert!(share(1) > 0.9 && share(2) > 0.9, "{} {}", share(1), share(2));
+        assert_eq!(share(30), 0.0);
+    }
+
+    /// The same everywhere: all of it is left.
+    #[test]
+    fn even_maps_are_not_sampled_beside_the_bsdf() {
+        let mut map = EnvironmentMap::new(4, 2, vec![[0.7; 3]; 8]);
+        map.compensate(1);
+        assert!(map.sample([0.3, 0.6]).is_none() && map.pdf(Vec3::X).get() == 0.0);
+    }
+}
