@@ -231,9 +231,8 @@ impl Lights {
     }
 
     /// Prepares the maps for light samples beside BSDF samples.
-    pub(super) fn compensate(&mut self, light_samples: Option<u32>) {
-        let Some(n) = light_samples else { return };
-        self.tables.environments.iter_mut().for_each(|map| map.compensate(n));
+    pub(super) fn compensate(&mut self) {
+        self.tables.environments.iter_mut().for_each(EnvironmentMap::compensate);
         self.tables.compensated = !self.tables.environments.is_empty();
     }
 
