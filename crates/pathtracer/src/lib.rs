@@ -35,7 +35,10 @@ pub use pt_math::sampler::SamplerKind;
 pub use pt_scene::camera_file;
 pub use pt_scene::format::{FORMATS, load};
 pub use pt_scene::image::{self, Image};
-pub use pt_scene::{Aperture, Camera, FileSettings, Filter, LoadError, Projection, Scene, Warning};
+pub use pt_scene::{
+    Aperture, Camera, FileSettings, Filter, IesProfile, Light, LightKind, LoadError, Projection,
+    Rows, Scene, Span, Warning,
+};
 pub use session::Session;
 
 /// The scene that is rendered when none is given: a Cornell box with a mirror and a glass sphere,

@@ -32,7 +32,7 @@ impl Session {
         mut options: CompileOptions,
         settings: Settings,
     ) -> Result<Self, CompileError> {
-        options.mis_light_samples = pt_cpu::mis_light_samples(&settings);
+        options.compensated = pt_cpu::compensates(&settings);
         let compiled = compile(scene, options)?;
         let region = Region::full(compiled.scene.camera.resolution);
         let mut session = Self {

@@ -124,7 +124,7 @@ fn compile(
         course: cli.cs184,
         bvh: request.bvh(),
         environment,
-        mis_light_samples: None,
+        compensated: false, // the session knows
         camera,
         lens_radius: cli.lens_radius,
         aperture: request.aperture(),

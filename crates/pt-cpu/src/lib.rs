@@ -10,6 +10,6 @@ pub mod integrator;
 mod render;
 mod tracer;
 
-pub use integrator::{INTEGRATORS, Integrator, Registration, Starts, mis_light_samples};
+pub use integrator::{INTEGRATORS, Integrator, Registration, Starts, compensates};
 pub use render::{Progress, RenderError, Renderer, Statistics};
 pub use tracer::Tracer;

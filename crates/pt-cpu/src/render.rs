@@ -49,8 +49,8 @@ pub enum RenderError {
     },
     /// The scene is compiled for another estimator.
     #[error(
-        "the scene is compiled for multiple importance sampling of its sky, which these settings do \
-         not do; compile it without CompileOptions::mis_light_samples"
+        "the scene is compiled for multiple importance sampling with one light sample, which these \
+         settings do not do; compile it without CompileOptions::compensated"
     )]
     Compensated,
     /// The reconstruction filter makes no sense.
@@ -114,7 +114,7 @@ impl<'a> Renderer<'a> {
                 known: names.join(", "),
             }
         })?;
-        if scene.light_tables.compensated && integrator::mis_light_samples(settings).is_none() {
+        if scene.light_tables.compensated && !integrator::compensates(settings) {
             return Err(RenderError::Compensated);
         }
         let filter = FilterSampler::new(&settings.filter)?;

@@ -236,6 +236,8 @@ fn the_scenes_for_peers_load_without_a_warning() {
         ("mesh", 7, 0, 5),
         ("point_light", 3, 2, 5),
         ("environment", 4, 1, 5),
+        ("envmap", 4, 1, 5),
+        ("spot", 4, 2, 5),
         ("small_light", 8, 0, 5),
         ("shapes", 11, 0, 5),
         ("instances", 15, 0, 5),
@@ -489,6 +491,61 @@ fn lights_shine_where_they_are_told() {
         let scene = read(&format!("<emitter type=\"point\">{position}</emitter>"));
         assert_eq!(scene.lights[0].kind, LightKind::Point { intensity: [1.0; 3] });
         assert_close(scene.lights[0].to_world.translation, DVec3::new(1.0, 2.0, 3.0));
+    }
+}
+
+/// Mitsuba: the angles are those to the axis, in degrees, and the beam has 3/4 of the cutoff.
+#[test]
+fn spots_shine_along_z_with_their_angles() {
+    let spot = |parameters: &str| {
+        read(&format!(
+            "<emitter type=\"spot\">{parameters}<transform name=\"to_world\"><lookat origin=\"1 2 3\" \
+             target=\"1 0 3\" up=\"1 0 0\"/></transform></emitter>"
+        ))
+    };
+    let (plain, given) = (
+        spot(""),
+        spot("<float name=\"cutoff_angle\" value=\"40\"/><float name=\"beam_width\" value=\"5\"/>"),
+    );
+    for (scene, [beam_angle, cutoff_angle]) in [(plain, [15.0, 20.0]), (given, [5.0, 40.0])] {
+        let light = &scene.lights[0];
+        let kind = LightKind::LinearSpot { intensity: [1.0; 3], beam_angle, cutoff_angle };
+        assert_eq!(light.kind, kind);
+        assert_close(light.to_world.translation, DVec3::new(1.0, 2.0, 3.0));
+        assert_close(light.to_world.transform_vector3(DVec3::NEG_Z), DVec3::NEG_Y);
+    }
+}
+
+/// Mitsuba: uv = (atan2(x, −z) / 2π, acos(y) / π), as computed by its 3.9.1; ours begins at −x of the
+/// node and goes on towards +z.
+#[test]
+fn images_of_the_sky_are_turned_to_our_convention() {
+    let folder = tempfile::tempdir().unwrap();
+    let image = pt_scene::image::Image { width: 2, height: 1, pixels: vec![[0.5; 3], [2.0; 3]] };
+    let path = folder.path().join("sky.exr");
+    pt_scene::image::save(&image, &path, &pt_scene::image::SaveOptions::default()).unwrap();
+    let emitter = |rest: &str| {
+        format!(
+            "<emitter type=\"envmap\"><string name=\"filename\" value=\"{}\"/>{rest}</emitter>",
+            path.display()
+        )
+    };
+    let turned = "<float name=\"scale\" value=\"3\"/><transform name=\"to_world\"><rotate y=\"1\" \
+                  angle=\"90\"/></transform>";
+    for (rest, scale, beginning, quarter) in
+        [("", 1.0, DVec3::NEG_Z, DVec3::X), (turned, 3.0, DVec3::NEG_X, DVec3::NEG_Z)]
+    {
+        let scene = read(&emitter(rest));
+        let light = &scene.lights[0];
+        let kind = LightKind::Environment {
+            image: std::sync::Arc::new(image.clone()),
+            scale,
+            rows: pt_scene::Rows::FromPoleToPole,
+        };
+        assert_eq!(light.kind, kind);
+        assert_close(light.to_world.transform_vector3(DVec3::NEG_X), beginning);
+        assert_close(light.to_world.transform_vector3(DVec3::Z), quarter);
+        assert_close(light.to_world.transform_vector3(DVec3::Y), DVec3::Y);
     }
 }
 

@@ -1,9 +1,10 @@
 //! A diffuse plane under each light, against the closed form of its irradiance: L = ρE/π.
 
 use std::f64::consts::PI;
+use std::path::Path;
 use std::sync::Arc;
 
-use pathtracer::{CompileOptions, EnvironmentMap, Image, Region, Session, Settings};
+use pathtracer::{CompileOptions, EnvironmentMap, IesProfile, Image, Region, Session, Settings};
 use pt_math::DVec3;
 use pt_scene::{LightKind, Rows};
 use pt_testing::{irradiance, sidak};
@@ -48,6 +49,12 @@ fn inverse_square(p: DVec3) -> f64 {
     d.normalize().y / d.length_squared()
 }
 
+/// The same all around: 500 candela straight down, 200 at 45°, and none from 90° on.
+fn luminaire() -> IesProfile {
+    let file = b"TILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 50\n0 45 90\n0\n500 200 0\n";
+    IesProfile::parse(file, Path::new("luminaire.ies")).expect("a good file")
+}
+
 /// The corners of a square of half side 0.5 around [`ABOVE`].
 fn square() -> [DVec3; 4] {
     [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[x, z]| ABOVE + DVec3::new(x, 0.0, z))
@@ -55,7 +62,7 @@ fn square() -> [DVec3; 4] {
 
 const TILT: DVec3 = DVec3::new(0.6, 0.8, 0.0);
 
-const CASES: [Case; 12] = [
+const CASES: [Case; 13] = [
     Case {
         name: "point",
         add: |b| b.light(LightKind::Point { intensity: [4.0; 3] }, looking(ABOVE, DVec3::ZERO)),
@@ -86,6 +93,18 @@ const CASES: [Case; 12] = [
         irradiance: |p| {
             let angle = (ABOVE - p).normalize().y.acos().to_degrees();
             4.0 * ((80.0 - angle) / 60.0).clamp(0.0, 1.0) * inverse_square(p)
+        },
+    },
+    Case {
+        name: "luminaire",
+        add: |b| {
+            let kind = LightKind::Ies { profile: Arc::new(luminaire()), scale: [0.01; 3] };
+            b.light(kind, looking(ABOVE, ABOVE - UP))
+        },
+        map: false,
+        irradiance: |p| {
+            let angle = (ABOVE - p).normalize().y.acos().to_degrees();
+            0.01 * f64::from(luminaire().candela(angle as f32, 0.0)) * inverse_square(p)
         },
     },
     Case {

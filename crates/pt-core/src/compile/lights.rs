@@ -223,9 +223,8 @@ impl Lights {
     }
 
     /// Prepares the maps for light samples beside BSDF samples.
-    pub(super) fn compensate(&mut self, light_samples: Option<u32>) {
-        let Some(n) = light_samples else { return };
-        self.tables.environments.iter_mut().for_each(|map| map.compensate(n));
+    pub(super) fn compensate(&mut self) {
+        self.tables.environments.iter_mut().for_each(EnvironmentMap::compensate);
         self.tables.compensated = !self.tables.environments.is_empty();
     }
 
@@ -344,6 +343,55 @@ mod tests {
         ];
         for (p, want) in cases {
             assert!((distance_to_triangle(p, t) - want).abs() < 1e-6, "{p}");
+        }
+    }
+
+    fn compile(kind: LightKind, to_world: DAffine3) -> Result<Vec<AnyLight>, String> {
+        let (name, at) = (String::new(), pt_scene::Span::default());
+        let lights = vec![Node { name, to_world, kind, at }];
+        let scene = Scene { lights, metres_per_unit: 0.5, ..Scene::default() };
+        let compiled = crate::compile(&scene, crate::CompileOptions::default());
+        compiled.map(|c| c.scene.lights.as_slice().to_vec()).map_err(|e| e.to_string())
+    }
+
+    fn daylight_of(to_sun: [f64; 3], turbidity: f64) -> LightKind {
+        LightKind::Daylight { to_sun, turbidity, sky: 0.1, sun: 0.01 }
+    }
+
+    /// In the node, +y is up: here that is +z of the world.
+    #[test]
+    fn daylight_is_a_map_and_a_disk_turned_with_their_node() {
+        let up = DAffine3::from_mat3(DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X));
+        let lights = compile(daylight_of([0.0, 3.0, 4.0], 3.0), up).unwrap();
+        let [AnyLight::Environment(sky), AnyLight::DistantDisk(sun)] = lights.as_slice() else {
+            panic!("{lights:?}");
+        };
+        assert!((sun.to_light - Vec3::new(0.8, 0.0, 0.6)).length() < 1e-6);
+        assert!(
+            sun.radiance.luminance() > 1e3 && sky.map.is_some_and(|m| m.to_world.z_axis == Vec3::X)
+        );
+    }
+
+    #[test]
+    fn skies_that_make_no_sense_are_refused() {
+        let image = |width, pixel| LightKind::Environment {
+            image: Arc::new(pt_scene::image::Image { width, height: 1, pixels: vec![pixel; 2] }),
+            scale: 1.0,
+            rows: Rows::default(),
+        };
+        let skewed = DAffine3::from_mat3(DMat3::from_cols(DVec3::X, DVec3::ONE, DVec3::Z));
+        let cases = [
+            (image(2, [f32::NAN; 3]), DAffine3::IDENTITY, "pixel (0, 0) is [NaN"),
+            (image(2, [-1.0; 3]), DAffine3::IDENTITY, "pixel (0, 0) is [-1.0"),
+            (image(3, [1.0; 3]), DAffine3::IDENTITY, "do not make an image of 2 pixels"),
+            (image(2, [1.0; 3]), skewed, "may only turn, mirror and scale"),
+            (daylight_of([0.0, 1.0, 0.0], 1.0), DAffine3::IDENTITY, "expected 2 to 10"),
+            (daylight_of([1.0, -0.1, 0.0], 3.0), DAffine3::IDENTITY, "below the horizon"),
+            (daylight_of([0.0; 3], 3.0), DAffine3::IDENTITY, "zero or infinite"),
+        ];
+        for (kind, to_world, want) in cases {
+            let message = compile(kind, to_world).unwrap_err();
+            assert!(message.contains(want), "{message}");
         }
     }
 }

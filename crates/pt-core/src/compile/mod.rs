@@ -33,10 +33,9 @@ pub struct CompileOptions {
     pub most_single_lights: Option<usize>,
     /// Light from all around, besides the scene's own.
     pub environment: Option<EnvironmentMap>,
-    /// For an estimator that weighs this many samples of each light against one of the BSDF, which
-    /// finds all light of the sky as well: maps of the sky are sampled as suits the two together,
-    /// by [`EnvironmentMap::compensate`]. `None` is right for every estimator.
-    pub mis_light_samples: Option<u32>,
+    /// Whether maps of the sky are sampled by [`EnvironmentMap::compensate`]: for an estimator that
+    /// weighs one sample of each light against one of the BSDF, which finds all of the sky as well.
+    pub compensated: bool,
     /// A camera in place of the scene's.
     pub camera: Option<pt_scene::Camera>,
     /// Radius of the lens, in the scene's unit, in place of the camera's.
@@ -121,7 +120,9 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
         lights.plant_trees(&mut shapes, options.most_single_lights.unwrap_or(MOST_SINGLE_LIGHTS));
     }
     lights.add_environment(options.environment.take());
-    lights.compensate(options.mis_light_samples);
+    if options.compensated {
+        lights.compensate();
+    }
     lights.tell_if_dark(&shapes, &mut notes);
     let camera = camera::compile(scene, &bounds, metres, &options, &mut notes)?;
     let geometry_time = start.elapsed();

@@ -100,24 +100,23 @@ impl EnvironmentMap {
             .collect()
     }
 
-    /// Takes directions from which little light comes away from light sampling, for n light samples
+    /// Takes directions from which little light comes away from light sampling, for one light sample
     /// beside one BSDF sample, which has to find these directions then.
     ///
-    /// The samples together should have the density of the light: with q that of BSDF sampling,
-    /// n p + q = (n + 1) L / ∫L. On average over all surfaces, q is 1/(2π) in their hemispheres;
-    /// with the mean L̄ = ∫L / 4π this makes p ∝ max(0, L − L̄ · 2/(n + 1)). [Karlík et al. 2019,
-    /// "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", where
-    /// n = 1]
-    pub fn compensate(&mut self, light_samples: u32) {
+    /// The two together should have the density of the light: with q that of BSDF sampling,
+    /// p + q = 2 L / ∫L. On average over all surfaces, q is 1/(2π) in their hemispheres; with the mean
+    /// L̄ = ∫L / 4π this makes p ∝ max(0, L − L̄). [Karlík et al. 2019, "MIS Compensation: Optimizing
+    /// Sampling Techniques in Multiple Importance Sampling"]
+    pub fn compensate(&mut self) {
         let Some(density) = &self.density else { return };
         let [w, h] = self.cells();
         let total: f64 = density.densities().iter().map(|&d| f64::from(d)).sum();
         let sines: Vec<f32> = sines(h).collect();
         let sphere: f64 = sines.iter().map(|&s| f64::from(s)).sum::<f64>() * w as f64;
-        let taken = (total / sphere * 2.0 / (f64::from(light_samples) + 1.0)) as f32;
+        let mean = (total / sphere) as f32;
         let rows = density.densities().chunks_exact(w).zip(&sines);
         let left: Vec<f32> = rows
-            .flat_map(|(row, sin)| row.iter().map(move |d| (d - taken * sin).max(0.0)))
+            .flat_map(|(row, sin)| row.iter().map(move |d| (d - mean * sin).max(0.0)))
             .collect();
         self.density = Piecewise2D::new(&left, w, h);
     }
@@ -248,5 +247,56 @@ impl Light for Environment {
             (Self { radiance: Spectrum::ONE, map }, tables)
         };
         std::iter::once((constant, LightTables::default())).chain(maps.map(of_map)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pt_testing::{Chi2, Random, chi2_sphere};
+
+    use super::*;
+
+    /// Dark but for one bright texel, and one of the mean.
+    fn map() -> EnvironmentMap {
+        let texels = (0..128).map(|i| match i {
+            37 => [50.0; 3],
+            _ => [0.1; 3],
+        });
+        EnvironmentMap::new(16, 8, texels.collect())
+    }
+
+    #[test]
+    fn compensated_maps_are_sampled_by_their_density() {
+        let mut map = map();
+        map.compensate();
+        let sample = |u| map.sample(u).map(|s| s.0);
+        let config = Chi2::new("a compensated map");
+        chi2_sphere(sample, |d| map.pdf(d).get(), &config).unwrap_or_else(|e| panic!("{e}"));
+    }
+
+    /// Of this map that is most of the sky, but not what is brighter than the mean.
+    #[test]
+    fn dark_directions_are_left_to_the_bsdf() {
+        let (plain, mut map) = (map(), map());
+        map.compensate();
+        let mut random = Random::new(1);
+        let count = 10_000;
+        let left = (0..count).filter(|_| {
+            let d = random.direction();
+            assert!(plain.pdf(d).get() > 0.0);
+            let is_left = map.pdf(d).get() == 0.0;
+            assert!(!is_left || plain.radiance(d).luminance() < 50.0 / 4.0);
+            is_left
+        });
+        let left = left.count();
+        assert!(left > 9 * count / 10 && left < count, "{left}");
+    }
+
+    /// The same everywhere: all of it is left.
+    #[test]
+    fn even_maps_are_not_sampled_beside_the_bsdf() {
+        let mut map = EnvironmentMap::new(4, 2, vec![[0.7; 3]; 8]);
+        map.compensate();
+        assert!(map.sample([0.3, 0.6]).is_none() && map.pdf(Vec3::X).get() == 0.0);
     }
 }

@@ -46,7 +46,7 @@ pub struct MeshLight {
 
 /// Farther triangles are lit by points so evenly that sampling by area, which costs less, is as
 /// good.
-const NEAR: f32 = 2.0;
+const NEAR: f32 = 1.0;
 
 impl MeshLight {
     /// Enters triangles into the tables; `None` if they have no area.

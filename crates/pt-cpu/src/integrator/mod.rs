@@ -100,11 +100,12 @@ pub fn find(name: &str) -> Option<&'static Registration> {
     INTEGRATORS.iter().find(|r| r.name == name)
 }
 
-/// What to compile a scene for that is rendered with these settings: see
-/// [`pt_core::CompileOptions::mis_light_samples`].
-pub fn mis_light_samples(settings: &Settings) -> Option<u32> {
+/// Whether a scene that is rendered with these settings may be compiled with
+/// [`pt_core::CompileOptions::compensated`]. Beside more light samples than one, that takes from dark
+/// directions more than it gives to bright ones.
+pub fn compensates(settings: &Settings) -> bool {
     let weighs = find(&settings.integrator).is_some_and(|integrator| integrator.weighs_sky);
-    (weighs && settings.direct == DirectLight::Mis).then_some(settings.light_samples)
+    weighs && settings.direct == DirectLight::Mis && settings.light_samples == 1
 }
 
 /// Dimensions of the sampler that the camera takes: image and lens.

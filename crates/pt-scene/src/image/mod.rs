@@ -28,8 +28,11 @@ pub struct Image {
 }
 
 impl Image {
-    /// Whether the pixels are radiance: as many as there should be, finite, and not negative. The
-    /// error names the first that is not.
+    /// Checks that the pixels are radiance.
+    ///
+    /// # Errors
+    /// If they are not as many as there should be, or one of them, which is named, is not finite or
+    /// negative.
     pub fn check_radiance(&self) -> Result<(), String> {
         check_shape(self.width, self.height, self.pixels.len())?;
         let is_good = |p: &[f32; 3]| p.iter().all(|v| v.is_finite() && *v >= 0.0);

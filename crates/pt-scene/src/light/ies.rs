@@ -95,7 +95,9 @@ impl IesProfile {
             (0.0, 360.0) => (0..n).map(|i| (self.horizontal[i], i)).collect(),
             (90.0, 270.0) => {
                 let mut all = reflect(&[90.0]);
-                all.iter_mut().for_each(|(a, _)| *a = if *a < 0.0 { *a + 360.0 } else { *a });
+                for (angle, _) in &mut all {
+                    *angle = if *angle < 0.0 { *angle + 360.0 } else { *angle };
+                }
                 all.extend(all.clone().iter().filter(|(a, _)| *a == 0.0).map(|&(_, i)| (360.0, i)));
                 all
             }
