@@ -37,7 +37,8 @@ fn permute(mut i: u32, len: u32, seed: u32) -> u32 {
         i &= mask;
         i ^= i >> 5;
         if i < len {
-            return ((u64::from(i) + u64::from(seed)) % u64::from(len)) as u32;
+            let (turned, below) = (u64::from(i) + u64::from(seed % len), u64::from(len));
+            return if turned < below { turned } else { turned - below } as u32;
         }
     }
 }
