@@ -123,6 +123,7 @@ fn compile(
         resolution: request.resolution,
         course: cli.cs184,
         bvh: request.bvh(),
+        most_single_lights: None,
         environment,
         compensated: false, // the session knows
         camera,

@@ -14,6 +14,7 @@ mod filters;
 mod furnace;
 mod invariance;
 mod lens;
+mod many_lights;
 mod materials;
 mod measure;
 mod occlusion;

@@ -142,13 +142,11 @@ pub(super) fn seen_sample(
 pub(super) fn seen_area_pdf(p: Vec3, hit: LightHit) -> Pdf<SolidAngle> {
     let Some([p0, p1, p2]) = hit.triangle else { return Pdf::ZERO };
     let (e1, e2) = (p1 - p0, p2 - p0);
-    match seen(NEAR, p, p0, e1, e2) {
-        Some(seen) => Pdf::new(1.0 / seen.solid_angle),
-        None => {
-            let area = 0.5 * e1.cross(e2).length();
-            Pdf::<Area>::new(1.0 / area).to_solid_angle(hit.distance_squared, hit.cos)
-        }
+    if let Some(seen) = seen(NEAR, p, p0, e1, e2) {
+        return Pdf::new(1.0 / seen.solid_angle);
     }
+    let area = 0.5 * e1.cross(e2).length();
+    Pdf::<Area>::new(1.0 / area).to_solid_angle(hit.distance_squared, hit.cos)
 }
 
 impl Light for MeshLight {

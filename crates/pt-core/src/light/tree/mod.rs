@@ -89,7 +89,9 @@ impl LightTree {
             match node.content {
                 Content::Light(light) => node_of[light as usize] = i as u32,
                 Content::Children(children) => {
-                    children.iter().for_each(|&child| parents[child as usize] = i as u32);
+                    for child in children {
+                        parents[child as usize] = i as u32;
+                    }
                 }
             }
         }
