@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::{
-    Adaptive, BuildOptions, DirectLight, FileSettings, INTEGRATORS, Region, Roulette, Settings,
+    Adaptive, BuildOptions, DirectLight, FileSettings, INTEGRATORS, LoadOptions, Region, Roulette,
+    Settings,
 };
 
 use crate::args::{Cli, PngBits};
@@ -90,6 +91,14 @@ pub(crate) fn above_zero(text: &str) -> Result<f32, String> {
     number(text, |v| v > 0.0, "a number above 0")
 }
 
+/// A name and what it stands for.
+pub(crate) fn definition(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => Ok((name.into(), value.into())),
+        _ => Err("expected NAME=VALUE, as in -D radius=0.5".into()),
+    }
+}
+
 /// Checks what the parser of single values cannot.
 ///
 /// # Errors
@@ -118,7 +127,20 @@ pub(crate) fn check(cli: Cli) -> Result<Checked, String> {
             path.display()
         ));
     }
+    check_definitions(&cli)?;
     Ok(Checked { cli, adaptive, resolution })
+}
+
+fn check_definitions(cli: &Cli) -> Result<(), String> {
+    let names: Vec<_> = cli.define.iter().map(|(name, _)| name).collect();
+    let Some(first) = names.first() else { return Ok(()) };
+    if cli.paths.is_empty() {
+        return Err(format!("-D {first}: the embedded scene has no names; give a Mitsuba scene"));
+    }
+    match (1..names.len()).find(|&i| names[..i].contains(&names[i])) {
+        Some(i) => Err(format!("-D {}: it is defined twice", names[i])),
+        None => Ok(()),
+    }
 }
 
 fn adaptive(cli: &Cli) -> Result<Option<Adaptive>, String> {
@@ -135,6 +157,11 @@ impl Checked {
     /// The scene's file, if one is given.
     pub(crate) fn scene(&self) -> Option<&PathBuf> {
         self.cli.paths.first()
+    }
+
+    /// How to read it.
+    pub(crate) fn load_options(&self) -> LoadOptions {
+        LoadOptions { definitions: self.cli.define.clone() }
     }
 
     /// Where the image goes.

@@ -3,6 +3,8 @@
 mod common;
 #[path = "mitsuba/shapes.rs"]
 mod shapes;
+#[path = "mitsuba/spectra.rs"]
+mod spectra;
 
 use std::path::Path;
 use std::sync::Arc;

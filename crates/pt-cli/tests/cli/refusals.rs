@@ -81,6 +81,11 @@ fn words_that_mean_nothing() {
         ("-f -s 1 SCENE", "-f needs the name of an image file"),
         ("-f out.gif SCENE", ".png or .exr"),
         ("-f out SCENE", ".png or .exr"),
+        ("-D radius SCENE", "expected NAME=VALUE"),
+        ("-D =1 SCENE", "expected NAME=VALUE"),
+        ("-D r=1", "-D r: the embedded scene has no names"),
+        ("-D r=1 -D r=2 SCENE", "-D r: it is defined twice"),
+        ("--define r=1 SCENE", "\"r\" is defined, but COLLADA has no such names"),
         ("--completions tcsh", "bash, elvish, fish, powershell, zsh"),
     ] {
         refuses(&folder, args, wanted);
