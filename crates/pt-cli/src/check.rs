@@ -127,20 +127,10 @@ pub(crate) fn check(cli: Cli) -> Result<Checked, String> {
             path.display()
         ));
     }
-    check_definitions(&cli)?;
+    if let (Some((name, _)), true) = (cli.define.first(), cli.paths.is_empty()) {
+        return Err(format!("-D {name}: the embedded scene has no names; give a Mitsuba scene"));
+    }
     Ok(Checked { cli, adaptive, resolution })
-}
-
-fn check_definitions(cli: &Cli) -> Result<(), String> {
-    let names: Vec<_> = cli.define.iter().map(|(name, _)| name).collect();
-    let Some(first) = names.first() else { return Ok(()) };
-    if cli.paths.is_empty() {
-        return Err(format!("-D {first}: the embedded scene has no names; give a Mitsuba scene"));
-    }
-    match (1..names.len()).find(|&i| names[..i].contains(&names[i])) {
-        Some(i) => Err(format!("-D {}: it is defined twice", names[i])),
-        None => Ok(()),
-    }
 }
 
 fn adaptive(cli: &Cli) -> Result<Option<Adaptive>, String> {

@@ -20,7 +20,7 @@ use xml::quote;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
     /// Names, without the dollar, and what they stand for: `$name` in the file, where the format
-    /// has that. They win over what the file says; of a name that is given twice, the first counts.
+    /// has that. They win over what the file says. Each is given once, and used in the file.
     pub definitions: Vec<(String, String)>,
 }
 
@@ -47,7 +47,7 @@ impl Format {
     /// Reads a scene of this format; see [`parse_with`].
     ///
     /// # Errors
-    /// If the content is wrong, or names are defined that it does not use.
+    /// If the content is wrong, or names are defined twice or not used.
     pub fn parse(
         &self,
         bytes: &[u8],
@@ -91,7 +91,7 @@ pub fn load(path: &Path) -> Result<Scene, LoadError> {
 /// Like [`load`], with options.
 ///
 /// # Errors
-/// As [`load`]; also if names are defined that the scene does not use.
+/// As [`load`]; also if names are defined twice or not used.
 pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Scene, LoadError> {
     format_of(path)?;
     let bytes =
@@ -111,7 +111,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
 /// Like [`parse`], with options.
 ///
 /// # Errors
-/// As [`parse`]; also if names are defined that the scene does not use.
+/// As [`parse`]; also if names are defined twice or not used.
 pub fn parse_with(bytes: &[u8], path: &Path, options: &LoadOptions) -> Result<Scene, LoadError> {
     let mut scene = format_of(path)?.parse(bytes, path, options)?;
     if scene.name.is_empty() {

@@ -64,6 +64,11 @@ pub(super) fn read(
     path: &Path,
     definitions: &[(String, String)],
 ) -> Result<Tree, LoadError> {
+    for (i, (name, _)) in definitions.iter().enumerate() {
+        if definitions[..i].iter().any(|(before, _)| before == name) {
+            return Err(mesh_file::error(path, 0, format!("{} is defined twice", quote(name))));
+        }
+    }
     let given = |(name, value): &(String, String)| Name {
         text: name.clone(),
         value: value.clone(),

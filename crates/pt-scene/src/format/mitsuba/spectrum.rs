@@ -11,7 +11,7 @@ use pt_math::cie;
 
 use super::super::mesh_file;
 use super::super::xml::quote;
-use super::object::{Object, Parameters, Role, Target, Tree, unsupported};
+use super::object::{Object, Parameters, Role, Target, Tree, error, unsupported};
 use super::value::{self, Value};
 use crate::LoadError;
 
@@ -119,9 +119,9 @@ impl Spectrum {
 }
 
 /// The colours of a function, and its largest value, by sums over the 1000 wavelengths that
-/// Mitsuba takes, with the factors that it takes. The first makes Y of equal energy 1. The second
-/// is 0.1 % short of making Y of a perfect reflector 1; it is kept, so that both renderers have
-/// the same colours.
+/// Mitsuba takes, with its two factors: the sum of ȳ, which makes Y of equal energy 1, and the mean
+/// of D65 weighted by ȳ. The latter is off by 0.1 %, so that a perfect reflector has Y = 0.9989; it
+/// is kept, for both renderers to have the same colours.
 fn integrals(value_at: impl Fn(f64) -> f64) -> Spectrum {
     const COUNT: u32 = 1000;
     const EQUAL_ENERGY: f64 = 106.750_259_399_414_06;
@@ -164,6 +164,10 @@ pub(super) fn resolve(tree: &mut Tree) -> Result<(), LoadError> {
                 None => object.children.push(child),
                 // Written for those who refer to it.
                 Some(_) if i == 0 => {}
+                Some(_) if child.name.is_empty() => {
+                    let message = "the attribute name=\"…\" is missing, which says what it is for";
+                    return Err(error(&child.at, message));
+                }
                 Some(value) => object.add_parameter(child.name, value, child.at)?,
             }
         }
