@@ -33,7 +33,7 @@ pub use pt_core::{CompileError, CompileOptions};
 pub use pt_cpu::{INTEGRATORS, Progress, RenderError, Statistics};
 pub use pt_math::sampler::SamplerKind;
 pub use pt_scene::camera_file;
-pub use pt_scene::format::{FORMATS, load};
+pub use pt_scene::format::{FORMATS, LoadOptions, load, load_with};
 pub use pt_scene::image::{self, Image};
 pub use pt_scene::{
     Aperture, Camera, FileSettings, Filter, IesProfile, Light, LightKind, LoadError, Projection,

@@ -127,6 +127,12 @@ pub(crate) struct Cli {
     #[arg(long, help_heading = "What to show")]
     pub(crate) cs184: bool,
 
+    /// What $NAME in a Mitsuba scene stands for, instead of its <default>; may be given for several
+    /// names
+    #[arg(short = 'D', long, value_name = "NAME=VALUE", value_parser = check::definition)]
+    #[arg(help_heading = "Scene")]
+    pub(crate) define: Vec<(String, String)>,
+
     /// Environment map: light from all around, an image in latitude and longitude (.exr, .hdr, .png,
     /// .jpg)
     #[arg(short, long, value_name = "FILE", help_heading = "Scene")]

@@ -6,7 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::{
     Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, FileSettings, Filter, INTEGRATORS,
-    Region, Roulette, Scene, Settings, aov,
+    LoadOptions, Region, Roulette, Scene, Settings, aov,
 };
 
 use crate::args::{Cli, PngBits};
@@ -116,6 +116,14 @@ pub(crate) fn aovs() -> impl TypedValueParser<Value = Aov> {
         .try_map(|name| Aov::from_name(&name).ok_or("there is no such quantity"))
 }
 
+/// A name and what it stands for.
+pub(crate) fn definition(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => Ok((name.into(), value.into())),
+        _ => Err("expected NAME=VALUE, as in -D radius=0.5".into()),
+    }
+}
+
 /// Checks what the parser of single values cannot.
 ///
 /// # Errors
@@ -154,6 +162,9 @@ pub(crate) fn check(cli: Cli) -> Result<Checked, String> {
             path.display()
         ));
     }
+    if let (Some((name, _)), true) = (cli.define.first(), cli.paths.is_empty()) {
+        return Err(format!("-D {name}: the embedded scene has no names; give a Mitsuba scene"));
+    }
     Ok(Checked { cli, adaptive, resolution })
 }
 
@@ -183,6 +194,11 @@ impl Checked {
     /// The scene's file, if one is given.
     pub(crate) fn scene(&self) -> Option<&PathBuf> {
         self.cli.paths.first()
+    }
+
+    /// How to read it.
+    pub(crate) fn load_options(&self) -> LoadOptions {
+        LoadOptions { definitions: self.cli.define.clone() }
     }
 
     /// Where the image goes.

@@ -87,7 +87,7 @@ fn load_scene(request: &Checked) -> Result<Scene> {
     if request.cli.cs184 && !request.cli.quiet {
         course::input(path);
     }
-    Ok(pathtracer::load(path)?)
+    Ok(pathtracer::load_with(path, &request.load_options())?)
 }
 
 /// The environment map, and under `--cs184` the picture of its probabilities.

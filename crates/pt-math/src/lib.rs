@@ -6,6 +6,7 @@
 //! platform's C library), and a fused multiply-add happens only where `mul_add` is written.
 
 pub mod bounds;
+pub mod cie;
 pub mod color;
 pub mod distribution;
 pub mod frame;

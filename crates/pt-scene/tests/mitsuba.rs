@@ -3,6 +3,8 @@
 mod common;
 #[path = "mitsuba/shapes.rs"]
 mod shapes;
+#[path = "mitsuba/spectra.rs"]
+mod spectra;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -241,6 +243,7 @@ fn the_scenes_for_peers_load_without_a_warning() {
         ("small_light", 8, 0, 5),
         ("shapes", 11, 0, 5),
         ("instances", 15, 0, 5),
+        ("spectra", 5, 1, 5),
     ] {
         let scene = pt_scene::format::load(&folder.join(name).with_extension("xml"));
         let scene = scene.unwrap_or_else(|error| panic!("{error}"));

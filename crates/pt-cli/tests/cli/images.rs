@@ -341,6 +341,23 @@ const CAMERA: &str = "40 30 1.333 1 10000\n278 273 -900 278 273 0\n1.57 3.14 900
                       -1 0 0 0 1 0 0 0 -1\n800 600 1000\n4.7 0\n";
 
 #[test]
+fn what_names_stand_for_is_what_the_file_or_the_command_line_says() {
+    let folder = Folder::new();
+    let scene = |power: &str| {
+        format!(
+            "<scene version=\"3.0.0\"><default name=\"power\" value=\"{power}\"/>\
+             <emitter type=\"constant\"><rgb name=\"radiance\" value=\"$power\"/></emitter></scene>"
+        )
+    };
+    folder.write("one.xml", scene("1"));
+    folder.write("two.xml", scene("2"));
+    let two = folder.exr(&format!("{TINY} two.xml"));
+    assert_eq!(folder.exr(&format!("{TINY} -D power=2 one.xml")), two);
+    assert_eq!(folder.exr(&format!("{TINY} one.xml --define power=2")), two);
+    assert_ne!(folder.exr(&format!("{TINY} one.xml")), two);
+}
+
+#[test]
 fn a_camera_file_moves_the_camera() {
     let folder = Folder::new();
     folder.write("camera.txt", CAMERA);

@@ -98,6 +98,10 @@ fn words_that_mean_nothing() {
         ("-f -s 1 SCENE", "-f needs the name of an image file"),
         ("-f out.gif SCENE", ".png or .exr"),
         ("-f out SCENE", ".png or .exr"),
+        ("-D radius SCENE", "expected NAME=VALUE"),
+        ("-D =1 SCENE", "expected NAME=VALUE"),
+        ("-D r=1", "-D r: the embedded scene has no names"),
+        ("--define r=1 SCENE", "\"r\" is defined, but COLLADA has no such names"),
         ("--completions tcsh", "bash, elvish, fish, powershell, zsh"),
     ] {
         refuses(&folder, args, wanted);
@@ -134,6 +138,24 @@ fn scenes_that_cannot_be_read() {
     ] {
         refuses(&folder, &format!("{TINY} {scene}"), wanted);
         refuses(&folder, &format!("{TINY} -f out.exr {scene}"), wanted);
+    }
+}
+
+#[test]
+fn definitions_that_a_scene_has_no_use_for() {
+    let folder = Folder::new();
+    let content = "<default name=\"light\" value=\"1\"/><emitter type=\"constant\">\
+                   <rgb name=\"radiance\" value=\"$light\"/></emitter>";
+    folder.write("sky.xml", format!("<scene version=\"3.0.0\">{content}</scene>"));
+    for (args, wanted) in [
+        (
+            "-D lihgt=2",
+            "sky.xml: \"lihgt\" is defined, but nothing uses it (did you mean \"light\"?)",
+        ),
+        ("-D light=2 -D light=2", "sky.xml: \"light\" is defined twice"),
+        ("-D light=much", "\"much\" is no number"),
+    ] {
+        refuses(&folder, &format!("{TINY} {args} sky.xml"), wanted);
     }
 }
 

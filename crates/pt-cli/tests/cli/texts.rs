@@ -23,6 +23,7 @@ fn help_names_every_option_and_says_nothing_else() {
             "-e, --environment <FILE>",
             "-b, --lens-radius <LENGTH>",
             "-d, --focal-distance <LENGTH>",
+            "-D, --define <NAME=VALUE>",
             "-h, --help",
             "--cs184",
             "--integrator <NAME>",

@@ -6,7 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
-use pt_scene::format::FORMATS;
+use pt_scene::format::{FORMATS, LoadOptions};
 use pt_scene::{Geometry, LoadError, Mesh, Projection, Scene};
 
 /// The folder of the files of a format.
@@ -28,7 +28,7 @@ pub(crate) fn files(format: &str, kind: &str, ending: &str) -> Vec<PathBuf> {
 pub(crate) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
     let ending = path.extension().and_then(|e| e.to_str()).expect("an ending");
     let format = FORMATS.iter().find(|f| f.extensions.contains(&ending)).expect("a format");
-    (format.parse)(bytes, path)
+    format.parse(bytes, path, &LoadOptions::default())
 }
 
 /// Compares messages with the file that has their place, or writes that file if asked to.

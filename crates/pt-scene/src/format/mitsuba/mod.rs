@@ -22,8 +22,8 @@
 //! * A `max_depth` of N there allows N − 1 interactions with surfaces, which is what is counted
 //!   here; −1 becomes `u32::MAX`.
 //! * The first sensor of a file is the one that Mitsuba uses; here it is the last.
-//! * `<spectrum>` with one number is the equal-energy illuminant where light is emitted, as it is
-//!   in Mitsuba's RGB modes, and grey elsewhere.
+//! * Spectra become colours when they are read, as in Mitsuba's RGB modes: `<spectrum>` with one
+//!   number is the equal-energy illuminant where light is emitted, and grey elsewhere.
 //! * Images have their upper row at v = 0 there, and at v = 1 here. Meshes keep the texture
 //!   coordinates that they have there.
 //! * Disks and cylinders are meshes of 1024 sides here, and instances are copies.
@@ -40,6 +40,7 @@ mod read;
 mod scene;
 mod sensor;
 mod shape;
+mod spectrum;
 mod texture;
 mod transform;
 mod value;
@@ -48,8 +49,12 @@ use std::path::Path;
 
 use crate::{LoadError, Scene};
 
-/// A scene.
-pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
-    let tree = read::read(bytes, path)?;
+/// A scene, with what some `$name` stand for.
+pub(super) fn parse(
+    bytes: &[u8],
+    path: &Path,
+    definitions: &[(String, String)],
+) -> Result<Scene, LoadError> {
+    let tree = read::read(bytes, path, definitions)?;
     scene::build(&tree)
 }

@@ -98,7 +98,7 @@ impl Tree {
             let tag = self.objects[index].tag.as_str();
             if !supported.contains(&tag) {
                 let advice = match (tag, object.tag.as_str()) {
-                    ("texture" | "spectrum", "bsdf" | "emitter") => "; give the colour as <rgb>",
+                    ("texture", "bsdf" | "emitter") => "; give the colour as <rgb>",
                     _ => "",
                 };
                 let message =
@@ -134,6 +134,20 @@ impl Object {
         }
     }
 
+    /// Adds a parameter.
+    pub(super) fn add_parameter(
+        &mut self,
+        name: String,
+        value: Value,
+        at: Span,
+    ) -> Result<(), LoadError> {
+        if self.parameters.iter().any(|p| p.name == name) {
+            return Err(error(&at, format!("{} is given twice", quote(&name))));
+        }
+        self.parameters.push(Parameter { name, value, at });
+        Ok(())
+    }
+
     /// The identifier, or else the kind.
     pub(super) fn name(&self) -> &str {
         if self.id.is_empty() { &self.kind } else { &self.id }
@@ -150,10 +164,6 @@ pub(super) enum Role {
     /// A part of an index of refraction, not negative.
     Index,
 }
-
-/// The equal-energy illuminant, with Y = 1, in linear Rec. 709: the row sums of the matrix from
-/// XYZ. [ITU-R BT.709, primaries and white point]
-const EQUAL_ENERGY: [f64; 3] = [1.204_784, 0.948_301, 0.908_843];
 
 /// Reads the parameters of an object and remembers which were asked for, so that those that
 /// nobody knows can be refused.
@@ -312,8 +322,13 @@ impl<'t> Parameters<'t> {
     ) -> Result<Option<[f32; 3]>, LoadError> {
         let found = self.get(name, "an <rgb>", |value| match (value, role) {
             (Value::Rgb(rgb), _) => Some(*rgb),
-            (Value::Spectrum(x), Role::Emission) => Some(EQUAL_ENERGY.map(|e| e * x)),
-            (Value::Spectrum(x) | Value::Float(x), _) => Some([*x; 3]),
+            (Value::Spectrum(spectrum), Role::Emission) => Some(spectrum.emitted),
+            // What reflects no more than all light at any wavelength is cut to what can be shown.
+            (Value::Spectrum(spectrum), Role::Share) if spectrum.most <= 1.0 => {
+                Some(spectrum.reflected.map(|x| x.min(1.0)))
+            }
+            (Value::Spectrum(spectrum), _) => Some(spectrum.reflected),
+            (Value::Float(x), _) => Some([*x; 3]),
             (Value::Integer(x), _) => Some([*x as f64; 3]),
             _ => None,
         });

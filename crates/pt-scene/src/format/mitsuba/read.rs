@@ -1,13 +1,15 @@
 //! XML files to objects: parameters `$name`, includes, folders, aliases, values.
 
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 
 use pt_math::{DAffine3, DVec3};
 
 use super::super::mesh_file;
 use super::super::xml::{self, Document, Node, did_you_mean, quote};
-use super::object::{Child, Object, Parameter, Target, Tree};
+use super::object::{Child, Object, Target, Tree};
+use super::spectrum::{self, Spectrum};
 use super::transform::{look_at, matrix, perpendicular, rotate};
 use super::value::{self, Value};
 use crate::LoadError;
@@ -56,9 +58,23 @@ const OTHERS: [&str; 14] = [
     "vector",
 ];
 
-/// Reads a scene and all that it includes.
-pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Tree, LoadError> {
-    let mut reader = Reader::default();
+/// Reads a scene and all that it includes; names that are defined have to be used.
+pub(super) fn read(
+    bytes: &[u8],
+    path: &Path,
+    definitions: &[(String, String)],
+) -> Result<Tree, LoadError> {
+    for (i, (name, _)) in definitions.iter().enumerate() {
+        if definitions[..i].iter().any(|(before, _)| before == name) {
+            return Err(mesh_file::error(path, 0, format!("{} is defined twice", quote(name))));
+        }
+    }
+    let given = |(name, value): &(String, String)| Name {
+        text: name.clone(),
+        value: value.clone(),
+        is_used: Cell::new(false),
+    };
+    let mut reader = Reader { names: definitions.iter().map(given).collect(), ..Reader::default() };
     reader.tree.search.push(folder_of(path));
     let root = Object {
         tag: "scene".to_owned(),
@@ -70,6 +86,13 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Tree, LoadError> {
     };
     reader.tree.objects.push(root);
     reader.file(bytes, path, 0)?;
+    let (given, others) = reader.names.split_at(definitions.len());
+    if let Some(name) = given.iter().find(|name| !name.is_used.get()) {
+        let hint = did_you_mean(&name.text, others.iter().map(|name| name.text.as_str()));
+        let message = format!("{} is defined, but nothing uses it{hint}", quote(&name.text));
+        return Err(mesh_file::error(path, 0, message));
+    }
+    spectrum::resolve(&mut reader.tree)?;
     Ok(reader.tree)
 }
 
@@ -77,13 +100,21 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Tree, LoadError> {
 struct Reader {
     tree: Tree,
     /// What `$name` stands for.
-    names: Vec<(String, String)>,
+    names: Vec<Name>,
     /// The files being read, each included by the one before.
     open: Vec<PathBuf>,
     /// How many files were included so far.
     files: usize,
     /// How many objects enclose the element being read.
     depth: usize,
+}
+
+/// What `$name` stands for.
+struct Name {
+    text: String,
+    value: String,
+    /// Whether it was put in anywhere.
+    is_used: Cell<bool>,
 }
 
 /// The attributes of an element, with `$name` put in.
@@ -181,12 +212,7 @@ impl Reader {
         parent: usize,
     ) -> Result<(), LoadError> {
         if let Some((name, value)) = self.named_value(document, node)? {
-            let parameters = &mut self.tree.objects[parent].parameters;
-            if parameters.iter().any(|p| p.name == name) {
-                return Err(document.error(node, format!("{} is given twice", quote(&name))));
-            }
-            parameters.push(Parameter { name, value, at: document.span(node) });
-            return Ok(());
+            return self.tree.objects[parent].add_parameter(name, value, document.span(node));
         }
         match node.tag_name().name() {
             "ref" => {
@@ -224,7 +250,7 @@ impl Reader {
             "string" => |text| Ok(Value::Text(text.to_owned())),
             "rgb" => |text| value::rgb(text).map(Value::Rgb),
             "spectrum" if !node.has_attribute("type") => {
-                |text| value::spectrum(text).map(Value::Spectrum)
+                return self.spectrum(document, node).map(Some);
             }
             "point" | "vector" => {
                 let attributes =
@@ -242,6 +268,24 @@ impl Reader {
         let attributes = self.attributes(document, node, &["name", "value"], &[])?;
         let value = attributes.parse("value", parse)?;
         Ok(value.map(|value| (attributes.text("name").to_owned(), value)))
+    }
+
+    /// `<spectrum name="…" value="…"/>`, or with a file of samples.
+    fn spectrum<'a>(
+        &self,
+        document: &'a Document<'a>,
+        node: Node<'a>,
+    ) -> Result<(String, Value), LoadError> {
+        let attributes = self.attributes(document, node, &["name"], &["value", "filename"])?;
+        let read = |text: &str| {
+            Spectrum::read(&self.tree.resolve(text).ok_or_else(|| self.tree.not_found(text))?)
+        };
+        let value = attributes.parse("value", Spectrum::parse)?;
+        let spectrum = match (value, attributes.parse("filename", read)?) {
+            (Some(spectrum), None) | (None, Some(spectrum)) => spectrum,
+            _ => return Err(document.error(node, "expected either value or filename")),
+        };
+        Ok((attributes.text("name").to_owned(), Value::Spectrum(spectrum)))
     }
 
     /// Reads an object and what it contains.
@@ -374,13 +418,14 @@ impl Reader {
         if name.is_empty() {
             return Err(document.error(node, "the name is empty"));
         }
-        if self.names.iter().any(|(n, _)| n == name) {
+        if self.names.iter().any(|known| known.text == name) {
             return Ok(());
         }
-        if self.names.len() == MAX_NAMES {
+        if self.names.len() >= MAX_NAMES {
             return Err(document.error(node, format!("there are more than {MAX_NAMES} names")));
         }
-        self.names.push((name.to_owned(), value.to_owned()));
+        let (text, value) = (name.to_owned(), value.to_owned());
+        self.names.push(Name { text, value, is_used: Cell::new(false) });
         Ok(())
     }
 
@@ -469,18 +514,20 @@ impl Reader {
                 rest = after;
                 continue;
             }
-            let fitting = self.names.iter().filter(|(name, _)| after.starts_with(name.as_str()));
-            let Some((name, value)) = fitting.max_by_key(|(name, _)| name.len()) else {
+            let fits = |name: &&Name| !name.text.is_empty() && after.starts_with(&name.text);
+            let fitting = self.names.iter().filter(fits);
+            let Some(found) = fitting.max_by_key(|name| name.text.len()) else {
                 let end = after.find(|c: char| !c.is_alphanumeric() && c != '_');
                 let name = &after[..end.unwrap_or(after.len())];
-                let hint = did_you_mean(name, self.names.iter().map(|(n, _)| n.as_str()));
+                let hint = did_you_mean(name, self.names.iter().map(|n| n.text.as_str()));
                 let message = "nothing above says what it stands for; add <default name=\"…\" \
                                value=\"…\"/>";
                 return Err(format!("{}: {message}{hint}", quote(&format!("${name}"))));
             };
+            found.is_used.set(true);
             result += before;
-            result += value;
-            rest = &after[name.len()..];
+            result += &found.value;
+            rest = &after[found.text.len()..];
             if result.len() > MAX_SUBSTITUTED {
                 return Err(format!("with all $names put in, it exceeds {MAX_SUBSTITUTED} bytes"));
             }

@@ -39,7 +39,7 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
             "sensor" => sensors.push(object),
             "integrator" => integrators.push(index),
             // What these describe is read where it is referred to.
-            "bsdf" | "film" | "rfilter" | "sampler" | "spectrum" | "texture" => {}
+            "bsdf" | "film" | "rfilter" | "sampler" | "texture" => {}
             tag => {
                 return Err(error(&object.at, format!("<{tag}> is not supported")));
             }

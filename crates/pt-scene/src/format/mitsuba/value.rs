@@ -1,6 +1,7 @@
 //! Values of parameters: what the text of an attribute means.
 
 use super::super::xml::quote;
+use super::spectrum::Spectrum;
 
 /// Largest magnitude of a number; more than that would be infinite in single precision.
 const LARGEST: f64 = f32::MAX as f64;
@@ -14,8 +15,7 @@ pub(super) enum Value {
     Text(String),
     Vector([f64; 3]),
     Rgb([f64; 3]),
-    /// The same at all wavelengths.
-    Spectrum(f64),
+    Spectrum(Spectrum),
     Transform(pt_math::DAffine3),
 }
 
@@ -73,15 +73,6 @@ pub(super) fn rgb(text: &str) -> Result<[f64; 3], String> {
     let [_, rgb @ ..] =
         value.ok_or_else(|| format!("{} is no colour like #ff8000", quote(text)))?.to_be_bytes();
     Ok(rgb.map(|byte| f64::from(byte) / 255.0))
-}
-
-/// One number that holds for all wavelengths.
-pub(super) fn spectrum(text: &str) -> Result<f64, String> {
-    if text.contains(':') {
-        let message = "spectra over wavelengths are not read; give the colour as <rgb>";
-        return Err(message.to_owned());
-    }
-    number(text)
 }
 
 #[cfg(test)]
