@@ -172,12 +172,12 @@ mod tests {
         }
     }
 
-    /// The three functions have the same area, so that equal energy has X = Y = Z.
+    /// The three functions have the same area, to 0.04 %, so that equal energy has X = Y = Z.
     #[test]
     fn equal_energy_has_equal_tristimulus_values() {
         let area = |c: usize| STEP * TABLE.iter().map(|row| row[c]).sum::<f64>();
         for c in 0..3 {
-            assert!((area(c) / 106.857 - 1.0).abs() < 1e-4, "{}", area(c));
+            assert!((area(c) / area(1) - 1.0).abs() < 4e-4, "{}", area(c));
         }
     }
 

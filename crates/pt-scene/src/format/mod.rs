@@ -31,7 +31,7 @@ enum Parser {
     /// Without options.
     Plain(fn(&[u8], &Path) -> Result<Scene, LoadError>),
     /// With names that stand for something.
-    Defined(fn(&[u8], &Path, &[(String, String)]) -> Result<Scene, LoadError>),
+    Defined(fn(&[u8], &Path, &LoadOptions) -> Result<Scene, LoadError>),
 }
 
 /// A scene format.
@@ -55,7 +55,7 @@ impl Format {
         options: &LoadOptions,
     ) -> Result<Scene, LoadError> {
         match (self.parser, options.definitions.first()) {
-            (Parser::Defined(parse), _) => parse(bytes, path, &options.definitions),
+            (Parser::Defined(parse), _) => parse(bytes, path, options),
             (Parser::Plain(parse), None) => parse(bytes, path),
             (Parser::Plain(_), Some((name, _))) => {
                 let all = FORMATS.iter().filter(|f| matches!(f.parser, Parser::Defined(_)));

@@ -47,14 +47,11 @@ mod value;
 
 use std::path::Path;
 
+use super::LoadOptions;
 use crate::{LoadError, Scene};
 
 /// A scene, with what some `$name` stand for.
-pub(super) fn parse(
-    bytes: &[u8],
-    path: &Path,
-    definitions: &[(String, String)],
-) -> Result<Scene, LoadError> {
-    let tree = read::read(bytes, path, definitions)?;
+pub(super) fn parse(bytes: &[u8], path: &Path, options: &LoadOptions) -> Result<Scene, LoadError> {
+    let tree = read::read(bytes, path, &options.definitions)?;
     scene::build(&tree)
 }

@@ -281,9 +281,9 @@ impl Reader {
             Spectrum::read(&self.tree.resolve(text).ok_or_else(|| self.tree.not_found(text))?)
         };
         let value = attributes.parse("value", Spectrum::parse)?;
-        let spectrum = match (value, attributes.parse("filename", read)?) {
-            (Some(spectrum), None) | (None, Some(spectrum)) => spectrum,
-            _ => return Err(document.error(node, "expected either value or filename")),
+        let samples = attributes.parse("filename", read)?;
+        let ((Some(spectrum), None) | (None, Some(spectrum))) = (value, samples) else {
+            return Err(document.error(node, "expected either value or filename"));
         };
         Ok((attributes.text("name").to_owned(), Value::Spectrum(spectrum)))
     }
