@@ -23,7 +23,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// Compiles a scene.
+    /// Compiles a scene; whether [`CompileOptions::compensated`] follows from the settings.
     ///
     /// # Errors
     /// If the scene is inconsistent, or the region of the settings lies outside of the image.

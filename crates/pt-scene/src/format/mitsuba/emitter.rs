@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
+use super::super::mesh_file;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
 use super::transform::perpendicular;
-use crate::{Light, LightKind, LoadError, Rows, image};
+use crate::image::{self, Transfer};
+use crate::{Light, LightKind, LoadError, Rows};
 
 const KINDS: [&str; 6] =
     ["area (inside a shape)", "constant", "directional", "envmap", "point", "spot"];
@@ -86,8 +88,8 @@ fn envmap(
     const TOLERANCE: f64 = 1e-4; // matrices are written with a few digits
     parameters.pass_over(&["mis_compensation"]);
     let node = parameters.transform("to_world")?.matrix3;
-    let error = node.transpose() * node - DMat3::IDENTITY;
-    if error.to_cols_array().iter().any(|x| x.abs() > TOLERANCE) {
+    let difference = node.transpose() * node - DMat3::IDENTITY;
+    if difference.to_cols_array().iter().any(|x| x.abs() > TOLERANCE) {
         let message = "the sky has no size; expected a transform that only turns or mirrors";
         return Err(parameters.refuse("to_world", message));
     }
@@ -100,7 +102,9 @@ fn envmap(
     };
     let path = tree.resolve(text);
     let path = path.ok_or_else(|| parameters.refuse("filename", tree.not_found(text)))?;
-    let image = image::load(&path).map_err(|e| parameters.refuse("filename", e.to_string()))?;
+    let bytes = mesh_file::read(&path).map_err(|message| parameters.refuse("filename", message))?;
+    let image = image::decode(&bytes, &path, Transfer::Srgb);
+    let image = image.map_err(|e| parameters.refuse("filename", e.to_string()))?;
     let swap = DMat3::from_cols(DVec3::Z, DVec3::Y, DVec3::X);
     let kind = LightKind::Environment {
         image: Arc::new(image),
