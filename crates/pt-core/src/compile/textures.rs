@@ -13,7 +13,7 @@ use crate::material::{LobeMaterial, Material, Materials, Slot, SlotKind};
 use crate::texture::{PatternRecord, Texels, TextureRecord, Varying};
 
 /// Surfaces with less roughness are as smooth to the eye, but not to single precision.
-const LEAST_ALPHA: f32 = 1e-3;
+pub(super) const LEAST_ALPHA: f32 = 1e-3;
 /// Of more, microfacets are no model.
 const MOST_ALPHA: f32 = 10.0;
 

@@ -6,7 +6,8 @@ use super::super::texture::Textures;
 use super::inputs::Inputs;
 use super::{Scattering, surface};
 use crate::material::{
-    Black, CoatedDiffuse, Conductor, Embossed, Glass, Matte, Mirror, Mix, Plastic, Sided,
+    Black, CoatedDiffuse, Conductor, Embossed, Glass, Matte, Mirror, Mix, Plastic,
+    RoughCoatedDiffuse, Sided,
 };
 use crate::texture::Relief;
 use crate::{LoadError, Surface};
@@ -101,6 +102,9 @@ fn on_both_sides(surface: Surface) -> Surface {
         }) => Mirror { reflectance }.into(),
         Surface::Conductor(metal) => Conductor { two_sided: true, ..metal }.into(),
         Surface::CoatedDiffuse(coated) => CoatedDiffuse { two_sided: true, ..coated }.into(),
+        Surface::RoughCoatedDiffuse(coated) => {
+            RoughCoatedDiffuse { two_sided: true, ..coated }.into()
+        }
         Surface::Plastic(plastic) => Plastic { two_sided: true, ..plastic }.into(),
         Surface::Mix(Mix { first, second, share }) => {
             Mix { first: both(first), second: both(second), share }.into()
@@ -126,6 +130,7 @@ pub(in super::super) fn inverted(surface: Surface) -> Surface {
         }
         Surface::Matte(Matte { two_sided: false, .. })
         | Surface::CoatedDiffuse(CoatedDiffuse { two_sided: false, .. })
+        | Surface::RoughCoatedDiffuse(RoughCoatedDiffuse { two_sided: false, .. })
         | Surface::Conductor(Conductor { two_sided: false, .. }) => {
             Sided { front: Box::new(Black.into()), back: surface.into() }.into()
         }
