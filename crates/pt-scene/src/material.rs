@@ -25,7 +25,7 @@ pub struct Material {
 macro_rules! surfaces {
     ($then:ident) => {
         $then! {
-            Matte, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, RoughCoatedDiffuse,
+            Matte, RoughDiffuse, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, RoughCoatedDiffuse,
             Plastic, Black, Mix, Sided, Embossed
         }
     };
@@ -91,6 +91,18 @@ impl Roughness {
 pub struct Matte {
     /// Albedo, each channel in [0, 1].
     pub reflectance: Color,
+    /// Whether the back side reflects too; otherwise it is black.
+    pub two_sided: bool,
+}
+
+/// Diffuse reflection of a surface with V-shaped cavities, that loses no light between them.
+/// [Portsmouth, Kutz & Hill 2025, "EON: A Practical Energy-Preserving Rough Diffuse BRDF"]
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoughDiffuse {
+    /// Albedo of the walls of the cavities, each channel in [0, 1].
+    pub reflectance: Color,
+    /// Roughness from 0, which is Lambertian, to 1.
+    pub roughness: Scalar,
     /// Whether the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }

@@ -6,7 +6,7 @@
 use pt_math::Spectrum;
 use pt_scene::material::{
     Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Matte, Mirror, Mix, Plastic,
-    Refraction, RoughCoatedDiffuse, Roughness, Sided, Surface, ThinGlass,
+    Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
 };
 use pt_scene::texture::{Relief, Scalar};
 
@@ -64,6 +64,14 @@ impl Lower for Matte {
         let rho = cx.share(&self.reflectance, bsdf::Diffuse::RHO);
         let two_sided = self.two_sided && !cx.course;
         cx.lobe(bsdf::Diffuse { rho }, two_sided)
+    }
+}
+
+impl Lower for RoughDiffuse {
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        let rho = cx.share(&self.reflectance, bsdf::Eon::RHO);
+        let roughness = cx.number(&self.roughness, bsdf::Eon::ROUGHNESS, [0.0, 1.0]);
+        cx.lobe(bsdf::Eon { rho, roughness }, self.two_sided)
     }
 }
 

@@ -86,13 +86,17 @@ impl Lowering {
     pub(super) fn alpha(&mut self, alpha: &Scalar, first: usize) -> f32 {
         match alpha {
             Scalar::Value(alpha) => alpha.max(LEAST_ALPHA),
+            texture @ Scalar::Texture(_) => self.number(texture, first, [LEAST_ALPHA, MOST_ALPHA]),
+        }
+    }
+
+    /// A number within bounds, which the next lobe packs as number `first`.
+    pub(super) fn number(&mut self, number: &Scalar, first: usize, [least, most]: [f32; 2]) -> f32 {
+        match number {
+            Scalar::Value(value) => value.clamp(least, most),
             Scalar::Texture(texture) => {
-                self.slot(
-                    texture,
-                    first,
-                    SlotKind::Number { least: LEAST_ALPHA, most: MOST_ALPHA },
-                );
-                1.0
+                self.slot(texture, first, SlotKind::Number { least, most });
+                most
             }
         }
     }

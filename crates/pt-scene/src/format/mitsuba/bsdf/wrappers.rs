@@ -7,7 +7,7 @@ use super::inputs::Inputs;
 use super::{Scattering, surface};
 use crate::material::{
     Black, CoatedDiffuse, Conductor, Embossed, Glass, Matte, Mirror, Mix, Plastic,
-    RoughCoatedDiffuse, Sided,
+    RoughCoatedDiffuse, RoughDiffuse, Sided,
 };
 use crate::texture::Relief;
 use crate::{LoadError, Surface};
@@ -93,6 +93,7 @@ fn on_both_sides(surface: Surface) -> Surface {
     let both = |surface: Box<Surface>| Box::new(on_both_sides(*surface));
     match surface {
         Surface::Matte(matte) => Matte { two_sided: true, ..matte }.into(),
+        Surface::RoughDiffuse(rough) => RoughDiffuse { two_sided: true, ..rough }.into(),
         // Without a real part of the index of refraction, all light is reflected at every angle.
         Surface::Conductor(Conductor {
             eta: [0.0, 0.0, 0.0],
@@ -129,6 +130,7 @@ pub(in super::super) fn inverted(surface: Surface) -> Surface {
             Embossed { surface: turned(surface), relief }.into()
         }
         Surface::Matte(Matte { two_sided: false, .. })
+        | Surface::RoughDiffuse(RoughDiffuse { two_sided: false, .. })
         | Surface::CoatedDiffuse(CoatedDiffuse { two_sided: false, .. })
         | Surface::RoughCoatedDiffuse(RoughCoatedDiffuse { two_sided: false, .. })
         | Surface::Conductor(Conductor { two_sided: false, .. }) => {
