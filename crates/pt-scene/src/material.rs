@@ -25,8 +25,8 @@ pub struct Material {
 macro_rules! surfaces {
     ($then:ident) => {
         $then! {
-            Matte, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, Plastic, Black, Mix,
-            Sided, Embossed
+            Matte, RoughDiffuse, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, RoughCoatedDiffuse,
+            Plastic, Black, Mix, Sided, Embossed
         }
     };
 }
@@ -95,6 +95,18 @@ pub struct Matte {
     pub two_sided: bool,
 }
 
+/// Diffuse reflection of a surface with V-shaped cavities, that loses no light between them.
+/// [Portsmouth, Kutz & Hill 2025, "EON: A Practical Energy-Preserving Rough Diffuse BRDF"]
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoughDiffuse {
+    /// Albedo of the walls of the cavities, each channel in [0, 1].
+    pub reflectance: Color,
+    /// Roughness from 0, which is Lambertian, to 1.
+    pub roughness: Scalar,
+    /// Whether the back side reflects too; otherwise it is black.
+    pub two_sided: bool,
+}
+
 /// A perfect mirror, on both sides.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mirror {
@@ -159,6 +171,26 @@ pub struct CoatedDiffuse {
     pub specular: Color,
     /// Index of refraction of the coat over that above it.
     pub ior: f32,
+    /// Whether light that the coat throws back is coloured again by the base, as it would be in
+    /// nature.
+    pub saturates: bool,
+    /// Whether the back side reflects too; otherwise it is black.
+    pub two_sided: bool,
+}
+
+/// A diffuse base under a rough coat of a dielectric. Light that meets a second facet of the coat is lost.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoughCoatedDiffuse {
+    /// Albedo of the base.
+    pub diffuse: Color,
+    /// Tint of what the coat reflects; 1 is physical.
+    pub specular: Color,
+    /// Index of refraction of the coat over that above it, at least 1: less is taken for 1.
+    pub ior: f32,
+    /// Roughness α > 0 of the coat, as in [`Roughness::alpha`].
+    pub alpha: f32,
+    /// How the slopes of facets are distributed. They hide each other as [`Masking::Separable`] says.
+    pub distribution: Distribution,
     /// Whether light that the coat throws back is coloured again by the base, as it would be in
     /// nature.
     pub saturates: bool,

@@ -12,8 +12,8 @@ use std::sync::Arc;
 use common::{check_bad_files, check_good_files, check_robustness, folder, parse};
 use pt_math::{DAffine3, DVec3, Vec3};
 use pt_scene::material::{
-    Black, CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, Mirror, Roughness, Sided,
-    ThinGlass,
+    Black, CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, Mirror,
+    RoughCoatedDiffuse, Roughness, Sided, ThinGlass,
 };
 use pt_scene::{
     FileSettings, Filter, Geometry, LightKind, Material, Mesh, Projection, Scalar, Scene, Surface,
@@ -359,6 +359,33 @@ fn plastic_is_a_base_under_a_coat() {
          <boolean name=\"nonlinear\" value=\"true\"/></bsdf></bsdf>",
     );
     assert_eq!(both, CoatedDiffuse { saturates: true, two_sided: true, ..plain }.into());
+}
+
+#[test]
+fn rough_plastic_has_one_roughness() {
+    let plain = RoughCoatedDiffuse {
+        diffuse: [0.5; 3].into(),
+        specular: [1.0; 3].into(),
+        ior: (1.49 / 1.000_277) as f32,
+        alpha: 0.1,
+        distribution: Distribution::Beckmann,
+        saturates: false,
+        two_sided: false,
+    };
+    assert_eq!(surface("<bsdf type=\"roughplastic\"/>"), plain.clone().into());
+    let other = surface(
+        "<bsdf type=\"twosided\"><bsdf type=\"roughplastic\">\
+         <string name=\"distribution\" value=\"ggx\"/><float name=\"alpha\" value=\"0.3\"/>\
+         <boolean name=\"nonlinear\" value=\"true\"/></bsdf></bsdf>",
+    );
+    let want = RoughCoatedDiffuse {
+        alpha: 0.3,
+        distribution: Distribution::Ggx,
+        saturates: true,
+        two_sided: true,
+        ..plain
+    };
+    assert_eq!(other, want.into());
 }
 
 #[test]

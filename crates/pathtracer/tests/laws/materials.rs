@@ -8,7 +8,7 @@ use pt_math::{DAffine3, DMat3, DVec3, Spectrum};
 use pt_scene::image::Image;
 use pt_scene::material::{
     Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Masking, Mirror, Mix, Plastic,
-    Refraction, Roughness, Sided, ThinGlass,
+    Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, ThinGlass,
 };
 use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Relief, Scalar, Texture, Wrap};
 use pt_scene::{LightKind, Surface};
@@ -61,6 +61,8 @@ fn surfaces(textured: bool) -> Vec<Surface> {
     };
     vec![
         pt_scene::material::Matte { reflectance: color(COLOR), two_sided: true }.into(),
+        RoughDiffuse { reflectance: color(COLOR), roughness: number(textured), two_sided: true }
+            .into(),
         Mirror { reflectance: color(COLOR) }.into(),
         metal(None),
         metal(Some(roughness())),
@@ -72,6 +74,16 @@ fn surfaces(textured: bool) -> Vec<Surface> {
             diffuse: color(COLOR),
             specular: color(OTHER),
             ior: 1.5,
+            saturates: true,
+            two_sided: true,
+        }
+        .into(),
+        RoughCoatedDiffuse {
+            diffuse: color(COLOR),
+            specular: color(OTHER),
+            ior: 1.5,
+            alpha: 0.2,
+            distribution: Distribution::Ggx,
             saturates: true,
             two_sided: true,
         }

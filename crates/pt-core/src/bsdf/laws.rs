@@ -56,6 +56,7 @@ fn with_alpha(lobe: &AnyLobe, alpha: f32) -> Option<AnyLobe> {
     match *lobe {
         AnyLobe::RoughConductor(l) => Some(RoughConductor { facets: with(l.facets), ..l }.into()),
         AnyLobe::RoughDielectric(l) => Some(RoughDielectric { facets: with(l.facets), ..l }.into()),
+        AnyLobe::RoughCoatedDiffuse(l) => Some(l.with_alpha(alpha).into()),
         AnyLobe::Glossy(l) => Some(Glossy { facets: with(l.facets), ..l }.into()),
         AnyLobe::CourseMicrofacet(l) => Some(CourseMicrofacet { alpha, ..l }.into()),
         _ => None,
@@ -209,7 +210,8 @@ fn stretch(lobe: &AnyLobe, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<f32> {
 #[test]
 fn stretch_is_one_over_the_density() {
     for lobe in AnyLobe::examples().iter().filter(|l| !l.is_delta()) {
-        let one_map = !matches!(lobe, AnyLobe::Glossy(_));
+        let one_map =
+            !matches!(lobe, AnyLobe::Glossy(_) | AnyLobe::RoughCoatedDiffuse(_) | AnyLobe::Eon(_));
         let mut checked = 0;
         for wo in ABOVE {
             let mut random = Random::new(2);
@@ -222,6 +224,8 @@ fn stretch_is_one_over_the_density() {
                 let chance = match lobe {
                     AnyLobe::RoughDielectric(l) => l.chance(wo, s.wi),
                     AnyLobe::CoatedDiffuse(l) => l.chance(wo),
+                    AnyLobe::RoughCoatedDiffuse(l) => l.chance(wo, u[2]),
+                    AnyLobe::Eon(l) => l.chance(wo, u[2]),
                     _ => 1.0,
                 };
                 let product = area * lobe.pdf(wo, s.wi).get() / chance;

@@ -9,6 +9,7 @@ mod conductor;
 mod course;
 mod dielectric;
 mod diffuse;
+mod eon;
 pub mod fresnel;
 mod glossy;
 #[cfg(test)]
@@ -16,6 +17,7 @@ mod laws;
 pub mod microfacet;
 mod mirror;
 mod refraction;
+mod rough_coated_diffuse;
 mod rough_dielectric;
 mod thin_dielectric;
 
@@ -235,6 +237,8 @@ macro_rules! lobes {
 lobes! {
     /// Lambertian reflection.
     Diffuse = diffuse::Diffuse,
+    /// Rough diffuse reflection.
+    Eon = eon::Eon,
     /// Perfect mirror.
     Mirror = mirror::Mirror,
     /// Smooth dielectric interface.
@@ -251,6 +255,8 @@ lobes! {
     RoughConductor = conductor::RoughConductor,
     /// Diffuse base under a smooth coat.
     CoatedDiffuse = coated_diffuse::CoatedDiffuse,
+    /// Diffuse base under a rough coat.
+    RoughCoatedDiffuse = rough_coated_diffuse::RoughCoatedDiffuse,
     /// Diffuse base under a rough gloss.
     Glossy = glossy::Glossy,
     /// The course's glass.

@@ -6,15 +6,15 @@
 use pt_math::Spectrum;
 use pt_scene::material::{
     Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Matte, Mirror, Mix, Plastic,
-    Refraction, Roughness, Sided, Surface, ThinGlass,
+    Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
 };
 use pt_scene::texture::{Relief, Scalar};
 
-use super::textures::Lowering;
+use super::textures::{LEAST_ALPHA, Lowering};
 use crate::bsdf::microfacet::Facets;
 use crate::bsdf::{
-    self, CoatedDiffuse as Coated, Dielectric, Glossy, RoughConductor, RoughDielectric,
-    SmoothConductor, ThinDielectric,
+    self, CoatedDiffuse as Coated, Dielectric, Glossy, RoughCoatedDiffuse as RoughCoated,
+    RoughConductor, RoughDielectric, SmoothConductor, ThinDielectric,
 };
 use crate::id::Id;
 use crate::material::{Material, ReliefRecord};
@@ -64,6 +64,14 @@ impl Lower for Matte {
         let rho = cx.share(&self.reflectance, bsdf::Diffuse::RHO);
         let two_sided = self.two_sided && !cx.course;
         cx.lobe(bsdf::Diffuse { rho }, two_sided)
+    }
+}
+
+impl Lower for RoughDiffuse {
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        let rho = cx.share(&self.reflectance, bsdf::Eon::RHO);
+        let roughness = cx.number(&self.roughness, bsdf::Eon::ROUGHNESS, [0.0, 1.0]);
+        cx.lobe(bsdf::Eon { rho, roughness }, self.two_sided)
     }
 }
 
@@ -140,6 +148,17 @@ impl Lower for CoatedDiffuse {
         let rho = cx.share(&self.diffuse, Coated::RHO);
         let specular = cx.share(&self.specular, Coated::SPECULAR);
         cx.lobe(Coated::new(rho, specular, self.ior, self.saturates), self.two_sided)
+    }
+}
+
+impl Lower for RoughCoatedDiffuse {
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        let rho = cx.share(&self.diffuse, RoughCoated::RHO);
+        let specular = cx.share(&self.specular, RoughCoated::SPECULAR);
+        let (eta, alpha) = (self.ior.max(1.0), self.alpha.max(LEAST_ALPHA));
+        let Self { distribution, saturates, two_sided, .. } = *self;
+        let lobe = RoughCoated::new(rho, specular, eta, distribution, alpha, saturates);
+        cx.lobe(lobe, two_sided)
     }
 }
 

@@ -13,7 +13,7 @@ use crate::material::{LobeMaterial, Material, Materials, Slot, SlotKind};
 use crate::texture::{PatternRecord, Texels, TextureRecord, Varying};
 
 /// Surfaces with less roughness are as smooth to the eye, but not to single precision.
-const LEAST_ALPHA: f32 = 1e-3;
+pub(super) const LEAST_ALPHA: f32 = 1e-3;
 /// Of more, microfacets are no model.
 const MOST_ALPHA: f32 = 10.0;
 
@@ -86,13 +86,17 @@ impl Lowering {
     pub(super) fn alpha(&mut self, alpha: &Scalar, first: usize) -> f32 {
         match alpha {
             Scalar::Value(alpha) => alpha.max(LEAST_ALPHA),
+            texture @ Scalar::Texture(_) => self.number(texture, first, [LEAST_ALPHA, MOST_ALPHA]),
+        }
+    }
+
+    /// A number within bounds, which the next lobe packs as number `first`.
+    pub(super) fn number(&mut self, number: &Scalar, first: usize, [least, most]: [f32; 2]) -> f32 {
+        match number {
+            Scalar::Value(value) => value.clamp(least, most),
             Scalar::Texture(texture) => {
-                self.slot(
-                    texture,
-                    first,
-                    SlotKind::Number { least: LEAST_ALPHA, most: MOST_ALPHA },
-                );
-                1.0
+                self.slot(texture, first, SlotKind::Number { least, most });
+                most
             }
         }
     }

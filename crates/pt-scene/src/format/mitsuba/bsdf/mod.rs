@@ -8,7 +8,8 @@ use super::super::xml::quote;
 use super::object::{Object, Role, unsupported};
 use super::texture::Textures;
 use crate::material::{
-    CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, Roughness, ThinGlass,
+    CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, RoughCoatedDiffuse, Roughness,
+    ThinGlass,
 };
 use crate::metals::{METALS, Metal};
 use crate::texture::Scalar;
@@ -18,7 +19,7 @@ use refraction::relative_index;
 
 pub(super) use wrappers::inverted;
 
-const KINDS: [&str; 13] = [
+const KINDS: [&str; 14] = [
     "diffuse",
     "conductor",
     "roughconductor",
@@ -26,6 +27,7 @@ const KINDS: [&str; 13] = [
     "roughdielectric",
     "thindielectric",
     "plastic",
+    "roughplastic",
     "twosided",
     "blendbsdf",
     "normalmap",
@@ -75,6 +77,7 @@ fn surface(textures: &mut Textures<'_>, object: &Object) -> Result<Surface, Load
             ThinGlass { reflectance, transmittance, ior }.into()
         }
         "plastic" => plastic(&mut inputs)?.into(),
+        "roughplastic" => rough_plastic(&mut inputs)?.into(),
         "twosided" => wrappers::two_sided(&mut inputs)?,
         "blendbsdf" => wrappers::blend(&mut inputs)?,
         "normalmap" => wrappers::normal_map(&mut inputs)?,
@@ -146,19 +149,38 @@ fn plastic(inputs: &mut Inputs<'_, '_>) -> Result<CoatedDiffuse, LoadError> {
     })
 }
 
-/// Microfacets; `alpha` goes before `alpha_u` and `alpha_v`.
-fn roughness(inputs: &mut Inputs<'_, '_>) -> Result<Roughness, LoadError> {
+/// A diffuse base under a rough coat, whose roughness is the same everywhere and in all directions.
+fn rough_plastic(inputs: &mut Inputs<'_, '_>) -> Result<RoughCoatedDiffuse, LoadError> {
+    let CoatedDiffuse { diffuse, specular, ior, saturates, two_sided } = plastic(inputs)?;
+    if ior <= 1.0 {
+        let message = format!(
+            "the index of the coat is {ior} of that above it; expected int_ior greater than ext_ior"
+        );
+        return Err(inputs.parameters.refuse("int_ior", message));
+    }
+    let distribution = distribution(inputs)?;
+    let alpha = inputs.parameters.positive("alpha", 0.1)? as f32;
+    Ok(RoughCoatedDiffuse { diffuse, specular, ior, alpha, distribution, saturates, two_sided })
+}
+
+/// How the slopes of facets are distributed.
+fn distribution(inputs: &mut Inputs<'_, '_>) -> Result<Distribution, LoadError> {
     let parameters = &mut inputs.parameters;
-    let distribution = match parameters.text("distribution")? {
-        None | Some("beckmann") => Distribution::Beckmann,
-        Some("ggx") => Distribution::Ggx,
+    parameters.pass_over(&["sample_visible"]);
+    match parameters.text("distribution")? {
+        None | Some("beckmann") => Ok(Distribution::Beckmann),
+        Some("ggx") => Ok(Distribution::Ggx),
         Some(other) => {
             let message =
                 format!("the distribution {} is unknown; there are beckmann and ggx", quote(other));
-            return Err(parameters.refuse("distribution", message));
+            Err(parameters.refuse("distribution", message))
         }
-    };
-    parameters.pass_over(&["sample_visible"]);
+    }
+}
+
+/// Microfacets; `alpha` goes before `alpha_u` and `alpha_v`.
+fn roughness(inputs: &mut Inputs<'_, '_>) -> Result<Roughness, LoadError> {
+    let distribution = distribution(inputs)?;
     let alpha = inputs.alpha("alpha", &0.1.into())?;
     let alpha = [inputs.alpha("alpha_u", &alpha)?, inputs.alpha("alpha_v", &alpha)?];
     Ok(Roughness { alpha, distribution, masking: Masking::Separable })

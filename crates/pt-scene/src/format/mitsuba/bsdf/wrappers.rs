@@ -6,7 +6,8 @@ use super::super::texture::Textures;
 use super::inputs::Inputs;
 use super::{Scattering, surface};
 use crate::material::{
-    Black, CoatedDiffuse, Conductor, Embossed, Glass, Matte, Mirror, Mix, Plastic, Sided,
+    Black, CoatedDiffuse, Conductor, Embossed, Glass, Matte, Mirror, Mix, Plastic,
+    RoughCoatedDiffuse, RoughDiffuse, Sided,
 };
 use crate::texture::Relief;
 use crate::{LoadError, Surface};
@@ -92,6 +93,7 @@ fn on_both_sides(surface: Surface) -> Surface {
     let both = |surface: Box<Surface>| Box::new(on_both_sides(*surface));
     match surface {
         Surface::Matte(matte) => Matte { two_sided: true, ..matte }.into(),
+        Surface::RoughDiffuse(rough) => RoughDiffuse { two_sided: true, ..rough }.into(),
         // Without a real part of the index of refraction, all light is reflected at every angle.
         Surface::Conductor(Conductor {
             eta: [0.0, 0.0, 0.0],
@@ -101,6 +103,9 @@ fn on_both_sides(surface: Surface) -> Surface {
         }) => Mirror { reflectance }.into(),
         Surface::Conductor(metal) => Conductor { two_sided: true, ..metal }.into(),
         Surface::CoatedDiffuse(coated) => CoatedDiffuse { two_sided: true, ..coated }.into(),
+        Surface::RoughCoatedDiffuse(coated) => {
+            RoughCoatedDiffuse { two_sided: true, ..coated }.into()
+        }
         Surface::Plastic(plastic) => Plastic { two_sided: true, ..plastic }.into(),
         Surface::Mix(Mix { first, second, share }) => {
             Mix { first: both(first), second: both(second), share }.into()
@@ -125,7 +130,9 @@ pub(in super::super) fn inverted(surface: Surface) -> Surface {
             Embossed { surface: turned(surface), relief }.into()
         }
         Surface::Matte(Matte { two_sided: false, .. })
+        | Surface::RoughDiffuse(RoughDiffuse { two_sided: false, .. })
         | Surface::CoatedDiffuse(CoatedDiffuse { two_sided: false, .. })
+        | Surface::RoughCoatedDiffuse(RoughCoatedDiffuse { two_sided: false, .. })
         | Surface::Conductor(Conductor { two_sided: false, .. }) => {
             Sided { front: Box::new(Black.into()), back: surface.into() }.into()
         }

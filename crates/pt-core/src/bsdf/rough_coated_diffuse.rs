@@ -1,0 +1,335 @@
+//! A diffuse base under a rough coat of a dielectric.
+
+use std::f32::consts::FRAC_1_PI;
+
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
+use pt_scene::material::{Distribution, Masking};
+
+use super::conductor::{half_vector, reflected, reflected_pdf};
+use super::fresnel;
+use super::microfacet::Facets;
+use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+
+/// f = F D G / (4 cos θo cos θi) + T(θo) T(θi) ρ / (π η² (1 − ρ Fᵢ)).
+///
+/// T(θ) is what facets let through of light from outside, and Fᵢ what they reflect of diffuse light from
+/// inside. Light that meets a second facet is lost, so that rough coats are darker than smooth ones. Facets
+/// hide each other by G = G₁(θo) G₁(θi).
+/// [Mitsuba 3's "roughplastic"; facets: Walter et al. 2007]
+#[derive(Clone, Copy, Debug)]
+pub struct RoughCoatedDiffuse {
+    /// Albedo ρ of the base.
+    rho: Spectrum,
+    /// Tint of what the coat reflects.
+    specular: Spectrum,
+    /// The facets of the coat, of one roughness.
+    facets: Facets,
+    /// Fᵢ.
+    inside: f32,
+    /// Whether the base colours again what the coat throws back; otherwise ρ Fᵢ is Fᵢ.
+    saturates: bool,
+    through: Transmittance,
+}
+
+impl RoughCoatedDiffuse {
+    /// Where the albedo of the base is packed.
+    pub(crate) const RHO: usize = 0;
+    /// Where the tint of the coat is.
+    pub(crate) const SPECULAR: usize = 3;
+
+    /// A base of albedo `rho` under a coat with index `eta` ≥ 1, tint `specular` and roughness `alpha`.
+    /// Without `saturates`, light that the coat throws back is not coloured again by the base.
+    pub fn new(
+        rho: Spectrum,
+        specular: Spectrum,
+        eta: f32,
+        distribution: Distribution,
+        alpha: f32,
+        saturates: bool,
+    ) -> Self {
+        let facets = facets(distribution, alpha);
+        let inside = diffuse_reflectance(&facets, 1.0 / eta);
+        let through = Transmittance::new(&facets, eta);
+        Self { rho, specular, facets, inside, saturates, through }
+    }
+
+    /// The same with another roughness.
+    #[cfg(test)]
+    pub(super) fn with_alpha(&self, alpha: f32) -> Self {
+        let distribution = self.facets.distribution;
+        Self::new(self.rho, self.specular, self.through.eta, distribution, alpha, self.saturates)
+    }
+
+    /// The probability with which the map that `choice` takes is followed.
+    #[cfg(test)]
+    pub(super) fn chance(&self, wo: Vec3, choice: f32) -> f32 {
+        let q = self.coat_probability(wo);
+        if choice < q { q } else { 1.0 - q }
+    }
+
+    /// ρ / (η² (1 − ρ Fᵢ)).
+    #[inline]
+    fn base(&self) -> Spectrum {
+        let again = if self.saturates { self.rho } else { Spectrum::ONE } * self.inside;
+        let eta = self.through.eta;
+        Spectrum(self.rho.0 / ((Spectrum::ONE - again).0 * (eta * eta)))
+    }
+
+    /// Probability of sampling the coat: its share of what is scattered, by luminance. Some is left
+    /// to both, as the share is of all directions and not of each.
+    #[inline]
+    fn coat_probability(&self, wo: Vec3) -> f32 {
+        const LEAST: f32 = 0.02;
+        let through = self.through.at(wo.z);
+        let coat = (1.0 - through) * self.specular.luminance();
+        let base = through * self.base().luminance();
+        if coat + base > 0.0 { (coat / (coat + base)).clamp(LEAST, 1.0 - LEAST) } else { 0.5 }
+    }
+}
+
+fn facets(distribution: Distribution, alpha: f32) -> Facets {
+    Facets { distribution, masking: Masking::Separable, alpha: [alpha; 2] }
+}
+
+/// T(θ), fitted: that of a smooth coat at a cosine that is raised by the roughness, times a polynomial of
+/// degree 4.
+///
+/// For roughnesses from 0.01 to 1 and indices from 1.1 to 2.4 the fit errs by less than 0.3 %.
+#[derive(Clone, Copy, Debug)]
+struct Transmittance {
+    /// Index of refraction of the coat over that above it.
+    eta: f32,
+    alpha: f32,
+    /// Coefficients of the polynomial, by those of Chebyshev.
+    series: [f32; Transmittance::TERMS],
+}
+
+impl Transmittance {
+    const TERMS: usize = 5;
+
+    fn new(facets: &Facets, eta: f32) -> Self {
+        /// Points of the fit.
+        const POINTS: usize = 12;
+        let alpha = facets.alpha[0];
+        let mut series = [0.0f64; Self::TERMS];
+        // Chebyshev's polynomials are orthogonal over cosines of evenly spaced angles.
+        for i in 0..POINTS {
+            let x = (std::f64::consts::PI * (i as f64 + 0.5) / POINTS as f64).cos();
+            let cos = stretched(0.5 + 0.5 * x as f32, alpha);
+            let smooth = transmitted_by_smooth(cos, alpha, eta);
+            let ratio = f64::from(transmitted(facets, cos, eta)) / f64::from(smooth);
+            let [mut before, mut polynomial] = [x, 1.0];
+            for c in &mut series {
+                *c += ratio * polynomial * 2.0 / POINTS as f64;
+                [before, polynomial] = [polynomial, 2.0 * x * polynomial - before];
+            }
+        }
+        series[0] *= 0.5;
+        Self { eta, alpha, series: series.map(|c| c as f32) }
+    }
+
+    /// T at a cosine. [Sum of the series: Clenshaw 1955]
+    #[inline]
+    fn at(&self, cos: f32) -> f32 {
+        let x = 2.0 * stretched(cos, self.alpha) - 1.0;
+        let [first, rest @ ..] = self.series;
+        let (mut b, mut after) = (0.0, 0.0);
+        for &c in rest.iter().rev() {
+            (b, after) = (c + 2.0 * x * b - after, b);
+        }
+        let ratio = first + x * b - after;
+        (ratio * transmitted_by_smooth(cos, self.alpha, self.eta)).clamp(0.0, 1.0)
+    }
+}
+
+/// From 1 along the surface to 0 at the normal, with half of the way where facets hide each other; its
+/// own inverse.
+#[inline]
+fn stretched(cos: f32, alpha: f32) -> f32 {
+    let k = 1.5 * alpha * (1.0 + alpha);
+    k * (1.0 - cos) / (k + cos)
+}
+
+/// 1 − F at a cosine that the roughness raises.
+#[inline]
+fn transmitted_by_smooth(cos: f32, alpha: f32, eta: f32) -> f32 {
+    let spread = 2.0 * alpha * alpha;
+    let raised = ((cos * cos + spread) / (1.0 + spread)).sqrt();
+    fresnel::dielectric(raised, eta).map_or(0.0, |(f, _)| 1.0 - f)
+}
+
+/// The mean of a function of direction and facet over the facets that are seen at a cosine, by n × n of
+/// them.
+fn mean_of_visible(facets: &Facets, cos: f32, n: u16, of: impl Fn(Vec3, Vec3) -> f32) -> f32 {
+    let wo = Vec3::new(((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt(), 0.0, cos.max(1e-6));
+    // Midpoints, dense towards the ends, where the map to facets is steep.
+    let middle = |i: u16| {
+        let t = (f32::from(i) + 0.5) / f32::from(n);
+        (t * t * (3.0 - 2.0 * t), t * (1.0 - t))
+    };
+    let (mut sum, mut whole) = (0.0, 0.0);
+    for (u, du) in (0..n).map(middle) {
+        // The other half is the mirror image.
+        for (v, dv) in (0..n / 2).map(middle) {
+            let h = facets.sample_visible(wo, [u, v]);
+            sum += of(wo, h) * du * dv;
+            whole += du * dv;
+        }
+    }
+    sum / whole
+}
+
+/// What facets with index `eta` let through of light from a direction of this cosine.
+fn transmitted(facets: &Facets, cos: f32, eta: f32) -> f32 {
+    mean_of_visible(facets, cos, 32, |wo, h| {
+        let cos = wo.dot(h);
+        let Some((f, cos_t)) = fresnel::dielectric(cos, eta) else { return 0.0 };
+        let wi = h * (cos / eta - cos_t) - wo / eta;
+        if wi.z < 0.0 { (1.0 - f) * facets.shadowing(wo, -wi) } else { 0.0 }
+    })
+}
+
+/// What they reflect.
+fn reflectance(facets: &Facets, cos: f32, eta: f32) -> f32 {
+    mean_of_visible(facets, cos, 16, |wo, h| {
+        let cos = wo.dot(h);
+        let wi = h * (2.0 * cos) - wo;
+        let f = fresnel::dielectric(cos, eta).map_or(1.0, |(f, _)| f);
+        if wi.z > 0.0 { f * facets.shadowing(wo, wi) } else { 0.0 }
+    })
+}
+
+/// What they reflect of evenly spread light: 2 ∫ R(cos θ) cos θ d cos θ.
+///
+/// As Mitsuba has it, by the mean over 64 cosines of which the first is 0 and the last is 1. That is
+/// less than the integral by about 1/64 of it, and so errs to the side of loss.
+fn diffuse_reflectance(facets: &Facets, eta: f32) -> f32 {
+    const COSINES: u16 = 64;
+    let cos = |i: u16| f32::from(i) / f32::from(COSINES - 1);
+    let sum: f32 = (1..COSINES).map(|i| 2.0 * cos(i) * reflectance(facets, cos(i), eta)).sum();
+    sum / f32::from(COSINES)
+}
+
+impl Lobe for RoughCoatedDiffuse {
+    const DELTA: bool = false;
+
+    fn pack(&self) -> [f32; PARAMETERS] {
+        let ([a, b, c], [d, e, f]) = (self.rho.to_array(), self.specular.to_array());
+        let [alpha, _, kind] = self.facets.pack();
+        let kind = if self.saturates { -1.0 - kind } else { kind };
+        let [g, h, i, j, k] = self.through.series;
+        padded([a, b, c, d, e, f, self.through.eta, alpha, kind, self.inside, g, h, i, j, k])
+    }
+
+    #[inline]
+    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+        let [.., eta, alpha, kind, inside, g, h, i, j, k] = *p;
+        let saturates = kind < 0.0;
+        let kind = if saturates { -1.0 - kind } else { kind };
+        Self {
+            rho: color(p, Self::RHO),
+            specular: color(p, Self::SPECULAR),
+            facets: Facets::unpack([alpha, alpha, kind]),
+            inside,
+            saturates,
+            through: Transmittance { eta, alpha, series: [g, h, i, j, k] },
+        }
+    }
+
+    #[inline]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        let Some(h) = half_vector(wo, wi) else { return Spectrum::ZERO };
+        let f = fresnel::dielectric(wo.dot(h), self.through.eta).map_or(1.0, |(f, _)| f);
+        let coat = self.specular * (f * reflected(&self.facets, wo, wi, h));
+        let through = self.through.at(wo.z) * self.through.at(wi.z);
+        coat + self.base() * (through * FRAC_1_PI * wi.z)
+    }
+
+    #[inline]
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
+        let Some(h) = half_vector(wo, wi) else { return Pdf::ZERO };
+        let q = self.coat_probability(wo);
+        let coat = reflected_pdf(&self.facets, wo, h).get();
+        let base = warp::cosine_hemisphere_pdf(wi.z).get();
+        Pdf::new(q * coat + (1.0 - q) * base)
+    }
+
+    #[inline]
+    fn sample(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<BsdfSample> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let wi = if choice < self.coat_probability(wo) {
+            let h = self.facets.sample_visible(wo, [u, v]);
+            h * (2.0 * wo.dot(h)) - wo
+        } else {
+            warp::cosine_hemisphere([u, v])
+        };
+        let pdf = self.pdf(wo, wi);
+        pdf.is_positive().then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
+    }
+
+    fn examples() -> Vec<Self> {
+        let (beckmann, ggx) = (Distribution::Beckmann, Distribution::Ggx);
+        let color = Spectrum::rgb(0.8, 0.4, 0.1);
+        vec![
+            Self::new(Spectrum::ONE, Spectrum::ONE, 1.5, beckmann, 0.2, true),
+            Self::new(color, Spectrum::splat(0.5), 1.9, ggx, 0.4, true),
+            Self::new(color, Spectrum::ONE, 1.3, ggx, 0.1, false),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DISTRIBUTIONS: [Distribution; 2] = [Distribution::Beckmann, Distribution::Ggx];
+
+    /// At cosines that the fit has not seen.
+    #[test]
+    fn fitted_transmittance_errs_by_less_than_3_in_1000() {
+        let mut worst = (0.0, String::new());
+        for alpha in [0.01, 0.03, 0.1, 0.3, 0.6, 1.0] {
+            for (distribution, eta) in DISTRIBUTIONS
+                .into_iter()
+                .flat_map(|d| [1.1, 1.3, 1.5, 1.9, 2.4].map(|eta| (d, eta)))
+            {
+                let facets = facets(distribution, alpha);
+                let fit = Transmittance::new(&facets, eta);
+                for i in 0..=24u8 {
+                    let cos = (f32::from(i) / 24.0).powi(2);
+                    let (got, want) = (fit.at(cos), transmitted(&facets, cos, eta));
+                    let error = (got / want - 1.0).abs();
+                    if error > worst.0 {
+                        worst = (error, format!("{facets:?} {eta} {cos}: {got} {want}"));
+                    }
+                }
+            }
+        }
+        println!("worst: {worst:?}");
+        assert!(worst.0 < 3e-3, "{worst:?}");
+    }
+
+    /// The base alone, as Mitsuba 3.9.1 evaluates it: ρ = 0.5, seen at these cosines, lit from the normal.
+    #[test]
+    fn the_base_is_that_of_mitsuba() {
+        let [beckmann, ggx] = DISTRIBUTIONS;
+        let cases = [
+            (beckmann, 0.1, false, [(0.3, 0.129_036), (0.6, 0.151_700), (1.0, 0.155_846)]),
+            (beckmann, 0.5, true, [(0.3, 0.076_225_8), (0.6, 0.081_001_7), (1.0, 0.084_461_8)]),
+            (ggx, 0.3, false, [(0.3, 0.094_843), (0.6, 0.105_508), (1.0, 0.110_539)]),
+        ];
+        for (distribution, alpha, saturates, seen) in cases {
+            let (rho, black) = (Spectrum::splat(0.5), Spectrum::ZERO);
+            let eta = 1.49 / 1.000_277;
+            let lobe = RoughCoatedDiffuse::new(rho, black, eta, distribution, alpha, saturates);
+            for (cos, want) in seen {
+                let wo = Vec3::new(((1.0f32 - cos) * (1.0 + cos)).sqrt(), 0.0, cos);
+                let got = lobe.eval(wo, Vec3::Z).0.x;
+                println!("{alpha} {cos}: {}", got / want - 1.0);
+                assert!((got / want - 1.0).abs() < 4e-3, "{lobe:?} {cos}: {got} {want}");
+            }
+        }
+    }
+}
