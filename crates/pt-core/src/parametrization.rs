@@ -52,7 +52,7 @@ impl RenderScene {
         let Sphere { center, radius } = self.spheres[i];
         let axes = self.sphere_axes[i];
         let n = axes.transpose() * ((p - center) / radius.abs());
-        let equator = n.x.hypot(n.y);
+        let equator = (n.x * n.x + n.y * n.y).sqrt();
         let phi = trig::atan2(n.y, n.x);
         let phi = if phi < 0.0 { phi + TAU } else { phi };
         let theta = trig::atan2(equator, n.z);

@@ -144,7 +144,7 @@ fn visible_of_ggx(w: Vec3, [u, v]: [f32; 2]) -> Vec3 {
 /// Normal Sampling Routine for the Beckmann Distribution", in x = erf q]
 #[inline]
 fn visible_of_beckmann(w: Vec3, [u, v]: [f32; 2]) -> Vec3 {
-    let sin = w.x.hypot(w.y);
+    let sin = (w.x * w.x + w.y * w.y).sqrt();
     let along = slope_towards(w.z, sin, u);
     let across = trig::erf_inv(2.0 * v - 1.0);
     let (c, s) = if sin > 0.0 { (w.x / sin, w.y / sin) } else { (1.0, 0.0) };

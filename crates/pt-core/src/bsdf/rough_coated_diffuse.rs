@@ -114,7 +114,7 @@ impl Transmittance {
         let mut series = [0.0f64; Self::TERMS];
         // Chebyshev's polynomials are orthogonal over cosines of evenly spaced angles.
         for i in 0..POINTS {
-            let x = (std::f64::consts::PI * (i as f64 + 0.5) / POINTS as f64).cos();
+            let x = libm::cos(std::f64::consts::PI * (i as f64 + 0.5) / POINTS as f64);
             let cos = stretched(0.5 + 0.5 * x as f32, alpha);
             let smooth = transmitted_by_smooth(cos, alpha, eta);
             let ratio = f64::from(transmitted(facets, cos, eta)) / f64::from(smooth);
