@@ -114,7 +114,7 @@ impl TransformedCosine {
 /// The direction across the normal over which `wo` is, and the one that makes a frame with it.
 #[inline]
 fn across(wo: Vec3) -> (f32, f32) {
-    let sin = wo.x.hypot(wo.y);
+    let sin = (wo.x * wo.x + wo.y * wo.y).sqrt();
     if sin > 0.0 { (wo.x / sin, wo.y / sin) } else { (1.0, 0.0) }
 }
 

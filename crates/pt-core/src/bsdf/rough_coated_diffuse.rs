@@ -307,7 +307,6 @@ mod tests {
                 }
             }
         }
-        println!("worst: {worst:?}");
         assert!(worst.0 < 3e-3, "{worst:?}");
     }
 
@@ -327,7 +326,6 @@ mod tests {
             for (cos, want) in seen {
                 let wo = Vec3::new(((1.0f32 - cos) * (1.0 + cos)).sqrt(), 0.0, cos);
                 let got = lobe.eval(wo, Vec3::Z).0.x;
-                println!("{alpha} {cos}: {}", got / want - 1.0);
                 assert!((got / want - 1.0).abs() < 4e-3, "{lobe:?} {cos}: {got} {want}");
             }
         }
