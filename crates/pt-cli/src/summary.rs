@@ -30,7 +30,7 @@ impl Summary<'_> {
             "scene     {}, {}, {}; read in {:.3} s, BVH built in {:.3} s",
             count(scene.triangles.len(), "triangle"),
             count(scene.spheres.len(), "sphere"),
-            count(scene.lights.as_slice().len(), "light"),
+            count(scene.light_count, "light"),
             (self.load + geometry).as_secs_f64(),
             bvh.as_secs_f64()
         );
@@ -72,7 +72,7 @@ impl Summary<'_> {
         let fields = [
             ("triangles", scene.triangles.len().to_string()),
             ("spheres", scene.spheres.len().to_string()),
-            ("lights", scene.lights.as_slice().len().to_string()),
+            ("lights", scene.light_count.to_string()),
             ("threads", self.threads.to_string()),
             ("samples", s.samples.to_string()),
             ("rays", s.rays.to_string()),

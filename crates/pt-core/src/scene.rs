@@ -79,6 +79,8 @@ pub struct RenderScene {
     pub has_holes: bool,
     /// Lights.
     pub lights: Table<AnyLight>,
+    /// How many lights there were before some of them became one of many; a glowing mesh is one.
+    pub light_count: usize,
     /// Lights that are seen by rays that leave the scene.
     pub skies: Vec<Id<AnyLight>>,
     /// What lights refer to.

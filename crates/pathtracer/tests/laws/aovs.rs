@@ -4,10 +4,10 @@ use pathtracer::image::Samples;
 use pathtracer::{Aov, Scene, Session, Settings};
 use pt_math::DVec3;
 use pt_scene::LightKind;
-use pt_scene::material::{Conductor, Mirror, Plastic, Roughness};
+use pt_scene::material::Mirror;
 
 use crate::measure::{Luminances, render, settings};
-use crate::scenes::{Builder, camera, facing, looking, matte, size};
+use crate::scenes::{Builder, camera, facing, gloss, looking, matte, metal, size};
 
 const SIZE: u32 = 101;
 const ALBEDO: [f32; 3] = [0.2, 0.5, 0.7];
@@ -140,20 +140,7 @@ fn light_is_the_same_with_and_without() {
 /// Under a sky of radiance 1, light that is scattered once is the albedo.
 #[test]
 fn albedo_is_what_an_even_sky_makes_of_a_surface() {
-    let metal = Conductor {
-        eta: [0.2, 0.9, 1.1],
-        k: [3.9, 2.5, 2.3],
-        reflectance: [1.0; 3].into(),
-        roughness: Some(Roughness::beckmann(0.4)),
-        two_sided: false,
-    };
-    let gloss = Plastic {
-        diffuse: [0.2, 0.3, 0.6].into(),
-        specular: [0.05; 3].into(),
-        alpha: 0.3,
-        two_sided: false,
-    };
-    for surface in [metal.into(), gloss.into()] {
+    for surface in [metal(), gloss()] {
         let scene = Builder::default()
             .quad(facing(DVec3::ZERO, DVec3::Y, 50.0), surface)
             .sky(1.0)

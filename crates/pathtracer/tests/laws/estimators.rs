@@ -4,7 +4,7 @@ use pathtracer::{DirectLight, Film, Roulette, SamplerKind, Session, Settings};
 use pt_testing::sidak;
 
 use crate::furnace::ESTIMATORS;
-use crate::measure::{Luminances, assert_agree, render, settings};
+use crate::measure::{Luminances, assert_agree, assert_all_agree, render, settings};
 use crate::scenes::{cornell, size, under_a_sky};
 
 const SPP: u32 = 4096;
@@ -31,12 +31,7 @@ fn estimators_of_direct_light_agree() {
             films.push((format!("{direct:?} -l {light_samples}"), film(settings)));
         }
     }
-    let pairs = films.len() * (films.len() - 1) / 2;
-    for (i, (a_name, a)) in films.iter().enumerate() {
-        for (b_name, b) in &films[..i] {
-            assert_agree(a, b, sidak(1e-4, pairs), &format!("{a_name} and {b_name}"));
-        }
-    }
+    assert_all_agree(&films);
 }
 
 /// Under a sky with a bright and a dark part, of which light sampling leaves the dark one to the BSDF
@@ -53,12 +48,7 @@ fn estimators_agree_under_an_image_of_the_sky() {
             (format!("{direct:?} -l {light_samples}"), film)
         })
         .collect();
-    let pairs = films.len() * (films.len() - 1) / 2;
-    for (i, (a_name, a)) in films.iter().enumerate() {
-        for (b_name, b) in &films[..i] {
-            assert_agree(a, b, sidak(1e-4, pairs), &format!("{a_name} and {b_name}"));
-        }
-    }
+    assert_all_agree(&films);
 }
 
 /// A scene that is compiled for the settings of one estimator is refused by another.

@@ -2,7 +2,7 @@
 
 use pathtracer::{CompileOptions, Film, Scene, Session, Settings, Silent};
 use pt_math::sampler::SamplerKind;
-use pt_testing::{Estimates, ZFailure, z_test};
+use pt_testing::{Estimates, ZFailure, sidak, z_test};
 
 /// Independent samples: their variance is what the film says it is, so that tests have all of
 /// their power.
@@ -82,4 +82,14 @@ pub(crate) fn assert_uniform(film: &Film, want: f64, significance: f64, what: &s
 pub(crate) fn assert_agree(a: &Film, b: &Film, significance: f64, what: &str) {
     let result = Luminances::of(a).compare(&Luminances::of(b), significance);
     result.unwrap_or_else(|e| panic!("{what}: {e}"));
+}
+
+/// Panics unless all films of independent samples agree up to noise, each with each.
+pub(crate) fn assert_all_agree(films: &[(String, Film)]) {
+    let pairs = films.len() * (films.len() - 1) / 2;
+    for (i, (a_name, a)) in films.iter().enumerate() {
+        for (b_name, b) in &films[..i] {
+            assert_agree(a, b, sidak(1e-4, pairs), &format!("{a_name} and {b_name}"));
+        }
+    }
 }

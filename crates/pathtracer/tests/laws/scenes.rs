@@ -12,6 +12,29 @@ pub(crate) fn matte(reflectance: [f32; 3]) -> Surface {
     Matte { reflectance: reflectance.into(), two_sided: true }.into()
 }
 
+/// A rough metal.
+pub(crate) fn metal() -> Surface {
+    Conductor {
+        eta: [0.2, 0.9, 1.1],
+        k: [3.9, 2.5, 2.3],
+        reflectance: [1.0; 3].into(),
+        roughness: Some(Roughness::beckmann(0.4)),
+        two_sided: false,
+    }
+    .into()
+}
+
+/// A glossy surface.
+pub(crate) fn gloss() -> Surface {
+    Plastic {
+        diffuse: [0.2, 0.3, 0.6].into(),
+        specular: [0.05; 3].into(),
+        alpha: 0.3,
+        two_sided: false,
+    }
+    .into()
+}
+
 /// A node at `from` whose −z looks to `to`, with its +y as far up as that allows.
 pub(crate) fn looking(from: DVec3, to: DVec3) -> DAffine3 {
     let back = (from - to).normalize();
@@ -145,27 +168,14 @@ pub(crate) fn cornell() -> Scene {
         (DVec3::NEG_X, matte([0.1, 0.6, 0.2])),
     ];
     let room = walls.into_iter().fold(Builder::default(), |b, (normal, s)| wall(b, normal, s));
-    let metal = Conductor {
-        eta: [0.2, 0.9, 1.1],
-        k: [3.9, 2.5, 2.3],
-        reflectance: [1.0; 3].into(),
-        roughness: Some(Roughness::beckmann(0.4)),
-        two_sided: false,
-    };
-    let gloss = Plastic {
-        diffuse: [0.2, 0.3, 0.6].into(),
-        specular: [0.05; 3].into(),
-        alpha: 0.3,
-        two_sided: false,
-    };
     let block = |x: f64, z: f64, angle: f64, height: f64| {
         DAffine3::from_translation(DVec3::new(x, height - 1.0, z))
             * DAffine3::from_rotation_y(angle)
             * DAffine3::from_scale(DVec3::new(0.28, height, 0.28))
     };
     let area = facing(DVec3::new(0.1, 0.98, -0.1), DVec3::NEG_Y, 0.3);
-    room.mesh(shapes::cube(), block(-0.4, -0.3, 0.4, 0.5), metal.into())
-        .mesh(shapes::cube(), block(0.45, 0.1, -0.3, 0.3), gloss.into())
+    room.mesh(shapes::cube(), block(-0.4, -0.3, 0.4, 0.5), metal())
+        .mesh(shapes::cube(), block(0.45, 0.1, -0.3, 0.3), gloss())
         .sphere(DVec3::new(0.4, -0.1, -0.4), 0.25, white())
         .glowing_sphere(DVec3::new(-0.6, 0.4, 0.3), 0.15, 3.0)
         .glowing_quad(area, 5.0)
@@ -176,19 +186,6 @@ pub(crate) fn cornell() -> Scene {
 /// A rough metal block, a glossy one and a diffuse ball on a floor, under a sky with a small bright
 /// part and a dark half.
 pub(crate) fn under_a_sky() -> Scene {
-    let metal = Conductor {
-        eta: [0.2, 0.9, 1.1],
-        k: [3.9, 2.5, 2.3],
-        reflectance: [1.0; 3].into(),
-        roughness: Some(Roughness::beckmann(0.4)),
-        two_sided: false,
-    };
-    let gloss = Plastic {
-        diffuse: [0.2, 0.3, 0.6].into(),
-        specular: [0.05; 3].into(),
-        alpha: 0.3,
-        two_sided: false,
-    };
     let block = |x: f64, angle: f64| {
         DAffine3::from_translation(DVec3::new(x, 0.5, 0.0))
             * DAffine3::from_rotation_y(angle)
@@ -203,8 +200,8 @@ pub(crate) fn under_a_sky() -> Scene {
     let kind = LightKind::Environment { image, scale: 0.7, rows: Rows::default() };
     Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 4.0), matte([0.5; 3]))
-        .mesh(shapes::cube(), block(-0.9, 0.4), metal.into())
-        .mesh(shapes::cube(), block(0.9, -0.3), gloss.into())
+        .mesh(shapes::cube(), block(-0.9, 0.4), metal())
+        .mesh(shapes::cube(), block(0.9, -0.3), gloss())
         .sphere(DVec3::new(0.0, 0.3, 0.9), 0.3, matte([0.7; 3]))
         .light(kind, looking(DVec3::ZERO, DVec3::new(0.3, -0.2, -1.0)))
         .seen_by(camera(DVec3::new(0.0, 1.6, 5.0), DVec3::new(0.0, 0.4, 0.0), [40.0, 40.0]))

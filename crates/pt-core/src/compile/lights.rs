@@ -21,6 +21,8 @@ pub(super) struct Lights {
     pub(super) table: Table<AnyLight>,
     pub(super) skies: Vec<Id<AnyLight>>,
     pub(super) tables: LightTables,
+    /// How many more lights there are than in the table, because they are in trees.
+    pub(super) hidden: usize,
 }
 
 impl Lights {

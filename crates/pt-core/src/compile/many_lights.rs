@@ -51,6 +51,7 @@ impl Lights {
             let light = &mut shapes.surfaces[emitter.surface].light;
             *light = light.and_then(|old| moved[old.index()].or(all));
         }
+        self.hidden = moved.len() - table.as_slice().len();
         self.table = table;
     }
 

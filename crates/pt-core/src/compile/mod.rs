@@ -175,6 +175,7 @@ fn assemble(
         lobes: shapes.lobes,
         materials: shapes.materials,
         has_holes,
+        light_count: lights.table.as_slice().len() + lights.hidden,
         lights: lights.table,
         skies: lights.skies,
         light_tables: lights.tables,
