@@ -217,11 +217,11 @@ fn origin_and_direction(ray: &Ray) -> [Vec3A; 2] {
     [&numbers[..4], &numbers[3..7]].map(|four| Vec3A::from_vec4(Vec4::from_slice(four)))
 }
 
-/// See [`Prepared::depth_limit`]; in units of `scale`. What is added to t matters only where its digits
-/// end early.
+/// See [`Prepared::depth_limit`]; in units of `scale`. What is added to both matters only where their
+/// digits end early.
 #[inline(always)]
 pub(crate) fn depth_limit(t: f32, scale: f32) -> f32 {
-    ((t + LEAST) * (scale * (1.0 + CONVERSION))).max(2.0 * f32::MIN_POSITIVE)
+    ((t + LEAST) * ((scale + LEAST) * (1.0 + CONVERSION))).max(2.0 * f32::MIN_POSITIVE)
 }
 
 /// See [`Prepared::depth_start`]; in units of `scale`.

@@ -403,7 +403,8 @@ impl Group {
 #[inline]
 #[target_feature(enable = "avx512f")]
 fn depth_limit(t: __m512, scale: __m512) -> __m512 {
-    let scale = _mm512_mul_ps(scale, _mm512_set1_ps(1.0 + CONVERSION));
-    let limit = _mm512_mul_ps(_mm512_add_ps(t, _mm512_set1_ps(ray::LEAST)), scale);
+    let least = _mm512_set1_ps(ray::LEAST);
+    let scale = _mm512_mul_ps(_mm512_add_ps(scale, least), _mm512_set1_ps(1.0 + CONVERSION));
+    let limit = _mm512_mul_ps(_mm512_add_ps(t, least), scale);
     _mm512_max_ps(limit, _mm512_set1_ps(2.0 * f32::MIN_POSITIVE))
 }

@@ -158,7 +158,8 @@ pub(super) fn from_bits(x: u32x8) -> f32x8 {
 /// [`ray::depth_limit`] of eight.
 #[inline(always)]
 pub(super) fn depth_limit(t: f32x8, scale: f32x8) -> f32x8 {
-    ((t + ray::LEAST) * (scale * (1.0 + CONVERSION))).max(f32x8::splat(2.0 * f32::MIN_POSITIVE))
+    let scale = (scale + ray::LEAST) * (1.0 + CONVERSION);
+    ((t + ray::LEAST) * scale).max(f32x8::splat(2.0 * f32::MIN_POSITIVE))
 }
 
 impl Group {
