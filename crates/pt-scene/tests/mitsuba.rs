@@ -1,6 +1,10 @@
 //! The reader of Mitsuba scenes.
 
 mod common;
+#[path = "mitsuba/materials.rs"]
+mod materials;
+#[path = "mitsuba/sensors.rs"]
+mod sensors;
 #[path = "mitsuba/shapes.rs"]
 mod shapes;
 #[path = "mitsuba/spectra.rs"]
@@ -10,21 +14,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use common::{check_bad_files, check_good_files, check_robustness, folder, parse};
+use materials::ROUGH;
 use pt_math::{DAffine3, DVec3, Vec3};
-use pt_scene::material::{
-    Black, CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, Mirror,
-    RoughCoatedDiffuse, Roughness, Sided, ThinGlass,
-};
-use pt_scene::{
-    FileSettings, Filter, Geometry, LightKind, Material, Mesh, Projection, Scalar, Scene, Surface,
-};
-
-/// What rough surfaces have where nothing is said.
-const ROUGH: Roughness = Roughness {
-    alpha: [Scalar::Value(0.1), Scalar::Value(0.1)],
-    distribution: Distribution::Beckmann,
-    masking: Masking::Separable,
-};
+use pt_scene::format::{LoadOptions, load_with};
+use pt_scene::material::{Black, Conductor, Glass, Matte, Roughness};
+use pt_scene::{FileSettings, Filter, Geometry, Material, Mesh, Scene, Surface};
 
 /// A scene with some content, whose folder is that of the good files.
 fn read(content: &str) -> Scene {
@@ -261,174 +255,32 @@ fn the_scenes_for_peers_load_without_a_warning() {
     }
 }
 
+/// All of them, but for what others include, and what stands only for a part.
 #[test]
 fn shared_scenes_load() {
-    let shared =
-        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/scenes/mitsuba/scenes"));
-    for (name, objects, lights) in [("hello.xml", 1, 2), ("cbox/cbox-rgb.xml", 8, 0)] {
-        let path = shared.join(name);
-        if !path.exists() {
-            println!("skipped: {} not found", path.display());
-            continue;
-        }
-        let scene = pt_scene::format::load(&path).unwrap_or_else(|error| panic!("{error}"));
-        common::check_invariants(&scene);
-        assert_eq!((scene.objects.len(), scene.lights.len()), (objects, lights), "{name}");
+    let shared = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/scenes/mitsuba"));
+    if !shared.exists() {
+        println!("skipped: {} not found", shared.display());
+        return;
     }
-}
-
-// ---- materials ---------------------------------------------------------------------------------
-
-#[test]
-fn shapes_without_a_bsdf_are_grey_or_black_if_they_emit() {
-    let grey = Matte { reflectance: [0.5; 3].into(), two_sided: false };
-    assert_eq!(material("").surface, grey.into());
-    assert_eq!(material("").emission, [0.0; 3]);
-    let lamp = material("<emitter type=\"area\"/>");
-    assert_eq!((lamp.surface, lamp.emission), (Black.into(), [1.0; 3]));
-}
-
-#[test]
-fn both_sides_reflect_if_the_author_says_so() {
-    let twosided = |bsdf: &str| surface(&format!("<bsdf type=\"twosided\">{bsdf}</bsdf>"));
-    let diffuse = "<bsdf type=\"diffuse\"/>";
-    assert_eq!(surface(diffuse), Matte { reflectance: [0.5; 3].into(), two_sided: false }.into());
-    assert_eq!(twosided(diffuse), Matte { reflectance: [0.5; 3].into(), two_sided: true }.into());
-    let mirror = "<bsdf type=\"conductor\"><string name=\"material\" value=\"none\"/></bsdf>";
-    assert_eq!(twosided(mirror), Mirror { reflectance: [1.0; 3].into() }.into());
-    let one_sided = Conductor {
-        eta: [0.0; 3],
-        k: [1.0; 3],
-        reflectance: [1.0; 3].into(),
-        roughness: None,
-        two_sided: false,
-    };
-    assert_eq!(surface(mirror), one_sided.clone().into());
-    let rough = Conductor { roughness: Some(ROUGH), two_sided: true, ..one_sided };
-    assert_eq!(twosided("<bsdf type=\"roughconductor\"/>"), rough.into());
-}
-
-#[test]
-fn metals_have_names_and_facets_a_distribution() {
-    let gold = Conductor {
-        eta: [0.143, 0.3753, 1.442],
-        k: [3.983, 2.3856, 1.6034],
-        reflectance: [1.0; 3].into(),
-        roughness: Some(Roughness {
-            alpha: [0.3.into(), 0.3.into()],
-            distribution: Distribution::Ggx,
-            ..ROUGH
-        }),
-        two_sided: false,
-    };
-    let found = surface(
-        "<bsdf type=\"roughconductor\"><string name=\"material\" value=\"Au\"/>\
-         <float name=\"alpha\" value=\"0.3\"/><string name=\"distribution\" value=\"ggx\"/></bsdf>",
-    );
-    assert_eq!(found, gold.into());
-}
-
-#[test]
-fn dielectrics_may_be_rough_or_thin() {
-    let index = "<float name=\"int_ior\" value=\"1.5\"/><float name=\"ext_ior\" value=\"1\"/>";
-    let of_kind = |kind| surface(&format!("<bsdf type=\"{kind}\">{index}</bsdf>"));
-    let clear = [1.0; 3];
-    let rough = Glass {
-        reflectance: clear.into(),
-        transmittance: clear.into(),
-        ior: 1.5,
-        roughness: Some(ROUGH),
-    };
-    assert_eq!(of_kind("roughdielectric"), rough.into());
-    let thin = ThinGlass { reflectance: clear.into(), transmittance: clear.into(), ior: 1.5 };
-    assert_eq!(of_kind("thindielectric"), thin.into());
-}
-
-#[test]
-fn plastic_is_a_base_under_a_coat() {
-    let plain = CoatedDiffuse {
-        diffuse: [0.5; 3].into(),
-        specular: [1.0; 3].into(),
-        ior: (1.49 / 1.000_277) as f32,
-        saturates: false,
-        two_sided: false,
-    };
-    assert_eq!(surface("<bsdf type=\"plastic\"/>"), plain.clone().into());
-    let both = surface(
-        "<bsdf type=\"twosided\"><bsdf type=\"plastic\">\
-         <boolean name=\"nonlinear\" value=\"true\"/></bsdf></bsdf>",
-    );
-    assert_eq!(both, CoatedDiffuse { saturates: true, two_sided: true, ..plain }.into());
-}
-
-#[test]
-fn rough_plastic_has_one_roughness() {
-    let plain = RoughCoatedDiffuse {
-        diffuse: [0.5; 3].into(),
-        specular: [1.0; 3].into(),
-        ior: (1.49 / 1.000_277) as f32,
-        alpha: 0.1,
-        distribution: Distribution::Beckmann,
-        saturates: false,
-        two_sided: false,
-    };
-    assert_eq!(surface("<bsdf type=\"roughplastic\"/>"), plain.clone().into());
-    let other = surface(
-        "<bsdf type=\"twosided\"><bsdf type=\"roughplastic\">\
-         <string name=\"distribution\" value=\"ggx\"/><float name=\"alpha\" value=\"0.3\"/>\
-         <boolean name=\"nonlinear\" value=\"true\"/></bsdf></bsdf>",
-    );
-    let want = RoughCoatedDiffuse {
-        alpha: 0.3,
-        distribution: Distribution::Ggx,
-        saturates: true,
-        two_sided: true,
-        ..plain
-    };
-    assert_eq!(other, want.into());
-}
-
-#[test]
-fn glass_has_the_index_of_its_inside_over_its_outside() {
-    let ior = |parameters: &str| {
-        let bsdf = format!("<bsdf type=\"dielectric\">{parameters}</bsdf>");
-        let Surface::Glass(glass) = surface(&bsdf) else { panic!("no glass") };
-        glass.ior
-    };
-    assert_eq!(ior(""), (1.5046 / 1.000_277) as f32);
-    let bubble = "<string name=\"int_ior\" value=\"air\"/><string name=\"ext_ior\" \
-                  value=\"Water\"/>";
-    assert_eq!(ior(bubble), (1.000_277 / 1.333) as f32);
-    let numbers = "<float name=\"int_ior\" value=\"3\"/><integer name=\"ext_ior\" value=\"2\"/>";
-    assert_eq!(ior(numbers), 1.5);
-}
-
-/// A sphere is turned inside out by each of flip_normals, a mirroring transform and a negative
-/// radius.
-#[test]
-fn spheres_turned_inside_out() {
-    let sphere = |parameters: &str, bsdf: &str| {
-        let scene =
-            read(&format!("<shape type=\"sphere\">{parameters}<bsdf type=\"{bsdf}\"/></shape>"));
-        (scene.materials[0].surface.clone(), scene.warnings.len())
-    };
-    let flip = "<boolean name=\"flip_normals\" value=\"true\"/>";
-    let mirror = "<transform name=\"to_world\"><scale x=\"-1\"/></transform>";
-    let negative = "<float name=\"radius\" value=\"-1\"/>";
-    for (parameters, inverted) in [
-        (String::new(), false),
-        (flip.to_owned(), true),
-        (mirror.to_owned(), true),
-        (negative.to_owned(), true),
-        (format!("{flip}{mirror}"), false),
-        (format!("{flip}{mirror}{negative}"), true),
-    ] {
-        let matte: Surface = Matte { reflectance: [0.5; 3].into(), two_sided: false }.into();
-        let behind = Sided { front: Surface::from(Black).into(), back: matte.clone().into() };
-        let want = if inverted { behind.into() } else { matte };
-        assert_eq!(sphere(&parameters, "diffuse"), (want, 0), "{parameters}");
-        let (Surface::Glass(glass), 0) = sphere(&parameters, "dielectric") else { panic!("glass") };
-        assert_eq!(glass.ior < 1.0, inverted, "{parameters}");
+    let mut files = Vec::new();
+    for folder in ["docs/scenes", "scenes", "scenes/cbox", "scenes/matpreview"] {
+        let entries = std::fs::read_dir(shared.join(folder)).expect("the folder exists");
+        files.extend(entries.map(|entry| entry.expect("a readable entry").path()));
+    }
+    files.retain(|path| path.extension().is_some_and(|e| e == "xml"));
+    assert!(files.len() > 15, "{files:?}");
+    for path in files {
+        let text = std::fs::read_to_string(&path).expect("a readable file");
+        let says = text.contains("name=\"spp\"") || !text.contains("$spp");
+        let spp = ("spp".to_owned(), "4".to_owned());
+        let definitions = if says { Vec::new() } else { vec![spp] };
+        let scene = load_with(&path, &LoadOptions { definitions });
+        let scene = scene.unwrap_or_else(|error| panic!("{error}"));
+        common::check_invariants(&scene);
+        let lights =
+            scene.lights.len() + scene.materials.iter().filter(|m| m.emission != [0.0; 3]).count();
+        assert!(!scene.objects.is_empty() && lights > 0, "{}", path.display());
     }
 }
 
@@ -491,257 +343,4 @@ fn fronts_are_on_the_side_on_which_mitsuba_has_them() {
             assert_eq!(is_front("obj", &both, mirrored, flipped), flipped == mirrored);
         }
     }
-}
-
-// ---- emitters and sensors ----------------------------------------------------------------------
-
-#[test]
-fn lights_shine_where_they_are_told() {
-    let down = |scene: &Scene| {
-        let light = &scene.lights[0];
-        assert_eq!(light.kind, LightKind::Directional { irradiance: [1.0; 3] });
-        assert!((light.to_world.matrix3.determinant() - 1.0).abs() < 1e-12);
-        light.to_world.transform_vector3(DVec3::NEG_Z)
-    };
-    let by_direction = read(
-        "<emitter type=\"directional\"><vector name=\"direction\" x=\"3\" y=\"-4\" z=\"0\"/>\
-         </emitter>",
-    );
-    assert_close(down(&by_direction), DVec3::new(0.6, -0.8, 0.0));
-    // +z of the node, turned about y, is +x.
-    let by_node = read(
-        "<emitter type=\"directional\"><transform name=\"to_world\"><rotate y=\"1\" \
-         angle=\"90\"/><scale value=\"3\"/></transform></emitter>",
-    );
-    assert_close(down(&by_node), DVec3::X);
-    for position in [
-        "<point name=\"position\" value=\"1 2 3\"/>",
-        "<transform name=\"to_world\"><scale value=\"5\"/><translate value=\"1 2 3\"/></transform>",
-    ] {
-        let scene = read(&format!("<emitter type=\"point\">{position}</emitter>"));
-        assert_eq!(scene.lights[0].kind, LightKind::Point { intensity: [1.0; 3] });
-        assert_close(scene.lights[0].to_world.translation, DVec3::new(1.0, 2.0, 3.0));
-    }
-}
-
-/// Mitsuba: the angles are those to the axis, in degrees, and the beam has 3/4 of the cutoff.
-#[test]
-fn spots_shine_along_z_with_their_angles() {
-    let spot = |parameters: &str| {
-        read(&format!(
-            "<emitter type=\"spot\">{parameters}<transform name=\"to_world\"><lookat origin=\"1 2 3\" \
-             target=\"1 0 3\" up=\"1 0 0\"/></transform></emitter>"
-        ))
-    };
-    let (plain, given) = (
-        spot(""),
-        spot("<float name=\"cutoff_angle\" value=\"40\"/><float name=\"beam_width\" value=\"5\"/>"),
-    );
-    for (scene, [beam_angle, cutoff_angle]) in [(plain, [15.0, 20.0]), (given, [5.0, 40.0])] {
-        let light = &scene.lights[0];
-        let kind = LightKind::LinearSpot { intensity: [1.0; 3], beam_angle, cutoff_angle };
-        assert_eq!(light.kind, kind);
-        assert_close(light.to_world.translation, DVec3::new(1.0, 2.0, 3.0));
-        assert_close(light.to_world.transform_vector3(DVec3::NEG_Z), DVec3::NEG_Y);
-    }
-}
-
-/// Mitsuba: uv = (atan2(x, −z) / 2π, acos(y) / π), as computed by its 3.9.1; ours begins at −x of the
-/// node and goes on towards +z.
-#[test]
-fn images_of_the_sky_are_turned_to_our_convention() {
-    let folder = tempfile::tempdir().unwrap();
-    let image = pt_scene::image::Image { width: 2, height: 1, pixels: vec![[0.5; 3], [2.0; 3]] };
-    let path = folder.path().join("sky.exr");
-    pt_scene::image::save(&image, &path, &pt_scene::image::SaveOptions::default()).unwrap();
-    let emitter = |rest: &str| {
-        format!(
-            "<emitter type=\"envmap\"><string name=\"filename\" value=\"{}\"/>{rest}</emitter>",
-            path.display()
-        )
-    };
-    let turned = "<float name=\"scale\" value=\"3\"/><transform name=\"to_world\"><rotate y=\"1\" \
-                  angle=\"90\"/></transform>";
-    for (rest, scale, beginning, quarter) in
-        [("", 1.0, DVec3::NEG_Z, DVec3::X), (turned, 3.0, DVec3::NEG_X, DVec3::NEG_Z)]
-    {
-        let scene = read(&emitter(rest));
-        let light = &scene.lights[0];
-        let kind = LightKind::Environment {
-            image: std::sync::Arc::new(image.clone()),
-            scale,
-            rows: pt_scene::Rows::FromPoleToPole,
-        };
-        assert_eq!(light.kind, kind);
-        assert_close(light.to_world.transform_vector3(DVec3::NEG_X), beginning);
-        assert_close(light.to_world.transform_vector3(DVec3::Z), quarter);
-        assert_close(light.to_world.transform_vector3(DVec3::Y), DVec3::Y);
-    }
-}
-
-#[test]
-fn cameras_look_at_their_target_with_their_right_to_the_right() {
-    let scene = read(
-        "<sensor type=\"perspective\"><transform name=\"to_world\"><lookat origin=\"0 0 5\" \
-         target=\"0 0 0\" up=\"0 1 0\"/></transform></sensor>",
-    );
-    // Our camera at this place with this view has the axes of the world.
-    let expected = DAffine3::from_translation(DVec3::new(0.0, 0.0, 5.0));
-    assert!(scene.cameras[0].to_world.abs_diff_eq(expected, 1e-12));
-}
-
-fn fields_of_view(camera: &pt_scene::Camera) -> [f64; 2] {
-    let Projection::Perspective { x_fov, y_fov } = camera.projection else { panic!("{camera:?}") };
-    [x_fov, y_fov]
-}
-
-#[test]
-fn fields_of_view_belong_to_their_axis() {
-    let half_tangents = |width: u32, height: u32, parameters: &str| {
-        let scene = read(&format!(
-            "<sensor type=\"perspective\">{parameters}<film type=\"hdrfilm\"><integer \
-             name=\"width\" value=\"{width}\"/><integer name=\"height\" value=\"{height}\"/>\
-             <rfilter type=\"box\"/></film></sensor>"
-        ));
-        fields_of_view(&scene.cameras[0]).map(|degrees| (0.5 * degrees.to_radians()).tan())
-    };
-    let half = 25_f64.to_radians().tan();
-    for (axis, wide, tall) in [
-        ("x", [half, half / 1.5], [half, half * 1.5]),
-        ("y", [half * 1.5, half], [half / 1.5, half]),
-        ("smaller", [half * 1.5, half], [half, half * 1.5]),
-        ("larger", [half, half / 1.5], [half / 1.5, half]),
-    ] {
-        let parameters = format!(
-            "<float name=\"fov\" value=\"50\"/><string name=\"fov_axis\" value=\"{axis}\"/>"
-        );
-        for (found, expected) in [
-            (half_tangents(300, 200, &parameters), wide),
-            (half_tangents(200, 300, &parameters), tall),
-        ] {
-            for i in 0..2 {
-                assert!((found[i] - expected[i]).abs() < 1e-12, "{axis}: {found:?}");
-            }
-        }
-    }
-    // 36 mm × 24 mm behind 50 mm, unless the author says otherwise.
-    for (length, parameters) in
-        [(50.0, ""), (35.0, "<string name=\"focal_length\" value=\"35mm\"/>")]
-    {
-        let [x, y] = half_tangents(300, 200, parameters);
-        assert!((x - 18.0 / length).abs() < 1e-12 && (y - 12.0 / length).abs() < 1e-12);
-    }
-    let diagonal = "<float name=\"fov\" value=\"50\"/><string name=\"fov_axis\" \
-                    value=\"diagonal\"/>";
-    let [x, y] = half_tangents(200, 300, diagonal);
-    assert!((x.hypot(y) - half).abs() < 1e-12 && (y / x - 1.5).abs() < 1e-12);
-}
-
-#[test]
-fn the_first_sensor_is_the_one_that_is_used() {
-    let scene = good("films.xml");
-    let names: Vec<_> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
-    assert_eq!(names, ["not used", "used"]);
-    let used = scene.cameras.last().expect("a camera");
-    assert_eq!((used.lens_radius, used.focal_distance), (0.1, 4.0));
-    assert!((fields_of_view(used)[1] - 30.0).abs() < 1e-12);
-    assert_eq!(scene.settings.resolution, Some([768, 576]));
-    assert_eq!(scene.settings.filter, Some(Filter::GAUSSIAN));
-    assert_eq!(scene.settings.max_depth, Some(1));
-}
-
-#[test]
-fn orthographic_cameras_take_their_size_from_the_scale_of_their_node() {
-    let camera = |transform: &str| {
-        let mut scene = read(&format!(
-            "<sensor type=\"orthographic\"><float name=\"near_clip\" value=\"0.5\"/><float \
-             name=\"far_clip\" value=\"10\"/><transform name=\"to_world\">{transform}</transform>\
-             <film type=\"hdrfilm\"><integer name=\"width\" value=\"100\"/><integer \
-             name=\"height\" value=\"50\"/></film></sensor>"
-        ));
-        scene.cameras.swap_remove(0)
-    };
-    let plain = camera("");
-    let view = |half_width, half_height| Projection::Orthographic { half_width, half_height };
-    assert_eq!(plain.projection, view(1.0, 0.5));
-    assert_eq!((plain.near, plain.far), (0.5, 10.0));
-    // Mitsuba 3.9.1: from (1 − 2, 2, 3 + 0.5 · 4) and (1, 2 + 1.5, 5) over a distance of 9.5.
-    let scaled = camera("<scale value=\"2 3 4\"/><translate value=\"1 2 3\"/>");
-    assert_eq!(scaled.projection, view(2.0, 1.5));
-    assert_eq!((scaled.near, scaled.far), (2.0, 11.5));
-    assert_close(scaled.to_world.translation, DVec3::new(1.0, 2.0, 3.0));
-    assert_close(scaled.to_world.matrix3.x_axis, DVec3::NEG_X);
-    assert_close(scaled.to_world.matrix3.z_axis, DVec3::NEG_Z);
-}
-
-#[test]
-fn films_are_cropped_and_moved() {
-    let sensor = |film: &str, offset: &str| {
-        read(&format!(
-            "<sensor type=\"perspective\">{offset}<film type=\"hdrfilm\"><integer \
-             name=\"width\" value=\"100\"/><integer name=\"height\" value=\"50\"/>{film}</film>\
-             </sensor>"
-        ))
-    };
-    let number = |name: &str, value: i32| format!("<integer name=\"{name}\" value=\"{value}\"/>");
-    let crop = |values: [i32; 4]| {
-        let names = ["crop_offset_x", "crop_offset_y", "crop_width", "crop_height"];
-        let film: String = names.iter().zip(values).map(|(name, v)| number(name, v)).collect();
-        sensor(&film, "").settings.crop
-    };
-    assert_eq!(crop([20, 10, 40, 30]), Some([20, 10, 40, 30]));
-    assert_eq!(crop([0, 0, 100, 49]), Some([0, 0, 100, 49]));
-    assert_eq!(crop([0, 0, 100, 50]), None);
-    assert_eq!(sensor(&number("crop_width", 8), "").settings.crop, Some([0, 0, 8, 50]));
-    let offset = "<float name=\"principal_point_offset_x\" value=\"0.1\"/><float \
-                  name=\"principal_point_offset_y\" value=\"-0.2\"/>";
-    assert_eq!(sensor("", offset).cameras[0].film_offset, [0.1, -0.2]);
-    assert_eq!(sensor("", "").cameras[0].film_offset, [0.0; 2]);
-}
-
-#[test]
-fn filters_have_mitsubas_defaults() {
-    let filter = |rfilter: &str| {
-        let film = format!("<film type=\"hdrfilm\">{rfilter}</film>");
-        read(&format!("<sensor type=\"perspective\">{film}</sensor>")).settings.filter
-    };
-    let number = |name: &str, value: f64| format!("<float name=\"{name}\" value=\"{value}\"/>");
-    let with = |kind: &str, parameters: &str| {
-        filter(&format!("<rfilter type=\"{kind}\">{parameters}</rfilter>"))
-    };
-    assert_eq!(filter(""), Some(Filter::GAUSSIAN));
-    assert_eq!(read("<sensor type=\"perspective\"/>").settings.filter, Some(Filter::GAUSSIAN));
-    assert_eq!(read("").settings.filter, None);
-    for (kind, expected) in [
-        ("box", Filter::Box),
-        ("tent", Filter::Tent { radius: 1.0 }),
-        ("gaussian", Filter::Gaussian { stddev: 0.5, radius: 2.0 }),
-        ("mitchell", Filter::MITCHELL),
-        ("catmullrom", Filter::Mitchell { b: 0.0, c: 0.5 }),
-        ("lanczos", Filter::Lanczos { lobes: 3.0 }),
-    ] {
-        assert_eq!(with(kind, ""), Some(expected), "{kind}");
-    }
-    assert_eq!(with("tent", &number("radius", 2.5)), Some(Filter::Tent { radius: 2.5 }));
-    assert_eq!(with("gaussian", &number("stddev", 1.0)), Some(Filter::gaussian(1.0)));
-    let cubic = number("B", 0.5) + &number("C", 0.25);
-    assert_eq!(with("mitchell", &cubic), Some(Filter::Mitchell { b: 0.5, c: 0.25 }));
-    let lobes = "<integer name=\"lobes\" value=\"2\"/>";
-    assert_eq!(with("lanczos", lobes), Some(Filter::Lanczos { lobes: 2.0 }));
-}
-
-#[test]
-fn depth_counts_interactions_with_surfaces() {
-    let depth = |integrator: &str| read(integrator).settings.max_depth;
-    let path = |depth: i32| {
-        format!(
-            "<integrator type=\"path\"><integer name=\"max_depth\" value=\"{depth}\"/></integrator>"
-        )
-    };
-    assert_eq!(depth(""), Some(u32::MAX));
-    assert_eq!(depth("<integrator type=\"path\"/>"), Some(u32::MAX));
-    assert_eq!(depth(&path(-1)), Some(u32::MAX));
-    assert_eq!(depth(&path(1)), Some(0));
-    assert_eq!(depth(&path(2)), Some(1));
-    assert_eq!(depth("<integrator type=\"direct\"/>"), Some(1));
 }

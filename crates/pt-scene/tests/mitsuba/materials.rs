@@ -1,0 +1,287 @@
+//! Materials of Mitsuba scenes.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use pt_math::{DMat3, DVec3};
+use pt_scene::material::{
+    Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Masking, Matte, Mirror, Mix,
+    RoughCoatedDiffuse, Roughness, Sided, ThinGlass,
+};
+use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Relief, Wrap};
+use pt_scene::{Scalar, Surface, Texture};
+
+use crate::{material, read, surface};
+
+/// What rough surfaces have where nothing is said.
+pub(crate) const ROUGH: Roughness = Roughness {
+    alpha: [Scalar::Value(0.1), Scalar::Value(0.1)],
+    distribution: Distribution::Beckmann,
+    masking: Masking::Separable,
+};
+
+#[test]
+fn shapes_without_a_bsdf_are_grey_or_black_if_they_emit() {
+    let grey = Matte { reflectance: [0.5; 3].into(), two_sided: false };
+    assert_eq!(material("").surface, grey.into());
+    assert_eq!(material("").emission, [0.0; 3]);
+    let lamp = material("<emitter type=\"area\"/>");
+    assert_eq!((lamp.surface, lamp.emission), (Black.into(), [1.0; 3]));
+}
+
+#[test]
+fn both_sides_reflect_if_the_author_says_so() {
+    let twosided = |bsdf: &str| surface(&format!("<bsdf type=\"twosided\">{bsdf}</bsdf>"));
+    let diffuse = "<bsdf type=\"diffuse\"/>";
+    assert_eq!(surface(diffuse), Matte { reflectance: [0.5; 3].into(), two_sided: false }.into());
+    assert_eq!(twosided(diffuse), Matte { reflectance: [0.5; 3].into(), two_sided: true }.into());
+    let mirror = "<bsdf type=\"conductor\"><string name=\"material\" value=\"none\"/></bsdf>";
+    assert_eq!(twosided(mirror), Mirror { reflectance: [1.0; 3].into() }.into());
+    let one_sided = Conductor {
+        eta: [0.0; 3],
+        k: [1.0; 3],
+        reflectance: [1.0; 3].into(),
+        roughness: None,
+        two_sided: false,
+    };
+    assert_eq!(surface(mirror), one_sided.clone().into());
+    let rough = Conductor { roughness: Some(ROUGH), two_sided: true, ..one_sided };
+    assert_eq!(twosided("<bsdf type=\"roughconductor\"/>"), rough.into());
+}
+
+#[test]
+fn metals_have_names_and_facets_a_distribution() {
+    let gold = Conductor {
+        eta: [0.143, 0.3753, 1.442],
+        k: [3.983, 2.3856, 1.6034],
+        reflectance: [1.0; 3].into(),
+        roughness: Some(Roughness {
+            alpha: [0.3.into(), 0.3.into()],
+            distribution: Distribution::Ggx,
+            ..ROUGH
+        }),
+        two_sided: false,
+    };
+    let found = surface(
+        "<bsdf type=\"roughconductor\"><string name=\"material\" value=\"Au\"/>\
+         <float name=\"alpha\" value=\"0.3\"/><string name=\"distribution\" value=\"ggx\"/></bsdf>",
+    );
+    assert_eq!(found, gold.into());
+}
+
+#[test]
+fn dielectrics_may_be_rough_or_thin() {
+    let index = "<float name=\"int_ior\" value=\"1.5\"/><float name=\"ext_ior\" value=\"1\"/>";
+    let of_kind = |kind| surface(&format!("<bsdf type=\"{kind}\">{index}</bsdf>"));
+    let clear = [1.0; 3];
+    let rough = Glass {
+        reflectance: clear.into(),
+        transmittance: clear.into(),
+        ior: 1.5,
+        roughness: Some(ROUGH),
+    };
+    assert_eq!(of_kind("roughdielectric"), rough.into());
+    let thin = ThinGlass { reflectance: clear.into(), transmittance: clear.into(), ior: 1.5 };
+    assert_eq!(of_kind("thindielectric"), thin.into());
+}
+
+#[test]
+fn plastic_is_a_base_under_a_coat() {
+    let plain = CoatedDiffuse {
+        diffuse: [0.5; 3].into(),
+        specular: [1.0; 3].into(),
+        ior: (1.49 / 1.000_277) as f32,
+        saturates: false,
+        two_sided: false,
+    };
+    assert_eq!(surface("<bsdf type=\"plastic\"/>"), plain.clone().into());
+    let both = surface(
+        "<bsdf type=\"twosided\"><bsdf type=\"plastic\">\
+         <boolean name=\"nonlinear\" value=\"true\"/></bsdf></bsdf>",
+    );
+    assert_eq!(both, CoatedDiffuse { saturates: true, two_sided: true, ..plain }.into());
+}
+
+#[test]
+fn rough_plastic_has_one_roughness() {
+    let plain = RoughCoatedDiffuse {
+        diffuse: [0.5; 3].into(),
+        specular: [1.0; 3].into(),
+        ior: (1.49 / 1.000_277) as f32,
+        alpha: 0.1,
+        distribution: Distribution::Beckmann,
+        saturates: false,
+        two_sided: false,
+    };
+    assert_eq!(surface("<bsdf type=\"roughplastic\"/>"), plain.clone().into());
+    let other = surface(
+        "<bsdf type=\"twosided\"><bsdf type=\"roughplastic\">\
+         <string name=\"distribution\" value=\"ggx\"/><float name=\"alpha\" value=\"0.3\"/>\
+         <boolean name=\"nonlinear\" value=\"true\"/></bsdf></bsdf>",
+    );
+    let want = RoughCoatedDiffuse {
+        alpha: 0.3,
+        distribution: Distribution::Ggx,
+        saturates: true,
+        two_sided: true,
+        ..plain
+    };
+    assert_eq!(other, want.into());
+}
+
+#[test]
+fn glass_has_the_index_of_its_inside_over_its_outside() {
+    let ior = |parameters: &str| {
+        let bsdf = format!("<bsdf type=\"dielectric\">{parameters}</bsdf>");
+        let Surface::Glass(glass) = surface(&bsdf) else { panic!("no glass") };
+        glass.ior
+    };
+    assert_eq!(ior(""), (1.5046 / 1.000_277) as f32);
+    let bubble = "<string name=\"int_ior\" value=\"air\"/><string name=\"ext_ior\" \
+                  value=\"Water\"/>";
+    assert_eq!(ior(bubble), (1.000_277 / 1.333) as f32);
+    let numbers = "<float name=\"int_ior\" value=\"3\"/><integer name=\"ext_ior\" value=\"2\"/>";
+    assert_eq!(ior(numbers), 1.5);
+}
+
+/// A sphere is turned inside out by each of flip_normals, a mirroring transform and a negative
+/// radius.
+#[test]
+fn spheres_turned_inside_out() {
+    let sphere = |parameters: &str, bsdf: &str| {
+        let scene =
+            read(&format!("<shape type=\"sphere\">{parameters}<bsdf type=\"{bsdf}\"/></shape>"));
+        (scene.materials[0].surface.clone(), scene.warnings.len())
+    };
+    let flip = "<boolean name=\"flip_normals\" value=\"true\"/>";
+    let mirror = "<transform name=\"to_world\"><scale x=\"-1\"/></transform>";
+    let negative = "<float name=\"radius\" value=\"-1\"/>";
+    for (parameters, inverted) in [
+        (String::new(), false),
+        (flip.to_owned(), true),
+        (mirror.to_owned(), true),
+        (negative.to_owned(), true),
+        (format!("{flip}{mirror}"), false),
+        (format!("{flip}{mirror}{negative}"), true),
+    ] {
+        let matte: Surface = Matte { reflectance: [0.5; 3].into(), two_sided: false }.into();
+        let behind = Sided { front: Surface::from(Black).into(), back: matte.clone().into() };
+        let want = if inverted { behind.into() } else { matte };
+        assert_eq!(sphere(&parameters, "diffuse"), (want, 0), "{parameters}");
+        let (Surface::Glass(glass), 0) = sphere(&parameters, "dielectric") else { panic!("glass") };
+        assert_eq!(glass.ior < 1.0, inverted, "{parameters}");
+    }
+}
+
+// ---- textures ----------------------------------------------------------------------------------
+
+/// An image in the folder of the scenes for peers.
+fn bitmap(name: &str, more: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/mitsuba/parts");
+    let file = folder.join("clouds.png");
+    format!(
+        "<texture type=\"bitmap\" name=\"{name}\"><string name=\"filename\" value=\"{}\"/>{more}\
+         </texture>",
+        file.display()
+    )
+}
+
+fn texture_of(surface: Surface) -> Arc<Texture> {
+    let Surface::Matte(Matte { reflectance: Color::Texture(texture), .. }) = surface else {
+        panic!("{surface:?}")
+    };
+    texture
+}
+
+#[test]
+fn images_lie_on_surfaces_as_their_author_says() {
+    let diffuse = |more: &str| {
+        let texture = bitmap("reflectance", more);
+        texture_of(surface(&format!("<bsdf type=\"diffuse\">{texture}</bsdf>")))
+    };
+    let plain = diffuse("");
+    let Pattern::Bitmap(Bitmap { image, wrap, filter }) = &plain.pattern else {
+        panic!("no image")
+    };
+    assert_eq!((image.width, *wrap, *filter), (32, Wrap::Repeat, Filter::Bilinear));
+    // Light is less than what is stored, but for black and white.
+    let raw = diffuse("<boolean name=\"raw\" value=\"true\"/>");
+    let Pattern::Bitmap(Bitmap { image: stored, .. }) = &raw.pattern else { panic!("no image") };
+    let pairs = || image.pixels.as_flattened().iter().zip(stored.pixels.as_flattened());
+    assert!(pairs().all(|(light, stored)| light <= stored) && pairs().any(|(l, s)| l < s));
+    let other = diffuse(
+        "<string name=\"wrap_mode\" value=\"mirror\"/>\
+         <string name=\"filter_type\" value=\"nearest\"/>\
+         <transform name=\"to_uv\"><scale x=\"2\" y=\"3\"/><translate x=\"0.5\" y=\"0.25\"/></transform>",
+    );
+    let Pattern::Bitmap(Bitmap { wrap, filter, .. }) = &other.pattern else { panic!("no image") };
+    assert_eq!((*wrap, *filter), (Wrap::Mirror, Filter::Nearest));
+    // v = 0 is the upper row there, and the lower one here.
+    let at = |m: DMat3, u: f64, v: f64| (m * DVec3::new(u, v, 1.0)).truncate().to_array();
+    assert_eq!(at(plain.to_pattern, 0.25, 0.125), [0.25, 0.875]);
+    assert_eq!(at(other.to_pattern, 0.25, 0.125), [1.0, 1.0 - 0.625]);
+}
+
+#[test]
+fn a_texture_is_read_once_for_all_that_refer_to_it() {
+    let sphere = "<shape type=\"sphere\"><bsdf type=\"diffuse\">\
+                  <ref name=\"reflectance\" id=\"t\"/></bsdf></shape>";
+    let chess = "<texture type=\"checkerboard\" id=\"t\"><rgb name=\"color0\" value=\"1, 0.5, 0\"/></texture>";
+    let scene = read(&format!("{chess}{sphere}{sphere}"));
+    let [a, b] = [0, 1].map(|i: usize| texture_of(scene.materials[i].surface.clone()));
+    assert!(Arc::ptr_eq(&a, &b));
+    assert_eq!(a.pattern, Pattern::Checkerboard([[1.0, 0.5, 0.0], [0.2; 3]]));
+}
+
+#[test]
+fn roughness_may_depend_on_the_direction_and_the_place() {
+    let alphas = |inner: &str| {
+        let metal = surface(&format!("<bsdf type=\"roughconductor\">{inner}</bsdf>"));
+        let Surface::Conductor(Conductor { roughness: Some(roughness), .. }) = metal else {
+            panic!("{metal:?}")
+        };
+        roughness.alpha
+    };
+    let two = "<float name=\"alpha_u\" value=\"0.25\"/><float name=\"alpha_v\" value=\"0.5\"/>";
+    assert_eq!(alphas(two), [0.25.into(), 0.5.into()]);
+    let [u, v] = alphas(&bitmap("alpha", ""));
+    assert!(u.texture().is_some() && u == v);
+}
+
+#[test]
+fn surfaces_are_made_of_others() {
+    let (grey, red) = (
+        Matte { reflectance: [0.5; 3].into(), two_sided: false },
+        Matte { reflectance: [1.0, 0.0, 0.0].into(), two_sided: false },
+    );
+    let boxed = |matte: &Matte| Box::new(Surface::from(matte.clone()));
+    let inner = "<bsdf type=\"diffuse\"/><bsdf type=\"diffuse\">\
+                 <rgb name=\"reflectance\" value=\"1, 0, 0\"/></bsdf>";
+    let blend =
+        format!("<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.25\"/>{inner}</bsdf>");
+    let mix = Mix { first: boxed(&grey), second: boxed(&red), share: 0.25.into() };
+    assert_eq!(surface(&blend), mix.into());
+    let sides = Sided { front: boxed(&grey), back: boxed(&red) };
+    assert_eq!(surface(&format!("<bsdf type=\"twosided\">{inner}</bsdf>")), sides.into());
+    let mask = "<bsdf type=\"mask\"><float name=\"opacity\" value=\"0.25\"/>\
+                <bsdf type=\"diffuse\"/></bsdf>";
+    let (mask, null) = (material(mask), material("<bsdf type=\"null\"/>"));
+    assert_eq!((mask.surface, mask.opacity), (grey.clone().into(), 0.25.into()));
+    assert_eq!((null.surface, null.opacity), (Black.into(), 0.0.into()));
+}
+
+#[test]
+fn reliefs_are_normals_or_heights() {
+    let embossed = |bsdf: String| {
+        let Surface::Embossed(Embossed { relief, .. }) = surface(&bsdf) else { panic!("{bsdf}") };
+        relief
+    };
+    let inner = "<bsdf type=\"diffuse\"/>";
+    let normals = bitmap("normalmap", "<boolean name=\"raw\" value=\"true\"/>");
+    let normals = embossed(format!("<bsdf type=\"normalmap\">{normals}{inner}</bsdf>"));
+    assert!(matches!(normals, Relief::Normals(_)));
+    let scale = "<float name=\"scale\" value=\"0.5\"/>";
+    let heights =
+        embossed(format!("<bsdf type=\"bumpmap\">{}{scale}{inner}</bsdf>", bitmap("", "")));
+    assert!(matches!(heights, Relief::Heights(_, 0.5)));
+}
