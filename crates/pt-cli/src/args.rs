@@ -49,7 +49,7 @@ pub(crate) struct Cli {
     #[arg(help_heading = "Sampling")]
     pub(crate) spp: Option<u32>,
 
-    /// Samples of each area light at each surface point
+    /// Samples of each area light at each surface point; of all together where they are many
     #[arg(short, long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
     #[arg(value_parser = check::light_samples, help_heading = "Sampling")]
     pub(crate) light_samples: u32,

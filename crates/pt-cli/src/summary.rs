@@ -49,8 +49,11 @@ impl Summary<'_> {
         if self.session.settings().clamp != Clamp::NONE {
             eprintln!("clamped   {:.3} % of the light was cut off", self.clamped_percent());
         }
+        let textures = scene.materials.textures.bytes() as f64 * 1e-6;
+        let textures =
+            if textures > 0.0 { format!(", {textures:.1} MB of textures") } else { String::new() };
         if let Some(bytes) = pathtracer::memory::peak_bytes() {
-            eprintln!("memory    {:.1} MB at most", bytes as f64 * 1e-6);
+            eprintln!("memory    {:.1} MB at most{textures}", bytes as f64 * 1e-6);
         }
     }
 
@@ -73,6 +76,7 @@ impl Summary<'_> {
             ("triangles", scene.triangles.len().to_string()),
             ("spheres", scene.spheres.len().to_string()),
             ("lights", scene.light_count.to_string()),
+            ("texture_bytes", scene.materials.textures.bytes().to_string()),
             ("threads", self.threads.to_string()),
             ("samples", s.samples.to_string()),
             ("rays", s.rays.to_string()),

@@ -8,15 +8,6 @@ use pt_testing::{Estimates, z_test};
 use crate::measure::{render, settings};
 use crate::scenes::{Builder, camera, facing, size};
 
-const FILTERS: [Filter; 7] = [
-    Filter::Box,
-    Filter::TENT,
-    Filter::GAUSSIAN,
-    Filter::MITCHELL,
-    Filter::BLACKMAN_HARRIS,
-    Filter::CATMULL_ROM,
-    Filter::LANCZOS,
-];
 /// Columns of the image; its left half glows.
 const WIDTH: u32 = 12;
 
@@ -79,7 +70,7 @@ fn profile(filter: Filter, x: f64) -> f64 {
 fn an_edge_has_the_profile_of_the_filter() {
     const SPP: u32 = 1024;
     let scene = edge();
-    for filter in FILTERS {
+    for filter in Filter::USUAL {
         let film = film(&scene, Settings { filter, ..settings(SPP) });
         let radius = filter.radius();
         let g = |x: f64| profile(filter, x);

@@ -401,7 +401,7 @@ fn world_normal(to_normal: DMat3, n: [f32; 3]) -> Vec3 {
 }
 
 /// Whether a matrix scales all directions alike (to one part in ten thousand).
-fn is_similarity(m: DMat3) -> bool {
+pub(super) fn is_similarity(m: DMat3) -> bool {
     let gram = m.transpose() * m;
     let scale = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;
     let identity = DMat3::from_diagonal(DVec3::splat(scale));

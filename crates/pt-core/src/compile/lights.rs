@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, trig};
 use pt_scene::{Light as Node, LightKind, Rows, Scene};
 
-use super::geometry::{Primitives, Shapes};
+use super::geometry::{Primitives, Shapes, is_similarity};
 use super::many_lights::sphere_light;
 use super::{CompileError, daylight};
 use crate::id::{Id, Table};
@@ -256,14 +256,10 @@ fn daylight(to_sun: [f64; 3], turbidity: f64) -> Result<daylight::Sky, String> {
 
 /// The orthogonal part of a transformation that turns, mirrors and scales; `None` for others.
 fn orthogonal(linear: DMat3) -> Option<Mat3> {
-    const TOLERANCE: f64 = 1e-4; // matrices are written with a few digits
-    let turn = linear * linear.x_axis.length().recip();
-    let error = turn.transpose() * turn - DMat3::IDENTITY;
-    let is_orthogonal = error.to_cols_array().iter().all(|x| x.abs() <= TOLERANCE);
-    is_orthogonal.then(|| {
-        let x = turn.x_axis;
-        let y = (turn.y_axis - x * x.dot(turn.y_axis)).normalize();
-        let z = x.cross(y) * turn.determinant().signum();
+    (linear.x_axis != DVec3::ZERO && is_similarity(linear)).then(|| {
+        let x = linear.x_axis.normalize();
+        let y = (linear.y_axis - x * x.dot(linear.y_axis)).normalize();
+        let z = x.cross(y) * linear.determinant().signum();
         Mat3::from_cols(x.as_vec3(), y.as_vec3(), z.as_vec3())
     })
 }

@@ -28,9 +28,15 @@ impl Lights {
         if extended.is_empty() && points.is_empty() {
             return;
         }
+        let mut emits = vec![false; self.table.as_slice().len()];
+        let of_shapes = shapes.surfaces.as_slice().iter().filter_map(|surface| surface.light);
+        of_shapes.for_each(|id| emits[id.index()] = true);
         let goes = |id: Id<AnyLight>, light: &AnyLight| {
-            let is_extended = || emits(shapes, id);
-            if is_point(light) { !points.is_empty() } else { !extended.is_empty() && is_extended() }
+            if is_point(light) {
+                !points.is_empty()
+            } else {
+                !extended.is_empty() && emits[id.index()]
+            }
         };
         let mut table = Table::default();
         let stays = self.table.iter().map(|(id, light)| (!goes(id, light)).then_some(*light));
@@ -81,11 +87,6 @@ impl Lights {
 
 fn is_point(light: &AnyLight) -> bool {
     light.is_delta() && is_bounded(light)
-}
-
-/// Whether a light is that of a glowing shape.
-fn emits(shapes: &Shapes, id: Id<AnyLight>) -> bool {
-    shapes.surfaces.as_slice().iter().any(|surface| surface.light == Some(id))
 }
 
 /// The lights of an emitter and the primitives that they are.
