@@ -45,12 +45,9 @@ pub(crate) fn first_hits(tracer: &mut Tracer, starts: &Starts, hits: &mut Vec<Op
     }
 }
 
-/// Asks where a ray goes on: the number of the ray, how many holes it went through before, the ray,
-/// what it hit, and the share of the surface that is there, which is less than 1.
-pub(super) trait Decide: FnMut(usize, u32, &Ray, &Hit, f32) -> bool {}
-impl<F: FnMut(usize, u32, &Ray, &Hit, f32) -> bool> Decide for F {}
-
-/// Moves hits on surfaces that are not all there to what is behind them, as long as `goes_on` says.
+/// Moves hits on surfaces that are not all there to what is behind them, as long as `goes_on` says. It
+/// is told the number of the ray, how many holes it went through before, the ray, what it hit, and the
+/// share of the surface that is there, which is less than 1.
 ///
 /// A ray that goes on begins behind its hit: the same ray meets the same triangle at the same
 /// distance, which its interval no longer holds.
@@ -58,7 +55,7 @@ pub(super) fn go_on(
     tracer: &mut Tracer,
     rays: &[Ray],
     hits: &mut [Option<Hit>],
-    mut goes_on: impl Decide,
+    mut goes_on: impl FnMut(usize, u32, &Ray, &Hit, f32) -> bool,
 ) {
     let scene = tracer.scene;
     let mut under_way: Vec<usize> = (0..rays.len()).collect();
