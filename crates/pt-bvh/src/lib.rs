@@ -67,6 +67,7 @@ mod geometry;
 mod instance;
 #[cfg(test)]
 mod laws;
+mod memory;
 mod node;
 mod options;
 mod ray;
@@ -348,6 +349,15 @@ impl Bvh {
     fn without_avx512(mut self) -> Self {
         if let Kernel::Wide(wide) = &mut self.kernel {
             wide.leave_out_avx512();
+        }
+        self
+    }
+
+    /// The same with the queries of a tree that does not fit the caches.
+    #[cfg(test)]
+    fn taken_for_large(mut self) -> Self {
+        if let Kernel::Wide(wide) = &mut self.kernel {
+            wide.make_large();
         }
         self
     }

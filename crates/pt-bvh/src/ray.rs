@@ -84,6 +84,11 @@ impl Scene {
         }
     }
 
+    /// Has all rays made ready by [`Prepared::in_scene`].
+    pub(crate) fn make_no_ray_ordinary(&mut self) {
+        self.room = Vec3A::NEG_INFINITY;
+    }
+
     /// Per axis, whether that magnitude of a ray's direction lets its depth in boxes be t.
     #[inline(always)]
     fn is_ordinary(&self, size: Vec3A) -> BVec3A {

@@ -7,6 +7,9 @@ use wide::{f32x4, f32x8, i32x4};
 use super::sah::{LOG_BLOCK, NODE_COST, RelativeArea, Search};
 use super::{Boxes, CHUNK, Extent, Halves, Item, partition};
 
+/// For so many items, two histograms are worth their sum.
+const MANY: usize = 128;
+
 /// Looks at the planes between so many bins per axis, a power of two.
 pub(super) struct Binned<const BINS: usize>;
 
@@ -125,18 +128,33 @@ impl Bin {
 impl<const BINS: usize> Histogram<BINS> {
     const EMPTY: Self = Self([Bin::EMPTY; BINS]);
 
+    /// Of many items by turns in two histograms: neighbours fall into the same bins, which would wait for one another.
     fn of(items: &[Item], bins: Bins) -> Self {
-        let mut h = Self::EMPTY;
-        for item in items {
-            let index = bins.index(item.centroid());
-            let extent = item.extent();
-            for (axis, &bin) in index.iter().enumerate().take(3) {
-                let bin = &mut h.0[bin as usize & (BINS - 1)];
-                bin.extents[axis] = bin.extents[axis].union(extent);
-                bin.counts[axis] += 1;
-            }
+        let (pairs, rest) = if items.len() < MANY { (&[][..], items) } else { items.as_chunks() };
+        let mut histogram = Self::EMPTY;
+        for item in rest {
+            histogram.add(item, bins);
         }
-        h
+        if pairs.is_empty() {
+            return histogram;
+        }
+        let mut other = Self::EMPTY;
+        for [a, b] in pairs {
+            histogram.add(a, bins);
+            other.add(b, bins);
+        }
+        histogram.merge(&other)
+    }
+
+    #[inline(always)]
+    fn add(&mut self, item: &Item, bins: Bins) {
+        let index = bins.index(item.centroid());
+        let extent = item.extent();
+        for (axis, &bin) in index.iter().enumerate().take(3) {
+            let bin = &mut self.0[bin as usize & (BINS - 1)];
+            bin.extents[axis] = bin.extents[axis].union(extent);
+            bin.counts[axis] += 1;
+        }
     }
 
     fn merge(mut self, other: &Self) -> Self {

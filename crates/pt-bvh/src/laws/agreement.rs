@@ -213,7 +213,7 @@ fn all_ways(soup: &Soup, leaf_sizes: &[u32]) -> (Vec<Bvh>, Vec<Bvh2>) {
         assert_eq!(kernel.bounds(), kernels[0].bounds());
         assert_eq!(kernel.skipped(), kernels[0].skipped());
         trees.push(tree);
-        kernels.push(kernel);
+        kernels.extend([kernel.clone().taken_for_large(), kernel]);
     }
     (kernels, trees)
 }

@@ -6,7 +6,7 @@ use wide::f32x8;
 use super::batch::avx512::Avx512;
 use super::collapse::stack_size;
 use super::{
-    BLOCK, Child, Lanes, NO_PRIMITIVE, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
+    BLOCK, Child, Lanes, NO_PRIMITIVE, Size, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
 };
 use crate::Source;
 use crate::geometry::{Primitive, Sphere, in_range};
@@ -61,8 +61,10 @@ impl WideBvh {
         let triangles = many(r, TRIANGLES_BYTES, |r| TriangleBlock::read(r, source))?;
         let spheres = many(r, SPHERES_BYTES, |r| SphereBlock::read(r, source))?;
         let scene = Scene::around(center, bounds);
+        let avx512 = Avx512::detect();
         let mut bvh =
-            Self { nodes, triangles, spheres, scene, stack_size: 0, avx512: Avx512::detect() };
+            Self { nodes, triangles, spheres, scene, stack_size: 0, avx512, size: Size::Empty };
+        bvh.set_size();
         if bvh.nodes.is_empty() {
             ensure(*bounds == Bounds3::EMPTY, "a scene without nodes")?;
             ensure(bvh.triangles.is_empty() && bvh.spheres.is_empty(), "blocks without nodes")?;

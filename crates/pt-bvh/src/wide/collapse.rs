@@ -9,9 +9,10 @@ use super::batch::STACK_MARGIN;
 use super::batch::avx512::Avx512;
 use super::forest::Forests;
 use super::{
-    BLOCK, Child, Lanes, NO_PRIMITIVE, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
+    BLOCK, Child, Lanes, NO_PRIMITIVE, Size, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
 };
 use crate::geometry::{Geometry, Primitive, Sphere};
+use crate::memory;
 use crate::node::Bvh2;
 use crate::ray::Scene;
 
@@ -84,21 +85,24 @@ impl WideBvh {
         };
         let root = collapse.part(0);
         collapse.push_node(root, 1);
-        let Collapse { forests, scene, mut nodes, triangles, spheres, levels, .. } = collapse;
-        nodes.shrink_to_fit();
+        let Collapse { forests, scene, nodes, triangles, spheres, levels, .. } = collapse;
         // Makes room for the blocks, the largest part of the tree.
         drop(forests);
         let ids = |&(first, count): &(usize, usize)| lanes(&bvh.order[first..first + count]);
+        let mut blocks = memory::with_capacity(triangles.len());
         let triangles = triangles.par_iter().map(|run| triangle_block(geometry, ids(run)));
+        triangles.collect_into_vec(&mut blocks);
         let spheres = spheres.par_iter().map(|run| sphere_block(geometry, ids(run)));
         let mut wide = Self {
             nodes,
-            triangles: triangles.collect(),
+            triangles: blocks,
             spheres: spheres.collect(),
             scene,
             stack_size: stack_size(levels),
             avx512: Avx512::detect(),
+            size: Size::Empty,
         };
+        wide.set_size();
         wide.sort_children();
         wide
     }

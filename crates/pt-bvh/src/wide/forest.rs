@@ -12,6 +12,7 @@
 
 use super::{BLOCK, WIDTH};
 use crate::geometry::Geometry;
+use crate::memory;
 use crate::node::{Bvh2, Node};
 
 /// Subtrees of so many nodes are looked at by two threads.
@@ -47,7 +48,8 @@ impl Subtree {
 impl<'a> Forests<'a> {
     pub(super) fn new(bvh: &'a Bvh2, geometry: &Geometry<'_>) -> Self {
         let nothing = Subtree { costs: [0.0; WIDTH - 1], count: 0, kinds: [false; 2] };
-        let mut subtrees = vec![nothing; bvh.nodes.len()];
+        let mut subtrees = memory::with_capacity(bvh.nodes.len());
+        subtrees.resize(bvh.nodes.len(), nothing);
         fill(&bvh.nodes, &mut subtrees, &|leaf: &Node| {
             let is_sphere = geometry.is_sphere(bvh.order[leaf.offset as usize]);
             let blocks = leaf.count.div_ceil(BLOCK as u32) as f32;

@@ -9,6 +9,7 @@ mod bytes;
 mod collapse;
 mod depths;
 mod forest;
+mod prefetch;
 mod refit;
 mod traverse;
 mod triangles;
@@ -94,6 +95,17 @@ pub(crate) struct SphereBlock {
     ids: [u32; BLOCK],
 }
 
+/// How large a tree is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Size {
+    /// Without nodes.
+    #[default]
+    Empty,
+    Usual,
+    /// So large that it pays to say early what will be visited (`prefetch.rs`).
+    Large,
+}
+
 /// The tree. The root is node 0; without primitives there are no nodes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WideBvh {
@@ -108,6 +120,7 @@ pub(crate) struct WideBvh {
     /// By which batches test the root and nodes next to it, and their packets triangles, where the
     /// processor has it.
     avx512: Option<Avx512>,
+    size: Size,
 }
 
 impl WideBvh {

@@ -9,7 +9,7 @@ use wide::{f32x8, u32x8};
 use super::batch::order::members;
 use super::depths::{after, earlier, later};
 use super::triangles::{Shear, Tested};
-use super::{BLOCK, Child, Lanes, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode};
+use super::{BLOCK, Child, Lanes, Size, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode};
 use crate::counter::Counter;
 use crate::geometry::Hit;
 use crate::node::MAX_DEPTH;
@@ -302,7 +302,7 @@ impl WideBvh {
     /// The nearest hit.
     pub(crate) fn intersect<C: Counter>(&self, asked: &Ray, counter: &mut C) -> Option<Hit> {
         match Prepared::ordinary(asked, &self.scene) {
-            Some(ray) => self.nearest::<false, C>(asked, &ray, counter),
+            Some(ray) => self.nearest::<false, false, C>(asked, &ray, counter),
             None => self.intersect_padded(asked, counter),
         }
     }
@@ -310,15 +310,25 @@ impl WideBvh {
     /// The same for any ray. Inlined: called, it is 2 to 10 % slower for cameras outside of the scene.
     #[inline(always)]
     fn intersect_padded<C: Counter>(&self, asked: &Ray, counter: &mut C) -> Option<Hit> {
-        if self.nodes.is_empty() {
+        if self.size != Size::Usual {
+            return self.intersect_unusual(asked, counter);
+        }
+        let ray = Prepared::in_scene(asked, &self.scene)?;
+        self.nearest::<true, false, C>(asked, &ray, counter)
+    }
+
+    /// The same in a tree of any size.
+    #[inline(never)]
+    fn intersect_unusual<C: Counter>(&self, asked: &Ray, counter: &mut C) -> Option<Hit> {
+        if self.size == Size::Empty {
             return None;
         }
         let ray = Prepared::in_scene(asked, &self.scene)?;
-        self.nearest::<true, C>(asked, &ray, counter)
+        self.nearest::<true, true, C>(asked, &ray, counter)
     }
 
     #[inline(always)]
-    fn nearest<const PADS: bool, C: Counter>(
+    fn nearest<const PADS: bool, const LARGE: bool, C: Counter>(
         &self,
         asked: &Ray,
         ray: &Prepared,
@@ -335,7 +345,12 @@ impl WideBvh {
                 if child.0 < Child::SPHERES {
                     let node = &self.nodes[child.0 as usize];
                     let (near, hit) = slabs.test(node, f32x8::splat(limit));
+                    let below = stack.len;
                     if let Some(next) = descend(&mut stack, node, near, hit.to_bitmask()) {
+                        if LARGE {
+                            (below..stack.len)
+                                .for_each(|i| self.prefetch(Child(stack.slot(i).get() as u32)));
+                        }
                         child = next;
                         continue;
                     }
@@ -352,7 +367,7 @@ impl WideBvh {
     /// Whether there is a hit.
     pub(crate) fn occluded<C: Counter>(&self, asked: &Ray, counter: &mut C) -> bool {
         match Prepared::ordinary(asked, &self.scene) {
-            Some(ray) => self.any::<false, C>(asked, &ray, counter),
+            Some(ray) => self.any::<false, false, C>(asked, &ray, counter),
             None => self.occluded_padded(asked, counter),
         }
     }
@@ -360,15 +375,25 @@ impl WideBvh {
     /// The same for any ray.
     #[inline(always)]
     fn occluded_padded<C: Counter>(&self, asked: &Ray, counter: &mut C) -> bool {
-        if self.nodes.is_empty() {
+        if self.size != Size::Usual {
+            return self.occluded_unusual(asked, counter);
+        }
+        let ray = Prepared::in_scene(asked, &self.scene);
+        ray.is_some_and(|ray| self.any::<true, false, C>(asked, &ray, counter))
+    }
+
+    /// The same in a tree of any size.
+    #[inline(never)]
+    fn occluded_unusual<C: Counter>(&self, asked: &Ray, counter: &mut C) -> bool {
+        if self.size == Size::Empty {
             return false;
         }
         let ray = Prepared::in_scene(asked, &self.scene);
-        ray.is_some_and(|ray| self.any::<true, C>(asked, &ray, counter))
+        ray.is_some_and(|ray| self.any::<true, true, C>(asked, &ray, counter))
     }
 
     #[inline(always)]
-    fn any<const PADS: bool, C: Counter>(
+    fn any<const PADS: bool, const LARGE: bool, C: Counter>(
         &self,
         asked: &Ray,
         ray: &Prepared,
@@ -387,7 +412,11 @@ impl WideBvh {
                     let hits = slabs.test(node, f32x8::splat(limit)).1.to_bitmask();
                     if hits != 0 {
                         let last = hits.ilog2();
-                        len += put_off(stack, len, node, hits ^ 1 << last);
+                        let others = hits ^ 1 << last;
+                        if LARGE {
+                            self.prefetch_those(node, others);
+                        }
+                        len += put_off(stack, len, node, others);
                         child = node.children[last as usize % WIDTH];
                         continue;
                     }

@@ -18,6 +18,7 @@ mod candidates;
 mod fan;
 mod group;
 pub(super) mod order;
+mod orders;
 mod packet;
 #[cfg(target_arch = "x86_64")]
 mod root;
@@ -33,9 +34,10 @@ use wide::{f32x8, u32x8};
 use self::candidates::{BLOCKS, Candidates};
 use self::group::{Column, GROUP, Group, bits};
 use self::order::{LANES, members, sort_descending};
+use self::orders::Orders;
 use self::packet::{Beam, MOST, PACKET, PAUSE};
 use self::section::{SECTION, SECTIONS, Sections};
-use super::{Child, WIDTH, WideBvh, WideNode};
+use super::{Child, Size, WIDTH, WideBvh, WideNode};
 use crate::counter::Counter;
 use crate::geometry::Hit;
 use crate::sphere;
@@ -157,6 +159,7 @@ struct Scratch {
     queues: Box<[Queues; 2]>,
     stacks: Stacks,
     pause: u32,
+    orders: Orders,
 }
 
 /// What is needed to start rays.
@@ -164,6 +167,7 @@ struct Parts<'a> {
     group: &'a mut Group,
     stacks: &'a mut Stacks,
     pause: &'a mut u32,
+    orders: &'a mut Orders,
     queues: &'a mut Queues,
 }
 
@@ -174,6 +178,7 @@ thread_local! {
         queues: Box::new([Queues::zeroed(); 2]),
         stacks: Stacks::default(),
         pause: 0,
+        orders: Orders::default(),
     });
 }
 
@@ -219,7 +224,7 @@ impl WideBvh {
         counter: &mut impl Counter,
         mut done: impl FnMut(&Group, usize, Range<usize>),
     ) {
-        SCRATCH.with_borrow_mut(|Scratch { group, candidates, queues, stacks, pause }| {
+        SCRATCH.with_borrow_mut(|Scratch { group, candidates, queues, stacks, pause, orders }| {
             stacks.set_size(self.stack_size);
             let [now, next] = &mut **queues;
             let (mut now, mut next) = (now, next);
@@ -230,7 +235,7 @@ impl WideBvh {
                     while let Some(finished) = sections.finished(section) {
                         done(group, section * SECTION, finished);
                         sections.refill(section);
-                        let parts = Parts { group, stacks, pause, queues: now };
+                        let parts = Parts { group, stacks, pause, orders, queues: now };
                         let active = self.start::<ANY>(parts, &sections, section, counter);
                         sections.set_active(section, active);
                     }
@@ -239,7 +244,11 @@ impl WideBvh {
                     return;
                 }
                 next.len = 0;
-                self.visit_nodes::<ANY>(group, stacks, now, next);
+                if self.size == Size::Large {
+                    self.visit_nodes::<ANY, true>(group, stacks, now, next);
+                } else {
+                    self.visit_nodes::<ANY, false>(group, stacks, now, next);
+                }
                 self.visit_triangles::<ANY>(group, &sections, candidates, now, counter);
                 self.visit_spheres(group, &sections, now, counter);
                 for kind in [Queues::TRIANGLES, Queues::SPHERES] {
@@ -261,7 +270,7 @@ impl WideBvh {
         section: usize,
         counter: &mut impl Counter,
     ) -> usize {
-        let Parts { group, stacks, pause, queues } = parts;
+        let Parts { group, stacks, pause, orders, queues } = parts;
         let rays = sections.rays(section);
         let place = section * SECTION;
         let mut usable = 0u64;
@@ -279,8 +288,8 @@ impl WideBvh {
             && usable == u64::MAX
             && let Some(beam) = Beam::new::<SECTION>(group, place, &self.scene)
         {
-            let tests = self.trace::<ANY, SECTION>(group, stacks, &beam, place, sections, counter);
-            *pause = if tests > MOST { PAUSE } else { 0 };
+            let work = self.trace::<ANY, SECTION>(group, stacks, &beam, place, sections, counter);
+            *pause = if work.tests > MOST { PAUSE } else { 0 };
             return 0;
         }
         let mut active = 0;
@@ -288,9 +297,13 @@ impl WideBvh {
             let usable = (usable >> first) as u32 & ((1 << PACKET) - 1);
             let at = place + first;
             if usable.count_ones() as usize == PACKET
-                && let Some(beam) = Beam::new::<PACKET>(group, at, &self.scene)
+                && let Some(mut beam) = Beam::new::<PACKET>(group, at, &self.scene)
             {
-                self.trace::<ANY, PACKET>(group, stacks, &beam, at, sections, counter);
+                beam.near_first = ANY && orders.near_first();
+                let work = self.trace::<ANY, PACKET>(group, stacks, &beam, at, sections, counter);
+                if ANY {
+                    orders.learn(beam.near_first, work);
+                }
                 *pause = pause.saturating_sub(1);
                 continue;
             }
@@ -313,7 +326,7 @@ impl WideBvh {
 
     /// Rays at nodes go on to the nearest child that they hit, and put off the others.
     #[inline(never)]
-    fn visit_nodes<const ANY: bool>(
+    fn visit_nodes<const ANY: bool, const LARGE: bool>(
         &self,
         group: &mut Group,
         stacks: &mut Stacks,
@@ -332,6 +345,9 @@ impl WideBvh {
                 stacks.push_sorted(&mut top, near, hit, node);
             }
             let child = stacks.pop::<ANY>(&mut top, limit);
+            if LARGE {
+                self.prefetch(Child(child));
+            }
             group.child[i] = child;
             group.top[i] = top as u32;
             next.add(i, child);

@@ -14,6 +14,7 @@ use wide::{f32x8, u32x8};
 
 use super::fan::{Fan, Met};
 use super::group::{Column, Group, bits, eight, of_eight};
+use super::orders::Work;
 use super::section::Sections;
 use super::{Queues, Stacks};
 use crate::counter::Counter;
@@ -21,7 +22,7 @@ use crate::ray::{AXES, LEAST_SLOPE, PAD, Scene};
 use crate::wide::depths::{after, earlier, later};
 use crate::wide::traverse::lanes;
 use crate::wide::triangles::Sheared;
-use crate::wide::{Child, TriangleBlock, WIDTH, WideBvh};
+use crate::wide::{Child, Size, TriangleBlock, WIDTH, WideBvh};
 
 /// Rays of a packet.
 pub(super) const PACKET: usize = 16;
@@ -50,6 +51,8 @@ pub(super) struct Beam {
     start: f32x8,
     /// For rays that have one origin.
     pub(super) fan: Option<Fan>,
+    /// Whether any hit is looked for from near to far.
+    pub(super) near_first: bool,
 }
 
 /// The numbers of `N` rays in a column, folded to eight.
@@ -128,6 +131,7 @@ impl Beam {
             first: falls,
             start: splat(least[5]),
             fan: (least[..3] == greatest[..3]).then(|| Fan::new(group, first, &least, &greatest)),
+            near_first: false,
         })
     }
 
@@ -152,8 +156,7 @@ impl Beam {
 }
 
 impl WideBvh {
-    /// Takes the `N` rays from place `first` on from the root to their hits; returns the number
-    /// of triangles they were tested against.
+    /// Takes the `N` rays from place `first` on from the root to their hits.
     #[inline(never)]
     pub(super) fn trace<const ANY: bool, const N: usize>(
         &self,
@@ -163,11 +166,11 @@ impl WideBvh {
         first: usize,
         sections: &Sections<'_>,
         counter: &mut impl Counter,
-    ) -> u32 {
+    ) -> Work {
         let mut top = group.top[first] as usize;
         let mut child = group.child[first];
         let mut limit = greatest::<N>(&group.limit, first);
-        let mut tests = 0;
+        let mut work = Work::default();
         // A bit for each eight rays that look for hits.
         let mut looking = (1u32 << (N / WIDTH)) - 1;
         while child != Child::DONE {
@@ -175,10 +178,14 @@ impl WideBvh {
                 Queues::NODES => {
                     let node = &self.nodes[child as usize];
                     let (near, hit) = beam.test(&node.planes, limit);
-                    if ANY {
+                    work.visits += 1;
+                    if ANY && !beam.near_first {
                         stacks.push(&mut top, hit, node);
                     } else {
                         stacks.push_sorted(&mut top, near, hit, node);
+                    }
+                    if self.size == Size::Large && N == PACKET {
+                        self.prefetch_those(node, hit.to_bitmask());
                     }
                     false
                 }
@@ -201,7 +208,8 @@ impl WideBvh {
                         };
                         (met, any)
                     };
-                    tests += met.count_ones();
+                    work.visits += 1;
+                    work.tests += met.count_ones();
                     counter.add(|| u64::from(met.count_ones()) * N as u64);
                     any
                 }
@@ -225,7 +233,7 @@ impl WideBvh {
             }
             child = stacks.pop::<ANY>(&mut top, limit);
         }
-        tests
+        work
     }
 
     /// The boxes of a block's triangles, in the form of a node's.
