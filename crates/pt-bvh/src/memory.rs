@@ -4,6 +4,8 @@
 //! fills new memory stops at each of them. Where the system has larger pages for those who ask (Linux, 2 MiB), the
 //! large arrays of this crate do.
 
+use bytemuck::Zeroable;
+
 /// An empty vector with room for so many.
 #[cfg(target_os = "linux")]
 pub(crate) fn with_capacity<T>(capacity: usize) -> Vec<T> {
@@ -18,9 +20,18 @@ pub(crate) fn with_capacity<T>(capacity: usize) -> Vec<T> {
     Vec::with_capacity(capacity)
 }
 
+/// A vector of so many zeros, which is written where it is first used.
+pub(crate) fn zeros<T: Zeroable>(len: usize) -> Vec<T> {
+    #[cfg_attr(not(target_os = "linux"), expect(unused_mut, reason = "only Linux takes advice"))]
+    let mut vector = bytemuck::zeroed_vec(len);
+    #[cfg(target_os = "linux")]
+    on_large_pages(&mut vector);
+    vector
+}
+
 /// Asks for large pages where this memory is first written. Nothing depends on whether there are any.
 #[cfg(target_os = "linux")]
-fn on_large_pages<T>(room: &mut [std::mem::MaybeUninit<T>]) {
+fn on_large_pages<T>(room: &mut [T]) {
     use rustix::mm::{Advice, madvise};
     use rustix::param::page_size;
 

@@ -54,11 +54,18 @@ impl Parts {
     }
 }
 
+/// Makes wide nodes of parts of the binary tree.
 struct Collapse<'a> {
     bvh: &'a Bvh2,
     geometry: &'a Geometry<'a>,
     forests: Forests<'a>,
     scene: Scene,
+}
+
+/// Nodes that follow one another, the first of which is the root of the others, and their blocks. Nodes refer to
+/// nodes and blocks by how many are before these, from the first on.
+#[derive(Default)]
+struct Piece {
     nodes: Vec<WideNode>,
     /// Where the primitives of each block are in the order of the binary tree, and how many.
     triangles: Vec<(usize, usize)>,
@@ -67,38 +74,35 @@ struct Collapse<'a> {
     levels: usize,
 }
 
+/// What slots without a child refer to: the root, which is nobody's child.
+const VACANT: Child = Child::node(0);
+
+/// Subtrees of so many primitives are pieces of several, which threads make side by side.
+const LARGE_PART: usize = 8192;
+
 impl WideBvh {
     /// Makes the wide tree.
     pub(crate) fn new(bvh: &Bvh2, geometry: &Geometry<'_>) -> Self {
         if bvh.nodes.is_empty() {
             return Self::default();
         }
-        let mut collapse = Collapse {
-            bvh,
-            geometry,
-            forests: Forests::new(bvh, geometry),
-            scene: Scene::new(&bvh.bounds()),
-            nodes: Vec::new(),
-            triangles: Vec::new(),
-            spheres: Vec::new(),
-            levels: 0,
-        };
-        let root = collapse.part(0);
-        collapse.push_node(root, 1);
-        let Collapse { forests, scene, nodes, triangles, spheres, levels, .. } = collapse;
+        let forests = Forests::new(bvh, geometry);
+        let collapse = Collapse { bvh, geometry, forests, scene: Scene::new(&bvh.bounds()) };
+        let whole = joined(&collapse.pieces(collapse.part(0), 1));
+        let Collapse { forests, scene, .. } = collapse;
         // Makes room for the blocks, the largest part of the tree.
         drop(forests);
         let ids = |&(first, count): &(usize, usize)| lanes(&bvh.order[first..first + count]);
-        let mut blocks = memory::with_capacity(triangles.len());
-        let triangles = triangles.par_iter().map(|run| triangle_block(geometry, ids(run)));
-        triangles.collect_into_vec(&mut blocks);
-        let spheres = spheres.par_iter().map(|run| sphere_block(geometry, ids(run)));
+        let mut triangles = memory::with_capacity(whole.triangles.len());
+        let blocks = whole.triangles.par_iter().map(|run| triangle_block(geometry, ids(run)));
+        blocks.collect_into_vec(&mut triangles);
+        let spheres = whole.spheres.par_iter().map(|run| sphere_block(geometry, ids(run)));
         let mut wide = Self {
-            nodes,
-            triangles: blocks,
+            nodes: whole.nodes,
+            triangles,
             spheres: spheres.collect(),
             scene,
-            stack_size: stack_size(levels),
+            stack_size: stack_size(whole.levels),
             avx512: Avx512::detect(),
             size: Size::Empty,
         };
@@ -108,7 +112,100 @@ impl WideBvh {
     }
 }
 
+/// All pieces as one.
+fn joined(pieces: &[Piece]) -> Piece {
+    let mut whole = Piece {
+        nodes: memory::with_capacity(pieces.iter().map(|piece| piece.nodes.len()).sum()),
+        ..Piece::default()
+    };
+    for piece in pieces {
+        let before = [whole.nodes.len(), whole.triangles.len(), whole.spheres.len()];
+        whole.nodes.extend(piece.nodes.iter().map(|node| node.moved(before)));
+        whole.triangles.extend(&piece.triangles);
+        whole.spheres.extend(&piece.spheres);
+        whole.levels = whole.levels.max(piece.levels);
+    }
+    whole
+}
+
+impl Piece {
+    fn push_block(&mut self, collapse: &Collapse<'_>, first: usize, count: usize) -> Child {
+        if collapse.geometry.is_sphere(collapse.bvh.order[first]) {
+            self.spheres.push((first, count));
+            Child::spheres(self.spheres.len() - 1)
+        } else {
+            self.triangles.push((first, count));
+            Child::triangles(self.triangles.len() - 1)
+        }
+    }
+
+    /// Adds the node for a part, and everything below it; returns its index. The recursion is no
+    /// deeper than the binary tree, plus the few halvings of a large leaf.
+    fn push_node(&mut self, collapse: &Collapse<'_>, part: Part, level: usize) -> usize {
+        self.levels = self.levels.max(level);
+        let parts = collapse.open(part);
+        let index = self.nodes.len();
+        self.nodes.push(collapse.node(&parts));
+        for (slot, part) in parts.parts[..parts.count].iter().enumerate() {
+            let child = match part.block() {
+                Some((first, count)) => self.push_block(collapse, first, count),
+                None => Child::node(self.push_node(collapse, *part, level + 1)),
+            };
+            self.nodes[index].children[slot] = child;
+        }
+        index
+    }
+}
+
+impl Part {
+    /// Its primitives, if they fit a block.
+    fn block(&self) -> Option<(usize, usize)> {
+        match self.content {
+            Content::Run { first, count } if count <= BLOCK => Some((first, count)),
+            _ => None,
+        }
+    }
+}
+
 impl Collapse<'_> {
+    /// The node for a part, and everything below it.
+    fn pieces(&self, part: Part, level: usize) -> Vec<Piece> {
+        let is_large =
+            matches!(part.content, Content::Subtree(i) if self.forests.count(i) >= LARGE_PART);
+        let mut top = Piece { levels: level, ..Piece::default() };
+        if !is_large {
+            top.push_node(self, part, level);
+            return vec![top];
+        }
+        let parts = self.open(part);
+        let mut node = self.node(&parts);
+        let parts = &parts.parts[..parts.count];
+        let below = |part: &Part| match part.block() {
+            Some(_) => Vec::new(),
+            None => self.pieces(*part, level + 1),
+        };
+        let below: Vec<Vec<Piece>> = parts.par_iter().map(below).collect();
+        let mut nodes = 1;
+        for (slot, (part, below)) in parts.iter().zip(&below).enumerate() {
+            node.children[slot] = match part.block() {
+                Some((first, count)) => top.push_block(self, first, count),
+                None => Child::node(nodes),
+            };
+            nodes += below.iter().map(|piece| piece.nodes.len()).sum::<usize>();
+        }
+        top.nodes.push(node);
+        std::iter::once(top).chain(below.into_iter().flatten()).collect()
+    }
+
+    /// The node of some parts, without its children.
+    fn node(&self, parts: &Parts) -> WideNode {
+        let mut node = empty_node();
+        for (slot, part) in parts.parts[..parts.count].iter().enumerate() {
+            node.set_box(slot, relative_bounds(&part.bounds, &self.scene));
+        }
+        node
+    }
+
     fn part(&self, i: usize) -> Part {
         let node = &self.bvh.nodes[i];
         let is_run = node.is_leaf() || self.forests.is_small(i);
@@ -135,24 +232,6 @@ impl Collapse<'_> {
         Part { bounds, content: Content::Run { first, count } }
     }
 
-    /// Adds the node for a part, and everything below it; returns its index. The recursion is no
-    /// deeper than the binary tree, plus the few halvings of a large leaf.
-    fn push_node(&mut self, part: Part, level: usize) -> usize {
-        self.levels = self.levels.max(level);
-        let parts = self.open(part);
-        let index = self.nodes.len();
-        self.nodes.push(empty_node());
-        for (slot, part) in parts.parts[..parts.count].iter().enumerate() {
-            self.nodes[index].set_box(slot, relative_bounds(&part.bounds, &self.scene));
-            let child = match part.content {
-                Content::Run { first, count } if count <= BLOCK => self.push_block(first, count),
-                _ => Child::node(self.push_node(*part, level + 1)),
-            };
-            self.nodes[index].children[slot] = child;
-        }
-        index
-    }
-
     /// Up to eight parts that make up this one.
     fn open(&self, part: Part) -> Parts {
         let mut parts = Parts::NONE;
@@ -175,16 +254,6 @@ impl Collapse<'_> {
         }
         for (first, count) in runs {
             parts.push(self.run(first, count, within));
-        }
-    }
-
-    fn push_block(&mut self, first: usize, count: usize) -> Child {
-        if self.geometry.is_sphere(self.bvh.order[first]) {
-            self.spheres.push((first, count));
-            Child::spheres(self.spheres.len() - 1)
-        } else {
-            self.triangles.push((first, count));
-            Child::triangles(self.triangles.len() - 1)
         }
     }
 }
@@ -219,6 +288,18 @@ pub(super) fn relative_bounds(bounds: &Bounds3, scene: &Scene) -> ([f32; 3], [f3
 }
 
 impl WideNode {
+    /// The same after so many nodes, blocks of triangles and of spheres.
+    fn moved(&self, [nodes, triangles, spheres]: [usize; 3]) -> Self {
+        let children =
+            self.children.map(|child| match child.0 & (Child::TRIANGLES | Child::SPHERES) {
+                _ if child == VACANT => child,
+                Child::TRIANGLES => Child(child.0 + triangles as u32),
+                Child::SPHERES => Child(child.0 + spheres as u32),
+                _ => Child(child.0 + nodes as u32),
+            });
+        Self { children, ..*self }
+    }
+
     /// Sets the box of a child: its least and greatest corner.
     fn set_box(&mut self, slot: usize, (low, high): ([f32; 3], [f32; 3])) {
         for (axis, [least, greatest]) in self.planes.iter_mut().enumerate() {
@@ -230,7 +311,7 @@ impl WideNode {
 
 fn empty_node() -> WideNode {
     let row = [f32x8::splat(f32::INFINITY), f32x8::splat(f32::NEG_INFINITY)];
-    WideNode { planes: [row; 3], children: [Child::node(0); WIDTH] }
+    WideNode { planes: [row; 3], children: [VACANT; WIDTH] }
 }
 
 /// A block of the triangles with these numbers.

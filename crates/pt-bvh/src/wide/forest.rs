@@ -10,6 +10,8 @@
 //! [Ylitie, Karras & Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed
 //! Wide BVHs", §3.1, with eight-wide blocks as leaves]
 
+use bytemuck::Zeroable;
+
 use super::{BLOCK, WIDTH};
 use crate::geometry::Geometry;
 use crate::memory;
@@ -28,7 +30,7 @@ pub(super) struct Forests<'a> {
 }
 
 /// What is known of a subtree.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Zeroable)]
 struct Subtree {
     /// C for up to 1, 2, … roots.
     costs: [f32; WIDTH - 1],
@@ -47,9 +49,7 @@ impl Subtree {
 
 impl<'a> Forests<'a> {
     pub(super) fn new(bvh: &'a Bvh2, geometry: &Geometry<'_>) -> Self {
-        let nothing = Subtree { costs: [0.0; WIDTH - 1], count: 0, kinds: [false; 2] };
-        let mut subtrees = memory::with_capacity(bvh.nodes.len());
-        subtrees.resize(bvh.nodes.len(), nothing);
+        let mut subtrees = memory::zeros(bvh.nodes.len());
         fill(&bvh.nodes, &mut subtrees, &|leaf: &Node| {
             let is_sphere = geometry.is_sphere(bvh.order[leaf.offset as usize]);
             let blocks = leaf.count.div_ceil(BLOCK as u32) as f32;
