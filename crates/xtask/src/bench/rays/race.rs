@@ -2,7 +2,7 @@
 //! of rays are by processor time, builds, which run on several threads, by wall-clock time.
 
 use std::hint::black_box;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use pt_bvh::{BuildOptions, Bvh};
@@ -15,6 +15,9 @@ use super::sets::{Kind, RaySet};
 
 /// Builds with spatial splits, at most.
 const MOST_HIGH: usize = 3;
+/// Builds are repeated further for so long, and so often at most.
+const QUICK_BUILDS: Duration = Duration::from_millis(500);
+const MOST_BUILDS: usize = 50;
 /// Rays per call of our batches.
 const BATCH: usize = 1024;
 
@@ -205,8 +208,8 @@ pub(super) struct Builds {
     pub(super) bytes: [f64; 2],
 }
 
-/// Builds trees, `repeats` times each (those with spatial splits, which take long, fewer times), and
-/// keeps the least times. No other Embree scene may be
+/// Builds trees, `repeats` times each (those with spatial splits, which take long, fewer times, and those of small
+/// meshes, which the machine disturbs most, more often), and keeps the least times. No other Embree scene may be
 /// alive, or it would decide the number of threads.
 ///
 /// # Errors
@@ -221,7 +224,12 @@ pub(super) fn builds(embree: &Embree, mesh: &Mesh, repeats: usize) -> Result<Bui
         let keep = |times: &mut [f64; 2], seconds: f64| {
             times[threads - 1] = times[threads - 1].min(seconds);
         };
-        for repeat in 0..repeats.max(1) {
+        let begin = Instant::now();
+        for repeat in 0.. {
+            let is_quick = repeat < MOST_BUILDS && begin.elapsed() < QUICK_BUILDS;
+            if repeat >= repeats.max(1) && !is_quick {
+                break;
+            }
             let scene = embree.build(&geometry, Quality::Medium, false, threads)?;
             keep(&mut builds.medium, scene.seconds);
             builds.bytes[0] = scene.bytes() as f64;
