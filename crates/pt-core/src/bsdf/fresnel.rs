@@ -48,12 +48,17 @@ pub fn conductor(cos_i: f32, eta: Spectrum, k: Spectrum) -> Spectrum {
     Spectrum::rgb(channel(eta.0.x, k.0.x), channel(eta.0.y, k.0.y), channel(eta.0.z, k.0.z))
 }
 
+/// (1 − cos θ)⁵. [Schlick 1994]
+#[inline]
+pub fn schlick_weight(cos: f32) -> f32 {
+    let m = (1.0 - cos).clamp(0.0, 1.0);
+    (m * m) * (m * m) * m
+}
+
 /// F = F₀ + (1 − F₀)(1 − cos θ)⁵. [Schlick 1994]
 #[inline]
 pub fn schlick(cos: f32, f0: Spectrum) -> Spectrum {
-    let m = (1.0 - cos).clamp(0.0, 1.0);
-    let m5 = (m * m) * (m * m) * m;
-    f0 + (Spectrum::ONE - f0) * m5
+    f0 + (Spectrum::ONE - f0) * schlick_weight(cos)
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use pt_testing::{Chi2, Random, chi2_cone, chi2_sphere};
 
 use super::microfacet::Facets;
 use super::mirror::reflect;
-use super::{AnyLobe, CourseMicrofacet, Glossy, RoughConductor, RoughDielectric};
+use super::{AnyLobe, CourseMicrofacet, Glossy, Principled, RoughConductor, RoughDielectric};
 
 /// Directions above the surface, from the normal to grazing.
 const ABOVE: [Vec3; 4] = [
@@ -58,6 +58,7 @@ fn with_alpha(lobe: &AnyLobe, alpha: f32) -> Option<AnyLobe> {
         AnyLobe::RoughDielectric(l) => Some(RoughDielectric { facets: with(l.facets), ..l }.into()),
         AnyLobe::RoughCoatedDiffuse(l) => Some(l.with_alpha(alpha).into()),
         AnyLobe::Glossy(l) => Some(Glossy { facets: with(l.facets), ..l }.into()),
+        AnyLobe::Principled(l) => Some(Principled { roughness: alpha.sqrt(), ..l }.into()),
         AnyLobe::CourseMicrofacet(l) => Some(CourseMicrofacet { alpha, ..l }.into()),
         _ => None,
     }
@@ -210,8 +211,13 @@ fn stretch(lobe: &AnyLobe, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<f32> {
 #[test]
 fn stretch_is_one_over_the_density() {
     for lobe in AnyLobe::examples().iter().filter(|l| !l.is_delta()) {
-        let one_map =
-            !matches!(lobe, AnyLobe::Glossy(_) | AnyLobe::RoughCoatedDiffuse(_) | AnyLobe::Eon(_));
+        let one_map = !matches!(
+            lobe,
+            AnyLobe::Glossy(_)
+                | AnyLobe::RoughCoatedDiffuse(_)
+                | AnyLobe::Eon(_)
+                | AnyLobe::Principled(_)
+        );
         let mut checked = 0;
         for wo in ABOVE {
             let mut random = Random::new(2);
@@ -226,6 +232,7 @@ fn stretch_is_one_over_the_density() {
                     AnyLobe::CoatedDiffuse(l) => l.chance(wo),
                     AnyLobe::RoughCoatedDiffuse(l) => l.chance(wo, u[2]),
                     AnyLobe::Eon(l) => l.chance(wo, u[2]),
+                    AnyLobe::Principled(l) => l.chance(wo, s.wi, u[2]),
                     _ => 1.0,
                 };
                 let product = area * lobe.pdf(wo, s.wi).get() / chance;

@@ -16,6 +16,7 @@ mod glossy;
 mod laws;
 pub mod microfacet;
 mod mirror;
+mod principled;
 mod refraction;
 mod rough_coated_diffuse;
 mod rough_dielectric;
@@ -259,6 +260,8 @@ lobes! {
     RoughCoatedDiffuse = rough_coated_diffuse::RoughCoatedDiffuse,
     /// Diffuse base under a rough gloss.
     Glossy = glossy::Glossy,
+    /// Material of many parameters.
+    Principled = principled::Principled,
     /// The course's glass.
     CourseGlass = course::CourseGlass,
     /// The course's refraction.

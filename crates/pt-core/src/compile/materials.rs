@@ -6,7 +6,7 @@
 use pt_math::Spectrum;
 use pt_scene::material::{
     Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Matte, Mirror, Mix, Plastic,
-    Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
+    Principled, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
 };
 use pt_scene::texture::{Relief, Scalar};
 
@@ -172,6 +172,38 @@ impl Lower for Plastic {
         let f0 = cx.share(&self.specular, Glossy::F0);
         let facets = Facets::isotropic(Distribution::Beckmann, self.alpha);
         cx.lobe(Glossy { rho, f0, facets }, self.two_sided)
+    }
+}
+
+impl Lower for Principled {
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        type Lobe = bsdf::Principled;
+        let mut number = |scalar: &Scalar, first| cx.number(scalar, first, [0.0, 1.0]);
+        let ior = self.ior;
+        let lobe = Lobe {
+            roughness: number(&self.roughness, Lobe::ROUGHNESS),
+            anisotropic: number(&self.anisotropic, Lobe::ANISOTROPIC),
+            metallic: number(&self.metallic, Lobe::METALLIC),
+            spec_trans: number(&self.spec_trans, Lobe::SPEC_TRANS),
+            spec_tint: number(&self.spec_tint, Lobe::SPEC_TINT),
+            sheen: number(&self.sheen, Lobe::SHEEN),
+            sheen_tint: number(&self.sheen_tint, Lobe::SHEEN_TINT),
+            flatness: number(&self.flatness, Lobe::FLATNESS),
+            clearcoat: number(&self.clearcoat, Lobe::CLEARCOAT),
+            clearcoat_gloss: number(&self.clearcoat_gloss, Lobe::CLEARCOAT_GLOSS),
+            base_color: cx.share(&self.base_color, Lobe::BASE_COLOR),
+            // Without a difference of indices, there are no half vectors of light that goes through.
+            eta: if self.transmits() && (ior - 1.0).abs() < LEAST_CONTRAST {
+                1.0 + LEAST_CONTRAST.copysign(ior - 1.0)
+            } else {
+                ior
+            },
+            inside_out: self.inside_out,
+        };
+        if self.anisotropic != Scalar::Value(0.0) {
+            cx.orient();
+        }
+        cx.lobe(lobe, self.two_sided)
     }
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pt_math::{DMat3, DVec3};
 use pt_scene::material::{
     Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Masking, Matte, Mirror, Mix,
-    RoughCoatedDiffuse, Roughness, Sided, ThinGlass,
+    Principled, RoughCoatedDiffuse, Roughness, Sided, ThinGlass,
 };
 use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Relief, Wrap};
 use pt_scene::{Scalar, Surface, Texture};
@@ -127,6 +127,60 @@ fn rough_plastic_has_one_roughness() {
         ..plain
     };
     assert_eq!(other, want.into());
+}
+
+#[test]
+fn principled_materials_have_their_parameters() {
+    type Field = fn(&mut Principled) -> &mut Scalar;
+    let principled = |parameters: &str| {
+        let surface = surface(&format!("<bsdf type=\"principled\">{parameters}</bsdf>"));
+        let Surface::Principled(principled) = surface else { panic!("{surface:?}") };
+        principled
+    };
+    let index = |parameters: &str| principled(parameters).ior;
+    assert_eq!(principled(""), Principled::default());
+    assert_eq!(index("<float name=\"eta\" value=\"1.33\"/>"), 1.33);
+    assert_eq!(index("<float name=\"specular\" value=\"0\"/>"), 1.0);
+    // At normal incidence a dielectric reflects ((η − 1) / (η + 1))².
+    let reflectance = ((1.6f64 - 1.0) / (1.6 + 1.0)).powi(2);
+    let specular = format!("<float name=\"specular\" value=\"{}\"/>", reflectance / 0.08);
+    assert!((index(&specular) - 1.6).abs() < 1e-6);
+
+    let numbers: [(&str, Field); 10] = [
+        ("roughness", |p| &mut p.roughness),
+        ("anisotropic", |p| &mut p.anisotropic),
+        ("metallic", |p| &mut p.metallic),
+        ("spec_trans", |p| &mut p.spec_trans),
+        ("spec_tint", |p| &mut p.spec_tint),
+        ("sheen", |p| &mut p.sheen),
+        ("sheen_tint", |p| &mut p.sheen_tint),
+        ("flatness", |p| &mut p.flatness),
+        ("clearcoat", |p| &mut p.clearcoat),
+        ("clearcoat_gloss", |p| &mut p.clearcoat_gloss),
+    ];
+    for (name, field) in numbers {
+        let mut want = Principled::default();
+        *field(&mut want) = 0.25.into();
+        assert_eq!(principled(&format!("<float name=\"{name}\" value=\"0.25\"/>")), want);
+        let textured = principled(&format!("<texture type=\"checkerboard\" name=\"{name}\"/>"));
+        assert!(field(&mut textured.clone()).texture().is_some(), "{name}");
+    }
+}
+
+/// Light that goes through has two sides already; the others show on both if the author says so.
+#[test]
+fn principled_materials_have_sides() {
+    let flip = "<boolean name=\"flip_normals\" value=\"true\"/>";
+    let bsdf = "<bsdf type=\"principled\"/>";
+    let sphere = |inside: String| {
+        read(&format!("<shape type=\"sphere\">{inside}</shape>")).materials[0].surface.clone()
+    };
+    let turned = Principled { inside_out: true, ..Principled::default() };
+    assert_eq!(sphere(format!("{flip}{bsdf}")), turned.into());
+    let both = Principled { two_sided: true, ..Principled::default() };
+    let twosided = format!("<bsdf type=\"twosided\">{bsdf}</bsdf>");
+    assert_eq!(sphere(twosided.clone()), both.clone().into());
+    assert_eq!(sphere(format!("{flip}{twosided}")), both.into());
 }
 
 #[test]

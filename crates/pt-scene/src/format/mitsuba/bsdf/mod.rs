@@ -1,6 +1,7 @@
 //! `<bsdf>`: how surfaces scatter.
 
 mod inputs;
+mod principled;
 mod refraction;
 mod wrappers;
 
@@ -19,7 +20,7 @@ use refraction::relative_index;
 
 pub(super) use wrappers::inverted;
 
-const KINDS: [&str; 14] = [
+const KINDS: [&str; 15] = [
     "diffuse",
     "conductor",
     "roughconductor",
@@ -28,6 +29,7 @@ const KINDS: [&str; 14] = [
     "thindielectric",
     "plastic",
     "roughplastic",
+    "principled",
     "twosided",
     "blendbsdf",
     "normalmap",
@@ -78,6 +80,7 @@ fn surface(textures: &mut Textures<'_>, object: &Object) -> Result<Surface, Load
         }
         "plastic" => plastic(&mut inputs)?.into(),
         "roughplastic" => rough_plastic(&mut inputs)?.into(),
+        "principled" => principled::principled(&mut inputs)?.into(),
         "twosided" => wrappers::two_sided(&mut inputs)?,
         "blendbsdf" => wrappers::blend(&mut inputs)?,
         "normalmap" => wrappers::normal_map(&mut inputs)?,
