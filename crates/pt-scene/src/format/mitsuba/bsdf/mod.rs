@@ -98,7 +98,7 @@ fn conductor(
 ) -> Result<Conductor, LoadError> {
     let parameters = &mut inputs.parameters;
     let name = parameters.text("material")?;
-    let Some(metal) = name.map_or(Some(PERFECT), named_metal) else {
+    let Some(metal) = named_metal(name) else {
         let names: Vec<_> = METALS.iter().map(|metal| metal.name).collect();
         let message = format!(
             "the metal {} is unknown; give eta and k as <rgb>, the material \"none\" for a perfect \
@@ -124,11 +124,14 @@ fn conductor(
 }
 
 /// What reflects all light.
-const PERFECT: Metal = Metal { name: "none", eta: [0.0; 3], k: [1.0; 3] };
+const PERFECT: Metal = Metal { name: "none", eta: [0.0; 3], k: [1.0; 3], palik: false };
 
-fn named_metal(name: &str) -> Option<Metal> {
-    let all = METALS.iter().chain([&PERFECT]);
-    all.copied().find(|metal| metal.name == name)
+/// The metal of a name, or without one [`PERFECT`].
+fn named_metal(name: Option<&str>) -> Option<Metal> {
+    match name {
+        None | Some("none") => Some(PERFECT),
+        Some(name) => Metal::named(name),
+    }
 }
 
 /// A dielectric.
