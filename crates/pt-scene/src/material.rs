@@ -73,6 +73,9 @@ pub struct Roughness {
     pub distribution: Distribution,
     /// How facets hide each other.
     pub masking: Masking,
+    /// Whether light that one facet sends to another is followed on, and so not lost. Metals do so with two
+    /// roughnesses too, glass with one.
+    pub multiple_scattering: bool,
 }
 
 impl Roughness {
@@ -82,6 +85,7 @@ impl Roughness {
             alpha: [alpha.into(), alpha.into()],
             distribution: Distribution::Beckmann,
             masking: Masking::Correlated,
+            multiple_scattering: false,
         }
     }
 }

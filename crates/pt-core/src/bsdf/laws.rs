@@ -55,6 +55,7 @@ fn with_alpha(lobe: &AnyLobe, alpha: f32) -> Option<AnyLobe> {
     let with = |facets| Facets { alpha: [alpha; 2], ..facets };
     match *lobe {
         AnyLobe::RoughConductor(l) => Some(RoughConductor { facets: with(l.facets), ..l }.into()),
+        AnyLobe::CompensatedConductor(l) => Some(l.with_alpha(alpha).into()),
         AnyLobe::RoughDielectric(l) => Some(RoughDielectric { facets: with(l.facets), ..l }.into()),
         AnyLobe::RoughCoatedDiffuse(l) => Some(l.with_alpha(alpha).into()),
         AnyLobe::Glossy(l) => Some(Glossy { facets: with(l.facets), ..l }.into()),
@@ -216,6 +217,7 @@ fn stretch_is_one_over_the_density() {
             AnyLobe::Glossy(_)
                 | AnyLobe::RoughCoatedDiffuse(_)
                 | AnyLobe::Eon(_)
+                | AnyLobe::CompensatedConductor(_)
                 | AnyLobe::Principled(_)
         );
         let mut checked = 0;
@@ -232,6 +234,7 @@ fn stretch_is_one_over_the_density() {
                     AnyLobe::CoatedDiffuse(l) => l.chance(wo),
                     AnyLobe::RoughCoatedDiffuse(l) => l.chance(wo, u[2]),
                     AnyLobe::Eon(l) => l.chance(wo, u[2]),
+                    AnyLobe::CompensatedConductor(l) => l.chance(wo, u[2]),
                     AnyLobe::Principled(l) => l.chance(wo, s.wi, u[2]),
                     _ => 1.0,
                 };

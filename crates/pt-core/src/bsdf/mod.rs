@@ -5,6 +5,8 @@
 //! hold it to its contract.
 
 mod coated_diffuse;
+mod compensated_conductor;
+mod compensation;
 mod conductor;
 mod course;
 mod dielectric;
@@ -254,6 +256,8 @@ lobes! {
     RoughDielectric = rough_dielectric::RoughDielectric,
     /// Rough metal.
     RoughConductor = conductor::RoughConductor,
+    /// Rough metal that loses nothing between its facets.
+    CompensatedConductor = compensated_conductor::CompensatedConductor,
     /// Diffuse base under a smooth coat.
     CoatedDiffuse = coated_diffuse::CoatedDiffuse,
     /// Diffuse base under a rough coat.

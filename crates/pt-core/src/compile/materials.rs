@@ -49,7 +49,7 @@ fn part(surface: &Surface, cx: &mut Lowering) -> Id<Material> {
 
 /// Microfacets, of which the two roughnesses are packed from `first` on.
 fn facets(roughness: &Roughness, first: usize, cx: &mut Lowering) -> Facets {
-    let Roughness { alpha: [u, v], distribution, masking } = roughness;
+    let Roughness { alpha: [u, v], distribution, masking, .. } = roughness;
     let alpha = [cx.alpha(u, first), cx.alpha(v, first + 1)];
     if u != v {
         cx.orient();
@@ -136,7 +136,12 @@ impl Lower for Conductor {
         match &self.roughness {
             Some(roughness) => {
                 let facets = facets(roughness, RoughConductor::ALPHA, cx);
-                cx.lobe(RoughConductor { metal, facets }, self.two_sided)
+                let rough = RoughConductor { metal, facets };
+                if roughness.multiple_scattering {
+                    cx.lobe(bsdf::CompensatedConductor::new(rough), self.two_sided)
+                } else {
+                    cx.lobe(rough, self.two_sided)
+                }
             }
             None => cx.lobe(metal, self.two_sided),
         }

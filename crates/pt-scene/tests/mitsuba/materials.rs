@@ -19,6 +19,7 @@ pub(crate) const ROUGH: Roughness = Roughness {
     alpha: [Scalar::Value(0.1), Scalar::Value(0.1)],
     distribution: Distribution::Beckmann,
     masking: Masking::Separable,
+    multiple_scattering: false,
 };
 
 #[test]

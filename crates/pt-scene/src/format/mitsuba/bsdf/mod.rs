@@ -189,5 +189,5 @@ fn roughness(inputs: &mut Inputs<'_, '_>) -> Result<Roughness, LoadError> {
     let distribution = distribution(inputs)?;
     let alpha = inputs.alpha("alpha", &0.1.into())?;
     let alpha = [inputs.alpha("alpha_u", &alpha)?, inputs.alpha("alpha_v", &alpha)?];
-    Ok(Roughness { alpha, distribution, masking: Masking::Separable })
+    Ok(Roughness { alpha, distribution, masking: Masking::Separable, multiple_scattering: false })
 }
