@@ -73,8 +73,7 @@ pub struct Roughness {
     pub distribution: Distribution,
     /// How facets hide each other.
     pub masking: Masking,
-    /// Whether light that one facet sends to another is followed on, and so not lost. Metals do so with two
-    /// roughnesses too, glass with one.
+    /// Whether light that one facet sends to another is followed on, and so not lost.
     pub multiple_scattering: bool,
 }
 
@@ -249,6 +248,9 @@ pub struct Principled {
     pub two_sided: bool,
     /// Whether its front is where the shape has the back.
     pub inside_out: bool,
+    /// Whether light that one facet reflects to another is followed on, and so not lost, as in
+    /// [`Roughness::multiple_scattering`]; of what goes through, it is lost.
+    pub multiple_scattering: bool,
 }
 
 impl Default for Principled {
@@ -270,6 +272,7 @@ impl Default for Principled {
             clearcoat_gloss: none(),
             two_sided: false,
             inside_out: false,
+            multiple_scattering: false,
         }
     }
 }

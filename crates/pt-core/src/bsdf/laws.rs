@@ -1,8 +1,9 @@
 //! Laws that hold for every lobe in `lobes!`. A new lobe is tested without writing a test.
 //!
 //! Here: the methods of a lobe agree with one another. [`physics`]: they agree with nature.
-//! [`world`]: they do so on surfaces in the world.
+//! [`numbers`]: whatever they are asked. [`world`]: they do so on surfaces in the world.
 
+mod numbers;
 mod physics;
 mod world;
 

@@ -204,6 +204,7 @@ impl Lower for Principled {
                 ior
             },
             inside_out: self.inside_out,
+            multiple_scattering: self.multiple_scattering,
         };
         if self.anisotropic != Scalar::Value(0.0) {
             cx.orient();

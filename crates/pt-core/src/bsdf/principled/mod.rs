@@ -6,6 +6,7 @@ mod clearcoat;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 use pt_scene::material::{Distribution, Masking};
 
+use super::compensation::Reflected;
 use super::fresnel;
 use super::microfacet::Facets;
 use super::rough_dielectric::{Pair, eta_from, refract, upright};
@@ -48,6 +49,8 @@ pub struct Principled {
     pub clearcoat_gloss: f32,
     /// Whether the front is on the side of −z.
     pub inside_out: bool,
+    /// Whether light that one facet reflects to another is followed on, and so not lost.
+    pub multiple_scattering: bool,
 }
 
 /// Probabilities of the maps that [`Lobe::sample`] takes; the rest is the cosine's.
@@ -115,7 +118,7 @@ impl Principled {
     /// The probability with which the map that `choice` takes leads from `wo` to `wi`.
     #[cfg(test)]
     pub(super) fn chance(&self, wo: Vec3, wi: Vec3, choice: f32) -> f32 {
-        let shares = self.shares(wo.z);
+        let shares = self.shares(wo);
         if choice < shares.facets {
             let pair = Pair::new(self.eta, wo, wi).expect("a pair that was sampled");
             let chosen = self.reflection_probability(wo.z > 0.0, wo.dot(pair.h).abs(), pair.f);
@@ -185,12 +188,13 @@ impl Principled {
 
     /// Shares by about what each part scatters of light towards a cosine.
     #[inline]
-    fn shares(&self, cos: f32) -> Shares {
+    fn shares(&self, wo: Vec3) -> Shares {
         /// Of what there is, so that nothing is left out where it is more than expected.
         const LEAST: f32 = 0.05;
-        if cos < 0.0 {
+        if wo.z < 0.0 {
             return Shares { facets: 1.0, coat: 0.0 };
         }
+        let cos = wo.z;
         let f = fresnel::dielectric(cos, self.eta).map_or(1.0, |(f, _)| f);
         let through = self.transmittance(f);
         let facets = (self.reflectance(cos, f) + through).luminance() + LEAST;
@@ -198,11 +202,27 @@ impl Principled {
         let opaque = self.opaque();
         let sheen = self.sheen * (1.0 - self.metallic) * sheen_albedo(cos);
         let base = if opaque > 0.0 { opaque * self.base_color.luminance() + sheen } else { 0.0 };
-        let all = facets + coat + base;
+        let again = if self.multiple_scattering {
+            0.9 * Reflected::new(&self.facets()).lost(wo) + 0.02
+        } else {
+            0.0
+        };
+        let all = facets + coat + base + again;
         Shares { facets: facets / all, coat: coat / all }
     }
 
-    /// What is scattered above the front, but for the facets.
+    /// What facets reflect more than once.
+    #[inline]
+    fn reflected_again(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        let again = Reflected::new(&self.facets());
+        let metal = fresnel::mean_schlick(self.base_color);
+        let dielectric = Spectrum::splat(fresnel::mean_dielectric(self.eta));
+        let colored = again.colored(metal) * self.metallic
+            + again.colored(dielectric) * (1.0 - self.metallic);
+        colored * again.eval(wo, wi)
+    }
+
+    /// What is scattered above the front, but for what facets do once.
     #[inline]
     fn coat_and_base(&self, Pair { wo, wi, h, .. }: &Pair) -> Spectrum {
         let mut sum = Spectrum::ZERO;
@@ -210,6 +230,9 @@ impl Principled {
             let weight = schlick_weight(wo.dot(*h), self.eta);
             let coat = Clearcoat::new(self.clearcoat_gloss).eval(weight, *wo, *wi, *h);
             sum += Spectrum::splat(self.clearcoat * coat);
+        }
+        if self.multiple_scattering {
+            sum += self.reflected_again(*wo, *wi);
         }
         let opaque = self.opaque();
         if opaque > 0.0 {
@@ -242,7 +265,7 @@ impl Principled {
         };
         let seen = pair.density(1.0, &facets);
         let f = scattered * (seen * pair.shadowing(&facets));
-        let shares = self.shares(wo.z);
+        let shares = self.shares(wo);
         let pdf = shares.facets * chosen * seen;
         if !above {
             return (f, pdf);
@@ -259,7 +282,7 @@ impl Principled {
     /// Follows one of the maps, from a direction that is up if the front is seen.
     #[inline]
     fn draw(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<Vec3> {
-        let shares = self.shares(wo.z);
+        let shares = self.shares(wo);
         if choice >= shares.facets {
             let coated = choice < shares.facets + shares.coat;
             let wi = if coated {
@@ -302,12 +325,13 @@ impl Lobe for Principled {
             self.flatness,
             self.clearcoat,
             self.clearcoat_gloss,
-            f32::from(u8::from(self.inside_out)),
+            f32::from(u8::from(self.inside_out) + 2 * u8::from(self.multiple_scattering)),
         ]
     }
 
     #[inline]
     fn unpack(p: &[f32; PARAMETERS]) -> Self {
+        let flags = p[14] as u8;
         Self {
             base_color: color(p, Self::BASE_COLOR),
             roughness: p[Self::ROUGHNESS],
@@ -321,7 +345,8 @@ impl Lobe for Principled {
             flatness: p[Self::FLATNESS],
             clearcoat: p[Self::CLEARCOAT],
             clearcoat_gloss: p[Self::CLEARCOAT_GLOSS],
-            inside_out: p[14] != 0.0,
+            inside_out: flags & 1 != 0,
+            multiple_scattering: flags & 2 != 0,
         }
     }
 
@@ -365,6 +390,7 @@ impl Lobe for Principled {
             clearcoat: 0.0,
             clearcoat_gloss: 0.0,
             inside_out: false,
+            multiple_scattering: false,
         };
         let (base_color, dark) = (Spectrum::rgb(0.9, 0.6, 0.3), Spectrum::rgb(0.1, 0.05, 0.03));
         vec![
@@ -379,6 +405,7 @@ impl Lobe for Principled {
             },
             Self { base_color, metallic: 1.0, roughness: 0.6, anisotropic: 0.7, ..plain },
             Self { clearcoat: 1.0, metallic: 0.4, ..plain },
+            Self { base_color, metallic: 1.0, roughness: 0.9, multiple_scattering: true, ..plain },
             Self { base_color, spec_trans: 1.0, ..plain },
             Self { base_color, spec_trans: 1.0, eta: 1.0 / 1.33, roughness: 0.4, ..plain },
             Self { spec_trans: 0.6, eta: 1.33, clearcoat: 0.5, metallic: 0.2, ..plain },
@@ -388,7 +415,35 @@ impl Lobe for Principled {
 
 #[cfg(test)]
 mod tests {
+    use pt_testing::Random;
+
     use super::*;
+    use crate::bsdf::{CompensatedConductor, RoughConductor, SmoothConductor};
+
+    /// What is scattered more than once is that of the metal that reflects all light.
+    #[test]
+    fn white_metal_is_the_perfect_conductor() {
+        let (eta, k, reflectance) = (Spectrum::ZERO, Spectrum::ONE, Spectrum::ONE);
+        for (roughness, anisotropic) in [(0.3, 0.0), (0.7, 0.8), (1.0, 0.0)] {
+            let lobe = Principled {
+                base_color: Spectrum::ONE,
+                roughness,
+                anisotropic,
+                metallic: 1.0,
+                multiple_scattering: true,
+                ..Principled::examples()[0]
+            };
+            let metal = SmoothConductor { eta, k, reflectance };
+            let conductor =
+                CompensatedConductor::new(RoughConductor { metal, facets: lobe.facets() });
+            let mut random = Random::new(3);
+            for _ in 0..1000 {
+                let [wo, wi] = [0, 1].map(|_| random.direction()).map(|w| w * w.z.signum());
+                let (got, want) = (lobe.eval(wo, wi).0, conductor.eval(wo, wi).0);
+                assert!((got / want - 1.0).abs().max_element() < 1e-3, "{wo} {wi}: {got} {want}");
+            }
+        }
+    }
 
     /// Values of Mitsuba 3.9.1 for the base colour (0.8, 0.4, 0.2), of all parts and from both sides.
     #[test]
