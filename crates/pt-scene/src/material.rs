@@ -73,7 +73,8 @@ pub struct Roughness {
     pub distribution: Distribution,
     /// How facets hide each other.
     pub masking: Masking,
-    /// Whether light that one facet sends to another is followed on, and so not lost.
+    /// Whether light that one facet sends to another is followed on, and so not lost. Metals do so with two
+    /// roughnesses too, glass with one.
     pub multiple_scattering: bool,
 }
 

@@ -75,6 +75,7 @@ fn surfaces(textured: bool) -> Vec<Surface> {
         metal(Some(followed())),
         glass(None),
         glass(Some(roughness())),
+        glass(Some(followed())),
         ThinGlass { reflectance: color(COLOR), transmittance: color(OTHER), ior: 1.5 }.into(),
         Refraction { transmittance: color(OTHER), ior: 1.5 }.into(),
         CoatedDiffuse {

@@ -12,7 +12,10 @@ use pt_testing::{Chi2, Random, chi2_cone, chi2_sphere};
 
 use super::microfacet::Facets;
 use super::mirror::reflect;
-use super::{AnyLobe, CourseMicrofacet, Glossy, Principled, RoughConductor, RoughDielectric};
+use super::{
+    AnyLobe, CompensatedDielectric, CourseMicrofacet, Glossy, Principled, RoughConductor,
+    RoughDielectric,
+};
 
 /// Directions above the surface, from the normal to grazing.
 const ABOVE: [Vec3; 4] = [
@@ -57,6 +60,10 @@ fn with_alpha(lobe: &AnyLobe, alpha: f32) -> Option<AnyLobe> {
     match *lobe {
         AnyLobe::RoughConductor(l) => Some(RoughConductor { facets: with(l.facets), ..l }.into()),
         AnyLobe::CompensatedConductor(l) => Some(l.with_alpha(alpha).into()),
+        AnyLobe::CompensatedDielectric(l) => {
+            let once = RoughDielectric { facets: with(l.once.facets), ..l.once };
+            Some(CompensatedDielectric { once }.into())
+        }
         AnyLobe::RoughDielectric(l) => Some(RoughDielectric { facets: with(l.facets), ..l }.into()),
         AnyLobe::RoughCoatedDiffuse(l) => Some(l.with_alpha(alpha).into()),
         AnyLobe::Glossy(l) => Some(Glossy { facets: with(l.facets), ..l }.into()),
@@ -219,6 +226,7 @@ fn stretch_is_one_over_the_density() {
                 | AnyLobe::RoughCoatedDiffuse(_)
                 | AnyLobe::Eon(_)
                 | AnyLobe::CompensatedConductor(_)
+                | AnyLobe::CompensatedDielectric(_)
                 | AnyLobe::Principled(_)
         );
         let mut checked = 0;
@@ -236,6 +244,7 @@ fn stretch_is_one_over_the_density() {
                     AnyLobe::RoughCoatedDiffuse(l) => l.chance(wo, u[2]),
                     AnyLobe::Eon(l) => l.chance(wo, u[2]),
                     AnyLobe::CompensatedConductor(l) => l.chance(wo, u[2]),
+                    AnyLobe::CompensatedDielectric(l) => l.chance(wo, s.wi, u[2]),
                     AnyLobe::Principled(l) => l.chance(wo, s.wi, u[2]),
                     _ => 1.0,
                 };

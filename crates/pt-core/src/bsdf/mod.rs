@@ -6,6 +6,7 @@
 
 mod coated_diffuse;
 mod compensated_conductor;
+mod compensated_dielectric;
 mod compensation;
 mod conductor;
 mod course;
@@ -254,6 +255,8 @@ lobes! {
     ThinDielectric = thin_dielectric::ThinDielectric,
     /// Rough dielectric interface.
     RoughDielectric = rough_dielectric::RoughDielectric,
+    /// Rough dielectric interface that loses nothing between its facets.
+    CompensatedDielectric = compensated_dielectric::CompensatedDielectric,
     /// Rough metal.
     RoughConductor = conductor::RoughConductor,
     /// Rough metal that loses nothing between its facets.

@@ -95,7 +95,13 @@ impl Lower for Glass {
         match self.roughness.as_ref().filter(|_| (eta - 1.0).abs() > LEAST_CONTRAST) {
             Some(roughness) => {
                 let facets = facets(roughness, RoughDielectric::ALPHA, cx);
-                cx.lobe(RoughDielectric { reflectance, transmittance, eta, facets }, false)
+                let once = RoughDielectric { reflectance, transmittance, eta, facets };
+                let [u, v] = &roughness.alpha;
+                if roughness.multiple_scattering && u == v {
+                    cx.lobe(bsdf::CompensatedDielectric { once }, false)
+                } else {
+                    cx.lobe(once, false)
+                }
             }
             None => cx.lobe(Dielectric { reflectance, transmittance, eta }, false),
         }
