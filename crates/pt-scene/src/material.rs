@@ -225,7 +225,7 @@ pub struct Principled {
     pub base_color: Color,
     /// √α of the facets, which are those of GGX.
     pub roughness: Scalar,
-    /// How much longer highlights are across the direction in which u grows than along it.
+    /// How much longer highlights are along the direction in which u grows than across it.
     pub anisotropic: Scalar,
     /// Share of metal.
     pub metallic: Scalar,

@@ -8,7 +8,7 @@ use super::fresnel;
 use super::{BsdfSample, Lobe, PARAMETERS, color};
 
 /// A rough metal, and the light that is reflected between its facets before it leaves; see
-/// [`super::compensation`].
+/// `compensation.rs`.
 #[derive(Clone, Copy, Debug)]
 pub struct CompensatedConductor {
     once: RoughConductor,

@@ -7,7 +7,7 @@ use super::rough_dielectric::{RoughDielectric, eta_from, upright};
 use super::{BsdfSample, Lobe, PARAMETERS};
 
 /// A rough interface, and the light that goes from one of its facets to others before it leaves on either side; see
-/// [`super::compensation`]. Its roughness is the same in all directions.
+/// `compensation.rs`. Its roughness is the same in all directions.
 #[derive(Clone, Copy, Debug)]
 pub struct CompensatedDielectric {
     /// What is scattered once.

@@ -27,7 +27,7 @@ pub struct Principled {
     pub base_color: Spectrum,
     /// √α of the facets, from 0 to 1.
     pub roughness: f32,
-    /// From 0 to 1: how much longer highlights are across +x than along it.
+    /// From 0 to 1: how much longer highlights are along +x than across it.
     pub anisotropic: f32,
     /// Share of metal, from 0 to 1.
     pub metallic: f32,
