@@ -26,7 +26,7 @@ macro_rules! surfaces {
     ($then:ident) => {
         $then! {
             Matte, RoughDiffuse, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, RoughCoatedDiffuse,
-            Plastic, Black, Mix, Sided, Embossed
+            Plastic, Principled, Black, Mix, Sided, Embossed
         }
     };
 }
@@ -73,6 +73,9 @@ pub struct Roughness {
     pub distribution: Distribution,
     /// How facets hide each other.
     pub masking: Masking,
+    /// Whether light that one facet sends to another is followed on, and so not lost. Metals do so with two
+    /// roughnesses too, glass with one.
+    pub multiple_scattering: bool,
 }
 
 impl Roughness {
@@ -82,6 +85,7 @@ impl Roughness {
             alpha: [alpha.into(), alpha.into()],
             distribution: Distribution::Beckmann,
             masking: Masking::Correlated,
+            multiple_scattering: false,
         }
     }
 }
@@ -209,6 +213,76 @@ pub struct Plastic {
     pub alpha: f32,
     /// Whether the back side reflects too; otherwise it is black.
     pub two_sided: bool,
+}
+
+/// The material of many parameters that artists think in: a diffuse base with sheen, facets that reflect as a
+/// dielectric or a metal or let light through, and a clear coat. Numbers are from 0 to 1.
+/// [Burley 2012, "Physically Based Shading at Disney"; Burley 2015, "Extending the Disney BRDF to a BSDF with
+/// Integrated Subsurface Scattering"; as Mitsuba 3 has it]
+#[derive(Clone, Debug, PartialEq)]
+pub struct Principled {
+    /// Colour of the base, the metal, and of light that goes through (its square root at each surface).
+    pub base_color: Color,
+    /// √α of the facets, which are those of GGX.
+    pub roughness: Scalar,
+    /// How much longer highlights are along the direction in which u grows than across it.
+    pub anisotropic: Scalar,
+    /// Share of metal.
+    pub metallic: Scalar,
+    /// Share of what is not metal that light goes through.
+    pub spec_trans: Scalar,
+    /// Index of refraction of the back side over that of the front side.
+    pub ior: f32,
+    /// How much of the base's tint the reflection of a dielectric has.
+    pub spec_tint: Scalar,
+    /// Amount of sheen.
+    pub sheen: Scalar,
+    /// How much of the base's tint the sheen has.
+    pub sheen_tint: Scalar,
+    /// From a diffuse surface to light that is scattered under it.
+    pub flatness: Scalar,
+    /// Amount of clear coat.
+    pub clearcoat: Scalar,
+    /// From a satin coat to a glossy one.
+    pub clearcoat_gloss: Scalar,
+    /// Whether the back side reflects as the front does; else it lets light through or is black.
+    pub two_sided: bool,
+    /// Whether its front is where the shape has the back.
+    pub inside_out: bool,
+    /// Whether light that one facet reflects to another is followed on, and so not lost, as in
+    /// [`Roughness::multiple_scattering`]; of what goes through, it is lost.
+    pub multiple_scattering: bool,
+}
+
+impl Default for Principled {
+    /// A grey dielectric of index 1.5 and roughness ½, without anything else.
+    fn default() -> Self {
+        let none = || Scalar::Value(0.0);
+        Self {
+            base_color: [0.5; 3].into(),
+            roughness: 0.5.into(),
+            anisotropic: none(),
+            metallic: none(),
+            spec_trans: none(),
+            ior: 1.5,
+            spec_tint: none(),
+            sheen: none(),
+            sheen_tint: none(),
+            flatness: none(),
+            clearcoat: none(),
+            clearcoat_gloss: none(),
+            two_sided: false,
+            inside_out: false,
+            multiple_scattering: false,
+        }
+    }
+}
+
+impl Principled {
+    /// Whether light goes through it anywhere.
+    pub fn transmits(&self) -> bool {
+        self.spec_trans != Scalar::Value(0.0)
+    }
 }
 
 /// Absorbs everything.

@@ -8,7 +8,7 @@ use pt_math::{DAffine3, DMat3, DVec3, Spectrum};
 use pt_scene::image::Image;
 use pt_scene::material::{
     Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Masking, Mirror, Mix, Plastic,
-    Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, ThinGlass,
+    Principled, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, ThinGlass,
 };
 use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Relief, Scalar, Texture, Wrap};
 use pt_scene::{LightKind, Surface};
@@ -33,6 +33,10 @@ fn texture_of(color: [f32; 3]) -> Color {
     Color::Texture(row(&[color], Filter::Nearest))
 }
 
+fn number_of(value: f32) -> Scalar {
+    Scalar::Texture(row(&[[value; 3]], Filter::Nearest))
+}
+
 /// One number, as the luminance of a grey texel.
 fn number(textured: bool) -> Scalar {
     if textured {
@@ -49,7 +53,10 @@ fn surfaces(textured: bool) -> Vec<Surface> {
         alpha: [number(textured), number(textured)],
         distribution: Distribution::Ggx,
         masking: Masking::Correlated,
+        multiple_scattering: false,
     };
+    let followed = || Roughness { multiple_scattering: true, ..roughness() };
+    let share = |value: f32| if textured { number_of(value) } else { value.into() };
     let (eta, k) = ([0.2, 0.9, 1.1], [3.9, 2.5, 2.3]);
     let metal = |roughness| {
         Conductor { eta, k, reflectance: color(COLOR), roughness, two_sided: true }.into()
@@ -65,8 +72,10 @@ fn surfaces(textured: bool) -> Vec<Surface> {
         Mirror { reflectance: color(COLOR) }.into(),
         metal(None),
         metal(Some(roughness())),
+        metal(Some(followed())),
         glass(None),
         glass(Some(roughness())),
+        glass(Some(followed())),
         ThinGlass { reflectance: color(COLOR), transmittance: color(OTHER), ior: 1.5 }.into(),
         Refraction { transmittance: color(OTHER), ior: 1.5 }.into(),
         CoatedDiffuse {
@@ -89,6 +98,21 @@ fn surfaces(textured: bool) -> Vec<Surface> {
         .into(),
         Plastic { diffuse: color(COLOR), specular: color(OTHER), alpha: 0.2, two_sided: true }
             .into(),
+        Principled {
+            base_color: color(COLOR),
+            roughness: share(0.5),
+            anisotropic: share(0.25),
+            metallic: share(0.125),
+            spec_trans: share(0.375),
+            spec_tint: share(0.625),
+            sheen: share(0.75),
+            sheen_tint: share(0.875),
+            flatness: share(0.0625),
+            clearcoat: share(0.5625),
+            clearcoat_gloss: share(0.1875),
+            ..Principled::default()
+        }
+        .into(),
     ]
 }
 
@@ -241,6 +265,7 @@ fn room() -> Scene {
             alpha: [0.2.into(), 0.6.into()],
             distribution: Distribution::Ggx,
             masking: Masking::Correlated,
+            multiple_scattering: false,
         }),
         two_sided: true,
     };

@@ -140,7 +140,8 @@ impl Lobe for Eon {
         let a = 1.0 / (1.0 + C1 * r);
         let s = wo.x * wi.x + wo.y * wi.y;
         let s_over_t = if s > 0.0 { s / wo.z.max(wi.z) } else { s };
-        let once = self.rho * (a * (1.0 + r * s_over_t));
+        // Rounding may take it below 0 where the light is opposite and all is along the surface.
+        let once = self.rho * (a * (1.0 + r * s_over_t).max(0.0));
         // (1 − Ê(o)) (1 − Ê(i)) / (1 − mean): each has the factor A r.
         let lost = |cos: f32| (C1 - g_over_pi(cos)).max(0.0);
         let twice = a * r * lost(wo.z) * lost(wi.z) / (C1 - C2);

@@ -48,12 +48,32 @@ pub fn conductor(cos_i: f32, eta: Spectrum, k: Spectrum) -> Spectrum {
     Spectrum::rgb(channel(eta.0.x, k.0.x), channel(eta.0.y, k.0.y), channel(eta.0.z, k.0.z))
 }
 
+/// (1 − cos θ)⁵. [Schlick 1994]
+#[inline]
+pub fn schlick_weight(cos: f32) -> f32 {
+    let m = (1.0 - cos).clamp(0.0, 1.0);
+    (m * m) * (m * m) * m
+}
+
 /// F = F₀ + (1 − F₀)(1 − cos θ)⁵. [Schlick 1994]
 #[inline]
 pub fn schlick(cos: f32, f0: Spectrum) -> Spectrum {
-    let m = (1.0 - cos).clamp(0.0, 1.0);
-    let m5 = (m * m) * (m * m) * m;
-    f0 + (Spectrum::ONE - f0) * m5
+    f0 + (Spectrum::ONE - f0) * schlick_weight(cos)
+}
+
+/// The mean of [`schlick`] over evenly spread light: F₀ + (1 − F₀)/21.
+#[inline]
+pub fn mean_schlick(f0: Spectrum) -> Spectrum {
+    f0 + (Spectrum::ONE - f0) * (1.0 / 21.0)
+}
+
+/// The mean of [`dielectric`] over evenly spread light from the side of which the other one has the index `eta`,
+/// to 0.007. From both sides as much light goes through, but for η².
+/// [Fit of Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks"]
+#[inline]
+pub fn mean_dielectric(eta: f32) -> f32 {
+    let outside = |eta: f32| (eta - 1.0) / (4.085_67 + 1.000_71 * eta);
+    if eta >= 1.0 { outside(eta) } else { 1.0 - eta * eta * (1.0 - outside(1.0 / eta)) }
 }
 
 #[cfg(test)]
@@ -88,6 +108,24 @@ mod tests {
             let (d, _) = dielectric(cos, 1.5).unwrap();
             assert!((c - d).abs() < 1e-5, "{cos}: {c} {d}");
         }
+    }
+
+    /// The means are the integrals 2 ∫ F(cos θ) cos θ d cos θ.
+    #[test]
+    fn means_are_integrals() {
+        let mean = |f: &dyn Fn(f32) -> f32| {
+            let middle = |i: u16| (f32::from(i) + 0.5) / 4096.0;
+            (0..4096).map(middle).map(|cos| 2.0 * cos * f(cos)).sum::<f32>() / 4096.0
+        };
+        for eta in [0.5, 0.7, 0.9, 1.1, 1.33, 1.5, 2.0, 2.5] {
+            let want = mean(&|cos| dielectric(cos, eta).map_or(1.0, |(f, _)| f));
+            let got = mean_dielectric(eta);
+            assert!((got - want).abs() < 7e-3, "{eta}: {got} {want}");
+        }
+        let f0 = Spectrum::rgb(0.04, 0.5, 1.0);
+        let want = [0, 1, 2].map(|c| mean(&|cos| schlick(cos, f0).to_array()[c]));
+        let error = mean_schlick(f0).0 - Spectrum::from(want).0;
+        assert!(error.abs().max_element() < 1e-4, "{want:?}");
     }
 
     /// Light takes the same way back: the reflectance is the same from both sides (Stokes).

@@ -1,8 +1,9 @@
 //! Laws that hold for every lobe in `lobes!`. A new lobe is tested without writing a test.
 //!
 //! Here: the methods of a lobe agree with one another. [`physics`]: they agree with nature.
-//! [`world`]: they do so on surfaces in the world.
+//! [`numbers`]: whatever they are asked. [`world`]: they do so on surfaces in the world.
 
+mod numbers;
 mod physics;
 mod world;
 
@@ -11,7 +12,10 @@ use pt_testing::{Chi2, Random, chi2_cone, chi2_sphere};
 
 use super::microfacet::Facets;
 use super::mirror::reflect;
-use super::{AnyLobe, CourseMicrofacet, Glossy, RoughConductor, RoughDielectric};
+use super::{
+    AnyLobe, CompensatedDielectric, CourseMicrofacet, Glossy, Principled, RoughConductor,
+    RoughDielectric,
+};
 
 /// Directions above the surface, from the normal to grazing.
 const ABOVE: [Vec3; 4] = [
@@ -55,9 +59,15 @@ fn with_alpha(lobe: &AnyLobe, alpha: f32) -> Option<AnyLobe> {
     let with = |facets| Facets { alpha: [alpha; 2], ..facets };
     match *lobe {
         AnyLobe::RoughConductor(l) => Some(RoughConductor { facets: with(l.facets), ..l }.into()),
+        AnyLobe::CompensatedConductor(l) => Some(l.with_alpha(alpha).into()),
+        AnyLobe::CompensatedDielectric(l) => {
+            let once = RoughDielectric { facets: with(l.once.facets), ..l.once };
+            Some(CompensatedDielectric { once }.into())
+        }
         AnyLobe::RoughDielectric(l) => Some(RoughDielectric { facets: with(l.facets), ..l }.into()),
         AnyLobe::RoughCoatedDiffuse(l) => Some(l.with_alpha(alpha).into()),
         AnyLobe::Glossy(l) => Some(Glossy { facets: with(l.facets), ..l }.into()),
+        AnyLobe::Principled(l) => Some(Principled { roughness: alpha.sqrt(), ..l }.into()),
         AnyLobe::CourseMicrofacet(l) => Some(CourseMicrofacet { alpha, ..l }.into()),
         _ => None,
     }
@@ -210,8 +220,15 @@ fn stretch(lobe: &AnyLobe, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<f32> {
 #[test]
 fn stretch_is_one_over_the_density() {
     for lobe in AnyLobe::examples().iter().filter(|l| !l.is_delta()) {
-        let one_map =
-            !matches!(lobe, AnyLobe::Glossy(_) | AnyLobe::RoughCoatedDiffuse(_) | AnyLobe::Eon(_));
+        let one_map = !matches!(
+            lobe,
+            AnyLobe::Glossy(_)
+                | AnyLobe::RoughCoatedDiffuse(_)
+                | AnyLobe::Eon(_)
+                | AnyLobe::CompensatedConductor(_)
+                | AnyLobe::CompensatedDielectric(_)
+                | AnyLobe::Principled(_)
+        );
         let mut checked = 0;
         for wo in ABOVE {
             let mut random = Random::new(2);
@@ -226,6 +243,9 @@ fn stretch_is_one_over_the_density() {
                     AnyLobe::CoatedDiffuse(l) => l.chance(wo),
                     AnyLobe::RoughCoatedDiffuse(l) => l.chance(wo, u[2]),
                     AnyLobe::Eon(l) => l.chance(wo, u[2]),
+                    AnyLobe::CompensatedConductor(l) => l.chance(wo, u[2]),
+                    AnyLobe::CompensatedDielectric(l) => l.chance(wo, s.wi, u[2]),
+                    AnyLobe::Principled(l) => l.chance(wo, s.wi, u[2]),
                     _ => 1.0,
                 };
                 let product = area * lobe.pdf(wo, s.wi).get() / chance;

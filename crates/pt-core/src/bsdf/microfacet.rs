@@ -24,12 +24,17 @@ impl Facets {
         Self { distribution, masking: Masking::Correlated, alpha: [alpha; 2] }
     }
 
+    /// From 0 to 3, by how they are distributed and hide each other.
+    #[inline]
+    pub(super) fn kind(&self) -> usize {
+        (self.distribution == Distribution::Ggx) as usize
+            + 2 * (self.masking == Masking::Separable) as usize
+    }
+
     /// As three numbers.
     #[inline]
     pub(super) fn pack(&self) -> [f32; 3] {
-        let kind = (self.distribution == Distribution::Ggx) as u32
-            + 2 * (self.masking == Masking::Separable) as u32;
-        [self.alpha[0], self.alpha[1], kind as f32]
+        [self.alpha[0], self.alpha[1], self.kind() as f32]
     }
 
     /// Inverse of [`Self::pack`].
@@ -124,6 +129,35 @@ impl Facets {
     pub fn visible_pdf(&self, wo: Vec3, h: Vec3) -> f32 {
         self.d(h) * self.g1(wo) * wo.dot(h).max(0.0) / wo.z
     }
+
+    /// The mean of a function of direction and facet over the facets that are seen at a cosine in the plane of
+    /// x and z, by n × n of them.
+    pub(super) fn mean_of_visible(&self, cos: f32, n: u16, of: impl Fn(Vec3, Vec3) -> f32) -> f32 {
+        let wo = Vec3::new(((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt(), 0.0, cos.max(1e-6));
+        // Midpoints, dense towards the ends, where the map to facets is steep.
+        let middle = |i: u16| {
+            let t = (f32::from(i) + 0.5) / f32::from(n);
+            (t * t * (3.0 - 2.0 * t), t * (1.0 - t))
+        };
+        let (mut sum, mut whole) = (0.0, 0.0);
+        for (u, du) in (0..n).map(middle) {
+            // The other half is the mirror image.
+            for (v, dv) in (0..n / 2).map(middle) {
+                let h = self.sample_visible(wo, [u, v]);
+                sum += of(wo, h) * du * dv;
+                whole += du * dv;
+            }
+        }
+        sum / whole
+    }
+}
+
+/// From 1 along the surface to 0 at the normal, with half of the way where facets hide each other; its
+/// own inverse.
+#[inline]
+pub(super) fn stretched(cos: f32, alpha: f32) -> f32 {
+    let k = 1.5 * alpha * (1.0 + alpha);
+    k * (1.0 - cos) / (k + cos)
 }
 
 /// A facet, not of unit length, of a GGX surface of roughness 1 that `w` sees: these are where a

@@ -5,6 +5,9 @@
 //! hold it to its contract.
 
 mod coated_diffuse;
+mod compensated_conductor;
+mod compensated_dielectric;
+mod compensation;
 mod conductor;
 mod course;
 mod dielectric;
@@ -16,6 +19,7 @@ mod glossy;
 mod laws;
 pub mod microfacet;
 mod mirror;
+mod principled;
 mod refraction;
 mod rough_coated_diffuse;
 mod rough_dielectric;
@@ -251,14 +255,20 @@ lobes! {
     ThinDielectric = thin_dielectric::ThinDielectric,
     /// Rough dielectric interface.
     RoughDielectric = rough_dielectric::RoughDielectric,
+    /// Rough dielectric interface that loses nothing between its facets.
+    CompensatedDielectric = compensated_dielectric::CompensatedDielectric,
     /// Rough metal.
     RoughConductor = conductor::RoughConductor,
+    /// Rough metal that loses nothing between its facets.
+    CompensatedConductor = compensated_conductor::CompensatedConductor,
     /// Diffuse base under a smooth coat.
     CoatedDiffuse = coated_diffuse::CoatedDiffuse,
     /// Diffuse base under a rough coat.
     RoughCoatedDiffuse = rough_coated_diffuse::RoughCoatedDiffuse,
     /// Diffuse base under a rough gloss.
     Glossy = glossy::Glossy,
+    /// Material of many parameters.
+    Principled = principled::Principled,
     /// The course's glass.
     CourseGlass = course::CourseGlass,
     /// The course's refraction.

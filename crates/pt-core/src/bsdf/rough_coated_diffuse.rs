@@ -7,7 +7,7 @@ use pt_scene::material::{Distribution, Masking};
 
 use super::conductor::{half_vector, reflected, reflected_pdf};
 use super::fresnel;
-use super::microfacet::Facets;
+use super::microfacet::{Facets, stretched};
 use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
 
 /// f = F D G / (4 cos θo cos θi) + T(θo) T(θi) ρ / (π η² (1 − ρ Fᵢ)).
@@ -142,14 +142,6 @@ impl Transmittance {
     }
 }
 
-/// From 1 along the surface to 0 at the normal, with half of the way where facets hide each other; its
-/// own inverse.
-#[inline]
-fn stretched(cos: f32, alpha: f32) -> f32 {
-    let k = 1.5 * alpha * (1.0 + alpha);
-    k * (1.0 - cos) / (k + cos)
-}
-
 /// 1 − F at a cosine that the roughness raises.
 #[inline]
 fn transmitted_by_smooth(cos: f32, alpha: f32, eta: f32) -> f32 {
@@ -158,30 +150,9 @@ fn transmitted_by_smooth(cos: f32, alpha: f32, eta: f32) -> f32 {
     fresnel::dielectric(raised, eta).map_or(0.0, |(f, _)| 1.0 - f)
 }
 
-/// The mean of a function of direction and facet over the facets that are seen at a cosine, by n × n of
-/// them.
-fn mean_of_visible(facets: &Facets, cos: f32, n: u16, of: impl Fn(Vec3, Vec3) -> f32) -> f32 {
-    let wo = Vec3::new(((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt(), 0.0, cos.max(1e-6));
-    // Midpoints, dense towards the ends, where the map to facets is steep.
-    let middle = |i: u16| {
-        let t = (f32::from(i) + 0.5) / f32::from(n);
-        (t * t * (3.0 - 2.0 * t), t * (1.0 - t))
-    };
-    let (mut sum, mut whole) = (0.0, 0.0);
-    for (u, du) in (0..n).map(middle) {
-        // The other half is the mirror image.
-        for (v, dv) in (0..n / 2).map(middle) {
-            let h = facets.sample_visible(wo, [u, v]);
-            sum += of(wo, h) * du * dv;
-            whole += du * dv;
-        }
-    }
-    sum / whole
-}
-
 /// What facets with index `eta` let through of light from a direction of this cosine.
 fn transmitted(facets: &Facets, cos: f32, eta: f32) -> f32 {
-    mean_of_visible(facets, cos, 32, |wo, h| {
+    facets.mean_of_visible(cos, 32, |wo, h| {
         let cos = wo.dot(h);
         let Some((f, cos_t)) = fresnel::dielectric(cos, eta) else { return 0.0 };
         let wi = h * (cos / eta - cos_t) - wo / eta;
@@ -191,7 +162,7 @@ fn transmitted(facets: &Facets, cos: f32, eta: f32) -> f32 {
 
 /// What they reflect.
 fn reflectance(facets: &Facets, cos: f32, eta: f32) -> f32 {
-    mean_of_visible(facets, cos, 16, |wo, h| {
+    facets.mean_of_visible(cos, 16, |wo, h| {
         let cos = wo.dot(h);
         let wi = h * (2.0 * cos) - wo;
         let f = fresnel::dielectric(cos, eta).map_or(1.0, |(f, _)| f);

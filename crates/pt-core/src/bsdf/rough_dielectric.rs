@@ -21,28 +21,42 @@ pub struct RoughDielectric {
 }
 
 /// A pair of directions, seen from the side of `wo`: that is up.
-struct Pair {
-    wo: Vec3,
-    wi: Vec3,
+pub(super) struct Pair {
+    pub(super) wo: Vec3,
+    pub(super) wi: Vec3,
     /// Index of refraction of the other side over that of the side of `wo`.
-    eta: f32,
+    pub(super) eta: f32,
     /// The facet that reflects or refracts one into the other.
-    h: Vec3,
+    pub(super) h: Vec3,
     /// Its Fresnel reflectance.
-    f: f32,
-    is_reflected: bool,
+    pub(super) f: f32,
+    pub(super) is_reflected: bool,
 }
 
 /// The direction as seen from the side of `wo`.
 #[inline]
-fn upright(w: Vec3, wo: Vec3) -> Vec3 {
+pub(super) fn upright(w: Vec3, wo: Vec3) -> Vec3 {
     if wo.z > 0.0 { w } else { Vec3::new(w.x, w.y, -w.z) }
 }
 
+/// An index of refraction below over that above, as the other side's over that of the side of `wo`.
+#[inline]
+pub(super) fn eta_from(wo: Vec3, eta: f32) -> f32 {
+    if wo.z > 0.0 { eta } else { 1.0 / eta }
+}
+
+/// Where a facet of normal `h` that `wo` sees under the cosine `cos` refracts it, if the refracted cosine
+/// is `cos_t`. [Snell's law about h: across, the sine over η]
+#[inline]
+pub(super) fn refract(wo: Vec3, h: Vec3, [cos, cos_t]: [f32; 2], eta: f32) -> Vec3 {
+    (h * (cos / eta - cos_t) - wo / eta).normalize()
+}
+
 impl Pair {
+    /// `eta` is the index below the surface (−z) over that above it. `None` if no facet does it.
     #[inline]
-    fn new(lobe: &RoughDielectric, wo: Vec3, wi: Vec3) -> Option<Self> {
-        let eta = lobe.eta_from(wo);
+    pub(super) fn new(eta: f32, wo: Vec3, wi: Vec3) -> Option<Self> {
+        let eta = eta_from(wo, eta);
         let (wo, wi) = (upright(wo, wo), upright(wi, wo));
         let is_reflected = wi.z > 0.0;
         // [Walter et al. 2007, eq. 13 and 16]
@@ -70,20 +84,31 @@ impl Pair {
         self.eta * self.eta * cos_i.abs() / (s * s)
     }
 
+    /// Density of `wi` if facets are drawn as they are seen, and this one sends light there with the
+    /// probability `chosen`.
+    #[inline]
+    pub(super) fn density(&self, chosen: f32, facets: &Facets) -> f32 {
+        let pdf = chosen * facets.visible_pdf(self.wo, self.h) * self.jacobian();
+        if pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// G/G₁: the share of the facets seen that the other direction sees too.
+    #[inline]
+    pub(super) fn shadowing(&self, facets: &Facets) -> f32 {
+        // Λ is the same on both sides.
+        facets.shadowing(self.wo, Vec3::new(self.wi.x, self.wi.y, self.wi.z.abs()))
+    }
+
     /// Density of `wi`: facets are drawn as they are seen, and reflect or refract by Fresnel's equations.
     #[inline]
     fn pdf(&self, facets: &Facets) -> f32 {
-        let chosen = if self.is_reflected { self.f } else { 1.0 - self.f };
-        let pdf = chosen * facets.visible_pdf(self.wo, self.h) * self.jacobian();
-        if pdf.is_finite() { pdf } else { 0.0 }
+        self.density(if self.is_reflected { self.f } else { 1.0 - self.f }, facets)
     }
 
     /// Scattered radiance over that density.
     #[inline]
     fn weight(&self, lobe: &RoughDielectric) -> Spectrum {
-        // Λ is the same on both sides.
-        let wi = Vec3::new(self.wi.x, self.wi.y, self.wi.z.abs());
-        let shadowing = lobe.facets.shadowing(self.wo, wi);
+        let shadowing = self.shadowing(&lobe.facets);
         if self.is_reflected {
             lobe.reflectance * shadowing
         } else {
@@ -100,13 +125,8 @@ impl RoughDielectric {
     /// [`Lobe::sample`] is followed so often.
     #[cfg(test)]
     pub(super) fn chance(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let pair = Pair::new(self, wo, wi).expect("a pair that was sampled");
+        let pair = Pair::new(self.eta, wo, wi).expect("a pair that was sampled");
         if pair.is_reflected { pair.f } else { 1.0 - pair.f }
-    }
-
-    #[inline]
-    fn eta_from(&self, wo: Vec3) -> f32 {
-        if wo.z > 0.0 { self.eta } else { 1.0 / self.eta }
     }
 }
 
@@ -133,12 +153,12 @@ impl Lobe for RoughDielectric {
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         let f = |pair: Pair| pair.weight(self) * pair.pdf(&self.facets);
-        Pair::new(self, wo, wi).map_or(Spectrum::ZERO, f)
+        Pair::new(self.eta, wo, wi).map_or(Spectrum::ZERO, f)
     }
 
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        Pair::new(self, wo, wi).map_or(Pdf::ZERO, |pair| Pdf::new(pair.pdf(&self.facets)))
+        Pair::new(self.eta, wo, wi).map_or(Pdf::ZERO, |pair| Pdf::new(pair.pdf(&self.facets)))
     }
 
     /// Draws a facet that is seen, and whether it reflects or refracts: the weight is G/G₁, over η²
@@ -148,19 +168,18 @@ impl Lobe for RoughDielectric {
         if wo.z == 0.0 {
             return None;
         }
-        let (up, eta) = (upright(wo, wo), self.eta_from(wo));
+        let (up, eta) = (upright(wo, wo), eta_from(wo, self.eta));
         let h = self.facets.sample_visible(up, [u, v]);
         let cos = up.dot(h);
         let refracted = fresnel::dielectric(cos, eta).filter(|(f, _)| choice >= *f);
         let is_reflected = refracted.is_none();
         let wi = match refracted {
-            // Snell's law about h: across, the sine over η.
-            Some((_, cos_t)) => (h * (cos / eta - cos_t) - up / eta).normalize(),
+            Some((_, cos_t)) => refract(up, h, [cos, cos_t], eta),
             None => h * (2.0 * cos) - up,
         };
         let wi = upright(wi, wo);
         // Facets that send light to the wrong side absorb it.
-        let pair = Pair::new(self, wo, wi).filter(|pair| pair.is_reflected == is_reflected)?;
+        let pair = Pair::new(self.eta, wo, wi).filter(|pair| pair.is_reflected == is_reflected)?;
         let pdf = Pdf::new(pair.pdf(&self.facets));
         let squeeze = if is_reflected { 1.0 } else { eta * eta };
         let sample = BsdfSample::new(wi, pair.weight(self), Some(pdf)).squeezed_by(squeeze);

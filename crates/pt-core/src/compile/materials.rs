@@ -6,7 +6,7 @@
 use pt_math::Spectrum;
 use pt_scene::material::{
     Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Matte, Mirror, Mix, Plastic,
-    Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
+    Principled, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
 };
 use pt_scene::texture::{Relief, Scalar};
 
@@ -49,7 +49,7 @@ fn part(surface: &Surface, cx: &mut Lowering) -> Id<Material> {
 
 /// Microfacets, of which the two roughnesses are packed from `first` on.
 fn facets(roughness: &Roughness, first: usize, cx: &mut Lowering) -> Facets {
-    let Roughness { alpha: [u, v], distribution, masking } = roughness;
+    let Roughness { alpha: [u, v], distribution, masking, .. } = roughness;
     let alpha = [cx.alpha(u, first), cx.alpha(v, first + 1)];
     if u != v {
         cx.orient();
@@ -95,7 +95,13 @@ impl Lower for Glass {
         match self.roughness.as_ref().filter(|_| (eta - 1.0).abs() > LEAST_CONTRAST) {
             Some(roughness) => {
                 let facets = facets(roughness, RoughDielectric::ALPHA, cx);
-                cx.lobe(RoughDielectric { reflectance, transmittance, eta, facets }, false)
+                let once = RoughDielectric { reflectance, transmittance, eta, facets };
+                let [u, v] = &roughness.alpha;
+                if roughness.multiple_scattering && u == v {
+                    cx.lobe(bsdf::CompensatedDielectric { once }, false)
+                } else {
+                    cx.lobe(once, false)
+                }
             }
             None => cx.lobe(Dielectric { reflectance, transmittance, eta }, false),
         }
@@ -136,7 +142,12 @@ impl Lower for Conductor {
         match &self.roughness {
             Some(roughness) => {
                 let facets = facets(roughness, RoughConductor::ALPHA, cx);
-                cx.lobe(RoughConductor { metal, facets }, self.two_sided)
+                let rough = RoughConductor { metal, facets };
+                if roughness.multiple_scattering {
+                    cx.lobe(bsdf::CompensatedConductor::new(rough), self.two_sided)
+                } else {
+                    cx.lobe(rough, self.two_sided)
+                }
             }
             None => cx.lobe(metal, self.two_sided),
         }
@@ -172,6 +183,39 @@ impl Lower for Plastic {
         let f0 = cx.share(&self.specular, Glossy::F0);
         let facets = Facets::isotropic(Distribution::Beckmann, self.alpha);
         cx.lobe(Glossy { rho, f0, facets }, self.two_sided)
+    }
+}
+
+impl Lower for Principled {
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        type Lobe = bsdf::Principled;
+        let mut number = |scalar: &Scalar, first| cx.number(scalar, first, [0.0, 1.0]);
+        let ior = self.ior;
+        let lobe = Lobe {
+            roughness: number(&self.roughness, Lobe::ROUGHNESS),
+            anisotropic: number(&self.anisotropic, Lobe::ANISOTROPIC),
+            metallic: number(&self.metallic, Lobe::METALLIC),
+            spec_trans: number(&self.spec_trans, Lobe::SPEC_TRANS),
+            spec_tint: number(&self.spec_tint, Lobe::SPEC_TINT),
+            sheen: number(&self.sheen, Lobe::SHEEN),
+            sheen_tint: number(&self.sheen_tint, Lobe::SHEEN_TINT),
+            flatness: number(&self.flatness, Lobe::FLATNESS),
+            clearcoat: number(&self.clearcoat, Lobe::CLEARCOAT),
+            clearcoat_gloss: number(&self.clearcoat_gloss, Lobe::CLEARCOAT_GLOSS),
+            base_color: cx.share(&self.base_color, Lobe::BASE_COLOR),
+            // Without a difference of indices, there are no half vectors of light that goes through.
+            eta: if self.transmits() && (ior - 1.0).abs() < LEAST_CONTRAST {
+                1.0 + LEAST_CONTRAST.copysign(ior - 1.0)
+            } else {
+                ior
+            },
+            inside_out: self.inside_out,
+            multiple_scattering: self.multiple_scattering,
+        };
+        if self.anisotropic != Scalar::Value(0.0) {
+            cx.orient();
+        }
+        cx.lobe(lobe, self.two_sided)
     }
 }
 

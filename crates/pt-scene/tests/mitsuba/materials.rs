@@ -6,8 +6,9 @@ use std::sync::Arc;
 use pt_math::{DMat3, DVec3};
 use pt_scene::material::{
     Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Masking, Matte, Mirror, Mix,
-    RoughCoatedDiffuse, Roughness, Sided, ThinGlass,
+    Principled, RoughCoatedDiffuse, Roughness, Sided, ThinGlass,
 };
+use pt_scene::metals::{METALS, Metal};
 use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Relief, Wrap};
 use pt_scene::{Scalar, Surface, Texture};
 
@@ -18,6 +19,7 @@ pub(crate) const ROUGH: Roughness = Roughness {
     alpha: [Scalar::Value(0.1), Scalar::Value(0.1)],
     distribution: Distribution::Beckmann,
     masking: Masking::Separable,
+    multiple_scattering: false,
 };
 
 #[test]
@@ -102,6 +104,114 @@ fn plastic_is_a_base_under_a_coat() {
     assert_eq!(both, CoatedDiffuse { saturates: true, two_sided: true, ..plain }.into());
 }
 
+/// Indices of transition metals, n and k, at these wavelengths in nanometres.
+/// [Johnson & Christy 1974, "Optical constants of transition metals: Ti, V, Cr, Mn, Fe, Co, Ni, and Pd"]
+const NANOMETRES: [u16; 18] =
+    [354, 368, 381, 397, 413, 431, 451, 471, 496, 521, 549, 582, 617, 659, 704, 756, 821, 892];
+#[expect(clippy::approx_constant, reason = "numbers that were measured")]
+const TRANSITION_METALS: [(&str, [[f32; 18]; 2]); 5] = [
+    (
+        "Co",
+        [
+            [
+                1.49, 1.50, 1.53, 1.57, 1.61, 1.67, 1.74, 1.81, 1.88, 1.97, 2.05, 2.13, 2.19, 2.25,
+                2.31, 2.40, 2.53, 2.65,
+            ],
+            [
+                2.61, 2.71, 2.82, 2.93, 3.05, 3.17, 3.28, 3.41, 3.55, 3.68, 3.82, 3.96, 4.11, 4.27,
+                4.45, 4.64, 4.88, 5.16,
+            ],
+        ],
+    ),
+    (
+        "Fe",
+        [
+            [
+                1.93, 2.02, 2.12, 2.24, 2.35, 2.48, 2.59, 2.67, 2.74, 2.86, 2.95, 2.94, 2.88, 2.92,
+                2.86, 2.87, 2.94, 2.96,
+            ],
+            [
+                2.35, 2.43, 2.50, 2.58, 2.65, 2.71, 2.77, 2.82, 2.88, 2.91, 2.93, 2.99, 3.05, 3.10,
+                3.19, 3.28, 3.39, 3.56,
+            ],
+        ],
+    ),
+    (
+        "Ni",
+        [
+            [
+                1.74, 1.70, 1.72, 1.72, 1.70, 1.71, 1.73, 1.78, 1.82, 1.85, 1.92, 1.96, 1.99, 1.99,
+                2.06, 2.13, 2.26, 2.40,
+            ],
+            [
+                2.32, 2.40, 2.48, 2.57, 2.69, 2.82, 2.95, 3.09, 3.25, 3.42, 3.61, 3.80, 4.02, 4.26,
+                4.50, 4.73, 4.97, 5.23,
+            ],
+        ],
+    ),
+    (
+        "Pd",
+        [
+            [
+                1.23, 1.24, 1.26, 1.30, 1.33, 1.37, 1.41, 1.46, 1.52, 1.57, 1.64, 1.68, 1.75, 1.80,
+                1.86, 1.95, 2.06, 2.23,
+            ],
+            [
+                2.65, 2.74, 2.83, 2.93, 3.03, 3.14, 3.26, 3.39, 3.54, 3.68, 3.84, 4.02, 4.21, 4.42,
+                4.65, 4.89, 5.19, 5.50,
+            ],
+        ],
+    ),
+    (
+        "Ti",
+        [
+            [
+                1.82, 1.90, 1.99, 2.08, 2.14, 2.21, 2.27, 2.32, 2.36, 2.44, 2.54, 2.60, 2.67, 2.76,
+                2.86, 3.00, 3.21, 3.29,
+            ],
+            [
+                2.87, 2.90, 2.93, 2.95, 2.98, 3.01, 3.04, 3.10, 3.19, 3.30, 3.43, 3.58, 3.72, 3.84,
+                3.96, 4.01, 4.01, 3.96,
+            ],
+        ],
+    ),
+];
+
+/// What is not in Mitsuba is as if its spectra stood in the file.
+#[test]
+fn transition_metals_are_those_of_their_spectra() {
+    let mut wrong = Vec::new();
+    for (name, indices) in TRANSITION_METALS {
+        let [eta, k] = indices.map(|values| {
+            let pairs = NANOMETRES.iter().zip(values).map(|(nm, x)| format!("{nm}:{x}"));
+            pairs.collect::<Vec<_>>().join(", ")
+        });
+        let conductor = |inside: &str| {
+            let surface = surface(&format!("<bsdf type=\"conductor\">{inside}</bsdf>"));
+            let Surface::Conductor(metal) = surface else { panic!("{surface:?}") };
+            [metal.eta, metal.k]
+        };
+        let named = conductor(&format!("<string name=\"material\" value=\"{name}\"/>"));
+        let spectra = conductor(&format!(
+            "<spectrum name=\"eta\" value=\"{eta}\"/><spectrum name=\"k\" value=\"{k}\"/>"
+        ));
+        let differ = |(a, b): (&f32, &f32)| (a - b).abs() > 1e-4;
+        if named.as_flattened().iter().zip(spectra.as_flattened()).any(differ) {
+            wrong.push((name, named, spectra));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+/// What Mitsuba has of Palik's handbook by two names is the same by both.
+#[test]
+fn metals_of_the_handbook_have_two_names() {
+    for metal in METALS {
+        let other = Metal::named(&format!("{}_palik", metal.name));
+        assert_eq!(other == Some(*metal), metal.palik, "{metal:?}");
+    }
+}
+
 #[test]
 fn rough_plastic_has_one_roughness() {
     let plain = RoughCoatedDiffuse {
@@ -127,6 +237,60 @@ fn rough_plastic_has_one_roughness() {
         ..plain
     };
     assert_eq!(other, want.into());
+}
+
+#[test]
+fn principled_materials_have_their_parameters() {
+    type Field = fn(&mut Principled) -> &mut Scalar;
+    let principled = |parameters: &str| {
+        let surface = surface(&format!("<bsdf type=\"principled\">{parameters}</bsdf>"));
+        let Surface::Principled(principled) = surface else { panic!("{surface:?}") };
+        principled
+    };
+    let index = |parameters: &str| principled(parameters).ior;
+    assert_eq!(principled(""), Principled::default());
+    assert_eq!(index("<float name=\"eta\" value=\"1.33\"/>"), 1.33);
+    assert_eq!(index("<float name=\"specular\" value=\"0\"/>"), 1.0);
+    // At normal incidence a dielectric reflects ((η − 1) / (η + 1))².
+    let reflectance = ((1.6f64 - 1.0) / (1.6 + 1.0)).powi(2);
+    let specular = format!("<float name=\"specular\" value=\"{}\"/>", reflectance / 0.08);
+    assert!((index(&specular) - 1.6).abs() < 1e-6);
+
+    let numbers: [(&str, Field); 10] = [
+        ("roughness", |p| &mut p.roughness),
+        ("anisotropic", |p| &mut p.anisotropic),
+        ("metallic", |p| &mut p.metallic),
+        ("spec_trans", |p| &mut p.spec_trans),
+        ("spec_tint", |p| &mut p.spec_tint),
+        ("sheen", |p| &mut p.sheen),
+        ("sheen_tint", |p| &mut p.sheen_tint),
+        ("flatness", |p| &mut p.flatness),
+        ("clearcoat", |p| &mut p.clearcoat),
+        ("clearcoat_gloss", |p| &mut p.clearcoat_gloss),
+    ];
+    for (name, field) in numbers {
+        let mut want = Principled::default();
+        *field(&mut want) = 0.25.into();
+        assert_eq!(principled(&format!("<float name=\"{name}\" value=\"0.25\"/>")), want);
+        let textured = principled(&format!("<texture type=\"checkerboard\" name=\"{name}\"/>"));
+        assert!(field(&mut textured.clone()).texture().is_some(), "{name}");
+    }
+}
+
+/// Light that goes through has two sides already; the others show on both if the author says so.
+#[test]
+fn principled_materials_have_sides() {
+    let flip = "<boolean name=\"flip_normals\" value=\"true\"/>";
+    let bsdf = "<bsdf type=\"principled\"/>";
+    let sphere = |inside: String| {
+        read(&format!("<shape type=\"sphere\">{inside}</shape>")).materials[0].surface.clone()
+    };
+    let turned = Principled { inside_out: true, ..Principled::default() };
+    assert_eq!(sphere(format!("{flip}{bsdf}")), turned.into());
+    let both = Principled { two_sided: true, ..Principled::default() };
+    let twosided = format!("<bsdf type=\"twosided\">{bsdf}</bsdf>");
+    assert_eq!(sphere(twosided.clone()), both.clone().into());
+    assert_eq!(sphere(format!("{flip}{twosided}")), both.into());
 }
 
 #[test]

@@ -205,7 +205,9 @@ impl<'t> Parameters<'t> {
 
     /// A parameter; `None` if the author did not write it.
     pub(super) fn find(&mut self, name: &'static str) -> Option<&'t Parameter> {
-        self.known.push(name);
+        if !self.known.contains(&name) {
+            self.known.push(name);
+        }
         self.object.parameters.iter().find(|p| p.name == name)
     }
 

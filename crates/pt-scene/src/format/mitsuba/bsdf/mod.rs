@@ -1,6 +1,7 @@
 //! `<bsdf>`: how surfaces scatter.
 
 mod inputs;
+mod principled;
 mod refraction;
 mod wrappers;
 
@@ -19,7 +20,7 @@ use refraction::relative_index;
 
 pub(super) use wrappers::inverted;
 
-const KINDS: [&str; 14] = [
+const KINDS: [&str; 15] = [
     "diffuse",
     "conductor",
     "roughconductor",
@@ -28,6 +29,7 @@ const KINDS: [&str; 14] = [
     "thindielectric",
     "plastic",
     "roughplastic",
+    "principled",
     "twosided",
     "blendbsdf",
     "normalmap",
@@ -78,6 +80,7 @@ fn surface(textures: &mut Textures<'_>, object: &Object) -> Result<Surface, Load
         }
         "plastic" => plastic(&mut inputs)?.into(),
         "roughplastic" => rough_plastic(&mut inputs)?.into(),
+        "principled" => principled::principled(&mut inputs)?.into(),
         "twosided" => wrappers::two_sided(&mut inputs)?,
         "blendbsdf" => wrappers::blend(&mut inputs)?,
         "normalmap" => wrappers::normal_map(&mut inputs)?,
@@ -95,7 +98,7 @@ fn conductor(
 ) -> Result<Conductor, LoadError> {
     let parameters = &mut inputs.parameters;
     let name = parameters.text("material")?;
-    let Some(metal) = name.map_or(Some(PERFECT), named_metal) else {
+    let Some(metal) = named_metal(name) else {
         let names: Vec<_> = METALS.iter().map(|metal| metal.name).collect();
         let message = format!(
             "the metal {} is unknown; give eta and k as <rgb>, the material \"none\" for a perfect \
@@ -121,11 +124,14 @@ fn conductor(
 }
 
 /// What reflects all light.
-const PERFECT: Metal = Metal { name: "none", eta: [0.0; 3], k: [1.0; 3] };
+const PERFECT: Metal = Metal { name: "none", eta: [0.0; 3], k: [1.0; 3], palik: false };
 
-fn named_metal(name: &str) -> Option<Metal> {
-    let all = METALS.iter().chain([&PERFECT]);
-    all.copied().find(|metal| metal.name == name)
+/// The metal of a name, or without one [`PERFECT`].
+fn named_metal(name: Option<&str>) -> Option<Metal> {
+    match name {
+        None | Some("none") => Some(PERFECT),
+        Some(name) => Metal::named(name),
+    }
 }
 
 /// A dielectric.
@@ -183,5 +189,5 @@ fn roughness(inputs: &mut Inputs<'_, '_>) -> Result<Roughness, LoadError> {
     let distribution = distribution(inputs)?;
     let alpha = inputs.alpha("alpha", &0.1.into())?;
     let alpha = [inputs.alpha("alpha_u", &alpha)?, inputs.alpha("alpha_v", &alpha)?];
-    Ok(Roughness { alpha, distribution, masking: Masking::Separable })
+    Ok(Roughness { alpha, distribution, masking: Masking::Separable, multiple_scattering: false })
 }

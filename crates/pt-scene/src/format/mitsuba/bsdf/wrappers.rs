@@ -6,7 +6,7 @@ use super::super::texture::Textures;
 use super::inputs::Inputs;
 use super::{Scattering, surface};
 use crate::material::{
-    Black, CoatedDiffuse, Conductor, Embossed, Glass, Matte, Mirror, Mix, Plastic,
+    Black, CoatedDiffuse, Conductor, Embossed, Glass, Matte, Mirror, Mix, Plastic, Principled,
     RoughCoatedDiffuse, RoughDiffuse, Sided,
 };
 use crate::texture::Relief;
@@ -79,6 +79,7 @@ pub(super) fn bump_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError
 fn transmits(surface: &Surface) -> bool {
     match surface {
         Surface::Glass(_) | Surface::ThinGlass(_) | Surface::Refraction(_) => true,
+        Surface::Principled(principled) => principled.transmits(),
         Surface::Mix(Mix { first, second, .. })
         | Surface::Sided(Sided { front: first, back: second }) => {
             transmits(first) || transmits(second)
@@ -107,6 +108,7 @@ fn on_both_sides(surface: Surface) -> Surface {
             RoughCoatedDiffuse { two_sided: true, ..coated }.into()
         }
         Surface::Plastic(plastic) => Plastic { two_sided: true, ..plastic }.into(),
+        Surface::Principled(principled) => Principled { two_sided: true, ..principled }.into(),
         Surface::Mix(Mix { first, second, share }) => {
             Mix { first: both(first), second: both(second), share }.into()
         }
@@ -122,6 +124,9 @@ pub(in super::super) fn inverted(surface: Surface) -> Surface {
     let turned = |surface: Box<Surface>| Box::new(inverted(*surface));
     match surface {
         Surface::Glass(glass) => Glass { ior: glass.ior.recip(), ..glass }.into(),
+        Surface::Principled(it) if !it.two_sided => {
+            Principled { inside_out: !it.inside_out, ..it }.into()
+        }
         Surface::Sided(Sided { front, back }) => Sided { front: back, back: front }.into(),
         Surface::Mix(Mix { first, second, share }) => {
             Mix { first: turned(first), second: turned(second), share }.into()

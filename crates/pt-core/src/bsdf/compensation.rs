@@ -1,0 +1,307 @@
+//! Light that facets scatter more than once, which microfacet lobes lose.
+//!
+//! What is lost of light from a direction, 1 − E, leaves in another one as if it were light from there that was
+//! lost: f = (1 − E(o)) (1 − E(i)) / (π (1 − mean of E)). That is reciprocal, and nothing is lost of what reflects
+//! all. [Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks"; the shares lost are tables of the
+//! lobes of this program, made when they are first asked for]
+
+use std::f32::consts::FRAC_1_PI;
+use std::sync::OnceLock;
+
+use pt_math::{Spectrum, Vec3};
+use pt_scene::material::{Distribution, Masking};
+
+use super::fresnel;
+use super::microfacet::{Facets, stretched};
+use super::rough_dielectric::refract;
+
+/// Ratios of the two roughnesses in the tables of mirrors: even in √, from 0 to 1.
+const RATIOS: usize = 5;
+/// Indices of refraction in the tables of dielectrics: even in (η − 1) / (η + 1), from ⅓ to 3.
+const INDICES: usize = 129;
+/// Roughnesses of a table, the greater of two: even in √α, up to 1. Rougher facets lose more than it says.
+const ALPHAS: usize = 64;
+/// Cosines of a table, by [`place`].
+const COSINES: usize = 40;
+/// What is smoother is as the smoothest of a table.
+const LEAST_ALPHA: f32 = 1e-3;
+
+/// 1 − E of facets of one kind, and its mean over evenly spread light; in rows of which each is made when it is
+/// asked for.
+struct Losses<const ROWS: usize> {
+    facets: Facets,
+    /// Makes an entry for facets of a roughness, from where its row is between 0 and 1.
+    make: fn(Facets, f32) -> Entry,
+    rows: [OnceLock<Box<Row>>; ROWS],
+}
+
+/// By the greater roughness.
+type Row = [Entry; ALPHAS];
+
+/// Those of two roughnesses.
+#[derive(Clone, Copy)]
+struct Entry {
+    /// Seen along the greater roughness, and across it; in between, by the square of the cosine.
+    lost: [[f32; COSINES]; 2],
+    /// The mean over the square of the greater roughness, with which it grows.
+    mean: f32,
+}
+
+/// From 0 at the normal to 1 along the surface, denser there, where a roughness matters most.
+#[inline]
+fn place(cos: f32, alpha: f32) -> f32 {
+    1.0 - (1.0 - stretched(cos, alpha)).max(0.0).sqrt()
+}
+
+/// The cosine at a [`place`].
+fn cosine(place: f32, alpha: f32) -> f32 {
+    stretched(1.0 - (1.0 - place) * (1.0 - place), alpha)
+}
+
+/// Where a number from 0 to 1 is among `n` nodes: the lower one, and how far it is to the next.
+#[inline]
+fn locate(x: f32, n: usize) -> (usize, f32) {
+    let scaled = x.clamp(0.0, 1.0) * (n - 1) as f32;
+    let lower = (scaled as usize).min(n - 2);
+    (lower, scaled - lower as f32)
+}
+
+/// The number of a node.
+fn node(i: usize, n: usize) -> f32 {
+    i as f32 / (n - 1) as f32
+}
+
+#[inline]
+fn lerp(a: f32, b: f32, t: f32) -> f32 {
+    a + (b - a) * t
+}
+
+impl Entry {
+    /// `scattered` says E of facets at a cosine in the plane of x and z.
+    fn new(facets: Facets, scattered: impl Fn(&Facets, f32) -> f32) -> Self {
+        let [greater, lesser] = facets.alpha;
+        let seen = |alpha| {
+            std::array::from_fn(|j| {
+                let cos = cosine(node(j, COSINES), greater);
+                (1.0 - scattered(&Facets { alpha, ..facets }, cos)).max(0.0)
+            })
+        };
+        let along = seen([greater, lesser]);
+        let across = if greater == lesser { along } else { seen([lesser, greater]) };
+        let mut entry = Self { lost: [along, across], mean: 0.0 };
+        entry.mean = entry.mean_of(greater) / (greater * greater);
+        entry
+    }
+
+    /// 2 ∫ (1 − E) cos θ d cos θ, by midpoints in √cos θ, of all directions around.
+    fn mean_of(&self, alpha: f32) -> f32 {
+        const STEPS: u16 = 512;
+        let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(STEPS);
+        let lost = |t: f32| 4.0 * t * t * t * self.at(place(t * t, alpha), 0.5);
+        (0..STEPS).map(middle).map(lost).sum::<f32>() / f32::from(STEPS)
+    }
+
+    /// 1 − E at a [`place`], so far across the greater roughness.
+    #[inline]
+    fn at(&self, x: f32, across: f32) -> f32 {
+        let (j, t) = locate(x, COSINES);
+        let [a, b] = self.lost.map(|lost| lerp(lost[j], lost[j + 1], t));
+        lerp(a, b, across)
+    }
+}
+
+impl<const ROWS: usize> Losses<ROWS> {
+    const fn new(
+        distribution: Distribution,
+        masking: Masking,
+        make: fn(Facets, f32) -> Entry,
+    ) -> Self {
+        let facets = Facets { distribution, masking, alpha: [1.0; 2] };
+        Self { facets, make, rows: [const { OnceLock::new() }; ROWS] }
+    }
+
+    #[inline]
+    fn row(&self, k: usize) -> &Row {
+        self.rows[k].get_or_init(|| {
+            let entry = |i: usize| {
+                let alpha = node(i, ALPHAS).powi(2).max(LEAST_ALPHA);
+                (self.make)(Facets { alpha: [alpha; 2], ..self.facets }, node(k, ROWS))
+            };
+            Box::new(std::array::from_fn(entry))
+        })
+    }
+
+    /// A number of the entries around a roughness and a place between 0 and 1 among the rows.
+    #[inline]
+    fn between(&self, alpha: f32, place: f32, of: impl Fn(&Entry) -> f32) -> f32 {
+        let (i, t) = locate(alpha.sqrt(), ALPHAS);
+        let in_row = |k: usize| {
+            let row = self.row(k);
+            lerp(of(&row[i]), of(&row[i + 1]), t)
+        };
+        let (k, s) = locate(place, ROWS);
+        // The last row, that of facets without a direction, has no other beside it.
+        if s == 1.0 { in_row(k + 1) } else { lerp(in_row(k), in_row(k + 1), s) }
+    }
+}
+
+/// The losses of facets that reflect all light, by [`Facets::kind`].
+static MIRRORS: [Losses<RATIOS>; 4] = [
+    Losses::new(Distribution::Beckmann, Masking::Correlated, mirrors),
+    Losses::new(Distribution::Ggx, Masking::Correlated, mirrors),
+    Losses::new(Distribution::Beckmann, Masking::Separable, mirrors),
+    Losses::new(Distribution::Ggx, Masking::Separable, mirrors),
+];
+
+/// The losses of facets of dielectrics, likewise.
+static DIELECTRICS: [Losses<INDICES>; 4] = [
+    Losses::new(Distribution::Beckmann, Masking::Correlated, dielectrics),
+    Losses::new(Distribution::Ggx, Masking::Correlated, dielectrics),
+    Losses::new(Distribution::Beckmann, Masking::Separable, dielectrics),
+    Losses::new(Distribution::Ggx, Masking::Separable, dielectrics),
+];
+
+/// Facets that reflect all light, of which the lesser roughness is less by the square of `place`.
+fn mirrors(facets: Facets, place: f32) -> Entry {
+    let [greater, _] = facets.alpha;
+    let lesser = (greater * place * place).max(LEAST_ALPHA);
+    Entry::new(Facets { alpha: [greater, lesser], ..facets }, |facets, cos| {
+        facets.mean_of_visible(cos, 32, |wo, h| {
+            let wi = h * (2.0 * wo.dot(h)) - wo;
+            if wi.z > 0.0 { facets.shadowing(wo, wi) } else { 0.0 }
+        })
+    })
+}
+
+/// Facets of a dielectric, of which the index is at a `place`.
+fn dielectrics(facets: Facets, place: f32) -> Entry {
+    let eta = (0.5 + place) / (1.5 - place);
+    Entry::new(facets, |facets, cos| {
+        facets.mean_of_visible(cos, 24, |wo, h| {
+            let cos = wo.dot(h);
+            let (f, cos_t) = fresnel::dielectric(cos, eta).unwrap_or((1.0, 0.0));
+            let (up, down) = (h * (2.0 * cos) - wo, refract(wo, h, [cos, cos_t], eta));
+            let reflected = if up.z > 0.0 { f * facets.shadowing(wo, up) } else { 0.0 };
+            let refracted =
+                if down.z < 0.0 { (1.0 - f) * facets.shadowing(wo, -down) } else { 0.0 };
+            reflected + refracted
+        })
+    })
+}
+
+/// What facets that reflect all light scatter more than once.
+#[derive(Clone, Copy)]
+pub(super) struct Reflected {
+    losses: &'static Losses<RATIOS>,
+    greater: f32,
+    /// √ of the lesser roughness over the greater one.
+    place: f32,
+    /// Whether the greater one is along y.
+    along_y: bool,
+    /// The mean of 1 − E.
+    mean: f32,
+}
+
+impl Reflected {
+    #[inline]
+    pub(super) fn new(facets: &Facets) -> Self {
+        let [ax, ay] = facets.alpha;
+        let (greater, place) = (ax.max(ay), (ax.min(ay) / ax.max(ay)).sqrt());
+        let losses = &MIRRORS[facets.kind()];
+        let alpha = greater.clamp(LEAST_ALPHA, 1.0);
+        let mean = losses.between(greater, place, |entry| entry.mean) * alpha * alpha;
+        Self { losses, greater, place, along_y: ay > ax, mean }
+    }
+
+    /// 1 − E for a direction above the surface.
+    #[inline]
+    pub(super) fn lost(&self, w: Vec3) -> f32 {
+        let (x2, y2) = (w.x * w.x, w.y * w.y);
+        let along = if self.along_y { y2 } else { x2 };
+        let across = if x2 + y2 > 0.0 { 1.0 - along / (x2 + y2) } else { 0.5 };
+        let x = place(w.z, self.greater);
+        self.losses.between(self.greater, self.place, |entry| entry.at(x, across))
+    }
+
+    /// f cos θi of two directions above the surface.
+    #[inline]
+    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if self.mean > 0.0 {
+            self.lost(wo) * self.lost(wi) * (FRAC_1_PI * wi.z) / self.mean
+        } else {
+            0.0
+        }
+    }
+
+    /// How much of [`Self::eval`] there is where facets reflect `f` of evenly spread light: F² Ē / (1 − F (1 − Ē)),
+    /// the sum over numbers of facets. [Kulla & Conty 2017]
+    #[inline]
+    pub(super) fn colored(&self, f: Spectrum) -> Spectrum {
+        f.map(|f| f * f * (1.0 - self.mean) / (1.0 - f * self.mean))
+    }
+}
+
+/// What facets of a dielectric scatter more than once, as seen from one of its sides. Their roughness is the same in
+/// all directions.
+#[derive(Clone, Copy)]
+pub(super) struct Interface {
+    losses: &'static Losses<INDICES>,
+    alpha: f32,
+    /// Where the index of the other side over that of this one is among the rows, and its inverse.
+    places: [f32; 2],
+    /// The mean of 1 − E on this side, and on the other.
+    means: [f32; 2],
+    /// Share of what is lost that leaves on this side.
+    pub(super) reflected: f32,
+}
+
+impl Interface {
+    /// `eta` is the index of the other side over that of this one.
+    #[inline]
+    pub(super) fn new(facets: &Facets, eta: f32) -> Self {
+        let losses = &DIELECTRICS[facets.kind()];
+        let alpha = facets.alpha[0].clamp(LEAST_ALPHA, 1.0);
+        let places = [eta, 1.0 / eta].map(|eta| 0.5 + (eta - 1.0) / (eta + 1.0));
+        let means = places.map(|place| losses.between(alpha, place, |e| e.mean) * alpha * alpha);
+        // What goes through is as much as smooth surfaces let through, or less, so that it is reciprocal: its
+        // shares of both sides, times means of losses, are as 1 to η².
+        let [here, there] = means;
+        let less = if here > there { there / here } else { 1.0 };
+        let through = (1.0 - fresnel::mean_dielectric(eta)) * less;
+        Self { losses, alpha, places, means, reflected: 1.0 - through }
+    }
+
+    /// 1 − E at a cosine on this side, or on the other.
+    #[inline]
+    fn lost_on(&self, side: usize, cos: f32) -> f32 {
+        let x = place(cos, self.alpha);
+        self.losses.between(self.alpha, self.places[side], |entry| entry.at(x, 0.5))
+    }
+
+    /// 1 − E at a cosine on this side.
+    #[inline]
+    pub(super) fn lost(&self, cos: f32) -> f32 {
+        self.lost_on(0, cos)
+    }
+
+    /// f cos θi of power, from this side with the cosine of `cos_o` to where wi.z is `z`: the side of its sign.
+    #[inline]
+    pub(super) fn eval(&self, cos_o: f32, z: f32) -> f32 {
+        let (side, share) = if z > 0.0 { (0, self.reflected) } else { (1, 1.0 - self.reflected) };
+        let mean = self.means[side];
+        if mean > 0.0 {
+            let cos_i = z.abs();
+            share * self.lost(cos_o) * self.lost_on(side, cos_i) * (FRAC_1_PI * cos_i) / mean
+        } else {
+            0.0
+        }
+    }
+}
+
+/// The mean of a reflectance over evenly spread light: 2 ∫ F(cos θ) cos θ d cos θ, by midpoints.
+pub(super) fn mean_reflectance(at: impl Fn(f32) -> Spectrum) -> Spectrum {
+    const STEPS: u16 = 128;
+    let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(STEPS);
+    let sum: Spectrum = (0..STEPS).map(middle).map(|cos| at(cos) * (2.0 * cos)).sum();
+    sum / f32::from(STEPS)
+}

@@ -1,0 +1,70 @@
+//! The diffuse part of principled materials: rough diffuse reflection, something like light under a thin
+//! skin, and the sheen of cloth.
+
+use std::f32::consts::FRAC_1_PI;
+
+use pt_math::{Spectrum, Vec3};
+
+use crate::bsdf::fresnel::schlick_weight;
+
+/// What lies under the facets.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Base {
+    /// Its colour.
+    pub(super) color: Spectrum,
+    /// Roughness from 0 to 1, which brightens its rim.
+    pub(super) roughness: f32,
+    /// From 0, a surface, to 1, light that is scattered under it.
+    pub(super) flatness: f32,
+}
+
+/// The colour without its brightness: of luminance 1.
+#[inline]
+pub(super) fn tint(color: Spectrum) -> Spectrum {
+    let luminance = color.luminance();
+    if luminance > 0.0 { color / luminance } else { Spectrum::ONE }
+}
+
+/// From `a` to `b`.
+#[inline]
+pub(super) fn lerp(a: f32, b: f32, t: f32) -> f32 {
+    a + (b - a) * t
+}
+
+/// The cosine between `wi` and the half vector of two directions above the surface.
+#[inline]
+fn cos_half(wo: Vec3, wi: Vec3) -> f32 {
+    wi.dot((wo + wi).normalize())
+}
+
+impl Base {
+    /// f cos θi for two directions above the surface.
+    /// [Burley 2012, "Physically Based Shading at Disney", §5.3; flatness: Burley 2015, "Extending the
+    /// Disney BRDF to a BSDF with Integrated Subsurface Scattering", §3, after Hanrahan & Krueger 1993]
+    #[inline]
+    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        let (f_o, f_i) = (schlick_weight(wo.z), schlick_weight(wi.z));
+        let cos = cos_half(wo, wi);
+        let back = 2.0 * self.roughness * cos * cos;
+        let diffuse = (1.0 - 0.5 * f_o) * (1.0 - 0.5 * f_i);
+        let retro = back * (f_o + f_i + f_o * f_i * (back - 1.0));
+        let ss = lerp(1.0, 0.5 * back, f_o) * lerp(1.0, 0.5 * back, f_i);
+        // Times cos θi, which keeps 1 / (cos θo + cos θi) within bounds.
+        let flat = 1.25 * (ss * (wi.z / (wo.z + wi.z) - 0.5 * wi.z) + 0.5 * wi.z);
+        self.color * (FRAC_1_PI * lerp((diffuse + retro) * wi.z, flat, self.flatness))
+    }
+}
+
+/// What fibres at the rim add, f cos θi: Schlick's weight of the half vector, with so much of the colour's
+/// tint as `tinted` says. [Burley 2012, §5.4]
+#[inline]
+pub(super) fn sheen(color: Spectrum, tinted: f32, wo: Vec3, wi: Vec3) -> Spectrum {
+    let tint = Spectrum::ONE + (tint(color) - Spectrum::ONE) * tinted;
+    tint * (schlick_weight(cos_half(wo, wi)) * wi.z)
+}
+
+/// About the share of light from a direction that [`sheen`] scatters, for choosing what to sample.
+#[inline]
+pub(super) fn sheen_albedo(cos: f32) -> f32 {
+    0.05 + 0.4 * schlick_weight(cos)
+}

@@ -1,0 +1,73 @@
+//! The clear coat of principled materials: a thin gloss with long tails.
+
+use std::f32::consts::PI;
+
+use pt_math::{Vec3, trig};
+use pt_scene::material::{Distribution, Masking};
+
+use super::base::lerp;
+use crate::bsdf::fresnel::schlick_weight;
+use crate::bsdf::microfacet::Facets;
+
+/// A coat of index 1.5, with facets distributed as D ∝ 1 / (sin²θ + α² cos²θ), which hide each other as
+/// those of GGX with α = ¼.
+/// [Burley 2012, "Physically Based Shading at Disney", §5.4 and appendix B.2]
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Clearcoat {
+    alpha2: f32,
+}
+
+/// How facets hide each other.
+const HIDING: Facets =
+    Facets { distribution: Distribution::Ggx, masking: Masking::Separable, alpha: [0.25; 2] };
+
+impl Clearcoat {
+    /// A coat that is from 0, satin, to 1, glossy.
+    #[inline]
+    pub(super) fn new(gloss: f32) -> Self {
+        let alpha = lerp(0.1, 0.001, gloss);
+        Self { alpha2: alpha * alpha }
+    }
+
+    /// D(h).
+    #[inline]
+    fn d(self, h: Vec3) -> f32 {
+        // Not 1 − cos²: near the normal that has lost the digits that a small α needs.
+        let width = h.x * h.x + h.y * h.y + self.alpha2 * h.z * h.z;
+        (self.alpha2 - 1.0) / (PI * trig::ln(self.alpha2) * width)
+    }
+
+    /// F D G / 4 · cos θi for two directions above the surface with half vector `h`, without the cosines that
+    /// microfacets have below: so Mitsuba 3 reads the paper. `weight` is Schlick's.
+    #[inline]
+    pub(super) fn eval(self, weight: f32, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
+        0.25 * fresnel(weight) * self.d(h) * HIDING.g(wo, wi) * wi.z
+    }
+
+    /// Density of `wi` by [`Self::sample`]: D(h) cos θh / (4 wo·h).
+    #[inline]
+    pub(super) fn pdf(self, wo: Vec3, h: Vec3) -> f32 {
+        self.d(h) * h.z / (4.0 * wo.dot(h))
+    }
+
+    /// A facet, by D(h) cos θh. [Burley 2012, appendix B.2]
+    #[inline]
+    pub(super) fn sample(self, [u, v]: [f32; 2]) -> Vec3 {
+        let sin2 = (trig::powf(self.alpha2, u) - self.alpha2) / (1.0 - self.alpha2);
+        let (sin, cos) = (sin2.max(0.0).sqrt(), (1.0 - sin2).max(0.0).sqrt());
+        let (s, c) = trig::sin_cos_tau(v);
+        Vec3::new(sin * c, sin * s, cos)
+    }
+
+    /// About the share of light from a direction that it scatters.
+    #[inline]
+    pub(super) fn albedo(cos: f32) -> f32 {
+        fresnel(schlick_weight(cos)) * cos * cos
+    }
+}
+
+/// The reflectance of index 1.5.
+#[inline]
+fn fresnel(weight: f32) -> f32 {
+    lerp(0.04, 1.0, weight)
+}

@@ -1,0 +1,509 @@
+//! The material of many parameters that artists think in.
+
+mod base;
+mod clearcoat;
+
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
+use pt_scene::material::{Distribution, Masking};
+
+use super::compensation::Reflected;
+use super::fresnel;
+use super::microfacet::Facets;
+use super::rough_dielectric::{Pair, eta_from, refract, upright};
+use super::{BsdfSample, Lobe, PARAMETERS, color};
+use base::{Base, sheen, sheen_albedo, tint};
+use clearcoat::Clearcoat;
+
+/// A diffuse base with sheen, facets that reflect as a dielectric or a metal or let light through, and a clear
+/// coat. See [`pt_scene::material::Principled`] for its parameters.
+///
+/// As in Mitsuba 3, whose "principled" it is value by value, bright bases with much sheen or at the rim can
+/// scatter a little more than arrives, and an index of 1 takes away what metals reflect.
+/// [Burley 2012, "Physically Based Shading at Disney"; Burley 2015, "Extending the Disney BRDF to a BSDF with
+/// Integrated Subsurface Scattering"]
+#[derive(Clone, Copy, Debug)]
+pub struct Principled {
+    /// Colour of the base, the metal, and of light that goes through (its square root at each surface).
+    pub base_color: Spectrum,
+    /// √α of the facets, from 0 to 1.
+    pub roughness: f32,
+    /// From 0 to 1: how much longer highlights are along +x than across it.
+    pub anisotropic: f32,
+    /// Share of metal, from 0 to 1.
+    pub metallic: f32,
+    /// Share of what is not metal that light goes through, from 0 to 1.
+    pub spec_trans: f32,
+    /// Index of refraction below the surface over that above it; not 1 if light goes through.
+    pub eta: f32,
+    /// How much of the base's tint the reflection of a dielectric has, from 0 to 1.
+    pub spec_tint: f32,
+    /// Amount of sheen, from 0 to 1.
+    pub sheen: f32,
+    /// How much of the base's tint the sheen has, from 0 to 1.
+    pub sheen_tint: f32,
+    /// From 0, a diffuse surface, to 1, light that is scattered under it.
+    pub flatness: f32,
+    /// Amount of clear coat, from 0 to 1.
+    pub clearcoat: f32,
+    /// From 0, a satin coat, to 1, a glossy one.
+    pub clearcoat_gloss: f32,
+    /// Whether the front is on the side of −z.
+    pub inside_out: bool,
+    /// Whether light that one facet reflects to another is followed on, and so not lost.
+    pub multiple_scattering: bool,
+}
+
+/// Probabilities of the maps that [`Lobe::sample`] takes; the rest is the cosine's.
+struct Shares {
+    facets: f32,
+    coat: f32,
+}
+
+/// Facets for a roughness and an anisotropy, both from 0 to 1: α = roughness² if there is no direction.
+/// [Burley 2012, §5.4]
+#[inline]
+fn facets(roughness: f32, anisotropic: f32) -> Facets {
+    const LEAST_ALPHA: f32 = 1e-3;
+    let alpha = roughness * roughness;
+    let aspect = (1.0 - 0.9 * anisotropic).sqrt();
+    Facets {
+        distribution: Distribution::Ggx,
+        masking: Masking::Separable,
+        alpha: [(alpha / aspect).max(LEAST_ALPHA), (alpha * aspect).max(LEAST_ALPHA)],
+    }
+}
+
+/// Schlick's weight of light that arrives at a side whose other side has the index `eta`: of the greater angle.
+#[inline]
+fn schlick_weight(cos: f32, eta: f32) -> f32 {
+    if eta > 1.0 {
+        return fresnel::schlick_weight(cos);
+    }
+    let sin2_t = (1.0 - cos * cos) / (eta * eta);
+    fresnel::schlick_weight((1.0 - sin2_t).max(0.0).sqrt())
+}
+
+/// Reflectance of a dielectric with the tint of a colour. [Burley 2012, §5.4]
+#[inline]
+fn tinted_fresnel(base_color: Spectrum, weight: f32, eta: f32) -> Spectrum {
+    let ratio = (eta - 1.0) / (eta + 1.0);
+    let f0 = tint(base_color) * (ratio * ratio);
+    f0 + (Spectrum::ONE - f0) * weight
+}
+
+impl Principled {
+    /// Where the parameters that textures may give are packed.
+    pub(crate) const BASE_COLOR: usize = 0;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const ROUGHNESS: usize = 3;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const ANISOTROPIC: usize = 4;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const METALLIC: usize = 5;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const SPEC_TRANS: usize = 6;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const SPEC_TINT: usize = 8;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const SHEEN: usize = 9;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const SHEEN_TINT: usize = 10;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const FLATNESS: usize = 11;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const CLEARCOAT: usize = 12;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const CLEARCOAT_GLOSS: usize = 13;
+
+    /// The probability with which the map that `choice` takes leads from `wo` to `wi`.
+    #[cfg(test)]
+    pub(super) fn chance(&self, wo: Vec3, wi: Vec3, choice: f32) -> f32 {
+        let shares = self.shares(wo);
+        if choice < shares.facets {
+            let pair = Pair::new(self.eta, wo, wi).expect("a pair that was sampled");
+            let chosen = self.reflection_probability(wo.z > 0.0, wo.dot(pair.h).abs(), pair.f);
+            shares.facets * if pair.is_reflected { chosen } else { 1.0 - chosen }
+        } else if choice < shares.facets + shares.coat {
+            shares.coat
+        } else {
+            1.0 - shares.facets - shares.coat
+        }
+    }
+
+    /// The direction where the front is up.
+    #[inline]
+    fn turned(&self, w: Vec3) -> Vec3 {
+        if self.inside_out { -w } else { w }
+    }
+
+    #[inline]
+    fn facets(&self) -> Facets {
+        facets(self.roughness, self.anisotropic)
+    }
+
+    /// Share of the diffuse base.
+    #[inline]
+    fn opaque(&self) -> f32 {
+        (1.0 - self.metallic) * (1.0 - self.spec_trans)
+    }
+
+    /// Share of what light goes through.
+    #[inline]
+    fn transparent(&self) -> f32 {
+        (1.0 - self.metallic) * self.spec_trans
+    }
+
+    /// What facets reflect that are seen from the front at a cosine, where a dielectric reflects `f`.
+    #[inline]
+    fn reflectance(&self, cos: f32, f: f32) -> Spectrum {
+        if f <= 0.0 {
+            return Spectrum::ZERO;
+        }
+        let weight = schlick_weight(cos, self.eta);
+        let metal = self.base_color + (Spectrum::ONE - self.base_color) * weight;
+        let tinted = tinted_fresnel(self.base_color, weight, self.eta) * self.spec_tint;
+        let dielectric = tinted + Spectrum::splat((1.0 - self.spec_tint) * f);
+        metal * self.metallic + dielectric * (1.0 - self.metallic)
+    }
+
+    /// What facets let through where a dielectric reflects `f`.
+    #[inline]
+    fn transmittance(&self, f: f32) -> Spectrum {
+        self.base_color.map(f32::sqrt) * (self.transparent() * (1.0 - f))
+    }
+
+    /// What facets reflect that are seen from one of the sides.
+    #[inline]
+    fn reflectance_from(&self, front: bool, cos: f32, f: f32) -> Spectrum {
+        if front { self.reflectance(cos, f) } else { Spectrum::splat(self.transparent() * f) }
+    }
+
+    /// How often facets reflect that are seen at a cosine, and do not refract.
+    #[inline]
+    fn reflection_probability(&self, front: bool, cos: f32, f: f32) -> f32 {
+        let reflected = self.reflectance_from(front, cos, f).luminance();
+        let transmitted = self.transmittance(f).luminance();
+        if transmitted > 0.0 { reflected / (reflected + transmitted) } else { 1.0 }
+    }
+
+    /// Shares by about what each part scatters of light towards a cosine.
+    #[inline]
+    fn shares(&self, wo: Vec3) -> Shares {
+        /// Of what there is, so that nothing is left out where it is more than expected.
+        const LEAST: f32 = 0.05;
+        if wo.z < 0.0 {
+            return Shares { facets: 1.0, coat: 0.0 };
+        }
+        let cos = wo.z;
+        let f = fresnel::dielectric(cos, self.eta).map_or(1.0, |(f, _)| f);
+        let through = self.transmittance(f);
+        let facets = (self.reflectance(cos, f) + through).luminance() + LEAST;
+        let coat = self.clearcoat * (Clearcoat::albedo(cos) + 0.2 * LEAST);
+        let opaque = self.opaque();
+        let sheen = self.sheen * (1.0 - self.metallic) * sheen_albedo(cos);
+        let base = if opaque > 0.0 { opaque * self.base_color.luminance() + sheen } else { 0.0 };
+        let again = if self.multiple_scattering {
+            0.9 * Reflected::new(&self.facets()).lost(wo) + 0.02
+        } else {
+            0.0
+        };
+        let all = facets + coat + base + again;
+        Shares { facets: facets / all, coat: coat / all }
+    }
+
+    /// What facets reflect more than once.
+    #[inline]
+    fn reflected_again(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        let again = Reflected::new(&self.facets());
+        let metal = fresnel::mean_schlick(self.base_color);
+        let dielectric = Spectrum::splat(fresnel::mean_dielectric(self.eta));
+        let colored = again.colored(metal) * self.metallic
+            + again.colored(dielectric) * (1.0 - self.metallic);
+        colored * again.eval(wo, wi)
+    }
+
+    /// What is scattered above the front, but for what facets do once.
+    #[inline]
+    fn coat_and_base(&self, Pair { wo, wi, h, .. }: &Pair) -> Spectrum {
+        let mut sum = Spectrum::ZERO;
+        if self.clearcoat > 0.0 {
+            let weight = schlick_weight(wo.dot(*h), self.eta);
+            let coat = Clearcoat::new(self.clearcoat_gloss).eval(weight, *wo, *wi, *h);
+            sum += Spectrum::splat(self.clearcoat * coat);
+        }
+        if self.multiple_scattering {
+            sum += self.reflected_again(*wo, *wi);
+        }
+        let opaque = self.opaque();
+        if opaque > 0.0 {
+            let &Self { base_color: color, roughness, flatness, .. } = self;
+            sum += Base { color, roughness, flatness }.eval(*wo, *wi) * opaque;
+            if self.sheen > 0.0 {
+                let amount = self.sheen * (1.0 - self.metallic);
+                sum += sheen(color, self.sheen_tint, *wo, *wi) * amount;
+            }
+        }
+        sum
+    }
+
+    /// f cos θi and the density.
+    #[inline]
+    fn eval_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+        let (wo, wi) = (self.turned(wo), self.turned(wi));
+        let front = wo.z > 0.0;
+        let above = front && wi.z > 0.0;
+        if !above && self.transparent() <= 0.0 {
+            return (Spectrum::ZERO, 0.0);
+        }
+        let Some(pair) = Pair::new(self.eta, wo, wi) else { return (Spectrum::ZERO, 0.0) };
+        let (cos, facets) = (pair.wo.dot(pair.h), self.facets());
+        let chosen = self.reflection_probability(front, cos, pair.f);
+        let (scattered, chosen) = if pair.is_reflected {
+            (self.reflectance_from(front, cos, pair.f), chosen)
+        } else {
+            (self.transmittance(pair.f) / (pair.eta * pair.eta), 1.0 - chosen)
+        };
+        let seen = pair.density(1.0, &facets);
+        let f = scattered * (seen * pair.shadowing(&facets));
+        let shares = self.shares(wo);
+        let pdf = shares.facets * chosen * seen;
+        if !above {
+            return (f, pdf);
+        }
+        let coat = match shares.coat {
+            0.0 => 0.0,
+            share => share * Clearcoat::new(self.clearcoat_gloss).pdf(wo, pair.h),
+        };
+        let base = 1.0 - shares.facets - shares.coat;
+        let pdf = pdf + coat + base.max(0.0) * warp::cosine_hemisphere_pdf(wi.z).get();
+        (f + self.coat_and_base(&pair), pdf)
+    }
+
+    /// Follows one of the maps, from a direction that is up if the front is seen.
+    #[inline]
+    fn draw(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<Vec3> {
+        let shares = self.shares(wo);
+        if choice >= shares.facets {
+            let coated = choice < shares.facets + shares.coat;
+            let wi = if coated {
+                let h = Clearcoat::new(self.clearcoat_gloss).sample([u, v]);
+                h * (2.0 * wo.dot(h)) - wo
+            } else {
+                warp::cosine_hemisphere([u, v])
+            };
+            return (wi.z > 0.0).then_some(wi);
+        }
+        let (up, eta) = (upright(wo, wo), eta_from(wo, self.eta));
+        let h = self.facets().sample_visible(up, [u, v]);
+        let cos = up.dot(h);
+        let (f, cos_t) = fresnel::dielectric(cos, eta).unwrap_or((1.0, 0.0));
+        let reflects = choice < shares.facets * self.reflection_probability(wo.z > 0.0, cos, f);
+        let wi = if reflects { h * (2.0 * cos) - up } else { refract(up, h, [cos, cos_t], eta) };
+        // Facets that send light to the wrong side absorb it.
+        ((wi.z > 0.0) == reflects).then(|| upright(wi, wo))
+    }
+}
+
+impl Lobe for Principled {
+    const DELTA: bool = false;
+    const TRANSMITS: bool = true;
+
+    fn pack(&self) -> [f32; PARAMETERS] {
+        let [r, g, b] = self.base_color.to_array();
+        [
+            r,
+            g,
+            b,
+            self.roughness,
+            self.anisotropic,
+            self.metallic,
+            self.spec_trans,
+            self.eta,
+            self.spec_tint,
+            self.sheen,
+            self.sheen_tint,
+            self.flatness,
+            self.clearcoat,
+            self.clearcoat_gloss,
+            f32::from(u8::from(self.inside_out) + 2 * u8::from(self.multiple_scattering)),
+        ]
+    }
+
+    #[inline]
+    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+        let flags = p[14] as u8;
+        Self {
+            base_color: color(p, Self::BASE_COLOR),
+            roughness: p[Self::ROUGHNESS],
+            anisotropic: p[Self::ANISOTROPIC],
+            metallic: p[Self::METALLIC],
+            spec_trans: p[Self::SPEC_TRANS],
+            eta: p[7],
+            spec_tint: p[Self::SPEC_TINT],
+            sheen: p[Self::SHEEN],
+            sheen_tint: p[Self::SHEEN_TINT],
+            flatness: p[Self::FLATNESS],
+            clearcoat: p[Self::CLEARCOAT],
+            clearcoat_gloss: p[Self::CLEARCOAT_GLOSS],
+            inside_out: flags & 1 != 0,
+            multiple_scattering: flags & 2 != 0,
+        }
+    }
+
+    #[inline]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        self.eval_and_pdf(wo, wi).0
+    }
+
+    #[inline]
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
+        Pdf::new(self.eval_and_pdf(wo, wi).1)
+    }
+
+    #[inline]
+    fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
+        let seen = self.turned(wo);
+        if seen.z == 0.0 || (seen.z < 0.0 && self.transparent() <= 0.0) {
+            return None;
+        }
+        let wi = self.turned(self.draw(seen, u)?);
+        let (f, pdf) = self.eval_and_pdf(wo, wi);
+        let eta = eta_from(seen, self.eta);
+        let squeeze = if wo.z * wi.z < 0.0 { eta * eta } else { 1.0 };
+        let pdf = Pdf::new(pdf);
+        let sample = || BsdfSample::new(wi, f / pdf.get(), Some(pdf)).squeezed_by(squeeze);
+        pdf.is_positive().then(sample)
+    }
+
+    fn examples() -> Vec<Self> {
+        let plain = Self {
+            base_color: Spectrum::rgb(0.3, 0.2, 0.1),
+            roughness: 0.5,
+            anisotropic: 0.0,
+            metallic: 0.0,
+            spec_trans: 0.0,
+            eta: 1.5,
+            spec_tint: 0.0,
+            sheen: 0.0,
+            sheen_tint: 0.0,
+            flatness: 0.0,
+            clearcoat: 0.0,
+            clearcoat_gloss: 0.0,
+            inside_out: false,
+            multiple_scattering: false,
+        };
+        let (base_color, dark) = (Spectrum::rgb(0.9, 0.6, 0.3), Spectrum::rgb(0.1, 0.05, 0.03));
+        vec![
+            plain,
+            Self {
+                base_color: dark,
+                sheen: 0.1,
+                sheen_tint: 0.7,
+                flatness: 0.6,
+                spec_tint: 0.5,
+                ..plain
+            },
+            Self { base_color, metallic: 1.0, roughness: 0.6, anisotropic: 0.7, ..plain },
+            Self { clearcoat: 1.0, metallic: 0.4, ..plain },
+            Self { base_color, metallic: 1.0, roughness: 0.9, multiple_scattering: true, ..plain },
+            Self { base_color, spec_trans: 1.0, ..plain },
+            Self { base_color, spec_trans: 1.0, eta: 1.0 / 1.33, roughness: 0.4, ..plain },
+            Self { spec_trans: 0.6, eta: 1.33, clearcoat: 0.5, metallic: 0.2, ..plain },
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pt_testing::Random;
+
+    use super::*;
+    use crate::bsdf::{CompensatedConductor, RoughConductor, SmoothConductor};
+
+    /// What is scattered more than once is that of the metal that reflects all light.
+    #[test]
+    fn white_metal_is_the_perfect_conductor() {
+        let (eta, k, reflectance) = (Spectrum::ZERO, Spectrum::ONE, Spectrum::ONE);
+        for (roughness, anisotropic) in [(0.3, 0.0), (0.7, 0.8), (1.0, 0.0)] {
+            let lobe = Principled {
+                base_color: Spectrum::ONE,
+                roughness,
+                anisotropic,
+                metallic: 1.0,
+                multiple_scattering: true,
+                ..Principled::examples()[0]
+            };
+            let metal = SmoothConductor { eta, k, reflectance };
+            let conductor =
+                CompensatedConductor::new(RoughConductor { metal, facets: lobe.facets() });
+            let mut random = Random::new(3);
+            for _ in 0..1000 {
+                let [wo, wi] = [0, 1].map(|_| random.direction()).map(|w| w * w.z.signum());
+                let (got, want) = (lobe.eval(wo, wi).0, conductor.eval(wo, wi).0);
+                assert!((got / want - 1.0).abs().max_element() < 1e-3, "{wo} {wi}: {got} {want}");
+            }
+        }
+    }
+
+    /// Values of Mitsuba 3.9.1 for the base colour (0.8, 0.4, 0.2), of all parts and from both sides.
+    #[test]
+    fn values_are_those_of_mitsuba() {
+        let plain = Principled {
+            base_color: Spectrum::rgb(0.8, 0.4, 0.2),
+            roughness: 0.5,
+            ..Principled::examples()[0]
+        };
+        let rough = |roughness| Principled { roughness, ..plain };
+        let glass = Principled { spec_trans: 0.8, metallic: 0.3, ..rough(0.4) };
+        let (above, there) = ([0.6, 0.0, 0.8], [-0.48, 0.36, 0.8]);
+        let cases = [
+            (plain, above, there, [0.224_497, 0.122_627, 0.071_691_4]),
+            (
+                Principled { flatness: 0.7, sheen: 0.6, sheen_tint: 0.4, ..rough(0.8) },
+                above,
+                [0.48, 0.64, 0.6],
+                [0.144_654, 0.073_811_8, 0.038_390_8],
+            ),
+            (
+                Principled { metallic: 0.75, anisotropic: 0.8, ..rough(0.4) },
+                above,
+                there,
+                [0.090_208_5, 0.045_453_7, 0.023_076_3],
+            ),
+            (
+                Principled { spec_tint: 0.9, eta: 1.8, ..rough(0.3) },
+                above,
+                [-0.64, -0.192, 0.744],
+                [0.378_794, 0.195_926, 0.104_491],
+            ),
+            (
+                Principled { clearcoat: 1.0, clearcoat_gloss: 0.2, ..rough(0.6) },
+                above,
+                [-0.6, 0.0, 0.8],
+                [0.313_464, 0.211_587, 0.160_649],
+            ),
+            (glass, above, [-0.36, 0.0, -0.933], [7.037_11, 4.975_99, 3.518_55]),
+            (glass, [0.36, 0.48, -0.8], [-0.48, -0.64, 0.6], [6.922_93, 4.895_25, 3.461_47]),
+            (
+                Principled { spec_trans: 1.0, eta: 1.3, ..plain },
+                [0.6, 0.0, -0.8],
+                [-0.48, 0.36, -0.8],
+                [0.012_740_3; 3],
+            ),
+            (
+                Principled { metallic: 0.5, clearcoat: 0.5, eta: 0.7, spec_tint: 0.3, ..plain },
+                above,
+                there,
+                [0.315_793, 0.167_515, 0.093_375_9],
+            ),
+        ];
+        for (lobe, wo, wi, want) in cases {
+            let [wo, wi] = [wo, wi].map(|w| Vec3::from_array(w).normalize());
+            for (lobe, sign) in [(lobe, 1.0), (Principled { inside_out: true, ..lobe }, -1.0)] {
+                let got = lobe.eval(wo * sign, wi * sign);
+                let error = (got.0 / Vec3::from_array(want) - 1.0).abs().max_element();
+                assert!(error < 1e-4, "{lobe:?} {wo} {wi}: {got:?} {want:?}");
+            }
+        }
+    }
+}
