@@ -14,6 +14,8 @@ pub struct FileSettings {
     pub spp: Option<u32>,
     /// Largest number of surface interactions of a path: 0 is emission only, 1 direct light.
     pub max_depth: Option<u32>,
+    /// Name of the integrator, if it is not the usual one.
+    pub integrator: Option<&'static str>,
     /// Reconstruction filter.
     pub filter: Option<Filter>,
 }

@@ -103,6 +103,7 @@ impl Builder<'_> {
             to_world,
             geometry,
             materials: vec![Some(material)],
+            media: None,
             at: object.at.clone(),
         })
     }

@@ -40,6 +40,7 @@ pub(super) fn camera(tree: &Tree, object: &Object) -> Result<Camera, LoadError> 
         aperture: None,
         focal_distance: parameters.positive("focus_distance", far)?,
         film_offset: [0.0; 2],
+        medium: None,
     };
     match object.kind.as_str() {
         "orthographic" => take_scale(&mut camera),
