@@ -257,7 +257,8 @@ impl Checked {
             None if course => DirectLight::Light,
             None => defaults.direct,
         };
-        let integrator = cli.integrator.as_deref().unwrap_or(if course { "cs184" } else { "path" });
+        let usual = if course { "cs184" } else { file.integrator.unwrap_or("path") };
+        let integrator = cli.integrator.as_deref().unwrap_or(usual);
         Settings {
             spp: cli.spp.unwrap_or_else(|| fallback(file.spp, defaults.spp)),
             light_samples: cli.light_samples,
