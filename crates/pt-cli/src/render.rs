@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use pathtracer::image::{self, Image, Transfer};
 use pathtracer::{CompileOptions, EnvironmentMap, Progress, Scene, Session, Settings, camera_file};
 
-use crate::check::Checked;
+use crate::check::{Checked, check_estimator};
 use crate::console::Console;
 use crate::summary::{Summary, cpu_seconds};
 use crate::{course, output};
@@ -135,6 +135,7 @@ fn compile(
     let region =
         |resolution| request.region(&scene.settings, resolution).map_err(anyhow::Error::msg);
     let settings: Settings = request.settings(scene);
+    check_estimator(&settings).map_err(anyhow::Error::msg)?;
     let name = request.scene().map_or("the scene".into(), |p| p.display().to_string());
     let mut session = Session::new(scene, options, settings)
         .with_context(|| format!("{name} cannot be rendered"))?;
