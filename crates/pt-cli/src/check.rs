@@ -146,9 +146,13 @@ pub(crate) fn check(cli: Cli) -> Result<Checked, String> {
     }
     check_aovs(&cli)?;
     let clamps = cli.clamp.is_some() || cli.clamp_indirect.is_some();
-    if clamps && (cli.cs184 || !matches!(cli.integrator.as_deref(), None | Some("path" | "volpath" | "direct")))
+    if clamps
+        && (cli.cs184
+            || !matches!(cli.integrator.as_deref(), None | Some("path" | "volpath" | "direct")))
     {
-        return Err("--clamp and --clamp-indirect are for --integrator path, volpath and direct".into());
+        return Err(
+            "--clamp and --clamp-indirect are for --integrator path, volpath and direct".into()
+        );
     }
     if cli.ao_distance.is_some() && cli.integrator.as_deref() != Some("ao") {
         return Err("--ao-distance is for --integrator ao alone".into());

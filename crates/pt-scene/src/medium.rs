@@ -31,14 +31,18 @@ pub enum Matter {
         albedo: [f32; 3],
     },
     /// By a grid; nothing outside of it.
-    Heterogeneous {
-        /// Extinction σt by its place: a grid of one channel, of numbers of at least 0.
-        extinction: PlacedGrid,
-        /// What its numbers are multiplied by to be per unit of length of the scene; at least 0.
-        scale: f32,
-        /// Share of that light which is scattered, in [0, 1].
-        albedo: Volume,
-    },
+    Heterogeneous(Box<Heterogeneous>),
+}
+
+/// What is not the same everywhere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Heterogeneous {
+    /// Extinction σt by its place: a grid of one channel, of numbers of at least 0.
+    pub extinction: PlacedGrid,
+    /// What its numbers are multiplied by to be per unit of length of the scene; at least 0.
+    pub scale: f32,
+    /// Share of that light which is scattered, in [0, 1].
+    pub albedo: Volume,
 }
 
 /// A share of light that may depend on the place.

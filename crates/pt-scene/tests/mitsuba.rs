@@ -257,6 +257,13 @@ fn the_scenes_for_peers_load_without_a_warning() {
         };
         assert_eq!(scene.settings, settings, "{name}");
     }
+    for (name, media) in [("fog", 2), ("cloud", 1), ("absorption", 3)] {
+        let scene = pt_scene::format::load(&folder.join(name).with_extension("xml"));
+        let scene = scene.unwrap_or_else(|error| panic!("{error}"));
+        common::check_invariants(&scene);
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        assert_eq!((scene.media.len(), scene.settings.integrator), (media, Some("volpath")));
+    }
 }
 
 /// All of them, but for what others include, and what stands only for a part.

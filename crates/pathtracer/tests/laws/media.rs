@@ -7,7 +7,7 @@ use pathtracer::{DirectLight, Film, Progress, Roulette, Scene, Session, Settings
 use pt_cpu::Renderer;
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::material::{Black, Glass, Matte};
-use pt_scene::medium::{Grid, GridFilter, Matter, Phase, PlacedGrid, Volume};
+use pt_scene::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume};
 use pt_scene::{LightKind, Medium, Sides, Surface, shapes};
 use pt_testing::sidak;
 
@@ -34,7 +34,8 @@ fn grid(grid: Grid, scale: f32, albedo: Volume, phase: Phase) -> Medium {
             * DAffine3::from_translation([-0.5; 3].into()),
         filter: GridFilter::Trilinear,
     };
-    medium(Matter::Heterogeneous { extinction, scale, albedo }, phase)
+    let matter = Heterogeneous { extinction, scale, albedo };
+    medium(Matter::Heterogeneous(Box::new(matter)), phase)
 }
 
 /// A cloud: empty in some places, dense in others.
@@ -117,6 +118,9 @@ fn glass_that_absorbs_follows_beers_law() {
     assert_uniform(film.film(), want, 1e-4, "a pane");
 }
 
+/// The name of a layer, its extinction, and the medium with a phase function.
+type Layer = (&'static str, [f64; 3], fn(Phase) -> Medium);
+
 /// Light that a layer of depth D scatters once: parallel light of irradiance E comes from the side of
 /// the camera at the cosine μ, so L = ∫ σs p E e^(−σt z (1 + 1/μ)) dz from 0 to D.
 #[test]
@@ -126,7 +130,7 @@ fn single_scattering_follows_its_closed_form() {
     let to_light = DVec3::new(0.6, 0.0, 0.8);
     let mu = to_light.z;
     let phases = [Phase::Isotropic, FORWARDS, BACKWARDS];
-    let media: [(&str, [f64; 3], fn(Phase) -> Medium); 3] = [
+    let media: [Layer; 3] = [
         ("grey", [0.7; 3], |phase| homogeneous([0.7; 3], [0.6; 3], phase)),
         ("coloured", [0.1, 0.7, 4.0], |phase| homogeneous([0.1, 0.7, 4.0], [0.6; 3], phase)),
         ("grid", [0.7; 3], |phase| {
@@ -149,8 +153,8 @@ fn single_scattering_follows_its_closed_form() {
             let scene = Builder::default().light(light, looking(to_light, DVec3::ZERO));
             let wide = DAffine3::from_scale(DVec3::new(50.0, 50.0, 1.0));
             let mut scene = block(scene, wide, medium(phase)).seen_by(straight());
-            if let Matter::Heterogeneous { extinction, .. } = &mut scene.media[0].matter {
-                extinction.to_world = wide * extinction.to_world;
+            if let Matter::Heterogeneous(grid) = &mut scene.media[0].matter {
+                grid.extinction.to_world = wide * grid.extinction.to_world;
             }
             let film = render(&scene, size([6, 6]), with_depth(4096, 1));
             let want = luminance(sigma.map(|sigma| {
@@ -236,8 +240,8 @@ fn foggy(cloud: Medium) -> Scene {
         }
     }
     let cloud = room.media.last_mut().expect("the cloud");
-    if let Matter::Heterogeneous { extinction, .. } = &mut cloud.matter {
-        extinction.to_world = turned * extinction.to_world;
+    if let Matter::Heterogeneous(grid) = &mut cloud.matter {
+        grid.extinction.to_world = turned * grid.extinction.to_world;
     }
     Builder(room).seen_by(pathtracer::Camera { medium: Some(0), ..view })
 }
@@ -294,6 +298,23 @@ fn estimators_agree_in_media() {
         })
         .collect();
     assert_all_agree(&films);
+}
+
+/// Under a sky of which light sampling leaves the dark part to phase functions and BSDFs where it works
+/// beside them.
+#[test]
+fn estimators_agree_in_a_cloud_under_an_image_of_the_sky() {
+    let mut scene = Builder(under_a_sky());
+    let view = scene.0.cameras.remove(0);
+    let place = DAffine3::from_translation(DVec3::new(0.0, 1.2, 0.5));
+    let mut scene = block(scene, place, cloud(3.0, [0.9, 0.8, 0.7], FORWARDS)).seen_by(view);
+    if let Matter::Heterogeneous(grid) = &mut scene.media[0].matter {
+        grid.extinction.to_world = place * grid.extinction.to_world;
+    }
+    let base = with_depth(4096, 6);
+    let light = Settings { direct: DirectLight::Light, seed: 1, ..base.clone() };
+    let (mis, light) = (film_of(&scene, base), film_of(&scene, light));
+    assert_agree(&mis, &light, 1e-4, "a cloud under a sky");
 }
 
 /// Light scattered k times, for k = 0 … 3 and more, adds up to all light.

@@ -1,7 +1,7 @@
 //! From the author's media to those that renderers read, in metres.
 
 use pt_math::{DAffine3, Spectrum};
-use pt_scene::medium::{Grid, Matter as Written, Phase, PlacedGrid, Volume};
+use pt_scene::medium::{Grid, Heterogeneous, Matter as Written, Phase, PlacedGrid, Volume};
 use pt_scene::{Medium, Scene, Sides, Span};
 
 use super::{CompileError, CompileOptions};
@@ -61,7 +61,8 @@ fn record(medium: &Medium, metres: f64) -> Result<MediumRecord, CompileError> {
                 albedo: (*albedo).into(),
             })
         }
-        Written::Heterogeneous { extinction, scale, albedo } => {
+        Written::Heterogeneous(heterogeneous) => {
+            let Heterogeneous { extinction, scale, albedo } = &**heterogeneous;
             check_grid(extinction, &[1]).map_err(refuse)?;
             check_extinction(&extinction.grid.values).map_err(refuse)?;
             check_extinction(&[*scale]).map_err(refuse)?;

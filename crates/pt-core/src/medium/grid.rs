@@ -147,7 +147,7 @@ impl GridMedium {
             loop {
                 let [u, choice] = stream.next_2d();
                 passed -= trig::ln(1.0 - u);
-                if !(passed < depth) {
+                if passed >= depth {
                     return ControlFlow::Continue(());
                 }
                 let t = from + passed / per_t;

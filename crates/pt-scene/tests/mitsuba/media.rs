@@ -1,7 +1,7 @@
 //! Media of Mitsuba scenes.
 
 use pt_math::{DAffine3, DVec3};
-use pt_scene::medium::{Grid, GridFilter, Matter, Phase, Volume};
+use pt_scene::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, Volume};
 use pt_scene::{Medium, Scene, Sides};
 
 use crate::{assert_close, good, read};
@@ -19,6 +19,11 @@ fn sides<'s>(scene: &'s Scene, name: &str) -> [Option<&'s Medium>; 2] {
 
 fn inside<'s>(scene: &'s Scene, name: &str) -> &'s Medium {
     sides(scene, name)[0].expect("there is a medium inside")
+}
+
+fn heterogeneous(medium: &Medium) -> &Heterogeneous {
+    let Matter::Heterogeneous(grid) = &medium.matter else { panic!("{medium:?}") };
+    grid
 }
 
 #[test]
@@ -62,7 +67,7 @@ fn grids_are_read_and_placed() {
     let scene = scene();
     let cloud = inside(&scene, "cloud");
     assert_eq!(cloud.phase, Phase::HenyeyGreenstein { g: 0.6 });
-    let Matter::Heterogeneous { extinction, scale, albedo } = &cloud.matter else { panic!() };
+    let Heterogeneous { extinction, scale, albedo } = heterogeneous(cloud);
     let Grid { resolution, channels, values } = &*extinction.grid;
     assert_eq!((*resolution, *channels, values[2], values[6]), ([3, 2, 2], 1, 1.0, 3.0));
     assert_eq!((*scale, extinction.filter), (3.0, GridFilter::Trilinear));
@@ -70,12 +75,10 @@ fn grids_are_read_and_placed() {
     let Volume::Grid(albedo) = albedo else { panic!() };
     assert_eq!((albedo.grid.channels, albedo.filter), (3, GridFilter::Nearest));
     // The box of the file, turned.
-    let Matter::Heterogeneous { extinction, .. } = &inside(&scene, "box").matter else { panic!() };
+    let extinction = &heterogeneous(inside(&scene, "box")).extinction;
     let turn = DAffine3::from_rotation_z(30f64.to_radians());
     let corner = turn.transform_point3(DVec3::new(1.0, 1.0, 2.0));
     assert_close(extinction.to_world.transform_point3(DVec3::ONE), corner);
-    let Matter::Heterogeneous { extinction, .. } = &inside(&scene, "even box").matter else {
-        panic!()
-    };
+    let extinction = &heterogeneous(inside(&scene, "even box")).extinction;
     assert_eq!(*extinction.grid, Grid::uniform(2.0));
 }

@@ -45,7 +45,7 @@ impl Shadow {
         if let Some(medium) = self.medium {
             let ray = Ray { t_max: t, ..self.ray };
             let share = scene.media.table[medium].transmittance(&ray, &mut self.stream);
-            self.value = self.value * share;
+            self.value *= share;
         }
     }
 

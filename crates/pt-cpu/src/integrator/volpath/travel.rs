@@ -117,11 +117,11 @@ fn step(
         };
         match flight {
             Flight::Scattered { t, weight } => {
-                path.state.beta = path.state.beta * weight;
+                path.state.beta *= weight;
                 let is_black = path.state.beta.is_black();
                 return Step::Ends(if is_black { Event::Absorbed } else { Event::Scattered { t } });
             }
-            Flight::Passed { weight } => path.state.beta = path.state.beta * weight,
+            Flight::Passed { weight } => path.state.beta *= weight,
         }
         if path.state.beta.is_black() {
             return Step::Ends(Event::Absorbed);

@@ -9,7 +9,7 @@ use pt_math::{DAffine3, DMat3};
 use super::super::xml::quote;
 use super::super::{mesh_file, vol};
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
-use crate::medium::{Grid, GridFilter, Matter, Phase, PlacedGrid, Volume};
+use crate::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume};
 use crate::{LoadError, Medium, Sides, Warning};
 
 const KINDS: [&str; 2] = ["heterogeneous", "homogeneous"];
@@ -218,9 +218,10 @@ impl<'t> Media<'t> {
                 let grid = Arc::new(Grid::uniform(r));
                 PlacedGrid { grid, to_world, filter: GridFilter::Nearest }
             }
-            Field::Constant(..) => return Err(parameters.refuse("sigma_t", COLOURED)),
             Field::Grid(placed) if placed.grid.channels == 1 => placed,
-            Field::Grid(_) => return Err(parameters.refuse("sigma_t", COLOURED)),
+            Field::Constant(..) | Field::Grid(_) => {
+                return Err(parameters.refuse("sigma_t", COLOURED));
+            }
         };
         if is_turned(extinction.to_world.matrix3) {
             let message = "the grid is turned; it ends at its own box here, and in Mitsuba at the \
@@ -231,7 +232,7 @@ impl<'t> Media<'t> {
             Field::Constant(albedo, _) => Volume::Constant(albedo),
             Field::Grid(placed) => Volume::Grid(placed),
         };
-        Ok(Matter::Heterogeneous { extinction, scale, albedo })
+        Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo })))
     }
 
     /// Refuses volumes that nobody asked for.
