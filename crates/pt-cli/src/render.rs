@@ -115,7 +115,10 @@ fn compile(
     environment: Option<EnvironmentMap>,
 ) -> Result<Session> {
     let cli = &request.cli;
-    let camera = cli.camera.as_deref().map(camera_file::load).transpose()?;
+    let mut camera = cli.camera.as_deref().map(camera_file::load).transpose()?;
+    if let (Some(camera), Some(of_scene)) = (&mut camera, scene.cameras.last()) {
+        camera.medium = of_scene.medium; // files of settings know none
+    }
     if let (true, false, Some(path)) = (cli.cs184, cli.quiet, &cli.camera) {
         course::camera_loaded(path);
     }

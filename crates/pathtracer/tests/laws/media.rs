@@ -11,7 +11,9 @@ use pt_scene::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGri
 use pt_scene::{LightKind, Medium, Sides, Surface, shapes};
 use pt_testing::sidak;
 
-use crate::measure::{assert_agree, assert_all_agree, assert_uniform, render, settings};
+use crate::measure::{
+    Luminances, assert_agree, assert_all_agree, assert_uniform, render, settings,
+};
 use crate::scenes::{Builder, camera, cornell, facing, looking, size, under_a_sky};
 
 fn with_depth(spp: u32, max_depth: u32) -> Settings {
@@ -320,7 +322,6 @@ fn estimators_agree_in_a_cloud_under_an_image_of_the_sky() {
 /// Light scattered k times, for k = 0 … 3 and more, adds up to all light.
 #[test]
 fn depths_in_media_add_up() {
-    use crate::measure::Luminances;
     let scene = foggy(cloud(8.0, [0.9, 0.8, 0.7], Phase::Isotropic));
     let only = |min_bounce, max_bounce| {
         let settings = Settings { min_bounce, max_bounce, seed: min_bounce, ..with_depth(2048, 6) };

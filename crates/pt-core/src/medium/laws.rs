@@ -64,7 +64,7 @@ fn numbers(sample: u32) -> ([f32; 2], Stream) {
 
 /// Means of what `f` gives of many samples, against what is expected.
 fn check(what: &str, want: [f64; 3], tests: usize, f: impl Fn([f32; 2], &mut Stream) -> Spectrum) {
-    let all: Vec<_> = (0..SAMPLES).map(|i| numbers(i)).map(|(u, mut s)| f(u, &mut s)).collect();
+    let all: Vec<_> = (0..SAMPLES).map(numbers).map(|(u, mut s)| f(u, &mut s)).collect();
     for (channel, want) in want.into_iter().enumerate() {
         let values: Vec<_> = all.iter().map(|s| f64::from(s.to_array()[channel])).collect();
         let result = mean_z_test(&values, want, sidak(1e-4, 3 * tests));
@@ -72,8 +72,10 @@ fn check(what: &str, want: [f64; 3], tests: usize, f: impl Fn([f32; 2], &mut Str
     }
 }
 
-/// Media with the depth of [`ray`] up to a parameter, per channel.
-fn media(albedo: f32) -> Vec<(&'static str, MediumRecord, fn(f32) -> [f64; 3])> {
+/// The name of a medium, and its depth along [`ray`] up to a parameter, per channel.
+type Case = (&'static str, MediumRecord, fn(f32) -> [f64; 3]);
+
+fn media(albedo: f32) -> Vec<Case> {
     fn of(t: f32, sigmas: [f64; 3]) -> [f64; 3] {
         sigmas.map(|sigma| depth(&ray(), t, |_| sigma))
     }

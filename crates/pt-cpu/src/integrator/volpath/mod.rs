@@ -16,18 +16,16 @@ mod vertex;
 
 use pt_core::film::ExactSum;
 use pt_core::id::Id;
-use pt_core::light::Light;
-use pt_core::light::{AnyLight, LightVisitor};
+use pt_core::light::{AnyLight, Light, LightVisitor};
 use pt_core::medium::MediumRecord;
-use pt_core::scene::{Interaction, RenderScene};
+use pt_core::scene::RenderScene;
 use pt_core::settings::{DirectLight, Settings};
-use pt_math::measure::power_heuristic;
 use pt_math::sampler::{Sampler, Stream};
 use pt_math::{Pdf, Ray, Rays, Spectrum};
 
-use super::path::Path;
+use super::path::{Path, sampled_weight};
 use super::sums::Sums;
-use super::wavefront::{Context, Rules, State};
+use super::wavefront::{Context, Rules, State, find};
 use super::{CAMERA_DIMENSIONS, Integrator, Starts};
 use crate::Tracer;
 use shadow::{Shadow, Shadows};
@@ -49,6 +47,8 @@ pub(super) struct VolPath<'a> {
     depth: u32,
     /// Which numbers of the sampler are for what.
     layout: Layout,
+    /// Whether some materials choose.
+    choose: bool,
     paths: Vec<Walker>,
     events: Vec<Event>,
     travel: Travel,
@@ -154,6 +154,7 @@ impl<'a> VolPath<'a> {
             scene,
             depth: rules.depth(&settings),
             layout: Layout { light_pairs },
+            choose: scene.materials.choose(),
             settings,
             rules,
             paths: Vec::new(),
@@ -220,18 +221,11 @@ impl<'a> VolPath<'a> {
         let lit = self.settings.shows(bounces + 1);
         let mut living = 0;
         for i in 0..self.paths.len() {
-            let path = self.paths[i];
+            let (path, event) = (self.paths[i], self.events[i]);
             let sampler = starts.samplers.get(path.state.start as usize);
-            let choice = |event: &Event| match event {
-                Event::Surface(_) if scene.materials.choose() => {
-                    self.layout.material(sampler, bounces)
-                }
-                _ => 0.0,
-            };
+            let choice = if self.choose { self.layout.material(sampler, bounces) } else { 0.0 };
             let mut resolved = None;
-            let event = self.events[i];
-            let vertex =
-                Vertex::new(scene, &path.ray, path.medium, &event, choice(&event), &mut resolved);
+            let vertex = Vertex::new(scene, &path.ray, path.medium, &event, choice, &mut resolved);
             let Some(vertex) = vertex else { continue };
             if lit && !vertex.is_delta() {
                 self.ask(&vertex, &path, sampler, bounces);
@@ -253,11 +247,10 @@ impl<'a> VolPath<'a> {
             let n = self.rules.light_samples(&self.settings, light.is_delta());
             for _ in 0..n {
                 let u = self.layout.light(sampler, bounces, number);
-                let asking = LightSampling { integrator: self, vertex, path, u, n };
-                if let Some((ray, end, value, medium)) = light.visit(asking) {
-                    let stream = stream(sampler, bounces, Some(number));
-                    let start = path.state.start;
-                    self.shadows.push(Shadow { ray, end, value, medium, stream, start });
+                let stream = stream(sampler, bounces, Some(number));
+                let asking = LightSampling { integrator: self, vertex, path, u, n, stream };
+                if let Some(shadow) = light.visit(asking) {
+                    self.shadows.push(shadow);
                 }
                 number = number.wrapping_add(1);
             }
@@ -299,35 +292,25 @@ impl<'a> VolPath<'a> {
     }
 }
 
-/// Adds the emission of a surface to the light of the path that found it.
-fn find(rules: &Path, cx: Context, path: &State, at: &Interaction, sums: &mut Sums) {
-    sums.add(path.start, path.beta * rules.emitted(cx, path, at));
-}
-
-/// One of `n` samples of a light: the ray that asks whether it gets through, its end, what it brings,
-/// and the medium that it begins in.
+/// One of `n` samples of a light: the ray that asks whether it gets through, with what it brings.
 struct LightSampling<'s, 'a> {
     integrator: &'s VolPath<'a>,
     vertex: &'s Vertex<'s>,
     path: &'s Walker,
     u: [f32; 2],
     n: u32,
+    stream: Stream,
 }
 
 impl LightVisitor for LightSampling<'_, '_> {
-    type Output = Option<(Ray, f32, Spectrum, Option<Id<MediumRecord>>)>;
+    type Output = Option<Shadow>;
 
     fn visit<L: Light>(self, light: &L) -> Self::Output {
-        let Self { integrator, vertex, path, u, n } = self;
+        let Self { integrator, vertex, path, u, n, stream } = self;
         let Context { scene, settings } = integrator.context();
         let point = vertex.point();
         let sample = light.sample(&scene.light_tables, point.p, u)?;
-        let weight = match (settings.direct, sample.pdf) {
-            (DirectLight::Mis, Some(pdf)) => {
-                power_heuristic(pdf.times(n as f32), vertex.pdf(sample.wi))
-            }
-            _ => 1.0,
-        };
+        let weight = sampled_weight(settings, &sample, n, |wi| vertex.pdf(wi));
         let p = sample.pdf.map_or(1.0, Pdf::get) * n as f32;
         let f = vertex.eval(sample.wi);
         let value = path.state.beta * f * sample.radiance * (weight / p);
@@ -336,6 +319,8 @@ impl LightVisitor for LightSampling<'_, '_> {
         }
         // The ray ends a little before the light, up to which the medium is.
         let end = if sample.end.is_some() { 1.0 } else { f32::INFINITY };
-        Some((point.spawn_to(&sample), end, value, vertex.medium_towards(scene, sample.wi)))
+        let medium = vertex.medium_towards(scene, sample.wi);
+        let (ray, start) = (point.spawn_to(&sample), path.state.start);
+        Some(Shadow { ray, end, value, medium, stream, start })
     }
 }

@@ -5,11 +5,11 @@ use pt_core::medium::Flight;
 use pt_core::scene::RenderScene;
 use pt_math::Ray;
 
-use super::{Layout, VolPath, Walker, find};
+use super::{Layout, VolPath, Walker};
 use crate::Tracer;
 use crate::integrator::Starts;
 use crate::integrator::sums::Sums;
-use crate::integrator::wavefront::Context;
+use crate::integrator::wavefront::{Context, find};
 
 /// How a path came to the end of its way.
 #[derive(Clone, Copy)]
