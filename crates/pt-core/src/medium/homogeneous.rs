@@ -4,6 +4,10 @@ use pt_math::{Ray, Spectrum, trig};
 
 use super::Flight;
 
+/// Where a medium without an end ends, in metres: a tenth of a light year. Squares of longer distances are
+/// soon more than single precision holds.
+const FARTHEST: f32 = 1e15;
+
 /// The same extinction and albedo everywhere.
 #[derive(Clone, Copy, Debug)]
 pub struct Homogeneous {
@@ -22,8 +26,7 @@ impl Homogeneous {
 
     #[inline]
     fn along(&self, distance: f32) -> Spectrum {
-        // Infinitely far, where there is no extinction, all light arrives.
-        let distance = distance.min(f32::MAX);
+        let distance = distance.min(FARTHEST);
         self.extinction.map(|sigma| trig::exp(-sigma * distance))
     }
 
@@ -49,14 +52,23 @@ impl Homogeneous {
         let unit = ray.direction.length();
         let distance = -trig::ln(1.0 - u) / sigma;
         let t = ray.t_min + distance / unit;
-        let sum = |s: Spectrum| s.0.x + s.0.y + s.0.z;
-        if t < ray.t_max {
+        if t < ray.t_max && distance < FARTHEST {
             let transmittance = self.along(distance);
             let removed = self.extinction * transmittance;
-            Flight::Scattered { t, weight: removed * self.albedo / sum(share * removed) }
+            Flight::Scattered { t, weight: balanced(removed, share) * self.albedo }
         } else {
             let transmittance = self.transmittance(ray);
-            Flight::Passed { weight: transmittance / sum(share * transmittance) }
+            Flight::Passed { weight: balanced(transmittance, share) }
         }
     }
+}
+
+/// What each channel has, over the mean of all by their shares. Nothing where even the most of them is
+/// too little for single precision.
+#[inline]
+fn balanced(channels: Spectrum, share: Spectrum) -> Spectrum {
+    let [r, g, b] = (share * channels).to_array();
+    let mean = r + g + b;
+    // Divided one by one: the inverse of a small mean may be infinite.
+    if mean > 0.0 { channels.map(|x| x / mean) } else { Spectrum::ZERO }
 }

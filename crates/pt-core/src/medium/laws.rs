@@ -161,17 +161,18 @@ fn weights_of_flights_are_the_terms_of_the_transport_equation() {
     }
 }
 
-/// Infinitely far away all is gone, but where there is nothing in the way.
+/// Infinitely far away all is gone, but where there is nothing in the way, and what is scattered is not
+/// too far away to be computed with.
 #[test]
 fn rays_may_be_infinite() {
     let ray = Ray { t_max: f32::INFINITY, ..ray() };
-    let medium = homogeneous([0.0, 1e-3, 2.0], 0.5);
+    let medium = homogeneous([0.0, 1e-12, 2.0], 0.5);
     let (_, mut stream) = numbers(0);
     assert_eq!(medium.transmittance(&ray, &mut stream).to_array(), [1.0, 0.0, 0.0]);
     for sample in 0..1000 {
         let (u, mut stream) = numbers(sample);
         match medium.sample(&ray, Spectrum::ONE, u, &mut stream) {
-            Flight::Scattered { t, weight } => assert!(t.is_finite() && weight.is_finite()),
+            Flight::Scattered { t, weight } => assert!(t < 1e15 && weight.is_finite()),
             Flight::Passed { weight } => assert!(weight.is_finite() && weight.0.y == 0.0),
         }
     }
@@ -182,6 +183,22 @@ fn rays_may_be_infinite() {
         cloud.transmittance(&ray, &mut stream)
     };
     assert_eq!(transmittance(ray), transmittance(finite), "outside of the grid there is nothing");
+}
+
+/// Channels may differ by all that single precision has.
+#[test]
+fn extremely_coloured_media_give_numbers() {
+    let beta = Spectrum::rgb(1.0, 1e-20, 0.5);
+    for extinction in [[0.0, 1e38, 1e-38], [1e-30, 1e30, 1.0], [3e38, 1e-44, 0.0]] {
+        let medium = homogeneous(extinction, 0.5);
+        for (sample, t_max) in (0..1000).flat_map(|i| [(i, 0.9), (i, f32::INFINITY)]) {
+            let (u, mut stream) = numbers(sample);
+            let ray = Ray { t_max, ..ray() };
+            let (Flight::Scattered { weight, .. } | Flight::Passed { weight }) =
+                medium.sample(&ray, beta, u, &mut stream);
+            assert!(weight.is_finite() && weight.0.min_element() >= 0.0, "{weight:?}");
+        }
+    }
 }
 
 /// Where all is empty nothing happens; and what is as dense as can be stops at once.
