@@ -11,6 +11,7 @@ use pt_scene::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGri
 use pt_scene::{LightKind, Medium, Sides, Surface, shapes};
 use pt_testing::sidak;
 
+use crate::invariance::moved;
 use crate::measure::{
     Luminances, assert_agree, assert_all_agree, assert_uniform, render, settings,
 };
@@ -28,7 +29,7 @@ fn homogeneous(extinction: [f32; 3], albedo: [f32; 3], phase: Phase) -> Medium {
     medium(Matter::Homogeneous { extinction, albedo }, phase)
 }
 
-/// The grid in the cube [−1, 1]³, turned a little.
+/// The grid in the cube [−1, 1]³.
 fn grid(grid: Grid, scale: f32, albedo: Volume, phase: Phase) -> Medium {
     let extinction = PlacedGrid {
         grid: Arc::new(grid),
@@ -371,6 +372,26 @@ fn samples_in_media_are_pure() {
             assert!(film(threads, tile, batch) == reference, "{threads} {tile} {batch}");
         }
     }
+}
+
+/// Media go with the unit of length, of which a power of two does not even change the rounding; and a scene
+/// with a cloud that is moved and turned gives the same image.
+#[test]
+fn media_may_stand_anywhere_in_any_unit() {
+    let mut scene = foggy(cloud(8.0, [0.9, 0.8, 0.7], FORWARDS));
+    scene.lights.retain(|light| !matches!(light.kind, LightKind::Point { .. }));
+    let film = |scene: &Scene, seed| film_of(scene, Settings { seed, ..with_depth(2048, 5) });
+    let here = film(&scene, 0);
+    assert!(film(&Scene { metres_per_unit: 0.25, ..scene.clone() }, 0) == here);
+    let turn = DAffine3::from_axis_angle(DVec3::new(0.48, 0.6, 0.64), 2.0);
+    let by = DAffine3::from_translation(DVec3::new(30.0, -20.0, 50.0)) * turn;
+    let mut there = moved(scene, by);
+    for medium in &mut there.media {
+        if let Matter::Heterogeneous(grid) = &mut medium.matter {
+            grid.extinction.to_world = by * grid.extinction.to_world;
+        }
+    }
+    assert_agree(&here, &film(&there, 1), 1e-4, "moved");
 }
 
 /// Who renders a scene with media by an integrator that does not see them is told, once.
