@@ -44,10 +44,23 @@ impl Session {
             counts_tests: false,
             settings,
         };
+        session.tell_unseen_media();
         if let Some(region) = session.settings.region {
             session.restrict(region)?;
         }
         Ok(session)
+    }
+
+    /// Notes that there are media which the integrator does not see.
+    fn tell_unseen_media(&mut self) {
+        let name = &self.settings.integrator;
+        let sees = pt_cpu::integrator::find(name).is_none_or(|integrator| integrator.sees_media);
+        if !sees && !self.scene.media.is_empty() {
+            self.notes.push(format!(
+                "the scene has media, which the integrator {name} leaves out; --integrator volpath \
+                 renders them"
+            ));
+        }
     }
 
     /// Renders only these pixels, from the first sample.

@@ -104,7 +104,8 @@ pub(crate) struct Cli {
     #[arg(value_parser = check::count, help_heading = "Sampling")]
     pub(crate) seed: u32,
 
-    /// What to compute: path, direct, ao, normals or cs184
+    /// What to compute: path, volpath (with media), direct, ao, normals or cs184 [default: the
+    /// file's, or path]
     #[arg(long, value_name = "NAME", help_heading = "What to show")]
     pub(crate) integrator: Option<String>,
 

@@ -146,9 +146,13 @@ pub(crate) fn check(cli: Cli) -> Result<Checked, String> {
     }
     check_aovs(&cli)?;
     let clamps = cli.clamp.is_some() || cli.clamp_indirect.is_some();
-    if clamps && (cli.cs184 || !matches!(cli.integrator.as_deref(), None | Some("path" | "direct")))
+    if clamps
+        && (cli.cs184
+            || !matches!(cli.integrator.as_deref(), None | Some("path" | "volpath" | "direct")))
     {
-        return Err("--clamp and --clamp-indirect are for --integrator path and direct".into());
+        return Err(
+            "--clamp and --clamp-indirect are for --integrator path, volpath and direct".into()
+        );
     }
     if cli.ao_distance.is_some() && cli.integrator.as_deref() != Some("ao") {
         return Err("--ao-distance is for --integrator ao alone".into());
@@ -178,6 +182,21 @@ fn check_aovs(cli: &Cli) -> Result<(), String> {
         return Ok(());
     }
     Err("--aov needs an image with room for more channels, as in -f out.exr".into())
+}
+
+/// Refuses estimators of direct light that an integrator does not have.
+///
+/// # Errors
+/// A message that says which it has.
+pub(crate) fn check_estimator(settings: &Settings) -> Result<(), String> {
+    let by_hemisphere =
+        matches!(settings.direct, DirectLight::UniformHemisphere | DirectLight::CosineHemisphere);
+    if settings.integrator == "volpath" && by_hemisphere {
+        return Err("in media, directions of a hemisphere are no estimator of direct light: \
+                    --integrator volpath takes --direct mis and --direct light"
+            .into());
+    }
+    Ok(())
 }
 
 fn adaptive(cli: &Cli) -> Result<Option<Adaptive>, String> {
@@ -257,7 +276,8 @@ impl Checked {
             None if course => DirectLight::Light,
             None => defaults.direct,
         };
-        let integrator = cli.integrator.as_deref().unwrap_or(if course { "cs184" } else { "path" });
+        let usual = if course { "cs184" } else { file.integrator.unwrap_or("path") };
+        let integrator = cli.integrator.as_deref().unwrap_or(usual);
         Settings {
             spp: cli.spp.unwrap_or_else(|| fallback(file.spp, defaults.spp)),
             light_samples: cli.light_samples,

@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use pathtracer::image::{self, Image, Transfer};
 use pathtracer::{CompileOptions, EnvironmentMap, Progress, Scene, Session, Settings, camera_file};
 
-use crate::check::Checked;
+use crate::check::{Checked, check_estimator};
 use crate::console::Console;
 use crate::summary::{Summary, cpu_seconds};
 use crate::{course, output};
@@ -115,7 +115,10 @@ fn compile(
     environment: Option<EnvironmentMap>,
 ) -> Result<Session> {
     let cli = &request.cli;
-    let camera = cli.camera.as_deref().map(camera_file::load).transpose()?;
+    let mut camera = cli.camera.as_deref().map(camera_file::load).transpose()?;
+    if let (Some(camera), Some(of_scene)) = (&mut camera, scene.cameras.last()) {
+        camera.medium = of_scene.medium; // files of settings know none
+    }
     if let (true, false, Some(path)) = (cli.cs184, cli.quiet, &cli.camera) {
         course::camera_loaded(path);
     }
@@ -135,6 +138,7 @@ fn compile(
     let region =
         |resolution| request.region(&scene.settings, resolution).map_err(anyhow::Error::msg);
     let settings: Settings = request.settings(scene);
+    check_estimator(&settings).map_err(anyhow::Error::msg)?;
     let name = request.scene().map_or("the scene".into(), |p| p.display().to_string());
     let mut session = Session::new(scene, options, settings)
         .with_context(|| format!("{name} cannot be rendered"))?;

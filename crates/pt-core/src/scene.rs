@@ -9,6 +9,7 @@ use crate::camera::Camera;
 use crate::id::{Id, Table};
 use crate::light::{AnyLight, LightHit, LightSample, LightTables};
 use crate::material::{Material, Materials, Resolved};
+use crate::medium::{Media, MediumRecord};
 use crate::texture::Varying;
 
 /// How a part of a shape scatters and glows.
@@ -85,6 +86,8 @@ pub struct RenderScene {
     pub skies: Vec<Id<AnyLight>>,
     /// What lights refer to.
     pub light_tables: LightTables,
+    /// What fills the space between surfaces.
+    pub media: Media,
     /// The camera.
     pub camera: Camera,
     /// The ray queries.
@@ -104,6 +107,12 @@ pub struct SurfacePoint {
 }
 
 impl SurfacePoint {
+    /// A point that is on no surface: rays leave it where it is.
+    #[inline]
+    pub fn in_space(p: Vec3) -> Self {
+        Self { p, normal: Vec3::Z, offset: 0.0 }
+    }
+
     /// The origin of a ray from here in direction `w`.
     #[inline(always)]
     fn origin(&self, w: Vec3) -> Vec3 {
@@ -151,6 +160,21 @@ pub struct Interaction {
 }
 
 impl RenderScene {
+    /// The medium beyond a surface that a ray, which came through `current`, hits and goes through.
+    pub fn medium_beyond(
+        &self,
+        ray: &Ray,
+        hit: &Hit,
+        current: Option<Id<MediumRecord>>,
+    ) -> Option<Id<MediumRecord>> {
+        if self.media.is_empty() {
+            return None;
+        }
+        let at = self.interaction(ray, hit);
+        let outwards = ray.direction.dot(at.point.normal) > 0.0;
+        self.media.beyond(at.surface, outwards, current)
+    }
+
     /// The box around all shapes.
     pub fn bounds(&self) -> Bounds3 {
         self.bvh.bounds()

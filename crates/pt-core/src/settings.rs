@@ -69,7 +69,8 @@ pub struct Settings {
     /// Samples of each light that has an extent, at each surface point; from 1 up to 65,536 make
     /// sense.
     pub light_samples: u32,
-    /// Largest number of surface interactions of a path: 0 is emission only, 1 direct light.
+    /// Largest number of interactions of a path, with surfaces or media: 0 is emission only, 1 direct
+    /// light.
     pub max_depth: u32,
     /// Only light that was scattered at least this often …
     pub min_bounce: u32,

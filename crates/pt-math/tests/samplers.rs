@@ -416,3 +416,64 @@ fn names_and_kinds_belong_together() {
     }
     assert_eq!(SamplerKind::from_name("halton"), None);
 }
+
+/// The pairs of numbers of a stream, those of one place in many streams, and those of one place in one
+/// stream of many samples are uniform in the square.
+#[test]
+fn streams_are_uniform_along_and_across() {
+    let sampler = |kind, sample| Sampler::new(set(kind, 1), [sample % 61, 5], sample / 61);
+    let of_place = |kind, sample: u32, number: [u32; 2], place: u32| {
+        let mut stream = sampler(kind, sample).stream(number);
+        for _ in 0..place {
+            stream.next_1d();
+        }
+        stream.next_2d()
+    };
+    for kind in KINDS {
+        let along = Cell::new(sampler(kind, 0).stream([0, 3]));
+        let next = |_| {
+            let mut stream = along.get();
+            let point = stream.next_2d();
+            along.set(stream);
+            point
+        };
+        let count = Cell::new(0);
+        let counted = || {
+            count.set(count.get() + 1);
+            count.get() - 1
+        };
+        let check = |name: &str, point: &dyn Fn([f32; 2]) -> [f32; 2]| {
+            let name = format!("{kind:?} {name}");
+            let config = Chi2 { bins: [32, 32], ..Chi2::new(&name) }.one_of(4 * KINDS.len());
+            chi2_square(|u| Some(point(u)), |_| 1.0, &config).unwrap();
+        };
+        check("along a stream", &next);
+        check("streams of many bounces", &|_| of_place(kind, 0, [counted(), 0], 2));
+        check("many streams of a bounce", &|_| of_place(kind, 0, [7, counted()], 1));
+        check("streams of many samples", &|_| of_place(kind, counted(), [1, 0], 0));
+    }
+}
+
+/// A stream is the same each time, and differs from those of other numbers, samples and pixels.
+#[test]
+fn streams_depend_on_their_number_and_sample_alone() {
+    for kind in KINDS {
+        let first = |pixel, sample, number| {
+            let mut stream = Sampler::new(set(kind, 0), pixel, sample).stream(number);
+            [stream.next_2d(), stream.next_2d()]
+        };
+        let one = first([1, 2], 3, [4, 5]);
+        assert_eq!(one, first([1, 2], 3, [4, 5]));
+        let other = [
+            first([2, 2], 3, [4, 5]),
+            first([1, 2], 4, [4, 5]),
+            first([1, 2], 3, [5, 5]),
+            first([1, 2], 3, [4, 6]),
+        ];
+        assert!(other.iter().all(|o| *o != one), "{kind:?}");
+        let mut sampler = Sampler::new(set(kind, 0), [1, 2], 3).at_dimension(9);
+        sampler.next_2d();
+        let mut stream = sampler.stream([4, 5]);
+        assert_eq!(stream.next_2d(), one[0], "the dimension does not matter");
+    }
+}

@@ -26,6 +26,8 @@ pub struct Camera {
     /// (x, y), counted from the upper left corner, is then shown at (x − `film_offset[0]` · width,
     /// y − `film_offset[1]` · height).
     pub film_offset: [f64; 2],
+    /// The medium that it is in, as an index into [`crate::Scene::media`]; `None` is empty space.
+    pub medium: Option<u32>,
 }
 
 /// Which rays an image is made of.

@@ -78,6 +78,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Camera, LoadError> {
         aperture: None,
         focal_distance: n[28],
         film_offset: [0.0; 2],
+        medium: None,
     })
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pt_math::DAffine3;
 
-use crate::{Camera, FileSettings, Light, Material, Mesh, Span, Warning};
+use crate::{Camera, FileSettings, Light, Material, Medium, Mesh, Sides, Span, Warning};
 
 /// A scene as its author wrote it.
 ///
@@ -20,6 +20,8 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Materials; objects refer to them by index.
     pub materials: Vec<Material>,
+    /// Media; objects and cameras refer to them by index.
+    pub media: Vec<Medium>,
     /// Shapes placed in the world.
     pub objects: Vec<Object>,
     /// Lights that are not the glow of a material.
@@ -42,6 +44,8 @@ pub struct Object {
     /// Index into [`Scene::materials`] per material slot; `None` is the default material
     /// (matte, 0.5).
     pub materials: Vec<Option<u32>>,
+    /// The media that meet at its surface; `None` if the same one is on both sides.
+    pub media: Option<Sides>,
     /// Where it was written.
     pub at: Span,
 }
@@ -65,6 +69,7 @@ impl Default for Scene {
             metres_per_unit: 1.0,
             cameras: Vec::new(),
             materials: Vec::new(),
+            media: Vec::new(),
             objects: Vec::new(),
             lights: Vec::new(),
             settings: FileSettings::default(),

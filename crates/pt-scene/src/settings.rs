@@ -12,8 +12,11 @@ pub struct FileSettings {
     pub crop: Option<[u32; 4]>,
     /// Samples per pixel.
     pub spp: Option<u32>,
-    /// Largest number of surface interactions of a path: 0 is emission only, 1 direct light.
+    /// Largest number of interactions of a path, with surfaces or media: 0 is emission only, 1 direct
+    /// light.
     pub max_depth: Option<u32>,
+    /// Name of the integrator, if it is not the usual one.
+    pub integrator: Option<&'static str>,
     /// Reconstruction filter.
     pub filter: Option<Filter>,
 }

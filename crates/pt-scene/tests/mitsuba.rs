@@ -3,6 +3,8 @@
 mod common;
 #[path = "mitsuba/materials.rs"]
 mod materials;
+#[path = "mitsuba/media.rs"]
+mod media;
 #[path = "mitsuba/sensors.rs"]
 mod sensors;
 #[path = "mitsuba/shapes.rs"]
@@ -178,6 +180,7 @@ fn one_of_each_kind_of_object() {
         crop: None,
         spp: Some(16),
         max_depth: Some(4),
+        integrator: None,
         filter: Some(Filter::Box),
     };
     assert_eq!(scene.settings, settings);
@@ -249,9 +252,17 @@ fn the_scenes_for_peers_load_without_a_warning() {
             crop: None,
             spp: Some(64),
             max_depth: Some(interactions),
+            integrator: None,
             filter: Some(Filter::Box),
         };
         assert_eq!(scene.settings, settings, "{name}");
+    }
+    for (name, media) in [("fog", 2), ("cloud", 1), ("absorption", 3)] {
+        let scene = pt_scene::format::load(&folder.join(name).with_extension("xml"));
+        let scene = scene.unwrap_or_else(|error| panic!("{error}"));
+        common::check_invariants(&scene);
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        assert_eq!((scene.media.len(), scene.settings.integrator), (media, Some("volpath")));
     }
 }
 

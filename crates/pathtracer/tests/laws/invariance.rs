@@ -23,7 +23,7 @@ fn units_of_length_change_nothing() {
     assert_agree(&with(1.0), &with(0.0254), 1e-4, "metres and inches");
 }
 
-fn moved(mut scene: Scene, by: DAffine3) -> Scene {
+pub(crate) fn moved(mut scene: Scene, by: DAffine3) -> Scene {
     for object in &mut scene.objects {
         object.to_world = by * object.to_world;
     }

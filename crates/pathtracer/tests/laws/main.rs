@@ -17,6 +17,7 @@ mod lens;
 mod many_lights;
 mod materials;
 mod measure;
+mod media;
 mod occlusion;
 mod pictures;
 mod scenes;

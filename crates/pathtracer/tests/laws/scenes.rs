@@ -55,6 +55,7 @@ pub(crate) fn camera(from: DVec3, to: DVec3, fov: [f64; 2]) -> Camera {
         aperture: None,
         focal_distance: 1.0,
         film_offset: [0.0; 2],
+        medium: None,
     }
 }
 
@@ -92,7 +93,7 @@ impl Builder {
     ) -> Self {
         let materials = self.material(surface, emission);
         let (name, at) = (String::new(), pt_scene::Span::default());
-        self.0.objects.push(Object { name, to_world, geometry, materials, at });
+        self.0.objects.push(Object { name, to_world, geometry, materials, media: None, at });
         self
     }
 

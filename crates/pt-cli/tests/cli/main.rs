@@ -5,6 +5,7 @@ mod course;
 mod documentation;
 mod images;
 mod interrupt;
+mod media;
 mod refusals;
 mod report;
 mod texts;

@@ -2,7 +2,7 @@
 
 use pt_bvh::Sphere;
 use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
-use pt_scene::{Attribute, Geometry, Mesh, Object, Part, Scalar, Scene};
+use pt_scene::{Attribute, Geometry, Mesh, Object, Part, Scalar, Scene, Sides, Span};
 
 use super::textures::Lowering;
 use super::{CompileError, materials, normals};
@@ -34,6 +34,8 @@ pub(super) struct Shapes {
     pub(super) materials: Materials,
     /// Runs of primitives that glow.
     pub(super) emitters: Vec<Emitter>,
+    /// Surfaces between media, and the object of each.
+    pub(super) sides: Vec<(Id<SurfaceRecord>, Sides, Span)>,
 }
 
 /// Primitives that glow together.
@@ -203,7 +205,7 @@ impl Collector<'_> {
     }
 
     /// The surface of a material slot, and whether it glows. Glowing surfaces are made anew for
-    /// each object, because each is a light of its own.
+    /// each object, because each is a light of its own, and so are those between media.
     fn surface(&mut self, object: &Object, slot: u32) -> (Id<SurfaceRecord>, bool) {
         let known = self.scene.materials.len();
         let material = object.materials.get(slot as usize).copied().flatten();
@@ -211,7 +213,8 @@ impl Collector<'_> {
         let emission = material.map_or([0.0; 3], |m| self.scene.materials[m as usize].emission);
         let glows = emission != [0.0; 3];
         let plain = material.map_or(known, |m| m as usize);
-        if let (false, Some(surface)) = (glows, self.plain[plain]) {
+        let is_shared = !glows && object.media.is_none();
+        if let (true, Some(surface)) = (is_shared, self.plain[plain]) {
             return (surface, false);
         }
         let look = material.map_or(self.default, |m| self.looks[m as usize]);
@@ -225,8 +228,11 @@ impl Collector<'_> {
             emission: emission.into(),
             light: None,
         });
-        if !glows {
+        if is_shared {
             self.plain[plain] = Some(surface);
+        }
+        if let Some(sides) = object.media {
+            self.shapes.sides.push((surface, sides, object.at.clone()));
         }
         (surface, glows)
     }

@@ -6,6 +6,7 @@ mod geometry;
 mod lights;
 mod many_lights;
 mod materials;
+mod media;
 mod normals;
 mod textures;
 
@@ -16,6 +17,7 @@ use pt_math::Bounds3;
 use pt_scene::{Scene, Span};
 
 use crate::light::EnvironmentMap;
+use crate::medium::Media;
 use crate::scene::RenderScene;
 
 /// How to compile.
@@ -125,6 +127,7 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     }
     lights.tell_if_dark(&shapes, &mut notes);
     let camera = camera::compile(scene, &bounds, metres, &options, &mut notes)?;
+    let media = media::compile(scene, &shapes.sides, metres, &options)?;
     let geometry_time = start.elapsed();
 
     let start = Instant::now();
@@ -136,7 +139,7 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
         ));
     }
     let bvh_time = start.elapsed();
-    let mut scene = assemble(shapes, lights, camera, bvh);
+    let mut scene = assemble(shapes, lights, media, camera, bvh);
     scene.plain_normals = options.course;
     Ok(Compiled { scene, notes, geometry_time, bvh_time })
 }
@@ -153,6 +156,7 @@ fn build_bvh(shapes: &geometry::Shapes, options: BuildOptions) -> Result<Bvh, Bu
 fn assemble(
     shapes: geometry::Shapes,
     lights: lights::Lights,
+    media: Media,
     camera: crate::Camera,
     bvh: Bvh,
 ) -> RenderScene {
@@ -179,6 +183,7 @@ fn assemble(
         lights: lights.table,
         skies: lights.skies,
         light_tables: lights.tables,
+        media,
         camera,
         bvh,
     }

@@ -10,6 +10,7 @@ pub(crate) mod holes;
 mod normals;
 mod path;
 mod sums;
+mod volpath;
 mod wavefront;
 
 use pt_core::film::ExactSum;
@@ -54,6 +55,8 @@ pub struct Registration {
     /// Whether under [`DirectLight::Mis`] it finds all light of the sky by BSDF samples, too, and
     /// weighs these against light samples.
     pub weighs_sky: bool,
+    /// Whether it sees media; to the others, what fills space is not there.
+    pub sees_media: bool,
     /// Makes one for a thread that renders this scene with these settings.
     pub new: New,
 }
@@ -67,30 +70,42 @@ pub static INTEGRATORS: &[Registration] = &[
         name: "path",
         help: "light that was scattered up to --max-depth times",
         weighs_sky: true,
+        sees_media: false,
         new: |scene, set| Box::new(Wavefront::new(path::Path { depth: u32::MAX }, scene, set)),
+    },
+    Registration {
+        name: "volpath",
+        help: "the same, with media between surfaces",
+        weighs_sky: true,
+        sees_media: true,
+        new: |scene, set| Box::new(volpath::VolPath::new(scene, set)),
     },
     Registration {
         name: "direct",
         help: "light that was scattered at most once",
         weighs_sky: true,
+        sees_media: false,
         new: |scene, set| Box::new(Wavefront::new(path::Path { depth: 1 }, scene, set)),
     },
     Registration {
         name: "ao",
         help: "ambient occlusion: how much of the sky is seen, or is free up to --ao-distance",
         weighs_sky: false,
+        sees_media: false,
         new: |_, set| Box::new(ao::AmbientOcclusion::new(set)),
     },
     Registration {
         name: "normals",
         help: "shading normals as colours: (n + 1) / 2",
         weighs_sky: false,
+        sees_media: false,
         new: |_, _| Box::<normals::Normals>::default(),
     },
     Registration {
         name: "cs184",
         help: "light as the program of the university course computes it",
         weighs_sky: false,
+        sees_media: false,
         new: |scene, set| Box::new(Wavefront::new(course::Course, scene, set)),
     },
 ];

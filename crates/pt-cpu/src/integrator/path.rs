@@ -64,15 +64,9 @@ impl Rules for Path {
         }
     }
 
-    /// Against BSDF sampling, which takes one sample and finds the same light.
     #[inline(always)]
     fn light_weight(&self, settings: &Settings, bsdf: &Bsdf, sample: &LightSample, n: u32) -> f32 {
-        match (settings.direct, sample.pdf) {
-            (DirectLight::Mis, Some(pdf)) => {
-                power_heuristic(pdf.times(n as f32), bsdf.pdf(sample.wi))
-            }
-            _ => 1.0,
-        }
+        sampled_weight(settings, sample, n, |wi| bsdf.pdf(wi))
     }
 
     /// As many directions as light sampling would take.
@@ -103,6 +97,23 @@ impl Rules for Path {
             Roulette::Fixed(q) => q,
             Roulette::Throughput => (path.beta * path.squeeze).max_channel().min(MOST_SURVIVAL),
         })
+    }
+}
+
+/// Weight of one of `n` samples of a light against one of the BSDF or phase function, which finds the same
+/// light and has the density `pdf`.
+#[inline(always)]
+pub(super) fn sampled_weight(
+    settings: &Settings,
+    sample: &LightSample,
+    n: u32,
+    pdf: impl FnOnce(Vec3) -> Pdf<SolidAngle>,
+) -> f32 {
+    match (settings.direct, sample.pdf) {
+        (DirectLight::Mis, Some(light_pdf)) => {
+            power_heuristic(light_pdf.times(n as f32), pdf(sample.wi))
+        }
+        _ => 1.0,
     }
 }
 

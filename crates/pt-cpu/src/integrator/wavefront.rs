@@ -416,6 +416,12 @@ impl<'a, R: Rules> Wavefront<'a, R> {
 
 /// Adds the emission of a surface to the light of the path that found it.
 #[inline(always)]
-fn find(rules: &impl Rules, cx: Context, path: &State, at: &Interaction, sums: &mut Sums) {
+pub(super) fn find(
+    rules: &impl Rules,
+    cx: Context,
+    path: &State,
+    at: &Interaction,
+    sums: &mut Sums,
+) {
     sums.add(path.start, path.beta * rules.emitted(cx, path, at));
 }

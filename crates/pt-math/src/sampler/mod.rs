@@ -7,9 +7,11 @@ mod independent;
 mod lanes;
 mod sobol;
 mod stratified;
+mod stream;
 mod zsobol;
 
 pub use lanes::{LANES, Lanes, SamplerBlocks, Samplers};
+pub use stream::Stream;
 
 /// The kinds of point sets.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
@@ -106,6 +108,13 @@ impl Sampler {
     #[inline]
     pub fn dimension(&self) -> u32 {
         self.dimension
+    }
+
+    /// Independent numbers without end, others for each pair `number`, and the same for each of them:
+    /// for what takes more than anybody can tell ahead.
+    #[inline]
+    pub fn stream(&self, number: [u32; 2]) -> Stream {
+        Stream::new(self.key, self.index, number)
     }
 
     /// A number in [0, 1); takes one dimension.

@@ -23,6 +23,7 @@ impl MeshFile {
             to_world: DAffine3::IDENTITY,
             materials: vec![None; self.mesh.parts.len()],
             geometry: Geometry::Mesh(Arc::new(self.mesh)),
+            media: None,
             at: place(path, 0),
         };
         Scene { objects: vec![object], warnings: self.warnings, ..Scene::default() }

@@ -9,6 +9,7 @@ mod obj;
 mod ply;
 mod serialized;
 mod triangulate;
+mod vol;
 mod xml;
 
 use std::path::Path;

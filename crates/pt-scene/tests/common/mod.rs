@@ -158,6 +158,9 @@ pub(crate) fn check_invariants(scene: &Scene) {
         for material in object.materials.iter().flatten() {
             assert!((*material as usize) < scene.materials.len());
         }
+        let sides = object.media.unwrap_or_default();
+        let media = sides.interior.iter().chain(&sides.exterior);
+        assert!(media.into_iter().all(|medium| (*medium as usize) < scene.media.len()));
         match &object.geometry {
             Geometry::Sphere { radius } => assert!(*radius > 0.0 && radius.is_finite()),
             Geometry::Mesh(mesh) => check_mesh(mesh, object.materials.len()),

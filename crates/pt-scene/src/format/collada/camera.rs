@@ -62,6 +62,7 @@ pub(super) fn read<'a>(
         aperture: None,
         focal_distance: DEFAULT_FOCAL_DISTANCE,
         film_offset: [0.0; 2],
+        medium: None,
     }))
 }
 

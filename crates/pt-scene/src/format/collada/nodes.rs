@@ -120,6 +120,7 @@ fn place_geometry<'a>(
         to_world,
         geometry: shape.geometry,
         materials,
+        media: None,
         at: reader.document.span(instance),
     };
     reader.scene.objects.push(object);

@@ -29,7 +29,7 @@ impl Builder<'_> {
                                scene itself";
                 return Err(error(&shape.at, message));
             }
-            for inner in tree.children(shape, &["bsdf", "emitter"])? {
+            for inner in tree.children(shape, &["bsdf", "emitter", "medium"])? {
                 let inner = &tree.objects[inner];
                 if inner.tag == "emitter" {
                     let message = "shapes of a shape group cannot emit; place them in the scene \

@@ -30,11 +30,13 @@
 //! * A flipped or mirrored sphere cannot be described here. Its glass takes the inverse index of
 //!   refraction, its opaque materials show from behind, and if it emits it is refused.
 //! * v runs down the rows of an image there, and up here.
+//! * A grid of a medium that is turned ends at its own box here, and at the upright box around it there.
 
 mod bsdf;
 mod emitter;
 mod film;
 mod instance;
+mod medium;
 mod object;
 mod read;
 mod scene;

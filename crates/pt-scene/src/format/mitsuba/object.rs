@@ -163,6 +163,8 @@ pub(super) enum Role {
     Emission,
     /// A part of an index of refraction, not negative.
     Index,
+    /// Light that is taken away per unit of length, not negative.
+    Extinction,
 }
 
 /// Reads the parameters of an object and remembers which were asked for, so that those that
@@ -337,7 +339,9 @@ impl<'t> Parameters<'t> {
         let Some(color) = found? else { return Ok(None) };
         let (range, name_of_range) = match role {
             Role::Share => (0.0..=1.0, "from 0 to 1"),
-            Role::Emission | Role::Index => (0.0..=f64::from(f32::MAX), "of at least 0"),
+            Role::Emission | Role::Index | Role::Extinction => {
+                (0.0..=f64::from(f32::MAX), "of at least 0")
+            }
         };
         match color.iter().find(|x| !range.contains(x)) {
             Some(bad) => {

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use super::bsdf::{Scattering, inverted, scattering};
+use super::medium::Media;
 use super::object::{Object, Tree, error};
 use super::shape::{Meshes, Shape, shape};
 use super::texture::Textures;
@@ -22,6 +23,7 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
         scene: Scene { warnings: tree.warnings.clone(), ..Scene::default() },
         materials: HashMap::new(),
         textures: Textures::new(tree),
+        media: Media::new(tree),
         meshes: Meshes::default(),
         groups: HashMap::new(),
         copied_triangles: 0,
@@ -39,7 +41,8 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
             "sensor" => sensors.push(object),
             "integrator" => integrators.push(index),
             // What these describe is read where it is referred to.
-            "bsdf" | "film" | "rfilter" | "sampler" | "texture" => {}
+            "bsdf" | "film" | "medium" | "phase" | "rfilter" | "sampler" | "texture" | "volume" => {
+            }
             tag => {
                 return Err(error(&object.at, format!("<{tag}> is not supported")));
             }
@@ -50,10 +53,13 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
         *settings = sensor::settings(tree, first)?;
     }
     for object in sensors.into_iter().rev() {
-        cameras.push(sensor::camera(tree, object)?);
+        cameras.push(sensor::camera(tree, object, &mut builder.media)?);
     }
     let integrator = tree.only(&integrators, "integrator")?.map(|i| &tree.objects[i]);
-    settings.max_depth = Some(sensor::max_depth(tree, integrator, warnings)?);
+    sensor::integrator(tree, integrator, settings, warnings)?;
+    let Media { made, warnings, .. } = builder.media;
+    builder.scene.media = made;
+    builder.scene.warnings.extend(warnings);
     Ok(builder.scene)
 }
 
@@ -67,6 +73,7 @@ pub(super) struct Builder<'t> {
     /// Materials of the scene by what they are made of.
     materials: HashMap<MaterialKey, u32>,
     textures: Textures<'t>,
+    media: Media<'t>,
     meshes: Meshes,
     /// The content of shape groups.
     pub(super) groups: HashMap<usize, Rc<[crate::Object]>>,
@@ -94,7 +101,7 @@ impl Builder<'_> {
     pub(super) fn shape(&mut self, object: &Object) -> Result<crate::Object, LoadError> {
         let Shape { geometry, to_world, is_inverted_sphere } =
             shape(self.tree, object, &mut self.meshes, &mut self.scene.warnings)?;
-        let children = self.tree.children(object, &["bsdf", "emitter"])?;
+        let children = self.tree.children(object, &["bsdf", "emitter", "medium"])?;
         let bsdf = self.tree.only(&children, "bsdf")?;
         let emitter = self.tree.only(&children, "emitter")?;
         let material = self.material(object, (bsdf, emitter, is_inverted_sphere))?;
@@ -103,6 +110,7 @@ impl Builder<'_> {
             to_world,
             geometry,
             materials: vec![Some(material)],
+            media: self.media.sides(object, is_inverted_sphere)?,
             at: object.at.clone(),
         })
     }

@@ -4,6 +4,7 @@ use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::super::xml::quote;
 use super::film::{Film, film};
+use super::medium::Media;
 use super::object::{Object, Parameters, Tree, unsupported};
 use crate::{Camera, FileSettings, LoadError, Projection, Warning};
 
@@ -16,7 +17,11 @@ fn film_diagonal() -> f64 {
 }
 
 /// A camera.
-pub(super) fn camera(tree: &Tree, object: &Object) -> Result<Camera, LoadError> {
+pub(super) fn camera(
+    tree: &Tree,
+    object: &Object,
+    media: &mut Media<'_>,
+) -> Result<Camera, LoadError> {
     if !SENSORS.contains(&object.kind.as_str()) {
         return Err(unsupported(object, &SENSORS));
     }
@@ -40,6 +45,7 @@ pub(super) fn camera(tree: &Tree, object: &Object) -> Result<Camera, LoadError> 
         aperture: None,
         focal_distance: parameters.positive("focus_distance", far)?,
         film_offset: [0.0; 2],
+        medium: media.around(object)?,
     };
     match object.kind.as_str() {
         "orthographic" => take_scale(&mut camera),
@@ -148,7 +154,7 @@ pub(super) fn settings(tree: &Tree, object: &Object) -> Result<FileSettings, Loa
         filter: Some(filter),
         ..FileSettings::default()
     };
-    let children = tree.children(object, &["film", "sampler"])?;
+    let children = tree.children(object, &["film", "sampler", "medium"])?;
     let Some(sampler) = tree.only(&children, "sampler")? else { return Ok(settings) };
     let sampler = &tree.objects[sampler];
     if !SAMPLERS.contains(&sampler.kind.as_str()) {
@@ -162,8 +168,21 @@ pub(super) fn settings(tree: &Tree, object: &Object) -> Result<FileSettings, Loa
     Ok(FileSettings { spp, ..settings })
 }
 
-/// How many interactions with surfaces an integrator allows.
-pub(super) fn max_depth(
+/// What an integrator is, and how many interactions it allows.
+pub(super) fn integrator(
+    tree: &Tree,
+    object: Option<&Object>,
+    settings: &mut FileSettings,
+    warnings: &mut Vec<Warning>,
+) -> Result<(), LoadError> {
+    settings.max_depth = Some(max_depth(tree, object, warnings)?);
+    let is_volumetric = |object: &Object| object.kind.starts_with("volpath");
+    settings.integrator = object.is_some_and(is_volumetric).then_some("volpath");
+    Ok(())
+}
+
+/// How many interactions an integrator allows.
+fn max_depth(
     tree: &Tree,
     object: Option<&Object>,
     warnings: &mut Vec<Warning>,
@@ -176,8 +195,11 @@ pub(super) fn max_depth(
         warnings.push(Warning { at: object.at.clone(), message });
     }
     let depth = match object.kind.as_str() {
-        "path" => {
+        "path" | "volpath" | "volpathmis" => {
             parameters.pass_over(&["rr_depth"]);
+            if object.kind == "volpathmis" {
+                parameters.pass_over(&["use_spectral_mis"]);
+            }
             match parameters.integer("max_depth")? {
                 None | Some(-1) => u32::MAX,
                 Some(depth) => {
@@ -196,7 +218,7 @@ pub(super) fn max_depth(
             parameters.pass_over(&["shading_samples", "emitter_samples", "bsdf_samples"]);
             1
         }
-        _ => return Err(unsupported(object, &["path", "direct"])),
+        _ => return Err(unsupported(object, &["path", "direct", "volpath", "volpathmis"])),
     };
     parameters.finish()?;
     Ok(depth)

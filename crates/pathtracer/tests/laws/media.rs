@@ -1,0 +1,444 @@
+//! Light in media: closed forms, white furnaces, and ways to describe the same medium.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use pathtracer::{DirectLight, Film, Progress, Roulette, Scene, Session, Settings, Silent};
+use pt_cpu::Renderer;
+use pt_math::{DAffine3, DMat3, DVec3};
+use pt_scene::material::{Black, Glass, Matte};
+use pt_scene::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume};
+use pt_scene::{LightKind, Medium, Sides, Surface, shapes};
+use pt_testing::sidak;
+
+use crate::invariance::moved;
+use crate::measure::{
+    Luminances, assert_agree, assert_all_agree, assert_uniform, render, settings,
+};
+use crate::scenes::{Builder, camera, cornell, facing, looking, size, under_a_sky};
+
+fn with_depth(spp: u32, max_depth: u32) -> Settings {
+    Settings { integrator: "volpath".into(), max_depth, ..settings(spp) }
+}
+
+fn medium(matter: Matter, phase: Phase) -> Medium {
+    Medium { name: String::new(), matter, phase, at: pt_scene::Span::default() }
+}
+
+fn homogeneous(extinction: [f32; 3], albedo: [f32; 3], phase: Phase) -> Medium {
+    medium(Matter::Homogeneous { extinction, albedo }, phase)
+}
+
+/// The grid in the cube [−1, 1]³.
+fn grid(grid: Grid, scale: f32, albedo: Volume, phase: Phase) -> Medium {
+    let extinction = PlacedGrid {
+        grid: Arc::new(grid),
+        to_world: DAffine3::from_scale([2.0; 3].into())
+            * DAffine3::from_translation([-0.5; 3].into()),
+        filter: GridFilter::Trilinear,
+    };
+    let matter = Heterogeneous { extinction, scale, albedo };
+    medium(Matter::Heterogeneous(Box::new(matter)), phase)
+}
+
+/// A cloud: empty in some places, dense in others.
+fn cloud(scale: f32, albedo: [f32; 3], phase: Phase) -> Medium {
+    let values = (0..20 * 18 * 9u32).map(|i| (i * i % 23).saturating_sub(9) as f32 / 13.0);
+    let values = Grid { resolution: [20, 18, 9], channels: 1, values: values.collect() };
+    grid(values, scale, Volume::Constant(albedo), phase)
+}
+
+/// Fills the last object with a medium.
+fn filled(builder: Builder, medium: Medium) -> Builder {
+    let Builder(mut scene) = builder;
+    scene.media.push(medium);
+    let interior = Some(scene.media.len() as u32 - 1);
+    let object = scene.objects.last_mut().expect("there is an object");
+    object.media = Some(Sides { interior, exterior: None });
+    Builder(scene)
+}
+
+/// A cube [−1, 1]³ in `place` that is nothing but the boundary of a medium.
+fn block(builder: Builder, place: DAffine3, medium: Medium) -> Builder {
+    let Builder(mut scene) = builder.mesh(shapes::cube(), place, Black.into());
+    scene.materials.last_mut().expect("it has a material").opacity = 0.0.into();
+    filled(Builder(scene), medium)
+}
+
+fn glass(ior: f32) -> Surface {
+    Glass { reflectance: [1.0; 3].into(), transmittance: [1.0; 3].into(), ior, roughness: None }
+        .into()
+}
+
+/// A camera that looks along −z, almost in parallel.
+fn straight() -> pathtracer::Camera {
+    camera(DVec3::new(0.0, 0.0, 8.0), DVec3::ZERO, [1e-3, 1e-3])
+}
+
+fn luminance(rgb: [f64; 3]) -> f64 {
+    0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
+}
+
+const FORWARDS: Phase = Phase::HenyeyGreenstein { g: 0.7 };
+const BACKWARDS: Phase = Phase::HenyeyGreenstein { g: -0.4 };
+
+/// The sky through two blocks: each single sample is e^(−σd), up to the rounding of distances.
+#[test]
+fn what_only_absorbs_has_no_noise() {
+    let sigma = [0.2, 0.9, 3.0];
+    let absorbing = || homogeneous(sigma, [0.0; 3], Phase::Isotropic);
+    let place = |z: f64, depth: f64| {
+        DAffine3::from_translation(DVec3::new(0.0, 0.0, z))
+            * DAffine3::from_scale(DVec3::new(1.0, 1.0, depth))
+    };
+    let scene = block(Builder::default().sky(1.0), place(0.0, 0.5), absorbing());
+    let scene = block(scene, place(4.0, 0.25), absorbing()).seen_by(straight());
+    let film = render(&scene, size([8, 8]), with_depth(1, 10));
+    let want = luminance(sigma.map(|s| (-1.5 * f64::from(s)).exp()));
+    for pixel in film.film().pixels() {
+        let (got, _) = pixel.luminance();
+        assert!((got - want).abs() < 2e-6, "{got}, expected {want}");
+    }
+}
+
+/// A pane of glass that absorbs, seen straight on under an even sky of radiance 1. With F = ((n − 1) /
+/// (n + 1))² and T = e^(−σd), it transmits (1 − F)² T / (1 − F²T²) and reflects F + (1 − F)² F T² /
+/// (1 − F²T²). [Born & Wolf, Principles of Optics, §1.6.4, without interference]
+#[test]
+fn glass_that_absorbs_follows_beers_law() {
+    let (ior, sigma) = (1.5, [0.1, 0.5, 2.0]);
+    let absorbing = homogeneous(sigma, [0.0; 3], Phase::Isotropic);
+    let place = DAffine3::from_scale(DVec3::new(20.0, 20.0, 0.5));
+    let scene = Builder::default().sky(1.0).mesh(shapes::cube(), place, glass(ior));
+    let scene = filled(scene, absorbing).seen_by(straight());
+    let film = render(&scene, size([6, 6]), with_depth(4096, 200));
+    let f = f64::from((ior - 1.0) / (ior + 1.0)).powi(2);
+    let want = luminance(sigma.map(|s| {
+        let t = (-f64::from(s)).exp();
+        let inside = 1.0 - f * f * t * t;
+        (1.0 - f).powi(2) * t / inside + f + (1.0 - f).powi(2) * f * t * t / inside
+    }));
+    assert_uniform(film.film(), want, 1e-4, "a pane");
+}
+
+/// The name of a layer, its extinction, and the medium with a phase function.
+type Layer = (&'static str, [f64; 3], fn(Phase) -> Medium);
+
+/// Light that a layer of depth D scatters once: parallel light of irradiance E comes from the side of
+/// the camera at the cosine μ, so L = ∫ σs p E e^(−σt z (1 + 1/μ)) dz from 0 to D.
+#[test]
+fn single_scattering_follows_its_closed_form() {
+    const DEPTH: f64 = 2.0;
+    const IRRADIANCE: f32 = 3.0;
+    let to_light = DVec3::new(0.6, 0.0, 0.8);
+    let mu = to_light.z;
+    let phases = [Phase::Isotropic, FORWARDS, BACKWARDS];
+    let media: [Layer; 3] = [
+        ("grey", [0.7; 3], |phase| homogeneous([0.7; 3], [0.6; 3], phase)),
+        ("coloured", [0.1, 0.7, 4.0], |phase| homogeneous([0.1, 0.7, 4.0], [0.6; 3], phase)),
+        ("grid", [0.7; 3], |phase| {
+            grid(Grid::uniform(0.35), 2.0, Volume::Constant([0.6; 3]), phase)
+        }),
+    ];
+    for phase in phases {
+        let cos = -to_light.z;
+        let p = match phase {
+            Phase::Isotropic => 1.0 / (4.0 * PI),
+            Phase::HenyeyGreenstein { g } => {
+                let g = f64::from(g);
+                let base = 1.0 + g * g - 2.0 * g * cos;
+                (1.0 - g * g) / (4.0 * PI * base * base.sqrt())
+            }
+        };
+        for (name, sigma, medium) in &media {
+            let light = LightKind::Directional { irradiance: [IRRADIANCE; 3] };
+            // The cube of the grid is all there is of the layer, so light comes in by its front alone.
+            let scene = Builder::default().light(light, looking(to_light, DVec3::ZERO));
+            let wide = DAffine3::from_scale(DVec3::new(50.0, 50.0, 1.0));
+            let mut scene = block(scene, wide, medium(phase)).seen_by(straight());
+            if let Matter::Heterogeneous(grid) = &mut scene.media[0].matter {
+                grid.extinction.to_world = wide * grid.extinction.to_world;
+            }
+            let film = render(&scene, size([6, 6]), with_depth(4096, 1));
+            let want = luminance(sigma.map(|sigma| {
+                let path = 1.0 + 1.0 / mu;
+                0.6 * p * f64::from(IRRADIANCE) * (1.0 - (-sigma * DEPTH * path).exp()) / path
+            }));
+            let what = format!("{name}, {phase:?}");
+            assert_uniform(film.film(), want, sidak(1e-4, phases.len() * media.len()), &what);
+        }
+    }
+}
+
+/// Under an even sky of radiance 1, what absorbs nothing has radiance 1 too, whatever scatters in it.
+#[test]
+fn media_that_absorb_nothing_are_invisible_under_an_even_sky() {
+    let white = [1.0; 3];
+    let turned = DAffine3::from_axis_angle(DVec3::new(0.6, 0.8, 0.0), 0.7);
+    let media = || {
+        [
+            ("isotropic", homogeneous([1.5; 3], white, Phase::Isotropic)),
+            ("forwards", homogeneous([1.5; 3], white, FORWARDS)),
+            ("coloured", homogeneous([0.5, 1.0, 3.0], white, BACKWARDS)),
+            ("cloud", cloud(3.0, white, Phase::Isotropic)),
+            ("cloud, forwards", cloud(3.0, white, FORWARDS)),
+        ]
+    };
+    let inside = [("nothing", None), ("glass", Some(glass(1.5))), ("bubble", Some(glass(0.75)))];
+    let tests = media().len() * inside.len() * 2;
+    for (name, medium) in media() {
+        for (boundary, surface) in &inside {
+            for direct in [DirectLight::Mis, DirectLight::Light] {
+                let scene = Builder::default().sky(1.0);
+                let scene = match surface {
+                    None => block(scene, turned, medium.clone()),
+                    Some(surface) => {
+                        filled(scene.sphere(DVec3::ZERO, 1.0, surface.clone()), medium.clone())
+                    }
+                };
+                let scene = scene.seen_by(camera(DVec3::Z * 5.0, DVec3::ZERO, [30.0, 30.0]));
+                let settings = Settings { direct, ..with_depth(1024, 5000) };
+                let film = render(&scene, size([7, 7]), settings);
+                let what = format!("{name} in {boundary}, {direct:?}");
+                assert_uniform(film.film(), 1.0, sidak(1e-4, tests), &what);
+            }
+        }
+    }
+}
+
+/// A camera in a medium without an end sees a furnace of its own: what is scattered everywhere, lit by a
+/// wall of radiance 1 all around.
+#[test]
+fn a_camera_may_be_in_a_medium() {
+    let view = camera(DVec3::new(0.2, 0.1, 0.0), DVec3::NEG_Z, [80.0, 80.0]);
+    for phase in [Phase::Isotropic, FORWARDS] {
+        let mut scene = Builder::default()
+            .glowing_sphere(DVec3::ZERO, -2.0, 1.0)
+            .seen_by(pathtracer::Camera { medium: Some(0), ..view.clone() });
+        scene.media.push(homogeneous([0.6, 0.8, 1.0], [1.0; 3], phase));
+        for direct in [DirectLight::Mis, DirectLight::Light] {
+            let settings = Settings { direct, ..with_depth(1024, 5000) };
+            let film = render(&scene, size([7, 7]), settings);
+            assert_uniform(film.film(), 1.0, sidak(1e-4, 4), &format!("{phase:?}, {direct:?}"));
+        }
+    }
+}
+
+/// A foggy room with a cloud, a ball of clouded glass, and lights of all sorts; what fills the cloud is
+/// given.
+fn foggy(cloud: Medium) -> Scene {
+    let turned = DAffine3::from_translation(DVec3::new(-0.1, 0.3, 0.2))
+        * DAffine3::from_mat3(DMat3::from_rotation_y(0.5) * 0.5);
+    let point = LightKind::Point { intensity: [0.3; 3] };
+    let mut room = Builder(cornell());
+    let view = room.0.cameras.remove(0);
+    room.0.media.push(homogeneous([0.05, 0.1, 0.2], [0.9, 0.8, 0.7], BACKWARDS));
+    let milk = homogeneous([4.0, 6.0, 9.0], [0.99, 0.9, 0.8], FORWARDS);
+    let room = room.light(point, DAffine3::from_translation(DVec3::new(0.3, 0.5, 0.5)));
+    let room = filled(room.sphere(DVec3::new(0.5, -0.7, 0.5), 0.25, glass(1.5)), milk);
+    let Builder(mut room) = block(room, turned, cloud);
+    for object in &mut room.objects {
+        if let Some(sides) = &mut object.media {
+            sides.exterior = Some(0);
+        }
+    }
+    let cloud = room.media.last_mut().expect("the cloud");
+    if let Matter::Heterogeneous(grid) = &mut cloud.matter {
+        grid.extinction.to_world = turned * grid.extinction.to_world;
+    }
+    Builder(room).seen_by(pathtracer::Camera { medium: Some(0), ..view })
+}
+
+fn film_of(scene: &Scene, settings: Settings) -> Film {
+    render(scene, size([12, 10]), settings).film().clone()
+}
+
+/// A grid that has one number, and the medium that is the same everywhere.
+#[test]
+fn a_uniform_grid_is_homogeneous() {
+    for phase in [Phase::Isotropic, FORWARDS] {
+        let uniform = Grid { resolution: [3, 9, 17], channels: 1, values: vec![0.25; 459] };
+        let albedo = Grid { resolution: [2, 1, 1], channels: 3, values: [0.9, 0.7, 0.5].repeat(2) };
+        let to_world =
+            DAffine3::from_translation([-2.0; 3].into()) * DAffine3::from_scale([4.0; 3].into());
+        let filter = GridFilter::Nearest;
+        let albedo = PlacedGrid { grid: Arc::new(albedo), to_world, filter };
+        let media = [
+            homogeneous([4.0; 3], [0.9, 0.7, 0.5], phase),
+            grid(uniform.clone(), 16.0, Volume::Constant([0.9, 0.7, 0.5]), phase),
+            grid(uniform, 16.0, Volume::Grid(albedo), phase),
+        ];
+        let films: Vec<_> = media
+            .into_iter()
+            .zip(0..)
+            .map(|(medium, seed)| {
+                let settings = Settings { seed, ..with_depth(2048, 12) };
+                (format!("{phase:?}, {seed}"), film_of(&foggy(medium), settings))
+            })
+            .collect();
+        assert_all_agree(&films);
+    }
+}
+
+/// Light sampling alone, and weighed against phase functions and BSDFs, with one and four samples of each
+/// light, and with paths that end early or not.
+#[test]
+fn estimators_agree_in_media() {
+    let scene = foggy(cloud(8.0, [0.9, 0.8, 0.7], FORWARDS));
+    let base = with_depth(4096, 6);
+    let all = [
+        base.clone(),
+        Settings { light_samples: 4, spp: 2048, ..base.clone() },
+        Settings { direct: DirectLight::Light, ..base.clone() },
+        Settings { roulette: Roulette::Fixed(0.6), ..base },
+    ];
+    let films: Vec<_> = all
+        .into_iter()
+        .zip(0..)
+        .map(|(settings, seed)| {
+            let what = format!("{:?} {:?}", settings.direct, settings.roulette);
+            (what, film_of(&scene, Settings { seed, ..settings }))
+        })
+        .collect();
+    assert_all_agree(&films);
+}
+
+/// Under a sky of which light sampling leaves the dark part to phase functions and BSDFs where it works
+/// beside them.
+#[test]
+fn estimators_agree_in_a_cloud_under_an_image_of_the_sky() {
+    let mut scene = Builder(under_a_sky());
+    let view = scene.0.cameras.remove(0);
+    let place = DAffine3::from_translation(DVec3::new(0.0, 1.2, 0.5));
+    let mut scene = block(scene, place, cloud(3.0, [0.9, 0.8, 0.7], FORWARDS)).seen_by(view);
+    if let Matter::Heterogeneous(grid) = &mut scene.media[0].matter {
+        grid.extinction.to_world = place * grid.extinction.to_world;
+    }
+    let base = with_depth(4096, 6);
+    let light = Settings { direct: DirectLight::Light, seed: 1, ..base.clone() };
+    let (mis, light) = (film_of(&scene, base), film_of(&scene, light));
+    assert_agree(&mis, &light, 1e-4, "a cloud under a sky");
+}
+
+/// Light scattered k times, for k = 0 … 3 and more, adds up to all light.
+#[test]
+fn depths_in_media_add_up() {
+    let scene = foggy(cloud(8.0, [0.9, 0.8, 0.7], Phase::Isotropic));
+    let only = |min_bounce, max_bounce| {
+        let settings = Settings { min_bounce, max_bounce, seed: min_bounce, ..with_depth(2048, 6) };
+        Luminances::of(&film_of(&scene, settings))
+    };
+    let each = (1..=2).fold(only(0, 0), |sum, k| sum.plus(&only(k, k)));
+    let all = film_of(&scene, Settings { seed: 9, ..with_depth(2048, 6) });
+    let result = each.plus(&only(3, u32::MAX)).compare(&Luminances::of(&all), 1e-4);
+    result.unwrap_or_else(|e| panic!("depth by depth: {e}"));
+}
+
+/// Without media it is the path tracer, through holes as well.
+#[test]
+fn without_media_it_is_the_path_tracer() {
+    let mut holes = cornell();
+    let veil = Matte { reflectance: [0.8, 0.5, 0.3].into(), two_sided: true };
+    holes = Builder(holes).quad(facing(DVec3::Z * 0.8, DVec3::Z, 0.8), veil.into()).0;
+    holes.materials.last_mut().expect("the veil").opacity = 0.4.into();
+    for (name, scene) in [("room", cornell()), ("sky", under_a_sky()), ("veil", holes)] {
+        for direct in [DirectLight::Mis, DirectLight::Light] {
+            let settings = Settings { direct, ..with_depth(2048, 5) };
+            let path = Settings { integrator: "path".into(), seed: 1, ..settings.clone() };
+            let (a, b) = (film_of(&scene, settings), film_of(&scene, path));
+            assert_agree(&a, &b, sidak(1e-4, 6), &format!("{name}, {direct:?}"));
+        }
+    }
+}
+
+/// Threads, tiles and batches do not change a bit, with one and with many light samples.
+#[test]
+fn samples_in_media_are_pure() {
+    let scene = foggy(cloud(8.0, [0.9, 0.8, 0.7], FORWARDS));
+    for light_samples in [1, 40] {
+        let settings = Settings { light_samples, ..with_depth(3, 8) };
+        let settings = Settings { sampler: pathtracer::SamplerKind::Sobol, ..settings };
+        let session = Session::new(&scene, size([16, 12]), settings.clone()).expect("it compiles");
+        let film = |threads, tile, batch| {
+            let renderer = Renderer::new(session.scene(), &settings, threads, tile, false);
+            let renderer = renderer.expect("it starts").with_batch_size(batch);
+            let mut film = Film::new(session.film().region());
+            assert_eq!(renderer.render(&mut film, &Silent).0, Progress::Finished);
+            assert_eq!(film.rejections().count, 0);
+            film
+        };
+        let reference = film(1, 16, 1024);
+        for (threads, tile, batch) in [(1, 16, 1), (2, 8, 7), (3, 5, 100)] {
+            assert!(film(threads, tile, batch) == reference, "{threads} {tile} {batch}");
+        }
+    }
+}
+
+/// Media go with the unit of length, of which a power of two does not even change the rounding; and a scene
+/// with a cloud that is moved and turned gives the same image.
+#[test]
+fn media_may_stand_anywhere_in_any_unit() {
+    let mut scene = foggy(cloud(8.0, [0.9, 0.8, 0.7], FORWARDS));
+    scene.lights.retain(|light| !matches!(light.kind, LightKind::Point { .. }));
+    let film = |scene: &Scene, seed| film_of(scene, Settings { seed, ..with_depth(2048, 5) });
+    let here = film(&scene, 0);
+    assert!(film(&Scene { metres_per_unit: 0.25, ..scene.clone() }, 0) == here);
+    let turn = DAffine3::from_axis_angle(DVec3::new(0.48, 0.6, 0.64), 2.0);
+    let by = DAffine3::from_translation(DVec3::new(30.0, -20.0, 50.0)) * turn;
+    let mut there = moved(scene, by);
+    for medium in &mut there.media {
+        if let Matter::Heterogeneous(grid) = &mut medium.matter {
+            grid.extinction.to_world = by * grid.extinction.to_world;
+        }
+    }
+    assert_agree(&here, &film(&there, 1), 1e-4, "moved");
+}
+
+/// Who renders a scene with media by an integrator that does not see them is told, once.
+#[test]
+fn media_that_are_not_seen_are_told() {
+    let scene = foggy(cloud(8.0, [1.0; 3], Phase::Isotropic));
+    let notes = |scene: &Scene, integrator: &str| {
+        let settings = Settings { integrator: integrator.into(), ..Settings::default() };
+        let session = Session::new(scene, size([2, 2]), settings).expect("it compiles");
+        session.notes().iter().filter(|n| n.contains("--integrator volpath")).count()
+    };
+    assert_eq!(notes(&scene, "path"), 1);
+    assert_eq!(notes(&scene, "volpath"), 0);
+    assert_eq!(notes(&cornell(), "path"), 0);
+}
+
+/// What makes no sense is refused with a reason.
+#[test]
+fn media_that_make_no_sense_are_refused() {
+    let grid_of = |values: Vec<f32>, scale| {
+        let cells = Grid { resolution: [2, 1, 1], channels: 1, values };
+        grid(cells, scale, Volume::Constant([0.5; 3]), Phase::Isotropic)
+    };
+    let cases = [
+        (homogeneous([1.0, -1.0, 0.0], [0.5; 3], Phase::Isotropic), "extinction is -1"),
+        (homogeneous([f32::INFINITY; 3], [0.5; 3], Phase::Isotropic), "extinction is inf"),
+        (homogeneous([1.0; 3], [1.5; 3], Phase::Isotropic), "albedo is 1.5"),
+        (
+            homogeneous([1.0; 3], [0.5; 3], Phase::HenyeyGreenstein { g: 1.0 }),
+            "expected -1 < g < 1",
+        ),
+        (grid_of(vec![1.0, f32::NAN], 1.0), "extinction is NaN"),
+        (grid_of(vec![1.0; 3], 1.0), "3 numbers do not make a grid of 2 x 1 x 1"),
+        (grid_of(vec![1.0; 2], 1e6), "too dense"),
+        (grid_of(vec![1.0; 2], -1.0), "extinction is -1"),
+    ];
+    for (medium, want) in cases {
+        let scene = block(Builder::default().sky(1.0), DAffine3::IDENTITY, medium);
+        let scene = scene.seen_by(straight());
+        let result = Session::new(&scene, size([2, 2]), Settings::default());
+        let message = result.err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(message.contains(want), "{message}, expected {want}");
+    }
+    let mut dangling = cornell();
+    dangling.media.push(homogeneous([1.0; 3], [0.5; 3], Phase::Isotropic));
+    dangling.objects[0].media = Some(Sides { interior: Some(3), exterior: None });
+    let result = Session::new(&dangling, size([2, 2]), Settings::default());
+    let message = result.err().map(|e| e.to_string()).unwrap_or_default();
+    assert!(message.contains("medium 3 is out of range: there are 1"), "{message}");
+}

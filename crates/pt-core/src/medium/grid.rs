@@ -1,0 +1,162 @@
+//! A medium whose density is given by a grid.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use pt_math::sampler::Stream;
+use pt_math::{Mat3, Ray, Spectrum, Vec3, trig};
+use pt_scene::medium::{Grid, GridFilter};
+
+use super::Flight;
+use super::majorant::Majorants;
+
+/// A grid in the world.
+#[derive(Clone, Debug)]
+pub struct Field {
+    /// The numbers.
+    pub grid: Arc<Grid>,
+    /// The corner in the world of the cube that the grid fills, from which its numbers run.
+    pub corner: Vec3,
+    /// From differences to the corner to the unit cube.
+    pub to_unit: Mat3,
+    /// What is between the middles of its cells.
+    pub filter: GridFilter,
+}
+
+/// The share of extinction that is scattered.
+#[derive(Clone, Debug)]
+pub enum Albedo {
+    /// The same everywhere.
+    Constant(Spectrum),
+    /// By a grid.
+    Field(Field),
+}
+
+/// Extinction by a grid, and none outside of it.
+#[derive(Clone, Debug)]
+pub struct GridMedium {
+    extinction: Field,
+    /// What its numbers are multiplied by to be per metre.
+    scale: f32,
+    albedo: Albedo,
+    majorants: Majorants,
+}
+
+impl Field {
+    /// The cells between which a point of the unit cube lies along an axis, and how far it is from the
+    /// first to the second.
+    #[inline]
+    fn neighbours(&self, axis: usize, x: f32) -> ([usize; 2], f32) {
+        let count = self.grid.resolution[axis];
+        let most = (count - 1) as f32;
+        let x = x * count as f32;
+        match self.filter {
+            GridFilter::Nearest => ([x.clamp(0.0, most) as usize; 2], 0.0),
+            GridFilter::Trilinear => {
+                let x = (x - 0.5).clamp(0.0, most);
+                let first = x as usize;
+                ([first, (first + 1).min(count as usize - 1)], x - first as f32)
+            }
+        }
+    }
+
+    /// Channel `c` at a point of the unit cube, beyond which it is as at its walls.
+    #[inline]
+    pub(super) fn number(&self, p: Vec3, c: usize) -> f32 {
+        let [nx, ny, _] = self.grid.resolution.map(|n| n as usize);
+        let ([x0, x1], fx) = self.neighbours(0, p.x);
+        let (ys, fy) = self.neighbours(1, p.y);
+        let (zs, fz) = self.neighbours(2, p.z);
+        let channels = self.grid.channels as usize;
+        let mix = |a: f32, b: f32, f: f32| a + (b - a) * f;
+        let row = |y: usize, z: usize| {
+            let at = |x: usize| self.grid.values[((z * ny + y) * nx + x) * channels + c];
+            mix(at(x0), at(x1), fx)
+        };
+        let plane = |z: usize| mix(row(ys[0], z), row(ys[1], z), fy);
+        mix(plane(zs[0]), plane(zs[1]), fz)
+    }
+
+    /// The numbers at a point of the world, the same for all channels if there is one.
+    fn color(&self, p: Vec3) -> Spectrum {
+        let p = self.to_unit * (p - self.corner);
+        if self.grid.channels == 3 {
+            Spectrum::rgb(self.number(p, 0), self.number(p, 1), self.number(p, 2))
+        } else {
+            Spectrum::splat(self.number(p, 0))
+        }
+    }
+}
+
+impl GridMedium {
+    /// Extinction by the first channel of a grid.
+    pub fn new(extinction: Field, scale: f32, albedo: Albedo) -> Self {
+        let majorants = Majorants::new(&extinction.grid);
+        Self { extinction, scale, albedo, majorants }
+    }
+
+    /// Distances by the majorant of each part of the grid; there, light is scattered with the
+    /// probability that the extinction is of the majorant. [Woodcock et al. 1965; Novák et al. 2018,
+    /// "Monte Carlo methods for volumetric light transport simulation", §5.1.2]
+    pub fn sample(&self, ray: &Ray, stream: &mut Stream) -> Flight {
+        if matches!(self.albedo, Albedo::Constant(albedo) if albedo.is_black()) {
+            return Flight::Passed { weight: Spectrum::splat(self.transmittance(ray, stream)) };
+        }
+        let found = self.collide(ray, stream, |share, choice| choice < share);
+        let Some(t) = found else { return Flight::Passed { weight: Spectrum::ONE } };
+        let weight = match &self.albedo {
+            Albedo::Constant(albedo) => *albedo,
+            Albedo::Field(field) => field.color(ray.at(t)),
+        };
+        Flight::Scattered { t, weight }
+    }
+
+    /// The product of 1 − σt / majorant at all distances that [`Self::sample`] would draw until the end,
+    /// whose mean is the transmittance. [ratio tracking: Novák, Selle & Jarosz 2014, "Residual Ratio
+    /// Tracking for Estimating Attenuation in Participating Media"]
+    pub fn transmittance(&self, ray: &Ray, stream: &mut Stream) -> f32 {
+        let mut product = 1.0;
+        self.collide(ray, stream, |share, _| {
+            product *= 1.0 - share;
+            product == 0.0
+        });
+        product
+    }
+
+    /// Goes through the collisions that there would be if all of a part of the grid were as dense as
+    /// its densest place, until `stop` says so of one, by the share of the density there and a number
+    /// from [0, 1).
+    fn collide(
+        &self,
+        ray: &Ray,
+        stream: &mut Stream,
+        mut stop: impl FnMut(f32, f32) -> bool,
+    ) -> Option<f32> {
+        let field = &self.extinction;
+        let origin = field.to_unit * (ray.origin - field.corner);
+        let direction = field.to_unit * ray.direction;
+        let local = Ray { origin, direction, ..*ray };
+        // Per unit of the ray's parameter.
+        let scale = self.scale * ray.direction.length();
+        let found = self.majorants.walk(&local, |[from, to], majorant| {
+            let per_t = majorant * scale;
+            let depth = (to - from) * per_t;
+            // Depths are added up, not places, so that there is an end even where the steps are smaller
+            // than what single precision tells apart.
+            let mut passed = 0.0;
+            loop {
+                let [u, choice] = stream.next_2d();
+                passed -= trig::ln(1.0 - u);
+                if passed >= depth {
+                    return ControlFlow::Continue(());
+                }
+                let t = from + passed / per_t;
+                let share = (field.number(local.at(t), 0) / majorant).min(1.0);
+                if stop(share, choice) {
+                    return ControlFlow::Break(t);
+                }
+            }
+        });
+        found.break_value()
+    }
+}

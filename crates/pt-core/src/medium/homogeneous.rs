@@ -1,0 +1,74 @@
+//! A medium that is the same everywhere.
+
+use pt_math::{Ray, Spectrum, trig};
+
+use super::Flight;
+
+/// Where a medium without an end ends, in metres: a tenth of a light year. Squares of longer distances are
+/// soon more than single precision holds.
+const FARTHEST: f32 = 1e15;
+
+/// The same extinction and albedo everywhere.
+#[derive(Clone, Copy, Debug)]
+pub struct Homogeneous {
+    /// Extinction σt per metre.
+    pub extinction: Spectrum,
+    /// Share of it that is scattered.
+    pub albedo: Spectrum,
+}
+
+impl Homogeneous {
+    /// T = e^(−σt d), with d the length of the interval. [Beer's law]
+    #[inline]
+    pub fn transmittance(&self, ray: &Ray) -> Spectrum {
+        self.along((ray.t_max - ray.t_min) * ray.direction.length())
+    }
+
+    #[inline]
+    fn along(&self, distance: f32) -> Spectrum {
+        let distance = distance.min(FARTHEST);
+        self.extinction.map(|sigma| trig::exp(-sigma * distance))
+    }
+
+    /// A distance by the extinction of one channel, which is chosen by the throughput: the density is
+    /// the mean of those of the channels. [Veach 1997, §9.2.3: the one-sample model with the balance
+    /// heuristic]
+    #[inline]
+    pub fn sample(&self, ray: &Ray, beta: Spectrum, [u, choice]: [f32; 2]) -> Flight {
+        if self.albedo.is_black() {
+            return Flight::Passed { weight: self.transmittance(ray) };
+        }
+        let [r, g, b] = beta.to_array();
+        let share = beta / (r + g + b);
+        let [sr, sg, sb] = self.extinction.to_array();
+        let choice = choice * (r + g + b);
+        let sigma = if choice < r {
+            sr
+        } else if choice < r + g {
+            sg
+        } else {
+            sb
+        };
+        let unit = ray.direction.length();
+        let distance = -trig::ln(1.0 - u) / sigma;
+        let t = ray.t_min + distance / unit;
+        if t < ray.t_max && distance < FARTHEST {
+            let transmittance = self.along(distance);
+            let removed = self.extinction * transmittance;
+            Flight::Scattered { t, weight: balanced(removed, share) * self.albedo }
+        } else {
+            let transmittance = self.transmittance(ray);
+            Flight::Passed { weight: balanced(transmittance, share) }
+        }
+    }
+}
+
+/// What each channel has, over the mean of all by their shares. Nothing where even the most of them is
+/// too little for single precision.
+#[inline]
+fn balanced(channels: Spectrum, share: Spectrum) -> Spectrum {
+    let [r, g, b] = (share * channels).to_array();
+    let mean = r + g + b;
+    // Divided one by one: the inverse of a small mean may be infinite.
+    if mean > 0.0 { channels.map(|x| x / mean) } else { Spectrum::ZERO }
+}

@@ -1,0 +1,223 @@
+//! Laws of media.
+
+use std::sync::Arc;
+
+use pt_math::sampler::{PointSet, Sampler, SamplerKind, Stream};
+use pt_math::{Mat3, Ray, Spectrum, Vec3};
+use pt_scene::medium::{Grid, GridFilter};
+use pt_testing::{mean_z_test, sidak};
+
+use super::{Albedo, Field, Flight, GridMedium, Homogeneous, Matter, MediumRecord};
+use crate::phase::Isotropic;
+
+const SAMPLES: u32 = 40_000;
+
+/// From where a ray enters to where it leaves, the part that counts; its direction is no unit vector.
+fn ray() -> Ray {
+    let direction = Vec3::new(0.48, 0.64, 0.6) * 1.5;
+    Ray { t_min: 0.1, t_max: 0.9, ..Ray::new(Vec3::new(-0.05, -0.1, 0.02), direction) }
+}
+
+fn record(matter: Matter) -> MediumRecord {
+    MediumRecord { matter, phase: Isotropic.into() }
+}
+
+fn homogeneous(extinction: [f32; 3], albedo: f32) -> MediumRecord {
+    let (extinction, albedo) = (extinction.into(), Spectrum::splat(albedo));
+    record(Matter::Homogeneous(Homogeneous { extinction, albedo }))
+}
+
+fn grid(values: Vec<f32>, resolution: [u32; 3], scale: f32, albedo: f32) -> MediumRecord {
+    let grid = Arc::new(Grid { resolution, channels: 1, values });
+    let (corner, to_unit) = (Vec3::splat(-0.5), Mat3::from_diagonal(Vec3::splat(0.5)));
+    let field = Field { grid, corner, to_unit, filter: GridFilter::Trilinear };
+    let albedo = Albedo::Constant(Spectrum::splat(albedo));
+    record(Matter::Grid(Box::new(GridMedium::new(field, scale, albedo))))
+}
+
+/// Twelve cells along x, more and more dense, the same along the other axes.
+fn gradient(scale: f32, albedo: f32) -> MediumRecord {
+    let values = (0..12 * 2 * 3).map(|i| (i % 12) as f32 / 11.0).collect();
+    grid(values, [12, 2, 3], scale, albedo)
+}
+
+/// The extinction of [`gradient`] with scale 1 at a point of the world.
+fn gradient_at(p: Vec3) -> f64 {
+    let cell = (f64::from(p.x) + 0.5) * 0.5 * 12.0 - 0.5;
+    cell.clamp(0.0, 11.0) / 11.0
+}
+
+/// ∫ σ along the ray up to `t`, by the midpoint rule.
+fn depth(ray: &Ray, t: f32, sigma: impl Fn(Vec3) -> f64) -> f64 {
+    const STEPS: u32 = 20_000;
+    let step = f64::from(t - ray.t_min) / f64::from(STEPS);
+    let place = |i: u32| ray.t_min + (step * (f64::from(i) + 0.5)) as f32;
+    let length = f64::from(ray.direction.length()) * step;
+    (0..STEPS).map(|i| sigma(ray.at(place(i))) * length).sum()
+}
+
+fn numbers(sample: u32) -> ([f32; 2], Stream) {
+    let set = PointSet { kind: SamplerKind::Independent, seed: 3, spp: SAMPLES };
+    let mut sampler = Sampler::new(set, [1, 2], sample);
+    (sampler.next_2d(), sampler.stream([0, 0]))
+}
+
+/// Means of what `f` gives of many samples, against what is expected.
+fn check(what: &str, want: [f64; 3], tests: usize, f: impl Fn([f32; 2], &mut Stream) -> Spectrum) {
+    let all: Vec<_> = (0..SAMPLES).map(numbers).map(|(u, mut s)| f(u, &mut s)).collect();
+    for (channel, want) in want.into_iter().enumerate() {
+        let values: Vec<_> = all.iter().map(|s| f64::from(s.to_array()[channel])).collect();
+        let result = mean_z_test(&values, want, sidak(1e-4, 3 * tests));
+        result.unwrap_or_else(|e| panic!("{what}, channel {channel}: {e}"));
+    }
+}
+
+/// The name of a medium, and its depth along [`ray`] up to a parameter, per channel.
+type Case = (&'static str, MediumRecord, fn(f32) -> [f64; 3]);
+
+fn media(albedo: f32) -> Vec<Case> {
+    fn of(t: f32, sigmas: [f64; 3]) -> [f64; 3] {
+        sigmas.map(|sigma| depth(&ray(), t, |_| sigma))
+    }
+    vec![
+        ("grey", homogeneous([1.2; 3], albedo), |t| of(t, [1.2; 3])),
+        ("coloured", homogeneous([0.3, 4.0, 0.0], albedo), |t| of(t, [0.3, 4.0, 0.0])),
+        ("uniform grid", grid(vec![0.5; 60], [3, 4, 5], 2.4, albedo), |t| of(t, [1.2; 3])),
+        ("gradient", gradient(3.0, albedo), |t| [depth(&ray(), t, |p| 3.0 * gradient_at(p)); 3]),
+        ("dense", gradient(12.0, albedo), |t| [depth(&ray(), t, |p| 12.0 * gradient_at(p)); 3]),
+    ]
+}
+
+/// T = e^(−∫σ): in closed form, or on average.
+#[test]
+fn transmittance_follows_beers_law() {
+    let media = media(0.5);
+    for (name, medium, depth) in &media {
+        let want = depth(ray().t_max).map(|depth| libm::exp(-depth));
+        check(name, want, media.len(), |_, stream| medium.transmittance(&ray(), stream));
+    }
+}
+
+/// What is homogeneous has no noise.
+#[test]
+fn homogeneous_transmittance_is_exact() {
+    for (name, medium, depth) in &media(0.5)[..2] {
+        let (_, mut stream) = numbers(0);
+        let got = medium.transmittance(&ray(), &mut stream).to_array();
+        for (got, depth) in got.into_iter().zip(depth(ray().t_max)) {
+            assert!((f64::from(got) - libm::exp(-depth)).abs() < 1e-6, "{name}: {got} {depth}");
+        }
+    }
+}
+
+/// What only absorbs lets all paths through, with the transmittance as their weight; for homogeneous
+/// media it is that in closed form.
+#[test]
+fn absorption_takes_no_random_distances() {
+    for (name, medium, depth) in &media(0.0)[..2] {
+        for sample in 0..10 {
+            let (u, mut stream) = numbers(sample);
+            let Flight::Passed { weight } = medium.sample(&ray(), Spectrum::ONE, u, &mut stream)
+            else {
+                panic!("{name} scatters");
+            };
+            for (got, depth) in weight.to_array().into_iter().zip(depth(ray().t_max)) {
+                assert!((f64::from(got) - libm::exp(-depth)).abs() < 1e-6, "{name}: {got}");
+            }
+        }
+    }
+}
+
+/// Paths that pass carry the transmittance on average, whatever their throughput; those that are
+/// scattered carry the albedo of what is taken away, and those before a distance that of it.
+#[test]
+fn weights_of_flights_are_the_terms_of_the_transport_equation() {
+    const ALBEDO: f32 = 0.8;
+    let beta = Spectrum::rgb(0.9, 0.2, 0.5);
+    let absorbing = media(0.0);
+    let scattering = media(ALBEDO);
+    let tests = 3 * (scattering.len() + absorbing.len());
+    for (is_black, (name, medium, depth)) in
+        scattering.iter().map(|m| (false, m)).chain(absorbing.iter().map(|m| (true, m)))
+    {
+        let passed = |flight| match flight {
+            Flight::Passed { weight } => weight,
+            Flight::Scattered { .. } => Spectrum::ZERO,
+        };
+        let before = |end: f32| {
+            move |flight| match flight {
+                Flight::Scattered { t, weight } if t < end => weight,
+                _ => Spectrum::ZERO,
+            }
+        };
+        let sample = |u, stream: &mut Stream| medium.sample(&ray(), beta, u, stream);
+        let want = depth(ray().t_max).map(|depth| libm::exp(-depth));
+        check(name, want, tests, |u, s| passed(sample(u, s)));
+        for end in [0.35, ray().t_max] {
+            let albedo = if is_black { 0.0 } else { f64::from(ALBEDO) };
+            let want = depth(end).map(|depth| albedo * (1.0 - libm::exp(-depth)));
+            check(name, want, tests, |u, s| before(end)(sample(u, s)));
+        }
+    }
+}
+
+/// Infinitely far away all is gone, but where there is nothing in the way, and what is scattered is not
+/// too far away to be computed with.
+#[test]
+fn rays_may_be_infinite() {
+    let ray = Ray { t_max: f32::INFINITY, ..ray() };
+    let medium = homogeneous([0.0, 1e-12, 2.0], 0.5);
+    let (_, mut stream) = numbers(0);
+    assert_eq!(medium.transmittance(&ray, &mut stream).to_array(), [1.0, 0.0, 0.0]);
+    for sample in 0..1000 {
+        let (u, mut stream) = numbers(sample);
+        match medium.sample(&ray, Spectrum::ONE, u, &mut stream) {
+            Flight::Scattered { t, weight } => assert!(t < 1e15 && weight.is_finite()),
+            Flight::Passed { weight } => assert!(weight.is_finite() && weight.0.y == 0.0),
+        }
+    }
+    let cloud = gradient(3.0, 0.5);
+    let finite = Ray { t_max: 100.0, ..ray };
+    let transmittance = |ray| {
+        let (_, mut stream) = numbers(1);
+        cloud.transmittance(&ray, &mut stream)
+    };
+    assert_eq!(transmittance(ray), transmittance(finite), "outside of the grid there is nothing");
+}
+
+/// Channels may differ by all that single precision has.
+#[test]
+fn extremely_coloured_media_give_numbers() {
+    let beta = Spectrum::rgb(1.0, 1e-20, 0.5);
+    for extinction in [[0.0, 1e38, 1e-38], [1e-30, 1e30, 1.0], [3e38, 1e-44, 0.0]] {
+        let medium = homogeneous(extinction, 0.5);
+        for (sample, t_max) in (0..1000).flat_map(|i| [(i, 0.9), (i, f32::INFINITY)]) {
+            let (u, mut stream) = numbers(sample);
+            let ray = Ray { t_max, ..ray() };
+            let (Flight::Scattered { weight, .. } | Flight::Passed { weight }) =
+                medium.sample(&ray, beta, u, &mut stream);
+            assert!(weight.is_finite() && weight.0.min_element() >= 0.0, "{weight:?}");
+        }
+    }
+}
+
+/// Where all is empty nothing happens; and what is as dense as can be stops at once.
+#[test]
+fn extremes_give_numbers() {
+    let empty = grid(vec![0.0; 8], [2; 3], 1.0, 1.0);
+    let wall = grid(vec![1.0; 8], [2; 3], 3e4, 1.0);
+    for sample in 0..100 {
+        let (u, mut stream) = numbers(sample);
+        assert_eq!(empty.transmittance(&ray(), &mut stream), Spectrum::ONE);
+        assert!(matches!(
+            empty.sample(&ray(), Spectrum::ONE, u, &mut stream),
+            Flight::Passed { weight: Spectrum::ONE }
+        ));
+        assert_eq!(wall.transmittance(&ray(), &mut stream), Spectrum::ZERO);
+        let Flight::Scattered { t, weight } = wall.sample(&ray(), Spectrum::ONE, u, &mut stream)
+        else {
+            panic!("it is as thin as air");
+        };
+        assert!(t >= ray().t_min && t < ray().t_min + 1e-2 && weight == Spectrum::ONE);
+    }
+}

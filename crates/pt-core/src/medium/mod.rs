@@ -1,0 +1,118 @@
+//! Media: what happens to light between surfaces.
+//!
+//! A ray's interval is the part of it that is in the medium. Lengths are in metres.
+
+mod grid;
+mod homogeneous;
+#[cfg(test)]
+mod laws;
+mod majorant;
+
+use pt_math::sampler::Stream;
+use pt_math::{Ray, Spectrum};
+
+use crate::id::{Id, Table};
+use crate::phase::AnyPhase;
+use crate::scene::SurfaceRecord;
+
+pub use grid::{Albedo, Field, GridMedium};
+pub use homogeneous::Homogeneous;
+
+/// A medium.
+#[derive(Clone, Debug)]
+pub struct MediumRecord {
+    /// How much light it takes away, and how much of that it scatters.
+    pub matter: Matter,
+    /// Where the scattered light goes.
+    pub phase: AnyPhase,
+}
+
+/// How dense a medium is, and where.
+#[derive(Clone, Debug)]
+pub enum Matter {
+    /// The same everywhere.
+    Homogeneous(Homogeneous),
+    /// By a grid.
+    Grid(Box<GridMedium>),
+}
+
+/// How a path goes through a medium. Weights are what its throughput is multiplied by.
+#[derive(Clone, Copy, Debug)]
+pub enum Flight {
+    /// It is scattered at the parameter `t` of its ray.
+    Scattered {
+        /// Where.
+        t: f32,
+        /// σs T / p, with T the transmittance up to there and p the density of the distance.
+        weight: Spectrum,
+    },
+    /// It comes to the end of the interval.
+    Passed {
+        /// T / P, with P the probability of that.
+        weight: Spectrum,
+    },
+}
+
+impl MediumRecord {
+    /// Draws where a path with throughput `beta` is scattered, by `u` or, where it takes more numbers
+    /// than anybody can tell ahead, by the stream. What only absorbs lets all paths through.
+    #[inline]
+    pub fn sample(&self, ray: &Ray, beta: Spectrum, u: [f32; 2], stream: &mut Stream) -> Flight {
+        match &self.matter {
+            Matter::Homogeneous(medium) => medium.sample(ray, beta, u),
+            Matter::Grid(medium) => medium.sample(ray, stream),
+        }
+    }
+
+    /// The share of light that gets through, or an estimate of it that is right on average.
+    #[inline]
+    pub fn transmittance(&self, ray: &Ray, stream: &mut Stream) -> Spectrum {
+        match &self.matter {
+            Matter::Homogeneous(medium) => medium.transmittance(ray),
+            Matter::Grid(medium) => Spectrum::splat(medium.transmittance(ray, stream)),
+        }
+    }
+}
+
+/// The media on both sides of a surface; `None` is empty space.
+#[derive(Clone, Copy, Debug)]
+pub struct Boundary {
+    /// Behind it.
+    pub interior: Option<Id<MediumRecord>>,
+    /// On the side of its normal.
+    pub exterior: Option<Id<MediumRecord>>,
+}
+
+/// All media, and where they meet.
+#[derive(Debug, Default)]
+pub struct Media {
+    /// The media.
+    pub table: Table<MediumRecord>,
+    /// What each surface separates; it may end early.
+    pub boundaries: Vec<Option<Boundary>>,
+    /// The medium that the camera is in.
+    pub camera: Option<Id<MediumRecord>>,
+}
+
+impl Media {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.table.as_slice().is_empty()
+    }
+
+    /// The medium of a ray that leaves a surface, to the side of its normal if `outwards`, and came
+    /// through `current`.
+    #[inline]
+    pub fn beyond(
+        &self,
+        surface: Id<SurfaceRecord>,
+        outwards: bool,
+        current: Option<Id<MediumRecord>>,
+    ) -> Option<Id<MediumRecord>> {
+        match self.boundaries.get(surface.index()) {
+            Some(Some(Boundary { exterior, .. })) if outwards => *exterior,
+            Some(Some(Boundary { interior, .. })) => *interior,
+            _ => current,
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! Scattering inside of media: the [`PhaseFunction`] contract and the closed set of phase functions.
+//!
+//! To add one: write `my_phase.rs`, add one line to `phases!` below. The laws of `laws.rs` then hold it
+//! to its contract.
+
+mod henyey_greenstein;
+mod isotropic;
+#[cfg(test)]
+mod laws;
+
+use pt_math::{Pdf, SolidAngle, Vec3};
+
+/// How a particle scatters light: p(wo, wi), which integrates to 1 over all `wi`.
+///
+/// Both directions are of unit length and point away from the particle: `wo` to the camera side, `wi` to
+/// the light side. What goes straight on has `wi` = −`wo`.
+pub trait PhaseFunction: Copy {
+    /// The phase function, which is also the density with which [`Self::sample`] returns `wi`: so a
+    /// sample's weight is 1.
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle>;
+    /// Draws `wi` by a map from the unit square.
+    fn sample(&self, wo: Vec3, u: [f32; 2]) -> Vec3;
+    /// Settings worth testing; the laws run on each.
+    fn examples() -> Vec<Self>;
+}
+
+macro_rules! phases {
+    ($($(#[$doc:meta])* $name:ident = $module:ident::$ty:ident),* $(,)?) => {
+        $(pub use $module::$ty;)*
+
+        /// Any phase function: the closed set that backends match on.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum AnyPhase { $($(#[$doc])* $name($ty)),* }
+
+        $(impl From<$ty> for AnyPhase {
+            fn from(phase: $ty) -> Self { Self::$name(phase) }
+        })*
+
+        impl AnyPhase {
+            /// See [`PhaseFunction::pdf`].
+            #[inline]
+            pub fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
+                match self { $(Self::$name(p) => p.pdf(wo, wi)),* }
+            }
+            /// See [`PhaseFunction::sample`].
+            #[inline]
+            pub fn sample(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
+                match self { $(Self::$name(p) => p.sample(wo, u)),* }
+            }
+            /// Settings of all phase functions, for the laws.
+            pub fn examples() -> Vec<Self> {
+                [$($ty::examples().into_iter().map(Self::$name).collect::<Vec<_>>()),*].concat()
+            }
+        }
+    };
+}
+
+phases! {
+    /// The same in all directions.
+    Isotropic = isotropic::Isotropic,
+    /// More forwards or backwards, by one number.
+    HenyeyGreenstein = henyey_greenstein::HenyeyGreenstein,
+}

@@ -1,0 +1,326 @@
+//! The path tracer for scenes with media.
+//!
+//! ```text
+//! for each bounce:
+//!     from surface to surface, through holes, until paths are scattered     travel
+//!     light that they find; which paths go on                              arrive
+//!     path by path: direct light, and the next direction                   scatter
+//!     what gets through to the lights                                      shadows
+//! ```
+//!
+//! As in `wavefront.rs`, paths share nothing but the memory they stand in.
+
+mod shadow;
+mod travel;
+mod vertex;
+
+use pt_core::film::ExactSum;
+use pt_core::id::Id;
+use pt_core::light::{AnyLight, Light, LightVisitor};
+use pt_core::medium::MediumRecord;
+use pt_core::scene::RenderScene;
+use pt_core::settings::{DirectLight, Settings};
+use pt_math::sampler::{Sampler, Stream};
+use pt_math::{Pdf, Ray, Rays, Spectrum};
+
+use super::path::{Path, sampled_weight};
+use super::sums::Sums;
+use super::wavefront::{Context, Rules, State, find};
+use super::{CAMERA_DIMENSIONS, Integrator, Starts};
+use crate::Tracer;
+use shadow::{Shadow, Shadows};
+use travel::{Event, Travel};
+use vertex::Vertex;
+
+/// Volumetric path tracing: [`Path`], where paths are scattered by media as well, with direct light
+/// there too. [Kajiya & Von Herzen 1984; Novák et al. 2018, "Monte Carlo methods for volumetric light
+/// transport simulation", §5 and §7.1]
+///
+/// An interaction is one with a surface or with a medium. The phase function takes the place of the
+/// BSDF. Estimators of direct light by hemispheres, which media do not have, are that of
+/// [`DirectLight::Mis`].
+pub(super) struct VolPath<'a> {
+    scene: &'a RenderScene,
+    settings: Settings,
+    rules: Path,
+    /// Largest number of interactions.
+    depth: u32,
+    /// Which numbers of the sampler are for what.
+    layout: Layout,
+    /// Whether some materials choose.
+    choose: bool,
+    paths: Vec<Walker>,
+    events: Vec<Event>,
+    travel: Travel,
+    shadows: Shadows,
+    /// See [`Integrator::take_removed`].
+    removed: ExactSum,
+}
+
+/// A path under way.
+#[derive(Clone, Copy)]
+struct Walker {
+    state: State,
+    /// Its interval is what the path has not been through yet.
+    ray: Ray,
+    /// What it is in.
+    medium: Option<Id<MediumRecord>>,
+    /// Numbers for what happens an unknown number of times until it is scattered.
+    stream: Stream,
+}
+
+/// Dimensions of the sampler per bounce: a pair for distances in media, one per light sample, one for
+/// the direction, one for roulette and what the BSDF chooses, and one for materials.
+#[derive(Clone, Copy)]
+struct Layout {
+    /// Pairs that direct light takes.
+    light_pairs: u32,
+}
+
+impl Layout {
+    const OTHERS: u32 = 4;
+
+    /// The pair number `pair` of a bounce.
+    fn pair(self, sampler: Sampler, bounces: u32, pair: u32) -> [f32; 2] {
+        let pairs = self.light_pairs.wrapping_add(Self::OTHERS);
+        let pair = bounces.wrapping_mul(pairs).wrapping_add(pair);
+        let dimension = pair.wrapping_mul(2).wrapping_add(CAMERA_DIMENSIONS);
+        sampler.at_dimension(dimension).next_2d()
+    }
+
+    fn distance(self, sampler: Sampler, bounces: u32) -> [f32; 2] {
+        self.pair(sampler, bounces, 0)
+    }
+
+    fn light(self, sampler: Sampler, bounces: u32, number: u32) -> [f32; 2] {
+        self.pair(sampler, bounces, number.wrapping_add(1))
+    }
+
+    /// Three numbers for the direction, and one for roulette.
+    fn direction(self, sampler: Sampler, bounces: u32) -> ([f32; 3], f32) {
+        let first = self.light_pairs.wrapping_add(1);
+        let [x, y] = self.pair(sampler, bounces, first);
+        let [roulette, choice] = self.pair(sampler, bounces, first.wrapping_add(1));
+        ([x, y, choice], roulette)
+    }
+
+    fn material(self, sampler: Sampler, bounces: u32) -> f32 {
+        self.pair(sampler, bounces, self.light_pairs.wrapping_add(3))[0]
+    }
+}
+
+/// Numbers of the streams of a bounce: that of the path itself, and those of its light samples.
+fn stream(sampler: Sampler, bounces: u32, light_sample: Option<u32>) -> Stream {
+    sampler.stream([bounces, light_sample.map_or(0, |number| number.wrapping_add(1))])
+}
+
+impl Integrator for VolPath<'_> {
+    fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>) {
+        self.begin(starts);
+        radiance.clear();
+        radiance.resize(starts.samplers.len(), Spectrum::ZERO);
+        let mut removed = ExactSum::default();
+        let mut sums = Sums::new(radiance, self.settings.clamp, &mut removed);
+        for bounces in 0.. {
+            sums.scattered(bounces);
+            self.travel(bounces, tracer, starts, &mut sums);
+            self.arrive(bounces, &mut sums);
+            if self.paths.is_empty() {
+                break;
+            }
+            self.scatter(bounces, tracer, starts, &mut sums);
+            sums.scattered(bounces + 1);
+            self.shadows.answer(tracer, &mut sums);
+        }
+        self.removed.merge(removed);
+    }
+
+    fn take_removed(&mut self) -> ExactSum {
+        std::mem::take(&mut self.removed)
+    }
+}
+
+impl<'a> VolPath<'a> {
+    pub(super) fn new(scene: &'a RenderScene, settings: &'a Settings) -> Self {
+        let direct = match settings.direct {
+            DirectLight::Light => DirectLight::Light,
+            _ => DirectLight::Mis,
+        };
+        let settings = Settings { direct, ..settings.clone() };
+        let rules = Path { depth: u32::MAX };
+        let samples = |light: &AnyLight| rules.light_samples(&settings, light.is_delta());
+        let light_pairs = scene.lights.as_slice().iter().map(samples).fold(0, u32::wrapping_add);
+        Self {
+            scene,
+            depth: rules.depth(&settings),
+            layout: Layout { light_pairs },
+            choose: scene.materials.choose(),
+            settings,
+            rules,
+            paths: Vec::new(),
+            events: Vec::new(),
+            travel: Travel::default(),
+            shadows: Shadows::default(),
+            removed: ExactSum::default(),
+        }
+    }
+
+    fn context(&self) -> Context<'_> {
+        Context { scene: self.scene, settings: &self.settings }
+    }
+
+    fn begin(&mut self, starts: &Starts) {
+        self.paths.clear();
+        let path = |(start, ray): (u32, Ray)| Walker {
+            state: State {
+                beta: Spectrum::ONE,
+                squeeze: 1.0,
+                origin: ray.origin,
+                arrival: None,
+                start,
+            },
+            ray,
+            medium: self.scene.media.camera,
+            stream: stream(starts.samplers.get(start as usize), 0, None),
+        };
+        self.paths.extend((0..).zip(Rays::from(&starts.rays).iter()).map(path));
+    }
+
+    /// Adds the light that paths find where they end; leaves those that are scattered.
+    fn arrive(&mut self, bounces: u32, sums: &mut Sums) {
+        let shown = self.settings.shows(bounces);
+        let last = bounces >= self.depth;
+        let cx = Context { scene: self.scene, settings: &self.settings };
+        let Self { rules, paths, events, scene, .. } = self;
+        let mut going = 0;
+        for i in 0..paths.len() {
+            let Walker { state, ray, .. } = &paths[i];
+            match &events[i] {
+                Event::Escaped if shown => {
+                    let l = rules.sky(cx, state, ray.direction, bounces);
+                    sums.add(state.start, state.beta * l);
+                }
+                Event::Surface(hit) if shown && scene.glows(hit) => {
+                    find(rules, cx, state, &scene.interaction(ray, hit), sums);
+                }
+                _ => {}
+            }
+            if matches!(events[i], Event::Surface(_) | Event::Scattered { .. }) && !last {
+                (paths[going], events[going]) = (paths[i], events[i]);
+                going += 1;
+            }
+        }
+        paths.truncate(going);
+        events.truncate(going);
+    }
+
+    /// Asks for the direct light at each place where a path is scattered, and sends the paths that live
+    /// on their way.
+    fn scatter(&mut self, bounces: u32, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums) {
+        let scene = self.scene;
+        let lit = self.settings.shows(bounces + 1);
+        let mut living = 0;
+        for i in 0..self.paths.len() {
+            let (path, event) = (self.paths[i], self.events[i]);
+            let sampler = starts.samplers.get(path.state.start as usize);
+            let choice = if self.choose { self.layout.material(sampler, bounces) } else { 0.0 };
+            let mut resolved = None;
+            let vertex = Vertex::new(scene, &path.ray, path.medium, &event, choice, &mut resolved);
+            let Some(vertex) = vertex else { continue };
+            if lit && !vertex.is_delta() {
+                self.ask(&vertex, &path, sampler, bounces);
+                sums.scattered(bounces + 1);
+                self.shadows.answer_many(tracer, sums);
+            }
+            if let Some(next) = self.next(&vertex, &path, sampler, bounces + 1) {
+                self.paths[living] = next;
+                living += 1;
+            }
+        }
+        self.paths.truncate(living);
+    }
+
+    /// Asks for samples of each light.
+    fn ask(&mut self, vertex: &Vertex, path: &Walker, sampler: Sampler, bounces: u32) {
+        let mut number = 0;
+        for light in self.scene.lights.as_slice() {
+            let n = self.rules.light_samples(&self.settings, light.is_delta());
+            for _ in 0..n {
+                let u = self.layout.light(sampler, bounces, number);
+                let stream = stream(sampler, bounces, Some(number));
+                let asking = LightSampling { integrator: self, vertex, path, u, n, stream };
+                if let Some(shadow) = light.visit(asking) {
+                    self.shadows.push(shadow);
+                }
+                number = number.wrapping_add(1);
+            }
+        }
+    }
+
+    /// The path behind interaction number `bounces`, if it goes on.
+    fn next(
+        &self,
+        vertex: &Vertex,
+        path: &Walker,
+        sampler: Sampler,
+        bounces: u32,
+    ) -> Option<Walker> {
+        let (u, roulette) = self.layout.direction(sampler, bounces - 1);
+        let scattered = vertex.sample(u)?;
+        let mut state = State {
+            beta: path.state.beta * scattered.weight,
+            squeeze: path.state.squeeze * scattered.squeeze,
+            origin: vertex.point().p,
+            arrival: scattered.pdf,
+            start: path.state.start,
+        };
+        if state.beta.is_black() {
+            return None;
+        }
+        if let Some(q) = self.rules.survival(&self.settings, &state, bounces) {
+            if roulette >= q {
+                return None;
+            }
+            state.beta *= 1.0 / q;
+        }
+        Some(Walker {
+            state,
+            ray: vertex.point().spawn(scattered.wi),
+            medium: vertex.medium_towards(self.scene, scattered.wi),
+            stream: stream(sampler, bounces, None),
+        })
+    }
+}
+
+/// One of `n` samples of a light: the ray that asks whether it gets through, with what it brings.
+struct LightSampling<'s, 'a> {
+    integrator: &'s VolPath<'a>,
+    vertex: &'s Vertex<'s>,
+    path: &'s Walker,
+    u: [f32; 2],
+    n: u32,
+    stream: Stream,
+}
+
+impl LightVisitor for LightSampling<'_, '_> {
+    type Output = Option<Shadow>;
+
+    fn visit<L: Light>(self, light: &L) -> Self::Output {
+        let Self { integrator, vertex, path, u, n, stream } = self;
+        let Context { scene, settings } = integrator.context();
+        let point = vertex.point();
+        let sample = light.sample(&scene.light_tables, point.p, u)?;
+        let weight = sampled_weight(settings, &sample, n, |wi| vertex.pdf(wi));
+        let p = sample.pdf.map_or(1.0, Pdf::get) * n as f32;
+        let f = vertex.eval(sample.wi);
+        let value = path.state.beta * f * sample.radiance * (weight / p);
+        if value.is_black() {
+            return None;
+        }
+        // The ray ends a little before the light, up to which the medium is.
+        let end = if sample.end.is_some() { 1.0 } else { f32::INFINITY };
+        let medium = vertex.medium_towards(scene, sample.wi);
+        let (ray, start) = (point.spawn_to(&sample), path.state.start);
+        Some(Shadow { ray, end, value, medium, stream, start })
+    }
+}

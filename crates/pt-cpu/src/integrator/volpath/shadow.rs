@@ -1,0 +1,124 @@
+//! What gets through to lights.
+
+use pt_bvh::Hit;
+use pt_core::id::Id;
+use pt_core::medium::MediumRecord;
+use pt_core::scene::RenderScene;
+use pt_math::sampler::Stream;
+use pt_math::{Ray, Spectrum};
+
+use crate::Tracer;
+use crate::integrator::sums::Sums;
+
+/// A ray towards a light, and what it brings.
+#[derive(Clone, Copy)]
+pub(super) struct Shadow {
+    /// Its interval is what it has not been through yet.
+    pub(super) ray: Ray,
+    /// The parameter of the light itself.
+    pub(super) end: f32,
+    pub(super) value: Spectrum,
+    /// The medium that it is in.
+    pub(super) medium: Option<Id<MediumRecord>>,
+    /// Numbers for what is on its way.
+    pub(super) stream: Stream,
+    /// To the radiance of which start it belongs.
+    pub(super) start: u32,
+}
+
+/// Rays that were not followed yet, in the order in which they were asked for.
+#[derive(Default)]
+pub(super) struct Shadows {
+    queue: Vec<Shadow>,
+    rays: Vec<Ray>,
+    blocked: Vec<bool>,
+    under_way: Vec<usize>,
+    hits: Vec<Option<Hit>>,
+}
+
+/// Rays beyond which they are followed before there are more.
+const MANY: usize = 4096;
+
+impl Shadow {
+    /// Takes away what the medium does up to the parameter `t`.
+    fn pass(&mut self, scene: &RenderScene, t: f32) {
+        if let Some(medium) = self.medium {
+            let ray = Ray { t_max: t, ..self.ray };
+            let share = scene.media.table[medium].transmittance(&ray, &mut self.stream);
+            self.value *= share;
+        }
+    }
+
+    /// Goes on behind what was hit, if something gets through; says whether it does.
+    fn go_through(&mut self, scene: &RenderScene, hit: &Hit) -> bool {
+        let opacity = scene.opacity(&self.ray, hit);
+        if opacity >= 1.0 {
+            self.value = Spectrum::ZERO;
+            return false;
+        }
+        self.pass(scene, hit.t);
+        self.value *= 1.0 - opacity;
+        self.medium = scene.medium_beyond(&self.ray, hit, self.medium);
+        self.ray.t_min = hit.t.next_up();
+        !self.value.is_black()
+    }
+}
+
+impl Shadows {
+    pub(super) fn push(&mut self, shadow: Shadow) {
+        self.queue.push(shadow);
+    }
+
+    /// Follows them if they are many.
+    pub(super) fn answer_many(&mut self, tracer: &mut Tracer, sums: &mut Sums) {
+        if self.queue.len() >= MANY {
+            self.answer(tracer, sums);
+        }
+    }
+
+    /// Adds to each start what its rays bring, in the order in which they were asked for, and forgets
+    /// them.
+    pub(super) fn answer(&mut self, tracer: &mut Tracer, sums: &mut Sums) {
+        let scene = tracer.scene;
+        self.gather(0..self.queue.len());
+        tracer.occluded(&self.rays[..], &mut self.blocked);
+        self.under_way.clear();
+        for (i, (shadow, &blocked)) in self.queue.iter_mut().zip(&self.blocked).enumerate() {
+            match blocked {
+                false => shadow.pass(scene, shadow.end),
+                true if scene.has_holes => self.under_way.push(i),
+                true => shadow.value = Spectrum::ZERO,
+            }
+        }
+        self.go_through_holes(tracer);
+        for shadow in self.queue.drain(..) {
+            sums.add(shadow.start, shadow.value);
+        }
+    }
+
+    /// Follows those under way from surface to surface.
+    fn go_through_holes(&mut self, tracer: &mut Tracer) {
+        let scene = tracer.scene;
+        while !self.under_way.is_empty() {
+            let under_way = std::mem::take(&mut self.under_way);
+            self.gather(under_way.iter().copied());
+            tracer.intersect(&self.rays[..], &mut self.hits);
+            for (&i, hit) in under_way.iter().zip(&self.hits) {
+                let shadow = &mut self.queue[i];
+                match hit {
+                    None => shadow.pass(scene, shadow.end),
+                    Some(hit) => {
+                        if shadow.go_through(scene, hit) {
+                            self.under_way.push(i);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn gather(&mut self, which: impl Iterator<Item = usize>) {
+        self.rays.clear();
+        self.rays.extend(which.map(|i| self.queue[i].ray));
+    }
+}

@@ -1,0 +1,138 @@
+//! From one place where paths are scattered to the next.
+
+use pt_bvh::Hit;
+use pt_core::medium::Flight;
+use pt_core::scene::RenderScene;
+use pt_math::Ray;
+
+use super::{Layout, VolPath, Walker};
+use crate::Tracer;
+use crate::integrator::Starts;
+use crate::integrator::sums::Sums;
+use crate::integrator::wavefront::{Context, find};
+
+/// How a path came to the end of its way.
+#[derive(Clone, Copy)]
+pub(super) enum Event {
+    /// On a surface.
+    Surface(Hit),
+    /// In its medium, at the parameter `t` of its ray.
+    Scattered { t: f32 },
+    /// Out of the scene.
+    Escaped,
+    /// No light is left.
+    Absorbed,
+}
+
+/// Memory to work in.
+#[derive(Default)]
+pub(super) struct Travel {
+    under_way: Vec<usize>,
+    rays: Vec<Ray>,
+    hits: Vec<Option<Hit>>,
+}
+
+/// What a path meets next.
+enum Step {
+    /// The end of its way.
+    Ends(Event),
+    /// A hole, behind which it goes on.
+    Passes(Hit),
+}
+
+impl VolPath<'_> {
+    /// Follows all paths until they are scattered or leave; adds what glows at the holes that they go
+    /// through. After the last interaction that is allowed, media scatter nothing that counts: there,
+    /// the share that gets through is taken.
+    pub(super) fn travel(
+        &mut self,
+        bounces: u32,
+        tracer: &mut Tracer,
+        starts: &Starts,
+        sums: &mut Sums,
+    ) {
+        let shown = self.settings.shows(bounces);
+        let last = bounces >= self.depth;
+        let cx = Context { scene: self.scene, settings: &self.settings };
+        let Self { scene, rules, layout, paths, events, travel, .. } = self;
+        let Travel { under_way, rays, hits } = travel;
+        events.clear();
+        events.resize(paths.len(), Event::Escaped);
+        under_way.clear();
+        under_way.extend(0..paths.len());
+        for part in 0u32.. {
+            rays.clear();
+            rays.extend(under_way.iter().map(|&i| paths[i].ray));
+            tracer.intersect(&rays[..], hits);
+            let mut found = hits.iter();
+            under_way.retain(|&i| {
+                let path = &mut paths[i];
+                let numbers = |path: &mut Walker| match part {
+                    0 => {
+                        let sampler = starts.samplers.get(path.state.start as usize);
+                        Layout::distance(*layout, sampler, bounces)
+                    }
+                    _ => path.stream.next_2d(),
+                };
+                let hit = found.next().copied().flatten();
+                match step(scene, path, hit, last, numbers) {
+                    Step::Ends(event) => {
+                        events[i] = event;
+                        false
+                    }
+                    Step::Passes(hit) => {
+                        if shown && scene.glows(&hit) {
+                            let at = scene.interaction(&path.ray, &hit);
+                            find(rules, cx, &path.state, &at, sums);
+                        }
+                        path.medium = scene.medium_beyond(&path.ray, &hit, path.medium);
+                        path.ray.t_min = hit.t.next_up();
+                        true
+                    }
+                }
+            });
+            if under_way.is_empty() {
+                return;
+            }
+        }
+    }
+}
+
+/// Takes a path to its next surface, if its medium lets it through.
+fn step(
+    scene: &RenderScene,
+    path: &mut Walker,
+    hit: Option<Hit>,
+    last: bool,
+    numbers: impl Fn(&mut Walker) -> [f32; 2],
+) -> Step {
+    if let Some(medium) = path.medium {
+        let medium = &scene.media.table[medium];
+        let ray = Ray { t_max: hit.map_or(path.ray.t_max, |hit| hit.t), ..path.ray };
+        let flight = if last {
+            Flight::Passed { weight: medium.transmittance(&ray, &mut path.stream) }
+        } else {
+            let u = numbers(path);
+            medium.sample(&ray, path.state.beta, u, &mut path.stream)
+        };
+        match flight {
+            Flight::Scattered { t, weight } => {
+                path.state.beta *= weight;
+                let is_black = path.state.beta.is_black();
+                return Step::Ends(if is_black { Event::Absorbed } else { Event::Scattered { t } });
+            }
+            Flight::Passed { weight } => path.state.beta *= weight,
+        }
+        if path.state.beta.is_black() {
+            return Step::Ends(Event::Absorbed);
+        }
+    }
+    let Some(hit) = hit else { return Step::Ends(Event::Escaped) };
+    if scene.has_holes {
+        let opacity = scene.opacity(&path.ray, &hit);
+        if opacity < 1.0 && path.stream.next_1d() >= opacity {
+            return Step::Passes(hit);
+        }
+    }
+    Step::Ends(Event::Surface(hit))
+}

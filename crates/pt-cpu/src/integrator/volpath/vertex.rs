@@ -1,0 +1,111 @@
+//! Where paths are scattered: surfaces, and points of media.
+
+use pt_core::bsdf::{Bsdf, BsdfSample};
+use pt_core::id::Id;
+use pt_core::material::Resolved;
+use pt_core::medium::MediumRecord;
+use pt_core::phase::AnyPhase;
+use pt_core::scene::{RenderScene, SurfacePoint, SurfaceRecord};
+use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3};
+
+use super::travel::Event;
+
+/// A place where a path is scattered.
+pub(super) struct Vertex<'a> {
+    point: SurfacePoint,
+    /// The medium that the path came through.
+    medium: Option<Id<MediumRecord>>,
+    kind: Kind<'a>,
+}
+
+enum Kind<'a> {
+    Surface {
+        bsdf: Bsdf<'a>,
+        surface: Id<SurfaceRecord>,
+    },
+    /// With the direction towards where the point is seen from.
+    Medium {
+        phase: &'a AnyPhase,
+        wo: Vec3,
+    },
+}
+
+impl<'a> Vertex<'a> {
+    /// Where a ray in a medium came to be scattered; `choice` makes the choices of mixtures, and `resolved`
+    /// has room for what a material is that varies. `None` if it is not scattered.
+    pub(super) fn new(
+        scene: &'a RenderScene,
+        ray: &Ray,
+        medium: Option<Id<MediumRecord>>,
+        event: &Event,
+        choice: f32,
+        resolved: &'a mut Option<Resolved>,
+    ) -> Option<Self> {
+        match event {
+            Event::Surface(hit) => {
+                let at = scene.interaction(ray, hit);
+                *resolved = scene.resolve(&at, hit, choice);
+                let bsdf = match resolved {
+                    Some(resolved) => resolved.bsdf(&at),
+                    None => scene.bsdf(&at),
+                };
+                let kind = Kind::Surface { bsdf, surface: at.surface };
+                Some(Self { point: at.point, medium, kind })
+            }
+            Event::Scattered { t } => {
+                let phase = &scene.media.table[medium?].phase;
+                let kind = Kind::Medium { phase, wo: -ray.direction };
+                Some(Self { point: SurfacePoint::in_space(ray.at(*t)), medium, kind })
+            }
+            Event::Escaped | Event::Absorbed => None,
+        }
+    }
+
+    pub(super) fn point(&self) -> &SurfacePoint {
+        &self.point
+    }
+
+    /// See [`Bsdf::is_delta`].
+    pub(super) fn is_delta(&self) -> bool {
+        matches!(&self.kind, Kind::Surface { bsdf, .. } if bsdf.is_delta())
+    }
+
+    /// f(wo, wi) · |cos θi|, or the phase function.
+    pub(super) fn eval(&self, wi: Vec3) -> Spectrum {
+        match &self.kind {
+            Kind::Surface { bsdf, .. } => bsdf.eval(wi),
+            Kind::Medium { phase, wo } => Spectrum::splat(phase.pdf(*wo, wi).get()),
+        }
+    }
+
+    /// Density with which [`Self::sample`] returns `wi`.
+    pub(super) fn pdf(&self, wi: Vec3) -> Pdf<SolidAngle> {
+        match &self.kind {
+            Kind::Surface { bsdf, .. } => bsdf.pdf(wi),
+            Kind::Medium { phase, wo } => phase.pdf(*wo, wi),
+        }
+    }
+
+    /// Draws a direction and its weight.
+    pub(super) fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
+        match &self.kind {
+            Kind::Surface { bsdf, .. } => bsdf.sample(u),
+            Kind::Medium { phase, wo } => {
+                let wi = phase.sample(*wo, [u[0], u[1]]);
+                let pdf = phase.pdf(*wo, wi);
+                Some(BsdfSample::new(wi, Spectrum::ONE, Some(pdf)))
+            }
+        }
+    }
+
+    /// The medium of a ray that leaves in the direction `wi`.
+    pub(super) fn medium_towards(&self, scene: &RenderScene, wi: Vec3) -> Option<Id<MediumRecord>> {
+        match &self.kind {
+            Kind::Surface { surface, .. } => {
+                let outwards = wi.dot(self.point.normal) > 0.0;
+                scene.media.beyond(*surface, outwards, self.medium)
+            }
+            Kind::Medium { .. } => self.medium,
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! Independent numbers of one sample, as many as are asked for.
+
+use super::independent::{pcg3d, pcg4d};
+use super::unit;
+
+/// A sequence of independent numbers, each a hash of its place in it; see [`super::Sampler::stream`].
+#[derive(Clone, Copy, Debug)]
+pub struct Stream {
+    key: [u32; 2],
+    /// The place of the next number.
+    next: u32,
+}
+
+impl Stream {
+    /// Stream `number` of a sample.
+    #[inline]
+    pub(super) fn new(key: [u32; 2], index: u32, number: [u32; 2]) -> Self {
+        let [a, b, ..] = pcg4d([key[0], key[1], number[0], number[1]]);
+        let [a, b, _] = pcg3d([a, b, index]);
+        Self { key: [a, b], next: 0 }
+    }
+
+    /// The next number in [0, 1).
+    #[inline]
+    pub fn next_1d(&mut self) -> f32 {
+        self.next_2d()[0]
+    }
+
+    /// The next point in [0, 1)².
+    #[inline]
+    pub fn next_2d(&mut self) -> [f32; 2] {
+        let [x, y, _] = pcg3d([self.key[0], self.key[1], self.next]);
+        self.next = self.next.wrapping_add(1);
+        [unit(x), unit(y)]
+    }
+}

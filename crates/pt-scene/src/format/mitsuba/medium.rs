@@ -1,0 +1,300 @@
+//! `<medium>` with its `<phase>` and its `<volume>`s.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use pt_math::{DAffine3, DMat3};
+
+use super::super::xml::quote;
+use super::super::{mesh_file, vol};
+use super::object::{Object, Parameters, Role, Tree, error, unsupported};
+use crate::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume};
+use crate::{LoadError, Medium, Sides, Warning};
+
+const KINDS: [&str; 2] = ["heterogeneous", "homogeneous"];
+const PHASES: [&str; 2] = ["hg", "isotropic"];
+const VOLUMES: [&str; 2] = ["constvolume", "gridvolume"];
+
+/// The media of a scene, each made once, as are their grids.
+pub(super) struct Media<'t> {
+    tree: &'t Tree,
+    pub(super) made: Vec<Medium>,
+    /// By the index of the object.
+    known: HashMap<usize, u32>,
+    grids: HashMap<PathBuf, (Arc<Grid>, DAffine3)>,
+    pub(super) warnings: Vec<Warning>,
+}
+
+/// What a `<volume>` describes, and where.
+enum Field {
+    /// The same in all of the unit cube, which a transform places.
+    Constant([f32; 3], DAffine3),
+    Grid(PlacedGrid),
+}
+
+impl<'t> Media<'t> {
+    pub(super) fn new(tree: &'t Tree) -> Self {
+        let (made, warnings) = (Vec::new(), Vec::new());
+        Self { tree, made, known: HashMap::new(), grids: HashMap::new(), warnings }
+    }
+
+    /// The media on both sides of a shape, if it has any; those of a shape that is inside out change
+    /// places.
+    pub(super) fn sides(
+        &mut self,
+        shape: &Object,
+        is_inverted: bool,
+    ) -> Result<Option<Sides>, LoadError> {
+        let (mut interior, mut exterior) = (None, None);
+        for child in &shape.children {
+            let index = self.tree.target(child)?;
+            if self.tree.objects[index].tag != "medium" {
+                continue;
+            }
+            let side = match child.name.as_str() {
+                "interior" => &mut interior,
+                "exterior" => &mut exterior,
+                name => {
+                    let message = format!(
+                        "{} is no side of a shape; expected name=\"interior\" or name=\"exterior\"",
+                        quote(name)
+                    );
+                    return Err(error(&child.at, message));
+                }
+            };
+            if side.is_some() {
+                let message = format!("there is already another {} medium", child.name);
+                return Err(error(&child.at, message));
+            }
+            *side = Some(self.get(index)?);
+        }
+        if is_inverted {
+            (interior, exterior) = (exterior, interior);
+        }
+        let sides = Sides { interior, exterior };
+        Ok((sides != Sides::default()).then_some(sides))
+    }
+
+    /// The medium around a sensor.
+    pub(super) fn around(&mut self, sensor: &Object) -> Result<Option<u32>, LoadError> {
+        let mut media = Vec::new();
+        for child in &sensor.children {
+            media.push(self.tree.target(child)?);
+        }
+        let medium = self.tree.only(&media, "medium")?;
+        medium.map(|index| self.get(index)).transpose()
+    }
+
+    /// The number of the medium that an object describes.
+    fn get(&mut self, index: usize) -> Result<u32, LoadError> {
+        if let Some(&known) = self.known.get(&index) {
+            return Ok(known);
+        }
+        let object = &self.tree.objects[index];
+        let children = self.tree.children(object, &["phase", "volume"])?;
+        let phase = self.tree.only(&children, "phase")?;
+        let phase = phase.map(|i| phase_of(self.tree, &self.tree.objects[i])).transpose()?;
+        let mut parameters = Parameters::new(object);
+        parameters.pass_over(&["sample_emitters", "has_spectral_extinction"]);
+        let extinction = self.field(object, &mut parameters, "sigma_t", Role::Extinction, 1.0)?;
+        let albedo = self.field(object, &mut parameters, "albedo", Role::Share, 0.75)?;
+        let scale = parameters.float("scale")?.unwrap_or(1.0) as f32;
+        if scale < 0.0 {
+            let message = format!("\"scale\" is {scale}; expected a number of at least 0");
+            return Err(parameters.refuse("scale", message));
+        }
+        let matter = match object.kind.as_str() {
+            "homogeneous" => homogeneous(&parameters, extinction, scale, albedo)?,
+            "heterogeneous" => {
+                self.heterogeneous(object, &parameters, extinction, scale, albedo)?
+            }
+            _ => return Err(unsupported(object, &KINDS)),
+        };
+        parameters.finish()?;
+        self.refuse_others(object)?;
+        let (name, at) = (object.name().to_owned(), object.at.clone());
+        let phase = phase.unwrap_or_default();
+        self.made.push(Medium { name, matter, phase, at });
+        let number = self.made.len() as u32 - 1;
+        self.known.insert(index, number);
+        Ok(number)
+    }
+
+    /// A number that may differ from place to place: a parameter, or a volume.
+    fn field(
+        &mut self,
+        medium: &Object,
+        parameters: &mut Parameters<'_>,
+        name: &'static str,
+        role: Role,
+        default: f64,
+    ) -> Result<Field, LoadError> {
+        for child in &medium.children {
+            let index = self.tree.target(child)?;
+            if child.name == name && self.tree.objects[index].tag == "volume" {
+                if parameters.find(name).is_some() {
+                    let message = format!("{} is given as a value as well", quote(name));
+                    return Err(error(&child.at, message));
+                }
+                return self.volume(&self.tree.objects[index], role);
+            }
+        }
+        let color = parameters.color(name, role, default)?;
+        Ok(Field::Constant(color, DAffine3::IDENTITY))
+    }
+
+    fn volume(&mut self, object: &Object, role: Role) -> Result<Field, LoadError> {
+        self.tree.children(object, &[])?;
+        let mut parameters = Parameters::new(object);
+        let to_world = parameters.transform("to_world")?;
+        let field = match object.kind.as_str() {
+            "constvolume" => Field::Constant(parameters.color("value", role, 1.0)?, to_world),
+            "gridvolume" => Field::Grid(self.grid(object, &mut parameters, to_world)?),
+            _ => return Err(unsupported(object, &VOLUMES)),
+        };
+        parameters.finish()?;
+        Ok(field)
+    }
+
+    fn grid(
+        &mut self,
+        object: &Object,
+        parameters: &mut Parameters<'_>,
+        to_world: DAffine3,
+    ) -> Result<PlacedGrid, LoadError> {
+        parameters.pass_over(&["raw", "accel"]);
+        let Some(text) = parameters.text("filename")? else {
+            return Err(error(&object.at, "the <string name=\"filename\"> is missing"));
+        };
+        let path = self.tree.resolve(text);
+        let path = path.ok_or_else(|| parameters.refuse("filename", self.tree.not_found(text)))?;
+        let (grid, to_box) =
+            self.read(path).map_err(|message| parameters.refuse("filename", message))?;
+        let filter = match parameters.text("filter_type")? {
+            None | Some("trilinear") => GridFilter::Trilinear,
+            Some("nearest") => GridFilter::Nearest,
+            Some(other) => {
+                let message = format!("{} is unknown; there are trilinear, nearest", quote(other));
+                return Err(parameters.refuse("filter_type", message));
+            }
+        };
+        if let Some(other) = parameters.text("wrap_mode")?.filter(|mode| *mode != "clamp") {
+            let message = format!("{} is not supported; supported: clamp", quote(other));
+            return Err(parameters.refuse("wrap_mode", message));
+        }
+        let uses_box = parameters.boolean("use_grid_bbox")?;
+        let to_world = if uses_box { to_world * to_box } else { to_world };
+        if !to_world.inverse().is_finite() {
+            let message = "the box of the grid's file is flat; expected one with a volume";
+            return Err(parameters.refuse("use_grid_bbox", message));
+        }
+        Ok(PlacedGrid { grid, to_world, filter })
+    }
+
+    /// The grid of a file, read once, and its box.
+    fn read(&mut self, path: PathBuf) -> Result<(Arc<Grid>, DAffine3), String> {
+        if let Some((grid, to_box)) = self.grids.get(&path) {
+            return Ok((Arc::clone(grid), *to_box));
+        }
+        let file = vol::parse(&mesh_file::read(&path)?);
+        let file = file.map_err(|message| format!("{}: {message}", path.display()))?;
+        let read = (Arc::new(file.grid), file.to_box);
+        self.grids.insert(path, (Arc::clone(&read.0), read.1));
+        Ok(read)
+    }
+
+    /// What is the same everywhere is so in its box alone, as in Mitsuba.
+    fn heterogeneous(
+        &mut self,
+        object: &Object,
+        parameters: &Parameters<'_>,
+        extinction: Field,
+        scale: f32,
+        albedo: Field,
+    ) -> Result<Matter, LoadError> {
+        let extinction = match extinction {
+            Field::Constant([r, g, b], to_world) if r == g && g == b => {
+                let grid = Arc::new(Grid::uniform(r));
+                PlacedGrid { grid, to_world, filter: GridFilter::Nearest }
+            }
+            Field::Grid(placed) if placed.grid.channels == 1 => placed,
+            Field::Constant(..) | Field::Grid(_) => {
+                return Err(parameters.refuse("sigma_t", COLOURED));
+            }
+        };
+        if is_turned(extinction.to_world.matrix3) {
+            let message = "the grid is turned; it ends at its own box here, and in Mitsuba at the \
+                           upright box around that";
+            self.warnings.push(Warning { at: object.at.clone(), message: message.to_owned() });
+        }
+        let albedo = match albedo {
+            Field::Constant(albedo, _) => Volume::Constant(albedo),
+            Field::Grid(placed) => Volume::Grid(placed),
+        };
+        Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo })))
+    }
+
+    /// Refuses volumes that nobody asked for.
+    fn refuse_others(&self, medium: &Object) -> Result<(), LoadError> {
+        for child in &medium.children {
+            let is_volume = self.tree.objects[self.tree.target(child)?].tag == "volume";
+            if is_volume && !matches!(child.name.as_str(), "sigma_t" | "albedo") {
+                let message = format!(
+                    "<volume name={}> is not supported; supported: sigma_t, albedo",
+                    quote(&child.name)
+                );
+                return Err(error(&child.at, message));
+            }
+        }
+        Ok(())
+    }
+}
+
+const COLOURED: &str = "the extinction of a heterogeneous medium has colours, which is not supported; \
+                        expected grey, with colours in the albedo";
+
+fn homogeneous(
+    parameters: &Parameters<'_>,
+    extinction: Field,
+    scale: f32,
+    albedo: Field,
+) -> Result<Matter, LoadError> {
+    let constant = |field, name| match field {
+        Field::Constant(color, _) => Ok(color),
+        Field::Grid(_) => {
+            let message = "a homogeneous medium is the same everywhere; a grid needs the type \
+                           \"heterogeneous\"";
+            Err(parameters.refuse(name, message))
+        }
+    };
+    let extinction = constant(extinction, "sigma_t")?.map(|sigma| sigma * scale);
+    Ok(Matter::Homogeneous { extinction, albedo: constant(albedo, "albedo")? })
+}
+
+fn phase_of(tree: &Tree, object: &Object) -> Result<Phase, LoadError> {
+    tree.children(object, &[])?;
+    let mut parameters = Parameters::new(object);
+    let phase = match object.kind.as_str() {
+        "isotropic" => Phase::Isotropic,
+        "hg" => {
+            let g = parameters.float("g")?.unwrap_or(0.8) as f32;
+            if !(-1.0 < g && g < 1.0) {
+                let message = format!("\"g\" is {g}; expected a number above -1 and below 1");
+                return Err(parameters.refuse("g", message));
+            }
+            Phase::HenyeyGreenstein { g }
+        }
+        _ => return Err(unsupported(object, &PHASES)),
+    };
+    parameters.finish()?;
+    Ok(phase)
+}
+
+/// Whether the axes of a box are not those of the world.
+fn is_turned(axes: DMat3) -> bool {
+    const TOLERANCE: f64 = 1e-6; // turns by quarters are rounded
+    let is_along_one =
+        |axis: pt_math::DVec3| axis.abs().max_element() >= (1.0 - TOLERANCE) * axis.length();
+    ![axes.x_axis, axes.y_axis, axes.z_axis].into_iter().all(is_along_one)
+}

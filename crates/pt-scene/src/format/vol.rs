@@ -1,0 +1,157 @@
+//! Mitsuba's files of grids (`.vol`). [Jakob et al. 2022, documentation of Mitsuba 3.9, "Grid-based
+//! volume data source"]
+//!
+//! ```text
+//! "VOL", version 3 │ encoding, cells along x, y, z, channels │ box: least, greatest │ numbers
+//! ```
+//!
+//! All numbers are little-endian and of 32 bits. Those of a cell are side by side; x runs fastest, then
+//! y, then z.
+
+use pt_math::{DAffine3, DVec3};
+
+use crate::medium::Grid;
+
+const IDENTIFIER: [u8; 4] = *b"VOL\x03";
+/// The encoding as 32-bit floating-point numbers.
+const FLOAT32: i32 = 1;
+/// Most bytes of a grid, as for images.
+const MOST_BYTES: u64 = 1 << 30;
+
+/// A grid, and the box that its file gives it.
+#[derive(Debug)]
+pub(super) struct VolFile {
+    pub(super) grid: Grid,
+    /// From the unit cube to the box.
+    pub(super) to_box: DAffine3,
+}
+
+/// A grid of finite numbers.
+///
+/// # Errors
+/// If the file is none, of another encoding, ends early, or has other numbers of channels than 1 and 3;
+/// the message is meant for the place where the scene names it.
+pub(super) fn parse(bytes: &[u8]) -> Result<VolFile, String> {
+    let Some((identifier, rest)) = bytes.split_first_chunk::<4>() else {
+        return Err("the file is too short to be a grid".to_owned());
+    };
+    check_identifier(*identifier)?;
+    let Some((header, rest)) = rest.split_first_chunk::<44>() else {
+        return Err("the file ends within its header; is it complete?".to_owned());
+    };
+    let word = |i: usize| [0, 1, 2, 3].map(|byte| header[4 * i + byte]);
+    let whole = |i: usize| i32::from_le_bytes(word(i));
+    if whole(0) != FLOAT32 {
+        return Err(format!(
+            "the numbers of the grid have the encoding {}; supported: 1 (32-bit float)",
+            whole(0)
+        ));
+    }
+    let (resolution, channels) = sizes([1, 2, 3].map(whole), whole(4))?;
+    let number = |i: usize| f64::from(f32::from_le_bytes(word(i)));
+    let corner = |i: usize| DVec3::new(number(i), number(i + 1), number(i + 2));
+    let (least, greatest) = (corner(5), corner(8));
+    let to_box = DAffine3::from_translation(least) * DAffine3::from_scale(greatest - least);
+    let values = numbers(rest, resolution, channels)?;
+    Ok(VolFile { grid: Grid { resolution, channels, values }, to_box })
+}
+
+fn check_identifier(identifier: [u8; 4]) -> Result<(), String> {
+    match identifier {
+        IDENTIFIER => Ok(()),
+        [b'V', b'O', b'L', version] => Err(format!("the grid has version {version}; supported: 3")),
+        _ => Err("this is no grid of Mitsuba, which begins with the letters VOL".to_owned()),
+    }
+}
+
+/// Cells along each axis, and numbers of each, if there are not too many.
+fn sizes(cells: [i32; 3], channels: i32) -> Result<([u32; 3], u32), String> {
+    let [x, y, z] = cells;
+    let says = format!("the grid says that it has {x} x {y} x {z} cells of {channels} numbers");
+    if channels != 1 && channels != 3 {
+        return Err(format!("{says}; expected 1 or 3 numbers"));
+    }
+    let cells = cells.map(|n| u32::try_from(n).unwrap_or(0));
+    if cells.contains(&0) {
+        return Err(format!("{says}; expected at least one cell along each axis"));
+    }
+    let bytes = cells.iter().try_fold(4 * channels as u64, |all, &n| all.checked_mul(n.into()));
+    if bytes.is_none_or(|bytes| bytes > MOST_BYTES) {
+        return Err(format!("{says}, which are more than 1 GiB; please make it coarser"));
+    }
+    Ok((cells, channels as u32))
+}
+
+fn numbers(bytes: &[u8], cells: [u32; 3], channels: u32) -> Result<Vec<f32>, String> {
+    let count = cells.iter().map(|&n| n as usize).product::<usize>() * channels as usize;
+    let Some(bytes) = bytes.get(..4 * count) else {
+        return Err(format!(
+            "the grid has {count} numbers, but the file ends after {} of them; is it complete?",
+            bytes.len() / 4
+        ));
+    };
+    let values: Vec<_> = bytes.as_chunks().0.iter().map(|&word| f32::from_le_bytes(word)).collect();
+    match values.iter().position(|x| !x.is_finite()) {
+        None => Ok(values),
+        Some(bad) => {
+            let [nx, ny, _] = cells.map(|n| n as usize);
+            let cell = bad / channels as usize;
+            let [x, y, z] = [cell % nx, cell / nx % ny, cell / nx / ny];
+            Err(format!(
+                "the number of cell ({x}, {y}, {z}) is {}; expected a finite one",
+                values[bad]
+            ))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two cells along x with a box of 2 × 1 × 1 around the origin.
+    fn file(words: [i32; 5], values: &[f32]) -> Vec<u8> {
+        let mut bytes = IDENTIFIER.to_vec();
+        bytes.extend(words.iter().flat_map(|w| w.to_le_bytes()));
+        let corners = [-1.0f32, -0.5, -0.5, 1.0, 0.5, 0.5];
+        bytes.extend(corners.iter().chain(values).flat_map(|x| x.to_le_bytes()));
+        bytes
+    }
+
+    #[test]
+    fn grids_are_read_with_their_box() {
+        let read = parse(&file([1, 2, 1, 1, 1], &[0.5, 2.0])).unwrap();
+        assert_eq!(read.grid, Grid { resolution: [2, 1, 1], channels: 1, values: vec![0.5, 2.0] });
+        let corner = read.to_box.transform_point3(DVec3::ONE);
+        assert_eq!(corner, DVec3::new(1.0, 0.5, 0.5));
+    }
+
+    #[test]
+    fn a_file_that_ends_early_is_refused() {
+        let whole = file([1, 1, 2, 1, 3], &[0.0; 6]);
+        assert!(parse(&whole).is_ok());
+        for length in 0..whole.len() {
+            let message = parse(&whole[..length]).unwrap_err();
+            assert!(message.contains("ends") || message.contains("short"), "{length}: {message}");
+        }
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_told() {
+        let cases = [
+            (file([3, 1, 1, 1, 1], &[0.0]), "encoding 3"),
+            (file([1, 0, 1, 1, 1], &[0.0]), "at least one cell"),
+            (file([1, 1, -1, 1, 1], &[0.0]), "1 x -1 x 1 cells"),
+            (file([1, 1, 1, 1, 2], &[0.0; 2]), "expected 1 or 3 numbers"),
+            (file([1, i32::MAX, i32::MAX, i32::MAX, 3], &[0.0]), "more than 1 GiB"),
+            (file([1, 1024, 1024, 64, 1], &[0.0]), "ends after 1 of them"),
+            (file([1, 2, 2, 1, 1], &[0.0, 0.0, f32::NAN, 0.0]), "cell (0, 1, 0) is NaN"),
+            (b"VOL\x02 and so on".to_vec(), "version 2"),
+            (b"PLY and so on".to_vec(), "letters VOL"),
+        ];
+        for (bytes, want) in cases {
+            let message = parse(&bytes).unwrap_err();
+            assert!(message.contains(want), "{message}, expected {want}");
+        }
+    }
+}

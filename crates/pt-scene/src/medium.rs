@@ -1,0 +1,121 @@
+//! Media: what fills the space between surfaces, and absorbs and scatters light.
+
+use std::sync::Arc;
+
+use pt_math::DAffine3;
+
+use crate::Span;
+
+/// A named medium.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Medium {
+    /// Name in the file.
+    pub name: String,
+    /// How much light it takes away, and how much of that is scattered.
+    pub matter: Matter,
+    /// Where the scattered light goes.
+    pub phase: Phase,
+    /// Where it was written.
+    pub at: Span,
+}
+
+/// How dense a medium is, and where.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Matter {
+    /// The same everywhere.
+    Homogeneous {
+        /// Extinction σt per unit of length of the scene, per channel, at least 0 and finite: light is
+        /// absorbed and scattered out of its direction with this probability per length.
+        extinction: [f32; 3],
+        /// Share of that light which is scattered, per channel in [0, 1]: σs / σt.
+        albedo: [f32; 3],
+    },
+    /// By a grid; nothing outside of it.
+    Heterogeneous(Box<Heterogeneous>),
+}
+
+/// What is not the same everywhere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Heterogeneous {
+    /// Extinction σt by its place: a grid of one channel, of numbers of at least 0.
+    pub extinction: PlacedGrid,
+    /// What its numbers are multiplied by to be per unit of length of the scene; at least 0.
+    pub scale: f32,
+    /// Share of that light which is scattered, in [0, 1].
+    pub albedo: Volume,
+}
+
+/// A share of light that may depend on the place.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Volume {
+    /// The same everywhere.
+    Constant([f32; 3]),
+    /// By a grid of one channel, or of three.
+    Grid(PlacedGrid),
+}
+
+/// A grid in the world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacedGrid {
+    /// The numbers.
+    pub grid: Arc<Grid>,
+    /// From the unit cube [0, 1]³, which the grid fills, to the world.
+    pub to_world: DAffine3,
+    /// What is between the middles of its cells.
+    pub filter: GridFilter,
+}
+
+/// What a grid is between the middles of its cells. Beyond the outermost ones it is as they are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GridFilter {
+    /// Linear along each axis.
+    #[default]
+    Trilinear,
+    /// The same in each cell.
+    Nearest,
+}
+
+/// Numbers in the cells of a box.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid {
+    /// Cells along x, y and z, each at least 1.
+    pub resolution: [u32; 3],
+    /// Numbers per cell: 1 or 3.
+    pub channels: u32,
+    /// The numbers of each cell side by side; x runs fastest, then y, then z.
+    pub values: Vec<f32>,
+}
+
+impl Grid {
+    /// One cell with one number.
+    pub fn uniform(value: f32) -> Self {
+        Self { resolution: [1; 3], channels: 1, values: vec![value] }
+    }
+
+    /// The number of cells that its sizes say.
+    pub fn cells(&self) -> usize {
+        self.resolution.iter().map(|&n| n as usize).product()
+    }
+}
+
+/// Where scattered light goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Phase {
+    /// Everywhere alike.
+    #[default]
+    Isotropic,
+    /// More forwards or backwards. [Henyey & Greenstein 1941]
+    HenyeyGreenstein {
+        /// Mean cosine of the angle by which light is turned, in (−1, 1).
+        g: f32,
+    },
+}
+
+/// The media on both sides of a surface, as indices into [`crate::Scene::media`]; `None` is empty space.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sides {
+    /// Behind it.
+    pub interior: Option<u32>,
+    /// In front of it, on the side of its normal.
+    pub exterior: Option<u32>,
+}

@@ -1,0 +1,84 @@
+//! Media of Mitsuba scenes.
+
+use pt_math::{DAffine3, DVec3};
+use pt_scene::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, Volume};
+use pt_scene::{Medium, Scene, Sides};
+
+use crate::{assert_close, good, read};
+
+fn scene() -> Scene {
+    good("media.xml")
+}
+
+/// The media on both sides of a shape.
+fn sides<'s>(scene: &'s Scene, name: &str) -> [Option<&'s Medium>; 2] {
+    let object = scene.objects.iter().find(|o| o.name == name).expect("there is such a shape");
+    let Sides { interior, exterior } = object.media.expect("it has media");
+    [interior, exterior].map(|side| side.map(|index| &scene.media[index as usize]))
+}
+
+fn inside<'s>(scene: &'s Scene, name: &str) -> &'s Medium {
+    sides(scene, name)[0].expect("there is a medium inside")
+}
+
+fn heterogeneous(medium: &Medium) -> &Heterogeneous {
+    let Matter::Heterogeneous(grid) = &medium.matter else { panic!("{medium:?}") };
+    grid
+}
+
+#[test]
+fn media_are_those_of_their_shapes_and_of_the_sensor() {
+    let scene = scene();
+    let fog = scene.media.iter().position(|m| m.name == "fog").expect("the fog");
+    assert_eq!(scene.cameras[0].medium, Some(fog as u32));
+    assert_eq!(
+        sides(&scene, "cloud").map(|m| m.map(|m| m.name.as_str())),
+        [Some("heterogeneous"), Some("fog")]
+    );
+    assert_eq!(scene.media.iter().filter(|m| m.name == "fog").count(), 1, "it is made once");
+    let [front, back] = sides(&scene, "inside out");
+    assert!(front.is_none() && back.is_some_and(|m| m.name == "fog"), "its normals look inside");
+    let plain = scene.objects.iter().find(|o| o.name == "plain").expect("the plain sphere");
+    assert_eq!(plain.media, None);
+    assert_eq!(scene.settings.integrator, Some("volpath"));
+    assert_eq!(scene.settings.max_depth, Some(7));
+    let other = read("<integrator type=\"volpathmis\"/>");
+    assert_eq!(other.settings.integrator, Some("volpath"));
+    assert_eq!(read("<integrator type=\"path\"/>").settings.integrator, None);
+}
+
+#[test]
+fn homogeneous_media_have_their_numbers_or_mitsubas() {
+    let scene = scene();
+    let fog = &scene.media[scene.cameras[0].medium.expect("the fog") as usize];
+    let matter = Matter::Homogeneous { extinction: [0.5; 3], albedo: [0.75; 3] };
+    assert_eq!((&fog.matter, fog.phase), (&matter, Phase::Isotropic));
+    let juice = &inside(&scene, "juice").matter;
+    assert_eq!(*juice, Matter::Homogeneous { extinction: [0.5, 2.0, 4.5], albedo: [0.0; 3] });
+    let forwards = read(
+        "<shape type=\"sphere\"><medium type=\"homogeneous\" name=\"interior\"><phase type=\"hg\"/>\
+         </medium></shape>",
+    );
+    assert_eq!(forwards.media[0].phase, Phase::HenyeyGreenstein { g: 0.8 });
+}
+
+#[test]
+fn grids_are_read_and_placed() {
+    let scene = scene();
+    let cloud = inside(&scene, "cloud");
+    assert_eq!(cloud.phase, Phase::HenyeyGreenstein { g: 0.6 });
+    let Heterogeneous { extinction, scale, albedo } = heterogeneous(cloud);
+    let Grid { resolution, channels, values } = &*extinction.grid;
+    assert_eq!((*resolution, *channels, values[2], values[6]), ([3, 2, 2], 1, 1.0, 3.0));
+    assert_eq!((*scale, extinction.filter), (3.0, GridFilter::Trilinear));
+    assert_close(extinction.to_world.transform_point3(DVec3::ONE), DVec3::splat(2.0));
+    let Volume::Grid(albedo) = albedo else { panic!() };
+    assert_eq!((albedo.grid.channels, albedo.filter), (3, GridFilter::Nearest));
+    // The box of the file, turned.
+    let extinction = &heterogeneous(inside(&scene, "box")).extinction;
+    let turn = DAffine3::from_rotation_z(30f64.to_radians());
+    let corner = turn.transform_point3(DVec3::new(1.0, 1.0, 2.0));
+    assert_close(extinction.to_world.transform_point3(DVec3::ONE), corner);
+    let extinction = &heterogeneous(inside(&scene, "even box")).extinction;
+    assert_eq!(*extinction.grid, Grid::uniform(2.0));
+}
