@@ -31,6 +31,8 @@ import time
 import mitsuba as mi
 import numpy as np
 
+from page import Page
+
 # The scalar variant needs no compiler on this machine.
 mi.set_variant("scalar_rgb")
 
@@ -52,20 +54,28 @@ def main():
         paths = [p for p in paths if p.stem == arguments.scene]
     if not paths:
         sys.exit(f"no scene {arguments.scene or ''} in {arguments.scenes}")
-    print(f"Mitsuba {mi.__version__} against pathtracer: {resolution} x {resolution} pixels,")
-    print(f"{seeds} images of {spp} samples per pixel each; * is the default sampler")
+    introduction = (
+        f"Mitsuba {mi.__version__} against pathtracer: {resolution} x {resolution} pixels,\n"
+        f"{seeds} images of {spp} samples per pixel each; * is the default sampler"
+    )
+    print(introduction)
+    page = Page(arguments.output, introduction)
     print(f"{'scene':<16}{'mean, %: R':>11}{'G':>8}{'B':>8}{'se':>7}{'blocks within 3 se':>20}"
           f"{'worst':>7}{'s theirs':>10}{'s ours':>8}")
     failed, outside, blocks = [], 0, 0
     for path in paths:
-        rows = compare(path, arguments, resolution, seeds, spp)
+        images, rows = compare(path, arguments, resolution, seeds, spp)
+        judged = []
         for name, row in rows:
             good = row.print(name, arguments.size == "small")
+            judged.append((name, row, good))
             outside, blocks = outside + row.outside, blocks + row.blocks
             if not good:
                 failed.append(name)
+        page.add(path, images, judged)
     share = 1 - outside / blocks
-    print(f"all: {100 * share:.2f} % of {blocks} blocks within 3 standard errors")
+    verdict = f"all: {100 * share:.2f} % of {blocks} blocks within 3 standard errors"
+    print(f"{verdict}\n{page.write(verdict)}")
     if arguments.size == "full" and not arguments.scene and share < LEAST_BLOCKS:
         failed.append("all scenes together")
     if failed:
@@ -83,7 +93,7 @@ def parse():
 
 
 def compare(path, arguments, resolution, seeds, spp):
-    """The rows of the table for one scene."""
+    """The images of one scene (theirs, ours, standard errors) and its rows of the table."""
     folder = arguments.output
     start = time.perf_counter()
     if "$res" not in path.read_text():
@@ -103,10 +113,11 @@ def compare(path, arguments, resolution, seeds, spp):
     )
     independent = Row(theirs.mean(0), ours.mean(0), variance, seconds)
     save(independent.picture(), folder / f"{path.stem}_standard_errors.exr")
-    return [
+    rows = [
         (path.stem, independent),
         (path.stem + " *", Row(theirs.mean(0), sobol, variance, None)),
     ]
+    return (theirs.mean(0), ours.mean(0), independent.picture() / STANDARD_ERRORS), rows
 
 
 class Mitsuba:
