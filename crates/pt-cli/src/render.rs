@@ -169,7 +169,7 @@ fn tell_rejections(session: &Session) {
     if rejections.count == 0 {
         return;
     }
-    eprintln!("warning: {} samples were NaN or infinite and count as black:", rejections.count);
+    eprintln!("warning: {} samples were NaN or infinite and count as 0:", rejections.count);
     for r in &rejections.first {
         eprintln!("  column {}, row {}, sample {}", r.x, r.y, r.sample);
     }

@@ -131,10 +131,12 @@ pub fn bytes_per_pixel(aovs: &[Aov]) -> usize {
     sums_per_pixel(aovs) * size_of::<ExactSum>()
 }
 
-/// Adds the surface that a sample sees to the sums of its pixel. What is no number counts as 0.
-pub(super) fn add(aovs: &[Aov], sums: &mut [ExactSum], sample: u32, hit: &FirstHit) {
-    let Some((hits, mut rest)) = sums.split_first_mut() else { return };
+/// Adds the surface that a sample sees to the sums of its pixel. What is no number counts as 0; returns whether all
+/// are numbers.
+pub(super) fn add(aovs: &[Aov], sums: &mut [ExactSum], sample: u32, hit: &FirstHit) -> bool {
+    let Some((hits, mut rest)) = sums.split_first_mut() else { return true };
     hits.add(1.0);
+    let mut are_numbers = true;
     for aov in aovs {
         let (own, others) = rest.split_at_mut(aov.sums());
         match aov.source().1 {
@@ -142,6 +144,8 @@ pub(super) fn add(aovs: &[Aov], sums: &mut [ExactSum], sample: u32, hit: &FirstH
                 for (sum, value) in own.iter_mut().zip(values(hit)) {
                     if value.abs() <= ExactSum::LIMIT {
                         sum.add(value);
+                    } else {
+                        are_numbers = false;
                     }
                 }
             }
@@ -150,6 +154,7 @@ pub(super) fn add(aovs: &[Aov], sums: &mut [ExactSum], sample: u32, hit: &FirstH
         }
         rest = others;
     }
+    are_numbers
 }
 
 /// The images of a film's quantities, in its order.
@@ -186,7 +191,7 @@ pub fn channels(film: &Film) -> Vec<Channel> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::Region;
+    use crate::film::{Region, Rejections};
 
     fn hit(i: u32) -> FirstHit {
         let v = Vec3::splat(i as f32);
@@ -223,6 +228,7 @@ mod tests {
     #[test]
     fn means_are_of_the_samples_that_see_a_surface_and_numbers_of_sample_0() {
         let mut film = Film::with_aovs(Region::full([3, 1]), &of_names());
+        let mut rejections = Rejections::default();
         for tile in &mut film.tiles(2) {
             let r = tile.region();
             for x in r.x..r.x + r.width {
@@ -233,7 +239,10 @@ mod tests {
                     _ => 0,
                 };
             }
+            rejections.merge(tile.rejections());
         }
+        let places: Vec<_> = rejections.first.iter().map(|r| [r.x, r.sample]).collect();
+        assert_eq!(places, [[0, 0], [0, 1], [0, 3], [1, 1]], "positions are no numbers");
         let real = |name: &str, values: [f32; 3]| {
             assert_eq!(channel(&film, name), Samples::Real(values.to_vec()), "{name}");
         };

@@ -62,7 +62,8 @@ pub struct Rejected {
     pub sample: u32,
 }
 
-/// Samples that were NaN, infinite or beyond [`ExactSum::LIMIT`]: how many, and the first ones.
+/// Samples that were NaN, infinite or beyond [`ExactSum::LIMIT`]: how many, and the first ones. One whose light and
+/// whose surface are no numbers is there twice.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Rejections {
     /// How many.

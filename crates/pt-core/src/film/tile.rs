@@ -107,12 +107,16 @@ impl<'a> Tile<'a> {
         aov::sums_per_pixel(self.aovs) > 0
     }
 
-    /// Adds the surface that sample number `sample` of a pixel sees, once for each that sees one.
+    /// Adds the surface that sample number `sample` of a pixel sees, once for each that sees one. What is no number
+    /// counts as 0, and is reported in [`Self::rejections`].
     pub fn see(&mut self, pixel: [u32; 2], sample: u32, hit: &FirstHit) {
         let (row, column) = self.place(pixel);
         let per_pixel = aov::sums_per_pixel(self.aovs);
         let sums = &mut self.rows[row].aov_sums[column * per_pixel..][..per_pixel];
-        aov::add(self.aovs, sums, sample, hit);
+        if !aov::add(self.aovs, sums, sample, hit) {
+            let [x, y] = pixel;
+            self.rejections.add(Rejected { y, x, sample });
+        }
     }
 }
 
