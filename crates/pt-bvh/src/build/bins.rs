@@ -30,7 +30,35 @@ impl<const BINS: usize> Search for Binned<BINS> {
     }
 
     fn part(items: &mut [Item], split: Split) -> Halves {
-        let Split { bins: Bins { base, scale, .. }, axis, bin, sides } = split;
+        let parted = if items.len() <= CHUNK {
+            Parted::of(items, &split)
+        } else {
+            let chunks = items.par_chunks_mut(CHUNK).map(|chunk| Parted::of(chunk, &split));
+            let chunks: Vec<Parted> = chunks.collect();
+            bring_together(items, &chunks);
+            chunks.into_iter().reduce(Parted::union).unwrap_or(Parted::NOTHING)
+        };
+        let [below, above] = parted.centroids;
+        let [a, b] = split.sides;
+        let boxes = [Boxes { items: a, centroids: below }, Boxes { items: b, centroids: above }];
+        Halves { left: parted.left, boxes }
+    }
+}
+
+/// Items of which those on the left come first.
+#[derive(Clone, Copy)]
+struct Parted {
+    left: usize,
+    /// The boxes of the (doubled) centroids of both sides.
+    centroids: [Extent; 2],
+}
+
+impl Parted {
+    const NOTHING: Self = Self { left: 0, centroids: [Extent::EMPTY; 2] };
+
+    /// Parts items.
+    fn of(items: &mut [Item], split: &Split) -> Self {
+        let Split { bins: Bins { base, scale, .. }, axis, bin, .. } = *split;
         // Nothing is less along the other axes.
         let mut end = [f32::NEG_INFINITY; 4];
         end[axis] = bin as f32;
@@ -46,12 +74,29 @@ impl<const BINS: usize> Search for Binned<BINS> {
             above = above.fast_max(point.fast_min(-keep));
             is_left
         });
-        let [a, b] = sides;
-        let boxes = [
-            Boxes { items: a, centroids: Extent(below) },
-            Boxes { items: b, centroids: Extent(above) },
-        ];
-        Halves { left, boxes }
+        Self { left, centroids: [Extent(below), Extent(above)] }
+    }
+
+    fn union(self, other: Self) -> Self {
+        let [a, b] = self.centroids;
+        let [c, d] = other.centroids;
+        Self { left: self.left + other.left, centroids: [a.union(c), b.union(d)] }
+    }
+}
+
+/// Moves the items on the left of all chunks of [`CHUNK`] to the front.
+fn bring_together(items: &mut [Item], chunks: &[Parted]) {
+    let middle = chunks.iter().map(|chunk| chunk.left).sum();
+    let starts = (0..).step_by(CHUNK);
+    // Those that are before the middle and belong behind it, and the others; as many.
+    let wrong_rights = starts
+        .clone()
+        .zip(chunks)
+        .flat_map(|(start, chunk)| start + chunk.left..(start + CHUNK).min(middle));
+    let wrong_lefts =
+        starts.zip(chunks).flat_map(|(start, chunk)| start.max(middle)..start + chunk.left);
+    for (a, b) in wrong_rights.zip(wrong_lefts) {
+        items.swap(a, b);
     }
 }
 
@@ -192,5 +237,39 @@ impl<const BINS: usize> Histogram<BINS> {
     fn sides(&self, axis: usize, bin: usize) -> [Extent; 2] {
         let (left, right) = self.0.split_at(bin);
         [left, right].map(|bins| bins.iter().fold(Extent::EMPTY, |e, b| e.union(b.extents[axis])))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pt_math::{Bounds3, Vec3};
+    use pt_testing::Random;
+
+    #[test]
+    fn parts_hold_all_items_on_their_sides_with_their_boxes() {
+        for n in [10, CHUNK, CHUNK + 1, 3 * CHUNK, 3 * CHUNK + 77] {
+            let mut random = Random::new(n as u64);
+            let item = |id| {
+                let min = random.in_cube();
+                Item::of_box(Bounds3 { min, max: min + Vec3::splat(0.1 * random.unit()) }, id)
+            };
+            let mut items: Vec<Item> = (0..n as u32).map(item).collect();
+            let boxes = Boxes::of(&items);
+            let (_, split) = Binned::<16>::best(&mut items, &boxes).expect("it splits");
+            let Split { bins, axis, bin, .. } = split;
+            let Halves { left, boxes } = Binned::<16>::part(&mut items, split);
+            let is_left = |item: &Item| bins.index(item.centroid())[axis] < bin as i32;
+            let (lower, upper) = items.split_at(left);
+            assert!(lower.iter().all(is_left) && !upper.iter().any(is_left), "{n}");
+            for (side, boxes) in [lower, upper].into_iter().zip(boxes) {
+                let bits = |e: Extent| (e.bounds().min, e.bounds().max);
+                assert_eq!(bits(boxes.items), bits(Extent::of(side)), "{n}");
+                assert_eq!(bits(boxes.centroids), bits(Extent::of_centroids(side)), "{n}");
+            }
+            let mut ids: Vec<u32> = items.iter().map(|item| item.id).collect();
+            ids.sort_unstable();
+            assert!(ids.into_iter().eq(0..n as u32), "{n}");
+        }
     }
 }
