@@ -89,7 +89,7 @@ impl WideBvh {
             ensure(level[i] != 0, "a node without a parent")?;
             ensure(level[i] <= MOST_LEVELS, "a tree that is too deep")?;
             for (slot, child) in node.children.iter().enumerate() {
-                if *child == Child::node(0) {
+                if *child == Child::VACANT {
                     ensure(node.is_vacant(slot), "a way back to the root")?;
                     continue;
                 }

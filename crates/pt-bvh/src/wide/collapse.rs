@@ -74,9 +74,6 @@ struct Piece {
     levels: usize,
 }
 
-/// What slots without a child refer to: the root, which is nobody's child.
-const VACANT: Child = Child::node(0);
-
 /// Subtrees of so many primitives are pieces of several, which threads make side by side.
 const LARGE_PART: usize = 8192;
 
@@ -292,7 +289,7 @@ impl WideNode {
     fn moved(&self, [nodes, triangles, spheres]: [usize; 3]) -> Self {
         let children =
             self.children.map(|child| match child.0 & (Child::TRIANGLES | Child::SPHERES) {
-                _ if child == VACANT => child,
+                _ if child == Child::VACANT => child,
                 Child::TRIANGLES => Child(child.0 + triangles as u32),
                 Child::SPHERES => Child(child.0 + spheres as u32),
                 _ => Child(child.0 + nodes as u32),
@@ -311,7 +308,7 @@ impl WideNode {
 
 fn empty_node() -> WideNode {
     let row = [f32x8::splat(f32::INFINITY), f32x8::splat(f32::NEG_INFINITY)];
-    WideNode { planes: [row; 3], children: [VACANT; WIDTH] }
+    WideNode { planes: [row; 3], children: [Child::VACANT; WIDTH] }
 }
 
 /// A block of the triangles with these numbers.

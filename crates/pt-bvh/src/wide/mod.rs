@@ -42,6 +42,8 @@ impl Child {
     const SPHERES: u32 = 1 << 30;
     /// Nothing: the end of a query.
     const DONE: u32 = u32::MAX;
+    /// In slots without a child: the root, which is nobody's child.
+    const VACANT: Self = Self::node(0);
 
     /// How many bits are below those of kind.
     const KIND_SHIFT: u32 = 30;

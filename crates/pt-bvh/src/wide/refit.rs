@@ -48,7 +48,7 @@ impl WideBvh {
         for (i, node) in self.nodes.iter_mut().enumerate().rev() {
             let mut planes = [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3];
             for (slot, child) in node.children.iter().enumerate() {
-                if *child == Child::node(0) {
+                if *child == Child::VACANT {
                     continue;
                 }
                 let index = Child::index(child.0);

@@ -111,7 +111,7 @@ impl WideNode {
     /// The same with its children sorted by their urgencies; vacant slots come after them.
     fn sorted(mut self, mut urgencies: [f32; WIDTH]) -> Self {
         for (slot, child) in self.children.iter().enumerate() {
-            if *child == Child::node(0) {
+            if *child == Child::VACANT {
                 urgencies[slot] = f32::INFINITY;
             }
         }

@@ -8,7 +8,7 @@
 use std::f32::consts::FRAC_1_PI;
 use std::sync::OnceLock;
 
-use pt_math::{Spectrum, Vec3};
+use pt_math::{FloatExt, Spectrum, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
 use super::fresnel;
@@ -71,11 +71,6 @@ fn node(i: usize, n: usize) -> f32 {
     i as f32 / (n - 1) as f32
 }
 
-#[inline]
-fn lerp(a: f32, b: f32, t: f32) -> f32 {
-    a + (b - a) * t
-}
-
 impl Entry {
     /// `scattered` says E of facets at a cosine in the plane of x and z.
     fn new(facets: Facets, scattered: impl Fn(&Facets, f32) -> f32) -> Self {
@@ -105,8 +100,8 @@ impl Entry {
     #[inline]
     fn at(&self, x: f32, across: f32) -> f32 {
         let (j, t) = locate(x, COSINES);
-        let [a, b] = self.lost.map(|lost| lerp(lost[j], lost[j + 1], t));
-        lerp(a, b, across)
+        let [a, b] = self.lost.map(|lost| lost[j].lerp(lost[j + 1], t));
+        a.lerp(b, across)
     }
 }
 
@@ -137,11 +132,11 @@ impl<const ROWS: usize> Losses<ROWS> {
         let (i, t) = locate(alpha.sqrt(), ALPHAS);
         let in_row = |k: usize| {
             let row = self.row(k);
-            lerp(of(&row[i]), of(&row[i + 1]), t)
+            of(&row[i]).lerp(of(&row[i + 1]), t)
         };
         let (k, s) = locate(place, ROWS);
         // The last row, that of facets without a direction, has no other beside it.
-        if s == 1.0 { in_row(k + 1) } else { lerp(in_row(k), in_row(k + 1), s) }
+        if s == 1.0 { in_row(k + 1) } else { in_row(k).lerp(in_row(k + 1), s) }
     }
 }
 

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use pt_math::sampler::Stream;
-use pt_math::{Mat3, Ray, Spectrum, Vec3, trig};
+use pt_math::{FloatExt, Mat3, Ray, Spectrum, Vec3, trig};
 use pt_scene::medium::{Grid, GridFilter};
 
 use super::Flight;
@@ -68,13 +68,12 @@ impl Field {
         let (ys, fy) = self.neighbours(1, p.y);
         let (zs, fz) = self.neighbours(2, p.z);
         let channels = self.grid.channels as usize;
-        let mix = |a: f32, b: f32, f: f32| a + (b - a) * f;
         let row = |y: usize, z: usize| {
             let at = |x: usize| self.grid.values[((z * ny + y) * nx + x) * channels + c];
-            mix(at(x0), at(x1), fx)
+            at(x0).lerp(at(x1), fx)
         };
-        let plane = |z: usize| mix(row(ys[0], z), row(ys[1], z), fy);
-        mix(plane(zs[0]), plane(zs[1]), fz)
+        let plane = |z: usize| row(ys[0], z).lerp(row(ys[1], z), fy);
+        plane(zs[0]).lerp(plane(zs[1]), fz)
     }
 
     /// The numbers at a point of the world, the same for all channels if there is one.

@@ -3,7 +3,7 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use pt_math::{Spectrum, Vec3};
+use pt_math::{FloatExt, Spectrum, Vec3};
 
 use crate::bsdf::fresnel::schlick_weight;
 
@@ -25,12 +25,6 @@ pub(super) fn tint(color: Spectrum) -> Spectrum {
     if luminance > 0.0 { color / luminance } else { Spectrum::ONE }
 }
 
-/// From `a` to `b`.
-#[inline]
-pub(super) fn lerp(a: f32, b: f32, t: f32) -> f32 {
-    a + (b - a) * t
-}
-
 /// The cosine between `wi` and the half vector of two directions above the surface.
 #[inline]
 fn cos_half(wo: Vec3, wi: Vec3) -> f32 {
@@ -48,10 +42,10 @@ impl Base {
         let back = 2.0 * self.roughness * cos * cos;
         let diffuse = (1.0 - 0.5 * f_o) * (1.0 - 0.5 * f_i);
         let retro = back * (f_o + f_i + f_o * f_i * (back - 1.0));
-        let ss = lerp(1.0, 0.5 * back, f_o) * lerp(1.0, 0.5 * back, f_i);
+        let ss = 1.0.lerp(0.5 * back, f_o) * 1.0.lerp(0.5 * back, f_i);
         // Times cos θi, which keeps 1 / (cos θo + cos θi) within bounds.
         let flat = 1.25 * (ss * (wi.z / (wo.z + wi.z) - 0.5 * wi.z) + 0.5 * wi.z);
-        self.color * (FRAC_1_PI * lerp((diffuse + retro) * wi.z, flat, self.flatness))
+        self.color * (FRAC_1_PI * ((diffuse + retro) * wi.z).lerp(flat, self.flatness))
     }
 }
 

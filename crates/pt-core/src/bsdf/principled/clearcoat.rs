@@ -2,10 +2,9 @@
 
 use std::f32::consts::PI;
 
-use pt_math::{Vec3, trig};
+use pt_math::{FloatExt, Vec3, trig};
 use pt_scene::material::{Distribution, Masking};
 
-use super::base::lerp;
 use crate::bsdf::fresnel::schlick_weight;
 use crate::bsdf::microfacet::Facets;
 
@@ -25,7 +24,7 @@ impl Clearcoat {
     /// A coat that is from 0, satin, to 1, glossy.
     #[inline]
     pub(super) fn new(gloss: f32) -> Self {
-        let alpha = lerp(0.1, 0.001, gloss);
+        let alpha = 0.1f32.lerp(0.001, gloss);
         Self { alpha2: alpha * alpha }
     }
 
@@ -69,5 +68,5 @@ impl Clearcoat {
 /// The reflectance of index 1.5.
 #[inline]
 fn fresnel(weight: f32) -> f32 {
-    lerp(0.04, 1.0, weight)
+    0.04.lerp(1.0, weight)
 }
