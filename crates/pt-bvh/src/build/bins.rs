@@ -7,8 +7,8 @@ use wide::{f32x4, f32x8, i32x4};
 use super::sah::{LOG_BLOCK, NODE_COST, RelativeArea, Search};
 use super::{Boxes, CHUNK, Extent, Halves, Item, partition};
 
-/// For so many items, two histograms are worth their sum.
-const MANY: usize = 128;
+/// So many items are put into bins together.
+const GROUP: usize = 32;
 
 /// Looks at the planes between so many bins per axis, a power of two.
 pub(super) struct Binned<const BINS: usize>;
@@ -173,29 +173,26 @@ impl Bin {
 impl<const BINS: usize> Histogram<BINS> {
     const EMPTY: Self = Self([Bin::EMPTY; BINS]);
 
-    /// Of many items by turns in two histograms: neighbours fall into the same bins, which would wait for one another.
+    /// The places of a group of items are found before any of them is put there, so that reading an
+    /// item never waits for where one before it is written.
     fn of(items: &[Item], bins: Bins) -> Self {
-        let (pairs, rest) = if items.len() < MANY { (&[][..], items) } else { items.as_chunks() };
         let mut histogram = Self::EMPTY;
-        for item in rest {
-            histogram.add(item, bins);
+        let mut places = [[0; 4]; GROUP];
+        for group in items.chunks(GROUP) {
+            for (place, item) in places.iter_mut().zip(group) {
+                *place = bins.index(item.centroid());
+            }
+            for (place, item) in places.iter().zip(group) {
+                histogram.add(item, place);
+            }
         }
-        if pairs.is_empty() {
-            return histogram;
-        }
-        let mut other = Self::EMPTY;
-        for [a, b] in pairs {
-            histogram.add(a, bins);
-            other.add(b, bins);
-        }
-        histogram.merge(&other)
+        histogram
     }
 
     #[inline(always)]
-    fn add(&mut self, item: &Item, bins: Bins) {
-        let index = bins.index(item.centroid());
+    fn add(&mut self, item: &Item, place: &[i32; 4]) {
         let extent = item.extent();
-        for (axis, &bin) in index.iter().enumerate().take(3) {
+        for (axis, &bin) in place.iter().enumerate().take(3) {
             let bin = &mut self.0[bin as usize & (BINS - 1)];
             bin.extents[axis] = bin.extents[axis].union(extent);
             bin.counts[axis] += 1;
@@ -267,7 +264,7 @@ mod tests {
                 assert_eq!(bits(boxes.items), bits(Extent::of(side)), "{n}");
                 assert_eq!(bits(boxes.centroids), bits(Extent::of_centroids(side)), "{n}");
             }
-            let mut ids: Vec<u32> = items.iter().map(|item| item.id).collect();
+            let mut ids: Vec<u32> = items.iter().map(Item::id).collect();
             ids.sort_unstable();
             assert!(ids.into_iter().eq(0..n as u32), "{n}");
         }

@@ -32,26 +32,41 @@ const CHUNK: usize = 32_768;
 #[repr(C, align(32))]
 struct Item {
     negated_min: [f32; 3],
-    id: u32,
+    /// The number of the primitive with [`NORMAL`] added.
+    label: u32,
     max: [f32; 3],
     /// 1 for a sphere, 0 for a triangle.
-    sphere: u32,
+    sphere: f32,
 }
 
-/// `id` of an item to leave out.
-const SKIPPED: u32 = u32::MAX;
+/// Makes a normal floating-point number of any number of a primitive: arithmetic of the lanes beside
+/// takes it along, and processors are slow with subnormal ones.
+const NORMAL: u32 = 1 << 30;
+/// `label` of an item to leave out.
+const SKIPPED: u32 = 0;
 
 impl Item {
     fn new(geometry: &Geometry<'_>, id: u32) -> Self {
-        let sphere = u32::from(geometry.is_sphere(id));
+        let sphere = f32::from(u8::from(geometry.is_sphere(id)));
         match geometry.primitive(id).bounds() {
             Some(bounds) => Self { sphere, ..Self::of_box(bounds, id) },
-            None => Self { sphere, ..Self::of_box(Bounds3::EMPTY, SKIPPED) },
+            None => Self { label: SKIPPED, ..Self::of_box(Bounds3::EMPTY, id) },
         }
     }
 
     fn of_box(Bounds3 { min, max }: Bounds3, id: u32) -> Self {
-        Self { negated_min: (-min).to_array(), id, max: max.to_array(), sphere: 0 }
+        Self {
+            negated_min: (-min).to_array(),
+            label: NORMAL | id,
+            max: max.to_array(),
+            sphere: 0.0,
+        }
+    }
+
+    /// The number of the primitive.
+    #[inline]
+    fn id(&self) -> u32 {
+        self.label & !NORMAL
     }
 
     /// The same primitive, as far as it is in a box.
@@ -207,7 +222,7 @@ fn split_at_median(items: &mut [Item]) -> usize {
     let key = |i: &Item| i.centroid_along(axis);
     let middle = items.len() / 2;
     items.select_nth_unstable_by(middle, |a, b| {
-        key(a).total_cmp(&key(b)).then_with(|| a.id.cmp(&b.id))
+        key(a).total_cmp(&key(b)).then_with(|| a.label.cmp(&b.label))
     });
     middle
 }
@@ -215,7 +230,7 @@ fn split_at_median(items: &mut [Item]) -> usize {
 /// Appends a leaf of items with this box, or two when there are both triangles and spheres.
 /// `first` is the place of the first item in the order of the tree.
 fn push_leaf(items: &mut [Item], extent: Extent, first: u32, nodes: &mut Vec<Node>) {
-    let triangles = partition(items, |i| i.sphere == 0);
+    let triangles = partition(items, |i| i.sphere == 0.0);
     let leaf = |items: &[Item], extent: Extent, offset: u32| {
         let Bounds3 { min, max } = extent.bounds();
         Node { min, offset, max, count: items.len() as u32 }
@@ -259,8 +274,8 @@ fn gather(geometry: &Geometry<'_>, room: usize) -> Vec<Item> {
         .into_par_iter()
         .map(|id| Item::new(geometry, id))
         .collect_into_vec(&mut items);
-    if items.par_chunks(CHUNK).any(|chunk| chunk.iter().any(|i| i.id == SKIPPED)) {
-        items.retain(|i| i.id != SKIPPED);
+    if items.par_chunks(CHUNK).any(|chunk| chunk.iter().any(|i| i.label == SKIPPED)) {
+        items.retain(|i| i.label != SKIPPED);
     }
     items
 }
@@ -268,7 +283,7 @@ fn gather(geometry: &Geometry<'_>, room: usize) -> Vec<Item> {
 /// The numbers of the items.
 fn order(items: &[Item]) -> Vec<u32> {
     let mut order = memory::with_capacity(items.len());
-    items.par_iter().with_min_len(CHUNK).map(|i| i.id).collect_into_vec(&mut order);
+    items.par_iter().with_min_len(CHUNK).map(Item::id).collect_into_vec(&mut order);
     order
 }
 

@@ -161,7 +161,7 @@ impl Knife<'_> {
     /// An item to be cut across the middle of the longest edge of its box; `None` for spheres, and
     /// where the box loses too little.
     fn candidate(&self, index: usize, item: &Item) -> Option<Candidate> {
-        let Primitive::Triangle(p) = self.geometry.primitive(item.id) else { return None };
+        let Primitive::Triangle(p) = self.geometry.primitive(item.id()) else { return None };
         let bounds = item.extent().bounds();
         let axis = longest_axis(item.extent().diagonal());
         let plane = bounds.min[axis] + 0.5 * (bounds.max[axis] - bounds.min[axis]);
