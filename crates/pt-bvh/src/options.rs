@@ -15,17 +15,18 @@ pub enum Builder {
 /// How much time [`Builder::Sah`] may take for a tree that is faster to query.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// Few bins: the tree is soon there, for geometry that changes or is looked at briefly.
+    /// Few bins, and nothing afterwards: the tree is soon there, for geometry that changes or is looked at briefly.
     Fast,
     /// More bins. Triangles that fill little of their boxes are cut into pieces where there are
     /// enough of them to matter; references to pieces are at most 30 % of the primitives, or about
-    /// a thousand. Meshes without such triangles pay next to nothing for that.
+    /// a thousand. Meshes without such triangles pay next to nothing for that. When the tree is
+    /// there, the largest of its subtrees are moved to where they cost less.
     #[default]
     Balanced,
     /// More bins again, and every way to part up to 128 primitives along an axis; triangles are
-    /// cut finer, with up to 50 % more references. Takes about twice as long as
-    /// [`Quality::Balanced`] for trees that are smaller by some percent, and hardly faster unless
-    /// there are triangles to cut.
+    /// cut finer, with up to 50 % more references, and subtrees of all sizes are moved to where they
+    /// cost less. Takes several times as long as [`Quality::Balanced`] for trees that are smaller by
+    /// some percent, and hardly faster unless there are triangles to cut.
     High,
 }
 

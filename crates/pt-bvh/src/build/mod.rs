@@ -2,6 +2,7 @@
 
 mod bins;
 mod mean;
+mod reinsert;
 mod sah;
 mod split;
 mod sweep;
@@ -319,7 +320,12 @@ impl Bvh2 {
         } else if !items.is_empty() {
             mean::build(&mut items, largest_leaf, &mut nodes);
         }
-        Ok(Self { nodes, order: order(&items), skipped })
+        let bvh = Self { nodes, order: order(&items), skipped };
+        let effort = reinsert::Effort::of(options.quality);
+        Ok(match effort.filter(|_| is_sah && bvh.nodes.len() > 1) {
+            Some(effort) => reinsert::reinsert(bvh, effort),
+            None => bvh,
+        })
     }
 
     /// The tree over boxes, numbered in their order, each in a leaf of its own; those that are

@@ -5,7 +5,9 @@ use pt_testing::Random;
 use rayon::ThreadPoolBuilder;
 
 use super::{Soup, bumpy_ball};
-use crate::{BuildError, BuildOptions, Builder, Bvh, Bvh2, Geometry, MAX_DEPTH, Sphere, check};
+use crate::{
+    BuildError, BuildOptions, Builder, Bvh, Bvh2, Geometry, MAX_DEPTH, Quality, Sphere, check,
+};
 
 const BUILDERS: [Builder; 2] = [Builder::Sah, Builder::Mean];
 
@@ -17,11 +19,13 @@ fn with_threads(threads: usize, soup: &Soup, options: BuildOptions) -> Bvh2 {
 #[test]
 fn the_tree_does_not_depend_on_the_number_of_threads() {
     let soup = bumpy_ball(7);
-    for builder in BUILDERS {
-        let options = BuildOptions { builder, ..BuildOptions::default() };
+    let qualities = [Quality::Fast, Quality::Balanced, Quality::High].into_iter();
+    let builders = qualities.map(|quality| (Builder::Sah, quality));
+    for (builder, quality) in builders.chain([(Builder::Mean, Quality::default())]) {
+        let options = BuildOptions { builder, quality, ..BuildOptions::default() };
         let one = with_threads(1, &soup, options);
         let many = with_threads(5, &soup, options);
-        assert!(one.nodes == many.nodes && one.order == many.order, "{builder:?}");
+        assert!(one.nodes == many.nodes && one.order == many.order, "{options:?}");
         assert_eq!(check::verify(&one, &soup.geometry()), Ok(()));
     }
 }
