@@ -183,7 +183,7 @@ pub(crate) struct Cli {
     pub(crate) quality: Quality,
 
     /// Most shapes in a leaf of the tree
-    #[arg(long, value_name = "N", default_value = "4", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value = "8", allow_negative_numbers = true)]
     #[arg(value_parser = check::leaf_size, help_heading = "Machine")]
     pub(crate) max_leaf_size: u32,
 

@@ -355,12 +355,12 @@ mod tests {
     #[test]
     fn the_tree_is_built_as_asked() {
         for (args, builder, quality, max_leaf_size) in [
-            ("", Builder::Sah, Quality::Balanced, 4),
-            ("--quality fast", Builder::Sah, Quality::Fast, 4),
+            ("", Builder::Sah, Quality::Balanced, 8),
+            ("--quality fast", Builder::Sah, Quality::Fast, 8),
             ("--quality balanced --max-leaf-size 1", Builder::Sah, Quality::Balanced, 1),
-            ("--quality high", Builder::Sah, Quality::High, 4),
-            ("--quality high --bvh mean", Builder::Mean, Quality::High, 4),
-            ("--quality fast --bvh none", Builder::None, Quality::Fast, 4),
+            ("--quality high", Builder::Sah, Quality::High, 8),
+            ("--quality high --bvh mean", Builder::Mean, Quality::High, 8),
+            ("--quality fast --bvh none", Builder::None, Quality::Fast, 8),
         ] {
             let words = std::iter::once("pathtracer").chain(args.split_whitespace());
             let checked = check(Cli::try_parse_from(words).unwrap()).unwrap();
