@@ -16,6 +16,19 @@ pub struct Parametrization {
     pub along_u: Option<Vec3>,
     /// ∂p/∂v, likewise.
     pub along_v: Option<Vec3>,
+    /// Where on a triangle it is; `None` on spheres.
+    pub on_triangle: Option<OnTriangle>,
+}
+
+/// A point of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OnTriangle {
+    /// Number of the triangle in the scene.
+    pub triangle: u32,
+    /// How much of the second and of the third corner there is in the point.
+    pub barycentric: Vec2,
+    /// By how much (u, v) grows from the first corner to the second, and to the third.
+    pub uv_edges: [Vec2; 2],
 }
 
 impl RenderScene {
@@ -30,9 +43,11 @@ impl RenderScene {
 
     fn on_triangle(&self, i: usize, hit: &Hit) -> Parametrization {
         let barycentric = Vec2::new(hit.b1, hit.b2);
+        let on_triangle = |uv_edges| Some(OnTriangle { triangle: i as u32, barycentric, uv_edges });
         let corners = self.triangle_uvs.get(i).copied().unwrap_or(FLAT);
         if corners == FLAT {
-            return Parametrization { uv: barycentric, along_u: None, along_v: None };
+            let on_triangle = on_triangle([Vec2::X, Vec2::Y]);
+            return Parametrization { uv: barycentric, along_u: None, along_v: None, on_triangle };
         }
         let [c0, c1, c2] = corners.map(|v| self.uvs[v as usize]);
         let uv = c0 * (1.0 - hit.b1 - hit.b2) + c1 * hit.b1 + c2 * hit.b2;
@@ -44,6 +59,7 @@ impl RenderScene {
             uv,
             along_u: along(e1 * d2.y - e2 * d1.y),
             along_v: along(e2 * d1.x - e1 * d2.x),
+            on_triangle: on_triangle([d1, d2]),
         }
     }
 
@@ -64,6 +80,7 @@ impl RenderScene {
             uv: Vec2::new(phi / TAU, theta * FRAC_1_PI),
             along_u: (equator > 0.0).then_some(along_u),
             along_v: Some(along_v).filter(|v| v.is_finite()),
+            on_triangle: None,
         }
     }
 }

@@ -291,8 +291,8 @@ impl RenderScene {
             Some(Varying::Value(opacity)) => opacity,
             Some(texture) => {
                 let at = self.interaction(ray, hit);
-                let uv = self.parametrization(&at, hit).uv;
-                self.materials.textures.number(texture, uv).clamp(0.0, 1.0)
+                let place = self.parametrization(&at, hit);
+                self.materials.textures.number(texture, &place).clamp(0.0, 1.0)
             }
         }
     }

@@ -22,3 +22,4 @@ mod occlusion;
 mod pictures;
 mod scenes;
 mod specular;
+mod textures;

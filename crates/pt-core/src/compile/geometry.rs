@@ -4,13 +4,13 @@ use pt_bvh::Sphere;
 use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
 use pt_scene::{Attribute, Geometry, Mesh, Object, Part, Scalar, Scene, Sides, Span};
 
-use super::textures::Lowering;
+use super::textures::{Lowering, ShownColors};
 use super::{CompileError, materials, normals};
 use crate::bsdf::{AnyLobe, Diffuse, LobeRecord};
 use crate::id::{Id, Table};
 use crate::material::{Material, Materials};
 use crate::scene::{FLAT, Glow, SurfaceRecord};
-use crate::texture::Varying;
+use crate::texture::{MeshColors, Varying};
 
 /// All shapes in the world.
 #[derive(Default)]
@@ -121,6 +121,7 @@ pub(super) fn collect(
         looks,
         default: Look::default_one(&mut lowering),
         uses_coordinates: lowering.uses_coordinates(),
+        mesh_colors: MeshColors::default(),
     };
     for object in &scene.objects {
         let to_world = DAffine3::from_scale(DVec3::splat(metres)) * object.to_world;
@@ -128,7 +129,7 @@ pub(super) fn collect(
         let Shapes { triangles, spheres, object_ends, .. } = &mut collector.shapes;
         object_ends.push([triangles.len() as u32, spheres.len() as u32]);
     }
-    let Lowering { lobes, materials, .. } = lowering;
+    let (lobes, materials) = lowering.finish(collector.mesh_colors);
     Ok(Shapes { lobes, materials, ..collector.shapes })
 }
 
@@ -139,6 +140,8 @@ struct Look {
     two_sided: bool,
     material: Option<Id<Material>>,
     opacity: Option<Varying>,
+    /// What its textures show of meshes.
+    shown: ShownColors,
 }
 
 impl Look {
@@ -148,7 +151,7 @@ impl Look {
             Scalar::Value(opacity) if opacity >= 1.0 => None,
             ref opacity => Some(cx.varying(opacity)),
         };
-        Self { opacity, ..Self::opaque(surface, cx) }
+        Self { opacity, shown: cx.take_shown(), ..Self::opaque(surface, cx) }
     }
 
     fn default_one(cx: &mut Lowering) -> Self {
@@ -157,16 +160,16 @@ impl Look {
     }
 
     fn opaque(surface: Material, cx: &mut Lowering) -> Self {
-        let opacity = None;
+        let (opacity, shown) = (None, ShownColors::default());
         match surface {
             Material::Lobe(l) if l.is_plain() => {
-                Self { lobe: l.lobe, two_sided: l.two_sided, material: None, opacity }
+                Self { lobe: l.lobe, two_sided: l.two_sided, material: None, opacity, shown }
             }
             varying => {
                 let black = Diffuse { rho: Spectrum::ZERO };
                 let lobe = cx.lobes.push(AnyLobe::from(black).record());
                 let material = Some(cx.materials.table.push(varying));
-                Self { lobe, two_sided: true, material, opacity }
+                Self { lobe, two_sided: true, material, opacity, shown }
             }
         }
     }
@@ -183,6 +186,7 @@ struct Collector<'a> {
     default: Look,
     /// Whether any material asks for texture coordinates.
     uses_coordinates: bool,
+    mesh_colors: MeshColors,
 }
 
 impl Collector<'_> {
@@ -218,7 +222,7 @@ impl Collector<'_> {
             return (surface, false);
         }
         let look = material.map_or(self.default, |m| self.looks[m as usize]);
-        let Look { lobe, two_sided, material, opacity } = look;
+        let Look { lobe, two_sided, material, opacity, .. } = look;
         let surface = self.shapes.surfaces.push(SurfaceRecord {
             lobe,
             two_sided,
@@ -252,6 +256,7 @@ impl Collector<'_> {
         self.shapes.triangles.extend(mesh.triangles.iter().map(|t| place(*t, base, mirrored)));
         self.add_normals(object, mesh, to_world, base, mirrored)?;
         self.add_coordinates(object, mesh, mirrored)?;
+        self.add_colors(object, mesh, mirrored)?;
         self.add_parts(object, mesh, first);
         Ok(())
     }
@@ -336,6 +341,57 @@ impl Collector<'_> {
         Ok(())
     }
 
+    /// The colours of meshes that the materials of an object show.
+    fn shown_colors(&self, object: &Object) -> ShownColors {
+        let looks = object.materials.iter().flatten().filter_map(|m| self.looks.get(*m as usize));
+        looks.fold(ShownColors::default(), |all, Look { shown, .. }| ShownColors {
+            vertices: all.vertices || shown.vertices,
+            faces: all.faces || shown.faces,
+        })
+    }
+
+    /// Colours, if some material of the object shows them.
+    fn add_colors(
+        &mut self,
+        object: &Object,
+        mesh: &Mesh,
+        mirrored: bool,
+    ) -> Result<(), CompileError> {
+        let shown = self.shown_colors(object);
+        let missing = |what: &str| CompileError::Value {
+            at: object.at.clone(),
+            message: format!(
+                "a material shows the colours of {what}, but the mesh has none; expected a file with \
+                 such colours, or another material"
+            ),
+        };
+        let first = self.shapes.triangles.len() - mesh.triangles.len();
+        let MeshColors { vertices, triangles, faces } = &mut self.mesh_colors;
+        if shown.vertices {
+            let colors = mesh.colors.as_ref().ok_or_else(|| missing("vertices"))?;
+            check_attribute(object, "colour", mesh, colors)?;
+            let base = vertices.len() as u32;
+            vertices.extend(colors.values.iter().map(|&color| Spectrum::from(color)));
+            pad(triangles, first);
+            let corners = |(i, &t)| place(colors.corners(i, t), base, mirrored);
+            triangles.extend(mesh.triangles.iter().enumerate().map(corners));
+        }
+        if shown.faces {
+            let colors = mesh.face_colors.as_ref().ok_or_else(|| missing("faces"))?;
+            if colors.len() != mesh.triangles.len() {
+                let message = format!(
+                    "there are colours for {} triangles, but {} triangles",
+                    colors.len(),
+                    mesh.triangles.len()
+                );
+                return Err(CompileError::Value { at: object.at.clone(), message });
+            }
+            faces.resize(first, Spectrum::ZERO);
+            faces.extend(colors.iter().map(|&color| Spectrum::from(color)));
+        }
+        Ok(())
+    }
+
     fn add_sphere(
         &mut self,
         object: &Object,
@@ -359,6 +415,15 @@ impl Collector<'_> {
             return Err(CompileError::Value {
                 at: object.at.clone(),
                 message: format!("the radius of a sphere must not be {}", sphere.radius),
+            });
+        }
+        let shown = self.shown_colors(object);
+        if shown.vertices || shown.faces {
+            return Err(CompileError::Value {
+                at: object.at.clone(),
+                message: "a material shows the colours of a mesh, but a sphere is none; expected a mesh, \
+                          or another material"
+                    .into(),
             });
         }
         let (surface, glows) = self.surface(object, 0);
