@@ -63,24 +63,31 @@ impl RenderScene {
         }
     }
 
-    /// Longitude from +x to +y over 2π and polar angle from +z over π, in the sphere's own axes.
+    /// See [`sphere_coordinates`].
     fn on_sphere(&self, i: usize, p: Vec3) -> Parametrization {
         let Sphere { center, radius } = self.spheres[i];
         let axes = self.sphere_axes[i];
         let n = axes.transpose() * ((p - center) / radius.abs());
         let equator = (n.x * n.x + n.y * n.y).sqrt();
-        let phi = trig::atan2(n.y, n.x);
-        let phi = if phi < 0.0 { phi + TAU } else { phi };
-        let theta = trig::atan2(equator, n.z);
         let r = radius.abs();
         let along_u = axes * Vec3::new(-n.y, n.x, 0.0) * (TAU * r);
         let toward_south = Vec3::new(n.z * n.x / equator, n.z * n.y / equator, -equator);
         let along_v = axes * toward_south * (PI * r);
         Parametrization {
-            uv: Vec2::new(phi / TAU, theta * FRAC_1_PI),
+            uv: sphere_coordinates(n),
             along_u: (equator > 0.0).then_some(along_u),
             along_v: Some(along_v).filter(|v| v.is_finite()),
             on_triangle: None,
         }
     }
+}
+
+/// Longitude from +x to +y over 2π and polar angle from +z over π, in the sphere's own axes, in which
+/// the unit normal is `n`.
+pub(crate) fn sphere_coordinates(n: Vec3) -> Vec2 {
+    let equator = (n.x * n.x + n.y * n.y).sqrt();
+    let phi = trig::atan2(n.y, n.x);
+    let phi = if phi < 0.0 { phi + TAU } else { phi };
+    let theta = trig::atan2(equator, n.z);
+    Vec2::new(phi / TAU, theta * FRAC_1_PI)
 }

@@ -10,7 +10,7 @@ use crate::id::{Id, Table};
 use crate::light::{AnyLight, LightHit, LightSample, LightTables};
 use crate::material::{Material, Materials, Resolved};
 use crate::medium::{Media, MediumRecord};
-use crate::texture::Varying;
+use crate::texture::{TextureRecord, Varying};
 
 /// How a part of a shape scatters and glows.
 #[derive(Clone, Copy, Debug)]
@@ -25,8 +25,10 @@ pub struct SurfaceRecord {
     pub opacity: Option<Varying>,
     /// Which sides glow.
     pub glow: Glow,
-    /// Radiance emitted.
+    /// Radiance emitted; 1 where a texture says it.
     pub emission: Spectrum,
+    /// The texture that says it.
+    pub emission_texture: Option<Id<TextureRecord>>,
     /// The light by which the emission is sampled; `None` if it is only found by chance.
     pub light: Option<Id<AnyLight>>,
 }
@@ -309,9 +311,9 @@ impl RenderScene {
         !self.surfaces[surface].emission.is_black()
     }
 
-    /// Radiance that the surface emits towards `at.wo`.
+    /// Radiance that the surface emits towards `at.wo`, where it was hit.
     #[inline(always)]
-    pub fn emitted(&self, at: &Interaction) -> Spectrum {
+    pub fn emitted(&self, at: &Interaction, hit: &Hit) -> Spectrum {
         let surface = &self.surfaces[at.surface];
         if surface.emission.is_black() {
             return Spectrum::ZERO;
@@ -322,7 +324,17 @@ impl RenderScene {
             Glow::Back => !front,
             Glow::Both => true,
         };
-        if glows { surface.emission } else { Spectrum::ZERO }
+        match surface.emission_texture {
+            _ if !glows => Spectrum::ZERO,
+            None => surface.emission,
+            Some(texture) => self.radiance(texture, at, hit),
+        }
+    }
+
+    /// That of a texture.
+    #[inline(never)]
+    fn radiance(&self, texture: Id<TextureRecord>, at: &Interaction, hit: &Hit) -> Spectrum {
+        self.materials.textures.radiance(texture, &self.parametrization(at, hit))
     }
 
     /// Radiance from the sky along a ray that leaves the scene in direction `d`.

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul, Sub};
 
-use pt_math::{Affine2, Spectrum, Vec2};
+use pt_math::{Affine2, Spectrum, Vec2, Vec3};
 use pt_scene::texture::{Filter, Wrap};
 
 use crate::id::{Id, Table};
@@ -286,6 +286,11 @@ impl Textures {
         }
     }
 
+    /// Radiance at a point of a surface that glows; nothing is less than black.
+    pub fn radiance(&self, id: Id<TextureRecord>, at: &Parametrization) -> Spectrum {
+        Spectrum(self.color(id, at).0.max(Vec3::ZERO))
+    }
+
     /// A number at a point of a surface.
     #[inline]
     pub fn number(&self, varying: Varying, at: &Parametrization) -> f32 {
@@ -340,6 +345,32 @@ impl Textures {
     pub fn bytes(&self) -> usize {
         let images: usize = self.texels.as_slice().iter().map(Texels::bytes).sum();
         images + self.mesh_colors.bytes()
+    }
+}
+
+/// Of one texture, for the examples of lights.
+impl Textures {
+    fn of_one(mut self, pattern: PatternRecord) -> (Id<TextureRecord>, Self) {
+        let record = TextureRecord { pattern, to_pattern: Affine2::IDENTITY };
+        (self.records.push(record), self)
+    }
+
+    pub(crate) fn of_vertices(
+        vertices: Vec<Spectrum>,
+        triangles: Vec<[u32; 3]>,
+    ) -> (Id<TextureRecord>, Self) {
+        let mesh_colors = MeshColors { vertices, triangles, faces: Vec::new() };
+        Self { mesh_colors, ..Self::default() }.of_one(PatternRecord::VertexColors)
+    }
+
+    pub(crate) fn of_image(
+        width: u32,
+        height: u32,
+        pixels: &[[f32; 3]],
+    ) -> (Id<TextureRecord>, Self) {
+        let mut textures = Self::default();
+        let texels = textures.texels.push(Texels::new(width, height, pixels));
+        textures.of_one(PatternRecord::Bitmap(texels, Wrap::Repeat, Filter::Bilinear))
     }
 }
 

@@ -78,7 +78,7 @@ impl Builder {
         self.0.materials.push(Material {
             name: String::new(),
             surface,
-            emission,
+            emission: emission.into(),
             opacity: 1.0.into(),
         });
         vec![Some(self.0.materials.len() as u32 - 1)]

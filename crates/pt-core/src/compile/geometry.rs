@@ -2,7 +2,9 @@
 
 use pt_bvh::Sphere;
 use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
-use pt_scene::{Attribute, Geometry, Mesh, Object, Part, Scalar, Scene, Sides, Span};
+use pt_scene::{
+    Attribute, Color, Geometry, LightKind, Mesh, Object, Part, Scalar, Scene, Sides, Span,
+};
 
 use super::textures::{Lowering, ShownColors};
 use super::{CompileError, materials, normals};
@@ -10,7 +12,7 @@ use crate::bsdf::{AnyLobe, Diffuse, LobeRecord};
 use crate::id::{Id, Table};
 use crate::material::{Material, Materials};
 use crate::scene::{FLAT, Glow, SurfaceRecord};
-use crate::texture::{MeshColors, Varying};
+use crate::texture::{MeshColors, TextureRecord, Varying};
 
 /// All shapes in the world.
 #[derive(Default)]
@@ -36,6 +38,8 @@ pub(super) struct Shapes {
     pub(super) emitters: Vec<Emitter>,
     /// Surfaces between media, and the object of each.
     pub(super) sides: Vec<(Id<SurfaceRecord>, Sides, Span)>,
+    /// The texture of each light node that has one.
+    pub(super) slides: Vec<Option<Id<TextureRecord>>>,
 }
 
 /// Primitives that glow together.
@@ -89,6 +93,7 @@ impl Shapes {
             opacity: None,
             glow: Glow::Front,
             emission,
+            emission_texture: None,
             light: None,
         });
         let first = self.triangles.len();
@@ -129,8 +134,14 @@ pub(super) fn collect(
         let Shapes { triangles, spheres, object_ends, .. } = &mut collector.shapes;
         object_ends.push([triangles.len() as u32, spheres.len() as u32]);
     }
-    let (lobes, materials) = lowering.finish(collector.mesh_colors);
-    Ok(Shapes { lobes, materials, ..collector.shapes })
+    let Collector { shapes, mesh_colors, .. } = collector;
+    let slide = |light: &pt_scene::Light| match &light.kind {
+        LightKind::LinearSpot { texture, .. } => texture.as_ref().map(|t| lowering.texture(t)),
+        _ => None,
+    };
+    let slides = scene.lights.iter().map(slide).collect();
+    let (lobes, materials) = lowering.finish(mesh_colors);
+    Ok(Shapes { lobes, materials, slides, ..shapes })
 }
 
 /// What a material becomes.
@@ -140,6 +151,9 @@ struct Look {
     two_sided: bool,
     material: Option<Id<Material>>,
     opacity: Option<Varying>,
+    /// See [`SurfaceRecord::emission`].
+    emission: Spectrum,
+    emission_texture: Option<Id<TextureRecord>>,
     /// What its textures show of meshes.
     shown: ShownColors,
 }
@@ -151,7 +165,12 @@ impl Look {
             Scalar::Value(opacity) if opacity >= 1.0 => None,
             ref opacity => Some(cx.varying(opacity)),
         };
-        Self { opacity, shown: cx.take_shown(), ..Self::opaque(surface, cx) }
+        let (emission, emission_texture) = match &material.emission {
+            Color::Value(emission) => ((*emission).into(), None),
+            Color::Texture(texture) => (Spectrum::ONE, Some(cx.texture(texture))),
+        };
+        let shown = cx.take_shown();
+        Self { opacity, emission, emission_texture, shown, ..Self::opaque(surface, cx) }
     }
 
     fn default_one(cx: &mut Lowering) -> Self {
@@ -159,18 +178,24 @@ impl Look {
         Self::opaque(surface, cx)
     }
 
+    /// What does not glow.
     fn opaque(surface: Material, cx: &mut Lowering) -> Self {
-        let (opacity, shown) = (None, ShownColors::default());
-        match surface {
-            Material::Lobe(l) if l.is_plain() => {
-                Self { lobe: l.lobe, two_sided: l.two_sided, material: None, opacity, shown }
-            }
+        let (lobe, two_sided, material) = match surface {
+            Material::Lobe(l) if l.is_plain() => (l.lobe, l.two_sided, None),
             varying => {
                 let black = Diffuse { rho: Spectrum::ZERO };
                 let lobe = cx.lobes.push(AnyLobe::from(black).record());
-                let material = Some(cx.materials.table.push(varying));
-                Self { lobe, two_sided: true, material, opacity, shown }
+                (lobe, true, Some(cx.materials.table.push(varying)))
             }
+        };
+        Self {
+            lobe,
+            two_sided,
+            material,
+            opacity: None,
+            emission: Spectrum::ZERO,
+            emission_texture: None,
+            shown: ShownColors::default(),
         }
     }
 }
@@ -214,22 +239,22 @@ impl Collector<'_> {
         let known = self.scene.materials.len();
         let material = object.materials.get(slot as usize).copied().flatten();
         let material = material.filter(|&m| (m as usize) < known);
-        let emission = material.map_or([0.0; 3], |m| self.scene.materials[m as usize].emission);
-        let glows = emission != [0.0; 3];
+        let look = material.map_or(self.default, |m| self.looks[m as usize]);
+        let glows = !look.emission.is_black();
         let plain = material.map_or(known, |m| m as usize);
         let is_shared = !glows && object.media.is_none();
         if let (true, Some(surface)) = (is_shared, self.plain[plain]) {
             return (surface, false);
         }
-        let look = material.map_or(self.default, |m| self.looks[m as usize]);
-        let Look { lobe, two_sided, material, opacity, .. } = look;
+        let Look { lobe, two_sided, material, opacity, emission, emission_texture, .. } = look;
         let surface = self.shapes.surfaces.push(SurfaceRecord {
             lobe,
             two_sided,
             material,
             opacity,
             glow: if self.course { Glow::Both } else { Glow::Front },
-            emission: emission.into(),
+            emission,
+            emission_texture,
             light: None,
         });
         if is_shared {

@@ -72,7 +72,7 @@ pub(super) trait Rules {
     fn sky(&self, cx: Context, path: &State, d: Vec3, bounces: u32) -> Spectrum;
 
     /// Weighted radiance that a surface emits towards the ray that found it.
-    fn emitted(&self, cx: Context, path: &State, at: &Interaction) -> Spectrum;
+    fn emitted(&self, cx: Context, path: &State, at: &Interaction, hit: &Hit) -> Spectrum;
 
     /// Number of samples of a light at each surface, 0 if it is not sampled.
     fn light_samples(&self, settings: &Settings, delta: bool) -> u32;
@@ -238,7 +238,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
                 Some(hit) if bounces < self.depth => self.scattering.push((i as u32, *hit)),
                 Some(hit) if shown && scene.glows(hit) => {
                     let at = scene.interaction(&self.rays[i], hit);
-                    find(&self.rules, self.cx, &self.paths[i], &at, sums);
+                    find(&self.rules, self.cx, &self.paths[i], (&at, hit), sums);
                 }
                 None if shown => {
                     let (path, d) = (&self.paths[i], self.rays[i].direction);
@@ -293,7 +293,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let start = |i: usize| paths[i].start as usize;
         holes::wander(tracer, starts, bounces, rays, hits, start, |i, ray, hit| {
             if shown && scene.glows(hit) {
-                find(rules, *cx, &paths[i], &scene.interaction(ray, hit), sums);
+                find(rules, *cx, &paths[i], (&scene.interaction(ray, hit), hit), sums);
             }
         });
     }
@@ -304,9 +304,9 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let at = |&(i, ref hit): &(u32, Hit)| scene.interaction(&self.rays[i as usize], hit);
         self.interactions.clear();
         self.interactions.extend(block.iter().map(at));
-        for (at, &(i, _)) in self.interactions.iter().zip(block) {
+        for (at, (i, hit)) in self.interactions.iter().zip(block) {
             if shown && !scene.surfaces[at.surface].emission.is_black() {
-                find(&self.rules, self.cx, &self.paths[i as usize], at, sums);
+                find(&self.rules, self.cx, &self.paths[*i as usize], (at, hit), sums);
             }
         }
     }
@@ -420,8 +420,8 @@ pub(super) fn find(
     rules: &impl Rules,
     cx: Context,
     path: &State,
-    at: &Interaction,
+    (at, hit): (&Interaction, &Hit),
     sums: &mut Sums,
 ) {
-    sums.add(path.start, path.beta * rules.emitted(cx, path, at));
+    sums.add(path.start, path.beta * rules.emitted(cx, path, at, hit));
 }

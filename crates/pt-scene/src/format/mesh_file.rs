@@ -76,7 +76,7 @@ fn colored(mesh: &Mesh) -> Option<Material> {
     Some(Material {
         name: mesh.name.clone(),
         surface: Matte { reflectance, two_sided: true }.into(),
-        emission: [0.0; 3],
+        emission: [0.0; 3].into(),
         opacity: 1.0.into(),
     })
 }

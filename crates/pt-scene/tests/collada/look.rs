@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use pt_scene::{LightKind, Projection, Scene, Surface};
+use pt_scene::{Color, LightKind, Projection, Scene, Surface};
 
 use crate::{good, value};
 
@@ -31,7 +31,7 @@ fn materials_in_short(scene: &Scene) -> BTreeMap<&str, String> {
             other => panic!("COLLADA files have no {other:?}"),
         };
         match material.emission {
-            [0.0, 0.0, 0.0] => surface,
+            Color::Value([0.0, 0.0, 0.0]) => surface,
             emission => format!("{surface}, emits {emission:?}"),
         }
     };

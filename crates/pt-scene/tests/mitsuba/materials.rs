@@ -26,9 +26,9 @@ pub(crate) const ROUGH: Roughness = Roughness {
 fn shapes_without_a_bsdf_are_grey_or_black_if_they_emit() {
     let grey = Matte { reflectance: [0.5; 3].into(), two_sided: false };
     assert_eq!(material("").surface, grey.into());
-    assert_eq!(material("").emission, [0.0; 3]);
+    assert_eq!(material("").emission, [0.0; 3].into());
     let lamp = material("<emitter type=\"area\"/>");
-    assert_eq!((lamp.surface, lamp.emission), (Black.into(), [1.0; 3]));
+    assert_eq!((lamp.surface, lamp.emission), (Black.into(), [1.0; 3].into()));
 }
 
 #[test]

@@ -49,7 +49,8 @@ fn spots_shine_along_z_with_their_angles() {
     );
     for (scene, [beam_angle, cutoff_angle]) in [(plain, [15.0, 20.0]), (given, [5.0, 40.0])] {
         let light = &scene.lights[0];
-        let kind = LightKind::LinearSpot { intensity: [1.0; 3], beam_angle, cutoff_angle };
+        let kind =
+            LightKind::LinearSpot { intensity: [1.0; 3], beam_angle, cutoff_angle, texture: None };
         assert_eq!(light.kind, kind);
         assert_close(light.to_world.translation, DVec3::new(1.0, 2.0, 3.0));
         assert_close(light.to_world.transform_vector3(DVec3::NEG_Z), DVec3::NEG_Y);

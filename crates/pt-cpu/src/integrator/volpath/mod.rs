@@ -201,7 +201,7 @@ impl<'a> VolPath<'a> {
                     sums.add(state.start, state.beta * l);
                 }
                 Event::Surface(hit) if shown && scene.glows(hit) => {
-                    find(rules, cx, state, &scene.interaction(ray, hit), sums);
+                    find(rules, cx, state, (&scene.interaction(ray, hit), hit), sums);
                 }
                 _ => {}
             }

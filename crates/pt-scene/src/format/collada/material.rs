@@ -79,7 +79,7 @@ fn read<'a>(reader: &mut Reader<'a>, material: Node<'a>) -> Result<Option<u32>, 
     reader.scene.materials.push(Material {
         name: name_of(material),
         surface,
-        emission,
+        emission: emission.into(),
         opacity: 1.0.into(),
     });
     reader.materials.insert(material.id(), index);

@@ -53,6 +53,27 @@ impl<'t> Textures<'t> {
         Ok(texture)
     }
 
+    /// The texture that is given for the only parameter of an object that may have one.
+    pub(super) fn of(
+        &mut self,
+        object: &Object,
+        name: &str,
+    ) -> Result<Option<Arc<Texture>>, LoadError> {
+        let mut found = None;
+        for (child, index) in object.children.iter().zip(self.tree.children(object, &["texture"])?)
+        {
+            if child.name != name || found.is_some() {
+                let message = format!(
+                    "this <texture> inside of {} is not supported; one is supported, for: {name}",
+                    object.describe()
+                );
+                return Err(super::object::error(&child.at, message));
+            }
+            found = Some(self.get(index)?);
+        }
+        Ok(found)
+    }
+
     fn bitmap(
         &mut self,
         object: &Object,
