@@ -12,6 +12,7 @@ mod course;
 mod estimators;
 mod filters;
 mod furnace;
+mod glow;
 mod invariance;
 mod lens;
 mod many_lights;

@@ -426,6 +426,15 @@ fn meshes_show_their_colours() {
 }
 
 #[test]
+fn shapes_may_glow_by_a_texture() {
+    let texture = bitmap("radiance", "");
+    let lamp = material(&format!("<emitter type=\"area\">{texture}</emitter>"));
+    let Color::Texture(texture) = lamp.emission else { panic!("{:?}", lamp.emission) };
+    assert!(matches!(texture.pattern, Pattern::Bitmap(_)));
+    assert_eq!(lamp.surface, Black.into());
+}
+
+#[test]
 fn roughness_may_depend_on_the_direction_and_the_place() {
     let alphas = |inner: &str| {
         let metal = surface(&format!("<bsdf type=\"roughconductor\">{inner}</bsdf>"));
