@@ -18,6 +18,16 @@ pub struct Parametrization {
     pub along_v: Option<Vec3>,
     /// Where on a triangle it is; `None` on spheres.
     pub on_triangle: Option<OnTriangle>,
+    /// See [`crate::footprint::footprint`]; zero is a point.
+    pub footprint: [Vec2; 2],
+}
+
+impl Parametrization {
+    /// A point of what is no surface of the scene.
+    pub fn of(uv: Vec2) -> Self {
+        let footprint = [Vec2::ZERO; 2];
+        Self { uv, along_u: None, along_v: None, on_triangle: None, footprint }
+    }
 }
 
 /// A point of a triangle.
@@ -47,7 +57,7 @@ impl RenderScene {
         let corners = self.triangle_uvs.get(i).copied().unwrap_or(FLAT);
         if corners == FLAT {
             let on_triangle = on_triangle([Vec2::X, Vec2::Y]);
-            return Parametrization { uv: barycentric, along_u: None, along_v: None, on_triangle };
+            return Parametrization { on_triangle, ..Parametrization::of(barycentric) };
         }
         let [c0, c1, c2] = corners.map(|v| self.uvs[v as usize]);
         let uv = c0 * (1.0 - hit.b1 - hit.b2) + c1 * hit.b1 + c2 * hit.b2;
@@ -60,6 +70,7 @@ impl RenderScene {
             along_u: along(e1 * d2.y - e2 * d1.y),
             along_v: along(e2 * d1.x - e1 * d2.x),
             on_triangle: on_triangle([d1, d2]),
+            footprint: [Vec2::ZERO; 2],
         }
     }
 
@@ -78,6 +89,7 @@ impl RenderScene {
             along_u: (equator > 0.0).then_some(along_u),
             along_v: Some(along_v).filter(|v| v.is_finite()),
             on_triangle: None,
+            footprint: [Vec2::ZERO; 2],
         }
     }
 }

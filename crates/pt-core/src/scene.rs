@@ -6,6 +6,7 @@ use pt_math::{Bounds3, Mat3, Ray, Spectrum, Vec2, Vec3, ray};
 
 use crate::bsdf::{Bsdf, LobeRecord};
 use crate::camera::Camera;
+use crate::footprint::footprint;
 use crate::id::{Id, Table};
 use crate::light::{AnyLight, LightHit, LightSample, LightTables};
 use crate::material::{Material, Materials, Resolved};
@@ -274,11 +275,21 @@ impl RenderScene {
     }
 
     /// What there is at a point of a surface that varies; `choice` from [0, 1) makes the choices of
-    /// mixtures. `None` if the surface is the same everywhere.
+    /// mixtures, and `width` is how wide the cone of the ray is there, in metres, if that is followed.
+    /// `None` if the surface is the same everywhere.
     #[inline(always)]
-    pub fn resolve(&self, at: &Interaction, hit: &Hit, choice: f32) -> Option<Resolved> {
+    pub fn resolve(
+        &self,
+        at: &Interaction,
+        hit: &Hit,
+        choice: f32,
+        width: Option<f32>,
+    ) -> Option<Resolved> {
         let material = self.surfaces[at.surface].material?;
-        let parametrization = self.parametrization(at, hit);
+        let mut parametrization = self.parametrization(at, hit);
+        if let Some(width) = width {
+            parametrization.footprint = footprint(at, &parametrization, width);
+        }
         let normal = self.unit_normal(at);
         let Self { lobes, materials, .. } = self;
         Some(materials.resolve(lobes, material, at, normal, &parametrization, choice))

@@ -7,6 +7,7 @@ use pt_scene::texture::{Filter, Wrap};
 
 use crate::id::{Id, Table};
 use crate::parametrization::{OnTriangle, Parametrization};
+use crate::pyramid;
 use crate::scene::FLAT;
 
 /// What a texture shows, and how the surface is laid out on it.
@@ -60,6 +61,8 @@ pub struct Textures {
     pub texels: Table<Texels>,
     /// The colours of meshes that some of them show.
     pub mesh_colors: MeshColors,
+    /// Whether some of them show more or less of an image by how much of it is seen at once.
+    pub uses_footprints: bool,
 }
 
 /// Colours of meshes.
@@ -119,6 +122,9 @@ impl MeshColors {
 pub struct Texels {
     size: [u32; 2],
     values: Values,
+    /// The same in half of the width and height, again and again, down to one texel; empty if no texture
+    /// asks for it.
+    coarser: Vec<Texels>,
 }
 
 enum Values {
@@ -136,15 +142,45 @@ impl Texels {
             .map(Values::Srgb)
             .or_else(|| coded(pixels, &LEVELS).map(Values::Levels))
             .unwrap_or_else(|| Values::Floats(pixels.to_vec()));
-        Self { size: [width, height], values }
+        Self { size: [width, height], values, coarser: Vec::new() }
+    }
+
+    /// Makes the coarser levels, if there are none. [Williams 1983, "Pyramidal Parametrics"]
+    pub(crate) fn build_pyramid(&mut self, pixels: &[[f32; 3]]) {
+        if self.coarser.is_empty() {
+            self.coarser = pyramid::coarser(self.size, pixels)
+                .map(|([width, height], pixels)| Self::new(width, height, &pixels))
+                .collect();
+        }
+    }
+
+    /// A level, the finest for 0.
+    #[inline]
+    fn level(&self, i: usize) -> &Self {
+        let coarser = i.checked_sub(1).and_then(|i| self.coarser.get(i).or(self.coarser.last()));
+        coarser.unwrap_or(self)
+    }
+
+    /// What is seen where the footprint has these axes, in coordinates of the image: between the two levels
+    /// whose texels are about as wide as its shorter axis, so that nothing is blurred by more than it covers.
+    fn trilinear(&self, uv: Vec2, wrap: Wrap, axes: [Vec2; 2]) -> Spectrum {
+        let width = pyramid::shorter_axis(axes.map(|a| self.scaled(a)));
+        if width <= 1.0 {
+            return self.bilinear(uv, wrap);
+        }
+        let level = libm::log2f(width).min(self.coarser.len() as f32);
+        let share = level - level.floor();
+        let [finer, coarser] = [0, 1].map(|i| self.level(level as usize + i).bilinear(uv, wrap));
+        finer * (1.0 - share) + coarser * share
     }
 
     /// How much memory the values take.
     pub fn bytes(&self) -> usize {
-        match &self.values {
+        let own = match &self.values {
             Values::Srgb(v) | Values::Levels(v) => size_of_val(v.as_slice()),
             Values::Floats(v) => size_of_val(v.as_slice()),
-        }
+        };
+        own + self.coarser.iter().map(Self::bytes).sum::<usize>()
     }
 
     #[inline]
@@ -253,6 +289,10 @@ impl Textures {
             PatternRecord::Bitmap(texels, wrap, Filter::Nearest) => {
                 self.texels[texels].nearest(uv, wrap)
             }
+            PatternRecord::Bitmap(texels, wrap, Filter::Trilinear) => {
+                let axes = at.footprint.map(|axis| to_pattern.transform_vector2(axis));
+                self.texels[texels].trilinear(uv, wrap, axes)
+            }
             PatternRecord::Checkerboard([same, other]) => {
                 let high = (uv - uv.floor()).cmpgt(Vec2::splat(0.5));
                 if high.test(0) == high.test(1) { same } else { other }
@@ -305,7 +345,7 @@ impl Textures {
     pub fn gradient(&self, id: Id<TextureRecord>, at: &Parametrization) -> Vec2 {
         let TextureRecord { pattern, to_pattern } = self.records[id];
         match pattern {
-            PatternRecord::Bitmap(texels, wrap, Filter::Bilinear) => {
+            PatternRecord::Bitmap(texels, wrap, Filter::Bilinear | Filter::Trilinear) => {
                 let uv = to_pattern.transform_point2(at.uv);
                 let inner = self.texels[texels].gradient(uv, wrap, Spectrum::luminance);
                 to_pattern.matrix2.transpose() * Vec2::from(inner)
@@ -318,7 +358,7 @@ impl Textures {
     fn color_gradient(&self, id: Id<TextureRecord>, at: &Parametrization) -> [Spectrum; 2] {
         let TextureRecord { pattern, to_pattern } = self.records[id];
         match (pattern, &at.on_triangle) {
-            (PatternRecord::Bitmap(texels, wrap, Filter::Bilinear), _) => {
+            (PatternRecord::Bitmap(texels, wrap, Filter::Bilinear | Filter::Trilinear), _) => {
                 let uv = to_pattern.transform_point2(at.uv);
                 let [u, v] = self.texels[texels].gradient(uv, wrap, |color| color);
                 let [s, t] = [to_pattern.matrix2.x_axis, to_pattern.matrix2.y_axis];
@@ -447,7 +487,7 @@ mod tests {
         let d = uv - corner;
         let barycentric = Vec2::new(d.perp_dot(uv_edges[1]), uv_edges[0].perp_dot(d)) / determinant;
         let on_triangle = Some(OnTriangle { triangle: 1, barycentric, uv_edges });
-        Parametrization { uv, along_u: None, along_v: None, on_triangle }
+        Parametrization { on_triangle, ..Parametrization::of(uv) }
     }
 
     /// Of colours at vertices, and of their product with an image.

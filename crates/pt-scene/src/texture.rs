@@ -113,6 +113,9 @@ pub enum Filter {
     Bilinear,
     /// The nearest texel.
     Nearest,
+    /// As [`Self::Bilinear`]; but where many texels are seen at once, what they are on average.
+    /// [Williams 1983, "Pyramidal Parametrics"]
+    Trilinear,
 }
 
 /// How the normal of a surface differs from that of its shape.

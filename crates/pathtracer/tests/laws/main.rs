@@ -11,6 +11,7 @@ mod clamp;
 mod course;
 mod estimators;
 mod filters;
+mod footprints;
 mod furnace;
 mod glow;
 mod invariance;

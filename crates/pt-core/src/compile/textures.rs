@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use pt_math::{Affine2, Mat3, Spectrum, Vec2};
 use pt_scene::image::Image;
-use pt_scene::texture::{Bitmap, Color, Pattern, Scalar, Texture};
+use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Scalar, Texture};
 
 use crate::bsdf::{AnyLobe, LobeRecord};
 use crate::id::{Id, Table};
@@ -148,7 +148,7 @@ impl Lowering {
         }
         let pattern = match &texture.pattern {
             Pattern::Bitmap(Bitmap { image, wrap, filter }) => {
-                PatternRecord::Bitmap(self.image(image), *wrap, *filter)
+                PatternRecord::Bitmap(self.image(image, *filter), *wrap, *filter)
             }
             Pattern::Checkerboard(colors) => {
                 PatternRecord::Checkerboard(colors.map(Spectrum::from))
@@ -189,11 +189,17 @@ impl Lowering {
         }
     }
 
-    fn image(&mut self, image: &Arc<Image>) -> Id<Texels> {
+    /// An image, made once for all that share it, with its pyramid if that is asked for.
+    fn image(&mut self, image: &Arc<Image>, filter: Filter) -> Id<Texels> {
         let Image { width, height, pixels } = &**image;
         let texels = &mut self.textures.texels;
         let make = || texels.push(Texels::new(*width, *height, pixels));
-        *self.images.entry(Arc::as_ptr(image)).or_insert_with(make)
+        let id = *self.images.entry(Arc::as_ptr(image)).or_insert_with(make);
+        if filter == Filter::Trilinear {
+            self.textures.texels[id].build_pyramid(pixels);
+            self.textures.uses_footprints = true;
+        }
+        id
     }
 
     /// Makes all lobes of a material show on both sides.

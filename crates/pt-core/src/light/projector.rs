@@ -38,8 +38,7 @@ impl Slide {
     pub fn share(&self, textures: &Textures, w: Vec3) -> Spectrum {
         let Vec3 { x, y, z } = self.axes.transpose() * w;
         let uv = Vec2::splat(0.5) + Vec2::new(x, y) * (0.5 / (z * self.tangent));
-        let at = Parametrization { uv, along_u: None, along_v: None, on_triangle: None };
-        textures.radiance(self.texture, &at)
+        textures.radiance(self.texture, &Parametrization::of(uv))
     }
 }
 

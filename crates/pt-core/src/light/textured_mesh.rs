@@ -32,8 +32,7 @@ impl TexturedTriangle {
             uv_edges: [c1 - c0, c2 - c0],
         };
         let uv = c0 * (1.0 - b1 - b2) + c1 * b1 + c2 * b2;
-        let at =
-            Parametrization { uv, along_u: None, along_v: None, on_triangle: Some(on_triangle) };
+        let at = Parametrization { on_triangle: Some(on_triangle), ..Parametrization::of(uv) };
         textures.radiance(self.texture, &at)
     }
 }

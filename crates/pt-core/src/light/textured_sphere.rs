@@ -31,8 +31,7 @@ impl SphereMap {
     /// Radiance where the unit vector from the centre is `n`.
     pub fn radiance(&self, textures: &Textures, n: Vec3) -> Spectrum {
         let uv = sphere_coordinates(self.axes.transpose() * n);
-        let at = Parametrization { uv, along_u: None, along_v: None, on_triangle: None };
-        textures.radiance(self.texture, &at)
+        textures.radiance(self.texture, &Parametrization::of(uv))
     }
 }
 
