@@ -72,14 +72,14 @@ fn read<'a>(reader: &mut Reader<'a>, material: Node<'a>) -> Result<Option<u32>, 
     };
     let Some(effect) = reader.resolve(instance, "url", &["effect"])? else { return Ok(None) };
     let (surface, emission) = match course_material(reader, effect)? {
-        Some(found) => found,
+        Some((surface, emission)) => (surface, emission.into()),
         None => effect::read(reader, effect, instance)?,
     };
     let index = reader.scene.materials.len() as u32;
     reader.scene.materials.push(Material {
         name: name_of(material),
         surface,
-        emission: emission.into(),
+        emission,
         opacity: 1.0.into(),
     });
     reader.materials.insert(material.id(), index);

@@ -36,13 +36,12 @@ pub(super) fn area(textures: &mut Textures<'_>, object: &Object) -> Result<Color
 /// An emitter that belongs to no shape.
 pub(super) fn light(textures: &mut Textures<'_>, object: &Object) -> Result<Light, LoadError> {
     let tree = textures.tree;
-    let texture = match object.kind.as_str() {
-        "spot" => textures.of(object, "texture")?,
-        _ => {
-            tree.children(object, &[])?;
-            None
-        }
-    };
+    let mut texture = None;
+    if object.kind == "spot" {
+        texture = textures.of(object, "texture")?;
+    } else {
+        tree.children(object, &[])?;
+    }
     let mut parameters = Parameters::new(object);
     parameters.pass_over(&["sampling_weight"]);
     let (to_world, kind) = match object.kind.as_str() {
