@@ -21,7 +21,9 @@ fn halved([width, height]: [u32; 2], pixels: &[[f32; 3]]) -> Level {
         for &(y, of_row) in row {
             for &(x, of_column) in column {
                 let pixel = pixels[y * width as usize + x];
-                (0..3).for_each(|c| sum[c] += f64::from(pixel[c]) * of_row * of_column);
+                for (sum, channel) in sum.iter_mut().zip(pixel) {
+                    *sum += f64::from(channel) * of_row * of_column;
+                }
             }
         }
         sum.map(|s| s as f32)

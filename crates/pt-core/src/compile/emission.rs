@@ -80,7 +80,9 @@ pub(super) fn textured_triangles(
         (power + f64::from(laid.mean * t.area()), area + f64::from(t.area()))
     });
     let least = LEAST_SHARE * (power / area) as f32;
-    all.iter_mut().for_each(|laid| laid.mean = laid.mean.max(least));
+    for laid in &mut all {
+        laid.mean = laid.mean.max(least);
+    }
     all
 }
 

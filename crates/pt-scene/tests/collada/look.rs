@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use pt_scene::format::collada::parse;
-use pt_scene::image::Image;
+use pt_scene::image::{Image, SaveOptions};
 use pt_scene::material::Black;
 use pt_scene::texture::{Bitmap, Filter, Pattern, Wrap};
 use pt_scene::{Color, LightKind, Material, Projection, Scene, Surface};
@@ -247,7 +247,7 @@ fn images_are_found_by_url_and_path() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a picture.png");
     let image = Image { width: 1, height: 1, pixels: vec![[1.0, 0.0, 0.0]] };
-    pt_scene::image::save(&image, &path, &Default::default()).expect("a writable folder");
+    pt_scene::image::save(&image, &path, &SaveOptions::default()).expect("a writable folder");
     let file = folder.path().join("scene.dae");
     let template = std::fs::read_to_string(format!("{FILES}/textures.dae")).expect("a file");
     let color = |written: &str, more: &str| {

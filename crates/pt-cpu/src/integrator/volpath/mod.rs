@@ -175,9 +175,9 @@ impl<'a> VolPath<'a> {
     fn begin(&mut self, starts: &Starts) {
         self.paths.clear();
         let scene = self.scene;
-        let cone = |ray: &Ray| match scene.uses_footprints() {
-            true => scene.camera.cone(ray.direction),
-            false => Cone::default(),
+        let uses_footprints = scene.uses_footprints();
+        let cone = |ray: &Ray| {
+            if uses_footprints { scene.camera.cone(ray.direction) } else { Cone::default() }
         };
         let path = |(start, ray): (u32, Ray)| Walker {
             cone: cone(&ray),
