@@ -7,8 +7,9 @@
 //! Mixtures choose one of their parts by a number of the path: what both would scatter on average.
 
 use std::ops::Range;
+use std::sync::Arc;
 
-use pt_math::{Frame, Vec2, Vec3};
+use pt_math::{Frame, Vec3};
 
 use crate::bsdf::{Bsdf, LobeRecord, Orientation};
 use crate::id::{Id, Table};
@@ -101,7 +102,7 @@ pub struct Materials {
     /// What textures give to lobes.
     pub slots: Vec<Slot>,
     /// The textures.
-    pub textures: Textures,
+    pub textures: Arc<Textures>,
 }
 
 /// The scattering at a point.
@@ -151,13 +152,12 @@ impl Materials {
         parametrization: &Parametrization,
         mut choice: f32,
     ) -> Resolved {
-        let &Parametrization { uv, .. } = parametrization;
         let mut normal = normal;
         loop {
             match self.table[id] {
                 Material::Lobe(material) => {
                     return Resolved {
-                        lobe: self.lobe(lobes, &material, uv),
+                        lobe: self.lobe(lobes, &material, parametrization),
                         two_sided: material.two_sided,
                         orientation: Orientation {
                             normal,
@@ -166,7 +166,7 @@ impl Materials {
                     };
                 }
                 Material::Mix { first, second, share } => {
-                    let share = self.textures.number(share, uv).clamp(0.0, 1.0);
+                    let share = self.textures.number(share, parametrization).clamp(0.0, 1.0);
                     (id, choice) = if choice < share {
                         (second, choice / share)
                     } else {
@@ -184,11 +184,16 @@ impl Materials {
         }
     }
 
-    /// A lobe with the parameters that textures give it at `uv`.
-    fn lobe(&self, lobes: &Table<LobeRecord>, material: &LobeMaterial, uv: Vec2) -> LobeRecord {
+    /// A lobe with the parameters that textures give it at a point.
+    fn lobe(
+        &self,
+        lobes: &Table<LobeRecord>,
+        material: &LobeMaterial,
+        at: &Parametrization,
+    ) -> LobeRecord {
         let mut lobe = lobes[material.lobe];
         for slot in &self.slots[material.slots()] {
-            let color = self.textures.color(slot.texture, uv);
+            let color = self.textures.color(slot.texture, at);
             let first = slot.first as usize;
             match slot.kind {
                 SlotKind::Share => {
@@ -208,14 +213,13 @@ impl Materials {
     fn embossed(&self, relief: ReliefRecord, n: Vec3, at: &Parametrization) -> Vec3 {
         let bent = match relief {
             ReliefRecord::Normals(texture) => {
-                let [x, y, z] =
-                    self.textures.color(texture, at.uv).map(|c| 2.0 * c - 1.0).to_array();
+                let [x, y, z] = self.textures.color(texture, at).map(|c| 2.0 * c - 1.0).to_array();
                 let Some(tangent) = at.along_u else { return n };
                 Frame::from_normal_and_tangent(n, tangent).to_world(Vec3::new(x, y, z))
             }
             ReliefRecord::Heights(texture, scale) => {
                 let (Some(u), Some(v)) = (at.along_u, at.along_v) else { return n };
-                let slope = self.textures.gradient(texture, at.uv) * scale;
+                let slope = self.textures.gradient(texture, at) * scale;
                 let u = u + n * (slope.x - n.dot(u));
                 let v = v + n * (slope.y - n.dot(v));
                 let bent = u.cross(v);

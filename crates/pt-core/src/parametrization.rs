@@ -16,6 +16,29 @@ pub struct Parametrization {
     pub along_u: Option<Vec3>,
     /// ∂p/∂v, likewise.
     pub along_v: Option<Vec3>,
+    /// Where on a triangle it is; `None` on spheres.
+    pub on_triangle: Option<OnTriangle>,
+    /// See [`crate::footprint::footprint`]; zero is a point.
+    pub footprint: [Vec2; 2],
+}
+
+impl Parametrization {
+    /// A point of what is no surface of the scene.
+    pub fn of(uv: Vec2) -> Self {
+        let footprint = [Vec2::ZERO; 2];
+        Self { uv, along_u: None, along_v: None, on_triangle: None, footprint }
+    }
+}
+
+/// A point of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OnTriangle {
+    /// Number of the triangle in the scene.
+    pub triangle: u32,
+    /// How much of the second and of the third corner there is in the point.
+    pub barycentric: Vec2,
+    /// By how much (u, v) grows from the first corner to the second, and to the third.
+    pub uv_edges: [Vec2; 2],
 }
 
 impl RenderScene {
@@ -30,9 +53,11 @@ impl RenderScene {
 
     fn on_triangle(&self, i: usize, hit: &Hit) -> Parametrization {
         let barycentric = Vec2::new(hit.b1, hit.b2);
+        let on_triangle = |uv_edges| Some(OnTriangle { triangle: i as u32, barycentric, uv_edges });
         let corners = self.triangle_uvs.get(i).copied().unwrap_or(FLAT);
         if corners == FLAT {
-            return Parametrization { uv: barycentric, along_u: None, along_v: None };
+            let on_triangle = on_triangle([Vec2::X, Vec2::Y]);
+            return Parametrization { on_triangle, ..Parametrization::of(barycentric) };
         }
         let [c0, c1, c2] = corners.map(|v| self.uvs[v as usize]);
         let uv = c0 * (1.0 - hit.b1 - hit.b2) + c1 * hit.b1 + c2 * hit.b2;
@@ -44,26 +69,37 @@ impl RenderScene {
             uv,
             along_u: along(e1 * d2.y - e2 * d1.y),
             along_v: along(e2 * d1.x - e1 * d2.x),
+            on_triangle: on_triangle([d1, d2]),
+            footprint: [Vec2::ZERO; 2],
         }
     }
 
-    /// Longitude from +x to +y over 2π and polar angle from +z over π, in the sphere's own axes.
+    /// See [`sphere_coordinates`].
     fn on_sphere(&self, i: usize, p: Vec3) -> Parametrization {
         let Sphere { center, radius } = self.spheres[i];
         let axes = self.sphere_axes[i];
         let n = axes.transpose() * ((p - center) / radius.abs());
         let equator = (n.x * n.x + n.y * n.y).sqrt();
-        let phi = trig::atan2(n.y, n.x);
-        let phi = if phi < 0.0 { phi + TAU } else { phi };
-        let theta = trig::atan2(equator, n.z);
         let r = radius.abs();
         let along_u = axes * Vec3::new(-n.y, n.x, 0.0) * (TAU * r);
         let toward_south = Vec3::new(n.z * n.x / equator, n.z * n.y / equator, -equator);
         let along_v = axes * toward_south * (PI * r);
         Parametrization {
-            uv: Vec2::new(phi / TAU, theta * FRAC_1_PI),
+            uv: sphere_coordinates(n),
             along_u: (equator > 0.0).then_some(along_u),
             along_v: Some(along_v).filter(|v| v.is_finite()),
+            on_triangle: None,
+            footprint: [Vec2::ZERO; 2],
         }
     }
+}
+
+/// Longitude from +x to +y over 2π and polar angle from +z over π, in the sphere's own axes, in which
+/// the unit normal is `n`.
+pub(crate) fn sphere_coordinates(n: Vec3) -> Vec2 {
+    let equator = (n.x * n.x + n.y * n.y).sqrt();
+    let phi = trig::atan2(n.y, n.x);
+    let phi = if phi < 0.0 { phi + TAU } else { phi };
+    let theta = trig::atan2(equator, n.z);
+    Vec2::new(phi / TAU, theta * FRAC_1_PI)
 }

@@ -6,11 +6,12 @@ use pt_math::{Bounds3, Mat3, Ray, Spectrum, Vec2, Vec3, ray};
 
 use crate::bsdf::{Bsdf, LobeRecord};
 use crate::camera::Camera;
+use crate::footprint::footprint;
 use crate::id::{Id, Table};
 use crate::light::{AnyLight, LightHit, LightSample, LightTables};
 use crate::material::{Material, Materials, Resolved};
 use crate::medium::{Media, MediumRecord};
-use crate::texture::Varying;
+use crate::texture::{TextureRecord, Varying};
 
 /// How a part of a shape scatters and glows.
 #[derive(Clone, Copy, Debug)]
@@ -25,8 +26,10 @@ pub struct SurfaceRecord {
     pub opacity: Option<Varying>,
     /// Which sides glow.
     pub glow: Glow,
-    /// Radiance emitted.
+    /// Radiance emitted; 1 where a texture says it.
     pub emission: Spectrum,
+    /// The texture that says it.
+    pub emission_texture: Option<Id<TextureRecord>>,
     /// The light by which the emission is sampled; `None` if it is only found by chance.
     pub light: Option<Id<AnyLight>>,
 }
@@ -272,11 +275,21 @@ impl RenderScene {
     }
 
     /// What there is at a point of a surface that varies; `choice` from [0, 1) makes the choices of
-    /// mixtures. `None` if the surface is the same everywhere.
+    /// mixtures, and `width` is how wide the cone of the ray is there, in metres, if that is followed.
+    /// `None` if the surface is the same everywhere.
     #[inline(always)]
-    pub fn resolve(&self, at: &Interaction, hit: &Hit, choice: f32) -> Option<Resolved> {
+    pub fn resolve(
+        &self,
+        at: &Interaction,
+        hit: &Hit,
+        choice: f32,
+        width: Option<f32>,
+    ) -> Option<Resolved> {
         let material = self.surfaces[at.surface].material?;
-        let parametrization = self.parametrization(at, hit);
+        let mut parametrization = self.parametrization(at, hit);
+        if let Some(width) = width {
+            parametrization.footprint = footprint(at, &parametrization, width);
+        }
         let normal = self.unit_normal(at);
         let Self { lobes, materials, .. } = self;
         Some(materials.resolve(lobes, material, at, normal, &parametrization, choice))
@@ -291,8 +304,8 @@ impl RenderScene {
             Some(Varying::Value(opacity)) => opacity,
             Some(texture) => {
                 let at = self.interaction(ray, hit);
-                let uv = self.parametrization(&at, hit).uv;
-                self.materials.textures.number(texture, uv).clamp(0.0, 1.0)
+                let place = self.parametrization(&at, hit);
+                self.materials.textures.number(texture, &place).clamp(0.0, 1.0)
             }
         }
     }
@@ -309,9 +322,9 @@ impl RenderScene {
         !self.surfaces[surface].emission.is_black()
     }
 
-    /// Radiance that the surface emits towards `at.wo`.
+    /// Radiance that the surface emits towards `at.wo`, where it was hit.
     #[inline(always)]
-    pub fn emitted(&self, at: &Interaction) -> Spectrum {
+    pub fn emitted(&self, at: &Interaction, hit: &Hit) -> Spectrum {
         let surface = &self.surfaces[at.surface];
         if surface.emission.is_black() {
             return Spectrum::ZERO;
@@ -322,7 +335,17 @@ impl RenderScene {
             Glow::Back => !front,
             Glow::Both => true,
         };
-        if glows { surface.emission } else { Spectrum::ZERO }
+        match surface.emission_texture {
+            _ if !glows => Spectrum::ZERO,
+            None => surface.emission,
+            Some(texture) => self.radiance(texture, at, hit),
+        }
+    }
+
+    /// That of a texture.
+    #[inline(never)]
+    fn radiance(&self, texture: Id<TextureRecord>, at: &Interaction, hit: &Hit) -> Spectrum {
+        self.materials.textures.radiance(texture, &self.parametrization(at, hit))
     }
 
     /// Radiance from the sky along a ray that leaves the scene in direction `d`.

@@ -56,7 +56,9 @@ fn first_hit(scene: &RenderScene, ray: &Ray, hit: &Hit, sampler: Sampler) -> Fir
 /// has it in every direction.
 fn albedo(scene: &RenderScene, at: &Interaction, hit: &Hit, mut sampler: Sampler) -> Spectrum {
     let [[x, y], [z, choice]] = [sampler.next_2d(), sampler.next_2d()];
-    let resolved = scene.resolve(at, hit, choice);
+    let cone = scene.uses_footprints().then(|| scene.camera.cone(-at.wo));
+    let width = cone.map(|cone| cone.width_at(at.distance));
+    let resolved = scene.resolve(at, hit, choice, width);
     let bsdf = resolved.as_ref().map_or_else(|| scene.bsdf(at), |r| r.bsdf(at));
     let scattered = bsdf.sample([x, y, z]);
     scattered.map_or(Spectrum::ZERO, |s| s.weight * s.squeeze)

@@ -11,7 +11,7 @@ pub struct Material {
     pub surface: Surface,
     /// Radiance emitted from the front side (the side on which the corners of a triangle run
     /// counter-clockwise); zero for none.
-    pub emission: [f32; 3],
+    pub emission: Color,
     /// The share of the surface that is there, from 0 to 1: light goes on through the rest as if
     /// there were nothing.
     pub opacity: Scalar,

@@ -17,9 +17,10 @@ pub struct Mesh {
     /// Texture coordinates at corners, v upwards. Those of Mitsuba scenes are as they are there:
     /// v = 0 is the upper row of an image.
     pub uvs: Option<Attribute<[f32; 2]>>,
-    /// Colours at corners, as the file has them: those of whole numbers as shares of the highest
-    /// one, and without a transfer curve.
+    /// Colours at corners, linear Rec. 709.
     pub colors: Option<Attribute<[f32; 3]>>,
+    /// A colour for each triangle, linear Rec. 709.
+    pub face_colors: Option<Vec<[f32; 3]>>,
     /// Runs of triangles that share a material slot; together they cover all triangles in order.
     pub parts: Vec<Part>,
 }

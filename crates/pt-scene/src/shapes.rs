@@ -27,6 +27,7 @@ pub fn rectangle() -> Mesh {
         normals: None,
         uvs,
         colors: None,
+        face_colors: None,
         parts,
     }
 }
@@ -59,7 +60,16 @@ pub fn cube() -> Mesh {
     }
     let uvs = Some(Attribute { values: uv_values, indices: Some(uv_indices) });
     let parts = single_part(triangles.len());
-    Mesh { name: "cube".to_owned(), positions, triangles, normals: None, uvs, colors: None, parts }
+    Mesh {
+        name: "cube".to_owned(),
+        positions,
+        triangles,
+        normals: None,
+        uvs,
+        colors: None,
+        face_colors: None,
+        parts,
+    }
 }
 
 /// A closed surface with hills and dales around the origin, of radius 0.8 to 1.2, without normals.
@@ -105,7 +115,16 @@ pub fn bumpy_sphere(subdivision: u32) -> Mesh {
     }
     let parts = single_part(triangles.len());
     let name = "bumpy sphere".to_owned();
-    Mesh { name, positions, triangles, normals: None, uvs: None, colors: None, parts }
+    Mesh {
+        name,
+        positions,
+        triangles,
+        normals: None,
+        uvs: None,
+        colors: None,
+        face_colors: None,
+        parts,
+    }
 }
 
 /// Corners of a regular icosahedron, and its faces counter-clockwise seen from outside.

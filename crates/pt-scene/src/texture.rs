@@ -1,4 +1,5 @@
-//! Textures: numbers that vary over a surface, by its texture coordinates (u, v).
+//! Textures: numbers that vary over a surface, by its texture coordinates (u, v) or the colours of its
+//! mesh.
 
 use std::sync::Arc;
 
@@ -36,6 +37,13 @@ impl<T> From<T> for Input<T> {
     }
 }
 
+impl From<Pattern> for Texture {
+    /// A pattern that lies on the texture coordinates of the surface as they are.
+    fn from(pattern: Pattern) -> Self {
+        Self { pattern, to_pattern: DMat3::IDENTITY }
+    }
+}
+
 /// What varies, and how the surface is laid out on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
@@ -43,6 +51,19 @@ pub struct Texture {
     pub pattern: Pattern,
     /// From the (u, v, 1) of the surface to those of the pattern.
     pub to_pattern: DMat3,
+}
+
+impl Texture {
+    /// Whether it shows colours of a mesh, which surfaces without these do not have.
+    pub fn shows_colors_of_mesh(&self) -> bool {
+        match &self.pattern {
+            Pattern::Bitmap(_) | Pattern::Checkerboard(_) => false,
+            Pattern::VertexColors | Pattern::FaceColors => true,
+            Pattern::Product(factors) => {
+                factors.iter().filter_map(Color::texture).any(|t| t.shows_colors_of_mesh())
+            }
+        }
+    }
 }
 
 /// What a texture shows.
@@ -53,6 +74,12 @@ pub enum Pattern {
     /// Squares of side ½: the first colour where the fractions of u and v are on the same side of
     /// ½, the second elsewhere.
     Checkerboard([[f32; 3]; 2]),
+    /// [`Mesh::colors`](crate::Mesh::colors), linear over each triangle.
+    VertexColors,
+    /// [`Mesh::face_colors`](crate::Mesh::face_colors).
+    FaceColors,
+    /// The product of two colours, channel by channel.
+    Product(Box<[Color; 2]>),
 }
 
 /// An image that covers the unit square: u runs along its rows from the left, v upwards.
@@ -86,6 +113,9 @@ pub enum Filter {
     Bilinear,
     /// The nearest texel.
     Nearest,
+    /// As [`Self::Bilinear`]; but where many texels are seen at once, what they are on average.
+    /// [Williams 1983, "Pyramidal Parametrics"]
+    Trilinear,
 }
 
 /// How the normal of a surface differs from that of its shape.

@@ -8,7 +8,10 @@ use std::sync::Arc;
 
 use common::{check_bad_files, check_good_files, check_robustness, folder, parse};
 use pt_math::Vec3;
-use pt_scene::{Geometry, Mesh, shapes};
+use pt_math::color::linear_from_srgb;
+use pt_scene::material::Matte;
+use pt_scene::texture::{Color, Pattern};
+use pt_scene::{Geometry, Mesh, Surface, shapes};
 
 /// The mesh of a scene that consists of one.
 fn mesh(bytes: &[u8], path: &Path) -> Arc<Mesh> {
@@ -175,6 +178,8 @@ fn colours_of_vertices_are_numbers_or_shares() {
     let expected = Some(vec![[1.0, 0.0, 0.0], [0.0, 0.2, 0.0], [0.4, 0.6, 1.0]]);
     assert_eq!(colors(&of("float", short), ["1 0 0", "0 0.2 0", "0.4 0.6 1"]), expected);
     assert_eq!(colors(&of("double", long), ["1 0 0", "0 0.2 0", "0.4 0.6 1"]), expected);
+    // Whole numbers are levels of sRGB.
+    let expected = expected.map(|all| all.iter().map(|c| c.map(linear_from_srgb)).collect());
     let with_alpha = of("uchar", long) + "property uchar alpha\n";
     assert_eq!(colors(&with_alpha, ["255 0 0 9", "0 51 0 9", "102 153 255 9"]), expected);
     let words = ["65535 0 0", "0 13107 0", "26214 39321 65535"];
@@ -183,6 +188,63 @@ fn colours_of_vertices_are_numbers_or_shares() {
     assert!(body(&of("float", long), ["1 0 nan"; 3]).is_err());
     // Numbers with a sign are no colours.
     assert_eq!(colors(&of("int", long), ["1 0 0"; 3]), None);
+}
+
+/// Each triangle of a polygon has its colour; triangles of strips have none.
+#[test]
+fn colours_of_faces_are_those_of_their_triangles() {
+    let read = |last: &str| {
+        let text = format!(
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+             property float z\nelement face 2\nproperty list uchar int vertex_indices\n\
+             property float red\nproperty float green\nproperty float blue\n{last}"
+        );
+        parse(text.as_bytes(), Path::new("faces.ply"))
+    };
+    let corners = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+    let faces = "4 0 1 2 3 0.5 0.25 1\n3 0 1 3 1 0 0.5\n";
+    let colors = |last: &str| {
+        let scene = read(last).unwrap_or_else(|error| panic!("{error}"));
+        let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
+        mesh.face_colors.clone()
+    };
+    let (first, second) = ([0.5, 0.25, 1.0], [1.0, 0.0, 0.5]);
+    let expected = Some(vec![first, first, second]);
+    assert_eq!(colors(&format!("end_header\n{corners}{faces}")), expected);
+    let strip = "element tristrips 1\nproperty list uchar int vertex_indices\nend_header\n";
+    assert_eq!(colors(&format!("{strip}{corners}{faces}3 0 1 2\n")), None);
+    assert!(read(&format!("end_header\n{corners}3 0 1 2 nan 0 0\n3 0 1 3 1 0 0\n")).is_err());
+}
+
+/// Files that are looked at by themselves show the colours that they have.
+#[test]
+fn meshes_by_themselves_are_seen_in_their_colours() {
+    let pattern = |text: &str, name: &str| {
+        let scene = parse(text.as_bytes(), Path::new(name)).expect("a mesh");
+        let material = scene.objects[0].materials[0].map(|m| &scene.materials[m as usize]);
+        material.map(|material| match &material.surface {
+            Surface::Matte(Matte { reflectance: Color::Texture(texture), two_sided: true }) => {
+                texture.pattern.clone()
+            }
+            other => panic!("{other:?}"),
+        })
+    };
+    let obj = "v 0 0 0 1 0.5 0\nv 1 0 0 0 0 0\nv 0 1 0 1 1 1\nf 1 2 3\n";
+    assert_eq!(pattern(obj, "a.obj"), Some(Pattern::VertexColors));
+    assert_eq!(mesh(obj.as_bytes(), Path::new("a.obj")).colors.clone().map(|c| c.values), {
+        Some(vec![[1.0, linear_from_srgb(0.5), 0.0], [0.0; 3], [1.0; 3]])
+    });
+    // A weight is no colour, and one vertex with a colour does not make the mesh coloured.
+    for plain in
+        ["v 0 0 0 1\nv 1 0 0 1\nv 0 1 0 1\nf 1 2 3\n", "v 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"]
+    {
+        assert_eq!(pattern(plain, "b.obj"), None);
+    }
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+               property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
+               property uchar r\nproperty uchar g\nproperty uchar b\nend_header\n\
+               0 0 0\n1 0 0\n0 1 0\n3 0 1 2 255 0 0\n";
+    assert_eq!(pattern(ply, "c.ply"), Some(Pattern::FaceColors));
 }
 
 /// A header may promise what it likes; what is reserved is bounded by the bytes that follow.

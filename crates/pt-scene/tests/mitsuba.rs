@@ -20,7 +20,7 @@ use materials::ROUGH;
 use pt_math::{DAffine3, DVec3, Vec3};
 use pt_scene::format::{LoadOptions, load_with};
 use pt_scene::material::{Black, Conductor, Glass, Matte, Roughness};
-use pt_scene::{FileSettings, Filter, Geometry, Material, Mesh, Scene, Surface};
+use pt_scene::{Color, FileSettings, Filter, Geometry, Material, Mesh, Scene, Surface};
 
 /// A scene with some content, whose folder is that of the good files.
 fn read(content: &str) -> Scene {
@@ -41,6 +41,12 @@ fn material(content: &str) -> Material {
     let mut scene = read(&format!("<shape type=\"sphere\">{content}</shape>"));
     assert_eq!(scene.objects[0].materials, [Some(0)]);
     scene.materials.swap_remove(0)
+}
+
+/// What a material emits everywhere.
+fn emission(material: &Material) -> [f32; 3] {
+    let Color::Value(emission) = material.emission else { panic!("a texture") };
+    emission
 }
 
 fn surface(bsdf: &str) -> Surface {
@@ -153,10 +159,8 @@ fn names_stand_for_values_and_the_first_definition_counts() {
 
 #[test]
 fn a_spectrum_is_white_where_it_is_emitted_and_grey_elsewhere() {
-    let emitted = |value: &str| {
-        let [r, g, b] = material(&format!("<emitter type=\"area\">{value}</emitter>")).emission;
-        [r, g, b]
-    };
+    let emitted =
+        |value: &str| emission(&material(&format!("<emitter type=\"area\">{value}</emitter>")));
     assert_eq!(emitted("<rgb name=\"radiance\" value=\"2\"/>"), [2.0; 3]);
     assert_eq!(emitted("<float name=\"radiance\" value=\"2\"/>"), [2.0; 3]);
     assert_eq!(emitted(""), [1.0; 3]);
@@ -208,7 +212,7 @@ fn one_of_each_kind_of_object() {
     };
     assert_eq!(surfaces[3].surface, copper.into());
     assert_eq!(surfaces[4].surface, Black.into());
-    assert_eq!(surfaces[4].emission, [1.0, 128.0 / 255.0, 0.0]);
+    assert_eq!(surfaces[4].emission, [1.0, 128.0 / 255.0, 0.0].into());
     // The two files describe the same tetrahedron; without face_normals it is smooth.
     let [ply, obj] = [1, 2].map(|i| mesh_of(&scene.objects[i]));
     assert_eq!(ply.positions, obj.positions);
@@ -289,8 +293,8 @@ fn shared_scenes_load() {
         let scene = load_with(&path, &LoadOptions { definitions });
         let scene = scene.unwrap_or_else(|error| panic!("{error}"));
         common::check_invariants(&scene);
-        let lights =
-            scene.lights.len() + scene.materials.iter().filter(|m| m.emission != [0.0; 3]).count();
+        let lights = scene.lights.len()
+            + scene.materials.iter().filter(|m| m.emission != [0.0; 3].into()).count();
         assert!(!scene.objects.is_empty() && lights > 0, "{}", path.display());
     }
 }

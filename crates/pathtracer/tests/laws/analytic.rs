@@ -85,8 +85,12 @@ const CASES: [Case; 13] = [
     Case {
         name: "linear spot",
         add: |b| {
-            let kind =
-                LightKind::LinearSpot { intensity: [4.0; 3], beam_angle: 20.0, cutoff_angle: 80.0 };
+            let kind = LightKind::LinearSpot {
+                intensity: [4.0; 3],
+                beam_angle: 20.0,
+                cutoff_angle: 80.0,
+                texture: None,
+            };
             b.light(kind, looking(ABOVE, ABOVE - UP))
         },
         map: false,

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use pathtracer::{Camera, CompileOptions, Image, Projection, Scene};
 use pt_math::{DAffine3, DVec3};
 use pt_scene::material::{Black, Conductor, Matte, Plastic, Roughness};
-use pt_scene::{Geometry, Light, LightKind, Material, Mesh, Object, Rows, Surface, shapes};
+use pt_scene::{
+    Color, Geometry, Light, LightKind, Material, Mesh, Object, Rows, Surface, Texture, shapes,
+};
 
 /// A diffuse surface.
 pub(crate) fn matte(reflectance: [f32; 3]) -> Surface {
@@ -78,7 +80,7 @@ impl Builder {
         self.0.materials.push(Material {
             name: String::new(),
             surface,
-            emission,
+            emission: emission.into(),
             opacity: 1.0.into(),
         });
         vec![Some(self.0.materials.len() as u32 - 1)]
@@ -118,6 +120,14 @@ impl Builder {
         emission: f32,
     ) -> Self {
         self.object(Geometry::Mesh(Arc::new(mesh)), to_world, surface, [emission; 3])
+    }
+
+    /// Gives what was added last the emission of a texture.
+    pub(crate) fn glowing_by(mut self, texture: Arc<Texture>) -> Self {
+        if let Some(material) = self.0.materials.last_mut() {
+            material.emission = Color::Texture(texture);
+        }
+        self
     }
 
     /// A black quad that glows.

@@ -2,15 +2,17 @@
 
 use pt_bvh::Sphere;
 use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
-use pt_scene::{Attribute, Geometry, Mesh, Object, Part, Scalar, Scene, Sides, Span};
+use pt_scene::{
+    Attribute, Color, Geometry, LightKind, Mesh, Object, Part, Scalar, Scene, Sides, Span,
+};
 
-use super::textures::Lowering;
+use super::textures::{Lowering, ShownColors};
 use super::{CompileError, materials, normals};
 use crate::bsdf::{AnyLobe, Diffuse, LobeRecord};
 use crate::id::{Id, Table};
 use crate::material::{Material, Materials};
 use crate::scene::{FLAT, Glow, SurfaceRecord};
-use crate::texture::Varying;
+use crate::texture::{MeshColors, TextureRecord, Varying};
 
 /// All shapes in the world.
 #[derive(Default)]
@@ -36,6 +38,8 @@ pub(super) struct Shapes {
     pub(super) emitters: Vec<Emitter>,
     /// Surfaces between media, and the object of each.
     pub(super) sides: Vec<(Id<SurfaceRecord>, Sides, Span)>,
+    /// The texture of each light node that has one.
+    pub(super) slides: Vec<Option<Id<TextureRecord>>>,
 }
 
 /// Primitives that glow together.
@@ -89,6 +93,7 @@ impl Shapes {
             opacity: None,
             glow: Glow::Front,
             emission,
+            emission_texture: None,
             light: None,
         });
         let first = self.triangles.len();
@@ -121,6 +126,7 @@ pub(super) fn collect(
         looks,
         default: Look::default_one(&mut lowering),
         uses_coordinates: lowering.uses_coordinates(),
+        mesh_colors: MeshColors::default(),
     };
     for object in &scene.objects {
         let to_world = DAffine3::from_scale(DVec3::splat(metres)) * object.to_world;
@@ -128,8 +134,14 @@ pub(super) fn collect(
         let Shapes { triangles, spheres, object_ends, .. } = &mut collector.shapes;
         object_ends.push([triangles.len() as u32, spheres.len() as u32]);
     }
-    let Lowering { lobes, materials, .. } = lowering;
-    Ok(Shapes { lobes, materials, ..collector.shapes })
+    let Collector { shapes, mesh_colors, .. } = collector;
+    let slide = |light: &pt_scene::Light| match &light.kind {
+        LightKind::LinearSpot { texture, .. } => texture.as_ref().map(|t| lowering.texture(t)),
+        _ => None,
+    };
+    let slides = scene.lights.iter().map(slide).collect();
+    let (lobes, materials) = lowering.finish(mesh_colors);
+    Ok(Shapes { lobes, materials, slides, ..shapes })
 }
 
 /// What a material becomes.
@@ -139,6 +151,11 @@ struct Look {
     two_sided: bool,
     material: Option<Id<Material>>,
     opacity: Option<Varying>,
+    /// See [`SurfaceRecord::emission`].
+    emission: Spectrum,
+    emission_texture: Option<Id<TextureRecord>>,
+    /// What its textures show of meshes.
+    shown: ShownColors,
 }
 
 impl Look {
@@ -148,7 +165,12 @@ impl Look {
             Scalar::Value(opacity) if opacity >= 1.0 => None,
             ref opacity => Some(cx.varying(opacity)),
         };
-        Self { opacity, ..Self::opaque(surface, cx) }
+        let (emission, emission_texture) = match &material.emission {
+            Color::Value(emission) => ((*emission).into(), None),
+            Color::Texture(texture) => (Spectrum::ONE, Some(cx.texture(texture))),
+        };
+        let shown = cx.take_shown();
+        Self { opacity, emission, emission_texture, shown, ..Self::opaque(surface, cx) }
     }
 
     fn default_one(cx: &mut Lowering) -> Self {
@@ -156,18 +178,24 @@ impl Look {
         Self::opaque(surface, cx)
     }
 
+    /// What does not glow.
     fn opaque(surface: Material, cx: &mut Lowering) -> Self {
-        let opacity = None;
-        match surface {
-            Material::Lobe(l) if l.is_plain() => {
-                Self { lobe: l.lobe, two_sided: l.two_sided, material: None, opacity }
-            }
+        let (lobe, two_sided, material) = match surface {
+            Material::Lobe(l) if l.is_plain() => (l.lobe, l.two_sided, None),
             varying => {
                 let black = Diffuse { rho: Spectrum::ZERO };
                 let lobe = cx.lobes.push(AnyLobe::from(black).record());
-                let material = Some(cx.materials.table.push(varying));
-                Self { lobe, two_sided: true, material, opacity }
+                (lobe, true, Some(cx.materials.table.push(varying)))
             }
+        };
+        Self {
+            lobe,
+            two_sided,
+            material,
+            opacity: None,
+            emission: Spectrum::ZERO,
+            emission_texture: None,
+            shown: ShownColors::default(),
         }
     }
 }
@@ -183,6 +211,7 @@ struct Collector<'a> {
     default: Look,
     /// Whether any material asks for texture coordinates.
     uses_coordinates: bool,
+    mesh_colors: MeshColors,
 }
 
 impl Collector<'_> {
@@ -210,22 +239,22 @@ impl Collector<'_> {
         let known = self.scene.materials.len();
         let material = object.materials.get(slot as usize).copied().flatten();
         let material = material.filter(|&m| (m as usize) < known);
-        let emission = material.map_or([0.0; 3], |m| self.scene.materials[m as usize].emission);
-        let glows = emission != [0.0; 3];
+        let look = material.map_or(self.default, |m| self.looks[m as usize]);
+        let glows = !look.emission.is_black();
         let plain = material.map_or(known, |m| m as usize);
         let is_shared = !glows && object.media.is_none();
         if let (true, Some(surface)) = (is_shared, self.plain[plain]) {
             return (surface, false);
         }
-        let look = material.map_or(self.default, |m| self.looks[m as usize]);
-        let Look { lobe, two_sided, material, opacity } = look;
+        let Look { lobe, two_sided, material, opacity, emission, emission_texture, .. } = look;
         let surface = self.shapes.surfaces.push(SurfaceRecord {
             lobe,
             two_sided,
             material,
             opacity,
             glow: if self.course { Glow::Both } else { Glow::Front },
-            emission: emission.into(),
+            emission,
+            emission_texture,
             light: None,
         });
         if is_shared {
@@ -252,6 +281,7 @@ impl Collector<'_> {
         self.shapes.triangles.extend(mesh.triangles.iter().map(|t| place(*t, base, mirrored)));
         self.add_normals(object, mesh, to_world, base, mirrored)?;
         self.add_coordinates(object, mesh, mirrored)?;
+        self.add_colors(object, mesh, mirrored)?;
         self.add_parts(object, mesh, first);
         Ok(())
     }
@@ -336,6 +366,57 @@ impl Collector<'_> {
         Ok(())
     }
 
+    /// The colours of meshes that the materials of an object show.
+    fn shown_colors(&self, object: &Object) -> ShownColors {
+        let looks = object.materials.iter().flatten().filter_map(|m| self.looks.get(*m as usize));
+        looks.fold(ShownColors::default(), |all, Look { shown, .. }| ShownColors {
+            vertices: all.vertices || shown.vertices,
+            faces: all.faces || shown.faces,
+        })
+    }
+
+    /// Colours, if some material of the object shows them.
+    fn add_colors(
+        &mut self,
+        object: &Object,
+        mesh: &Mesh,
+        mirrored: bool,
+    ) -> Result<(), CompileError> {
+        let shown = self.shown_colors(object);
+        let missing = |what: &str| CompileError::Value {
+            at: object.at.clone(),
+            message: format!(
+                "a material shows the colours of {what}, but the mesh has none; expected a file with \
+                 such colours, or another material"
+            ),
+        };
+        let first = self.shapes.triangles.len() - mesh.triangles.len();
+        let MeshColors { vertices, triangles, faces } = &mut self.mesh_colors;
+        if shown.vertices {
+            let colors = mesh.colors.as_ref().ok_or_else(|| missing("vertices"))?;
+            check_attribute(object, "colour", mesh, colors)?;
+            let base = vertices.len() as u32;
+            vertices.extend(colors.values.iter().map(|&color| Spectrum::from(color)));
+            pad(triangles, first);
+            let corners = |(i, &t)| place(colors.corners(i, t), base, mirrored);
+            triangles.extend(mesh.triangles.iter().enumerate().map(corners));
+        }
+        if shown.faces {
+            let colors = mesh.face_colors.as_ref().ok_or_else(|| missing("faces"))?;
+            if colors.len() != mesh.triangles.len() {
+                let message = format!(
+                    "there are colours for {} triangles, but {} triangles",
+                    colors.len(),
+                    mesh.triangles.len()
+                );
+                return Err(CompileError::Value { at: object.at.clone(), message });
+            }
+            faces.resize(first, Spectrum::ZERO);
+            faces.extend(colors.iter().map(|&color| Spectrum::from(color)));
+        }
+        Ok(())
+    }
+
     fn add_sphere(
         &mut self,
         object: &Object,
@@ -359,6 +440,15 @@ impl Collector<'_> {
             return Err(CompileError::Value {
                 at: object.at.clone(),
                 message: format!("the radius of a sphere must not be {}", sphere.radius),
+            });
+        }
+        let shown = self.shown_colors(object);
+        if shown.vertices || shown.faces {
+            return Err(CompileError::Value {
+                at: object.at.clone(),
+                message: "a material shows the colours of a mesh, but a sphere is none; expected a mesh, \
+                          or another material"
+                    .into(),
             });
         }
         let (surface, glows) = self.surface(object, 0);

@@ -8,12 +8,15 @@ use pt_scene::{Light as Node, LightKind, Rows, Scene};
 
 use super::geometry::{Primitives, Shapes, is_similarity};
 use super::many_lights::sphere_light;
-use super::{CompileError, daylight};
+use super::{CompileError, daylight, emission};
 use crate::id::{Id, Table};
 use crate::light::{
     AnyLight, Directional, DistantDisk, EmitterTriangle, Environment, EnvironmentMap, Falloff,
-    Hemisphere, Ies, LightTables, MeshLight, PlacedMap, Point, Spot,
+    Hemisphere, Ies, LightTables, MeshLight, PlacedMap, Point, Projector, SphereLight, Spot,
+    TexturedMesh, TexturedSphere,
 };
+use crate::scene::SurfaceRecord;
+use crate::texture::TextureRecord;
 
 /// All lights.
 #[derive(Default)]
@@ -40,7 +43,7 @@ impl Lights {
         course: bool,
         notes: &mut Vec<String>,
     ) -> Result<(), CompileError> {
-        for node in &scene.lights {
+        for (number, node) in scene.lights.iter().enumerate() {
             let to_world = DAffine3::from_scale(DVec3::splat(metres)) * node.to_world;
             if course {
                 self.add_course_node(node, to_world, notes);
@@ -51,7 +54,7 @@ impl Lights {
                     node.name
                 ));
             } else {
-                self.add_node(node, to_world, shapes)?;
+                self.add_node(node, number, to_world, shapes)?;
             }
         }
         Ok(())
@@ -60,6 +63,7 @@ impl Lights {
     fn add_node(
         &mut self,
         node: &Node,
+        number: usize,
         to_world: DAffine3,
         shapes: &mut Shapes,
     ) -> Result<(), CompileError> {
@@ -130,12 +134,18 @@ impl Lights {
                 let light = Spot { position, axis, intensity: intensity.into(), falloff };
                 self.table.push(light.into());
             }
-            LightKind::LinearSpot { intensity, beam_angle, cutoff_angle } => {
+            LightKind::LinearSpot { intensity, beam_angle, cutoff_angle, .. } => {
                 let radians = |angle: f64| angle.clamp(0.0, 180.0).to_radians() as f32;
-                let falloff =
-                    Falloff::Linear { beam: radians(beam_angle), cutoff: radians(cutoff_angle) };
-                let light = Spot { position, axis, intensity: intensity.into(), falloff };
-                self.table.push(light.into());
+                let cutoff = radians(cutoff_angle);
+                let falloff = Falloff::Linear { beam: radians(beam_angle), cutoff };
+                let spot = Spot { position, axis, intensity: intensity.into(), falloff };
+                match shapes.slides[number] {
+                    None => _ = self.table.push(spot.into()),
+                    Some(texture) => {
+                        let axes = projection(to_world.matrix3, cutoff).map_err(error)?;
+                        self.add_projector(spot, axes, cutoff, texture);
+                    }
+                }
             }
             LightKind::Area { radiance } => {
                 let (origin, e1, e2) = area_square(to_world);
@@ -146,6 +156,13 @@ impl Lights {
             }
         }
         Ok(())
+    }
+
+    /// A spot with a picture.
+    fn add_projector(&mut self, spot: Spot, axes: Mat3, cutoff: f32, texture: Id<TextureRecord>) {
+        let slide = self.tables.slides.len() as u32;
+        self.tables.slides.push(emission::slide(&self.tables.textures, axes, cutoff, texture));
+        self.table.push(Projector { spot, slide }.into());
     }
 
     /// The lights as the course's program sees them; what is strange about their brightness is in
@@ -199,16 +216,46 @@ impl Lights {
         }
         for i in 0..shapes.emitters.len() {
             let surface = shapes.emitters[i].surface;
-            let radiance = shapes.surfaces[surface].emission;
-            let light: Option<AnyLight> = match &shapes.emitters[i].primitives {
-                Primitives::Triangles(runs) => {
+            let SurfaceRecord { emission, emission_texture, .. } = shapes.surfaces[surface];
+            let light = match (&shapes.emitters[i].primitives, emission_texture) {
+                (Primitives::Triangles(runs), None) => {
                     let triangles = emitter_triangles(shapes, runs);
-                    MeshLight::new(&mut self.tables, &triangles, radiance).map(Into::into)
+                    MeshLight::new(&mut self.tables, &triangles, emission).map(Into::into)
                 }
-                &Primitives::Sphere(s) => Some(sphere_light(shapes, s, radiance).into()),
+                (Primitives::Triangles(runs), Some(texture)) => {
+                    self.textured_mesh(shapes, runs, texture)
+                }
+                (&Primitives::Sphere(s), None) => Some(sphere_light(shapes, s, emission).into()),
+                (&Primitives::Sphere(s), Some(texture)) => {
+                    let sphere = sphere_light(shapes, s, emission);
+                    Some(self.textured_sphere(shapes.sphere_axes[s], sphere, texture))
+                }
             };
             shapes.surfaces[surface].light = light.map(|l| self.table.push(l));
         }
+    }
+
+    fn textured_mesh(
+        &mut self,
+        shapes: &Shapes,
+        runs: &[std::ops::Range<usize>],
+        texture: Id<TextureRecord>,
+    ) -> Option<AnyLight> {
+        let triangles = emitter_triangles(shapes, runs);
+        let laid = emission::textured_triangles(shapes, runs, &triangles, texture);
+        TexturedMesh::new(&mut self.tables, &triangles, &laid).map(Into::into)
+    }
+
+    fn textured_sphere(
+        &mut self,
+        axes: Mat3,
+        sphere: SphereLight,
+        texture: Id<TextureRecord>,
+    ) -> AnyLight {
+        let map = self.tables.sphere_maps.len() as u32;
+        let textures = &self.tables.textures;
+        self.tables.sphere_maps.push(emission::sphere_map(textures, axes, texture));
+        TexturedSphere { sphere, map }.into()
     }
 
     /// Adds a map that is no light of the scene.
@@ -262,6 +309,20 @@ fn orthogonal(linear: DMat3) -> Option<Mat3> {
         let z = x.cross(y) * linear.determinant().signum();
         Mat3::from_cols(x.as_vec3(), y.as_vec3(), z.as_vec3())
     })
+}
+
+/// The axes of a picture that a spot throws along −z of a node, and that grows with its x and y; if it may
+/// throw one.
+fn projection(to_world: DMat3, cutoff: f32) -> Result<Mat3, String> {
+    let Some(Mat3 { x_axis, y_axis, z_axis }) = orthogonal(to_world) else {
+        let message = "the transformation of a spot with a texture may only turn, mirror and scale";
+        return Err(message.into());
+    };
+    if cutoff < FRAC_PI_2 {
+        return Ok(Mat3::from_cols(x_axis, y_axis, -z_axis));
+    }
+    let degrees = cutoff.to_degrees();
+    Err(format!("a spot of {degrees}° throws no picture; expected an angle to the axis below 90°"))
 }
 
 /// A corner and the two edges of the unit square of an area light.

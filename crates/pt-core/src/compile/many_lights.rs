@@ -8,6 +8,7 @@ use super::lights::{Lights, emitter_triangles};
 use crate::id::{Id, Table};
 use crate::light::tree::{LightTree, TreeLight, is_bounded};
 use crate::light::{AnyLight, ManyLights, ManyPoints, SphereLight};
+use crate::scene::SurfaceRecord;
 
 /// Beyond how many triangles of lights, for each that lights may be single, a tree chooses among
 /// them.
@@ -64,7 +65,7 @@ impl Lights {
     /// Which lights go into trees.
     fn plan(&self, shapes: &Shapes, most: usize) -> Plan {
         let mut extended: Vec<_> =
-            shapes.emitters.iter().flat_map(|e| tree_lights(shapes, e)).collect();
+            shapes.emitters.iter().flat_map(|e| self.tree_lights(shapes, e)).collect();
         let many_triangles = extended.len() > most.saturating_mul(TRIANGLES_PER_LIGHT);
         if shapes.emitters.len() <= most && !many_triangles {
             extended.clear();
@@ -83,27 +84,32 @@ impl Lights {
         self.tables.trees.push(tree);
         self.tables.trees.len() as u32 - 1
     }
+
+    /// The lights of an emitter and the primitives that they are.
+    fn tree_lights(&self, shapes: &Shapes, emitter: &Emitter) -> Vec<(TreeLight, Option<u32>)> {
+        let SurfaceRecord { light, emission, .. } = shapes.surfaces[emitter.surface];
+        let Some(light) = light.map(|id| self.table[id]) else { return Vec::new() };
+        match &emitter.primitives {
+            Primitives::Triangles(runs) => {
+                let numbers = runs.iter().flat_map(Clone::clone).map(|i| Some(i as u32));
+                let triangles = emitter_triangles(shapes, runs).into_iter().zip(0..);
+                let tree_light = |(t, i)| match light {
+                    AnyLight::TexturedMesh(mesh) => TreeLight::Textured(t, mesh.textured + i),
+                    _ => TreeLight::Triangle(t, emission),
+                };
+                let lights = triangles.zip(numbers).filter(|((t, _), _)| t.area() > 0.0);
+                lights.map(|(triangle, number)| (tree_light(triangle), number)).collect()
+            }
+            &Primitives::Sphere(s) => {
+                let number = (shapes.triangles.len() + s) as u32;
+                vec![(TreeLight::Other(light), Some(number))]
+            }
+        }
+    }
 }
 
 fn is_point(light: &AnyLight) -> bool {
     light.is_delta() && is_bounded(light)
-}
-
-/// The lights of an emitter and the primitives that they are.
-fn tree_lights(shapes: &Shapes, emitter: &Emitter) -> Vec<(TreeLight, Option<u32>)> {
-    let radiance = shapes.surfaces[emitter.surface].emission;
-    match &emitter.primitives {
-        Primitives::Triangles(runs) => {
-            let numbers = runs.iter().flat_map(Clone::clone).map(|i| Some(i as u32));
-            let triangles = emitter_triangles(shapes, runs);
-            let lights = triangles.into_iter().zip(numbers).filter(|(t, _)| t.area() > 0.0);
-            lights.map(|(t, number)| (TreeLight::Triangle(t, radiance), number)).collect()
-        }
-        &Primitives::Sphere(s) => {
-            let number = (shapes.triangles.len() + s) as u32;
-            vec![(TreeLight::Other(sphere_light(shapes, s, radiance).into()), Some(number))]
-        }
-    }
 }
 
 /// The light of a glowing sphere.

@@ -2,6 +2,7 @@
 
 mod camera;
 mod daylight;
+mod emission;
 mod geometry;
 mod lights;
 mod many_lights;
@@ -10,6 +11,7 @@ mod media;
 mod normals;
 mod textures;
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use pt_bvh::{BuildError, BuildOptions, Bvh, Geometry};
@@ -113,9 +115,11 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     let start = Instant::now();
     let mut notes = Vec::new();
     let metres = if options.course { 1.0 } else { scene.metres_per_unit };
+    emission::check(scene)?;
     let mut shapes = geometry::collect(scene, metres, options.course, &mut notes)?;
     let bounds = shapes.bounds();
     let mut lights = lights::Lights::default();
+    lights.tables.textures = Arc::clone(&shapes.materials.textures);
     lights.add_nodes(scene, &mut shapes, metres, options.course, &mut notes)?;
     lights.add_emissive(&mut shapes, options.course);
     if !options.course {

@@ -5,17 +5,24 @@ use std::sync::Arc;
 
 use pt_math::{Affine2, Mat3, Spectrum, Vec2};
 use pt_scene::image::Image;
-use pt_scene::texture::{Bitmap, Color, Pattern, Scalar, Texture};
+use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Scalar, Texture};
 
 use crate::bsdf::{AnyLobe, LobeRecord};
 use crate::id::{Id, Table};
 use crate::material::{LobeMaterial, Material, Materials, Slot, SlotKind};
-use crate::texture::{PatternRecord, Texels, TextureRecord, Varying};
+use crate::texture::{Factor, MeshColors, PatternRecord, Texels, TextureRecord, Textures, Varying};
 
 /// Surfaces with less roughness are as smooth to the eye, but not to single precision.
 pub(super) const LEAST_ALPHA: f32 = 1e-3;
 /// Of more, microfacets are no model.
 const MOST_ALPHA: f32 = 10.0;
+
+/// Which colours of meshes textures show.
+#[derive(Clone, Copy, Default)]
+pub(super) struct ShownColors {
+    pub(super) vertices: bool,
+    pub(super) faces: bool,
+}
 
 /// What materials are lowered to, and what is known of the material under way.
 pub(super) struct Lowering {
@@ -24,9 +31,14 @@ pub(super) struct Lowering {
     /// Metres per unit of the scene.
     pub(super) metres: f32,
     pub(super) lobes: Table<LobeRecord>,
+    /// Without their textures.
     pub(super) materials: Materials,
-    textures: HashMap<*const Texture, Id<TextureRecord>>,
+    textures: Textures,
+    /// Which textures there are already.
+    known: HashMap<*const Texture, Id<TextureRecord>>,
     images: HashMap<*const Image, Id<Texels>>,
+    /// What the textures that were asked for since [`Self::take_shown`] show of meshes.
+    shown: ShownColors,
     /// Of the lobe that is made next.
     slots: Vec<Slot>,
     oriented: bool,
@@ -39,18 +51,31 @@ impl Lowering {
             metres,
             lobes: Table::default(),
             materials: Materials::default(),
-            textures: HashMap::new(),
+            textures: Textures::default(),
+            known: HashMap::new(),
             images: HashMap::new(),
+            shown: ShownColors::default(),
             slots: Vec::new(),
             oriented: false,
         }
+    }
+
+    /// What meshes have to have for the textures that were asked for since this was.
+    pub(super) fn take_shown(&mut self) -> ShownColors {
+        std::mem::take(&mut self.shown)
+    }
+
+    /// All that was lowered, with the colours of meshes.
+    pub(super) fn finish(self, mesh_colors: MeshColors) -> (Table<LobeRecord>, Materials) {
+        let textures = Arc::new(Textures { mesh_colors, ..self.textures });
+        (self.lobes, Materials { textures, ..self.materials })
     }
 
     /// Whether anything asks for texture coordinates.
     pub(super) fn uses_coordinates(&self) -> bool {
         let materials = self.materials.table.as_slice();
         let oriented = |m: &Material| matches!(m, Material::Lobe(l) if l.oriented);
-        !self.textures.is_empty() || materials.iter().any(oriented)
+        !self.known.is_empty() || materials.iter().any(oriented)
     }
 
     /// A lobe that takes the parameters that were asked for since the last one.
@@ -116,28 +141,65 @@ impl Lowering {
 
     /// A texture, made once for all that share it.
     pub(super) fn texture(&mut self, texture: &Arc<Texture>) -> Id<TextureRecord> {
-        if let Some(known) = self.textures.get(&Arc::as_ptr(texture)) {
-            return *known;
+        if let Some(known) = self.known.get(&Arc::as_ptr(texture)) {
+            let known = *known;
+            self.show(known);
+            return known;
         }
         let pattern = match &texture.pattern {
             Pattern::Bitmap(Bitmap { image, wrap, filter }) => {
-                PatternRecord::Bitmap(self.image(image), *wrap, *filter)
+                PatternRecord::Bitmap(self.image(image, *filter), *wrap, *filter)
             }
             Pattern::Checkerboard(colors) => {
                 PatternRecord::Checkerboard(colors.map(Spectrum::from))
             }
+            Pattern::VertexColors => PatternRecord::VertexColors,
+            Pattern::FaceColors => PatternRecord::FaceColors,
+            Pattern::Product(factors) => {
+                PatternRecord::Product([0, 1].map(|i: usize| self.factor(&factors[i])))
+            }
         };
         let to_pattern = affine(texture.to_pattern.as_mat3());
-        let id = self.materials.textures.records.push(TextureRecord { pattern, to_pattern });
-        self.textures.insert(Arc::as_ptr(texture), id);
+        let id = self.textures.records.push(TextureRecord { pattern, to_pattern });
+        self.known.insert(Arc::as_ptr(texture), id);
+        self.show(id);
         id
     }
 
-    fn image(&mut self, image: &Arc<Image>) -> Id<Texels> {
+    fn factor(&mut self, color: &Color) -> Factor {
+        match color {
+            Color::Value(value) => Factor::Value((*value).into()),
+            Color::Texture(texture) => Factor::Texture(self.texture(texture)),
+        }
+    }
+
+    /// Notes what a texture shows of meshes.
+    fn show(&mut self, id: Id<TextureRecord>) {
+        match self.textures.records[id].pattern {
+            PatternRecord::VertexColors => self.shown.vertices = true,
+            PatternRecord::FaceColors => self.shown.faces = true,
+            PatternRecord::Product(factors) => {
+                for factor in factors {
+                    if let Factor::Texture(id) = factor {
+                        self.show(id);
+                    }
+                }
+            }
+            PatternRecord::Bitmap(..) | PatternRecord::Checkerboard(_) => {}
+        }
+    }
+
+    /// An image, made once for all that share it, with its pyramid if that is asked for.
+    fn image(&mut self, image: &Arc<Image>, filter: Filter) -> Id<Texels> {
         let Image { width, height, pixels } = &**image;
-        let texels = &mut self.materials.textures.texels;
+        let texels = &mut self.textures.texels;
         let make = || texels.push(Texels::new(*width, *height, pixels));
-        *self.images.entry(Arc::as_ptr(image)).or_insert_with(make)
+        let id = *self.images.entry(Arc::as_ptr(image)).or_insert_with(make);
+        if filter == Filter::Trilinear {
+            self.textures.texels[id].build_pyramid(pixels);
+            self.textures.uses_footprints = true;
+        }
+        id
     }
 
     /// Makes all lobes of a material show on both sides.

@@ -60,11 +60,18 @@ fn hit((light, tables): &Example, p: Vec3, wi: Vec3) -> Option<LightHit> {
     let (p, d) = (p.as_dvec3(), wi.as_dvec3().normalize());
     match light {
         AnyLight::Mesh(_) => tables.triangles.iter().find_map(|t| hit_triangle(t, p, d)),
+        AnyLight::TexturedMesh(_) => {
+            tables.triangles.iter().zip(&tables.textured_triangles).find_map(|(t, laid)| {
+                let primitive = laid.primitive;
+                hit_triangle(t, p, d).map(|hit| LightHit { primitive, ..hit })
+            })
+        }
         AnyLight::Sphere(s) => hit_sphere(s, p, d),
+        AnyLight::TexturedSphere(s) => hit_sphere(&s.sphere, p, d),
         AnyLight::ManyLights(many) => {
             tables.trees[many.tree as usize].primitives().find_map(|(light, primitive)| {
                 let hit = match light {
-                    TreeLight::Triangle(t, _) => hit_triangle(t, p, d),
+                    TreeLight::Triangle(t, _) | TreeLight::Textured(t, _) => hit_triangle(t, p, d),
                     TreeLight::Other(_) => None,
                 };
                 hit.map(|hit| LightHit { primitive, ..hit })
@@ -117,10 +124,11 @@ fn hit_sphere(sphere: &SphereLight, p: DVec3, d: DVec3) -> Option<LightHit> {
 }
 
 fn density(example: &Example, p: Vec3, wi: Vec3) -> f32 {
+    use AnyLight::{ManyLights, Mesh, Sphere, TexturedMesh, TexturedSphere};
     let (light, tables) = example;
     let hit = hit(example, p, wi);
     let has_geometry =
-        matches!(light, AnyLight::Mesh(_) | AnyLight::Sphere(_) | AnyLight::ManyLights(_));
+        matches!(light, Mesh(_) | Sphere(_) | TexturedMesh(_) | TexturedSphere(_) | ManyLights(_));
     if has_geometry && hit.is_none() { 0.0 } else { light.pdf(tables, p, wi, hit).get() }
 }
 
@@ -235,7 +243,7 @@ fn samples_point_at_the_light() {
 fn in_front((light, tables): &Example, end: Vec3) -> f64 {
     let end = end.as_dvec3();
     match light {
-        AnyLight::Mesh(_) => {
+        AnyLight::Mesh(_) | AnyLight::TexturedMesh(_) => {
             let height = |t: &EmitterTriangle| {
                 let n = t.e1.as_dvec3().cross(t.e2.as_dvec3()).normalize();
                 let n = n * n.dot(t.normal.as_dvec3()).signum();
@@ -243,12 +251,15 @@ fn in_front((light, tables): &Example, end: Vec3) -> f64 {
             };
             tables.triangles.iter().map(height).fold(f64::INFINITY, f64::min)
         }
-        AnyLight::Sphere(s) => {
-            let outside = (end - s.center.as_dvec3()).length() - f64::from(s.radius);
-            if s.inward { -outside } else { outside }
-        }
+        AnyLight::Sphere(s) => in_front_of_sphere(s, end),
+        AnyLight::TexturedSphere(s) => in_front_of_sphere(&s.sphere, end),
         _ => f64::INFINITY,
     }
+}
+
+fn in_front_of_sphere(s: &SphereLight, p: DVec3) -> f64 {
+    let outside = (p - s.center.as_dvec3()).length() - f64::from(s.radius);
+    if s.inward { -outside } else { outside }
 }
 
 /// A ray that asks what is in the way ends before it meets the light: `end` is on the side of the

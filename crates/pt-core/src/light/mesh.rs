@@ -82,6 +82,12 @@ impl MeshLight {
     }
 }
 
+/// A triangle as `p` sees it, if it is so near that it is sampled by solid angle.
+#[inline(always)]
+pub(super) fn seen_nearby(p: Vec3, triangle: &EmitterTriangle) -> Option<SphericalTriangle> {
+    seen(NEAR, p, triangle.p0, triangle.e1, triangle.e2)
+}
+
 #[inline(always)]
 fn seen(near: f32, p: Vec3, p0: Vec3, e1: Vec3, e2: Vec3) -> Option<SphericalTriangle> {
     let d0 = p0 - p;
@@ -91,16 +97,37 @@ fn seen(near: f32, p: Vec3, p0: Vec3, e1: Vec3, e2: Vec3) -> Option<SphericalTri
     if is_near { SphericalTriangle::new(d0, e1, e2) } else { None }
 }
 
-/// A point of a triangle, as `p` sees it where it is near, with its distance squared and the cosine
-/// there; without its density where it is far.
+/// A point of a triangle that was chosen for a lit point.
+pub(super) struct TrianglePoint {
+    wi: Vec3,
+    distance: f32,
+    end: Vec3,
+    /// Distance from the lit point, squared.
+    pub(super) distance_squared: f32,
+    /// Cosine of the angle to the normal of the triangle.
+    pub(super) cos: f32,
+    /// Shares of the two edges.
+    pub(super) barycentric: [f32; 2],
+}
+
+impl TrianglePoint {
+    /// The sample that it is.
+    #[inline(always)]
+    pub(super) fn sample(&self, radiance: Spectrum, pdf: Pdf<SolidAngle>) -> LightSample {
+        let &Self { wi, distance, end, .. } = self;
+        LightSample { wi, distance, end: Some(end), radiance, pdf: Some(pdf) }
+    }
+}
+
+/// A point of a triangle that shows its front to `p`, by solid angle if it is given as `p` sees it, or
+/// else by area.
 #[inline(always)]
-fn point_of(
+pub(super) fn point_of(
     triangle: &EmitterTriangle,
     seen: Option<&SphericalTriangle>,
-    radiance: Spectrum,
     p: Vec3,
     u: [f32; 2],
-) -> Option<(LightSample, f32, f32)> {
+) -> Option<TrianglePoint> {
     let &EmitterTriangle { p0, e1, e2, normal } = triangle;
     let [b1, b2] = match seen {
         Some(seen) => seen.sample(u),
@@ -116,25 +143,27 @@ fn point_of(
         return None;
     }
     let error = (p0.abs() + q1.abs() + q2.abs()) * gamma(7);
-    let end = Some(offset_origin(q, error, normal, -d));
-    let pdf = seen.map(|seen| Pdf::new(1.0 / seen.solid_angle));
-    Some((LightSample { wi: d / distance, distance, end, radiance, pdf }, distance_squared, cos))
+    let end = offset_origin(q, error, normal, -d);
+    let barycentric = [b1, b2];
+    Some(TrianglePoint { wi: d / distance, distance, end, distance_squared, cos, barycentric })
 }
 
-/// A sample of one triangle.
+/// A sample of one triangle, whose radiance depends on the shares of its edges.
 #[inline]
 pub(super) fn seen_sample(
     triangle: &EmitterTriangle,
-    radiance: Spectrum,
+    radiance: impl FnOnce([f32; 2]) -> Spectrum,
     p: Vec3,
     u: [f32; 2],
 ) -> Option<LightSample> {
-    let &EmitterTriangle { p0, e1, e2, .. } = triangle;
-    let seen = seen(NEAR, p, p0, e1, e2);
-    let (sample, distance_squared, cos) = point_of(triangle, seen.as_ref(), radiance, p, u)?;
-    let by_area = || Pdf::<Area>::new(1.0 / triangle.area()).to_solid_angle(distance_squared, cos);
-    let pdf = sample.pdf.unwrap_or_else(by_area);
-    pdf.is_positive().then_some(LightSample { pdf: Some(pdf), ..sample })
+    let seen = seen_nearby(p, triangle);
+    let point = point_of(triangle, seen.as_ref(), p, u)?;
+    let pdf = match seen {
+        Some(seen) => Pdf::new(1.0 / seen.solid_angle),
+        None => Pdf::<Area>::new(1.0 / triangle.area())
+            .to_solid_angle(point.distance_squared, point.cos),
+    };
+    pdf.is_positive().then(|| point.sample(radiance(point.barycentric), pdf))
 }
 
 /// The density of [`seen_sample`].
@@ -157,13 +186,12 @@ impl Light for MeshLight {
         let (i, probability, u) = tables.triangle_choice[self.choice as usize].sample(u);
         let triangle = &tables.triangles[self.first as usize + i];
         let seen = self.seen(p, triangle.p0, triangle.e1, triangle.e2);
-        let (sample, distance_squared, cos) =
-            point_of(triangle, seen.as_ref(), self.radiance, p, [u, v])?;
+        let point = point_of(triangle, seen.as_ref(), p, [u, v])?;
         let pdf = match seen {
             Some(seen) => Pdf::new(probability / seen.solid_angle),
-            None => self.area_pdf().to_solid_angle(distance_squared, cos),
+            None => self.area_pdf().to_solid_angle(point.distance_squared, point.cos),
         };
-        Some(LightSample { pdf: Some(pdf), ..sample })
+        Some(point.sample(self.radiance, pdf))
     }
 
     #[inline(always)]

@@ -12,9 +12,12 @@ mod ies;
 mod laws;
 mod mesh;
 mod point;
+mod projector;
 mod sphere;
 mod spherical_triangle;
 mod spot;
+mod textured_mesh;
+mod textured_sphere;
 pub mod tree;
 
 use std::sync::Arc;
@@ -25,7 +28,12 @@ use pt_scene::IesProfile;
 
 pub use environment::{EnvironmentMap, PlacedMap};
 pub use mesh::EmitterTriangle;
+pub use projector::Slide;
 pub use spot::Falloff;
+pub use textured_mesh::TexturedTriangle;
+pub use textured_sphere::SphereMap;
+
+use crate::texture::Textures;
 
 /// Light that arrives at a point, if nothing is in its way.
 #[derive(Clone, Copy, Debug)]
@@ -100,7 +108,15 @@ pub trait LightVisitor {
 pub struct LightTables {
     /// Triangles of all emissive meshes.
     pub triangles: Vec<EmitterTriangle>,
-    /// Choice of a triangle by area, one table a mesh light.
+    /// How those that glow by textures lie on them, mesh by mesh.
+    pub textured_triangles: Vec<TexturedTriangle>,
+    /// How spheres that glow by textures lie on them.
+    pub sphere_maps: Vec<SphereMap>,
+    /// What projectors throw.
+    pub slides: Vec<Slide>,
+    /// The textures of the scene.
+    pub textures: Arc<Textures>,
+    /// Choice of a triangle by area, or by its share of the light, one table a mesh light.
     pub triangle_choice: Vec<AliasTable>,
     /// Trees of many lights.
     pub trees: Vec<tree::LightTree>,
@@ -181,6 +197,12 @@ lights! {
     Mesh = mesh::MeshLight,
     /// A glowing sphere.
     Sphere = sphere::SphereLight,
+    /// Triangles that glow by a texture.
+    TexturedMesh = textured_mesh::TexturedMesh,
+    /// A sphere that glows by a texture.
+    TexturedSphere = textured_sphere::TexturedSphere,
+    /// A point that throws a picture.
+    Projector = projector::Projector,
     /// Many of these, one of which is chosen.
     ManyLights = tree::ManyLights,
     /// Many lights without extent, one of which is chosen.

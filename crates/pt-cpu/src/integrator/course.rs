@@ -1,6 +1,7 @@
 //! Light as the program of the university course (CS184 / CSC4140, assignments 3-1 and 3-2)
 //! computes it; `docs/cs184.md` says where it differs from physics.
 
+use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
 use pt_core::light::LightSample;
 use pt_core::scene::Interaction;
@@ -30,8 +31,8 @@ impl Rules for Course {
     }
 
     #[inline(always)]
-    fn emitted(&self, cx: Context, path: &State, at: &Interaction) -> Spectrum {
-        if path.arrival.is_none() { cx.scene.emitted(at) } else { Spectrum::ZERO }
+    fn emitted(&self, cx: Context, path: &State, at: &Interaction, hit: &Hit) -> Spectrum {
+        if path.arrival.is_none() { cx.scene.emitted(at, hit) } else { Spectrum::ZERO }
     }
 
     #[inline(always)]

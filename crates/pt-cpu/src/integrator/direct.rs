@@ -172,7 +172,7 @@ impl Requests {
             let Queue { rays, loads } = &mut self.probes;
             holes::go_on(tracer, rays, &mut self.hits, |i, _, ray, hit, opacity| {
                 let (value, start) = &mut loads[i];
-                sums.add(*start, *value * scene.emitted(&scene.interaction(ray, hit)));
+                sums.add(*start, *value * scene.emitted(&scene.interaction(ray, hit), hit));
                 *value *= 1.0 - opacity;
                 !value.is_black()
             });
@@ -181,7 +181,7 @@ impl Requests {
             self.probes.loads.iter().zip(&self.hits).zip(&self.probes.rays)
         {
             let l = match hit {
-                Some(hit) => scene.emitted(&scene.interaction(ray, hit)),
+                Some(hit) => scene.emitted(&scene.interaction(ray, hit), hit),
                 None if hemisphere.sky => scene.sky(ray.direction),
                 None => Spectrum::ZERO,
             };

@@ -1,5 +1,6 @@
 //! The unidirectional path tracer.
 
+use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
 use pt_core::light::{AnyLight, LightSample};
 use pt_core::scene::Interaction;
@@ -45,14 +46,14 @@ impl Rules for Path {
     }
 
     #[inline(always)]
-    fn emitted(&self, cx: Context, path: &State, at: &Interaction) -> Spectrum {
+    fn emitted(&self, cx: Context, path: &State, at: &Interaction, hit: &Hit) -> Spectrum {
         let Context { scene, settings } = cx;
         let light = scene.surfaces[at.surface].light.map(|id| {
             let light: &AnyLight = &scene.lights[id];
-            let hit = Some(scene.light_hit(at));
-            (light, light.pdf(&scene.light_tables, path.origin, -at.wo, hit))
+            let met = Some(scene.light_hit(at));
+            (light, light.pdf(&scene.light_tables, path.origin, -at.wo, met))
         });
-        scene.emitted(at) * found_weight(settings, path.arrival, light)
+        scene.emitted(at, hit) * found_weight(settings, path.arrival, light)
     }
 
     #[inline(always)]

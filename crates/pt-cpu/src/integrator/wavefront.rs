@@ -20,6 +20,7 @@ use arrayvec::ArrayVec;
 use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
 use pt_core::film::ExactSum;
+use pt_core::footprint::Cone;
 use pt_core::light::{AnyLight, LightSample};
 use pt_core::material::Resolved;
 use pt_core::scene::{Interaction, RenderScene, SurfacePoint};
@@ -72,7 +73,7 @@ pub(super) trait Rules {
     fn sky(&self, cx: Context, path: &State, d: Vec3, bounces: u32) -> Spectrum;
 
     /// Weighted radiance that a surface emits towards the ray that found it.
-    fn emitted(&self, cx: Context, path: &State, at: &Interaction) -> Spectrum;
+    fn emitted(&self, cx: Context, path: &State, at: &Interaction, hit: &Hit) -> Spectrum;
 
     /// Number of samples of a light at each surface, 0 if it is not sampled.
     fn light_samples(&self, settings: &Settings, delta: bool) -> u32;
@@ -142,6 +143,8 @@ pub(super) struct Wavefront<'a, R> {
     /// Paths under way and their rays, in the order of their starts.
     paths: Vec<State>,
     rays: Vec<Ray>,
+    /// Their cones, if some texture asks for them.
+    cones: Vec<Cone>,
     hits: Vec<Option<Hit>>,
     /// Which of the paths have come to a surface where they scatter, and where on it.
     scattering: Vec<(u32, Hit)>,
@@ -204,6 +207,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             rules,
             paths: Vec::new(),
             rays: Vec::new(),
+            cones: Vec::new(),
             hits: Vec::new(),
             scattering: Vec::new(),
             interactions: Vec::new(),
@@ -226,6 +230,11 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let path = |(start, ray): (u32, &Ray)| State { start, origin: ray.origin, ..first };
         self.paths.clear();
         self.paths.extend((0..).zip(&self.rays).map(path));
+        self.cones.clear();
+        let scene = self.cx.scene;
+        if scene.uses_footprints() {
+            self.cones.extend(self.rays.iter().map(|ray| scene.camera.cone(ray.direction)));
+        }
     }
 
     /// Adds the light that rays find where their paths end, and says which paths scatter.
@@ -238,7 +247,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
                 Some(hit) if bounces < self.depth => self.scattering.push((i as u32, *hit)),
                 Some(hit) if shown && scene.glows(hit) => {
                     let at = scene.interaction(&self.rays[i], hit);
-                    find(&self.rules, self.cx, &self.paths[i], &at, sums);
+                    find(&self.rules, self.cx, &self.paths[i], (&at, hit), sums);
                 }
                 None if shown => {
                     let (path, d) = (&self.paths[i], self.rays[i].direction);
@@ -270,7 +279,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
                     Asking { rules: &self.rules, settings, surfaces: &surfaces, numbers: &numbers };
                 self.requests.ask(&asking, scene, tracer, sums);
             }
-            living = self.leave(&surfaces, bounces + 1, light_pairs, &numbers, living);
+            living = self.leave(block, &surfaces, bounces + 1, light_pairs, &numbers, living);
         }
         self.paths.truncate(living);
         self.rays.truncate(living);
@@ -293,7 +302,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let start = |i: usize| paths[i].start as usize;
         holes::wander(tracer, starts, bounces, rays, hits, start, |i, ray, hit| {
             if shown && scene.glows(hit) {
-                find(rules, *cx, &paths[i], &scene.interaction(ray, hit), sums);
+                find(rules, *cx, &paths[i], (&scene.interaction(ray, hit), hit), sums);
             }
         });
     }
@@ -304,9 +313,9 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let at = |&(i, ref hit): &(u32, Hit)| scene.interaction(&self.rays[i as usize], hit);
         self.interactions.clear();
         self.interactions.extend(block.iter().map(at));
-        for (at, &(i, _)) in self.interactions.iter().zip(block) {
+        for (at, (i, hit)) in self.interactions.iter().zip(block) {
             if shown && !scene.surfaces[at.surface].emission.is_black() {
-                find(&self.rules, self.cx, &self.paths[i as usize], at, sums);
+                find(&self.rules, self.cx, &self.paths[*i as usize], (at, hit), sums);
             }
         }
     }
@@ -325,7 +334,12 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         }
         let choices = if self.choose { numbers.last(self.dimensions)[0] } else { [0.0; LANES] };
         let points = self.interactions.iter().zip(block).zip(choices);
-        resolved.extend(points.map(|((at, (_, hit)), choice)| scene.resolve(at, hit, choice)));
+        let width = |i: u32, at: &Interaction| {
+            self.cones.get(i as usize).map(|cone| cone.width_at(at.distance))
+        };
+        resolved.extend(
+            points.map(|((at, (i, hit)), choice)| scene.resolve(at, hit, choice, width(*i, at))),
+        );
     }
 
     /// How a block scatters.
@@ -365,6 +379,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     /// rays, are stored from `living` on. Returns where the next may be stored.
     fn leave(
         &mut self,
+        block: &[(u32, Hit)],
         surfaces: &[Surface],
         bounces: u32,
         light_pairs: u32,
@@ -382,6 +397,11 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             {
                 self.paths[living] = path;
                 self.rays[living] = ray;
+                if let Some(cone) = self.cones.get(block[lane].0 as usize) {
+                    let at = &self.interactions[lane];
+                    let is_flat = self.cx.scene.is_flat(at.primitive);
+                    self.cones[living] = cone.scattered(at.distance, path.arrival, is_flat);
+                }
                 living += 1;
             }
         }
@@ -420,8 +440,8 @@ pub(super) fn find(
     rules: &impl Rules,
     cx: Context,
     path: &State,
-    at: &Interaction,
+    (at, hit): (&Interaction, &Hit),
     sums: &mut Sums,
 ) {
-    sums.add(path.start, path.beta * rules.emitted(cx, path, at));
+    sums.add(path.start, path.beta * rules.emitted(cx, path, at, hit));
 }

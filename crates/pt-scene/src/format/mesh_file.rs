@@ -3,31 +3,82 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use pt_math::color::linear_from_srgb;
 use pt_math::{DAffine3, DVec3};
 
 use super::triangulate::Triangulator;
-use crate::{Attribute, Geometry, LoadError, Mesh, Object, Scene, Span, Warning};
+use crate::material::Matte;
+use crate::texture::{Input, Pattern, Texture};
+use crate::{Attribute, Geometry, LoadError, Material, Mesh, Object, Scene, Span, Warning};
 
 /// A mesh, and what the user should know about how it was read.
 #[derive(Debug)]
 pub(super) struct MeshFile {
+    /// Whole numbers of its colours are shares of the greatest one.
     pub(super) mesh: Mesh,
+    pub(super) levels: ColorLevels,
     pub(super) warnings: Vec<Warning>,
 }
 
+/// The greatest number that a channel of a colour can have in the file: 1 for real numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ColorLevels {
+    pub(super) vertices: f32,
+    pub(super) faces: f32,
+}
+
+impl Default for ColorLevels {
+    fn default() -> Self {
+        Self { vertices: 1.0, faces: 1.0 }
+    }
+}
+
 impl MeshFile {
-    /// A scene with the mesh as its only object, of the default material.
+    /// A scene with the mesh as its only object, in its own colours or of the default material. Whole numbers
+    /// of colours are levels of sRGB, as programs that show such files by themselves have them.
     pub(super) fn into_scene(self, path: &Path) -> Scene {
+        let Self { mut mesh, levels, warnings } = self;
+        map_colors(&mut mesh, |channel, of_faces| {
+            let levels = if of_faces { levels.faces } else { levels.vertices };
+            if levels > 1.0 { linear_from_srgb(channel) } else { channel }
+        });
+        let materials = Vec::from_iter(colored(&mesh));
         let object = Object {
-            name: self.mesh.name.clone(),
+            name: mesh.name.clone(),
             to_world: DAffine3::IDENTITY,
-            materials: vec![None; self.mesh.parts.len()],
-            geometry: Geometry::Mesh(Arc::new(self.mesh)),
+            materials: vec![(!materials.is_empty()).then_some(0); mesh.parts.len()],
+            geometry: Geometry::Mesh(Arc::new(mesh)),
             media: None,
             at: place(path, 0),
         };
-        Scene { objects: vec![object], warnings: self.warnings, ..Scene::default() }
+        Scene { objects: vec![object], materials, warnings, ..Scene::default() }
     }
+}
+
+/// Changes each channel of the colours of a mesh, and is told whether it is one of a face.
+pub(super) fn map_colors(mesh: &mut Mesh, change: impl Fn(f32, bool) -> f32) {
+    for color in mesh.colors.iter_mut().flat_map(|colors| &mut colors.values) {
+        *color = color.map(|channel| change(channel, false));
+    }
+    for color in mesh.face_colors.iter_mut().flatten() {
+        *color = color.map(|channel| change(channel, true));
+    }
+}
+
+/// The matte material that shows the colours of a mesh: those of its vertices, or else of its faces.
+fn colored(mesh: &Mesh) -> Option<Material> {
+    let pattern = match (&mesh.colors, &mesh.face_colors) {
+        (Some(_), _) => Pattern::VertexColors,
+        (None, Some(_)) => Pattern::FaceColors,
+        (None, None) => return None,
+    };
+    let reflectance = Input::Texture(Arc::new(Texture::from(pattern)));
+    Some(Material {
+        name: mesh.name.clone(),
+        surface: Matte { reflectance, two_sided: true }.into(),
+        emission: [0.0; 3].into(),
+        opacity: 1.0.into(),
+    })
 }
 
 /// Reads a file that a scene names.

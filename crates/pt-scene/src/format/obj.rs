@@ -1,15 +1,18 @@
 //! Wavefront object files (OBJ): polygons with normals and texture coordinates of their own
-//! indices. [Wavefront Technologies, "Object Files (.obj)", Advanced Visualizer manual, app. B1]
+//! indices. [Wavefront Technologies, "Object Files (.obj)", Advanced Visualizer manual, app. B1] Vertices
+//! may have colours of sRGB, `v x y z r g b`, as several modelling tools write them.
 //!
 //! A file becomes one mesh, whatever its groups are. Lines, points and free-form surfaces are
 //! passed over, and so are materials.
 
 use std::path::Path;
 
-use super::mesh_file::{self, MeshFile, Polygons};
+use pt_math::color::linear_from_srgb;
+
+use super::mesh_file::{self, ColorLevels, MeshFile, Polygons};
 use super::xml::quote;
 use crate::shapes::single_part;
-use crate::{LoadError, Mesh, Scene, Span, Warning};
+use crate::{Attribute, LoadError, Mesh, Scene, Span, Warning};
 
 /// Index of what a corner does not have.
 const MISSING: u32 = u32::MAX;
@@ -60,6 +63,8 @@ struct Reader<'a> {
     /// Number of the line being read.
     line: u32,
     positions: Vec<[f32; 3]>,
+    /// Colours of the first of these.
+    colors: Vec<[f32; 3]>,
     uvs: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
@@ -79,6 +84,7 @@ impl<'a> Reader<'a> {
             path,
             line: 0,
             positions: Vec::new(),
+            colors: Vec::new(),
             uvs: Vec::new(),
             normals: Vec::new(),
             triangles: Vec::new(),
@@ -105,7 +111,13 @@ impl<'a> Reader<'a> {
         let mut words = line.split_ascii_whitespace();
         match words.next() {
             Some("v") => {
-                let position = self.numbers(line, words)?;
+                let position = self.numbers(line, words.by_ref().take(3))?;
+                let words: Vec<&str> = words.collect();
+                // Less than a colour is a weight.
+                if words.len() >= 3 && self.colors.len() == self.positions.len() {
+                    let color = self.numbers(line, words.into_iter())?;
+                    self.colors.push(color.map(linear_from_srgb));
+                }
                 self.positions.push(position);
             }
             Some("vn") => {
@@ -135,7 +147,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// The first `N` words, as numbers; what follows them (weights, colours) is left.
+    /// The first `N` words, as numbers; what follows them is left.
     fn numbers<'w, const N: usize>(
         &self,
         line: &'w str,
@@ -221,6 +233,11 @@ impl<'a> Reader<'a> {
             return Err(mesh_file::error(path, 0, "the file has no faces (\"f 1 2 3\")"));
         }
         let positions = self.positions.len();
+        let has_colors = self.colors.len() == positions;
+        if !has_colors && !self.colors.is_empty() {
+            let message = "some vertices have no colours; those of others are left out".to_owned();
+            self.warnings.push(Warning { at: mesh_file::place(path, 0), message });
+        }
         let mut partly = |what: &str, indices: &[[u32; 3]]| {
             let missing = indices.as_flattened().iter().filter(|i| **i == MISSING).count();
             if missing > 0 && missing < 3 * indices.len() {
@@ -240,8 +257,10 @@ impl<'a> Reader<'a> {
         let parts = single_part(triangles.len());
         let name = mesh_file::name_of(path);
         let positions = self.positions;
-        let mesh = Mesh { name, positions, triangles, normals, uvs, colors: None, parts };
-        Ok(MeshFile { mesh, warnings: self.warnings })
+        let colors = has_colors.then_some(Attribute { values: self.colors, indices: None });
+        let mesh =
+            Mesh { name, positions, triangles, normals, uvs, colors, parts, face_colors: None };
+        Ok(MeshFile { mesh, levels: ColorLevels::default(), warnings: self.warnings })
     }
 
     fn at(&self, line: &str, piece: &str) -> Span {

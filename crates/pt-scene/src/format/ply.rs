@@ -1,8 +1,9 @@
 //! Stanford polygon files (PLY), text and binary. [Turk 1994, "The PLY Polygon File Format"]
 //!
 //! Read are the properties `x y z`, `nx ny nz`, `u v` (also called `s t` and
-//! `texture_u texture_v`) and `red green blue` (also called `r g b`) of the element `vertex`, and the list `vertex_indices` (also called
-//! `vertex_index`) of the elements `face` and `tristrips`. All else is passed over.
+//! `texture_u texture_v`) of the element `vertex`; the list `vertex_indices` (also called `vertex_index`)
+//! of the elements `face` and `tristrips`; and `red green blue` (also called `r g b`) of `vertex` and `face`.
+//! All else is passed over.
 //!
 //! Elements go one by one from the bytes of the file to the arrays of the mesh, which take
 //! 12 bytes per vertex and per triangle.
@@ -15,7 +16,7 @@ use ply_rs_bw::ply::{
     ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
 };
 
-use super::mesh_file::{self, MeshFile, Polygons};
+use super::mesh_file::{self, ColorLevels, MeshFile, Polygons};
 use super::xml::quote;
 use crate::shapes::single_part;
 use crate::{Attribute, LoadError, Mesh, Scene, Warning};
@@ -57,10 +58,17 @@ pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadErro
     let mut body = Body { path, encoding, line, rest: reader.into_inner() };
     let mut mesh = Mesh { name: mesh_file::name_of(path), ..Mesh::default() };
     let mut warnings = Vec::new();
+    let mut levels = ColorLevels::default();
     for element in header.elements.values() {
         match element.name.as_str() {
-            "vertex" => body.vertices(element, &mut mesh)?,
-            "face" => body.faces(element, vertices as u32, &mut mesh, &mut warnings)?,
+            "vertex" => {
+                levels.vertices = color_levels(element).unwrap_or(1.0);
+                body.vertices(element, &mut mesh)?;
+            }
+            "face" => {
+                levels.faces = color_levels(element).unwrap_or(1.0);
+                body.faces(element, vertices as u32, &mut mesh, &mut warnings)?;
+            }
             "tristrips" => body.strips(element, vertices as u32, &mut mesh)?,
             _ => body.skip(element)?,
         }
@@ -68,8 +76,10 @@ pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadErro
     if mesh.triangles.is_empty() {
         return Err(mesh_file::error(path, 0, "no face has three corners"));
     }
+    // Strips have no colours.
+    mesh.face_colors = mesh.face_colors.filter(|colors| colors.len() == mesh.triangles.len());
     mesh.parts = single_part(mesh.triangles.len());
-    Ok(MeshFile { mesh, warnings })
+    Ok(MeshFile { mesh, levels, warnings })
 }
 
 /// What follows the header.
@@ -94,8 +104,7 @@ impl Body<'_> {
         let mut positions = Vec::with_capacity(least);
         let mut normals = has(&["nx", "ny", "nz"]).then(|| Vec::with_capacity(least));
         let mut uvs = UV_NAMES.iter().any(|uv| has(uv)).then(|| Vec::with_capacity(least));
-        let has_colors = COLOR_NAMES.iter().any(|names| names.iter().all(|n| is_color(element, n)));
-        let mut colors = has_colors.then(|| Vec::with_capacity(least));
+        let mut colors = color_levels(element).map(|_| Vec::with_capacity(least));
         for i in 0..element.count {
             let v: Vertex = self.next(element, i)?;
             let mut numbers = v.position.iter().chain(&v.normal).chain(&v.uv).chain(&v.color);
@@ -131,8 +140,9 @@ impl Body<'_> {
         let mut triangles = std::mem::take(&mut mesh.triangles);
         triangles.reserve_exact(self.least_count(element));
         let (mut without_area, mut polygons) = (0, Polygons::default());
+        let mut colors = color_levels(element).map(|_| Vec::new());
         for i in 0..element.count {
-            let face = self.corners(element, i, vertices, false)?;
+            let Face { corners: face, color } = self.face(element, i, vertices, false)?;
             let corner = |i: usize| face[i] as u32;
             match face.len() {
                 0..3 => without_area += 1,
@@ -143,7 +153,14 @@ impl Body<'_> {
                 }
             }
             self.check_count(&triangles)?;
+            if let Some(colors) = &mut colors {
+                if !color.iter().all(|x| x.is_finite()) {
+                    return Err(self.error(format!("face {i} has a colour that is not finite")));
+                }
+                colors.resize(triangles.len(), color);
+            }
         }
+        mesh.face_colors = colors;
         if without_area > 0 {
             let message = format!("{without_area} faces with fewer than three corners left out");
             warnings.push(Warning { at: mesh_file::place(self.path, 0), message });
@@ -162,7 +179,7 @@ impl Body<'_> {
         mesh: &mut Mesh,
     ) -> Result<(), LoadError> {
         for i in 0..element.count {
-            let strip = self.corners(element, i, vertices, true)?;
+            let strip = self.face(element, i, vertices, true)?.corners;
             for run in strip.split(|c| *c == -1) {
                 let triangles = run.windows(3).enumerate().map(|(k, window)| {
                     let [a, b, c] = [window[0], window[1], window[2]].map(|c| c as u32);
@@ -175,24 +192,24 @@ impl Body<'_> {
         Ok(())
     }
 
-    /// The list of corners of an element, each below `vertices`, or −1 if that may end a strip.
-    fn corners(
+    /// An element with corners, each below `vertices`, or −1 if that may end a strip.
+    fn face(
         &mut self,
         element: &ElementDef,
         index: usize,
         vertices: u32,
         is_strip: bool,
-    ) -> Result<Vec<i64>, LoadError> {
+    ) -> Result<Face, LoadError> {
         let name = &element.name;
         if !CORNER_NAMES.iter().any(|n| element.properties.contains_key(*n)) {
             let message = format!("the element \"{name}\" has no list \"vertex_indices\"");
             return Err(mesh_file::error(self.path, 0, message));
         }
-        let Face(corners) = self.next(element, index)?;
+        let face: Face = self.next(element, index)?;
         let range = 0..i64::from(vertices);
         let is_good = |c: &i64| range.contains(c) || (is_strip && *c == -1);
-        match corners.iter().find(|c| !is_good(c)) {
-            None => Ok(corners),
+        match face.corners.iter().find(|c| !is_good(c)) {
+            None => Ok(face),
             Some(bad) => Err(self.error(format!(
                 "{name} {index} refers to vertex {bad}; the vertices are numbered 0 to {}",
                 vertices - 1
@@ -314,18 +331,8 @@ impl PropertyAccess for Vertex {
     }
 
     fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
-        let color = match name {
-            "r" | "red" => Some(0),
-            "g" | "green" => Some(1),
-            "b" | "blue" => Some(2),
-            _ => None,
-        };
-        if let Some(channel) = color {
-            let Some(share) = share(&value) else {
-                return PropertyAccessResult::Ignored;
-            };
-            self.color[channel] = share;
-            return PropertyAccessResult::Set;
+        if let Some(channel) = channel(name) {
+            return set_channel(&mut self.color, channel, &value);
         }
         let target = match name {
             "x" => &mut self.position[0],
@@ -353,12 +360,37 @@ impl PropertyAccess for Vertex {
     }
 }
 
-/// Whether a property can be a channel of a colour.
-fn is_color(element: &ElementDef, name: &str) -> bool {
-    use ScalarType::{Double, Float, UChar, UInt, UShort};
-    element.properties.get(name).is_some_and(|property| {
-        matches!(property.data_type, PropertyType::Scalar(UChar | UShort | UInt | Float | Double))
-    })
+/// The greatest number of a channel of the colours of an element, if it has some: 1 for real numbers.
+fn color_levels(element: &ElementDef) -> Option<f32> {
+    let of_channel = |name: &&str| match element.properties.get(*name)?.data_type {
+        PropertyType::Scalar(ScalarType::Float | ScalarType::Double) => Some(1.0),
+        PropertyType::Scalar(ScalarType::UChar) => Some(f32::from(u8::MAX)),
+        PropertyType::Scalar(ScalarType::UShort) => Some(f32::from(u16::MAX)),
+        PropertyType::Scalar(ScalarType::UInt) => Some(u32::MAX as f32),
+        _ => None,
+    };
+    let of_all = |names: &[&str; 3]| {
+        names.iter().map(of_channel).try_fold(1.0f32, |most, levels| Some(most.max(levels?)))
+    };
+    COLOR_NAMES.iter().find_map(of_all)
+}
+
+/// The channel of a colour that a property of this name gives.
+fn channel(name: &str) -> Option<usize> {
+    match name {
+        "r" | "red" => Some(0),
+        "g" | "green" => Some(1),
+        "b" | "blue" => Some(2),
+        _ => None,
+    }
+}
+
+fn set_channel(color: &mut [f32; 3], channel: usize, value: &Property) -> PropertyAccessResult {
+    let Some(share) = share(value) else {
+        return PropertyAccessResult::Ignored;
+    };
+    color[channel] = share;
+    PropertyAccessResult::Set
 }
 
 /// A number of a colour: whole ones as shares of the highest.
@@ -373,19 +405,26 @@ fn share(value: &Property) -> Option<f32> {
     })
 }
 
-/// The corners of a face, as they are written.
-struct Face(Vec<i64>);
+/// The corners of a face, as they are written, and its colour.
+#[derive(Default)]
+struct Face {
+    corners: Vec<i64>,
+    color: [f32; 3],
+}
 
 impl PropertyAccess for Face {
     fn new() -> Self {
-        Self(Vec::new())
+        Self::default()
     }
 
     fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
+        if let Some(channel) = channel(name) {
+            return set_channel(&mut self.color, channel, &value);
+        }
         if !CORNER_NAMES.contains(&name) {
             return PropertyAccessResult::Ignored;
         }
-        self.0 = match value {
+        self.corners = match value {
             Property::ListChar(list) => widen(&list),
             Property::ListUChar(list) => widen(&list),
             Property::ListShort(list) => widen(&list),

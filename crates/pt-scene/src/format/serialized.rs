@@ -14,7 +14,7 @@ use std::path::Path;
 
 use flate2::read::ZlibDecoder;
 
-use super::mesh_file::{self, MeshFile};
+use super::mesh_file::{self, ColorLevels, MeshFile};
 use crate::shapes::single_part;
 use crate::{Attribute, LoadError, Mesh};
 
@@ -47,7 +47,11 @@ pub(super) fn parse_mesh(bytes: &[u8], path: &Path, index: u32) -> Result<MeshFi
     let mut stream = Stream { rest: ZlibDecoder::new(packed), is_double: false };
     let mesh = stream.mesh(version, packed.len() as u64).map_err(error)?;
     let name = if mesh.name.is_empty() { mesh_file::name_of(path) } else { mesh.name };
-    Ok(MeshFile { mesh: Mesh { name, ..mesh }, warnings: Vec::new() })
+    Ok(MeshFile {
+        mesh: Mesh { name, ..mesh },
+        levels: ColorLevels::default(),
+        warnings: Vec::new(),
+    })
 }
 
 /// The version that a header says.
@@ -121,7 +125,16 @@ impl Stream<'_> {
         let triangles = self.triangles(triangles, vertices)?;
         let parts = single_part(triangles.len());
         let (normals, uvs) = (normals.map(at_vertices), uvs.map(at_vertices));
-        Ok(Mesh { name, positions, triangles, normals, uvs, colors: None, parts })
+        Ok(Mesh {
+            name,
+            positions,
+            triangles,
+            normals,
+            uvs,
+            colors: None,
+            face_colors: None,
+            parts,
+        })
     }
 
     /// Text up to a NUL.

@@ -74,6 +74,11 @@ impl<'a> Document<'a> {
     }
 
     /// Where an element stands, and what its author calls it.
+    /// The file that was read.
+    pub(super) fn path(&self) -> &Path {
+        self.path
+    }
+
     pub(super) fn span(&self, node: Node<'_>) -> Span {
         self.span_at(node, node.range().start)
     }

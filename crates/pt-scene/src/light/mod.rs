@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use pt_math::DAffine3;
 
-use crate::Span;
 use crate::image::Image;
+use crate::{Span, Texture};
 pub use ies::IesProfile;
 
 /// A light and where it stands.
@@ -83,6 +83,10 @@ pub enum LightKind {
         beam_angle: f64,
         /// Angle to the axis, in degrees, beyond which there is no light.
         cutoff_angle: f64,
+        /// By what the intensity is multiplied, as if it were a slide before the light: in the middle of the
+        /// slide is the axis, and its edges are at the cutoff angle, which is below 90 then; u grows with x of
+        /// the node, and v with y. The node may turn, mirror and scale.
+        texture: Option<Arc<Texture>>,
     },
     /// A point at the origin of the node with the intensities of a luminaire, which hangs along −z:
     /// that is the vertical angle 0. The horizontal angle is 0 at +x and 90° at +y.

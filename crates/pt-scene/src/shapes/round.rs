@@ -29,6 +29,7 @@ pub fn disk() -> Mesh {
         normals: None,
         uvs: Some(Attribute { values, indices: Some(indices) }),
         colors: None,
+        face_colors: None,
         parts: single_part(triangles.len()),
         triangles,
     }
@@ -59,6 +60,7 @@ pub fn cylinder() -> Mesh {
             indices: Some(indices),
         }),
         colors: None,
+        face_colors: None,
         parts: single_part(triangles.len()),
         triangles,
     }

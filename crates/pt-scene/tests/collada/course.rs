@@ -114,7 +114,7 @@ fn course_material(scene: &Scene, material: Option<u32>) -> String {
         ),
         Surface::ThinGlass(m) => format!("thin glass {}", m.ior),
         Surface::CoatedDiffuse(m) => format!("coated {:?}", m.diffuse),
-        Surface::Black(_) => format!("emits {}", rgb(material.emission)),
+        Surface::Black(_) => format!("emits {}", rgb(value(&material.emission))),
         other => panic!("the course's scenes have no {other:?}"),
     }
 }

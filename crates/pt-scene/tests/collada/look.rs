@@ -1,10 +1,16 @@
 //! Materials, lights and cameras.
 
 use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
 
-use pt_scene::{LightKind, Projection, Scene, Surface};
+use pt_scene::format::collada::parse;
+use pt_scene::image::{Image, SaveOptions};
+use pt_scene::material::Black;
+use pt_scene::texture::{Bitmap, Filter, Pattern, Wrap};
+use pt_scene::{Color, LightKind, Material, Projection, Scene, Surface};
 
-use crate::{good, value};
+use crate::{FILES, good, value};
 
 /// The material of each object, by name, in short.
 fn materials_in_short(scene: &Scene) -> BTreeMap<&str, String> {
@@ -30,7 +36,7 @@ fn materials_in_short(scene: &Scene) -> BTreeMap<&str, String> {
             Surface::Black(_) => "black".to_owned(),
             other => panic!("COLLADA files have no {other:?}"),
         };
-        match material.emission {
+        match value(&material.emission) {
             [0.0, 0.0, 0.0] => surface,
             emission => format!("{surface}, emits {emission:?}"),
         }
@@ -168,4 +174,106 @@ fn common_materials_of_course_files_are_matte() {
     let looks = materials_in_short(&scene);
     assert_eq!(looks["phong"], "matte [0.1, 0.2, 0.3]");
     assert_eq!(looks["blinn"], "matte [0.1, 0.2, 0.3]");
+}
+
+// ---- textures ----------------------------------------------------------------------------------
+
+/// The material of each object, by its name.
+fn materials(scene: &Scene) -> BTreeMap<&str, &Material> {
+    let of = |object: &pt_scene::Object| {
+        object.materials[0].map_or(&scene.materials[0], |m| &scene.materials[m as usize])
+    };
+    scene.objects.iter().map(|o| (o.name.as_str(), of(o))).collect()
+}
+
+fn diffuse(material: &Material) -> &Color {
+    match &material.surface {
+        Surface::Matte(m) => &m.reflectance,
+        Surface::Plastic(m) => &m.diffuse,
+        other => panic!("{other:?} is not diffuse"),
+    }
+}
+
+fn bitmap(color: &Color) -> &Bitmap {
+    match color.texture().map(|t| &t.pattern) {
+        Some(Pattern::Bitmap(bitmap)) => bitmap,
+        _ => panic!("{color:?} is no image"),
+    }
+}
+
+/// A texture is found behind sampler, surface and image, as far as the exporter wrote these. Images have
+/// pyramids, and are read once.
+#[test]
+fn images_paint_materials() {
+    let file = Path::new(FILES).join("textures.dae");
+    let bytes = std::fs::read(&file).expect("a readable file");
+    let scene = parse(&bytes, &file).unwrap_or_else(|error| panic!("{error}"));
+    let all = materials(&scene);
+    let first = bitmap(diffuse(all["diffuse"]));
+    assert_eq!(
+        (first.image.width, first.wrap, first.filter),
+        (32, Wrap::Repeat, Filter::Trilinear)
+    );
+    let wraps = ["clamped", "bordered", "mixed"].map(|name| bitmap(diffuse(all[name])).wrap);
+    assert_eq!(wraps, [Wrap::Clamp, Wrap::Repeat, Wrap::Repeat]);
+    let screen = all["screen"];
+    assert_eq!(screen.surface, Black.into());
+    let Surface::Plastic(varnish) = &all["varnish"].surface else { panic!("no gloss") };
+    let same = [&screen.emission, &varnish.diffuse, diffuse(all["curtain"])];
+    assert!(same.iter().all(|color| Arc::ptr_eq(&bitmap(color).image, &first.image)));
+    assert!(!Arc::ptr_eq(&bitmap(&varnish.specular).image, &first.image));
+    for name in ["lost", "unnamed"] {
+        assert_eq!(*diffuse(all[name]), [0.5; 3].into(), "{name}");
+    }
+    // What is not as its author meant it is told, with file, element and what is taken instead.
+    let warnings: Vec<_> = scene.warnings.iter().map(ToString::to_string).collect();
+    let expected = [
+        "<wrap_s> of effect \"bordered-effect\": \"BORDER\" is not supported here",
+        "<wrap_t> of effect \"mixed-effect\": \"WRAP\" is not supported here",
+        "<reflective> of effect \"chrome-effect\": the texture",
+        "<transparent> of effect \"curtain-effect\": the texture",
+        "<diffuse> of effect \"lost-effect\": the texture \"lost.png\" is not shown",
+        "<diffuse> of effect \"unnamed-effect\": the texture \"nothing\" is not shown",
+    ];
+    assert_eq!(warnings.len(), expected.len(), "{warnings:#?}");
+    for (warning, expected) in warnings.iter().zip(expected) {
+        assert!(warning.contains(expected), "{warning}");
+    }
+}
+
+/// Images may be anywhere, by a URL of a file or by a path; the course's program shows none.
+#[test]
+fn images_are_found_by_url_and_path() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a picture.png");
+    let image = Image { width: 1, height: 1, pixels: vec![[1.0, 0.0, 0.0]] };
+    pt_scene::image::save(&image, &path, &SaveOptions::default()).expect("a writable folder");
+    let file = folder.path().join("scene.dae");
+    let template = std::fs::read_to_string(format!("{FILES}/textures.dae")).expect("a file");
+    let color = |written: &str, more: &str| {
+        let text = template.replace("<init_from>lost.png", &format!("<init_from>{written}"));
+        let scene = parse(text.replace("<lambert>", &format!("{more}<lambert>")).as_bytes(), &file);
+        let scene = scene.unwrap_or_else(|error| panic!("{error}"));
+        diffuse(materials(&scene)["lost"]).clone()
+    };
+    let (absolute, escaped) =
+        (path.display().to_string(), path.display().to_string().replace(' ', "%20"));
+    for written in [
+        "a picture.png",
+        "./a%20picture.png",
+        &absolute,
+        &format!("file://{escaped}"),
+        &format!("file://localhost{escaped}"),
+        &format!("file://{absolute}"),
+    ] {
+        assert_eq!(bitmap(&color(written, "")).image.pixels, [[1.0, 0.0, 0.0]], "{written}");
+    }
+    let profile = "<extra><technique profile=\"CGL\"><mirror/></technique></extra>";
+    let of_course = template.replacen(
+        "</profile_COMMON></effect>",
+        &format!("</profile_COMMON>{profile}</effect>"),
+        1,
+    );
+    let scene = parse(of_course.as_bytes(), &file).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(*diffuse(materials(&scene)["clamped"]), [0.5; 3].into());
 }

@@ -23,7 +23,7 @@ const FILES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/formats/co
 fn value<T: Copy>(input: &Input<T>) -> T {
     match input {
         Input::Value(value) => *value,
-        Input::Texture(_) => panic!("COLLADA files have no textures yet"),
+        Input::Texture(_) => panic!("a texture"),
     }
 }
 

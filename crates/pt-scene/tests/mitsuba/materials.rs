@@ -12,7 +12,7 @@ use pt_scene::metals::{METALS, Metal};
 use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Relief, Wrap};
 use pt_scene::{Scalar, Surface, Texture};
 
-use crate::{material, read, surface};
+use crate::{material, mesh_of, read, surface};
 
 /// What rough surfaces have where nothing is said.
 pub(crate) const ROUGH: Roughness = Roughness {
@@ -26,9 +26,9 @@ pub(crate) const ROUGH: Roughness = Roughness {
 fn shapes_without_a_bsdf_are_grey_or_black_if_they_emit() {
     let grey = Matte { reflectance: [0.5; 3].into(), two_sided: false };
     assert_eq!(material("").surface, grey.into());
-    assert_eq!(material("").emission, [0.0; 3]);
+    assert_eq!(material("").emission, [0.0; 3].into());
     let lamp = material("<emitter type=\"area\"/>");
-    assert_eq!((lamp.surface, lamp.emission), (Black.into(), [1.0; 3]));
+    assert_eq!((lamp.surface, lamp.emission), (Black.into(), [1.0; 3].into()));
 }
 
 #[test]
@@ -395,6 +395,43 @@ fn a_texture_is_read_once_for_all_that_refer_to_it() {
     let [a, b] = [0, 1].map(|i: usize| texture_of(scene.materials[i].surface.clone()));
     assert!(Arc::ptr_eq(&a, &b));
     assert_eq!(a.pattern, Pattern::Checkerboard([[1.0, 0.5, 0.0], [0.2; 3]]));
+}
+
+/// Whole numbers of a file are what they are, not shares, as in Mitsuba.
+#[test]
+fn meshes_show_their_colours() {
+    let pattern = |inner: &str| {
+        let texture =
+            format!("<texture type=\"mesh_attribute\" name=\"reflectance\">{inner}</texture>");
+        let surface = surface(&format!("<bsdf type=\"diffuse\">{texture}</bsdf>"));
+        texture_of(surface).pattern.clone()
+    };
+    let vertices = "<string name=\"name\" value=\"vertex_color\"/>";
+    assert_eq!(pattern(vertices), Pattern::VertexColors);
+    let Pattern::Product(factors) = pattern(
+        "<string name=\"name\" value=\"face_color\"/><float name=\"scale\" value=\"0.5\"/>",
+    ) else {
+        panic!("no product")
+    };
+    let [Color::Texture(faces), Color::Value([0.5, 0.5, 0.5])] = &*factors else {
+        panic!("{factors:?}")
+    };
+    assert_eq!(faces.pattern, Pattern::FaceColors);
+    let scene =
+        read("<shape type=\"ply\"><string name=\"filename\" value=\"coloured.ply\"/></shape>");
+    let mesh = mesh_of(&scene.objects[0]);
+    let colors = mesh.colors.as_ref().map(|colors| colors.values.clone());
+    assert_eq!(colors, Some(vec![[255.0, 0.0, 51.0], [0.0, 102.0, 0.0], [0.0; 3]]));
+    assert_eq!(mesh.face_colors, Some(vec![[0.5, 0.25, 1.0]]));
+}
+
+#[test]
+fn shapes_may_glow_by_a_texture() {
+    let texture = bitmap("radiance", "");
+    let lamp = material(&format!("<emitter type=\"area\">{texture}</emitter>"));
+    let Color::Texture(texture) = lamp.emission else { panic!("{:?}", lamp.emission) };
+    assert!(matches!(texture.pattern, Pattern::Bitmap(_)));
+    assert_eq!(lamp.surface, Black.into());
 }
 
 #[test]

@@ -49,11 +49,29 @@ fn spots_shine_along_z_with_their_angles() {
     );
     for (scene, [beam_angle, cutoff_angle]) in [(plain, [15.0, 20.0]), (given, [5.0, 40.0])] {
         let light = &scene.lights[0];
-        let kind = LightKind::LinearSpot { intensity: [1.0; 3], beam_angle, cutoff_angle };
+        let kind =
+            LightKind::LinearSpot { intensity: [1.0; 3], beam_angle, cutoff_angle, texture: None };
         assert_eq!(light.kind, kind);
         assert_close(light.to_world.translation, DVec3::new(1.0, 2.0, 3.0));
         assert_close(light.to_world.transform_vector3(DVec3::NEG_Z), DVec3::NEG_Y);
     }
+}
+
+/// Mitsuba: the picture grows with x and y of the node, along whose +z it is thrown.
+#[test]
+fn spots_throw_pictures_upright() {
+    let scene = read(
+        "<emitter type=\"spot\"><texture type=\"checkerboard\" name=\"texture\"/>\
+         <transform name=\"to_world\"><scale value=\"2\"/><rotate y=\"1\" angle=\"90\"/>\
+         <translate x=\"5\"/></transform></emitter>",
+    );
+    let light = &scene.lights[0];
+    let LightKind::LinearSpot { texture: Some(_), .. } = &light.kind else { panic!("{light:?}") };
+    let to_world = |v: DVec3| light.to_world.transform_vector3(v) / 2.0;
+    assert_close(to_world(DVec3::NEG_Z), DVec3::X);
+    assert_close(to_world(DVec3::X), DVec3::NEG_Z);
+    assert_close(to_world(DVec3::Y), DVec3::Y);
+    assert_close(light.to_world.translation, DVec3::X * 5.0);
 }
 
 /// Mitsuba: uv = (atan2(x, −z) / 2π, acos(y) / π), as computed by its 3.9.1; ours begins at −x of the

@@ -3,7 +3,7 @@
 use pt_scene::format::{LoadOptions, parse_with};
 use pt_scene::{Color, Geometry, Scene, Surface};
 
-use super::{good, material, surface};
+use super::{emission, good, material, surface};
 
 /// What `mi.traverse` shows in Mitsuba 3.9.1, variant `scalar_rgb`, for the spectrum as the
 /// `intensity` of a point light and as the `eta` of a conductor. As the `reflectance` of a diffuse
@@ -70,7 +70,7 @@ fn spectra_have_the_colours_that_mitsuba_gives_them() {
         let light = format!(
             "<emitter type=\"area\"><spectrum name=\"radiance\" value=\"{text}\"/></emitter>"
         );
-        assert_near(material(&light).emission, emitted, text);
+        assert_near(emission(&material(&light)), emitted, text);
         let metal =
             format!("<bsdf type=\"conductor\"><spectrum name=\"eta\" value=\"{text}\"/></bsdf>");
         let Surface::Conductor(metal) = surface(&metal) else { panic!("no metal") };
@@ -101,7 +101,7 @@ fn spectra_may_be_written_in_several_ways() {
         .objects
         .iter()
         .map(|o| &scene.materials[o.materials[0].expect("a material") as usize])
-        .map(|m| (reflectance(m.surface.clone()), m.emission))
+        .map(|m| (reflectance(m.surface.clone()), emission(m)))
         .collect();
     let red = COLORS[4].2;
     for ((reflected, _), wanted) in colors.iter().zip([red, red, red, [0.25; 3]]) {
@@ -119,11 +119,10 @@ fn spectra_may_be_written_in_several_ways() {
 #[test]
 fn black_bodies_of_all_temperatures_have_colours() {
     let color = |kelvin: &str| {
-        material(&format!(
+        emission(&material(&format!(
             "<emitter type=\"area\"><spectrum type=\"blackbody\" name=\"radiance\">\
              <float name=\"temperature\" value=\"{kelvin}\"/></spectrum></emitter>"
-        ))
-        .emission
+        )))
     };
     for (kelvin, wanted) in BLACK_BODIES {
         assert_near(color(kelvin), wanted, kelvin);

@@ -8,7 +8,7 @@ use pt_testing::{Random, irradiance, mean_z_test, sidak};
 use super::super::tree::TreeLight;
 use super::super::{
     AnyLight, DistantDisk, EmitterTriangle, EnvironmentMap, Falloff, Light, LightTables, MeshLight,
-    PlacedMap, SphereLight,
+    PlacedMap, SphereLight, TexturedSphere, TexturedTriangle,
 };
 use super::{Example, POINTS, all_lights};
 
@@ -44,10 +44,27 @@ fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
             level(l.radiance) * sum
         }
         AnyLight::Sphere(l) => level(l.radiance) * of_sphere(l, p, n),
+        AnyLight::TexturedMesh(_) => {
+            let laid = tables.triangles.iter().zip(&tables.textured_triangles);
+            laid.map(|(t, laid)| of_textured_triangle(tables, t, laid, p, n)).sum()
+        }
+        AnyLight::TexturedSphere(l) => of_textured_sphere(tables, l, p, n),
+        AnyLight::Projector(l) => {
+            let w = (p - l.spot.position.as_dvec3()).normalize();
+            let share = of_falloff(l.spot.falloff, w.dot(l.spot.axis.as_dvec3()));
+            if share == 0.0 {
+                return 0.0;
+            }
+            let slide = &tables.slides[l.slide as usize];
+            let picture = level(slide.share(&tables.textures, w.as_vec3()));
+            level(l.spot.intensity) * share * picture * inverse_square(l.spot.position, p, n)
+        }
         AnyLight::ManyLights(l) => {
             let of_one = |(light, _): (&TreeLight, u32)| match light {
                 TreeLight::Triangle(t, radiance) => level(*radiance) * of_triangle(t, p, n),
-                TreeLight::Other(_) => unreachable!("the example has triangles"),
+                TreeLight::Textured(..) | TreeLight::Other(_) => {
+                    unreachable!("the example has triangles")
+                }
             };
             tables.trees[l.tree as usize].primitives().map(of_one).sum()
         }
@@ -90,6 +107,52 @@ fn of_disk(l: &DistantDisk, n: DVec3) -> f64 {
 fn inverse_square(position: Vec3, p: DVec3, n: DVec3) -> f64 {
     let d = position.as_dvec3() - p;
     d.normalize().dot(n).max(0.0) / d.length_squared()
+}
+
+/// By the middles of many parts; radiance is linear over the triangles of the example.
+fn of_textured_triangle(
+    tables: &LightTables,
+    t: &EmitterTriangle,
+    laid: &TexturedTriangle,
+    p: DVec3,
+    n: DVec3,
+) -> f64 {
+    const PARTS: u16 = 64;
+    let h = 1.0 / f32::from(PARTS);
+    let part = |i: u16, j: u16, sign: f32| {
+        let [b1, b2] = [i, j].map(|k| f32::from(k) * h);
+        let p0 = t.p0 + t.e1 * b1 + t.e2 * b2;
+        let small = EmitterTriangle { p0, e1: t.e1 * (h * sign), e2: t.e2 * (h * sign), ..*t };
+        let middle = [b1 + sign * h / 3.0, b2 + sign * h / 3.0];
+        let radiance = laid.radiance(&tables.textures, middle).luminance();
+        f64::from(radiance) * of_triangle(&small, p, n)
+    };
+    let upright = (0..PARTS).flat_map(|i| (0..PARTS - i).map(move |j| (i, j, 1.0)));
+    let turned = (1..PARTS).flat_map(|i| (1..=PARTS - i).map(move |j| (i, j, -1.0)));
+    upright.chain(turned).map(|(i, j, sign)| part(i, j, sign)).sum()
+}
+
+/// ∫ L cos θ cos θ′ / r² dA over the sphere, by the middles of parts of equal area.
+fn of_textured_sphere(tables: &LightTables, l: &TexturedSphere, p: DVec3, n: DVec3) -> f64 {
+    const PARTS: u32 = 400;
+    let map = &tables.sphere_maps[l.map as usize];
+    let (center, radius) = (l.sphere.center.as_dvec3(), f64::from(l.sphere.radius));
+    let part = |i: u32, j: u32| {
+        let [x, y] = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(PARTS));
+        let (z, (sin, cos)) = (2.0 * x - 1.0, (TAU * y).sin_cos());
+        let equator = (1.0 - z * z).sqrt();
+        let outwards = DVec3::new(cos * equator, sin * equator, z);
+        let d = center + outwards * radius - p;
+        let (cos_light, cos_lit) = (-d.normalize().dot(outwards), d.normalize().dot(n));
+        if cos_light <= 0.0 || cos_lit <= 0.0 {
+            return 0.0;
+        }
+        let radiance = map.radiance(&tables.textures, outwards.as_vec3()).luminance();
+        f64::from(radiance) * cos_light * cos_lit / d.length_squared()
+    };
+    let sum: f64 =
+        (0..PARTS).flat_map(|i| (0..PARTS).map(move |j| (i, j))).map(|(i, j)| part(i, j)).sum();
+    sum * 2.0 * TAU * radius * radius / f64::from(PARTS * PARTS)
 }
 
 fn of_triangle(t: &EmitterTriangle, p: DVec3, n: DVec3) -> f64 {

@@ -2,9 +2,9 @@
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use pt_math::{Bounds3, Vec3, trig};
+use pt_math::{Bounds3, Spectrum, Vec3, trig};
 
-use super::super::{AnyLight, Falloff, LightTables};
+use super::super::{AnyLight, Falloff, LightTables, SphereLight, Spot};
 use super::TreeLight;
 
 /// Bounds of some lights: where they are, where to they shine, and how much.
@@ -48,19 +48,17 @@ impl Emission {
                 let strength = radiance.luminance() * t.area();
                 Self::new(corners.into_iter().collect(), t.normal, 0.0, FRAC_PI_2, strength)
             }
-            TreeLight::Other(AnyLight::Spot(spot)) => {
-                let reach = match spot.falloff {
-                    Falloff::Cosine { cos_cutoff, .. } => trig::acos(cos_cutoff),
-                    Falloff::Linear { cutoff, .. } => cutoff,
-                };
-                let strength = spot.intensity.luminance();
-                Self::new(at(spot.position), spot.axis, 0.0, reach.min(PI), strength)
+            TreeLight::Textured(t, laid) => {
+                let mean = tables.textured_triangles[*laid as usize].mean;
+                Self::of(&TreeLight::Triangle(*t, Spectrum::splat(mean)), tables)
             }
-            TreeLight::Other(AnyLight::Sphere(s)) => {
-                let radius = Vec3::splat(s.radius);
-                let bounds = Bounds3 { min: s.center - radius, max: s.center + radius };
-                let strength = s.radiance.luminance() * PI * s.radius * s.radius;
-                Self::everywhere(bounds, strength)
+            TreeLight::Other(AnyLight::Spot(spot)) => Self::of_spot(spot, 1.0),
+            TreeLight::Other(AnyLight::Projector(projector)) => {
+                Self::of_spot(&projector.spot, tables.slides[projector.slide as usize].mean)
+            }
+            TreeLight::Other(AnyLight::Sphere(s)) => Self::of_sphere(s, 1.0),
+            TreeLight::Other(AnyLight::TexturedSphere(s)) => {
+                Self::of_sphere(&s.sphere, tables.sphere_maps[s.map as usize].mean)
             }
             TreeLight::Other(AnyLight::Point(l)) => {
                 Self::everywhere(at(l.position), l.intensity.luminance())
@@ -71,6 +69,25 @@ impl Emission {
             }
             TreeLight::Other(other) => unreachable!("{other:?} is in no tree"),
         }
+    }
+
+    /// Of a spot with a share of its light.
+    fn of_spot(spot: &Spot, share: f32) -> Self {
+        let reach = match spot.falloff {
+            Falloff::Cosine { cos_cutoff, .. } => trig::acos(cos_cutoff),
+            Falloff::Linear { cutoff, .. } => cutoff,
+        };
+        let strength = spot.intensity.luminance() * share;
+        let bounds = std::iter::once(spot.position).collect();
+        Self::new(bounds, spot.axis, 0.0, reach.min(PI), strength)
+    }
+
+    /// Of a sphere with a share of its light.
+    fn of_sphere(s: &SphereLight, share: f32) -> Self {
+        let radius = Vec3::splat(s.radius);
+        let bounds = Bounds3 { min: s.center - radius, max: s.center + radius };
+        let strength = s.radiance.luminance() * PI * s.radius * s.radius;
+        Self::everywhere(bounds, strength * share)
     }
 
     fn everywhere(bounds: Bounds3, strength: f32) -> Self {
@@ -155,8 +172,8 @@ fn cone_union(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
 
 /// Whether a light can be in a tree.
 pub(crate) fn is_bounded(light: &AnyLight) -> bool {
-    use AnyLight::{Ies, Point, Sphere, Spot};
-    matches!(light, Point(_) | Spot(_) | Ies(_) | Sphere(_))
+    use AnyLight::{Ies, Point, Projector, Sphere, Spot, TexturedSphere};
+    matches!(light, Point(_) | Spot(_) | Projector(_) | Ies(_) | Sphere(_) | TexturedSphere(_))
 }
 
 #[cfg(test)]

@@ -32,6 +32,8 @@ pub struct ManyPoints {
 pub enum TreeLight {
     /// A triangle of this radiance.
     Triangle(EmitterTriangle, Spectrum),
+    /// One that glows by a texture; its place in [`LightTables::textured_triangles`].
+    Textured(EmitterTriangle, u32),
     /// A sphere, or a light without extent, that is in the scene.
     Other(AnyLight),
 }
@@ -149,7 +151,11 @@ impl LightTree {
         let (light, probability, rest) = self.choose(p, u)?;
         let u = [refined(rest, probability, [u, v]), v];
         let sample = match &self.lights[light] {
-            TreeLight::Triangle(triangle, radiance) => seen_sample(triangle, *radiance, p, u),
+            TreeLight::Triangle(triangle, radiance) => seen_sample(triangle, |_| *radiance, p, u),
+            TreeLight::Textured(triangle, laid) => {
+                let laid = &tables.textured_triangles[*laid as usize];
+                seen_sample(triangle, |b| laid.radiance(&tables.textures, b), p, u)
+            }
             TreeLight::Other(light) => light.sample(tables, p, u),
         }?;
         Some(match sample.pdf {
@@ -164,7 +170,7 @@ impl LightTree {
             return Pdf::ZERO;
         };
         let of_light = match &self.lights[light as usize] {
-            TreeLight::Triangle(..) => seen_area_pdf(p, hit),
+            TreeLight::Triangle(..) | TreeLight::Textured(..) => seen_area_pdf(p, hit),
             TreeLight::Other(light) => light.pdf(tables, p, wi, Some(hit)),
         };
         of_light.times(self.probability(light as usize, p))
@@ -308,7 +314,8 @@ mod tests {
                     let shines = (0..20).any(|_| {
                         let u = random.unit_2d();
                         let sample = match light {
-                            TreeLight::Triangle(t, l) => seen_sample(t, *l, p, u),
+                            TreeLight::Triangle(t, l) => seen_sample(t, |_| *l, p, u),
+                            TreeLight::Textured(..) => unreachable!("there is no texture"),
                             TreeLight::Other(light) => light.sample(&tables, p, u),
                         };
                         sample.is_some_and(|s| !s.radiance.is_black())

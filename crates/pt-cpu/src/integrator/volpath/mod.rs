@@ -15,6 +15,7 @@ mod travel;
 mod vertex;
 
 use pt_core::film::ExactSum;
+use pt_core::footprint::Cone;
 use pt_core::id::Id;
 use pt_core::light::{AnyLight, Light, LightVisitor};
 use pt_core::medium::MediumRecord;
@@ -63,6 +64,8 @@ struct Walker {
     state: State,
     /// Its interval is what the path has not been through yet.
     ray: Ray,
+    /// That of the ray, if some texture asks for it.
+    cone: Cone,
     /// What it is in.
     medium: Option<Id<MediumRecord>>,
     /// Numbers for what happens an unknown number of times until it is scattered.
@@ -171,7 +174,13 @@ impl<'a> VolPath<'a> {
 
     fn begin(&mut self, starts: &Starts) {
         self.paths.clear();
+        let scene = self.scene;
+        let uses_footprints = scene.uses_footprints();
+        let cone = |ray: &Ray| {
+            if uses_footprints { scene.camera.cone(ray.direction) } else { Cone::default() }
+        };
         let path = |(start, ray): (u32, Ray)| Walker {
+            cone: cone(&ray),
             state: State {
                 beta: Spectrum::ONE,
                 squeeze: 1.0,
@@ -180,7 +189,7 @@ impl<'a> VolPath<'a> {
                 start,
             },
             ray,
-            medium: self.scene.media.camera,
+            medium: scene.media.camera,
             stream: stream(starts.samplers.get(start as usize), 0, None),
         };
         self.paths.extend((0..).zip(Rays::from(&starts.rays).iter()).map(path));
@@ -201,7 +210,7 @@ impl<'a> VolPath<'a> {
                     sums.add(state.start, state.beta * l);
                 }
                 Event::Surface(hit) if shown && scene.glows(hit) => {
-                    find(rules, cx, state, &scene.interaction(ray, hit), sums);
+                    find(rules, cx, state, (&scene.interaction(ray, hit), hit), sums);
                 }
                 _ => {}
             }
@@ -225,7 +234,7 @@ impl<'a> VolPath<'a> {
             let sampler = starts.samplers.get(path.state.start as usize);
             let choice = if self.choose { self.layout.material(sampler, bounces) } else { 0.0 };
             let mut resolved = None;
-            let vertex = Vertex::new(scene, &path.ray, path.medium, &event, choice, &mut resolved);
+            let vertex = Vertex::new(scene, &path, &event, choice, &mut resolved);
             let Some(vertex) = vertex else { continue };
             if lit && !vertex.is_delta() {
                 self.ask(&vertex, &path, sampler, bounces);
@@ -286,6 +295,7 @@ impl<'a> VolPath<'a> {
         Some(Walker {
             state,
             ray: vertex.point().spawn(scattered.wi),
+            cone: vertex.cone(self.scene, path.cone, scattered.pdf),
             medium: vertex.medium_towards(self.scene, scattered.wi),
             stream: stream(sampler, bounces, None),
         })

@@ -83,7 +83,7 @@ impl VolPath<'_> {
                     Step::Passes(hit) => {
                         if shown && scene.glows(&hit) {
                             let at = scene.interaction(&path.ray, &hit);
-                            find(rules, cx, &path.state, &at, sums);
+                            find(rules, cx, &path.state, (&at, &hit), sums);
                         }
                         path.medium = scene.medium_beyond(&path.ray, &hit, path.medium);
                         path.ray.t_min = hit.t.next_up();

@@ -1,13 +1,15 @@
 //! Where paths are scattered: surfaces, and points of media.
 
 use pt_core::bsdf::{Bsdf, BsdfSample};
+use pt_core::footprint::Cone;
 use pt_core::id::Id;
 use pt_core::material::Resolved;
 use pt_core::medium::MediumRecord;
 use pt_core::phase::AnyPhase;
 use pt_core::scene::{RenderScene, SurfacePoint, SurfaceRecord};
-use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3};
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
+use super::Walker;
 use super::travel::Event;
 
 /// A place where a path is scattered.
@@ -15,6 +17,8 @@ pub(super) struct Vertex<'a> {
     point: SurfacePoint,
     /// The medium that the path came through.
     medium: Option<Id<MediumRecord>>,
+    /// How far the path came.
+    distance: f32,
     kind: Kind<'a>,
 }
 
@@ -22,6 +26,7 @@ enum Kind<'a> {
     Surface {
         bsdf: Bsdf<'a>,
         surface: Id<SurfaceRecord>,
+        primitive: u32,
     },
     /// With the direction towards where the point is seen from.
     Medium {
@@ -31,31 +36,33 @@ enum Kind<'a> {
 }
 
 impl<'a> Vertex<'a> {
-    /// Where a ray in a medium came to be scattered; `choice` makes the choices of mixtures, and `resolved`
+    /// Where a path came to be scattered; `choice` makes the choices of mixtures, and `resolved`
     /// has room for what a material is that varies. `None` if it is not scattered.
     pub(super) fn new(
         scene: &'a RenderScene,
-        ray: &Ray,
-        medium: Option<Id<MediumRecord>>,
+        path: &Walker,
         event: &Event,
         choice: f32,
         resolved: &'a mut Option<Resolved>,
     ) -> Option<Self> {
+        let &Walker { ref ray, cone, medium, .. } = path;
         match event {
             Event::Surface(hit) => {
                 let at = scene.interaction(ray, hit);
-                *resolved = scene.resolve(&at, hit, choice);
+                let width = scene.uses_footprints().then(|| cone.width_at(at.distance));
+                *resolved = scene.resolve(&at, hit, choice, width);
                 let bsdf = match resolved {
                     Some(resolved) => resolved.bsdf(&at),
                     None => scene.bsdf(&at),
                 };
-                let kind = Kind::Surface { bsdf, surface: at.surface };
-                Some(Self { point: at.point, medium, kind })
+                let kind = Kind::Surface { bsdf, surface: at.surface, primitive: at.primitive };
+                Some(Self { point: at.point, medium, distance: at.distance, kind })
             }
             Event::Scattered { t } => {
                 let phase = &scene.media.table[medium?].phase;
                 let kind = Kind::Medium { phase, wo: -ray.direction };
-                Some(Self { point: SurfacePoint::in_space(ray.at(*t)), medium, kind })
+                let point = SurfacePoint::in_space(ray.at(*t));
+                Some(Self { point, medium, distance: *t, kind })
             }
             Event::Escaped | Event::Absorbed => None,
         }
@@ -63,6 +70,23 @@ impl<'a> Vertex<'a> {
 
     pub(super) fn point(&self) -> &SurfacePoint {
         &self.point
+    }
+
+    /// The cone of a ray that leaves, by that of the ray that came.
+    pub(super) fn cone(
+        &self,
+        scene: &RenderScene,
+        came: Cone,
+        pdf: Option<Pdf<SolidAngle>>,
+    ) -> Cone {
+        if !scene.uses_footprints() {
+            return came;
+        }
+        let is_flat = match self.kind {
+            Kind::Surface { primitive, .. } => scene.is_flat(primitive),
+            Kind::Medium { .. } => true,
+        };
+        came.scattered(self.distance, pdf, is_flat)
     }
 
     /// See [`Bsdf::is_delta`].

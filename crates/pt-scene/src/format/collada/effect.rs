@@ -2,9 +2,11 @@
 
 use super::material::clamped;
 use super::reader::{Reader, child, children, elements};
+use super::texture;
 use crate::format::xml::{Node, quote};
 use crate::material::{Black, Glass, Matte, Mirror, Plastic};
-use crate::{LoadError, Surface};
+use crate::texture::Wrap;
+use crate::{Color, LoadError, Surface};
 
 /// Luminance from which a specular colour or a reflectivity makes a second lobe. Water, the
 /// dullest of common dielectrics, reflects 0.02 at normal incidence; what is below is what
@@ -30,8 +32,14 @@ struct Scope<'a> {
 /// A colour or a texture.
 enum Paint {
     Color([f32; 4]),
-    /// With the name of the texture, for messages.
-    Texture(String),
+    Texture(Painting),
+}
+
+/// An image on a surface.
+struct Painting {
+    /// The name of its file, or what the chain of names that leads there ends in.
+    file: String,
+    wrap: Wrap,
 }
 
 /// The surface and the emission of an effect.
@@ -47,17 +55,17 @@ pub(super) fn read<'a>(
     reader: &mut Reader<'a>,
     effect: Node<'a>,
     instance: Node<'a>,
-) -> Result<(Surface, [f32; 3]), LoadError> {
+) -> Result<(Surface, Color), LoadError> {
     let Some(scope) = scope(effect, instance) else {
         let message = "it has no <lambert>, <phong>, <blinn> or <constant> in a <profile_COMMON>; \
                        grey (0.5) is taken";
         reader.warn(effect, message);
         return Ok((
             Matte { reflectance: DEFAULT_DIFFUSE.into(), two_sided: true }.into(),
-            [0.0; 3],
+            [0.0; 3].into(),
         ));
     };
-    let emission = color_or(reader, &scope, "emission", [0.0; 3])?;
+    let emission = painted_or(reader, &scope, "emission", [0.0; 3])?;
     if let Some(glass) = glass(reader, &scope)? {
         return Ok((glass.into(), emission));
     }
@@ -87,27 +95,27 @@ fn opaque<'a>(
     kind: &str,
 ) -> Result<Surface, LoadError> {
     let diffuse = share_or(reader, scope, "diffuse", DEFAULT_DIFFUSE)?;
+    let is_diffuse = amount(&diffuse) > LEAST_GLOSS;
     let reflectivity = float_or(reader, scope, "reflectivity", 1.0)?.min(1.0);
-    let reflective = share_or(reader, scope, "reflective", [0.0; 3])?.map(|c| c * reflectivity);
+    let reflective = plain_or(reader, scope, "reflective", [0.0; 3])?.map(|c| c * reflectivity);
     if luminance(reflective) > LEAST_GLOSS {
-        if luminance(diffuse) <= LEAST_GLOSS {
+        if !is_diffuse {
             return Ok(Mirror { reflectance: reflective.into() }.into());
         }
         let message = "mirrors that are also diffuse are not supported; <reflective> is left out";
         reader.warn(scope.shader, message);
     }
-    let matte = Matte { reflectance: diffuse.into(), two_sided: true };
+    let matte = Matte { reflectance: diffuse.clone(), two_sided: true };
     if kind == "lambert" || reader.of_course {
         return Ok(matte.into());
     }
     let specular = share_or(reader, scope, "specular", [0.0; 3])?;
-    if luminance(specular) <= LEAST_GLOSS {
+    if amount(&specular) <= LEAST_GLOSS {
         return Ok(matte.into());
     }
     let shininess = float_or(reader, scope, "shininess", DEFAULT_SHININESS)?;
     // The Beckmann distribution nearest to cosˢ has α² = 2/(s + 2) [Walter et al. 2007, section 5.2].
     let alpha = (2.0 / (shininess + 2.0)).sqrt();
-    let (diffuse, specular) = (diffuse.into(), specular.into());
     Ok(Plastic { diffuse, specular, alpha, two_sided: true }.into())
 }
 
@@ -119,8 +127,9 @@ fn glass<'a>(reader: &mut Reader<'a>, scope: &Scope<'a>) -> Result<Option<Glass>
     let Some(transparent) = child(scope.shader, "transparent") else { return Ok(None) };
     let transmitted = match paint(reader, scope, transparent)? {
         Some(Paint::Color(color)) => transmittance(reader, scope, transparent, color)?,
-        Some(Paint::Texture(name)) => {
-            let message = format!("the texture {name} is not read; the material is opaque");
+        Some(Paint::Texture(Painting { file, .. })) => {
+            let message =
+                format!("the texture {} is not read; the material is opaque", quote(&file));
             reader.warn(transparent, message);
             return Ok(None);
         }
@@ -170,23 +179,22 @@ fn transmittance<'a>(
     })
 }
 
-/// A share of light: [`color_or`], at most 1.
+/// A share of light: [`painted_or`], at most 1.
 fn share_or<'a>(
     reader: &mut Reader<'a>,
     scope: &Scope<'a>,
     tag: &str,
     default: [f32; 3],
-) -> Result<[f32; 3], LoadError> {
-    let color = color_or(reader, scope, tag, default)?;
-    Ok(match child(scope.shader, tag) {
-        Some(element) => clamped(reader, element, color),
-        None => color,
+) -> Result<Color, LoadError> {
+    let color = painted_or(reader, scope, tag, default)?;
+    Ok(match (child(scope.shader, tag), color) {
+        (Some(element), Color::Value(color)) => clamped(reader, element, color).into(),
+        (_, color) => color,
     })
 }
 
-/// The colour of an element of the shader, or a default where it is missing. For textures there
-/// is the default as well, with a warning.
-fn color_or<'a>(
+/// A share of light that is the same everywhere: for a texture there is the default, with a warning.
+fn plain_or<'a>(
     reader: &mut Reader<'a>,
     scope: &Scope<'a>,
     tag: &str,
@@ -194,21 +202,65 @@ fn color_or<'a>(
 ) -> Result<[f32; 3], LoadError> {
     let Some(element) = child(scope.shader, tag) else { return Ok(default) };
     Ok(match paint(reader, scope, element)? {
-        Some(Paint::Color([r, g, b, _])) => [r, g, b],
-        Some(Paint::Texture(name)) => {
-            let [r, g, b] = default;
-            let message =
-                format!("the texture {name} is not read; the colour {r} {g} {b} is taken");
-            reader.warn(element, message);
-            default
+        Some(Paint::Color([r, g, b, _])) => clamped(reader, element, [r, g, b]),
+        Some(Paint::Texture(Painting { file, .. })) => {
+            let message = format!("the texture {} is not read", quote(&file));
+            instead(reader, element, &message, default)
         }
         None => default,
     })
 }
 
+/// The colour or the texture of an element of the shader, or a default where it is missing. For an image
+/// that cannot be read there is the default as well, with a warning; and for those of files of the course,
+/// whose program shows none.
+fn painted_or<'a>(
+    reader: &mut Reader<'a>,
+    scope: &Scope<'a>,
+    tag: &str,
+    default: [f32; 3],
+) -> Result<Color, LoadError> {
+    let Some(element) = child(scope.shader, tag) else { return Ok(default.into()) };
+    Ok(match paint(reader, scope, element)? {
+        Some(Paint::Color([r, g, b, _])) => [r, g, b].into(),
+        Some(Paint::Texture(Painting { file, .. })) if reader.of_course => {
+            let message = format!("the texture {} is not read", quote(&file));
+            instead(reader, element, &message, default).into()
+        }
+        Some(Paint::Texture(Painting { file, wrap })) => match texture::read(reader, &file, wrap) {
+            Ok(texture) => Color::Texture(texture),
+            Err(why) => {
+                let message = format!("the texture {} is not shown: {why}", quote(&file));
+                instead(reader, element, &message, default).into()
+            }
+        },
+        None => default.into(),
+    })
+}
+
+/// A colour that stands in for a texture, with a warning.
+fn instead<'a>(
+    reader: &mut Reader<'a>,
+    element: Node<'a>,
+    message: &str,
+    color: [f32; 3],
+) -> [f32; 3] {
+    let [r, g, b] = color;
+    reader.warn(element, format!("{message}; the colour {r} {g} {b} is taken"));
+    color
+}
+
+/// The luminance of a colour; of a texture, that of a grey in the middle.
+fn amount(color: &Color) -> f32 {
+    match color {
+        Color::Value(color) => luminance(*color),
+        Color::Texture(_) => 0.5,
+    }
+}
+
 /// What an element such as `<diffuse>` contains.
 fn paint<'a>(
-    reader: &Reader<'a>,
+    reader: &mut Reader<'a>,
     scope: &Scope<'a>,
     element: Node<'a>,
 ) -> Result<Option<Paint>, LoadError> {
@@ -219,8 +271,11 @@ fn paint<'a>(
         let value = parameter(reader, scope, param)?;
         return reader.rgba(value).map(|c| Some(Paint::Color(c)));
     }
-    let texture = child(element, "texture").and_then(|t| t.attribute("texture"));
-    Ok(texture.map(|name| Paint::Texture(image_name(reader, scope, name))))
+    let Some(name) = child(element, "texture").and_then(|t| t.attribute("texture")) else {
+        return Ok(None);
+    };
+    let wrap = texture::wrap(reader, definition(scope, name));
+    Ok(Some(Paint::Texture(Painting { file: image_name(reader, scope, name), wrap })))
 }
 
 /// The number of an element of the shader, or a default where it is missing.
@@ -290,7 +345,7 @@ fn image_name<'a>(reader: &Reader<'a>, scope: &Scope<'a>, texture: &str) -> Stri
         }
         name = text.strip_prefix('#').unwrap_or(text);
     }
-    quote(name)
+    name.to_owned()
 }
 
 /// Luminance of linear Rec. 709.

@@ -132,7 +132,16 @@ impl<'a> Builder<'a> {
         };
         let normals = attribute(self.normals.values, self.normal_corners, &triangles, flat_normal);
         let uvs = attribute(self.uvs.values, self.uv_corners, &triangles, |_| [0.0; 2]);
-        Mesh { name, positions, triangles, normals, uvs, colors: None, parts: self.parts }
+        Mesh {
+            name,
+            positions,
+            triangles,
+            normals,
+            uvs,
+            colors: None,
+            face_colors: None,
+            parts: self.parts,
+        }
     }
 }
 

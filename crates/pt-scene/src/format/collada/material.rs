@@ -72,7 +72,7 @@ fn read<'a>(reader: &mut Reader<'a>, material: Node<'a>) -> Result<Option<u32>, 
     };
     let Some(effect) = reader.resolve(instance, "url", &["effect"])? else { return Ok(None) };
     let (surface, emission) = match course_material(reader, effect)? {
-        Some(found) => found,
+        Some((surface, emission)) => (surface, emission.into()),
         None => effect::read(reader, effect, instance)?,
     };
     let index = reader.scene.materials.len() as u32;

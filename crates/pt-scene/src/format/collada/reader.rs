@@ -1,11 +1,14 @@
 //! What all parts of the reader share: references, lists of numbers, warnings, limits.
 
 use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
 
 use roxmltree::NodeId;
 
 use super::geometry::Shape;
 use crate::format::xml::{Document, Node, did_you_mean, quote};
+use crate::image::Image;
 use crate::{LoadError, Scene, Warning};
 
 /// Most warnings kept; a broken exporter repeats itself for every object.
@@ -24,6 +27,8 @@ pub(super) struct Reader<'a> {
     pub(super) scene: Scene,
     /// Index of each material read.
     pub(super) materials: HashMap<NodeId, u32>,
+    /// Each image read.
+    pub(super) images: HashMap<PathBuf, Arc<Image>>,
     /// Each geometry read; `None` if there is nothing to see.
     pub(super) shapes: HashMap<NodeId, Option<Shape<'a>>>,
     /// Whether the file is written for the course, whose common materials mean their diffuse
@@ -42,6 +47,7 @@ impl<'a> Reader<'a> {
             document,
             scene: Scene::default(),
             materials: HashMap::new(),
+            images: HashMap::new(),
             shapes: HashMap::new(),
             of_course: document.elements().any(looks_of_course),
             ids: HashMap::new(),
@@ -265,7 +271,7 @@ pub(super) fn name_of(node: Node<'_>) -> String {
 }
 
 /// The text that a URL means: `%20` is a space.
-fn percent_decoded(url: &str) -> String {
+pub(super) fn percent_decoded(url: &str) -> String {
     let mut bytes = Vec::with_capacity(url.len());
     let mut rest = url.as_bytes();
     while let [first, tail @ ..] = rest {

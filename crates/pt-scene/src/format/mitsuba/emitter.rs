@@ -6,29 +6,42 @@ use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::super::mesh_file;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
+use super::texture::Textures;
 use super::transform::perpendicular;
 use crate::image::{self, Transfer};
+use crate::texture::{Color, Input, Texture};
 use crate::{Light, LightKind, LoadError, Rows};
 
 const KINDS: [&str; 6] =
     ["area (inside a shape)", "constant", "directional", "envmap", "point", "spot"];
 
+/// Matrices are written with a few digits.
+const TOLERANCE: f64 = 1e-4;
+
 /// The radiance of an emitter that belongs to a shape.
-pub(super) fn area(tree: &Tree, object: &Object) -> Result<[f32; 3], LoadError> {
+pub(super) fn area(textures: &mut Textures<'_>, object: &Object) -> Result<Color, LoadError> {
     if object.kind != "area" {
         return Err(unsupported(object, &["area (inside a shape)"]));
     }
-    tree.children(object, &[])?;
     let mut parameters = Parameters::new(object);
     parameters.pass_over(&["sampling_weight"]);
-    let radiance = parameters.color("radiance", Role::Emission, 1.0)?;
+    let radiance = match textures.of(object, "radiance")? {
+        Some(texture) => Input::Texture(texture),
+        None => Input::Value(parameters.color("radiance", Role::Emission, 1.0)?),
+    };
     parameters.finish()?;
     Ok(radiance)
 }
 
 /// An emitter that belongs to no shape.
-pub(super) fn light(tree: &Tree, object: &Object) -> Result<Light, LoadError> {
-    tree.children(object, &[])?;
+pub(super) fn light(textures: &mut Textures<'_>, object: &Object) -> Result<Light, LoadError> {
+    let tree = textures.tree;
+    let mut texture = None;
+    if object.kind == "spot" {
+        texture = textures.of(object, "texture")?;
+    } else {
+        tree.children(object, &[])?;
+    }
     let mut parameters = Parameters::new(object);
     parameters.pass_over(&["sampling_weight"]);
     let (to_world, kind) = match object.kind.as_str() {
@@ -52,22 +65,7 @@ pub(super) fn light(tree: &Tree, object: &Object) -> Result<Light, LoadError> {
             (shining_along(direction), LightKind::Directional { irradiance })
         }
         "envmap" => envmap(tree, object, &mut parameters)?,
-        "spot" => {
-            let node = parameters.transform("to_world")?;
-            let intensity = parameters.color("intensity", Role::Emission, 1.0)?;
-            let cutoff_angle = parameters.positive("cutoff_angle", 20.0)?;
-            let beam_angle = parameters.float("beam_width")?.unwrap_or(0.75 * cutoff_angle);
-            if !(0.0..=cutoff_angle).contains(&beam_angle) || cutoff_angle > 180.0 {
-                let message = format!(
-                    "the beam of {beam_angle}° and the cutoff of {cutoff_angle}° are no cone; \
-                     expected 0 <= beam_width <= cutoff_angle <= 180"
-                );
-                return Err(parameters.refuse("beam_width", message));
-            }
-            let along = shining_along(node.matrix3.z_axis.normalize());
-            let to_world = DAffine3 { translation: node.translation, ..along };
-            (to_world, LightKind::LinearSpot { intensity, beam_angle, cutoff_angle })
-        }
+        "spot" => spot(&mut parameters, texture)?,
         "area" => {
             let message = "an emitter \"area\" belongs inside the <shape> that emits";
             return Err(error(&object.at, message));
@@ -78,6 +76,48 @@ pub(super) fn light(tree: &Tree, object: &Object) -> Result<Light, LoadError> {
     Ok(Light { name: object.name().to_owned(), to_world, kind, at: object.at.clone() })
 }
 
+/// A point that shines into a cone; with a texture, one that throws a picture.
+fn spot(
+    parameters: &mut Parameters<'_>,
+    texture: Option<Arc<Texture>>,
+) -> Result<(DAffine3, LightKind), LoadError> {
+    let node = parameters.transform("to_world")?;
+    let intensity = parameters.color("intensity", Role::Emission, 1.0)?;
+    let cutoff_angle = parameters.positive("cutoff_angle", 20.0)?;
+    let beam_angle = parameters.float("beam_width")?.unwrap_or(0.75 * cutoff_angle);
+    if !(0.0..=cutoff_angle).contains(&beam_angle) || cutoff_angle > 180.0 {
+        let message = format!(
+            "the beam of {beam_angle}° and the cutoff of {cutoff_angle}° are no cone; \
+             expected 0 <= beam_width <= cutoff_angle <= 180"
+        );
+        return Err(parameters.refuse("beam_width", message));
+    }
+    let turn = match &texture {
+        None => shining_along(node.matrix3.z_axis.normalize()).matrix3,
+        Some(_) if cutoff_angle >= 90.0 => {
+            let message = format!(
+                "a spot of {cutoff_angle}° throws no picture; with a texture, expected less than 90"
+            );
+            return Err(parameters.refuse("cutoff_angle", message));
+        }
+        Some(_) => upright(parameters, node.matrix3)?,
+    };
+    let to_world = DAffine3::from_mat3_translation(turn, node.translation);
+    Ok((to_world, LightKind::LinearSpot { intensity, beam_angle, cutoff_angle, texture }))
+}
+
+/// The node of a spot with a picture, which grows with x and y there and here: only its axis is turned
+/// around, from +z to −z.
+fn upright(parameters: &Parameters<'_>, node: DMat3) -> Result<DMat3, LoadError> {
+    let scale = node.x_axis.length_squared();
+    let difference = node.transpose() * node - DMat3::from_diagonal(DVec3::splat(scale));
+    if difference.to_cols_array().iter().any(|x| x.abs() > TOLERANCE * scale) {
+        let message = "with a texture, expected a transform that only turns, mirrors and scales";
+        return Err(parameters.refuse("to_world", message));
+    }
+    Ok(DMat3::from_cols(node.x_axis, node.y_axis, -node.z_axis))
+}
+
 /// An image of the sky. There it is seen from inside as it is, with the middle along +z; here, its
 /// left edge looks along −x and it goes on towards +z: that is +x for +z, and +z for +x.
 fn envmap(
@@ -85,7 +125,6 @@ fn envmap(
     object: &Object,
     parameters: &mut Parameters<'_>,
 ) -> Result<(DAffine3, LightKind), LoadError> {
-    const TOLERANCE: f64 = 1e-4; // matrices are written with a few digits
     parameters.pass_over(&["mis_compensation"]);
     let node = parameters.transform("to_world")?.matrix3;
     let difference = node.transpose() * node - DMat3::IDENTITY;

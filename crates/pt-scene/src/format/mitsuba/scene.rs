@@ -10,7 +10,7 @@ use super::shape::{Meshes, Shape, shape};
 use super::texture::Textures;
 use super::{emitter, sensor};
 use crate::material::{Black, Matte};
-use crate::{LoadError, Material, Scene};
+use crate::{Color, LoadError, Material, Scene};
 
 /// The scene that a tree describes.
 pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
@@ -37,7 +37,10 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
             "shape" => builder.place(index)?,
             // Area emitters may be described here and referred to by shapes.
             "emitter" if object.kind == "area" && !object.id.is_empty() => {}
-            "emitter" => builder.scene.lights.push(emitter::light(tree, object)?),
+            "emitter" => {
+                let light = emitter::light(&mut builder.textures, object)?;
+                builder.scene.lights.push(light);
+            }
             "sensor" => sensors.push(object),
             "integrator" => integrators.push(index),
             // What these describe is read where it is referred to.
@@ -123,7 +126,8 @@ impl Builder<'_> {
         }
         let tree = self.tree;
         let (bsdf, emitter, is_inverted) = key;
-        let emission = emitter.map(|i| emitter::area(tree, &tree.objects[i])).transpose()?;
+        let emission = emitter.map(|i| emitter::area(&mut self.textures, &tree.objects[i]));
+        let emission = emission.transpose()?;
         let opaque = |surface| Scattering { surface, opacity: 1.0.into() };
         let (name, what) = match bsdf.map(|i| &tree.objects[i]) {
             Some(bsdf) => (bsdf.name(), scattering(&mut self.textures, bsdf)?),
@@ -141,7 +145,7 @@ impl Builder<'_> {
             }
             surface = inverted(surface);
         }
-        let emission = emission.unwrap_or_default();
+        let emission = emission.unwrap_or(Color::Value([0.0; 3]));
         let material = Material { name: name.to_owned(), surface, emission, opacity };
         let index = self.scene.materials.len() as u32;
         self.scene.materials.push(material);

@@ -205,9 +205,9 @@ impl Meshes {
         if let Some(mesh) = self.of_files.get(key) {
             return Ok(Arc::clone(mesh));
         }
-        let file = read()?;
-        warnings.extend(file.warnings);
-        let mesh = Arc::new(prepare(file.mesh, key));
+        let mut file = read()?;
+        warnings.append(&mut file.warnings);
+        let mesh = Arc::new(prepare(file, key));
         self.of_files.insert(key.clone(), Arc::clone(&mesh));
         Ok(mesh)
     }
@@ -217,7 +217,12 @@ impl Meshes {
 ///
 /// A mirrored mesh keeps its front here. In Mitsuba it does so if the file has normals; otherwise
 /// normals are made from the mirrored triangles, whose front is on the other side.
-fn prepare(mut mesh: Mesh, key: &MeshKey) -> Mesh {
+///
+/// Whole numbers of colours are what they are there, not shares.
+fn prepare(MeshFile { mut mesh, levels, .. }: MeshFile, key: &MeshKey) -> Mesh {
+    mesh_file::map_colors(&mut mesh, |channel, of_faces| {
+        channel * if of_faces { levels.faces } else { levels.vertices }
+    });
     if key.flips_v {
         for [_, v] in mesh.uvs.iter_mut().flat_map(|uvs| &mut uvs.values) {
             *v = 1.0 - *v;

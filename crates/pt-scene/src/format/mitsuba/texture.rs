@@ -10,9 +10,9 @@ use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Tree, unsupported};
 use crate::LoadError;
 use crate::image::{self, Image};
-use crate::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
+use crate::texture::{Bitmap, Color, Filter, Pattern, Texture, Wrap};
 
-const KINDS: [&str; 2] = ["bitmap", "checkerboard"];
+const KINDS: [&str; 3] = ["bitmap", "checkerboard", "mesh_attribute"];
 
 /// The textures of a scene, each made once, as are their images.
 pub(super) struct Textures<'t> {
@@ -36,10 +36,11 @@ impl<'t> Textures<'t> {
         let object = &self.tree.objects[index];
         self.tree.children(object, &[])?;
         let mut parameters = Parameters::new(object);
-        let to_uv = coordinates(parameters.transform("to_uv")?);
         let texture = match object.kind.as_str() {
-            "bitmap" => self.bitmap(object, &mut parameters, to_uv)?,
+            "bitmap" => self.bitmap(object, &mut parameters)?,
+            "mesh_attribute" => mesh_attribute(object, &mut parameters)?,
             "checkerboard" => {
+                let to_uv = coordinates(parameters.transform("to_uv")?);
                 let first = parameters.color("color0", Role::Share, 0.4)?;
                 let second = parameters.color("color1", Role::Share, 0.2)?;
                 Texture { pattern: Pattern::Checkerboard([first, second]), to_pattern: to_uv }
@@ -52,12 +53,33 @@ impl<'t> Textures<'t> {
         Ok(texture)
     }
 
+    /// The texture that is given for the only parameter of an object that may have one.
+    pub(super) fn of(
+        &mut self,
+        object: &Object,
+        name: &str,
+    ) -> Result<Option<Arc<Texture>>, LoadError> {
+        let mut found = None;
+        for (child, index) in object.children.iter().zip(self.tree.children(object, &["texture"])?)
+        {
+            if child.name != name || found.is_some() {
+                let message = format!(
+                    "this <texture> inside of {} is not supported; one is supported, for: {name}",
+                    object.describe()
+                );
+                return Err(super::object::error(&child.at, message));
+            }
+            found = Some(self.get(index)?);
+        }
+        Ok(found)
+    }
+
     fn bitmap(
         &mut self,
         object: &Object,
         parameters: &mut Parameters<'_>,
-        to_uv: DMat3,
     ) -> Result<Texture, LoadError> {
+        let to_uv = coordinates(parameters.transform("to_uv")?);
         parameters.pass_over(&["format", "accel"]);
         let Some(text) = parameters.text("filename")? else {
             let message = "the <string name=\"filename\"> is missing";
@@ -99,6 +121,36 @@ impl<'t> Textures<'t> {
         self.images.insert((path, is_raw), Arc::clone(&image));
         Ok(image)
     }
+}
+
+/// The colours of a mesh, times a number.
+fn mesh_attribute(object: &Object, parameters: &mut Parameters<'_>) -> Result<Texture, LoadError> {
+    let pattern = match parameters.text("name")? {
+        Some("vertex_color") => Pattern::VertexColors,
+        Some("face_color") => Pattern::FaceColors,
+        Some(other) => {
+            let message = format!(
+                "the attribute {} is not supported; supported: vertex_color, face_color",
+                quote(other)
+            );
+            return Err(parameters.refuse("name", message));
+        }
+        None => {
+            let message =
+                "the <string name=\"name\"> is missing; expected vertex_color or face_color";
+            return Err(super::object::error(&object.at, message));
+        }
+    };
+    let scale = parameters.float("scale")?.unwrap_or(1.0);
+    if scale < 0.0 {
+        let message = format!("\"scale\" is {scale}; expected a number of at least 0");
+        return Err(parameters.refuse("scale", message));
+    }
+    if scale == 1.0 {
+        return Ok(pattern.into());
+    }
+    let factors = [Color::Texture(Arc::new(pattern.into())), [scale as f32; 3].into()];
+    Ok(Pattern::Product(Box::new(factors)).into())
 }
 
 /// v ↦ 1 − v: in Mitsuba it runs down the rows of an image.

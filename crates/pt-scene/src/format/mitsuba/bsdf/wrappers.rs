@@ -70,6 +70,11 @@ pub(super) fn normal_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadErr
 /// Normals by heights.
 pub(super) fn bump_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
     let texture = inputs.only_texture("arbitrary")?;
+    if texture.shows_colors_of_mesh() {
+        let message =
+            "the heights of a \"bumpmap\" are those of an image; a \"mesh_attribute\" has no slope";
+        return Err(error(&inputs.object.at, message));
+    }
     let scale = inputs.parameters.float("scale")?.unwrap_or(1.0) as f32;
     let inner = inputs.bsdfs(1, 1)?;
     let surface = surface(inputs.textures, inner[0])?.into();

@@ -1,0 +1,152 @@
+//! What glows by textures, and spots that throw pictures.
+
+use std::sync::Arc;
+
+use pathtracer::{CompileOptions, Film, Scene, Session, Settings};
+use pt_math::{DAffine3, DMat3, DVec3};
+use pt_scene::image::Image;
+use pt_scene::material::Black;
+use pt_scene::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
+use pt_scene::{Attribute, LightKind, shapes};
+
+use crate::furnace::ESTIMATORS;
+use crate::measure::{assert_agree, assert_all_agree, render, settings};
+use crate::scenes::{Builder, camera, facing, looking, matte, size};
+
+/// An image without anything between its texels.
+fn image(width: u32, pixels: &[[f32; 3]]) -> Arc<Texture> {
+    let height = pixels.len() as u32 / width;
+    let image = Arc::new(Image { width, height, pixels: pixels.to_vec() });
+    let bitmap = Bitmap { image, wrap: Wrap::Clamp, filter: Filter::Nearest };
+    Arc::new(Pattern::Bitmap(bitmap).into())
+}
+
+/// A panel over a floor with a wall, of which the left half is dim and the right half bright; as it looks
+/// down, u grows to the left.
+fn under_a_panel(textured: bool) -> Scene {
+    let (dim, bright) = ([0.5, 1.0, 2.0], [8.0, 6.0, 3.0]);
+    let to_world = |x: f64, half: f64| {
+        let down = facing(DVec3::new(x, 1.5, 0.0), DVec3::NEG_Y, 1.0);
+        down * DAffine3::from_scale(DVec3::new(half, 1.0, 1.0))
+    };
+    let room = Builder::default()
+        .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.6; 3]))
+        .quad(facing(DVec3::NEG_Z * 1.5, DVec3::Z, 3.0), matte([0.5, 0.4, 0.7]));
+    let panel = |b: Builder, x, half| b.quad(to_world(x, half), Black.into());
+    let lit = if textured {
+        panel(room, 0.0, 1.0).glowing_by(image(2, &[bright, dim]))
+    } else {
+        let left = panel(room, -0.5, 0.5).glowing_by(image(1, &[dim]));
+        panel(left, 0.5, 0.5).glowing_by(image(1, &[bright]))
+    };
+    lit.seen_by(camera(DVec3::new(0.0, 1.0, 4.0), DVec3::new(0.0, 0.7, 0.0), [40.0, 32.0]))
+}
+
+fn film(scene: &Scene, options: CompileOptions, spp: u32, seed: u32) -> Film {
+    let settings = Settings { max_depth: 3, seed, ..settings(spp) };
+    render(scene, options, settings).film().clone()
+}
+
+fn resolution() -> CompileOptions {
+    size([10, 8])
+}
+
+/// One panel of two colours is two panels of one; chosen one by one or by a tree, and where one half is
+/// black.
+#[test]
+fn a_texture_of_two_colours_is_two_lights() {
+    let two = film(&under_a_panel(false), resolution(), 4096, 1);
+    for most in [None, Some(0)] {
+        let options = CompileOptions { most_single_lights: most, ..resolution() };
+        let one = film(&under_a_panel(true), options, 4096, 2);
+        assert_agree(&one, &two, 1e-4, &format!("{most:?}"));
+    }
+}
+
+/// A panel and a ball with pictures, a mesh with colours and a spot with a slide, in a room.
+fn shop_window() -> Scene {
+    let picture =
+        image(3, &[[5.0, 0.0, 0.0], [0.0; 3], [0.0, 4.0, 1.0], [0.0; 3], [2.0; 3], [0.1; 3]]);
+    let mut square = shapes::rectangle();
+    let colors = vec![[0.0; 3], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0], [1.0; 3]];
+    square.colors = Some(Attribute { values: colors, indices: None });
+    let slide = LightKind::LinearSpot {
+        intensity: [3.0; 3],
+        beam_angle: 20.0,
+        cutoff_angle: 35.0,
+        texture: Some(image(2, &[[1.0, 0.2, 0.2], [0.1, 0.9, 0.3], [0.0; 3], [0.5; 3]])),
+    };
+    let from = DVec3::new(-1.5, 1.8, 1.5);
+    Builder::default()
+        .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.6; 3]))
+        .quad(facing(DVec3::NEG_Z * 1.5, DVec3::Z, 3.0), matte([0.5, 0.4, 0.7]))
+        .quad(facing(DVec3::new(0.0, 2.0, 0.0), DVec3::NEG_Y, 0.7), Black.into())
+        .glowing_by(Arc::clone(&picture))
+        .sphere(DVec3::new(1.0, 0.4, 0.3), 0.4, Black.into())
+        .glowing_by(picture)
+        .mesh(square, facing(DVec3::new(-1.4, 0.6, -0.3), DVec3::X, 0.4), matte([0.3; 3]))
+        .glowing_by(Arc::new(Pattern::VertexColors.into()))
+        .light(slide, looking(from, DVec3::ZERO))
+        .seen_by(camera(DVec3::new(0.0, 1.2, 4.5), DVec3::new(0.0, 0.8, 0.0), [44.0, 36.0]))
+}
+
+/// All estimators of direct light agree, pixel by pixel, and so do trees of lights.
+#[test]
+fn estimators_agree_where_lights_have_textures() {
+    let of = |direct, most_single_lights, seed| {
+        let settings = Settings { direct, seed, max_depth: 3, ..settings(4096) };
+        let options = CompileOptions { most_single_lights, ..resolution() };
+        let name = format!("{direct:?} {most_single_lights:?}");
+        (name, render(&shop_window(), options, settings).film().clone())
+    };
+    let mut films: Vec<_> = ESTIMATORS.into_iter().zip(0..).map(|(d, s)| of(d, None, s)).collect();
+    films.push(of(ESTIMATORS[0], Some(0), 17));
+    assert_all_agree(&films);
+}
+
+/// What glows black is black, and gives no light.
+#[test]
+fn black_textures_give_no_light() {
+    let scene = Builder::default()
+        .quad(facing(DVec3::ZERO, DVec3::Y, 1.0), Black.into())
+        .glowing_by(image(1, &[[0.0; 3]]))
+        .sphere(DVec3::Y, 0.2, matte([0.5; 3]))
+        .seen_by(camera(DVec3::new(0.0, 1.0, 3.0), DVec3::ZERO, [30.0, 24.0]));
+    let dark = film(&scene, resolution(), 16, 0);
+    assert!(dark.pixels().all(|p| p.mean() == [0.0; 3]));
+}
+
+/// Light is not less than nothing, and a picture needs a slide that has edges.
+#[test]
+fn textures_that_are_no_light_are_refused() {
+    let compiled = |scene: &Scene| {
+        Session::new(scene, CompileOptions::default(), settings(1)).err().map(|e| e.to_string())
+    };
+    let glowing =
+        |texture| Builder::default().quad(DAffine3::IDENTITY, Black.into()).glowing_by(texture).0;
+    let spot = |cutoff_angle, texture: Arc<Texture>, turn: DMat3| {
+        let kind = LightKind::LinearSpot {
+            intensity: [1.0; 3],
+            beam_angle: 10.0,
+            cutoff_angle,
+            texture: Some(texture),
+        };
+        Builder::default().light(kind, DAffine3::from_mat3(turn)).0
+    };
+    let white = || image(1, &[[1.0; 3]]);
+    let colors: Arc<Texture> = Arc::new(Pattern::VertexColors.into());
+    let skewed = DMat3::from_cols(DVec3::X, DVec3::ONE, DVec3::Z);
+    let cases = [
+        (glowing(image(1, &[[-1.0; 3]])), "the texture of the emission: pixel (0, 0) is [-1.0"),
+        (glowing(image(1, &[[f32::NAN; 3]])), "the texture of the emission: pixel (0, 0) is [NaN"),
+        (glowing(Arc::clone(&colors)), "the mesh has none"),
+        (spot(30.0, image(1, &[[-1.0; 3]]), DMat3::IDENTITY), "the texture of the spot: pixel"),
+        (spot(30.0, colors, DMat3::IDENTITY), "a spot is none"),
+        (spot(90.0, white(), DMat3::IDENTITY), "below 90°"),
+        (spot(30.0, white(), skewed), "may only turn, mirror and scale"),
+    ];
+    for (scene, want) in cases {
+        let message = compiled(&scene).expect("it makes no sense");
+        assert!(message.contains(want), "{message}");
+    }
+}

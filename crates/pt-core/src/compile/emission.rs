@@ -1,0 +1,150 @@
+//! What glows by a texture: how each part of it lies on the texture, and how much light it has.
+
+use std::f32::consts::PI;
+use std::ops::Range;
+
+use pt_math::{Mat3, Spectrum, Vec2, Vec3, trig};
+use pt_scene::texture::{Bitmap, Color, Pattern, Texture};
+use pt_scene::{Light, LightKind, Scene};
+
+use super::CompileError;
+use super::geometry::Shapes;
+use crate::id::Id;
+use crate::light::{EmitterTriangle, Slide, SphereMap, TexturedTriangle};
+use crate::scene::FLAT;
+use crate::texture::{TextureRecord, Textures};
+
+/// Lookups of a texture for the means over the triangles of a mesh, and over all of a sphere or a slide.
+const LOOKUPS: usize = 1 << 20;
+/// Most parts along an edge of a triangle.
+const MOST_PARTS: usize = 64;
+/// Parts along each side of a sphere, or a slide.
+const PARTS: u16 = 64;
+/// Where lookups find less than this share of the mean, they may have missed some light.
+const LEAST_SHARE: f32 = 0.01;
+
+/// Refuses images that are no light where textures give off some.
+pub(super) fn check(scene: &Scene) -> Result<(), CompileError> {
+    for object in &scene.objects {
+        let materials = object.materials.iter().flatten();
+        let materials = materials.filter_map(|m| scene.materials.get(*m as usize));
+        for texture in materials.filter_map(|m| m.emission.texture()) {
+            check_texture(texture).map_err(|message| {
+                let message = format!("the texture of the emission: {message}");
+                CompileError::Value { at: object.at.clone(), message }
+            })?;
+        }
+    }
+    for Light { kind, at, .. } in &scene.lights {
+        let LightKind::LinearSpot { texture: Some(texture), .. } = kind else { continue };
+        let result = if texture.shows_colors_of_mesh() {
+            Err("it shows the colours of a mesh, but a spot is none".to_owned())
+        } else {
+            check_texture(texture)
+        };
+        result.map_err(|message| {
+            let message = format!("the texture of the spot: {message}");
+            CompileError::Value { at: at.clone(), message }
+        })?;
+    }
+    Ok(())
+}
+
+fn check_texture(texture: &Texture) -> Result<(), String> {
+    match &texture.pattern {
+        Pattern::Bitmap(Bitmap { image, .. }) => image.check_radiance(),
+        Pattern::Product(factors) => {
+            factors.iter().filter_map(Color::texture).try_for_each(|t| check_texture(t))
+        }
+        Pattern::Checkerboard(_) | Pattern::VertexColors | Pattern::FaceColors => Ok(()),
+    }
+}
+
+/// How the triangles of an emitter lie on its texture, with their light.
+pub(super) fn textured_triangles(
+    shapes: &Shapes,
+    runs: &[Range<usize>],
+    triangles: &[EmitterTriangle],
+    texture: Id<TextureRecord>,
+) -> Vec<TexturedTriangle> {
+    let textures = &shapes.materials.textures;
+    let per_triangle = LOOKUPS / triangles.len().max(1);
+    let parts = (1..MOST_PARTS).take_while(|n| n * n < per_triangle).last().unwrap_or(1);
+    let laid = |i: usize| {
+        let uvs = uvs(shapes, i);
+        let laid = TexturedTriangle { texture, uvs, primitive: i as u32, mean: 0.0 };
+        TexturedTriangle { mean: mean_of_triangle(textures, &laid, parts), ..laid }
+    };
+    let mut all: Vec<_> = runs.iter().flat_map(Clone::clone).map(laid).collect();
+    let (power, area) = all.iter().zip(triangles).fold((0.0, 0.0), |(power, area), (laid, t)| {
+        (power + f64::from(laid.mean * t.area()), area + f64::from(t.area()))
+    });
+    let least = LEAST_SHARE * (power / area) as f32;
+    for laid in &mut all {
+        laid.mean = laid.mean.max(least);
+    }
+    all
+}
+
+/// The coordinates at the corners of a triangle, as [`crate::RenderScene::parametrization`] has them.
+fn uvs(shapes: &Shapes, triangle: usize) -> [Vec2; 3] {
+    match shapes.triangle_uvs.get(triangle) {
+        Some(corners) if *corners != FLAT => corners.map(|i| shapes.uvs[i as usize]),
+        _ => [Vec2::ZERO, Vec2::X, Vec2::Y],
+    }
+}
+
+/// The mean luminance over a triangle, by the middles of n² equal parts.
+fn mean_of_triangle(textures: &Textures, laid: &TexturedTriangle, n: usize) -> f32 {
+    let mut sum = 0.0;
+    for i in 0..n {
+        for j in 0..n - i {
+            let at = |third: f32| {
+                let barycentric = [i, j].map(|k| (k as f32 + third) / n as f32);
+                f64::from(laid.radiance(textures, barycentric).luminance())
+            };
+            sum += at(1.0 / 3.0);
+            if i + j + 1 < n {
+                sum += at(2.0 / 3.0);
+            }
+        }
+    }
+    (sum / (n * n) as f64) as f32
+}
+
+/// How a glowing sphere lies on its texture, with its light.
+pub(super) fn sphere_map(textures: &Textures, axes: Mat3, texture: Id<TextureRecord>) -> SphereMap {
+    let map = SphereMap { texture, axes, mean: 0.0 };
+    let mean = mean_over_square(|x, y| {
+        let (sin, cos) = trig::sin_cos(2.0 * PI * x);
+        let z = 2.0 * y - 1.0;
+        let equator = (1.0 - z * z).sqrt();
+        map.radiance(textures, axes * Vec3::new(cos * equator, sin * equator, z))
+    });
+    SphereMap { mean: mean.max(LEAST_SHARE), ..map }
+}
+
+/// A slide before a light with these axes and this cone, in radians.
+pub(super) fn slide(
+    textures: &Textures,
+    axes: Mat3,
+    cutoff: f32,
+    texture: Id<TextureRecord>,
+) -> Slide {
+    let (sin, cos) = trig::sin_cos(cutoff);
+    let slide = Slide { texture, axes, tangent: sin / cos, mean: 0.0 };
+    let mean = mean_over_square(|x, y| {
+        let (x, y) = (2.0 * x - 1.0, 2.0 * y - 1.0);
+        let w = axes * Vec3::new(x * slide.tangent, y * slide.tangent, 1.0).normalize();
+        slide.share(textures, w)
+    });
+    Slide { mean: mean.max(LEAST_SHARE), ..slide }
+}
+
+/// The mean luminance over the unit square.
+fn mean_over_square(value: impl Fn(f32, f32) -> Spectrum) -> f32 {
+    let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(PARTS);
+    let cells = (0..PARTS).flat_map(|i| (0..PARTS).map(move |j| (middle(i), middle(j))));
+    let sum: f64 = cells.map(|(x, y)| f64::from(value(x, y).luminance())).sum();
+    (sum / f64::from(PARTS).powi(2)) as f32
+}

@@ -1,0 +1,152 @@
+//! Triangles that glow by a texture.
+
+use pt_math::distribution::AliasTable;
+use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec2, Vec3};
+
+use super::mesh::{EmitterTriangle, point_of, seen_nearby};
+use super::{Light, LightHit, LightSample, LightTables};
+use crate::id::Id;
+use crate::parametrization::{OnTriangle, Parametrization};
+use crate::texture::{TextureRecord, Textures};
+
+/// How a glowing triangle lies on the texture by which it glows.
+#[derive(Clone, Copy, Debug)]
+pub struct TexturedTriangle {
+    /// Gives the radiance of the side that glows.
+    pub texture: Id<TextureRecord>,
+    /// Texture coordinates of its corners.
+    pub uvs: [Vec2; 3],
+    /// Its number in the scene.
+    pub primitive: u32,
+    /// About its mean luminance, by which it is chosen; positive unless all of the light is black.
+    pub mean: f32,
+}
+
+impl TexturedTriangle {
+    /// Radiance at the point that is p₀ + b₁ e₁ + b₂ e₂.
+    pub fn radiance(&self, textures: &Textures, [b1, b2]: [f32; 2]) -> Spectrum {
+        let [c0, c1, c2] = self.uvs;
+        let on_triangle = OnTriangle {
+            triangle: self.primitive,
+            barycentric: Vec2::new(b1, b2),
+            uv_edges: [c1 - c0, c2 - c0],
+        };
+        let uv = c0 * (1.0 - b1 - b2) + c1 * b1 + c2 * b2;
+        let at = Parametrization { on_triangle: Some(on_triangle), ..Parametrization::of(uv) };
+        textures.radiance(self.texture, &at)
+    }
+}
+
+/// Triangles with a texture. One of them is chosen by its area times its mean luminance, and a point
+/// of it as [`super::MeshLight`] does.
+#[derive(Clone, Copy, Debug)]
+pub struct TexturedMesh {
+    /// First of its triangles in [`LightTables::triangles`].
+    pub first: u32,
+    /// First of them in [`LightTables::textured_triangles`]; those there are in the order of their
+    /// primitives.
+    pub textured: u32,
+    /// How many they are.
+    pub count: u32,
+    /// Its choice of triangles in [`LightTables::triangle_choice`].
+    pub choice: u32,
+}
+
+impl TexturedMesh {
+    /// Enters triangles, and how each lies on the texture, into the tables; `None` if they have no area,
+    /// or no light was found on them.
+    pub fn new(
+        tables: &mut LightTables,
+        triangles: &[EmitterTriangle],
+        textured: &[TexturedTriangle],
+    ) -> Option<Self> {
+        let pairs = triangles.iter().zip(textured);
+        let powers: Vec<f32> = pairs.map(|(t, laid)| t.area() * laid.mean).collect();
+        let choice = AliasTable::new(&powers)?;
+        let light = Self {
+            first: tables.triangles.len() as u32,
+            textured: tables.textured_triangles.len() as u32,
+            count: textured.len() as u32,
+            choice: tables.triangle_choice.len() as u32,
+        };
+        tables.triangles.extend_from_slice(triangles);
+        tables.textured_triangles.extend_from_slice(textured);
+        tables.triangle_choice.push(choice);
+        Some(light)
+    }
+
+    /// The number among its triangles of one with this number in the scene.
+    fn number(&self, tables: &LightTables, primitive: u32) -> Option<usize> {
+        let first = self.textured as usize;
+        let own = &tables.textured_triangles[first..first + self.count as usize];
+        own.binary_search_by_key(&primitive, |t| t.primitive).ok()
+    }
+}
+
+impl Light for TexturedMesh {
+    const DELTA: bool = false;
+
+    fn sample(&self, tables: &LightTables, p: Vec3, [u, v]: [f32; 2]) -> Option<LightSample> {
+        let (i, probability, u) = tables.triangle_choice[self.choice as usize].sample(u);
+        let triangle = &tables.triangles[self.first as usize + i];
+        let seen = seen_nearby(p, triangle);
+        let point = point_of(triangle, seen.as_ref(), p, [u, v])?;
+        let laid = &tables.textured_triangles[self.textured as usize + i];
+        let pdf = match seen {
+            Some(seen) => Pdf::new(probability / seen.solid_angle),
+            None => Pdf::<Area>::new(probability / triangle.area())
+                .to_solid_angle(point.distance_squared, point.cos),
+        };
+        Some(point.sample(laid.radiance(&tables.textures, point.barycentric), pdf))
+    }
+
+    fn pdf(
+        &self,
+        tables: &LightTables,
+        p: Vec3,
+        _: Vec3,
+        hit: Option<LightHit>,
+    ) -> Pdf<SolidAngle> {
+        let Some(hit) = hit else { return Pdf::ZERO };
+        let Some(i) = self.number(tables, hit.primitive) else { return Pdf::ZERO };
+        let probability = tables.triangle_choice[self.choice as usize].probability(i);
+        let triangle = &tables.triangles[self.first as usize + i];
+        match seen_nearby(p, triangle) {
+            Some(seen) => Pdf::new(probability / seen.solid_angle),
+            None => Pdf::<Area>::new(probability / triangle.area())
+                .to_solid_angle(hit.distance_squared, hit.cos),
+        }
+    }
+
+    /// A square of side 2 at height 2, facing down, of four triangles with colours at their corners, of
+    /// which one is nearly black.
+    fn examples() -> Vec<(Self, LightTables)> {
+        let corner = |x, z| Vec3::new(x, 2.0, z);
+        let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        let inner = corner(0.5, 0.2);
+        let triangles = [0, 1, 2, 3].map(|i: usize| EmitterTriangle {
+            p0: inner,
+            e1: corners[i] - inner,
+            e2: corners[(i + 1) % 4] - inner,
+            normal: Vec3::NEG_Y,
+        });
+        let colors = [[0.0; 3], [0.0; 3], [3.0, 2.0, 1.0], [1.0, 4.0, 0.5], [0.05; 3]];
+        let (texture, textures) = Textures::of_vertices(
+            colors.map(Spectrum::from).into(),
+            vec![[4, 0, 1], [4, 1, 2], [4, 2, 3], [4, 3, 0]],
+        );
+        let laid: Vec<_> = [0.02, 0.9, 2.0, 0.5]
+            .into_iter()
+            .zip(0..)
+            .map(|(mean, primitive)| TexturedTriangle {
+                texture,
+                uvs: [Vec2::ZERO, Vec2::X, Vec2::Y],
+                primitive,
+                mean,
+            })
+            .collect();
+        let mut tables = LightTables { textures: textures.into(), ..LightTables::default() };
+        let light = Self::new(&mut tables, &triangles, &laid);
+        light.map(|light| (light, tables)).into_iter().collect()
+    }
+}

@@ -1,0 +1,72 @@
+//! The sphere that glows by a texture.
+
+use pt_math::{Mat3, Pdf, SolidAngle, Spectrum, Vec3};
+
+use super::{Light, LightHit, LightSample, LightTables, SphereLight};
+use crate::id::Id;
+use crate::parametrization::{Parametrization, sphere_coordinates};
+use crate::texture::{TextureRecord, Textures};
+
+/// A sphere whose radiance a texture gives; sampled as [`SphereLight`].
+#[derive(Clone, Copy, Debug)]
+pub struct TexturedSphere {
+    /// The sphere, of radiance 1.
+    pub sphere: SphereLight,
+    /// Index into [`LightTables::sphere_maps`].
+    pub map: u32,
+}
+
+/// How a glowing sphere lies on the texture by which it glows.
+#[derive(Clone, Copy, Debug)]
+pub struct SphereMap {
+    /// Gives its radiance.
+    pub texture: Id<TextureRecord>,
+    /// Its axes in the world.
+    pub axes: Mat3,
+    /// About its mean luminance.
+    pub mean: f32,
+}
+
+impl SphereMap {
+    /// Radiance where the unit vector from the centre is `n`.
+    pub fn radiance(&self, textures: &Textures, n: Vec3) -> Spectrum {
+        let uv = sphere_coordinates(self.axes.transpose() * n);
+        textures.radiance(self.texture, &Parametrization::of(uv))
+    }
+}
+
+impl Light for TexturedSphere {
+    const DELTA: bool = false;
+
+    fn sample(&self, tables: &LightTables, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
+        let sample = self.sphere.sample(tables, p, u)?;
+        let n = (sample.end? - self.sphere.center).normalize();
+        let map = &tables.sphere_maps[self.map as usize];
+        Some(LightSample { radiance: map.radiance(&tables.textures, n), ..sample })
+    }
+
+    fn pdf(&self, t: &LightTables, p: Vec3, wi: Vec3, hit: Option<LightHit>) -> Pdf<SolidAngle> {
+        self.sphere.pdf(t, p, wi, hit)
+    }
+
+    /// One with an image of two rows and four columns, turned.
+    fn examples() -> Vec<(Self, LightTables)> {
+        let values = [1.0, 0.5, 2.0, 0.1, 3.0, 1.5, 0.7, 0.2];
+        let (texture, textures) = Textures::of_image(4, 2, &values.map(|v| [v; 3]));
+        let (x, y) = (Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.48, 0.8, -0.36));
+        let axes = Mat3::from_cols(x, y, x.cross(y));
+        let map = SphereMap { texture, axes, mean: 1.0 };
+        let sphere = SphereLight {
+            center: Vec3::new(0.0, 3.0, 0.0),
+            radius: 0.5,
+            radiance: Spectrum::ONE,
+            inward: false,
+        };
+        let tables = LightTables {
+            textures: textures.into(),
+            sphere_maps: vec![map],
+            ..LightTables::default()
+        };
+        vec![(Self { sphere, map: 0 }, tables)]
+    }
+}

@@ -1,0 +1,72 @@
+//! Images that paint materials.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::reader::{Reader, percent_decoded};
+use crate::format::mesh_file;
+use crate::format::xml::{Node, quote};
+use crate::image::{self, Transfer};
+use crate::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
+
+/// The texture of an image file, which is read once for all materials that show it.
+///
+/// # Errors
+/// If it cannot be read, with a message for the element.
+pub(super) fn read(
+    reader: &mut Reader<'_>,
+    file: &str,
+    wrap: Wrap,
+) -> Result<Arc<Texture>, String> {
+    let path = path_of(reader, file);
+    let image = if let Some(known) = reader.images.get(&path) {
+        Arc::clone(known)
+    } else {
+        let bytes = mesh_file::read(&path)?;
+        let image = image::decode(&bytes, &path, Transfer::Srgb);
+        let image = Arc::new(image.map_err(|error| error.to_string())?);
+        reader.images.insert(path, Arc::clone(&image));
+        image
+    };
+    let bitmap = Bitmap { image, wrap, filter: Filter::Trilinear };
+    Ok(Arc::new(Pattern::Bitmap(bitmap).into()))
+}
+
+/// The path of a file that is named by a URL: relative to the folder of the scene, or with `file://`.
+fn path_of(reader: &Reader<'_>, url: &str) -> PathBuf {
+    let folder = reader.document.path().parent().unwrap_or(Path::new(""));
+    let url = url.strip_prefix("file://localhost").unwrap_or(url);
+    let text = url.strip_prefix("file://").unwrap_or(url);
+    let as_written = folder.join(text);
+    // Many exporters write names as they are.
+    if as_written.is_file() { as_written } else { folder.join(percent_decoded(text)) }
+}
+
+/// What is beyond the edges of an image, by the sampler that shows it.
+pub(super) fn wrap<'a>(reader: &mut Reader<'a>, sampler: Option<Node<'a>>) -> Wrap {
+    let mode = |tag: &str| {
+        let found = sampler?.descendants().find(|n| n.tag_name().name() == tag)?;
+        Some((found, found.text().unwrap_or_default().trim()))
+    };
+    let wrap = |mode: Option<(Node<'a>, &str)>| match mode.map_or("WRAP", |(_, text)| text) {
+        "WRAP" => Some(Wrap::Repeat),
+        "MIRROR" => Some(Wrap::Mirror),
+        "CLAMP" => Some(Wrap::Clamp),
+        _ => None,
+    };
+    let (s, t) = (mode("wrap_s"), mode("wrap_t"));
+    match (wrap(s), wrap(t)) {
+        (Some(s), Some(t)) if s == t => s,
+        (of_s, _) => {
+            if let Some((element, text)) = s.filter(|_| of_s.is_none()).or(t).or(s) {
+                let message = format!(
+                    "{} is not supported here; expected WRAP, MIRROR or CLAMP, the same for wrap_s and \
+                     wrap_t; the image is repeated",
+                    quote(text)
+                );
+                reader.warn(element, message);
+            }
+            Wrap::Repeat
+        }
+    }
+}
