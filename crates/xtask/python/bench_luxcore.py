@@ -111,8 +111,9 @@ def describe(scene, res):
 
 
 def sky(path):
-    # Its map has +z above, and its middle towards −x; ours has +y above, and its middle towards +z.
-    rows = [[0, -1, 0, 0], [0, 0, 1, 0], [-1, 0, 0, 0], [0, 0, 0, 1]]
+    # Its map has +z above and its middle towards −x, and is seen from outside; ours has +y above and its
+    # middle towards +z, and is seen from inside.
+    rows = [[0, 1, 0, 0], [0, 0, 1, 0], [-1, 0, 0, 0], [0, 0, 0, 1]]
     columns = [float(rows[r][c]) for c in range(4) for r in range(4)]
     return {
         "scene.lights.sky.type": "infinite",

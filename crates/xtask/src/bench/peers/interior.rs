@@ -27,12 +27,12 @@ pub(super) fn scene() -> Scene {
     meshes.extend(furniture());
     meshes.extend([
         // Outside, so that the sill and the lintel cast shadows.
-        Mesh::new("daylight", Surface::Glow([24.0, 27.0, 32.0])).quad(
+        Mesh::new("daylight", Surface::Glow([9.0, 10.0, 12.0])).quad(
             [-ROOM.x - 0.6, SILL - 0.2, JAMB + 0.3],
             [0.0, 0.0, -2.0 * JAMB - 0.6],
             [0.0, LINTEL - SILL + 0.8, 0.0],
         ),
-        Mesh::new("lamp", Surface::Glow([60.0, 42.0, 24.0])).quad(
+        Mesh::new("lamp", Surface::Glow([24.0, 17.0, 10.0])).quad(
             [1.6, 2.1, -1.9],
             [0.3, 0.0, 0.0],
             [0.0, 0.0, 0.3],
@@ -40,7 +40,7 @@ pub(super) fn scene() -> Scene {
     ]);
     let camera = Camera {
         eye: Vec3::new(0.6, 1.5, 5.6),
-        look: Vec3::new(0.0, 1.1, -0.5),
+        look: Vec3::new(0.0, 1.3, -0.5),
         fov_degrees: 46.0,
     };
     Scene { camera, sky: false, meshes }

@@ -11,7 +11,7 @@ const HEIGHT: u32 = 512;
 
 /// Radiance in the middle of the sun, and how much wider than the real one it is: its standard
 /// deviation in radians, several pixels of the map, so that it matters little how these are joined.
-const SUN: [f32; 3] = [2600.0, 2300.0, 1900.0];
+const SUN: [f32; 3] = [1000.0, 900.0, 750.0];
 const SUN_SIZE: f32 = 0.026;
 /// Where the sun is; not of unit length.
 const SUN_DIRECTION: Vec3 = Vec3::new(-0.55, 0.6, 0.35);
@@ -32,7 +32,7 @@ pub(super) fn pixels() -> Image {
 /// A sky that is blue above and pale at the horizon, brown ground, and a Gaussian for the sun.
 fn radiance(d: Vec3, sun: Vec3) -> [f32; 3] {
     let [zenith, horizon, ground] =
-        [Vec3::new(0.20, 0.38, 0.85), Vec3::new(0.85, 0.90, 1.0), Vec3::new(0.22, 0.18, 0.14)];
+        [Vec3::new(0.12, 0.22, 0.50), Vec3::new(0.50, 0.53, 0.60), Vec3::new(0.13, 0.11, 0.08)];
     let up = d.y.clamp(0.0, 1.0).sqrt();
     // From the ground to the sky within a few degrees, so that no edge depends on the pixels.
     let above = (0.5 + 10.0 * d.y).clamp(0.0, 1.0);
