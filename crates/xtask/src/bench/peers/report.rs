@@ -53,7 +53,7 @@ pub(super) fn print(rows: &[Row]) {
         let Row { name, taken, difference } = row;
         let [r, g, b] = difference.mean_ratio;
         println!(
-            "  {name:<20} {:>7.2} {:>7.2} {:>9.6} {:>10.1} {:>6.2} {:>7.2} {:>6.2} {:>7.0} \
+            "  {name:<20} {:>7.2} {:>7.2} {:>9.6} {:>10.2} {:>6.2} {:>7.2} {:>6.2} {:>7.0} \
              {r:>6.4} {g:>6.4} {b:>6.4}{}",
             taken.cpu,
             taken.wall,
