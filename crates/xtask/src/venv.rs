@@ -21,13 +21,26 @@ pub(crate) enum Prepared {
 /// # Errors
 /// If the target folder cannot be found.
 pub(crate) fn prepare(name: &str, install: &[&str], probe: &str) -> Result<Prepared> {
+    prepare_by("python3", name, install, probe)
+}
+
+/// The same of a given `interpreter`, for packages that need a certain version of Python.
+///
+/// # Errors
+/// If the target folder cannot be found.
+pub(crate) fn prepare_by(
+    interpreter: &str,
+    name: &str,
+    install: &[&str],
+    probe: &str,
+) -> Result<Prepared> {
     let folder = target()?.join(name);
     let bin = if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
     let python = folder.join(bin);
     if succeeds(&python, probe) {
         return Ok(Prepared::Python(python));
     }
-    let mut make = Command::new("python3");
+    let mut make = Command::new(interpreter);
     make.args(["-m", "venv"]).arg(&folder);
     let mut pip = Command::new(&python);
     pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(install);

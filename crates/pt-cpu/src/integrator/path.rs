@@ -25,6 +25,11 @@ pub(super) struct Path {
 /// Short paths carry most of the light; to end them early would only add noise.
 const FREE_BOUNCES: u32 = 3;
 
+/// What a path may still bring is to be weighed against the light of its pixel. [Vorba & Křivánek 2016,
+/// adjoint-driven Russian roulette] Of that nothing is known here but that a surface has scattered it
+/// once, whose albedo may be a half.
+const PIXEL_ALBEDO: f32 = 0.5;
+
 /// A path that goes on with probability q brings its light with weight 1/q; a bound on q bounds
 /// the length of paths between perfect mirrors.
 const MOST_SURVIVAL: f32 = 0.95;
@@ -96,7 +101,10 @@ impl Rules for Path {
         }
         Some(match settings.roulette {
             Roulette::Fixed(q) => q,
-            Roulette::Throughput => (path.beta * path.squeeze).max_channel().min(MOST_SURVIVAL),
+            Roulette::Throughput => {
+                let carried = (path.beta * path.squeeze).max_channel();
+                (carried / PIXEL_ALBEDO).min(MOST_SURVIVAL)
+            }
         })
     }
 }

@@ -32,7 +32,15 @@ pub(crate) fn measure(program: &Path, args: &str, scene: &Path) -> Result<Measur
     command.arg("-q").args(args.split_whitespace()).arg(scene);
     command.arg("-f").arg(folder.join("image.png")).arg("--summary-json").arg(&summary);
     succeed(&mut command)?;
-    let text = std::fs::read(&summary).with_context(|| summary.display().to_string())?;
+    read_summary(&summary)
+}
+
+/// What the program wrote with `--summary-json`.
+///
+/// # Errors
+/// If it cannot be read, or lacks a number.
+pub(crate) fn read_summary(summary: &Path) -> Result<Measured> {
+    let text = std::fs::read(summary).with_context(|| summary.display().to_string())?;
     let json: Value = serde_json::from_slice(&text).context("the summary is no JSON")?;
     let number = |key: &str| {
         json.get(key).and_then(Value::as_f64).with_context(|| format!("{key} is not known"))

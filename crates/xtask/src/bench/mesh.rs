@@ -1,10 +1,10 @@
 //! A mesh of two million triangles.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
+
+use super::ply;
 
 /// Squares along a side, each of two triangles.
 const SIDE: u32 = 1000;
@@ -15,37 +15,16 @@ const SIDE: u32 = 1000;
 /// # Errors
 /// If the file cannot be written.
 pub(crate) fn write_waves(path: &Path) -> Result<()> {
-    let write = || -> std::io::Result<()> {
-        let mut file = BufWriter::new(File::create(path)?);
-        let (vertices, faces) = ((SIDE + 1) * (SIDE + 1), 2 * SIDE * SIDE);
-        write!(
-            file,
-            "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\nproperty float x\n\
-             property float y\nproperty float z\nelement face {faces}\n\
-             property list uchar int vertex_indices\nend_header\n"
-        )?;
-        for i in 0..=SIDE {
-            for j in 0..=SIDE {
-                let [x, y] = [i, j].map(|n| n as f32 / SIDE as f32 * 2.0 - 1.0);
-                let z = 0.05 * ((40.0 * x).sin() + (40.0 * y).cos());
-                for v in [x, y, z] {
-                    file.write_all(&v.to_le_bytes())?;
-                }
-            }
-        }
-        for i in 0..SIDE {
-            for j in 0..SIDE {
-                let a = i * (SIDE + 1) + j;
-                let [b, c, d] = [a + SIDE + 1, a + SIDE + 2, a + 1];
-                for corners in [[a, b, c], [a, c, d]] {
-                    file.write_all(&[3])?;
-                    for corner in corners {
-                        file.write_all(&corner.to_le_bytes())?;
-                    }
-                }
-            }
-        }
-        file.flush()
+    let row = SIDE + 1;
+    let position = |i: u32| {
+        let [x, y] = [i / row, i % row].map(|n| n as f32 / SIDE as f32 * 2.0 - 1.0);
+        [x, y, 0.05 * ((40.0 * x).sin() + (40.0 * y).cos())]
     };
-    write().with_context(|| format!("{} cannot be written", path.display()))
+    let triangle = |n: u32| {
+        let square = n / 2;
+        let a = square / SIDE * row + square % SIDE;
+        let [b, c, d] = [a + row, a + row + 1, a + 1];
+        if n.is_multiple_of(2) { [a, b, c] } else { [a, c, d] }
+    };
+    ply::write(path, (0..row * row).map(position), (0..2 * SIDE * SIDE).map(triangle))
 }

@@ -2,6 +2,8 @@
 
 mod measure;
 mod mesh;
+mod peers;
+mod ply;
 mod rays;
 mod render;
 mod seed;
@@ -17,6 +19,8 @@ pub(crate) enum Bench {
     Render(render::Args),
     /// Ray queries, tree builds and memory against Embree 4, on the same rays in the same process
     Rays(rays::Args),
+    /// Time, noise and memory of whole images against Mitsuba 3, Cycles and LuxCore
+    Peers(peers::Args),
 }
 
 /// Measures and prints.
@@ -28,5 +32,6 @@ pub(crate) fn run(bench: &Bench) -> Result<()> {
         Bench::Seed(args) => seed::run(args),
         Bench::Render(args) => render::run(args),
         Bench::Rays(args) => rays::run(args),
+        Bench::Peers(args) => peers::run(args),
     }
 }

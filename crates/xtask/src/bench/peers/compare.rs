@@ -1,0 +1,67 @@
+//! How far images are from a reference.
+
+use std::path::Path;
+
+use anyhow::{Result, ensure};
+use pt_scene::image::{self, Image};
+
+/// An image beside the reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Difference {
+    /// See [`relative_mse`].
+    pub(super) relative_mse: f64,
+    /// The means of red, green and blue over those of the reference.
+    pub(super) mean_ratio: [f64; 3],
+}
+
+/// Compares two files.
+///
+/// # Errors
+/// If one cannot be read, or their sizes differ.
+pub(super) fn compare(path: &Path, reference: &Path) -> Result<Difference> {
+    let [found, wanted] = [image::load(path)?, image::load(reference)?];
+    let [size, asked] = [&found, &wanted].map(|i| (i.width, i.height));
+    ensure!(
+        size == asked,
+        "{} has {size:?} pixels, and {} {asked:?}",
+        path.display(),
+        reference.display()
+    );
+    Ok(difference(&found, &wanted))
+}
+
+fn difference(found: &Image, wanted: &Image) -> Difference {
+    let [mean, asked] = [found, wanted].map(means);
+    Difference {
+        relative_mse: relative_mse(found, wanted),
+        mean_ratio: [0, 1, 2].map(|c| mean[c] / asked[c]),
+    }
+}
+
+/// The mean of (I − R)² / (R² + 0.01) over pixels and channels.
+fn relative_mse(found: &Image, wanted: &Image) -> f64 {
+    let pairs = found.pixels.as_flattened().iter().zip(wanted.pixels.as_flattened());
+    let error = |(&i, &r): (&f32, &f32)| {
+        let [i, r] = [i, r].map(f64::from);
+        (i - r) * (i - r) / (r * r + 0.01)
+    };
+    pairs.map(error).sum::<f64>() / (3 * wanted.pixels.len()) as f64
+}
+
+fn means(image: &Image) -> [f64; 3] {
+    let sum = |c: usize| image.pixels.iter().map(|p| f64::from(p[c])).sum::<f64>();
+    [0, 1, 2].map(|c| sum(c) / image.pixels.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_relative_to_the_reference() {
+        let image = |value| Image { width: 2, height: 1, pixels: vec![[value; 3]; 2] };
+        let d = difference(&image(1.1), &image(1.0));
+        assert!((d.relative_mse - 0.01 / 1.01).abs() < 1e-6);
+        assert!(d.mean_ratio.iter().all(|r| (r - 1.1).abs() < 1e-6));
+    }
+}

@@ -1,0 +1,81 @@
+//! Where the peers come from: Python packages of fixed versions.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+
+use super::race::Kind;
+use crate::venv::{self, Prepared};
+
+/// Says that the version of a package is the one wanted.
+fn probe(module: &str, package: &str, version: &str) -> String {
+    format!(
+        "import {module}; from importlib.metadata import version; \
+         assert version('{package}') == '{version}'"
+    )
+}
+
+/// Installs a peer in the target folder, or says why it cannot be had.
+///
+/// # Errors
+/// If the target folder cannot be found.
+pub(super) fn prepare(kind: Kind) -> Result<Prepared> {
+    match kind {
+        Kind::Mitsuba | Kind::MitsubaLlvm => crate::peers::prepare(),
+        // There is one for Python 3.11 only, which brings a NumPy.
+        Kind::Cycles => {
+            let probe = probe("numpy, bpy", "bpy", "5.0.1");
+            venv::prepare_by("python3.11", "cycles-venv", &["bpy==5.0.1"], &probe)
+        }
+        Kind::LuxCore => {
+            let probe = probe("numpy, pyluxcore", "pyluxcore", "2.11.2");
+            venv::prepare("luxcore-venv", &["pyluxcore==2.11.2", "numpy"], &probe)
+        }
+    }
+}
+
+/// The variable by which Mitsuba is told where LLVM is.
+pub(super) const LLVM: &str = "DRJIT_LIBLLVM_PATH";
+
+/// The least version of LLVM that Mitsuba's compiled modes work with.
+const LEAST_LLVM: u32 = 17;
+
+/// The shared library of LLVM: the one that [`LLVM`] names, else the newest of those that Linux
+/// distributions install.
+pub(super) fn llvm() -> Result<PathBuf, String> {
+    if let Some(path) = std::env::var_os(LLVM) {
+        return Ok(path.into());
+    }
+    let folders =
+        ["/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu", "/usr/lib64", "/usr/lib"];
+    let files = folders.iter().filter_map(|folder| std::fs::read_dir(folder).ok()).flatten();
+    let versioned = files.filter_map(|file| {
+        let path = file.ok()?.path();
+        Some((llvm_version(path.file_name()?.to_str()?)?, path))
+    });
+    let newest = versioned.filter(|&(version, _)| version >= LEAST_LLVM).max();
+    newest.map(|(_, path)| path).ok_or_else(|| {
+        format!(
+            "no shared library of LLVM {LEAST_LLVM} or later was found; install one (Debian: \
+             apt-get install libllvm19), or name it in {LLVM}"
+        )
+    })
+}
+
+/// The version in a name like `libLLVM.so.19.1` or `libLLVM-19.so`.
+fn llvm_version(name: &str) -> Option<u32> {
+    let rest = name.strip_prefix("libLLVM.so.").or_else(|| name.strip_prefix("libLLVM-"))?;
+    rest.split(|c: char| !c.is_ascii_digit()).next()?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_llvm_tell_its_version() {
+        assert_eq!(llvm_version("libLLVM.so.19.1"), Some(19));
+        assert_eq!(llvm_version("libLLVM-15.so.1"), Some(15));
+        assert_eq!(llvm_version("libLLVMSupport.a"), None);
+    }
+}

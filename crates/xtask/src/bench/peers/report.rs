@@ -1,0 +1,128 @@
+//! The table of a scene, and what is asked of our numbers.
+
+use super::compare::Difference;
+use super::race::Taken;
+use crate::bench::measure::verdict;
+
+/// A renderer on a scene.
+#[derive(Clone, Copy)]
+pub(super) struct Row {
+    pub(super) name: &'static str,
+    pub(super) taken: Taken,
+    pub(super) difference: Difference,
+}
+
+/// Our name.
+pub(super) const OURS: &str = "pathtracer";
+
+/// The efficiency asked, over that of the best peer.
+const FACTOR: f64 = 2.0;
+/// The time to the first sample asked, over that of the fastest peer.
+const START_SHARE: f64 = 0.5;
+/// A peer whose mean is further off shows another scene: its noise says little.
+const MOST_OFF: f64 = 0.01;
+
+impl Row {
+    /// 1 / (relMSE · s): how many times as many images of a given noise there are in a given time.
+    fn efficiency(&self) -> f64 {
+        1.0 / (self.difference.relative_mse * self.taken.cpu)
+    }
+
+    fn is_alike(&self) -> bool {
+        self.difference.mean_ratio.iter().all(|r| (r - 1.0).abs() <= MOST_OFF)
+    }
+}
+
+/// Prints our row, which is the first, those of the peers, and verdicts.
+pub(super) fn print(rows: &[Row]) {
+    let Some((ours, peers)) = rows.split_first() else { return };
+    println!(
+        "  {:<20} {:>7} {:>7} {:>9} {:>10} {:>6} {:>7} {:>6} {:>7} {:>20}",
+        "renderer",
+        "s",
+        "wall s",
+        "relMSE",
+        "efficiency",
+        "ours/",
+        "start s",
+        "import",
+        "MB",
+        "mean over reference"
+    );
+    for row in rows {
+        let Row { name, taken, difference } = row;
+        let [r, g, b] = difference.mean_ratio;
+        println!(
+            "  {name:<20} {:>7.2} {:>7.2} {:>9.6} {:>10.2} {:>6.2} {:>7.2} {:>6.2} {:>7.0} \
+             {r:>6.4} {g:>6.4} {b:>6.4}{}",
+            taken.cpu,
+            taken.wall,
+            difference.relative_mse,
+            row.efficiency(),
+            ours.efficiency() / row.efficiency(),
+            taken.start,
+            taken.imports,
+            taken.peak_bytes * 1e-6,
+            if row.is_alike() { "" } else { "  differs: not ranked" }
+        );
+    }
+    for bar in bars(ours, peers) {
+        println!("  {bar}");
+    }
+}
+
+/// What is asked, each with its verdict; nothing without peers.
+fn bars(ours: &Row, peers: &[Row]) -> Vec<String> {
+    let best = peers.iter().filter(|p| p.is_alike()).max_by(|a, b| by(Row::efficiency, a, b));
+    let quick = peers.iter().min_by(|a, b| by(|p| p.taken.start, a, b));
+    let bare = |row: &Row| row.taken.start - row.taken.imports;
+    let bare_quick = peers.iter().min_by(|a, b| by(bare, a, b));
+    let small = peers.iter().min_by(|a, b| by(|p| p.taken.peak_bytes, a, b));
+    let say = |what: &str, peer: &str, ratio: f64, asked: &str, reached: bool| {
+        format!("{what} {ratio:.2} times that of {peer}, asked {asked}: {}", verdict(reached))
+    };
+    let efficiency = best.map(|best| {
+        let ratio = ours.efficiency() / best.efficiency();
+        say("efficiency", best.name, ratio, "2, better 3", ratio >= FACTOR)
+    });
+    let start = quick.map(|quick| {
+        let ratio = ours.taken.start / quick.taken.start;
+        say("start", quick.name, ratio, "at most 0.5", ratio <= START_SHARE)
+    });
+    let bare_start = bare_quick.map(|quick| {
+        let ratio = bare(ours) / bare(quick);
+        say("start without imports", quick.name, ratio, "at most 0.5", ratio <= START_SHARE)
+    });
+    let memory = small.map(|small| {
+        let ratio = ours.taken.peak_bytes / small.taken.peak_bytes;
+        say("memory", small.name, ratio, "below 1", ratio < 1.0)
+    });
+    [efficiency, start, bare_start, memory].into_iter().flatten().collect()
+}
+
+/// The order of two rows by a number.
+fn by(number: impl Fn(&Row) -> f64, a: &Row, b: &Row) -> std::cmp::Ordering {
+    number(a).total_cmp(&number(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(name: &'static str, cpu: f64, relative_mse: f64, mean: f64) -> Row {
+        let taken = Taken { wall: cpu, cpu, start: cpu, imports: 0.0, peak_bytes: 1e8 * cpu };
+        Row { name, taken, difference: Difference { relative_mse, mean_ratio: [mean; 3] } }
+    }
+
+    #[test]
+    fn a_peer_that_shows_another_scene_is_not_ranked() {
+        let ours = row(OURS, 1.0, 0.001, 1.0);
+        let peers = [row("alike", 2.0, 0.002, 1.001), row("other", 1.0, 0.0001, 1.02)];
+        let said = bars(&ours, &peers);
+        assert_eq!(said[0], "efficiency 4.00 times that of alike, asked 2, better 3: ok");
+        assert_eq!(said[1], "start 1.00 times that of other, asked at most 0.5: MISSED");
+        assert_eq!(said[3], "memory 1.00 times that of other, asked below 1: MISSED");
+        assert_eq!(said.len(), 4);
+        assert!(bars(&ours, &[]).is_empty());
+    }
+}
