@@ -23,8 +23,9 @@ use rayon::prelude::*;
 use crate::node::{Bvh2, MAX_DEPTH, Node};
 use crate::{Quality, memory};
 
-/// A search for the best place of a node looks at no more places.
-const MOST_VISITS: usize = 4096;
+/// A search for the best place of a node looks at no more places. Those of ordinary meshes end earlier,
+/// or as well; where large boxes lie in one another, they would look at all.
+const MOST_VISITS: usize = 256;
 /// So many searches are made by one thread.
 const SEARCHES: usize = 32;
 const ROOT: usize = 0;

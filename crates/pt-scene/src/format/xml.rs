@@ -73,12 +73,12 @@ impl<'a> Document<'a> {
         self.tree.input_text().len()
     }
 
-    /// Where an element stands, and what its author calls it.
     /// The file that was read.
     pub(super) fn path(&self) -> &Path {
         self.path
     }
 
+    /// Where an element stands, and what its author calls it.
     pub(super) fn span(&self, node: Node<'_>) -> Span {
         self.span_at(node, node.range().start)
     }
