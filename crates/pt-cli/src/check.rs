@@ -6,7 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::{
     Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, FileSettings, Filter, INTEGRATORS,
-    LoadOptions, Region, Roulette, Scene, Settings, aov,
+    LoadOptions, MOST_REUSE, Region, Roulette, Scene, Settings, aov,
 };
 
 use crate::args::{Cli, PngBits};
@@ -84,6 +84,14 @@ pub(crate) fn light_samples(text: &str) -> Result<u32, String> {
     }
 }
 
+/// A side of the squares of pixels whose paths share their light.
+pub(crate) fn reuse(text: &str) -> Result<u32, String> {
+    match whole(text, 1, "") {
+        Ok(n) if MOST_REUSE.is_multiple_of(n) => Ok(n),
+        _ => Err("expected the side of a square in pixels: 1 (none), 2 or 4".into()),
+    }
+}
+
 /// A number of blades of the lens.
 pub(crate) fn blades(text: &str) -> Result<u32, String> {
     match whole(text, 3, "") {
@@ -153,6 +161,11 @@ pub(crate) fn check(cli: Cli) -> Result<Checked, String> {
         return Err(
             "--clamp and --clamp-indirect are for --integrator path, volpath and direct".into()
         );
+    }
+    if cli.path_reuse > 1
+        && (cli.cs184 || !matches!(cli.integrator.as_deref(), None | Some("path")))
+    {
+        return Err("--path-reuse is for --integrator path alone".into());
     }
     if cli.ao_distance.is_some() && cli.integrator.as_deref() != Some("ao") {
         return Err("--ao-distance is for --integrator ao alone".into());
@@ -299,6 +312,7 @@ impl Checked {
                 direct: cli.clamp.unwrap_or(f32::INFINITY),
                 indirect: cli.clamp_indirect.or(cli.clamp).unwrap_or(f32::INFINITY),
             },
+            reuse: cli.path_reuse,
             adaptive: self.adaptive,
             sampler: cli.sampler.into(),
             seed: cli.seed,

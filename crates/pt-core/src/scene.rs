@@ -109,6 +109,9 @@ pub struct SurfacePoint {
     pub offset: f32,
 }
 
+/// Where rays end that ask whether something is in the way.
+const BEFORE: f32 = 1.0 - 1.0 / 16384.0;
+
 impl SurfacePoint {
     /// A point that is on no surface: rays leave it where it is.
     #[inline]
@@ -136,12 +139,19 @@ impl SurfacePoint {
     /// the most distant vertex, so it suffices for triangles 70 times as large as they are far away.
     #[inline(always)]
     pub fn spawn_to(&self, light: &LightSample) -> Ray {
-        const BEFORE: f32 = 1.0 - 1.0 / 16384.0;
         let origin = self.origin(light.wi);
         match light.end {
             None => Ray::new(origin, light.wi),
             Some(end) => Ray::to(origin, end - origin, BEFORE),
         }
+    }
+
+    /// The ray that asks whether something is between this point and another one, which is in the unit
+    /// direction `w`, and hits neither surface.
+    #[inline(always)]
+    pub fn spawn_at(&self, other: &Self, w: Vec3) -> Ray {
+        let origin = self.origin(w);
+        Ray::to(origin, other.origin(-w) - origin, BEFORE)
     }
 }
 

@@ -86,6 +86,9 @@ pub struct Settings {
     pub roulette: Roulette,
     /// Contributions beyond it are cut off, by path tracers but the course's.
     pub clamp: Clamp,
+    /// Side of the squares of pixels, by their columns and rows, whose paths bring their light to each
+    /// other; 1 is none.
+    pub reuse: u32,
     /// Adaptive sampling.
     pub adaptive: Option<Adaptive>,
     /// The kind of random numbers.
@@ -127,6 +130,7 @@ impl Default for Settings {
             direct: DirectLight::default(),
             roulette: Roulette::default(),
             clamp: Clamp::NONE,
+            reuse: 1,
             adaptive: None,
             sampler: SamplerKind::default(),
             seed: 0,

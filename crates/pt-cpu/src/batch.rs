@@ -10,7 +10,7 @@ use pt_math::sampler::{LANES, SamplerBlocks};
 use pt_math::{RayColumns, Spectrum};
 
 use crate::first_hits::FirstHits;
-use crate::integrator::{Integrator, Registration, Starts};
+use crate::integrator::{Group, Integrator, Registration, Starts};
 use crate::tracer::Tracer;
 
 /// Consecutive samples of one pixel.
@@ -19,18 +19,32 @@ pub(crate) struct Run {
     /// Column and row.
     pub(crate) pixel: [u32; 2],
     pub(crate) samples: Range<u32>,
+    /// Those of them that the film lacks; the others are taken for the sake of other pixels.
+    pub(crate) kept: Range<u32>,
+    /// Pixels of its group that come behind it.
+    pub(crate) behind: u32,
+}
+
+impl Run {
+    /// Samples that a pixel takes for its own sake.
+    pub(crate) fn single(pixel: [u32; 2], samples: Range<u32>) -> Self {
+        Self { pixel, kept: samples.clone(), samples, behind: 0 }
+    }
 }
 
 /// Cuts runs into batches of at most `size` samples; a run that has more is a batch.
 pub(crate) fn batches(mut runs: &[Run], size: usize) -> impl Iterator<Item = &[Run]> {
     std::iter::from_fn(move || {
-        let mut samples = 0;
-        let fits = |run: &&Run| {
-            samples += run.samples.len();
-            samples <= size
-        };
-        let n = runs.iter().take_while(fits).count().max(1);
-        let (batch, rest) = runs.split_at_checked(n)?;
+        let [mut samples, mut n] = [0; 2];
+        while let Some(run) = runs.get(n) {
+            let group = run.behind as usize + 1;
+            samples += group * run.samples.len();
+            if n > 0 && samples > size {
+                break;
+            }
+            n += group;
+        }
+        let (batch, rest) = runs.split_at_checked(n.max(1))?;
         runs = rest;
         Some(batch)
     })
@@ -65,6 +79,7 @@ impl<'a> Worker<'a> {
             starts: Starts {
                 rays: RayColumns::default(),
                 samplers: SamplerBlocks::new(settings.points()),
+                groups: Vec::new(),
             },
             filter,
             weights: Vec::new(),
@@ -85,20 +100,30 @@ impl<'a> Worker<'a> {
         }
         tile.remove(self.integrator.take_removed());
         let mut radiance = &*self.radiance;
-        for Run { pixel, samples } in batch {
+        for Run { pixel, samples, kept, .. } in batch {
             let (of_pixel, rest) = radiance.split_at(samples.len());
-            tile.add(*pixel, samples.start, of_pixel);
+            if !kept.is_empty() {
+                let [start, end] = [kept.start, kept.end].map(|i| (i - samples.start) as usize);
+                tile.add(*pixel, kept.start, &of_pixel[start..end]);
+            }
             radiance = rest;
         }
         if tile.keeps_surfaces() {
             self.first_hits.add(&mut self.tracer, &self.starts, batch, tile);
         }
-        self.samples += self.radiance.len() as u64;
+        self.samples += batch.iter().map(|run| run.kept.len() as u64).sum::<u64>();
     }
 
     /// Makes the starts of the samples of a batch, in order.
     fn start(&mut self, batch: &[Run]) {
-        let Starts { rays, samplers } = &mut self.starts;
+        let Starts { rays, samplers, groups } = &mut self.starts;
+        groups.clear();
+        let mut next = 0;
+        while let Some(run) = batch.get(next) {
+            let pixels = run.behind + 1;
+            groups.push(Group { pixels, samples: run.samples.len() as u32 });
+            next += pixels as usize;
+        }
         self.weights.clear();
         samplers.refill(batch.iter().map(|run| (run.pixel, run.samples.clone())));
         let camera = &self.tracer.scene.camera;
@@ -126,7 +151,7 @@ mod tests {
     #[test]
     fn batches_hold_all_runs_in_order_and_no_more_than_their_size() {
         for size in [1, 2, 5, 7, 100] {
-            let runs: Vec<_> = (0..40).map(|i| Run { pixel: [i, 0], samples: 0..i % 6 }).collect();
+            let runs: Vec<_> = (0..40).map(|i| Run::single([i, 0], 0..i % 6)).collect();
             let mut pixels = Vec::new();
             for batch in batches(&runs, size) {
                 let samples: usize = batch.iter().map(|r| r.samples.len()).sum();

@@ -28,11 +28,13 @@ impl FirstHits {
         let rays = Rays::from(&starts.rays);
         holes::first_hits(tracer, starts, &mut self.hits);
         let samples =
-            batch.iter().flat_map(|run| run.samples.clone().map(|sample| (run.pixel, sample)));
-        for (i, ((pixel, sample), hit)) in samples.zip(&self.hits).enumerate() {
-            if let Some(hit) = hit {
+            batch.iter().flat_map(|run| run.samples.clone().map(move |sample| (run, sample)));
+        for (i, ((run, sample), hit)) in samples.zip(&self.hits).enumerate() {
+            if let Some(hit) = hit
+                && run.kept.contains(&sample)
+            {
                 let seen = first_hit(tracer.scene, &rays.get(i), hit, starts.samplers.get(i));
-                tile.see(pixel, sample, &seen);
+                tile.see(run.pixel, sample, &seen);
             }
         }
     }

@@ -6,10 +6,13 @@
 
 mod batch;
 mod first_hits;
+mod groups;
 pub mod integrator;
 mod render;
 mod tracer;
 
-pub use integrator::{INTEGRATORS, Integrator, Registration, Starts, compensates};
+pub use integrator::{
+    Group, INTEGRATORS, Integrator, MOST_REUSE, Registration, Starts, compensates,
+};
 pub use render::{Progress, RenderError, Renderer, Statistics};
 pub use tracer::Tracer;

@@ -11,8 +11,9 @@ use pt_core::settings::{Adaptive, Settings};
 use pt_core::{Film, Observer, RenderScene};
 use pt_math::sampler::LANES;
 
-use crate::batch::{Run, Worker, batches};
-use crate::integrator::{self, Registration};
+use crate::batch::{Worker, batches};
+use crate::groups::{Grid, SAME_GRID};
+use crate::integrator::{self, MOST_REUSE, Registration};
 
 /// What a render did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,6 +54,12 @@ pub enum RenderError {
          settings do not do; compile it without CompileOptions::compensated"
     )]
     Compensated,
+    /// Squares of pixels have no such side.
+    #[error("light cannot go between paths of squares of {0}² pixels; choose 1, 2 or 4")]
+    Reuse(u32),
+    /// The integrator does not do it.
+    #[error("light goes between paths of the integrator path alone, and not of {0}")]
+    NoReuse(&'static str),
     /// The reconstruction filter makes no sense.
     #[error(transparent)]
     Filter(#[from] FilterError),
@@ -80,7 +87,7 @@ pub struct Renderer<'a> {
 
 /// Samples of a pixel in the first pass: so few that a render that is stopped soon has all of the
 /// image.
-const FIRST_PASS: u32 = 16;
+const FIRST_PASS: u32 = SAME_GRID;
 
 /// Samples of a pixel between two visits from then on: rays of one pixel run side by side.
 const PASS: u32 = 64;
@@ -117,6 +124,12 @@ impl<'a> Renderer<'a> {
         if scene.light_tables.compensated && !integrator::compensates(settings) {
             return Err(RenderError::Compensated);
         }
+        if !MOST_REUSE.is_multiple_of(settings.reuse) {
+            return Err(RenderError::Reuse(settings.reuse));
+        }
+        if settings.reuse > 1 && !integrator.reuses {
+            return Err(RenderError::NoReuse(integrator.name));
+        }
         let filter = FilterSampler::new(&settings.filter)?;
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -131,6 +144,11 @@ impl<'a> Renderer<'a> {
     /// Takes `samples` samples at a time in each thread, which does not change the image either.
     pub fn with_batch_size(self, samples: usize) -> Self {
         Self { batch_size: samples.max(1), ..self }
+    }
+
+    /// Samples of a pixel between two visits, all of one [`Grid`].
+    fn longest_pass(&self) -> u32 {
+        if self.settings.reuse > 1 { SAME_GRID } else { PASS }
     }
 
     /// Number of threads.
@@ -148,7 +166,7 @@ impl<'a> Renderer<'a> {
             observer,
         };
         let mut progress = Progress::Finished;
-        for pass in passes(self.settings.spp) {
+        for pass in passes(self.settings.spp, self.longest_pass()) {
             self.pass(film, &pass, &shared);
             if observer.cancelled() {
                 progress = Progress::Cancelled;
@@ -162,7 +180,9 @@ impl<'a> Renderer<'a> {
 
     /// Brings every pixel to as many samples as the end of the pass.
     fn pass(&self, film: &mut Film, pass: &Range<u32>, shared: &Shared) {
-        let tiles = Mutex::new(film.tiles(self.tile_size).into_iter());
+        let resolution = self.scene.camera.resolution;
+        let grid = Grid::of_sample(self.settings.reuse, pass.start, resolution);
+        let tiles = Mutex::new(film.tiles(self.tile_size, grid.shift()).into_iter());
         let losses = Mutex::new((Rejections::default(), ExactSum::default()));
         let work = || {
             let Self { scene, settings, integrator, counts_tests, .. } = *self;
@@ -172,7 +192,7 @@ impl<'a> Renderer<'a> {
                 && let Some(mut tile) = { lock(&tiles).next() }
             {
                 let before = worker.samples;
-                self.tile(&mut tile, pass.end, &mut worker, shared.observer);
+                self.tile(&mut tile, (grid, pass.end), &mut worker, shared.observer);
                 let (rejections, removed) = &mut *lock(&losses);
                 rejections.merge(tile.rejections());
                 removed.merge(tile.removed());
@@ -192,15 +212,16 @@ impl<'a> Renderer<'a> {
     ///
     /// The samples of each pixel are taken in order, so when this stops between two batches, the
     /// film can be continued.
-    fn tile(&self, tile: &mut Tile, target: u32, worker: &mut Worker, observer: &dyn Observer) {
+    fn tile(
+        &self,
+        tile: &mut Tile,
+        (grid, target): (Grid, u32),
+        worker: &mut Worker,
+        observer: &dyn Observer,
+    ) {
         loop {
             let mut due = Vec::with_capacity(tile.region().area());
-            // Faster than to collect them: nested iterators are good at this alone.
-            tile.region().pixels().for_each(|pixel| {
-                if let Some(run) = self.due(tile, pixel, target) {
-                    due.push(run);
-                }
-            });
+            grid.runs(tile.region(), |pixel| self.due(tile, pixel, target), &mut due);
             if due.is_empty() {
                 return;
             }
@@ -210,7 +231,7 @@ impl<'a> Renderer<'a> {
                 }
                 worker.take(batch, tile);
             }
-            if due.iter().all(|run| run.samples.end == target) {
+            if due.iter().all(|run| run.kept.is_empty() || run.kept.end == target) {
                 return;
             }
         }
@@ -218,7 +239,7 @@ impl<'a> Renderer<'a> {
 
     /// The samples that a pixel needs until it is looked at again, if it needs any.
     #[inline]
-    fn due(&self, tile: &Tile, pixel: [u32; 2], target: u32) -> Option<Run> {
+    fn due(&self, tile: &Tile, pixel: [u32; 2], target: u32) -> Option<Range<u32>> {
         let n = tile.count(pixel);
         if n >= target || self.converged(tile, pixel, n) {
             return None;
@@ -228,7 +249,7 @@ impl<'a> Renderer<'a> {
             None => u32::MAX,
         };
         let full = n.saturating_add(self.batch_size as u32);
-        Some(Run { pixel, samples: n..target.min(check).min(full) })
+        Some(n..target.min(check).min(full))
     }
 
     /// Whether the n samples of a pixel are enough: 1.96 σ/√n ≤ tolerance · μ.
@@ -246,12 +267,16 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// The samples of a pixel that each pass takes.
-fn passes(spp: u32) -> impl Iterator<Item = Range<u32>> {
+/// The samples of a pixel that each pass takes: at most `longest`.
+fn passes(spp: u32, longest: u32) -> impl Iterator<Item = Range<u32>> {
     let mut end = 0u32;
     std::iter::from_fn(move || {
         let start = end;
-        end = if start < FIRST_PASS { FIRST_PASS } else { (start / PASS + 1).saturating_mul(PASS) };
+        end = if start < FIRST_PASS {
+            FIRST_PASS
+        } else {
+            (start / longest + 1).saturating_mul(longest)
+        };
         end = end.min(spp);
         (start < end).then_some(start..end)
     })
@@ -298,9 +323,10 @@ mod tests {
     #[test]
     fn passes_take_all_samples_in_order() {
         for spp in [0, 1, 15, 16, 17, 63, 64, 65, 200, 4096] {
-            let samples: Vec<u32> = passes(spp).flatten().collect();
+            let samples: Vec<u32> = passes(spp, PASS).flatten().collect();
             assert!(samples.into_iter().eq(0..spp), "{spp}");
         }
-        assert_eq!(passes(130).collect::<Vec<_>>(), [0..16, 16..64, 64..128, 128..130]);
+        assert_eq!(passes(130, PASS).collect::<Vec<_>>(), [0..16, 16..64, 64..128, 128..130]);
+        assert_eq!(passes(40, 16).collect::<Vec<_>>(), [0..16, 16..32, 32..40]);
     }
 }

@@ -54,7 +54,8 @@ fn film(session: &Session, settings: &Settings, batch_size: Option<usize>) -> Fi
 fn the_size_of_batches_does_not_change_a_bit() {
     let adaptive = Some(Adaptive { batch: 6, tolerance: 0.3 });
     let adaptive = Settings { adaptive, spp: 40, ..Settings::default() };
-    for settings in all_settings(2).chain([adaptive]) {
+    let reusing = |reuse| Settings { reuse, ..adaptive.clone() };
+    for settings in all_settings(2).chain([reusing(2), reusing(4), adaptive.clone()]) {
         let session = session(settings.clone());
         let reference = film(&session, &settings, None);
         for n in [1, 7] {
@@ -90,7 +91,8 @@ fn a_path_depends_on_no_other_path() {
         let mut radiance = |starts: &[(Ray, [u32; 2], u32)]| {
             let mut samplers = SamplerBlocks::new(settings.points());
             samplers.refill(starts.iter().map(|&(_, pixel, i)| (pixel, i..i + 1)));
-            let starts = Starts { rays: starts.iter().map(|s| s.0).collect(), samplers };
+            let rays = starts.iter().map(|s| s.0).collect();
+            let starts = Starts { rays, samplers, groups: Vec::new() };
             let mut l = Vec::new();
             integrator.radiance(&mut tracer, &starts, &mut l);
             l

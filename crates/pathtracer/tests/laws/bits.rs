@@ -45,10 +45,15 @@ fn adaptive() -> Settings {
     Settings { adaptive: Some(Adaptive { batch: 8, tolerance: 0.2 }), spp: 50, ..base() }
 }
 
+/// Paths bring their light to each other, in groups that cross the borders of tiles and regions.
+fn reusing(reuse: u32) -> Settings {
+    Settings { reuse, ..adaptive() }
+}
+
 #[test]
 fn threads_and_tiles_do_not_change_a_bit() {
     let clamp = Clamp { direct: 0.7, indirect: 0.2 };
-    for settings in [base(), adaptive(), Settings { clamp, ..base() }] {
+    for settings in [base(), adaptive(), Settings { clamp, ..base() }, reusing(2), reusing(4)] {
         let reference = rendered(&settings, 1, 32);
         let bytes = exr(&reference);
         for threads in [1, 2, 3, 7] {
@@ -99,7 +104,7 @@ impl Observer for StopAfter {
 /// A render that is stopped several times, at any place, and continued is the uninterrupted one.
 #[test]
 fn a_pause_does_not_change_a_bit() {
-    for settings in [base(), adaptive()] {
+    for settings in [base(), adaptive(), reusing(4)] {
         let whole = rendered(&settings, 2, 16);
         let mut paused = session(settings);
         let mut film = Film::new(Region::full(SIZE));
@@ -156,13 +161,15 @@ fn rendering_again_adds_nothing() {
 /// A part of the image is that part of the whole image, and parts merge to the whole.
 #[test]
 fn regions_are_parts_of_the_image() {
-    let whole = rendered(&base(), 2, 16);
-    let mut merged = Film::with_aovs(Region::full(SIZE), &aovs::all());
-    for tile in Region::full(SIZE).tiles(19) {
-        let part = rendered(&Settings { region: Some(tile), ..base() }, 2, 7);
-        let is_part = |[x, y]: [u32; 2]| part.film().pixel(x, y) == whole.film().pixel(x, y);
-        assert!(tile.pixels().all(is_part), "{tile:?}");
-        merged.merge(part.film());
+    for settings in [base(), reusing(4)] {
+        let whole = rendered(&settings, 2, 16);
+        let mut merged = Film::with_aovs(Region::full(SIZE), &aovs::all());
+        for tile in Region::full(SIZE).tiles(19, [0; 2]) {
+            let part = rendered(&Settings { region: Some(tile), ..settings.clone() }, 2, 7);
+            let is_part = |[x, y]: [u32; 2]| part.film().pixel(x, y) == whole.film().pixel(x, y);
+            assert!(tile.pixels().all(is_part), "{tile:?}");
+            merged.merge(part.film());
+        }
+        assert!(merged == *whole.film());
     }
-    assert!(merged == *whole.film());
 }

@@ -22,6 +22,7 @@ mod measure;
 mod media;
 mod occlusion;
 mod pictures;
+mod reuse;
 mod scenes;
 mod specular;
 mod textures;

@@ -23,7 +23,7 @@ const GREY: [f32; 3] = [0.3; 3];
 const FAR: DVec3 = DVec3::new(0.0, 0.0, 4.0);
 
 /// An image of one row, without anything between its texels.
-fn row(pixels: &[[f32; 3]], filter: Filter) -> Arc<Texture> {
+pub(crate) fn row(pixels: &[[f32; 3]], filter: Filter) -> Arc<Texture> {
     let image = Image { width: pixels.len() as u32, height: 1, pixels: pixels.to_vec() };
     let bitmap = Bitmap { image: Arc::new(image), wrap: Wrap::Clamp, filter };
     Arc::new(Texture { pattern: Pattern::Bitmap(bitmap), to_pattern: DMat3::IDENTITY })
@@ -47,7 +47,7 @@ fn number(textured: bool) -> Scalar {
 }
 
 /// A surface of each kind whose parameters are values, or textures of these values.
-fn surfaces(textured: bool) -> Vec<Surface> {
+pub(crate) fn surfaces(textured: bool) -> Vec<Surface> {
     let color = |c: [f32; 3]| if textured { texture_of(c) } else { c.into() };
     let roughness = || Roughness {
         alpha: [number(textured), number(textured)],

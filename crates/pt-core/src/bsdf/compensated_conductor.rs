@@ -97,6 +97,11 @@ impl Lobe for CompensatedConductor {
     }
 
     /// Almost perfect at most: tables err by some thousandths, which else could count as gain.
+    #[inline]
+    fn spread(&self) -> f32 {
+        self.once.spread()
+    }
+
     fn examples() -> Vec<Self> {
         let tinted = |mut once: RoughConductor| {
             once.metal.reflectance *= 0.98;

@@ -154,6 +154,11 @@ impl Lobe for RoughConductor {
         Some(BsdfSample::new(wi, weight, Some(pdf)))
     }
 
+    #[inline]
+    fn spread(&self) -> f32 {
+        self.facets.spread()
+    }
+
     fn examples() -> Vec<Self> {
         let (gold, perfect) = (SmoothConductor::gold(), SmoothConductor::perfect());
         let with = |metal, distribution, alpha| Self {

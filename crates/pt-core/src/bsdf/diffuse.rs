@@ -55,6 +55,11 @@ impl Lobe for Diffuse {
         Some(BsdfSample::new(wi, self.rho, pdf))
     }
 
+    #[inline(always)]
+    fn spread(&self) -> f32 {
+        f32::INFINITY
+    }
+
     fn examples() -> Vec<Self> {
         vec![Self { rho: Spectrum::ONE }, Self { rho: Spectrum::rgb(0.3, 0.0, 0.8) }]
     }

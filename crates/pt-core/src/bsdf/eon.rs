@@ -179,6 +179,12 @@ impl Lobe for Eon {
         pdf.is_positive().then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
     }
 
+    /// It changes slowly.
+    #[inline]
+    fn spread(&self) -> f32 {
+        0.5
+    }
+
     fn examples() -> Vec<Self> {
         let color = Spectrum::rgb(0.8, 0.0, 0.3);
         let all = [(Spectrum::ONE, 1.0), (color, 0.4), (Spectrum::ONE, 0.05), (color, 0.0)];

@@ -87,6 +87,11 @@ impl Lobe for Glossy {
         pdf.is_positive().then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
     }
 
+    #[inline]
+    fn spread(&self) -> f32 {
+        self.facets.spread()
+    }
+
     fn examples() -> Vec<Self> {
         let with = |rho, f0, alpha| Self {
             rho: Spectrum::splat(rho),

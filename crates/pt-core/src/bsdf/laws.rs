@@ -1,10 +1,12 @@
 //! Laws that hold for every lobe in `lobes!`. A new lobe is tested without writing a test.
 //!
 //! Here: the methods of a lobe agree with one another. [`physics`]: they agree with nature.
-//! [`numbers`]: whatever they are asked. [`world`]: they do so on surfaces in the world.
+//! [`numbers`]: whatever they are asked. [`world`]: they do so on surfaces in the world. [`spread`]: for viewers
+//! side by side.
 
 mod numbers;
 mod physics;
+mod spread;
 mod world;
 
 use pt_math::{Spectrum, Vec3};

@@ -31,6 +31,12 @@ impl Facets {
             + 2 * (self.masking == Masking::Separable) as usize
     }
 
+    /// See [`Lobe::spread`](super::Lobe::spread): the angle by which facets vary.
+    #[inline]
+    pub(super) fn spread(&self) -> f32 {
+        self.alpha[0].min(self.alpha[1])
+    }
+
     /// As three numbers.
     #[inline]
     pub(super) fn pack(&self) -> [f32; 3] {

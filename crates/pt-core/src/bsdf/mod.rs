@@ -103,6 +103,13 @@ pub trait Lobe: Copy {
     /// Draws `wi` by a map from the unit square to directions, `u[0]` and `u[1]`; `u[2]` chooses the map
     /// where there are several and the choice has to wait for the other two.
     fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample>;
+    /// The angle in radians by which `wo` may be turned, seen from the normal, without much change of what is
+    /// reflected towards it (see [`Bsdf::serves`]): infinite if nothing changes, 0 if light goes through or some
+    /// is reflected into single directions.
+    #[inline(always)]
+    fn spread(&self) -> f32 {
+        0.0
+    }
     /// Settings worth testing; the laws run on each.
     fn examples() -> Vec<Self>;
     /// Whether f(wo, wi) = f(wi, wo), or f(wo, wi)/η² where light is refracted. Only the course's own
@@ -160,6 +167,14 @@ macro_rules! lobes {
             fn is_delta(&self) -> bool {
                 $((self.kind == Kind::$name as u32 && <$ty as Lobe>::DELTA))||*
             }
+            /// See [`Lobe::spread`].
+            #[inline(always)]
+            fn spread(&self) -> f32 {
+                $(if self.kind == Kind::$name as u32 {
+                    return self.run::<$ty, _>(|lobe| lobe.spread());
+                })*
+                0.0
+            }
             /// See [`Lobe::eval`].
             #[inline(always)]
             fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
@@ -210,6 +225,10 @@ macro_rules! lobes {
             /// See [`Lobe::RECIPROCAL`].
             pub fn is_reciprocal(&self) -> bool {
                 match self { $(Self::$name(_) => <$ty as Lobe>::RECIPROCAL),* }
+            }
+            /// See [`Lobe::spread`].
+            pub fn spread(&self) -> f32 {
+                match self { $(Self::$name(l) => l.spread()),* }
             }
             /// See [`Lobe::TRANSMITS`].
             pub fn transmits(&self) -> bool {
@@ -342,11 +361,44 @@ impl<'a> Bsdf<'a> {
         self.lobe.is_delta()
     }
 
+    /// See [`Lobe::spread`].
+    #[inline(always)]
+    pub fn spread(&self) -> f32 {
+        self.lobe.spread()
+    }
+
+    /// The same surface seen from the unit direction `wo` (world), on the same side; `None` where it might
+    /// look otherwise, or is not seen.
+    #[inline(always)]
+    pub fn towards(&self, wo: Vec3) -> Option<Self> {
+        let local = self.frame.to_local(wo);
+        let is_alike = local.z > LEAST_COSINE && self.is_consistent(wo, local);
+        is_alike.then_some(Self { wo: local, ..*self })
+    }
+
+    /// Whether directions that were drawn for this viewer serve another as well, to whom the same surface is
+    /// `other`.
+    #[inline(always)]
+    pub fn serves(&self, other: &Self) -> bool {
+        serves(self.lobe.spread(), self.wo, other.wo)
+    }
+
     /// f(wo, wi) · |cos θi|.
     #[inline(always)]
     pub fn eval(&self, wi: Vec3) -> Spectrum {
         let local = self.frame.to_local(wi);
         if self.is_consistent(wi, local) { self.lobe.eval(self.wo, local) } else { Spectrum::ZERO }
+    }
+
+    /// [`Self::eval`], and the density with which [`Self::sample`] returns `wi`.
+    #[inline(always)]
+    pub fn eval_and_pdf(&self, wi: Vec3) -> (Spectrum, Pdf<SolidAngle>) {
+        let local = self.frame.to_local(wi);
+        if self.is_consistent(wi, local) {
+            (self.lobe.eval(self.wo, local), self.lobe.pdf(self.wo, local))
+        } else {
+            (Spectrum::ZERO, Pdf::ZERO)
+        }
     }
 
     /// Density with which [`Self::sample`] returns `wi`.
@@ -377,11 +429,21 @@ impl<'a> Bsdf<'a> {
     }
 }
 
+/// Whether the distance of two unit directions above a surface is within its spread. Towards grazing angles less
+/// will do: the normal of the facets that reflect from `wi` to `a` turns by up to 1 / (2 cos θ) times as much as `a`.
+#[inline(always)]
+fn serves(spread: f32, a: Vec3, b: Vec3) -> bool {
+    let least = spread * a.z.min(b.z);
+    (a - b).length_squared() <= least * least
+}
+
+/// The least cosine between the direction from where a surface is seen and its shading normal.
+const LEAST_COSINE: f32 = 1e-3;
+
 /// Turns the unit normal `n` just so far that `wo`, which sees the surface from its side, is not
 /// below it. Where interpolated normals look away from the camera, lobes would otherwise be black.
 #[inline(always)]
 fn make_visible(n: Vec3, wo: Vec3) -> Vec3 {
-    const LEAST_COSINE: f32 = 1e-3;
     let cos = n.dot(wo);
     if cos >= LEAST_COSINE { n } else { (n + wo * (LEAST_COSINE - cos)).normalize() }
 }

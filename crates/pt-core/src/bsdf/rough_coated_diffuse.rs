@@ -240,6 +240,11 @@ impl Lobe for RoughCoatedDiffuse {
         pdf.is_positive().then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
     }
 
+    #[inline]
+    fn spread(&self) -> f32 {
+        self.facets.spread()
+    }
+
     fn examples() -> Vec<Self> {
         let (beckmann, ggx) = (Distribution::Beckmann, Distribution::Ggx);
         let color = Spectrum::rgb(0.8, 0.4, 0.1);

@@ -229,7 +229,7 @@ mod tests {
     fn means_are_of_the_samples_that_see_a_surface_and_numbers_of_sample_0() {
         let mut film = Film::with_aovs(Region::full([3, 1]), &of_names());
         let mut rejections = Rejections::default();
-        for tile in &mut film.tiles(2) {
+        for tile in &mut film.tiles(2, [0; 2]) {
             let r = tile.region();
             for x in r.x..r.x + r.width {
                 tile.add([x, 0], 0, &[Spectrum::splat(3.0), Spectrum::splat(1.0)]);

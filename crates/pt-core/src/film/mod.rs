@@ -175,24 +175,24 @@ impl Film {
     /// Cuts the film into the tiles of [`Region::tiles`], to which different threads can add
     /// samples; what they refuse is to be handed to [`Self::reject`], and what was cut off from samples to
     /// [`Self::remove`].
-    pub fn tiles(&mut self, size: u32) -> Vec<Tile<'_>> {
+    pub fn tiles(&mut self, size: u32, shift: [u32; 2]) -> Vec<Tile<'_>> {
         let Self { region, counts, sums, aovs, aov_sums, .. } = self;
         let per_pixel = aov::sums_per_pixel(aovs);
         let tile = |region| Tile::new(region, aovs);
-        let mut tiles: Vec<_> = region.tiles(size).into_iter().map(tile).collect();
-        let (width, size) = (region.width as usize, size as usize);
-        let tiles_in_row = width.div_ceil(size);
-        let rows = counts.chunks_mut(width).zip(sums.chunks_mut(width)).enumerate();
-        let mut aov_sums = &mut aov_sums[..];
-        for (y, (counts, sums)) in rows {
-            let tiles = &mut tiles[y / size * tiles_in_row..];
-            let parts = counts.chunks_mut(size).zip(sums.chunks_mut(size));
-            tiles.iter_mut().zip(parts).for_each(|(tile, (counts, sums))| {
-                let (own, others) =
-                    std::mem::take(&mut aov_sums).split_at_mut(per_pixel * counts.len());
-                aov_sums = others;
-                tile.push_row(counts, sums, own);
-            });
+        let mut tiles: Vec<_> = region.tiles(size, shift).into_iter().map(tile).collect();
+        let (mut counts, mut sums, mut aov_sums) =
+            (&mut counts[..], &mut sums[..], &mut aov_sums[..]);
+        for side_by_side in tiles.chunk_by_mut(|a, b| a.region().y == b.region().y) {
+            let height = side_by_side.first().map_or(0, |tile| tile.region().height);
+            for _ in 0..height {
+                for tile in &mut *side_by_side {
+                    let width = tile.region().width as usize;
+                    let counts = counts.split_off_mut(..width).unwrap_or_default();
+                    let sums = sums.split_off_mut(..width).unwrap_or_default();
+                    let own = aov_sums.split_off_mut(..per_pixel * width).unwrap_or_default();
+                    tile.push_row(counts, sums, own);
+                }
+            }
         }
         tiles
     }
@@ -232,7 +232,7 @@ mod tests {
     fn film(pixels: &[&[Spectrum]]) -> Film {
         let mut film = Film::new(Region::full([pixels.len() as u32, 1]));
         let mut rejections = Rejections::default();
-        for tile in &mut film.tiles(2) {
+        for tile in &mut film.tiles(2, [0; 2]) {
             let columns = tile.region().x..tile.region().x + tile.region().width;
             columns.for_each(|x| tile.add([x, 0], 3, pixels[x as usize]));
             rejections.merge(tile.rejections());
@@ -278,11 +278,11 @@ mod tests {
         let whole = Region { x: 3, y: 1, width: 5, height: 3 };
         let [mut all, mut in_tiles, mut merged] = [0; 3].map(|_| Film::new(whole));
         for first in [0, 2] {
-            all.tiles(u32::MAX).iter_mut().for_each(|tile| add(tile, first));
-            in_tiles.tiles(2).iter_mut().rev().for_each(|tile| add(tile, first));
-            for region in whole.tiles(2) {
+            all.tiles(u32::MAX, [0; 2]).iter_mut().for_each(|tile| add(tile, first));
+            in_tiles.tiles(2, [1, 0]).iter_mut().rev().for_each(|tile| add(tile, first));
+            for region in whole.tiles(2, [0; 2]) {
                 let mut part = Film::new(region);
-                part.tiles(3).iter_mut().for_each(|tile| add(tile, first));
+                part.tiles(3, [0; 2]).iter_mut().for_each(|tile| add(tile, first));
                 merged.merge(&part);
             }
         }
@@ -296,8 +296,8 @@ mod tests {
         let region = Region { x: 7, y: 2, width: 33, height: 9 };
         for size in [1, 4, 8, 33, 40, u32::MAX] {
             let mut film = Film::new(region);
-            let tiles = film.tiles(size);
-            assert!(tiles.iter().map(Tile::region).eq(region.tiles(size)), "{size}");
+            let tiles = film.tiles(size, [3, 1]);
+            assert!(tiles.iter().map(Tile::region).eq(region.tiles(size, [3, 1])), "{size}");
         }
     }
 }

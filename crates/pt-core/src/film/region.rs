@@ -27,6 +27,11 @@ impl Region {
         fits(self.x, self.width, width) && fits(self.y, self.height, height)
     }
 
+    /// Whether a pixel, by column and row, is one of them.
+    pub const fn contains(&self, [x, y]: [u32; 2]) -> bool {
+        x >= self.x && x - self.x < self.width && y >= self.y && y - self.y < self.height
+    }
+
     /// Number of pixels.
     pub const fn area(&self) -> usize {
         self.width as usize * self.height as usize
@@ -54,17 +59,29 @@ impl Region {
         (self.y..self.y + self.height).flat_map(move |y| columns.clone().map(move |x| [x, y]))
     }
 
-    /// Cuts the region into tiles of at most `size` × `size` pixels, row by row.
-    pub fn tiles(&self, size: u32) -> Vec<Self> {
-        let (x1, y1) = (self.x + self.width, self.y + self.height);
+    /// Cuts the region into tiles of at most `size` × `size` pixels, row by row. Tiles begin at multiples of
+    /// `size` less `shift`, by columns and rows, or with the region.
+    pub fn tiles(&self, size: u32, shift: [u32; 2]) -> Vec<Self> {
+        let columns = cut(self.x, self.width, size, shift[0]);
         let mut tiles = Vec::new();
-        for y in (self.y..y1).step_by(size as usize) {
-            for x in (self.x..x1).step_by(size as usize) {
-                tiles.push(Self { x, y, width: size.min(x1 - x), height: size.min(y1 - y) });
-            }
+        for (y, height) in cut(self.y, self.height, size, shift[1]) {
+            tiles.extend(columns.iter().map(|&(x, width)| Self { x, y, width, height }));
         }
         tiles
     }
+}
+
+/// Cuts `start..start + len` before multiples of `size` less `shift`: starts and lengths of the pieces.
+fn cut(start: u32, len: u32, size: u32, shift: u32) -> Vec<(u32, u32)> {
+    let mut pieces = Vec::new();
+    let mut at = start;
+    while at < start + len {
+        let whole = size - ((u64::from(at) + u64::from(shift)) % u64::from(size)) as u32;
+        let piece = whole.min(start + len - at);
+        pieces.push((at, piece));
+        at += piece;
+    }
+    pieces
 }
 
 /// Pixels along a side of the squares of [`Region::pixels`].

@@ -8,6 +8,7 @@ use pt_math::sampler::Lanes;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3, warp};
 
 use super::holes;
+use super::reuse::{Gift, Reuse};
 use super::sums::Sums;
 use super::wavefront::{Numbers, Rules, Surface};
 use crate::Tracer;
@@ -107,6 +108,7 @@ impl Requests {
         scene: &RenderScene,
         tracer: &mut Tracer,
         sums: &mut Sums,
+        mut reuse: Option<&mut Reuse>,
     ) {
         let mut pair = 0u32;
         for light in scene.lights.as_slice() {
@@ -114,7 +116,9 @@ impl Requests {
             for _ in 0..n {
                 let numbers = asking.numbers.pair(pair);
                 pair = pair.wrapping_add(1);
-                light.visit(LightSampling { asking, scene, numbers: &numbers, n, requests: self });
+                let reuse = reuse.as_deref_mut();
+                let (numbers, requests) = (&numbers, &mut *self);
+                light.visit(LightSampling { asking, scene, numbers, n, requests, reuse, sums });
                 self.answer_many(tracer, sums);
             }
         }
@@ -129,7 +133,7 @@ impl Requests {
     /// Asks for light from one random direction at each surface.
     fn probe(&mut self, hemisphere: Hemisphere, surfaces: &[Surface], [x, y]: &[Lanes<f32>; 2]) {
         for (surface, (&x, &y)) in surfaces.iter().zip(x.iter().zip(y)) {
-            let Surface { point, bsdf, beta, start, .. } = surface;
+            let Surface { point, bsdf, beta, target, .. } = surface;
             if bsdf.is_delta() {
                 continue;
             }
@@ -137,7 +141,7 @@ impl Requests {
             let wi = bsdf.frame().to_world(local);
             let value = *beta * bsdf.eval(wi) / (pdf.get() * hemisphere.samples as f32);
             if !value.is_black() {
-                self.probes.push(point.spawn(wi), value, *start);
+                self.probes.push(point.spawn(wi), value, *target);
             }
         }
     }
@@ -192,19 +196,21 @@ impl Requests {
 }
 
 /// Asks for one of `n` samples of a light at each surface.
-struct LightSampling<'a, R> {
+struct LightSampling<'a, 's, R> {
     asking: &'a Asking<'a, R>,
     scene: &'a RenderScene,
     numbers: &'a [Lanes<f32>; 2],
     n: u32,
     requests: &'a mut Requests,
+    reuse: Option<&'a mut Reuse>,
+    sums: &'a mut Sums<'s>,
 }
 
-impl<R: Rules> LightVisitor for LightSampling<'_, R> {
+impl<R: Rules> LightVisitor for LightSampling<'_, '_, R> {
     type Output = ();
 
     #[inline(always)]
-    fn visit<L: Light>(self, light: &L) {
+    fn visit<L: Light>(mut self, light: &L) {
         let Asking { rules, settings, surfaces, .. } = *self.asking;
         let Requests { samples, shadows, .. } = self.requests;
         let [x, y] = self.numbers;
@@ -215,7 +221,7 @@ impl<R: Rules> LightVisitor for LightSampling<'_, R> {
         samples.clear();
         samples.extend(surfaces.iter().zip(x.iter().zip(y)).map(sample));
         for (surface, sample) in surfaces.iter().zip(&*samples) {
-            let Surface { point, bsdf, beta, start, .. } = surface;
+            let Surface { point, bsdf, beta, target, .. } = surface;
             let Some(sample) = sample else { continue };
             if bsdf.is_delta() {
                 continue;
@@ -224,9 +230,17 @@ impl<R: Rules> LightVisitor for LightSampling<'_, R> {
             let p = sample.pdf.map_or(1.0, Pdf::get) * self.n as f32;
             let f = bsdf.eval(sample.wi);
             let value = *beta * f * sample.radiance * (weight / p);
-            if !value.is_black() {
-                shadows.push(point.spawn_to(sample), value, *start);
+            if value.is_black() {
+                continue;
             }
+            let (value, target) = match (surface.gift, &mut self.reuse) {
+                (Some(Gift::Glossy), Some(reuse)) => {
+                    let part = reuse.arrive(surface.start, sample.wi, self.sums);
+                    (sample.radiance * (weight / p), part)
+                }
+                _ => (value, *target),
+            };
+            shadows.push(point.spawn_to(sample), value, target);
         }
     }
 }

@@ -9,6 +9,7 @@ mod direct;
 pub(crate) mod holes;
 mod normals;
 mod path;
+mod reuse;
 mod sums;
 mod volpath;
 mod wavefront;
@@ -29,7 +30,21 @@ pub struct Starts {
     pub rays: RayColumns,
     /// The samples' numbers.
     pub samplers: SamplerBlocks,
+    /// Where paths bring their light to each other: the groups in order.
+    pub groups: Vec<Group>,
 }
+
+/// Starts of the pixels of a square, with the same samples of each, one pixel behind the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Group {
+    /// Pixels.
+    pub pixels: u32,
+    /// Samples of each.
+    pub samples: u32,
+}
+
+/// The largest [`Settings::reuse`].
+pub const MOST_REUSE: u32 = 4;
 
 /// The light that camera rays carry: a pure function of scene, settings and start.
 ///
@@ -57,6 +72,8 @@ pub struct Registration {
     pub weighs_sky: bool,
     /// Whether it sees media; to the others, what fills space is not there.
     pub sees_media: bool,
+    /// Whether paths may bring their light to each other: [`Settings::reuse`].
+    pub reuses: bool,
     /// Makes one for a thread that renders this scene with these settings.
     pub new: New,
 }
@@ -71,6 +88,7 @@ pub static INTEGRATORS: &[Registration] = &[
         help: "light that was scattered up to --max-depth times",
         weighs_sky: true,
         sees_media: false,
+        reuses: true,
         new: |scene, set| Box::new(Wavefront::new(path::Path { depth: u32::MAX }, scene, set)),
     },
     Registration {
@@ -78,6 +96,7 @@ pub static INTEGRATORS: &[Registration] = &[
         help: "the same, with media between surfaces",
         weighs_sky: true,
         sees_media: true,
+        reuses: false,
         new: |scene, set| Box::new(volpath::VolPath::new(scene, set)),
     },
     Registration {
@@ -85,6 +104,7 @@ pub static INTEGRATORS: &[Registration] = &[
         help: "light that was scattered at most once",
         weighs_sky: true,
         sees_media: false,
+        reuses: false,
         new: |scene, set| Box::new(Wavefront::new(path::Path { depth: 1 }, scene, set)),
     },
     Registration {
@@ -92,6 +112,7 @@ pub static INTEGRATORS: &[Registration] = &[
         help: "ambient occlusion: how much of the sky is seen, or is free up to --ao-distance",
         weighs_sky: false,
         sees_media: false,
+        reuses: false,
         new: |_, set| Box::new(ao::AmbientOcclusion::new(set)),
     },
     Registration {
@@ -99,6 +120,7 @@ pub static INTEGRATORS: &[Registration] = &[
         help: "shading normals as colours: (n + 1) / 2",
         weighs_sky: false,
         sees_media: false,
+        reuses: false,
         new: |_, _| Box::<normals::Normals>::default(),
     },
     Registration {
@@ -106,6 +128,7 @@ pub static INTEGRATORS: &[Registration] = &[
         help: "light as the program of the university course computes it",
         weighs_sky: false,
         sees_media: false,
+        reuses: false,
         new: |scene, set| Box::new(Wavefront::new(course::Course, scene, set)),
     },
 ];

@@ -30,6 +30,7 @@ use pt_math::{Pdf, Ray, Rays, SolidAngle, Spectrum, Vec3};
 
 use super::direct::{Asking, Hemisphere, Requests};
 use super::holes;
+use super::reuse::{Gift, Reuse, Seen};
 use super::sums::Sums;
 use super::{CAMERA_DIMENSIONS, Integrator, Starts};
 use crate::Tracer;
@@ -57,6 +58,8 @@ pub(super) struct State {
     pub(super) arrival: Arrival,
     /// Which start it is of.
     pub(super) start: u32,
+    /// Where its light goes: see [`Sums`].
+    pub(super) target: u32,
 }
 
 /// What distinguishes one path tracer from another.
@@ -100,6 +103,22 @@ pub(super) struct Surface<'a> {
     pub(super) beta: Spectrum,
     squeeze: f32,
     pub(super) start: u32,
+    pub(super) target: u32,
+    /// What becomes of its light where others may have it.
+    pub(super) gift: Option<Gift>,
+}
+
+impl Surface<'_> {
+    /// Its light, which others may have, is added up apart from now on, and without what the path carried here;
+    /// Russian roulette still knows that.
+    pub(super) fn give(&mut self, gift: Gift) {
+        if let Gift::Matte(target) = gift {
+            self.squeeze *= self.beta.max_channel();
+            self.beta = Spectrum::ONE;
+            self.target = target;
+        }
+        self.gift = Some(gift);
+    }
 }
 
 /// The numbers of a block of paths at one bounce.
@@ -152,6 +171,7 @@ pub(super) struct Wavefront<'a, R> {
     interactions: Vec<Interaction>,
     resolved: Vec<Option<Resolved>>,
     requests: Requests,
+    reuse: Option<Reuse>,
     /// See [`Integrator::take_removed`].
     removed: ExactSum,
 }
@@ -160,7 +180,8 @@ impl<R: Rules> Integrator for Wavefront<'_, R> {
     fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>) {
         self.begin(starts);
         radiance.clear();
-        radiance.resize(starts.samplers.len(), Spectrum::ZERO);
+        let n = starts.samplers.len();
+        radiance.resize(n, Spectrum::ZERO);
         let clamp = if self.rules.clamps() { self.cx.settings.clamp } else { Clamp::NONE };
         let mut removed = ExactSum::default();
         let mut sums = Sums::new(radiance, clamp, &mut removed);
@@ -176,6 +197,11 @@ impl<R: Rules> Integrator for Wavefront<'_, R> {
             }
             self.scatter(bounces, tracer, starts, &mut sums);
             self.requests.answer(tracer, &mut sums);
+        }
+        if let Some(reuse) = &mut self.reuse {
+            sums.scattered(2);
+            reuse.share(tracer, starts, &mut sums);
+            radiance.truncate(n);
         }
         self.removed.merge(removed);
     }
@@ -213,6 +239,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             interactions: Vec::new(),
             resolved: Vec::new(),
             requests: Requests::new(hemisphere),
+            reuse: (settings.reuse > 1).then(|| Reuse::new(hemisphere.is_none())),
             removed: ExactSum::default(),
         }
     }
@@ -224,10 +251,15 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             origin: Vec3::ZERO,
             arrival: None,
             start: 0,
+            target: 0,
         };
+        if let Some(reuse) = &mut self.reuse {
+            reuse.begin(starts.samplers.len());
+        }
         self.rays.clear();
         self.rays.extend(Rays::from(&starts.rays).iter());
-        let path = |(start, ray): (u32, &Ray)| State { start, origin: ray.origin, ..first };
+        let path =
+            |(start, ray): (u32, &Ray)| State { start, target: start, origin: ray.origin, ..first };
         self.paths.clear();
         self.paths.extend((0..).zip(&self.rays).map(path));
         self.cones.clear();
@@ -252,7 +284,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
                 None if shown => {
                     let (path, d) = (&self.paths[i], self.rays[i].direction);
                     let l = self.rules.sky(self.cx, path, d, bounces);
-                    sums.add(path.start, path.beta * l);
+                    sums.add(path.target, path.beta * l);
                 }
                 _ => {}
             }
@@ -272,14 +304,16 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             sums.scattered(bounces);
             self.meet(block, settings.shows(bounces), sums);
             self.resolve(block, &numbers, &mut resolved);
-            let surfaces = self.surfaces(block, &resolved);
+            let mut surfaces = self.surfaces(block, &resolved);
+            self.meet_others(block, bounces, &resolved, &mut surfaces, sums);
             sums.scattered(bounces + 1);
             if lit {
                 let asking =
                     Asking { rules: &self.rules, settings, surfaces: &surfaces, numbers: &numbers };
-                self.requests.ask(&asking, scene, tracer, sums);
+                self.requests.ask(&asking, scene, tracer, sums, self.reuse.as_mut());
             }
-            living = self.leave(block, &surfaces, bounces + 1, light_pairs, &numbers, living);
+            let pairs = [light_pairs, living as u32];
+            living = self.leave(block, &surfaces, bounces + 1, pairs, &numbers, sums);
         }
         self.paths.truncate(living);
         self.rays.truncate(living);
@@ -361,10 +395,43 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         };
         let mut surfaces = ArrayVec::new();
         for (lane, (at, &(i, _))) in self.interactions.iter().zip(block).enumerate() {
-            let State { beta, squeeze, start, .. } = self.paths[i as usize];
-            surfaces.push(Surface { point: at.point, bsdf: bsdf(lane, at), beta, squeeze, start });
+            let State { beta, squeeze, start, target, .. } = self.paths[i as usize];
+            let bsdf = bsdf(lane, at);
+            surfaces.push(Surface {
+                point: at.point,
+                bsdf,
+                beta,
+                squeeze,
+                start,
+                target,
+                gift: None,
+            });
         }
         surfaces
+    }
+
+    /// Where paths bring their light to each other: what others may need of these surfaces.
+    fn meet_others(
+        &mut self,
+        block: &[(u32, Hit)],
+        bounces: u32,
+        resolved: &[Option<Resolved>],
+        surfaces: &mut [Surface],
+        sums: &mut Sums,
+    ) {
+        let Some(reuse) = &mut self.reuse else { return };
+        if bounces > 1 {
+            return;
+        }
+        for (lane, surface) in surfaces.iter_mut().enumerate() {
+            let resolved = resolved.get(lane).copied().flatten();
+            let seen = Seen { at: self.interactions[lane], resolved };
+            if bounces == 0 {
+                reuse.take(surface.start, seen);
+            } else {
+                reuse.give(&self.paths[block[lane].0 as usize], seen, surface, sums);
+            }
+        }
     }
 
     /// The numbers of the block's paths: for direct light, for the BSDF, for roulette, for materials.
@@ -382,19 +449,22 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         block: &[(u32, Hit)],
         surfaces: &[Surface],
         bounces: u32,
-        light_pairs: u32,
+        [light_pairs, living]: [u32; 2],
         numbers: &Numbers,
-        mut living: usize,
+        sums: &mut Sums,
     ) -> usize {
+        let mut living = living as usize;
         let behind_lights = numbers.pairs(light_pairs);
         // Where only the BSDF finds directions, no numbers are taken for lights.
         let any_delta = light_pairs > 0 && surfaces.iter().any(|s| s.bsdf.is_delta());
         let alone = if any_delta { numbers.pairs(0) } else { behind_lights };
         for (lane, surface) in surfaces.iter().enumerate() {
             let [[x, y], [z, w]] = if surface.bsdf.is_delta() { &alone } else { &behind_lights };
-            if let Some((path, ray)) =
-                self.next(surface, bounces, [x, y, w].map(|n| n[lane]), z[lane])
-            {
+            let next = self.next(surface, bounces, [x, y, w].map(|n| n[lane]), z[lane]);
+            if let Some((mut path, ray)) = next {
+                if let (Some(Gift::Glossy), Some(reuse)) = (surface.gift, &mut self.reuse) {
+                    reuse.leave(&mut path, ray.direction, sums);
+                }
                 self.paths[living] = path;
                 self.rays[living] = ray;
                 if let Some(cone) = self.cones.get(block[lane].0 as usize) {
@@ -419,6 +489,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             origin: surface.point.p,
             arrival: scattered.pdf,
             start: surface.start,
+            target: surface.target,
         };
         let finds_nothing = bounces >= self.depth && !self.rules.finds(settings, next.arrival);
         if next.beta.is_black() || finds_nothing {
@@ -443,5 +514,5 @@ pub(super) fn find(
     (at, hit): (&Interaction, &Hit),
     sums: &mut Sums,
 ) {
-    sums.add(path.start, path.beta * rules.emitted(cx, path, at, hit));
+    sums.add(path.target, path.beta * rules.emitted(cx, path, at, hit));
 }

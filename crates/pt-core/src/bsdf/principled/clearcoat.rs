@@ -28,6 +28,12 @@ impl Clearcoat {
         Self { alpha2: alpha * alpha }
     }
 
+    /// α.
+    #[inline]
+    pub(super) fn alpha(self) -> f32 {
+        self.alpha2.sqrt()
+    }
+
     /// D(h).
     #[inline]
     fn d(self, h: Vec3) -> f32 {

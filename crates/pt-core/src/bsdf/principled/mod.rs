@@ -375,6 +375,19 @@ impl Lobe for Principled {
         pdf.is_positive().then(sample)
     }
 
+    #[inline]
+    fn spread(&self) -> f32 {
+        if self.transparent() > 0.0 {
+            return 0.0;
+        }
+        let facets = facets(self.roughness, self.anisotropic).spread();
+        if self.clearcoat > 0.0 {
+            facets.min(Clearcoat::new(self.clearcoat_gloss).alpha())
+        } else {
+            facets
+        }
+    }
+
     fn examples() -> Vec<Self> {
         let plain = Self {
             base_color: Spectrum::rgb(0.3, 0.2, 0.1),

@@ -187,6 +187,7 @@ impl<'a> VolPath<'a> {
                 origin: ray.origin,
                 arrival: None,
                 start,
+                target: start,
             },
             ray,
             medium: scene.media.camera,
@@ -281,7 +282,7 @@ impl<'a> VolPath<'a> {
             squeeze: path.state.squeeze * scattered.squeeze,
             origin: vertex.point().p,
             arrival: scattered.pdf,
-            start: path.state.start,
+            ..path.state
         };
         if state.beta.is_black() {
             return None;

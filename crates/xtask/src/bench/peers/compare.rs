@@ -10,6 +10,8 @@ use pt_scene::image::{self, Image};
 pub(super) struct Difference {
     /// See [`relative_mse`].
     pub(super) relative_mse: f64,
+    /// The same of the means of squares of [`COARSE`]² pixels: noise that neighbours have in common.
+    pub(super) coarse_mse: f64,
     /// The means of red, green and blue over those of the reference.
     pub(super) mean_ratio: [f64; 3],
 }
@@ -34,6 +36,7 @@ fn difference(found: &Image, wanted: &Image) -> Difference {
     let [mean, asked] = [found, wanted].map(means);
     Difference {
         relative_mse: relative_mse(found, wanted),
+        coarse_mse: relative_mse(&coarse(found), &coarse(wanted)),
         mean_ratio: [0, 1, 2].map(|c| mean[c] / asked[c]),
     }
 }
@@ -48,6 +51,22 @@ fn relative_mse(found: &Image, wanted: &Image) -> f64 {
     pairs.map(error).sum::<f64>() / (3 * wanted.pixels.len()) as f64
 }
 
+/// Side of the squares of [`Difference::coarse_mse`].
+pub(super) const COARSE: u32 = 8;
+
+/// The means of squares of pixels; what is left at the right and below is cut off.
+fn coarse(image: &Image) -> Image {
+    let [width, height] = [image.width, image.height].map(|side| side / COARSE);
+    let mean = |i: u32| {
+        let [x, y] = [i % width, i / width].map(|v| v * COARSE);
+        let row = |y: u32| (y * image.width + x) as usize;
+        let pixels = (y..y + COARSE).flat_map(|y| &image.pixels[row(y)..][..COARSE as usize]);
+        let sum = pixels.fold([0.0; 3], |sum: [f32; 3], p| [0, 1, 2].map(|c| sum[c] + p[c]));
+        sum.map(|s| s / (COARSE * COARSE) as f32)
+    };
+    Image { width, height, pixels: (0..width * height).map(mean).collect() }
+}
+
 fn means(image: &Image) -> [f64; 3] {
     let sum = |c: usize| image.pixels.iter().map(|p| f64::from(p[c])).sum::<f64>();
     [0, 1, 2].map(|c| sum(c) / image.pixels.len() as f64)
@@ -59,9 +78,18 @@ mod tests {
 
     #[test]
     fn errors_are_relative_to_the_reference() {
-        let image = |value| Image { width: 2, height: 1, pixels: vec![[value; 3]; 2] };
+        let image = |value| Image { width: 16, height: 9, pixels: vec![[value; 3]; 144] };
         let d = difference(&image(1.1), &image(1.0));
         assert!((d.relative_mse - 0.01 / 1.01).abs() < 1e-6);
+        assert!((d.coarse_mse - d.relative_mse).abs() < 1e-6);
         assert!(d.mean_ratio.iter().all(|r| (r - 1.1).abs() < 1e-6));
+    }
+
+    #[test]
+    fn noise_that_neighbours_do_not_share_is_gone_in_squares() {
+        let pixels = (0..144).map(|i| [if i % 2 == 0 { 1.5 } else { 0.5 }; 3]).collect();
+        let noisy = Image { width: 16, height: 9, pixels };
+        let d = difference(&noisy, &Image { pixels: vec![[1.0; 3]; 144], ..noisy.clone() });
+        assert!((d.relative_mse - 0.25 / 1.01).abs() < 1e-6 && d.coarse_mse < 1e-12, "{d:?}");
     }
 }

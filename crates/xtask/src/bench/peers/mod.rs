@@ -89,7 +89,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         let files = scene.write(&folder.join(name))?;
         let bench = Bench { name, files, folder: &folder, args };
         let reference = bench.reference(&mitsuba)?;
-        let mut rows = vec![bench.ours(&program, &reference)?];
+        let ours = report::OURS.iter().map(|&way| bench.ours(&program, way, &reference));
+        let ours = ours.collect::<Result<Vec<_>>>()?;
+        let mut rows = Vec::new();
         for &peer in &peers {
             let Some(python) = pythons.get(peer.name) else { continue };
             match bench.peer(peer, python, &reference) {
@@ -97,7 +99,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
                 Err(error) => println!("  {} FAILED: {error:#}", peer.name),
             }
         }
-        report::print(&rows);
+        report::print(&ours, &rows);
     }
     Ok(())
 }
@@ -175,10 +177,15 @@ impl Bench<'_> {
         self.folder.join(format!("{}_{renderer}.exr", self.name))
     }
 
-    fn ours(&self, program: &Path, reference: &(PathBuf, f64)) -> Result<Row> {
-        let image = self.image(report::OURS);
-        let taken = race::render_ours(program, &self.files, self.args, &image)?;
-        row(report::OURS, taken, &image, reference)
+    fn ours(
+        &self,
+        program: &Path,
+        (name, reuse): (&'static str, u32),
+        reference: &(PathBuf, f64),
+    ) -> Result<Row> {
+        let image = self.image(&name.replace(' ', "_"));
+        let taken = race::render_ours(program, reuse, &self.files, self.args, &image)?;
+        row(name, taken, &image, reference)
     }
 
     fn peer(&self, peer: &Peer, python: &Path, reference: &(PathBuf, f64)) -> Result<Row> {
@@ -208,5 +215,6 @@ fn row(
 ) -> Result<Row> {
     let mut difference = compare::compare(image, reference)?;
     difference.relative_mse -= error;
+    difference.coarse_mse -= error / f64::from(compare::COARSE * compare::COARSE);
     Ok(Row { name, taken, difference })
 }

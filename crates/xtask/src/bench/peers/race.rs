@@ -173,6 +173,7 @@ pub(super) fn reference(python: &Path, files: &Files, args: &Args, image: &Path)
 /// If it fails.
 pub(super) fn render_ours(
     program: &Path,
+    reuse: u32,
     files: &Files,
     args: &Args,
     image: &Path,
@@ -191,6 +192,7 @@ pub(super) fn render_ours(
         // What Mitsuba calls the depth counts the lamp, and ours does not.
         let depth = (DEPTH - 1).to_string();
         command.args(["-q", "-r", &res, &res, "-s", &spp, "-t", &threads, "-m", &depth]);
+        command.args(["--path-reuse", &reuse.to_string()]);
         command.arg(&files.xml).arg("-f").arg(image).arg("--summary-json").arg(&summary);
         let clock = Instant::now();
         succeed(&mut command)?;
