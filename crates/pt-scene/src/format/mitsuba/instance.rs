@@ -1,6 +1,7 @@
 //! `<shape type="shapegroup">` and `<shape type="instance">`: shapes that are placed many times.
 
 use std::rc::Rc;
+use std::sync::Arc;
 
 use super::object::{Object, Parameters, error};
 use super::scene::Builder;
@@ -37,7 +38,13 @@ impl Builder<'_> {
                     return Err(error(&inner.at, message));
                 }
             }
-            shapes.push(self.shape(shape)?);
+            let made = self.shape(shape)?;
+            if made.motion.is_some() {
+                let message = "shapes of a shape group cannot move by themselves; give the <animation> to \
+                               the instances";
+                return Err(error(&shape.at, message));
+            }
+            shapes.push(made);
         }
         let shapes: Rc<[_]> = shapes.into();
         self.groups.insert(index, Rc::clone(&shapes));
@@ -48,7 +55,8 @@ impl Builder<'_> {
     pub(super) fn instance(&mut self, instance: &Object) -> Result<(), LoadError> {
         let tree = self.tree;
         let mut parameters = Parameters::new(instance);
-        let to_world = parameters.transform("to_world")?;
+        let (to_world, motion) = parameters.placement("to_world")?;
+        let motion = motion.map(Arc::new);
         let children = tree.children(instance, &["shape"])?;
         let [group] = children.as_slice() else {
             let count = children.len();
@@ -84,6 +92,7 @@ impl Builder<'_> {
             self.scene.objects.push(crate::Object {
                 name: format!("{} of {}", shape.name, instance.name()),
                 to_world: placed,
+                motion: motion.clone(),
                 at: instance.at.clone(),
                 ..shape.clone()
             });

@@ -102,7 +102,7 @@ impl Builder<'_> {
 
     /// A shape with its material.
     pub(super) fn shape(&mut self, object: &Object) -> Result<crate::Object, LoadError> {
-        let Shape { geometry, to_world, is_inverted_sphere } =
+        let Shape { geometry, to_world, motion, is_inverted_sphere } =
             shape(self.tree, object, &mut self.meshes, &mut self.scene.warnings)?;
         let children = self.tree.children(object, &["bsdf", "emitter", "medium"])?;
         let bsdf = self.tree.only(&children, "bsdf")?;
@@ -111,6 +111,7 @@ impl Builder<'_> {
         Ok(crate::Object {
             name: object.name().to_owned(),
             to_world,
+            motion,
             geometry,
             materials: vec![Some(material)],
             media: self.media.sides(object, is_inverted_sphere)?,
