@@ -28,8 +28,8 @@ impl Summary<'_> {
         let [w, h] = scene.camera.resolution;
         eprintln!(
             "scene     {}, {}, {}; read in {:.3} s, BVH built in {:.3} s",
-            count(scene.triangles.len(), "triangle"),
-            count(scene.spheres.len(), "sphere"),
+            count(scene.shapes.triangles.len(), "triangle"),
+            count(scene.shapes.spheres.len(), "sphere"),
             count(scene.light_count, "light"),
             (self.load + geometry).as_secs_f64(),
             bvh.as_secs_f64()
@@ -73,8 +73,8 @@ impl Summary<'_> {
         let scene = self.session.scene();
         let number = |v: Option<f64>| v.map_or("null".to_owned(), |v| v.to_string());
         let fields = [
-            ("triangles", scene.triangles.len().to_string()),
-            ("spheres", scene.spheres.len().to_string()),
+            ("triangles", scene.shapes.triangles.len().to_string()),
+            ("spheres", scene.shapes.spheres.len().to_string()),
             ("lights", scene.light_count.to_string()),
             ("texture_bytes", scene.materials.textures.bytes().to_string()),
             ("threads", self.threads.to_string()),

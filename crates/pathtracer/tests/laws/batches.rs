@@ -90,7 +90,8 @@ fn a_path_depends_on_no_other_path() {
         let mut radiance = |starts: &[(Ray, [u32; 2], u32)]| {
             let mut samplers = SamplerBlocks::new(settings.points());
             samplers.refill(starts.iter().map(|&(_, pixel, i)| (pixel, i..i + 1)));
-            let starts = Starts { rays: starts.iter().map(|s| s.0).collect(), samplers };
+            let rays = starts.iter().map(|s| s.0).collect();
+            let starts = Starts { rays, samplers, times: Vec::new() };
             let mut l = Vec::new();
             integrator.radiance(&mut tracer, &starts, &mut l);
             l

@@ -20,6 +20,7 @@ mod many_lights;
 mod materials;
 mod measure;
 mod media;
+mod motion;
 mod occlusion;
 mod pictures;
 mod scenes;

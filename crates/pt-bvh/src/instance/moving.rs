@@ -35,6 +35,27 @@ pub struct Knot {
     pub to_world: DAffine3,
 }
 
+impl Knot {
+    /// The transform at a time by knots of increasing times: linear between two, constant before the
+    /// first and after the last.
+    ///
+    /// # Panics
+    /// If there are none.
+    #[inline]
+    pub fn at(knots: &[Self], time: f32) -> DAffine3 {
+        let after = knots.partition_point(|knot| knot.time <= time);
+        let Some(to) = knots.get(after) else { return knots[after - 1].to_world };
+        let Some(from) = after.checked_sub(1).map(|i| &knots[i]) else { return to.to_world };
+        let [start, end, time] = [from.time, to.time, time].map(f64::from);
+        let share = (time - start) / (end - start);
+        let [a, b] = [from.to_world, to.to_world];
+        DAffine3::from_mat3_translation(
+            a.matrix3 + (b.matrix3 - a.matrix3) * share,
+            a.translation + (b.translation - a.translation) * share,
+        )
+    }
+}
+
 /// An object that moves. Between knots its transform is linear in time, before the first and after
 /// the last it is constant.
 #[derive(Clone, Debug)]
@@ -86,19 +107,15 @@ impl MovingInstance {
         &self.object
     }
 
+    /// Whether it has more than one knot.
+    pub fn moves(&self) -> bool {
+        self.knots.len() > 1
+    }
+
     /// From coordinates of the object to those of the world, at a time.
     #[inline]
     pub fn to_world(&self, time: f32) -> DAffine3 {
-        let after = self.knots.partition_point(|knot| knot.time <= time);
-        let Some(to) = self.knots.get(after) else { return self.knots[after - 1].to_world };
-        let Some(from) = after.checked_sub(1).map(|i| &self.knots[i]) else { return to.to_world };
-        let [start, end, time] = [from.time, to.time, time].map(f64::from);
-        let share = (time - start) / (end - start);
-        let [a, b] = [from.to_world, to.to_world];
-        DAffine3::from_mat3_translation(
-            a.matrix3 + (b.matrix3 - a.matrix3) * share,
-            a.translation + (b.translation - a.translation) * share,
-        )
+        Knot::at(&self.knots, time)
     }
 
     /// A box in the world around all that can be hit at any time; empty when nothing can.

@@ -11,7 +11,7 @@ use super::CompileError;
 use super::geometry::Shapes;
 use crate::id::Id;
 use crate::light::{EmitterTriangle, Slide, SphereMap, TexturedTriangle};
-use crate::scene::FLAT;
+use crate::shapes::FLAT;
 use crate::texture::{TextureRecord, Textures};
 
 /// Lookups of a texture for the means over the triangles of a mesh, and over all of a sphere or a slide.

@@ -279,7 +279,8 @@ impl Lights {
 
     /// Tells the user when nothing gives light.
     pub(super) fn tell_if_dark(&self, shapes: &Shapes, notes: &mut Vec<String>) {
-        if self.table.as_slice().is_empty() && shapes.emitters.is_empty() {
+        let glows = !shapes.emitters.is_empty() || shapes.placed.glows;
+        if self.table.as_slice().is_empty() && !glows {
             notes.push(
                 "the scene has no light: the image will be black. Give it an environment with -e \
                  FILE.exr, or look at its shape with --integrator normals"

@@ -26,7 +26,7 @@ use pt_math::{Pdf, Ray, Rays, Spectrum};
 
 use super::path::{Path, sampled_weight};
 use super::sums::Sums;
-use super::wavefront::{Context, Rules, State, find};
+use super::wavefront::{Context, Found, Rules, State, find};
 use super::{CAMERA_DIMENSIONS, Integrator, Starts};
 use crate::Tracer;
 use shadow::{Shadow, Shadows};
@@ -127,13 +127,13 @@ impl Integrator for VolPath<'_> {
         for bounces in 0.. {
             sums.scattered(bounces);
             self.travel(bounces, tracer, starts, &mut sums);
-            self.arrive(bounces, &mut sums);
+            self.arrive(bounces, starts, &mut sums);
             if self.paths.is_empty() {
                 break;
             }
             self.scatter(bounces, tracer, starts, &mut sums);
             sums.scattered(bounces + 1);
-            self.shadows.answer(tracer, &mut sums);
+            self.shadows.answer(tracer, starts, &mut sums);
         }
         self.removed.merge(removed);
     }
@@ -176,11 +176,12 @@ impl<'a> VolPath<'a> {
         self.paths.clear();
         let scene = self.scene;
         let uses_footprints = scene.uses_footprints();
-        let cone = |ray: &Ray| {
-            if uses_footprints { scene.camera.cone(ray.direction) } else { Cone::default() }
+        let cone = |start: u32, ray: &Ray| match uses_footprints {
+            true => scene.camera_cone(ray.direction, starts.time(start as usize)),
+            false => Cone::default(),
         };
         let path = |(start, ray): (u32, Ray)| Walker {
-            cone: cone(&ray),
+            cone: cone(start, &ray),
             state: State {
                 beta: Spectrum::ONE,
                 squeeze: 1.0,
@@ -196,7 +197,7 @@ impl<'a> VolPath<'a> {
     }
 
     /// Adds the light that paths find where they end; leaves those that are scattered.
-    fn arrive(&mut self, bounces: u32, sums: &mut Sums) {
+    fn arrive(&mut self, bounces: u32, starts: &Starts, sums: &mut Sums) {
         let shown = self.settings.shows(bounces);
         let last = bounces >= self.depth;
         let cx = Context { scene: self.scene, settings: &self.settings };
@@ -210,7 +211,9 @@ impl<'a> VolPath<'a> {
                     sums.add(state.start, state.beta * l);
                 }
                 Event::Surface(hit) if shown && scene.glows(hit) => {
-                    find(rules, cx, state, (&scene.interaction(ray, hit), hit), sums);
+                    let time = starts.time(state.start as usize);
+                    let at = &scene.interaction(ray, hit, time);
+                    find(rules, cx, state, Found { at, hit, time }, sums);
                 }
                 _ => {}
             }
@@ -234,12 +237,13 @@ impl<'a> VolPath<'a> {
             let sampler = starts.samplers.get(path.state.start as usize);
             let choice = if self.choose { self.layout.material(sampler, bounces) } else { 0.0 };
             let mut resolved = None;
-            let vertex = Vertex::new(scene, &path, &event, choice, &mut resolved);
+            let time = starts.time(path.state.start as usize);
+            let vertex = Vertex::new(scene, &path, &event, time, choice, &mut resolved);
             let Some(vertex) = vertex else { continue };
             if lit && !vertex.is_delta() {
                 self.ask(&vertex, &path, sampler, bounces);
                 sums.scattered(bounces + 1);
-                self.shadows.answer_many(tracer, sums);
+                self.shadows.answer_many(tracer, starts, sums);
             }
             if let Some(next) = self.next(&vertex, &path, sampler, bounces + 1) {
                 self.paths[living] = next;
