@@ -128,6 +128,7 @@ fn compile(
         course: cli.cs184,
         bvh: request.bvh(),
         most_single_lights: None,
+        most_copied_triangles: None,
         environment,
         compensated: false, // the session knows
         camera,

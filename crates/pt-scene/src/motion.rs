@@ -102,7 +102,11 @@ impl Motion {
 
     /// The transform at a time between key number `before` and the next one.
     fn between(&self, before: usize, time: f64) -> DAffine3 {
-        let [start, end] = [before, before + 1].map(|i| self.keys[i].time);
+        let [from, to] = [self.keys[before], self.keys[before + 1]];
+        if from.to_world == to.to_world {
+            return from.to_world; // to the last bit
+        }
+        let [start, end] = [from.time, to.time];
         self.poses[before].between(&self.poses[before + 1], (time - start) / (end - start))
     }
 

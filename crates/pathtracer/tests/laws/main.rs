@@ -23,6 +23,7 @@ mod media;
 mod motion;
 mod occlusion;
 mod pictures;
+mod placed;
 mod scenes;
 mod specular;
 mod textures;

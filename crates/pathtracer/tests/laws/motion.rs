@@ -2,13 +2,16 @@
 
 use std::sync::Arc;
 
-use pathtracer::{Camera, Film, INTEGRATORS, Scene, Session, Settings, Silent};
+use pathtracer::{Camera, Film, INTEGRATORS, Projection, Region, Scene, Session, Settings, Silent};
 use pt_cpu::Renderer;
 use pt_math::{DAffine3, DQuat, DVec3};
-use pt_scene::{Geometry, Key, LightKind, Motion, shapes};
+use pt_scene::material::{Black, Glass};
+use pt_scene::medium::{Matter, Phase};
+use pt_scene::texture::Pattern;
+use pt_scene::{Key, Medium, Motion, Scalar, Sides, Texture, shapes};
 
 use crate::measure::{Luminances, render, settings};
-use crate::scenes::{Builder, camera, cornell, facing, gloss, matte, metal, size};
+use crate::scenes::{Builder, camera, facing, gloss, inward_cube, matte, metal, size};
 
 const SIZE: [u32; 2] = [12, 10];
 /// When the shutter opens and closes.
@@ -96,5 +99,158 @@ fn assert_blurred(scene: &Scene, what: &str) {
 fn moving_pictures_are_means_of_still_ones() {
     for (name, motion) in motions() {
         assert_blurred(&scene(&motion), name);
+    }
+}
+
+/// A camera that flies and turns, in perspective with a lens, and with parallel rays.
+#[test]
+fn pictures_of_a_moving_camera_are_means_of_still_ones() {
+    let fly = |x: f64, angle: f64| {
+        DAffine3::from_translation(DVec3::X * x) * DAffine3::from_rotation_y(angle)
+    };
+    let keys = [key(0.0, fly(-0.3, -0.1)), key(1.0, fly(0.3, 0.05)), key(2.0, fly(0.1, 0.2))];
+    let parallel = Projection::Orthographic { half_width: 1.6, half_height: 1.3 };
+    for (projection, lens_radius) in [(None, 0.1), (Some(parallel), 0.0)] {
+        let mut scene = scene(&motion(&[key(0.0, DAffine3::IDENTITY), key(1.0, fly(0.2, 0.3))]));
+        let camera = &mut scene.cameras[0];
+        camera.motion = Some(motion(&keys));
+        camera.lens_radius = lens_radius;
+        camera.focal_distance = 4.0;
+        camera.projection = projection.unwrap_or(camera.projection);
+        assert_blurred(&scene, &format!("{projection:?}"));
+    }
+}
+
+/// Light that moves is seen, and lights the scene, where it is at the time.
+#[test]
+fn moving_light_is_the_mean_of_still_light() {
+    let fly = |x: f64| DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
+    let moves = Arc::new(motion(&[key(0.0, fly(-1.0)), key(2.0, fly(1.0))]));
+    let mut scene = Builder::default()
+        .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.6, 0.5, 0.4]))
+        .sphere(DVec3::new(1.0, 0.3, 0.4), 0.3, gloss())
+        .glowing_quad(facing(DVec3::new(0.0, 1.0, 0.0), DVec3::NEG_Y, 0.8), 3.0)
+        .glowing_sphere(DVec3::new(0.5, 0.7, 0.6), 0.5, 2.0)
+        .seen_by(Camera { shutter: SHUTTER, ..scene(&moves).cameras[0].clone() });
+    for object in scene.objects.iter_mut().skip(2) {
+        object.motion = Some(Arc::clone(&moves));
+    }
+    assert_blurred(&scene, "light");
+}
+
+/// With holes, textures of all sorts, and media inside of what moves.
+#[test]
+fn moving_glass_with_a_medium_and_a_moving_mask_are_means_of_still_ones() {
+    let (_, turning) = motions().swap_remove(1);
+    let mut scene = scene(&turning);
+    let board = Pattern::Checkerboard([[0.0; 3], [0.9; 3]]);
+    let texture: Arc<Texture> = Arc::new(board.into());
+    let [ball, block] = [3, 4].map(|i| scene.objects[i].materials[0].expect("it has one") as usize);
+    scene.materials[block].opacity = Scalar::Texture(texture);
+    scene.materials[ball].surface = Glass {
+        reflectance: [1.0; 3].into(),
+        transmittance: [1.0; 3].into(),
+        ior: 1.3,
+        roughness: None,
+    }
+    .into();
+    scene.objects[3].media = Some(Sides { interior: Some(0), exterior: None });
+    let matter = Matter::Homogeneous { extinction: [3.0, 2.0, 1.0], albedo: [0.6; 3] };
+    let (name, at) = (String::new(), pt_scene::Span::default());
+    scene.media.push(Medium { name, matter, phase: Phase::Isotropic, at });
+    for integrator in ["path", "volpath"] {
+        let picture = |scene: &Scene, spp, seed| {
+            let integrator = integrator.into();
+            let settings = Settings { integrator, max_depth: 4, seed, ..settings(spp) };
+            Luminances::of(render(scene, size([8, 6]), settings).film())
+        };
+        let moving = picture(&scene, 16_384, 0);
+        let still = |i: u32| {
+            let share = (f64::from(i) + 0.5) / 128.0;
+            let time = SHUTTER[0] + share * (SHUTTER[1] - SHUTTER[0]);
+            picture(&at_once(&scene, time), 128, 1 + i)
+        };
+        let stills = (1..128).fold(still(0), |sum, i| sum.plus(&still(i))).scaled(1.0 / 128.0);
+        moving.compare(&stills, 1e-4).unwrap_or_else(|e| panic!("{integrator}: {e}"));
+    }
+}
+
+/// Where the shutter is open for no time, and where both keys are alike, a scene has the bits of one
+/// without motion.
+#[test]
+fn what_does_not_move_keeps_its_bits() {
+    for (name, motion) in motions() {
+        let scene = scene(&motion);
+        for time in [SHUTTER[0], 0.8, 5.0] {
+            let closed = at_once(&scene, time);
+            let mut still = closed.clone();
+            for object in still.objects.iter_mut().skip(3) {
+                object.motion = None;
+                object.to_world = motion.at(time) * object.to_world;
+            }
+            let kept = film(&still, 16, 3);
+            assert!(film(&closed, 16, 3) == kept, "{name} at {time}");
+            let alike = Motion::new(vec![key(0.0, motion.at(time)), key(1.0, motion.at(time))]);
+            let alike = Arc::new(alike.expect("the keys make sense"));
+            let mut resting = scene.clone();
+            for object in resting.objects.iter_mut().skip(3) {
+                object.motion = Some(Arc::clone(&alike));
+            }
+            assert!(film(&resting, 16, 3) == kept, "{name} at {time}, twice");
+        }
+    }
+}
+
+/// From inside of a closed mesh that glows and tumbles, nothing but its light is seen.
+#[test]
+fn a_tumbling_room_is_closed() {
+    let turn = |angle: f64, size: f64| {
+        DAffine3::from_axis_angle(DVec3::new(0.36, 0.8, 0.48), angle)
+            * DAffine3::from_scale(DVec3::new(1.0, size, 2.0 - size))
+    };
+    let keys = [key(0.0, turn(0.0, 1.0)), key(1.0, turn(2.0, 1.5)), key(2.0, turn(-1.0, 0.5))];
+    let view = camera(DVec3::new(0.1, 0.2, 0.1), DVec3::NEG_Z, [120.0, 100.0]);
+    let mut scene = Builder::default()
+        .glowing_mesh(inward_cube(), DAffine3::IDENTITY, Black.into(), 1.0)
+        .seen_by(Camera { shutter: [0.0, 2.0], ..view });
+    scene.objects[0].motion = Some(Arc::new(motion(&keys)));
+    let film = film(&scene, 1024, 0);
+    assert!(film.pixels().all(|pixel| (pixel.luminance().0 - 1.0).abs() < 1e-6));
+}
+
+/// Batches, threads, tiles and regions, with all integrators.
+#[test]
+fn motion_blur_has_the_same_bits_everywhere() {
+    let (_, turning) = motions().swap_remove(1);
+    let mut scene = scene(&turning);
+    scene.cameras[0].motion = Some(turning);
+    for registration in INTEGRATORS {
+        let integrator = registration.name.to_owned();
+        let settings = Settings {
+            integrator,
+            spp: 9,
+            max_depth: 4,
+            aovs: crate::aovs::all(),
+            ..Settings::default()
+        };
+        let session = Session::new(&scene, size(SIZE), settings.clone()).expect("it makes sense");
+        let film = |threads, tile, batch, region| {
+            let renderer = Renderer::new(session.scene(), &settings, threads, tile, false);
+            let renderer = renderer.expect("it starts").with_batch_size(batch);
+            let mut film = Film::with_aovs(region, &settings.aovs);
+            renderer.render(&mut film, &Silent);
+            film
+        };
+        let all = session.film().region();
+        let reference = film(1, 32, 1024, all);
+        for (threads, tile, batch) in [(3, 5, 1), (2, 7, 7), (1, 32, 100)] {
+            let other = film(threads, tile, batch, all);
+            assert!(other == reference, "{}: {threads} {tile} {batch}", registration.name);
+        }
+        let part = Region { x: 3, y: 2, width: 5, height: 4 };
+        let cropped = film(1, 32, 1024, part);
+        for [x, y] in part.pixels() {
+            assert!(cropped.pixel(x, y) == reference.pixel(x, y), "{}", registration.name);
+        }
     }
 }

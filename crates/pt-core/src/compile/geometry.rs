@@ -4,20 +4,19 @@ use std::mem::swap;
 
 use pt_bvh::Sphere;
 use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
-use pt_scene::{
-    Attribute, Color, Geometry, LightKind, Mesh, Object, Part, Scalar, Scene, Sides, Span,
-};
+use pt_scene::{Attribute, Geometry, LightKind, Mesh, Object, Part, Scene, Sides, Span};
 
 use super::ellipsoid::unit_sphere_mesh;
+use super::look::Look;
 use super::placed::{PlacedShapes, Tracks, worth_sharing};
 use super::textures::{Lowering, ShownColors};
-use super::{CompileError, CompileOptions, materials, motion, normals};
+use super::{CompileError, CompileOptions, motion, normals};
 use crate::bsdf::{AnyLobe, Diffuse, LobeRecord};
 use crate::id::{Id, Table};
-use crate::material::{Material, Materials};
+use crate::material::Materials;
 use crate::scene::{Glow, SurfaceRecord};
 use crate::shapes::{FLAT, ShapeTables};
-use crate::texture::{MeshColors, TextureRecord, Varying};
+use crate::texture::{MeshColors, TextureRecord};
 
 /// All shapes in the world.
 #[derive(Default)]
@@ -171,7 +170,7 @@ pub(super) fn collect(
         mesh_colors: MeshColors::default(),
         first_colored: 0,
     };
-    let shared = collector.shared();
+    let shared = collector.shared(options.most_copied_triangles);
     let mut placed = Tracks::new();
     for (number, object) in scene.objects.iter().enumerate() {
         let track = motion::track(object, metres, shutter);
@@ -198,62 +197,6 @@ pub(super) fn collect(
     Ok(Shapes { lobes, materials, slides, ..shapes })
 }
 
-/// What a material becomes.
-#[derive(Clone, Copy)]
-struct Look {
-    lobe: Id<LobeRecord>,
-    two_sided: bool,
-    material: Option<Id<Material>>,
-    opacity: Option<Varying>,
-    /// See [`SurfaceRecord::emission`].
-    emission: Spectrum,
-    emission_texture: Option<Id<TextureRecord>>,
-    /// What its textures show of meshes.
-    shown: ShownColors,
-}
-
-impl Look {
-    fn of(material: &pt_scene::Material, cx: &mut Lowering) -> Self {
-        let surface = materials::lower(&material.surface, cx);
-        let opacity = match material.opacity {
-            Scalar::Value(opacity) if opacity >= 1.0 => None,
-            ref opacity => Some(cx.varying(opacity)),
-        };
-        let (emission, emission_texture) = match &material.emission {
-            Color::Value(emission) => ((*emission).into(), None),
-            Color::Texture(texture) => (Spectrum::ONE, Some(cx.texture(texture))),
-        };
-        let shown = cx.take_shown();
-        Self { opacity, emission, emission_texture, shown, ..Self::opaque(surface, cx) }
-    }
-
-    fn default_one(cx: &mut Lowering) -> Self {
-        let surface = materials::default_material(cx);
-        Self::opaque(surface, cx)
-    }
-
-    /// What does not glow.
-    fn opaque(surface: Material, cx: &mut Lowering) -> Self {
-        let (lobe, two_sided, material) = match surface {
-            Material::Lobe(l) if l.is_plain() => (l.lobe, l.two_sided, None),
-            varying => {
-                let black = Diffuse { rho: Spectrum::ZERO };
-                let lobe = cx.lobes.push(AnyLobe::from(black).record());
-                (lobe, true, Some(cx.materials.table.push(varying)))
-            }
-        };
-        Self {
-            lobe,
-            two_sided,
-            material,
-            opacity: None,
-            emission: Spectrum::ZERO,
-            emission_texture: None,
-            shown: ShownColors::default(),
-        }
-    }
-}
-
 pub(super) struct Collector<'a> {
     pub(super) scene: &'a Scene,
     course: bool,
@@ -273,14 +216,14 @@ pub(super) struct Collector<'a> {
 impl Collector<'_> {
     /// Which objects are kept once, however often they are placed; the course's program has no such
     /// ones.
-    fn shared(&self) -> Vec<bool> {
+    fn shared(&self, most: Option<usize>) -> Vec<bool> {
         if self.course {
             return vec![false; self.scene.objects.len()];
         }
-        worth_sharing(self.scene, |object| {
-            let looks =
+        worth_sharing(self.scene, most, |object| {
+            let mut looks =
                 object.materials.iter().flatten().filter_map(|m| self.looks.get(*m as usize));
-            looks.clone().any(|look| !look.emission.is_black())
+            looks.any(|look| !look.emission.is_black())
         })
     }
 

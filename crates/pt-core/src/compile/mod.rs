@@ -6,6 +6,7 @@ mod ellipsoid;
 mod emission;
 mod geometry;
 mod lights;
+mod look;
 mod many_lights;
 mod materials;
 mod media;
@@ -39,6 +40,10 @@ pub struct CompileOptions {
     /// Beyond how many lights one of them is chosen for each sample, by how much it may matter; up to
     /// as many, each is sampled. `None` is a small number.
     pub most_single_lights: Option<usize>,
+    /// Meshes that are placed more than once, and do not glow, are kept once if all their copies would
+    /// have more triangles than this. Copies are found faster, but take more memory. `None` is a large
+    /// number.
+    pub most_copied_triangles: Option<usize>,
     /// Light from all around, besides the scene's own.
     pub environment: Option<EnvironmentMap>,
     /// Whether maps of the sky are sampled by [`EnvironmentMap::compensate`]: for an estimator that

@@ -12,8 +12,7 @@ use super::geometry::{Collector, Shapes};
 use super::{CompileError, build_bvh};
 use crate::placed::{Placed, PlacedObject, Placement};
 
-/// Meshes that are placed more than once are kept once if all their copies would have more triangles
-/// than this. Copies are found faster, but each triangle of one takes some 150 bytes.
+/// See [`super::CompileOptions::most_copied_triangles`].
 const MOST_COPIED: usize = 1 << 21;
 
 /// Objects with the numbers that they have in the scene, and where they are.
@@ -35,8 +34,14 @@ fn triangles(object: &Object) -> usize {
     }
 }
 
-/// The numbers of objects that are worth keeping once: `glows` says which may not be.
-pub(super) fn worth_sharing(scene: &Scene, glows: impl Fn(&Object) -> bool) -> Vec<bool> {
+/// Which objects are worth keeping once, because of one mesh there would be more triangles than `most`:
+/// `glows` says which may not be.
+pub(super) fn worth_sharing(
+    scene: &Scene,
+    most: Option<usize>,
+    glows: impl Fn(&Object) -> bool,
+) -> Vec<bool> {
+    let most = most.unwrap_or(MOST_COPIED);
     let mut copied: HashMap<Likeness, [usize; 2]> = HashMap::new();
     for object in &scene.objects {
         if let Some(likeness) = likeness(object) {
@@ -47,7 +52,7 @@ pub(super) fn worth_sharing(scene: &Scene, glows: impl Fn(&Object) -> bool) -> V
     }
     let is_worth = |object: &Object| {
         let known = likeness(object).and_then(|likeness| copied.get(&likeness));
-        known.is_some_and(|&[count, sum]| count > 1 && sum > MOST_COPIED) && !glows(object)
+        known.is_some_and(|&[count, sum]| count > 1 && sum > most) && !glows(object)
     };
     scene.objects.iter().map(is_worth).collect()
 }
@@ -79,16 +84,15 @@ impl PlacedShapes {
             let object = &collector.scene.objects[number];
             let likeness = likeness(object);
             let shared = likeness.as_ref().and_then(|likeness| known.get(likeness)).copied();
-            let index = match shared {
-                Some(index) => index,
-                None => {
-                    let made = placed.add(collector, object, first_colored, options, notes)?;
-                    first_colored += made.shapes.triangles.len() as u32;
-                    placed.objects.push(made);
-                    let index = placed.objects.len() as u32 - 1;
-                    likeness.map(|likeness| known.insert(likeness, index));
-                    index
-                }
+            let index = if let Some(index) = shared {
+                index
+            } else {
+                let made = placed.add(collector, object, first_colored, options, notes)?;
+                first_colored += made.shapes.triangles.len() as u32;
+                placed.objects.push(made);
+                let index = placed.objects.len() as u32 - 1;
+                likeness.map(|likeness| known.insert(likeness, index));
+                index
             };
             let bvh = Arc::clone(&placed.objects[index as usize].bvh);
             let primitives = bvh.primitives() as u64;

@@ -176,9 +176,11 @@ impl<'a> VolPath<'a> {
         self.paths.clear();
         let scene = self.scene;
         let uses_footprints = scene.uses_footprints();
-        let cone = |start: u32, ray: &Ray| match uses_footprints {
-            true => scene.camera_cone(ray.direction, starts.time(start as usize)),
-            false => Cone::default(),
+        let cone = |start: u32, ray: &Ray| {
+            if !uses_footprints {
+                return Cone::default();
+            }
+            scene.camera_cone(ray.direction, starts.time(start as usize))
         };
         let path = |(start, ray): (u32, Ray)| Walker {
             cone: cone(start, &ray),
