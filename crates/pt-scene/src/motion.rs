@@ -130,6 +130,10 @@ impl Motion {
             let inner = (1..steps).map(|k| from + (to - from) * f64::from(k) / f64::from(steps));
             knots.extend(inner.map(|t| Key { time: share(t), to_world: self.between(i, t) }));
         }
+        let last = self.keys[self.keys.len() - 1];
+        if open < last.time && last.time < close {
+            knots.push(Key { time: share(last.time), ..last });
+        }
         knots.push(Key { time: 1.0, to_world: self.at(close) });
         // What lasts too short a time to be told apart in single precision is left out.
         knots.dedup_by(|later, before| later.time as f32 <= before.time as f32);
