@@ -40,9 +40,9 @@ pub struct CompileOptions {
     /// Beyond how many lights one of them is chosen for each sample, by how much it may matter; up to
     /// as many, each is sampled. `None` is a small number.
     pub most_single_lights: Option<usize>,
-    /// Meshes that are placed more than once, and do not glow, are kept once if all their copies would
-    /// have more triangles than this. Copies are found faster, but take more memory. `None` is a large
-    /// number.
+    /// Most triangles of copies of meshes that are placed more than once, without the first of each. Of
+    /// more, those with the most are kept once and referred to, unless they glow. Copies are found
+    /// faster, but take more memory. `None` is a large number.
     pub most_copied_triangles: Option<usize>,
     /// Light from all around, besides the scene's own.
     pub environment: Option<EnvironmentMap>,

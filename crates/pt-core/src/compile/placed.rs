@@ -1,6 +1,7 @@
 //! Objects that stay in coordinates of their own: those that move, and large meshes that are placed
 //! more than once.
 
+use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -34,27 +35,35 @@ fn triangles(object: &Object) -> usize {
     }
 }
 
-/// Which objects are worth keeping once, because of one mesh there would be more triangles than `most`:
-/// `glows` says which may not be.
+/// Which objects are worth keeping once: those of the meshes with the most triangles of copies, until
+/// the copies of all others together have no more than `most`. `glows` says which may not be.
 pub(super) fn worth_sharing(
     scene: &Scene,
     most: Option<usize>,
     glows: impl Fn(&Object) -> bool,
 ) -> Vec<bool> {
-    let most = most.unwrap_or(MOST_COPIED);
-    let mut copied: HashMap<Likeness, [usize; 2]> = HashMap::new();
-    for object in &scene.objects {
-        if let Some(likeness) = likeness(object) {
-            let [count, sum] = copied.entry(likeness).or_default();
-            *count += 1;
-            *sum += triangles(object);
+    let mut places: HashMap<Likeness, Vec<usize>> = HashMap::new();
+    for (number, object) in scene.objects.iter().enumerate() {
+        if let Some(likeness) = likeness(object).filter(|_| !glows(object)) {
+            places.entry(likeness).or_default().push(number);
         }
     }
-    let is_worth = |object: &Object| {
-        let known = likeness(object).and_then(|likeness| copied.get(&likeness));
-        known.is_some_and(|&[count, sum]| count > 1 && sum > most) && !glows(object)
+    // Triangles of all copies but the first, and where they are.
+    let extra = |numbers: Vec<usize>| {
+        (triangles(&scene.objects[numbers[0]]) * (numbers.len() - 1), numbers)
     };
-    scene.objects.iter().map(is_worth).collect()
+    let mut meshes: Vec<_> = places.into_values().map(extra).collect();
+    meshes.sort_by_key(|(extra, numbers)| (Reverse(*extra), numbers[0]));
+    let mut left: usize = meshes.iter().map(|(extra, _)| extra).sum();
+    let mut shared = vec![false; scene.objects.len()];
+    for (extra, numbers) in meshes {
+        if left <= most.unwrap_or(MOST_COPIED) {
+            break;
+        }
+        left -= extra;
+        numbers.into_iter().for_each(|number| shared[number] = true);
+    }
+    shared
 }
 
 /// Placed objects on their way.

@@ -5,13 +5,11 @@ use std::sync::Arc;
 
 use super::object::{Object, Parameters, error};
 use super::scene::Builder;
-use crate::{Geometry, LoadError};
+use crate::LoadError;
 
 /// Most objects of a scene. A few lines can ask for any number: groups of many shapes, and many
 /// instances of them.
 const MAX_OBJECTS: usize = 1_000_000;
-/// Most triangles of all instances, which are copied when the scene is compiled.
-const MAX_TRIANGLES: usize = 100_000_000;
 
 impl Builder<'_> {
     /// The shapes of a group, as they stand in its own coordinates.
@@ -69,18 +67,8 @@ impl Builder<'_> {
             return Err(error(&instance.at, message));
         }
         let shapes = self.group(*group)?;
-        let triangles = |object: &crate::Object| match &object.geometry {
-            Geometry::Mesh(mesh) => mesh.triangles.len(),
-            Geometry::Sphere { .. } => 0,
-        };
-        self.copied_triangles += shapes.iter().map(triangles).sum::<usize>();
-        if self.scene.objects.len() + shapes.len() > MAX_OBJECTS
-            || self.copied_triangles > MAX_TRIANGLES
-        {
-            let message = format!(
-                "with this instance, there are more than {MAX_OBJECTS} shapes or {MAX_TRIANGLES} \
-                 triangles of instances"
-            );
+        if self.scene.objects.len() + shapes.len() > MAX_OBJECTS {
+            let message = format!("with this instance, there are more than {MAX_OBJECTS} shapes");
             return Err(error(&instance.at, message));
         }
         for shape in shapes.iter() {

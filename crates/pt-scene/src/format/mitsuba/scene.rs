@@ -26,7 +26,6 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
         media: Media::new(tree),
         meshes: Meshes::default(),
         groups: HashMap::new(),
-        copied_triangles: 0,
     };
     let mut sensors = Vec::new();
     let mut integrators = Vec::new();
@@ -80,8 +79,6 @@ pub(super) struct Builder<'t> {
     meshes: Meshes,
     /// The content of shape groups.
     pub(super) groups: HashMap<usize, Rc<[crate::Object]>>,
-    /// The triangles of all instances.
-    pub(super) copied_triangles: usize,
 }
 
 impl Builder<'_> {
