@@ -172,6 +172,19 @@ impl RenderScene {
         self.bvh.bounds().union(placed)
     }
 
+    /// How many triangles and spheres there are; those of objects that are placed count once.
+    pub fn shape_counts(&self) -> [usize; 2] {
+        let placed = self.placed.iter().flat_map(|placed| placed.objects());
+        let tables = std::iter::once(&self.shapes).chain(placed.map(|object| &object.shapes));
+        let counts = tables.map(|tables| [tables.triangles.len(), tables.spheres.len()]);
+        counts.fold([0; 2], |sum, count| [sum[0] + count[0], sum[1] + count[1]])
+    }
+
+    /// How many objects are placed, and do not stand copied in the world.
+    pub fn placement_count(&self) -> usize {
+        self.placed.as_ref().map_or(0, |placed| placed.placements().len())
+    }
+
     /// Whether anything moves while the shutter is open, so that rays need a time: a share, from 0
     /// to 1, of the time for which it is.
     #[inline]

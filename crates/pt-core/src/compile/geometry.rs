@@ -2,7 +2,7 @@
 
 use std::mem::swap;
 
-use pt_bvh::Sphere;
+use pt_bvh::{Knot, Sphere};
 use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
 use pt_scene::{Attribute, Geometry, LightKind, Mesh, Object, Part, Scene, Sides, Span};
 
@@ -170,10 +170,11 @@ pub(super) fn collect(
         mesh_colors: MeshColors::default(),
         first_colored: 0,
     };
-    let shared = collector.shared(options.most_copied_triangles);
+    let track = |object| motion::track(object, metres, shutter);
+    let tracks: Vec<_> = scene.objects.iter().map(track).collect();
+    let shared = collector.shared(&tracks, options.most_copied_triangles);
     let mut placed = Tracks::new();
-    for (number, object) in scene.objects.iter().enumerate() {
-        let track = motion::track(object, metres, shutter);
+    for (number, (object, track)) in scene.objects.iter().zip(tracks).enumerate() {
         match track.as_slice() {
             [place] if !shared[number] => collector.add(object, place.to_world, notes)?,
             _ => {
@@ -214,16 +215,16 @@ pub(super) struct Collector<'a> {
 }
 
 impl Collector<'_> {
-    /// Which objects are kept once, however often they are placed; the course's program has no such
-    /// ones.
-    fn shared(&self, most: Option<usize>) -> Vec<bool> {
+    /// Which objects that stand still are kept once, however often they are placed; the course's program
+    /// has no such ones.
+    fn shared(&self, tracks: &[Vec<Knot>], most: Option<usize>) -> Vec<bool> {
         if self.course {
             return vec![false; self.scene.objects.len()];
         }
-        worth_sharing(self.scene, most, |object| {
+        worth_sharing(self.scene, most, |number, object| {
             let mut looks =
                 object.materials.iter().flatten().filter_map(|m| self.looks.get(*m as usize));
-            looks.any(|look| !look.emission.is_black())
+            tracks[number].len() == 1 && looks.all(|look| look.emission.is_black())
         })
     }
 

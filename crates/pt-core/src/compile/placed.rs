@@ -36,15 +36,15 @@ fn triangles(object: &Object) -> usize {
 }
 
 /// Which objects are worth keeping once: those of the meshes with the most triangles of copies, until
-/// the copies of all others together have no more than `most`. `glows` says which may not be.
+/// the copies of all others together have no more than `most`. `may` says which may be.
 pub(super) fn worth_sharing(
     scene: &Scene,
     most: Option<usize>,
-    glows: impl Fn(&Object) -> bool,
+    may: impl Fn(usize, &Object) -> bool,
 ) -> Vec<bool> {
     let mut places: HashMap<Likeness, Vec<usize>> = HashMap::new();
     for (number, object) in scene.objects.iter().enumerate() {
-        if let Some(likeness) = likeness(object).filter(|_| !glows(object)) {
+        if let Some(likeness) = likeness(object).filter(|_| may(number, object)) {
             places.entry(likeness).or_default().push(number);
         }
     }
@@ -61,7 +61,9 @@ pub(super) fn worth_sharing(
             break;
         }
         left -= extra;
-        numbers.into_iter().for_each(|number| shared[number] = true);
+        for number in numbers {
+            shared[number] = true;
+        }
     }
     shared
 }
