@@ -8,9 +8,10 @@ use std::sync::Arc;
 
 use pt_bvh::{Bvh, Hit, InstanceHit, MovingBvh, MovingInstance};
 use pt_math::interval::EPSILON;
-use pt_math::{Bounds3, DVec3, Ray, Vec3, ray};
+use pt_math::{Bounds3, DVec3, Pdf, Ray, SolidAngle, Vec3, ray};
 
 use crate::id::Id;
+use crate::light::{AnyLight, LightSample, LightTables, MovingLight};
 use crate::parametrization::Parametrization;
 use crate::scene::{Interaction, SurfacePoint, SurfaceRecord};
 use crate::shapes::{ShapePoint, ShapeTables};
@@ -47,19 +48,63 @@ pub struct Placed {
     /// The number of their first primitive.
     first: u32,
     moves: bool,
+    /// In the order of their placements.
+    lights: Vec<MovingLight>,
 }
 
 impl Placed {
-    /// Objects with their placements; `bvh` has as many instances, and `first` is the number of
-    /// primitives of the scene that are not placed.
+    /// Objects with their placements and the lights on these, in their order; `bvh` has as many
+    /// instances, and `first` is the number of primitives of the scene that are not placed.
     pub(crate) fn new(
         objects: Vec<PlacedObject>,
         placements: Vec<Placement>,
+        lights: Vec<MovingLight>,
         bvh: MovingBvh,
         first: u32,
     ) -> Self {
         let moves = bvh.instances().iter().any(MovingInstance::moves);
-        Self { objects, placements, bvh, first, moves }
+        Self { objects, placements, bvh, first, moves, lights }
+    }
+
+    /// The lights that are sampled where they are at the time of a path.
+    pub fn lights(&self) -> &[MovingLight] {
+        &self.lights
+    }
+
+    /// A sample of one of them at a time; see [`crate::light::Light::sample`].
+    pub(crate) fn sample_light(
+        &self,
+        light: &MovingLight,
+        tables: &LightTables,
+        time: f32,
+        p: Vec3,
+        u: [f32; 2],
+    ) -> Option<LightSample> {
+        let to_world = self.bvh.instances()[light.placement as usize].to_world(time);
+        light.sample(&to_world, tables, p, u)
+    }
+
+    /// The light that was hit from `p` at a time, if it is one of them, and the density with which it
+    /// is sampled.
+    pub(crate) fn light_pdf(
+        &self,
+        tables: &LightTables,
+        time: f32,
+        p: Vec3,
+        at: &Interaction,
+    ) -> Option<(&AnyLight, Pdf<SolidAngle>)> {
+        let number = at.primitive.checked_sub(self.first)?;
+        let (place, primitive) = self.locate(self.first + number);
+        let first = self.lights.partition_point(|light| light.placement < place as u32);
+        let here = self.lights[first..].iter().take_while(|light| light.placement == place as u32);
+        let light = { here }.find(|light| light.surface == at.surface)?;
+        let PlacedObject { shapes, first_colored, .. } =
+            &self.objects[self.placements[place].object as usize];
+        let triangle = shapes.triangles.get(primitive as usize);
+        let triangle = triangle.map(|t| t.map(|v| shapes.positions[v as usize]));
+        let to_world = self.bvh.instances()[place].to_world(time);
+        let of_object = (triangle, first_colored + primitive);
+        Some((&light.light, light.pdf(&to_world, tables, p, at, of_object)))
     }
 
     /// The objects.

@@ -1,14 +1,14 @@
 //! The compiled scene: flat, immutable tables that backends read.
 
 use pt_bvh::{Bvh, Hit};
-use pt_math::{Bounds3, Ray, Spectrum, Vec3, ray};
+use pt_math::{Bounds3, Pdf, Ray, SolidAngle, Spectrum, Vec3, ray};
 
 use crate::bsdf::{Bsdf, LobeRecord};
 use crate::camera::Camera;
 use crate::camera_motion::CameraMotion;
 use crate::footprint::footprint;
 use crate::id::{Id, Table};
-use crate::light::{AnyLight, LightHit, LightSample, LightTables};
+use crate::light::{AnyLight, LightHit, LightSample, LightTables, MovingLight};
 use crate::material::{Material, Materials, Resolved};
 use crate::medium::{Media, MediumRecord};
 use crate::placed::Placed;
@@ -247,6 +247,35 @@ impl RenderScene {
             surface: shapes.primitive_surface[primitive],
             primitive: hit.primitive,
         }
+    }
+
+    /// The lights on shapes that move, which are not among [`Self::lights`].
+    #[inline]
+    pub fn moving_lights(&self) -> &[MovingLight] {
+        self.placed.as_ref().map_or(&[], |placed| placed.lights())
+    }
+
+    /// A sample of one of these at a time, as [`crate::light::Light::sample`] gives them.
+    pub fn sample_moving(
+        &self,
+        light: &MovingLight,
+        time: f32,
+        p: Vec3,
+        u: [f32; 2],
+    ) -> Option<LightSample> {
+        let placed = self.placed.as_ref()?;
+        placed.sample_light(light, &self.light_tables, time, p, u)
+    }
+
+    /// The one of these that a ray from `p` found at a time, if it did, and the density with which light
+    /// sampling would have found it.
+    pub fn moving_light(
+        &self,
+        at: &Interaction,
+        time: f32,
+        p: Vec3,
+    ) -> Option<(&AnyLight, Pdf<SolidAngle>)> {
+        self.placed.as_ref()?.light_pdf(&self.light_tables, time, p, at)
     }
 
     /// What the lights need to know of a light that was hit.

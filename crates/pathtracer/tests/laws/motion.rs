@@ -2,15 +2,19 @@
 
 use std::sync::Arc;
 
-use pathtracer::{Camera, Film, INTEGRATORS, Projection, Region, Scene, Session, Settings, Silent};
+use pathtracer::{
+    Camera, DirectLight, Film, INTEGRATORS, Image, Projection, Region, Scene, Session, Settings,
+    Silent,
+};
 use pt_cpu::Renderer;
 use pt_math::{DAffine3, DQuat, DVec3};
 use pt_scene::material::{Black, Glass};
 use pt_scene::medium::{Matter, Phase};
-use pt_scene::texture::Pattern;
-use pt_scene::{Key, Medium, Motion, Scalar, Sides, Texture, shapes};
+use pt_scene::texture::{Bitmap, Filter, Pattern, Wrap};
+use pt_scene::{Geometry, Key, Medium, Motion, Scalar, Sides, Texture, shapes};
 
-use crate::measure::{Luminances, render, settings};
+use crate::furnace::ESTIMATORS;
+use crate::measure::{Luminances, assert_all_agree, render, settings};
 use crate::scenes::{Builder, camera, facing, gloss, inward_cube, matte, metal, size};
 
 const SIZE: [u32; 2] = [12, 10];
@@ -121,21 +125,58 @@ fn pictures_of_a_moving_camera_are_means_of_still_ones() {
     }
 }
 
-/// Light that moves is seen, and lights the scene, where it is at the time.
-#[test]
-fn moving_light_is_the_mean_of_still_light() {
-    let fly = |x: f64| DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
-    let moves = Arc::new(motion(&[key(0.0, fly(-1.0)), key(2.0, fly(1.0))]));
+/// A floor and a ball under lamps that fly, turn and are stretched: a quad, another by a texture of two
+/// colours, a ball, and a ball that is stretched where the quads are.
+fn under_flying_lamps() -> Scene {
+    let fly = |x: f64, stretch: f64| {
+        DAffine3::from_translation(DVec3::new(x, 0.0, 0.0))
+            * DAffine3::from_rotation_y(0.5 * x)
+            * DAffine3::from_scale(DVec3::new(stretch, 1.0, 2.0 - stretch))
+    };
+    let moving =
+        |stretch: f64| Arc::new(motion(&[key(0.0, fly(-1.0, 1.0)), key(2.0, fly(1.0, stretch))]));
+    let image = Image { width: 2, height: 1, pixels: vec![[4.0, 1.0, 0.5], [0.1, 0.2, 2.0]] };
+    let (wrap, filter) = (Wrap::Clamp, Filter::Nearest);
+    let bitmap = Bitmap { image: Arc::new(image), wrap, filter };
     let mut scene = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.6, 0.5, 0.4]))
         .sphere(DVec3::new(1.0, 0.3, 0.4), 0.3, gloss())
-        .glowing_quad(facing(DVec3::new(0.0, 1.0, 0.0), DVec3::NEG_Y, 0.8), 3.0)
-        .glowing_sphere(DVec3::new(0.5, 0.7, 0.6), 0.5, 2.0)
-        .seen_by(Camera { shutter: SHUTTER, ..scene(&moves).cameras[0].clone() });
+        .glowing_quad(facing(DVec3::new(0.0, 1.0, 0.0), DVec3::NEG_Y, 0.5), 3.0)
+        .quad(facing(DVec3::new(-0.9, 1.2, 0.3), DVec3::NEG_Y, 0.3), Black.into())
+        .glowing_by(Arc::new(Pattern::Bitmap(bitmap).into()))
+        .glowing_sphere(DVec3::new(0.5, 0.7, 0.6), 0.3, 2.0)
+        .sky(0.3)
+        .seen_by(Camera { shutter: SHUTTER, ..scene(&moving(1.0)).cameras[0].clone() });
     for object in scene.objects.iter_mut().skip(2) {
-        object.motion = Some(Arc::clone(&moves));
+        let stretch = if matches!(object.geometry, Geometry::Mesh(_)) { 1.6 } else { 1.0 };
+        object.motion = Some(moving(stretch));
     }
-    assert_blurred(&scene, "light");
+    scene
+}
+
+/// Light that moves is seen, and lights the scene, where it is at the time.
+#[test]
+fn moving_light_is_the_mean_of_still_light() {
+    assert_blurred(&under_flying_lamps(), "light");
+}
+
+/// Lights that move are sampled as often as they say: estimators of direct light agree, also for what
+/// no other scene has, a glowing ball that is stretched.
+#[test]
+fn estimators_agree_under_lights_that_move() {
+    let mut scene = under_flying_lamps();
+    scene.objects[4].motion = scene.objects[2].motion.clone();
+    let film = |integrator: &str, direct, light_samples, seed| {
+        let integrator = integrator.to_owned();
+        let base = settings(8192);
+        let settings = Settings { integrator, direct, light_samples, max_depth: 2, seed, ..base };
+        let session = render(&scene, size(SIZE), settings);
+        assert_eq!(session.scene().moving_lights().len(), 3);
+        (format!("{direct:?} {light_samples}"), session.film().clone())
+    };
+    let films = ESTIMATORS.into_iter().zip(1..).map(|(d, i)| film("path", d, 1 + i % 2, i));
+    let volpath = film("volpath", DirectLight::Mis, 1, 9);
+    assert_all_agree(&films.chain([volpath]).collect::<Vec<_>>());
 }
 
 /// With holes, textures of all sorts, and media inside of what moves.

@@ -46,6 +46,8 @@ pub(super) struct Shapes {
     pub(super) slides: Vec<Option<Id<TextureRecord>>>,
     /// What is not in these tables.
     pub(super) placed: PlacedShapes,
+    /// The number that the first triangle has among those with colours.
+    pub(super) first_colored: usize,
 }
 
 /// Primitives that glow together.
@@ -84,6 +86,7 @@ impl Shapes {
         swap(&mut self.triangle_surface, &mut other.triangle_surface);
         swap(&mut self.sphere_surface, &mut other.sphere_surface);
         swap(&mut self.emitters, &mut other.emitters);
+        swap(&mut self.first_colored, &mut other.first_colored);
     }
 
     /// The tables that renderers read.
@@ -168,7 +171,6 @@ pub(super) fn collect(
         default: Look::default_one(&mut lowering),
         uses_coordinates: lowering.uses_coordinates(),
         mesh_colors: MeshColors::default(),
-        first_colored: 0,
     };
     let track = |object| motion::track(object, metres, shutter);
     let tracks: Vec<_> = scene.objects.iter().map(track).collect();
@@ -210,8 +212,6 @@ pub(super) struct Collector<'a> {
     /// Whether any material asks for texture coordinates.
     uses_coordinates: bool,
     mesh_colors: MeshColors,
-    /// The number that the first of the triangles has among those with colours.
-    pub(super) first_colored: usize,
 }
 
 impl Collector<'_> {
@@ -404,7 +404,7 @@ impl Collector<'_> {
                  such colours, or another material"
             ),
         };
-        let first = self.first_colored + self.shapes.triangles.len() - mesh.triangles.len();
+        let first = self.shapes.first_colored + self.shapes.triangles.len() - mesh.triangles.len();
         let MeshColors { vertices, triangles, faces } = &mut self.mesh_colors;
         if shown.vertices {
             let colors = mesh.colors.as_ref().ok_or_else(|| missing("vertices"))?;

@@ -136,6 +136,7 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     if !options.course {
         lights.plant_trees(&mut shapes, options.most_single_lights.unwrap_or(MOST_SINGLE_LIGHTS));
     }
+    lights.add_moving(&mut shapes, &mut notes);
     lights.add_environment(options.environment.take());
     if options.compensated {
         lights.compensate();
@@ -162,7 +163,7 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     Ok(Compiled { scene, notes, geometry_time, bvh_time })
 }
 
-/// Tells the user what moves, and that what glows and moves is not sampled.
+/// Tells the user that something moves.
 fn tell_what_moves(
     placed: &placed::PlacedShapes,
     [open, close]: [f64; 2],
@@ -173,13 +174,6 @@ fn tell_what_moves(
         notes.push(format!(
             "shapes that move while the shutter is open, from {open} to {close} s: {count}"
         ));
-    }
-    if placed.glows {
-        notes.push(
-            "what glows and moves lights the scene where paths meet it by chance, which takes more \
-             samples than a lamp that stands still"
-                .into(),
-        );
     }
 }
 

@@ -5,16 +5,22 @@ use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use pt_bvh::{BuildOptions, Knot, MovingBvh, MovingInstance};
+use pt_bvh::{BuildOptions, Bvh, Knot, MovingBvh, MovingInstance};
 use pt_math::{Bounds3, DAffine3};
 use pt_scene::{Geometry, Object, Scene, Sides};
 
-use super::geometry::{Collector, Shapes};
+use super::geometry::{Collector, Emitter, Shapes};
 use super::{CompileError, build_bvh};
+use crate::id::Id;
+use crate::light::{AnyLight, MovingLight};
 use crate::placed::{Placed, PlacedObject, Placement};
+use crate::scene::SurfaceRecord;
 
 /// See [`super::CompileOptions::most_copied_triangles`].
 const MOST_COPIED: usize = 1 << 21;
+
+/// Lights on what moves are sampled one by one; if they are more, paths find them by chance.
+pub(super) const MOST_MOVING_LIGHTS: usize = 16;
 
 /// Objects with the numbers that they have in the scene, and where they are.
 pub(super) type Tracks = Vec<(usize, Vec<Knot>)>;
@@ -68,14 +74,21 @@ pub(super) fn worth_sharing(
     shared
 }
 
+/// An object on its way.
+struct OwnShapes {
+    shapes: Shapes,
+    bvh: Arc<Bvh>,
+    /// What of it glows.
+    lights: Vec<(Id<SurfaceRecord>, AnyLight)>,
+}
+
 /// Placed objects on their way.
 #[derive(Default)]
 pub(super) struct PlacedShapes {
-    objects: Vec<PlacedObject>,
+    objects: Vec<OwnShapes>,
     placements: Vec<Placement>,
     instances: Vec<MovingInstance>,
-    /// Whether some of what moves glows.
-    pub(super) glows: bool,
+    lights: Vec<MovingLight>,
     /// Shapes that no ray can hit.
     pub(super) skipped: u32,
 }
@@ -90,7 +103,7 @@ impl PlacedShapes {
     ) -> Result<Self, CompileError> {
         let mut placed = Self::default();
         let mut known: HashMap<Likeness, u32> = HashMap::new();
-        let (mut before, mut first_colored) = (0u64, collector.shapes.triangles.len() as u32);
+        let (mut before, mut first_colored) = (0u64, collector.shapes.triangles.len());
         for (number, knots) in tracks {
             let object = &collector.scene.objects[number];
             let likeness = likeness(object);
@@ -99,7 +112,7 @@ impl PlacedShapes {
                 index
             } else {
                 let made = placed.add(collector, object, first_colored, options, notes)?;
-                first_colored += made.shapes.triangles.len() as u32;
+                first_colored += made.shapes.triangles.len();
                 placed.objects.push(made);
                 let index = placed.objects.len() as u32 - 1;
                 likeness.map(|likeness| known.insert(likeness, index));
@@ -129,20 +142,18 @@ impl PlacedShapes {
         &mut self,
         collector: &mut Collector,
         object: &Object,
-        first_colored: u32,
+        first_colored: usize,
         options: BuildOptions,
         notes: &mut Vec<String>,
-    ) -> Result<PlacedObject, CompileError> {
-        let mut own = Shapes::default();
+    ) -> Result<OwnShapes, CompileError> {
+        let mut own = Shapes { first_colored, ..Shapes::default() };
         collector.shapes.exchange(&mut own);
-        collector.first_colored = first_colored as usize;
         let added = collector.add(object, DAffine3::IDENTITY, notes);
         collector.shapes.exchange(&mut own);
         added?;
-        self.glows |= !own.emitters.is_empty();
         let bvh = build_bvh(&own, options)?;
         self.skipped += bvh.skipped();
-        Ok(PlacedObject { shapes: own.into_tables(), bvh: Arc::new(bvh), first_colored })
+        Ok(OwnShapes { shapes: own, bvh: Arc::new(bvh), lights: Vec::new() })
     }
 
     /// The box around all of them at all times.
@@ -155,13 +166,49 @@ impl PlacedShapes {
         self.instances.iter().filter(|instance| instance.moves()).count()
     }
 
+    /// Whether some of what moves glows.
+    pub(super) fn glow(&self) -> bool {
+        self.objects.iter().any(|own| !own.shapes.emitters.is_empty())
+    }
+
+    /// Makes lights of what glows, which are sampled if they are few; says how many they are.
+    /// `light` makes one of an emitter of the shapes that it is given.
+    pub(super) fn add_lights(
+        &mut self,
+        shapes: &mut Shapes,
+        mut light: impl FnMut(&Shapes, &Emitter) -> Option<AnyLight>,
+    ) -> usize {
+        for own in &mut self.objects {
+            shapes.exchange(&mut own.shapes);
+            let made = |emitter: &Emitter| Some((emitter.surface, light(shapes, emitter)?));
+            own.lights = shapes.emitters.iter().filter_map(made).collect();
+            shapes.exchange(&mut own.shapes);
+        }
+        for (placement, place) in (0..).zip(&self.placements) {
+            let made = &self.objects[place.object as usize].lights;
+            let placed = |&(surface, light)| MovingLight { placement, surface, light };
+            self.lights.extend(made.iter().map(placed));
+        }
+        let count = self.lights.len();
+        if count > MOST_MOVING_LIGHTS {
+            self.lights.clear();
+        }
+        count
+    }
+
     /// Ready for queries, behind `first` primitives that are not placed; `None` if there are none.
     pub(super) fn finish(self, first: usize) -> Result<Option<Box<Placed>>, CompileError> {
         if self.instances.is_empty() {
             return Ok(None);
         }
         let bvh = MovingBvh::build(self.instances)?;
-        let placed = Placed::new(self.objects, self.placements, bvh, first as u32);
+        let object = |own: OwnShapes| PlacedObject {
+            bvh: own.bvh,
+            first_colored: own.shapes.first_colored as u32,
+            shapes: own.shapes.into_tables(),
+        };
+        let objects = self.objects.into_iter().map(object).collect();
+        let placed = Placed::new(objects, self.placements, self.lights, bvh, first as u32);
         Ok(Some(Box::new(placed)))
     }
 }

@@ -119,6 +119,20 @@ impl Requests {
                 self.answer_many(tracer, starts, sums);
             }
         }
+        for light in scene.moving_lights() {
+            let n = asking.rules.light_samples(asking.settings, false);
+            for _ in 0..n {
+                let numbers = asking.numbers.pair(pair);
+                pair = pair.wrapping_add(1);
+                let sampling =
+                    LightSampling { asking, scene, numbers: &numbers, n, requests: self };
+                sampling.ask(|surface, u| {
+                    let time = starts.time(surface.start as usize);
+                    scene.sample_moving(light, time, surface.point.p, u)
+                });
+                self.answer_many(tracer, starts, sums);
+            }
+        }
         let Some(hemisphere) = self.hemisphere else { return };
         for _ in 0..hemisphere.samples {
             self.probe(hemisphere, asking.surfaces, &asking.numbers.pair(pair));
@@ -216,13 +230,20 @@ impl<R: Rules> LightVisitor for LightSampling<'_, R> {
 
     #[inline(always)]
     fn visit<L: Light>(self, light: &L) {
+        let tables = &self.scene.light_tables;
+        self.ask(|surface, u| light.sample(tables, surface.point.p, u));
+    }
+}
+
+impl<R: Rules> LightSampling<'_, R> {
+    /// Asks for what `sample` draws at each surface.
+    #[inline(always)]
+    fn ask(self, sample: impl Fn(&Surface, [f32; 2]) -> Option<LightSample>) {
         let Asking { rules, settings, surfaces, .. } = *self.asking;
         let Requests { samples, shadows, .. } = self.requests;
         let [x, y] = self.numbers;
         // Two loops for the reason of `Wavefront::meet`.
-        let sample = |(surface, (&x, &y)): (&Surface, (&f32, &f32))| {
-            light.sample(&self.scene.light_tables, surface.point.p, [x, y])
-        };
+        let sample = |(surface, (&x, &y)): (&Surface, (&f32, &f32))| sample(surface, [x, y]);
         samples.clear();
         samples.extend(surfaces.iter().zip(x.iter().zip(y)).map(sample));
         for (surface, sample) in surfaces.iter().zip(&*samples) {

@@ -57,6 +57,7 @@ impl Rules for Path {
             let met = Some(scene.light_hit(at));
             (light, light.pdf(&scene.light_tables, path.origin, -at.wo, met))
         });
+        let light = light.or_else(|| scene.moving_light(at, time, path.origin));
         scene.emitted(at, hit, time) * found_weight(settings, path.arrival, light)
     }
 

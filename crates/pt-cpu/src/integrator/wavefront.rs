@@ -199,11 +199,13 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     pub(super) fn new(rules: R, scene: &'a RenderScene, settings: &'a Settings) -> Self {
         let cx = Context { scene, settings };
         let lights = scene.lights.as_slice();
-        let extended = lights.iter().filter(|l| !l.is_delta()).count() as u32;
-        let delta = lights.len() as u32 - extended;
+        let moving = scene.moving_lights().len() as u32;
+        let delta = lights.iter().filter(|l| l.is_delta()).count() as u32;
+        let extended = lights.len() as u32 - delta + moving;
         let hemisphere = rules.hemisphere(cx);
         let samples = |l: &AnyLight| rules.light_samples(settings, l.is_delta());
-        let light_pairs = lights.iter().map(samples).fold(0, u32::wrapping_add);
+        let of_moving = moving.wrapping_mul(rules.light_samples(settings, false));
+        let light_pairs = lights.iter().map(samples).fold(of_moving, u32::wrapping_add);
         // Beyond 2³², dimensions begin anew.
         let choose = scene.materials.choose();
         let others = delta + 2 + u32::from(choose);
@@ -257,8 +259,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             match hit {
                 Some(hit) if bounces < self.depth => self.scattering.push((i as u32, *hit)),
                 Some(hit) if shown && scene.glows(hit) => {
-                    let path = &self.paths[i];
-                    let time = starts.time(path.start as usize);
+                    let (path, time) = (&self.paths[i], time(starts, &self.paths, i));
                     let at = &scene.interaction(&self.rays[i], hit, time);
                     find(&self.rules, self.cx, path, Found { at, hit, time }, sums);
                 }
@@ -325,7 +326,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     /// The surface points to which a block of paths has come; adds their emission, if it is shown.
     fn meet(&mut self, block: &[(u32, Hit)], starts: &Starts, shown: bool, sums: &mut Sums) {
         let scene = self.cx.scene;
-        let time = |i: u32| starts.time(self.paths[i as usize].start as usize);
+        let time = |i: u32| time(starts, &self.paths, i as usize);
         let at =
             |&(i, ref hit): &(u32, Hit)| scene.interaction(&self.rays[i as usize], hit, time(i));
         self.interactions.clear();
@@ -356,7 +357,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let width = |i: u32, at: &Interaction| {
             self.cones.get(i as usize).map(|cone| cone.width_at(at.distance))
         };
-        let time = |i: u32| starts.time(self.paths[i as usize].start as usize);
+        let time = |i: u32| time(starts, &self.paths, i as usize);
         resolved.extend(points.map(|((at, (i, hit)), choice)| {
             scene.resolve(at, hit, time(*i), choice, width(*i, at))
         }));
@@ -452,6 +453,12 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         }
         Some((next, surface.point.spawn(scattered.wi)))
     }
+}
+
+/// The time of path number `i`. Where nothing moves, the path is not looked at.
+#[inline(always)]
+fn time(starts: &Starts, paths: &[State], i: usize) -> f32 {
+    if starts.times.is_empty() { 0.0 } else { starts.time(paths[i].start as usize) }
 }
 
 /// Adds the emission of a surface to the light of the path that found it.
