@@ -70,7 +70,8 @@ pub struct Compiled {
     pub scene: RenderScene,
     /// What the user should know.
     pub notes: Vec<String>,
-    /// Wall-clock time of turning shapes into triangles and spheres in the world.
+    /// Wall-clock time of turning shapes into triangles and spheres in the world, and of the hierarchies of
+    /// those that are placed there.
     pub geometry_time: Duration,
     /// Wall-clock time of building the hierarchy.
     pub bvh_time: Duration,
