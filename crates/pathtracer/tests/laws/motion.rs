@@ -9,7 +9,7 @@ use pathtracer::{
 use pt_cpu::Renderer;
 use pt_math::{DAffine3, DQuat, DVec3};
 use pt_scene::material::{Black, Glass};
-use pt_scene::medium::{Matter, Phase};
+use pt_scene::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume};
 use pt_scene::texture::{Bitmap, Filter, Pattern, Wrap};
 use pt_scene::{Geometry, Key, Medium, Motion, Scalar, Sides, Texture, shapes};
 
@@ -294,4 +294,34 @@ fn motion_blur_has_the_same_bits_everywhere() {
             assert!(cropped.pixel(x, y) == reference.pixel(x, y), "{}", registration.name);
         }
     }
+}
+
+/// What moves is told, and what would be seen otherwise than it was meant is refused.
+#[test]
+fn motions_are_told_and_what_cannot_move_is_refused() {
+    let (_, flying) = motions().swap_remove(0);
+    let open = |scene: &Scene| Session::new(scene, size(SIZE), Settings::default());
+    let notes = |scene: &Scene| open(scene).expect("it makes sense").notes().join("; ");
+    let moving = scene(&flying);
+    assert_eq!(notes(&moving), "shapes that move while the shutter is open, from 0.25 to 1.5 s: 2");
+    let closed = notes(&at_once(&moving, 0.5));
+    assert!(closed.starts_with("what moves is seen where it is at 0.5 s"), "{closed}");
+    let refused = |scene: &Scene| open(scene).err().expect("it is refused").to_string();
+    for shutter in [[1.0, 0.5], [f64::NAN, 1.0], [0.0, f64::INFINITY]] {
+        let mut scene = moving.clone();
+        scene.cameras[0].shutter = shutter;
+        assert!(refused(&scene).contains("expected finite times"), "{}", refused(&scene));
+    }
+    let grid = Grid { resolution: [1; 3], channels: 1, values: vec![1.0] };
+    let (to_world, filter) = (DAffine3::IDENTITY, GridFilter::Trilinear);
+    let extinction = PlacedGrid { grid: Arc::new(grid), to_world, filter };
+    let albedo = Volume::Constant([0.5; 3]);
+    let matter = Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale: 1.0, albedo }));
+    let (name, at) = (String::new(), pt_scene::Span::default());
+    let mut cloudy = moving;
+    cloudy.media.push(Medium { name, matter, phase: Phase::Isotropic, at });
+    cloudy.objects[4].media = Some(Sides { interior: Some(0), exterior: None });
+    assert!(refused(&cloudy).contains("cannot move with it"), "{}", refused(&cloudy));
+    // What stands still may have it.
+    assert!(open(&at_once(&cloudy, 0.5)).is_ok());
 }
