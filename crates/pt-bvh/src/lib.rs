@@ -57,6 +57,7 @@
 //! are enough; rays that run side by side should be neighbours. Rays that are made by columns
 //! ([`RayColumns`](pt_math::RayColumns)) need not be turned into rows.
 
+mod boxes;
 mod build;
 pub mod check;
 mod counter;
@@ -87,7 +88,9 @@ use traverse::List;
 use wide::WideBvh;
 
 pub use geometry::{Geometry, Hit, LARGEST_COORDINATE, Sphere};
-pub use instance::{Instance, InstanceBvh, InstanceHit, TransformError};
+pub use instance::{
+    Instance, InstanceBvh, InstanceHit, Knot, MovingBvh, MovingInstance, TransformError,
+};
 pub use node::{Bvh2, MAX_DEPTH, Node};
 pub use options::{BuildOptions, Builder, Quality};
 pub use refit::RefitError;

@@ -1,28 +1,15 @@
 //! A tree over primitives of any kind, which say themselves where rays hit them. [The user
 //! geometries of Embree are the model: a box, a nearest hit and any hit for each primitive]
-//!
-//! **Why no box test misses a primitive.** Let R be the largest coordinate distance from the origin
-//! to a corner of the box around everything. A hit is at most `slack`·R outside of the box of its
-//! primitive, as [`UserPrimitives::slack`] promises, and the box test errs by less than 16εR (see
-//! [`crate::ray`]). So each node is widened by (`slack` + 16ε)·R, with the largest slack of all
-//! primitives below it. With the usual slack of 80ε that is twice the pad that nodes over triangles have.
-//! A node is left out only if the ray enters it beyond the depth of the nearest hit so far, rounded
-//! up. So all that can win is visited, and the tree finds what a loop over all primitives finds.
 
 use pt_math::interval::EPSILON;
 use pt_math::{Bounds3, Ray};
 
-use crate::geometry::in_range;
-use crate::node::Bvh2;
-use crate::ray::{BOX_TEST, PAD, Prepared};
-use crate::traverse::{STACK, Stack, Walk};
-use crate::{BuildError, build};
+use crate::BuildError;
+use crate::boxes::BoxTree;
 
 /// The [slack](UserPrimitives::slack) of primitives whose hits are computed in single precision with
 /// some care: 80ε ≈ 4.8·10⁻⁶.
 pub const USUAL_SLACK: f32 = 80.0 * EPSILON;
-/// Primitives with more slack are left out.
-const MOST_SLACK: f32 = 128.0;
 
 /// A set of primitives, numbered from 0, that know their boxes and where rays hit them.
 ///
@@ -107,10 +94,7 @@ pub trait UserPrimitives {
 #[derive(Clone, Debug)]
 pub struct UserBvh<P> {
     primitives: P,
-    /// Each primitive has a leaf of its own.
-    tree: Bvh2,
-    /// By how many times the pad of the ray each node is widened.
-    widening: Vec<f32>,
+    tree: BoxTree,
 }
 
 impl<P: UserPrimitives> UserBvh<P> {
@@ -121,7 +105,7 @@ impl<P: UserPrimitives> UserBvh<P> {
     /// # Errors
     /// Too many primitives.
     pub fn build(primitives: P) -> Result<Self, BuildError> {
-        let mut bvh = Self { primitives, tree: Bvh2::default(), widening: Vec::new() };
+        let mut bvh = Self { primitives, tree: BoxTree::default() };
         bvh.rebuild()?;
         Ok(bvh)
     }
@@ -139,39 +123,22 @@ impl<P: UserPrimitives> UserBvh<P> {
     }
 
     fn rebuild(&mut self) -> Result<(), BuildError> {
-        self.tree = Bvh2::default();
         let primitives = &self.primitives;
-        build::check_number(primitives.len())?;
-        self.tree = Bvh2::over_boxes((0..primitives.len() as u32).map(|id| usable(primitives, id)));
-        self.widening = widening(&self.tree, |id| primitives.slack(id));
+        self.tree = BoxTree::default();
+        let bounds = |id| primitives.bounds(id);
+        self.tree = BoxTree::build(primitives.len(), bounds, |id| primitives.slack(id))?;
         Ok(())
     }
 
     /// The nearest hit with t in (`t_min`, `t_max`); of hits with equal t that on the primitive with
     /// the least number.
     pub fn intersect(&self, ray: &Ray) -> Option<P::Hit> {
-        let mut stack = STACK;
-        let mut walk = self.walk(ray, &mut stack)?;
-        let mut nearest = Nearest::new(ray);
-        while let Some(id) = self.next(&mut walk, nearest.ray.t_max) {
-            if let Some(hit) = self.primitives.intersect(id, &nearest.ray) {
-                nearest.offer(P::t(&hit), id, hit);
-            }
-        }
-        nearest.hit.map(|(_, hit)| hit)
+        self.tree.nearest(ray, P::t, |id, ray| self.primitives.intersect(id, ray))
     }
 
     /// Whether anything is hit with t in (`t_min`, `t_max`).
     pub fn occluded(&self, ray: &Ray) -> bool {
-        let mut stack = STACK;
-        let Some(mut walk) = self.walk(ray, &mut stack) else { return false };
-        let Nearest { ray, .. } = Nearest::<P::Hit>::new(ray);
-        while let Some(id) = self.next(&mut walk, ray.t_max) {
-            if self.primitives.occluded(id, &ray) {
-                return true;
-            }
-        }
-        false
+        self.tree.any(ray, |id, ray| self.primitives.occluded(id, ray))
     }
 
     /// [`Self::intersect`] of each ray, in order, in place of what `hits` held.
@@ -186,19 +153,6 @@ impl<P: UserPrimitives> UserBvh<P> {
         occluded.extend(rays.iter().map(|ray| self.occluded(ray)));
     }
 
-    /// `None` for a ray that cannot hit anything.
-    #[inline]
-    fn walk<'a, 'b>(&'a self, ray: &Ray, stack: &'b mut Stack) -> Option<Walk<'a, 'b>> {
-        Some(Walk::new(&self.tree, Prepared::new(ray, &self.tree.bounds())?, stack))
-    }
-
-    /// The next primitive that may be hit with parameter up to `t`.
-    #[inline]
-    fn next(&self, walk: &mut Walk<'_, '_>, t: f32) -> Option<u32> {
-        let ids = walk.next(t, |node| self.widening[node])?;
-        Some(ids[0]) // each leaf has one
-    }
-
     /// The primitives.
     pub fn primitives(&self) -> &P {
         &self.primitives
@@ -211,53 +165,6 @@ impl<P: UserPrimitives> UserBvh<P> {
 
     /// Primitives left out because no ray can hit them.
     pub fn skipped(&self) -> u32 {
-        self.tree.skipped
+        self.tree.skipped()
     }
-}
-
-/// The nearest hit so far, with the number of its primitive, and the ray as far as it matters.
-struct Nearest<H> {
-    ray: Ray,
-    hit: Option<(u32, H)>,
-}
-
-impl<H> Nearest<H> {
-    fn new(ray: &Ray) -> Self {
-        Self { ray: Ray { t_min: ray.t_min.max(0.0), ..*ray }, hit: None }
-    }
-
-    /// Takes the hit of a primitive if it is better: of two with equal t, the one with the lower
-    /// number is.
-    #[inline]
-    fn offer(&mut self, t: f32, id: u32, hit: H) {
-        // The ray ends just beyond the nearest hit.
-        let is_equal = t.next_up() == self.ray.t_max;
-        let is_later = is_equal && self.hit.as_ref().is_some_and(|(nearest, _)| *nearest < id);
-        if t > self.ray.t_min && t < self.ray.t_max && !is_later {
-            self.ray.t_max = t.next_up();
-            self.hit = Some((id, hit));
-        }
-    }
-}
-
-/// The box of a primitive that can be in a tree.
-fn usable<P: UserPrimitives>(primitives: &P, id: u32) -> Option<Bounds3> {
-    let bounds = primitives.bounds(id)?;
-    let is_box = in_range(bounds.min) && in_range(bounds.max) && !bounds.is_empty();
-    (is_box && (0.0..=MOST_SLACK).contains(&primitives.slack(id))).then_some(bounds)
-}
-
-/// By how many times the pad of a ray each node is to be widened: see the module.
-fn widening(tree: &Bvh2, slack: impl Fn(u32) -> f32) -> Vec<f32> {
-    let mut widening = vec![1f32; tree.nodes.len()];
-    for (i, node) in tree.nodes.iter().enumerate().rev() {
-        widening[i] = if node.is_leaf() {
-            let id = tree.order[node.offset as usize];
-            ((slack(id) + BOX_TEST) / PAD).max(1.0)
-        } else {
-            let [left, right] = tree.children(i);
-            widening[left].max(widening[right])
-        };
-    }
-    widening
 }

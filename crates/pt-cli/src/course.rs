@@ -43,7 +43,7 @@ pub(crate) fn environment_ready() {
 /// Before rendering.
 pub(crate) fn built(session: &Session, threads: usize) {
     let (geometry, bvh) = session.build_times();
-    let primitives = session.scene().primitive_surface.len();
+    let primitives = session.scene().shapes.primitive_surface.len();
     eprintln!("[PathTracer] Rendering using {threads} threads");
     println!("[PathTracer] Collecting primitives... Done! ({:.4} sec)", geometry.as_secs_f64());
     println!(

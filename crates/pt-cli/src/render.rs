@@ -117,7 +117,8 @@ fn compile(
     let cli = &request.cli;
     let mut camera = cli.camera.as_deref().map(camera_file::load).transpose()?;
     if let (Some(camera), Some(of_scene)) = (&mut camera, scene.cameras.last()) {
-        camera.medium = of_scene.medium; // files of settings know none
+        // Files of settings know none.
+        (camera.medium, camera.shutter) = (of_scene.medium, of_scene.shutter);
     }
     if let (true, false, Some(path)) = (cli.cs184, cli.quiet, &cli.camera) {
         course::camera_loaded(path);
@@ -127,6 +128,7 @@ fn compile(
         course: cli.cs184,
         bvh: request.bvh(),
         most_single_lights: None,
+        most_copied_triangles: None,
         environment,
         compensated: false, // the session knows
         camera,

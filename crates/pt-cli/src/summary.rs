@@ -25,11 +25,16 @@ impl Summary<'_> {
         let seconds = s.time.as_secs_f64().max(1e-9);
         let (geometry, bvh) = self.session.build_times();
         let scene = self.session.scene();
+        let [triangles, spheres] = scene.shape_counts();
+        let placed = match scene.placement_count() {
+            0 => String::new(),
+            n => format!(", {}", count(n, "placed shape")),
+        };
         let [w, h] = scene.camera.resolution;
         eprintln!(
-            "scene     {}, {}, {}; read in {:.3} s, BVH built in {:.3} s",
-            count(scene.triangles.len(), "triangle"),
-            count(scene.spheres.len(), "sphere"),
+            "scene     {}, {}, {}{placed}; read in {:.3} s, BVH built in {:.3} s",
+            count(triangles, "triangle"),
+            count(spheres, "sphere"),
             count(scene.light_count, "light"),
             (self.load + geometry).as_secs_f64(),
             bvh.as_secs_f64()
@@ -71,10 +76,13 @@ impl Summary<'_> {
         let s = &self.statistics;
         let (geometry, bvh) = self.session.build_times();
         let scene = self.session.scene();
+        let [triangles, spheres] = scene.shape_counts();
         let number = |v: Option<f64>| v.map_or("null".to_owned(), |v| v.to_string());
         let fields = [
-            ("triangles", scene.triangles.len().to_string()),
-            ("spheres", scene.spheres.len().to_string()),
+            ("triangles", triangles.to_string()),
+            ("spheres", spheres.to_string()),
+            ("placed_shapes", scene.placement_count().to_string()),
+            ("motion", u8::from(scene.moves()).to_string()),
             ("lights", scene.light_count.to_string()),
             ("texture_bytes", scene.materials.textures.bytes().to_string()),
             ("threads", self.threads.to_string()),

@@ -5,7 +5,7 @@ use pt_math::{Pdf, SolidAngle, Vec2, Vec3};
 
 use crate::camera::{Camera, Projection};
 use crate::parametrization::Parametrization;
-use crate::scene::{FLAT, Interaction, RenderScene};
+use crate::scene::{Interaction, RenderScene};
 
 /// The width of a pixel that one sample stands for. The samples of a pixel lie all over it, so that
 /// less than 1 is blurred less, and not seen as noise.
@@ -73,6 +73,14 @@ impl Camera {
 }
 
 impl RenderScene {
+    /// The cone of a camera ray in a unit direction, at a time.
+    pub fn camera_cone(&self, direction: Vec3, time: f32) -> Cone {
+        match self.camera_motion {
+            None => self.camera.cone(direction),
+            Some(_) => self.camera_at(time).cone(direction),
+        }
+    }
+
     /// Whether some texture asks how much of it is seen at once.
     #[inline]
     pub fn uses_footprints(&self) -> bool {
@@ -82,9 +90,10 @@ impl RenderScene {
     /// Whether a primitive is a triangle that is seen as flat.
     #[inline]
     pub fn is_flat(&self, primitive: u32) -> bool {
-        let i = primitive as usize;
-        let corners = self.triangle_normals.get(i).copied().unwrap_or(FLAT);
-        i < self.triangles.len() && corners == FLAT
+        match self.shapes.primitive_surface.get(primitive as usize) {
+            Some(_) => self.shapes.is_flat(primitive as usize),
+            None => self.placed(|placed| placed.is_flat(primitive)),
+        }
     }
 }
 

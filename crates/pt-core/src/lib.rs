@@ -10,6 +10,7 @@
 
 pub mod bsdf;
 pub mod camera;
+pub mod camera_motion;
 pub mod compile;
 pub mod develop;
 pub mod film;
@@ -21,10 +22,12 @@ pub mod material;
 pub mod medium;
 pub mod parametrization;
 pub mod phase;
+pub mod placed;
 pub mod progress;
 mod pyramid;
 pub mod scene;
 pub mod settings;
+pub mod shapes;
 pub mod texture;
 
 pub use camera::Camera;

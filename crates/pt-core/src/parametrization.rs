@@ -5,7 +5,8 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use pt_bvh::{Hit, Sphere};
 use pt_math::{Vec2, Vec3, trig};
 
-use crate::scene::{FLAT, Interaction, RenderScene};
+use crate::scene::{Interaction, RenderScene};
+use crate::shapes::{FLAT, ShapeTables};
 
 /// How texture coordinates lie on a surface at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,16 +43,20 @@ pub struct OnTriangle {
 }
 
 impl RenderScene {
-    /// The texture coordinates where a primitive was hit.
-    pub fn parametrization(&self, at: &Interaction, hit: &Hit) -> Parametrization {
+    /// The texture coordinates where a primitive was hit, at the time of the ray.
+    pub fn parametrization(&self, at: &Interaction, hit: &Hit, time: f32) -> Parametrization {
+        let shapes = &self.shapes;
         let primitive = hit.primitive as usize;
-        match primitive.checked_sub(self.triangles.len()) {
-            None => self.on_triangle(primitive, hit),
-            Some(sphere) => self.on_sphere(sphere, at.point.p),
+        match primitive.checked_sub(shapes.triangles.len()) {
+            None => shapes.on_triangle(primitive, hit),
+            Some(sphere) if sphere < shapes.spheres.len() => shapes.on_sphere(sphere, at.point.p),
+            Some(_) => self.placed(|placed| placed.parametrization(at.point.p, hit, time)),
         }
     }
+}
 
-    fn on_triangle(&self, i: usize, hit: &Hit) -> Parametrization {
+impl ShapeTables {
+    pub(crate) fn on_triangle(&self, i: usize, hit: &Hit) -> Parametrization {
         let barycentric = Vec2::new(hit.b1, hit.b2);
         let on_triangle = |uv_edges| Some(OnTriangle { triangle: i as u32, barycentric, uv_edges });
         let corners = self.triangle_uvs.get(i).copied().unwrap_or(FLAT);
@@ -75,7 +80,7 @@ impl RenderScene {
     }
 
     /// See [`sphere_coordinates`].
-    fn on_sphere(&self, i: usize, p: Vec3) -> Parametrization {
+    pub(crate) fn on_sphere(&self, i: usize, p: Vec3) -> Parametrization {
         let Sphere { center, radius } = self.spheres[i];
         let axes = self.sphere_axes[i];
         let n = axes.transpose() * ((p - center) / radius.abs());

@@ -1,16 +1,18 @@
 //! The compiled scene: flat, immutable tables that backends read.
 
-use pt_bvh::{Bvh, Hit, Sphere};
-use pt_math::interval::gamma;
-use pt_math::{Bounds3, Mat3, Ray, Spectrum, Vec2, Vec3, ray};
+use pt_bvh::{Bvh, Hit};
+use pt_math::{Bounds3, Pdf, Ray, SolidAngle, Spectrum, Vec3, ray};
 
 use crate::bsdf::{Bsdf, LobeRecord};
 use crate::camera::Camera;
+use crate::camera_motion::CameraMotion;
 use crate::footprint::footprint;
 use crate::id::{Id, Table};
-use crate::light::{AnyLight, LightHit, LightSample, LightTables};
+use crate::light::{AnyLight, LightHit, LightSample, LightTables, MovingLight};
 use crate::material::{Material, Materials, Resolved};
 use crate::medium::{Media, MediumRecord};
+use crate::placed::Placed;
+use crate::shapes::{ShapePoint, ShapeTables};
 use crate::texture::{TextureRecord, Varying};
 
 /// How a part of a shape scatters and glows.
@@ -45,32 +47,15 @@ pub enum Glow {
     Both,
 }
 
-/// Three indices that mark a triangle without normals, or texture coordinates.
-pub const FLAT: [u32; 3] = [u32::MAX; 3];
-
 /// Everything a renderer reads. Made by [`crate::compile()`], never edited.
 pub struct RenderScene {
-    /// Vertex positions of all meshes, in world coordinates.
-    pub positions: Vec<Vec3>,
-    /// Corners of all triangles.
-    pub triangles: Vec<[u32; 3]>,
-    /// Unit normals of all meshes, in world coordinates.
-    pub normals: Vec<Vec3>,
-    /// Normals at the corners of each triangle, or [`FLAT`]; empty if all are flat.
-    pub triangle_normals: Vec<[u32; 3]>,
-    /// Texture coordinates of all meshes whose triangles have some that are needed.
-    pub uvs: Vec<Vec2>,
-    /// Texture coordinates at the corners of each triangle, or [`FLAT`]; may end early.
-    pub triangle_uvs: Vec<[u32; 3]>,
+    /// All that is not placed, in world coordinates.
+    pub shapes: ShapeTables,
+    /// What is placed in the world, and may move; `None` if nothing is.
+    pub placed: Option<Box<Placed>>,
     /// Whether [`Interaction::normal`] is the plain interpolation of normals at corners, which is
     /// shorter than 1 between different ones: what the university course's program shows.
     pub plain_normals: bool,
-    /// Spheres; their primitive numbers follow those of the triangles.
-    pub spheres: Vec<Sphere>,
-    /// The axes of each sphere in the world.
-    pub sphere_axes: Vec<Mat3>,
-    /// Surface of each primitive.
-    pub primitive_surface: Vec<Id<SurfaceRecord>>,
     /// Numbers of triangles and of spheres of all objects up to each.
     pub object_ends: Vec<[u32; 2]>,
     /// Surfaces.
@@ -91,9 +76,11 @@ pub struct RenderScene {
     pub light_tables: LightTables,
     /// What fills the space between surfaces.
     pub media: Media,
-    /// The camera.
+    /// The camera, where it is when the shutter opens.
     pub camera: Camera,
-    /// The ray queries.
+    /// How the camera moves, if it does.
+    pub camera_motion: Option<CameraMotion>,
+    /// The ray queries of what is not placed.
     pub bvh: Bvh,
 }
 
@@ -178,25 +165,65 @@ impl RenderScene {
         &self,
         ray: &Ray,
         hit: &Hit,
+        time: f32,
         current: Option<Id<MediumRecord>>,
     ) -> Option<Id<MediumRecord>> {
         if self.media.is_empty() {
             return None;
         }
-        let at = self.interaction(ray, hit);
+        let at = self.interaction(ray, hit, time);
         let outwards = ray.direction.dot(at.point.normal) > 0.0;
         self.media.beyond(at.surface, outwards, current)
     }
 
-    /// The box around all shapes.
+    /// The box around all shapes, at all times.
     pub fn bounds(&self) -> Bounds3 {
-        self.bvh.bounds()
+        let placed = self.placed.as_ref().map_or(Bounds3::EMPTY, |placed| placed.bounds());
+        self.bvh.bounds().union(placed)
+    }
+
+    /// How many triangles and spheres there are; those of objects that are placed count once.
+    pub fn shape_counts(&self) -> [usize; 2] {
+        let placed = self.placed.iter().flat_map(|placed| placed.objects());
+        let tables = std::iter::once(&self.shapes).chain(placed.map(|object| &object.shapes));
+        let counts = tables.map(|tables| [tables.triangles.len(), tables.spheres.len()]);
+        counts.fold([0; 2], |sum, count| [sum[0] + count[0], sum[1] + count[1]])
+    }
+
+    /// How many objects are placed, and do not stand copied in the world.
+    pub fn placement_count(&self) -> usize {
+        self.placed.as_ref().map_or(0, |placed| placed.placements().len())
+    }
+
+    /// Whether anything moves while the shutter is open, so that rays need a time: a share, from 0
+    /// to 1, of the time for which it is.
+    #[inline]
+    pub fn moves(&self) -> bool {
+        self.camera_motion.is_some() || self.placed.as_ref().is_some_and(|placed| placed.moves())
+    }
+
+    /// The camera at a time.
+    pub fn camera_at(&self, time: f32) -> Camera {
+        let moved = self.camera_motion.as_ref().map(|motion| motion.at(&self.camera, time));
+        moved.unwrap_or(self.camera)
+    }
+
+    /// What is asked of placed objects, for the number of a primitive that is one of theirs.
+    ///
+    /// # Panics
+    /// If there are none.
+    #[inline]
+    pub(crate) fn placed<T>(&self, ask: impl FnOnce(&Placed) -> T) -> T {
+        ask(self.placed.as_ref().expect("primitives beyond all others are placed"))
     }
 
     /// The number of the object that a primitive belongs to; that of primitives that lights bring with
     /// them is the number of objects.
     pub fn object(&self, primitive: u32) -> u32 {
-        let triangles = self.triangles.len() as u32;
+        let triangles = self.shapes.triangles.len() as u32;
+        if primitive as usize >= self.shapes.primitive_surface.len() {
+            return self.placed(|placed| placed.number(primitive));
+        }
         let number = match primitive.checked_sub(triangles) {
             None => self.object_ends.partition_point(|end| end[0] <= primitive),
             Some(sphere) => self.object_ends.partition_point(|end| end[1] <= sphere),
@@ -204,15 +231,20 @@ impl RenderScene {
         number as u32
     }
 
-    /// The surface point where a ray of unit direction met a primitive.
+    /// The surface point where a ray of unit direction met a primitive, at a time; see
+    /// [`Self::moves`].
     #[inline(always)]
-    pub fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
+    pub fn interaction(&self, ray: &Ray, hit: &Hit, time: f32) -> Interaction {
+        let shapes = &self.shapes;
         let primitive = hit.primitive as usize;
-        let (p, error, geometric_normal, normal) = match primitive.checked_sub(self.triangles.len())
-        {
-            None => self.triangle_point(primitive, hit),
-            Some(sphere) => self.sphere_point(sphere, ray.at(hit.t)),
+        let at = match primitive.checked_sub(shapes.triangles.len()) {
+            None => shapes.triangle_point(primitive, hit, self.plain_normals, |n| n),
+            Some(sphere) if sphere < shapes.spheres.len() => {
+                shapes.sphere_point(sphere, ray.at(hit.t))
+            }
+            Some(_) => return self.placed(|placed| placed.interaction(ray, hit, time)),
         };
+        let ShapePoint { p, error, geometric_normal, normal } = at;
         Interaction {
             point: SurfacePoint {
                 p,
@@ -222,58 +254,50 @@ impl RenderScene {
             normal,
             wo: -ray.direction,
             distance: hit.t,
-            surface: self.primitive_surface[primitive],
+            surface: shapes.primitive_surface[primitive],
             primitive: hit.primitive,
         }
+    }
+
+    /// The lights on shapes that move, which are not among [`Self::lights`].
+    #[inline]
+    pub fn moving_lights(&self) -> &[MovingLight] {
+        self.placed.as_ref().map_or(&[], |placed| placed.lights())
+    }
+
+    /// A sample of one of these at a time, as [`crate::light::Light::sample`] gives them.
+    pub fn sample_moving(
+        &self,
+        light: &MovingLight,
+        time: f32,
+        p: Vec3,
+        u: [f32; 2],
+    ) -> Option<LightSample> {
+        let placed = self.placed.as_ref()?;
+        placed.sample_light(light, &self.light_tables, time, p, u)
+    }
+
+    /// The one of these that a ray from `p` found at a time, if it did, and the density with which light
+    /// sampling would have found it.
+    pub fn moving_light(
+        &self,
+        at: &Interaction,
+        time: f32,
+        p: Vec3,
+    ) -> Option<(&AnyLight, Pdf<SolidAngle>)> {
+        self.placed.as_ref()?.light_pdf(&self.light_tables, time, p, at)
     }
 
     /// What the lights need to know of a light that was hit.
     #[inline(always)]
     pub fn light_hit(&self, at: &Interaction) -> LightHit {
-        let corners = self.triangles.get(at.primitive as usize);
+        let corners = self.shapes.triangles.get(at.primitive as usize);
         LightHit {
             distance_squared: at.distance * at.distance,
             cos: at.point.normal.dot(at.wo).abs(),
-            triangle: corners.map(|t| t.map(|v| self.positions[v as usize])),
+            triangle: corners.map(|t| t.map(|v| self.shapes.positions[v as usize])),
             primitive: at.primitive,
         }
-    }
-
-    /// p = Σ bᵢ pᵢ, with |error| ≤ γ₇ Σ |bᵢ pᵢ|. [Pharr, Jakob & Humphreys, Physically Based
-    /// Rendering, 3rd ed., §3.9.4]
-    #[inline(always)]
-    fn triangle_point(&self, i: usize, hit: &Hit) -> (Vec3, Vec3, Vec3, Vec3) {
-        let [p0, p1, p2] = self.triangles[i].map(|v| self.positions[v as usize]);
-        let b0 = 1.0 - hit.b1 - hit.b2;
-        let (q0, q1, q2) = (p0 * b0, p1 * hit.b1, p2 * hit.b2);
-        let p = q0 + q1 + q2;
-        let error = (q0.abs() + q1.abs() + q2.abs()) * gamma(7);
-        let flat = (p1 - p0).cross(p2 - p0).normalize();
-        let corners = self.triangle_normals.get(i).copied().unwrap_or(FLAT);
-        if corners == FLAT {
-            return (p, error, flat, flat);
-        }
-        let [n0, n1, n2] = corners.map(|v| self.normals[v as usize]);
-        let sum = n0 * b0 + n1 * hit.b1 + n2 * hit.b2;
-        let length_squared = sum.length_squared();
-        if length_squared < 1e-12 {
-            return (p, error, flat, flat);
-        }
-        let normal = if self.plain_normals { sum } else { sum / length_squared.sqrt() };
-        let geometric = if flat.dot(normal) < 0.0 { -flat } else { flat };
-        (p, error, geometric, normal)
-    }
-
-    /// The point moved onto the sphere, with an error of γ₅ of its coordinates. [ibid., §3.9.4]
-    #[inline(always)]
-    fn sphere_point(&self, i: usize, p: Vec3) -> (Vec3, Vec3, Vec3, Vec3) {
-        let Sphere { center, radius } = self.spheres[i];
-        let n = (p - center).normalize();
-        let offset = n * radius.abs();
-        let p = center + offset;
-        let error = (center.abs() + offset.abs()) * gamma(5);
-        let n = if radius < 0.0 { -n } else { n };
-        (p, error, n, n)
     }
 
     /// The scattering at a point of a surface that is the same everywhere.
@@ -284,7 +308,7 @@ impl RenderScene {
         Bsdf::new(lobe, surface.two_sided, self.unit_normal(at), at.point.normal, at.wo)
     }
 
-    /// What there is at a point of a surface that varies; `choice` from [0, 1) makes the choices of
+    /// What there is at a point of a surface that varies, at the time of its ray; `choice` from [0, 1) makes the choices of
     /// mixtures, and `width` is how wide the cone of the ray is there, in metres, if that is followed.
     /// `None` if the surface is the same everywhere.
     #[inline(always)]
@@ -292,11 +316,12 @@ impl RenderScene {
         &self,
         at: &Interaction,
         hit: &Hit,
+        time: f32,
         choice: f32,
         width: Option<f32>,
     ) -> Option<Resolved> {
         let material = self.surfaces[at.surface].material?;
-        let mut parametrization = self.parametrization(at, hit);
+        let mut parametrization = self.parametrization(at, hit, time);
         if let Some(width) = width {
             parametrization.footprint = footprint(at, &parametrization, width);
         }
@@ -307,14 +332,14 @@ impl RenderScene {
 
     /// The share of the surface that is there, where a ray met it.
     #[inline]
-    pub fn opacity(&self, ray: &Ray, hit: &Hit) -> f32 {
-        let surface = self.primitive_surface[hit.primitive as usize];
+    pub fn opacity(&self, ray: &Ray, hit: &Hit, time: f32) -> f32 {
+        let surface = self.surface(hit.primitive);
         match self.surfaces[surface].opacity {
             None => 1.0,
             Some(Varying::Value(opacity)) => opacity,
             Some(texture) => {
-                let at = self.interaction(ray, hit);
-                let place = self.parametrization(&at, hit);
+                let at = self.interaction(ray, hit, time);
+                let place = self.parametrization(&at, hit, time);
                 self.materials.textures.number(texture, &place).clamp(0.0, 1.0)
             }
         }
@@ -325,16 +350,25 @@ impl RenderScene {
         if self.plain_normals { at.normal.normalize() } else { at.normal }
     }
 
+    /// The surface of a primitive.
+    #[inline(always)]
+    fn surface(&self, primitive: u32) -> Id<SurfaceRecord> {
+        match self.shapes.primitive_surface.get(primitive as usize) {
+            Some(surface) => *surface,
+            None => self.placed(|placed| placed.surface(primitive)),
+        }
+    }
+
     /// Whether the primitive that was hit emits light on a side of it.
     #[inline(always)]
     pub fn glows(&self, hit: &Hit) -> bool {
-        let surface = self.primitive_surface[hit.primitive as usize];
+        let surface = self.surface(hit.primitive);
         !self.surfaces[surface].emission.is_black()
     }
 
     /// Radiance that the surface emits towards `at.wo`, where it was hit.
     #[inline(always)]
-    pub fn emitted(&self, at: &Interaction, hit: &Hit) -> Spectrum {
+    pub fn emitted(&self, at: &Interaction, hit: &Hit, time: f32) -> Spectrum {
         let surface = &self.surfaces[at.surface];
         if surface.emission.is_black() {
             return Spectrum::ZERO;
@@ -348,14 +382,20 @@ impl RenderScene {
         match surface.emission_texture {
             _ if !glows => Spectrum::ZERO,
             None => surface.emission,
-            Some(texture) => self.radiance(texture, at, hit),
+            Some(texture) => self.radiance(texture, at, hit, time),
         }
     }
 
     /// That of a texture.
     #[inline(never)]
-    fn radiance(&self, texture: Id<TextureRecord>, at: &Interaction, hit: &Hit) -> Spectrum {
-        self.materials.textures.radiance(texture, &self.parametrization(at, hit))
+    fn radiance(
+        &self,
+        texture: Id<TextureRecord>,
+        at: &Interaction,
+        hit: &Hit,
+        time: f32,
+    ) -> Spectrum {
+        self.materials.textures.radiance(texture, &self.parametrization(at, hit, time))
     }
 
     /// Radiance from the sky along a ray that leaves the scene in direction `d`.

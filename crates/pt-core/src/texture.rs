@@ -8,7 +8,7 @@ use pt_scene::texture::{Filter, Wrap};
 use crate::id::{Id, Table};
 use crate::parametrization::{OnTriangle, Parametrization};
 use crate::pyramid;
-use crate::scene::FLAT;
+use crate::shapes::FLAT;
 
 /// What a texture shows, and how the surface is laid out on it.
 #[derive(Clone, Copy, Debug)]

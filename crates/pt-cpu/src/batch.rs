@@ -6,11 +6,11 @@ use pt_core::RenderScene;
 use pt_core::film::Tile;
 use pt_core::filter::FilterSampler;
 use pt_core::settings::Settings;
-use pt_math::sampler::{LANES, SamplerBlocks};
-use pt_math::{RayColumns, Spectrum};
+use pt_math::sampler::{LANES, Lanes, SamplerBlocks};
+use pt_math::{Ray8, RayColumns, Spectrum};
 
 use crate::first_hits::FirstHits;
-use crate::integrator::{Group, Integrator, Registration, Starts};
+use crate::integrator::{Group, Integrator, Registration, Starts, TIME_DIMENSION};
 use crate::tracer::Tracer;
 
 /// Consecutive samples of one pixel.
@@ -80,6 +80,7 @@ impl<'a> Worker<'a> {
                 rays: RayColumns::default(),
                 samplers: SamplerBlocks::new(settings.points()),
                 groups: Vec::new(),
+                times: Vec::new(),
             },
             filter,
             weights: Vec::new(),
@@ -116,7 +117,7 @@ impl<'a> Worker<'a> {
 
     /// Makes the starts of the samples of a batch, in order.
     fn start(&mut self, batch: &[Run]) {
-        let Starts { rays, samplers, groups } = &mut self.starts;
+        let Starts { rays, samplers, times, groups } = &mut self.starts;
         groups.clear();
         let mut next = 0;
         while let Some(run) = batch.get(next) {
@@ -125,8 +126,10 @@ impl<'a> Worker<'a> {
             next += pixels as usize;
         }
         self.weights.clear();
+        times.clear();
         samplers.refill(batch.iter().map(|run| (run.pixel, run.samples.clone())));
-        let camera = &self.tracer.scene.camera;
+        let scene = self.tracer.scene;
+        let (camera, moves) = (&scene.camera, scene.moves());
         let eights = rays.resize(samplers.len().next_multiple_of(LANES));
         for (block, rays) in eights.as_chunks_mut().0.iter_mut().enumerate() {
             let mut at = samplers.points(block, 0);
@@ -138,9 +141,32 @@ impl<'a> Worker<'a> {
             }
             let lens =
                 if camera.has_lens() { samplers.points(block, 2) } else { [[0.0; LANES]; 2] };
+            if moves {
+                let block_times = samplers.points(block, TIME_DIMENSION)[0];
+                times.extend(block_times);
+                if scene.camera_motion.is_some() {
+                    moving_rays(scene, &block_times, &at, &lens, rays);
+                    continue;
+                }
+            }
             camera.rays(&at, &lens, rays);
         }
+        times.truncate(samplers.len());
         rays.truncate(samplers.len());
+    }
+}
+
+/// The rays of a camera that moves, at their times, through points of the image and of the lens.
+fn moving_rays(
+    scene: &RenderScene,
+    times: &Lanes<f32>,
+    at: &[Lanes<f32>; 2],
+    lens: &[Lanes<f32>; 2],
+    rays: &mut [Ray8; LANES / 8],
+) {
+    for (i, &time) in times.iter().enumerate() {
+        let ray = scene.camera_at(time).ray(at.map(|x| x[i]), lens.map(|x| x[i]));
+        rays[i / 8].set(i % 8, &ray);
     }
 }
 

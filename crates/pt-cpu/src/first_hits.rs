@@ -33,17 +33,18 @@ impl FirstHits {
             if let Some(hit) = hit
                 && run.kept.contains(&sample)
             {
-                let seen = first_hit(tracer.scene, &rays.get(i), hit, starts.samplers.get(i));
+                let (sampler, time) = (starts.samplers.get(i), starts.time(i));
+                let seen = first_hit(tracer.scene, &rays.get(i), hit, time, sampler);
                 tile.see(run.pixel, sample, &seen);
             }
         }
     }
 }
 
-fn first_hit(scene: &RenderScene, ray: &Ray, hit: &Hit, sampler: Sampler) -> FirstHit {
-    let at = scene.interaction(ray, hit);
+fn first_hit(scene: &RenderScene, ray: &Ray, hit: &Hit, time: f32, sampler: Sampler) -> FirstHit {
+    let at = scene.interaction(ray, hit, time);
     FirstHit {
-        albedo: albedo(scene, &at, hit, sampler.at_dimension(CAMERA_DIMENSIONS)),
+        albedo: albedo(scene, &at, hit, time, sampler.at_dimension(CAMERA_DIMENSIONS)),
         normal: at.normal,
         geometric_normal: at.point.normal,
         depth: at.distance,
@@ -56,11 +57,17 @@ fn first_hit(scene: &RenderScene, ray: &Ray, hit: &Hit, sampler: Sampler) -> Fir
 
 /// The weight of one direction that the BSDF draws, whose mean is the albedo; what is matte or smooth
 /// has it in every direction.
-fn albedo(scene: &RenderScene, at: &Interaction, hit: &Hit, mut sampler: Sampler) -> Spectrum {
+fn albedo(
+    scene: &RenderScene,
+    at: &Interaction,
+    hit: &Hit,
+    time: f32,
+    mut sampler: Sampler,
+) -> Spectrum {
     let [[x, y], [z, choice]] = [sampler.next_2d(), sampler.next_2d()];
-    let cone = scene.uses_footprints().then(|| scene.camera.cone(-at.wo));
+    let cone = scene.uses_footprints().then(|| scene.camera_cone(-at.wo, time));
     let width = cone.map(|cone| cone.width_at(at.distance));
-    let resolved = scene.resolve(at, hit, choice, width);
+    let resolved = scene.resolve(at, hit, time, choice, width);
     let bsdf = resolved.as_ref().map_or_else(|| scene.bsdf(at), |r| r.bsdf(at));
     let scattered = bsdf.sample([x, y, z]);
     scattered.map_or(Spectrum::ZERO, |s| s.weight * s.squeeze)

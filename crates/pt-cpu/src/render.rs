@@ -60,6 +60,12 @@ pub enum RenderError {
     /// The integrator does not do it.
     #[error("light goes between paths of the integrator path alone, and not of {0}")]
     NoReuse(&'static str),
+    /// Each path has a time of its own.
+    #[error(
+        "light does not go between paths where something moves, since each has a time of its own; render \
+         without path reuse, or with a closed shutter"
+    )]
+    ReuseInMotion,
     /// The reconstruction filter makes no sense.
     #[error(transparent)]
     Filter(#[from] FilterError),
@@ -129,6 +135,9 @@ impl<'a> Renderer<'a> {
         }
         if settings.reuse > 1 && !integrator.reuses {
             return Err(RenderError::NoReuse(integrator.name));
+        }
+        if settings.reuse > 1 && scene.moves() {
+            return Err(RenderError::ReuseInMotion);
         }
         let filter = FilterSampler::new(&settings.filter)?;
         let pool = rayon::ThreadPoolBuilder::new()

@@ -2,7 +2,8 @@
 
 use pt_bvh::Hit;
 use pt_core::RenderScene;
-use pt_math::Rays;
+use pt_core::placed::Placed;
+use pt_math::{Ray, Rays};
 
 /// Asks a scene for intersections, many rays at a time, and counts the questions.
 pub struct Tracer<'a> {
@@ -21,8 +22,14 @@ impl<'a> Tracer<'a> {
         Self { scene, rays: 0, tests: 0, counts_tests }
     }
 
-    /// The nearest hit of each ray, in order, in place of what `hits` held.
-    pub fn intersect<'r>(&mut self, rays: impl Into<Rays<'r>>, hits: &mut Vec<Option<Hit>>) {
+    /// The nearest hit of each ray, in order, in place of what `hits` held. `time` tells the time of
+    /// ray number i, and is asked only where something is placed; see [`RenderScene::moves`].
+    pub fn intersect<'r>(
+        &mut self,
+        rays: impl Into<Rays<'r>>,
+        time: impl Fn(usize) -> f32,
+        hits: &mut Vec<Option<Hit>>,
+    ) {
         let rays = rays.into();
         self.rays += rays.len() as u64;
         let bvh = &self.scene.bvh;
@@ -31,10 +38,38 @@ impl<'a> Tracer<'a> {
         } else {
             bvh.intersect_batch(rays, hits);
         }
+        if let Some(placed) = &self.scene.placed {
+            self.intersect_placed(placed, rays, time, hits);
+        }
     }
 
-    /// Whether anything is in the way of each ray, in order, in place of what `occluded` held.
-    pub fn occluded<'r>(&mut self, rays: impl Into<Rays<'r>>, occluded: &mut Vec<bool>) {
+    /// Takes hits on what is placed where they are nearer.
+    fn intersect_placed(
+        &mut self,
+        placed: &Placed,
+        rays: Rays,
+        time: impl Fn(usize) -> f32,
+        hits: &mut [Option<Hit>],
+    ) {
+        for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+            let ray = Ray { t_max: hit.map_or(ray.t_max, |hit| hit.t), ..ray };
+            let nearer = if self.counts_tests {
+                placed.intersect_counted(&ray, time(i), &mut self.tests)
+            } else {
+                placed.intersect(&ray, time(i))
+            };
+            *hit = nearer.or(*hit);
+        }
+    }
+
+    /// Whether anything is in the way of each ray, in order, in place of what `occluded` held; `time` as
+    /// in [`Self::intersect`].
+    pub fn occluded<'r>(
+        &mut self,
+        rays: impl Into<Rays<'r>>,
+        time: impl Fn(usize) -> f32,
+        occluded: &mut Vec<bool>,
+    ) {
         let rays = rays.into();
         self.rays += rays.len() as u64;
         let bvh = &self.scene.bvh;
@@ -42,6 +77,28 @@ impl<'a> Tracer<'a> {
             bvh.occluded_batch_counted(rays, occluded, &mut self.tests);
         } else {
             bvh.occluded_batch(rays, occluded);
+        }
+        if let Some(placed) = &self.scene.placed {
+            self.occluded_placed(placed, rays, time, occluded);
+        }
+    }
+
+    /// Adds what is in the way of placed objects.
+    fn occluded_placed(
+        &mut self,
+        placed: &Placed,
+        rays: Rays,
+        time: impl Fn(usize) -> f32,
+        occluded: &mut [bool],
+    ) {
+        let free = occluded.iter_mut().enumerate().filter(|(_, occluded)| !**occluded);
+        for (i, occluded) in free {
+            let ray = rays.get(i);
+            *occluded = if self.counts_tests {
+                placed.occluded_counted(&ray, time(i), &mut self.tests)
+            } else {
+                placed.occluded(&ray, time(i))
+            };
         }
     }
 }

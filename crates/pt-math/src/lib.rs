@@ -12,6 +12,7 @@ pub mod distribution;
 pub mod frame;
 pub mod interval;
 pub mod measure;
+pub mod pose;
 pub mod ray;
 pub mod rays;
 pub mod sampler;
@@ -25,6 +26,7 @@ pub use glam::{
     Affine2, BVec3A, DAffine3, DMat3, DMat4, DQuat, DVec3, FloatExt, Mat3, Vec2, Vec3, Vec3A, Vec4,
 };
 pub use measure::{Area, Pdf, SolidAngle};
+pub use pose::{POSE_ERROR, Pose};
 pub use ray::Ray;
 pub use rays::{Ray8, RayColumns, Rays};
 pub use spectrum::Spectrum;

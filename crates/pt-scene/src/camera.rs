@@ -2,13 +2,20 @@
 
 use pt_math::DAffine3;
 
+use crate::Motion;
+
 /// A camera. It looks along −z of its node, with +y up and +x to the right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     /// Name in the file.
     pub name: String,
-    /// Node to world.
+    /// Node to world, or, if it moves, to the coordinates that its motion takes to the world.
     pub to_world: DAffine3,
+    /// How it moves; `None` if it does not.
+    pub motion: Option<Motion>,
+    /// When its shutter opens and closes, in seconds. What moves in between is blurred; if it is open
+    /// for no time, everything is seen where it is then.
+    pub shutter: [f64; 2],
     /// What it shows.
     pub projection: Projection,
     /// Distance before which nothing is seen: along the viewing axis, or along each ray of a

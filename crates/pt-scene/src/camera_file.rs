@@ -71,6 +71,8 @@ pub fn parse(text: &str, path: &Path) -> Result<Camera, LoadError> {
     Ok(Camera {
         name: path.display().to_string(),
         to_world: DAffine3::from_mat3_translation(matrix, position),
+        motion: None,
+        shutter: [0.0; 2],
         projection: Projection::Perspective { x_fov: n[0], y_fov: n[1] },
         near: n[3],
         far: n[4],

@@ -112,7 +112,7 @@ pub enum Phase {
 }
 
 /// The media on both sides of a surface, as indices into [`crate::Scene::media`]; `None` is empty space.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Sides {
     /// Behind it.
     pub interior: Option<u32>,

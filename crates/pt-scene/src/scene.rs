@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pt_math::DAffine3;
 
-use crate::{Camera, FileSettings, Light, Material, Medium, Mesh, Sides, Span, Warning};
+use crate::{Camera, FileSettings, Light, Material, Medium, Mesh, Motion, Sides, Span, Warning};
 
 /// A scene as its author wrote it.
 ///
@@ -37,8 +37,10 @@ pub struct Scene {
 pub struct Object {
     /// Name in the file.
     pub name: String,
-    /// Its own coordinates to world.
+    /// Its own coordinates to world, or, if it moves, to those that its motion takes to the world.
     pub to_world: DAffine3,
+    /// How it moves; `None` if it does not. Objects that move together may share it.
+    pub motion: Option<Arc<Motion>>,
     /// The shape; meshes may be shared by several objects.
     pub geometry: Geometry,
     /// Index into [`Scene::materials`] per material slot; `None` is the default material

@@ -5,6 +5,8 @@ mod common;
 mod materials;
 #[path = "mitsuba/media.rs"]
 mod media;
+#[path = "mitsuba/motion.rs"]
+mod motion;
 #[path = "mitsuba/sensors.rs"]
 mod sensors;
 #[path = "mitsuba/shapes.rs"]

@@ -84,7 +84,7 @@ fn a_ball_and_a_wall_are_where_and_what_they_are() {
         let (object, albedo) = if on_ball { (2.0, [0.9; 3]) } else { (1.0, ALBEDO) };
         assert_eq!(id("object"), object, "{pixel:?}");
         materials.push((on_ball, id("material")));
-        let triangles = session.scene().triangles.len() as f64;
+        let triangles = session.scene().shapes.triangles.len() as f64;
         let is_primitive =
             if on_ball { id("primitive") == triangles + 1.0 } else { id("primitive") < 3.0 };
         assert!(is_primitive, "{pixel:?}: {}", id("primitive"));

@@ -52,8 +52,8 @@ fn tilted() -> [(Scene, CompileOptions); 3] {
 fn seen(session: &Session, ray: &Ray) -> Option<(Vec2, f32)> {
     let scene = session.scene();
     let hit = scene.bvh.intersect(ray)?;
-    let at = scene.interaction(ray, &hit);
-    let place = scene.parametrization(&at, &hit);
+    let at = scene.interaction(ray, &hit, 0.0);
+    let place = scene.parametrization(&at, &hit, 0.0);
     let width = scene.camera.cone(ray.direction).width_at(at.distance);
     let [a, b] = footprint(&at, &place, width);
     Some((place.uv, a.perp_dot(b).abs()))
@@ -95,8 +95,8 @@ fn footprints_seen_from_above_are_round() {
     let ray = Ray::new(Vec3::new(0.3, 0.2, 4.0), Vec3::NEG_Z);
     let compiled = session.scene();
     let hit = compiled.bvh.intersect(&ray).expect("the wall");
-    let at = compiled.interaction(&ray, &hit);
-    let [a, b] = footprint(&at, &compiled.parametrization(&at, &hit), 0.1);
+    let at = compiled.interaction(&ray, &hit, 0.0);
+    let [a, b] = footprint(&at, &compiled.parametrization(&at, &hit, 0.0), 0.1);
     // The side of 2 metres has the length 1 in u and v.
     for (axis, name) in [(a, "across"), (b, "along")] {
         assert!((axis.length() - 0.05).abs() < 1e-6, "{name}: {axis}");

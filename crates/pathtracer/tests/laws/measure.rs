@@ -55,6 +55,13 @@ impl Luminances {
         Self { mean: add(&self.mean, &other.mean), variance: add(&self.variance, &other.variance) }
     }
 
+    /// The image times a number.
+    pub(crate) fn scaled(&self, factor: f32) -> Self {
+        let times = |values: &[f32], factor: f32| values.iter().map(|v| v * factor).collect();
+        let variance = times(&self.variance, factor * factor);
+        Self { mean: times(&self.mean, factor), variance }
+    }
+
     pub(crate) fn compare<'a>(
         &'a self,
         other: &'a Self,

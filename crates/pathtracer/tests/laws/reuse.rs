@@ -1,7 +1,8 @@
 //! Light that the paths of neighbouring pixels bring to each other.
 
-use pathtracer::{Adaptive, CompileOptions, DirectLight, Film, Scene, Settings};
+use pathtracer::{Adaptive, CompileOptions, DirectLight, Film, Scene, Session, Settings};
 use pt_core::film::PixelSums;
+use pt_cpu::Renderer;
 use pt_math::{DAffine3, DVec3};
 use pt_scene::material::{Embossed, Mix};
 use pt_scene::shapes;
@@ -10,6 +11,7 @@ use pt_scene::texture::{Filter, Relief};
 use crate::furnace::ESTIMATORS;
 use crate::materials::{row, surfaces};
 use crate::measure::{assert_all_agree, render, settings};
+use crate::motion::under_flying_lamps;
 use crate::scenes::{Builder, camera, cornell, facing, gloss, matte, metal, size, under_a_sky};
 
 /// Not multiples of the side of any square, so that some are cut off.
@@ -104,4 +106,22 @@ fn sixteen_paths_have_a_fraction_of_the_noise_of_one() {
     let noise = |reuse| noise(&film(&cornell(), size([24, 24]), settings(reuse)));
     let [one, four, sixteen] = [1, 2, 4].map(noise);
     assert!(four < 0.6 * one && sixteen < 0.4 * one, "{one}, {four}, {sixteen}");
+}
+
+/// Squares have sides of 1, 2 or 4, the integrator has to do it, and nothing may move meanwhile.
+#[test]
+fn what_cannot_share_its_light_is_refused() {
+    let refuses = |scene: &Scene, settings: Settings| {
+        let session = Session::new(scene, size(SIZE), Settings::default()).expect("it compiles");
+        Renderer::new(session.scene(), &settings, 1, 16, false).is_err()
+    };
+    let reuse = |reuse| Settings { reuse, ..Settings::default() };
+    let with = |integrator: &str| Settings { integrator: integrator.into(), ..reuse(2) };
+    for side in [1, 2, 4] {
+        assert!(!refuses(&cornell(), reuse(side)));
+    }
+    for settings in [reuse(0), reuse(3), reuse(8), with("volpath"), with("ao")] {
+        assert!(refuses(&cornell(), settings.clone()), "{settings:?}");
+    }
+    assert!(refuses(&under_flying_lamps(), reuse(2)) && !refuses(&under_flying_lamps(), reuse(1)));
 }

@@ -50,6 +50,8 @@ pub(crate) fn camera(from: DVec3, to: DVec3, fov: [f64; 2]) -> Camera {
     Camera {
         name: String::new(),
         to_world: looking(from, to),
+        motion: None,
+        shutter: [0.0; 2],
         projection: Projection::Perspective { x_fov: fov[0], y_fov: fov[1] },
         near: 0.0,
         far: f64::INFINITY,
@@ -95,7 +97,8 @@ impl Builder {
     ) -> Self {
         let materials = self.material(surface, emission);
         let (name, at) = (String::new(), pt_scene::Span::default());
-        self.0.objects.push(Object { name, to_world, geometry, materials, media: None, at });
+        let (motion, media) = (None, None);
+        self.0.objects.push(Object { name, to_world, motion, geometry, materials, media, at });
         self
     }
 

@@ -4,6 +4,7 @@
 //! to the [`Bvh`] of the object, with directions that keep their length in the object's units, so
 //! that t is the same on both levels.
 
+mod moving;
 mod placement;
 
 use std::sync::Arc;
@@ -14,6 +15,8 @@ use thiserror::Error;
 use self::placement::Placement;
 use crate::{Bvh, Hit, UserBvh, UserPrimitives};
 
+pub use self::moving::{Knot, MovingBvh, MovingInstance};
+
 /// Why an object cannot be placed.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum TransformError {
@@ -21,7 +24,9 @@ pub enum TransformError {
     #[error("the transform has coefficients that are not finite")]
     NotFinite,
     /// The inverse does not exist, or is not known well enough.
-    #[error("the transform makes objects flat: its condition number {condition:e} is above 2^24")]
+    #[error(
+        "the transform makes objects flat, or does so on its way: its condition number {condition:e} is above 2^24"
+    )]
     Flat {
         /// ‖M‖·‖M⁻¹‖ in the maximum norm, M being the linear part; infinite without an inverse.
         condition: f64,
@@ -29,6 +34,9 @@ pub enum TransformError {
     /// The object would not be within [`LARGEST_COORDINATE`](crate::LARGEST_COORDINATE).
     #[error("the transform places the object beyond 2^60")]
     TooFar,
+    /// There is no knot, or each is not later than the one before.
+    #[error("the times of knots must be finite and increase, and there must be one")]
+    Times,
 }
 
 /// An object, placed in the world by an affine transform.

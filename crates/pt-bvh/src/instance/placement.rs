@@ -32,7 +32,7 @@ use crate::geometry::{in_range, outward};
 /// The largest ‖M‖‖W‖ that is allowed.
 const MOST_CONDITION: f64 = (1u32 << 24) as f64;
 /// The largest ‖MW − I‖ and ‖WM − I‖.
-const MOST_RESIDUAL: f64 = 1.0 / 1024.0;
+pub(super) const MOST_RESIDUAL: f64 = 1.0 / 1024.0;
 /// Directions in the object that are shorter lose digits to underflow.
 const LEAST_DIRECTION: f32 = 1.0 / (1u128 << 100) as f32;
 
@@ -66,7 +66,7 @@ impl Placement {
         } else {
             world_bounds(to_world, object, residual).ok_or(TransformError::TooFar)?
         };
-        let slack = 28.0 * EPSILON * norm(m.abs() * inverse.abs()) as f32;
+        let slack = slack(norm(m.abs() * inverse.abs()));
         Ok(Self { translation, inverse, bounds, slack })
     }
 
@@ -83,16 +83,27 @@ impl Placement {
     /// See [`super::Instance::to_object`].
     #[inline]
     pub(super) fn carry(&self, ray: &Ray) -> Ray {
-        let origin = self.inverse * (ray.origin.as_dvec3() - self.translation);
-        let direction = (self.inverse * ray.direction.as_dvec3()).as_vec3();
-        let is_long = direction.abs().max_element() >= LEAST_DIRECTION;
-        let direction = if is_long { direction } else { Vec3::ZERO };
-        Ray { origin: origin.as_vec3(), direction, ..*ray }
+        carry(&self.inverse, self.translation, ray)
     }
 }
 
+/// A ray in coordinates of an object with this W and T.
+#[inline]
+pub(super) fn carry(inverse: &DMat3, translation: DVec3, ray: &Ray) -> Ray {
+    let origin = *inverse * (ray.origin.as_dvec3() - translation);
+    let direction = (*inverse * ray.direction.as_dvec3()).as_vec3();
+    let is_long = direction.abs().max_element() >= LEAST_DIRECTION;
+    let direction = if is_long { direction } else { Vec3::ZERO };
+    Ray { origin: origin.as_vec3(), direction, ..*ray }
+}
+
+/// The slack of an instance with this S, or this bound of it.
+pub(super) fn slack(s: f64) -> f32 {
+    28.0 * EPSILON * s as f32
+}
+
 /// The largest sum of magnitudes of a row.
-fn norm(m: DMat3) -> f64 {
+pub(super) fn norm(m: DMat3) -> f64 {
     (m.abs() * DVec3::ONE).max_element()
 }
 
@@ -104,7 +115,7 @@ fn residual(a: DMat3, b: DMat3) -> f64 {
 /// The box of the object in the world, with the second and third part of the error of hits. The
 /// coefficients are larger than they must be by more than what they leave out: products of errors,
 /// underflow, and the rounding of this function. `None` where coordinates become too large.
-fn world_bounds(to_world: &DAffine3, object: Bounds3, residual: f64) -> Option<Bounds3> {
+pub(super) fn world_bounds(to_world: &DAffine3, object: Bounds3, residual: f64) -> Option<Bounds3> {
     let (m, translation) = (to_world.matrix3, to_world.translation);
     let [low, high] = [object.min, object.max].map(Vec3::as_dvec3);
     let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);

@@ -4,6 +4,7 @@ mod agreement;
 mod bytes;
 mod construction;
 mod instances;
+mod moving;
 mod pieces;
 mod precision;
 mod refit;

@@ -11,6 +11,8 @@ const PAGES: [&str; 3] = [
     include_str!("../../../../docs/formats.md"),
 ];
 
+const MOTION: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/motion.xml");
+
 /// Lines of shell code that begin with the name of the program, without it and without comments.
 fn commands() -> Vec<&'static str> {
     let mut is_shell = false;
@@ -50,6 +52,8 @@ fn reduced(command: &str) -> String {
 fn every_command_runs() {
     let folder = Folder::new();
     std::fs::copy(SCENE, folder.path("scene.dae")).unwrap();
+    std::fs::create_dir(folder.path("scenes")).unwrap();
+    std::fs::copy(MOTION, folder.path("scenes/motion.xml")).unwrap();
     folder.write("CBbunny.dae", SMALL);
     let vertices = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\

@@ -1,10 +1,12 @@
 //! From the author's camera, or none, to the one that is looked through.
 
-use pt_math::{Bounds3, DVec3, Vec3};
-use pt_scene::{Projection as View, Scene, Span};
+use pt_bvh::Knot;
+use pt_math::{Bounds3, DAffine3, DVec3, Vec3};
+use pt_scene::{Key, Projection as View, Scene, Span};
 
-use super::{CompileError, CompileOptions, diagonal};
+use super::{CompileError, CompileOptions, diagonal, motion};
 use crate::camera::{Aperture, Camera, Clip, Projection};
+use crate::camera_motion::CameraMotion;
 
 /// What a scene without a camera is seen through: 50 degrees at 4 : 3.
 const DEFAULT_VIEW: View = View::Perspective { x_fov: 50.0, y_fov: 2.0 * 19.275_5 };
@@ -16,15 +18,24 @@ const DISTANCE: f32 = 1.5;
 /// The course's window, to which it fits the field of view before the size is known.
 const COURSE_WINDOW: [f64; 2] = [800.0, 600.0];
 
+/// The camera where it is when the shutter opens, and how it moves, if it does.
 pub(super) fn compile(
     scene: &Scene,
     bounds: &Bounds3,
     metres: f64,
+    shutter: [f64; 2],
     options: &CompileOptions,
     notes: &mut Vec<String>,
-) -> Result<Camera, CompileError> {
+) -> Result<(Camera, Option<CameraMotion>), CompileError> {
     let explicit = options.camera.as_ref();
     let author = explicit.or_else(|| of_scene(scene, options.course, notes));
+    let places = author.map(|c| motion::places(c.motion.as_ref(), c.to_world, shutter));
+    let still = author.zip(places.as_ref()).map(|(camera, places)| pt_scene::Camera {
+        to_world: places[0].to_world,
+        motion: None,
+        ..camera.clone()
+    });
+    let author = still.as_ref();
     if let Some(camera) = author {
         check(camera)?;
     }
@@ -66,7 +77,15 @@ pub(super) fn compile(
     }
     project(&mut camera, view, author, metres);
     set_lens(&mut camera, metres as f32, options, notes)?;
-    Ok(camera)
+    let knot = |key: &Key| Knot { time: key.time as f32, to_world: node(key.to_world, metres) };
+    let moves = places.filter(|places| places.len() > 1);
+    let motion = moves.map(|places| CameraMotion::new(places.iter().map(knot).collect()));
+    Ok((camera, motion))
+}
+
+/// A node with its place in metres.
+fn node(to_world: DAffine3, metres: f64) -> DAffine3 {
+    DAffine3::from_mat3_translation(to_world.matrix3, to_world.translation * metres)
 }
 
 /// The camera that is used of those of the scene; the course's program knows perspective alone.
@@ -190,18 +209,12 @@ fn course_extent(extent: [f64; 2], [w, h]: [u32; 2]) -> [f32; 2] {
 
 /// A camera where its author put it.
 fn placed(camera: &pt_scene::Camera, metres: f64) -> Camera {
-    let m = camera.to_world.matrix3;
-    let forward = (-m.z_axis).normalize_or(DVec3::NEG_Z);
-    let right = forward.cross(m.y_axis).normalize_or(forward.any_orthonormal_vector());
-    let up = right.cross(forward);
-    // What is seen through a mirrored node is mirrored.
-    let right = if m.determinant() < 0.0 { -right } else { right };
     let metric = |v: f64| (v * metres) as f32;
-    Camera {
-        position: (camera.to_world.translation * metres).as_vec3(),
-        right: right.as_vec3(),
-        up: up.as_vec3(),
-        forward: forward.as_vec3(),
+    let somewhere = Camera {
+        position: Vec3::ZERO,
+        right: Vec3::X,
+        up: Vec3::Y,
+        forward: Vec3::NEG_Z,
         projection: Projection::Perspective,
         half_extent: [1.0; 2],
         resolution: [1; 2],
@@ -212,7 +225,8 @@ fn placed(camera: &pt_scene::Camera, metres: f64) -> Camera {
         lens_radius: metric(camera.lens_radius),
         aperture: camera.aperture.as_ref().map(compile_aperture),
         focal_distance: metric(camera.focal_distance),
-    }
+    };
+    somewhere.placed(&node(camera.to_world, metres))
 }
 
 /// A camera that looks at the middle of the scene from the direction of `ahead`, a point, seen

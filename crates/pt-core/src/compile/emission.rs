@@ -11,7 +11,7 @@ use super::CompileError;
 use super::geometry::Shapes;
 use crate::id::Id;
 use crate::light::{EmitterTriangle, Slide, SphereMap, TexturedTriangle};
-use crate::scene::FLAT;
+use crate::shapes::FLAT;
 use crate::texture::{TextureRecord, Textures};
 
 /// Lookups of a texture for the means over the triangles of a mesh, and over all of a sphere or a slide.
@@ -72,7 +72,8 @@ pub(super) fn textured_triangles(
     let parts = (1..MOST_PARTS).take_while(|n| n * n < per_triangle).last().unwrap_or(1);
     let laid = |i: usize| {
         let uvs = uvs(shapes, i);
-        let laid = TexturedTriangle { texture, uvs, primitive: i as u32, mean: 0.0 };
+        let primitive = (shapes.first_colored + i) as u32;
+        let laid = TexturedTriangle { texture, uvs, primitive, mean: 0.0 };
         TexturedTriangle { mean: mean_of_triangle(textures, &laid, parts), ..laid }
     };
     let mut all: Vec<_> = runs.iter().flat_map(Clone::clone).map(laid).collect();

@@ -1,18 +1,22 @@
 //! From placed shapes to triangles and spheres in the world.
 
-use pt_bvh::Sphere;
-use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
-use pt_scene::{
-    Attribute, Color, Geometry, LightKind, Mesh, Object, Part, Scalar, Scene, Sides, Span,
-};
+use std::mem::swap;
 
+use pt_bvh::{Knot, Sphere};
+use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
+use pt_scene::{Attribute, Geometry, LightKind, Mesh, Object, Part, Scene, Sides, Span};
+
+use super::ellipsoid::unit_sphere_mesh;
+use super::look::Look;
+use super::placed::{PlacedShapes, Tracks, worth_sharing};
 use super::textures::{Lowering, ShownColors};
-use super::{CompileError, materials, normals};
+use super::{CompileError, CompileOptions, motion, normals};
 use crate::bsdf::{AnyLobe, Diffuse, LobeRecord};
 use crate::id::{Id, Table};
-use crate::material::{Material, Materials};
-use crate::scene::{FLAT, Glow, SurfaceRecord};
-use crate::texture::{MeshColors, TextureRecord, Varying};
+use crate::material::Materials;
+use crate::scene::{Glow, SurfaceRecord};
+use crate::shapes::{FLAT, ShapeTables};
+use crate::texture::{MeshColors, TextureRecord};
 
 /// All shapes in the world.
 #[derive(Default)]
@@ -40,6 +44,10 @@ pub(super) struct Shapes {
     pub(super) sides: Vec<(Id<SurfaceRecord>, Sides, Span)>,
     /// The texture of each light node that has one.
     pub(super) slides: Vec<Option<Id<TextureRecord>>>,
+    /// What is not in these tables.
+    pub(super) placed: PlacedShapes,
+    /// The number that the first triangle has among those with colours.
+    pub(super) first_colored: usize,
 }
 
 /// Primitives that glow together.
@@ -58,10 +66,44 @@ impl Shapes {
     /// The box around everything.
     pub(super) fn bounds(&self) -> Bounds3 {
         let triangles: Bounds3 = self.positions.iter().copied().filter(|p| p.is_finite()).collect();
-        self.spheres.iter().fold(triangles, |b, s| {
+        let all = triangles.union(self.placed.bounds());
+        self.spheres.iter().fold(all, |b, s| {
             let r = Vec3::splat(s.radius.abs());
             b.union(Bounds3 { min: s.center - r, max: s.center + r })
         })
+    }
+
+    /// Exchanges the shapes, and which of them glow, with those of another.
+    pub(super) fn exchange(&mut self, other: &mut Self) {
+        swap(&mut self.positions, &mut other.positions);
+        swap(&mut self.triangles, &mut other.triangles);
+        swap(&mut self.normals, &mut other.normals);
+        swap(&mut self.triangle_normals, &mut other.triangle_normals);
+        swap(&mut self.uvs, &mut other.uvs);
+        swap(&mut self.triangle_uvs, &mut other.triangle_uvs);
+        swap(&mut self.spheres, &mut other.spheres);
+        swap(&mut self.sphere_axes, &mut other.sphere_axes);
+        swap(&mut self.triangle_surface, &mut other.triangle_surface);
+        swap(&mut self.sphere_surface, &mut other.sphere_surface);
+        swap(&mut self.emitters, &mut other.emitters);
+        swap(&mut self.first_colored, &mut other.first_colored);
+    }
+
+    /// The tables that renderers read.
+    pub(super) fn into_tables(self) -> ShapeTables {
+        let mut primitive_surface = self.triangle_surface;
+        primitive_surface.extend(self.sphere_surface);
+        ShapeTables {
+            positions: self.positions,
+            triangles: self.triangles,
+            normals: self.normals,
+            triangle_normals: self.triangle_normals,
+            uvs: self.uvs,
+            triangle_uvs: self.triangle_uvs,
+            spheres: self.spheres,
+            sphere_axes: self.sphere_axes,
+            primitive_surface,
+        }
     }
 
     /// The unit normal of the front side of a triangle, turned to the side of its shading normals
@@ -113,9 +155,11 @@ impl Shapes {
 pub(super) fn collect(
     scene: &Scene,
     metres: f64,
-    course: bool,
+    shutter: [f64; 2],
+    options: &CompileOptions,
     notes: &mut Vec<String>,
 ) -> Result<Shapes, CompileError> {
+    let course = options.course;
     let mut lowering = Lowering::new(course, metres as f32);
     let looks = scene.materials.iter().map(|m| Look::of(m, &mut lowering)).collect();
     let mut collector = Collector {
@@ -128,12 +172,24 @@ pub(super) fn collect(
         uses_coordinates: lowering.uses_coordinates(),
         mesh_colors: MeshColors::default(),
     };
-    for object in &scene.objects {
-        let to_world = DAffine3::from_scale(DVec3::splat(metres)) * object.to_world;
-        collector.add(object, to_world, notes)?;
+    let track = |object| motion::track(object, metres, shutter);
+    let tracks: Vec<_> = scene.objects.iter().map(track).collect();
+    let shared = collector.shared(&tracks, options.most_copied_triangles);
+    let mut placed = Tracks::new();
+    for (number, (object, track)) in scene.objects.iter().zip(tracks).enumerate() {
+        match track.as_slice() {
+            [place] if !shared[number] => collector.add(object, place.to_world, notes)?,
+            _ => {
+                if track.len() > 1 {
+                    motion::check_media(scene, object)?;
+                }
+                placed.push((number, track));
+            }
+        }
         let Shapes { triangles, spheres, object_ends, .. } = &mut collector.shapes;
         object_ends.push([triangles.len() as u32, spheres.len() as u32]);
     }
+    collector.shapes.placed = PlacedShapes::collect(&mut collector, placed, options.bvh, notes)?;
     let Collector { shapes, mesh_colors, .. } = collector;
     let slide = |light: &pt_scene::Light| match &light.kind {
         LightKind::LinearSpot { texture, .. } => texture.as_ref().map(|t| lowering.texture(t)),
@@ -144,66 +200,10 @@ pub(super) fn collect(
     Ok(Shapes { lobes, materials, slides, ..shapes })
 }
 
-/// What a material becomes.
-#[derive(Clone, Copy)]
-struct Look {
-    lobe: Id<LobeRecord>,
-    two_sided: bool,
-    material: Option<Id<Material>>,
-    opacity: Option<Varying>,
-    /// See [`SurfaceRecord::emission`].
-    emission: Spectrum,
-    emission_texture: Option<Id<TextureRecord>>,
-    /// What its textures show of meshes.
-    shown: ShownColors,
-}
-
-impl Look {
-    fn of(material: &pt_scene::Material, cx: &mut Lowering) -> Self {
-        let surface = materials::lower(&material.surface, cx);
-        let opacity = match material.opacity {
-            Scalar::Value(opacity) if opacity >= 1.0 => None,
-            ref opacity => Some(cx.varying(opacity)),
-        };
-        let (emission, emission_texture) = match &material.emission {
-            Color::Value(emission) => ((*emission).into(), None),
-            Color::Texture(texture) => (Spectrum::ONE, Some(cx.texture(texture))),
-        };
-        let shown = cx.take_shown();
-        Self { opacity, emission, emission_texture, shown, ..Self::opaque(surface, cx) }
-    }
-
-    fn default_one(cx: &mut Lowering) -> Self {
-        let surface = materials::default_material(cx);
-        Self::opaque(surface, cx)
-    }
-
-    /// What does not glow.
-    fn opaque(surface: Material, cx: &mut Lowering) -> Self {
-        let (lobe, two_sided, material) = match surface {
-            Material::Lobe(l) if l.is_plain() => (l.lobe, l.two_sided, None),
-            varying => {
-                let black = Diffuse { rho: Spectrum::ZERO };
-                let lobe = cx.lobes.push(AnyLobe::from(black).record());
-                (lobe, true, Some(cx.materials.table.push(varying)))
-            }
-        };
-        Self {
-            lobe,
-            two_sided,
-            material,
-            opacity: None,
-            emission: Spectrum::ZERO,
-            emission_texture: None,
-            shown: ShownColors::default(),
-        }
-    }
-}
-
-struct Collector<'a> {
-    scene: &'a Scene,
+pub(super) struct Collector<'a> {
+    pub(super) scene: &'a Scene,
     course: bool,
-    shapes: Shapes,
+    pub(super) shapes: Shapes,
     /// Surface of each material that does not glow; the default material last.
     plain: Vec<Option<Id<SurfaceRecord>>>,
     looks: Vec<Look>,
@@ -215,7 +215,21 @@ struct Collector<'a> {
 }
 
 impl Collector<'_> {
-    fn add(
+    /// Which objects that stand still are kept once, however often they are placed; the course's program
+    /// has no such ones.
+    fn shared(&self, tracks: &[Vec<Knot>], most: Option<usize>) -> Vec<bool> {
+        if self.course {
+            return vec![false; self.scene.objects.len()];
+        }
+        worth_sharing(self.scene, most, |number, object| {
+            let mut looks =
+                object.materials.iter().flatten().filter_map(|m| self.looks.get(*m as usize));
+            tracks[number].len() == 1 && looks.all(|look| look.emission.is_black())
+        })
+    }
+
+    /// Adds an object at a place.
+    pub(super) fn add(
         &mut self,
         object: &Object,
         to_world: DAffine3,
@@ -390,7 +404,7 @@ impl Collector<'_> {
                  such colours, or another material"
             ),
         };
-        let first = self.shapes.triangles.len() - mesh.triangles.len();
+        let first = self.shapes.first_colored + self.shapes.triangles.len() - mesh.triangles.len();
         let MeshColors { vertices, triangles, faces } = &mut self.mesh_colors;
         if shown.vertices {
             let colors = mesh.colors.as_ref().ok_or_else(|| missing("vertices"))?;
@@ -536,51 +550,9 @@ fn check_attribute<T>(
     check_indices(object, what, indices, attribute.values.len())
 }
 
-/// A sphere of radius 1 as 16,128 triangles with exact normals.
-fn unit_sphere_mesh() -> Mesh {
-    const RINGS: u32 = 64;
-    const SECTORS: u32 = 128;
-    let point = |ring: u32, sector: u32| {
-        let theta = f64::from(ring) / f64::from(RINGS) * std::f64::consts::PI;
-        let phi = f64::from(sector) / f64::from(SECTORS) * std::f64::consts::TAU;
-        let (sin, cos) = libm::sincos(theta);
-        let (s, c) = libm::sincos(phi);
-        DVec3::new(sin * c, cos, -sin * s).as_vec3().to_array()
-    };
-    let positions: Vec<_> = (0..=RINGS)
-        .flat_map(|r| (0..SECTORS).map(move |s| (r, s)))
-        .map(|(r, s)| point(r, s))
-        .collect();
-    let at = |ring: u32, sector: u32| ring * SECTORS + sector % SECTORS;
-    let mut triangles = Vec::new();
-    for r in 0..RINGS {
-        for s in 0..SECTORS {
-            let quad = [at(r, s), at(r + 1, s), at(r + 1, s + 1), at(r, s + 1)];
-            if r > 0 {
-                triangles.push([quad[0], quad[1], quad[3]]);
-            }
-            if r + 1 < RINGS {
-                triangles.push([quad[1], quad[2], quad[3]]);
-            }
-        }
-    }
-    let normals = Some(Attribute { values: positions.clone(), indices: None });
-    Mesh { name: "sphere".into(), positions, triangles, normals, ..Mesh::default() }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_triangle_sphere_faces_outwards() {
-        let mesh = unit_sphere_mesh();
-        assert_eq!(mesh.triangles.len(), 16_128);
-        for t in &mesh.triangles {
-            let [a, b, c] = t.map(|i| Vec3::from_array(mesh.positions[i as usize]));
-            assert!((b - a).cross(c - a).dot(a + b + c) > 0.0, "{t:?}");
-        }
-    }
 
     #[test]
     fn similarities_are_told_from_stretches() {

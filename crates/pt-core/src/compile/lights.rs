@@ -6,8 +6,9 @@ use std::sync::Arc;
 use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, trig};
 use pt_scene::{Light as Node, LightKind, Rows, Scene};
 
-use super::geometry::{Primitives, Shapes, is_similarity};
+use super::geometry::{Emitter, Primitives, Shapes, is_similarity};
 use super::many_lights::sphere_light;
+use super::placed::MOST_MOVING_LIGHTS;
 use super::{CompileError, daylight, emission};
 use crate::id::{Id, Table};
 use crate::light::{
@@ -215,23 +216,42 @@ impl Lights {
             return;
         }
         for i in 0..shapes.emitters.len() {
+            let light = self.emissive(shapes, &shapes.emitters[i]);
             let surface = shapes.emitters[i].surface;
-            let SurfaceRecord { emission, emission_texture, .. } = shapes.surfaces[surface];
-            let light = match (&shapes.emitters[i].primitives, emission_texture) {
-                (Primitives::Triangles(runs), None) => {
-                    let triangles = emitter_triangles(shapes, runs);
-                    MeshLight::new(&mut self.tables, &triangles, emission).map(Into::into)
-                }
-                (Primitives::Triangles(runs), Some(texture)) => {
-                    self.textured_mesh(shapes, runs, texture)
-                }
-                (&Primitives::Sphere(s), None) => Some(sphere_light(shapes, s, emission).into()),
-                (&Primitives::Sphere(s), Some(texture)) => {
-                    let sphere = sphere_light(shapes, s, emission);
-                    Some(self.textured_sphere(shapes.sphere_axes[s], sphere, texture))
-                }
-            };
             shapes.surfaces[surface].light = light.map(|l| self.table.push(l));
+        }
+    }
+
+    /// Makes lights of glowing shapes that move.
+    pub(super) fn add_moving(&mut self, shapes: &mut Shapes, notes: &mut Vec<String>) {
+        let mut placed = std::mem::take(&mut shapes.placed);
+        let count = placed.add_lights(shapes, |shapes, emitter| self.emissive(shapes, emitter));
+        shapes.placed = placed;
+        self.hidden += count;
+        if count > MOST_MOVING_LIGHTS {
+            notes.push(format!(
+                "{count} lights move, of which at most {MOST_MOVING_LIGHTS} are sampled; all are found by \
+                 chance, which takes more samples"
+            ));
+        }
+    }
+
+    /// The light of a glowing shape; `None` if it has no area.
+    fn emissive(&mut self, shapes: &Shapes, emitter: &Emitter) -> Option<AnyLight> {
+        let SurfaceRecord { emission, emission_texture, .. } = shapes.surfaces[emitter.surface];
+        match (&emitter.primitives, emission_texture) {
+            (Primitives::Triangles(runs), None) => {
+                let triangles = emitter_triangles(shapes, runs);
+                MeshLight::new(&mut self.tables, &triangles, emission).map(Into::into)
+            }
+            (Primitives::Triangles(runs), Some(texture)) => {
+                self.textured_mesh(shapes, runs, texture)
+            }
+            (&Primitives::Sphere(s), None) => Some(sphere_light(shapes, s, emission).into()),
+            (&Primitives::Sphere(s), Some(texture)) => {
+                let sphere = sphere_light(shapes, s, emission);
+                Some(self.textured_sphere(shapes.sphere_axes[s], sphere, texture))
+            }
         }
     }
 
@@ -279,7 +299,8 @@ impl Lights {
 
     /// Tells the user when nothing gives light.
     pub(super) fn tell_if_dark(&self, shapes: &Shapes, notes: &mut Vec<String>) {
-        if self.table.as_slice().is_empty() && shapes.emitters.is_empty() {
+        let glows = !shapes.emitters.is_empty() || shapes.placed.glow();
+        if self.table.as_slice().is_empty() && !glows {
             notes.push(
                 "the scene has no light: the image will be black. Give it an environment with -e \
                  FILE.exr, or look at its shape with --integrator normals"

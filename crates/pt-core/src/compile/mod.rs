@@ -2,13 +2,17 @@
 
 mod camera;
 mod daylight;
+mod ellipsoid;
 mod emission;
 mod geometry;
 mod lights;
+mod look;
 mod many_lights;
 mod materials;
 mod media;
+mod motion;
 mod normals;
+mod placed;
 mod textures;
 
 use std::sync::Arc;
@@ -18,6 +22,7 @@ use pt_bvh::{BuildError, BuildOptions, Bvh, Geometry};
 use pt_math::Bounds3;
 use pt_scene::{Scene, Span};
 
+use crate::camera_motion::CameraMotion;
 use crate::light::EnvironmentMap;
 use crate::medium::Media;
 use crate::scene::RenderScene;
@@ -35,6 +40,10 @@ pub struct CompileOptions {
     /// Beyond how many lights one of them is chosen for each sample, by how much it may matter; up to
     /// as many, each is sampled. `None` is a small number.
     pub most_single_lights: Option<usize>,
+    /// Most triangles of copies of meshes that are placed more than once, without the first of each. Of
+    /// more, those with the most are kept once and referred to, unless they glow. Copies are found
+    /// faster, but take more memory. `None` is a large number.
+    pub most_copied_triangles: Option<usize>,
     /// Light from all around, besides the scene's own.
     pub environment: Option<EnvironmentMap>,
     /// Whether maps of the sky are sampled by [`EnvironmentMap::compensate`]: for an estimator that
@@ -61,7 +70,8 @@ pub struct Compiled {
     pub scene: RenderScene,
     /// What the user should know.
     pub notes: Vec<String>,
-    /// Wall-clock time of turning shapes into triangles and spheres in the world.
+    /// Wall-clock time of turning shapes into triangles and spheres in the world, and of the hierarchies of
+    /// those that are placed there.
     pub geometry_time: Duration,
     /// Wall-clock time of building the hierarchy.
     pub bvh_time: Duration,
@@ -116,7 +126,9 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     let mut notes = Vec::new();
     let metres = if options.course { 1.0 } else { scene.metres_per_unit };
     emission::check(scene)?;
-    let mut shapes = geometry::collect(scene, metres, options.course, &mut notes)?;
+    let shutter = motion::shutter(scene, &options, &mut notes)?;
+    let mut shapes = geometry::collect(scene, metres, shutter, &options, &mut notes)?;
+    tell_what_moves(&shapes.placed, shutter, &mut notes);
     let bounds = shapes.bounds();
     let mut lights = lights::Lights::default();
     lights.tables.textures = Arc::clone(&shapes.materials.textures);
@@ -125,27 +137,45 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     if !options.course {
         lights.plant_trees(&mut shapes, options.most_single_lights.unwrap_or(MOST_SINGLE_LIGHTS));
     }
+    lights.add_moving(&mut shapes, &mut notes);
     lights.add_environment(options.environment.take());
     if options.compensated {
         lights.compensate();
     }
     lights.tell_if_dark(&shapes, &mut notes);
-    let camera = camera::compile(scene, &bounds, metres, &options, &mut notes)?;
+    let camera = camera::compile(scene, &bounds, metres, shutter, &options, &mut notes)?;
     let media = media::compile(scene, &shapes.sides, metres, &options)?;
     let geometry_time = start.elapsed();
 
     let start = Instant::now();
     let bvh = build_bvh(&shapes, options.bvh)?;
-    if bvh.skipped() > 0 {
+    let skipped = bvh.skipped() + shapes.placed.skipped;
+    if skipped > 0 {
         notes.push(format!(
-            "{} shapes have coordinates that are not finite numbers and were left out",
-            bvh.skipped()
+            "{skipped} shapes have coordinates that are not finite numbers and were left out"
         ));
     }
     let bvh_time = start.elapsed();
+    let first = shapes.triangles.len() + shapes.spheres.len();
+    let placed = std::mem::take(&mut shapes.placed).finish(first)?;
     let mut scene = assemble(shapes, lights, media, camera, bvh);
+    scene.placed = placed;
     scene.plain_normals = options.course;
     Ok(Compiled { scene, notes, geometry_time, bvh_time })
+}
+
+/// Tells the user that something moves.
+fn tell_what_moves(
+    placed: &placed::PlacedShapes,
+    [open, close]: [f64; 2],
+    notes: &mut Vec<String>,
+) {
+    let count = placed.moving();
+    if count > 0 {
+        notes.push(format!(
+            "shapes that move while the shutter is open, from {open} to {close} s: {count}"
+        ));
+    }
 }
 
 /// Builds the hierarchy over all triangles and spheres.
@@ -158,30 +188,22 @@ fn build_bvh(shapes: &geometry::Shapes, options: BuildOptions) -> Result<Bvh, Bu
 }
 
 fn assemble(
-    shapes: geometry::Shapes,
+    mut shapes: geometry::Shapes,
     lights: lights::Lights,
     media: Media,
-    camera: crate::Camera,
+    (camera, camera_motion): (crate::Camera, Option<CameraMotion>),
     bvh: Bvh,
 ) -> RenderScene {
-    let mut primitive_surface = shapes.triangle_surface;
-    primitive_surface.extend(shapes.sphere_surface);
+    use std::mem::take;
     let has_holes = shapes.surfaces.as_slice().iter().any(|s| s.opacity.is_some());
     RenderScene {
-        positions: shapes.positions,
-        triangles: shapes.triangles,
-        normals: shapes.normals,
-        triangle_normals: shapes.triangle_normals,
-        uvs: shapes.uvs,
-        triangle_uvs: shapes.triangle_uvs,
+        placed: None,
         plain_normals: false,
-        spheres: shapes.spheres,
-        sphere_axes: shapes.sphere_axes,
-        primitive_surface,
-        object_ends: shapes.object_ends,
-        surfaces: shapes.surfaces,
-        lobes: shapes.lobes,
-        materials: shapes.materials,
+        object_ends: take(&mut shapes.object_ends),
+        surfaces: take(&mut shapes.surfaces),
+        lobes: take(&mut shapes.lobes),
+        materials: take(&mut shapes.materials),
+        shapes: shapes.into_tables(),
         has_holes,
         light_count: lights.table.as_slice().len() + lights.hidden,
         lights: lights.table,
@@ -189,6 +211,7 @@ fn assemble(
         light_tables: lights.tables,
         media,
         camera,
+        camera_motion,
         bvh,
     }
 }

@@ -11,6 +11,7 @@ mod ies;
 #[cfg(test)]
 mod laws;
 mod mesh;
+mod moving;
 mod point;
 mod projector;
 mod sphere;
@@ -28,6 +29,7 @@ use pt_scene::IesProfile;
 
 pub use environment::{EnvironmentMap, PlacedMap};
 pub use mesh::EmitterTriangle;
+pub use moving::MovingLight;
 pub use projector::Slide;
 pub use spot::Falloff;
 pub use textured_mesh::TexturedTriangle;

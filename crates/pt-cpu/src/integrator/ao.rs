@@ -63,7 +63,8 @@ impl AmbientOcclusion {
         let hits = self.hits[first..].iter().take(LANES).enumerate();
         let point = |(lane, hit): (usize, &Option<Hit>)| {
             let ray = rays.get(first + lane);
-            hit.as_ref().map(|hit| (lane, Point::new(tracer.scene, &ray, hit)))
+            let time = starts.time(first + lane);
+            hit.as_ref().map(|hit| (lane, Point::new(tracer.scene, &ray, hit, time)))
         };
         self.points.clear();
         self.points.extend(hits.filter_map(point));
@@ -81,15 +82,16 @@ impl AmbientOcclusion {
                 }
             }
             if self.rays.len() >= MANY {
-                self.answer(tracer);
+                self.answer(tracer, starts);
             }
         }
     }
 
     /// Counts how much of the rays nothing stops, and forgets them.
-    fn answer(&mut self, tracer: &mut Tracer) {
-        tracer.occluded(&self.rays, &mut self.blocked);
-        holes::transmittances(tracer, &self.rays, &self.blocked, &mut self.shares);
+    fn answer(&mut self, tracer: &mut Tracer, starts: &Starts) {
+        let time = |i: usize| starts.time(self.starts[i] as usize);
+        tracer.occluded(&self.rays, time, &mut self.blocked);
+        holes::transmittances(tracer, &self.rays, time, &self.blocked, &mut self.shares);
         for (&start, &share) in self.starts.iter().zip(&self.shares) {
             self.open[start as usize] += share;
         }
@@ -106,7 +108,7 @@ impl Integrator for AmbientOcclusion {
         for block in 0..self.hits.len().div_ceil(LANES) {
             self.look(block, tracer, starts);
         }
-        self.answer(tracer);
+        self.answer(tracer, starts);
         let samples = self.samples as f32;
         radiance.clear();
         radiance.extend(self.open.iter().map(|&sum| Spectrum::splat(sum / samples)));
@@ -114,8 +116,8 @@ impl Integrator for AmbientOcclusion {
 }
 
 impl Point {
-    fn new(scene: &RenderScene, ray: &Ray, hit: &Hit) -> Self {
-        let at = scene.interaction(ray, hit);
+    fn new(scene: &RenderScene, ray: &Ray, hit: &Hit, time: f32) -> Self {
+        let at = scene.interaction(ray, hit, time);
         let side = if at.wo.dot(at.point.normal) < 0.0 { -1.0 } else { 1.0 };
         let frame = Frame::from_normal(at.normal.normalize() * side);
         Self { at: at.point, normal: at.point.normal * side, frame }

@@ -1,15 +1,13 @@
 //! Light as the program of the university course (CS184 / CSC4140, assignments 3-1 and 3-2)
 //! computes it; `docs/cs184.md` says where it differs from physics.
 
-use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
 use pt_core::light::LightSample;
-use pt_core::scene::Interaction;
 use pt_core::settings::{DirectLight, Roulette, Settings};
 use pt_math::{Spectrum, Vec3};
 
 use super::direct::Hemisphere;
-use super::wavefront::{Arrival, Context, Rules, State};
+use super::wavefront::{Arrival, Context, Found, Rules, State};
 
 /// The course's estimator: emission is seen by the camera and after mirrors and glass, all other
 /// light is found by light sampling, or by uniform directions of the hemisphere.
@@ -31,8 +29,9 @@ impl Rules for Course {
     }
 
     #[inline(always)]
-    fn emitted(&self, cx: Context, path: &State, at: &Interaction, hit: &Hit) -> Spectrum {
-        if path.arrival.is_none() { cx.scene.emitted(at, hit) } else { Spectrum::ZERO }
+    fn emitted(&self, cx: Context, path: &State, found: Found) -> Spectrum {
+        let Found { at, hit, time } = found;
+        if path.arrival.is_none() { cx.scene.emitted(at, hit, time) } else { Spectrum::ZERO }
     }
 
     #[inline(always)]

@@ -7,10 +7,10 @@ use pt_core::settings::Settings;
 use pt_math::sampler::Lanes;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3, warp};
 
-use super::holes;
 use super::reuse::{Gift, Reuse};
 use super::sums::Sums;
 use super::wavefront::{Numbers, Rules, Surface};
+use super::{Starts, holes};
 use crate::Tracer;
 
 /// How light is looked for in random directions of the hemisphere.
@@ -42,7 +42,7 @@ impl Hemisphere {
 #[derive(Default)]
 struct Queue {
     rays: Vec<Ray>,
-    /// What a ray brings, and to the radiance of which start.
+    /// What a ray brings, and to which of the sums; where something moves, that is its start.
     loads: Vec<(Spectrum, u32)>,
 }
 
@@ -105,11 +105,12 @@ impl Requests {
     pub(super) fn ask(
         &mut self,
         asking: &Asking<impl Rules>,
-        scene: &RenderScene,
         tracer: &mut Tracer,
+        starts: &Starts,
         sums: &mut Sums,
         mut reuse: Option<&mut Reuse>,
     ) {
+        let scene = tracer.scene;
         let mut pair = 0u32;
         for light in scene.lights.as_slice() {
             let n = asking.rules.light_samples(asking.settings, light.is_delta());
@@ -119,14 +120,28 @@ impl Requests {
                 let reuse = reuse.as_deref_mut();
                 let (numbers, requests) = (&numbers, &mut *self);
                 light.visit(LightSampling { asking, scene, numbers, n, requests, reuse, sums });
-                self.answer_many(tracer, sums);
+                self.answer_many(tracer, starts, sums);
+            }
+        }
+        for light in scene.moving_lights() {
+            let n = asking.rules.light_samples(asking.settings, false);
+            for _ in 0..n {
+                let numbers = &asking.numbers.pair(pair);
+                pair = pair.wrapping_add(1);
+                let (requests, reuse) = (&mut *self, reuse.as_deref_mut());
+                let sampling = LightSampling { asking, scene, numbers, n, requests, reuse, sums };
+                sampling.ask(|surface, u| {
+                    let time = starts.time(surface.start as usize);
+                    scene.sample_moving(light, time, surface.point.p, u)
+                });
+                self.answer_many(tracer, starts, sums);
             }
         }
         let Some(hemisphere) = self.hemisphere else { return };
         for _ in 0..hemisphere.samples {
             self.probe(hemisphere, asking.surfaces, &asking.numbers.pair(pair));
             pair = pair.wrapping_add(1);
-            self.answer_many(tracer, sums);
+            self.answer_many(tracer, starts, sums);
         }
     }
 
@@ -147,20 +162,23 @@ impl Requests {
     }
 
     /// Answers them if they are many.
-    fn answer_many(&mut self, tracer: &mut Tracer, sums: &mut Sums) {
+    fn answer_many(&mut self, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums) {
         if self.shadows.rays.len().max(self.probes.rays.len()) >= MANY {
-            self.answer(tracer, sums);
+            self.answer(tracer, starts, sums);
         }
     }
 
     /// Adds to each start what its rays bring, in the order in which they were asked for, and
     /// forgets them.
-    pub(super) fn answer(&mut self, tracer: &mut Tracer, sums: &mut Sums) {
+    pub(super) fn answer(&mut self, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums) {
         let scene = tracer.scene;
-        tracer.occluded(&self.shadows.rays, &mut self.blocked);
+        let Self { shadows, blocked, .. } = self;
+        let time = |i: usize| starts.time(shadows.loads[i].1 as usize);
+        tracer.occluded(&shadows.rays, time, blocked);
         if scene.has_holes {
             let Self { shadows, blocked, shares, .. } = self;
-            holes::transmittances(tracer, &shadows.rays, blocked, shares);
+            let time = |i: usize| starts.time(shadows.loads[i].1 as usize);
+            holes::transmittances(tracer, &shadows.rays, time, blocked, shares);
             for (&(value, start), &share) in shadows.loads.iter().zip(&*shares) {
                 sums.add(start, value * share);
             }
@@ -171,12 +189,14 @@ impl Requests {
         }
         self.shadows.clear();
         let Some(hemisphere) = self.hemisphere else { return };
-        tracer.intersect(&self.probes.rays, &mut self.hits);
+        let Self { probes: Queue { rays, loads }, hits, .. } = self;
+        tracer.intersect(&*rays, |i| starts.time(loads[i].1 as usize), hits);
         if scene.has_holes {
-            let Queue { rays, loads } = &mut self.probes;
-            holes::go_on(tracer, rays, &mut self.hits, |i, _, ray, hit, opacity| {
+            let of: Vec<u32> = loads.iter().map(|&(_, start)| start).collect();
+            let time = |i: usize| starts.time(of[i] as usize);
+            holes::go_on(tracer, rays, time, hits, |i, _, ray, hit, opacity| {
                 let (value, start) = &mut loads[i];
-                sums.add(*start, *value * scene.emitted(&scene.interaction(ray, hit), hit));
+                sums.add(*start, *value * emitted(scene, ray, hit, time(i)));
                 *value *= 1.0 - opacity;
                 !value.is_black()
             });
@@ -185,7 +205,7 @@ impl Requests {
             self.probes.loads.iter().zip(&self.hits).zip(&self.probes.rays)
         {
             let l = match hit {
-                Some(hit) => scene.emitted(&scene.interaction(ray, hit), hit),
+                Some(hit) => emitted(scene, ray, hit, starts.time(start as usize)),
                 None if hemisphere.sky => scene.sky(ray.direction),
                 None => Spectrum::ZERO,
             };
@@ -193,6 +213,11 @@ impl Requests {
         }
         self.probes.clear();
     }
+}
+
+/// What a surface that a ray hits at a time emits towards it.
+fn emitted(scene: &RenderScene, ray: &Ray, hit: &Hit, time: f32) -> Spectrum {
+    scene.emitted(&scene.interaction(ray, hit, time), hit, time)
 }
 
 /// Asks for one of `n` samples of a light at each surface.
@@ -210,14 +235,21 @@ impl<R: Rules> LightVisitor for LightSampling<'_, '_, R> {
     type Output = ();
 
     #[inline(always)]
-    fn visit<L: Light>(mut self, light: &L) {
+    fn visit<L: Light>(self, light: &L) {
+        let tables = &self.scene.light_tables;
+        self.ask(|surface, u| light.sample(tables, surface.point.p, u));
+    }
+}
+
+impl<R: Rules> LightSampling<'_, '_, R> {
+    /// Asks for what `sample` draws at each surface.
+    #[inline(always)]
+    fn ask(mut self, sample: impl Fn(&Surface, [f32; 2]) -> Option<LightSample>) {
         let Asking { rules, settings, surfaces, .. } = *self.asking;
         let Requests { samples, shadows, .. } = self.requests;
         let [x, y] = self.numbers;
         // Two loops for the reason of `Wavefront::meet`.
-        let sample = |(surface, (&x, &y)): (&Surface, (&f32, &f32))| {
-            light.sample(&self.scene.light_tables, surface.point.p, [x, y])
-        };
+        let sample = |(surface, (&x, &y)): (&Surface, (&f32, &f32))| sample(surface, [x, y]);
         samples.clear();
         samples.extend(surfaces.iter().zip(x.iter().zip(y)).map(sample));
         for (surface, sample) in surfaces.iter().zip(&*samples) {

@@ -25,7 +25,8 @@ pub(crate) fn wander(
     start: impl Fn(usize) -> usize,
     mut passed: impl FnMut(usize, &Ray, &Hit),
 ) {
-    go_on(tracer, rays, hits, |i, count, ray, hit, opacity| {
+    let time = |i| starts.time(start(i));
+    go_on(tracer, rays, time, hits, |i, count, ray, hit, opacity| {
         let sampler = starts.samplers.get(start(i));
         let goes_on = sampler.at_dimension(dimension(bounces, count)).next_1d() >= opacity;
         if goes_on {
@@ -38,7 +39,7 @@ pub(crate) fn wander(
 /// The first surfaces that camera rays see, in place of what `hits` held; those of their paths.
 pub(crate) fn first_hits(tracer: &mut Tracer, starts: &Starts, hits: &mut Vec<Option<Hit>>) {
     let rays = Rays::from(&starts.rays);
-    tracer.intersect(rays, hits);
+    tracer.intersect(rays, |i| starts.time(i), hits);
     if tracer.scene.has_holes {
         let rays: Vec<Ray> = rays.iter().collect();
         wander(tracer, starts, 0, &rays, hits, |i| i, |_, _, _| {});
@@ -47,13 +48,14 @@ pub(crate) fn first_hits(tracer: &mut Tracer, starts: &Starts, hits: &mut Vec<Op
 
 /// Moves hits on surfaces that are not all there to what is behind them, as long as `goes_on` says. It
 /// is told the number of the ray, how many holes it went through before, the ray, what it hit, and the
-/// share of the surface that is there, which is less than 1.
+/// share of the surface that is there, which is less than 1. `time` tells the time of a ray.
 ///
 /// A ray that goes on begins behind its hit: the same ray meets the same triangle at the same
 /// distance, which its interval no longer holds.
 pub(super) fn go_on(
     tracer: &mut Tracer,
     rays: &[Ray],
+    time: impl Fn(usize) -> f32,
     hits: &mut [Option<Hit>],
     mut goes_on: impl FnMut(usize, u32, &Ray, &Hit, f32) -> bool,
 ) {
@@ -63,7 +65,7 @@ pub(super) fn go_on(
     for count in 0.. {
         under_way.retain(|&i| {
             let Some(hit) = &hits[i] else { return false };
-            let opacity = scene.opacity(&rays[i], hit);
+            let opacity = scene.opacity(&rays[i], hit, time(i));
             opacity < 1.0 && goes_on(i, count, &rays[i], hit, opacity)
         });
         if under_way.is_empty() {
@@ -74,17 +76,19 @@ pub(super) fn go_on(
             let behind = hits[i].map_or(rays[i].t_max, |hit| hit.t.next_up());
             Ray { t_min: behind, ..rays[i] }
         }));
-        tracer.intersect(&again, &mut found);
+        tracer.intersect(&again, |i| time(under_way[i]), &mut found);
         for (&i, hit) in under_way.iter().zip(&found) {
             hits[i] = *hit;
         }
     }
 }
 
-/// The share of the light that gets along each ray, in place of what `shares` held.
+/// The share of the light that gets along each ray, in place of what `shares` held; `time` tells the
+/// time of a ray.
 pub(super) fn transmittances(
     tracer: &mut Tracer,
     rays: &[Ray],
+    time: impl Fn(usize) -> f32,
     blocked: &[bool],
     shares: &mut Vec<f32>,
 ) {
@@ -97,8 +101,9 @@ pub(super) fn transmittances(
     let of_unclear: Vec<Ray> = unclear.iter().map(|&i| rays[i]).collect();
     let mut passed = vec![1.0; unclear.len()];
     let mut hits = Vec::new();
-    tracer.intersect(&of_unclear, &mut hits);
-    go_on(tracer, &of_unclear, &mut hits, |i, _, _, _, opacity| {
+    let time = |i: usize| time(unclear[i]);
+    tracer.intersect(&of_unclear, time, &mut hits);
+    go_on(tracer, &of_unclear, time, &mut hits, |i, _, _, _, opacity| {
         passed[i] *= 1.0 - opacity;
         passed[i] > 0.0
     });

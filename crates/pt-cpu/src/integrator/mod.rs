@@ -23,15 +23,25 @@ use pt_math::{RayColumns, Spectrum};
 use crate::Tracer;
 use wavefront::Wavefront;
 
-/// Where samples start: a ray and a sampler for each.
+/// Where samples start: a ray, a sampler and, where it matters, a time for each.
 #[derive(Clone, Debug)]
 pub struct Starts {
     /// Camera rays; their directions have unit length.
     pub rays: RayColumns,
     /// The samples' numbers.
     pub samplers: SamplerBlocks,
+    /// Their times, shares of that for which the shutter is open; none if nothing moves.
+    pub times: Vec<f32>,
     /// Where paths bring their light to each other: the groups in order.
     pub groups: Vec<Group>,
+}
+
+impl Starts {
+    /// The time of a sample, which all of its path has.
+    #[inline]
+    pub fn time(&self, start: usize) -> f32 {
+        self.times.get(start).copied().unwrap_or(0.0)
+    }
 }
 
 /// Starts of the pixels of a square, with the same samples of each, one pixel behind the other.
@@ -148,3 +158,7 @@ pub fn compensates(settings: &Settings) -> bool {
 
 /// Dimensions of the sampler that the camera takes: image and lens.
 pub const CAMERA_DIMENSIONS: u32 = 4;
+
+/// The dimension of the sampler that says when a sample is taken: where no bounce comes, and before
+/// those of holes.
+pub const TIME_DIMENSION: u32 = (1 << 31) - 2;

@@ -18,7 +18,7 @@ impl Integrator for Normals {
         holes::first_hits(tracer, starts, &mut self.hits);
         let color = |(i, hit): (usize, &Option<Hit>)| match hit {
             Some(hit) => {
-                let normal = tracer.scene.interaction(&rays.get(i), hit).normal;
+                let normal = tracer.scene.interaction(&rays.get(i), hit, starts.time(i)).normal;
                 Spectrum((normal + Vec3::ONE) * 0.5)
             }
             None => Spectrum::ZERO,

@@ -1,15 +1,13 @@
 //! The unidirectional path tracer.
 
-use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
 use pt_core::light::{AnyLight, LightSample};
-use pt_core::scene::Interaction;
 use pt_core::settings::{DirectLight, Roulette, Settings};
 use pt_math::measure::power_heuristic;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::direct::Hemisphere;
-use super::wavefront::{Arrival, Context, Rules, State};
+use super::wavefront::{Arrival, Context, Found, Rules, State};
 
 /// Path tracing with direct light at every surface. [Kajiya 1986; Veach 1997, §10.3]
 ///
@@ -51,14 +49,16 @@ impl Rules for Path {
     }
 
     #[inline(always)]
-    fn emitted(&self, cx: Context, path: &State, at: &Interaction, hit: &Hit) -> Spectrum {
+    fn emitted(&self, cx: Context, path: &State, found: Found) -> Spectrum {
+        let Found { at, hit, time } = found;
         let Context { scene, settings } = cx;
         let light = scene.surfaces[at.surface].light.map(|id| {
             let light: &AnyLight = &scene.lights[id];
             let met = Some(scene.light_hit(at));
             (light, light.pdf(&scene.light_tables, path.origin, -at.wo, met))
         });
-        scene.emitted(at, hit) * found_weight(settings, path.arrival, light)
+        let light = light.or_else(|| scene.moving_light(at, time, path.origin));
+        scene.emitted(at, hit, time) * found_weight(settings, path.arrival, light)
     }
 
     #[inline(always)]

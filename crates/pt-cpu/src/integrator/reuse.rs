@@ -247,8 +247,10 @@ impl Reuse {
 
     /// Adds what givers give.
     fn answer(&mut self, tracer: &mut Tracer, sums: &mut Sums) {
-        tracer.occluded(&self.rays, &mut self.blocked);
-        holes::transmittances(tracer, &self.rays, &self.blocked, &mut self.shares);
+        // Nothing moves.
+        let time = |_| 0.0;
+        tracer.occluded(&self.rays, time, &mut self.blocked);
+        holes::transmittances(tracer, &self.rays, time, &self.blocked, &mut self.shares);
         for (&pair, &share) in self.asking.iter().zip(&self.shares) {
             self.pairs[pair].share = share;
         }

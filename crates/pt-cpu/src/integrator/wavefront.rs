@@ -62,6 +62,15 @@ pub(super) struct State {
     pub(super) target: u32,
 }
 
+/// A surface that a ray found.
+#[derive(Clone, Copy)]
+pub(super) struct Found<'a> {
+    pub(super) at: &'a Interaction,
+    pub(super) hit: &'a Hit,
+    /// The time of the path.
+    pub(super) time: f32,
+}
+
 /// What distinguishes one path tracer from another.
 pub(super) trait Rules {
     /// Largest number of surface interactions.
@@ -76,7 +85,7 @@ pub(super) trait Rules {
     fn sky(&self, cx: Context, path: &State, d: Vec3, bounces: u32) -> Spectrum;
 
     /// Weighted radiance that a surface emits towards the ray that found it.
-    fn emitted(&self, cx: Context, path: &State, at: &Interaction, hit: &Hit) -> Spectrum;
+    fn emitted(&self, cx: Context, path: &State, found: Found) -> Spectrum;
 
     /// Number of samples of a light at each surface, 0 if it is not sampled.
     fn light_samples(&self, settings: &Settings, delta: bool) -> u32;
@@ -186,17 +195,18 @@ impl<R: Rules> Integrator for Wavefront<'_, R> {
         let mut removed = ExactSum::default();
         let mut sums = Sums::new(radiance, clamp, &mut removed);
         for bounces in 0.. {
-            tracer.intersect(&self.rays, &mut self.hits);
+            let time = |i: usize| starts.time(self.paths[i].start as usize);
+            tracer.intersect(&self.rays, time, &mut self.hits);
             sums.scattered(bounces);
             if tracer.scene.has_holes {
                 self.go_through_holes(bounces, tracer, starts, &mut sums);
             }
-            self.arrive(bounces, &mut sums);
+            self.arrive(bounces, starts, &mut sums);
             if self.scattering.is_empty() {
                 break;
             }
             self.scatter(bounces, tracer, starts, &mut sums);
-            self.requests.answer(tracer, &mut sums);
+            self.requests.answer(tracer, starts, &mut sums);
         }
         if let Some(reuse) = &mut self.reuse {
             sums.scattered(2);
@@ -215,11 +225,13 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     pub(super) fn new(rules: R, scene: &'a RenderScene, settings: &'a Settings) -> Self {
         let cx = Context { scene, settings };
         let lights = scene.lights.as_slice();
-        let extended = lights.iter().filter(|l| !l.is_delta()).count() as u32;
-        let delta = lights.len() as u32 - extended;
+        let moving = scene.moving_lights().len() as u32;
+        let delta = lights.iter().filter(|l| l.is_delta()).count() as u32;
+        let extended = lights.len() as u32 - delta + moving;
         let hemisphere = rules.hemisphere(cx);
         let samples = |l: &AnyLight| rules.light_samples(settings, l.is_delta());
-        let light_pairs = lights.iter().map(samples).fold(0, u32::wrapping_add);
+        let of_moving = moving.wrapping_mul(rules.light_samples(settings, false));
+        let light_pairs = lights.iter().map(samples).fold(of_moving, u32::wrapping_add);
         // Beyond 2³², dimensions begin anew.
         let choose = scene.materials.choose();
         let others = delta + 2 + u32::from(choose);
@@ -265,12 +277,13 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         self.cones.clear();
         let scene = self.cx.scene;
         if scene.uses_footprints() {
-            self.cones.extend(self.rays.iter().map(|ray| scene.camera.cone(ray.direction)));
+            let cone = |(i, ray): (usize, &Ray)| scene.camera_cone(ray.direction, starts.time(i));
+            self.cones.extend(self.rays.iter().enumerate().map(cone));
         }
     }
 
     /// Adds the light that rays find where their paths end, and says which paths scatter.
-    fn arrive(&mut self, bounces: u32, sums: &mut Sums) {
+    fn arrive(&mut self, bounces: u32, starts: &Starts, sums: &mut Sums) {
         let scene = self.cx.scene;
         let shown = self.cx.settings.shows(bounces);
         self.scattering.clear();
@@ -278,8 +291,9 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             match hit {
                 Some(hit) if bounces < self.depth => self.scattering.push((i as u32, *hit)),
                 Some(hit) if shown && scene.glows(hit) => {
-                    let at = scene.interaction(&self.rays[i], hit);
-                    find(&self.rules, self.cx, &self.paths[i], (&at, hit), sums);
+                    let (path, time) = (&self.paths[i], time(starts, &self.paths, i));
+                    let at = &scene.interaction(&self.rays[i], hit, time);
+                    find(&self.rules, self.cx, path, Found { at, hit, time }, sums);
                 }
                 None if shown => {
                     let (path, d) = (&self.paths[i], self.rays[i].direction);
@@ -293,7 +307,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
 
     /// Asks for the direct light at each surface, and sends the paths that live on their way.
     fn scatter(&mut self, bounces: u32, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums) {
-        let Context { scene, settings } = self.cx;
+        let Context { settings, .. } = self.cx;
         let lit = settings.shows(bounces + 1);
         let light_pairs = if lit { self.light_pairs } else { 0 };
         let scattering = std::mem::take(&mut self.scattering);
@@ -302,15 +316,15 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         for block in scattering.chunks(LANES) {
             let numbers = self.draw(block, bounces, starts);
             sums.scattered(bounces);
-            self.meet(block, settings.shows(bounces), sums);
-            self.resolve(block, &numbers, &mut resolved);
+            self.meet(block, starts, settings.shows(bounces), sums);
+            self.resolve(block, starts, &numbers, &mut resolved);
             let mut surfaces = self.surfaces(block, &resolved);
             self.meet_others(block, bounces, &resolved, &mut surfaces, sums);
             sums.scattered(bounces + 1);
             if lit {
                 let asking =
                     Asking { rules: &self.rules, settings, surfaces: &surfaces, numbers: &numbers };
-                self.requests.ask(&asking, scene, tracer, sums, self.reuse.as_mut());
+                self.requests.ask(&asking, tracer, starts, sums, self.reuse.as_mut());
             }
             let pairs = [light_pairs, living as u32];
             living = self.leave(block, &surfaces, bounces + 1, pairs, &numbers, sums);
@@ -336,20 +350,25 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let start = |i: usize| paths[i].start as usize;
         holes::wander(tracer, starts, bounces, rays, hits, start, |i, ray, hit| {
             if shown && scene.glows(hit) {
-                find(rules, *cx, &paths[i], (&scene.interaction(ray, hit), hit), sums);
+                let time = starts.time(start(i));
+                let at = &scene.interaction(ray, hit, time);
+                find(rules, *cx, &paths[i], Found { at, hit, time }, sums);
             }
         });
     }
 
     /// The surface points to which a block of paths has come; adds their emission, if it is shown.
-    fn meet(&mut self, block: &[(u32, Hit)], shown: bool, sums: &mut Sums) {
+    fn meet(&mut self, block: &[(u32, Hit)], starts: &Starts, shown: bool, sums: &mut Sums) {
         let scene = self.cx.scene;
-        let at = |&(i, ref hit): &(u32, Hit)| scene.interaction(&self.rays[i as usize], hit);
+        let time = |i: u32| time(starts, &self.paths, i as usize);
+        let at =
+            |&(i, ref hit): &(u32, Hit)| scene.interaction(&self.rays[i as usize], hit, time(i));
         self.interactions.clear();
         self.interactions.extend(block.iter().map(at));
         for (at, (i, hit)) in self.interactions.iter().zip(block) {
             if shown && !scene.surfaces[at.surface].emission.is_black() {
-                find(&self.rules, self.cx, &self.paths[*i as usize], (at, hit), sums);
+                let found = Found { at, hit, time: time(*i) };
+                find(&self.rules, self.cx, &self.paths[*i as usize], found, sums);
             }
         }
     }
@@ -358,6 +377,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     fn resolve(
         &self,
         block: &[(u32, Hit)],
+        starts: &Starts,
         numbers: &Numbers,
         resolved: &mut Vec<Option<Resolved>>,
     ) {
@@ -371,9 +391,10 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let width = |i: u32, at: &Interaction| {
             self.cones.get(i as usize).map(|cone| cone.width_at(at.distance))
         };
-        resolved.extend(
-            points.map(|((at, (i, hit)), choice)| scene.resolve(at, hit, choice, width(*i, at))),
-        );
+        let time = |i: u32| time(starts, &self.paths, i as usize);
+        resolved.extend(points.map(|((at, (i, hit)), choice)| {
+            scene.resolve(at, hit, time(*i), choice, width(*i, at))
+        }));
     }
 
     /// How a block scatters.
@@ -505,14 +526,14 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     }
 }
 
+/// The time of path number `i`. Where nothing moves, the path is not looked at.
+#[inline(always)]
+fn time(starts: &Starts, paths: &[State], i: usize) -> f32 {
+    if starts.times.is_empty() { 0.0 } else { starts.time(paths[i].start as usize) }
+}
+
 /// Adds the emission of a surface to the light of the path that found it.
 #[inline(always)]
-pub(super) fn find(
-    rules: &impl Rules,
-    cx: Context,
-    path: &State,
-    (at, hit): (&Interaction, &Hit),
-    sums: &mut Sums,
-) {
-    sums.add(path.target, path.beta * rules.emitted(cx, path, at, hit));
+pub(super) fn find(rules: &impl Rules, cx: Context, path: &State, found: Found, sums: &mut Sums) {
+    sums.add(path.target, path.beta * rules.emitted(cx, path, found));
 }

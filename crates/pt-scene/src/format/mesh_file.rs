@@ -46,6 +46,7 @@ impl MeshFile {
         let object = Object {
             name: mesh.name.clone(),
             to_world: DAffine3::IDENTITY,
+            motion: None,
             materials: vec![(!materials.is_empty()).then_some(0); mesh.parts.len()],
             geometry: Geometry::Mesh(Arc::new(mesh)),
             media: None,

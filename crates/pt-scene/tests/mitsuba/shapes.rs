@@ -475,7 +475,4 @@ fn few_lines_cannot_ask_for_any_number_of_shapes() {
     let spheres = group(&many("<shape type=\"sphere\"/>", 1500));
     let error = try_read(&format!("{spheres}{}", many(instance, 700))).expect_err("too many");
     assert!(error.to_string().contains("more than 1000000 shapes"), "{error}");
-    let cylinders = group(&many("<shape type=\"cylinder\"/>", 500));
-    let error = try_read(&format!("{cylinders}{}", many(instance, 100))).expect_err("too many");
-    assert!(error.to_string().contains("100000000 triangles"), "{error}");
 }

@@ -17,7 +17,7 @@ mod vertex;
 use pt_core::film::ExactSum;
 use pt_core::footprint::Cone;
 use pt_core::id::Id;
-use pt_core::light::{AnyLight, Light, LightVisitor};
+use pt_core::light::{AnyLight, Light, LightSample, LightVisitor};
 use pt_core::medium::MediumRecord;
 use pt_core::scene::RenderScene;
 use pt_core::settings::{DirectLight, Settings};
@@ -26,7 +26,7 @@ use pt_math::{Pdf, Ray, Rays, Spectrum};
 
 use super::path::{Path, sampled_weight};
 use super::sums::Sums;
-use super::wavefront::{Context, Rules, State, find};
+use super::wavefront::{Context, Found, Rules, State, find};
 use super::{CAMERA_DIMENSIONS, Integrator, Starts};
 use crate::Tracer;
 use shadow::{Shadow, Shadows};
@@ -127,13 +127,13 @@ impl Integrator for VolPath<'_> {
         for bounces in 0.. {
             sums.scattered(bounces);
             self.travel(bounces, tracer, starts, &mut sums);
-            self.arrive(bounces, &mut sums);
+            self.arrive(bounces, starts, &mut sums);
             if self.paths.is_empty() {
                 break;
             }
             self.scatter(bounces, tracer, starts, &mut sums);
             sums.scattered(bounces + 1);
-            self.shadows.answer(tracer, &mut sums);
+            self.shadows.answer(tracer, starts, &mut sums);
         }
         self.removed.merge(removed);
     }
@@ -152,7 +152,10 @@ impl<'a> VolPath<'a> {
         let settings = Settings { direct, ..settings.clone() };
         let rules = Path { depth: u32::MAX };
         let samples = |light: &AnyLight| rules.light_samples(&settings, light.is_delta());
-        let light_pairs = scene.lights.as_slice().iter().map(samples).fold(0, u32::wrapping_add);
+        let moving = scene.moving_lights().len() as u32;
+        let of_moving = moving.wrapping_mul(rules.light_samples(&settings, false));
+        let lights = scene.lights.as_slice().iter();
+        let light_pairs = lights.map(samples).fold(of_moving, u32::wrapping_add);
         Self {
             scene,
             depth: rules.depth(&settings),
@@ -176,11 +179,14 @@ impl<'a> VolPath<'a> {
         self.paths.clear();
         let scene = self.scene;
         let uses_footprints = scene.uses_footprints();
-        let cone = |ray: &Ray| {
-            if uses_footprints { scene.camera.cone(ray.direction) } else { Cone::default() }
+        let cone = |start: u32, ray: &Ray| {
+            if !uses_footprints {
+                return Cone::default();
+            }
+            scene.camera_cone(ray.direction, starts.time(start as usize))
         };
         let path = |(start, ray): (u32, Ray)| Walker {
-            cone: cone(&ray),
+            cone: cone(start, &ray),
             state: State {
                 beta: Spectrum::ONE,
                 squeeze: 1.0,
@@ -197,7 +203,7 @@ impl<'a> VolPath<'a> {
     }
 
     /// Adds the light that paths find where they end; leaves those that are scattered.
-    fn arrive(&mut self, bounces: u32, sums: &mut Sums) {
+    fn arrive(&mut self, bounces: u32, starts: &Starts, sums: &mut Sums) {
         let shown = self.settings.shows(bounces);
         let last = bounces >= self.depth;
         let cx = Context { scene: self.scene, settings: &self.settings };
@@ -211,7 +217,9 @@ impl<'a> VolPath<'a> {
                     sums.add(state.start, state.beta * l);
                 }
                 Event::Surface(hit) if shown && scene.glows(hit) => {
-                    find(rules, cx, state, (&scene.interaction(ray, hit), hit), sums);
+                    let time = starts.time(state.start as usize);
+                    let at = &scene.interaction(ray, hit, time);
+                    find(rules, cx, state, Found { at, hit, time }, sums);
                 }
                 _ => {}
             }
@@ -235,12 +243,13 @@ impl<'a> VolPath<'a> {
             let sampler = starts.samplers.get(path.state.start as usize);
             let choice = if self.choose { self.layout.material(sampler, bounces) } else { 0.0 };
             let mut resolved = None;
-            let vertex = Vertex::new(scene, &path, &event, choice, &mut resolved);
+            let time = starts.time(path.state.start as usize);
+            let vertex = Vertex::new(scene, &path, &event, time, choice, &mut resolved);
             let Some(vertex) = vertex else { continue };
             if lit && !vertex.is_delta() {
-                self.ask(&vertex, &path, sampler, bounces);
+                self.ask(&vertex, &path, sampler, time, bounces);
                 sums.scattered(bounces + 1);
-                self.shadows.answer_many(tracer, sums);
+                self.shadows.answer_many(tracer, starts, sums);
             }
             if let Some(next) = self.next(&vertex, &path, sampler, bounces + 1) {
                 self.paths[living] = next;
@@ -251,7 +260,7 @@ impl<'a> VolPath<'a> {
     }
 
     /// Asks for samples of each light.
-    fn ask(&mut self, vertex: &Vertex, path: &Walker, sampler: Sampler, bounces: u32) {
+    fn ask(&mut self, vertex: &Vertex, path: &Walker, sampler: Sampler, time: f32, bounces: u32) {
         let mut number = 0;
         for light in self.scene.lights.as_slice() {
             let n = self.rules.light_samples(&self.settings, light.is_delta());
@@ -260,6 +269,19 @@ impl<'a> VolPath<'a> {
                 let stream = stream(sampler, bounces, Some(number));
                 let asking = LightSampling { integrator: self, vertex, path, u, n, stream };
                 if let Some(shadow) = light.visit(asking) {
+                    self.shadows.push(shadow);
+                }
+                number = number.wrapping_add(1);
+            }
+        }
+        for light in self.scene.moving_lights() {
+            let n = self.rules.light_samples(&self.settings, false);
+            for _ in 0..n {
+                let u = self.layout.light(sampler, bounces, number);
+                let stream = stream(sampler, bounces, Some(number));
+                let asking = LightSampling { integrator: self, vertex, path, u, n, stream };
+                let sample = self.scene.sample_moving(light, time, vertex.point().p, u);
+                if let Some(shadow) = sample.and_then(|sample| asking.shadow(&sample)) {
                     self.shadows.push(shadow);
                 }
                 number = number.wrapping_add(1);
@@ -317,11 +339,19 @@ impl LightVisitor for LightSampling<'_, '_> {
     type Output = Option<Shadow>;
 
     fn visit<L: Light>(self, light: &L) -> Self::Output {
-        let Self { integrator, vertex, path, u, n, stream } = self;
+        let tables = &self.integrator.scene.light_tables;
+        let sample = light.sample(tables, self.vertex.point().p, self.u)?;
+        self.shadow(&sample)
+    }
+}
+
+impl LightSampling<'_, '_> {
+    /// The ray of a sample; `None` if it brings nothing.
+    fn shadow(self, sample: &LightSample) -> Option<Shadow> {
+        let Self { integrator, vertex, path, n, stream, .. } = self;
         let Context { scene, settings } = integrator.context();
         let point = vertex.point();
-        let sample = light.sample(&scene.light_tables, point.p, u)?;
-        let weight = sampled_weight(settings, &sample, n, |wi| vertex.pdf(wi));
+        let weight = sampled_weight(settings, sample, n, |wi| vertex.pdf(wi));
         let p = sample.pdf.map_or(1.0, Pdf::get) * n as f32;
         let f = vertex.eval(sample.wi);
         let value = path.state.beta * f * sample.radiance * (weight / p);
@@ -331,7 +361,7 @@ impl LightVisitor for LightSampling<'_, '_> {
         // The ray ends a little before the light, up to which the medium is.
         let end = if sample.end.is_some() { 1.0 } else { f32::INFINITY };
         let medium = vertex.medium_towards(scene, sample.wi);
-        let (ray, start) = (point.spawn_to(&sample), path.state.start);
+        let (ray, start) = (point.spawn_to(sample), path.state.start);
         Some(Shadow { ray, end, value, medium, stream, start })
     }
 }

@@ -8,6 +8,7 @@ use pt_math::sampler::Stream;
 use pt_math::{Ray, Spectrum};
 
 use crate::Tracer;
+use crate::integrator::Starts;
 use crate::integrator::sums::Sums;
 
 /// A ray towards a light, and what it brings.
@@ -49,16 +50,16 @@ impl Shadow {
         }
     }
 
-    /// Goes on behind what was hit, if something gets through; says whether it does.
-    fn go_through(&mut self, scene: &RenderScene, hit: &Hit) -> bool {
-        let opacity = scene.opacity(&self.ray, hit);
+    /// Goes on behind what was hit at a time, if something gets through; says whether it does.
+    fn go_through(&mut self, scene: &RenderScene, hit: &Hit, time: f32) -> bool {
+        let opacity = scene.opacity(&self.ray, hit, time);
         if opacity >= 1.0 {
             self.value = Spectrum::ZERO;
             return false;
         }
         self.pass(scene, hit.t);
         self.value *= 1.0 - opacity;
-        self.medium = scene.medium_beyond(&self.ray, hit, self.medium);
+        self.medium = scene.medium_beyond(&self.ray, hit, time, self.medium);
         self.ray.t_min = hit.t.next_up();
         !self.value.is_black()
     }
@@ -70,18 +71,19 @@ impl Shadows {
     }
 
     /// Follows them if they are many.
-    pub(super) fn answer_many(&mut self, tracer: &mut Tracer, sums: &mut Sums) {
+    pub(super) fn answer_many(&mut self, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums) {
         if self.queue.len() >= MANY {
-            self.answer(tracer, sums);
+            self.answer(tracer, starts, sums);
         }
     }
 
     /// Adds to each start what its rays bring, in the order in which they were asked for, and forgets
     /// them.
-    pub(super) fn answer(&mut self, tracer: &mut Tracer, sums: &mut Sums) {
+    pub(super) fn answer(&mut self, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums) {
         let scene = tracer.scene;
         self.gather(0..self.queue.len());
-        tracer.occluded(&self.rays[..], &mut self.blocked);
+        let time = |i: usize| starts.time(self.queue[i].start as usize);
+        tracer.occluded(&self.rays[..], time, &mut self.blocked);
         self.under_way.clear();
         for (i, (shadow, &blocked)) in self.queue.iter_mut().zip(&self.blocked).enumerate() {
             match blocked {
@@ -90,25 +92,27 @@ impl Shadows {
                 true => shadow.value = Spectrum::ZERO,
             }
         }
-        self.go_through_holes(tracer);
+        self.go_through_holes(tracer, starts);
         for shadow in self.queue.drain(..) {
             sums.add(shadow.start, shadow.value);
         }
     }
 
     /// Follows those under way from surface to surface.
-    fn go_through_holes(&mut self, tracer: &mut Tracer) {
+    fn go_through_holes(&mut self, tracer: &mut Tracer, starts: &Starts) {
         let scene = tracer.scene;
         while !self.under_way.is_empty() {
             let under_way = std::mem::take(&mut self.under_way);
             self.gather(under_way.iter().copied());
-            tracer.intersect(&self.rays[..], &mut self.hits);
+            let time = |i: usize| starts.time(self.queue[under_way[i]].start as usize);
+            tracer.intersect(&self.rays[..], time, &mut self.hits);
             for (&i, hit) in under_way.iter().zip(&self.hits) {
                 let shadow = &mut self.queue[i];
                 match hit {
                     None => shadow.pass(scene, shadow.end),
                     Some(hit) => {
-                        if shadow.go_through(scene, hit) {
+                        let time = starts.time(shadow.start as usize);
+                        if shadow.go_through(scene, hit, time) {
                             self.under_way.push(i);
                         }
                     }

@@ -9,7 +9,7 @@ use super::{Layout, VolPath, Walker};
 use crate::Tracer;
 use crate::integrator::Starts;
 use crate::integrator::sums::Sums;
-use crate::integrator::wavefront::{Context, find};
+use crate::integrator::wavefront::{Context, Found, find};
 
 /// How a path came to the end of its way.
 #[derive(Clone, Copy)]
@@ -63,7 +63,8 @@ impl VolPath<'_> {
         for part in 0u32.. {
             rays.clear();
             rays.extend(under_way.iter().map(|&i| paths[i].ray));
-            tracer.intersect(&rays[..], hits);
+            let time = |i: usize| starts.time(paths[under_way[i]].state.start as usize);
+            tracer.intersect(&rays[..], time, hits);
             let mut found = hits.iter();
             under_way.retain(|&i| {
                 let path = &mut paths[i];
@@ -75,17 +76,18 @@ impl VolPath<'_> {
                     _ => path.stream.next_2d(),
                 };
                 let hit = found.next().copied().flatten();
-                match step(scene, path, hit, last, numbers) {
+                let time = starts.time(path.state.start as usize);
+                match step(scene, path, hit, time, last, numbers) {
                     Step::Ends(event) => {
                         events[i] = event;
                         false
                     }
                     Step::Passes(hit) => {
                         if shown && scene.glows(&hit) {
-                            let at = scene.interaction(&path.ray, &hit);
-                            find(rules, cx, &path.state, (&at, &hit), sums);
+                            let at = &scene.interaction(&path.ray, &hit, time);
+                            find(rules, cx, &path.state, Found { at, hit: &hit, time }, sums);
                         }
-                        path.medium = scene.medium_beyond(&path.ray, &hit, path.medium);
+                        path.medium = scene.medium_beyond(&path.ray, &hit, time, path.medium);
                         path.ray.t_min = hit.t.next_up();
                         true
                     }
@@ -103,6 +105,7 @@ fn step(
     scene: &RenderScene,
     path: &mut Walker,
     hit: Option<Hit>,
+    time: f32,
     last: bool,
     numbers: impl Fn(&mut Walker) -> [f32; 2],
 ) -> Step {
@@ -129,7 +132,7 @@ fn step(
     }
     let Some(hit) = hit else { return Step::Ends(Event::Escaped) };
     if scene.has_holes {
-        let opacity = scene.opacity(&path.ray, &hit);
+        let opacity = scene.opacity(&path.ray, &hit, time);
         if opacity < 1.0 && path.stream.next_1d() >= opacity {
             return Step::Passes(hit);
         }

@@ -36,21 +36,22 @@ enum Kind<'a> {
 }
 
 impl<'a> Vertex<'a> {
-    /// Where a path came to be scattered; `choice` makes the choices of mixtures, and `resolved`
+    /// Where a path came to be scattered, at its time; `choice` makes the choices of mixtures, and `resolved`
     /// has room for what a material is that varies. `None` if it is not scattered.
     pub(super) fn new(
         scene: &'a RenderScene,
         path: &Walker,
         event: &Event,
+        time: f32,
         choice: f32,
         resolved: &'a mut Option<Resolved>,
     ) -> Option<Self> {
         let &Walker { ref ray, cone, medium, .. } = path;
         match event {
             Event::Surface(hit) => {
-                let at = scene.interaction(ray, hit);
+                let at = scene.interaction(ray, hit, time);
                 let width = scene.uses_footprints().then(|| cone.width_at(at.distance));
-                *resolved = scene.resolve(&at, hit, choice, width);
+                *resolved = scene.resolve(&at, hit, time, choice, width);
                 let bsdf = match resolved {
                     Some(resolved) => resolved.bsdf(&at),
                     None => scene.bsdf(&at),

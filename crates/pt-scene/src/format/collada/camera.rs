@@ -55,6 +55,8 @@ pub(super) fn read<'a>(
     Ok(Some(Camera {
         name: name_of(camera),
         to_world,
+        motion: None,
+        shutter: [0.0; 2],
         projection,
         near,
         far,

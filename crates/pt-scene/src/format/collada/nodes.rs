@@ -118,6 +118,7 @@ fn place_geometry<'a>(
     let object = Object {
         name: names.into_iter().find(|name| !name.is_empty()).unwrap_or_default(),
         to_world,
+        motion: None,
         geometry: shape.geometry,
         materials,
         media: None,

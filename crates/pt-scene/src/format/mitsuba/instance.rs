@@ -1,16 +1,15 @@
 //! `<shape type="shapegroup">` and `<shape type="instance">`: shapes that are placed many times.
 
 use std::rc::Rc;
+use std::sync::Arc;
 
 use super::object::{Object, Parameters, error};
 use super::scene::Builder;
-use crate::{Geometry, LoadError};
+use crate::LoadError;
 
 /// Most objects of a scene. A few lines can ask for any number: groups of many shapes, and many
 /// instances of them.
 const MAX_OBJECTS: usize = 1_000_000;
-/// Most triangles of all instances, which are copied when the scene is compiled.
-const MAX_TRIANGLES: usize = 100_000_000;
 
 impl Builder<'_> {
     /// The shapes of a group, as they stand in its own coordinates.
@@ -37,7 +36,13 @@ impl Builder<'_> {
                     return Err(error(&inner.at, message));
                 }
             }
-            shapes.push(self.shape(shape)?);
+            let made = self.shape(shape)?;
+            if made.motion.is_some() {
+                let message = "shapes of a shape group cannot move by themselves; give the <animation> to \
+                               the instances";
+                return Err(error(&shape.at, message));
+            }
+            shapes.push(made);
         }
         let shapes: Rc<[_]> = shapes.into();
         self.groups.insert(index, Rc::clone(&shapes));
@@ -48,7 +53,8 @@ impl Builder<'_> {
     pub(super) fn instance(&mut self, instance: &Object) -> Result<(), LoadError> {
         let tree = self.tree;
         let mut parameters = Parameters::new(instance);
-        let to_world = parameters.transform("to_world")?;
+        let (to_world, motion) = parameters.placement("to_world")?;
+        let motion = motion.map(Arc::new);
         let children = tree.children(instance, &["shape"])?;
         let [group] = children.as_slice() else {
             let count = children.len();
@@ -61,18 +67,8 @@ impl Builder<'_> {
             return Err(error(&instance.at, message));
         }
         let shapes = self.group(*group)?;
-        let triangles = |object: &crate::Object| match &object.geometry {
-            Geometry::Mesh(mesh) => mesh.triangles.len(),
-            Geometry::Sphere { .. } => 0,
-        };
-        self.copied_triangles += shapes.iter().map(triangles).sum::<usize>();
-        if self.scene.objects.len() + shapes.len() > MAX_OBJECTS
-            || self.copied_triangles > MAX_TRIANGLES
-        {
-            let message = format!(
-                "with this instance, there are more than {MAX_OBJECTS} shapes or {MAX_TRIANGLES} \
-                 triangles of instances"
-            );
+        if self.scene.objects.len() + shapes.len() > MAX_OBJECTS {
+            let message = format!("with this instance, there are more than {MAX_OBJECTS} shapes");
             return Err(error(&instance.at, message));
         }
         for shape in shapes.iter() {
@@ -84,6 +80,7 @@ impl Builder<'_> {
             self.scene.objects.push(crate::Object {
                 name: format!("{} of {}", shape.name, instance.name()),
                 to_world: placed,
+                motion: motion.clone(),
                 at: instance.at.clone(),
                 ..shape.clone()
             });

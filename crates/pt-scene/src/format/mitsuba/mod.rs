@@ -26,7 +26,8 @@
 //!   number is the equal-energy illuminant where light is emitted, and grey elsewhere.
 //! * Images have their upper row at v = 0 there, and at v = 1 here. Meshes keep the texture
 //!   coordinates that they have there.
-//! * Disks and cylinders are meshes of 1024 sides here, and instances are copies.
+//! * Disks and cylinders are meshes of 1024 sides here.
+//! * Shapes, instances and sensors may move: `<animation>`, which Mitsuba 0.6 had and 3.9 has not.
 //! * A flipped or mirrored sphere cannot be described here. Its glass takes the inverse index of
 //!   refraction, its opaque materials show from behind, and if it emits it is refused.
 //! * v runs down the rows of an image there, and up here.

@@ -7,7 +7,7 @@ use pt_math::{DAffine3, DVec3};
 
 use super::super::xml::{did_you_mean, quote};
 use super::value::Value;
-use crate::{LoadError, Span, Warning};
+use crate::{LoadError, Motion, Span, Warning};
 
 /// All objects of a scene and the files that it includes.
 #[derive(Debug, Default)]
@@ -295,8 +295,28 @@ impl<'t> Parameters<'t> {
         })
     }
 
+    /// A transform that can be undone, the identity if there is none; or what it is when it changes with
+    /// time, with the identity beside it.
+    pub(super) fn placement(
+        &mut self,
+        name: &'static str,
+    ) -> Result<(DAffine3, Option<Motion>), LoadError> {
+        if let Some(Parameter { value: Value::Animation(motion), .. }) = self.find(name) {
+            return Ok((DAffine3::IDENTITY, Some(motion.clone())));
+        }
+        Ok((self.transform(name)?, None))
+    }
+
     /// A transform that can be undone; the identity if there is none.
     pub(super) fn transform(&mut self, name: &'static str) -> Result<DAffine3, LoadError> {
+        if let Some(Parameter { value: Value::Animation(_), .. }) = self.find(name) {
+            let what = self.object.describe();
+            let message = format!(
+                "{what} cannot move; expected a <transform>, and an <animation> only as the \"to_world\" of \
+                 shapes, instances and sensors"
+            );
+            return Err(self.refuse(name, message));
+        }
         let found = self.get(name, "a <transform>", |value| match value {
             Value::Transform(x) => Some(*x),
             _ => None,

@@ -26,7 +26,6 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
         media: Media::new(tree),
         meshes: Meshes::default(),
         groups: HashMap::new(),
-        copied_triangles: 0,
     };
     let mut sensors = Vec::new();
     let mut integrators = Vec::new();
@@ -80,8 +79,6 @@ pub(super) struct Builder<'t> {
     meshes: Meshes,
     /// The content of shape groups.
     pub(super) groups: HashMap<usize, Rc<[crate::Object]>>,
-    /// The triangles of all instances.
-    pub(super) copied_triangles: usize,
 }
 
 impl Builder<'_> {
@@ -102,7 +99,7 @@ impl Builder<'_> {
 
     /// A shape with its material.
     pub(super) fn shape(&mut self, object: &Object) -> Result<crate::Object, LoadError> {
-        let Shape { geometry, to_world, is_inverted_sphere } =
+        let Shape { geometry, to_world, motion, is_inverted_sphere } =
             shape(self.tree, object, &mut self.meshes, &mut self.scene.warnings)?;
         let children = self.tree.children(object, &["bsdf", "emitter", "medium"])?;
         let bsdf = self.tree.only(&children, "bsdf")?;
@@ -111,6 +108,7 @@ impl Builder<'_> {
         Ok(crate::Object {
             name: object.name().to_owned(),
             to_world,
+            motion,
             geometry,
             materials: vec![Some(material)],
             media: self.media.sides(object, is_inverted_sphere)?,

@@ -6,7 +6,7 @@ use super::super::xml::quote;
 use super::film::{Film, film};
 use super::medium::Media;
 use super::object::{Object, Parameters, Tree, unsupported};
-use crate::{Camera, FileSettings, LoadError, Projection, Warning};
+use crate::{Camera, FileSettings, LoadError, Motion, Projection, Warning};
 
 const SENSORS: [&str; 3] = ["orthographic", "perspective", "thinlens"];
 const SAMPLERS: [&str; 5] = ["independent", "ldsampler", "multijitter", "orthogonal", "stratified"];
@@ -26,7 +26,6 @@ pub(super) fn camera(
         return Err(unsupported(object, &SENSORS));
     }
     let mut parameters = Parameters::new(object);
-    parameters.pass_over(&["shutter_open", "shutter_close"]);
     let [width, height] = film(tree, object)?.resolution.map(f64::from);
     let aspect = width / height;
     let near = parameters.positive("near_clip", 0.01)?;
@@ -35,9 +34,12 @@ pub(super) fn camera(
         let message = format!("far_clip ({far}) is not behind near_clip ({near})");
         return Err(parameters.refuse("far_clip", message));
     }
+    let (to_world, motion) = parameters.placement("to_world")?;
     let mut camera = Camera {
         name: object.name().to_owned(),
-        to_world: parameters.transform("to_world")?,
+        to_world,
+        motion,
+        shutter: shutter(&mut parameters)?,
         projection: Projection::Orthographic { half_width: 1.0, half_height: 1.0 / aspect },
         near,
         far,
@@ -56,18 +58,41 @@ pub(super) fn camera(
         let [x_fov, y_fov] = fields_of_view(&mut parameters, aspect)?;
         camera.projection = Projection::Perspective { x_fov, y_fov };
     }
-    require_axes(camera.to_world.matrix3, &parameters)?;
+    let keys = camera.motion.as_ref().map_or(&[][..], Motion::keys);
+    let moved = keys.iter().map(|key| key.to_world.matrix3 * camera.to_world.matrix3);
+    let still = keys.is_empty().then_some(camera.to_world.matrix3);
+    moved.chain(still).try_for_each(|axes| require_axes(axes, &parameters))?;
     // Turned from Mitsuba's axes to ours.
     camera.to_world *= DAffine3::from_scale(DVec3::new(-1.0, 1.0, -1.0));
     parameters.finish()?;
     Ok(camera)
 }
 
+/// When the shutter opens and closes.
+fn shutter(parameters: &mut Parameters<'_>) -> Result<[f64; 2], LoadError> {
+    let open = parameters.float("shutter_open")?.unwrap_or(0.0);
+    let close = parameters.float("shutter_close")?.unwrap_or(0.0);
+    if open <= close {
+        return Ok([open, close]);
+    }
+    let name =
+        if parameters.find("shutter_close").is_some() { "shutter_close" } else { "shutter_open" };
+    let message = format!(
+        "the shutter closes at {close} s, before it opens at {open} s; expected a shutter_close of at \
+         least shutter_open"
+    );
+    Err(parameters.refuse(name, message))
+}
+
 /// Makes the scale of an orthographic camera's node the size of what it sees. Along the axis only
 /// the near plane is scaled: the far plane is as far behind it as without a scale.
+///
+/// The scale of one that moves is that of its first key.
 fn take_scale(camera: &mut Camera) {
+    let lengths = |m: DMat3| [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
+    let first = camera.motion.as_ref().map(|motion| motion.keys()[0].to_world.matrix3);
+    let [x, y, z] = lengths(first.unwrap_or(camera.to_world.matrix3));
     let axes = &mut camera.to_world.matrix3;
-    let [x, y, z] = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::length);
     *axes = DMat3::from_cols(axes.x_axis / x, axes.y_axis / y, axes.z_axis / z);
     if let Projection::Orthographic { half_width, half_height } = &mut camera.projection {
         *half_width *= x;
@@ -84,7 +109,7 @@ fn require_axes(axes: DMat3, parameters: &Parameters<'_>) -> Result<(), LoadErro
     let error = axes.transpose() * axes - DMat3::IDENTITY;
     if error.to_cols_array().iter().any(|x| x.abs() > TOLERANCE) {
         let message = "the camera is scaled or sheared; expected turns and translations only, or \
-                       for an orthographic camera a scale before them";
+                       for an orthographic camera a scale before them, the same at all times";
         return Err(parameters.refuse("to_world", message));
     }
     Ok(())

@@ -10,7 +10,7 @@ use super::super::mesh_file::{self, MeshFile};
 use super::super::{obj, ply, serialized};
 use super::object::{Object, Parameters, Tree, error, unsupported};
 use crate::shapes::{self, smooth_normals};
-use crate::{Geometry, LoadError, Mesh, Warning};
+use crate::{Geometry, LoadError, Mesh, Motion, Warning};
 
 const KINDS: [&str; 10] = [
     "cube",
@@ -29,6 +29,8 @@ const KINDS: [&str; 10] = [
 pub(super) struct Shape {
     pub(super) geometry: Geometry,
     pub(super) to_world: DAffine3,
+    /// How that moves, if it does.
+    pub(super) motion: Option<Arc<Motion>>,
     /// Whether it is a sphere whose front looks inwards.
     pub(super) is_inverted_sphere: bool,
 }
@@ -65,15 +67,17 @@ pub(super) fn shape(
 ) -> Result<Shape, LoadError> {
     let mut parameters = Parameters::new(object);
     parameters.pass_over(&["silhouette_sampling_weight"]);
-    let to_world = parameters.transform("to_world")?;
+    let (to_world, motion) = parameters.placement("to_world")?;
+    let mirrors = motion.as_ref().is_some_and(Motion::is_mirrored);
     let flips = parameters.boolean("flip_normals")?;
     let mesh = |mesh: Arc<Mesh>| Shape {
         geometry: Geometry::Mesh(mesh),
         to_world,
+        motion: None,
         is_inverted_sphere: false,
     };
-    let shape = match object.kind.as_str() {
-        "sphere" => sphere(&mut parameters, to_world, flips)?,
+    let mut shape = match object.kind.as_str() {
+        "sphere" => sphere(&mut parameters, to_world, flips != mirrors)?,
         "rectangle" => mesh(meshes.made("rectangle", shapes::rectangle, flips)),
         "cube" => mesh(meshes.made("cube", shapes::cube, flips)),
         "disk" => mesh(meshes.made("disk", shapes::disk, flips)),
@@ -82,7 +86,7 @@ pub(super) fn shape(
             Shape { to_world, ..mesh(meshes.made("cylinder", shapes::cylinder, flips)) }
         }
         kind @ ("ply" | "obj" | "serialized") => {
-            let mirrored = to_world.matrix3.determinant() < 0.0;
+            let mirrored = mirrors || to_world.matrix3.determinant() < 0.0;
             let key = mesh_key(tree, object, &mut parameters, (flips, mirrored))?;
             let read = || {
                 let bytes = mesh_file::read(&key.path);
@@ -98,6 +102,7 @@ pub(super) fn shape(
         _ => return Err(unsupported(object, &KINDS)),
     };
     parameters.finish()?;
+    shape.motion = motion.map(Arc::new);
     Ok(shape)
 }
 
@@ -184,6 +189,7 @@ fn sphere(
     Ok(Shape {
         geometry: Geometry::Sphere { radius: world_radius },
         to_world: DAffine3::from_mat3_translation(linear * scale.recip(), center),
+        motion: None,
         is_inverted_sphere: flips != mirrored,
     })
 }

@@ -17,6 +17,7 @@ pub(super) enum Value {
     Rgb([f64; 3]),
     Spectrum(Spectrum),
     Transform(pt_math::DAffine3),
+    Animation(crate::Motion),
 }
 
 /// A finite number.

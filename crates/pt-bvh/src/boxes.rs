@@ -1,0 +1,157 @@
+//! A tree over boxes: it says which of them a ray may meet, and leaves it to others what is in them.
+//!
+//! **Why no box test misses a primitive.** Let R be the largest coordinate distance from the origin
+//! to a corner of the box around everything. A hit is at most `slack`·R outside of the box of its
+//! primitive, as its slack promises, and the box test errs by less than 16εR (see
+//! [`crate::ray`]). So each node is widened by (`slack` + 16ε)·R, with the largest slack of all
+//! primitives below it. With the usual slack of 80ε that is twice the pad that nodes over triangles have.
+//! A node is left out only if the ray enters it beyond the depth of the nearest hit so far, rounded
+//! up. So all that can win is visited, and the tree finds what a loop over all primitives finds.
+
+use pt_math::{Bounds3, Ray};
+
+use crate::geometry::in_range;
+use crate::node::Bvh2;
+use crate::ray::{BOX_TEST, PAD, Prepared};
+use crate::traverse::{STACK, Stack, Walk};
+use crate::{BuildError, build};
+
+/// Primitives with more slack are left out.
+const MOST_SLACK: f32 = 128.0;
+
+/// Boxes of primitives, ready for rays.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BoxTree {
+    /// Each primitive has a leaf of its own.
+    tree: Bvh2,
+    /// By how many times the pad of the ray each node is widened.
+    widening: Vec<f32>,
+}
+
+impl BoxTree {
+    /// Over so many primitives, with a box and a slack for each, as
+    /// [`UserPrimitives`](crate::UserPrimitives) has them.
+    ///
+    /// # Errors
+    /// Too many primitives.
+    pub(crate) fn build(
+        len: usize,
+        bounds: impl Fn(u32) -> Option<Bounds3>,
+        slack: impl Fn(u32) -> f32,
+    ) -> Result<Self, BuildError> {
+        build::check_number(len)?;
+        let usable = |id| bounds(id).filter(|bounds| is_usable(bounds, slack(id)));
+        let tree = Bvh2::over_boxes((0..len as u32).map(usable));
+        let widening = widening(&tree, slack);
+        Ok(Self { tree, widening })
+    }
+
+    /// The hit with the least parameter `t` in (`t_min`, `t_max`) of those that `test` finds; of hits
+    /// with equal t that on the primitive with the least number.
+    #[inline]
+    pub(crate) fn nearest<H>(
+        &self,
+        ray: &Ray,
+        t: impl Fn(&H) -> f32,
+        mut test: impl FnMut(u32, &Ray) -> Option<H>,
+    ) -> Option<H> {
+        let mut stack = STACK;
+        let mut walk = self.walk(ray, &mut stack)?;
+        let mut nearest = Nearest::new(ray);
+        while let Some(id) = self.next(&mut walk, nearest.ray.t_max) {
+            if let Some(hit) = test(id, &nearest.ray) {
+                nearest.offer(t(&hit), id, hit);
+            }
+        }
+        nearest.hit.map(|(_, hit)| hit)
+    }
+
+    /// Whether `test` says of any primitive that it is hit with t in (`t_min`, `t_max`).
+    #[inline]
+    pub(crate) fn any(&self, ray: &Ray, mut test: impl FnMut(u32, &Ray) -> bool) -> bool {
+        let mut stack = STACK;
+        let Some(mut walk) = self.walk(ray, &mut stack) else { return false };
+        let ray = from_zero(ray);
+        while let Some(id) = self.next(&mut walk, ray.t_max) {
+            if test(id, &ray) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// `None` for a ray that cannot hit anything.
+    #[inline]
+    fn walk<'a, 'b>(&'a self, ray: &Ray, stack: &'b mut Stack) -> Option<Walk<'a, 'b>> {
+        Some(Walk::new(&self.tree, Prepared::new(ray, &self.tree.bounds())?, stack))
+    }
+
+    /// The next primitive that may be hit with parameter up to `t`.
+    #[inline]
+    fn next(&self, walk: &mut Walk<'_, '_>, t: f32) -> Option<u32> {
+        let ids = walk.next(t, |node| self.widening[node])?;
+        Some(ids[0]) // each leaf has one
+    }
+
+    /// The box around everything that can be hit; empty when nothing can.
+    pub(crate) fn bounds(&self) -> Bounds3 {
+        self.tree.bounds()
+    }
+
+    /// Primitives left out because no ray can hit them.
+    pub(crate) fn skipped(&self) -> u32 {
+        self.tree.skipped
+    }
+}
+
+/// The ray without what lies before its origin.
+#[inline]
+fn from_zero(ray: &Ray) -> Ray {
+    Ray { t_min: ray.t_min.max(0.0), ..*ray }
+}
+
+/// The nearest hit so far, with the number of its primitive, and the ray as far as it matters.
+struct Nearest<H> {
+    ray: Ray,
+    hit: Option<(u32, H)>,
+}
+
+impl<H> Nearest<H> {
+    fn new(ray: &Ray) -> Self {
+        Self { ray: from_zero(ray), hit: None }
+    }
+
+    /// Takes the hit of a primitive if it is better: of two with equal t, the one with the lower
+    /// number is.
+    #[inline]
+    fn offer(&mut self, t: f32, id: u32, hit: H) {
+        // The ray ends just beyond the nearest hit.
+        let is_equal = t.next_up() == self.ray.t_max;
+        let is_later = is_equal && self.hit.as_ref().is_some_and(|(nearest, _)| *nearest < id);
+        if t > self.ray.t_min && t < self.ray.t_max && !is_later {
+            self.ray.t_max = t.next_up();
+            self.hit = Some((id, hit));
+        }
+    }
+}
+
+/// Whether a primitive can be in a tree.
+fn is_usable(bounds: &Bounds3, slack: f32) -> bool {
+    let is_box = in_range(bounds.min) && in_range(bounds.max) && !bounds.is_empty();
+    is_box && (0.0..=MOST_SLACK).contains(&slack)
+}
+
+/// By how many times the pad of a ray each node is to be widened: see the module.
+fn widening(tree: &Bvh2, slack: impl Fn(u32) -> f32) -> Vec<f32> {
+    let mut widening = vec![1f32; tree.nodes.len()];
+    for (i, node) in tree.nodes.iter().enumerate().rev() {
+        widening[i] = if node.is_leaf() {
+            let id = tree.order[node.offset as usize];
+            ((slack(id) + BOX_TEST) / PAD).max(1.0)
+        } else {
+            let [left, right] = tree.children(i);
+            widening[left].max(widening[right])
+        };
+    }
+    widening
+}

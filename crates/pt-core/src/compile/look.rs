@@ -1,0 +1,67 @@
+//! What materials become, before they are on a surface.
+
+use pt_math::Spectrum;
+use pt_scene::{Color, Scalar};
+
+use super::materials;
+use super::textures::{Lowering, ShownColors};
+use crate::bsdf::{AnyLobe, Diffuse, LobeRecord};
+use crate::id::Id;
+use crate::material::Material;
+use crate::texture::{TextureRecord, Varying};
+
+/// What a material becomes.
+#[derive(Clone, Copy)]
+pub(super) struct Look {
+    pub(super) lobe: Id<LobeRecord>,
+    pub(super) two_sided: bool,
+    pub(super) material: Option<Id<Material>>,
+    pub(super) opacity: Option<Varying>,
+    /// See [`SurfaceRecord::emission`].
+    pub(super) emission: Spectrum,
+    pub(super) emission_texture: Option<Id<TextureRecord>>,
+    /// What its textures show of meshes.
+    pub(super) shown: ShownColors,
+}
+
+impl Look {
+    pub(super) fn of(material: &pt_scene::Material, cx: &mut Lowering) -> Self {
+        let surface = materials::lower(&material.surface, cx);
+        let opacity = match material.opacity {
+            Scalar::Value(opacity) if opacity >= 1.0 => None,
+            ref opacity => Some(cx.varying(opacity)),
+        };
+        let (emission, emission_texture) = match &material.emission {
+            Color::Value(emission) => ((*emission).into(), None),
+            Color::Texture(texture) => (Spectrum::ONE, Some(cx.texture(texture))),
+        };
+        let shown = cx.take_shown();
+        Self { opacity, emission, emission_texture, shown, ..Self::opaque(surface, cx) }
+    }
+
+    pub(super) fn default_one(cx: &mut Lowering) -> Self {
+        let surface = materials::default_material(cx);
+        Self::opaque(surface, cx)
+    }
+
+    /// What does not glow.
+    fn opaque(surface: Material, cx: &mut Lowering) -> Self {
+        let (lobe, two_sided, material) = match surface {
+            Material::Lobe(l) if l.is_plain() => (l.lobe, l.two_sided, None),
+            varying => {
+                let black = Diffuse { rho: Spectrum::ZERO };
+                let lobe = cx.lobes.push(AnyLobe::from(black).record());
+                (lobe, true, Some(cx.materials.table.push(varying)))
+            }
+        };
+        Self {
+            lobe,
+            two_sided,
+            material,
+            opacity: None,
+            emission: Spectrum::ZERO,
+            emission_texture: None,
+            shown: ShownColors::default(),
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! What moves while the shutter is open, and how.
+
+use pt_bvh::Knot;
+use pt_math::{DAffine3, DVec3};
+use pt_scene::medium::Matter;
+use pt_scene::{Key, Motion, Object, Scene, Span};
+
+use super::{CompileError, CompileOptions};
+
+/// When the shutter opens and closes, in seconds; the course's program knows no time but that at which
+/// it opens.
+///
+/// # Errors
+/// If these are no finite times, or not in this order.
+pub(super) fn shutter(
+    scene: &Scene,
+    options: &CompileOptions,
+    notes: &mut Vec<String>,
+) -> Result<[f64; 2], CompileError> {
+    let camera = options.camera.as_ref().or(scene.cameras.last());
+    let [open, close] = camera.map_or([0.0; 2], |camera| camera.shutter);
+    if !(open.is_finite() && close.is_finite() && open <= close) {
+        let element = camera.map_or(String::new(), |camera| format!("camera \"{}\"", camera.name));
+        let message = format!(
+            "the shutter opens at {open} s and closes at {close} s; expected finite times, of which the \
+             second is not less"
+        );
+        let at = Span { element, ..Span::default() };
+        return Err(CompileError::Value { at, message });
+    }
+    let is_animated = scene.objects.iter().any(|object| object.motion.is_some())
+        || camera.is_some_and(|camera| camera.motion.is_some());
+    if is_animated && (options.course || open >= close) {
+        notes.push(format!(
+            "what moves is seen where it is at {open} s, without blur: the shutter is open for no time"
+        ));
+    }
+    Ok([open, if options.course { open } else { close }])
+}
+
+/// Refuses media that would have to move: a grid stays where it is.
+pub(super) fn check_media(scene: &Scene, object: &Object) -> Result<(), CompileError> {
+    let interior = object.media.and_then(|sides| sides.interior);
+    let medium = interior.and_then(|medium| scene.media.get(medium as usize));
+    match medium.map(|medium| &medium.matter) {
+        Some(Matter::Heterogeneous(_)) => Err(CompileError::Value {
+            at: object.at.clone(),
+            message: "the heterogeneous medium inside of a shape that moves cannot move with it; expected \
+                      a homogeneous one, or a shape that stands still"
+                .into(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// Where a node is while the shutter is open, in the author's unit: at shares of that time, between
+/// which it moves in straight lines. One place if it does not move.
+pub(super) fn places(motion: Option<&Motion>, to_world: DAffine3, shutter: [f64; 2]) -> Vec<Key> {
+    let Some(motion) = motion else { return vec![Key { time: 0.0, to_world }] };
+    let mut keys = motion.knots(shutter);
+    for key in &mut keys {
+        key.to_world *= to_world;
+    }
+    keys
+}
+
+/// Those of an object, in metres.
+pub(super) fn track(object: &Object, metres: f64, shutter: [f64; 2]) -> Vec<Knot> {
+    let scale = DAffine3::from_scale(DVec3::splat(metres));
+    let places = places(object.motion.as_deref(), object.to_world, shutter).into_iter();
+    let knot = |key: Key| Knot { time: key.time as f32, to_world: scale * key.to_world };
+    places.map(knot).collect()
+}

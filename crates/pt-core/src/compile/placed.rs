@@ -1,0 +1,214 @@
+//! Objects that stay in coordinates of their own: those that move, and large meshes that are placed
+//! more than once.
+
+use std::cmp::Reverse;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use pt_bvh::{BuildOptions, Bvh, Knot, MovingBvh, MovingInstance};
+use pt_math::{Bounds3, DAffine3};
+use pt_scene::{Geometry, Object, Scene, Sides};
+
+use super::geometry::{Collector, Emitter, Shapes};
+use super::{CompileError, build_bvh};
+use crate::id::Id;
+use crate::light::{AnyLight, MovingLight};
+use crate::placed::{Placed, PlacedObject, Placement};
+use crate::scene::SurfaceRecord;
+
+/// See [`super::CompileOptions::most_copied_triangles`].
+const MOST_COPIED: usize = 1 << 21;
+
+/// Lights on what moves are sampled one by one; if they are more, paths find them by chance.
+pub(super) const MOST_MOVING_LIGHTS: usize = 16;
+
+/// Objects with the numbers that they have in the scene, and where they are.
+pub(super) type Tracks = Vec<(usize, Vec<Knot>)>;
+
+/// What tells whether two objects are the same but for their place: the mesh, by its address, the
+/// materials, and the media.
+type Likeness = (usize, Vec<Option<u32>>, Option<Sides>);
+
+fn likeness(object: &Object) -> Option<Likeness> {
+    let Geometry::Mesh(mesh) = &object.geometry else { return None };
+    Some((Arc::as_ptr(mesh) as usize, object.materials.clone(), object.media))
+}
+
+fn triangles(object: &Object) -> usize {
+    match &object.geometry {
+        Geometry::Mesh(mesh) => mesh.triangles.len(),
+        Geometry::Sphere { .. } => 0,
+    }
+}
+
+/// Which objects are worth keeping once: those of the meshes with the most triangles of copies, until
+/// the copies of all others together have no more than `most`. `may` says which may be.
+pub(super) fn worth_sharing(
+    scene: &Scene,
+    most: Option<usize>,
+    may: impl Fn(usize, &Object) -> bool,
+) -> Vec<bool> {
+    let mut places: HashMap<Likeness, Vec<usize>> = HashMap::new();
+    for (number, object) in scene.objects.iter().enumerate() {
+        if let Some(likeness) = likeness(object).filter(|_| may(number, object)) {
+            places.entry(likeness).or_default().push(number);
+        }
+    }
+    // Triangles of all copies but the first, and where they are.
+    let extra = |numbers: Vec<usize>| {
+        (triangles(&scene.objects[numbers[0]]) * (numbers.len() - 1), numbers)
+    };
+    let mut meshes: Vec<_> = places.into_values().map(extra).collect();
+    meshes.sort_by_key(|(extra, numbers)| (Reverse(*extra), numbers[0]));
+    let mut left: usize = meshes.iter().map(|(extra, _)| extra).sum();
+    let mut shared = vec![false; scene.objects.len()];
+    for (extra, numbers) in meshes {
+        if left <= most.unwrap_or(MOST_COPIED) {
+            break;
+        }
+        left -= extra;
+        for number in numbers {
+            shared[number] = true;
+        }
+    }
+    shared
+}
+
+/// An object on its way.
+struct OwnShapes {
+    shapes: Shapes,
+    bvh: Arc<Bvh>,
+    /// What of it glows.
+    lights: Vec<(Id<SurfaceRecord>, AnyLight)>,
+}
+
+/// Placed objects on their way.
+#[derive(Default)]
+pub(super) struct PlacedShapes {
+    objects: Vec<OwnShapes>,
+    placements: Vec<Placement>,
+    instances: Vec<MovingInstance>,
+    lights: Vec<MovingLight>,
+    /// Shapes that no ray can hit.
+    pub(super) skipped: u32,
+}
+
+impl PlacedShapes {
+    /// Collects the shapes of objects behind all others.
+    pub(super) fn collect(
+        collector: &mut Collector,
+        tracks: Tracks,
+        options: BuildOptions,
+        notes: &mut Vec<String>,
+    ) -> Result<Self, CompileError> {
+        let mut placed = Self::default();
+        let mut known: HashMap<Likeness, u32> = HashMap::new();
+        let (mut before, mut first_colored) = (0u64, collector.shapes.triangles.len());
+        for (number, knots) in tracks {
+            let object = &collector.scene.objects[number];
+            let likeness = likeness(object);
+            let shared = likeness.as_ref().and_then(|likeness| known.get(likeness)).copied();
+            let index = if let Some(index) = shared {
+                index
+            } else {
+                let made = placed.add(collector, object, first_colored, options, notes)?;
+                first_colored += made.shapes.triangles.len();
+                placed.objects.push(made);
+                let index = placed.objects.len() as u32 - 1;
+                likeness.map(|likeness| known.insert(likeness, index));
+                index
+            };
+            let bvh = Arc::clone(&placed.objects[index as usize].bvh);
+            let primitives = bvh.primitives() as u64;
+            let refuse = |message| CompileError::Value { at: object.at.clone(), message };
+            let instance = MovingInstance::new(bvh, knots)
+                .map_err(|error| refuse(format!("the shape cannot be placed: {error}")))?;
+            placed.instances.push(instance);
+            let placement =
+                Placement { object: index, before: before as u32, number: number as u32 };
+            placed.placements.push(placement);
+            before += primitives;
+            if before > u64::from(u32::MAX / 2) {
+                let message =
+                    "with this one, more than 2^31 shapes are placed; use fewer instances";
+                return Err(refuse(message.to_owned()));
+            }
+        }
+        Ok(placed)
+    }
+
+    /// The shapes of one object, in its own coordinates.
+    fn add(
+        &mut self,
+        collector: &mut Collector,
+        object: &Object,
+        first_colored: usize,
+        options: BuildOptions,
+        notes: &mut Vec<String>,
+    ) -> Result<OwnShapes, CompileError> {
+        let mut own = Shapes { first_colored, ..Shapes::default() };
+        collector.shapes.exchange(&mut own);
+        let added = collector.add(object, DAffine3::IDENTITY, notes);
+        collector.shapes.exchange(&mut own);
+        added?;
+        let bvh = build_bvh(&own, options)?;
+        self.skipped += bvh.skipped();
+        Ok(OwnShapes { shapes: own, bvh: Arc::new(bvh), lights: Vec::new() })
+    }
+
+    /// The box around all of them at all times.
+    pub(super) fn bounds(&self) -> Bounds3 {
+        self.instances.iter().fold(Bounds3::EMPTY, |all, moving| all.union(moving.bounds()))
+    }
+
+    /// How many of them move.
+    pub(super) fn moving(&self) -> usize {
+        self.instances.iter().filter(|instance| instance.moves()).count()
+    }
+
+    /// Whether some of what moves glows.
+    pub(super) fn glow(&self) -> bool {
+        self.objects.iter().any(|own| !own.shapes.emitters.is_empty())
+    }
+
+    /// Makes lights of what glows, which are sampled if they are few; says how many they are.
+    /// `light` makes one of an emitter of the shapes that it is given.
+    pub(super) fn add_lights(
+        &mut self,
+        shapes: &mut Shapes,
+        mut light: impl FnMut(&Shapes, &Emitter) -> Option<AnyLight>,
+    ) -> usize {
+        for own in &mut self.objects {
+            shapes.exchange(&mut own.shapes);
+            let made = |emitter: &Emitter| Some((emitter.surface, light(shapes, emitter)?));
+            own.lights = shapes.emitters.iter().filter_map(made).collect();
+            shapes.exchange(&mut own.shapes);
+        }
+        for (placement, place) in (0..).zip(&self.placements) {
+            let made = &self.objects[place.object as usize].lights;
+            let placed = |&(surface, light)| MovingLight { placement, surface, light };
+            self.lights.extend(made.iter().map(placed));
+        }
+        let count = self.lights.len();
+        if count > MOST_MOVING_LIGHTS {
+            self.lights.clear();
+        }
+        count
+    }
+
+    /// Ready for queries, behind `first` primitives that are not placed; `None` if there are none.
+    pub(super) fn finish(self, first: usize) -> Result<Option<Box<Placed>>, CompileError> {
+        if self.instances.is_empty() {
+            return Ok(None);
+        }
+        let bvh = MovingBvh::build(self.instances)?;
+        let object = |own: OwnShapes| PlacedObject {
+            bvh: own.bvh,
+            first_colored: own.shapes.first_colored as u32,
+            shapes: own.shapes.into_tables(),
+        };
+        let objects = self.objects.into_iter().map(object).collect();
+        let placed = Placed::new(objects, self.placements, self.lights, bvh, first as u32);
+        Ok(Some(Box::new(placed)))
+    }
+}

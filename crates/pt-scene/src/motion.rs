@@ -1,0 +1,218 @@
+//! Transforms that change with time.
+
+use pt_math::{DAffine3, Pose};
+use thiserror::Error;
+
+/// A transform at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Key {
+    /// When, in seconds.
+    pub time: f64,
+    /// The transform then.
+    pub to_world: DAffine3,
+}
+
+/// A transform that changes with time, by what it is at some times.
+///
+/// Between two keys translations are linear, rotations go the shorter way around one axis at constant
+/// speed, and what stretches is linear; see [`Pose`]. Before the first and after the last key nothing
+/// moves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    keys: Vec<Key>,
+    /// The transform of each, taken apart.
+    poses: Vec<Pose>,
+}
+
+/// Why keys are no motion.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{message}")]
+pub struct MotionError {
+    /// Number of the key that is wrong.
+    pub key: usize,
+    /// What is wrong, what was expected, and what to do.
+    pub message: String,
+}
+
+impl Motion {
+    /// Most keys that there may be.
+    pub const MOST_KEYS: usize = 10_000;
+
+    /// A motion by at least two keys, the times of which increase.
+    ///
+    /// # Errors
+    /// Other keys; transforms that flatten space, or of which only some mirror it.
+    pub fn new(keys: Vec<Key>) -> Result<Self, MotionError> {
+        let refuse = |key, message| Err(MotionError { key, message });
+        if !(2..=Self::MOST_KEYS).contains(&keys.len()) {
+            let (count, most) = (keys.len(), Self::MOST_KEYS);
+            let message = format!(
+                "a motion has from 2 to {most} keys, but there are {count}; for what does not move, give \
+                 a transform without a time"
+            );
+            return refuse(keys.len().min(Self::MOST_KEYS).saturating_sub(1), message);
+        }
+        let mut poses: Vec<Pose> = Vec::new();
+        for (i, key) in keys.iter().enumerate() {
+            let before = i.checked_sub(1).map_or(f64::NEG_INFINITY, |i| keys[i].time);
+            // NaN compares false.
+            if !(key.time > before && key.time.is_finite()) {
+                let time = key.time;
+                let message = format!(
+                    "the time of this key is {time}, and that of the one before {before}; expected finite \
+                     times, each later than the one before"
+                );
+                return refuse(i, message);
+            }
+            let Some(pose) = Pose::of(&key.to_world) else {
+                let time = key.time;
+                let message =
+                    format!("the transform at time {time} flattens space; it cannot be undone");
+                return refuse(i, message);
+            };
+            if poses.first().is_some_and(|first| first.is_mirrored() != pose.is_mirrored()) {
+                let message = "this transform and those before do not both mirror, so that what moves \
+                               would be flat on its way; expected mirrored transforms only, or none";
+                return refuse(i, message.to_owned());
+            }
+            poses.push(pose);
+        }
+        Ok(Self { keys, poses })
+    }
+
+    /// The keys, in the order of time.
+    pub fn keys(&self) -> &[Key] {
+        &self.keys
+    }
+
+    /// Whether it turns space inside out.
+    pub fn is_mirrored(&self) -> bool {
+        self.poses[0].is_mirrored()
+    }
+
+    /// The transform at a time in seconds.
+    pub fn at(&self, time: f64) -> DAffine3 {
+        let after = self.keys.partition_point(|key| key.time <= time);
+        let Some(before) = after.checked_sub(1) else { return self.keys[0].to_world };
+        match self.keys.get(after) {
+            Some(_) if self.keys[before].time < time => self.between(before, time),
+            _ => self.keys[before].to_world,
+        }
+    }
+
+    /// The transform at a time between key number `before` and the next one.
+    fn between(&self, before: usize, time: f64) -> DAffine3 {
+        let [from, to] = [self.keys[before], self.keys[before + 1]];
+        if from.to_world == to.to_world {
+            return from.to_world; // to the last bit
+        }
+        let [start, end] = [from.time, to.time];
+        self.poses[before].between(&self.poses[before + 1], (time - start) / (end - start))
+    }
+
+    /// The transform from `open` to `close`, in seconds, at so many times that between them it may be
+    /// taken as linear: then no point is further from its true place than [`pt_math::POSE_ERROR`]
+    /// says. Times are shares of the interval, from 0 to 1. One key if the transform does not change
+    /// in it, or it is empty.
+    pub fn knots(&self, [open, close]: [f64; 2]) -> Vec<Key> {
+        let share = |time: f64| (time - open) / (close - open);
+        let mut knots = vec![Key { time: 0.0, to_world: self.at(open) }];
+        for (i, pair) in self.keys.windows(2).enumerate() {
+            let [from, to] = [pair[0].time.max(open), pair[1].time.min(close)];
+            if from >= to {
+                continue;
+            }
+            if from > open {
+                knots.push(Key { time: share(from), to_world: self.at(from) });
+            }
+            let whole = f64::from(self.poses[i].steps_to(&self.poses[i + 1]));
+            let steps = (whole * (to - from) / (pair[1].time - pair[0].time)).ceil() as u32;
+            let inner = (1..steps).map(|k| from + (to - from) * f64::from(k) / f64::from(steps));
+            knots.extend(inner.map(|t| Key { time: share(t), to_world: self.between(i, t) }));
+        }
+        let last = self.keys[self.keys.len() - 1];
+        if open < last.time && last.time < close {
+            knots.push(Key { time: share(last.time), ..last });
+        }
+        knots.push(Key { time: 1.0, to_world: self.at(close) });
+        // What lasts too short a time to be told apart in single precision is left out.
+        knots.dedup_by(|later, before| later.time as f32 <= before.time as f32);
+        if knots.iter().all(|knot| knot.to_world == knots[0].to_world) {
+            knots.truncate(1);
+        }
+        knots
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pt_math::DVec3;
+
+    use super::*;
+
+    fn turned(time: f64, angle: f64, x: f64) -> Key {
+        let to_world = DAffine3::from_translation(DVec3::X * x) * DAffine3::from_rotation_y(angle);
+        Key { time, to_world }
+    }
+
+    fn linear(knots: &[Key], time: f64) -> DAffine3 {
+        let after = knots.partition_point(|k| k.time <= time).min(knots.len() - 1);
+        let [a, b] = [after - 1, after].map(|i| knots[i]);
+        let s = (time - a.time) / (b.time - a.time);
+        DAffine3::from_mat3_translation(
+            a.to_world.matrix3 * (1.0 - s) + b.to_world.matrix3 * s,
+            a.to_world.translation * (1.0 - s) + b.to_world.translation * s,
+        )
+    }
+
+    #[test]
+    fn knots_follow_the_motion() {
+        let keys = vec![turned(1.0, 0.0, 0.0), turned(1.5, 3.0, 1.0), turned(4.0, 2.0, -7.0)];
+        let motion = Motion::new(keys).expect("they increase");
+        for shutter in [[0.0, 5.0], [1.0, 4.0], [1.2, 1.3], [1.4, 2.0], [3.0, 9.0]] {
+            let knots = motion.knots(shutter);
+            assert_eq!([knots[0].time, knots[knots.len() - 1].time], [0.0, 1.0]);
+            assert!(knots.is_sorted_by(|a, b| a.time < b.time));
+            for i in 0..1000 {
+                let share = f64::from(i) / 1000.0;
+                let want = motion.at(shutter[0] + share * (shutter[1] - shutter[0]));
+                let got = linear(&knots, share);
+                for p in [DVec3::ONE, DVec3::X, DVec3::new(3.0, -1.0, 2.0)] {
+                    let off = got.transform_point3(p).distance(want.transform_point3(p));
+                    let most = pt_math::POSE_ERROR * 3f64.sqrt() * p.length();
+                    assert!(off <= most + 1e-12, "{shutter:?} {share}: {off} > {most}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_moves_outside_of_the_keys_or_in_no_time() {
+        let motion = Motion::new(vec![turned(1.0, 0.0, 0.0), turned(2.0, 1.0, 1.0)]);
+        let motion = motion.expect("they increase");
+        for (shutter, key) in [([0.0, 1.0], 0), ([2.0, 9.0], 1), ([1.0, 1.0], 0)] {
+            let knots = motion.knots(shutter);
+            assert_eq!(knots.len(), 1, "{shutter:?}");
+            assert_eq!(knots[0].to_world, motion.keys()[key].to_world);
+        }
+        assert_eq!(motion.knots([1.5, 1.5])[0].to_world, motion.at(1.5));
+    }
+
+    #[test]
+    fn keys_that_are_no_motion_are_refused() {
+        let at = |time, size| Key { time, to_world: DAffine3::from_scale(DVec3::splat(size)) };
+        let cases = [
+            (vec![], 0, "from 2 to 10000 keys, but there are 0"),
+            (vec![at(0.0, 1.0)], 0, "but there are 1; for what does not move"),
+            (vec![at(0.0, 1.0), at(0.0, 1.0)], 1, "the time of this key is 0, and that of the one"),
+            (vec![at(2.0, 1.0), at(3.0, 1.0), at(1.0, 1.0)], 2, "each later than the one before"),
+            (vec![at(f64::NAN, 1.0), at(0.0, 1.0)], 0, "expected finite times"),
+            (vec![at(0.0, 1.0), at(1.0, 0.0)], 1, "at time 1 flattens space"),
+            (vec![at(0.0, 1.0), at(1.0, -1.0)], 1, "do not both mirror"),
+        ];
+        for (keys, key, want) in cases {
+            let error = Motion::new(keys).expect_err(want);
+            assert!(error.key == key && error.message.contains(want), "{error:?}");
+        }
+    }
+}
