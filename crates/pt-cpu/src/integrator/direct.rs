@@ -210,7 +210,7 @@ impl<R: Rules> LightVisitor for LightSampling<'_, R> {
         let [x, y] = self.numbers;
         // Two loops for the reason of `Wavefront::meet`.
         let sample = |(surface, (&x, &y)): (&Surface, (&f32, &f32))| {
-            light.sample(&self.scene.light_tables, surface.point.p, [x, y])
+            light.sample(&self.scene.light_tables, &surface.lit(), [x, y])
         };
         samples.clear();
         samples.extend(surfaces.iter().zip(x.iter().zip(y)).map(sample));

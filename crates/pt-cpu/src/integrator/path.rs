@@ -44,7 +44,7 @@ impl Rules for Path {
         let Context { scene, settings } = cx;
         let tables = &scene.light_tables;
         let weighted = |light: &AnyLight| {
-            let pdf = light.pdf(tables, path.origin, d, None);
+            let pdf = light.pdf(tables, &path.origin, d, None);
             light.escaped(tables, d) * found_weight(settings, path.arrival, Some((light, pdf)))
         };
         scene.skies.iter().map(|&id| weighted(&scene.lights[id])).sum()
@@ -56,7 +56,7 @@ impl Rules for Path {
         let light = scene.surfaces[at.surface].light.map(|id| {
             let light: &AnyLight = &scene.lights[id];
             let met = Some(scene.light_hit(at));
-            (light, light.pdf(&scene.light_tables, path.origin, -at.wo, met))
+            (light, light.pdf(&scene.light_tables, &path.origin, -at.wo, met))
         });
         scene.emitted(at, hit) * found_weight(settings, path.arrival, light)
     }

@@ -17,7 +17,7 @@ mod vertex;
 use pt_core::film::ExactSum;
 use pt_core::footprint::Cone;
 use pt_core::id::Id;
-use pt_core::light::{AnyLight, Light, LightVisitor};
+use pt_core::light::{AnyLight, Light, LightVisitor, Lit};
 use pt_core::medium::MediumRecord;
 use pt_core::scene::RenderScene;
 use pt_core::settings::{DirectLight, Settings};
@@ -184,7 +184,7 @@ impl<'a> VolPath<'a> {
             state: State {
                 beta: Spectrum::ONE,
                 squeeze: 1.0,
-                origin: ray.origin,
+                origin: Lit::in_space(ray.origin),
                 arrival: None,
                 start,
             },
@@ -279,7 +279,7 @@ impl<'a> VolPath<'a> {
         let mut state = State {
             beta: path.state.beta * scattered.weight,
             squeeze: path.state.squeeze * scattered.squeeze,
-            origin: vertex.point().p,
+            origin: vertex.lit(),
             arrival: scattered.pdf,
             start: path.state.start,
         };
@@ -319,7 +319,7 @@ impl LightVisitor for LightSampling<'_, '_> {
         let Self { integrator, vertex, path, u, n, stream } = self;
         let Context { scene, settings } = integrator.context();
         let point = vertex.point();
-        let sample = light.sample(&scene.light_tables, point.p, u)?;
+        let sample = light.sample(&scene.light_tables, &vertex.lit(), u)?;
         let weight = sampled_weight(settings, &sample, n, |wi| vertex.pdf(wi));
         let p = sample.pdf.map_or(1.0, Pdf::get) * n as f32;
         let f = vertex.eval(sample.wi);
