@@ -59,7 +59,7 @@ impl Emission {
                     center,
                     radius: a.max(b).max(c).sqrt(),
                     variance: (a + b + c) * (1.0 / 12.0),
-                    strength: held(radiance.luminance() * t.area()),
+                    strength: held(level(*radiance) * t.area()),
                     axis: t.normal,
                     cut: -MARGIN,
                 }
@@ -77,11 +77,11 @@ impl Emission {
                 Self::of_sphere(&s.sphere, tables.sphere_maps[s.map as usize].mean)
             }
             TreeLight::Other(AnyLight::Point(l)) => {
-                Self::everywhere(l.position, 0.0, l.intensity.luminance())
+                Self::everywhere(l.position, 0.0, level(l.intensity))
             }
             TreeLight::Other(AnyLight::Ies(l)) => {
                 let mean = tables.profiles[l.profile as usize].mean_candela();
-                Self::everywhere(l.position, 0.0, l.scale.luminance() * mean)
+                Self::everywhere(l.position, 0.0, level(l.scale) * mean)
             }
             TreeLight::Other(other) => unreachable!("{other:?} is in no tree"),
         }
@@ -93,7 +93,7 @@ impl Emission {
             Falloff::Cosine { cos_cutoff, .. } => cos_cutoff,
             Falloff::Linear { cutoff, .. } => trig::sin_cos(cutoff.min(PI)).1,
         };
-        let strength = spot.intensity.luminance() * share;
+        let strength = level(spot.intensity) * share;
         let everywhere = Self::everywhere(spot.position, 0.0, strength);
         if cut <= 0.0 {
             return everywhere;
@@ -103,7 +103,7 @@ impl Emission {
 
     /// Of a sphere with a share of its light.
     fn of_sphere(s: &SphereLight, share: f32) -> Self {
-        let strength = s.radiance.luminance() * PI * s.radius * s.radius;
+        let strength = level(s.radiance) * PI * s.radius * s.radius;
         // From inside, light comes from about a radius away; from outside, as if from the centre.
         let variance = if s.inward { s.radius * s.radius } else { 0.0 };
         Self { variance, ..Self::everywhere(s.center, s.radius, strength * share) }
@@ -149,6 +149,13 @@ impl Emission {
             cut: NO_CUT,
         }
     }
+}
+
+/// By which lights of different colours are weighed: lights that are chosen by √(r² + g² + b²) have the least
+/// sum of the variances of the three.
+fn level(spectrum: Spectrum) -> f32 {
+    let [r, g, b] = spectrum.to_array();
+    ((r * r + g * g + b * b) * (1.0 / 3.0)).sqrt()
 }
 
 fn held(strength: f32) -> f32 {

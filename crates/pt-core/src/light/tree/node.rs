@@ -111,19 +111,18 @@ impl Node {
     #[inline(always)]
     pub(super) fn importances(&self, lit: &Receiver) -> f32x8 {
         let splat = f32x8::splat;
-        let half = splat(0.5);
         let quarter = splat(0.25);
         let to = [0, 1, 2].map(|i| self.center[i] - lit.p[i]);
-        let squared = (dot(&to, &to) + self.variance).fast_max(splat(f32::MIN_POSITIVE));
+        let squared = (dot(&to, &to) + quarter * self.variance).fast_max(splat(f32::MIN_POSITIVE));
         let inverse = splat(1.0) / squared.sqrt();
         let rho = self.radius * inverse;
         let spread = (quarter * rho).fast_min(quarter);
         let cos_light = -dot(&self.axis, &to) * inverse;
         let across = (self.across + spread).fast_min(quarter);
-        let at_light = cos_light.fast_max(across + half * cos_light).fast_max(splat(LEAST));
+        let at_light = cos_light.fast_max(across + quarter * cos_light).fast_max(splat(LEAST));
         let cos = dot(&lit.normal, &to) * inverse;
         let cos = cos.fast_max(cos * lit.sign);
-        let at_lit = cos.fast_max(spread + half * cos).fast_max(lit.least);
+        let at_lit = cos.fast_max(spread + quarter * cos).fast_max(lit.least);
         let importance = self.strength * inverse * at_light * (inverse * at_lit);
         let is_dark = cos_light.simd_lt(self.cut) | cos.simd_lt(-(rho + splat(MARGIN)));
         (!is_dark & importance).fast_min(splat(MOST))
