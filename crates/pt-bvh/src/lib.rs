@@ -92,6 +92,7 @@ pub use node::{Bvh2, MAX_DEPTH, Node};
 pub use options::{BuildOptions, Builder, Quality};
 pub use refit::RefitError;
 pub use serial::ReadError;
+pub use wide::prefetch::hint;
 pub use user::{USUAL_SLACK, UserBvh, UserPrimitives};
 
 /// Fewer rays than this are faster one by one.

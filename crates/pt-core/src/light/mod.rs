@@ -73,6 +73,16 @@ pub trait Light {
     /// Chooses a direction from which light comes, by a map from the unit square. `None` where
     /// the choice is one from which no light comes.
     fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample>;
+    /// [`Self::sample`] for each of many points, added to `samples`.
+    #[inline(always)]
+    fn sample_each(
+        &self,
+        tables: &LightTables,
+        points: impl Iterator<Item = (Lit, [f32; 2])>,
+        samples: &mut Vec<Option<LightSample>>,
+    ) {
+        samples.extend(points.map(|(lit, u)| self.sample(tables, &lit, u)));
+    }
     /// Density with which [`Self::sample`] returns `wi`; `hit` says where on the light, if the
     /// light has geometry. Zero for a delta light, whose direction has none.
     #[inline(always)]

@@ -209,11 +209,10 @@ impl<R: Rules> LightVisitor for LightSampling<'_, R> {
         let Requests { samples, shadows, .. } = self.requests;
         let [x, y] = self.numbers;
         // Two loops for the reason of `Wavefront::meet`.
-        let sample = |(surface, (&x, &y)): (&Surface, (&f32, &f32))| {
-            light.sample(&self.scene.light_tables, &surface.lit(), [x, y])
-        };
+        let point = |(surface, (&x, &y)): (&Surface, (&f32, &f32))| (surface.lit(), [x, y]);
+        let points = surfaces.iter().zip(x.iter().zip(y)).map(point);
         samples.clear();
-        samples.extend(surfaces.iter().zip(x.iter().zip(y)).map(sample));
+        light.sample_each(&self.scene.light_tables, points, samples);
         for (surface, sample) in surfaces.iter().zip(&*samples) {
             let Surface { point, bsdf, beta, start, .. } = surface;
             let Some(sample) = sample else { continue };

@@ -6,7 +6,7 @@ use pt_math::{Bounds3, Vec3};
 
 use super::super::LightTables;
 use super::emission::{Emission, across};
-use super::node::{Child, Node, WIDTH};
+use super::node::{Node, WIDTH};
 use super::{Slot, TreeLight};
 
 /// Number of bins along each axis.
@@ -52,13 +52,13 @@ impl Built {
         self.parents.push(parent);
         for (lane, group) in (0..).zip(groups) {
             let slot = Slot { node, lane };
-            let child = if let [item] = group.items {
+            let (is_node, number) = if let [item] = group.items {
                 self.places[item.light as usize] = slot;
-                Child::Light(item.light)
+                (false, item.light)
             } else {
-                Child::Node(self.add(group.items, slot, depth + 1))
+                (true, self.add(group.items, slot, depth + 1))
             };
-            self.nodes[node as usize].set_child(lane as usize, child);
+            self.nodes[node as usize].set_child(lane as usize, is_node, number);
         }
         node
     }

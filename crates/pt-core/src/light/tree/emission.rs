@@ -32,8 +32,6 @@ pub(super) struct Emission {
     pub(super) center: Vec3,
     /// Of a sphere around `center` that holds them.
     pub(super) radius: f32,
-    /// Mean of their squared distances from `center`.
-    pub(super) variance: f32,
     /// Irradiance at distance 1 of all, if they face the point.
     pub(super) strength: f32,
     /// Mean of their axes, by strength.
@@ -58,7 +56,6 @@ impl Emission {
                     bounds: corners.into_iter().collect(),
                     center,
                     radius: a.max(b).max(c).sqrt(),
-                    variance: (a + b + c) * (1.0 / 12.0),
                     strength: held(level(*radiance) * t.area()),
                     axis: t.normal,
                     cut: -MARGIN,
@@ -104,9 +101,7 @@ impl Emission {
     /// Of a sphere with a share of its light.
     fn of_sphere(s: &SphereLight, share: f32) -> Self {
         let strength = level(s.radiance) * PI * s.radius * s.radius;
-        // From inside, light comes from about a radius away; from outside, as if from the centre.
-        let variance = if s.inward { s.radius * s.radius } else { 0.0 };
-        Self { variance, ..Self::everywhere(s.center, s.radius, strength * share) }
+        Self::everywhere(s.center, s.radius, strength * share)
     }
 
     fn everywhere(center: Vec3, radius: f32, strength: f32) -> Self {
@@ -115,7 +110,6 @@ impl Emission {
             bounds: Bounds3 { min: center - size, max: center + size },
             center,
             radius,
-            variance: 0.0,
             strength: held(strength / EVERYWHERE),
             axis: Vec3::ZERO,
             cut: NO_CUT,
@@ -133,17 +127,11 @@ impl Emission {
             axis += one.axis * one.strength;
         }
         let center = place / strength;
-        let (mut radius, mut variance) = (0.0f32, 0.0);
-        for one in all {
-            let distance_squared = (one.center - center).length_squared();
-            radius = radius.max(distance_squared.sqrt() + one.radius);
-            variance += (distance_squared + one.variance) * one.strength;
-        }
+        let farthest = |one: &Self| (one.center - center).length() + one.radius;
         Self {
             bounds,
             center,
-            radius,
-            variance: variance / strength,
+            radius: all.map(farthest).fold(0.0, f32::max),
             strength,
             axis: axis / strength,
             cut: NO_CUT,

@@ -10,7 +10,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::mesh::{EmitterTriangle, seen_area_pdf, seen_sample};
 use super::{AnyLight, Light, LightHit, LightSample, LightTables, Lit};
-use node::{Child, Node, Receiver};
+use node::{Node, Receiver};
 
 pub(crate) use emission::is_bounded;
 
@@ -84,21 +84,38 @@ impl LightTree {
         Self { nodes, parents, lights, places, first_primitive, light_of }
     }
 
-    /// Chooses a light by a number from [0, 1): which, with what probability, and a number that can
-    /// be used again.
+    /// Chooses a light for each of up to [`BLOCK`] points, by the first of two numbers from [0, 1).
+    ///
+    /// They go down side by side, so that none waits for the node of another, nor for what is a light.
     #[inline]
-    fn choose(&self, lit: &Lit, mut u: f32) -> Option<(usize, f32, f32)> {
-        let receiver = Receiver::new(lit);
-        let (mut node, mut probability) = (0, 1.0);
-        loop {
-            let (lane, of_child, rest) = self.nodes[node].choose(&receiver, u)?;
-            probability *= of_child;
-            u = rest;
-            match self.nodes[node].child(lane) {
-                Child::Light(light) => return Some((light as usize, probability, u)),
-                Child::Node(child) => node = child as usize,
-            }
+    fn choose(&self, points: &[(Lit, [f32; 2])]) -> [Option<Choice>; BLOCK] {
+        let mut choices = [None; BLOCK];
+        let mut under_way = [Descent::default(); BLOCK];
+        for (i, (start, (_, u))) in under_way.iter_mut().zip(points).enumerate() {
+            *start = Descent { point: i, node: 0, choice: Choice::start(u[0]) };
         }
+        let mut count = points.len();
+        while count > 0 {
+            let mut going = 0;
+            for i in 0..count {
+                let Descent { point, node, choice } = under_way[i];
+                let node = &self.nodes[node as usize];
+                let lane = node.choose(&Receiver::new(&points[point].0), choice.rest);
+                choices[point] = lane.map(|(lane, share, rest)| {
+                    let (is_node, number) = node.child(lane);
+                    let choice =
+                        Choice { light: number, probability: choice.probability * share, rest };
+                    under_way[going] = Descent { point, node: number, choice };
+                    going += usize::from(is_node);
+                    choice
+                });
+            }
+            count = going;
+            under_way[..count].iter().for_each(|on| pt_bvh::hint(&self.nodes, on.node as usize));
+        }
+        let chosen = choices.iter().flatten();
+        chosen.for_each(|choice| pt_bvh::hint(&self.lights, choice.light as usize));
+        choices
     }
 
     /// The probability with which [`Self::choose`] chooses a light.
@@ -108,7 +125,7 @@ impl LightTree {
         let mut probability = 1.0;
         loop {
             let node = slot.node as usize;
-            probability *= self.nodes[node].probability(&receiver, slot.lane as usize);
+            probability *= self.nodes[node].share(&receiver, slot.lane as usize);
             if node == 0 {
                 return probability;
             }
@@ -116,10 +133,17 @@ impl LightTree {
         }
     }
 
-    fn sample(&self, tables: &LightTables, lit: &Lit, [u, v]: [f32; 2]) -> Option<LightSample> {
-        let (light, probability, rest) = self.choose(lit, u)?;
+    /// A sample of the light that was chosen.
+    #[inline(always)]
+    fn sample(
+        &self,
+        tables: &LightTables,
+        &(ref lit, [u, v]): &(Lit, [f32; 2]),
+        choice: &Choice,
+    ) -> Option<LightSample> {
+        let &Choice { light, probability, rest } = choice;
         let u = [refined(rest, probability, [u, v]), v];
-        let sample = match &self.lights[light] {
+        let sample = match &self.lights[light as usize] {
             TreeLight::Triangle(triangle, radiance) => {
                 seen_sample(triangle, |_| *radiance, lit.p, u)
             }
@@ -135,6 +159,35 @@ impl LightTree {
         })
     }
 
+    /// Samples for many points.
+    fn sample_each(
+        &self,
+        tables: &LightTables,
+        mut points: impl Iterator<Item = (Lit, [f32; 2])>,
+        samples: &mut Vec<Option<LightSample>>,
+    ) {
+        let mut block = [(Lit::in_space(Vec3::ZERO), [0.0; 2]); BLOCK];
+        loop {
+            let places = block.iter_mut().zip(&mut points);
+            let count = places.map(|(place, point)| *place = point).count();
+            if count == 0 {
+                return;
+            }
+            let choices = self.choose(&block[..count]);
+            let sample = |(point, choice): (_, &Option<Choice>)| {
+                self.sample(tables, point, choice.as_ref()?)
+            };
+            samples.extend(block[..count].iter().zip(&choices).map(sample));
+        }
+    }
+
+    /// A sample for one point.
+    fn sample_one(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
+        let point = (*lit, u);
+        let [choice, ..] = self.choose(&[point]);
+        self.sample(tables, &point, &choice?)
+    }
+
     fn pdf(&self, tables: &LightTables, lit: &Lit, wi: Vec3, hit: LightHit) -> Pdf<SolidAngle> {
         let index = hit.primitive.wrapping_sub(self.first_primitive) as usize;
         let Some(&light) = self.light_of.get(index).filter(|&&light| light != u32::MAX) else {
@@ -145,6 +198,33 @@ impl LightTree {
             TreeLight::Other(light) => light.pdf(tables, lit, wi, Some(hit)),
         };
         of_light.times(self.probability(light as usize, lit))
+    }
+}
+
+/// Points that go down a tree side by side.
+const BLOCK: usize = 16;
+
+/// What was chosen.
+#[derive(Clone, Copy, Debug, Default)]
+struct Choice {
+    light: u32,
+    probability: f32,
+    /// A number from [0, 1) that can be used again.
+    rest: f32,
+}
+
+/// A point on its way down.
+#[derive(Clone, Copy, Default)]
+struct Descent {
+    point: usize,
+    node: u32,
+    choice: Choice,
+}
+
+impl Choice {
+    /// Before anything was chosen by this number.
+    fn start(rest: f32) -> Self {
+        Self { light: 0, probability: 1.0, rest }
     }
 }
 
@@ -165,7 +245,16 @@ impl Light for ManyLights {
     const DELTA: bool = false;
 
     fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
-        tables.trees[self.tree as usize].sample(tables, lit, u)
+        tables.trees[self.tree as usize].sample_one(tables, lit, u)
+    }
+
+    fn sample_each(
+        &self,
+        tables: &LightTables,
+        points: impl Iterator<Item = (Lit, [f32; 2])>,
+        samples: &mut Vec<Option<LightSample>>,
+    ) {
+        tables.trees[self.tree as usize].sample_each(tables, points, samples);
     }
 
     fn pdf(
@@ -207,7 +296,16 @@ impl Light for ManyPoints {
     const DELTA: bool = true;
 
     fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
-        tables.trees[self.tree as usize].sample(tables, lit, u)
+        tables.trees[self.tree as usize].sample_one(tables, lit, u)
+    }
+
+    fn sample_each(
+        &self,
+        tables: &LightTables,
+        points: impl Iterator<Item = (Lit, [f32; 2])>,
+        samples: &mut Vec<Option<LightSample>>,
+    ) {
+        tables.trees[self.tree as usize].sample_each(tables, points, samples);
     }
 
     /// One point: the laws of lights without extent are about a single one.

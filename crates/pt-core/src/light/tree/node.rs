@@ -10,13 +10,6 @@ use super::emission::{Emission, MARGIN, across};
 /// Number of children of a node.
 pub(super) const WIDTH: usize = 8;
 
-/// What a child is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Child {
-    Light(u32),
-    Node(u32),
-}
-
 /// [`Emission`] of up to eight children, in columns; those that are not there have no strength.
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C)]
@@ -24,11 +17,10 @@ pub(super) struct Node {
     center: [f32x8; 3],
     axis: [f32x8; 3],
     radius: f32x8,
-    variance: f32x8,
     strength: f32x8,
     across: f32x8,
     cut: f32x8,
-    /// [`Child`], by twice its number, and one more for nodes.
+    /// Twice the number of the light or node, and one more for nodes.
     children: [u32; WIDTH],
 }
 
@@ -80,7 +72,6 @@ impl Node {
                 node.axis[axis].as_mut_array()[lane] = child.axis[axis];
             }
             node.radius.as_mut_array()[lane] = child.radius;
-            node.variance.as_mut_array()[lane] = child.variance;
             node.strength.as_mut_array()[lane] = child.strength;
             node.across.as_mut_array()[lane] = across(child.axis);
             node.cut.as_mut_array()[lane] = child.cut;
@@ -88,32 +79,32 @@ impl Node {
         node
     }
 
-    pub(super) fn set_child(&mut self, lane: usize, child: Child) {
-        self.children[lane] = match child {
-            Child::Light(i) => 2 * i,
-            Child::Node(i) => 2 * i + 1,
-        };
+    pub(super) fn set_child(&mut self, lane: usize, is_node: bool, number: u32) {
+        self.children[lane] = 2 * number + u32::from(is_node);
     }
 
+    /// Whether a child is a node, and the number of the node or light.
     #[inline(always)]
-    pub(super) fn child(&self, lane: usize) -> Child {
-        let i = self.children[lane];
-        if i % 2 == 0 { Child::Light(i / 2) } else { Child::Node(i / 2) }
+    pub(super) fn child(&self, lane: usize) -> (bool, u32) {
+        let child = self.children[lane];
+        (child % 2 == 1, child / 2)
     }
 
     /// How much each child may matter to the lit point; 0 only where it brings nothing.
     ///
-    /// strength · c′ · c / (d² + σ²), with the distance d of the children's middle, their variance σ² and
-    /// about the mean of cosines max(0, cos θ′) at the lights and max(0, cos θ) at the lit point. As the
-    /// lights are seen in directions that differ by ρ = r/d, these are more than 0 at and below the horizon;
-    /// at cos θ = −ρ the sphere around the lights is below that of the lit point.
-    /// [as Conty Estevez & Kulla 2018, §4, with means for their bounds]
+    /// strength · c′ · c / d², with the distance d of the middle of the lights, at least a quarter of the radius
+    /// r of the sphere around them, and with about the means of the cosines max(0, cos θ′) at the lights and
+    /// max(0, cos θ) at the lit point. As the lights are seen in directions that differ by ρ = r/d, and their
+    /// axes differ, these means are more than 0 at and below the horizon; only at cos θ < −ρ all of the
+    /// sphere is below that of the lit point. The quarters are those with the least noise in a hall with
+    /// 10,000 lights. [as Conty Estevez & Kulla 2018, §4, with means for their bounds]
     #[inline(always)]
     pub(super) fn importances(&self, lit: &Receiver) -> f32x8 {
         let splat = f32x8::splat;
         let quarter = splat(0.25);
         let to = [0, 1, 2].map(|i| self.center[i] - lit.p[i]);
-        let squared = (dot(&to, &to) + quarter * self.variance).fast_max(splat(f32::MIN_POSITIVE));
+        let nearest = quarter * self.radius;
+        let squared = (dot(&to, &to) + nearest * nearest).fast_max(splat(f32::MIN_POSITIVE));
         let inverse = splat(1.0) / squared.sqrt();
         let rho = self.radius * inverse;
         let spread = (quarter * rho).fast_min(quarter);
@@ -147,7 +138,7 @@ impl Node {
     }
 
     /// The probability with which [`Self::choose`] chooses a child.
-    pub(super) fn probability(&self, lit: &Receiver, lane: usize) -> f32 {
+    pub(super) fn share(&self, lit: &Receiver, lane: usize) -> f32 {
         let importances = self.importances(lit).to_array();
         let total = running_sums(importances)[WIDTH - 1];
         if total > 0.0 { importances[lane] / total } else { 0.0 }
