@@ -92,8 +92,8 @@ pub use node::{Bvh2, MAX_DEPTH, Node};
 pub use options::{BuildOptions, Builder, Quality};
 pub use refit::RefitError;
 pub use serial::ReadError;
-pub use wide::prefetch::hint;
 pub use user::{USUAL_SLACK, UserBvh, UserPrimitives};
+pub use wide::prefetch::hint;
 
 /// Fewer rays than this are faster one by one.
 const LEAST_BATCH: usize = 8;

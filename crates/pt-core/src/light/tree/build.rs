@@ -1,7 +1,5 @@
 //! Building trees of lights.
 
-use std::mem::take;
-
 use pt_math::{Bounds3, Vec3};
 
 use super::super::LightTables;
@@ -11,8 +9,10 @@ use super::{Slot, TreeLight};
 
 /// Number of bins along each axis.
 const BINS: usize = 12;
-/// From this depth on, lights are halved by their number, so that no tree is deep.
+/// From this depth on, lights are halved by their number, so that no tree is deep …
 const MOST_UNEVEN: u32 = 16;
+/// … and so few of them are anyway, so that nodes are full.
+const FEW: usize = WIDTH * WIDTH;
 
 /// A light that is not yet in the tree.
 #[derive(Clone, Copy)]
@@ -79,46 +79,52 @@ impl<'a> Group<'a> {
         Self { items, emission }
     }
 
-    /// How much is to be gained by splitting it.
-    fn urgency(&self) -> f32 {
+    fn cost(&self) -> f32 {
         let Emission { strength, axis, bounds, .. } = self.emission;
-        if self.items.len() > 1 { cost(strength, axis, &bounds) } else { -1.0 }
+        cost(strength, axis, &bounds)
     }
 }
 
-/// The children of a node: each light by itself if they are few, or else as many groups as it may have, of
-/// which the one that costs most is split again and again.
+/// The children of a node: groups of lights, of which the one that costs most is split again and again while it
+/// is more than a node holds; then, as there is room, all lights of a group by themselves.
 fn groups(items: &mut [Item], depth: u32) -> Vec<Group<'_>> {
-    if items.len() <= WIDTH {
-        return items.chunks_mut(1).map(Group::new).collect();
-    }
     let mut groups = vec![Group::new(items)];
     while groups.len() < WIDTH {
-        let urgent = |a: &usize, b: &usize| groups[*a].urgency().total_cmp(&groups[*b].urgency());
-        let Some(i) = (0..groups.len()).max_by(urgent) else { break };
-        if groups[i].items.len() < 2 {
+        let room = WIDTH + 1 - groups.len();
+        let most = |may: &dyn Fn(usize) -> bool| {
+            let those = (0..groups.len()).filter(|&i| may(groups[i].items.len()));
+            those.max_by(|&a, &b| groups[a].cost().total_cmp(&groups[b].cost()))
+        };
+        if let Some(i) = most(&|count| count > WIDTH) {
+            let Group { items, emission } = groups.remove(i);
+            let middle = split(items, &emission, depth);
+            let (first, second) = items.split_at_mut(middle);
+            groups.insert(i, Group::new(second));
+            groups.insert(i, Group::new(first));
+        } else if let Some(i) = most(&|count| count > 1 && count <= room) {
+            let singles: Vec<_> = groups.remove(i).items.chunks_mut(1).map(Group::new).collect();
+            groups.splice(i..i, singles);
+        } else {
             break;
         }
-        let whole = groups[i].emission;
-        let items = take(&mut groups[i].items);
-        let middle = split(items, &whole, depth);
-        let (first, second) = items.split_at_mut(middle);
-        groups[i] = Group::new(first);
-        groups.insert(i + 1, Group::new(second));
     }
     groups
 }
 
-/// Orders lights so that the first ones, whose number is returned, go into one group.
+/// Orders more lights than a node holds so that the first ones, whose number is returned, go into one group.
 fn split(items: &mut [Item], whole: &Emission, depth: u32) -> usize {
     let centers: Bounds3 = items.iter().map(|item| item.emission.center).collect();
-    let best = (depth < MOST_UNEVEN).then(|| best_plane(items, whole, &centers)).flatten();
+    let is_open = depth < MOST_UNEVEN && items.len() > FEW;
+    let best = is_open.then(|| best_plane(items, whole, &centers)).flatten();
     if let Some((axis, bin)) = best {
         return partition(items, |item| bin_of(item, &centers, axis) <= bin);
     }
     let axis = widest(&centers);
-    items.sort_by(|a, b| a.emission.center[axis].total_cmp(&b.emission.center[axis]));
-    items.len() / 2
+    items.sort_unstable_by(|a, b| {
+        let [x, y] = [a, b].map(|item| item.emission.center[axis]);
+        x.total_cmp(&y).then(a.light.cmp(&b.light))
+    });
+    (items.len() / 2).next_multiple_of(WIDTH)
 }
 
 /// Moves those that are near to the front; returns how many they are.
