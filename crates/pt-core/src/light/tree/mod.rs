@@ -205,7 +205,7 @@ impl LightTree {
 const BLOCK: usize = 16;
 
 /// What was chosen.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Choice {
     light: u32,
     probability: f32,
@@ -405,16 +405,73 @@ mod tests {
                     assert!(probability > 0.0 || !shines, "{light:?} does not light {lit:?}");
                 }
                 for _ in 0..50 {
-                    let Some((i, probability, rest)) = tree.choose(&lit, random.unit()) else {
+                    let [choice, ..] = tree.choose(&[(lit, random.unit_2d())]);
+                    let Some(Choice { light, probability, rest }) = choice else {
                         assert!(sum < 1.0 - 1e-6, "nothing is chosen at {lit:?}");
                         continue;
                     };
                     assert!((0.0..1.0).contains(&rest));
-                    let want = probabilities[i];
+                    let want = probabilities[light as usize];
                     assert!((probability - want).abs() <= 1e-4 * want, "{probability} {want}");
                 }
             }
         }
+    }
+
+    /// What is chosen for a point does not depend on those beside it.
+    #[test]
+    fn points_go_down_by_themselves() {
+        let mut random = Random::new(13);
+        let tree = LightTree::new(random_lights(&mut random, 500), &LightTables::default());
+        for count in [0, 1, 5, BLOCK] {
+            let point = |_| {
+                let p = random.in_cube() * 6.0;
+                (random_lit(&mut random, p), random.unit_2d())
+            };
+            let points: Vec<_> = (0..count).map(point).collect();
+            for (point, choice) in points.iter().zip(tree.choose(&points)) {
+                assert_eq!(tree.choose(&[*point])[0], choice, "{point:?}");
+            }
+        }
+    }
+
+    /// Every light hangs where it is said to, once, and every node but the root, too.
+    #[test]
+    fn places_are_those_of_the_tree() {
+        let mut random = Random::new(12);
+        for n in [1, 8, 9, 64, 65, 1000] {
+            let lights = random_lights(&mut random, n);
+            let tree = LightTree::new(lights, &LightTables::default());
+            let at = |slot: &Slot| tree.nodes[slot.node as usize].child(slot.lane as usize);
+            for (i, place) in (0..).zip(&tree.places) {
+                assert_eq!(at(place), (false, i), "light of {n}");
+            }
+            for (i, parent) in (0..).zip(&tree.parents).skip(1) {
+                assert_eq!(at(parent), (true, i), "node of {n}");
+            }
+        }
+    }
+
+    /// Lights that are all in one place, or on top of each other, make no deep tree.
+    #[test]
+    fn trees_of_equal_lights_are_flat() {
+        let intensity = Spectrum::ONE;
+        let light = |i: u32| {
+            let position =
+                if i < 5000 { Vec3::ONE } else { Vec3::X * 0.9f32.powi(i as i32 - 5000) };
+            (TreeLight::Other(Point { position, intensity }.into()), None)
+        };
+        let tree = LightTree::new((0..5200).map(light).collect(), &LightTables::default());
+        let depth = |mut place: Slot| {
+            let up = || {
+                let node = place.node as usize;
+                place = tree.parents[node];
+                (node != 0).then_some(())
+            };
+            std::iter::from_fn(up).count()
+        };
+        let deepest = tree.places.iter().map(|&place| depth(place)).max();
+        assert!(deepest < Some(30), "{deepest:?}");
     }
 
     #[test]
