@@ -96,6 +96,7 @@ pub use options::{BuildOptions, Builder, Quality};
 pub use refit::RefitError;
 pub use serial::ReadError;
 pub use user::{USUAL_SLACK, UserBvh, UserPrimitives};
+pub use wide::prefetch::hint;
 
 /// Fewer rays than this are faster one by one.
 const LEAST_BATCH: usize = 8;

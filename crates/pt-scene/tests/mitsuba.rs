@@ -245,6 +245,7 @@ fn the_scenes_for_peers_load_without_a_warning() {
         ("spot", 4, 2, 5),
         ("small_light", 8, 0, 5),
         ("shapes", 11, 0, 5),
+        ("many_lights", 25, 12, 5),
         ("instances", 15, 0, 5),
         ("spectra", 5, 1, 5),
     ] {

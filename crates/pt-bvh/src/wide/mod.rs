@@ -9,7 +9,7 @@ mod bytes;
 mod collapse;
 mod depths;
 mod forest;
-mod prefetch;
+pub(crate) mod prefetch;
 mod refit;
 mod traverse;
 mod triangles;

@@ -53,7 +53,7 @@ impl WideBvh {
 /// The processor fetches an element, or nothing where there is none.
 #[inline(always)]
 #[cfg(target_arch = "x86_64")]
-fn hint<T>(of: &[T], index: usize) {
+pub fn hint<T>(of: &[T], index: usize) {
     use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
 
     let element = of.as_ptr().wrapping_add(index).cast::<i8>();
@@ -66,6 +66,7 @@ fn hint<T>(of: &[T], index: usize) {
     }
 }
 
+/// Elsewhere, processors find out by themselves.
 #[inline(always)]
 #[cfg(not(target_arch = "x86_64"))]
-fn hint<T>(_: &[T], _: usize) {}
+pub fn hint<T>(_: &[T], _: usize) {}

@@ -27,6 +27,8 @@ mod thin_dielectric;
 
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3};
 
+use crate::light::Lit;
+
 /// A direction chosen by [`Lobe::sample`].
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfSample {
@@ -174,6 +176,11 @@ macro_rules! lobes {
                     return self.run::<$ty, _>(|lobe| lobe.spread());
                 })*
                 0.0
+            }
+            /// See [`Lobe::TRANSMITS`].
+            #[inline(always)]
+            fn transmits(&self) -> bool {
+                $((self.kind == Kind::$name as u32 && <$ty as Lobe>::TRANSMITS))||*
             }
             /// See [`Lobe::eval`].
             #[inline(always)]
@@ -413,6 +420,12 @@ impl<'a> Bsdf<'a> {
         let s = self.lobe.sample(self.wo, u)?;
         let wi = self.frame.to_world(s.wi);
         self.is_consistent(wi, s.wi).then_some(BsdfSample { wi, ..s })
+    }
+
+    /// What lights are told of this point, which is at `p`.
+    #[inline(always)]
+    pub fn lit(&self, p: Vec3) -> Lit {
+        Lit::on_surface(p, self.frame.n, self.lobe.transmits())
     }
 
     /// The frame in which the lobe lives.

@@ -8,7 +8,7 @@ use pt_math::{Mat3, Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 use pt_scene::Rows;
 use pt_scene::image::Image;
 
-use super::{Light, LightHit, LightSample, LightTables};
+use super::{Light, LightHit, LightSample, LightTables, Lit};
 
 /// All of the sky.
 #[derive(Clone, Copy, Debug)]
@@ -185,7 +185,7 @@ impl Light for Environment {
     const DELTA: bool = false;
 
     #[inline]
-    fn sample(&self, tables: &LightTables, _p: Vec3, u: [f32; 2]) -> Option<LightSample> {
+    fn sample(&self, tables: &LightTables, _: &Lit, u: [f32; 2]) -> Option<LightSample> {
         let at_infinity = |wi, radiance, pdf| LightSample {
             wi,
             distance: f32::INFINITY,
@@ -203,13 +203,7 @@ impl Light for Environment {
     }
 
     #[inline]
-    fn pdf(
-        &self,
-        tables: &LightTables,
-        _p: Vec3,
-        wi: Vec3,
-        _: Option<LightHit>,
-    ) -> Pdf<SolidAngle> {
+    fn pdf(&self, tables: &LightTables, _: &Lit, wi: Vec3, _: Option<LightHit>) -> Pdf<SolidAngle> {
         match &self.map {
             None => warp::uniform_sphere_pdf(),
             Some(placed) => placed.of(tables).pdf(placed.local(wi)),

@@ -10,6 +10,7 @@ mod hemisphere;
 mod ies;
 #[cfg(test)]
 mod laws;
+mod lit;
 mod mesh;
 mod moving;
 mod point;
@@ -28,6 +29,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::IesProfile;
 
 pub use environment::{EnvironmentMap, PlacedMap};
+pub use lit::{Lit, Sides};
 pub use mesh::EmitterTriangle;
 pub use moving::MovingLight;
 pub use projector::Slide;
@@ -67,21 +69,29 @@ pub struct LightHit {
 }
 
 /// A source of light.
-///
-/// `p` is the point that is lit, in world coordinates.
 pub trait Light {
     /// Whether all light comes from a single direction, so that hitting it has probability 0.
     const DELTA: bool;
     /// Chooses a direction from which light comes, by a map from the unit square. `None` where
     /// the choice is one from which no light comes.
-    fn sample(&self, tables: &LightTables, p: Vec3, u: [f32; 2]) -> Option<LightSample>;
+    fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample>;
+    /// [`Self::sample`] for each of many points, added to `samples`.
+    #[inline(always)]
+    fn sample_each(
+        &self,
+        tables: &LightTables,
+        points: impl Iterator<Item = (Lit, [f32; 2])>,
+        samples: &mut Vec<Option<LightSample>>,
+    ) {
+        samples.extend(points.map(|(lit, u)| self.sample(tables, &lit, u)));
+    }
     /// Density with which [`Self::sample`] returns `wi`; `hit` says where on the light, if the
     /// light has geometry. Zero for a delta light, whose direction has none.
     #[inline(always)]
     fn pdf(
         &self,
         _tables: &LightTables,
-        _p: Vec3,
+        _lit: &Lit,
         _wi: Vec3,
         _hit: Option<LightHit>,
     ) -> Pdf<SolidAngle> {
@@ -155,19 +165,19 @@ macro_rules! lights {
             }
             /// See [`Light::sample`].
             #[inline(always)]
-            pub fn sample(&self, t: &LightTables, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
-                match self { $(Self::$name(l) => l.sample(t, p, u)),* }
+            pub fn sample(&self, t: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
+                match self { $(Self::$name(l) => l.sample(t, lit, u)),* }
             }
             /// See [`Light::pdf`].
             #[inline(always)]
             pub fn pdf(
                 &self,
                 t: &LightTables,
-                p: Vec3,
+                lit: &Lit,
                 wi: Vec3,
                 hit: Option<LightHit>,
             ) -> Pdf<SolidAngle> {
-                match self { $(Self::$name(l) => l.pdf(t, p, wi, hit)),* }
+                match self { $(Self::$name(l) => l.pdf(t, lit, wi, hit)),* }
             }
             /// See [`Light::escaped`].
             #[inline(always)]

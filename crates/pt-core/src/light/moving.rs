@@ -7,7 +7,7 @@
 use pt_math::interval::EPSILON;
 use pt_math::{DAffine3, DVec3, Pdf, SolidAngle, Vec3};
 
-use super::{AnyLight, LightHit, LightSample, LightTables};
+use super::{AnyLight, LightHit, LightSample, LightTables, Lit};
 use crate::id::Id;
 use crate::scene::{Interaction, SurfaceRecord};
 
@@ -33,7 +33,7 @@ impl MovingLight {
     ) -> Option<LightSample> {
         let m = to_world.matrix3;
         let there = m.inverse() * (p.as_dvec3() - to_world.translation);
-        let sample = self.light.sample(tables, there.as_vec3(), u)?;
+        let sample = self.light.sample(tables, &Lit::in_space(there.as_vec3()), u)?;
         let wi = m * sample.wi.as_dvec3();
         let length = wi.length();
         let wi = (wi / length).as_vec3();
@@ -73,7 +73,7 @@ impl MovingLight {
             triangle,
             primitive,
         };
-        let pdf = self.light.pdf(tables, there.as_vec3(), wi.as_vec3(), Some(hit));
+        let pdf = self.light.pdf(tables, &Lit::in_space(there.as_vec3()), wi.as_vec3(), Some(hit));
         pdf.times(stretch(m.determinant(), length))
     }
 }

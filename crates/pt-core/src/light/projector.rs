@@ -5,7 +5,7 @@ use std::f32::consts::FRAC_PI_4;
 use pt_math::{Mat3, Spectrum, Vec2, Vec3};
 
 use super::spot::{Falloff, Spot};
-use super::{Light, LightSample, LightTables};
+use super::{Light, LightSample, LightTables, Lit};
 use crate::id::Id;
 use crate::parametrization::Parametrization;
 use crate::texture::{TextureRecord, Textures};
@@ -45,8 +45,8 @@ impl Slide {
 impl Light for Projector {
     const DELTA: bool = true;
 
-    fn sample(&self, tables: &LightTables, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
-        let plain = self.spot.sample(tables, p, u)?;
+    fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
+        let plain = self.spot.sample(tables, lit, u)?;
         let slide = &tables.slides[self.slide as usize];
         let radiance = plain.radiance * slide.share(&tables.textures, -plain.wi);
         (!radiance.is_black()).then_some(LightSample { radiance, ..plain })

@@ -4,7 +4,7 @@ use pt_math::distribution::AliasTable;
 use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec2, Vec3};
 
 use super::mesh::{EmitterTriangle, point_of, seen_nearby};
-use super::{Light, LightHit, LightSample, LightTables};
+use super::{Light, LightHit, LightSample, LightTables, Lit};
 use crate::id::Id;
 use crate::parametrization::{OnTriangle, Parametrization};
 use crate::texture::{TextureRecord, Textures};
@@ -86,11 +86,11 @@ impl TexturedMesh {
 impl Light for TexturedMesh {
     const DELTA: bool = false;
 
-    fn sample(&self, tables: &LightTables, p: Vec3, [u, v]: [f32; 2]) -> Option<LightSample> {
+    fn sample(&self, tables: &LightTables, lit: &Lit, [u, v]: [f32; 2]) -> Option<LightSample> {
         let (i, probability, u) = tables.triangle_choice[self.choice as usize].sample(u);
         let triangle = &tables.triangles[self.first as usize + i];
-        let seen = seen_nearby(p, triangle);
-        let point = point_of(triangle, seen.as_ref(), p, [u, v])?;
+        let seen = seen_nearby(lit.p, triangle);
+        let point = point_of(triangle, seen.as_ref(), lit.p, [u, v])?;
         let laid = &tables.textured_triangles[self.textured as usize + i];
         let pdf = match seen {
             Some(seen) => Pdf::new(probability / seen.solid_angle),
@@ -103,7 +103,7 @@ impl Light for TexturedMesh {
     fn pdf(
         &self,
         tables: &LightTables,
-        p: Vec3,
+        lit: &Lit,
         _: Vec3,
         hit: Option<LightHit>,
     ) -> Pdf<SolidAngle> {
@@ -111,7 +111,7 @@ impl Light for TexturedMesh {
         let Some(i) = self.number(tables, hit.primitive) else { return Pdf::ZERO };
         let probability = tables.triangle_choice[self.choice as usize].probability(i);
         let triangle = &tables.triangles[self.first as usize + i];
-        match seen_nearby(p, triangle) {
+        match seen_nearby(lit.p, triangle) {
             Some(seen) => Pdf::new(probability / seen.solid_angle),
             None => Pdf::<Area>::new(probability / triangle.area())
                 .to_solid_angle(hit.distance_squared, hit.cos),

@@ -2,7 +2,7 @@
 
 use pt_math::{Mat3, Pdf, SolidAngle, Spectrum, Vec3};
 
-use super::{Light, LightHit, LightSample, LightTables, SphereLight};
+use super::{Light, LightHit, LightSample, LightTables, Lit, SphereLight};
 use crate::id::Id;
 use crate::parametrization::{Parametrization, sphere_coordinates};
 use crate::texture::{TextureRecord, Textures};
@@ -38,15 +38,15 @@ impl SphereMap {
 impl Light for TexturedSphere {
     const DELTA: bool = false;
 
-    fn sample(&self, tables: &LightTables, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
-        let sample = self.sphere.sample(tables, p, u)?;
+    fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
+        let sample = self.sphere.sample(tables, lit, u)?;
         let n = (sample.end? - self.sphere.center).normalize();
         let map = &tables.sphere_maps[self.map as usize];
         Some(LightSample { radiance: map.radiance(&tables.textures, n), ..sample })
     }
 
-    fn pdf(&self, t: &LightTables, p: Vec3, wi: Vec3, hit: Option<LightHit>) -> Pdf<SolidAngle> {
-        self.sphere.pdf(t, p, wi, hit)
+    fn pdf(&self, t: &LightTables, lit: &Lit, wi: Vec3, hit: Option<LightHit>) -> Pdf<SolidAngle> {
+        self.sphere.pdf(t, lit, wi, hit)
     }
 
     /// One with an image of two rows and four columns, turned.

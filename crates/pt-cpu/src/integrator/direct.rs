@@ -130,10 +130,14 @@ impl Requests {
                 pair = pair.wrapping_add(1);
                 let (requests, reuse) = (&mut *self, reuse.as_deref_mut());
                 let sampling = LightSampling { asking, scene, numbers, n, requests, reuse, sums };
-                sampling.ask(|surface, u| {
+                let sample = |(surface, u): (&Surface, [f32; 2])| {
                     let time = starts.time(surface.start as usize);
                     scene.sample_moving(light, time, surface.point.p, u)
-                });
+                };
+                let points = sampling.points();
+                sampling.requests.samples.clear();
+                sampling.requests.samples.extend(points.map(sample));
+                sampling.ask();
                 self.answer_many(tracer, starts, sums);
             }
         }
@@ -236,22 +240,27 @@ impl<R: Rules> LightVisitor for LightSampling<'_, '_, R> {
 
     #[inline(always)]
     fn visit<L: Light>(self, light: &L) {
-        let tables = &self.scene.light_tables;
-        self.ask(|surface, u| light.sample(tables, surface.point.p, u));
+        let points = self.points().map(|(surface, u)| (surface.lit(), u));
+        let samples = &mut self.requests.samples;
+        samples.clear();
+        light.sample_each(&self.scene.light_tables, points, samples);
+        self.ask();
     }
 }
 
-impl<R: Rules> LightSampling<'_, '_, R> {
-    /// Asks for what `sample` draws at each surface.
+impl<'a, R: Rules> LightSampling<'a, '_, R> {
+    /// The surfaces, each with its numbers.
     #[inline(always)]
-    fn ask(mut self, sample: impl Fn(&Surface, [f32; 2]) -> Option<LightSample>) {
+    fn points(&self) -> impl Iterator<Item = (&'a Surface<'a>, [f32; 2])> + use<'a, R> {
+        let [x, y] = self.numbers;
+        self.asking.surfaces.iter().zip(x.iter().zip(y)).map(|(s, (&x, &y))| (s, [x, y]))
+    }
+
+    /// Asks for the samples that were drawn, in a loop of its own for the reason of `Wavefront::surfaces`.
+    #[inline(always)]
+    fn ask(mut self) {
         let Asking { rules, settings, surfaces, .. } = *self.asking;
         let Requests { samples, shadows, .. } = self.requests;
-        let [x, y] = self.numbers;
-        // Two loops for the reason of `Wavefront::meet`.
-        let sample = |(surface, (&x, &y)): (&Surface, (&f32, &f32))| sample(surface, [x, y]);
-        samples.clear();
-        samples.extend(surfaces.iter().zip(x.iter().zip(y)).map(sample));
         for (surface, sample) in surfaces.iter().zip(&*samples) {
             let Surface { point, bsdf, beta, target, .. } = surface;
             let Some(sample) = sample else { continue };

@@ -42,7 +42,7 @@ impl Rules for Path {
         let Context { scene, settings } = cx;
         let tables = &scene.light_tables;
         let weighted = |light: &AnyLight| {
-            let pdf = light.pdf(tables, path.origin, d, None);
+            let pdf = light.pdf(tables, &path.origin, d, None);
             light.escaped(tables, d) * found_weight(settings, path.arrival, Some((light, pdf)))
         };
         scene.skies.iter().map(|&id| weighted(&scene.lights[id])).sum()
@@ -55,9 +55,9 @@ impl Rules for Path {
         let light = scene.surfaces[at.surface].light.map(|id| {
             let light: &AnyLight = &scene.lights[id];
             let met = Some(scene.light_hit(at));
-            (light, light.pdf(&scene.light_tables, path.origin, -at.wo, met))
+            (light, light.pdf(&scene.light_tables, &path.origin, -at.wo, met))
         });
-        let light = light.or_else(|| scene.moving_light(at, time, path.origin));
+        let light = light.or_else(|| scene.moving_light(at, time, path.origin.p));
         scene.emitted(at, hit, time) * found_weight(settings, path.arrival, light)
     }
 

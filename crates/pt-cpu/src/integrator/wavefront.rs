@@ -21,7 +21,7 @@ use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
 use pt_core::film::ExactSum;
 use pt_core::footprint::Cone;
-use pt_core::light::{AnyLight, LightSample};
+use pt_core::light::{AnyLight, LightSample, Lit};
 use pt_core::material::Resolved;
 use pt_core::scene::{Interaction, RenderScene, SurfacePoint};
 use pt_core::settings::{Clamp, Settings};
@@ -53,7 +53,7 @@ pub(super) struct State {
     /// The product of [`pt_core::bsdf::BsdfSample::squeeze`].
     pub(super) squeeze: f32,
     /// The surface point, or the point of the lens, that the ray left.
-    pub(super) origin: Vec3,
+    pub(super) origin: Lit,
     /// How it got its direction there.
     pub(super) arrival: Arrival,
     /// Which start it is of.
@@ -127,6 +127,14 @@ impl Surface<'_> {
             self.target = target;
         }
         self.gift = Some(gift);
+    }
+}
+
+impl Surface<'_> {
+    /// What lights are told of it.
+    #[inline(always)]
+    pub(super) fn lit(&self) -> Lit {
+        self.bsdf.lit(self.point.p)
     }
 }
 
@@ -260,7 +268,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let first = State {
             beta: Spectrum::ONE,
             squeeze: 1.0,
-            origin: Vec3::ZERO,
+            origin: Lit::in_space(Vec3::ZERO),
             arrival: None,
             start: 0,
             target: 0,
@@ -270,8 +278,12 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         }
         self.rays.clear();
         self.rays.extend(Rays::from(&starts.rays).iter());
-        let path =
-            |(start, ray): (u32, &Ray)| State { start, target: start, origin: ray.origin, ..first };
+        let path = |(start, ray): (u32, &Ray)| State {
+            start,
+            target: start,
+            origin: Lit::in_space(ray.origin),
+            ..first
+        };
         self.paths.clear();
         self.paths.extend((0..).zip(&self.rays).map(path));
         self.cones.clear();
@@ -507,7 +519,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let mut next = State {
             beta: surface.beta * scattered.weight,
             squeeze: surface.squeeze * scattered.squeeze,
-            origin: surface.point.p,
+            origin: surface.lit(),
             arrival: scattered.pdf,
             start: surface.start,
             target: surface.target,

@@ -7,8 +7,8 @@ use pt_testing::{Random, irradiance, mean_z_test, sidak};
 
 use super::super::tree::TreeLight;
 use super::super::{
-    AnyLight, DistantDisk, EmitterTriangle, EnvironmentMap, Falloff, Light, LightTables, MeshLight,
-    PlacedMap, SphereLight, TexturedSphere, TexturedTriangle,
+    AnyLight, DistantDisk, EmitterTriangle, EnvironmentMap, Falloff, Light, LightTables, Lit,
+    MeshLight, PlacedMap, SphereLight, TexturedSphere, TexturedTriangle,
 };
 use super::{Example, POINTS, all_lights};
 
@@ -175,7 +175,7 @@ fn of_sphere(l: &SphereLight, p: DVec3, n: DVec3) -> f64 {
 fn estimates((light, tables): &Example, p: Vec3, n: Vec3, count: usize) -> Vec<f64> {
     let mut random = Random::new(11);
     let value = |u| {
-        light.sample(tables, p, u).map_or(0.0, |s| {
+        light.sample(tables, &Lit::on_surface(p, n, false), u).map_or(0.0, |s| {
             let pdf = s.pdf.map_or(1.0, pt_math::Pdf::get);
             f64::from(s.radiance.luminance()) * f64::from(s.wi.dot(n).max(0.0)) / f64::from(pdf)
         })

@@ -3,13 +3,16 @@
 use pt_math::{Bounds3, Vec3};
 
 use super::super::LightTables;
-use super::emission::Emission;
-use super::{Content, Node, TreeLight};
+use super::emission::{Emission, across};
+use super::node::{Node, WIDTH};
+use super::{Slot, TreeLight};
 
 /// Number of bins along each axis.
 const BINS: usize = 12;
-/// From this depth on, lights are halved by their number, so that no tree is deep.
-const MOST_UNEVEN: u32 = 40;
+/// From this depth on, lights are halved by their number, so that no tree is deep …
+const MOST_UNEVEN: u32 = 16;
+/// … and so few of them are anyway, so that nodes are full.
+const FEW: usize = WIDTH * WIDTH;
 
 /// A light that is not yet in the tree.
 #[derive(Clone, Copy)]
@@ -18,55 +21,122 @@ struct Item {
     emission: Emission,
 }
 
-impl Item {
-    fn center(&self) -> Vec3 {
-        self.emission.bounds.center()
-    }
+/// A tree that grows.
+pub(super) struct Built {
+    /// The root is the first.
+    pub(super) nodes: Vec<Node>,
+    /// Where each node but the root hangs.
+    pub(super) parents: Vec<Slot>,
+    /// Where each light hangs.
+    pub(super) places: Vec<Slot>,
 }
 
-/// The nodes of a tree, the root first, each before its children.
-pub(super) fn nodes(lights: &[TreeLight], tables: &LightTables) -> Vec<Node> {
+/// The tree of some lights.
+pub(super) fn build(lights: &[TreeLight], tables: &LightTables) -> Built {
     let item = |(light, l): (u32, &TreeLight)| Item { light, emission: Emission::of(l, tables) };
     let mut items: Vec<_> = (0..).zip(lights).map(item).collect();
-    let mut nodes = Vec::with_capacity(2 * items.len());
-    add(&mut nodes, &mut items, 0);
-    nodes
+    let root = Slot { node: 0, lane: 0 };
+    let places = vec![root; lights.len()];
+    let mut built = Built { nodes: Vec::new(), parents: Vec::new(), places };
+    built.add(&mut items, root, 0);
+    built
 }
 
-/// Adds a node for some lights; returns its number.
-fn add(nodes: &mut Vec<Node>, items: &mut [Item], depth: u32) -> u32 {
-    let index = nodes.len() as u32;
-    let emission = all(items);
-    if let [item] = items {
-        nodes.push(Node { emission, content: Content::Light(item.light) });
-        return index;
+impl Built {
+    /// Adds a node for some lights, which hangs at a place; returns its number.
+    fn add(&mut self, items: &mut [Item], parent: Slot, depth: u32) -> u32 {
+        let groups = groups(items, depth);
+        let emissions: Vec<_> = groups.iter().map(|group| group.emission).collect();
+        let node = self.nodes.len() as u32;
+        self.nodes.push(Node::new(&emissions));
+        self.parents.push(parent);
+        for (lane, group) in (0..).zip(groups) {
+            let slot = Slot { node, lane };
+            let (is_node, number) = if let [item] = group.items {
+                self.places[item.light as usize] = slot;
+                (false, item.light)
+            } else {
+                (true, self.add(group.items, slot, depth + 1))
+            };
+            self.nodes[node as usize].set_child(lane as usize, is_node, number);
+        }
+        node
     }
-    nodes.push(Node { emission, content: Content::Children([0; 2]) });
-    let middle = split(items, &emission, depth);
-    let (first, second) = items.split_at_mut(middle);
-    let children = [add(nodes, first, depth + 1), add(nodes, second, depth + 1)];
-    nodes[index as usize].content = Content::Children(children);
-    index
 }
 
-fn all(items: &[Item]) -> Emission {
-    let [first, others @ ..] = items else { unreachable!("nodes have lights") };
-    others.iter().fold(first.emission, |sum, item| sum.union(&item.emission))
+/// Lights that become one child.
+struct Group<'a> {
+    items: &'a mut [Item],
+    emission: Emission,
 }
 
-/// Orders lights so that the first ones, whose number is returned, go into one child.
+impl<'a> Group<'a> {
+    fn new(items: &'a mut [Item]) -> Self {
+        let emission = match items {
+            [item] => item.emission,
+            _ => Emission::of_all(items.iter().map(|item| &item.emission)),
+        };
+        Self { items, emission }
+    }
+
+    fn cost(&self) -> f32 {
+        let Emission { strength, axis, bounds, .. } = self.emission;
+        cost(strength, axis, &bounds)
+    }
+}
+
+/// The children of a node: groups of lights, of which the one that costs most is split again and again while it
+/// is more than a node holds; then, as there is room, all lights of a group by themselves.
+fn groups(items: &mut [Item], depth: u32) -> Vec<Group<'_>> {
+    let mut groups = vec![Group::new(items)];
+    while groups.len() < WIDTH {
+        let room = WIDTH + 1 - groups.len();
+        let most = |may: &dyn Fn(usize) -> bool| {
+            let those = (0..groups.len()).filter(|&i| may(groups[i].items.len()));
+            those.max_by(|&a, &b| groups[a].cost().total_cmp(&groups[b].cost()))
+        };
+        if let Some(i) = most(&|count| count > WIDTH) {
+            let Group { items, emission } = groups.remove(i);
+            let middle = split(items, &emission, depth);
+            let (first, second) = items.split_at_mut(middle);
+            groups.insert(i, Group::new(second));
+            groups.insert(i, Group::new(first));
+        } else if let Some(i) = most(&|count| count > 1 && count <= room) {
+            let singles: Vec<_> = groups.remove(i).items.chunks_mut(1).map(Group::new).collect();
+            groups.splice(i..i, singles);
+        } else {
+            break;
+        }
+    }
+    groups
+}
+
+/// Orders more lights than a node holds so that the first ones, whose number is returned, go into one group.
 fn split(items: &mut [Item], whole: &Emission, depth: u32) -> usize {
-    let centers: Bounds3 = items.iter().map(Item::center).collect();
-    let best = (depth < MOST_UNEVEN).then(|| best_plane(items, whole, &centers)).flatten();
+    let centers: Bounds3 = items.iter().map(|item| item.emission.center).collect();
+    let is_open = depth < MOST_UNEVEN && items.len() > FEW;
+    let best = is_open.then(|| best_plane(items, whole, &centers)).flatten();
     if let Some((axis, bin)) = best {
-        let bin_of = |item: &Item| bin_of(item, &centers, axis);
-        // Stable, so that the tree depends on the order of the lights alone.
-        items.sort_by_key(|item| bin_of(item) > bin);
-        return items.partition_point(|item| bin_of(item) <= bin);
+        return partition(items, |item| bin_of(item, &centers, axis) <= bin);
     }
     let axis = widest(&centers);
-    items.sort_by(|a, b| a.center()[axis].total_cmp(&b.center()[axis]));
-    items.len() / 2
+    items.sort_unstable_by(|a, b| {
+        let [x, y] = [a, b].map(|item| item.emission.center[axis]);
+        x.total_cmp(&y).then(a.light.cmp(&b.light))
+    });
+    (items.len() / 2).next_multiple_of(WIDTH)
+}
+
+/// Moves those that are near to the front; returns how many they are.
+fn partition(items: &mut [Item], is_near: impl Fn(&Item) -> bool) -> usize {
+    let mut near = 0;
+    for i in 0..items.len() {
+        if is_near(&items[i]) {
+            items.swap(i, near);
+            near += 1;
+        }
+    }
+    near
 }
 
 fn widest(bounds: &Bounds3) -> usize {
@@ -76,8 +146,32 @@ fn widest(bounds: &Bounds3) -> usize {
 
 fn bin_of(item: &Item, centers: &Bounds3, axis: usize) -> usize {
     let extent = centers.max[axis] - centers.min[axis];
-    let share = (item.center()[axis] - centers.min[axis]) / extent;
+    let share = (item.emission.center[axis] - centers.min[axis]) / extent;
     ((share * BINS as f32) as usize).min(BINS - 1)
+}
+
+/// What the cost of some lights depends on.
+#[derive(Clone, Copy)]
+struct Bin {
+    bounds: Bounds3,
+    strength: f32,
+    /// Sum of the axes, each times its strength.
+    axes: Vec3,
+}
+
+impl Bin {
+    const EMPTY: Self = Self { bounds: Bounds3::EMPTY, strength: 0.0, axes: Vec3::ZERO };
+
+    fn add(&mut self, other: &Self) {
+        self.bounds = self.bounds.union(other.bounds);
+        self.strength += other.strength;
+        self.axes += other.axes;
+    }
+
+    /// `None` if it is empty.
+    fn cost(&self) -> Option<f32> {
+        (self.strength > 0.0).then(|| cost(self.strength, self.axes / self.strength, &self.bounds))
+    }
 }
 
 /// The axis and the last bin on the near side where strength, area and orientation say so.
@@ -86,17 +180,19 @@ fn best_plane(items: &[Item], whole: &Emission, centers: &Bounds3) -> Option<(us
     let extents = whole.bounds.diagonal();
     let mut best: Option<(f32, (usize, usize))> = None;
     for axis in (0..3).filter(|&axis| centers.max[axis] > centers.min[axis]) {
-        let mut bins: [Option<Emission>; BINS] = [None; BINS];
+        let mut bins = [Bin::EMPTY; BINS];
         for item in items {
-            let bin = &mut bins[bin_of(item, centers, axis)];
-            *bin = joined(*bin, Some(item.emission));
+            let Emission { bounds, strength, axis: of_light, .. } = item.emission;
+            let one = Bin { bounds, strength, axes: of_light * strength };
+            bins[bin_of(item, centers, axis)].add(&one);
         }
+        let far = costs_from_the_end(&bins);
         let narrow = extents.max_element() / extents[axis].max(f32::MIN_POSITIVE);
-        for last in 0..BINS - 1 {
-            let [near, far] = [&bins[..=last], &bins[last + 1..]]
-                .map(|side| side.iter().copied().fold(None, joined));
-            let (Some(near), Some(far)) = (near, far) else { continue };
-            let cost = narrow * (cost(&near) + cost(&far));
+        let mut near = Bin::EMPTY;
+        for (last, bin) in bins[..BINS - 1].iter().enumerate() {
+            near.add(bin);
+            let (Some(near), Some(far)) = (near.cost(), far[last + 1]) else { continue };
+            let cost = narrow * (near + far);
             if best.is_none_or(|(least, _)| cost < least) {
                 best = Some((cost, (axis, last)));
             }
@@ -105,15 +201,20 @@ fn best_plane(items: &[Item], whole: &Emission, centers: &Bounds3) -> Option<(us
     best.map(|(_, plane)| plane)
 }
 
-fn joined(a: Option<Emission>, b: Option<Emission>) -> Option<Emission> {
-    match (a, b) {
-        (Some(a), Some(b)) => Some(a.union(&b)),
-        (one, None) | (None, one) => one,
+/// The costs of each bin together with those behind it.
+fn costs_from_the_end(bins: &[Bin; BINS]) -> [Option<f32>; BINS] {
+    let mut costs = [None; BINS];
+    let mut far = Bin::EMPTY;
+    for (cost, bin) in costs.iter_mut().zip(bins).rev() {
+        far.add(bin);
+        *cost = far.cost();
     }
+    costs
 }
 
-/// A box without area costs as much as a very small one: its strength still counts.
-fn cost(emission: &Emission) -> f32 {
-    let area = emission.bounds.half_area() + f32::MIN_POSITIVE;
-    emission.strength * emission.orientation_cost() * area
+/// Strength times area, times the measure of the directions into which lights shine, over that of a light of
+/// one axis: from 1 to 4. A box without area costs as much as a very small one: its strength still counts.
+fn cost(strength: f32, axis: Vec3, bounds: &Bounds3) -> f32 {
+    let orientation = 1.0 + 12.0 * across(axis);
+    strength * orientation * (bounds.half_area() + f32::MIN_POSITIVE)
 }

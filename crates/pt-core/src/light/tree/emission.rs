@@ -1,52 +1,65 @@
-//! What is known of the light of a node.
+//! What is known of some lights: how much they shine, from where, and to where.
 
-use std::f32::consts::{FRAC_PI_2, PI};
+use std::f32::consts::PI;
 
 use pt_math::{Bounds3, Spectrum, Vec3, trig};
 
 use super::super::{AnyLight, Falloff, LightTables, SphereLight, Spot};
 use super::TreeLight;
 
-/// Bounds of some lights: where they are, where to they shine, and how much.
+/// Less than what rounding may do to a cosine is no reason to leave out a light.
+pub(super) const MARGIN: f32 = 1e-3;
+
+/// Strengths are held within these, so that no sum of them vanishes or overflows.
+const LEAST: f32 = 1e-30;
+const MOST: f32 = 1e30;
+
+/// Light that shines everywhere alike is on average turned away as far as this from where it goes: the mean
+/// of max(0, cos) over all directions.
+const EVERYWHERE: f32 = 0.25;
+
+/// Some lights together.
+///
+/// Each light is one that shines by the cosine to an axis (of triangles, the normal), or everywhere alike.
+/// The irradiance at distance 1 in the direction w is about strength · max(0, m·w) with the mean axis m,
+/// which is the shorter the more the axes differ. [as Tokuyoshi et al. 2024, "Hierarchical Light Sampling
+/// with Accurate Spherical Gaussian Lighting", tell the directions of many lights by the mean of their axes]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Emission {
+    /// Around all of them.
     pub(super) bounds: Bounds3,
-    /// Middle of the directions of their axes (of triangles, the normals).
-    axis: Vec3,
-    /// Greatest angle between it and one of them, θo, and its sine and cosine.
-    spread: f32,
-    sin_cos_spread: (f32, f32),
-    /// Greatest angle to its own axis at which one of them shines, θe, and its cosine.
-    reach: f32,
-    cos_reach: f32,
+    /// Mean of their places, by strength.
+    pub(super) center: Vec3,
+    /// Of a sphere around `center` that holds them.
+    pub(super) radius: f32,
     /// Irradiance at distance 1 of all, if they face the point.
     pub(super) strength: f32,
+    /// Mean of their axes, by strength.
+    pub(super) axis: Vec3,
+    /// Nothing shines at a smaller cosine to the axis.
+    pub(super) cut: f32,
 }
 
-/// Less than what rounding may do to a cosine is no reason to leave out a light.
-const MARGIN: f32 = 1e-3;
+/// Of lights that shine all around, or differ.
+const NO_CUT: f32 = -4.0;
 
 impl Emission {
-    fn new(bounds: Bounds3, axis: Vec3, spread: f32, reach: f32, strength: f32) -> Self {
-        Self {
-            bounds,
-            axis,
-            spread,
-            sin_cos_spread: trig::sin_cos(spread),
-            reach,
-            cos_reach: trig::sin_cos(reach).1,
-            strength,
-        }
-    }
-
     /// Of one light.
     pub(super) fn of(light: &TreeLight, tables: &LightTables) -> Self {
-        let at = |p: Vec3| std::iter::once(p).collect::<Bounds3>();
         match light {
             TreeLight::Triangle(t, radiance) => {
                 let corners = [t.p0, t.p0 + t.e1, t.p0 + t.e2];
-                let strength = radiance.luminance() * t.area();
-                Self::new(corners.into_iter().collect(), t.normal, 0.0, FRAC_PI_2, strength)
+                let center = t.p0 + (t.e1 + t.e2) * (1.0 / 3.0);
+                let far = |c: Vec3| (c - center).length_squared();
+                let [a, b, c] = corners.map(far);
+                Self {
+                    bounds: corners.into_iter().collect(),
+                    center,
+                    radius: a.max(b).max(c).sqrt(),
+                    strength: held(level(*radiance) * t.area()),
+                    axis: t.normal,
+                    cut: -MARGIN,
+                }
             }
             TreeLight::Textured(t, laid) => {
                 let mean = tables.textured_triangles[*laid as usize].mean;
@@ -61,11 +74,11 @@ impl Emission {
                 Self::of_sphere(&s.sphere, tables.sphere_maps[s.map as usize].mean)
             }
             TreeLight::Other(AnyLight::Point(l)) => {
-                Self::everywhere(at(l.position), l.intensity.luminance())
+                Self::everywhere(l.position, 0.0, level(l.intensity))
             }
             TreeLight::Other(AnyLight::Ies(l)) => {
                 let mean = tables.profiles[l.profile as usize].mean_candela();
-                Self::everywhere(at(l.position), l.scale.luminance() * mean)
+                Self::everywhere(l.position, 0.0, level(l.scale) * mean)
             }
             TreeLight::Other(other) => unreachable!("{other:?} is in no tree"),
         }
@@ -73,132 +86,81 @@ impl Emission {
 
     /// Of a spot with a share of its light.
     fn of_spot(spot: &Spot, share: f32) -> Self {
-        let reach = match spot.falloff {
-            Falloff::Cosine { cos_cutoff, .. } => trig::acos(cos_cutoff),
-            Falloff::Linear { cutoff, .. } => cutoff,
+        let cut = match spot.falloff {
+            Falloff::Cosine { cos_cutoff, .. } => cos_cutoff,
+            Falloff::Linear { cutoff, .. } => trig::sin_cos(cutoff.min(PI)).1,
         };
-        let strength = spot.intensity.luminance() * share;
-        let bounds = std::iter::once(spot.position).collect();
-        Self::new(bounds, spot.axis, 0.0, reach.min(PI), strength)
+        let strength = level(spot.intensity) * share;
+        let everywhere = Self::everywhere(spot.position, 0.0, strength);
+        if cut <= 0.0 {
+            return everywhere;
+        }
+        Self { strength: held(strength), axis: spot.axis, cut: cut - MARGIN, ..everywhere }
     }
 
     /// Of a sphere with a share of its light.
     fn of_sphere(s: &SphereLight, share: f32) -> Self {
-        let radius = Vec3::splat(s.radius);
-        let bounds = Bounds3 { min: s.center - radius, max: s.center + radius };
-        let strength = s.radiance.luminance() * PI * s.radius * s.radius;
-        Self::everywhere(bounds, strength * share)
+        let strength = level(s.radiance) * PI * s.radius * s.radius;
+        Self::everywhere(s.center, s.radius, strength * share)
     }
 
-    fn everywhere(bounds: Bounds3, strength: f32) -> Self {
-        Self::new(bounds, Vec3::Z, PI, FRAC_PI_2, strength)
-    }
-
-    /// Of two together. [Conty Estevez & Kulla 2018, §4.2, the union of cones]
-    pub(super) fn union(&self, other: &Self) -> Self {
-        let (axis, spread) = cone_union((self.axis, self.spread), (other.axis, other.spread));
-        let reach = self.reach.max(other.reach);
-        let bounds = self.bounds.union(other.bounds);
-        Self::new(bounds, axis, spread, reach, self.strength + other.strength)
-    }
-
-    /// The measure of directions into which it shines, by which builders weigh its strength.
-    /// [Conty Estevez & Kulla 2018, eq. 1]
-    pub(super) fn orientation_cost(&self) -> f32 {
-        let (sin, cos) = self.sin_cos_spread;
-        let widest = (self.spread + self.reach).min(PI);
-        let beyond = 2.0 * widest * sin
-            - trig::sin_cos((self.spread - 2.0 * widest).abs()).1
-            - 2.0 * self.spread * sin
-            + cos;
-        2.0 * PI * (1.0 - cos) + FRAC_PI_2 * beyond
-    }
-
-    /// How much it may matter at `p`; 0 only where it does not shine.
-    ///
-    /// strength · cos θ′ / d², with the least angle θ′ that an axis may have towards `p` from anywhere
-    /// in the sphere around the bounds.
-    #[inline]
-    pub(super) fn importance(&self, p: Vec3) -> f32 {
-        const MOST: f32 = 1e30;
-        let to_p = p - self.bounds.center();
-        let distance_squared = to_p.length_squared();
-        let radius_squared = 0.25 * self.bounds.diagonal().length_squared();
-        let cos = if distance_squared <= radius_squared {
-            1.0
-        } else {
-            let distance = distance_squared.sqrt();
-            let cos_axis = (self.axis.dot(to_p) / distance).clamp(-1.0, 1.0);
-            let sin_axis = (1.0 - cos_axis * cos_axis).sqrt();
-            let beyond_spread = less((sin_axis, cos_axis), self.sin_cos_spread);
-            let sin2 = radius_squared / distance_squared;
-            less(beyond_spread, (sin2.sqrt(), (1.0 - sin2).sqrt())).1
-        };
-        if cos < self.cos_reach - MARGIN {
-            return 0.0;
+    fn everywhere(center: Vec3, radius: f32, strength: f32) -> Self {
+        let size = Vec3::splat(radius);
+        Self {
+            bounds: Bounds3 { min: center - size, max: center + size },
+            center,
+            radius,
+            strength: held(strength / EVERYWHERE),
+            axis: Vec3::ZERO,
+            cut: NO_CUT,
         }
-        let nearest = distance_squared.max(radius_squared).max(f32::MIN_POSITIVE);
-        (self.strength * cos.max(MARGIN) / nearest).min(MOST)
+    }
+
+    /// Of some together; at least one.
+    pub(super) fn of_all<'a>(all: impl Iterator<Item = &'a Self> + Clone) -> Self {
+        let (mut bounds, mut strength) = (Bounds3::EMPTY, 0.0);
+        let (mut place, mut axis) = (Vec3::ZERO, Vec3::ZERO);
+        for one in all.clone() {
+            bounds = bounds.union(one.bounds);
+            strength += one.strength;
+            place += one.center * one.strength;
+            axis += one.axis * one.strength;
+        }
+        let center = place / strength;
+        let farthest = |one: &Self| (one.center - center).length() + one.radius;
+        Self {
+            bounds,
+            center,
+            radius: all.map(farthest).fold(0.0, f32::max),
+            strength,
+            axis: axis / strength,
+            cut: NO_CUT,
+        }
     }
 }
 
-/// Sine and cosine of max(0, a − b), of angles from 0 to π that are given so.
-#[inline]
-fn less((sin_a, cos_a): (f32, f32), (sin_b, cos_b): (f32, f32)) -> (f32, f32) {
-    if cos_a > cos_b {
-        (0.0, 1.0)
-    } else {
-        (sin_a * cos_b - cos_a * sin_b, cos_a * cos_b + sin_a * sin_b)
-    }
+/// By which lights of different colours are weighed: lights that are chosen by √(r² + g² + b²) have the least
+/// sum of the variances of the three.
+fn level(spectrum: Spectrum) -> f32 {
+    let [r, g, b] = spectrum.to_array();
+    ((r * r + g * g + b * b) * (1.0 / 3.0)).sqrt()
 }
 
-/// The least cone around two, as axis and half angle.
-fn cone_union(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
-    let (wide, narrow) = if a.1 >= b.1 { (a, b) } else { (b, a) };
-    let between = trig::acos(wide.0.dot(narrow.0).clamp(-1.0, 1.0));
-    if (between + narrow.1).min(PI) <= wide.1 {
-        return wide;
-    }
-    let half = 0.5 * (wide.1 + between + narrow.1);
-    let across = narrow.0 - wide.0 * wide.0.dot(narrow.0);
-    match across.try_normalize() {
-        Some(across) if half < PI => {
-            let (sin, cos) = trig::sin_cos(half - wide.1);
-            (wide.0 * cos + across * sin, half)
-        }
-        _ => (wide.0, PI),
-    }
+fn held(strength: f32) -> f32 {
+    strength.clamp(LEAST, MOST)
+}
+
+/// How much light with this mean axis shines across it, where light of one axis does not at all.
+///
+/// Axes that are spread evenly over a cap of half angle α have |m| = (1 + cos α)/2, so α ≈ 2 √(1 − |m|), and
+/// shine across with about α/8; from a hemisphere on, with the mean over all directions.
+pub(super) fn across(axis: Vec3) -> f32 {
+    let less = (1.0 - axis.length()).clamp(0.0, 0.5);
+    EVERYWHERE * (2.0 * less).sqrt()
 }
 
 /// Whether a light can be in a tree.
 pub(crate) fn is_bounded(light: &AnyLight) -> bool {
     use AnyLight::{Ies, Point, Projector, Sphere, Spot, TexturedSphere};
     matches!(light, Point(_) | Spot(_) | Projector(_) | Ies(_) | Sphere(_) | TexturedSphere(_))
-}
-
-#[cfg(test)]
-mod tests {
-    use pt_testing::Random;
-
-    use super::*;
-
-    /// Directions within one of two cones are within their union.
-    #[test]
-    fn unions_of_cones_hold_both() {
-        let mut random = Random::new(2);
-        for _ in 0..2000 {
-            let mut cone = || (random.direction(), random.unit() * random.unit() * PI);
-            let (a, b) = (cone(), cone());
-            let (axis, spread) = cone_union(a, b);
-            for (of, half) in [a, b] {
-                for _ in 0..10 {
-                    let across = of.cross(random.direction()).normalize();
-                    let (sin, cos) = trig::sin_cos(half * random.unit());
-                    let w = of * cos + across * sin;
-                    let angle = trig::acos(w.dot(axis).clamp(-1.0, 1.0));
-                    assert!(angle <= spread + 2e-3, "{a:?} {b:?}: {angle} {spread}");
-                }
-            }
-        }
-    }
 }

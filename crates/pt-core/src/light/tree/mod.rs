@@ -4,12 +4,13 @@
 
 mod build;
 mod emission;
+mod node;
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::mesh::{EmitterTriangle, seen_area_pdf, seen_sample};
-use super::{AnyLight, Light, LightHit, LightSample, LightTables};
-use emission::Emission;
+use super::{AnyLight, Light, LightHit, LightSample, LightTables, Lit};
+use node::{Node, Receiver};
 
 pub(crate) use emission::is_bounded;
 
@@ -38,32 +39,27 @@ pub enum TreeLight {
     Other(AnyLight),
 }
 
-/// A binary tree of lights.
+/// A tree of lights, whose nodes have up to eight children.
 #[derive(Debug)]
 pub struct LightTree {
     /// The root is the first.
     nodes: Vec<Node>,
-    /// The node above each but the root.
-    parents: Vec<u32>,
+    /// Where each node but the root hangs.
+    parents: Vec<Slot>,
     lights: Vec<TreeLight>,
-    /// The node of each light.
-    node_of: Vec<u32>,
+    /// Where each light hangs.
+    places: Vec<Slot>,
     /// The first primitive that is one of the lights …
     first_primitive: u32,
     /// … and the lights of the primitives from there on; `u32::MAX` for those that are none.
     light_of: Vec<u32>,
 }
 
+/// A child of a node.
 #[derive(Clone, Copy, Debug)]
-struct Node {
-    emission: Emission,
-    content: Content,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Content {
-    Light(u32),
-    Children([u32; 2]),
+struct Slot {
+    node: u32,
+    lane: u32,
 }
 
 impl LightTree {
@@ -84,79 +80,78 @@ impl LightTree {
             }
         }
         let lights: Vec<_> = lights.into_iter().map(|(light, _)| light).collect();
-        let nodes = build::nodes(&lights, tables);
-        let mut parents = vec![0; nodes.len()];
-        let mut node_of = vec![0; lights.len()];
-        for (i, node) in nodes.iter().enumerate() {
-            match node.content {
-                Content::Light(light) => node_of[light as usize] = i as u32,
-                Content::Children(children) => {
-                    for child in children {
-                        parents[child as usize] = i as u32;
-                    }
-                }
+        let build::Built { nodes, parents, places } = build::build(&lights, tables);
+        Self { nodes, parents, lights, places, first_primitive, light_of }
+    }
+
+    /// Chooses a light for each of up to [`BLOCK`] points, by the first of two numbers from [0, 1).
+    ///
+    /// They go down side by side, so that none waits for the node of another, nor for what is a light.
+    #[inline]
+    fn choose(&self, points: &[(Lit, [f32; 2])]) -> [Option<Choice>; BLOCK] {
+        let mut choices = [None; BLOCK];
+        let mut under_way = [Descent::default(); BLOCK];
+        for (i, (start, (_, u))) in under_way.iter_mut().zip(points).enumerate() {
+            *start = Descent { point: i, node: 0, choice: Choice::start(u[0]) };
+        }
+        let mut count = points.len();
+        while count > 0 {
+            let mut going = 0;
+            for i in 0..count {
+                let Descent { point, node, choice } = under_way[i];
+                let node = &self.nodes[node as usize];
+                let lane = node.choose(&Receiver::new(&points[point].0), choice.rest);
+                choices[point] = lane.map(|(lane, share, rest)| {
+                    let (is_node, number) = node.child(lane);
+                    let choice =
+                        Choice { light: number, probability: choice.probability * share, rest };
+                    under_way[going] = Descent { point, node: number, choice };
+                    going += usize::from(is_node);
+                    choice
+                });
             }
+            count = going;
+            under_way[..count].iter().for_each(|on| pt_bvh::hint(&self.nodes, on.node as usize));
         }
-        Self { nodes, parents, lights, node_of, first_primitive, light_of }
-    }
-
-    /// The probability of the first of two children.
-    #[inline]
-    fn first_share(&self, [a, b]: [u32; 2], p: Vec3) -> Option<f32> {
-        let [a, b] = [a, b].map(|i| self.nodes[i as usize].emission.importance(p));
-        let share = a / (a + b);
-        share.is_finite().then_some(share)
-    }
-
-    /// Chooses a light by a number from [0, 1): which, with what probability, and a number that can
-    /// be used again.
-    #[inline]
-    fn choose(&self, p: Vec3, mut u: f32) -> Option<(usize, f32, f32)> {
-        const MOST: f32 = 1.0f32.next_down();
-        let (mut node, mut probability) = (0, 1.0);
-        loop {
-            let children = match self.nodes[node].content {
-                Content::Light(light) => return Some((light as usize, probability, u)),
-                Content::Children(children) => children,
-            };
-            let share = self.first_share(children, p)?;
-            let (child, of_child) = if u < share {
-                u /= share;
-                (children[0], share)
-            } else {
-                u = (u - share) / (1.0 - share);
-                (children[1], 1.0 - share)
-            };
-            u = u.min(MOST);
-            node = child as usize;
-            probability *= of_child;
-        }
+        let chosen = choices.iter().flatten();
+        chosen.for_each(|choice| pt_bvh::hint(&self.lights, choice.light as usize));
+        choices
     }
 
     /// The probability with which [`Self::choose`] chooses a light.
-    fn probability(&self, light: usize, p: Vec3) -> f32 {
-        let mut node = self.node_of[light];
+    fn probability(&self, light: usize, lit: &Lit) -> f32 {
+        let receiver = Receiver::new(lit);
+        let mut slot = self.places[light];
         let mut probability = 1.0;
-        while node != 0 {
-            let parent = self.parents[node as usize];
-            let Content::Children(children) = self.nodes[parent as usize].content else { break };
-            let Some(share) = self.first_share(children, p) else { return 0.0 };
-            probability *= if node == children[0] { share } else { 1.0 - share };
-            node = parent;
+        loop {
+            let node = slot.node as usize;
+            probability *= self.nodes[node].share(&receiver, slot.lane as usize);
+            if node == 0 {
+                return probability;
+            }
+            slot = self.parents[node];
         }
-        probability
     }
 
-    fn sample(&self, tables: &LightTables, p: Vec3, [u, v]: [f32; 2]) -> Option<LightSample> {
-        let (light, probability, rest) = self.choose(p, u)?;
+    /// A sample of the light that was chosen.
+    #[inline(always)]
+    fn sample(
+        &self,
+        tables: &LightTables,
+        &(ref lit, [u, v]): &(Lit, [f32; 2]),
+        choice: &Choice,
+    ) -> Option<LightSample> {
+        let &Choice { light, probability, rest } = choice;
         let u = [refined(rest, probability, [u, v]), v];
-        let sample = match &self.lights[light] {
-            TreeLight::Triangle(triangle, radiance) => seen_sample(triangle, |_| *radiance, p, u),
+        let sample = match &self.lights[light as usize] {
+            TreeLight::Triangle(triangle, radiance) => {
+                seen_sample(triangle, |_| *radiance, lit.p, u)
+            }
             TreeLight::Textured(triangle, laid) => {
                 let laid = &tables.textured_triangles[*laid as usize];
-                seen_sample(triangle, |b| laid.radiance(&tables.textures, b), p, u)
+                seen_sample(triangle, |b| laid.radiance(&tables.textures, b), lit.p, u)
             }
-            TreeLight::Other(light) => light.sample(tables, p, u),
+            TreeLight::Other(light) => light.sample(tables, lit, u),
         }?;
         Some(match sample.pdf {
             Some(pdf) => LightSample { pdf: Some(pdf.times(probability)), ..sample },
@@ -164,16 +159,72 @@ impl LightTree {
         })
     }
 
-    fn pdf(&self, tables: &LightTables, p: Vec3, wi: Vec3, hit: LightHit) -> Pdf<SolidAngle> {
+    /// Samples for many points.
+    fn sample_each(
+        &self,
+        tables: &LightTables,
+        mut points: impl Iterator<Item = (Lit, [f32; 2])>,
+        samples: &mut Vec<Option<LightSample>>,
+    ) {
+        let mut block = [(Lit::in_space(Vec3::ZERO), [0.0; 2]); BLOCK];
+        loop {
+            let places = block.iter_mut().zip(&mut points);
+            let count = places.map(|(place, point)| *place = point).count();
+            if count == 0 {
+                return;
+            }
+            let choices = self.choose(&block[..count]);
+            let sample = |(point, choice): (_, &Option<Choice>)| {
+                self.sample(tables, point, choice.as_ref()?)
+            };
+            samples.extend(block[..count].iter().zip(&choices).map(sample));
+        }
+    }
+
+    /// A sample for one point.
+    fn sample_one(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
+        let point = (*lit, u);
+        let [choice, ..] = self.choose(&[point]);
+        self.sample(tables, &point, &choice?)
+    }
+
+    fn pdf(&self, tables: &LightTables, lit: &Lit, wi: Vec3, hit: LightHit) -> Pdf<SolidAngle> {
         let index = hit.primitive.wrapping_sub(self.first_primitive) as usize;
         let Some(&light) = self.light_of.get(index).filter(|&&light| light != u32::MAX) else {
             return Pdf::ZERO;
         };
         let of_light = match &self.lights[light as usize] {
-            TreeLight::Triangle(..) | TreeLight::Textured(..) => seen_area_pdf(p, hit),
-            TreeLight::Other(light) => light.pdf(tables, p, wi, Some(hit)),
+            TreeLight::Triangle(..) | TreeLight::Textured(..) => seen_area_pdf(lit.p, hit),
+            TreeLight::Other(light) => light.pdf(tables, lit, wi, Some(hit)),
         };
-        of_light.times(self.probability(light as usize, p))
+        of_light.times(self.probability(light as usize, lit))
+    }
+}
+
+/// Points that go down a tree side by side.
+const BLOCK: usize = 16;
+
+/// What was chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Choice {
+    light: u32,
+    probability: f32,
+    /// A number from [0, 1) that can be used again.
+    rest: f32,
+}
+
+/// A point on its way down.
+#[derive(Clone, Copy, Default)]
+struct Descent {
+    point: usize,
+    node: u32,
+    choice: Choice,
+}
+
+impl Choice {
+    /// Before anything was chosen by this number.
+    fn start(rest: f32) -> Self {
+        Self { light: 0, probability: 1.0, rest }
     }
 }
 
@@ -193,19 +244,28 @@ fn refined(rest: f32, probability: f32, [u, v]: [f32; 2]) -> f32 {
 impl Light for ManyLights {
     const DELTA: bool = false;
 
-    fn sample(&self, tables: &LightTables, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
-        tables.trees[self.tree as usize].sample(tables, p, u)
+    fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
+        tables.trees[self.tree as usize].sample_one(tables, lit, u)
+    }
+
+    fn sample_each(
+        &self,
+        tables: &LightTables,
+        points: impl Iterator<Item = (Lit, [f32; 2])>,
+        samples: &mut Vec<Option<LightSample>>,
+    ) {
+        tables.trees[self.tree as usize].sample_each(tables, points, samples);
     }
 
     fn pdf(
         &self,
         tables: &LightTables,
-        p: Vec3,
+        lit: &Lit,
         wi: Vec3,
         hit: Option<LightHit>,
     ) -> Pdf<SolidAngle> {
         let tree = &tables.trees[self.tree as usize];
-        hit.map_or(Pdf::ZERO, |hit| tree.pdf(tables, p, wi, hit))
+        hit.map_or(Pdf::ZERO, |hit| tree.pdf(tables, lit, wi, hit))
     }
 
     /// Two squares at height 2, of which one is brighter, each of four triangles that face down.
@@ -235,8 +295,17 @@ impl Light for ManyLights {
 impl Light for ManyPoints {
     const DELTA: bool = true;
 
-    fn sample(&self, tables: &LightTables, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
-        tables.trees[self.tree as usize].sample(tables, p, u)
+    fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
+        tables.trees[self.tree as usize].sample_one(tables, lit, u)
+    }
+
+    fn sample_each(
+        &self,
+        tables: &LightTables,
+        points: impl Iterator<Item = (Lit, [f32; 2])>,
+        samples: &mut Vec<Option<LightSample>>,
+    ) {
+        tables.trees[self.tree as usize].sample_each(tables, points, samples);
     }
 
     /// One point: the laws of lights without extent are about a single one.
@@ -265,8 +334,16 @@ impl LightTree {
 mod tests {
     use pt_testing::Random;
 
-    use super::super::{Point, SphereLight, Spot};
+    use super::super::{Point, Sides, SphereLight, Spot};
     use super::*;
+
+    /// A point on a surface that reflects, on one that lets light through, or on none.
+    fn random_lit(random: &mut Random, p: Vec3) -> Lit {
+        match (3.0 * random.unit()) as u32 {
+            0 => Lit::in_space(p),
+            kind => Lit::on_surface(p, random.direction(), kind == 1),
+        }
+    }
 
     fn random_lights(random: &mut Random, n: usize) -> Vec<(TreeLight, Option<u32>)> {
         let light = |i: usize| {
@@ -306,9 +383,10 @@ mod tests {
             let tree = LightTree::new(random_lights(&mut random, n), &LightTables::default());
             for _ in 0..20 {
                 let p = random.in_cube() * 6.0;
-                let probabilities: Vec<_> = (0..n).map(|i| tree.probability(i, p)).collect();
+                let lit = random_lit(&mut random, p);
+                let probabilities: Vec<_> = (0..n).map(|i| tree.probability(i, &lit)).collect();
                 let sum: f32 = probabilities.iter().sum();
-                assert!(sum < 1.0 + 1e-4, "{n} {p}: {sum}");
+                assert!(sum < 1.0 + 1e-4, "{n} {lit:?}: {sum}");
                 for (light, &probability) in tree.lights.iter().zip(&probabilities) {
                     let tables = LightTables::default();
                     let shines = (0..20).any(|_| {
@@ -316,23 +394,84 @@ mod tests {
                         let sample = match light {
                             TreeLight::Triangle(t, l) => seen_sample(t, |_| *l, p, u),
                             TreeLight::Textured(..) => unreachable!("there is no texture"),
-                            TreeLight::Other(light) => light.sample(&tables, p, u),
+                            TreeLight::Other(light) => light.sample(&tables, &lit, u),
                         };
-                        sample.is_some_and(|s| !s.radiance.is_black())
+                        let cos = |wi: Vec3| match lit.sides {
+                            Sides::Front => lit.normal.dot(wi),
+                            Sides::Both | Sides::All => 1.0,
+                        };
+                        sample.is_some_and(|s| !s.radiance.is_black() && cos(s.wi) > 0.0)
                     });
-                    assert!(probability > 0.0 || !shines, "{light:?} does not light {p}");
+                    assert!(probability > 0.0 || !shines, "{light:?} does not light {lit:?}");
                 }
                 for _ in 0..50 {
-                    let Some((i, probability, rest)) = tree.choose(p, random.unit()) else {
-                        assert!(sum < 1.0 - 1e-6, "nothing is chosen at {p}");
+                    let [choice, ..] = tree.choose(&[(lit, random.unit_2d())]);
+                    let Some(Choice { light, probability, rest }) = choice else {
+                        assert!(sum < 1.0 - 1e-6, "nothing is chosen at {lit:?}");
                         continue;
                     };
                     assert!((0.0..1.0).contains(&rest));
-                    let want = probabilities[i];
+                    let want = probabilities[light as usize];
                     assert!((probability - want).abs() <= 1e-4 * want, "{probability} {want}");
                 }
             }
         }
+    }
+
+    /// What is chosen for a point does not depend on those beside it.
+    #[test]
+    fn points_go_down_by_themselves() {
+        let mut random = Random::new(13);
+        let tree = LightTree::new(random_lights(&mut random, 500), &LightTables::default());
+        for count in [0, 1, 5, BLOCK] {
+            let point = |_| {
+                let p = random.in_cube() * 6.0;
+                (random_lit(&mut random, p), random.unit_2d())
+            };
+            let points: Vec<_> = (0..count).map(point).collect();
+            for (point, choice) in points.iter().zip(tree.choose(&points)) {
+                assert_eq!(tree.choose(&[*point])[0], choice, "{point:?}");
+            }
+        }
+    }
+
+    /// Every light hangs where it is said to, once, and every node but the root, too.
+    #[test]
+    fn places_are_those_of_the_tree() {
+        let mut random = Random::new(12);
+        for n in [1, 8, 9, 64, 65, 1000] {
+            let lights = random_lights(&mut random, n);
+            let tree = LightTree::new(lights, &LightTables::default());
+            let at = |slot: &Slot| tree.nodes[slot.node as usize].child(slot.lane as usize);
+            for (i, place) in (0..).zip(&tree.places) {
+                assert_eq!(at(place), (false, i), "light of {n}");
+            }
+            for (i, parent) in (0..).zip(&tree.parents).skip(1) {
+                assert_eq!(at(parent), (true, i), "node of {n}");
+            }
+        }
+    }
+
+    /// Lights that are all in one place, or on top of each other, make no deep tree.
+    #[test]
+    fn trees_of_equal_lights_are_flat() {
+        let intensity = Spectrum::ONE;
+        let light = |i: u32| {
+            let position =
+                if i < 5000 { Vec3::ONE } else { Vec3::X * 0.9f32.powi(i as i32 - 5000) };
+            (TreeLight::Other(Point { position, intensity }.into()), None)
+        };
+        let tree = LightTree::new((0..5200).map(light).collect(), &LightTables::default());
+        let depth = |mut place: Slot| {
+            let up = || {
+                let node = place.node as usize;
+                place = tree.parents[node];
+                (node != 0).then_some(())
+            };
+            std::iter::from_fn(up).count()
+        };
+        let deepest = tree.places.iter().map(|&place| depth(place)).max();
+        assert!(deepest < Some(30), "{deepest:?}");
     }
 
     #[test]

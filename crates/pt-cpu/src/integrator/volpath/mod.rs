@@ -17,7 +17,7 @@ mod vertex;
 use pt_core::film::ExactSum;
 use pt_core::footprint::Cone;
 use pt_core::id::Id;
-use pt_core::light::{AnyLight, Light, LightSample, LightVisitor};
+use pt_core::light::{AnyLight, Light, LightSample, LightVisitor, Lit};
 use pt_core::medium::MediumRecord;
 use pt_core::scene::RenderScene;
 use pt_core::settings::{DirectLight, Settings};
@@ -190,7 +190,7 @@ impl<'a> VolPath<'a> {
             state: State {
                 beta: Spectrum::ONE,
                 squeeze: 1.0,
-                origin: ray.origin,
+                origin: Lit::in_space(ray.origin),
                 arrival: None,
                 start,
                 target: start,
@@ -302,7 +302,7 @@ impl<'a> VolPath<'a> {
         let mut state = State {
             beta: path.state.beta * scattered.weight,
             squeeze: path.state.squeeze * scattered.squeeze,
-            origin: vertex.point().p,
+            origin: vertex.lit(),
             arrival: scattered.pdf,
             ..path.state
         };
@@ -340,7 +340,7 @@ impl LightVisitor for LightSampling<'_, '_> {
 
     fn visit<L: Light>(self, light: &L) -> Self::Output {
         let tables = &self.integrator.scene.light_tables;
-        let sample = light.sample(tables, self.vertex.point().p, self.u)?;
+        let sample = light.sample(tables, &self.vertex.lit(), self.u)?;
         self.shadow(&sample)
     }
 }

@@ -3,6 +3,7 @@
 use pt_core::bsdf::{Bsdf, BsdfSample};
 use pt_core::footprint::Cone;
 use pt_core::id::Id;
+use pt_core::light::Lit;
 use pt_core::material::Resolved;
 use pt_core::medium::MediumRecord;
 use pt_core::phase::AnyPhase;
@@ -71,6 +72,14 @@ impl<'a> Vertex<'a> {
 
     pub(super) fn point(&self) -> &SurfacePoint {
         &self.point
+    }
+
+    /// What lights are told of it.
+    pub(super) fn lit(&self) -> Lit {
+        match &self.kind {
+            Kind::Surface { bsdf, .. } => bsdf.lit(self.point.p),
+            Kind::Medium { .. } => Lit::in_space(self.point.p),
+        }
     }
 
     /// The cone of a ray that leaves, by that of the ray that came.
