@@ -116,10 +116,10 @@ pub struct Piecewise2D {
     height: usize,
     /// Density of each cell, row by row.
     density: Vec<f32>,
-    /// Cumulative shares of the rows: `height` + 1 numbers from 0 to 1.
-    rows: Vec<f32>,
-    /// Per row, cumulative shares of its cells: `width` + 1 numbers.
-    cells: Vec<f32>,
+    /// One table, of the shares of the rows.
+    rows: Cumulative,
+    /// Per row, a table of the shares of its cells.
+    cells: Cumulative,
 }
 
 impl Piecewise2D {
@@ -133,13 +133,13 @@ impl Piecewise2D {
         if !size_fits || values.is_empty() || width.max(height) > MOST_CELLS {
             return None;
         }
-        let mut cells = Vec::with_capacity((width + 1) * height);
+        let mut cells = Cumulative::new(width, height);
         let sums: Vec<f64> = values
             .chunks_exact(width)
-            .map(|row| push_cumulative(&mut cells, row.iter().map(|&v| usable(v))))
+            .map(|row| cells.push(row.iter().map(|&v| usable(v))))
             .collect();
-        let mut rows = Vec::with_capacity(height + 1);
-        let total = push_cumulative(&mut rows, sums.iter().copied());
+        let mut rows = Cumulative::new(height, 1);
+        let total = rows.push(sums.iter().copied());
         if total <= 0.0 {
             return None;
         }
@@ -152,9 +152,8 @@ impl Piecewise2D {
     /// never hit.
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> ([f32; 2], f32) {
-        let (row, y) = choose(&self.rows, u[1]);
-        let stride = self.width + 1;
-        let (column, x) = choose(&self.cells[row * stride..(row + 1) * stride], u[0]);
+        let (row, y) = self.rows.choose(0, u[1]);
+        let (column, x) = self.cells.choose(row, u[0]);
         ([x, y], self.density[row * self.width + column])
     }
 
@@ -176,29 +175,76 @@ fn cell(x: f32, n: usize) -> usize {
     ((x * n as f32) as usize).min(n - 1)
 }
 
-/// Appends the running shares of `weights`, from 0 to 1, and returns their sum.
+/// Tables of cumulative shares of as many cells each.
 ///
-/// A weight of zero repeats the share before it exactly. All shares are 0 when the sum is.
-fn push_cumulative(out: &mut Vec<f32>, weights: impl Iterator<Item = f64> + Clone) -> f64 {
-    let total: f64 = weights.clone().fold(0.0, |sum, w| sum + w);
-    let scale = |sum: f64| if total > 0.0 { (sum / total) as f32 } else { 0.0 };
-    out.push(0.0);
-    let mut sum = 0.0;
-    out.extend(weights.map(|w| {
-        sum += w;
-        scale(sum)
-    }));
-    total
+/// Equal parts of [0, 1), a power of two so that numbers are exact, know where their shares begin: so a
+/// search looks at about one of them. [Chen & Asau 1974, "On Generating Random Variates from an Empirical
+/// Distribution"]
+#[derive(Clone, Debug, PartialEq)]
+struct Cumulative {
+    /// Cells of a table.
+    cells: usize,
+    /// Per table, `cells` + 1 numbers from 0 to 1.
+    shares: Vec<f32>,
+    /// Parts of a table.
+    parts: usize,
+    /// Per table and for the beginnings and the end of its parts, how many shares are not above.
+    starts: Vec<u32>,
 }
 
-/// Inverts a cumulative table that ends with 1: the cell, and the point of [0, 1) in it.
+impl Cumulative {
+    /// Without tables yet, of which there will be `tables`.
+    fn new(cells: usize, tables: usize) -> Self {
+        let parts = cells.next_power_of_two();
+        Self {
+            cells,
+            shares: Vec::with_capacity((cells + 1) * tables),
+            parts,
+            starts: Vec::with_capacity((parts + 1) * tables),
+        }
+    }
+
+    /// Appends a table of the running shares of `weights`, from 0 to 1, and returns their sum.
+    ///
+    /// A weight of zero repeats the share before it exactly. All shares are 0 when the sum is.
+    fn push(&mut self, weights: impl Iterator<Item = f64> + Clone) -> f64 {
+        let total: f64 = weights.clone().fold(0.0, |sum, w| sum + w);
+        let scale = |sum: f64| if total > 0.0 { (sum / total) as f32 } else { 0.0 };
+        let first = self.shares.len();
+        self.shares.push(0.0);
+        let mut sum = 0.0;
+        self.shares.extend(weights.map(|w| {
+            sum += w;
+            scale(sum)
+        }));
+        let shares = &self.shares[first..];
+        let mut below = 0;
+        self.starts.extend((0..=self.parts).map(|part| {
+            let start = part as f32 / self.parts as f32;
+            below += shares[below..].iter().take_while(|&&share| share <= start).count();
+            below as u32
+        }));
+        total
+    }
+
+    /// Inverts a table that ends with 1: the cell, and the point of [0, 1) in it.
+    #[inline]
+    fn choose(&self, table: usize, u: f32) -> (usize, f32) {
+        let n = self.cells;
+        let shares = &self.shares[table * (n + 1)..(table + 1) * (n + 1)];
+        let u = u.min(BELOW_ONE);
+        let part = table * (self.parts + 1) + (u * self.parts as f32) as usize;
+        let [first, last] = [self.starts[part], self.starts[part + 1]].map(|i| i as usize);
+        // The last share that is not above u; the next one is, so the cell is not empty.
+        let above = first + shares[first..last].partition_point(|&share| share <= u);
+        let i = above.clamp(1, n) - 1;
+        (i, point_in(i, [shares[i], shares[i + 1]], u, n))
+    }
+}
+
+/// The point of [0, 1) in cell `i` of `n`, by the shares at its sides.
 #[inline]
-fn choose(cumulative: &[f32], u: f32) -> (usize, f32) {
-    let n = cumulative.len() - 1;
-    let u = u.min(BELOW_ONE);
-    // The last share that is not above u; the next one is, so the cell is not empty.
-    let i = cumulative.partition_point(|&c| c <= u).clamp(1, n) - 1;
-    let (low, high) = (cumulative[i], cumulative[i + 1]);
+fn point_in(i: usize, [low, high]: [f32; 2], u: f32, n: usize) -> f32 {
     let mut x = (i as f32 + (u - low) / (high - low)) / n as f32;
     // Rounding may have left the cell by an ulp.
     while cell(x, n) < i {
@@ -207,5 +253,5 @@ fn choose(cumulative: &[f32], u: f32) -> (usize, f32) {
     while cell(x, n) > i || x >= 1.0 {
         x = x.next_down();
     }
-    (i, x)
+    x
 }

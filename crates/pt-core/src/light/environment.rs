@@ -134,7 +134,7 @@ impl EnvironmentMap {
         let (ix, iy) = (fx.floor(), fy.floor());
         let (ax, ay) = (fx - ix, fy - iy);
         let texel = |dx: i32, dy: i32| {
-            let (x, y) = ((ix as i32 + dx).rem_euclid(w), (iy as i32 + dy).clamp(0, h - 1));
+            let (x, y) = (around(ix as i32 + dx, w), (iy as i32 + dy).clamp(0, h - 1));
             Spectrum::from(self.image.pixels[y as usize * w as usize + x as usize])
         };
         let row = |dy| texel(0, dy) * (1.0 - ax) + texel(1, dy) * ax;
@@ -159,6 +159,13 @@ impl EnvironmentMap {
         }
         Pdf::new(density.pdf(to_image(d)) / (2.0 * PI * PI * sin))
     }
+}
+
+/// Column `x` of an image that wraps around, at most one image away.
+#[inline(always)]
+fn around(x: i32, width: i32) -> i32 {
+    let x = if x < 0 { x + width } else { x };
+    if x >= width { x - width } else { x }
 }
 
 /// sin θ in the middle of each of `count` rows.
