@@ -59,7 +59,7 @@ pub const MOST_REUSE: u32 = 4;
 /// The light that camera rays carry: a pure function of scene, settings and start.
 ///
 /// An integrator belongs to one thread of a render. What it holds from call to call is memory to work in, on
-/// which no result depends; nor does the radiance of a start depend on the other starts.
+/// which no result depends; nor does the radiance of a start depend on other starts than those of its [`Group`].
 pub trait Integrator {
     /// Radiance along the ray of each start, in order, in place of what `radiance` held. Dimensions
     /// below [`CAMERA_DIMENSIONS`] are taken by the camera.

@@ -14,7 +14,8 @@
 //! ```
 //!
 //! Paths share nothing but the memory they stand in, and all sums of a path are in the order of
-//! its bounces and of its light samples. So its radiance does not depend on the other paths.
+//! its bounces and of its light samples. So its radiance does not depend on the other paths, but on those of
+//! its group where these bring their light to each other ([`super::reuse`]).
 
 use arrayvec::ArrayVec;
 use pt_bvh::Hit;
