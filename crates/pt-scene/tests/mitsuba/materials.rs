@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pt_math::{DMat3, DVec3};
 use pt_scene::material::{
     Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Masking, Matte, Mirror, Mix,
-    Principled, RoughCoatedDiffuse, Roughness, Sided, ThinGlass,
+    Principled, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, ThinGlass,
 };
 use pt_scene::metals::{METALS, Metal};
 use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Relief, Wrap};
@@ -210,6 +210,20 @@ fn metals_of_the_handbook_have_two_names() {
         let other = Metal::named(&format!("{}_palik", metal.name));
         assert_eq!(other == Some(*metal), metal.palik, "{metal:?}");
     }
+}
+
+#[test]
+fn rough_diffuse_surfaces_have_a_roughness() {
+    let plain =
+        RoughDiffuse { reflectance: [0.5; 3].into(), roughness: 0.5.into(), two_sided: false };
+    assert_eq!(surface("<bsdf type=\"roughdiffuse\"/>"), plain.clone().into());
+    let other = surface(
+        "<bsdf type=\"twosided\"><bsdf type=\"roughdiffuse\">\
+         <rgb name=\"reflectance\" value=\"0.1 0.2 0.3\"/><float name=\"roughness\" value=\"0.9\"/>\
+         </bsdf></bsdf>",
+    );
+    let reflectance = [0.1, 0.2, 0.3].into();
+    assert_eq!(other, RoughDiffuse { reflectance, roughness: 0.9.into(), two_sided: true }.into());
 }
 
 #[test]

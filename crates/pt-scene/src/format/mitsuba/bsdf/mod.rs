@@ -9,8 +9,8 @@ use super::super::xml::quote;
 use super::object::{Object, Role, unsupported};
 use super::texture::Textures;
 use crate::material::{
-    CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, RoughCoatedDiffuse, Roughness,
-    ThinGlass,
+    CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, RoughCoatedDiffuse,
+    RoughDiffuse, Roughness, ThinGlass,
 };
 use crate::metals::{METALS, Metal};
 use crate::texture::Scalar;
@@ -20,8 +20,9 @@ use refraction::relative_index;
 
 pub(super) use wrappers::inverted;
 
-const KINDS: [&str; 15] = [
+const KINDS: [&str; 16] = [
     "diffuse",
+    "roughdiffuse",
     "conductor",
     "roughconductor",
     "dielectric",
@@ -64,6 +65,12 @@ fn surface(textures: &mut Textures<'_>, object: &Object) -> Result<Surface, Load
             let reflectance = inputs.color("reflectance", 0.5)?;
             Matte { reflectance, two_sided: false }.into()
         }
+        "roughdiffuse" => RoughDiffuse {
+            reflectance: inputs.color("reflectance", 0.5)?,
+            roughness: inputs.share("roughness", 0.5)?,
+            two_sided: false,
+        }
+        .into(),
         "conductor" => conductor(&mut inputs, None)?.into(),
         "roughconductor" => {
             let roughness = Some(roughness(&mut inputs)?);
