@@ -91,7 +91,7 @@ pub(crate) struct Cli {
     pub(crate) clamp_indirect: Option<f32>,
 
     /// Let the paths of squares of N × N pixels (1, 2 or 4) bring their light to each other: less noise
-    /// for little more time, but the noise of neighbours is alike
+    /// in each for 1.2 to 2.3 times the time, but the noise of neighbours is alike
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
     #[arg(value_parser = check::reuse, help_heading = "Sampling")]
     pub(crate) path_reuse: u32,

@@ -12,7 +12,7 @@ use crate::batch::Run;
 pub(crate) struct Grid {
     /// Pixels along a side: a power of two.
     side: u32,
-    /// How far squares lie to the left of, and above, multiples of their side.
+    /// See [`Self::shift`].
     shift: [u32; 2],
     /// Width and height of the image.
     resolution: [u32; 2],
@@ -39,7 +39,7 @@ impl Grid {
         Self { side, shift, resolution }
     }
 
-    /// See [`Self::shift`].
+    /// How far squares lie to the left of, and above, multiples of their side, by columns and rows.
     pub(crate) fn shift(&self) -> [u32; 2] {
         self.shift
     }

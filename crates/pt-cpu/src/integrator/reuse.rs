@@ -94,6 +94,7 @@ struct Pair {
 }
 
 /// Light that goes from path to path.
+#[derive(Default)]
 pub(super) struct Reuse {
     /// Whether surfaces that are not matte give, too.
     glossy: bool,
@@ -113,18 +114,7 @@ pub(super) struct Reuse {
 
 impl Reuse {
     pub(super) fn new(glossy: bool) -> Self {
-        Self {
-            glossy,
-            takers: Vec::new(),
-            givers: Vec::new(),
-            parts: Vec::new(),
-            queue: Vec::new(),
-            pairs: Vec::new(),
-            rays: Vec::new(),
-            asking: Vec::new(),
-            blocked: Vec::new(),
-            shares: Vec::new(),
-        }
+        Self { glossy, ..Self::default() }
     }
 
     /// Forgets what it knew; there are `n` paths now.

@@ -129,9 +129,7 @@ impl Surface<'_> {
         }
         self.gift = Some(gift);
     }
-}
 
-impl Surface<'_> {
     /// What lights are told of it.
     #[inline(always)]
     pub(super) fn lit(&self) -> Lit {
