@@ -268,17 +268,18 @@ fn uncorrelated(name: &str, tests: usize, pair: impl Fn(u32) -> (f32, f32)) {
 
 #[test]
 fn neighbouring_pixels_and_seeds_are_uncorrelated() {
-    let steps: [(u32, [u32; 2]); 6] =
-        [(0, [1, 0]), (0, [0, 1]), (0, [1, 1]), (0, [16, 0]), (1, [0, 0]), (1, [1, 0])];
+    let near = [(0, [1, 0]), (0, [0, 1]), (0, [1, 1]), (0, [16, 0]), (1, [0, 0]), (1, [1, 0])];
+    let far = (20..32).map(|bit| (1 << bit, [0, 0]));
+    let steps: Vec<(u32, [u32; 2])> = near.into_iter().chain(far).collect();
     for kind in KINDS {
-        for (seed, [dx, dy]) in steps {
+        for &(seed, [dx, dy]) in &steps {
             // What one pixel has too much of, its neighbours have too little, on purpose.
             if kind == SamplerKind::ZSobol && seed == 0 {
                 continue;
             }
             for sample in [0, 5] {
                 let title = format!("{kind:?} seed + {seed}, pixel + ({dx}, {dy})");
-                uncorrelated(&title, 24, |i| {
+                uncorrelated(&title, 8 * steps.len(), |i| {
                     let [x, y] = [2 * (i & 255), 2 * (i >> 8)];
                     let a = point(kind, 0, [x, y], sample, 0)[0];
                     (a, point(kind, seed, [x + dx, y + dy], sample, 0)[0])
@@ -392,9 +393,12 @@ fn errors_fall_as_they_must() {
 /// Points of two different dimensions fill the square evenly.
 #[test]
 fn any_two_dimensions_are_independent() {
-    let pairs = [(0, 1), (0, 2), (0, 3), (1, 2), (2, 4), (3, 7), (5, 6), (0, 40), (41, 44)];
+    let near = [(0, 1), (0, 2), (0, 3), (1, 2), (2, 4), (3, 7), (5, 6), (0, 40), (41, 44)];
+    // Hashes mix high bits less than low ones.
+    let far = (12..32).map(|bit| [(0, 1 << bit), (7, 7 | 1 << bit), (4, 5 | 1 << bit)]);
+    let pairs: Vec<(u32, u32)> = near.into_iter().chain(far.flatten()).collect();
     for kind in KINDS {
-        for (a, b) in pairs {
+        for &(a, b) in &pairs {
             let next = Cell::new(0);
             let draw = |_| {
                 let i = next.replace(next.get() + 1);

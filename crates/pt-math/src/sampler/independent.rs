@@ -37,9 +37,16 @@ pub(super) fn pcg4d(v: [u32; 4]) -> [u32; 4] {
     v
 }
 
+/// A dimension as the hashes want it: words that differ in their highest bits alone have hashes that
+/// belong together. Those below 2¹⁶ stay as they are.
+#[inline(always)]
+pub(super) fn mixed(d: u32) -> u32 {
+    d ^ (d >> 16)
+}
+
 /// Two numbers of one sample at dimension `d`.
 #[inline(always)]
 pub(super) fn point(key: [u32; 2], sample: u32, d: u32) -> [f32; 2] {
-    let [x, y, ..] = pcg4d([key[0], key[1], sample, d]);
+    let [x, y, ..] = pcg4d([key[0], key[1], sample, mixed(d)]);
     [unit(x), unit(y)]
 }

@@ -11,7 +11,7 @@
 //! on the digits before it alone. The first Sobol' dimension reverses the bits of the index;
 //! reversed again it is the index itself, and most reversals cancel.
 
-use super::independent::pcg3d;
+use super::independent::{mixed, pcg3d};
 use super::unit;
 
 /// Owen scrambling of a number whose bits are reversed. [Laine & Karras 2011, "Stratified Sampling
@@ -44,7 +44,7 @@ fn second_dimension_reversed(mut i: u32) -> u32 {
 /// Seeds at dimension `d`: for the order of the samples, and for two scrambles.
 #[inline(always)]
 pub(super) fn seeds(key: [u32; 2], d: u32) -> [u32; 3] {
-    pcg3d([key[0], key[1], d])
+    pcg3d([key[0], key[1], mixed(d)])
 }
 
 /// The place of a sample in an order.

@@ -60,7 +60,8 @@ fn of_line(seed: u32, line: u32) -> u32 {
 #[inline]
 pub(super) fn point(key: [u32; 2], spp: u32, sample: u32, d: u32) -> [f32; 2] {
     let n = spp.max(1);
-    let [seed, seed_x, seed_y] = independent::pcg3d([key[0] ^ (sample / n), key[1], d]);
+    let [seed, seed_x, seed_y] =
+        independent::pcg3d([key[0] ^ (sample / n), key[1], independent::mixed(d)]);
     let [jitter_x, jitter_y] = independent::point(key, sample, d);
     let columns = columns(n);
     let rows = n.div_ceil(columns);
