@@ -7,7 +7,7 @@ use pt_core::settings::Settings;
 use pt_core::{
     CompileError, CompileOptions, Film, Observer, Region, RenderScene, compile, develop,
 };
-use pt_cpu::{Progress, RenderError, Renderer, Statistics};
+use pt_cpu::{Does, Progress, RenderError, Renderer, Statistics};
 use pt_scene::Scene;
 use pt_scene::image::{Channel, Image};
 
@@ -54,7 +54,8 @@ impl Session {
     /// Notes that there are media which the integrator does not see.
     fn tell_unseen_media(&mut self) {
         let name = &self.settings.integrator;
-        let sees = pt_cpu::integrator::find(name).is_none_or(|integrator| integrator.sees_media);
+        let sees =
+            pt_cpu::integrator::find(name).is_none_or(|integrator| integrator.does(Does::SeeMedia));
         if !sees && !self.scene.media.is_empty() {
             self.notes.push(format!(
                 "the scene has media, which the integrator {name} leaves out; --integrator volpath \

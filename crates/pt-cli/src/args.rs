@@ -96,6 +96,11 @@ pub(crate) struct Cli {
     #[arg(value_parser = check::reuse, help_heading = "Sampling")]
     pub(crate) path_reuse: u32,
 
+    /// Let each path go on N ways (a power of two up to 64) from the first surface where it scatters
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
+    #[arg(value_parser = check::split, help_heading = "Sampling")]
+    pub(crate) split: u32,
+
     /// Where random numbers come from
     #[arg(long, value_name = "SAMPLER", default_value = "sobol", help_heading = "Sampling")]
     pub(crate) sampler: Sampler,

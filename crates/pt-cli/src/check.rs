@@ -6,7 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::{
     Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, FileSettings, Filter, INTEGRATORS,
-    LoadOptions, MOST_REUSE, Region, Roulette, Scene, Settings, aov,
+    LoadOptions, MOST_REUSE, MOST_SPLIT, Region, Roulette, Scene, Settings, aov,
 };
 
 use crate::args::{Cli, PngBits};
@@ -92,6 +92,14 @@ pub(crate) fn reuse(text: &str) -> Result<u32, String> {
     }
 }
 
+/// A number of ways of a path.
+pub(crate) fn split(text: &str) -> Result<u32, String> {
+    match whole(text, 1, "") {
+        Ok(n) if n.is_power_of_two() && n <= MOST_SPLIT => Ok(n),
+        _ => Err("expected a power of two from 1 (none) up to 64".into()),
+    }
+}
+
 /// A number of blades of the lens.
 pub(crate) fn blades(text: &str) -> Result<u32, String> {
     match whole(text, 3, "") {
@@ -166,6 +174,14 @@ pub(crate) fn check(cli: Cli) -> Result<Checked, String> {
         && (cli.cs184 || !matches!(cli.integrator.as_deref(), None | Some("path")))
     {
         return Err("--path-reuse is for --integrator path alone".into());
+    }
+    if cli.split > 1
+        && (cli.cs184 || !matches!(cli.integrator.as_deref(), None | Some("path" | "direct")))
+    {
+        return Err("--split is for --integrator path and direct".into());
+    }
+    if cli.split > 1 && cli.path_reuse > 1 {
+        return Err("--split and --path-reuse exclude each other; give one of them".into());
     }
     if cli.ao_distance.is_some() && cli.integrator.as_deref() != Some("ao") {
         return Err("--ao-distance is for --integrator ao alone".into());
@@ -313,6 +329,7 @@ impl Checked {
                 indirect: cli.clamp_indirect.or(cli.clamp).unwrap_or(f32::INFINITY),
             },
             reuse: cli.path_reuse,
+            split: cli.split,
             adaptive: self.adaptive,
             sampler: cli.sampler.into(),
             seed: cli.seed,

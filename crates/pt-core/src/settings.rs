@@ -89,6 +89,9 @@ pub struct Settings {
     /// Side of the squares of pixels, by their columns and rows, whose paths bring their light to each
     /// other; 1 is none.
     pub reuse: u32,
+    /// Ways on which a path goes on from the first surface where it scatters, each with its share of what
+    /// it carries: a power of two up to 64.
+    pub split: u32,
     /// Adaptive sampling.
     pub adaptive: Option<Adaptive>,
     /// The kind of random numbers.
@@ -131,6 +134,7 @@ impl Default for Settings {
             roulette: Roulette::default(),
             clamp: Clamp::NONE,
             reuse: 1,
+            split: 1,
             adaptive: None,
             sampler: SamplerKind::default(),
             seed: 0,

@@ -12,7 +12,7 @@ mod render;
 mod tracer;
 
 pub use integrator::{
-    Group, INTEGRATORS, Integrator, MOST_REUSE, Registration, Starts, compensates,
+    Does, Group, INTEGRATORS, Integrator, MOST_REUSE, MOST_SPLIT, Registration, Starts, compensates,
 };
 pub use render::{Progress, RenderError, Renderer, Statistics};
 pub use tracer::Tracer;

@@ -13,7 +13,7 @@ use pt_math::sampler::LANES;
 
 use crate::batch::{Worker, batches};
 use crate::groups::{Grid, SAME_GRID};
-use crate::integrator::{self, MOST_REUSE, Registration};
+use crate::integrator::{self, Does, MOST_REUSE, MOST_SPLIT, Registration};
 
 /// What a render did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,6 +66,12 @@ pub enum RenderError {
          without path reuse, or with a closed shutter"
     )]
     ReuseInMotion,
+    /// Paths do not split like this.
+    #[error("paths split into a power of two of at most 64, and not into {0}")]
+    Split(u32),
+    /// The integrator does not do it, or not together with path reuse.
+    #[error("paths of the integrators path and direct split, without path reuse")]
+    NoSplit,
     /// The reconstruction filter makes no sense.
     #[error(transparent)]
     Filter(#[from] FilterError),
@@ -133,11 +139,17 @@ impl<'a> Renderer<'a> {
         if !MOST_REUSE.is_multiple_of(settings.reuse) {
             return Err(RenderError::Reuse(settings.reuse));
         }
-        if settings.reuse > 1 && !integrator.reuses {
+        if settings.reuse > 1 && !integrator.does(Does::Reuse) {
             return Err(RenderError::NoReuse(integrator.name));
         }
         if settings.reuse > 1 && scene.moves() {
             return Err(RenderError::ReuseInMotion);
+        }
+        if !settings.split.is_power_of_two() || settings.split > MOST_SPLIT {
+            return Err(RenderError::Split(settings.split));
+        }
+        if settings.split > 1 && (!integrator.does(Does::Split) || settings.reuse > 1) {
+            return Err(RenderError::NoSplit);
         }
         let filter = FilterSampler::new(&settings.filter)?;
         let pool = rayon::ThreadPoolBuilder::new()
@@ -145,7 +157,8 @@ impl<'a> Renderer<'a> {
             .build()
             .map_err(|source| RenderError::Threads { threads, source })?;
         let light_samples = settings.light_samples.max(1) as usize;
-        let batch_size = (LIGHT_SAMPLES / light_samples).clamp(LANES, BATCH);
+        let most = BATCH / settings.split as usize;
+        let batch_size = (LIGHT_SAMPLES / light_samples).clamp(LANES, most);
         let tile_size = tile_size.max(1);
         Ok(Self { scene, settings, filter, integrator, pool, tile_size, batch_size, counts_tests })
     }

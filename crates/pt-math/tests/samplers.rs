@@ -53,6 +53,43 @@ fn aligned_runs_of_sobol_points_are_nets() {
     assert!(!is_net(&independent), "the test cannot tell nets from other points");
 }
 
+/// Of samples that are split, all parts are a net, and so are those of each sample; parts of different
+/// kinds are each in the set that is laid out for them.
+#[test]
+fn parts_of_samples_are_nets() {
+    for kind in [SamplerKind::Sobol, SamplerKind::ZSobol] {
+        let set = PointSet { spp: 8, ..set(kind, 3) };
+        for pixel in [[0, 0], [5, 9], [255, 255]] {
+            let parts = |sample| {
+                let whole = Sampler::new(set, pixel, sample);
+                (0..16).map(move |i| whole.split(4, i).at_dimension(6).next_2d())
+            };
+            for sample in 0..8 {
+                assert!(is_net(&parts(sample).collect::<Vec<_>>()), "{kind:?} {pixel:?} {sample}");
+            }
+            assert!(is_net(&(0..8).flat_map(parts).collect::<Vec<_>>()), "{kind:?} {pixel:?}");
+        }
+    }
+}
+
+/// Splitting into one part is no splitting, and the parts of samples are the samples of a set for as many.
+#[test]
+fn parts_are_samples_of_a_larger_set() {
+    for kind in KINDS {
+        let (few, many) =
+            (PointSet { spp: 8, ..set(kind, 1) }, PointSet { spp: 32, ..set(kind, 1) });
+        let numbers = |s: Sampler| [0, 2, 7].map(|d| s.at_dimension(d).next_2d());
+        for sample in 0..8 {
+            let whole = Sampler::new(few, [3, 4], sample);
+            assert_eq!(numbers(whole.split(0, 0)), numbers(whole), "{kind:?}");
+            for part in 0..4 {
+                let other = Sampler::new(many, [3, 4], 4 * sample + part);
+                assert_eq!(numbers(whole.split(2, part)), numbers(other), "{kind:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn aligned_runs_of_sobol_numbers_are_stratified() {
     for k in 0..=11 {

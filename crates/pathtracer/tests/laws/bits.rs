@@ -53,7 +53,9 @@ fn reusing(reuse: u32) -> Settings {
 #[test]
 fn threads_and_tiles_do_not_change_a_bit() {
     let clamp = Clamp { direct: 0.7, indirect: 0.2 };
-    for settings in [base(), adaptive(), Settings { clamp, ..base() }, reusing(2), reusing(4)] {
+    let splitting = Settings { split: 4, ..adaptive() };
+    let clamping = Settings { clamp, ..base() };
+    for settings in [base(), adaptive(), clamping, splitting, reusing(2), reusing(4)] {
         let reference = rendered(&settings, 1, 32);
         let bytes = exr(&reference);
         for threads in [1, 2, 3, 7] {

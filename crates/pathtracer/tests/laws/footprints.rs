@@ -162,16 +162,18 @@ fn cones_go_on_behind_flat_mirrors() {
     assert!(curved(Filter::Trilinear) == curved(Filter::Bilinear));
 }
 
+/// A room with a finely textured floor.
+pub(crate) fn room(filter: Filter) -> Scene {
+    Builder::default()
+        .quad(facing(DVec3::ZERO, DVec3::Y, 2.0), fine(filter, 40.0))
+        .quad(facing(DVec3::NEG_Z, DVec3::Z, 2.0), matte([0.7; 3]))
+        .glowing_quad(facing(DVec3::Y * 2.0, DVec3::NEG_Y, 0.5), 5.0)
+        .seen_by(camera(DVec3::new(0.0, 1.0, 4.0), DVec3::Y * 0.5, [40.0, 32.0]))
+}
+
 /// Indirect light of a finely textured floor is the same with pyramids, up to noise; with media as well.
 #[test]
 fn pyramids_keep_the_light_of_a_room() {
-    let room = |filter| {
-        Builder::default()
-            .quad(facing(DVec3::ZERO, DVec3::Y, 2.0), fine(filter, 40.0))
-            .quad(facing(DVec3::NEG_Z, DVec3::Z, 2.0), matte([0.7; 3]))
-            .glowing_quad(facing(DVec3::Y * 2.0, DVec3::NEG_Y, 0.5), 5.0)
-            .seen_by(camera(DVec3::new(0.0, 1.0, 4.0), DVec3::Y * 0.5, [40.0, 32.0]))
-    };
     for integrator in ["path", "volpath"] {
         let of = |filter, seed| {
             let integrator = integrator.to_owned();

@@ -27,4 +27,5 @@ mod placed;
 mod reuse;
 mod scenes;
 mod specular;
+mod split;
 mod textures;

@@ -1,6 +1,8 @@
 //! Rendering and comparing.
 
 use pathtracer::{CompileOptions, Film, Scene, Session, Settings, Silent};
+use pt_core::film::PixelSums;
+use pt_cpu::Renderer;
 use pt_math::sampler::SamplerKind;
 use pt_testing::{Estimates, ZFailure, sidak, z_test};
 
@@ -22,6 +24,19 @@ pub(crate) fn finish(session: &mut Session) {
     session.render(0, 16, &Silent).expect("the settings make sense");
     let rejections = session.film().rejections();
     assert_eq!(rejections.count, 0, "no number: {:?}", rejections.first);
+}
+
+/// Whether a scene is not rendered with these settings.
+pub(crate) fn refuses(scene: &Scene, settings: &Settings) -> bool {
+    let options = CompileOptions::default();
+    let session = Session::new(scene, options, Settings::default()).expect("it compiles");
+    Renderer::new(session.scene(), settings, 1, 16, false).is_err()
+}
+
+/// The mean square of the standard errors of all pixels.
+pub(crate) fn noise(film: &Film) -> f64 {
+    let error = |pixel: PixelSums| pixel.luminance().1.powi(2);
+    film.pixels().map(error).sum::<f64>() / film.pixels().count() as f64
 }
 
 /// Luminances with their variances.

@@ -1,8 +1,6 @@
 //! Light that the paths of neighbouring pixels bring to each other.
 
-use pathtracer::{Adaptive, CompileOptions, DirectLight, Film, Scene, Session, Settings};
-use pt_core::film::PixelSums;
-use pt_cpu::Renderer;
+use pathtracer::{Adaptive, CompileOptions, DirectLight, Film, Scene, Settings};
 use pt_math::{DAffine3, DVec3};
 use pt_scene::material::{Embossed, Mix};
 use pt_scene::shapes;
@@ -10,7 +8,7 @@ use pt_scene::texture::{Filter, Relief};
 
 use crate::furnace::ESTIMATORS;
 use crate::materials::{row, surfaces};
-use crate::measure::{assert_all_agree, render, settings};
+use crate::measure::{assert_all_agree, noise, refuses, render, settings};
 use crate::motion::under_flying_lamps;
 use crate::scenes::{Builder, camera, cornell, facing, gloss, matte, metal, size, under_a_sky};
 
@@ -51,7 +49,7 @@ fn all_estimators_of_direct_light_share_it() {
 
 /// A floor with balls and blocks of all materials that there are, some of which have holes, interpolated
 /// normals, or choose by chance, close to each other and to a wall.
-fn everything() -> Scene {
+pub(crate) fn everything() -> Scene {
     let mut all = surfaces(true);
     let mix = Mix { first: metal().into(), second: matte([0.7; 3]).into(), share: 0.4.into() };
     let relief = Relief::Normals(row(&[[0.6, 0.45, 0.9], [0.4, 0.55, 0.9]], Filter::Nearest));
@@ -93,12 +91,6 @@ fn adaptive_sampling_finds_the_same_image() {
     assert_all_agree(&films(&cornell(), &Settings { adaptive, ..settings(8192) }));
 }
 
-/// The mean square of the standard errors of all pixels.
-fn noise(film: &Film) -> f64 {
-    let error = |pixel: PixelSums| pixel.luminance().1.powi(2);
-    film.pixels().map(error).sum::<f64>() / film.pixels().count() as f64
-}
-
 /// What it is for: light that was scattered more than once.
 #[test]
 fn sixteen_paths_have_a_fraction_of_the_noise_of_one() {
@@ -111,17 +103,15 @@ fn sixteen_paths_have_a_fraction_of_the_noise_of_one() {
 /// Squares have sides of 1, 2 or 4, the integrator has to do it, and nothing may move meanwhile.
 #[test]
 fn what_cannot_share_its_light_is_refused() {
-    let refuses = |scene: &Scene, settings: Settings| {
-        let session = Session::new(scene, size(SIZE), Settings::default()).expect("it compiles");
-        Renderer::new(session.scene(), &settings, 1, 16, false).is_err()
-    };
     let reuse = |reuse| Settings { reuse, ..Settings::default() };
     let with = |integrator: &str| Settings { integrator: integrator.into(), ..reuse(2) };
     for side in [1, 2, 4] {
-        assert!(!refuses(&cornell(), reuse(side)));
+        assert!(!refuses(&cornell(), &reuse(side)));
     }
     for settings in [reuse(0), reuse(3), reuse(8), with("volpath"), with("ao")] {
-        assert!(refuses(&cornell(), settings.clone()), "{settings:?}");
+        assert!(refuses(&cornell(), &settings), "{settings:?}");
     }
-    assert!(refuses(&under_flying_lamps(), reuse(2)) && !refuses(&under_flying_lamps(), reuse(1)));
+    assert!(
+        refuses(&under_flying_lamps(), &reuse(2)) && !refuses(&under_flying_lamps(), &reuse(1))
+    );
 }

@@ -1,6 +1,7 @@
 //! Rays that go on through surfaces of which a part is not there.
 
 use pt_bvh::Hit;
+use pt_math::sampler::Sampler;
 use pt_math::{Ray, Rays};
 
 use super::Starts;
@@ -14,21 +15,18 @@ fn dimension(bounces: u32, count: u32) -> u32 {
     FIRST.wrapping_add(bounces.wrapping_mul(BETWEEN_BOUNCES)).wrapping_add(count.wrapping_mul(2))
 }
 
-/// Lets paths that met holes between two bounces go on, each by numbers of its own; `passed` hears of
-/// what they leave behind: the number of the ray, the ray, and its hit.
-pub(crate) fn wander(
+/// Lets paths that met holes between two bounces go on, each by its time and numbers of its own; `passed`
+/// hears of what they leave behind: the number of the ray, the ray, and its hit.
+pub(super) fn wander(
     tracer: &mut Tracer,
-    starts: &Starts,
     bounces: u32,
     rays: &[Ray],
     hits: &mut [Option<Hit>],
-    start: impl Fn(usize) -> usize,
+    (time, sampler): (impl Fn(usize) -> f32, impl Fn(usize) -> Sampler),
     mut passed: impl FnMut(usize, &Ray, &Hit),
 ) {
-    let time = |i| starts.time(start(i));
     go_on(tracer, rays, time, hits, |i, count, ray, hit, opacity| {
-        let sampler = starts.samplers.get(start(i));
-        let goes_on = sampler.at_dimension(dimension(bounces, count)).next_1d() >= opacity;
+        let goes_on = sampler(i).at_dimension(dimension(bounces, count)).next_1d() >= opacity;
         if goes_on {
             passed(i, ray, hit);
         }
@@ -42,7 +40,8 @@ pub(crate) fn first_hits(tracer: &mut Tracer, starts: &Starts, hits: &mut Vec<Op
     tracer.intersect(rays, |i| starts.time(i), hits);
     if tracer.scene.has_holes {
         let rays: Vec<Ray> = rays.iter().collect();
-        wander(tracer, starts, 0, &rays, hits, |i| i, |_, _, _| {});
+        let of = (|i| starts.time(i), |i| starts.samplers.get(i));
+        wander(tracer, 0, &rays, hits, of, |_, _, _| {});
     }
 }
 

@@ -13,6 +13,7 @@ mod reuse;
 mod sums;
 mod volpath;
 mod wavefront;
+mod ways;
 
 use pt_core::film::ExactSum;
 use pt_core::settings::DirectLight;
@@ -56,6 +57,9 @@ pub struct Group {
 /// The largest [`Settings::reuse`].
 pub const MOST_REUSE: u32 = 4;
 
+/// The largest [`Settings::split`].
+pub const MOST_SPLIT: u32 = 64;
+
 /// The light that camera rays carry: a pure function of scene, settings and start.
 ///
 /// An integrator belongs to one thread of a render. What it holds from call to call is memory to work in, on
@@ -77,15 +81,31 @@ pub struct Registration {
     pub name: &'static str,
     /// One line for the help.
     pub help: &'static str,
-    /// Whether under [`DirectLight::Mis`] it finds all light of the sky by BSDF samples, too, and
-    /// weighs these against light samples.
-    pub weighs_sky: bool,
-    /// Whether it sees media; to the others, what fills space is not there.
-    pub sees_media: bool,
-    /// Whether paths may bring their light to each other: [`Settings::reuse`].
-    pub reuses: bool,
+    /// What it does besides.
+    pub does: &'static [Does],
     /// Makes one for a thread that renders this scene with these settings.
     pub new: New,
+}
+
+impl Registration {
+    /// Whether it does this.
+    pub fn does(&self, what: Does) -> bool {
+        self.does.contains(&what)
+    }
+}
+
+/// What some integrators do and others do not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Does {
+    /// Under [`DirectLight::Mis`] it finds all light of the sky by BSDF samples, too, and weighs these
+    /// against light samples.
+    WeighSky,
+    /// It sees media; to the others, what fills space is not there.
+    SeeMedia,
+    /// Its paths may bring their light to each other: [`Settings::reuse`].
+    Reuse,
+    /// Its paths may split: [`Settings::split`].
+    Split,
 }
 
 /// Makes an integrator.
@@ -96,49 +116,37 @@ pub static INTEGRATORS: &[Registration] = &[
     Registration {
         name: "path",
         help: "light that was scattered up to --max-depth times",
-        weighs_sky: true,
-        sees_media: false,
-        reuses: true,
+        does: &[Does::WeighSky, Does::Reuse, Does::Split],
         new: |scene, set| Box::new(Wavefront::new(path::Path { depth: u32::MAX }, scene, set)),
     },
     Registration {
         name: "volpath",
         help: "the same, with media between surfaces",
-        weighs_sky: true,
-        sees_media: true,
-        reuses: false,
+        does: &[Does::WeighSky, Does::SeeMedia],
         new: |scene, set| Box::new(volpath::VolPath::new(scene, set)),
     },
     Registration {
         name: "direct",
         help: "light that was scattered at most once",
-        weighs_sky: true,
-        sees_media: false,
-        reuses: false,
+        does: &[Does::WeighSky, Does::Split],
         new: |scene, set| Box::new(Wavefront::new(path::Path { depth: 1 }, scene, set)),
     },
     Registration {
         name: "ao",
         help: "ambient occlusion: how much of the sky is seen, or is free up to --ao-distance",
-        weighs_sky: false,
-        sees_media: false,
-        reuses: false,
+        does: &[],
         new: |_, set| Box::new(ao::AmbientOcclusion::new(set)),
     },
     Registration {
         name: "normals",
         help: "shading normals as colours: (n + 1) / 2",
-        weighs_sky: false,
-        sees_media: false,
-        reuses: false,
+        does: &[],
         new: |_, _| Box::<normals::Normals>::default(),
     },
     Registration {
         name: "cs184",
         help: "light as the program of the university course computes it",
-        weighs_sky: false,
-        sees_media: false,
-        reuses: false,
+        does: &[],
         new: |scene, set| Box::new(Wavefront::new(course::Course, scene, set)),
     },
 ];
@@ -152,7 +160,8 @@ pub fn find(name: &str) -> Option<&'static Registration> {
 /// [`pt_core::CompileOptions::compensated`]. Beside more light samples than one, that takes from dark
 /// directions more than it gives to bright ones.
 pub fn compensates(settings: &Settings) -> bool {
-    let weighs = find(&settings.integrator).is_some_and(|integrator| integrator.weighs_sky);
+    let weighs =
+        find(&settings.integrator).is_some_and(|integrator| integrator.does(Does::WeighSky));
     weighs && settings.direct == DirectLight::Mis && settings.light_samples == 1
 }
 

@@ -26,13 +26,14 @@ use pt_core::light::{AnyLight, LightSample, Lit};
 use pt_core::material::Resolved;
 use pt_core::scene::{Interaction, RenderScene, SurfacePoint};
 use pt_core::settings::{Clamp, Settings};
-use pt_math::sampler::{LANES, Lanes, Samplers};
+use pt_math::sampler::{LANES, Lanes, Sampler, Samplers};
 use pt_math::{Pdf, Ray, Rays, SolidAngle, Spectrum, Vec3};
 
 use super::direct::{Asking, Hemisphere, Requests};
 use super::holes;
 use super::reuse::{Gift, Reuse, Seen};
 use super::sums::Sums;
+use super::ways::Ways;
 use super::{CAMERA_DIMENSIONS, Integrator, Starts};
 use crate::Tracer;
 
@@ -57,7 +58,7 @@ pub(super) struct State {
     pub(super) origin: Lit,
     /// How it got its direction there.
     pub(super) arrival: Arrival,
-    /// Which start it is of.
+    /// Which start it is of; once paths have split, that times their ways, and which way it is.
     pub(super) start: u32,
     /// Where its light goes: see [`Sums`].
     pub(super) target: u32,
@@ -162,6 +163,41 @@ impl Numbers {
     }
 }
 
+/// Paths under way and their rays, in the order of their starts.
+#[derive(Default)]
+struct Front {
+    paths: Vec<State>,
+    rays: Vec<Ray>,
+    /// Their cones, if some texture asks for them.
+    cones: Vec<Cone>,
+}
+
+impl Front {
+    #[inline(always)]
+    fn put(&mut self, place: usize, path: State, ray: Ray, cone: Option<Cone>) {
+        self.paths[place] = path;
+        self.rays[place] = ray;
+        if let Some(cone) = cone {
+            self.cones[place] = cone;
+        }
+    }
+
+    /// Gets places for `len` paths, which hold one of `like`.
+    fn make_room(&mut self, len: usize, like: &Self) {
+        let Self { paths, rays, cones } = like;
+        self.paths.resize(len, paths[0]);
+        self.rays.resize(len, rays[0]);
+        if let Some(&cone) = cones.first() {
+            self.cones.resize(len, cone);
+        }
+    }
+
+    fn truncate(&mut self, len: u32) {
+        self.paths.truncate(len as usize);
+        self.rays.truncate(len as usize);
+    }
+}
+
 /// The driver of all path tracers.
 pub(super) struct Wavefront<'a, R> {
     rules: R,
@@ -175,11 +211,12 @@ pub(super) struct Wavefront<'a, R> {
     choose: bool,
     /// Pairs of them that direct light takes.
     light_pairs: u32,
-    /// Paths under way and their rays, in the order of their starts.
-    paths: Vec<State>,
-    rays: Vec<Ray>,
-    /// Their cones, if some texture asks for them.
-    cones: Vec<Cone>,
+    /// Paths under way.
+    front: Front,
+    /// Those behind the surface where paths split; empty but there.
+    split: Front,
+    /// Ways that each start has by now.
+    ways: Ways,
     hits: Vec<Option<Hit>>,
     /// Which of the paths have come to a surface where they scatter, and where on it.
     scattering: Vec<(u32, Hit)>,
@@ -202,8 +239,8 @@ impl<R: Rules> Integrator for Wavefront<'_, R> {
         let mut removed = ExactSum::default();
         let mut sums = Sums::new(radiance, clamp, &mut removed);
         for bounces in 0.. {
-            let time = |i: usize| starts.time(self.paths[i].start as usize);
-            tracer.intersect(&self.rays, time, &mut self.hits);
+            let time = |i: usize| self.ways.time(starts, &self.front.paths, i);
+            tracer.intersect(&self.front.rays, time, &mut self.hits);
             sums.scattered(bounces);
             if tracer.scene.has_holes {
                 self.go_through_holes(bounces, tracer, starts, &mut sums);
@@ -250,9 +287,9 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             choose,
             light_pairs: light_pairs.wrapping_add(hemisphere.map_or(0, |h| h.samples)),
             rules,
-            paths: Vec::new(),
-            rays: Vec::new(),
-            cones: Vec::new(),
+            front: Front::default(),
+            split: Front::default(),
+            ways: Ways::ONE,
             hits: Vec::new(),
             scattering: Vec::new(),
             interactions: Vec::new(),
@@ -275,21 +312,22 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         if let Some(reuse) = &mut self.reuse {
             reuse.begin(starts.samplers.len());
         }
-        self.rays.clear();
-        self.rays.extend(Rays::from(&starts.rays).iter());
+        self.ways = Ways::ONE;
+        self.front.rays.clear();
+        self.front.rays.extend(Rays::from(&starts.rays).iter());
         let path = |(start, ray): (u32, &Ray)| State {
             start,
             target: start,
             origin: Lit::in_space(ray.origin),
             ..first
         };
-        self.paths.clear();
-        self.paths.extend((0..).zip(&self.rays).map(path));
-        self.cones.clear();
+        self.front.paths.clear();
+        self.front.paths.extend((0..).zip(&self.front.rays).map(path));
+        self.front.cones.clear();
         let scene = self.cx.scene;
         if scene.uses_footprints() {
             let cone = |(i, ray): (usize, &Ray)| scene.camera_cone(ray.direction, starts.time(i));
-            self.cones.extend(self.rays.iter().enumerate().map(cone));
+            self.front.cones.extend(self.front.rays.iter().enumerate().map(cone));
         }
     }
 
@@ -302,12 +340,13 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             match hit {
                 Some(hit) if bounces < self.depth => self.scattering.push((i as u32, *hit)),
                 Some(hit) if shown && scene.glows(hit) => {
-                    let (path, time) = (&self.paths[i], time(starts, &self.paths, i));
-                    let at = &scene.interaction(&self.rays[i], hit, time);
+                    let (path, time) =
+                        (&self.front.paths[i], self.ways.time(starts, &self.front.paths, i));
+                    let at = &scene.interaction(&self.front.rays[i], hit, time);
                     find(&self.rules, self.cx, path, Found { at, hit, time }, sums);
                 }
                 None if shown => {
-                    let (path, d) = (&self.paths[i], self.rays[i].direction);
+                    let (path, d) = (&self.front.paths[i], self.front.rays[i].direction);
                     let l = self.rules.sky(self.cx, path, d, bounces);
                     sums.add(path.target, path.beta * l);
                 }
@@ -324,8 +363,12 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let scattering = std::mem::take(&mut self.scattering);
         let mut resolved = std::mem::take(&mut self.resolved);
         let mut living = 0;
+        let splits = bounces == 0 && settings.split > 1;
+        if splits {
+            self.split.make_room(scattering.len() * settings.split as usize, &self.front);
+        }
         for block in scattering.chunks(LANES) {
-            let numbers = self.draw(block, bounces, starts);
+            let numbers = self.draw(block, bounces, |start| self.ways.sampler(starts, start));
             sums.scattered(bounces);
             self.meet(block, starts, settings.shows(bounces), sums);
             self.resolve(block, starts, &numbers, &mut resolved);
@@ -337,11 +380,20 @@ impl<'a, R: Rules> Wavefront<'a, R> {
                     Asking { rules: &self.rules, settings, surfaces: &surfaces, numbers: &numbers };
                 self.requests.ask(&asking, tracer, starts, sums, self.reuse.as_mut());
             }
-            let pairs = [light_pairs, living as u32];
-            living = self.leave(block, &surfaces, bounces + 1, pairs, &numbers, sums);
+            if splits {
+                living =
+                    self.leave_by_all_ways(block, &surfaces, [light_pairs, living], starts, sums);
+            } else {
+                let pairs = [light_pairs, living];
+                living = self.leave(block, &surfaces, bounces + 1, pairs, &numbers, sums);
+            }
         }
-        self.paths.truncate(living);
-        self.rays.truncate(living);
+        if splits {
+            std::mem::swap(&mut self.front, &mut self.split);
+            self.split.paths.clear();
+            self.ways = Ways::new(settings.split);
+        }
+        self.front.truncate(living);
         self.scattering = scattering;
         self.resolved = resolved;
     }
@@ -355,13 +407,15 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         starts: &Starts,
         sums: &mut Sums,
     ) {
-        let Self { rules, cx, paths, rays, hits, .. } = self;
+        let Self { rules, cx, front, hits, ways, .. } = self;
         let scene = cx.scene;
         let shown = cx.settings.shows(bounces);
-        let start = |i: usize| paths[i].start as usize;
-        holes::wander(tracer, starts, bounces, rays, hits, start, |i, ray, hit| {
+        let (paths, rays) = (&front.paths, &front.rays);
+        let time = |i: usize| ways.time(starts, paths, i);
+        let sampler = |i: usize| ways.sampler(starts, paths[i].start);
+        holes::wander(tracer, bounces, rays, hits, (time, sampler), |i, ray, hit| {
             if shown && scene.glows(hit) {
-                let time = starts.time(start(i));
+                let time = time(i);
                 let at = &scene.interaction(ray, hit, time);
                 find(rules, *cx, &paths[i], Found { at, hit, time }, sums);
             }
@@ -371,15 +425,16 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     /// The surface points to which a block of paths has come; adds their emission, if it is shown.
     fn meet(&mut self, block: &[(u32, Hit)], starts: &Starts, shown: bool, sums: &mut Sums) {
         let scene = self.cx.scene;
-        let time = |i: u32| time(starts, &self.paths, i as usize);
-        let at =
-            |&(i, ref hit): &(u32, Hit)| scene.interaction(&self.rays[i as usize], hit, time(i));
+        let time = |i: u32| self.ways.time(starts, &self.front.paths, i as usize);
+        let at = |&(i, ref hit): &(u32, Hit)| {
+            scene.interaction(&self.front.rays[i as usize], hit, time(i))
+        };
         self.interactions.clear();
         self.interactions.extend(block.iter().map(at));
         for (at, (i, hit)) in self.interactions.iter().zip(block) {
             if shown && !scene.surfaces[at.surface].emission.is_black() {
                 let found = Found { at, hit, time: time(*i) };
-                find(&self.rules, self.cx, &self.paths[*i as usize], found, sums);
+                find(&self.rules, self.cx, &self.front.paths[*i as usize], found, sums);
             }
         }
     }
@@ -400,9 +455,9 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let choices = if self.choose { numbers.last(self.dimensions)[0] } else { [0.0; LANES] };
         let points = self.interactions.iter().zip(block).zip(choices);
         let width = |i: u32, at: &Interaction| {
-            self.cones.get(i as usize).map(|cone| cone.width_at(at.distance))
+            self.front.cones.get(i as usize).map(|cone| cone.width_at(at.distance))
         };
-        let time = |i: u32| time(starts, &self.paths, i as usize);
+        let time = |i: u32| self.ways.time(starts, &self.front.paths, i as usize);
         resolved.extend(points.map(|((at, (i, hit)), choice)| {
             scene.resolve(at, hit, time(*i), choice, width(*i, at))
         }));
@@ -427,7 +482,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         };
         let mut surfaces = ArrayVec::new();
         for (lane, (at, &(i, _))) in self.interactions.iter().zip(block).enumerate() {
-            let State { beta, squeeze, start, target, .. } = self.paths[i as usize];
+            let State { beta, squeeze, start, target, .. } = self.front.paths[i as usize];
             let bsdf = bsdf(lane, at);
             surfaces.push(Surface {
                 point: at.point,
@@ -461,31 +516,62 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             if bounces == 0 {
                 reuse.take(surface.start, seen);
             } else {
-                reuse.give(&self.paths[block[lane].0 as usize], seen, surface, sums);
+                reuse.give(&self.front.paths[block[lane].0 as usize], seen, surface, sums);
             }
         }
     }
 
     /// The numbers of the block's paths: for direct light, for the BSDF, for roulette, for materials.
-    fn draw(&self, block: &[(u32, Hit)], bounces: u32, starts: &Starts) -> Numbers {
-        let sampler =
-            |&(i, _): &(u32, Hit)| starts.samplers.get(self.paths[i as usize].start as usize);
+    #[inline(always)]
+    fn draw(
+        &self,
+        block: &[(u32, Hit)],
+        bounces: u32,
+        sampler: impl Fn(u32) -> Sampler,
+    ) -> Numbers {
+        let sampler = |&(i, _): &(u32, Hit)| sampler(self.front.paths[i as usize].start);
         let first = bounces.wrapping_mul(self.dimensions).wrapping_add(CAMERA_DIMENSIONS);
         Numbers { samplers: Samplers::new(block.iter().map(sampler)), first }
     }
 
+    /// [`Wavefront::leave`] behind the first surface, once for each way, with numbers of its own.
+    #[inline(never)]
+    fn leave_by_all_ways(
+        &mut self,
+        block: &[(u32, Hit)],
+        surfaces: &[Surface],
+        [light_pairs, mut living]: [u32; 2],
+        starts: &Starts,
+        sums: &mut Sums,
+    ) -> u32 {
+        let ways = Ways::new(self.cx.settings.split);
+        let n = ways.count() as f32;
+        for way in 0..ways.count() {
+            let sampler = |start| ways.sampler(starts, ways.number(start, way));
+            let numbers = self.draw(block, 0, sampler);
+            let first = living as usize;
+            living = self.leave(block, surfaces, 1, [light_pairs, living], &numbers, sums);
+            for path in &mut self.split.paths[first..living as usize] {
+                path.start = ways.number(path.start, way);
+                path.beta *= 1.0 / n;
+                // Roulette knows what the path carried before.
+                path.squeeze *= n;
+            }
+        }
+        living
+    }
+
     /// Continues the block's paths after interaction number `bounces`: those that live, with their
-    /// rays, are stored from `living` on. Returns where the next may be stored.
+    /// rays, are stored from `living` on, in `split` if there is room. Returns where the next may be stored.
     fn leave(
         &mut self,
         block: &[(u32, Hit)],
         surfaces: &[Surface],
         bounces: u32,
-        [light_pairs, living]: [u32; 2],
+        [light_pairs, mut living]: [u32; 2],
         numbers: &Numbers,
         sums: &mut Sums,
-    ) -> usize {
-        let mut living = living as usize;
+    ) -> u32 {
         let behind_lights = numbers.pairs(light_pairs);
         // Where only the BSDF finds directions, no numbers are taken for lights.
         let any_delta = light_pairs > 0 && surfaces.iter().any(|s| s.bsdf.is_delta());
@@ -497,13 +583,14 @@ impl<'a, R: Rules> Wavefront<'a, R> {
                 if let (Some(Gift::Glossy), Some(reuse)) = (surface.gift, &mut self.reuse) {
                     reuse.leave(&mut path, ray.direction, sums);
                 }
-                self.paths[living] = path;
-                self.rays[living] = ray;
-                if let Some(cone) = self.cones.get(block[lane].0 as usize) {
+                let cone = self.front.cones.get(block[lane].0 as usize).map(|cone| {
                     let at = &self.interactions[lane];
                     let is_flat = self.cx.scene.is_flat(at.primitive);
-                    self.cones[living] = cone.scattered(at.distance, path.arrival, is_flat);
-                }
+                    cone.scattered(at.distance, path.arrival, is_flat)
+                });
+                let behind =
+                    if self.split.paths.is_empty() { &mut self.front } else { &mut self.split };
+                behind.put(living as usize, path, ray, cone);
                 living += 1;
             }
         }
@@ -535,12 +622,6 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         }
         Some((next, surface.point.spawn(scattered.wi)))
     }
-}
-
-/// The time of path number `i`. Where nothing moves, the path is not looked at.
-#[inline(always)]
-fn time(starts: &Starts, paths: &[State], i: usize) -> f32 {
-    if starts.times.is_empty() { 0.0 } else { starts.time(paths[i].start as usize) }
 }
 
 /// Adds the emission of a surface to the light of the path that found it.

@@ -104,6 +104,16 @@ impl Sampler {
         Self { dimension, ..self }
     }
 
+    /// The numbers of a part of the sample: of its 2ᵏ parts (k = `log2_parts`) the one with this number. The
+    /// parts of all samples are the points of a set that is laid out for as many, and those of
+    /// one sample are next to each other in it.
+    #[inline]
+    pub fn split(self, log2_parts: u32, part: u32) -> Self {
+        let spp = u64::from(self.set.spp) << log2_parts;
+        let set = PointSet { spp: u32::try_from(spp).unwrap_or(u32::MAX), ..self.set };
+        Self { set, index: self.index << log2_parts | part, ..self }
+    }
+
     /// The dimension that comes next.
     #[inline]
     pub fn dimension(&self) -> u32 {
