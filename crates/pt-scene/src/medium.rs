@@ -37,7 +37,7 @@ pub enum Matter {
 /// What is not the same everywhere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Heterogeneous {
-    /// Extinction σt by its place: a grid of one channel, of numbers of at least 0.
+    /// Extinction σt by its place: a grid of one channel, or of three, of numbers of at least 0.
     pub extinction: PlacedGrid,
     /// What its numbers are multiplied by to be per unit of length of the scene; at least 0.
     pub scale: f32,
@@ -90,6 +90,11 @@ impl Grid {
     /// One cell with one number.
     pub fn uniform(value: f32) -> Self {
         Self { resolution: [1; 3], channels: 1, values: vec![value] }
+    }
+
+    /// One cell with a colour.
+    pub fn uniform_color(color: [f32; 3]) -> Self {
+        Self { resolution: [1; 3], channels: 3, values: color.to_vec() }
     }
 
     /// The number of cells that its sizes say.

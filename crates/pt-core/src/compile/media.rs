@@ -63,7 +63,7 @@ fn record(medium: &Medium, metres: f64) -> Result<MediumRecord, CompileError> {
         }
         Written::Heterogeneous(heterogeneous) => {
             let Heterogeneous { extinction, scale, albedo } = &**heterogeneous;
-            check_grid(extinction, &[1]).map_err(refuse)?;
+            check_grid(extinction, &[1, 3]).map_err(refuse)?;
             check_extinction(&extinction.grid.values).map_err(refuse)?;
             check_extinction(&[*scale]).map_err(refuse)?;
             check_depth(extinction, *scale).map_err(refuse)?;
