@@ -114,6 +114,9 @@ pub enum Phase {
         /// Mean cosine of the angle by which light is turned, in (−1, 1).
         g: f32,
     },
+    /// As much forwards as backwards, and half as much to the sides: by what is much smaller than a wavelength.
+    /// [Chandrasekhar 1960, "Radiative Transfer", §4]
+    Rayleigh,
 }
 
 /// The media on both sides of a surface, as indices into [`crate::Scene::media`]; `None` is empty space.

@@ -140,7 +140,7 @@ fn single_scattering_follows_its_closed_form() {
     const IRRADIANCE: f32 = 3.0;
     let to_light = DVec3::new(0.6, 0.0, 0.8);
     let mu = to_light.z;
-    let phases = [Phase::Isotropic, FORWARDS, BACKWARDS];
+    let phases = [Phase::Isotropic, FORWARDS, BACKWARDS, Phase::Rayleigh];
     let media: [Layer; 4] = [
         ("grey", [0.7; 3], |phase| homogeneous([0.7; 3], [0.6; 3], phase)),
         ("coloured", [0.1, 0.7, 4.0], |phase| homogeneous([0.1, 0.7, 4.0], [0.6; 3], phase)),
@@ -156,6 +156,7 @@ fn single_scattering_follows_its_closed_form() {
         let cos = -to_light.z;
         let p = match phase {
             Phase::Isotropic => 1.0 / (4.0 * PI),
+            Phase::Rayleigh => 3.0 / (16.0 * PI) * (1.0 + cos * cos),
             Phase::HenyeyGreenstein { g } => {
                 let g = f64::from(g);
                 let base = 1.0 + g * g - 2.0 * g * cos;

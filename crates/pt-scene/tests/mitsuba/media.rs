@@ -60,6 +60,11 @@ fn homogeneous_media_have_their_numbers_or_mitsubas() {
          </medium></shape>",
     );
     assert_eq!(forwards.media[0].phase, Phase::HenyeyGreenstein { g: 0.8 });
+    let air = read(
+        "<shape type=\"sphere\"><medium type=\"homogeneous\" name=\"interior\">\
+         <phase type=\"rayleigh\"/></medium></shape>",
+    );
+    assert_eq!(air.media[0].phase, Phase::Rayleigh);
 }
 
 #[test]

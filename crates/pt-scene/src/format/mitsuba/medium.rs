@@ -13,7 +13,7 @@ use crate::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, 
 use crate::{LoadError, Medium, Sides, Warning};
 
 const KINDS: [&str; 2] = ["heterogeneous", "homogeneous"];
-const PHASES: [&str; 2] = ["hg", "isotropic"];
+const PHASES: [&str; 3] = ["hg", "isotropic", "rayleigh"];
 const VOLUMES: [&str; 2] = ["constvolume", "gridvolume"];
 
 /// The media of a scene, each made once, as are their grids.
@@ -269,6 +269,7 @@ fn phase_of(tree: &Tree, object: &Object) -> Result<Phase, LoadError> {
     let mut parameters = Parameters::new(object);
     let phase = match object.kind.as_str() {
         "isotropic" => Phase::Isotropic,
+        "rayleigh" => Phase::Rayleigh,
         "hg" => {
             let g = parameters.float("g")?.unwrap_or(0.8) as f32;
             if !(-1.0 < g && g < 1.0) {
