@@ -206,11 +206,16 @@ fn check_aovs(cli: &Cli) -> Result<(), String> {
     if let Some((_, twice)) = cli.aov.iter().enumerate().find(|(i, a)| cli.aov[..*i].contains(a)) {
         return Err(format!("--aov names \"{}\" twice; once is enough", twice.name()));
     }
-    let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-    if cli.aov.is_empty() || cli.output.as_ref().and_then(Option::as_ref).is_some_and(is_exr) {
+    if cli.aov.is_empty() || has_room_for_channels(cli) {
         return Ok(());
     }
     Err("--aov needs an image with room for more channels, as in -f out.exr".into())
+}
+
+/// Whether the image may have more channels than its colours.
+fn has_room_for_channels(cli: &Cli) -> bool {
+    let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    cli.output.as_ref().and_then(Option::as_ref).is_some_and(is_exr)
 }
 
 /// Refuses estimators of direct light that an integrator does not have.
@@ -339,8 +344,25 @@ impl Checked {
                 None => file.filter.unwrap_or(defaults.filter),
             },
             region: None,
-            aovs: cli.aov.clone(),
+            aovs: self.aovs(file),
         }
+    }
+
+    /// Channels besides light: those of the command line, or else of the file if the image has room for them.
+    fn aovs(&self, file: &FileSettings) -> Vec<Aov> {
+        let of_file = || file.aovs.iter().filter_map(|name| Aov::from_name(name));
+        if self.leaves_channels_out(file) {
+            Vec::new()
+        } else if self.cli.aov.is_empty() {
+            of_file().collect()
+        } else {
+            self.cli.aov.clone()
+        }
+    }
+
+    /// Whether a file asks for channels for which the image has no room.
+    pub(crate) fn leaves_channels_out(&self, file: &FileSettings) -> bool {
+        !file.aovs.is_empty() && !has_room_for_channels(&self.cli)
     }
 
     /// The opening of the lens, if it is asked for.

@@ -160,6 +160,10 @@ fn tell_notes(request: &Checked, scene: &Scene, session: &Session) {
     for warning in &scene.warnings {
         eprintln!("note: {warning}");
     }
+    if request.leaves_channels_out(&scene.settings) {
+        let channels = scene.settings.aovs.join(", ");
+        eprintln!("note: the scene asks for {channels} too; they are left out without -f out.exr");
+    }
     for note in session.notes() {
         eprintln!("note: {note}");
     }

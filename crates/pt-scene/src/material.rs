@@ -26,7 +26,7 @@ macro_rules! surfaces {
     ($then:ident) => {
         $then! {
             Matte, RoughDiffuse, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, RoughCoatedDiffuse,
-            Plastic, Principled, Black, Mix, Sided, Embossed
+            Plastic, Principled, PrincipledThin, Black, Mix, Sided, Embossed
         }
     };
 }
@@ -282,6 +282,55 @@ impl Principled {
     /// Whether light goes through it anywhere.
     pub fn transmits(&self) -> bool {
         self.spec_trans != Scalar::Value(0.0)
+    }
+}
+
+/// [`Principled`] for sheets so thin that light leaves them where it came in, such as paper, leaves and frosted
+/// panes: a diffuse part that reflects light and lets it through, and facets that do so. It is the same from both
+/// sides. Numbers are from 0 to 1 where nothing else is said.
+/// [Burley 2015, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", §5; as Mitsuba 3
+/// has it]
+#[derive(Clone, Debug, PartialEq)]
+pub struct PrincipledThin {
+    /// Colour of what is diffuse, and of light that facets let through.
+    pub base_color: Color,
+    /// √α of the facets that reflect, which are those of GGX; those of light that goes through are smoother where
+    /// the index is below 2.08.
+    pub roughness: Scalar,
+    /// How much longer highlights are along the direction in which u grows than across it.
+    pub anisotropic: Scalar,
+    /// Share of facets; the rest is diffuse.
+    pub spec_trans: Scalar,
+    /// Index of refraction of the sheet over that around it, above 0.
+    pub ior: f32,
+    /// How much of the base's tint the reflection of facets has.
+    pub spec_tint: Scalar,
+    /// Amount of sheen.
+    pub sheen: Scalar,
+    /// How much of the base's tint the sheen has.
+    pub sheen_tint: Scalar,
+    /// From a diffuse surface to light that is scattered under it.
+    pub flatness: Scalar,
+    /// From 0, all that is diffuse is reflected, to 2, all goes through.
+    pub diff_trans: Scalar,
+}
+
+impl Default for PrincipledThin {
+    /// Grey and diffuse, of index 1.5 and roughness ½ where there are facets.
+    fn default() -> Self {
+        let none = || Scalar::Value(0.0);
+        Self {
+            base_color: [0.5; 3].into(),
+            roughness: 0.5.into(),
+            anisotropic: none(),
+            spec_trans: none(),
+            ior: 1.5,
+            spec_tint: none(),
+            sheen: none(),
+            sheen_tint: none(),
+            flatness: none(),
+            diff_trans: none(),
+        }
     }
 }
 

@@ -37,7 +37,7 @@ pub enum Matter {
 /// What is not the same everywhere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Heterogeneous {
-    /// Extinction σt by its place: a grid of one channel, of numbers of at least 0.
+    /// Extinction σt by its place: a grid of one channel, or of three, of numbers of at least 0.
     pub extinction: PlacedGrid,
     /// What its numbers are multiplied by to be per unit of length of the scene; at least 0.
     pub scale: f32,
@@ -92,6 +92,11 @@ impl Grid {
         Self { resolution: [1; 3], channels: 1, values: vec![value] }
     }
 
+    /// One cell with a colour.
+    pub fn uniform_color(color: [f32; 3]) -> Self {
+        Self { resolution: [1; 3], channels: 3, values: color.to_vec() }
+    }
+
     /// The number of cells that its sizes say.
     pub fn cells(&self) -> usize {
         self.resolution.iter().map(|&n| n as usize).product()
@@ -109,6 +114,9 @@ pub enum Phase {
         /// Mean cosine of the angle by which light is turned, in (−1, 1).
         g: f32,
     },
+    /// As much forwards as backwards, and half as much to the sides: by what is much smaller than a wavelength.
+    /// [Chandrasekhar 1960, "Radiative Transfer", §4]
+    Rayleigh,
 }
 
 /// The media on both sides of a surface, as indices into [`crate::Scene::media`]; `None` is empty space.

@@ -17,6 +17,8 @@ pub struct FileSettings {
     pub max_depth: Option<u32>,
     /// Name of the integrator, if it is not the usual one.
     pub integrator: Option<&'static str>,
+    /// Names of the channels besides light that are asked for.
+    pub aovs: Vec<&'static str>,
     /// Reconstruction filter.
     pub filter: Option<Filter>,
 }

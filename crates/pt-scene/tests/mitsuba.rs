@@ -187,6 +187,7 @@ fn one_of_each_kind_of_object() {
         spp: Some(16),
         max_depth: Some(4),
         integrator: None,
+        aovs: Vec::new(),
         filter: Some(Filter::Box),
     };
     assert_eq!(scene.settings, settings);
@@ -260,11 +261,12 @@ fn the_scenes_for_peers_load_without_a_warning() {
             spp: Some(64),
             max_depth: Some(interactions),
             integrator: None,
+            aovs: Vec::new(),
             filter: Some(Filter::Box),
         };
         assert_eq!(scene.settings, settings, "{name}");
     }
-    for (name, media) in [("fog", 2), ("cloud", 1), ("absorption", 3)] {
+    for (name, media) in [("fog", 2), ("cloud", 1), ("smoke", 2), ("absorption", 3)] {
         let scene = pt_scene::format::load(&folder.join(name).with_extension("xml"));
         let scene = scene.unwrap_or_else(|error| panic!("{error}"));
         common::check_invariants(&scene);

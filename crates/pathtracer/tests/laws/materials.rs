@@ -8,7 +8,8 @@ use pt_math::{DAffine3, DMat3, DVec3, Spectrum};
 use pt_scene::image::Image;
 use pt_scene::material::{
     Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Masking, Mirror, Mix, Plastic,
-    Principled, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, ThinGlass,
+    Principled, PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided,
+    ThinGlass,
 };
 use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Relief, Scalar, Texture, Wrap};
 use pt_scene::{LightKind, Surface};
@@ -111,6 +112,19 @@ pub(crate) fn surfaces(textured: bool) -> Vec<Surface> {
             clearcoat: share(0.5625),
             clearcoat_gloss: share(0.1875),
             ..Principled::default()
+        }
+        .into(),
+        PrincipledThin {
+            base_color: color(COLOR),
+            roughness: share(0.5),
+            anisotropic: share(0.25),
+            spec_trans: share(0.375),
+            spec_tint: share(0.625),
+            sheen: share(0.75),
+            sheen_tint: share(0.875),
+            flatness: share(0.0625),
+            diff_trans: share(0.5625),
+            ..PrincipledThin::default()
         }
         .into(),
     ]

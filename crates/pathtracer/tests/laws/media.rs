@@ -48,6 +48,14 @@ fn cloud(scale: f32, albedo: [f32; 3], phase: Phase) -> Medium {
     grid(values, scale, Volume::Constant(albedo), phase)
 }
 
+/// The same with other colours in each place.
+fn colored_cloud(scale: f32, albedo: [f32; 3], phase: Phase) -> Medium {
+    let cell = |i: u32| [7, 13, 29].map(|k| (i * i * k % 23).saturating_sub(9) as f32 / 13.0);
+    let values = (0..20 * 18 * 9u32).flat_map(cell).collect();
+    let values = Grid { resolution: [20, 18, 9], channels: 3, values };
+    grid(values, scale, Volume::Constant(albedo), phase)
+}
+
 /// Fills the last object with a medium.
 fn filled(builder: Builder, medium: Medium) -> Builder {
     let Builder(mut scene) = builder;
@@ -132,18 +140,23 @@ fn single_scattering_follows_its_closed_form() {
     const IRRADIANCE: f32 = 3.0;
     let to_light = DVec3::new(0.6, 0.0, 0.8);
     let mu = to_light.z;
-    let phases = [Phase::Isotropic, FORWARDS, BACKWARDS];
-    let media: [Layer; 3] = [
+    let phases = [Phase::Isotropic, FORWARDS, BACKWARDS, Phase::Rayleigh];
+    let media: [Layer; 4] = [
         ("grey", [0.7; 3], |phase| homogeneous([0.7; 3], [0.6; 3], phase)),
         ("coloured", [0.1, 0.7, 4.0], |phase| homogeneous([0.1, 0.7, 4.0], [0.6; 3], phase)),
         ("grid", [0.7; 3], |phase| {
             grid(Grid::uniform(0.35), 2.0, Volume::Constant([0.6; 3]), phase)
+        }),
+        ("coloured grid", [0.1, 0.7, 4.0], |phase| {
+            let sigma = Grid::uniform_color([0.05, 0.35, 2.0]);
+            grid(sigma, 2.0, Volume::Constant([0.6; 3]), phase)
         }),
     ];
     for phase in phases {
         let cos = -to_light.z;
         let p = match phase {
             Phase::Isotropic => 1.0 / (4.0 * PI),
+            Phase::Rayleigh => 3.0 / (16.0 * PI) * (1.0 + cos * cos),
             Phase::HenyeyGreenstein { g } => {
                 let g = f64::from(g);
                 let base = 1.0 + g * g - 2.0 * g * cos;
@@ -182,6 +195,7 @@ fn media_that_absorb_nothing_are_invisible_under_an_even_sky() {
             ("coloured", homogeneous([0.5, 1.0, 3.0], white, BACKWARDS)),
             ("cloud", cloud(3.0, white, Phase::Isotropic)),
             ("cloud, forwards", cloud(3.0, white, FORWARDS)),
+            ("coloured cloud", colored_cloud(3.0, white, FORWARDS)),
         ]
     };
     let inside = [("nothing", None), ("glass", Some(glass(1.5))), ("bubble", Some(glass(0.75)))];
@@ -278,6 +292,27 @@ fn a_uniform_grid_is_homogeneous() {
             .collect();
         assert_all_agree(&films);
     }
+}
+
+/// The same with colours.
+#[test]
+fn a_uniform_coloured_grid_is_homogeneous() {
+    let albedo = [0.9, 0.7, 0.5];
+    let values = [0.25, 0.1, 0.02].repeat(459);
+    let uniform = Grid { resolution: [3, 9, 17], channels: 3, values };
+    let media = [
+        homogeneous([4.0, 1.6, 0.32], albedo, FORWARDS),
+        grid(uniform, 16.0, Volume::Constant(albedo), FORWARDS),
+    ];
+    let films: Vec<_> = media
+        .into_iter()
+        .zip(0..)
+        .map(|(medium, seed)| {
+            let settings = Settings { seed, ..with_depth(2048, 12) };
+            (format!("{seed}"), film_of(&foggy(medium), settings))
+        })
+        .collect();
+    assert_all_agree(&films);
 }
 
 /// Light sampling alone, and weighed against phase functions and BSDFs, with one and four samples of each

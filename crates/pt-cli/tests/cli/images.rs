@@ -275,6 +275,38 @@ fn more_channels_leave_the_colours_alone() {
     }
 }
 
+/// A scene of Mitsuba may ask for them as well, of those that there are; without room they are left out and told.
+#[test]
+fn scenes_may_ask_for_more_channels() {
+    let folder = Folder::new();
+    let types = "albedo depth geo_normal position prim_index sh_normal shape_index";
+    let list: Vec<_> = types.split(' ').map(|kind| format!("a:{kind}")).collect();
+    let list = list.join(",");
+    let scene = format!(
+        "<scene version=\"3.0.0\"><integrator type=\"aov\"><string name=\"aovs\" value=\"{list}\"/>\
+         <integrator type=\"path\"/></integrator><sensor type=\"perspective\"/>\
+         <shape type=\"sphere\"/></scene>"
+    );
+    folder.write("scene.xml", scene);
+    let asked = folder.succeed("-r 12 9 -s 2 -f out.exr scene.xml").err;
+    assert!(!asked.contains("left out"), "{asked}");
+    let file = folder.read("out.exr");
+    let names = [
+        "albedo.R",
+        "depth.Z",
+        "geometric_normal.X",
+        "position.X",
+        "primitive.id",
+        "normal.X",
+        "object.id",
+    ];
+    for name in names {
+        assert!(file.windows(name.len()).any(|w| w == name.as_bytes()), "{name}");
+    }
+    let told = folder.succeed("-r 12 9 -s 2 -f out.png scene.xml").err;
+    assert!(told.contains("left out without -f out.exr"), "{told}");
+}
+
 #[test]
 fn the_summary_as_json_counts_samples_and_rays() {
     let folder = Folder::new();

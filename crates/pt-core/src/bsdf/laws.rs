@@ -15,8 +15,8 @@ use pt_testing::{Chi2, Random, chi2_cone, chi2_sphere};
 use super::microfacet::Facets;
 use super::mirror::reflect;
 use super::{
-    AnyLobe, CompensatedDielectric, CourseMicrofacet, Glossy, Principled, RoughConductor,
-    RoughDielectric,
+    AnyLobe, CompensatedDielectric, CourseMicrofacet, Glossy, Principled, PrincipledThin,
+    RoughConductor, RoughDielectric,
 };
 
 /// Directions above the surface, from the normal to grazing.
@@ -70,6 +70,7 @@ fn with_alpha(lobe: &AnyLobe, alpha: f32) -> Option<AnyLobe> {
         AnyLobe::RoughCoatedDiffuse(l) => Some(l.with_alpha(alpha).into()),
         AnyLobe::Glossy(l) => Some(Glossy { facets: with(l.facets), ..l }.into()),
         AnyLobe::Principled(l) => Some(Principled { roughness: alpha.sqrt(), ..l }.into()),
+        AnyLobe::PrincipledThin(l) => Some(PrincipledThin { roughness: alpha.sqrt(), ..l }.into()),
         AnyLobe::CourseMicrofacet(l) => Some(CourseMicrofacet { alpha, ..l }.into()),
         _ => None,
     }
@@ -230,6 +231,7 @@ fn stretch_is_one_over_the_density() {
                 | AnyLobe::CompensatedConductor(_)
                 | AnyLobe::CompensatedDielectric(_)
                 | AnyLobe::Principled(_)
+                | AnyLobe::PrincipledThin(_)
         );
         let mut checked = 0;
         for wo in ABOVE {
@@ -248,6 +250,7 @@ fn stretch_is_one_over_the_density() {
                     AnyLobe::CompensatedConductor(l) => l.chance(wo, u[2]),
                     AnyLobe::CompensatedDielectric(l) => l.chance(wo, s.wi, u[2]),
                     AnyLobe::Principled(l) => l.chance(wo, s.wi, u[2]),
+                    AnyLobe::PrincipledThin(l) => l.chance(wo, u[2]),
                     _ => 1.0,
                 };
                 let product = area * lobe.pdf(wo, s.wi).get() / chance;

@@ -295,6 +295,8 @@ lobes! {
     Glossy = glossy::Glossy,
     /// Material of many parameters.
     Principled = principled::Principled,
+    /// The same of a thin sheet.
+    PrincipledThin = principled::PrincipledThin,
     /// The course's glass.
     CourseGlass = course::CourseGlass,
     /// The course's refraction.

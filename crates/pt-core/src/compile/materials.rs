@@ -6,7 +6,8 @@
 use pt_math::Spectrum;
 use pt_scene::material::{
     Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Matte, Mirror, Mix, Plastic,
-    Principled, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
+    Principled, PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided,
+    Surface, ThinGlass,
 };
 use pt_scene::texture::{Relief, Scalar};
 
@@ -216,6 +217,29 @@ impl Lower for Principled {
             cx.orient();
         }
         cx.lobe(lobe, self.two_sided)
+    }
+}
+
+impl Lower for PrincipledThin {
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        type Lobe = bsdf::PrincipledThin;
+        let mut number = |scalar: &Scalar, first| cx.number(scalar, first, [0.0, 1.0]);
+        let lobe = Lobe {
+            roughness: number(&self.roughness, Lobe::ROUGHNESS),
+            anisotropic: number(&self.anisotropic, Lobe::ANISOTROPIC),
+            spec_trans: number(&self.spec_trans, Lobe::SPEC_TRANS),
+            spec_tint: number(&self.spec_tint, Lobe::SPEC_TINT),
+            sheen: number(&self.sheen, Lobe::SHEEN),
+            sheen_tint: number(&self.sheen_tint, Lobe::SHEEN_TINT),
+            flatness: number(&self.flatness, Lobe::FLATNESS),
+            diff_trans: cx.number(&self.diff_trans, Lobe::DIFF_TRANS, [0.0, 2.0]),
+            base_color: cx.share(&self.base_color, Lobe::BASE_COLOR),
+            eta: self.ior,
+        };
+        if self.anisotropic != Scalar::Value(0.0) {
+            cx.orient();
+        }
+        cx.lobe(lobe, true)
     }
 }
 

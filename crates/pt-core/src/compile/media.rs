@@ -9,7 +9,7 @@ use crate::id::Id;
 use crate::medium::{
     Albedo, Boundary, Field, GridMedium, Homogeneous, Matter, Media, MediumRecord,
 };
-use crate::phase::{AnyPhase, HenyeyGreenstein, Isotropic};
+use crate::phase::{AnyPhase, HenyeyGreenstein, Isotropic, Rayleigh};
 use crate::scene::SurfaceRecord;
 
 /// Most collisions that a ray through a grid may need on average where all of it is as dense as its
@@ -63,7 +63,7 @@ fn record(medium: &Medium, metres: f64) -> Result<MediumRecord, CompileError> {
         }
         Written::Heterogeneous(heterogeneous) => {
             let Heterogeneous { extinction, scale, albedo } = &**heterogeneous;
-            check_grid(extinction, &[1]).map_err(refuse)?;
+            check_grid(extinction, &[1, 3]).map_err(refuse)?;
             check_extinction(&extinction.grid.values).map_err(refuse)?;
             check_extinction(&[*scale]).map_err(refuse)?;
             check_depth(extinction, *scale).map_err(refuse)?;
@@ -88,6 +88,7 @@ fn record(medium: &Medium, metres: f64) -> Result<MediumRecord, CompileError> {
 fn phase(phase: Phase) -> Result<AnyPhase, String> {
     match phase {
         Phase::Isotropic => Ok(Isotropic.into()),
+        Phase::Rayleigh => Ok(Rayleigh.into()),
         Phase::HenyeyGreenstein { g } if -1.0 < g && g < 1.0 => Ok(HenyeyGreenstein { g }.into()),
         Phase::HenyeyGreenstein { g } => {
             Err(format!("the mean cosine g of the phase function is {g}; expected -1 < g < 1"))

@@ -66,7 +66,7 @@ impl Homogeneous {
 /// What each channel has, over the mean of all by their shares. Nothing where even the most of them is
 /// too little for single precision.
 #[inline]
-fn balanced(channels: Spectrum, share: Spectrum) -> Spectrum {
+pub(super) fn balanced(channels: Spectrum, share: Spectrum) -> Spectrum {
     let [r, g, b] = (share * channels).to_array();
     let mean = r + g + b;
     // Divided one by one: the inverse of a small mean may be infinite.

@@ -28,7 +28,11 @@ fn homogeneous(extinction: [f32; 3], albedo: f32) -> MediumRecord {
 }
 
 fn grid(values: Vec<f32>, resolution: [u32; 3], scale: f32, albedo: f32) -> MediumRecord {
-    let grid = Arc::new(Grid { resolution, channels: 1, values });
+    of_grid(Grid { resolution, channels: 1, values }, scale, albedo)
+}
+
+fn of_grid(grid: Grid, scale: f32, albedo: f32) -> MediumRecord {
+    let grid = Arc::new(grid);
     let (corner, to_unit) = (Vec3::splat(-0.5), Mat3::from_diagonal(Vec3::splat(0.5)));
     let field = Field { grid, corner, to_unit, filter: GridFilter::Trilinear };
     let albedo = Albedo::Constant(Spectrum::splat(albedo));
@@ -39,6 +43,19 @@ fn grid(values: Vec<f32>, resolution: [u32; 3], scale: f32, albedo: f32) -> Medi
 fn gradient(scale: f32, albedo: f32) -> MediumRecord {
     let values = (0..12 * 2 * 3).map(|i| (i % 12) as f32 / 11.0).collect();
     grid(values, [12, 2, 3], scale, albedo)
+}
+
+/// The same in red, the other way round in green, and the same everywhere in blue.
+fn colored_gradient(scale: f32, albedo: f32) -> MediumRecord {
+    let cell = |i: u32| [(i % 12) as f32 / 11.0, 1.0 - (i % 12) as f32 / 11.0, 0.1];
+    let values = (0..12 * 2 * 3).flat_map(cell).collect();
+    of_grid(Grid { resolution: [12, 2, 3], channels: 3, values }, scale, albedo)
+}
+
+/// The depth of [`colored_gradient`] along [`ray`] up to a parameter.
+fn colored_depth(t: f32, scale: f64) -> [f64; 3] {
+    let along = |sigma: &dyn Fn(Vec3) -> f64| depth(&ray(), t, |p| scale * sigma(p));
+    [along(&gradient_at), along(&|p| 1.0 - gradient_at(p)), along(&|_| 0.1)]
 }
 
 /// The extinction of [`gradient`] with scale 1 at a point of the world.
@@ -85,6 +102,13 @@ fn media(albedo: f32) -> Vec<Case> {
         ("uniform grid", grid(vec![0.5; 60], [3, 4, 5], 2.4, albedo), |t| of(t, [1.2; 3])),
         ("gradient", gradient(3.0, albedo), |t| [depth(&ray(), t, |p| 3.0 * gradient_at(p)); 3]),
         ("dense", gradient(12.0, albedo), |t| [depth(&ray(), t, |p| 12.0 * gradient_at(p)); 3]),
+        (
+            "uniform coloured grid",
+            of_grid(Grid::uniform_color([0.3, 4.0, 0.0]), 1.0, albedo),
+            |t| of(t, [0.3, 4.0, 0.0]),
+        ),
+        ("coloured gradient", colored_gradient(3.0, albedo), |t| colored_depth(t, 3.0)),
+        ("dense coloured", colored_gradient(12.0, albedo), |t| colored_depth(t, 12.0)),
     ]
 }
 
@@ -161,6 +185,45 @@ fn weights_of_flights_are_the_terms_of_the_transport_equation() {
     }
 }
 
+/// What paths carry in all channels together stays the same, whatever happens on their way: no weight is more than
+/// the inverse of the share of its channel.
+#[test]
+fn coloured_grids_keep_the_sum_of_the_throughput() {
+    let medium = colored_gradient(12.0, 1.0);
+    for beta in [Spectrum::ONE, Spectrum::rgb(0.9, 0.2, 0.5), Spectrum::rgb(0.0, 1e-20, 3.0)] {
+        let sum = |spectrum: Spectrum| spectrum.to_array().iter().sum::<f32>();
+        for sample in 0..1000 {
+            let (u, mut stream) = numbers(sample);
+            let (Flight::Scattered { weight, .. } | Flight::Passed { weight }) =
+                medium.sample(&ray(), beta, u, &mut stream);
+            let (got, want) = (sum(beta * weight), sum(beta));
+            assert!((got - want).abs() < 1e-5 * want, "{beta:?}: {got}, expected {want}");
+        }
+    }
+}
+
+/// A grid that is grey is one of three equal channels, sample by sample.
+#[test]
+fn grey_grids_are_coloured_ones_of_equal_channels() {
+    let values: Vec<_> = (0..12 * 2 * 3).map(|i| (i % 12) as f32 / 11.0).collect();
+    let colors = values.iter().flat_map(|&x| [x; 3]).collect();
+    let grey = grid(values, [12, 2, 3], 5.0, 0.8);
+    let colored = of_grid(Grid { resolution: [12, 2, 3], channels: 3, values: colors }, 5.0, 0.8);
+    let beta = Spectrum::rgb(0.9, 0.2, 0.5);
+    let of = |medium: &MediumRecord, sample| {
+        let (u, mut stream) = numbers(sample);
+        match medium.sample(&ray(), beta, u, &mut stream) {
+            Flight::Scattered { t, weight } => (Some(t), weight),
+            Flight::Passed { weight } => (None, weight),
+        }
+    };
+    for sample in 0..1000 {
+        let ((at, weight), (want_at, want)) = (of(&colored, sample), of(&grey, sample));
+        assert_eq!(at, want_at);
+        assert!((weight.0 - want.0).abs().max_element() < 1e-5, "{weight:?} {want:?}");
+    }
+}
+
 /// Infinitely far away all is gone, but where there is nothing in the way, and what is scattered is not
 /// too far away to be computed with.
 #[test]
@@ -196,6 +259,15 @@ fn extremely_coloured_media_give_numbers() {
             let ray = Ray { t_max, ..ray() };
             let (Flight::Scattered { weight, .. } | Flight::Passed { weight }) =
                 medium.sample(&ray, beta, u, &mut stream);
+            assert!(weight.is_finite() && weight.0.min_element() >= 0.0, "{weight:?}");
+        }
+    }
+    for extinction in [[0.0, 1e4, 1e-38], [1e-30, 1e3, 1.0], [1e4, 1e-44, 0.0]] {
+        let medium = of_grid(Grid::uniform_color(extinction), 1.0, 0.5);
+        for sample in 0..1000 {
+            let (u, mut stream) = numbers(sample);
+            let (Flight::Scattered { weight, .. } | Flight::Passed { weight }) =
+                medium.sample(&ray(), beta, u, &mut stream);
             assert!(weight.is_finite() && weight.0.min_element() >= 0.0, "{weight:?}");
         }
     }

@@ -9,7 +9,7 @@ use pt_scene::medium::Grid;
 /// numbers, enough for steps from one to the next to cost little.
 const CELLS: u32 = 8;
 
-/// Bounds of the first channel of a grid in equal boxes of the unit cube.
+/// Bounds of all channels of a grid in equal boxes of the unit cube.
 #[derive(Clone, Debug)]
 pub(super) struct Majorants {
     /// Boxes along each axis.
@@ -96,13 +96,14 @@ fn ranges(cells: u32, boxes: usize) -> Vec<[usize; 2]> {
     (0..boxes).map(range).collect()
 }
 
-/// The greatest number of a block of cells.
+/// The greatest number of a block of cells, of any channel.
 fn most(grid: &Grid, [xs, ys, zs]: [&[usize; 2]; 3]) -> f32 {
     let [nx, ny, _] = grid.resolution.map(|n| n as usize);
     let channels = grid.channels as usize;
     let rows = (zs[0]..=zs[1]).flat_map(|z| (ys[0]..=ys[1]).map(move |y| (z * ny + y) * nx));
     let cells = rows.flat_map(|row| row + xs[0]..=row + xs[1]);
-    cells.fold(0.0, |most: f32, cell| most.max(grid.values[cell * channels]))
+    let numbers = cells.flat_map(|cell| &grid.values[cell * channels..(cell + 1) * channels]);
+    numbers.fold(0.0, |most: f32, &number| most.max(number))
 }
 
 /// The part of a ray's interval that is in the unit cube, if some of it is.

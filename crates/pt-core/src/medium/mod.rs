@@ -60,7 +60,7 @@ impl MediumRecord {
     pub fn sample(&self, ray: &Ray, beta: Spectrum, u: [f32; 2], stream: &mut Stream) -> Flight {
         match &self.matter {
             Matter::Homogeneous(medium) => medium.sample(ray, beta, u),
-            Matter::Grid(medium) => medium.sample(ray, stream),
+            Matter::Grid(medium) => medium.sample(ray, beta, stream),
         }
     }
 
@@ -69,7 +69,7 @@ impl MediumRecord {
     pub fn transmittance(&self, ray: &Ray, stream: &mut Stream) -> Spectrum {
         match &self.matter {
             Matter::Homogeneous(medium) => medium.transmittance(ray),
-            Matter::Grid(medium) => Spectrum::splat(medium.transmittance(ray, stream)),
+            Matter::Grid(medium) => medium.transmittance(ray, stream),
         }
     }
 }

@@ -7,6 +7,7 @@ mod henyey_greenstein;
 mod isotropic;
 #[cfg(test)]
 mod laws;
+mod rayleigh;
 
 use pt_math::{Pdf, SolidAngle, Vec3};
 
@@ -60,4 +61,6 @@ phases! {
     Isotropic = isotropic::Isotropic,
     /// More forwards or backwards, by one number.
     HenyeyGreenstein = henyey_greenstein::HenyeyGreenstein,
+    /// By what is much smaller than a wavelength.
+    Rayleigh = rayleigh::Rayleigh,
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pt_math::{DMat3, DVec3};
 use pt_scene::material::{
     Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Masking, Matte, Mirror, Mix,
-    Principled, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, ThinGlass,
+    Principled, PrincipledThin, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, ThinGlass,
 };
 use pt_scene::metals::{METALS, Metal};
 use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Relief, Wrap};
@@ -287,6 +287,37 @@ fn principled_materials_have_their_parameters() {
         *field(&mut want) = 0.25.into();
         assert_eq!(principled(&format!("<float name=\"{name}\" value=\"0.25\"/>")), want);
         let textured = principled(&format!("<texture type=\"checkerboard\" name=\"{name}\"/>"));
+        assert!(field(&mut textured.clone()).texture().is_some(), "{name}");
+    }
+}
+
+#[test]
+fn thin_principled_materials_have_their_parameters() {
+    type Field = fn(&mut PrincipledThin) -> &mut Scalar;
+    let thin = |parameters: &str| {
+        let surface = surface(&format!("<bsdf type=\"principledthin\">{parameters}</bsdf>"));
+        let Surface::PrincipledThin(thin) = surface else { panic!("{surface:?}") };
+        thin
+    };
+    assert_eq!(thin(""), PrincipledThin::default());
+    assert_eq!(thin("<float name=\"eta\" value=\"1.33\"/>").ior, 1.33);
+    let most = thin("<float name=\"diff_trans\" value=\"2\"/>").diff_trans;
+    assert_eq!(most, 2.0.into());
+    let numbers: [(&str, Field); 8] = [
+        ("roughness", |p| &mut p.roughness),
+        ("anisotropic", |p| &mut p.anisotropic),
+        ("spec_trans", |p| &mut p.spec_trans),
+        ("spec_tint", |p| &mut p.spec_tint),
+        ("sheen", |p| &mut p.sheen),
+        ("sheen_tint", |p| &mut p.sheen_tint),
+        ("flatness", |p| &mut p.flatness),
+        ("diff_trans", |p| &mut p.diff_trans),
+    ];
+    for (name, field) in numbers {
+        let mut want = PrincipledThin::default();
+        *field(&mut want) = 0.25.into();
+        assert_eq!(thin(&format!("<float name=\"{name}\" value=\"0.25\"/>")), want);
+        let textured = thin(&format!("<texture type=\"checkerboard\" name=\"{name}\"/>"));
         assert!(field(&mut textured.clone()).texture().is_some(), "{name}");
     }
 }

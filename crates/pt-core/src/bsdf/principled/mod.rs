@@ -2,6 +2,7 @@
 
 mod base;
 mod clearcoat;
+mod thin;
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 use pt_scene::material::{Distribution, Masking};
@@ -13,6 +14,8 @@ use super::rough_dielectric::{Pair, eta_from, refract, upright};
 use super::{BsdfSample, Lobe, PARAMETERS, color};
 use base::{Base, sheen, sheen_albedo, tint};
 use clearcoat::Clearcoat;
+
+pub use thin::PrincipledThin;
 
 /// A diffuse base with sheen, facets that reflect as a dielectric or a metal or let light through, and a clear
 /// coat. See [`pt_scene::material::Principled`] for its parameters.

@@ -14,19 +14,17 @@ use node::{Node, Receiver};
 
 pub(crate) use emission::is_bounded;
 
-/// Extended lights in a tree.
+/// Lights in a tree, either without extent, which nothing hits, or extended.
 #[derive(Clone, Copy, Debug)]
-pub struct ManyLights {
+pub struct Many<const POINTS: bool> {
     /// Index into [`LightTables::trees`].
     pub tree: u32,
 }
 
+/// Extended lights in a tree.
+pub type ManyLights = Many<false>;
 /// Lights without extent in a tree.
-#[derive(Clone, Copy, Debug)]
-pub struct ManyPoints {
-    /// Index into [`LightTables::trees`].
-    pub tree: u32,
-}
+pub type ManyPoints = Many<true>;
 
 /// A light in a tree.
 #[derive(Clone, Copy, Debug)]
@@ -241,8 +239,8 @@ fn refined(rest: f32, probability: f32, [u, v]: [f32; 2]) -> f32 {
     (rest + fraction * (STEP / probability)).min(MOST)
 }
 
-impl Light for ManyLights {
-    const DELTA: bool = false;
+impl<const POINTS: bool> Light for Many<POINTS> {
+    const DELTA: bool = POINTS;
 
     fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
         tables.trees[self.tree as usize].sample_one(tables, lit, u)
@@ -265,57 +263,42 @@ impl Light for ManyLights {
         hit: Option<LightHit>,
     ) -> Pdf<SolidAngle> {
         let tree = &tables.trees[self.tree as usize];
+        let hit = hit.filter(|_| !POINTS);
         hit.map_or(Pdf::ZERO, |hit| tree.pdf(tables, lit, wi, hit))
     }
 
-    /// Two squares at height 2, of which one is brighter, each of four triangles that face down.
     fn examples() -> Vec<(Self, LightTables)> {
-        let square = |x: f32, half: f32, radiance: f32| {
-            let corner = move |i: f32, j: f32| Vec3::new(x + i * half, 2.0, j * half);
-            let corners =
-                [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-            let inner = corner(0.5, 0.2);
-            (0..4).map(move |i| {
-                let triangle = EmitterTriangle {
-                    p0: inner,
-                    e1: corners[i] - inner,
-                    e2: corners[(i + 1) % 4] - inner,
-                    normal: Vec3::NEG_Y,
-                };
-                TreeLight::Triangle(triangle, Spectrum::splat(radiance))
-            })
-        };
-        let lights = square(0.0, 1.0, 2.0).chain(square(3.0, 0.5, 5.0));
-        let lights = lights.zip(7..).map(|(light, primitive)| (light, Some(primitive)));
-        let trees = vec![LightTree::new(lights.collect(), &LightTables::default())];
+        let lights = if POINTS { example_of_points() } else { example_of_squares() };
+        let trees = vec![LightTree::new(lights, &LightTables::default())];
         vec![(Self { tree: 0 }, LightTables { trees, ..LightTables::default() })]
     }
 }
 
-impl Light for ManyPoints {
-    const DELTA: bool = true;
+/// Two squares at height 2, of which one is brighter, each of four triangles that face down.
+fn example_of_squares() -> Vec<(TreeLight, Option<u32>)> {
+    let square = |x: f32, half: f32, radiance: f32| {
+        let corner = move |i: f32, j: f32| Vec3::new(x + i * half, 2.0, j * half);
+        let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        let inner = corner(0.5, 0.2);
+        (0..4).map(move |i| {
+            let triangle = EmitterTriangle {
+                p0: inner,
+                e1: corners[i] - inner,
+                e2: corners[(i + 1) % 4] - inner,
+                normal: Vec3::NEG_Y,
+            };
+            TreeLight::Triangle(triangle, Spectrum::splat(radiance))
+        })
+    };
+    let lights = square(0.0, 1.0, 2.0).chain(square(3.0, 0.5, 5.0));
+    lights.zip(7..).map(|(light, primitive)| (light, Some(primitive))).collect()
+}
 
-    fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
-        tables.trees[self.tree as usize].sample_one(tables, lit, u)
-    }
-
-    fn sample_each(
-        &self,
-        tables: &LightTables,
-        points: impl Iterator<Item = (Lit, [f32; 2])>,
-        samples: &mut Vec<Option<LightSample>>,
-    ) {
-        tables.trees[self.tree as usize].sample_each(tables, points, samples);
-    }
-
-    /// One point: the laws of lights without extent are about a single one.
-    fn examples() -> Vec<(Self, LightTables)> {
-        let position = Vec3::new(0.1, 2.5, 0.3);
-        let point = super::Point { position, intensity: Spectrum::splat(3.0) };
-        let lights = vec![(TreeLight::Other(point.into()), None)];
-        let trees = vec![LightTree::new(lights, &LightTables::default())];
-        vec![(Self { tree: 0 }, LightTables { trees, ..LightTables::default() })]
-    }
+/// One point: the laws of lights without extent are about a single one.
+fn example_of_points() -> Vec<(TreeLight, Option<u32>)> {
+    let position = Vec3::new(0.1, 2.5, 0.3);
+    let point = super::Point { position, intensity: Spectrum::splat(3.0) };
+    vec![(TreeLight::Other(point.into()), None)]
 }
 
 #[cfg(test)]

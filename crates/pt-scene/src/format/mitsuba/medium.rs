@@ -13,7 +13,7 @@ use crate::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, 
 use crate::{LoadError, Medium, Sides, Warning};
 
 const KINDS: [&str; 2] = ["heterogeneous", "homogeneous"];
-const PHASES: [&str; 2] = ["hg", "isotropic"];
+const PHASES: [&str; 3] = ["hg", "isotropic", "rayleigh"];
 const VOLUMES: [&str; 2] = ["constvolume", "gridvolume"];
 
 /// The media of a scene, each made once, as are their grids.
@@ -106,9 +106,7 @@ impl<'t> Media<'t> {
         }
         let matter = match object.kind.as_str() {
             "homogeneous" => homogeneous(&parameters, extinction, scale, albedo)?,
-            "heterogeneous" => {
-                self.heterogeneous(object, &parameters, extinction, scale, albedo)?
-            }
+            "heterogeneous" => self.heterogeneous(object, extinction, scale, albedo),
             _ => return Err(unsupported(object, &KINDS)),
         };
         parameters.finish()?;
@@ -208,20 +206,17 @@ impl<'t> Media<'t> {
     fn heterogeneous(
         &mut self,
         object: &Object,
-        parameters: &Parameters<'_>,
         extinction: Field,
         scale: f32,
         albedo: Field,
-    ) -> Result<Matter, LoadError> {
+    ) -> Matter {
         let extinction = match extinction {
-            Field::Constant([r, g, b], to_world) if r == g && g == b => {
-                let grid = Arc::new(Grid::uniform(r));
-                PlacedGrid { grid, to_world, filter: GridFilter::Nearest }
+            Field::Constant([r, g, b], to_world) => {
+                let is_grey = r == g && g == b;
+                let grid = if is_grey { Grid::uniform(r) } else { Grid::uniform_color([r, g, b]) };
+                PlacedGrid { grid: Arc::new(grid), to_world, filter: GridFilter::Nearest }
             }
-            Field::Grid(placed) if placed.grid.channels == 1 => placed,
-            Field::Constant(..) | Field::Grid(_) => {
-                return Err(parameters.refuse("sigma_t", COLOURED));
-            }
+            Field::Grid(placed) => placed,
         };
         if is_turned(extinction.to_world.matrix3) {
             let message = "the grid is turned; it ends at its own box here, and in Mitsuba at the \
@@ -232,7 +227,7 @@ impl<'t> Media<'t> {
             Field::Constant(albedo, _) => Volume::Constant(albedo),
             Field::Grid(placed) => Volume::Grid(placed),
         };
-        Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo })))
+        Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo }))
     }
 
     /// Refuses volumes that nobody asked for.
@@ -250,9 +245,6 @@ impl<'t> Media<'t> {
         Ok(())
     }
 }
-
-const COLOURED: &str = "the extinction of a heterogeneous medium has colours, which is not supported; \
-                        expected grey, with colours in the albedo";
 
 fn homogeneous(
     parameters: &Parameters<'_>,
@@ -277,6 +269,7 @@ fn phase_of(tree: &Tree, object: &Object) -> Result<Phase, LoadError> {
     let mut parameters = Parameters::new(object);
     let phase = match object.kind.as_str() {
         "isotropic" => Phase::Isotropic,
+        "rayleigh" => Phase::Rayleigh,
         "hg" => {
             let g = parameters.float("g")?.unwrap_or(0.8) as f32;
             if !(-1.0 < g && g < 1.0) {

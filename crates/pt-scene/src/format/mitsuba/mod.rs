@@ -37,6 +37,7 @@ mod bsdf;
 mod emitter;
 mod film;
 mod instance;
+mod integrator;
 mod medium;
 mod object;
 mod read;

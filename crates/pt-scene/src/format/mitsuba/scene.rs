@@ -8,7 +8,7 @@ use super::medium::Media;
 use super::object::{Object, Tree, error};
 use super::shape::{Meshes, Shape, shape};
 use super::texture::Textures;
-use super::{emitter, sensor};
+use super::{emitter, integrator, sensor};
 use crate::material::{Black, Matte};
 use crate::{Color, LoadError, Material, Scene};
 
@@ -57,8 +57,8 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
     for object in sensors.into_iter().rev() {
         cameras.push(sensor::camera(tree, object, &mut builder.media)?);
     }
-    let integrator = tree.only(&integrators, "integrator")?.map(|i| &tree.objects[i]);
-    sensor::integrator(tree, integrator, settings, warnings)?;
+    let outermost = tree.only(&integrators, "integrator")?.map(|i| &tree.objects[i]);
+    integrator::integrator(tree, outermost, settings, warnings)?;
     let Media { made, warnings, .. } = builder.media;
     builder.scene.media = made;
     builder.scene.warnings.extend(warnings);

@@ -1,4 +1,4 @@
-//! `<sensor>` with its sampler, and `<integrator>`.
+//! `<sensor>` with its sampler.
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
@@ -6,7 +6,7 @@ use super::super::xml::quote;
 use super::film::{Film, film};
 use super::medium::Media;
 use super::object::{Object, Parameters, Tree, unsupported};
-use crate::{Camera, FileSettings, LoadError, Motion, Projection, Warning};
+use crate::{Camera, FileSettings, LoadError, Motion, Projection};
 
 const SENSORS: [&str; 3] = ["orthographic", "perspective", "thinlens"];
 const SAMPLERS: [&str; 5] = ["independent", "ldsampler", "multijitter", "orthogonal", "stratified"];
@@ -191,60 +191,4 @@ pub(super) fn settings(tree: &Tree, object: &Object) -> Result<FileSettings, Loa
     let spp = parameters.count("sample_count", u32::MAX)?;
     parameters.finish()?;
     Ok(FileSettings { spp, ..settings })
-}
-
-/// What an integrator is, and how many interactions it allows.
-pub(super) fn integrator(
-    tree: &Tree,
-    object: Option<&Object>,
-    settings: &mut FileSettings,
-    warnings: &mut Vec<Warning>,
-) -> Result<(), LoadError> {
-    settings.max_depth = Some(max_depth(tree, object, warnings)?);
-    let is_volumetric = |object: &Object| object.kind.starts_with("volpath");
-    settings.integrator = object.is_some_and(is_volumetric).then_some("volpath");
-    Ok(())
-}
-
-/// How many interactions an integrator allows.
-fn max_depth(
-    tree: &Tree,
-    object: Option<&Object>,
-    warnings: &mut Vec<Warning>,
-) -> Result<u32, LoadError> {
-    let Some(object) = object else { return Ok(u32::MAX) };
-    tree.children(object, &[])?;
-    let mut parameters = Parameters::new(object);
-    if parameters.boolean("hide_emitters")? {
-        let message = "emitters cannot be hidden; they are seen directly".to_owned();
-        warnings.push(Warning { at: object.at.clone(), message });
-    }
-    let depth = match object.kind.as_str() {
-        "path" | "volpath" | "volpathmis" => {
-            parameters.pass_over(&["rr_depth"]);
-            if object.kind == "volpathmis" {
-                parameters.pass_over(&["use_spectral_mis"]);
-            }
-            match parameters.integer("max_depth")? {
-                None | Some(-1) => u32::MAX,
-                Some(depth) => {
-                    let interactions = depth.checked_sub(1).and_then(|d| u32::try_from(d).ok());
-                    interactions.ok_or_else(|| {
-                        let message = format!(
-                            "max_depth is {depth}; expected -1 (no limit), 1 (emitters only), 2 \
-                             (direct light) or more"
-                        );
-                        parameters.refuse("max_depth", message)
-                    })?
-                }
-            }
-        }
-        "direct" => {
-            parameters.pass_over(&["shading_samples", "emitter_samples", "bsdf_samples"]);
-            1
-        }
-        _ => return Err(unsupported(object, &["path", "direct", "volpath", "volpathmis"])),
-    };
-    parameters.finish()?;
-    Ok(depth)
 }

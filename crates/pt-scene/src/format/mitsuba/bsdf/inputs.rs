@@ -80,6 +80,19 @@ impl<'a, 't> Inputs<'a, 't> {
         Err(self.parameters.refuse(name, message))
     }
 
+    /// A number from 0 to `most`, 0 by default.
+    pub(super) fn number(&mut self, name: &'static str, most: f64) -> Result<Scalar, LoadError> {
+        if let Some(texture) = self.texture(name)? {
+            return Ok(Input::Texture(texture));
+        }
+        let value = self.parameters.float(name)?.unwrap_or(0.0);
+        if (0.0..=most).contains(&value) {
+            return Ok(Input::Value(value as f32));
+        }
+        let message = format!("{} is {value}; expected a number from 0 to {most}", quote(name));
+        Err(self.parameters.refuse(name, message))
+    }
+
     /// A roughness.
     pub(super) fn alpha(
         &mut self,

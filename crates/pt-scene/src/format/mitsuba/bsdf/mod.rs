@@ -20,7 +20,7 @@ use refraction::relative_index;
 
 pub(super) use wrappers::inverted;
 
-const KINDS: [&str; 16] = [
+const KINDS: [&str; 17] = [
     "diffuse",
     "roughdiffuse",
     "conductor",
@@ -31,6 +31,7 @@ const KINDS: [&str; 16] = [
     "plastic",
     "roughplastic",
     "principled",
+    "principledthin",
     "twosided",
     "blendbsdf",
     "normalmap",
@@ -88,6 +89,7 @@ fn surface(textures: &mut Textures<'_>, object: &Object) -> Result<Surface, Load
         "plastic" => plastic(&mut inputs)?.into(),
         "roughplastic" => rough_plastic(&mut inputs)?.into(),
         "principled" => principled::principled(&mut inputs)?.into(),
+        "principledthin" => principled::principled_thin(&mut inputs)?.into(),
         "twosided" => wrappers::two_sided(&mut inputs)?,
         "blendbsdf" => wrappers::blend(&mut inputs)?,
         "normalmap" => wrappers::normal_map(&mut inputs)?,

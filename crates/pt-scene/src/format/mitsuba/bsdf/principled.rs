@@ -1,8 +1,8 @@
-//! The material of many parameters.
+//! The materials of many parameters.
 
 use super::inputs::Inputs;
 use crate::LoadError;
-use crate::material::Principled;
+use crate::material::{Principled, PrincipledThin};
 
 /// Its index of refraction is given as such, or by the reflectance of the dielectric.
 pub(super) fn principled(inputs: &mut Inputs<'_, '_>) -> Result<Principled, LoadError> {
@@ -25,6 +25,28 @@ pub(super) fn principled(inputs: &mut Inputs<'_, '_>) -> Result<Principled, Load
         clearcoat: inputs.share("clearcoat", 0.0)?,
         clearcoat_gloss: inputs.share("clearcoat_gloss", 0.0)?,
         ..Principled::default()
+    })
+}
+
+/// A sheet, the same from both sides.
+pub(super) fn principled_thin(inputs: &mut Inputs<'_, '_>) -> Result<PrincipledThin, LoadError> {
+    inputs.parameters.pass_over(&[
+        "specular_reflectance_sampling_rate",
+        "specular_transmittance_sampling_rate",
+        "diffuse_reflectance_sampling_rate",
+        "diffuse_transmittance_sampling_rate",
+    ]);
+    Ok(PrincipledThin {
+        base_color: inputs.color("base_color", 0.5)?,
+        roughness: inputs.share("roughness", 0.5)?,
+        anisotropic: inputs.share("anisotropic", 0.0)?,
+        spec_trans: inputs.share("spec_trans", 0.0)?,
+        ior: inputs.parameters.positive("eta", 1.5)? as f32,
+        spec_tint: inputs.share("spec_tint", 0.0)?,
+        sheen: inputs.share("sheen", 0.0)?,
+        sheen_tint: inputs.share("sheen_tint", 0.0)?,
+        flatness: inputs.share("flatness", 0.0)?,
+        diff_trans: inputs.number("diff_trans", 2.0)?,
     })
 }
 

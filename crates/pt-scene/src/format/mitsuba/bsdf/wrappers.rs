@@ -83,7 +83,10 @@ pub(super) fn bump_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError
 
 fn transmits(surface: &Surface) -> bool {
     match surface {
-        Surface::Glass(_) | Surface::ThinGlass(_) | Surface::Refraction(_) => true,
+        Surface::Glass(_)
+        | Surface::ThinGlass(_)
+        | Surface::Refraction(_)
+        | Surface::PrincipledThin(_) => true,
         Surface::Principled(principled) => principled.transmits(),
         Surface::Mix(Mix { first, second, .. })
         | Surface::Sided(Sided { front: first, back: second }) => {

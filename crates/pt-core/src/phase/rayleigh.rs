@@ -1,0 +1,59 @@
+//! The phase function of what is much smaller than a wavelength.
+
+use std::f32::consts::PI;
+
+use pt_math::{Frame, Pdf, SolidAngle, Vec3, trig};
+
+use super::PhaseFunction;
+
+/// p = 3 (1 + cos² θ) / 16π, with θ the angle by which light is turned; without polarisation.
+/// [Chandrasekhar 1960, "Radiative Transfer", §4]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rayleigh;
+
+/// cos θ whose share of smaller ones is u, in [−1, 1]: the root of μ³ + 3μ = 8u − 4, which is a − 1/a with
+/// a³ = z + √(z² + 1) and z = 4u − 2. [Cardano; Frisvad 2011, "Importance sampling the Rayleigh phase
+/// function"]
+#[inline]
+fn cosine(u: f32) -> f32 {
+    let z = 4.0 * u - 2.0;
+    // That of −z is less, by the sign.
+    let a = libm::cbrtf(z.abs() + (z * z + 1.0).sqrt());
+    (a - 1.0 / a).min(1.0).copysign(z)
+}
+
+impl PhaseFunction for Rayleigh {
+    #[inline]
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
+        let cos = wo.dot(wi);
+        Pdf::new(3.0 / (16.0 * PI) * (1.0 + cos * cos))
+    }
+
+    #[inline]
+    fn sample(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
+        let cos = cosine(u[0]);
+        let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
+        let (sin_phi, cos_phi) = trig::sin_cos_tau(u[1]);
+        Frame::from_normal(-wo).to_world(Vec3::new(sin * cos_phi, sin * sin_phi, cos))
+    }
+
+    fn examples() -> Vec<Self> {
+        vec![Self]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// μ³ + 3μ = 8u − 4, at the ends and between.
+    #[test]
+    fn cosines_solve_their_equation() {
+        for i in 0..=1000u16 {
+            let u = f32::from(i) / 1000.0;
+            let mu = cosine(u);
+            let error = mu * mu * mu + 3.0 * mu - (8.0 * u - 4.0);
+            assert!(error.abs() < 2e-6, "{u}: {mu}, {error}");
+        }
+    }
+}
