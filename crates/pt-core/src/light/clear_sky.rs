@@ -144,3 +144,77 @@ impl Light for ClearSky {
         ]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `sunsky` of Mitsuba 3.9.1 in its mode scalar_rgb without its sun; its +z is up. For a sun and an air
+    /// each, at five places of the sky.
+    #[test]
+    fn the_sky_has_the_colours_of_mitsuba() {
+        let directions = [
+            [0.0, 0.0, 1.0],
+            [0.999_800_1, 0.0, 0.019_996],
+            [-0.940_720_9, 0.282_216_3, 0.188_144_2],
+            [0.527_046_3, 0.105_409_3, 0.843_274],
+            [0.0, -0.894_427_2, 0.447_213_6],
+        ];
+        let cases = [
+            (
+                [0.6, 0.0, 0.8],
+                3.0,
+                [0.3; 3],
+                [
+                    [0.029_080_08, 0.048_235_63, 0.095_586_7],
+                    [0.198_379_1, 0.248_517_7, 0.282_389_2],
+                    [0.087_991_77, 0.142_443_4, 0.226_244_6],
+                    [0.124_423_8, 0.150_031_5, 0.195_222_9],
+                    [0.045_692_96, 0.082_014_45, 0.151_849_9],
+                ],
+            ),
+            (
+                [0.96, 0.0, 0.28],
+                8.0,
+                [0.7, 0.4, 0.1],
+                [
+                    [0.022_956_78, 0.029_470_21, 0.042_438_16],
+                    [1.408_718, 0.954_505_7, 0.487_733_6],
+                    [0.087_180_99, 0.090_099_4, 0.096_299_59],
+                    [0.063_497_86, 0.065_499_54, 0.069_021_49],
+                    [0.051_879_26, 0.060_652_55, 0.073_388_67],
+                ],
+            ),
+            (
+                [0.6, -0.64, 0.48],
+                1.7,
+                [0.05, 0.1, 0.2],
+                [
+                    [0.011_594_85, 0.025_555_24, 0.056_516_11],
+                    [0.134_212_9, 0.181_313_4, 0.191_138_5],
+                    [0.073_047_3, 0.124_626_1, 0.186_436_3],
+                    [0.017_629_8, 0.035_742_44, 0.072_609_21],
+                    [0.045_262_94, 0.079_181_75, 0.134_213_4],
+                ],
+            ),
+        ];
+        let upright = |[x, y, z]: [f32; 3]| Vec3::new(x, z, -y);
+        for (to_sun, turbidity, albedo, colours) in cases {
+            let model = ClearSkyModel::new(upright(to_sun), turbidity, albedo, 1.0);
+            for (d, want) in directions.into_iter().zip(colours) {
+                let got = model.radiance(upright(d)).to_array();
+                for (got, want) in got.into_iter().zip(want) {
+                    assert!((got / want - 1.0).abs() < 1e-5, "{to_sun:?} {d:?}: {got} {want}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_sky_is_black_below_the_horizon() {
+        let model = ClearSkyModel::new(Vec3::Y, 3.0, [0.3; 3], 1.0);
+        let below = Vec3::new(0.8, -0.6, 0.0);
+        assert!(model.radiance(below).is_black() && model.pdf(below).get() == 0.0);
+        assert!(!model.radiance(Vec3::X).is_black());
+    }
+}

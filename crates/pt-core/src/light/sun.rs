@@ -102,3 +102,76 @@ impl Light for Sun {
         ]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Place of the sun, turbidity, radiance of the sun that is even, and that of the one with limb darkening
+    /// in the middle, to its side, above and below it.
+    type Case = (Vec3, f64, [f32; 3], [(Vec3, [f32; 3]); 4]);
+
+    /// `sunsky` of Mitsuba 3.9.1 in its mode scalar_rgb without its sky; +z is up, as there.
+    fn cases() -> [Case; 2] {
+        [
+            (
+                Vec3::new(0.6, 0.0, 0.8),
+                3.0,
+                [21_689.34, 18_034.51, 13_663.24],
+                [
+                    (Vec3::new(0.6, 0.0, 0.8), [26_147.15, 22_559.85, 18_082.72]),
+                    (
+                        Vec3::new(0.599_997_3, -0.003, 0.799_996_4),
+                        [23_322.46, 19_642.49, 15_164.95],
+                    ),
+                    (Vec3::new(0.596_394, 0.0, 0.802_691_9), [15_724.31, 12_091.05, 8_045.845]),
+                    (Vec3::new(0.603_195_2, 0.0, 0.797_593_6), [19_854.28, 16_145.91, 11_768.09]),
+                ],
+            ),
+            (
+                Vec3::new(0.96, 0.0, 0.28),
+                8.0,
+                [9_958.667, 6_617.565, 3_486.679],
+                [
+                    (Vec3::new(0.96, 0.0, 0.28), [12_067.98, 8_307.29, 4_633.982]),
+                    (
+                        Vec3::new(0.959_995_7, -0.003, 0.279_998_7),
+                        [10_751.88, 7_229.963, 3_878.862],
+                    ),
+                    (Vec3::new(0.958_730_3, 0.0, 0.284_317_1), [7_311.938, 4_521.955, 2_091.892]),
+                    (Vec3::new(0.961_111_2, 0.0, 0.276_157_8), [9_030.151, 5_845.86, 2_931.977]),
+                ],
+            ),
+        ]
+    }
+
+    fn assert_close(got: [f32; 3], want: [f32; 3], bound: f32) {
+        for (g, w) in got.into_iter().zip(want) {
+            assert!((g / w - 1.0).abs() < bound, "{got:?} {want:?}");
+        }
+    }
+
+    #[test]
+    fn the_even_sun_has_the_colours_of_mitsuba() {
+        for (to_sun, turbidity, want, _) in cases() {
+            let elevation = libm::asin(f64::from(to_sun.z));
+            let got = hosek_wilkie::sun(elevation, turbidity).map(|c| c as f32);
+            assert_close(got, want, 2e-6);
+        }
+    }
+
+    /// Near the rim, directions of seven digits tell radiances apart to three.
+    #[test]
+    fn the_sun_darkens_to_its_rim_as_that_of_mitsuba() {
+        for (to_light, turbidity, _, places) in cases() {
+            let radius = hosek_wilkie::SUN_RADIUS as f32;
+            let disk = DistantDisk::of_radiance(to_light, radius, Spectrum::ONE);
+            let limbs = vec![LimbDarkening::new(turbidity)];
+            let tables = LightTables { limbs, ..LightTables::default() };
+            let sun = Sun { disk, up: Vec3::Z, limb: Some(0) };
+            for (d, want) in places {
+                assert_close(sun.escaped(&tables, d).to_array(), want, 2e-3);
+            }
+        }
+    }
+}
