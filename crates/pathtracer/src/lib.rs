@@ -37,7 +37,7 @@ pub use pt_scene::format::{FORMATS, LoadOptions, load, load_with};
 pub use pt_scene::image::{self, Image};
 pub use pt_scene::{
     Aperture, Camera, Daylight, FileSettings, Filter, IesProfile, Light, LightKind, LoadError,
-    Projection, Rows, Scene, Span, Warning,
+    Moment, Place, Projection, Rows, Scene, Span, Warning,
 };
 pub use session::Session;
 

@@ -59,7 +59,8 @@ impl ClearSkyModel {
 
     /// F(θ, γ) = (1 + A e^(B / (cos θ + 0.01))) (C + D e^(Eγ) + F cos²γ + G χ(I, γ) + H √cos θ) at the
     /// angles θ to the zenith and γ to the sun, with χ(g, γ) = (1 + cos²γ) / (1 + g² − 2g cos γ)^(3/2),
-    /// times the mean radiance; black below the horizon. [ibid., equations 8 and 9]
+    /// times the mean radiance; black below the horizon. [ibid., equations 8 and 9, where H and I are
+    /// named the other way around]
     #[inline]
     fn radiance(&self, d: Vec3) -> Spectrum {
         if d.y < 0.0 {

@@ -29,7 +29,7 @@ impl LimbDarkening {
     }
 
     /// Σ c_jk x^j cos^k ψ at a sine of the elevation, where x is the elevation above the beginning of its
-    /// part of the sky, and ψ the angle between the surface of the sun and the ray. [ibid., §3]
+    /// part of the sky, and ψ the angle between the normal of the sun and the ray.
     fn radiance(&self, sin_elevation: f32, cos_psi: f32) -> Spectrum {
         let elevation = FRAC_PI_2 - trig::acos(sin_elevation.clamp(0.0, 1.0));
         let part = (libm::cbrtf(elevation / FRAC_PI_2) * PARTS as f32) as usize;

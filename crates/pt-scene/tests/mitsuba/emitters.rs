@@ -74,7 +74,7 @@ fn directions_of_the_sun_are_those_of_the_world() {
     assert_eq!(light, want);
 }
 
-/// Down is +z of the emitter; one turns to the right as seen from below.
+/// Down is +z of the emitter, and the horizontal angle of 90° is −y.
 #[test]
 fn luminaires_hang_along_z() {
     let file = folder("mitsuba").join("../../../scenes/mitsuba/parts/downlight.ies");
@@ -89,6 +89,7 @@ fn luminaires_hang_along_z() {
     assert_eq!((profile.candela(0.0, 0.0), *scale), (40.0, [1.0, 2.0, 3.0]));
     assert_eq!(light.to_world.transform_vector3(DVec3::NEG_Z), DVec3::Z);
     assert_eq!(light.to_world.transform_vector3(DVec3::X), DVec3::X);
+    assert_eq!(light.to_world.transform_vector3(DVec3::Y), DVec3::NEG_Y);
     assert_eq!(light.to_world.translation, DVec3::X * 5.0);
 }
 
