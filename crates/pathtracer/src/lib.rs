@@ -36,8 +36,8 @@ pub use pt_scene::camera_file;
 pub use pt_scene::format::{FORMATS, LoadOptions, load, load_with};
 pub use pt_scene::image::{self, Image};
 pub use pt_scene::{
-    Aperture, Camera, FileSettings, Filter, IesProfile, Light, LightKind, LoadError, Projection,
-    Rows, Scene, Span, Warning,
+    Aperture, Camera, Daylight, FileSettings, Filter, IesProfile, Light, LightKind, LoadError,
+    Moment, Place, Projection, Rows, Scene, Span, Warning,
 };
 pub use session::Session;
 

@@ -1,6 +1,8 @@
 //! The reader of Mitsuba scenes.
 
 mod common;
+#[path = "mitsuba/emitters.rs"]
+mod emitters;
 #[path = "mitsuba/materials.rs"]
 mod materials;
 #[path = "mitsuba/media.rs"]

@@ -1,6 +1,9 @@
 //! All ways to estimate the same image converge to it.
 
-use pathtracer::{DirectLight, Film, Roulette, SamplerKind, Session, Settings};
+use pathtracer::{
+    Daylight, DirectLight, Film, LightKind, Roulette, SamplerKind, Session, Settings,
+};
+use pt_math::DAffine3;
 use pt_testing::sidak;
 
 use crate::furnace::ESTIMATORS;
@@ -46,6 +49,32 @@ fn estimators_agree_under_an_image_of_the_sky() {
             let settings = Settings { direct, light_samples, seed, ..base() };
             let film = render(&under_a_sky(), size([12, 10]), settings).film().clone();
             (format!("{direct:?} -l {light_samples}"), film)
+        })
+        .collect();
+    assert_all_agree(&films);
+}
+
+/// Under the sky by day and a wide sun that the horizon cuts: every pair of estimators agrees.
+#[test]
+fn estimators_agree_by_day() {
+    let daylight = Daylight {
+        to_sun: [0.6, 0.3, 0.7],
+        turbidity: 6.0,
+        sun: 0.5,
+        aperture: 60.0,
+        limb_darkening: true,
+        ..Daylight::default()
+    };
+    let mut scene = under_a_sky();
+    scene.lights[0].kind = LightKind::Daylight(daylight);
+    scene.lights[0].to_world = DAffine3::from_rotation_z(0.1);
+    let films: Vec<(String, Film)> = ESTIMATORS
+        .iter()
+        .zip(40..)
+        .map(|(&direct, seed)| {
+            let settings = Settings { direct, seed, ..base() };
+            let film = render(&scene, size([12, 10]), settings).film().clone();
+            (format!("{direct:?}"), film)
         })
         .collect();
     assert_all_agree(&films);

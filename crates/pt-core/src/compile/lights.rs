@@ -4,17 +4,17 @@ use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, trig};
-use pt_scene::{Light as Node, LightKind, Rows, Scene};
+use pt_scene::{Daylight, Light as Node, LightKind, Scene};
 
 use super::geometry::{Emitter, Primitives, Shapes, is_similarity};
 use super::many_lights::sphere_light;
 use super::placed::MOST_MOVING_LIGHTS;
-use super::{CompileError, daylight, emission};
+use super::{CompileError, emission};
 use crate::id::{Id, Table};
 use crate::light::{
-    AnyLight, Directional, DistantDisk, EmitterTriangle, Environment, EnvironmentMap, Falloff,
-    Hemisphere, Ies, LightTables, MeshLight, PlacedMap, Point, Projector, SphereLight, Spot,
-    TexturedMesh, TexturedSphere,
+    AnyLight, ClearSky, ClearSkyModel, Directional, DistantDisk, EmitterTriangle, Environment,
+    EnvironmentMap, Falloff, Hemisphere, Ies, LightTables, LimbDarkening, MeshLight, PlacedMap,
+    Point, Projector, SphereLight, Spot, Sun, TexturedMesh, TexturedSphere, hosek_wilkie,
 };
 use crate::scene::SurfaceRecord;
 use crate::texture::TextureRecord;
@@ -55,7 +55,7 @@ impl Lights {
                     node.name
                 ));
             } else {
-                self.add_node(node, number, to_world, shapes)?;
+                self.add_node(node, number, to_world, shapes, notes)?;
             }
         }
         Ok(())
@@ -67,6 +67,7 @@ impl Lights {
         number: usize,
         to_world: DAffine3,
         shapes: &mut Shapes,
+        notes: &mut Vec<String>,
     ) -> Result<(), CompileError> {
         let error = |message| CompileError::Value { at: node.at.clone(), message };
         let position = to_world.translation.as_vec3();
@@ -93,17 +94,12 @@ impl Lights {
             LightKind::Point { intensity } => {
                 self.table.push(Point { position, intensity: intensity.into() }.into());
             }
-            LightKind::Daylight { to_sun, turbidity, sky, sun } => {
+            LightKind::Daylight(ref daylight) => {
                 let turn = orthogonal(to_world.matrix3).ok_or_else(|| {
                     error("the transformation of a sky may only turn, mirror and scale".into())
                 })?;
-                let model = daylight(to_sun, turbidity).map_err(error)?;
-                let to_sun = (turn * DVec3::from(to_sun).as_vec3()).normalize();
-                let image = Arc::new(model.image(f64::from(sky)));
-                self.add_map(EnvironmentMap::of_image(image, Rows::Between), Spectrum::ONE, turn);
-                let radiance = model.sun().map(|c| c as f32 * sun);
-                let radius = daylight::SUN_RADIUS as f32;
-                self.add_sky(DistantDisk::of_radiance(to_sun, radius, radiance.into()));
+                let note = self.add_daylight(daylight, turn).map_err(error)?;
+                notes.extend(note.map(|note| format!("light \"{}\": {note}", node.name)));
             }
             LightKind::Ies { ref profile, scale } => {
                 let axes = orthogonal(to_world.matrix3).ok_or_else(|| {
@@ -159,6 +155,41 @@ impl Lights {
         Ok(())
     }
 
+    /// The sun and the sky, in axes where +y is up; or what there is to say about them.
+    fn add_daylight(&mut self, light: &Daylight, turn: Mat3) -> Result<Option<String>, String> {
+        let to_sun = light.check()?;
+        if to_sun.y < 0.0 {
+            return Ok(Some("the sun is below the horizon, so that the sky is black".into()));
+        }
+        let elevation = libm::asin(to_sun.y.min(1.0));
+        let &Daylight { turbidity, albedo, sky, sun, aperture, limb_darkening, .. } = light;
+        if sky > 0.0 {
+            let model = ClearSkyModel::new(to_sun.as_vec3(), turbidity, albedo, sky);
+            let index = self.tables.clear_skies.len() as u32;
+            self.tables.clear_skies.push(model);
+            self.add_sky(ClearSky { index, to_world: turn });
+        }
+        if sun > 0.0 {
+            // The irradiance is that of the sun as it is.
+            let radius = 0.5 * aperture.to_radians();
+            let half_sines = [hosek_wilkie::SUN_RADIUS, radius].map(|r| libm::sin(0.5 * r));
+            let ratio = half_sines[0] / half_sines[1];
+            let scale = f64::from(sun) * ratio * ratio;
+            let limb = limb_darkening.then_some(self.tables.limbs.len() as u32);
+            let radiance = if limb_darkening {
+                self.tables.limbs.push(LimbDarkening::new(turbidity));
+                [1.0; 3]
+            } else {
+                hosek_wilkie::sun(elevation, turbidity)
+            };
+            let radiance = radiance.map(|c| (c * scale) as f32);
+            let to_light = (turn * to_sun.as_vec3()).normalize();
+            let disk = DistantDisk::of_radiance(to_light, radius as f32, radiance.into());
+            self.add_sky(Sun { disk, up: turn.y_axis, limb });
+        }
+        Ok(None)
+    }
+
     /// A spot with a picture.
     fn add_projector(&mut self, spot: Spot, axes: Mat3, cutoff: f32, texture: Id<TextureRecord>) {
         let slide = self.tables.slides.len() as u32;
@@ -188,7 +219,7 @@ impl Lights {
             }
             LightKind::Constant { .. }
             | LightKind::Environment { .. }
-            | LightKind::Daylight { .. }
+            | LightKind::Daylight(_)
             | LightKind::Ies { .. }
             | LightKind::DistantDisk { .. } => notes.push(format!(
                 "light \"{}\": the course's program has no such light; it is left out",
@@ -310,18 +341,6 @@ impl Lights {
     }
 }
 
-/// The model of the sun and the sky, if it holds.
-fn daylight(to_sun: [f64; 3], turbidity: f64) -> Result<daylight::Sky, String> {
-    if !daylight::TURBIDITIES.contains(&turbidity) {
-        return Err(format!("the turbidity is {turbidity}; expected 2 to 10"));
-    }
-    match DVec3::from(to_sun).try_normalize() {
-        Some(to_sun) if to_sun.y >= 0.0 => Ok(daylight::Sky::new(to_sun, turbidity)),
-        Some(_) => Err("the sun is below the horizon".into()),
-        None => Err("the direction of the sun is zero or infinite".into()),
-    }
-}
-
 /// The orthogonal part of a transformation that turns, mirrors and scales; `None` for others.
 fn orthogonal(linear: DMat3) -> Option<Mat3> {
     (linear.x_axis != DVec3::ZERO && is_similarity(linear)).then(|| {
@@ -410,6 +429,8 @@ fn distance_to_triangle(p: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use pt_scene::Rows;
+
     use super::*;
 
     #[test]
@@ -435,21 +456,39 @@ mod tests {
     }
 
     fn daylight_of(to_sun: [f64; 3], turbidity: f64) -> LightKind {
-        LightKind::Daylight { to_sun, turbidity, sky: 0.1, sun: 0.01 }
+        LightKind::Daylight(Daylight { to_sun, turbidity, ..Daylight::default() })
     }
 
     /// In the node, +y is up: here that is +z of the world.
     #[test]
-    fn daylight_is_a_map_and_a_disk_turned_with_their_node() {
+    fn daylight_is_a_sky_and_a_disk_turned_with_their_node() {
         let up = DAffine3::from_mat3(DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X));
         let lights = compile(daylight_of([0.0, 3.0, 4.0], 3.0), up).unwrap();
-        let [AnyLight::Environment(sky), AnyLight::DistantDisk(sun)] = lights.as_slice() else {
+        let [AnyLight::ClearSky(sky), AnyLight::Sun(sun)] = lights.as_slice() else {
             panic!("{lights:?}");
         };
-        assert!((sun.to_light - Vec3::new(0.8, 0.0, 0.6)).length() < 1e-6);
-        assert!(
-            sun.radiance.luminance() > 1e3 && sky.map.is_some_and(|m| m.to_world.z_axis == Vec3::X)
-        );
+        assert!((sun.disk.to_light - Vec3::new(0.8, 0.0, 0.6)).length() < 1e-6);
+        assert!(sun.disk.radiance.luminance() > 1e3);
+        assert_eq!((sky.to_world.y_axis, sun.up), (Vec3::Z, Vec3::Z));
+    }
+
+    #[test]
+    fn there_is_no_light_with_the_sun_below_the_horizon() {
+        let lights = compile(daylight_of([1.0, -0.1, 0.0], 3.0), DAffine3::IDENTITY).unwrap();
+        assert!(lights.is_empty());
+    }
+
+    /// What arrives of a sun does not depend on its size.
+    #[test]
+    fn wide_suns_are_darker() {
+        let of = |aperture| {
+            let daylight = Daylight { aperture, sky: 0.0, ..Daylight::default() };
+            let lights = compile(LightKind::Daylight(daylight), DAffine3::IDENTITY).unwrap();
+            let [AnyLight::Sun(sun)] = lights.as_slice() else { panic!("{lights:?}") };
+            sun.disk.radiance.luminance() * sun.disk.one_minus_cos
+        };
+        let (real, wide) = (of(0.5358), of(60.0));
+        assert!((real / wide - 1.0).abs() < 1e-5, "{real} {wide}");
     }
 
     #[test]
@@ -465,8 +504,7 @@ mod tests {
             (image(2, [-1.0; 3]), DAffine3::IDENTITY, "pixel (0, 0) is [-1.0"),
             (image(3, [1.0; 3]), DAffine3::IDENTITY, "do not make an image of 2 pixels"),
             (image(2, [1.0; 3]), skewed, "may only turn, mirror and scale"),
-            (daylight_of([0.0, 1.0, 0.0], 1.0), DAffine3::IDENTITY, "expected 2 to 10"),
-            (daylight_of([1.0, -0.1, 0.0], 3.0), DAffine3::IDENTITY, "below the horizon"),
+            (daylight_of([0.0, 1.0, 0.0], 0.5), DAffine3::IDENTITY, "expected 1 to 10"),
             (daylight_of([0.0; 3], 3.0), DAffine3::IDENTITY, "zero or infinite"),
         ];
         for (kind, to_world, want) in cases {

@@ -1,7 +1,6 @@
 //! From the author's scene to the tables that renderers read: a pure function.
 
 mod camera;
-mod daylight;
 mod ellipsoid;
 mod emission;
 mod geometry;

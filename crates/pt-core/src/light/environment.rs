@@ -175,14 +175,14 @@ fn sines(count: usize) -> impl Iterator<Item = f32> {
 
 /// Direction to image coordinates in [0, 1].
 #[inline]
-fn to_image(d: Vec3) -> [f32; 2] {
+pub(super) fn to_image(d: Vec3) -> [f32; 2] {
     let phi = trig::atan2(-d.z, d.x) + PI;
     [(phi / TAU).clamp(0.0, 1.0), trig::acos(d.y) * FRAC_1_PI]
 }
 
 /// Image coordinates to direction, and sin θ.
 #[inline]
-fn to_direction([x, y]: [f32; 2]) -> (Vec3, f32) {
+pub(super) fn to_direction([x, y]: [f32; 2]) -> (Vec3, f32) {
     let (sin_phi, cos_phi) = trig::sin_cos_tau(x);
     let (sin, cos) = trig::sin_cos(PI * y);
     (Vec3::new(-sin * cos_phi, cos, sin * sin_phi), sin)

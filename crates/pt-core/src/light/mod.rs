@@ -3,10 +3,12 @@
 //! To add a light: write `my_light.rs`, add one line to `lights!` below. The laws of `laws.rs`
 //! then hold it to its contract.
 
+mod clear_sky;
 mod directional;
 mod distant_disk;
 pub mod environment;
 mod hemisphere;
+pub(crate) mod hosek_wilkie;
 mod ies;
 #[cfg(test)]
 mod laws;
@@ -18,6 +20,7 @@ mod projector;
 mod sphere;
 mod spherical_triangle;
 mod spot;
+mod sun;
 mod textured_mesh;
 mod textured_sphere;
 pub mod tree;
@@ -28,12 +31,14 @@ use pt_math::distribution::AliasTable;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::IesProfile;
 
+pub use clear_sky::ClearSkyModel;
 pub use environment::{EnvironmentMap, PlacedMap};
 pub use lit::{Lit, Sides};
 pub use mesh::EmitterTriangle;
 pub use moving::MovingLight;
 pub use projector::Slide;
 pub use spot::Falloff;
+pub use sun::LimbDarkening;
 pub use textured_mesh::TexturedTriangle;
 pub use textured_sphere::SphereMap;
 
@@ -138,6 +143,10 @@ pub struct LightTables {
     pub environments: Vec<EnvironmentMap>,
     /// Whether these leave directions to BSDF sampling; see [`EnvironmentMap::compensate`].
     pub compensated: bool,
+    /// Clear skies.
+    pub clear_skies: Vec<ClearSkyModel>,
+    /// How suns darken to their rims.
+    pub limbs: Vec<LimbDarkening>,
 }
 
 macro_rules! lights {
@@ -205,6 +214,8 @@ lights! {
     Directional = directional::Directional,
     /// A disk, infinitely far away.
     DistantDisk = distant_disk::DistantDisk,
+    /// The sun through the air.
+    Sun = sun::Sun,
     /// Glowing triangles.
     Mesh = mesh::MeshLight,
     /// A glowing sphere.
@@ -223,4 +234,6 @@ lights! {
     Hemisphere = hemisphere::Hemisphere,
     /// All of the sky.
     Environment = environment::Environment,
+    /// The clear sky by day.
+    ClearSky = clear_sky::ClearSky,
 }

@@ -1,5 +1,6 @@
 //! Lights that are not the glow of a material.
 
+mod daylight;
 pub mod ies;
 
 use std::sync::Arc;
@@ -8,6 +9,7 @@ use pt_math::DAffine3;
 
 use crate::image::Image;
 use crate::{Span, Texture};
+pub use daylight::{Daylight, Moment, Place};
 pub use ies::IesProfile;
 
 /// A light and where it stands.
@@ -96,17 +98,8 @@ pub enum LightKind {
         /// Radiant intensity of one candela.
         scale: [f32; 3],
     },
-    /// The sun and a clear sky by the model of Preetham, Shirley & Smits 1999. In the node, +y is up.
-    Daylight {
-        /// Towards the sun, of any length and not below the horizon.
-        to_sun: [f64; 3],
-        /// How hazy the air is: from 2 (very clear) to 10 (hazy).
-        turbidity: f64,
-        /// Radiance of the sky for each kcd/m² of its luminance.
-        sky: f32,
-        /// The same for the sun.
-        sun: f32,
-    },
+    /// The sun and a clear sky. In the node, +y is up.
+    Daylight(Daylight),
     /// A unit square in the node's xy plane, centred at its origin, that shines towards −z.
     Area {
         /// Emitted radiance.

@@ -8,7 +8,7 @@ use pt_testing::{Random, irradiance, mean_z_test, sidak};
 use super::super::tree::TreeLight;
 use super::super::{
     AnyLight, DistantDisk, EmitterTriangle, EnvironmentMap, Falloff, Light, LightTables, Lit,
-    MeshLight, PlacedMap, SphereLight, TexturedSphere, TexturedTriangle,
+    MeshLight, PlacedMap, SphereLight, Sun, TexturedSphere, TexturedTriangle,
 };
 use super::{Example, POINTS, all_lights};
 
@@ -39,6 +39,7 @@ fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
         }
         AnyLight::Directional(l) => level(l.irradiance) * l.to_light.as_dvec3().dot(n).max(0.0),
         AnyLight::DistantDisk(l) => of_disk(l, n),
+        AnyLight::Sun(l) => of_sun(tables, l, n),
         AnyLight::Mesh(l) => {
             let sum: f64 = tables.triangles.iter().map(|t| of_triangle(t, p, n)).sum();
             level(l.radiance) * sum
@@ -70,6 +71,9 @@ fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
         }
         // The point of the example.
         AnyLight::ManyPoints(_) => 3.0 * inverse_square(Vec3::new(0.1, 2.5, 0.3), p, n),
+        AnyLight::ClearSky(l) => {
+            irradiance::of_sky(n, 512, |d| level(l.escaped(tables, d.as_vec3())))
+        }
         // Lambert's cosine law over the part of the upper half that the surface faces.
         AnyLight::Hemisphere(l) => level(l.radiance) * FRAC_PI_2 * (1.0 + n.y),
         AnyLight::Environment(l) => match l.map {
@@ -101,6 +105,24 @@ fn of_disk(l: &DistantDisk, n: DVec3) -> f64 {
     let radius = (1.0 - cos * cos).sqrt().min(1.0 - 1e-9);
     f64::from(l.radiance.luminance())
         * irradiance::of_sphere(l.to_light.as_dvec3(), radius, DVec3::ZERO, n)
+}
+
+/// By the middles of parts of equal solid angle.
+fn of_sun(tables: &LightTables, l: &Sun, n: DVec3) -> f64 {
+    const PARTS: u32 = 600;
+    let one_minus_cos = f64::from(l.disk.one_minus_cos);
+    let axis = l.disk.to_light.as_dvec3();
+    let (x, y) = axis.any_orthonormal_pair();
+    let part = |i: u32, j: u32| {
+        let [u, v] = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(PARTS));
+        let (height, (sin, cos)) = (u * one_minus_cos, (TAU * v).sin_cos());
+        let away = (height * (2.0 - height)).sqrt();
+        let d = axis * (1.0 - height) + (x * cos + y * sin) * away;
+        f64::from(l.escaped(tables, d.as_vec3()).luminance()) * d.dot(n).max(0.0)
+    };
+    let sum: f64 =
+        (0..PARTS).flat_map(|i| (0..PARTS).map(move |j| (i, j))).map(|(i, j)| part(i, j)).sum();
+    sum * TAU * one_minus_cos / f64::from(PARTS * PARTS)
 }
 
 /// cos θ / r².

@@ -1,19 +1,29 @@
 //! `<emitter>`: lights.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::super::mesh_file;
+use super::daylight;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
 use super::texture::Textures;
 use super::transform::perpendicular;
 use crate::image::{self, Transfer};
 use crate::texture::{Color, Input, Texture};
-use crate::{Light, LightKind, LoadError, Rows};
+use crate::{IesProfile, Light, LightKind, LoadError, Rows};
 
-const KINDS: [&str; 6] =
-    ["area (inside a shape)", "constant", "directional", "envmap", "point", "spot"];
+const KINDS: [&str; 8] = [
+    "area (inside a shape)",
+    "constant",
+    "directional",
+    "envmap",
+    "ies",
+    "point",
+    "spot",
+    "sunsky",
+];
 
 /// Matrices are written with a few digits.
 const TOLERANCE: f64 = 1e-4;
@@ -65,6 +75,8 @@ pub(super) fn light(textures: &mut Textures<'_>, object: &Object) -> Result<Ligh
             (shining_along(direction), LightKind::Directional { irradiance })
         }
         "envmap" => envmap(tree, object, &mut parameters)?,
+        "ies" => luminaire(tree, object, &mut parameters)?,
+        "sunsky" => daylight::sunsky(&mut parameters)?,
         "spot" => spot(&mut parameters, texture)?,
         "area" => {
             let message = "an emitter \"area\" belongs inside the <shape> that emits";
@@ -126,22 +138,12 @@ fn envmap(
     parameters: &mut Parameters<'_>,
 ) -> Result<(DAffine3, LightKind), LoadError> {
     parameters.pass_over(&["mis_compensation"]);
-    let node = parameters.transform("to_world")?.matrix3;
-    let difference = node.transpose() * node - DMat3::IDENTITY;
-    if difference.to_cols_array().iter().any(|x| x.abs() > TOLERANCE) {
-        let message = "the sky has no size; expected a transform that only turns or mirrors";
-        return Err(parameters.refuse("to_world", message));
-    }
+    let node = turn(parameters)?;
     let scale = parameters.float("scale")?.unwrap_or(1.0);
     if scale < 0.0 {
         return Err(parameters.refuse("scale", format!("{scale} is negative")));
     }
-    let Some(text) = parameters.text("filename")? else {
-        return Err(super::object::error(&object.at, "the <string name=\"filename\"> is missing"));
-    };
-    let path = tree.resolve(text);
-    let path = path.ok_or_else(|| parameters.refuse("filename", tree.not_found(text)))?;
-    let bytes = mesh_file::read(&path).map_err(|message| parameters.refuse("filename", message))?;
+    let (path, bytes) = file(tree, object, parameters)?;
     let image = image::decode(&bytes, &path, Transfer::Srgb);
     let image = image.map_err(|e| parameters.refuse("filename", e.to_string()))?;
     let swap = DMat3::from_cols(DVec3::Z, DVec3::Y, DVec3::X);
@@ -151,6 +153,57 @@ fn envmap(
         rows: Rows::FromPoleToPole,
     };
     Ok((DAffine3::from_mat3(node * swap), kind))
+}
+
+/// A luminaire, which Mitsuba lacks, by the photometric file of its maker. As a spot, it hangs along +z.
+fn luminaire(
+    tree: &Tree,
+    object: &Object,
+    parameters: &mut Parameters<'_>,
+) -> Result<(DAffine3, LightKind), LoadError> {
+    let node = parameters.transform("to_world")?;
+    let scale = parameters.color("intensity", Role::Emission, 1.0)?;
+    let (path, bytes) = file(tree, object, parameters)?;
+    let profile = IesProfile::parse(&bytes, &path);
+    let profile = profile.map_err(|e| parameters.refuse("filename", e.to_string()))?;
+    let hanging = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
+    let to_world = DAffine3::from_mat3_translation(
+        turned(parameters, node.matrix3, "a luminaire")? * hanging,
+        node.translation,
+    );
+    Ok((to_world, LightKind::Ies { profile: Arc::new(profile), scale }))
+}
+
+/// The transform of an emitter that is all around.
+pub(super) fn turn(parameters: &mut Parameters<'_>) -> Result<DMat3, LoadError> {
+    let node = parameters.transform("to_world")?.matrix3;
+    turned(parameters, node, "the sky")
+}
+
+/// A transform that turns or mirrors; any other is refused.
+fn turned(parameters: &Parameters<'_>, node: DMat3, what: &str) -> Result<DMat3, LoadError> {
+    let difference = node.transpose() * node - DMat3::IDENTITY;
+    if difference.to_cols_array().iter().any(|x| x.abs() > TOLERANCE) {
+        let message =
+            format!("{what} has no size; expected a transform that only turns or mirrors");
+        return Err(parameters.refuse("to_world", message));
+    }
+    Ok(node)
+}
+
+/// The file that an emitter cannot do without.
+fn file(
+    tree: &Tree,
+    object: &Object,
+    parameters: &mut Parameters<'_>,
+) -> Result<(PathBuf, Vec<u8>), LoadError> {
+    let Some(text) = parameters.text("filename")? else {
+        return Err(error(&object.at, "the <string name=\"filename\"> is missing"));
+    };
+    let path = tree.resolve(text);
+    let path = path.ok_or_else(|| parameters.refuse("filename", tree.not_found(text)))?;
+    let bytes = mesh_file::read(&path).map_err(|message| parameters.refuse("filename", message))?;
+    Ok((path, bytes))
 }
 
 /// A vector that may be given instead of `to_world`.

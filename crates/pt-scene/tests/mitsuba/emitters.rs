@@ -1,0 +1,131 @@
+//! The sun and the sky, and luminaires.
+
+use pt_math::DVec3;
+use pt_scene::{Daylight, LightKind, Scene};
+
+use super::common::{folder, parse};
+use super::read;
+
+fn sunsky(parameters: &str) -> Scene {
+    read(&format!("<emitter type=\"sunsky\">{parameters}</emitter>"))
+}
+
+/// The sun and the sky of the only light, and the direction of the world towards the sun.
+fn daylight(scene: &Scene) -> (Daylight, DVec3) {
+    let light = &scene.lights[0];
+    let LightKind::Daylight(daylight) = &light.kind else { panic!("{:?}", light.kind) };
+    (daylight.clone(), light.to_world.transform_vector3(daylight.to_sun.into()))
+}
+
+fn refusal(emitter: &str) -> String {
+    let text = format!("<scene version=\"3.0.0\">{emitter}</scene>");
+    let path = folder("mitsuba").join("good").join("test.xml");
+    parse(text.as_bytes(), &path).expect_err("a bad file").to_string()
+}
+
+/// By Mitsuba 3.9.1, which counts days since the year 2000 in single precision: of such a day, it knows a
+/// quarter, and the place of the sun to 0.2°.
+#[test]
+fn the_sun_stands_where_it_does_in_mitsuba() {
+    let cases = [
+        ("", [0.051_385, 0.691_748, 0.720_308]),
+        ("<float name=\"hour\" value=\"9\"/>", [0.095_695, -0.614_786, 0.782_867]),
+        (
+            "<integer name=\"year\" value=\"2003\"/><integer name=\"month\" value=\"10\"/>\
+             <integer name=\"day\" value=\"17\"/><float name=\"hour\" value=\"12\"/>\
+             <float name=\"minute\" value=\"30\"/><float name=\"second\" value=\"30\"/>\
+             <float name=\"latitude\" value=\"39.742476\"/>\
+             <float name=\"longitude\" value=\"-105.1786\"/><float name=\"timezone\" value=\"-7\"/>",
+            [0.743_335, 0.190_032, 0.641_359],
+        ),
+    ];
+    let turn = "<transform name=\"to_world\"><rotate x=\"1\" angle=\"-90\"/></transform>";
+    for (parameters, [x, y, z]) in cases {
+        for (turn, want) in [("", DVec3::new(x, y, z)), (turn, DVec3::new(x, z, -y))] {
+            let (_, to_sun) = daylight(&sunsky(&format!("{parameters}{turn}")));
+            let degrees = to_sun.angle_between(want).to_degrees();
+            assert!(degrees < 0.2, "{parameters}: {to_sun} {want}, {degrees}°");
+        }
+    }
+}
+
+/// It is a direction of the world, and up is +z of the emitter.
+#[test]
+fn directions_of_the_sun_are_those_of_the_world() {
+    let scene = sunsky(
+        "<vector name=\"sun_direction\" x=\"0\" y=\"4\" z=\"3\"/><float name=\"turbidity\" value=\"6\"/>\
+         <rgb name=\"albedo\" value=\"0.5 0.25 1\"/><float name=\"sky_scale\" value=\"2\"/>\
+         <float name=\"sun_scale\" value=\"0\"/><float name=\"sun_aperture\" value=\"5\"/>\
+         <boolean name=\"complex_sun\" value=\"true\"/>\
+         <transform name=\"to_world\"><rotate x=\"1\" angle=\"-90\"/></transform>",
+    );
+    let (light, to_sun) = daylight(&scene);
+    assert!((to_sun - DVec3::new(0.0, 0.8, 0.6)).length() < 1e-12, "{to_sun}");
+    assert!((scene.lights[0].to_world.y_axis - DVec3::Y).length() < 1e-12);
+    let want = Daylight {
+        to_sun: light.to_sun,
+        turbidity: 6.0,
+        albedo: [0.5, 0.25, 1.0],
+        sky: 2.0,
+        sun: 0.0,
+        aperture: 5.0,
+        limb_darkening: true,
+    };
+    assert_eq!(light, want);
+}
+
+/// Down is +z of the emitter, and the horizontal angle of 90° is −y.
+#[test]
+fn luminaires_hang_along_z() {
+    let file = folder("mitsuba").join("../../../scenes/mitsuba/parts/downlight.ies");
+    let scene = read(&format!(
+        "<emitter type=\"ies\"><string name=\"filename\" value=\"{}\"/>\
+         <rgb name=\"intensity\" value=\"1 2 3\"/>\
+         <transform name=\"to_world\"><translate x=\"5\"/></transform></emitter>",
+        file.display()
+    ));
+    let light = &scene.lights[0];
+    let LightKind::Ies { profile, scale } = &light.kind else { panic!("{:?}", light.kind) };
+    assert_eq!((profile.candela(0.0, 0.0), *scale), (40.0, [1.0, 2.0, 3.0]));
+    assert_eq!(light.to_world.transform_vector3(DVec3::NEG_Z), DVec3::Z);
+    assert_eq!(light.to_world.transform_vector3(DVec3::X), DVec3::X);
+    assert_eq!(light.to_world.transform_vector3(DVec3::Y), DVec3::NEG_Y);
+    assert_eq!(light.to_world.translation, DVec3::X * 5.0);
+}
+
+#[test]
+fn skies_and_luminaires_that_make_no_sense_are_refused() {
+    let sunsky = |parameters: &str| format!("<emitter type=\"sunsky\">{parameters}</emitter>");
+    let broken = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(broken.path(), "TILT=NONE\n1 1000 1 2 x\n").unwrap();
+    let ies = |path: &str| {
+        format!("<emitter type=\"ies\"><string name=\"filename\" value=\"{path}\"/></emitter>")
+    };
+    let cases = [
+        (sunsky("<float name=\"turbidity\" value=\"11\"/>"), "turbidity is 11; expected 1 to 10"),
+        (sunsky("<float name=\"sky_scale\" value=\"-1\"/>"), "sky_scale is -1; expected 0 or more"),
+        (sunsky("<float name=\"sun_aperture\" value=\"0\"/>"), "sun_aperture is 0; expected"),
+        (sunsky("<integer name=\"month\" value=\"13\"/>"), "month is 13; expected 1 to 12"),
+        (sunsky("<rgb name=\"albedo\" value=\"0 2 0\"/>"), "expected numbers from 0 to 1"),
+        (
+            sunsky(
+                "<vector name=\"sun_direction\" x=\"0\" y=\"0\" z=\"1\"/>\
+                 <float name=\"hour\" value=\"3\"/>",
+            ),
+            "expected hour or sun_direction, not both",
+        ),
+        (sunsky("<vector name=\"sun_direction\" x=\"0\" y=\"0\" z=\"0\"/>"), "zero or infinite"),
+        (
+            sunsky("<transform name=\"to_world\"><scale value=\"2\"/></transform>"),
+            "the sky has no size",
+        ),
+        ("<emitter type=\"timed_sunsky\"/>".into(), "timed_sunsky"),
+        ("<emitter type=\"ies\"/>".into(), "\"filename\"> is missing"),
+        (ies("nowhere.ies"), "nowhere.ies"),
+        (ies(&broken.path().display().to_string()), ":2: \"x\" is no number"),
+    ];
+    for (emitter, want) in cases {
+        let message = refusal(&emitter);
+        assert!(message.contains(want), "{message} lacks {want}");
+    }
+}
