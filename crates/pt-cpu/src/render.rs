@@ -181,14 +181,15 @@ impl<'a> Renderer<'a> {
     /// Takes the samples that `film` lacks.
     pub fn render(&self, film: &mut Film, observer: &dyn Observer) -> (Progress, Statistics) {
         let start = Instant::now();
+        let samples = film.first()..self.settings.spp.max(film.first());
         let shared = Shared {
-            total: film.region().area() as u64 * u64::from(self.settings.spp),
+            total: film.region().area() as u64 * samples.len() as u64,
             done: AtomicU64::new(0),
             totals: Mutex::new(Statistics::default()),
             observer,
         };
         let mut progress = Progress::Finished;
-        for pass in passes(self.settings.spp, self.longest_pass()) {
+        for pass in passes(samples, self.longest_pass()) {
             self.pass(film, &pass, &shared);
             if observer.cancelled() {
                 progress = Progress::Cancelled;
@@ -262,7 +263,7 @@ impl<'a> Renderer<'a> {
     /// The samples that a pixel needs until it is looked at again, if it needs any.
     #[inline]
     fn due(&self, tile: &Tile, pixel: [u32; 2], target: u32) -> Option<Range<u32>> {
-        let n = tile.count(pixel);
+        let n = tile.next_sample(pixel);
         if n >= target || self.converged(tile, pixel, n) {
             return None;
         }
@@ -290,8 +291,8 @@ impl<'a> Renderer<'a> {
 }
 
 /// The samples of a pixel that each pass takes: at most `longest`.
-fn passes(spp: u32, longest: u32) -> impl Iterator<Item = Range<u32>> {
-    let mut end = 0u32;
+fn passes(samples: Range<u32>, longest: u32) -> impl Iterator<Item = Range<u32>> {
+    let mut end = samples.start;
     std::iter::from_fn(move || {
         let start = end;
         end = if start < FIRST_PASS {
@@ -299,7 +300,7 @@ fn passes(spp: u32, longest: u32) -> impl Iterator<Item = Range<u32>> {
         } else {
             (start / longest + 1).saturating_mul(longest)
         };
-        end = end.min(spp);
+        end = end.min(samples.end);
         (start < end).then_some(start..end)
     })
 }
@@ -345,10 +346,13 @@ mod tests {
     #[test]
     fn passes_take_all_samples_in_order() {
         for spp in [0, 1, 15, 16, 17, 63, 64, 65, 200, 4096] {
-            let samples: Vec<u32> = passes(spp, PASS).flatten().collect();
+            let samples: Vec<u32> = passes(0..spp, PASS).flatten().collect();
             assert!(samples.into_iter().eq(0..spp), "{spp}");
         }
-        assert_eq!(passes(130, PASS).collect::<Vec<_>>(), [0..16, 16..64, 64..128, 128..130]);
-        assert_eq!(passes(40, 16).collect::<Vec<_>>(), [0..16, 16..32, 32..40]);
+        let all = |samples, longest| passes(samples, longest).collect::<Vec<_>>();
+        assert_eq!(all(0..130, PASS), [0..16, 16..64, 64..128, 128..130]);
+        assert_eq!(all(0..40, 16), [0..16, 16..32, 32..40]);
+        assert_eq!(all(5..70, PASS), [5..16, 16..64, 64..70]);
+        assert_eq!(all(70..200, PASS), [70..128, 128..192, 192..200]);
     }
 }

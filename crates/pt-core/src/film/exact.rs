@@ -54,6 +54,15 @@ impl ExactSum {
         self.0 = self.0.wrapping_add(other.0);
     }
 
+    /// The number of 2⁻⁶⁴, as bytes.
+    pub(super) fn to_le_bytes(self) -> [u8; 16] {
+        self.0.to_le_bytes()
+    }
+
+    pub(super) fn from_le_bytes(bytes: [u8; 16]) -> Self {
+        Self(i128::from_le_bytes(bytes))
+    }
+
     /// The sum, rounded once.
     #[inline]
     pub fn value(self) -> f64 {

@@ -2,11 +2,13 @@
 //! partial films are merged can change a bit of the image.
 
 pub mod aov;
+mod bytes;
 mod exact;
 mod region;
 mod tile;
 
 pub use self::aov::{Aov, FirstHit};
+pub use self::bytes::FilmError;
 use self::exact::CHANNELS;
 pub use self::exact::ExactSum;
 pub use self::region::Region;
@@ -97,6 +99,8 @@ impl Rejections {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Film {
     region: Region,
+    /// The number of the first sample of each pixel.
+    first: u32,
     /// Number of samples, and apart from it their sums: those of pixels that stay black are never
     /// touched.
     counts: Vec<u32>,
@@ -120,6 +124,7 @@ impl Film {
         let aov_sums = region.area() * aov::sums_per_pixel(aovs);
         Self {
             region,
+            first: 0,
             counts: vec![0; region.area()],
             sums: bytemuck::zeroed_vec(region.area()),
             aovs: aovs.to_vec(),
@@ -129,9 +134,34 @@ impl Film {
         }
     }
 
+    /// The same without the samples before number `first`, which are for another film.
+    ///
+    /// # Panics
+    /// If it has samples already.
+    pub fn starting_at(self, first: u32) -> Self {
+        assert_eq!(self.samples(), 0, "samples of a film follow one another");
+        Self { first, ..self }
+    }
+
+    /// The number of the first sample of each pixel.
+    pub fn first(&self) -> u32 {
+        self.first
+    }
+
     /// The pixels that are covered.
     pub fn region(&self) -> Region {
         self.region
+    }
+
+    /// What is kept besides light.
+    pub fn aovs(&self) -> &[Aov] {
+        &self.aovs
+    }
+
+    /// The number of samples that all pixels have, if it is the same.
+    pub fn even_count(&self) -> Option<u32> {
+        let (first, rest) = self.counts.split_first()?;
+        rest.iter().all(|n| n == first).then_some(*first)
     }
 
     #[inline]
@@ -176,9 +206,9 @@ impl Film {
     /// samples; what they refuse is to be handed to [`Self::reject`], and what was cut off from samples to
     /// [`Self::remove`].
     pub fn tiles(&mut self, size: u32, shift: [u32; 2]) -> Vec<Tile<'_>> {
-        let Self { region, counts, sums, aovs, aov_sums, .. } = self;
+        let Self { region, first, counts, sums, aovs, aov_sums, .. } = self;
         let per_pixel = aov::sums_per_pixel(aovs);
-        let tile = |region| Tile::new(region, aovs);
+        let tile = |region| Tile::new(region, *first, aovs);
         let mut tiles: Vec<_> = region.tiles(size, shift).into_iter().map(tile).collect();
         let (mut counts, mut sums, mut aov_sums) =
             (&mut counts[..], &mut sums[..], &mut aov_sums[..]);
@@ -197,7 +227,9 @@ impl Film {
         tiles
     }
 
-    /// Adds the samples of a film whose region lies inside of this one's, and which keeps the same.
+    /// Adds the samples of a film whose region lies inside of this one's, and which keeps the same. In
+    /// whatever order the films of several parts are added up, and however they are grouped, the sums are the
+    /// same to the bit.
     ///
     /// # Panics
     /// If it keeps something else.
@@ -213,6 +245,7 @@ impl Film {
                 a.merge(b);
             }
         }
+        self.first = self.first.min(other.first);
         self.rejections.merge(&other.rejections);
         self.removed.merge(other.removed);
     }

@@ -9,6 +9,8 @@ use super::{Aov, ExactSum, FirstHit, PixelSums, Region, Rejected, Rejections, Su
 #[derive(Debug)]
 pub struct Tile<'a> {
     region: Region,
+    /// See [`Film::first`](super::Film::first).
+    first: u32,
     aovs: &'a [Aov],
     rows: Vec<Row<'a>>,
     rejections: Rejections,
@@ -25,10 +27,10 @@ struct Row<'a> {
 
 impl<'a> Tile<'a> {
     /// Without rows yet.
-    pub(super) fn new(region: Region, aovs: &'a [Aov]) -> Self {
+    pub(super) fn new(region: Region, first: u32, aovs: &'a [Aov]) -> Self {
         let rows = Vec::with_capacity(region.height as usize);
         let (rejections, removed) = (Rejections::default(), ExactSum::default());
-        Self { region, aovs, rows, rejections, removed }
+        Self { region, first, aovs, rows, rejections, removed }
     }
 
     /// Adds the next row.
@@ -68,11 +70,11 @@ impl<'a> Tile<'a> {
         ((y - self.region.y) as usize, (x - self.region.x) as usize)
     }
 
-    /// The number of samples of a pixel inside of the region.
+    /// The number of the sample that a pixel inside of the region lacks next.
     #[inline]
-    pub fn count(&self, pixel: [u32; 2]) -> u32 {
+    pub fn next_sample(&self, pixel: [u32; 2]) -> u32 {
         let (row, column) = self.place(pixel);
-        self.rows[row].counts[column]
+        self.first + self.rows[row].counts[column]
     }
 
     /// The sums of a pixel inside of the region.

@@ -1,0 +1,193 @@
+//! Films as bytes: all that is needed to go on, or to add films up.
+//!
+//! Whole numbers are little endian. In order: column, row, width, height and the first sample (u32 each);
+//! how many quantities are kept besides light (u32), and of each the length of its name (u32) and the name;
+//! counts (u32) pixel by pixel; the four sums (i128, in units of 2⁻⁶⁴) of each pixel; those of the other
+//! quantities; the luminance that was cut off (i128); how many samples were refused (u64), how many of them
+//! are named (u32), and of each its row, column and number (u32 each). Nothing else.
+
+use std::io::{self, Write};
+
+use super::exact::CHANNELS;
+use super::{Aov, ExactSum, Film, Region, Rejected, Rejections, aov};
+
+/// Why bytes are no film.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FilmError {
+    /// They end too early.
+    #[error("{0} bytes are too few for what they say they hold")]
+    Short(usize),
+    /// Something comes behind the film.
+    #[error("behind the film there are {0} more bytes")]
+    Long(usize),
+    /// A quantity is not known.
+    #[error("it keeps \"{0}\", which this version does not know")]
+    Quantity(String),
+}
+
+impl Film {
+    /// Writes it as bytes.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
+        let Self { region, first, counts, sums, aovs, aov_sums, rejections, removed } = self;
+        let Region { x, y, width, height } = *region;
+        put(out, &[x, y, width, height, *first, aovs.len() as u32], u32::to_le_bytes)?;
+        for aov in aovs {
+            put(out, &[aov.name().len() as u32], u32::to_le_bytes)?;
+            out.write_all(aov.name().as_bytes())?;
+        }
+        put(out, counts, u32::to_le_bytes)?;
+        put(out, sums.as_flattened(), ExactSum::to_le_bytes)?;
+        put(out, aov_sums, ExactSum::to_le_bytes)?;
+        put(out, &[*removed], ExactSum::to_le_bytes)?;
+        put(out, &[rejections.count], u64::to_le_bytes)?;
+        put(out, &[rejections.first.len() as u32], u32::to_le_bytes)?;
+        let words: Vec<_> = rejections.first.iter().flat_map(|r| [r.y, r.x, r.sample]).collect();
+        put(out, &words, u32::to_le_bytes)
+    }
+
+    /// Reads what [`Self::write`] wrote.
+    ///
+    /// # Errors
+    /// If the bytes are something else. No more memory is taken than they have.
+    pub fn read(bytes: &[u8]) -> Result<Self, FilmError> {
+        let mut rest = bytes;
+        let film = take_film(&mut rest).ok_or(FilmError::Short(bytes.len()))?;
+        let film = film.map_err(FilmError::Quantity)?;
+        if rest.is_empty() { Ok(film) } else { Err(FilmError::Long(rest.len())) }
+    }
+}
+
+/// Writes all items, many at a time.
+fn put<T: Copy, const N: usize>(
+    out: &mut impl Write,
+    items: &[T],
+    bytes: fn(T) -> [u8; N],
+) -> io::Result<()> {
+    let mut buffer = Vec::with_capacity(N * items.len().min(AT_ONCE));
+    for items in items.chunks(AT_ONCE) {
+        buffer.clear();
+        items.iter().for_each(|&item| buffer.extend_from_slice(&bytes(item)));
+        out.write_all(&buffer)?;
+    }
+    Ok(())
+}
+
+/// Items that are written at a time: enough to be fast, few enough for the cache.
+const AT_ONCE: usize = 4096;
+
+/// Takes `count` items from the front of what is left; `None` if there are not so many.
+fn take<T, const N: usize>(rest: &mut &[u8], count: u64, item: fn([u8; N]) -> T) -> Option<Vec<T>> {
+    let count = usize::try_from(count).ok()?;
+    let bytes = rest.split_off(..count.checked_mul(N)?)?;
+    Some(bytes.as_chunks().0.iter().map(|&bytes| item(bytes)).collect())
+}
+
+fn take_word(rest: &mut &[u8]) -> Option<u32> {
+    take(rest, 1, u32::from_le_bytes)?.pop()
+}
+
+/// A film, or the name of what it keeps and this version does not know; `None` if there are too few bytes.
+fn take_film(rest: &mut &[u8]) -> Option<Result<Film, String>> {
+    let [x, y, width, height, first, quantities] =
+        take(rest, 6, u32::from_le_bytes)?.try_into().ok()?;
+    let mut aovs = Vec::new();
+    for _ in 0..quantities {
+        let length = take_word(rest)?;
+        let name = String::from_utf8_lossy(rest.split_off(..length as usize)?);
+        let Some(aov) = Aov::from_name(&name) else { return Some(Err(name.into())) };
+        aovs.push(aov);
+    }
+    let pixels = u64::from(width) * u64::from(height);
+    let per_pixel = aov::sums_per_pixel(&aovs) as u64;
+    let counts = take(rest, pixels, u32::from_le_bytes)?;
+    let sums = take(rest, pixels, |bytes: [u8; 16 * CHANNELS]| {
+        let channels: [[u8; 16]; CHANNELS] = bytemuck::cast(bytes);
+        channels.map(ExactSum::from_le_bytes)
+    })?;
+    let aov_sums = take(rest, pixels.checked_mul(per_pixel)?, ExactSum::from_le_bytes)?;
+    let removed = take(rest, 1, ExactSum::from_le_bytes)?.pop()?;
+    let count = take(rest, 1, u64::from_le_bytes)?.pop()?;
+    let named = take_word(rest)?;
+    let rejected = |bytes: [u8; 12]| {
+        let [y, x, sample] = bytemuck::cast::<_, [[u8; 4]; 3]>(bytes).map(u32::from_le_bytes);
+        Rejected { y, x, sample }
+    };
+    let rejections = Rejections { count, first: take(rest, u64::from(named), rejected)? };
+    let region = Region { x, y, width, height };
+    Some(Ok(Film { region, first, counts, sums, aovs, aov_sums, rejections, removed }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pt_math::{Spectrum, Vec3};
+
+    use crate::film::FirstHit;
+
+    /// A film with all that a film may have.
+    fn film() -> Film {
+        let region = Region { x: 3, y: 1, width: 5, height: 4 };
+        let aovs = [Aov::Albedo, Aov::Primitive, Aov::Variance];
+        let mut film = Film::with_aovs(region, &aovs).starting_at(7);
+        let hit = FirstHit {
+            albedo: Spectrum::splat(0.3),
+            normal: Vec3::X,
+            geometric_normal: Vec3::Y,
+            depth: 2.0,
+            position: Vec3::ONE,
+            primitive: 5,
+            object: 1,
+            material: 2,
+        };
+        let mut rejections = Rejections::default();
+        let mut removed = ExactSum::default();
+        removed.add(0.7);
+        for tile in &mut film.tiles(3, [0; 2]) {
+            for [x, y] in tile.region().pixels() {
+                let bright = Spectrum::rgb(x as f32 * 0.1, -0.5, 1e9 * y as f32);
+                tile.add([x, y], 7, &[bright, Spectrum::splat(f32::NAN)]);
+                tile.see([x, y], 7, &hit);
+            }
+            rejections.merge(tile.rejections());
+        }
+        film.reject(&rejections);
+        film.remove(removed);
+        film
+    }
+
+    fn bytes(film: &Film) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        film.write(&mut bytes).expect("memory takes all");
+        bytes
+    }
+
+    #[test]
+    fn films_are_read_as_they_were_written() {
+        for film in [film(), Film::new(Region::full([0, 3])), Film::new(Region::full([2, 2]))] {
+            assert_eq!(Film::read(&bytes(&film)).as_ref(), Ok(&film));
+        }
+    }
+
+    #[test]
+    fn no_part_of_a_film_is_a_film() {
+        let whole = bytes(&film());
+        for end in 0..whole.len() {
+            assert_eq!(Film::read(&whole[..end]), Err(FilmError::Short(end)));
+        }
+        assert_eq!(Film::read(&[whole, vec![0; 3]].concat()), Err(FilmError::Long(3)));
+    }
+
+    /// A film that claims more pixels than memory has, and one that keeps what nobody knows.
+    #[test]
+    fn claims_are_not_believed() {
+        let mut huge = bytes(&film());
+        huge[8..16].fill(0xff);
+        assert_eq!(Film::read(&huge), Err(FilmError::Short(huge.len())));
+        let mut unknown = bytes(&film());
+        unknown[28] = b'x';
+        assert_eq!(Film::read(&unknown), Err(FilmError::Quantity("xlbedo".into())));
+    }
+}
