@@ -1,0 +1,316 @@
+//! Films in files: what a render has so far, from which it can go on, and which can be added up.
+//!
+//! A file is the line `pathtracer film 1`, the length of what it says about itself (u64, little endian), that
+//! as JSON ([`About`]), the film ([`Film::write`]), and the BLAKE3 hash of all before it (32 bytes). It is
+//! written beside its place, synchronised with the disk, and then takes its name, while the one that had it before is
+//! kept with `.old` behind its name: whatever happens at whatever instant, one of the two is whole.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use pt_core::Film;
+use pt_core::film::FilmError;
+use serde::{Deserialize, Serialize};
+use tempfile::NamedTempFile;
+
+/// The first line of a file.
+const MAGIC: &[u8] = b"pathtracer film 1\n";
+
+/// What all versions of it begin with.
+const KIND: &[u8] = b"pathtracer film ";
+
+/// Bytes of a hash.
+const HASH: usize = blake3::OUT_LEN;
+
+/// What a film says about itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct About {
+    /// Version of the program.
+    pub version: String,
+    /// Hash of the scene, in hexadecimal digits.
+    pub scene: String,
+    /// All that the samples depend on besides the scene: names and values.
+    pub settings: Vec<(String, String)>,
+    /// Samples of each pixel that the render wants.
+    pub spp: u32,
+    /// Arguments of the program that made it, without its name.
+    pub command: Vec<String>,
+    /// The folder in which it ran.
+    pub folder: PathBuf,
+    /// Wall-clock seconds of rendering so far.
+    pub seconds: f64,
+    /// Rays so far.
+    pub rays: u64,
+}
+
+/// A film with what it says about itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilmFile {
+    /// What it says.
+    pub about: About,
+    /// The film.
+    pub film: Film,
+}
+
+/// Why a film cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum FilmFileError {
+    /// There is no such file, or it cannot be opened.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// It cannot be written.
+    #[error("{}: cannot be written: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// It is something else.
+    #[error("{}: is no film; expected a file that pathtracer has written beside an image, or for -f NAME.film", .0.display())]
+    Kind(PathBuf),
+    /// Another version of the program wrote it.
+    #[error("{}: is a film of another version of pathtracer, which this one ({}) cannot read", .0.display(), env!("CARGO_PKG_VERSION"))]
+    Version(PathBuf),
+    /// It is not what was written.
+    #[error("{}: is damaged: {what}; take a copy of it, or render again", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// How that is known.
+        what: String,
+    },
+}
+
+/// The film that belongs to an image.
+pub fn film_of_image(image: &Path) -> PathBuf {
+    with_suffix(image, ".film")
+}
+
+/// The one before it, which is kept.
+pub fn film_before(film: &Path) -> PathBuf {
+    with_suffix(film, ".old")
+}
+
+fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(suffix);
+    name.into()
+}
+
+/// A film that is written, and waits for the disk.
+#[derive(Debug)]
+pub struct Written {
+    file: NamedTempFile,
+    path: PathBuf,
+}
+
+/// Writes a film beside its place, where it will be once [`Written::place`] is done.
+///
+/// # Errors
+/// If that cannot be done; what was there stays.
+pub fn write(path: &Path, about: &About, film: &Film) -> Result<Written, FilmFileError> {
+    let failed = |source| FilmFileError::Write { path: path.to_owned(), source };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".pathtracer-").suffix(".part");
+    let file = builder.tempfile_in(folder_of(path)).map_err(failed)?;
+    write_to(file.as_file(), about, film).map_err(failed)?;
+    Ok(Written { file, path: path.to_owned() })
+}
+
+fn write_to(file: &File, about: &About, film: &Film) -> io::Result<()> {
+    let mut out = Hashing { out: BufWriter::new(file), hash: blake3::Hasher::new() };
+    let text = serde_json::to_vec(about)?;
+    out.write_all(MAGIC)?;
+    out.write_all(&(text.len() as u64).to_le_bytes())?;
+    out.write_all(&text)?;
+    film.write(&mut out)?;
+    let hash = out.hash.finalize();
+    out.out.write_all(hash.as_bytes())?;
+    out.out.flush()
+}
+
+impl Written {
+    /// Waits until the disk has it, and gives it its name; the film that had it is the one before now.
+    ///
+    /// # Errors
+    /// If that cannot be done; then one of the two is as it was.
+    pub fn place(self) -> Result<(), FilmFileError> {
+        let Self { file, path } = self;
+        let failed = |source| FilmFileError::Write { path: path.clone(), source };
+        file.as_file().sync_all().map_err(failed)?;
+        match fs::rename(&path, film_before(&path)) {
+            Err(e) if e.kind() != ErrorKind::NotFound => return Err(failed(e)),
+            _ => {}
+        }
+        file.persist(&path).map_err(|e| failed(e.error))?;
+        sync_folder(folder_of(&path)).map_err(failed)
+    }
+}
+
+/// Waits until the disk has the names of a folder, where that can be asked for.
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// Reads a film.
+///
+/// # Errors
+/// If it cannot be read, or is not what was written.
+pub fn read(path: &Path) -> Result<FilmFile, FilmFileError> {
+    let bytes =
+        fs::read(path).map_err(|source| FilmFileError::Read { path: path.to_owned(), source })?;
+    if !bytes.starts_with(KIND) {
+        return Err(FilmFileError::Kind(path.to_owned()));
+    }
+    if !bytes.starts_with(MAGIC) {
+        return Err(FilmFileError::Version(path.to_owned()));
+    }
+    let damaged = |what| FilmFileError::Damaged { path: path.to_owned(), what };
+    parse(&bytes).map_err(damaged)
+}
+
+/// The newest film of a place: the one that is there or, if that is damaged or lost, the one before, and
+/// then the reason as well. `None` if there is neither.
+///
+/// # Errors
+/// If there are some, of which none can be read: that of the newest one.
+pub fn read_newest(
+    path: &Path,
+) -> Result<Option<(FilmFile, Option<FilmFileError>)>, FilmFileError> {
+    let newest = read(path);
+    let error = match newest {
+        Ok(film) => return Ok(Some((film, None))),
+        Err(error) => error,
+    };
+    let is_missing = |error: &FilmFileError| matches!(error, FilmFileError::Read { source, .. } if source.kind() == ErrorKind::NotFound);
+    match read(&film_before(path)) {
+        Ok(before) => Ok(Some((before, Some(error)))),
+        Err(before) if is_missing(&before) && is_missing(&error) => Ok(None),
+        Err(before) if is_missing(&error) => Err(before),
+        Err(_) => Err(error),
+    }
+}
+
+/// A file that begins as one does; else what is wrong.
+fn parse(bytes: &[u8]) -> Result<FilmFile, String> {
+    let (content, hash) =
+        bytes.split_last_chunk::<HASH>().ok_or_else(|| "it is not whole".to_owned())?;
+    if blake3::hash(content) != *hash {
+        return Err("its checksum is another than that of what it holds".into());
+    }
+    let short = || "it ends within what it says about itself".to_owned();
+    let (length, rest) =
+        content.get(MAGIC.len()..).and_then(<[u8]>::split_first_chunk).ok_or_else(short)?;
+    let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| short())?;
+    let (about, film) = rest.split_at_checked(length).ok_or_else(short)?;
+    let about =
+        serde_json::from_slice(about).map_err(|e| format!("what it says about itself: {e}"))?;
+    let film = Film::read(film).map_err(|e: FilmError| e.to_string())?;
+    Ok(FilmFile { about, film })
+}
+
+/// Hashes all that it writes.
+struct Hashing<W> {
+    out: W,
+    hash: blake3::Hasher,
+}
+
+impl<W: Write> Write for Hashing<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.out.write(bytes)?;
+        self.hash.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pt_core::Region;
+
+    fn about(seconds: f64) -> About {
+        let settings = vec![("max depth".into(), "5".into())];
+        About { version: "1".into(), scene: "00ff".into(), settings, seconds, ..About::default() }
+    }
+
+    fn film() -> Film {
+        Film::new(Region::full([2, 1]))
+    }
+
+    fn save(path: &Path, seconds: f64) {
+        write(path, &about(seconds), &film()).and_then(Written::place).expect("there is room");
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.exr.film");
+        assert!(read_newest(&path).expect("there is none").is_none());
+        save(&path, 0.1);
+        let (file, trouble) = read_newest(&path).expect("it is whole").expect("it is there");
+        assert_eq!(file, FilmFile { about: about(0.1), film: film() });
+        assert!(trouble.is_none());
+        let names = fs::read_dir(folder.path()).expect("it is there").count();
+        assert_eq!(names, 1, "nothing else is left in the folder");
+    }
+
+    /// Whatever part of a film a disk lost or changed, the one before is found, and why.
+    #[test]
+    fn the_one_before_takes_the_place_of_a_damaged_one() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.film");
+        save(&path, 1.0);
+        save(&path, 2.0);
+        let whole = fs::read(&path).expect("it is there");
+        let newest = || {
+            let (file, trouble) = read_newest(&path).expect("one is whole").expect("one is there");
+            (file.about.seconds, trouble.is_some())
+        };
+        assert_eq!(newest(), (2.0, false));
+        for end in 0..whole.len() {
+            fs::write(&path, &whole[..end]).expect("there is room");
+            assert_eq!(newest(), (1.0, true), "{end} bytes");
+        }
+        for place in 0..whole.len() {
+            let mut bytes = whole.clone();
+            bytes[place] ^= 1 << (place % 8);
+            fs::write(&path, &bytes).expect("there is room");
+            assert_eq!(newest(), (1.0, true), "byte {place}");
+        }
+        fs::remove_file(&path).expect("it is there");
+        assert_eq!(newest(), (1.0, true));
+        fs::write(film_before(&path), b"nothing").expect("there is room");
+        assert!(matches!(read_newest(&path), Err(FilmFileError::Kind(_))));
+    }
+
+    #[test]
+    fn other_files_and_versions_are_told_apart() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.film");
+        let error = |bytes: &[u8]| {
+            fs::write(&path, bytes).expect("there is room");
+            read(&path).expect_err("it is no film")
+        };
+        assert!(matches!(error(b"P6 640 480"), FilmFileError::Kind(_)));
+        assert!(matches!(error(b"pathtracer film 2\nmore"), FilmFileError::Version(_)));
+        assert!(matches!(error(MAGIC), FilmFileError::Damaged { .. }));
+    }
+}
