@@ -22,6 +22,7 @@
 
 pub mod course;
 pub mod film_file;
+pub mod identity;
 pub mod memory;
 mod session;
 

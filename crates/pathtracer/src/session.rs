@@ -11,6 +11,8 @@ use pt_cpu::{Does, Progress, RenderError, Renderer, Statistics};
 use pt_scene::Scene;
 use pt_scene::image::{Channel, Image};
 
+use crate::identity::{self, Entry};
+
 /// A scene, how to render it, and what is rendered of it.
 pub struct Session {
     scene: RenderScene,
@@ -20,6 +22,8 @@ pub struct Session {
     geometry_time: Duration,
     bvh_time: Duration,
     counts_tests: bool,
+    /// What the samples depend on besides scene, version and pixels.
+    entries: Vec<Entry>,
 }
 
 impl Session {
@@ -33,6 +37,7 @@ impl Session {
         settings: Settings,
     ) -> Result<Self, CompileError> {
         options.compensated = pt_cpu::compensates(&settings);
+        let entries = identity::entries(&options, &settings);
         let compiled = compile(scene, options)?;
         let region = Region::full(compiled.scene.camera.resolution);
         let mut session = Self {
@@ -42,6 +47,7 @@ impl Session {
             geometry_time: compiled.geometry_time,
             bvh_time: compiled.bvh_time,
             counts_tests: false,
+            entries,
             settings,
         };
         session.tell_unseen_media();
@@ -76,6 +82,22 @@ impl Session {
         self.settings.region = Some(region);
         self.film = Film::with_aovs(region, &self.settings.aovs);
         Ok(())
+    }
+
+    /// All that the samples depend on besides the scene and the version of the program, in words.
+    pub fn identity(&self) -> Vec<Entry> {
+        let of_pixels = identity::of_pixels(self.scene.camera.resolution, self.film.region());
+        of_pixels.into_iter().chain(self.entries.iter().cloned()).collect()
+    }
+
+    /// Takes the place of the samples so far, to go on from there.
+    ///
+    /// # Panics
+    /// If it has other pixels, or keeps something else.
+    pub fn go_on_from(&mut self, film: Film) {
+        assert_eq!(film.region(), self.film.region(), "a film of the same pixels");
+        assert_eq!(film.aovs(), self.film.aovs(), "a film that keeps the same");
+        self.film = film;
     }
 
     /// Also counts tests of single primitives, which costs a little.

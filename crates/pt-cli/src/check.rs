@@ -314,6 +314,7 @@ impl Checked {
         let integrator = cli.integrator.as_deref().unwrap_or(usual);
         Settings {
             spp: cli.spp.unwrap_or_else(|| fallback(file.spp, defaults.spp)),
+            layout: None,
             light_samples: cli.light_samples,
             max_depth,
             min_bounce,

@@ -66,6 +66,9 @@ impl Clamp {
 pub struct Settings {
     /// Samples per pixel; the maximum when adaptive.
     pub spp: u32,
+    /// Samples of a pixel for which random numbers are laid out, if that is not `spp`: see
+    /// [`PointSet::spp`].
+    pub layout: Option<u32>,
     /// Samples of each light that has an extent, at each surface point; from 1 up to 65,536 make
     /// sense.
     pub light_samples: u32,
@@ -109,7 +112,7 @@ pub struct Settings {
 impl Settings {
     /// Where random numbers come from.
     pub fn points(&self) -> PointSet {
-        PointSet { kind: self.sampler, seed: self.seed, spp: self.spp }
+        PointSet { kind: self.sampler, seed: self.seed, spp: self.layout.unwrap_or(self.spp) }
     }
 
     /// Whether light scattered `bounces` times is shown.
@@ -124,6 +127,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             spp: 64,
+            layout: None,
             light_samples: 1,
             max_depth: 16,
             min_bounce: 0,

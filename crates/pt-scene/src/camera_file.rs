@@ -13,7 +13,7 @@ use std::path::Path;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
-use crate::{Camera, LoadError, Projection, Span};
+use crate::{Camera, LoadError, Projection, Span, source};
 
 /// What the numbers are called, for messages.
 const NAMES: [&str; 30] = [
@@ -55,7 +55,7 @@ const NAMES: [&str; 30] = [
 /// If the file cannot be read, or is not made of 30 finite numbers.
 pub fn load(path: &Path) -> Result<Camera, LoadError> {
     let bytes =
-        std::fs::read(path).map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
+        source::read(path).map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
     parse(&String::from_utf8_lossy(&bytes), path)
 }
 

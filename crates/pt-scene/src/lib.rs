@@ -21,6 +21,7 @@ pub mod motion;
 pub mod scene;
 pub mod settings;
 pub mod shapes;
+pub mod source;
 pub mod span;
 pub mod texture;
 
@@ -34,5 +35,6 @@ pub use mesh::{Attribute, Mesh, Part};
 pub use motion::{Key, Motion, MotionError};
 pub use scene::{Geometry, Object, Scene};
 pub use settings::FileSettings;
+pub use source::Source;
 pub use span::Span;
 pub use texture::{Color, Scalar, Texture};

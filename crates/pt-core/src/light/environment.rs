@@ -58,6 +58,16 @@ impl EnvironmentMap {
         Self::of_image(Arc::new(Image { width, height, pixels: texels }), Rows::Between)
     }
 
+    /// The image.
+    pub fn image(&self) -> &Image {
+        &self.image
+    }
+
+    /// How its rows lie.
+    pub fn rows(&self) -> Rows {
+        self.rows
+    }
+
     /// From an image whose rows lie as told.
     pub fn of_image(image: Arc<Image>, rows: Rows) -> Self {
         // One row is the same everywhere.

@@ -41,6 +41,11 @@ impl SamplerKind {
         Self::NAMES.iter().find(|(n, _)| *n == name).map(|&(_, kind)| kind)
     }
 
+    /// Whether its points depend on the number of samples, see [`PointSet::spp`].
+    pub fn is_laid_out(self) -> bool {
+        matches!(self, Self::ZSobol | Self::Stratified)
+    }
+
     /// Its name for users.
     pub fn name(self) -> &'static str {
         match self {

@@ -9,7 +9,7 @@ use pt_math::{DAffine3, DVec3};
 use super::triangulate::Triangulator;
 use crate::material::Matte;
 use crate::texture::{Input, Pattern, Texture};
-use crate::{Attribute, Geometry, LoadError, Material, Mesh, Object, Scene, Span, Warning};
+use crate::{Attribute, Geometry, LoadError, Material, Mesh, Object, Scene, Span, Warning, source};
 
 /// A mesh, and what the user should know about how it was read.
 #[derive(Debug)]
@@ -91,7 +91,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, String> {
     let message = |why: &str| format!("{} cannot be read: {why}", path.display());
     let io_message = |error: std::io::Error| message(&error.to_string());
     if std::fs::metadata(path).map_err(io_message)?.is_file() {
-        std::fs::read(path).map_err(io_message)
+        source::read(path).map_err(io_message)
     } else {
         Err(message("it is no regular file"))
     }

@@ -14,7 +14,7 @@ mod xml;
 
 use std::path::Path;
 
-use crate::{LoadError, Scene};
+use crate::{LoadError, Scene, source};
 use xml::quote;
 
 /// How to read a scene.
@@ -96,7 +96,7 @@ pub fn load(path: &Path) -> Result<Scene, LoadError> {
 pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Scene, LoadError> {
     format_of(path)?;
     let bytes =
-        std::fs::read(path).map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
+        source::read(path).map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
     parse_with(&bytes, path, options)
 }
 

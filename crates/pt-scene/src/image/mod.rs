@@ -13,6 +13,8 @@ use std::path::Path;
 
 use pt_math::color;
 
+use crate::source;
+
 pub use error::ImageError;
 pub use write::write_atomically;
 
@@ -248,7 +250,7 @@ pub fn decode_as(bytes: &[u8], path: &Path, numbers: Numbers) -> Result<Decoded,
 }
 
 fn read_file(path: &Path) -> Result<Vec<u8>, ImageError> {
-    std::fs::read(path).map_err(|source| ImageError::Read { path: path.to_owned(), source })
+    source::read(path).map_err(|source| ImageError::Read { path: path.to_owned(), source })
 }
 
 impl Transfer {

@@ -1,0 +1,143 @@
+//! All that the samples of an image depend on, in words: so that nobody adds samples of one image to another.
+
+use pt_core::light::EnvironmentMap;
+use pt_core::settings::{DirectLight, Roulette, Settings};
+use pt_core::{CompileOptions, Region};
+
+/// A name and a value for people.
+pub type Entry = (String, String);
+
+/// What differs between two lists, in the order of the first: name, value there, value in the second;
+/// `None` is not there.
+pub type Difference = (String, Option<String>, Option<String>);
+
+/// What makes the samples besides the scene and the version: the options with which it is compiled, and
+/// the settings without the number of samples. Two lists of which one says the same as the other make the
+/// same samples.
+pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
+    let mut list = Vec::new();
+    let mut say = |name: &str, value: String| list.push((name.to_owned(), value));
+    let CompileOptions {
+        resolution: _, // the compiled scene has one in any case
+        course,
+        bvh,
+        most_single_lights,
+        most_copied_triangles,
+        environment,
+        compensated: _, // follows from the settings
+        camera,
+        lens_radius,
+        aperture,
+        focal_distance,
+        panorama,
+    } = options;
+    say("course's reading of the scene", course.to_string());
+    say("tree", format!("{:?}, {:?}, leaves of {}", bvh.builder, bvh.quality, bvh.max_leaf_size));
+    say("most single lights", or_default(most_single_lights.as_ref()));
+    say("most copied triangles", or_default(most_copied_triangles.as_ref()));
+    say("environment map", environment.as_ref().map_or("none".into(), hash_of_map));
+    say("camera in place of the scene's", or_none(camera.as_ref()));
+    say("lens radius", or_default(lens_radius.as_ref()));
+    say("aperture", or_none(aperture.as_ref()));
+    say("focal distance", or_default(focal_distance.as_ref()));
+    say("panorama", panorama.to_string());
+    let Settings {
+        spp: _, // films say how many they have
+        layout,
+        light_samples,
+        max_depth,
+        min_bounce,
+        max_bounce,
+        integrator,
+        ao_distance,
+        direct,
+        roulette,
+        clamp,
+        reuse,
+        split,
+        adaptive,
+        sampler,
+        seed,
+        filter,
+        region: _, // the film has it
+        aovs,
+    } = settings;
+    say("integrator", integrator.clone());
+    say("light samples", light_samples.to_string());
+    say("max depth", max_depth.to_string());
+    say("bounces shown", format!("{min_bounce} to {max_bounce}"));
+    say("ambient occlusion distance", ao_distance.to_string());
+    say("direct light", name_of_direct(*direct).into());
+    say("Russian roulette", name_of_roulette(*roulette));
+    say("clamp", format!("{} direct, {} indirect", clamp.direct, clamp.indirect));
+    say("path reuse", reuse.to_string());
+    say("split", split.to_string());
+    let adaptive = adaptive.map(|a| format!("every {}, {}", a.batch, a.tolerance));
+    say("adaptive sampling", adaptive.unwrap_or("no".into()));
+    say("sampler", sampler.name().into());
+    if sampler.is_laid_out() {
+        say("samples the sampler is laid out for", layout.unwrap_or(settings.spp).to_string());
+    }
+    say("seed", seed.to_string());
+    say("filter", format!("{filter:?}"));
+    let aovs: Vec<_> = aovs.iter().map(|aov| aov.name()).collect();
+    say("other channels", if aovs.is_empty() { "none".into() } else { aovs.join(", ") });
+    list
+}
+
+/// The part of an image of this resolution that a film covers.
+pub(crate) fn of_pixels([width, height]: [u32; 2], region: Region) -> [Entry; 2] {
+    let Region { x, y, width: w, height: h } = region;
+    let part = format!("{w} x {h} pixels from column {x}, row {y}");
+    [("resolution".into(), format!("{width} x {height}")), ("part of the image".into(), part)]
+}
+
+/// What differs between two lists.
+pub fn differences(first: &[Entry], second: &[Entry]) -> Vec<Difference> {
+    let value = |list: &[Entry], name: &str| {
+        list.iter().find(|entry| entry.0 == name).map(|entry| entry.1.clone())
+    };
+    let mut names: Vec<_> = first.iter().chain(second).map(|entry| entry.0.clone()).collect();
+    let mut seen = std::collections::HashSet::new();
+    names.retain(|name| seen.insert(name.clone()));
+    let difference = |name: String| {
+        let (a, b) = (value(first, &name), value(second, &name));
+        (a != b).then_some((name, a, b))
+    };
+    names.into_iter().filter_map(difference).collect()
+}
+
+/// The BLAKE3 hash of a map of the sky, in hexadecimal digits.
+fn hash_of_map(map: &EnvironmentMap) -> String {
+    let (image, rows) = (map.image(), map.rows());
+    let mut hash = blake3::Hasher::new();
+    hash.update(format!("{} x {}, {rows:?}\n", image.width, image.height).as_bytes());
+    for texel in &image.pixels {
+        texel.iter().for_each(|value| _ = hash.update(&value.to_le_bytes()));
+    }
+    hash.finalize().to_hex().to_string()
+}
+
+fn or_default(value: Option<&impl ToString>) -> String {
+    value.map_or("default".into(), ToString::to_string)
+}
+
+fn or_none(value: Option<&impl std::fmt::Debug>) -> String {
+    value.map_or("none".into(), |value| format!("{value:?}"))
+}
+
+fn name_of_direct(direct: DirectLight) -> &'static str {
+    match direct {
+        DirectLight::Mis => "light and BSDF samples",
+        DirectLight::Light => "light samples",
+        DirectLight::UniformHemisphere => "uniform directions",
+        DirectLight::CosineHemisphere => "directions by the cosine",
+    }
+}
+
+fn name_of_roulette(roulette: Roulette) -> String {
+    match roulette {
+        Roulette::Throughput => "by throughput".into(),
+        Roulette::Fixed(q) => format!("goes on with {q}"),
+    }
+}
