@@ -2,8 +2,9 @@
 //!
 //! A file is the line `pathtracer film 1`, the length of what it says about itself (u64, little endian), that
 //! as JSON ([`About`]), the film ([`Film::write`]), and the BLAKE3 hash of all before it (32 bytes). It is
-//! written beside its place, synchronised with the disk, and then takes its name, while the one that had it before is
-//! kept with `.old` behind its name: whatever happens at whatever instant, one of the two is whole.
+//! written beside its place, with `.part` behind its name, synchronised with the disk, and then takes the name, while
+//! the one that had it before is kept with `.old` behind it: whatever happens at whatever instant, one of the
+//! two is whole.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Write};
@@ -12,7 +13,8 @@ use std::path::{Path, PathBuf};
 use pt_core::Film;
 use pt_core::film::FilmError;
 use serde::{Deserialize, Serialize};
-use tempfile::NamedTempFile;
+
+use crate::identity::Entry;
 
 /// The first line of a file.
 const MAGIC: &[u8] = b"pathtracer film 1\n";
@@ -28,12 +30,14 @@ const HASH: usize = blake3::OUT_LEN;
 pub struct About {
     /// Version of the program.
     pub version: String,
-    /// Hash of the scene, in hexadecimal digits.
-    pub scene: String,
+    /// The files of which the scene was read, each with the hash of what it held.
+    pub files: Vec<Entry>,
     /// All that the samples depend on besides the scene: names and values.
     pub settings: Vec<(String, String)>,
-    /// Samples of each pixel that the render wants.
+    /// The number behind that of the last sample that the render takes of each pixel.
     pub spp: u32,
+    /// Whether it has all that it takes.
+    pub finished: bool,
     /// Arguments of the program that made it, without its name.
     pub command: Vec<String>,
     /// The folder in which it ran.
@@ -98,16 +102,48 @@ pub fn film_before(film: &Path) -> PathBuf {
     with_suffix(film, ".old")
 }
 
+/// Where a film is while it is written.
+fn part_of(film: &Path) -> PathBuf {
+    with_suffix(film, ".part")
+}
+
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(suffix);
     name.into()
 }
 
+/// Puts the film before in the place of one that cannot be read, so that the next one does not take the place of the
+/// one that can.
+///
+/// # Errors
+/// If that cannot be done.
+pub fn restore(path: &Path) -> Result<(), FilmFileError> {
+    let failed = |source| FilmFileError::Write { path: path.to_owned(), source };
+    fs::rename(film_before(path), path).map_err(failed)?;
+    sync_folder(folder_of(path)).map_err(failed)
+}
+
+/// Removes a film, the one before, and what a program that was killed left of another.
+///
+/// # Errors
+/// If they are there and cannot be removed.
+pub fn remove(path: &Path) -> Result<(), FilmFileError> {
+    for path in [path.to_owned(), film_before(path), part_of(path)] {
+        match fs::remove_file(&path) {
+            Err(source) if source.kind() != ErrorKind::NotFound => {
+                return Err(FilmFileError::Write { path, source });
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
 /// A film that is written, and waits for the disk.
 #[derive(Debug)]
 pub struct Written {
-    file: NamedTempFile,
+    file: File,
     path: PathBuf,
 }
 
@@ -117,10 +153,13 @@ pub struct Written {
 /// If that cannot be done; what was there stays.
 pub fn write(path: &Path, about: &About, film: &Film) -> Result<Written, FilmFileError> {
     let failed = |source| FilmFileError::Write { path: path.to_owned(), source };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".pathtracer-").suffix(".part");
-    let file = builder.tempfile_in(folder_of(path)).map_err(failed)?;
-    write_to(file.as_file(), about, film).map_err(failed)?;
+    let part = part_of(path);
+    let file = File::create(&part).map_err(failed)?;
+    if let Err(error) = write_to(&file, about, film) {
+        // What is left of it is of no use; if it cannot even be removed, the first error says why.
+        let _ = fs::remove_file(part);
+        return Err(failed(error));
+    }
     Ok(Written { file, path: path.to_owned() })
 }
 
@@ -144,12 +183,12 @@ impl Written {
     pub fn place(self) -> Result<(), FilmFileError> {
         let Self { file, path } = self;
         let failed = |source| FilmFileError::Write { path: path.clone(), source };
-        file.as_file().sync_all().map_err(failed)?;
+        file.sync_all().map_err(failed)?;
         match fs::rename(&path, film_before(&path)) {
             Err(e) if e.kind() != ErrorKind::NotFound => return Err(failed(e)),
             _ => {}
         }
-        file.persist(&path).map_err(|e| failed(e.error))?;
+        fs::rename(part_of(&path), &path).map_err(failed)?;
         sync_folder(folder_of(&path)).map_err(failed)
     }
 }
@@ -248,7 +287,7 @@ mod tests {
 
     fn about(seconds: f64) -> About {
         let settings = vec![("max depth".into(), "5".into())];
-        About { version: "1".into(), scene: "00ff".into(), settings, seconds, ..About::default() }
+        About { version: "1".into(), settings, seconds, ..About::default() }
     }
 
     fn film() -> Film {

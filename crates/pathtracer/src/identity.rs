@@ -24,7 +24,8 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
         most_single_lights,
         most_copied_triangles,
         environment,
-        compensated: _, // follows from the settings
+        compensated: _,         // follows from the settings
+        texture_coordinates: _, // likewise
         camera,
         lens_radius,
         aperture,
@@ -112,8 +113,8 @@ fn hash_of_map(map: &EnvironmentMap) -> String {
     let (image, rows) = (map.image(), map.rows());
     let mut hash = blake3::Hasher::new();
     hash.update(format!("{} x {}, {rows:?}\n", image.width, image.height).as_bytes());
-    for texel in &image.pixels {
-        texel.iter().for_each(|value| _ = hash.update(&value.to_le_bytes()));
+    for value in image.pixels.as_flattened() {
+        hash.update(&value.to_le_bytes());
     }
     hash.finalize().to_hex().to_string()
 }

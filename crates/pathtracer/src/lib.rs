@@ -23,10 +23,12 @@
 pub mod course;
 pub mod film_file;
 pub mod identity;
+pub mod keep;
 pub mod memory;
 mod session;
 
 pub use pt_bvh::{BuildOptions, Builder, Quality};
+pub use pt_core::develop::radiance;
 pub use pt_core::film::{Aov, Film, Region, Rejections, aov};
 pub use pt_core::light::EnvironmentMap;
 pub use pt_core::progress::{Observer, Silent};
@@ -34,13 +36,13 @@ pub use pt_core::settings::{Adaptive, Clamp, DirectLight, Roulette, Settings};
 pub use pt_core::{CompileError, CompileOptions};
 pub use pt_cpu::{INTEGRATORS, MOST_REUSE, MOST_SPLIT, Progress, RenderError, Statistics};
 pub use pt_math::sampler::SamplerKind;
-pub use pt_scene::camera_file;
 pub use pt_scene::format::{FORMATS, LoadOptions, load, load_with};
 pub use pt_scene::image::{self, Image};
 pub use pt_scene::{
     Aperture, Camera, Daylight, FileSettings, Filter, IesProfile, Light, LightKind, LoadError,
-    Moment, Place, Projection, Rows, Scene, Span, Warning,
+    Moment, Place, Projection, Rows, Scene, Source, Span, Warning,
 };
+pub use pt_scene::{camera_file, source};
 pub use session::Session;
 
 /// The scene that is rendered when none is given: a Cornell box with a mirror and a glass sphere,

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use pt_core::film::aov;
+use pt_core::film::{Aov, aov};
 use pt_core::settings::Settings;
 use pt_core::{
     CompileError, CompileOptions, Film, Observer, Region, RenderScene, compile, develop,
@@ -27,7 +27,8 @@ pub struct Session {
 }
 
 impl Session {
-    /// Compiles a scene; whether [`CompileOptions::compensated`] follows from the settings.
+    /// Compiles a scene; [`CompileOptions::compensated`] and [`CompileOptions::texture_coordinates`] follow from
+    /// the settings.
     ///
     /// # Errors
     /// If the scene is inconsistent, or the region of the settings lies outside of the image.
@@ -37,6 +38,7 @@ impl Session {
         settings: Settings,
     ) -> Result<Self, CompileError> {
         options.compensated = pt_cpu::compensates(&settings);
+        options.texture_coordinates = settings.aovs.contains(&Aov::Uv);
         let entries = identity::entries(&options, &settings);
         let compiled = compile(scene, options)?;
         let region = Region::full(compiled.scene.camera.resolution);

@@ -8,6 +8,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, ValueEnum};
 use pathtracer::{Aov, Builder, DirectLight, SamplerKind};
 
 use crate::check::{self, Checked};
+use crate::commands::Command;
 use crate::message;
 
 /// Physically based path tracer: renders a scene to a PNG or OpenEXR image.
@@ -17,14 +18,17 @@ use crate::message;
 /// number of threads nor the machine changes a bit of it.
 #[derive(Parser, Debug, Clone)]
 #[command(name = "pathtracer", version, max_term_width = 100, arg_required_else_help = false)]
-#[command(override_usage = "pathtracer [OPTIONS] [SCENE]")]
+#[command(
+    override_usage = "pathtracer [render] [OPTIONS] [SCENE]\n       pathtracer resume | merge | info …"
+)]
+#[command(after_help = crate::commands::HELP)]
 #[expect(clippy::struct_excessive_bools, reason = "flags of a command line are bools")]
 pub(crate) struct Cli {
     /// Scene file; the embedded Cornell box if there is none
     #[arg(value_name = "SCENE")]
     pub(crate) paths: Vec<PathBuf>,
 
-    /// Image file, .png or .exr [default: SCENE.png, in this folder]
+    /// Image file, .png or .exr, or .film for samples to be merged [default: SCENE.png, in this folder]
     #[arg(short = 'f', long, value_name = "FILE", num_args = 0..=1, help_heading = "Image")]
     #[expect(clippy::option_option, reason = "-f may stand without its value; see sort_paths")]
     pub(crate) output: Option<Option<PathBuf>>,
@@ -48,6 +52,11 @@ pub(crate) struct Cli {
     #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::positive)]
     #[arg(help_heading = "Sampling")]
     pub(crate) spp: Option<u32>,
+
+    /// Only the samples of these numbers, as 0..256, to be merged with others
+    #[arg(long, value_name = "FROM..TO", allow_negative_numbers = true, value_parser = check::samples)]
+    #[arg(conflicts_with_all = ["cs184", "adaptive"], help_heading = "Sampling")]
+    pub(crate) samples: Option<(u32, u32)>,
 
     /// Samples of each area light at each surface point; of all together where they are many
     #[arg(short, long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
@@ -202,6 +211,15 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "PIXELS", default_value = "32", allow_negative_numbers = true)]
     #[arg(value_parser = check::positive, help_heading = "Machine")]
     pub(crate) tile_size: u32,
+
+    /// Seconds after which the samples so far are written beside the image, to go on from; 0 is never
+    #[arg(long, value_name = "SECONDS", default_value = "60", allow_negative_numbers = true)]
+    #[arg(value_parser = check::seconds, help_heading = "Machine")]
+    pub(crate) checkpoint_every: f64,
+
+    /// Forget the samples that are there, instead of going on from them
+    #[arg(long, help_heading = "Machine")]
+    pub(crate) restart: bool,
 
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Machine")]
@@ -385,6 +403,8 @@ pub(crate) enum Action {
     Print(Vec<u8>),
     /// To render.
     Render(Box<Checked>),
+    /// To do something with films.
+    Command(Command),
 }
 
 /// Why a command line is refused.
@@ -417,6 +437,16 @@ impl ArgsError {
 /// # Errors
 /// If it cannot be understood; also if it asks for help.
 pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Action, ArgsError> {
+    let mut args: Vec<_> = args.into_iter().collect();
+    match args.get(1).and_then(|first| first.to_str()) {
+        Some("render") => drop(args.remove(1)),
+        Some(name) if Command::is_one(name) => {
+            let command = Command::try_parse_from(args).map_err(ArgsError::Clap)?;
+            return Ok(Action::Command(command));
+        }
+        _ => {}
+    }
+    let command = args.iter().skip(1).map(|arg| arg.to_string_lossy().into_owned()).collect();
     let matches = Cli::command().try_get_matches_from(args).map_err(ArgsError::Clap)?;
     let mut cli = Cli::from_arg_matches(&matches).map_err(ArgsError::Clap)?;
     if let Some(shell) = cli.completions {
@@ -426,7 +456,7 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Action, 
         return man_page().map(Action::Print).map_err(ArgsError::Message);
     }
     sort_paths(&mut cli)?;
-    check::check(cli).map(|c| Action::Render(Box::new(c))).map_err(ArgsError::Message)
+    check::check(cli, command).map(|c| Action::Render(Box::new(c))).map_err(ArgsError::Message)
 }
 
 /// The name of the image may stand apart from `-f`, as in `-f -m 5 out.png scene.dae`; what is

@@ -1,12 +1,12 @@
 //! From what was typed to what it means, refusing what makes no sense.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::{
     Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, FileSettings, Filter, INTEGRATORS,
-    LoadOptions, MOST_REUSE, MOST_SPLIT, Region, Roulette, Scene, Settings, aov,
+    LoadOptions, MOST_REUSE, MOST_SPLIT, Region, Roulette, SamplerKind, Scene, Settings, aov,
 };
 
 use crate::args::{Cli, PngBits};
@@ -23,6 +23,8 @@ pub(crate) struct Checked {
     pub(crate) cli: Cli,
     pub(crate) adaptive: Option<Adaptive>,
     pub(crate) resolution: Option<[u32; 2]>,
+    /// The arguments, without the name of the program.
+    pub(crate) command: Vec<String>,
 }
 
 fn whole(text: &str, least: u32, what: &str) -> Result<u32, String> {
@@ -92,6 +94,25 @@ pub(crate) fn reuse(text: &str) -> Result<u32, String> {
     }
 }
 
+/// Numbers of samples, from one up to another.
+pub(crate) fn samples(text: &str) -> Result<(u32, u32), String> {
+    let range = text
+        .split_once("..")
+        .and_then(|(from, to)| Some((from.parse::<u32>().ok()?, to.parse::<u32>().ok()?)));
+    match range {
+        Some((from, to)) if from < to => Ok((from, to)),
+        _ => Err("expected the first number and the one behind the last, as in 0..256".into()),
+    }
+}
+
+/// A time ≥ 0.
+pub(crate) fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if v >= 0.0 && v.is_finite() => Ok(v),
+        _ => Err("expected a number of seconds from 0 up".into()),
+    }
+}
+
 /// A number of ways of a path.
 pub(crate) fn split(text: &str) -> Result<u32, String> {
     match whole(text, 1, "") {
@@ -144,7 +165,7 @@ pub(crate) fn definition(text: &str) -> Result<(String, String), String> {
 ///
 /// # Errors
 /// A message that says what is wrong and what was expected.
-pub(crate) fn check(cli: Cli) -> Result<Checked, String> {
+pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
     let adaptive = adaptive(&cli)?;
     let resolution = match cli.resolution.as_deref() {
         Some(&[w, h]) => Some([w, h]),
@@ -189,16 +210,47 @@ pub(crate) fn check(cli: Cli) -> Result<Checked, String> {
     if let Some(Some(path)) = &cli.output
         && !cli.cs184
         && !image::is_image(path)
+        && !is_film(path)
     {
         return Err(format!(
-            "-f {}: the ending of the file says its format; expected .png or .exr",
+            "-f {}: the ending of the file says its format; expected .png, .exr or .film",
             path.display()
+        ));
+    }
+    if let (Some((from, _)), false) = (cli.samples, output_is_film(&cli))
+        && from > 0
+    {
+        return Err(
+            "--samples makes a part of an image; it needs a file for it, as in -f part.film".into(),
+        );
+    }
+    if cli.samples.is_some() && cli.spp.is_none() && SamplerKind::from(cli.sampler).is_laid_out() {
+        return Err(
+            "--samples: the points of this --sampler depend on the number of all samples; give \
+                    that with -s, as in -s 512 --samples 0..256"
+                .into(),
+        );
+    }
+    if let (Some((_, to)), Some(spp)) = (cli.samples, cli.spp)
+        && to > spp
+    {
+        return Err(format!(
+            "--samples ends at {to}, behind the {spp} samples that -s says there are"
         ));
     }
     if let (Some((name, _)), true) = (cli.define.first(), cli.paths.is_empty()) {
         return Err(format!("-D {name}: the embedded scene has no names; give a Mitsuba scene"));
     }
-    Ok(Checked { cli, adaptive, resolution })
+    Ok(Checked { cli, adaptive, resolution, command })
+}
+
+/// Whether a file is one of samples.
+pub(crate) fn is_film(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("film"))
+}
+
+fn output_is_film(cli: &Cli) -> bool {
+    cli.output.as_ref().and_then(Option::as_ref).is_some_and(|path| is_film(path))
 }
 
 /// Each quantity once, and a file that has a place for them.
@@ -212,10 +264,12 @@ fn check_aovs(cli: &Cli) -> Result<(), String> {
     Err("--aov needs an image with room for more channels, as in -f out.exr".into())
 }
 
-/// Whether the image may have more channels than its colours.
+/// Whether what is written may have more channels than colours.
 fn has_room_for_channels(cli: &Cli) -> bool {
-    let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-    cli.output.as_ref().and_then(Option::as_ref).is_some_and(is_exr)
+    let has_room = |path: &PathBuf| {
+        is_film(path) || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+    };
+    cli.output.as_ref().and_then(Option::as_ref).is_some_and(has_room)
 }
 
 /// Refuses estimators of direct light that an integrator does not have.
@@ -313,8 +367,11 @@ impl Checked {
         let usual = if course { "cs184" } else { file.integrator.unwrap_or("path") };
         let integrator = cli.integrator.as_deref().unwrap_or(usual);
         Settings {
-            spp: cli.spp.unwrap_or_else(|| fallback(file.spp, defaults.spp)),
-            layout: None,
+            spp: match cli.samples {
+                Some((_, to)) => to,
+                None => cli.spp.unwrap_or_else(|| fallback(file.spp, defaults.spp)),
+            },
+            layout: cli.samples.and(cli.spp),
             light_samples: cli.light_samples,
             max_depth,
             min_bounce,
@@ -417,7 +474,7 @@ mod tests {
             ("--quality fast --bvh none", Builder::None, Quality::Fast, 8),
         ] {
             let words = std::iter::once("pathtracer").chain(args.split_whitespace());
-            let checked = check(Cli::try_parse_from(words).unwrap()).unwrap();
+            let checked = check(Cli::try_parse_from(words).unwrap(), Vec::new()).unwrap();
             assert_eq!(checked.bvh(), BuildOptions { builder, quality, max_leaf_size }, "{args}");
         }
     }

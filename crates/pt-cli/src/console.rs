@@ -54,6 +54,14 @@ impl Console {
         Self { display, stop }
     }
 
+    /// Prints a line, above what moves.
+    pub(crate) fn say(&self, text: &str) {
+        match &self.display {
+            Display::Bar(bar) => bar.println(text),
+            _ => eprintln!("{text}"),
+        }
+    }
+
     /// Removes what moves.
     pub(crate) fn finish(&self) {
         if let Display::Bar(bar) = &self.display {

@@ -2,15 +2,22 @@
 
 mod args;
 mod check;
+mod commands;
 mod console;
 mod course;
 mod cpu;
+mod info;
+mod keeping;
+mod merge;
 mod message;
 mod output;
 mod render;
+mod resume;
 mod summary;
 
 use std::process::ExitCode;
+
+use commands::Command;
 
 /// Exit status of wrong arguments, files and environments.
 const FAILURE: u8 = 2;
@@ -27,6 +34,9 @@ fn main() -> ExitCode {
     let done = match action {
         args::Action::Print(text) => output::print(&text),
         args::Action::Render(request) => render::run(&request),
+        args::Action::Command(Command::Resume(resume)) => resume::run(&resume),
+        args::Action::Command(Command::Merge(merge)) => merge::run(&merge),
+        args::Action::Command(Command::Info(info)) => info::run(&info),
     };
     done.unwrap_or_else(|error| {
         eprintln!("pathtracer: {}", message::of_error(&error));

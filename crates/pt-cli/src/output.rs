@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
-use pathtracer::Session;
-use pathtracer::image::{self, SaveOptions};
+use pathtracer::image::{self, Image, SaveOptions};
+use pathtracer::{Film, Region, Session, aov};
 
 use crate::check::Checked;
 
@@ -54,6 +54,25 @@ pub(crate) fn check_writable(path: &Path) -> Result<()> {
         .with_context(|| format!("{}: no file can be made in its folder", path.display()))
 }
 
+/// Writes the image of a film.
+///
+/// # Errors
+/// If the file cannot be written; then it is as it was before.
+pub(crate) fn write_image(film: &Film, path: &Path, options: SaveOptions) -> Result<()> {
+    let Region { width, height, .. } = film.region();
+    let rendered = Image { width, height, pixels: pathtracer::radiance(film) };
+    if image::is_image(path) {
+        let options = SaveOptions { channels: aov::channels(film), ..options };
+        image::save(&rendered, path, &options)?;
+    } else {
+        let transfer = options.transfer;
+        let bytes: Vec<[u8; 3]> =
+            rendered.pixels.iter().map(|p| p.map(|v| transfer.encode8(v))).collect();
+        image::save_rgb8(path, width, height, &bytes)?;
+    }
+    Ok(())
+}
+
 /// Writes the image, and the sampling rates where they are wanted; returns the files.
 ///
 /// # Errors
@@ -61,16 +80,7 @@ pub(crate) fn check_writable(path: &Path) -> Result<()> {
 pub(crate) fn write(session: &Session, request: &Checked) -> Result<Vec<PathBuf>> {
     let path = request.output();
     let course = request.cli.cs184;
-    let rendered = session.image();
-    if image::is_image(&path) {
-        let options = SaveOptions { channels: session.channels(), ..request.save_options() };
-        image::save(&rendered, &path, &options)?;
-    } else {
-        let transfer = request.save_options().transfer;
-        let bytes: Vec<[u8; 3]> =
-            rendered.pixels.iter().map(|p| p.map(|v| transfer.encode8(v))).collect();
-        image::save_rgb8(&path, rendered.width, rendered.height, &bytes)?;
-    }
+    write_image(session.film(), &path, request.save_options())?;
     let mut files = vec![path.clone()];
     if course || session.settings().adaptive.is_some() {
         let rate = rate_path(&path, course);

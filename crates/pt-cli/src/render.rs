@@ -2,14 +2,17 @@
 
 use std::path::Path;
 use std::process::ExitCode;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use pathtracer::image::{self, Image, Transfer};
-use pathtracer::{CompileOptions, EnvironmentMap, Progress, Scene, Session, Settings, camera_file};
+use pathtracer::{
+    CompileOptions, EnvironmentMap, Progress, Scene, Session, Settings, camera_file, source,
+};
 
 use crate::check::{Checked, check_estimator};
 use crate::console::Console;
+use crate::keeping::Keeping;
 use crate::summary::{Summary, cpu_seconds};
 use crate::{course, output};
 
@@ -26,26 +29,24 @@ pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
         output::check_writable(file)?;
     }
     let start = Instant::now();
-    let environment = load_environment(request)?;
-    let scene = load_scene(request)?;
-    let load_time = start.elapsed();
-    let mut session = compile(request, &scene, environment)?;
+    let (prepared, sources) = source::noting(|| prepare(request, start));
+    let Prepared { scene, mut session, load } = prepared?;
     tell_notes(request, &scene, &session);
+    let mut keeping = Keeping::begin(request, &mut session, &sources)?;
     let threads = threads(request);
     if request.cli.cs184 && !request.cli.quiet {
         course::built(&session, threads);
     }
     let console = Console::new(total(&session), request.cli.cs184, request.cli.quiet);
     let cpu = cpu_seconds();
-    let (progress, statistics) = session.render(threads, request.cli.tile_size, &console)?;
+    let (progress, statistics) = keeping.render(&mut session, request, threads, &console)?;
     let cpu = cpu_seconds().zip(cpu).map(|(after, before)| after - before);
     console.finish();
     tell_rejections(&session);
     if request.cli.cs184 && !request.cli.quiet {
         course::rendered(&statistics);
     }
-    let files = output::write(&session, request)?;
-    let load = load_time;
+    let files = keeping.finish(&session, request, progress)?;
     let summary = Summary { session: &session, statistics, progress, threads, load, cpu };
     if let Some(path) = &request.cli.summary_json {
         summary.write_json(path)?;
@@ -64,9 +65,28 @@ pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
         Progress::Finished => ExitCode::SUCCESS,
         Progress::Cancelled => {
             eprintln!("stopped early: the image holds the samples taken so far");
+            if keeping.keeps() {
+                eprintln!("to go on: pathtracer resume {}", path.display());
+            }
             ExitCode::from(INTERRUPTED)
         }
     })
+}
+
+/// A scene that is about to be rendered.
+struct Prepared {
+    scene: Scene,
+    session: Session,
+    /// Wall-clock time of reading files.
+    load: Duration,
+}
+
+fn prepare(request: &Checked, start: Instant) -> Result<Prepared> {
+    let environment = load_environment(request)?;
+    let scene = load_scene(request)?;
+    let load = start.elapsed();
+    let session = compile(request, &scene, environment)?;
+    Ok(Prepared { scene, session, load })
 }
 
 fn threads(request: &Checked) -> usize {
@@ -79,7 +99,8 @@ fn threads(request: &Checked) -> usize {
 }
 
 fn total(session: &Session) -> u64 {
-    session.film().region().area() as u64 * u64::from(session.settings().spp)
+    let film = session.film();
+    film.region().area() as u64 * u64::from(session.settings().spp.saturating_sub(film.first()))
 }
 
 fn load_scene(request: &Checked) -> Result<Scene> {
@@ -130,7 +151,8 @@ fn compile(
         most_single_lights: None,
         most_copied_triangles: None,
         environment,
-        compensated: false, // the session knows
+        compensated: false,         // the session knows
+        texture_coordinates: false, // likewise
         camera,
         lens_radius: cli.lens_radius,
         aperture: request.aperture(),

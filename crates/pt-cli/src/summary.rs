@@ -41,7 +41,7 @@ impl Summary<'_> {
         );
         eprintln!(
             "rendered  {w} x {h}, {:.1} samples per pixel, in {seconds:.2} s on {}{}",
-            s.samples as f64 / self.session.film().region().area() as f64,
+            self.session.film().samples() as f64 / self.session.film().region().area() as f64,
             count(self.threads, "thread"),
             if self.progress == Progress::Cancelled { " (stopped)" } else { "" }
         );

@@ -49,6 +49,7 @@ fn first_hit(scene: &RenderScene, ray: &Ray, hit: &Hit, time: f32, sampler: Samp
         geometric_normal: at.point.normal,
         depth: at.distance,
         position: at.point.p,
+        uv: scene.parametrization(&at, hit, time).uv,
         primitive: hit.primitive,
         object: scene.object(hit.primitive),
         material: scene.surfaces[at.surface].lobe.index() as u32,

@@ -7,6 +7,7 @@ mod bench;
 mod figures;
 mod peers;
 mod project;
+mod soak;
 mod test;
 mod venv;
 
@@ -25,6 +26,8 @@ enum Chore {
     Peers(peers::Args),
     /// Render the figures of the report on the university course's program into target/figures
     Figures(figures::Args),
+    /// Long campaigns against what is promised: renders that are killed a thousand times
+    Soak(soak::Args),
     /// Measure speed and memory
     #[command(subcommand)]
     Bench(bench::Bench),
@@ -35,6 +38,7 @@ fn main() -> ExitCode {
         Chore::Test => test::run(),
         Chore::Peers(args) => peers::run(&args),
         Chore::Figures(args) => figures::run(&args),
+        Chore::Soak(args) => soak::run(&args),
         Chore::Bench(bench) => bench::run(&bench),
     };
     match done {

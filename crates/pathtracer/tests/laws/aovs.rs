@@ -1,8 +1,10 @@
 //! What is kept of surfaces besides light, on scenes where it is known.
 
+use std::f64::consts::PI;
+
 use pathtracer::image::Samples;
 use pathtracer::{Aov, Scene, Session, Settings};
-use pt_math::DVec3;
+use pt_math::{DAffine3, DVec3};
 use pt_scene::LightKind;
 use pt_scene::material::Mirror;
 
@@ -16,12 +18,16 @@ pub(crate) fn all() -> Vec<Aov> {
     Aov::NAMES.into_iter().map(|(_, aov)| aov).collect()
 }
 
+fn wall() -> DAffine3 {
+    facing(DVec3::new(0.0, 0.0, -6.0), DVec3::Z, 1.5)
+}
+
 /// A small mirroring ball in front of a matte wall, which does not fill the image; between them an area
 /// light, which is out of view.
 fn scene() -> Scene {
     let light = looking(DVec3::new(0.0, 50.0, 0.0), DVec3::ZERO);
     Builder::default()
-        .quad(facing(DVec3::new(0.0, 0.0, -6.0), DVec3::Z, 1.5), matte(ALBEDO))
+        .quad(wall(), matte(ALBEDO))
         .sphere(DVec3::new(0.0, 0.0, -4.0), 0.5, Mirror { reflectance: [0.9; 3].into() }.into())
         .quad(facing(DVec3::new(0.0, 30.0, 0.0), DVec3::Z, 1.5), matte(ALBEDO))
         .light(LightKind::Area { radiance: [1.0; 3] }, light)
@@ -80,6 +86,12 @@ fn a_ball_and_a_wall_are_where_and_what_they_are() {
             let allowed = if on_ball { 0.05 } else { 1e-6 };
             assert!((normal - n).length() < allowed, "{pixel:?}: {name} {normal} and {n}");
         }
+        let [u, v] = ["U", "V"].map(|c| channel(&session, &format!("uv.{c}"), pixel));
+        // From pole to pole of the ball, or along the sides of the wall.
+        let on_wall = (wall().inverse().transform_point3(p) + 1.0) * 0.5;
+        let want = if on_ball { n.z.acos() / PI } else { on_wall.y };
+        assert!((v - want).abs() < 0.03, "{pixel:?}: {v} and {want}");
+        assert!(on_ball || (u - on_wall.x).abs() < 0.03, "{pixel:?}: {u} and {on_wall}");
         let id = |name: &str| channel(&session, &format!("{name}.id"), pixel);
         let (object, albedo) = if on_ball { (2.0, [0.9; 3]) } else { (1.0, ALBEDO) };
         assert_eq!(id("object"), object, "{pixel:?}");

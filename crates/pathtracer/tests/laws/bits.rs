@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use pathtracer::image::{self, SaveOptions};
 use pathtracer::{
-    Adaptive, Clamp, Film, INTEGRATORS, Observer, Progress, Region, Session, Settings, Silent,
-    default_scene,
+    Adaptive, Clamp, Film, INTEGRATORS, Observer, Progress, Region, SamplerKind, Session, Settings,
+    Silent, default_scene,
 };
 
 use crate::aovs;
@@ -75,6 +75,35 @@ fn every_integrator_gives_the_same_bits_on_several_threads() {
         let settings = Settings { integrator: registration.name.to_owned(), spp: 5, ..base() };
         let (one, three) = (rendered(&settings, 1, 32), rendered(&settings, 3, 8));
         assert!(one.film() == three.film(), "{}", registration.name);
+    }
+}
+
+/// Parts of the samples, each taken by itself, come together to the whole in any order and grouped in any way.
+#[test]
+fn parts_of_the_samples_add_up_to_the_whole() {
+    let of = |integrator: &str| Settings { integrator: integrator.into(), ..base() };
+    let zsobol = Settings { sampler: SamplerKind::ZSobol, layout: Some(21), ..base() };
+    let reusing = Settings { reuse: 4, ..base() };
+    for settings in [base(), zsobol, reusing, of("volpath"), of("cs184")] {
+        let part = |from: u32, to: u32| {
+            let mut session = session(Settings { spp: to, ..settings.clone() });
+            let empty = Film::with_aovs(Region::full(SIZE), &settings.aovs);
+            session.go_on_from(empty.starting_at(from));
+            session.render(2, 16, &Silent).expect("it renders");
+            session.film().clone()
+        };
+        let whole = part(0, 21);
+        assert!(&whole == rendered(&settings, 1, 32).film(), "{settings:?}");
+        let parts = [part(0, 1), part(1, 17), part(17, 21)];
+        let sum = |films: [&Film; 2]| {
+            let mut sum = films[0].clone();
+            sum.merge(films[1]);
+            sum
+        };
+        let [a, b, c] = &parts;
+        for all in [sum([&sum([a, b]), c]), sum([c, &sum([b, a])]), sum([&sum([c, a]), b])] {
+            assert!(all == whole, "{settings:?}");
+        }
     }
 }
 

@@ -254,7 +254,7 @@ fn cells_are_cut_from_the_image_and_counted_from_below() {
 fn adaptive_sampling_writes_its_rates() {
     let folder = Folder::new();
     folder.succeed("-r 12 9 -s 64 -a 8 0.2 -f out.exr SCENE");
-    assert_eq!(folder.files(), ["out.exr", "out_rate.png"]);
+    assert_eq!(folder.files(), ["out.exr", "out.exr.film", "out_rate.png"]);
     let rates = folder.image("out_rate.png");
     assert_eq!((rates.width, rates.height), (12, 9));
     assert!(rates.pixels.iter().any(|p| *p != rates.pixels[0]), "all pixels took the same samples");
@@ -279,7 +279,7 @@ fn more_channels_leave_the_colours_alone() {
 #[test]
 fn scenes_may_ask_for_more_channels() {
     let folder = Folder::new();
-    let types = "albedo depth geo_normal position prim_index sh_normal shape_index";
+    let types = "albedo depth geo_normal position prim_index sh_normal shape_index uv";
     let list: Vec<_> = types.split(' ').map(|kind| format!("a:{kind}")).collect();
     let list = list.join(",");
     let scene = format!(
@@ -299,6 +299,7 @@ fn scenes_may_ask_for_more_channels() {
         "primitive.id",
         "normal.X",
         "object.id",
+        "uv.V",
     ];
     for name in names {
         assert!(file.windows(name.len()).any(|w| w == name.as_bytes()), "{name}");

@@ -42,7 +42,7 @@ fn an_interrupted_render_leaves_the_image_so_far() {
     let run = interrupted(&args, &folder);
     assert_eq!(run.code, Some(130), "{run:?}");
     assert!(run.err.contains("stopped early") && run.err.contains("saved out.png"), "{run:?}");
-    assert_eq!(folder.files(), ["out.png"]);
+    assert_eq!(folder.files(), ["out.png", "out.png.film"]);
     let image = folder.image("out.png");
     assert_eq!((image.width, image.height), (16, 12));
     assert!(image.pixels.iter().flatten().any(|v| *v > 0.0), "nothing but black");

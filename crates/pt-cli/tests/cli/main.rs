@@ -8,4 +8,5 @@ mod interrupt;
 mod media;
 mod refusals;
 mod report;
+mod resume;
 mod texts;

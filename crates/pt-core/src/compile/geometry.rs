@@ -169,7 +169,7 @@ pub(super) fn collect(
         plain: vec![None; scene.materials.len() + 1],
         looks,
         default: Look::default_one(&mut lowering),
-        uses_coordinates: lowering.uses_coordinates(),
+        uses_coordinates: options.texture_coordinates || lowering.uses_coordinates(),
         mesh_colors: MeshColors::default(),
     };
     let track = |object| motion::track(object, metres, shutter);

@@ -28,6 +28,7 @@ use crate::scene::RenderScene;
 
 /// How to compile.
 #[derive(Default)]
+#[expect(clippy::struct_excessive_bools, reason = "they have nothing to do with each other")]
 pub struct CompileOptions {
     /// Width and height of the image; `None` takes the file's, or a size that suits the camera.
     pub resolution: Option<[u32; 2]>,
@@ -48,6 +49,8 @@ pub struct CompileOptions {
     /// Whether maps of the sky are sampled by [`EnvironmentMap::compensate`]: for an estimator that
     /// weighs one sample of each light against one of the BSDF, which finds all of the sky as well.
     pub compensated: bool,
+    /// Whether texture coordinates are kept where no texture asks for them.
+    pub texture_coordinates: bool,
     /// A camera in place of the scene's.
     pub camera: Option<pt_scene::Camera>,
     /// Radius of the lens, in the scene's unit, in place of the camera's.

@@ -1,6 +1,6 @@
 //! What a film keeps of surfaces, besides light ("arbitrary output variables").
 
-use pt_math::{Spectrum, Vec3};
+use pt_math::{Spectrum, Vec2, Vec3};
 use pt_scene::image::{Channel, Samples};
 
 use super::{ExactSum, Film, PixelSums};
@@ -21,6 +21,8 @@ pub enum Aov {
     Depth,
     /// Place in the world, in metres.
     Position,
+    /// Texture coordinates; where a mesh has none, the place on each of its triangles.
+    Uv,
     /// Number of the triangle or sphere.
     Primitive,
     /// Number of the object in the scene; what lights bring with them is the last one.
@@ -46,6 +48,8 @@ pub struct FirstHit {
     pub depth: f32,
     /// Place in the world.
     pub position: Vec3,
+    /// Texture coordinates.
+    pub uv: Vec2,
     /// Number of the primitive, from 0 on.
     pub primitive: u32,
     /// Number of the object, from 0 on.
@@ -56,7 +60,7 @@ pub struct FirstHit {
 
 /// How an image gets its values.
 enum Source {
-    /// Means of as many numbers as there are channels.
+    /// Means of numbers, the first ones of which are the channels.
     Mean(fn(&FirstHit) -> [f32; 3]),
     /// A number of sample 0.
     Id(fn(&FirstHit) -> u32),
@@ -71,12 +75,13 @@ const XYZ: &[&str] = &["X", "Y", "Z"];
 
 impl Aov {
     /// Each with its name for users.
-    pub const NAMES: [(&'static str, Self); 10] = [
+    pub const NAMES: [(&'static str, Self); 11] = [
         ("albedo", Self::Albedo),
         ("normal", Self::Normal),
         ("geometric_normal", Self::GeometricNormal),
         ("depth", Self::Depth),
         ("position", Self::Position),
+        ("uv", Self::Uv),
         ("primitive", Self::Primitive),
         ("object", Self::Object),
         ("material", Self::Material),
@@ -102,6 +107,7 @@ impl Aov {
             Self::GeometricNormal => (XYZ, Source::Mean(|hit| hit.geometric_normal.to_array())),
             Self::Depth => (&["Z"], Source::Mean(|hit| [hit.depth; 3])),
             Self::Position => (XYZ, Source::Mean(|hit| hit.position.to_array())),
+            Self::Uv => (&["U", "V"], Source::Mean(|hit| [hit.uv.x, hit.uv.y, 0.0])),
             Self::Primitive => (&["id"], Source::Id(|hit| hit.primitive)),
             Self::Object => (&["id"], Source::Id(|hit| hit.object)),
             Self::Material => (&["id"], Source::Id(|hit| hit.material)),
@@ -201,6 +207,7 @@ mod tests {
             geometric_normal: Vec3::X,
             depth: 2.0 * i as f32,
             position: Vec3::new(f32::NAN, f32::INFINITY, 1.0),
+            uv: Vec2::new(0.5, i as f32),
             primitive: 100 + i,
             object: u32::MAX - 1,
             material: 0,

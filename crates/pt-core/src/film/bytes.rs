@@ -69,7 +69,9 @@ fn put<T: Copy, const N: usize>(
     let mut buffer = Vec::with_capacity(N * items.len().min(AT_ONCE));
     for items in items.chunks(AT_ONCE) {
         buffer.clear();
-        items.iter().for_each(|&item| buffer.extend_from_slice(&bytes(item)));
+        for &item in items {
+            buffer.extend_from_slice(&bytes(item));
+        }
         out.write_all(&buffer)?;
     }
     Ok(())
@@ -123,7 +125,7 @@ fn take_film(rest: &mut &[u8]) -> Option<Result<Film, String>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use pt_math::{Spectrum, Vec3};
+    use pt_math::{Spectrum, Vec2, Vec3};
 
     use crate::film::FirstHit;
 
@@ -138,6 +140,7 @@ mod tests {
             geometric_normal: Vec3::Y,
             depth: 2.0,
             position: Vec3::ONE,
+            uv: Vec2::ZERO,
             primitive: 5,
             object: 1,
             material: 2,

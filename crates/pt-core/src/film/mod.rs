@@ -158,6 +158,11 @@ impl Film {
         &self.aovs
     }
 
+    /// The greatest number of samples that a pixel has.
+    pub fn most_samples(&self) -> u32 {
+        self.counts.iter().copied().max().unwrap_or(0)
+    }
+
     /// The number of samples that all pixels have, if it is the same.
     pub fn even_count(&self) -> Option<u32> {
         let (first, rest) = self.counts.split_first()?;

@@ -10,7 +10,7 @@ const KINDS: [&str; 4] = ["path", "direct", "volpath", "volpathmis"];
 const OUTERMOST: [&str; 5] = ["path", "direct", "volpath", "volpathmis", "aov (outermost)"];
 
 /// Channels besides light by the names of Mitsuba, and by ours.
-const CHANNELS: [(&str, &str); 7] = [
+const CHANNELS: [(&str, &str); 8] = [
     ("albedo", "albedo"),
     ("depth", "depth"),
     ("geo_normal", "geometric_normal"),
@@ -18,9 +18,10 @@ const CHANNELS: [(&str, &str); 7] = [
     ("prim_index", "primitive"),
     ("sh_normal", "normal"),
     ("shape_index", "object"),
+    ("uv", "uv"),
 ];
 /// Those that nothing here matches.
-const UNMATCHED: [&str; 5] = ["uv", "dp_du", "dp_dv", "duv_dx", "duv_dy"];
+const UNMATCHED: [&str; 4] = ["dp_du", "dp_dv", "duv_dx", "duv_dy"];
 
 /// What an integrator is, how many interactions it allows, and which channels it asks for.
 pub(super) fn integrator(

@@ -1,0 +1,147 @@
+//! The film that a render keeps beside its image, so that it can go on wherever it was stopped.
+
+use std::path::{Path, PathBuf};
+use std::thread::{self, JoinHandle};
+
+use pt_core::Film;
+
+use crate::film_file::{self, About, FilmFile, FilmFileError};
+use crate::identity::{self, Difference};
+
+/// What there was when a render began.
+#[derive(Debug)]
+pub enum Found {
+    /// Nothing: it begins with its first sample.
+    Nothing,
+    /// Samples of the same image.
+    Samples {
+        /// They.
+        film: Box<FilmFile>,
+        /// Why they are not the newest, if a newer film cannot be read.
+        trouble: Option<FilmFileError>,
+    },
+    /// A finished film of another image, which this render takes the place of.
+    Another(Vec<Difference>),
+}
+
+/// Why a render cannot begin.
+#[derive(Debug, thiserror::Error)]
+pub enum KeepError {
+    /// There are samples of another image, which would be lost.
+    #[error(
+        "{}: holds the samples of a render that is not finished, and which this one cannot go on \
+         with, since something has changed:{}\nrender to another file, or forget the samples with \
+         --restart",
+        path.display(),
+        in_lines(differences)
+    )]
+    Changed {
+        /// The film.
+        path: PathBuf,
+        /// What has changed.
+        differences: Vec<Difference>,
+    },
+    /// There are some that cannot be read.
+    #[error("{0}\nrender to another file, or forget the samples with --restart")]
+    Film(FilmFileError),
+}
+
+/// Differences, each in a line of its own: "name: before, after now".
+pub fn in_lines(differences: &[Difference]) -> String {
+    let word = |value: &Option<String>| value.clone().unwrap_or("none".into());
+    let line = |(name, before, now): &Difference| {
+        format!("\n  {name}: {} before, {} now", word(before), word(now))
+    };
+    differences.iter().map(line).collect()
+}
+
+/// What differs between two films: version, scene and settings.
+pub fn differences(before: &About, now: &About) -> Vec<Difference> {
+    let version = (before.version != now.version)
+        .then(|| ("version".into(), Some(before.version.clone()), Some(now.version.clone())));
+    let files = identity::differences(&before.files, &now.files);
+    let settings = identity::differences(&before.settings, &now.settings);
+    version.into_iter().chain(files).chain(settings).collect()
+}
+
+/// Keeps the film of a render in a file.
+#[derive(Debug)]
+pub struct Keeper {
+    path: PathBuf,
+    about: About,
+    /// The film that is on its way to the disk.
+    placing: Option<JoinHandle<Result<(), FilmFileError>>>,
+}
+
+impl Keeper {
+    /// A keeper of this file for a render that `about` describes.
+    pub fn new(path: PathBuf, about: About) -> Self {
+        Self { path, about, placing: None }
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What is there of the image. A film that cannot be read makes way for the one before.
+    ///
+    /// # Errors
+    /// If what is there is another image that is not finished, or cannot be read.
+    pub fn find(&self) -> Result<Found, KeepError> {
+        let Some((film, trouble)) = film_file::read_newest(&self.path).map_err(KeepError::Film)?
+        else {
+            return Ok(Found::Nothing);
+        };
+        if trouble.is_some() {
+            film_file::restore(&self.path).map_err(KeepError::Film)?;
+        }
+        let mut differences = differences(&film.about, &self.about);
+        let (most, wanted) = (film.film.first() + film.film.most_samples(), self.about.spp);
+        if most > wanted {
+            let samples = |n: u32| Some(n.to_string());
+            differences.push(("samples per pixel".into(), samples(most), samples(wanted)));
+        }
+        if differences.is_empty() {
+            return Ok(Found::Samples { film: Box::new(film), trouble });
+        }
+        if film.about.finished {
+            return Ok(Found::Another(differences));
+        }
+        Err(KeepError::Changed { path: self.path.clone(), differences })
+    }
+
+    /// What is said about the film, to be brought up to date before it is written.
+    pub fn about(&mut self) -> &mut About {
+        &mut self.about
+    }
+
+    /// Writes the film; that the disk has it is waited for in the background.
+    ///
+    /// # Errors
+    /// If it cannot be written, or the one before could not. What was there before is there still.
+    pub fn save(&mut self, film: &Film) -> Result<(), FilmFileError> {
+        self.wait()?;
+        let written = film_file::write(&self.path, &self.about, film)?;
+        self.placing = Some(thread::spawn(|| written.place()));
+        Ok(())
+    }
+
+    /// Waits until the film that was saved last is on the disk.
+    ///
+    /// # Errors
+    /// If it cannot get there.
+    pub fn wait(&mut self) -> Result<(), FilmFileError> {
+        let Some(placing) = self.placing.take() else { return Ok(()) };
+        placing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    }
+
+    /// Removes the film and the one before, which are no longer needed.
+    ///
+    /// # Errors
+    /// If they are there and cannot be removed.
+    pub fn forget(&mut self) -> Result<(), FilmFileError> {
+        self.wait()?;
+        film_file::remove(&self.path)
+    }
+}

@@ -1,0 +1,207 @@
+//! A render that keeps its samples: it goes on from those that are there, and writes them from time to time.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use pathtracer::film_file::{About, film_of_image};
+use pathtracer::keep::{Found, Keeper, in_lines};
+use pathtracer::{Film, Observer, Progress, Session, Source, Statistics};
+
+use crate::check::{Checked, is_film};
+use crate::console::Console;
+use crate::output;
+
+/// A render and the film that it keeps.
+pub(crate) struct Keeping {
+    /// `None` if it keeps none.
+    keeper: Option<Keeper>,
+    /// Time between two films.
+    every: Option<Duration>,
+    /// What earlier runs took.
+    earlier: Statistics,
+}
+
+impl Keeping {
+    /// Looks for samples that are there, from which the session goes on.
+    ///
+    /// # Errors
+    /// If there are samples of another image that would be lost, or that cannot be read.
+    pub(crate) fn begin(
+        request: &Checked,
+        session: &mut Session,
+        sources: &[Source],
+    ) -> Result<Self> {
+        let first = request.cli.samples.map_or(0, |(from, _)| from);
+        let empty = Film::with_aovs(session.film().region(), session.film().aovs());
+        session.go_on_from(empty.starting_at(first));
+        let seconds = request.cli.checkpoint_every;
+        let every = (seconds > 0.0).then(|| Duration::from_secs_f64(seconds));
+        let path = request.output();
+        let path = if is_film(&path) { Some(path) } else { every.map(|_| film_of_image(&path)) };
+        let earlier = Statistics::default();
+        let Some(path) = path.filter(|_| !request.cli.cs184) else {
+            return Ok(Self { keeper: None, every: None, earlier });
+        };
+        let mut keeper = Keeper::new(path, about(request, session, sources));
+        let found = if request.cli.restart { Found::Nothing } else { keeper.find()? };
+        let say = |text: String| {
+            if !request.cli.quiet {
+                eprintln!("note: {text}");
+            }
+        };
+        let mut this = Self { keeper: None, every, earlier };
+        match found {
+            Found::Nothing => {}
+            Found::Another(differences) => say(format!(
+                "{}: the finished samples of another image are replaced:{}",
+                keeper.path().display(),
+                in_lines(&differences)
+            )),
+            Found::Samples { film, trouble } => {
+                if let Some(trouble) = trouble {
+                    eprintln!("warning: {trouble}\n  going on from the one before");
+                }
+                let taken = film.film.samples() as f64 / film.film.region().area() as f64;
+                say(format!(
+                    "{}: goes on from {taken:.1} samples per pixel",
+                    keeper.path().display()
+                ));
+                this.earlier.rays = film.about.rays;
+                this.earlier.time = Duration::from_secs_f64(film.about.seconds);
+                session.go_on_from(film.film);
+            }
+        }
+        keeper.about().finished = false;
+        this.keeper = Some(keeper);
+        Ok(this)
+    }
+
+    /// Whether there is a film to go on from.
+    pub(crate) fn keeps(&self) -> bool {
+        self.keeper.is_some()
+    }
+
+    /// Takes the samples that are missing, and writes the film from time to time. A film that cannot be
+    /// written is told of, and does not stop the render.
+    ///
+    /// # Errors
+    /// As [`Session::render`].
+    pub(crate) fn render(
+        &mut self,
+        session: &mut Session,
+        request: &Checked,
+        threads: usize,
+        console: &Console,
+    ) -> Result<(Progress, Statistics)> {
+        let mut all = Statistics::default();
+        loop {
+            let pause = self.every.filter(|_| self.keeper.is_some());
+            let observer = Until { console, pause: pause.map(|every| Instant::now() + every) };
+            let (progress, part) = session.render(threads, request.cli.tile_size, &observer)?;
+            all.samples += part.samples;
+            all.rays += part.rays;
+            all.tests += part.tests;
+            all.time += part.time;
+            if progress == Progress::Finished || console.cancelled() {
+                self.tell(&all, progress == Progress::Finished);
+                return Ok((progress, all));
+            }
+            self.tell(&all, false);
+            if let Err(error) = self.save(session.film()) {
+                console.say(&format!("warning: {error:#}; the render goes on"));
+            }
+        }
+    }
+
+    fn tell(&mut self, all: &Statistics, finished: bool) {
+        if let Some(keeper) = &mut self.keeper {
+            let about = keeper.about();
+            about.finished = finished;
+            about.rays = self.earlier.rays + all.rays;
+            about.seconds = (self.earlier.time + all.time).as_secs_f64();
+        }
+    }
+
+    fn save(&mut self, film: &Film) -> Result<()> {
+        match &mut self.keeper {
+            Some(keeper) => Ok(keeper.save(film)?),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes what is to be left: film and image. The film of an image that is finished stays where the image
+    /// is an EXR file. Returns the files.
+    ///
+    /// # Errors
+    /// If a file cannot be written; others are nonetheless.
+    pub(crate) fn finish(
+        &mut self,
+        session: &Session,
+        request: &Checked,
+        progress: Progress,
+    ) -> Result<Vec<PathBuf>> {
+        let path = request.output();
+        let keeps = progress == Progress::Cancelled || is_kept(&path);
+        let saved = if keeps {
+            let saved = self.save(session.film());
+            saved.and_then(|()| self.keeper.as_mut().map_or(Ok(()), |keeper| Ok(keeper.wait()?)))
+        } else {
+            Ok(())
+        };
+        let mut files = if is_film(&path) { Vec::new() } else { output::write(session, request)? };
+        saved.context("the image is written, but not its samples")?;
+        match &mut self.keeper {
+            Some(keeper) if keeps => files.push(keeper.path().to_owned()),
+            Some(keeper) => keeper.forget()?,
+            None => {}
+        }
+        Ok(files)
+    }
+}
+
+/// Whether the film of a finished image stays.
+fn is_kept(image: &Path) -> bool {
+    let ending = image.extension().unwrap_or_default();
+    ending.eq_ignore_ascii_case("exr") || is_film(image)
+}
+
+/// What the film of a render says about itself.
+fn about(request: &Checked, session: &Session, sources: &[Source]) -> About {
+    let folder = sources.first().and_then(|source| source.path.parent());
+    let name = |path: &Path| {
+        let inside = folder.and_then(|folder| path.strip_prefix(folder).ok());
+        inside.unwrap_or(path).display().to_string()
+    };
+    let mut files: Vec<_> = sources.iter().map(|s| (name(&s.path), s.hash.clone())).collect();
+    let mut seen = std::collections::HashSet::new();
+    files.retain(|file| seen.insert(file.clone()));
+    let mut settings = session.identity();
+    let definitions = request.load_options().definitions;
+    settings.extend(definitions.into_iter().map(|(name, value)| (format!("${name}"), value)));
+    About {
+        version: env!("CARGO_PKG_VERSION").into(),
+        files,
+        settings,
+        spp: session.settings().spp,
+        command: request.command.clone(),
+        folder: std::env::current_dir().unwrap_or_default(),
+        ..About::default()
+    }
+}
+
+/// Goes on until Ctrl-C, or until a point in time.
+struct Until<'a> {
+    console: &'a Console,
+    pause: Option<Instant>,
+}
+
+impl Observer for Until<'_> {
+    fn progress(&self, done: u64, total: u64) {
+        self.console.progress(done, total);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.console.cancelled() || self.pause.is_some_and(|pause| Instant::now() >= pause)
+    }
+}

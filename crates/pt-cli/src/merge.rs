@@ -1,0 +1,126 @@
+//! `pathtracer merge`: the image of the samples of several films.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Result, bail, ensure};
+use pathtracer::film_file::{self, About, FilmFile, Written};
+use pathtracer::image;
+use pathtracer::keep::{differences, in_lines};
+
+use crate::check::is_film;
+use crate::commands::Merge;
+use crate::{output, resume};
+
+/// A film, its file, and its samples.
+struct Part {
+    path: PathBuf,
+    file: FilmFile,
+    samples: Range<u32>,
+}
+
+/// Adds up films, and writes what comes out.
+///
+/// # Errors
+/// If a film cannot be read, or does not belong to the others, or the file cannot be written.
+pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
+    let path = &merge.output;
+    ensure!(
+        image::is_image(path) || is_film(path),
+        "-f {}: the ending of the file says its format; expected .png, .exr or .film",
+        path.display()
+    );
+    output::check_writable(path)?;
+    let mut parts = merge.films.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
+    parts.sort_by_key(|part| part.samples.start);
+    check(&parts, !is_film(path))?;
+    let (paths, whole) = sum(parts);
+    let samples = whole.film.first()..whole.about.spp;
+    if is_film(path) {
+        film_file::write(path, &whole.about, &whole.film).and_then(Written::place)?;
+    } else {
+        let request = resume::request_of(&paths[0], &whole.about)?;
+        output::write_image(&whole.film, path, request.save_options())?;
+    }
+    if !merge.quiet {
+        eprintln!(
+            "saved {} of samples {} to {} per pixel, from {} films",
+            path.display(),
+            samples.start,
+            samples.end,
+            paths.len()
+        );
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Reads a film, all pixels of which have to have the same samples.
+fn read(path: &Path) -> Result<Part> {
+    let file = film_file::read(path)?;
+    let Some(count) = file.film.even_count().filter(|_| file.about.finished) else {
+        bail!(
+            "{}: is not finished: {:.1} of {} samples per pixel are there; go on with it: pathtracer \
+             resume {}",
+            path.display(),
+            file.film.samples() as f64 / file.film.region().area().max(1) as f64,
+            file.about.spp.saturating_sub(file.film.first()),
+            path.display()
+        );
+    };
+    let first = file.film.first();
+    Ok(Part { path: path.to_owned(), file, samples: first..first + count })
+}
+
+/// Names what does not belong together: films of other images, samples that are there twice, and samples that
+/// are missing in between or, if `from_first`, before the first.
+fn check(parts: &[Part], from_first: bool) -> Result<()> {
+    for pair in parts.windows(2) {
+        let [first, second] = [&pair[0], &pair[1]];
+        let (a, b) = (first.path.display(), second.path.display());
+        let differences = differences(&first.file.about, &second.file.about);
+        ensure!(
+            differences.is_empty(),
+            "{a} and {b} are samples of different images (of {a} \"before\", of {b} \"now\"):{}",
+            in_lines(&differences)
+        );
+        let (end, start) = (first.samples.end, second.samples.start);
+        let twice = start..end.min(second.samples.end);
+        ensure!(
+            twice.is_empty(),
+            "samples {} to {} are in both {a} and {b}; give one of them",
+            twice.start,
+            twice.end
+        );
+        ensure!(
+            end == start,
+            "samples {end} to {start} are missing, between {a} and {b}; render them with --samples \
+             {end}..{start} -f missing.film"
+        );
+    }
+    let start = parts.first().map_or(0, |part| part.samples.start);
+    ensure!(
+        !from_first || start == 0,
+        "samples 0 to {start} are missing; render them with --samples 0..{start} -f missing.film, or merge \
+         to a .film file"
+    );
+    Ok(())
+}
+
+/// All of them together, and their files.
+fn sum(parts: Vec<Part>) -> (Vec<PathBuf>, FilmFile) {
+    let paths = parts.iter().map(|part| part.path.clone()).collect();
+    let sum = parts.into_iter().map(|part| part.file).reduce(|mut sum, next| {
+        sum.film.merge(&next.film);
+        let (seconds, rays) = (next.about.seconds, next.about.rays);
+        let about = sum.about;
+        sum.about = About {
+            spp: next.about.spp,
+            seconds: about.seconds + seconds,
+            rays: about.rays + rays,
+            ..about
+        };
+        sum
+    });
+    (paths, sum.expect("the command line has one at least"))
+}

@@ -1,0 +1,63 @@
+//! `pathtracer resume`: goes on with a render that was stopped.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, anyhow};
+use pathtracer::film_file::{self, About, film_of_image};
+
+use crate::args::{self, Action};
+use crate::check::{Checked, is_film};
+use crate::commands::Resume;
+use crate::render;
+
+/// Goes on with a render, as its film says.
+///
+/// # Errors
+/// If there is no film, or as a render.
+pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
+    let (film, about) = film_of(&resume.file)?;
+    let mut request = request_of(&film, &about)?;
+    let output = if is_film(&request.output()) { film } else { film.with_extension("") };
+    let output = std::path::absolute(&output).with_context(|| format!("{}", output.display()))?;
+    let cli = &mut request.cli;
+    cli.output = Some(Some(output));
+    cli.spp = Some(resume.spp.unwrap_or(about.spp));
+    cli.threads = resume.threads.or(cli.threads);
+    cli.checkpoint_every = resume.checkpoint_every.unwrap_or(cli.checkpoint_every);
+    cli.quiet |= resume.quiet;
+    cli.restart = false;
+    // Where the scene is told from; if that folder is gone, here.
+    if about.folder.is_dir() {
+        std::env::set_current_dir(&about.folder)
+            .with_context(|| format!("{}: cannot be entered", about.folder.display()))?;
+    }
+    render::run(&request)
+}
+
+/// The film of an image, or the film itself, and what it says.
+pub(crate) fn film_of(file: &Path) -> Result<(PathBuf, About)> {
+    let path = if is_film(file) { file.to_owned() } else { film_of_image(file) };
+    match film_file::read_newest(&path)? {
+        Some((film, _)) => Ok((path, film.about)),
+        None => Err(anyhow!(
+            "{}: there are no samples to go on from; they are kept beside images while these are rendered, \
+             and beside finished .exr images",
+            path.display()
+        )),
+    }
+}
+
+/// What the command that made a film asks for.
+pub(crate) fn request_of(film: &Path, about: &About) -> Result<Checked> {
+    let name = std::iter::once("pathtracer".into());
+    let args = name.chain(about.command.iter().map(Into::into));
+    match args::parse(args) {
+        Ok(Action::Render(request)) => Ok(*request),
+        _ => Err(anyhow!(
+            "{}: was made by a command that this version does not understand: pathtracer {}",
+            film.display(),
+            about.command.join(" ")
+        )),
+    }
+}

@@ -1,0 +1,188 @@
+//! `cargo xtask soak`: long campaigns against what the renderer promises (docs/guarantees.md). A short form of each
+//! is among the tests.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, ensure};
+use pt_testing::Random;
+
+use crate::project::{build_program, output_folder, root, step};
+
+/// How long.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// Times that a render is killed
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    kills: u32,
+    /// Of the random instants and damages
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
+/// Runs the campaigns.
+///
+/// # Errors
+/// If a promise is broken.
+pub(crate) fn run(args: &Args) -> Result<()> {
+    let program = step("building", build_program)?;
+    step("killing renders", || kill(&program, args))
+}
+
+/// Renders of about half a second to two, of different kinds: names, and their options.
+const RENDERS: [(&str, &str); 5] = [
+    ("sobol", "-r 80 60 -s 500 -t 1"),
+    ("two threads", "-r 120 90 -s 500 -t 2 --tile-size 7"),
+    ("adaptive", "-r 80 60 -s 900 -t 1 -a 32 0.03"),
+    ("path reuse", "-r 60 45 -s 400 -t 2 --path-reuse 4"),
+    ("other channels", "-r 60 45 -s 400 -t 1 --sampler zsobol --aov albedo,normal,primitive"),
+];
+
+/// What became of them.
+#[derive(Default)]
+struct Tally {
+    kills: u32,
+    renders: u32,
+    /// Newest films that were torn, cut off or changed by us.
+    damaged: u32,
+    /// Times that the one before took the place of one that could not be read.
+    fell_back: u32,
+    /// Kills after which there was a film to go on from.
+    kept: u32,
+}
+
+/// Kills renders at random instants, damages the newest of two films at times, and goes on until they are
+/// finished; each image has to be the one that nobody stopped.
+fn kill(program: &Path, args: &Args) -> Result<()> {
+    let mut random = Random::new(args.seed);
+    let mut tally = Tally::default();
+    let start = Instant::now();
+    let folder = output_folder("soak")?;
+    let wants = RENDERS.iter().map(|(name, options)| {
+        let render = Render::new(program, &folder, options)?;
+        let begin = Instant::now();
+        ensure!(render.command().status()?.success(), "{name}: the render fails");
+        Ok((render.image()?, begin.elapsed()))
+    });
+    let wants = wants.collect::<Result<Vec<_>>>()?;
+    while tally.kills < args.kills {
+        let i = random.below(RENDERS.len());
+        let (name, options) = RENDERS[i];
+        let render = Render::new(program, &folder, options)?;
+        let image = killed(&render, wants[i].1, &mut random, &mut tally)
+            .with_context(|| format!("{name}, after {} kills", tally.kills))?;
+        tally.renders += 1;
+        ensure!(
+            image == wants[i].0,
+            "{name}: another image than that of a render that nobody stopped; see {}",
+            folder.display()
+        );
+    }
+    println!(
+        "{} kills of {} renders in {:.0} s: every image is that of a render that nobody stopped\n\
+         {} times there were samples to go on from; {} newest films were damaged, {} times the one \
+         before took their place",
+        tally.kills,
+        tally.renders,
+        start.elapsed().as_secs_f64(),
+        tally.kept,
+        tally.damaged,
+        tally.fell_back
+    );
+    Ok(())
+}
+
+/// A render into a folder of its own.
+struct Render<'a> {
+    program: &'a Path,
+    folder: PathBuf,
+    options: Vec<String>,
+}
+
+impl<'a> Render<'a> {
+    /// In an empty folder.
+    fn new(program: &'a Path, folder: &Path, options: &str) -> Result<Self> {
+        let folder = folder.join("killed");
+        if folder.is_dir() {
+            fs::remove_dir_all(&folder)?;
+        }
+        fs::create_dir_all(&folder)?;
+        let scene = root().join("scenes/cornell.dae");
+        let fixed = ["-q", "--checkpoint-every", "0.03", "-f", "out.exr"].map(str::to_owned);
+        let options = options.split(' ').map(str::to_owned);
+        let options = options.chain(fixed).chain([scene.display().to_string()]).collect();
+        Ok(Self { program, folder, options })
+    }
+
+    fn command(&self) -> Command {
+        let mut command = Command::new(self.program);
+        command.args(&self.options).current_dir(&self.folder).stderr(Stdio::piped());
+        command
+    }
+
+    fn film(&self) -> PathBuf {
+        self.folder.join("out.exr.film")
+    }
+
+    fn before(&self) -> PathBuf {
+        self.folder.join("out.exr.film.old")
+    }
+
+    fn image(&self) -> Result<Vec<u8>> {
+        Ok(fs::read(self.folder.join("out.exr"))?)
+    }
+}
+
+/// Starts a render again and again, each time killing it at some instant of the time that it takes as a
+/// whole, until one ends by itself. Its image.
+fn killed(
+    render: &Render,
+    whole: Duration,
+    random: &mut Random,
+    tally: &mut Tally,
+) -> Result<Vec<u8>> {
+    loop {
+        let mut child = render.command().spawn()?;
+        sleep(whole.mul_f32(0.5 * random.unit()));
+        child.kill().context("it cannot be killed")?;
+        let output = child.wait_with_output()?;
+        let told = String::from_utf8_lossy(&output.stderr);
+        tally.fell_back += u32::from(told.contains("going on from the one before"));
+        if ended(output.status) {
+            ensure!(output.status.success(), "it fails: {told}");
+            return render.image();
+        }
+        tally.kills += 1;
+        tally.kept += u32::from(render.film().is_file() || render.before().is_file());
+        if random.below(4) == 0 && render.before().is_file() {
+            tally.damaged += u32::from(damage(&render.film(), random)?);
+        }
+    }
+}
+
+/// Whether a process ended by itself.
+fn ended(status: ExitStatus) -> bool {
+    status.code().is_some()
+}
+
+/// Tears a file, cuts it off, or changes a bit. Whether there was one.
+fn damage(film: &Path, random: &mut Random) -> Result<bool> {
+    if !film.is_file() {
+        return Ok(false);
+    }
+    let mut bytes = fs::read(film)?;
+    if bytes.is_empty() {
+        return Ok(false);
+    }
+    let place = random.below(bytes.len());
+    match random.below(3) {
+        0 => bytes.truncate(place),
+        1 => bytes[place..].fill(0),
+        _ => bytes[place] ^= 1 << random.below(8),
+    }
+    fs::write(film, bytes)?;
+    Ok(true)
+}
