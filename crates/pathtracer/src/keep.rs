@@ -64,6 +64,17 @@ pub fn differences(before: &About, now: &About) -> Vec<Difference> {
     version.into_iter().chain(files).chain(settings).collect()
 }
 
+/// What keeps samples of a film from being added to another one.
+fn of_films(before: &Film, now: &Film) -> Option<Difference> {
+    let words = |film: &Film| {
+        let kept: Vec<_> = film.aovs().iter().map(|aov| aov.name()).collect();
+        let (region, first) = (film.region(), film.first());
+        Some(format!("from sample {first}, {region:?}, with {}", kept.join(", ")))
+    };
+    let (before, now) = (words(before), words(now));
+    (before != now).then(|| ("samples".into(), before, now))
+}
+
 /// Keeps the film of a render in a file.
 #[derive(Debug)]
 pub struct Keeper {
@@ -84,11 +95,12 @@ impl Keeper {
         &self.path
     }
 
-    /// What is there of the image. A film that cannot be read makes way for the one before.
+    /// What is there of the image of which `empty` is a film without samples. A film that cannot be read makes
+    /// way for the one before.
     ///
     /// # Errors
     /// If what is there is another image that is not finished, or cannot be read.
-    pub fn find(&self) -> Result<Found, KeepError> {
+    pub fn find(&self, empty: &Film) -> Result<Found, KeepError> {
         let Some((film, trouble)) = film_file::read_newest(&self.path).map_err(KeepError::Film)?
         else {
             return Ok(Found::Nothing);
@@ -97,6 +109,7 @@ impl Keeper {
             film_file::restore(&self.path).map_err(KeepError::Film)?;
         }
         let mut differences = differences(&film.about, &self.about);
+        differences.extend(of_films(&film.film, empty));
         let (most, wanted) = (film.film.first() + film.film.most_samples(), self.about.spp);
         if most > wanted {
             let samples = |n: u32| Some(n.to_string());

@@ -35,16 +35,18 @@ impl Keeping {
         let first = request.cli.samples.map_or(0, |(from, _)| from);
         let empty = Film::with_aovs(session.film().region(), session.film().aovs());
         session.go_on_from(empty.starting_at(first));
+        let earlier = Statistics::default();
+        if request.cli.cs184 {
+            return Ok(Self { keeper: None, every: None, earlier });
+        }
         let seconds = request.cli.checkpoint_every;
         let every = (seconds > 0.0).then(|| Duration::from_secs_f64(seconds));
         let path = request.output();
         let path = if is_film(&path) { Some(path) } else { every.map(|_| film_of_image(&path)) };
-        let earlier = Statistics::default();
-        let Some(path) = path.filter(|_| !request.cli.cs184) else {
-            return Ok(Self { keeper: None, every: None, earlier });
-        };
+        let Some(path) = path else { return Ok(Self { keeper: None, every, earlier }) };
         let mut keeper = Keeper::new(path, about(request, session, sources));
-        let found = if request.cli.restart { Found::Nothing } else { keeper.find()? };
+        let found =
+            if request.cli.restart { Found::Nothing } else { keeper.find(session.film())? };
         let say = |text: String| {
             if !request.cli.quiet {
                 eprintln!("note: {text}");
@@ -82,8 +84,8 @@ impl Keeping {
         self.keeper.is_some()
     }
 
-    /// Takes the samples that are missing, and writes the film from time to time. A film that cannot be
-    /// written is told of, and does not stop the render.
+    /// Takes the samples that are missing, and writes the film from time to time, less often than asked for where that
+    /// would take more than 1 % of the time. A film that cannot be written is told of, and does not stop the render.
     ///
     /// # Errors
     /// As [`Session::render`].
@@ -95,8 +97,8 @@ impl Keeping {
         console: &Console,
     ) -> Result<(Progress, Statistics)> {
         let mut all = Statistics::default();
+        let mut pause = self.every.filter(|_| self.keeper.is_some());
         loop {
-            let pause = self.every.filter(|_| self.keeper.is_some());
             let observer = Until { console, pause: pause.map(|every| Instant::now() + every) };
             let (progress, part) = session.render(threads, request.cli.tile_size, &observer)?;
             all.samples += part.samples;
@@ -108,9 +110,11 @@ impl Keeping {
                 return Ok((progress, all));
             }
             self.tell(&all, false);
+            let start = Instant::now();
             if let Err(error) = self.save(session.film()) {
                 console.say(&format!("warning: {error:#}; the render goes on"));
             }
+            pause = self.every.map(|every| every.max(LEAST_WORK * start.elapsed()));
         }
     }
 
@@ -142,15 +146,23 @@ impl Keeping {
         progress: Progress,
     ) -> Result<Vec<PathBuf>> {
         let path = request.output();
+        let is_part = is_film(&path) && !request.cli.cs184;
         let keeps = progress == Progress::Cancelled || is_kept(&path);
+        if let Some(Err(error)) = self.keeper.as_mut().map(Keeper::wait) {
+            eprintln!("warning: {error}");
+        }
         let saved = if keeps {
             let saved = self.save(session.film());
             saved.and_then(|()| self.keeper.as_mut().map_or(Ok(()), |keeper| Ok(keeper.wait()?)))
         } else {
             Ok(())
         };
-        let mut files = if is_film(&path) { Vec::new() } else { output::write(session, request)? };
-        saved.context("the image is written, but not its samples")?;
+        let mut files = if is_part { Vec::new() } else { output::write(session, request)? };
+        saved.context(if is_part {
+            "the samples are lost"
+        } else {
+            "the image is written, but not its samples"
+        })?;
         match &mut self.keeper {
             Some(keeper) if keeps => files.push(keeper.path().to_owned()),
             Some(keeper) => keeper.forget()?,
@@ -159,6 +171,9 @@ impl Keeping {
         Ok(files)
     }
 }
+
+/// How many times as long as a film takes to be written a render works at least until the next one.
+const LEAST_WORK: u32 = 100;
 
 /// Whether the film of a finished image stays.
 fn is_kept(image: &Path) -> bool {

@@ -84,6 +84,12 @@ fn check(parts: &[Part], from_first: bool) -> Result<()> {
             "{a} and {b} are samples of different images (of {a} \"before\", of {b} \"now\"):{}",
             in_lines(&differences)
         );
+        let [x, y] = [&first.file.film, &second.file.film];
+        ensure!(
+            x.region() == y.region() && x.aovs() == y.aovs(),
+            "{a} and {b} hold different pixels or channels, though they say that they do not: one of \
+             them is no film of pathtracer"
+        );
         let (end, start) = (first.samples.end, second.samples.start);
         let twice = start..end.min(second.samples.end);
         ensure!(

@@ -168,6 +168,18 @@ fn parts_that_do_not_fit_are_named() {
         assert!(run.err.contains(why), "{why}: {run:?}");
     }
     assert!(!folder.files().contains(&"out.exr".into()));
+    let run = folder.succeed("-r 12 9 --samples 5..8 -f a.film SCENE");
+    assert!(run.err.contains("from sample 0") && run.err.contains("from sample 5"), "{run:?}");
+    assert!(folder.succeed("info a.film").out.contains("5 to 8, 3.0 per pixel"));
+}
+
+/// The course's program writes pictures to files of any name, and keeps nothing.
+#[test]
+fn the_course_s_renders_keep_no_samples() {
+    let folder = Folder::new();
+    folder.succeed("--cs184 -r 12 9 -f out.film SCENE");
+    assert!(folder.read("out.film").starts_with(b"\x89PNG"));
+    assert!(folder.files().iter().all(|name| !name.ends_with(".film.film")));
 }
 
 /// A disk that is full does not end a render, nor take away what was kept.

@@ -263,6 +263,8 @@ mod tests {
         real("depth.Z", [8.0 / 3.0, 2.0, 0.0]);
         real("position.X", [0.0; 3]);
         real("position.Z", [1.0, 1.0, 0.0]);
+        real("uv.U", [0.5, 0.5, 0.0]);
+        real("uv.V", [4.0 / 3.0, 1.0, 0.0]);
         whole("primitive.id", [101, 0, 0]);
         whole("object.id", [u32::MAX, 0, 0]);
         whole("material.id", [1, 0, 0]);
@@ -270,7 +272,7 @@ mod tests {
         // 3 and 1: the variance of each is 2, that of the mean 1.
         let Samples::Real(variance) = channel(&film, "variance.Y") else { panic!("no numbers") };
         assert!(variance.iter().all(|v| (v - 1.0).abs() < 1e-6), "{variance:?}");
-        assert_eq!(channels(&film).len(), 3 + 3 + 3 + 1 + 3 + 3 + 2);
+        assert_eq!(channels(&film).len(), 3 + 3 + 3 + 1 + 3 + 2 + 3 + 2);
         assert!(channels(&Film::new(Region::full([3, 1]))).is_empty());
     }
 
