@@ -36,6 +36,8 @@ pub struct About {
     pub settings: Vec<(String, String)>,
     /// The number behind that of the last sample that the render takes of each pixel.
     pub spp: u32,
+    /// Samples of each pixel for which random numbers are laid out.
+    pub layout: u32,
     /// Whether it has all that it takes.
     pub finished: bool,
     /// Arguments of the program that made it, without its name.

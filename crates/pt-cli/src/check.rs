@@ -25,6 +25,8 @@ pub(crate) struct Checked {
     pub(crate) resolution: Option<[u32; 2]>,
     /// The arguments, without the name of the program.
     pub(crate) command: Vec<String>,
+    /// Samples for which random numbers are laid out, where an earlier run says so.
+    pub(crate) layout: Option<u32>,
 }
 
 fn whole(text: &str, least: u32, what: &str) -> Result<u32, String> {
@@ -241,7 +243,7 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
     if let (Some((name, _)), true) = (cli.define.first(), cli.paths.is_empty()) {
         return Err(format!("-D {name}: the embedded scene has no names; give a Mitsuba scene"));
     }
-    Ok(Checked { cli, adaptive, resolution, command })
+    Ok(Checked { cli, adaptive, resolution, command, layout: None })
 }
 
 /// Whether a file is one of samples.
@@ -371,7 +373,7 @@ impl Checked {
                 Some((_, to)) => to,
                 None => cli.spp.unwrap_or_else(|| fallback(file.spp, defaults.spp)),
             },
-            layout: cli.samples.and(cli.spp),
+            layout: self.layout.or(cli.samples.and(cli.spp)),
             light_samples: cli.light_samples,
             max_depth,
             min_bounce,

@@ -9,9 +9,9 @@ use crate::check;
 /// What the help of the program says about them.
 pub(crate) const HELP: &str = "\
 Commands:
-  pathtracer resume out.exr [-s N]         go on with a render that was stopped, or take more samples
-  pathtracer merge a.film b.film -f out.exr   the image of all samples together
-  pathtracer info out.exr.film             what is in a film
+  pathtracer resume out.exr [-s N]           go on with a stopped render, or take more samples
+  pathtracer merge a.film b.film -f out.exr  the image of all samples together
+  pathtracer info out.exr                    what its film says of an image
 Each has --help. A scene that is called like one of them is ./resume.";
 
 /// A command on films.
@@ -43,7 +43,7 @@ pub(crate) struct Resume {
     #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::positive)]
     pub(crate) spp: Option<u32>,
 
-    /// Threads; 0 is one per core [default: 0]
+    /// Threads; 0 is one per core [default: as before]
     #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::threads)]
     pub(crate) threads: Option<usize>,
 

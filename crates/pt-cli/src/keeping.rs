@@ -199,6 +199,7 @@ fn about(request: &Checked, session: &Session, sources: &[Source]) -> About {
         files,
         settings,
         spp: session.settings().spp,
+        layout: session.settings().points().spp,
         command: request.command.clone(),
         folder: std::env::current_dir().unwrap_or_default(),
         ..About::default()

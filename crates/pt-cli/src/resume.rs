@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, anyhow};
-use pathtracer::film_file::{self, About, film_of_image};
+use anyhow::{Context, Result, anyhow, ensure};
+use pathtracer::film_file::{self, About, FilmFile, film_of_image};
 
 use crate::args::{self, Action};
 use crate::check::{Checked, is_film};
@@ -16,13 +16,24 @@ use crate::render;
 /// # Errors
 /// If there is no film, or as a render.
 pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
-    let (film, about) = film_of(&resume.file)?;
+    let (film, FilmFile { about, film: samples }) = film_of(&resume.file)?;
+    let (spp, taken) = (resume.spp.unwrap_or(about.spp), samples.first() + samples.most_samples());
+    ensure!(
+        taken <= spp,
+        "{}: has {taken} samples per pixel already; expected -s {taken} or more",
+        film.display()
+    );
+    drop(samples);
     let mut request = request_of(&film, &about)?;
     let output = if is_film(&request.output()) { film } else { film.with_extension("") };
     let output = std::path::absolute(&output).with_context(|| format!("{}", output.display()))?;
+    request.layout = Some(about.layout);
     let cli = &mut request.cli;
     cli.output = Some(Some(output));
-    cli.spp = Some(resume.spp.unwrap_or(about.spp));
+    match &mut cli.samples {
+        Some((_, to)) => *to = spp,
+        None => cli.spp = Some(spp),
+    }
     cli.threads = resume.threads.or(cli.threads);
     cli.checkpoint_every = resume.checkpoint_every.unwrap_or(cli.checkpoint_every);
     cli.quiet |= resume.quiet;
@@ -35,11 +46,11 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     render::run(&request)
 }
 
-/// The film of an image, or the film itself, and what it says.
-pub(crate) fn film_of(file: &Path) -> Result<(PathBuf, About)> {
+/// The place of the film of an image, or of the film itself, and the film.
+fn film_of(file: &Path) -> Result<(PathBuf, FilmFile)> {
     let path = if is_film(file) { file.to_owned() } else { film_of_image(file) };
     match film_file::read_newest(&path)? {
-        Some((film, _)) => Ok((path, film.about)),
+        Some((film, _)) => Ok((path, film)),
         None => Err(anyhow!(
             "{}: there are no samples to go on from; they are kept beside images while these are rendered, \
              and beside finished .exr images",

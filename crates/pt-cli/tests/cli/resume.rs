@@ -118,8 +118,31 @@ fn more_samples_are_added_to_a_finished_image() {
         folder.succeed(&args(20));
         folder.succeed("resume out.exr --spp 70");
         assert!(folder.read("out.exr") == uninterrupted(&args(70)), "{sampler}");
+        let run = folder.run("resume out.exr --spp 69");
+        assert!(
+            run.code == Some(2) && run.err.contains("has 70 samples per pixel already"),
+            "{run:?}"
+        );
         folder.succeed(&args(90));
         assert!(folder.read("out.exr") == uninterrupted(&args(90)), "{sampler}");
+    }
+}
+
+/// Points that are laid out for a number of samples stay where they are.
+#[test]
+fn more_samples_of_a_layout_leave_those_that_are_there() {
+    for sampler in ["zsobol", "stratified"] {
+        let folder = Folder::new();
+        folder.succeed(&format!("-r 20 15 -s 20 --sampler {sampler} -f out.exr SCENE"));
+        let run = folder.succeed("resume out.exr --spp 50");
+        assert!(run.err.contains("goes on from 20.0 samples"), "{run:?}");
+        let of = |to| format!("-r 20 15 -s 20 --sampler {sampler} --samples 0..{to}");
+        folder.succeed(&format!("{} -f part.film SCENE", of(20)));
+        folder.succeed("resume part.film --spp 50");
+        folder.succeed("merge part.film -f part.exr");
+        assert!(folder.read("part.exr") == folder.read("out.exr"), "{sampler}");
+        let run = folder.succeed("info part.film");
+        assert!(run.out.contains("0 to 50, 50.0 per pixel"), "{run:?}");
     }
 }
 
