@@ -33,7 +33,7 @@ pub struct About {
     /// The files of which the scene was read, each with the hash of what it held.
     pub files: Vec<Entry>,
     /// All that the samples depend on besides the scene: names and values.
-    pub settings: Vec<(String, String)>,
+    pub settings: Vec<Entry>,
     /// The number behind that of the last sample that the render takes of each pixel.
     pub spp: u32,
     /// Samples of each pixel for which random numbers are laid out.

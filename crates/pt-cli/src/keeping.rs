@@ -183,7 +183,7 @@ fn is_kept(image: &Path) -> bool {
 
 /// What the film of a render says about itself.
 fn about(request: &Checked, session: &Session, sources: &[Source]) -> About {
-    let folder = sources.first().and_then(|source| source.path.parent());
+    let folder = request.scene().and_then(|scene| scene.parent());
     let name = |path: &Path| {
         let inside = folder.and_then(|folder| path.strip_prefix(folder).ok());
         inside.unwrap_or(path).display().to_string()

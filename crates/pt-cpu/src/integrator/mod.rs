@@ -6,6 +6,7 @@
 mod ao;
 mod course;
 mod direct;
+mod front;
 pub(crate) mod holes;
 mod normals;
 mod path;

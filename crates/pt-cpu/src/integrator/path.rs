@@ -7,7 +7,8 @@ use pt_math::measure::power_heuristic;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::direct::Hemisphere;
-use super::wavefront::{Arrival, Context, Found, Rules, State};
+use super::front::{Arrival, State};
+use super::wavefront::{Context, Found, Rules};
 
 /// Path tracing with direct light at every surface. [Kajiya 1986; Veach 1997, §10.3]
 ///

@@ -22,9 +22,10 @@ use pt_core::material::Resolved;
 use pt_core::scene::{Interaction, RenderScene};
 use pt_math::{Ray, Spectrum, Vec3};
 
+use super::front::State;
 use super::holes;
 use super::sums::Sums;
-use super::wavefront::{State, Surface};
+use super::wavefront::Surface;
 use super::{MOST_REUSE, Starts};
 use crate::Tracer;
 

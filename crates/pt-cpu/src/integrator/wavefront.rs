@@ -21,15 +21,15 @@ use arrayvec::ArrayVec;
 use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
 use pt_core::film::ExactSum;
-use pt_core::footprint::Cone;
 use pt_core::light::{AnyLight, LightSample, Lit};
 use pt_core::material::Resolved;
 use pt_core::scene::{Interaction, RenderScene, SurfacePoint};
 use pt_core::settings::{Clamp, Settings};
 use pt_math::sampler::{LANES, Lanes, Sampler, Samplers};
-use pt_math::{Pdf, Ray, Rays, SolidAngle, Spectrum, Vec3};
+use pt_math::{Ray, Rays, Spectrum, Vec3};
 
 use super::direct::{Asking, Hemisphere, Requests};
+use super::front::{Arrival, Front, State};
 use super::holes;
 use super::reuse::{Gift, Reuse, Seen};
 use super::sums::Sums;
@@ -42,26 +42,6 @@ use crate::Tracer;
 pub(super) struct Context<'a> {
     pub(super) scene: &'a RenderScene,
     pub(super) settings: &'a Settings,
-}
-
-/// How a ray came to its direction: the density, if light sampling could have found it too.
-pub(super) type Arrival = Option<Pdf<SolidAngle>>;
-
-/// A path that is under way, apart from its ray.
-#[derive(Clone, Copy)]
-pub(super) struct State {
-    /// Throughput: the product of the weights so far.
-    pub(super) beta: Spectrum,
-    /// The product of [`pt_core::bsdf::BsdfSample::squeeze`].
-    pub(super) squeeze: f32,
-    /// The surface point, or the point of the lens, that the ray left.
-    pub(super) origin: Lit,
-    /// How it got its direction there.
-    pub(super) arrival: Arrival,
-    /// Which start it is of; once paths have split, that times their ways, and which way it is.
-    pub(super) start: u32,
-    /// Where its light goes: see [`Sums`].
-    pub(super) target: u32,
 }
 
 /// A surface that a ray found.
@@ -160,41 +140,6 @@ impl Numbers {
     /// Pair number `i`, for the BSDF, and the one behind it, for roulette and what the BSDF chooses.
     fn pairs(&self, i: u32) -> [[Lanes<f32>; 2]; 2] {
         [self.pair(i), self.pair(i.wrapping_add(1))]
-    }
-}
-
-/// Paths under way and their rays, in the order of their starts.
-#[derive(Default)]
-struct Front {
-    paths: Vec<State>,
-    rays: Vec<Ray>,
-    /// Their cones, if some texture asks for them.
-    cones: Vec<Cone>,
-}
-
-impl Front {
-    #[inline(always)]
-    fn put(&mut self, place: usize, path: State, ray: Ray, cone: Option<Cone>) {
-        self.paths[place] = path;
-        self.rays[place] = ray;
-        if let Some(cone) = cone {
-            self.cones[place] = cone;
-        }
-    }
-
-    /// Gets places for `len` paths, which hold one of `like`.
-    fn make_room(&mut self, len: usize, like: &Self) {
-        let Self { paths, rays, cones } = like;
-        self.paths.resize(len, paths[0]);
-        self.rays.resize(len, rays[0]);
-        if let Some(&cone) = cones.first() {
-            self.cones.resize(len, cone);
-        }
-    }
-
-    fn truncate(&mut self, len: u32) {
-        self.paths.truncate(len as usize);
-        self.rays.truncate(len as usize);
     }
 }
 

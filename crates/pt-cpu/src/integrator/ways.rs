@@ -3,7 +3,7 @@
 use pt_math::sampler::Sampler;
 
 use super::Starts;
-use super::wavefront::State;
+use super::front::State;
 
 /// The number of ways that each start has, a power of two. The ways of all starts are numbered start by start.
 #[derive(Clone, Copy)]

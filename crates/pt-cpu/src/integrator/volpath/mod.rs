@@ -24,9 +24,10 @@ use pt_core::settings::{DirectLight, Settings};
 use pt_math::sampler::{Sampler, Stream};
 use pt_math::{Pdf, Ray, Rays, Spectrum};
 
+use super::front::State;
 use super::path::{Path, sampled_weight};
 use super::sums::Sums;
-use super::wavefront::{Context, Found, Rules, State, find};
+use super::wavefront::{Context, Found, Rules, find};
 use super::{CAMERA_DIMENSIONS, Integrator, Starts};
 use crate::Tracer;
 use shadow::{Shadow, Shadows};

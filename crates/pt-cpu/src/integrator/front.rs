@@ -1,0 +1,61 @@
+//! Paths that are under way, side by side.
+
+use pt_core::footprint::Cone;
+use pt_core::light::Lit;
+use pt_math::{Pdf, Ray, SolidAngle, Spectrum};
+
+/// How a ray came to its direction: the density, if light sampling could have found it too.
+pub(super) type Arrival = Option<Pdf<SolidAngle>>;
+
+/// A path that is under way, apart from its ray.
+#[derive(Clone, Copy)]
+pub(super) struct State {
+    /// Throughput: the product of the weights so far.
+    pub(super) beta: Spectrum,
+    /// The product of [`pt_core::bsdf::BsdfSample::squeeze`].
+    pub(super) squeeze: f32,
+    /// The surface point, or the point of the lens, that the ray left.
+    pub(super) origin: Lit,
+    /// How it got its direction there.
+    pub(super) arrival: Arrival,
+    /// Which start it is of; once paths have split, that times their ways, and which way it is.
+    pub(super) start: u32,
+    /// Where its light goes: see [`super::sums::Sums`].
+    pub(super) target: u32,
+}
+
+/// Paths under way and their rays, in the order of their starts.
+#[derive(Default)]
+pub(super) struct Front {
+    pub(super) paths: Vec<State>,
+    pub(super) rays: Vec<Ray>,
+    /// Their cones, if some texture asks for them.
+    pub(super) cones: Vec<Cone>,
+}
+
+impl Front {
+    /// Puts a path, its ray and, if there are cones, its cone in a place.
+    #[inline(always)]
+    pub(super) fn put(&mut self, place: usize, path: State, ray: Ray, cone: Option<Cone>) {
+        self.paths[place] = path;
+        self.rays[place] = ray;
+        if let Some(cone) = cone {
+            self.cones[place] = cone;
+        }
+    }
+
+    /// Gets places for `len` paths, which hold one of `like`.
+    pub(super) fn make_room(&mut self, len: usize, like: &Self) {
+        let Self { paths, rays, cones } = like;
+        self.paths.resize(len, paths[0]);
+        self.rays.resize(len, rays[0]);
+        if let Some(&cone) = cones.first() {
+            self.cones.resize(len, cone);
+        }
+    }
+
+    pub(super) fn truncate(&mut self, len: u32) {
+        self.paths.truncate(len as usize);
+        self.rays.truncate(len as usize);
+    }
+}
