@@ -1,6 +1,6 @@
 //! Films in files: what a render has so far, from which it can go on, and which can be added up.
 //!
-//! A file is the line `pathtracer film 1`, the length of what it says about itself (u64, little endian), that
+//! A file is the line `pathtracer film 2`, the length of what it says about itself (u64, little endian), that
 //! as JSON ([`About`]), the film ([`Film::write`]), and the BLAKE3 hash of all before it (32 bytes). It is
 //! written beside its place, with `.part` behind its name, synchronised with the disk, and then takes the name, while
 //! the one that had it before is kept with `.old` behind it: whatever happens at whatever instant, one of the
@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::identity::Entry;
 
 /// The first line of a file.
-const MAGIC: &[u8] = b"pathtracer film 1\n";
+const MAGIC: &[u8] = b"pathtracer film 2\n";
 
 /// What all versions of it begin with.
 const KIND: &[u8] = b"pathtracer film ";
@@ -351,7 +351,7 @@ mod tests {
             read(&path).expect_err("it is no film")
         };
         assert!(matches!(error(b"P6 640 480"), FilmFileError::Kind(_)));
-        assert!(matches!(error(b"pathtracer film 2\nmore"), FilmFileError::Version(_)));
+        assert!(matches!(error(b"pathtracer film 1\nmore"), FilmFileError::Version(_)));
         assert!(matches!(error(MAGIC), FilmFileError::Damaged { .. }));
     }
 }

@@ -221,6 +221,11 @@ pub(crate) struct Cli {
     #[arg(long, help_heading = "Machine")]
     pub(crate) restart: bool,
 
+    /// End with status 3 if samples were refused because they are no light (NaN, infinite, negative, too
+    /// large); the image is written nonetheless
+    #[arg(long, help_heading = "Machine")]
+    pub(crate) strict: bool,
+
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Machine")]
     pub(crate) quiet: bool,

@@ -32,7 +32,9 @@ fn text(file: &FilmFile) -> String {
     line("state", state);
     let taken = film.samples() as f64 / area;
     line("samples", &format!("{} to {}, {taken:.1} per pixel", film.first(), about.spp));
-    line("samples that were no numbers", &film.rejections().count.to_string());
+    let rejections = film.rejections();
+    let refused = if rejections.count() == 0 { "none".into() } else { rejections.to_string() };
+    line("samples refused", &refused);
     line("rays", &about.rays.to_string());
     line("seconds", &format!("{:.1}", about.seconds));
     line("folder", &about.folder.display().to_string());

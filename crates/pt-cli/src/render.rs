@@ -19,6 +19,9 @@ use crate::{course, output};
 /// Exit status of a render that Ctrl-C ended, as shells have it.
 const INTERRUPTED: u8 = 130;
 
+/// Exit status of a render with `--strict` of which samples were refused.
+const REFUSED_SAMPLES: u8 = 3;
+
 /// Renders what the command line asks for, and writes it.
 ///
 /// # Errors
@@ -42,7 +45,7 @@ pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
     let (progress, statistics) = keeping.render(&mut session, request, threads, &console)?;
     let cpu = cpu_seconds().zip(cpu).map(|(after, before)| after - before);
     console.finish();
-    tell_rejections(&session);
+    tell_rejections(request, &session);
     if request.cli.cs184 && !request.cli.quiet {
         course::rendered(&statistics);
     }
@@ -62,6 +65,9 @@ pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
         }
     }
     Ok(match progress {
+        Progress::Finished if request.cli.strict && session.film().rejections().count() > 0 => {
+            ExitCode::from(REFUSED_SAMPLES)
+        }
         Progress::Finished => ExitCode::SUCCESS,
         Progress::Cancelled => {
             eprintln!("stopped early: the image holds the samples taken so far");
@@ -191,16 +197,24 @@ fn tell_notes(request: &Checked, scene: &Scene, session: &Session) {
     }
 }
 
-/// Samples that are no numbers are always reported, since they should not exist.
-fn tell_rejections(session: &Session) {
+/// Samples that are no light are always reported, since they should not exist.
+fn tell_rejections(request: &Checked, session: &Session) {
     let rejections = session.film().rejections();
-    if rejections.count == 0 {
-        return;
-    }
-    eprintln!("warning: {} samples were NaN or infinite and count as 0:", rejections.count);
+    let Some(first) = rejections.first.first() else { return };
+    eprintln!(
+        "warning: {} samples were refused and count as black: {rejections}",
+        rejections.count()
+    );
     for r in &rejections.first {
-        eprintln!("  column {}, row {}, sample {}", r.x, r.y, r.sample);
+        eprintln!("  column {}, row {}, sample {}: {}", r.x, r.y, r.sample, r.fault);
     }
+    let words = request.command.iter().map(String::as_str);
+    // No argument has a NUL.
+    let again = shlex::try_join(words).unwrap_or_default();
+    let (x, y, sample) = (first.x, first.y, first.sample);
+    eprintln!(
+        "for the path of the first: pathtracer explain {again} -x {x} -y {y} --sample {sample}"
+    );
 }
 
 fn next_steps() {

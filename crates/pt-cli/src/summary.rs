@@ -88,6 +88,7 @@ impl Summary<'_> {
             ("threads", self.threads.to_string()),
             ("samples", s.samples.to_string()),
             ("rays", s.rays.to_string()),
+            ("refused_samples", self.session.film().rejections().count().to_string()),
             ("clamped_percent", self.clamped_percent().to_string()),
             ("load_seconds", (self.load + geometry).as_secs_f64().to_string()),
             ("bvh_seconds", bvh.as_secs_f64().to_string()),

@@ -96,18 +96,18 @@ impl<'a> Worker<'a> {
     pub(crate) fn take(&mut self, batch: &[Run], tile: &mut Tile) {
         self.start(batch);
         self.integrator.radiance(&mut self.tracer, &self.starts, &mut self.radiance);
-        if self.filter.is_some_and(|filter| !filter.is_positive()) {
-            self.radiance.iter_mut().zip(&self.weights).for_each(|(l, &weight)| *l *= weight);
-        }
         tile.remove(self.integrator.take_removed());
-        let mut radiance = &*self.radiance;
+        let counts_differ = self.filter.is_some_and(|filter| !filter.is_positive());
+        let weights = counts_differ.then_some(&*self.weights);
+        let mut next = 0;
         for Run { pixel, samples, kept, .. } in batch {
-            let (of_pixel, rest) = radiance.split_at(samples.len());
             if !kept.is_empty() {
-                let [start, end] = [kept.start, kept.end].map(|i| (i - samples.start) as usize);
-                tile.add(*pixel, kept.start, &of_pixel[start..end]);
+                let [start, end] =
+                    [kept.start, kept.end].map(|i| next + (i - samples.start) as usize);
+                let weights = weights.map(|weights| &weights[start..end]);
+                tile.add(*pixel, kept.start, &self.radiance[start..end], weights);
             }
-            radiance = rest;
+            next += samples.len();
         }
         if tile.keeps_surfaces() {
             self.first_hits.add(&mut self.tracer, &self.starts, batch, tile);

@@ -50,7 +50,7 @@ fn inverse_square(p: DVec3) -> f64 {
 }
 
 /// The same all around: 500 candela straight down, 200 at 45°, and none from 90° on.
-fn luminaire() -> IesProfile {
+pub(crate) fn luminaire() -> IesProfile {
     let file = b"TILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 50\n0 45 90\n0\n500 200 0\n";
     IesProfile::parse(file, Path::new("luminaire.ies")).expect("a good file")
 }

@@ -46,7 +46,7 @@ fn film(session: &Session, settings: &Settings, batch_size: Option<usize>) -> Fi
     };
     let mut film = Film::new(session.film().region());
     assert_eq!(renderer.render(&mut film, &Silent).0, Progress::Finished);
-    assert_eq!(film.rejections().count, 0);
+    assert_eq!(film.rejections().count(), 0);
     film
 }
 

@@ -29,7 +29,7 @@ fn rendered(settings: &Settings, threads: usize, tile_size: u32) -> Session {
     let (progress, statistics) = session.render(threads, tile_size, &Silent).expect("it renders");
     assert_eq!(progress, Progress::Finished);
     assert_eq!(statistics.samples, session.film().samples());
-    assert_eq!(session.film().rejections().count, 0);
+    assert_eq!(session.film().rejections().count(), 0);
     session
 }
 

@@ -23,7 +23,7 @@ pub(crate) fn render(scene: &Scene, options: CompileOptions, settings: Settings)
 pub(crate) fn finish(session: &mut Session) {
     session.render(0, 16, &Silent).expect("the settings make sense");
     let rejections = session.film().rejections();
-    assert_eq!(rejections.count, 0, "no number: {:?}", rejections.first);
+    assert_eq!(rejections.count(), 0, "no number: {:?}", rejections.first);
 }
 
 /// Whether a scene is not rendered with these settings.

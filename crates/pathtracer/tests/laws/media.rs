@@ -399,7 +399,7 @@ fn samples_in_media_are_pure() {
             let renderer = renderer.expect("it starts").with_batch_size(batch);
             let mut film = Film::new(session.film().region());
             assert_eq!(renderer.render(&mut film, &Silent).0, Progress::Finished);
-            assert_eq!(film.rejections().count, 0);
+            assert_eq!(film.rejections().count(), 0);
             film
         };
         let reference = film(1, 16, 1024);

@@ -7,6 +7,7 @@ mod images;
 mod interrupt;
 mod media;
 mod refusals;
+mod refused_samples;
 mod report;
 mod resume;
 mod texts;

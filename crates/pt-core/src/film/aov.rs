@@ -33,6 +33,8 @@ pub enum Aov {
     Samples,
     /// Square of the standard error of the luminance; infinite below two samples.
     Variance,
+    /// Samples that were refused: see [`super::Fault`].
+    Refused,
 }
 
 /// The first surface that a sample sees.
@@ -68,6 +70,8 @@ enum Source {
     Film(fn(PixelSums) -> f32),
     /// Likewise, a whole number.
     Count(fn(PixelSums) -> u32),
+    /// The number of samples that were refused.
+    Refused,
 }
 
 const RGB: &[&str] = &["R", "G", "B"];
@@ -75,7 +79,7 @@ const XYZ: &[&str] = &["X", "Y", "Z"];
 
 impl Aov {
     /// Each with its name for users.
-    pub const NAMES: [(&'static str, Self); 11] = [
+    pub const NAMES: [(&'static str, Self); 12] = [
         ("albedo", Self::Albedo),
         ("normal", Self::Normal),
         ("geometric_normal", Self::GeometricNormal),
@@ -87,6 +91,7 @@ impl Aov {
         ("material", Self::Material),
         ("samples", Self::Samples),
         ("variance", Self::Variance),
+        ("refused", Self::Refused),
     ];
 
     /// The one of this name.
@@ -113,6 +118,7 @@ impl Aov {
             Self::Material => (&["id"], Source::Id(|hit| hit.material)),
             Self::Samples => (&["count"], Source::Count(|pixel| pixel.count())),
             Self::Variance => (&["Y"], Source::Film(|pixel| pixel.luminance().1.powi(2) as f32)),
+            Self::Refused => (&["count"], Source::Refused),
         }
     }
 
@@ -120,7 +126,7 @@ impl Aov {
     fn sums(self) -> usize {
         match self.source() {
             (channels, Source::Mean(_)) => channels.len(),
-            (_, Source::Id(_)) => 1,
+            (_, Source::Id(_) | Source::Refused) => 1,
             (_, Source::Film(_) | Source::Count(_)) => 0,
         }
     }
@@ -130,6 +136,20 @@ impl Aov {
 pub(super) fn sums_per_pixel(aovs: &[Aov]) -> usize {
     let sums: usize = aovs.iter().map(|aov| aov.sums()).sum();
     if sums == 0 { 0 } else { sums + 1 }
+}
+
+/// Whether some are of surfaces, and not all of samples.
+pub(super) fn keeps_surfaces(aovs: &[Aov]) -> bool {
+    aovs.iter().any(|aov| matches!(aov.source().1, Source::Mean(_) | Source::Id(_)))
+}
+
+/// Counts a sample that is refused.
+pub(super) fn refuse(aovs: &[Aov], sums: &mut [ExactSum]) {
+    let before = aovs.iter().take_while(|aov| **aov != Aov::Refused);
+    let place = 1 + before.map(|aov| aov.sums()).sum::<usize>();
+    if aovs.contains(&Aov::Refused) {
+        sums[place].add(1.0);
+    }
 }
 
 /// Bytes that a film needs per pixel for these.
@@ -181,7 +201,7 @@ pub fn channels(film: &Film) -> Vec<Channel> {
             };
             let samples = match source {
                 Source::Mean(_) => Samples::Real(pixels().map(|(i, _)| mean(i)).collect()),
-                Source::Id(_) => {
+                Source::Id(_) | Source::Refused => {
                     Samples::Whole(pixels().map(|(i, _)| sums(i)[at].value() as u32).collect())
                 }
                 Source::Film(of) => Samples::Real(pixels().map(|(_, p)| of(p)).collect()),
@@ -239,7 +259,7 @@ mod tests {
         for tile in &mut film.tiles(2, [0; 2]) {
             let r = tile.region();
             for x in r.x..r.x + r.width {
-                tile.add([x, 0], 0, &[Spectrum::splat(3.0), Spectrum::splat(1.0)]);
+                tile.add([x, 0], 0, &[Spectrum::splat(3.0), Spectrum::splat(1.0)], None);
                 match x {
                     0 => [0, 1, 3].map(|i| tile.see([0, 0], i, &hit(i))).len(),
                     1 => [1].map(|i| tile.see([1, 0], i, &hit(i))).len(),
@@ -269,10 +289,11 @@ mod tests {
         whole("object.id", [u32::MAX, 0, 0]);
         whole("material.id", [1, 0, 0]);
         whole("samples.count", [2; 3]);
+        whole("refused.count", [3, 1, 0]);
         // 3 and 1: the variance of each is 2, that of the mean 1.
         let Samples::Real(variance) = channel(&film, "variance.Y") else { panic!("no numbers") };
         assert!(variance.iter().all(|v| (v - 1.0).abs() < 1e-6), "{variance:?}");
-        assert_eq!(channels(&film).len(), 3 + 3 + 3 + 1 + 3 + 2 + 3 + 2);
+        assert_eq!(channels(&film).len(), 3 + 3 + 3 + 1 + 3 + 2 + 3 + 2 + 1);
         assert!(channels(&Film::new(Region::full([3, 1]))).is_empty());
     }
 

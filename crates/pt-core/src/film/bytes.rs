@@ -3,13 +3,14 @@
 //! Whole numbers are little endian. In order: column, row, width, height and the first sample (u32 each);
 //! how many quantities are kept besides light (u32), and of each the length of its name (u32) and the name;
 //! counts (u32) pixel by pixel; the four sums (i128, in units of 2⁻⁶⁴) of each pixel; those of the other
-//! quantities; the luminance that was cut off (i128); how many samples were refused (u64), how many of them
-//! are named (u32), and of each its row, column and number (u32 each). Nothing else.
+//! quantities; the luminance that was cut off (i128); how many samples were refused for each reason
+//! (u64 each, in the order of [`Fault::ALL`]), how many of them are named (u32), and of each its row, column and
+//! number, and the number of the reason (u32 each). Nothing else.
 
 use std::io::{self, Write};
 
 use super::exact::CHANNELS;
-use super::{Aov, ExactSum, Film, Region, Rejected, Rejections, aov};
+use super::{Aov, ExactSum, Fault, Film, Region, Rejected, Rejections, aov};
 
 /// Why bytes are no film.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
@@ -42,9 +43,10 @@ impl Film {
         put(out, sums.as_flattened(), ExactSum::to_le_bytes)?;
         put(out, aov_sums, ExactSum::to_le_bytes)?;
         put(out, &[*removed], ExactSum::to_le_bytes)?;
-        put(out, &[rejections.count], u64::to_le_bytes)?;
+        put(out, &rejections.counts, u64::to_le_bytes)?;
         put(out, &[rejections.first.len() as u32], u32::to_le_bytes)?;
-        let words: Vec<_> = rejections.first.iter().flat_map(|r| [r.y, r.x, r.sample]).collect();
+        let words = |r: &Rejected| [r.y, r.x, r.sample, r.fault as u32];
+        let words: Vec<_> = rejections.first.iter().flat_map(words).collect();
         put(out, &words, u32::to_le_bytes)
     }
 
@@ -111,13 +113,16 @@ fn take_film(rest: &mut &[u8]) -> Option<Result<Film, String>> {
     })?;
     let aov_sums = take(rest, pixels.checked_mul(per_pixel)?, ExactSum::from_le_bytes)?;
     let removed = take(rest, 1, ExactSum::from_le_bytes)?.pop()?;
-    let count = take(rest, 1, u64::from_le_bytes)?.pop()?;
+    let counts_refused = take(rest, Fault::ALL.len() as u64, u64::from_le_bytes)?;
     let named = take_word(rest)?;
-    let rejected = |bytes: [u8; 12]| {
-        let [y, x, sample] = bytemuck::cast::<_, [[u8; 4]; 3]>(bytes).map(u32::from_le_bytes);
-        Rejected { y, x, sample }
+    let rejected = |bytes: [u8; 16]| {
+        let [y, x, sample, fault] =
+            bytemuck::cast::<_, [[u8; 4]; 4]>(bytes).map(u32::from_le_bytes);
+        Fault::from_number(fault).map(|fault| Rejected { y, x, sample, fault })
     };
-    let rejections = Rejections { count, first: take(rest, u64::from(named), rejected)? };
+    let first_refused =
+        take(rest, u64::from(named), rejected)?.into_iter().collect::<Option<_>>()?;
+    let rejections = Rejections { counts: counts_refused.try_into().ok()?, first: first_refused };
     let region = Region { x, y, width, height };
     Some(Ok(Film { region, first, counts, sums, aovs, aov_sums, rejections, removed }))
 }
@@ -132,7 +137,7 @@ mod tests {
     /// A film with all that a film may have.
     fn film() -> Film {
         let region = Region { x: 3, y: 1, width: 5, height: 4 };
-        let aovs = [Aov::Albedo, Aov::Primitive, Aov::Variance];
+        let aovs = [Aov::Albedo, Aov::Primitive, Aov::Variance, Aov::Refused];
         let mut film = Film::with_aovs(region, &aovs).starting_at(7);
         let hit = FirstHit {
             albedo: Spectrum::splat(0.3),
@@ -151,7 +156,7 @@ mod tests {
         for tile in &mut film.tiles(3, [0; 2]) {
             for [x, y] in tile.region().pixels() {
                 let bright = Spectrum::rgb(x as f32 * 0.1, -0.5, 1e9 * y as f32);
-                tile.add([x, y], 7, &[bright, Spectrum::splat(f32::NAN)]);
+                tile.add([x, y], 7, &[bright, Spectrum::splat(f32::NAN)], None);
                 tile.see([x, y], 7, &hit);
             }
             rejections.merge(tile.rejections());

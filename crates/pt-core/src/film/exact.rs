@@ -85,7 +85,7 @@ pub(super) fn moments(l: Spectrum) -> [f32; CHANNELS] {
 /// cutting off digits, and no sum in `f64` is rounded: all are multiples of the last digit of the
 /// least of them that is not 0, and n times the greatest has at most 53 binary digits above that.
 #[inline]
-pub(super) fn sums(samples: &[Spectrum]) -> Option<[f64; CHANNELS]> {
+pub(super) fn sums(samples: impl ExactSizeIterator<Item = Spectrum>) -> Option<[f64; CHANNELS]> {
     /// The least number without digits below 2⁻⁶⁴.
     const LEAST: f32 = 1.0 / (1u64 << 41) as f32;
     const EXPONENT: u32 = f32::MANTISSA_DIGITS - 1;
@@ -93,7 +93,8 @@ pub(super) fn sums(samples: &[Spectrum]) -> Option<[f64; CHANNELS]> {
     // Magnitudes, whose bits have the same order; one less, so that 0 comes last.
     let mut least = u32x4::splat(u32::MAX);
     let mut greatest = u32x4::ZERO;
-    for &l in samples {
+    let count = samples.len();
+    for l in samples {
         let values = moments(l);
         sum += f64x4::new(values.map(f64::from));
         let size = u32x4::new(values.map(f32::to_bits)) & u32x4::splat(i32::MAX as u32);
@@ -102,7 +103,7 @@ pub(super) fn sums(samples: &[Spectrum]) -> Option<[f64; CHANNELS]> {
     }
     // Where all are 0, the order is inverted.
     let least = (least + u32x4::splat(1)).to_array();
-    let digits = samples.len().max(1).next_power_of_two().ilog2() + f32::MANTISSA_DIGITS;
+    let digits = count.max(1).next_power_of_two().ilog2() + f32::MANTISSA_DIGITS;
     let is_exact = |(least, greatest): (u32, u32)| {
         let in_range = least >= LEAST.to_bits() && greatest <= ExactSum::LIMIT.to_bits();
         let range = (greatest >> EXPONENT).wrapping_sub(least >> EXPONENT);
@@ -155,7 +156,7 @@ mod tests {
             let samples: Vec<_> =
                 (0..=spread % 17).map(|_| Spectrum::rgb(number(), number(), number())).collect();
             let fits = |l: &Spectrum| l.0.abs().max_element() <= ExactSum::LIMIT;
-            let Some(sums) = sums(&samples) else {
+            let Some(sums) = sums(samples.iter().copied()) else {
                 seen[0] += 1;
                 continue;
             };
@@ -176,8 +177,8 @@ mod tests {
     #[test]
     fn what_is_no_number_is_not_summed() {
         for x in [f32::NAN, f32::INFINITY, -f32::INFINITY, 2.0 * ExactSum::LIMIT, 1e-30] {
-            assert_eq!(sums(&[Spectrum::ONE, Spectrum::rgb(0.0, x, 0.0)]), None, "{x}");
+            assert_eq!(sums([Spectrum::ONE, Spectrum::rgb(0.0, x, 0.0)].into_iter()), None, "{x}");
         }
-        assert_eq!(sums(&[]), Some([0.0; CHANNELS]));
+        assert_eq!(sums(std::iter::empty()), Some([0.0; CHANNELS]));
     }
 }

@@ -4,6 +4,7 @@
 pub mod aov;
 mod bytes;
 mod exact;
+mod refused;
 mod region;
 mod tile;
 
@@ -11,6 +12,7 @@ pub use self::aov::{Aov, FirstHit};
 pub use self::bytes::FilmError;
 use self::exact::CHANNELS;
 pub use self::exact::ExactSum;
+pub use self::refused::{Fault, Rejected, Rejections};
 pub use self::region::Region;
 pub use self::tile::Tile;
 
@@ -50,48 +52,6 @@ impl PixelSums {
         let [.., squares] = self.sums;
         let variance = (squares.value() - n * mean * mean).max(0.0) / (n - 1.0);
         (mean, (variance / n).sqrt())
-    }
-}
-
-/// A sample that is no number, and was not added.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Rejected {
-    /// Row, from the top.
-    pub y: u32,
-    /// Column.
-    pub x: u32,
-    /// Index of the sample.
-    pub sample: u32,
-}
-
-/// Samples that were NaN, infinite or beyond [`ExactSum::LIMIT`]: how many, and the first ones. One whose light and
-/// whose surface are no numbers is there twice.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Rejections {
-    /// How many.
-    pub count: u64,
-    /// The first in row, column, sample order.
-    pub first: Vec<Rejected>,
-}
-
-impl Rejections {
-    const KEPT: usize = 16;
-
-    fn add(&mut self, r: Rejected) {
-        self.count += 1;
-        self.keep(&[r]);
-    }
-
-    fn keep(&mut self, more: &[Rejected]) {
-        self.first.extend_from_slice(more);
-        self.first.sort_unstable();
-        self.first.truncate(Self::KEPT);
-    }
-
-    /// Adds those of another film.
-    pub fn merge(&mut self, other: &Self) {
-        self.count += other.count;
-        self.keep(&other.first);
     }
 }
 
@@ -272,7 +232,7 @@ mod tests {
         let mut rejections = Rejections::default();
         for tile in &mut film.tiles(2, [0; 2]) {
             let columns = tile.region().x..tile.region().x + tile.region().width;
-            columns.for_each(|x| tile.add([x, 0], 3, pixels[x as usize]));
+            columns.for_each(|x| tile.add([x, 0], 3, pixels[x as usize], None));
             rejections.merge(tile.rejections());
         }
         film.reject(&rejections);
@@ -296,8 +256,11 @@ mod tests {
             &[],
             &[one, one, Spectrum::rgb(1.0, f32::NAN, 0.0)],
         ]);
-        assert_eq!(film.rejections().count, 2);
-        assert_eq!(film.rejections().first[1], Rejected { y: 0, x: 3, sample: 5 });
+        assert_eq!(film.rejections().count(), 2);
+        assert_eq!(
+            film.rejections().first[1],
+            Rejected { y: 0, x: 3, sample: 5, fault: Fault::NotANumber }
+        );
         let means = [[0.5; 3], [1.0; 3], [0.0; 3], [2.0 / 3.0; 3]];
         assert!(film.pixels().map(|p| p.mean()).eq(means));
         assert_eq!(film.samples(), 7);
@@ -307,7 +270,7 @@ mod tests {
     fn add(tile: &mut Tile, first: u32) {
         for [x, y] in tile.region().pixels() {
             let sample = |i| Spectrum::rgb(x as f32 * 0.1, y as f32 * 0.3, (first + i) as f32);
-            tile.add([x, y], first, &[sample(0), sample(1)]);
+            tile.add([x, y], first, &[sample(0), sample(1)], None);
         }
     }
 

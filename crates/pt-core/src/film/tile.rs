@@ -3,7 +3,7 @@
 use pt_math::Spectrum;
 
 use super::exact::{moments, sums};
-use super::{Aov, ExactSum, FirstHit, PixelSums, Region, Rejected, Rejections, Sums, aov};
+use super::{Aov, ExactSum, Fault, FirstHit, PixelSums, Region, Rejected, Rejections, Sums, aov};
 
 /// Pixels of a [`Film`](super::Film), which are its own for as long as this lives.
 #[derive(Debug)]
@@ -84,29 +84,78 @@ impl<'a> Tile<'a> {
         PixelSums { sums: sums[column], count: counts[column] }
     }
 
-    /// Adds consecutive samples of a pixel, of which the first has number `first`. One that is no
-    /// number counts as black, and is reported in [`Self::rejections`].
+    /// Adds consecutive samples of a pixel, of which the first has number `first`, each times what it counts by
+    /// the filter if that is given. One that is no light (see [`Fault`]) counts as black, and is reported in
+    /// [`Self::rejections`].
     #[inline]
-    pub fn add(&mut self, pixel: [u32; 2], first: u32, samples: &[Spectrum]) {
+    pub fn add(
+        &mut self,
+        pixel: [u32; 2],
+        first: u32,
+        samples: &[Spectrum],
+        weights: Option<&[f32]>,
+    ) {
         let (row, column) = self.place(pixel);
         let row = &mut self.rows[row];
         row.counts[column] += samples.len() as u32;
-        if are_zero(samples) {
+        let bits = all_bits(samples);
+        if bits & !SIGN == 0 {
             return; // as where nothing is seen
         }
-        let pixel_sums = &mut row.sums[column];
-        if let Some(sums) = sums(samples) {
-            for (sum, value) in pixel_sums.iter_mut().zip(sums) {
+        let sums = match weights {
+            _ if bits & SIGN != 0 => None, // perhaps negative
+            None => sums(samples.iter().copied()),
+            Some(weights) => sums(samples.iter().zip(weights).map(|(&l, &w)| l * w)),
+        };
+        if let Some(sums) = sums {
+            for (sum, value) in row.sums[column].iter_mut().zip(sums) {
                 sum.add_multiple(value);
             }
         } else {
-            add_one_by_one(pixel_sums, &mut self.rejections, pixel, first, samples);
+            self.add_one_by_one(pixel, first, samples, weights);
         }
+    }
+
+    /// Adds samples of which some are no light, or which are too different to be summed in `f64`.
+    #[cold]
+    fn add_one_by_one(
+        &mut self,
+        pixel: [u32; 2],
+        first: u32,
+        samples: &[Spectrum],
+        weights: Option<&[f32]>,
+    ) {
+        let (row, column) = self.place(pixel);
+        for (i, &light) in samples.iter().enumerate() {
+            let weighted = light * weights.map_or(1.0, |weights| weights[i]);
+            let too_large = || {
+                let fits = weighted.0.abs().max_element() <= ExactSum::LIMIT;
+                (!fits).then_some(Fault::TooLarge)
+            };
+            if let Some(fault) = Fault::of(light).or_else(too_large) {
+                self.refuse(pixel, first + i as u32, fault);
+                continue;
+            }
+            let sums: &mut Sums = &mut self.rows[row].sums[column];
+            for (sum, value) in sums.iter_mut().zip(moments(weighted)) {
+                sum.add(value);
+            }
+        }
+    }
+
+    /// Counts a sample that is refused, where the film keeps that too.
+    fn refuse(&mut self, pixel: [u32; 2], sample: u32, fault: Fault) {
+        let [x, y] = pixel;
+        self.rejections.add(Rejected { y, x, sample, fault });
+        let (row, column) = self.place(pixel);
+        let per_pixel = aov::sums_per_pixel(self.aovs);
+        let sums = &mut self.rows[row].aov_sums[column * per_pixel..][..per_pixel];
+        aov::refuse(self.aovs, sums);
     }
 
     /// Whether it asks for the surfaces that samples see.
     pub fn keeps_surfaces(&self) -> bool {
-        aov::sums_per_pixel(self.aovs) > 0
+        aov::keeps_surfaces(self.aovs)
     }
 
     /// Adds the surface that sample number `sample` of a pixel sees, once for each that sees one. What is no number
@@ -116,35 +165,16 @@ impl<'a> Tile<'a> {
         let per_pixel = aov::sums_per_pixel(self.aovs);
         let sums = &mut self.rows[row].aov_sums[column * per_pixel..][..per_pixel];
         if !aov::add(self.aovs, sums, sample, hit) {
-            let [x, y] = pixel;
-            self.rejections.add(Rejected { y, x, sample });
+            self.refuse(pixel, sample, Fault::Surface);
         }
     }
 }
 
-/// Whether all bits are 0.
+const SIGN: u32 = 1 << 31;
+
+/// The bits that any channel has.
 #[inline(always)]
-fn are_zero(samples: &[Spectrum]) -> bool {
+fn all_bits(samples: &[Spectrum]) -> u32 {
     let bits = |l: &Spectrum| l.to_array().map(f32::to_bits).into_iter().fold(0, |all, b| all | b);
-    samples.iter().fold(0, |all, l| all | bits(l)) == 0
-}
-
-/// Adds samples that are no numbers, or too different to be summed in `f64`.
-#[cold]
-fn add_one_by_one(
-    sums: &mut Sums,
-    rejections: &mut Rejections,
-    [x, y]: [u32; 2],
-    first: u32,
-    samples: &[Spectrum],
-) {
-    for (sample, &l) in (first..).zip(samples) {
-        if l.0.abs().max_element() <= ExactSum::LIMIT && l.is_finite() {
-            for (sum, value) in sums.iter_mut().zip(moments(l)) {
-                sum.add(value);
-            }
-        } else {
-            rejections.add(Rejected { y, x, sample });
-        }
-    }
+    samples.iter().fold(0, |all, l| all | bits(l))
 }

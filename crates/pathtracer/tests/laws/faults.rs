@@ -1,0 +1,194 @@
+//! Faults put into lobes and lights: none gets into the film, none ends the render, none is silent.
+
+use std::sync::Arc;
+
+use pathtracer::{Aov, CompileOptions, Film, Image, Rejections, Rows, Scene, Settings, Silent};
+use pt_core::film::Fault;
+use pt_core::{RenderScene, compile};
+use pt_cpu::Renderer;
+use pt_math::{DAffine3, DMat3, DVec3};
+use pt_scene::image::Samples;
+use pt_scene::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
+use pt_scene::{Daylight, LightKind};
+
+use crate::analytic::luminaire;
+use crate::materials::surfaces;
+use crate::scenes::{Builder, camera, facing, inward_cube, looking, matte, size};
+
+const FAULTS: [f32; 3] = [f32::NAN, f32::INFINITY, -1.0];
+
+/// A small image of what is around the origin.
+fn seen(builder: Builder) -> Scene {
+    builder.seen_by(camera(DVec3::new(0.0, 1.0, 4.0), DVec3::ZERO, [40.0; 2]))
+}
+
+/// Renders, and checks that the film has nothing but light, and that what it refused is in the mask.
+fn rejections(scene: &RenderScene, settings: &Settings) -> Rejections {
+    let renderer = Renderer::new(scene, settings, 1, 16, false).expect("the settings make sense");
+    let region = pathtracer::Region::full(scene.camera.resolution);
+    let mut film = Film::with_aovs(region, &settings.aovs);
+    let _ = renderer.render(&mut film, &Silent);
+    assert_eq!(film.samples(), region.area() as u64 * u64::from(settings.spp));
+    for pixel in film.pixels() {
+        let (mean, error) = pixel.luminance();
+        let light = pixel.mean().into_iter().chain([mean, error]);
+        assert!(
+            light.clone().all(|x| x.is_finite() && x >= 0.0),
+            "{:?}",
+            light.collect::<Vec<_>>()
+        );
+    }
+    let channels = pathtracer::aov::channels(&film);
+    let mask =
+        channels.iter().find(|channel| channel.name == "refused.count").expect("is asked for");
+    let Samples::Whole(mask) = &mask.samples else { panic!("{mask:?}") };
+    let refused = film.rejections();
+    assert_eq!(mask.iter().map(|&n| u64::from(n)).sum::<u64>(), refused.count());
+    let row = region.width;
+    assert!(refused.first.iter().all(|r| mask[(r.y * row + r.x) as usize] > 0), "{refused:?}");
+    refused.clone()
+}
+
+fn settings(integrator: &str) -> Settings {
+    let integrator = integrator.to_owned();
+    Settings { spp: 4, max_depth: 4, integrator, aovs: vec![Aov::Refused], ..Settings::default() }
+}
+
+fn compiled(scene: &Scene) -> Option<RenderScene> {
+    let options = CompileOptions { compensated: true, ..size([8, 8]) };
+    Some(compile(scene, options).ok()?.scene)
+}
+
+/// Each number that a lobe has, in turn.
+#[test]
+fn faults_of_lobes_are_refused_and_told() {
+    for surface in surfaces(false) {
+        let scene = seen(
+            Builder::default()
+                .sphere(DVec3::ZERO, 1.0, surface.clone())
+                .light(
+                    LightKind::Point { intensity: [20.0; 3] },
+                    looking(DVec3::splat(3.0), DVec3::ZERO),
+                )
+                .sky(0.5),
+        );
+        let mut scene = compiled(&scene).expect("it makes sense");
+        let mut told = [0; Fault::ALL.len()];
+        let ids: Vec<_> = scene.lobes.iter().map(|(id, _)| id).collect();
+        for id in ids {
+            let sound = scene.lobes[id];
+            let words: [u32; 16] = bytemuck::cast(sound);
+            for place in 1..words.len() {
+                for fault in FAULTS {
+                    let mut words = words;
+                    words[place] = fault.to_bits();
+                    scene.lobes[id] = bytemuck::cast(words);
+                    let refused = rejections(&scene, &settings("path"));
+                    told.iter_mut().zip(refused.counts).for_each(|(n, more)| *n += more);
+                }
+            }
+            scene.lobes[id] = sound;
+        }
+        let nothing = rejections(&scene, &settings("path"));
+        assert_eq!(nothing, Rejections::default(), "without a fault: {surface:?}");
+        assert!(told[Fault::NotANumber as usize] > 0, "{told:?} {surface:?}");
+    }
+}
+
+/// A texture of one colour.
+fn texture(color: [f32; 3]) -> Arc<Texture> {
+    let image = Arc::new(Image { width: 1, height: 1, pixels: vec![color] });
+    let bitmap = Bitmap { image, wrap: Wrap::Clamp, filter: Filter::Nearest };
+    Arc::new(Texture { pattern: Pattern::Bitmap(bitmap), to_pattern: DMat3::IDENTITY })
+}
+
+/// Scenes lit by lights of each kind, one channel of which has this light.
+fn lit_by(x: f32) -> Vec<(&'static str, Scene)> {
+    let light = [1.0, x, 2.0];
+    let image = |pixel| Arc::new(Image { width: 2, height: 1, pixels: vec![[1.0; 3], pixel] });
+    let kinds = [
+        ("hemisphere", LightKind::Hemisphere { radiance: light }),
+        ("constant", LightKind::Constant { radiance: light }),
+        (
+            "environment",
+            LightKind::Environment { image: image(light), scale: 1.0, rows: Rows::default() },
+        ),
+        (
+            "scale of the environment",
+            LightKind::Environment { image: image([1.0; 3]), scale: x, rows: Rows::default() },
+        ),
+        ("directional", LightKind::Directional { irradiance: light }),
+        ("disk", LightKind::DistantDisk { irradiance: light, angular_radius: 5.0 }),
+        ("point", LightKind::Point { intensity: light }),
+        ("spot", LightKind::Spot { intensity: light, falloff_angle: 90.0, falloff_exponent: 2.0 }),
+        (
+            "linear spot",
+            LightKind::LinearSpot {
+                intensity: light,
+                beam_angle: 30.0,
+                cutoff_angle: 60.0,
+                texture: None,
+            },
+        ),
+        (
+            "projector",
+            LightKind::LinearSpot {
+                intensity: [1.0; 3],
+                beam_angle: 30.0,
+                cutoff_angle: 60.0,
+                texture: Some(texture(light)),
+            },
+        ),
+        ("luminaire", LightKind::Ies { profile: Arc::new(luminaire()), scale: light }),
+        (
+            "daylight",
+            LightKind::Daylight(Daylight { turbidity: f64::from(x), ..Daylight::default() }),
+        ),
+        ("area", LightKind::Area { radiance: light }),
+    ];
+    let ball = || Builder::default().sphere(DVec3::ZERO, 1.0, matte([0.5; 3]));
+    let above = looking(DVec3::new(0.5, 3.0, 1.0), DVec3::ZERO);
+    let small = above * DAffine3::from_scale(DVec3::splat(0.5));
+    let mut scenes: Vec<_> =
+        kinds.map(|(name, kind)| (name, seen(ball().light(kind, above)))).into();
+    let far = DVec3::new(0.5, 3.0, 1.0);
+    scenes.extend([
+        ("glowing mesh", seen(ball().glowing_mesh(inward_cube(), small, matte([0.5; 3]), x))),
+        ("glowing sphere", seen(ball().glowing_sphere(far, 0.5, x))),
+        (
+            "mesh that glows by a texture",
+            seen(ball().glowing_quad(facing(far, -far, 0.5), 1.0).glowing_by(texture(light))),
+        ),
+        (
+            "sphere that glows by a texture",
+            seen(ball().glowing_sphere(far, 0.5, 1.0).glowing_by(texture(light))),
+        ),
+    ]);
+    let many = (0..100).fold(ball(), |b, i| {
+        let at = DVec3::new(f64::from(i) / 50.0 - 1.0, 2.0, 1.0);
+        b.glowing_sphere(at, 0.01, if i == 50 { x } else { 5.0 })
+    });
+    scenes.push(("one of many", seen(many)));
+    scenes
+}
+
+/// A scene with a light that is no light is refused, or the samples that it lights are.
+#[test]
+fn faults_of_lights_are_refused_and_told() {
+    for (x, fault) in FAULTS.into_iter().zip(Fault::ALL) {
+        for (name, scene) in lit_by(x) {
+            let Some(scene) = compiled(&scene) else { continue };
+            for integrator in ["path", "volpath"] {
+                let refused = rejections(&scene, &settings(integrator));
+                // Among many, one of no power is never asked for light.
+                let is_told =
+                    refused.counts[fault as usize] > 0 || (name, x) == ("one of many", -1.0);
+                assert!(is_told, "{name}, {x}, {integrator}: {refused}");
+            }
+        }
+    }
+    for (name, scene) in lit_by(3.0) {
+        let scene = compiled(&scene).unwrap_or_else(|| panic!("{name}"));
+        assert_eq!(rejections(&scene, &settings("path")), Rejections::default(), "{name}");
+    }
+}

@@ -1,0 +1,173 @@
+//! Samples that a film refuses, so that what is wrong with a few cannot spoil the rest.
+
+use std::fmt;
+
+use pt_math::Spectrum;
+
+use super::ExactSum;
+
+/// What is wrong with a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u32)]
+pub enum Fault {
+    /// A channel of its light is NaN.
+    NotANumber,
+    /// A channel is infinite.
+    Infinite,
+    /// A channel is negative.
+    Negative,
+    /// A channel, or what it counts by the filter, is beyond [`ExactSum::LIMIT`].
+    TooLarge,
+    /// Something that is kept of the surface that it sees is no number, or beyond that limit; its light
+    /// may be as it should.
+    Surface,
+}
+
+impl Fault {
+    /// All of them, in their order.
+    pub const ALL: [Self; 5] =
+        [Self::NotANumber, Self::Infinite, Self::Negative, Self::TooLarge, Self::Surface];
+
+    /// What is wrong with this light, if something is.
+    pub fn of(light: Spectrum) -> Option<Self> {
+        let any = |is: fn(f32) -> bool| light.to_array().into_iter().any(is);
+        if any(f32::is_nan) {
+            Some(Self::NotANumber)
+        } else if any(f32::is_infinite) {
+            Some(Self::Infinite)
+        } else if any(|x| x < 0.0) {
+            Some(Self::Negative)
+        } else if any(|x| x > ExactSum::LIMIT) {
+            Some(Self::TooLarge)
+        } else {
+            None
+        }
+    }
+
+    /// The one of this number, as in `fault as u32`.
+    pub(super) fn from_number(number: u32) -> Option<Self> {
+        Self::ALL.get(number as usize).copied()
+    }
+}
+
+/// As in "2 samples are …".
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotANumber => "not a number",
+            Self::Infinite => "infinite",
+            Self::Negative => "negative",
+            Self::TooLarge => "too large",
+            Self::Surface => "of a surface that is no number",
+        })
+    }
+}
+
+/// A sample that was not added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Rejected {
+    /// Row, from the top.
+    pub y: u32,
+    /// Column.
+    pub x: u32,
+    /// Index of the sample.
+    pub sample: u32,
+    /// Why.
+    pub fault: Fault,
+}
+
+/// Samples that were refused: how many of each [`Fault`], and the first ones. One whose light and whose
+/// surface are no numbers is there twice.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Rejections {
+    /// How many, in the order of [`Fault::ALL`].
+    pub counts: [u64; Fault::ALL.len()],
+    /// The first in the order of rows, columns and samples.
+    pub first: Vec<Rejected>,
+}
+
+impl Rejections {
+    const KEPT: usize = 16;
+
+    /// How many there are.
+    pub fn count(&self) -> u64 {
+        self.counts.iter().sum()
+    }
+
+    pub(super) fn add(&mut self, rejected: Rejected) {
+        self.counts[rejected.fault as usize] += 1;
+        self.keep(&[rejected]);
+    }
+
+    fn keep(&mut self, more: &[Rejected]) {
+        self.first.extend_from_slice(more);
+        self.first.sort_unstable();
+        self.first.truncate(Self::KEPT);
+    }
+
+    /// Adds those of another film.
+    pub fn merge(&mut self, other: &Self) {
+        self.counts.iter_mut().zip(other.counts).for_each(|(n, more)| *n += more);
+        self.keep(&other.first);
+    }
+}
+
+/// As in "2 not a number, 1 negative"; nothing if there are none.
+impl fmt::Display for Rejections {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let counts = Fault::ALL.into_iter().zip(self.counts).filter(|(_, n)| *n > 0);
+        let words: Vec<_> = counts.map(|(fault, n)| format!("{n} {fault}")).collect();
+        f.write_str(&words.join(", "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_are_told_apart() {
+        let of = |x| Fault::of(Spectrum::rgb(1.0, x, 0.5));
+        assert_eq!(of(f32::NAN), Some(Fault::NotANumber));
+        assert_eq!(of(f32::INFINITY), Some(Fault::Infinite));
+        assert_eq!(of(-f32::INFINITY), Some(Fault::Infinite));
+        assert_eq!(of(-1e-30), Some(Fault::Negative));
+        assert_eq!(of(2.0 * ExactSum::LIMIT), Some(Fault::TooLarge));
+        assert_eq!(
+            Fault::of(Spectrum::rgb(f32::INFINITY, f32::NAN, -1.0)),
+            Some(Fault::NotANumber)
+        );
+        for x in [0.0, -0.0, 1e-40, ExactSum::LIMIT] {
+            assert_eq!(of(x), None, "{x}");
+        }
+        for (i, fault) in Fault::ALL.into_iter().enumerate() {
+            assert_eq!(fault as usize, i);
+            assert_eq!(Fault::from_number(i as u32), Some(fault));
+        }
+        assert_eq!(Fault::from_number(5), None);
+    }
+
+    #[test]
+    fn the_first_are_named_whatever_the_order_in_which_they_come() {
+        let all: Vec<_> = (0..40u32)
+            .map(|i| Rejected { y: i / 8, x: i % 8, sample: i, fault: Fault::ALL[i as usize % 5] })
+            .collect();
+        let of = |list: &[Rejected]| {
+            let mut rejections = Rejections::default();
+            for &rejected in list {
+                rejections.add(rejected);
+            }
+            rejections
+        };
+        let forward = of(&all);
+        let backward = of(&all.iter().rev().copied().collect::<Vec<_>>());
+        let mut merged = of(&all[25..]);
+        merged.merge(&of(&all[..25]));
+        assert_eq!((&backward, &merged), (&forward, &forward));
+        assert_eq!((forward.count(), forward.first.as_slice()), (40, &all[..16]));
+        assert_eq!(
+            of(&all[..7]).to_string(),
+            "2 not a number, 2 infinite, 1 negative, 1 too large, 1 of a surface that is no number"
+        );
+    }
+}
