@@ -79,15 +79,14 @@ fn of_films(before: &Film, now: &Film) -> Option<Difference> {
 #[derive(Debug)]
 pub struct Keeper {
     path: PathBuf,
-    about: About,
     /// The film that is on its way to the disk.
     placing: Option<JoinHandle<Result<(), FilmFileError>>>,
 }
 
 impl Keeper {
-    /// A keeper of this file for a render that `about` describes.
-    pub fn new(path: PathBuf, about: About) -> Self {
-        Self { path, about, placing: None }
+    /// A keeper of this file.
+    pub fn new(path: PathBuf) -> Self {
+        Self { path, placing: None }
     }
 
     /// The file.
@@ -95,12 +94,12 @@ impl Keeper {
         &self.path
     }
 
-    /// What is there of the image of which `empty` is a film without samples. A film that cannot be read makes
+    /// What is there of the image that `about` describes and of which `empty` is a film without samples. A film that cannot be read makes
     /// way for the one before.
     ///
     /// # Errors
     /// If what is there is another image that is not finished, or cannot be read.
-    pub fn find(&self, empty: &Film) -> Result<Found, KeepError> {
+    pub fn find(&self, about: &About, empty: &Film) -> Result<Found, KeepError> {
         let Some((film, trouble)) = film_file::read_newest(&self.path).map_err(KeepError::Film)?
         else {
             return Ok(Found::Nothing);
@@ -108,9 +107,9 @@ impl Keeper {
         if trouble.is_some() {
             film_file::restore(&self.path).map_err(KeepError::Film)?;
         }
-        let mut differences = differences(&film.about, &self.about);
+        let mut differences = differences(&film.about, about);
         differences.extend(of_films(&film.film, empty));
-        let (most, wanted) = (film.film.first() + film.film.most_samples(), self.about.spp);
+        let (most, wanted) = (film.film.first() + film.film.most_samples(), about.spp);
         if most > wanted {
             let samples = |n: u32| Some(n.to_string());
             differences.push(("samples per pixel".into(), samples(most), samples(wanted)));
@@ -124,18 +123,13 @@ impl Keeper {
         Err(KeepError::Changed { path: self.path.clone(), differences })
     }
 
-    /// What is said about the film, to be brought up to date before it is written.
-    pub fn about(&mut self) -> &mut About {
-        &mut self.about
-    }
-
     /// Writes the film; that the disk has it is waited for in the background.
     ///
     /// # Errors
     /// If it cannot be written, or the one before could not. What was there before is there still.
-    pub fn save(&mut self, film: &Film) -> Result<(), FilmFileError> {
+    pub fn save(&mut self, about: &About, film: &Film) -> Result<(), FilmFileError> {
         self.wait()?;
-        let written = film_file::write(&self.path, &self.about, film)?;
+        let written = film_file::write(&self.path, about, film)?;
         self.placing = Some(thread::spawn(|| written.place()));
         Ok(())
     }

@@ -25,6 +25,7 @@ pub mod film_file;
 pub mod identity;
 pub mod keep;
 pub mod memory;
+pub mod receipt;
 mod session;
 
 pub use pt_bvh::{BuildOptions, Builder, Quality};

@@ -19,7 +19,7 @@ use crate::message;
 #[derive(Parser, Debug, Clone)]
 #[command(name = "pathtracer", version, max_term_width = 100, arg_required_else_help = false)]
 #[command(
-    override_usage = "pathtracer [render] [OPTIONS] [SCENE]\n       pathtracer resume | merge | info …"
+    override_usage = "pathtracer [render] [OPTIONS] [SCENE]\n       pathtracer resume | merge | info | rerender …"
 )]
 #[command(after_help = crate::commands::HELP)]
 #[expect(clippy::struct_excessive_bools, reason = "flags of a command line are bools")]
@@ -226,6 +226,10 @@ pub(crate) struct Cli {
     #[arg(long, help_heading = "Machine")]
     pub(crate) strict: bool,
 
+    /// What an image says about how it was made
+    #[arg(long, value_name = "RECEIPT", default_value = "full", help_heading = "Machine")]
+    pub(crate) receipt: ReceiptKind,
+
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Machine")]
     pub(crate) quiet: bool,
@@ -343,6 +347,17 @@ pub(crate) enum PngBits {
     /// 65,536 levels
     #[value(name = "16")]
     Sixteen,
+}
+
+/// What an image says about itself.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq)]
+pub(crate) enum ReceiptKind {
+    /// All of it
+    Full,
+    /// Nothing that differs between two renders of the same image, so that their files are equal
+    Stable,
+    /// Nothing
+    None,
 }
 
 /// Sources of random numbers.

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
+use pathtracer::receipt::{self, Receipt};
 use pathtracer::{
     Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, FileSettings, Filter, INTEGRATORS,
     LoadOptions, MOST_REUSE, MOST_SPLIT, Region, Roulette, SamplerKind, Scene, Settings, aov,
 };
 
-use crate::args::{Cli, PngBits};
+use crate::args::{Cli, PngBits, ReceiptKind};
 
 /// More pixels than this do not fit into the memory of ordinary machines.
 const MOST_PIXELS: u64 = 1 << 28;
@@ -27,6 +28,8 @@ pub(crate) struct Checked {
     pub(crate) command: Vec<String>,
     /// Samples for which random numbers are laid out, where an earlier run says so.
     pub(crate) layout: Option<u32>,
+    /// The image that is made again, and must be the same.
+    pub(crate) of: Option<Box<Receipt>>,
 }
 
 fn whole(text: &str, least: u32, what: &str) -> Result<u32, String> {
@@ -243,7 +246,7 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
     if let (Some((name, _)), true) = (cli.define.first(), cli.paths.is_empty()) {
         return Err(format!("-D {name}: the embedded scene has no names; give a Mitsuba scene"));
     }
-    Ok(Checked { cli, adaptive, resolution, command, layout: None })
+    Ok(Checked { cli, adaptive, resolution, command, layout: None, of: None })
 }
 
 /// Whether a file is one of samples.
@@ -321,18 +324,22 @@ impl Checked {
         name.into()
     }
 
-    /// How to write images.
-    pub(crate) fn save_options(&self) -> SaveOptions {
+    /// How to write images, with what they say about themselves.
+    pub(crate) fn save_options(&self, receipt: &Receipt) -> SaveOptions {
+        let receipt = match self.cli.receipt {
+            ReceiptKind::Full => Some(receipt.to_text()),
+            ReceiptKind::Stable => Some(Receipt { run: None, ..receipt.clone() }.to_text()),
+            ReceiptKind::None => None,
+        };
+        let software = ("Software", concat!("pathtracer ", env!("CARGO_PKG_VERSION")).to_owned());
+        let metadata = std::iter::once(software).chain(receipt.map(|text| (receipt::KEY, text)));
         SaveOptions {
             png_bits: match self.cli.png_bits {
                 PngBits::Eight => BitDepth::Eight,
                 PngBits::Sixteen => BitDepth::Sixteen,
             },
             transfer: if self.cli.cs184 { Transfer::Course } else { Transfer::Srgb },
-            metadata: vec![(
-                "Software".into(),
-                concat!("pathtracer ", env!("CARGO_PKG_VERSION")).into(),
-            )],
+            metadata: metadata.map(|(key, text)| (key.to_owned(), text)).collect(),
             channels: Vec::new(),
         }
     }

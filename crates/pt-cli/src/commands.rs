@@ -1,4 +1,4 @@
-//! What can be done with the samples of images that were rendered: go on, add up, look.
+//! What can be done with images that were rendered, and their samples: go on, add up, look, make again.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,8 @@ pub(crate) const HELP: &str = "\
 Commands:
   pathtracer resume out.exr [-s N]           go on with a stopped render, or take more samples
   pathtracer merge a.film b.film -f out.exr  the image of all samples together
-  pathtracer info out.exr                    what its film says of an image
+  pathtracer info out.exr                    how an image or a film was made
+  pathtracer rerender out.exr                makes it again, and compares
 Each has --help. A scene that is called like one of them is ./resume.";
 
 /// A command on films.
@@ -28,8 +29,13 @@ pub(crate) enum Command {
     /// The image is the one of a single render of all samples, to the bit. What is there twice, what
     /// is missing in between, and what belongs to another image is refused.
     Merge(Merge),
-    /// Tells what is in a film
+    /// Tells how an image or a film was made
     Info(Info),
+    /// Makes an image again by what it says about itself, and compares
+    ///
+    /// Status 0 says that the second one, IMAGE_again, is the same to the bit. A scene or a program that
+    /// has changed since is refused.
+    Rerender(Rerender),
 }
 
 /// `pathtracer resume`.
@@ -75,14 +81,38 @@ pub(crate) struct Merge {
 /// `pathtracer info`.
 #[derive(clap::Args, Debug, Clone)]
 pub(crate) struct Info {
-    /// The film, or the image that it belongs to
+    /// An image, .png or .exr, or a film
     #[arg(value_name = "FILE")]
     pub(crate) file: PathBuf,
+
+    /// Print the receipt as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `pathtracer rerender`.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct Rerender {
+    /// The image, .png or .exr
+    #[arg(value_name = "IMAGE")]
+    pub(crate) image: PathBuf,
+
+    /// The second image [default: IMAGE_again, beside it]
+    #[arg(short = 'f', long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+
+    /// Threads; 0 is one per core [default: as before]
+    #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::threads)]
+    pub(crate) threads: Option<usize>,
+
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
 }
 
 impl Command {
     /// Whether there is a command of this name.
     pub(crate) fn is_one(name: &str) -> bool {
-        ["resume", "merge", "info"].contains(&name)
+        ["resume", "merge", "info", "rerender"].contains(&name)
     }
 }

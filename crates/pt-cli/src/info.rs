@@ -1,48 +1,95 @@
-//! `pathtracer info`: what is in a film.
+//! `pathtracer info`: how an image or a film was made.
 
 use std::fmt::Write as _;
+use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use pathtracer::film_file::{self, FilmFile, film_of_image};
+use pathtracer::image;
+use pathtracer::receipt::{Receipt, Run};
 
 use crate::check::is_film;
 use crate::commands::Info;
 use crate::output;
 
-/// Prints what a film says about itself.
+/// Prints what an image or a film says about itself.
 ///
 /// # Errors
-/// If it cannot be read.
+/// If it cannot be read, or says nothing.
 pub(crate) fn run(info: &Info) -> Result<ExitCode> {
-    let path = if is_film(&info.file) { info.file.clone() } else { film_of_image(&info.file) };
-    output::print(text(&film_file::read(&path)?).as_bytes())
+    let receipt = receipt_of(&info.file)?;
+    let text = if info.json { receipt.to_text() + "\n" } else { text(&receipt) };
+    output::print(text.as_bytes())
 }
 
-fn text(file: &FilmFile) -> String {
-    let FilmFile { about, film } = file;
-    let area = film.region().area().max(1) as f64;
+/// That of a film, or of an image or else of the film beside it.
+fn receipt_of(path: &Path) -> Result<Receipt> {
+    if is_film(path) {
+        return of_film(path);
+    }
+    let found = Receipt::find(&image::metadata(path)?)
+        .map_err(|message| anyhow!("{}: {message}", path.display()))?;
+    let film = film_of_image(path);
+    match found {
+        Some(receipt) => Ok(receipt),
+        None if film.is_file() => of_film(&film),
+        None => Err(anyhow!(
+            "{}: does not say how it was made; images of pathtracer do, unless --receipt none left it out",
+            path.display()
+        )),
+    }
+}
+
+fn of_film(path: &Path) -> Result<Receipt> {
+    let FilmFile { about, film } = film_file::read(path)?;
+    let run = Run {
+        command: about.command.clone(),
+        folder: about.folder.clone(),
+        layout: about.layout,
+        seconds: about.seconds,
+        rays: about.rays,
+        threads: None,
+        machine: None,
+        date: None,
+    };
+    Ok(Receipt::new(&about, &film, Some(run)))
+}
+
+fn text(receipt: &Receipt) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: &str| {
         // Strings take all.
         let _ = writeln!(text, "{name:<40}{value}");
     };
-    line("version", &about.version);
-    let state = if about.finished { "finished" } else { "not finished" };
-    line("state", state);
-    let taken = film.samples() as f64 / area;
-    line("samples", &format!("{} to {}, {taken:.1} per pixel", film.first(), about.spp));
-    let rejections = film.rejections();
-    let refused = if rejections.count() == 0 { "none".into() } else { rejections.to_string() };
-    line("samples refused", &refused);
-    line("rays", &about.rays.to_string());
-    line("seconds", &format!("{:.1}", about.seconds));
-    line("folder", &about.folder.display().to_string());
-    line("command", &format!("pathtracer {}", about.command.join(" ")));
-    for (name, hash) in &about.files {
+    line("version", &receipt.version);
+    line("state", if receipt.finished { "finished" } else { "not finished" });
+    let Receipt { first, spp, samples, .. } = receipt;
+    line(
+        "samples",
+        &format!("{first} to {spp}, {samples} in all, {:.1} per pixel", receipt.per_pixel()),
+    );
+    line("samples refused", if receipt.refused.is_empty() { "none" } else { &receipt.refused });
+    let error = receipt.error.map(|error| format!("{:.3} %", 100.0 * error));
+    line("error, if samples are independent", &error.unwrap_or("not known".into()));
+    line("hash of the film", &receipt.film);
+    if let Some(run) = &receipt.run {
+        line("rays", &run.rays.to_string());
+        line("seconds", &format!("{:.1}", run.seconds));
+        for (name, value) in [("machine", &run.machine), ("date", &run.date)] {
+            line(name, value.as_deref().unwrap_or("not known"));
+        }
+        let threads = run.threads.map_or("not known".into(), |threads| threads.to_string());
+        line("threads", &threads);
+        line("folder", &run.folder.display().to_string());
+        let words = run.command.iter().map(String::as_str);
+        // No argument has a NUL.
+        line("command", &format!("pathtracer {}", shlex::try_join(words).unwrap_or_default()));
+    }
+    for (name, hash) in &receipt.files {
         line(&format!("file {name}"), hash);
     }
-    for (name, value) in &about.settings {
+    for (name, value) in &receipt.settings {
         line(name, value);
     }
     text

@@ -1,21 +1,25 @@
 //! A render that keeps its samples: it goes on from those that are there, and writes them from time to time.
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use pathtracer::film_file::{About, film_of_image};
-use pathtracer::keep::{Found, Keeper, in_lines};
+use pathtracer::keep::{Found, Keeper, differences, in_lines};
+use pathtracer::receipt::{Receipt, Run};
 use pathtracer::{Film, Observer, Progress, Session, Source, Statistics};
 
 use crate::check::{Checked, is_film};
 use crate::console::Console;
-use crate::output;
+use crate::{machine, output};
 
 /// A render and the film that it keeps.
 pub(crate) struct Keeping {
     /// `None` if it keeps none.
     keeper: Option<Keeper>,
+    /// What the film and the image say about themselves.
+    about: About,
+    threads: usize,
     /// Time between two films.
     every: Option<Duration>,
     /// What earlier runs took.
@@ -31,28 +35,39 @@ impl Keeping {
         request: &Checked,
         session: &mut Session,
         sources: &[Source],
+        threads: usize,
     ) -> Result<Self> {
         let first = request.cli.samples.map_or(0, |(from, _)| from);
         let empty = Film::with_aovs(session.film().region(), session.film().aovs());
         session.go_on_from(empty.starting_at(first));
-        let earlier = Statistics::default();
+        let mut this = Self {
+            keeper: None,
+            about: about(request, session, sources),
+            threads,
+            every: None,
+            earlier: Statistics::default(),
+        };
+        this.check_same(request)?;
         if request.cli.cs184 {
-            return Ok(Self { keeper: None, every: None, earlier });
+            return Ok(this);
         }
         let seconds = request.cli.checkpoint_every;
-        let every = (seconds > 0.0).then(|| Duration::from_secs_f64(seconds));
+        this.every = (seconds > 0.0).then(|| Duration::from_secs_f64(seconds));
         let path = request.output();
-        let path = if is_film(&path) { Some(path) } else { every.map(|_| film_of_image(&path)) };
-        let Some(path) = path else { return Ok(Self { keeper: None, every, earlier }) };
-        let mut keeper = Keeper::new(path, about(request, session, sources));
-        let found =
-            if request.cli.restart { Found::Nothing } else { keeper.find(session.film())? };
+        let path =
+            if is_film(&path) { Some(path) } else { this.every.map(|_| film_of_image(&path)) };
+        let Some(path) = path else { return Ok(this) };
+        let keeper = Keeper::new(path);
+        let found = if request.cli.restart {
+            Found::Nothing
+        } else {
+            keeper.find(&this.about, session.film())?
+        };
         let say = |text: String| {
             if !request.cli.quiet {
                 eprintln!("note: {text}");
             }
         };
-        let mut this = Self { keeper: None, every, earlier };
         match found {
             Found::Nothing => {}
             Found::Another(differences) => say(format!(
@@ -74,9 +89,25 @@ impl Keeping {
                 session.go_on_from(film.film);
             }
         }
-        keeper.about().finished = false;
         this.keeper = Some(keeper);
         Ok(this)
+    }
+
+    /// Refuses to make something else again.
+    fn check_same(&self, request: &Checked) -> Result<()> {
+        let Some(receipt) = &request.of else { return Ok(()) };
+        let differences = differences(&receipt.about(), &self.about);
+        ensure!(
+            differences.is_empty(),
+            "it cannot be made again, since something has changed:{}",
+            in_lines(&differences)
+        );
+        Ok(())
+    }
+
+    /// What the image says about itself.
+    fn receipt(&self, film: &Film) -> Receipt {
+        Receipt::new(&self.about, film, Some(run_of(&self.about, Some(self.threads))))
     }
 
     /// Whether there is a film to go on from.
@@ -93,14 +124,14 @@ impl Keeping {
         &mut self,
         session: &mut Session,
         request: &Checked,
-        threads: usize,
         console: &Console,
     ) -> Result<(Progress, Statistics)> {
         let mut all = Statistics::default();
         let mut pause = self.every.filter(|_| self.keeper.is_some());
         loop {
             let observer = Until { console, pause: pause.map(|every| Instant::now() + every) };
-            let (progress, part) = session.render(threads, request.cli.tile_size, &observer)?;
+            let (progress, part) =
+                session.render(self.threads, request.cli.tile_size, &observer)?;
             all.samples += part.samples;
             all.rays += part.rays;
             all.tests += part.tests;
@@ -119,23 +150,20 @@ impl Keeping {
     }
 
     fn tell(&mut self, all: &Statistics, finished: bool) {
-        if let Some(keeper) = &mut self.keeper {
-            let about = keeper.about();
-            about.finished = finished;
-            about.rays = self.earlier.rays + all.rays;
-            about.seconds = (self.earlier.time + all.time).as_secs_f64();
-        }
+        self.about.finished = finished;
+        self.about.rays = self.earlier.rays + all.rays;
+        self.about.seconds = (self.earlier.time + all.time).as_secs_f64();
     }
 
     fn save(&mut self, film: &Film) -> Result<()> {
         match &mut self.keeper {
-            Some(keeper) => Ok(keeper.save(film)?),
+            Some(keeper) => Ok(keeper.save(&self.about, film)?),
             None => Ok(()),
         }
     }
 
     /// Writes what is to be left: film and image. The film of an image that is finished stays where the image
-    /// is an EXR file. Returns the files.
+    /// is an EXR file. Returns the files, and the receipt of the image if there is one.
     ///
     /// # Errors
     /// If a file cannot be written; others are nonetheless.
@@ -144,7 +172,7 @@ impl Keeping {
         session: &Session,
         request: &Checked,
         progress: Progress,
-    ) -> Result<Vec<PathBuf>> {
+    ) -> Result<(Vec<PathBuf>, Option<Receipt>)> {
         let path = request.output();
         let is_part = is_film(&path) && !request.cli.cs184;
         let keeps = progress == Progress::Cancelled || is_kept(&path);
@@ -157,7 +185,11 @@ impl Keeping {
         } else {
             Ok(())
         };
-        let mut files = if is_part { Vec::new() } else { output::write(session, request)? };
+        let receipt = (!is_part).then(|| self.receipt(session.film()));
+        let mut files = match &receipt {
+            Some(receipt) => output::write(session, request, receipt)?,
+            None => Vec::new(),
+        };
         saved.context(if is_part {
             "the samples are lost"
         } else {
@@ -168,7 +200,7 @@ impl Keeping {
             Some(keeper) => keeper.forget()?,
             None => {}
         }
-        Ok(files)
+        Ok((files, receipt))
     }
 }
 
@@ -203,6 +235,20 @@ fn about(request: &Checked, session: &Session, sources: &[Source]) -> About {
         command: request.command.clone(),
         folder: std::env::current_dir().unwrap_or_default(),
         ..About::default()
+    }
+}
+
+/// How an image came about that is written now.
+pub(crate) fn run_of(about: &About, threads: Option<usize>) -> Run {
+    Run {
+        command: about.command.clone(),
+        folder: about.folder.clone(),
+        layout: about.layout,
+        seconds: about.seconds,
+        rays: about.rays,
+        threads,
+        machine: Some(machine::describe()),
+        date: Some(humantime::format_rfc3339_seconds(SystemTime::now()).to_string()),
     }
 }
 

@@ -8,10 +8,12 @@ mod course;
 mod cpu;
 mod info;
 mod keeping;
+mod machine;
 mod merge;
 mod message;
 mod output;
 mod render;
+mod rerender;
 mod resume;
 mod summary;
 
@@ -37,6 +39,7 @@ fn main() -> ExitCode {
         args::Action::Command(Command::Resume(resume)) => resume::run(&resume),
         args::Action::Command(Command::Merge(merge)) => merge::run(&merge),
         args::Action::Command(Command::Info(info)) => info::run(&info),
+        args::Action::Command(Command::Rerender(rerender)) => rerender::run(&rerender),
     };
     done.unwrap_or_else(|error| {
         eprintln!("pathtracer: {}", message::of_error(&error));

@@ -8,9 +8,11 @@ use anyhow::{Result, bail, ensure};
 use pathtracer::film_file::{self, About, FilmFile, Written};
 use pathtracer::image;
 use pathtracer::keep::{differences, in_lines};
+use pathtracer::receipt::Receipt;
 
 use crate::check::is_film;
 use crate::commands::Merge;
+use crate::keeping::run_of;
 use crate::{output, resume};
 
 /// A film, its file, and its samples.
@@ -41,7 +43,8 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
         film_file::write(path, &whole.about, &whole.film).and_then(Written::place)?;
     } else {
         let request = resume::request_of(&paths[0], &whole.about)?;
-        output::write_image(&whole.film, path, request.save_options())?;
+        let receipt = Receipt::new(&whole.about, &whole.film, Some(run_of(&whole.about, None)));
+        output::write_image(&whole.film, path, request.save_options(&receipt))?;
     }
     if !merge.quiet {
         eprintln!(

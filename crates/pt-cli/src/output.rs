@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 use pathtracer::image::{self, Image, SaveOptions};
+use pathtracer::receipt::Receipt;
 use pathtracer::{Film, Region, Session, aov};
 
 use crate::check::Checked;
@@ -77,10 +78,14 @@ pub(crate) fn write_image(film: &Film, path: &Path, options: SaveOptions) -> Res
 ///
 /// # Errors
 /// If a file cannot be written; then it is as it was before.
-pub(crate) fn write(session: &Session, request: &Checked) -> Result<Vec<PathBuf>> {
+pub(crate) fn write(
+    session: &Session,
+    request: &Checked,
+    receipt: &Receipt,
+) -> Result<Vec<PathBuf>> {
     let path = request.output();
     let course = request.cli.cs184;
-    write_image(session.film(), &path, request.save_options())?;
+    write_image(session.film(), &path, request.save_options(receipt))?;
     let mut files = vec![path.clone()];
     if course || session.settings().adaptive.is_some() {
         let rate = rate_path(&path, course);

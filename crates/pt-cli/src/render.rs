@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use pathtracer::image::{self, Image, Transfer};
+use pathtracer::receipt::Receipt;
 use pathtracer::{
     CompileOptions, EnvironmentMap, Progress, Scene, Session, Settings, camera_file, source,
 };
@@ -22,11 +23,27 @@ const INTERRUPTED: u8 = 130;
 /// Exit status of a render with `--strict` of which samples were refused.
 const REFUSED_SAMPLES: u8 = 3;
 
+/// What came of a render.
+pub(crate) struct Done {
+    pub(crate) status: ExitCode,
+    pub(crate) progress: Progress,
+    /// What the image says about itself, if there is one.
+    pub(crate) receipt: Option<Receipt>,
+}
+
+/// Renders what the command line asks for, and writes it.
+///
+/// # Errors
+/// As [`render`].
+pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
+    Ok(render(request)?.status)
+}
+
 /// Renders what the command line asks for, and writes it.
 ///
 /// # Errors
 /// If a file cannot be read or written, or a scene makes no sense.
-pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
+pub(crate) fn render(request: &Checked) -> Result<Done> {
     let path = request.output();
     for file in std::iter::once(&path).chain(&request.cli.summary_json) {
         output::check_writable(file)?;
@@ -35,21 +52,21 @@ pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
     let (prepared, sources) = source::noting(|| prepare(request, start));
     let Prepared { scene, mut session, load } = prepared?;
     tell_notes(request, &scene, &session);
-    let mut keeping = Keeping::begin(request, &mut session, &sources)?;
     let threads = threads(request);
+    let mut keeping = Keeping::begin(request, &mut session, &sources, threads)?;
     if request.cli.cs184 && !request.cli.quiet {
         course::built(&session, threads);
     }
     let console = Console::new(total(&session), request.cli.cs184, request.cli.quiet);
     let cpu = cpu_seconds();
-    let (progress, statistics) = keeping.render(&mut session, request, threads, &console)?;
+    let (progress, statistics) = keeping.render(&mut session, request, &console)?;
     let cpu = cpu_seconds().zip(cpu).map(|(after, before)| after - before);
     console.finish();
     tell_rejections(request, &session);
     if request.cli.cs184 && !request.cli.quiet {
         course::rendered(&statistics);
     }
-    let files = keeping.finish(&session, request, progress)?;
+    let (files, receipt) = keeping.finish(&session, request, progress)?;
     let summary = Summary { session: &session, statistics, progress, threads, load, cpu };
     if let Some(path) = &request.cli.summary_json {
         summary.write_json(path)?;
@@ -64,7 +81,7 @@ pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
             next_steps();
         }
     }
-    Ok(match progress {
+    let status = match progress {
         Progress::Finished if request.cli.strict && session.film().rejections().count() > 0 => {
             ExitCode::from(REFUSED_SAMPLES)
         }
@@ -76,7 +93,8 @@ pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
             }
             ExitCode::from(INTERRUPTED)
         }
-    })
+    };
+    Ok(Done { status, progress, receipt })
 }
 
 /// A scene that is about to be rendered.

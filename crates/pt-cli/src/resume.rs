@@ -38,12 +38,20 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     cli.checkpoint_every = resume.checkpoint_every.unwrap_or(cli.checkpoint_every);
     cli.quiet |= resume.quiet;
     cli.restart = false;
-    // Where the scene is told from; if that folder is gone, here.
-    if about.folder.is_dir() {
-        std::env::set_current_dir(&about.folder)
-            .with_context(|| format!("{}: cannot be entered", about.folder.display()))?;
-    }
+    enter(&about.folder)?;
     render::run(&request)
+}
+
+/// Goes where the scene is told from; if that folder is gone, it is looked for here.
+///
+/// # Errors
+/// If it cannot be entered.
+pub(crate) fn enter(folder: &Path) -> Result<()> {
+    if folder.is_dir() {
+        std::env::set_current_dir(folder)
+            .with_context(|| format!("{}: cannot be entered", folder.display()))?;
+    }
+    Ok(())
 }
 
 /// The place of the film of an image, or of the film itself, and the film.
@@ -59,15 +67,15 @@ fn film_of(file: &Path) -> Result<(PathBuf, FilmFile)> {
     }
 }
 
-/// What the command that made a film asks for.
-pub(crate) fn request_of(film: &Path, about: &About) -> Result<Checked> {
+/// What the command that made a film or an image asks for.
+pub(crate) fn request_of(file: &Path, about: &About) -> Result<Checked> {
     let name = std::iter::once("pathtracer".into());
     let args = name.chain(about.command.iter().map(Into::into));
     match args::parse(args) {
         Ok(Action::Render(request)) => Ok(*request),
         _ => Err(anyhow!(
             "{}: was made by a command that this version does not understand: pathtracer {}",
-            film.display(),
+            file.display(),
             about.command.join(" ")
         )),
     }

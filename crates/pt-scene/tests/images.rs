@@ -188,6 +188,28 @@ fn metadata_are_in_the_files() {
 }
 
 #[test]
+fn metadata_are_read_as_they_were_written() {
+    let folder = folder();
+    let options = SaveOptions { metadata: metadata(), ..Default::default() };
+    let mut want = options.metadata.clone();
+    want.sort();
+    for codec in CODECS.iter().filter(|codec| codec.write.is_some()) {
+        let path = folder.path().join("a").with_extension(codec.extensions[0]);
+        save(&picture(4, 3), &path, &options).unwrap();
+        let mut found = pt_scene::image::metadata(&path).unwrap();
+        found.sort();
+        assert_eq!(found, want, "{}", codec.name);
+        let whole = fs::read(&path).unwrap();
+        for end in 0..whole.len() {
+            fs::write(&path, &whole[..end]).unwrap();
+            // Some parts have all of it, the others are an error.
+            let _ = pt_scene::image::metadata(&path);
+        }
+    }
+    assert!(pt_scene::image::metadata(&folder.path().join("a.hdr")).is_err());
+}
+
+#[test]
 fn same_image_gives_the_same_bytes() {
     let folder = folder();
     let metadata = (0..40).map(|i| (format!("key{i}"), i.to_string())).collect();

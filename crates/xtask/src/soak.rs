@@ -41,6 +41,9 @@ const RENDERS: [(&str, &str); 5] = [
     ("other channels", "-r 60 45 -s 400 -t 1 --sampler zsobol --aov albedo,normal,primitive"),
 ];
 
+/// Kills after which a line says how far it is.
+const LINE_EVERY: u32 = 100;
+
 /// What became of them.
 #[derive(Default)]
 struct Tally {
@@ -68,6 +71,7 @@ fn kill(program: &Path, args: &Args) -> Result<()> {
         Ok((render.image()?, begin.elapsed()))
     });
     let wants = wants.collect::<Result<Vec<_>>>()?;
+    let mut told = 0;
     while tally.kills < args.kills {
         let i = random.below(RENDERS.len());
         let (name, options) = RENDERS[i];
@@ -75,6 +79,12 @@ fn kill(program: &Path, args: &Args) -> Result<()> {
         let image = killed(&render, wants[i].1, &mut random, &mut tally)
             .with_context(|| format!("{name}, after {} kills", tally.kills))?;
         tally.renders += 1;
+        if tally.kills / LINE_EVERY > told {
+            told = tally.kills / LINE_EVERY;
+            let (kills, seconds) = (tally.kills, start.elapsed().as_secs_f64());
+            let left = seconds * f64::from(args.kills.saturating_sub(kills)) / f64::from(kills);
+            println!("{kills} of {} kills, {seconds:.0} s, {left:.0} s left", args.kills);
+        }
         ensure!(
             image == wants[i].0,
             "{name}: another image than that of a render that nobody stopped; see {}",
@@ -111,7 +121,8 @@ impl<'a> Render<'a> {
         }
         fs::create_dir_all(&folder)?;
         let scene = root().join("scenes/cornell.dae");
-        let fixed = ["-q", "--checkpoint-every", "0.03", "-f", "out.exr"].map(str::to_owned);
+        let fixed = ["-q", "--receipt", "stable", "--checkpoint-every", "0.03", "-f", "out.exr"]
+            .map(str::to_owned);
         let options = options.split(' ').map(str::to_owned);
         let options = options.chain(fixed).chain([scene.display().to_string()]).collect();
         Ok(Self { program, folder, options })

@@ -6,6 +6,7 @@ mod documentation;
 mod images;
 mod interrupt;
 mod media;
+mod receipts;
 mod refusals;
 mod refused_samples;
 mod report;

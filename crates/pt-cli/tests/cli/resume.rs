@@ -9,7 +9,8 @@ use std::time::Duration;
 use crate::common::{Folder, Run, SCENE};
 
 /// Takes about half a second on one thread.
-const RENDER: &str = "-r 60 45 -s 400 -m 5 -t 1 --checkpoint-every 0.02 -f out.exr SCENE";
+const RENDER: &str =
+    "-r 60 45 -s 400 -m 5 -t 1 --checkpoint-every 0.02 --receipt stable -f out.exr SCENE";
 
 /// The bytes of the image of a render that nobody stops.
 fn uninterrupted(args: &str) -> Vec<u8> {
@@ -115,7 +116,9 @@ fn samples_of_another_image_are_never_mixed_nor_lost() {
 #[test]
 fn more_samples_are_added_to_a_finished_image() {
     for sampler in ["sobol", "independent"] {
-        let args = |spp: u32| format!("-r 20 15 -s {spp} --sampler {sampler} -f out.exr SCENE");
+        let args = |spp: u32| {
+            format!("-r 20 15 -s {spp} --sampler {sampler} --receipt stable -f out.exr SCENE")
+        };
         let folder = Folder::new();
         folder.succeed(&args(20));
         folder.succeed("resume out.exr --spp 70");
@@ -135,23 +138,26 @@ fn more_samples_are_added_to_a_finished_image() {
 fn more_samples_of_a_layout_leave_those_that_are_there() {
     for sampler in ["zsobol", "stratified"] {
         let folder = Folder::new();
-        folder.succeed(&format!("-r 20 15 -s 20 --sampler {sampler} -f out.exr SCENE"));
+        folder.succeed(&format!(
+            "-r 20 15 -s 20 --sampler {sampler} --receipt stable -f out.exr SCENE"
+        ));
         let run = folder.succeed("resume out.exr --spp 50");
         assert!(run.err.contains("goes on from 20.0 samples"), "{run:?}");
-        let of = |to| format!("-r 20 15 -s 20 --sampler {sampler} --samples 0..{to}");
+        let of =
+            |to| format!("-r 20 15 -s 20 --sampler {sampler} --receipt stable --samples 0..{to}");
         folder.succeed(&format!("{} -f part.film SCENE", of(20)));
         folder.succeed("resume part.film --spp 50");
         folder.succeed("merge part.film -f part.exr");
         assert!(folder.read("part.exr") == folder.read("out.exr"), "{sampler}");
         let run = folder.succeed("info part.film");
-        assert!(run.out.contains("0 to 50, 50.0 per pixel"), "{run:?}");
+        assert!(run.out.contains("0 to 50, 15000 in all, 50.0 per pixel"), "{run:?}");
     }
 }
 
 /// In whatever parts and order.
 #[test]
 fn parts_come_together_to_the_image_of_one_render() {
-    let all = "-r 30 20 -s 64 --aov albedo,primitive --path-reuse 2";
+    let all = "-r 30 20 -s 64 --receipt stable --aov albedo,primitive --path-reuse 2";
     for sampler in ["", "--sampler zsobol"] {
         let want = uninterrupted(&format!("{all} {sampler} -f out.exr SCENE"));
         let folder = Folder::new();
@@ -164,7 +170,7 @@ fn parts_come_together_to_the_image_of_one_render() {
         folder.succeed("merge bc.film a.film -f again.exr");
         assert!(folder.read("again.exr") == want);
         let run = folder.succeed("info bc.film");
-        assert!(run.out.contains("7 to 64, 57.0 per pixel"), "{run:?}");
+        assert!(run.out.contains("7 to 64, 34200 in all, 57.0 per pixel"), "{run:?}");
     }
 }
 
@@ -195,7 +201,7 @@ fn parts_that_do_not_fit_are_named() {
     assert!(!folder.files().contains(&"out.exr".into()));
     let run = folder.succeed("-r 12 9 --samples 5..8 -f a.film SCENE");
     assert!(run.err.contains("from sample 0") && run.err.contains("from sample 5"), "{run:?}");
-    assert!(folder.succeed("info a.film").out.contains("5 to 8, 3.0 per pixel"));
+    assert!(folder.succeed("info a.film").out.contains("5 to 8, 324 in all, 3.0 per pixel"));
 }
 
 /// The course's program writes pictures to files of any name, and keeps nothing.

@@ -167,6 +167,18 @@ impl Film {
         (self.pixels().map(sum).sum(), self.removed.value())
     }
 
+    /// An estimate of the root of the mean square error of the luminance, as a share of the root of its mean
+    /// square: √(Σσ²/n) / √(Σy²) over all pixels, with the luminance y of a pixel, the variance σ² of its n samples.
+    /// It takes samples as independent: those of a sampler that lays out its points come closer.
+    /// None if a pixel has fewer than two samples, or nothing is lit.
+    pub fn relative_error(&self) -> Option<f64> {
+        let add = |(signal, noise): (f64, f64), (mean, error): (f64, f64)| {
+            (signal + mean * mean, noise + error * error)
+        };
+        let (signal, noise) = self.pixels().map(|pixel| pixel.luminance()).fold((0.0, 0.0), add);
+        Some((noise / signal).sqrt()).filter(|error| error.is_finite())
+    }
+
     /// Cuts the film into the tiles of [`Region::tiles`], to which different threads can add
     /// samples; what they refuse is to be handed to [`Self::reject`], and what was cut off from samples to
     /// [`Self::remove`].
@@ -245,6 +257,16 @@ mod tests {
         let (mean, error) = film.pixel(0, 0).luminance();
         assert!((mean - 3.0).abs() < 1e-6);
         assert!((error - (14.0f64 / 3.0 / 4.0).sqrt()).abs() < 1e-6, "{error}");
+    }
+
+    /// Two pixels with means 3 and 1 and standard errors 1 and 0.
+    #[test]
+    fn the_error_of_an_image_is_that_of_its_pixels() {
+        let grey = |samples: [f32; 2]| samples.map(Spectrum::splat);
+        let error = film(&[&grey([2.0, 4.0]), &grey([1.0, 1.0])]).relative_error();
+        assert!((error.expect("there are samples") - 0.1f64.sqrt()).abs() < 1e-6, "{error:?}");
+        assert_eq!(film(&[&grey([2.0, 4.0]), &[Spectrum::ONE]]).relative_error(), None);
+        assert_eq!(film(&[&grey([0.0; 2])]).relative_error(), None);
     }
 
     #[test]

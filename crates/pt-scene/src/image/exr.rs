@@ -140,6 +140,27 @@ pub(super) fn read(bytes: &[u8], _: Numbers) -> Result<Decoded, String> {
     assemble(size, rgb, alpha)
 }
 
+/// See [`super::MetadataReader`]: the attributes of the first part that are texts.
+pub(super) fn metadata(bytes: &[u8]) -> Result<Vec<(String, String)>, String> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)
+        .map_err(|e| format!("is no valid EXR file: {e}"))?;
+    let part = meta.headers.first().ok_or("has no parts")?;
+    let attributes = part.own_attributes.other.iter().chain(&part.shared_attributes.other);
+    let mut texts: Vec<_> = attributes
+        .filter_map(|(key, value)| match value {
+            AttributeValue::Text(text) => Some((utf8(key), utf8(text))),
+            _ => None,
+        })
+        .collect();
+    texts.sort();
+    Ok(texts)
+}
+
+/// A text whose bytes are UTF-8; others become question marks.
+fn utf8(text: &Text) -> String {
+    String::from_utf8_lossy(text.as_slice()).into_owned()
+}
+
 /// What a pixel of a part takes as `f32`.
 fn bytes_in_memory(part: &Header) -> usize {
     let is_alpha = |name: &str| name.rsplit('.').next() == Some("A");

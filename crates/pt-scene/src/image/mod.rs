@@ -131,6 +131,9 @@ pub struct Decoded {
 /// Bytes of a file to pixels. The error says what is wrong with the content.
 pub type Reader = fn(&[u8], Numbers) -> Result<Decoded, String>;
 
+/// Keys and values of the texts in a file. The error says what is wrong with the content.
+pub type MetadataReader = fn(&[u8]) -> Result<Vec<(String, String)>, String>;
+
 /// Pixels to the bytes of a file. The error says what cannot be written.
 pub type Writer = fn(&Image, &SaveOptions) -> Result<Vec<u8>, String>;
 
@@ -145,14 +148,40 @@ pub struct Codec {
     pub read: Option<Reader>,
     /// Encodes, where the format can be written.
     pub write: Option<Writer>,
+    /// Finds what was written as [`SaveOptions::metadata`].
+    pub metadata: Option<MetadataReader>,
 }
 
 /// All codecs.
 pub static CODECS: &[Codec] = &[
-    Codec { name: "PNG", extensions: &["png"], read: Some(png::read), write: Some(png::write) },
-    Codec { name: "OpenEXR", extensions: &["exr"], read: Some(exr::read), write: Some(exr::write) },
-    Codec { name: "Radiance", extensions: &["hdr", "rgbe"], read: Some(hdr::read), write: None },
-    Codec { name: "JPEG", extensions: &["jpg", "jpeg"], read: Some(jpeg::read), write: None },
+    Codec {
+        name: "PNG",
+        extensions: &["png"],
+        read: Some(png::read),
+        write: Some(png::write),
+        metadata: Some(png::metadata),
+    },
+    Codec {
+        name: "OpenEXR",
+        extensions: &["exr"],
+        read: Some(exr::read),
+        write: Some(exr::write),
+        metadata: Some(exr::metadata),
+    },
+    Codec {
+        name: "Radiance",
+        extensions: &["hdr", "rgbe"],
+        read: Some(hdr::read),
+        write: None,
+        metadata: None,
+    },
+    Codec {
+        name: "JPEG",
+        extensions: &["jpg", "jpeg"],
+        read: Some(jpeg::read),
+        write: None,
+        metadata: None,
+    },
 ];
 
 /// Whether [`save`] knows the ending of a name.
@@ -230,6 +259,16 @@ pub fn load_raw(path: &Path) -> Result<Image, ImageError> {
 pub fn load_rgba_raw(path: &Path) -> Result<Decoded, ImageError> {
     codec_with(path, |codec| codec.read)?;
     decode_as(&read_file(path)?, path, Numbers::Stored)
+}
+
+/// Keys and values of the texts in an image file: what [`SaveOptions::metadata`] said, and what others wrote.
+///
+/// # Errors
+/// If the ending is unknown, or of a format without texts, or the file cannot be read or is none.
+pub fn metadata(path: &Path) -> Result<Vec<(String, String)>, ImageError> {
+    let metadata = codec_with(path, |codec| codec.metadata)?;
+    let failed = |message| ImageError::Content { path: path.to_owned(), message };
+    metadata(&read_file(path)?).map_err(failed)
 }
 
 /// Decodes the content of a file; `path` gives the ending, and the name for messages.

@@ -7,6 +7,9 @@ use pt_math::trig::powf;
 
 use super::{BitDepth, Decoded, Image, Numbers, SaveOptions, Transfer, check_size};
 
+/// Bytes that the decoder may take.
+const DECODER_LIMIT: usize = 1 << 30;
+
 /// See [`super::Writer`]. A file in sRGB says so; one of the course program says nothing.
 pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, String> {
     if let Some(channel) = options.channels.first() {
@@ -73,7 +76,6 @@ fn add_text(encoder: &mut Encoder<'_, &mut Vec<u8>>, key: &str, value: &str) -> 
 
 /// See [`super::Reader`]. Grey becomes three equal channels.
 pub(super) fn read(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
-    const DECODER_LIMIT: usize = 1 << 30;
     let failed = |e: png::DecodingError| format!("is no valid PNG file: {e}");
     let limits = Limits { bytes: DECODER_LIMIT };
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), limits);
@@ -98,6 +100,19 @@ pub(super) fn read(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
     super::check_shape(width, height, pixels.len())?;
     let alpha = alpha(&data, frame.color_type, frame.bit_depth);
     Ok(Decoded { image: Image { width, height, pixels }, alpha })
+}
+
+/// See [`super::MetadataReader`]: the chunks `tEXt` and `iTXt` before the pixels.
+pub(super) fn metadata(bytes: &[u8]) -> Result<Vec<(String, String)>, String> {
+    let failed = |e: png::DecodingError| format!("is no valid PNG file: {e}");
+    let limits = Limits { bytes: DECODER_LIMIT };
+    let reader =
+        Decoder::new_with_limits(Cursor::new(bytes), limits).read_info().map_err(failed)?;
+    let info = reader.info();
+    let latin = info.uncompressed_latin1_text.iter().map(|t| (t.keyword.clone(), t.text.clone()));
+    let others =
+        info.utf8_text.iter().filter_map(|t| Some((t.keyword.clone(), t.get_text().ok()?)));
+    Ok(latin.chain(others).collect())
 }
 
 /// How the levels of a file relate to linear light.

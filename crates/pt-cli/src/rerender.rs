@@ -1,0 +1,97 @@
+//! `pathtracer rerender`: makes an image again, by its receipt.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use pathtracer::receipt::{Receipt, Run};
+use pathtracer::{Progress, image};
+
+use crate::commands::Rerender;
+use crate::render::Done;
+use crate::{render, resume};
+
+/// Exit status if the image is another one.
+const ANOTHER: u8 = 1;
+
+/// Renders an image again, and compares it with the first one.
+///
+/// # Errors
+/// If it has no receipt, or something has changed since, or as a render.
+pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
+    let first = std::path::absolute(&rerender.image)
+        .with_context(|| format!("{}", rerender.image.display()))?;
+    let (receipt, run) = receipt_of(&rerender.image)?;
+    let again = match &rerender.output {
+        Some(path) => path.clone(),
+        None => beside(&rerender.image),
+    };
+    ensure!(
+        again.extension() == first.extension(),
+        "-f {}: expected the ending of {}, which says the format",
+        again.display(),
+        rerender.image.display()
+    );
+    let again = std::path::absolute(&again).with_context(|| format!("{}", again.display()))?;
+    ensure!(again != first, "-f {}: is the image itself; expected another name", again.display());
+    let mut request = resume::request_of(&rerender.image, &receipt.about())?;
+    request.layout = Some(run.layout);
+    let cli = &mut request.cli;
+    cli.output = Some(Some(again.clone()));
+    (cli.samples, cli.spp) = (None, Some(receipt.spp));
+    cli.threads = rerender.threads.or(cli.threads);
+    cli.quiet |= rerender.quiet;
+    cli.restart = true;
+    request.of = Some(Box::new(receipt.clone()));
+    resume::enter(&run.folder)?;
+    let Done { status, progress, receipt: second } = render::render(&request)?;
+    if progress == Progress::Cancelled {
+        return Ok(status);
+    }
+    let pixels = |path: &Path| image::load_raw(path);
+    let (before, now) = (pixels(&first)?, pixels(&again)?);
+    let same_film = second.is_some_and(|second| second.film == receipt.film);
+    if same_film && before == now {
+        if !request.cli.quiet {
+            eprintln!("{} is the same to the bit", rerender.image.display());
+        }
+        return Ok(status);
+    }
+    let (a, b) = (first.display(), again.display());
+    if same_film {
+        eprintln!("pathtracer: {b} is what {a} was: its pixels were changed since");
+    } else {
+        eprintln!("pathtracer: {b} is another image than {a}, whose receipt promises the same");
+    }
+    Ok(ExitCode::from(ANOTHER))
+}
+
+/// The receipt of an image that can be made again.
+fn receipt_of(path: &Path) -> Result<(Receipt, Run)> {
+    let shown = path.display();
+    let found =
+        Receipt::find(&image::metadata(path)?).map_err(|message| anyhow!("{shown}: {message}"))?;
+    let Some(receipt) = found else {
+        bail!(
+            "{shown}: has no receipt; images of pathtracer have one, unless --receipt none left it out"
+        );
+    };
+    let Some(run) = receipt.run.clone() else {
+        bail!(
+            "{shown}: its receipt does not say by which command it was made; --receipt full does"
+        );
+    };
+    ensure!(
+        receipt.finished && receipt.first == 0,
+        "{shown}: its render was stopped before it had all samples; go on with it: pathtracer resume {shown}"
+    );
+    Ok((receipt, run))
+}
+
+/// The place of the second image, if none is named.
+fn beside(image: &Path) -> PathBuf {
+    let mut name = image.file_stem().unwrap_or_default().to_owned();
+    name.push("_again");
+    let name = Path::new(&name).with_extension(image.extension().unwrap_or_default());
+    image.with_file_name(name)
+}

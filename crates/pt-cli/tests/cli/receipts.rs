@@ -1,0 +1,120 @@
+//! Images say how they were made, and can be made again.
+
+use crate::common::{Folder, SCENE};
+
+#[test]
+fn images_say_how_they_were_made() {
+    let folder = Folder::new();
+    let args = "-r 20 15 -s 8 --seed 3 -t 1";
+    folder.succeed(&format!("{args} -f a.exr SCENE"));
+    folder.succeed(&format!("{args} -f a.png --png-bits 16 SCENE"));
+    let of = |name: &str| folder.succeed(&format!("info {name}")).out;
+    for (name, words) in
+        [("a.exr", "-f a.exr"), ("a.png", "-f a.png --png-bits 16"), ("a.exr.film", "-f a.exr")]
+    {
+        let told = of(name);
+        for want in [
+            format!("version                                 {}", env!("CARGO_PKG_VERSION")),
+            "0 to 8, 2400 in all, 8.0 per pixel".into(),
+            "samples refused                         none".into(),
+            format!("pathtracer {args} {words} {SCENE}"),
+            "seed                                    3".into(),
+            "file cornell.dae".into(),
+        ] {
+            assert!(told.contains(&want), "{name} does not say {want}: {told}");
+        }
+    }
+    let hash = |name: &str| {
+        let told = of(name);
+        told.lines().find_map(|line| line.strip_prefix("hash of the film ").map(str::to_owned))
+    };
+    assert_eq!(hash("a.exr"), hash("a.png"), "of the same samples");
+    assert_eq!(hash("a.exr"), hash("a.exr.film"));
+    folder.succeed("-r 20 15 -s 8 --seed 4 -f b.png SCENE");
+    assert_ne!(hash("b.png"), hash("a.png"));
+    let json = folder.succeed("info a.png --json").out;
+    assert!(json.starts_with("{\"version\":"), "{json}");
+}
+
+#[test]
+fn receipts_can_be_short() {
+    let folder = Folder::new();
+    let render =
+        |name: &str, more: &str| folder.succeed(&format!("-r 20 15 -s 8 -f {name} {more} SCENE"));
+    render("a.png", "--receipt stable");
+    render("b.png", "--receipt stable -t 3 --tile-size 5");
+    assert!(folder.read("a.png") == folder.read("b.png"), "files of the same image are equal");
+    let told = folder.succeed("info a.png").out;
+    assert!(told.contains("seed") && !told.contains("seconds"), "{told}");
+    render("none.png", "--receipt none");
+    for command in ["info none.png", "rerender none.png", "rerender a.png", "info missing.png"] {
+        let run = folder.run(command);
+        assert_eq!(run.code, Some(2), "{run:?}");
+        assert!(run.err.contains(command.split(' ').nth(1).unwrap()), "{run:?}");
+    }
+}
+
+/// With all that a command line may ask for, of scenes that are told from another folder.
+#[test]
+fn images_are_made_again_to_the_bit() {
+    let folder = Folder::new();
+    std::fs::copy(SCENE, folder.path("scene.dae")).expect("there is room");
+    for (name, args) in [
+        ("a.png", "-s 5 --png-bits 16"),
+        ("b.exr", "-s 40 -a 8 0.2 --aov depth,object --filter mitchell"),
+        ("c.exr", "-s 9 --sampler zsobol --path-reuse 2"),
+        ("d.png", "--cs184 -l 2 -m 3"),
+    ] {
+        folder.succeed(&format!("-r 20 15 {args} -f {name} scene.dae"));
+        let run = folder.succeed(&format!("rerender {name} -t 3"));
+        assert!(run.err.contains(&format!("{name} is the same to the bit")), "{run:?}");
+        let again = name.replace('.', "_again.");
+        assert_eq!(folder.image(&again), folder.image(name), "{args}");
+        folder.succeed(&format!("rerender {again} -q -f third{}", &name[1..]));
+    }
+    for (part, samples) in [("a", "0..7"), ("b", "7..16")] {
+        folder.succeed(&format!("-r 20 15 --samples {samples} -f {part}.film scene.dae"));
+    }
+    folder.succeed("merge a.film b.film -f merged.exr");
+    folder.succeed("rerender merged.exr");
+}
+
+#[test]
+fn what_has_changed_is_not_made_again() {
+    let folder = Folder::new();
+    std::fs::copy(SCENE, folder.path("scene.dae")).expect("there is room");
+    folder.succeed("-r 20 15 -s 5 -f a.png scene.dae");
+    folder.succeed("-r 20 15 -s 5 --seed 1 -f b.png scene.dae");
+    for (args, why) in [
+        ("rerender a.png -f a.png", "is the image itself"),
+        ("rerender a.png -f b.exr", "expected the ending of a.png"),
+        ("rerender a.film", "a.film"),
+    ] {
+        let run = folder.run(args);
+        assert_eq!(run.code, Some(2), "{run:?}");
+        assert!(run.err.contains(why), "{run:?}");
+    }
+    // Pixels that are not those of the receipt.
+    let changed = changed_pixel(&folder.read("a.png"), &folder);
+    folder.write("a.png", changed);
+    let run = folder.run("rerender a.png");
+    assert_eq!(run.code, Some(1), "{run:?}");
+    assert!(run.err.contains("its pixels were changed since"), "{run:?}");
+    let scene = folder.read("scene.dae");
+    folder.write("scene.dae", [scene.as_slice(), b"\n"].concat());
+    let run = folder.run("rerender b.png");
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.err.contains("scene.dae: "), "{run:?}");
+    assert!(!folder.files().contains(&"b_again.png".into()));
+}
+
+/// The file with the pixels of another image, and its own receipt.
+fn changed_pixel(_: &[u8], folder: &Folder) -> Vec<u8> {
+    use pathtracer::image::{self, SaveOptions};
+    let mut image = folder.image("a.png");
+    image.pixels[0] = [1.0, 0.0, 1.0];
+    let metadata = image::metadata(&folder.path("a.png")).expect("it has some");
+    let options = SaveOptions { metadata, ..SaveOptions::default() };
+    image::save(&image, &folder.path("changed.png"), &options).expect("there is room");
+    folder.read("changed.png")
+}
