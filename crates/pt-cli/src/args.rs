@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use bytesize::ByteSize;
 use clap::{CommandFactory, FromArgMatches, Parser, ValueEnum};
 use pathtracer::{Aov, Builder, DirectLight, SamplerKind};
 
@@ -206,6 +207,12 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "N", default_value = "8", allow_negative_numbers = true)]
     #[arg(value_parser = check::leaf_size, help_heading = "Machine")]
     pub(crate) max_leaf_size: u32,
+
+    /// Refuse what needs more memory, by an estimate [default: what the system and control groups have
+    /// left]
+    #[arg(long, value_name = "SIZE", allow_negative_numbers = true, value_parser = check::bytes)]
+    #[arg(help_heading = "Machine")]
+    pub(crate) max_memory: Option<ByteSize>,
 
     /// Side of the tiles that threads share, in pixels
     #[arg(long, value_name = "PIXELS", default_value = "32", allow_negative_numbers = true)]

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use bytesize::ByteSize;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::receipt::{self, Receipt};
@@ -15,7 +16,7 @@ use crate::args::{Cli, PngBits, ReceiptKind};
 /// More pixels than this do not fit into the memory of ordinary machines.
 const MOST_PIXELS: u64 = 1 << 28;
 /// What each of them takes, without what else is kept of it.
-const PIXEL_BYTES: u64 = 80;
+pub(crate) const PIXEL_BYTES: u64 = 85;
 /// The probability with which the course's paths go on.
 const COURSE_ROULETTE: f32 = 0.65;
 
@@ -115,6 +116,14 @@ pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v >= 0.0 && v.is_finite() => Ok(v),
         _ => Err("expected a number of seconds from 0 up".into()),
+    }
+}
+
+/// An amount of memory.
+pub(crate) fn bytes(text: &str) -> Result<ByteSize, String> {
+    match text.parse::<ByteSize>() {
+        Ok(size) if size.as_u64() > 0 => Ok(size),
+        _ => Err("expected an amount of memory, as in 500MB, 8GB or 8GiB".into()),
     }
 }
 

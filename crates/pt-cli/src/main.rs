@@ -8,6 +8,7 @@ mod course;
 mod cpu;
 mod info;
 mod keeping;
+mod limits;
 mod machine;
 mod merge;
 mod message;

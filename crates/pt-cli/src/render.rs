@@ -14,6 +14,7 @@ use pathtracer::{
 use crate::check::{Checked, check_estimator};
 use crate::console::Console;
 use crate::keeping::Keeping;
+use crate::limits::Limit;
 use crate::summary::{Summary, cpu_seconds};
 use crate::{course, output};
 
@@ -49,7 +50,9 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
         output::check_writable(file)?;
     }
     let start = Instant::now();
-    let (prepared, sources) = source::noting(|| prepare(request, start));
+    let limit = Limit::of(request);
+    limit.check_files(request)?;
+    let (prepared, sources) = source::noting(|| prepare(request, &limit, start));
     let Prepared { scene, mut session, load } = prepared?;
     tell_notes(request, &scene, &session);
     let threads = threads(request);
@@ -105,9 +108,10 @@ struct Prepared {
     load: Duration,
 }
 
-fn prepare(request: &Checked, start: Instant) -> Result<Prepared> {
+fn prepare(request: &Checked, limit: &Limit, start: Instant) -> Result<Prepared> {
     let environment = load_environment(request)?;
     let scene = load_scene(request)?;
+    limit.check_scene(request, &scene)?;
     let load = start.elapsed();
     let session = compile(request, &scene, environment)?;
     Ok(Prepared { scene, session, load })

@@ -31,7 +31,7 @@ pub mod shapes;
 pub mod texture;
 
 pub use camera::Camera;
-pub use compile::{CompileError, CompileOptions, Compiled, compile};
+pub use compile::{CompileError, CompileOptions, Compiled, MOST_COPIED, compile};
 pub use film::{Film, Region};
 pub use progress::Observer;
 pub use scene::{Interaction, RenderScene};

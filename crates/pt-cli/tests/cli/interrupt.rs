@@ -18,18 +18,28 @@ fn listens(child: &Child) -> bool {
     mask.is_some_and(|m| m & 0b10 != 0)
 }
 
+/// Waits until something is so of a process that goes on.
+fn wait_until(child: &mut Child, is_so: impl Fn(&Child) -> bool) {
+    let start = Instant::now();
+    while !is_so(child) {
+        assert!(child.try_wait().unwrap().is_none(), "ended on its own");
+        assert!(start.elapsed() < Duration::from_mins(1), "nothing comes of it");
+        sleep(Duration::from_millis(5));
+    }
+}
+
+fn interrupt(child: &Child) {
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+}
+
 fn interrupted(args: &[&str], folder: &Folder) -> Run {
     let mut command = folder.command(args);
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let start = Instant::now();
-    while !listens(&child) {
-        assert!(child.try_wait().unwrap().is_none(), "ended on its own");
-        assert!(start.elapsed() < Duration::from_mins(1), "does not listen");
-        sleep(Duration::from_millis(5));
-    }
+    wait_until(&mut child, listens);
     sleep(Duration::from_secs(1));
-    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(kill.success());
+    interrupt(&child);
     let output = child.wait_with_output().unwrap();
     assert!(start.elapsed() < Duration::from_mins(1), "did not stop soon");
     Run::of(&output, &args.join(" "))
@@ -46,4 +56,23 @@ fn an_interrupted_render_leaves_the_image_so_far() {
     let image = folder.image("out.png");
     assert_eq!((image.width, image.height), (16, 12));
     assert!(image.pixels.iter().flatten().any(|v| *v > 0.0), "nothing but black");
+}
+
+/// With batches that take long, so that the second one comes before the first has ended the render.
+#[test]
+fn a_second_interruption_ends_at_once_and_leaves_the_last_film() {
+    let folder = Folder::new();
+    let args = ["-r", "16", "12", "-s", "1000000", "-l", "4096", "-t", "1", "-f", "out.exr"];
+    let args = [&args[..], &["--checkpoint-every", "0.01", SCENE]].concat();
+    let mut command = folder.command(&args);
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    wait_until(&mut child, |_| folder.path("out.exr.film").is_file());
+    interrupt(&child);
+    // It may have ended by then.
+    let _ = Command::new("kill").args(["-INT", &child.id().to_string()]).output();
+    let start = Instant::now();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(start.elapsed() < Duration::from_secs(20), "did not end at once");
+    let told = folder.succeed("info out.exr.film").out;
+    assert!(told.contains("not finished"), "{told}");
 }

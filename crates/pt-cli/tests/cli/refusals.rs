@@ -45,6 +45,9 @@ fn numbers_that_make_no_sense() {
         ("-a 64 inf SCENE", "TOLERANCE: expected a number from 0 up"),
         ("-a 64 SCENE", "TOLERANCE: expected a number from 0 up"),
         ("-a 64", "2 values required"),
+        ("--max-memory 8X SCENE", "an amount of memory, as in 500MB"),
+        ("--max-memory 0 SCENE", "an amount of memory, as in 500MB"),
+        ("--max-memory -1 SCENE", "an amount of memory, as in 500MB"),
         ("-b -1 SCENE", "a number from 0 up"),
         ("-b NaN SCENE", "a number from 0 up"),
         ("-d 0 SCENE", "a number above 0"),
@@ -188,6 +191,26 @@ fn places_that_take_no_image() {
 fn folders_that_cannot_be_written() {
     let folder = Folder::new();
     refuses(&folder, &format!("{TINY} -f /proc/out.png SCENE"), "/proc/out.png: no file can be");
+}
+
+/// Before the memory is taken: the film, the tree of a mesh, a file.
+#[test]
+fn renders_that_need_too_much_memory() {
+    let folder = Folder::new();
+    let needs = |args: &str, want: &str| {
+        refuses(&folder, args, want);
+        refuses(&folder, args, "more than --max-memory allows");
+    };
+    needs("-r 2000 1000 --max-memory 100MB SCENE", "170.0 MB for the film");
+    needs(
+        "-r 2000 1000 --aov position --max-memory 250MB -f out.exr SCENE",
+        "298.0 MB for the film",
+    );
+    folder.succeed("-r 2000 1000 -p 0 0 9 9 -s 1 --max-memory 100MB SCENE");
+    folder.write("many.obj", "v 0 0 0\nv 0 1 0\nv 0 0 1\nf -3 -2 -1\n".repeat(100_000));
+    needs("-r 12 9 --max-memory 3MB many.obj", "3.5 MB for the files of the scene");
+    needs("-r 12 9 --max-memory 15MB many.obj", "12.5 MB for its tables and tree");
+    folder.succeed("-r 12 9 -s 1 --max-memory 200MB many.obj");
 }
 
 #[test]

@@ -26,6 +26,8 @@ use crate::light::EnvironmentMap;
 use crate::medium::Media;
 use crate::scene::RenderScene;
 
+pub use placed::MOST_COPIED;
+
 /// How to compile.
 #[derive(Default)]
 #[expect(clippy::struct_excessive_bools, reason = "they have nothing to do with each other")]
@@ -42,7 +44,7 @@ pub struct CompileOptions {
     pub most_single_lights: Option<usize>,
     /// Most triangles of copies of meshes that are placed more than once, without the first of each. Of
     /// more, those with the most are kept once and referred to, unless they glow. Copies are found
-    /// faster, but take more memory. `None` is a large number.
+    /// faster, but take more memory. `None` is [`MOST_COPIED`].
     pub most_copied_triangles: Option<usize>,
     /// Light from all around, besides the scene's own.
     pub environment: Option<EnvironmentMap>,

@@ -16,8 +16,8 @@ use crate::light::{AnyLight, MovingLight};
 use crate::placed::{Placed, PlacedObject, Placement};
 use crate::scene::SurfaceRecord;
 
-/// See [`super::CompileOptions::most_copied_triangles`].
-const MOST_COPIED: usize = 1 << 21;
+/// The default of [`super::CompileOptions::most_copied_triangles`].
+pub const MOST_COPIED: usize = 1 << 21;
 
 /// Lights on what moves are sampled one by one; if they are more, paths find them by chance.
 pub(super) const MOST_MOVING_LIGHTS: usize = 16;

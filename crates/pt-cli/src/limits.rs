@@ -1,0 +1,82 @@
+//! Refuses renders that need more memory than there is, before they take it.
+
+use std::path::Path;
+
+use anyhow::{Result, ensure};
+use bytesize::ByteSize;
+use pathtracer::{Scene, aov, memory};
+
+use crate::check::{Checked, PIXEL_BYTES};
+
+/// How much memory a render may take.
+pub(crate) struct Limit {
+    /// In bytes; `None` where neither the command line nor the system says it.
+    most: Option<u64>,
+    /// Who says it.
+    source: &'static str,
+}
+
+impl Limit {
+    /// That of the command line, or what the system has left.
+    pub(crate) fn of(request: &Checked) -> Self {
+        if let Some(most) = request.cli.max_memory {
+            return Self { most: Some(most.as_u64()), source: "than --max-memory allows" };
+        }
+        let used = memory::used_bytes().unwrap_or(0);
+        let most = memory::available_bytes().map(|left| left + used);
+        Self { most, source: "than there is now" }
+    }
+
+    /// Refuses an image of this size, and a scene in such a file: the scene itself is not read yet.
+    ///
+    /// # Errors
+    /// If they need more.
+    pub(crate) fn check_files(&self, request: &Checked) -> Result<()> {
+        let size = |path: &Path| std::fs::metadata(path).map_or(0, |data| data.len());
+        let files = request.scene().into_iter().chain(&request.cli.environment);
+        let files = files.map(|path| size(path)).sum();
+        let film = request.resolution.map_or(0, |resolution| film_bytes(request, resolution));
+        self.check(&[("the files of the scene", files), ("the film", film)])
+    }
+
+    /// Refuses a scene that is read, and will be compiled for an image of this size.
+    ///
+    /// # Errors
+    /// If it needs more.
+    pub(crate) fn check_scene(&self, request: &Checked, scene: &Scene) -> Result<()> {
+        let resolution = request.resolution.or(scene.settings.resolution).unwrap_or_default();
+        self.check(&[
+            ("the scene", memory::used_bytes().unwrap_or(0)),
+            ("its tables and tree", memory::bytes_of_tables(scene, None)),
+            ("the film", film_bytes(request, resolution)),
+        ])
+    }
+
+    fn check(&self, parts: &[(&str, u64)]) -> Result<()> {
+        let sum = parts.iter().map(|(_, bytes)| bytes).sum::<u64>();
+        let Some(most) = self.most else { return Ok(()) };
+        let size = |bytes| ByteSize::b(bytes).display().si();
+        let words: Vec<_> =
+            parts.iter().map(|(name, bytes)| format!("{} for {name}", size(*bytes))).collect();
+        ensure!(
+            sum <= most,
+            "the render needs about {} ({}), more {} ({}); render fewer pixels (-r), a simpler scene, or allow \
+             more with --max-memory",
+            size(sum),
+            words.join(", "),
+            self.source,
+            size(most)
+        );
+        Ok(())
+    }
+}
+
+/// What the film of an image and its development take; a cell takes less.
+fn film_bytes(request: &Checked, [width, height]: [u32; 2]) -> u64 {
+    let [width, height] = match request.cli.cell.as_deref() {
+        Some(&[_, _, dx, dy]) => [dx, dy],
+        _ => [width, height],
+    };
+    let per_pixel = PIXEL_BYTES + aov::bytes_per_pixel(&request.cli.aov) as u64;
+    u64::from(width) * u64::from(height) * per_pixel
+}
