@@ -1,12 +1,23 @@
 //! Whether this processor can run the program at all.
 
-/// Checks for what the x86-64 build is compiled for: AVX2, FMA and their companions.
+/// Checks for what the x86-64 build is compiled for: AVX2, FMA and their companions; and what the environment
+/// says of it.
 ///
 /// # Errors
 /// A message that says what is missing.
 #[cfg(target_arch = "x86_64")]
 #[inline(never)]
 pub(crate) fn check() -> Result<(), String> {
+    match std::env::var_os("PATHTRACER_SIMD") {
+        Some(simd) if simd != "avx2" && simd != "avx512" => {
+            return Err(format!(
+                "PATHTRACER_SIMD is {}; expected avx2 (to do without AVX-512) or avx512 (as without it, where \
+                 the processor has it)",
+                simd.display()
+            ));
+        }
+        _ => {}
+    }
     let cpuid = raw_cpuid::CpuId::new();
     let basic = cpuid.get_feature_info();
     let extended = cpuid.get_extended_feature_info();

@@ -10,6 +10,7 @@ use std::arch::x86_64::{
     _mm512_mask_storeu_ps, _mm512_max_ps, _mm512_min_ps, _mm512_mul_ps, _mm512_set1_epi32,
     _mm512_set1_ps, _mm512_setzero_ps, _mm512_sub_ps,
 };
+use std::sync::LazyLock;
 
 use pt_math::Vec3;
 use pt_math::interval::gamma;
@@ -33,10 +34,14 @@ pub(in crate::wide) struct Avx512(());
 
 #[expect(clippy::unused_self, reason = "it proves that the calls are sound")]
 impl Avx512 {
-    /// Whether it has; and the rest of the build fused multiply-add, which the functions here use.
+    /// Whether it has; and the rest of the build fused multiply-add, which the functions here use; and
+    /// whether `PATHTRACER_SIMD` does not ask to do without.
     pub(in crate::wide) fn detect() -> Option<Self> {
+        static IS_LEFT_OUT: LazyLock<bool> = LazyLock::new(|| {
+            std::env::var_os("PATHTRACER_SIMD").is_some_and(|simd| simd == "avx2")
+        });
         let is_there = triangle::IS_FUSED && is_x86_feature_detected!("avx512f");
-        is_there.then_some(Self(()))
+        (is_there && !*IS_LEFT_OUT).then_some(Self(()))
     }
 
     /// The rays of a packet, which have one origin, test the triangles that they may meet; whether

@@ -1,5 +1,4 @@
-//! `cargo xtask soak`: long campaigns against what the renderer promises (docs/guarantees.md). A short form of each
-//! is among the tests.
+//! Renders that are killed come to the same image as others.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,27 +9,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 use pt_testing::Random;
 
-use crate::project::{build_program, output_folder, root, step};
-
-/// How long.
-#[derive(clap::Args)]
-pub(crate) struct Args {
-    /// Times that a render is killed
-    #[arg(long, value_name = "N", default_value_t = 1000)]
-    kills: u32,
-    /// Of the random instants and damages
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
-}
-
-/// Runs the campaigns.
-///
-/// # Errors
-/// If a promise is broken.
-pub(crate) fn run(args: &Args) -> Result<()> {
-    let program = step("building", build_program)?;
-    step("killing renders", || kill(&program, args))
-}
+use super::Args;
+use crate::project::{output_folder, root};
 
 /// Renders of about half a second to two, of different kinds: names, and their options.
 const RENDERS: [(&str, &str); 5] = [
@@ -59,7 +39,7 @@ struct Tally {
 
 /// Kills renders at random instants, damages the newest of two films at times, and goes on until they are
 /// finished; each image has to be the one that nobody stopped.
-fn kill(program: &Path, args: &Args) -> Result<()> {
+pub(super) fn run(program: &Path, args: &Args) -> Result<()> {
     let mut random = Random::new(args.seed);
     let mut tally = Tally::default();
     let start = Instant::now();
