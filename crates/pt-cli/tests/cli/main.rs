@@ -2,6 +2,7 @@
 
 mod common;
 mod course;
+mod disk;
 mod documentation;
 mod images;
 mod interrupt;
