@@ -21,6 +21,7 @@
 //! and sums of samples are exact: the image is the same, bit for bit, for any number of threads.
 
 pub mod course;
+pub mod eta;
 pub mod film_file;
 pub mod identity;
 pub mod keep;
@@ -32,7 +33,7 @@ pub use pt_bvh::{BuildOptions, Builder, Quality};
 pub use pt_core::develop::radiance;
 pub use pt_core::film::{Aov, Film, Region, Rejections, aov};
 pub use pt_core::light::EnvironmentMap;
-pub use pt_core::progress::{Observer, Silent};
+pub use pt_core::progress::{Advance, Observer, Silent};
 pub use pt_core::settings::{Adaptive, Clamp, DirectLight, Roulette, Settings};
 pub use pt_core::{CompileError, CompileOptions};
 pub use pt_cpu::{INTEGRATORS, MOST_REUSE, MOST_SPLIT, Progress, RenderError, Statistics};

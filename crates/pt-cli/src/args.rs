@@ -228,6 +228,11 @@ pub(crate) struct Cli {
     #[arg(long, help_heading = "Machine")]
     pub(crate) restart: bool,
 
+    /// How progress is shown: by a bar on a terminal and else by lines (auto), by one of them, as lines of JSON
+    /// on standard output, or not at all
+    #[arg(long, value_name = "KIND", default_value = "auto", help_heading = "Machine")]
+    pub(crate) progress: ProgressKind,
+
     /// End with status 3 if samples were refused because they are no light (NaN, infinite, negative, too
     /// large); the image is written nonetheless
     #[arg(long, help_heading = "Machine")]
@@ -354,6 +359,21 @@ pub(crate) enum PngBits {
     /// 65,536 levels
     #[value(name = "16")]
     Sixteen,
+}
+
+/// Ways to show progress.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq)]
+pub(crate) enum ProgressKind {
+    /// As it suits
+    Auto,
+    /// A bar
+    Bar,
+    /// A line every ten seconds
+    Lines,
+    /// An object of JSON twice a second
+    Json,
+    /// Nothing
+    None,
 }
 
 /// What an image says about itself.

@@ -1,34 +1,58 @@
 //! What a render tells the user while it runs.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::sync::Arc;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, TryLockError};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
-use pathtracer::Observer;
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
+use pathtracer::eta::{Eta, Left};
+use pathtracer::{Advance, Observer};
+use serde_json::json;
+
+use crate::args::{Cli, ProgressKind};
 
 /// Without a terminal, a line as often as this.
 const LINE_EVERY: Duration = Duration::from_secs(10);
+
+/// For programs, a line as often as this.
+const JSON_EVERY: Duration = Duration::from_millis(500);
+
+/// The bar is drawn as often as this.
+const DRAW_EVERY: Duration = Duration::from_millis(100);
 
 /// Shows progress as the settings and the terminal allow, and listens for Ctrl-C.
 pub(crate) struct Console {
     display: Display,
     stop: Arc<AtomicBool>,
+    start: Instant,
+    state: Mutex<State>,
 }
 
 enum Display {
     Nothing,
     Bar(ProgressBar),
-    Lines { start: Instant, last: Mutex<Instant> },
-    Course { shown: Mutex<Option<u64>> },
+    Lines,
+    Json,
+    Course,
+}
+
+/// What is known of the render.
+struct State {
+    eta: Eta,
+    /// The latest news, which threads may tell out of order.
+    latest: Advance,
+    /// When something was shown last, in time since the start.
+    shown: Duration,
+    /// The percentage that was shown last.
+    percent: Option<u64>,
 }
 
 impl Console {
-    /// A display for `total` samples, and a handler for Ctrl-C: the first one asks the render to
-    /// stop, a second one ends the program.
-    pub(crate) fn new(total: u64, course: bool, quiet: bool) -> Self {
+    /// A display for a render that has `done` of `total` samples, and a handler for Ctrl-C: the first one asks the
+    /// render to stop, a second one ends the program.
+    pub(crate) fn new(cli: &Cli, done: u64, total: u64) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
         let handler = ctrlc::set_handler(move || {
@@ -40,18 +64,25 @@ impl Console {
             eprintln!("pathtracer: Ctrl-C will end the program without saving: {e}");
         }
         let terminal = std::io::stderr().is_terminal();
-        let display = match (quiet, course, terminal) {
-            (true, ..) => Display::Nothing,
+        let display = match (cli.progress, cli.cs184) {
+            (ProgressKind::Json, _) => Display::Json,
+            (ProgressKind::None, _) => Display::Nothing,
+            (ProgressKind::Auto, _) if cli.quiet => Display::Nothing,
             // That program shows its progress on standard output.
-            (_, true, _) if !std::io::stdout().is_terminal() => Display::Nothing,
-            (_, true, _) => Display::Course { shown: Mutex::new(None) },
-            (.., true) => Display::Bar(bar(total)),
-            _ => {
-                let start = Instant::now();
-                Display::Lines { start, last: Mutex::new(start) }
-            }
+            (ProgressKind::Auto, true) if !std::io::stdout().is_terminal() => Display::Nothing,
+            (ProgressKind::Auto, true) => Display::Course,
+            (ProgressKind::Auto, false) if !terminal => Display::Lines,
+            (ProgressKind::Lines, _) => Display::Lines,
+            _ => Display::Bar(bar(total)),
         };
-        Self { display, stop }
+        let latest = Advance { done, total, ..Advance::default() };
+        let state = State {
+            eta: Eta::new(done, total, cli.adaptive.is_some() || cli.cs184),
+            latest,
+            shown: Duration::ZERO,
+            percent: None,
+        };
+        Self { display, stop, start: Instant::now(), state: Mutex::new(state) }
     }
 
     /// Prints a line, above what moves.
@@ -62,48 +93,104 @@ impl Console {
         }
     }
 
-    /// Removes what moves.
+    /// Removes what moves, and tells programs that this was all.
     pub(crate) fn finish(&self) {
-        if let Display::Bar(bar) = &self.display {
-            bar.finish_and_clear();
+        match (&self.display, self.state.lock()) {
+            (Display::Bar(bar), _) => bar.finish_and_clear(),
+            (Display::Json, Ok(state)) => {
+                let word = if self.cancelled() { "stopped" } else { "finished" };
+                json(word, &state, self.start.elapsed());
+            }
+            _ => {}
         }
+    }
+
+    /// Shows what is new, if it is time to.
+    fn show(&self, state: &mut State, now: Duration) {
+        let advance = state.latest;
+        let percent = advance.done * 100 / advance.total.max(1);
+        let waited = now.saturating_sub(state.shown);
+        match &self.display {
+            Display::Bar(bar) if waited >= DRAW_EVERY => {
+                bar.set_position(advance.done);
+                bar.set_message(message(state, now));
+            }
+            Display::Lines if waited >= LINE_EVERY => {
+                eprintln!(
+                    "rendering: {percent} %, {:.0} s, {}",
+                    now.as_secs_f64(),
+                    message(state, now)
+                );
+            }
+            Display::Json if waited >= JSON_EVERY => json("rendering", state, now),
+            Display::Course if state.percent != Some(percent) && percent < 100 => {
+                crate::course::progress(percent);
+            }
+            _ => return,
+        }
+        (state.shown, state.percent) = (now, Some(percent));
     }
 }
 
 fn bar(total: u64) -> ProgressBar {
     let bar = ProgressBar::new(total);
-    let style = ProgressStyle::with_template(
-        "rendering {wide_bar} {percent:>3} %  {elapsed_precise}, {eta_precise} left",
-    );
+    let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {elapsed_precise}  {msg}");
     if let Ok(style) = style {
         bar.set_style(style);
     }
     bar
 }
 
-impl Observer for Console {
-    fn progress(&self, done: u64, total: u64) {
-        let percent = done * 100 / total.max(1);
-        match &self.display {
-            Display::Nothing => {}
-            Display::Bar(bar) => bar.set_position(done),
-            Display::Lines { start, last } => {
-                let Ok(mut last) = last.try_lock() else { return };
-                if last.elapsed() >= LINE_EVERY {
-                    *last = Instant::now();
-                    let elapsed = start.elapsed().as_secs_f64();
-                    let left = elapsed * (total - done.min(total)) as f64 / done.max(1) as f64;
-                    eprintln!("rendering: {percent} %, {elapsed:.0} s, {left:.0} s left");
-                }
-            }
-            Display::Course { shown } => {
-                let Ok(mut shown) = shown.try_lock() else { return };
-                if *shown != Some(percent) && percent < 100 {
-                    *shown = Some(percent);
-                    crate::course::progress(percent);
-                }
-            }
+/// Rays per second, error, and what is left.
+fn message(state: &State, now: Duration) -> String {
+    let rays = state.latest.rays as f64 / now.as_secs_f64().max(1e-9) * 1e-6;
+    let error =
+        state.latest.error.map_or(String::new(), |error| format!(", error {:.2} %", 100.0 * error));
+    let human = |seconds: f64| HumanDuration(Duration::from_secs_f64(seconds)).to_string();
+    let left = match state.eta.left() {
+        Some(Left { least, likely, most }) if most < MOST_SECONDS => {
+            format!("{} left ({} to {})", human(likely), human(least), human(most))
         }
+        _ => "how long is not known yet".into(),
+    };
+    format!("{rays:.1} M rays/s{error}, {left}")
+}
+
+/// Beyond it nothing is foretold: a hundred years.
+const MOST_SECONDS: f64 = 3e9;
+
+/// A line for programs.
+fn json(word: &str, state: &State, now: Duration) {
+    let Advance { done, total, rays, error } = state.latest;
+    let left =
+        state.eta.left().map(|l| json!({ "least": l.least, "likely": l.likely, "most": l.most }));
+    let line = json!({
+        "state": word,
+        "seconds": now.as_secs_f64(),
+        "samples": done,
+        "samples_in_all": total,
+        "rays": rays,
+        "error": error,
+        "seconds_left": left,
+    });
+    // A reader that has gone is no reason to stop.
+    let _ = writeln!(std::io::stdout(), "{line}");
+}
+
+impl Observer for Console {
+    fn progress(&self, advance: &Advance) {
+        // Whoever comes second says nothing: there will be more.
+        let mut state = match self.state.try_lock() {
+            Ok(state) => state,
+            Err(TryLockError::Poisoned(_) | TryLockError::WouldBlock) => return,
+        };
+        if advance.done < state.latest.done {
+            return;
+        }
+        let now = self.start.elapsed();
+        state.latest = *advance;
+        state.eta.mark(now.as_secs_f64(), advance.done);
+        self.show(&mut state, now);
     }
 
     fn cancelled(&self) -> bool {

@@ -7,7 +7,7 @@ use anyhow::{Context, Result, ensure};
 use pathtracer::film_file::{About, film_of_image};
 use pathtracer::keep::{Found, Keeper, differences, in_lines};
 use pathtracer::receipt::{Receipt, Run};
-use pathtracer::{Film, Observer, Progress, Session, Source, Statistics};
+use pathtracer::{Advance, Film, Observer, Progress, Session, Source, Statistics};
 
 use crate::check::{Checked, is_film};
 use crate::console::Console;
@@ -129,7 +129,8 @@ impl Keeping {
         let mut all = Statistics::default();
         let mut pause = self.every.filter(|_| self.keeper.is_some());
         loop {
-            let observer = Until { console, pause: pause.map(|every| Instant::now() + every) };
+            let observer =
+                Until { console, pause: pause.map(|every| Instant::now() + every), rays: all.rays };
             let (progress, part) =
                 session.render(self.threads, request.cli.tile_size, &observer)?;
             all.samples += part.samples;
@@ -256,11 +257,13 @@ pub(crate) fn run_of(about: &About, threads: Option<usize>) -> Run {
 struct Until<'a> {
     console: &'a Console,
     pause: Option<Instant>,
+    /// Of the parts of the render before.
+    rays: u64,
 }
 
 impl Observer for Until<'_> {
-    fn progress(&self, done: u64, total: u64) {
-        self.console.progress(done, total);
+    fn progress(&self, advance: &Advance) {
+        self.console.progress(&Advance { rays: self.rays + advance.rays, ..*advance });
     }
 
     fn cancelled(&self) -> bool {

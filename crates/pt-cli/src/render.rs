@@ -60,7 +60,7 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     if request.cli.cs184 && !request.cli.quiet {
         course::built(&session, threads);
     }
-    let console = Console::new(total(&session), request.cli.cs184, request.cli.quiet);
+    let console = Console::new(&request.cli, session.film().samples(), total(&session));
     let cpu = cpu_seconds();
     let (progress, statistics) = keeping.render(&mut session, request, &console)?;
     let cpu = cpu_seconds().zip(cpu).map(|(after, before)| after - before);

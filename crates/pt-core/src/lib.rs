@@ -33,6 +33,6 @@ pub mod texture;
 pub use camera::Camera;
 pub use compile::{CompileError, CompileOptions, Compiled, MOST_COPIED, compile};
 pub use film::{Film, Region};
-pub use progress::Observer;
+pub use progress::{Advance, Observer};
 pub use scene::{Interaction, RenderScene};
 pub use settings::Settings;

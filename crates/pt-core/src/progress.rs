@@ -1,9 +1,22 @@
 //! How a render tells what it is doing, and learns that it should stop.
 
+/// How far a render is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Advance {
+    /// Samples that are in the film, or not needed.
+    pub done: u64,
+    /// Samples that there will be.
+    pub total: u64,
+    /// Rays of this render so far.
+    pub rays: u64,
+    /// The [`Film::relative_error`](crate::Film::relative_error) at the end of the last pass over all pixels.
+    pub error: Option<f64>,
+}
+
 /// Listens to a render. Called from its threads.
 pub trait Observer: Sync {
-    /// `done` of `total` samples are in the film, or not needed.
-    fn progress(&self, _done: u64, _total: u64) {}
+    /// More is done.
+    fn progress(&self, _advance: &Advance) {}
     /// Whether to stop at the next opportunity, keeping what is done.
     fn cancelled(&self) -> bool {
         false

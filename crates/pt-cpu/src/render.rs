@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use pt_core::film::{ExactSum, Rejections, Tile};
 use pt_core::filter::{FilterError, FilterSampler};
 use pt_core::settings::{Adaptive, Settings};
-use pt_core::{Film, Observer, RenderScene};
+use pt_core::{Advance, Film, Observer, RenderScene};
 use pt_math::sampler::LANES;
 
 use crate::batch::{Worker, batches};
@@ -182,15 +182,18 @@ impl<'a> Renderer<'a> {
     pub fn render(&self, film: &mut Film, observer: &dyn Observer) -> (Progress, Statistics) {
         let start = Instant::now();
         let samples = film.first()..self.settings.spp.max(film.first());
-        let shared = Shared {
+        let mut shared = Shared {
             total: film.region().area() as u64 * samples.len() as u64,
-            done: AtomicU64::new(0),
+            done: AtomicU64::new(film.samples()),
+            rays: AtomicU64::new(0),
+            error: film.relative_error(),
             totals: Mutex::new(Statistics::default()),
             observer,
         };
         let mut progress = Progress::Finished;
         for pass in passes(samples, self.longest_pass()) {
             self.pass(film, &pass, &shared);
+            shared.error = film.relative_error();
             if observer.cancelled() {
                 progress = Progress::Cancelled;
                 break;
@@ -205,7 +208,10 @@ impl<'a> Renderer<'a> {
     fn pass(&self, film: &mut Film, pass: &Range<u32>, shared: &Shared) {
         let resolution = self.scene.camera.resolution;
         let grid = Grid::of_sample(self.settings.reuse, pass.start, resolution);
-        let tiles = Mutex::new(film.tiles(self.tile_size, grid.shift()).into_iter());
+        let mut tiles: Vec<_> =
+            film.tiles(self.tile_size, grid.shift()).into_iter().map(Some).collect();
+        let order = scattered(tiles.len());
+        let tiles = Mutex::new(order.filter_map(|i| tiles[i].take()));
         let losses = Mutex::new((Rejections::default(), ExactSum::default()));
         let work = || {
             let Self { scene, settings, integrator, counts_tests, .. } = *self;
@@ -214,13 +220,16 @@ impl<'a> Renderer<'a> {
             while !shared.observer.cancelled()
                 && let Some(mut tile) = { lock(&tiles).next() }
             {
+                let (had, rays) = (had(&tile, pass), worker.tracer.rays);
                 let before = worker.samples;
                 self.tile(&mut tile, (grid, pass.end), &mut worker, shared.observer);
                 let (rejections, removed) = &mut *lock(&losses);
                 rejections.merge(tile.rejections());
                 removed.merge(tile.removed());
                 let taken = worker.samples - before;
-                shared.report(if shared.observer.cancelled() { taken } else { quota(&tile, pass) });
+                let news =
+                    if shared.observer.cancelled() { taken } else { quota(&tile, pass) - had };
+                shared.report(news, worker.tracer.rays - rays);
             }
             shared.add(&worker);
         };
@@ -305,6 +314,27 @@ fn passes(samples: Range<u32>, longest: u32) -> impl Iterator<Item = Range<u32>>
     })
 }
 
+/// All numbers below `n`, such that the first few of them are spread over all: as multiples of about the golden
+/// ratio are.
+fn scattered(n: usize) -> impl Iterator<Item = usize> {
+    let divisor = |mut a: usize, mut b: usize| {
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    let golden = (n as f64 * 0.618_034) as usize;
+    let step = (golden.max(1)..=n).find(|&step| divisor(n, step) == 1).unwrap_or(1);
+    (0..n).map(move |i| i * step % n)
+}
+
+/// Samples of a pass that a tile has already.
+fn had(tile: &Tile, pass: &Range<u32>) -> u64 {
+    let of_pixel =
+        |pixel| u64::from(tile.next_sample(pixel).clamp(pass.start, pass.end) - pass.start);
+    tile.region().pixels().map(of_pixel).sum()
+}
+
 /// Samples that a pass takes in a tile, unless the film has them or does not need them.
 fn quota(tile: &Tile, pass: &Range<u32>) -> u64 {
     pass.len() as u64 * tile.region().area() as u64
@@ -315,15 +345,19 @@ struct Shared<'a> {
     /// Samples of the image, and how many of them are done.
     total: u64,
     done: AtomicU64,
+    rays: AtomicU64,
+    /// Of the film, when the pass began.
+    error: Option<f64>,
     totals: Mutex<Statistics>,
     observer: &'a dyn Observer,
 }
 
 impl Shared<'_> {
-    /// More samples are done.
-    fn report(&self, news: u64) {
-        let done = self.done.fetch_add(news, Ordering::Relaxed) + news;
-        self.observer.progress(done, self.total);
+    /// More samples are done, by so many rays.
+    fn report(&self, samples: u64, rays: u64) {
+        let done = self.done.fetch_add(samples, Ordering::Relaxed) + samples;
+        let rays = self.rays.fetch_add(rays, Ordering::Relaxed) + rays;
+        self.observer.progress(&Advance { done, total: self.total, rays, error: self.error });
     }
 
     fn add(&self, worker: &Worker) {
@@ -342,6 +376,21 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn tiles_are_visited_once_each_and_soon_all_over() {
+        for n in (0..200).chain([1000, 4096]) {
+            let order: Vec<_> = scattered(n).collect();
+            let mut sorted = order.clone();
+            sorted.sort_unstable();
+            assert!(sorted.into_iter().eq(0..n), "{n}");
+            for eighth in 0..if n < 200 { 0 } else { 8 } {
+                let part = n * eighth / 8..n * (eighth + 1) / 8;
+                let soon = order[..n / 10].iter().filter(|i| part.contains(i)).count();
+                assert!(soon.abs_diff(n / 80) <= 2, "{n}, {eighth}: {soon}");
+            }
+        }
+    }
 
     #[test]
     fn passes_take_all_samples_in_order() {

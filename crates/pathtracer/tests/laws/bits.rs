@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use pathtracer::image::{self, SaveOptions};
 use pathtracer::{
-    Adaptive, Clamp, Film, INTEGRATORS, Observer, Progress, Region, SamplerKind, Session, Settings,
-    Silent, default_scene,
+    Adaptive, Advance, Clamp, Film, INTEGRATORS, Observer, Progress, Region, SamplerKind, Session,
+    Settings, Silent, default_scene,
 };
 
 use crate::aovs;
@@ -121,8 +121,8 @@ struct StopAfter {
 }
 
 impl Observer for StopAfter {
-    fn progress(&self, done: u64, _total: u64) {
-        if done >= self.after {
+    fn progress(&self, advance: &Advance) {
+        if advance.done >= self.after {
             self.stopped.store(true, Ordering::Relaxed);
         }
     }
@@ -157,9 +157,9 @@ fn a_pause_does_not_change_a_bit() {
 struct Listener(Mutex<(u64, u64)>);
 
 impl Observer for Listener {
-    fn progress(&self, done: u64, total: u64) {
+    fn progress(&self, advance: &Advance) {
         let mut most = self.0.lock().expect("no thread panics");
-        *most = (most.0.max(done), total);
+        *most = (most.0.max(advance.done), advance.total);
     }
 }
 

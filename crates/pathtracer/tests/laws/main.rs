@@ -10,6 +10,7 @@ mod cameras;
 mod clamp;
 mod course;
 mod estimators;
+mod eta;
 mod faults;
 mod filters;
 mod footprints;

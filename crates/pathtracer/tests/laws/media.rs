@@ -238,6 +238,11 @@ fn a_camera_may_be_in_a_medium() {
     }
 }
 
+/// A foggy room with a cloud that scatters forwards.
+pub(crate) fn fog() -> Scene {
+    foggy(cloud(8.0, [0.9, 0.8, 0.7], FORWARDS))
+}
+
 /// A foggy room with a cloud, a ball of clouded glass, and lights of all sorts; what fills the cloud is
 /// given.
 fn foggy(cloud: Medium) -> Scene {
@@ -319,7 +324,7 @@ fn a_uniform_coloured_grid_is_homogeneous() {
 /// light, and with paths that end early or not.
 #[test]
 fn estimators_agree_in_media() {
-    let scene = foggy(cloud(8.0, [0.9, 0.8, 0.7], FORWARDS));
+    let scene = fog();
     let base = with_depth(4096, 6);
     let all = [
         base.clone(),
@@ -389,7 +394,7 @@ fn without_media_it_is_the_path_tracer() {
 /// Threads, tiles and batches do not change a bit, with one and with many light samples.
 #[test]
 fn samples_in_media_are_pure() {
-    let scene = foggy(cloud(8.0, [0.9, 0.8, 0.7], FORWARDS));
+    let scene = fog();
     for light_samples in [1, 40] {
         let settings = Settings { light_samples, ..with_depth(3, 8) };
         let settings = Settings { sampler: pathtracer::SamplerKind::Sobol, ..settings };
@@ -413,7 +418,7 @@ fn samples_in_media_are_pure() {
 /// with a cloud that is moved and turned gives the same image.
 #[test]
 fn media_may_stand_anywhere_in_any_unit() {
-    let mut scene = foggy(cloud(8.0, [0.9, 0.8, 0.7], FORWARDS));
+    let mut scene = fog();
     scene.lights.retain(|light| !matches!(light.kind, LightKind::Point { .. }));
     let film = |scene: &Scene, seed| film_of(scene, Settings { seed, ..with_depth(2048, 5) });
     let here = film(&scene, 0);

@@ -29,9 +29,9 @@ fn commands() -> Vec<&'static str> {
 }
 
 /// The same words with fewer pixels and samples; an image that has the cell, if there is one. What goes on does
-/// so with the size of before.
+/// so with the size of before, and what is looked at stays as it is.
 fn reduced(command: &str) -> String {
-    if command.starts_with("resume") {
+    if ["resume", "info"].iter().any(|name| command.starts_with(name)) {
         return command.to_owned();
     }
     let size = if command.contains("-p ") { ["200", "150"] } else { ["12", "9"] };

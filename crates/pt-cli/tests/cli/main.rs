@@ -7,6 +7,7 @@ mod documentation;
 mod images;
 mod interrupt;
 mod media;
+mod progress;
 mod receipts;
 mod refusals;
 mod refused_samples;

@@ -2,6 +2,7 @@
 //! is among the tests.
 
 mod bits;
+mod eta;
 mod kills;
 
 use anyhow::Result;
@@ -26,5 +27,6 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<()> {
     let program = step("building", build_program)?;
     step("comparing bits", || bits::run(&program))?;
+    step("foreseeing ends", || eta::run(&program))?;
     step("killing renders", || kills::run(&program, args))
 }

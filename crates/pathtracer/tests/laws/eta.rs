@@ -1,0 +1,67 @@
+//! When a render ends is known early. The clock counts rays: what is tested is the foresight, not the machine.
+
+use std::sync::Mutex;
+
+use pathtracer::eta::{Eta, Left};
+use pathtracer::{
+    Adaptive, Advance, CompileOptions, Observer, Scene, Session, Settings, default_scene,
+};
+
+use crate::media::fog;
+use crate::scenes::{cornell, size, under_a_sky};
+
+const MILLION: f64 = 1e6;
+
+/// What was foretold, at which time, from a tenth of the samples on.
+struct Prophet(Mutex<(Eta, Vec<(f64, Left)>)>);
+
+impl Observer for Prophet {
+    fn progress(&self, advance: &Advance) {
+        let (eta, told) = &mut *self.0.lock().expect("no thread panics");
+        let time = advance.rays as f64 / MILLION;
+        eta.mark(time, advance.done);
+        if advance.done * 10 >= advance.total {
+            told.extend(eta.left().map(|left| (time, left)));
+        }
+    }
+}
+
+/// How often the end lay in the interval that was told, of how many times; and the mean width of the
+/// intervals as a share of the whole time.
+fn foresight(scene: &Scene, settings: &Settings) -> (usize, usize, f64) {
+    let options: CompileOptions = size([120, 90]);
+    let mut session = Session::new(scene, options, settings.clone()).expect("it makes sense");
+    let total = 120 * 90 * u64::from(settings.spp);
+    let prophet =
+        Prophet(Mutex::new((Eta::new(0, total, settings.adaptive.is_some()), Vec::new())));
+    let (_, statistics) = session.render(1, 12, &prophet).expect("it renders");
+    let end = statistics.rays as f64 / MILLION;
+    let (_, told) = prophet.0.into_inner().expect("no thread panics");
+    let inside = |&&(at, left): &&(f64, Left)| (at + left.least..=at + left.most).contains(&end);
+    let width: f64 = told.iter().map(|(_, left)| (left.most - left.least) / end).sum();
+    (told.iter().filter(inside).count(), told.len(), width / told.len() as f64)
+}
+
+#[test]
+fn from_a_tenth_on_the_end_is_foreseen_nine_times_of_ten() {
+    let plain = Settings { spp: 80, max_depth: 6, ..Settings::default() };
+    let adaptive = Adaptive { batch: 16, tolerance: 0.1 };
+    let adaptive = Settings { adaptive: Some(adaptive), spp: 200, ..plain.clone() };
+    let in_fog = Settings { integrator: "volpath".into(), spp: 40, ..plain.clone() };
+    let few = Settings { spp: 12, ..plain.clone() };
+    let (mut inside, mut all) = (0, 0);
+    for (name, scene, settings) in [
+        ("a Cornell box", default_scene(), plain.clone()),
+        ("few samples", default_scene(), few),
+        ("adaptive", default_scene(), adaptive),
+        ("a room", cornell(), plain.clone()),
+        ("sky", under_a_sky(), plain),
+        ("fog", fog(), in_fog),
+    ] {
+        let (right, told, width) = foresight(&scene, &settings);
+        println!("{name}: {right} of {told}, {width:.3} of the time wide");
+        assert!(told > 20, "{name}");
+        (inside, all) = (inside + right, all + told);
+    }
+    assert!(inside * 10 >= all * 9, "{inside} of {all}");
+}
