@@ -74,14 +74,18 @@ pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
 }
 
 /// A scene that is about to be rendered.
-struct Prepared {
-    scene: Scene,
-    session: Session,
+pub(crate) struct Prepared {
+    pub(crate) scene: Scene,
+    pub(crate) session: Session,
     /// Wall-clock time of reading files.
     load: Duration,
 }
 
-fn prepare(request: &Checked, start: Instant) -> Result<Prepared> {
+/// Reads and compiles what the command line asks for.
+///
+/// # Errors
+/// If a file cannot be read, or a scene makes no sense.
+pub(crate) fn prepare(request: &Checked, start: Instant) -> Result<Prepared> {
     let environment = load_environment(request)?;
     let scene = load_scene(request)?;
     let load = start.elapsed();
@@ -175,7 +179,8 @@ fn compile(
     Ok(session)
 }
 
-fn tell_notes(request: &Checked, scene: &Scene, session: &Session) {
+/// Tells what the user should know about a scene.
+pub(crate) fn tell_notes(request: &Checked, scene: &Scene, session: &Session) {
     if request.cli.quiet {
         return;
     }

@@ -52,8 +52,8 @@ pub enum Place {
         primitive: u32,
         /// The lobe.
         lobe: &'static str,
-        /// See [`pt_core::bsdf::Lobe::DIFFUSE`].
-        is_diffuse: bool,
+        /// What it does to light that it does not send into single directions; [`Event::Specular`] if there is none.
+        scatters: Event,
     },
     /// A point in a medium.
     Medium {
@@ -173,8 +173,12 @@ pub enum Event {
 impl Place {
     /// A primitive that scatters like this.
     pub(crate) fn of(bsdf: &Bsdf, primitive: u32) -> Self {
-        let (lobe, is_diffuse) = (bsdf.lobe_name(), bsdf.is_diffuse());
-        Self::Surface { primitive, lobe, is_diffuse }
+        let scatters = match bsdf.is_diffuse() {
+            _ if bsdf.is_delta() => Event::Specular,
+            true => Event::Diffuse,
+            false => Event::Glossy,
+        };
+        Self::Surface { primitive, lobe: bsdf.lobe_name(), scatters }
     }
 }
 
@@ -196,8 +200,7 @@ impl Vertex {
         match self.place {
             Place::Medium { .. } => Event::Volume,
             Place::Surface { .. } if is_delta => Event::Specular,
-            Place::Surface { is_diffuse: true, .. } => Event::Diffuse,
-            Place::Surface { is_diffuse: false, .. } => Event::Glossy,
+            Place::Surface { scatters, .. } => scatters,
         }
     }
 }

@@ -194,7 +194,7 @@ fn diffuse_surfaces_reflect_what_light_samples_tell() {
             if contribution.value.is_black() || !is_lambertian {
                 continue;
             }
-            let density = light.pdf.map_or(1.0, |pdf| pdf.get()) * light.samples as f32;
+            let density = light.pdf.map_or(1.0, pt_math::Pdf::get) * light.samples as f32;
             let irradiance = light.radiance * (light.weight / density);
             // f |cos| ≤ albedo / π, which is at most 0.7 / π here.
             let most = vertex.throughput * irradiance * (0.7 / std::f32::consts::PI);

@@ -3,6 +3,7 @@
 mod common;
 mod course;
 mod documentation;
+mod explain;
 mod images;
 mod interrupt;
 mod media;

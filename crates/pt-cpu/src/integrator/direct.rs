@@ -150,7 +150,7 @@ impl Requests {
         }
         let Some(hemisphere) = self.hemisphere else { return };
         for _ in 0..hemisphere.samples {
-            self.probe(hemisphere, asking.surfaces, &asking.numbers.pair(pair), sums.witness);
+            self.probe(hemisphere, asking.surfaces, &asking.numbers.pair(pair), &mut sums.witness);
             pair = pair.wrapping_add(1);
             self.answer_many(tracer, starts, sums);
         }

@@ -18,7 +18,7 @@ pub(super) struct Sums<'a, W> {
     /// Luminance that was cut off.
     removed: &'a mut ExactSum,
     /// Who hears of all that is added, and of how it came about.
-    pub(super) witness: &'a mut W,
+    pub(super) witness: W,
 }
 
 impl<'a, W: Witness> Sums<'a, W> {
@@ -27,7 +27,7 @@ impl<'a, W: Witness> Sums<'a, W> {
         radiance: &'a mut Vec<Spectrum>,
         clamp: Clamp,
         removed: &'a mut ExactSum,
-        witness: &'a mut W,
+        witness: W,
     ) -> Self {
         let starts = radiance.len();
         Self { radiance, starts, clamp, limit: clamp.limit(0), removed, witness }

@@ -187,7 +187,7 @@ impl<R: Rules, W: Witness> Integrator for Wavefront<'_, R, W> {
         let mut removed = ExactSum::default();
         let mut witness = std::mem::take(&mut self.witness);
         witness.begins(starts);
-        let mut sums = Sums::new(radiance, clamp, &mut removed, &mut witness);
+        let mut sums = Sums::new(radiance, clamp, &mut removed, witness);
         for bounces in 0.. {
             let time = |i: usize| self.ways.time(starts, &self.front.paths, i);
             tracer.intersect(&self.front.rays, time, &mut self.hits);
@@ -205,10 +205,10 @@ impl<R: Rules, W: Witness> Integrator for Wavefront<'_, R, W> {
         if let Some(reuse) = &mut self.reuse {
             sums.scattered(2);
             reuse.share(tracer, starts, &mut sums);
-            radiance.truncate(n);
         }
+        self.witness = sums.witness;
+        radiance.truncate(n);
         self.removed.merge(removed);
-        self.witness = witness;
     }
 
     fn take_removed(&mut self) -> ExactSum {
@@ -331,7 +331,7 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
             self.meet(block, starts, settings.shows(bounces), sums);
             self.resolve(block, starts, &numbers, &mut resolved);
             let mut surfaces = self.surfaces(block, &resolved);
-            witness::tell(&surfaces, &self.interactions, sums.witness);
+            witness::tell(&surfaces, &self.interactions, &mut sums.witness);
             self.meet_others(block, bounces, &resolved, &mut surfaces, sums);
             sums.scattered(bounces + 1);
             if lit {
@@ -538,7 +538,7 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
         for (lane, surface) in surfaces.iter().enumerate() {
             let [[x, y], [z, w]] = if surface.bsdf.is_delta() { &alone } else { &behind_lights };
             let u = [x, y, w].map(|n| n[lane]);
-            let next = self.next(surface, bounces, (u, z[lane]), sums.witness);
+            let next = self.next(surface, bounces, (u, z[lane]), &mut sums.witness);
             if let Some((mut path, ray)) = next {
                 if let (Some(Gift::Glossy), Some(reuse)) = (surface.gift, &mut self.reuse) {
                     reuse.leave(&mut path, ray.direction, sums);
@@ -602,5 +602,5 @@ pub(super) fn find(
     sums: &mut Sums<impl Witness>,
 ) {
     let l = rules.emitted(cx, path, found);
-    sums.find(path.target, path.beta * l, || witness::emitter(cx, path, &found, l));
+    sums.find(path.target, path.beta * l, || witness::emitter(cx, path, found, l));
 }

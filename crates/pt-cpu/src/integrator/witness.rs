@@ -135,8 +135,8 @@ pub(super) fn tell<W: Witness>(surfaces: &[Surface], points: &[Interaction], wit
 }
 
 /// A surface that glows, which a path found, and whose weighted radiance towards it is this.
-pub(super) fn emitter(cx: Context, path: &State, found: &Found, weighted: Spectrum) -> Source {
-    let Found { at, hit, time } = *found;
+pub(super) fn emitter(cx: Context, path: &State, found: Found, weighted: Spectrum) -> Source {
+    let Found { at, hit, time } = found;
     let radiance = cx.scene.emitted(at, hit, time);
     let still = cx.scene.surfaces[at.surface].light.is_some();
     Source::Emitter {

@@ -129,7 +129,7 @@ impl<W: Witness> Integrator for VolPath<'_, W> {
         let mut removed = ExactSum::default();
         let mut witness = std::mem::take(&mut self.witness);
         witness.begins(starts);
-        let mut sums = Sums::new(radiance, self.settings.clamp, &mut removed, &mut witness);
+        let mut sums = Sums::new(radiance, self.settings.clamp, &mut removed, witness);
         for bounces in 0.. {
             sums.scattered(bounces);
             self.travel(bounces, tracer, starts, &mut sums);
@@ -141,8 +141,8 @@ impl<W: Witness> Integrator for VolPath<'_, W> {
             sums.scattered(bounces + 1);
             self.shadows.answer(tracer, starts, &mut sums);
         }
+        self.witness = sums.witness;
         self.removed.merge(removed);
-        self.witness = witness;
     }
 
     fn take_removed(&mut self) -> ExactSum {
@@ -263,11 +263,11 @@ impl<'a, W: Witness> VolPath<'a, W> {
             let Some(vertex) = vertex else { continue };
             sums.witness.comes(path.state.start, || vertex.told(path.state.beta));
             if lit && !vertex.is_delta() {
-                self.ask(&vertex, &path, (sampler, bounces), time, sums.witness);
+                self.ask(&vertex, &path, (sampler, bounces), time, &mut sums.witness);
                 sums.scattered(bounces + 1);
                 self.shadows.answer_many(tracer, starts, sums);
             }
-            let next = self.next(&vertex, &path, sampler, bounces + 1, sums.witness);
+            let next = self.next(&vertex, &path, sampler, bounces + 1, &mut sums.witness);
             if let Some(next) = next {
                 self.paths[living] = next;
                 living += 1;
