@@ -13,7 +13,7 @@ Commands:
   pathtracer resume out.exr [-s N]           go on with a stopped render, or take more samples
   pathtracer merge a.film b.film -f out.exr  the image of all samples together
   pathtracer info out.exr                    what its film says of an image
-  pathtracer explain [OPTIONS] SCENE -x X -y Y   what a pixel is made of
+  pathtracer explain scene.dae -x 9 -y 5     what a pixel is made of
 Each has --help. A scene that is called like one of them is ./resume.";
 
 /// A command on samples.
@@ -37,6 +37,7 @@ pub(crate) enum Command {
     /// The samples of the pixel are taken once more, and they are, to the bit, those that a render with the same
     /// options takes. So put explain in front of the arguments of a render, and the pixel behind them; no file is
     /// written.
+    #[command(override_usage = "pathtracer explain [OPTIONS] [SCENE] -x X -y Y", after_help = "")]
     Explain(Box<Explain>),
 }
 

@@ -29,6 +29,10 @@ pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
         "explain follows paths one by one; leave out --split and --path-reuse, which change the noise and not \
          what the light is"
     );
+    ensure!(
+        !cli.man && cli.completions.is_none(),
+        "--man and --completions print texts about the program; give them without explain"
+    );
     let request = args::checked(cli, Vec::new()).map_err(anyhow::Error::msg)?;
     let Prepared { scene, session, .. } = render::prepare(&request, Instant::now())?;
     let pixel = pixel(&of, &session)?;

@@ -265,7 +265,8 @@ fn fireflies(names: Names, session: &Session, explanation: &Explanation) -> Stri
     }
     for (way, cause, members) in &groups {
         for firefly in members {
-            text += &paragraph("  ", &member(firefly, way, *ordinary));
+            let label = format!("  sample {}: ", firefly.sample.number);
+            text += &paragraph(&label, &member(firefly, way, *ordinary));
         }
         text += &paragraph("    cause: ", cause);
         text += &paragraph("    what helps: ", &advice(session, explanation, members[0]));
@@ -282,8 +283,7 @@ fn member(firefly: &Firefly, way: &str, ordinary: f64) -> String {
         "where the others are black".into()
     };
     format!(
-        "sample {}: luminance {}, {times}, {} of the variance; {} of it is {way}",
-        firefly.sample.number,
+        "luminance {}, {times}, {} of the variance; {} of it is {way}",
         number(luminance),
         percent(share_of_variance),
         percent(share_of_sample)

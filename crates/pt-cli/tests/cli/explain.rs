@@ -54,6 +54,13 @@ fn the_parts_of_a_sample_are_the_sample() {
     }
 }
 
+#[test]
+fn help_tells_its_own_usage() {
+    let help = Folder::new().succeed("explain --help").out;
+    assert!(help.contains("Usage: pathtracer explain [OPTIONS] [SCENE] -x X -y Y"), "{help}");
+    assert!(help.contains("--sample <N>") && !help.contains("pathtracer merge"), "{help}");
+}
+
 /// An adaptive render takes fewer samples of a pixel, and so does its explanation.
 #[test]
 fn an_adaptive_render_is_explained_as_it_is() {
@@ -96,6 +103,7 @@ fn what_cannot_be_explained_is_refused() {
         ("-r 40 30 --integrator ao SCENE -x 3 -y 3", "samples of the integrator ao cannot be"),
         ("--cs184 small.dae -x 3 -y 3", "--integrator cs184"),
         ("SCENE small.dae -x 3 -y 3", "more than one scene"),
+        ("SCENE --man -x 3 -y 3", "give them without explain"),
         ("missing.dae -x 3 -y 3", "missing.dae"),
         ("SCENE -x 3 -y 3 --sample 1 --top 3", "--top"),
     ] {
