@@ -59,7 +59,8 @@ pub enum Cause {
         /// The place of the vertex where it arrives.
         vertex: usize,
     },
-    /// The light cannot be sampled: only paths that happen to go to it find it.
+    /// The light is not sampled: only paths that happen to go to it find it, or, where light is looked for in
+    /// directions of the hemisphere, only those that happen to lead to it.
     Unsampled,
     /// What the path carried to its last vertex.
     Throughput {
@@ -200,7 +201,9 @@ fn cause(trace: &Trace, bright: &Contribution, usual: &[(usize, Factors); 2]) ->
         (Some(vertex), Source::Emitter { .. } | Source::Sky { .. }) if ends_in_mirrors => {
             Cause::Caustic { vertex }
         }
-        (_, Source::Emitter { is_sampled: false, .. }) => Cause::Unsampled,
+        (_, Source::Emitter { is_sampled: false, .. } | Source::Hemisphere { .. }) => {
+            Cause::Unsampled
+        }
         _ => outstanding(trace, bright, usual),
     }
 }
@@ -246,7 +249,7 @@ fn probability(source: &Source) -> f32 {
     }
 }
 
-/// The factors of a contribution that brings something.
+/// The factors of a contribution that brings something, if they are known.
 fn factors(trace: &Trace, contribution: &Contribution) -> Option<Factors> {
     let value = f64::from(contribution.value.luminance());
     let last = trace.vertices[..contribution.vertices].last();
@@ -261,9 +264,7 @@ fn factors(trace: &Trace, contribution: &Contribution) -> Option<Factors> {
             let of_choice = f64::from(weight) / (pdf * f64::from(samples));
             (radiance.luminance(), of_choice / choice)
         }
-        Source::Hemisphere { pdf, samples, .. } => {
-            (1.0, 1.0 / (f64::from(pdf.get()) * f64::from(samples)))
-        }
+        Source::Hemisphere { .. } => return None,
     };
     let others = throughput * f64::from(radiance) * density * choice;
     (value > 0.0 && others > 0.0)

@@ -6,9 +6,9 @@ use pathtracer::{
     Adaptive, Clamp, DirectLight, Film, Filter, INTEGRATORS, Region, Scene, Session, Settings,
     Silent,
 };
-use pt_cpu::trace::{Place, Sample, Source, Vertex};
-use pt_cpu::{RenderError, Renderer};
-use pt_math::{Spectrum, Vec3};
+use pt_cpu::trace::{LightNumber, Place, Sample, Source, Vertex};
+use pt_cpu::{RenderError, Renderer, Tracer};
+use pt_math::{Ray, Spectrum, Vec3};
 use pt_scene::LightKind;
 
 use crate::furnace::ESTIMATORS;
@@ -206,6 +206,41 @@ fn diffuse_surfaces_reflect_what_light_samples_tell() {
         }
     }
     assert!(seen > 100, "{seen}");
+}
+
+/// Where nothing is in the way of a sample of a light, a ray in its direction meets the light that was chosen
+/// among many, as far away as was told.
+#[test]
+fn the_light_that_was_chosen_is_where_it_was_told() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/mitsuba/many_lights.xml");
+    let scene = pathtracer::load(Path::new(path)).unwrap_or_else(|e| panic!("{e}"));
+    let session = session(&scene, Settings { spp: SPP, ..Settings::default() });
+    let compiled = session.scene();
+    let mut tracer = Tracer::new(compiled, false);
+    let mut seen = 0;
+    for sample in PIXELS.iter().flat_map(|&pixel| replay(&session, pixel, 0..SPP).0) {
+        for contribution in &sample.trace.contributions {
+            let Source::Light(light) = contribution.source else { continue };
+            let (LightNumber::Still(number), Some(chosen)) = (light.light, light.chosen) else {
+                continue;
+            };
+            assert!(chosen.probability > 0.0 && chosen.probability <= 1.0);
+            let tree = compiled.lights.as_slice()[number].tree(&compiled.light_tables);
+            let primitive = tree.and_then(|tree| tree.primitive(chosen.number));
+            if contribution.value.is_black() || primitive.is_none() {
+                continue;
+            }
+            let p = sample.trace.vertices[contribution.vertices - 1].p;
+            let ray = Ray::new(p + light.direction * 1e-3, light.direction);
+            let mut hits = Vec::new();
+            tracer.intersect(&[ray][..], |_| 0.0, &mut hits);
+            let hit = hits[0].expect("the light is there");
+            assert_eq!(Some(hit.primitive), primitive);
+            assert!((hit.t + 1e-3 - light.distance).abs() < 1e-3 * light.distance);
+            seen += 1;
+        }
+    }
+    assert!(seen > 50, "{seen}");
 }
 
 #[test]

@@ -191,7 +191,8 @@ fn contribution(names: Names, contribution: &Contribution) -> String {
         Source::Hemisphere { direction, pdf, samples } => {
             let direction = numbers(direction.to_array());
             let pdf = number(f64::from(pdf.get()));
-            ("asks", format!("{from}, {direction}, of density {pdf} / sr, one of {samples}"))
+            let of = one_of(*samples);
+            ("asks", format!("{from}, {direction}, of density {pdf} / sr{of}"))
         }
     };
     let brings = if contribution.value.is_black() {
@@ -225,10 +226,11 @@ fn sampled(light: &SampledLight) -> String {
         None => write!(text, ", irradiance {radiance}"),
     };
     let _ = write!(text, ", MIS weight {}", number(f64::from(*weight)));
-    if *samples > 1 {
-        let _ = write!(text, ", one of {samples}");
-    }
-    text
+    text + &one_of(*samples)
+}
+
+fn one_of(samples: u32) -> String {
+    if samples > 1 { format!(", one of {samples}") } else { String::new() }
 }
 
 fn fireflies(names: Names, session: &Session, explanation: &Explanation) -> String {

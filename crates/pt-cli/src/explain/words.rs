@@ -99,8 +99,13 @@ pub(super) fn cause(names: Names, firefly: &Firefly) -> String {
             at(vertex + 1),
             at(vertex)
         ),
+        Cause::Unsampled if bright.source.is_asked() => {
+            "light is looked for in random directions of the \
+            hemisphere: few lead to a light, and each of these brings much."
+                .into()
+        }
         Cause::Unsampled => format!(
-            "{light} cannot be sampled as a light. Only paths which happen to go there find it: few, and each \
+            "{light} is not sampled as a light. Only paths which happen to go there find it: few, and each \
              brings much."
         ),
         Cause::Throughput { vertex, weight, times } => format!(
@@ -163,7 +168,7 @@ pub(super) fn advice(session: &Session, explanation: &Explanation, firefly: &Fir
         Cause::Radiance { .. } | Cause::Choice { .. } | Cause::Density { .. } => {
             all.push(format!("more samples of each light (-l {})", 4 * settings.light_samples));
         }
-        Cause::Scattering { .. } if settings.direct != DirectLight::Mis => {
+        Cause::Scattering { .. } | Cause::Unsampled if settings.direct != DirectLight::Mis => {
             all.push("--direct mis".into());
         }
         _ => {}

@@ -49,8 +49,9 @@ fn the_parts_of_a_sample_are_the_sample() {
     for number in 0..8 {
         let told = json(&folder, &format!("-r 40 30 -s 8 SCENE -x 9 -y 22 --sample {number}"));
         assert_eq!(sum(&told["contributions"]), numbers(&told["radiance"]));
-        let vertices = told["vertices"].as_array().expect("a list");
-        assert!(!vertices.is_empty() && vertices[0]["place"]["surface"]["object"].is_string());
+        let wall = &told["vertices"][0]["place"]["surface"];
+        assert_eq!(wall["object"], "left", "{told}");
+        assert_eq!(wall["material"], "red", "{told}");
     }
 }
 
