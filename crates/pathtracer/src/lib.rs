@@ -22,6 +22,7 @@
 
 pub mod course;
 pub mod eta;
+pub mod explain;
 pub mod film_file;
 pub mod identity;
 pub mod keep;

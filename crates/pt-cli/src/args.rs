@@ -20,7 +20,7 @@ use crate::message;
 #[derive(Parser, Debug, Clone)]
 #[command(name = "pathtracer", version, max_term_width = 100, arg_required_else_help = false)]
 #[command(
-    override_usage = "pathtracer [render] [OPTIONS] [SCENE]\n       pathtracer resume | merge | info | rerender …"
+    override_usage = "pathtracer [render] [OPTIONS] [SCENE]\n       pathtracer resume | merge | info | rerender | explain …"
 )]
 #[command(after_help = crate::commands::HELP)]
 #[expect(clippy::struct_excessive_bools, reason = "flags of a command line are bools")]
@@ -450,7 +450,7 @@ pub(crate) enum Action {
     Print(Vec<u8>),
     /// To render.
     Render(Box<Checked>),
-    /// To do something with films.
+    /// To do something with samples.
     Command(Command),
 }
 
@@ -495,35 +495,41 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Action, 
     }
     let command = args.iter().skip(1).map(|arg| arg.to_string_lossy().into_owned()).collect();
     let matches = Cli::command().try_get_matches_from(args).map_err(ArgsError::Clap)?;
-    let mut cli = Cli::from_arg_matches(&matches).map_err(ArgsError::Clap)?;
+    let cli = Cli::from_arg_matches(&matches).map_err(ArgsError::Clap)?;
     if let Some(shell) = cli.completions {
         return Ok(Action::Print(completions(shell)));
     }
     if cli.man {
         return man_page().map(Action::Print).map_err(ArgsError::Message);
     }
+    checked(cli, command).map(|c| Action::Render(Box::new(c))).map_err(ArgsError::Message)
+}
+
+/// What the options of a render mean; `command` is the arguments.
+///
+/// # Errors
+/// A message if they make no sense.
+pub(crate) fn checked(mut cli: Cli, command: Vec<String>) -> Result<Checked, String> {
     sort_paths(&mut cli)?;
-    check::check(cli, command).map(|c| Action::Render(Box::new(c))).map_err(ArgsError::Message)
+    check::check(cli, command)
 }
 
 /// The name of the image may stand apart from `-f`, as in `-f -m 5 out.png scene.dae`; what is
 /// left is the scene.
-fn sort_paths(cli: &mut Cli) -> Result<(), ArgsError> {
+fn sort_paths(cli: &mut Cli) -> Result<(), String> {
     if let Some(None) = cli.output {
         let named = cli.paths.iter().position(|p| pathtracer::image::is_image(p));
         let Some(named) = named else {
-            return Err(ArgsError::Message(
-                "-f needs the name of an image file, such as -f out.png".into(),
-            ));
+            return Err("-f needs the name of an image file, such as -f out.png".into());
         };
         cli.output = Some(Some(cli.paths.remove(named)));
     }
     if let [first, second, ..] = cli.paths.as_slice() {
-        return Err(ArgsError::Message(format!(
+        return Err(format!(
             "more than one scene is given, \"{}\" and \"{}\"; one at a time can be rendered",
             first.display(),
             second.display()
-        )));
+        ));
     }
     Ok(())
 }

@@ -1,9 +1,10 @@
-//! What can be done with images that were rendered, and their samples: go on, add up, look, make again.
+//! What can be done with images that were rendered, and their samples: go on, add up, look, make again, explain.
 
 use std::path::PathBuf;
 
 use clap::Parser;
 
+use crate::args::Cli;
 use crate::check;
 
 /// What the help of the program says about them.
@@ -13,9 +14,10 @@ Commands:
   pathtracer merge a.film b.film -f out.exr  the image of all samples together
   pathtracer info out.exr                    how an image or a film was made
   pathtracer rerender out.exr                makes it again, and compares
+  pathtracer explain scene.dae -x 9 -y 5     what a pixel is made of
 Each has --help. A scene that is called like one of them is ./resume.";
 
-/// A command on films.
+/// A command on samples.
 #[derive(Parser, Debug, Clone)]
 #[command(name = "pathtracer", version, max_term_width = 100)]
 pub(crate) enum Command {
@@ -36,6 +38,13 @@ pub(crate) enum Command {
     /// Status 0 says that the second one, IMAGE_again, is the same to the bit. A scene or a program that
     /// has changed since is refused.
     Rerender(Rerender),
+    /// Tells what a pixel is made of: its paths, the light that they bring, and where its noise comes from
+    ///
+    /// The samples of the pixel are taken once more, and they are, to the bit, those that a render with the same
+    /// options takes. So put explain in front of the arguments of a render, and the pixel behind them; no file is
+    /// written.
+    #[command(override_usage = "pathtracer explain [OPTIONS] [SCENE] -x X -y Y", after_help = "")]
+    Explain(Box<Explain>),
 }
 
 /// `pathtracer resume`.
@@ -110,9 +119,46 @@ pub(crate) struct Rerender {
     pub(crate) quiet: bool,
 }
 
+/// `pathtracer explain`.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct Explain {
+    #[command(flatten)]
+    pub(crate) cli: Cli,
+    #[command(flatten)]
+    pub(crate) of: OfPixel,
+}
+
+/// Which pixel is explained, and how.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct OfPixel {
+    /// Column of the pixel, from the left; the first is 0
+    #[arg(short = 'x', value_name = "X", allow_negative_numbers = true, value_parser = check::count)]
+    #[arg(help_heading = "Explain")]
+    pub(crate) column: u32,
+
+    /// Row of the pixel, from the top; the first is 0
+    #[arg(short = 'y', value_name = "Y", allow_negative_numbers = true, value_parser = check::count)]
+    #[arg(help_heading = "Explain")]
+    pub(crate) row: u32,
+
+    /// Tell all of the sample of this number, and nothing of the others; the first is 0
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = check::count)]
+    #[arg(conflicts_with = "top", help_heading = "Explain")]
+    pub(crate) sample: Option<u32>,
+
+    /// How many of the brightest paths are shown
+    #[arg(long, value_name = "N", default_value = "5", allow_negative_numbers = true)]
+    #[arg(value_parser = check::count, help_heading = "Explain")]
+    pub(crate) top: u32,
+
+    /// Print JSON, with all that is known
+    #[arg(long, help_heading = "Explain")]
+    pub(crate) json: bool,
+}
+
 impl Command {
     /// Whether there is a command of this name.
     pub(crate) fn is_one(name: &str) -> bool {
-        ["resume", "merge", "info", "rerender"].contains(&name)
+        ["resume", "merge", "info", "rerender", "explain"].contains(&name)
     }
 }

@@ -6,6 +6,7 @@ mod commands;
 mod console;
 mod course;
 mod cpu;
+mod explain;
 mod info;
 mod keeping;
 mod limits;
@@ -41,6 +42,7 @@ fn main() -> ExitCode {
         args::Action::Command(Command::Merge(merge)) => merge::run(&merge),
         args::Action::Command(Command::Info(info)) => info::run(&info),
         args::Action::Command(Command::Rerender(rerender)) => rerender::run(&rerender),
+        args::Action::Command(Command::Explain(explain)) => explain::run(*explain),
     };
     done.unwrap_or_else(|error| {
         eprintln!("pathtracer: {}", message::of_error(&error));

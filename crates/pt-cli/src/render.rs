@@ -101,14 +101,18 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
 }
 
 /// A scene that is about to be rendered.
-struct Prepared {
-    scene: Scene,
-    session: Session,
+pub(crate) struct Prepared {
+    pub(crate) scene: Scene,
+    pub(crate) session: Session,
     /// Wall-clock time of reading files.
     load: Duration,
 }
 
-fn prepare(request: &Checked, limit: &Limit, start: Instant) -> Result<Prepared> {
+/// Reads and compiles what the command line asks for.
+///
+/// # Errors
+/// If a file cannot be read, or a scene makes no sense.
+pub(crate) fn prepare(request: &Checked, limit: &Limit, start: Instant) -> Result<Prepared> {
     let environment = load_environment(request)?;
     let scene = load_scene(request)?;
     limit.check_scene(request, &scene)?;
@@ -203,7 +207,8 @@ fn compile(
     Ok(session)
 }
 
-fn tell_notes(request: &Checked, scene: &Scene, session: &Session) {
+/// Tells what the user should know about a scene.
+pub(crate) fn tell_notes(request: &Checked, scene: &Scene, session: &Session) {
     if request.cli.quiet {
         return;
     }
@@ -230,13 +235,20 @@ fn tell_rejections(request: &Checked, session: &Session) {
     for r in &rejections.first {
         eprintln!("  column {}, row {}, sample {}: {}", r.x, r.y, r.sample, r.fault);
     }
-    let words = request.command.iter().map(String::as_str);
-    // No argument has a NUL.
-    let again = shlex::try_join(words).unwrap_or_default();
     let (x, y, sample) = (first.x, first.y, first.sample);
-    eprintln!(
-        "for the path of the first: pathtracer explain {again} -x {x} -y {y} --sample {sample}"
-    );
+    let cli = &request.cli;
+    if cli.path_reuse == 1 && cli.split == 1 && !cli.cs184 {
+        let words = request.command.iter().map(String::as_str);
+        // No argument has a NUL.
+        let again = shlex::try_join(words).unwrap_or_default();
+        eprintln!(
+            "for the path of the first: pathtracer explain {again} -x {x} -y {y} --sample {sample}"
+        );
+    } else {
+        eprintln!(
+            "its path cannot be told with --path-reuse, --split and --cs184; leave them out and look for others"
+        );
+    }
 }
 
 fn next_steps() {

@@ -13,7 +13,7 @@ use pt_math::{Bounds3, DVec3, Pdf, Ray, SolidAngle, Vec3, ray};
 use crate::id::Id;
 use crate::light::{AnyLight, LightSample, LightTables, MovingLight};
 use crate::parametrization::Parametrization;
-use crate::scene::{Interaction, SurfacePoint, SurfaceRecord};
+use crate::scene::{Interaction, PrimitivePlace, SurfacePoint, SurfaceRecord};
 use crate::shapes::{ShapePoint, ShapeTables};
 
 /// An object in coordinates of its own.
@@ -169,9 +169,14 @@ impl Placed {
         (&self.objects[object as usize], primitive as usize)
     }
 
-    /// The number of the object in the scene that a primitive belongs to.
-    pub(crate) fn number(&self, primitive: u32) -> u32 {
-        self.placements[self.locate(primitive).0].number
+    /// See [`crate::RenderScene::place_of`].
+    pub(crate) fn place_of(&self, primitive: u32) -> PrimitivePlace {
+        let (place, primitive) = self.locate(primitive);
+        let Placement { object, number, .. } = self.placements[place];
+        let triangles = self.objects[object as usize].shapes.triangles.len() as u32;
+        let sphere = primitive.checked_sub(triangles);
+        let index = sphere.unwrap_or(primitive);
+        PrimitivePlace { object: number, index, is_sphere: sphere.is_some() }
     }
 
     /// The surface of a primitive.

@@ -84,6 +84,17 @@ pub struct RenderScene {
     pub bvh: Bvh,
 }
 
+/// Where a primitive belongs in the scene that was compiled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PrimitivePlace {
+    /// The number of its object; see [`RenderScene::object`].
+    pub object: u32,
+    /// Its number among the triangles of the object, or among its spheres.
+    pub index: u32,
+    /// Whether it is a sphere.
+    pub is_sphere: bool,
+}
+
 /// A point on a surface that rays leave.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
@@ -220,15 +231,19 @@ impl RenderScene {
     /// The number of the object that a primitive belongs to; that of primitives that lights bring with
     /// them is the number of objects.
     pub fn object(&self, primitive: u32) -> u32 {
-        let triangles = self.shapes.triangles.len() as u32;
+        self.place_of(primitive).object
+    }
+
+    /// Where a primitive belongs.
+    pub fn place_of(&self, primitive: u32) -> PrimitivePlace {
         if primitive as usize >= self.shapes.primitive_surface.len() {
-            return self.placed(|placed| placed.number(primitive));
+            return self.placed(|placed| placed.place_of(primitive));
         }
-        let number = match primitive.checked_sub(triangles) {
-            None => self.object_ends.partition_point(|end| end[0] <= primitive),
-            Some(sphere) => self.object_ends.partition_point(|end| end[1] <= sphere),
-        };
-        number as u32
+        let sphere = primitive.checked_sub(self.shapes.triangles.len() as u32);
+        let (kind, index) = sphere.map_or((0, primitive), |sphere| (1, sphere));
+        let object = self.object_ends.partition_point(|end| end[kind] <= index);
+        let before = object.checked_sub(1).map_or(0, |last| self.object_ends[last][kind]);
+        PrimitivePlace { object: object as u32, index: index - before, is_sphere: sphere.is_some() }
     }
 
     /// The surface point where a ray of unit direction met a primitive, at a time; see

@@ -10,7 +10,7 @@ use pt_math::sampler::{LANES, Lanes, SamplerBlocks};
 use pt_math::{Ray8, RayColumns, Spectrum};
 
 use crate::first_hits::FirstHits;
-use crate::integrator::{Group, Integrator, Registration, Starts, TIME_DIMENSION};
+use crate::integrator::{Group, Integrator, Starts, TIME_DIMENSION};
 use crate::tracer::Tracer;
 
 /// Consecutive samples of one pixel.
@@ -51,9 +51,9 @@ pub(crate) fn batches(mut runs: &[Run], size: usize) -> impl Iterator<Item = &[R
 }
 
 /// What a thread works with, from batch to batch.
-pub(crate) struct Worker<'a> {
+pub(crate) struct Worker<'a, I: ?Sized> {
     pub(crate) tracer: Tracer<'a>,
-    integrator: Box<dyn Integrator + 'a>,
+    pub(crate) integrator: Box<I>,
     starts: Starts,
     /// `None` is the box.
     filter: Option<&'a FilterSampler>,
@@ -65,17 +65,17 @@ pub(crate) struct Worker<'a> {
     pub(crate) samples: u64,
 }
 
-impl<'a> Worker<'a> {
+impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
     pub(crate) fn new(
         scene: &'a RenderScene,
         settings: &'a Settings,
         filter: Option<&'a FilterSampler>,
-        integrator: &Registration,
+        integrator: Box<I>,
         counts_tests: bool,
     ) -> Self {
         Self {
             tracer: Tracer::new(scene, counts_tests),
-            integrator: (integrator.new)(scene, settings),
+            integrator,
             starts: Starts {
                 rays: RayColumns::default(),
                 samplers: SamplerBlocks::new(settings.points()),
@@ -97,8 +97,7 @@ impl<'a> Worker<'a> {
         self.start(batch);
         self.integrator.radiance(&mut self.tracer, &self.starts, &mut self.radiance);
         tile.remove(self.integrator.take_removed());
-        let counts_differ = self.filter.is_some_and(|filter| !filter.is_positive());
-        let weights = counts_differ.then_some(&*self.weights);
+        let weights = self.weighs().then_some(&*self.weights);
         let mut next = 0;
         for Run { pixel, samples, kept, .. } in batch {
             if !kept.is_empty() {
@@ -113,6 +112,17 @@ impl<'a> Worker<'a> {
             self.first_hits.add(&mut self.tracer, &self.starts, batch, tile);
         }
         self.samples += batch.iter().map(|run| run.kept.len() as u64).sum::<u64>();
+    }
+
+    /// Whether not all samples count 1.
+    fn weighs(&self) -> bool {
+        self.filter.is_some_and(|filter| !filter.is_positive())
+    }
+
+    /// What each sample of the last batch counts, and what it gave to the tile.
+    pub(crate) fn taken(&self) -> impl Iterator<Item = (f32, Spectrum)> {
+        let weight = |i| if self.weighs() { self.weights[i] } else { 1.0 };
+        self.radiance.iter().enumerate().map(move |(i, &l)| (weight(i), l * weight(i)))
     }
 
     /// Makes the starts of the samples of a batch, in order.

@@ -9,10 +9,13 @@ mod first_hits;
 mod groups;
 pub mod integrator;
 mod render;
+mod replay;
+pub mod trace;
 mod tracer;
 
 pub use integrator::{
-    Does, Group, INTEGRATORS, Integrator, MOST_REUSE, MOST_SPLIT, Registration, Starts, compensates,
+    Does, Group, INTEGRATORS, Integrator, MOST_REUSE, MOST_SPLIT, Recording, Registration, Starts,
+    compensates,
 };
 pub use render::{Progress, RenderError, Renderer, Statistics};
 pub use tracer::Tracer;

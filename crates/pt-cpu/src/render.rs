@@ -13,7 +13,7 @@ use pt_math::sampler::LANES;
 
 use crate::batch::{Worker, batches};
 use crate::groups::{Grid, SAME_GRID};
-use crate::integrator::{self, Does, MOST_REUSE, MOST_SPLIT, Registration};
+use crate::integrator::{self, Does, Integrator, MOST_REUSE, MOST_SPLIT, Registration};
 
 /// What a render did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -72,6 +72,17 @@ pub enum RenderError {
     /// The integrator does not do it, or not together with path reuse.
     #[error("paths of the integrators path and direct split, without path reuse")]
     NoSplit,
+    /// The samples are not sums of what single paths found.
+    #[error(
+        "samples of the integrator {name} cannot be explained; those of {known} can, without path reuse and \
+         without paths that split, which change no mean"
+    )]
+    NotRecorded {
+        /// The integrator.
+        name: &'static str,
+        /// Those of which samples can be explained.
+        known: String,
+    },
     /// The reconstruction filter makes no sense.
     #[error(transparent)]
     Filter(#[from] FilterError),
@@ -87,13 +98,13 @@ pub enum RenderError {
 
 /// Renders a scene on the threads of this machine.
 pub struct Renderer<'a> {
-    scene: &'a RenderScene,
-    settings: &'a Settings,
-    filter: Option<FilterSampler>,
-    integrator: &'static Registration,
+    pub(crate) scene: &'a RenderScene,
+    pub(crate) settings: &'a Settings,
+    pub(crate) filter: Option<FilterSampler>,
+    pub(crate) integrator: &'static Registration,
     pool: rayon::ThreadPool,
     tile_size: u32,
-    batch_size: usize,
+    pub(crate) batch_size: usize,
     counts_tests: bool,
 }
 
@@ -216,6 +227,7 @@ impl<'a> Renderer<'a> {
         let work = || {
             let Self { scene, settings, integrator, counts_tests, .. } = *self;
             let filter = self.filter.as_ref();
+            let integrator = (integrator.new)(scene, settings);
             let mut worker = Worker::new(scene, settings, filter, integrator, counts_tests);
             while !shared.observer.cancelled()
                 && let Some(mut tile) = { lock(&tiles).next() }
@@ -248,7 +260,7 @@ impl<'a> Renderer<'a> {
         &self,
         tile: &mut Tile,
         (grid, target): (Grid, u32),
-        worker: &mut Worker,
+        worker: &mut Worker<dyn Integrator + '_>,
         observer: &dyn Observer,
     ) {
         loop {
@@ -360,7 +372,7 @@ impl Shared<'_> {
         self.observer.progress(&Advance { done, total: self.total, rays, error: self.error });
     }
 
-    fn add(&self, worker: &Worker) {
+    fn add(&self, worker: &Worker<dyn Integrator + '_>) {
         let mut t = lock(&self.totals);
         t.samples += worker.samples;
         t.rays += worker.tracer.rays;

@@ -26,6 +26,7 @@ mod motion;
 mod occlusion;
 mod pictures;
 mod placed;
+mod replay;
 mod reuse;
 mod scenes;
 mod specular;

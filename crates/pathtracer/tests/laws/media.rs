@@ -268,6 +268,11 @@ fn foggy(cloud: Medium) -> Scene {
     Builder(room).seen_by(pathtracer::Camera { medium: Some(0), ..view })
 }
 
+/// That room with a cloud of colours.
+pub(crate) fn foggy_room() -> Scene {
+    foggy(colored_cloud(5.0, [0.9, 0.7, 0.5], FORWARDS))
+}
+
 fn film_of(scene: &Scene, settings: Settings) -> Film {
     render(scene, size([12, 10]), settings).film().clone()
 }

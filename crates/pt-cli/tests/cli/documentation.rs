@@ -28,13 +28,14 @@ fn commands() -> Vec<&'static str> {
     found.into_iter().map(|l| l.split('#').next().unwrap_or(l).trim()).collect()
 }
 
-/// The same words with fewer pixels and samples; an image that has the cell, if there is one. What goes on does
-/// so with the size of before, and what is looked at stays as it is.
+/// The same words with fewer pixels and samples; an image that has the cell or the pixel, if there is one. What goes
+/// on does so with the size of before, and what is looked at stays as it is.
 fn reduced(command: &str) -> String {
     if ["resume", "info"].iter().any(|name| command.starts_with(name)) {
         return command.to_owned();
     }
-    let size = if command.contains("-p ") { ["200", "150"] } else { ["12", "9"] };
+    let has_place = command.contains("-p ") || command.contains("-x ");
+    let size = if has_place { ["200", "150"] } else { ["12", "9"] };
     let mut words: Vec<_> = command.split(' ').map(str::to_owned).collect();
     if !words.contains(&"-s".into()) {
         words.extend(["-s", "2"].map(str::to_owned));

@@ -4,6 +4,7 @@ mod common;
 mod course;
 mod disk;
 mod documentation;
+mod explain;
 mod images;
 mod interrupt;
 mod media;

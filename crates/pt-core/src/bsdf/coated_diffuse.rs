@@ -86,6 +86,7 @@ fn diffuse_reflectance(eta: f32) -> f32 {
 
 impl Lobe for CoatedDiffuse {
     const DELTA: bool = false;
+    const DIFFUSE: bool = true;
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let ([a, b, c], [d, e, f]) = (self.rho.to_array(), self.specular.to_array());

@@ -20,6 +20,7 @@ impl Diffuse {
 
 impl Lobe for Diffuse {
     const DELTA: bool = false;
+    const DIFFUSE: bool = true;
     const INLINE: bool = true;
 
     fn pack(&self) -> [f32; PARAMETERS] {

@@ -120,6 +120,7 @@ fn across(wo: Vec3) -> (f32, f32) {
 
 impl Lobe for Eon {
     const DELTA: bool = false;
+    const DIFFUSE: bool = true;
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let [a, b, c] = self.rho.to_array();

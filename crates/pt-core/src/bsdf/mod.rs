@@ -119,6 +119,8 @@ pub trait Lobe: Copy {
     const RECIPROCAL: bool = true;
     /// Whether light goes through the surface.
     const TRANSMITS: bool = false;
+    /// Whether it scatters diffusely whatever it does not send into single directions.
+    const DIFFUSE: bool = false;
 }
 
 /// A lobe as stored in the compiled scene.
@@ -181,6 +183,17 @@ macro_rules! lobes {
             #[inline(always)]
             fn transmits(&self) -> bool {
                 $((self.kind == Kind::$name as u32 && <$ty as Lobe>::TRANSMITS))||*
+            }
+            /// See [`Lobe::DIFFUSE`].
+            fn is_diffuse(&self) -> bool {
+                $((self.kind == Kind::$name as u32 && <$ty as Lobe>::DIFFUSE))||*
+            }
+            /// What it is called.
+            fn name(&self) -> &'static str {
+                $(if self.kind == Kind::$name as u32 {
+                    return stringify!($name);
+                })*
+                ""
             }
             /// See [`Lobe::eval`].
             #[inline(always)]
@@ -368,6 +381,16 @@ impl<'a> Bsdf<'a> {
     #[inline(always)]
     pub fn is_delta(&self) -> bool {
         self.lobe.is_delta()
+    }
+
+    /// See [`Lobe::DIFFUSE`].
+    pub fn is_diffuse(&self) -> bool {
+        self.lobe.is_diffuse()
+    }
+
+    /// What its lobe is called.
+    pub fn lobe_name(&self) -> &'static str {
+        self.lobe.name()
     }
 
     /// See [`Lobe::spread`].

@@ -167,6 +167,10 @@ macro_rules! lights {
             pub fn is_delta(&self) -> bool {
                 match self { $(Self::$name(_) => <$ty as Light>::DELTA),* }
             }
+            /// What it is called.
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$name(_) => stringify!($name)),* }
+            }
             /// What the visitor makes of the light.
             #[inline(always)]
             pub fn visit<V: LightVisitor>(&self, visitor: V) -> V::Output {

@@ -38,6 +38,10 @@ macro_rules! phases {
         })*
 
         impl AnyPhase {
+            /// What it is called.
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$name(_) => stringify!($name)),* }
+            }
             /// See [`PhaseFunction::pdf`].
             #[inline]
             pub fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {

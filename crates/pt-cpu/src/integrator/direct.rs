@@ -10,8 +10,10 @@ use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3, warp};
 use super::reuse::{Gift, Reuse};
 use super::sums::Sums;
 use super::wavefront::{Numbers, Rules, Surface};
+use super::witness::{self, Witness};
 use super::{Starts, holes};
 use crate::Tracer;
+use crate::trace::{LightNumber, Source};
 
 /// How light is looked for in random directions of the hemisphere.
 #[derive(Clone, Copy)]
@@ -107,29 +109,34 @@ impl Requests {
         asking: &Asking<impl Rules>,
         tracer: &mut Tracer,
         starts: &Starts,
-        sums: &mut Sums,
+        sums: &mut Sums<impl Witness>,
         mut reuse: Option<&mut Reuse>,
     ) {
         let scene = tracer.scene;
         let mut pair = 0u32;
-        for light in scene.lights.as_slice() {
+        for (number, light) in scene.lights.as_slice().iter().enumerate() {
             let n = asking.rules.light_samples(asking.settings, light.is_delta());
             for _ in 0..n {
                 let numbers = asking.numbers.pair(pair);
                 pair = pair.wrapping_add(1);
                 let reuse = reuse.as_deref_mut();
                 let (numbers, requests) = (&numbers, &mut *self);
-                light.visit(LightSampling { asking, scene, numbers, n, requests, reuse, sums });
+                let number = LightNumber::Still(number);
+                let sampling =
+                    LightSampling { asking, scene, number, numbers, n, requests, reuse, sums };
+                light.visit(sampling);
                 self.answer_many(tracer, starts, sums);
             }
         }
-        for light in scene.moving_lights() {
+        for (number, light) in scene.moving_lights().iter().enumerate() {
             let n = asking.rules.light_samples(asking.settings, false);
             for _ in 0..n {
                 let numbers = &asking.numbers.pair(pair);
                 pair = pair.wrapping_add(1);
                 let (requests, reuse) = (&mut *self, reuse.as_deref_mut());
-                let sampling = LightSampling { asking, scene, numbers, n, requests, reuse, sums };
+                let number = LightNumber::Moving(number);
+                let sampling =
+                    LightSampling { asking, scene, number, numbers, n, requests, reuse, sums };
                 let sample = |(surface, u): (&Surface, [f32; 2])| {
                     let time = starts.time(surface.start as usize);
                     scene.sample_moving(light, time, surface.point.p, u)
@@ -143,16 +150,22 @@ impl Requests {
         }
         let Some(hemisphere) = self.hemisphere else { return };
         for _ in 0..hemisphere.samples {
-            self.probe(hemisphere, asking.surfaces, &asking.numbers.pair(pair));
+            self.probe(hemisphere, asking.surfaces, &asking.numbers.pair(pair), &mut sums.witness);
             pair = pair.wrapping_add(1);
             self.answer_many(tracer, starts, sums);
         }
     }
 
     /// Asks for light from one random direction at each surface.
-    fn probe(&mut self, hemisphere: Hemisphere, surfaces: &[Surface], [x, y]: &[Lanes<f32>; 2]) {
+    fn probe(
+        &mut self,
+        hemisphere: Hemisphere,
+        surfaces: &[Surface],
+        [x, y]: &[Lanes<f32>; 2],
+        witness: &mut impl Witness,
+    ) {
         for (surface, (&x, &y)) in surfaces.iter().zip(x.iter().zip(y)) {
-            let Surface { point, bsdf, beta, target, .. } = surface;
+            let Surface { point, bsdf, beta, start, target, .. } = surface;
             if bsdf.is_delta() {
                 continue;
             }
@@ -160,13 +173,15 @@ impl Requests {
             let wi = bsdf.frame().to_world(local);
             let value = *beta * bsdf.eval(wi) / (pdf.get() * hemisphere.samples as f32);
             if !value.is_black() {
+                let samples = hemisphere.samples;
+                witness.asks(*start, || Source::Hemisphere { direction: wi, pdf, samples });
                 self.probes.push(point.spawn(wi), value, *target);
             }
         }
     }
 
     /// Answers them if they are many.
-    fn answer_many(&mut self, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums) {
+    fn answer_many(&mut self, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums<impl Witness>) {
         if self.shadows.rays.len().max(self.probes.rays.len()) >= MANY {
             self.answer(tracer, starts, sums);
         }
@@ -174,7 +189,12 @@ impl Requests {
 
     /// Adds to each start what its rays bring, in the order in which they were asked for, and
     /// forgets them.
-    pub(super) fn answer(&mut self, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums) {
+    pub(super) fn answer(
+        &mut self,
+        tracer: &mut Tracer,
+        starts: &Starts,
+        sums: &mut Sums<impl Witness>,
+    ) {
         let scene = tracer.scene;
         let Self { shadows, blocked, .. } = self;
         let time = |i: usize| starts.time(shadows.loads[i].1 as usize);
@@ -184,11 +204,11 @@ impl Requests {
             let time = |i: usize| starts.time(shadows.loads[i].1 as usize);
             holes::transmittances(tracer, &shadows.rays, time, blocked, shares);
             for (&(value, start), &share) in shadows.loads.iter().zip(&*shares) {
-                sums.add(start, value * share);
+                sums.answer(start, value * share, true);
             }
         } else {
             for (&(value, start), &blocked) in self.shadows.loads.iter().zip(&self.blocked) {
-                sums.add(start, if blocked { Spectrum::ZERO } else { value });
+                sums.answer(start, if blocked { Spectrum::ZERO } else { value }, true);
             }
         }
         self.shadows.clear();
@@ -200,9 +220,11 @@ impl Requests {
             let time = |i: usize| starts.time(of[i] as usize);
             holes::go_on(tracer, rays, time, hits, |i, _, ray, hit, opacity| {
                 let (value, start) = &mut loads[i];
-                sums.add(*start, *value * emitted(scene, ray, hit, time(i)));
+                let light = *value * emitted(scene, ray, hit, time(i));
                 *value *= 1.0 - opacity;
-                !value.is_black()
+                let goes_on = !value.is_black();
+                sums.answer(*start, light, false);
+                goes_on
             });
         }
         for ((&(value, start), hit), ray) in
@@ -213,7 +235,7 @@ impl Requests {
                 None if hemisphere.sky => scene.sky(ray.direction),
                 None => Spectrum::ZERO,
             };
-            sums.add(start, value * l);
+            sums.answer(start, value * l, true);
         }
         self.probes.clear();
     }
@@ -225,17 +247,18 @@ fn emitted(scene: &RenderScene, ray: &Ray, hit: &Hit, time: f32) -> Spectrum {
 }
 
 /// Asks for one of `n` samples of a light at each surface.
-struct LightSampling<'a, 's, R> {
+struct LightSampling<'a, 's, R, W> {
     asking: &'a Asking<'a, R>,
     scene: &'a RenderScene,
+    number: LightNumber,
     numbers: &'a [Lanes<f32>; 2],
     n: u32,
     requests: &'a mut Requests,
     reuse: Option<&'a mut Reuse>,
-    sums: &'a mut Sums<'s>,
+    sums: &'a mut Sums<'s, W>,
 }
 
-impl<R: Rules> LightVisitor for LightSampling<'_, '_, R> {
+impl<R: Rules, W: Witness> LightVisitor for LightSampling<'_, '_, R, W> {
     type Output = ();
 
     #[inline(always)]
@@ -248,10 +271,10 @@ impl<R: Rules> LightVisitor for LightSampling<'_, '_, R> {
     }
 }
 
-impl<'a, R: Rules> LightSampling<'a, '_, R> {
+impl<'a, R: Rules, W: Witness> LightSampling<'a, '_, R, W> {
     /// The surfaces, each with its numbers.
     #[inline(always)]
-    fn points(&self) -> impl Iterator<Item = (&'a Surface<'a>, [f32; 2])> + use<'a, R> {
+    fn points(&self) -> impl Iterator<Item = (&'a Surface<'a>, [f32; 2])> + use<'a, R, W> {
         let [x, y] = self.numbers;
         self.asking.surfaces.iter().zip(x.iter().zip(y)).map(|(s, (&x, &y))| (s, [x, y]))
     }
@@ -261,7 +284,7 @@ impl<'a, R: Rules> LightSampling<'a, '_, R> {
     fn ask(mut self) {
         let Asking { rules, settings, surfaces, .. } = *self.asking;
         let Requests { samples, shadows, .. } = self.requests;
-        for (surface, sample) in surfaces.iter().zip(&*samples) {
+        for (lane, (surface, sample)) in surfaces.iter().zip(&*samples).enumerate() {
             let Surface { point, bsdf, beta, target, .. } = surface;
             let Some(sample) = sample else { continue };
             if bsdf.is_delta() {
@@ -281,6 +304,11 @@ impl<'a, R: Rules> LightSampling<'a, '_, R> {
                 }
                 _ => (value, *target),
             };
+            self.sums.witness.asks(surface.start, || {
+                let u = self.numbers.each_ref().map(|numbers| numbers[lane]);
+                let lit = (&surface.lit(), u);
+                witness::light(self.scene, self.number, lit, sample, (weight, self.n))
+            });
             shadows.push(point.spawn_to(sample), value, target);
         }
     }

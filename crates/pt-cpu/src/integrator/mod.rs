@@ -15,6 +15,7 @@ mod sums;
 mod volpath;
 mod wavefront;
 mod ways;
+mod witness;
 
 use pt_core::film::ExactSum;
 use pt_core::settings::DirectLight;
@@ -23,7 +24,11 @@ use pt_math::sampler::SamplerBlocks;
 use pt_math::{RayColumns, Spectrum};
 
 use crate::Tracer;
+use crate::trace::Trace;
+use course::Course;
+use path::Path;
 use wavefront::Wavefront;
+use witness::{Recorder, Witness};
 
 /// Where samples start: a ray, a sampler and, where it matters, a time for each.
 #[derive(Clone, Debug)]
@@ -76,6 +81,12 @@ pub trait Integrator {
     }
 }
 
+/// An integrator that writes down how its samples come about; the samples are the same.
+pub trait Recording: Integrator {
+    /// How those of the last call came about, in order; once.
+    fn take_traces(&mut self) -> Vec<Trace>;
+}
+
 /// Everything that the command line and the manual need to know about an integrator.
 pub struct Registration {
     /// Its name for users.
@@ -86,6 +97,8 @@ pub struct Registration {
     pub does: &'static [Does],
     /// Makes one for a thread that renders this scene with these settings.
     pub new: New,
+    /// Makes one that records, if its samples are sums of what single paths found.
+    pub new_recording: Option<NewRecording>,
 }
 
 impl Registration {
@@ -112,45 +125,72 @@ pub enum Does {
 /// Makes an integrator.
 pub type New = for<'a> fn(&'a RenderScene, &'a Settings) -> Box<dyn Integrator + 'a>;
 
+/// Makes an integrator that records.
+pub type NewRecording = for<'a> fn(&'a RenderScene, &'a Settings) -> Box<dyn Recording + 'a>;
+
 /// All integrators.
 pub static INTEGRATORS: &[Registration] = &[
     Registration {
         name: "path",
         help: "light that was scattered up to --max-depth times",
         does: &[Does::WeighSky, Does::Reuse, Does::Split],
-        new: |scene, set| Box::new(Wavefront::new(path::Path { depth: u32::MAX }, scene, set)),
+        new: |scene, set| Box::new(paths::<()>(scene, set)),
+        new_recording: Some(|scene, set| Box::new(paths::<Recorder>(scene, set))),
     },
     Registration {
         name: "volpath",
         help: "the same, with media between surfaces",
         does: &[Does::WeighSky, Does::SeeMedia],
-        new: |scene, set| Box::new(volpath::VolPath::new(scene, set)),
+        new: |scene, set| Box::new(volpath::VolPath::<()>::new(scene, set)),
+        new_recording: Some(|scene, set| Box::new(volpath::VolPath::<Recorder>::new(scene, set))),
     },
     Registration {
         name: "direct",
         help: "light that was scattered at most once",
         does: &[Does::WeighSky, Does::Split],
-        new: |scene, set| Box::new(Wavefront::new(path::Path { depth: 1 }, scene, set)),
+        new: |scene, set| Box::new(direct_paths::<()>(scene, set)),
+        new_recording: Some(|scene, set| Box::new(direct_paths::<Recorder>(scene, set))),
     },
     Registration {
         name: "ao",
         help: "ambient occlusion: how much of the sky is seen, or is free up to --ao-distance",
         does: &[],
         new: |_, set| Box::new(ao::AmbientOcclusion::new(set)),
+        new_recording: None,
     },
     Registration {
         name: "normals",
         help: "shading normals as colours: (n + 1) / 2",
         does: &[],
         new: |_, _| Box::<normals::Normals>::default(),
+        new_recording: None,
     },
     Registration {
         name: "cs184",
         help: "light as the program of the university course computes it",
         does: &[],
-        new: |scene, set| Box::new(Wavefront::new(course::Course, scene, set)),
+        new: |scene, set| Box::new(course_paths::<()>(scene, set)),
+        new_recording: Some(|scene, set| Box::new(course_paths::<Recorder>(scene, set))),
     },
 ];
+
+fn paths<'a, W: Witness>(scene: &'a RenderScene, set: &'a Settings) -> Wavefront<'a, Path, W> {
+    Wavefront::new(Path { depth: u32::MAX }, scene, set)
+}
+
+fn direct_paths<'a, W: Witness>(
+    scene: &'a RenderScene,
+    set: &'a Settings,
+) -> Wavefront<'a, Path, W> {
+    Wavefront::new(Path { depth: 1 }, scene, set)
+}
+
+fn course_paths<'a, W: Witness>(
+    scene: &'a RenderScene,
+    set: &'a Settings,
+) -> Wavefront<'a, Course, W> {
+    Wavefront::new(Course, scene, set)
+}
 
 /// The integrator of this name.
 pub fn find(name: &str) -> Option<&'static Registration> {

@@ -26,6 +26,7 @@ use super::front::State;
 use super::holes;
 use super::sums::Sums;
 use super::wavefront::Surface;
+use super::witness::Witness;
 use super::{MOST_REUSE, Starts};
 use crate::Tracer;
 
@@ -138,7 +139,7 @@ impl Reuse {
         path: &State,
         seen: Seen,
         surface: &mut Surface,
-        sums: &mut Sums,
+        sums: &mut Sums<impl Witness>,
     ) {
         let at = &seen.at;
         let spread = surface.bsdf.towards(at.wo).map_or(0.0, |bsdf| bsdf.spread());
@@ -156,7 +157,7 @@ impl Reuse {
     }
 
     /// Light arrives at the glossy second surface of a path: where it is to be added up.
-    pub(super) fn arrive(&mut self, giver: u32, wi: Vec3, sums: &mut Sums) -> u32 {
+    pub(super) fn arrive(&mut self, giver: u32, wi: Vec3, sums: &mut Sums<impl Witness>) -> u32 {
         let target = sums.part();
         self.parts.push(Part { giver, wi, target });
         target
@@ -164,7 +165,7 @@ impl Reuse {
 
     /// A path goes on from its glossy second surface: its light is added up by itself, and without what the
     /// path carries; Russian roulette still knows that.
-    pub(super) fn leave(&mut self, path: &mut State, wi: Vec3, sums: &mut Sums) {
+    pub(super) fn leave(&mut self, path: &mut State, wi: Vec3, sums: &mut Sums<impl Witness>) {
         let Some(pdf) = path.arrival else { return };
         path.target = self.arrive(path.start, wi, sums);
         path.squeeze *= path.beta.max_channel() * pdf.get();
@@ -172,7 +173,12 @@ impl Reuse {
     }
 
     /// Gives everybody what is theirs.
-    pub(super) fn share(&mut self, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums) {
+    pub(super) fn share(
+        &mut self,
+        tracer: &mut Tracer,
+        starts: &Starts,
+        sums: &mut Sums<impl Witness>,
+    ) {
         self.parts.sort_by_key(|part| part.giver);
         let mut first = 0;
         for group in &starts.groups {
@@ -189,7 +195,7 @@ impl Reuse {
     }
 
     /// Whether a giver has anything to give.
-    fn has_light(&self, member: u32, giver: &Giver, sums: &Sums) -> bool {
+    fn has_light(&self, member: u32, giver: &Giver, sums: &Sums<impl Witness>) -> bool {
         match giver.gift {
             Gift::Matte(target) => !sums.of(target).is_black(),
             Gift::Glossy => {
@@ -203,7 +209,7 @@ impl Reuse {
         &mut self,
         scene: &RenderScene,
         members: impl Iterator<Item = u32> + Clone,
-        sums: &Sums,
+        sums: &Sums<impl Witness>,
     ) {
         let mut takers = ArrayVec::<_, MOST_PIXELS>::new();
         for member in members.clone() {
@@ -237,7 +243,7 @@ impl Reuse {
     }
 
     /// Adds what givers give.
-    fn answer(&mut self, tracer: &mut Tracer, sums: &mut Sums) {
+    fn answer(&mut self, tracer: &mut Tracer, sums: &mut Sums<impl Witness>) {
         // Nothing moves.
         let time = |_| 0.0;
         tracer.occluded(&self.rays, time, &mut self.blocked);
@@ -300,7 +306,7 @@ fn parts(sorted: &[Part], giver: u32) -> &[Part] {
 }
 
 /// Gives everybody what is the same towards all.
-fn share_matte(light: Spectrum, pairs: &[Pair], sums: &mut Sums) {
+fn share_matte(light: Spectrum, pairs: &[Pair], sums: &mut Sums<impl Witness>) {
     let density: f32 = pairs.iter().map(|pair| pair.density * pair.share).sum();
     let light = light * (1.0 / density);
     // Where surfaces coincide, even the path's own ray may find something in the way.
@@ -310,7 +316,7 @@ fn share_matte(light: Spectrum, pairs: &[Pair], sums: &mut Sums) {
 }
 
 /// Gives everybody what a surface throws back to them.
-fn share_glossy(own: &Bsdf, parts: &[Part], pairs: &[Pair], sums: &mut Sums) {
+fn share_glossy(own: &Bsdf, parts: &[Part], pairs: &[Pair], sums: &mut Sums<impl Witness>) {
     let views = pairs.iter().filter_map(|pair| Some((pair, own.towards(pair.w)?)));
     let views: ArrayVec<_, MOST_PIXELS> = views.filter(|(pair, _)| pair.share > 0.0).collect();
     for (taker, bsdf) in views.iter().filter(|(_, bsdf)| own.serves(bsdf)) {

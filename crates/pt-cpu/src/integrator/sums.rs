@@ -4,8 +4,11 @@ use pt_core::film::ExactSum;
 use pt_core::settings::Clamp;
 use pt_math::Spectrum;
 
+use super::witness::Witness;
+use crate::trace::Source;
+
 /// Sums of contributions, which are cut off at a luminance.
-pub(super) struct Sums<'a> {
+pub(super) struct Sums<'a, W> {
     radiance: &'a mut Vec<Spectrum>,
     /// How many of them are starts; those behind are parts of their light.
     starts: usize,
@@ -14,17 +17,20 @@ pub(super) struct Sums<'a> {
     limit: f32,
     /// Luminance that was cut off.
     removed: &'a mut ExactSum,
+    /// Who hears of all that is added, and of how it came about.
+    pub(super) witness: W,
 }
 
-impl<'a> Sums<'a> {
+impl<'a, W: Witness> Sums<'a, W> {
     /// Adds to `radiance`, and to `removed` what is cut off.
     pub(super) fn new(
         radiance: &'a mut Vec<Spectrum>,
         clamp: Clamp,
         removed: &'a mut ExactSum,
+        witness: W,
     ) -> Self {
         let starts = radiance.len();
-        Self { radiance, starts, clamp, limit: clamp.limit(0), removed }
+        Self { radiance, starts, clamp, limit: clamp.limit(0), removed, witness }
     }
 
     /// The contributions that come next are of light scattered `bounces` times.
@@ -33,11 +39,26 @@ impl<'a> Sums<'a> {
         self.limit = self.clamp.limit(bounces);
     }
 
-    /// Adds a contribution to the radiance of a start.
+    /// Adds a contribution to the radiance of a start, and tells what is left of it.
     #[inline(always)]
-    pub(super) fn add(&mut self, start: u32, value: Spectrum) {
+    pub(super) fn add(&mut self, start: u32, value: Spectrum) -> Spectrum {
         let kept = if self.limit < f32::INFINITY { self.cut(start, value) } else { value };
         self.radiance[start as usize] += kept;
+        kept
+    }
+
+    /// Adds light that a path found.
+    #[inline(always)]
+    pub(super) fn find(&mut self, start: u32, value: Spectrum, source: impl FnOnce() -> Source) {
+        let kept = self.add(start, value);
+        self.witness.finds(start, [value, kept], source);
+    }
+
+    /// Adds light that a path asked for, as [`Witness::gets`] says.
+    #[inline(always)]
+    pub(super) fn answer(&mut self, start: u32, value: Spectrum, is_last: bool) {
+        let kept = self.add(start, value);
+        self.witness.gets(start, [value, kept], is_last);
     }
 
     /// Another sum, for a part of the light of a start; nothing is cut off from it.

@@ -34,8 +34,10 @@ use super::holes;
 use super::reuse::{Gift, Reuse, Seen};
 use super::sums::Sums;
 use super::ways::Ways;
-use super::{CAMERA_DIMENSIONS, Integrator, Starts};
+use super::witness::{self, Recorder, Witness};
+use super::{CAMERA_DIMENSIONS, Integrator, Recording, Starts};
 use crate::Tracer;
+use crate::trace::{Departure, Trace};
 
 /// What is rendered, and how.
 #[derive(Clone, Copy)]
@@ -144,7 +146,7 @@ impl Numbers {
 }
 
 /// The driver of all path tracers.
-pub(super) struct Wavefront<'a, R> {
+pub(super) struct Wavefront<'a, R, W = ()> {
     rules: R,
     cx: Context<'a>,
     /// Largest number of surface interactions.
@@ -172,9 +174,10 @@ pub(super) struct Wavefront<'a, R> {
     reuse: Option<Reuse>,
     /// See [`Integrator::take_removed`].
     removed: ExactSum,
+    witness: W,
 }
 
-impl<R: Rules> Integrator for Wavefront<'_, R> {
+impl<R: Rules, W: Witness> Integrator for Wavefront<'_, R, W> {
     fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>) {
         self.begin(starts);
         radiance.clear();
@@ -182,7 +185,9 @@ impl<R: Rules> Integrator for Wavefront<'_, R> {
         radiance.resize(n, Spectrum::ZERO);
         let clamp = if self.rules.clamps() { self.cx.settings.clamp } else { Clamp::NONE };
         let mut removed = ExactSum::default();
-        let mut sums = Sums::new(radiance, clamp, &mut removed);
+        let mut witness = std::mem::take(&mut self.witness);
+        witness.begins(starts);
+        let mut sums = Sums::new(radiance, clamp, &mut removed, witness);
         for bounces in 0.. {
             let time = |i: usize| self.ways.time(starts, &self.front.paths, i);
             tracer.intersect(&self.front.rays, time, &mut self.hits);
@@ -200,8 +205,9 @@ impl<R: Rules> Integrator for Wavefront<'_, R> {
         if let Some(reuse) = &mut self.reuse {
             sums.scattered(2);
             reuse.share(tracer, starts, &mut sums);
-            radiance.truncate(n);
         }
+        self.witness = sums.witness;
+        radiance.truncate(n);
         self.removed.merge(removed);
     }
 
@@ -210,7 +216,13 @@ impl<R: Rules> Integrator for Wavefront<'_, R> {
     }
 }
 
-impl<'a, R: Rules> Wavefront<'a, R> {
+impl<R: Rules> Recording for Wavefront<'_, R, Recorder> {
+    fn take_traces(&mut self) -> Vec<Trace> {
+        self.witness.take()
+    }
+}
+
+impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
     pub(super) fn new(rules: R, scene: &'a RenderScene, settings: &'a Settings) -> Self {
         let cx = Context { scene, settings };
         let lights = scene.lights.as_slice();
@@ -242,6 +254,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             requests: Requests::new(hemisphere),
             reuse: (settings.reuse > 1).then(|| Reuse::new(hemisphere.is_none())),
             removed: ExactSum::default(),
+            witness: W::default(),
         }
     }
 
@@ -277,7 +290,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     }
 
     /// Adds the light that rays find where their paths end, and says which paths scatter.
-    fn arrive(&mut self, bounces: u32, starts: &Starts, sums: &mut Sums) {
+    fn arrive(&mut self, bounces: u32, starts: &Starts, sums: &mut Sums<W>) {
         let scene = self.cx.scene;
         let shown = self.cx.settings.shows(bounces);
         self.scattering.clear();
@@ -293,7 +306,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
                 None if shown => {
                     let (path, d) = (&self.front.paths[i], self.front.rays[i].direction);
                     let l = self.rules.sky(self.cx, path, d, bounces);
-                    sums.add(path.target, path.beta * l);
+                    sums.find(path.target, path.beta * l, || witness::sky(self.cx, d, l));
                 }
                 _ => {}
             }
@@ -301,7 +314,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     }
 
     /// Asks for the direct light at each surface, and sends the paths that live on their way.
-    fn scatter(&mut self, bounces: u32, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums) {
+    fn scatter(&mut self, bounces: u32, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums<W>) {
         let Context { settings, .. } = self.cx;
         let lit = settings.shows(bounces + 1);
         let light_pairs = if lit { self.light_pairs } else { 0 };
@@ -318,6 +331,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
             self.meet(block, starts, settings.shows(bounces), sums);
             self.resolve(block, starts, &numbers, &mut resolved);
             let mut surfaces = self.surfaces(block, &resolved);
+            witness::tell(&surfaces, &self.interactions, &mut sums.witness);
             self.meet_others(block, bounces, &resolved, &mut surfaces, sums);
             sums.scattered(bounces + 1);
             if lit {
@@ -350,7 +364,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         bounces: u32,
         tracer: &mut Tracer,
         starts: &Starts,
-        sums: &mut Sums,
+        sums: &mut Sums<W>,
     ) {
         let Self { rules, cx, front, hits, ways, .. } = self;
         let scene = cx.scene;
@@ -368,7 +382,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
     }
 
     /// The surface points to which a block of paths has come; adds their emission, if it is shown.
-    fn meet(&mut self, block: &[(u32, Hit)], starts: &Starts, shown: bool, sums: &mut Sums) {
+    fn meet(&mut self, block: &[(u32, Hit)], starts: &Starts, shown: bool, sums: &mut Sums<W>) {
         let scene = self.cx.scene;
         let time = |i: u32| self.ways.time(starts, &self.front.paths, i as usize);
         let at = |&(i, ref hit): &(u32, Hit)| {
@@ -449,7 +463,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         bounces: u32,
         resolved: &[Option<Resolved>],
         surfaces: &mut [Surface],
-        sums: &mut Sums,
+        sums: &mut Sums<W>,
     ) {
         let Some(reuse) = &mut self.reuse else { return };
         if bounces > 1 {
@@ -487,7 +501,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         surfaces: &[Surface],
         [light_pairs, mut living]: [u32; 2],
         starts: &Starts,
-        sums: &mut Sums,
+        sums: &mut Sums<W>,
     ) -> u32 {
         let ways = Ways::new(self.cx.settings.split);
         let n = ways.count() as f32;
@@ -515,7 +529,7 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         bounces: u32,
         [light_pairs, mut living]: [u32; 2],
         numbers: &Numbers,
-        sums: &mut Sums,
+        sums: &mut Sums<W>,
     ) -> u32 {
         let behind_lights = numbers.pairs(light_pairs);
         // Where only the BSDF finds directions, no numbers are taken for lights.
@@ -523,7 +537,8 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         let alone = if any_delta { numbers.pairs(0) } else { behind_lights };
         for (lane, surface) in surfaces.iter().enumerate() {
             let [[x, y], [z, w]] = if surface.bsdf.is_delta() { &alone } else { &behind_lights };
-            let next = self.next(surface, bounces, [x, y, w].map(|n| n[lane]), z[lane]);
+            let u = [x, y, w].map(|n| n[lane]);
+            let next = self.next(surface, bounces, (u, z[lane]), &mut sums.witness);
             if let Some((mut path, ray)) = next {
                 if let (Some(Gift::Glossy), Some(reuse)) = (surface.gift, &mut self.reuse) {
                     reuse.leave(&mut path, ray.direction, sums);
@@ -544,7 +559,13 @@ impl<'a, R: Rules> Wavefront<'a, R> {
 
     /// The path behind a surface, if it goes on, by numbers for the BSDF and one for roulette.
     #[inline(always)]
-    fn next(&self, surface: &Surface, bounces: u32, u: [f32; 3], v: f32) -> Option<(State, Ray)> {
+    fn next(
+        &self,
+        surface: &Surface,
+        bounces: u32,
+        (u, v): ([f32; 3], f32),
+        witness: &mut W,
+    ) -> Option<(State, Ray)> {
         let settings = self.cx.settings;
         let scattered = surface.bsdf.sample(u)?;
         let mut next = State {
@@ -559,18 +580,27 @@ impl<'a, R: Rules> Wavefront<'a, R> {
         if next.beta.is_black() || finds_nothing {
             return None;
         }
-        if let Some(q) = self.rules.survival(settings, &next, bounces) {
+        let survival = self.rules.survival(settings, &next, bounces);
+        if let Some(q) = survival {
             if v >= q {
                 return None;
             }
             next.beta *= 1.0 / q;
         }
+        witness.leaves(surface.start, || Departure::new(&scattered, survival));
         Some((next, surface.point.spawn(scattered.wi)))
     }
 }
 
 /// Adds the emission of a surface to the light of the path that found it.
 #[inline(always)]
-pub(super) fn find(rules: &impl Rules, cx: Context, path: &State, found: Found, sums: &mut Sums) {
-    sums.add(path.target, path.beta * rules.emitted(cx, path, found));
+pub(super) fn find(
+    rules: &impl Rules,
+    cx: Context,
+    path: &State,
+    found: Found,
+    sums: &mut Sums<impl Witness>,
+) {
+    let l = rules.emitted(cx, path, found);
+    sums.find(path.target, path.beta * l, || witness::emitter(cx, path, found, l));
 }

@@ -199,6 +199,46 @@ impl LightTree {
     }
 }
 
+/// Which of many lights was chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chosen {
+    /// Its number among those of the tree.
+    pub number: u32,
+    /// With which probability.
+    pub probability: f32,
+}
+
+impl AnyLight {
+    /// Its tree, if it stands for many.
+    pub fn tree<'t>(&self, tables: &'t LightTables) -> Option<&'t LightTree> {
+        match self {
+            Self::ManyLights(Many { tree }) | Self::ManyPoints(Many { tree }) => {
+                Some(&tables.trees[*tree as usize])
+            }
+            _ => None,
+        }
+    }
+}
+
+impl LightTree {
+    /// The light of a sample by these numbers, as [`Light::sample`] chooses it.
+    pub fn chosen(&self, lit: &Lit, u: [f32; 2]) -> Option<Chosen> {
+        let [choice, ..] = self.choose(&[(*lit, u)]);
+        choice.map(|Choice { light, probability, .. }| Chosen { number: light, probability })
+    }
+
+    /// The primitive that a light is, if it is one.
+    pub fn primitive(&self, number: u32) -> Option<u32> {
+        let index = self.light_of.iter().position(|&light| light == number)?;
+        Some(self.first_primitive + index as u32)
+    }
+
+    /// How many lights there are.
+    pub fn count(&self) -> usize {
+        self.lights.len()
+    }
+}
+
 /// Points that go down a tree side by side.
 const BLOCK: usize = 16;
 

@@ -28,8 +28,10 @@ use super::front::State;
 use super::path::{Path, sampled_weight};
 use super::sums::Sums;
 use super::wavefront::{Context, Found, Rules, find};
-use super::{CAMERA_DIMENSIONS, Integrator, Starts};
+use super::witness::{self, Recorder, Witness};
+use super::{CAMERA_DIMENSIONS, Integrator, Recording, Starts};
 use crate::Tracer;
+use crate::trace::{Departure, LightNumber, Trace};
 use shadow::{Shadow, Shadows};
 use travel::{Event, Travel};
 use vertex::Vertex;
@@ -41,7 +43,7 @@ use vertex::Vertex;
 /// An interaction is one with a surface or with a medium. The phase function takes the place of the
 /// BSDF. Estimators of direct light by hemispheres, which media do not have, are that of
 /// [`DirectLight::Mis`].
-pub(super) struct VolPath<'a> {
+pub(super) struct VolPath<'a, W = ()> {
     scene: &'a RenderScene,
     settings: Settings,
     rules: Path,
@@ -57,6 +59,7 @@ pub(super) struct VolPath<'a> {
     shadows: Shadows,
     /// See [`Integrator::take_removed`].
     removed: ExactSum,
+    witness: W,
 }
 
 /// A path under way.
@@ -118,13 +121,15 @@ fn stream(sampler: Sampler, bounces: u32, light_sample: Option<u32>) -> Stream {
     sampler.stream([bounces, light_sample.map_or(0, |number| number.wrapping_add(1))])
 }
 
-impl Integrator for VolPath<'_> {
+impl<W: Witness> Integrator for VolPath<'_, W> {
     fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>) {
         self.begin(starts);
         radiance.clear();
         radiance.resize(starts.samplers.len(), Spectrum::ZERO);
         let mut removed = ExactSum::default();
-        let mut sums = Sums::new(radiance, self.settings.clamp, &mut removed);
+        let mut witness = std::mem::take(&mut self.witness);
+        witness.begins(starts);
+        let mut sums = Sums::new(radiance, self.settings.clamp, &mut removed, witness);
         for bounces in 0.. {
             sums.scattered(bounces);
             self.travel(bounces, tracer, starts, &mut sums);
@@ -136,6 +141,7 @@ impl Integrator for VolPath<'_> {
             sums.scattered(bounces + 1);
             self.shadows.answer(tracer, starts, &mut sums);
         }
+        self.witness = sums.witness;
         self.removed.merge(removed);
     }
 
@@ -144,7 +150,13 @@ impl Integrator for VolPath<'_> {
     }
 }
 
-impl<'a> VolPath<'a> {
+impl Recording for VolPath<'_, Recorder> {
+    fn take_traces(&mut self) -> Vec<Trace> {
+        self.witness.take()
+    }
+}
+
+impl<'a, W: Witness> VolPath<'a, W> {
     pub(super) fn new(scene: &'a RenderScene, settings: &'a Settings) -> Self {
         let direct = match settings.direct {
             DirectLight::Light => DirectLight::Light,
@@ -169,6 +181,7 @@ impl<'a> VolPath<'a> {
             travel: Travel::default(),
             shadows: Shadows::default(),
             removed: ExactSum::default(),
+            witness: W::default(),
         }
     }
 
@@ -204,7 +217,7 @@ impl<'a> VolPath<'a> {
     }
 
     /// Adds the light that paths find where they end; leaves those that are scattered.
-    fn arrive(&mut self, bounces: u32, starts: &Starts, sums: &mut Sums) {
+    fn arrive(&mut self, bounces: u32, starts: &Starts, sums: &mut Sums<W>) {
         let shown = self.settings.shows(bounces);
         let last = bounces >= self.depth;
         let cx = Context { scene: self.scene, settings: &self.settings };
@@ -215,7 +228,8 @@ impl<'a> VolPath<'a> {
             match &events[i] {
                 Event::Escaped if shown => {
                     let l = rules.sky(cx, state, ray.direction, bounces);
-                    sums.add(state.start, state.beta * l);
+                    let sky = || witness::sky(cx, ray.direction, l);
+                    sums.find(state.start, state.beta * l, sky);
                 }
                 Event::Surface(hit) if shown && scene.glows(hit) => {
                     let time = starts.time(state.start as usize);
@@ -235,7 +249,7 @@ impl<'a> VolPath<'a> {
 
     /// Asks for the direct light at each place where a path is scattered, and sends the paths that live
     /// on their way.
-    fn scatter(&mut self, bounces: u32, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums) {
+    fn scatter(&mut self, bounces: u32, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums<W>) {
         let scene = self.scene;
         let lit = self.settings.shows(bounces + 1);
         let mut living = 0;
@@ -247,12 +261,14 @@ impl<'a> VolPath<'a> {
             let time = starts.time(path.state.start as usize);
             let vertex = Vertex::new(scene, &path, &event, time, choice, &mut resolved);
             let Some(vertex) = vertex else { continue };
+            sums.witness.comes(path.state.start, || vertex.told(path.state.beta));
             if lit && !vertex.is_delta() {
-                self.ask(&vertex, &path, sampler, time, bounces);
+                self.ask(&vertex, &path, (sampler, bounces), time, &mut sums.witness);
                 sums.scattered(bounces + 1);
                 self.shadows.answer_many(tracer, starts, sums);
             }
-            if let Some(next) = self.next(&vertex, &path, sampler, bounces + 1) {
+            let next = self.next(&vertex, &path, sampler, bounces + 1, &mut sums.witness);
+            if let Some(next) = next {
                 self.paths[living] = next;
                 living += 1;
             }
@@ -261,26 +277,53 @@ impl<'a> VolPath<'a> {
     }
 
     /// Asks for samples of each light.
-    fn ask(&mut self, vertex: &Vertex, path: &Walker, sampler: Sampler, time: f32, bounces: u32) {
+    fn ask(
+        &mut self,
+        vertex: &Vertex,
+        path: &Walker,
+        (sampler, bounces): (Sampler, u32),
+        time: f32,
+        witness: &mut W,
+    ) {
         let mut number = 0;
-        for light in self.scene.lights.as_slice() {
+        for (light_number, light) in self.scene.lights.as_slice().iter().enumerate() {
             let n = self.rules.light_samples(&self.settings, light.is_delta());
             for _ in 0..n {
                 let u = self.layout.light(sampler, bounces, number);
                 let stream = stream(sampler, bounces, Some(number));
-                let asking = LightSampling { integrator: self, vertex, path, u, n, stream };
+                let light_number = LightNumber::Still(light_number);
+                let asking = LightSampling {
+                    integrator: self,
+                    vertex,
+                    path,
+                    light_number,
+                    u,
+                    n,
+                    stream,
+                    witness,
+                };
                 if let Some(shadow) = light.visit(asking) {
                     self.shadows.push(shadow);
                 }
                 number = number.wrapping_add(1);
             }
         }
-        for light in self.scene.moving_lights() {
+        for (light_number, light) in self.scene.moving_lights().iter().enumerate() {
             let n = self.rules.light_samples(&self.settings, false);
             for _ in 0..n {
                 let u = self.layout.light(sampler, bounces, number);
                 let stream = stream(sampler, bounces, Some(number));
-                let asking = LightSampling { integrator: self, vertex, path, u, n, stream };
+                let light_number = LightNumber::Moving(light_number);
+                let asking = LightSampling {
+                    integrator: self,
+                    vertex,
+                    path,
+                    light_number,
+                    u,
+                    n,
+                    stream,
+                    witness,
+                };
                 let sample = self.scene.sample_moving(light, time, vertex.point().p, u);
                 if let Some(shadow) = sample.and_then(|sample| asking.shadow(&sample)) {
                     self.shadows.push(shadow);
@@ -297,6 +340,7 @@ impl<'a> VolPath<'a> {
         path: &Walker,
         sampler: Sampler,
         bounces: u32,
+        witness: &mut W,
     ) -> Option<Walker> {
         let (u, roulette) = self.layout.direction(sampler, bounces - 1);
         let scattered = vertex.sample(u)?;
@@ -310,12 +354,14 @@ impl<'a> VolPath<'a> {
         if state.beta.is_black() {
             return None;
         }
-        if let Some(q) = self.rules.survival(&self.settings, &state, bounces) {
+        let survival = self.rules.survival(&self.settings, &state, bounces);
+        if let Some(q) = survival {
             if roulette >= q {
                 return None;
             }
             state.beta *= 1.0 / q;
         }
+        witness.leaves(state.start, || Departure::new(&scattered, survival));
         Some(Walker {
             state,
             ray: vertex.point().spawn(scattered.wi),
@@ -327,16 +373,18 @@ impl<'a> VolPath<'a> {
 }
 
 /// One of `n` samples of a light: the ray that asks whether it gets through, with what it brings.
-struct LightSampling<'s, 'a> {
-    integrator: &'s VolPath<'a>,
+struct LightSampling<'s, 'a, W> {
+    integrator: &'s VolPath<'a, W>,
     vertex: &'s Vertex<'s>,
     path: &'s Walker,
+    light_number: LightNumber,
     u: [f32; 2],
     n: u32,
     stream: Stream,
+    witness: &'s mut W,
 }
 
-impl LightVisitor for LightSampling<'_, '_> {
+impl<W: Witness> LightVisitor for LightSampling<'_, '_, W> {
     type Output = Option<Shadow>;
 
     fn visit<L: Light>(self, light: &L) -> Self::Output {
@@ -346,10 +394,10 @@ impl LightVisitor for LightSampling<'_, '_> {
     }
 }
 
-impl LightSampling<'_, '_> {
+impl<W: Witness> LightSampling<'_, '_, W> {
     /// The ray of a sample; `None` if it brings nothing.
     fn shadow(self, sample: &LightSample) -> Option<Shadow> {
-        let Self { integrator, vertex, path, n, stream, .. } = self;
+        let Self { integrator, vertex, path, light_number, u, n, stream, witness } = self;
         let Context { scene, settings } = integrator.context();
         let point = vertex.point();
         let weight = sampled_weight(settings, sample, n, |wi| vertex.pdf(wi));
@@ -363,6 +411,9 @@ impl LightSampling<'_, '_> {
         let end = if sample.end.is_some() { 1.0 } else { f32::INFINITY };
         let medium = vertex.medium_towards(scene, sample.wi);
         let (ray, start) = (point.spawn_to(sample), path.state.start);
+        witness.asks(start, || {
+            witness::light(scene, light_number, (&vertex.lit(), u), sample, (weight, n))
+        });
         Some(Shadow { ray, end, value, medium, stream, start })
     }
 }

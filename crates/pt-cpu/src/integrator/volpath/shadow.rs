@@ -10,6 +10,7 @@ use pt_math::{Ray, Spectrum};
 use crate::Tracer;
 use crate::integrator::Starts;
 use crate::integrator::sums::Sums;
+use crate::integrator::witness::Witness;
 
 /// A ray towards a light, and what it brings.
 #[derive(Clone, Copy)]
@@ -71,7 +72,12 @@ impl Shadows {
     }
 
     /// Follows them if they are many.
-    pub(super) fn answer_many(&mut self, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums) {
+    pub(super) fn answer_many(
+        &mut self,
+        tracer: &mut Tracer,
+        starts: &Starts,
+        sums: &mut Sums<impl Witness>,
+    ) {
         if self.queue.len() >= MANY {
             self.answer(tracer, starts, sums);
         }
@@ -79,7 +85,12 @@ impl Shadows {
 
     /// Adds to each start what its rays bring, in the order in which they were asked for, and forgets
     /// them.
-    pub(super) fn answer(&mut self, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums) {
+    pub(super) fn answer(
+        &mut self,
+        tracer: &mut Tracer,
+        starts: &Starts,
+        sums: &mut Sums<impl Witness>,
+    ) {
         let scene = tracer.scene;
         self.gather(0..self.queue.len());
         let time = |i: usize| starts.time(self.queue[i].start as usize);
@@ -94,7 +105,7 @@ impl Shadows {
         }
         self.go_through_holes(tracer, starts);
         for shadow in self.queue.drain(..) {
-            sums.add(shadow.start, shadow.value);
+            sums.answer(shadow.start, shadow.value, true);
         }
     }
 

@@ -10,6 +10,7 @@ use crate::Tracer;
 use crate::integrator::Starts;
 use crate::integrator::sums::Sums;
 use crate::integrator::wavefront::{Context, Found, find};
+use crate::integrator::witness::Witness;
 
 /// How a path came to the end of its way.
 #[derive(Clone, Copy)]
@@ -40,7 +41,7 @@ enum Step {
     Passes(Hit),
 }
 
-impl VolPath<'_> {
+impl<W: Witness> VolPath<'_, W> {
     /// Follows all paths until they are scattered or leave; adds what glows at the holes that they go
     /// through. After the last interaction that is allowed, media scatter nothing that counts: there,
     /// the share that gets through is taken.
@@ -49,7 +50,7 @@ impl VolPath<'_> {
         bounces: u32,
         tracer: &mut Tracer,
         starts: &Starts,
-        sums: &mut Sums,
+        sums: &mut Sums<W>,
     ) {
         let shown = self.settings.shows(bounces);
         let last = bounces >= self.depth;

@@ -12,6 +12,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::Walker;
 use super::travel::Event;
+use crate::trace::Place;
 
 /// A place where a path is scattered.
 pub(super) struct Vertex<'a> {
@@ -72,6 +73,15 @@ impl<'a> Vertex<'a> {
 
     pub(super) fn point(&self) -> &SurfacePoint {
         &self.point
+    }
+
+    /// What there is to tell of it and of the path that came.
+    pub(super) fn told(&self, throughput: Spectrum) -> crate::trace::Vertex {
+        let place = match &self.kind {
+            Kind::Surface { bsdf, primitive, .. } => Place::of(bsdf, *primitive),
+            Kind::Medium { phase, .. } => Place::Medium { phase: phase.name() },
+        };
+        crate::trace::Vertex { p: self.point.p, place, throughput, departure: None }
     }
 
     /// What lights are told of it.

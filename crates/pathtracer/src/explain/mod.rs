@@ -1,0 +1,279 @@
+//! What a pixel is made of: its paths, the light that they bring, and where its noise comes from.
+//!
+//! A sample is a pure function of scene, settings, pixel and its number, so that the samples of a pixel can
+//! be taken once more while somebody writes down what happens. The sum of what is told of a sample is the
+//! sample, to the bit.
+
+mod fireflies;
+mod names;
+mod types;
+
+use std::ops::Range;
+
+use pt_core::settings::Settings;
+use pt_core::{Film, Region};
+use pt_cpu::{RenderError, Renderer};
+
+use crate::{Session, Silent};
+
+pub use fireflies::{Cause, Fireflies, Firefly};
+pub use names::{Names, Thing};
+pub use pt_core::light::tree::Chosen;
+pub use pt_cpu::trace::{
+    Contribution, Departure, Event, LightNumber, Place, Sample, SampledLight, Source, Trace, Vertex,
+};
+pub use types::{PathType, expression};
+
+use fireflies::Suspects;
+use types::Types;
+
+/// What a pixel is made of. Luminances are those of linear Rec. 709.
+#[derive(Clone, Debug)]
+pub struct Explanation {
+    /// Column and row, from the upper left.
+    pub pixel: [u32; 2],
+    /// The numbers of its samples.
+    pub samples: Range<u32>,
+    /// Its mean radiance: that of the image, to the bit.
+    pub mean: [f64; 3],
+    /// Its mean luminance.
+    pub luminance: f64,
+    /// The variance of the luminance of a sample: Σ(y − ȳ)² / (n − 1).
+    pub variance: f64,
+    /// How many samples were no numbers; they count as black.
+    pub rejected: u64,
+    /// Its light by the ways that it took, of which the first has most of the variance.
+    pub types: Vec<PathType>,
+    /// What is left of the variance: the ways of light vary together, Σ 2 cov / variance.
+    pub together: f64,
+    /// The paths that bring most, of which the first brings most of all.
+    pub brightest: Vec<LightPath>,
+    /// Samples that are far brighter than the others.
+    pub fireflies: Fireflies,
+}
+
+/// One way of light from where it is emitted to the eye.
+#[derive(Clone, Debug)]
+pub struct LightPath {
+    /// The number of the sample that it is a part of.
+    pub sample: u32,
+    /// Luminance that it brings to the sample.
+    pub luminance: f64,
+    /// Its vertices, and the one contribution.
+    pub trace: Trace,
+}
+
+/// Explains the samples that a render takes of a pixel, from number `first` on, with the `top` brightest paths.
+///
+/// # Errors
+/// If nothing can be rendered like this, or samples are not sums of what single paths found.
+///
+/// # Panics
+/// If the pixel is not in the image.
+pub fn explain(
+    session: &Session,
+    pixel: [u32; 2],
+    first: u32,
+    top: usize,
+) -> Result<Explanation, RenderError> {
+    assert!(region(pixel).is_inside(session.scene().camera.resolution), "a pixel of the image");
+    let renderer = renderer(session)?;
+    let samples = first..first + count(&renderer, session.settings(), pixel, first);
+    let mut observed = Observed::new(top);
+    let film = renderer.replay(pixel, samples.clone(), |sample| observed.see(sample))?;
+    Ok(observed.explanation(pixel, samples, &film))
+}
+
+/// Takes one sample of a pixel once more.
+///
+/// # Errors
+/// Likewise.
+///
+/// # Panics
+/// If the pixel is not in the image.
+pub fn explain_sample(
+    session: &Session,
+    pixel: [u32; 2],
+    number: u32,
+) -> Result<Option<Sample>, RenderError> {
+    assert!(region(pixel).is_inside(session.scene().camera.resolution), "a pixel of the image");
+    let mut found = None;
+    renderer(session)?.replay(pixel, number..number + 1, |sample| found = Some(sample))?;
+    Ok(found)
+}
+
+fn region([x, y]: [u32; 2]) -> Region {
+    Region { x, y, width: 1, height: 1 }
+}
+
+fn renderer(session: &Session) -> Result<Renderer<'_>, RenderError> {
+    Renderer::new(session.scene(), session.settings(), 1, 1, false)
+}
+
+/// How many samples a render takes of a pixel: where it stops early, the film tells.
+fn count(renderer: &Renderer, settings: &Settings, pixel: [u32; 2], first: u32) -> u32 {
+    if settings.adaptive.is_none() {
+        return settings.spp.saturating_sub(first);
+    }
+    let mut film = Film::new(region(pixel)).starting_at(first);
+    renderer.render(&mut film, &Silent);
+    film.most_samples()
+}
+
+/// What was seen so far of the samples of a pixel.
+struct Observed {
+    types: Types,
+    /// Luminances of samples.
+    luminances: Vec<f64>,
+    brightest: Brightest<LightPath>,
+    suspects: Suspects,
+}
+
+impl Observed {
+    fn new(top: usize) -> Self {
+        Self {
+            types: Types::default(),
+            luminances: Vec::new(),
+            brightest: Brightest::new(top),
+            suspects: Suspects::new(),
+        }
+    }
+
+    fn see(&mut self, sample: Sample) {
+        if !sample.radiance.is_finite() {
+            self.luminances.push(0.0);
+            return;
+        }
+        let luminance = self.types.add(&sample);
+        self.luminances.push(luminance);
+        for contribution in &sample.trace.contributions {
+            let luminance = luminance_of(&sample, contribution);
+            self.brightest.offer(luminance, || LightPath {
+                sample: sample.number,
+                luminance,
+                trace: alone(&sample.trace, contribution),
+            });
+        }
+        self.suspects.see(sample, luminance);
+    }
+
+    fn explanation(self, pixel: [u32; 2], samples: Range<u32>, film: &Film) -> Explanation {
+        let Self { types, luminances, brightest, suspects } = self;
+        let n = luminances.len().max(1) as f64;
+        let mean = luminances.iter().sum::<f64>() / n;
+        let squares: f64 = luminances.iter().map(|y| (y - mean) * (y - mean)).sum();
+        let variance = squares / (n - 1.0).max(1.0);
+        let types = types.finish(luminances.len(), mean, variance);
+        let shares: f64 = types.iter().map(|t| t.share_of_variance).sum();
+        Explanation {
+            pixel,
+            samples,
+            mean: film.pixel(pixel[0], pixel[1]).mean(),
+            luminance: mean,
+            variance,
+            rejected: film.rejections().count(),
+            types,
+            together: if variance > 0.0 { 1.0 - shares } else { 0.0 },
+            brightest: brightest.into_sorted(),
+            fireflies: suspects.finish(&luminances),
+        }
+    }
+}
+
+/// What a contribution brings to its sample.
+fn luminance_of(sample: &Sample, contribution: &Contribution) -> f64 {
+    f64::from(contribution.value.luminance()) * f64::from(sample.weight)
+}
+
+/// A contribution and its vertices.
+fn alone(trace: &Trace, contribution: &Contribution) -> Trace {
+    Trace {
+        vertices: trace.vertices[..contribution.vertices].to_vec(),
+        contributions: vec![*contribution],
+        ..*trace
+    }
+}
+
+/// The things of the greatest values above 0 among many, of which the first came first where two are alike.
+struct Brightest<T> {
+    most: usize,
+    /// The greatest first.
+    sorted: Vec<(f64, T)>,
+}
+
+impl<T> Brightest<T> {
+    fn new(most: usize) -> Self {
+        Self { most, sorted: Vec::new() }
+    }
+
+    fn offer(&mut self, value: f64, thing: impl FnOnce() -> T) {
+        let place = self.sorted.partition_point(|&(known, _)| known >= value);
+        if value > 0.0 && place < self.most {
+            self.sorted.insert(place, (value, thing()));
+            self.sorted.truncate(self.most);
+        }
+    }
+
+    fn into_sorted(self) -> Vec<T> {
+        self.sorted.into_iter().map(|(_, thing)| thing).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pt_math::{Pdf, Spectrum, Vec3};
+
+    use super::*;
+
+    /// A vertex that scatters like this, from which the path goes on, as by a Dirac delta if `is_delta`.
+    pub(super) fn vertex(scatters: Event, is_delta: bool) -> Vertex {
+        let pdf = (!is_delta).then_some(Pdf::new(1.0));
+        let departure =
+            Departure { direction: Vec3::Z, pdf, weight: Spectrum::ONE, survival: None };
+        Vertex {
+            p: Vec3::ZERO,
+            place: Place::Surface { primitive: 0, lobe: "", scatters },
+            throughput: Spectrum::ONE,
+            departure: Some(departure),
+        }
+    }
+
+    /// A sample with contributions: the number of their vertices, whether they were asked for, and their luminance.
+    pub(super) fn sample(
+        number: u32,
+        vertices: &[Vertex],
+        contributions: &[(usize, bool, f32)],
+    ) -> Sample {
+        let light = SampledLight {
+            light: LightNumber::Still(0),
+            chosen: None,
+            direction: Vec3::Z,
+            distance: 1.0,
+            radiance: Spectrum::ONE,
+            pdf: Some(Pdf::new(1.0)),
+            weight: 1.0,
+            samples: 1,
+        };
+        let sky = Source::Sky { direction: Vec3::Z, radiance: Spectrum::ONE, weight: 1.0 };
+        let contribution = |&(vertices, is_asked, luminance): &(usize, bool, f32)| Contribution {
+            vertices,
+            source: if is_asked { Source::Light(light) } else { sky },
+            value: Spectrum::splat(luminance),
+            removed: 0.0,
+        };
+        let contributions: Vec<_> = contributions.iter().map(contribution).collect();
+        let radiance = contributions.iter().map(|c| c.value).sum();
+        let (eye, direction, vertices) = (Vec3::ZERO, Vec3::Z, vertices.to_vec());
+        let trace = Trace { eye, direction, vertices, contributions };
+        Sample { number, trace, weight: 1.0, radiance }
+    }
+
+    #[test]
+    fn the_brightest_of_many_are_kept_in_order() {
+        let mut brightest = Brightest::new(3);
+        for (i, value) in [2.0, 0.0, 5.0, 5.0, 1.0, 3.0, f64::NAN].into_iter().enumerate() {
+            brightest.offer(value, || i);
+        }
+        assert_eq!(brightest.into_sorted(), [2, 3, 5]);
+    }
+}

@@ -1,0 +1,95 @@
+//! What things of a compiled scene are called in the scene that it was made of.
+
+use pt_core::RenderScene;
+use pt_core::light::AnyLight;
+use pt_scene::{Geometry, Object, Scene};
+
+use super::{LightNumber, SampledLight};
+
+/// Looks up names.
+#[derive(Clone, Copy)]
+pub struct Names<'a> {
+    scene: &'a Scene,
+    compiled: &'a RenderScene,
+}
+
+/// Something in a scene, as people find it there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Thing {
+    /// What it is: `triangle`, `sphere`, or the kind of a light.
+    pub kind: &'static str,
+    /// Its object, by its name or by its line in the file; `None` if it is none of the scene's.
+    pub object: Option<String>,
+    /// The name of the object's material; `None` if it has none.
+    pub material: Option<String>,
+}
+
+impl<'a> Names<'a> {
+    /// Of a scene that was compiled.
+    pub fn new(scene: &'a Scene, compiled: &'a RenderScene) -> Self {
+        Self { scene, compiled }
+    }
+
+    /// What a primitive is.
+    pub fn primitive(&self, primitive: u32) -> Thing {
+        let place = self.compiled.place_of(primitive);
+        let object = self.scene.objects.get(place.object as usize);
+        Thing {
+            kind: if place.is_sphere { "sphere" } else { "triangle" },
+            object: name_of(&self.scene.objects, place.object),
+            material: object.and_then(|object| self.material(object, place.index)),
+        }
+    }
+
+    /// What a light is that was sampled.
+    pub fn light(&self, sampled: &SampledLight) -> Thing {
+        let unknown = Thing { kind: "moving light", object: None, material: None };
+        let LightNumber::Still(number) = sampled.light else { return unknown };
+        let Some(light) = self.compiled.lights.as_slice().get(number) else { return unknown };
+        let primitive = match (light.tree(&self.compiled.light_tables), sampled.chosen) {
+            (Some(tree), Some(chosen)) => tree.primitive(chosen.number),
+            _ => self.first_primitive(number),
+        };
+        let named = primitive.map(|primitive| self.primitive(primitive));
+        let object = named.and_then(|thing| thing.object);
+        Thing { kind: AnyLight::name(light), object, material: None }
+    }
+
+    /// The first primitive that glows with a light, if any does.
+    fn first_primitive(&self, light: usize) -> Option<u32> {
+        let is_of = |surface: &pt_core::id::Id<_>| {
+            self.compiled.surfaces[*surface].light.is_some_and(|id| id.index() == light)
+        };
+        let surfaces = &self.compiled.shapes.primitive_surface;
+        surfaces.iter().position(is_of).map(|primitive| primitive as u32)
+    }
+
+    /// The material of a triangle of an object, or of a sphere.
+    fn material(&self, object: &Object, triangle: u32) -> Option<String> {
+        let parts = match &object.geometry {
+            Geometry::Mesh(mesh) => &mesh.parts[..],
+            Geometry::Sphere { .. } => &[],
+        };
+        let part = parts.iter().find(|part| part.triangles.contains(&triangle));
+        let slot = part.map_or(0, |part| part.slot);
+        let number = object.materials.get(slot as usize).copied().flatten()?;
+        let material = self.scene.materials.get(number as usize)?;
+        (!material.name.is_empty()).then(|| material.name.clone())
+    }
+}
+
+/// The name of an object; its line in the file where it has none, or shares it with others.
+fn name_of(objects: &[Object], number: u32) -> Option<String> {
+    let Object { name, at, .. } = objects.get(number as usize)?;
+    let line = match at.file.file_name() {
+        Some(file) if at.line > 0 => Some(format!("{}:{}", file.display(), at.line)),
+        _ => None,
+    };
+    let namesakes = objects.iter().filter(|other| other.name == *name).take(2).count();
+    Some(match line {
+        _ if !name.is_empty() && namesakes == 1 => name.clone(),
+        Some(line) if name.is_empty() => line,
+        Some(line) => format!("{name} {line}"),
+        None => format!("{name} {number}").trim_start().to_owned(),
+    })
+}

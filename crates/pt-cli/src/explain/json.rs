@@ -1,0 +1,204 @@
+//! An explanation for programs.
+
+use pathtracer::Session;
+use pathtracer::explain::{
+    Cause, Contribution, Event, Explanation, Fireflies, Firefly, LightNumber, LightPath, Names,
+    PathType, Place, Sample, SampledLight, Source, Thing, Trace, Vertex, expression,
+};
+use serde_json::{Value, json};
+
+use super::words::{advice, cause};
+
+/// An explanation of a pixel.
+pub(super) fn explanation(names: Names, session: &Session, explanation: &Explanation) -> String {
+    let Explanation { pixel, samples, mean, luminance, variance, rejected, .. } = explanation;
+    let Fireflies { ordinary, share_of_mean, share_of_variance, all } = &explanation.fireflies;
+    let firefly = |firefly: &Firefly| {
+        let mut value = sample_value(names, &firefly.sample);
+        value["luminance"] = json!(firefly.luminance);
+        value["share_of_variance"] = json!(firefly.share_of_variance);
+        value["contribution"] = json!(firefly.contribution);
+        value["share_of_sample"] = json!(firefly.share_of_sample);
+        value["cause"] = cause_value(firefly.cause);
+        value["cause_in_words"] = json!(cause(names, firefly));
+        value["what_helps"] = json!(advice(session, explanation, firefly));
+        value
+    };
+    print(&json!({
+        "pixel": pixel,
+        "resolution": session.scene().camera.resolution,
+        "samples": { "first": samples.start, "count": samples.len() },
+        "mean": mean,
+        "luminance": luminance,
+        "variance": variance,
+        "rejected": rejected,
+        "types": explanation.types.iter().map(type_value).collect::<Vec<_>>(),
+        "together": explanation.together,
+        "brightest": explanation.brightest.iter().map(|p| path_value(names, p)).collect::<Vec<_>>(),
+        "fireflies": {
+            "ordinary": ordinary,
+            "share_of_mean": share_of_mean,
+            "share_of_variance": share_of_variance,
+            "all": all.iter().map(firefly).collect::<Vec<_>>(),
+        },
+    }))
+}
+
+/// All of one sample.
+pub(super) fn sample(names: Names, pixel: [u32; 2], sample: &Sample) -> String {
+    let mut value = sample_value(names, sample);
+    value["pixel"] = json!(pixel);
+    print(&value)
+}
+
+fn print(value: &Value) -> String {
+    format!("{value:#}\n")
+}
+
+fn type_value(of_type: &PathType) -> Value {
+    json!({
+        "expression": of_type.expression,
+        "samples": of_type.samples,
+        "luminance": of_type.luminance,
+        "share_of_mean": of_type.share_of_mean,
+        "variance": of_type.variance,
+        "share_of_variance": of_type.share_of_variance,
+    })
+}
+
+fn path_value(names: Names, path: &LightPath) -> Value {
+    let mut value = trace_value(names, &path.trace);
+    value["sample"] = json!(path.sample);
+    value["luminance"] = json!(path.luminance);
+    value
+}
+
+fn sample_value(names: Names, sample: &Sample) -> Value {
+    let mut value = trace_value(names, &sample.trace);
+    value["sample"] = json!(sample.number);
+    value["weight"] = json!(sample.weight);
+    value["radiance"] = json!(sample.radiance.to_array());
+    value
+}
+
+fn trace_value(names: Names, trace: &Trace) -> Value {
+    let vertices = trace.vertices.iter().map(|v| vertex_value(names, v));
+    let contributions = trace.contributions.iter().map(|c| contribution_value(names, trace, c));
+    json!({
+        "eye": trace.eye.to_array(),
+        "direction": trace.direction.to_array(),
+        "vertices": vertices.collect::<Vec<_>>(),
+        "contributions": contributions.collect::<Vec<_>>(),
+    })
+}
+
+fn thing_value(thing: &Thing) -> Value {
+    json!({ "kind": thing.kind, "object": thing.object, "material": thing.material })
+}
+
+fn vertex_value(names: Names, vertex: &Vertex) -> Value {
+    let place = match vertex.place {
+        Place::Surface { primitive, lobe, .. } => json!({
+            "surface": thing_value(&names.primitive(primitive)),
+            "primitive": primitive,
+            "lobe": lobe,
+        }),
+        Place::Medium { phase } => json!({ "phase": phase }),
+    };
+    let event = match vertex.event(false) {
+        Event::Diffuse => "D",
+        Event::Glossy => "G",
+        Event::Specular => "S",
+        Event::Volume => "V",
+    };
+    json!({
+        "p": vertex.p.to_array(),
+        "place": place,
+        "throughput": vertex.throughput.to_array(),
+        "departure": vertex.departure.map(|departure| json!({
+            "event": event,
+            "direction": departure.direction.to_array(),
+            "pdf": departure.pdf.map(|pdf| f64::from(pdf.get())),
+            "weight": departure.weight.to_array(),
+            "survival": departure.survival,
+        })),
+    })
+}
+
+fn contribution_value(names: Names, trace: &Trace, contribution: &Contribution) -> Value {
+    json!({
+        "expression": expression(trace, contribution),
+        "vertices": contribution.vertices,
+        "value": contribution.value.to_array(),
+        "removed": contribution.removed,
+        "source": source_value(names, &contribution.source),
+    })
+}
+
+fn source_value(names: Names, source: &Source) -> Value {
+    match source {
+        Source::Emitter { p, primitive, radiance, weight, is_sampled } => json!({
+            "kind": "emitter",
+            "surface": thing_value(&names.primitive(*primitive)),
+            "primitive": primitive,
+            "p": p.to_array(),
+            "radiance": radiance.to_array(),
+            "weight": weight,
+            "is_sampled": is_sampled,
+        }),
+        Source::Sky { direction, radiance, weight } => json!({
+            "kind": "sky",
+            "direction": direction.to_array(),
+            "radiance": radiance.to_array(),
+            "weight": weight,
+        }),
+        Source::Light(light) => light_value(names, light),
+        Source::Hemisphere { direction, pdf, samples } => json!({
+            "kind": "hemisphere",
+            "direction": direction.to_array(),
+            "pdf": pdf.get(),
+            "samples": samples,
+        }),
+    }
+}
+
+fn light_value(names: Names, light: &SampledLight) -> Value {
+    let (moves, number) = match light.light {
+        LightNumber::Still(number) => (false, number),
+        LightNumber::Moving(number) => (true, number),
+    };
+    json!({
+        "kind": "light",
+        "light": thing_value(&names.light(light)),
+        "number": number,
+        "moves": moves,
+        "chosen": light.chosen.map(|chosen| json!({
+            "number": chosen.number,
+            "probability": chosen.probability,
+        })),
+        "direction": light.direction.to_array(),
+        "distance": light.distance.is_finite().then_some(light.distance),
+        "radiance": light.radiance.to_array(),
+        "pdf": light.pdf.map(|pdf| f64::from(pdf.get())),
+        "weight": light.weight,
+        "samples": light.samples,
+    })
+}
+
+fn cause_value(cause: Cause) -> Value {
+    match cause {
+        Cause::SeenLight => json!({ "kind": "seen light" }),
+        Cause::Caustic { vertex } => json!({ "kind": "caustic", "vertex": vertex }),
+        Cause::Unsampled => json!({ "kind": "light that is not sampled" }),
+        Cause::Throughput { vertex, weight, times } => {
+            json!({ "kind": "throughput", "vertex": vertex, "weight": weight, "times": times })
+        }
+        Cause::Radiance { times } => json!({ "kind": "radiance", "times": times }),
+        Cause::Choice { probability, times } => {
+            json!({ "kind": "choice", "probability": probability, "times": times })
+        }
+        Cause::Density { times } => json!({ "kind": "density", "times": times }),
+        Cause::Scattering { times } => json!({ "kind": "scattering", "times": times }),
+        Cause::Several => json!({ "kind": "several" }),
+    }
+}

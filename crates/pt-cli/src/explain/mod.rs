@@ -1,0 +1,91 @@
+//! `pathtracer explain`: what a pixel is made of.
+
+mod json;
+mod text;
+mod words;
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::{Result, bail, ensure};
+use pathtracer::explain::{self, Names};
+use pathtracer::{Region, Session};
+
+use crate::commands::{Explain, OfPixel};
+use crate::limits::Limit;
+use crate::render::{self, Prepared};
+use crate::{args, output};
+
+/// Explains a pixel, or one of its samples, and prints that.
+///
+/// # Errors
+/// If the options make no sense, there is no such pixel or sample, or as a render.
+pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
+    ensure!(
+        !cli.cs184,
+        "explain does not go with --cs184; --integrator cs184 explains light as the course's program computes it"
+    );
+    ensure!(
+        cli.split == 1 && cli.path_reuse == 1,
+        "explain follows paths one by one; leave out --split and --path-reuse, which change the noise and not \
+         what the light is"
+    );
+    ensure!(
+        !cli.man && cli.completions.is_none(),
+        "--man and --completions print texts about the program; give them without explain"
+    );
+    let request = args::checked(cli, Vec::new()).map_err(anyhow::Error::msg)?;
+    let Prepared { scene, session, .. } =
+        render::prepare(&request, &Limit::of(&request), Instant::now())?;
+    let pixel = pixel(&of, &session)?;
+    let first = request.cli.samples.map_or(0, |(from, _)| from);
+    render::tell_notes(&request, &scene, &session);
+    let names = Names::new(&scene, session.scene());
+    let text = if let Some(number) = of.sample {
+        check_sample(number, first, &session)?;
+        match explain::explain_sample(&session, pixel, number)? {
+            Some(sample) if of.json => json::sample(names, pixel, &sample),
+            Some(sample) => text::sample(names, pixel, &sample),
+            None => bail!("sample {number} cannot be taken"),
+        }
+    } else {
+        let explanation = explain::explain(&session, pixel, first, of.top as usize)?;
+        if of.json {
+            json::explanation(names, &session, &explanation)
+        } else {
+            text::explanation(names, &session, &explanation)
+        }
+    };
+    output::print(text.as_bytes())
+}
+
+/// The pixel, if it is one of those that are rendered.
+fn pixel(of: &OfPixel, session: &Session) -> Result<[u32; 2]> {
+    let &OfPixel { column: x, row: y, .. } = of;
+    let [width, height] = session.scene().camera.resolution;
+    ensure!(
+        x < width && y < height,
+        "-x {x} -y {y}: the image has {width} x {height} pixels; expected a column from 0 to {} and a row, from \
+         the top, from 0 to {}",
+        width - 1,
+        height - 1
+    );
+    let region @ Region { x: left, y: top, .. } = session.film().region();
+    ensure!(
+        region.contains([x, y]),
+        "-x {x} -y {y}: only columns {left} to {} and rows {top} to {}, from the top, are rendered",
+        left + region.width - 1,
+        top + region.height - 1
+    );
+    Ok([x, y])
+}
+
+fn check_sample(number: u32, first: u32, session: &Session) -> Result<()> {
+    let spp = session.settings().spp;
+    ensure!(
+        (first..spp).contains(&number),
+        "--sample {number}: there are samples {first} to {}; -s says how many",
+        spp.saturating_sub(1)
+    );
+    Ok(())
+}

@@ -1,0 +1,308 @@
+//! An explanation for people, at most a hundred columns wide.
+
+use std::fmt::Write as _;
+
+use pathtracer::Session;
+use pathtracer::explain::{
+    Contribution, Departure, Event, Explanation, Fireflies, Firefly, LightPath, Names, PathType,
+    Place, Sample, SampledLight, Source, Trace, Vertex, expression,
+};
+
+use super::words::{advice, cause, number, numbers, paragraph, path, percent, source, thing};
+
+/// Ways of light of which neither the mean nor the variance has such a share are told together.
+const LEAST_SHARE: f64 = 0.01;
+
+/// An explanation of a pixel.
+pub(super) fn explanation(names: Names, session: &Session, explanation: &Explanation) -> String {
+    let mut text = head(session, explanation);
+    text += &types(explanation);
+    text += &paths(names, explanation);
+    text += &fireflies(names, session, explanation);
+    text
+}
+
+fn head(session: &Session, explanation: &Explanation) -> String {
+    let Explanation { pixel: [x, y], samples, mean, luminance, variance, rejected, .. } =
+        explanation;
+    let [width, height] = session.scene().camera.resolution;
+    let n = samples.len().max(1) as f64;
+    let deviation = variance.sqrt();
+    let relative = |x: f64| {
+        let share = x / luminance;
+        if share.is_finite() { format!(" ({} of the mean)", percent(share)) } else { String::new() }
+    };
+    let mut text = format!(
+        "pixel     column {x}, row {y} of {width} x {height}; samples {} to {}\n",
+        samples.start,
+        samples.end.saturating_sub(1)
+    );
+    let [r, g, b] = mean.map(number);
+    // Strings take all.
+    let _ = writeln!(text, "mean      {r} {g} {b}, luminance {}", number(*luminance));
+    let noise = format!(
+        "standard deviation of a sample {}{}, of the mean of {n} independent ones {}{}",
+        number(deviation),
+        relative(deviation),
+        number(deviation / n.sqrt()),
+        relative(deviation / n.sqrt())
+    );
+    text += &paragraph("noise     ", &noise);
+    if *rejected > 0 {
+        let _ =
+            writeln!(text, "refused   samples that are NaN or infinite and count as 0: {rejected}");
+    }
+    text
+}
+
+fn types(explanation: &Explanation) -> String {
+    let Explanation { samples, types, together, .. } = explanation;
+    if types.is_empty() {
+        return "\nNo light comes to this pixel.\n".into();
+    }
+    let mut text = String::from(
+        "\nWays of light, from the light to the eye: L light, D diffuse, G glossy, S specular, V volume, E eye\n",
+    );
+    let row = |way: &str, [mean, share, variance, found]: [String; 4]| {
+        let row = format!("  {way:<28}{mean:>12}{share:>12}{variance:>15}{found:>18}");
+        format!("{}\n", row.trim_end())
+    };
+    let header = ["mean", "of mean", "of variance", "in samples"].map(str::to_owned);
+    text += &row("way", header);
+    let is_shown = |t: &&PathType| t.share_of_mean.max(t.share_of_variance) >= LEAST_SHARE;
+    let (shown, others): (Vec<_>, Vec<_>) = types.iter().partition(is_shown);
+    for of_type in shown {
+        let PathType { expression, luminance, share_of_mean, share_of_variance, .. } = of_type;
+        let found = format!("{} of {}", of_type.samples, samples.len());
+        let [mean, variance] = [*share_of_mean, *share_of_variance].map(percent);
+        text += &row(expression, [number(*luminance), mean, variance, found]);
+    }
+    if !others.is_empty() {
+        let sum = |of: fn(&PathType) -> f64| others.iter().map(|t| of(t)).sum::<f64>();
+        let [mean, variance] =
+            [sum(|t| t.share_of_mean), sum(|t| t.share_of_variance)].map(percent);
+        let name =
+            if others.len() == 1 { "another".into() } else { format!("{} others", others.len()) };
+        text += &row(&name, [number(sum(|t| t.luminance)), mean, variance, String::new()]);
+    }
+    if types.len() > 1 {
+        let none = String::new;
+        text += &row("because they vary together", [none(), none(), percent(*together), none()]);
+    }
+    text
+}
+
+fn paths(names: Names, explanation: &Explanation) -> String {
+    let mut text = String::new();
+    let whole = explanation.luminance * explanation.samples.len() as f64;
+    for (i, bright) in explanation.brightest.iter().enumerate() {
+        if i == 0 {
+            text += "\nThe brightest paths, from the eye to the light; lengths in metres\n";
+        }
+        let LightPath { luminance, trace, .. } = bright;
+        let way = trace.contributions.first().map(|c| expression(trace, c)).unwrap_or_default();
+        text += &path(i + 1, bright, &way, luminance / whole);
+        text += &followed(names, trace, false);
+    }
+    text
+}
+
+/// A path from the eye on; with all that it found on its way, or with what it found last.
+fn followed(names: Names, trace: &Trace, is_whole: bool) -> String {
+    let mut text = line("eye", &place(trace.eye.to_array()));
+    text += &finds(names, trace, 0);
+    // At the last vertex of a path which asked for its light, what else the path did is of no matter.
+    let asked = !is_whole && trace.contributions.iter().any(|c| c.source.is_asked());
+    for (i, vertex) in trace.vertices.iter().enumerate() {
+        let has_asked = asked && i + 1 == trace.vertices.len();
+        text += &self::vertex(names, i + 1, vertex, vertex.event(has_asked));
+        let departure = vertex.departure.filter(|_| !has_asked);
+        text += &asks(names, trace, i + 1);
+        text += &departure.map_or(String::new(), |departure| line("", &goes_on(&departure)));
+        text += &finds(names, trace, i + 1);
+    }
+    text
+}
+
+/// What was asked for at the last of so many vertices.
+fn asks(names: Names, trace: &Trace, vertices: usize) -> String {
+    let here = |c: &&Contribution| c.vertices == vertices && c.source.is_asked();
+    trace.contributions.iter().filter(here).map(|c| contribution(names, c)).collect()
+}
+
+/// What was found behind it.
+fn finds(names: Names, trace: &Trace, vertices: usize) -> String {
+    let here = |c: &&Contribution| c.vertices == vertices && !c.source.is_asked();
+    trace.contributions.iter().filter(here).map(|c| contribution(names, c)).collect()
+}
+
+fn line(label: &str, text: &str) -> String {
+    paragraph(&format!("   {label:<8}"), text)
+}
+
+fn place(p: [f32; 3]) -> String {
+    format!("at {}", numbers(p))
+}
+
+fn vertex(names: Names, number: usize, vertex: &Vertex, event: Event) -> String {
+    let (letter, what) = match (event, vertex.place) {
+        (_, Place::Medium { phase }) => ("V", format!("a medium, {phase}")),
+        (event, Place::Surface { primitive, lobe, .. }) => {
+            let letter = match event {
+                Event::Diffuse => "D",
+                Event::Specular => "S",
+                Event::Glossy | Event::Volume => "G",
+            };
+            (letter, format!("{}, {lobe}", thing(&names.primitive(primitive))))
+        }
+    };
+    let throughput = numbers(vertex.throughput.to_array());
+    let text = format!("{}, {what}; throughput {throughput}", place(vertex.p.to_array()));
+    line(&format!("{number}. {letter}"), &text)
+}
+
+fn goes_on(departure: &Departure) -> String {
+    let Departure { pdf, weight, survival, .. } = departure;
+    let pdf = pdf.map_or("into a single direction".into(), |pdf| {
+        format!("in a direction of density {} / sr", number(f64::from(pdf.get())))
+    });
+    let survival = survival.map_or(String::new(), |q| {
+        format!(", past Russian roulette of probability {}", number(f64::from(q)))
+    });
+    format!("goes on {pdf}, weight {}{survival}", numbers(weight.to_array()))
+}
+
+/// How light was found, and what it brings.
+fn contribution(names: Names, contribution: &Contribution) -> String {
+    let from = source(names, &contribution.source);
+    let (label, how) = match &contribution.source {
+        Source::Emitter { p, radiance, weight, .. } => {
+            let radiance = numbers(radiance.to_array());
+            let weight = number(f64::from(*weight));
+            let at = place(p.to_array());
+            ("finds", format!("{from} {at}, radiance {radiance}, MIS weight {weight}"))
+        }
+        Source::Sky { direction, radiance, weight } => {
+            let radiance = numbers(radiance.to_array());
+            let (direction, weight) = (numbers(direction.to_array()), number(f64::from(*weight)));
+            ("finds", format!("{from} in {direction}, radiance {radiance}, MIS weight {weight}"))
+        }
+        Source::Light(light) => ("asks", format!("{from}{}", sampled(light))),
+        Source::Hemisphere { direction, pdf, samples } => {
+            let direction = numbers(direction.to_array());
+            let pdf = number(f64::from(pdf.get()));
+            let of = one_of(*samples);
+            ("asks", format!("{from}, {direction}, of density {pdf} / sr{of}"))
+        }
+    };
+    let brings = if contribution.value.is_black() {
+        "nothing gets through".into()
+    } else {
+        format!("brings {}", numbers(contribution.value.to_array()))
+    };
+    let cut = if contribution.removed > 0.0 {
+        format!(" (luminance {} is cut off)", number(f64::from(contribution.removed)))
+    } else {
+        String::new()
+    };
+    line(label, &format!("{how}: {brings}{cut}"))
+}
+
+fn sampled(light: &SampledLight) -> String {
+    let SampledLight { chosen, distance, radiance, pdf, weight, samples, .. } = light;
+    let mut text = String::new();
+    if let Some(chosen) = chosen {
+        let probability = number(f64::from(chosen.probability));
+        let _ = write!(text, ", chosen among many with probability {probability}");
+    }
+    if distance.is_finite() {
+        let _ = write!(text, ", {} away", number(f64::from(*distance)));
+    }
+    let radiance = numbers(radiance.to_array());
+    let _ = match pdf {
+        Some(pdf) => {
+            write!(text, ", radiance {radiance}, density {} / sr", number(f64::from(pdf.get())))
+        }
+        None => write!(text, ", irradiance {radiance}"),
+    };
+    let _ = write!(text, ", MIS weight {}", number(f64::from(*weight)));
+    text + &one_of(*samples)
+}
+
+fn one_of(samples: u32) -> String {
+    if samples > 1 { format!(", one of {samples}") } else { String::new() }
+}
+
+fn fireflies(names: Names, session: &Session, explanation: &Explanation) -> String {
+    let Fireflies { ordinary, share_of_mean, share_of_variance, all } = &explanation.fireflies;
+    let rule = format!(
+        "more than {} times as bright as the mean of the others, with more than {} of the variance",
+        Fireflies::TIMES,
+        percent(Fireflies::SHARE)
+    );
+    let label = "Fireflies: ";
+    if all.is_empty() {
+        return format!("\n{}", paragraph(label, &format!("none. No sample is {rule}.")));
+    }
+    let text = format!(
+        "{} of {} samples, each {rule}. They bring {} of the light and have {} of the variance; the others \
+         have a mean luminance of {}.",
+        all.len(),
+        explanation.samples.len(),
+        percent(*share_of_mean),
+        percent(*share_of_variance),
+        number(*ordinary)
+    );
+    let mut text = format!("\n{}", paragraph(label, &text));
+    // Those with the same way and cause stand together.
+    let mut groups: Vec<(String, String, Vec<&Firefly>)> = Vec::new();
+    for firefly in all {
+        let trace = &firefly.sample.trace;
+        let way = expression(trace, &trace.contributions[firefly.contribution]);
+        let cause = cause(names, firefly);
+        match groups.iter_mut().find(|group| group.0 == way && group.1 == cause) {
+            Some((.., members)) => members.push(firefly),
+            None => groups.push((way, cause, vec![firefly])),
+        }
+    }
+    for (way, cause, members) in &groups {
+        for firefly in members {
+            let label = format!("  sample {}: ", firefly.sample.number);
+            text += &paragraph(&label, &member(firefly, way, *ordinary));
+        }
+        text += &paragraph("    cause: ", cause);
+        text += &paragraph("    what helps: ", &advice(session, explanation, members[0]));
+    }
+    text
+}
+
+/// One firefly, most of which came this way.
+fn member(firefly: &Firefly, way: &str, ordinary: f64) -> String {
+    let &Firefly { luminance, share_of_variance, share_of_sample, .. } = firefly;
+    let times = if ordinary > 0.0 {
+        format!("{} times as bright as the others", number(luminance / ordinary))
+    } else {
+        "where the others are black".into()
+    };
+    format!(
+        "luminance {}, {times}, {} of the variance; {} of it is {way}",
+        number(luminance),
+        percent(share_of_variance),
+        percent(share_of_sample)
+    )
+}
+
+/// All of one sample.
+pub(super) fn sample(names: Names, [x, y]: [u32; 2], sample: &Sample) -> String {
+    let Sample { number, trace, weight, radiance } = sample;
+    let radiance = numbers(radiance.to_array());
+    let mut text = paragraph(
+        &format!("sample {number} of column {x}, row {y}: "),
+        &format!("radiance {radiance}"),
+    );
+    if *weight != 1.0 {
+        let weight = self::number(f64::from(*weight));
+        let _ = writeln!(text, "It counts {weight} times by the reconstruction filter.");
+    }
+    text + &followed(names, trace, true)
+}

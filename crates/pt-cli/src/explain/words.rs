@@ -1,0 +1,236 @@
+//! Words and numbers.
+
+use pathtracer::explain::{
+    Cause, Explanation, Fireflies, Firefly, LightPath, Names, Place, Source, Thing,
+};
+use pathtracer::{DirectLight, Session};
+
+/// The width of lines.
+pub(super) const WIDTH: usize = 100;
+
+/// A number with four digits.
+pub(super) fn number(x: f64) -> String {
+    let magnitude = x.abs();
+    if x == 0.0 {
+        "0".into()
+    } else if !(1e-3..1e5).contains(&magnitude) {
+        format!("{x:.3e}")
+    } else if magnitude < 1.0 {
+        format!("{x:.4}")
+    } else {
+        let digits = [1e1, 1e2, 1e3].iter().filter(|&&limit| magnitude < limit).count();
+        format!("{x:.digits$}")
+    }
+}
+
+/// What keeps words on one line.
+const TIE: &str = "\u{a0}";
+
+/// Several of them, on one line of a [`paragraph`].
+pub(super) fn numbers<const N: usize>(all: [f32; N]) -> String {
+    all.map(|x| number(f64::from(x))).join(TIE)
+}
+
+/// A share.
+pub(super) fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+/// A paragraph in lines that begin with `first` and, from the second on, with as many spaces.
+pub(super) fn paragraph(first: &str, text: &str) -> String {
+    let indent = first.chars().count();
+    let mut lines = first.to_owned();
+    let mut width = indent;
+    for (i, word) in text.split(' ').enumerate() {
+        let length = word.chars().count();
+        if i > 0 && width + 1 + length > WIDTH {
+            lines += "\n";
+            lines += &" ".repeat(indent);
+            width = indent;
+        } else if i > 0 {
+            lines += " ";
+            width += 1;
+        }
+        lines += word;
+        width += length;
+    }
+    lines.replace(TIE, " ") + "\n"
+}
+
+/// What a thing is called.
+pub(super) fn thing(thing: &Thing) -> String {
+    let Thing { kind, object, material } = thing;
+    let object = object.as_ref().map_or("a light's own shape".into(), |name| format!("\"{name}\""));
+    let material = material.as_ref().map_or(String::new(), |name| format!(" of \"{name}\""));
+    format!("{object} ({kind}{material})")
+}
+
+/// Where light of a contribution comes from.
+pub(super) fn source(names: Names, source: &Source) -> String {
+    match source {
+        Source::Emitter { primitive, .. } => thing(&names.primitive(*primitive)),
+        Source::Sky { .. } => "the sky".into(),
+        Source::Light(light) => {
+            let Thing { kind, object, .. } = names.light(light);
+            let object = object.map_or(String::new(), |name| format!(" \"{name}\""));
+            format!("{kind}{object}")
+        }
+        Source::Hemisphere { .. } => "a random direction of the hemisphere".into(),
+    }
+}
+
+/// Why a sample is so bright.
+pub(super) fn cause(names: Names, firefly: &Firefly) -> String {
+    let trace = &firefly.sample.trace;
+    let Some(bright) = trace.contributions.get(firefly.contribution) else { return String::new() };
+    let light = source(names, &bright.source);
+    let at = |vertex: usize| match trace.vertices.get(vertex).map(|vertex| vertex.place) {
+        Some(Place::Surface { primitive, .. }) => thing(&names.primitive(primitive)),
+        _ => "a point in a medium".into(),
+    };
+    match firefly.cause {
+        Cause::SeenLight => format!(
+            "the eye sees {light} itself in a part of the pixel, at once or by way of mirrors or glass. A sample \
+             either looks at it or does not."
+        ),
+        Cause::Caustic { vertex } => format!(
+            "a caustic. The light of {light} comes by way of {} to {}. No light sample goes by way of mirrors \
+             or glass, so that only paths which happen to go there find it: few, and each brings much.",
+            at(vertex + 1),
+            at(vertex)
+        ),
+        Cause::Unsampled if bright.source.is_asked() => {
+            "light is looked for in random directions of the \
+            hemisphere: few lead to a light, and each of these brings much."
+                .into()
+        }
+        Cause::Unsampled => format!(
+            "{light} is not sampled as a light. Only paths which happen to go there find it: few, and each \
+             brings much."
+        ),
+        Cause::Throughput { vertex, weight, times } => format!(
+            "what the path carries. It is {} times the mean, and grew most at vertex {}, {}, by {}: directions \
+             in which much is scattered are drawn too rarely there, or Russian roulette ends most paths.",
+            number(times),
+            vertex + 1,
+            at(vertex),
+            number(weight)
+        ),
+        Cause::Radiance { times } => format!(
+            "the brightness of {light}, {} times the mean of what such paths see{}.",
+            number(times),
+            near(&bright.source)
+        ),
+        Cause::Choice { probability, times } => format!(
+            "{light} was chosen among many lights with the small probability {}, and counts for all that \
+             were not, {} times as much as the mean.",
+            number(f64::from(probability)),
+            number(times)
+        ),
+        Cause::Density { times } => format!(
+            "the density of the direction towards {light}: one over it, weighted, is {} times the mean{}.",
+            number(times),
+            near(&bright.source)
+        ),
+        Cause::Scattering { times } => format!(
+            "what {} reflects from {light}, {} times the mean: its lobe is narrow, and light samples are drawn \
+             without regard to it.",
+            at(bright.vertices.wrapping_sub(1)),
+            number(times)
+        ),
+        Cause::Several => "no factor alone; several are large together.".into(),
+    }
+}
+
+/// How far a light is that was sampled.
+fn near(source: &Source) -> String {
+    match source {
+        Source::Light(light) if light.distance.is_finite() => {
+            format!("; it is {} m away", number(f64::from(light.distance)))
+        }
+        _ => String::new(),
+    }
+}
+
+/// What would help against a firefly, among what this program can do.
+pub(super) fn advice(session: &Session, explanation: &Explanation, firefly: &Firefly) -> String {
+    let settings = session.settings();
+    let mut all = vec!["more samples (-s)".to_owned()];
+    match firefly.cause {
+        Cause::SeenLight => all.push("a wider --filter".into()),
+        Cause::Caustic { .. } => {
+            all.push("a larger light of the same power".into());
+            all.push("rough mirrors or glass, which light samples reach".into());
+        }
+        Cause::Throughput { .. } if settings.integrator == "path" && !session.scene().moves() => {
+            all.push("--path-reuse 4".into());
+        }
+        Cause::Radiance { .. } | Cause::Choice { .. } | Cause::Density { .. } => {
+            all.push(format!("more samples of each light (-l {})", 4 * settings.light_samples));
+        }
+        Cause::Scattering { .. } | Cause::Unsampled if settings.direct != DirectLight::Mis => {
+            all.push("--direct mis".into());
+        }
+        _ => {}
+    }
+    if settings.integrator != "cs184" && firefly.cause != Cause::SeenLight {
+        all.push(clamp(explanation, firefly));
+    }
+    let last = all.pop().unwrap_or_default();
+    if all.is_empty() { last } else { format!("{}; or {last}", all.join("; ")) }
+}
+
+/// To cut off what is brighter than ten ordinary samples, and what that costs in this pixel.
+fn clamp(explanation: &Explanation, firefly: &Firefly) -> String {
+    let Explanation { fireflies, luminance, samples, .. } = explanation;
+    let limit = Fireflies::TIMES * fireflies.ordinary;
+    let limit = if limit > 0.0 { limit } else { *luminance };
+    let is_indirect = firefly.sample.trace.contributions[firefly.contribution].vertices >= 2;
+    let option = if is_indirect { "--clamp-indirect" } else { "--clamp" };
+    let cut = |f: &Firefly| (f.luminance * f.share_of_sample - limit).max(0.0);
+    let lost: f64 = fireflies.all.iter().map(cut).sum();
+    format!(
+        "{option} {}, which takes {} of the light of this pixel away from its fireflies",
+        number(limit),
+        percent(lost / (luminance * samples.len() as f64))
+    )
+}
+
+/// One line about a path.
+pub(super) fn path(number: usize, path: &LightPath, way: &str, of_pixel: f64) -> String {
+    let LightPath { sample, luminance, .. } = path;
+    format!(
+        "{number}. {way} in sample {sample} brings {} ({} of the pixel)\n",
+        self::number(*luminance),
+        percent(of_pixel)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_four_digits() {
+        for (x, text) in [
+            (0.0, "0"),
+            (0.012_345, "0.0123"),
+            (1.23456, "1.235"),
+            (-12.3456, "-12.35"),
+            (123.456, "123.5"),
+            (1234.56, "1235"),
+            (123_456.0, "1.235e5"),
+            (0.000_123_4, "1.234e-4"),
+        ] {
+            assert_eq!(number(x), text);
+        }
+    }
+
+    #[test]
+    fn paragraphs_fit_into_their_width() {
+        let text = ["word"; 100].join(" ");
+        let lines = paragraph("  cause  ", &text);
+        assert!(lines.lines().count() > 5 && lines.lines().all(|line| line.len() <= WIDTH));
+        assert!(lines.lines().skip(1).all(|line| line.starts_with("         word")));
+    }
+}

@@ -1,0 +1,54 @@
+//! The samples of a pixel once more, with all that their paths met.
+
+use std::ops::Range;
+
+use pt_core::Film;
+use pt_core::film::{ExactSum, Region, Rejections};
+
+use crate::batch::{Run, Worker};
+use crate::integrator::INTEGRATORS;
+use crate::render::{RenderError, Renderer};
+use crate::trace::Sample;
+
+impl Renderer<'_> {
+    /// Takes samples of a pixel in order, tells how each came about, and returns their film. They are, to the
+    /// bit, those of a render, since they are taken by the same code.
+    ///
+    /// # Errors
+    /// If the samples are not sums of what single paths found.
+    pub fn replay(
+        &self,
+        [x, y]: [u32; 2],
+        samples: Range<u32>,
+        mut tell: impl FnMut(Sample),
+    ) -> Result<Film, RenderError> {
+        let &Self { scene, settings, integrator, .. } = self;
+        let paths_are_alone = settings.reuse == 1 && settings.split == 1;
+        let Some(new) = integrator.new_recording.filter(|_| paths_are_alone) else {
+            let known = INTEGRATORS.iter().filter(|known| known.new_recording.is_some());
+            let known = known.map(|known| known.name).collect::<Vec<_>>().join(", ");
+            return Err(RenderError::NotRecorded { name: integrator.name, known });
+        };
+        let mut worker =
+            Worker::new(scene, settings, self.filter.as_ref(), new(scene, settings), false);
+        let region = Region { x, y, width: 1, height: 1 };
+        let mut film = Film::new(region).starting_at(samples.start);
+        let (mut rejections, mut removed) = (Rejections::default(), ExactSum::default());
+        for mut tile in film.tiles(1, [0; 2]) {
+            for first in samples.clone().step_by(self.batch_size) {
+                let end = samples.end.min(first.saturating_add(self.batch_size as u32));
+                worker.take(&[Run::single([x, y], first..end)], &mut tile);
+                let traces = worker.integrator.take_traces();
+                let taken = traces.into_iter().zip(worker.taken());
+                for (number, (trace, (weight, radiance))) in (first..end).zip(taken) {
+                    tell(Sample { number, trace, weight, radiance });
+                }
+            }
+            rejections.merge(tile.rejections());
+            removed.merge(tile.removed());
+        }
+        film.reject(&rejections);
+        film.remove(removed);
+        Ok(film)
+    }
+}

@@ -1,0 +1,232 @@
+//! How a sample came about: the places where its path was scattered, and what light it found.
+
+use pt_core::bsdf::{Bsdf, BsdfSample};
+use pt_core::light::tree::Chosen;
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
+
+/// A sample of a pixel.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    /// Its number.
+    pub number: u32,
+    /// What its path met.
+    pub trace: Trace,
+    /// What it counts by the reconstruction filter: 1, unless weights of the filter may be less than 0.
+    pub weight: f32,
+    /// What the film gets: the sum of the contributions in their order, times the weight.
+    pub radiance: Spectrum,
+}
+
+/// All that a path met.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    /// Where the camera ray starts, in metres in the world.
+    pub eye: Vec3,
+    /// The unit direction of the camera ray.
+    pub direction: Vec3,
+    /// The places where the path was scattered, from the eye on.
+    pub vertices: Vec<Vertex>,
+    /// All that was added to the sample, in this order.
+    pub contributions: Vec<Contribution>,
+}
+
+/// A place where a path was scattered.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex {
+    /// Where, in metres in the world.
+    pub p: Vec3,
+    /// What is there.
+    pub place: Place,
+    /// What the path carried there: the product of the weights so far.
+    pub throughput: Spectrum,
+    /// How it went on, if it did.
+    pub departure: Option<Departure>,
+}
+
+/// What scatters a path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A surface.
+    Surface {
+        /// The primitive, as in [`pt_bvh::Hit`].
+        primitive: u32,
+        /// The lobe.
+        lobe: &'static str,
+        /// What it does to light that it does not send into single directions; [`Event::Specular`] if there is none.
+        scatters: Event,
+    },
+    /// A point in a medium.
+    Medium {
+        /// Its phase function.
+        phase: &'static str,
+    },
+}
+
+/// How a path went on from a vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Departure {
+    /// The unit direction.
+    pub direction: Vec3,
+    /// The density with which it was drawn; `None` where it was the only one of its kind (a Dirac delta).
+    pub pdf: Option<Pdf<SolidAngle>>,
+    /// f · |cos| / p, without Russian roulette.
+    pub weight: Spectrum,
+    /// The probability with which Russian roulette let the path go on, if it was asked.
+    pub survival: Option<f32>,
+}
+
+/// Something that was added to a sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Contribution {
+    /// At how many of the path's vertices the light was scattered on its way to the eye.
+    pub vertices: usize,
+    /// How it was found.
+    pub source: Source,
+    /// What was added; 0 where something is in the way.
+    pub value: Spectrum,
+    /// Luminance that was cut off before, as the settings want it.
+    pub removed: f32,
+}
+
+/// How light was found.
+#[derive(Clone, Copy, Debug)]
+pub enum Source {
+    /// The path met a surface that glows.
+    Emitter {
+        /// Where, in metres in the world.
+        p: Vec3,
+        /// The primitive, as in [`pt_bvh::Hit`].
+        primitive: u32,
+        /// What it emits towards the path.
+        radiance: Spectrum,
+        /// The weight against light sampling.
+        weight: f32,
+        /// Whether light sampling might have found it as well.
+        is_sampled: bool,
+    },
+    /// The path left the scene.
+    Sky {
+        /// Where to, as a unit direction.
+        direction: Vec3,
+        /// What comes from there.
+        radiance: Spectrum,
+        /// The weight against light sampling; the mean of several skies.
+        weight: f32,
+    },
+    /// A light was sampled.
+    Light(SampledLight),
+    /// Light was looked for in a random direction of the hemisphere.
+    Hemisphere {
+        /// The unit direction.
+        direction: Vec3,
+        /// Its density.
+        pdf: Pdf<SolidAngle>,
+        /// One of so many directions.
+        samples: u32,
+    },
+}
+
+/// A sample of a light.
+#[derive(Clone, Copy, Debug)]
+pub struct SampledLight {
+    /// The light.
+    pub light: LightNumber,
+    /// Which of many it stands for.
+    pub chosen: Option<Chosen>,
+    /// The unit direction towards it.
+    pub direction: Vec3,
+    /// The distance to it in metres; infinite for lights that are not in the scene.
+    pub distance: f32,
+    /// Radiance; for a light that has only one direction, irradiance across that.
+    pub radiance: Spectrum,
+    /// Density of the direction; `None` if there is only one.
+    pub pdf: Option<Pdf<SolidAngle>>,
+    /// The weight against BSDF sampling.
+    pub weight: f32,
+    /// One of so many samples of it.
+    pub samples: u32,
+}
+
+/// Which light it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightNumber {
+    /// Its place in [`pt_core::RenderScene::lights`].
+    Still(usize),
+    /// Its place in [`pt_core::RenderScene::moving_lights`].
+    Moving(usize),
+}
+
+/// What a vertex does to light, by which paths are told apart. [Heckbert 1990, "Adaptive Radiosity Textures for
+/// Bidirectional Ray Tracing", §2; `G` and `V` as in Open Shading Language]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Event {
+    /// `D`: scattered diffusely.
+    Diffuse,
+    /// `G`: scattered by a rough surface, more into some directions than into others.
+    Glossy,
+    /// `S`: reflected or refracted into a single direction.
+    Specular,
+    /// `V`: scattered in a medium.
+    Volume,
+}
+
+impl Place {
+    /// A primitive that scatters like this.
+    pub(crate) fn of(bsdf: &Bsdf, primitive: u32) -> Self {
+        let scatters = match bsdf.is_diffuse() {
+            _ if bsdf.is_delta() => Event::Specular,
+            true => Event::Diffuse,
+            false => Event::Glossy,
+        };
+        Self::Surface { primitive, lobe: bsdf.lobe_name(), scatters }
+    }
+}
+
+impl Departure {
+    /// By this sample, past Russian roulette.
+    pub(crate) fn new(sample: &BsdfSample, survival: Option<f32>) -> Self {
+        let &BsdfSample { wi, weight, pdf, .. } = sample;
+        Self { direction: wi, pdf, weight, survival }
+    }
+}
+
+impl Vertex {
+    /// What happened there to light that the path found by a ray that left it, or, if `is_asked`, to light that
+    /// was looked for in directions of which the material knows nothing.
+    ///
+    /// A material that is both diffuse and rough, and does not tell the two apart, is glossy.
+    pub fn event(&self, is_asked: bool) -> Event {
+        let is_delta = !is_asked && self.departure.is_some_and(|departure| departure.pdf.is_none());
+        match self.place {
+            Place::Medium { .. } => Event::Volume,
+            Place::Surface { .. } if is_delta => Event::Specular,
+            Place::Surface { scatters, .. } => scatters,
+        }
+    }
+}
+
+impl Source {
+    /// Whether the light was asked for, and not found by a ray of the path.
+    pub fn is_asked(&self) -> bool {
+        matches!(self, Self::Light(_) | Self::Hemisphere { .. })
+    }
+
+    /// The weight of multiple importance sampling, where there is one.
+    pub fn weight(&self) -> Option<f32> {
+        match self {
+            Self::Emitter { weight, .. }
+            | Self::Sky { weight, .. }
+            | Self::Light(SampledLight { weight, .. }) => Some(*weight),
+            Self::Hemisphere { .. } => None,
+        }
+    }
+}
+
+impl Trace {
+    /// What happened to the light of a contribution on its way, from the eye on.
+    pub fn events(&self, contribution: &Contribution) -> impl DoubleEndedIterator<Item = Event> {
+        let (count, is_asked) = (contribution.vertices, contribution.source.is_asked());
+        let of_path = self.vertices[..count].iter().enumerate();
+        of_path.map(move |(i, vertex)| vertex.event(is_asked && i + 1 == count))
+    }
+}
