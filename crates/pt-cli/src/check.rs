@@ -10,6 +10,7 @@ use pathtracer::{
 };
 
 use crate::args::{Cli, PngBits};
+use crate::formats;
 
 /// More pixels than this do not fit into the memory of ordinary machines.
 const MOST_PIXELS: u64 = 1 << 28;
@@ -184,6 +185,7 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
         return Err(format!("there is no integrator \"{name}\"; there are\n{}", all.join("\n")));
     }
     check_aovs(&cli)?;
+    formats::check(&cli)?;
     let clamps = cli.clamp.is_some() || cli.clamp_indirect.is_some();
     if clamps
         && (cli.cs184
@@ -329,6 +331,9 @@ impl Checked {
                 PngBits::Sixteen => BitDepth::Sixteen,
             },
             transfer: if self.cli.cs184 { Transfer::Course } else { Transfer::Srgb },
+            tone: formats::tone(&self.cli),
+            exr_type: self.cli.exr_type.map(Into::into).unwrap_or_default(),
+            exr_compression: self.cli.exr_compression.map(Into::into).unwrap_or_default(),
             metadata: vec![(
                 "Software".into(),
                 concat!("pathtracer ", env!("CARGO_PKG_VERSION")).into(),

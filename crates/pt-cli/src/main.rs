@@ -6,6 +6,7 @@ mod commands;
 mod console;
 mod course;
 mod cpu;
+mod formats;
 mod info;
 mod keeping;
 mod merge;
@@ -14,6 +15,7 @@ mod output;
 mod render;
 mod resume;
 mod summary;
+mod tev;
 
 use std::process::ExitCode;
 

@@ -64,6 +64,7 @@ pub(crate) fn write_image(film: &Film, path: &Path, options: SaveOptions) -> Res
     if image::is_image(path) {
         let options = SaveOptions { channels: aov::channels(film), ..options };
         image::save(&rendered, path, &options)?;
+        tell_beyond_half(path, image::count_beyond_half(&rendered, &options));
     } else {
         let transfer = options.transfer;
         let bytes: Vec<[u8; 3]> =
@@ -71,6 +72,16 @@ pub(crate) fn write_image(film: &Film, path: &Path, options: SaveOptions) -> Res
         image::save_rgb8(path, width, height, &bytes)?;
     }
     Ok(())
+}
+
+fn tell_beyond_half(path: &Path, count: usize) {
+    if count > 0 {
+        eprintln!(
+            "warning: {}: {count} numbers are beyond 65504, the greatest of 16 bits, and are written as that; \
+             --exr-type float keeps them",
+            path.display()
+        );
+    }
 }
 
 /// Writes the image, and the sampling rates where they are wanted; returns the files.

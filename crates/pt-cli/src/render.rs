@@ -14,6 +14,7 @@ use crate::check::{Checked, check_estimator};
 use crate::console::Console;
 use crate::keeping::Keeping;
 use crate::summary::{Summary, cpu_seconds};
+use crate::tev::Viewer;
 use crate::{course, output};
 
 /// Exit status of a render that Ctrl-C ended, as shells have it.
@@ -39,7 +40,9 @@ pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
     }
     let console = Console::new(total(&session), request.cli.cs184, request.cli.quiet);
     let cpu = cpu_seconds();
-    let (progress, statistics) = keeping.render(&mut session, request, threads, &console)?;
+    let mut viewer = connect(request);
+    let (progress, statistics) =
+        keeping.render(&mut session, request, threads, &console, &mut viewer)?;
     let cpu = cpu_seconds().zip(cpu).map(|(after, before)| after - before);
     console.finish();
     tell_rejections(&session);
@@ -47,6 +50,9 @@ pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
         course::rendered(&statistics);
     }
     let files = keeping.finish(&session, request, progress)?;
+    if let Some(warning) = viewer.and_then(|viewer| viewer.finish(session.image())) {
+        eprintln!("warning: {warning}");
+    }
     let summary = Summary { session: &session, statistics, progress, threads, load, cpu };
     if let Some(path) = &request.cli.summary_json {
         summary.write_json(path)?;
@@ -71,6 +77,13 @@ pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
             ExitCode::from(INTERRUPTED)
         }
     })
+}
+
+/// The viewer, if one is wanted and there.
+fn connect(request: &Checked) -> Option<Viewer> {
+    let address = request.cli.tev.as_deref()?;
+    let connected = Viewer::connect(address, &request.output().display().to_string());
+    connected.map_err(|warning| eprintln!("warning: {warning}")).ok()
 }
 
 /// A scene that is about to be rendered.

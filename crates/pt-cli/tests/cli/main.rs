@@ -10,3 +10,4 @@ mod refusals;
 mod report;
 mod resume;
 mod texts;
+mod viewer;

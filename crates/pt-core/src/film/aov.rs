@@ -116,6 +116,11 @@ impl Aov {
         }
     }
 
+    /// Whether 16 bits hold its values well: those of colours and directions.
+    fn half_suffices(self) -> bool {
+        matches!(self, Self::Albedo | Self::Normal | Self::GeometricNormal)
+    }
+
     /// Sums that a film keeps of it per pixel.
     fn sums(self) -> usize {
         match self.source() {
@@ -187,7 +192,8 @@ pub fn channels(film: &Film) -> Vec<Channel> {
                 Source::Film(of) => Samples::Real(pixels().map(|(_, p)| of(p)).collect()),
                 Source::Count(of) => Samples::Whole(pixels().map(|(_, p)| of(p)).collect()),
             };
-            channels.push(Channel { name: format!("{}.{name}", aov.name()), samples });
+            let name = format!("{}.{name}", aov.name());
+            channels.push(Channel { name, samples, half_suffices: aov.half_suffices() });
         }
         first += aov.sums();
     }
