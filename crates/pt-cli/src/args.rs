@@ -67,6 +67,11 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "METHOD", help_heading = "Image")]
     pub(crate) exr_compression: Option<ExrCompression>,
 
+    /// Remove the noise by Intel Open Image Denoise, which has to be there (pip install pyoidn): an EXR
+    /// image keeps what was rendered in the layer "noisy", beside a PNG image NAME_noisy.png has it
+    #[arg(long, conflicts_with = "cs184", help_heading = "Image")]
+    pub(crate) denoise: bool,
+
     /// Show the image in the viewer tev while it is rendered; tev listens at 127.0.0.1:14158
     #[arg(long, value_name = "HOST:PORT", value_parser = formats::address, help_heading = "Image")]
     pub(crate) tev: Option<String>,

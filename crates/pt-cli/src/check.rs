@@ -7,6 +7,7 @@ use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::{
     Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, FileSettings, Filter, INTEGRATORS,
     LoadOptions, MOST_REUSE, MOST_SPLIT, Region, Roulette, SamplerKind, Scene, Settings, aov,
+    denoise,
 };
 
 use crate::args::{Cli, PngBits};
@@ -174,7 +175,8 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
         Some(&[w, h]) => Some([w, h]),
         _ => None,
     };
-    let most = MOST_PIXELS * PIXEL_BYTES / (PIXEL_BYTES + aov::bytes_per_pixel(&cli.aov) as u64);
+    let kept_bytes = aov::bytes_per_pixel(&with_denoising(cli.aov.clone(), cli.denoise));
+    let most = MOST_PIXELS * PIXEL_BYTES / (PIXEL_BYTES + kept_bytes as u64);
     if let Some([w, h]) = resolution.filter(|&[w, h]| u64::from(w) * u64::from(h) > most) {
         return Err(format!("-r {w} {h}: an image may have at most {most} pixels"));
     }
@@ -246,6 +248,14 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
         return Err(format!("-D {name}: the embedded scene has no names; give a Mitsuba scene"));
     }
     Ok(Checked { cli, adaptive, resolution, command, layout: None })
+}
+
+/// These, and those that denoising needs if it is wanted.
+fn with_denoising(mut aovs: Vec<Aov>, denoise: bool) -> Vec<Aov> {
+    let missing = denoise::NEEDED.into_iter().filter(|_| denoise);
+    let missing: Vec<_> = missing.filter(|aov| !aovs.contains(aov)).collect();
+    aovs.extend(missing);
+    aovs
 }
 
 /// Whether a file is one of samples.
@@ -414,15 +424,17 @@ impl Checked {
     }
 
     /// Channels besides light: those of the command line, or else of the file if the image has room for them.
+    /// With --denoise also what is needed for that.
     fn aovs(&self, file: &FileSettings) -> Vec<Aov> {
         let of_file = || file.aovs.iter().filter_map(|name| Aov::from_name(name));
-        if self.leaves_channels_out(file) {
+        let asked = if self.leaves_channels_out(file) {
             Vec::new()
         } else if self.cli.aov.is_empty() {
             of_file().collect()
         } else {
             self.cli.aov.clone()
-        }
+        };
+        with_denoising(asked, self.cli.denoise)
     }
 
     /// Whether a file asks for channels for which the image has no room.

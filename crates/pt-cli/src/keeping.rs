@@ -10,6 +10,7 @@ use pathtracer::{Film, Observer, Progress, Session, Source, Statistics};
 
 use crate::check::{Checked, is_film};
 use crate::console::Console;
+use crate::denoise::Denoising;
 use crate::output;
 use crate::tev::{self, Viewer};
 
@@ -162,6 +163,7 @@ impl Keeping {
         session: &Session,
         request: &Checked,
         progress: Progress,
+        denoising: &Denoising,
     ) -> Result<Vec<PathBuf>> {
         let path = request.output();
         let is_part = is_film(&path) && !request.cli.cs184;
@@ -175,7 +177,8 @@ impl Keeping {
         } else {
             Ok(())
         };
-        let mut files = if is_part { Vec::new() } else { output::write(session, request)? };
+        let mut files =
+            if is_part { Vec::new() } else { output::write(session, request, denoising)? };
         saved.context(if is_part {
             "the samples are lost"
         } else {

@@ -6,6 +6,7 @@ mod commands;
 mod console;
 mod course;
 mod cpu;
+mod denoise;
 mod formats;
 mod info;
 mod keeping;

@@ -11,6 +11,7 @@ use pathtracer::keep::{differences, in_lines};
 
 use crate::check::is_film;
 use crate::commands::Merge;
+use crate::denoise::Denoising;
 use crate::{output, resume};
 
 /// A film, its file, and its samples.
@@ -41,7 +42,8 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
         film_file::write(path, &whole.about, &whole.film).and_then(Written::place)?;
     } else {
         let request = resume::request_of(&paths[0], &whole.about)?;
-        output::write_image(&whole.film, path, request.save_options())?;
+        let denoising = Denoising::begin(&request, 0);
+        output::write_image(&whole.film, path, request.save_options(), &denoising)?;
     }
     if !merge.quiet {
         eprintln!(

@@ -9,6 +9,7 @@ use pathtracer::image::{self, Image, SaveOptions};
 use pathtracer::{Film, Region, Session, aov};
 
 use crate::check::Checked;
+use crate::denoise::Denoising;
 
 /// Prints a text; a reader that has seen enough is no error.
 pub(crate) fn print(text: &[u8]) -> Result<ExitCode> {
@@ -54,24 +55,33 @@ pub(crate) fn check_writable(path: &Path) -> Result<()> {
         .with_context(|| format!("{}: no file can be made in its folder", path.display()))
 }
 
-/// Writes the image of a film.
+/// Writes the image of a film, without noise if that is wanted; returns the files.
 ///
 /// # Errors
-/// If the file cannot be written; then it is as it was before.
-pub(crate) fn write_image(film: &Film, path: &Path, options: SaveOptions) -> Result<()> {
+/// If a file cannot be written; then it is as it was before.
+pub(crate) fn write_image(
+    film: &Film,
+    path: &Path,
+    options: SaveOptions,
+    denoising: &Denoising,
+) -> Result<Vec<PathBuf>> {
     let Region { width, height, .. } = film.region();
     let rendered = Image { width, height, pixels: pathtracer::radiance(film) };
     if image::is_image(path) {
         let options = SaveOptions { channels: aov::channels(film), ..options };
-        image::save(&rendered, path, &options)?;
-        tell_beyond_half(path, image::count_beyond_half(&rendered, &options));
-    } else {
-        let transfer = options.transfer;
-        let bytes: Vec<[u8; 3]> =
-            rendered.pixels.iter().map(|p| p.map(|v| transfer.encode8(v))).collect();
-        image::save_rgb8(path, width, height, &bytes)?;
+        let mut files = Vec::new();
+        for (path, image, options) in denoising.images(film, path, rendered, options) {
+            image::save(&image, &path, &options)?;
+            tell_beyond_half(&path, image::count_beyond_half(&image, &options));
+            files.push(path);
+        }
+        return Ok(files);
     }
-    Ok(())
+    let transfer = options.transfer;
+    let bytes: Vec<[u8; 3]> =
+        rendered.pixels.iter().map(|p| p.map(|v| transfer.encode8(v))).collect();
+    image::save_rgb8(path, width, height, &bytes)?;
+    Ok(vec![path.to_owned()])
 }
 
 fn tell_beyond_half(path: &Path, count: usize) {
@@ -88,11 +98,14 @@ fn tell_beyond_half(path: &Path, count: usize) {
 ///
 /// # Errors
 /// If a file cannot be written; then it is as it was before.
-pub(crate) fn write(session: &Session, request: &Checked) -> Result<Vec<PathBuf>> {
+pub(crate) fn write(
+    session: &Session,
+    request: &Checked,
+    denoising: &Denoising,
+) -> Result<Vec<PathBuf>> {
     let path = request.output();
     let course = request.cli.cs184;
-    write_image(session.film(), &path, request.save_options())?;
-    let mut files = vec![path.clone()];
+    let mut files = write_image(session.film(), &path, request.save_options(), denoising)?;
     if course || session.settings().adaptive.is_some() {
         let rate = rate_path(&path, course);
         let (width, height, pixels) = session.rate_image();

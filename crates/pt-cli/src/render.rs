@@ -12,6 +12,7 @@ use pathtracer::{
 
 use crate::check::{Checked, check_estimator};
 use crate::console::Console;
+use crate::denoise::Denoising;
 use crate::keeping::Keeping;
 use crate::summary::{Summary, cpu_seconds};
 use crate::tev::Viewer;
@@ -33,6 +34,7 @@ pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
     let (prepared, sources) = source::noting(|| prepare(request, start));
     let Prepared { scene, mut session, load } = prepared?;
     tell_notes(request, &scene, &session);
+    let denoising = Denoising::begin(request, threads(request));
     let mut keeping = Keeping::begin(request, &mut session, &sources)?;
     let threads = threads(request);
     if request.cli.cs184 && !request.cli.quiet {
@@ -49,7 +51,7 @@ pub(crate) fn run(request: &Checked) -> Result<ExitCode> {
     if request.cli.cs184 && !request.cli.quiet {
         course::rendered(&statistics);
     }
-    let files = keeping.finish(&session, request, progress)?;
+    let files = keeping.finish(&session, request, progress, &denoising)?;
     if let Some(warning) = viewer.and_then(|viewer| viewer.finish(session.image())) {
         eprintln!("warning: {warning}");
     }

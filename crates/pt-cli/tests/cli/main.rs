@@ -2,6 +2,7 @@
 
 mod common;
 mod course;
+mod denoise;
 mod documentation;
 mod images;
 mod interrupt;

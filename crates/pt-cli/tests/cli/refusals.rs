@@ -63,6 +63,7 @@ fn numbers_that_make_no_sense() {
         ("--exposure 101 SCENE", "a number of stops from -100 up to 100"),
         ("--exposure NaN SCENE", "a number of stops"),
         ("--exposure 1 --cs184 SCENE", "cannot be used with"),
+        ("--denoise --cs184 SCENE", "cannot be used with"),
         ("--exposure 1 -f out.exr SCENE", "give -f out.png, or leave them out"),
         ("--tonemap agx -f out.exr SCENE", "for PNG images"),
         ("--tonemap reinhard SCENE", "pbr-neutral"),

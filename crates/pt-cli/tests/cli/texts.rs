@@ -40,6 +40,7 @@ fn help_names_every_option_and_says_nothing_else() {
             "--exr-type <TYPE>",
             "--exr-compression <METHOD>",
             "--tev <HOST:PORT>",
+            "--denoise",
         ] {
             assert!(run.out.contains(name), "{flag}: {name} is missing in\n{}", run.out);
         }

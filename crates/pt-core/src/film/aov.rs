@@ -200,6 +200,22 @@ pub fn channels(film: &Film) -> Vec<Channel> {
     channels
 }
 
+/// Means of a quantity with three real channels over all samples of each pixel, in which those that see no surface are 0,
+/// as is their light: at the edge of a shape, what is seen of it. `None` if the film does not keep it.
+pub fn means_of_all_samples(film: &Film, aov: Aov) -> Option<Vec<[f32; 3]>> {
+    let place = film.aovs.iter().position(|a| *a == aov)?;
+    let (channels, Source::Mean(_)) = aov.source() else { return None };
+    let first = 1 + film.aovs[..place].iter().map(|aov| aov.sums()).sum::<usize>();
+    if channels.len() != 3 {
+        return None;
+    }
+    let pixels = film.aov_sums.chunks_exact(sums_per_pixel(&film.aovs)).zip(film.pixels());
+    let mean = |sums: &[ExactSum], count: u32| {
+        [0, 1, 2].map(|c| (sums[first + c].value() / f64::from(count.max(1))) as f32)
+    };
+    Some(pixels.map(|(sums, pixel)| mean(sums, pixel.count())).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -263,6 +279,13 @@ mod tests {
             assert_eq!(channel(&film, name), Samples::Whole(values.to_vec()), "{name}");
         };
         real("albedo.R", [0.25, 0.25, 0.0]);
+        let of_all = |aov| means_of_all_samples(&film, aov);
+        let albedo = of_all(Aov::Albedo).expect("it is kept");
+        // Three samples see a surface of the two that bring light; then one of two, and none.
+        assert_eq!(albedo, [[0.375, 0.75, 2.0], [0.125, 0.25, 0.5], [0.0; 3]]);
+        assert_eq!(of_all(Aov::Normal).map(|n| n[1]), Some([-0.5; 3]));
+        assert_eq!([of_all(Aov::Depth), of_all(Aov::Samples)], [None, None]);
+        assert_eq!(means_of_all_samples(&Film::new(Region::full([3, 1])), Aov::Normal), None);
         real("albedo.B", [4.0 / 3.0, 1.0, 0.0]);
         real("normal.Z", [-4.0 / 3.0, -1.0, 0.0]);
         real("geometric_normal.X", [1.0, 1.0, 0.0]);
