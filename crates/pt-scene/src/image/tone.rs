@@ -27,13 +27,13 @@ pub enum ToneCurve {
     /// Light as it is; files cut it off at 1.
     #[default]
     Linear,
-    /// The curve of film in each channel. See [`filmic`].
+    /// The curve of film in each channel, with white at 5.6. [Hable 2010]
     Filmic,
-    /// AgX without a look. See [`agx`].
+    /// AgX without a look: bright colours go to white. [Sobotka, "AgX"]
     Agx,
-    /// ACES as fitted by Stephen Hill. See [`aces`].
+    /// ACES as fitted by Stephen Hill: contrasty, and grey of 0.18 becomes 0.106.
     Aces,
-    /// Khronos PBR Neutral. See [`pbr_neutral`].
+    /// Khronos PBR Neutral: colours up to 0.8 stay as they are, less 0.04, and all keep their hue.
     PbrNeutral,
 }
 
