@@ -10,6 +10,7 @@ use pathtracer::{Aov, Builder, DirectLight, SamplerKind};
 
 use crate::check::{self, Checked};
 use crate::commands::Command;
+use crate::formats::{self, ExrCompression, ExrType, Tonemap};
 use crate::message;
 
 /// Physically based path tracer: renders a scene to a PNG or OpenEXR image.
@@ -48,6 +49,33 @@ pub(crate) struct Cli {
     /// Bits per channel of a PNG file
     #[arg(long, value_name = "BITS", default_value = "8", help_heading = "Image")]
     pub(crate) png_bits: PngBits,
+
+    /// Stops by which a PNG image is made brighter, or darker below 0; with --tonemap before the curve
+    /// [default: 0]
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, conflicts_with = "cs184")]
+    #[arg(value_parser = formats::stops, help_heading = "Image")]
+    pub(crate) exposure: Option<f32>,
+
+    /// Curve that brings light beyond the screen's white into a PNG image [default: linear]
+    #[arg(long, value_name = "CURVE", conflicts_with = "cs184", help_heading = "Image")]
+    pub(crate) tonemap: Option<Tonemap>,
+
+    /// Numbers of an EXR image [default: float]
+    #[arg(long, value_name = "TYPE", help_heading = "Image")]
+    pub(crate) exr_type: Option<ExrType>,
+
+    /// Compression of an EXR image (DWAA and DWAB cannot be written) [default: zip]
+    #[arg(long, value_name = "METHOD", help_heading = "Image")]
+    pub(crate) exr_compression: Option<ExrCompression>,
+
+    /// Remove the noise by Intel Open Image Denoise, which has to be there (pip install pyoidn): an EXR
+    /// image keeps what was rendered in the layer "noisy", beside a PNG image NAME_noisy.png has it
+    #[arg(long, conflicts_with = "cs184", help_heading = "Image")]
+    pub(crate) denoise: bool,
+
+    /// Show the image in the viewer tev while it is rendered; tev listens at 127.0.0.1:14158
+    #[arg(long, value_name = "HOST:PORT", value_parser = formats::address, help_heading = "Image")]
+    pub(crate) tev: Option<String>,
 
     /// Samples per pixel; the maximum with --adaptive [default: the file's, or 64; 1 with --cs184]
     #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::positive)]

@@ -9,14 +9,16 @@ use pathtracer::receipt::{self, Receipt};
 use pathtracer::{
     Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, FileSettings, Filter, INTEGRATORS,
     LoadOptions, MOST_REUSE, MOST_SPLIT, Region, Roulette, SamplerKind, Scene, Settings, aov,
+    denoise,
 };
 
 use crate::args::{Cli, PngBits, ReceiptKind};
+use crate::formats;
 
 /// More pixels than this do not fit into the memory of ordinary machines.
 const MOST_PIXELS: u64 = 1 << 28;
 /// What each of them takes, without what else is kept of it.
-pub(crate) const PIXEL_BYTES: u64 = 85;
+const PIXEL_BYTES: u64 = 85;
 /// The probability with which the course's paths go on.
 const COURSE_ROULETTE: f32 = 0.65;
 
@@ -185,7 +187,7 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
         Some(&[w, h]) => Some([w, h]),
         _ => None,
     };
-    let most = MOST_PIXELS * PIXEL_BYTES / (PIXEL_BYTES + aov::bytes_per_pixel(&cli.aov) as u64);
+    let most = MOST_PIXELS * PIXEL_BYTES / bytes_per_pixel(&cli);
     if let Some([w, h]) = resolution.filter(|&[w, h]| u64::from(w) * u64::from(h) > most) {
         return Err(format!("-r {w} {h}: an image may have at most {most} pixels"));
     }
@@ -196,6 +198,7 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
         return Err(format!("there is no integrator \"{name}\"; there are\n{}", all.join("\n")));
     }
     check_aovs(&cli)?;
+    formats::check(&cli)?;
     let clamps = cli.clamp.is_some() || cli.clamp_indirect.is_some();
     if clamps
         && (cli.cs184
@@ -256,6 +259,20 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
         return Err(format!("-D {name}: the embedded scene has no names; give a Mitsuba scene"));
     }
     Ok(Checked { cli, adaptive, resolution, command, layout: None, of: None })
+}
+
+/// What a pixel takes, with all that is kept of it.
+pub(crate) fn bytes_per_pixel(cli: &Cli) -> u64 {
+    let kept = with_denoising(cli.aov.clone(), cli.denoise);
+    PIXEL_BYTES + aov::bytes_per_pixel(&kept) as u64
+}
+
+/// These, and those that denoising needs if it is wanted.
+fn with_denoising(mut aovs: Vec<Aov>, denoise: bool) -> Vec<Aov> {
+    let missing = denoise::NEEDED.into_iter().filter(|_| denoise);
+    let missing: Vec<_> = missing.filter(|aov| !aovs.contains(aov)).collect();
+    aovs.extend(missing);
+    aovs
 }
 
 /// Whether a file is one of samples.
@@ -348,6 +365,9 @@ impl Checked {
                 PngBits::Sixteen => BitDepth::Sixteen,
             },
             transfer: if self.cli.cs184 { Transfer::Course } else { Transfer::Srgb },
+            tone: formats::tone(&self.cli),
+            exr_type: self.cli.exr_type.map(Into::into).unwrap_or_default(),
+            exr_compression: self.cli.exr_compression.map(Into::into).unwrap_or_default(),
             metadata: metadata.map(|(key, text)| (key.to_owned(), text)).collect(),
             channels: Vec::new(),
         }
@@ -425,15 +445,17 @@ impl Checked {
     }
 
     /// Channels besides light: those of the command line, or else of the file if the image has room for them.
+    /// With --denoise also what is needed for that.
     fn aovs(&self, file: &FileSettings) -> Vec<Aov> {
         let of_file = || file.aovs.iter().filter_map(|name| Aov::from_name(name));
-        if self.leaves_channels_out(file) {
+        let asked = if self.leaves_channels_out(file) {
             Vec::new()
         } else if self.cli.aov.is_empty() {
             of_file().collect()
         } else {
             self.cli.aov.clone()
-        }
+        };
+        with_denoising(asked, self.cli.denoise)
     }
 
     /// Whether a file asks for channels for which the image has no room.

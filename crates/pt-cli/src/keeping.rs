@@ -11,6 +11,8 @@ use pathtracer::{Advance, Film, Observer, Progress, Session, Source, Statistics}
 
 use crate::check::{Checked, is_film};
 use crate::console::Console;
+use crate::denoise::Denoising;
+use crate::tev::{self, Viewer};
 use crate::{machine, output};
 
 /// A render and the film that it keeps.
@@ -115,8 +117,9 @@ impl Keeping {
         self.keeper.is_some()
     }
 
-    /// Takes the samples that are missing, and writes the film from time to time, less often than asked for where that
-    /// would take more than 1 % of the time. A film that cannot be written is told of, and does not stop the render.
+    /// Takes the samples that are missing, writes the film from time to time, and shows it to the viewer, less often
+    /// than asked for where that would take more than 1 % of the time each. A film that cannot be written is told of,
+    /// and does not stop the render.
     ///
     /// # Errors
     /// As [`Session::render`].
@@ -125,12 +128,18 @@ impl Keeping {
         session: &mut Session,
         request: &Checked,
         console: &Console,
+        viewer: &mut Option<Viewer>,
     ) -> Result<(Progress, Statistics)> {
         let mut all = Statistics::default();
-        let mut pause = self.every.filter(|_| self.keeper.is_some());
+        let mut film = self.every.filter(|_| self.keeper.is_some()).map(Turn::new);
+        let mut view = viewer.is_some().then(|| Turn::new(tev::EVERY));
+        if let Some(warning) = viewer.as_mut().and_then(|viewer| viewer.show(session.image())) {
+            console.say(&format!("warning: {warning}"));
+        }
         loop {
-            let observer =
-                Until { console, pause: pause.map(|every| Instant::now() + every), rays: all.rays };
+            let turns = [&film, &view].into_iter().flatten();
+            let pause = turns.map(|turn| turn.next).min();
+            let observer = Until { console, pause, rays: all.rays };
             let (progress, part) =
                 session.render(self.threads, request.cli.tile_size, &observer)?;
             all.samples += part.samples;
@@ -142,11 +151,21 @@ impl Keeping {
                 return Ok((progress, all));
             }
             self.tell(&all, false);
-            let start = Instant::now();
-            if let Err(error) = self.save(session.film()) {
-                console.say(&format!("warning: {error:#}; the render goes on"));
+            if let Some(turn) = film.as_mut().filter(|turn| turn.is_due()) {
+                let saved = turn.take(|| self.save(session.film()));
+                if let Err(error) = saved {
+                    console.say(&format!("warning: {error:#}; the render goes on"));
+                }
             }
-            pause = self.every.map(|every| every.max(LEAST_WORK * start.elapsed()));
+            if let (Some(turn), Some(viewer)) =
+                (view.as_mut().filter(|turn| turn.is_due()), &mut *viewer)
+            {
+                let warning = turn.take(|| viewer.show(session.image()));
+                if let Some(warning) = warning {
+                    console.say(&format!("warning: {warning}"));
+                    view = None;
+                }
+            }
         }
     }
 
@@ -173,6 +192,7 @@ impl Keeping {
         session: &Session,
         request: &Checked,
         progress: Progress,
+        denoising: &Denoising,
     ) -> Result<(Vec<PathBuf>, Option<Receipt>)> {
         let path = request.output();
         let is_part = is_film(&path) && !request.cli.cs184;
@@ -188,7 +208,7 @@ impl Keeping {
         };
         let receipt = (!is_part).then(|| self.receipt(session.film()));
         let mut files = match &receipt {
-            Some(receipt) => output::write(session, request, receipt)?,
+            Some(receipt) => output::write(session, request, receipt, denoising)?,
             None => Vec::new(),
         };
         saved.context(if is_part {
@@ -207,6 +227,30 @@ impl Keeping {
 
 /// How many times as long as a film takes to be written a render works at least until the next one.
 const LEAST_WORK: u32 = 100;
+
+/// Something that is done from time to time.
+struct Turn {
+    every: Duration,
+    next: Instant,
+}
+
+impl Turn {
+    fn new(every: Duration) -> Self {
+        Self { every, next: Instant::now() + every }
+    }
+
+    fn is_due(&self) -> bool {
+        Instant::now() >= self.next
+    }
+
+    /// Does it; what takes long is done less often.
+    fn take<T>(&mut self, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let done = work();
+        self.next = Instant::now() + self.every.max(LEAST_WORK * start.elapsed());
+        done
+    }
+}
 
 /// Whether the film of a finished image stays.
 fn is_kept(image: &Path) -> bool {

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use anyhow::{Result, ensure};
 use bytesize::ByteSize;
-use pathtracer::{Scene, aov, memory};
+use pathtracer::{Scene, memory};
 
-use crate::check::{Checked, PIXEL_BYTES};
+use crate::check::{Checked, bytes_per_pixel};
 
 /// How much memory a render may take.
 pub(crate) struct Limit {
@@ -77,6 +77,5 @@ fn film_bytes(request: &Checked, [width, height]: [u32; 2]) -> u64 {
         Some(&[_, _, dx, dy]) => [dx, dy],
         _ => [width, height],
     };
-    let per_pixel = PIXEL_BYTES + aov::bytes_per_pixel(&request.cli.aov) as u64;
-    u64::from(width) * u64::from(height) * per_pixel
+    u64::from(width) * u64::from(height) * bytes_per_pixel(&request.cli)
 }

@@ -6,7 +6,9 @@ mod commands;
 mod console;
 mod course;
 mod cpu;
+mod denoise;
 mod explain;
+mod formats;
 mod info;
 mod keeping;
 mod limits;
@@ -18,6 +20,7 @@ mod render;
 mod rerender;
 mod resume;
 mod summary;
+mod tev;
 
 use std::process::ExitCode;
 

@@ -12,6 +12,7 @@ use pathtracer::receipt::Receipt;
 
 use crate::check::is_film;
 use crate::commands::Merge;
+use crate::denoise::Denoising;
 use crate::keeping::run_of;
 use crate::{output, resume};
 
@@ -44,7 +45,8 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
     } else {
         let request = resume::request_of(&paths[0], &whole.about)?;
         let receipt = Receipt::new(&whole.about, &whole.film, Some(run_of(&whole.about, None)));
-        output::write_image(&whole.film, path, request.save_options(&receipt))?;
+        let denoising = Denoising::begin(&request, 0);
+        output::write_image(&whole.film, path, request.save_options(&receipt), &denoising)?;
     }
     if !merge.quiet {
         eprintln!(

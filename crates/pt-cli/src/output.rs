@@ -10,6 +10,7 @@ use pathtracer::receipt::Receipt;
 use pathtracer::{Film, Region, Session, aov};
 
 use crate::check::Checked;
+use crate::denoise::Denoising;
 
 /// Prints a text; a reader that has seen enough is no error.
 pub(crate) fn print(text: &[u8]) -> Result<ExitCode> {
@@ -55,23 +56,43 @@ pub(crate) fn check_writable(path: &Path) -> Result<()> {
         .with_context(|| format!("{}: no file can be made in its folder", path.display()))
 }
 
-/// Writes the image of a film.
+/// Writes the image of a film, without noise if that is wanted; returns the files.
 ///
 /// # Errors
-/// If the file cannot be written; then it is as it was before.
-pub(crate) fn write_image(film: &Film, path: &Path, options: SaveOptions) -> Result<()> {
+/// If a file cannot be written; then it is as it was before.
+pub(crate) fn write_image(
+    film: &Film,
+    path: &Path,
+    options: SaveOptions,
+    denoising: &Denoising,
+) -> Result<Vec<PathBuf>> {
     let Region { width, height, .. } = film.region();
     let rendered = Image { width, height, pixels: pathtracer::radiance(film) };
     if image::is_image(path) {
         let options = SaveOptions { channels: aov::channels(film), ..options };
-        image::save(&rendered, path, &options)?;
-    } else {
-        let transfer = options.transfer;
-        let bytes: Vec<[u8; 3]> =
-            rendered.pixels.iter().map(|p| p.map(|v| transfer.encode8(v))).collect();
-        image::save_rgb8(path, width, height, &bytes)?;
+        let mut files = Vec::new();
+        for (path, image, options) in denoising.images(film, path, rendered, options) {
+            image::save(&image, &path, &options)?;
+            tell_beyond_half(&path, image::count_beyond_half(&image, &options));
+            files.push(path);
+        }
+        return Ok(files);
     }
-    Ok(())
+    let transfer = options.transfer;
+    let bytes: Vec<[u8; 3]> =
+        rendered.pixels.iter().map(|p| p.map(|v| transfer.encode8(v))).collect();
+    image::save_rgb8(path, width, height, &bytes)?;
+    Ok(vec![path.to_owned()])
+}
+
+fn tell_beyond_half(path: &Path, count: usize) {
+    if count > 0 {
+        eprintln!(
+            "warning: {}: {count} numbers are beyond 65504, the greatest of 16 bits, and are written as that; \
+             --exr-type float keeps them",
+            path.display()
+        );
+    }
 }
 
 /// Writes the image, and the sampling rates where they are wanted; returns the files.
@@ -82,11 +103,12 @@ pub(crate) fn write(
     session: &Session,
     request: &Checked,
     receipt: &Receipt,
+    denoising: &Denoising,
 ) -> Result<Vec<PathBuf>> {
     let path = request.output();
     let course = request.cli.cs184;
-    write_image(session.film(), &path, request.save_options(receipt))?;
-    let mut files = vec![path.clone()];
+    let options = request.save_options(receipt);
+    let mut files = write_image(session.film(), &path, options, denoising)?;
     if course || session.settings().adaptive.is_some() {
         let rate = rate_path(&path, course);
         let (width, height, pixels) = session.rate_image();

@@ -13,9 +13,11 @@ use pathtracer::{
 
 use crate::check::{Checked, check_estimator};
 use crate::console::Console;
+use crate::denoise::Denoising;
 use crate::keeping::Keeping;
 use crate::limits::Limit;
 use crate::summary::{Summary, cpu_seconds};
+use crate::tev::Viewer;
 use crate::{course, output};
 
 /// Exit status of a render that Ctrl-C ended, as shells have it.
@@ -55,6 +57,7 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     let (prepared, sources) = source::noting(|| prepare(request, &limit, start));
     let Prepared { scene, mut session, load } = prepared?;
     tell_notes(request, &scene, &session);
+    let denoising = Denoising::begin(request, threads(request));
     let threads = threads(request);
     let mut keeping = Keeping::begin(request, &mut session, &sources, threads)?;
     if request.cli.cs184 && !request.cli.quiet {
@@ -62,14 +65,18 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     }
     let console = Console::new(&request.cli, session.film().samples(), total(&session));
     let cpu = cpu_seconds();
-    let (progress, statistics) = keeping.render(&mut session, request, &console)?;
+    let mut viewer = connect(request);
+    let (progress, statistics) = keeping.render(&mut session, request, &console, &mut viewer)?;
     let cpu = cpu_seconds().zip(cpu).map(|(after, before)| after - before);
     console.finish();
     tell_rejections(request, &session);
     if request.cli.cs184 && !request.cli.quiet {
         course::rendered(&statistics);
     }
-    let (files, receipt) = keeping.finish(&session, request, progress)?;
+    let (files, receipt) = keeping.finish(&session, request, progress, &denoising)?;
+    if let Some(warning) = viewer.and_then(|viewer| viewer.finish(session.image())) {
+        eprintln!("warning: {warning}");
+    }
     let summary = Summary { session: &session, statistics, progress, threads, load, cpu };
     if let Some(path) = &request.cli.summary_json {
         summary.write_json(path)?;
@@ -98,6 +105,13 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
         }
     };
     Ok(Done { status, progress, receipt })
+}
+
+/// The viewer, if one is wanted and there.
+fn connect(request: &Checked) -> Option<Viewer> {
+    let address = request.cli.tev.as_deref()?;
+    let connected = Viewer::connect(address, &request.output().display().to_string());
+    connected.map_err(|warning| eprintln!("warning: {warning}")).ok()
 }
 
 /// A scene that is about to be rendered.

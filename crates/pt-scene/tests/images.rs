@@ -5,8 +5,9 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use pt_scene::image::{
-    BitDepth, CODECS, Channel, Image, ImageError, Samples, SaveOptions, Transfer, decode, load,
-    load_as, save, save_rgb8, write_atomically,
+    BitDepth, CODECS, Channel, Compression, Image, ImageError, Precision, Samples, SaveOptions,
+    Tone, ToneCurve, Transfer, count_beyond_half, decode, load, load_as, save, save_rgb8,
+    write_atomically,
 };
 
 /// A picture with a different colour in every pixel, some of them above 1.
@@ -55,7 +56,8 @@ fn exr_files_take_more_channels() {
     let folder = folder();
     let path = folder.path().join("a.exr");
     let image = picture(3, 2);
-    let channel = |name: &str, samples| Channel { name: name.to_owned(), samples };
+    let channel =
+        |name: &str, samples| Channel { name: name.to_owned(), samples, half_suffices: false };
     let depth = vec![0.5, 1.0, f32::INFINITY, -2.0, 0.0, 3.0];
     let id = vec![0, 1, u32::MAX, 3, 4, 1 << 24 | 1];
     let channels = vec![
@@ -79,11 +81,114 @@ fn exr_files_take_more_channels() {
     assert_eq!(file.layer_data[0].channel_data.list.len(), 8);
 }
 
+/// Colours and directions get 16 bits, places and numbers of things keep 32.
+#[test]
+fn exr_files_have_halves_where_they_suffice() {
+    let folder = folder();
+    let path = folder.path().join("a.exr");
+    let mut image = picture(4, 1);
+    image.pixels[1] = [65_504.0, 65_519.0, 1e9];
+    image.pixels[2] = [f32::INFINITY, -1e9, f32::NAN];
+    let channel = |name: &str, samples, half_suffices| Channel {
+        name: name.to_owned(),
+        samples,
+        half_suffices,
+    };
+    let values = vec![0.1, 70_000.0, -2.0, 1e-9];
+    let ids = vec![1, 65_505, u32::MAX, 1 << 30];
+    let channels = vec![
+        channel("albedo.R", Samples::Real(values.clone()), true),
+        channel("depth.Z", Samples::Real(values.clone()), false),
+        channel("object.id", Samples::Whole(ids.clone()), true),
+    ];
+    let float = SaveOptions { channels, ..Default::default() };
+    assert_eq!(count_beyond_half(&image, &float), 0);
+    let half = SaveOptions { exr_type: Precision::Half, ..float };
+    assert_eq!(count_beyond_half(&image, &half), 4);
+    save(&image, &path, &half).unwrap();
+    let file = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
+    let stored = |name: &str| {
+        let channels = &file.layer_data[0].channel_data.list;
+        channels.iter().find(|c| c.name == *name).expect("it was written").sample_data.clone()
+    };
+    let nearest = |v: f32| exr::prelude::f16::from_f32(v);
+    let albedo = [0.1, 65_504.0, -2.0, 1e-9].map(nearest).to_vec();
+    assert_eq!(stored("albedo.R"), exr::prelude::FlatSamples::F16(albedo));
+    assert_eq!(stored("depth.Z"), exr::prelude::FlatSamples::F32(values));
+    assert_eq!(stored("object.id"), exr::prelude::FlatSamples::U32(ids));
+    let back = load(&path).unwrap();
+    assert_eq!(back.pixels[1], [65_504.0; 3]);
+    assert_eq!(back.pixels[2][..2], [f32::INFINITY, -65_504.0]);
+    assert!(back.pixels[2][2].is_nan());
+}
+
+const LOSSLESS: [Compression; 5] =
+    [Compression::None, Compression::Rle, Compression::Zips, Compression::Zip, Compression::Piz];
+
+/// Of what takes fewer bits only those: 24 of 32 with PXR24, blocks of 16 bits with B44.
+#[test]
+fn every_compression_is_read_back_and_keeps_what_it_should() {
+    let folder = folder();
+    let path = folder.path().join("a.exr");
+    let image = picture(37, 19);
+    let ids: Vec<u32> = (0..37 * 19_u32).map(|i| i.wrapping_mul(40_503_001)).collect();
+    let id =
+        Channel { name: "a.id".into(), samples: Samples::Whole(ids.clone()), half_suffices: true };
+    let rounded = |to: fn(f32) -> f32| image.pixels.iter().map(|p| p.map(to)).collect::<Vec<_>>();
+    let half = |v: f32| exr::prelude::f16::from_f32(v).to_f32();
+    let lossy = [Compression::Pxr24, Compression::B44, Compression::B44a];
+    for exr_compression in LOSSLESS.into_iter().chain(lossy) {
+        for exr_type in [Precision::Float, Precision::Half] {
+            let channels = vec![id.clone()];
+            let options = SaveOptions { exr_type, exr_compression, channels, ..Default::default() };
+            save(&image, &path, &options).unwrap();
+            let what = format!("{exr_compression:?} {exr_type:?}");
+            let wanted = if exr_type == Precision::Half { rounded(half) } else { rounded(|v| v) };
+            let error = match (exr_compression, exr_type) {
+                (Compression::Pxr24, Precision::Float) => 1.0 / 65_536.0,
+                (Compression::B44 | Compression::B44a, Precision::Half) => 0.04,
+                _ => 0.0,
+            };
+            let back = load(&path).unwrap().pixels;
+            for (b, w) in back.as_flattened().iter().zip(wanted.as_flattened()) {
+                assert!((b - w).abs() <= error * w.max(0.1), "{what}: {b} is not {w}");
+            }
+            let file = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
+            let list = &file.layer_data[0].channel_data.list;
+            let stored = list.iter().find(|c| c.name == *"a.id").expect("it was written");
+            assert_eq!(stored.sample_data, exr::prelude::FlatSamples::U32(ids.clone()), "{what}");
+        }
+    }
+}
+
+/// The tone changes what PNG files show, by the law of its curve, and no bit of EXR files.
+#[test]
+fn tone_is_for_png_files_alone() {
+    let folder = folder();
+    let (png, exr) = (folder.path().join("a.png"), folder.path().join("a.exr"));
+    let image = picture(12, 9);
+    for curve in [ToneCurve::Filmic, ToneCurve::Agx, ToneCurve::Aces, ToneCurve::PbrNeutral] {
+        let tone = Tone { exposure: 1.5, curve };
+        let options = SaveOptions { tone, png_bits: BitDepth::Sixteen, ..Default::default() };
+        save(&image, &png, &options).unwrap();
+        save(&image, &exr, &options).unwrap();
+        assert_eq!(load(&exr).unwrap(), image);
+        for (shown, light) in load(&png).unwrap().pixels.iter().zip(&image.pixels) {
+            for (s, m) in shown.iter().zip(tone.map(*light)) {
+                assert!((s - m).abs() < 4e-5, "{curve:?}: {s} is not {m}");
+            }
+        }
+    }
+}
+
 #[test]
 fn channels_that_fit_into_no_file_are_refused() {
     let folder = folder();
-    let channel =
-        |name: &str, n| Channel { name: name.into(), samples: Samples::Real(vec![0.; n]) };
+    let channel = |name: &str, n| Channel {
+        name: name.into(),
+        samples: Samples::Real(vec![0.; n]),
+        half_suffices: false,
+    };
     for (file, channels, wanted) in [
         ("a.png", vec![channel("depth.Z", 6)], "no place for the channel depth.Z"),
         ("a.exr", vec![channel("depth.Z", 5)], "do not make an image of 5 pixels"),

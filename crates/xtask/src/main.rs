@@ -5,6 +5,7 @@
 
 mod bench;
 mod figures;
+mod oidn;
 mod peers;
 mod project;
 mod soak;

@@ -5,6 +5,7 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, ensure};
 
+use crate::oidn;
 use crate::peers::{self, Size};
 use crate::project::{cargo, shown, step, succeed, target};
 use crate::venv::Prepared;
@@ -46,7 +47,13 @@ fn steps(report: &mut Report) -> Result<()> {
     })?;
     report.step("unit and integration tests", |skipped| {
         let kinds = ["--lib", "--bins", "--tests", "--examples"];
-        tests(cargo(&[&["test", "--workspace"][..], &kinds, SHOW].concat()), skipped)
+        let mut command = cargo(&[&["test", "--workspace"][..], &kinds, SHOW].concat());
+        match oidn::prepare()? {
+            Ok(packages) => drop(command.env(oidn::VARIABLE, packages)),
+            // The tests that open the library say that they are skipped.
+            Err(reason) => println!("Open Image Denoise cannot be had: {reason}"),
+        }
+        tests(command, skipped)
     })?;
     if cfg!(target_arch = "x86_64") {
         report.step("ray queries without AVX2", portable_queries)?;

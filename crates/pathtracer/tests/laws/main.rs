@@ -9,6 +9,7 @@ mod bits;
 mod cameras;
 mod clamp;
 mod course;
+mod denoised;
 mod estimators;
 mod eta;
 mod faults;

@@ -1,7 +1,7 @@
 //! Images: where they go, in what form, and what changes them.
 
 use pathtracer::Image;
-use pathtracer::image::{self, SaveOptions};
+use pathtracer::image::{self, BitDepth, SaveOptions, Tone, ToneCurve};
 
 use crate::common::{Folder, SCENE, TINY};
 
@@ -50,6 +50,68 @@ fn png_files_have_the_bits_asked_for_and_exr_files_the_same_light() {
         // A level of 16 bits is at most 2.3/65535 wide where the curve is steepest in light.
         assert!((p - e.min(1.0)).abs() < 4e-5, "{p} is not {e}");
     }
+}
+
+/// Each curve with its exposure is what the library makes of the light, and nothing else changes.
+#[test]
+fn exposure_and_tonemap_change_png_images_by_their_laws() {
+    let folder = Folder::new();
+    folder.succeed(&format!("{TINY} -f light.exr SCENE"));
+    let light = folder.image("light.exr");
+    for (args, exposure, curve) in [
+        ("--exposure 0", 0.0, ToneCurve::Linear),
+        ("--exposure -1.5 --tonemap linear", -1.5, ToneCurve::Linear),
+        ("--tonemap filmic", 0.0, ToneCurve::Filmic),
+        ("--exposure 3 --tonemap agx", 3.0, ToneCurve::Agx),
+        ("--exposure 3 --tonemap aces", 3.0, ToneCurve::Aces),
+        ("--exposure 3 --tonemap pbr-neutral", 3.0, ToneCurve::PbrNeutral),
+    ] {
+        for png_bits in [BitDepth::Eight, BitDepth::Sixteen] {
+            let bits = if png_bits == BitDepth::Eight { 8 } else { 16 };
+            folder.succeed(&format!("{TINY} --png-bits {bits} {args} -f out.png SCENE"));
+            let tone = Tone { exposure, curve };
+            let options = SaveOptions { png_bits, tone, ..SaveOptions::default() };
+            image::save(&light, &folder.path("wanted.png"), &options).unwrap();
+            assert_eq!(folder.image("out.png"), folder.image("wanted.png"), "{args}");
+        }
+    }
+    folder.succeed(&format!("{TINY} -f plain.png SCENE"));
+    folder.succeed(&format!("{TINY} --exposure 0 --tonemap linear -f out.png SCENE"));
+    assert_eq!(folder.read("out.png"), folder.read("plain.png"));
+}
+
+/// Ids, depth and places keep 32 bits; numbers beyond 65504 are counted.
+#[test]
+fn exr_images_have_the_type_and_compression_asked_for() {
+    let folder = Folder::new();
+    let base = format!("{TINY} --aov albedo,depth,object SCENE");
+    folder.succeed(&format!("{base} -f wanted.exr"));
+    let wanted = folder.image("wanted.exr");
+    for compression in ["none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a"] {
+        folder.succeed(&format!("{base} --exr-compression {compression} -f out.exr"));
+        let error = if compression == "pxr24" { 2e-5 } else { 0.0 };
+        for (a, b) in folder.image("out.exr").pixels.iter().zip(&wanted.pixels) {
+            assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= error * b), "{compression}");
+        }
+    }
+    let run = folder.succeed(&format!("{base} --exr-type half -f out.exr"));
+    assert!(!run.err.contains("65504"), "{run:?}");
+    let text = String::from_utf8_lossy(&folder.read("out.exr")).into_owned();
+    // Names of channels and their types behind them: 0 is whole, 1 half, 2 float. [OpenEXR File Layout]
+    for channel in ["albedo.R\0\u{1}", "depth.Z\0\u{2}", "object.id\0\0", "\0B\0\u{1}"] {
+        assert!(text.contains(channel), "{channel:?}");
+    }
+    for (a, b) in folder.image("out.exr").pixels.iter().zip(&wanted.pixels) {
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= b / 2048.0 + 3e-8), "{a:?} {b:?}");
+    }
+    let bright = Image { width: 4, height: 2, pixels: vec![[1e9; 3]; 8] };
+    image::save(&bright, &folder.path("bright.exr"), &SaveOptions::default()).unwrap();
+    let run = folder.succeed("-r 4 3 -s 1 -m 0 -e bright.exr --exr-type half -f half.exr SCENE");
+    let image = folder.image("half.exr");
+    let greatest = image.pixels.as_flattened().iter().filter(|v| **v == 65_504.0).count();
+    assert!(greatest > 0, "the camera sees some of that");
+    assert!(run.err.contains(&format!("half.exr: {greatest} numbers are beyond")), "{run:?}");
+    assert!(image.pixels.iter().flatten().all(|v| *v <= 65_504.0));
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod common;
 mod course;
+mod denoise;
 mod disk;
 mod documentation;
 mod explain;
@@ -15,3 +16,4 @@ mod refused_samples;
 mod report;
 mod resume;
 mod texts;
+mod viewer;

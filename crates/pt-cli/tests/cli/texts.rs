@@ -35,6 +35,12 @@ fn help_names_every_option_and_says_nothing_else() {
             "--aperture-blades <N>",
             "--aperture-rotation <DEGREES>",
             "--panorama",
+            "--exposure <STOPS>",
+            "--tonemap <CURVE>",
+            "--exr-type <TYPE>",
+            "--exr-compression <METHOD>",
+            "--tev <HOST:PORT>",
+            "--denoise",
         ] {
             assert!(run.out.contains(name), "{flag}: {name} is missing in\n{}", run.out);
         }

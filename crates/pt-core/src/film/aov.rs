@@ -122,6 +122,11 @@ impl Aov {
         }
     }
 
+    /// Whether 16 bits hold its values well: those of colours and directions.
+    fn half_suffices(self) -> bool {
+        matches!(self, Self::Albedo | Self::Normal | Self::GeometricNormal)
+    }
+
     /// Sums that a film keeps of it per pixel.
     fn sums(self) -> usize {
         match self.source() {
@@ -207,11 +212,28 @@ pub fn channels(film: &Film) -> Vec<Channel> {
                 Source::Film(of) => Samples::Real(pixels().map(|(_, p)| of(p)).collect()),
                 Source::Count(of) => Samples::Whole(pixels().map(|(_, p)| of(p)).collect()),
             };
-            channels.push(Channel { name: format!("{}.{name}", aov.name()), samples });
+            let name = format!("{}.{name}", aov.name());
+            channels.push(Channel { name, samples, half_suffices: aov.half_suffices() });
         }
         first += aov.sums();
     }
     channels
+}
+
+/// Means of a quantity with three real channels over all samples of each pixel, in which those that see no surface are 0,
+/// as is their light: at the edge of a shape, what is seen of it. `None` if the film does not keep it.
+pub fn means_of_all_samples(film: &Film, aov: Aov) -> Option<Vec<[f32; 3]>> {
+    let place = film.aovs.iter().position(|a| *a == aov)?;
+    let (channels, Source::Mean(_)) = aov.source() else { return None };
+    let first = 1 + film.aovs[..place].iter().map(|aov| aov.sums()).sum::<usize>();
+    if channels.len() != 3 {
+        return None;
+    }
+    let pixels = film.aov_sums.chunks_exact(sums_per_pixel(&film.aovs)).zip(film.pixels());
+    let mean = |sums: &[ExactSum], count: u32| {
+        [0, 1, 2].map(|c| (sums[first + c].value() / f64::from(count.max(1))) as f32)
+    };
+    Some(pixels.map(|(sums, pixel)| mean(sums, pixel.count())).collect())
 }
 
 #[cfg(test)]
@@ -277,6 +299,13 @@ mod tests {
             assert_eq!(channel(&film, name), Samples::Whole(values.to_vec()), "{name}");
         };
         real("albedo.R", [0.25, 0.25, 0.0]);
+        let of_all = |aov| means_of_all_samples(&film, aov);
+        let albedo = of_all(Aov::Albedo).expect("it is kept");
+        // Three samples see a surface of the two that bring light; then one of two, and none.
+        assert_eq!(albedo, [[0.375, 0.75, 2.0], [0.125, 0.25, 0.5], [0.0; 3]]);
+        assert_eq!(of_all(Aov::Normal).map(|n| n[1]), Some([-0.5; 3]));
+        assert_eq!([of_all(Aov::Depth), of_all(Aov::Samples)], [None, None]);
+        assert_eq!(means_of_all_samples(&Film::new(Region::full([3, 1])), Aov::Normal), None);
         real("albedo.B", [4.0 / 3.0, 1.0, 0.0]);
         real("normal.Z", [-4.0 / 3.0, -1.0, 0.0]);
         real("geometric_normal.X", [1.0, 1.0, 0.0]);

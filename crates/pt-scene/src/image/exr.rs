@@ -7,11 +7,14 @@ use exr::meta::MetaData;
 use exr::meta::attribute::Chromaticities;
 use exr::meta::header::Header;
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, Layer, LayerAttributes, ReadChannels,
-    ReadLayers, SmallVec, Text, Vec2, WritableImage, read as exr_read,
+    AnyChannel, AnyChannels, AttributeValue, Compression as Method, Encoding, Layer,
+    LayerAttributes, ReadChannels, ReadLayers, SmallVec, Text, Vec2, WritableImage, f16,
+    read as exr_read,
 };
 
-use super::{Channel, Decoded, Image, Numbers, Samples, SaveOptions, check_size};
+use super::{
+    Channel, Compression, Decoded, Image, Numbers, Precision, Samples, SaveOptions, check_size,
+};
 
 /// The primaries and white point of Rec. 709. [ITU-R BT.709]
 const REC709: Chromaticities = Chromaticities {
@@ -21,18 +24,20 @@ const REC709: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.3290),
 };
 
-/// See [`super::Writer`]. One part with `f32` channels B, G, R, and those of the options, in
-/// ZIP-compressed scan lines.
+/// See [`super::Writer`]. One part with channels B, G, R, and those of the options, in scan lines.
 pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, String> {
     let size = (image.width as usize, image.height as usize);
-    let plane = |c: usize| FlatSamples::F32(image.pixels.iter().map(|p| p[c]).collect());
+    let plane = |c: usize| real(image.pixels.iter().map(|p| p[c]), options.exr_type);
     let mut channels = ["R", "G", "B"]
         .into_iter()
         .enumerate()
         .map(|(c, name)| AnyChannel::new(name, plane(c)))
         .collect::<SmallVec<_>>();
     for channel in &options.channels {
-        channels.push(AnyChannel::new(channel_name(&channel.name, &channels)?, samples(channel)));
+        channels.push(AnyChannel::new(
+            channel_name(&channel.name, &channels)?,
+            samples(channel, options.exr_type),
+        ));
     }
     let channels = AnyChannels::sort(channels);
     let mut attributes = LayerAttributes::default();
@@ -40,7 +45,9 @@ pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, Str
         let (name, text) = attribute(key, value)?;
         attributes.other.insert(name, text);
     }
-    let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, channels);
+    let compression = method(options.exr_compression);
+    let encoding = Encoding { compression, ..Encoding::SMALL_LOSSLESS };
+    let layer = Layer::new(size, attributes, encoding, channels);
     let mut file = exr::image::Image::from_layer(layer);
     file.attributes.chromaticities = Some(REC709);
     let mut out = Cursor::new(Vec::new());
@@ -59,10 +66,54 @@ fn channel_name(name: &str, taken: &[AnyChannel<FlatSamples>]) -> Result<Text, S
     })
 }
 
-fn samples(channel: &Channel) -> FlatSamples {
+fn samples(channel: &Channel, precision: Precision) -> FlatSamples {
+    let precision = if channel.half_suffices { precision } else { Precision::Float };
     match &channel.samples {
-        Samples::Real(values) => FlatSamples::F32(values.clone()),
+        Samples::Real(values) => real(values.iter().copied(), precision),
         Samples::Whole(values) => FlatSamples::U32(values.clone()),
+    }
+}
+
+fn real(values: impl Iterator<Item = f32>, precision: Precision) -> FlatSamples {
+    match precision {
+        Precision::Float => FlatSamples::F32(values.collect()),
+        Precision::Half => FlatSamples::F16(values.map(half).collect()),
+    }
+}
+
+/// The greatest finite 16-bit number.
+const GREATEST_HALF: f32 = 65_504.0;
+
+/// The nearest 16-bit number, among the finite ones where the value is finite.
+fn half(v: f32) -> f16 {
+    let is_beyond = v.is_finite() && v.abs() > GREATEST_HALF;
+    f16::from_f32(if is_beyond { GREATEST_HALF.copysign(v) } else { v })
+}
+
+/// See [`super::count_beyond_half`].
+pub(super) fn count_beyond_half(image: &Image, options: &SaveOptions) -> usize {
+    if options.exr_type == Precision::Float {
+        return 0;
+    }
+    let narrow = options.channels.iter().filter(|channel| channel.half_suffices);
+    let reals = narrow.filter_map(|channel| match &channel.samples {
+        Samples::Real(values) => Some(values),
+        Samples::Whole(_) => None,
+    });
+    let values = image.pixels.as_flattened().iter().chain(reals.flatten());
+    values.filter(|v| v.is_finite() && v.abs() > GREATEST_HALF).count()
+}
+
+fn method(compression: Compression) -> Method {
+    match compression {
+        Compression::None => Method::Uncompressed,
+        Compression::Rle => Method::RLE,
+        Compression::Zips => Method::ZIP1,
+        Compression::Zip => Method::ZIP16,
+        Compression::Piz => Method::PIZ,
+        Compression::Pxr24 => Method::PXR24,
+        Compression::B44 => Method::B44,
+        Compression::B44a => Method::B44A,
     }
 }
 

@@ -7,6 +7,7 @@ mod exr;
 mod hdr;
 mod jpeg;
 mod png;
+mod tone;
 mod write;
 
 use std::path::Path;
@@ -16,6 +17,7 @@ use pt_math::color;
 use crate::source;
 
 pub use error::ImageError;
+pub use tone::{Tone, ToneCurve};
 pub use write::write_atomically;
 
 /// An image in linear Rec. 709.
@@ -67,13 +69,51 @@ pub enum BitDepth {
     Sixteen,
 }
 
+/// Numbers of files with floating point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// 32 bits.
+    #[default]
+    Float,
+    /// 16 bits, up to 65504, for the colours and those channels for which they suffice; 32 for the others.
+    Half,
+}
+
+/// How an EXR file is made smaller. DWAA and DWAB can be neither written nor read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Compression {
+    /// Not at all.
+    None,
+    /// Runs of equal bytes.
+    Rle,
+    /// Deflate, line by line.
+    Zips,
+    /// Deflate, 16 lines at a time.
+    #[default]
+    Zip,
+    /// Wavelets and Huffman codes, for noisy images.
+    Piz,
+    /// Deflate; of 32-bit real numbers, only 24 bits are kept.
+    Pxr24,
+    /// Blocks of 4 × 4 16-bit numbers of 14 bytes each, with losses; other numbers are kept as they are.
+    B44,
+    /// Likewise, and blocks of one value are 3 bytes.
+    B44a,
+}
+
 /// What to write, beside the pixels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SaveOptions {
-    /// Bits per channel of a PNG file; EXR files always have 32.
+    /// Bits per channel of a PNG file.
     pub png_bits: BitDepth,
     /// Transfer of a PNG file; EXR files are linear.
     pub transfer: Transfer,
+    /// Exposure and tone curve of a PNG file, before the transfer; EXR files have the light itself.
+    pub tone: Tone,
+    /// Numbers of an EXR file.
+    pub exr_type: Precision,
+    /// Compression of an EXR file.
+    pub exr_compression: Compression,
     /// Keys and values to write into the file, as text chunks or attributes.
     pub metadata: Vec<(String, String)>,
     /// More channels of an EXR file; other files have no place for them.
@@ -87,6 +127,8 @@ pub struct Channel {
     pub name: String,
     /// The number of each pixel, in the order of [`Image::pixels`].
     pub samples: Samples,
+    /// Whether [`Precision::Half`] makes real ones 16 bits wide, as suits colours and directions.
+    pub half_suffices: bool,
 }
 
 /// The numbers of a channel.
@@ -203,6 +245,12 @@ pub fn save(image: &Image, path: &Path, options: &SaveOptions) -> Result<(), Ima
     }
     let bytes = write(image, options).map_err(refused)?;
     write_atomically(path, &bytes)
+}
+
+/// How many finite numbers an EXR file of these options cannot hold, since they are beyond ±65504, the greatest
+/// 16-bit number, which takes their place.
+pub fn count_beyond_half(image: &Image, options: &SaveOptions) -> usize {
+    exr::count_beyond_half(image, options)
 }
 
 /// Writes bytes that are ready for the screen as an 8-bit PNG file, whatever the ending of the

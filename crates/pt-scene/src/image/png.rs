@@ -16,11 +16,11 @@ pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, Str
         return Err(format!("a PNG file has no place for the channel {}", channel.name));
     }
     let transfer = options.transfer;
-    let levels = image.pixels.iter().flatten();
+    let levels = image.pixels.iter().flat_map(|&rgb| options.tone.map(rgb));
     let (depth, data): (_, Vec<u8>) = match options.png_bits {
-        BitDepth::Eight => (Depth::Eight, levels.map(|&l| transfer.encode8(l)).collect()),
+        BitDepth::Eight => (Depth::Eight, levels.map(|l| transfer.encode8(l)).collect()),
         BitDepth::Sixteen => {
-            (Depth::Sixteen, levels.flat_map(|&l| transfer.encode16(l).to_be_bytes()).collect())
+            (Depth::Sixteen, levels.flat_map(|l| transfer.encode16(l).to_be_bytes()).collect())
         }
     };
     let mut out = Vec::new();

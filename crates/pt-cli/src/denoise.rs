@@ -1,0 +1,117 @@
+//! Images without noise, beside what was rendered.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use pathtracer::Film;
+use pathtracer::denoise::{self, DenoiseError, Denoiser, NEEDED};
+use pathtracer::image::{Channel, Image, Samples, SaveOptions};
+
+use crate::check::Checked;
+
+/// The layer of an EXR image, and the end of the name of a PNG image, that holds what was rendered.
+const NOISY: &str = "noisy";
+
+/// Whether and by what images are denoised.
+pub(crate) struct Denoising {
+    is_wanted: bool,
+    is_quiet: bool,
+    denoiser: Option<Denoiser>,
+}
+
+impl Denoising {
+    /// Looks for the library if it is wanted, and warns where it is missing: the image is then written as it was rendered.
+    pub(crate) fn begin(request: &Checked, threads: usize) -> Self {
+        let is_wanted = request.cli.denoise;
+        let opened = is_wanted.then(|| Denoiser::open(threads));
+        let denoiser = opened.and_then(|opened| opened.map_err(|error| warn(&error)).ok());
+        Self { is_wanted, is_quiet: request.cli.quiet, denoiser }
+    }
+
+    /// The files of an image that was rendered with these channels: the image itself, without noise if that is wanted and
+    /// can be; and beside a format without room for the layer of what was rendered, one for that.
+    pub(crate) fn images(
+        &self,
+        film: &Film,
+        path: &Path,
+        rendered: Image,
+        mut options: SaveOptions,
+    ) -> Vec<(PathBuf, Image, SaveOptions)> {
+        let has_layers = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        if self.is_wanted && !has_layers {
+            options.channels.retain(|channel| !NEEDED.iter().any(|aov| is_of(channel, aov.name())));
+        }
+        let Some(denoised) = self.denoised(film) else {
+            return vec![(path.to_owned(), rendered, options)];
+        };
+        let of_rendered = options.clone();
+        let beside = noisy_path(path);
+        let place = if has_layers {
+            options.channels.extend(layer(&rendered));
+            format!("layer {NOISY}")
+        } else {
+            beside.file_name().unwrap_or_default().to_string_lossy().into_owned()
+        };
+        options.metadata.push(("Denoiser".into(), self.says(&place)));
+        let mut files = vec![(path.to_owned(), denoised, options)];
+        if !has_layers {
+            files.push((beside, rendered, of_rendered));
+        }
+        files
+    }
+
+    fn denoised(&self, film: &Film) -> Option<Image> {
+        let denoiser = self.denoiser.as_ref()?;
+        let start = Instant::now();
+        let denoised = denoise::denoised(denoiser, film).map_err(|error| warn(&error)).ok()?;
+        if !self.is_quiet {
+            let seconds = start.elapsed().as_secs_f64();
+            eprintln!("denoised  by Open Image Denoise {} in {seconds:.2} s", denoiser.version());
+        }
+        Some(denoised)
+    }
+
+    /// What an image says of its noise.
+    fn says(&self, place: &str) -> String {
+        let version = self.denoiser.as_ref().map(Denoiser::version).unwrap_or_default();
+        format!("Open Image Denoise {version}; as rendered: {place}")
+    }
+}
+
+fn warn(error: &DenoiseError) {
+    eprintln!(
+        "warning: --denoise: {error}\n  the image is written as it was rendered, with its noise"
+    );
+}
+
+/// The file beside an image that holds what was rendered.
+fn noisy_path(image: &Path) -> PathBuf {
+    let mut name = image.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("_{NOISY}."));
+    name.push(image.extension().unwrap_or_default());
+    image.with_file_name(name)
+}
+
+fn is_of(channel: &Channel, layer: &str) -> bool {
+    channel.name.split('.').next() == Some(layer)
+}
+
+/// What was rendered, as channels.
+fn layer(rendered: &Image) -> [Channel; 3] {
+    [("R", 0), ("G", 1), ("B", 2)].map(|(letter, c)| Channel {
+        name: format!("{NOISY}.{letter}"),
+        samples: Samples::Real(rendered.pixels.iter().map(|p| p[c]).collect()),
+        half_suffices: true,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noisy_images_stand_beside_their_image() {
+        assert_eq!(noisy_path(Path::new("a/b.c.png")), Path::new("a/b.c_noisy.png"));
+        assert_eq!(noisy_path(Path::new("b.PNG")), Path::new("b_noisy.PNG"));
+    }
+}

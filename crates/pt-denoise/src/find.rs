@@ -1,0 +1,94 @@
+//! Where the library may be.
+
+use std::env;
+use std::path::{Path, PathBuf};
+
+use crate::DenoiseError;
+use crate::library::Functions;
+
+/// The environment variable that gives the file of the library, or a folder with it.
+pub const VARIABLE: &str = "PATHTRACER_OIDN";
+
+/// The file of the library.
+const NAME: &str = if cfg!(windows) {
+    "OpenImageDenoise.dll"
+} else if cfg!(target_os = "macos") {
+    "libOpenImageDenoise.2.dylib"
+} else {
+    "libOpenImageDenoise.so.2"
+};
+
+/// Where the library is below a folder: in itself, in a release of Intel, in the package pyoidn, and among packages.
+const BELOW: [&str; 4] = ["", "lib", "oidn/lib", "pyoidn/oidn/lib"];
+
+/// Opens the library, and says which file it is.
+///
+/// # Errors
+/// If it is not there.
+pub(crate) fn open() -> Result<(Functions, PathBuf), DenoiseError> {
+    match env::var_os(VARIABLE).filter(|place| !place.is_empty()) {
+        Some(place) => open_given(place.into()),
+        None => open_usual(),
+    }
+}
+
+fn open_given(place: PathBuf) -> Result<(Functions, PathBuf), DenoiseError> {
+    let files = if place.is_dir() { in_folder(&place) } else { vec![place.clone()] };
+    first(&files).map_err(|tried| DenoiseError::NotThere { place, tried })
+}
+
+fn open_usual() -> Result<(Functions, PathBuf), DenoiseError> {
+    let beside = env::current_exe().ok().and_then(|program| Some(program.parent()?.to_owned()));
+    let folders = beside.into_iter().chain(packages());
+    let mut files: Vec<_> = folders.flat_map(|folder| in_folder(&folder)).collect();
+    // Without a folder, the system looks where it has its libraries.
+    let by_system = Path::new(NAME);
+    files.push(by_system.to_owned());
+    first(&files).map_err(|mut tried| {
+        // That it is not there either is no news.
+        tried.pop();
+        DenoiseError::Missing { tried }
+    })
+}
+
+/// The first of some libraries that opens; or what is wrong with each.
+fn first(files: &[PathBuf]) -> Result<(Functions, PathBuf), Vec<String>> {
+    let mut tried = Vec::new();
+    for file in files {
+        match Functions::load(file) {
+            Ok(functions) => return Ok((functions, file.clone())),
+            Err(message) => tried.push(format!("{}: {message}", file.display())),
+        }
+    }
+    Err(tried)
+}
+
+/// The libraries that a folder has.
+fn in_folder(folder: &Path) -> Vec<PathBuf> {
+    let files = BELOW.iter().map(|below| folder.join(below).join(NAME));
+    files.filter(|file| file.is_file()).collect()
+}
+
+/// Where Python keeps packages: those of the virtual environment that is active, of the user, and of the system.
+fn packages() -> Vec<PathBuf> {
+    let variable = |name| env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
+    let of_user = variable("HOME").map(|home| home.join(".local"));
+    let of_system = ["/usr/local", "/usr"].map(PathBuf::from);
+    let roots = [variable("VIRTUAL_ENV"), variable("CONDA_PREFIX"), of_user];
+    let roots = roots.into_iter().flatten().chain(of_system);
+    roots.flat_map(|root| in_root(&root)).collect()
+}
+
+/// The folders of packages below a root, those of later versions of Python first.
+fn in_root(root: &Path) -> Vec<PathBuf> {
+    let mut pythons: Vec<_> = std::fs::read_dir(root.join("lib"))
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.file_name().is_some_and(|n| n.to_string_lossy().starts_with("python")))
+        .collect();
+    pythons.push(root.join("Lib"));
+    pythons.sort();
+    let kinds = ["site-packages", "dist-packages"];
+    pythons.iter().rev().flat_map(|python| kinds.map(|kind| python.join(kind))).collect()
+}
