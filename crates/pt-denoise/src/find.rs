@@ -81,14 +81,53 @@ fn packages() -> Vec<PathBuf> {
 
 /// The folders of packages below a root, those of later versions of Python first.
 fn in_root(root: &Path) -> Vec<PathBuf> {
-    let mut pythons: Vec<_> = std::fs::read_dir(root.join("lib"))
-        .into_iter()
-        .flatten()
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| path.file_name().is_some_and(|n| n.to_string_lossy().starts_with("python")))
-        .collect();
-    pythons.push(root.join("Lib"));
-    pythons.sort();
-    let kinds = ["site-packages", "dist-packages"];
-    pythons.iter().rev().flat_map(|python| kinds.map(|kind| python.join(kind))).collect()
+    let entries = std::fs::read_dir(root.join("lib")).into_iter().flatten();
+    let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    let mut pythons: Vec<_> =
+        paths.filter_map(|path| Some((minor_version(&path)?, path))).collect();
+    pythons.sort_by(|a, b| b.cmp(a));
+    // Windows has one, without a version.
+    let folders = pythons.into_iter().map(|(_, path)| path).chain([root.join("Lib")]);
+    folders.flat_map(|lib| ["site-packages", "dist-packages"].map(|kind| lib.join(kind))).collect()
+}
+
+/// The 11 of python3.11, and 0 of python3.
+fn minor_version(python: &Path) -> Option<u32> {
+    match python.file_name()?.to_str()?.strip_prefix("python3")? {
+        "" => Some(0),
+        minor => minor.strip_prefix('.')?.parse().ok(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn packages_of_later_pythons_come_first() {
+        let root = tempfile::tempdir().expect("a temporary folder");
+        for name in ["python3.9", "python3.11", "python3", "python2.7", "cmake"] {
+            std::fs::create_dir_all(root.path().join("lib").join(name)).expect("it takes folders");
+        }
+        let found = in_root(root.path());
+        let names = ["lib/python3.11", "lib/python3.9", "lib/python3", "Lib"];
+        let kinds = ["site-packages", "dist-packages"];
+        let wanted: Vec<_> =
+            names.iter().flat_map(|n| kinds.map(|kind| root.path().join(n).join(kind))).collect();
+        assert_eq!(found, wanted);
+    }
+
+    #[test]
+    fn the_library_is_found_in_itself_in_a_release_and_in_packages() {
+        for below in BELOW {
+            let root = tempfile::tempdir().expect("a temporary folder");
+            assert!(in_folder(root.path()).is_empty());
+            let folder = root.path().join(below);
+            std::fs::create_dir_all(&folder).expect("it takes folders");
+            std::fs::write(folder.join(NAME), "no library").expect("it takes files");
+            assert_eq!(in_folder(root.path()), [folder.join(NAME)]);
+            let tried = first(&in_folder(root.path())).err().expect("that is none");
+            assert_eq!(tried.len(), 1, "{tried:?}");
+        }
+    }
 }

@@ -95,10 +95,9 @@ pub struct Planes<'a> {
     pub normal: &'a [[f32; 3]],
 }
 
-/// The library, and a device of it.
+/// A device of the library.
 pub struct Denoiser {
     device: Device,
-    path: PathBuf,
 }
 
 impl Denoiser {
@@ -114,7 +113,7 @@ impl Denoiser {
         let device = Device::new(library, threads)
             .map_err(|message| DenoiseError::Device { path: path.clone(), message })?;
         match device.version() {
-            20_000.. => Ok(Self { device, path }),
+            20_000.. => Ok(Self { device }),
             version => Err(DenoiseError::Version { path, version }),
         }
     }
@@ -123,11 +122,6 @@ impl Denoiser {
     pub fn version(&self) -> String {
         let version = self.device.version();
         format!("{}.{}.{}", version / 10_000, version / 100 % 100, version % 100)
-    }
-
-    /// The file of the library.
-    pub fn path(&self) -> &std::path::Path {
-        &self.path
     }
 
     /// The image without its noise.
