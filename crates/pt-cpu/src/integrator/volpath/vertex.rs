@@ -40,6 +40,7 @@ enum Kind<'a> {
 impl<'a> Vertex<'a> {
     /// Where a path came to be scattered, at its time; `choice` makes the choices of mixtures, and `resolved`
     /// has room for what a material is that varies. `None` if it is not scattered.
+    #[inline(always)]
     pub(super) fn new(
         scene: &'a RenderScene,
         path: &Walker,
@@ -131,6 +132,7 @@ impl<'a> Vertex<'a> {
     }
 
     /// Draws a direction and its weight.
+    #[inline(always)]
     pub(super) fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
         match &self.kind {
             Kind::Surface { bsdf, .. } => bsdf.sample(u),
