@@ -59,7 +59,9 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     }
     let (a, b) = (first.display(), again.display());
     if same_film {
-        eprintln!("pathtracer: {b} is what {a} was: its pixels were changed since");
+        eprintln!(
+            "pathtracer: {b} is what {a} was: its pixels were changed since, or denoised in another way"
+        );
     } else {
         eprintln!("pathtracer: {b} is another image than {a}, whose receipt promises the same");
     }
