@@ -9,11 +9,11 @@ use pt_cpu::Renderer;
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::image::Samples;
 use pt_scene::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
-use pt_scene::{Daylight, LightKind};
+use pt_scene::{Daylight, LightKind, shapes};
 
 use crate::analytic::luminaire;
 use crate::materials::surfaces;
-use crate::scenes::{Builder, camera, facing, inward_cube, looking, matte, size};
+use crate::scenes::{Builder, camera, facing, looking, matte, size};
 
 const FAULTS: [f32; 3] = [f32::NAN, f32::INFINITY, -1.0];
 
@@ -153,7 +153,7 @@ fn lit_by(x: f32) -> Vec<(&'static str, Scene)> {
         kinds.map(|(name, kind)| (name, seen(ball().light(kind, above)))).into();
     let far = DVec3::new(0.5, 3.0, 1.0);
     scenes.extend([
-        ("glowing mesh", seen(ball().glowing_mesh(inward_cube(), small, matte([0.5; 3]), x))),
+        ("glowing mesh", seen(ball().glowing_mesh(shapes::cube(), small, matte([0.5; 3]), x))),
         ("glowing sphere", seen(ball().glowing_sphere(far, 0.5, x))),
         (
             "mesh that glows by a texture",
