@@ -38,7 +38,9 @@ pub use pt_core::light::EnvironmentMap;
 pub use pt_core::progress::{Advance, Observer, Silent};
 pub use pt_core::settings::{Adaptive, Clamp, DirectLight, Roulette, Settings};
 pub use pt_core::{CompileError, CompileOptions};
-pub use pt_cpu::{INTEGRATORS, MOST_REUSE, MOST_SPLIT, Progress, RenderError, Statistics};
+pub use pt_cpu::{
+    INTEGRATORS, MOST_REUSE, MOST_SPLIT, Progress, Registration, RenderError, Statistics,
+};
 pub use pt_math::sampler::SamplerKind;
 pub use pt_scene::format::{FORMATS, LoadOptions, load, load_with};
 pub use pt_scene::image::{self, Image};

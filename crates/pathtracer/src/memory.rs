@@ -65,7 +65,7 @@ fn left_by_groups(root: &Path, groups: &str) -> Option<u64> {
 }
 
 /// Bytes that the tables and the tree of a triangle take at most while they are built. Of meshes of 245,000, 980,000
-/// and 3,920,000 triangles, whole renders took 44, 148 and 505 MB; with this, 41, 147 and 567 MB are expected.
+/// and 3,920,000 triangles, whole renders took 45, 147 and 498 MB; with this, 41, 146 and 567 MB are expected.
 const TRIANGLE_BYTES: u64 = 125;
 
 /// An estimate of what compiling a scene takes beside the scene itself, in bytes.

@@ -97,8 +97,12 @@ impl Console {
     pub(crate) fn finish(&self) {
         match (&self.display, self.state.lock()) {
             (Display::Bar(bar), _) => bar.finish_and_clear(),
-            (Display::Json, Ok(state)) => {
+            (Display::Json, Ok(mut state)) => {
                 let word = if self.cancelled() { "stopped" } else { "finished" };
+                if !self.cancelled() {
+                    // The last news may have come while another thread told its own.
+                    state.latest.done = state.latest.total;
+                }
                 json(word, &state, self.start.elapsed());
             }
             _ => {}

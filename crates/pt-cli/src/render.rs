@@ -8,7 +8,8 @@ use anyhow::{Context, Result};
 use pathtracer::image::{self, Image, Transfer};
 use pathtracer::receipt::Receipt;
 use pathtracer::{
-    CompileOptions, EnvironmentMap, Progress, Scene, Session, Settings, camera_file, source,
+    CompileOptions, EnvironmentMap, INTEGRATORS, Progress, Registration, Scene, Session, Settings,
+    camera_file, source,
 };
 
 use crate::check::{Checked, check_estimator};
@@ -250,8 +251,7 @@ fn tell_rejections(request: &Checked, session: &Session) {
         eprintln!("  column {}, row {}, sample {}: {}", r.x, r.y, r.sample, r.fault);
     }
     let (x, y, sample) = (first.x, first.y, first.sample);
-    let cli = &request.cli;
-    if cli.path_reuse == 1 && cli.split == 1 && !cli.cs184 {
+    if can_be_explained(request, session) {
         let words = request.command.iter().map(String::as_str);
         // No argument has a NUL.
         let again = shlex::try_join(words).unwrap_or_default();
@@ -260,9 +260,17 @@ fn tell_rejections(request: &Checked, session: &Session) {
         );
     } else {
         eprintln!(
-            "its path cannot be told with --path-reuse, --split and --cs184; leave them out and look for others"
+            "its path cannot be told: explain follows the single paths of some integrators, without \
+             --path-reuse, --split and --cs184"
         );
     }
+}
+
+/// Whether `pathtracer explain` takes the command line of this render.
+fn can_be_explained(request: &Checked, session: &Session) -> bool {
+    let Settings { integrator, reuse, split, .. } = session.settings();
+    let records = |known: &Registration| known.name == integrator && known.new_recording.is_some();
+    *reuse == 1 && *split == 1 && !request.cli.cs184 && INTEGRATORS.iter().any(records)
 }
 
 fn next_steps() {

@@ -42,6 +42,8 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     cli.threads = rerender.threads.or(cli.threads);
     cli.quiet |= rerender.quiet;
     cli.restart = true;
+    // They are of the first render.
+    (cli.summary_json, cli.tev) = (None, None);
     request.of = Some(Box::new(receipt.clone()));
     resume::enter(&run.folder)?;
     let Done { status, progress, receipt: second } = render::render(&request)?;

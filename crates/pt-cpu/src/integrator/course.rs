@@ -8,7 +8,7 @@ use pt_math::{Spectrum, Vec3};
 
 use super::direct::Hemisphere;
 use super::front::{Arrival, State};
-use super::wavefront::{Context, Found, Rules};
+use super::rules::{Context, Found, Rules};
 
 /// The course's estimator: emission is seen by the camera and after mirrors and glass, all other
 /// light is found by light sampling, or by uniform directions of the hemisphere.

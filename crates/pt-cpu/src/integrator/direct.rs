@@ -8,8 +8,9 @@ use pt_math::sampler::Lanes;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3, warp};
 
 use super::reuse::{Gift, Reuse};
+use super::rules::Rules;
 use super::sums::Sums;
-use super::wavefront::{Numbers, Rules, Surface};
+use super::wavefront::{Numbers, Surface};
 use super::witness::{self, Witness};
 use super::{Starts, holes};
 use crate::Tracer;

@@ -11,6 +11,7 @@ pub(crate) mod holes;
 mod normals;
 mod path;
 mod reuse;
+mod rules;
 mod sums;
 mod volpath;
 mod wavefront;

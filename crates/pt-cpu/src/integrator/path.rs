@@ -8,7 +8,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::direct::Hemisphere;
 use super::front::{Arrival, State};
-use super::wavefront::{Context, Found, Rules};
+use super::rules::{Context, Found, Rules};
 
 /// Path tracing with direct light at every surface. [Kajiya 1986; Veach 1997, §10.3]
 ///

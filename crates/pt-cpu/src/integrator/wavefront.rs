@@ -21,72 +21,24 @@ use arrayvec::ArrayVec;
 use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
 use pt_core::film::ExactSum;
-use pt_core::light::{AnyLight, LightSample, Lit};
+use pt_core::light::{AnyLight, Lit};
 use pt_core::material::Resolved;
 use pt_core::scene::{Interaction, RenderScene, SurfacePoint};
 use pt_core::settings::{Clamp, Settings};
 use pt_math::sampler::{LANES, Lanes, Sampler, Samplers};
 use pt_math::{Ray, Rays, Spectrum, Vec3};
 
-use super::direct::{Asking, Hemisphere, Requests};
-use super::front::{Arrival, Front, State};
+use super::direct::{Asking, Requests};
+use super::front::{Front, State};
 use super::holes;
 use super::reuse::{Gift, Reuse, Seen};
+use super::rules::{Context, Found, Rules};
 use super::sums::Sums;
 use super::ways::Ways;
 use super::witness::{self, Recorder, Witness};
 use super::{CAMERA_DIMENSIONS, Integrator, Recording, Starts};
 use crate::Tracer;
 use crate::trace::{Departure, Trace};
-
-/// What is rendered, and how.
-#[derive(Clone, Copy)]
-pub(super) struct Context<'a> {
-    pub(super) scene: &'a RenderScene,
-    pub(super) settings: &'a Settings,
-}
-
-/// A surface that a ray found.
-#[derive(Clone, Copy)]
-pub(super) struct Found<'a> {
-    pub(super) at: &'a Interaction,
-    pub(super) hit: &'a Hit,
-    /// The time of the path.
-    pub(super) time: f32,
-}
-
-/// What distinguishes one path tracer from another.
-pub(super) trait Rules {
-    /// Largest number of surface interactions.
-    fn depth(&self, settings: &Settings) -> u32;
-
-    /// Whether contributions are cut off as the settings say.
-    fn clamps(&self) -> bool {
-        true
-    }
-
-    /// Weighted radiance of the sky towards a ray that left the scene in direction `d`.
-    fn sky(&self, cx: Context, path: &State, d: Vec3, bounces: u32) -> Spectrum;
-
-    /// Weighted radiance that a surface emits towards the ray that found it.
-    fn emitted(&self, cx: Context, path: &State, found: Found) -> Spectrum;
-
-    /// Number of samples of a light at each surface, 0 if it is not sampled.
-    fn light_samples(&self, settings: &Settings, delta: bool) -> u32;
-
-    /// Weight of one of `n` samples of a light.
-    fn light_weight(&self, settings: &Settings, bsdf: &Bsdf, sample: &LightSample, n: u32) -> f32;
-
-    /// How direct light is looked for in random directions, if it is.
-    fn hemisphere(&self, cx: Context) -> Option<Hemisphere>;
-
-    /// Whether light that a ray finds can count, by how the ray came to its direction.
-    fn finds(&self, settings: &Settings, arrival: Arrival) -> bool;
-
-    /// Russian roulette: the probability with which a path goes on after `bounces` interactions,
-    /// or `None` if it does in any case.
-    fn survival(&self, settings: &Settings, path: &State, bounces: u32) -> Option<f32>;
-}
 
 /// A path at a surface.
 pub(super) struct Surface<'a> {

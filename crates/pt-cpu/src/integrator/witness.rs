@@ -8,7 +8,8 @@ use pt_math::{Ray, Rays, Spectrum, Vec3};
 
 use super::Starts;
 use super::front::State;
-use super::wavefront::{Context, Found, Surface};
+use super::rules::{Context, Found};
+use super::wavefront::Surface;
 use crate::trace::{
     Contribution, Departure, LightNumber, Place, SampledLight, Source, Trace, Vertex,
 };

@@ -26,8 +26,9 @@ use pt_math::{Pdf, Ray, Rays, Spectrum};
 
 use super::front::State;
 use super::path::{Path, sampled_weight};
+use super::rules::{Context, Found, Rules};
 use super::sums::Sums;
-use super::wavefront::{Context, Found, Rules, find};
+use super::wavefront::find;
 use super::witness::{self, Recorder, Witness};
 use super::{CAMERA_DIMENSIONS, Integrator, Recording, Starts};
 use crate::Tracer;

@@ -8,8 +8,9 @@ use pt_math::Ray;
 use super::{Layout, VolPath, Walker};
 use crate::Tracer;
 use crate::integrator::Starts;
+use crate::integrator::rules::{Context, Found};
 use crate::integrator::sums::Sums;
-use crate::integrator::wavefront::{Context, Found, find};
+use crate::integrator::wavefront::find;
 use crate::integrator::witness::Witness;
 
 /// How a path came to the end of its way.
