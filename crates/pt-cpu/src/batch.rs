@@ -119,10 +119,10 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
         self.filter.is_some_and(|filter| !filter.is_positive())
     }
 
-    /// What each sample of the last batch counts, and what it gave to the tile.
+    /// What each sample of the last batch counts, and its light.
     pub(crate) fn taken(&self) -> impl Iterator<Item = (f32, Spectrum)> {
         let weight = |i| if self.weighs() { self.weights[i] } else { 1.0 };
-        self.radiance.iter().enumerate().map(move |(i, &l)| (weight(i), l * weight(i)))
+        self.radiance.iter().enumerate().map(move |(i, &l)| (weight(i), l))
     }
 
     /// Makes the starts of the samples of a batch, in order.

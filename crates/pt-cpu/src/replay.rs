@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use pt_core::Film;
-use pt_core::film::{ExactSum, Region, Rejections};
+use pt_core::film::{ExactSum, Fault, Region, Rejections};
 
 use crate::batch::{Run, Worker};
 use crate::integrator::INTEGRATORS;
@@ -40,8 +40,9 @@ impl Renderer<'_> {
                 worker.take(&[Run::single([x, y], first..end)], &mut tile);
                 let traces = worker.integrator.take_traces();
                 let taken = traces.into_iter().zip(worker.taken());
-                for (number, (trace, (weight, radiance))) in (first..end).zip(taken) {
-                    tell(Sample { number, trace, weight, radiance });
+                for (number, (trace, (weight, light))) in (first..end).zip(taken) {
+                    let (radiance, fault) = (light * weight, Fault::of(light, weight));
+                    tell(Sample { number, trace, weight, radiance, fault });
                 }
             }
             rejections.merge(tile.rejections());

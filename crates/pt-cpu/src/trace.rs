@@ -1,6 +1,7 @@
 //! How a sample came about: the places where its path was scattered, and what light it found.
 
 use pt_core::bsdf::{Bsdf, BsdfSample};
+use pt_core::film::Fault;
 use pt_core::light::tree::Chosen;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
@@ -15,6 +16,8 @@ pub struct Sample {
     pub weight: f32,
     /// What the film gets: the sum of the contributions in their order, times the weight.
     pub radiance: Spectrum,
+    /// Why the film does not take it, if it does not: it counts as black.
+    pub fault: Option<Fault>,
 }
 
 /// All that a path met.

@@ -10,6 +10,7 @@ mod types;
 
 use std::ops::Range;
 
+use pt_core::film::Rejections;
 use pt_core::settings::Settings;
 use pt_core::{Film, Region};
 use pt_cpu::{RenderError, Renderer};
@@ -40,8 +41,8 @@ pub struct Explanation {
     pub luminance: f64,
     /// The variance of the luminance of a sample: Σ(y − ȳ)² / (n − 1).
     pub variance: f64,
-    /// How many samples were no numbers; they count as black.
-    pub rejected: u64,
+    /// The samples that were refused; they count as black.
+    pub rejected: Rejections,
     /// Its light by the ways that it took, of which the first has most of the variance.
     pub types: Vec<PathType>,
     /// What is left of the variance: the ways of light vary together, Σ 2 cov / variance.
@@ -140,7 +141,7 @@ impl Observed {
     }
 
     fn see(&mut self, sample: Sample) {
-        if !sample.radiance.is_finite() {
+        if sample.fault.is_some() {
             self.luminances.push(0.0);
             return;
         }
@@ -171,7 +172,7 @@ impl Observed {
             mean: film.pixel(pixel[0], pixel[1]).mean(),
             luminance: mean,
             variance,
-            rejected: film.rejections().count(),
+            rejected: film.rejections().clone(),
             types,
             together: if variance > 0.0 { 1.0 - shares } else { 0.0 },
             brightest: brightest.into_sorted(),
@@ -265,7 +266,7 @@ mod tests {
         let radiance = contributions.iter().map(|c| c.value).sum();
         let (eye, direction, vertices) = (Vec3::ZERO, Vec3::Z, vertices.to_vec());
         let trace = Trace { eye, direction, vertices, contributions };
-        Sample { number, trace, weight: 1.0, radiance }
+        Sample { number, trace, weight: 1.0, radiance, fault: None }
     }
 
     #[test]

@@ -31,7 +31,7 @@ pub(super) fn explanation(names: Names, session: &Session, explanation: &Explana
         "mean": mean,
         "luminance": luminance,
         "variance": variance,
-        "rejected": rejected,
+        "rejected": rejected.count(),
         "types": explanation.types.iter().map(type_value).collect::<Vec<_>>(),
         "together": explanation.together,
         "brightest": explanation.brightest.iter().map(|p| path_value(names, p)).collect::<Vec<_>>(),
@@ -78,6 +78,7 @@ fn sample_value(names: Names, sample: &Sample) -> Value {
     value["sample"] = json!(sample.number);
     value["weight"] = json!(sample.weight);
     value["radiance"] = json!(sample.radiance.to_array());
+    value["refused"] = json!(sample.fault.map(|fault| fault.to_string()));
     value
 }
 

@@ -48,9 +48,8 @@ fn head(session: &Session, explanation: &Explanation) -> String {
         relative(deviation / n.sqrt())
     );
     text += &paragraph("noise     ", &noise);
-    if *rejected > 0 {
-        let _ =
-            writeln!(text, "refused   samples that are NaN or infinite and count as 0: {rejected}");
+    if rejected.count() > 0 {
+        text += &paragraph("refused   ", &format!("samples that count as black: {rejected}"));
     }
     text
 }
@@ -294,7 +293,7 @@ fn member(firefly: &Firefly, way: &str, ordinary: f64) -> String {
 
 /// All of one sample.
 pub(super) fn sample(names: Names, [x, y]: [u32; 2], sample: &Sample) -> String {
-    let Sample { number, trace, weight, radiance } = sample;
+    let Sample { number, trace, weight, radiance, fault } = sample;
     let radiance = numbers(radiance.to_array());
     let mut text = paragraph(
         &format!("sample {number} of column {x}, row {y}: "),
@@ -303,6 +302,9 @@ pub(super) fn sample(names: Names, [x, y]: [u32; 2], sample: &Sample) -> String 
     if *weight != 1.0 {
         let weight = self::number(f64::from(*weight));
         let _ = writeln!(text, "It counts {weight} times by the reconstruction filter.");
+    }
+    if let Some(fault) = fault {
+        let _ = writeln!(text, "It is refused and counts as black: it is {fault}.");
     }
     text + &followed(names, trace, true)
 }

@@ -27,6 +27,11 @@ fn samples_that_are_no_light_are_told_of_and_strict_renders_fail() {
     let quoted = args.replace("sky=2e30", "'sky=2e30'");
     let again = format!("pathtracer explain {quoted} -x 0 -y 0 --sample 0");
     assert!(run.err.contains(&again), "{run:?}");
+    let told = folder.succeed(&format!("explain {args} -x 0 -y 0 --sample 0")).out;
+    assert!(told.contains("It is refused and counts as black: it is too large."), "{told}");
+    let told = folder.succeed(&format!("explain {args} -x 0 -y 0")).out;
+    assert!(told.contains("mean      0 0 0, luminance 0"), "{told}");
+    assert!(told.contains("samples that count as black: 2 too large"), "{told}");
     let image = folder.image("out.exr");
     assert!(image.pixels.iter().flatten().all(|&l| l == 0.0), "nothing of them is in the image");
     let run = folder.succeed("info out.exr");

@@ -28,8 +28,8 @@ impl Fault {
     pub const ALL: [Self; 5] =
         [Self::NotANumber, Self::Infinite, Self::Negative, Self::TooLarge, Self::Surface];
 
-    /// What is wrong with this light, if something is.
-    pub fn of(light: Spectrum) -> Option<Self> {
+    /// What is wrong with the light of a sample that counts `weight` by the filter, if something is.
+    pub fn of(light: Spectrum, weight: f32) -> Option<Self> {
         let any = |is: fn(f32) -> bool| light.to_array().into_iter().any(is);
         if any(f32::is_nan) {
             Some(Self::NotANumber)
@@ -37,7 +37,9 @@ impl Fault {
             Some(Self::Infinite)
         } else if any(|x| x < 0.0) {
             Some(Self::Negative)
-        } else if any(|x| x > ExactSum::LIMIT) {
+        } else if any(|x| x > ExactSum::LIMIT)
+            || light.0.max_element() * weight.abs() > ExactSum::LIMIT
+        {
             Some(Self::TooLarge)
         } else {
             None
@@ -127,16 +129,19 @@ mod tests {
 
     #[test]
     fn faults_are_told_apart() {
-        let of = |x| Fault::of(Spectrum::rgb(1.0, x, 0.5));
+        let of = |x| Fault::of(Spectrum::rgb(1.0, x, 0.5), 1.0);
         assert_eq!(of(f32::NAN), Some(Fault::NotANumber));
         assert_eq!(of(f32::INFINITY), Some(Fault::Infinite));
         assert_eq!(of(-f32::INFINITY), Some(Fault::Infinite));
         assert_eq!(of(-1e-30), Some(Fault::Negative));
         assert_eq!(of(2.0 * ExactSum::LIMIT), Some(Fault::TooLarge));
         assert_eq!(
-            Fault::of(Spectrum::rgb(f32::INFINITY, f32::NAN, -1.0)),
+            Fault::of(Spectrum::rgb(f32::INFINITY, f32::NAN, -1.0), 1.0),
             Some(Fault::NotANumber)
         );
+        let bright = Spectrum::splat(0.75 * ExactSum::LIMIT);
+        assert_eq!(Fault::of(bright, -1.5), Some(Fault::TooLarge));
+        assert_eq!(Fault::of(bright, -0.5), None);
         for x in [0.0, -0.0, 1e-40, ExactSum::LIMIT] {
             assert_eq!(of(x), None, "{x}");
         }

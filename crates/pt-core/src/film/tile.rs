@@ -127,17 +127,13 @@ impl<'a> Tile<'a> {
     ) {
         let (row, column) = self.place(pixel);
         for (i, &light) in samples.iter().enumerate() {
-            let weighted = light * weights.map_or(1.0, |weights| weights[i]);
-            let too_large = || {
-                let fits = weighted.0.abs().max_element() <= ExactSum::LIMIT;
-                (!fits).then_some(Fault::TooLarge)
-            };
-            if let Some(fault) = Fault::of(light).or_else(too_large) {
+            let weight = weights.map_or(1.0, |weights| weights[i]);
+            if let Some(fault) = Fault::of(light, weight) {
                 self.refuse(pixel, first + i as u32, fault);
                 continue;
             }
             let sums: &mut Sums = &mut self.rows[row].sums[column];
-            for (sum, value) in sums.iter_mut().zip(moments(weighted)) {
+            for (sum, value) in sums.iter_mut().zip(moments(light * weight)) {
                 sum.add(value);
             }
         }
