@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use pt_core::film::{Aov, aov};
-use pt_core::settings::Settings;
+use pt_core::settings::{Settings, Target};
+use pt_core::target::Look;
 use pt_core::{
     CompileError, CompileOptions, Film, Observer, Region, RenderScene, compile, develop,
 };
@@ -44,7 +45,7 @@ impl Session {
         let region = Region::full(compiled.scene.camera.resolution);
         let mut session = Self {
             scene: compiled.scene,
-            film: Film::with_aovs(region, &settings.aovs),
+            film: settings.film(region),
             notes: compiled.notes,
             geometry_time: compiled.geometry_time,
             bvh_time: compiled.bvh_time,
@@ -82,7 +83,7 @@ impl Session {
             return Err(CompileError::Region { region, resolution });
         }
         self.settings.region = Some(region);
-        self.film = Film::with_aovs(region, &self.settings.aovs);
+        self.film = self.settings.film(region);
         Ok(())
     }
 
@@ -99,6 +100,7 @@ impl Session {
     pub fn go_on_from(&mut self, film: Film) {
         assert_eq!(film.region(), self.film.region(), "a film of the same pixels");
         assert_eq!(film.aovs(), self.film.aovs(), "a film that keeps the same");
+        assert_eq!(film.is_in_halves(), self.film.is_in_halves(), "a film of as many halves");
         self.film = film;
     }
 
@@ -136,6 +138,15 @@ impl Session {
     /// The samples so far.
     pub fn film(&self) -> &Film {
         &self.film
+    }
+
+    /// What the error target finds of the samples so far, or one that asks for nothing if they are in halves without one.
+    /// `None` without halves, or without samples of each half of each pixel.
+    pub fn look(&self) -> Option<Look> {
+        if self.settings.target.is_none() {
+            return Target::NONE.look(&self.film, self.settings.reuse);
+        }
+        self.settings.target.as_ref()?.look(&self.film, self.settings.reuse)
     }
 
     /// What the user should know about the scene.

@@ -12,6 +12,7 @@ use crate::check::{self, Checked};
 use crate::commands::Command;
 use crate::formats::{self, ExrCompression, ExrType, Tonemap};
 use crate::message;
+use crate::target::Stop;
 
 /// Physically based path tracer: renders a scene to a PNG or OpenEXR image.
 ///
@@ -116,6 +117,9 @@ pub(crate) struct Cli {
     #[arg(short, long, value_names = ["BATCH", "TOLERANCE"], num_args = 2, allow_negative_numbers = true)]
     #[arg(help_heading = "Sampling")]
     pub(crate) adaptive: Option<Vec<String>>,
+
+    #[command(flatten)]
+    pub(crate) stop: Stop,
 
     /// Cut off single contributions to a sample (of a light, a surface or the sky) at this luminance:
     /// less noise, but less light; the summary says how much

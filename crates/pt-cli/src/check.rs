@@ -8,12 +8,12 @@ use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::receipt::{self, Receipt};
 use pathtracer::{
     Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, FileSettings, Filter, INTEGRATORS,
-    LoadOptions, MOST_REUSE, MOST_SPLIT, Region, Roulette, SamplerKind, Scene, Settings, aov,
-    denoise,
+    LoadOptions, MOST_REUSE, MOST_SPLIT, Region, Roulette, SECOND_HALF, SamplerKind, Scene,
+    Settings, aov, denoise,
 };
 
 use crate::args::{Cli, PngBits, ReceiptKind};
-use crate::formats;
+use crate::{formats, target};
 
 /// More pixels than this do not fit into the memory of ordinary machines.
 const MOST_PIXELS: u64 = 1 << 28;
@@ -49,7 +49,8 @@ pub(crate) fn count(text: &str) -> Result<u32, String> {
 
 /// A whole number ≥ 1.
 pub(crate) fn positive(text: &str) -> Result<u32, String> {
-    whole(text, 1, "a whole number from 1 up to 4294967295")
+    let expected = "expected a whole number from 1 up to 2147483648";
+    whole(text, 1, "").ok().filter(|n| *n <= SECOND_HALF).ok_or_else(|| expected.into())
 }
 
 /// A side of an image.
@@ -108,8 +109,11 @@ pub(crate) fn samples(text: &str) -> Result<(u32, u32), String> {
         .split_once("..")
         .and_then(|(from, to)| Some((from.parse::<u32>().ok()?, to.parse::<u32>().ok()?)));
     match range {
-        Some((from, to)) if from < to => Ok((from, to)),
-        _ => Err("expected the first number and the one behind the last, as in 0..256".into()),
+        Some((from, to)) if from < to && to <= SECOND_HALF => Ok((from, to)),
+        _ => Err(
+            "expected the first number and the one behind the last, up to 2147483648, as in 0..256"
+                .into(),
+        ),
     }
 }
 
@@ -258,13 +262,24 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
     if let (Some((name, _)), true) = (cli.define.first(), cli.paths.is_empty()) {
         return Err(format!("-D {name}: the embedded scene has no names; give a Mitsuba scene"));
     }
+    if cli.samples.is_some() && cli.aov.iter().any(|aov| aov.is_of_half()) {
+        return Err(
+            "--samples: parts of an image have no halves; leave out half_a and half_b".into()
+        );
+    }
+    target::check(&cli)?;
     Ok(Checked { cli, adaptive, resolution, command, layout: None, of: None })
 }
+
+/// What a plan of samples and what is reckoned for it take of a pixel.
+const PLAN_BYTES: u64 = 64;
 
 /// What a pixel takes, with all that is kept of it.
 pub(crate) fn bytes_per_pixel(cli: &Cli) -> u64 {
     let kept = with_denoising(cli.aov.clone(), cli.denoise);
-    PIXEL_BYTES + aov::bytes_per_pixel(&kept) as u64
+    let of_film = PIXEL_BYTES + aov::bytes_per_pixel(&kept) as u64;
+    let halves = cli.stop.has_target() || kept.iter().any(|aov| aov.is_of_half());
+    if halves { 2 * of_film + PLAN_BYTES } else { of_film }
 }
 
 /// These, and those that denoising needs if it is wanted.
@@ -406,6 +421,7 @@ impl Checked {
         let integrator = cli.integrator.as_deref().unwrap_or(usual);
         Settings {
             spp: match cli.samples {
+                _ if cli.stop.has_target() => cli.stop.most_samples(),
                 Some((_, to)) => to,
                 None => cli.spp.unwrap_or_else(|| fallback(file.spp, defaults.spp)),
             },
@@ -432,6 +448,7 @@ impl Checked {
             reuse: cli.path_reuse,
             split: cli.split,
             adaptive: self.adaptive,
+            target: cli.stop.target(cli.exposure.unwrap_or(0.0)),
             sampler: cli.sampler.into(),
             seed: cli.seed,
             filter: match cli.filter {

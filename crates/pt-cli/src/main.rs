@@ -20,6 +20,7 @@ mod render;
 mod rerender;
 mod resume;
 mod summary;
+mod target;
 mod tev;
 
 use std::process::ExitCode;

@@ -15,5 +15,6 @@ mod refusals;
 mod refused_samples;
 mod report;
 mod resume;
+mod target;
 mod texts;
 mod viewer;

@@ -4,6 +4,9 @@
 pub mod aov;
 mod bytes;
 mod exact;
+mod halves;
+mod measured;
+mod pixel;
 mod refused;
 mod region;
 mod tile;
@@ -12,6 +15,10 @@ pub use self::aov::{Aov, FirstHit};
 pub use self::bytes::FilmError;
 use self::exact::CHANNELS;
 pub use self::exact::ExactSum;
+pub use self::halves::{Half, Plan};
+pub use self::measured::Measured;
+use self::pixel::Moments;
+pub use self::pixel::PixelSums;
 pub use self::refused::{Fault, Rejected, Rejections};
 pub use self::region::Region;
 pub use self::tile::Tile;
@@ -19,44 +26,8 @@ pub use self::tile::Tile;
 /// Red, green, blue, and the square of the luminance.
 type Sums = [ExactSum; CHANNELS];
 
-/// What is known of one pixel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct PixelSums {
-    sums: Sums,
-    count: u32,
-}
-
-impl PixelSums {
-    /// Number of samples.
-    #[inline]
-    pub fn count(&self) -> u32 {
-        self.count
-    }
-
-    /// Mean radiance; black without samples.
-    pub fn mean(&self) -> [f64; 3] {
-        let n = f64::from(self.count.max(1));
-        let [r, g, b, _] = self.sums;
-        [r, g, b].map(|s| s.value() / n)
-    }
-
-    /// Mean luminance, and the standard error of that mean: σ/√n with the sample variance
-    /// σ² = (Σy² − (Σy)²/n)/(n − 1). Infinite below two samples.
-    pub fn luminance(&self) -> (f64, f64) {
-        let [r, g, b] = self.mean();
-        let mean = 0.2126 * r + 0.7152 * g + 0.0722 * b;
-        if self.count < 2 {
-            return (mean, f64::INFINITY);
-        }
-        let n = f64::from(self.count);
-        let [.., squares] = self.sums;
-        let variance = (squares.value() - n * mean * mean).max(0.0) / (n - 1.0);
-        (mean, (variance / n).sqrt())
-    }
-}
-
 /// The sums of a rectangle of pixels.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     region: Region,
     /// The number of the first sample of each pixel.
@@ -71,6 +42,10 @@ pub struct Film {
     rejections: Rejections,
     /// Luminance that was cut off from samples.
     removed: ExactSum,
+    /// See [`Self::in_halves`].
+    second: Option<Box<Film>>,
+    /// How many samples each pixel is to have, where an error target decides.
+    plan: Option<Plan>,
 }
 
 impl Film {
@@ -91,6 +66,8 @@ impl Film {
             aov_sums: bytemuck::zeroed_vec(aov_sums),
             rejections: Rejections::default(),
             removed: ExactSum::default(),
+            second: None,
+            plan: None,
         }
     }
 
@@ -120,13 +97,14 @@ impl Film {
 
     /// The greatest number of samples that a pixel has.
     pub fn most_samples(&self) -> u32 {
-        self.counts.iter().copied().max().unwrap_or(0)
+        self.pixels().map(|pixel| pixel.count()).max().unwrap_or(0)
     }
 
     /// The number of samples that all pixels have, if it is the same.
     pub fn even_count(&self) -> Option<u32> {
-        let (first, rest) = self.counts.split_first()?;
-        rest.iter().all(|n| n == first).then_some(*first)
+        let mut counts = self.pixels().map(|pixel| pixel.count());
+        let first = counts.next()?;
+        counts.all(|n| n == first).then_some(first)
     }
 
     #[inline]
@@ -137,18 +115,28 @@ impl Film {
     /// The sums of a pixel inside of the region.
     #[inline]
     pub fn pixel(&self, x: u32, y: u32) -> PixelSums {
-        let i = self.index(x, y);
-        PixelSums { sums: self.sums[i], count: self.counts[i] }
+        self.pixel_at(self.index(x, y))
+    }
+
+    /// Those of a pixel by its number.
+    #[inline]
+    fn pixel_at(&self, i: usize) -> PixelSums {
+        let own = |film: &Self| Moments { sums: film.sums[i], count: film.counts[i] };
+        PixelSums::new(own(self), self.second.as_deref().map(own))
     }
 
     /// Sums in rows from the top.
     pub fn pixels(&self) -> impl ExactSizeIterator<Item = PixelSums> {
-        self.sums.iter().zip(&self.counts).map(|(&sums, &count)| PixelSums { sums, count })
+        (0..self.region.area()).map(|i| self.pixel_at(i))
     }
 
     /// Samples that were refused.
-    pub fn rejections(&self) -> &Rejections {
-        &self.rejections
+    pub fn rejections(&self) -> Rejections {
+        let mut all = self.rejections.clone();
+        if let Some(second) = &self.second {
+            all.merge(&second.rejections);
+        }
+        all
     }
 
     /// Adds to the samples that were refused.
@@ -163,8 +151,10 @@ impl Film {
 
     /// The luminance of all samples together, and what was cut off from them.
     pub fn luminance(&self) -> (f64, f64) {
-        let sum = |p: PixelSums| p.luminance().0 * f64::from(p.count);
-        (self.pixels().map(sum).sum(), self.removed.value())
+        let sum = |p: PixelSums| p.luminance().0 * f64::from(p.count());
+        let mut removed = self.removed;
+        removed.merge(self.second.as_ref().map(|half| half.removed).unwrap_or_default());
+        (self.pixels().map(sum).sum(), removed.value())
     }
 
     /// An estimate of the root of the mean square error of the luminance, as a share of the root of its mean
@@ -209,16 +199,17 @@ impl Film {
     /// same to the bit.
     ///
     /// # Panics
-    /// If it keeps something else.
+    /// If it keeps something else, or one is in halves.
     pub fn merge(&mut self, other: &Self) {
         assert_eq!(self.aovs, other.aovs, "films that are merged keep the same");
+        assert!(self.second.is_none() && other.second.is_none(), "halves are not merged");
         let per_pixel = aov::sums_per_pixel(&self.aovs);
-        for (n, ([x, y], theirs)) in other.region.rows().zip(other.pixels()).enumerate() {
+        for (n, [x, y]) in other.region.rows().enumerate() {
             let i = self.index(x, y);
             let own = self.aov_sums[i * per_pixel..].iter_mut().take(per_pixel);
             own.zip(&other.aov_sums[n * per_pixel..]).for_each(|(a, b)| a.merge(*b));
-            self.counts[i] += theirs.count;
-            for (a, b) in self.sums[i].iter_mut().zip(theirs.sums) {
+            self.counts[i] += other.counts[n];
+            for (a, b) in self.sums[i].iter_mut().zip(other.sums[n]) {
                 a.merge(b);
             }
         }
@@ -229,7 +220,7 @@ impl Film {
 
     /// Total number of samples.
     pub fn samples(&self) -> u64 {
-        self.counts.iter().map(|&n| u64::from(n)).sum()
+        self.pixels().map(|pixel| u64::from(pixel.count())).sum()
     }
 }
 
