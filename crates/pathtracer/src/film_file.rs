@@ -14,6 +14,7 @@ use pt_core::Film;
 use pt_core::film::FilmError;
 use serde::{Deserialize, Serialize};
 
+use crate::cryptomatte::Names;
 use crate::identity::Entry;
 
 /// The first line of a file.
@@ -48,6 +49,9 @@ pub struct About {
     pub seconds: f64,
     /// Rays so far.
     pub rays: u64,
+    /// The names of what it counts.
+    #[serde(default, skip_serializing_if = "Names::is_empty")]
+    pub names: Names,
 }
 
 /// A film with what it says about itself.
