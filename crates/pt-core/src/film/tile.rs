@@ -166,9 +166,11 @@ impl<'a> Tile<'a> {
         let (row, column) = self.place(pixel);
         let per_pixel = aov::sums_per_pixel(self.aovs);
         let Row { aov_sums, things, .. } = &mut self.rows[row];
-        let first = column * aov::things(self.aovs).count();
-        for (number, things) in aov::things(self.aovs).zip(&mut things[first..]) {
-            things.add(Seen { number: number(hit), samples: 1 });
+        if !things.is_empty() {
+            let first = column * aov::things(self.aovs).count();
+            for (number, things) in aov::things(self.aovs).zip(&mut things[first..]) {
+                things.add(Seen { number: number(hit), samples: 1 });
+            }
         }
         let sums = &mut aov_sums[column * per_pixel..][..per_pixel];
         if !aov::add(self.aovs, sums, sample, hit) {
