@@ -21,6 +21,7 @@
 //! and sums of samples are exact: the image is the same, bit for bit, for any number of threads.
 
 pub mod course;
+pub mod cryptomatte;
 pub mod denoise;
 pub mod eta;
 pub mod explain;

@@ -99,6 +99,7 @@ impl Receipt {
             folder: run.map(|run| run.folder.clone()).unwrap_or_default(),
             seconds: run.map_or(0.0, |run| run.seconds),
             rays: run.map_or(0, |run| run.rays),
+            ..About::default()
         }
     }
 

@@ -12,6 +12,7 @@ use pt_cpu::{Does, Progress, RenderError, Renderer, Statistics};
 use pt_scene::Scene;
 use pt_scene::image::{Channel, Image};
 
+use crate::cryptomatte::{self, Names};
 use crate::identity::{self, Entry};
 
 /// A scene, how to render it, and what is rendered of it.
@@ -25,6 +26,7 @@ pub struct Session {
     counts_tests: bool,
     /// What the samples depend on besides scene, version and pixels.
     entries: Vec<Entry>,
+    names: Names,
 }
 
 impl Session {
@@ -41,6 +43,7 @@ impl Session {
         options.compensated = pt_cpu::compensates(&settings);
         options.texture_coordinates = settings.aovs.contains(&Aov::Uv);
         let entries = identity::entries(&options, &settings);
+        let names = Names::of(scene, &settings.aovs);
         let compiled = compile(scene, options)?;
         let region = Region::full(compiled.scene.camera.resolution);
         let mut session = Self {
@@ -51,6 +54,7 @@ impl Session {
             bvh_time: compiled.bvh_time,
             counts_tests: false,
             entries,
+            names,
             settings,
         };
         session.tell_unseen_media();
@@ -130,6 +134,11 @@ impl Session {
         &self.scene
     }
 
+    /// The names of what the film counts.
+    pub fn names(&self) -> &Names {
+        &self.names
+    }
+
     /// How it is rendered.
     pub fn settings(&self) -> &Settings {
         &self.settings
@@ -167,7 +176,8 @@ impl Session {
 
     /// What the settings ask for besides light, as channels of the image.
     pub fn channels(&self) -> Vec<Channel> {
-        aov::channels(&self.film)
+        let mattes = cryptomatte::channels(&self.film, &self.names);
+        aov::channels(&self.film).into_iter().chain(mattes).collect()
     }
 
     /// Samples taken per pixel as colours, from blue (none) to red (all), over the whole image.

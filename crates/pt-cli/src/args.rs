@@ -172,7 +172,8 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "LIGHT", default_value = "global", help_heading = "What to show")]
     pub(crate) show: Show,
 
-    /// Also write these channels of the first surfaces into the image, an .exr file
+    /// Also write these channels of the first surfaces into the image, an .exr file; those named
+    /// cryptomatte are mattes of all objects or materials
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = check::aovs())]
     #[arg(help_heading = "What to show")]
     pub(crate) aov: Vec<Aov>,

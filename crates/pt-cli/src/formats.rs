@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use pathtracer::cryptomatte;
 use pathtracer::image::{Compression, Precision, Tone, ToneCurve};
 
 use crate::args::Cli;
@@ -107,7 +108,7 @@ pub(crate) fn address(text: &str) -> Result<String, String> {
     }
 }
 
-/// Refuses what the file of the image has no use for.
+/// Refuses what the file of the image has no use for, or would spoil.
 ///
 /// # Errors
 /// A message that says what it is, and what to do.
@@ -125,6 +126,12 @@ pub(crate) fn check(cli: &Cli) -> Result<(), String> {
         return Err(
             "--exr-type and --exr-compression need an OpenEXR image, as in -f out.exr".into()
         );
+    }
+    if matches!(cli.exr_compression, Some(ExrCompression::Pxr24)) && cryptomatte::is_among(&cli.aov)
+    {
+        return Err("--exr-compression pxr24 keeps 24 of the 32 bits of a number, by all of which --aov \
+                    cryptomatte_object and cryptomatte_material know a thing; choose zip, zips or piz"
+            .into());
     }
     Ok(())
 }

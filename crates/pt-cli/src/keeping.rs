@@ -287,6 +287,7 @@ fn about(request: &Checked, session: &Session, sources: &[Source]) -> About {
         layout: session.settings().points().spp,
         command: request.command.clone(),
         folder: std::env::current_dir().unwrap_or_default(),
+        names: session.names().clone(),
         ..About::default()
     }
 }

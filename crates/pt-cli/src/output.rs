@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
+use pathtracer::cryptomatte::{self, Names};
 use pathtracer::image::{self, Image, SaveOptions};
 use pathtracer::receipt::Receipt;
 use pathtracer::{Film, Region, Session, aov};
@@ -56,12 +57,13 @@ pub(crate) fn check_writable(path: &Path) -> Result<()> {
         .with_context(|| format!("{}: no file can be made in its folder", path.display()))
 }
 
-/// Writes the image of a film, without noise if that is wanted; returns the files.
+/// Writes the image of a film with the names of what it counts, without noise if that is wanted; returns the files.
 ///
 /// # Errors
 /// If a file cannot be written; then it is as it was before.
 pub(crate) fn write_image(
     film: &Film,
+    names: &Names,
     path: &Path,
     options: SaveOptions,
     denoising: &Denoising,
@@ -69,7 +71,9 @@ pub(crate) fn write_image(
     let Region { width, height, .. } = film.region();
     let rendered = Image { width, height, pixels: pathtracer::radiance(film) };
     if image::is_image(path) {
-        let options = SaveOptions { channels: aov::channels(film), ..options };
+        let mut options = SaveOptions { channels: aov::channels(film), ..options };
+        options.channels.extend(cryptomatte::channels(film, names));
+        options.metadata.extend(cryptomatte::metadata(film, names));
         let mut files = Vec::new();
         for (path, image, options) in denoising.images(film, path, rendered, options) {
             image::save(&image, &path, &options)?;
@@ -108,7 +112,7 @@ pub(crate) fn write(
     let path = request.output();
     let course = request.cli.cs184;
     let options = request.save_options(receipt);
-    let mut files = write_image(session.film(), &path, options, denoising)?;
+    let mut files = write_image(session.film(), session.names(), &path, options, denoising)?;
     if course || session.settings().adaptive.is_some() {
         let rate = rate_path(&path, course);
         let (width, height, pixels) = session.rate_image();

@@ -60,6 +60,8 @@ pub struct RenderScene {
     pub object_ends: Vec<[u32; 2]>,
     /// Surfaces.
     pub surfaces: Table<SurfaceRecord>,
+    /// Of each surface the number of its material in the scene that was compiled, if it has one.
+    pub surface_materials: Vec<Option<u32>>,
     /// Scattering lobes.
     pub lobes: Table<LobeRecord>,
     /// Materials that vary, with their textures.

@@ -53,6 +53,7 @@ fn first_hit(scene: &RenderScene, ray: &Ray, hit: &Hit, time: f32, sampler: Samp
         primitive: hit.primitive,
         object: scene.object(hit.primitive),
         material: scene.surfaces[at.surface].lobe.index() as u32,
+        scene_material: scene.surface_materials[at.surface.index()],
     }
 }
 

@@ -18,6 +18,7 @@ use pt_cpu::{RenderError, Renderer};
 use crate::{Session, Silent};
 
 pub use fireflies::{Cause, Fireflies, Firefly};
+pub(crate) use names::title;
 pub use names::{Names, Thing};
 pub use pt_core::light::tree::Chosen;
 pub use pt_cpu::trace::{

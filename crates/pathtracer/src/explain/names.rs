@@ -80,16 +80,22 @@ impl<'a> Names<'a> {
 
 /// The name of an object; its line in the file where it has none, or shares it with others.
 fn name_of(objects: &[Object], number: u32) -> Option<String> {
-    let Object { name, at, .. } = objects.get(number as usize)?;
+    let object = objects.get(number as usize)?;
+    let namesakes = objects.iter().filter(|other| other.name == object.name).take(2).count();
+    Some(title(object, number as usize, namesakes == 1))
+}
+
+/// The name of an object, if it has one that it is alone to have; else with its line in the file, or else with its number.
+pub(crate) fn title(object: &Object, number: usize, is_alone: bool) -> String {
+    let Object { name, at, .. } = object;
     let line = match at.file.file_name() {
         Some(file) if at.line > 0 => Some(format!("{}:{}", file.display(), at.line)),
         _ => None,
     };
-    let namesakes = objects.iter().filter(|other| other.name == *name).take(2).count();
-    Some(match line {
-        _ if !name.is_empty() && namesakes == 1 => name.clone(),
+    match line {
+        _ if !name.is_empty() && is_alone => name.clone(),
         Some(line) if name.is_empty() => line,
         Some(line) => format!("{name} {line}"),
         None => format!("{name} {number}").trim_start().to_owned(),
-    })
+    }
 }

@@ -21,6 +21,7 @@ mod invariance;
 mod lens;
 mod many_lights;
 mod materials;
+mod mattes;
 mod measure;
 mod media;
 mod motion;

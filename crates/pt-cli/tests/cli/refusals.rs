@@ -113,6 +113,10 @@ fn words_that_mean_nothing() {
         ("--aov shadow -f out.exr SCENE", "albedo, normal, geometric_normal, depth"),
         ("--aov depth,depth -f out.exr SCENE", "\"depth\" twice"),
         ("--aov depth SCENE", "as in -f out.exr"),
+        (
+            "--aov cryptomatte_object --exr-compression pxr24 -f out.exr SCENE",
+            "keeps 24 of the 32 bits",
+        ),
         ("--aov depth -f out.png SCENE", "as in -f out.exr"),
         ("-s 1 -s 2 SCENE", "multiple times"),
         ("SCENE SCENE", "more than one scene"),

@@ -9,8 +9,7 @@ use std::time::Duration;
 use crate::common::{Folder, Run, SCENE};
 
 /// Takes about half a second on one thread.
-const RENDER: &str =
-    "-r 60 45 -s 400 -m 5 -t 1 --checkpoint-every 0.02 --receipt stable -f out.exr SCENE";
+const RENDER: &str = "-r 60 45 -s 400 -m 5 -t 1 --checkpoint-every 0.02 --receipt stable --aov cryptomatte_object -f out.exr SCENE";
 
 /// The bytes of the image of a render that nobody stops.
 fn uninterrupted(args: &str) -> Vec<u8> {

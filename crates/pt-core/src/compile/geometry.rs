@@ -36,6 +36,8 @@ pub(super) struct Shapes {
     /// See [`crate::RenderScene::object_ends`].
     pub(super) object_ends: Vec<[u32; 2]>,
     pub(super) surfaces: Table<SurfaceRecord>,
+    /// See [`crate::RenderScene::surface_materials`].
+    pub(super) surface_materials: Vec<Option<u32>>,
     pub(super) lobes: Table<LobeRecord>,
     pub(super) materials: Materials,
     /// Runs of primitives that glow.
@@ -124,11 +126,17 @@ impl Shapes {
         self.triangles[triangle].map(|i| self.positions[i as usize])
     }
 
+    /// Adds a surface, and the number of its material in the scene.
+    fn add_surface(&mut self, record: SurfaceRecord, material: Option<u32>) -> Id<SurfaceRecord> {
+        self.surface_materials.push(material);
+        self.surfaces.push(record)
+    }
+
     /// Adds a black parallelogram that glows on the side of e1 × e2.
     pub(super) fn add_glowing(&mut self, origin: Vec3, e1: Vec3, e2: Vec3, emission: Spectrum) {
         let black = Diffuse { rho: Spectrum::ZERO };
         let lobe = self.lobes.push(AnyLobe::from(black).record());
-        let surface = self.surfaces.push(SurfaceRecord {
+        let record = SurfaceRecord {
             lobe,
             two_sided: false,
             material: None,
@@ -137,7 +145,8 @@ impl Shapes {
             emission,
             emission_texture: None,
             light: None,
-        });
+        };
+        let surface = self.add_surface(record, None);
         let first = self.triangles.len();
         let base = self.positions.len() as u32;
         self.positions.extend([origin, origin + e1, origin + e1 + e2, origin + e2]);
@@ -260,8 +269,9 @@ impl Collector<'_> {
         if let (true, Some(surface)) = (is_shared, self.plain[plain]) {
             return (surface, false);
         }
+        let number = material;
         let Look { lobe, two_sided, material, opacity, emission, emission_texture, .. } = look;
-        let surface = self.shapes.surfaces.push(SurfaceRecord {
+        let record = SurfaceRecord {
             lobe,
             two_sided,
             material,
@@ -270,7 +280,8 @@ impl Collector<'_> {
             emission,
             emission_texture,
             light: None,
-        });
+        };
+        let surface = self.shapes.add_surface(record, number);
         if is_shared {
             self.plain[plain] = Some(surface);
         }

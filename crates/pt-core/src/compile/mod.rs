@@ -205,6 +205,7 @@ fn assemble(
         plain_normals: false,
         object_ends: take(&mut shapes.object_ends),
         surfaces: take(&mut shapes.surfaces),
+        surface_materials: take(&mut shapes.surface_materials),
         lobes: take(&mut shapes.lobes),
         materials: take(&mut shapes.materials),
         shapes: shapes.into_tables(),

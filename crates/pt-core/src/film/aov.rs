@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use pt_math::{Spectrum, Vec2, Vec3};
 use pt_scene::image::{Channel, Samples};
 
+use super::things::THINGS_BYTES;
 use super::{ExactSum, Film, Half, PixelSums};
 
 /// A quantity of which an image is written beside that of the light.
@@ -41,6 +42,10 @@ pub enum Aov {
     HalfA,
     /// … and of the second, which knows nothing of it: the image is the mean of both.
     HalfB,
+    /// Which objects the samples see, and how many see each: see [`super::Things`].
+    CryptomatteObject,
+    /// Likewise which materials of the scene.
+    CryptomatteMaterial,
 }
 
 /// The first surface that a sample sees.
@@ -64,6 +69,8 @@ pub struct FirstHit {
     pub object: u32,
     /// Number of the material, from 0 on.
     pub material: u32,
+    /// Number of the material in the scene, from 0 on; `None` is the one of objects without any.
+    pub scene_material: Option<u32>,
 }
 
 /// How an image gets its values.
@@ -80,6 +87,8 @@ enum Source {
     Count(fn(PixelSums) -> u32),
     /// The number of samples that were refused.
     Refused,
+    /// Numbers of all samples, which [`super::Things`] counts.
+    Thing(fn(&FirstHit) -> u32),
 }
 
 const RGB: &[&str] = &["R", "G", "B"];
@@ -87,7 +96,7 @@ const XYZ: &[&str] = &["X", "Y", "Z"];
 
 impl Aov {
     /// Each with its name for users.
-    pub const NAMES: [(&'static str, Self); 14] = [
+    pub const NAMES: [(&'static str, Self); 16] = [
         ("albedo", Self::Albedo),
         ("normal", Self::Normal),
         ("geometric_normal", Self::GeometricNormal),
@@ -102,6 +111,8 @@ impl Aov {
         ("refused", Self::Refused),
         ("half_a", Self::HalfA),
         ("half_b", Self::HalfB),
+        ("cryptomatte_object", Self::CryptomatteObject),
+        ("cryptomatte_material", Self::CryptomatteMaterial),
     ];
 
     /// The one of this name.
@@ -131,6 +142,10 @@ impl Aov {
             Self::Refused => (&["count"], Source::Refused),
             Self::HalfA => (RGB, Source::Half(Half::First)),
             Self::HalfB => (RGB, Source::Half(Half::Second)),
+            Self::CryptomatteObject => (&[], Source::Thing(|hit| hit.object)),
+            Self::CryptomatteMaterial => {
+                (&[], Source::Thing(|hit| hit.scene_material.map_or(0, |number| number + 1)))
+            }
         }
     }
 
@@ -149,7 +164,15 @@ impl Aov {
         match self.source() {
             (channels, Source::Mean(_)) => channels.len(),
             (_, Source::Id(_) | Source::Refused) => 1,
-            (_, Source::Film(_) | Source::Count(_) | Source::Half(_)) => 0,
+            (_, Source::Film(_) | Source::Count(_) | Source::Half(_) | Source::Thing(_)) => 0,
+        }
+    }
+
+    /// Which thing it counts, if it counts things.
+    fn thing(self) -> Option<fn(&FirstHit) -> u32> {
+        match self.source().1 {
+            Source::Thing(number) => Some(number),
+            _ => None,
         }
     }
 }
@@ -162,7 +185,19 @@ pub(super) fn sums_per_pixel(aovs: &[Aov]) -> usize {
 
 /// Whether some are of surfaces, and not all of samples.
 pub(super) fn keeps_surfaces(aovs: &[Aov]) -> bool {
-    aovs.iter().any(|aov| matches!(aov.source().1, Source::Mean(_) | Source::Id(_)))
+    let of_surfaces =
+        |aov: &Aov| matches!(aov.source().1, Source::Mean(_) | Source::Id(_) | Source::Thing(_));
+    aovs.iter().any(of_surfaces)
+}
+
+/// For each of them that counts things, which one it counts where a surface is seen.
+pub(super) fn things(aovs: &[Aov]) -> impl Iterator<Item = fn(&FirstHit) -> u32> {
+    aovs.iter().filter_map(|aov| aov.thing())
+}
+
+/// The place of one among those that count things, if it is one of them.
+pub(super) fn place_of_things(aovs: &[Aov], aov: Aov) -> Option<usize> {
+    aovs.iter().filter(|aov| aov.thing().is_some()).position(|other| *other == aov)
 }
 
 /// Counts a sample that is refused.
@@ -174,9 +209,9 @@ pub(super) fn refuse(aovs: &[Aov], sums: &mut [ExactSum]) {
     }
 }
 
-/// Bytes that a film needs per pixel for these.
+/// Bytes that a film needs per pixel for these, and their images while they are written where those are large.
 pub fn bytes_per_pixel(aovs: &[Aov]) -> usize {
-    sums_per_pixel(aovs) * size_of::<ExactSum>()
+    sums_per_pixel(aovs) * size_of::<ExactSum>() + things(aovs).count() * THINGS_BYTES
 }
 
 /// Adds the surface that a sample sees to the sums of its pixel. What is no number counts as 0; returns whether all
@@ -216,7 +251,7 @@ fn sums_of_halves(film: &Film) -> Cow<'_, [ExactSum]> {
     Cow::Owned(both.collect())
 }
 
-/// The images of a film's quantities, in its order.
+/// The images of a film's quantities, in its order, without those that count things.
 pub fn channels(film: &Film) -> Vec<Channel> {
     let per_pixel = sums_per_pixel(&film.aovs);
     // Where nothing is kept, there is nothing to find.
@@ -243,6 +278,7 @@ pub fn channels(film: &Film) -> Vec<Channel> {
                 Source::Half(half) => Samples::Real(
                     film.moments(half).map(|moments| moments.mean()[channel] as f32).collect(),
                 ),
+                Source::Thing(_) => continue, // their images are of names, which a film does not know
             };
             let name = format!("{}.{name}", aov.name());
             channels.push(Channel { name, samples, half_suffices: aov.half_suffices() });
@@ -286,6 +322,7 @@ mod tests {
             primitive: 100 + i,
             object: u32::MAX - 1,
             material: 0,
+            scene_material: None,
         }
     }
 

@@ -3,7 +3,8 @@
 //! Whole numbers are little endian. In order: column, row, width, height and the first sample (u32 each);
 //! how many quantities are kept besides light (u32), and of each the length of its name (u32) and the name;
 //! counts (u32) pixel by pixel; the four sums (i128, in units of 2⁻⁶⁴) of each pixel; those of the other
-//! quantities; the luminance that was cut off (i128); how many samples were refused for each reason
+//! quantities; of each pixel for each quantity that counts things, how many things there are (u32), and of each its number and
+//! how many samples see it (u32 each), in the order of the numbers; the luminance that was cut off (i128); how many samples were refused for each reason
 //! (u64 each, in the order of [`Fault::ALL`]), how many of them are named (u32), and of each its row, column and
 //! number, and the number of the reason (u32 each). Then 1 if there is a second half, which follows with all of the above, and
 //! else 0 (u32). Then 0, or 1 and the plan: its goal, rounds and pilot (u32 each), what is expected (three u64), the error
@@ -14,7 +15,7 @@ use std::io::{self, Write};
 use pt_math::sampler::SECOND_HALF;
 
 use super::exact::CHANNELS;
-use super::{Aov, ExactSum, Fault, Film, Plan, Region, Rejected, Rejections, aov};
+use super::{Aov, ExactSum, Fault, Film, Plan, Region, Rejected, Rejections, Seen, Things, aov};
 
 /// Why bytes are no film.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
@@ -65,6 +66,7 @@ impl Film {
             sums,
             aovs,
             aov_sums,
+            things,
             rejections,
             removed,
             second: _,
@@ -79,6 +81,10 @@ impl Film {
         put(out, counts, u32::to_le_bytes)?;
         put(out, sums.as_flattened(), ExactSum::to_le_bytes)?;
         put(out, aov_sums, ExactSum::to_le_bytes)?;
+        for things in things.chunks(AT_ONCE) {
+            let words: Vec<_> = things.iter().flat_map(words_of).collect();
+            put(out, &words, u32::to_le_bytes)?;
+        }
         put(out, &[*removed], ExactSum::to_le_bytes)?;
         put(out, &rejections.counts, u64::to_le_bytes)?;
         put(out, &[rejections.first.len() as u32], u32::to_le_bytes)?;
@@ -125,6 +131,12 @@ fn put<T: Copy, const N: usize>(
     Ok(())
 }
 
+/// What is written of the things that a pixel sees.
+fn words_of(things: &Things) -> impl Iterator<Item = u32> {
+    let count = things.iter().len() as u32;
+    std::iter::once(count).chain(things.iter().flat_map(|seen| [seen.number, seen.samples]))
+}
+
 /// Items that are written at a time: enough to be fast, few enough for the cache.
 const AT_ONCE: usize = 4096;
 
@@ -154,6 +166,17 @@ fn take_plan(rest: &mut &[u8], region: Region) -> Option<Option<Plan>> {
     Some(Some(Plan { goal, rounds, pilot, densities, error, expected }))
 }
 
+fn take_things(rest: &mut &[u8]) -> Option<Things> {
+    let count = take_word(rest)?;
+    let seen = |bytes: [u8; 8]| {
+        let [number, samples] = bytemuck::cast::<_, [[u8; 4]; 2]>(bytes).map(u32::from_le_bytes);
+        Seen { number, samples }
+    };
+    let mut things = Things::default();
+    take(rest, u64::from(count), seen)?.into_iter().for_each(|seen| things.add(seen));
+    Some(things)
+}
+
 /// A half, or the name of what it keeps and this version does not know; `None` if there are too few bytes.
 fn take_half(rest: &mut &[u8]) -> Option<Result<Film, String>> {
     let [x, y, width, height, first, quantities] =
@@ -173,6 +196,8 @@ fn take_half(rest: &mut &[u8]) -> Option<Result<Film, String>> {
         channels.map(ExactSum::from_le_bytes)
     })?;
     let aov_sums = take(rest, pixels.checked_mul(per_pixel)?, ExactSum::from_le_bytes)?;
+    let things = pixels.checked_mul(aov::things(&aovs).count() as u64)?;
+    let things = (0..things).map(|_| take_things(rest)).collect::<Option<_>>()?;
     let removed = take(rest, 1, ExactSum::from_le_bytes)?.pop()?;
     let counts_refused = take(rest, Fault::ALL.len() as u64, u64::from_le_bytes)?;
     let named = take_word(rest)?;
@@ -186,8 +211,19 @@ fn take_half(rest: &mut &[u8]) -> Option<Result<Film, String>> {
     let rejections = Rejections { counts: counts_refused.try_into().ok()?, first: first_refused };
     let region = Region { x, y, width, height };
     let (second, plan) = (None, None);
-    let film =
-        Film { region, first, counts, sums, aovs, aov_sums, rejections, removed, second, plan };
+    let film = Film {
+        region,
+        first,
+        counts,
+        sums,
+        aovs,
+        aov_sums,
+        things,
+        rejections,
+        removed,
+        second,
+        plan,
+    };
     Some(Ok(film))
 }
 
@@ -201,7 +237,8 @@ mod tests {
     /// A film with all that a film may have.
     fn film() -> Film {
         let region = Region { x: 3, y: 1, width: 5, height: 4 };
-        let aovs = [Aov::Albedo, Aov::Primitive, Aov::Variance, Aov::Refused];
+        let aovs =
+            [Aov::Albedo, Aov::Primitive, Aov::CryptomatteMaterial, Aov::Variance, Aov::Refused];
         let mut film = Film::with_aovs(region, &aovs).starting_at(7);
         let hit = FirstHit {
             albedo: Spectrum::splat(0.3),
@@ -213,6 +250,7 @@ mod tests {
             primitive: 5,
             object: 1,
             material: 2,
+            scene_material: Some(4),
         };
         let mut rejections = Rejections::default();
         let mut removed = ExactSum::default();

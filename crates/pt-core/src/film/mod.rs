@@ -9,6 +9,7 @@ mod measured;
 mod pixel;
 mod refused;
 mod region;
+mod things;
 mod tile;
 
 pub use self::aov::{Aov, FirstHit};
@@ -21,6 +22,7 @@ use self::pixel::Moments;
 pub use self::pixel::PixelSums;
 pub use self::refused::{Fault, Rejected, Rejections};
 pub use self::region::Region;
+pub use self::things::{Seen, Things};
 pub use self::tile::Tile;
 
 /// Red, green, blue, and the square of the luminance.
@@ -39,6 +41,8 @@ pub struct Film {
     /// What else is kept, and for each pixel its sums.
     aovs: Vec<Aov>,
     aov_sums: Vec<ExactSum>,
+    /// For each pixel what it sees, for each of those that count things.
+    things: Vec<Things>,
     rejections: Rejections,
     /// Luminance that was cut off from samples.
     removed: ExactSum,
@@ -64,6 +68,7 @@ impl Film {
             sums: bytemuck::zeroed_vec(region.area()),
             aovs: aovs.to_vec(),
             aov_sums: bytemuck::zeroed_vec(aov_sums),
+            things: vec![Things::default(); region.area() * aov::things(aovs).count()],
             rejections: Rejections::default(),
             removed: ExactSum::default(),
             second: None,
@@ -173,12 +178,13 @@ impl Film {
     /// samples; what they refuse is to be handed to [`Self::reject`], and what was cut off from samples to
     /// [`Self::remove`].
     pub fn tiles(&mut self, size: u32, shift: [u32; 2]) -> Vec<Tile<'_>> {
-        let Self { region, first, counts, sums, aovs, aov_sums, .. } = self;
+        let Self { region, first, counts, sums, aovs, aov_sums, things, .. } = self;
         let per_pixel = aov::sums_per_pixel(aovs);
+        let things_per_pixel = aov::things(aovs).count();
         let tile = |region| Tile::new(region, *first, aovs);
         let mut tiles: Vec<_> = region.tiles(size, shift).into_iter().map(tile).collect();
-        let (mut counts, mut sums, mut aov_sums) =
-            (&mut counts[..], &mut sums[..], &mut aov_sums[..]);
+        let (mut counts, mut sums, mut aov_sums, mut things) =
+            (&mut counts[..], &mut sums[..], &mut aov_sums[..], &mut things[..]);
         for side_by_side in tiles.chunk_by_mut(|a, b| a.region().y == b.region().y) {
             let height = side_by_side.first().map_or(0, |tile| tile.region().height);
             for _ in 0..height {
@@ -187,7 +193,8 @@ impl Film {
                     let counts = counts.split_off_mut(..width).unwrap_or_default();
                     let sums = sums.split_off_mut(..width).unwrap_or_default();
                     let own = aov_sums.split_off_mut(..per_pixel * width).unwrap_or_default();
-                    tile.push_row(counts, sums, own);
+                    let seen = things.split_off_mut(..things_per_pixel * width).unwrap_or_default();
+                    tile.push_row(counts, sums, own, seen);
                 }
             }
         }
@@ -204,10 +211,13 @@ impl Film {
         assert_eq!(self.aovs, other.aovs, "films that are merged keep the same");
         assert!(self.second.is_none() && other.second.is_none(), "halves are not merged");
         let per_pixel = aov::sums_per_pixel(&self.aovs);
+        let things = aov::things(&self.aovs).count();
         for (n, [x, y]) in other.region.rows().enumerate() {
             let i = self.index(x, y);
             let own = self.aov_sums[i * per_pixel..].iter_mut().take(per_pixel);
             own.zip(&other.aov_sums[n * per_pixel..]).for_each(|(a, b)| a.merge(*b));
+            let own = self.things[i * things..].iter_mut().take(things);
+            own.zip(&other.things[n * things..]).for_each(|(a, b)| a.merge(b));
             self.counts[i] += other.counts[n];
             for (a, b) in self.sums[i].iter_mut().zip(other.sums[n]) {
                 a.merge(b);
@@ -216,6 +226,21 @@ impl Film {
         self.first = self.first.min(other.first);
         self.rejections.merge(&other.rejections);
         self.removed.merge(other.removed);
+    }
+
+    /// For each pixel, in rows from the top, the things that it sees and that `aov` counts, in both halves if there are two;
+    /// `None` if the film does not keep it, or it counts none.
+    pub fn things(&self, aov: Aov) -> Option<impl ExactSizeIterator<Item = Things>> {
+        let place = aov::place_of_things(&self.aovs, aov)?;
+        let per_pixel = aov::things(&self.aovs).count();
+        let of_pixel = move |i: usize| {
+            let mut things = self.things[i * per_pixel + place].clone();
+            if let Some(second) = &self.second {
+                things.merge(&second.things[i * per_pixel + place]);
+            }
+            things
+        };
+        Some((0..self.region.area()).map(of_pixel))
     }
 
     /// Total number of samples.

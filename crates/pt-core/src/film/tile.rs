@@ -4,7 +4,8 @@ use pt_math::Spectrum;
 
 use super::exact::{moments, sums};
 use super::{
-    Aov, ExactSum, Fault, FirstHit, Moments, PixelSums, Region, Rejected, Rejections, Sums, aov,
+    Aov, ExactSum, Fault, FirstHit, Moments, PixelSums, Region, Rejected, Rejections, Seen, Sums,
+    Things, aov,
 };
 
 /// Pixels of a [`Film`](super::Film), which are its own for as long as this lives.
@@ -25,6 +26,8 @@ struct Row<'a> {
     sums: &'a mut [Sums],
     /// Of all quantities of a pixel, pixel by pixel.
     aov_sums: &'a mut [ExactSum],
+    /// Likewise.
+    things: &'a mut [Things],
 }
 
 impl<'a> Tile<'a> {
@@ -41,8 +44,9 @@ impl<'a> Tile<'a> {
         counts: &'a mut [u32],
         sums: &'a mut [Sums],
         aov_sums: &'a mut [ExactSum],
+        things: &'a mut [Things],
     ) {
-        self.rows.push(Row { counts, sums, aov_sums });
+        self.rows.push(Row { counts, sums, aov_sums, things });
     }
 
     /// The pixels that are covered.
@@ -161,7 +165,14 @@ impl<'a> Tile<'a> {
     pub fn see(&mut self, pixel: [u32; 2], sample: u32, hit: &FirstHit) {
         let (row, column) = self.place(pixel);
         let per_pixel = aov::sums_per_pixel(self.aovs);
-        let sums = &mut self.rows[row].aov_sums[column * per_pixel..][..per_pixel];
+        let Row { aov_sums, things, .. } = &mut self.rows[row];
+        if !things.is_empty() {
+            let first = column * aov::things(self.aovs).count();
+            for (number, things) in aov::things(self.aovs).zip(&mut things[first..]) {
+                things.add(Seen { number: number(hit), samples: 1 });
+            }
+        }
+        let sums = &mut aov_sums[column * per_pixel..][..per_pixel];
         if !aov::add(self.aovs, sums, sample, hit) {
             self.refuse(pixel, sample, Fault::Surface);
         }

@@ -10,7 +10,7 @@ use crate::project::{output_folder, root, shown};
 
 /// Scenes, each with what is rendered of it.
 const SCENES: [(&str, &str); 5] = [
-    ("cornell.dae", "-r 64 48 -s 64 --aov albedo,normal,primitive,refused"),
+    ("cornell.dae", "-r 64 48 -s 64 --aov albedo,normal,primitive,refused,cryptomatte_object"),
     ("mitsuba/textures.xml", "-r 64 64 -s 32"),
     ("mitsuba/fog.xml", "-r 48 48 -s 32"),
     ("mitsuba/many_lights.xml", "-r 64 64 -s 32 --path-reuse 2"),

@@ -19,7 +19,10 @@ const RENDERS: [(&str, &str); 6] = [
     ("adaptive", "-r 80 60 -s 900 -t 1 -a 32 0.03"),
     ("error target", "-r 80 60 -t 2 --target-error 9%"),
     ("path reuse", "-r 60 45 -s 400 -t 2 --path-reuse 4"),
-    ("other channels", "-r 60 45 -s 400 -t 1 --sampler zsobol --aov albedo,normal,primitive"),
+    (
+        "other channels",
+        "-r 60 45 -s 400 -t 1 --sampler zsobol --aov albedo,cryptomatte_object,primitive",
+    ),
 ];
 
 /// Kills after which a line says how far it is.

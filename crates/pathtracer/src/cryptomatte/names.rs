@@ -1,0 +1,117 @@
+//! What things are called in mattes.
+
+use std::collections::{HashMap, HashSet};
+
+use pt_core::film::Aov;
+use pt_scene::Scene;
+use serde::{Deserialize, Serialize};
+
+use crate::explain::title;
+
+/// What lights bring with them, and is no object of the scene.
+const LIGHTS: &str = "lights";
+
+/// The material of objects without any.
+const DEFAULT: &str = "default";
+
+/// The names of the things that a film counts, by their numbers there. All objects have different names, and all materials;
+/// where nothing is counted, there are none.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Names {
+    /// Of [`Aov::CryptomatteObject`].
+    objects: Vec<String>,
+    /// Of [`Aov::CryptomatteMaterial`].
+    materials: Vec<String>,
+}
+
+impl Names {
+    /// Of what a film counts that keeps these quantities. Objects are called as [`crate::explain`] does, materials by their
+    /// own name; who has the name of another one before it gets a number behind it.
+    pub fn of(scene: &Scene, aovs: &[Aov]) -> Self {
+        let mut names = Self::default();
+        if aovs.contains(&Aov::CryptomatteObject) {
+            names.objects = distinct(objects(scene).chain([LIGHTS.to_owned()]));
+        }
+        if aovs.contains(&Aov::CryptomatteMaterial) {
+            let materials = scene.materials.iter().enumerate().map(|(number, material)| {
+                let name = &material.name;
+                if name.is_empty() { format!("material {number}") } else { name.clone() }
+            });
+            names.materials = distinct([DEFAULT.to_owned()].into_iter().chain(materials));
+        }
+        names
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.objects.is_empty() && self.materials.is_empty()
+    }
+
+    /// Those of what a quantity counts.
+    pub(super) fn counted_by(&self, aov: Aov) -> &[String] {
+        match aov {
+            Aov::CryptomatteObject => &self.objects,
+            Aov::CryptomatteMaterial => &self.materials,
+            _ => &[],
+        }
+    }
+}
+
+/// What the objects of a scene are called.
+fn objects(scene: &Scene) -> impl Iterator<Item = String> {
+    let mut namesakes: HashMap<&str, u32> = HashMap::new();
+    for object in &scene.objects {
+        *namesakes.entry(&object.name).or_default() += 1;
+    }
+    let objects = scene.objects.iter().enumerate();
+    objects.map(move |(number, object)| title(object, number, namesakes[object.name.as_str()] == 1))
+}
+
+/// The same names; one that was there before gets a number from 2 on behind it.
+fn distinct(names: impl Iterator<Item = String>) -> Vec<String> {
+    let mut taken = HashSet::new();
+    let mut last: HashMap<String, u32> = HashMap::new();
+    let mut own = |name: String| {
+        let mut full = name.clone();
+        while !taken.insert(full.clone()) {
+            let number = last.entry(name.clone()).or_insert(1);
+            *number += 1;
+            full = format!("{name} {number}");
+        }
+        full
+    };
+    names.map(&mut own).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_those_of_the_author_and_all_differ() {
+        let mut scene = crate::default_scene();
+        let of = |scene: &Scene, aov| Names::of(scene, &[aov]).counted_by(aov).to_vec();
+        let (objects, materials) = (Aov::CryptomatteObject, Aov::CryptomatteMaterial);
+        let own: Vec<_> = scene.objects.iter().map(|object| object.name.clone()).collect();
+        assert_eq!(of(&scene, objects), [own, vec!["lights".into()]].concat());
+        let named: Vec<_> = scene.materials.iter().map(|material| material.name.clone()).collect();
+        assert_eq!(of(&scene, materials), [vec!["default".into()], named].concat());
+        scene.objects.truncate(4);
+        for (object, (name, line)) in
+            scene.objects.iter_mut().zip([("a", 7), ("lights", 8), ("a", 7), ("", 0)])
+        {
+            (object.name, object.at.line) = (name.into(), line);
+            object.at.file = "there/room.xml".into();
+        }
+        let wanted = ["a room.xml:7", "lights", "a room.xml:7 2", "3", "lights 2"];
+        assert_eq!(of(&scene, objects), wanted);
+        scene.materials.truncate(4);
+        for (material, name) in scene.materials.iter_mut().zip(["default", "", "x 2", "x"]) {
+            material.name = name.into();
+        }
+        scene.materials.push(scene.materials[3].clone());
+        let wanted = ["default", "default 2", "material 1", "x 2", "x", "x 3"];
+        assert_eq!(of(&scene, materials), wanted);
+        assert!(Names::of(&scene, &[Aov::Object, Aov::Material]).is_empty());
+    }
+}
