@@ -116,12 +116,11 @@ impl Target {
     pub fn next_plan(&self, film: &Film, look: &Look, reuse: u32, most: u32) -> Option<Plan> {
         let now = film.plan()?;
         let model = Model::new(film, film.square_errors(self.white)?, now, most);
-        let apart = match &now.densities {
-            Some(_) => now.clone(),
-            None => {
-                let densities = Some(self.densities(film, reuse)?);
-                Plan { pilot: now.goal, densities, ..now.clone() }
-            }
+        let apart = if now.densities.is_some() {
+            now.clone()
+        } else {
+            let densities = Some(self.densities(film, reuse)?);
+            Plan { pilot: now.goal, densities, ..now.clone() }
         };
         let with_goal = |goal: u32, plan: &Plan| Plan { goal, ..plan.clone() };
         let expected = EXPECTED.map(|power| {
@@ -149,7 +148,9 @@ impl Target {
     fn densities(&self, film: &Film, reuse: u32) -> Option<Vec<f32>> {
         let mut errors = film.square_errors(self.white)?;
         if self.noise.is_none() {
-            errors.iter_mut().for_each(|error| *error = error.sqrt());
+            for error in &mut errors {
+                *error = error.sqrt();
+            }
         }
         let width = film.region().width as usize;
         let sizes = vec![1.0; errors.len()];

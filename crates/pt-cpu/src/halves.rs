@@ -16,7 +16,8 @@ impl Renderer<'_> {
         }
         let spp = self.settings.spp;
         let area = film.region().area();
-        self.round(film, [spp.div_ceil(2), spp / 2].map(|n| vec![n; area]), shared)
+        let [first, second] = [spp.div_ceil(2), spp / 2].map(|n| vec![n; area]);
+        self.round(film, [&first, &second], shared)
     }
 
     /// Takes samples round by round, until an image is good enough or no pixel may have more.
@@ -32,7 +33,7 @@ impl Renderer<'_> {
             let wanted = (0..film.region().area()).map(|i| plan.wanted(i).min(most));
             let wanted = wanted.collect::<Vec<_>>();
             film.set_plan(plan);
-            if self.round(film, [wanted.clone(), wanted], shared) == Progress::Cancelled {
+            if self.round(film, [&wanted; 2], shared) == Progress::Cancelled {
                 break Progress::Cancelled;
             }
             let Some(look) = target.look(film, reuse) else { break Progress::Finished };
@@ -48,11 +49,11 @@ impl Renderer<'_> {
     }
 
     /// Brings each pixel of both halves to as many samples as it is to have.
-    fn round(&self, film: &mut Film, wanted: [Vec<u32>; 2], shared: &Shared) -> Progress {
-        let end = wanted.iter().flatten().copied().max().unwrap_or(0);
+    fn round(&self, film: &mut Film, wanted: [&[u32]; 2], shared: &Shared) -> Progress {
+        let end = wanted.into_iter().flatten().copied().max().unwrap_or(0);
         let fewest = Half::BOTH.map(|half| film.counts_of(half).min().unwrap_or(0));
         for Range { start, end } in passes(fewest[0].min(fewest[1])..end, self.longest_pass()) {
-            for (half, wanted) in Half::BOTH.into_iter().zip(&wanted) {
+            for (half, wanted) in Half::BOTH.into_iter().zip(wanted) {
                 let film = film.half_mut(half);
                 let first = film.first();
                 self.pass(film, &(first + start..first + end), Some(wanted), shared);

@@ -38,6 +38,7 @@ fn error(film: &Film, truth: &[f64]) -> f64 {
 /// The short form of `cargo xtask soak --only target`.
 #[test]
 fn images_are_as_good_as_was_asked_for() {
+    const SEEDS: u32 = 10;
     let (mut good, mut inside, mut all, mut fewer) = (0, 0, 0, 0);
     for (name, scene, target) in [
         ("a Cornell box", default_scene(), 0.2),
@@ -47,7 +48,6 @@ fn images_are_as_good_as_was_asked_for() {
         let truth = Settings { spp: 8192, seed: 1000, ..base() };
         let truth = shown(&film(&scene, truth));
         let mut samples = 0.0;
-        const SEEDS: u32 = 10;
         for seed in 0..SEEDS {
             let settings = to_target(target, seed);
             let film = film(&scene, settings.clone());

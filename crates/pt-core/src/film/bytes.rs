@@ -109,7 +109,9 @@ impl Film {
             }
             film.second = Some(Box::new(second));
         }
-        film.plan = take_plan(&mut rest, film.region).ok_or_else(short)?;
+        if take_word(&mut rest).ok_or_else(short)? != 0 {
+            film.plan = Some(take_plan(&mut rest, film.region).ok_or_else(short)?);
+        }
         if rest.is_empty() { Ok(film) } else { Err(FilmError::Long(rest.len())) }
     }
 }
@@ -151,11 +153,8 @@ fn take_word(rest: &mut &[u8]) -> Option<u32> {
     take(rest, 1, u32::from_le_bytes)?.pop()
 }
 
-/// A plan for these pixels, if there is one; `None` if there are too few bytes.
-fn take_plan(rest: &mut &[u8], region: Region) -> Option<Option<Plan>> {
-    if take_word(rest)? == 0 {
-        return Some(None);
-    }
+/// A plan for these pixels; `None` if there are too few bytes.
+fn take_plan(rest: &mut &[u8], region: Region) -> Option<Plan> {
     let [goal, rounds, pilot] = take(rest, 3, u32::from_le_bytes)?.try_into().ok()?;
     let expected = take(rest, 3, u64::from_le_bytes)?.try_into().ok()?;
     let error = take(rest, 1, f64::from_le_bytes)?.pop().filter(|error| !error.is_nan());
@@ -163,7 +162,7 @@ fn take_plan(rest: &mut &[u8], region: Region) -> Option<Option<Plan>> {
         0 => None,
         _ => Some(take(rest, region.area() as u64, f32::from_le_bytes)?),
     };
-    Some(Some(Plan { goal, rounds, pilot, densities, error, expected }))
+    Some(Plan { goal, rounds, pilot, densities, error, expected })
 }
 
 fn take_things(rest: &mut &[u8]) -> Option<Things> {

@@ -75,8 +75,8 @@ impl PixelSums {
         second.map(|second| [first.mean(), second.mean()])
     }
 
-    /// Mean luminance, and the standard error of that mean: σ/√n with the sample variance σ² of [`Moments::luminance`].
-    /// Infinite below two samples (of each half).
+    /// Mean luminance, and the standard error of that mean: σ/√n with the sample variance
+    /// σ² = (Σy² − (Σy)²/n)/(n − 1). Infinite below two samples (of each half).
     pub fn luminance(&self) -> (f64, f64) {
         let of_half = |half: Moments| {
             let (mean, variance) = half.luminance();
