@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use pathtracer::eta::{Eta, Left};
-use pathtracer::{Advance, Observer};
+use pathtracer::{Advance, Observer, Progress};
 use serde_json::json;
 
 use crate::args::{Cli, ProgressKind};
@@ -93,16 +93,19 @@ impl Console {
         }
     }
 
-    /// Removes what moves, and tells programs that this was all.
-    pub(crate) fn finish(&self) {
+    /// Removes what moves, and tells programs that this was all, or that the render was stopped.
+    pub(crate) fn finish(&self, progress: Progress) {
         match (&self.display, self.state.lock()) {
             (Display::Bar(bar), _) => bar.finish_and_clear(),
             (Display::Json, Ok(mut state)) => {
-                let word = if self.cancelled() { "stopped" } else { "finished" };
-                if !self.cancelled() {
-                    // The last news may have come while another thread told its own.
-                    state.latest.done = state.latest.total();
-                }
+                let word = match progress {
+                    Progress::Cancelled => "stopped",
+                    Progress::Finished => {
+                        // The last news may have come while another thread told its own.
+                        state.latest.done = state.latest.total();
+                        "finished"
+                    }
+                };
                 json(word, &state, self.start.elapsed());
             }
             _ => {}

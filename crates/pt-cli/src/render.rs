@@ -69,7 +69,7 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     let mut viewer = connect(request);
     let (progress, statistics) = keeping.render(&mut session, request, &console, &mut viewer)?;
     let cpu = cpu_seconds().zip(cpu).map(|(after, before)| after - before);
-    console.finish();
+    console.finish(progress);
     tell_rejections(request, &session);
     if request.cli.cs184 && !request.cli.quiet {
         course::rendered(&statistics);

@@ -66,7 +66,8 @@ fn a_render_whose_time_is_up_can_go_on() {
         let args = format!("-r 60 45 -m 5 -t 1 {options} --receipt stable -f out.exr SCENE");
         let (all, some) = (Folder::new(), Folder::new());
         all.succeed(&args);
-        let run = some.succeed(&format!("{args} --time-limit 0.3"));
+        let run = some.succeed(&format!("{args} --time-limit 0.3 --progress json"));
+        assert!(run.out.lines().last().is_some_and(|line| line.contains("\"stopped\"")), "{run:?}");
         assert!(run.err.contains("time is up"), "{run:?}");
         assert!(run.err.contains("to go on: pathtracer resume out.exr"), "{run:?}");
         some.succeed("resume out.exr -t 2");
