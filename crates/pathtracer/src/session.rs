@@ -152,10 +152,7 @@ impl Session {
     /// What the error target finds of the samples so far, or one that asks for nothing if they are in halves without one.
     /// `None` without halves, or without samples of each half of each pixel.
     pub fn look(&self) -> Option<Look> {
-        if self.settings.target.is_none() {
-            return Target::NONE.look(&self.film, self.settings.reuse);
-        }
-        self.settings.target.as_ref()?.look(&self.film, self.settings.reuse)
+        self.settings.target.unwrap_or(Target::NONE).look(&self.film, self.settings.reuse)
     }
 
     /// What the user should know about the scene.
