@@ -30,6 +30,10 @@ pub(crate) struct Stop {
     #[arg(conflicts_with_all = ["cs184", "adaptive", "samples", "spp"])]
     pub(crate) target_noise: Option<f64>,
 
+    /// The same samples for all pixels, with --target-error or --target-noise, wherever they help most
+    #[arg(long)]
+    pub(crate) uniform: bool,
+
     /// How sure that is to be [default: 95%]
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true, value_parser = confidence)]
     pub(crate) confidence: Option<f64>,
@@ -94,6 +98,7 @@ impl Stop {
         self.has_target().then(|| Target {
             error: self.target_error,
             noise: self.target_noise,
+            uniform: self.uniform,
             confidence: self.confidence.unwrap_or(CONFIDENCE),
             white: libm::exp2(-f64::from(exposure)),
         })
@@ -106,8 +111,9 @@ impl Stop {
 /// A message that says what it is, and what to do.
 pub(crate) fn check(cli: &Cli) -> Result<(), String> {
     let stop = &cli.stop;
-    if !stop.has_target() && (stop.confidence.is_some() || stop.max_spp.is_some()) {
-        return Err("--confidence and --max-spp are for --target-error and --target-noise; give one of them, \
+    let without_target = stop.confidence.is_some() || stop.max_spp.is_some() || stop.uniform;
+    if !stop.has_target() && without_target {
+        return Err("--confidence, --max-spp and --uniform are for --target-error and --target-noise; give one of them, \
                     or the number of samples with -s"
             .into());
     }

@@ -49,6 +49,8 @@ pub struct Target {
     /// What a share `confidence` of pixels may be off, as a share of white, in every square of 8 × 8
     /// pixels; above 0.
     pub noise: Option<f64>,
+    /// Whether all pixels have the same samples, wherever they help.
+    pub uniform: bool,
     /// The share of renders of which the error is as small as this, from ½ to below 1.
     pub confidence: f64,
     /// The least light that the screen shows as white, above 0: more makes no difference.
@@ -57,15 +59,19 @@ pub struct Target {
 
 impl Target {
     /// One that asks for nothing.
-    pub const NONE: Self = Self { error: None, noise: None, confidence: 0.95, white: 1.0 };
+    pub const NONE: Self =
+        Self { error: None, noise: None, uniform: false, confidence: 0.95, white: 1.0 };
 }
 
 /// As in "error 0.01, confidence 0.95, white 1".
 impl fmt::Display for Target {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { error, noise, confidence, white } = self;
+        let Self { error, noise, uniform, confidence, white } = self;
         error.map_or(Ok(()), |error| write!(f, "error {error}, "))?;
         noise.map_or(Ok(()), |noise| write!(f, "noise {noise}, "))?;
+        if *uniform {
+            f.write_str("uniform, ")?;
+        }
         write!(f, "confidence {confidence}, white {white}")
     }
 }

@@ -8,12 +8,13 @@
 //!   that of as many samples as something else had decided, which has no bias.
 //! * The goal alone depends on the error, which is a sum over all pixels, and to which one adds as little as it is one of
 //!   many.
-//! * Whoever looks often finds a good moment by chance: the k-th look is held to a confidence of 1 − (1 − c)/(k(k + 1)), so that
-//!   all looks together are wrong in a share 1 − c of renders at most.
+//! * Whoever looks often finds a good moment by chance: looks share the probability with which one may be wrong, so that all
+//!   together are wrong in a share 1 − c of renders at most.
+//! * What no sample has found is in the error, too ([`crate::film`], `unseen.rs`): it says how many samples each pixel needs at least.
 
 use std::ops::Range;
 
-use crate::film::{Film, Measured, Plan};
+use crate::film::{Film, Measured, PixelSums, Plan, Squares, Wrong, deviations};
 use crate::settings::Target;
 
 /// Samples of each half of a pixel before the first look.
@@ -21,6 +22,11 @@ const FIRST_GOAL: u32 = 8;
 
 /// The share of the pilot in all samples of a pixel, one in so many.
 const PILOT_SHARE: f64 = 6.0;
+
+/// The power of densities that is taken in place of the best one for known variances: it is better where they are guessed from
+/// few numbers with long tails, and where more samples are worth more than independent ones. Of five scenes, 0.6 to 1 were tried: it
+/// saves a tenth of the samples at most, and costs 0.02.
+const FLATTER: f64 = 0.8;
 
 /// The least density, as a share of the average: nothing is sampled never.
 const LEAST_DENSITY: f64 = 0.05;
@@ -32,6 +38,20 @@ const REACH: usize = 4;
 /// Side of the squares of pixels in each of which [`Target::noise`] holds.
 const SQUARE: usize = 8;
 
+/// Shares of the probability 1 − c with which a render may be wrong: by what no sample found; by looks before pixels are told
+/// apart, which hardly ever find an image good enough; and by those after, of which the first is meant to come too early.
+const WRONG_UNSEEN: f64 = 0.3;
+const WRONG_EARLY: f64 = 0.02;
+const WRONG_FIRST: f64 = 0.08;
+const WRONG_LATER: f64 = 0.6;
+
+/// Shares that what no sample found may have in the square of the error, of which that with the fewest samples is taken:
+/// from the greatest on, each this much less than the one before.
+const UNSEEN_SHARES: (f64, f64, i32) = (4.0, 0.7, 12);
+
+/// The smallest step of a goal between two looks: each look costs confidence.
+const LEAST_STEP: f64 = 1.03;
+
 /// From one goal to the next that is considered.
 const STEP: f64 = 1.03;
 
@@ -42,9 +62,10 @@ const STEPS: usize = 234;
 const LARGEST_STEP: u32 = 2;
 
 /// Powers of the factor by which the variance has still to fall that more samples are taken to bring: points of a sequence are
-/// better than independent ones, by which it is reckoned. Of the next round; and the least, the likely and the greatest
-/// of all that follows.
-const NEXT: f64 = 0.8;
+/// better than independent ones, by which it is reckoned. Of the next round when pixels are told apart, and later; and
+/// the least, the likely and the greatest of all that follows.
+const FIRST: f64 = 0.75;
+const LATER: f64 = 1.0;
 const EXPECTED: [f64; 3] = [0.55, 0.85, 1.1];
 
 /// What a look at a film found.
@@ -54,9 +75,10 @@ pub struct Look {
     pub measured: Measured,
     /// How far pixels may be off, in that square of 8 × 8 where they are worst: see [`Target::noise`].
     pub noise: f64,
-    /// How many times as large the variance is as it may be: 0 if nothing is asked of it.
-    excess: f64,
-    /// Likewise, of each square of pixels; empty if nothing is asked of them.
+    squares: Squares,
+    /// The sum of the squares of errors as it may be, if something is asked of it.
+    allowed: Option<f64>,
+    /// How many times as large the variance is as it may be, of each square of pixels; empty if nothing is asked of them.
     excess_of_squares: Vec<f64>,
 }
 
@@ -67,19 +89,15 @@ impl Look {
     }
 
     fn greatest_excess(&self) -> f64 {
-        self.excess_of_squares.iter().copied().fold(self.excess, f64::max)
+        let of_image = self.excess(1.0, self.squares.fewest);
+        self.excess_of_squares.iter().copied().fold(of_image, f64::max)
     }
-}
 
-/// How many standard deviations a normal variable exceeds with this probability, in (0, ½].
-fn deviations(probability: f64) -> f64 {
-    let (mut low, mut high) = (0.0, 40.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        let tail = 0.5 * libm::erfc(middle * std::f64::consts::FRAC_1_SQRT_2);
-        *(if tail > probability { &mut low } else { &mut high }) = middle;
+    /// How many times as large the square of the error is as it may be, if its noise is `share` of what it is, and pixels
+    /// have at least so many samples: 0 if nothing is asked of it.
+    fn excess(&self, share: f64, fewest: u32) -> f64 {
+        self.allowed.map_or(0.0, |allowed| self.squares.most(share, fewest) / allowed)
     }
-    0.5 * (low + high)
 }
 
 impl Target {
@@ -88,16 +106,14 @@ impl Target {
         let goal = FIRST_GOAL.min(most);
         // Nothing is known yet: as much as will be looked at first.
         let expected = [2 * u64::from(goal) * film.region().area() as u64; 3];
-        Plan { goal, pilot: goal, expected, ..Plan::default() }
+        Plan { goal, least: goal, expected, ..Plan::default() }
     }
 
     /// Looks at a film whose plan is fulfilled, of which so many pixels bring their light to each other. `None` if it has not two
     /// halves with samples.
     pub fn look(&self, film: &Film, reuse: u32) -> Option<Look> {
-        let round = f64::from(film.plan().map_or(0, |plan| plan.rounds)) + 1.0;
-        let wrong = (1.0 - self.confidence) / (round * (round + 1.0));
-        let measured = film.measured(self.white, deviations(wrong), reuse * reuse)?;
-        let excess = self.error.map_or(0.0, |error| (measured.most / error).powi(2));
+        let squares_of_all = film.squares(self.white, self.wrong(film.plan()), reuse)?;
+        let allowed = self.error.map(|error| squares_of_all.allowed(error));
         let width = deviations(0.5 * (1.0 - self.confidence));
         let errors = film.square_errors(self.white)?;
         // As many channels as pixels of a square have, at the edges too.
@@ -108,7 +124,21 @@ impl Target {
         let excess_of_squares = self.noise.map_or(Vec::new(), |noise| {
             squares.iter().map(|square| square * (width / noise).powi(2)).collect()
         });
-        Some(Look { measured, noise: width * worst.sqrt(), excess, excess_of_squares })
+        let (measured, noise) = (squares_of_all.measured(), width * worst.sqrt());
+        Some(Look { measured, noise, squares: squares_of_all, allowed, excess_of_squares })
+    }
+
+    /// With which probabilities a look may find the error of an image less than it is. A single one has the share of all.
+    fn wrong(&self, plan: Option<&Plan>) -> Wrong {
+        let of_look = |k: u32| 1.0 / (f64::from(k) * (f64::from(k) + 1.0));
+        let look = match plan {
+            None => 1.0 - WRONG_UNSEEN,
+            Some(Plan { densities: None, rounds, .. }) => WRONG_EARLY * of_look(rounds + 1),
+            Some(Plan { rounds: 0, .. }) => WRONG_FIRST,
+            Some(Plan { rounds, .. }) => WRONG_LATER * of_look(*rounds),
+        };
+        let wrong = 1.0 - self.confidence;
+        Wrong { look: wrong * look, unseen: wrong * WRONG_UNSEEN }
     }
 
     /// What to do after a look that found the film not good enough: the next plan, with at most `most` samples of a pixel in each
@@ -116,51 +146,74 @@ impl Target {
     pub fn next_plan(&self, film: &Film, look: &Look, reuse: u32, most: u32) -> Option<Plan> {
         let now = film.plan()?;
         let model = Model::new(film, film.square_errors(self.white)?, now, most);
-        let apart = if now.densities.is_some() {
-            now.clone()
+        let is_new = now.densities.is_none();
+        let apart = if is_new {
+            Plan { rounds: 0, densities: Some(self.densities(film, reuse)?), ..now.clone() }
         } else {
-            let densities = Some(self.densities(film, reuse)?);
-            Plan { pilot: now.goal, densities, ..now.clone() }
+            Plan { rounds: now.rounds + 1, ..now.clone() }
         };
-        let with_goal = |goal: u32, plan: &Plan| Plan { goal, ..plan.clone() };
-        let expected = EXPECTED.map(|power| {
-            2 * model.total(&with_goal(model.goal(look, (now, &apart), power), &apart))
-        });
-        let news =
-            Plan { rounds: now.rounds + 1, error: Some(look.measured.error), expected, ..apart };
-        let goal = model.goal(look, (now, &news), NEXT);
+        // The next look has another share in what may be wrong.
+        let squares = look.squares.with_wrong(self.wrong(Some(&apart)));
+        let look = &Look { squares, ..look.clone() };
+        let expected =
+            EXPECTED.map(|power| 2 * model.total(&model.plan(look, (now, &apart), power)));
+        let news = Plan { error: Some(look.measured.error), expected, ..apart };
+        let mut next = model.plan(look, (now, &news), if is_new { FIRST } else { LATER });
         let largest = now.goal.saturating_mul(LARGEST_STEP);
-        if now.densities.is_none() {
-            let mean = model.total(&with_goal(goal, &news)) as f64 / film.region().area() as f64;
+        if is_new {
+            let mean = model.total(&next) as f64 / film.region().area() as f64;
             let pilot = ((mean / PILOT_SHARE) as u32).min(most);
-            if now.goal < pilot {
+            if now.goal + now.goal / 4 < pilot {
                 let goal = pilot.min(largest);
-                return Some(Plan { goal, pilot: goal, densities: None, ..news });
+                let rounds = now.rounds + 1;
+                return Some(Plan { goal, rounds, least: goal, densities: None, ..next });
             }
+        } else {
+            next.goal = next.goal.min(largest);
         }
-        let goal = if now.densities.is_some() { goal.min(largest) } else { goal };
-        Some(with_goal(goal, &news)).filter(|next| model.total(next) > model.total(now))
+        if model.total(&next) <= model.total(now) {
+            // What there is would do for the next look, but that is of another film.
+            let more = (LEAST_STEP * f64::from(now.least)) as u32;
+            next.least = next.least.max(more).max(now.least.saturating_add(1));
+        }
+        Some(next).filter(|next| model.total(next) > model.total(now))
+    }
+
+    /// The variance of the mean luminance of a pixel as its samples tell it; none where the screen shows no difference.
+    fn spread(&self, pixel: PixelSums) -> f64 {
+        let (mean, error) = pixel.luminance();
+        if mean < self.white && error.is_finite() { error * error } else { 0.0 }
     }
 
     /// How many samples pixels are to have for each of the goal, by what their neighbours know, outside of the squares of
     /// `reuse`² of which they are a part: for the least error of the image in proportion to the standard deviation of a sample, for the
-    /// same error everywhere to the variance.
+    /// same error everywhere to the variance. It is told by how much halves differ, which says little of a single pixel, and so
+    /// by many; and as much by how samples differ within halves, which says more, and so by the next pixels, but
+    /// not how good the sequence of samples is: relative to many.
     fn densities(&self, film: &Film, reuse: u32) -> Option<Vec<f32>> {
-        let mut errors = film.square_errors(self.white)?;
-        if self.noise.is_none() {
-            for error in &mut errors {
-                *error = error.sqrt();
-            }
+        if self.uniform {
+            return Some(vec![1.0; film.region().area()]);
         }
+        let power = if self.noise.is_none() { FLATTER * 0.5 } else { FLATTER };
+        let errors = film.square_errors(self.white)?.into_iter().map(|e| libm::pow(e, power));
+        let errors: Vec<f64> = errors.collect();
+        let spread: Vec<f64> =
+            film.pixels().map(|pixel| libm::pow(self.spread(pixel), power)).collect();
         let width = film.region().width as usize;
-        let sizes = vec![1.0; errors.len()];
-        let around = |values: &[f64]| {
-            let inner = sums_around(values, width, reuse as usize - 1);
-            let outer = sums_around(values, width, REACH + reuse as usize - 1);
-            outer.into_iter().zip(inner).map(|(outer, inner)| (outer - inner).max(0.0))
+        let around = |values: &[f64], reach: usize| {
+            let sums = |values: &[f64]| {
+                let inner = sums_around(values, width, reuse as usize - 1);
+                let outer = sums_around(values, width, reach + reuse as usize - 1);
+                outer.into_iter().zip(inner).map(|(outer, inner)| (outer - inner).max(0.0))
+            };
+            let sizes = sums(&vec![1.0; values.len()]);
+            sums(values).zip(sizes).map(|(sum, n)| sum / n.max(1.0)).collect::<Vec<f64>>()
         };
+        let (errors, next_to) = (around(&errors, REACH), around(&spread, 1));
+        let spread = around(&spread, REACH).into_iter().zip(next_to);
+        let finer = |far: f64, near: f64| if far > 0.0 { 0.5 * (1.0 + near / far) } else { 1.0 };
         let densities: Vec<f64> =
-            around(&errors).zip(around(&sizes)).map(|(sum, n)| sum / n.max(1.0)).collect();
+            errors.into_iter().zip(spread).map(|(e, (far, near))| e * finer(far, near)).collect();
         let mean = densities.iter().sum::<f64>() / densities.len().max(1) as f64;
         let relative = |d: f64| if mean > 0.0 { d / mean } else { 1.0 };
         let mixed = |d: f64| LEAST_DENSITY + (1.0 - LEAST_DENSITY) * relative(d);
@@ -216,6 +269,7 @@ impl<'a> Model<'a> {
         model
     }
 
+    /// As many samples of a pixel in each half as the plan says, and may be.
     fn count(&self, plan: &Plan, pixel: usize) -> u32 {
         plan.wanted(pixel).min(self.most)
     }
@@ -227,23 +281,51 @@ impl<'a> Model<'a> {
 
     /// What [`Look::greatest_excess`] will be.
     fn excess(&self, look: &Look, plan: &Plan) -> f64 {
-        let errors = self.variances.iter().enumerate();
-        let errors: Vec<f64> =
-            errors.map(|(i, v)| v / f64::from(self.count(plan, i).max(1))).collect();
-        let then = of_squares(self.film, &errors);
+        let mut fewest = self.most;
+        let errors = self.variances.iter().enumerate().map(|(i, v)| {
+            let count = self.count(plan, i);
+            fewest = fewest.min(count);
+            v / f64::from(count.max(1))
+        });
+        let then = of_squares(self.film, &errors.collect::<Vec<f64>>());
         let fall = |then: f64, now: f64| if now > 0.0 { then / now } else { 1.0 };
         let [all_then, all_now] = [&then, &self.now].map(|sums| sums.iter().sum::<f64>());
+        let of_image = look.excess(fall(all_then, all_now), fewest.saturating_mul(2));
         let of_squares = look.excess_of_squares.iter().zip(then.iter().zip(&self.now));
         let of_squares = of_squares.map(|(excess, (&then, &now))| excess * fall(then, now));
-        of_squares.fold(look.excess * fall(all_then, all_now), f64::max)
+        of_squares.fold(of_image, f64::max)
     }
 
-    /// The least goal by which the excess falls by this power of what it has to, if the plan that is fulfilled gives way to
-    /// another; as far as goals are considered.
-    fn goal(&self, look: &Look, (now, then): (&Plan, &Plan), power: f64) -> u32 {
+    /// The plan with the fewest samples by which the excess falls by this power of what it has to, if the plan that is
+    /// fulfilled gives way to another, with another goal and more samples of each pixel.
+    fn plan(&self, look: &Look, (now, then): (&Plan, &Plan), power: f64) -> Plan {
         let left = libm::pow(look.greatest_excess().max(1.0), 1.0 - power);
-        let mut goals = vec![now.goal.saturating_add(1)];
-        let mut goal = f64::from(now.goal);
+        let (greatest, factor, shares) = UNSEEN_SHARES;
+        let unseen = look.allowed.into_iter().flat_map(|allowed| {
+            let share = move |i| greatest * libm::pow(factor, f64::from(i)) * left * allowed;
+            (0..shares).map(move |i| look.squares.samples_for_unseen(share(i)))
+        });
+        let most = self.most.max(now.least);
+        let least = unseen.map(|samples| ((0.5 * samples).ceil() as u32).clamp(now.least, most));
+        let mut least: Vec<u32> = [now.least].into_iter().chain(least).collect();
+        least.dedup();
+        let plans = least.into_iter().map(|least| {
+            let (plan, excess) = self.with_goal(look, (now, &Plan { least, ..then.clone() }), left);
+            let missed = (excess / left).max(1.0);
+            (plan, missed)
+        });
+        let better = |a: (Plan, f64), b: (Plan, f64)| {
+            let order = a.1.total_cmp(&b.1).then_with(|| self.total(&a.0).cmp(&self.total(&b.0)));
+            if order.is_le() { a } else { b }
+        };
+        plans.reduce(better).map_or_else(|| then.clone(), |(plan, _)| plan)
+    }
+
+    /// A plan with the least goal by which no more excess is left than this, as far as goals are considered; and what is
+    /// then left.
+    fn with_goal(&self, look: &Look, (now, then): (&Plan, &Plan), left: f64) -> (Plan, f64) {
+        let mut goal = LEAST_STEP * f64::from(now.goal);
+        let mut goals = vec![now.goal.saturating_add(1).max(goal as u32)];
         for _ in 0..STEPS {
             goal *= STEP;
             goals.push((goal as u32).max(goals[0]));
@@ -253,7 +335,9 @@ impl<'a> Model<'a> {
             plan.goal = goal;
             self.excess(look, &plan) > left
         });
-        goals[first.min(goals.len() - 1)]
+        plan.goal = goals[first.min(goals.len() - 1)];
+        let excess = self.excess(look, &plan);
+        (plan, excess)
     }
 }
 
@@ -264,24 +348,20 @@ mod tests {
     use pt_math::Spectrum;
     use pt_testing::Random;
 
-    const TARGET: Target = Target { error: Some(0.01), noise: None, confidence: 0.95, white: 1.0 };
-    const MOST: u32 = 200;
+    const TARGET: Target = Target { error: Some(0.01), ..Target::NONE };
+    const MOST: u32 = 500;
 
     /// A film of this size, of which each pixel has as many samples as its plan wants, by what a function says of a pixel's
-    /// number and a random number in [0, 1).
-    fn film(
-        size: [u32; 2],
-        plan: Plan,
-        random: &mut Random,
-        light: impl Fn(usize, f32) -> f32,
-    ) -> Film {
+    /// number and a random number in [0, 1). With the same seed and more samples it has these and more.
+    fn film(size: [u32; 2], plan: Plan, seed: u64, light: impl Fn(usize, f32) -> f32) -> Film {
         let mut film = Film::new(Region::full(size)).in_halves();
-        for half in Half::BOTH {
+        for (number, half) in (0..).zip(Half::BOTH) {
             let half = film.half_mut(half);
             let first = half.first();
             for tile in &mut half.tiles(u32::MAX, [0; 2]) {
                 for pixel in tile.region().pixels() {
                     let i = (pixel[1] * size[0] + pixel[0]) as usize;
+                    let mut random = Random::new((seed << 32) + 2 * i as u64 + number);
                     let samples: Vec<_> = (0..plan.wanted(i).min(MOST))
                         .map(|_| Spectrum::splat(light(i, random.unit())))
                         .collect();
@@ -294,27 +374,16 @@ mod tests {
     }
 
     fn even(goal: u32) -> Plan {
-        Plan { goal, pilot: goal, ..Plan::default() }
-    }
-
-    /// From tables of the normal distribution.
-    #[test]
-    fn deviations_are_those_of_the_normal_distribution() {
-        for (probability, wanted) in [(0.5, 0.0), (0.025, 1.959_964), (0.001_25, 3.023_341)] {
-            let found = deviations(probability);
-            assert!((found - wanted).abs() < 1e-5, "{probability}: {found}");
-        }
+        Plan { goal, least: goal, ..Plan::default() }
     }
 
     /// Pixels of which samples are 0 or 2, half and half: the error of an image of 2n samples is 1/√(2n).
     /// It is in the interval as often as is said.
     #[test]
     fn the_error_of_an_image_is_in_the_interval_that_is_told() {
-        let mut random = Random::new(4);
         let mut inside = 0;
-        for _ in 0..400 {
-            let film =
-                film([30, 20], even(8), &mut random, |_, u| 0.6 * f32::from(u8::from(u < 0.5)));
+        for seed in 0..400 {
+            let film = film([30, 20], even(8), seed, |_, u| 0.6 * f32::from(u8::from(u < 0.5)));
             let look = TARGET.look(&film, 1).expect("there are samples");
             let square = |pixel: crate::film::PixelSums| (pixel.mean()[0] - 0.3).powi(2);
             let error = (film.pixels().map(square).sum::<f64>() / 600.0).sqrt() / 0.3;
@@ -328,8 +397,7 @@ mod tests {
     /// whole difference counts.
     #[test]
     fn what_is_beyond_white_is_white() {
-        let mut random = Random::new(1);
-        let bright = film([4, 4], even(8), &mut random, |_, u| 5.0 + u);
+        let bright = film([4, 4], even(8), 1, |_, u| 5.0 + u);
         let look = TARGET.look(&bright, 1).expect("there are samples");
         assert_eq!((look.measured.error, look.is_met()), (0.0, true));
         let mut one_half = Film::new(Region::full([1, 1])).in_halves();
@@ -345,9 +413,8 @@ mod tests {
     fn a_pixel_has_no_say_in_its_own_samples() {
         for reuse in [1, 2, 4] {
             let densities = |own: f32| {
-                let mut random = Random::new(9);
                 let light = |i: usize, u: f32| if i == 21 * 40 + 17 { own * u } else { 0.3 * u };
-                let film = film([40, 30], even(8), &mut random, light);
+                let film = film([40, 30], even(8), 9, light);
                 TARGET.densities(&film, reuse).expect("there are samples")
             };
             let (quiet, loud) = (densities(0.1), densities(0.9));
@@ -364,13 +431,13 @@ mod tests {
         }
     }
 
-    /// A quarter of the image has ten times the noise of the rest.
+    /// A quarter of the image has ten times the noise of the rest: its densities are 10 to the power [`FLATTER`] times as
+    /// large, less what [`LEAST_DENSITY`] takes.
     #[test]
     fn samples_go_where_the_noise_is() {
-        let mut random = Random::new(2);
         let noisy = |i: usize| i % 40 < 10;
         let light = |i: usize, u: f32| 0.5 + (u - 0.5) * if noisy(i) { 0.8 } else { 0.08 };
-        let film = film([40, 32], even(16), &mut random, light);
+        let film = film([40, 32], even(16), 2, light);
         let target = Target { error: Some(0.03), ..TARGET };
         let look = target.look(&film, 1).expect("there are samples");
         let plan = target.next_plan(&film, &look, 1, MOST).expect("there is more to do");
@@ -380,7 +447,7 @@ mod tests {
             let (sum, n) = pixels.fold((0.0, 0.0), |(sum, n), i| (sum + densities[i], n + 1.0));
             sum / n
         };
-        assert!(mean(true) > 6.0 * mean(false), "{plan:?}");
+        assert!(mean(true) > 5.0 * mean(false), "{plan:?}");
         assert!((0..40 * 32).all(|i| plan.wanted(i) >= 16));
     }
 
@@ -390,11 +457,10 @@ mod tests {
         let light = |i: usize, u: f32| 0.4 + (u - 0.5) * (i % 7) as f32 * 0.1;
         let of = |error, noise| Target { error, noise, ..TARGET };
         for target in [of(Some(0.02), None), of(None, Some(0.03)), of(Some(0.03), Some(0.05))] {
-            let mut random = Random::new(3);
             let mut plan = target.first_plan(&Film::new(Region::full([24, 16])), MOST);
             for round in 0.. {
                 assert!(round < 30, "{target}: no end");
-                let film = film([24, 16], plan, &mut random, light);
+                let film = film([24, 16], plan, 3, light);
                 let look = target.look(&film, 1).expect("there are samples");
                 let Some(next) = (!look.is_met()).then(|| target.next_plan(&film, &look, 1, MOST))
                 else {
@@ -407,13 +473,53 @@ mod tests {
         }
     }
 
+    /// Pixels of a column see a lamp, and one sample in twenty of another pixel its reflection, without which the error is one
+    /// and a half times as large as is allowed: hardly a render ends before that is found.
+    #[test]
+    fn what_a_single_pixel_hides_is_found_before_a_render_ends() {
+        const HIDES: usize = 9 * 24 + 7;
+        let light = |i: usize, u: f32| match i {
+            HIDES => 4.0 * f32::from(u8::from(u < 0.05)),
+            _ if i.is_multiple_of(24) => 4.0,
+            _ => 0.3 + (u - 0.5) * 0.05,
+        };
+        let shown = |i: usize| match i {
+            HIDES => 0.2,
+            _ if i.is_multiple_of(24) => 1.0,
+            _ => 0.3,
+        };
+        let target = Target { error: Some(0.02), ..TARGET };
+        let (mut ended, mut wrong) = (0, 0);
+        for seed in 0..60 {
+            let mut plan = target.first_plan(&Film::new(Region::full([24, 16])), MOST);
+            let film = loop {
+                let film = film([24, 16], plan, seed, light);
+                let look = target.look(&film, 1).expect("there are samples");
+                if look.is_met() {
+                    break Some(film);
+                }
+                match target.next_plan(&film, &look, 1, MOST) {
+                    Some(next) => plan = next,
+                    None => break None,
+                }
+            };
+            let Some(film) = film else { continue };
+            let off =
+                |(i, pixel): (usize, PixelSums)| (pixel.mean()[0].min(1.0) - shown(i)).powi(2);
+            let error = film.pixels().enumerate().map(off).sum::<f64>();
+            let all = (0..24 * 16).map(|i| shown(i) * shown(i)).sum::<f64>();
+            ended += 1;
+            wrong += u32::from((error / all).sqrt() > 0.02);
+        }
+        assert!(ended >= 50 && wrong <= 3, "{ended} of 60 ended, {wrong} of these wrongly");
+    }
+
     #[test]
     fn no_pixel_has_more_samples_than_it_may() {
-        let mut random = Random::new(6);
         let mut plan = TARGET.first_plan(&Film::new(Region::full([24, 16])), MOST);
         let mut rounds = 0;
         loop {
-            let film = film([24, 16], plan.clone(), &mut random, |_, u| u);
+            let film = film([24, 16], plan.clone(), 6, |_, u| u);
             let look = TARGET.look(&film, 1).expect("there are samples");
             assert!(!look.is_met());
             match TARGET.next_plan(&film, &look, 1, MOST) {

@@ -60,15 +60,12 @@ fn images_are_as_good_as_was_asked_for() {
             samples += film.samples() as f64 / f64::from(SIZE[0] * SIZE[1] * SEEDS);
             all += 1;
         }
-        // The least power of two, in one look, that would do without telling pixels apart; and what would do in between
-        // if errors went with the square root.
-        let is_good = |n: u32| {
-            let halves = vec![Aov::HalfA, Aov::HalfB];
-            let film = film(&scene, Settings { spp: n, aovs: halves, ..base() });
-            let most = Target::NONE.look(&film, 1).expect("two halves").measured.most;
-            (most <= target).then(|| f64::from(n) * (most / target).powi(2))
+        let of_uniform = |seed| {
+            let target = Target { error: Some(target), uniform: true, ..Target::NONE };
+            let settings = Settings { target: Some(target), ..to_target(1.0, seed) };
+            film(&scene, settings).samples() as f64 / f64::from(SIZE[0] * SIZE[1])
         };
-        let even = (4..16).find_map(|power| is_good(1 << power)).expect("it converges");
+        let even = (0..3).map(of_uniform).sum::<f64>() / 3.0;
         println!("{name}: {samples:.0} samples, {:.2} of {even:.0}", samples / even);
         fewer += u32::from(samples <= 0.7 * even);
     }

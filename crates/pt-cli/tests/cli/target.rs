@@ -92,6 +92,7 @@ fn what_makes_no_sense_is_refused() {
         ("--target-error 1% --max-spp 1", "from 2 up to 2147483648"),
         ("--max-spp 64", "are for --target-error and --target-noise"),
         ("--confidence 90%", "are for --target-error and --target-noise"),
+        ("--uniform", "are for --target-error and --target-noise"),
         ("--time-limit 0", "expected a time above 0"),
         ("--time-limit soon", "as in 90s, 10m or 1h30m"),
         ("-s 2147483649", "from 1 up to 2147483648"),

@@ -7,7 +7,7 @@
 //! how many samples see it (u32 each), in the order of the numbers; the luminance that was cut off (i128); how many samples were refused for each reason
 //! (u64 each, in the order of [`Fault::ALL`]), how many of them are named (u32), and of each its row, column and
 //! number, and the number of the reason (u32 each). Then 1 if there is a second half, which follows with all of the above, and
-//! else 0 (u32). Then 0, or 1 and the plan: its goal, rounds and pilot (u32 each), what is expected (three u64), the error
+//! else 0 (u32). Then 0, or 1 and the plan: its goal, rounds and least (u32 each), what is expected (three u64), the error
 //! (f64, NaN for none), and 0, or 1 and the densities of the pixels (f32). Nothing else.
 
 use std::io::{self, Write};
@@ -49,8 +49,8 @@ impl Film {
             None => put(out, &[0], u32::to_le_bytes)?,
         }
         let Some(plan) = &self.plan else { return put(out, &[0], u32::to_le_bytes) };
-        let Plan { goal, rounds, pilot, densities, error, expected } = plan;
-        put(out, &[1, *goal, *rounds, *pilot], u32::to_le_bytes)?;
+        let Plan { goal, rounds, least, densities, error, expected } = plan;
+        put(out, &[1, *goal, *rounds, *least], u32::to_le_bytes)?;
         put(out, expected, u64::to_le_bytes)?;
         put(out, &[error.unwrap_or(f64::NAN)], f64::to_le_bytes)?;
         put(out, &[u32::from(densities.is_some())], u32::to_le_bytes)?;
@@ -155,14 +155,14 @@ fn take_word(rest: &mut &[u8]) -> Option<u32> {
 
 /// A plan for these pixels; `None` if there are too few bytes.
 fn take_plan(rest: &mut &[u8], region: Region) -> Option<Plan> {
-    let [goal, rounds, pilot] = take(rest, 3, u32::from_le_bytes)?.try_into().ok()?;
+    let [goal, rounds, least] = take(rest, 3, u32::from_le_bytes)?.try_into().ok()?;
     let expected = take(rest, 3, u64::from_le_bytes)?.try_into().ok()?;
     let error = take(rest, 1, f64::from_le_bytes)?.pop().filter(|error| !error.is_nan());
     let densities = match take_word(rest)? {
         0 => None,
         _ => Some(take(rest, region.area() as u64, f32::from_le_bytes)?),
     };
-    Some(Plan { goal, rounds, pilot, densities, error, expected })
+    Some(Plan { goal, rounds, least, densities, error, expected })
 }
 
 fn take_things(rest: &mut &[u8]) -> Option<Things> {
@@ -278,7 +278,7 @@ mod tests {
         }
         let error = densities.then_some(0.5);
         let densities = densities.then(|| vec![0.5; 6]);
-        film.set_plan(Plan { goal: 9, rounds: 2, pilot: 4, densities, error, expected: [1, 2, 3] });
+        film.set_plan(Plan { goal: 9, rounds: 2, least: 4, densities, error, expected: [1, 2, 3] });
         film
     }
 

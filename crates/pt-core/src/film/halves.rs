@@ -24,11 +24,11 @@ pub struct Plan {
     /// Samples of a pixel in each half: of all pixels on average, or of each as long as nothing is known of
     /// how they differ.
     pub goal: u32,
-    /// How often it was decided that more are needed.
+    /// How often it was decided that more are needed, since pixels are told apart or before.
     pub rounds: u32,
-    /// Samples that each pixel has in each half before pixels are told apart.
-    pub pilot: u32,
-    /// From then on, how many each is to have for each of the goal.
+    /// Samples that each pixel is to have in each half at least.
+    pub least: u32,
+    /// Once pixels are told apart, how many each is to have for each of the goal.
     pub densities: Option<Vec<f32>>,
     /// The error when this was decided.
     pub error: Option<f64>,
@@ -43,7 +43,7 @@ impl Plan {
         match &self.densities {
             None => self.goal,
             Some(densities) => {
-                self.pilot.max((f64::from(self.goal) * f64::from(densities[pixel])) as u32)
+                self.least.max((f64::from(self.goal) * f64::from(densities[pixel])) as u32)
             }
         }
     }

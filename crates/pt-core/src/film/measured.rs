@@ -7,6 +7,7 @@
 //! is far too bright, and so the image, is not told to be half as far away as it is.
 
 use super::Film;
+use super::unseen::{Unseen, Wrong, deviations};
 
 /// The root mean square error of a displayed image, as a share of the root of its mean square:
 /// √(Σ(f(M) − f(μ))² / Σf(μ)²) over all pixels and channels, with the image M and that of infinitely many samples, μ.
@@ -28,7 +29,7 @@ impl Measured {
 }
 
 /// What the screen shows of light, if this is its white.
-fn displayed(light: f64, white: f64) -> f64 {
+pub(super) fn displayed(light: f64, white: f64) -> f64 {
     (light / white).clamp(0.0, 1.0)
 }
 
@@ -43,30 +44,91 @@ fn squares([a, b]: [[f64; 3]; 2], white: f64) -> (f64, f64) {
     (0..3).map(of_channel).fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1))
 }
 
+/// What the error of an image is made of: sums over pixels and channels of squares of what is displayed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Squares {
+    /// Of the error: the best guess.
+    noise: f64,
+    /// Its standard deviation.
+    deviation: f64,
+    /// What is displayed.
+    signal: f64,
+    /// What no sample may have found.
+    unseen: Unseen,
+    /// The fewest samples of a pixel, in both halves.
+    pub(crate) fewest: u32,
+    /// With which probabilities the error may be more than is told.
+    wrong: Wrong,
+}
+
+impl Squares {
+    /// The greatest sum of squares for which the relative error is this: the mean square of a mean with an error is greater
+    /// by the error's.
+    pub(crate) fn allowed(&self, error: f64) -> f64 {
+        let square = error * error;
+        self.signal * square / (1.0 + square)
+    }
+
+    /// What the sum of squares of errors hardly exceeds, if the noise is `share` of what it is, and each pixel has at least so
+    /// many samples.
+    pub(crate) fn most(&self, share: f64, fewest: u32) -> f64 {
+        share * self.noise + self.unseen.margin(share * self.deviation, fewest, self.wrong)
+    }
+
+    /// The same if the error may be more with other probabilities.
+    pub(crate) fn with_wrong(self, wrong: Wrong) -> Self {
+        Self { wrong, ..self }
+    }
+
+    /// With how many samples of each pixel no more than this is hardly ever missed.
+    pub(crate) fn samples_for_unseen(&self, square: f64) -> f64 {
+        self.unseen.samples(-libm::log(self.wrong.unseen), square)
+    }
+
+    /// As an error.
+    pub(crate) fn measured(&self) -> Measured {
+        let relative = |sum: f64| match sum.max(0.0) {
+            0.0 => 0.0,
+            sum => (sum / (self.signal - sum).max(0.0)).sqrt(),
+        };
+        let least = self.noise - deviations(self.wrong.look) * self.deviation;
+        let [error, least, most] = [self.noise, least, self.most(1.0, self.fewest)].map(relative);
+        Measured { error, least, most }
+    }
+}
+
+/// The variance of the sum of terms of pixels, row by row, or more: the squares of terms have the squares of their means
+/// in them, and the products of terms that know nothing of each other, `apart` columns apart, have no more of these
+/// (2ab ≤ a² + b²). Of halves that differ as normal variables do it is a third, and never taken for more.
+fn variance_of_sum(terms: &[f64], width: usize, apart: usize) -> f64 {
+    let squares: f64 = terms.iter().map(|term| term * term).sum();
+    let products =
+        |row: &[f64]| -> f64 { row.iter().zip(row.iter().skip(apart)).map(|(a, b)| a * b).sum() };
+    let products: f64 = terms.chunks(width.max(1)).map(products).sum();
+    squares - products.min(squares / 3.0)
+}
+
 impl Film {
-    /// The error of the image of a film in halves, if light of `white` is the brightest that the screen shows. The
-    /// interval spans `deviations` standard deviations to each side, in which the error of this image lies, and not only that of
+    /// What the error of the image of a film in halves is made of, if light of `white` is the brightest that the screen shows, errors
+    /// of squares of `reuse`² pixels are the same, and it may be more than is told with the probabilities of `wrong`.
+    /// The interval is that in which the error of this image lies, and not only that of
     /// images like it: both are sums over pixels whose halves differ by chance, the one of (M − μ)², the other
-    /// of (A − B)²/4, so that their difference has twice the variance of the latter, which is less than the sum
-    /// of the squares of its terms. Errors of as many pixels as `alike` are taken to be the same.
+    /// of (A − B)²/4, so that their difference has twice the variance of the latter ([`variance_of_sum`]).
     ///
     /// `None` if a pixel lacks samples.
-    pub fn measured(&self, white: f64, deviations: f64, alike: u32) -> Option<Measured> {
-        let (mut noise, mut spread, mut signal) = (0.0, 0.0, 0.0);
+    pub(crate) fn squares(&self, white: f64, wrong: Wrong, reuse: u32) -> Option<Squares> {
+        let (mut noise, mut signal, mut fewest) = (Vec::new(), 0.0, u32::MAX);
         for pixel in self.pixels() {
             let (difference, square) = squares(pixel.means_of_halves()?, white);
-            noise += difference;
-            spread += difference * difference;
+            noise.push(difference);
             signal += square;
+            fewest = fewest.min(pixel.count());
         }
-        let deviation = deviations * (2.0 * f64::from(alike) * spread).sqrt();
-        // The mean square of a mean with an error is greater by the error's.
-        let share = |noise: f64| match noise.max(0.0) {
-            0.0 => 0.0,
-            noise => (noise / (signal - noise).max(0.0)).sqrt(),
-        };
-        let [error, least, most] = [noise, noise - deviation, noise + deviation].map(share);
-        Some(Measured { error, least, most })
+        let [width, apart] = [self.region.width, reuse].map(|n| n as usize);
+        let alike = f64::from(reuse * reuse);
+        let deviation = (2.0 * alike * variance_of_sum(&noise, width, apart)).sqrt();
+        let (noise, unseen) = (noise.iter().sum(), self.unseen(white, reuse));
+        Some(Squares { noise, deviation, signal, unseen, fewest, wrong })
     }
 
     /// The square error of each displayed pixel, as [`Self::measured`] tells it: summed up over the channels, as a

@@ -11,6 +11,7 @@ mod refused;
 mod region;
 mod things;
 mod tile;
+mod unseen;
 
 pub use self::aov::{Aov, FirstHit};
 pub use self::bytes::FilmError;
@@ -18,12 +19,14 @@ use self::exact::CHANNELS;
 pub use self::exact::ExactSum;
 pub use self::halves::{Half, Plan};
 pub use self::measured::Measured;
+pub(crate) use self::measured::Squares;
 use self::pixel::Moments;
 pub use self::pixel::PixelSums;
 pub use self::refused::{Fault, Rejected, Rejections};
 pub use self::region::Region;
 pub use self::things::{Seen, Things};
 pub use self::tile::Tile;
+pub(crate) use self::unseen::{Wrong, deviations};
 
 /// Red, green, blue, and the square of the luminance.
 type Sums = [ExactSum; CHANNELS];

@@ -75,6 +75,21 @@ impl PixelSums {
         second.map(|second| [first.mean(), second.mean()])
     }
 
+    /// Means of the luminance of a sample and of its square, over both halves; 0 without samples.
+    pub(super) fn luminances(&self) -> (f64, f64) {
+        let of_half = |half: Moments| {
+            let [.., squares] = half.sums;
+            (half.luminance().0, squares.value() / f64::from(half.count.max(1)))
+        };
+        match self.halves() {
+            (half, None) => of_half(half),
+            (first, Some(second)) => {
+                let (a, b) = (of_half(first), of_half(second));
+                (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1))
+            }
+        }
+    }
+
     /// Mean luminance, and the standard error of that mean: σ/√n with the sample variance
     /// σ² = (Σy² − (Σy)²/n)/(n − 1). Infinite below two samples (of each half).
     pub fn luminance(&self) -> (f64, f64) {

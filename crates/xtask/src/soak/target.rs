@@ -25,7 +25,10 @@ const SEEDS: u32 = 40;
 /// The confidence that is asked for.
 const CONFIDENCE: f64 = 0.95;
 
-/// The share of samples of a render without adaptive sampling that should suffice, and in how many scenes.
+/// Of so many it is asked how many samples all pixels alike need.
+const SOME: u32 = 8;
+
+/// The share of samples of a render with `--uniform` that should suffice, and in how many scenes.
 const FEWER: (f64, usize) = (0.7, 3);
 
 /// A scene that is rendered in different ways.
@@ -53,8 +56,8 @@ impl Subject<'_> {
     }
 
     /// Samples of a pixel with which a render that takes the same of each has an error of at most `target`, by the same
-    /// measure and with the same confidence, in one look.
-    fn even_samples(&self, target: f64, seed: u32) -> Result<f64> {
+    /// measure and with the same confidence, if it is known how many these are and there is a single look.
+    fn known_samples(&self, target: f64, seed: u32) -> Result<f64> {
         let mut before: Option<(f64, f64)> = None;
         for power in 4.. {
             let spp = 1u32 << power;
@@ -106,10 +109,10 @@ pub(super) fn run(program: &Path) -> Result<()> {
         let of_truth = number(&summary, "error")?;
         let pixels = truth.len() as f64;
         let (mut good, mut told, mut samples, mut worst) = (0, 0, 0.0, 0.0f64);
+        let to_target =
+            |seed| format!("--target-error {target} --confidence {CONFIDENCE} --seed {seed}");
         for seed in 0..SEEDS {
-            let confidence = CONFIDENCE;
-            let options =
-                format!("--target-error {target} --confidence {confidence} --seed {seed}");
+            let options = to_target(seed);
             let (image, summary) = subject.render(&options)?;
             let error = true_error(&image, &truth);
             let [least, most] =
@@ -119,17 +122,25 @@ pub(super) fn run(program: &Path) -> Result<()> {
             worst = worst.max(error / target);
             samples += number(&summary, "samples")? / pixels / f64::from(SEEDS);
         }
-        let even =
-            (0..4).map(|seed| subject.even_samples(target, seed)).sum::<Result<f64>>()? / 4.0;
+        let mean_of_some = |samples: &dyn Fn(u32) -> Result<f64>| -> Result<f64> {
+            Ok((0..SOME).map(samples).sum::<Result<f64>>()? / f64::from(SOME))
+        };
+        let known = mean_of_some(&|seed| subject.known_samples(target, seed))?;
+        let uniform = mean_of_some(&|seed| {
+            let (_, summary) = subject.render(&format!("{} --uniform", to_target(seed)))?;
+            Ok(number(&summary, "samples")? / pixels)
+        })?;
         println!(
             "{scene}: error at most {:.2} % in {good} of {SEEDS} (the worst {worst:.3} of it), in the interval in {told}; \
-             {samples:.0} samples per pixel, {:.2} of the {even:.0} that all pixels alike need; the truth is off by {:.3} %",
+             {samples:.0} samples per pixel, {:.2} of the {uniform:.0} with --uniform, {:.2} of the {known:.0} if \
+             one knew these before; the truth is off by {:.3} %",
             100.0 * target,
-            samples / even,
+            samples / uniform,
+            samples / known,
             100.0 * of_truth
         );
         (within, in_interval, all) = (within + good, in_interval + told, all + SEEDS);
-        fewer += usize::from(samples <= FEWER.0 * even);
+        fewer += usize::from(samples <= FEWER.0 * uniform);
     }
     println!(
         "{within} of {all} renders are as good as was asked for, {in_interval} in the interval that they told; fewer \
