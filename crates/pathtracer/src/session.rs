@@ -2,17 +2,18 @@
 
 use std::time::Duration;
 
-use pt_core::film::{Aov, aov};
+use pt_core::film::{Aov, aov, groups};
 use pt_core::settings::Settings;
 use pt_core::{
     CompileError, CompileOptions, Film, Observer, Region, RenderScene, compile, develop,
 };
-use pt_cpu::{Does, Progress, RenderError, Renderer, Statistics};
+use pt_cpu::{Does, LightGroups, Progress, RenderError, Renderer, Statistics};
 use pt_scene::Scene;
 use pt_scene::image::{Channel, Image};
 
 use crate::cryptomatte::{self, Names};
 use crate::identity::{self, Entry};
+use crate::light_groups;
 
 /// A scene, how to render it, and what is rendered of it.
 pub struct Session {
@@ -26,6 +27,7 @@ pub struct Session {
     /// What the samples depend on besides scene, version and pixels.
     entries: Vec<Entry>,
     names: Names,
+    light_groups: Option<LightGroups>,
 }
 
 impl Session {
@@ -45,15 +47,23 @@ impl Session {
         let names = Names::of(scene, &settings.aovs);
         let compiled = compile(scene, options)?;
         let region = Region::full(compiled.scene.camera.resolution);
+        let light_groups = settings.light_groups.as_ref();
+        let light_groups = light_groups
+            .map(|wanted| light_groups::resolve(wanted, scene, &compiled.scene))
+            .transpose()
+            .map_err(CompileError::LightGroups)?;
+        let film = Film::with_aovs(region, &settings.aovs);
+        let groups = light_groups.as_ref().map_or(&[][..], LightGroups::names);
         let mut session = Self {
             scene: compiled.scene,
-            film: Film::with_aovs(region, &settings.aovs),
+            film: film.with_light_groups(groups),
             notes: compiled.notes,
             geometry_time: compiled.geometry_time,
             bvh_time: compiled.bvh_time,
             counts_tests: false,
             entries,
             names,
+            light_groups,
             settings,
         };
         session.tell_unseen_media();
@@ -86,7 +96,8 @@ impl Session {
             return Err(CompileError::Region { region, resolution });
         }
         self.settings.region = Some(region);
-        self.film = Film::with_aovs(region, &self.settings.aovs);
+        let groups = self.film.light_groups();
+        self.film = Film::with_aovs(region, &self.settings.aovs).with_light_groups(groups);
         Ok(())
     }
 
@@ -102,7 +113,7 @@ impl Session {
     /// If it has other pixels, or keeps something else.
     pub fn go_on_from(&mut self, film: Film) {
         assert_eq!(film.region(), self.film.region(), "a film of the same pixels");
-        assert_eq!(film.aovs(), self.film.aovs(), "a film that keeps the same");
+        assert!(film.keeps_as(&self.film), "a film that keeps the same");
         self.film = film;
     }
 
@@ -123,7 +134,10 @@ impl Session {
         observer: &dyn Observer,
     ) -> Result<(Progress, Statistics), RenderError> {
         let counts = self.counts_tests;
-        let renderer = Renderer::new(&self.scene, &self.settings, threads, tile_size, counts)?;
+        let mut renderer = Renderer::new(&self.scene, &self.settings, threads, tile_size, counts)?;
+        if let Some(groups) = &self.light_groups {
+            renderer = renderer.with_light_groups(groups)?;
+        }
         Ok(renderer.render(&mut self.film, observer))
     }
 
@@ -166,7 +180,8 @@ impl Session {
     /// What the settings ask for besides light, as channels of the image.
     pub fn channels(&self) -> Vec<Channel> {
         let mattes = cryptomatte::channels(&self.film, &self.names);
-        aov::channels(&self.film).into_iter().chain(mattes).collect()
+        let groups = groups::channels(&self.film);
+        aov::channels(&self.film).into_iter().chain(mattes).chain(groups).collect()
     }
 
     /// Samples taken per pixel as colours, from blue (none) to red (all), over the whole image.

@@ -8,11 +8,11 @@ use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::receipt::{self, Receipt};
 use pathtracer::{
     Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, FileSettings, Filter, INTEGRATORS,
-    LoadOptions, MOST_REUSE, MOST_SPLIT, Region, Roulette, SamplerKind, Scene, Settings, aov,
-    denoise,
+    LightGroup, LightGroups, LoadOptions, MOST_REUSE, MOST_SPLIT, Region, Registration, Roulette,
+    SamplerKind, Scene, Settings, aov, denoise, light_groups,
 };
 
-use crate::args::{Cli, PngBits, ReceiptKind};
+use crate::args::{Cli, Direct, PngBits, ReceiptKind};
 use crate::formats;
 
 /// More pixels than this do not fit into the memory of ordinary machines.
@@ -169,6 +169,33 @@ pub(crate) fn aovs() -> impl TypedValueParser<Value = Aov> {
         .try_map(|name| Aov::from_name(&name).ok_or("there is no such quantity"))
 }
 
+/// Groups of lights.
+pub(crate) fn light_groups(text: &str) -> Result<LightGroups, String> {
+    let mut groups = LightGroups::default();
+    for entry in text.split(',') {
+        let (name, lights) = entry.split_once('=').unwrap_or((entry, entry));
+        let is_name = entry == name || light_groups::as_layer(name) == name;
+        if entry == "each" {
+            groups.each = true;
+            continue;
+        }
+        if name.is_empty() || !is_name || lights.split('+').any(str::is_empty) {
+            return Err("expected each, or groups with the names of their lights, as in sky,key=lamp+window; names of groups \
+                        are of letters, digits and _"
+                .into());
+        }
+        let name = light_groups::as_layer(name);
+        if name == light_groups::REST || groups.named.iter().any(|group| group.name == name) {
+            return Err(format!(
+                "the group of lights \"{name}\" is there twice; \"rest\" is that of all other lights"
+            ));
+        }
+        let lights = lights.split('+').map(str::to_owned).collect();
+        groups.named.push(LightGroup { name, lights });
+    }
+    Ok(groups)
+}
+
 /// A name and what it stands for.
 pub(crate) fn definition(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
@@ -220,6 +247,9 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
     }
     if cli.split > 1 && cli.path_reuse > 1 {
         return Err("--split and --path-reuse exclude each other; give one of them".into());
+    }
+    if cli.light_groups.is_some() {
+        check_grouped(&cli)?;
     }
     if cli.ao_distance.is_some() && cli.integrator.as_deref() != Some("ao") {
         return Err("--ao-distance is for --integrator ao alone".into());
@@ -289,10 +319,31 @@ fn check_aovs(cli: &Cli) -> Result<(), String> {
     if let Some((_, twice)) = cli.aov.iter().enumerate().find(|(i, a)| cli.aov[..*i].contains(a)) {
         return Err(format!("--aov names \"{}\" twice; once is enough", twice.name()));
     }
-    if cli.aov.is_empty() || has_room_for_channels(cli) {
+    if cli.aov.is_empty() && cli.light_groups.is_none() || has_room_for_channels(cli) {
         return Ok(());
     }
+    if cli.light_groups.is_some() {
+        return Err(
+            "--light-groups needs an image with room for more channels, as in -f out.exr".into()
+        );
+    }
     Err("--aov needs an image with room for more channels, as in -f out.exr".into())
+}
+
+/// Refuses settings with which nobody tells what light came from which light.
+fn check_grouped(cli: &Cli) -> Result<(), String> {
+    let name = cli.integrator.as_deref();
+    let recorded = |known: &&Registration| known.new_recording.is_some();
+    let by_paths =
+        name.is_none_or(|name| INTEGRATORS.iter().filter(recorded).any(|r| r.name == name));
+    let by_hemisphere =
+        cli.hemisphere || matches!(cli.direct, Some(Direct::Hemisphere | Direct::Cosine));
+    if cli.cs184 || !by_paths || by_hemisphere || cli.path_reuse > 1 || cli.split > 1 {
+        return Err("--light-groups is for --integrator path, volpath, direct and cs184 with --direct mis or light, without \
+                    --path-reuse, --split and --cs184"
+            .into());
+    }
+    Ok(())
 }
 
 /// Whether what is written may have more channels than colours.
@@ -441,6 +492,7 @@ impl Checked {
             },
             region: None,
             aovs: self.aovs(file),
+            light_groups: cli.light_groups.clone(),
         }
     }
 

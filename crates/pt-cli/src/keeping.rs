@@ -40,8 +40,7 @@ impl Keeping {
         threads: usize,
     ) -> Result<Self> {
         let first = request.cli.samples.map_or(0, |(from, _)| from);
-        let empty = Film::with_aovs(session.film().region(), session.film().aovs());
-        session.go_on_from(empty.starting_at(first));
+        session.go_on_from(session.film().emptied().starting_at(first));
         let mut this = Self {
             keeper: None,
             about: about(request, session, sources),

@@ -8,7 +8,7 @@ use crate::camera::Camera;
 use crate::camera_motion::CameraMotion;
 use crate::footprint::footprint;
 use crate::id::{Id, Table};
-use crate::light::{AnyLight, LightHit, LightSample, LightTables, MovingLight};
+use crate::light::{AnyLight, LightHit, LightOrigins, LightSample, LightTables, MovingLight};
 use crate::material::{Material, Materials, Resolved};
 use crate::medium::{Media, MediumRecord};
 use crate::placed::Placed;
@@ -72,6 +72,8 @@ pub struct RenderScene {
     pub lights: Table<AnyLight>,
     /// How many lights there were before some of them became one of many; a glowing mesh is one.
     pub light_count: usize,
+    /// What they were made of; see [`Self::light_origins`].
+    pub light_origins: LightOrigins,
     /// Lights that are seen by rays that leave the scene.
     pub skies: Vec<Id<AnyLight>>,
     /// What lights refer to.

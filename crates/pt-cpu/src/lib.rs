@@ -8,6 +8,7 @@ mod batch;
 mod first_hits;
 mod groups;
 pub mod integrator;
+mod light_groups;
 mod render;
 mod replay;
 pub mod trace;
@@ -17,5 +18,6 @@ pub use integrator::{
     Does, Group, INTEGRATORS, Integrator, MOST_REUSE, MOST_SPLIT, Recording, Registration, Starts,
     compensates,
 };
+pub use light_groups::LightGroups;
 pub use render::{Progress, RenderError, Renderer, Statistics};
 pub use tracer::Tracer;

@@ -113,6 +113,20 @@ fn words_that_mean_nothing() {
         ("--aov shadow -f out.exr SCENE", "albedo, normal, geometric_normal, depth"),
         ("--aov depth,depth -f out.exr SCENE", "\"depth\" twice"),
         ("--aov depth SCENE", "as in -f out.exr"),
+        ("--light-groups each SCENE", "as in -f out.exr"),
+        ("--light-groups , -f out.exr SCENE", "as in sky,key=lamp+window"),
+        ("--light-groups a.b=light -f out.exr SCENE", "letters, digits and _"),
+        ("--light-groups a=light,a=sky -f out.exr SCENE", "\"a\" is there twice"),
+        (
+            "--light-groups lamp -f out.exr SCENE",
+            "there is no light \"lamp\"; the lights of the scene are \"light\"",
+        ),
+        (
+            "--light-groups each --split 2 -f out.exr SCENE",
+            "--light-groups is for --integrator path",
+        ),
+        ("--light-groups each --integrator ao -f out.exr SCENE", "--light-groups is for"),
+        ("--light-groups each --direct cosine -f out.exr SCENE", "with --direct mis or light"),
         (
             "--aov cryptomatte_object --exr-compression pxr24 -f out.exr SCENE",
             "keeps 24 of the 32 bits",

@@ -4,13 +4,15 @@
 //! how many quantities are kept besides light (u32), and of each the length of its name (u32) and the name;
 //! counts (u32) pixel by pixel; the four sums (i128, in units of 2⁻⁶⁴) of each pixel; those of the other
 //! quantities; of each pixel for each quantity that counts things, how many things there are (u32), and of each its number and
-//! how many samples see it (u32 each), in the order of the numbers; the luminance that was cut off (i128); how many samples were refused for each reason
-//! (u64 each, in the order of [`Fault::ALL`]), how many of them are named (u32), and of each its row, column and
+//! how many samples see it (u32 each), in the order of the numbers; of each pixel the three sums of each group of lights, which
+//! are quantities too, behind the others, called `light group` and their name; the luminance that was cut off (i128); how many
+//! samples were refused for each reason (u64 each, in the order of [`Fault::ALL`]), how many of them are named (u32), and of each its row, column and
 //! number, and the number of the reason (u32 each). Nothing else.
 
 use std::io::{self, Write};
 
 use super::exact::CHANNELS;
+use super::groups::PREFIX;
 use super::{Aov, ExactSum, Fault, Film, Region, Rejected, Rejections, Seen, Things, aov};
 
 /// Why bytes are no film.
@@ -33,13 +35,15 @@ impl Film {
     /// # Errors
     /// Those of the writer.
     pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
-        let Self { region, first, counts, sums, aovs, aov_sums, things, rejections, removed } =
-            self;
+        let Self { region, first, counts, sums, aovs, aov_sums, things, .. } = self;
+        let Self { light_groups, group_sums, rejections, removed, .. } = self;
         let Region { x, y, width, height } = *region;
-        put(out, &[x, y, width, height, *first, aovs.len() as u32], u32::to_le_bytes)?;
-        for aov in aovs {
-            put(out, &[aov.name().len() as u32], u32::to_le_bytes)?;
-            out.write_all(aov.name().as_bytes())?;
+        let groups = light_groups.iter().map(|name| format!("{PREFIX}{name}"));
+        let names: Vec<_> = aovs.iter().map(|aov| aov.name().to_owned()).chain(groups).collect();
+        put(out, &[x, y, width, height, *first, names.len() as u32], u32::to_le_bytes)?;
+        for name in names {
+            put(out, &[name.len() as u32], u32::to_le_bytes)?;
+            out.write_all(name.as_bytes())?;
         }
         put(out, counts, u32::to_le_bytes)?;
         put(out, sums.as_flattened(), ExactSum::to_le_bytes)?;
@@ -48,6 +52,7 @@ impl Film {
             let words: Vec<_> = things.iter().flat_map(words_of).collect();
             put(out, &words, u32::to_le_bytes)?;
         }
+        put(out, group_sums.as_flattened(), ExactSum::to_le_bytes)?;
         put(out, &[*removed], ExactSum::to_le_bytes)?;
         put(out, &rejections.counts, u64::to_le_bytes)?;
         put(out, &[rejections.first.len() as u32], u32::to_le_bytes)?;
@@ -120,12 +125,15 @@ fn take_things(rest: &mut &[u8]) -> Option<Things> {
 fn take_film(rest: &mut &[u8]) -> Option<Result<Film, String>> {
     let [x, y, width, height, first, quantities] =
         take(rest, 6, u32::from_le_bytes)?.try_into().ok()?;
-    let mut aovs = Vec::new();
+    let (mut aovs, mut light_groups) = (Vec::new(), Vec::new());
     for _ in 0..quantities {
         let length = take_word(rest)?;
         let name = String::from_utf8_lossy(rest.split_off(..length as usize)?);
-        let Some(aov) = Aov::from_name(&name) else { return Some(Err(name.into())) };
-        aovs.push(aov);
+        match (Aov::from_name(&name), name.strip_prefix(PREFIX)) {
+            (Some(aov), _) => aovs.push(aov),
+            (None, Some(group)) => light_groups.push(group.to_owned()),
+            (None, None) => return Some(Err(name.into())),
+        }
     }
     let pixels = u64::from(width) * u64::from(height);
     let per_pixel = aov::sums_per_pixel(&aovs) as u64;
@@ -137,6 +145,10 @@ fn take_film(rest: &mut &[u8]) -> Option<Result<Film, String>> {
     let aov_sums = take(rest, pixels.checked_mul(per_pixel)?, ExactSum::from_le_bytes)?;
     let things = pixels.checked_mul(aov::things(&aovs).count() as u64)?;
     let things = (0..things).map(|_| take_things(rest)).collect::<Option<_>>()?;
+    let groups = pixels.checked_mul(light_groups.len() as u64)?;
+    let group_sums = take(rest, groups, |bytes: [u8; 48]| {
+        bytemuck::cast::<_, [[u8; 16]; 3]>(bytes).map(ExactSum::from_le_bytes)
+    })?;
     let removed = take(rest, 1, ExactSum::from_le_bytes)?.pop()?;
     let counts_refused = take(rest, Fault::ALL.len() as u64, u64::from_le_bytes)?;
     let named = take_word(rest)?;
@@ -149,7 +161,19 @@ fn take_film(rest: &mut &[u8]) -> Option<Result<Film, String>> {
         take(rest, u64::from(named), rejected)?.into_iter().collect::<Option<_>>()?;
     let rejections = Rejections { counts: counts_refused.try_into().ok()?, first: first_refused };
     let region = Region { x, y, width, height };
-    Some(Ok(Film { region, first, counts, sums, aovs, aov_sums, things, rejections, removed }))
+    Some(Ok(Film {
+        region,
+        first,
+        counts,
+        sums,
+        aovs,
+        aov_sums,
+        things,
+        light_groups,
+        group_sums,
+        rejections,
+        removed,
+    }))
 }
 
 #[cfg(test)]
@@ -164,7 +188,8 @@ mod tests {
         let region = Region { x: 3, y: 1, width: 5, height: 4 };
         let aovs =
             [Aov::Albedo, Aov::Primitive, Aov::CryptomatteMaterial, Aov::Variance, Aov::Refused];
-        let mut film = Film::with_aovs(region, &aovs).starting_at(7);
+        let film = Film::with_aovs(region, &aovs).starting_at(7);
+        let mut film = film.with_light_groups(&["key".into(), "rest".into()]);
         let hit = FirstHit {
             albedo: Spectrum::splat(0.3),
             normal: Vec3::X,
@@ -184,6 +209,8 @@ mod tests {
             for [x, y] in tile.region().pixels() {
                 let bright = Spectrum::rgb(x as f32 * 0.1, -0.5, 1e9 * y as f32);
                 tile.add([x, y], 7, &[bright, Spectrum::splat(f32::NAN)], None);
+                let parts = [bright, Spectrum::ONE, Spectrum::ONE, Spectrum::ZERO];
+                tile.add_parts([x, y], &[Spectrum::ONE; 2], &parts, None);
                 tile.see([x, y], 7, &hit);
             }
             rejections.merge(tile.rejections());
