@@ -22,7 +22,8 @@ pub struct Left {
 /// of what is done, the exponent of which is told from the past.
 #[derive(Clone, Debug)]
 pub struct Eta {
-    total: u64,
+    /// Hardly less, likely, and hardly more.
+    totals: [u64; 3],
     is_adaptive: bool,
     /// Times in seconds from the begin, and samples that were done then, in order.
     marks: Vec<(f64, u64)>,
@@ -43,7 +44,12 @@ const LEAST_WIDTH: (f64, f64) = (0.05, 0.05);
 impl Eta {
     /// Of a render that begins now with `done` of `total` samples.
     pub fn new(done: u64, total: u64, is_adaptive: bool) -> Self {
-        Self { total, is_adaptive, marks: vec![(0.0, done)] }
+        Self { totals: [total; 3], is_adaptive, marks: vec![(0.0, done)] }
+    }
+
+    /// There will be so many samples: hardly less, likely, and hardly more.
+    pub fn expect(&mut self, totals: [u64; 3]) {
+        self.totals = totals;
     }
 
     /// So many samples are done after so many seconds.
@@ -85,9 +91,9 @@ impl Eta {
         faster.log2().clamp(0.0, 3.0)
     }
 
-    /// The integral of x^−p over what is left.
+    /// The integral of x^−p over what is left until the likely end.
     fn seconds_from(&self, done: f64, p: f64) -> f64 {
-        let (a, b) = (done.max(1.0), self.total.max(1) as f64);
+        let (a, b) = (done.max(1.0), self.totals[1].max(1) as f64);
         if (p - 1.0).abs() < 1e-3 {
             (b / a).ln()
         } else {
@@ -101,7 +107,6 @@ impl Eta {
         if self.marks.len() <= PARTS as usize || done == first {
             return None;
         }
-        let left = self.total.saturating_sub(done) as f64;
         let half = 0.5 * now;
         let speed = (done as f64 - self.done_at(half)) / half;
         let part = half / f64::from(PARTS);
@@ -110,7 +115,7 @@ impl Eta {
         let variance = squares.sum::<f64>() / f64::from(PARTS - 1);
         let of_halves = ((done - first) as f64 / (now * speed) - 1.0).abs();
         let mut width = LEAST_WIDTH.0 + DEVIATIONS * variance.sqrt();
-        let mut at_exponents = [left / speed; 3];
+        let mut at_exponents = self.totals.map(|total| total.saturating_sub(done) as f64 / speed);
         if self.is_adaptive {
             let middle = 0.5 * (self.done_at(half) + done as f64);
             let exponent = self.exponent();

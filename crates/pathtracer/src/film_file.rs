@@ -1,6 +1,6 @@
 //! Films in files: what a render has so far, from which it can go on, and which can be added up.
 //!
-//! A file is the line `pathtracer film 2`, the length of what it says about itself (u64, little endian), that
+//! A file is the line `pathtracer film 3`, the length of what it says about itself (u64, little endian), that
 //! as JSON ([`About`]), the film ([`Film::write`]), and the BLAKE3 hash of all before it (32 bytes). It is
 //! written beside its place, with `.part` behind its name, synchronised with the disk, and then takes the name, while
 //! the one that had it before is kept with `.old` behind it: whatever happens at whatever instant, one of the
@@ -18,7 +18,7 @@ use crate::cryptomatte::Names;
 use crate::identity::Entry;
 
 /// The first line of a file.
-const MAGIC: &[u8] = b"pathtracer film 2\n";
+const MAGIC: &[u8] = b"pathtracer film 3\n";
 
 /// What all versions of it begin with.
 const KIND: &[u8] = b"pathtracer film ";

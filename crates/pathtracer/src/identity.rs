@@ -43,8 +43,8 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
     say("focal distance", or_default(focal_distance.as_ref()));
     say("panorama", panorama.to_string());
     let Settings {
-        spp: _, // films say how many they have
-        layout,
+        spp: _,    // films say how many they have
+        layout: _, // of the points
         light_samples,
         max_depth,
         min_bounce,
@@ -57,6 +57,7 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
         reuse,
         split,
         adaptive,
+        target,
         sampler,
         seed,
         filter,
@@ -76,9 +77,12 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
     say("split", split.to_string());
     let adaptive = adaptive.map(|a| format!("every {}, {}", a.batch, a.tolerance));
     say("adaptive sampling", adaptive.unwrap_or("no".into()));
+    if let Some(target) = target {
+        say("error target", target.to_string());
+    }
     say("sampler", sampler.name().into());
     if sampler.is_laid_out() {
-        say("samples the sampler is laid out for", layout.unwrap_or(settings.spp).to_string());
+        say("samples the sampler is laid out for", settings.points().spp.to_string());
     }
     say("seed", seed.to_string());
     say("filter", format!("{filter:?}"));

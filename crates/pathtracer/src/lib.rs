@@ -35,19 +35,20 @@ mod session;
 
 pub use pt_bvh::{BuildOptions, Builder, Quality};
 pub use pt_core::develop::radiance;
-pub use pt_core::film::{Aov, Film, Region, Rejections, aov, groups};
+pub use pt_core::film::{Aov, Film, Half, Measured, Region, Rejections, aov, groups};
 pub use pt_core::light::EnvironmentMap;
 pub use pt_core::progress::{Advance, Observer, Silent};
 pub use pt_core::settings::{
-    Adaptive, Clamp, DirectLight, LightGroup, LightGroups, Roulette, Settings,
+    Adaptive, Clamp, DirectLight, LightGroup, LightGroups, Roulette, Settings, Target,
 };
+pub use pt_core::target::Look;
 pub use pt_core::{CompileError, CompileOptions};
 pub use pt_cpu::{
     INTEGRATORS, MOST_REUSE, MOST_SPLIT, Progress, Registration, RenderError, Statistics,
 };
-pub use pt_math::sampler::SamplerKind;
+pub use pt_math::sampler::{SECOND_HALF, SamplerKind};
 pub use pt_scene::format::{FORMATS, LoadOptions, load, load_with};
-pub use pt_scene::image::{self, Image};
+pub use pt_scene::image::{self, Image, Samples};
 pub use pt_scene::{
     Aperture, Camera, Daylight, FileSettings, Filter, IesProfile, Light, LightKind, LoadError,
     Moment, Place, Projection, Rows, Scene, Source, Span, Warning,

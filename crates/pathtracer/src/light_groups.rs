@@ -6,6 +6,7 @@ use pt_core::RenderScene;
 use pt_core::light::LightOrigin;
 use pt_core::settings::LightGroups as Wanted;
 use pt_cpu::LightGroups;
+use pt_scene::spelling::alike;
 use pt_scene::texture::Input;
 use pt_scene::{Object, Scene};
 
@@ -80,14 +81,16 @@ pub(crate) fn resolve(
             });
         }
     }
-    names.push(REST.to_owned());
-    let count = names.len();
+    let count = names.len() + 1;
     if count > MOST {
         return Err(format!(
             "there would be {count} groups of lights, of at most {MOST}; name those of interest"
         ));
     }
-    let names = distinct(names.iter().map(|name| as_layer(name)), "_");
+    // Of several of one name, the rest has it.
+    let names = [REST.to_owned()].into_iter().chain(names.iter().map(|name| as_layer(name)));
+    let mut names = distinct(names, "_");
+    names.rotate_left(1);
     Ok(LightGroups::new(compiled, names, groups))
 }
 
@@ -96,12 +99,25 @@ pub fn as_layer(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect()
 }
 
+/// That there is no light of a name, which was perhaps meant, and which there are.
 fn unknown(name: &str, lights: &[(String, LightOrigin)]) -> String {
     const SHOWN: usize = 20;
-    let mut known: Vec<_> =
-        lights.iter().take(SHOWN).map(|(name, _)| format!("\"{name}\"")).collect();
+    const MOST_MEANT: usize = 3;
+    let quote = |name: &str| format!("\"{name}\"");
+    let names = || lights.iter().map(|(name, _)| name.as_str());
+    let meant = alike(name, names()).into_iter().take(MOST_MEANT).map(quote);
+    let meant = match meant.collect::<Vec<_>>().join(" or ") {
+        none if none.is_empty() => none,
+        meant => format!(" (did you mean {meant}?)"),
+    };
+    let mut known: Vec<_> = names().take(SHOWN).map(quote).collect();
     if lights.len() > SHOWN {
         known.push(format!("and {} more", lights.len() - SHOWN));
     }
-    format!("there is no light \"{name}\"; the lights of the scene are {}", known.join(", "))
+    let known = if known.is_empty() {
+        "the scene has no lights".to_owned()
+    } else {
+        format!("the lights of the scene are {}", known.join(", "))
+    };
+    format!("there is no light {}{meant}; {known}", quote(name))
 }

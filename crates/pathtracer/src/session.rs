@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use pt_core::film::{Aov, aov, groups};
-use pt_core::settings::Settings;
+use pt_core::settings::{Settings, Target};
+use pt_core::target::Look;
 use pt_core::{
     CompileError, CompileOptions, Film, Observer, Region, RenderScene, compile, develop,
 };
@@ -52,11 +53,10 @@ impl Session {
             .map(|wanted| light_groups::resolve(wanted, scene, &compiled.scene))
             .transpose()
             .map_err(CompileError::LightGroups)?;
-        let film = Film::with_aovs(region, &settings.aovs);
         let groups = light_groups.as_ref().map_or(&[][..], LightGroups::names);
         let mut session = Self {
             scene: compiled.scene,
-            film: film.with_light_groups(groups),
+            film: settings.film(region).with_light_groups(groups),
             notes: compiled.notes,
             geometry_time: compiled.geometry_time,
             bvh_time: compiled.bvh_time,
@@ -96,9 +96,22 @@ impl Session {
             return Err(CompileError::Region { region, resolution });
         }
         self.settings.region = Some(region);
-        let groups = self.film.light_groups();
-        self.film = Film::with_aovs(region, &self.settings.aovs).with_light_groups(groups);
+        self.film = self.empty_film(region);
         Ok(())
+    }
+
+    /// A film without samples that keeps what the settings ask for, of these pixels.
+    fn empty_film(&self, region: Region) -> Film {
+        self.settings.film(region).with_light_groups(self.film.light_groups())
+    }
+
+    /// Leaves the samples before number `first` to another film, and those so far.
+    ///
+    /// # Panics
+    /// If there are two halves, which begin with their first samples.
+    pub fn start_at(&mut self, first: u32) {
+        assert!(!self.film.is_in_halves(), "halves begin with their first sample");
+        self.film = self.empty_film(self.film.region()).starting_at(first);
     }
 
     /// All that the samples depend on besides the scene and the version of the program, in words.
@@ -159,6 +172,12 @@ impl Session {
     /// The samples so far.
     pub fn film(&self) -> &Film {
         &self.film
+    }
+
+    /// What the error target finds of the samples so far, or one that asks for nothing if they are in halves without one.
+    /// `None` without halves, or without samples of each half of each pixel.
+    pub fn look(&self) -> Option<Look> {
+        self.settings.target.unwrap_or(Target::NONE).look(&self.film, self.settings.reuse)
     }
 
     /// What the user should know about the scene.

@@ -11,7 +11,8 @@ use pathtracer::{Aov, Builder, DirectLight, LightGroups, SamplerKind};
 use crate::check::{self, Checked};
 use crate::commands::Command;
 use crate::formats::{self, ExrCompression, ExrType, Tonemap};
-use crate::message;
+use crate::target::Stop;
+use crate::{light_groups, message};
 
 /// Physically based path tracer: renders a scene to a PNG or OpenEXR image.
 ///
@@ -117,6 +118,9 @@ pub(crate) struct Cli {
     #[arg(help_heading = "Sampling")]
     pub(crate) adaptive: Option<Vec<String>>,
 
+    #[command(flatten)]
+    pub(crate) stop: Stop,
+
     /// Cut off single contributions to a sample (of a light, a surface or the sky) at this luminance:
     /// less noise, but less light; the summary says how much
     #[arg(long, value_name = "LUMINANCE", allow_negative_numbers = true)]
@@ -176,7 +180,7 @@ pub(crate) struct Cli {
 
     /// Also write the light of groups of lights, by names: sky,key=lamp+window; each makes one of each
     /// light, and what is left is the group rest
-    #[arg(long, value_name = "GROUPS", value_parser = check::light_groups)]
+    #[arg(long, value_name = "GROUPS", value_parser = light_groups::parse)]
     #[arg(help_heading = "What to show")]
     pub(crate) light_groups: Option<LightGroups>,
 

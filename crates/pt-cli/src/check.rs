@@ -8,12 +8,12 @@ use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::receipt::{self, Receipt};
 use pathtracer::{
     Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, FileSettings, Filter, INTEGRATORS,
-    LightGroup, LightGroups, LoadOptions, MOST_REUSE, MOST_SPLIT, Region, Registration, Roulette,
-    SamplerKind, Scene, Settings, aov, denoise, light_groups,
+    LoadOptions, MOST_REUSE, MOST_SPLIT, Region, Roulette, SECOND_HALF, SamplerKind, Scene,
+    Settings, aov, denoise, groups,
 };
 
-use crate::args::{Cli, Direct, PngBits, ReceiptKind};
-use crate::formats;
+use crate::args::{Cli, PngBits, ReceiptKind};
+use crate::{formats, light_groups, target};
 
 /// More pixels than this do not fit into the memory of ordinary machines.
 const MOST_PIXELS: u64 = 1 << 28;
@@ -49,7 +49,8 @@ pub(crate) fn count(text: &str) -> Result<u32, String> {
 
 /// A whole number ≥ 1.
 pub(crate) fn positive(text: &str) -> Result<u32, String> {
-    whole(text, 1, "a whole number from 1 up to 4294967295")
+    let expected = "expected a whole number from 1 up to 2147483648";
+    whole(text, 1, "").ok().filter(|n| *n <= SECOND_HALF).ok_or_else(|| expected.into())
 }
 
 /// A side of an image.
@@ -108,8 +109,11 @@ pub(crate) fn samples(text: &str) -> Result<(u32, u32), String> {
         .split_once("..")
         .and_then(|(from, to)| Some((from.parse::<u32>().ok()?, to.parse::<u32>().ok()?)));
     match range {
-        Some((from, to)) if from < to => Ok((from, to)),
-        _ => Err("expected the first number and the one behind the last, as in 0..256".into()),
+        Some((from, to)) if from < to && to <= SECOND_HALF => Ok((from, to)),
+        _ => Err(
+            "expected the first number and the one behind the last, up to 2147483648, as in 0..256"
+                .into(),
+        ),
     }
 }
 
@@ -169,33 +173,6 @@ pub(crate) fn aovs() -> impl TypedValueParser<Value = Aov> {
         .try_map(|name| Aov::from_name(&name).ok_or("there is no such quantity"))
 }
 
-/// Groups of lights.
-pub(crate) fn light_groups(text: &str) -> Result<LightGroups, String> {
-    let mut groups = LightGroups::default();
-    for entry in text.split(',') {
-        let (name, lights) = entry.split_once('=').unwrap_or((entry, entry));
-        let is_name = entry == name || light_groups::as_layer(name) == name;
-        if entry == "each" {
-            groups.each = true;
-            continue;
-        }
-        if name.is_empty() || !is_name || lights.split('+').any(str::is_empty) {
-            return Err("expected each, or groups with the names of their lights, as in sky,key=lamp+window; names of groups \
-                        are of letters, digits and _"
-                .into());
-        }
-        let name = light_groups::as_layer(name);
-        if name == light_groups::REST || groups.named.iter().any(|group| group.name == name) {
-            return Err(format!(
-                "the group of lights \"{name}\" is there twice; \"rest\" is that of all other lights"
-            ));
-        }
-        let lights = lights.split('+').map(str::to_owned).collect();
-        groups.named.push(LightGroup { name, lights });
-    }
-    Ok(groups)
-}
-
 /// A name and what it stands for.
 pub(crate) fn definition(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
@@ -214,7 +191,7 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
         Some(&[w, h]) => Some([w, h]),
         _ => None,
     };
-    let most = MOST_PIXELS * PIXEL_BYTES / bytes_per_pixel(&cli);
+    let most = MOST_PIXELS * PIXEL_BYTES / bytes_per_pixel(&cli, light_groups::least(&cli));
     if let Some([w, h]) = resolution.filter(|&[w, h]| u64::from(w) * u64::from(h) > most) {
         return Err(format!("-r {w} {h}: an image may have at most {most} pixels"));
     }
@@ -247,9 +224,6 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
     }
     if cli.split > 1 && cli.path_reuse > 1 {
         return Err("--split and --path-reuse exclude each other; give one of them".into());
-    }
-    if cli.light_groups.is_some() {
-        check_grouped(&cli)?;
     }
     if cli.ao_distance.is_some() && cli.integrator.as_deref() != Some("ao") {
         return Err("--ao-distance is for --integrator ao alone".into());
@@ -288,13 +262,26 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
     if let (Some((name, _)), true) = (cli.define.first(), cli.paths.is_empty()) {
         return Err(format!("-D {name}: the embedded scene has no names; give a Mitsuba scene"));
     }
+    if cli.samples.is_some() && cli.aov.iter().any(|aov| aov.is_of_half()) {
+        return Err(
+            "--samples: parts of an image have no halves; leave out half_a and half_b".into()
+        );
+    }
+    light_groups::check(&cli)?;
+    target::check(&cli)?;
     Ok(Checked { cli, adaptive, resolution, command, layout: None, of: None })
 }
 
-/// What a pixel takes, with all that is kept of it.
-pub(crate) fn bytes_per_pixel(cli: &Cli) -> u64 {
+/// What a plan of samples and what is reckoned for it take of a pixel.
+const PLAN_BYTES: u64 = 64;
+
+/// What a pixel takes, with all that is kept of it and so many groups of lights.
+pub(crate) fn bytes_per_pixel(cli: &Cli, groups: usize) -> u64 {
     let kept = with_denoising(cli.aov.clone(), cli.denoise);
-    PIXEL_BYTES + aov::bytes_per_pixel(&kept) as u64
+    let besides = aov::bytes_per_pixel(&kept) + groups * groups::BYTES_PER_PIXEL;
+    let of_film = PIXEL_BYTES + besides as u64;
+    let halves = cli.stop.has_target() || kept.iter().any(|aov| aov.is_of_half());
+    if halves { 2 * of_film + PLAN_BYTES } else { of_film }
 }
 
 /// These, and those that denoising needs if it is wanted.
@@ -319,35 +306,14 @@ fn check_aovs(cli: &Cli) -> Result<(), String> {
     if let Some((_, twice)) = cli.aov.iter().enumerate().find(|(i, a)| cli.aov[..*i].contains(a)) {
         return Err(format!("--aov names \"{}\" twice; once is enough", twice.name()));
     }
-    if cli.aov.is_empty() && cli.light_groups.is_none() || has_room_for_channels(cli) {
+    if cli.aov.is_empty() || has_room_for_channels(cli) {
         return Ok(());
-    }
-    if cli.light_groups.is_some() {
-        return Err(
-            "--light-groups needs an image with room for more channels, as in -f out.exr".into()
-        );
     }
     Err("--aov needs an image with room for more channels, as in -f out.exr".into())
 }
 
-/// Refuses settings with which nobody tells what light came from which light.
-fn check_grouped(cli: &Cli) -> Result<(), String> {
-    let name = cli.integrator.as_deref();
-    let recorded = |known: &&Registration| known.new_recording.is_some();
-    let by_paths =
-        name.is_none_or(|name| INTEGRATORS.iter().filter(recorded).any(|r| r.name == name));
-    let by_hemisphere =
-        cli.hemisphere || matches!(cli.direct, Some(Direct::Hemisphere | Direct::Cosine));
-    if cli.cs184 || !by_paths || by_hemisphere || cli.path_reuse > 1 || cli.split > 1 {
-        return Err("--light-groups is for --integrator path, volpath, direct and cs184 with --direct mis or light, without \
-                    --path-reuse, --split and --cs184"
-            .into());
-    }
-    Ok(())
-}
-
 /// Whether what is written may have more channels than colours.
-fn has_room_for_channels(cli: &Cli) -> bool {
+pub(crate) fn has_room_for_channels(cli: &Cli) -> bool {
     let has_room = |path: &PathBuf| {
         is_film(path) || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
     };
@@ -457,6 +423,7 @@ impl Checked {
         let integrator = cli.integrator.as_deref().unwrap_or(usual);
         Settings {
             spp: match cli.samples {
+                _ if cli.stop.has_target() => cli.stop.most_samples(),
                 Some((_, to)) => to,
                 None => cli.spp.unwrap_or_else(|| fallback(file.spp, defaults.spp)),
             },
@@ -483,6 +450,7 @@ impl Checked {
             reuse: cli.path_reuse,
             split: cli.split,
             adaptive: self.adaptive,
+            target: cli.stop.target(cli.exposure.unwrap_or(0.0)),
             sampler: cli.sampler.into(),
             seed: cli.seed,
             filter: match cli.filter {

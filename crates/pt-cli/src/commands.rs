@@ -1,11 +1,12 @@
 //! What can be done with images that were rendered, and their samples: go on, add up, look, make again, explain.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::Parser;
 
 use crate::args::Cli;
-use crate::check;
+use crate::{check, target};
 
 /// What the help of the program says about them.
 pub(crate) const HELP: &str = "\
@@ -61,6 +62,10 @@ pub(crate) struct Resume {
     /// Threads; 0 is one per core [default: as before]
     #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::threads)]
     pub(crate) threads: Option<usize>,
+
+    /// Stop after this time, as in 90s, 10m or 1h30m [default: never]
+    #[arg(long, value_name = "TIME", value_parser = target::time)]
+    pub(crate) time_limit: Option<Duration>,
 
     /// Seconds after which the samples so far are written; 0 is never [default: as before]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = check::seconds)]

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use pathtracer::eta::{Eta, Left};
-use pathtracer::{Advance, Observer};
+use pathtracer::{Advance, Observer, Progress};
 use serde_json::json;
 
 use crate::args::{Cli, ProgressKind};
@@ -75,7 +75,7 @@ impl Console {
             (ProgressKind::Lines, _) => Display::Lines,
             _ => Display::Bar(bar(total)),
         };
-        let latest = Advance { done, total, ..Advance::default() };
+        let latest = Advance { done, totals: [total; 3], ..Advance::default() };
         let state = State {
             eta: Eta::new(done, total, cli.adaptive.is_some() || cli.cs184),
             latest,
@@ -93,16 +93,19 @@ impl Console {
         }
     }
 
-    /// Removes what moves, and tells programs that this was all.
-    pub(crate) fn finish(&self) {
+    /// Removes what moves, and tells programs that this was all, or that the render was stopped.
+    pub(crate) fn finish(&self, progress: Progress) {
         match (&self.display, self.state.lock()) {
             (Display::Bar(bar), _) => bar.finish_and_clear(),
             (Display::Json, Ok(mut state)) => {
-                let word = if self.cancelled() { "stopped" } else { "finished" };
-                if !self.cancelled() {
-                    // The last news may have come while another thread told its own.
-                    state.latest.done = state.latest.total;
-                }
+                let word = match progress {
+                    Progress::Cancelled => "stopped",
+                    Progress::Finished => {
+                        // The last news may have come while another thread told its own.
+                        state.latest.done = state.latest.total();
+                        "finished"
+                    }
+                };
                 json(word, &state, self.start.elapsed());
             }
             _ => {}
@@ -112,10 +115,11 @@ impl Console {
     /// Shows what is new, if it is time to.
     fn show(&self, state: &mut State, now: Duration) {
         let advance = state.latest;
-        let percent = advance.done * 100 / advance.total.max(1);
+        let percent = advance.done * 100 / advance.total().max(1);
         let waited = now.saturating_sub(state.shown);
         match &self.display {
             Display::Bar(bar) if waited >= DRAW_EVERY => {
+                bar.set_length(advance.total());
                 bar.set_position(advance.done);
                 bar.set_message(message(state, now));
             }
@@ -165,7 +169,7 @@ const MOST_SECONDS: f64 = 3e9;
 
 /// A line for programs.
 fn json(word: &str, state: &State, now: Duration) {
-    let Advance { done, total, rays, error } = state.latest;
+    let Advance { done, totals: [_, total, _], rays, error } = state.latest;
     let left =
         state.eta.left().map(|l| json!({ "least": l.least, "likely": l.likely, "most": l.most }));
     let line = json!({
@@ -193,6 +197,7 @@ impl Observer for Console {
         }
         let now = self.start.elapsed();
         state.latest = *advance;
+        state.eta.expect(advance.totals);
         state.eta.mark(now.as_secs_f64(), advance.done);
         self.show(&mut state, now);
     }

@@ -72,6 +72,9 @@ fn text(receipt: &Receipt) -> String {
     line("samples refused", if receipt.refused.is_empty() { "none" } else { &receipt.refused });
     let error = receipt.error.map(|error| format!("{:.3} %", 100.0 * error));
     line("error, if samples are independent", &error.unwrap_or("not known".into()));
+    if let Some([error, least, most]) = receipt.measured.map(|all| all.map(|e| 100.0 * e)) {
+        line("error, as measured", &format!("{error:.3} % ({least:.3} to {most:.3})"));
+    }
     line("hash of the film", &receipt.film);
     if let Some(run) = &receipt.run {
         line("rays", &run.rays.to_string());

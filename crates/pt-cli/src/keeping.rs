@@ -24,6 +24,8 @@ pub(crate) struct Keeping {
     threads: usize,
     /// Time between two films.
     every: Option<Duration>,
+    /// When to stop in any case.
+    deadline: Option<Instant>,
     /// What earlier runs took.
     earlier: Statistics,
 }
@@ -37,15 +39,18 @@ impl Keeping {
         request: &Checked,
         session: &mut Session,
         sources: &[Source],
-        threads: usize,
+        (threads, start): (usize, Instant),
     ) -> Result<Self> {
         let first = request.cli.samples.map_or(0, |(from, _)| from);
-        session.go_on_from(session.film().emptied().starting_at(first));
+        if first > 0 {
+            session.start_at(first);
+        }
         let mut this = Self {
             keeper: None,
             about: about(request, session, sources),
             threads,
             every: None,
+            deadline: request.cli.stop.time_limit.and_then(|limit| start.checked_add(limit)),
             earlier: Statistics::default(),
         };
         this.check_same(request)?;
@@ -107,8 +112,10 @@ impl Keeping {
     }
 
     /// What the image says about itself.
-    fn receipt(&self, film: &Film) -> Receipt {
-        Receipt::new(&self.about, film, Some(run_of(&self.about, Some(self.threads))))
+    fn receipt(&self, session: &Session) -> Receipt {
+        let run = run_of(&self.about, Some(self.threads));
+        let measured = session.look().map(|look| look.measured.to_array());
+        Receipt { measured, ..Receipt::new(&self.about, session.film(), Some(run)) }
     }
 
     /// Whether there is a film to go on from.
@@ -137,7 +144,7 @@ impl Keeping {
         }
         loop {
             let turns = [&film, &view].into_iter().flatten();
-            let pause = turns.map(|turn| turn.next).min();
+            let pause = turns.map(|turn| turn.next).chain(self.deadline).min();
             let observer = Until { console, pause, rays: all.rays };
             let (progress, part) =
                 session.render(self.threads, request.cli.tile_size, &observer)?;
@@ -145,7 +152,8 @@ impl Keeping {
             all.rays += part.rays;
             all.tests += part.tests;
             all.time += part.time;
-            if progress == Progress::Finished || console.cancelled() {
+            let is_over = self.deadline.is_some_and(|deadline| Instant::now() >= deadline);
+            if progress == Progress::Finished || is_over || console.cancelled() {
                 self.tell(&all, progress == Progress::Finished);
                 return Ok((progress, all));
             }
@@ -205,7 +213,7 @@ impl Keeping {
         } else {
             Ok(())
         };
-        let receipt = (!is_part).then(|| self.receipt(session.film()));
+        let receipt = (!is_part).then(|| self.receipt(session));
         let mut files = match &receipt {
             Some(receipt) => output::write(session, request, receipt, denoising)?,
             None => Vec::new(),

@@ -11,6 +11,7 @@ mod explain;
 mod formats;
 mod info;
 mod keeping;
+mod light_groups;
 mod limits;
 mod machine;
 mod merge;
@@ -20,6 +21,7 @@ mod render;
 mod rerender;
 mod resume;
 mod summary;
+mod target;
 mod tev;
 
 use std::process::ExitCode;

@@ -65,6 +65,11 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
 /// Reads a film, all pixels of which have to have the same samples.
 fn read(path: &Path) -> Result<Part> {
     let file = film_file::read(path)?;
+    ensure!(
+        !file.film.is_in_halves(),
+        "{}: has two halves, for an error target or half_a and half_b, and is no part of an image",
+        path.display()
+    );
     let Some(count) = file.film.even_count().filter(|_| file.about.finished) else {
         bail!(
             "{}: is not finished: {:.1} of {} samples per pixel are there; go on with it: pathtracer \

@@ -8,8 +8,8 @@ use anyhow::{Context, Result};
 use pathtracer::image::{self, Image, Transfer};
 use pathtracer::receipt::Receipt;
 use pathtracer::{
-    CompileOptions, EnvironmentMap, INTEGRATORS, Progress, Registration, Scene, Session, Settings,
-    camera_file, source,
+    CompileOptions, EnvironmentMap, INTEGRATORS, Observer, Progress, Registration, Scene, Session,
+    Settings, camera_file, source,
 };
 
 use crate::check::{Checked, check_estimator};
@@ -19,13 +19,13 @@ use crate::keeping::Keeping;
 use crate::limits::Limit;
 use crate::summary::{Summary, cpu_seconds};
 use crate::tev::Viewer;
-use crate::{course, output};
+use crate::{course, output, target};
 
 /// Exit status of a render that Ctrl-C ended, as shells have it.
 const INTERRUPTED: u8 = 130;
 
-/// Exit status of a render with `--strict` of which samples were refused.
-const REFUSED_SAMPLES: u8 = 3;
+/// Exit status of a render with `--strict` of which samples were refused, or that missed its error target.
+const NOT_AS_ASKED: u8 = 3;
 
 /// What came of a render.
 pub(crate) struct Done {
@@ -60,7 +60,7 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     tell_notes(request, &scene, &session);
     let denoising = Denoising::begin(request, threads(request));
     let threads = threads(request);
-    let mut keeping = Keeping::begin(request, &mut session, &sources, threads)?;
+    let mut keeping = Keeping::begin(request, &mut session, &sources, (threads, start))?;
     if request.cli.cs184 && !request.cli.quiet {
         course::built(&session, threads);
     }
@@ -69,7 +69,7 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     let mut viewer = connect(request);
     let (progress, statistics) = keeping.render(&mut session, request, &console, &mut viewer)?;
     let cpu = cpu_seconds().zip(cpu).map(|(after, before)| after - before);
-    console.finish();
+    console.finish(progress);
     tell_rejections(request, &session);
     if request.cli.cs184 && !request.cli.quiet {
         course::rendered(&statistics);
@@ -93,19 +93,45 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
         }
     }
     let status = match progress {
-        Progress::Finished if request.cli.strict && session.film().rejections().count() > 0 => {
-            ExitCode::from(REFUSED_SAMPLES)
-        }
-        Progress::Finished => ExitCode::SUCCESS,
-        Progress::Cancelled => {
+        Progress::Cancelled if console.cancelled() => {
             eprintln!("stopped early: the image holds the samples taken so far");
             if keeping.keeps() {
                 eprintln!("to go on: pathtracer resume {}", path.display());
             }
             ExitCode::from(INTERRUPTED)
         }
+        ended => {
+            let out_of_time = ended == Progress::Cancelled;
+            let is_missed = tell_missed(&session, out_of_time);
+            if out_of_time && !request.cli.quiet {
+                eprintln!("time is up: the image holds the samples taken so far");
+                if keeping.keeps() {
+                    eprintln!("to go on: pathtracer resume {}", path.display());
+                }
+            }
+            if request.cli.strict && (is_missed || session.film().rejections().count() > 0) {
+                ExitCode::from(NOT_AS_ASKED)
+            } else {
+                ExitCode::SUCCESS
+            }
+        }
     };
     Ok(Done { status, progress, receipt })
+}
+
+/// Tells if an image is not as good as it was asked to be; returns whether.
+fn tell_missed(session: &Session, out_of_time: bool) -> bool {
+    let is_missed = target::is_missed(session);
+    if is_missed {
+        let found = target::summary(session).unwrap_or("it has not enough samples to tell".into());
+        let cause = if out_of_time {
+            "time was up before".to_owned()
+        } else {
+            format!("it has all of the {} samples that --max-spp allows", session.settings().spp)
+        };
+        eprintln!("warning: the image is not as good as it was to be: {found}; {cause}");
+    }
+    is_missed
 }
 
 /// The viewer, if one is wanted and there.
@@ -147,6 +173,9 @@ fn threads(request: &Checked) -> usize {
 
 fn total(session: &Session) -> u64 {
     let film = session.film();
+    if session.settings().target.is_some() {
+        return film.samples().max(1); // nobody knows yet
+    }
     film.region().area() as u64 * u64::from(session.settings().spp.saturating_sub(film.first()))
 }
 

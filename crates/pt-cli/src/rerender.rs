@@ -38,7 +38,9 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     request.layout = Some(run.layout);
     let cli = &mut request.cli;
     cli.output = Some(Some(again.clone()));
-    (cli.samples, cli.spp) = (None, Some(receipt.spp));
+    cli.samples = None;
+    *(if cli.stop.has_target() { &mut cli.stop.max_spp } else { &mut cli.spp }) = Some(receipt.spp);
+    cli.stop.time_limit = None;
     cli.threads = rerender.threads.or(cli.threads);
     cli.quiet |= rerender.quiet;
     cli.restart = true;

@@ -32,8 +32,10 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     cli.output = Some(Some(output));
     match &mut cli.samples {
         Some((_, to)) => *to = spp,
+        None if cli.stop.has_target() => cli.stop.max_spp = Some(spp),
         None => cli.spp = Some(spp),
     }
+    cli.stop.time_limit = resume.time_limit;
     cli.threads = resume.threads.or(cli.threads);
     cli.checkpoint_every = resume.checkpoint_every.unwrap_or(cli.checkpoint_every);
     cli.quiet |= resume.quiet;

@@ -6,6 +6,8 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use pathtracer::{Clamp, Progress, Session, Statistics};
 
+use crate::target;
+
 /// What a render did.
 pub(crate) struct Summary<'a> {
     pub(crate) session: &'a Session,
@@ -51,6 +53,9 @@ impl Summary<'_> {
             count(s.rays as usize, "ray"),
             s.rays as f64 / seconds * 1e-6
         );
+        if let Some(error) = target::summary(self.session) {
+            eprintln!("error     {error}");
+        }
         if self.session.settings().clamp != Clamp::NONE {
             eprintln!("clamped   {:.3} % of the light was cut off", self.clamped_percent());
         }
@@ -77,6 +82,8 @@ impl Summary<'_> {
         let (geometry, bvh) = self.session.build_times();
         let scene = self.session.scene();
         let [triangles, spheres] = scene.shape_counts();
+        let look = self.session.look();
+        let measured = look.as_ref();
         let number = |v: Option<f64>| v.map_or("null".to_owned(), |v| v.to_string());
         let fields = [
             ("triangles", triangles.to_string()),
@@ -89,6 +96,10 @@ impl Summary<'_> {
             ("samples", s.samples.to_string()),
             ("rays", s.rays.to_string()),
             ("refused_samples", self.session.film().rejections().count().to_string()),
+            ("error", number(measured.map(|look| look.measured.error))),
+            ("error_at_least", number(measured.map(|look| look.measured.least))),
+            ("error_at_most", number(measured.map(|look| look.measured.most))),
+            ("noise", number(measured.map(|look| look.noise))),
             ("clamped_percent", self.clamped_percent().to_string()),
             ("load_seconds", (self.load + geometry).as_secs_f64().to_string()),
             ("bvh_seconds", bvh.as_secs_f64().to_string()),

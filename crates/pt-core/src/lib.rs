@@ -28,6 +28,7 @@ mod pyramid;
 pub mod scene;
 pub mod settings;
 pub mod shapes;
+pub mod target;
 pub mod texture;
 
 pub use camera::Camera;

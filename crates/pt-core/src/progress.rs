@@ -5,12 +5,21 @@
 pub struct Advance {
     /// Samples that are in the film, or not needed.
     pub done: u64,
-    /// Samples that there will be.
-    pub total: u64,
+    /// Samples that there will be: hardly less, likely, and hardly more. The same but where an error target
+    /// decides.
+    pub totals: [u64; 3],
     /// Rays of this render so far.
     pub rays: u64,
-    /// The [`Film::relative_error`](crate::Film::relative_error) at the end of the last pass over all pixels.
+    /// The [`Film::relative_error`](crate::Film::relative_error) at the end of the last pass over all pixels; with an
+    /// error target what was measured last.
     pub error: Option<f64>,
+}
+
+impl Advance {
+    /// Samples that there will likely be.
+    pub fn total(&self) -> u64 {
+        self.totals[1]
+    }
 }
 
 /// Listens to a render. Called from its threads.

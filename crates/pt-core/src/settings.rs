@@ -1,9 +1,11 @@
 //! How to render.
 
+use std::fmt;
+
 use pt_math::sampler::{PointSet, SamplerKind};
 use pt_scene::Filter;
 
-use crate::film::{Aov, Region};
+use crate::film::{Aov, Film, Region};
 
 /// How direct light is estimated at each surface point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,6 +41,35 @@ pub struct Adaptive {
     pub tolerance: f32,
 }
 
+/// When an image is good enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target {
+    /// The relative root mean square error of the displayed image ([`Measured`](crate::film::Measured)), above 0.
+    pub error: Option<f64>,
+    /// What a share `confidence` of pixels may be off, as a share of white, in every square of 8 × 8
+    /// pixels; above 0.
+    pub noise: Option<f64>,
+    /// The share of renders of which the error is as small as this, from ½ to below 1.
+    pub confidence: f64,
+    /// The least light that the screen shows as white, above 0: more makes no difference.
+    pub white: f64,
+}
+
+impl Target {
+    /// One that asks for nothing.
+    pub const NONE: Self = Self { error: None, noise: None, confidence: 0.95, white: 1.0 };
+}
+
+/// As in "error 0.01, confidence 0.95, white 1".
+impl fmt::Display for Target {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { error, noise, confidence, white } = self;
+        error.map_or(Ok(()), |error| write!(f, "error {error}, "))?;
+        noise.map_or(Ok(()), |noise| write!(f, "noise {noise}, "))?;
+        write!(f, "confidence {confidence}, white {white}")
+    }
+}
+
 /// The greatest luminance of a contribution to a sample, by how often its light was scattered: of what one
 /// light sample brings, or one surface or the sky that a ray finds. Rare bright contributions make
 /// noise; to cut them off makes the image darker than it should be.
@@ -64,7 +95,7 @@ impl Clamp {
 /// Everything but the scene that an image depends on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Samples per pixel; the maximum when adaptive.
+    /// Samples per pixel; the maximum when adaptive, or with a target.
     pub spp: u32,
     /// Samples of a pixel for which random numbers are laid out, if that is not `spp`: see
     /// [`PointSet::spp`].
@@ -97,6 +128,8 @@ pub struct Settings {
     pub split: u32,
     /// Adaptive sampling.
     pub adaptive: Option<Adaptive>,
+    /// When the image is good enough, if not by its samples.
+    pub target: Option<Target>,
     /// The kind of random numbers.
     pub sampler: SamplerKind,
     /// Seed of the random numbers.
@@ -132,7 +165,19 @@ pub struct LightGroup {
 impl Settings {
     /// Where random numbers come from.
     pub fn points(&self) -> PointSet {
-        PointSet { kind: self.sampler, seed: self.seed, spp: self.layout.unwrap_or(self.spp) }
+        let spp = if self.in_halves() { self.spp.div_ceil(2) } else { self.spp };
+        PointSet { kind: self.sampler, seed: self.seed, spp: self.layout.unwrap_or(spp) }
+    }
+
+    /// Whether samples are taken in two halves that know nothing of each other.
+    pub fn in_halves(&self) -> bool {
+        self.target.is_some() || self.aovs.iter().any(|aov| aov.is_of_half())
+    }
+
+    /// A film without samples, for these pixels.
+    pub fn film(&self, region: Region) -> Film {
+        let film = Film::with_aovs(region, &self.aovs);
+        if self.in_halves() { film.in_halves() } else { film }
     }
 
     /// Whether light scattered `bounces` times is shown.
@@ -160,6 +205,7 @@ impl Default for Settings {
             reuse: 1,
             split: 1,
             adaptive: None,
+            target: None,
             sampler: SamplerKind::default(),
             seed: 0,
             filter: Filter::default(),

@@ -7,6 +7,7 @@
 mod batch;
 mod first_hits;
 mod groups;
+mod halves;
 pub mod integrator;
 mod light_groups;
 mod render;

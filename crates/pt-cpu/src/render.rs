@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use pt_core::film::{ExactSum, Rejections, Tile};
+use pt_core::film::{ExactSum, Region, Rejections, Tile};
 use pt_core::filter::{FilterError, FilterSampler};
 use pt_core::settings::{Adaptive, DirectLight, Settings};
 use pt_core::{Advance, Film, Observer, RenderScene};
@@ -225,7 +225,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// Samples of a pixel between two visits, all of one [`Grid`].
-    fn longest_pass(&self) -> u32 {
+    pub(crate) fn longest_pass(&self) -> u32 {
         if self.settings.reuse > 1 { SAME_GRID } else { PASS }
     }
 
@@ -235,33 +235,59 @@ impl<'a> Renderer<'a> {
     }
 
     /// Takes the samples that `film` lacks.
+    ///
+    /// # Panics
+    /// If the settings ask for two halves, and the film has not two.
     pub fn render(&self, film: &mut Film, observer: &dyn Observer) -> (Progress, Statistics) {
+        assert_eq!(
+            film.is_in_halves(),
+            self.settings.in_halves(),
+            "a film as the settings want it"
+        );
         let start = Instant::now();
         let samples = film.first()..self.settings.spp.max(film.first());
+        let total = film.region().area() as u64 * samples.len() as u64;
         let mut shared = Shared {
-            total: film.region().area() as u64 * samples.len() as u64,
+            totals_foreseen: [total; 3],
             done: AtomicU64::new(film.samples()),
             rays: AtomicU64::new(0),
             error: film.relative_error(),
             totals: Mutex::new(Statistics::default()),
             observer,
         };
-        let mut progress = Progress::Finished;
-        for pass in passes(samples, self.longest_pass()) {
-            self.pass(film, &pass, &shared);
-            shared.error = film.relative_error();
-            if observer.cancelled() {
-                progress = Progress::Cancelled;
-                break;
-            }
-        }
+        let progress = if film.is_in_halves() {
+            self.halves(film, &mut shared)
+        } else {
+            self.passes(film, samples, &mut shared)
+        };
         let mut statistics = *lock(&shared.totals);
         statistics.time = start.elapsed();
         (progress, statistics)
     }
 
-    /// Brings every pixel to as many samples as the end of the pass.
-    fn pass(&self, film: &mut Film, pass: &Range<u32>, shared: &Shared) {
+    /// Takes these samples of each pixel, unless it converges before.
+    fn passes(&self, film: &mut Film, samples: Range<u32>, shared: &mut Shared) -> Progress {
+        for pass in passes(samples, self.longest_pass()) {
+            self.pass(film, &pass, None, shared);
+            shared.error = film.relative_error();
+            if shared.observer.cancelled() {
+                return Progress::Cancelled;
+            }
+        }
+        Progress::Finished
+    }
+
+    /// Brings every pixel to as many samples as the end of the pass, or to as many as it is to have of a film (in rows
+    /// from the top) if these are fewer.
+    pub(crate) fn pass(
+        &self,
+        film: &mut Film,
+        pass: &Range<u32>,
+        wanted: Option<&[u32]>,
+        shared: &Shared,
+    ) {
+        let quota =
+            Quota { pass: pass.clone(), wanted, first: film.first(), region: film.region() };
         let resolution = self.scene.camera.resolution;
         let grid = Grid::of_sample(self.settings.reuse, pass.start, resolution);
         let mut tiles: Vec<_> =
@@ -279,13 +305,16 @@ impl<'a> Renderer<'a> {
             {
                 let (had, rays) = (had(&tile, pass), worker.tracer.rays);
                 let before = worker.samples;
-                self.tile(&mut tile, (grid, pass.end), &mut worker, shared.observer);
+                self.tile(&mut tile, (grid, &quota), &mut worker, shared.observer);
                 let (rejections, removed) = &mut *lock(&losses);
                 rejections.merge(tile.rejections());
                 removed.merge(tile.removed());
                 let taken = worker.samples - before;
-                let news =
-                    if shared.observer.cancelled() { taken } else { quota(&tile, pass) - had };
+                let news = if wanted.is_some() || shared.observer.cancelled() {
+                    taken
+                } else {
+                    quota.of_tile(&tile) - had
+                };
                 shared.report(news, worker.tracer.rays - rays);
             }
             shared.add(&worker);
@@ -297,20 +326,20 @@ impl<'a> Renderer<'a> {
         film.remove(*removed);
     }
 
-    /// Brings every pixel of a tile to `target` samples, unless it converges before.
+    /// Brings every pixel of a tile to its quota of samples, unless it converges before.
     ///
     /// The samples of each pixel are taken in order, so when this stops between two batches, the
     /// film can be continued.
     fn tile(
         &self,
         tile: &mut Tile,
-        (grid, target): (Grid, u32),
+        (grid, quota): (Grid, &Quota),
         worker: &mut Worker<dyn Integrator + '_>,
         observer: &dyn Observer,
     ) {
         loop {
             let mut due = Vec::with_capacity(tile.region().area());
-            grid.runs(tile.region(), |pixel| self.due(tile, pixel, target), &mut due);
+            grid.runs(tile.region(), |pixel| self.due(tile, pixel, quota), &mut due);
             if due.is_empty() {
                 return;
             }
@@ -320,7 +349,7 @@ impl<'a> Renderer<'a> {
                 }
                 worker.take(batch, tile);
             }
-            if due.iter().all(|run| run.kept.is_empty() || run.kept.end == target) {
+            if due.iter().all(|run| run.kept.is_empty() || run.kept.end == quota.end(run.pixel)) {
                 return;
             }
         }
@@ -328,9 +357,9 @@ impl<'a> Renderer<'a> {
 
     /// The samples that a pixel needs until it is looked at again, if it needs any.
     #[inline]
-    fn due(&self, tile: &Tile, pixel: [u32; 2], target: u32) -> Option<Range<u32>> {
-        let n = tile.next_sample(pixel);
-        if n >= target || self.converged(tile, pixel, n) {
+    fn due(&self, tile: &Tile, pixel: [u32; 2], quota: &Quota) -> Option<Range<u32>> {
+        let (n, end) = (tile.next_sample(pixel), quota.end(pixel));
+        if n >= end || self.converged(tile, pixel, n) {
             return None;
         }
         let check = match self.settings.adaptive {
@@ -338,7 +367,7 @@ impl<'a> Renderer<'a> {
             None => u32::MAX,
         };
         let full = n.saturating_add(self.batch_size as u32);
-        Some(n..target.min(check).min(full))
+        Some(n..end.min(check).min(full))
     }
 
     /// Whether the n samples of a pixel are enough: 1.96 σ/√n ≤ tolerance · μ.
@@ -357,7 +386,7 @@ impl<'a> Renderer<'a> {
 }
 
 /// The samples of a pixel that each pass takes: at most `longest`.
-fn passes(samples: Range<u32>, longest: u32) -> impl Iterator<Item = Range<u32>> {
+pub(crate) fn passes(samples: Range<u32>, longest: u32) -> impl Iterator<Item = Range<u32>> {
     let mut end = samples.start;
     std::iter::from_fn(move || {
         let start = end;
@@ -385,6 +414,33 @@ fn scattered(n: usize) -> impl Iterator<Item = usize> {
     (0..n).map(move |i| i * step % n)
 }
 
+/// How many samples pixels are to have at the end of a pass.
+struct Quota<'a> {
+    /// By the numbers of samples of each pixel.
+    pass: Range<u32>,
+    /// Of each pixel of the region, if not as many as that.
+    wanted: Option<&'a [u32]>,
+    /// The number of the first sample.
+    first: u32,
+    region: Region,
+}
+
+impl Quota<'_> {
+    /// The number behind that of the last sample of a pixel.
+    #[inline]
+    fn end(&self, [x, y]: [u32; 2]) -> u32 {
+        let Some(wanted) = self.wanted else { return self.pass.end };
+        let Region { x: left, y: top, width, .. } = self.region;
+        let pixel = (y - top) as usize * width as usize + (x - left) as usize;
+        self.pass.end.min(self.first + wanted[pixel])
+    }
+
+    /// Samples that the pass takes in a tile, unless the film has them or does not need them.
+    fn of_tile(&self, tile: &Tile) -> u64 {
+        self.pass.len() as u64 * tile.region().area() as u64
+    }
+}
+
 /// Samples of a pass that a tile has already.
 fn had(tile: &Tile, pass: &Range<u32>) -> u64 {
     let of_pixel =
@@ -392,21 +448,17 @@ fn had(tile: &Tile, pass: &Range<u32>) -> u64 {
     tile.region().pixels().map(of_pixel).sum()
 }
 
-/// Samples that a pass takes in a tile, unless the film has them or does not need them.
-fn quota(tile: &Tile, pass: &Range<u32>) -> u64 {
-    pass.len() as u64 * tile.region().area() as u64
-}
-
 /// What the threads of a render share.
-struct Shared<'a> {
-    /// Samples of the image, and how many of them are done.
-    total: u64,
+pub(crate) struct Shared<'a> {
+    /// Samples that there will be: hardly less, likely, and hardly more.
+    pub(crate) totals_foreseen: [u64; 3],
+    /// How many of them are done.
     done: AtomicU64,
     rays: AtomicU64,
     /// Of the film, when the pass began.
-    error: Option<f64>,
+    pub(crate) error: Option<f64>,
     totals: Mutex<Statistics>,
-    observer: &'a dyn Observer,
+    pub(crate) observer: &'a dyn Observer,
 }
 
 impl Shared<'_> {
@@ -414,7 +466,14 @@ impl Shared<'_> {
     fn report(&self, samples: u64, rays: u64) {
         let done = self.done.fetch_add(samples, Ordering::Relaxed) + samples;
         let rays = self.rays.fetch_add(rays, Ordering::Relaxed) + rays;
-        self.observer.progress(&Advance { done, total: self.total, rays, error: self.error });
+        let totals = self.totals_foreseen.map(|total| total.max(done));
+        self.observer.progress(&Advance { done, totals, rays, error: self.error });
+    }
+
+    /// There will be no more samples than there are.
+    pub(crate) fn end(&mut self) {
+        self.totals_foreseen = [*self.done.get_mut(); 3];
+        self.report(0, 0);
     }
 
     fn add(&self, worker: &Worker<dyn Integrator + '_>) {

@@ -2,7 +2,9 @@
 
 use std::cell::Cell;
 
-use pt_math::sampler::{LANES, PointSet, Sampler, SamplerBlocks, SamplerKind, Samplers};
+use pt_math::sampler::{
+    LANES, PointSet, SECOND_HALF, Sampler, SamplerBlocks, SamplerKind, Samplers,
+};
 use pt_testing::{Chi2, chi2_square, mean_z_test};
 
 const KINDS: [SamplerKind; 4] =
@@ -137,6 +139,30 @@ fn zsobol_points_favour_no_direction() {
     }
 }
 
+/// Each half is as evenly spread as a whole, and what one gets too much of says nothing of the other.
+#[test]
+fn halves_are_nets_that_know_nothing_of_each_other() {
+    const N: u32 = 16;
+    for kind in KINDS {
+        let set = PointSet { spp: N, ..set(kind, 2) };
+        let points = |pixel, first| (0..N).map(move |i| point_of(set, pixel, first + i, 4));
+        let mean = |pixel, first| {
+            let light = |[x, y]: [f32; 2]| f64::from(x * x * y + if x > 0.3 { y } else { 0.0 });
+            points(pixel, first).map(light).sum::<f64>() / f64::from(N)
+        };
+        let pixels = (0..6000).map(|i| [i % 300 * 4, i / 300 * 4]);
+        let (first, second): (Vec<f64>, Vec<f64>) =
+            pixels.map(|p| (mean(p, 0), mean(p, SECOND_HALF))).unzip();
+        let average = first.iter().chain(&second).sum::<f64>() / (2.0 * first.len() as f64);
+        let products: Vec<_> =
+            first.iter().zip(&second).map(|(a, b)| (a - average) * (b - average)).collect();
+        mean_z_test(&products, 0.0, 1e-3).unwrap_or_else(|e| panic!("{kind:?}: {e}"));
+        if matches!(kind, SamplerKind::Sobol | SamplerKind::ZSobol) {
+            assert!(is_net(&points([5, 6], SECOND_HALF).collect::<Vec<_>>()), "{kind:?}");
+        }
+    }
+}
+
 /// A render may take more samples than its points were laid out for.
 #[test]
 fn samples_beyond_the_layout_are_other_points() {
@@ -191,7 +217,9 @@ fn blocks_of_samplers_are_the_samplers() {
     for kind in KINDS {
         for spp in [0, 1, 3, 256, 1 << 20, u32::MAX] {
             let set = PointSet { spp, ..set(kind, 4) };
-            let runs: Vec<_> = (0..30).map(|i| ([i * 37, i / 3], i..i + 1 + i * i % 37)).collect();
+            let first = |i: u32| i + SECOND_HALF * (i % 2);
+            let run = |i: u32| ([i * 37, i / 3], first(i)..first(i) + 1 + i * i % 37);
+            let runs: Vec<_> = (0..30).map(run).collect();
             let samples = runs.iter().flat_map(|(p, run)| run.clone().map(move |s| (*p, s)));
             let mut blocks = SamplerBlocks::new(set);
             // What stood there before does not matter.

@@ -15,7 +15,7 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use pt_core::Film;
-use pt_core::film::{Aov, Seen, Things};
+use pt_core::film::{Aov, Seen};
 use pt_scene::image::{Channel, Samples};
 
 pub use names::Names;
@@ -86,11 +86,12 @@ fn digits(id: f32) -> String {
 /// Names and numbers of all things that are seen.
 fn manifest<'a>(film: &Film, aov: Aov, names: &'a Names) -> BTreeMap<&'a str, String> {
     let names = names.counted_by(aov);
-    let seen = film.things(aov).into_iter().flatten().flat_map(Things::iter);
     let mut is_seen = vec![false; names.len()];
-    for Seen { number, .. } in seen {
-        if let Some(is_seen) = is_seen.get_mut(number as usize) {
-            *is_seen = true;
+    for things in film.things(aov).into_iter().flatten() {
+        for Seen { number, .. } in things.iter() {
+            if let Some(is_seen) = is_seen.get_mut(number as usize) {
+                *is_seen = true;
+            }
         }
     }
     let seen = names.iter().zip(is_seen).filter(|(_, is_seen)| *is_seen);

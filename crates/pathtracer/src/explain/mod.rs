@@ -10,7 +10,7 @@ mod types;
 
 use std::ops::Range;
 
-use pt_core::film::Rejections;
+use pt_core::film::{Half, Rejections};
 use pt_core::settings::Settings;
 use pt_core::{Film, Region};
 use pt_cpu::{RenderError, Renderer};
@@ -112,14 +112,23 @@ fn renderer(session: &Session) -> Result<Renderer<'_>, RenderError> {
     Renderer::new(session.scene(), session.settings(), 1, 1, false)
 }
 
-/// How many samples a render takes of a pixel: where it stops early, the film tells.
+/// Samples of a pixel that are looked at if an error target says how many there are, which depends on the whole image.
+const WITH_TARGET: u32 = 64;
+
+/// How many samples a render takes of a pixel, in the first half if there are two: where it stops early, the film tells.
 fn count(renderer: &Renderer, settings: &Settings, pixel: [u32; 2], first: u32) -> u32 {
-    if settings.adaptive.is_none() {
-        return settings.spp.saturating_sub(first);
+    let in_halves = settings.in_halves();
+    let most = if in_halves { settings.spp.div_ceil(2) } else { settings.spp };
+    if settings.target.is_some() {
+        return most.min(WITH_TARGET);
     }
-    let mut film = Film::new(region(pixel)).starting_at(first);
+    if settings.adaptive.is_none() {
+        return most.saturating_sub(first);
+    }
+    let film = settings.film(region(pixel));
+    let mut film = if in_halves { film } else { film.starting_at(first) };
     renderer.render(&mut film, &Silent);
-    film.most_samples()
+    film.counts_of(Half::First).max().unwrap_or(0)
 }
 
 /// What was seen so far of the samples of a pixel.

@@ -10,7 +10,7 @@ const SPP: u32 = 100;
 const SIZE: [u32; 2] = [16, 12];
 
 /// A floor with a light above it, in front of nothing: half of the image is black.
-fn scene() -> Scene {
+pub(crate) fn scene() -> Scene {
     Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.5, 0.6, 0.7]))
         .glowing_quad(facing(DVec3::new(0.0, 1.0, 0.0), DVec3::NEG_Y, 0.4), 5.0)

@@ -14,8 +14,9 @@ use crate::scenes::{Builder, camera, facing, gloss, looking, matte, metal, size}
 const SIZE: u32 = 101;
 const ALBEDO: [f32; 3] = [0.2, 0.5, 0.7];
 
+/// All but those that ask for two halves.
 pub(crate) fn all() -> Vec<Aov> {
-    Aov::NAMES.into_iter().map(|(_, aov)| aov).collect()
+    Aov::NAMES.into_iter().map(|(_, aov)| aov).filter(|aov| !aov.is_of_half()).collect()
 }
 
 fn wall() -> DAffine3 {

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use pathtracer::image::{self, SaveOptions};
 use pathtracer::{
-    Adaptive, Advance, Clamp, Film, INTEGRATORS, Observer, Progress, Region, SamplerKind, Session,
-    Settings, Silent, default_scene,
+    Adaptive, Advance, Aov, Clamp, Film, INTEGRATORS, Observer, Progress, Region, SamplerKind,
+    Session, Settings, Silent, Target, default_scene,
 };
 
 use crate::aovs;
@@ -50,12 +50,27 @@ fn reusing(reuse: u32) -> Settings {
     Settings { reuse, ..adaptive() }
 }
 
+/// Samples go where they are needed, until the error is small enough.
+fn to_target(reuse: u32) -> Settings {
+    let target = Target { error: Some(0.35), ..Target::NONE };
+    Settings { target: Some(target), spp: 1 << 16, reuse, ..base() }
+}
+
+/// Two halves, of which the first has one sample more.
+fn in_halves() -> Settings {
+    let halves = [Aov::HalfA, Aov::HalfB];
+    Settings { aovs: aovs::all().into_iter().chain(halves).collect(), ..base() }
+}
+
 #[test]
 fn threads_and_tiles_do_not_change_a_bit() {
     let clamp = Clamp { direct: 0.7, indirect: 0.2 };
     let splitting = Settings { split: 4, ..adaptive() };
     let clamping = Settings { clamp, ..base() };
-    for settings in [base(), adaptive(), clamping, splitting, reusing(2), reusing(4)] {
+    let in_two = [to_target(1), to_target(4), in_halves()];
+    for settings in
+        [base(), adaptive(), clamping, splitting, reusing(2), reusing(4)].into_iter().chain(in_two)
+    {
         let reference = rendered(&settings, 1, 32);
         let bytes = exr(&reference);
         for threads in [1, 2, 3, 7] {
@@ -135,7 +150,7 @@ impl Observer for StopAfter {
 /// A render that is stopped several times, at any place, and continued is the uninterrupted one.
 #[test]
 fn a_pause_does_not_change_a_bit() {
-    for settings in [base(), adaptive(), reusing(4)] {
+    for settings in [base(), adaptive(), reusing(4), to_target(1), in_halves()] {
         let whole = rendered(&settings, 2, 16);
         let mut paused = session(settings);
         let mut film = Film::new(Region::full(SIZE));
@@ -159,7 +174,7 @@ struct Listener(Mutex<(u64, u64)>);
 impl Observer for Listener {
     fn progress(&self, advance: &Advance) {
         let mut most = self.0.lock().expect("no thread panics");
-        *most = (most.0.max(advance.done), advance.total);
+        *most = (most.0.max(advance.done), advance.total());
     }
 }
 
@@ -167,7 +182,7 @@ impl Observer for Listener {
 /// out.
 #[test]
 fn progress_ends_at_the_whole() {
-    for settings in [base(), adaptive()] {
+    for settings in [base(), adaptive(), to_target(1)] {
         let mut session = session(settings);
         let observer = StopAfter { after: 2000, stopped: AtomicBool::new(false) };
         session.render(2, 7, &observer).expect("it renders");

@@ -19,8 +19,9 @@ impl Observer for Prophet {
     fn progress(&self, advance: &Advance) {
         let (eta, told) = &mut *self.0.lock().expect("no thread panics");
         let time = advance.rays as f64 / MILLION;
+        eta.expect(advance.totals);
         eta.mark(time, advance.done);
-        if advance.done * 10 >= advance.total {
+        if advance.done * 10 >= advance.total() {
             told.extend(eta.left().map(|left| (time, left)));
         }
     }

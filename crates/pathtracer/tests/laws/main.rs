@@ -34,4 +34,5 @@ mod reuse;
 mod scenes;
 mod specular;
 mod split;
+mod target;
 mod textures;

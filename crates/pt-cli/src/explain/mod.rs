@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use anyhow::{Result, bail, ensure};
 use pathtracer::explain::{self, Names};
-use pathtracer::{Region, Session};
+use pathtracer::{Region, SECOND_HALF, Session};
 
 use crate::commands::{Explain, OfPixel};
 use crate::limits::Limit;
@@ -40,6 +40,11 @@ pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
     let pixel = pixel(&of, &session)?;
     let first = request.cli.samples.map_or(0, |(from, _)| from);
     render::tell_notes(&request, &scene, &session);
+    if session.settings().in_halves() && of.sample.is_none() && !request.cli.quiet {
+        eprintln!(
+            "note: the first of two halves of the samples; the other one begins with sample {SECOND_HALF}"
+        );
+    }
     let names = Names::new(&scene, session.scene());
     let text = if let Some(number) = of.sample {
         check_sample(number, first, &session)?;
@@ -82,6 +87,16 @@ fn pixel(of: &OfPixel, session: &Session) -> Result<[u32; 2]> {
 
 fn check_sample(number: u32, first: u32, session: &Session) -> Result<()> {
     let spp = session.settings().spp;
+    if session.settings().in_halves() {
+        let of_half = spp.div_ceil(2);
+        ensure!(
+            number & !SECOND_HALF < of_half,
+            "--sample {number}: there are samples 0 to {} in the first half, and {SECOND_HALF} to {} in the second",
+            of_half - 1,
+            SECOND_HALF + (of_half - 1)
+        );
+        return Ok(());
+    }
     ensure!(
         (first..spp).contains(&number),
         "--sample {number}: there are samples {first} to {}; -s says how many",

@@ -37,7 +37,9 @@ fn reduced(command: &str) -> String {
     let has_place = command.contains("-p ") || command.contains("-x ");
     let size = if has_place { ["200", "150"] } else { ["12", "9"] };
     let mut words: Vec<_> = command.split(' ').map(str::to_owned).collect();
-    if !words.contains(&"-s".into()) {
+    if command.contains("--target-") {
+        words.extend(["--max-spp", "4"].map(str::to_owned));
+    } else if !words.contains(&"-s".into()) {
         words.extend(["-s", "2"].map(str::to_owned));
     }
     if !words.contains(&"-r".into()) {

@@ -17,5 +17,6 @@ mod refusals;
 mod refused_samples;
 mod report;
 mod resume;
+mod target;
 mod texts;
 mod viewer;

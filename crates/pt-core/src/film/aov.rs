@@ -1,10 +1,12 @@
 //! What a film keeps of surfaces, besides light ("arbitrary output variables").
 
+use std::borrow::Cow;
+
 use pt_math::{Spectrum, Vec2, Vec3};
 use pt_scene::image::{Channel, Samples};
 
 use super::things::THINGS_BYTES;
-use super::{ExactSum, Film, PixelSums};
+use super::{ExactSum, Film, Half, PixelSums};
 
 /// A quantity of which an image is written beside that of the light.
 ///
@@ -36,6 +38,10 @@ pub enum Aov {
     Variance,
     /// Samples that were refused: see [`super::Fault`].
     Refused,
+    /// Light of the first half of the samples …
+    HalfA,
+    /// … and of the second, which knows nothing of it: the image is the mean of both.
+    HalfB,
     /// Which objects the samples see, and how many see each: see [`super::Things`].
     CryptomatteObject,
     /// Likewise which materials of the scene.
@@ -75,6 +81,8 @@ enum Source {
     Id(fn(&FirstHit) -> u32),
     /// From what the film knows in any case.
     Film(fn(PixelSums) -> f32),
+    /// The mean light of one of its halves.
+    Half(Half),
     /// Likewise, a whole number.
     Count(fn(PixelSums) -> u32),
     /// The number of samples that were refused.
@@ -88,7 +96,7 @@ const XYZ: &[&str] = &["X", "Y", "Z"];
 
 impl Aov {
     /// Each with its name for users.
-    pub const NAMES: [(&'static str, Self); 14] = [
+    pub const NAMES: [(&'static str, Self); 16] = [
         ("albedo", Self::Albedo),
         ("normal", Self::Normal),
         ("geometric_normal", Self::GeometricNormal),
@@ -101,6 +109,8 @@ impl Aov {
         ("samples", Self::Samples),
         ("variance", Self::Variance),
         ("refused", Self::Refused),
+        ("half_a", Self::HalfA),
+        ("half_b", Self::HalfB),
         ("cryptomatte_object", Self::CryptomatteObject),
         ("cryptomatte_material", Self::CryptomatteMaterial),
     ];
@@ -130,6 +140,8 @@ impl Aov {
             Self::Samples => (&["count"], Source::Count(|pixel| pixel.count())),
             Self::Variance => (&["Y"], Source::Film(|pixel| pixel.luminance().1.powi(2) as f32)),
             Self::Refused => (&["count"], Source::Refused),
+            Self::HalfA => (RGB, Source::Half(Half::First)),
+            Self::HalfB => (RGB, Source::Half(Half::Second)),
             Self::CryptomatteObject => (&[], Source::Thing(|hit| hit.object)),
             Self::CryptomatteMaterial => {
                 (&[], Source::Thing(|hit| hit.scene_material.map_or(0, |number| number + 1)))
@@ -142,12 +154,17 @@ impl Aov {
         matches!(self, Self::Albedo | Self::Normal | Self::GeometricNormal)
     }
 
+    /// Whether a film needs two halves for it.
+    pub fn is_of_half(self) -> bool {
+        matches!(self.source().1, Source::Half(_))
+    }
+
     /// Sums that a film keeps of it per pixel.
     fn sums(self) -> usize {
         match self.source() {
             (channels, Source::Mean(_)) => channels.len(),
             (_, Source::Id(_) | Source::Refused) => 1,
-            (_, Source::Film(_) | Source::Count(_) | Source::Thing(_)) => 0,
+            (_, Source::Film(_) | Source::Count(_) | Source::Half(_) | Source::Thing(_)) => 0,
         }
     }
 
@@ -223,11 +240,23 @@ pub(super) fn add(aovs: &[Aov], sums: &mut [ExactSum], sample: u32, hit: &FirstH
     are_numbers
 }
 
+/// The sums of a film, or those of its two halves together.
+fn sums_of_halves(film: &Film) -> Cow<'_, [ExactSum]> {
+    let Some(second) = &film.second else { return Cow::Borrowed(&film.aov_sums) };
+    let both = film.aov_sums.iter().zip(&second.aov_sums).map(|(&a, &b)| {
+        let mut sum = a;
+        sum.merge(b);
+        sum
+    });
+    Cow::Owned(both.collect())
+}
+
 /// The images of a film's quantities, in its order, without those that count things.
 pub fn channels(film: &Film) -> Vec<Channel> {
     let per_pixel = sums_per_pixel(&film.aovs);
     // Where nothing is kept, there is nothing to find.
-    let sums = |i: usize| film.aov_sums.get(i * per_pixel..).unwrap_or_default();
+    let all_sums = sums_of_halves(film);
+    let sums = |i: usize| all_sums.get(i * per_pixel..).unwrap_or_default();
     let pixels = || film.pixels().enumerate();
     let mut channels = Vec::new();
     let mut first = 1;
@@ -246,6 +275,9 @@ pub fn channels(film: &Film) -> Vec<Channel> {
                 }
                 Source::Film(of) => Samples::Real(pixels().map(|(_, p)| of(p)).collect()),
                 Source::Count(of) => Samples::Whole(pixels().map(|(_, p)| of(p)).collect()),
+                Source::Half(half) => Samples::Real(
+                    film.moments(half).map(|moments| moments.mean()[channel] as f32).collect(),
+                ),
                 Source::Thing(_) => continue, // their images are of names, which a film does not know
             };
             let name = format!("{}.{name}", aov.name());
@@ -265,7 +297,8 @@ pub fn means_of_all_samples(film: &Film, aov: Aov) -> Option<Vec<[f32; 3]>> {
     if channels.len() != 3 {
         return None;
     }
-    let pixels = film.aov_sums.chunks_exact(sums_per_pixel(&film.aovs)).zip(film.pixels());
+    let all_sums = sums_of_halves(film);
+    let pixels = all_sums.chunks_exact(sums_per_pixel(&film.aovs)).zip(film.pixels());
     let mean = |sums: &[ExactSum], count: u32| {
         [0, 1, 2].map(|c| (sums[first + c].value() / f64::from(count.max(1))) as f32)
     };
@@ -359,7 +392,9 @@ mod tests {
         // 3 and 1: the variance of each is 2, that of the mean 1.
         let Samples::Real(variance) = channel(&film, "variance.Y") else { panic!("no numbers") };
         assert!(variance.iter().all(|v| (v - 1.0).abs() < 1e-6), "{variance:?}");
-        assert_eq!(channels(&film).len(), 3 + 3 + 3 + 1 + 3 + 2 + 3 + 2 + 1);
+        // Without halves, all is the first.
+        real("half_a.R", [2.0; 3]);
+        assert_eq!(channels(&film).len(), 3 + 3 + 3 + 1 + 3 + 2 + 3 + 2 + 1 + 6);
         assert!(channels(&Film::new(Region::full([3, 1]))).is_empty());
     }
 

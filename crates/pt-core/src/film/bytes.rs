@@ -7,13 +7,17 @@
 //! how many samples see it (u32 each), in the order of the numbers; of each pixel the three sums of each group of lights, which
 //! are quantities too, behind the others, called `light group` and their name; the luminance that was cut off (i128); how many
 //! samples were refused for each reason (u64 each, in the order of [`Fault::ALL`]), how many of them are named (u32), and of each its row, column and
-//! number, and the number of the reason (u32 each). Nothing else.
+//! number, and the number of the reason (u32 each). Then 1 if there is a second half, which follows with all of the above, and
+//! else 0 (u32). Then 0, or 1 and the plan: its goal, rounds and pilot (u32 each), what is expected (three u64), the error
+//! (f64, NaN for none), and 0, or 1 and the densities of the pixels (f32). Nothing else.
 
 use std::io::{self, Write};
 
+use pt_math::sampler::SECOND_HALF;
+
 use super::exact::CHANNELS;
 use super::groups::PREFIX;
-use super::{Aov, ExactSum, Fault, Film, Region, Rejected, Rejections, Seen, Things, aov};
+use super::{Aov, ExactSum, Fault, Film, Plan, Region, Rejected, Rejections, Seen, Things, aov};
 
 /// Why bytes are no film.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
@@ -27,6 +31,9 @@ pub enum FilmError {
     /// A quantity is not known.
     #[error("it keeps \"{0}\", which this version does not know")]
     Quantity(String),
+    /// A second half does not fit.
+    #[error("its halves are not of the same pixels, or keep not the same")]
+    Halves,
 }
 
 impl Film {
@@ -35,8 +42,40 @@ impl Film {
     /// # Errors
     /// Those of the writer.
     pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
-        let Self { region, first, counts, sums, aovs, aov_sums, things, .. } = self;
-        let Self { light_groups, group_sums, rejections, removed, .. } = self;
+        self.write_half(out)?;
+        match &self.second {
+            Some(second) => {
+                put(out, &[1], u32::to_le_bytes)?;
+                second.write_half(out)?;
+            }
+            None => put(out, &[0], u32::to_le_bytes)?,
+        }
+        let Some(plan) = &self.plan else { return put(out, &[0], u32::to_le_bytes) };
+        let Plan { goal, rounds, pilot, densities, error, expected } = plan;
+        put(out, &[1, *goal, *rounds, *pilot], u32::to_le_bytes)?;
+        put(out, expected, u64::to_le_bytes)?;
+        put(out, &[error.unwrap_or(f64::NAN)], f64::to_le_bytes)?;
+        put(out, &[u32::from(densities.is_some())], u32::to_le_bytes)?;
+        put(out, densities.as_deref().unwrap_or_default(), f32::to_le_bytes)
+    }
+
+    /// Writes all but what ties it to another half.
+    fn write_half(&self, out: &mut impl Write) -> io::Result<()> {
+        let Self {
+            region,
+            first,
+            counts,
+            sums,
+            aovs,
+            aov_sums,
+            things,
+            light_groups,
+            group_sums,
+            rejections,
+            removed,
+            second: _,
+            plan: _,
+        } = self;
         let Region { x, y, width, height } = *region;
         let groups = light_groups.iter().map(|name| format!("{PREFIX}{name}"));
         let names: Vec<_> = aovs.iter().map(|aov| aov.name().to_owned()).chain(groups).collect();
@@ -67,8 +106,19 @@ impl Film {
     /// If the bytes are something else. No more memory is taken than they have.
     pub fn read(bytes: &[u8]) -> Result<Self, FilmError> {
         let mut rest = bytes;
-        let film = take_film(&mut rest).ok_or(FilmError::Short(bytes.len()))?;
-        let film = film.map_err(FilmError::Quantity)?;
+        let short = || FilmError::Short(bytes.len());
+        let mut film = take_half(&mut rest).ok_or_else(short)?.map_err(FilmError::Quantity)?;
+        if take_word(&mut rest).ok_or_else(short)? != 0 {
+            let second = take_half(&mut rest).ok_or_else(short)?.map_err(FilmError::Quantity)?;
+            let is_second = (second.region, second.first) == (film.region, SECOND_HALF);
+            if !is_second || !second.keeps_as(&film) {
+                return Err(FilmError::Halves);
+            }
+            film.second = Some(Box::new(second));
+        }
+        if take_word(&mut rest).ok_or_else(short)? != 0 {
+            film.plan = Some(take_plan(&mut rest, film.region).ok_or_else(short)?);
+        }
         if rest.is_empty() { Ok(film) } else { Err(FilmError::Long(rest.len())) }
     }
 }
@@ -110,6 +160,18 @@ fn take_word(rest: &mut &[u8]) -> Option<u32> {
     take(rest, 1, u32::from_le_bytes)?.pop()
 }
 
+/// A plan for these pixels; `None` if there are too few bytes.
+fn take_plan(rest: &mut &[u8], region: Region) -> Option<Plan> {
+    let [goal, rounds, pilot] = take(rest, 3, u32::from_le_bytes)?.try_into().ok()?;
+    let expected = take(rest, 3, u64::from_le_bytes)?.try_into().ok()?;
+    let error = take(rest, 1, f64::from_le_bytes)?.pop().filter(|error| !error.is_nan());
+    let densities = match take_word(rest)? {
+        0 => None,
+        _ => Some(take(rest, region.area() as u64, f32::from_le_bytes)?),
+    };
+    Some(Plan { goal, rounds, pilot, densities, error, expected })
+}
+
 fn take_things(rest: &mut &[u8]) -> Option<Things> {
     let count = take_word(rest)?;
     let seen = |bytes: [u8; 8]| {
@@ -121,8 +183,8 @@ fn take_things(rest: &mut &[u8]) -> Option<Things> {
     Some(things)
 }
 
-/// A film, or the name of what it keeps and this version does not know; `None` if there are too few bytes.
-fn take_film(rest: &mut &[u8]) -> Option<Result<Film, String>> {
+/// A half, or the name of what it keeps and this version does not know; `None` if there are too few bytes.
+fn take_half(rest: &mut &[u8]) -> Option<Result<Film, String>> {
     let [x, y, width, height, first, quantities] =
         take(rest, 6, u32::from_le_bytes)?.try_into().ok()?;
     let (mut aovs, mut light_groups) = (Vec::new(), Vec::new());
@@ -161,7 +223,8 @@ fn take_film(rest: &mut &[u8]) -> Option<Result<Film, String>> {
         take(rest, u64::from(named), rejected)?.into_iter().collect::<Option<_>>()?;
     let rejections = Rejections { counts: counts_refused.try_into().ok()?, first: first_refused };
     let region = Region { x, y, width, height };
-    Some(Ok(Film {
+    let (second, plan) = (None, None);
+    let film = Film {
         region,
         first,
         counts,
@@ -173,7 +236,10 @@ fn take_film(rest: &mut &[u8]) -> Option<Result<Film, String>> {
         group_sums,
         rejections,
         removed,
-    }))
+        second,
+        plan,
+    };
+    Some(Ok(film))
 }
 
 #[cfg(test)]
@@ -181,7 +247,7 @@ mod tests {
     use super::*;
     use pt_math::{Spectrum, Vec2, Vec3};
 
-    use crate::film::FirstHit;
+    use crate::film::{FirstHit, Half};
 
     /// A film with all that a film may have.
     fn film() -> Film {
@@ -220,6 +286,25 @@ mod tests {
         film
     }
 
+    /// One of two halves, of which samples were decided.
+    fn planned(densities: bool) -> Film {
+        let region = Region::full([3, 2]);
+        let groups = ["sky".into(), "rest".into()];
+        let mut film =
+            Film::with_aovs(region, &[Aov::Depth]).with_light_groups(&groups).in_halves();
+        for (half, light) in Half::BOTH.into_iter().zip([1.0, 4.0]) {
+            for tile in &mut film.half_mut(half).tiles(9, [0; 2]) {
+                let samples = [Spectrum::splat(light); 2];
+                tile.add([1, 1], 0, &samples, None);
+                tile.add_parts([1, 1], &samples, &[samples, samples].concat(), None);
+            }
+        }
+        let error = densities.then_some(0.5);
+        let densities = densities.then(|| vec![0.5; 6]);
+        film.set_plan(Plan { goal: 9, rounds: 2, pilot: 4, densities, error, expected: [1, 2, 3] });
+        film
+    }
+
     fn bytes(film: &Film) -> Vec<u8> {
         let mut bytes = Vec::new();
         film.write(&mut bytes).expect("memory takes all");
@@ -228,18 +313,22 @@ mod tests {
 
     #[test]
     fn films_are_read_as_they_were_written() {
-        for film in [film(), Film::new(Region::full([0, 3])), Film::new(Region::full([2, 2]))] {
+        let empty = [[0, 3], [2, 2]].map(|size| Film::new(Region::full(size)));
+        let planned = [planned(false), planned(true)];
+        for film in [film()].into_iter().chain(empty).chain(planned) {
             assert_eq!(Film::read(&bytes(&film)).as_ref(), Ok(&film));
         }
     }
 
     #[test]
     fn no_part_of_a_film_is_a_film() {
-        let whole = bytes(&film());
-        for end in 0..whole.len() {
-            assert_eq!(Film::read(&whole[..end]), Err(FilmError::Short(end)));
+        for film in [film(), planned(true)] {
+            let whole = bytes(&film);
+            for end in 0..whole.len() {
+                assert_eq!(Film::read(&whole[..end]), Err(FilmError::Short(end)));
+            }
+            assert_eq!(Film::read(&[whole, vec![0; 3]].concat()), Err(FilmError::Long(3)));
         }
-        assert_eq!(Film::read(&[whole, vec![0; 3]].concat()), Err(FilmError::Long(3)));
     }
 
     /// A film that claims more pixels than memory has, and one that keeps what nobody knows.
@@ -251,5 +340,11 @@ mod tests {
         let mut unknown = bytes(&film());
         unknown[28] = b'x';
         assert_eq!(Film::read(&unknown), Err(FilmError::Quantity("xlbedo".into())));
+        let mut strange = planned(true);
+        strange.half_mut(Half::Second).first = 7;
+        assert_eq!(Film::read(&bytes(&strange)), Err(FilmError::Halves));
+        let mut strange = planned(true);
+        strange.half_mut(Half::Second).light_groups[0] = "sun".into();
+        assert_eq!(Film::read(&bytes(&strange)), Err(FilmError::Halves));
     }
 }

@@ -5,6 +5,9 @@ pub mod aov;
 mod bytes;
 mod exact;
 pub mod groups;
+mod halves;
+mod measured;
+mod pixel;
 mod refused;
 mod region;
 mod things;
@@ -15,6 +18,10 @@ pub use self::bytes::FilmError;
 use self::exact::CHANNELS;
 pub use self::exact::ExactSum;
 use self::groups::GroupSums;
+pub use self::halves::{Half, Plan};
+pub use self::measured::Measured;
+use self::pixel::Moments;
+pub use self::pixel::PixelSums;
 pub use self::refused::{Fault, Rejected, Rejections};
 pub use self::region::Region;
 pub use self::things::{Seen, Things};
@@ -23,44 +30,8 @@ pub use self::tile::Tile;
 /// Red, green, blue, and the square of the luminance.
 type Sums = [ExactSum; CHANNELS];
 
-/// What is known of one pixel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct PixelSums {
-    sums: Sums,
-    count: u32,
-}
-
-impl PixelSums {
-    /// Number of samples.
-    #[inline]
-    pub fn count(&self) -> u32 {
-        self.count
-    }
-
-    /// Mean radiance; black without samples.
-    pub fn mean(&self) -> [f64; 3] {
-        let n = f64::from(self.count.max(1));
-        let [r, g, b, _] = self.sums;
-        [r, g, b].map(|s| s.value() / n)
-    }
-
-    /// Mean luminance, and the standard error of that mean: σ/√n with the sample variance
-    /// σ² = (Σy² − (Σy)²/n)/(n − 1). Infinite below two samples.
-    pub fn luminance(&self) -> (f64, f64) {
-        let [r, g, b] = self.mean();
-        let mean = 0.2126 * r + 0.7152 * g + 0.0722 * b;
-        if self.count < 2 {
-            return (mean, f64::INFINITY);
-        }
-        let n = f64::from(self.count);
-        let [.., squares] = self.sums;
-        let variance = (squares.value() - n * mean * mean).max(0.0) / (n - 1.0);
-        (mean, (variance / n).sqrt())
-    }
-}
-
 /// The sums of a rectangle of pixels.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     region: Region,
     /// The number of the first sample of each pixel.
@@ -80,6 +51,10 @@ pub struct Film {
     rejections: Rejections,
     /// Luminance that was cut off from samples.
     removed: ExactSum,
+    /// See [`Self::in_halves`].
+    second: Option<Box<Film>>,
+    /// How many samples each pixel is to have, where an error target decides.
+    plan: Option<Plan>,
 }
 
 impl Film {
@@ -103,6 +78,8 @@ impl Film {
             group_sums: Vec::new(),
             rejections: Rejections::default(),
             removed: ExactSum::default(),
+            second: None,
+            plan: None,
         }
     }
 
@@ -113,17 +90,14 @@ impl Film {
     pub fn with_light_groups(self, names: &[String]) -> Self {
         assert_eq!(self.samples(), 0, "all samples of a film are in parts, or none");
         let group_sums = bytemuck::zeroed_vec(self.region.area() * names.len());
-        Self { light_groups: names.to_vec(), group_sums, ..self }
+        let second = self.second.map(|second| Box::new(second.with_light_groups(names)));
+        Self { light_groups: names.to_vec(), group_sums, second, ..self }
     }
 
-    /// One that keeps the same, without samples.
-    pub fn emptied(&self) -> Self {
-        Self::with_aovs(self.region, &self.aovs).with_light_groups(&self.light_groups)
-    }
-
-    /// Whether both keep the same.
+    /// Whether both keep the same, in as many halves.
     pub fn keeps_as(&self, other: &Self) -> bool {
-        self.aovs == other.aovs && self.light_groups == other.light_groups
+        (&self.aovs, &self.light_groups, self.is_in_halves())
+            == (&other.aovs, &other.light_groups, other.is_in_halves())
     }
 
     /// The groups of lights of which it keeps the light.
@@ -157,13 +131,14 @@ impl Film {
 
     /// The greatest number of samples that a pixel has.
     pub fn most_samples(&self) -> u32 {
-        self.counts.iter().copied().max().unwrap_or(0)
+        self.pixels().map(|pixel| pixel.count()).max().unwrap_or(0)
     }
 
     /// The number of samples that all pixels have, if it is the same.
     pub fn even_count(&self) -> Option<u32> {
-        let (first, rest) = self.counts.split_first()?;
-        rest.iter().all(|n| n == first).then_some(*first)
+        let mut counts = self.pixels().map(|pixel| pixel.count());
+        let first = counts.next()?;
+        counts.all(|n| n == first).then_some(first)
     }
 
     #[inline]
@@ -174,18 +149,28 @@ impl Film {
     /// The sums of a pixel inside of the region.
     #[inline]
     pub fn pixel(&self, x: u32, y: u32) -> PixelSums {
-        let i = self.index(x, y);
-        PixelSums { sums: self.sums[i], count: self.counts[i] }
+        self.pixel_at(self.index(x, y))
+    }
+
+    /// Those of a pixel by its number.
+    #[inline]
+    fn pixel_at(&self, i: usize) -> PixelSums {
+        let own = |film: &Self| Moments { sums: film.sums[i], count: film.counts[i] };
+        PixelSums::new(own(self), self.second.as_deref().map(own))
     }
 
     /// Sums in rows from the top.
     pub fn pixels(&self) -> impl ExactSizeIterator<Item = PixelSums> {
-        self.sums.iter().zip(&self.counts).map(|(&sums, &count)| PixelSums { sums, count })
+        (0..self.region.area()).map(|i| self.pixel_at(i))
     }
 
     /// Samples that were refused.
-    pub fn rejections(&self) -> &Rejections {
-        &self.rejections
+    pub fn rejections(&self) -> Rejections {
+        let mut all = self.rejections.clone();
+        if let Some(second) = &self.second {
+            all.merge(&second.rejections);
+        }
+        all
     }
 
     /// Adds to the samples that were refused.
@@ -200,8 +185,10 @@ impl Film {
 
     /// The luminance of all samples together, and what was cut off from them.
     pub fn luminance(&self) -> (f64, f64) {
-        let sum = |p: PixelSums| p.luminance().0 * f64::from(p.count);
-        (self.pixels().map(sum).sum(), self.removed.value())
+        let sum = |p: PixelSums| p.luminance().0 * f64::from(p.count());
+        let mut removed = self.removed;
+        removed.merge(self.second.as_ref().map(|half| half.removed).unwrap_or_default());
+        (self.pixels().map(sum).sum(), removed.value())
     }
 
     /// An estimate of the root of the mean square error of the luminance, as a share of the root of its mean
@@ -251,12 +238,13 @@ impl Film {
     /// same to the bit.
     ///
     /// # Panics
-    /// If it keeps something else.
+    /// If it keeps something else, or one is in halves.
     pub fn merge(&mut self, other: &Self) {
         assert!(self.keeps_as(other), "films that are merged keep the same");
+        assert!(self.second.is_none() && other.second.is_none(), "halves are not merged");
         let per_pixel = aov::sums_per_pixel(&self.aovs);
         let (things, groups) = (aov::things(&self.aovs).count(), self.light_groups.len());
-        for (n, ([x, y], theirs)) in other.region.rows().zip(other.pixels()).enumerate() {
+        for (n, [x, y]) in other.region.rows().enumerate() {
             let i = self.index(x, y);
             let own = self.aov_sums[i * per_pixel..].iter_mut().take(per_pixel);
             own.zip(&other.aov_sums[n * per_pixel..]).for_each(|(a, b)| a.merge(*b));
@@ -265,8 +253,8 @@ impl Film {
             let own = self.group_sums[i * groups..].iter_mut().take(groups).flatten();
             let parts = other.group_sums[n * groups..].iter().flatten();
             own.zip(parts).for_each(|(a, b)| a.merge(*b));
-            self.counts[i] += theirs.count;
-            for (a, b) in self.sums[i].iter_mut().zip(theirs.sums) {
+            self.counts[i] += other.counts[n];
+            for (a, b) in self.sums[i].iter_mut().zip(other.sums[n]) {
                 a.merge(b);
             }
         }
@@ -275,16 +263,24 @@ impl Film {
         self.removed.merge(other.removed);
     }
 
-    /// For each pixel, in rows from the top, the things that it sees and that `aov` counts; `None` if the film does not
-    /// keep it, or it counts none.
-    pub fn things(&self, aov: Aov) -> Option<impl ExactSizeIterator<Item = &Things>> {
+    /// For each pixel, in rows from the top, the things that it sees and that `aov` counts, in both halves if there are two;
+    /// `None` if the film does not keep it, or it counts none.
+    pub fn things(&self, aov: Aov) -> Option<impl ExactSizeIterator<Item = Things>> {
         let place = aov::place_of_things(&self.aovs, aov)?;
-        Some(self.things.iter().skip(place).step_by(aov::things(&self.aovs).count()))
+        let per_pixel = aov::things(&self.aovs).count();
+        let of_pixel = move |i: usize| {
+            let mut things = self.things[i * per_pixel + place].clone();
+            if let Some(second) = &self.second {
+                things.merge(&second.things[i * per_pixel + place]);
+            }
+            things
+        };
+        Some((0..self.region.area()).map(of_pixel))
     }
 
     /// Total number of samples.
     pub fn samples(&self) -> u64 {
-        self.counts.iter().map(|&n| u64::from(n)).sum()
+        self.pixels().map(|pixel| u64::from(pixel.count())).sum()
     }
 }
 

@@ -5,8 +5,8 @@ use pt_math::Spectrum;
 use super::exact::{moments, sums};
 use super::groups::{self, GroupSums};
 use super::{
-    Aov, ExactSum, Fault, FirstHit, PixelSums, Region, Rejected, Rejections, Seen, Sums, Things,
-    aov,
+    Aov, ExactSum, Fault, FirstHit, Moments, PixelSums, Region, Rejected, Rejections, Seen, Sums,
+    Things, aov,
 };
 
 /// Pixels of a [`Film`](super::Film), which are its own for as long as this lives.
@@ -91,7 +91,7 @@ impl<'a> Tile<'a> {
     pub fn pixel(&self, pixel: [u32; 2]) -> PixelSums {
         let (row, column) = self.place(pixel);
         let Row { counts, sums, .. } = &self.rows[row];
-        PixelSums { sums: sums[column], count: counts[column] }
+        PixelSums::new(Moments { sums: sums[column], count: counts[column] }, None)
     }
 
     /// Adds consecutive samples of a pixel, of which the first has number `first`, each times what it counts by

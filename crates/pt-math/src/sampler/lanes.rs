@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use super::{PointSet, Sampler, SamplerKind, independent, pixel_key, sobol, stratified, zsobol};
+use super::{
+    PointSet, Sampler, SamplerKind, in_half, independent, pixel_key, sobol, stratified, zsobol,
+};
 
 /// Number of samples side by side.
 pub const LANES: usize = 16;
@@ -146,12 +148,16 @@ impl SamplerBlocks {
         let PointSet { kind, seed, spp } = self.set;
         let [xs, ys] = self.pixel.each_ref().map(|column| lanes(column, block));
         let keys = self.key.each_mut().map(|column| lanes_mut(column, block));
+        let index = lanes_mut(&mut self.index, block);
+        let mut ys = *ys;
+        for (y, index) in ys.iter_mut().zip(&mut *index) {
+            ([_, *y], *index) = in_half([0, *y], *index);
+        }
         if kind != SamplerKind::ZSobol {
-            set_keys([xs, ys], keys, |pixel| pixel_key(seed, pixel));
+            set_keys([xs, &ys], keys, |pixel| pixel_key(seed, pixel));
             return;
         }
         let log2_run = zsobol::log2_run(spp);
-        let index = lanes_mut(&mut self.index, block);
         let [mut columns, mut rows, mut runs] = [[0; LANES]; 3];
         for i in 0..LANES {
             let pixel = [xs[i], ys[i]];

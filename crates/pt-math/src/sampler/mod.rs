@@ -57,6 +57,17 @@ impl SamplerKind {
     }
 }
 
+/// The number of the first sample of a second half: a sample of this number and one behind it are, in a point set of their own
+/// with scramblings of their own, what those from 0 on are in the first. So means of the two halves are
+/// independent of each other, also where points of one are laid out to complete each other.
+pub const SECOND_HALF: u32 = 1 << 31;
+
+/// A pixel that is told apart in the two halves, and the number of a sample in its half. No pixel has so large a row.
+#[inline(always)]
+fn in_half([x, y]: [u32; 2], sample: u32) -> ([u32; 2], u32) {
+    ([x, y | sample & SECOND_HALF], sample & !SECOND_HALF)
+}
+
 /// The points of a render.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
 pub struct PointSet {
@@ -74,6 +85,7 @@ impl PointSet {
     /// Key and index of a sample of a pixel, by which its numbers are computed.
     #[inline(always)]
     fn locate(self, pixel: [u32; 2], sample: u32) -> ([u32; 2], u32) {
+        let (pixel, sample) = in_half(pixel, sample);
         if self.kind == SamplerKind::ZSobol {
             let log2_run = zsobol::log2_run(self.spp);
             let key = zsobol::key(self.seed, zsobol::square(log2_run, pixel, sample));

@@ -13,10 +13,11 @@ use super::Args;
 use crate::project::{output_folder, root};
 
 /// Renders of about half a second to two, of different kinds: names, and their options.
-const RENDERS: [(&str, &str); 5] = [
+const RENDERS: [(&str, &str); 6] = [
     ("sobol", "-r 80 60 -s 500 -t 1"),
     ("two threads", "-r 120 90 -s 500 -t 2 --tile-size 7"),
     ("adaptive", "-r 80 60 -s 900 -t 1 -a 32 0.03"),
+    ("error target", "-r 80 60 -t 2 --target-error 9%"),
     ("path reuse", "-r 60 45 -s 400 -t 2 --path-reuse 4"),
     (
         "other channels",

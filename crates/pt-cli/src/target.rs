@@ -1,0 +1,151 @@
+//! Renders that end when their image is good enough, or when time is up: what the command line says of them, and what is told.
+
+use std::time::Duration;
+
+use clap::Args;
+use pathtracer::{Look, SamplerKind, Session, Target};
+
+use crate::args::Cli;
+use crate::check;
+
+/// Samples of a pixel at most, if nothing else is said.
+const MOST_SAMPLES: u32 = 65_536;
+
+/// The confidence, if nothing else is said.
+const CONFIDENCE: f64 = 0.95;
+
+/// When to stop, if not after a number of samples.
+#[derive(Args, Debug, Clone, Default)]
+#[command(next_help_heading = "Sampling")]
+pub(crate) struct Stop {
+    /// Sample where it helps most until the error of the displayed image is below this: the root mean
+    /// square of what pixels are off, as a share of that of the image, as in 1%
+    #[arg(long, value_name = "ERROR", allow_negative_numbers = true, value_parser = share)]
+    #[arg(conflicts_with_all = ["cs184", "adaptive", "samples", "spp"])]
+    pub(crate) target_error: Option<f64>,
+
+    /// Likewise until in each square of 8 x 8 pixels the confidence's share of them is off by less than
+    /// this share of white, as in 2%
+    #[arg(long, value_name = "NOISE", allow_negative_numbers = true, value_parser = share)]
+    #[arg(conflicts_with_all = ["cs184", "adaptive", "samples", "spp"])]
+    pub(crate) target_noise: Option<f64>,
+
+    /// How sure that is to be [default: 95%]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true, value_parser = confidence)]
+    pub(crate) confidence: Option<f64>,
+
+    /// Samples of a pixel at most, with --target-error or --target-noise [default: 65536]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = two_or_more)]
+    pub(crate) max_spp: Option<u32>,
+
+    /// Stop after this time, as in 90s, 10m or 1h30m, counted from the start of the program; the samples are
+    /// kept, to go on from
+    #[arg(long, value_name = "TIME", value_parser = time, conflicts_with = "cs184")]
+    pub(crate) time_limit: Option<Duration>,
+}
+
+/// A share above 0 and up to 1, as 1% or 0.01.
+fn share(text: &str) -> Result<f64, String> {
+    let value = match text.strip_suffix('%') {
+        Some(percent) => percent.trim().parse::<f64>().map(|v| v / 100.0),
+        None => text.parse(),
+    };
+    match value {
+        Ok(v) if v > 0.0 && v <= 1.0 => Ok(v),
+        _ => Err("expected a share above 0 and up to 100%, as in 1% or 0.01".into()),
+    }
+}
+
+fn confidence(text: &str) -> Result<f64, String> {
+    share(text)
+        .ok()
+        .filter(|v| (0.5..=0.999_999).contains(v))
+        .ok_or("expected a share from 50% up to 99.9999%, as in 95% or 0.95".into())
+}
+
+fn two_or_more(text: &str) -> Result<u32, String> {
+    check::positive(text)
+        .ok()
+        .filter(|n| *n >= 2)
+        .ok_or("expected a whole number from 2 up to 2147483648".into())
+}
+
+pub(crate) fn time(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse::<f64>().ok().and_then(|v| Duration::try_from_secs_f64(v).ok());
+    let duration = seconds.or_else(|| humantime::parse_duration(text).ok());
+    duration
+        .filter(|duration| !duration.is_zero())
+        .ok_or("expected a time above 0, as in 90s, 10m or 1h30m".into())
+}
+
+impl Stop {
+    /// Whether an error target is given.
+    pub(crate) fn has_target(&self) -> bool {
+        self.target_error.is_some() || self.target_noise.is_some()
+    }
+
+    /// Samples of a pixel at most.
+    pub(crate) fn most_samples(&self) -> u32 {
+        self.max_spp.unwrap_or(MOST_SAMPLES)
+    }
+
+    /// The target, if one is given, for a screen that shows light made brighter by so many stops.
+    pub(crate) fn target(&self, exposure: f32) -> Option<Target> {
+        self.has_target().then(|| Target {
+            error: self.target_error,
+            noise: self.target_noise,
+            confidence: self.confidence.unwrap_or(CONFIDENCE),
+            white: libm::exp2(-f64::from(exposure)),
+        })
+    }
+}
+
+/// Refuses what makes no sense together.
+///
+/// # Errors
+/// A message that says what it is, and what to do.
+pub(crate) fn check(cli: &Cli) -> Result<(), String> {
+    let stop = &cli.stop;
+    if !stop.has_target() && (stop.confidence.is_some() || stop.max_spp.is_some()) {
+        return Err("--confidence and --max-spp are for --target-error and --target-noise; give one of them, \
+                    or the number of samples with -s"
+            .into());
+    }
+    if stop.has_target() && SamplerKind::from(cli.sampler).is_laid_out() {
+        return Err(
+            "--target-error and --target-noise end nobody knows when, and the points of this --sampler depend \
+             on the number of samples; take --sampler sobol or independent"
+                .into(),
+        );
+    }
+    Ok(())
+}
+
+/// What an error target measured, as in "0.96 % (0.93 to 0.99)".
+fn words(look: &Look) -> String {
+    let [error, least, most] = look.measured.to_array().map(|share| 100.0 * share);
+    format!("{error:.3} % of the displayed image ({least:.3} to {most:.3})")
+}
+
+/// What was measured, and what was asked for, in a line for the summary; `None` without halves.
+pub(crate) fn summary(session: &Session) -> Option<String> {
+    let look = session.look()?;
+    let Some(target) = &session.settings().target else { return Some(words(&look)) };
+    let asked = [("", target.error), ("noise ", target.noise)]
+        .into_iter()
+        .filter_map(|(name, share)| Some(format!("{name}{} %", 100.0 * share?)))
+        .collect::<Vec<_>>();
+    let noise = target.noise.map(|_| format!(", noise {:.3} % of white", 100.0 * look.noise));
+    Some(format!(
+        "{}{}; asked for: {} with a confidence of {} %",
+        words(&look),
+        noise.unwrap_or_default(),
+        asked.join(" and "),
+        100.0 * target.confidence
+    ))
+}
+
+/// Whether a target was missed.
+pub(crate) fn is_missed(session: &Session) -> bool {
+    session.settings().target.is_some() && !session.look().is_some_and(|look| look.is_met())
+}

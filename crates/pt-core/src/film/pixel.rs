@@ -1,0 +1,138 @@
+//! What is known of one pixel.
+
+use super::Sums;
+
+/// Sums of samples, and how many these are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Moments {
+    pub(super) sums: Sums,
+    pub(super) count: u32,
+}
+
+impl Moments {
+    /// Mean radiance; black without samples.
+    pub(super) fn mean(&self) -> [f64; 3] {
+        let n = f64::from(self.count.max(1));
+        let [r, g, b, _] = self.sums;
+        [r, g, b].map(|s| s.value() / n)
+    }
+
+    /// Mean luminance, and the variance of a sample, with Bessel's correction: (Σy² − (Σy)²/n)/(n − 1). Infinite
+    /// below two samples.
+    pub(super) fn luminance(&self) -> (f64, f64) {
+        let [r, g, b] = self.mean();
+        let mean = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        if self.count < 2 {
+            return (mean, f64::INFINITY);
+        }
+        let n = f64::from(self.count);
+        let [.., squares] = self.sums;
+        (mean, (squares.value() - n * mean * mean).max(0.0) / (n - 1.0))
+    }
+}
+
+/// What is known of one pixel, in one half or in two.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PixelSums {
+    first: Moments,
+    second: Option<Moments>,
+}
+
+impl PixelSums {
+    pub(super) fn new(first: Moments, second: Option<Moments>) -> Self {
+        Self { first, second }
+    }
+
+    /// Number of samples, of both halves together.
+    #[inline]
+    pub fn count(&self) -> u32 {
+        self.first.count + self.second.map_or(0, |second| second.count)
+    }
+
+    /// The halves that have samples: the first, the second, or both.
+    fn halves(&self) -> (Moments, Option<Moments>) {
+        match self.second {
+            Some(second) if self.first.count == 0 => (second, None),
+            second => (self.first, second.filter(|second| second.count > 0)),
+        }
+    }
+
+    /// Mean radiance; black without samples. Of two halves the mean of their means, whatever their numbers of
+    /// samples: how much a half counts must not depend on what it saw.
+    pub fn mean(&self) -> [f64; 3] {
+        match self.halves() {
+            (half, None) => half.mean(),
+            (first, Some(second)) => {
+                let (a, b) = (first.mean(), second.mean());
+                [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))
+            }
+        }
+    }
+
+    /// The mean radiance of each half, if both have samples.
+    pub fn means_of_halves(&self) -> Option<[[f64; 3]; 2]> {
+        let (first, second) = self.halves();
+        second.map(|second| [first.mean(), second.mean()])
+    }
+
+    /// Mean luminance, and the standard error of that mean: σ/√n with the sample variance
+    /// σ² = (Σy² − (Σy)²/n)/(n − 1). Infinite below two samples (of each half).
+    pub fn luminance(&self) -> (f64, f64) {
+        let of_half = |half: Moments| {
+            let (mean, variance) = half.luminance();
+            (mean, variance / f64::from(half.count.max(1)))
+        };
+        let (mean, square) = match self.halves() {
+            (half, None) => of_half(half),
+            (first, Some(second)) => {
+                let ((a, of_a), (b, of_b)) = (of_half(first), of_half(second));
+                (0.5 * (a + b), 0.25 * (of_a + of_b))
+            }
+        };
+        (mean, square.sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::ExactSum;
+
+    fn moments(samples: &[f32]) -> Moments {
+        let mut sums = Sums::default();
+        for &v in samples {
+            for (sum, value) in sums.iter_mut().zip([v, v, v, v * v]) {
+                sum.add(value);
+            }
+        }
+        Moments { sums, count: samples.len() as u32 }
+    }
+
+    /// Means 2 and 5, sample variances 2 and 3: the mean of both has the variance (2/2 + 3/3)/4.
+    #[test]
+    fn halves_count_the_same_whatever_they_have() {
+        let (two, three) = (moments(&[1.0, 3.0]), moments(&[3.0, 6.0, 6.0]));
+        let both = PixelSums::new(two, Some(three));
+        assert_eq!((both.count(), both.mean()), (5, [3.5; 3]));
+        assert_eq!(both.means_of_halves(), Some([[2.0; 3], [5.0; 3]]));
+        let (mean, error) = both.luminance();
+        assert!((mean - 3.5).abs() < 1e-12 && (error - 0.5f64.sqrt()).abs() < 1e-12, "{error}");
+    }
+
+    #[test]
+    fn a_half_without_samples_counts_nothing() {
+        let (half, none) = (moments(&[1.0, 3.0]), moments(&[]));
+        let alone = PixelSums::new(half, None);
+        for pixel in [PixelSums::new(half, Some(none)), PixelSums::new(none, Some(half))] {
+            assert_eq!(pixel.mean(), alone.mean());
+            assert_eq!(pixel.luminance(), alone.luminance());
+            assert_eq!(pixel.means_of_halves(), None);
+        }
+        assert_eq!(PixelSums::default().luminance(), (0.0, f64::INFINITY));
+        assert_eq!(moments(&[1.0]).sums[3], {
+            let mut one = ExactSum::default();
+            one.add(1.0);
+            one
+        });
+    }
+}

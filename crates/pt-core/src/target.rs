@@ -1,0 +1,447 @@
+//! Error targets: how a render that ends when its image is good enough shares out samples, and when it ends.
+//!
+//! The film has two halves that know nothing of each other, and their difference tells the error ([`Film::measured`]). Nothing of it
+//! may depend on what it judges:
+//!
+//! * As long as pixels are not told apart, all have the same samples (the pilot). Then how many samples a pixel has follows from
+//!   how much the halves of its *neighbours* differed in the pilot, times a goal for all pixels: so its mean is
+//!   that of as many samples as something else had decided, which has no bias.
+//! * The goal alone depends on the error, which is a sum over all pixels, and to which one adds as little as it is one of
+//!   many.
+//! * Whoever looks often finds a good moment by chance: the k-th look is held to a confidence of 1 − (1 − c)/(k(k + 1)), so that
+//!   all looks together are wrong in a share 1 − c of renders at most.
+
+use std::ops::Range;
+
+use crate::film::{Film, Measured, Plan};
+use crate::settings::Target;
+
+/// Samples of each half of a pixel before the first look.
+const FIRST_GOAL: u32 = 8;
+
+/// The share of the pilot in all samples of a pixel, one in so many.
+const PILOT_SHARE: f64 = 6.0;
+
+/// The least density, as a share of the average: nothing is sampled never.
+const LEAST_DENSITY: f64 = 0.05;
+
+/// How far neighbours are away that tell how many samples a pixel needs, in columns and rows. Of seven scenes with 64
+/// samples, those of 2 to 12 were tried: 2 is too little where paths are noisy, and 8 too much where shapes are small.
+const REACH: usize = 4;
+
+/// Side of the squares of pixels in each of which [`Target::noise`] holds.
+const SQUARE: usize = 8;
+
+/// From one goal to the next that is considered.
+const STEP: f64 = 1.03;
+
+/// Steps of a goal that are considered: up to a thousandfold.
+const STEPS: usize = 234;
+
+/// The largest step of a goal between two looks, but when pixels are first told apart.
+const LARGEST_STEP: u32 = 2;
+
+/// Powers of the factor by which the variance has still to fall that more samples are taken to bring: points of a sequence are
+/// better than independent ones, by which it is reckoned. Of the next round; and the least, the likely and the greatest
+/// of all that follows.
+const NEXT: f64 = 0.8;
+const EXPECTED: [f64; 3] = [0.55, 0.85, 1.1];
+
+/// What a look at a film found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Look {
+    /// The error of the image.
+    pub measured: Measured,
+    /// How far pixels may be off, in that square of 8 × 8 where they are worst: see [`Target::noise`].
+    pub noise: f64,
+    /// How many times as large the variance is as it may be: 0 if nothing is asked of it.
+    excess: f64,
+    /// Likewise, of each square of pixels; empty if nothing is asked of them.
+    excess_of_squares: Vec<f64>,
+}
+
+impl Look {
+    /// Whether the film is good enough.
+    pub fn is_met(&self) -> bool {
+        self.greatest_excess() <= 1.0
+    }
+
+    fn greatest_excess(&self) -> f64 {
+        self.excess_of_squares.iter().copied().fold(self.excess, f64::max)
+    }
+}
+
+/// How many standard deviations a normal variable exceeds with this probability, in (0, ½].
+fn deviations(probability: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 40.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        let tail = 0.5 * libm::erfc(middle * std::f64::consts::FRAC_1_SQRT_2);
+        *(if tail > probability { &mut low } else { &mut high }) = middle;
+    }
+    0.5 * (low + high)
+}
+
+impl Target {
+    /// The plan with which a render begins.
+    pub fn first_plan(&self, film: &Film, most: u32) -> Plan {
+        let goal = FIRST_GOAL.min(most);
+        // Nothing is known yet: as much as will be looked at first.
+        let expected = [2 * u64::from(goal) * film.region().area() as u64; 3];
+        Plan { goal, pilot: goal, expected, ..Plan::default() }
+    }
+
+    /// Looks at a film whose plan is fulfilled, of which so many pixels bring their light to each other. `None` if it has not two
+    /// halves with samples.
+    pub fn look(&self, film: &Film, reuse: u32) -> Option<Look> {
+        let round = f64::from(film.plan().map_or(0, |plan| plan.rounds)) + 1.0;
+        let wrong = (1.0 - self.confidence) / (round * (round + 1.0));
+        let measured = film.measured(self.white, deviations(wrong), reuse * reuse)?;
+        let excess = self.error.map_or(0.0, |error| (measured.most / error).powi(2));
+        let width = deviations(0.5 * (1.0 - self.confidence));
+        let errors = film.square_errors(self.white)?;
+        // As many channels as pixels of a square have, at the edges too.
+        let ones = of_squares(film, &vec![3.0; errors.len()]);
+        let squares = of_squares(film, &errors).into_iter().zip(ones).map(|(sum, n)| sum / n);
+        let squares: Vec<f64> = squares.collect();
+        let worst = squares.iter().copied().fold(0.0, f64::max);
+        let excess_of_squares = self.noise.map_or(Vec::new(), |noise| {
+            squares.iter().map(|square| square * (width / noise).powi(2)).collect()
+        });
+        Some(Look { measured, noise: width * worst.sqrt(), excess, excess_of_squares })
+    }
+
+    /// What to do after a look that found the film not good enough: the next plan, with at most `most` samples of a pixel in each
+    /// half, of which squares of `reuse`² pixels bring their light to each other. `None` if no pixel may have more.
+    pub fn next_plan(&self, film: &Film, look: &Look, reuse: u32, most: u32) -> Option<Plan> {
+        let now = film.plan()?;
+        let model = Model::new(film, film.square_errors(self.white)?, now, most);
+        let apart = if now.densities.is_some() {
+            now.clone()
+        } else {
+            let densities = Some(self.densities(film, reuse)?);
+            Plan { pilot: now.goal, densities, ..now.clone() }
+        };
+        let with_goal = |goal: u32, plan: &Plan| Plan { goal, ..plan.clone() };
+        let expected = EXPECTED.map(|power| {
+            2 * model.total(&with_goal(model.goal(look, (now, &apart), power), &apart))
+        });
+        let news =
+            Plan { rounds: now.rounds + 1, error: Some(look.measured.error), expected, ..apart };
+        let goal = model.goal(look, (now, &news), NEXT);
+        let largest = now.goal.saturating_mul(LARGEST_STEP);
+        if now.densities.is_none() {
+            let mean = model.total(&with_goal(goal, &news)) as f64 / film.region().area() as f64;
+            let pilot = ((mean / PILOT_SHARE) as u32).min(most);
+            if now.goal < pilot {
+                let goal = pilot.min(largest);
+                return Some(Plan { goal, pilot: goal, densities: None, ..news });
+            }
+        }
+        let goal = if now.densities.is_some() { goal.min(largest) } else { goal };
+        Some(with_goal(goal, &news)).filter(|next| model.total(next) > model.total(now))
+    }
+
+    /// How many samples pixels are to have for each of the goal, by what their neighbours know, outside of the squares of
+    /// `reuse`² of which they are a part: for the least error of the image in proportion to the standard deviation of a sample, for the
+    /// same error everywhere to the variance.
+    fn densities(&self, film: &Film, reuse: u32) -> Option<Vec<f32>> {
+        let mut errors = film.square_errors(self.white)?;
+        if self.noise.is_none() {
+            for error in &mut errors {
+                *error = error.sqrt();
+            }
+        }
+        let width = film.region().width as usize;
+        let sizes = vec![1.0; errors.len()];
+        let around = |values: &[f64]| {
+            let inner = sums_around(values, width, reuse as usize - 1);
+            let outer = sums_around(values, width, REACH + reuse as usize - 1);
+            outer.into_iter().zip(inner).map(|(outer, inner)| (outer - inner).max(0.0))
+        };
+        let densities: Vec<f64> =
+            around(&errors).zip(around(&sizes)).map(|(sum, n)| sum / n.max(1.0)).collect();
+        let mean = densities.iter().sum::<f64>() / densities.len().max(1) as f64;
+        let relative = |d: f64| if mean > 0.0 { d / mean } else { 1.0 };
+        let mixed = |d: f64| LEAST_DENSITY + (1.0 - LEAST_DENSITY) * relative(d);
+        Some(densities.into_iter().map(|d| mixed(d) as f32).collect())
+    }
+}
+
+/// The sums of the values of the pixels of each square of [`SQUARE`]² pixels, row by row.
+fn of_squares(film: &Film, values: &[f64]) -> Vec<f64> {
+    let width = film.region().width as usize;
+    let columns = width.div_ceil(SQUARE);
+    let mut sums = vec![0.0; columns * (film.region().height as usize).div_ceil(SQUARE)];
+    for (y, row) in values.chunks_exact(width.max(1)).enumerate() {
+        for (x, value) in row.iter().enumerate() {
+            sums[y / SQUARE * columns + x / SQUARE] += value;
+        }
+    }
+    sums
+}
+
+/// The sum of the values of each pixel and of those at most `reach` columns and rows away.
+fn sums_around(values: &[f64], width: usize, reach: usize) -> Vec<f64> {
+    let height = values.len() / width.max(1);
+    let near = |i: usize, end: usize| -> Range<usize> {
+        i.saturating_sub(reach)..(i + reach + 1).min(end)
+    };
+    let along_rows: Vec<f64> = (0..values.len())
+        .map(|i| near(i % width, width).map(|x| values[i / width * width + x]).sum())
+        .collect();
+    (0..values.len())
+        .map(|i| near(i / width, height).map(|y| along_rows[y * width + i % width]).sum())
+        .collect()
+}
+
+/// What the error of an image will be with more samples, if these are as good as independent ones.
+struct Model<'a> {
+    film: &'a Film,
+    most: u32,
+    /// Of each pixel, times its samples.
+    variances: Vec<f64>,
+    /// The error of each square as it is.
+    now: Vec<f64>,
+}
+
+impl<'a> Model<'a> {
+    /// Of a film whose plan is fulfilled, with the square errors of its pixels.
+    fn new(film: &'a Film, errors: Vec<f64>, plan: &Plan, most: u32) -> Self {
+        let now = of_squares(film, &errors);
+        let mut model = Self { film, most, variances: errors, now };
+        for i in 0..model.variances.len() {
+            model.variances[i] *= f64::from(model.count(plan, i));
+        }
+        model
+    }
+
+    fn count(&self, plan: &Plan, pixel: usize) -> u32 {
+        plan.wanted(pixel).min(self.most)
+    }
+
+    /// The samples of all pixels in each half.
+    fn total(&self, plan: &Plan) -> u64 {
+        (0..self.variances.len()).map(|i| u64::from(self.count(plan, i))).sum()
+    }
+
+    /// What [`Look::greatest_excess`] will be.
+    fn excess(&self, look: &Look, plan: &Plan) -> f64 {
+        let errors = self.variances.iter().enumerate();
+        let errors: Vec<f64> =
+            errors.map(|(i, v)| v / f64::from(self.count(plan, i).max(1))).collect();
+        let then = of_squares(self.film, &errors);
+        let fall = |then: f64, now: f64| if now > 0.0 { then / now } else { 1.0 };
+        let [all_then, all_now] = [&then, &self.now].map(|sums| sums.iter().sum::<f64>());
+        let of_squares = look.excess_of_squares.iter().zip(then.iter().zip(&self.now));
+        let of_squares = of_squares.map(|(excess, (&then, &now))| excess * fall(then, now));
+        of_squares.fold(look.excess * fall(all_then, all_now), f64::max)
+    }
+
+    /// The least goal by which the excess falls by this power of what it has to, if the plan that is fulfilled gives way to
+    /// another; as far as goals are considered.
+    fn goal(&self, look: &Look, (now, then): (&Plan, &Plan), power: f64) -> u32 {
+        let left = libm::pow(look.greatest_excess().max(1.0), 1.0 - power);
+        let mut goals = vec![now.goal.saturating_add(1)];
+        let mut goal = f64::from(now.goal);
+        for _ in 0..STEPS {
+            goal *= STEP;
+            goals.push((goal as u32).max(goals[0]));
+        }
+        let mut plan = then.clone();
+        let first = goals.partition_point(|&goal| {
+            plan.goal = goal;
+            self.excess(look, &plan) > left
+        });
+        goals[first.min(goals.len() - 1)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::{Half, Region};
+    use pt_math::Spectrum;
+    use pt_testing::Random;
+
+    const TARGET: Target = Target { error: Some(0.01), noise: None, confidence: 0.95, white: 1.0 };
+    const MOST: u32 = 200;
+
+    /// A film of this size, of which each pixel has as many samples as its plan wants, by what a function says of a pixel's
+    /// number and a random number in [0, 1).
+    fn film(
+        size: [u32; 2],
+        plan: Plan,
+        random: &mut Random,
+        light: impl Fn(usize, f32) -> f32,
+    ) -> Film {
+        let mut film = Film::new(Region::full(size)).in_halves();
+        for half in Half::BOTH {
+            let half = film.half_mut(half);
+            let first = half.first();
+            for tile in &mut half.tiles(u32::MAX, [0; 2]) {
+                for pixel in tile.region().pixels() {
+                    let i = (pixel[1] * size[0] + pixel[0]) as usize;
+                    let samples: Vec<_> = (0..plan.wanted(i).min(MOST))
+                        .map(|_| Spectrum::splat(light(i, random.unit())))
+                        .collect();
+                    tile.add(pixel, first, &samples, None);
+                }
+            }
+        }
+        film.set_plan(plan);
+        film
+    }
+
+    fn even(goal: u32) -> Plan {
+        Plan { goal, pilot: goal, ..Plan::default() }
+    }
+
+    /// From tables of the normal distribution.
+    #[test]
+    fn deviations_are_those_of_the_normal_distribution() {
+        for (probability, wanted) in [(0.5, 0.0), (0.025, 1.959_964), (0.001_25, 3.023_341)] {
+            let found = deviations(probability);
+            assert!((found - wanted).abs() < 1e-5, "{probability}: {found}");
+        }
+    }
+
+    /// Pixels of which samples are 0 or 2, half and half: the error of an image of 2n samples is 1/√(2n).
+    /// It is in the interval as often as is said.
+    #[test]
+    fn the_error_of_an_image_is_in_the_interval_that_is_told() {
+        let mut random = Random::new(4);
+        let mut inside = 0;
+        for _ in 0..400 {
+            let film =
+                film([30, 20], even(8), &mut random, |_, u| 0.6 * f32::from(u8::from(u < 0.5)));
+            let look = TARGET.look(&film, 1).expect("there are samples");
+            let square = |pixel: crate::film::PixelSums| (pixel.mean()[0] - 0.3).powi(2);
+            let error = (film.pixels().map(square).sum::<f64>() / 600.0).sqrt() / 0.3;
+            assert!((look.measured.error - 0.25).abs() < 0.06, "{look:?}");
+            inside += u32::from((look.measured.least..=look.measured.most).contains(&error));
+        }
+        assert!(inside >= 385, "{inside} of 400 are inside");
+    }
+
+    /// Samples far beyond white change nothing that can be seen; where one half is there and the other is not, the
+    /// whole difference counts.
+    #[test]
+    fn what_is_beyond_white_is_white() {
+        let mut random = Random::new(1);
+        let bright = film([4, 4], even(8), &mut random, |_, u| 5.0 + u);
+        let look = TARGET.look(&bright, 1).expect("there are samples");
+        assert_eq!((look.measured.error, look.is_met()), (0.0, true));
+        let mut one_half = Film::new(Region::full([1, 1])).in_halves();
+        for (half, light) in Half::BOTH.into_iter().zip([20.0, 0.5]) {
+            let half = one_half.half_mut(half);
+            half.tiles(1, [0; 2])[0].add([0, 0], 0, &[Spectrum::splat(light)], None);
+        }
+        assert_eq!(one_half.square_errors(1.0), Some(vec![3.0 * 0.25]));
+        assert_eq!(one_half.square_errors(100.0).map(|e| e[0] < 0.04), Some(true));
+    }
+
+    #[test]
+    fn a_pixel_has_no_say_in_its_own_samples() {
+        for reuse in [1, 2, 4] {
+            let densities = |own: f32| {
+                let mut random = Random::new(9);
+                let light = |i: usize, u: f32| if i == 21 * 40 + 17 { own * u } else { 0.3 * u };
+                let film = film([40, 30], even(8), &mut random, light);
+                TARGET.densities(&film, reuse).expect("there are samples")
+            };
+            let (quiet, loud) = (densities(0.1), densities(0.9));
+            let share = |d: f32| f64::from(d) - LEAST_DENSITY;
+            let relative = |d: &[f32], i: usize| share(d[i]) / share(d[0]);
+            let has_changed =
+                |i: usize| (relative(&quiet, i) / relative(&loud, i) - 1.0).abs() > 1e-5;
+            let changed: Vec<_> = (0..quiet.len()).filter(|&i| has_changed(i)).collect();
+            assert!(!changed.is_empty());
+            for i in changed {
+                let off = (i / 40).abs_diff(21).max((i % 40).abs_diff(17));
+                assert!(off >= reuse as usize && off < REACH + reuse as usize, "{reuse}: {i}");
+            }
+        }
+    }
+
+    /// A quarter of the image has ten times the noise of the rest.
+    #[test]
+    fn samples_go_where_the_noise_is() {
+        let mut random = Random::new(2);
+        let noisy = |i: usize| i % 40 < 10;
+        let light = |i: usize, u: f32| 0.5 + (u - 0.5) * if noisy(i) { 0.8 } else { 0.08 };
+        let film = film([40, 32], even(16), &mut random, light);
+        let target = Target { error: Some(0.03), ..TARGET };
+        let look = target.look(&film, 1).expect("there are samples");
+        let plan = target.next_plan(&film, &look, 1, MOST).expect("there is more to do");
+        let densities = plan.densities.clone().expect("pixels are told apart");
+        let mean = |is: bool| {
+            let pixels = (0..40 * 32).filter(|&i| noisy(i) == is && !(6..14).contains(&(i % 40)));
+            let (sum, n) = pixels.fold((0.0, 0.0), |(sum, n), i| (sum + densities[i], n + 1.0));
+            sum / n
+        };
+        assert!(mean(true) > 6.0 * mean(false), "{plan:?}");
+        assert!((0..40 * 32).all(|i| plan.wanted(i) >= 16));
+    }
+
+    /// Rounds of a render whose samples are independent: they end, and the last look has found what was asked for.
+    #[test]
+    fn rounds_come_to_an_end() {
+        let light = |i: usize, u: f32| 0.4 + (u - 0.5) * (i % 7) as f32 * 0.1;
+        let of = |error, noise| Target { error, noise, ..TARGET };
+        for target in [of(Some(0.02), None), of(None, Some(0.03)), of(Some(0.03), Some(0.05))] {
+            let mut random = Random::new(3);
+            let mut plan = target.first_plan(&Film::new(Region::full([24, 16])), MOST);
+            for round in 0.. {
+                assert!(round < 30, "{target}: no end");
+                let film = film([24, 16], plan, &mut random, light);
+                let look = target.look(&film, 1).expect("there are samples");
+                let Some(next) = (!look.is_met()).then(|| target.next_plan(&film, &look, 1, MOST))
+                else {
+                    assert!(target.error.is_none_or(|error| look.measured.error <= error));
+                    assert!(target.noise.is_none_or(|noise| look.noise <= noise));
+                    break;
+                };
+                plan = next.expect("more is allowed");
+            }
+        }
+    }
+
+    #[test]
+    fn no_pixel_has_more_samples_than_it_may() {
+        let mut random = Random::new(6);
+        let mut plan = TARGET.first_plan(&Film::new(Region::full([24, 16])), MOST);
+        let mut rounds = 0;
+        loop {
+            let film = film([24, 16], plan.clone(), &mut random, |_, u| u);
+            let look = TARGET.look(&film, 1).expect("there are samples");
+            assert!(!look.is_met());
+            match TARGET.next_plan(&film, &look, 1, MOST) {
+                Some(next) => plan = next,
+                None => break,
+            }
+            rounds += 1;
+            assert!(rounds < 60, "{plan:?}");
+        }
+        assert!((0..24 * 16).all(|i| plan.wanted(i) >= MOST), "{plan:?}");
+    }
+
+    #[test]
+    fn sums_around_are_those_of_a_plain_loop() {
+        let mut random = Random::new(8);
+        for (width, height) in [(1, 1), (7, 3), (3, 9), (12, 10)] {
+            let values: Vec<f64> = (0..width * height).map(|_| f64::from(random.unit())).collect();
+            for reach in [0, 1, 4] {
+                let near = |i: usize, j: usize| {
+                    (i / width).abs_diff(j / width) <= reach
+                        && (i % width).abs_diff(j % width) <= reach
+                };
+                for (i, sum) in sums_around(&values, width, reach).into_iter().enumerate() {
+                    let plain: f64 =
+                        (0..values.len()).filter(|&j| near(i, j)).map(|j| values[j]).sum();
+                    assert!((sum - plain).abs() < 1e-12, "{width} {height} {reach} {i}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! Renders with an error target keep their word: the true error, told by a converged image, is below the target as often as
+//! they say; and they take fewer samples than a render with the same for all pixels.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, ensure};
+use pt_scene::image;
+use serde_json::Value;
+
+use crate::project::{output_folder, root};
+
+/// Scenes, each with what is rendered of it, its target, and the samples of the image that is taken for the truth.
+const SCENES: [(&str, &str, f64, u32); 5] = [
+    ("cornell.dae", "-r 64 48", 0.06, 131_072),
+    ("mitsuba/spot.xml", "-r 64 64", 0.004, 65_536),
+    ("mitsuba/sunsky_evening.xml", "-r 48 48", 0.015, 65_536),
+    ("mitsuba/environment.xml", "-r 48 48", 0.004, 65_536),
+    ("mitsuba/fog.xml", "-r 40 40", 0.04, 65_536),
+];
+
+/// Renders of each, with seeds of their own.
+const SEEDS: u32 = 40;
+
+/// The confidence that is asked for.
+const CONFIDENCE: f64 = 0.95;
+
+/// The share of samples of a render without adaptive sampling that should suffice, and in how many scenes.
+const FEWER: (f64, usize) = (0.7, 3);
+
+/// A scene that is rendered in different ways.
+struct Subject<'a> {
+    program: &'a Path,
+    image: PathBuf,
+    scene: PathBuf,
+    options: &'a str,
+}
+
+/// Image in linear light, and what the program says of the render.
+type Rendered = (Vec<[f32; 3]>, Value);
+
+impl Subject<'_> {
+    fn render(&self, options: &str) -> Result<Rendered> {
+        let json = self.image.with_extension("json");
+        let mut command = Command::new(self.program);
+        command.args(self.options.split(' ')).args(options.split(' '));
+        command.args(["-q", "--checkpoint-every", "0", "--receipt", "none", "--summary-json"]);
+        command.arg(&json).arg("-f").arg(&self.image).arg(&self.scene);
+        let status = command.status()?;
+        ensure!(status.success(), "{}: the render fails", self.scene.display());
+        let summary = serde_json::from_str(&std::fs::read_to_string(&json)?)?;
+        Ok((image::load_raw(&self.image)?.pixels, summary))
+    }
+
+    /// Samples of a pixel with which a render that takes the same of each has an error of at most `target`, by the same
+    /// measure and with the same confidence, in one look.
+    fn even_samples(&self, target: f64, seed: u32) -> Result<f64> {
+        let mut before: Option<(f64, f64)> = None;
+        for power in 4.. {
+            let spp = 1u32 << power;
+            let options = format!("-s {spp} --seed {seed} --aov half_a,half_b");
+            let error = number(&self.render(&options)?.1, "error_at_most")?;
+            let samples = f64::from(spp);
+            if error <= target {
+                // Errors are powers of samples.
+                let Some((fewer, larger)) = before else { return Ok(samples) };
+                let share = libm::log(larger / target) / libm::log(larger / error);
+                return Ok(fewer * libm::pow(samples / fewer, share));
+            }
+            before = Some((samples, error));
+        }
+        unreachable!("powers do not end")
+    }
+}
+
+fn number(summary: &Value, name: &str) -> Result<f64> {
+    summary[name].as_f64().with_context(|| format!("the summary has no number \"{name}\""))
+}
+
+/// The relative root mean square error of an image, as a screen of white 1 shows it.
+fn true_error(pixels: &[[f32; 3]], truth: &[[f32; 3]]) -> f64 {
+    let shown = |image: &[[f32; 3]]| -> Vec<f64> {
+        image.as_flattened().iter().map(|v| f64::from(v.clamp(0.0, 1.0))).collect()
+    };
+    let (pixels, truth) = (shown(pixels), shown(truth));
+    let error: f64 = pixels.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum();
+    (error / truth.iter().map(|v| v * v).sum::<f64>()).sqrt()
+}
+
+/// Renders all, and compares.
+///
+/// # Errors
+/// If more renders than allowed are worse than their target, too few need fewer samples, or a render fails.
+pub(super) fn run(program: &Path) -> Result<()> {
+    let folder = output_folder("soak")?;
+    let (mut within, mut in_interval, mut all, mut fewer) = (0, 0, 0, 0);
+    for (scene, options, target, converged) in SCENES {
+        let subject = Subject {
+            program,
+            image: folder.join("target.exr"),
+            scene: root().join("scenes").join(scene),
+            options,
+        };
+        let options = format!("-s {converged} --seed 1000000 --aov half_a,half_b");
+        let (truth, summary) = subject.render(&options)?;
+        let of_truth = number(&summary, "error")?;
+        let pixels = truth.len() as f64;
+        let (mut good, mut told, mut samples, mut worst) = (0, 0, 0.0, 0.0f64);
+        for seed in 0..SEEDS {
+            let confidence = CONFIDENCE;
+            let options =
+                format!("--target-error {target} --confidence {confidence} --seed {seed}");
+            let (image, summary) = subject.render(&options)?;
+            let error = true_error(&image, &truth);
+            let [least, most] =
+                ["error_at_least", "error_at_most"].map(|name| number(&summary, name));
+            good += u32::from(error <= target);
+            told += u32::from((least?..=most?).contains(&error));
+            worst = worst.max(error / target);
+            samples += number(&summary, "samples")? / pixels / f64::from(SEEDS);
+        }
+        let even =
+            (0..4).map(|seed| subject.even_samples(target, seed)).sum::<Result<f64>>()? / 4.0;
+        println!(
+            "{scene}: error at most {:.2} % in {good} of {SEEDS} (the worst {worst:.3} of it), in the interval in {told}; \
+             {samples:.0} samples per pixel, {:.2} of the {even:.0} that all pixels alike need; the truth is off by {:.3} %",
+            100.0 * target,
+            samples / even,
+            100.0 * of_truth
+        );
+        (within, in_interval, all) = (within + good, in_interval + told, all + SEEDS);
+        fewer += usize::from(samples <= FEWER.0 * even);
+    }
+    println!(
+        "{within} of {all} renders are as good as was asked for, {in_interval} in the interval that they told; fewer \
+         samples in {fewer} of {} scenes",
+        SCENES.len()
+    );
+    ensure!(f64::from(within) >= CONFIDENCE * f64::from(all), "too many are worse");
+    ensure!(f64::from(in_interval) >= CONFIDENCE * f64::from(all), "too many are outside");
+    ensure!(fewer >= FEWER.1, "adaptive sampling helps too little");
+    Ok(())
+}
