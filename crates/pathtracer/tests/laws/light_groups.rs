@@ -1,14 +1,17 @@
 //! The light of groups of lights: its sum is the light of all, and each part is that of its lights.
 
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use pathtracer::image::Samples;
 use pathtracer::{
-    Clamp, DirectLight, Film, Filter, INTEGRATORS, LightGroup, LightGroups, RenderError, Scene,
-    Session, Settings, Silent, groups, light_groups,
+    Adaptive, Aov, Clamp, DirectLight, Film, Filter, INTEGRATORS, LightGroup, LightGroups,
+    Observer, Progress, Region, RenderError, Scene, Session, Settings, Silent, Target, groups,
+    light_groups,
 };
 use pt_math::{DAffine3, DVec3};
 use pt_scene::material::{Plastic, Surface};
 use pt_scene::{LightKind, shapes};
-use pt_testing::mean_z_test;
+use pt_testing::{Estimates, z_test};
 
 use crate::media::foggy_room;
 use crate::motion::under_flying_lamps;
@@ -104,6 +107,100 @@ fn groups_are_together_the_image() {
     ] {
         assert_parts_are_the_whole(&colored(), &settings, "lights of all kinds");
     }
+}
+
+/// Settings with which pixels have different numbers of samples, or two halves, or both.
+fn uneven() -> [Settings; 4] {
+    let base = Settings { spp: 60, max_depth: 4, ..Settings::default() };
+    let target = Target { error: Some(0.01), white: 30.0, ..Target::NONE };
+    let noise = Target { noise: Some(0.01), white: 30.0, ..Target::NONE };
+    [
+        Settings { adaptive: Some(Adaptive { batch: 4, tolerance: 0.3 }), ..base.clone() },
+        Settings { aovs: vec![Aov::HalfA, Aov::HalfB], spp: 5, ..base.clone() },
+        Settings { target: Some(target), spp: 1 << 12, ..base.clone() },
+        Settings { target: Some(noise), spp: 1 << 12, filter: Filter::MITCHELL, ..base },
+    ]
+}
+
+#[test]
+fn groups_are_together_the_image_however_many_samples_pixels_have() {
+    for settings in uneven() {
+        for integrator in integrators() {
+            let settings = Settings { integrator: integrator.to_owned(), ..settings.clone() };
+            assert_parts_are_the_whole(&colored(), &settings, "lights of all kinds");
+            assert_parts_are_the_whole(&many(30), &settings, "many lights");
+        }
+    }
+    for settings in uneven().iter().filter(|settings| settings.aovs.is_empty()) {
+        let film = rendered(&colored(), settings.clone()).film().clone();
+        assert_eq!(film.even_count(), None, "pixels have different numbers: {settings:?}");
+    }
+}
+
+/// Neither threads nor tiles nor batches nor stops change a bit of what films keep of groups.
+#[test]
+fn groups_are_the_same_to_the_bit_however_work_is_shared_out() {
+    let scene = colored();
+    let even = Settings { spp: 21, max_depth: 4, ..Settings::default() };
+    for settings in [even].into_iter().chain(uneven()) {
+        let settings = Settings { light_groups: Some(EACH), ..settings };
+        let new = || Session::new(&scene, size(SIZE), settings.clone()).expect("it compiles");
+        let mut one = new();
+        one.render(1, 32, &Silent).expect("it renders");
+        let mut stopped = new();
+        let mut stops = 0;
+        let render = |session: &mut Session, stops: u32| {
+            let seen = AtomicU32::new(0);
+            let (progress, _) = session.render(3, 5, &Stop { seen, after: 20 * stops })?;
+            Ok::<_, RenderError>(progress)
+        };
+        while render(&mut stopped, stops).expect("it renders") == Progress::Cancelled {
+            let mut bytes = Vec::new();
+            stopped.film().write(&mut bytes).expect("memory takes all");
+            stopped = new();
+            stopped.go_on_from(Film::read(&bytes).expect("it is one"));
+            stops += 1;
+        }
+        assert!(stops > 2 && stopped.film() == one.film(), "{stops} stops: {settings:?}");
+    }
+}
+
+/// Stops a render when it asked so often.
+struct Stop {
+    seen: AtomicU32,
+    after: u32,
+}
+
+impl Observer for Stop {
+    fn cancelled(&self) -> bool {
+        self.seen.fetch_add(1, Ordering::Relaxed) >= self.after
+    }
+}
+
+/// Films of some of the samples and of some of the pixels add up to the whole, groups and all.
+#[test]
+fn groups_of_parts_add_up_to_those_of_the_whole() {
+    let scene = colored();
+    let settings =
+        Settings { spp: 9, max_depth: 4, light_groups: Some(EACH), ..Settings::default() };
+    let whole = rendered(&scene, settings.clone());
+    let part = |region: Region, from: u32, to: u32| {
+        let settings = Settings { spp: to, region: Some(region), ..settings.clone() };
+        let settings = Settings { layout: Some(9), ..settings };
+        let mut session = Session::new(&scene, size(SIZE), settings).expect("it compiles");
+        session.start_at(from);
+        session.render(2, 4, &Silent).expect("it renders");
+        session.film().clone()
+    };
+    let all = Region::full(SIZE);
+    let empty = Film::new(all).with_light_groups(whole.film().light_groups());
+    let mut sum = empty.starting_at(9);
+    for (from, to) in [(5, 9), (0, 2), (2, 5)] {
+        for region in all.tiles(7, [2, 0]).into_iter().rev() {
+            sum.merge(&part(region, from, to));
+        }
+    }
+    assert!(sum == *whole.film());
 }
 
 const COLORS: [[f32; 3]; 3] = [[9.0, 0.0, 0.0], [0.0, 9.0, 0.0], [0.0, 0.0, 9.0]];
@@ -244,10 +341,32 @@ fn without_others(scene: &Scene, name: &str) -> Scene {
     scene
 }
 
-/// Of an image that is rendered with many seeds, the part of a group has the mean of a render in which there are no other
-/// lights.
+/// The mean of each pixel and of all of them over many seeds, red, green and blue together, with their variances.
+fn means(seeds: u32, render: impl Fn(u32) -> Vec<[f32; 3]>) -> [Vec<f32>; 2] {
+    let mut sums: Vec<[f64; 2]> = Vec::new();
+    for seed in 0..seeds {
+        let pixels = render(seed);
+        let light = pixels.iter().map(|rgb| rgb.iter().copied().map(f64::from).sum::<f64>());
+        let mut values: Vec<f64> = light.collect();
+        values.push(values.iter().sum::<f64>() / values.len() as f64);
+        sums.resize(values.len(), [0.0; 2]);
+        for (sum, value) in sums.iter_mut().zip(values) {
+            *sum = [sum[0] + value, sum[1] + value * value];
+        }
+    }
+    let n = f64::from(seeds);
+    let variance = |[sum, squares]: [f64; 2]| (squares / n - (sum / n).powi(2)) / (n - 1.0);
+    [
+        sums.iter().map(|[sum, _]| (sum / n) as f32).collect(),
+        sums.iter().map(|sums| variance(*sums) as f32).collect(),
+    ]
+}
+
+/// Of an image that is rendered with many seeds, each pixel of the part of a group has the mean of that in a render in which
+/// there are no other lights; also where an error target, which knows the light of all, says how many samples pixels have.
 #[test]
 fn a_group_is_what_its_lights_would_give_alone() {
+    const SEEDS: u32 = 200;
     let down = |x: f64| looking(DVec3::new(x, 1.5, 0.3), DVec3::new(x, 0.0, 0.3));
     let mut scene = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 2.0), grey())
@@ -259,31 +378,30 @@ fn a_group_is_what_its_lights_would_give_alone() {
     scene.objects[2].name = "ball".into();
     scene.lights[0].name = "bulb".into();
     scene.lights[1].name = "sky".into();
-    let mean = |pixels: &[[f32; 3]]| {
-        pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>() / (3.0 * pixels.len() as f64)
-    };
-    for integrator in ["path", "volpath"] {
-        let settings = |seed: u32, light_groups: Option<LightGroups>| {
-            let integrator = integrator.to_owned();
-            Settings { spp: 8, max_depth: 4, seed, integrator, light_groups, ..Settings::default() }
+    let target = Target { error: Some(0.3), ..Target::NONE };
+    for (integrator, target) in
+        integrators().map(|name| (name, None)).chain([("path", Some(target))])
+    {
+        let settings = |seed: u32| {
+            let (integrator, spp) = (integrator.to_owned(), 8);
+            Settings { spp, max_depth: 4, seed, integrator, ..Settings::default() }
         };
-        let seeds = 0..40;
-        let together: Vec<_> = seeds
-            .clone()
-            .map(|seed| parts(rendered(&scene, settings(seed, Some(EACH))).film()))
-            .collect();
+        let together = |seed: u32| {
+            let spp = if target.is_some() { 1 << 12 } else { 8 };
+            let settings = Settings { target, spp, light_groups: Some(EACH), ..settings(seed) };
+            parts(rendered(&scene, settings).film())
+        };
+        let together: Vec<_> = (0..SEEDS).map(together).collect();
         for (group, name) in ["sky", "bulb", "ball"].into_iter().enumerate() {
             assert_eq!(together[0][group].0, name);
             let alone = without_others(&scene, name);
-            let differences: Vec<_> = seeds
-                .clone()
-                .map(|seed| {
-                    let image = rendered(&alone, settings(1000 + seed, None)).image();
-                    mean(&together[seed as usize][group].1) - mean(&image.pixels)
-                })
-                .collect();
-            assert!(mean(&together[0][group].1) > 0.01, "{name} gives light");
-            mean_z_test(&differences, 0.0, 1e-3).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+            let [mean, variance] = means(SEEDS, |seed| together[seed as usize][group].1.clone());
+            let [want, of_want] =
+                means(SEEDS, |seed| rendered(&alone, settings(1000 + seed)).image().pixels);
+            assert!(mean.last().is_some_and(|mean| *mean > 0.03), "{name} gives light");
+            let estimates = Estimates { mean: &mean, variance: &variance };
+            z_test(estimates, Estimates { mean: &want, variance: &of_want }, 1e-3)
+                .unwrap_or_else(|e| panic!("{name} by {integrator}, {target:?}: {e}"));
         }
     }
 }
@@ -302,6 +420,10 @@ fn groups_that_make_no_sense_are_refused() {
     refused(
         named(&[("a", &["lamp"])]),
         "there is no light \"lamp\"; the lights of the scene are \"sky\"",
+    );
+    refused(
+        named(&[("a", &["lights 1"])]),
+        "\"lights 1\" (did you mean \"light 1\" or \"light 10\" or \"light 11\"?); the",
     );
     refused(named(&[("a", &["sky"]), ("b", &["sky"])]), "\"sky\" is named twice");
     assert_eq!(new(named(&[("a", &["sky", "light 1"]), ("b", &[])])), None);

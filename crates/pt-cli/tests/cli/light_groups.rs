@@ -33,14 +33,16 @@ fn channel(channels: &[(String, Vec<f64>)], name: &str) -> Vec<f64> {
 fn groups_are_layers_that_add_up_to_the_image() {
     let folder = Folder::new();
     folder.write("scene.xml", LIGHTS);
-    let base = "-r 24 18 -s 8 scene.xml -q";
-    folder.succeed(&format!("{base} -f plain.exr"));
-    let plain = channels(&folder, "plain.exr");
-    for (groups, layers) in [
-        ("each", ["sky", "bulb", "big_lamp"]),
-        ("sky,bulb,each", ["sky", "bulb", "big_lamp"]),
-        ("a=bulb,each,b_2=sky", ["b_2", "a", "big_lamp"]),
+    for (samples, groups, layers) in [
+        ("-s 8", "each", ["sky", "bulb", "big_lamp"]),
+        ("-s 8", "sky,bulb,each", ["sky", "bulb", "big_lamp"]),
+        ("-s 64 -a 8 0.2", "a=bulb,each,b_2=sky", ["b_2", "a", "big_lamp"]),
+        ("-s 7 --aov half_a,half_b", "each", ["sky", "bulb", "big_lamp"]),
+        ("--target-error 6%", "each", ["sky", "bulb", "big_lamp"]),
     ] {
+        let base = format!("-r 24 18 {samples} scene.xml -q");
+        folder.succeed(&format!("{base} -f plain.exr"));
+        let plain = channels(&folder, "plain.exr");
         folder.succeed(&format!("{base} --light-groups {groups} -f groups.exr"));
         let split = channels(&folder, "groups.exr");
         for (c, letter) in ["B", "G", "R"].into_iter().enumerate() {
@@ -56,6 +58,28 @@ fn groups_are_layers_that_add_up_to_the_image() {
             assert!(most.fold(0.0, f64::max) < 1e-5, "{groups}");
         }
     }
+}
+
+/// Names that are long, that are those of other layers, and that are the same but for what layers cannot have.
+#[test]
+fn layers_have_names_of_their_own_whatever_lights_are_called() {
+    let folder = Folder::new();
+    let long = "a lamp of the hall that hangs above the third table to the left".to_owned();
+    let names = [long.as_str(), "rest", "a b", "a_b", "ü", "R"];
+    let bulb = |name: &str| {
+        let position = "<point name=\"position\" y=\"2\"/>";
+        format!("<emitter type=\"point\" id=\"{name}\">{position}</emitter>\n")
+    };
+    let bulbs: String = names.into_iter().map(bulb).collect();
+    let sky = "<emitter type=\"constant\">";
+    folder.write("scene.xml", LIGHTS.replace(sky, &format!("{bulbs}{sky}")));
+    folder.succeed("-r 8 6 -s 1 scene.xml -q --light-groups each --aov half_a -f out.exr");
+    let channels = channels(&folder, "out.exr");
+    let layer = |name: &str| channel(&channels, &format!("light_{name}.R"));
+    for name in [&long.replace(' ', "_"), "rest_2", "a_b", "a_b_2", "_", "R"] {
+        assert!(layer(name).iter().any(|v| *v > 0.0), "{name}");
+    }
+    assert!(layer("rest").iter().all(|v| *v == 0.0));
 }
 
 #[test]
@@ -75,8 +99,12 @@ fn groups_are_the_same_to_the_bit_however_they_come_about() {
     folder.succeed(&format!("{} -f more.exr", all.replace("-s 30", "-s 10")));
     folder.succeed("resume more.exr --spp 30");
     assert!(folder.read("more.exr") == want);
-    folder.succeed(&format!("{} -f once.exr", all.replace("--receipt stable", "")));
-    folder.succeed("rerender once.exr");
+    for samples in ["-s 30", "-s 64 -a 8 0.2", "--target-error 6%"] {
+        let args = all.replace("-s 30", samples).replace("--receipt stable", "").replace("-q", "");
+        folder.succeed(&format!("{args} -f once.exr"));
+        let again = folder.succeed("rerender once.exr -t 3");
+        assert!(again.err.contains("is the same to the bit"), "{samples}: {again:?}");
+    }
     let other = all.replace("key=bulb,each", "each");
     folder.succeed(&format!("{other} --samples 7..20 -f other.film"));
     let run = folder.run("merge a.film other.film -f wrong.exr");
