@@ -3,17 +3,20 @@
 use std::collections::HashMap;
 
 use pt_core::RenderScene;
-use pt_core::light::LightOrigin;
+use pt_core::light::{AnyLight, LightOrigin};
 use pt_core::settings::LightGroups as Wanted;
 use pt_cpu::LightGroups;
 use pt_scene::spelling::alike;
 use pt_scene::texture::Input;
-use pt_scene::{Object, Scene};
+use pt_scene::{Light, LightKind, Object, Scene};
 
 use crate::cryptomatte::{distinct, objects};
 
-/// What the sky is called, and all that is in it.
+/// What skies are called, of one colour, clear, or by a map …
 pub const SKY: &str = "sky";
+
+/// … and what disks in them are.
+pub const SUN: &str = "sun";
 
 /// The group of all lights that are in no other.
 pub const REST: &str = "rest";
@@ -22,7 +25,7 @@ pub const REST: &str = "rest";
 pub const MOST: usize = 128;
 
 /// The lights of a compiled scene with their names: objects that glow are called as [`crate::explain`] does, lights
-/// without a shape by their own name, and all that is infinitely far away and can be seen is [`SKY`]. Of several of one name the
+/// without a shape by their own name, and what is infinitely far away and can be seen is [`SKY`] or [`SUN`]. Of several of one name the
 /// later ones get a number behind it.
 pub fn lights(scene: &Scene, compiled: &RenderScene) -> Vec<(String, LightOrigin)> {
     let names = objects(scene).zip(0..).zip(&scene.objects);
@@ -33,8 +36,11 @@ pub fn lights(scene: &Scene, compiled: &RenderScene) -> Vec<(String, LightOrigin
         let name = if name.is_empty() { format!("light {number}") } else { name.clone() };
         (name, LightOrigin::Node(number))
     });
-    let sky = (!compiled.skies.is_empty()).then(|| (SKY.to_owned(), LightOrigin::Sky));
-    let (names, origins): (Vec<_>, Vec<_>) = sky.into_iter().chain(nodes).chain(glowing).unzip();
+    let skies = (0..).zip(&compiled.skies).map(|(number, id)| {
+        let is_disk = matches!(compiled.lights[*id], AnyLight::Sun(_) | AnyLight::DistantDisk(_));
+        (if is_disk { SUN } else { SKY }.to_owned(), LightOrigin::Sky(number))
+    });
+    let (names, origins): (Vec<_>, Vec<_>) = skies.chain(nodes).chain(glowing).unzip();
     distinct(names.into_iter(), " ").into_iter().zip(origins).collect()
 }
 
@@ -48,7 +54,9 @@ fn glows(scene: &Scene, object: &Object) -> bool {
 /// At most so many groups there will be of a scene.
 pub fn most(wanted: &Wanted, scene: &Scene) -> usize {
     let glowing = scene.objects.iter().filter(|object| glows(scene, object)).count();
-    let each = if wanted.each { scene.lights.len() + glowing + 1 } else { 0 };
+    let daylight = |light: &&Light| matches!(light.kind, LightKind::Daylight(_));
+    let suns = scene.lights.iter().filter(daylight).count();
+    let each = if wanted.each { scene.lights.len() + suns + glowing + 1 } else { 0 };
     (wanted.named.len() + each + 1).min(MOST)
 }
 

@@ -49,12 +49,17 @@ impl LightGroups {
         self.of.get(&origin).copied().unwrap_or(self.rest())
     }
 
-    /// The group of light that was found like this. That from directions of a hemisphere, of which nobody tells where it
+    /// The group of a light of the sky, by its number there.
+    pub(crate) fn of_sky(&self, number: u32) -> u32 {
+        self.of(LightOrigin::Sky(number))
+    }
+
+    /// The group of light that was found like this, if the sky has one light. That from directions of a hemisphere, of which nobody tells where it
     /// came from, is counted with the rest.
     pub(crate) fn of_source(&self, scene: &RenderScene, source: &Source) -> u32 {
         match source {
             Source::Emitter { primitive, .. } => self.of(scene.origin_of_primitive(*primitive)),
-            Source::Sky { .. } => self.of(LightOrigin::Sky),
+            Source::Sky { .. } => self.of_sky(0),
             Source::Light(SampledLight { light: LightNumber::Still(number), chosen, .. }) => {
                 let chosen = chosen.map_or(0, |chosen| chosen.number as usize);
                 let group = self.of_lights.get(*number).and_then(|groups| groups.get(chosen));

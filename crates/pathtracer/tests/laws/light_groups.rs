@@ -10,7 +10,7 @@ use pathtracer::{
 };
 use pt_math::{DAffine3, DVec3};
 use pt_scene::material::{Plastic, Surface};
-use pt_scene::{LightKind, shapes};
+use pt_scene::{Daylight, LightKind, shapes};
 use pt_testing::{Estimates, z_test};
 
 use crate::media::foggy_room;
@@ -87,6 +87,7 @@ fn groups_are_together_the_image() {
         ("holes and many materials", everything()),
         ("lights of all kinds", colored()),
         ("many lights", many(30)),
+        ("sun and sky", under_the_sun()),
     ];
     for (what, scene) in &scenes {
         for integrator in integrators() {
@@ -201,6 +202,17 @@ fn groups_of_parts_add_up_to_those_of_the_whole() {
         }
     }
     assert!(sum == *whole.film());
+}
+
+/// A clear sky with its sun, and a second one.
+fn under_the_sun() -> Scene {
+    let sun = LightKind::DistantDisk { irradiance: [0.5, 0.2, 0.0], angular_radius: 9.0 };
+    Builder::default()
+        .quad(facing(DVec3::ZERO, DVec3::Y, 2.0), matte([0.5; 3]))
+        .sphere(DVec3::new(0.3, 0.4, 0.0), 0.4, grey())
+        .light(LightKind::Daylight(Daylight::default()), DAffine3::IDENTITY)
+        .light(sun, looking(DVec3::ZERO, DVec3::new(0.3, -1.0, 0.4)))
+        .seen_by(camera(DVec3::new(0.0, 1.5, 4.0), DVec3::ZERO, [40.0; 2]))
 }
 
 const COLORS: [[f32; 3]; 3] = [[9.0, 0.0, 0.0], [0.0, 9.0, 0.0], [0.0, 0.0, 9.0]];
@@ -368,16 +380,19 @@ fn means(seeds: u32, render: impl Fn(u32) -> Vec<[f32; 3]>) -> [Vec<f32>; 2] {
 fn a_group_is_what_its_lights_would_give_alone() {
     const SEEDS: u32 = 200;
     let down = |x: f64| looking(DVec3::new(x, 1.5, 0.3), DVec3::new(x, 0.0, 0.3));
+    let sun = LightKind::DistantDisk { irradiance: [0.5; 3], angular_radius: 20.0 };
     let mut scene = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 2.0), grey())
         .sphere(DVec3::new(0.3, 0.4, 0.0), 0.4, grey())
         .glowing_sphere(DVec3::new(-0.7, 0.8, 0.0), 0.2, 3.0)
         .light(LightKind::Point { intensity: [1.0; 3] }, down(0.6))
         .sky(0.3)
+        .light(sun, looking(DVec3::ZERO, DVec3::new(0.3, -1.0, 0.4)))
         .seen_by(camera(DVec3::new(0.0, 1.5, 4.0), DVec3::ZERO, [40.0; 2]));
     scene.objects[2].name = "ball".into();
     scene.lights[0].name = "bulb".into();
     scene.lights[1].name = "sky".into();
+    scene.lights[2].name = "sun".into();
     let target = Target { error: Some(0.3), ..Target::NONE };
     for (integrator, target) in
         integrators().map(|name| (name, None)).chain([("path", Some(target))])
@@ -392,7 +407,7 @@ fn a_group_is_what_its_lights_would_give_alone() {
             parts(rendered(&scene, settings).film())
         };
         let together: Vec<_> = (0..SEEDS).map(together).collect();
-        for (group, name) in ["sky", "bulb", "ball"].into_iter().enumerate() {
+        for (group, name) in ["sky", "sun", "bulb", "ball"].into_iter().enumerate() {
             assert_eq!(together[0][group].0, name);
             let alone = without_others(&scene, name);
             let [mean, variance] = means(SEEDS, |seed| together[seed as usize][group].1.clone());

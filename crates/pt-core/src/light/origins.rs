@@ -9,8 +9,8 @@ pub enum LightOrigin {
     Object(u32),
     /// The light node of this number.
     Node(u32),
-    /// All that is infinitely far away and is seen, together.
-    Sky,
+    /// The light of this number among those that are infinitely far away and are seen.
+    Sky(u32),
 }
 
 /// The numbers of the light nodes of which lights were made.
@@ -54,10 +54,11 @@ impl RenderScene {
                 let of_tree: Vec<_> = primitives.map(|p| self.origin_of_primitive(p)).collect();
                 return if of_tree.is_empty() { points.collect() } else { of_tree };
             }
-            vec![match (node, primitive) {
-                _ if self.skies.contains(&id) => LightOrigin::Sky,
-                (_, Some(primitive)) => self.origin_of_primitive(primitive),
-                (node, None) => LightOrigin::Node(node.unwrap_or(u32::MAX)),
+            let sky = self.skies.iter().position(|sky| *sky == id);
+            vec![match (sky, primitive) {
+                (Some(number), _) => LightOrigin::Sky(number as u32),
+                (None, Some(primitive)) => self.origin_of_primitive(primitive),
+                (None, None) => LightOrigin::Node(node.unwrap_or(u32::MAX)),
             }]
         });
         origins.collect()
@@ -69,7 +70,7 @@ impl RenderScene {
         let squares = self.light_origins.squares.iter().copied().map(LightOrigin::Node);
         let node = |origin| match origin {
             LightOrigin::Node(number) => Some(number),
-            LightOrigin::Object(_) | LightOrigin::Sky => None,
+            LightOrigin::Object(_) | LightOrigin::Sky(_) => None,
         };
         let mut nodes: Vec<_> = lights.chain(squares).filter_map(node).collect();
         nodes.sort_unstable();

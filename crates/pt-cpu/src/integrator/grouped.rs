@@ -7,6 +7,7 @@ use pt_math::Spectrum;
 use super::{Integrator, Recording, Starts};
 use crate::Tracer;
 use crate::light_groups::LightGroups;
+use crate::trace::{Contribution, Source};
 
 /// An integrator that also tells the light of each group: the samples are those of `inner`, which writes down where
 /// its light came from.
@@ -28,6 +29,16 @@ impl<'a> Grouped<'a> {
     }
 }
 
+/// Adds light of the sky, of which each of its lights gave a share in proportion to what it brought.
+fn add_shares(parts: &mut [Spectrum], groups: &LightGroups, value: Spectrum, skies: &[Spectrum]) {
+    let whole = skies.iter().copied().sum::<Spectrum>().to_array();
+    for (number, sky) in (0..).zip(skies) {
+        let (sky, value) = (sky.to_array(), value.to_array());
+        let share = |c: usize| if sky[c] == 0.0 { 0.0 } else { value[c] * (sky[c] / whole[c]) };
+        parts[groups.of_sky(number) as usize] += Spectrum::from([0, 1, 2].map(share));
+    }
+}
+
 impl Integrator for Grouped<'_> {
     fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>) {
         self.inner.radiance(tracer, starts, radiance);
@@ -37,8 +48,13 @@ impl Integrator for Grouped<'_> {
         self.parts.resize(count * radiance.len(), Spectrum::ZERO);
         let traces = self.inner.take_traces();
         for (trace, parts) in traces.iter().zip(self.parts.chunks_exact_mut(count)) {
-            for contribution in &trace.contributions {
-                parts[groups.of_source(scene, &contribution.source) as usize] += contribution.value;
+            let mut skies = trace.skies.iter().peekable();
+            for Contribution { source, value, .. } in &trace.contributions {
+                let is_sky = matches!(source, Source::Sky { .. });
+                match skies.next_if(|_| is_sky) {
+                    Some(skies) => add_shares(parts, groups, *value, skies),
+                    None => parts[groups.of_source(scene, source) as usize] += *value,
+                }
             }
         }
     }

@@ -39,14 +39,11 @@ impl Rules for Path {
     }
 
     #[inline(always)]
-    fn sky(&self, cx: Context, path: &State, d: Vec3, _: u32) -> Spectrum {
+    fn sky(&self, cx: Context, path: &State, d: Vec3, _: u32, light: &AnyLight) -> Spectrum {
         let Context { scene, settings } = cx;
         let tables = &scene.light_tables;
-        let weighted = |light: &AnyLight| {
-            let pdf = light.pdf(tables, &path.origin, d, None);
-            light.escaped(tables, d) * found_weight(settings, path.arrival, Some((light, pdf)))
-        };
-        scene.skies.iter().map(|&id| weighted(&scene.lights[id])).sum()
+        let pdf = light.pdf(tables, &path.origin, d, None);
+        light.escaped(tables, d) * found_weight(settings, path.arrival, Some((light, pdf)))
     }
 
     #[inline(always)]
