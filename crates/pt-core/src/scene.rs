@@ -417,10 +417,10 @@ impl RenderScene {
         self.materials.textures.radiance(texture, &self.parametrization(at, hit, time))
     }
 
-    /// Radiance from the sky along a ray that leaves the scene in direction `d`.
+    /// Radiance from these lights of the sky along a ray that leaves the scene in direction `d`.
     #[inline(always)]
-    pub fn sky(&self, d: Vec3) -> Spectrum {
+    pub fn sky(&self, d: Vec3, skies: &[Id<AnyLight>]) -> Spectrum {
         let radiance = |&id| self.lights[id].escaped(&self.light_tables, d);
-        self.skies.iter().map(radiance).sum()
+        skies.iter().map(radiance).sum()
     }
 }

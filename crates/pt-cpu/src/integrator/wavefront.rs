@@ -566,10 +566,10 @@ pub(super) fn escape<W: Witness>(
     sums: &mut Sums<W>,
 ) {
     let scene = cx.scene;
-    let of_each = scene.skies.iter().map(|&id| rules.sky(cx, path, d, bounces, &scene.lights[id]));
-    let l = of_each.clone().sum();
+    let l = rules.sky(cx, path, d, bounces, &scene.skies);
     sums.find(path.target, path.beta * l, || witness::sky(cx, d, l));
-    if scene.skies.len() > 1 {
-        sums.witness.tells_apart(path.target, || of_each.collect());
+    if W::LISTENS && scene.skies.len() > 1 {
+        let of_each = |sky| rules.sky(cx, path, d, bounces, std::slice::from_ref(sky));
+        sums.witness.tells_apart(path.target, || scene.skies.iter().map(of_each).collect());
     }
 }
