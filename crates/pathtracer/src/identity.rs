@@ -1,7 +1,7 @@
 //! All that the samples of an image depend on, in words: so that nobody adds samples of one image to another.
 
 use pt_core::light::EnvironmentMap;
-use pt_core::settings::{DirectLight, Roulette, Settings};
+use pt_core::settings::{DirectLight, LightGroup, LightGroups, Roulette, Settings};
 use pt_core::{CompileOptions, Region};
 
 /// A name and a value for people.
@@ -63,6 +63,7 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
         filter,
         region: _, // the film has it
         aovs,
+        light_groups,
     } = settings;
     say("integrator", integrator.clone());
     say("light samples", light_samples.to_string());
@@ -87,7 +88,17 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
     say("filter", format!("{filter:?}"));
     let aovs: Vec<_> = aovs.iter().map(|aov| aov.name()).collect();
     say("other channels", if aovs.is_empty() { "none".into() } else { aovs.join(", ") });
+    if let Some(groups) = light_groups {
+        say("light groups", in_words(groups));
+    }
     list
+}
+
+/// As in "key: lamp, spot; each other light".
+fn in_words(LightGroups { named, each }: &LightGroups) -> String {
+    let group = |group: &LightGroup| format!("{}: {}", group.name, group.lights.join(", "));
+    let others = each.then(|| "each other light".to_owned());
+    named.iter().map(group).chain(others).collect::<Vec<_>>().join("; ")
 }
 
 /// The part of an image of this resolution that a film covers.

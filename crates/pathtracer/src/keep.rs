@@ -67,7 +67,8 @@ pub fn differences(before: &About, now: &About) -> Vec<Difference> {
 /// What keeps samples of a film from being added to another one.
 fn of_films(before: &Film, now: &Film) -> Option<Difference> {
     let words = |film: &Film| {
-        let kept: Vec<_> = film.aovs().iter().map(|aov| aov.name()).collect();
+        let groups = film.light_groups().iter().map(String::as_str);
+        let kept: Vec<_> = film.aovs().iter().map(|aov| aov.name()).chain(groups).collect();
         let (region, first) = (film.region(), film.first());
         Some(format!("from sample {first}, {region:?}, with {}", kept.join(", ")))
     };

@@ -28,16 +28,19 @@ pub mod explain;
 pub mod film_file;
 pub mod identity;
 pub mod keep;
+pub mod light_groups;
 pub mod memory;
 pub mod receipt;
 mod session;
 
 pub use pt_bvh::{BuildOptions, Builder, Quality};
 pub use pt_core::develop::radiance;
-pub use pt_core::film::{Aov, Film, Half, Measured, Region, Rejections, aov};
+pub use pt_core::film::{Aov, Film, Half, Measured, Region, Rejections, aov, groups};
 pub use pt_core::light::EnvironmentMap;
 pub use pt_core::progress::{Advance, Observer, Silent};
-pub use pt_core::settings::{Adaptive, Clamp, DirectLight, Roulette, Settings, Target};
+pub use pt_core::settings::{
+    Adaptive, Clamp, DirectLight, LightGroup, LightGroups, Roulette, Settings, Target,
+};
 pub use pt_core::target::Look;
 pub use pt_core::{CompileError, CompileOptions};
 pub use pt_cpu::{

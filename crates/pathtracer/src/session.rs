@@ -2,18 +2,19 @@
 
 use std::time::Duration;
 
-use pt_core::film::{Aov, aov};
+use pt_core::film::{Aov, aov, groups};
 use pt_core::settings::{Settings, Target};
 use pt_core::target::Look;
 use pt_core::{
     CompileError, CompileOptions, Film, Observer, Region, RenderScene, compile, develop,
 };
-use pt_cpu::{Does, Progress, RenderError, Renderer, Statistics};
+use pt_cpu::{Does, LightGroups, Progress, RenderError, Renderer, Statistics};
 use pt_scene::Scene;
 use pt_scene::image::{Channel, Image};
 
 use crate::cryptomatte::{self, Names};
 use crate::identity::{self, Entry};
+use crate::light_groups;
 
 /// A scene, how to render it, and what is rendered of it.
 pub struct Session {
@@ -27,6 +28,7 @@ pub struct Session {
     /// What the samples depend on besides scene, version and pixels.
     entries: Vec<Entry>,
     names: Names,
+    light_groups: Option<LightGroups>,
 }
 
 impl Session {
@@ -46,15 +48,22 @@ impl Session {
         let names = Names::of(scene, &settings.aovs);
         let compiled = compile(scene, options)?;
         let region = Region::full(compiled.scene.camera.resolution);
+        let light_groups = settings.light_groups.as_ref();
+        let light_groups = light_groups
+            .map(|wanted| light_groups::resolve(wanted, scene, &compiled.scene))
+            .transpose()
+            .map_err(CompileError::LightGroups)?;
+        let groups = light_groups.as_ref().map_or(&[][..], LightGroups::names);
         let mut session = Self {
             scene: compiled.scene,
-            film: settings.film(region),
+            film: settings.film(region).with_light_groups(groups),
             notes: compiled.notes,
             geometry_time: compiled.geometry_time,
             bvh_time: compiled.bvh_time,
             counts_tests: false,
             entries,
             names,
+            light_groups,
             settings,
         };
         session.tell_unseen_media();
@@ -87,8 +96,22 @@ impl Session {
             return Err(CompileError::Region { region, resolution });
         }
         self.settings.region = Some(region);
-        self.film = self.settings.film(region);
+        self.film = self.empty_film(region);
         Ok(())
+    }
+
+    /// A film without samples that keeps what the settings ask for, of these pixels.
+    fn empty_film(&self, region: Region) -> Film {
+        self.settings.film(region).with_light_groups(self.film.light_groups())
+    }
+
+    /// Leaves the samples before number `first` to another film, and those so far.
+    ///
+    /// # Panics
+    /// If there are two halves, which begin with their first samples.
+    pub fn start_at(&mut self, first: u32) {
+        assert!(!self.film.is_in_halves(), "halves begin with their first sample");
+        self.film = self.empty_film(self.film.region()).starting_at(first);
     }
 
     /// All that the samples depend on besides the scene and the version of the program, in words.
@@ -103,8 +126,7 @@ impl Session {
     /// If it has other pixels, or keeps something else.
     pub fn go_on_from(&mut self, film: Film) {
         assert_eq!(film.region(), self.film.region(), "a film of the same pixels");
-        assert_eq!(film.aovs(), self.film.aovs(), "a film that keeps the same");
-        assert_eq!(film.is_in_halves(), self.film.is_in_halves(), "a film of as many halves");
+        assert!(film.keeps_as(&self.film), "a film that keeps the same");
         self.film = film;
     }
 
@@ -125,7 +147,10 @@ impl Session {
         observer: &dyn Observer,
     ) -> Result<(Progress, Statistics), RenderError> {
         let counts = self.counts_tests;
-        let renderer = Renderer::new(&self.scene, &self.settings, threads, tile_size, counts)?;
+        let mut renderer = Renderer::new(&self.scene, &self.settings, threads, tile_size, counts)?;
+        if let Some(groups) = &self.light_groups {
+            renderer = renderer.with_light_groups(groups)?;
+        }
         Ok(renderer.render(&mut self.film, observer))
     }
 
@@ -174,7 +199,8 @@ impl Session {
     /// What the settings ask for besides light, as channels of the image.
     pub fn channels(&self) -> Vec<Channel> {
         let mattes = cryptomatte::channels(&self.film, &self.names);
-        aov::channels(&self.film).into_iter().chain(mattes).collect()
+        let groups = groups::channels(&self.film);
+        aov::channels(&self.film).into_iter().chain(mattes).chain(groups).collect()
     }
 
     /// Samples taken per pixel as colours, from blue (none) to red (all), over the whole image.

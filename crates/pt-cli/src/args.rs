@@ -6,13 +6,13 @@ use std::process::ExitCode;
 
 use bytesize::ByteSize;
 use clap::{CommandFactory, FromArgMatches, Parser, ValueEnum};
-use pathtracer::{Aov, Builder, DirectLight, SamplerKind};
+use pathtracer::{Aov, Builder, DirectLight, LightGroups, SamplerKind};
 
 use crate::check::{self, Checked};
 use crate::commands::Command;
 use crate::formats::{self, ExrCompression, ExrType, Tonemap};
-use crate::message;
 use crate::target::Stop;
+use crate::{light_groups, message};
 
 /// Physically based path tracer: renders a scene to a PNG or OpenEXR image.
 ///
@@ -177,6 +177,12 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = check::aovs())]
     #[arg(help_heading = "What to show")]
     pub(crate) aov: Vec<Aov>,
+
+    /// Also write the light of groups of lights, by names: sky,key=lamp+window; each makes one of each
+    /// light, and what is left is the group rest
+    #[arg(long, value_name = "GROUPS", value_parser = light_groups::parse)]
+    #[arg(help_heading = "What to show")]
+    pub(crate) light_groups: Option<LightGroups>,
 
     /// The university course's pictures, defaults and console lines (CS184 assignment 3)
     #[arg(long, help_heading = "What to show")]

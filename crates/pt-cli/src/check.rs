@@ -9,11 +9,11 @@ use pathtracer::receipt::{self, Receipt};
 use pathtracer::{
     Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, FileSettings, Filter, INTEGRATORS,
     LoadOptions, MOST_REUSE, MOST_SPLIT, Region, Roulette, SECOND_HALF, SamplerKind, Scene,
-    Settings, aov, denoise,
+    Settings, aov, denoise, groups,
 };
 
 use crate::args::{Cli, PngBits, ReceiptKind};
-use crate::{formats, target};
+use crate::{formats, light_groups, target};
 
 /// More pixels than this do not fit into the memory of ordinary machines.
 const MOST_PIXELS: u64 = 1 << 28;
@@ -191,7 +191,7 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
         Some(&[w, h]) => Some([w, h]),
         _ => None,
     };
-    let most = MOST_PIXELS * PIXEL_BYTES / bytes_per_pixel(&cli);
+    let most = MOST_PIXELS * PIXEL_BYTES / bytes_per_pixel(&cli, light_groups::least(&cli));
     if let Some([w, h]) = resolution.filter(|&[w, h]| u64::from(w) * u64::from(h) > most) {
         return Err(format!("-r {w} {h}: an image may have at most {most} pixels"));
     }
@@ -267,6 +267,7 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
             "--samples: parts of an image have no halves; leave out half_a and half_b".into()
         );
     }
+    light_groups::check(&cli)?;
     target::check(&cli)?;
     Ok(Checked { cli, adaptive, resolution, command, layout: None, of: None })
 }
@@ -274,10 +275,11 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
 /// What a plan of samples and what is reckoned for it take of a pixel.
 const PLAN_BYTES: u64 = 64;
 
-/// What a pixel takes, with all that is kept of it.
-pub(crate) fn bytes_per_pixel(cli: &Cli) -> u64 {
+/// What a pixel takes, with all that is kept of it and so many groups of lights.
+pub(crate) fn bytes_per_pixel(cli: &Cli, groups: usize) -> u64 {
     let kept = with_denoising(cli.aov.clone(), cli.denoise);
-    let of_film = PIXEL_BYTES + aov::bytes_per_pixel(&kept) as u64;
+    let besides = aov::bytes_per_pixel(&kept) + groups * groups::BYTES_PER_PIXEL;
+    let of_film = PIXEL_BYTES + besides as u64;
     let halves = cli.stop.has_target() || kept.iter().any(|aov| aov.is_of_half());
     if halves { 2 * of_film + PLAN_BYTES } else { of_film }
 }
@@ -311,7 +313,7 @@ fn check_aovs(cli: &Cli) -> Result<(), String> {
 }
 
 /// Whether what is written may have more channels than colours.
-fn has_room_for_channels(cli: &Cli) -> bool {
+pub(crate) fn has_room_for_channels(cli: &Cli) -> bool {
     let has_room = |path: &PathBuf| {
         is_film(path) || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
     };
@@ -458,6 +460,7 @@ impl Checked {
             },
             region: None,
             aovs: self.aovs(file),
+            light_groups: cli.light_groups.clone(),
         }
     }
 

@@ -43,8 +43,7 @@ impl Keeping {
     ) -> Result<Self> {
         let first = request.cli.samples.map_or(0, |(from, _)| from);
         if first > 0 {
-            let empty = session.settings().film(session.film().region());
-            session.go_on_from(empty.starting_at(first));
+            session.start_at(first);
         }
         let mut this = Self {
             keeper: None,

@@ -7,6 +7,7 @@ use bytesize::ByteSize;
 use pathtracer::{Scene, memory};
 
 use crate::check::{Checked, bytes_per_pixel};
+use crate::light_groups;
 
 /// How much memory a render may take.
 pub(crate) struct Limit {
@@ -35,7 +36,9 @@ impl Limit {
         let size = |path: &Path| std::fs::metadata(path).map_or(0, |data| data.len());
         let files = request.scene().into_iter().chain(&request.cli.environment);
         let files = files.map(|path| size(path)).sum();
-        let film = request.resolution.map_or(0, |resolution| film_bytes(request, resolution));
+        let film = request.resolution.map_or(0, |resolution| {
+            film_bytes(request, resolution, light_groups::least(&request.cli))
+        });
         self.check(&[("the files of the scene", files), ("the film", film)])
     }
 
@@ -45,10 +48,11 @@ impl Limit {
     /// If it needs more.
     pub(crate) fn check_scene(&self, request: &Checked, scene: &Scene) -> Result<()> {
         let resolution = request.resolution.or(scene.settings.resolution).unwrap_or_default();
+        let groups = light_groups::most(&request.cli, scene);
         self.check(&[
             ("the scene", memory::used_bytes().unwrap_or(0)),
             ("its tables and tree", memory::bytes_of_tables(scene, None)),
-            ("the film", film_bytes(request, resolution)),
+            ("the film", film_bytes(request, resolution, groups)),
         ])
     }
 
@@ -71,11 +75,11 @@ impl Limit {
     }
 }
 
-/// What the film of an image and its development take; a cell takes less.
-fn film_bytes(request: &Checked, [width, height]: [u32; 2]) -> u64 {
+/// What the film of an image, with so many groups of lights, and its development take; a cell takes less.
+fn film_bytes(request: &Checked, [width, height]: [u32; 2], groups: usize) -> u64 {
     let [width, height] = match request.cli.cell.as_deref() {
         Some(&[_, _, dx, dy]) => [dx, dy],
         _ => [width, height],
     };
-    u64::from(width) * u64::from(height) * bytes_per_pixel(&request.cli)
+    u64::from(width) * u64::from(height) * bytes_per_pixel(&request.cli, groups)
 }

@@ -11,6 +11,7 @@ mod explain;
 mod formats;
 mod info;
 mod keeping;
+mod light_groups;
 mod limits;
 mod machine;
 mod merge;

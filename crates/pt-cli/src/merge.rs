@@ -98,7 +98,7 @@ fn check(parts: &[Part], from_first: bool) -> Result<()> {
         );
         let [x, y] = [&first.file.film, &second.file.film];
         ensure!(
-            x.region() == y.region() && x.aovs() == y.aovs(),
+            x.region() == y.region() && x.keeps_as(y),
             "{a} and {b} hold different pixels or channels, though they say that they do not: one of \
              them is no film of pathtracer"
         );

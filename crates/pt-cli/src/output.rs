@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use pathtracer::cryptomatte::{self, Names};
 use pathtracer::image::{self, Image, SaveOptions};
 use pathtracer::receipt::Receipt;
-use pathtracer::{Film, Region, Session, aov};
+use pathtracer::{Film, Region, Session, aov, groups};
 
 use crate::check::Checked;
 use crate::denoise::Denoising;
@@ -74,6 +74,7 @@ pub(crate) fn write_image(
         let mut options = SaveOptions { channels: aov::channels(film), ..options };
         options.channels.extend(cryptomatte::channels(film, names));
         options.metadata.extend(cryptomatte::metadata(film, names));
+        options.channels.extend(groups::channels(film));
         let mut files = Vec::new();
         for (path, image, options) in denoising.images(film, path, rendered, options) {
             image::save(&image, &path, &options)?;

@@ -8,7 +8,7 @@ use crate::camera::Camera;
 use crate::camera_motion::CameraMotion;
 use crate::footprint::footprint;
 use crate::id::{Id, Table};
-use crate::light::{AnyLight, LightHit, LightSample, LightTables, MovingLight};
+use crate::light::{AnyLight, LightHit, LightOrigins, LightSample, LightTables, MovingLight};
 use crate::material::{Material, Materials, Resolved};
 use crate::medium::{Media, MediumRecord};
 use crate::placed::Placed;
@@ -72,6 +72,8 @@ pub struct RenderScene {
     pub lights: Table<AnyLight>,
     /// How many lights there were before some of them became one of many; a glowing mesh is one.
     pub light_count: usize,
+    /// What they were made of; see [`Self::light_origins`].
+    pub light_origins: LightOrigins,
     /// Lights that are seen by rays that leave the scene.
     pub skies: Vec<Id<AnyLight>>,
     /// What lights refer to.
@@ -415,10 +417,10 @@ impl RenderScene {
         self.materials.textures.radiance(texture, &self.parametrization(at, hit, time))
     }
 
-    /// Radiance from the sky along a ray that leaves the scene in direction `d`.
+    /// Radiance from these lights of the sky along a ray that leaves the scene in direction `d`.
     #[inline(always)]
-    pub fn sky(&self, d: Vec3) -> Spectrum {
+    pub fn sky(&self, d: Vec3, skies: &[Id<AnyLight>]) -> Spectrum {
         let radiance = |&id| self.lights[id].escaped(&self.light_tables, d);
-        self.skies.iter().map(radiance).sum()
+        skies.iter().map(radiance).sum()
     }
 }

@@ -146,6 +146,26 @@ pub struct Settings {
     pub region: Option<Region>,
     /// What to keep of surfaces besides light.
     pub aovs: Vec<Aov>,
+    /// Which lights make up which part of the light, if it is to be kept in parts.
+    pub light_groups: Option<LightGroups>,
+}
+
+/// Groups of lights, by the names of the lights in the scene. Those that are in no group are together in one more.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LightGroups {
+    /// The groups.
+    pub named: Vec<LightGroup>,
+    /// Whether each light that is in none of them is a group of its own.
+    pub each: bool,
+}
+
+/// Lights that belong together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LightGroup {
+    /// Its name, of letters, digits and `_`.
+    pub name: String,
+    /// The names of its lights.
+    pub lights: Vec<String>,
 }
 
 impl Settings {
@@ -197,6 +217,7 @@ impl Default for Settings {
             filter: Filter::default(),
             region: None,
             aovs: Vec::new(),
+            light_groups: None,
         }
     }
 }

@@ -98,13 +98,19 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
         self.integrator.radiance(&mut self.tracer, &self.starts, &mut self.radiance);
         tile.remove(self.integrator.take_removed());
         let weights = self.weighs().then_some(&*self.weights);
+        let parts = self.integrator.parts();
+        let groups = parts.len() / self.radiance.len().max(1);
         let mut next = 0;
         for Run { pixel, samples, kept, .. } in batch {
             if !kept.is_empty() {
                 let [start, end] =
                     [kept.start, kept.end].map(|i| next + (i - samples.start) as usize);
                 let weights = weights.map(|weights| &weights[start..end]);
-                tile.add(*pixel, kept.start, &self.radiance[start..end], weights);
+                let samples = &self.radiance[start..end];
+                tile.add(*pixel, kept.start, samples, weights);
+                if groups > 0 {
+                    tile.add_parts(*pixel, samples, &parts[start * groups..end * groups], weights);
+                }
             }
             next += samples.len();
         }

@@ -9,6 +9,7 @@ mod first_hits;
 mod groups;
 mod halves;
 pub mod integrator;
+mod light_groups;
 mod render;
 mod replay;
 pub mod trace;
@@ -18,5 +19,6 @@ pub use integrator::{
     Does, Group, INTEGRATORS, Integrator, MOST_REUSE, MOST_SPLIT, Recording, Registration, Starts,
     compensates,
 };
+pub use light_groups::LightGroups;
 pub use render::{Progress, RenderError, Renderer, Statistics};
 pub use tracer::Tracer;

@@ -7,13 +7,14 @@ use std::time::{Duration, Instant};
 
 use pt_core::film::{ExactSum, Region, Rejections, Tile};
 use pt_core::filter::{FilterError, FilterSampler};
-use pt_core::settings::{Adaptive, Settings};
+use pt_core::settings::{Adaptive, DirectLight, Settings};
 use pt_core::{Advance, Film, Observer, RenderScene};
 use pt_math::sampler::LANES;
 
 use crate::batch::{Worker, batches};
 use crate::groups::{Grid, SAME_GRID};
-use crate::integrator::{self, Does, Integrator, MOST_REUSE, MOST_SPLIT, Registration};
+use crate::integrator::{self, Does, Grouped, Integrator, MOST_REUSE, MOST_SPLIT, Registration};
+use crate::light_groups::LightGroups;
 
 /// What a render did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -83,6 +84,12 @@ pub enum RenderError {
         /// Those of which samples can be explained.
         known: String,
     },
+    /// Light cannot be told apart by the lights that gave it.
+    #[error(
+        "the light of groups of lights is told by the integrators {0}, without path reuse, without paths that \
+         split, and with direct light by light samples (DirectLight::Mis or Light)"
+    )]
+    NotGrouped(String),
     /// The reconstruction filter makes no sense.
     #[error(transparent)]
     Filter(#[from] FilterError),
@@ -106,6 +113,7 @@ pub struct Renderer<'a> {
     tile_size: u32,
     pub(crate) batch_size: usize,
     counts_tests: bool,
+    light_groups: Option<&'a LightGroups>,
 }
 
 /// Samples of a pixel in the first pass: so few that a render that is stopped soon has all of the
@@ -171,7 +179,44 @@ impl<'a> Renderer<'a> {
         let most = BATCH / settings.split as usize;
         let batch_size = (LIGHT_SAMPLES / light_samples).clamp(LANES, most);
         let tile_size = tile_size.max(1);
-        Ok(Self { scene, settings, filter, integrator, pool, tile_size, batch_size, counts_tests })
+        let light_groups = None;
+        Ok(Self {
+            scene,
+            settings,
+            filter,
+            integrator,
+            pool,
+            tile_size,
+            batch_size,
+            counts_tests,
+            light_groups,
+        })
+    }
+
+    /// Tells the light of these groups of lights to films that keep it; the samples are the same.
+    ///
+    /// # Errors
+    /// If the settings do not let it be told.
+    pub fn with_light_groups(self, groups: &'a LightGroups) -> Result<Self, RenderError> {
+        let Settings { reuse, split, direct, .. } = self.settings;
+        let is_told = (*reuse, *split) == (1, 1)
+            && matches!(direct, DirectLight::Mis | DirectLight::Light)
+            && self.integrator.new_recording.is_some();
+        if !is_told {
+            return Err(RenderError::NotGrouped(integrator::recorded()));
+        }
+        Ok(Self { light_groups: Some(groups), ..self })
+    }
+
+    /// An integrator for a thread.
+    fn new_integrator(&self) -> Box<dyn Integrator + 'a> {
+        let Self { scene, settings, integrator, light_groups, .. } = *self;
+        match (light_groups, integrator.new_recording) {
+            (Some(groups), Some(new)) => {
+                Box::new(Grouped::new(new(scene, settings), scene, groups))
+            }
+            _ => (integrator.new)(scene, settings),
+        }
     }
 
     /// Takes `samples` samples at a time in each thread, which does not change the image either.
@@ -251,9 +296,9 @@ impl<'a> Renderer<'a> {
         let tiles = Mutex::new(order.filter_map(|i| tiles[i].take()));
         let losses = Mutex::new((Rejections::default(), ExactSum::default()));
         let work = || {
-            let Self { scene, settings, integrator, counts_tests, .. } = *self;
+            let Self { scene, settings, counts_tests, .. } = *self;
             let filter = self.filter.as_ref();
-            let integrator = (integrator.new)(scene, settings);
+            let integrator = self.new_integrator();
             let mut worker = Worker::new(scene, settings, filter, integrator, counts_tests);
             while !shared.observer.cancelled()
                 && let Some(mut tile) = { lock(&tiles).next() }

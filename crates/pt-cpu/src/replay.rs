@@ -6,7 +6,7 @@ use pt_core::Film;
 use pt_core::film::{ExactSum, Fault, Region, Rejections};
 
 use crate::batch::{Run, Worker};
-use crate::integrator::INTEGRATORS;
+use crate::integrator::recorded;
 use crate::render::{RenderError, Renderer};
 use crate::trace::Sample;
 
@@ -25,8 +25,7 @@ impl Renderer<'_> {
         let &Self { scene, settings, integrator, .. } = self;
         let paths_are_alone = settings.reuse == 1 && settings.split == 1;
         let Some(new) = integrator.new_recording.filter(|_| paths_are_alone) else {
-            let known = INTEGRATORS.iter().filter(|known| known.new_recording.is_some());
-            let known = known.map(|known| known.name).collect::<Vec<_>>().join(", ");
+            let known = recorded();
             return Err(RenderError::NotRecorded { name: integrator.name, known });
         };
         let mut worker =

@@ -31,6 +31,9 @@ pub struct Trace {
     pub vertices: Vec<Vertex>,
     /// All that was added to the sample, in this order.
     pub contributions: Vec<Contribution>,
+    /// Where the sky has several lights: of each contribution of the sky in turn, what each light brings to it, before the path
+    /// weighs it.
+    pub skies: Vec<Vec<Spectrum>>,
 }
 
 /// A place where a path was scattered.

@@ -23,6 +23,7 @@ pub mod settings;
 pub mod shapes;
 pub mod source;
 pub mod span;
+pub mod spelling;
 pub mod texture;
 
 pub use camera::{Aperture, Camera, Projection};

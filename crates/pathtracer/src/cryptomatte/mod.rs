@@ -19,6 +19,7 @@ use pt_core::film::{Aov, Seen};
 use pt_scene::image::{Channel, Samples};
 
 pub use names::Names;
+pub(crate) use names::{distinct, objects};
 
 /// What the mattes of each quantity are called.
 const LAYERS: [(Aov, &str); 2] =

@@ -30,14 +30,14 @@ impl Names {
     pub fn of(scene: &Scene, aovs: &[Aov]) -> Self {
         let mut names = Self::default();
         if aovs.contains(&Aov::CryptomatteObject) {
-            names.objects = distinct(objects(scene).chain([LIGHTS.to_owned()]));
+            names.objects = distinct(objects(scene).chain([LIGHTS.to_owned()]), " ");
         }
         if aovs.contains(&Aov::CryptomatteMaterial) {
             let materials = scene.materials.iter().enumerate().map(|(number, material)| {
                 let name = &material.name;
                 if name.is_empty() { format!("material {number}") } else { name.clone() }
             });
-            names.materials = distinct([DEFAULT.to_owned()].into_iter().chain(materials));
+            names.materials = distinct([DEFAULT.to_owned()].into_iter().chain(materials), " ");
         }
         names
     }
@@ -58,7 +58,7 @@ impl Names {
 }
 
 /// What the objects of a scene are called.
-fn objects(scene: &Scene) -> impl Iterator<Item = String> {
+pub(crate) fn objects(scene: &Scene) -> impl Iterator<Item = String> {
     let mut namesakes: HashMap<&str, u32> = HashMap::new();
     for object in &scene.objects {
         *namesakes.entry(&object.name).or_default() += 1;
@@ -67,8 +67,8 @@ fn objects(scene: &Scene) -> impl Iterator<Item = String> {
     objects.map(move |(number, object)| title(object, number, namesakes[object.name.as_str()] == 1))
 }
 
-/// The same names; one that was there before gets a number from 2 on behind it.
-fn distinct(names: impl Iterator<Item = String>) -> Vec<String> {
+/// The same names; one that was there before gets a number from 2 on behind it, and the separator in between.
+pub(crate) fn distinct(names: impl Iterator<Item = String>, separator: &str) -> Vec<String> {
     let mut taken = HashSet::new();
     let mut last: HashMap<String, u32> = HashMap::new();
     let mut own = |name: String| {
@@ -76,7 +76,7 @@ fn distinct(names: impl Iterator<Item = String>) -> Vec<String> {
         while !taken.insert(full.clone()) {
             let number = last.entry(name.clone()).or_insert(1);
             *number += 1;
-            full = format!("{name} {number}");
+            full = format!("{name}{separator}{number}");
         }
         full
     };

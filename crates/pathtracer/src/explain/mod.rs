@@ -201,6 +201,7 @@ fn alone(trace: &Trace, contribution: &Contribution) -> Trace {
     Trace {
         vertices: trace.vertices[..contribution.vertices].to_vec(),
         contributions: vec![*contribution],
+        skies: Vec::new(),
         ..*trace
     }
 }
@@ -275,7 +276,7 @@ mod tests {
         let contributions: Vec<_> = contributions.iter().map(contribution).collect();
         let radiance = contributions.iter().map(|c| c.value).sum();
         let (eye, direction, vertices) = (Vec3::ZERO, Vec3::Z, vertices.to_vec());
-        let trace = Trace { eye, direction, vertices, contributions };
+        let trace = Trace { eye, direction, vertices, contributions, skies: Vec::new() };
         Sample { number, trace, weight: 1.0, radiance, fault: None }
     }
 

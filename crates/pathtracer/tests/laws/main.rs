@@ -19,6 +19,7 @@ mod furnace;
 mod glow;
 mod invariance;
 mod lens;
+mod light_groups;
 mod many_lights;
 mod materials;
 mod mattes;

@@ -8,6 +8,7 @@ mod documentation;
 mod explain;
 mod images;
 mod interrupt;
+mod light_groups;
 mod mattes;
 mod media;
 mod progress;

@@ -113,6 +113,25 @@ fn words_that_mean_nothing() {
         ("--aov shadow -f out.exr SCENE", "albedo, normal, geometric_normal, depth"),
         ("--aov depth,depth -f out.exr SCENE", "\"depth\" twice"),
         ("--aov depth SCENE", "as in -f out.exr"),
+        ("--light-groups each SCENE", "as in -f out.exr"),
+        ("--light-groups , -f out.exr SCENE", "as in sky,key=lamp+window"),
+        ("--light-groups a.b=light -f out.exr SCENE", "letters, digits and _"),
+        ("--light-groups a=light,a=sky -f out.exr SCENE", "\"a\" is there twice"),
+        (
+            "--light-groups lamp -f out.exr SCENE",
+            "there is no light \"lamp\"; the lights of the scene are \"light\"",
+        ),
+        (
+            "--light-groups lihgt -f out.exr SCENE",
+            "no light \"lihgt\" (did you mean \"light\"?); the lights",
+        ),
+        ("--light-groups each --path-reuse 2 -f out.exr SCENE", "without --path-reuse, --split"),
+        (
+            "--light-groups each --split 2 -f out.exr SCENE",
+            "--light-groups is for --integrator path",
+        ),
+        ("--light-groups each --integrator ao -f out.exr SCENE", "--light-groups is for"),
+        ("--light-groups each --direct cosine -f out.exr SCENE", "with --direct mis or light"),
         (
             "--aov cryptomatte_object --exr-compression pxr24 -f out.exr SCENE",
             "keeps 24 of the 32 bits",
@@ -223,6 +242,11 @@ fn renders_that_need_too_much_memory() {
         "-r 2000 1000 --aov position --max-memory 250MB -f out.exr SCENE",
         "298.0 MB for the film",
     );
+    // Before the scene is read, there is the group of all lights; then also one for its light and one for a sky.
+    let groups = "-r 2000 1000 --light-groups each -f out.exr SCENE --max-memory";
+    needs(&format!("{groups} 300MB"), "314.0 MB for the film");
+    needs(&format!("{groups} 350MB"), "602.0 MB for the film");
+    needs(&format!("{groups} 900MB --target-noise 5%"), "1.3 GB for the film");
     folder.succeed("-r 2000 1000 -p 0 0 9 9 -s 1 --max-memory 100MB SCENE");
     folder.write("many.obj", "v 0 0 0\nv 0 1 0\nv 0 0 1\nf -3 -2 -1\n".repeat(100_000));
     needs("-r 12 9 --max-memory 3MB many.obj", "3.5 MB for the files of the scene");

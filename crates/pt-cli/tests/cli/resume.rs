@@ -11,6 +11,9 @@ use crate::common::{Folder, Run, SCENE};
 /// Takes about half a second on one thread.
 const RENDER: &str = "-r 60 45 -s 400 -m 5 -t 1 --checkpoint-every 0.02 --receipt stable --aov cryptomatte_object -f out.exr SCENE";
 
+/// Likewise, in two halves with groups of lights.
+const IN_HALVES: &str = "-r 60 45 -m 5 -t 1 --target-error 8% --light-groups each --checkpoint-every 0.02 --receipt stable -f out.exr SCENE";
+
 /// The bytes of the image of a render that nobody stops.
 fn uninterrupted(args: &str) -> Vec<u8> {
     let folder = Folder::new();
@@ -33,22 +36,24 @@ fn signal(folder: &Folder, args: &str, signal: &str, after: Duration) -> Run {
 /// Killed at many instants, some of which are in the middle of writing.
 #[test]
 fn a_render_that_is_killed_again_and_again_comes_to_the_same_image() {
-    let want = uninterrupted(RENDER);
-    let folder = Folder::new();
-    let mut killed = 0;
-    for i in 0..60 {
-        let run = signal(&folder, RENDER, "-KILL", Duration::from_millis(20 + 7 * (i % 13)));
-        if run.code.is_some() {
-            break;
+    for render in [RENDER, IN_HALVES] {
+        let want = uninterrupted(render);
+        let folder = Folder::new();
+        let mut killed = 0;
+        for i in 0..60 {
+            let run = signal(&folder, render, "-KILL", Duration::from_millis(20 + 7 * (i % 13)));
+            if run.code.is_some() {
+                break;
+            }
+            killed += 1;
         }
-        killed += 1;
+        assert!(killed >= 3, "it was killed {killed} times only");
+        folder.succeed(render);
+        assert!(folder.read("out.exr") == want, "{render}");
+        // An image that was being written when its render was killed leaves a file that is in nobody's way.
+        let files = folder.files().into_iter().filter(|name| !name.starts_with(".pathtracer-"));
+        assert!(files.eq(["out.exr", "out.exr.film", "out.exr.film.old"]));
     }
-    assert!(killed >= 3, "it was killed {killed} times only");
-    folder.succeed(RENDER);
-    assert!(folder.read("out.exr") == want);
-    // An image that was being written when its render was killed leaves a file that is in nobody's way.
-    let files = folder.files().into_iter().filter(|name| !name.starts_with(".pathtracer-"));
-    assert!(files.eq(["out.exr", "out.exr.film", "out.exr.film.old"]));
 }
 
 #[test]

@@ -13,8 +13,9 @@ use super::{CompileError, emission};
 use crate::id::{Id, Table};
 use crate::light::{
     AnyLight, ClearSky, ClearSkyModel, Directional, DistantDisk, EmitterTriangle, Environment,
-    EnvironmentMap, Falloff, Hemisphere, Ies, LightTables, LimbDarkening, MeshLight, PlacedMap,
-    Point, Projector, SphereLight, Spot, Sun, TexturedMesh, TexturedSphere, hosek_wilkie,
+    EnvironmentMap, Falloff, Hemisphere, Ies, LightOrigins, LightTables, LimbDarkening, MeshLight,
+    PlacedMap, Point, Projector, SphereLight, Spot, Sun, TexturedMesh, TexturedSphere,
+    hosek_wilkie,
 };
 use crate::scene::SurfaceRecord;
 use crate::texture::TextureRecord;
@@ -27,6 +28,7 @@ pub(super) struct Lights {
     pub(super) tables: LightTables,
     /// How many more lights there are than in the table, because they are in trees.
     pub(super) hidden: usize,
+    pub(super) origins: LightOrigins,
 }
 
 impl Lights {
@@ -56,7 +58,11 @@ impl Lights {
                 ));
             } else {
                 self.add_node(node, number, to_world, shapes, notes)?;
+                if matches!(node.kind, LightKind::Area { .. }) {
+                    self.origins.squares.push(number as u32);
+                }
             }
+            self.origins.lights.resize(self.table.as_slice().len(), Some(number as u32));
         }
         Ok(())
     }

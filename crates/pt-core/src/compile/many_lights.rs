@@ -29,6 +29,7 @@ impl Lights {
         if extended.is_empty() && points.is_empty() {
             return;
         }
+        let plants_points = !points.is_empty();
         let mut emits = vec![false; self.table.as_slice().len()];
         let of_shapes = shapes.surfaces.as_slice().iter().filter_map(|surface| surface.light);
         of_shapes.for_each(|id| emits[id.index()] = true);
@@ -58,8 +59,27 @@ impl Lights {
             let light = &mut shapes.surfaces[emitter.surface].light;
             *light = light.and_then(|old| moved[old.index()].or(all));
         }
+        self.follow_origins(&moved, table.as_slice().len(), plants_points);
         self.hidden = moved.len() - table.as_slice().len();
         self.table = table;
+    }
+
+    /// Keeps what lights were made of, where they moved to in a table of `count`, or, if points went into a tree, there.
+    fn follow_origins(
+        &mut self,
+        moved: &[Option<Id<AnyLight>>],
+        count: usize,
+        plants_points: bool,
+    ) {
+        let before = std::mem::replace(&mut self.origins.lights, vec![None; count]);
+        let before = before.into_iter().chain(std::iter::repeat(None));
+        for ((node, light), moved) in before.zip(self.table.as_slice()).zip(moved) {
+            match moved {
+                Some(moved) => self.origins.lights[moved.index()] = node,
+                None if plants_points && is_point(light) => self.origins.points.extend(node),
+                None => {}
+            }
+        }
     }
 
     /// Which lights go into trees.

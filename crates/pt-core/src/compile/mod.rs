@@ -116,6 +116,9 @@ pub enum CompileError {
         /// Width and height of the image.
         resolution: [u32; 2],
     },
+    /// The groups of lights that are asked for make no sense.
+    #[error("--light-groups: {0}")]
+    LightGroups(String),
     /// The hierarchy cannot be built.
     #[error(transparent)]
     Bvh(#[from] BuildError),
@@ -212,6 +215,7 @@ fn assemble(
         has_holes,
         light_count: lights.table.as_slice().len() + lights.hidden,
         lights: lights.table,
+        light_origins: lights.origins,
         skies: lights.skies,
         light_tables: lights.tables,
         media,

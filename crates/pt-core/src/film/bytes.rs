@@ -4,8 +4,9 @@
 //! how many quantities are kept besides light (u32), and of each the length of its name (u32) and the name;
 //! counts (u32) pixel by pixel; the four sums (i128, in units of 2⁻⁶⁴) of each pixel; those of the other
 //! quantities; of each pixel for each quantity that counts things, how many things there are (u32), and of each its number and
-//! how many samples see it (u32 each), in the order of the numbers; the luminance that was cut off (i128); how many samples were refused for each reason
-//! (u64 each, in the order of [`Fault::ALL`]), how many of them are named (u32), and of each its row, column and
+//! how many samples see it (u32 each), in the order of the numbers; of each pixel the three sums of each group of lights, which
+//! are quantities too, behind the others, called `light group` and their name; the luminance that was cut off (i128); how many
+//! samples were refused for each reason (u64 each, in the order of [`Fault::ALL`]), how many of them are named (u32), and of each its row, column and
 //! number, and the number of the reason (u32 each). Then 1 if there is a second half, which follows with all of the above, and
 //! else 0 (u32). Then 0, or 1 and the plan: its goal, rounds and least (u32 each), what is expected (three u64), the error
 //! (f64, NaN for none), and 0, or 1 and the densities of the pixels (f32). Nothing else.
@@ -15,6 +16,7 @@ use std::io::{self, Write};
 use pt_math::sampler::SECOND_HALF;
 
 use super::exact::CHANNELS;
+use super::groups::PREFIX;
 use super::{Aov, ExactSum, Fault, Film, Plan, Region, Rejected, Rejections, Seen, Things, aov};
 
 /// Why bytes are no film.
@@ -67,16 +69,20 @@ impl Film {
             aovs,
             aov_sums,
             things,
+            light_groups,
+            group_sums,
             rejections,
             removed,
             second: _,
             plan: _,
         } = self;
         let Region { x, y, width, height } = *region;
-        put(out, &[x, y, width, height, *first, aovs.len() as u32], u32::to_le_bytes)?;
-        for aov in aovs {
-            put(out, &[aov.name().len() as u32], u32::to_le_bytes)?;
-            out.write_all(aov.name().as_bytes())?;
+        let groups = light_groups.iter().map(|name| format!("{PREFIX}{name}"));
+        let names: Vec<_> = aovs.iter().map(|aov| aov.name().to_owned()).chain(groups).collect();
+        put(out, &[x, y, width, height, *first, names.len() as u32], u32::to_le_bytes)?;
+        for name in names {
+            put(out, &[name.len() as u32], u32::to_le_bytes)?;
+            out.write_all(name.as_bytes())?;
         }
         put(out, counts, u32::to_le_bytes)?;
         put(out, sums.as_flattened(), ExactSum::to_le_bytes)?;
@@ -85,6 +91,7 @@ impl Film {
             let words: Vec<_> = things.iter().flat_map(words_of).collect();
             put(out, &words, u32::to_le_bytes)?;
         }
+        put(out, group_sums.as_flattened(), ExactSum::to_le_bytes)?;
         put(out, &[*removed], ExactSum::to_le_bytes)?;
         put(out, &rejections.counts, u64::to_le_bytes)?;
         put(out, &[rejections.first.len() as u32], u32::to_le_bytes)?;
@@ -103,8 +110,8 @@ impl Film {
         let mut film = take_half(&mut rest).ok_or_else(short)?.map_err(FilmError::Quantity)?;
         if take_word(&mut rest).ok_or_else(short)? != 0 {
             let second = take_half(&mut rest).ok_or_else(short)?.map_err(FilmError::Quantity)?;
-            if (second.region, second.first, &second.aovs) != (film.region, SECOND_HALF, &film.aovs)
-            {
+            let is_second = (second.region, second.first) == (film.region, SECOND_HALF);
+            if !is_second || !second.keeps_as(&film) {
                 return Err(FilmError::Halves);
             }
             film.second = Some(Box::new(second));
@@ -180,12 +187,15 @@ fn take_things(rest: &mut &[u8]) -> Option<Things> {
 fn take_half(rest: &mut &[u8]) -> Option<Result<Film, String>> {
     let [x, y, width, height, first, quantities] =
         take(rest, 6, u32::from_le_bytes)?.try_into().ok()?;
-    let mut aovs = Vec::new();
+    let (mut aovs, mut light_groups) = (Vec::new(), Vec::new());
     for _ in 0..quantities {
         let length = take_word(rest)?;
         let name = String::from_utf8_lossy(rest.split_off(..length as usize)?);
-        let Some(aov) = Aov::from_name(&name) else { return Some(Err(name.into())) };
-        aovs.push(aov);
+        match (Aov::from_name(&name), name.strip_prefix(PREFIX)) {
+            (Some(aov), _) => aovs.push(aov),
+            (None, Some(group)) => light_groups.push(group.to_owned()),
+            (None, None) => return Some(Err(name.into())),
+        }
     }
     let pixels = u64::from(width) * u64::from(height);
     let per_pixel = aov::sums_per_pixel(&aovs) as u64;
@@ -197,6 +207,10 @@ fn take_half(rest: &mut &[u8]) -> Option<Result<Film, String>> {
     let aov_sums = take(rest, pixels.checked_mul(per_pixel)?, ExactSum::from_le_bytes)?;
     let things = pixels.checked_mul(aov::things(&aovs).count() as u64)?;
     let things = (0..things).map(|_| take_things(rest)).collect::<Option<_>>()?;
+    let groups = pixels.checked_mul(light_groups.len() as u64)?;
+    let group_sums = take(rest, groups, |bytes: [u8; 48]| {
+        bytemuck::cast::<_, [[u8; 16]; 3]>(bytes).map(ExactSum::from_le_bytes)
+    })?;
     let removed = take(rest, 1, ExactSum::from_le_bytes)?.pop()?;
     let counts_refused = take(rest, Fault::ALL.len() as u64, u64::from_le_bytes)?;
     let named = take_word(rest)?;
@@ -218,6 +232,8 @@ fn take_half(rest: &mut &[u8]) -> Option<Result<Film, String>> {
         aovs,
         aov_sums,
         things,
+        light_groups,
+        group_sums,
         rejections,
         removed,
         second,
@@ -238,7 +254,8 @@ mod tests {
         let region = Region { x: 3, y: 1, width: 5, height: 4 };
         let aovs =
             [Aov::Albedo, Aov::Primitive, Aov::CryptomatteMaterial, Aov::Variance, Aov::Refused];
-        let mut film = Film::with_aovs(region, &aovs).starting_at(7);
+        let film = Film::with_aovs(region, &aovs).starting_at(7);
+        let mut film = film.with_light_groups(&["key".into(), "rest".into()]);
         let hit = FirstHit {
             albedo: Spectrum::splat(0.3),
             normal: Vec3::X,
@@ -258,6 +275,8 @@ mod tests {
             for [x, y] in tile.region().pixels() {
                 let bright = Spectrum::rgb(x as f32 * 0.1, -0.5, 1e9 * y as f32);
                 tile.add([x, y], 7, &[bright, Spectrum::splat(f32::NAN)], None);
+                let parts = [bright, Spectrum::ONE, Spectrum::ONE, Spectrum::ZERO];
+                tile.add_parts([x, y], &[Spectrum::ONE; 2], &parts, None);
                 tile.see([x, y], 7, &hit);
             }
             rejections.merge(tile.rejections());
@@ -270,10 +289,14 @@ mod tests {
     /// One of two halves, of which samples were decided.
     fn planned(densities: bool) -> Film {
         let region = Region::full([3, 2]);
-        let mut film = Film::with_aovs(region, &[Aov::Depth]).in_halves();
+        let groups = ["sky".into(), "rest".into()];
+        let mut film =
+            Film::with_aovs(region, &[Aov::Depth]).with_light_groups(&groups).in_halves();
         for (half, light) in Half::BOTH.into_iter().zip([1.0, 4.0]) {
             for tile in &mut film.half_mut(half).tiles(9, [0; 2]) {
-                tile.add([1, 1], 0, &[Spectrum::splat(light); 2], None);
+                let samples = [Spectrum::splat(light); 2];
+                tile.add([1, 1], 0, &samples, None);
+                tile.add_parts([1, 1], &samples, &[samples, samples].concat(), None);
             }
         }
         let error = densities.then_some(0.5);
@@ -319,6 +342,9 @@ mod tests {
         assert_eq!(Film::read(&unknown), Err(FilmError::Quantity("xlbedo".into())));
         let mut strange = planned(true);
         strange.half_mut(Half::Second).first = 7;
+        assert_eq!(Film::read(&bytes(&strange)), Err(FilmError::Halves));
+        let mut strange = planned(true);
+        strange.half_mut(Half::Second).light_groups[0] = "sun".into();
         assert_eq!(Film::read(&bytes(&strange)), Err(FilmError::Halves));
     }
 }

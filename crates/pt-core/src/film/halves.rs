@@ -57,6 +57,7 @@ impl Film {
     pub fn in_halves(self) -> Self {
         assert_eq!((self.samples(), self.first), (0, 0), "halves begin with their first sample");
         let second = Self::with_aovs(self.region, &self.aovs).starting_at(SECOND_HALF);
+        let second = second.with_light_groups(&self.light_groups);
         Self { second: Some(Box::new(second)), ..self }
     }
 

@@ -4,6 +4,7 @@
 pub mod aov;
 mod bytes;
 mod exact;
+pub mod groups;
 mod halves;
 mod measured;
 mod pixel;
@@ -17,6 +18,7 @@ pub use self::aov::{Aov, FirstHit};
 pub use self::bytes::FilmError;
 use self::exact::CHANNELS;
 pub use self::exact::ExactSum;
+use self::groups::GroupSums;
 pub use self::halves::{Half, Plan};
 pub use self::measured::Measured;
 pub(crate) use self::measured::Squares;
@@ -46,6 +48,9 @@ pub struct Film {
     aov_sums: Vec<ExactSum>,
     /// For each pixel what it sees, for each of those that count things.
     things: Vec<Things>,
+    /// The names of groups of lights, and for each pixel the light of each.
+    light_groups: Vec<String>,
+    group_sums: Vec<GroupSums>,
     rejections: Rejections,
     /// Luminance that was cut off from samples.
     removed: ExactSum,
@@ -72,11 +77,35 @@ impl Film {
             aovs: aovs.to_vec(),
             aov_sums: bytemuck::zeroed_vec(aov_sums),
             things: vec![Things::default(); region.area() * aov::things(aovs).count()],
+            light_groups: Vec::new(),
+            group_sums: Vec::new(),
             rejections: Rejections::default(),
             removed: ExactSum::default(),
             second: None,
             plan: None,
         }
+    }
+
+    /// The same, which also keeps the light of groups of lights, by their names.
+    ///
+    /// # Panics
+    /// If it has samples already.
+    pub fn with_light_groups(self, names: &[String]) -> Self {
+        assert_eq!(self.samples(), 0, "all samples of a film are in parts, or none");
+        let group_sums = bytemuck::zeroed_vec(self.region.area() * names.len());
+        let second = self.second.map(|second| Box::new(second.with_light_groups(names)));
+        Self { light_groups: names.to_vec(), group_sums, second, ..self }
+    }
+
+    /// Whether both keep the same, in as many halves.
+    pub fn keeps_as(&self, other: &Self) -> bool {
+        (&self.aovs, &self.light_groups, self.is_in_halves())
+            == (&other.aovs, &other.light_groups, other.is_in_halves())
+    }
+
+    /// The groups of lights of which it keeps the light.
+    pub fn light_groups(&self) -> &[String] {
+        &self.light_groups
     }
 
     /// The same without the samples before number `first`, which are for another film.
@@ -181,13 +210,15 @@ impl Film {
     /// samples; what they refuse is to be handed to [`Self::reject`], and what was cut off from samples to
     /// [`Self::remove`].
     pub fn tiles(&mut self, size: u32, shift: [u32; 2]) -> Vec<Tile<'_>> {
-        let Self { region, first, counts, sums, aovs, aov_sums, things, .. } = self;
+        let groups = self.light_groups.len();
+        let Self { region, first, counts, sums, aovs, aov_sums, things, group_sums, .. } = self;
         let per_pixel = aov::sums_per_pixel(aovs);
         let things_per_pixel = aov::things(aovs).count();
         let tile = |region| Tile::new(region, *first, aovs);
         let mut tiles: Vec<_> = region.tiles(size, shift).into_iter().map(tile).collect();
         let (mut counts, mut sums, mut aov_sums, mut things) =
             (&mut counts[..], &mut sums[..], &mut aov_sums[..], &mut things[..]);
+        let mut group_sums = &mut group_sums[..];
         for side_by_side in tiles.chunk_by_mut(|a, b| a.region().y == b.region().y) {
             let height = side_by_side.first().map_or(0, |tile| tile.region().height);
             for _ in 0..height {
@@ -197,7 +228,8 @@ impl Film {
                     let sums = sums.split_off_mut(..width).unwrap_or_default();
                     let own = aov_sums.split_off_mut(..per_pixel * width).unwrap_or_default();
                     let seen = things.split_off_mut(..things_per_pixel * width).unwrap_or_default();
-                    tile.push_row(counts, sums, own, seen);
+                    let parts = group_sums.split_off_mut(..groups * width).unwrap_or_default();
+                    tile.push_row(counts, sums, own, seen, parts);
                 }
             }
         }
@@ -211,16 +243,19 @@ impl Film {
     /// # Panics
     /// If it keeps something else, or one is in halves.
     pub fn merge(&mut self, other: &Self) {
-        assert_eq!(self.aovs, other.aovs, "films that are merged keep the same");
+        assert!(self.keeps_as(other), "films that are merged keep the same");
         assert!(self.second.is_none() && other.second.is_none(), "halves are not merged");
         let per_pixel = aov::sums_per_pixel(&self.aovs);
-        let things = aov::things(&self.aovs).count();
+        let (things, groups) = (aov::things(&self.aovs).count(), self.light_groups.len());
         for (n, [x, y]) in other.region.rows().enumerate() {
             let i = self.index(x, y);
             let own = self.aov_sums[i * per_pixel..].iter_mut().take(per_pixel);
             own.zip(&other.aov_sums[n * per_pixel..]).for_each(|(a, b)| a.merge(*b));
             let own = self.things[i * things..].iter_mut().take(things);
             own.zip(&other.things[n * things..]).for_each(|(a, b)| a.merge(b));
+            let own = self.group_sums[i * groups..].iter_mut().take(groups).flatten();
+            let parts = other.group_sums[n * groups..].iter().flatten();
+            own.zip(parts).for_each(|(a, b)| a.merge(*b));
             self.counts[i] += other.counts[n];
             for (a, b) in self.sums[i].iter_mut().zip(other.sums[n]) {
                 a.merge(b);

@@ -3,6 +3,7 @@
 use pt_math::Spectrum;
 
 use super::exact::{moments, sums};
+use super::groups::{self, GroupSums};
 use super::{
     Aov, ExactSum, Fault, FirstHit, Moments, PixelSums, Region, Rejected, Rejections, Seen, Sums,
     Things, aov,
@@ -28,6 +29,8 @@ struct Row<'a> {
     aov_sums: &'a mut [ExactSum],
     /// Likewise.
     things: &'a mut [Things],
+    /// Likewise.
+    group_sums: &'a mut [GroupSums],
 }
 
 impl<'a> Tile<'a> {
@@ -45,8 +48,9 @@ impl<'a> Tile<'a> {
         sums: &'a mut [Sums],
         aov_sums: &'a mut [ExactSum],
         things: &'a mut [Things],
+        group_sums: &'a mut [GroupSums],
     ) {
-        self.rows.push(Row { counts, sums, aov_sums, things });
+        self.rows.push(Row { counts, sums, aov_sums, things, group_sums });
     }
 
     /// The pixels that are covered.
@@ -142,6 +146,23 @@ impl<'a> Tile<'a> {
             for (sum, value) in sums.iter_mut().zip(moments(light * weight)) {
                 sum.add(value);
             }
+        }
+    }
+
+    /// Adds the light of groups of lights of the samples that [`Self::add`] was given; `parts` has that of each group, one sample
+    /// behind the other. A film without groups takes none.
+    pub fn add_parts(
+        &mut self,
+        pixel: [u32; 2],
+        samples: &[Spectrum],
+        parts: &[Spectrum],
+        weights: Option<&[f32]>,
+    ) {
+        let (row, column) = self.place(pixel);
+        let Row { counts, group_sums, .. } = &mut self.rows[row];
+        let groups = group_sums.len() / counts.len();
+        if groups > 0 {
+            groups::add(&mut group_sums[column * groups..][..groups], samples, parts, weights);
         }
     }
 

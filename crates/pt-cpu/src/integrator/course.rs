@@ -8,7 +8,7 @@ use pt_math::{Spectrum, Vec3};
 
 use super::direct::Hemisphere;
 use super::front::{Arrival, State};
-use super::rules::{Context, Found, Rules};
+use super::rules::{Context, Found, Rules, Skies};
 
 /// The course's estimator: emission is seen by the camera and after mirrors and glass, all other
 /// light is found by light sampling, or by uniform directions of the hemisphere.
@@ -25,8 +25,8 @@ impl Rules for Course {
 
     /// Seen by the camera only.
     #[inline(always)]
-    fn sky(&self, cx: Context, _: &State, d: Vec3, bounces: u32) -> Spectrum {
-        if bounces == 0 { cx.scene.sky(d) } else { Spectrum::ZERO }
+    fn sky(&self, cx: Context, _: &State, d: Vec3, bounces: u32, skies: &Skies) -> Spectrum {
+        if bounces == 0 { cx.scene.sky(d, skies) } else { Spectrum::ZERO }
     }
 
     #[inline(always)]

@@ -233,7 +233,7 @@ impl Requests {
         {
             let l = match hit {
                 Some(hit) => emitted(scene, ray, hit, starts.time(start as usize)),
-                None if hemisphere.sky => scene.sky(ray.direction),
+                None if hemisphere.sky => scene.sky(ray.direction, &scene.skies),
                 None => Spectrum::ZERO,
             };
             sums.answer(start, value * l, true);

@@ -7,6 +7,7 @@ mod ao;
 mod course;
 mod direct;
 mod front;
+mod grouped;
 pub(crate) mod holes;
 mod normals;
 mod path;
@@ -27,6 +28,7 @@ use pt_math::{RayColumns, Spectrum};
 use crate::Tracer;
 use crate::trace::Trace;
 use course::Course;
+pub(crate) use grouped::Grouped;
 use path::Path;
 use wavefront::Wavefront;
 use witness::{Recorder, Witness};
@@ -79,6 +81,11 @@ pub trait Integrator {
     /// Luminance that was cut off from contributions since this was asked for last.
     fn take_removed(&mut self) -> ExactSum {
         ExactSum::default()
+    }
+
+    /// Of each start of the last call in turn the light of each group of lights; none if it does not tell them apart.
+    fn parts(&self) -> &[Spectrum] {
+        &[]
     }
 }
 
@@ -191,6 +198,12 @@ fn course_paths<'a, W: Witness>(
     set: &'a Settings,
 ) -> Wavefront<'a, Course, W> {
     Wavefront::new(Course, scene, set)
+}
+
+/// The names of those that can write down how their samples come about.
+pub(crate) fn recorded() -> String {
+    let known = INTEGRATORS.iter().filter(|known| known.new_recording.is_some());
+    known.map(|known| known.name).collect::<Vec<_>>().join(", ")
 }
 
 /// The integrator of this name.

@@ -8,7 +8,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::direct::Hemisphere;
 use super::front::{Arrival, State};
-use super::rules::{Context, Found, Rules};
+use super::rules::{Context, Found, Rules, Skies};
 
 /// Path tracing with direct light at every surface. [Kajiya 1986; Veach 1997, §10.3]
 ///
@@ -39,14 +39,14 @@ impl Rules for Path {
     }
 
     #[inline(always)]
-    fn sky(&self, cx: Context, path: &State, d: Vec3, _: u32) -> Spectrum {
+    fn sky(&self, cx: Context, path: &State, d: Vec3, _: u32, skies: &Skies) -> Spectrum {
         let Context { scene, settings } = cx;
         let tables = &scene.light_tables;
         let weighted = |light: &AnyLight| {
             let pdf = light.pdf(tables, &path.origin, d, None);
             light.escaped(tables, d) * found_weight(settings, path.arrival, Some((light, pdf)))
         };
-        scene.skies.iter().map(|&id| weighted(&scene.lights[id])).sum()
+        skies.iter().map(|&id| weighted(&scene.lights[id])).sum()
     }
 
     #[inline(always)]

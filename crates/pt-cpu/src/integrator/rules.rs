@@ -2,7 +2,8 @@
 
 use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
-use pt_core::light::LightSample;
+use pt_core::id::Id;
+use pt_core::light::{AnyLight, LightSample};
 use pt_core::scene::{Interaction, RenderScene};
 use pt_core::settings::Settings;
 use pt_math::{Spectrum, Vec3};
@@ -16,6 +17,9 @@ pub(super) struct Context<'a> {
     pub(super) scene: &'a RenderScene,
     pub(super) settings: &'a Settings,
 }
+
+/// Lights of the sky.
+pub(super) type Skies = [Id<AnyLight>];
 
 /// A surface that a ray found.
 #[derive(Clone, Copy)]
@@ -36,8 +40,8 @@ pub(super) trait Rules {
         true
     }
 
-    /// Weighted radiance of the sky towards a ray that left the scene in direction `d`.
-    fn sky(&self, cx: Context, path: &State, d: Vec3, bounces: u32) -> Spectrum;
+    /// Weighted radiance of these lights of the sky towards a ray that left the scene in direction `d`.
+    fn sky(&self, cx: Context, path: &State, d: Vec3, bounces: u32, skies: &Skies) -> Spectrum;
 
     /// Weighted radiance that a surface emits towards the ray that found it.
     fn emitted(&self, cx: Context, path: &State, found: Found) -> Spectrum;

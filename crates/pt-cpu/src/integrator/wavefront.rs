@@ -257,8 +257,7 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
                 }
                 None if shown => {
                     let (path, d) = (&self.front.paths[i], self.front.rays[i].direction);
-                    let l = self.rules.sky(self.cx, path, d, bounces);
-                    sums.find(path.target, path.beta * l, || witness::sky(self.cx, d, l));
+                    escape(&self.rules, self.cx, path, (d, bounces), sums);
                 }
                 _ => {}
             }
@@ -555,4 +554,22 @@ pub(super) fn find(
 ) {
     let l = rules.emitted(cx, path, found);
     sums.find(path.target, path.beta * l, || witness::emitter(cx, path, found, l));
+}
+
+/// Adds what the sky brings to a path that left the scene in direction `d`.
+#[inline(always)]
+pub(super) fn escape<W: Witness>(
+    rules: &impl Rules,
+    cx: Context,
+    path: &State,
+    (d, bounces): (Vec3, u32),
+    sums: &mut Sums<W>,
+) {
+    let scene = cx.scene;
+    let l = rules.sky(cx, path, d, bounces, &scene.skies);
+    sums.find(path.target, path.beta * l, || witness::sky(cx, d, l));
+    if W::LISTENS && scene.skies.len() > 1 {
+        let of_each = |sky| rules.sky(cx, path, d, bounces, std::slice::from_ref(sky));
+        sums.witness.tells_apart(path.target, || scene.skies.iter().map(of_each).collect());
+    }
 }

@@ -31,6 +31,8 @@ pub(super) trait Witness: Default {
     fn asks(&mut self, start: u32, source: impl FnOnce() -> Source);
     /// It found light, of which `kept` was added.
     fn finds(&mut self, start: u32, value: [Spectrum; 2], source: impl FnOnce() -> Source);
+    /// What it found last is of the sky, to which each of its lights brings so much before the path weighs it.
+    fn tells_apart(&mut self, start: u32, skies: impl FnOnce() -> Vec<Spectrum>);
     /// What it asked for first of what was not answered yet brings light, of which `kept` was added; more may
     /// come unless this is the last of it.
     fn gets(&mut self, start: u32, value: [Spectrum; 2], is_last: bool);
@@ -48,6 +50,8 @@ impl Witness for () {
     fn asks(&mut self, _: u32, _: impl FnOnce() -> Source) {}
     #[inline(always)]
     fn finds(&mut self, _: u32, _: [Spectrum; 2], _: impl FnOnce() -> Source) {}
+    #[inline(always)]
+    fn tells_apart(&mut self, _: u32, _: impl FnOnce() -> Vec<Spectrum>) {}
     #[inline(always)]
     fn gets(&mut self, _: u32, _: [Spectrum; 2], _: bool) {}
 }
@@ -83,6 +87,7 @@ impl Witness for Recorder {
             direction: ray.direction,
             vertices: Vec::new(),
             contributions: Vec::new(),
+            skies: Vec::new(),
         };
         self.traces = Rays::from(&starts.rays).iter().map(trace).collect();
         self.asked.clear();
@@ -107,6 +112,10 @@ impl Witness for Recorder {
     fn finds(&mut self, start: u32, value: [Spectrum; 2], source: impl FnOnce() -> Source) {
         let vertices = self.traces[start as usize].vertices.len();
         self.add(start, vertices, source(), value);
+    }
+
+    fn tells_apart(&mut self, start: u32, skies: impl FnOnce() -> Vec<Spectrum>) {
+        self.traces[start as usize].skies.push(skies());
     }
 
     fn gets(&mut self, start: u32, value: [Spectrum; 2], is_last: bool) {
@@ -151,7 +160,7 @@ pub(super) fn emitter(cx: Context, path: &State, found: Found, weighted: Spectru
 
 /// The sky in a direction, where its weighted radiance is this.
 pub(super) fn sky(cx: Context, direction: Vec3, weighted: Spectrum) -> Source {
-    let radiance = cx.scene.sky(direction);
+    let radiance = cx.scene.sky(direction, &cx.scene.skies);
     Source::Sky { direction, radiance, weight: share(weighted, radiance) }
 }
 

@@ -8,6 +8,7 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::str::FromStr;
 
+use crate::spelling::alike;
 use crate::{LoadError, Span, Warning};
 
 /// An element, a text or a comment of a [`Document`].
@@ -378,24 +379,14 @@ fn explain(error: &roxmltree::Error, text: &str) -> (Option<usize>, String) {
 /// ` (did you mean "a" or "b"?)` with those names that differ little from what was written, or
 /// else ` (there is "c", "d", …)` with the first of those that exist.
 pub(super) fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> String {
-    const LONGEST: usize = 64; // comparing takes the product of the lengths
-    const MOST_COMPARED: usize = 10_000;
     const MOST_NAMED: usize = 3;
-    let names: Vec<_> = names.take(MOST_COMPARED).collect();
-    let tolerance = 1 + written.len() / 4;
-    let mut close: Vec<(usize, &str)> = names
-        .iter()
-        .filter(|name| name.len().max(written.len()) <= LONGEST)
-        .map(|name| (edit_distance(written, name), *name))
-        .filter(|(distance, _)| *distance <= tolerance)
-        .collect();
-    close.sort_unstable();
-    close.dedup();
+    let names: Vec<_> = names.collect();
+    let close = alike(written, names.iter().copied());
     let quoted = |names: &mut dyn Iterator<Item = &&str>, separator| {
         names.take(MOST_NAMED).map(|name| quote(name)).collect::<Vec<_>>().join(separator)
     };
     if !close.is_empty() {
-        let close = quoted(&mut close.iter().map(|(_, name)| name), " or ");
+        let close = quoted(&mut close.iter(), " or ");
         return format!(" (did you mean {close}?)");
     }
     let more = if names.len() > MOST_NAMED { ", …" } else { "" };
@@ -403,23 +394,6 @@ pub(super) fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c st
         none if none.is_empty() => " (there is none)".to_owned(),
         some => format!(" (there is {some}{more})"),
     }
-}
-
-/// The fewest characters to insert, delete or replace to turn one text into another, without
-/// regard to case [Wagner & Fischer 1974].
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().map(|c| c.to_ascii_lowercase()).collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().map(|c| c.to_ascii_lowercase()).enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(x != *y);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]
@@ -449,20 +423,6 @@ mod tests {
         let (offset, _) = check_limits(&nested(MAX_DEPTH + 1)).expect_err("too deep");
         assert_eq!(offset, MAX_DEPTH * "<a b='/'>".len());
         assert_eq!(check_limits("<a <b 'c"), Ok(()), "broken files are the parser's business");
-    }
-
-    #[test]
-    fn edit_distances() {
-        for (a, b, distance) in [
-            ("", "", 0),
-            ("", "abc", 3),
-            ("kitten", "sitting", 3),
-            ("Cube", "cube", 0),
-            ("é", "e", 1),
-        ] {
-            assert_eq!(edit_distance(a, b), distance, "{a} {b}");
-            assert_eq!(edit_distance(b, a), distance, "{b} {a}");
-        }
     }
 
     #[test]

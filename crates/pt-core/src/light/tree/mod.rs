@@ -233,6 +233,17 @@ impl LightTree {
         Some(self.first_primitive + index as u32)
     }
 
+    /// Of each light the primitive that it is, if it is one.
+    pub fn primitive_of_each(&self) -> Vec<Option<u32>> {
+        let mut primitives = vec![None; self.lights.len()];
+        for (primitive, &light) in (self.first_primitive..).zip(&self.light_of) {
+            if let Some(of_light) = primitives.get_mut(light as usize) {
+                *of_light = Some(primitive);
+            }
+        }
+        primitives
+    }
+
     /// How many lights there are.
     pub fn count(&self) -> usize {
         self.lights.len()

@@ -28,7 +28,7 @@ use super::front::State;
 use super::path::{Path, sampled_weight};
 use super::rules::{Context, Found, Rules};
 use super::sums::Sums;
-use super::wavefront::find;
+use super::wavefront::{escape, find};
 use super::witness::{self, Recorder, Witness};
 use super::{CAMERA_DIMENSIONS, Integrator, Recording, Starts};
 use crate::Tracer;
@@ -228,9 +228,7 @@ impl<'a, W: Witness> VolPath<'a, W> {
             let Walker { state, ray, .. } = &paths[i];
             match &events[i] {
                 Event::Escaped if shown => {
-                    let l = rules.sky(cx, state, ray.direction, bounces);
-                    let sky = || witness::sky(cx, ray.direction, l);
-                    sums.find(state.start, state.beta * l, sky);
+                    escape(rules, cx, state, (ray.direction, bounces), sums);
                 }
                 Event::Surface(hit) if shown && scene.glows(hit) => {
                     let time = starts.time(state.start as usize);

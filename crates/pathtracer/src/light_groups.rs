@@ -1,0 +1,131 @@
+//! Groups of lights, by the names of lights.
+
+use std::collections::HashMap;
+
+use pt_core::RenderScene;
+use pt_core::light::{AnyLight, LightOrigin};
+use pt_core::settings::LightGroups as Wanted;
+use pt_cpu::LightGroups;
+use pt_scene::spelling::alike;
+use pt_scene::texture::Input;
+use pt_scene::{Light, LightKind, Object, Scene};
+
+use crate::cryptomatte::{distinct, objects};
+
+/// What skies are called, of one colour, clear, or by a map …
+pub const SKY: &str = "sky";
+
+/// … and what disks in them are.
+pub const SUN: &str = "sun";
+
+/// The group of all lights that are in no other.
+pub const REST: &str = "rest";
+
+/// The most groups: as many more layers an image can have.
+pub const MOST: usize = 128;
+
+/// The lights of a compiled scene with their names: objects that glow are called as [`crate::explain`] does, lights
+/// without a shape by their own name, and what is infinitely far away and can be seen is [`SKY`] or [`SUN`]. Of several of one name the
+/// later ones get a number behind it.
+pub fn lights(scene: &Scene, compiled: &RenderScene) -> Vec<(String, LightOrigin)> {
+    let names = objects(scene).zip(0..).zip(&scene.objects);
+    let glowing = names.filter(|(_, object)| glows(scene, object));
+    let glowing = glowing.map(|((name, number), _)| (name, LightOrigin::Object(number)));
+    let nodes = compiled.light_nodes().into_iter().map(|number| {
+        let name = &scene.lights[number as usize].name;
+        let name = if name.is_empty() { format!("light {number}") } else { name.clone() };
+        (name, LightOrigin::Node(number))
+    });
+    let skies = (0..).zip(&compiled.skies).map(|(number, id)| {
+        let is_disk = matches!(compiled.lights[*id], AnyLight::Sun(_) | AnyLight::DistantDisk(_));
+        (if is_disk { SUN } else { SKY }.to_owned(), LightOrigin::Sky(number))
+    });
+    let (names, origins): (Vec<_>, Vec<_>) = skies.chain(nodes).chain(glowing).unzip();
+    distinct(names.into_iter(), " ").into_iter().zip(origins).collect()
+}
+
+/// Whether a part of an object glows.
+fn glows(scene: &Scene, object: &Object) -> bool {
+    let materials = object.materials.iter().flatten();
+    let emission = |number: &u32| scene.materials.get(*number as usize).map(|m| &m.emission);
+    materials.filter_map(emission).any(|emission| *emission != Input::Value([0.0; 3]))
+}
+
+/// At most so many groups there will be of a scene.
+pub fn most(wanted: &Wanted, scene: &Scene) -> usize {
+    let glowing = scene.objects.iter().filter(|object| glows(scene, object)).count();
+    let daylight = |light: &&Light| matches!(light.kind, LightKind::Daylight(_));
+    let suns = scene.lights.iter().filter(daylight).count();
+    let each = if wanted.each { scene.lights.len() + suns + glowing + 1 } else { 0 };
+    (wanted.named.len() + each + 1).min(MOST)
+}
+
+/// The groups that are wanted of a scene.
+///
+/// # Errors
+/// A message, if there is no light of a name, one is named twice, or there are too many groups.
+pub(crate) fn resolve(
+    wanted: &Wanted,
+    scene: &Scene,
+    compiled: &RenderScene,
+) -> Result<LightGroups, String> {
+    let lights = lights(scene, compiled);
+    let (mut names, mut groups) = (Vec::new(), HashMap::new());
+    for group in &wanted.named {
+        for name in &group.lights {
+            let found = lights.iter().find(|(light, _)| light == name);
+            let (_, origin) = found.ok_or_else(|| unknown(name, &lights))?;
+            if groups.insert(*origin, names.len() as u32).is_some() {
+                return Err(format!("the light \"{name}\" is named twice; it can be in one group"));
+            }
+        }
+        names.push(group.name.clone());
+    }
+    if wanted.each {
+        for (name, origin) in lights {
+            groups.entry(origin).or_insert_with(|| {
+                names.push(name);
+                names.len() as u32 - 1
+            });
+        }
+    }
+    let count = names.len() + 1;
+    if count > MOST {
+        return Err(format!(
+            "there would be {count} groups of lights, of at most {MOST}; name those of interest"
+        ));
+    }
+    // Of several of one name, the rest has it.
+    let names = [REST.to_owned()].into_iter().chain(names.iter().map(|name| as_layer(name)));
+    let mut names = distinct(names, "_");
+    names.rotate_left(1);
+    Ok(LightGroups::new(compiled, names, groups))
+}
+
+/// A name as layers of images may have it.
+pub fn as_layer(name: &str) -> String {
+    name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect()
+}
+
+/// That there is no light of a name, which was perhaps meant, and which there are.
+fn unknown(name: &str, lights: &[(String, LightOrigin)]) -> String {
+    const SHOWN: usize = 20;
+    const MOST_MEANT: usize = 3;
+    let quote = |name: &str| format!("\"{name}\"");
+    let names = || lights.iter().map(|(name, _)| name.as_str());
+    let meant = alike(name, names()).into_iter().take(MOST_MEANT).map(quote);
+    let meant = match meant.collect::<Vec<_>>().join(" or ") {
+        none if none.is_empty() => none,
+        meant => format!(" (did you mean {meant}?)"),
+    };
+    let mut known: Vec<_> = names().take(SHOWN).map(quote).collect();
+    if lights.len() > SHOWN {
+        known.push(format!("and {} more", lights.len() - SHOWN));
+    }
+    let known = if known.is_empty() {
+        "the scene has no lights".to_owned()
+    } else {
+        format!("the lights of the scene are {}", known.join(", "))
+    };
+    format!("there is no light {}{meant}; {known}", quote(name))
+}

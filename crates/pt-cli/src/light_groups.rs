@@ -1,0 +1,74 @@
+//! Groups of lights: what the command line says of them.
+
+use pathtracer::light_groups::{REST, as_layer};
+use pathtracer::{INTEGRATORS, LightGroup, LightGroups, Registration, Scene, light_groups};
+
+use crate::args::{Cli, Direct};
+use crate::check::has_room_for_channels;
+
+/// Groups of lights.
+///
+/// # Errors
+/// A message that says what was expected.
+pub(crate) fn parse(text: &str) -> Result<LightGroups, String> {
+    let mut groups = LightGroups::default();
+    for entry in text.split(',') {
+        let (name, lights) = entry.split_once('=').unwrap_or((entry, entry));
+        let is_name = entry == name || as_layer(name) == name;
+        if entry == "each" {
+            groups.each = true;
+            continue;
+        }
+        if name.is_empty() || !is_name || lights.split('+').any(str::is_empty) {
+            return Err("expected each, or groups with the names of their lights, as in sky,key=lamp+window; names of groups \
+                        are of letters, digits and _"
+                .into());
+        }
+        let name = as_layer(name);
+        if name == REST || groups.named.iter().any(|group| group.name == name) {
+            return Err(format!(
+                "the group of lights \"{name}\" is there twice; \"rest\" is that of all other lights"
+            ));
+        }
+        let lights = lights.split('+').map(str::to_owned).collect();
+        groups.named.push(LightGroup { name, lights });
+    }
+    Ok(groups)
+}
+
+/// Refuses settings with which nobody tells what light came from which light, and files without room for it.
+///
+/// # Errors
+/// A message that says what it is, and what to do.
+pub(crate) fn check(cli: &Cli) -> Result<(), String> {
+    if cli.light_groups.is_none() {
+        return Ok(());
+    }
+    if !has_room_for_channels(cli) {
+        return Err(
+            "--light-groups needs an image with room for more channels, as in -f out.exr".into()
+        );
+    }
+    let name = cli.integrator.as_deref();
+    let recorded = |known: &&Registration| known.new_recording.is_some();
+    let by_paths =
+        name.is_none_or(|name| INTEGRATORS.iter().filter(recorded).any(|r| r.name == name));
+    let by_hemisphere =
+        cli.hemisphere || matches!(cli.direct, Some(Direct::Hemisphere | Direct::Cosine));
+    if cli.cs184 || !by_paths || by_hemisphere || cli.path_reuse > 1 || cli.split > 1 {
+        return Err("--light-groups is for --integrator path, volpath, direct and cs184 with --direct mis or light, without \
+                    --path-reuse, --split and --cs184"
+            .into());
+    }
+    Ok(())
+}
+
+/// So many groups there are at least.
+pub(crate) fn least(cli: &Cli) -> usize {
+    cli.light_groups.as_ref().map_or(0, |wanted| wanted.named.len() + 1)
+}
+
+/// At most so many groups there are of a scene.
+pub(crate) fn most(cli: &Cli, scene: &Scene) -> usize {
+    cli.light_groups.as_ref().map_or(0, |wanted| light_groups::most(wanted, scene))
+}
