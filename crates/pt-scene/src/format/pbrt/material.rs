@@ -26,7 +26,7 @@ const KINDS: [&str; 8] = [
     "thindielectric",
 ];
 /// Deepest nesting of mixtures.
-const MAX_MIXES: usize = 16;
+const MAX_MIXES: usize = 8;
 /// Below, pbrt-v4 takes a surface as smooth.
 const LEAST_ALPHA: f32 = 1e-3;
 

@@ -42,6 +42,7 @@ mod shape;
 mod state;
 mod texture;
 mod token;
+mod upsample;
 
 use std::path::Path;
 

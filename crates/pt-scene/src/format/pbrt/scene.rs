@@ -16,6 +16,7 @@ use super::shape::{Meshes, shape, sphere_mesh};
 use super::state::{Moving, State};
 use super::texture::Textures;
 use super::token::{Place, Tokens};
+use super::upsample::Illuminant;
 use super::{camera, film};
 use crate::material::Embossed;
 use crate::texture::{Input, Scalar};
@@ -75,7 +76,7 @@ pub(super) struct World {
     meshes: Meshes,
     shapes: Vec<Placed>,
     /// The surfaces of materials, by number or name.
-    surfaces: HashMap<(usize, Option<Rc<str>>), Option<Surface>>,
+    surfaces: HashMap<(usize, Option<Rc<str>>), Rc<Option<Surface>>>,
     /// Materials that are made, with the alpha that they were made with.
     made: HashMap<(usize, Option<Rc<str>>), Vec<(Scalar, u32)>>,
     /// Meshes that were given texture coordinates, kept for their address, and what they became.
@@ -213,6 +214,12 @@ impl World {
         for light in &mut self.scene.lights {
             expose(&mut light.kind, exposure as f32);
         }
+        if let Some(illuminant) = Illuminant::of_scene(&self.scene.lights, &self.scene.materials) {
+            self.scene
+                .materials
+                .iter_mut()
+                .for_each(|material| illuminant.light_up(&mut material.surface));
+        }
         let is_volumetric = settings.integrator == Some("volpath");
         if is_volumetric && self.media.made.is_empty() {
             settings.integrator = None;
@@ -234,7 +241,7 @@ impl World {
         }
         let surface = self.surface_once(&placed.material)?;
         let mut light = None;
-        match (&placed.light, &surface) {
+        match (&placed.light, &*surface) {
             (Some(entity), Some(_)) => {
                 light = Some(area_light(
                     entity,
@@ -251,14 +258,14 @@ impl World {
             }
             (None, _) => {}
         }
-        let is_textured = surface.as_ref().is_some_and(shows_texture)
+        let is_textured = (*surface).as_ref().is_some_and(shows_texture)
             || placed.alpha.texture().is_some()
             || light.as_ref().is_some_and(|light| light.radiance.texture().is_some());
         if is_textured {
             geometry = self.laid_out(geometry);
         }
         let two_sided = light.as_ref().is_some_and(|light| light.two_sided);
-        let material = self.material(&placed.material, surface, &placed.alpha, light);
+        let material = self.material(&placed.material, &surface, &placed.alpha, light);
         let motion = (start != end).then(|| {
             let keys = self
                 .times
@@ -300,13 +307,13 @@ impl World {
     }
 
     /// The surface of a material, made once.
-    fn surface_once(&mut self, name: &MaterialName) -> Result<Option<Surface>, LoadError> {
+    fn surface_once(&mut self, name: &MaterialName) -> Result<Rc<Option<Surface>>, LoadError> {
         let key = key_of(name);
         if let Some(known) = self.surfaces.get(&key) {
-            return Ok(known.clone());
+            return Ok(Rc::clone(known));
         }
-        let surface = self.surface(name)?;
-        self.surfaces.insert(key, surface.clone());
+        let surface = Rc::new(self.surface(name)?);
+        self.surfaces.insert(key, Rc::clone(&surface));
         Ok(surface)
     }
 
@@ -314,7 +321,7 @@ impl World {
     fn material(
         &mut self,
         name: &MaterialName,
-        surface: Option<Surface>,
+        surface: &Option<Surface>,
         alpha: &Scalar,
         light: Option<AreaLight>,
     ) -> u32 {
@@ -327,7 +334,7 @@ impl World {
         let opacity = if surface.is_some() { alpha.clone() } else { 0.0.into() };
         let material = Material {
             name: self.name_of(name),
-            surface: surface.unwrap_or_else(Self::nothing),
+            surface: surface.clone().unwrap_or_else(Self::nothing),
             emission: light.map_or(Input::Value([0.0; 3]), |light| light.radiance),
             opacity,
         };
