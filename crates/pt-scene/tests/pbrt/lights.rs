@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use pt_math::DVec3;
+use pt_scene::image::SaveOptions;
 use pt_scene::{Color, LightKind, Scene};
 
 use super::{read, read_all, refusal};
@@ -112,7 +113,7 @@ fn a_square_map_shines_from_where_it_does_there() {
     let pixels = (0..side * side).map(pixel).collect();
     let image = pt_scene::image::Image { width: side, height: side, pixels };
     let path = folder.path().join("sky.exr");
-    pt_scene::image::save(&image, &path, &Default::default()).expect("it is written");
+    pt_scene::image::save(&image, &path, &SaveOptions::default()).expect("it is written");
     let text = "Camera \"perspective\" WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\"";
     let file = folder.path().join("a.pbrt");
     std::fs::write(&file, text).expect("it is written");

@@ -274,17 +274,12 @@ impl Entity {
 
     /// The only value of a parameter.
     fn one<T: Copy>(&self, name: &str, values: &[T]) -> Result<T, LoadError> {
-        match values {
-            [value] => Ok(*value),
-            _ => {
-                let message = format!(
-                    "expected one value for {}, but there are {}",
-                    quote(name),
-                    values.len()
-                );
-                Err(self.refuse(name, message))
-            }
+        if let [value] = values {
+            return Ok(*value);
         }
+        let message =
+            format!("expected one value for {}, but there are {}", quote(name), values.len());
+        Err(self.refuse(name, message))
     }
 
     pub(super) fn given_float(&self, name: &'static str) -> Result<Option<f64>, LoadError> {

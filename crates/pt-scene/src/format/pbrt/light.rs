@@ -223,7 +223,7 @@ fn turned(entity: &Entity, node: DMat3) -> Result<DMat3, LoadError> {
     let scale = node.x_axis.length();
     let turn = node * scale.recip();
     let difference = turn.transpose() * turn - DMat3::IDENTITY;
-    if difference.to_cols_array().iter().any(|x| !(x.abs() <= TOLERANCE)) {
+    if difference.to_cols_array().iter().any(|x| x.is_nan() || x.abs() > TOLERANCE) {
         let message = "a light that is an image cannot be stretched; expected a transform that turns, mirrors or \
                        scales all directions alike";
         return Err(entity.at.error(message));

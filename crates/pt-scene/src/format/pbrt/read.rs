@@ -231,7 +231,7 @@ impl Reader {
                 self.state.material = self.world.add_material(entity);
             }
             "NamedMaterial" => {
-                self.state.material = MaterialName::Named(text(tokens, &at)?.into(), at)
+                self.state.material = MaterialName::Named(text(tokens, &at)?.into(), at);
             }
             "MakeNamedMaterial" => {
                 let (name, entity) = self.named("MakeNamedMaterial", tokens, at)?;
@@ -330,7 +330,7 @@ impl Reader {
                 return Err(entity.at.error(message));
             }
         };
-        self.world.textures.define(name, is_number, &entity)
+        self.world.textures.define(&name, is_number, &entity)
     }
 
     fn transform(

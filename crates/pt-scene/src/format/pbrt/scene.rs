@@ -37,6 +37,9 @@ pub(super) enum MaterialName {
     Named(Rc<str>, Place),
 }
 
+/// A material by its number or its name.
+type MaterialKey = (usize, Option<Rc<str>>);
+
 /// What is looked through, and how.
 #[derive(Default)]
 pub(super) struct Sight {
@@ -76,9 +79,9 @@ pub(super) struct World {
     meshes: Meshes,
     shapes: Vec<Placed>,
     /// The surfaces of materials, by number or name.
-    surfaces: HashMap<(usize, Option<Rc<str>>), Rc<Option<Surface>>>,
+    surfaces: HashMap<MaterialKey, Rc<Option<Surface>>>,
     /// Materials that are made, with the alpha that they were made with.
-    made: HashMap<(usize, Option<Rc<str>>), Vec<(Scalar, u32)>>,
+    made: HashMap<MaterialKey, Vec<(Scalar, u32)>>,
     /// Meshes that were given texture coordinates, kept for their address, and what they became.
     laid_out: HashMap<*const Mesh, (Arc<Mesh>, Arc<Mesh>)>,
     file: Span,
@@ -265,7 +268,7 @@ impl World {
             geometry = self.laid_out(geometry);
         }
         let two_sided = light.as_ref().is_some_and(|light| light.two_sided);
-        let material = self.material(&placed.material, &surface, &placed.alpha, light);
+        let material = self.material(&placed.material, (*surface).as_ref(), &placed.alpha, light);
         let motion = (start != end).then(|| {
             let keys = self
                 .times
@@ -321,7 +324,7 @@ impl World {
     fn material(
         &mut self,
         name: &MaterialName,
-        surface: &Option<Surface>,
+        surface: Option<&Surface>,
         alpha: &Scalar,
         light: Option<AreaLight>,
     ) -> u32 {
@@ -334,7 +337,7 @@ impl World {
         let opacity = if surface.is_some() { alpha.clone() } else { 0.0.into() };
         let material = Material {
             name: self.name_of(name),
-            surface: surface.clone().unwrap_or_else(Self::nothing),
+            surface: surface.cloned().unwrap_or_else(Self::nothing),
             emission: light.map_or(Input::Value([0.0; 3]), |light| light.radiance),
             opacity,
         };
@@ -355,7 +358,7 @@ impl World {
     }
 }
 
-fn key_of(name: &MaterialName) -> (usize, Option<Rc<str>>) {
+fn key_of(name: &MaterialName) -> MaterialKey {
     match name {
         MaterialName::Anonymous(i) => (*i, None),
         MaterialName::Named(name, _) => (0, Some(Rc::clone(name))),

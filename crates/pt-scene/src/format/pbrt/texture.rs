@@ -52,7 +52,7 @@ impl Textures {
     /// Gives a texture a name.
     pub(super) fn define(
         &mut self,
-        name: String,
+        name: &str,
         is_number: bool,
         entity: &Entity,
     ) -> Result<(), LoadError> {
@@ -79,10 +79,10 @@ impl Textures {
         };
         entity.finish()?;
         let table = if is_number { &mut self.numbers } else { &mut self.colors };
-        if table.insert(name.clone(), texture).is_some() {
+        if table.insert(name.to_owned(), texture).is_some() {
             return Err(entity
                 .at
-                .error(format!("there is already a texture {} of this type", quote(&name))));
+                .error(format!("there is already a texture {} of this type", quote(name))));
         }
         Ok(())
     }

@@ -99,7 +99,9 @@ fn daylight() -> Vec<[f64; 3]> {
 /// Scaled so that each channel adds up to 1.
 fn normalized(mut weights: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
     let sums: [f64; 3] = std::array::from_fn(|c| weights.iter().map(|w| w[c]).sum());
-    weights.iter_mut().for_each(|w| *w = std::array::from_fn(|c| w[c] / sums[c]));
+    for weight in &mut weights {
+        *weight = std::array::from_fn(|c| weight[c] / sums[c]);
+    }
     weights
 }
 
