@@ -143,6 +143,27 @@ fn scenes_for_pbrt_and_for_mitsuba_are_the_same() {
     }
 }
 
+/// Under a white sky of radiance 2, a sheet has 2 (ρ + τ) on both sides.
+#[test]
+fn a_sheet_under_a_white_sky_has_what_it_reflects_and_lets_through() {
+    let sheet = |side: f64| {
+        let text = format!(
+            "LookAt 0 0 {side}  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 10 PixelFilter \"box\"
+            WorldBegin LightSource \"infinite\" \"float scale\" 2
+            Material \"diffusetransmission\" \"rgb reflectance\" [.1 .2 .3] \"rgb transmittance\" [.5 .25 .1]
+            Shape \"disk\""
+        );
+        let file = Path::new("sheet.pbrt");
+        let scene = pt_scene::format::parse(text.as_bytes(), file).expect("a scene");
+        mean(&render(&scene, 256, [8; 2], 1))
+    };
+    for found in [sheet(5.0), sheet(-5.0)] {
+        for (c, expected) in [1.2, 0.9, 0.8].into_iter().enumerate() {
+            assert!((found[c] / expected - 1.0).abs() < 0.02, "{found:?}");
+        }
+    }
+}
+
 /// What a sky radiates from a direction: all directions differ.
 fn sky(d: DVec3) -> [f32; 3] {
     [1.0 + 0.9 * d.x, 1.0 + 0.9 * d.y, 1.0 + 0.9 * d.z].map(|c| c as f32)

@@ -6,21 +6,22 @@ use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color, index};
 use super::entity::Entity;
 use super::scene::{MaterialName, World};
-use super::texture::{mean, square_root};
+use super::texture::{mean, product, square_root};
 use crate::material::{
-    Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Masking, Matte, Mix,
-    RoughCoatedDiffuse, Roughness, ThinGlass,
+    Black, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed, Glass, Masking,
+    Matte, Mix, RoughCoatedDiffuse, Roughness, ThinGlass,
 };
 use crate::metals::Metal;
-use crate::texture::{Relief, Scalar};
+use crate::texture::{Color, Relief, Scalar};
 use crate::{LoadError, Surface, Warning};
 
-const KINDS: [&str; 8] = [
+const KINDS: [&str; 9] = [
     "coatedconductor",
     "coateddiffuse",
     "conductor",
     "dielectric",
     "diffuse",
+    "diffusetransmission",
     "interface",
     "mix",
     "thindielectric",
@@ -66,6 +67,7 @@ impl World {
                 roughness: self.roughness(entity, &ROUGHNESS, 0.0)?,
             }
             .into(),
+            "diffusetransmission" => self.diffuse_transmission(entity)?.into(),
             "thindielectric" => ThinGlass {
                 reflectance: [1.0; 3].into(),
                 transmittance: [1.0; 3].into(),
@@ -177,6 +179,24 @@ impl World {
         let alpha = 0.5 * (mean(&u) + mean(&v));
         Ok(RoughCoatedDiffuse { diffuse, specular, ior, alpha, distribution, saturates, two_sided }
             .into())
+    }
+
+    /// A sheet that scatters to both sides.
+    fn diffuse_transmission(&mut self, entity: &Entity) -> Result<DiffuseTransmission, LoadError> {
+        let scale = entity.not_negative("scale", 1.0)? as f32;
+        let share = |name| {
+            let share = self.textures.share(entity, name, 0.25)?;
+            Ok(product([share, [scale; 3].into()]))
+        };
+        let (reflectance, transmittance) = (share("reflectance")?, share("transmittance")?);
+        if let (Color::Value(reflected), Color::Value(transmitted)) = (&reflectance, &transmittance)
+            && (0..3).any(|c| reflected[c] + transmitted[c] > 1.0 + 1e-6)
+        {
+            let message = "reflectance and transmittance are more than 1 together, so that light would grow; expected \
+                           at most 1 with the scale";
+            return Err(entity.refuse("transmittance", message));
+        }
+        Ok(DiffuseTransmission { reflectance, transmittance })
     }
 
     /// A metal under a coat, which is left out but for the angle and the index of the light that it lets to the metal.

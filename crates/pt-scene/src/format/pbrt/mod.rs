@@ -40,6 +40,7 @@ mod read;
 mod scene;
 mod shape;
 mod state;
+mod subdivision;
 mod texture;
 mod token;
 mod upsample;

@@ -370,6 +370,7 @@ fn shows_texture(surface: &Surface) -> bool {
     let varies = |color: &Color| color.texture().is_some();
     match surface {
         Surface::Matte(s) => varies(&s.reflectance),
+        Surface::DiffuseTransmission(s) => varies(&s.reflectance) || varies(&s.transmittance),
         Surface::CoatedDiffuse(s) => varies(&s.diffuse),
         Surface::RoughCoatedDiffuse(s) => varies(&s.diffuse),
         Surface::Conductor(s) => s.roughness.as_ref().is_some_and(is_laid_out),

@@ -12,10 +12,12 @@ use super::entity::Entity;
 use super::quadric;
 use super::read::content;
 use super::state::{State, mirrors};
+use super::subdivision::subdivide;
 use crate::shapes::{flip, single_part};
 use crate::{Attribute, Geometry, LoadError, Mesh, Warning};
 
-const KINDS: [&str; 6] = ["bilinearmesh", "cylinder", "disk", "plymesh", "sphere", "trianglemesh"];
+const KINDS: [&str; 7] =
+    ["bilinearmesh", "cylinder", "disk", "loopsubdiv", "plymesh", "sphere", "trianglemesh"];
 /// Pieces along each side of a bilinear patch that is not flat.
 const PIECES: u32 = 16;
 
@@ -60,6 +62,8 @@ pub(super) fn shape(
         }
         "trianglemesh" => mesh(turned(triangles(entity)?, state.reverses)),
         "bilinearmesh" => mesh(turned(bilinear(entity)?, state.reverses)),
+        // Its normals look to the other side of its faces there.
+        "loopsubdiv" => mesh(turned(subdivided(entity)?, !state.reverses)),
         "plymesh" => ply_mesh(entity, state.reverses, meshes, folder, warnings)?,
         _ => return Err(entity.unsupported(&KINDS)),
     };
@@ -176,6 +180,17 @@ fn triangles(entity: &Entity) -> Result<Mesh, LoadError> {
     mesh.parts = single_part(mesh.triangles.len());
     face_normals(&mut mesh);
     Ok(mesh)
+}
+
+/// The limit of a mesh that is cut finer and finer.
+fn subdivided(entity: &Entity) -> Result<Mesh, LoadError> {
+    entity.pass_over(&["scheme"]);
+    let levels = entity.count("levels", 3, [0, 10])?;
+    let mesh = vertices(entity)?;
+    let faces = faces::<3>(entity, mesh.positions.len())?;
+    let positions = mesh.positions.iter().map(|p| DVec3::from_array(p.map(f64::from)));
+    subdivide(positions.collect(), faces, levels)
+        .map_err(|message| entity.refuse("indices", message))
 }
 
 /// Makes the front of each triangle the side to which its normals look, if it has any.

@@ -161,6 +161,10 @@ impl Illuminant {
     pub(super) fn light_up(&self, surface: &mut Surface) {
         match surface {
             Surface::Matte(s) => self.color(&mut s.reflectance),
+            Surface::DiffuseTransmission(s) => {
+                self.color(&mut s.reflectance);
+                self.color(&mut s.transmittance);
+            }
             Surface::CoatedDiffuse(s) => self.color(&mut s.diffuse),
             Surface::RoughCoatedDiffuse(s) => self.color(&mut s.diffuse),
             Surface::Mix(Mix { first, second, .. }) => {
