@@ -132,3 +132,27 @@ fn a_flat_patch_is_two_triangles_and_a_bent_one_is_many() {
     assert_eq!((count(0), count(1)), (2, 512));
     assert_eq!(front(mesh_of(&scene.objects[0])), DVec3::Z);
 }
+
+/// A tube around a straight line: its points are at half of its width from it, and its front looks outwards.
+#[test]
+fn a_curve_is_a_tube_or_a_ribbon() {
+    let line = "Shape \"curve\" \"point3 P\" [0 0 0 0 0 1 0 0 2 0 0 3] \"float width0\" .4 \"float width1\" .1";
+    let ribbon = "\"string type\" \"ribbon\" \"normal N\" [1 0 0 0 1 0]";
+    let scene = read("", &format!("{line} {line} {ribbon}"));
+    let tube = mesh_of(&scene.objects[0]);
+    for [x, y, z] in &tube.positions {
+        let expected = 0.5 * (0.4 - 0.1 * z);
+        assert!((x.hypot(*y) - expected).abs() < 1e-6, "{x} {y} {z}");
+    }
+    for corners in &tube.triangles {
+        let [a, b, c] =
+            corners.map(|i| DVec3::from_array(tube.positions[i as usize].map(f64::from)));
+        let middle = (a + b + c) / 3.0;
+        assert!((b - a).cross(c - a).dot(DVec3::new(middle.x, middle.y, 0.0)) > 0.0);
+    }
+    let ribbon = mesh_of(&scene.objects[1]);
+    assert_eq!(ribbon.triangles.len(), 16);
+    assert!(front(ribbon).distance(DVec3::X) < 0.2);
+    let last = ribbon.normals.as_ref().expect("normals").values.last().expect("a normal");
+    assert!((last[1] - 1.0).abs() < 1e-6);
+}

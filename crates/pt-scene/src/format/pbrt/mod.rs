@@ -27,6 +27,7 @@
 mod camera;
 mod color;
 mod color_space;
+mod curve;
 mod emission;
 mod entity;
 mod film;

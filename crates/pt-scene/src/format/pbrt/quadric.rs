@@ -11,11 +11,11 @@ use crate::{Attribute, Mesh};
 const TURN: u32 = 256;
 
 /// A surface at (u, v): its position and its normal.
-type Point = (DVec3, DVec3);
+pub(super) type Point = (DVec3, DVec3);
 
 /// The mesh of a surface with so many pieces along u and v. The front is where ∂p/∂u × ∂p/∂v looks, and (u, v)
 /// are its texture coordinates.
-fn mesh(name: &str, [columns, rows]: [u32; 2], at: impl Fn(f64, f64) -> Point) -> Mesh {
+pub(super) fn mesh(name: &str, [columns, rows]: [u32; 2], at: impl Fn(f64, f64) -> Point) -> Mesh {
     let share = |i: u32, count: u32| f64::from(i) / f64::from(count);
     let (mut positions, mut normals, mut uvs) = (Vec::new(), Vec::new(), Vec::new());
     for j in 0..=rows {

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use pt_math::DVec3;
 
 use super::super::ply;
+use super::curve::curve;
 use super::entity::Entity;
 use super::quadric;
 use super::read::content;
@@ -16,8 +17,16 @@ use super::subdivision::subdivide;
 use crate::shapes::{flip, single_part};
 use crate::{Attribute, Geometry, LoadError, Mesh, Warning};
 
-const KINDS: [&str; 7] =
-    ["bilinearmesh", "cylinder", "disk", "loopsubdiv", "plymesh", "sphere", "trianglemesh"];
+const KINDS: [&str; 8] = [
+    "bilinearmesh",
+    "curve",
+    "cylinder",
+    "disk",
+    "loopsubdiv",
+    "plymesh",
+    "sphere",
+    "trianglemesh",
+];
 /// Pieces along each side of a bilinear patch that is not flat.
 const PIECES: u32 = 16;
 
@@ -62,6 +71,7 @@ pub(super) fn shape(
         }
         "trianglemesh" => mesh(turned(triangles(entity)?, state.reverses)),
         "bilinearmesh" => mesh(turned(bilinear(entity)?, state.reverses)),
+        "curve" => mesh(turned(curve(entity)?, state.reverses)),
         // Its normals look to the other side of its faces there.
         "loopsubdiv" => mesh(turned(subdivided(entity)?, !state.reverses)),
         "plymesh" => ply_mesh(entity, state.reverses, meshes, folder, warnings)?,
