@@ -148,7 +148,8 @@ fn scenes_for_pbrt_and_for_mitsuba_are_the_same() {
 fn a_sheet_under_a_white_sky_has_what_it_reflects_and_lets_through() {
     let sheet = |side: f64| {
         let text = format!(
-            "LookAt 0 0 {side}  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 10 PixelFilter \"box\"
+            "LookAt 0 0 {side}  0 0 0  0 1 0
+            Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8 Camera \"perspective\" \"float fov\" 10 PixelFilter \"box\"
             WorldBegin LightSource \"infinite\" \"float scale\" 2
             Material \"diffusetransmission\" \"rgb reflectance\" [.1 .2 .3] \"rgb transmittance\" [.5 .25 .1]
             Shape \"disk\""

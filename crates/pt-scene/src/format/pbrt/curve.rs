@@ -10,9 +10,12 @@ use super::entity::Entity;
 use super::quadric::mesh;
 use crate::{LoadError, Mesh};
 
-/// Pieces of a segment along the curve, and around it.
-const PIECES: u32 = 8;
+/// Pieces of a curve around it.
 const SIDES: u32 = 6;
+/// Degrees by which a curve may turn between two pieces along it.
+const TURN: f64 = 8.0;
+/// Least and most pieces of a segment along the curve.
+const PIECES: [f64; 2] = [2.0, 32.0];
 /// Most segments of one curve.
 const MAX_SEGMENTS: usize = 100_000;
 
@@ -37,6 +40,17 @@ impl Spline {
     fn is_whole(&self) -> bool {
         self.segments() > 0
             && (self.is_bspline || (self.points.len() - 1).is_multiple_of(self.degree))
+    }
+
+    /// Into how many pieces each segment is cut, by how much the line through its control points turns, which is no
+    /// less than the curve does.
+    fn pieces(&self) -> usize {
+        let edges = self.points.windows(2).map(|pair| pair[1] - pair[0]);
+        let edges: Vec<_> = edges.filter_map(DVec3::try_normalize).collect();
+        let turn =
+            |pair: &[DVec3]| libm::atan2(pair[0].cross(pair[1]).length(), pair[0].dot(pair[1]));
+        let degrees = edges.windows(2).map(turn).sum::<f64>().to_degrees();
+        (degrees / TURN / self.segments() as f64).ceil().clamp(PIECES[0], PIECES[1]) as usize
     }
 
     /// A point of a segment: sums of Bernstein polynomials, or of uniform B-splines, which are
@@ -72,7 +86,7 @@ pub(super) fn curve(entity: &Entity) -> Result<Mesh, LoadError> {
     let width = entity.not_negative("width", 1.0)?;
     let [start, end] =
         [entity.not_negative("width0", width)?, entity.not_negative("width1", width)?];
-    let count = spline.segments() as u32 * PIECES;
+    let count = (spline.segments() * spline.pieces()) as u32;
     let stations = stations(&spline, normals.as_deref());
     let station =
         |u: f64| &stations[((u * f64::from(count)).round() as usize).min(stations.len() - 1)];
@@ -147,10 +161,11 @@ fn ribbon(entity: &Entity, spline: &Spline) -> Result<Option<Vec<DVec3>>, LoadEr
 /// Places along a curve, with the direction across as given, or else carried on with as little turning as
 /// possible.
 fn stations(spline: &Spline, normals: Option<&[DVec3]>) -> Vec<Station> {
-    let count = spline.segments() * PIECES as usize;
+    let pieces = spline.pieces();
+    let count = spline.segments() * pieces;
     let place = |i: usize| {
-        let segment = (i / PIECES as usize).min(spline.segments() - 1);
-        (segment, (i - segment * PIECES as usize) as f64 / f64::from(PIECES))
+        let segment = (i / pieces).min(spline.segments() - 1);
+        (segment, (i - segment * pieces) as f64 / pieces as f64)
     };
     let middles: Vec<_> =
         (0..=count).map(place).map(|(segment, t)| spline.at(segment, t)).collect();
