@@ -24,6 +24,7 @@
 //! * v runs up the rows of an image there and here, and down on the sphere that has a ray test of its own here:
 //!   spheres with textures are meshes.
 
+mod arguments;
 mod camera;
 mod color;
 mod color_space;

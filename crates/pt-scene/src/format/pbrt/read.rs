@@ -11,8 +11,9 @@ use pt_math::{DAffine3, DVec3};
 use super::super::mesh_file;
 use super::super::transform::{look_at, rotate};
 use super::super::xml::{did_you_mean, quote};
+use super::arguments::{active, numbers, text};
 use super::color_space::ColorSpace;
-use super::entity::{Entity, MAX_PARAMETERS, Parameter, number};
+use super::entity::{Entity, MAX_PARAMETERS, Parameter};
 use super::medium::Interface;
 use super::scene::{MaterialName, Placed, Sight, World};
 use super::state::{Moving, State, TARGETS, matrix};
@@ -564,76 +565,5 @@ impl Reader {
         }
         self.state = state;
         Ok(())
-    }
-}
-
-/// A text in quotes.
-fn text(tokens: &mut Tokens<'_>, at: &Place) -> Result<String, LoadError> {
-    let has_bracket = matches!(tokens.peek()?, Some(Token { kind: Kind::Open, .. }));
-    if has_bracket {
-        tokens.take()?;
-    }
-    let text = match tokens.take()? {
-        Some(Token { kind: Kind::Text(text), .. }) => text.into_owned(),
-        Some(token) => {
-            let message = format!("{} where a text in quotes is expected", token.kind.describe());
-            return Err(tokens.place(&token).error(message));
-        }
-        None => return Err(at.error("the file ends where a text in quotes is expected")),
-    };
-    if has_bracket {
-        close(tokens, at)?;
-    }
-    Ok(text)
-}
-
-/// So many numbers, in brackets or not.
-fn numbers<const N: usize>(tokens: &mut Tokens<'_>, at: &Place) -> Result<[f64; N], LoadError> {
-    let has_bracket = matches!(tokens.peek()?, Some(Token { kind: Kind::Open, .. }));
-    if has_bracket {
-        tokens.take()?;
-    }
-    let mut numbers = [0.0; N];
-    for (i, x) in numbers.iter_mut().enumerate() {
-        *x = match tokens.take()? {
-            Some(Token { kind: Kind::Word(word), .. }) => {
-                number(word).map_err(|message| at.error(message))?
-            }
-            Some(token) => {
-                let message =
-                    format!("{} where number {} of {N} is expected", token.kind.describe(), i + 1);
-                return Err(tokens.place(&token).error(message));
-            }
-            None => {
-                return Err(
-                    at.error(format!("the file ends where number {} of {N} is expected", i + 1))
-                );
-            }
-        };
-    }
-    if has_bracket {
-        close(tokens, at)?;
-    }
-    Ok(numbers)
-}
-
-fn close(tokens: &mut Tokens<'_>, at: &Place) -> Result<(), LoadError> {
-    match tokens.take()? {
-        Some(Token { kind: Kind::Close, .. }) => Ok(()),
-        Some(token) => {
-            let message = format!("{} where a \"]\" is expected", token.kind.describe());
-            Err(tokens.place(&token).error(message))
-        }
-        None => Err(at.error("the file ends where a \"]\" is expected")),
-    }
-}
-
-/// Which of the two transforms directives change.
-fn active(tokens: &mut Tokens<'_>, at: &Place) -> Result<[bool; 2], LoadError> {
-    match tokens.take()? {
-        Some(Token { kind: Kind::Word("All"), .. }) => Ok([true; 2]),
-        Some(Token { kind: Kind::Word("StartTime"), .. }) => Ok([true, false]),
-        Some(Token { kind: Kind::Word("EndTime"), .. }) => Ok([false, true]),
-        _ => Err(at.error("expected ActiveTransform All, StartTime or EndTime")),
     }
 }
