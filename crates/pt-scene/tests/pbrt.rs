@@ -72,6 +72,12 @@ fn instances_of_instances_cannot_multiply() {
 }
 
 #[test]
+fn round_shapes_cannot_fill_memory() {
+    let error = refusal(&"Shape \"sphere\" \"float phimax\" 359\n".repeat(300));
+    assert!(error.contains("more than 16777216 triangles"), "{error}");
+}
+
+#[test]
 fn products_of_textures_cannot_multiply() {
     let doubled = |i: u32| {
         let next = i + 1;

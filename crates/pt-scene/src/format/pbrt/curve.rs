@@ -17,7 +17,7 @@ const TURN: f64 = 8.0;
 /// Least and most pieces of a segment along the curve.
 const PIECES: [f64; 2] = [2.0, 32.0];
 /// Most segments of one curve.
-const MAX_SEGMENTS: usize = 100_000;
+const MAX_SEGMENTS: usize = 10_000;
 
 /// The segments of a curve, each by the degree and its control points.
 struct Spline {

@@ -84,6 +84,8 @@ pub(super) struct World {
     made: HashMap<MaterialKey, Vec<(Scalar, u32)>>,
     /// Meshes that were given texture coordinates, kept for their address, and what they became.
     laid_out: HashMap<*const Mesh, (Arc<Mesh>, Arc<Mesh>)>,
+    /// Whole spheres as meshes, by the bits of their radius.
+    spheres: HashMap<u64, Arc<Mesh>>,
     file: Span,
 }
 
@@ -112,6 +114,7 @@ impl World {
             surfaces: HashMap::new(),
             made: HashMap::new(),
             laid_out: HashMap::new(),
+            spheres: HashMap::new(),
             file,
         }
     }
@@ -265,7 +268,7 @@ impl World {
             || placed.alpha.texture().is_some()
             || light.as_ref().is_some_and(|light| light.radiance.texture().is_some());
         if is_textured {
-            geometry = self.laid_out(geometry);
+            geometry = self.laid_out(geometry).map_err(|message| placed.at.error(message))?;
         }
         let two_sided = light.as_ref().is_some_and(|light| light.two_sided);
         let material = self.material(&placed.material, (*surface).as_ref(), &placed.alpha, light);
@@ -297,16 +300,24 @@ impl World {
     }
 
     /// A shape with texture coordinates, which are made once for all that share its mesh.
-    fn laid_out(&mut self, geometry: Geometry) -> Geometry {
-        match geometry {
-            Geometry::Sphere { radius } => Geometry::Mesh(Arc::new(sphere_mesh(radius))),
+    fn laid_out(&mut self, geometry: Geometry) -> Result<Geometry, String> {
+        Ok(match geometry {
+            Geometry::Sphere { radius } => {
+                if let Some(known) = self.spheres.get(&radius.to_bits()) {
+                    return Ok(Geometry::Mesh(Arc::clone(known)));
+                }
+                let mesh = Arc::new(sphere_mesh(radius));
+                self.meshes.count(&mesh)?;
+                self.spheres.insert(radius.to_bits(), Arc::clone(&mesh));
+                Geometry::Mesh(mesh)
+            }
             Geometry::Mesh(mesh) if mesh.uvs.is_none() => {
                 let made = || (Arc::clone(&mesh), Arc::new(with_coordinates(&mesh)));
                 let (_, made) = self.laid_out.entry(Arc::as_ptr(&mesh)).or_insert_with(made);
                 Geometry::Mesh(Arc::clone(made))
             }
             geometry @ Geometry::Mesh(_) => geometry,
-        }
+        })
     }
 
     /// The surface of a material, made once.

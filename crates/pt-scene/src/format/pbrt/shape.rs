@@ -30,10 +30,31 @@ const KINDS: [&str; 8] = [
 /// Pieces along each side of a bilinear patch that is not flat.
 const PIECES: u32 = 16;
 
+/// Most triangles that round and bent shapes of a scene may be cut into; a short line asks for 65,536 of them.
+const MAX_TRIANGLES: usize = 1 << 24;
+
 /// The meshes of files, each read once, by their path and whether they are turned inside out.
 #[derive(Default)]
 pub(super) struct Meshes {
     of_files: HashMap<(PathBuf, bool), Arc<Mesh>>,
+    /// Triangles that shapes without files were cut into.
+    cut: usize,
+}
+
+impl Meshes {
+    /// Counts what a shape is cut into.
+    ///
+    /// # Errors
+    /// If those of all shapes are too many.
+    pub(super) fn count(&mut self, mesh: &Mesh) -> Result<(), String> {
+        self.cut = self.cut.saturating_add(mesh.triangles.len());
+        if self.cut <= MAX_TRIANGLES {
+            return Ok(());
+        }
+        Err(format!(
+            "with this one, shapes are cut into more than {MAX_TRIANGLES} triangles; give them as plymesh"
+        ))
+    }
 }
 
 /// A shape in its own coordinates.
@@ -84,6 +105,9 @@ pub(super) fn shape(
         let is_finite = mesh.positions.as_flattened().iter().all(|x| x.is_finite());
         if !is_finite {
             return Err(entity.at.error("the shape is too large to be computed with"));
+        }
+        if !matches!(entity.kind.as_str(), "plymesh" | "trianglemesh") {
+            meshes.count(mesh).map_err(|message| entity.at.error(message))?;
         }
     }
     Ok(geometry)

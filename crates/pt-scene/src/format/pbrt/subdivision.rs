@@ -10,7 +10,7 @@ use crate::shapes::single_part;
 use crate::{Attribute, Mesh};
 
 /// Most triangles that a surface may be cut into.
-const MAX_TRIANGLES: usize = 1 << 25;
+const MAX_TRIANGLES: usize = 1 << 22;
 
 /// The surface to which a mesh comes when each triangle is cut into four again and again: after so many times,
 /// vertices are moved to their limits, with the normals that the limit has there. Fronts stay where they are.
