@@ -26,7 +26,7 @@ macro_rules! surfaces {
     ($then:ident) => {
         $then! {
             Matte, RoughDiffuse, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, RoughCoatedDiffuse,
-            Plastic, Principled, PrincipledThin, Black, Mix, Sided, Embossed
+            Plastic, Principled, PrincipledThin, DiffuseTransmission, Black, Mix, Sided, Embossed
         }
     };
 }
@@ -332,6 +332,16 @@ impl Default for PrincipledThin {
             diff_trans: none(),
         }
     }
+}
+
+/// A thin sheet that scatters light diffusely to both sides, the same from both, such as leaves and paper without
+/// their gloss.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiffuseTransmission {
+    /// Share of light that is reflected, each channel in [0, 1].
+    pub reflectance: Color,
+    /// Share of light that goes through, each channel in [0, 1]; no channel of both together exceeds 1.
+    pub transmittance: Color,
 }
 
 /// Absorbs everything.

@@ -27,6 +27,7 @@ mod measure;
 mod media;
 mod motion;
 mod occlusion;
+mod pbrt;
 mod pictures;
 mod placed;
 mod replay;

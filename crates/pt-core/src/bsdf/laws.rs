@@ -12,6 +12,7 @@ mod world;
 use pt_math::{Spectrum, Vec3};
 use pt_testing::{Chi2, Random, chi2_cone, chi2_sphere};
 
+use super::diffuse_transmission::DiffuseTransmission;
 use super::microfacet::Facets;
 use super::mirror::reflect;
 use super::{
@@ -233,6 +234,9 @@ fn stretch_is_one_over_the_density() {
                 | AnyLobe::Principled(_)
                 | AnyLobe::PrincipledThin(_)
         );
+        let side = |l: &DiffuseTransmission, choice: f32| {
+            if choice < l.reflected() { l.reflected() } else { 1.0 - l.reflected() }
+        };
         let mut checked = 0;
         for wo in ABOVE {
             let mut random = Random::new(2);
@@ -251,6 +255,7 @@ fn stretch_is_one_over_the_density() {
                     AnyLobe::CompensatedDielectric(l) => l.chance(wo, s.wi, u[2]),
                     AnyLobe::Principled(l) => l.chance(wo, s.wi, u[2]),
                     AnyLobe::PrincipledThin(l) => l.chance(wo, u[2]),
+                    AnyLobe::DiffuseTransmission(l) => side(l, u[2]),
                     _ => 1.0,
                 };
                 let product = area * lobe.pdf(wo, s.wi).get() / chance;

@@ -12,6 +12,7 @@ mod conductor;
 mod course;
 mod dielectric;
 mod diffuse;
+mod diffuse_transmission;
 mod eon;
 pub mod fresnel;
 mod glossy;
@@ -310,6 +311,8 @@ lobes! {
     Principled = principled::Principled,
     /// The same of a thin sheet.
     PrincipledThin = principled::PrincipledThin,
+    /// Lambertian reflection and transmission.
+    DiffuseTransmission = diffuse_transmission::DiffuseTransmission,
     /// The course's glass.
     CourseGlass = course::CourseGlass,
     /// The course's refraction.

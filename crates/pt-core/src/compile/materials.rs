@@ -5,9 +5,9 @@
 
 use pt_math::Spectrum;
 use pt_scene::material::{
-    Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Matte, Mirror, Mix, Plastic,
-    Principled, PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided,
-    Surface, ThinGlass,
+    Black, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed, Glass, Matte,
+    Mirror, Mix, Plastic, Principled, PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse,
+    Roughness, Sided, Surface, ThinGlass,
 };
 use pt_scene::texture::{Relief, Scalar};
 
@@ -240,6 +240,15 @@ impl Lower for PrincipledThin {
             cx.orient();
         }
         cx.lobe(lobe, true)
+    }
+}
+
+impl Lower for DiffuseTransmission {
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        type Lobe = bsdf::DiffuseTransmission;
+        let rho = cx.share(&self.reflectance, Lobe::RHO);
+        let tau = cx.share(&self.transmittance, Lobe::TAU);
+        cx.lobe(Lobe { rho, tau }, true)
     }
 }
 

@@ -6,8 +6,11 @@ pub mod collada;
 mod mesh_file;
 mod mitsuba;
 mod obj;
+mod pbrt;
 mod ply;
 mod serialized;
+mod spectra;
+mod transform;
 mod triangulate;
 mod vol;
 mod xml;
@@ -77,6 +80,7 @@ impl Format {
 pub static FORMATS: &[Format] = &[
     Format { name: "COLLADA", extensions: &["dae"], parser: Parser::Plain(collada::parse) },
     Format { name: "Mitsuba 3", extensions: &["xml"], parser: Parser::Defined(mitsuba::parse) },
+    Format { name: "pbrt-v4", extensions: &["pbrt"], parser: Parser::Plain(pbrt::parse) },
     Format { name: "Stanford PLY", extensions: &["ply"], parser: Parser::Plain(ply::parse) },
     Format { name: "Wavefront OBJ", extensions: &["obj"], parser: Parser::Plain(obj::parse) },
 ];

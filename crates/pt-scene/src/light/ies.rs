@@ -75,6 +75,19 @@ impl IesProfile {
         })
     }
 
+    /// A table of all horizontal angles: degrees that increase, from 0 to 360 around the axis, and the
+    /// intensities of all vertical angles of one horizontal angle after the other.
+    pub(crate) fn of_table(vertical: Vec<f32>, horizontal: Vec<f32>, candela: Vec<f32>) -> Self {
+        debug_assert_eq!(candela.len(), vertical.len() * horizontal.len());
+        Self { vertical, horizontal, candela }
+    }
+
+    /// The same intensities all around the axis, by degrees that increase.
+    pub(crate) fn around_axis(vertical: Vec<f32>, candela: Vec<f32>) -> Self {
+        let candela = [candela.clone(), candela].concat();
+        Self::of_table(vertical, vec![0.0, 360.0], candela)
+    }
+
     /// The intensities of all horizontal angles, where some follow from others by symmetry.
     fn all_around(self) -> Option<Self> {
         let (first, last) = (*self.horizontal.first()?, *self.horizontal.last()?);

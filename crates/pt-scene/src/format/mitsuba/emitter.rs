@@ -6,10 +6,10 @@ use std::sync::Arc;
 use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::super::mesh_file;
+use super::super::transform::perpendicular;
 use super::daylight;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
 use super::texture::Textures;
-use super::transform::perpendicular;
 use crate::image::{self, Transfer};
 use crate::texture::{Color, Input, Texture};
 use crate::{IesProfile, Light, LightKind, LoadError, Rows};

@@ -47,7 +47,6 @@ mod sensor;
 mod shape;
 mod spectrum;
 mod texture;
-mod transform;
 mod value;
 
 use std::path::Path;

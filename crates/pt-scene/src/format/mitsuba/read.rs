@@ -9,9 +9,10 @@ use std::path::{Path, PathBuf};
 use pt_math::DVec3;
 
 use super::super::mesh_file;
+use super::super::spectra::Spectrum;
 use super::super::xml::{self, Document, Node, did_you_mean, quote};
 use super::object::{Child, Object, Target, Tree};
-use super::spectrum::{self, Spectrum};
+use super::spectrum;
 use super::value::{self, Value};
 use crate::LoadError;
 

@@ -1,7 +1,7 @@
 //! Values of parameters: what the text of an attribute means.
 
+use super::super::spectra::Spectrum;
 use super::super::xml::quote;
-use super::spectrum::Spectrum;
 
 /// Largest magnitude of a number; more than that would be infinite in single precision.
 const LARGEST: f64 = f32::MAX as f64;

@@ -86,7 +86,8 @@ fn transmits(surface: &Surface) -> bool {
         Surface::Glass(_)
         | Surface::ThinGlass(_)
         | Surface::Refraction(_)
-        | Surface::PrincipledThin(_) => true,
+        | Surface::PrincipledThin(_)
+        | Surface::DiffuseTransmission(_) => true,
         Surface::Principled(principled) => principled.transmits(),
         Surface::Mix(Mix { first, second, .. })
         | Surface::Sided(Sided { front: first, back: second }) => {

@@ -2,7 +2,7 @@
 
 use pt_math::{DAffine3, DVec3};
 
-use super::super::transform::{look_at, matrix, perpendicular, rotate};
+use super::super::super::transform::{look_at, matrix, perpendicular, rotate};
 use super::{Document, Node, Reader, value};
 use crate::{Key, LoadError, Motion};
 

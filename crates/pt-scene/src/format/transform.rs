@@ -1,4 +1,4 @@
-//! The steps of a `<transform>`.
+//! Transforms that several formats have.
 
 use pt_math::{DAffine3, DMat3, DVec3};
 

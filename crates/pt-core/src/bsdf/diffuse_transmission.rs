@@ -1,0 +1,90 @@
+//! Lambertian reflection and transmission: a thin sheet that scatters what it lets through.
+
+use std::f32::consts::FRAC_1_PI;
+
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
+
+use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+
+/// f = ρ/π on the side of `wo`, and τ/π on the other; the same from both sides.
+/// [Pharr, Jakob & Humphreys 2023, §9.2 and the material "diffusetransmission"]
+#[derive(Clone, Copy, Debug)]
+pub struct DiffuseTransmission {
+    /// Share ρ of light that is reflected, in [0, 1].
+    pub rho: Spectrum,
+    /// Share τ of light that goes through, in [0, 1].
+    pub tau: Spectrum,
+}
+
+impl DiffuseTransmission {
+    /// Where the share that is reflected is packed.
+    pub(crate) const RHO: usize = 0;
+    /// Where the share that goes through is.
+    pub(crate) const TAU: usize = 3;
+
+    /// The probability with which a direction on the side of `wo` is drawn.
+    #[inline]
+    pub(crate) fn reflected(&self) -> f32 {
+        let (rho, tau) = (self.rho.max_channel(), self.tau.max_channel());
+        if rho + tau > 0.0 { rho / (rho + tau) } else { 1.0 }
+    }
+}
+
+impl Lobe for DiffuseTransmission {
+    const DELTA: bool = false;
+    const DIFFUSE: bool = true;
+    const TRANSMITS: bool = true;
+
+    fn pack(&self) -> [f32; PARAMETERS] {
+        let ([a, b, c], [d, e, f]) = (self.rho.to_array(), self.tau.to_array());
+        padded([a, b, c, d, e, f])
+    }
+
+    #[inline]
+    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+        Self { rho: color(p, 0), tau: color(p, 3) }
+    }
+
+    #[inline]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        let share = if wo.z * wi.z > 0.0 { self.rho } else { self.tau };
+        if wo.z == 0.0 { Spectrum::ZERO } else { share * (FRAC_1_PI * wi.z.abs()) }
+    }
+
+    #[inline]
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
+        if wo.z == 0.0 || wi.z == 0.0 {
+            return Pdf::ZERO;
+        }
+        let reflected = self.reflected();
+        let chance = if wo.z * wi.z > 0.0 { reflected } else { 1.0 - reflected };
+        warp::cosine_hemisphere_pdf(wi.z.abs()).times(chance)
+    }
+
+    /// p(ω) = cos θ / π times the chance of the side. The cosine and π cancel: the weight is the side's share over
+    /// its chance.
+    #[inline]
+    fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
+        if wo.z == 0.0 {
+            return None;
+        }
+        let reflected = self.reflected();
+        let above = warp::cosine_hemisphere([u[0], u[1]]);
+        let (share, chance, side) = if u[2] < reflected {
+            (self.rho, reflected, wo.z)
+        } else {
+            (self.tau, 1.0 - reflected, -wo.z)
+        };
+        let wi = Vec3::new(above.x, above.y, above.z.copysign(side));
+        let pdf = warp::cosine_hemisphere_pdf(above.z).times(chance);
+        pdf.is_positive().then(|| BsdfSample::new(wi, share * (1.0 / chance), Some(pdf)))
+    }
+
+    fn examples() -> Vec<Self> {
+        vec![
+            Self { rho: Spectrum::splat(0.5), tau: Spectrum::splat(0.5) },
+            Self { rho: Spectrum::rgb(0.1, 0.3, 0.05), tau: Spectrum::rgb(0.5, 0.6, 0.1) },
+            Self { rho: Spectrum::ZERO, tau: Spectrum::ONE },
+        ]
+    }
+}

@@ -1,0 +1,79 @@
+//! What directives without a list of parameters take: texts and numbers, in brackets or not.
+
+use super::entity::number;
+use super::token::{Kind, Place, Token, Tokens};
+use crate::LoadError;
+
+/// A text in quotes.
+pub(super) fn text(tokens: &mut Tokens<'_>, at: &Place) -> Result<String, LoadError> {
+    let has_bracket = matches!(tokens.peek()?, Some(Token { kind: Kind::Open, .. }));
+    if has_bracket {
+        tokens.take()?;
+    }
+    let text = match tokens.take()? {
+        Some(Token { kind: Kind::Text(text), .. }) => text.into_owned(),
+        Some(token) => {
+            let message = format!("{} where a text in quotes is expected", token.kind.describe());
+            return Err(tokens.place(&token).error(message));
+        }
+        None => return Err(at.error("the file ends where a text in quotes is expected")),
+    };
+    if has_bracket {
+        close(tokens, at)?;
+    }
+    Ok(text)
+}
+
+/// So many numbers, in brackets or not.
+pub(super) fn numbers<const N: usize>(
+    tokens: &mut Tokens<'_>,
+    at: &Place,
+) -> Result<[f64; N], LoadError> {
+    let has_bracket = matches!(tokens.peek()?, Some(Token { kind: Kind::Open, .. }));
+    if has_bracket {
+        tokens.take()?;
+    }
+    let mut numbers = [0.0; N];
+    for (i, x) in numbers.iter_mut().enumerate() {
+        *x = match tokens.take()? {
+            Some(Token { kind: Kind::Word(word), .. }) => {
+                number(word).map_err(|message| at.error(message))?
+            }
+            Some(token) => {
+                let message =
+                    format!("{} where number {} of {N} is expected", token.kind.describe(), i + 1);
+                return Err(tokens.place(&token).error(message));
+            }
+            None => {
+                return Err(
+                    at.error(format!("the file ends where number {} of {N} is expected", i + 1))
+                );
+            }
+        };
+    }
+    if has_bracket {
+        close(tokens, at)?;
+    }
+    Ok(numbers)
+}
+
+fn close(tokens: &mut Tokens<'_>, at: &Place) -> Result<(), LoadError> {
+    match tokens.take()? {
+        Some(Token { kind: Kind::Close, .. }) => Ok(()),
+        Some(token) => {
+            let message = format!("{} where a \"]\" is expected", token.kind.describe());
+            Err(tokens.place(&token).error(message))
+        }
+        None => Err(at.error("the file ends where a \"]\" is expected")),
+    }
+}
+
+/// Which of the two transforms directives change.
+pub(super) fn active(tokens: &mut Tokens<'_>, at: &Place) -> Result<[bool; 2], LoadError> {
+    match tokens.take()? {
+        Some(Token { kind: Kind::Word("All"), .. }) => Ok([true; 2]),
+        Some(Token { kind: Kind::Word("StartTime"), .. }) => Ok([true, false]),
+        Some(Token { kind: Kind::Word("EndTime"), .. }) => Ok([false, true]),
+        _ => Err(at.error("expected ActiveTransform All, StartTime or EndTime")),
+    }
+}

@@ -1,0 +1,149 @@
+//! `Camera`.
+
+use pt_math::{DAffine3, DMat3, DVec3};
+
+use super::entity::Entity;
+use super::state::Moving;
+use crate::{Camera, Key, LoadError, Motion, Projection};
+
+const KINDS: [&str; 3] = ["perspective", "orthographic", "spherical"];
+/// Distance before which nothing is seen. There is none in pbrt-v4.
+const NEAR: f64 = 1e-6;
+/// Distance behind which nothing is seen, which is nowhere.
+const FAR: f64 = 1e30;
+
+/// A camera, and for how long it is open, in seconds.
+pub(super) fn camera(
+    entity: &Entity,
+    to_world: Moving,
+    times: [f64; 2],
+    medium: Option<u32>,
+    [width, height]: [u32; 2],
+) -> Result<(Camera, f64), LoadError> {
+    if !KINDS.contains(&entity.kind.as_str()) {
+        return Err(entity.unsupported(&KINDS));
+    }
+    let shutter = [entity.float("shutteropen", 0.0)?, entity.float("shutterclose", 1.0)?];
+    if shutter[0] >= shutter[1] {
+        let message = format!(
+            "the shutter opens at {} s and closes at {} s; expected a shutterclose after shutteropen",
+            shutter[0], shutter[1]
+        );
+        return Err(entity.refuse("shutterclose", message));
+    }
+    let aspect = f64::from(width) / f64::from(height);
+    let (projection, film_offset, node) = match entity.kind.as_str() {
+        "spherical" => (panorama(entity)?, [0.0; 2], EAST),
+        kind => {
+            let (view, offset) = view(entity, aspect, kind == "perspective")?;
+            (view, offset, DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0)))
+        }
+    };
+    let node = DAffine3::from_mat3(node);
+    let [start, end] = to_world.map(|map| map * node);
+    let moves = start != end;
+    let motion = moves.then(|| {
+        let keys =
+            times.into_iter().zip([start, end]).map(|(time, to_world)| Key { time, to_world });
+        Motion::new(keys.collect()).map_err(|error| entity.at.error(error.message))
+    });
+    let lens_radius = entity.not_negative("lensradius", 0.0)?;
+    if lens_radius > 0.0 && entity.kind != "perspective" {
+        let message = "only perspective cameras have a lens here; expected a lensradius of 0";
+        return Err(entity.refuse("lensradius", message));
+    }
+    let camera = Camera {
+        name: entity.kind.clone(),
+        to_world: if moves { DAffine3::IDENTITY } else { start },
+        motion: motion.transpose()?,
+        shutter,
+        projection,
+        near: NEAR,
+        far: FAR,
+        lens_radius,
+        aperture: None,
+        focal_distance: entity.positive("focaldistance", 1e6)?,
+        film_offset,
+        medium,
+    };
+    entity.finish()?;
+    Ok((camera, shutter[1] - shutter[0]))
+}
+
+/// From the node of our panoramas, which look along −z with +x to the right, to a spherical camera, the left
+/// edge of whose picture looks along +x, and a quarter of its width further on, along +z.
+const EAST: DMat3 = DMat3::from_cols(DVec3::new(0.0, 0.0, -1.0), DVec3::Y, DVec3::X);
+
+fn panorama(entity: &Entity) -> Result<Projection, LoadError> {
+    match entity.text("mapping")? {
+        Some("equirectangular") => Ok(Projection::Panorama),
+        other => {
+            let mapping = other.unwrap_or("equalarea");
+            let message =
+                format!("the mapping \"{mapping}\" is not supported; supported: equirectangular");
+            Err(entity.refuse("mapping", message))
+        }
+    }
+}
+
+/// What the window on the screen shows, and how far it is off the axis. The field of view is that of the
+/// square between −1 and 1, to which the shorter side of the window is fitted.
+fn view(
+    entity: &Entity,
+    aspect: f64,
+    in_perspective: bool,
+) -> Result<(Projection, [f64; 2]), LoadError> {
+    let frame = entity.positive("frameaspectratio", aspect)?;
+    let fitted = if frame > 1.0 {
+        [-frame, frame, -1.0, 1.0]
+    } else {
+        [-1.0, 1.0, -1.0 / frame, 1.0 / frame]
+    };
+    let [x0, x1, y0, y1] = match entity.floats("screenwindow")? {
+        None => fitted,
+        Some(&[x0, x1, y0, y1]) if x0 < x1 && y0 < y1 => [x0, x1, y0, y1],
+        Some(_) => {
+            let message =
+                "expected a screenwindow of left, right, lower and upper edge, in this order";
+            return Err(entity.refuse("screenwindow", message));
+        }
+    };
+    let [half_width, half_height] = [0.5 * (x1 - x0), 0.5 * (y1 - y0)];
+    if (half_width / half_height / aspect - 1.0).abs() > 1e-3 {
+        let message = "the window has not the proportions of the image, so that pixels would be no squares; \
+                       expected those of xresolution and yresolution";
+        let name =
+            if entity.find("screenwindow").is_some() { "screenwindow" } else { "frameaspectratio" };
+        return Err(entity.refuse(name, message));
+    }
+    // The axis, which is in the middle without it, is at −x0/(x1 − x0) from the left and y1/(y1 − y0) from above.
+    let offset = [0.5 * (x0 + x1) / (x1 - x0), -0.5 * (y0 + y1) / (y1 - y0)];
+    if !in_perspective {
+        if offset.iter().any(|x| x.abs() > 1e-6) {
+            let message =
+                "the window of an orthographic camera has to lie around 0; move the camera instead";
+            return Err(entity.refuse("screenwindow", message));
+        }
+        return Ok((Projection::Orthographic { half_width, half_height }, [0.0; 2]));
+    }
+    let fov = match entity.given_float("halffov")? {
+        Some(half) => 2.0 * half,
+        None => entity.float("fov", 90.0)?,
+    };
+    if !(0.0 < fov && fov < 180.0) {
+        let message = format!("the fov is {fov}; expected degrees above 0 and below 180");
+        return Err(entity.refuse("fov", message));
+    }
+    let scale = libm::tan(0.5 * fov.to_radians());
+    let degrees = |half: f64| 2.0 * libm::atan(half * scale).to_degrees();
+    let projection =
+        Projection::Perspective { x_fov: degrees(half_width), y_fov: degrees(half_height) };
+    let is_good = |fov: f64| 0.0 < fov && fov < 180.0;
+    match projection {
+        Projection::Perspective { x_fov, y_fov } if is_good(x_fov) && is_good(y_fov) => {
+            Ok((projection, offset))
+        }
+        _ => Err(entity
+            .refuse("screenwindow", "the window is too small or too large to be computed with")),
+    }
+}

@@ -1,0 +1,140 @@
+//! Colours: `rgb`, `blackbody` and `spectrum`, by what they are for.
+
+use std::path::Path;
+
+use super::super::spectra::Spectrum;
+use super::color_space::light_of;
+use super::entity::{Entity, Parameter, Values};
+use super::named_spectra::{self, Named};
+use crate::LoadError;
+
+/// What a colour stands for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Role {
+    /// A share of light, in [0, 1].
+    Share,
+    /// Emitted light, not negative. Spectra that are no `rgb` are scaled to luminance 1.
+    Light,
+    /// What is not negative: an index of refraction, or what is taken away per unit of length.
+    Unbounded,
+}
+
+/// A colour in linear Rec. 709, if the author gives one; files are looked for in `folder`.
+pub(super) fn color(
+    entity: &Entity,
+    name: &'static str,
+    role: Role,
+    folder: &Path,
+) -> Result<Option<[f32; 3]>, LoadError> {
+    let Some(parameter) = entity.spectrum(name)? else { return Ok(None) };
+    let refuse = |message: String| parameter.at.error(message);
+    let color = match (parameter.kind, &parameter.values) {
+        ("rgb", Values::Numbers(numbers)) => {
+            let rgb: [f64; 3] = numbers.as_slice().try_into().map_err(|_| {
+                refuse(format!("expected three numbers of an rgb, but there are {}", numbers.len()))
+            })?;
+            let range = if role == Role::Share { 0.0..=1.0 } else { 0.0..=f64::from(f32::MAX) };
+            if let Some(bad) = rgb.iter().find(|c| !range.contains(c)) {
+                let expected = if role == Role::Share { "from 0 to 1" } else { "of at least 0" };
+                return Err(refuse(format!(
+                    "\"{name}\" has a channel of {bad}; expected numbers {expected}"
+                )));
+            }
+            let color = entity.color_space.to_rec709(rgb);
+            if role == Role::Share { color.map(|c| c.min(1.0)) } else { color }
+        }
+        ("blackbody", Values::Numbers(numbers)) if role == Role::Light => {
+            match numbers.as_slice() {
+                [kelvin] if *kelvin > 0.0 => normalized(Spectrum::black_body(*kelvin).emitted),
+                _ => return Err(refuse("expected one temperature above 0, in kelvins".to_owned())),
+            }
+        }
+        ("blackbody", _) => {
+            return Err(refuse("only light may be that of a black body".to_owned()));
+        }
+        ("spectrum", Values::Numbers(numbers)) => {
+            of_spectrum(&pairs(numbers).map_err(refuse)?, role)
+        }
+        ("spectrum", Values::Texts(texts)) if texts.len() == 1 => {
+            named_or_file(&texts[0], role, folder).map_err(refuse)?
+        }
+        _ => return Err(refuse(format!("\"{name}\" has values that are no {}", parameter.kind))),
+    };
+    if color.iter().all(|c| c.is_finite() && *c <= f64::from(f32::MAX)) {
+        return Ok(Some(color.map(|c| c as f32)));
+    }
+    Err(refuse(format!("\"{name}\" is no finite colour")))
+}
+
+/// One number for all wavelengths: an index of refraction, where pbrt-v4 may know dispersion.
+pub(super) fn index(
+    entity: &Entity,
+    name: &'static str,
+    default: f64,
+    folder: &Path,
+) -> Result<f32, LoadError> {
+    let is_number = entity.find(name).is_none_or(|p| p.kind == "float");
+    let index = if is_number {
+        entity.positive(name, default)? as f32
+    } else {
+        let glass = |p: &Parameter| match &p.values {
+            Values::Texts(texts) => texts.first().and_then(|text| named_spectra::glass(text)),
+            _ => None,
+        };
+        match entity.spectrum(name)?.and_then(glass) {
+            Some(index) => index as f32,
+            None => luminance(
+                color(entity, name, Role::Unbounded, folder)?.unwrap_or([default as f32; 3]),
+            ),
+        }
+    };
+    if index > 0.0 {
+        return Ok(index);
+    }
+    Err(entity
+        .refuse(name, format!("\"{name}\" is {index}; expected an index of refraction above 0")))
+}
+
+/// Pairs of a wavelength and a value.
+fn pairs(numbers: &[f64]) -> Result<Spectrum, String> {
+    let (pairs, rest) = numbers.as_chunks::<2>();
+    if !rest.is_empty() {
+        return Err(format!("{} numbers are no pairs of wavelength and value", numbers.len()));
+    }
+    let samples: Vec<_> = pairs.iter().map(|[nanometres, value]| (*nanometres, *value)).collect();
+    Spectrum::sampled(&samples)
+}
+
+fn of_spectrum(spectrum: &Spectrum, role: Role) -> [f64; 3] {
+    match role {
+        Role::Light => normalized(spectrum.emitted),
+        Role::Share => spectrum.reflected.map(|c| c.min(1.0)),
+        Role::Unbounded => spectrum.reflected,
+    }
+}
+
+/// A spectrum that pbrt-v4 knows by name, or else that of a file.
+fn named_or_file(text: &str, role: Role, folder: &Path) -> Result<[f64; 3], String> {
+    match (named_spectra::named(text)?, role) {
+        (Some(Named::Illuminant(chromaticity)), Role::Light) => {
+            Ok(normalized(light_of(chromaticity)))
+        }
+        (Some(Named::Illuminant(_)), _) => {
+            Err(format!("{text:?} is light; expected a spectrum of a material"))
+        }
+        (Some(Named::Optical(_)), Role::Light) => Err(format!("{text:?} is no light")),
+        (Some(Named::Optical(color)), _) => Ok(color.map(f64::from)),
+        (None, _) => Ok(of_spectrum(&Spectrum::read(&folder.join(text))?, role)),
+    }
+}
+
+/// Scaled to luminance 1, or black.
+fn normalized(color: [f64; 3]) -> [f64; 3] {
+    let luminance = 0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2];
+    if luminance > 0.0 { color.map(|c| c / luminance) } else { [0.0; 3] }
+}
+
+/// Luminance of linear Rec. 709.
+pub(super) fn luminance([r, g, b]: [f32; 3]) -> f32 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}

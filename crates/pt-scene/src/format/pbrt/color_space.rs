@@ -1,0 +1,83 @@
+//! Colour spaces: which colour red, green and blue are.
+
+use pt_math::{DMat3, DVec3, cie};
+
+/// A colour space of linear red, green and blue by the chromaticities of these and of its white.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ColorSpace {
+    pub(super) name: &'static str,
+    /// x and y of red, green, blue and white.
+    chromaticities: [[f64; 2]; 4],
+}
+
+/// White of D65. [ITU-R BT.709]
+const D65: [f64; 2] = [0.3127, 0.3290];
+
+impl ColorSpace {
+    /// Rec. 709, in which everything here is.
+    pub(super) const SRGB: Self =
+        Self { name: "srgb", chromaticities: [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], D65] };
+
+    /// All that pbrt-v4 knows. [SMPTE RP 431-2 with white D65, ITU-R BT.2020, SMPTE ST 2065-1]
+    pub(super) const ALL: [Self; 4] = [
+        Self::SRGB,
+        Self { name: "dci-p3", chromaticities: [[0.68, 0.32], [0.265, 0.69], [0.15, 0.06], D65] },
+        Self {
+            name: "rec2020",
+            chromaticities: [[0.708, 0.292], [0.170, 0.797], [0.131, 0.046], D65],
+        },
+        Self {
+            name: "aces2065-1",
+            chromaticities: [[0.7347, 0.2653], [0.0, 1.0], [0.0001, -0.077], [0.32168, 0.33767]],
+        },
+    ];
+
+    /// A colour of this space in linear Rec. 709. Channels below 0 become 0: they are colours that
+    /// Rec. 709 has not.
+    ///
+    /// The columns of RGB to XYZ are the primaries, scaled so that they add up to white with Y = 1.
+    pub(super) fn to_rec709(self, rgb: [f64; 3]) -> [f64; 3] {
+        if self == Self::SRGB {
+            return rgb;
+        }
+        let [red, green, blue, white] = self.chromaticities.map(xyz_of);
+        let primaries = DMat3::from_cols(red, green, blue);
+        let shares = primaries.inverse() * white;
+        let xyz = primaries * (shares * DVec3::from_array(rgb));
+        cie::rec709_from_xyz(xyz.to_array()).map(|c| c.max(0.0))
+    }
+}
+
+/// CIE XYZ of a chromaticity, with Y = 1.
+fn xyz_of([x, y]: [f64; 2]) -> DVec3 {
+    DVec3::new(x / y, 1.0, (1.0 - x - y) / y)
+}
+
+/// Light of a chromaticity in linear Rec. 709, with luminance 1.
+pub(super) fn light_of(chromaticity: [f64; 2]) -> [f64; 3] {
+    cie::rec709_from_xyz(xyz_of(chromaticity).to_array()).map(|c| c.max(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn white_of_d65_is_white_in_all_spaces_that_have_it() {
+        for space in &ColorSpace::ALL[..3] {
+            for c in space.to_rec709([1.0; 3]) {
+                assert!((c - 1.0).abs() < 2e-3, "{}: {c}", space.name);
+            }
+        }
+        let [r, g, b] = ColorSpace::ALL[3].to_rec709([1.0; 3]);
+        assert!(r > 1.0 && b < 1.0 && (0.2126 * r + 0.7152 * g + 0.0722 * b - 1.0).abs() < 2e-3);
+    }
+
+    #[test]
+    fn what_rec709_has_not_is_cut() {
+        let [_, green, blue] = ColorSpace::ALL[2].to_rec709([1.0, 0.0, 0.0]);
+        assert_eq!((green, blue), (0.0, 0.0));
+        let [r, g, b] = light_of(D65);
+        assert!([r, g, b].iter().all(|c| (c - 1.0).abs() < 2e-3));
+    }
+}

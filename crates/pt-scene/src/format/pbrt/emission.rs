@@ -1,0 +1,118 @@
+//! `AreaLightSource`: shapes that shine.
+
+use std::f64::consts::PI;
+use std::path::Path;
+use std::sync::Arc;
+
+use pt_math::{DAffine3, DVec3};
+
+use super::color::{Role, color, luminance};
+use super::entity::Entity;
+use super::texture::product;
+use crate::image::{self, Transfer};
+use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Texture, Wrap};
+use crate::{Geometry, LoadError, Mesh};
+
+/// What a shape emits.
+pub(super) struct AreaLight {
+    /// Radiance of its front.
+    pub(super) radiance: Color,
+    /// Whether its back emits as well.
+    pub(super) two_sided: bool,
+}
+
+/// What a directive says of a shape of an area, in the square of the unit of the world; light is multiplied by
+/// `exposure`.
+///
+/// Light has the luminance that its colour says, or 1 for spectra; with `power`, it is divided by
+/// π · area · sides, and an image by its mean luminance, as there.
+pub(super) fn area_light(
+    entity: &Entity,
+    area: f64,
+    exposure: f64,
+    folder: &Path,
+) -> Result<AreaLight, LoadError> {
+    if entity.kind != "diffuse" {
+        return Err(entity.unsupported(&["diffuse"]));
+    }
+    let two_sided = entity.boolean("twosided", false)?;
+    let given = color(entity, "L", Role::Light, folder)?;
+    let mut mean = 1.0;
+    let light = match entity.text("filename")? {
+        Some(_) if given.is_some() => {
+            return Err(
+                entity.refuse("filename", "both L and filename are given; give one of the two")
+            );
+        }
+        Some(name) => {
+            let path = folder.join(name);
+            let image = image::load_as(&path, Transfer::Srgb)
+                .map_err(|e| entity.refuse("filename", e.to_string()))?;
+            image.check_radiance().map_err(|message| entity.refuse("filename", message))?;
+            let sum: f64 = image.pixels.iter().map(|p| f64::from(luminance(*p))).sum();
+            mean = sum / image.pixels.len() as f64;
+            let bitmap =
+                Bitmap { image: Arc::new(image), wrap: Wrap::Clamp, filter: Filter::Bilinear };
+            Input::Texture(Arc::new(Texture::from(Pattern::Bitmap(bitmap))))
+        }
+        None => Input::Value(
+            given.unwrap_or_else(|| entity.color_space.to_rec709([1.0; 3]).map(|c| c as f32)),
+        ),
+    };
+    let mut scale = entity.float("scale", 1.0)? * exposure;
+    let power = entity.float("power", -1.0)?;
+    if power > 0.0 {
+        scale *= power / (mean * area * PI * if two_sided { 2.0 } else { 1.0 });
+    }
+    let scale = scale as f32;
+    if !(scale >= 0.0 && scale.is_finite()) {
+        return Err(entity.refuse(
+            "scale",
+            format!("the light is multiplied by {scale}; expected a number of at least 0"),
+        ));
+    }
+    entity.finish()?;
+    let radiance = product([light, Input::Value([scale; 3])]);
+    if let Input::Value(value) = &radiance
+        && !value.iter().all(|c| c.is_finite())
+    {
+        return Err(entity.refuse("scale", "the light is too bright to be computed with"));
+    }
+    Ok(AreaLight { radiance, two_sided })
+}
+
+/// The area of a shape in the world. That of a stretched sphere is of the one with its mean radius.
+pub(super) fn area(geometry: &Geometry, to_world: &DAffine3) -> f64 {
+    match geometry {
+        Geometry::Sphere { radius } => {
+            let scale = libm::cbrt(to_world.matrix3.determinant().abs());
+            4.0 * PI * (radius * scale) * (radius * scale)
+        }
+        Geometry::Mesh(mesh) => {
+            let at = |i: u32| to_world.transform_point3(position(mesh, i));
+            let of = |[a, b, c]: [u32; 3]| 0.5 * (at(b) - at(a)).cross(at(c) - at(a)).length();
+            mesh.triangles.iter().map(|triangle| of(*triangle)).sum()
+        }
+    }
+}
+
+fn position(mesh: &Mesh, i: u32) -> DVec3 {
+    DVec3::from_array(mesh.positions[i as usize].map(f64::from))
+}
+
+/// How far the back of a two-sided light is behind its front, over the size of the mesh.
+const GAP: f64 = 1e-5;
+
+/// The back of a mesh: a little behind it, with its front where that has its back.
+pub(super) fn back_of(mesh: &Mesh) -> Mesh {
+    let mut back = mesh.clone();
+    let normals = crate::shapes::smooth_normals(&Mesh { uvs: None, ..mesh.clone() });
+    let size = mesh.positions.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
+    for (position, normal) in back.positions.iter_mut().zip(&normals.values) {
+        let moved = DVec3::from_array(position.map(f64::from))
+            - DVec3::from_array(normal.map(f64::from)) * (GAP * f64::from(size));
+        *position = moved.as_vec3().to_array();
+    }
+    crate::shapes::flip(&mut back);
+    back
+}

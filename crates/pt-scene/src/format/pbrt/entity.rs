@@ -1,0 +1,440 @@
+//! What a directive says: a type, and a list of typed parameters.
+
+use std::cell::{Cell, RefCell};
+
+use pt_math::DVec3;
+
+use super::super::xml::{did_you_mean, quote};
+use super::color_space::ColorSpace;
+use super::token::{Kind, Place, Tokens};
+use crate::LoadError;
+
+/// Largest magnitude of a number; more than that would be infinite in single precision.
+const LARGEST: f64 = f32::MAX as f64;
+
+/// Most parameters of a directive; each is compared with each.
+pub(super) const MAX_PARAMETERS: usize = 100;
+
+/// The types that parameters may have; those that stand beside each other are the same.
+const TYPES: [&str; 16] = [
+    "integer",
+    "float",
+    "point2",
+    "point",
+    "point3",
+    "vector2",
+    "vector",
+    "vector3",
+    "normal",
+    "normal3",
+    "rgb",
+    "blackbody",
+    "spectrum",
+    "string",
+    "bool",
+    "texture",
+];
+
+/// `"float radius" 0.5`.
+#[derive(Clone, Debug)]
+pub(super) struct Parameter {
+    /// One of [`TYPES`].
+    pub(super) kind: &'static str,
+    pub(super) name: String,
+    pub(super) values: Values,
+    pub(super) at: Place,
+    /// Whether it comes from an `Attribute` and so need not be known to all that it is given to.
+    is_default: bool,
+    was_read: Cell<bool>,
+}
+
+/// The values of a parameter.
+#[derive(Clone, Debug)]
+pub(super) enum Values {
+    Numbers(Vec<f64>),
+    Texts(Vec<String>),
+    Booleans(Vec<bool>),
+}
+
+/// A directive with a type and parameters: `Shape "sphere" "float radius" 0.5`.
+#[derive(Clone, Debug)]
+pub(super) struct Entity {
+    /// `Shape`.
+    pub(super) directive: &'static str,
+    /// `sphere`.
+    pub(super) kind: String,
+    pub(super) at: Place,
+    /// What its colours mean.
+    pub(super) color_space: ColorSpace,
+    parameters: Vec<Parameter>,
+    /// Names that were asked for.
+    known: RefCell<Vec<&'static str>>,
+}
+
+impl Parameter {
+    /// Reads all parameters up to the next directive.
+    pub(super) fn list(tokens: &mut Tokens<'_>) -> Result<Vec<Self>, LoadError> {
+        let mut list: Vec<Self> = Vec::new();
+        while let Some(token) = tokens.peek()? {
+            let Kind::Text(declaration) = token.kind.clone() else { break };
+            let token = token.clone();
+            let at = tokens.place(&token);
+            tokens.take()?;
+            let mut words = declaration.split_ascii_whitespace();
+            let (Some(kind), Some(name), None) = (words.next(), words.next(), words.next()) else {
+                let message = format!(
+                    "{} declares no parameter; expected a type and a name, such as \"float radius\"",
+                    quote(&declaration)
+                );
+                return Err(at.error(message));
+            };
+            let Some(kind) = TYPES.iter().find(|known| **known == kind) else {
+                let hint = did_you_mean(kind, TYPES.into_iter());
+                return Err(at.error(format!("there is no type {}{hint}", quote(kind))));
+            };
+            if list.iter().any(|p| p.name == name) {
+                return Err(at.error(format!("the parameter {} is given twice", quote(name))));
+            }
+            if list.len() >= MAX_PARAMETERS {
+                return Err(
+                    at.error(format!("this directive has more than {MAX_PARAMETERS} parameters"))
+                );
+            }
+            let values = Values::read(tokens, &at, name)?;
+            let was_read = Cell::new(false);
+            list.push(Self {
+                kind,
+                name: name.to_owned(),
+                values,
+                at,
+                is_default: false,
+                was_read,
+            });
+        }
+        Ok(list)
+    }
+}
+
+impl Values {
+    /// One value, or several in brackets.
+    fn read(tokens: &mut Tokens<'_>, at: &Place, name: &str) -> Result<Self, LoadError> {
+        let missing = || at.error(format!("the value of the parameter {} is missing", quote(name)));
+        let first = tokens.take()?.ok_or_else(missing)?;
+        let mut values = None;
+        match first.kind {
+            Kind::Open => loop {
+                let token = tokens.take()?.ok_or_else(|| {
+                    at.error(format!(
+                        "the list of the parameter {} has no end; expected a \"]\"",
+                        quote(name)
+                    ))
+                })?;
+                if token.kind == Kind::Close {
+                    return Ok(values.unwrap_or(Self::Numbers(Vec::new())));
+                }
+                Self::push(&mut values, &token.kind)
+                    .map_err(|message| tokens.place(&token).error(message))?;
+            },
+            Kind::Close => Err(missing()),
+            ref kind => {
+                Self::push(&mut values, kind)
+                    .map_err(|message| tokens.place(&first).error(message))?;
+                values.ok_or_else(missing)
+            }
+        }
+    }
+
+    /// Adds a value, which has to be of the same type as those before.
+    fn push(values: &mut Option<Self>, kind: &Kind<'_>) -> Result<(), String> {
+        let mixed = |what: &Kind<'_>| {
+            format!("{} is of another type than the values before it", what.describe())
+        };
+        match kind {
+            Kind::Text(text) => match values.get_or_insert_with(|| Self::Texts(Vec::new())) {
+                Self::Texts(texts) => texts.push(text.clone().into_owned()),
+                _ => return Err(mixed(kind)),
+            },
+            Kind::Word(word @ ("true" | "false")) => {
+                match values.get_or_insert_with(|| Self::Booleans(Vec::new())) {
+                    Self::Booleans(booleans) => booleans.push(*word == "true"),
+                    _ => return Err(mixed(kind)),
+                }
+            }
+            Kind::Word(word) => {
+                let number = number(word)?;
+                match values.get_or_insert_with(|| Self::Numbers(Vec::new())) {
+                    Self::Numbers(numbers) => numbers.push(number),
+                    _ => return Err(mixed(kind)),
+                }
+            }
+            Kind::Open | Kind::Close => {
+                return Err(format!("{} in a list; expected a value or \"]\"", kind.describe()));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A finite number.
+pub(super) fn number(word: &str) -> Result<f64, String> {
+    let parsed: Result<f64, _> = word.parse();
+    match parsed {
+        Ok(x) if x.abs() <= LARGEST => Ok(x),
+        Ok(_) => Err(format!("{} is no finite number within ±3.4e38", quote(word))),
+        Err(_) => Err(format!("{} is no number; expected one such as 0.5 or 1e-3", quote(word))),
+    }
+}
+
+impl Entity {
+    /// With parameters that an `Attribute` gives where the author does not.
+    pub(super) fn new(
+        directive: &'static str,
+        kind: String,
+        at: Place,
+        mut parameters: Vec<Parameter>,
+        defaults: &[Parameter],
+        color_space: ColorSpace,
+    ) -> Self {
+        for default in defaults {
+            if !parameters.iter().any(|p| p.name == default.name) {
+                parameters.push(Parameter { is_default: true, ..default.clone() });
+            }
+        }
+        Self { directive, kind, at, color_space, parameters, known: RefCell::default() }
+    }
+
+    /// `Shape "sphere"`.
+    pub(super) fn describe(&self) -> String {
+        format!("{} {}", self.directive, quote(&self.kind))
+    }
+
+    /// An error that this type is not supported.
+    pub(super) fn unsupported(&self, supported: &[&str]) -> LoadError {
+        let hint = supported.join(", ");
+        self.at.error(format!("{} is not supported; supported: {hint}", self.describe()))
+    }
+
+    /// An error about a parameter, or about the directive if the author did not write it.
+    pub(super) fn refuse(&self, name: &str, message: impl Into<String>) -> LoadError {
+        let written = self.parameters.iter().find(|p| p.name == name);
+        written.map_or(&self.at, |p| &p.at).error(message)
+    }
+
+    /// A parameter; `None` if the author did not write it.
+    pub(super) fn find(&self, name: &'static str) -> Option<&Parameter> {
+        let mut known = self.known.borrow_mut();
+        if !known.contains(&name) {
+            known.push(name);
+        }
+        let found = self.parameters.iter().find(|p| p.name == name);
+        if let Some(parameter) = found {
+            parameter.was_read.set(true);
+        }
+        found
+    }
+
+    /// Knows parameters that change nothing here.
+    pub(super) fn pass_over(&self, names: &[&'static str]) {
+        for parameter in self.parameters.iter().filter(|p| names.contains(&p.name.as_str())) {
+            parameter.was_read.set(true);
+        }
+    }
+
+    /// Refuses parameters that nobody asked for.
+    pub(super) fn finish(&self) -> Result<(), LoadError> {
+        let is_unknown = |p: &&Parameter| !p.was_read.get() && !p.is_default;
+        let Some(unknown) = self.parameters.iter().find(is_unknown) else { return Ok(()) };
+        let known = self.known.borrow();
+        let hint = did_you_mean(&unknown.name, known.iter().copied());
+        let message = format!(
+            "the parameter {} of {} is not supported{hint}",
+            quote(&unknown.name),
+            self.describe()
+        );
+        Err(unknown.at.error(message))
+    }
+
+    /// The values of a parameter of one of some types.
+    fn values(&self, name: &'static str, kinds: &[&str]) -> Result<Option<&Parameter>, LoadError> {
+        let Some(parameter) = self.find(name) else { return Ok(None) };
+        if kinds.contains(&parameter.kind) {
+            return Ok(Some(parameter));
+        }
+        let Parameter { kind, at, .. } = parameter;
+        Err(at.error(format!("{} is of the type {kind}; expected {}", quote(name), kinds[0])))
+    }
+
+    fn numbers_of(&self, name: &'static str, kinds: &[&str]) -> Result<Option<&[f64]>, LoadError> {
+        let Some(parameter) = self.values(name, kinds)? else { return Ok(None) };
+        match &parameter.values {
+            Values::Numbers(numbers) => Ok(Some(numbers)),
+            _ => Err(parameter.at.error(format!("{} has values that are no numbers", quote(name)))),
+        }
+    }
+
+    /// The only value of a parameter.
+    fn one<T: Copy>(&self, name: &str, values: &[T]) -> Result<T, LoadError> {
+        if let [value] = values {
+            return Ok(*value);
+        }
+        let message =
+            format!("expected one value for {}, but there are {}", quote(name), values.len());
+        Err(self.refuse(name, message))
+    }
+
+    pub(super) fn given_float(&self, name: &'static str) -> Result<Option<f64>, LoadError> {
+        self.numbers_of(name, &["float"])?.map(|numbers| self.one(name, numbers)).transpose()
+    }
+
+    pub(super) fn float(&self, name: &'static str, default: f64) -> Result<f64, LoadError> {
+        Ok(self.given_float(name)?.unwrap_or(default))
+    }
+
+    /// A number above 0.
+    pub(super) fn positive(&self, name: &'static str, default: f64) -> Result<f64, LoadError> {
+        let x = self.float(name, default)?;
+        if x > 0.0 {
+            return Ok(x);
+        }
+        Err(self.refuse(name, format!("{} is {x}; expected a number above 0", quote(name))))
+    }
+
+    /// A number of at least 0.
+    pub(super) fn not_negative(&self, name: &'static str, default: f64) -> Result<f64, LoadError> {
+        let x = self.float(name, default)?;
+        if x >= 0.0 {
+            return Ok(x);
+        }
+        Err(self.refuse(name, format!("{} is {x}; expected a number of at least 0", quote(name))))
+    }
+
+    /// A whole number from `least` to `most`.
+    pub(super) fn count(
+        &self,
+        name: &'static str,
+        default: u32,
+        [least, most]: [u32; 2],
+    ) -> Result<u32, LoadError> {
+        let Some(numbers) = self.numbers_of(name, &["integer"])? else { return Ok(default) };
+        let x = self.one(name, numbers)?;
+        if x.fract() == 0.0 && (f64::from(least)..=f64::from(most)).contains(&x) {
+            return Ok(x as u32);
+        }
+        let message =
+            format!("{} is {x}; expected a whole number from {least} to {most}", quote(name));
+        Err(self.refuse(name, message))
+    }
+
+    pub(super) fn boolean(&self, name: &'static str, default: bool) -> Result<bool, LoadError> {
+        let Some(parameter) = self.values(name, &["bool"])? else { return Ok(default) };
+        match &parameter.values {
+            Values::Booleans(values) => self.one(name, values),
+            _ => Err(parameter.at.error(format!("{} is neither true nor false", quote(name)))),
+        }
+    }
+
+    pub(super) fn texts(&self, name: &'static str) -> Result<Option<&[String]>, LoadError> {
+        let Some(parameter) = self.values(name, &["string"])? else { return Ok(None) };
+        match &parameter.values {
+            Values::Texts(texts) => Ok(Some(texts)),
+            _ => Err(parameter
+                .at
+                .error(format!("{} has values that are no texts in quotes", quote(name)))),
+        }
+    }
+
+    pub(super) fn text(&self, name: &'static str) -> Result<Option<&str>, LoadError> {
+        match self.texts(name)? {
+            None => Ok(None),
+            Some([text]) => Ok(Some(text)),
+            Some(texts) => {
+                let message =
+                    format!("expected one text for {}, but there are {}", quote(name), texts.len());
+                Err(self.refuse(name, message))
+            }
+        }
+    }
+
+    /// The name of the texture that is given for a parameter, if one is.
+    pub(super) fn texture_name(&self, name: &'static str) -> Result<Option<&str>, LoadError> {
+        let Some(parameter) = self.find(name).filter(|p| p.kind == "texture") else {
+            return Ok(None);
+        };
+        match &parameter.values {
+            Values::Texts(texts) if texts.len() == 1 => Ok(Some(&texts[0])),
+            _ => Err(parameter
+                .at
+                .error(format!("expected the name of one texture for {}", quote(name)))),
+        }
+    }
+
+    /// A list of numbers.
+    pub(super) fn floats(&self, name: &'static str) -> Result<Option<&[f64]>, LoadError> {
+        self.numbers_of(name, &["float"])
+    }
+
+    /// A list of whole numbers, each from 0 on and below `end`.
+    pub(super) fn indices(
+        &self,
+        name: &'static str,
+        end: usize,
+    ) -> Result<Option<Vec<u32>>, LoadError> {
+        let Some(numbers) = self.numbers_of(name, &["integer"])? else { return Ok(None) };
+        let index = |x: &f64| {
+            if x.fract() == 0.0 && 0.0 <= *x && *x < end as f64 && *x <= f64::from(u32::MAX) {
+                return Ok(*x as u32);
+            }
+            let message = format!(
+                "{} has the number {x}; expected whole numbers from 0 on and below {end}",
+                quote(name)
+            );
+            Err(self.refuse(name, message))
+        };
+        numbers.iter().map(index).collect::<Result<_, _>>().map(Some)
+    }
+
+    /// A list of points or directions of `N` numbers each.
+    fn tuples<const N: usize>(
+        &self,
+        name: &'static str,
+        kinds: &[&str],
+    ) -> Result<Option<Vec<[f64; N]>>, LoadError> {
+        let Some(numbers) = self.numbers_of(name, kinds)? else { return Ok(None) };
+        let (tuples, rest) = numbers.as_chunks::<N>();
+        if rest.is_empty() {
+            return Ok(Some(tuples.to_vec()));
+        }
+        let message =
+            format!("{} has {} numbers; expected {N} for each of them", quote(name), numbers.len());
+        Err(self.refuse(name, message))
+    }
+
+    /// A list of points of space.
+    pub(super) fn points(&self, name: &'static str) -> Result<Option<Vec<[f64; 3]>>, LoadError> {
+        self.tuples(name, &["point3", "point"])
+    }
+
+    /// A list of points of the plane.
+    pub(super) fn points2(&self, name: &'static str) -> Result<Option<Vec<[f64; 2]>>, LoadError> {
+        self.tuples(name, &["point2"])
+    }
+
+    /// A list of normals.
+    pub(super) fn normals(&self, name: &'static str) -> Result<Option<Vec<[f64; 3]>>, LoadError> {
+        self.tuples(name, &["normal", "normal3"])
+    }
+
+    /// One point of space.
+    pub(super) fn point(&self, name: &'static str) -> Result<Option<DVec3>, LoadError> {
+        let Some(points) = self.points(name)? else { return Ok(None) };
+        self.one(name, &points).map(|p| Some(DVec3::from_array(p)))
+    }
+
+    /// A colour or spectrum, without its meaning; `None` also if a texture is given.
+    pub(super) fn spectrum(&self, name: &'static str) -> Result<Option<&Parameter>, LoadError> {
+        match self.find(name) {
+            Some(p) if p.kind == "texture" => Ok(None),
+            _ => self.values(name, &["rgb", "spectrum", "blackbody"]),
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! `LightSource`: lights without a shape.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use pt_math::{DAffine3, DMat3, DVec3};
+
+use super::super::transform::perpendicular;
+use super::color::{Role, color, luminance};
+use super::entity::Entity;
+use super::octahedral::{latitude_longitude, square_of};
+use super::scene::World;
+use super::state::State;
+use crate::image::{self, Image, Transfer};
+use crate::{IesProfile, Light, LightKind, LoadError, Rows, Warning};
+
+const KINDS: [&str; 5] = ["distant", "goniometric", "infinite", "point", "spot"];
+/// Matrices are written with a few digits.
+const TOLERANCE: f64 = 1e-4;
+
+impl World {
+    /// Adds a light.
+    pub(super) fn add_light(&mut self, entity: &Entity, state: &State) -> Result<(), LoadError> {
+        let [node, end] = state.ctm;
+        if node != end {
+            return Err(entity.at.error(
+                "lights without a shape do not move; expected the same transform at all times",
+            ));
+        }
+        if !node.inverse().is_finite() {
+            return Err(entity.at.error("the transform flattens space"));
+        }
+        let (to_world, kind) = match entity.kind.as_str() {
+            "point" => self.point(entity, node)?,
+            "spot" => self.spot(entity, node)?,
+            "goniometric" => self.goniometric(entity, node)?,
+            "distant" => self.distant(entity, node)?,
+            "infinite" => self.infinite(entity, node)?,
+            _ => return Err(entity.unsupported(&KINDS)),
+        };
+        entity.finish()?;
+        let name = entity.kind.clone();
+        self.scene.lights.push(Light { name, to_world, kind, at: entity.at.span("") });
+        Ok(())
+    }
+
+    /// A colour of light times its scale; white of the colour space by default.
+    fn emitted(
+        &self,
+        entity: &Entity,
+        name: &'static str,
+        scale: f64,
+    ) -> Result<[f32; 3], LoadError> {
+        let white = || entity.color_space.to_rec709([1.0; 3]).map(|c| c as f32);
+        let light = color(entity, name, Role::Light, &self.textures.folder)?.unwrap_or_else(white);
+        let scale = scale * entity.not_negative("scale", 1.0)?;
+        let light = light.map(|c| (f64::from(c) * scale) as f32);
+        if light.iter().all(|c| c.is_finite()) {
+            return Ok(light);
+        }
+        Err(entity.refuse("scale", "the light is too bright to be computed with"))
+    }
+
+    fn point(&self, entity: &Entity, node: DAffine3) -> Result<(DAffine3, LightKind), LoadError> {
+        let from = entity.point("from")?.unwrap_or_default();
+        let scale = power(entity, 4.0 * PI)?;
+        let intensity = self.emitted(entity, "I", scale)?;
+        let place = DAffine3::from_translation(node.transform_point3(from));
+        Ok((place, LightKind::Point { intensity }))
+    }
+
+    /// Between two angles to its axis, the intensity falls by 3t² − 2t³ of the cosine: a table of it.
+    fn spot(&self, entity: &Entity, node: DAffine3) -> Result<(DAffine3, LightKind), LoadError> {
+        const STEPS: u16 = 256;
+        let from = entity.point("from")?.unwrap_or_default();
+        let to = entity.point("to")?.unwrap_or(DVec3::Z);
+        let cone = entity.float("coneangle", 30.0)?;
+        let delta = entity.float("conedeltaangle", 5.0)?;
+        if !(0.0 < cone && cone < 180.0 && (0.0..=cone).contains(&delta)) {
+            let message = format!(
+                "a cone of {cone}° that begins to fade {delta}° before is none; expected an angle above 0 and below \
+                 180, and a conedeltaangle from 0 to that"
+            );
+            return Err(entity.refuse("coneangle", message));
+        }
+        let inner = cone - delta;
+        let [end, start] = [cone, inner].map(|angle| libm::cos(angle.to_radians()));
+        let k = 2.0 * PI * ((1.0 - start) + 0.5 * (start - end));
+        let intensity = self.emitted(entity, "I", power(entity, k)?)?;
+        let axis = node.transform_vector3(to - from).try_normalize();
+        let Some(axis) = axis else {
+            return Err(entity.refuse("to", "from and to are the same point; expected a direction"));
+        };
+        let fade = |angle: f64| {
+            let t = ((libm::cos(angle.to_radians()) - end) / (start - end)).clamp(0.0, 1.0);
+            t * t * (3.0 - 2.0 * t)
+        };
+        let mut table = vec![(0.0, 1.0)];
+        if inner > 0.0 {
+            table.push((inner, 1.0));
+        }
+        if delta > 0.0 {
+            let angles = (1..=STEPS).map(|i| inner + delta * f64::from(i) / f64::from(STEPS));
+            table.extend(angles.map(|angle| (angle, fade(angle))));
+        }
+        let (angles, values) =
+            table.into_iter().map(|(angle, value)| (angle as f32, value as f32)).unzip();
+        let profile = Arc::new(IesProfile::around_axis(angles, values));
+        let place =
+            DAffine3::from_mat3_translation(hanging_along(axis), node.transform_point3(from));
+        Ok((place, LightKind::Ies { profile, scale: intensity }))
+    }
+
+    /// Intensities by direction, of a square map.
+    fn goniometric(
+        &self,
+        entity: &Entity,
+        node: DAffine3,
+    ) -> Result<(DAffine3, LightKind), LoadError> {
+        const DEGREES: u16 = 1;
+        let image = self.square_map(entity)?;
+        let Some(image) = image else {
+            return Err(entity.at.error("the parameter \"string filename\" is missing"));
+        };
+        let mean = image.pixels.iter().map(|p| f64::from(luminance(*p))).sum::<f64>()
+            / image.pixels.len() as f64;
+        let intensity = self.emitted(entity, "I", power(entity, 4.0 * PI * mean)?)?;
+        // The table hangs along −z, which is +z of the map: half a turn about x.
+        let vertical: Vec<f32> = (0..=180 / DEGREES).map(|i| f32::from(i * DEGREES)).collect();
+        let horizontal: Vec<f32> = (0..=360 / DEGREES).map(|i| f32::from(i * DEGREES)).collect();
+        let mut candela = Vec::with_capacity(vertical.len() * horizontal.len());
+        for &turn in &horizontal {
+            for &angle in &vertical {
+                let (sin, cos) = libm::sincos(f64::from(angle).to_radians());
+                let (across, along) = libm::sincos(f64::from(turn).to_radians());
+                let [u, v] = square_of(DVec3::new(sin * along, -sin * across, cos));
+                candela.push(luminance(bilinear(&image, u, v)));
+            }
+        }
+        let profile = Arc::new(IesProfile::of_table(vertical, horizontal, candela));
+        let flipped = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
+        let turn = turned(entity, node.matrix3)? * flipped;
+        Ok((
+            DAffine3::from_mat3_translation(turn, node.translation),
+            LightKind::Ies { profile, scale: intensity },
+        ))
+    }
+
+    fn distant(&self, entity: &Entity, node: DAffine3) -> Result<(DAffine3, LightKind), LoadError> {
+        let from = entity.point("from")?.unwrap_or_default();
+        let to = entity.point("to")?.unwrap_or(DVec3::Z);
+        let Some(direction) = node.transform_vector3(to - from).try_normalize() else {
+            return Err(entity.refuse("to", "from and to are the same point; expected a direction"));
+        };
+        let illuminance = entity.float("illuminance", -1.0)?;
+        let scale = if illuminance > 0.0 { illuminance } else { 1.0 };
+        let irradiance = self.emitted(entity, "L", scale)?;
+        Ok((DAffine3::from_mat3(hanging_along(direction)), LightKind::Directional { irradiance }))
+    }
+
+    fn infinite(
+        &mut self,
+        entity: &Entity,
+        node: DAffine3,
+    ) -> Result<(DAffine3, LightKind), LoadError> {
+        if entity.points("portal")?.is_some() {
+            let message = "the portal is left out: light comes from all around".to_owned();
+            self.scene.warnings.push(Warning { at: entity.at.span(""), message });
+        }
+        let illuminance = entity.float("illuminance", -1.0)?;
+        let Some(image) = self.square_map(entity)? else {
+            let scale = if illuminance > 0.0 { illuminance / PI } else { 1.0 };
+            let radiance = self.emitted(entity, "L", scale)?;
+            return Ok((DAffine3::IDENTITY, LightKind::Constant { radiance }));
+        };
+        if entity.spectrum("L")?.is_some() {
+            return Err(entity.refuse("L", "both L and filename are given; give one of the two"));
+        }
+        if illuminance > 0.0 {
+            return Err(entity.refuse(
+                "illuminance",
+                "with an image, give its scale in place of the illuminance",
+            ));
+        }
+        let scale = entity.not_negative("scale", 1.0)? as f32;
+        // The map has +y up there; the axes y and z change places.
+        let swap = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y);
+        let to_world = DAffine3::from_mat3(turned(entity, node.matrix3)? * swap);
+        let image = Arc::new(latitude_longitude(&image));
+        Ok((to_world, LightKind::Environment { image, scale, rows: Rows::Between }))
+    }
+
+    /// The square map of a light, if it has one.
+    fn square_map(&self, entity: &Entity) -> Result<Option<Image>, LoadError> {
+        let Some(name) = entity.text("filename")? else { return Ok(None) };
+        let path = self.textures.folder.join(name);
+        let refuse = |message: String| entity.refuse("filename", message);
+        let mut image =
+            image::load_as(&path, Transfer::Srgb).map_err(|error| refuse(error.to_string()))?;
+        if image.width != image.height {
+            let message = format!(
+                "the image has {} × {} pixels; expected a square map of equal areas, as imgtool makeequiarea makes it",
+                image.width, image.height
+            );
+            return Err(refuse(message));
+        }
+        // Negative numbers are cut there.
+        image.pixels.iter_mut().flatten().for_each(|c| *c = if *c < 0.0 { 0.0 } else { *c });
+        image.check_radiance().map_err(refuse)?;
+        Ok(Some(image))
+    }
+}
+
+/// By what a light is multiplied to have the power that is asked for, if the one that it has is `k` for a colour
+/// of 1.
+fn power(entity: &Entity, k: f64) -> Result<f64, LoadError> {
+    let power = entity.float("power", -1.0)?;
+    Ok(if power > 0.0 { power / k } else { 1.0 })
+}
+
+/// A transform without its scale, which has to be the same in all directions.
+fn turned(entity: &Entity, node: DMat3) -> Result<DMat3, LoadError> {
+    let scale = node.x_axis.length();
+    let turn = node * scale.recip();
+    let difference = turn.transpose() * turn - DMat3::IDENTITY;
+    if difference.to_cols_array().iter().any(|x| x.is_nan() || x.abs() > TOLERANCE) {
+        let message = "a light that is an image cannot be stretched; expected a transform that turns, mirrors or \
+                       scales all directions alike";
+        return Err(entity.at.error(message));
+    }
+    Ok(turn)
+}
+
+/// Axes of which −z is a unit vector.
+fn hanging_along(direction: DVec3) -> DMat3 {
+    let z = -direction;
+    let x = perpendicular(z);
+    DMat3::from_cols(x, z.cross(x), z)
+}
+
+/// What an image shows between the middles of its texels.
+fn bilinear(image: &Image, u: f64, v: f64) -> [f32; 3] {
+    let place = |t: f64, count: u32| {
+        let x = (t * f64::from(count) - 0.5).clamp(0.0, f64::from(count - 1));
+        let i = (x as u32).min(count.saturating_sub(2));
+        (i, (i + 1).min(count - 1), (x - f64::from(i)) as f32)
+    };
+    let ((x0, x1, s), (y0, y1, t)) = (place(u, image.width), place(v, image.height));
+    let texel = |x: u32, y: u32| image.pixels[y as usize * image.width as usize + x as usize];
+    let [a, b, c, d] = [texel(x0, y0), texel(x1, y0), texel(x0, y1), texel(x1, y1)];
+    std::array::from_fn(|i| {
+        (a[i] * (1.0 - s) + b[i] * s) * (1.0 - t) + (c[i] * (1.0 - s) + d[i] * s) * t
+    })
+}

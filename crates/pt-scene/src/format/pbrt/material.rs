@@ -1,0 +1,291 @@
+//! `Material` and `MakeNamedMaterial`: how surfaces scatter.
+
+use std::rc::Rc;
+
+use super::super::xml::{did_you_mean, quote};
+use super::color::{Role, color, index};
+use super::entity::Entity;
+use super::scene::{MaterialName, World};
+use super::texture::{mean, product, square_root};
+use crate::material::{
+    Black, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed, Glass, Masking,
+    Matte, Mix, RoughCoatedDiffuse, Roughness, ThinGlass,
+};
+use crate::metals::Metal;
+use crate::texture::{Color, Relief, Scalar};
+use crate::{LoadError, Surface, Warning};
+
+const KINDS: [&str; 9] = [
+    "coatedconductor",
+    "coateddiffuse",
+    "conductor",
+    "dielectric",
+    "diffuse",
+    "diffusetransmission",
+    "interface",
+    "mix",
+    "thindielectric",
+];
+/// Deepest nesting of mixtures.
+const MAX_MIXES: usize = 8;
+/// Below, pbrt-v4 takes a surface as smooth.
+const LEAST_ALPHA: f32 = 1e-3;
+
+impl World {
+    /// How a material scatters; `None` is the border of a medium and nothing else.
+    pub(super) fn surface(&mut self, name: &MaterialName) -> Result<Option<Surface>, LoadError> {
+        let entity = self.material_of(name)?;
+        if matches!(entity.kind.as_str(), "interface" | "") {
+            return Ok(None);
+        }
+        self.surface_of(&entity, 0).map(Some)
+    }
+
+    fn material_of(&self, name: &MaterialName) -> Result<Rc<Entity>, LoadError> {
+        match name {
+            MaterialName::Anonymous(index) => Ok(Rc::clone(&self.materials[*index])),
+            MaterialName::Named(name, at) => {
+                self.named_materials.get(&**name).cloned().ok_or_else(|| {
+                    let hint = did_you_mean(name, self.named_materials.keys().map(String::as_str));
+                    at.error(format!("there is no material {}{hint}", quote(name)))
+                })
+            }
+        }
+    }
+
+    fn surface_of(&mut self, entity: &Entity, depth: usize) -> Result<Surface, LoadError> {
+        let surface = match entity.kind.as_str() {
+            "diffuse" => {
+                let reflectance = self.textures.share(entity, "reflectance", 0.5)?;
+                Matte { reflectance, two_sided: true }.into()
+            }
+            "conductor" => self.conductor(entity, ["eta", "k", "reflectance"], &ROUGHNESS)?.into(),
+            "dielectric" => Glass {
+                reflectance: [1.0; 3].into(),
+                transmittance: [1.0; 3].into(),
+                ior: index(entity, "eta", 1.5, &self.textures.folder)?,
+                roughness: self.roughness(entity, &ROUGHNESS, 0.0)?,
+            }
+            .into(),
+            "diffusetransmission" => self.diffuse_transmission(entity)?.into(),
+            "thindielectric" => ThinGlass {
+                reflectance: [1.0; 3].into(),
+                transmittance: [1.0; 3].into(),
+                ior: index(entity, "eta", 1.5, &self.textures.folder)?,
+            }
+            .into(),
+            "coateddiffuse" => self.coated_diffuse(entity)?,
+            "coatedconductor" => self.coated_conductor(entity)?.into(),
+            "mix" => self.mix(entity, depth)?,
+            "interface" | "" => {
+                return Err(entity
+                    .at
+                    .error("a mix cannot contain an interface; give shapes an alpha instead"));
+            }
+            _ => return Err(entity.unsupported(&KINDS)),
+        };
+        let surface = self.embossed(entity, surface)?;
+        entity.finish()?;
+        Ok(surface)
+    }
+
+    fn warn(&mut self, entity: &Entity, message: String) {
+        self.scene.warnings.push(Warning { at: entity.at.span(""), message });
+    }
+
+    /// Microfacets by the names of one roughness and those along u and v; `None` is smooth.
+    fn roughness(
+        &mut self,
+        entity: &Entity,
+        names: &[&'static str; 3],
+        default: f32,
+    ) -> Result<Option<Roughness>, LoadError> {
+        const RANGE: [f32; 2] = [0.0, 100.0];
+        let read = |name| self.textures.number(entity, name, RANGE);
+        let both = read(names[0])?.unwrap_or(default.into());
+        let along = [read(names[1])?.unwrap_or(both.clone()), read(names[2])?.unwrap_or(both)];
+        let is_remapped = entity.boolean("remaproughness", true)?;
+        let alpha = along.map(|x| if is_remapped { square_root(&x) } else { x });
+        let is_smooth = |x: &Scalar| matches!(x, Scalar::Value(x) if *x < LEAST_ALPHA);
+        if alpha.iter().all(is_smooth) {
+            return Ok(None);
+        }
+        Ok(Some(Roughness {
+            alpha,
+            distribution: Distribution::Ggx,
+            masking: Masking::Correlated,
+            multiple_scattering: false,
+        }))
+    }
+
+    /// A metal by η and k, or by what it reflects of light that arrives at a right angle: then η = 1 and
+    /// k = 2√(r / (1 − r)). [Pharr, Jakob & Humphreys 2023, §10.5.3]
+    fn conductor(
+        &mut self,
+        entity: &Entity,
+        [eta, k, reflectance]: [&'static str; 3],
+        roughness: &[&'static str; 3],
+    ) -> Result<Conductor, LoadError> {
+        let folder = self.textures.folder.clone();
+        let index = |name| color(entity, name, Role::Unbounded, &folder);
+        let (given_eta, given_k) = (index(eta)?, index(k)?);
+        let share = color(entity, reflectance, Role::Share, &folder)?;
+        if entity.texture_name(reflectance)?.is_some() {
+            let message =
+                format!("a texture as \"{reflectance}\" of a metal is not supported; give an rgb");
+            return Err(entity.refuse(reflectance, message));
+        }
+        let (eta, k) = match share {
+            Some(_) if given_eta.is_some() || given_k.is_some() => {
+                let message = format!(
+                    "both \"{reflectance}\" and \"{eta}\" or \"{k}\" are given; give one of the two"
+                );
+                return Err(entity.refuse(reflectance, message));
+            }
+            Some(share) => {
+                let k = share.map(|r| r.clamp(0.0, 0.9999)).map(|r| 2.0 * (r / (1.0 - r)).sqrt());
+                ([1.0; 3], k)
+            }
+            None => {
+                let copper = Metal::named("Cu");
+                let [eta_of_copper, k_of_copper] = copper.map_or([[1.0; 3]; 2], |m| [m.eta, m.k]);
+                (given_eta.unwrap_or(eta_of_copper), given_k.unwrap_or(k_of_copper))
+            }
+        };
+        let roughness = self.roughness(entity, roughness, 0.0)?;
+        Ok(Conductor { eta, k, reflectance: [1.0; 3].into(), roughness, two_sided: true })
+    }
+
+    /// A diffuse base under a coat. What pbrt-v4 finds by random walks between the two, is found here by
+    /// formulas of the light that goes to and fro; absorption in the coat is left out.
+    fn coated_diffuse(&mut self, entity: &Entity) -> Result<Surface, LoadError> {
+        entity.pass_over(&["maxdepth", "nsamples", "thickness"]);
+        self.refuse_haze(entity)?;
+        let diffuse = self.textures.share(entity, "reflectance", 0.5)?;
+        let ior = index(entity, "eta", 1.5, &self.textures.folder)?;
+        let (specular, saturates, two_sided) = ([1.0; 3].into(), true, true);
+        let Some(Roughness { alpha: [u, v], distribution, .. }) =
+            self.roughness(entity, &ROUGHNESS, 0.0)?
+        else {
+            return Ok(CoatedDiffuse { diffuse, specular, ior, saturates, two_sided }.into());
+        };
+        if u != v || u.texture().is_some() {
+            self.warn(
+                entity,
+                "the coat has the same roughness everywhere, which is the mean of what is given"
+                    .into(),
+            );
+        }
+        let alpha = 0.5 * (mean(&u) + mean(&v));
+        Ok(RoughCoatedDiffuse { diffuse, specular, ior, alpha, distribution, saturates, two_sided }
+            .into())
+    }
+
+    /// A sheet that scatters to both sides.
+    fn diffuse_transmission(&mut self, entity: &Entity) -> Result<DiffuseTransmission, LoadError> {
+        let scale = entity.not_negative("scale", 1.0)? as f32;
+        let share = |name| {
+            let share = self.textures.share(entity, name, 0.25)?;
+            Ok(product([share, [scale; 3].into()]))
+        };
+        let (reflectance, transmittance) = (share("reflectance")?, share("transmittance")?);
+        if let (Color::Value(reflected), Color::Value(transmitted)) = (&reflectance, &transmittance)
+            && (0..3).any(|c| reflected[c] + transmitted[c] > 1.0 + 1e-6)
+        {
+            let message = "reflectance and transmittance are more than 1 together, so that light would grow; expected \
+                           at most 1 with the scale";
+            return Err(entity.refuse("transmittance", message));
+        }
+        Ok(DiffuseTransmission { reflectance, transmittance })
+    }
+
+    /// A metal under a coat, which is left out but for the angle and the index of the light that it lets to the metal.
+    fn coated_conductor(&mut self, entity: &Entity) -> Result<Conductor, LoadError> {
+        entity.pass_over(&["maxdepth", "nsamples", "thickness"]);
+        self.refuse_haze(entity)?;
+        let coat = index(entity, "interface.eta", 1.5, &self.textures.folder)?;
+        self.roughness(
+            entity,
+            &["interface.roughness", "interface.uroughness", "interface.vroughness"],
+            0.0,
+        )?;
+        let names = ["conductor.eta", "conductor.k", "reflectance"];
+        let roughness = ["conductor.roughness", "conductor.uroughness", "conductor.vroughness"];
+        let metal = self.conductor(entity, names, &roughness)?;
+        self.warn(
+            entity,
+            "a coatedconductor is taken as its metal alone; what the coat reflects is left out"
+                .into(),
+        );
+        let below = |part: [f32; 3]| part.map(|x| x / coat);
+        Ok(Conductor { eta: below(metal.eta), k: below(metal.k), ..metal })
+    }
+
+    /// Refuses coats that scatter.
+    fn refuse_haze(&self, entity: &Entity) -> Result<(), LoadError> {
+        entity.pass_over(&["g"]);
+        let albedo = color(entity, "albedo", Role::Share, &self.textures.folder)?;
+        if albedo.is_none_or(|albedo| albedo == [0.0; 3])
+            && entity.texture_name("albedo")?.is_none()
+        {
+            return Ok(());
+        }
+        Err(entity
+            .refuse("albedo", "a coat that scatters is not supported; expected an albedo of 0"))
+    }
+
+    fn mix(&mut self, entity: &Entity, depth: usize) -> Result<Surface, LoadError> {
+        if depth >= MAX_MIXES {
+            let message =
+                format!("mixtures are nested deeper than {MAX_MIXES}; do they contain each other?");
+            return Err(entity.at.error(message));
+        }
+        let names = entity.texts("materials")?.unwrap_or_default();
+        let [first, second] = names else {
+            let message =
+                format!("expected the names of two materials, but there are {}", names.len());
+            return Err(entity.refuse("materials", message));
+        };
+        let share = self.textures.number(entity, "amount", [0.0, 1.0])?.unwrap_or(0.5.into());
+        let mut part = |name: &str| {
+            let entity = self.material_of(&MaterialName::Named(name.into(), entity.at.clone()))?;
+            self.surface_of(&entity, depth + 1)
+        };
+        let (first, second) = (Box::new(part(first)?), Box::new(part(second)?));
+        Ok(Mix { first, second, share }.into())
+    }
+
+    /// A surface with the relief that its material gives it, if any.
+    fn embossed(&mut self, entity: &Entity, surface: Surface) -> Result<Surface, LoadError> {
+        const HEIGHTS: [f32; 2] = [f32::MIN, f32::MAX];
+        let mut relief = None;
+        if let Some(Scalar::Texture(heights)) =
+            self.textures.number(entity, "displacement", HEIGHTS)?
+        {
+            relief = Some(Relief::Heights(heights, 1.0));
+        }
+        if let Some(name) = entity.text("normalmap")? {
+            if relief.is_some() {
+                return Err(entity.refuse(
+                    "normalmap",
+                    "both a displacement and a normalmap are given; give one",
+                ));
+            }
+            let map =
+                self.textures.raw(name).map_err(|message| entity.refuse("normalmap", message))?;
+            relief = Some(Relief::Normals(map));
+        }
+        Ok(match relief {
+            Some(relief) => Embossed { surface: Box::new(surface), relief }.into(),
+            None => surface,
+        })
+    }
+
+    /// What is not seen at all.
+    pub(super) fn nothing() -> Surface {
+        Black.into()
+    }
+}
+
+/// Names of one roughness, and of those along u and v.
+const ROUGHNESS: [&str; 3] = ["roughness", "uroughness", "vroughness"];

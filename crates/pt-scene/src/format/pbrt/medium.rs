@@ -1,0 +1,188 @@
+//! `MakeNamedMedium` and `MediumInterface`: what fills the space between surfaces.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use pt_math::{DAffine3, DVec3};
+
+use super::super::xml::{did_you_mean, quote};
+use super::color::{Role, color};
+use super::entity::Entity;
+use super::state::State;
+use super::token::Place;
+use crate::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume};
+use crate::{LoadError, Medium, Sides};
+
+const KINDS: [&str; 2] = ["homogeneous", "uniformgrid"];
+/// Most cells of a grid along an axis.
+const MAX_CELLS: u32 = 1 << 16;
+
+/// The names of the media on both sides of a surface; empty names are empty space.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Interface {
+    pub(super) inside: String,
+    pub(super) outside: String,
+    /// Where it was written, if it was.
+    pub(super) at: Option<Place>,
+}
+
+/// The media of a scene.
+pub(super) struct Media {
+    folder: PathBuf,
+    pub(super) made: Vec<Medium>,
+    numbers: HashMap<String, u32>,
+}
+
+impl Media {
+    pub(super) fn new(folder: &Path) -> Self {
+        Self { folder: folder.to_owned(), made: Vec::new(), numbers: HashMap::new() }
+    }
+
+    /// Makes the medium that a directive describes.
+    pub(super) fn define(
+        &mut self,
+        name: String,
+        entity: &Entity,
+        state: &State,
+    ) -> Result<(), LoadError> {
+        if self.numbers.contains_key(&name) {
+            return Err(entity.at.error(format!("there is already a medium {}", quote(&name))));
+        }
+        if state.ctm[0] != state.ctm[1] {
+            return Err(entity
+                .at
+                .error("media do not move; expected the same transform at all times"));
+        }
+        let matter = match entity.kind.as_str() {
+            "homogeneous" => {
+                let [extinction, albedo] =
+                    self.coefficients(entity, [DEFAULT_ABSORBED, DEFAULT_SCATTERED])?;
+                Matter::Homogeneous { extinction, albedo }
+            }
+            "uniformgrid" => self.grid(entity, state.ctm[0])?,
+            _ => return Err(entity.unsupported(&KINDS)),
+        };
+        let g = entity.float("g", 0.0)? as f32;
+        if !(-1.0 < g && g < 1.0) {
+            return Err(
+                entity.refuse("g", format!("\"g\" is {g}; expected a number above -1 and below 1"))
+            );
+        }
+        self.refuse_glow(entity)?;
+        entity.finish()?;
+        let phase = if g == 0.0 { Phase::Isotropic } else { Phase::HenyeyGreenstein { g } };
+        let number = self.made.len() as u32;
+        self.made.push(Medium { name: name.clone(), matter, phase, at: entity.at.span("") });
+        self.numbers.insert(name, number);
+        Ok(())
+    }
+
+    /// What is taken away per length, and the share of it that is scattered.
+    fn coefficients(
+        &self,
+        entity: &Entity,
+        defaults: [[f32; 3]; 2],
+    ) -> Result<[[f32; 3]; 2], LoadError> {
+        if let Some(preset) = entity.text("preset")? {
+            let message =
+                format!("the preset {} is not supported; give sigma_a and sigma_s", quote(preset));
+            return Err(entity.refuse("preset", message));
+        }
+        let scale = entity.not_negative("scale", 1.0)? as f32;
+        let read = |name, default| {
+            Ok(color(entity, name, Role::Unbounded, &self.folder)?.unwrap_or(default))
+        };
+        let (absorbed, scattered) = (read("sigma_a", defaults[0])?, read("sigma_s", defaults[1])?);
+        let extinction: [f32; 3] = std::array::from_fn(|c| (absorbed[c] + scattered[c]) * scale);
+        if !extinction.iter().all(|sigma| sigma.is_finite()) {
+            return Err(entity.refuse("scale", "the medium is too dense to be computed with"));
+        }
+        let share = |c: usize| {
+            let sum = absorbed[c] + scattered[c];
+            if sum > 0.0 { scattered[c] / sum } else { 0.0 }
+        };
+        Ok([extinction, std::array::from_fn(share)])
+    }
+
+    /// Densities in the cells of a box.
+    fn grid(&self, entity: &Entity, to_world: DAffine3) -> Result<Matter, LoadError> {
+        let [extinction, albedo] = self.coefficients(entity, [[1.0; 3]; 2])?;
+        let count = |name| entity.count(name, 1, [1, MAX_CELLS]);
+        let resolution = [count("nx")?, count("ny")?, count("nz")?];
+        let densities = entity.floats("density")?.unwrap_or_default();
+        let cells: u64 = resolution.iter().map(|&n| u64::from(n)).product();
+        if cells != densities.len() as u64 {
+            let [x, y, z] = resolution;
+            let message =
+                format!("expected {x} · {y} · {z} densities, but there are {}", densities.len());
+            return Err(entity.refuse("density", message));
+        }
+        if let Some(bad) = densities.iter().find(|density| **density < 0.0) {
+            return Err(entity
+                .refuse("density", format!("a density is {bad}; expected numbers of at least 0")));
+        }
+        let [low, high] =
+            [entity.point("p0")?.unwrap_or(DVec3::ZERO), entity.point("p1")?.unwrap_or(DVec3::ONE)];
+        let [low, high] = [low.min(high), low.max(high)];
+        let to_box = DAffine3::from_translation(low) * DAffine3::from_scale(high - low);
+        let to_world = to_world * to_box;
+        if !to_world.is_finite() || !to_world.inverse().is_finite() {
+            return Err(
+                entity.refuse("p1", "the box of the grid is flat; expected one with a volume")
+            );
+        }
+        let is_grey = extinction[0] == extinction[1] && extinction[1] == extinction[2];
+        let values = densities.iter().flat_map(|density| {
+            let of = move |sigma: f32| (*density * f64::from(sigma)) as f32;
+            extinction.into_iter().take(if is_grey { 1 } else { 3 }).map(of)
+        });
+        let values: Vec<_> = values.collect();
+        if !values.iter().all(|value| value.is_finite()) {
+            return Err(entity.refuse("density", "the medium is too dense to be computed with"));
+        }
+        let grid = Grid { resolution, channels: if is_grey { 1 } else { 3 }, values };
+        let extinction =
+            PlacedGrid { grid: Arc::new(grid), to_world, filter: GridFilter::Trilinear };
+        let albedo = Volume::Constant(albedo);
+        Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale: 1.0, albedo })))
+    }
+
+    /// Refuses media that emit light.
+    fn refuse_glow(&self, entity: &Entity) -> Result<(), LoadError> {
+        let is_dark = color(entity, "Le", Role::Light, &self.folder)?
+            .is_none_or(|light| light == [0.0; 3])
+            || entity.float("Lescale", 1.0)? == 0.0;
+        let message = "media that emit light are not supported; delete this parameter";
+        if !is_dark {
+            return Err(entity.refuse("Le", message));
+        }
+        entity.pass_over(&["Lescale"]);
+        match entity.floats("temperature")? {
+            Some(_) => Err(entity.refuse("temperature", message)),
+            None => Ok(()),
+        }
+    }
+
+    /// The number of a medium; `None` is empty space.
+    pub(super) fn number(&self, name: &str, at: Option<&Place>) -> Result<Option<u32>, LoadError> {
+        let (false, Some(at)) = (name.is_empty(), at) else { return Ok(None) };
+        let known = self.numbers.get(name).copied();
+        known.map(Some).ok_or_else(|| {
+            let hint = did_you_mean(name, self.numbers.keys().map(String::as_str));
+            at.error(format!("there is no medium {}{hint}", quote(name)))
+        })
+    }
+
+    /// The media on both sides of a surface; `None` if they are the same.
+    pub(super) fn sides(&self, interface: &Interface) -> Result<Option<Sides>, LoadError> {
+        let at = interface.at.as_ref();
+        let interior = self.number(&interface.inside, at)?;
+        let exterior = self.number(&interface.outside, at)?;
+        Ok((interior != exterior).then_some(Sides { interior, exterior }))
+    }
+}
+
+/// What a homogeneous medium absorbs and scatters by default, per unit of length.
+const DEFAULT_ABSORBED: [f32; 3] = [0.0011, 0.0024, 0.014];
+const DEFAULT_SCATTERED: [f32; 3] = [2.55, 3.21, 3.77];

@@ -1,0 +1,130 @@
+//! Maps of the sphere on a square that give each direction the same area. [Clarberg 2008, "Fast Equal-Area
+//! Mapping of the (Hemi)Sphere using SIMD"]
+
+use std::f64::consts::{FRAC_2_PI, PI, TAU};
+
+use pt_math::DVec3;
+
+use crate::image::Image;
+
+/// The point of the unit square that shows a direction. The middle is +z, the corners are −z; u grows with x,
+/// v with y.
+pub(super) fn square_of(direction: DVec3) -> [f64; 2] {
+    let d = direction.normalize_or_zero();
+    let [x, y, z] = d.abs().to_array();
+    let r = (1.0 - z).max(0.0).sqrt();
+    let turn = libm::atan2(x.min(y), x.max(y)) * FRAC_2_PI;
+    let turn = if x < y { 1.0 - turn } else { turn };
+    let v = turn * r;
+    let u = r - v;
+    let (u, v) = if d.z < 0.0 { (1.0 - v, 1.0 - u) } else { (u, v) };
+    [u.copysign(d.x), v.copysign(d.y)].map(|t| 0.5 * (t + 1.0))
+}
+
+/// A square map in latitude and longitude, as [`crate::LightKind::Environment`] has it: +z of the square is up,
+/// the left edge looks along −x, and a quarter of the width further on, along +y.
+///
+/// Each texel is the mean of what a grid of its directions sees, weighted by solid angle.
+pub(super) fn latitude_longitude(square: &Image) -> Image {
+    const GRID: u32 = 4;
+    let side = square.width;
+    let height = if side <= 1024 { 2 * side } else { side };
+    let width = 2 * height;
+    let mut pixels = Vec::with_capacity(width as usize * height as usize);
+    for row in 0..height {
+        for column in 0..width {
+            let (mut sum, mut weight) = ([0.0; 3], 0.0);
+            for i in 0..GRID * GRID {
+                let at = |k: u32, texel: u32, count: u32| {
+                    (f64::from(texel) + (f64::from(k) + 0.5) / f64::from(GRID)) / f64::from(count)
+                };
+                let (sin, cos) = libm::sincos(at(i / GRID, row, height) * PI);
+                let (across, along) = libm::sincos(at(i % GRID, column, width) * TAU);
+                let direction = DVec3::new(-sin * along, sin * across, cos);
+                let texel = nearest(square, square_of(direction));
+                (0..3).for_each(|c| sum[c] += sin * f64::from(texel[c]));
+                weight += sin;
+            }
+            pixels.push(sum.map(|s| (s / weight) as f32));
+        }
+    }
+    Image { width, height, pixels }
+}
+
+fn nearest(image: &Image, uv: [f64; 2]) -> [f32; 3] {
+    let [x, y] = [0, 1].map(|axis| {
+        let count = if axis == 0 { image.width } else { image.height };
+        ((uv[axis] * f64::from(count)) as u32).min(count - 1)
+    });
+    image.pixels[y as usize * image.width as usize + x as usize]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_axes_are_where_they_are_expected() {
+        for (direction, expected) in [
+            (DVec3::Z, [0.5, 0.5]),
+            (DVec3::X, [1.0, 0.5]),
+            (DVec3::NEG_X, [0.0, 0.5]),
+            (DVec3::Y, [0.5, 1.0]),
+            (DVec3::NEG_Y, [0.5, 0.0]),
+            (DVec3::new(1e-9, 1e-9, -1.0), [1.0, 1.0]),
+            (DVec3::new(-1e-9, 1e-9, -1.0), [0.0, 1.0]),
+        ] {
+            let found = square_of(direction);
+            assert!(
+                (0..2).all(|i| (found[i] - expected[i]).abs() < 1e-4),
+                "{direction}: {found:?}"
+            );
+        }
+    }
+
+    /// The density of the map is 1 / 4π everywhere: |∂(u, v)/∂ω|, by differences.
+    #[test]
+    fn all_directions_have_the_same_area() {
+        const STEP: f64 = 1e-5;
+        for i in 0..200 {
+            let z = 0.97 * libm::sin(f64::from(i) * 1.37);
+            let (sin, cos) = libm::sincos(f64::from(i) * 2.71 + 0.1);
+            let r = (1.0 - z * z).sqrt();
+            let n = DVec3::new(r * cos, r * sin, z);
+            if n.abs().min_element() < 0.01 || (n.x.abs() - n.y.abs()).abs() < 0.01 {
+                continue; // the folds
+            }
+            let s = n.any_orthonormal_vector();
+            let t = n.cross(s);
+            let [a, b, c] = [n, n + s * STEP, n + t * STEP].map(square_of);
+            let [du, dv] = [[b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]];
+            let area = (du[0] * dv[1] - du[1] * dv[0]).abs() / (STEP * STEP);
+            assert!((area * 4.0 * PI - 1.0).abs() < 1e-3, "{n}: {area}");
+        }
+    }
+
+    #[test]
+    fn a_map_in_latitude_and_longitude_shows_the_same_with_the_same_mean() {
+        let side = 16;
+        let value = |i: u32| [(i % 7) as f32, (i % 5) as f32, 1.0];
+        let square =
+            Image { width: side, height: side, pixels: (0..side * side).map(value).collect() };
+        let map = latitude_longitude(&square);
+        let (mut sum, mut weights) = ([0.0; 3], 0.0);
+        for (i, pixel) in map.pixels.iter().enumerate() {
+            let row = i / map.width as usize;
+            let weight = libm::sin((row as f64 + 0.5) / f64::from(map.height) * PI);
+            (0..3).for_each(|c| sum[c] += weight * f64::from(pixel[c]));
+            weights += weight;
+        }
+        for c in 0..3 {
+            let mean =
+                square.pixels.iter().map(|p| f64::from(p[c])).sum::<f64>() / f64::from(side * side);
+            assert!(
+                (sum[c] / weights / mean - 1.0).abs() < 5e-3,
+                "{} is not {mean}",
+                sum[c] / weights
+            );
+        }
+    }
+}

@@ -1,0 +1,429 @@
+//! What directives describe, put together to a scene.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use pt_math::DAffine3;
+
+use super::super::xml::{did_you_mean, quote};
+use super::color_space::ColorSpace;
+use super::emission::{AreaLight, area, area_light, back_of};
+use super::entity::Entity;
+use super::medium::{Interface, Media};
+use super::shape::{Meshes, shape, sphere_mesh};
+use super::state::{Moving, State};
+use super::texture::Textures;
+use super::token::{Place, Tokens};
+use super::upsample::Illuminant;
+use super::{camera, film};
+use crate::material::Embossed;
+use crate::texture::{Input, Scalar};
+use crate::{
+    Attribute, Color, Geometry, Key, LightKind, LoadError, Material, Mesh, Motion, Object, Scene,
+    Span, Surface, Warning,
+};
+
+/// Most shapes of a scene. A few lines can ask for any number: objects of many shapes, and many instances of them.
+const MAX_SHAPES: usize = 1_000_000;
+
+/// Which material a shape has.
+#[derive(Clone, Debug)]
+pub(super) enum MaterialName {
+    /// By its number among those without a name; 0 is the default.
+    Anonymous(usize),
+    /// By a name, which may be given later; and where it is asked for.
+    Named(Rc<str>, Place),
+}
+
+/// A material by its number or its name.
+type MaterialKey = (usize, Option<Rc<str>>);
+
+/// What is looked through, and how.
+#[derive(Default)]
+pub(super) struct Sight {
+    /// With its transform to the world, and the media around it.
+    pub(super) camera: Option<(Entity, Moving, Rc<Interface>)>,
+    pub(super) film: Option<Entity>,
+    pub(super) sampler: Option<Entity>,
+    pub(super) integrator: Option<Entity>,
+    pub(super) filter: Option<Entity>,
+}
+
+/// A shape with all that its state says.
+#[derive(Clone)]
+pub(super) struct Placed {
+    name: String,
+    to_world: Moving,
+    geometry: Geometry,
+    material: MaterialName,
+    /// The share of it that is there.
+    alpha: Scalar,
+    light: Option<Rc<Entity>>,
+    media: Rc<Interface>,
+    at: Place,
+}
+
+/// All that was read.
+pub(super) struct World {
+    pub(super) scene: Scene,
+    pub(super) sight: Sight,
+    pub(super) textures: Textures,
+    pub(super) media: Media,
+    pub(super) materials: Vec<Rc<Entity>>,
+    pub(super) named_materials: HashMap<String, Rc<Entity>>,
+    pub(super) objects: HashMap<String, Rc<[Placed]>>,
+    /// When the first and the second transform hold.
+    pub(super) times: [f64; 2],
+    meshes: Meshes,
+    shapes: Vec<Placed>,
+    /// The surfaces of materials, by number or name.
+    surfaces: HashMap<MaterialKey, Rc<Option<Surface>>>,
+    /// Materials that are made, with the alpha that they were made with.
+    made: HashMap<MaterialKey, Vec<(Scalar, u32)>>,
+    /// Meshes that were given texture coordinates, kept for their address, and what they became.
+    laid_out: HashMap<*const Mesh, (Arc<Mesh>, Arc<Mesh>)>,
+    /// Whole spheres as meshes, by the bits of their radius.
+    spheres: HashMap<u64, Arc<Mesh>>,
+    file: Span,
+}
+
+impl World {
+    pub(super) fn new(folder: &Path, file: Span) -> Self {
+        let nowhere = Tokens::new("", &file.file).end();
+        let default = Entity::new(
+            "Material",
+            "diffuse".to_owned(),
+            nowhere,
+            Vec::new(),
+            &[],
+            ColorSpace::SRGB,
+        );
+        Self {
+            scene: Scene::default(),
+            sight: Sight::default(),
+            textures: Textures::new(folder),
+            media: Media::new(folder),
+            materials: vec![Rc::new(default)],
+            named_materials: HashMap::new(),
+            objects: HashMap::new(),
+            times: [0.0, 1.0],
+            meshes: Meshes::default(),
+            shapes: Vec::new(),
+            surfaces: HashMap::new(),
+            made: HashMap::new(),
+            laid_out: HashMap::new(),
+            spheres: HashMap::new(),
+            file,
+        }
+    }
+
+    /// A material without a name.
+    pub(super) fn add_material(&mut self, entity: Entity) -> MaterialName {
+        self.materials.push(Rc::new(entity));
+        MaterialName::Anonymous(self.materials.len() - 1)
+    }
+
+    /// A material with a name.
+    pub(super) fn name_material(&mut self, name: String, entity: Entity) -> Result<(), LoadError> {
+        if self.named_materials.contains_key(&name) {
+            return Err(entity.at.error(format!("there is already a material {}", quote(&name))));
+        }
+        self.named_materials.insert(name, Rc::new(entity));
+        Ok(())
+    }
+
+    /// A shape in a state; what is in an object cannot shine.
+    pub(super) fn shape(
+        &mut self,
+        entity: &Entity,
+        state: &State,
+        in_object: bool,
+    ) -> Result<Placed, LoadError> {
+        let folder = self.textures.folder.clone();
+        let geometry = shape(entity, state, &mut self.meshes, &folder, &mut self.scene.warnings)?;
+        let alpha = self.textures.number(entity, "alpha", [0.0, 1.0])?.unwrap_or(1.0.into());
+        entity.finish()?;
+        let mut light = state.area_light.clone();
+        if in_object && light.take().is_some() {
+            let message = "shapes of an object do not shine, there and here; its light is left out"
+                .to_owned();
+            self.scene.warnings.push(Warning { at: entity.at.span(""), message });
+        }
+        Ok(Placed {
+            name: entity.kind.clone(),
+            to_world: state.ctm,
+            geometry,
+            material: state.material.clone(),
+            alpha,
+            light,
+            media: Rc::clone(&state.media),
+            at: entity.at.clone(),
+        })
+    }
+
+    /// Places a shape in the world.
+    pub(super) fn place(&mut self, placed: Placed) -> Result<(), LoadError> {
+        if self.shapes.len() >= MAX_SHAPES {
+            return Err(placed
+                .at
+                .error(format!("with this one, there are more than {MAX_SHAPES} shapes")));
+        }
+        self.shapes.push(placed);
+        Ok(())
+    }
+
+    /// Places the shapes of an object.
+    pub(super) fn instance(
+        &mut self,
+        name: &str,
+        to_world: Moving,
+        at: &Place,
+    ) -> Result<(), LoadError> {
+        let Some(shapes) = self.objects.get(name).cloned() else {
+            let hint = did_you_mean(name, self.objects.keys().map(String::as_str));
+            return Err(at.error(format!("there is no object {} above{hint}", quote(name))));
+        };
+        for shape in shapes.iter() {
+            let placed = [0, 1].map(|i| to_world[i] * shape.to_world[i]);
+            let name = format!("{} of {name}", shape.name);
+            self.place(Placed { name, to_world: placed, at: at.clone(), ..shape.clone() })?;
+        }
+        Ok(())
+    }
+
+    /// The scene.
+    pub(super) fn finish(mut self) -> Result<Scene, LoadError> {
+        let (mut settings, mut exposure) = film::settings(&self.sight, &mut self.scene.warnings)?;
+        let resolution = settings.resolution.unwrap_or([1280, 720]);
+        if let Some((entity, to_world, media)) = &self.sight.camera {
+            let medium = self.media.number(&media.outside, media.at.as_ref())?;
+            let (camera, seconds) =
+                camera::camera(entity, *to_world, self.times, medium, resolution)?;
+            exposure *= seconds;
+            self.scene.cameras.push(camera);
+        } else {
+            let message = "there is no Camera; expected one before WorldBegin".to_owned();
+            return Err(LoadError::Content { at: self.file, message });
+        }
+        for placed in std::mem::take(&mut self.shapes) {
+            self.object(placed, exposure)?;
+        }
+        let moves = |motion: &Option<Arc<Motion>>| motion.is_some();
+        let anything_moves = self.scene.objects.iter().any(|object| moves(&object.motion));
+        for camera in &mut self.scene.cameras {
+            if !anything_moves && camera.motion.is_none() {
+                camera.shutter = [camera.shutter[0]; 2];
+            }
+        }
+        for light in &mut self.scene.lights {
+            expose(&mut light.kind, exposure as f32);
+        }
+        if let Some(illuminant) = Illuminant::of_scene(&self.scene.lights, &self.scene.materials) {
+            self.scene
+                .materials
+                .iter_mut()
+                .for_each(|material| illuminant.light_up(&mut material.surface));
+        }
+        let is_volumetric = settings.integrator == Some("volpath");
+        if is_volumetric && self.media.made.is_empty() {
+            settings.integrator = None;
+        }
+        self.scene.media = self.media.made;
+        self.scene.settings = settings;
+        Ok(self.scene)
+    }
+
+    /// A shape with its material; one that shines on both sides is two.
+    fn object(&mut self, placed: Placed, exposure: f64) -> Result<(), LoadError> {
+        let Placed { name, to_world: [start, end], mut geometry, .. } = placed;
+        for map in [start, end] {
+            if !(map.is_finite() && map.inverse().is_finite() && map.matrix3.determinant() != 0.0) {
+                return Err(placed
+                    .at
+                    .error("the transform flattens the shape; it cannot be undone"));
+            }
+        }
+        let surface = self.surface_once(&placed.material)?;
+        let mut light = None;
+        match (&placed.light, &*surface) {
+            (Some(entity), Some(_)) => {
+                light = Some(area_light(
+                    entity,
+                    area(&geometry, &start),
+                    exposure,
+                    &self.textures.folder,
+                )?);
+            }
+            (Some(_), None) => {
+                let message =
+                    "what is only the border of a medium does not shine; its light is left out"
+                        .to_owned();
+                self.scene.warnings.push(Warning { at: placed.at.span(""), message });
+            }
+            (None, _) => {}
+        }
+        let is_textured = (*surface).as_ref().is_some_and(shows_texture)
+            || placed.alpha.texture().is_some()
+            || light.as_ref().is_some_and(|light| light.radiance.texture().is_some());
+        if is_textured {
+            geometry = self.laid_out(geometry).map_err(|message| placed.at.error(message))?;
+        }
+        let two_sided = light.as_ref().is_some_and(|light| light.two_sided);
+        let material = self.material(&placed.material, (*surface).as_ref(), &placed.alpha, light);
+        let motion = (start != end).then(|| {
+            let keys = self
+                .times
+                .into_iter()
+                .zip([start, end])
+                .map(|(time, to_world)| Key { time, to_world });
+            Motion::new(keys.collect()).map_err(|error| placed.at.error(error.message))
+        });
+        let motion = motion.transpose()?.map(Arc::new);
+        let object = Object {
+            name,
+            to_world: if motion.is_some() { DAffine3::IDENTITY } else { start },
+            motion,
+            geometry,
+            materials: vec![Some(material)],
+            media: self.media.sides(&placed.media)?,
+            at: placed.at.span(""),
+        };
+        if let (true, Geometry::Mesh(mesh)) = (two_sided, &object.geometry) {
+            let back = Geometry::Mesh(Arc::new(back_of(mesh)));
+            let name = format!("back of {}", object.name);
+            self.scene.objects.push(Object { name, geometry: back, media: None, ..object.clone() });
+        }
+        self.scene.objects.push(object);
+        Ok(())
+    }
+
+    /// A shape with texture coordinates, which are made once for all that share its mesh.
+    fn laid_out(&mut self, geometry: Geometry) -> Result<Geometry, String> {
+        Ok(match geometry {
+            Geometry::Sphere { radius } => {
+                if let Some(known) = self.spheres.get(&radius.to_bits()) {
+                    return Ok(Geometry::Mesh(Arc::clone(known)));
+                }
+                let mesh = Arc::new(sphere_mesh(radius));
+                self.meshes.count(&mesh)?;
+                self.spheres.insert(radius.to_bits(), Arc::clone(&mesh));
+                Geometry::Mesh(mesh)
+            }
+            Geometry::Mesh(mesh) if mesh.uvs.is_none() => {
+                let made = || (Arc::clone(&mesh), Arc::new(with_coordinates(&mesh)));
+                let (_, made) = self.laid_out.entry(Arc::as_ptr(&mesh)).or_insert_with(made);
+                Geometry::Mesh(Arc::clone(made))
+            }
+            geometry @ Geometry::Mesh(_) => geometry,
+        })
+    }
+
+    /// The surface of a material, made once.
+    fn surface_once(&mut self, name: &MaterialName) -> Result<Rc<Option<Surface>>, LoadError> {
+        let key = key_of(name);
+        if let Some(known) = self.surfaces.get(&key) {
+            return Ok(Rc::clone(known));
+        }
+        let surface = Rc::new(self.surface(name)?);
+        self.surfaces.insert(key, Rc::clone(&surface));
+        Ok(surface)
+    }
+
+    /// The number of a material, which is new if it is not known with this alpha, or shines.
+    fn material(
+        &mut self,
+        name: &MaterialName,
+        surface: Option<&Surface>,
+        alpha: &Scalar,
+        light: Option<AreaLight>,
+    ) -> u32 {
+        let known = self.made.get(&key_of(name)).into_iter().flatten();
+        let known = known.filter(|_| light.is_none()).find(|(made, _)| is_same(made, alpha));
+        if let Some((_, number)) = known {
+            return *number;
+        }
+        let shines = light.is_some();
+        let opacity = if surface.is_some() { alpha.clone() } else { 0.0.into() };
+        let material = Material {
+            name: self.name_of(name),
+            surface: surface.cloned().unwrap_or_else(Self::nothing),
+            emission: light.map_or(Input::Value([0.0; 3]), |light| light.radiance),
+            opacity,
+        };
+        let number = self.scene.materials.len() as u32;
+        self.scene.materials.push(material);
+        if !shines {
+            self.made.entry(key_of(name)).or_default().push((alpha.clone(), number));
+        }
+        number
+    }
+
+    fn name_of(&self, name: &MaterialName) -> String {
+        match name {
+            MaterialName::Anonymous(0) => "default".to_owned(),
+            MaterialName::Anonymous(i) => self.materials[*i].kind.clone(),
+            MaterialName::Named(name, _) => name.to_string(),
+        }
+    }
+}
+
+fn key_of(name: &MaterialName) -> MaterialKey {
+    match name {
+        MaterialName::Anonymous(i) => (*i, None),
+        MaterialName::Named(name, _) => (0, Some(Rc::clone(name))),
+    }
+}
+
+/// Whether a surface has a texture, or is not the same in all directions, so that it needs texture coordinates.
+fn shows_texture(surface: &Surface) -> bool {
+    let varies = |color: &Color| color.texture().is_some();
+    match surface {
+        Surface::Matte(s) => varies(&s.reflectance),
+        Surface::DiffuseTransmission(s) => varies(&s.reflectance) || varies(&s.transmittance),
+        Surface::CoatedDiffuse(s) => varies(&s.diffuse),
+        Surface::RoughCoatedDiffuse(s) => varies(&s.diffuse),
+        Surface::Conductor(s) => s.roughness.as_ref().is_some_and(is_laid_out),
+        Surface::Glass(s) => s.roughness.as_ref().is_some_and(is_laid_out),
+        Surface::Mix(s) => {
+            s.share.texture().is_some() || shows_texture(&s.first) || shows_texture(&s.second)
+        }
+        Surface::Embossed(Embossed { .. }) => true,
+        _ => false,
+    }
+}
+
+fn is_laid_out(roughness: &crate::material::Roughness) -> bool {
+    let [u, v] = &roughness.alpha;
+    u != v || u.texture().is_some()
+}
+
+/// A mesh with the texture coordinates that one without has there: (0, 0), (1, 0) and (1, 1) at the corners of
+/// each triangle.
+fn with_coordinates(mesh: &Mesh) -> Mesh {
+    let values = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
+    let indices = Some(vec![[0, 1, 2]; mesh.triangles.len()]);
+    Mesh { uvs: Some(Attribute { values, indices }), ..mesh.clone() }
+}
+
+/// Whether two numbers are the same value, or the same texture.
+fn is_same(a: &Scalar, b: &Scalar) -> bool {
+    match (a, b) {
+        (Input::Value(a), Input::Value(b)) => a == b,
+        (Input::Texture(a), Input::Texture(b)) => Arc::ptr_eq(a, b),
+        _ => false,
+    }
+}
+
+/// Multiplies a light.
+fn expose(kind: &mut LightKind, exposure: f32) {
+    match kind {
+        LightKind::Point { intensity: light }
+        | LightKind::Ies { scale: light, .. }
+        | LightKind::Directional { irradiance: light }
+        | LightKind::Constant { radiance: light } => *light = light.map(|c| c * exposure),
+        LightKind::Environment { scale, .. } => *scale *= exposure,
+        _ => {}
+    }
+}

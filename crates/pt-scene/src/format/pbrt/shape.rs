@@ -1,0 +1,333 @@
+//! `Shape`: surfaces placed in the world.
+
+use std::collections::HashMap;
+use std::f64::consts::TAU;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use pt_math::DVec3;
+
+use super::super::ply;
+use super::curve::curve;
+use super::entity::Entity;
+use super::quadric;
+use super::read::content;
+use super::state::{State, mirrors};
+use super::subdivision::subdivide;
+use crate::shapes::{flip, single_part};
+use crate::{Attribute, Geometry, LoadError, Mesh, Warning};
+
+const KINDS: [&str; 8] = [
+    "bilinearmesh",
+    "curve",
+    "cylinder",
+    "disk",
+    "loopsubdiv",
+    "plymesh",
+    "sphere",
+    "trianglemesh",
+];
+/// Pieces along each side of a bilinear patch that is not flat.
+const PIECES: u32 = 16;
+
+/// Most triangles that round and bent shapes of a scene may be cut into; a short line asks for 65,536 of them.
+const MAX_TRIANGLES: usize = 1 << 24;
+
+/// The meshes of files, each read once, by their path and whether they are turned inside out.
+#[derive(Default)]
+pub(super) struct Meshes {
+    of_files: HashMap<(PathBuf, bool), Arc<Mesh>>,
+    /// Triangles that shapes without files were cut into.
+    cut: usize,
+}
+
+impl Meshes {
+    /// Counts what a shape is cut into.
+    ///
+    /// # Errors
+    /// If those of all shapes are too many.
+    pub(super) fn count(&mut self, mesh: &Mesh) -> Result<(), String> {
+        self.cut = self.cut.saturating_add(mesh.triangles.len());
+        if self.cut <= MAX_TRIANGLES {
+            return Ok(());
+        }
+        Err(format!(
+            "with this one, shapes are cut into more than {MAX_TRIANGLES} triangles; give them as plymesh"
+        ))
+    }
+}
+
+/// A shape in its own coordinates.
+pub(super) fn shape(
+    entity: &Entity,
+    state: &State,
+    meshes: &mut Meshes,
+    folder: &std::path::Path,
+    warnings: &mut Vec<Warning>,
+) -> Result<Geometry, LoadError> {
+    let mesh = |mesh| Geometry::Mesh(Arc::new(mesh));
+    // Round shapes that are mirrored have their front on the other side there. What they emit goes outwards.
+    let is_inside_out = state.reverses != (mirrors(&state.ctm[0]) && state.area_light.is_none());
+    let geometry = match entity.kind.as_str() {
+        "sphere" => sphere(entity, is_inside_out)?,
+        "disk" => {
+            let radius = entity.positive("radius", 1.0)?;
+            let inner = entity.not_negative("innerradius", 0.0)?;
+            if inner >= radius {
+                let message = format!("the inner radius {inner} is not below the radius {radius}");
+                return Err(entity.refuse("innerradius", message));
+            }
+            let disk =
+                quadric::disk(entity.float("height", 0.0)?, [radius, inner], phi_max(entity)?);
+            mesh(turned(disk, is_inside_out))
+        }
+        "cylinder" => {
+            let range = [entity.float("zmin", -1.0)?, entity.float("zmax", 1.0)?];
+            let cylinder = quadric::cylinder(
+                entity.positive("radius", 1.0)?,
+                sorted(entity, range)?,
+                phi_max(entity)?,
+            );
+            mesh(turned(cylinder, is_inside_out))
+        }
+        "trianglemesh" => mesh(turned(triangles(entity)?, state.reverses)),
+        "bilinearmesh" => mesh(turned(bilinear(entity)?, state.reverses)),
+        "curve" => mesh(turned(curve(entity)?, state.reverses)),
+        // Its normals look to the other side of its faces there.
+        "loopsubdiv" => mesh(turned(subdivided(entity)?, !state.reverses)),
+        "plymesh" => ply_mesh(entity, state.reverses, meshes, folder, warnings)?,
+        _ => return Err(entity.unsupported(&KINDS)),
+    };
+    if matches!(&geometry, Geometry::Mesh(mesh) if mesh.triangles.is_empty()) {
+        return Err(entity.at.error("the shape has no triangle with an area"));
+    }
+    if let Geometry::Mesh(mesh) = &geometry {
+        let is_finite = mesh.positions.as_flattened().iter().all(|x| x.is_finite());
+        if !is_finite {
+            return Err(entity.at.error("the shape is too large to be computed with"));
+        }
+        if !matches!(entity.kind.as_str(), "plymesh" | "trianglemesh") {
+            meshes.count(mesh).map_err(|message| entity.at.error(message))?;
+        }
+    }
+    Ok(geometry)
+}
+
+/// A mesh, turned inside out if that is asked for.
+fn turned(mut mesh: Mesh, flips: bool) -> Mesh {
+    if flips {
+        flip(&mut mesh);
+    }
+    mesh
+}
+
+/// How far a shape goes around its axis, in radians.
+fn phi_max(entity: &Entity) -> Result<f64, LoadError> {
+    let degrees = entity.positive("phimax", 360.0)?;
+    Ok(if degrees >= 360.0 { TAU } else { degrees.to_radians() })
+}
+
+/// A range of heights.
+fn sorted(entity: &Entity, [a, b]: [f64; 2]) -> Result<[f64; 2], LoadError> {
+    if a == b {
+        return Err(
+            entity.refuse("zmax", format!("zmin and zmax are both {a}; expected two heights"))
+        );
+    }
+    Ok([a.min(b), a.max(b)])
+}
+
+/// A sphere; a part of one, or one that is inside out, is a mesh.
+fn sphere(entity: &Entity, is_inside_out: bool) -> Result<Geometry, LoadError> {
+    let radius = entity.positive("radius", 1.0)?;
+    let heights = [entity.float("zmin", -radius)?, entity.float("zmax", radius)?];
+    let [low, high] = sorted(entity, heights)?;
+    let phi_max = phi_max(entity)?;
+    if low >= radius || high <= -radius {
+        return Err(
+            entity.refuse("zmin", format!("no part of the sphere lies between {low} and {high}"))
+        );
+    }
+    let is_whole = low <= -radius && high >= radius && phi_max == TAU;
+    if is_whole && !is_inside_out {
+        return Ok(Geometry::Sphere { radius });
+    }
+    let part = quadric::sphere(radius, [low.max(-radius), high.min(radius)], phi_max);
+    Ok(Geometry::Mesh(Arc::new(turned(part, is_inside_out))))
+}
+
+/// The whole sphere as a mesh.
+pub(super) fn sphere_mesh(radius: f64) -> Mesh {
+    quadric::sphere(radius, [-radius, radius], TAU)
+}
+
+fn to_f32<const N: usize>(tuples: &[[f64; N]]) -> Vec<[f32; N]> {
+    tuples.iter().map(|tuple| tuple.map(|x| x as f32)).collect()
+}
+
+/// Positions, normals and texture coordinates by vertex.
+fn vertices(entity: &Entity) -> Result<Mesh, LoadError> {
+    let Some(positions) = entity.points("P")? else {
+        return Err(entity.at.error("the parameter \"point3 P\" is missing"));
+    };
+    let count = positions.len();
+    let check = |name: &str, values: usize| {
+        let message =
+            format!("{name} has {values} entries for {count} points of P; expected one for each");
+        if values == count { Ok(()) } else { Err(entity.refuse(name, message)) }
+    };
+    let normals = entity.normals("N")?;
+    let uvs = match entity.points2("uv")? {
+        Some(uvs) => Some(uvs),
+        None => entity.points2("st")?,
+    };
+    normals.as_ref().map_or(Ok(()), |normals| check("N", normals.len()))?;
+    uvs.as_ref().map_or(Ok(()), |uvs| check("uv", uvs.len()))?;
+    Ok(Mesh {
+        name: entity.kind.clone(),
+        positions: to_f32(&positions),
+        normals: normals.map(|n| Attribute { values: to_f32(&n), indices: None }),
+        uvs: uvs.map(|uv| Attribute { values: to_f32(&uv), indices: None }),
+        ..Mesh::default()
+    })
+}
+
+/// The corners of faces of `N` corners, which need not be given for one face.
+fn faces<const N: usize>(entity: &Entity, vertices: usize) -> Result<Vec<[u32; N]>, LoadError> {
+    let indices = match entity.indices("indices", vertices)? {
+        None if vertices == N => (0..N as u32).collect(),
+        None => return Err(entity.at.error("the parameter \"integer indices\" is missing")),
+        Some(indices) => indices,
+    };
+    let (faces, rest) = indices.as_chunks::<N>();
+    if rest.is_empty() && !faces.is_empty() {
+        return Ok(faces.to_vec());
+    }
+    let message = format!("{} indices are no faces of {N} corners", indices.len());
+    Err(entity.refuse("indices", message))
+}
+
+fn triangles(entity: &Entity) -> Result<Mesh, LoadError> {
+    let mut mesh = vertices(entity)?;
+    entity.pass_over(&["S", "faceIndices"]);
+    mesh.triangles = faces::<3>(entity, mesh.positions.len())?;
+    mesh.parts = single_part(mesh.triangles.len());
+    face_normals(&mut mesh);
+    Ok(mesh)
+}
+
+/// The limit of a mesh that is cut finer and finer.
+fn subdivided(entity: &Entity) -> Result<Mesh, LoadError> {
+    entity.pass_over(&["scheme"]);
+    let levels = entity.count("levels", 3, [0, 10])?;
+    let mesh = vertices(entity)?;
+    let faces = faces::<3>(entity, mesh.positions.len())?;
+    let positions = mesh.positions.iter().map(|p| DVec3::from_array(p.map(f64::from)));
+    subdivide(positions.collect(), faces, levels)
+        .map_err(|message| entity.refuse("indices", message))
+}
+
+/// Makes the front of each triangle the side to which its normals look, if it has any.
+fn face_normals(mesh: &mut Mesh) {
+    let Some(normals) = &mut mesh.normals else { return };
+    for (i, triangle) in mesh.triangles.iter_mut().enumerate() {
+        let at = |i: u32| DVec3::from_array(mesh.positions[i as usize].map(f64::from));
+        let [a, b, c] = triangle.map(at);
+        let corners = normals.indices.as_ref().map_or(*triangle, |indices| indices[i]);
+        let normal = |i: u32| DVec3::from_array(normals.values[i as usize].map(f64::from));
+        let sum: DVec3 = corners.map(normal).into_iter().sum();
+        if (b - a).cross(c - a).dot(sum) < 0.0 {
+            triangle.swap(1, 2);
+            let of_uvs = mesh.uvs.iter_mut().filter_map(|uvs| uvs.indices.as_mut());
+            for indices in normals.indices.iter_mut().chain(of_uvs) {
+                indices[i].swap(1, 2);
+            }
+        }
+    }
+}
+
+/// Patches between four corners each; those that are flat are two triangles.
+fn bilinear(entity: &Entity) -> Result<Mesh, LoadError> {
+    if entity.text("emissionfilename")?.is_some() {
+        return Err(entity.refuse(
+            "emissionfilename",
+            "emissionfilename is not supported; give the AreaLightSource a filename",
+        ));
+    }
+    entity.pass_over(&["faceIndices"]);
+    let source = vertices(entity)?;
+    let mut all = Mesh { name: source.name.clone(), ..Mesh::default() };
+    let (mut normals, mut uvs) = (Vec::new(), Vec::new());
+    for face in faces::<4>(entity, source.positions.len())? {
+        let corners = face.map(|i| DVec3::from_array(source.positions[i as usize].map(f64::from)));
+        let pieces = if is_flat(corners) { 1 } else { PIECES };
+        let patch = quadric::patch(corners, pieces);
+        let first = all.positions.len() as u32;
+        if u32::try_from(all.positions.len() + patch.positions.len()).is_err() {
+            return Err(entity
+                .at
+                .error("the patches have more vertices than can be numbered with 32 bits"));
+        }
+        all.triangles.extend(patch.triangles.iter().map(|t| t.map(|i| i + first)));
+        let parameters = patch.uvs.iter().flat_map(|uvs| &uvs.values);
+        for &[u, v] in parameters {
+            let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
+            uvs.push(match &source.uvs {
+                Some(given) => blend(face.map(|i| given.values[i as usize]), weights),
+                None => [u, v],
+            });
+            if let Some(given) = &source.normals {
+                normals.push(blend(face.map(|i| given.values[i as usize]), weights));
+            }
+        }
+        if source.normals.is_none() {
+            normals.extend(patch.normals.into_iter().flat_map(|normals| normals.values));
+        }
+        all.positions.extend(patch.positions);
+    }
+    all.normals = Some(Attribute { values: normals, indices: None });
+    all.uvs = Some(Attribute { values: uvs, indices: None });
+    all.parts = single_part(all.triangles.len());
+    face_normals(&mut all);
+    Ok(all)
+}
+
+/// Whether a patch is a parallelogram, which two triangles show with its texture coordinates.
+fn is_flat([p00, p10, p01, p11]: [DVec3; 4]) -> bool {
+    const TOLERANCE: f64 = 1e-6;
+    let size = (p11 - p00).length().max((p10 - p01).length());
+    (p00 + p11 - p10 - p01).length() <= TOLERANCE * size
+}
+
+fn blend<const N: usize>(values: [[f32; N]; 4], weights: [f32; 4]) -> [f32; N] {
+    std::array::from_fn(|c| (0..4).map(|i| values[i][c] * weights[i]).sum())
+}
+
+/// The mesh of a file.
+fn ply_mesh(
+    entity: &Entity,
+    flips: bool,
+    meshes: &mut Meshes,
+    folder: &std::path::Path,
+    warnings: &mut Vec<Warning>,
+) -> Result<Geometry, LoadError> {
+    entity.pass_over(&["displacement.edgelength"]);
+    if entity.texture_name("displacement")?.is_some() {
+        return Err(entity.refuse("displacement", "displaced meshes are not supported"));
+    }
+    let Some(name) = entity.text("filename")? else {
+        return Err(entity.at.error("the parameter \"string filename\" is missing"));
+    };
+    let key = (folder.join(name), flips);
+    if let Some(known) = meshes.of_files.get(&key) {
+        return Ok(Geometry::Mesh(Arc::clone(known)));
+    }
+    let bytes = content(&key.0).map_err(|message| entity.refuse("filename", message))?;
+    let mut file = ply::parse_mesh(&bytes, &key.0)?;
+    warnings.append(&mut file.warnings);
+    let mut mesh = Mesh { colors: None, face_colors: None, ..file.mesh };
+    face_normals(&mut mesh);
+    let mesh = Arc::new(turned(mesh, flips));
+    meshes.of_files.insert(key, Arc::clone(&mesh));
+    Ok(Geometry::Mesh(mesh))
+}

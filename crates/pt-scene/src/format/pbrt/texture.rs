@@ -1,0 +1,398 @@
+//! `Texture`: numbers and colours that vary over a surface.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use pt_math::color::linear_from_srgb;
+use pt_math::{DMat3, DVec3, trig};
+
+use super::super::xml::{did_you_mean, quote};
+use super::color::{Role, color};
+use super::entity::Entity;
+use crate::LoadError;
+use crate::image::{self, Decoded, Image};
+use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
+
+const KINDS: [&str; 6] = ["bilerp", "checkerboard", "constant", "imagemap", "mix", "scale"];
+
+/// Most factors of a texture; products of products double with each line.
+const MAX_FACTORS: usize = 64;
+
+/// Which image, and how its numbers are read.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct ImageKey {
+    path: PathBuf,
+    encoding: String,
+    /// Whether it gives one number: the mean of its colours, or its opacity if it has that.
+    is_number: bool,
+    inverts: bool,
+    scale_bits: u32,
+}
+
+/// The textures of a scene, by name.
+pub(super) struct Textures {
+    pub(super) folder: PathBuf,
+    colors: HashMap<String, Color>,
+    /// One number is three that are equal.
+    numbers: HashMap<String, Color>,
+    images: HashMap<ImageKey, Arc<Image>>,
+}
+
+impl Textures {
+    pub(super) fn new(folder: &Path) -> Self {
+        Self {
+            folder: folder.to_owned(),
+            colors: HashMap::new(),
+            numbers: HashMap::new(),
+            images: HashMap::new(),
+        }
+    }
+
+    /// Gives a texture a name.
+    pub(super) fn define(
+        &mut self,
+        name: &str,
+        is_number: bool,
+        entity: &Entity,
+    ) -> Result<(), LoadError> {
+        let texture = match entity.kind.as_str() {
+            "constant" => self.input(entity, "value", is_number, 1.0)?,
+            "scale" => {
+                let factors = [
+                    self.input(entity, "tex", is_number, 1.0)?,
+                    self.input(entity, "scale", true, 1.0)?,
+                ];
+                let product = product(factors);
+                if leaves(&product) > MAX_FACTORS {
+                    return Err(entity
+                        .at
+                        .error(format!("this is a product of more than {MAX_FACTORS} textures")));
+                }
+                product
+            }
+            "mix" => self.mix(entity, is_number)?,
+            "checkerboard" => self.checkerboard(entity, is_number)?,
+            "bilerp" => self.bilerp(entity, is_number)?,
+            "imagemap" => self.imagemap(entity, is_number)?,
+            _ => return Err(entity.unsupported(&KINDS)),
+        };
+        entity.finish()?;
+        let table = if is_number { &mut self.numbers } else { &mut self.colors };
+        if table.insert(name.to_owned(), texture).is_some() {
+            return Err(entity
+                .at
+                .error(format!("there is already a texture {} of this type", quote(name))));
+        }
+        Ok(())
+    }
+
+    /// The texture of a name.
+    fn named(
+        &self,
+        entity: &Entity,
+        parameter: &str,
+        name: &str,
+        is_number: bool,
+    ) -> Result<Color, LoadError> {
+        let (table, what) =
+            if is_number { (&self.numbers, "float") } else { (&self.colors, "spectrum") };
+        table.get(name).cloned().ok_or_else(|| {
+            let hint = did_you_mean(name, table.keys().map(String::as_str));
+            entity.refuse(
+                parameter,
+                format!("there is no {what} texture {} above{hint}", quote(name)),
+            )
+        })
+    }
+
+    /// A number or colour, or a texture.
+    fn input(
+        &self,
+        entity: &Entity,
+        name: &'static str,
+        is_number: bool,
+        default: f32,
+    ) -> Result<Color, LoadError> {
+        if let Some(texture) = entity.texture_name(name)? {
+            return self.named(entity, name, texture, is_number);
+        }
+        if is_number {
+            return Ok(Input::Value([entity.float(name, f64::from(default))? as f32; 3]));
+        }
+        let value = color(entity, name, Role::Unbounded, &self.folder)?;
+        Ok(Input::Value(value.unwrap_or([default; 3])))
+    }
+
+    /// A share of light.
+    pub(super) fn share(
+        &self,
+        entity: &Entity,
+        name: &'static str,
+        default: f32,
+    ) -> Result<Color, LoadError> {
+        if let Some(texture) = entity.texture_name(name)? {
+            return self.named(entity, name, texture, false);
+        }
+        let value = color(entity, name, Role::Share, &self.folder)?;
+        Ok(Input::Value(value.unwrap_or([default; 3])))
+    }
+
+    /// One number from `range`, if it is given.
+    pub(super) fn number(
+        &self,
+        entity: &Entity,
+        name: &'static str,
+        [least, most]: [f32; 2],
+    ) -> Result<Option<Scalar>, LoadError> {
+        if let Some(texture) = entity.texture_name(name)? {
+            return Ok(Some(match self.named(entity, name, texture, true)? {
+                Input::Value([x, ..]) => Input::Value(x.clamp(least, most)),
+                Input::Texture(texture) => Input::Texture(texture),
+            }));
+        }
+        let Some(x) = entity.given_float(name)? else { return Ok(None) };
+        if (f64::from(least)..=f64::from(most)).contains(&x) {
+            return Ok(Some(Input::Value(x as f32)));
+        }
+        let message = format!("{} is {x}; expected a number from {least} to {most}", quote(name));
+        Err(entity.refuse(name, message))
+    }
+
+    fn mix(&self, entity: &Entity, is_number: bool) -> Result<Color, LoadError> {
+        let [first, second] = [
+            self.input(entity, "tex1", is_number, 0.0)?,
+            self.input(entity, "tex2", is_number, 1.0)?,
+        ];
+        let amount = self.input(entity, "amount", true, 0.5)?;
+        match (first, second, amount) {
+            (Input::Value(a), Input::Value(b), Input::Value([t, ..])) => {
+                Ok(Input::Value(std::array::from_fn(|c| a[c] * (1.0 - t) + b[c] * t)))
+            }
+            (first, _, Input::Value([0.0, ..])) => Ok(first),
+            (_, second, Input::Value([1.0, ..])) => Ok(second),
+            _ => {
+                let message = "a mix of textures is not supported, of values it is; for the material, give a \
+                               \"mix\" of two materials";
+                Err(entity.at.error(message))
+            }
+        }
+    }
+
+    /// Squares of side 1 here and ½ in [`Pattern::Checkerboard`].
+    fn checkerboard(&self, entity: &Entity, is_number: bool) -> Result<Color, LoadError> {
+        if entity.count("dimension", 2, [1, 3])? != 2 {
+            return Err(entity.refuse("dimension", "only the dimension 2 is supported"));
+        }
+        let inputs = [
+            self.input(entity, "tex1", is_number, 1.0)?,
+            self.input(entity, "tex2", is_number, 0.0)?,
+        ];
+        let [Input::Value(first), Input::Value(second)] = inputs else {
+            let message = "squares of textures are not supported; expected tex1 and tex2 as values";
+            return Err(entity.at.error(message));
+        };
+        let to_pattern = DMat3::from_diagonal(DVec3::new(0.5, 0.5, 1.0)) * mapping(entity)?;
+        Ok(textured(Pattern::Checkerboard([first, second]), to_pattern))
+    }
+
+    /// An image of two by two texels, the middles of which are the corners of the unit square.
+    fn bilerp(&self, entity: &Entity, is_number: bool) -> Result<Color, LoadError> {
+        let mut corners = Vec::new();
+        for (name, default) in [("v01", 1.0), ("v11", 1.0), ("v00", 0.0), ("v10", 0.0)] {
+            match self.input(entity, name, is_number, default)? {
+                Input::Value(value) => corners.push(value),
+                Input::Texture(_) => {
+                    return Err(entity.refuse(name, "expected a value, but this is a texture"));
+                }
+            }
+        }
+        let image = Arc::new(Image { width: 2, height: 2, pixels: corners });
+        let to_middles =
+            DMat3::from_cols(DVec3::X * 0.5, DVec3::Y * 0.5, DVec3::new(0.25, 0.25, 1.0));
+        let bitmap = Bitmap { image, wrap: Wrap::Clamp, filter: Filter::Bilinear };
+        Ok(textured(Pattern::Bitmap(bitmap), to_middles * mapping(entity)?))
+    }
+
+    fn imagemap(&mut self, entity: &Entity, is_number: bool) -> Result<Color, LoadError> {
+        let to_pattern = mapping(entity)?;
+        entity.pass_over(&["maxanisotropy"]);
+        let wrap = match entity.text("wrap")? {
+            None | Some("repeat") => Wrap::Repeat,
+            Some("clamp") => Wrap::Clamp,
+            Some(other) => {
+                let message =
+                    format!("the wrap {} is not supported; supported: repeat, clamp", quote(other));
+                return Err(entity.refuse("wrap", message));
+            }
+        };
+        let filter = match entity.text("filter")? {
+            None | Some("bilinear") => Filter::Bilinear,
+            Some("point") => Filter::Nearest,
+            Some("trilinear" | "ewa" | "EWA") => Filter::Trilinear,
+            Some(other) => {
+                let message = format!(
+                    "the filter {} is unknown; there are point, bilinear, trilinear, ewa",
+                    quote(other)
+                );
+                return Err(entity.refuse("filter", message));
+            }
+        };
+        let Some(name) = entity.text("filename")? else {
+            return Err(entity.at.error("the parameter \"string filename\" is missing"));
+        };
+        let key = ImageKey {
+            path: self.folder.join(name),
+            encoding: entity.text("encoding")?.unwrap_or("sRGB").to_owned(),
+            is_number,
+            inverts: entity.boolean("invert", false)?,
+            scale_bits: (entity.not_negative("scale", 1.0)? as f32).to_bits(),
+        };
+        let image = self.image(key).map_err(|message| entity.refuse("filename", message))?;
+        Ok(textured(Pattern::Bitmap(Bitmap { image, wrap, filter }), to_pattern))
+    }
+
+    /// The image of a file, read once for all that read it alike.
+    fn image(&mut self, key: ImageKey) -> Result<Arc<Image>, String> {
+        if let Some(known) = self.images.get(&key) {
+            return Ok(Arc::clone(known));
+        }
+        let Decoded { mut image, alpha } =
+            image::load_rgba_raw(&key.path).map_err(|error| error.to_string())?;
+        let decode = decoder(&key)?;
+        let alpha = alpha.filter(|alpha| key.is_number && alpha.iter().any(|a| *a < 1.0));
+        let scale = f32::from_bits(key.scale_bits);
+        for (i, pixel) in image.pixels.iter_mut().enumerate() {
+            let light = match &alpha {
+                Some(alpha) => [alpha[i]; 3],
+                None => pixel.map(&decode),
+            };
+            let mean = light.iter().sum::<f32>() / 3.0;
+            let value = if key.is_number { [mean; 3] } else { light };
+            let invert = |x: f32| if key.inverts { (1.0 - x).max(0.0) } else { x };
+            *pixel = value.map(|x| invert(x * scale));
+        }
+        let image = Arc::new(image);
+        self.images.insert(key, Arc::clone(&image));
+        Ok(image)
+    }
+
+    /// A picture whose numbers are not colours: a normal map.
+    pub(super) fn raw(&mut self, name: &str) -> Result<Arc<Texture>, String> {
+        let path = self.folder.join(name);
+        let image = image::load_raw(&path).map_err(|error| error.to_string())?;
+        let bitmap =
+            Bitmap { image: Arc::new(image), wrap: Wrap::Repeat, filter: Filter::Bilinear };
+        Ok(Arc::new(Pattern::Bitmap(bitmap).into()))
+    }
+}
+
+/// From the numbers of a file to light.
+fn decoder(key: &ImageKey) -> Result<Box<dyn Fn(f32) -> f32>, String> {
+    let ending =
+        key.path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    if !matches!(ending.as_str(), "png" | "jpg" | "jpeg") {
+        return Ok(Box::new(|x| x));
+    }
+    let gamma = key.encoding.strip_prefix("gamma ").map(|text| text.trim().parse::<f32>());
+    match (key.encoding.as_str(), gamma) {
+        ("sRGB", _) => Ok(Box::new(linear_from_srgb)),
+        ("linear", _) => Ok(Box::new(|x| x)),
+        (_, Some(Ok(gamma))) if gamma > 0.0 && gamma.is_finite() => {
+            Ok(Box::new(move |x| trig::powf(x.max(0.0), gamma)))
+        }
+        (other, _) => Err(format!(
+            "the encoding {} is unknown; there are sRGB, linear, and gamma with a number",
+            quote(other)
+        )),
+    }
+}
+
+/// From the (u, v) of a surface to those of a texture.
+fn mapping(entity: &Entity) -> Result<DMat3, LoadError> {
+    if let Some(other) = entity.text("mapping")?.filter(|mapping| *mapping != "uv") {
+        let message = format!("the mapping {} is not supported; supported: uv", quote(other));
+        return Err(entity.refuse("mapping", message));
+    }
+    let [scale_u, scale_v] = [entity.float("uscale", 1.0)?, entity.float("vscale", 1.0)?];
+    let [u, v] = [entity.float("udelta", 0.0)?, entity.float("vdelta", 0.0)?];
+    Ok(DMat3::from_cols(DVec3::X * scale_u, DVec3::Y * scale_v, DVec3::new(u, v, 1.0)))
+}
+
+fn textured(pattern: Pattern, to_pattern: DMat3) -> Color {
+    Input::Texture(Arc::new(Texture { pattern, to_pattern }))
+}
+
+/// Two colours, of which one may be a texture, multiplied.
+pub(super) fn product(factors: [Color; 2]) -> Color {
+    match factors {
+        [Input::Value(a), Input::Value(b)] => Input::Value(std::array::from_fn(|c| a[c] * b[c])),
+        [one, other] | [other, one] if other == Input::Value([1.0; 3]) => one,
+        factors => Input::Texture(Arc::new(Pattern::Product(Box::new(factors)).into())),
+    }
+}
+
+/// How many values and patterns a colour is made of.
+fn leaves(color: &Color) -> usize {
+    match color.texture().map(|texture| &texture.pattern) {
+        Some(Pattern::Product(factors)) => leaves(&factors[0]) + leaves(&factors[1]),
+        _ => 1,
+    }
+}
+
+/// The square root of a number that may vary.
+pub(super) fn square_root(number: &Scalar) -> Scalar {
+    match number {
+        Input::Value(x) => Input::Value(x.max(0.0).sqrt()),
+        Input::Texture(texture) => Input::Texture(Arc::new(root_of(texture))),
+    }
+}
+
+/// The root of a product is that of its factors, as all channels of a number are equal.
+fn root_of(texture: &Texture) -> Texture {
+    let root = |color: [f32; 3]| color.map(|x| x.max(0.0).sqrt());
+    let pattern = match &texture.pattern {
+        Pattern::Bitmap(bitmap) => {
+            let Image { width, height, pixels } = &*bitmap.image;
+            let pixels = pixels.iter().map(|pixel| root(*pixel)).collect();
+            let image = Arc::new(Image { width: *width, height: *height, pixels });
+            Pattern::Bitmap(Bitmap { image, ..bitmap.clone() })
+        }
+        Pattern::Checkerboard(colors) => Pattern::Checkerboard(colors.map(root)),
+        Pattern::Product(factors) => {
+            let of = |color: &Color| match color {
+                Input::Value(value) => Input::Value(root(*value)),
+                Input::Texture(texture) => Input::Texture(Arc::new(root_of(texture))),
+            };
+            Pattern::Product(Box::new([of(&factors[0]), of(&factors[1])]))
+        }
+        other @ (Pattern::VertexColors | Pattern::FaceColors) => other.clone(),
+    };
+    Texture { pattern, to_pattern: texture.to_pattern }
+}
+
+/// About what a number is on average: of an image the mean, of squares the middle.
+pub(super) fn mean(number: &Scalar) -> f32 {
+    fn of(texture: &Texture) -> f32 {
+        match &texture.pattern {
+            Pattern::Bitmap(bitmap) => {
+                let pixels = &bitmap.image.pixels;
+                let sum: f64 = pixels.iter().map(|[x, ..]| f64::from(*x)).sum();
+                (sum / pixels.len().max(1) as f64) as f32
+            }
+            Pattern::Checkerboard([[a, ..], [b, ..]]) => 0.5 * (a + b),
+            Pattern::Product(factors) => {
+                let factor = |color: &Color| match color {
+                    Input::Value([x, ..]) => *x,
+                    Input::Texture(texture) => of(texture),
+                };
+                factor(&factors[0]) * factor(&factors[1])
+            }
+            Pattern::VertexColors | Pattern::FaceColors => 0.0,
+        }
+    }
+    match number {
+        Input::Value(x) => *x,
+        Input::Texture(texture) => of(texture),
+    }
+}

@@ -1,0 +1,251 @@
+//! Words, quoted texts and brackets of a file.
+
+use std::borrow::Cow;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::super::xml::quote;
+use crate::{LoadError, Span};
+
+/// A place in a file.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    file: Arc<Path>,
+    line: u32,
+    column: u32,
+}
+
+impl Place {
+    /// The place of an element, as its author knows it; the element may be empty.
+    pub(super) fn span(&self, element: &str) -> Span {
+        let Self { file, line, column } = self;
+        Span { file: file.to_path_buf(), line: *line, column: *column, element: element.to_owned() }
+    }
+
+    /// An error here.
+    pub(super) fn error(&self, message: impl Into<String>) -> LoadError {
+        LoadError::Content { at: self.span(""), message: message.into() }
+    }
+}
+
+/// What a file is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Kind<'a> {
+    /// A directive, a number, `true` or `false`.
+    Word(&'a str),
+    /// What stands between quotes.
+    Text(Cow<'a, str>),
+    /// `[`
+    Open,
+    /// `]`
+    Close,
+}
+
+impl Kind<'_> {
+    /// For messages.
+    pub(super) fn describe(&self) -> String {
+        match self {
+            Self::Word(word) => quote(word),
+            Self::Text(text) => format!("the text {}", quote(text)),
+            Self::Open => "\"[\"".to_owned(),
+            Self::Close => "\"]\"".to_owned(),
+        }
+    }
+}
+
+/// A piece of a file, and where it begins.
+#[derive(Clone, Debug)]
+pub(super) struct Token<'a> {
+    pub(super) kind: Kind<'a>,
+    offset: usize,
+    line: u32,
+}
+
+/// Cuts a file into tokens. `#` begins a comment, which ends with its line.
+pub(super) struct Tokens<'a> {
+    file: Arc<Path>,
+    text: &'a str,
+    next: usize,
+    line: u32,
+    ahead: Option<Token<'a>>,
+}
+
+impl<'a> Tokens<'a> {
+    pub(super) fn new(text: &'a str, file: &Path) -> Self {
+        Self { file: file.into(), text, next: 0, line: 1, ahead: None }
+    }
+
+    /// The place of a token.
+    pub(super) fn place(&self, token: &Token<'_>) -> Place {
+        self.place_of(token.offset, token.line)
+    }
+
+    /// Where the last line ends.
+    pub(super) fn end(&self) -> Place {
+        self.place_of(self.text.len(), self.line)
+    }
+
+    fn place_of(&self, offset: usize, line: u32) -> Place {
+        let before = &self.text[..offset];
+        let start = before.rfind('\n').map_or(0, |i| i + 1);
+        let column = before[start..].chars().count() as u32 + 1;
+        Place { file: Arc::clone(&self.file), line, column }
+    }
+
+    /// The next token, which stays the next one.
+    pub(super) fn peek(&mut self) -> Result<Option<&Token<'a>>, LoadError> {
+        if self.ahead.is_none() {
+            self.ahead = self.read()?;
+        }
+        Ok(self.ahead.as_ref())
+    }
+
+    /// The next token; `None` at the end of the file.
+    pub(super) fn take(&mut self) -> Result<Option<Token<'a>>, LoadError> {
+        match self.ahead.take() {
+            Some(token) => Ok(Some(token)),
+            None => self.read(),
+        }
+    }
+
+    fn read(&mut self) -> Result<Option<Token<'a>>, LoadError> {
+        self.skip_blank();
+        let (offset, line) = (self.next, self.line);
+        let rest = &self.text[offset..];
+        let Some(first) = rest.bytes().next() else { return Ok(None) };
+        let kind = match first {
+            b'[' => self.bracket(Kind::Open),
+            b']' => self.bracket(Kind::Close),
+            b'"' => self.quoted()?,
+            _ => {
+                let ends = |c: char| c.is_ascii_whitespace() || "[]\"#".contains(c);
+                let length = rest.find(ends).unwrap_or(rest.len());
+                self.next += length;
+                Kind::Word(&rest[..length])
+            }
+        };
+        Ok(Some(Token { kind, offset, line }))
+    }
+
+    fn bracket(&mut self, kind: Kind<'a>) -> Kind<'a> {
+        self.next += 1;
+        kind
+    }
+
+    fn skip_blank(&mut self) {
+        let bytes = self.text.as_bytes();
+        let mut in_comment = false;
+        while let Some(&byte) = bytes.get(self.next) {
+            match byte {
+                b'\n' => {
+                    in_comment = false;
+                    self.line += 1;
+                }
+                b'#' => in_comment = true,
+                _ if in_comment || byte.is_ascii_whitespace() => {}
+                _ => return,
+            }
+            self.next += 1;
+        }
+    }
+
+    /// What stands between quotes, with its escapes resolved; it ends on its line.
+    fn quoted(&mut self) -> Result<Kind<'a>, LoadError> {
+        let start = self.next + 1;
+        let rest = &self.text[start..];
+        let mut escaped = false;
+        for (i, c) in rest.char_indices() {
+            match c {
+                '\n' => break,
+                _ if escaped => escaped = false,
+                '\\' => escaped = true,
+                '"' => {
+                    self.next = start + i + 1;
+                    let text = &rest[..i];
+                    let text = if text.contains('\\') {
+                        Cow::Owned(unescape(text).map_err(|c| {
+                            let message = format!(
+                                "\\{c} stands for nothing in a text; for a backslash, write \\\\"
+                            );
+                            self.place_of(start, self.line).error(message)
+                        })?)
+                    } else {
+                        Cow::Borrowed(text)
+                    };
+                    return Ok(Kind::Text(text));
+                }
+                _ => {}
+            }
+        }
+        let message = "this text has no end; expected a second \" on the same line";
+        Err(self.place_of(self.next, self.line).error(message))
+    }
+}
+
+/// Resolves `\"`, `\\`, `\'`, `\n`, `\t`, `\r`, `\b` and `\f`.
+///
+/// # Errors
+/// The character behind a backslash that means nothing.
+fn unescape(text: &str) -> Result<String, char> {
+    let mut result = String::with_capacity(text.len());
+    let mut characters = text.chars();
+    while let Some(c) = characters.next() {
+        if c != '\\' {
+            result.push(c);
+            continue;
+        }
+        result.push(match characters.next() {
+            Some(c @ ('"' | '\\' | '\'')) => c,
+            Some('n') => '\n',
+            Some('t') => '\t',
+            Some('r') => '\r',
+            Some('b') => '\u{8}',
+            Some('f') => '\u{c}',
+            Some(other) => return Err(other),
+            None => return Err(' '),
+        });
+    }
+    Ok(result)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn kinds(text: &str) -> Result<Vec<Kind<'_>>, LoadError> {
+        let mut tokens = Tokens::new(text, Path::new("a.pbrt"));
+        let mut kinds = Vec::new();
+        while let Some(token) = tokens.take()? {
+            kinds.push(token.kind);
+        }
+        Ok(kinds)
+    }
+
+    #[test]
+    fn words_texts_and_brackets_need_no_space_between_them() {
+        let text = "Shape\"a b\"[1 -2]#c ]\n\"\\\"x\\\\\"";
+        let expected = vec![
+            Kind::Word("Shape"),
+            Kind::Text("a b".into()),
+            Kind::Open,
+            Kind::Word("1"),
+            Kind::Word("-2"),
+            Kind::Close,
+            Kind::Text("\"x\\".into()),
+        ];
+        assert_eq!(kinds(text).expect("tokens"), expected);
+        assert_eq!(kinds(" # nothing").expect("tokens"), []);
+    }
+
+    #[test]
+    fn places_are_lines_and_columns_in_characters() {
+        let mut tokens = Tokens::new("é\n\u{e9}é \"x", Path::new("a.pbrt"));
+        let first = tokens.take().expect("a token").expect("there is one");
+        assert_eq!(tokens.place(&first).span("").to_string(), "a.pbrt:1:1");
+        tokens.take().expect("a token");
+        let error = tokens.take().expect_err("an open text").to_string();
+        assert!(error.starts_with("a.pbrt:2:4: this text has no end"), "{error}");
+        assert!(kinds("\"a\\qb\"").is_err());
+        assert!(kinds("\"a\nb\"").is_err());
+    }
+}

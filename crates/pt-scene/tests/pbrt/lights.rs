@@ -1,0 +1,139 @@
+//! Lights.
+
+use std::f64::consts::PI;
+
+use pt_math::DVec3;
+use pt_scene::image::SaveOptions;
+use pt_scene::{Color, LightKind, Scene};
+
+use super::{read, read_all, refusal};
+
+fn light(text: &str) -> (LightKind, pt_math::DAffine3) {
+    let light = read("", text).lights.swap_remove(0);
+    (light.kind, light.to_world)
+}
+
+fn luminance(c: [f32; 3]) -> f32 {
+    0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]
+}
+
+fn intensity(text: &str) -> [f32; 3] {
+    let (LightKind::Point { intensity }, _) = light(text) else { panic!("no point") };
+    intensity
+}
+
+/// What the first shape of a world emits.
+fn radiance(scene: &Scene) -> [f32; 3] {
+    let Color::Value(radiance) = scene.materials[0].emission else { panic!("a texture") };
+    radiance
+}
+
+#[test]
+fn an_rgb_light_is_that_colour_and_other_spectra_have_luminance_one() {
+    assert_eq!(
+        intensity("LightSource \"point\" \"rgb I\" [1 2 3] \"float scale\" 2"),
+        [2.0, 4.0, 6.0]
+    );
+    for spectrum in
+        ["\"blackbody I\" 3000", "\"spectrum I\" [400 7 700 9]", "\"spectrum I\" \"stdillum-F11\""]
+    {
+        let color = intensity(&format!("LightSource \"point\" {spectrum} \"float scale\" 5"));
+        assert!((luminance(color) - 5.0).abs() < 1e-4, "{color:?}");
+    }
+    let [r, _, b] = intensity("LightSource \"point\" \"blackbody I\" 3000");
+    assert!(r > 3.0 * b);
+    assert_eq!(intensity("LightSource \"point\""), [1.0; 3]);
+}
+
+#[test]
+fn power_is_what_goes_into_all_directions() {
+    let [r, ..] = intensity("LightSource \"point\" \"float power\" 10");
+    assert!((f64::from(r) - 10.0 / (4.0 * PI)).abs() < 1e-6);
+    let world =
+        "AreaLightSource \"diffuse\" \"float power\" 10 Shape \"sphere\" \"float radius\" 2";
+    let [r, ..] = radiance(&read("", world));
+    assert!((f64::from(r) - 10.0 / (16.0 * PI * PI)).abs() < 1e-6);
+}
+
+#[test]
+fn a_spot_falls_smoothly_with_the_cosine() {
+    let text = "LightSource \"spot\" \"point3 from\" [1 2 3] \"point3 to\" [1 2 9] \"float coneangle\" 60 \
+                \"float conedeltaangle\" 40";
+    let (LightKind::Ies { profile, .. }, to_world) = light(text) else { panic!("no table") };
+    assert_eq!(to_world.translation, DVec3::new(1.0, 2.0, 3.0));
+    assert!(to_world.transform_vector3(DVec3::NEG_Z).distance(DVec3::Z) < 1e-12);
+    let [end, start] = [60.0_f64, 20.0].map(|angle| angle.to_radians().cos());
+    for angle in [0.0_f32, 10.0, 19.9, 20.1, 33.3, 47.0, 59.9, 60.1, 90.0, 180.0] {
+        let t = ((f64::from(angle).to_radians().cos() - end) / (start - end)).clamp(0.0, 1.0);
+        let expected = t * t * (3.0 - 2.0 * t);
+        let found = f64::from(profile.candela(angle, 123.0));
+        assert!((found - expected).abs() < 1e-4, "{angle}: {found}, {expected}");
+    }
+}
+
+#[test]
+fn parallel_light_goes_from_one_point_to_the_other() {
+    let text = "Rotate 90 0 0 1 LightSource \"distant\" \"point3 from\" [3 0 0] \"point3 to\" [1 0 0] \
+                \"float illuminance\" 4";
+    let (LightKind::Directional { irradiance }, to_world) = light(text) else {
+        panic!("not parallel")
+    };
+    assert_eq!(irradiance, [4.0; 3]);
+    assert!(to_world.transform_vector3(DVec3::NEG_Z).distance(DVec3::NEG_Y) < 1e-12);
+}
+
+#[test]
+fn the_exposure_multiplies_all_light() {
+    let world = "LightSource \"infinite\" AreaLightSource \"diffuse\" Shape \"sphere\"";
+    let camera = "Camera \"perspective\" \"float shutterclose\" .5";
+    let scene = read_all(&format!("Film \"rgb\" \"float iso\" 400 {camera} WorldBegin {world}"));
+    assert_eq!(radiance(&scene), [2.0; 3]);
+    let LightKind::Constant { radiance } = scene.lights[0].kind else { panic!("not constant") };
+    assert_eq!(radiance, [2.0; 3]);
+}
+
+#[test]
+fn what_is_in_an_object_and_what_is_only_a_border_do_not_shine() {
+    let area = "AreaLightSource \"diffuse\" Shape \"sphere\"";
+    for world in [
+        format!("ObjectBegin \"a\" {area} ObjectEnd ObjectInstance \"a\""),
+        format!("Material \"interface\" {area}"),
+    ] {
+        let scene = read("", &world);
+        assert_eq!((radiance(&scene), scene.warnings.len()), ([0.0; 3], 1));
+    }
+}
+
+/// Half of the sky above z = 0 is red there: where the red half is, and no other, the map is red here.
+#[test]
+fn a_square_map_shines_from_where_it_does_there() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let side = 8_u32;
+    let pixel = |i: u32| if i % side < side / 2 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] };
+    let pixels = (0..side * side).map(pixel).collect();
+    let image = pt_scene::image::Image { width: side, height: side, pixels };
+    let path = folder.path().join("sky.exr");
+    pt_scene::image::save(&image, &path, &SaveOptions::default()).expect("it is written");
+    let text = "Camera \"perspective\" WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\"";
+    let file = folder.path().join("a.pbrt");
+    std::fs::write(&file, text).expect("it is written");
+    let scene = pt_scene::format::load(&file).expect("a scene");
+    let LightKind::Environment { image, .. } = &scene.lights[0].kind else { panic!("no map") };
+    // Columns of the square with u < ½ are directions with x < 0.
+    for direction in
+        [DVec3::new(-0.8, 0.3, 0.4), DVec3::new(0.8, -0.3, -0.4), DVec3::new(-0.1, -0.9, 0.1)]
+    {
+        let local = scene.lights[0].to_world.inverse().transform_vector3(direction.normalize());
+        let azimuth = local.z.atan2(-local.x).rem_euclid(2.0 * PI) / (2.0 * PI);
+        let row = (local.y.acos() / PI * f64::from(image.height)) as usize;
+        let column = (azimuth * f64::from(image.width)) as usize;
+        let [r, _, b] = image.pixels[row * image.width as usize + column];
+        assert_eq!(r > b, direction.x < 0.0, "{direction}");
+    }
+}
+
+#[test]
+fn images_of_the_sky_are_square() {
+    let error = refusal("LightSource \"infinite\" \"string filename\" \"../bad/wide.png\"");
+    assert!(error.contains("4 × 2 pixels; expected a square map"), "{error}");
+}

@@ -1,0 +1,187 @@
+//! Materials, textures, spectra and media.
+
+use pt_scene::material::{Conductor, Glass, Matte, Mix, RoughCoatedDiffuse};
+use pt_scene::medium::{Matter, Phase};
+use pt_scene::texture::{Input, Pattern, Texture};
+use pt_scene::{Color, Scalar, Surface};
+
+use super::{read, refusal};
+
+fn surface(material: &str) -> Surface {
+    let mut scene = read("", &format!("{material} Shape \"disk\""));
+    scene.materials.swap_remove(0).surface
+}
+
+fn reflectance(material: &str) -> Color {
+    let Surface::Matte(Matte { reflectance, two_sided: true }) = surface(material) else {
+        panic!("not diffuse")
+    };
+    reflectance
+}
+
+fn texture(color: &Color) -> &Texture {
+    color.texture().expect("a texture")
+}
+
+#[test]
+fn the_default_material_is_grey_on_both_sides() {
+    assert_eq!(reflectance(""), Input::Value([0.5; 3]));
+}
+
+#[test]
+fn alpha_is_the_square_root_of_roughness_unless_that_is_switched_off() {
+    let alpha = |more: &str| {
+        let Surface::Conductor(Conductor { roughness, .. }) =
+            surface(&format!("Material \"conductor\" {more}"))
+        else {
+            panic!("no metal")
+        };
+        roughness.map(|r| r.alpha)
+    };
+    let both = |x: f32| Some([Scalar::Value(x), Scalar::Value(x)]);
+    assert_eq!(alpha("\"float roughness\" .25"), both(0.5));
+    assert_eq!(alpha("\"float roughness\" .25 \"bool remaproughness\" false"), both(0.25));
+    assert_eq!(alpha(""), None);
+    assert_eq!(alpha("\"float vroughness\" .04"), Some([Scalar::Value(0.0), Scalar::Value(0.2)]));
+}
+
+/// A metal that reflects r of light from straight above: |(η − 1 + ik) / (η + 1 + ik)|² = r.
+#[test]
+fn a_metal_reflects_what_it_is_said_to() {
+    let metal = surface("Material \"conductor\" \"rgb reflectance\" [.9 .5 .2]");
+    let Surface::Conductor(Conductor { eta, k, .. }) = metal else { panic!("no metal") };
+    for (c, expected) in [0.9, 0.5, 0.2].into_iter().enumerate() {
+        let [below, above] = [eta[c] - 1.0, eta[c] + 1.0].map(|x| x * x + k[c] * k[c]);
+        assert!((below / above - expected).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn glass_is_known_by_name_and_number() {
+    let index = |more: &str| match surface(&format!("Material \"dielectric\" {more}")) {
+        Surface::Glass(Glass { ior, .. }) => ior,
+        _ => panic!("no glass"),
+    };
+    assert_eq!(index(""), 1.5);
+    assert_eq!(index("\"float eta\" 1.33"), 1.33);
+    assert_eq!(index("\"spectrum eta\" \"glass-F11\""), 1.784_72);
+    let table = index("\"spectrum eta\" [360 1.6 830 1.6]");
+    assert!((table - 1.6).abs() < 2e-3, "{table}");
+}
+
+#[test]
+fn mixtures_find_materials_that_come_later() {
+    let mixed = surface(
+        "MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" .3 \
+         MakeNamedMaterial \"a\" \"string type\" \"diffuse\" \"rgb reflectance\" [1 0 0] \
+         MakeNamedMaterial \"b\" \"string type\" \"diffuse\" NamedMaterial \"m\"",
+    );
+    let Surface::Mix(Mix { first, second, share }) = mixed else { panic!("no mix") };
+    assert_eq!(share, Scalar::Value(0.3));
+    let grey: Surface = Matte { reflectance: [0.5; 3].into(), two_sided: true }.into();
+    assert!(*first != grey && *second == grey);
+}
+
+#[test]
+fn a_coat_is_rough_if_it_is_said_to_be() {
+    assert!(matches!(surface("Material \"coateddiffuse\""), Surface::CoatedDiffuse(_)));
+    let coat = surface("Material \"coateddiffuse\" \"float roughness\" .04");
+    let Surface::RoughCoatedDiffuse(RoughCoatedDiffuse { alpha, saturates: true, .. }) = coat
+    else {
+        panic!("no rough coat")
+    };
+    assert!((alpha - 0.2).abs() < 1e-7);
+}
+
+#[test]
+fn one_material_serves_all_shapes_that_have_it() {
+    let world = "Shape \"sphere\" Shape \"sphere\" \"float alpha\" .5 Shape \"sphere\" Material \"interface\" \
+                 Shape \"sphere\"";
+    let scene = read("", world);
+    let numbers: Vec<_> = scene.objects.iter().map(|o| o.materials[0]).collect();
+    assert_eq!(numbers, [Some(0), Some(1), Some(0), Some(2)]);
+    let opacities: Vec<_> = scene.materials.iter().map(|m| m.opacity.clone()).collect();
+    assert_eq!(opacities, [Scalar::Value(1.0), Scalar::Value(0.5), Scalar::Value(0.0)]);
+}
+
+#[test]
+fn squares_have_a_side_of_one() {
+    let color = reflectance(
+        "Texture \"t\" \"spectrum\" \"checkerboard\" \"float uscale\" 8 \"rgb tex2\" [.25 0 0] \
+         Material \"diffuse\" \"texture reflectance\" \"t\"",
+    );
+    let Texture { pattern, to_pattern } = texture(&color);
+    assert_eq!(*pattern, Pattern::Checkerboard([[1.0; 3], [0.25, 0.0, 0.0]]));
+    assert_eq!(to_pattern.to_cols_array(), [4.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0]);
+}
+
+#[test]
+fn images_are_scaled_inverted_and_averaged() {
+    let pixels = |more: &str, what: &str| {
+        let color = reflectance(&format!(
+            "Texture \"t\" \"{what}\" \"imagemap\" \"string filename\" \"parts/dots.png\" {more} \
+             Texture \"one\" \"spectrum\" \"constant\" \
+             Texture \"s\" \"spectrum\" \"scale\" \"texture tex\" \"{}\" {} \
+             Material \"diffuse\" \"texture reflectance\" \"s\"",
+            if what == "float" { "one" } else { "t" },
+            if what == "float" { "\"texture scale\" \"t\"" } else { "" },
+        ));
+        let Pattern::Bitmap(bitmap) = &texture(&color).pattern else { panic!("no image") };
+        bitmap.image.pixels.clone()
+    };
+    let linear = pixels("\"string encoding\" \"linear\"", "spectrum");
+    let srgb = pixels("", "spectrum");
+    let inverted = pixels(
+        "\"string encoding\" \"linear\" \"bool invert\" true \"float scale\" .5",
+        "spectrum",
+    );
+    let number = pixels("\"string encoding\" \"gamma 1\"", "float");
+    for i in 0..linear.len() {
+        for c in 0..3 {
+            assert!((inverted[i][c] - (1.0 - 0.5 * linear[i][c])).abs() < 1e-6);
+            assert!((srgb[i][c] - pt_math::color::linear_from_srgb(linear[i][c])).abs() < 1e-6);
+            assert!((number[i][c] - linear[i].iter().sum::<f32>() / 3.0).abs() < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn spectra_that_reflect_are_seen_under_daylight() {
+    let grey = reflectance("Material \"diffuse\" \"spectrum reflectance\" [360 .5 830 .5]");
+    let Input::Value(grey) = grey else { panic!("a texture") };
+    assert!(grey.iter().all(|c| (c - 0.5).abs() < 1e-3), "{grey:?}");
+    let message =
+        refusal("Material \"diffuse\" \"spectrum reflectance\" [360 .5 830] Shape \"sphere\"");
+    assert!(message.contains("no pairs"), "{message}");
+}
+
+#[test]
+fn media_are_what_they_absorb_and_scatter() {
+    let scene = read(
+        "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [1 2 3] \"rgb sigma_s\" [3 2 1] \
+         \"float scale\" 2 \"float g\" .5 MediumInterface \"\" \"fog\"",
+        "MediumInterface \"fog\" \"\" Shape \"sphere\" MediumInterface \"fog\" Shape \"sphere\"",
+    );
+    let fog = &scene.media[0];
+    let Matter::Homogeneous { extinction, albedo } = fog.matter else { panic!("a grid") };
+    assert_eq!((extinction, albedo), ([8.0; 3], [0.75, 0.5, 0.25]));
+    assert_eq!(fog.phase, Phase::HenyeyGreenstein { g: 0.5 });
+    assert_eq!(scene.cameras[0].medium, Some(0));
+    let inside = scene.objects[0].media.expect("two media");
+    assert_eq!((inside.interior, inside.exterior), (Some(0), None));
+    assert_eq!(scene.objects[1].media, None);
+    assert_eq!(scene.settings.integrator, Some("volpath"));
+}
+
+#[test]
+fn grids_fill_their_box() {
+    let scene = read(
+        "",
+        "Translate 1 0 0 MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\" \"integer nx\" 2 \"integer nz\" 1 \
+         \"float density\" [1 2] \"rgb sigma_a\" [0 0 0] \"rgb sigma_s\" [2 2 2] \"point3 p1\" [2 2 2]",
+    );
+    let Matter::Heterogeneous(smoke) = &scene.media[0].matter else { panic!("no grid") };
+    assert_eq!(smoke.extinction.grid.values, [2.0, 4.0]);
+    let corner = smoke.extinction.to_world.transform_point3(pt_math::DVec3::ONE);
+    assert_eq!(corner, pt_math::DVec3::new(3.0, 2.0, 2.0));
+}
