@@ -1,6 +1,6 @@
 //! Error targets: how a render that ends when its image is good enough shares out samples, and when it ends.
 //!
-//! The film has two halves that know nothing of each other, and their difference tells the error ([`Film::measured`]). Nothing of it
+//! The film has two halves that know nothing of each other, and their difference tells the error (`film/measured.rs`). Nothing of it
 //! may depend on what it judges:
 //!
 //! * As long as pixels are not told apart, all have the same samples (the pilot). Then how many samples a pixel has follows from
@@ -10,7 +10,7 @@
 //!   many.
 //! * Whoever looks often finds a good moment by chance: looks share the probability with which one may be wrong, so that all
 //!   together are wrong in a share 1 − c of renders at most.
-//! * What no sample has found is in the error, too ([`crate::film`], `unseen.rs`): it says how many samples each pixel needs at least.
+//! * What no sample has found is in the error, too (`film/unseen.rs`): it says how many samples each pixel needs at least.
 
 use std::ops::Range;
 

@@ -113,7 +113,7 @@ impl Film {
     /// of squares of `reuse`² pixels are the same, and it may be more than is told with the probabilities of `wrong`.
     /// The interval is that in which the error of this image lies, and not only that of
     /// images like it: both are sums over pixels whose halves differ by chance, the one of (M − μ)², the other
-    /// of (A − B)²/4, so that their difference has twice the variance of the latter ([`variance_of_sum`]).
+    /// of (A − B)²/4, so that their difference has twice the variance of the latter (`variance_of_sum`).
     ///
     /// `None` if a pixel lacks samples.
     pub(crate) fn squares(&self, white: f64, wrong: Wrong, reuse: u32) -> Option<Squares> {
@@ -131,7 +131,7 @@ impl Film {
         Some(Squares { noise, deviation, signal, unseen, fewest, wrong })
     }
 
-    /// The square error of each displayed pixel, as [`Self::measured`] tells it: summed up over the channels, as a
+    /// The square error of each displayed pixel, as [`Self::squares`] sums it up: summed up over the channels, as a
     /// share of the square of white. `None` if a pixel lacks samples.
     pub(crate) fn square_errors(&self, white: f64) -> Option<Vec<f64>> {
         self.pixels().map(|pixel| Some(squares(pixel.means_of_halves()?, white).0)).collect()
