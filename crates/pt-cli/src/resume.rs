@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow, ensure};
+use pathtracer::SamplerKind;
 use pathtracer::film_file::{self, About, FilmFile, film_of_image};
 
 use crate::args::{self, Action};
@@ -30,10 +31,24 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     request.layout = Some(about.layout);
     let cli = &mut request.cli;
     cli.output = Some(Some(output));
-    match &mut cli.samples {
-        Some((_, to)) => *to = spp,
-        None if cli.stop.has_target() => cli.stop.max_spp = Some(spp),
-        None => cli.spp = Some(spp),
+    let most = match &mut cli.samples {
+        Some((_, to)) => {
+            *to = spp;
+            None
+        }
+        None if cli.stop.has_target() => {
+            cli.stop.max_spp = Some(spp);
+            Some("--max-spp")
+        }
+        None => {
+            cli.spp = Some(spp);
+            Some("--spp")
+        }
+    };
+    let is_laid_out = SamplerKind::from(cli.sampler).is_laid_out();
+    if let Some(most) = most.filter(|_| resume.spp.is_some() && !is_laid_out) {
+        // The last of several numbers is taken, so the words of the command mean what is rendered.
+        request.command.extend([most.into(), spp.to_string()]);
     }
     cli.stop.time_limit = resume.time_limit;
     cli.threads = resume.threads.or(cli.threads);

@@ -43,3 +43,25 @@ fn samples_that_are_no_light_are_told_of_and_strict_renders_fail() {
     let run = folder.succeed("bright.xml -s 2 -D sky=2 -f sound.exr --strict");
     assert!(!run.err.contains("refused"), "{run:?}");
 }
+
+#[test]
+fn the_command_that_is_told_after_more_samples_has_their_number() {
+    let folder = Folder::new();
+    folder.write("bright.xml", TOO_BRIGHT);
+    let args = "bright.xml -s 2 -D sky=2e30 -f out.exr";
+    folder.succeed(args);
+    for spp in [4, 6] {
+        let run = folder.succeed(&format!("resume out.exr --spp {spp}"));
+        assert!(
+            run.err.contains(&format!(
+                "-f out.exr --spp 4{}",
+                if spp == 6 { " --spp 6 " } else { " " }
+            )),
+            "{run:?}"
+        );
+        folder.succeed(&format!("explain {args} --spp {spp} -x 0 -y 0 --sample {}", spp - 1));
+    }
+    let run = folder.succeed("info out.exr");
+    assert!(run.out.contains("--spp 6"), "{run:?}");
+    folder.succeed("rerender out.exr");
+}
