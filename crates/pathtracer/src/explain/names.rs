@@ -1,7 +1,7 @@
 //! What things of a compiled scene are called in the scene that it was made of.
 
 use pt_core::RenderScene;
-use pt_core::light::AnyLight;
+use pt_core::light::{AnyLight, LightOrigin};
 use pt_scene::{Geometry, Object, Scene};
 
 use super::{LightNumber, SampledLight};
@@ -18,7 +18,7 @@ pub struct Names<'a> {
 pub struct Thing {
     /// What it is: `triangle`, `sphere`, or the kind of a light.
     pub kind: &'static str,
-    /// Its object, by its name or by its line in the file; `None` if it is none of the scene's.
+    /// Its object, by its name or by its line in the file, or the light's own name; `None` if it is none of the scene's.
     pub object: Option<String>,
     /// The name of the object's material; `None` if it has none.
     pub material: Option<String>,
@@ -46,13 +46,30 @@ impl<'a> Names<'a> {
         let unknown = Thing { kind: "moving light", object: None, material: None };
         let LightNumber::Still(number) = sampled.light else { return unknown };
         let Some(light) = self.compiled.lights.as_slice().get(number) else { return unknown };
-        let primitive = match (light.tree(&self.compiled.light_tables), sampled.chosen) {
-            (Some(tree), Some(chosen)) => tree.primitive(chosen.number),
+        let chosen = sampled.chosen.map(|chosen| chosen.number);
+        let origin = match (light.tree(&self.compiled.light_tables), chosen) {
+            (Some(tree), Some(chosen)) => tree.primitive(chosen),
             _ => self.first_primitive(number),
         };
-        let named = primitive.map(|primitive| self.primitive(primitive));
-        let object = named.and_then(|thing| thing.object);
+        let origin = match origin {
+            Some(primitive) => Some(self.compiled.origin_of_primitive(primitive)),
+            None => self.origin(number, chosen),
+        };
+        let object = origin.and_then(|origin| match origin {
+            LightOrigin::Object(number) => name_of(&self.scene.objects, number),
+            LightOrigin::Node(number) => {
+                let light = self.scene.lights.get(number as usize);
+                light.map(|light| light.name.clone()).filter(|name| !name.is_empty())
+            }
+            LightOrigin::Sky(_) => None,
+        });
         Thing { kind: AnyLight::name(light), object, material: None }
+    }
+
+    /// What a light without a shape is, or the one of several that was chosen.
+    fn origin(&self, light: usize, chosen: Option<u32>) -> Option<LightOrigin> {
+        let origins = self.compiled.light_origins();
+        origins.get(light)?.get(chosen.unwrap_or(0) as usize).copied()
     }
 
     /// The first primitive that glows with a light, if any does.

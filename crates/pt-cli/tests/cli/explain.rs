@@ -114,3 +114,29 @@ fn what_cannot_be_explained_is_refused() {
     }
     assert_eq!(folder.files(), ["small.dae"]);
 }
+
+#[test]
+fn lights_are_called_by_their_own_names() {
+    let folder = Folder::new();
+    folder.write(
+        "lights.xml",
+        r#"<scene version="3.0.0">
+    <sensor type="perspective">
+        <float name="fov" value="40"/>
+        <transform name="to_world"><lookat origin="0, 3, 6" target="0, 0, 0" up="0, 1, 0"/></transform>
+    </sensor>
+    <shape type="sphere"><float name="radius" value="1"/><bsdf type="diffuse"/></shape>
+    <emitter type="point" id="key"><point name="position" value="-2, 4, 3"/></emitter>
+    <emitter type="spot" id="fill">
+        <transform name="to_world"><lookat origin="3, 4, 3" target="0, 0, 0" up="0, 1, 0"/></transform>
+    </emitter>
+</scene>"#,
+    );
+    let options = "lights.xml -r 16 16 -x 8 -y 7 --sample 0";
+    let told = folder.succeed(&format!("explain {options} --integrator path")).out;
+    assert!(told.contains("Point \"key\"") && told.contains("Spot \"fill\""), "{told}");
+    let told = json(&folder, options);
+    let sources = told["contributions"].as_array().into_iter().flatten();
+    let names: Vec<_> = sources.map(|part| &part["source"]["light"]["object"]).collect();
+    assert_eq!(names[..2], ["key", "fill"], "{told}");
+}
