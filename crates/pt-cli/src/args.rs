@@ -80,7 +80,7 @@ pub(crate) struct Cli {
 
     /// Samples per pixel; the maximum with --adaptive [default: the file's, or 64; 1 with --cs184]
     #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::positive)]
-    #[arg(help_heading = "Sampling", overrides_with = "spp")]
+    #[arg(help_heading = "Sampling")]
     pub(crate) spp: Option<u32>,
 
     /// Only the samples of these numbers, as 0..256, to be merged with others

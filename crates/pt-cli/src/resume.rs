@@ -31,24 +31,22 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     request.layout = Some(about.layout);
     let cli = &mut request.cli;
     cli.output = Some(Some(output));
-    let most = match &mut cli.samples {
+    let options: &[&str] = match &mut cli.samples {
         Some((_, to)) => {
             *to = spp;
-            None
+            &[]
         }
         None if cli.stop.has_target() => {
             cli.stop.max_spp = Some(spp);
-            Some("--max-spp")
+            &["--max-spp"]
         }
         None => {
             cli.spp = Some(spp);
-            Some("--spp")
+            &["--spp", "-s"]
         }
     };
-    let is_laid_out = SamplerKind::from(cli.sampler).is_laid_out();
-    if let Some(most) = most.filter(|_| resume.spp.is_some() && !is_laid_out) {
-        // The last of several numbers is taken, so the words of the command mean what is rendered.
-        request.command.extend([most.into(), spp.to_string()]);
+    if resume.spp.is_some() && !SamplerKind::from(cli.sampler).is_laid_out() {
+        request.command = with_number(&request.command, options, spp);
     }
     cli.stop.time_limit = resume.time_limit;
     cli.threads = resume.threads.or(cli.threads);
@@ -57,6 +55,26 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     cli.restart = false;
     enter(&about.folder)?;
     render::run(&request)
+}
+
+/// The words of a command with another number behind one of these options, the first of which is added if none is there.
+fn with_number(command: &[String], options: &[&str], number: u32) -> Vec<String> {
+    let number = number.to_string();
+    let mut words = command.to_vec();
+    for (i, word) in command.iter().enumerate() {
+        for option in options {
+            match word.strip_prefix(option) {
+                Some("") if i + 1 < words.len() => words[i + 1].clone_from(&number),
+                Some(value) if value.trim_start_matches('=').parse::<u32>().is_ok() => {
+                    words[i] = format!("{option}={number}");
+                }
+                _ => continue,
+            }
+            return words;
+        }
+    }
+    words.extend(options.iter().take(1).flat_map(|option| [(*option).to_owned(), number.clone()]));
+    words
 }
 
 /// Goes where the scene is told from; if that folder is gone, it is looked for here.
@@ -95,5 +113,30 @@ pub(crate) fn request_of(file: &Path, about: &About) -> Result<Checked> {
             file.display(),
             about.command.join(" ")
         )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_has_another_number_where_it_had_one() {
+        let with = |command: &str, options: &[&str]| {
+            let words: Vec<_> = command.split(' ').map(str::to_owned).collect();
+            with_number(&words, options, 9).join(" ")
+        };
+        let spp = ["--spp", "-s"];
+        for (command, wanted) in [
+            ("-s 4 a.dae", "-s 9 a.dae"),
+            ("-q -s4 a.dae", "-q -s=9 a.dae"),
+            ("--spp=4 a.dae", "--spp=9 a.dae"),
+            ("a.dae --spp 4", "a.dae --spp 9"),
+            ("--seed 4 a.dae", "--seed 4 a.dae --spp 9"),
+        ] {
+            assert_eq!(with(command, &spp), wanted);
+        }
+        assert_eq!(with("--max-spp 4 a.dae", &["--max-spp"]), "--max-spp 9 a.dae");
+        assert_eq!(with("-s 4 --samples 0..4 a.dae", &[]), "-s 4 --samples 0..4 a.dae");
     }
 }

@@ -40,7 +40,6 @@ pub(crate) struct Stop {
 
     /// Samples of a pixel at most, with --target-error or --target-noise [default: 65536]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = two_or_more)]
-    #[arg(overrides_with = "max_spp")]
     pub(crate) max_spp: Option<u32>,
 
     /// Stop after this time, as in 90s, 10m or 1h30m, counted from the start of the program; the samples are
