@@ -1,6 +1,14 @@
 //! The reader of glTF scenes.
 
 mod common;
+#[path = "gltf/materials.rs"]
+mod materials;
+#[path = "gltf/shapes.rs"]
+mod shapes;
+#[path = "gltf/sight.rs"]
+mod sight;
+#[path = "gltf/text.rs"]
+mod text;
 
 use common::{
     check_bad_files, check_damage, check_good_files, check_robustness, files, folder, parse,
@@ -13,6 +21,12 @@ fn read(text: &str) -> Scene {
     let scene = parse(text.as_bytes(), &path).unwrap_or_else(|error| panic!("{error}"));
     common::check_invariants(&scene);
     scene
+}
+
+/// Why a text is refused.
+fn refusal(text: &str) -> String {
+    let path = folder("gltf").join("good").join("test.gltf");
+    parse(text.as_bytes(), &path).expect_err("it is refused").to_string()
 }
 
 #[test]

@@ -99,6 +99,11 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, String> {
 
 /// The text that a URL means: `%20` is a space.
 pub(super) fn percent_decoded(url: &str) -> String {
+    String::from_utf8_lossy(&percent_decoded_bytes(url)).into_owned()
+}
+
+/// The bytes that a URL means, which need not be a text.
+pub(super) fn percent_decoded_bytes(url: &str) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(url.len());
     let mut rest = url.as_bytes();
     while let [first, tail @ ..] = rest {
@@ -114,7 +119,7 @@ pub(super) fn percent_decoded(url: &str) -> String {
             }
         }
     }
-    String::from_utf8_lossy(&bytes).into_owned()
+    bytes
 }
 
 /// The name of a mesh: that of its file without the ending.

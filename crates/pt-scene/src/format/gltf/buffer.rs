@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use super::super::mesh_file::{self, percent_decoded};
+use super::super::mesh_file::{self, percent_decoded, percent_decoded_bytes};
 use super::super::xml::quote;
 use super::item::Item;
 use crate::LoadError;
@@ -125,7 +125,7 @@ fn decoded(data: &str) -> Result<Vec<u8>, String> {
     let (kind, content) =
         data.split_once(',').ok_or("the data URI has no comma before its data")?;
     if !kind.ends_with(";base64") {
-        return Ok(percent_decoded(content).into_bytes());
+        return Ok(percent_decoded_bytes(content));
     }
     base64(content).map_err(|(place, byte)| {
         format!(
