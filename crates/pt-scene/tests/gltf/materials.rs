@@ -4,7 +4,7 @@ use pt_math::color::linear_from_srgb;
 use pt_scene::material::{Embossed, Mix, Principled};
 use pt_scene::medium::Matter;
 use pt_scene::texture::{Bitmap, Filter, Pattern, Relief, Wrap};
-use pt_scene::{Color, Material, Scalar, Scene, Sides, Surface};
+use pt_scene::{Color, Geometry, Material, Scalar, Scene, Sides, Surface};
 use serde_json::{Value, json};
 
 use super::read;
@@ -203,6 +203,40 @@ fn normals_keep_the_numbers_of_their_image() {
     }
 }
 
+/// Two triangles, of which coordinates lie mirrored on the first one.
+#[test]
+fn normals_lean_to_the_other_side_where_coordinates_lie_mirrored() {
+    let mut text = Text::default();
+    let square = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    let positions = text.vectors(&[square.as_slice(), &square].concat());
+    let uvs = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
+    let mirrored = uvs.map(|[u, v]: [f32; 2]| [1.0 - u, v]);
+    let uvs = text.vectors(&[mirrored, uvs].concat());
+    let indices = text.accessor(&[0, 1, 2, 4, 5, 6], "SCALAR", 5121, 6);
+    let scene = read(&text.with(json!({
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{
+            "attributes": {"POSITION": positions, "TEXCOORD_0": uvs}, "indices": indices, "material": 0
+        }]}],
+        "materials": [{"normalTexture": {"index": 0}}],
+        "textures": [{"source": 0}],
+        "images": [{"uri": PNG}]
+    })));
+    let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("a mesh") };
+    assert_eq!(mesh.triangles, [[4, 5, 6], [0, 1, 2]]);
+    assert_eq!(scene.objects[0].materials, [Some(0), Some(1)]);
+    let [upright, mirrored] = [0, 1].map(|slot: usize| match &scene.materials[slot].surface {
+        Surface::Embossed(Embossed { relief: Relief::Normals(map), .. }) => {
+            bitmap(&Color::Texture(map.clone())).image.pixels[0].map(|x| 2.0 * x - 1.0)
+        }
+        other => panic!("{other:?}"),
+    });
+    assert!(upright[1] != 0.0);
+    for (upright, mirrored) in upright.into_iter().zip([mirrored[0], -mirrored[1], mirrored[2]]) {
+        assert!((upright - mirrored).abs() < 1e-6);
+    }
+}
+
 #[test]
 fn colours_of_vertices_multiply_the_base() {
     let mut text = Text::default();
@@ -218,7 +252,7 @@ fn colours_of_vertices_multiply_the_base() {
     .expect("it was written");
     file["accessors"][colors]["normalized"] = true.into();
     let scene = read(&file.to_string());
-    let pt_scene::Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("a mesh") };
+    let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("a mesh") };
     assert_eq!(mesh.colors.as_ref().map(|colors| colors.values[0]), Some([1.0, 0.0, 0.2]));
     let Surface::Principled(found) = &scene.materials[0].surface else { panic!("principled") };
     let [colors, factor] = factors(&found.base_color);

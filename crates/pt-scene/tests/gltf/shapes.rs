@@ -151,6 +151,30 @@ fn copies_stand_where_their_accessors_say() {
     assert!(Arc::ptr_eq(mesh(&scene, 0), mesh(&scene, 1)));
 }
 
+/// Deeper than any stack of calls would be.
+#[test]
+fn nodes_may_be_nested_deeply() {
+    const DEPTH: usize = 50_000;
+    let mut all: Vec<_> =
+        (1..DEPTH).map(|child| json!({"children": [child], "translation": [1, 0, 0]})).collect();
+    all.push(json!({"mesh": 0}));
+    let scene = read(&nodes(&all.into()));
+    assert_eq!(place(&scene, 0).0, DVec3::new(DEPTH as f64 - 1.0, 0.0, 0.0));
+}
+
+#[test]
+fn textures_without_coordinates_have_a_note() {
+    let mut text = Text::default();
+    let attributes = text.triangle();
+    let scene = read(&text.with(json!({
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": attributes, "material": 0}]}],
+        "materials": [{"emissiveTexture": {"index": 0, "texCoord": 1}}]
+    })));
+    let note = scene.warnings[0].to_string();
+    assert!(note.contains("meshes[0].primitives[0]: it has no TEXCOORD_1"), "{note}");
+}
+
 #[test]
 fn primitives_cannot_multiply() {
     let mut text = Text::default();

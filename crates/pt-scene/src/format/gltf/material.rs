@@ -17,7 +17,16 @@ const ANY: f64 = f32::MAX as f64;
 /// Light that is left of a channel behind the distance of its attenuation, at least: 0 would be an endless extinction.
 const LEAST_TRANSMITTANCE: f32 = 1e-4;
 
-/// A material that was made: its number, its medium, and what it wants of a mesh.
+/// How the textures of a material lie on a mesh.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Layout {
+    /// The set of texture coordinates of all of them; `None` if there is no texture.
+    pub(super) uv_set: Option<usize>,
+    /// Whether one of them has normals, which differ where coordinates lie mirrored.
+    pub(super) has_relief: bool,
+}
+
+/// A material that was made, and the medium inside.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Made {
     /// Index into [`crate::Scene::materials`].
@@ -27,9 +36,9 @@ pub(super) struct Made {
 }
 
 impl<'a> Reader<'a> {
-    /// The set of texture coordinates on which all textures of a material lie.
-    pub(super) fn uv_set(&mut self, material: Option<&Item<'a>>) -> Result<usize, LoadError> {
-        let Some(material) = material else { return Ok(0) };
+    /// How the textures of a material lie on a mesh.
+    pub(super) fn layout(&mut self, material: Option<&Item<'a>>) -> Result<Layout, LoadError> {
+        let Some(material) = material else { return Ok(Layout::default()) };
         let mut sets = Vec::new();
         let metal = material.child("pbrMetallicRoughness")?;
         let fields =
@@ -44,14 +53,16 @@ impl<'a> Reader<'a> {
                 sets.extend(Self::uv_set_of(&extension, field)?);
             }
         }
-        let Some(first) = sets.first().copied() else { return Ok(0) };
-        if sets.iter().any(|set| *set != first) {
+        let uv_set = sets.first().copied();
+        if let Some(first) = uv_set
+            && sets.iter().any(|set| *set != first)
+        {
             let message = format!(
                 "its textures lie on several sets of texture coordinates; all are laid on TEXCOORD_{first}"
             );
             self.warn(material, message);
         }
-        Ok(first)
+        Ok(Layout { uv_set, has_relief: material.has("normalTexture") })
     }
 
     /// The material of a primitive, made once for those with colours and once for those without.
@@ -248,18 +259,37 @@ impl<'a> Reader<'a> {
         Ok(Some(self.scene.media.len() as u32 - 1))
     }
 
+    /// The material of the triangles on which texture coordinates lie mirrored: there, the normals of an image lean to
+    /// the other side of u.
+    pub(super) fn mirrored(&mut self, item: &Item<'a>, made: Made) -> Result<u32, LoadError> {
+        if let Some(known) = self.mirrored.get(&made.material) {
+            return Ok(*known);
+        }
+        let mut material = self.scene.materials[made.material as usize].clone();
+        if let Surface::Embossed(embossed) = &mut material.surface
+            && let Some(relief) = self.relief(item, true)?
+        {
+            embossed.relief = relief;
+        }
+        let mirrored = self.scene.materials.len() as u32;
+        self.scene.materials.push(material);
+        self.mirrored.insert(made.material, mirrored);
+        Ok(mirrored)
+    }
+
     /// A surface with the relief of its normal texture, if it has one.
     fn embossed(&mut self, item: &Item<'a>, surface: Surface) -> Result<Surface, LoadError> {
-        let Some(info) = item.child("normalTexture")? else { return Ok(surface) };
-        let scale = info.number_in("scale", -ANY..=ANY, 1.0)? as f32;
-        let texture = self.texture(item, "normalTexture", Content::Normals(scale.to_bits()))?;
-        Ok(match texture {
-            Some(texture) => {
-                let relief = Relief::Normals(texture);
-                Embossed { surface: Box::new(surface), relief }.into()
-            }
+        Ok(match self.relief(item, false)? {
+            Some(relief) => Embossed { surface: Box::new(surface), relief }.into(),
             None => surface,
         })
+    }
+
+    fn relief(&mut self, item: &Item<'a>, is_mirrored: bool) -> Result<Option<Relief>, LoadError> {
+        let Some(info) = item.child("normalTexture")? else { return Ok(None) };
+        let scale = info.number_in("scale", -ANY..=ANY, 1.0)? as f32;
+        let content = Content::Normals { scale: scale.to_bits(), is_mirrored };
+        Ok(self.texture(item, "normalTexture", content)?.map(Relief::Normals))
     }
 
     /// Radiance, in candela per square metre.

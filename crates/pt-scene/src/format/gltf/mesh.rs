@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
+use glam::DVec2;
 use pt_math::{DAffine3, DVec3};
 
 use super::Reader;
 use super::deform;
 use super::item::Item;
-use crate::shapes::single_part;
-use crate::{Attribute, LoadError, Mesh};
+use super::material::Layout;
+use crate::{Attribute, LoadError, Mesh, Part};
 
 /// Triangles one by one, in a strip and in a fan.
 const TRIANGLES: [usize; 3] = [4, 5, 6];
@@ -16,13 +17,14 @@ const TRIANGLES: [usize; 3] = [4, 5, 6];
 const WITHOUT_SURFACE: [&str; 4] = ["points", "lines", "line loops", "line strips"];
 
 /// How a mesh is laid out and bent where a node shows it.
+#[derive(Clone, Copy)]
 pub(super) struct Form<'f> {
     /// Weights of the morph targets.
     pub(super) weights: &'f [f64],
     /// What each joint does, if the node has a skin.
     pub(super) joints: Option<&'f [DAffine3]>,
-    /// Which set of texture coordinates its material wants.
-    pub(super) uv_set: usize,
+    /// How the textures of its material lie on it.
+    pub(super) layout: Layout,
 }
 
 impl<'a> Reader<'a> {
@@ -58,7 +60,7 @@ impl<'a> Reader<'a> {
             let message = format!("{bad} is no index of a vertex; there are {vertices}");
             return Err(primitive.refuse("indices", message));
         }
-        let triangles = triangles(mode, &corners);
+        let mut triangles = triangles(mode, &corners);
         if triangles.is_empty() {
             self.warn(primitive, "it has no triangles; it is left out");
             return Ok(None);
@@ -74,13 +76,18 @@ impl<'a> Reader<'a> {
                 primitive.error("its vertices are too far away for numbers of single precision")
             );
         }
+        let uvs = self.coordinates(primitive, &attributes, form.layout, vertices)?;
+        let mirrored = match &uvs {
+            Some(uvs) if form.layout.has_relief => mirrored_last(&mut triangles, uvs),
+            _ => 0,
+        };
         let mesh = Mesh {
             name: name.to_owned(),
-            parts: single_part(triangles.len()),
+            parts: parts(triangles.len(), mirrored),
             triangles,
             positions,
             normals: normals.map(at_vertices),
-            uvs: self.coordinates(&attributes, form.uv_set, vertices)?.map(at_vertices),
+            uvs: uvs.map(at_vertices),
             colors: self.colors(&attributes, vertices)?.map(at_vertices),
             face_colors: None,
         };
@@ -101,11 +108,18 @@ impl<'a> Reader<'a> {
     /// Texture coordinates, whose v runs down the rows of an image there, and up here.
     fn coordinates(
         &mut self,
+        primitive: &Item<'a>,
         attributes: &Item<'_>,
-        set: usize,
+        layout: Layout,
         vertices: usize,
     ) -> Result<Option<Vec<[f32; 2]>>, LoadError> {
-        let uvs = self.attribute::<2>(attributes, &format!("TEXCOORD_{set}"), vertices)?;
+        let name = format!("TEXCOORD_{}", layout.uv_set.unwrap_or(0));
+        let uvs = self.attribute::<2>(attributes, &name, vertices)?;
+        if uvs.is_none() && layout.uv_set.is_some() {
+            let message =
+                format!("it has no {name} for its textures, which lie on each triangle alone");
+            self.warn(primitive, message);
+        }
         Ok(uvs.map(|uvs| uvs.into_iter().map(|[u, v]| [u, 1.0 - v]).collect()))
     }
 
@@ -184,6 +198,24 @@ impl<'a> Reader<'a> {
         }
         Ok(influences)
     }
+}
+
+/// Puts those triangles last on which texture coordinates lie mirrored, and counts them.
+fn mirrored_last(triangles: &mut [[u32; 3]], uvs: &[[f32; 2]]) -> usize {
+    let is_mirrored = |triangle: &[u32; 3]| {
+        let [a, b, c] =
+            triangle.map(|corner| DVec2::from_array(uvs[corner as usize].map(f64::from)));
+        (b - a).perp_dot(c - a) < 0.0
+    };
+    triangles.sort_by_key(is_mirrored);
+    triangles.len() - triangles.partition_point(|triangle| !is_mirrored(triangle))
+}
+
+/// All triangles, of which the last ones are of a second material.
+fn parts(triangles: usize, mirrored: usize) -> Vec<Part> {
+    let (first, all) = ((triangles - mirrored) as u32, triangles as u32);
+    let parts = [Part { triangles: 0..first, slot: 0 }, Part { triangles: first..all, slot: 1 }];
+    parts.into_iter().filter(|part| !part.triangles.is_empty()).collect()
 }
 
 /// Values, of which there have to be as many as vertices.

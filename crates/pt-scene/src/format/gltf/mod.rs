@@ -79,6 +79,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
         scene: Scene { warnings, ..Scene::default() },
         images: Images::default(),
         materials: HashMap::new(),
+        mirrored: HashMap::new(),
         meshes: HashMap::new(),
         joints: HashMap::new(),
         shown: 0,
@@ -98,6 +99,8 @@ struct Reader<'a> {
     images: Images,
     /// By index, and whether they show the colours of vertices.
     materials: HashMap<(Option<usize>, bool), Made>,
+    /// What materials are on triangles on which their textures lie mirrored.
+    mirrored: HashMap<u32, u32>,
     /// By the indices of mesh and primitive, as they are without a skin and weights of a node.
     meshes: HashMap<(usize, usize), Option<Arc<Mesh>>>,
     /// What the joints of each skin do.

@@ -6,10 +6,10 @@ use pt_math::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::Reader;
 use super::item::Item;
-use super::material::Made;
+use super::material::Layout;
 use super::mesh::Form;
 use crate::medium::Sides;
-use crate::{Geometry, LoadError, Mesh, Object};
+use crate::{Geometry, LoadError, Object};
 
 /// Most primitives that are shown, each as often as it is. A few lines can ask for any number: meshes of many primitives,
 /// and many nodes that show them.
@@ -119,34 +119,68 @@ impl<'a> Reader<'a> {
         if self.shown > MAX_OBJECTS {
             return Err(node.error(format!("the scene shows more than {MAX_OBJECTS} primitives")));
         }
+        let form = Form {
+            weights: &weights,
+            joints: joints.as_ref().map(|joints| joints.as_slice()),
+            layout: Layout::default(),
+        };
         for (i, primitive) in mesh.children("primitives")?.iter().enumerate() {
-            let name = if count == 1 { node.name() } else { format!("{} {}", node.name(), i + 1) };
-            let material = primitive.whole("material")?;
-            let described = material
-                .map(|index| self.root.member("materials", index, primitive, "material"))
-                .transpose()?;
-            let form = Form {
-                weights: &weights,
-                joints: joints.as_ref().map(|joints| joints.as_slice()),
-                uv_set: self.uv_set(described.as_ref())?,
+            let key = is_shared.then_some((index, i));
+            let Some(mut object) = self.object(node, &mesh, primitive, key, &form)? else {
+                continue;
             };
-            let known = self.meshes.get(&(index, i)).filter(|_| is_shared).cloned();
-            let shape = match known {
-                Some(known) => known,
-                None => self.primitive(primitive, &mesh.name(), &form)?,
-            };
-            if is_shared {
-                self.meshes.insert((index, i), shape.clone());
+            if count > 1 {
+                object.name = format!("{} {}", object.name, i + 1);
             }
-            let Some(shape) = shape else { continue };
-            let made = self.material(material, described.as_ref(), shape.colors.is_some())?;
             for (copy, to_world) in places.iter().enumerate() {
-                let copy =
-                    if places.len() == 1 { String::new() } else { format!(" ({})", copy + 1) };
-                self.place(node, name.clone() + &copy, *to_world, &shape, made)?;
+                let mut object = Object { to_world: *to_world, ..object.clone() };
+                if places.len() > 1 {
+                    object.name = format!("{} ({})", object.name, copy + 1);
+                }
+                self.place(node, object)?;
             }
         }
         Ok(())
+    }
+
+    /// A primitive with its material, at the origin; `None` if it has no triangles. By the key it is kept for all nodes
+    /// that show it alike.
+    fn object(
+        &mut self,
+        node: &Item<'a>,
+        mesh: &Item<'a>,
+        primitive: &Item<'a>,
+        key: Option<(usize, usize)>,
+        form: &Form<'_>,
+    ) -> Result<Option<Object>, LoadError> {
+        let index = primitive.whole("material")?;
+        let described = index
+            .map(|index| self.root.member("materials", index, primitive, "material"))
+            .transpose()?;
+        let known = key.and_then(|key| self.meshes.get(&key).cloned());
+        let shape = if let Some(known) = known {
+            known
+        } else {
+            let form = Form { layout: self.layout(described.as_ref())?, ..*form };
+            let shape = self.primitive(primitive, &mesh.name(), &form)?;
+            self.meshes.extend(key.map(|key| (key, shape.clone())));
+            shape
+        };
+        let Some(shape) = shape else { return Ok(None) };
+        let made = self.material(index, described.as_ref(), shape.colors.is_some())?;
+        let mut materials = vec![Some(made.material)];
+        if let Some(described) = described.filter(|_| shape.parts.iter().any(|p| p.slot > 0)) {
+            materials.push(Some(self.mirrored(&described, made)?));
+        }
+        Ok(Some(Object {
+            name: node.name(),
+            to_world: DAffine3::IDENTITY,
+            motion: None,
+            geometry: Geometry::Mesh(shape),
+            materials,
+            media: made.medium.map(|inside| Sides { interior: Some(inside), exterior: None }),
+            at: node.span(),
+        }))
     }
 
     /// What the joints of a skin do.
@@ -167,31 +201,16 @@ impl<'a> Reader<'a> {
     }
 
     /// Adds an object, unless its place flattens space; then it has a note.
-    fn place(
-        &mut self,
-        node: &Item<'a>,
-        name: String,
-        to_world: DAffine3,
-        mesh: &Arc<Mesh>,
-        made: Made,
-    ) -> Result<(), LoadError> {
-        let determinant = to_world.matrix3.determinant();
+    fn place(&mut self, node: &Item<'a>, object: Object) -> Result<(), LoadError> {
+        let determinant = object.to_world.matrix3.determinant();
         if determinant == 0.0 {
             self.warn(node, "its transform flattens space; its mesh is left out there");
             return Ok(());
         }
-        if !to_world.is_finite() || !determinant.is_finite() {
+        if !object.to_world.is_finite() || !determinant.is_finite() {
             return Err(node.error("its place is too far away, or too large"));
         }
-        self.scene.objects.push(Object {
-            name,
-            to_world,
-            motion: None,
-            geometry: Geometry::Mesh(Arc::clone(mesh)),
-            materials: vec![Some(made.material)],
-            media: made.medium.map(|inside| Sides { interior: Some(inside), exterior: None }),
-            at: node.span(),
-        });
+        self.scene.objects.push(object);
         Ok(())
     }
 

@@ -29,8 +29,13 @@ pub(super) enum Content {
     Opacity,
     /// Where the opacity is at least a number, given by its bits.
     Mask(u32),
-    /// Normals, whose slopes are multiplied by a number, given by its bits.
-    Normals(u32),
+    /// Normals.
+    Normals {
+        /// By what their slopes are multiplied, given by its bits.
+        scale: u32,
+        /// Whether they lean to the other side along v.
+        is_mirrored: bool,
+    },
 }
 
 /// The images that were read.
@@ -84,7 +89,7 @@ impl<'a> Reader<'a> {
             }
         };
         let (wrap, mut filter) = self.sampler(&texture)?;
-        if matches!(content, Content::Normals(_)) && filter == Filter::Trilinear {
+        if matches!(content, Content::Normals { .. }) && filter == Filter::Trilinear {
             filter = Filter::Bilinear;
         }
         let to_pattern = placement(&info)?;
@@ -212,9 +217,10 @@ fn part(stored: &Decoded, content: Content) -> Image {
             let is_there = |i| f32::from(u8::from(opacity(i) >= f32::from_bits(least)));
             texels.map(|(i, _)| [is_there(i); 3]).collect()
         }
-        Content::Normals(scale) => {
-            let scale = f32::from_bits(scale);
-            pixels.iter().map(|pixel| steeper(*pixel, scale)).collect()
+        Content::Normals { scale, is_mirrored } => {
+            let along_u = f32::from_bits(scale);
+            let along_v = if is_mirrored { -along_u } else { along_u };
+            pixels.iter().map(|pixel| steeper(*pixel, [along_u, along_v])).collect()
         }
     };
     Image { width: *width, height: *height, pixels }
@@ -231,9 +237,9 @@ fn linear(pixels: &[[f32; 3]]) -> Vec<[f32; 3]> {
 }
 
 /// A normal, as a colour, whose x and y are multiplied. [glTF 2.0, §5.20.3]
-fn steeper(color: [f32; 3], scale: f32) -> [f32; 3] {
+fn steeper(color: [f32; 3], [x, y]: [f32; 2]) -> [f32; 3] {
     let normal = 2.0 * Vec3::from_array(color) - Vec3::ONE;
-    let normal = (normal * Vec3::new(scale, scale, 1.0)).normalize_or(Vec3::Z);
+    let normal = (normal * Vec3::new(x, y, 1.0)).normalize_or(Vec3::Z);
     (0.5 * normal + Vec3::splat(0.5)).to_array()
 }
 
@@ -279,9 +285,11 @@ mod tests {
     #[test]
     fn normals_keep_their_length_when_they_get_steeper() {
         for scale in [0.0, 0.5, 1.0, 3.0] {
-            let normal = 2.0 * Vec3::from_array(steeper([0.8, 0.5, 0.9], scale)) - Vec3::ONE;
+            let normal =
+                2.0 * Vec3::from_array(steeper([0.8, 0.6, 0.9], [scale, -scale])) - Vec3::ONE;
             assert!((normal.length() - 1.0).abs() < 1e-6);
             assert!((normal.x / normal.z - 0.75 * scale).abs() < 1e-6);
+            assert!((normal.y / normal.z + 0.25 * scale).abs() < 1e-6);
         }
     }
 
