@@ -128,8 +128,13 @@ impl Reader<'_> {
         if !self.scene.media.is_empty() {
             self.scene.settings.integrator = Some("volpath");
         }
-        // The last camera is the one that is used; files have none that is marked, and mean the first.
-        self.scene.cameras.reverse();
+        if let [first, _, ..] = self.scene.cameras.as_slice() {
+            let (count, name) = (self.scene.cameras.len(), quote(&first.name));
+            let message = format!("the scene has {count} cameras; the first one, {name}, is used");
+            let root = self.root.clone();
+            self.warn(&root, message);
+            self.scene.cameras.truncate(1);
+        }
         Ok(self.scene)
     }
 }

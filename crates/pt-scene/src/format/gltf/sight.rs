@@ -1,6 +1,6 @@
 //! Cameras and lights, which shine and look along −z of their nodes. [glTF 2.0, §3.10; KHR_lights_punctual]
 
-use pt_math::DAffine3;
+use pt_math::{DAffine3, DMat3};
 
 use super::Reader;
 use super::item::Item;
@@ -20,6 +20,10 @@ impl<'a> Reader<'a> {
     pub(super) fn camera(&mut self, node: &Item<'a>, to_world: DAffine3) -> Result<(), LoadError> {
         let Some(index) = node.whole("camera")? else { return Ok(()) };
         let camera = self.root.member("cameras", index, node, "camera")?;
+        let Some(to_world) = unscaled(to_world) else {
+            self.warn(node, "its transform flattens space; its camera is left out");
+            return Ok(());
+        };
         let kind = camera.text("type")?.unwrap_or_default();
         let view = match kind {
             "perspective" | "orthographic" => camera.child(kind)?,
@@ -103,6 +107,14 @@ impl<'a> Reader<'a> {
         self.scene.lights.push(Light { name: node.name(), to_world, kind, at: node.span() });
         Ok(())
     }
+}
+
+/// The place and the turn of a node without its scale, which cameras do not follow; `None` if it flattens space.
+/// [glTF 2.0, §3.10.2]
+fn unscaled(DAffine3 { matrix3, translation }: DAffine3) -> Option<DAffine3> {
+    let z = matrix3.z_axis.try_normalize()?;
+    let x = matrix3.y_axis.try_normalize()?.cross(z).try_normalize()?;
+    Some(DAffine3 { matrix3: DMat3::from_cols(x, z.cross(x), z), translation })
 }
 
 /// A spot, between whose angles the intensity falls linearly.
