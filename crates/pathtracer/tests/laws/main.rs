@@ -17,6 +17,7 @@ mod filters;
 mod footprints;
 mod furnace;
 mod glow;
+mod gltf;
 mod invariance;
 mod lens;
 mod light_groups;

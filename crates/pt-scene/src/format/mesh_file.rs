@@ -97,6 +97,31 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, String> {
     }
 }
 
+/// The text that a URL means: `%20` is a space.
+pub(super) fn percent_decoded(url: &str) -> String {
+    String::from_utf8_lossy(&percent_decoded_bytes(url)).into_owned()
+}
+
+/// The bytes that a URL means, which need not be a text.
+pub(super) fn percent_decoded_bytes(url: &str) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(url.len());
+    let mut rest = url.as_bytes();
+    while let [first, tail @ ..] = rest {
+        let code = tail.get(..2).and_then(|hex| std::str::from_utf8(hex).ok());
+        match code.and_then(|hex| u8::from_str_radix(hex, 16).ok()) {
+            Some(byte) if *first == b'%' => {
+                bytes.push(byte);
+                rest = &tail[2..];
+            }
+            _ => {
+                bytes.push(*first);
+                rest = tail;
+            }
+        }
+    }
+    bytes
+}
+
 /// The name of a mesh: that of its file without the ending.
 pub(super) fn name_of(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()

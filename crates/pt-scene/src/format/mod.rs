@@ -3,6 +3,7 @@
 //! To add one: write its file, add its line to [`FORMATS`].
 
 pub mod collada;
+mod gltf;
 mod mesh_file;
 mod mitsuba;
 mod obj;
@@ -79,6 +80,7 @@ impl Format {
 /// All formats.
 pub static FORMATS: &[Format] = &[
     Format { name: "COLLADA", extensions: &["dae"], parser: Parser::Plain(collada::parse) },
+    Format { name: "glTF 2.0", extensions: &["gltf", "glb"], parser: Parser::Plain(gltf::parse) },
     Format { name: "Mitsuba 3", extensions: &["xml"], parser: Parser::Defined(mitsuba::parse) },
     Format { name: "pbrt-v4", extensions: &["pbrt"], parser: Parser::Plain(pbrt::parse) },
     Format { name: "Stanford PLY", extensions: &["ply"], parser: Parser::Plain(ply::parse) },

@@ -80,6 +80,11 @@ pub(crate) fn check_robustness(format: &str, ending: &str, rounds: usize) {
             }
         }
     }
+    check_damage(&all, rounds);
+}
+
+/// Files with damage, some at a time, are read or refused, without a panic.
+pub(crate) fn check_damage(all: &[(Vec<u8>, PathBuf)], rounds: usize) {
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
     let mut read = 0;
     for round in 0..rounds {

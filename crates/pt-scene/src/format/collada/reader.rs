@@ -7,6 +7,7 @@ use std::sync::Arc;
 use roxmltree::NodeId;
 
 use super::geometry::Shape;
+use crate::format::mesh_file;
 use crate::format::xml::{Document, Node, did_you_mean, quote};
 use crate::image::Image;
 use crate::{LoadError, Scene, Warning};
@@ -142,7 +143,7 @@ impl<'a> Reader<'a> {
     pub(super) fn look_up(&self, url: &str, tags: &[&str]) -> Option<Node<'a>> {
         let url = url.trim();
         let id = url.strip_prefix('#').unwrap_or(url);
-        self.find(id, tags).or_else(|| self.find(&percent_decoded(id), tags))
+        self.find(id, tags).or_else(|| self.find(&mesh_file::percent_decoded(id), tags))
     }
 
     /// The element with an id and one of the tags.
@@ -268,24 +269,4 @@ fn looks_of_course(node: Node<'_>) -> bool {
 /// What the author calls an element.
 pub(super) fn name_of(node: Node<'_>) -> String {
     node.attribute("name").or(node.attribute("id")).unwrap_or_default().to_owned()
-}
-
-/// The text that a URL means: `%20` is a space.
-pub(super) fn percent_decoded(url: &str) -> String {
-    let mut bytes = Vec::with_capacity(url.len());
-    let mut rest = url.as_bytes();
-    while let [first, tail @ ..] = rest {
-        let code = tail.get(..2).and_then(|hex| std::str::from_utf8(hex).ok());
-        match code.and_then(|hex| u8::from_str_radix(hex, 16).ok()) {
-            Some(byte) if *first == b'%' => {
-                bytes.push(byte);
-                rest = &tail[2..];
-            }
-            _ => {
-                bytes.push(*first);
-                rest = tail;
-            }
-        }
-    }
-    String::from_utf8_lossy(&bytes).into_owned()
 }

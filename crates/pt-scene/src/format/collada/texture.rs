@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::reader::{Reader, percent_decoded};
+use super::reader::Reader;
 use crate::format::mesh_file;
 use crate::format::xml::{Node, quote};
 use crate::image::{self, Transfer};
@@ -39,7 +39,7 @@ fn path_of(reader: &Reader<'_>, url: &str) -> PathBuf {
     let text = url.strip_prefix("file://").unwrap_or(url);
     let as_written = folder.join(text);
     // Many exporters write names as they are.
-    if as_written.is_file() { as_written } else { folder.join(percent_decoded(text)) }
+    if as_written.is_file() { as_written } else { folder.join(mesh_file::percent_decoded(text)) }
 }
 
 /// What is beyond the edges of an image, by the sampler that shows it.

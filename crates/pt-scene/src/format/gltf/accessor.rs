@@ -1,0 +1,291 @@
+//! Accessors: typed numbers in buffers. [glTF 2.0, §3.6.2]
+
+use super::buffer::{Buffers, View};
+use super::item::Item;
+use crate::LoadError;
+
+/// Most elements of an accessor that has no bytes in a file.
+const MOST_ZEROS: usize = 1 << 22;
+/// Most numbers that are read from all accessors of a scene, counted as often as they are read.
+const MOST_NUMBERS: usize = 1 << 30;
+
+/// How a number is stored.
+#[derive(Clone, Copy, PartialEq)]
+enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    fn of(code: usize) -> Option<Self> {
+        Some(match code {
+            5120 => Self::I8,
+            5121 => Self::U8,
+            5122 => Self::I16,
+            5123 => Self::U16,
+            5125 => Self::U32,
+            5126 => Self::F32,
+            _ => return None,
+        })
+    }
+
+    fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+
+    /// The number in the first bytes, which are as many as [`Self::size`] says.
+    fn read(self, bytes: &[u8]) -> f64 {
+        match (self, bytes) {
+            (Self::I8, &[a, ..]) => f64::from(a as i8),
+            (Self::U8, &[a, ..]) => f64::from(a),
+            (Self::I16, &[a, b, ..]) => f64::from(i16::from_le_bytes([a, b])),
+            (Self::U16, &[a, b, ..]) => f64::from(u16::from_le_bytes([a, b])),
+            (Self::U32, &[a, b, c, d, ..]) => f64::from(u32::from_le_bytes([a, b, c, d])),
+            (Self::F32, &[a, b, c, d, ..]) => f64::from(f32::from_le_bytes([a, b, c, d])),
+            _ => unreachable!("elements are cut to their size"),
+        }
+    }
+
+    /// What whole numbers that mean shares are divided by. [glTF 2.0, §3.11]
+    fn highest(self) -> f64 {
+        match self {
+            Self::I8 => 127.0,
+            Self::U8 => 255.0,
+            Self::I16 => 32_767.0,
+            Self::U16 => 65_535.0,
+            Self::U32 | Self::F32 => 1.0,
+        }
+    }
+}
+
+/// Numbers in a view, not yet read.
+struct Column<'b> {
+    bytes: &'b [u8],
+    stride: usize,
+    component: Component,
+    count: usize,
+    width: usize,
+}
+
+impl<'b> Column<'b> {
+    /// `count` elements of `width` numbers from a byte of a view on; the error is a message.
+    fn new(
+        view: View<'b>,
+        offset: usize,
+        component: Component,
+        count: usize,
+        width: usize,
+    ) -> Result<Self, String> {
+        let size = component.size() * width;
+        let stride = view.stride.unwrap_or(size);
+        if stride < size {
+            return Err(format!("the stride of {stride} bytes is less than an element of {size}"));
+        }
+        let span = count.checked_sub(1).map_or(Some(0), |steps| steps.checked_mul(stride));
+        let end = span
+            .and_then(|span| span.checked_add(if count == 0 { 0 } else { size }))
+            .and_then(|span| span.checked_add(offset));
+        if end.is_none_or(|end| end > view.bytes.len()) {
+            let bytes = view.bytes.len();
+            return Err(format!(
+                "{count} elements of {size} bytes, every {stride} bytes from byte {offset} on, are not in the buffer \
+                 view, which has {bytes} bytes"
+            ));
+        }
+        Ok(Self { bytes: &view.bytes[offset..], stride, component, count, width })
+    }
+
+    /// All numbers of all elements.
+    fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
+        let size = self.component.size();
+        (0..self.count).flat_map(move |i| {
+            let element = &self.bytes[i * self.stride..];
+            (0..self.width).map(move |c| self.component.read(&element[c * size..][..size]))
+        })
+    }
+}
+
+/// Reads accessors, and counts what they gave.
+pub(super) struct Accessors<'a> {
+    root: Item<'a>,
+    buffers: &'a Buffers<'a>,
+    left: usize,
+}
+
+/// The numbers of an accessor.
+pub(super) struct Numbers {
+    /// Those of each element side by side.
+    pub(super) values: Vec<f64>,
+    /// Numbers of an element.
+    pub(super) width: usize,
+}
+
+impl<'a> Accessors<'a> {
+    pub(super) fn new(root: Item<'a>, buffers: &'a Buffers<'a>) -> Self {
+        Self { root, buffers, left: MOST_NUMBERS }
+    }
+
+    /// The elements of an accessor, which `from` refers to in its field `by`, as numbers of single precision, all
+    /// finite.
+    ///
+    /// # Errors
+    /// If it has other than `N` numbers in an element, is not in its buffer, or one of them is not finite.
+    pub(super) fn vectors<const N: usize>(
+        &mut self,
+        from: &Item<'_>,
+        by: &str,
+    ) -> Result<Option<Vec<[f32; N]>>, LoadError> {
+        let Some(numbers) = self.numbers(from, by, &[N])? else { return Ok(None) };
+        let elements = numbers.values.as_chunks::<N>().0.iter();
+        Ok(Some(elements.map(|element| element.map(|x| x as f32)).collect()))
+    }
+
+    /// Like [`Self::vectors`], as whole numbers from 0 up.
+    pub(super) fn wholes<const N: usize>(
+        &mut self,
+        from: &Item<'_>,
+        by: &str,
+    ) -> Result<Option<Vec<[u32; N]>>, LoadError> {
+        let Some(numbers) = self.numbers(from, by, &[N])? else { return Ok(None) };
+        if let Some(bad) = numbers.values.iter().find(|x| **x < 0.0 || x.fract() != 0.0) {
+            let message = format!("expected whole numbers from 0 up, found {bad}");
+            return Err(from.refuse(by, message));
+        }
+        let elements = numbers.values.as_chunks::<N>().0.iter();
+        Ok(Some(elements.map(|element| element.map(|x| x as u32)).collect()))
+    }
+
+    /// The numbers of an accessor of one of some widths; `None` if there is no such field.
+    pub(super) fn numbers(
+        &mut self,
+        from: &Item<'_>,
+        by: &str,
+        widths: &[usize],
+    ) -> Result<Option<Numbers>, LoadError> {
+        let Some(index) = from.whole(by)? else { return Ok(None) };
+        let accessor = self.root.member("accessors", index, from, by)?;
+        let width = width(&accessor)?;
+        if !widths.contains(&width) {
+            let expected: Vec<_> = widths.iter().map(ToString::to_string).collect();
+            let message = format!(
+                "accessors[{index}] has elements of {width} numbers; expected {}",
+                expected.join(" or ")
+            );
+            return Err(from.refuse(by, message));
+        }
+        let component = component(&accessor)?;
+        let count = accessor.needed("count")?;
+        self.left = count
+            .checked_mul(width)
+            .and_then(|numbers| self.left.checked_sub(numbers))
+            .ok_or_else(|| {
+                let message =
+                    format!("the accessors of the scene have more than {MOST_NUMBERS} numbers");
+                accessor.error(message)
+            })?;
+        let mut values = self.dense(&accessor, component, count, width)?;
+        if let Some(sparse) = accessor.child("sparse")? {
+            self.replace(&sparse, component, width, count, &mut values)?;
+        }
+        if accessor.flag("normalized")? {
+            let highest = component.highest();
+            for value in &mut values {
+                *value = (*value / highest).max(-1.0);
+            }
+        }
+        if let Some(place) = values.iter().position(|x| !x.is_finite()) {
+            let (element, bad) = (place / width, values[place]);
+            let message = format!("element {element} has {bad}; expected finite numbers");
+            return Err(accessor.error(message));
+        }
+        Ok(Some(Numbers { values, width }))
+    }
+
+    /// The numbers in the buffer view of an accessor; 0 if it has none.
+    fn dense(
+        &self,
+        accessor: &Item<'a>,
+        component: Component,
+        count: usize,
+        width: usize,
+    ) -> Result<Vec<f64>, LoadError> {
+        let Some(view) = accessor.whole("bufferView")? else {
+            if count > MOST_ZEROS {
+                let message = format!(
+                    "{count} elements without a buffer view; expected at most {MOST_ZEROS}"
+                );
+                return Err(accessor.refuse("count", message));
+            }
+            return Ok(vec![0.0; count * width]);
+        };
+        let view = self.buffers.view(&self.root, view, accessor, "bufferView")?;
+        let offset = accessor.whole("byteOffset")?.unwrap_or(0);
+        let column = Column::new(view, offset, component, count, width);
+        Ok(column.map_err(|message| accessor.error(message))?.numbers().collect())
+    }
+
+    /// Puts other elements in the place of some. [glTF 2.0, §3.6.2.3]
+    fn replace(
+        &self,
+        sparse: &Item<'a>,
+        component: Component,
+        width: usize,
+        count: usize,
+        values: &mut [f64],
+    ) -> Result<(), LoadError> {
+        let replaced = sparse.needed("count")?;
+        let part = |name: &str, width: usize, given: Option<Component>| {
+            let missing = || sparse.error(format!("its \"{name}\" are missing"));
+            let part = sparse.child(name)?.ok_or_else(missing)?;
+            let view =
+                self.buffers.view(&self.root, part.needed("bufferView")?, &part, "bufferView")?;
+            let offset = part.whole("byteOffset")?.unwrap_or(0);
+            let kind = given.map_or_else(|| self::component(&part), Ok)?;
+            Column::new(view, offset, kind, replaced, width).map_err(|message| part.error(message))
+        };
+        let indices = part("indices", 1, None)?;
+        let others = part("values", width, Some(component))?;
+        let others: Vec<f64> = others.numbers().collect();
+        for (index, other) in indices.numbers().zip(others.chunks_exact(width)) {
+            if !(0.0..count as f64).contains(&index) || index.fract() != 0.0 {
+                let message = format!("{index} is no index of an element; there are {count}");
+                return Err(sparse.refuse("indices", message));
+            }
+            let first = index as usize * width;
+            values[first..first + width].copy_from_slice(other);
+        }
+        Ok(())
+    }
+}
+
+/// Numbers of an element.
+fn width(accessor: &Item<'_>) -> Result<usize, LoadError> {
+    Ok(match accessor.text("type")? {
+        Some("SCALAR") => 1,
+        Some("VEC2") => 2,
+        Some("VEC3") => 3,
+        Some("VEC4") => 4,
+        Some("MAT4") => 16,
+        _ => {
+            let message = "expected SCALAR, VEC2, VEC3, VEC4 or MAT4";
+            return Err(accessor.refuse("type", message));
+        }
+    })
+}
+
+fn component(item: &Item<'_>) -> Result<Component, LoadError> {
+    let code = item.needed("componentType")?;
+    Component::of(code).ok_or_else(|| {
+        let message =
+            format!("{code} is no type of numbers; expected 5120, 5121, 5122, 5123, 5125 or 5126");
+        item.refuse("componentType", message)
+    })
+}

@@ -1,0 +1,178 @@
+//! Buffers: bytes in files, in data URIs, and in binary files.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use super::super::mesh_file::{self, percent_decoded, percent_decoded_bytes};
+use super::super::xml::quote;
+use super::item::Item;
+use crate::LoadError;
+
+/// Most bytes of all buffers of a scene.
+const MOST_BYTES: usize = 1 << 32;
+
+/// The bytes of all buffers of a file.
+pub(super) struct Buffers<'b> {
+    bytes: Vec<Cow<'b, [u8]>>,
+}
+
+/// A part of a buffer.
+#[derive(Clone, Copy)]
+pub(super) struct View<'b> {
+    pub(super) bytes: &'b [u8],
+    /// Bytes from one element to the next; `None` if they are side by side.
+    pub(super) stride: Option<usize>,
+}
+
+impl<'b> Buffers<'b> {
+    /// Reads all buffers; `binary` is that of a binary file.
+    pub(super) fn read(
+        root: &Item<'_>,
+        binary: Option<&'b [u8]>,
+        file: &Path,
+    ) -> Result<Self, LoadError> {
+        let mut bytes: Vec<Cow<'b, [u8]>> = Vec::new();
+        let mut total = 0_usize;
+        for (i, buffer) in root.children("buffers")?.iter().enumerate() {
+            let length = buffer.needed("byteLength")?;
+            let found = match (buffer.text("uri")?, binary) {
+                (Some(uri), _) => {
+                    Cow::Owned(resource(uri, file).map_err(|why| buffer.refuse("uri", why))?)
+                }
+                (None, Some(binary)) if i == 0 => Cow::Borrowed(binary),
+                (None, _) => {
+                    let message = "it has no \"uri\", and is not the buffer of a binary file, which is the first one";
+                    return Err(buffer.error(message));
+                }
+            };
+            if found.len() < length {
+                let message =
+                    format!("the buffer has {} bytes, but should have {length}", found.len());
+                return Err(buffer.refuse("byteLength", message));
+            }
+            total = total.saturating_add(found.len());
+            if total > MOST_BYTES {
+                return Err(buffer.error(format!("the buffers have more than {MOST_BYTES} bytes")));
+            }
+            bytes.push(found);
+        }
+        Ok(Self { bytes })
+    }
+
+    /// A part of a buffer, which `from` refers to in its field `by`.
+    pub(super) fn view(
+        &self,
+        root: &Item<'_>,
+        index: usize,
+        from: &Item<'_>,
+        by: &str,
+    ) -> Result<View<'_>, LoadError> {
+        let view = root.member("bufferViews", index, from, by)?;
+        if view.extension("EXT_meshopt_compression")?.is_some() {
+            let message = "EXT_meshopt_compression is not supported; export without compression";
+            return Err(view.error(message));
+        }
+        let number = view.needed("buffer")?;
+        root.member("buffers", number, &view, "buffer")?;
+        let buffer = &self.bytes[number];
+        let offset = view.whole("byteOffset")?.unwrap_or(0);
+        let length = view.needed("byteLength")?;
+        let part = offset.checked_add(length).and_then(|end| buffer.get(offset..end));
+        let bytes = part.ok_or_else(|| {
+            let count = buffer.len();
+            view.error(format!(
+                "{length} bytes from byte {offset} are not in buffer {number}, which has {count}"
+            ))
+        })?;
+        let stride = view.whole("byteStride")?;
+        if stride.is_some_and(|stride| !(4..=252).contains(&stride)) {
+            return Err(view.refuse("byteStride", "expected a number of bytes from 4 to 252"));
+        }
+        Ok(View { bytes, stride })
+    }
+}
+
+/// What a URI stands for: the data in it, or the content of a file. The message is meant for the place where it
+/// is written.
+pub(super) fn resource(uri: &str, file: &Path) -> Result<Vec<u8>, String> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        return decoded(data);
+    }
+    mesh_file::read(&path_of(uri, file)?)
+}
+
+/// The path of the file that a URI names, from the folder of the scene.
+fn path_of(uri: &str, file: &Path) -> Result<PathBuf, String> {
+    let scheme = uri.split_once("://").map(|(scheme, _)| scheme);
+    let text = match scheme {
+        None => uri,
+        Some("file") => uri.strip_prefix("file://").unwrap_or(uri),
+        Some(_) => {
+            return Err(format!(
+                "{} is not read; expected data, or the path of a file from the folder of the scene",
+                quote(uri)
+            ));
+        }
+    };
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let as_written = folder.join(text);
+    // Many exporters write names as they are.
+    Ok(if as_written.is_file() { as_written } else { folder.join(percent_decoded(text)) })
+}
+
+/// The data of a URI, behind `data:`. [RFC 2397]
+fn decoded(data: &str) -> Result<Vec<u8>, String> {
+    let (kind, content) =
+        data.split_once(',').ok_or("the data URI has no comma before its data")?;
+    if !kind.ends_with(";base64") {
+        return Ok(percent_decoded_bytes(content));
+    }
+    base64(content).map_err(|(place, byte)| {
+        format!(
+            "byte {place} of the base64 data is {}, which is none of its letters",
+            quote(&char::from(byte).to_string())
+        )
+    })
+}
+
+/// Bytes written with 64 letters, of either alphabet. [RFC 4648, §4 and §5] Blanks and what is missing of the
+/// padding are no errors; the error is the place and value of a byte that is no letter.
+fn base64(text: &str) -> Result<Vec<u8>, (usize, u8)> {
+    let mut bytes = Vec::with_capacity(text.len() / 4 * 3 + 3);
+    let (mut bits, mut count) = (0_u32, 0);
+    for (place, letter) in text.bytes().enumerate() {
+        let value = match letter {
+            b'A'..=b'Z' => letter - b'A',
+            b'a'..=b'z' => letter - b'a' + 26,
+            b'0'..=b'9' => letter - b'0' + 52,
+            b'+' | b'-' => 62,
+            b'/' | b'_' => 63,
+            b'=' | b' ' | b'\t' | b'\r' | b'\n' => continue,
+            _ => return Err((place, letter)),
+        };
+        bits = bits << 6 | u32::from(value);
+        count += 6;
+        if count >= 8 {
+            count -= 8;
+            bytes.push((bits >> count) as u8);
+        }
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The test vectors of RFC 4648, §10, and the letters in which the alphabets differ.
+    #[test]
+    fn base64_is_that_of_its_standard() {
+        let examples =
+            ["", "Zg==", "Zm8=", "Zm9v", "Zm9vYg==", "Zm9vYmE=", "Zm9vYmFy", "Zm9v\nYmFy"];
+        for (i, text) in examples.into_iter().enumerate() {
+            assert_eq!(base64(text).as_deref(), Ok(&b"foobar"[..i.min(6)]), "{text}");
+        }
+        assert_eq!(base64("+/-_"), Ok(vec![0xFB, 0xFF, 0xBF]));
+        assert_eq!(base64("Zg=!"), Err((3, b'!')));
+    }
+}

@@ -1,0 +1,94 @@
+//! What is around the description of a scene: a file of JSON, or a binary one with the JSON and a buffer in it.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::super::mesh_file;
+use crate::{LoadError, Span};
+
+/// The first four bytes of a binary file, "glTF". [glTF 2.0, §4.4.2]
+const MAGIC: u32 = 0x4654_6C67;
+/// The type of a chunk with JSON.
+const JSON: u32 = 0x4E4F_534A;
+/// The type of a chunk with a buffer, "BIN\0".
+const BINARY: u32 = 0x004E_4942;
+/// Most values in the JSON: they take about 64 bytes each.
+const MOST_VALUES: usize = 1 << 23;
+
+/// The JSON, and the buffer of a binary file, if it has one.
+pub(super) fn open<'a>(
+    bytes: &'a [u8],
+    path: &Path,
+) -> Result<(Value, Option<&'a [u8]>), LoadError> {
+    let (json, binary) = if word(bytes, 0) == Some(MAGIC) {
+        chunks(bytes).map_err(|message| mesh_file::error(path, 0, message))?
+    } else {
+        (bytes, None)
+    };
+    let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
+    let values = json.iter().filter(|byte| b",[{".contains(byte)).count();
+    if values > MOST_VALUES {
+        let message =
+            format!("the file has more than {MOST_VALUES} values; please split the scene");
+        return Err(mesh_file::error(path, 0, message));
+    }
+    let parsed = serde_json::from_slice(json).map_err(|error| LoadError::Content {
+        at: Span {
+            file: path.to_owned(),
+            line: u32::try_from(error.line()).unwrap_or(0),
+            column: u32::try_from(error.column()).unwrap_or(0),
+            element: String::new(),
+        },
+        message: format!("the file is no valid JSON: {}", reason(&error)),
+    })?;
+    Ok((parsed, binary))
+}
+
+/// What is wrong, without the place, which messages have in front.
+fn reason(error: &serde_json::Error) -> String {
+    let text = error.to_string();
+    text.split(" at line ").next().unwrap_or_default().to_owned()
+}
+
+/// The chunks of a binary file. [glTF 2.0, §4.4.3]
+fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
+    match word(bytes, 4) {
+        Some(2) => {}
+        Some(other) => {
+            return Err(format!("the binary file is of version {other}; supported is 2"));
+        }
+        None => return Err("the binary file ends in its header".to_owned()),
+    }
+    let claimed = word(bytes, 8).ok_or("the binary file ends in its header")? as usize;
+    let Some(content) = bytes.get(12..claimed.max(12)) else {
+        return Err(format!(
+            "the header says that the file has {claimed} bytes, but it has {}; is a part missing?",
+            bytes.len()
+        ));
+    };
+    let mut rest = content;
+    let json = chunk(&mut rest, JSON)?.ok_or("the file has no chunk of JSON at its start")?;
+    Ok((json, chunk(&mut rest, BINARY)?))
+}
+
+/// Takes the content of the first chunk; `None` if it is not of that type or there is none.
+fn chunk<'b>(rest: &mut &'b [u8], kind: u32) -> Result<Option<&'b [u8]>, String> {
+    let (Some(length), Some(found)) = (word(rest, 0), word(rest, 4)) else { return Ok(None) };
+    if found != kind {
+        return Ok(None);
+    }
+    let bytes = &rest[8..];
+    let Some((content, after)) = bytes.split_at_checked(length as usize) else {
+        let left = bytes.len();
+        return Err(format!("a chunk of {length} bytes is cut off: {left} bytes are left"));
+    };
+    *rest = after;
+    Ok(Some(content))
+}
+
+/// The 32-bit number at an offset, lowest byte first.
+fn word(bytes: &[u8], offset: usize) -> Option<u32> {
+    let word = bytes.get(offset..offset.checked_add(4)?)?;
+    Some(u32::from_le_bytes(word.try_into().ok()?))
+}

@@ -1,0 +1,97 @@
+//! Skins: meshes that are bent by the nodes of a skeleton. [glTF 2.0, §3.7.3]
+
+use pt_math::{DAffine3, DMat3, DVec3};
+
+use super::Reader;
+use super::item::Item;
+use super::nodes::affine;
+use crate::LoadError;
+
+impl<'a> Reader<'a> {
+    /// What each joint of a skin does to the vertices that it moves, from where they were when the mesh was bound
+    /// to the world. `placed` gives the transform of a node.
+    pub(super) fn joints_of(
+        &mut self,
+        skin: &Item<'a>,
+        placed: impl Fn(usize) -> Option<DAffine3>,
+    ) -> Result<Vec<DAffine3>, LoadError> {
+        let nodes = skin.wholes("joints")?;
+        let inverse = self.accessors.numbers(skin, "inverseBindMatrices", &[16])?;
+        let bound = inverse.map_or(Vec::new(), |numbers| numbers.values);
+        if !bound.is_empty() && bound.len() / 16 < nodes.len() {
+            let message =
+                format!("there are {} matrices for {} joints", bound.len() / 16, nodes.len());
+            return Err(skin.refuse("inverseBindMatrices", message));
+        }
+        let mut bound = bound.as_chunks::<16>().0.iter();
+        let joint = |node| {
+            let to_world = placed(node)
+                .ok_or_else(|| skin.refuse("joints", format!("node {node} is not in the scene")))?;
+            Ok(bound.next().map_or(to_world, |matrix| to_world * affine(matrix)))
+        };
+        nodes.into_iter().map(joint).collect()
+    }
+}
+
+/// Moves vertices to where their joints have them: the mean of what these do, by weights whose sum is made 1.
+/// Normals are turned by the transposed inverse.
+pub(super) fn bend(
+    influences: &[Vec<(u32, f32)>],
+    joints: &[DAffine3],
+    positions: &mut [[f32; 3]],
+    normals: Option<&mut Vec<[f32; 3]>>,
+) {
+    let bends: Vec<DAffine3> =
+        influences.iter().map(|influences| blend(influences, joints)).collect();
+    for (position, bend) in positions.iter_mut().zip(&bends) {
+        let moved = bend.transform_point3(DVec3::from_array(position.map(f64::from)));
+        *position = moved.as_vec3().to_array();
+    }
+    for (normal, bend) in normals.into_iter().flatten().zip(&bends) {
+        let turned = cofactors(&bend.matrix3) * DVec3::from_array(normal.map(f64::from));
+        *normal = turned.normalize_or_zero().as_vec3().to_array();
+    }
+}
+
+/// The transposed inverse times the determinant, which is there for what cannot be undone, too.
+fn cofactors(matrix: &DMat3) -> DMat3 {
+    let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *matrix;
+    DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y))
+}
+
+/// The mean of the transforms of joints; that which changes nothing if there are none.
+fn blend(influences: &[(u32, f32)], joints: &[DAffine3]) -> DAffine3 {
+    let total: f64 = influences.iter().map(|(_, weight)| f64::from(*weight)).sum();
+    // Weights that are below 0 have no mean.
+    if total <= 0.0 {
+        return DAffine3::IDENTITY;
+    }
+    let mut sum = DAffine3 { matrix3: DMat3::ZERO, translation: DVec3::ZERO };
+    for (joint, weight) in influences {
+        let (share, joint) = (f64::from(*weight) / total, joints[*joint as usize]);
+        sum.matrix3 += joint.matrix3 * share;
+        sum.translation += joint.translation * share;
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vertices_go_with_the_mean_of_their_joints() {
+        let joints = [
+            DAffine3::from_translation(DVec3::X),
+            DAffine3::from_rotation_z(std::f64::consts::FRAC_PI_2),
+        ];
+        let mut positions = [[2.0, 0.0, 0.0]; 3];
+        let mut normals = vec![[1.0, 0.0, 0.0]; 3];
+        let influences = [vec![(0, 3.0)], vec![(1, 1.0)], vec![(0, 0.5), (1, 0.5)]];
+        bend(&influences, &joints, &mut positions, Some(&mut normals));
+        let close = |a: [f32; 3], b: [f32; 3]| (0..3).all(|c| (a[c] - b[c]).abs() < 1e-6);
+        assert!(close(positions[0], [3.0, 0.0, 0.0]) && close(normals[0], [1.0, 0.0, 0.0]));
+        assert!(close(positions[1], [0.0, 2.0, 0.0]) && close(normals[1], [0.0, 1.0, 0.0]));
+        assert!(close(positions[2], [1.5, 1.0, 0.0]));
+    }
+}

@@ -1,0 +1,276 @@
+//! Primitives: triangles with attributes. [glTF 2.0, §3.7.2]
+
+use std::sync::Arc;
+
+use glam::DVec2;
+use pt_math::{DAffine3, DVec3};
+
+use super::Reader;
+use super::deform;
+use super::item::Item;
+use super::material::Layout;
+use crate::{Attribute, LoadError, Mesh, Part};
+
+/// Triangles one by one, in a strip and in a fan.
+const TRIANGLES: [usize; 3] = [4, 5, 6];
+/// Names of the kinds that have no surface.
+const WITHOUT_SURFACE: [&str; 4] = ["points", "lines", "line loops", "line strips"];
+
+/// How a mesh is laid out and bent where a node shows it.
+#[derive(Clone, Copy)]
+pub(super) struct Form<'f> {
+    /// Weights of the morph targets.
+    pub(super) weights: &'f [f64],
+    /// What each joint does, if the node has a skin.
+    pub(super) joints: Option<&'f [DAffine3]>,
+    /// How the textures of its material lie on it.
+    pub(super) layout: Layout,
+}
+
+impl<'a> Reader<'a> {
+    /// The triangles of a primitive; `None` if it has none, with a note.
+    pub(super) fn primitive(
+        &mut self,
+        primitive: &Item<'a>,
+        name: &str,
+        form: &Form<'_>,
+    ) -> Result<Option<Arc<Mesh>>, LoadError> {
+        let mode = primitive.whole("mode")?.unwrap_or(4);
+        if let Some(kind) = WITHOUT_SURFACE.get(mode) {
+            self.warn(primitive, format!("{kind} have no surface; they are left out"));
+            return Ok(None);
+        }
+        if !TRIANGLES.contains(&mode) {
+            let message = format!("{mode} is no kind of primitive; expected 0 to 6");
+            return Err(primitive.refuse("mode", message));
+        }
+        let Some(attributes) = primitive.child("attributes")? else {
+            return Err(primitive.error("its \"attributes\" are missing"));
+        };
+        let Some(mut positions) = self.accessors.vectors::<3>(&attributes, "POSITION")? else {
+            self.warn(primitive, "it has no POSITION; it is left out");
+            return Ok(None);
+        };
+        let vertices = positions.len();
+        let corners = match self.accessors.wholes::<1>(primitive, "indices")? {
+            Some(indices) => indices.into_iter().map(|[index]| index).collect(),
+            None => (0..vertices as u32).collect::<Vec<u32>>(),
+        };
+        if let Some(bad) = corners.iter().find(|index| **index as usize >= vertices) {
+            let message = format!("{bad} is no index of a vertex; there are {vertices}");
+            return Err(primitive.refuse("indices", message));
+        }
+        let mut triangles = triangles(mode, &corners);
+        if triangles.is_empty() {
+            self.warn(primitive, "it has no triangles; it is left out");
+            return Ok(None);
+        }
+        let mut normals = self.attribute::<3>(&attributes, "NORMAL", vertices)?;
+        self.morph(primitive, form.weights, &mut positions, normals.as_mut())?;
+        if let Some(joints) = form.joints {
+            let influences = self.influences(&attributes, vertices, joints.len())?;
+            deform::bend(&influences, joints, &mut positions, normals.as_mut());
+        }
+        if !positions.as_flattened().iter().all(|x| x.is_finite()) {
+            return Err(
+                primitive.error("its vertices are too far away for numbers of single precision")
+            );
+        }
+        let uvs = self.coordinates(primitive, &attributes, form.layout, vertices)?;
+        let mirrored = match &uvs {
+            Some(uvs) if form.layout.has_relief => mirrored_last(&mut triangles, uvs),
+            _ => 0,
+        };
+        let mesh = Mesh {
+            name: name.to_owned(),
+            parts: parts(triangles.len(), mirrored),
+            triangles,
+            positions,
+            normals: normals.map(at_vertices),
+            uvs: uvs.map(at_vertices),
+            colors: self.colors(&attributes, vertices)?.map(at_vertices),
+            face_colors: None,
+        };
+        Ok(Some(Arc::new(mesh)))
+    }
+
+    /// Values at the vertices of a primitive.
+    pub(super) fn attribute<const N: usize>(
+        &mut self,
+        attributes: &Item<'_>,
+        name: &str,
+        vertices: usize,
+    ) -> Result<Option<Vec<[f32; N]>>, LoadError> {
+        let values = self.accessors.vectors::<N>(attributes, name)?;
+        values.map(|values| as_many(values, attributes, name, vertices)).transpose()
+    }
+
+    /// Texture coordinates, whose v runs down the rows of an image there, and up here.
+    fn coordinates(
+        &mut self,
+        primitive: &Item<'a>,
+        attributes: &Item<'_>,
+        layout: Layout,
+        vertices: usize,
+    ) -> Result<Option<Vec<[f32; 2]>>, LoadError> {
+        let name = format!("TEXCOORD_{}", layout.uv_set.unwrap_or(0));
+        let uvs = self.attribute::<2>(attributes, &name, vertices)?;
+        if uvs.is_none() && layout.uv_set.is_some() {
+            let message =
+                format!("it has no {name} for its textures, which lie on each triangle alone");
+            self.warn(primitive, message);
+        }
+        Ok(uvs.map(|uvs| uvs.into_iter().map(|[u, v]| [u, 1.0 - v]).collect()))
+    }
+
+    /// Colours of vertices, linear. Their opacity is not read.
+    fn colors(
+        &mut self,
+        attributes: &Item<'_>,
+        vertices: usize,
+    ) -> Result<Option<Vec<[f32; 3]>>, LoadError> {
+        let Some(numbers) = self.accessors.numbers(attributes, "COLOR_0", &[3, 4])? else {
+            return Ok(None);
+        };
+        let colors: Vec<[f32; 3]> = numbers
+            .values
+            .chunks_exact(numbers.width)
+            .map(|color| std::array::from_fn(|c| color[c].clamp(0.0, 1.0) as f32))
+            .collect();
+        if numbers.width == 4 && numbers.values.iter().skip(3).step_by(4).any(|alpha| *alpha < 1.0)
+        {
+            self.warn(attributes, "the opacity of COLOR_0 is not read");
+        }
+        as_many(colors, attributes, "COLOR_0", vertices).map(Some)
+    }
+
+    /// Adds morph targets, each by its weight. [glTF 2.0, §3.7.2.2]
+    fn morph(
+        &mut self,
+        primitive: &Item<'a>,
+        weights: &[f64],
+        positions: &mut [[f32; 3]],
+        mut normals: Option<&mut Vec<[f32; 3]>>,
+    ) -> Result<(), LoadError> {
+        let count = primitive.count("targets")?;
+        for (i, weight) in weights.iter().enumerate().take(count).filter(|(_, w)| **w != 0.0) {
+            let target = &primitive.member("targets", i, primitive, "targets")?;
+            let count = positions.len();
+            if let Some(moved) = self.attribute::<3>(target, "POSITION", count)? {
+                add(positions, &moved, *weight);
+            }
+            if let Some(normals) = &mut normals
+                && let Some(turned) = self.attribute::<3>(target, "NORMAL", count)?
+            {
+                add(normals, &turned, *weight);
+            }
+        }
+        Ok(())
+    }
+
+    /// Which joints move each vertex, and how much; up to eight. [glTF 2.0, §3.7.3.3]
+    fn influences(
+        &mut self,
+        attributes: &Item<'_>,
+        vertices: usize,
+        joints: usize,
+    ) -> Result<Vec<Vec<(u32, f32)>>, LoadError> {
+        let mut influences = vec![Vec::new(); vertices];
+        for set in 0..2 {
+            let (by, weights) = (format!("JOINTS_{set}"), format!("WEIGHTS_{set}"));
+            let Some(numbers) = self.accessors.wholes::<4>(attributes, &by)? else { break };
+            let numbers = as_many(numbers, attributes, &by, vertices)?;
+            let Some(weights) = self.attribute::<4>(attributes, &weights, vertices)? else {
+                return Err(attributes.error(format!("it has {by}, but no {weights}")));
+            };
+            for (influences, (numbers, weights)) in
+                influences.iter_mut().zip(numbers.into_iter().zip(weights))
+            {
+                for (joint, weight) in numbers.into_iter().zip(weights).filter(|(_, w)| *w != 0.0) {
+                    if joint as usize >= joints {
+                        let message =
+                            format!("{joint} is no joint of the skin, which has {joints}");
+                        return Err(attributes.refuse(&by, message));
+                    }
+                    influences.push((joint, weight));
+                }
+            }
+        }
+        Ok(influences)
+    }
+}
+
+/// Puts those triangles last on which texture coordinates lie mirrored, and counts them.
+fn mirrored_last(triangles: &mut [[u32; 3]], uvs: &[[f32; 2]]) -> usize {
+    let is_mirrored = |triangle: &[u32; 3]| {
+        let [a, b, c] =
+            triangle.map(|corner| DVec2::from_array(uvs[corner as usize].map(f64::from)));
+        (b - a).perp_dot(c - a) < 0.0
+    };
+    triangles.sort_by_key(is_mirrored);
+    triangles.len() - triangles.partition_point(|triangle| !is_mirrored(triangle))
+}
+
+/// All triangles, of which the last ones are of a second material.
+fn parts(triangles: usize, mirrored: usize) -> Vec<Part> {
+    let (first, all) = ((triangles - mirrored) as u32, triangles as u32);
+    let parts = [Part { triangles: 0..first, slot: 0 }, Part { triangles: first..all, slot: 1 }];
+    parts.into_iter().filter(|part| !part.triangles.is_empty()).collect()
+}
+
+/// Values, of which there have to be as many as vertices.
+fn as_many<T>(
+    values: Vec<T>,
+    attributes: &Item<'_>,
+    name: &str,
+    vertices: usize,
+) -> Result<Vec<T>, LoadError> {
+    if values.len() == vertices {
+        return Ok(values);
+    }
+    let message = format!("it has {} elements, but there are {vertices} vertices", values.len());
+    Err(attributes.refuse(name, message))
+}
+
+/// Values whose indices are those of the positions.
+fn at_vertices<T>(values: Vec<T>) -> Attribute<T> {
+    Attribute { values, indices: None }
+}
+
+fn add(values: &mut [[f32; 3]], more: &[[f32; 3]], weight: f64) {
+    for (value, more) in values.iter_mut().zip(more) {
+        let sum = DVec3::from_array(value.map(f64::from))
+            + weight * DVec3::from_array(more.map(f64::from));
+        *value = sum.as_vec3().to_array();
+    }
+}
+
+/// The corners of triangles; what is left over makes none. [glTF 2.0, §3.7.2.1]
+fn triangles(mode: usize, corners: &[u32]) -> Vec<[u32; 3]> {
+    match mode {
+        4 => corners.as_chunks::<3>().0.to_vec(),
+        5 => corners
+            .windows(3)
+            .enumerate()
+            .map(|(i, t)| if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[0], t[2], t[1]] })
+            .collect(),
+        _ => {
+            let Some((&first, others)) = corners.split_first() else { return Vec::new() };
+            others.windows(2).map(|pair| [pair[0], pair[1], first]).collect()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strips_and_fans_run_around_the_same_way() {
+        let corners = [0, 1, 2, 3, 4];
+        assert_eq!(triangles(4, &corners), [[0, 1, 2]]);
+        assert_eq!(triangles(5, &corners), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
+        assert_eq!(triangles(6, &corners), [[1, 2, 0], [2, 3, 0], [3, 4, 0]]);
+        assert!([4, 5, 6].iter().all(|mode| triangles(*mode, &corners[..2]).is_empty()));
+    }
+}

@@ -1,0 +1,167 @@
+//! Scenes of glTF 2.0, in JSON and binary. [Khronos, "glTF 2.0 Specification", ISO/IEC 12113:2022, and the
+//! registry of its extensions]
+//!
+//! ```text
+//! bytes ─ container ─▶ JSON ─ item ─▶ nodes ─▶ mesh ─▶ accessor ─▶ buffer
+//!         and a buffer   objects that       ├▶ deform (skins)
+//!                        know their path    ├▶ material ─▶ texture
+//!                                           └▶ sight (cameras, lights)
+//! ```
+//!
+//! What cannot be understood is an error with its path in the file, such as `nodes[2].mesh`. What becomes something
+//! like it has a note, and so has an extension that is not read; where a file cannot be read without it, it is an
+//! error. Images that cannot be read have a note.
+//!
+//! Coordinates stay as they are: +y is up, lengths are metres. Animations are not read: nodes, skins and
+//! morph targets are as the file has them at rest.
+//!
+//! Files may be hostile: everything that is referred to is looked up, each node is visited once, and there are
+//! budgets for values, numbers, texels, bytes and objects.
+
+mod accessor;
+mod buffer;
+mod container;
+mod deform;
+mod item;
+mod material;
+mod mesh;
+mod nodes;
+mod sight;
+mod texture;
+
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+use std::sync::Arc;
+
+use accessor::Accessors;
+use buffer::Buffers;
+use item::Item;
+use material::Made;
+use pt_math::DAffine3;
+use texture::Images;
+
+use super::xml::quote;
+use crate::{LoadError, Mesh, Scene, Warning};
+
+/// Extensions that are read, or of which a material tells what becomes of them.
+const EXTENSIONS: [&str; 18] = [
+    "EXT_mesh_gpu_instancing",
+    "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_variants",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+    "KHR_xmp_json_ld",
+];
+
+/// A scene.
+pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
+    let (json, binary) = container::open(bytes, path)?;
+    let root = Item::root(&json, path)?;
+    let warnings = check(&root)?;
+    let buffers = Buffers::read(&root, binary, path)?;
+    let mut reader = Reader {
+        file: path,
+        accessors: Accessors::new(root.clone(), &buffers),
+        buffers: &buffers,
+        root,
+        scene: Scene { warnings, ..Scene::default() },
+        images: Images::default(),
+        materials: HashMap::new(),
+        mirrored: HashMap::new(),
+        meshes: HashMap::new(),
+        joints: HashMap::new(),
+        shown: 0,
+        warned: HashSet::new(),
+    };
+    reader.nodes()?;
+    reader.finish()
+}
+
+/// What was read so far.
+struct Reader<'a> {
+    file: &'a Path,
+    root: Item<'a>,
+    buffers: &'a Buffers<'a>,
+    accessors: Accessors<'a>,
+    scene: Scene,
+    images: Images,
+    /// By index, and whether they show the colours of vertices.
+    materials: HashMap<(Option<usize>, bool), Made>,
+    /// What materials are on triangles on which their textures lie mirrored.
+    mirrored: HashMap<u32, u32>,
+    /// By the indices of mesh and primitive, as they are without a skin and weights of a node.
+    meshes: HashMap<(usize, usize), Option<Arc<Mesh>>>,
+    /// What the joints of each skin do.
+    joints: HashMap<usize, Arc<Vec<DAffine3>>>,
+    /// How many primitives were shown, each as often as it is.
+    shown: usize,
+    /// Notes that were given.
+    warned: HashSet<String>,
+}
+
+impl Reader<'_> {
+    fn warn(&mut self, item: &Item<'_>, message: impl Into<String>) {
+        let warning = Warning { at: item.span(), message: message.into() };
+        // What is shown often is looked at often.
+        if self.warned.insert(warning.to_string()) {
+            self.scene.warnings.push(warning);
+        }
+    }
+
+    fn finish(mut self) -> Result<Scene, LoadError> {
+        if self.root.count("animations")? > 0 {
+            let root = self.root.clone();
+            self.warn(&root, "animations are not read; all stands where it does at rest");
+        }
+        if !self.scene.media.is_empty() {
+            self.scene.settings.integrator = Some("volpath");
+        }
+        if let [first, _, ..] = self.scene.cameras.as_slice() {
+            let (count, name) = (self.scene.cameras.len(), quote(&first.name));
+            let message = format!("the scene has {count} cameras; the first one, {name}, is used");
+            let root = self.root.clone();
+            self.warn(&root, message);
+            self.scene.cameras.truncate(1);
+        }
+        Ok(self.scene)
+    }
+}
+
+/// Checks the version and the extensions; gives notes about those that are not read.
+fn check(root: &Item<'_>) -> Result<Vec<Warning>, LoadError> {
+    let asset = root.child("asset")?;
+    let version = asset.map_or(Ok(None), |asset| asset.text("version"))?.unwrap_or_default();
+    if version.split('.').next() != Some("2") {
+        let message = format!("the version is {}; supported is \"2.0\"", quote(version));
+        return Err(root.refuse("asset", message));
+    }
+    for name in root.texts("extensionsRequired")? {
+        if !EXTENSIONS.contains(&name) {
+            let message = format!(
+                "{} is required by the file, but not supported; export without it",
+                quote(name)
+            );
+            return Err(root.refuse("extensionsRequired", message));
+        }
+    }
+    let unread =
+        root.texts("extensionsUsed")?.into_iter().filter(|name| !EXTENSIONS.contains(name));
+    Ok(unread
+        .map(|name| Warning {
+            at: root.span_of("extensionsUsed"),
+            message: format!("{} is not read", quote(name)),
+        })
+        .collect())
+}

@@ -1,0 +1,300 @@
+//! Nodes: what stands where. [glTF 2.0, §3.5]
+
+use std::sync::Arc;
+
+use pt_math::{DAffine3, DMat3, DQuat, DVec3};
+
+use super::Reader;
+use super::item::Item;
+use super::material::Layout;
+use super::mesh::Form;
+use crate::medium::Sides;
+use crate::{Geometry, LoadError, Object};
+
+/// Most primitives that are shown, each as often as it is. A few lines can ask for any number: meshes of many primitives,
+/// and many nodes that show them.
+const MAX_OBJECTS: usize = 1_000_000;
+
+/// Most morph targets of a mesh.
+const MAX_TARGETS: usize = 1024;
+
+/// The nodes of a scene, each of which is there once.
+struct Placed {
+    /// In the order of the file, parents before children.
+    order: Vec<usize>,
+    /// To the world, by index; `None` if the node is in no part of the scene.
+    to_world: Vec<Option<DAffine3>>,
+}
+
+impl<'a> Reader<'a> {
+    /// Reads all that the nodes of the scene show.
+    pub(super) fn nodes(&mut self) -> Result<(), LoadError> {
+        let placed = self.placed()?;
+        for index in &placed.order {
+            let node = self.root.member("nodes", *index, &self.root, "nodes")?;
+            let to_world = placed.to_world[*index].unwrap_or(DAffine3::IDENTITY);
+            self.camera(&node, to_world)?;
+            self.light(&node, to_world)?;
+            if let Some(mesh) = node.whole("mesh")? {
+                self.mesh(&node, mesh, to_world, &placed)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Where the nodes of the scene are.
+    fn placed(&self) -> Result<Placed, LoadError> {
+        let count = self.root.count("nodes")?;
+        let mut to_world = vec![None; count];
+        let (mut order, mut next) = (Vec::new(), Vec::new());
+        for (root, item, field) in self.roots(count)?.into_iter().rev() {
+            next.push((root, DAffine3::IDENTITY, item, field));
+        }
+        while let Some((index, parent, from, field)) = next.pop() {
+            let node = self.root.member("nodes", index, &from, field)?;
+            if to_world[index].is_some() {
+                let message = format!(
+                    "node {index} is shown twice, or contains itself; expected one parent for each node"
+                );
+                return Err(from.refuse(field, message));
+            }
+            let here = parent * transform(&node)?;
+            if !here.is_finite() {
+                return Err(node.error("its place is too far away, or too large"));
+            }
+            to_world[index] = Some(here);
+            order.push(index);
+            let children = node.wholes("children")?;
+            next.extend(
+                children.into_iter().rev().map(|child| (child, here, node.clone(), "children")),
+            );
+        }
+        Ok(Placed { order, to_world })
+    }
+
+    /// The outermost nodes, and where they are named: those of the scene that is to be shown, or of the first one,
+    /// or, without a scene, all that are nobody's children.
+    fn roots(&self, count: usize) -> Result<Vec<(usize, Item<'a>, &'static str)>, LoadError> {
+        let root = &self.root;
+        let asked = root.whole("scene")?;
+        if asked.is_some() || root.count("scenes")? > 0 {
+            let scene = root.member("scenes", asked.unwrap_or(0), root, "scene")?;
+            let nodes = scene.wholes("nodes")?;
+            return Ok(nodes.into_iter().map(|node| (node, scene.clone(), "nodes")).collect());
+        }
+        let mut is_child = vec![false; count];
+        for node in root.children("nodes")? {
+            for child in node.wholes("children")? {
+                if let Some(is_child) = is_child.get_mut(child) {
+                    *is_child = true;
+                }
+            }
+        }
+        let roots = (0..count).filter(|node| !is_child[*node]);
+        Ok(roots.map(|node| (node, root.clone(), "nodes")).collect())
+    }
+
+    /// Places the primitives of a mesh.
+    fn mesh(
+        &mut self,
+        node: &Item<'a>,
+        index: usize,
+        to_world: DAffine3,
+        placed: &Placed,
+    ) -> Result<(), LoadError> {
+        let mesh = self.root.member("meshes", index, node, "mesh")?;
+        let joints = match node.whole("skin")? {
+            None => None,
+            Some(skin) => Some(self.skin(node, skin, placed)?),
+        };
+        let weights = weights(if node.has("weights") { node } else { &mesh })?;
+        // The vertices of a skin are where its joints are, wherever its node is.
+        let places = match joints {
+            Some(_) => vec![DAffine3::IDENTITY],
+            None => self.instances(node)?.into_iter().map(|place| to_world * place).collect(),
+        };
+        let is_shared = joints.is_none() && !node.has("weights");
+        let count = mesh.count("primitives")?;
+        self.shown = self.shown.saturating_add(count.max(1).saturating_mul(places.len().max(1)));
+        if self.shown > MAX_OBJECTS {
+            return Err(node.error(format!("the scene shows more than {MAX_OBJECTS} primitives")));
+        }
+        let form = Form {
+            weights: &weights,
+            joints: joints.as_ref().map(|joints| joints.as_slice()),
+            layout: Layout::default(),
+        };
+        for (i, primitive) in mesh.children("primitives")?.iter().enumerate() {
+            let key = is_shared.then_some((index, i));
+            let Some(mut object) = self.object(node, &mesh, primitive, key, &form)? else {
+                continue;
+            };
+            if count > 1 {
+                object.name = format!("{} {}", object.name, i + 1);
+            }
+            for (copy, to_world) in places.iter().enumerate() {
+                let mut object = Object { to_world: *to_world, ..object.clone() };
+                if places.len() > 1 {
+                    object.name = format!("{} ({})", object.name, copy + 1);
+                }
+                self.place(node, object)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A primitive with its material, at the origin; `None` if it has no triangles. By the key it is kept for all nodes
+    /// that show it alike.
+    fn object(
+        &mut self,
+        node: &Item<'a>,
+        mesh: &Item<'a>,
+        primitive: &Item<'a>,
+        key: Option<(usize, usize)>,
+        form: &Form<'_>,
+    ) -> Result<Option<Object>, LoadError> {
+        let index = primitive.whole("material")?;
+        let described = index
+            .map(|index| self.root.member("materials", index, primitive, "material"))
+            .transpose()?;
+        let known = key.and_then(|key| self.meshes.get(&key).cloned());
+        let shape = if let Some(known) = known {
+            known
+        } else {
+            let form = Form { layout: self.layout(described.as_ref())?, ..*form };
+            let shape = self.primitive(primitive, &mesh.name(), &form)?;
+            self.meshes.extend(key.map(|key| (key, shape.clone())));
+            shape
+        };
+        let Some(shape) = shape else { return Ok(None) };
+        let made = self.material(index, described.as_ref(), shape.colors.is_some())?;
+        let mut materials = vec![Some(made.material)];
+        if let Some(described) = described.filter(|_| shape.parts.iter().any(|p| p.slot > 0)) {
+            materials.push(Some(self.mirrored(&described, made)?));
+        }
+        Ok(Some(Object {
+            name: node.name(),
+            to_world: DAffine3::IDENTITY,
+            motion: None,
+            geometry: Geometry::Mesh(shape),
+            materials,
+            media: made.medium.map(|inside| Sides { interior: Some(inside), exterior: None }),
+            at: node.span(),
+        }))
+    }
+
+    /// What the joints of a skin do.
+    fn skin(
+        &mut self,
+        node: &Item<'a>,
+        index: usize,
+        placed: &Placed,
+    ) -> Result<Arc<Vec<DAffine3>>, LoadError> {
+        if let Some(known) = self.joints.get(&index) {
+            return Ok(Arc::clone(known));
+        }
+        let skin = self.root.member("skins", index, node, "skin")?;
+        let to_world = |node: usize| placed.to_world.get(node).copied().flatten();
+        let joints = Arc::new(self.joints_of(&skin, to_world)?);
+        self.joints.insert(index, Arc::clone(&joints));
+        Ok(joints)
+    }
+
+    /// Adds an object, unless its place flattens space; then it has a note.
+    fn place(&mut self, node: &Item<'a>, object: Object) -> Result<(), LoadError> {
+        let determinant = object.to_world.matrix3.determinant();
+        if determinant == 0.0 {
+            self.warn(node, "its transform flattens space; its mesh is left out there");
+            return Ok(());
+        }
+        if !object.to_world.is_finite() || !determinant.is_finite() {
+            return Err(node.error("its place is too far away, or too large"));
+        }
+        self.scene.objects.push(object);
+        Ok(())
+    }
+
+    /// Where copies of a mesh stand in the node, by EXT_mesh_gpu_instancing; once where it is, without that.
+    fn instances(&mut self, node: &Item<'a>) -> Result<Vec<DAffine3>, LoadError> {
+        let Some(instancing) = node.extension("EXT_mesh_gpu_instancing")? else {
+            return Ok(vec![DAffine3::IDENTITY]);
+        };
+        let missing = || instancing.error("its \"attributes\" are missing");
+        let attributes = instancing.child("attributes")?.ok_or_else(missing)?;
+        let moved = self.accessors.vectors::<3>(&attributes, "TRANSLATION")?;
+        let turned = self.accessors.vectors::<4>(&attributes, "ROTATION")?;
+        let scaled = self.accessors.vectors::<3>(&attributes, "SCALE")?;
+        let counts = [
+            moved.as_ref().map(Vec::len),
+            turned.as_ref().map(Vec::len),
+            scaled.as_ref().map(Vec::len),
+        ];
+        let count = counts.into_iter().flatten().next().unwrap_or(0);
+        if counts.into_iter().flatten().any(|other| other != count) {
+            return Err(attributes.error("its accessors have different numbers of elements"));
+        }
+        if count > MAX_OBJECTS {
+            let message = format!("the scene shows more than {MAX_OBJECTS} primitives");
+            return Err(attributes.error(message));
+        }
+        let wide = |v: [f32; 3]| v.map(f64::from);
+        let place = |i: usize| {
+            let rotation =
+                turned.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |all| all[i].map(f64::from));
+            let rotation = quaternion(rotation).ok_or_else(|| {
+                attributes
+                    .refuse("ROTATION", format!("element {i} is zero; expected unit quaternions"))
+            })?;
+            Ok(composed(
+                moved.as_ref().map_or([0.0; 3], |all| wide(all[i])),
+                rotation,
+                scaled.as_ref().map_or([1.0; 3], |all| wide(all[i])),
+            ))
+        };
+        (0..count).map(place).collect()
+    }
+}
+
+/// Weights of the morph targets of a mesh, or of a node that shows it.
+fn weights(item: &Item<'_>) -> Result<Vec<f64>, LoadError> {
+    let count = item.count("weights")?;
+    if count > MAX_TARGETS {
+        let message = format!("{count} morph targets; expected at most {MAX_TARGETS}");
+        return Err(item.refuse("weights", message));
+    }
+    item.numbers("weights")
+}
+
+/// From a node to its parent. [glTF 2.0, §3.5.3]
+fn transform(node: &Item<'_>) -> Result<DAffine3, LoadError> {
+    if let Some(matrix) = node.vector::<16>("matrix")? {
+        if [matrix[3], matrix[7], matrix[11], matrix[15]] != [0.0, 0.0, 0.0, 1.0] {
+            let message = "expected 0 0 0 1 as its last row, so that parallels stay parallel";
+            return Err(node.refuse("matrix", message));
+        }
+        return Ok(affine(&matrix));
+    }
+    let rotation = node.vector("rotation")?.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+    let rotation = quaternion(rotation)
+        .ok_or_else(|| node.refuse("rotation", "it is zero; expected a unit quaternion x y z w"))?;
+    let moved = node.vector("translation")?.unwrap_or([0.0; 3]);
+    Ok(composed(moved, rotation, node.vector("scale")?.unwrap_or([1.0; 3])))
+}
+
+/// A rotation; `None` if the numbers are all about 0.
+fn quaternion(xyzw: [f64; 4]) -> Option<DQuat> {
+    let rotation = DQuat::from_array(xyzw);
+    let length = rotation.length();
+    (length > 1e-12 && length.is_finite()).then(|| rotation.normalize())
+}
+
+/// Scales, then turns, then moves.
+fn composed(moved: [f64; 3], rotation: DQuat, scale: [f64; 3]) -> DAffine3 {
+    DAffine3::from_scale_rotation_translation(scale.into(), rotation, moved.into())
+}
+
+/// A matrix by its columns, without its last row.
+pub(super) fn affine(m: &[f64; 16]) -> DAffine3 {
+    let column = |c: usize| DVec3::new(m[4 * c], m[4 * c + 1], m[4 * c + 2]);
+    DAffine3 { matrix3: DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) }
+}

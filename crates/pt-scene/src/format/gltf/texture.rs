@@ -1,0 +1,304 @@
+//! Textures: images, which part of them is meant, and how they lie on a surface. [glTF 2.0, §3.8]
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use pt_math::color::linear_from_srgb;
+use pt_math::{DMat3, DVec3, Vec3};
+
+use super::Reader;
+use super::buffer;
+use super::item::Item;
+use crate::LoadError;
+use crate::image::{self, Decoded, Image, Numbers};
+use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
+
+/// Most texels that are read from all images of a scene, counted as often as they are read.
+const MOST_TEXELS: usize = 1 << 28;
+
+/// What of an image is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Content {
+    /// Colours of sRGB.
+    Colors,
+    /// One channel, 0 to 2, as it is.
+    Channel(usize),
+    /// The opacity; 1 if there is none.
+    Opacity,
+    /// Where the opacity is at least a number, given by its bits.
+    Mask(u32),
+    /// Normals.
+    Normals {
+        /// By what their slopes are multiplied, given by its bits.
+        scale: u32,
+        /// Whether they lean to the other side along v.
+        is_mirrored: bool,
+    },
+}
+
+/// The images that were read.
+#[derive(Default)]
+pub(super) struct Images {
+    /// As they are stored, by index.
+    stored: HashMap<usize, Result<Arc<Decoded>, String>>,
+    made: HashMap<(usize, Content), Arc<Image>>,
+    texels: usize,
+}
+
+impl Images {
+    /// Counts texels.
+    fn count(&mut self, texels: usize) -> Result<(), String> {
+        self.texels = self.texels.saturating_add(texels);
+        if self.texels > MOST_TEXELS {
+            return Err(format!("the images of the scene have more than {MOST_TEXELS} texels"));
+        }
+        Ok(())
+    }
+}
+
+impl<'a> Reader<'a> {
+    /// The texture that a field of a material names. `None` if there is none, or its image cannot be read: then it has
+    /// a note, and what the texture is multiplied with stands alone.
+    pub(super) fn texture(
+        &mut self,
+        from: &Item<'a>,
+        field: &str,
+        content: Content,
+    ) -> Result<Option<Arc<Texture>>, LoadError> {
+        let Some(info) = from.child(field)? else { return Ok(None) };
+        let texture = self.root.member("textures", info.needed("index")?, &info, "index")?;
+        let Some(source) = texture.whole("source")? else {
+            let message =
+                "it has no \"source\" of PNG or JPEG; what it is multiplied with stands alone";
+            self.warn(&texture, message);
+            return Ok(None);
+        };
+        let described = self.root.member("images", source, &texture, "source")?;
+        let image = match self.image(source, &described, content) {
+            Ok(image) => image,
+            Err(why) => {
+                self.warn(
+                    &described,
+                    format!(
+                        "the image is not shown: {why}; what it is multiplied with stands alone"
+                    ),
+                );
+                return Ok(None);
+            }
+        };
+        let (wrap, mut filter) = self.sampler(&texture)?;
+        if matches!(content, Content::Normals { .. }) && filter == Filter::Trilinear {
+            filter = Filter::Bilinear;
+        }
+        let to_pattern = placement(&info)?;
+        let pattern = Pattern::Bitmap(Bitmap { image, wrap, filter });
+        Ok(Some(Arc::new(Texture { pattern, to_pattern })))
+    }
+
+    /// The set of texture coordinates on which a texture lies, if the field names one.
+    pub(super) fn uv_set_of(from: &Item<'a>, field: &str) -> Result<Option<usize>, LoadError> {
+        let Some(info) = from.child(field)? else { return Ok(None) };
+        let moved = info.extension("KHR_texture_transform")?;
+        let set = moved.map_or(Ok(None), |moved| moved.whole("texCoord"))?;
+        Ok(Some(set.or(info.whole("texCoord")?).unwrap_or(0)))
+    }
+
+    /// What is meant of an image, made once. The error is a message.
+    fn image(
+        &mut self,
+        index: usize,
+        described: &Item<'a>,
+        content: Content,
+    ) -> Result<Arc<Image>, String> {
+        if let Some(known) = self.images.made.get(&(index, content)) {
+            return Ok(Arc::clone(known));
+        }
+        let known = self.images.stored.get(&index).cloned();
+        let stored = known.unwrap_or_else(|| {
+            let stored = self.decoded(described).map(Arc::new);
+            self.images.stored.insert(index, stored.clone());
+            stored
+        })?;
+        self.images.count(stored.image.pixels.len())?;
+        let image = Arc::new(part(&stored, content));
+        self.images.made.insert((index, content), Arc::clone(&image));
+        Ok(image)
+    }
+
+    /// The numbers of an image as they are stored: what a file says about its colours does not count.
+    fn decoded(&mut self, described: &Item<'a>) -> Result<Decoded, String> {
+        let bytes = self.bytes(described)?;
+        let name = match &*bytes {
+            [0x89, b'P', b'N', b'G', ..] => "image.png",
+            [0xFF, 0xD8, ..] => "image.jpg",
+            _ => return Err("it is neither PNG nor JPEG".to_owned()),
+        };
+        // Those that fail late took time, too.
+        self.images.count(bytes.len())?;
+        let decoded = image::decode_as(&bytes, Path::new(name), Numbers::Stored);
+        let decoded = decoded.map_err(|error| error.to_string())?;
+        self.images.count(decoded.image.pixels.len())?;
+        Ok(decoded)
+    }
+
+    /// The file of an image, wherever it is.
+    fn bytes(&self, described: &Item<'a>) -> Result<Cow<'a, [u8]>, String> {
+        let text = |error: LoadError| error.to_string();
+        let uri = described.text("uri").map_err(text)?;
+        let view = described.whole("bufferView").map_err(text)?;
+        match (uri, view) {
+            (Some(uri), None) => buffer::resource(uri, self.file).map(Cow::Owned),
+            (None, Some(view)) => {
+                let view = self.buffers.view(&self.root, view, described, "bufferView");
+                Ok(Cow::Borrowed(view.map_err(text)?.bytes))
+            }
+            _ => Err("expected either a \"uri\" or a \"bufferView\"".to_owned()),
+        }
+    }
+
+    /// What a sampler says is beyond the edges and between the texels.
+    fn sampler(&mut self, texture: &Item<'a>) -> Result<(Wrap, Filter), LoadError> {
+        /// The code for the nearest texel.
+        const NEAREST: usize = 9728;
+        let Some(index) = texture.whole("sampler")? else {
+            return Ok((Wrap::Repeat, Filter::Trilinear));
+        };
+        let sampler = self.root.member("samplers", index, texture, "sampler")?;
+        let wrap = |field| {
+            Ok(match sampler.whole(field)?.unwrap_or(10_497) {
+                10_497 => Wrap::Repeat,
+                33_071 => Wrap::Clamp,
+                33_648 => Wrap::Mirror,
+                other => {
+                    let message =
+                        format!("{other} is no wrap mode; expected 33071, 33648 or 10497");
+                    return Err(sampler.refuse(field, message));
+                }
+            })
+        };
+        let (along_u, along_v) = (wrap("wrapS")?, wrap("wrapT")?);
+        if along_u != along_v {
+            self.warn(&sampler, "wrapS and wrapT differ; wrapS is taken for both");
+        }
+        let is_nearest = sampler.whole("magFilter")? == Some(NEAREST);
+        Ok((along_u, if is_nearest { Filter::Nearest } else { Filter::Trilinear }))
+    }
+}
+
+/// From the coordinates of a surface, with v upwards, to those of an image, by KHR_texture_transform: with v downwards,
+/// coordinates are scaled, then turned by an angle so that +u goes to −v, then moved. The listing in the text of the
+/// extension turns the other way than its words and all who read it. [KhronosGroup/glTF, issue 1563]
+fn placement(info: &Item<'_>) -> Result<DMat3, LoadError> {
+    let Some(moved) = info.extension("KHR_texture_transform")? else { return Ok(DMat3::IDENTITY) };
+    let [scale_u, scale_v] = moved.vector("scale")?.unwrap_or([1.0; 2]);
+    let [u, v] = moved.vector("offset")?.unwrap_or([0.0; 2]);
+    let (sin, cos) = libm::sincos(moved.number("rotation")?.unwrap_or(0.0));
+    let upside_down =
+        DMat3::from_cols(DVec3::X, DVec3::new(0.0, -1.0, 0.0), DVec3::new(0.0, 1.0, 1.0));
+    let placed = DMat3::from_cols(
+        DVec3::new(cos, -sin, 0.0) * scale_u,
+        DVec3::new(sin, cos, 0.0) * scale_v,
+        DVec3::new(u, v, 1.0),
+    );
+    Ok(upside_down * placed * upside_down)
+}
+
+/// What is meant of an image.
+fn part(stored: &Decoded, content: Content) -> Image {
+    let Decoded { image: Image { width, height, pixels }, alpha } = stored;
+    let opacity = |i: usize| alpha.as_ref().map_or(1.0, |alpha| alpha[i]);
+    let texels = pixels.iter().enumerate();
+    let pixels = match content {
+        Content::Colors => linear(pixels),
+        Content::Channel(c) => pixels.iter().map(|pixel| [pixel[c]; 3]).collect(),
+        Content::Opacity => texels.map(|(i, _)| [opacity(i); 3]).collect(),
+        Content::Mask(least) => {
+            let is_there = |i| f32::from(u8::from(opacity(i) >= f32::from_bits(least)));
+            texels.map(|(i, _)| [is_there(i); 3]).collect()
+        }
+        Content::Normals { scale, is_mirrored } => {
+            let along_u = f32::from_bits(scale);
+            let along_v = if is_mirrored { -along_u } else { along_u };
+            pixels.iter().map(|pixel| steeper(*pixel, [along_u, along_v])).collect()
+        }
+    };
+    Image { width: *width, height: *height, pixels }
+}
+
+/// Levels of sRGB as light.
+fn linear(pixels: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    let table: [f32; 256] = std::array::from_fn(|level| linear_from_srgb(level as f32 / 255.0));
+    let light = |share: f32| {
+        let level = (255.0 * share).round();
+        if level / 255.0 == share { table[level as usize] } else { linear_from_srgb(share) }
+    };
+    pixels.iter().map(|pixel| pixel.map(light)).collect()
+}
+
+/// A normal, as a colour, whose x and y are multiplied. [glTF 2.0, §5.20.3]
+fn steeper(color: [f32; 3], [x, y]: [f32; 2]) -> [f32; 3] {
+    let normal = 2.0 * Vec3::from_array(color) - Vec3::ONE;
+    let normal = (normal * Vec3::new(x, y, 1.0)).normalize_or(Vec3::Z);
+    (0.5 * normal + Vec3::splat(0.5)).to_array()
+}
+
+/// A colour times a texture, if there is one.
+pub(super) fn painted(factor: [f32; 3], texture: Option<Arc<Texture>>) -> Color {
+    match texture {
+        None => factor.into(),
+        Some(texture) if factor == [1.0; 3] => Input::Texture(texture),
+        Some(texture) => {
+            let factors = [Input::Texture(texture), factor.into()];
+            Input::Texture(Arc::new(Pattern::Product(Box::new(factors)).into()))
+        }
+    }
+}
+
+/// A number times a texture, if there is one.
+pub(super) fn measured(factor: f32, texture: Option<Arc<Texture>>) -> Scalar {
+    match painted([factor; 3], texture) {
+        Input::Value([value, ..]) => Input::Value(value),
+        Input::Texture(texture) => Input::Texture(texture),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    /// A quarter turn takes +u to −v where v runs down, which is up: counter-clockwise to the eye.
+    #[test]
+    fn coordinates_turn_counter_clockwise() {
+        let turn = json!({"extensions": {"KHR_texture_transform": {
+            "rotation": std::f64::consts::FRAC_PI_2, "offset": [0.25, 0.5], "scale": [2, 1]
+        }}});
+        let info = Item::root(&turn, Path::new("a.gltf")).expect("an object");
+        let placed = placement(&info).expect("a transform");
+        // With v downwards: (1, 0) is scaled to (2, 0), turned to (0, −2), and moved to (0.25, −1.5).
+        let found = placed * DVec3::new(1.0, 1.0, 1.0);
+        assert!(found.distance(DVec3::new(0.25, 1.0 + 1.5, 1.0)) < 1e-12, "{found}");
+    }
+
+    #[test]
+    fn normals_keep_their_length_when_they_get_steeper() {
+        for scale in [0.0, 0.5, 1.0, 3.0] {
+            let normal =
+                2.0 * Vec3::from_array(steeper([0.8, 0.6, 0.9], [scale, -scale])) - Vec3::ONE;
+            assert!((normal.length() - 1.0).abs() < 1e-6);
+            assert!((normal.x / normal.z - 0.75 * scale).abs() < 1e-6);
+            assert!((normal.y / normal.z + 0.25 * scale).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn levels_of_srgb_become_the_light_that_they_stand_for() {
+        let pixels = [[0.0, 1.0, 100.0 / 255.0], [0.1, 0.5, 0.033]];
+        for (found, stored) in linear(&pixels).iter().zip(pixels) {
+            assert_eq!(*found, stored.map(linear_from_srgb));
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! Materials and textures.
+
+use pt_math::color::linear_from_srgb;
+use pt_scene::material::{Embossed, Mix, Principled};
+use pt_scene::medium::Matter;
+use pt_scene::texture::{Bitmap, Filter, Pattern, Relief, Wrap};
+use pt_scene::{Color, Geometry, Material, Scalar, Scene, Sides, Surface};
+use serde_json::{Value, json};
+
+use super::read;
+use super::text::Text;
+
+/// Two texels side by side: (188, 0, 51) with an opacity of 0, and (188, 100, 51) with one of 128.
+const PNG: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAYAAAD0In+KAAAAEUlEQVR42mPYw2DMsCfFuAEADB0Cw5g8Xu0AAAAASUVORK5CYII=";
+
+/// A scene of one triangle of a material, with the texture 0.
+fn scene(material: &Value) -> Scene {
+    let mut text = Text::default();
+    let attributes = text.triangle();
+    read(&text.with(json!({
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": attributes, "material": 0}]}],
+        "materials": [material],
+        "textures": [{"source": 0, "sampler": 0}],
+        "images": [{"uri": PNG}],
+        "samplers": [{"wrapS": 33071, "wrapT": 33071, "magFilter": 9728}]
+    })))
+}
+
+fn made(material: &Value) -> Material {
+    scene(material).materials.remove(0)
+}
+
+fn principled(material: &Value) -> Principled {
+    match made(material).surface {
+        Surface::Principled(principled) => principled,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn bitmap(color: &Color) -> &Bitmap {
+    match color.texture().map(|texture| &texture.pattern) {
+        Some(Pattern::Bitmap(bitmap)) => bitmap,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// The factors of a product.
+fn factors(color: &Color) -> &[Color; 2] {
+    match color.texture().map(|texture| &texture.pattern) {
+        Some(Pattern::Product(factors)) => factors,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A number's texels.
+fn texels(number: &Scalar) -> Vec<[f32; 3]> {
+    match number.texture().map(|texture| &texture.pattern) {
+        Some(Pattern::Bitmap(bitmap)) => bitmap.image.pixels.clone(),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn without_a_word_it_is_a_rough_white_metal() {
+    let plain = principled(&json!({}));
+    assert_eq!(plain.base_color, Color::Value([1.0; 3]));
+    assert_eq!((plain.metallic, plain.roughness), (Scalar::Value(1.0), Scalar::Value(1.0)));
+    assert!(plain.two_sided && plain.multiple_scattering);
+    let mut text = Text::default();
+    let primitive = json!({"attributes": text.triangle()});
+    let nodes = json!({"nodes": [{"mesh": 0}], "meshes": [{"primitives": [primitive]}]});
+    let without = read(&text.with(nodes)).materials.remove(0);
+    assert_eq!(without.surface, made(&json!({})).surface);
+}
+
+#[test]
+fn numbers_are_those_of_the_file() {
+    let found = principled(&json!({"pbrMetallicRoughness": {
+        "baseColorFactor": [0.25, 0.5, 0.75, 1], "metallicFactor": 0.25, "roughnessFactor": 0.5
+    }}));
+    assert_eq!(found.base_color, Color::Value([0.25, 0.5, 0.75]));
+    assert_eq!((found.metallic, found.roughness), (Scalar::Value(0.25), Scalar::Value(0.5)));
+    assert_eq!(found.ior, 1.5);
+}
+
+#[test]
+fn colours_are_decoded_and_numbers_are_not() {
+    let found = principled(&json!({"pbrMetallicRoughness": {
+        "baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 0}, "roughnessFactor": 0.5
+    }}));
+    let base = bitmap(&found.base_color);
+    let light = |level: f32| linear_from_srgb(level / 255.0);
+    let of = |green| [light(188.0), light(green), light(51.0)];
+    assert_eq!(base.image.pixels, [of(0.0), of(100.0)]);
+    assert_eq!((base.wrap, base.filter), (Wrap::Clamp, Filter::Nearest));
+    assert_eq!(texels(&found.metallic), [[51.0 / 255.0; 3]; 2]);
+    let Scalar::Texture(roughness) = &found.roughness else { panic!("{:?}", found.roughness) };
+    let roughness = Color::Texture(roughness.clone());
+    let [texture, factor] = factors(&roughness);
+    assert_eq!(bitmap(texture).image.pixels, [[0.0; 3], [100.0 / 255.0; 3]]);
+    assert_eq!(*factor, Color::Value([0.5; 3]));
+}
+
+#[test]
+fn opacity_counts_where_the_alpha_mode_says_so() {
+    let of = |mode: &str, factor: f64, cutoff: f64| {
+        made(&json!({"alphaMode": mode, "alphaCutoff": cutoff, "pbrMetallicRoughness": {
+            "baseColorFactor": [1, 1, 1, factor], "baseColorTexture": {"index": 0}
+        }}))
+        .opacity
+    };
+    assert_eq!(of("OPAQUE", 0.5, 0.5), Scalar::Value(1.0));
+    assert_eq!(texels(&of("BLEND", 1.0, 0.5)), [[0.0; 3], [128.0 / 255.0; 3]]);
+    assert_eq!(texels(&of("MASK", 1.0, 0.5)), [[0.0; 3], [1.0; 3]]);
+    assert_eq!(texels(&of("MASK", 1.0, 0.6)), [[0.0; 3]; 2]);
+    assert_eq!(texels(&of("MASK", 0.5, 0.2)), [[0.0; 3], [1.0; 3]]);
+    assert_eq!(texels(&of("MASK", 0.5, 0.3)), [[0.0; 3]; 2]);
+    let plain = |factor: f64| {
+        made(&json!({"alphaMode": "MASK", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, factor]}}))
+            .opacity
+    };
+    assert_eq!((plain(0.4), plain(0.5)), (Scalar::Value(0.0), Scalar::Value(1.0)));
+}
+
+#[test]
+fn what_is_left_of_light_is_the_colour_of_attenuation() {
+    let colour = [0.9_f32, 0.5, 0.1];
+    let scene = scene(&json!({"extensions": {
+        "KHR_materials_transmission": {"transmissionFactor": 1},
+        "KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 0.4, "attenuationColor": colour}
+    }}));
+    assert_eq!(scene.objects[0].media, Some(Sides { interior: Some(0), exterior: None }));
+    assert_eq!(scene.settings.integrator, Some("volpath"));
+    let Matter::Homogeneous { extinction, albedo } = scene.media[0].matter else {
+        panic!("{:?}", scene.media[0])
+    };
+    assert_eq!(albedo, [0.0; 3]);
+    for (left, sigma) in colour.into_iter().zip(extinction) {
+        assert!((left - (-0.4 * sigma).exp()).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn without_a_thickness_light_goes_through_a_sheet() {
+    let sheet = |metallic: f64| {
+        made(&json!({"pbrMetallicRoughness": {"metallicFactor": metallic, "roughnessFactor": 0.25}, "extensions": {
+            "KHR_materials_transmission": {"transmissionFactor": 0.75}, "KHR_materials_ior": {"ior": 1.25}
+        }}))
+        .surface
+    };
+    let Surface::PrincipledThin(thin) = sheet(0.0) else { panic!("{:?}", sheet(0.0)) };
+    assert_eq!((thin.spec_trans, thin.ior), (Scalar::Value(0.75), 1.25));
+    assert_eq!((thin.roughness, thin.diff_trans), (Scalar::Value(0.25), Scalar::Value(0.0)));
+    let Surface::Mix(Mix { second, share, .. }) = sheet(0.5) else { panic!("{:?}", sheet(0.5)) };
+    assert_eq!(share, Scalar::Value(0.5));
+    let Surface::Principled(metal) = *second else { panic!("{second:?}") };
+    assert!(metal.metallic == Scalar::Value(1.0) && !metal.transmits());
+}
+
+/// ((n − 1) / (n + 1))² is scaled.
+#[test]
+fn the_strength_of_reflection_becomes_an_index() {
+    let index = |strength: f64, ior: f64| {
+        let extensions = json!({
+            "KHR_materials_specular": {"specularFactor": strength}, "KHR_materials_ior": {"ior": ior}
+        });
+        principled(&json!({"extensions": extensions})).ior
+    };
+    let reflectance = |n: f32| ((n - 1.0) / (n + 1.0)).powi(2);
+    for (strength, ior) in [(1.0, 1.5), (0.5, 1.5), (0.25, 2.5)] {
+        let wanted = strength as f32 * reflectance(ior as f32);
+        assert!((reflectance(index(strength, ior)) - wanted).abs() < 1e-6);
+    }
+    assert_eq!(index(0.0, 1.5), 1.0);
+    assert!((reflectance(index(1.0, 0.0)) - 0.96).abs() < 1e-4);
+}
+
+#[test]
+fn glow_has_its_strength() {
+    let glow = |fields: Value| made(&fields).emission;
+    let strength = json!({"KHR_materials_emissive_strength": {"emissiveStrength": 8}});
+    let plain = glow(json!({"emissiveFactor": [1, 0.5, 0], "extensions": strength}));
+    assert_eq!(plain, Color::Value([8.0, 4.0, 0.0]));
+    let textured = glow(json!({
+        "emissiveFactor": [1, 0.5, 0], "emissiveTexture": {"index": 0}, "extensions": strength
+    }));
+    assert_eq!(factors(&textured)[1], Color::Value([8.0, 4.0, 0.0]));
+    assert_eq!(glow(json!({"emissiveTexture": {"index": 0}})), Color::Value([0.0; 3]));
+}
+
+#[test]
+fn normals_keep_the_numbers_of_their_image() {
+    let surface = made(&json!({"normalTexture": {"index": 0}})).surface;
+    let Surface::Embossed(Embossed { relief: Relief::Normals(map), .. }) = surface else {
+        panic!("{surface:?}")
+    };
+    let found = bitmap(&Color::Texture(map)).image.pixels[1];
+    let stored = [188.0, 100.0, 51.0].map(|level: f32| 2.0 * level / 255.0 - 1.0);
+    let length = stored.iter().map(|x| x * x).sum::<f32>().sqrt();
+    for (found, stored) in found.into_iter().zip(stored) {
+        assert!((2.0 * found - 1.0 - stored / length).abs() < 1e-6);
+    }
+}
+
+/// Two triangles, of which coordinates lie mirrored on the first one.
+#[test]
+fn normals_lean_to_the_other_side_where_coordinates_lie_mirrored() {
+    let mut text = Text::default();
+    let square = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    let positions = text.vectors(&[square.as_slice(), &square].concat());
+    let uvs = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
+    let mirrored = uvs.map(|[u, v]: [f32; 2]| [1.0 - u, v]);
+    let uvs = text.vectors(&[mirrored, uvs].concat());
+    let indices = text.accessor(&[0, 1, 2, 4, 5, 6], "SCALAR", 5121, 6);
+    let scene = read(&text.with(json!({
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{
+            "attributes": {"POSITION": positions, "TEXCOORD_0": uvs}, "indices": indices, "material": 0
+        }]}],
+        "materials": [{"normalTexture": {"index": 0}}],
+        "textures": [{"source": 0}],
+        "images": [{"uri": PNG}]
+    })));
+    let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("a mesh") };
+    assert_eq!(mesh.triangles, [[4, 5, 6], [0, 1, 2]]);
+    assert_eq!(scene.objects[0].materials, [Some(0), Some(1)]);
+    let [upright, mirrored] = [0, 1].map(|slot: usize| match &scene.materials[slot].surface {
+        Surface::Embossed(Embossed { relief: Relief::Normals(map), .. }) => {
+            bitmap(&Color::Texture(map.clone())).image.pixels[0].map(|x| 2.0 * x - 1.0)
+        }
+        other => panic!("{other:?}"),
+    });
+    assert!(upright[1] != 0.0);
+    for (upright, mirrored) in upright.into_iter().zip([mirrored[0], -mirrored[1], mirrored[2]]) {
+        assert!((upright - mirrored).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn colours_of_vertices_multiply_the_base() {
+    let mut text = Text::default();
+    let mut attributes = text.triangle();
+    let levels = [[255, 0, 51, 9], [0, 255, 0, 9], [0, 0, 255, 9_u8]];
+    let colors = text.accessor(levels.as_flattened(), "VEC4", 5121, 3);
+    attributes["COLOR_0"] = colors.into();
+    let mut file: Value = serde_json::from_str(&text.with(json!({
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": attributes, "material": 0}]}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 1, 1]}}]
+    })))
+    .expect("it was written");
+    file["accessors"][colors]["normalized"] = true.into();
+    let scene = read(&file.to_string());
+    let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("a mesh") };
+    assert_eq!(mesh.colors.as_ref().map(|colors| colors.values[0]), Some([1.0, 0.0, 0.2]));
+    let Surface::Principled(found) = &scene.materials[0].surface else { panic!("principled") };
+    let [colors, factor] = factors(&found.base_color);
+    assert!(colors.texture().is_some_and(|texture| texture.shows_colors_of_mesh()));
+    assert_eq!(*factor, Color::Value([0.5, 0.5, 1.0]));
+}
+
+#[test]
+fn images_are_made_once() {
+    let mut text = Text::default();
+    let attributes = text.triangle();
+    let material = json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}});
+    let scene = read(&text.with(json!({
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [
+            {"attributes": attributes, "material": 0}, {"attributes": attributes, "material": 1}
+        ]}],
+        "materials": [material, material],
+        "textures": [{"source": 0}],
+        "images": [{"uri": PNG}]
+    })));
+    let images: Vec<_> = scene
+        .materials
+        .iter()
+        .map(|material| match &material.surface {
+            Surface::Principled(found) => bitmap(&found.base_color).image.clone(),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert!(images.len() == 2 && std::sync::Arc::ptr_eq(&images[0], &images[1]));
+}
