@@ -307,7 +307,7 @@ fn next_steps() {
     eprintln!("Try next:");
     eprintln!("  pathtracer -s 1024 -f clean.exr          less noise, as linear floating point");
     eprintln!("  pathtracer --show indirect               only light that was scattered twice");
-    eprintln!("  pathtracer -r 1280 720 my_scene.dae      a scene of yours (.dae .xml .ply .obj)");
+    eprintln!("  pathtracer -r 1280 720 my_scene.dae      a scene of yours (also .glb .xml .pbrt)");
     eprintln!("  pathtracer --help                        everything else");
     eprintln!("(in the source tree: cargo run --release -- OPTIONS)");
 }
