@@ -40,10 +40,10 @@ const SQUARE: usize = 8;
 
 /// Shares of the probability 1 − c with which a render may be wrong: by what no sample found; by looks before pixels are told
 /// apart, which hardly ever find an image good enough; and by those after, of which the first is meant to come too early.
-const WRONG_UNSEEN: f64 = 0.3;
+const WRONG_UNSEEN: f64 = 0.2;
 const WRONG_EARLY: f64 = 0.02;
-const WRONG_FIRST: f64 = 0.08;
-const WRONG_LATER: f64 = 0.6;
+const WRONG_FIRST: f64 = 0.02;
+const WRONG_LATER: f64 = 0.76;
 
 /// Shares that what no sample found may have in the square of the error, of which that with the fewest samples is taken:
 /// from the greatest on, each this much less than the one before.
@@ -64,7 +64,7 @@ const LARGEST_STEP: u32 = 2;
 /// Powers of the factor by which the variance has still to fall that more samples are taken to bring: points of a sequence are
 /// better than independent ones, by which it is reckoned. Of the next round when pixels are told apart, and later; and
 /// the least, the likely and the greatest of all that follows.
-const FIRST: f64 = 0.75;
+const FIRST: f64 = 0.7;
 const LATER: f64 = 1.0;
 const EXPECTED: [f64; 3] = [0.55, 0.85, 1.1];
 
@@ -187,12 +187,12 @@ impl Target {
 
     /// How many samples pixels are to have for each of the goal, by what their neighbours know, outside of the squares of
     /// `reuse`² of which they are a part: for the least error of the image in proportion to the standard deviation of a sample, for the
-    /// same error everywhere to the variance. It is told by how much halves differ, which says little of a single pixel, and so
+    /// same error everywhere to the variance; nothing if all are to have the same. It is told by how much halves differ, which says little of a single pixel, and so
     /// by many; and as much by how samples differ within halves, which says more, and so by the next pixels, but
     /// not how good the sequence of samples is: relative to many.
     fn densities(&self, film: &Film, reuse: u32) -> Option<Vec<f32>> {
         if self.uniform {
-            return Some(vec![1.0; film.region().area()]);
+            return Some(Vec::new());
         }
         let power = if self.noise.is_none() { FLATTER * 0.5 } else { FLATTER };
         let errors = film.square_errors(self.white)?.into_iter().map(|e| libm::pow(e, power));

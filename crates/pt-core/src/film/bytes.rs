@@ -9,7 +9,7 @@
 //! samples were refused for each reason (u64 each, in the order of [`Fault::ALL`]), how many of them are named (u32), and of each its row, column and
 //! number, and the number of the reason (u32 each). Then 1 if there is a second half, which follows with all of the above, and
 //! else 0 (u32). Then 0, or 1 and the plan: its goal, rounds and least (u32 each), what is expected (three u64), the error
-//! (f64, NaN for none), and 0, or 1 and the densities of the pixels (f32). Nothing else.
+//! (f64, NaN for none), and 0, or 1 and the densities of the pixels (f32), or 2 if these are alike. Nothing else.
 
 use std::io::{self, Write};
 
@@ -55,7 +55,12 @@ impl Film {
         put(out, &[1, *goal, *rounds, *least], u32::to_le_bytes)?;
         put(out, expected, u64::to_le_bytes)?;
         put(out, &[error.unwrap_or(f64::NAN)], f64::to_le_bytes)?;
-        put(out, &[u32::from(densities.is_some())], u32::to_le_bytes)?;
+        let kind = match densities.as_deref() {
+            None => 0,
+            Some([]) => 2,
+            Some(_) => 1,
+        };
+        put(out, &[kind], u32::to_le_bytes)?;
         put(out, densities.as_deref().unwrap_or_default(), f32::to_le_bytes)
     }
 
@@ -167,6 +172,7 @@ fn take_plan(rest: &mut &[u8], region: Region) -> Option<Plan> {
     let error = take(rest, 1, f64::from_le_bytes)?.pop().filter(|error| !error.is_nan());
     let densities = match take_word(rest)? {
         0 => None,
+        2 => Some(Vec::new()),
         _ => Some(take(rest, region.area() as u64, f32::from_le_bytes)?),
     };
     Some(Plan { goal, rounds, least, densities, error, expected })
@@ -287,7 +293,7 @@ mod tests {
     }
 
     /// One of two halves, of which samples were decided.
-    fn planned(densities: bool) -> Film {
+    fn planned(densities: Option<Vec<f32>>) -> Film {
         let region = Region::full([3, 2]);
         let groups = ["sky".into(), "rest".into()];
         let mut film =
@@ -299,8 +305,7 @@ mod tests {
                 tile.add_parts([1, 1], &samples, &[samples, samples].concat(), None);
             }
         }
-        let error = densities.then_some(0.5);
-        let densities = densities.then(|| vec![0.5; 6]);
+        let error = densities.is_some().then_some(0.5);
         film.set_plan(Plan { goal: 9, rounds: 2, least: 4, densities, error, expected: [1, 2, 3] });
         film
     }
@@ -314,7 +319,7 @@ mod tests {
     #[test]
     fn films_are_read_as_they_were_written() {
         let empty = [[0, 3], [2, 2]].map(|size| Film::new(Region::full(size)));
-        let planned = [planned(false), planned(true)];
+        let planned = [None, Some(Vec::new()), Some(vec![0.5; 6])].map(planned);
         for film in [film()].into_iter().chain(empty).chain(planned) {
             assert_eq!(Film::read(&bytes(&film)).as_ref(), Ok(&film));
         }
@@ -322,7 +327,7 @@ mod tests {
 
     #[test]
     fn no_part_of_a_film_is_a_film() {
-        for film in [film(), planned(true)] {
+        for film in [film(), planned(Some(vec![0.5; 6]))] {
             let whole = bytes(&film);
             for end in 0..whole.len() {
                 assert_eq!(Film::read(&whole[..end]), Err(FilmError::Short(end)));
@@ -340,10 +345,10 @@ mod tests {
         let mut unknown = bytes(&film());
         unknown[28] = b'x';
         assert_eq!(Film::read(&unknown), Err(FilmError::Quantity("xlbedo".into())));
-        let mut strange = planned(true);
+        let mut strange = planned(Some(vec![0.5; 6]));
         strange.half_mut(Half::Second).first = 7;
         assert_eq!(Film::read(&bytes(&strange)), Err(FilmError::Halves));
-        let mut strange = planned(true);
+        let mut strange = planned(Some(vec![0.5; 6]));
         strange.half_mut(Half::Second).light_groups[0] = "sun".into();
         assert_eq!(Film::read(&bytes(&strange)), Err(FilmError::Halves));
     }

@@ -15,7 +15,7 @@ const SCENES: [(&str, &str, f64, u32); 5] = [
     ("cornell.dae", "-r 64 48", 0.06, 131_072),
     ("mitsuba/spot.xml", "-r 64 64", 0.004, 65_536),
     ("mitsuba/sunsky_evening.xml", "-r 48 48", 0.015, 65_536),
-    ("mitsuba/environment.xml", "-r 48 48", 0.004, 65_536),
+    ("mitsuba/environment.xml", "-r 96 96", 0.004, 65_536),
     ("mitsuba/fog.xml", "-r 40 40", 0.04, 65_536),
 ];
 
@@ -55,24 +55,23 @@ impl Subject<'_> {
         Ok((image::load_raw(&self.image)?.pixels, summary))
     }
 
-    /// Samples of a pixel with which a render that takes the same of each has an error of at most `target`, by the same
-    /// measure and with the same confidence, if it is known how many these are and there is a single look.
-    fn known_samples(&self, target: f64, seed: u32) -> Result<f64> {
-        let mut before: Option<(f64, f64)> = None;
-        for power in 4.. {
-            let spp = 1u32 << power;
+    /// The fewest samples of a pixel with which a render that takes the same of each has an error of at most `target`, by the same
+    /// measure and with the same confidence, if it is known how many these are and there is a single look; to 1 %.
+    fn known_samples(&self, target: f64, seed: u32) -> Result<u32> {
+        let is_enough = |spp: u32| -> Result<bool> {
             let options = format!("-s {spp} --seed {seed} --aov half_a,half_b");
-            let error = number(&self.render(&options)?.1, "error_at_most")?;
-            let samples = f64::from(spp);
-            if error <= target {
-                // Errors are powers of samples.
-                let Some((fewer, larger)) = before else { return Ok(samples) };
-                let share = libm::log(larger / target) / libm::log(larger / error);
-                return Ok(fewer * libm::pow(samples / fewer, share));
-            }
-            before = Some((samples, error));
+            Ok(number(&self.render(&options)?.1, "error_at_most")? <= target)
+        };
+        let mut enough = 16;
+        while !is_enough(enough)? {
+            enough *= 2;
         }
-        unreachable!("powers do not end")
+        let mut too_few = enough / 2;
+        while enough - too_few > (enough / 100).max(1) {
+            let middle = u32::midpoint(too_few, enough);
+            *(if is_enough(middle)? { &mut enough } else { &mut too_few }) = middle;
+        }
+        Ok(enough)
     }
 }
 
@@ -125,7 +124,7 @@ pub(super) fn run(program: &Path) -> Result<()> {
         let mean_of_some = |samples: &dyn Fn(u32) -> Result<f64>| -> Result<f64> {
             Ok((0..SOME).map(samples).sum::<Result<f64>>()? / f64::from(SOME))
         };
-        let known = mean_of_some(&|seed| subject.known_samples(target, seed))?;
+        let known = mean_of_some(&|seed| Ok(subject.known_samples(target, seed)?.into()))?;
         let uniform = mean_of_some(&|seed| {
             let (_, summary) = subject.render(&format!("{} --uniform", to_target(seed)))?;
             Ok(number(&summary, "samples")? / pixels)
