@@ -252,6 +252,9 @@ pub struct Principled {
     /// Whether light that one facet reflects to another is followed on, and so not lost, as in
     /// [`Roughness::multiple_scattering`]; of what goes through, it is lost.
     pub multiple_scattering: bool,
+    /// Whether the base is matte and has the light that the gloss over it leaves to it, so that no light is
+    /// gained; else it is that of Burley, beside which the gloss is. The flatness is that of Burley's base alone.
+    pub layered: bool,
 }
 
 impl Default for Principled {
@@ -274,6 +277,7 @@ impl Default for Principled {
             two_sided: false,
             inside_out: false,
             multiple_scattering: false,
+            layered: false,
         }
     }
 }

@@ -43,7 +43,7 @@ type Row = [Entry; ALPHAS];
 struct Entry {
     /// Seen along the greater roughness, and across it; in between, by the square of the cosine.
     lost: [[f32; COSINES]; 2],
-    /// The mean over the square of the greater roughness, with which it grows.
+    /// The mean; of what grows with the square of the greater roughness, over that.
     mean: f32,
 }
 
@@ -72,27 +72,33 @@ fn node(i: usize, n: usize) -> f32 {
 }
 
 impl Entry {
-    /// `scattered` says E of facets at a cosine in the plane of x and z.
-    fn new(facets: Facets, scattered: impl Fn(&Facets, f32) -> f32) -> Self {
+    /// `scattered` says E of facets at a cosine in the plane of x and z, at places by a `stretch`, which is their roughness but
+    /// of what changes with angles by other reasons, too.
+    fn new(facets: Facets, stretch: f32, scattered: impl Fn(&Facets, f32) -> f32) -> Self {
         let [greater, lesser] = facets.alpha;
         let seen = |alpha| {
             std::array::from_fn(|j| {
-                let cos = cosine(node(j, COSINES), greater);
+                let cos = cosine(node(j, COSINES), stretch);
                 (1.0 - scattered(&Facets { alpha, ..facets }, cos)).max(0.0)
             })
         };
         let along = seen([greater, lesser]);
         let across = if greater == lesser { along } else { seen([lesser, greater]) };
         let mut entry = Self { lost: [along, across], mean: 0.0 };
-        entry.mean = entry.mean_of(greater) / (greater * greater);
+        entry.mean = entry.mean_of(stretch);
         entry
     }
 
+    /// The same with a mean that grows with the square of the roughness.
+    fn growing(self, alpha: f32) -> Self {
+        Self { mean: self.mean / (alpha * alpha), ..self }
+    }
+
     /// 2 ∫ (1 − E) cos θ d cos θ, by midpoints in √cos θ, of all directions around.
-    fn mean_of(&self, alpha: f32) -> f32 {
+    fn mean_of(&self, stretch: f32) -> f32 {
         const STEPS: u16 = 512;
         let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(STEPS);
-        let lost = |t: f32| 4.0 * t * t * t * self.at(place(t * t, alpha), 0.5);
+        let lost = |t: f32| 4.0 * t * t * t * self.at(place(t * t, stretch), 0.5);
         (0..STEPS).map(middle).map(lost).sum::<f32>() / f32::from(STEPS)
     }
 
@@ -156,22 +162,37 @@ static DIELECTRICS: [Losses<INDICES>; 4] = [
     Losses::new(Distribution::Ggx, Masking::Separable, dielectrics),
 ];
 
+/// What facets of dielectrics do not reflect at once: separable ones of GGX.
+static GLOSSES: Losses<INDICES> = Losses::new(Distribution::Ggx, Masking::Separable, glosses);
+
 /// Facets that reflect all light, of which the lesser roughness is less by the square of `place`.
 fn mirrors(facets: Facets, place: f32) -> Entry {
     let [greater, _] = facets.alpha;
     let lesser = (greater * place * place).max(LEAST_ALPHA);
-    Entry::new(Facets { alpha: [greater, lesser], ..facets }, |facets, cos| {
+    Entry::new(Facets { alpha: [greater, lesser], ..facets }, greater, |facets, cos| {
         facets.mean_of_visible(cos, 32, |wo, h| {
             let wi = h * (2.0 * wo.dot(h)) - wo;
             if wi.z > 0.0 { facets.shadowing(wo, wi) } else { 0.0 }
         })
     })
+    .growing(greater)
+}
+
+/// The index at a place among the rows of dielectrics, and the other way round.
+fn index_at(place: f32) -> f32 {
+    (0.5 + place) / (1.5 - place)
+}
+
+/// See [`index_at`].
+#[inline]
+fn place_of_index(eta: f32) -> f32 {
+    0.5 + (eta - 1.0) / (eta + 1.0)
 }
 
 /// Facets of a dielectric, of which the index is at a `place`.
 fn dielectrics(facets: Facets, place: f32) -> Entry {
-    let eta = (0.5 + place) / (1.5 - place);
-    Entry::new(facets, |facets, cos| {
+    let eta = index_at(place);
+    Entry::new(facets, facets.alpha[0], |facets, cos| {
         facets.mean_of_visible(cos, 24, |wo, h| {
             let cos = wo.dot(h);
             let (f, cos_t) = fresnel::dielectric(cos, eta).unwrap_or((1.0, 0.0));
@@ -180,6 +201,26 @@ fn dielectrics(facets: Facets, place: f32) -> Entry {
             let refracted =
                 if down.z < 0.0 { (1.0 - f) * facets.shadowing(wo, -down) } else { 0.0 };
             reflected + refracted
+        })
+    })
+    .growing(facets.alpha[0])
+}
+
+/// By which stretch places are, of what a gloss leaves: even smooth ones reflect more along the surface.
+#[inline]
+fn stretch_of_gloss(alpha: f32) -> f32 {
+    alpha.max(0.12)
+}
+
+/// Facets of a dielectric of which the index is at a `place`: light that they reflect is not lost, all other is.
+fn glosses(facets: Facets, place: f32) -> Entry {
+    let eta = index_at(place);
+    Entry::new(facets, stretch_of_gloss(facets.alpha[0]), |facets, cos| {
+        facets.mean_of_visible(cos, 24, |wo, h| {
+            let cos = wo.dot(h);
+            let (f, wi) =
+                (fresnel::dielectric(cos, eta).map_or(1.0, |(f, _)| f), h * (2.0 * cos) - wo);
+            if wi.z > 0.0 { f * facets.shadowing(wo, wi) } else { 0.0 }
         })
     })
 }
@@ -236,6 +277,58 @@ impl Reflected {
     }
 }
 
+/// What a gloss of facets leaves to what lies under it: light that is not reflected reaches the base, of which as much leaves in
+/// each direction as would have reached it from there. So the two together scatter all light where the base does, and are
+/// reciprocal: f = (1 − E(o)) (1 − E(i)) / (π (1 − mean of E)), with E of the gloss. [Kelemen & Szirmay-Kalos 2001, "A Microfacet
+/// Based Coupled Specular-Matte BRDF Model with Importance Sampling", §2.1]
+#[derive(Clone, Copy)]
+pub(super) struct Gloss {
+    alpha: f32,
+    place: f32,
+    /// What facets reflect more than once, and how much there is of it.
+    again: Option<(Reflected, f32)>,
+    /// The mean of 1 − E.
+    mean: f32,
+}
+
+impl Gloss {
+    /// Of facets of GGX, whose roughness is taken as the same in all directions, with the index `eta` of the other side over that of
+    /// this one; with `again`, light that one facet reflects to another is not lost.
+    #[inline]
+    pub(super) fn new(facets: &Facets, eta: f32, again: bool) -> Self {
+        let [ax, ay] = facets.alpha;
+        let alpha = (ax * ay).sqrt().clamp(LEAST_ALPHA, 1.0);
+        let place = place_of_index(eta);
+        let again = again.then(|| {
+            let reflected = Reflected::new(facets);
+            let dielectric = Spectrum::splat(fresnel::mean_dielectric(eta));
+            (reflected, reflected.colored(dielectric).luminance())
+        });
+        let once = GLOSSES.between(alpha, place, |entry| entry.mean);
+        let mean = once - again.map_or(0.0, |(reflected, share)| share * reflected.mean);
+        Self { alpha, place, again, mean }
+    }
+
+    /// 1 − E for a direction above the surface.
+    #[inline]
+    fn left(&self, w: Vec3) -> f32 {
+        let x = place(w.z, stretch_of_gloss(self.alpha));
+        let once = GLOSSES.between(self.alpha, self.place, |entry| entry.at(x, 0.5));
+        let again = self.again.map_or(0.0, |(reflected, share)| share * reflected.lost(w));
+        (once - again).max(0.0)
+    }
+
+    /// f cos θi of a white matte base, for two directions above the surface.
+    #[inline]
+    pub(super) fn eval_base(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if self.mean > 0.0 {
+            self.left(wo) * self.left(wi) * (FRAC_1_PI * wi.z) / self.mean
+        } else {
+            0.0
+        }
+    }
+}
+
 /// What facets of a dielectric scatter more than once, as seen from one of its sides. Their roughness is the same in
 /// all directions.
 #[derive(Clone, Copy)]
@@ -256,7 +349,7 @@ impl Interface {
     pub(super) fn new(facets: &Facets, eta: f32) -> Self {
         let losses = &DIELECTRICS[facets.kind()];
         let alpha = facets.alpha[0].clamp(LEAST_ALPHA, 1.0);
-        let places = [eta, 1.0 / eta].map(|eta| 0.5 + (eta - 1.0) / (eta + 1.0));
+        let places = [eta, 1.0 / eta].map(place_of_index);
         let means = places.map(|place| losses.between(alpha, place, |e| e.mean) * alpha * alpha);
         // What goes through is as much as smooth surfaces let through, or less, so that it is reciprocal: its
         // shares of both sides, times means of losses, are as 1 to η².

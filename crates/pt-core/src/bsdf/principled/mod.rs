@@ -7,7 +7,7 @@ mod thin;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 use pt_scene::material::{Distribution, Masking};
 
-use super::compensation::Reflected;
+use super::compensation::{Gloss, Reflected};
 use super::fresnel;
 use super::microfacet::Facets;
 use super::rough_dielectric::{Pair, eta_from, refract, upright};
@@ -54,6 +54,8 @@ pub struct Principled {
     pub inside_out: bool,
     /// Whether light that one facet reflects to another is followed on, and so not lost.
     pub multiple_scattering: bool,
+    /// Whether the base is matte and has the light that the facets of a dielectric leave to it; `flatness` then says nothing.
+    pub layered: bool,
 }
 
 /// Probabilities of the maps that [`Lobe::sample`] takes; the rest is the cosine's.
@@ -240,7 +242,12 @@ impl Principled {
         let opaque = self.opaque();
         if opaque > 0.0 {
             let &Self { base_color: color, roughness, flatness, .. } = self;
-            sum += Base { color, roughness, flatness }.eval(*wo, *wi) * opaque;
+            sum += if self.layered {
+                let gloss = Gloss::new(&self.facets(), self.eta, self.multiple_scattering);
+                color * (opaque * gloss.eval_base(*wo, *wi))
+            } else {
+                Base { color, roughness, flatness }.eval(*wo, *wi) * opaque
+            };
             if self.sheen > 0.0 {
                 let amount = self.sheen * (1.0 - self.metallic);
                 sum += sheen(color, self.sheen_tint, *wo, *wi) * amount;
@@ -328,7 +335,11 @@ impl Lobe for Principled {
             self.flatness,
             self.clearcoat,
             self.clearcoat_gloss,
-            f32::from(u8::from(self.inside_out) + 2 * u8::from(self.multiple_scattering)),
+            f32::from(
+                u8::from(self.inside_out)
+                    + 2 * u8::from(self.multiple_scattering)
+                    + 4 * u8::from(self.layered),
+            ),
         ]
     }
 
@@ -350,6 +361,7 @@ impl Lobe for Principled {
             clearcoat_gloss: p[Self::CLEARCOAT_GLOSS],
             inside_out: flags & 1 != 0,
             multiple_scattering: flags & 2 != 0,
+            layered: flags & 4 != 0,
         }
     }
 
@@ -407,6 +419,7 @@ impl Lobe for Principled {
             clearcoat_gloss: 0.0,
             inside_out: false,
             multiple_scattering: false,
+            layered: false,
         };
         let (base_color, dark) = (Spectrum::rgb(0.9, 0.6, 0.3), Spectrum::rgb(0.1, 0.05, 0.03));
         vec![
@@ -422,6 +435,7 @@ impl Lobe for Principled {
             Self { base_color, metallic: 1.0, roughness: 0.6, anisotropic: 0.7, ..plain },
             Self { clearcoat: 1.0, metallic: 0.4, ..plain },
             Self { base_color, metallic: 1.0, roughness: 0.9, multiple_scattering: true, ..plain },
+            Self { base_color, layered: true, multiple_scattering: true, ..plain },
             Self { base_color, spec_trans: 1.0, ..plain },
             Self { base_color, spec_trans: 1.0, eta: 1.0 / 1.33, roughness: 0.4, ..plain },
             Self { spec_trans: 0.6, eta: 1.33, clearcoat: 0.5, metallic: 0.2, ..plain },
@@ -457,6 +471,41 @@ mod tests {
                 let [wo, wi] = [0, 1].map(|_| random.direction()).map(|w| w * w.z.signum());
                 let (got, want) = (lobe.eval(wo, wi).0, conductor.eval(wo, wi).0);
                 assert!((got / want - 1.0).abs().max_element() < 1e-3, "{wo} {wi}: {got} {want}");
+            }
+        }
+    }
+
+    /// Under a gloss, a white base sends back all light that the gloss does not, whatever the roughness and the index.
+    #[test]
+    fn layers_of_white_lose_no_light() {
+        let mut random = Random::new(5);
+        for (roughness, eta) in [
+            (0.1, 1.5),
+            (0.5, 1.5),
+            (0.8, 1.33),
+            (1.0, 2.0),
+            (0.6, 1.0),
+            (0.2, 1.5),
+            (0.3, 1.5),
+            (0.03, 1.5),
+        ] {
+            let lobe = Principled {
+                base_color: Spectrum::ONE,
+                roughness,
+                eta,
+                multiple_scattering: true,
+                layered: true,
+                ..Principled::examples()[0]
+            };
+            for cos in [0.05, 0.3, 0.7, 1.0_f32] {
+                let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+                const SAMPLES: u32 = 100_000;
+                let light = (0..SAMPLES).map(|_| {
+                    let u = [0; 3].map(|_| random.unit());
+                    f64::from(lobe.sample(wo, u).map_or(0.0, |s| s.weight.luminance()))
+                });
+                let mean = light.sum::<f64>() / f64::from(SAMPLES);
+                assert!((mean - 1.0).abs() < 0.005, "{roughness} {eta} {cos}: {mean}");
             }
         }
     }

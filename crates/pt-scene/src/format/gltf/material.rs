@@ -120,6 +120,7 @@ impl<'a> Reader<'a> {
             metallic: 1.0.into(),
             roughness: 1.0.into(),
             multiple_scattering: true,
+            layered: true,
             ..Principled::default()
         };
         if let Some(base) = item.child("pbrMetallicRoughness")? {
