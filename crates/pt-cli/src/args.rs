@@ -11,6 +11,7 @@ use pathtracer::{Aov, Builder, DirectLight, LightGroups, SamplerKind};
 use crate::check::{self, Checked};
 use crate::commands::Command;
 use crate::formats::{self, ExrCompression, ExrType, Tonemap};
+use crate::loading::Loading;
 use crate::target::Stop;
 use crate::{light_groups, message};
 
@@ -188,11 +189,8 @@ pub(crate) struct Cli {
     #[arg(long, help_heading = "What to show")]
     pub(crate) cs184: bool,
 
-    /// What $NAME in a Mitsuba scene stands for, instead of its <default>; may be given for several
-    /// names
-    #[arg(short = 'D', long, value_name = "NAME=VALUE", value_parser = check::definition)]
-    #[arg(help_heading = "Scene")]
-    pub(crate) define: Vec<(String, String)>,
+    #[command(flatten)]
+    pub(crate) loading: Loading,
 
     /// Environment map: light from all around, an image in latitude and longitude (.exr, .hdr, .png,
     /// .jpg)

@@ -13,6 +13,7 @@ mod info;
 mod keeping;
 mod light_groups;
 mod limits;
+mod loading;
 mod machine;
 mod merge;
 mod message;

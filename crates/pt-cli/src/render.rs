@@ -9,7 +9,7 @@ use pathtracer::image::{self, Image, Transfer};
 use pathtracer::receipt::Receipt;
 use pathtracer::{
     CompileOptions, EnvironmentMap, INTEGRATORS, Observer, Progress, Registration, Scene, Session,
-    Settings, camera_file, source,
+    Settings, Source, camera_file,
 };
 
 use crate::check::{Checked, check_estimator};
@@ -55,8 +55,7 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     let start = Instant::now();
     let limit = Limit::of(request);
     limit.check_files(request)?;
-    let (prepared, sources) = source::noting(|| prepare(request, &limit, start));
-    let Prepared { scene, mut session, load } = prepared?;
+    let Prepared { scene, mut session, sources, load } = prepare(request, &limit, start)?;
     tell_notes(request, &scene, &session);
     let denoising = Denoising::begin(request, threads(request));
     let threads = threads(request);
@@ -145,6 +144,8 @@ fn connect(request: &Checked) -> Option<Viewer> {
 pub(crate) struct Prepared {
     pub(crate) scene: Scene,
     pub(crate) session: Session,
+    /// The files that were read.
+    sources: Vec<Source>,
     /// Wall-clock time of reading files.
     load: Duration,
 }
@@ -154,12 +155,13 @@ pub(crate) struct Prepared {
 /// # Errors
 /// If a file cannot be read, or a scene makes no sense.
 pub(crate) fn prepare(request: &Checked, limit: &Limit, start: Instant) -> Result<Prepared> {
-    let environment = load_environment(request)?;
-    let scene = load_scene(request)?;
+    let mut sources = Vec::new();
+    let environment = load_environment(request, &mut sources)?;
+    let scene = load_scene(request, &mut sources)?;
     limit.check_scene(request, &scene)?;
     let load = start.elapsed();
-    let session = compile(request, &scene, environment)?;
-    Ok(Prepared { scene, session, load })
+    let session = compile(request, &scene, environment, &mut sources)?;
+    Ok(Prepared { scene, session, sources, load })
 }
 
 fn threads(request: &Checked) -> usize {
@@ -179,22 +181,31 @@ fn total(session: &Session) -> u64 {
     film.region().area() as u64 * u64::from(session.settings().spp.saturating_sub(film.first()))
 }
 
-fn load_scene(request: &Checked) -> Result<Scene> {
+fn load_scene(request: &Checked, sources: &mut Vec<Source>) -> Result<Scene> {
     let Some(path) = request.scene() else { return Ok(pathtracer::default_scene()) };
     if request.cli.cs184 && !request.cli.quiet {
         course::input(path);
     }
-    Ok(pathtracer::load_with(path, &request.load_options())?)
+    let reading = pathtracer::read_with(path, &request.load_options());
+    sources.extend(reading.sources);
+    Ok(reading.scene?)
 }
 
 /// The environment map, and under `--cs184` the picture of its probabilities.
-fn load_environment(request: &Checked) -> Result<Option<EnvironmentMap>> {
+fn load_environment(
+    request: &Checked,
+    sources: &mut Vec<Source>,
+) -> Result<Option<EnvironmentMap>> {
     let Some(path) = &request.cli.environment else { return Ok(None) };
     let course = request.cli.cs184;
     if course && !request.cli.quiet {
         course::loading_environment(path);
     }
-    let map: Image = image::load_as(path, Transfer::Srgb)?;
+    image::check_readable(path)?;
+    let bytes =
+        std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    sources.push(Source::of(path, &bytes));
+    let map: Image = image::decode(&bytes, path, Transfer::Srgb)?;
     if course {
         let debug = pathtracer::course::probability_debug(&map);
         image::save_rgb8(Path::new("probability_debug.png"), map.width, map.height, &debug)?;
@@ -210,9 +221,12 @@ fn compile(
     request: &Checked,
     scene: &Scene,
     environment: Option<EnvironmentMap>,
+    sources: &mut Vec<Source>,
 ) -> Result<Session> {
     let cli = &request.cli;
-    let mut camera = cli.camera.as_deref().map(camera_file::load).transpose()?;
+    let read = cli.camera.as_deref().map(camera_file::load).transpose()?;
+    let (mut camera, source) = read.unzip();
+    sources.extend(source);
     if let (Some(camera), Some(of_scene)) = (&mut camera, scene.cameras.last()) {
         // Files of settings know none.
         (camera.medium, camera.shutter) = (of_scene.medium, of_scene.shutter);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use pt_scene::format::collada::parse;
+use pt_scene::format::parse;
 use pt_scene::image::{Image, SaveOptions};
 use pt_scene::material::Black;
 use pt_scene::texture::{Bitmap, Filter, Pattern, Wrap};

@@ -13,7 +13,7 @@ mod robustness;
 
 use std::path::{Path, PathBuf};
 
-use pt_scene::format::collada::parse;
+use pt_scene::format::parse;
 use pt_scene::texture::Input;
 use pt_scene::{Geometry, LoadError, Scene};
 

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use roxmltree::NodeId;
 
 use super::geometry::Shape;
+use crate::format::context::Context;
 use crate::format::mesh_file;
 use crate::format::xml::{Document, Node, did_you_mean, quote};
 use crate::image::Image;
@@ -24,6 +25,7 @@ const MAX_VALUES_PER_BYTE: usize = 2;
 /// A document on its way to a [`Scene`].
 pub(super) struct Reader<'a> {
     pub(super) document: &'a Document<'a>,
+    pub(super) context: &'a Context,
     /// What has been read so far.
     pub(super) scene: Scene,
     /// Index of each material read.
@@ -43,9 +45,10 @@ pub(super) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    pub(super) fn new(document: &'a Document<'a>) -> Self {
+    pub(super) fn new(document: &'a Document<'a>, context: &'a Context) -> Self {
         let mut reader = Self {
             document,
+            context,
             scene: Scene::default(),
             materials: HashMap::new(),
             images: HashMap::new(),

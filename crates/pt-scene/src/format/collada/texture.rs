@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::reader::Reader;
 use crate::format::mesh_file;
 use crate::format::xml::{Node, quote};
-use crate::image::{self, Transfer};
+use crate::image::{Numbers, Transfer};
 use crate::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
 
 /// The texture of an image file, which is read once for all materials that show it.
@@ -22,9 +22,8 @@ pub(super) fn read(
     let image = if let Some(known) = reader.images.get(&path) {
         Arc::clone(known)
     } else {
-        let bytes = mesh_file::read(&path)?;
-        let image = image::decode(&bytes, &path, Transfer::Srgb);
-        let image = Arc::new(image.map_err(|error| error.to_string())?);
+        let image = reader.context.picture(&path, Numbers::Light(Transfer::Srgb))?;
+        let image = Arc::new(image.image);
         reader.images.insert(path, Arc::clone(&image));
         image
     };

@@ -3,7 +3,8 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use super::super::mesh_file::{self, percent_decoded, percent_decoded_bytes};
+use super::super::context::Context;
+use super::super::mesh_file::{percent_decoded, percent_decoded_bytes};
 use super::super::xml::quote;
 use super::item::Item;
 use crate::LoadError;
@@ -30,15 +31,16 @@ impl<'b> Buffers<'b> {
         root: &Item<'_>,
         binary: Option<&'b [u8]>,
         file: &Path,
+        context: &Context,
     ) -> Result<Self, LoadError> {
         let mut bytes: Vec<Cow<'b, [u8]>> = Vec::new();
         let mut total = 0_usize;
         for (i, buffer) in root.children("buffers")?.iter().enumerate() {
             let length = buffer.needed("byteLength")?;
             let found = match (buffer.text("uri")?, binary) {
-                (Some(uri), _) => {
-                    Cow::Owned(resource(uri, file).map_err(|why| buffer.refuse("uri", why))?)
-                }
+                (Some(uri), _) => Cow::Owned(
+                    resource(uri, file, context).map_err(|why| buffer.refuse("uri", why))?,
+                ),
                 (None, Some(binary)) if i == 0 => Cow::Borrowed(binary),
                 (None, _) => {
                     let message = "it has no \"uri\", and is not the buffer of a binary file, which is the first one";
@@ -94,11 +96,11 @@ impl<'b> Buffers<'b> {
 
 /// What a URI stands for: the data in it, or the content of a file. The message is meant for the place where it
 /// is written.
-pub(super) fn resource(uri: &str, file: &Path) -> Result<Vec<u8>, String> {
+pub(super) fn resource(uri: &str, file: &Path, context: &Context) -> Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         return decoded(data);
     }
-    mesh_file::read(&path_of(uri, file)?)
+    context.read(&path_of(uri, file)?)
 }
 
 /// The path of the file that a URI names, from the folder of the scene.

@@ -40,6 +40,7 @@ use material::Made;
 use pt_math::DAffine3;
 use texture::Images;
 
+use super::context::Context;
 use super::xml::quote;
 use crate::{LoadError, Mesh, Scene, Warning};
 
@@ -66,13 +67,14 @@ const EXTENSIONS: [&str; 18] = [
 ];
 
 /// A scene.
-pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
+pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
     let (json, binary) = container::open(bytes, path)?;
     let root = Item::root(&json, path)?;
     let warnings = check(&root)?;
-    let buffers = Buffers::read(&root, binary, path)?;
+    let buffers = Buffers::read(&root, binary, path, context)?;
     let mut reader = Reader {
         file: path,
+        context,
         accessors: Accessors::new(root.clone(), &buffers),
         buffers: &buffers,
         root,
@@ -92,6 +94,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
 /// What was read so far.
 struct Reader<'a> {
     file: &'a Path,
+    context: &'a Context,
     root: Item<'a>,
     buffers: &'a Buffers<'a>,
     accessors: Accessors<'a>,

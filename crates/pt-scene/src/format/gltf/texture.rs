@@ -12,7 +12,7 @@ use super::Reader;
 use super::buffer;
 use super::item::Item;
 use crate::LoadError;
-use crate::image::{self, Decoded, Image, Numbers};
+use crate::image::{Decoded, Image, Numbers};
 use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
 
 /// Most texels that are read from all images of a scene, counted as often as they are read.
@@ -137,8 +137,7 @@ impl<'a> Reader<'a> {
         };
         // Those that fail late took time, too.
         self.images.count(bytes.len())?;
-        let decoded = image::decode_as(&bytes, Path::new(name), Numbers::Stored);
-        let decoded = decoded.map_err(|error| error.to_string())?;
+        let decoded = self.context.decode(&bytes, Path::new(name), Numbers::Stored)?;
         self.images.count(decoded.image.pixels.len())?;
         Ok(decoded)
     }
@@ -149,7 +148,7 @@ impl<'a> Reader<'a> {
         let uri = described.text("uri").map_err(text)?;
         let view = described.whole("bufferView").map_err(text)?;
         match (uri, view) {
-            (Some(uri), None) => buffer::resource(uri, self.file).map(Cow::Owned),
+            (Some(uri), None) => buffer::resource(uri, self.file, self.context).map(Cow::Owned),
             (None, Some(view)) => {
                 let view = self.buffers.view(&self.root, view, described, "bufferView");
                 Ok(Cow::Borrowed(view.map_err(text)?.bytes))

@@ -5,12 +5,11 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
-use super::super::mesh_file;
 use super::super::transform::perpendicular;
 use super::daylight;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
 use super::texture::Textures;
-use crate::image::{self, Transfer};
+use crate::image::{Numbers, Transfer};
 use crate::texture::{Color, Input, Texture};
 use crate::{IesProfile, Light, LightKind, LoadError, Rows};
 
@@ -144,8 +143,8 @@ fn envmap(
         return Err(parameters.refuse("scale", format!("{scale} is negative")));
     }
     let (path, bytes) = file(tree, object, parameters)?;
-    let image = image::decode(&bytes, &path, Transfer::Srgb);
-    let image = image.map_err(|e| parameters.refuse("filename", e.to_string()))?;
+    let image = tree.context.decode(&bytes, &path, Numbers::Light(Transfer::Srgb));
+    let image = image.map_err(|why| parameters.refuse("filename", why))?.image;
     let swap = DMat3::from_cols(DVec3::Z, DVec3::Y, DVec3::X);
     let kind = LightKind::Environment {
         image: Arc::new(image),
@@ -202,7 +201,8 @@ fn file(
     };
     let path = tree.resolve(text);
     let path = path.ok_or_else(|| parameters.refuse("filename", tree.not_found(text)))?;
-    let bytes = mesh_file::read(&path).map_err(|message| parameters.refuse("filename", message))?;
+    let bytes =
+        tree.context.read(&path).map_err(|message| parameters.refuse("filename", message))?;
     Ok((path, bytes))
 }
 

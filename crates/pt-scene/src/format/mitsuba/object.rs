@@ -2,16 +2,19 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use pt_math::{DAffine3, DVec3};
 
+use super::super::context::Context;
 use super::super::xml::{did_you_mean, quote};
 use super::value::Value;
 use crate::{LoadError, Motion, Span, Warning};
 
 /// All objects of a scene and the files that it includes.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Tree {
+    pub(super) context: Arc<Context>,
     /// The scene itself is the first.
     pub(super) objects: Vec<Object>,
     /// Objects by their identifiers.

@@ -4,10 +4,13 @@ mod placing;
 
 use std::borrow::Cow;
 use std::cell::Cell;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use pt_math::DVec3;
 
+use super::super::context::Context;
 use super::super::mesh_file;
 use super::super::spectra::Spectrum;
 use super::super::xml::{self, Document, Node, did_you_mean, quote};
@@ -62,11 +65,8 @@ const OTHERS: [&str; 15] = [
 ];
 
 /// Reads a scene and all that it includes; names that are defined have to be used.
-pub(super) fn read(
-    bytes: &[u8],
-    path: &Path,
-    definitions: &[(String, String)],
-) -> Result<Tree, LoadError> {
+pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Tree, LoadError> {
+    let definitions = context.options().definitions.as_slice();
     for (i, (name, _)) in definitions.iter().enumerate() {
         if definitions[..i].iter().any(|(before, _)| before == name) {
             return Err(mesh_file::error(path, 0, format!("{} is defined twice", quote(name))));
@@ -77,8 +77,6 @@ pub(super) fn read(
         value: value.clone(),
         is_used: Cell::new(false),
     };
-    let mut reader = Reader { names: definitions.iter().map(given).collect(), ..Reader::default() };
-    reader.tree.search.push(folder_of(path));
     let root = Object {
         tag: "scene".to_owned(),
         kind: String::new(),
@@ -87,7 +85,15 @@ pub(super) fn read(
         parameters: Vec::new(),
         children: Vec::new(),
     };
-    reader.tree.objects.push(root);
+    let tree = Tree {
+        context: Arc::clone(context),
+        objects: vec![root],
+        ids: BTreeMap::new(),
+        search: vec![mesh_file::folder_of(path)],
+        warnings: Vec::new(),
+    };
+    let names = definitions.iter().map(given).collect();
+    let mut reader = Reader { tree, names, open: Vec::new(), files: 0, depth: 0 };
     reader.file(bytes, path, 0)?;
     let (given, others) = reader.names.split_at(definitions.len());
     if let Some(name) = given.iter().find(|name| !name.is_used.get()) {
@@ -99,7 +105,6 @@ pub(super) fn read(
     Ok(reader.tree)
 }
 
-#[derive(Default)]
 struct Reader {
     tree: Tree,
     /// What `$name` stands for.
@@ -286,7 +291,8 @@ impl Reader {
     ) -> Result<(String, Value), LoadError> {
         let attributes = self.attributes(document, node, &["name"], &["value", "filename"])?;
         let read = |text: &str| {
-            Spectrum::read(&self.tree.resolve(text).ok_or_else(|| self.tree.not_found(text))?)
+            let path = self.tree.resolve(text).ok_or_else(|| self.tree.not_found(text))?;
+            Spectrum::read(&self.tree.context, &path)
         };
         let value = attributes.parse("value", Spectrum::parse)?;
         let samples = attributes.parse("filename", read)?;
@@ -369,6 +375,7 @@ impl Reader {
         let text = attributes.text("value");
         let folder = self.tree.resolve(text).filter(|path| path.is_dir());
         let folder = folder.ok_or_else(|| attributes.error(text, self.tree.not_found(text)))?;
+        self.tree.context.check_inside(&folder).map_err(|why| attributes.error(text, why))?;
         self.tree.search.insert(0, folder);
         Ok(())
     }
@@ -396,7 +403,8 @@ impl Reader {
             );
             return Err(attributes.error(text, message));
         }
-        let bytes = mesh_file::read(&path).map_err(|message| attributes.error(text, message))?;
+        let bytes =
+            self.tree.context.read(&path).map_err(|message| attributes.error(text, message))?;
         self.file(&bytes, &path, parent)
     }
 
@@ -498,8 +506,4 @@ fn check_version<'a>(document: &'a Document<'a>, root: Node<'a>) -> Result<(), L
             Err(document.error_at(root, version, message))
         }
     }
-}
-
-fn folder_of(path: &Path) -> PathBuf {
-    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_owned()
 }

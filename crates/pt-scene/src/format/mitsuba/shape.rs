@@ -89,7 +89,7 @@ pub(super) fn shape(
             let mirrored = mirrors || to_world.matrix3.determinant() < 0.0;
             let key = mesh_key(tree, object, &mut parameters, (flips, mirrored))?;
             let read = || {
-                let bytes = mesh_file::read(&key.path);
+                let bytes = tree.context.read(&key.path);
                 let bytes = bytes.map_err(|message| parameters.refuse("filename", message))?;
                 match kind {
                     "ply" => ply::parse_mesh(&bytes, &key.path),

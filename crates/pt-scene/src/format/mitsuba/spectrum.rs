@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::mesh_file;
+use super::super::context::Context;
 use super::super::spectra::Spectrum;
 use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Target, Tree, error, unsupported};
@@ -27,8 +27,8 @@ impl Spectrum {
     }
 
     /// The lines `WAVELENGTH VALUE` of a file; those that begin with `#` are comments.
-    pub(in super::super) fn read(path: &Path) -> Result<Self, String> {
-        let bytes = mesh_file::read(path)?;
+    pub(in super::super) fn read(context: &Context, path: &Path) -> Result<Self, String> {
+        let bytes = context.read(path)?;
         let mut samples = Vec::new();
         for (line, i) in String::from_utf8_lossy(&bytes).lines().zip(1_u32..) {
             if line.starts_with('#') || line.trim().is_empty() {

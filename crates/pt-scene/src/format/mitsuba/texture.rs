@@ -9,7 +9,7 @@ use pt_math::{DAffine3, DMat3, DVec3};
 use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Tree, unsupported};
 use crate::LoadError;
-use crate::image::{self, Image};
+use crate::image::{Image, Numbers, Transfer};
 use crate::texture::{Bitmap, Color, Filter, Pattern, Texture, Wrap};
 
 const KINDS: [&str; 3] = ["bitmap", "checkerboard", "mesh_attribute"];
@@ -116,8 +116,8 @@ impl<'t> Textures<'t> {
         if let Some(known) = self.images.get(&(path.clone(), is_raw)) {
             return Ok(Arc::clone(known));
         }
-        let read = if is_raw { image::load_raw(&path) } else { image::load(&path) };
-        let image = Arc::new(read.map_err(|e| e.to_string())?);
+        let numbers = if is_raw { Numbers::Stored } else { Numbers::Light(Transfer::Srgb) };
+        let image = Arc::new(self.tree.context.picture(&path, numbers)?.image);
         self.images.insert((path, is_raw), Arc::clone(&image));
         Ok(image)
     }

@@ -11,7 +11,7 @@ use super::entity::Entity;
 use super::octahedral::{latitude_longitude, square_of};
 use super::scene::World;
 use super::state::State;
-use crate::image::{self, Image, Transfer};
+use crate::image::{Image, Numbers, Transfer};
 use crate::{IesProfile, Light, LightKind, LoadError, Rows, Warning};
 
 const KINDS: [&str; 5] = ["distant", "goniometric", "infinite", "point", "spot"];
@@ -195,8 +195,9 @@ impl World {
         let Some(name) = entity.text("filename")? else { return Ok(None) };
         let path = self.textures.folder.join(name);
         let refuse = |message: String| entity.refuse("filename", message);
+        let context = &self.textures.folder.context;
         let mut image =
-            image::load_as(&path, Transfer::Srgb).map_err(|error| refuse(error.to_string()))?;
+            context.picture(&path, Numbers::Light(Transfer::Srgb)).map_err(refuse)?.image;
         if image.width != image.height {
             let message = format!(
                 "the image has {} × {} pixels; expected a square map of equal areas, as imgtool makeequiarea makes it",

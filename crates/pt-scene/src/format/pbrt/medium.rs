@@ -1,11 +1,11 @@
 //! `MakeNamedMedium` and `MediumInterface`: what fills the space between surfaces.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DVec3};
 
+use super::super::context::Folder;
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color};
 use super::entity::Entity;
@@ -29,14 +29,14 @@ pub(super) struct Interface {
 
 /// The media of a scene.
 pub(super) struct Media {
-    folder: PathBuf,
+    folder: Folder,
     pub(super) made: Vec<Medium>,
     numbers: HashMap<String, u32>,
 }
 
 impl Media {
-    pub(super) fn new(folder: &Path) -> Self {
-        Self { folder: folder.to_owned(), made: Vec::new(), numbers: HashMap::new() }
+    pub(super) fn new(folder: Folder) -> Self {
+        Self { folder, made: Vec::new(), numbers: HashMap::new() }
     }
 
     /// Makes the medium that a directive describes.

@@ -2,12 +2,14 @@
 
 use std::collections::HashMap;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use flate2::read::GzDecoder;
 use pt_math::{DAffine3, DVec3};
 
+use super::super::context::{Context, Folder};
 use super::super::mesh_file;
 use super::super::transform::{look_at, rotate};
 use super::super::xml::{did_you_mean, quote};
@@ -84,7 +86,7 @@ struct Saved {
 /// Reads directives, and remembers what they change.
 struct Reader {
     /// That of the scene's own file, in which all others are looked for.
-    folder: PathBuf,
+    folder: Folder,
     files: usize,
     state: State,
     saved: Vec<Saved>,
@@ -97,17 +99,17 @@ struct Reader {
 }
 
 /// Reads a scene and the files that it includes.
-pub(super) fn read(bytes: &[u8], path: &Path) -> Result<World, LoadError> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<World, LoadError> {
+    let folder = Folder { path: mesh_file::folder_of(path), context: Arc::clone(context) };
     let mut reader = Reader {
-        folder: folder.to_owned(),
+        world: World::new(&folder, mesh_file::place(path, 0)),
+        folder,
         files: 0,
         state: State::new(),
         saved: Vec::new(),
         systems: HashMap::new(),
         in_world: false,
         object: None,
-        world: World::new(folder, mesh_file::place(path, 0)),
     };
     reader.file(bytes, path, 0)?;
     if let Some(Saved { by, at, .. }) = reader.saved.last() {
@@ -121,8 +123,8 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<World, LoadError> {
 ///
 /// # Errors
 /// If it cannot be read, for the place where the scene names it.
-pub(super) fn content(path: &Path) -> Result<Vec<u8>, String> {
-    let bytes = mesh_file::read(path)?;
+pub(super) fn content(context: &Context, path: &Path) -> Result<Vec<u8>, String> {
+    let bytes = context.read(path)?;
     if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("gz")) {
         return Ok(bytes);
     }
@@ -550,7 +552,7 @@ impl Reader {
             return Err(at.error(format!("more than {MAX_FILES} files are included")));
         }
         let path = self.folder.join(&name);
-        let bytes = content(&path).map_err(|message| at.error(message))?;
+        let bytes = content(&self.folder.context, &path).map_err(|message| at.error(message))?;
         if word == "Include" {
             return self.file(&bytes, &path, depth + 1);
         }

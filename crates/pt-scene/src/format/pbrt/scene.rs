@@ -1,12 +1,12 @@
 //! What directives describe, put together to a scene.
 
 use std::collections::HashMap;
-use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
 
 use pt_math::DAffine3;
 
+use super::super::context::Folder;
 use super::super::xml::{did_you_mean, quote};
 use super::color_space::ColorSpace;
 use super::emission::{AreaLight, area, area_light, back_of};
@@ -90,7 +90,7 @@ pub(super) struct World {
 }
 
 impl World {
-    pub(super) fn new(folder: &Path, file: Span) -> Self {
+    pub(super) fn new(folder: &Folder, file: Span) -> Self {
         let nowhere = Tokens::new("", &file.file).end();
         let default = Entity::new(
             "Material",
@@ -103,8 +103,8 @@ impl World {
         Self {
             scene: Scene::default(),
             sight: Sight::default(),
-            textures: Textures::new(folder),
-            media: Media::new(folder),
+            textures: Textures::new(folder.clone()),
+            media: Media::new(folder.clone()),
             materials: vec![Rc::new(default)],
             named_materials: HashMap::new(),
             objects: HashMap::new(),

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use pt_math::DVec3;
 
+use super::super::context::Folder;
 use super::super::ply;
 use super::curve::curve;
 use super::entity::Entity;
@@ -62,7 +63,7 @@ pub(super) fn shape(
     entity: &Entity,
     state: &State,
     meshes: &mut Meshes,
-    folder: &std::path::Path,
+    folder: &Folder,
     warnings: &mut Vec<Warning>,
 ) -> Result<Geometry, LoadError> {
     let mesh = |mesh| Geometry::Mesh(Arc::new(mesh));
@@ -308,7 +309,7 @@ fn ply_mesh(
     entity: &Entity,
     flips: bool,
     meshes: &mut Meshes,
-    folder: &std::path::Path,
+    folder: &Folder,
     warnings: &mut Vec<Warning>,
 ) -> Result<Geometry, LoadError> {
     entity.pass_over(&["displacement.edgelength"]);
@@ -322,7 +323,8 @@ fn ply_mesh(
     if let Some(known) = meshes.of_files.get(&key) {
         return Ok(Geometry::Mesh(Arc::clone(known)));
     }
-    let bytes = content(&key.0).map_err(|message| entity.refuse("filename", message))?;
+    let bytes =
+        content(&folder.context, &key.0).map_err(|message| entity.refuse("filename", message))?;
     let mut file = ply::parse_mesh(&bytes, &key.0)?;
     warnings.append(&mut file.warnings);
     let mut mesh = Mesh { colors: None, face_colors: None, ..file.mesh };

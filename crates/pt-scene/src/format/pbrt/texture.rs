@@ -1,17 +1,18 @@
 //! `Texture`: numbers and colours that vary over a surface.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use pt_math::color::linear_from_srgb;
 use pt_math::{DMat3, DVec3, trig};
 
+use super::super::context::Folder;
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color};
 use super::entity::Entity;
 use crate::LoadError;
-use crate::image::{self, Decoded, Image};
+use crate::image::{Decoded, Image, Numbers};
 use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
 
 const KINDS: [&str; 6] = ["bilerp", "checkerboard", "constant", "imagemap", "mix", "scale"];
@@ -32,7 +33,7 @@ struct ImageKey {
 
 /// The textures of a scene, by name.
 pub(super) struct Textures {
-    pub(super) folder: PathBuf,
+    pub(super) folder: Folder,
     colors: HashMap<String, Color>,
     /// One number is three that are equal.
     numbers: HashMap<String, Color>,
@@ -40,13 +41,8 @@ pub(super) struct Textures {
 }
 
 impl Textures {
-    pub(super) fn new(folder: &Path) -> Self {
-        Self {
-            folder: folder.to_owned(),
-            colors: HashMap::new(),
-            numbers: HashMap::new(),
-            images: HashMap::new(),
-        }
+    pub(super) fn new(folder: Folder) -> Self {
+        Self { folder, colors: HashMap::new(), numbers: HashMap::new(), images: HashMap::new() }
     }
 
     /// Gives a texture a name.
@@ -258,7 +254,7 @@ impl Textures {
             return Ok(Arc::clone(known));
         }
         let Decoded { mut image, alpha } =
-            image::load_rgba_raw(&key.path).map_err(|error| error.to_string())?;
+            self.folder.context.picture(&key.path, Numbers::Stored)?;
         let decode = decoder(&key)?;
         let alpha = alpha.filter(|alpha| key.is_number && alpha.iter().any(|a| *a < 1.0));
         let scale = f32::from_bits(key.scale_bits);
@@ -280,7 +276,7 @@ impl Textures {
     /// A picture whose numbers are not colours: a normal map.
     pub(super) fn raw(&mut self, name: &str) -> Result<Arc<Texture>, String> {
         let path = self.folder.join(name);
-        let image = image::load_raw(&path).map_err(|error| error.to_string())?;
+        let image = self.folder.context.picture(&path, Numbers::Stored)?.image;
         let bitmap =
             Bitmap { image: Arc::new(image), wrap: Wrap::Repeat, filter: Filter::Bilinear };
         Ok(Arc::new(Pattern::Bitmap(bitmap).into()))
