@@ -4,6 +4,7 @@
 //! [`Context::keep`] notes it, and the reader goes on without the item, so that all that is wrong is told at once.
 //! What follows from an error that was told is [`LoadError::Told`], and is not told again.
 
+use std::collections::HashSet;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
@@ -15,6 +16,8 @@ use crate::{Geometry, LoadError, Scene, Source, Span, Warning};
 
 /// Most errors that are noted, and as many missing files; after that the scene is not read on.
 const MOST_NOTED: usize = 1000;
+/// Most items with an error, whether it was told before or not.
+const MOST_FAILURES: usize = 20_000;
 
 /// What the readers of a scene share.
 #[derive(Debug)]
@@ -34,6 +37,10 @@ struct Noted {
     sources: Vec<Source>,
     errors: Vec<LoadError>,
     missing: Vec<Warning>,
+    /// All of both as texts.
+    told: HashSet<String>,
+    /// Items that had an error.
+    failures: usize,
     /// Bytes of files and pictures.
     bytes: u64,
     /// Whether a texture was asked for whose image is missing.
@@ -196,20 +203,36 @@ impl Context {
             Err(error @ LoadError::Broken { .. }) => Err(error),
             Err(error) => {
                 let mut noted = self.noted();
-                noted.errors.push(error);
-                if noted.errors.len() < MOST_NOTED {
+                noted.failures += 1;
+                // What is wrong with a material is found by each shape that has it.
+                if noted.told.insert(error.to_string()) {
+                    noted.errors.push(error);
+                }
+                if noted.errors.len() < MOST_NOTED && noted.failures < MOST_FAILURES {
                     return Ok(None);
                 }
-                ended(format!("{MOST_NOTED} errors are enough; the rest is not read"))
+                drop(noted);
+                ended("there are too many errors; the rest of the scene is not read".to_owned())
             }
         }
+    }
+
+    /// Whether an error was noted.
+    pub(super) fn has_errors(&self) -> bool {
+        !self.noted().errors.is_empty()
+    }
+
+    /// An error that ends the reading, since a limit is exceeded.
+    pub(super) fn exceeded(at: Span, message: impl Into<String>) -> LoadError {
+        LoadError::Broken { at, message: message.into() }
     }
 
     /// Notes a file that the scene names and that cannot be used, and what was done instead.
     pub(super) fn missing(&self, at: Span, message: impl Into<String>) {
         let mut noted = self.noted();
-        if noted.missing.len() < MOST_NOTED {
-            noted.missing.push(Warning { at, message: message.into() });
+        let missing = Warning { at, message: message.into() };
+        if noted.missing.len() < MOST_NOTED && noted.told.insert(missing.to_string()) {
+            noted.missing.push(missing);
         }
     }
 
@@ -255,7 +278,7 @@ impl Context {
 
     /// Counts the meshes of a scene, each once.
     fn spend_on_meshes(&self, scene: &Scene) -> Result<(), String> {
-        let mut seen = std::collections::HashSet::new();
+        let mut seen = HashSet::new();
         for object in &scene.objects {
             if let Geometry::Mesh(mesh) = &object.geometry
                 && seen.insert(Arc::as_ptr(mesh))

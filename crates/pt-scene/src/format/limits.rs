@@ -67,10 +67,40 @@ impl Limits {
         Ok(())
     }
 
+    /// What nesting may reach, where a format has this limit by itself, which is not exceeded: readers recurse.
+    pub(super) fn depth(&self, of_format: usize) -> usize {
+        or(self.depth, of_format).min(of_format)
+    }
+
+    /// What the number of shapes may reach, where a format has this limit by itself.
+    pub(super) fn shapes(&self, of_format: usize) -> usize {
+        or(self.shapes, of_format)
+    }
+
+    /// What the number of elements may reach, where a format has this limit by itself.
+    pub(super) fn elements(&self, of_format: usize) -> usize {
+        or(self.elements, of_format)
+    }
+
+    /// What the nesting of included files may reach, where a format has this limit by itself, which is not
+    /// exceeded.
+    pub(super) fn include_depth(&self, of_format: usize) -> usize {
+        or(self.include_depth, of_format).min(of_format)
+    }
+
+    /// What the number of included files may reach, where a format has this limit by itself.
+    pub(super) fn files(&self, of_format: usize) -> usize {
+        or(self.files, of_format)
+    }
+
     /// The time that reading may take, if it is limited.
     pub(super) fn time(&self) -> Option<Duration> {
         self.seconds.map(Duration::from_secs)
     }
+}
+
+fn or(limit: Option<u64>, of_format: usize) -> usize {
+    limit.map_or(of_format, |limit| usize::try_from(limit).unwrap_or(usize::MAX))
 }
 
 #[cfg(test)]

@@ -20,14 +20,17 @@ pub(super) fn texture() -> Arc<Texture> {
     Arc::new(Texture { pattern: Pattern::Checkerboard([MAGENTA, BLACK]), to_pattern })
 }
 
+/// What messages say of it.
+pub(super) const INSTEAD: &str = "squares in magenta and black stand in for it";
+
 /// The surface in place of one that shows such a texture, whatever it does with it.
 pub(super) fn surface() -> Surface {
     Matte { reflectance: Input::Texture(texture()), two_sided: true }.into()
 }
 
-/// The picture in place of a map of the sky that is missing.
-pub(super) fn sky() -> Image {
-    let [width, height] = [16, 8];
-    let color = |i: u32| if (i % width + i / width).is_multiple_of(2) { MAGENTA } else { BLACK };
-    Image { width, height, pixels: (0..width * height).map(color).collect() }
+/// The picture in place of the one that a light throws, or a map of the sky, that is missing.
+pub(super) fn light() -> Image {
+    let side = 16;
+    let color = |i: u32| if (i % side + i / side).is_multiple_of(2) { MAGENTA } else { BLACK };
+    Image { width: side, height: side, pixels: (0..side * side).map(color).collect() }
 }

@@ -9,9 +9,9 @@ use roxmltree::NodeId;
 use super::reader::{Reader, child, children, course_techniques, elements, name_of};
 use super::source::inputs;
 use super::{camera, light};
-use crate::format::LoadOptions;
 use crate::format::context::Context;
 use crate::format::xml::{Document, Node, decode, words};
+use crate::format::{Limits, LoadOptions};
 use crate::{Camera, LightKind, LoadError, Projection};
 
 /// What the lines about nodes begin with.
@@ -34,7 +34,7 @@ const MAX_NAME: usize = 200;
 /// where the reader of scenes fails as well.
 pub fn course_log(bytes: &[u8], path: &Path) -> Result<Vec<String>, LoadError> {
     let text = decode(bytes, path)?;
-    let document = Document::parse(&text, path)?;
+    let document = Document::parse(&text, path, &Limits::default())?;
     let context = Context::new(path, &LoadOptions::default());
     let mut log = Log {
         reader: Reader::new(&document, &context),

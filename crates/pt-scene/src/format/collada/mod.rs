@@ -41,7 +41,7 @@ use reader::{Reader, child};
 /// sense. The error names the line and the element.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
     let text = xml::decode(bytes, path)?;
-    let document = xml::Document::parse(&text, path)?;
+    let document = xml::Document::parse(&text, path, context.limits())?;
     let root = document.root();
     let tag = root.tag_name().name();
     if tag != "COLLADA" {

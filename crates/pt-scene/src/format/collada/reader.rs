@@ -30,8 +30,8 @@ pub(super) struct Reader<'a> {
     pub(super) scene: Scene,
     /// Index of each material read.
     pub(super) materials: HashMap<NodeId, u32>,
-    /// Each image read.
-    pub(super) images: HashMap<PathBuf, Arc<Image>>,
+    /// Each image read, or why it is missing.
+    pub(super) images: HashMap<PathBuf, Result<Arc<Image>, String>>,
     /// Each geometry read; `None` if there is nothing to see.
     pub(super) shapes: HashMap<NodeId, Option<Shape<'a>>>,
     /// Whether the file is written for the course, whose common materials mean their diffuse
@@ -211,13 +211,14 @@ impl<'a> Reader<'a> {
     /// If they become too many.
     pub(super) fn count_placed(&mut self, node: Node<'_>, more: usize) -> Result<(), LoadError> {
         self.placed += more;
-        if self.placed <= MAX_PLACED {
+        let most = self.context.limits().shapes(MAX_PLACED);
+        if self.placed <= most {
             return Ok(());
         }
         let message = format!(
-            "the scene places more than {MAX_PLACED} nodes and materials; such files are refused"
+            "the scene places more than {most} nodes and materials; such files are refused"
         );
-        Err(self.error(node, message))
+        Err(Context::exceeded(self.document.span(node), message))
     }
 
     /// Counts values that a source takes from its array.
@@ -230,7 +231,10 @@ impl<'a> Reader<'a> {
                 self.values_left = left;
                 Ok(())
             }
-            None => Err(self.error(node, "sources repeat the same array too often; write it once")),
+            None => {
+                let message = "sources repeat the same array too often; write it once";
+                Err(Context::exceeded(self.document.span(node), message))
+            }
         }
     }
 }

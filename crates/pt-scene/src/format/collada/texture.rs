@@ -19,14 +19,12 @@ pub(super) fn read(
     wrap: Wrap,
 ) -> Result<Arc<Texture>, String> {
     let path = path_of(reader, file);
-    let image = if let Some(known) = reader.images.get(&path) {
-        Arc::clone(known)
-    } else {
-        let image = reader.context.picture(&path, Numbers::Light(Transfer::Srgb))?;
-        let image = Arc::new(image.image);
-        reader.images.insert(path, Arc::clone(&image));
-        image
-    };
+    let context = reader.context;
+    let image = reader.images.entry(path).or_insert_with_key(|path| {
+        let decoded = context.picture(path, Numbers::Light(Transfer::Srgb))?;
+        Ok(Arc::new(decoded.image))
+    });
+    let image = image.clone()?;
     let bitmap = Bitmap { image, wrap, filter: Filter::Trilinear };
     Ok(Arc::new(Pattern::Bitmap(bitmap).into()))
 }

@@ -68,9 +68,9 @@ const EXTENSIONS: [&str; 18] = [
 
 /// A scene.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
-    let (json, binary) = container::open(bytes, path)?;
+    let (json, binary) = container::open(bytes, path, context.limits())?;
     let root = Item::root(&json, path)?;
-    let warnings = check(&root)?;
+    let warnings = context.keep(check(&root))?.unwrap_or_default();
     let buffers = Buffers::read(&root, binary, path, context)?;
     let mut reader = Reader {
         file: path,
@@ -87,7 +87,8 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
         shown: 0,
         warned: HashSet::new(),
     };
-    reader.nodes()?;
+    let done = reader.nodes();
+    context.keep(done)?;
     reader.finish()
 }
 

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use pt_math::color::linear_from_srgb;
 use pt_math::{DMat3, DVec3, Vec3};
 
+use super::super::substitute;
 use super::Reader;
 use super::buffer;
 use super::item::Item;
@@ -59,8 +60,8 @@ impl Images {
 }
 
 impl<'a> Reader<'a> {
-    /// The texture that a field of a material names. `None` if there is none, or its image cannot be read: then it has
-    /// a note, and what the texture is multiplied with stands alone.
+    /// The texture that a field of a material names; `None` if there is none. Where its image is missing, something loud
+    /// stands in for it, and the material is told.
     pub(super) fn texture(
         &mut self,
         from: &Item<'a>,
@@ -79,13 +80,10 @@ impl<'a> Reader<'a> {
         let image = match self.image(source, &described, content) {
             Ok(image) => image,
             Err(why) => {
-                self.warn(
-                    &described,
-                    format!(
-                        "the image is not shown: {why}; what it is multiplied with stands alone"
-                    ),
-                );
-                return Ok(None);
+                let message = format!("the image is not shown: {why}; {}", substitute::INSTEAD);
+                self.context.missing(described.span(), message);
+                self.context.be_loud();
+                return Ok(Some(substitute::texture()));
             }
         };
         let (wrap, mut filter) = self.sampler(&texture)?;

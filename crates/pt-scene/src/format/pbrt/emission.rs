@@ -6,6 +6,7 @@ use std::sync::Arc;
 use pt_math::{DAffine3, DVec3};
 
 use super::super::context::Folder;
+use super::super::substitute;
 use super::color::{Role, color, luminance};
 use super::entity::Entity;
 use super::texture::product;
@@ -47,7 +48,14 @@ pub(super) fn area_light(
         Some(name) => {
             let path = folder.join(name);
             let image = folder.context.picture(&path, Numbers::Light(Transfer::Srgb));
-            let image = image.map_err(|why| entity.refuse("filename", why))?.image;
+            let image = image.map_or_else(
+                |why| {
+                    let message = format!("{why}; {}", substitute::INSTEAD);
+                    folder.context.missing(entity.place("filename").span(""), message);
+                    substitute::light()
+                },
+                |decoded| decoded.image,
+            );
             image.check_radiance().map_err(|message| entity.refuse("filename", message))?;
             let sum: f64 = image.pixels.iter().map(|p| f64::from(luminance(*p))).sum();
             mean = sum / image.pixels.len() as f64;

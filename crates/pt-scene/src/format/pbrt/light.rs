@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
+use super::super::substitute;
 use super::super::transform::perpendicular;
 use super::color::{Role, color, luminance};
 use super::entity::Entity;
@@ -196,8 +197,14 @@ impl World {
         let path = self.textures.folder.join(name);
         let refuse = |message: String| entity.refuse("filename", message);
         let context = &self.textures.folder.context;
-        let mut image =
-            context.picture(&path, Numbers::Light(Transfer::Srgb)).map_err(refuse)?.image;
+        let mut image = match context.picture(&path, Numbers::Light(Transfer::Srgb)) {
+            Ok(decoded) => decoded.image,
+            Err(why) => {
+                let message = format!("{why}; {}", substitute::INSTEAD);
+                context.missing(entity.place("filename").span(""), message);
+                substitute::light()
+            }
+        };
         if image.width != image.height {
             let message = format!(
                 "the image has {} × {} pixels; expected a square map of equal areas, as imgtool makeequiarea makes it",
