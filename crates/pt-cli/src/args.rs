@@ -23,7 +23,7 @@ use crate::{light_groups, message};
 #[derive(Parser, Debug, Clone)]
 #[command(name = "pathtracer", version, max_term_width = 100, arg_required_else_help = false)]
 #[command(
-    override_usage = "pathtracer [render] [OPTIONS] [SCENE]\n       pathtracer resume | merge | info | rerender | explain …"
+    override_usage = "pathtracer [render] [OPTIONS] [SCENE]\n       pathtracer resume | merge | info | check | rerender | explain …"
 )]
 #[command(after_help = crate::commands::HELP)]
 #[expect(clippy::struct_excessive_bools, reason = "flags of a command line are bools")]
@@ -270,8 +270,9 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "KIND", default_value = "auto", help_heading = "Machine")]
     pub(crate) progress: ProgressKind,
 
-    /// End with status 3 if samples were refused because they are no light (NaN, infinite, negative, too
-    /// large); the image is written nonetheless
+    /// Refuse a scene that names missing files, instead of putting magenta and black in their place (status 4); and
+    /// end with status 3 if samples were refused because they are no light (NaN, infinite, negative, too large), or an
+    /// error target was missed: the image is written nonetheless
     #[arg(long, help_heading = "Machine")]
     pub(crate) strict: bool,
 

@@ -7,6 +7,8 @@ mod console;
 mod course;
 mod cpu;
 mod denoise;
+mod describe;
+mod examine;
 mod explain;
 mod formats;
 mod info;
@@ -47,6 +49,7 @@ fn main() -> ExitCode {
         args::Action::Command(Command::Resume(resume)) => resume::run(&resume),
         args::Action::Command(Command::Merge(merge)) => merge::run(&merge),
         args::Action::Command(Command::Info(info)) => info::run(&info),
+        args::Action::Command(Command::Check(check)) => examine::run(&check),
         args::Action::Command(Command::Rerender(rerender)) => rerender::run(&rerender),
         args::Action::Command(Command::Explain(explain)) => explain::run(*explain),
     };

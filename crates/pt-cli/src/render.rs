@@ -9,7 +9,7 @@ use pathtracer::image::{self, Image, Transfer};
 use pathtracer::receipt::Receipt;
 use pathtracer::{
     CompileOptions, EnvironmentMap, INTEGRATORS, Observer, Progress, Registration, Scene, Session,
-    Settings, Source, camera_file,
+    Settings, Source, Warning, camera_file,
 };
 
 use crate::check::{Checked, check_estimator};
@@ -26,6 +26,12 @@ const INTERRUPTED: u8 = 130;
 
 /// Exit status of a render with `--strict` of which samples were refused, or that missed its error target.
 const NOT_AS_ASKED: u8 = 3;
+
+/// Exit status of a render of a scene that names files which could not be used.
+pub(crate) const MISSING: u8 = 4;
+
+/// Most files that are named.
+const MOST_NAMED: usize = 100;
 
 /// What came of a render.
 pub(crate) struct Done {
@@ -56,10 +62,12 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     let limit = Limit::of(request);
     limit.check_files(request)?;
     let Prepared { scene, mut session, sources, load } = prepare(request, &limit, start)?;
+    tell_missing(&scene.missing);
     tell_notes(request, &scene, &session);
     let denoising = Denoising::begin(request, threads(request));
     let threads = threads(request);
-    let mut keeping = Keeping::begin(request, &mut session, &sources, (threads, start))?;
+    let mut keeping =
+        Keeping::begin(request, &mut session, (&sources, &scene.missing), (threads, start))?;
     if request.cli.cs184 && !request.cli.quiet {
         course::built(&session, threads);
     }
@@ -77,7 +85,8 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     if let Some(warning) = viewer.and_then(|viewer| viewer.finish(session.image())) {
         eprintln!("warning: {warning}");
     }
-    let summary = Summary { session: &session, statistics, progress, threads, load, cpu };
+    let missing = scene.missing.len();
+    let summary = Summary { session: &session, statistics, progress, threads, missing, load, cpu };
     if let Some(path) = &request.cli.summary_json {
         summary.write_json(path)?;
     }
@@ -91,6 +100,7 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
             next_steps();
         }
     }
+    tell_incomplete(&scene);
     let status = match progress {
         Progress::Cancelled if console.cancelled() => {
             eprintln!("stopped early: the image holds the samples taken so far");
@@ -110,8 +120,10 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
             }
             if request.cli.strict && (is_missed || session.film().rejections().count() > 0) {
                 ExitCode::from(NOT_AS_ASKED)
-            } else {
+            } else if scene.missing.is_empty() {
                 ExitCode::SUCCESS
+            } else {
+                ExitCode::from(MISSING)
             }
         }
     };
@@ -188,6 +200,9 @@ fn load_scene(request: &Checked, sources: &mut Vec<Source>) -> Result<Scene> {
     }
     let reading = pathtracer::read_with(path, &request.load_options());
     sources.extend(reading.sources);
+    if reading.scene.is_err() && !request.cli.strict {
+        tell_missing(&reading.missing);
+    }
     Ok(reading.scene?)
 }
 
@@ -263,6 +278,28 @@ fn compile(
         session.count_tests();
     }
     Ok(session)
+}
+
+/// Names the files that could not be used, even with `-q`: the picture is another one without them.
+pub(crate) fn tell_missing(missing: &[Warning]) {
+    for file in missing.iter().take(MOST_NAMED) {
+        eprintln!("missing: {file}");
+    }
+    if let Some(more) = missing.len().checked_sub(MOST_NAMED).filter(|more| *more > 0) {
+        eprintln!("missing: … and {more} more");
+    }
+}
+
+/// Tells at the end, where it is seen, that the picture is not that of the whole scene.
+fn tell_incomplete(scene: &Scene) {
+    let files = match scene.missing.len() {
+        0 => return,
+        1 => "a file of the scene is".to_owned(),
+        n => format!("{n} files of the scene are"),
+    };
+    eprintln!(
+        "warning: {files} missing; the image shows something else in their place (--strict refuses that)"
+    );
 }
 
 /// Tells what the user should know about a scene.

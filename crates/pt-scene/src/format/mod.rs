@@ -176,6 +176,11 @@ pub fn parse_with(bytes: &[u8], path: &Path, options: &LoadOptions) -> Result<Sc
     format_of(path)?.parse(bytes, path, options)
 }
 
+/// Whether the ending of a name is that of a scene.
+pub fn is_scene(path: &Path) -> bool {
+    format_of(path).is_ok()
+}
+
 /// The format that the ending of a name says.
 fn format_of(path: &Path) -> Result<&'static Format, LoadError> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();

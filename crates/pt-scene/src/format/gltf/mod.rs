@@ -10,7 +10,7 @@
 //!
 //! What cannot be understood is an error with its path in the file, such as `nodes[2].mesh`. What becomes something
 //! like it has a note, and so has an extension that is not read; where a file cannot be read without it, it is an
-//! error. Images that cannot be read have a note.
+//! error. Something loud stands in for images that cannot be read, and boxes for buffers.
 //!
 //! Coordinates stay as they are: +y is up, lengths are metres. Animations are not read: nodes, skins and
 //! morph targets are as the file has them at rest.
