@@ -40,7 +40,7 @@ pub(crate) enum Command {
     /// Tells all that is wrong with a scene, and what is approximated
     ///
     /// Each thing with its file and line, or its path in the file. Status 0 says that there is nothing to tell, 1 that
-    /// something is approximated, 4 that files are missing, and 2 that there are errors, so that the scene is refused.
+    /// there are notes alone, as where something is approximated, 4 that files are missing, and 2 that there are errors, so that the scene is refused.
     Check(Check),
     /// Makes an image again by what it says about itself, and compares
     ///

@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 use crate::commands::Check;
 use crate::{FAILURE, output, render};
 
-/// Exit status of a scene of which only something is approximated.
-const APPROXIMATED: u8 = 1;
+/// Exit status of a scene with notes alone: what is approximated, or good to know.
+const NOTES: u8 = 1;
 /// Most lines of each list.
 const MOST_SHOWN: usize = LoadError::MOST_SHOWN;
 
@@ -61,7 +61,7 @@ impl Findings {
             Self { errors, .. } if !errors.is_empty() => ExitCode::from(FAILURE),
             Self { missing, .. } if !missing.is_empty() && strict => ExitCode::from(FAILURE),
             Self { missing, .. } if !missing.is_empty() => ExitCode::from(render::MISSING),
-            Self { notes, .. } if !notes.is_empty() => ExitCode::from(APPROXIMATED),
+            Self { notes, .. } if !notes.is_empty() => ExitCode::from(NOTES),
             _ => ExitCode::SUCCESS,
         }
     }
@@ -69,7 +69,7 @@ impl Findings {
     fn text(&self, file: &str) -> String {
         let mut text = String::new();
         for (name, list) in
-            [("error", &self.errors), ("missing", &self.missing), ("approximated", &self.notes)]
+            [("error", &self.errors), ("missing", &self.missing), ("note", &self.notes)]
         {
             for (at, message) in list.iter().take(MOST_SHOWN) {
                 let at = at.as_ref().map_or(file.to_owned(), ToString::to_string);
@@ -81,10 +81,7 @@ impl Findings {
             }
         }
         let [errors, missing, notes] = [&self.errors, &self.missing, &self.notes].map(Vec::len);
-        let _ = writeln!(
-            text,
-            "{file}: {errors} errors, {missing} missing files, {notes} approximations"
-        );
+        let _ = writeln!(text, "{file}: {errors} errors, {missing} missing files, {notes} notes");
         text
     }
 
@@ -97,11 +94,11 @@ impl Findings {
             "counts": {
                 "errors": errors.len(),
                 "missing": missing.len(),
-                "approximated": notes.len(),
+                "notes": notes.len(),
             },
             "errors": list(errors),
             "missing": list(missing),
-            "approximated": list(notes),
+            "notes": list(notes),
         });
         format!("{value:#}\n")
     }

@@ -89,12 +89,12 @@ fn check_lists_all_that_is_wrong() {
     assert!(cone.starts_with("error: box.xml:9:5: <shape>: shape type \"cone\" is not"), "{cone}");
     assert!(radios.starts_with("error: box.xml:10:26: <float> \"radios\":"), "{radios}");
     assert!(wood.starts_with("missing: box.xml:8:9:"), "{wood}");
-    assert_eq!(*sum, "box.xml: 2 errors, 1 missing files, 0 approximations");
+    assert_eq!(*sum, "box.xml: 2 errors, 1 missing files, 0 notes");
 
     let run = folder.run("check --json box.xml");
     assert_eq!(run.code, Some(2), "{run:?}");
     let found: Value = serde_json::from_str(&run.out).expect("JSON");
-    assert_eq!(found["counts"], serde_json::json!({"errors": 2, "missing": 1, "approximated": 0}));
+    assert_eq!(found["counts"], serde_json::json!({"errors": 2, "missing": 1, "notes": 0}));
     assert_eq!(found["errors"][1]["line"], 10);
     assert_eq!(found["errors"][1]["element"], "<float> \"radios\"");
 
@@ -113,11 +113,11 @@ fn the_status_of_check_says_what_a_render_would_do() {
     assert_eq!(folder.run("check --strict box.xml").code, Some(2));
     folder.run("-r 4 4 -s 1 -f wood.png");
     let run = folder.succeed("check box.xml");
-    assert_eq!(run.out, "box.xml: 0 errors, 0 missing files, 0 approximations\n");
+    assert_eq!(run.out, "box.xml: 0 errors, 0 missing files, 0 notes\n");
     folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl red\n");
     let run = folder.run("check a.obj");
     assert_eq!(run.code, Some(1), "{run:?}");
-    assert!(run.out.contains("approximated: a.obj:5:"), "{run:?}");
+    assert!(run.out.contains("note: a.obj:5:"), "{run:?}");
     let run = folder.run("check none.xml");
     assert_eq!(run.code, Some(2), "{run:?}");
     assert!(run.out.contains("none.xml: cannot be read"), "{run:?}");

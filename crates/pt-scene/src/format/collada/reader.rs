@@ -226,16 +226,12 @@ impl<'a> Reader<'a> {
     /// # Errors
     /// If they become too many.
     pub(super) fn count_values(&mut self, node: Node<'_>, more: usize) -> Result<(), LoadError> {
-        match self.values_left.checked_sub(more) {
-            Some(left) => {
-                self.values_left = left;
-                Ok(())
-            }
-            None => {
-                let message = "sources repeat the same array too often; write it once";
-                Err(Context::exceeded(self.document.span(node), message))
-            }
-        }
+        let Some(left) = self.values_left.checked_sub(more) else {
+            let message = "sources repeat the same array too often; write it once";
+            return Err(Context::exceeded(self.document.span(node), message));
+        };
+        self.values_left = left;
+        Ok(())
     }
 }
 
