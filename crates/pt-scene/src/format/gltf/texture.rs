@@ -142,7 +142,10 @@ impl<'a> Reader<'a> {
 
     /// The file of an image, wherever it is.
     fn bytes(&self, described: &Item<'a>) -> Result<Cow<'a, [u8]>, String> {
-        let text = |error: LoadError| error.to_string();
+        let text = |error: LoadError| match error {
+            LoadError::Told => "its buffer is missing".to_owned(),
+            error => error.to_string(),
+        };
         let uri = described.text("uri").map_err(text)?;
         let view = described.whole("bufferView").map_err(text)?;
         match (uri, view) {
