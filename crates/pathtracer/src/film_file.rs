@@ -33,6 +33,9 @@ pub struct About {
     pub version: String,
     /// The files of which the scene was read, each with the hash of what it held.
     pub files: Vec<Entry>,
+    /// Files that the scene names and that could not be used, where and why.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missing: Vec<String>,
     /// All that the samples depend on besides the scene: names and values.
     pub settings: Vec<Entry>,
     /// The number behind that of the last sample that the render takes of each pixel.

@@ -55,13 +55,17 @@ pub fn in_lines(differences: &[Difference]) -> String {
     differences.iter().map(line).collect()
 }
 
-/// What differs between two films: version, scene and settings.
+/// What differs between two films: version, scene and settings. Of files that are missing, their number counts: how
+/// they are named depends on where the program runs.
 pub fn differences(before: &About, now: &About) -> Vec<Difference> {
     let version = (before.version != now.version)
         .then(|| ("version".into(), Some(before.version.clone()), Some(now.version.clone())));
     let files = identity::differences(&before.files, &now.files);
     let settings = identity::differences(&before.settings, &now.settings);
-    version.into_iter().chain(files).chain(settings).collect()
+    let count = |about: &About| Some(about.missing.len().to_string());
+    let missing = (before.missing.len() != now.missing.len())
+        .then(|| ("missing files".into(), count(before), count(now)));
+    version.into_iter().chain(files).chain(settings).chain(missing).collect()
 }
 
 /// What keeps samples of a film from being added to another one.

@@ -27,6 +27,7 @@ pub mod eta;
 pub mod explain;
 pub mod film_file;
 pub mod identity;
+pub mod inventory;
 pub mod keep;
 pub mod light_groups;
 pub mod memory;
@@ -47,13 +48,15 @@ pub use pt_cpu::{
     INTEGRATORS, MOST_REUSE, MOST_SPLIT, Progress, Registration, RenderError, Statistics,
 };
 pub use pt_math::sampler::{SECOND_HALF, SamplerKind};
-pub use pt_scene::format::{FORMATS, LoadOptions, load, load_with};
+pub use pt_scene::camera_file;
+pub use pt_scene::format::{
+    FORMATS, Limits, LoadOptions, Reading, is_scene, load, load_with, read_with,
+};
 pub use pt_scene::image::{self, Image, Samples};
 pub use pt_scene::{
     Aperture, Camera, Daylight, FileSettings, Filter, IesProfile, Light, LightKind, LoadError,
     Moment, Place, Projection, Rows, Scene, Source, Span, Warning,
 };
-pub use pt_scene::{camera_file, source};
 pub use session::Session;
 
 /// The scene that is rendered when none is given: a Cornell box with a mirror and a glass sphere,

@@ -18,6 +18,10 @@ pub struct Receipt {
     pub version: String,
     /// The files of which the scene was read, each with the BLAKE3 hash of what it held.
     pub files: Vec<Entry>,
+    /// Files that the scene names and that could not be used, where and why: the image is not the one of the whole
+    /// scene.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missing: Vec<String>,
     /// All settings on which samples depend.
     pub settings: Vec<Entry>,
     /// The number of the first sample of each pixel.
@@ -71,6 +75,7 @@ impl Receipt {
         Self {
             version: about.version.clone(),
             files: about.files.clone(),
+            missing: about.missing.clone(),
             settings: about.settings.clone(),
             first: film.first(),
             spp: about.spp,
@@ -91,6 +96,7 @@ impl Receipt {
         About {
             version: self.version.clone(),
             files: self.files.clone(),
+            missing: self.missing.clone(),
             settings: self.settings.clone(),
             spp: self.spp,
             layout: run.map_or(self.spp, |run| run.layout),
@@ -138,6 +144,7 @@ mod tests {
         let about = About {
             version: "1".into(),
             files: vec![("a \"b\".xml".into(), "00ff".into())],
+            missing: vec!["a \"b\".xml:3: c.png".into()],
             settings: vec![("seed".into(), "3".into())],
             spp: 7,
             ..About::default()

@@ -11,6 +11,7 @@ use pathtracer::{Aov, Builder, DirectLight, LightGroups, SamplerKind};
 use crate::check::{self, Checked};
 use crate::commands::Command;
 use crate::formats::{self, ExrCompression, ExrType, Tonemap};
+use crate::loading::Loading;
 use crate::target::Stop;
 use crate::{light_groups, message};
 
@@ -22,7 +23,7 @@ use crate::{light_groups, message};
 #[derive(Parser, Debug, Clone)]
 #[command(name = "pathtracer", version, max_term_width = 100, arg_required_else_help = false)]
 #[command(
-    override_usage = "pathtracer [render] [OPTIONS] [SCENE]\n       pathtracer resume | merge | info | rerender | explain …"
+    override_usage = "pathtracer [render] [OPTIONS] [SCENE]\n       pathtracer resume | merge | info | check | rerender | explain …"
 )]
 #[command(after_help = crate::commands::HELP)]
 #[expect(clippy::struct_excessive_bools, reason = "flags of a command line are bools")]
@@ -188,11 +189,8 @@ pub(crate) struct Cli {
     #[arg(long, help_heading = "What to show")]
     pub(crate) cs184: bool,
 
-    /// What $NAME in a Mitsuba scene stands for, instead of its <default>; may be given for several
-    /// names
-    #[arg(short = 'D', long, value_name = "NAME=VALUE", value_parser = check::definition)]
-    #[arg(help_heading = "Scene")]
-    pub(crate) define: Vec<(String, String)>,
+    #[command(flatten)]
+    pub(crate) loading: Loading,
 
     /// Environment map: light from all around, an image in latitude and longitude (.exr, .hdr, .png,
     /// .jpg)
@@ -272,8 +270,9 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "KIND", default_value = "auto", help_heading = "Machine")]
     pub(crate) progress: ProgressKind,
 
-    /// End with status 3 if samples were refused because they are no light (NaN, infinite, negative, too
-    /// large); the image is written nonetheless
+    /// Refuse a scene that names missing files, instead of putting magenta and black in their place (status 4); and
+    /// end with status 3 if samples were refused because they are no light (NaN, infinite, negative, too large), or an
+    /// error target was missed: the image is written nonetheless
     #[arg(long, help_heading = "Machine")]
     pub(crate) strict: bool,
 

@@ -259,7 +259,7 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
             "--samples ends at {to}, behind the {spp} samples that -s says there are"
         ));
     }
-    if let (Some((name, _)), true) = (cli.define.first(), cli.paths.is_empty()) {
+    if let (Some((name, _)), true) = (cli.loading.define.first(), cli.paths.is_empty()) {
         return Err(format!("-D {name}: the embedded scene has no names; give a Mitsuba scene"));
     }
     if cli.samples.is_some() && cli.aov.iter().any(|aov| aov.is_of_half()) {
@@ -353,7 +353,7 @@ impl Checked {
 
     /// How to read it.
     pub(crate) fn load_options(&self) -> LoadOptions {
-        LoadOptions { definitions: self.cli.define.clone() }
+        self.cli.loading.options(self.cli.strict)
     }
 
     /// Where the image goes.

@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::Parser;
 
 use crate::args::Cli;
+use crate::loading::Loading;
 use crate::{check, target};
 
 /// What the help of the program says about them.
@@ -14,6 +15,8 @@ Commands:
   pathtracer resume out.exr [-s N]           go on with a stopped render, or take more samples
   pathtracer merge a.film b.film -f out.exr  the image of all samples together
   pathtracer info out.exr                    how an image or a film was made
+  pathtracer info scene.dae                  what a scene is made of
+  pathtracer check scene.dae                 all that is wrong with it
   pathtracer rerender out.exr                makes it again, and compares
   pathtracer explain scene.dae -x 9 -y 5     what a pixel is made of
 Each has --help. A scene that is called like one of them is ./resume.";
@@ -32,8 +35,13 @@ pub(crate) enum Command {
     /// The image is the one of a single render of all samples, to the bit. What is there twice, what
     /// is missing in between, and what belongs to another image is refused.
     Merge(Merge),
-    /// Tells how an image or a film was made
+    /// Tells how an image or a film was made, or what a scene is made of
     Info(Info),
+    /// Tells all that is wrong with a scene, and what is approximated
+    ///
+    /// Each thing with its file and line, or its path in the file. Status 0 says that there is nothing to tell, 1 that
+    /// there are notes alone, as where something is approximated, 4 that files are missing, and 2 that there are errors, so that the scene is refused.
+    Check(Check),
     /// Makes an image again by what it says about itself, and compares
     ///
     /// Status 0 says that the second one, IMAGE_again, is the same to the bit. A scene or a program that
@@ -95,13 +103,35 @@ pub(crate) struct Merge {
 /// `pathtracer info`.
 #[derive(clap::Args, Debug, Clone)]
 pub(crate) struct Info {
-    /// An image, .png or .exr, or a film
+    /// An image, .png or .exr, a film, or a scene
     #[arg(value_name = "FILE")]
     pub(crate) file: PathBuf,
 
-    /// Print the receipt as JSON
+    /// Print JSON: the receipt, or what the scene is made of
     #[arg(long)]
     pub(crate) json: bool,
+
+    #[command(flatten)]
+    pub(crate) loading: Loading,
+}
+
+/// `pathtracer check`.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct Check {
+    /// The scene
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: PathBuf,
+
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+
+    /// Missing files are errors
+    #[arg(long)]
+    pub(crate) strict: bool,
+
+    #[command(flatten)]
+    pub(crate) loading: Loading,
 }
 
 /// `pathtracer rerender`.
@@ -164,6 +194,6 @@ pub(crate) struct OfPixel {
 impl Command {
     /// Whether there is a command of this name.
     pub(crate) fn is_one(name: &str) -> bool {
-        ["resume", "merge", "info", "rerender", "explain"].contains(&name)
+        ["resume", "merge", "info", "check", "rerender", "explain"].contains(&name)
     }
 }

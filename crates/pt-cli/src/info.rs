@@ -11,13 +11,16 @@ use pathtracer::receipt::{Receipt, Run};
 
 use crate::check::is_film;
 use crate::commands::Info;
-use crate::output;
+use crate::{describe, output};
 
-/// Prints what an image or a film says about itself.
+/// Prints what an image or a film says about itself, or what a scene is made of.
 ///
 /// # Errors
 /// If it cannot be read, or says nothing.
 pub(crate) fn run(info: &Info) -> Result<ExitCode> {
+    if pathtracer::is_scene(&info.file) {
+        return describe::run(info);
+    }
     let receipt = receipt_of(&info.file)?;
     let text = if info.json { receipt.to_text() + "\n" } else { text(&receipt) };
     output::print(text.as_bytes())
@@ -88,6 +91,9 @@ fn text(receipt: &Receipt) -> String {
         let words = run.command.iter().map(String::as_str);
         // No argument has a NUL.
         line("command", &format!("pathtracer {}", shlex::try_join(words).unwrap_or_default()));
+    }
+    for missing in &receipt.missing {
+        line("missing", missing);
     }
     for (name, hash) in &receipt.files {
         line(&format!("file {name}"), hash);

@@ -7,7 +7,7 @@ use anyhow::{Context, Result, ensure};
 use pathtracer::film_file::{About, film_of_image};
 use pathtracer::keep::{Found, Keeper, differences, in_lines};
 use pathtracer::receipt::{Receipt, Run};
-use pathtracer::{Advance, Film, Observer, Progress, Session, Source, Statistics};
+use pathtracer::{Advance, Film, Observer, Progress, Session, Source, Statistics, Warning};
 
 use crate::check::{Checked, is_film};
 use crate::console::Console;
@@ -38,7 +38,7 @@ impl Keeping {
     pub(crate) fn begin(
         request: &Checked,
         session: &mut Session,
-        sources: &[Source],
+        (sources, missing): (&[Source], &[Warning]),
         (threads, start): (usize, Instant),
     ) -> Result<Self> {
         let first = request.cli.samples.map_or(0, |(from, _)| from);
@@ -47,7 +47,7 @@ impl Keeping {
         }
         let mut this = Self {
             keeper: None,
-            about: about(request, session, sources),
+            about: About { missing: texts(missing), ..about(request, session, sources) },
             threads,
             every: None,
             deadline: request.cli.stop.time_limit.and_then(|limit| start.checked_add(limit)),
@@ -263,6 +263,11 @@ impl Turn {
 fn is_kept(image: &Path) -> bool {
     let ending = image.extension().unwrap_or_default();
     ending.eq_ignore_ascii_case("exr") || is_film(image)
+}
+
+/// What is missing, as one text for each file.
+fn texts(missing: &[Warning]) -> Vec<String> {
+    missing.iter().map(ToString::to_string).collect()
 }
 
 /// What the film of a render says about itself.

@@ -7,12 +7,15 @@ mod console;
 mod course;
 mod cpu;
 mod denoise;
+mod describe;
+mod examine;
 mod explain;
 mod formats;
 mod info;
 mod keeping;
 mod light_groups;
 mod limits;
+mod loading;
 mod machine;
 mod merge;
 mod message;
@@ -46,6 +49,7 @@ fn main() -> ExitCode {
         args::Action::Command(Command::Resume(resume)) => resume::run(&resume),
         args::Action::Command(Command::Merge(merge)) => merge::run(&merge),
         args::Action::Command(Command::Info(info)) => info::run(&info),
+        args::Action::Command(Command::Check(check)) => examine::run(&check),
         args::Action::Command(Command::Rerender(rerender)) => rerender::run(&rerender),
         args::Action::Command(Command::Explain(explain)) => explain::run(*explain),
     };

@@ -9,7 +9,7 @@ use pathtracer::image::{self, Image, Transfer};
 use pathtracer::receipt::Receipt;
 use pathtracer::{
     CompileOptions, EnvironmentMap, INTEGRATORS, Observer, Progress, Registration, Scene, Session,
-    Settings, camera_file, source,
+    Settings, Source, Warning, camera_file,
 };
 
 use crate::check::{Checked, check_estimator};
@@ -26,6 +26,12 @@ const INTERRUPTED: u8 = 130;
 
 /// Exit status of a render with `--strict` of which samples were refused, or that missed its error target.
 const NOT_AS_ASKED: u8 = 3;
+
+/// Exit status of a render of a scene that names files which could not be used.
+pub(crate) const MISSING: u8 = 4;
+
+/// Most files that are named.
+const MOST_NAMED: usize = 100;
 
 /// What came of a render.
 pub(crate) struct Done {
@@ -55,12 +61,13 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     let start = Instant::now();
     let limit = Limit::of(request);
     limit.check_files(request)?;
-    let (prepared, sources) = source::noting(|| prepare(request, &limit, start));
-    let Prepared { scene, mut session, load } = prepared?;
+    let Prepared { scene, mut session, sources, load } = prepare(request, &limit, start)?;
+    tell_missing(&scene.missing);
     tell_notes(request, &scene, &session);
     let denoising = Denoising::begin(request, threads(request));
     let threads = threads(request);
-    let mut keeping = Keeping::begin(request, &mut session, &sources, (threads, start))?;
+    let mut keeping =
+        Keeping::begin(request, &mut session, (&sources, &scene.missing), (threads, start))?;
     if request.cli.cs184 && !request.cli.quiet {
         course::built(&session, threads);
     }
@@ -78,7 +85,8 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     if let Some(warning) = viewer.and_then(|viewer| viewer.finish(session.image())) {
         eprintln!("warning: {warning}");
     }
-    let summary = Summary { session: &session, statistics, progress, threads, load, cpu };
+    let missing = scene.missing.len();
+    let summary = Summary { session: &session, statistics, progress, threads, missing, load, cpu };
     if let Some(path) = &request.cli.summary_json {
         summary.write_json(path)?;
     }
@@ -92,6 +100,7 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
             next_steps();
         }
     }
+    tell_incomplete(&scene);
     let status = match progress {
         Progress::Cancelled if console.cancelled() => {
             eprintln!("stopped early: the image holds the samples taken so far");
@@ -111,8 +120,10 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
             }
             if request.cli.strict && (is_missed || session.film().rejections().count() > 0) {
                 ExitCode::from(NOT_AS_ASKED)
-            } else {
+            } else if scene.missing.is_empty() {
                 ExitCode::SUCCESS
+            } else {
+                ExitCode::from(MISSING)
             }
         }
     };
@@ -145,6 +156,8 @@ fn connect(request: &Checked) -> Option<Viewer> {
 pub(crate) struct Prepared {
     pub(crate) scene: Scene,
     pub(crate) session: Session,
+    /// The files that were read.
+    sources: Vec<Source>,
     /// Wall-clock time of reading files.
     load: Duration,
 }
@@ -154,12 +167,13 @@ pub(crate) struct Prepared {
 /// # Errors
 /// If a file cannot be read, or a scene makes no sense.
 pub(crate) fn prepare(request: &Checked, limit: &Limit, start: Instant) -> Result<Prepared> {
-    let environment = load_environment(request)?;
-    let scene = load_scene(request)?;
+    let mut sources = Vec::new();
+    let environment = load_environment(request, &mut sources)?;
+    let scene = load_scene(request, &mut sources)?;
     limit.check_scene(request, &scene)?;
     let load = start.elapsed();
-    let session = compile(request, &scene, environment)?;
-    Ok(Prepared { scene, session, load })
+    let session = compile(request, &scene, environment, &mut sources)?;
+    Ok(Prepared { scene, session, sources, load })
 }
 
 fn threads(request: &Checked) -> usize {
@@ -179,22 +193,34 @@ fn total(session: &Session) -> u64 {
     film.region().area() as u64 * u64::from(session.settings().spp.saturating_sub(film.first()))
 }
 
-fn load_scene(request: &Checked) -> Result<Scene> {
+fn load_scene(request: &Checked, sources: &mut Vec<Source>) -> Result<Scene> {
     let Some(path) = request.scene() else { return Ok(pathtracer::default_scene()) };
     if request.cli.cs184 && !request.cli.quiet {
         course::input(path);
     }
-    Ok(pathtracer::load_with(path, &request.load_options())?)
+    let reading = pathtracer::read_with(path, &request.load_options());
+    sources.extend(reading.sources);
+    if reading.scene.is_err() && !request.cli.strict {
+        tell_missing(&reading.missing);
+    }
+    Ok(reading.scene?)
 }
 
 /// The environment map, and under `--cs184` the picture of its probabilities.
-fn load_environment(request: &Checked) -> Result<Option<EnvironmentMap>> {
+fn load_environment(
+    request: &Checked,
+    sources: &mut Vec<Source>,
+) -> Result<Option<EnvironmentMap>> {
     let Some(path) = &request.cli.environment else { return Ok(None) };
     let course = request.cli.cs184;
     if course && !request.cli.quiet {
         course::loading_environment(path);
     }
-    let map: Image = image::load_as(path, Transfer::Srgb)?;
+    image::check_readable(path)?;
+    let bytes =
+        std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    sources.push(Source::of(path, &bytes));
+    let map: Image = image::decode(&bytes, path, Transfer::Srgb)?;
     if course {
         let debug = pathtracer::course::probability_debug(&map);
         image::save_rgb8(Path::new("probability_debug.png"), map.width, map.height, &debug)?;
@@ -210,9 +236,12 @@ fn compile(
     request: &Checked,
     scene: &Scene,
     environment: Option<EnvironmentMap>,
+    sources: &mut Vec<Source>,
 ) -> Result<Session> {
     let cli = &request.cli;
-    let mut camera = cli.camera.as_deref().map(camera_file::load).transpose()?;
+    let read = cli.camera.as_deref().map(camera_file::load).transpose()?;
+    let (mut camera, source) = read.unzip();
+    sources.extend(source);
     if let (Some(camera), Some(of_scene)) = (&mut camera, scene.cameras.last()) {
         // Files of settings know none.
         (camera.medium, camera.shutter) = (of_scene.medium, of_scene.shutter);
@@ -249,6 +278,28 @@ fn compile(
         session.count_tests();
     }
     Ok(session)
+}
+
+/// Names the files that could not be used, even with `-q`: the picture is another one without them.
+pub(crate) fn tell_missing(missing: &[Warning]) {
+    for file in missing.iter().take(MOST_NAMED) {
+        eprintln!("missing: {file}");
+    }
+    if let Some(more) = missing.len().checked_sub(MOST_NAMED).filter(|more| *more > 0) {
+        eprintln!("missing: … and {more} more");
+    }
+}
+
+/// Tells at the end, where it is seen, that the picture is not that of the whole scene.
+fn tell_incomplete(scene: &Scene) {
+    let files = match scene.missing.len() {
+        0 => return,
+        1 => "a file of the scene is".to_owned(),
+        n => format!("{n} files of the scene are"),
+    };
+    eprintln!(
+        "warning: {files} missing; the image shows something else in their place (--strict refuses that)"
+    );
 }
 
 /// Tells what the user should know about a scene.

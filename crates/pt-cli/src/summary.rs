@@ -14,6 +14,8 @@ pub(crate) struct Summary<'a> {
     pub(crate) statistics: Statistics,
     pub(crate) progress: Progress,
     pub(crate) threads: usize,
+    /// How many files of the scene could not be used.
+    pub(crate) missing: usize,
     /// Wall-clock time of reading files.
     pub(crate) load: Duration,
     /// Processor time of rendering on all threads, in seconds, where the system tells.
@@ -95,6 +97,7 @@ impl Summary<'_> {
             ("threads", self.threads.to_string()),
             ("samples", s.samples.to_string()),
             ("rays", s.rays.to_string()),
+            ("missing_files", self.missing.to_string()),
             ("refused_samples", self.session.film().rejections().count().to_string()),
             ("error", number(measured.map(|look| look.measured.error))),
             ("error_at_least", number(measured.map(|look| look.measured.least))),

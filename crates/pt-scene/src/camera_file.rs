@@ -13,7 +13,7 @@ use std::path::Path;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
-use crate::{Camera, LoadError, Projection, Span, source};
+use crate::{Camera, LoadError, Projection, Source, Span};
 
 /// What the numbers are called, for messages.
 const NAMES: [&str; 30] = [
@@ -49,14 +49,15 @@ const NAMES: [&str; 30] = [
     "lensRadius",
 ];
 
-/// Reads a camera settings file.
+/// Reads a camera settings file; also tells which it was.
 ///
 /// # Errors
 /// If the file cannot be read, or is not made of 30 finite numbers.
-pub fn load(path: &Path) -> Result<Camera, LoadError> {
+pub fn load(path: &Path) -> Result<(Camera, Source), LoadError> {
     let bytes =
-        source::read(path).map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
-    parse(&String::from_utf8_lossy(&bytes), path)
+        std::fs::read(path).map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
+    let camera = parse(&String::from_utf8_lossy(&bytes), path)?;
+    Ok((camera, Source::of(path, &bytes)))
 }
 
 /// Reads the text of a camera settings file; the path serves for messages.

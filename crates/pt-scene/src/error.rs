@@ -32,6 +32,51 @@ pub enum LoadError {
         /// What is wrong, what was expected, and what to do.
         message: String,
     },
+    /// The content is wrong, or takes more than it may, so that nothing more can be read.
+    #[error("{at}: {message}")]
+    Broken {
+        /// Where.
+        at: Span,
+        /// What is wrong, what was expected, and what to do.
+        message: String,
+    },
+    /// Several things are wrong, in the order of the file.
+    #[error("{}", list(.0))]
+    Several(Vec<LoadError>),
+    /// It follows from an error that was told already.
+    #[error("this follows from another error")]
+    Told,
+}
+
+impl LoadError {
+    /// Most errors of a list that are shown.
+    pub const MOST_SHOWN: usize = 100;
+
+    /// Where it is; `None` if that is no place in a file.
+    pub fn place(&self) -> Option<&Span> {
+        match self {
+            Self::Content { at, .. } | Self::Broken { at, .. } => Some(at),
+            _ => None,
+        }
+    }
+
+    /// Each thing that is wrong.
+    pub fn each(&self) -> &[Self] {
+        match self {
+            Self::Several(errors) => errors,
+            _ => std::slice::from_ref(self),
+        }
+    }
+}
+
+/// One line for each error, as far as these are shown.
+fn list(errors: &[LoadError]) -> String {
+    let mut lines: Vec<_> =
+        errors.iter().take(LoadError::MOST_SHOWN).map(ToString::to_string).collect();
+    if let Some(more) = errors.len().checked_sub(LoadError::MOST_SHOWN).filter(|more| *more > 0) {
+        lines.push(format!("… and {more} more"));
+    }
+    lines.join("\n")
 }
 
 /// Something in a file that was understood, but not as its author may have meant it.

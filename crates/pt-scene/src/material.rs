@@ -38,6 +38,14 @@ macro_rules! surface_enum {
         pub enum Surface {
             $(#[doc = concat!("See [`", stringify!($name), "`].")] $name($name)),*
         }
+        impl Surface {
+            /// The name of its kind, which is that of its struct.
+            pub fn kind(&self) -> &'static str {
+                match self {
+                    $(Self::$name(_) => stringify!($name)),*
+                }
+            }
+        }
         $(impl From<$name> for Surface {
             fn from(s: $name) -> Self { Self::$name(s) }
         })*

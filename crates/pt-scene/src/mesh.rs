@@ -25,6 +25,25 @@ pub struct Mesh {
     pub parts: Vec<Part>,
 }
 
+impl Mesh {
+    /// The memory that its lists take, in bytes.
+    pub fn bytes(&self) -> u64 {
+        fn list<T>(values: &[T]) -> u64 {
+            size_of_val(values) as u64
+        }
+        fn attribute<T>(attribute: Option<&Attribute<T>>) -> u64 {
+            attribute.map_or(0, |a| list(&a.values) + a.indices.as_deref().map_or(0, list))
+        }
+        list(&self.positions)
+            + list(&self.triangles)
+            + attribute(self.normals.as_ref())
+            + attribute(self.uvs.as_ref())
+            + attribute(self.colors.as_ref())
+            + self.face_colors.as_deref().map_or(0, list)
+            + list(&self.parts)
+    }
+}
+
 /// Values at the corners of triangles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute<T> {

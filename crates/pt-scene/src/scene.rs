@@ -30,6 +30,9 @@ pub struct Scene {
     pub settings: FileSettings,
     /// What the user should know about how the file was read.
     pub warnings: Vec<Warning>,
+    /// Files that could not be used, where they are named, and what stands in for them: the picture is
+    /// another one.
+    pub missing: Vec<Warning>,
 }
 
 /// A shape placed in the world.
@@ -76,6 +79,7 @@ impl Default for Scene {
             lights: Vec::new(),
             settings: FileSettings::default(),
             warnings: Vec::new(),
+            missing: Vec::new(),
         }
     }
 }

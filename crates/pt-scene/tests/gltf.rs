@@ -10,10 +10,12 @@ mod sight;
 #[path = "gltf/text.rs"]
 mod text;
 
+use std::path::Path;
+
 use common::{
     check_bad_files, check_damage, check_good_files, check_robustness, files, folder, parse,
 };
-use pt_scene::Scene;
+use pt_scene::{Geometry, Scene, Surface};
 
 /// A scene of this text, whose folder is that of the good files.
 fn read(text: &str) -> Scene {
@@ -80,4 +82,41 @@ fn the_duck_is_read_whole_and_damaged() {
     common::check_invariants(&scene);
     assert_eq!((scene.objects.len(), scene.warnings.len()), (1, 0));
     check_damage(&[(bytes, path.into())], 200);
+}
+
+/// Where the buffer of a mesh is missing, a box of its extent stands there in magenta and black; without an extent
+/// there is nothing.
+#[test]
+fn boxes_stand_in_for_meshes_whose_buffer_is_missing() {
+    let text = |extent: &str| {
+        format!(
+            r#"{{"asset": {{"version": "2.0"}}, "nodes": [{{"mesh": 0, "translation": [5, 0, 0]}}],
+            "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}}}]}}],
+            "accessors": [{{"componentType": 5126, "type": "VEC3", "count": 3, "bufferView": 0{extent}}}],
+            "bufferViews": [{{"buffer": 0, "byteLength": 36}}],
+            "buffers": [{{"byteLength": 36, "uri": "lost.bin"}}]}}"#
+        )
+    };
+    let read = |extent: &str| {
+        let scene = parse(text(extent).as_bytes(), Path::new("lost.gltf"))
+            .unwrap_or_else(|error| panic!("{error}"));
+        common::check_invariants(&scene);
+        assert_eq!(scene.missing.len(), 1, "{:?}", scene.missing);
+        scene
+    };
+    let scene = read(r#", "min": [-1, 0, 2], "max": [1, 3, 4]"#);
+    let [object] = scene.objects.as_slice() else { panic!("{:?}", scene.objects) };
+    let Geometry::Mesh(mesh) = &object.geometry else { panic!("no mesh") };
+    let extent = |fold: fn(f32, f32) -> f32, start: f32| {
+        [0, 1, 2].map(|c| mesh.positions.iter().map(|p| p[c]).fold(start, fold))
+    };
+    assert_eq!(extent(f32::min, f32::MAX), [-1.0, 0.0, 2.0]);
+    assert_eq!(extent(f32::max, f32::MIN), [1.0, 3.0, 4.0]);
+    assert_eq!(object.to_world.translation.x, 5.0);
+    let surface = &scene.materials[0].surface;
+    assert!(
+        matches!(surface, Surface::Matte(m) if m.reflectance.texture().is_some()),
+        "{surface:?}"
+    );
+    assert!(read("").objects.is_empty());
 }

@@ -297,7 +297,10 @@ fn shared_scenes_load() {
         let says = text.contains("name=\"spp\"") || !text.contains("$spp");
         let spp = ("spp".to_owned(), "4".to_owned());
         let definitions = if says { Vec::new() } else { vec![spp] };
-        let scene = load_with(&path, &LoadOptions { definitions });
+        let scene = load_with(
+            &path,
+            &LoadOptions { definitions, allow_outside: true, ..LoadOptions::default() },
+        );
         let scene = scene.unwrap_or_else(|error| panic!("{error}"));
         common::check_invariants(&scene);
         let lights = scene.lights.len()

@@ -39,6 +39,7 @@ pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
         render::prepare(&request, &Limit::of(&request), Instant::now())?;
     let pixel = pixel(&of, &session)?;
     let first = request.cli.samples.map_or(0, |(from, _)| from);
+    render::tell_missing(&scene.missing);
     render::tell_notes(&request, &scene, &session);
     if session.settings().in_halves() && of.sample.is_none() && !request.cli.quiet {
         eprintln!(

@@ -17,6 +17,7 @@ mod refusals;
 mod refused_samples;
 mod report;
 mod resume;
+mod scenes;
 mod target;
 mod texts;
 mod viewer;

@@ -1,6 +1,6 @@
 //! What the mesh formats share: reading a file that a scene names, and a scene of one mesh.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pt_math::color::linear_from_srgb;
@@ -9,7 +9,7 @@ use pt_math::{DAffine3, DVec3};
 use super::triangulate::Triangulator;
 use crate::material::Matte;
 use crate::texture::{Input, Pattern, Texture};
-use crate::{Attribute, Geometry, LoadError, Material, Mesh, Object, Scene, Span, Warning, source};
+use crate::{Attribute, Geometry, LoadError, Material, Mesh, Object, Scene, Span, Warning};
 
 /// A mesh, and what the user should know about how it was read.
 #[derive(Debug)]
@@ -82,19 +82,9 @@ fn colored(mesh: &Mesh) -> Option<Material> {
     })
 }
 
-/// Reads a file that a scene names.
-///
-/// # Errors
-/// If it cannot be read, or is no regular file: devices and pipes may never end. The message is
-/// meant for the place where the scene names it.
-pub(super) fn read(path: &Path) -> Result<Vec<u8>, String> {
-    let message = |why: &str| format!("{} cannot be read: {why}", path.display());
-    let io_message = |error: std::io::Error| message(&error.to_string());
-    if std::fs::metadata(path).map_err(io_message)?.is_file() {
-        source::read(path).map_err(io_message)
-    } else {
-        Err(message("it is no regular file"))
-    }
+/// The folder of a file.
+pub(super) fn folder_of(path: &Path) -> PathBuf {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_owned()
 }
 
 /// The text that a URL means: `%20` is a space.

@@ -3,7 +3,9 @@
 //! To add one: write its file, add its line to [`FORMATS`].
 
 pub mod collada;
+mod context;
 mod gltf;
+mod limits;
 mod mesh_file;
 mod mitsuba;
 mod obj;
@@ -11,14 +13,18 @@ mod pbrt;
 mod ply;
 mod serialized;
 mod spectra;
+mod substitute;
 mod transform;
 mod triangulate;
 mod vol;
 mod xml;
 
 use std::path::Path;
+use std::sync::Arc;
 
-use crate::{LoadError, Scene, source};
+use crate::{LoadError, Scene, Source, Warning};
+use context::Context;
+pub use limits::Limits;
 use xml::quote;
 
 /// How to read a scene.
@@ -27,17 +33,30 @@ pub struct LoadOptions {
     /// Names, without the dollar, and what they stand for: `$name` in the file, where the format
     /// has that. They win over what the file says. Each is given once, and used in the file.
     pub definitions: Vec<(String, String)>,
+    /// Whether files that are missing are errors; otherwise something loud stands in for them.
+    pub strict: bool,
+    /// Whether the scene may name files outside of its folder.
+    pub allow_outside: bool,
+    /// What the reading may take.
+    pub limits: Limits,
+}
+
+/// What came of reading a scene.
+#[derive(Debug)]
+pub struct Reading {
+    /// The scene, or all that is wrong with it.
+    pub scene: Result<Scene, LoadError>,
+    /// Files that could not be used, as in [`Scene::missing`].
+    pub missing: Vec<Warning>,
+    /// What the user should know about what was read, as in [`Scene::warnings`].
+    pub notes: Vec<Warning>,
+    /// The files that were read: each once for each time, in this order.
+    pub sources: Vec<Source>,
 }
 
 /// Turns content and path (for files that the scene refers to, relative to it, and for messages)
-/// into a scene.
-#[derive(Clone, Copy)]
-enum Parser {
-    /// Without options.
-    Plain(fn(&[u8], &Path) -> Result<Scene, LoadError>),
-    /// With names that stand for something.
-    Defined(fn(&[u8], &Path, &LoadOptions) -> Result<Scene, LoadError>),
-}
+/// into a scene. With errors that the context keeps, it is what is left of one.
+type Parser = fn(&[u8], &Path, &Arc<Context>) -> Result<Scene, LoadError>;
 
 /// A scene format.
 pub struct Format {
@@ -46,6 +65,8 @@ pub struct Format {
     /// File name endings, lower case, without the dot.
     pub extensions: &'static [&'static str],
     parser: Parser,
+    /// Whether it has names that stand for something.
+    has_names: bool,
 }
 
 impl Format {
@@ -59,11 +80,15 @@ impl Format {
         path: &Path,
         options: &LoadOptions,
     ) -> Result<Scene, LoadError> {
-        match (self.parser, options.definitions.first()) {
-            (Parser::Defined(parse), _) => parse(bytes, path, options),
-            (Parser::Plain(parse), None) => parse(bytes, path),
-            (Parser::Plain(_), Some((name, _))) => {
-                let all = FORMATS.iter().filter(|f| matches!(f.parser, Parser::Defined(_)));
+        self.read(bytes, path, &Context::new(path, options)).scene
+    }
+
+    fn read(&self, bytes: &[u8], path: &Path, context: &Arc<Context>) -> Reading {
+        let definition = context.options().definitions.first().filter(|_| !self.has_names);
+        let result = match definition {
+            None => (self.parser)(bytes, path, context),
+            Some((name, _)) => {
+                let all = FORMATS.iter().filter(|format| format.has_names);
                 let names: Vec<_> = all.map(|f| f.name).collect();
                 let message = format!(
                     "{} is defined, but {} has no such names; they are for {}",
@@ -73,19 +98,31 @@ impl Format {
                 );
                 Err(mesh_file::error(path, 0, message))
             }
+        };
+        let mut reading = context.finish(result);
+        if let Ok(scene) = &mut reading.scene
+            && scene.name.is_empty()
+        {
+            scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
+        reading
     }
 }
 
 /// All formats.
 pub static FORMATS: &[Format] = &[
-    Format { name: "COLLADA", extensions: &["dae"], parser: Parser::Plain(collada::parse) },
-    Format { name: "glTF 2.0", extensions: &["gltf", "glb"], parser: Parser::Plain(gltf::parse) },
-    Format { name: "Mitsuba 3", extensions: &["xml"], parser: Parser::Defined(mitsuba::parse) },
-    Format { name: "pbrt-v4", extensions: &["pbrt"], parser: Parser::Plain(pbrt::parse) },
-    Format { name: "Stanford PLY", extensions: &["ply"], parser: Parser::Plain(ply::parse) },
-    Format { name: "Wavefront OBJ", extensions: &["obj"], parser: Parser::Plain(obj::parse) },
+    format("COLLADA", &["dae"], collada::parse),
+    format("glTF 2.0", &["gltf", "glb"], gltf::parse),
+    Format { has_names: true, ..format("Mitsuba 3", &["xml"], mitsuba::parse) },
+    format("pbrt-v4", &["pbrt"], pbrt::parse),
+    format("Stanford PLY", &["ply"], |bytes, path, _| ply::parse(bytes, path)),
+    format("Wavefront OBJ", &["obj"], |bytes, path, _| obj::parse(bytes, path)),
 ];
+
+/// A format without names that stand for something.
+const fn format(name: &'static str, extensions: &'static [&'static str], parser: Parser) -> Format {
+    Format { name, extensions, parser, has_names: false }
+}
 
 /// Reads a scene, in the format that the ending of its name says.
 ///
@@ -100,10 +137,26 @@ pub fn load(path: &Path) -> Result<Scene, LoadError> {
 /// # Errors
 /// As [`load`]; also if names are defined twice or not used.
 pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Scene, LoadError> {
-    format_of(path)?;
-    let bytes =
-        source::read(path).map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
-    parse_with(&bytes, path, options)
+    read_with(path, options).scene
+}
+
+/// Like [`load_with`], and tells all that was found.
+pub fn read_with(path: &Path, options: &LoadOptions) -> Reading {
+    let refused = |error| Reading {
+        scene: Err(error),
+        missing: Vec::new(),
+        notes: Vec::new(),
+        sources: Vec::new(),
+    };
+    let format = match format_of(path) {
+        Ok(format) => format,
+        Err(error) => return refused(error),
+    };
+    let context = Context::new(path, options);
+    match context.scene_file(path) {
+        Ok(bytes) => format.read(&bytes, path, &context),
+        Err(error) => refused(error),
+    }
 }
 
 /// Like [`load`], with the content at hand; the path serves for the format, for files that the
@@ -120,11 +173,12 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
 /// # Errors
 /// As [`parse`]; also if names are defined twice or not used.
 pub fn parse_with(bytes: &[u8], path: &Path, options: &LoadOptions) -> Result<Scene, LoadError> {
-    let mut scene = format_of(path)?.parse(bytes, path, options)?;
-    if scene.name.is_empty() {
-        scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    }
-    Ok(scene)
+    format_of(path)?.parse(bytes, path, options)
+}
+
+/// Whether the ending of a name is that of a scene.
+pub fn is_scene(path: &Path) -> bool {
+    format_of(path).is_ok()
 }
 
 /// The format that the ending of a name says.

@@ -8,6 +8,7 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::str::FromStr;
 
+use super::limits::Limits;
 use crate::spelling::alike;
 use crate::{LoadError, Span, Warning};
 
@@ -21,7 +22,7 @@ const MAX_ATTRIBUTES: usize = 1000;
 /// Most namespace declarations of a file; the parser copies them to the elements inside.
 const MAX_NAMESPACES: usize = 10_000;
 /// Most elements, texts and comments of a file; each takes about 100 bytes.
-const MAX_NODES: u32 = 20_000_000;
+const MAX_NODES: usize = 20_000_000;
 /// Distance in bytes of the places whose line and column are remembered.
 const MARK_DISTANCE: usize = 1024;
 /// Longest text that a message quotes, in characters.
@@ -39,17 +40,18 @@ impl<'a> Document<'a> {
     ///
     /// # Errors
     /// If it is no well-formed XML, has a document type definition, or exceeds a limit.
-    pub(super) fn parse(text: &'a str, path: &'a Path) -> Result<Self, LoadError> {
+    pub(super) fn parse(text: &'a str, path: &'a Path, limits: &Limits) -> Result<Self, LoadError> {
         let marks = Marks::new(text);
         let at = |offset| place(path, marks.line_and_column(text, offset), String::new());
-        if let Err((offset, message)) = check_limits(text) {
+        if let Err((offset, message)) = check_limits(text, limits.depth(MAX_DEPTH)) {
             return Err(LoadError::Content { at: at(offset), message });
         }
-        let options = roxmltree::ParsingOptions { nodes_limit: MAX_NODES, ..Default::default() };
+        let most_nodes = u32::try_from(limits.elements(MAX_NODES)).unwrap_or(u32::MAX);
+        let options = roxmltree::ParsingOptions { nodes_limit: most_nodes, ..Default::default() };
         match roxmltree::Document::parse_with_options(text, options) {
             Ok(tree) => Ok(Self { path, tree, marks }),
             Err(error) => {
-                let (offset, message) = explain(&error, text);
+                let (offset, message) = explain(&error, text, most_nodes);
                 let at = match offset {
                     Some(offset) => at(offset),
                     None => place(path, (error.pos().row, error.pos().col), String::new()),
@@ -268,7 +270,7 @@ pub(super) fn quote(text: &str) -> String {
 
 /// Refuses what would take the parser, or those who walk its tree, out of proportion to the size
 /// of the file. Gives the offset of the place. Text that is no XML is left to the parser.
-fn check_limits(text: &str) -> Result<(), (usize, String)> {
+fn check_limits(text: &str, most_deep: usize) -> Result<(), (usize, String)> {
     let (mut depth, mut namespaces, mut next) = (0_usize, 0, 0);
     while let Some(start) = text[next..].find('<').map(|found| next + found) {
         let rest = &text[start..];
@@ -286,8 +288,8 @@ fn check_limits(text: &str) -> Result<(), (usize, String)> {
             TagKind::Close => depth = depth.saturating_sub(1),
             TagKind::Empty => {}
         }
-        let refusal = if depth > MAX_DEPTH {
-            Some(format!("elements are nested deeper than {MAX_DEPTH}"))
+        let refusal = if depth > most_deep {
+            Some(format!("elements are nested deeper than {most_deep}"))
         } else if tag.attributes > MAX_ATTRIBUTES {
             Some(format!("this element has more than {MAX_ATTRIBUTES} attributes"))
         } else if namespaces > MAX_NAMESPACES {
@@ -341,7 +343,7 @@ fn scan_tag(text: &str) -> Option<Tag> {
 }
 
 /// What the parser found, in words, with the offset where the parser does not know the place.
-fn explain(error: &roxmltree::Error, text: &str) -> (Option<usize>, String) {
+fn explain(error: &roxmltree::Error, text: &str, most_nodes: u32) -> (Option<usize>, String) {
     use roxmltree::Error as E;
     let ends_early = |what: &str| (Some(text.len()), format!("{what}; is the file complete?"));
     match error {
@@ -362,7 +364,7 @@ fn explain(error: &roxmltree::Error, text: &str) -> (Option<usize>, String) {
         E::NodesLimitReached => (
             Some(0),
             format!(
-                "the file has more than {MAX_NODES} elements and texts; such files are refused"
+                "the file has more than {most_nodes} elements and texts; such files are refused"
             ),
         ),
         E::UnexpectedCloseTag(expected, actual, _) => {
@@ -417,12 +419,16 @@ mod tests {
     fn limits_count_tags_and_nothing_else() {
         let siblings = "<b c='>' d=\"<'\"/><b></b>".repeat(MAX_DEPTH + 1);
         let comments = "<!-- <a> --><![CDATA[<a>]]><?x <a> ?>".repeat(MAX_DEPTH + 1);
-        assert_eq!(check_limits(&format!("<a>{siblings}{comments}</a>")), Ok(()));
+        assert_eq!(check_limits(&format!("<a>{siblings}{comments}</a>"), MAX_DEPTH), Ok(()));
         let nested = |depth| "<a b='/'>".repeat(depth) + &"</a>".repeat(depth);
-        assert_eq!(check_limits(&nested(MAX_DEPTH)), Ok(()));
-        let (offset, _) = check_limits(&nested(MAX_DEPTH + 1)).expect_err("too deep");
+        assert_eq!(check_limits(&nested(MAX_DEPTH), MAX_DEPTH), Ok(()));
+        let (offset, _) = check_limits(&nested(MAX_DEPTH + 1), MAX_DEPTH).expect_err("too deep");
         assert_eq!(offset, MAX_DEPTH * "<a b='/'>".len());
-        assert_eq!(check_limits("<a <b 'c"), Ok(()), "broken files are the parser's business");
+        assert_eq!(
+            check_limits("<a <b 'c", MAX_DEPTH),
+            Ok(()),
+            "broken files are the parser's business"
+        );
     }
 
     #[test]

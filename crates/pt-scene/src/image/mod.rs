@@ -14,8 +14,6 @@ use std::path::Path;
 
 use pt_math::color;
 
-use crate::source;
-
 pub use error::ImageError;
 pub use tone::{Tone, ToneCurve};
 pub use write::write_atomically;
@@ -309,6 +307,14 @@ pub fn load_rgba_raw(path: &Path) -> Result<Decoded, ImageError> {
     decode_as(&read_file(path)?, path, Numbers::Stored)
 }
 
+/// Whether pictures with the ending of a name can be read.
+///
+/// # Errors
+/// If they cannot.
+pub fn check_readable(path: &Path) -> Result<(), ImageError> {
+    codec_with(path, |codec| codec.read).map(drop)
+}
+
 /// Keys and values of the texts in an image file: what [`SaveOptions::metadata`] said, and what others wrote.
 ///
 /// # Errors
@@ -337,7 +343,7 @@ pub fn decode_as(bytes: &[u8], path: &Path, numbers: Numbers) -> Result<Decoded,
 }
 
 fn read_file(path: &Path) -> Result<Vec<u8>, ImageError> {
-    source::read(path).map_err(|source| ImageError::Read { path: path.to_owned(), source })
+    std::fs::read(path).map_err(|source| ImageError::Read { path: path.to_owned(), source })
 }
 
 impl Transfer {

@@ -14,7 +14,7 @@
 
 use std::path::Path;
 
-use crate::{LoadError, Span, source};
+use crate::{LoadError, Span};
 
 /// Intensity by direction: type C, where vertical angles are counted from straight down, and
 /// horizontal angles around the vertical axis.
@@ -37,8 +37,8 @@ impl IesProfile {
     /// # Errors
     /// If it cannot be read, or as [`Self::parse`].
     pub fn load(path: &Path) -> Result<Self, LoadError> {
-        let bytes =
-            source::read(path).map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
+        let bytes = std::fs::read(path)
+            .map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
         Self::parse(&bytes, path)
     }
 

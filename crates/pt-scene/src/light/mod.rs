@@ -107,6 +107,25 @@ pub enum LightKind {
     },
 }
 
+impl LightKind {
+    /// The name of its kind.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Hemisphere { .. } => "Hemisphere",
+            Self::Constant { .. } => "Constant",
+            Self::Environment { .. } => "Environment",
+            Self::Directional { .. } => "Directional",
+            Self::DistantDisk { .. } => "DistantDisk",
+            Self::Point { .. } => "Point",
+            Self::Spot { .. } => "Spot",
+            Self::LinearSpot { .. } => "LinearSpot",
+            Self::Ies { .. } => "Ies",
+            Self::Daylight(_) => "Daylight",
+            Self::Area { .. } => "Area",
+        }
+    }
+}
+
 /// Where the rows of an image of the sky lie.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rows {

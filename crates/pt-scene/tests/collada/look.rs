@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use pt_scene::format::collada::parse;
+use pt_scene::format::{LoadOptions, parse_with};
 use pt_scene::image::{Image, SaveOptions};
 use pt_scene::material::Black;
 use pt_scene::texture::{Bitmap, Filter, Pattern, Wrap};
-use pt_scene::{Color, LightKind, Material, Projection, Scene, Surface};
+use pt_scene::{Color, LightKind, LoadError, Material, Projection, Scene, Surface};
 
 use crate::{FILES, good, value};
 
@@ -18,6 +18,7 @@ fn materials_in_short(scene: &Scene) -> BTreeMap<&str, String> {
         let Some(index) = object.materials[0] else { return "default".to_owned() };
         let material = &scene.materials[index as usize];
         let surface = match &material.surface {
+            Surface::Matte(m) if m.reflectance.texture().is_some() => "matte texture".to_owned(),
             Surface::Matte(m) => format!("matte {:?}", value(&m.reflectance)),
             Surface::Mirror(m) => format!("mirror {:?}", value(&m.reflectance)),
             Surface::Glass(m) => {
@@ -66,7 +67,7 @@ fn effects_of_the_common_profile_become_the_nearest_material() {
         ("half", matte),
         ("a-zero", "glass [1.0, 1.0, 1.0] [1.0, 1.0, 1.0] 1.5"),
         ("rgb-one", "glass [1.0, 1.0, 1.0] [1.0, 1.0, 1.0] 1.5"),
-        ("textured", "matte [0.5, 0.5, 0.5]"),
+        ("textured", "matte texture"),
         // α = √(2/(6 + 2)) = 0.5
         ("parameters", "plastic [0.1, 0.2, 0.3] [0.3, 0.3, 0.3] 0.5"),
         ("parameters-set", "plastic [0.7, 0.8, 0.9] [0.3, 0.3, 0.3] 0.5"),
@@ -201,13 +202,18 @@ fn bitmap(color: &Color) -> &Bitmap {
     }
 }
 
+/// Reads a scene that may name files of other folders.
+fn parse_anywhere(bytes: &[u8], file: &Path) -> Result<Scene, LoadError> {
+    parse_with(bytes, file, &LoadOptions { allow_outside: true, ..LoadOptions::default() })
+}
+
 /// A texture is found behind sampler, surface and image, as far as the exporter wrote these. Images have
 /// pyramids, and are read once.
 #[test]
 fn images_paint_materials() {
     let file = Path::new(FILES).join("textures.dae");
     let bytes = std::fs::read(&file).expect("a readable file");
-    let scene = parse(&bytes, &file).unwrap_or_else(|error| panic!("{error}"));
+    let scene = parse_anywhere(&bytes, &file).unwrap_or_else(|error| panic!("{error}"));
     let all = materials(&scene);
     let first = bitmap(diffuse(all["diffuse"]));
     assert_eq!(
@@ -223,10 +229,13 @@ fn images_paint_materials() {
     assert!(same.iter().all(|color| Arc::ptr_eq(&bitmap(color).image, &first.image)));
     assert!(!Arc::ptr_eq(&bitmap(&varnish.specular).image, &first.image));
     for name in ["lost", "unnamed"] {
-        assert_eq!(*diffuse(all[name]), [0.5; 3].into(), "{name}");
+        let Color::Texture(texture) = diffuse(all[name]) else { panic!("{name} is of one colour") };
+        let squares = [[1.0, 0.0, 1.0], [0.0; 3]];
+        assert_eq!(texture.pattern, Pattern::Checkerboard(squares), "{name}");
     }
     // What is not as its author meant it is told, with file, element and what is taken instead.
-    let warnings: Vec<_> = scene.warnings.iter().map(ToString::to_string).collect();
+    let told = scene.warnings.iter().chain(&scene.missing);
+    let warnings: Vec<_> = told.map(ToString::to_string).collect();
     let expected = [
         "<wrap_s> of effect \"bordered-effect\": \"BORDER\" is not supported here",
         "<wrap_t> of effect \"mixed-effect\": \"WRAP\" is not supported here",
@@ -252,7 +261,10 @@ fn images_are_found_by_url_and_path() {
     let template = std::fs::read_to_string(format!("{FILES}/textures.dae")).expect("a file");
     let color = |written: &str, more: &str| {
         let text = template.replace("<init_from>lost.png", &format!("<init_from>{written}"));
-        let scene = parse(text.replace("<lambert>", &format!("{more}<lambert>")).as_bytes(), &file);
+        let scene = parse_anywhere(
+            text.replace("<lambert>", &format!("{more}<lambert>")).as_bytes(),
+            &file,
+        );
         let scene = scene.unwrap_or_else(|error| panic!("{error}"));
         diffuse(materials(&scene)["lost"]).clone()
     };
@@ -274,6 +286,7 @@ fn images_are_found_by_url_and_path() {
         &format!("</profile_COMMON>{profile}</effect>"),
         1,
     );
-    let scene = parse(of_course.as_bytes(), &file).unwrap_or_else(|error| panic!("{error}"));
+    let scene =
+        parse_anywhere(of_course.as_bytes(), &file).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(*diffuse(materials(&scene)["clamped"]), [0.5; 3].into());
 }

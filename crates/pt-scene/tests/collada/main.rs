@@ -13,7 +13,7 @@ mod robustness;
 
 use std::path::{Path, PathBuf};
 
-use pt_scene::format::collada::parse;
+use pt_scene::format::parse;
 use pt_scene::texture::Input;
 use pt_scene::{Geometry, LoadError, Scene};
 
@@ -108,9 +108,9 @@ fn good_files_give_the_expected_warnings() {
     for file in files("good") {
         let bytes = std::fs::read(&file).expect("a readable file");
         let scene = parse(&bytes, name_of(&file)).expect("a good file");
-        let warnings = scene.warnings.iter().map(|w| format!("{w}\n")).collect::<Vec<_>>();
-        let warnings = warnings.concat();
-        check_expected(&file, &warnings);
+        let missing = scene.missing.iter().map(|missing| format!("missing: {missing}\n"));
+        let warnings = scene.warnings.iter().map(|warning| format!("{warning}\n"));
+        check_expected(&file, &missing.chain(warnings).collect::<String>());
     }
 }
 

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use pt_scene::LoadError;
-use pt_scene::format::collada::{course_log, parse};
+use pt_scene::format::collada::course_log;
+use pt_scene::format::parse;
 
 use crate::{FILES, check_invariants, files, good_text, name_of, read};
 

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use pt_math::{DMat3, DVec3};
+use pt_scene::format::{LoadOptions, parse_with};
 use pt_scene::{Geometry, LoadError, Mesh, Object, Scene};
 
 use crate::common::{check_invariants, folder, parse};
@@ -268,10 +269,13 @@ fn serialized(bytes: &[u8], parameters: &str) -> Result<Scene, LoadError> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.serialized");
     std::fs::write(&path, bytes).expect("a writable folder");
-    let path = path.display();
-    try_read(&format!(
-        "<shape type=\"serialized\"><string name=\"filename\" value=\"{path}\"/>{parameters}</shape>"
-    ))
+    let text = format!(
+        "<scene version=\"3.0.0\"><shape type=\"serialized\"><string name=\"filename\" value=\"{}\"/>\
+         {parameters}</shape></scene>",
+        path.display()
+    );
+    let options = LoadOptions { strict: true, ..LoadOptions::default() };
+    parse_with(text.as_bytes(), &folder.path().join("test.xml"), &options)
 }
 
 const SECOND: &str = "<integer name=\"shape_index\" value=\"1\"/>";

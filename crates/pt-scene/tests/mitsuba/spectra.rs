@@ -136,7 +136,8 @@ fn black_bodies_of_all_temperatures_have_colours() {
 fn read_with(content: &str, definitions: &[(&str, &str)]) -> Result<Scene, String> {
     let text = format!("<scene version=\"3.0.0\">{content}</scene>");
     let pair = |(name, value): &(&str, &str)| ((*name).to_owned(), (*value).to_owned());
-    let options = LoadOptions { definitions: definitions.iter().map(pair).collect() };
+    let definitions = definitions.iter().map(pair).collect();
+    let options = LoadOptions { definitions, ..LoadOptions::default() };
     parse_with(text.as_bytes(), "test.xml".as_ref(), &options).map_err(|e| e.to_string())
 }
 
@@ -168,7 +169,7 @@ fn definitions_that_nothing_uses_and_second_ones_are_refused() {
     assert_eq!(twice, "test.xml: \"radius\" is defined twice");
     let unknown = read_with("<default name=\"a\" value=\"$b\"/>", &[("", "1")]);
     assert!(unknown.expect_err("no name at all").contains("\"$b\""));
-    let ply = LoadOptions { definitions: vec![("a".into(), "b".into())] };
+    let ply = LoadOptions { definitions: vec![("a".into(), "b".into())], ..LoadOptions::default() };
     let error = parse_with(b"ply", "ball.ply".as_ref(), &ply).expect_err("no names").to_string();
     let wanted = "ball.ply: \"a\" is defined, but Stanford PLY has no such names; they are for \
                   Mitsuba 3";

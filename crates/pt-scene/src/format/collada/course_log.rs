@@ -9,7 +9,9 @@ use roxmltree::NodeId;
 use super::reader::{Reader, child, children, course_techniques, elements, name_of};
 use super::source::inputs;
 use super::{camera, light};
+use crate::format::context::Context;
 use crate::format::xml::{Document, Node, decode, words};
+use crate::format::{Limits, LoadOptions};
 use crate::{Camera, LightKind, LoadError, Projection};
 
 /// What the lines about nodes begin with.
@@ -29,12 +31,13 @@ const MAX_NAME: usize = 200;
 ///
 /// # Errors
 /// If the file is no XML, has no visual scene, or has cameras or lights that make no sense: only
-/// where [`parse`](super::parse) fails as well.
+/// where the reader of scenes fails as well.
 pub fn course_log(bytes: &[u8], path: &Path) -> Result<Vec<String>, LoadError> {
     let text = decode(bytes, path)?;
-    let document = Document::parse(&text, path)?;
+    let document = Document::parse(&text, path, &Limits::default())?;
+    let context = Context::new(path, &LoadOptions::default());
     let mut log = Log {
-        reader: Reader::new(&document),
+        reader: Reader::new(&document, &context),
         lines: Vec::new(),
         summaries: HashMap::new(),
         materials: HashMap::new(),

@@ -3,6 +3,7 @@
 use super::material::clamped;
 use super::reader::{Reader, child, children, elements};
 use super::texture;
+use crate::format::substitute;
 use crate::format::xml::{Node, quote};
 use crate::material::{Black, Glass, Matte, Mirror, Plastic};
 use crate::texture::Wrap;
@@ -230,8 +231,14 @@ fn painted_or<'a>(
         Some(Paint::Texture(Painting { file, wrap })) => match texture::read(reader, &file, wrap) {
             Ok(texture) => Color::Texture(texture),
             Err(why) => {
-                let message = format!("the texture {} is not shown: {why}", quote(&file));
-                instead(reader, element, &message, default).into()
+                let message = format!(
+                    "the texture {} is not shown: {why}; {}",
+                    quote(&file),
+                    substitute::INSTEAD
+                );
+                reader.context.missing(reader.document.span(element), message);
+                reader.context.be_loud();
+                Color::Texture(substitute::texture())
             }
         },
         None => default.into(),

@@ -22,9 +22,11 @@ mod texture;
 mod transform;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
+use super::context::Context;
 use super::xml::{self, Node};
 use crate::{LoadError, Scene};
 pub use course_log::course_log;
@@ -37,16 +39,16 @@ use reader::{Reader, child};
 /// # Errors
 /// If the file is no COLLADA, refers to what it does not contain, or holds numbers that make no
 /// sense. The error names the line and the element.
-pub fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
+pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
     let text = xml::decode(bytes, path)?;
-    let document = xml::Document::parse(&text, path)?;
+    let document = xml::Document::parse(&text, path, context.limits())?;
     let root = document.root();
     let tag = root.tag_name().name();
     if tag != "COLLADA" {
         let message = format!("this is no COLLADA file: expected <COLLADA>, found <{tag}>");
         return Err(document.error(root, message));
     }
-    let mut reader = Reader::new(&document);
+    let mut reader = Reader::new(&document, context);
     let asset = child(root, "asset");
     reader.scene.metres_per_unit = metres_per_unit(&mut reader, asset);
     let to_y_up = to_y_up(&reader, asset)?;

@@ -5,6 +5,7 @@ use roxmltree::Children;
 
 use super::reader::{Reader, child, name_of};
 use super::{camera, geometry, light, material, transform};
+use crate::format::context::Context;
 use crate::format::xml::{Node, quote};
 use crate::{LoadError, Object};
 
@@ -34,14 +35,19 @@ pub(super) fn place<'a>(
         let (parent, to_world) = (level.node, level.to_world);
         let inner = match element.tag_name().name() {
             "node" => Some(element),
-            "instance_node" => reader.resolve(element, "url", &["node"])?,
+            "instance_node" => {
+                let found = reader.resolve(element, "url", &["node"]);
+                reader.context.keep(found)?.flatten()
+            }
             _ => {
-                place_instance(reader, parent, element, to_world)?;
+                let done = place_instance(reader, parent, element, to_world);
+                reader.context.keep(done)?;
                 None
             }
         };
         if let Some(node) = inner {
-            levels.push(enter(reader, &levels, element, node)?);
+            let level = enter(reader, &levels, element, node);
+            levels.extend(reader.context.keep(level)?);
         }
     }
     Ok(())
@@ -58,9 +64,10 @@ fn enter<'a>(
         let message = format!("the node {} contains itself", quote(&name_of(node)));
         return Err(reader.error(element, message));
     }
-    if levels.len() > MAX_DEPTH {
-        let message = format!("nodes are nested deeper than {MAX_DEPTH}; such files are refused");
-        return Err(reader.error(element, message));
+    let most = reader.context.limits().depth(MAX_DEPTH);
+    if levels.len() > most {
+        let message = format!("nodes are nested deeper than {most}; such files are refused");
+        return Err(Context::exceeded(reader.document.span(element), message));
     }
     reader.count_placed(element, 1)?;
     let outer = levels.last().map_or(DAffine3::IDENTITY, |level| level.to_world);

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use roxmltree::NodeId;
 
 use super::geometry::Shape;
+use crate::format::context::Context;
 use crate::format::mesh_file;
 use crate::format::xml::{Document, Node, did_you_mean, quote};
 use crate::image::Image;
@@ -24,12 +25,13 @@ const MAX_VALUES_PER_BYTE: usize = 2;
 /// A document on its way to a [`Scene`].
 pub(super) struct Reader<'a> {
     pub(super) document: &'a Document<'a>,
+    pub(super) context: &'a Context,
     /// What has been read so far.
     pub(super) scene: Scene,
     /// Index of each material read.
     pub(super) materials: HashMap<NodeId, u32>,
-    /// Each image read.
-    pub(super) images: HashMap<PathBuf, Arc<Image>>,
+    /// Each image read, or why it is missing.
+    pub(super) images: HashMap<PathBuf, Result<Arc<Image>, String>>,
     /// Each geometry read; `None` if there is nothing to see.
     pub(super) shapes: HashMap<NodeId, Option<Shape<'a>>>,
     /// Whether the file is written for the course, whose common materials mean their diffuse
@@ -43,9 +45,10 @@ pub(super) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    pub(super) fn new(document: &'a Document<'a>) -> Self {
+    pub(super) fn new(document: &'a Document<'a>, context: &'a Context) -> Self {
         let mut reader = Self {
             document,
+            context,
             scene: Scene::default(),
             materials: HashMap::new(),
             images: HashMap::new(),
@@ -208,13 +211,14 @@ impl<'a> Reader<'a> {
     /// If they become too many.
     pub(super) fn count_placed(&mut self, node: Node<'_>, more: usize) -> Result<(), LoadError> {
         self.placed += more;
-        if self.placed <= MAX_PLACED {
+        let most = self.context.limits().shapes(MAX_PLACED);
+        if self.placed <= most {
             return Ok(());
         }
         let message = format!(
-            "the scene places more than {MAX_PLACED} nodes and materials; such files are refused"
+            "the scene places more than {most} nodes and materials; such files are refused"
         );
-        Err(self.error(node, message))
+        Err(Context::exceeded(self.document.span(node), message))
     }
 
     /// Counts values that a source takes from its array.
@@ -222,13 +226,12 @@ impl<'a> Reader<'a> {
     /// # Errors
     /// If they become too many.
     pub(super) fn count_values(&mut self, node: Node<'_>, more: usize) -> Result<(), LoadError> {
-        match self.values_left.checked_sub(more) {
-            Some(left) => {
-                self.values_left = left;
-                Ok(())
-            }
-            None => Err(self.error(node, "sources repeat the same array too often; write it once")),
-        }
+        let Some(left) = self.values_left.checked_sub(more) else {
+            let message = "sources repeat the same array too often; write it once";
+            return Err(Context::exceeded(self.document.span(node), message));
+        };
+        self.values_left = left;
+        Ok(())
     }
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::reader::Reader;
 use crate::format::mesh_file;
 use crate::format::xml::{Node, quote};
-use crate::image::{self, Transfer};
+use crate::image::{Numbers, Transfer};
 use crate::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
 
 /// The texture of an image file, which is read once for all materials that show it.
@@ -19,15 +19,12 @@ pub(super) fn read(
     wrap: Wrap,
 ) -> Result<Arc<Texture>, String> {
     let path = path_of(reader, file);
-    let image = if let Some(known) = reader.images.get(&path) {
-        Arc::clone(known)
-    } else {
-        let bytes = mesh_file::read(&path)?;
-        let image = image::decode(&bytes, &path, Transfer::Srgb);
-        let image = Arc::new(image.map_err(|error| error.to_string())?);
-        reader.images.insert(path, Arc::clone(&image));
-        image
-    };
+    let context = reader.context;
+    let image = reader.images.entry(path).or_insert_with_key(|path| {
+        let decoded = context.picture(path, Numbers::Light(Transfer::Srgb))?;
+        Ok(Arc::new(decoded.image))
+    });
+    let image = image.clone()?;
     let bitmap = Bitmap { image, wrap, filter: Filter::Trilinear };
     Ok(Arc::new(Pattern::Bitmap(bitmap).into()))
 }

@@ -3,7 +3,8 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use super::super::mesh_file::{self, percent_decoded, percent_decoded_bytes};
+use super::super::context::Context;
+use super::super::mesh_file::{percent_decoded, percent_decoded_bytes};
 use super::super::xml::quote;
 use super::item::Item;
 use crate::LoadError;
@@ -13,7 +14,8 @@ const MOST_BYTES: usize = 1 << 32;
 
 /// The bytes of all buffers of a file.
 pub(super) struct Buffers<'b> {
-    bytes: Vec<Cow<'b, [u8]>>,
+    /// `None` for one that cannot be read, which was told.
+    bytes: Vec<Option<Cow<'b, [u8]>>>,
 }
 
 /// A part of a buffer.
@@ -30,29 +32,17 @@ impl<'b> Buffers<'b> {
         root: &Item<'_>,
         binary: Option<&'b [u8]>,
         file: &Path,
+        context: &Context,
     ) -> Result<Self, LoadError> {
-        let mut bytes: Vec<Cow<'b, [u8]>> = Vec::new();
+        let mut bytes: Vec<Option<Cow<'b, [u8]>>> = Vec::new();
         let mut total = 0_usize;
         for (i, buffer) in root.children("buffers")?.iter().enumerate() {
-            let length = buffer.needed("byteLength")?;
-            let found = match (buffer.text("uri")?, binary) {
-                (Some(uri), _) => {
-                    Cow::Owned(resource(uri, file).map_err(|why| buffer.refuse("uri", why))?)
-                }
-                (None, Some(binary)) if i == 0 => Cow::Borrowed(binary),
-                (None, _) => {
-                    let message = "it has no \"uri\", and is not the buffer of a binary file, which is the first one";
-                    return Err(buffer.error(message));
-                }
-            };
-            if found.len() < length {
-                let message =
-                    format!("the buffer has {} bytes, but should have {length}", found.len());
-                return Err(buffer.refuse("byteLength", message));
-            }
-            total = total.saturating_add(found.len());
+            let found = one(buffer, binary.filter(|_| i == 0), file, context);
+            let found = context.keep(found)?;
+            total = total.saturating_add(found.as_ref().map_or(0, |bytes| bytes.len()));
             if total > MOST_BYTES {
-                return Err(buffer.error(format!("the buffers have more than {MOST_BYTES} bytes")));
+                let message = format!("the buffers have more than {MOST_BYTES} bytes");
+                return Err(Context::exceeded(buffer.span(), message));
             }
             bytes.push(found);
         }
@@ -74,7 +64,7 @@ impl<'b> Buffers<'b> {
         }
         let number = view.needed("buffer")?;
         root.member("buffers", number, &view, "buffer")?;
-        let buffer = &self.bytes[number];
+        let buffer = self.bytes[number].as_ref().ok_or(LoadError::Told)?;
         let offset = view.whole("byteOffset")?.unwrap_or(0);
         let length = view.needed("byteLength")?;
         let part = offset.checked_add(length).and_then(|end| buffer.get(offset..end));
@@ -92,13 +82,50 @@ impl<'b> Buffers<'b> {
     }
 }
 
+/// The bytes of a buffer; `binary` are those that a binary file has for it. A file that is missing is noted.
+fn one<'b>(
+    buffer: &Item<'_>,
+    binary: Option<&'b [u8]>,
+    file: &Path,
+    context: &Context,
+) -> Result<Cow<'b, [u8]>, LoadError> {
+    let length = buffer.needed("byteLength")?;
+    let found = match (buffer.text("uri")?, binary) {
+        (Some(uri), _) if uri.starts_with("data:") => {
+            Cow::Owned(resource(uri, file, context).map_err(|why| buffer.refuse("uri", why))?)
+        }
+        (Some(uri), _) => match resource(uri, file, context) {
+            Ok(bytes) => Cow::Owned(bytes),
+            Err(why) => {
+                let message = format!(
+                    "{why}; meshes in it are boxes in magenta and black, or left out where the file does not tell \
+                     their size"
+                );
+                context.missing(buffer.span_of("uri"), message);
+                return Err(LoadError::Told);
+            }
+        },
+        (None, Some(binary)) => Cow::Borrowed(binary),
+        (None, None) => {
+            let message =
+                "it has no \"uri\", and is not the buffer of a binary file, which is the first one";
+            return Err(buffer.error(message));
+        }
+    };
+    if found.len() < length {
+        let message = format!("the buffer has {} bytes, but should have {length}", found.len());
+        return Err(buffer.refuse("byteLength", message));
+    }
+    Ok(found)
+}
+
 /// What a URI stands for: the data in it, or the content of a file. The message is meant for the place where it
 /// is written.
-pub(super) fn resource(uri: &str, file: &Path) -> Result<Vec<u8>, String> {
+pub(super) fn resource(uri: &str, file: &Path, context: &Context) -> Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         return decoded(data);
     }
-    mesh_file::read(&path_of(uri, file)?)
+    context.read(&path_of(uri, file)?)
 }
 
 /// The path of the file that a URI names, from the folder of the scene.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use super::super::Limits;
 use super::super::mesh_file;
 use crate::{LoadError, Span};
 
@@ -20,6 +21,7 @@ const MOST_VALUES: usize = 1 << 23;
 pub(super) fn open<'a>(
     bytes: &'a [u8],
     path: &Path,
+    limits: &Limits,
 ) -> Result<(Value, Option<&'a [u8]>), LoadError> {
     let (json, binary) = if word(bytes, 0) == Some(MAGIC) {
         chunks(bytes).map_err(|message| mesh_file::error(path, 0, message))?
@@ -28,9 +30,9 @@ pub(super) fn open<'a>(
     };
     let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
     let values = json.iter().filter(|byte| b",[{".contains(byte)).count();
-    if values > MOST_VALUES {
-        let message =
-            format!("the file has more than {MOST_VALUES} values; please split the scene");
+    let most = limits.elements(MOST_VALUES);
+    if values > most {
+        let message = format!("the file has more than {most} values; please split the scene");
         return Err(mesh_file::error(path, 0, message));
     }
     let parsed = serde_json::from_slice(json).map_err(|error| LoadError::Content {

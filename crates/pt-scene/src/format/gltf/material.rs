@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use pt_math::trig;
 
+use super::super::substitute;
 use super::Reader;
 use super::item::Item;
 use super::texture::{Content, measured, painted};
@@ -90,6 +91,7 @@ impl<'a> Reader<'a> {
         item: &Item<'a>,
         is_colored: bool,
     ) -> Result<(Material, Option<u32>), LoadError> {
+        self.context.was_loud();
         let principled = self.principled(item, is_colored)?;
         let volume = item.extension("KHR_materials_volume")?;
         let thickness = volume
@@ -104,12 +106,12 @@ impl<'a> Reader<'a> {
             (thin(principled), None)
         };
         let surface = self.embossed(item, surface)?;
-        let material = Material {
-            name: item.name(),
-            surface,
-            emission: self.emission(item)?,
-            opacity: self.opacity(item)?,
-        };
+        let (emission, opacity) = (self.emission(item)?, self.opacity(item)?);
+        let material = Material { name: item.name(), surface, emission, opacity };
+        if self.context.was_loud() {
+            let surface = substitute::surface();
+            return Ok((Material { surface, opacity: 1.0.into(), ..material }, None));
+        }
         Ok((material, medium))
     }
 

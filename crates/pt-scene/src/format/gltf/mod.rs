@@ -10,7 +10,7 @@
 //!
 //! What cannot be understood is an error with its path in the file, such as `nodes[2].mesh`. What becomes something
 //! like it has a note, and so has an extension that is not read; where a file cannot be read without it, it is an
-//! error. Images that cannot be read have a note.
+//! error. Something loud stands in for images that cannot be read, and boxes for buffers.
 //!
 //! Coordinates stay as they are: +y is up, lengths are metres. Animations are not read: nodes, skins and
 //! morph targets are as the file has them at rest.
@@ -40,6 +40,7 @@ use material::Made;
 use pt_math::DAffine3;
 use texture::Images;
 
+use super::context::Context;
 use super::xml::quote;
 use crate::{LoadError, Mesh, Scene, Warning};
 
@@ -66,13 +67,14 @@ const EXTENSIONS: [&str; 18] = [
 ];
 
 /// A scene.
-pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
-    let (json, binary) = container::open(bytes, path)?;
+pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
+    let (json, binary) = container::open(bytes, path, context.limits())?;
     let root = Item::root(&json, path)?;
-    let warnings = check(&root)?;
-    let buffers = Buffers::read(&root, binary, path)?;
+    let warnings = context.keep(check(&root))?.unwrap_or_default();
+    let buffers = Buffers::read(&root, binary, path, context)?;
     let mut reader = Reader {
         file: path,
+        context,
         accessors: Accessors::new(root.clone(), &buffers),
         buffers: &buffers,
         root,
@@ -85,13 +87,15 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
         shown: 0,
         warned: HashSet::new(),
     };
-    reader.nodes()?;
+    let done = reader.nodes();
+    context.keep(done)?;
     reader.finish()
 }
 
 /// What was read so far.
 struct Reader<'a> {
     file: &'a Path,
+    context: &'a Context,
     root: Item<'a>,
     buffers: &'a Buffers<'a>,
     accessors: Accessors<'a>,

@@ -4,12 +4,14 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DQuat, DVec3};
 
+use super::super::context::Context;
+use super::super::substitute;
 use super::Reader;
 use super::item::Item;
 use super::material::Layout;
 use super::mesh::Form;
 use crate::medium::Sides;
-use crate::{Geometry, LoadError, Object};
+use crate::{Geometry, LoadError, Material, Object, shapes};
 
 /// Most primitives that are shown, each as often as it is. A few lines can ask for any number: meshes of many primitives,
 /// and many nodes that show them.
@@ -31,12 +33,13 @@ impl<'a> Reader<'a> {
     pub(super) fn nodes(&mut self) -> Result<(), LoadError> {
         let placed = self.placed()?;
         for index in &placed.order {
+            let context = self.context;
             let node = self.root.member("nodes", *index, &self.root, "nodes")?;
             let to_world = placed.to_world[*index].unwrap_or(DAffine3::IDENTITY);
-            self.camera(&node, to_world)?;
-            self.light(&node, to_world)?;
-            if let Some(mesh) = node.whole("mesh")? {
-                self.mesh(&node, mesh, to_world, &placed)?;
+            context.keep(self.camera(&node, to_world))?;
+            context.keep(self.light(&node, to_world))?;
+            if let Some(mesh) = context.keep(node.whole("mesh"))?.flatten() {
+                context.keep(self.mesh(&node, mesh, to_world, &placed))?;
             }
         }
         Ok(())
@@ -51,17 +54,16 @@ impl<'a> Reader<'a> {
             next.push((root, DAffine3::IDENTITY, item, field));
         }
         while let Some((index, parent, from, field)) = next.pop() {
-            let node = self.root.member("nodes", index, &from, field)?;
+            let found = self.root.member("nodes", index, &from, field);
+            let Some(node) = self.context.keep(found)? else { continue };
             if to_world[index].is_some() {
                 let message = format!(
                     "node {index} is shown twice, or contains itself; expected one parent for each node"
                 );
-                return Err(from.refuse(field, message));
+                self.context.keep(Err::<(), _>(from.refuse(field, message)))?;
+                continue;
             }
-            let here = parent * transform(&node)?;
-            if !here.is_finite() {
-                return Err(node.error("its place is too far away, or too large"));
-            }
+            let Some(here) = self.context.keep(place_of(&node, parent))? else { continue };
             to_world[index] = Some(here);
             order.push(index);
             let children = node.wholes("children")?;
@@ -116,8 +118,10 @@ impl<'a> Reader<'a> {
         let is_shared = joints.is_none() && !node.has("weights");
         let count = mesh.count("primitives")?;
         self.shown = self.shown.saturating_add(count.max(1).saturating_mul(places.len().max(1)));
-        if self.shown > MAX_OBJECTS {
-            return Err(node.error(format!("the scene shows more than {MAX_OBJECTS} primitives")));
+        let most = self.context.limits().shapes(MAX_OBJECTS);
+        if self.shown > most {
+            let message = format!("the scene shows more than {most} primitives");
+            return Err(Context::exceeded(node.span(), message));
         }
         let form = Form {
             weights: &weights,
@@ -126,9 +130,9 @@ impl<'a> Reader<'a> {
         };
         for (i, primitive) in mesh.children("primitives")?.iter().enumerate() {
             let key = is_shared.then_some((index, i));
-            let Some(mut object) = self.object(node, &mesh, primitive, key, &form)? else {
-                continue;
-            };
+            let context = self.context;
+            let made = self.object(node, &mesh, primitive, key, &form);
+            let Some(mut object) = context.keep(made)?.flatten() else { continue };
             if count > 1 {
                 object.name = format!("{} {}", object.name, i + 1);
             }
@@ -162,7 +166,10 @@ impl<'a> Reader<'a> {
             known
         } else {
             let form = Form { layout: self.layout(described.as_ref())?, ..*form };
-            let shape = self.primitive(primitive, &mesh.name(), &form)?;
+            let shape = match self.primitive(primitive, &mesh.name(), &form) {
+                Err(LoadError::Told) => return self.stand_in(node, primitive),
+                shape => shape?,
+            };
             self.meshes.extend(key.map(|key| (key, shape.clone())));
             shape
         };
@@ -179,6 +186,47 @@ impl<'a> Reader<'a> {
             geometry: Geometry::Mesh(shape),
             materials,
             media: made.medium.map(|inside| Sides { interior: Some(inside), exterior: None }),
+            at: node.span(),
+        }))
+    }
+
+    /// A box in the place of a primitive whose buffer is missing, by the extent that the file tells; `None` if it does
+    /// not tell that.
+    fn stand_in(
+        &mut self,
+        node: &Item<'a>,
+        primitive: &Item<'a>,
+    ) -> Result<Option<Object>, LoadError> {
+        let Some(attributes) = primitive.child("attributes")? else { return Ok(None) };
+        let Some(index) = attributes.whole("POSITION")? else { return Ok(None) };
+        let accessor = self.root.member("accessors", index, &attributes, "POSITION")?;
+        let (Some(least), Some(most)) =
+            (accessor.vector::<3>("min")?, accessor.vector::<3>("max")?)
+        else {
+            return Ok(None);
+        };
+        let mut mesh = shapes::cube();
+        for position in &mut mesh.positions {
+            let at = |c: usize| if position[c] > 0.0 { most[c] } else { least[c] };
+            *position = [at(0), at(1), at(2)].map(|x| x as f32);
+        }
+        if !mesh.positions.as_flattened().iter().all(|x| x.is_finite()) {
+            return Ok(None);
+        }
+        let material = self.scene.materials.len() as u32;
+        self.scene.materials.push(Material {
+            name: "missing".to_owned(),
+            surface: substitute::surface(),
+            emission: [0.0; 3].into(),
+            opacity: 1.0.into(),
+        });
+        Ok(Some(Object {
+            name: node.name(),
+            to_world: DAffine3::IDENTITY,
+            motion: None,
+            materials: vec![Some(material); mesh.parts.len()],
+            geometry: Geometry::Mesh(Arc::new(mesh)),
+            media: None,
             at: node.span(),
         }))
     }
@@ -263,6 +311,15 @@ fn weights(item: &Item<'_>) -> Result<Vec<f64>, LoadError> {
         return Err(item.refuse("weights", message));
     }
     item.numbers("weights")
+}
+
+/// From a node to the world; `parent` is from its parent to the world.
+fn place_of(node: &Item<'_>, parent: DAffine3) -> Result<DAffine3, LoadError> {
+    let here = parent * transform(node)?;
+    if here.is_finite() {
+        return Ok(here);
+    }
+    Err(node.error("its place is too far away, or too large"))
 }
 
 /// From a node to its parent. [glTF 2.0, §3.5.3]

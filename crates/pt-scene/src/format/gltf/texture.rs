@@ -8,11 +8,12 @@ use std::sync::Arc;
 use pt_math::color::linear_from_srgb;
 use pt_math::{DMat3, DVec3, Vec3};
 
+use super::super::substitute;
 use super::Reader;
 use super::buffer;
 use super::item::Item;
 use crate::LoadError;
-use crate::image::{self, Decoded, Image, Numbers};
+use crate::image::{Decoded, Image, Numbers};
 use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
 
 /// Most texels that are read from all images of a scene, counted as often as they are read.
@@ -59,8 +60,8 @@ impl Images {
 }
 
 impl<'a> Reader<'a> {
-    /// The texture that a field of a material names. `None` if there is none, or its image cannot be read: then it has
-    /// a note, and what the texture is multiplied with stands alone.
+    /// The texture that a field of a material names; `None` if there is none. Where its image is missing, something loud
+    /// stands in for it, and the material is told.
     pub(super) fn texture(
         &mut self,
         from: &Item<'a>,
@@ -79,13 +80,10 @@ impl<'a> Reader<'a> {
         let image = match self.image(source, &described, content) {
             Ok(image) => image,
             Err(why) => {
-                self.warn(
-                    &described,
-                    format!(
-                        "the image is not shown: {why}; what it is multiplied with stands alone"
-                    ),
-                );
-                return Ok(None);
+                let message = format!("the image is not shown: {why}; {}", substitute::INSTEAD);
+                self.context.missing(described.span(), message);
+                self.context.be_loud();
+                return Ok(Some(substitute::texture()));
             }
         };
         let (wrap, mut filter) = self.sampler(&texture)?;
@@ -137,19 +135,21 @@ impl<'a> Reader<'a> {
         };
         // Those that fail late took time, too.
         self.images.count(bytes.len())?;
-        let decoded = image::decode_as(&bytes, Path::new(name), Numbers::Stored);
-        let decoded = decoded.map_err(|error| error.to_string())?;
+        let decoded = self.context.decode(&bytes, Path::new(name), Numbers::Stored)?;
         self.images.count(decoded.image.pixels.len())?;
         Ok(decoded)
     }
 
     /// The file of an image, wherever it is.
     fn bytes(&self, described: &Item<'a>) -> Result<Cow<'a, [u8]>, String> {
-        let text = |error: LoadError| error.to_string();
+        let text = |error: LoadError| match error {
+            LoadError::Told => "its buffer is missing".to_owned(),
+            error => error.to_string(),
+        };
         let uri = described.text("uri").map_err(text)?;
         let view = described.whole("bufferView").map_err(text)?;
         match (uri, view) {
-            (Some(uri), None) => buffer::resource(uri, self.file).map(Cow::Owned),
+            (Some(uri), None) => buffer::resource(uri, self.file, self.context).map(Cow::Owned),
             (None, Some(view)) => {
                 let view = self.buffers.view(&self.root, view, described, "bufferView");
                 Ok(Cow::Borrowed(view.map_err(text)?.bytes))

@@ -1,16 +1,15 @@
 //! `<emitter>`: lights.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
-use super::super::mesh_file;
+use super::super::substitute;
 use super::super::transform::perpendicular;
 use super::daylight;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
 use super::texture::Textures;
-use crate::image::{self, Transfer};
+use crate::image::{Numbers, Transfer};
 use crate::texture::{Color, Input, Texture};
 use crate::{IesProfile, Light, LightKind, LoadError, Rows};
 
@@ -143,9 +142,16 @@ fn envmap(
     if scale < 0.0 {
         return Err(parameters.refuse("scale", format!("{scale} is negative")));
     }
-    let (path, bytes) = file(tree, object, parameters)?;
-    let image = image::decode(&bytes, &path, Transfer::Srgb);
-    let image = image.map_err(|e| parameters.refuse("filename", e.to_string()))?;
+    let text = file_name(object, parameters)?;
+    let path = tree.resolve(text).ok_or_else(|| tree.not_found(text));
+    let numbers = Numbers::Light(Transfer::Srgb);
+    let image = match path.and_then(|path| tree.context.picture(&path, numbers)) {
+        Ok(decoded) => decoded.image,
+        Err(why) => {
+            tree.miss(parameters.place("filename"), &why, substitute::INSTEAD)?;
+            substitute::light()
+        }
+    };
     let swap = DMat3::from_cols(DVec3::Z, DVec3::Y, DVec3::X);
     let kind = LightKind::Environment {
         image: Arc::new(image),
@@ -163,7 +169,11 @@ fn luminaire(
 ) -> Result<(DAffine3, LightKind), LoadError> {
     let node = parameters.transform("to_world")?;
     let scale = parameters.color("intensity", Role::Emission, 1.0)?;
-    let (path, bytes) = file(tree, object, parameters)?;
+    let text = file_name(object, parameters)?;
+    let path = tree.resolve(text);
+    let path = path.ok_or_else(|| parameters.refuse("filename", tree.not_found(text)))?;
+    let bytes =
+        tree.context.read(&path).map_err(|message| parameters.refuse("filename", message))?;
     let profile = IesProfile::parse(&bytes, &path);
     let profile = profile.map_err(|e| parameters.refuse("filename", e.to_string()))?;
     let hanging = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
@@ -191,19 +201,10 @@ fn turned(parameters: &Parameters<'_>, node: DMat3, what: &str) -> Result<DMat3,
     Ok(node)
 }
 
-/// The file that an emitter cannot do without.
-fn file(
-    tree: &Tree,
-    object: &Object,
-    parameters: &mut Parameters<'_>,
-) -> Result<(PathBuf, Vec<u8>), LoadError> {
-    let Some(text) = parameters.text("filename")? else {
-        return Err(error(&object.at, "the <string name=\"filename\"> is missing"));
-    };
-    let path = tree.resolve(text);
-    let path = path.ok_or_else(|| parameters.refuse("filename", tree.not_found(text)))?;
-    let bytes = mesh_file::read(&path).map_err(|message| parameters.refuse("filename", message))?;
-    Ok((path, bytes))
+/// The name of the file that an emitter cannot do without.
+fn file_name<'t>(object: &Object, parameters: &mut Parameters<'t>) -> Result<&'t str, LoadError> {
+    let missing = || error(&object.at, "the <string name=\"filename\"> is missing");
+    parameters.text("filename")?.ok_or_else(missing)
 }
 
 /// A vector that may be given instead of `to_world`.

@@ -3,6 +3,7 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
+use super::super::context::Context;
 use super::object::{Object, Parameters, error};
 use super::scene::Builder;
 use crate::LoadError;
@@ -67,9 +68,10 @@ impl Builder<'_> {
             return Err(error(&instance.at, message));
         }
         let shapes = self.group(*group)?;
-        if self.scene.objects.len() + shapes.len() > MAX_OBJECTS {
-            let message = format!("with this instance, there are more than {MAX_OBJECTS} shapes");
-            return Err(error(&instance.at, message));
+        let most = tree.context.limits().shapes(MAX_OBJECTS);
+        if self.scene.objects.len() + shapes.len() > most {
+            let message = format!("with this instance, there are more than {most} shapes");
+            return Err(Context::exceeded(instance.at.clone(), message));
         }
         for shape in shapes.iter() {
             let placed = to_world * shape.to_world;

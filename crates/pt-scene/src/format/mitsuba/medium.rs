@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3};
 
+use super::super::vol;
 use super::super::xml::quote;
-use super::super::{mesh_file, vol};
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
 use crate::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume};
 use crate::{LoadError, Medium, Sides, Warning};
@@ -195,7 +195,7 @@ impl<'t> Media<'t> {
         if let Some((grid, to_box)) = self.grids.get(&path) {
             return Ok((Arc::clone(grid), *to_box));
         }
-        let file = vol::parse(&mesh_file::read(&path)?);
+        let file = vol::parse(&self.tree.context.read(&path)?);
         let file = file.map_err(|message| format!("{}: {message}", path.display()))?;
         let read = (Arc::new(file.grid), file.to_box);
         self.grids.insert(path, (Arc::clone(&read.0), read.1));

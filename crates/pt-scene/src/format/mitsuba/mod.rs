@@ -50,12 +50,13 @@ mod texture;
 mod value;
 
 use std::path::Path;
+use std::sync::Arc;
 
-use super::LoadOptions;
+use super::context::Context;
 use crate::{LoadError, Scene};
 
 /// A scene, with what some `$name` stand for.
-pub(super) fn parse(bytes: &[u8], path: &Path, options: &LoadOptions) -> Result<Scene, LoadError> {
-    let tree = read::read(bytes, path, &options.definitions)?;
+pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
+    let tree = read::read(bytes, path, context)?;
     scene::build(&tree)
 }

@@ -1,21 +1,28 @@
 //! Objects with typed parameters: what the XML says, before it means a scene.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use pt_math::{DAffine3, DVec3};
 
+use super::super::context::Context;
 use super::super::xml::{did_you_mean, quote};
 use super::value::Value;
 use crate::{LoadError, Motion, Span, Warning};
 
 /// All objects of a scene and the files that it includes.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Tree {
+    pub(super) context: Arc<Context>,
     /// The scene itself is the first.
     pub(super) objects: Vec<Object>,
     /// Objects by their identifiers.
     pub(super) ids: BTreeMap<String, usize>,
+    /// Identifiers of objects that could not be read.
+    pub(super) lost: BTreeSet<String>,
+    /// Whether a folder in which files are looked for is missing, so that no file is to be missed.
+    pub(super) has_lost_folder: bool,
     /// Folders in which files are looked for, the first one first.
     pub(super) search: Vec<PathBuf>,
     pub(super) warnings: Vec<Warning>,
@@ -33,6 +40,8 @@ pub(super) struct Object {
     pub(super) at: Span,
     pub(super) parameters: Vec<Parameter>,
     pub(super) children: Vec<Child>,
+    /// Whether something in it could not be read, which was told.
+    pub(super) is_broken: bool,
 }
 
 /// A named value of an object.
@@ -75,15 +84,17 @@ pub(super) fn unsupported(object: &Object, supported: &[&str]) -> LoadError {
 }
 
 impl Tree {
-    /// The object that a child is, by its index.
+    /// The object that a child is, by its index; one that could not be read was told.
     pub(super) fn target(&self, child: &Child) -> Result<usize, LoadError> {
-        match &child.target {
-            Target::Object(index) => Ok(*index),
+        let index = match &child.target {
+            Target::Object(index) => *index,
+            Target::Reference(id) if self.lost.contains(id) => return Err(LoadError::Told),
             Target::Reference(id) => self.ids.get(id).copied().ok_or_else(|| {
                 let hint = did_you_mean(id, self.ids.keys().map(String::as_str));
                 error(&child.at, format!("there is no object with the id {}{hint}", quote(id)))
-            }),
-        }
+            })?,
+        };
+        if self.objects[index].is_broken { Err(LoadError::Told) } else { Ok(index) }
     }
 
     /// The objects inside an object, each with one of the tags that are supported there.
@@ -375,9 +386,14 @@ impl<'t> Parameters<'t> {
         }
     }
 
+    /// Where a parameter stands, or the object if the author did not write it.
+    pub(super) fn place(&self, name: &str) -> &'t Span {
+        let written = self.object.parameters.iter().find(|p| p.name == name);
+        written.map_or(&self.object.at, |p| &p.at)
+    }
+
     /// An error about a parameter, or about the object if the author did not write it.
     pub(super) fn refuse(&self, name: &str, message: impl Into<String>) -> LoadError {
-        let written = self.object.parameters.iter().find(|p| p.name == name);
-        error(written.map_or(&self.object.at, |p| &p.at), message)
+        error(self.place(name), message)
     }
 }

@@ -4,17 +4,20 @@ mod placing;
 
 use std::borrow::Cow;
 use std::cell::Cell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use pt_math::DVec3;
 
+use super::super::context::Context;
 use super::super::mesh_file;
 use super::super::spectra::Spectrum;
 use super::super::xml::{self, Document, Node, did_you_mean, quote};
 use super::object::{Child, Object, Target, Tree};
 use super::spectrum;
 use super::value::{self, Value};
-use crate::LoadError;
+use crate::{LoadError, Span};
 
 /// Deepest nesting of objects.
 const MAX_DEPTH: usize = 64;
@@ -62,11 +65,8 @@ const OTHERS: [&str; 15] = [
 ];
 
 /// Reads a scene and all that it includes; names that are defined have to be used.
-pub(super) fn read(
-    bytes: &[u8],
-    path: &Path,
-    definitions: &[(String, String)],
-) -> Result<Tree, LoadError> {
+pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Tree, LoadError> {
+    let definitions = context.options().definitions.as_slice();
     for (i, (name, _)) in definitions.iter().enumerate() {
         if definitions[..i].iter().any(|(before, _)| before == name) {
             return Err(mesh_file::error(path, 0, format!("{} is defined twice", quote(name))));
@@ -77,8 +77,6 @@ pub(super) fn read(
         value: value.clone(),
         is_used: Cell::new(false),
     };
-    let mut reader = Reader { names: definitions.iter().map(given).collect(), ..Reader::default() };
-    reader.tree.search.push(folder_of(path));
     let root = Object {
         tag: "scene".to_owned(),
         kind: String::new(),
@@ -86,11 +84,25 @@ pub(super) fn read(
         at: mesh_file::place(path, 0),
         parameters: Vec::new(),
         children: Vec::new(),
+        is_broken: false,
     };
-    reader.tree.objects.push(root);
+    let tree = Tree {
+        context: Arc::clone(context),
+        objects: vec![root],
+        ids: BTreeMap::new(),
+        lost: BTreeSet::new(),
+        has_lost_folder: false,
+        search: vec![mesh_file::folder_of(path)],
+        warnings: Vec::new(),
+    };
+    let names = definitions.iter().map(given).collect();
+    let mut reader =
+        Reader { tree, names, lost_names: Vec::new(), open: Vec::new(), files: 0, depth: 0 };
     reader.file(bytes, path, 0)?;
     let (given, others) = reader.names.split_at(definitions.len());
-    if let Some(name) = given.iter().find(|name| !name.is_used.get()) {
+    if let Some(name) = given.iter().find(|name| !name.is_used.get())
+        && !context.has_errors()
+    {
         let hint = did_you_mean(&name.text, others.iter().map(|name| name.text.as_str()));
         let message = format!("{} is defined, but nothing uses it{hint}", quote(&name.text));
         return Err(mesh_file::error(path, 0, message));
@@ -99,11 +111,12 @@ pub(super) fn read(
     Ok(reader.tree)
 }
 
-#[derive(Default)]
 struct Reader {
     tree: Tree,
     /// What `$name` stands for.
     names: Vec<Name>,
+    /// Names whose value could not be read, which was told.
+    lost_names: Vec<String>,
     /// The files being read, each included by the one before.
     open: Vec<PathBuf>,
     /// How many files were included so far.
@@ -171,21 +184,31 @@ impl Reader {
     /// Reads a file into the object with an index.
     fn file(&mut self, bytes: &[u8], path: &Path, parent: usize) -> Result<(), LoadError> {
         let text = xml::decode(bytes, path)?;
-        let document = Document::parse(&text, path)?;
+        let document = Document::parse(&text, path, self.tree.context.limits())?;
         let root = document.root();
         self.open.push(path.canonicalize().unwrap_or_else(|_| path.to_owned()));
+        let done = self.outermost(&document, root, parent);
+        self.open.pop();
+        done
+    }
+
+    /// Reads the outermost element of a file.
+    fn outermost<'a>(
+        &mut self,
+        document: &'a Document<'a>,
+        root: Node<'a>,
+        parent: usize,
+    ) -> Result<(), LoadError> {
         if root.tag_name().name() == "scene" {
-            check_version(&document, root)?;
-            self.content(&document, root, parent)?;
+            check_version(document, root)?;
+            self.content(document, root, parent)
         } else if parent == 0 && self.open.len() == 1 {
             let message = "expected <scene version=\"3.0.0\">, the outermost element of a Mitsuba \
                            scene";
-            return Err(document.error(root, message));
+            Err(document.error(root, message))
         } else {
-            self.element(&document, root, parent)?;
+            self.element(document, root, parent)
         }
-        self.open.pop();
-        Ok(())
     }
 
     /// Reads what is inside of an element into the object with an index.
@@ -195,13 +218,23 @@ impl Reader {
         node: Node<'a>,
         object: usize,
     ) -> Result<(), LoadError> {
-        if self.depth == MAX_DEPTH {
-            let message = format!("objects are nested deeper than {MAX_DEPTH}");
+        let most = self.tree.context.limits().depth(MAX_DEPTH);
+        if self.depth >= most {
+            let message = format!("objects are nested deeper than {most}");
             return Err(document.error(node, message));
         }
         self.depth += 1;
         for child in node.children().filter(Node::is_element) {
-            self.element(document, child, object)?;
+            let done = self.element(document, child, object);
+            if self.tree.context.keep(done)?.is_none() {
+                self.tree.objects[object].is_broken = true;
+                self.tree.lost.extend(child.attribute("id").map(str::to_owned));
+                self.tree.has_lost_folder |= child.tag_name().name() == "path";
+                if let ("default", Some(name)) = (child.tag_name().name(), child.attribute("name"))
+                {
+                    self.lost_names.push(name.to_owned());
+                }
+            }
         }
         self.depth -= 1;
         Ok(())
@@ -286,7 +319,8 @@ impl Reader {
     ) -> Result<(String, Value), LoadError> {
         let attributes = self.attributes(document, node, &["name"], &["value", "filename"])?;
         let read = |text: &str| {
-            Spectrum::read(&self.tree.resolve(text).ok_or_else(|| self.tree.not_found(text))?)
+            let path = self.tree.resolve(text).ok_or_else(|| self.tree.not_found(text))?;
+            Spectrum::read(&self.tree.context, &path)
         };
         let value = attributes.parse("value", Spectrum::parse)?;
         let samples = attributes.parse("filename", read)?;
@@ -322,6 +356,7 @@ impl Reader {
             at,
             parameters: Vec::new(),
             children: Vec::new(),
+            is_broken: false,
         });
         self.content(document, node, index)
     }
@@ -369,6 +404,7 @@ impl Reader {
         let text = attributes.text("value");
         let folder = self.tree.resolve(text).filter(|path| path.is_dir());
         let folder = folder.ok_or_else(|| attributes.error(text, self.tree.not_found(text)))?;
+        self.tree.context.check_inside(&folder).map_err(|why| attributes.error(text, why))?;
         self.tree.search.insert(0, folder);
         Ok(())
     }
@@ -382,22 +418,27 @@ impl Reader {
     ) -> Result<(), LoadError> {
         let attributes = self.attributes(document, node, &["filename"], &["name"])?;
         let text = attributes.text("filename");
-        let path = self.tree.resolve(text);
-        let path = path.ok_or_else(|| attributes.error(text, self.tree.not_found(text)))?;
+        let at = document.span(node);
+        let Some(path) = self.tree.resolve(text) else {
+            return self.tree.miss(&at, &self.tree.not_found(text), "what it contains is left out");
+        };
         let canonical = path.canonicalize().unwrap_or_else(|_| path.clone());
         if self.open.contains(&canonical) {
             let message = format!("{} includes itself, directly or by others", quote(text));
             return Err(attributes.error(text, message));
         }
         self.files += 1;
-        if self.open.len() > MAX_INCLUDE_DEPTH || self.files > MAX_FILES {
-            let message = format!(
-                "files are included more than {MAX_INCLUDE_DEPTH} deep, or more than {MAX_FILES}"
-            );
-            return Err(attributes.error(text, message));
+        let limits = self.tree.context.limits();
+        let (most_deep, most) = (limits.include_depth(MAX_INCLUDE_DEPTH), limits.files(MAX_FILES));
+        if self.open.len() > most_deep || self.files > most {
+            let message =
+                format!("files are included more than {most_deep} deep, or more than {most}");
+            return Err(Context::exceeded(at, message));
         }
-        let bytes = mesh_file::read(&path).map_err(|message| attributes.error(text, message))?;
-        self.file(&bytes, &path, parent)
+        match self.tree.context.read(&path) {
+            Ok(bytes) => self.file(&bytes, &path, parent),
+            Err(why) => self.tree.miss(&at, &why, "what it contains is left out"),
+        }
     }
 
     /// The attributes of an element: all that are required, and no others than those named.
@@ -418,9 +459,10 @@ impl Reader {
                 let message = format!("<{tag}> has no attribute {}{hint}", quote(name));
                 return Err(document.error_at(node, name, message));
             }
-            let value = self.substitute(attribute.value());
-            let value =
-                value.map_err(|message| document.error_at(node, attribute.value(), message))?;
+            let value = self.substitute(attribute.value()).map_err(|message| match message {
+                Some(message) => document.error_at(node, attribute.value(), message),
+                None => LoadError::Told,
+            })?;
             values.push((name, value));
         }
         if let Some(missing) = required.iter().find(|r| !node.has_attribute(**r)) {
@@ -431,8 +473,9 @@ impl Reader {
         Ok(Attributes { document, node, values })
     }
 
-    /// Puts in what `$name` stands for; the longest name that fits counts, and `\$` is a dollar.
-    fn substitute<'a>(&self, text: &'a str) -> Result<Cow<'a, str>, String> {
+    /// Puts in what `$name` stands for; the longest name that fits counts, and `\$` is a dollar. The error is a
+    /// message, or nothing if it was told why a name stands for nothing.
+    fn substitute<'a>(&self, text: &'a str) -> Result<Cow<'a, str>, Option<String>> {
         if !text.contains('$') {
             return Ok(Cow::Borrowed(text));
         }
@@ -449,17 +492,22 @@ impl Reader {
             let Some(found) = fitting.max_by_key(|name| name.text.len()) else {
                 let end = after.find(|c: char| !c.is_alphanumeric() && c != '_');
                 let name = &after[..end.unwrap_or(after.len())];
+                if self.lost_names.iter().any(|lost| lost == name) {
+                    return Err(None);
+                }
                 let hint = did_you_mean(name, self.names.iter().map(|n| n.text.as_str()));
                 let message = "nothing above says what it stands for; add <default name=\"…\" \
                                value=\"…\"/>";
-                return Err(format!("{}: {message}{hint}", quote(&format!("${name}"))));
+                return Err(Some(format!("{}: {message}{hint}", quote(&format!("${name}")))));
             };
             found.is_used.set(true);
             result += before;
             result += &found.value;
             rest = &after[found.text.len()..];
             if result.len() > MAX_SUBSTITUTED {
-                return Err(format!("with all $names put in, it exceeds {MAX_SUBSTITUTED} bytes"));
+                return Err(Some(format!(
+                    "with all $names put in, it exceeds {MAX_SUBSTITUTED} bytes"
+                )));
             }
         }
         Ok(Cow::Owned(result + rest))
@@ -470,6 +518,18 @@ impl Tree {
     /// The first place where a file or folder exists.
     pub(super) fn resolve(&self, text: &str) -> Option<PathBuf> {
         self.search.iter().map(|folder| folder.join(text)).find(|path| path.exists())
+    }
+
+    /// Notes a file that cannot be used, and what was done instead.
+    ///
+    /// # Errors
+    /// If that follows from a folder that is missing.
+    pub(super) fn miss(&self, at: &Span, why: &str, instead: &str) -> Result<(), LoadError> {
+        if self.has_lost_folder {
+            return Err(LoadError::Told);
+        }
+        self.context.missing(at.clone(), format!("{why}; {instead}"));
+        Ok(())
     }
 
     /// What to say when there is none.
@@ -498,8 +558,4 @@ fn check_version<'a>(document: &'a Document<'a>, root: Node<'a>) -> Result<(), L
             Err(document.error_at(root, version, message))
         }
     }
-}
-
-fn folder_of(path: &Path) -> PathBuf {
-    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_owned()
 }

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
+use super::super::substitute;
 use super::bsdf::{Scattering, inverted, scattering};
 use super::medium::Media;
 use super::object::{Object, Tree, error};
@@ -30,35 +31,28 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
     let mut sensors = Vec::new();
     let mut integrators = Vec::new();
     for child in &root.children {
-        let index = tree.target(child)?;
+        let Some(index) = tree.context.keep(tree.target(child))? else { continue };
         let object = &tree.objects[index];
         match object.tag.as_str() {
-            "shape" => builder.place(index)?,
-            // Area emitters may be described here and referred to by shapes.
-            "emitter" if object.kind == "area" && !object.id.is_empty() => {}
-            "emitter" => {
-                let light = emitter::light(&mut builder.textures, object)?;
-                builder.scene.lights.push(light);
-            }
             "sensor" => sensors.push(object),
             "integrator" => integrators.push(index),
-            // What these describe is read where it is referred to.
-            "bsdf" | "film" | "medium" | "phase" | "rfilter" | "sampler" | "texture" | "volume" => {
-            }
-            tag => {
-                return Err(error(&object.at, format!("<{tag}> is not supported")));
+            _ => {
+                let done = builder.item(index);
+                tree.context.keep(done)?;
             }
         }
     }
     let Scene { cameras, settings, warnings, .. } = &mut builder.scene;
     if let Some(first) = sensors.first() {
-        *settings = sensor::settings(tree, first)?;
+        *settings = tree.context.keep(sensor::settings(tree, first))?.unwrap_or_default();
     }
     for object in sensors.into_iter().rev() {
-        cameras.push(sensor::camera(tree, object, &mut builder.media)?);
+        let camera = sensor::camera(tree, object, &mut builder.media);
+        cameras.extend(tree.context.keep(camera)?);
     }
-    let outermost = tree.only(&integrators, "integrator")?.map(|i| &tree.objects[i]);
-    integrator::integrator(tree, outermost, settings, warnings)?;
+    let outermost = tree.only(&integrators, "integrator");
+    let outermost = tree.context.keep(outermost)?.flatten().map(|i| &tree.objects[i]);
+    tree.context.keep(integrator::integrator(tree, outermost, settings, warnings))?;
     let Media { made, warnings, .. } = builder.media;
     builder.scene.media = made;
     builder.scene.warnings.extend(warnings);
@@ -82,6 +76,22 @@ pub(super) struct Builder<'t> {
 }
 
 impl Builder<'_> {
+    /// Reads what a scene contains besides sensors and integrators.
+    fn item(&mut self, index: usize) -> Result<(), LoadError> {
+        let object = &self.tree.objects[index];
+        match object.tag.as_str() {
+            "shape" => self.place(index)?,
+            // Area emitters may be described here and referred to by shapes.
+            "emitter" if object.kind == "area" && !object.id.is_empty() => {}
+            "emitter" => self.scene.lights.push(emitter::light(&mut self.textures, object)?),
+            // What these describe is read where it is referred to.
+            "bsdf" | "film" | "medium" | "phase" | "rfilter" | "sampler" | "texture" | "volume" => {
+            }
+            tag => return Err(error(&object.at, format!("<{tag}> is not supported"))),
+        }
+        Ok(())
+    }
+
     /// Places a shape, or those that it stands for, in the world.
     fn place(&mut self, index: usize) -> Result<(), LoadError> {
         let object = &self.tree.objects[index];
@@ -126,6 +136,7 @@ impl Builder<'_> {
         let (bsdf, emitter, is_inverted) = key;
         let emission = emitter.map(|i| emitter::area(&mut self.textures, &tree.objects[i]));
         let emission = emission.transpose()?;
+        tree.context.was_loud(); // what glows is loud by itself
         let opaque = |surface| Scattering { surface, opacity: 1.0.into() };
         let (name, what) = match bsdf.map(|i| &tree.objects[i]) {
             Some(bsdf) => (bsdf.name(), scattering(&mut self.textures, bsdf)?),
@@ -136,6 +147,9 @@ impl Builder<'_> {
             }
         };
         let Scattering { mut surface, opacity } = what;
+        if tree.context.was_loud() {
+            surface = substitute::surface();
+        }
         if is_inverted {
             if let Some(emitter) = emitter {
                 let message = "a sphere that emits towards its inside is not supported; use a mesh";

@@ -53,7 +53,8 @@ struct MeshKey {
 /// Meshes that several shapes share.
 #[derive(Default)]
 pub(super) struct Meshes {
-    of_files: HashMap<MeshKey, Arc<Mesh>>,
+    /// Or why there is none.
+    of_files: HashMap<MeshKey, Result<Arc<Mesh>, String>>,
     /// Those made by rule, by the kind of shape and whether its front is on the other side.
     made: HashMap<(&'static str, bool), Arc<Mesh>>,
 }
@@ -89,15 +90,21 @@ pub(super) fn shape(
             let mirrored = mirrors || to_world.matrix3.determinant() < 0.0;
             let key = mesh_key(tree, object, &mut parameters, (flips, mirrored))?;
             let read = || {
-                let bytes = mesh_file::read(&key.path);
-                let bytes = bytes.map_err(|message| parameters.refuse("filename", message))?;
-                match kind {
+                let bytes = tree.context.read(&key.path)?;
+                let read = match kind {
                     "ply" => ply::parse_mesh(&bytes, &key.path),
                     "obj" => obj::parse_mesh(&bytes, &key.path),
                     _ => serialized::parse_mesh(&bytes, &key.path, key.index),
-                }
+                };
+                read.map_err(|error| error.to_string())
             };
-            mesh(meshes.of_file(&key, read, warnings)?)
+            match meshes.of_file(&key, read, warnings) {
+                Ok(read) => mesh(read),
+                Err(why) => {
+                    tree.miss(parameters.place("filename"), &why, "the shape is left out")?;
+                    return Err(LoadError::Told);
+                }
+            }
         }
         _ => return Err(unsupported(object, &KINDS)),
     };
@@ -106,7 +113,7 @@ pub(super) fn shape(
     Ok(shape)
 }
 
-/// The mesh file that an object names, and what is to be made of it.
+/// The mesh file that an object names, and what is to be made of it; a missing one is noted.
 fn mesh_key(
     tree: &Tree,
     object: &Object,
@@ -131,8 +138,10 @@ fn mesh_key(
         let message = "the <string name=\"filename\"> is missing";
         return Err(error(&object.at, message));
     };
-    let path = tree.resolve(text);
-    let path = path.ok_or_else(|| parameters.refuse("filename", tree.not_found(text)))?;
+    let Some(path) = tree.resolve(text) else {
+        tree.miss(parameters.place("filename"), &tree.not_found(text), "the shape is left out")?;
+        return Err(LoadError::Told);
+    };
     Ok(MeshKey { path, index, is_flat, flips, flips_v, mirrored })
 }
 
@@ -205,17 +214,18 @@ impl Meshes {
     fn of_file(
         &mut self,
         key: &MeshKey,
-        read: impl Fn() -> Result<MeshFile, LoadError>,
+        read: impl Fn() -> Result<MeshFile, String>,
         warnings: &mut Vec<Warning>,
-    ) -> Result<Arc<Mesh>, LoadError> {
+    ) -> Result<Arc<Mesh>, String> {
         if let Some(mesh) = self.of_files.get(key) {
-            return Ok(Arc::clone(mesh));
+            return mesh.clone();
         }
-        let mut file = read()?;
-        warnings.append(&mut file.warnings);
-        let mesh = Arc::new(prepare(file, key));
-        self.of_files.insert(key.clone(), Arc::clone(&mesh));
-        Ok(mesh)
+        let mesh = read().map(|mut file| {
+            warnings.append(&mut file.warnings);
+            Arc::new(prepare(file, key))
+        });
+        self.of_files.insert(key.clone(), mesh.clone());
+        mesh
     }
 }
 

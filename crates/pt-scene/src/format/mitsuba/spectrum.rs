@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::super::mesh_file;
+use super::super::context::Context;
 use super::super::spectra::Spectrum;
 use super::super::xml::quote;
-use super::object::{Object, Parameters, Role, Target, Tree, error, unsupported};
+use super::object::{Child, Object, Parameters, Role, Target, Tree, error, unsupported};
 use super::value::{self, Value};
 use crate::LoadError;
 
@@ -27,8 +27,8 @@ impl Spectrum {
     }
 
     /// The lines `WAVELENGTH VALUE` of a file; those that begin with `#` are comments.
-    pub(in super::super) fn read(path: &Path) -> Result<Self, String> {
-        let bytes = mesh_file::read(path)?;
+    pub(in super::super) fn read(context: &Context, path: &Path) -> Result<Self, String> {
+        let bytes = context.read(path)?;
         let mut samples = Vec::new();
         for (line, i) in String::from_utf8_lossy(&bytes).lines().zip(1_u32..) {
             if line.starts_with('#') || line.trim().is_empty() {
@@ -51,8 +51,14 @@ pub(super) fn resolve(tree: &mut Tree) -> Result<(), LoadError> {
     if tree.objects.iter().find(is_spectrum).is_none() {
         return Ok(());
     }
-    let value = |object: &Object| is_spectrum(&object).then(|| of_object(tree, object)).transpose();
-    let values = tree.objects.iter().map(value).collect::<Result<Vec<_>, _>>()?;
+    let value = |object: &Object| {
+        if !is_spectrum(&object) {
+            return Ok(None);
+        }
+        let whole = if object.is_broken { Err(LoadError::Told) } else { of_object(tree, object) };
+        Ok(Some(tree.context.keep(whole)?))
+    };
+    let values = tree.objects.iter().map(value).collect::<Result<Vec<_>, LoadError>>()?;
     for i in 0..tree.objects.len() {
         for child in std::mem::take(&mut tree.objects[i].children) {
             let target = match &child.target {
@@ -64,15 +70,23 @@ pub(super) fn resolve(tree: &mut Tree) -> Result<(), LoadError> {
                 None => object.children.push(child),
                 // Written for those who refer to it.
                 Some(_) if i == 0 => {}
-                Some(_) if child.name.is_empty() => {
-                    let message = "the attribute name=\"…\" is missing, which says what it is for";
-                    return Err(error(&child.at, message));
+                Some(value) => {
+                    let added = add(object, child, value);
+                    object.is_broken |= tree.context.keep(added)?.is_none();
                 }
-                Some(value) => object.add_parameter(child.name, value, child.at)?,
             }
         }
     }
     Ok(())
+}
+
+/// Makes a spectrum a parameter of the object around it; without a value, it was told why.
+fn add(object: &mut Object, child: Child, value: Option<Value>) -> Result<(), LoadError> {
+    if child.name.is_empty() {
+        let message = "the attribute name=\"…\" is missing, which says what it is for";
+        return Err(error(&child.at, message));
+    }
+    object.add_parameter(child.name, value.ok_or(LoadError::Told)?, child.at)
 }
 
 /// What an object `<spectrum type="…">` describes.

@@ -6,10 +6,11 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
+use super::super::substitute;
 use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Tree, unsupported};
 use crate::LoadError;
-use crate::image::{self, Image};
+use crate::image::{Image, Numbers, Transfer};
 use crate::texture::{Bitmap, Color, Filter, Pattern, Texture, Wrap};
 
 const KINDS: [&str; 3] = ["bitmap", "checkerboard", "mesh_attribute"];
@@ -17,8 +18,8 @@ const KINDS: [&str; 3] = ["bitmap", "checkerboard", "mesh_attribute"];
 /// The textures of a scene, each made once, as are their images.
 pub(super) struct Textures<'t> {
     pub(super) tree: &'t Tree,
-    /// By the index of the object.
-    made: HashMap<usize, Arc<Texture>>,
+    /// By the index of the object; `None` if its image is missing.
+    made: HashMap<usize, Option<Arc<Texture>>>,
     /// By the file, and whether its numbers are taken as they are.
     images: HashMap<(PathBuf, bool), Arc<Image>>,
 }
@@ -31,26 +32,35 @@ impl<'t> Textures<'t> {
     /// The texture that an object describes.
     pub(super) fn get(&mut self, index: usize) -> Result<Arc<Texture>, LoadError> {
         if let Some(known) = self.made.get(&index) {
-            return Ok(Arc::clone(known));
+            return Ok(self.or_substitute(known.clone()));
         }
         let object = &self.tree.objects[index];
         self.tree.children(object, &[])?;
         let mut parameters = Parameters::new(object);
         let texture = match object.kind.as_str() {
             "bitmap" => self.bitmap(object, &mut parameters)?,
-            "mesh_attribute" => mesh_attribute(object, &mut parameters)?,
+            "mesh_attribute" => Some(mesh_attribute(object, &mut parameters)?),
             "checkerboard" => {
                 let to_uv = coordinates(parameters.transform("to_uv")?);
                 let first = parameters.color("color0", Role::Share, 0.4)?;
                 let second = parameters.color("color1", Role::Share, 0.2)?;
-                Texture { pattern: Pattern::Checkerboard([first, second]), to_pattern: to_uv }
+                let pattern = Pattern::Checkerboard([first, second]);
+                Some(Texture { pattern, to_pattern: to_uv })
             }
             _ => return Err(unsupported(object, &KINDS)),
         };
         parameters.finish()?;
-        let texture = Arc::new(texture);
-        self.made.insert(index, Arc::clone(&texture));
-        Ok(texture)
+        let texture = texture.map(Arc::new);
+        self.made.insert(index, texture.clone());
+        Ok(self.or_substitute(texture))
+    }
+
+    /// A texture, or what stands in for it; then the material that shows it is told.
+    fn or_substitute(&self, texture: Option<Arc<Texture>>) -> Arc<Texture> {
+        texture.unwrap_or_else(|| {
+            self.tree.context.be_loud();
+            substitute::texture()
+        })
     }
 
     /// The texture that is given for the only parameter of an object that may have one.
@@ -74,19 +84,18 @@ impl<'t> Textures<'t> {
         Ok(found)
     }
 
+    /// An image; `None` if it is missing, which is noted.
     fn bitmap(
         &mut self,
         object: &Object,
         parameters: &mut Parameters<'_>,
-    ) -> Result<Texture, LoadError> {
+    ) -> Result<Option<Texture>, LoadError> {
         let to_uv = coordinates(parameters.transform("to_uv")?);
         parameters.pass_over(&["format", "accel"]);
         let Some(text) = parameters.text("filename")? else {
             let message = "the <string name=\"filename\"> is missing";
             return Err(super::object::error(&object.at, message));
         };
-        let path = self.tree.resolve(text);
-        let path = path.ok_or_else(|| parameters.refuse("filename", self.tree.not_found(text)))?;
         let is_raw = parameters.boolean("raw")?;
         let wrap = match parameters.text("wrap_mode")? {
             None | Some("repeat") => Wrap::Repeat,
@@ -106,9 +115,16 @@ impl<'t> Textures<'t> {
                 return Err(parameters.refuse("filter_type", message));
             }
         };
-        let image = self.image(path, is_raw).map_err(|e| parameters.refuse("filename", e))?;
+        let path = self.tree.resolve(text).ok_or_else(|| self.tree.not_found(text));
+        let image = match path.and_then(|path| self.image(path, is_raw)) {
+            Ok(image) => image,
+            Err(why) => {
+                self.tree.miss(parameters.place("filename"), &why, substitute::INSTEAD)?;
+                return Ok(None);
+            }
+        };
         let pattern = Pattern::Bitmap(Bitmap { image, wrap, filter });
-        Ok(Texture { pattern, to_pattern: UPSIDE_DOWN * to_uv })
+        Ok(Some(Texture { pattern, to_pattern: UPSIDE_DOWN * to_uv }))
     }
 
     /// The image of a file, read once.
@@ -116,8 +132,8 @@ impl<'t> Textures<'t> {
         if let Some(known) = self.images.get(&(path.clone(), is_raw)) {
             return Ok(Arc::clone(known));
         }
-        let read = if is_raw { image::load_raw(&path) } else { image::load(&path) };
-        let image = Arc::new(read.map_err(|e| e.to_string())?);
+        let numbers = if is_raw { Numbers::Stored } else { Numbers::Light(Transfer::Srgb) };
+        let image = Arc::new(self.tree.context.picture(&path, numbers)?.image);
         self.images.insert((path, is_raw), Arc::clone(&image));
         Ok(image)
     }

@@ -1,7 +1,6 @@
 //! Colours: `rgb`, `blackbody` and `spectrum`, by what they are for.
 
-use std::path::Path;
-
+use super::super::context::Folder;
 use super::super::spectra::Spectrum;
 use super::color_space::light_of;
 use super::entity::{Entity, Parameter, Values};
@@ -24,7 +23,7 @@ pub(super) fn color(
     entity: &Entity,
     name: &'static str,
     role: Role,
-    folder: &Path,
+    folder: &Folder,
 ) -> Result<Option<[f32; 3]>, LoadError> {
     let Some(parameter) = entity.spectrum(name)? else { return Ok(None) };
     let refuse = |message: String| parameter.at.error(message);
@@ -71,7 +70,7 @@ pub(super) fn index(
     entity: &Entity,
     name: &'static str,
     default: f64,
-    folder: &Path,
+    folder: &Folder,
 ) -> Result<f32, LoadError> {
     let is_number = entity.find(name).is_none_or(|p| p.kind == "float");
     let index = if is_number {
@@ -114,7 +113,7 @@ fn of_spectrum(spectrum: &Spectrum, role: Role) -> [f64; 3] {
 }
 
 /// A spectrum that pbrt-v4 knows by name, or else that of a file.
-fn named_or_file(text: &str, role: Role, folder: &Path) -> Result<[f64; 3], String> {
+fn named_or_file(text: &str, role: Role, folder: &Folder) -> Result<[f64; 3], String> {
     match (named_spectra::named(text)?, role) {
         (Some(Named::Illuminant(chromaticity)), Role::Light) => {
             Ok(normalized(light_of(chromaticity)))
@@ -124,7 +123,7 @@ fn named_or_file(text: &str, role: Role, folder: &Path) -> Result<[f64; 3], Stri
         }
         (Some(Named::Optical(_)), Role::Light) => Err(format!("{text:?} is no light")),
         (Some(Named::Optical(color)), _) => Ok(color.map(f64::from)),
-        (None, _) => Ok(of_spectrum(&Spectrum::read(&folder.join(text))?, role)),
+        (None, _) => Ok(of_spectrum(&Spectrum::read(&folder.context, &folder.join(text))?, role)),
     }
 }
 

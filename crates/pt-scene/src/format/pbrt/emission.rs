@@ -1,15 +1,16 @@
 //! `AreaLightSource`: shapes that shine.
 
 use std::f64::consts::PI;
-use std::path::Path;
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DVec3};
 
+use super::super::context::Folder;
+use super::super::substitute;
 use super::color::{Role, color, luminance};
 use super::entity::Entity;
 use super::texture::product;
-use crate::image::{self, Transfer};
+use crate::image::{Numbers, Transfer};
 use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Texture, Wrap};
 use crate::{Geometry, LoadError, Mesh};
 
@@ -30,7 +31,7 @@ pub(super) fn area_light(
     entity: &Entity,
     area: f64,
     exposure: f64,
-    folder: &Path,
+    folder: &Folder,
 ) -> Result<AreaLight, LoadError> {
     if entity.kind != "diffuse" {
         return Err(entity.unsupported(&["diffuse"]));
@@ -46,8 +47,15 @@ pub(super) fn area_light(
         }
         Some(name) => {
             let path = folder.join(name);
-            let image = image::load_as(&path, Transfer::Srgb)
-                .map_err(|e| entity.refuse("filename", e.to_string()))?;
+            let image = folder.context.picture(&path, Numbers::Light(Transfer::Srgb));
+            let image = image.map_or_else(
+                |why| {
+                    let message = format!("{why}; {}", substitute::INSTEAD);
+                    folder.context.missing(entity.place("filename").span(""), message);
+                    substitute::light()
+                },
+                |decoded| decoded.image,
+            );
             image.check_radiance().map_err(|message| entity.refuse("filename", message))?;
             let sum: f64 = image.pixels.iter().map(|p| f64::from(luminance(*p))).sum();
             mean = sum / image.pixels.len() as f64;

@@ -214,10 +214,14 @@ impl Entity {
         self.at.error(format!("{} is not supported; supported: {hint}", self.describe()))
     }
 
+    /// Where a parameter stands, or the directive if the author did not write it.
+    pub(super) fn place(&self, name: &str) -> &Place {
+        self.parameters.iter().find(|p| p.name == name).map_or(&self.at, |p| &p.at)
+    }
+
     /// An error about a parameter, or about the directive if the author did not write it.
     pub(super) fn refuse(&self, name: &str, message: impl Into<String>) -> LoadError {
-        let written = self.parameters.iter().find(|p| p.name == name);
-        written.map_or(&self.at, |p| &p.at).error(message)
+        self.place(name).error(message)
     }
 
     /// A parameter; `None` if the author did not write it.

@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
+use super::super::substitute;
 use super::super::transform::perpendicular;
 use super::color::{Role, color, luminance};
 use super::entity::Entity;
 use super::octahedral::{latitude_longitude, square_of};
 use super::scene::World;
 use super::state::State;
-use crate::image::{self, Image, Transfer};
+use crate::image::{Image, Numbers, Transfer};
 use crate::{IesProfile, Light, LightKind, LoadError, Rows, Warning};
 
 const KINDS: [&str; 5] = ["distant", "goniometric", "infinite", "point", "spot"];
@@ -195,8 +196,15 @@ impl World {
         let Some(name) = entity.text("filename")? else { return Ok(None) };
         let path = self.textures.folder.join(name);
         let refuse = |message: String| entity.refuse("filename", message);
-        let mut image =
-            image::load_as(&path, Transfer::Srgb).map_err(|error| refuse(error.to_string()))?;
+        let context = &self.textures.folder.context;
+        let mut image = match context.picture(&path, Numbers::Light(Transfer::Srgb)) {
+            Ok(decoded) => decoded.image,
+            Err(why) => {
+                let message = format!("{why}; {}", substitute::INSTEAD);
+                context.missing(entity.place("filename").span(""), message);
+                substitute::light()
+            }
+        };
         if image.width != image.height {
             let message = format!(
                 "the image has {} × {} pixels; expected a square map of equal areas, as imgtool makeequiarea makes it",

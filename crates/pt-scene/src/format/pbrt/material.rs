@@ -46,6 +46,9 @@ impl World {
             MaterialName::Anonymous(index) => Ok(Rc::clone(&self.materials[*index])),
             MaterialName::Named(name, at) => {
                 self.named_materials.get(&**name).cloned().ok_or_else(|| {
+                    if self.lost_materials.contains(&**name) {
+                        return LoadError::Told;
+                    }
                     let hint = did_you_mean(name, self.named_materials.keys().map(String::as_str));
                     at.error(format!("there is no material {}{hint}", quote(name)))
                 })
@@ -271,9 +274,10 @@ impl World {
                     "both a displacement and a normalmap are given; give one",
                 ));
             }
-            let map =
-                self.textures.raw(name).map_err(|message| entity.refuse("normalmap", message))?;
-            relief = Some(Relief::Normals(map));
+            match self.textures.raw(name) {
+                Ok(map) => relief = Some(Relief::Normals(map)),
+                Err(why) => self.textures.miss(entity.place("normalmap"), &why),
+            }
         }
         Ok(match relief {
             Some(relief) => Embossed { surface: Box::new(surface), relief }.into(),

@@ -1,11 +1,11 @@
 //! `MakeNamedMedium` and `MediumInterface`: what fills the space between surfaces.
 
-use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DVec3};
 
+use super::super::context::Folder;
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color};
 use super::entity::Entity;
@@ -29,25 +29,27 @@ pub(super) struct Interface {
 
 /// The media of a scene.
 pub(super) struct Media {
-    folder: PathBuf,
+    folder: Folder,
     pub(super) made: Vec<Medium>,
     numbers: HashMap<String, u32>,
+    /// Names of media that cannot be read.
+    lost: HashSet<String>,
 }
 
 impl Media {
-    pub(super) fn new(folder: &Path) -> Self {
-        Self { folder: folder.to_owned(), made: Vec::new(), numbers: HashMap::new() }
+    pub(super) fn new(folder: Folder) -> Self {
+        Self { folder, made: Vec::new(), numbers: HashMap::new(), lost: HashSet::new() }
     }
 
     /// Makes the medium that a directive describes.
     pub(super) fn define(
         &mut self,
-        name: String,
+        name: &str,
         entity: &Entity,
         state: &State,
     ) -> Result<(), LoadError> {
-        if self.numbers.contains_key(&name) {
-            return Err(entity.at.error(format!("there is already a medium {}", quote(&name))));
+        if self.numbers.contains_key(name) {
+            return Err(entity.at.error(format!("there is already a medium {}", quote(name))));
         }
         if state.ctm[0] != state.ctm[1] {
             return Err(entity
@@ -73,9 +75,14 @@ impl Media {
         entity.finish()?;
         let phase = if g == 0.0 { Phase::Isotropic } else { Phase::HenyeyGreenstein { g } };
         let number = self.made.len() as u32;
-        self.made.push(Medium { name: name.clone(), matter, phase, at: entity.at.span("") });
-        self.numbers.insert(name, number);
+        self.made.push(Medium { name: name.to_owned(), matter, phase, at: entity.at.span("") });
+        self.numbers.insert(name.to_owned(), number);
         Ok(())
+    }
+
+    /// Remembers that a medium of a name cannot be read, which was told.
+    pub(super) fn lose(&mut self, name: String) {
+        self.lost.insert(name);
     }
 
     /// What is taken away per length, and the share of it that is scattered.
@@ -168,6 +175,9 @@ impl Media {
     pub(super) fn number(&self, name: &str, at: Option<&Place>) -> Result<Option<u32>, LoadError> {
         let (false, Some(at)) = (name.is_empty(), at) else { return Ok(None) };
         let known = self.numbers.get(name).copied();
+        if known.is_none() && self.lost.contains(name) {
+            return Err(LoadError::Told);
+        }
         known.map(Some).ok_or_else(|| {
             let hint = did_you_mean(name, self.numbers.keys().map(String::as_str));
             at.error(format!("there is no medium {}{hint}", quote(name)))

@@ -48,10 +48,12 @@ mod token;
 mod upsample;
 
 use std::path::Path;
+use std::sync::Arc;
 
+use super::context::Context;
 use crate::{LoadError, Scene};
 
 /// A scene.
-pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
-    read::read(bytes, path)?.finish()
+pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
+    read::read(bytes, path, context)?.finish()
 }

@@ -1,22 +1,26 @@
 //! Directives, one after the other.
 
+mod transforms;
+
 use std::collections::HashMap;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use flate2::read::GzDecoder;
-use pt_math::{DAffine3, DVec3};
+use pt_math::DAffine3;
 
+use super::super::context::{Context, Folder};
 use super::super::mesh_file;
-use super::super::transform::{look_at, rotate};
+
 use super::super::xml::{did_you_mean, quote};
-use super::arguments::{active, numbers, text};
+use super::arguments::text;
 use super::color_space::ColorSpace;
 use super::entity::{Entity, MAX_PARAMETERS, Parameter};
 use super::medium::Interface;
 use super::scene::{MaterialName, Placed, Sight, World};
-use super::state::{Moving, State, TARGETS, matrix};
+use super::state::{Moving, State, TARGETS};
 use super::token::{Kind, Place, Token, Tokens};
 use crate::LoadError;
 
@@ -84,7 +88,7 @@ struct Saved {
 /// Reads directives, and remembers what they change.
 struct Reader {
     /// That of the scene's own file, in which all others are looked for.
-    folder: PathBuf,
+    folder: Folder,
     files: usize,
     state: State,
     saved: Vec<Saved>,
@@ -97,20 +101,22 @@ struct Reader {
 }
 
 /// Reads a scene and the files that it includes.
-pub(super) fn read(bytes: &[u8], path: &Path) -> Result<World, LoadError> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<World, LoadError> {
+    let folder = Folder { path: mesh_file::folder_of(path), context: Arc::clone(context) };
     let mut reader = Reader {
-        folder: folder.to_owned(),
+        world: World::new(&folder, mesh_file::place(path, 0)),
+        folder,
         files: 0,
         state: State::new(),
         saved: Vec::new(),
         systems: HashMap::new(),
         in_world: false,
         object: None,
-        world: World::new(folder, mesh_file::place(path, 0)),
     };
     reader.file(bytes, path, 0)?;
-    if let Some(Saved { by, at, .. }) = reader.saved.last() {
+    if let Some(Saved { by, at, .. }) = reader.saved.last()
+        && !context.has_errors()
+    {
         let end = by.replace("Begin", "End");
         return Err(at.error(format!("{by} has no {end}")));
     }
@@ -121,8 +127,8 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<World, LoadError> {
 ///
 /// # Errors
 /// If it cannot be read, for the place where the scene names it.
-pub(super) fn content(path: &Path) -> Result<Vec<u8>, String> {
-    let bytes = mesh_file::read(path)?;
+pub(super) fn content(context: &Context, path: &Path) -> Result<Vec<u8>, String> {
+    let bytes = context.read(path)?;
     if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("gz")) {
         return Ok(bytes);
     }
@@ -142,12 +148,17 @@ impl Reader {
         let mut tokens = Tokens::new(&text, path);
         while let Some(token) = tokens.take()? {
             let at = tokens.place(&token);
-            let Kind::Word(word) = token.kind else {
-                let message =
-                    format!("{} stands alone; expected a directive", token.kind.describe());
-                return Err(at.error(message));
+            let done = match token.kind {
+                Kind::Word(word) => self.directive(word, &mut tokens, at, depth),
+                other => {
+                    let message =
+                        format!("{} stands alone; expected a directive", other.describe());
+                    Err(at.error(message))
+                }
             };
-            self.directive(word, &mut tokens, at, depth)?;
+            if self.folder.context.keep(done)?.is_none() {
+                tokens.skip_to(|word| DIRECTIVES.contains(&word))?;
+            }
         }
         Ok(())
     }
@@ -240,7 +251,8 @@ impl Reader {
             }
             "MakeNamedMedium" => {
                 let (name, entity) = self.named("MakeNamedMedium", tokens, at)?;
-                self.world.media.define(name, &entity, &self.state)?;
+                let defined = self.world.media.define(&name, &entity, &self.state);
+                return defined.inspect_err(|_| self.world.media.lose(name));
             }
             "AreaLightSource" => {
                 let entity = self.entity("AreaLightSource", tokens, at)?;
@@ -296,12 +308,29 @@ impl Reader {
 
     /// A directive with a name, and a type among its parameters.
     fn named(
-        &self,
+        &mut self,
         directive: &'static str,
         tokens: &mut Tokens<'_>,
         at: Place,
     ) -> Result<(String, Entity), LoadError> {
         let name = text(tokens, &at)?;
+        let entity = self.typed(directive, tokens, at).inspect_err(|_| {
+            if directive == "MakeNamedMedium" {
+                self.world.media.lose(name.clone());
+            } else {
+                self.world.lost_materials.insert(name.clone());
+            }
+        })?;
+        Ok((name, entity))
+    }
+
+    /// A directive with a type among its parameters.
+    fn typed(
+        &self,
+        directive: &'static str,
+        tokens: &mut Tokens<'_>,
+        at: Place,
+    ) -> Result<Entity, LoadError> {
         let parameters = Parameter::list(tokens)?;
         let defaults = &self.state.defaults;
         let defaults =
@@ -312,17 +341,29 @@ impl Reader {
             return Err(entity.at.error("the parameter \"string type\" is missing"));
         };
         entity.kind = kind;
-        Ok((name, entity))
+        Ok(entity)
     }
 
     fn texture(&mut self, tokens: &mut Tokens<'_>, at: Place) -> Result<(), LoadError> {
         let name = text(tokens, &at)?;
         let what = text(tokens, &at)?;
+        let defined = self.defined(&name, &what, tokens, at);
+        defined.inspect_err(|_| self.world.textures.lose(name))
+    }
+
+    /// Makes the texture of a name and a type.
+    fn defined(
+        &mut self,
+        name: &str,
+        what: &str,
+        tokens: &mut Tokens<'_>,
+        at: Place,
+    ) -> Result<(), LoadError> {
         let kind = text(tokens, &at)?;
         let parameters = Parameter::list(tokens)?;
         let defaults = &self.state.defaults.texture;
         let entity = Entity::new("Texture", kind, at, parameters, defaults, self.state.color_space);
-        let is_number = match what.as_str() {
+        let is_number = match what {
             "float" => true,
             "spectrum" => false,
             other => {
@@ -331,87 +372,7 @@ impl Reader {
                 return Err(entity.at.error(message));
             }
         };
-        self.world.textures.define(&name, is_number, &entity)
-    }
-
-    fn transform(
-        &mut self,
-        word: &str,
-        tokens: &mut Tokens<'_>,
-        at: &Place,
-    ) -> Result<(), LoadError> {
-        let finite = |map: DAffine3| {
-            if map.is_finite() {
-                Ok(map)
-            } else {
-                Err(at.error("the transform is no longer finite"))
-            }
-        };
-        match word {
-            "Identity" => self.state.change(|_| DAffine3::IDENTITY),
-            "Translate" => {
-                let step = DAffine3::from_translation(DVec3::from_array(numbers(tokens, at)?));
-                self.state.change(|ctm| ctm * step);
-            }
-            "Scale" => {
-                let step = DAffine3::from_scale(DVec3::from_array(numbers(tokens, at)?));
-                self.state.change(|ctm| ctm * step);
-            }
-            "Rotate" => {
-                let [angle, x, y, z] = numbers(tokens, at)?;
-                let axis = DVec3::new(x, y, z);
-                if axis.try_normalize().is_none() {
-                    return Err(
-                        at.error("the axis of Rotate is zero; expected an angle and a direction")
-                    );
-                }
-                let step = rotate(axis, angle);
-                self.state.change(|ctm| ctm * step);
-            }
-            "LookAt" => {
-                let n: [f64; 9] = numbers(tokens, at)?;
-                let [eye, target, up] = [0, 3, 6].map(|i| DVec3::new(n[i], n[i + 1], n[i + 2]));
-                let Some(node) = look_at(eye, target, up) else {
-                    return Err(at.error("eye, target and up direction of LookAt lie on one line"));
-                };
-                let step = node.inverse();
-                self.state.change(|ctm| ctm * step);
-            }
-            "Transform" | "ConcatTransform" => {
-                let map = matrix(&numbers(tokens, at)?).map_err(|message| at.error(message))?;
-                let replaces = word == "Transform";
-                self.state.change(|ctm| if replaces { map } else { ctm * map });
-            }
-            "CoordinateSystem" => {
-                let name = text(tokens, at)?;
-                self.systems.insert(name, self.state.ctm);
-            }
-            "CoordSysTransform" => {
-                let name = text(tokens, at)?;
-                let Some(system) = self.systems.get(&name) else {
-                    let hint = did_you_mean(&name, self.systems.keys().map(String::as_str));
-                    return Err(
-                        at.error(format!("there is no coordinate system {}{hint}", quote(&name)))
-                    );
-                };
-                self.state.ctm = *system;
-            }
-            "ActiveTransform" => self.state.active = active(tokens, at)?,
-            _ => self.times(tokens, at)?,
-        }
-        self.state.ctm.into_iter().try_for_each(|ctm| finite(ctm).map(drop))
-    }
-
-    fn times(&mut self, tokens: &mut Tokens<'_>, at: &Place) -> Result<(), LoadError> {
-        let times: [f64; 2] = numbers(tokens, at)?;
-        if self.in_world {
-            return Err(at.error("TransformTimes belongs before WorldBegin"));
-        }
-        if times[0] >= times[1] {
-            return Err(at.error("expected TransformTimes with an end that is after the start"));
-        }
-        self.world.times = times;
-        Ok(())
+        self.world.textures.define(name, is_number, &entity)
     }
 
     /// What belongs before the world.
@@ -479,8 +440,10 @@ impl Reader {
     }
 
     fn save(&mut self, by: &'static str, at: Place) -> Result<(), LoadError> {
-        if self.saved.len() >= MAX_DEPTH {
-            return Err(at.error(format!("attributes are nested deeper than {MAX_DEPTH}")));
+        let most = self.folder.context.limits().depth(MAX_DEPTH);
+        if self.saved.len() >= most {
+            let message = format!("attributes are nested deeper than {most}");
+            return Err(Context::exceeded(at.span(""), message));
         }
         self.saved.push(Saved { by, at, state: self.state.clone() });
         Ok(())
@@ -541,16 +504,27 @@ impl Reader {
     ) -> Result<(), LoadError> {
         let name = text(tokens, at)?;
         self.files += 1;
-        if depth >= MAX_INCLUDE_DEPTH {
-            return Err(at.error(format!(
-                "files are included more than {MAX_INCLUDE_DEPTH} deep; do they include each other?"
-            )));
+        let limits = self.folder.context.limits();
+        let (most_deep, most) = (limits.include_depth(MAX_INCLUDE_DEPTH), limits.files(MAX_FILES));
+        if depth >= most_deep {
+            let message = format!(
+                "files are included more than {most_deep} deep; do they include each other?"
+            );
+            return Err(Context::exceeded(at.span(""), message));
         }
-        if self.files > MAX_FILES {
-            return Err(at.error(format!("more than {MAX_FILES} files are included")));
+        if self.files > most {
+            let message = format!("more than {most} files are included");
+            return Err(Context::exceeded(at.span(""), message));
         }
         let path = self.folder.join(&name);
-        let bytes = content(&path).map_err(|message| at.error(message))?;
+        let bytes = match content(&self.folder.context, &path) {
+            Ok(bytes) => bytes,
+            Err(why) => {
+                let message = format!("{why}; what it contains is left out");
+                self.folder.context.missing(at.span(""), message);
+                return Ok(());
+            }
+        };
         if word == "Include" {
             return self.file(&bytes, &path, depth + 1);
         }

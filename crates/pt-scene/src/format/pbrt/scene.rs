@@ -1,12 +1,13 @@
 //! What directives describe, put together to a scene.
 
-use std::collections::HashMap;
-use std::path::Path;
+use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 use std::sync::Arc;
 
 use pt_math::DAffine3;
 
+use super::super::context::{Context, Folder};
+use super::super::substitute;
 use super::super::xml::{did_you_mean, quote};
 use super::color_space::ColorSpace;
 use super::emission::{AreaLight, area, area_light, back_of};
@@ -21,8 +22,8 @@ use super::{camera, film};
 use crate::material::Embossed;
 use crate::texture::{Input, Scalar};
 use crate::{
-    Attribute, Color, Geometry, Key, LightKind, LoadError, Material, Mesh, Motion, Object, Scene,
-    Span, Surface, Warning,
+    Attribute, Camera, Color, FileSettings, Geometry, Key, LightKind, LoadError, Material, Mesh,
+    Motion, Object, Scene, Span, Surface, Warning,
 };
 
 /// Most shapes of a scene. A few lines can ask for any number: objects of many shapes, and many instances of them.
@@ -73,6 +74,8 @@ pub(super) struct World {
     pub(super) media: Media,
     pub(super) materials: Vec<Rc<Entity>>,
     pub(super) named_materials: HashMap<String, Rc<Entity>>,
+    /// Names of materials that cannot be read, which was told.
+    pub(super) lost_materials: HashSet<String>,
     pub(super) objects: HashMap<String, Rc<[Placed]>>,
     /// When the first and the second transform hold.
     pub(super) times: [f64; 2],
@@ -90,7 +93,7 @@ pub(super) struct World {
 }
 
 impl World {
-    pub(super) fn new(folder: &Path, file: Span) -> Self {
+    pub(super) fn new(folder: &Folder, file: Span) -> Self {
         let nowhere = Tokens::new("", &file.file).end();
         let default = Entity::new(
             "Material",
@@ -103,10 +106,11 @@ impl World {
         Self {
             scene: Scene::default(),
             sight: Sight::default(),
-            textures: Textures::new(folder),
-            media: Media::new(folder),
+            textures: Textures::new(folder.clone()),
+            media: Media::new(folder.clone()),
             materials: vec![Rc::new(default)],
             named_materials: HashMap::new(),
+            lost_materials: HashSet::new(),
             objects: HashMap::new(),
             times: [0.0, 1.0],
             meshes: Meshes::default(),
@@ -143,7 +147,9 @@ impl World {
     ) -> Result<Placed, LoadError> {
         let folder = self.textures.folder.clone();
         let geometry = shape(entity, state, &mut self.meshes, &folder, &mut self.scene.warnings)?;
-        let alpha = self.textures.number(entity, "alpha", [0.0, 1.0])?.unwrap_or(1.0.into());
+        self.context().was_loud();
+        let alpha = self.textures.number(entity, "alpha", [0.0, 1.0])?;
+        let alpha = alpha.filter(|_| !self.context().was_loud()).unwrap_or(1.0.into());
         entity.finish()?;
         let mut light = state.area_light.clone();
         if in_object && light.take().is_some() {
@@ -163,12 +169,17 @@ impl World {
         })
     }
 
+    /// What the readers of scenes share.
+    fn context(&self) -> &Context {
+        &self.textures.folder.context
+    }
+
     /// Places a shape in the world.
     pub(super) fn place(&mut self, placed: Placed) -> Result<(), LoadError> {
-        if self.shapes.len() >= MAX_SHAPES {
-            return Err(placed
-                .at
-                .error(format!("with this one, there are more than {MAX_SHAPES} shapes")));
+        let most = self.context().limits().shapes(MAX_SHAPES);
+        if self.shapes.len() >= most {
+            let message = format!("with this one, there are more than {most} shapes");
+            return Err(Context::exceeded(placed.at.span(""), message));
         }
         self.shapes.push(placed);
         Ok(())
@@ -195,20 +206,18 @@ impl World {
 
     /// The scene.
     pub(super) fn finish(mut self) -> Result<Scene, LoadError> {
-        let (mut settings, mut exposure) = film::settings(&self.sight, &mut self.scene.warnings)?;
+        let context = Arc::clone(&self.textures.folder.context);
+        let settings = film::settings(&self.sight, &mut self.scene.warnings);
+        let (mut settings, mut exposure) =
+            context.keep(settings)?.unwrap_or((FileSettings::default(), 1.0));
         let resolution = settings.resolution.unwrap_or([1280, 720]);
-        if let Some((entity, to_world, media)) = &self.sight.camera {
-            let medium = self.media.number(&media.outside, media.at.as_ref())?;
-            let (camera, seconds) =
-                camera::camera(entity, *to_world, self.times, medium, resolution)?;
+        if let Some((camera, seconds)) = context.keep(self.camera(resolution))? {
             exposure *= seconds;
             self.scene.cameras.push(camera);
-        } else {
-            let message = "there is no Camera; expected one before WorldBegin".to_owned();
-            return Err(LoadError::Content { at: self.file, message });
         }
         for placed in std::mem::take(&mut self.shapes) {
-            self.object(placed, exposure)?;
+            let done = self.object(placed, exposure);
+            context.keep(done)?;
         }
         let moves = |motion: &Option<Arc<Motion>>| motion.is_some();
         let anything_moves = self.scene.objects.iter().any(|object| moves(&object.motion));
@@ -233,6 +242,20 @@ impl World {
         self.scene.media = self.media.made;
         self.scene.settings = settings;
         Ok(self.scene)
+    }
+
+    /// The camera, and by what it multiplies light.
+    fn camera(&self, resolution: [u32; 2]) -> Result<(Camera, f64), LoadError> {
+        let Some((entity, to_world, media)) = &self.sight.camera else {
+            // One that could not be read was told.
+            if self.context().has_errors() {
+                return Err(LoadError::Told);
+            }
+            let message = "there is no Camera; expected one before WorldBegin".to_owned();
+            return Err(LoadError::Content { at: self.file.clone(), message });
+        };
+        let medium = self.media.number(&media.outside, media.at.as_ref())?;
+        camera::camera(entity, *to_world, self.times, medium, resolution)
     }
 
     /// A shape with its material; one that shines on both sides is two.
@@ -326,7 +349,12 @@ impl World {
         if let Some(known) = self.surfaces.get(&key) {
             return Ok(Rc::clone(known));
         }
-        let surface = Rc::new(self.surface(name)?);
+        self.context().was_loud();
+        let surface = self.surface(name)?;
+        let surface = Rc::new(match surface {
+            Some(_) if self.context().was_loud() => Some(substitute::surface()),
+            surface => surface,
+        });
         self.surfaces.insert(key, Rc::clone(&surface));
         Ok(surface)
     }

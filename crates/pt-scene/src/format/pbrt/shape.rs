@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use pt_math::DVec3;
 
+use super::super::context::Folder;
 use super::super::ply;
 use super::curve::curve;
 use super::entity::Entity;
@@ -36,7 +37,8 @@ const MAX_TRIANGLES: usize = 1 << 24;
 /// The meshes of files, each read once, by their path and whether they are turned inside out.
 #[derive(Default)]
 pub(super) struct Meshes {
-    of_files: HashMap<(PathBuf, bool), Arc<Mesh>>,
+    /// Or why there is none.
+    of_files: HashMap<(PathBuf, bool), Result<Arc<Mesh>, String>>,
     /// Triangles that shapes without files were cut into.
     cut: usize,
 }
@@ -62,7 +64,7 @@ pub(super) fn shape(
     entity: &Entity,
     state: &State,
     meshes: &mut Meshes,
-    folder: &std::path::Path,
+    folder: &Folder,
     warnings: &mut Vec<Warning>,
 ) -> Result<Geometry, LoadError> {
     let mesh = |mesh| Geometry::Mesh(Arc::new(mesh));
@@ -308,7 +310,7 @@ fn ply_mesh(
     entity: &Entity,
     flips: bool,
     meshes: &mut Meshes,
-    folder: &std::path::Path,
+    folder: &Folder,
     warnings: &mut Vec<Warning>,
 ) -> Result<Geometry, LoadError> {
     entity.pass_over(&["displacement.edgelength"]);
@@ -319,15 +321,20 @@ fn ply_mesh(
         return Err(entity.at.error("the parameter \"string filename\" is missing"));
     };
     let key = (folder.join(name), flips);
-    if let Some(known) = meshes.of_files.get(&key) {
-        return Ok(Geometry::Mesh(Arc::clone(known)));
+    let made = meshes.of_files.entry(key.clone()).or_insert_with(|| {
+        let bytes = content(&folder.context, &key.0)?;
+        let mut file = ply::parse_mesh(&bytes, &key.0).map_err(|error| error.to_string())?;
+        warnings.append(&mut file.warnings);
+        let mut mesh = Mesh { colors: None, face_colors: None, ..file.mesh };
+        face_normals(&mut mesh);
+        Ok(Arc::new(turned(mesh, flips)))
+    });
+    match made {
+        Ok(mesh) => Ok(Geometry::Mesh(Arc::clone(mesh))),
+        Err(why) => {
+            let message = format!("{why}; the shape is left out");
+            folder.context.missing(entity.place("filename").span(""), message);
+            Err(LoadError::Told)
+        }
     }
-    let bytes = content(&key.0).map_err(|message| entity.refuse("filename", message))?;
-    let mut file = ply::parse_mesh(&bytes, &key.0)?;
-    warnings.append(&mut file.warnings);
-    let mut mesh = Mesh { colors: None, face_colors: None, ..file.mesh };
-    face_normals(&mut mesh);
-    let mesh = Arc::new(turned(mesh, flips));
-    meshes.of_files.insert(key, Arc::clone(&mesh));
-    Ok(Geometry::Mesh(mesh))
 }

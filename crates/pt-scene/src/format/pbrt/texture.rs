@@ -1,17 +1,20 @@
 //! `Texture`: numbers and colours that vary over a surface.
 
-use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::collections::{HashMap, HashSet};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use pt_math::color::linear_from_srgb;
 use pt_math::{DMat3, DVec3, trig};
 
+use super::super::context::Folder;
+use super::super::substitute;
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color};
 use super::entity::Entity;
+use super::token::Place;
 use crate::LoadError;
-use crate::image::{self, Decoded, Image};
+use crate::image::{Decoded, Image, Numbers};
 use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
 
 const KINDS: [&str; 6] = ["bilerp", "checkerboard", "constant", "imagemap", "mix", "scale"];
@@ -32,20 +35,26 @@ struct ImageKey {
 
 /// The textures of a scene, by name.
 pub(super) struct Textures {
-    pub(super) folder: PathBuf,
+    pub(super) folder: Folder,
     colors: HashMap<String, Color>,
     /// One number is three that are equal.
     numbers: HashMap<String, Color>,
     images: HashMap<ImageKey, Arc<Image>>,
+    /// Names of those that cannot be read, which was told.
+    lost: HashSet<String>,
+    /// Names of those, and whether they are numbers, that show an image that is missing.
+    loud: HashSet<(String, bool)>,
 }
 
 impl Textures {
-    pub(super) fn new(folder: &Path) -> Self {
+    pub(super) fn new(folder: Folder) -> Self {
         Self {
-            folder: folder.to_owned(),
+            folder,
             colors: HashMap::new(),
             numbers: HashMap::new(),
             images: HashMap::new(),
+            lost: HashSet::new(),
+            loud: HashSet::new(),
         }
     }
 
@@ -56,6 +65,7 @@ impl Textures {
         is_number: bool,
         entity: &Entity,
     ) -> Result<(), LoadError> {
+        self.folder.context.was_loud();
         let texture = match entity.kind.as_str() {
             "constant" => self.input(entity, "value", is_number, 1.0)?,
             "scale" => {
@@ -78,6 +88,9 @@ impl Textures {
             _ => return Err(entity.unsupported(&KINDS)),
         };
         entity.finish()?;
+        if self.folder.context.was_loud() {
+            self.loud.insert((name.to_owned(), is_number));
+        }
         let table = if is_number { &mut self.numbers } else { &mut self.colors };
         if table.insert(name.to_owned(), texture).is_some() {
             return Err(entity
@@ -85,6 +98,17 @@ impl Textures {
                 .error(format!("there is already a texture {} of this type", quote(name))));
         }
         Ok(())
+    }
+
+    /// Remembers that a texture of a name cannot be read, which was told.
+    pub(super) fn lose(&mut self, name: String) {
+        self.lost.insert(name);
+    }
+
+    /// Notes an image that is missing, and tells what shows it.
+    pub(super) fn miss(&self, at: &Place, why: &str) {
+        self.folder.context.missing(at.span(""), format!("{why}; {}", substitute::INSTEAD));
+        self.folder.context.be_loud();
     }
 
     /// The texture of a name.
@@ -97,7 +121,13 @@ impl Textures {
     ) -> Result<Color, LoadError> {
         let (table, what) =
             if is_number { (&self.numbers, "float") } else { (&self.colors, "spectrum") };
+        if self.loud.contains(&(name.to_owned(), is_number)) {
+            self.folder.context.be_loud();
+        }
         table.get(name).cloned().ok_or_else(|| {
+            if self.lost.contains(name) {
+                return LoadError::Told;
+            }
             let hint = did_you_mean(name, table.keys().map(String::as_str));
             entity.refuse(
                 parameter,
@@ -248,24 +278,30 @@ impl Textures {
             inverts: entity.boolean("invert", false)?,
             scale_bits: (entity.not_negative("scale", 1.0)? as f32).to_bits(),
         };
-        let image = self.image(key).map_err(|message| entity.refuse("filename", message))?;
+        let decode = decoder(&key).map_err(|message| entity.refuse("encoding", message))?;
+        let image = match self.image(key, &decode) {
+            Ok(image) => image,
+            Err(why) => {
+                self.miss(entity.place("filename"), &why);
+                return Ok(Input::Texture(substitute::texture()));
+            }
+        };
         Ok(textured(Pattern::Bitmap(Bitmap { image, wrap, filter }), to_pattern))
     }
 
     /// The image of a file, read once for all that read it alike.
-    fn image(&mut self, key: ImageKey) -> Result<Arc<Image>, String> {
+    fn image(&mut self, key: ImageKey, decode: &dyn Fn(f32) -> f32) -> Result<Arc<Image>, String> {
         if let Some(known) = self.images.get(&key) {
             return Ok(Arc::clone(known));
         }
         let Decoded { mut image, alpha } =
-            image::load_rgba_raw(&key.path).map_err(|error| error.to_string())?;
-        let decode = decoder(&key)?;
+            self.folder.context.picture(&key.path, Numbers::Stored)?;
         let alpha = alpha.filter(|alpha| key.is_number && alpha.iter().any(|a| *a < 1.0));
         let scale = f32::from_bits(key.scale_bits);
         for (i, pixel) in image.pixels.iter_mut().enumerate() {
             let light = match &alpha {
                 Some(alpha) => [alpha[i]; 3],
-                None => pixel.map(&decode),
+                None => pixel.map(decode),
             };
             let mean = light.iter().sum::<f32>() / 3.0;
             let value = if key.is_number { [mean; 3] } else { light };
@@ -280,7 +316,7 @@ impl Textures {
     /// A picture whose numbers are not colours: a normal map.
     pub(super) fn raw(&mut self, name: &str) -> Result<Arc<Texture>, String> {
         let path = self.folder.join(name);
-        let image = image::load_raw(&path).map_err(|error| error.to_string())?;
+        let image = self.folder.context.picture(&path, Numbers::Stored)?.image;
         let bitmap =
             Bitmap { image: Arc::new(image), wrap: Wrap::Repeat, filter: Filter::Bilinear };
         Ok(Arc::new(Pattern::Bitmap(bitmap).into()))

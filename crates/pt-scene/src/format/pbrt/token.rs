@@ -68,11 +68,13 @@ pub(super) struct Tokens<'a> {
     next: usize,
     line: u32,
     ahead: Option<Token<'a>>,
+    /// Whether there was a text without an end, behind which nothing is what it seems.
+    is_broken: bool,
 }
 
 impl<'a> Tokens<'a> {
     pub(super) fn new(text: &'a str, file: &Path) -> Self {
-        Self { file: file.into(), text, next: 0, line: 1, ahead: None }
+        Self { file: file.into(), text, next: 0, line: 1, ahead: None, is_broken: false }
     }
 
     /// The place of a token.
@@ -108,7 +110,27 @@ impl<'a> Tokens<'a> {
         }
     }
 
+    /// Leaves all out until the next word that fits; behind what is broken, there is none.
+    pub(super) fn skip_to(&mut self, fits: impl Fn(&str) -> bool) -> Result<(), LoadError> {
+        while let Some(token) = self.peek()? {
+            if matches!(token.kind, Kind::Word(word) if fits(word)) {
+                break;
+            }
+            self.ahead = None;
+        }
+        Ok(())
+    }
+
     fn read(&mut self) -> Result<Option<Token<'a>>, LoadError> {
+        if self.is_broken {
+            return Ok(None);
+        }
+        let token = self.next_token();
+        self.is_broken = token.is_err();
+        token
+    }
+
+    fn next_token(&mut self) -> Result<Option<Token<'a>>, LoadError> {
         self.skip_blank();
         let (offset, line) = (self.next, self.line);
         let rest = &self.text[offset..];

@@ -1,0 +1,306 @@
+//! What a scene is made of.
+
+use std::collections::HashSet;
+use std::sync::Arc;
+
+use pt_core::{CompileError, CompileOptions, Settings};
+use pt_math::{DAffine3, DVec3};
+use pt_scene::medium::{Matter, PlacedGrid, Volume};
+use pt_scene::{Geometry, LightKind, Mesh, Object, Projection, Scene, Source};
+use serde::Serialize;
+
+use crate::{BuildOptions, Builder, Session, memory};
+
+/// What a scene is made of.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Inventory {
+    /// Its name.
+    pub name: String,
+    /// Metres per unit of length.
+    pub metres_per_unit: f64,
+    /// How many there is of what.
+    pub counts: Counts,
+    /// The least and the greatest coordinates of what is placed, in the world; none if nothing is.
+    pub bounds: Option<[[f64; 3]; 2]>,
+    /// What it takes.
+    pub memory: Memory,
+    /// Materials, with the kind of their surface.
+    pub materials: Vec<Item>,
+    /// Lights that are not the glow of a material.
+    pub lights: Vec<Item>,
+    /// Media.
+    pub media: Vec<Item>,
+    /// Cameras, of which the last one is used.
+    pub cameras: Vec<Item>,
+    /// What the file asks for.
+    pub settings: Vec<Item>,
+    /// The files that were read, with the BLAKE3 hash of what they held.
+    pub files: Vec<Item>,
+}
+
+/// A name, and what it is the name of.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Item {
+    /// The name in the scene.
+    pub name: String,
+    /// The kind, or the value.
+    pub kind: String,
+}
+
+/// How many there is of what.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// Shapes that are placed in the world.
+    pub objects: usize,
+    /// Those that show a mesh that another one showed before.
+    pub instances: usize,
+    /// Those that are spheres.
+    pub spheres: usize,
+    /// Those that move.
+    pub moving: usize,
+    /// Meshes, each once.
+    pub meshes: usize,
+    /// Vertices of all meshes, each once.
+    pub vertices: usize,
+    /// Triangles of all meshes, each once.
+    pub triangles: usize,
+    /// Triangles of all meshes, as often as they are placed.
+    pub triangles_placed: usize,
+    /// Materials that glow.
+    pub glowing_materials: usize,
+}
+
+/// Bytes by what takes them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Memory {
+    /// Meshes, as they are read.
+    pub meshes: u64,
+    /// Texels of materials, with their pyramids, and images of lights.
+    pub textures: u64,
+    /// Grids of media.
+    pub grids: u64,
+    /// What a render takes at most for its tables and its tree, by [`memory::bytes_of_tables`].
+    pub tables: u64,
+}
+
+impl Inventory {
+    /// That of a scene, which is compiled to know its textures, and was read from some files.
+    ///
+    /// # Errors
+    /// If it cannot be rendered.
+    pub fn of(scene: &Scene, sources: &[Source]) -> Result<Self, CompileError> {
+        let session = compiled(scene)?;
+        let item = |name: &str, kind: &str| Item { name: name.to_owned(), kind: kind.to_owned() };
+        let files = sources.iter().map(|s| item(&s.path.display().to_string(), &s.hash));
+        let mut seen = HashSet::new();
+        Ok(Self {
+            name: scene.name.clone(),
+            metres_per_unit: scene.metres_per_unit,
+            counts: counts(scene),
+            bounds: bounds(scene),
+            memory: Memory {
+                meshes: meshes(scene).map(Mesh::bytes).sum(),
+                textures: session.scene().materials.textures.bytes() as u64 + of_lights(scene),
+                grids: grids(scene),
+                tables: memory::bytes_of_tables(scene, None),
+            },
+            materials: scene.materials.iter().map(|m| item(&m.name, m.surface.kind())).collect(),
+            lights: scene.lights.iter().map(|l| item(&l.name, l.kind.name())).collect(),
+            media: scene.media.iter().map(|m| item(&m.name, kind_of_matter(&m.matter))).collect(),
+            cameras: scene
+                .cameras
+                .iter()
+                .map(|c| item(&c.name, kind_of_projection(&c.projection)))
+                .collect(),
+            settings: settings(scene),
+            files: files.filter(|file| seen.insert(file.name.clone())).collect(),
+        })
+    }
+}
+
+/// A session of a scene that is compiled without a tree, as fast as that goes: what cannot be rendered is an
+/// error, and what becomes something else has a [note](Session::notes).
+///
+/// # Errors
+/// If the scene cannot be rendered.
+pub fn compiled(scene: &Scene) -> Result<Session, CompileError> {
+    let options = CompileOptions {
+        bvh: BuildOptions { builder: Builder::None, ..BuildOptions::default() },
+        ..CompileOptions::default()
+    };
+    let integrator = scene.settings.integrator.unwrap_or("path").to_owned();
+    Session::new(scene, options, Settings { integrator, ..Settings::default() })
+}
+
+/// All meshes, each once.
+fn meshes(scene: &Scene) -> impl Iterator<Item = &Mesh> {
+    let mut seen = HashSet::new();
+    scene.objects.iter().filter_map(move |object| match &object.geometry {
+        Geometry::Mesh(mesh) => seen.insert(Arc::as_ptr(mesh)).then_some(&**mesh),
+        Geometry::Sphere { .. } => None,
+    })
+}
+
+fn counts(scene: &Scene) -> Counts {
+    let mut counts = Counts { objects: scene.objects.len(), ..Counts::default() };
+    for object in &scene.objects {
+        counts.moving += usize::from(object.motion.is_some());
+        match &object.geometry {
+            Geometry::Mesh(mesh) => counts.triangles_placed += mesh.triangles.len(),
+            Geometry::Sphere { .. } => counts.spheres += 1,
+        }
+    }
+    for mesh in meshes(scene) {
+        counts.meshes += 1;
+        counts.vertices += mesh.positions.len();
+        counts.triangles += mesh.triangles.len();
+    }
+    counts.instances = counts.objects - counts.spheres - counts.meshes;
+    let glows = scene.materials.iter().filter(|m| m.emission != [0.0; 3].into());
+    counts.glowing_materials = glows.count();
+    counts
+}
+
+/// The box around all that is placed; what moves is there where its keys are.
+fn bounds(scene: &Scene) -> Option<[[f64; 3]; 2]> {
+    let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for object in &scene.objects {
+        for place in places(object) {
+            let (low, high) = extent(&object.geometry, &place);
+            (least, most) = (least.min(low), most.max(high));
+        }
+    }
+    least.cmple(most).all().then(|| [least.to_array(), most.to_array()])
+}
+
+/// Where an object is, to the world.
+fn places(object: &Object) -> Vec<DAffine3> {
+    match &object.motion {
+        None => vec![object.to_world],
+        Some(motion) => motion.keys().iter().map(|key| key.to_world * object.to_world).collect(),
+    }
+}
+
+/// The least and the greatest coordinates of a shape that is placed.
+fn extent(geometry: &Geometry, place: &DAffine3) -> (DVec3, DVec3) {
+    match geometry {
+        Geometry::Sphere { radius } => {
+            let m = place.matrix3.transpose();
+            let reach =
+                DVec3::new(m.x_axis.length(), m.y_axis.length(), m.z_axis.length()) * *radius;
+            (place.translation - reach, place.translation + reach)
+        }
+        Geometry::Mesh(mesh) => {
+            let points = mesh
+                .positions
+                .iter()
+                .map(|p| place.transform_point3(DVec3::from_array(p.map(f64::from))));
+            points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
+                (low.min(point), high.max(point))
+            })
+        }
+    }
+}
+
+/// Bytes of the images of lights, each once.
+fn of_lights(scene: &Scene) -> u64 {
+    let mut seen = HashSet::new();
+    let images = scene.lights.iter().filter_map(|light| match &light.kind {
+        LightKind::Environment { image, .. } => Some(image),
+        _ => None,
+    });
+    images
+        .filter(|image| seen.insert(Arc::as_ptr(image)))
+        .map(|image| size_of_val(image.pixels.as_slice()) as u64)
+        .sum()
+}
+
+/// Bytes of the grids of media, each once.
+fn grids(scene: &Scene) -> u64 {
+    let mut seen = HashSet::new();
+    let mut bytes = |placed: &PlacedGrid| {
+        let is_first = seen.insert(Arc::as_ptr(&placed.grid));
+        if is_first { size_of_val(placed.grid.values.as_slice()) as u64 } else { 0 }
+    };
+    let mut sum = 0;
+    for medium in &scene.media {
+        let Matter::Heterogeneous(matter) = &medium.matter else { continue };
+        sum += bytes(&matter.extinction);
+        if let Volume::Grid(albedo) = &matter.albedo {
+            sum += bytes(albedo);
+        }
+    }
+    sum
+}
+
+fn kind_of_matter(matter: &Matter) -> &'static str {
+    match matter {
+        Matter::Homogeneous { .. } => "homogeneous",
+        Matter::Heterogeneous(_) => "heterogeneous",
+    }
+}
+
+fn kind_of_projection(projection: &Projection) -> &'static str {
+    match projection {
+        Projection::Perspective { .. } => "perspective",
+        Projection::Orthographic { .. } => "orthographic",
+        Projection::Panorama => "panorama",
+    }
+}
+
+/// What the file asks for, as far as it does.
+fn settings(scene: &Scene) -> Vec<Item> {
+    let s = &scene.settings;
+    let size = |[width, height]: [u32; 2]| format!("{width} x {height}");
+    let crop = |[x, y, width, height]: [u32; 4]| {
+        format!("{width} x {height} pixels from column {x}, row {y}")
+    };
+    let aovs = (!s.aovs.is_empty()).then(|| s.aovs.join(", "));
+    let said = [
+        ("resolution", s.resolution.map(size)),
+        ("crop", s.crop.map(crop)),
+        ("samples per pixel", s.spp.map(|spp| spp.to_string())),
+        ("max depth", s.max_depth.map(|depth| depth.to_string())),
+        ("integrator", s.integrator.map(str::to_owned)),
+        ("other channels", aovs),
+        ("filter", s.filter.map(|filter| format!("{filter:?}"))),
+    ];
+    let item = |(name, value): (&str, Option<String>)| {
+        value.map(|kind| Item { name: name.to_owned(), kind })
+    };
+    said.into_iter().filter_map(item).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn copies_are_counted_apart_from_what_is_copied() {
+        let mut scene = crate::default_scene();
+        let once = Inventory::of(&scene, &[]).expect("it can be rendered");
+        let spheres = once.counts.spheres;
+        assert!(spheres > 0 && once.counts.instances == 0 && once.counts.meshes > 0);
+        let mut copies = scene.objects.clone();
+        for copy in &mut copies {
+            copy.to_world = DAffine3::from_translation(DVec3::X * 100.0) * copy.to_world;
+        }
+        scene.objects.extend(copies);
+        let twice = Inventory::of(&scene, &[]).expect("it can be rendered");
+        assert_eq!(twice.counts.instances, once.counts.meshes);
+        assert_eq!(twice.counts.triangles, once.counts.triangles);
+        assert_eq!(twice.counts.triangles_placed, 2 * once.counts.triangles_placed);
+        assert_eq!(twice.counts.spheres, 2 * spheres);
+        assert_eq!(twice.memory.meshes, once.memory.meshes);
+        let ([low, high], [low_2, high_2]) =
+            (once.bounds.expect("a box"), twice.bounds.expect("a box"));
+        assert_eq!((low_2, high_2), (low, [high[0] + 100.0, high[1], high[2]]));
+    }
+
+    #[test]
+    fn a_sphere_that_is_stretched_fills_its_box() {
+        let stretched = DAffine3::from_scale(DVec3::new(1.0, 2.0, 3.0));
+        let (low, high) = extent(&Geometry::Sphere { radius: 2.0 }, &stretched);
+        assert_eq!((low, high), (-DVec3::new(2.0, 4.0, 6.0), DVec3::new(2.0, 4.0, 6.0)));
+    }
+}

@@ -1,0 +1,107 @@
+//! `pathtracer info` of a scene: what it is made of.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result};
+use bytesize::ByteSize;
+use pathtracer::inventory::{Inventory, Item};
+
+use crate::commands::Info;
+use crate::{output, render};
+
+/// Most names of each kind that are shown.
+const MOST_NAMES: usize = 20;
+
+/// Prints what a scene is made of.
+///
+/// # Errors
+/// If it cannot be read or rendered.
+pub(crate) fn run(info: &Info) -> Result<ExitCode> {
+    let reading = pathtracer::read_with(&info.file, &info.loading.options(false));
+    render::tell_missing(&reading.missing);
+    let inventory = Inventory::of(&reading.scene?, &reading.sources)
+        .with_context(|| format!("{} cannot be rendered", info.file.display()))?;
+    let text = if info.json {
+        serde_json::to_string_pretty(&inventory).context("it cannot be written as JSON")? + "\n"
+    } else {
+        text(&inventory)
+    };
+    output::print(text.as_bytes())
+}
+
+fn text(inventory: &Inventory) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: &str| {
+        // Strings take all.
+        let _ = writeln!(text, "{name:<20}{value}");
+    };
+    line("scene", &inventory.name);
+    line("metres per unit", &inventory.metres_per_unit.to_string());
+    let c = &inventory.counts;
+    let objects = format!(
+        "{}: {} of meshes, {} of them instances, {} spheres; {} move",
+        c.objects,
+        c.objects - c.spheres,
+        c.instances,
+        c.spheres,
+        c.moving
+    );
+    line("objects", &objects);
+    let meshes = format!("{} of {} vertices and {} triangles", c.meshes, c.vertices, c.triangles);
+    line("meshes", &meshes);
+    line("triangles placed", &c.triangles_placed.to_string());
+    let bounds = inventory.bounds.map(|[low, high]| {
+        let point = |p: [f64; 3]| p.map(|x| format!("{x:.6}")).join(" ");
+        format!("{} to {}", point(low), point(high))
+    });
+    line("bounds", &bounds.unwrap_or("nothing is placed".into()));
+    let m = &inventory.memory;
+    for (name, bytes) in [
+        ("memory of meshes", m.meshes),
+        ("of textures", m.textures),
+        ("of grids", m.grids),
+        ("of tables and tree", m.tables),
+    ] {
+        line(name, &ByteSize::b(bytes).display().si().to_string());
+    }
+    for (name, items) in [
+        ("materials", &inventory.materials),
+        ("lights", &inventory.lights),
+        ("media", &inventory.media),
+        ("cameras", &inventory.cameras),
+    ] {
+        line(name, &items.len().to_string());
+        for (kind, names) in by_kind(items) {
+            line("", &format!("{} {kind}: {}", names.len(), listed(&names)));
+        }
+    }
+    line("glowing materials", &c.glowing_materials.to_string());
+    for Item { name, kind } in &inventory.settings {
+        line(name, kind);
+    }
+    for Item { name, kind } in &inventory.files {
+        line("file", &format!("{name} {kind}"));
+    }
+    text
+}
+
+/// The names of each kind.
+fn by_kind(items: &[Item]) -> BTreeMap<&str, Vec<&str>> {
+    let mut kinds: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for Item { name, kind } in items {
+        kinds.entry(kind).or_default().push(name);
+    }
+    kinds
+}
+
+/// Names, as far as they are shown.
+fn listed(names: &[&str]) -> String {
+    let mut shown: Vec<_> =
+        names.iter().take(MOST_NAMES).map(|name| format!("\"{name}\"")).collect();
+    if let Some(more) = names.len().checked_sub(MOST_NAMES).filter(|more| *more > 0) {
+        shown.push(format!("… and {more} more"));
+    }
+    shown.join(", ")
+}

@@ -1,0 +1,126 @@
+//! `pathtracer check`: all that is wrong with a scene, and all that is something else than its author wrote.
+
+use std::fmt::Write as _;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use pathtracer::{LoadError, Reading, Span, Warning, inventory};
+use serde_json::{Value, json};
+
+use crate::commands::Check;
+use crate::{FAILURE, output, render};
+
+/// Exit status of a scene with notes alone: what is approximated, or good to know.
+const NOTES: u8 = 1;
+/// Most lines of each list.
+const MOST_SHOWN: usize = LoadError::MOST_SHOWN;
+
+/// Something to tell of a scene: where, as far as that is known, and what.
+type Finding = (Option<Span>, String);
+
+/// All that there is to tell of a scene.
+struct Findings {
+    errors: Vec<Finding>,
+    missing: Vec<Finding>,
+    notes: Vec<Finding>,
+}
+
+/// Prints what is wrong with a scene.
+///
+/// # Errors
+/// If it cannot be printed.
+pub(crate) fn run(check: &Check) -> Result<ExitCode> {
+    let reading = pathtracer::read_with(&check.scene, &check.loading.options(false));
+    let findings = Findings::of(reading);
+    let file = check.scene.display().to_string();
+    let text = if check.json { findings.json(&file) } else { findings.text(&file) };
+    output::print(text.as_bytes())?;
+    Ok(findings.status(check.strict))
+}
+
+impl Findings {
+    fn of(reading: Reading) -> Self {
+        let told = |list: Vec<Warning>| list.into_iter().map(|w| (Some(w.at), w.message)).collect();
+        let mut notes: Vec<Finding> = told(reading.notes);
+        let mut errors = Vec::new();
+        match &reading.scene {
+            Err(error) => errors.extend(error.each().iter().map(of_error)),
+            Ok(scene) => match inventory::compiled(scene) {
+                Ok(session) => {
+                    notes.extend(session.notes().iter().map(|note| (None, note.clone())));
+                }
+                Err(error) => errors.push((None, error.to_string())),
+            },
+        }
+        Self { errors, missing: told(reading.missing), notes }
+    }
+
+    /// The status says what a render would do: refuse the scene, or show another one.
+    fn status(&self, strict: bool) -> ExitCode {
+        match self {
+            Self { errors, .. } if !errors.is_empty() => ExitCode::from(FAILURE),
+            Self { missing, .. } if !missing.is_empty() && strict => ExitCode::from(FAILURE),
+            Self { missing, .. } if !missing.is_empty() => ExitCode::from(render::MISSING),
+            Self { notes, .. } if !notes.is_empty() => ExitCode::from(NOTES),
+            _ => ExitCode::SUCCESS,
+        }
+    }
+
+    fn text(&self, file: &str) -> String {
+        let mut text = String::new();
+        for (name, list) in
+            [("error", &self.errors), ("missing", &self.missing), ("note", &self.notes)]
+        {
+            for (at, message) in list.iter().take(MOST_SHOWN) {
+                let at = at.as_ref().map_or(file.to_owned(), ToString::to_string);
+                // Strings take all.
+                let _ = writeln!(text, "{name}: {at}: {message}");
+            }
+            if let Some(more) = list.len().checked_sub(MOST_SHOWN).filter(|more| *more > 0) {
+                let _ = writeln!(text, "{name}: … and {more} more");
+            }
+        }
+        let [errors, missing, notes] = [&self.errors, &self.missing, &self.notes].map(Vec::len);
+        let _ = writeln!(text, "{file}: {errors} errors, {missing} missing files, {notes} notes");
+        text
+    }
+
+    fn json(&self, file: &str) -> String {
+        let list =
+            |list: &[Finding]| list.iter().take(MOST_SHOWN).map(of_finding).collect::<Vec<_>>();
+        let [errors, missing, notes] = [&self.errors, &self.missing, &self.notes];
+        let value = json!({
+            "scene": file,
+            "counts": {
+                "errors": errors.len(),
+                "missing": missing.len(),
+                "notes": notes.len(),
+            },
+            "errors": list(errors),
+            "missing": list(missing),
+            "notes": list(notes),
+        });
+        format!("{value:#}\n")
+    }
+}
+
+fn of_error(error: &LoadError) -> Finding {
+    match error {
+        LoadError::Content { at, message } | LoadError::Broken { at, message } => {
+            (Some(at.clone()), message.clone())
+        }
+        other => (None, other.to_string()),
+    }
+}
+
+/// A place and a message, in JSON; numbers that are not known are null.
+fn of_finding((at, message): &Finding) -> Value {
+    let known = |number: u32| (number > 0).then_some(number);
+    json!({
+        "file": at.as_ref().map(|at| at.file.display().to_string()),
+        "line": at.as_ref().and_then(|at| known(at.line)),
+        "column": at.as_ref().and_then(|at| known(at.column)),
+        "element": at.as_ref().map(|at| &at.element).filter(|element| !element.is_empty()),
+        "message": message,
+    })
+}

@@ -1,0 +1,53 @@
+//! The options that say how a scene is read.
+
+use bytesize::ByteSize;
+use pathtracer::{Limits, LoadOptions};
+
+use crate::check;
+
+/// How a scene is read.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct Loading {
+    /// What $NAME in a Mitsuba scene stands for, instead of its <default>; may be given for several
+    /// names
+    #[arg(short = 'D', long, value_name = "NAME=VALUE", value_parser = check::definition)]
+    #[arg(help_heading = "Scene")]
+    pub(crate) define: Vec<(String, String)>,
+
+    /// Let the scene name files outside of its own folder
+    #[arg(long, help_heading = "Scene")]
+    allow_outside: bool,
+
+    /// Most that reading the scene may take, as in memory=2GB; may be given for several of memory, depth, shapes,
+    /// elements, texture-side, texture-pixels, include-depth, files, seconds
+    #[arg(long, value_name = "NAME=VALUE", value_parser = limit, help_heading = "Scene")]
+    limit: Vec<(String, u64)>,
+}
+
+impl Loading {
+    /// As the readers of scenes take it; `strict` says whether missing files are errors.
+    pub(crate) fn options(&self, strict: bool) -> LoadOptions {
+        let mut limits = Limits::default();
+        for (name, value) in &self.limit {
+            // The parser knows the names.
+            let _ = limits.set(name, *value);
+        }
+        let Self { define, allow_outside, .. } = self;
+        LoadOptions { definitions: define.clone(), strict, allow_outside: *allow_outside, limits }
+    }
+}
+
+/// The name of a limit, and its value.
+fn limit(text: &str) -> Result<(String, u64), String> {
+    let Some((name, value)) = text.split_once('=') else {
+        let names = Limits::NAMES.join(", ");
+        return Err(format!("expected NAME=VALUE, with one of the names {names}"));
+    };
+    let expected = "expected a whole number from 1 up, or an amount as in memory=2GB";
+    let value = value.parse::<ByteSize>().map_err(|_| expected)?.as_u64();
+    if value == 0 {
+        return Err(expected.to_owned());
+    }
+    Limits::default().set(name, value)?;
+    Ok((name.to_owned(), value))
+}

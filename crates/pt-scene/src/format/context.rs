@@ -1,0 +1,326 @@
+//! What the readers of scenes share: the files, what may be read of them, and what is wrong with a scene.
+//!
+//! An error about an item of a scene (a shape, a material, a parameter …) does not end the reading:
+//! [`Context::keep`] notes it, and the reader goes on without the item, so that all that is wrong is told at once.
+//! What follows from an error that was told is [`LoadError::Told`], and is not told again.
+
+use std::collections::HashSet;
+use std::path::{Component, Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use super::limits::Limits;
+use super::{LoadOptions, Reading, mesh_file};
+use crate::image::{self, Decoded, Image, Numbers};
+use crate::{Geometry, LoadError, Scene, Source, Span, Warning};
+
+/// Most errors that are noted, and as many missing files; after that the scene is not read on.
+const MOST_NOTED: usize = 1000;
+/// Most items with an error, whether it was told before or not.
+const MOST_FAILURES: usize = 20_000;
+
+/// What the readers of a scene share.
+#[derive(Debug)]
+pub(super) struct Context {
+    options: LoadOptions,
+    /// The scene's own file.
+    file: PathBuf,
+    /// The folder that paths may not leave, with all links resolved.
+    root: PathBuf,
+    start: Instant,
+    noted: Mutex<Noted>,
+}
+
+/// What was read and found so far.
+#[derive(Debug, Default)]
+struct Noted {
+    sources: Vec<Source>,
+    errors: Vec<LoadError>,
+    missing: Vec<Warning>,
+    /// All of both as texts.
+    told: HashSet<String>,
+    /// Items that had an error.
+    failures: usize,
+    /// Bytes of files and pictures.
+    bytes: u64,
+    /// Whether a texture was asked for whose image is missing.
+    is_loud: bool,
+}
+
+impl Context {
+    /// For the scene in a file, whose folder is the one that paths may not leave.
+    pub(super) fn new(file: &Path, options: &LoadOptions) -> Arc<Self> {
+        Arc::new(Self {
+            options: options.clone(),
+            root: resolved(&mesh_file::folder_of(file)),
+            file: file.to_owned(),
+            start: Instant::now(),
+            noted: Mutex::default(),
+        })
+    }
+
+    /// How the scene is to be read.
+    pub(super) fn options(&self) -> &LoadOptions {
+        &self.options
+    }
+
+    /// What it may take.
+    pub(super) fn limits(&self) -> &Limits {
+        &self.options.limits
+    }
+
+    fn noted(&self) -> MutexGuard<'_, Noted> {
+        self.noted.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Reads the scene's own file.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is larger than the limits allow.
+    pub(super) fn scene_file(&self, path: &Path) -> Result<Vec<u8>, LoadError> {
+        let bytes = std::fs::read(path)
+            .map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
+        self.spend(bytes.len() as u64)
+            .map_err(|message| LoadError::Broken { at: mesh_file::place(path, 0), message })?;
+        self.noted().sources.push(Source::of(path, &bytes));
+        Ok(bytes)
+    }
+
+    /// Reads a file that the scene names.
+    ///
+    /// # Errors
+    /// If it is outside of the scene's folder, cannot be read, or is no regular file: devices and pipes may never
+    /// end; or if a limit is reached. The message is meant for the place where the scene names it.
+    pub(super) fn read(&self, path: &Path) -> Result<Vec<u8>, String> {
+        self.check_inside(path)?;
+        self.check_time()?;
+        let message = |why: &str| format!("{} cannot be read: {why}", path.display());
+        let io_message = |error: std::io::Error| message(&error.to_string());
+        let metadata = std::fs::metadata(path).map_err(io_message)?;
+        if !metadata.is_file() {
+            return Err(message("it is no regular file"));
+        }
+        self.spend(metadata.len()).map_err(|why| message(&why))?;
+        let bytes = std::fs::read(path).map_err(io_message)?;
+        self.noted().sources.push(Source::of(path, &bytes));
+        Ok(bytes)
+    }
+
+    /// Reads a picture that the scene names.
+    ///
+    /// # Errors
+    /// As [`Self::read`], or if it is no picture, or larger than the limits allow.
+    pub(super) fn picture(&self, path: &Path, numbers: Numbers) -> Result<Decoded, String> {
+        // An unknown ending is the better message where the file is missing as well.
+        image::check_readable(path).map_err(|error| error.to_string())?;
+        self.decode(&self.read(path)?, path, numbers)
+    }
+
+    /// Decodes a picture; `path` gives the ending, and the name for messages.
+    ///
+    /// # Errors
+    /// If it is none, or larger than the limits allow.
+    pub(super) fn decode(
+        &self,
+        bytes: &[u8],
+        path: &Path,
+        numbers: Numbers,
+    ) -> Result<Decoded, String> {
+        let decoded = image::decode_as(bytes, path, numbers).map_err(|error| error.to_string())?;
+        let Image { width, height, pixels } = &decoded.image;
+        let (side, count) = (u64::from(*width.max(height)), pixels.len() as u64);
+        let Limits { texture_side, texture_pixels, .. } = self.limits();
+        for (limit, found, what) in
+            [(texture_side, side, "pixels along a side"), (texture_pixels, count, "pixels")]
+        {
+            if let Some(limit) = limit.filter(|limit| found > *limit) {
+                return Err(format!(
+                    "{} has {found} {what}, more than the limit of {limit}",
+                    path.display()
+                ));
+            }
+        }
+        self.spend(size_of_val(pixels.as_slice()) as u64)
+            .map_err(|why| format!("{}: {why}", path.display()))?;
+        Ok(decoded)
+    }
+
+    /// Counts bytes that are taken.
+    fn spend(&self, bytes: u64) -> Result<(), String> {
+        let mut noted = self.noted();
+        noted.bytes = noted.bytes.saturating_add(bytes);
+        let most = self.limits().memory.unwrap_or(u64::MAX);
+        if noted.bytes <= most {
+            return Ok(());
+        }
+        Err(format!("the scene takes more memory than the limit of {most} bytes"))
+    }
+
+    /// Refuses a path that leads out of the scene's folder, unless that is allowed.
+    ///
+    /// # Errors
+    /// If it does; the message says where it leads, and which option allows it.
+    pub(super) fn check_inside(&self, path: &Path) -> Result<(), String> {
+        if self.options.allow_outside {
+            return Ok(());
+        }
+        let target = resolved(path);
+        if target.starts_with(&self.root) {
+            return Ok(());
+        }
+        Err(format!(
+            "{} leads to {}, outside of the folder of the scene; if you trust the scene, --allow-outside allows \
+             that",
+            path.display(),
+            target.display()
+        ))
+    }
+
+    fn check_time(&self) -> Result<(), String> {
+        match self.limits().time() {
+            Some(most) if self.start.elapsed() >= most => {
+                Err(format!("reading takes longer than the limit of {} seconds", most.as_secs()))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// What an item of the scene is, or `None` after its error is noted, so that the rest can be read.
+    ///
+    /// # Errors
+    /// If nothing more can be read.
+    pub(super) fn keep<T>(&self, result: Result<T, LoadError>) -> Result<Option<T>, LoadError> {
+        let ended = |message| {
+            let at = mesh_file::place(&self.file, 0);
+            Err(LoadError::Broken { at, message })
+        };
+        if let Err(message) = self.check_time() {
+            return ended(message);
+        }
+        match result {
+            Ok(item) => Ok(Some(item)),
+            Err(LoadError::Told) => Ok(None),
+            Err(error @ LoadError::Broken { .. }) => Err(error),
+            Err(error) => {
+                let mut noted = self.noted();
+                noted.failures += 1;
+                // What is wrong with a material is found by each shape that has it.
+                if noted.told.insert(error.to_string()) {
+                    noted.errors.push(error);
+                }
+                if noted.errors.len() < MOST_NOTED && noted.failures < MOST_FAILURES {
+                    return Ok(None);
+                }
+                drop(noted);
+                ended("there are too many errors; the rest of the scene is not read".to_owned())
+            }
+        }
+    }
+
+    /// Whether an error was noted.
+    pub(super) fn has_errors(&self) -> bool {
+        !self.noted().errors.is_empty()
+    }
+
+    /// An error that ends the reading, since a limit is exceeded.
+    pub(super) fn exceeded(at: Span, message: impl Into<String>) -> LoadError {
+        LoadError::Broken { at, message: message.into() }
+    }
+
+    /// Notes a file that the scene names and that cannot be used, and what was done instead.
+    pub(super) fn missing(&self, at: Span, message: impl Into<String>) {
+        let mut noted = self.noted();
+        let missing = Warning { at, message: message.into() };
+        if noted.missing.len() < MOST_NOTED && noted.told.insert(missing.to_string()) {
+            noted.missing.push(missing);
+        }
+    }
+
+    /// Tells those who make a material that it shows a texture whose image is missing.
+    pub(super) fn be_loud(&self) {
+        self.noted().is_loud = true;
+    }
+
+    /// Whether that was told since this was asked last.
+    pub(super) fn was_loud(&self) -> bool {
+        std::mem::take(&mut self.noted().is_loud)
+    }
+
+    /// What came of the reading. With [`LoadOptions::strict`], missing files are errors.
+    pub(super) fn finish(&self, result: Result<Scene, LoadError>) -> Reading {
+        let Noted { sources, mut errors, missing, .. } = std::mem::take(&mut *self.noted());
+        let mut scene = result
+            .and_then(|scene| match self.spend_on_meshes(&scene) {
+                Ok(()) => Ok(scene),
+                Err(message) => {
+                    Err(LoadError::Broken { at: mesh_file::place(&self.file, 0), message })
+                }
+            })
+            .map_err(|error| errors.push(error))
+            .ok();
+        errors.retain(|error| !matches!(error, LoadError::Told));
+        if self.options.strict {
+            let as_error = |Warning { at, message }: Warning| LoadError::Content { at, message };
+            errors.extend(missing.iter().cloned().map(as_error));
+        }
+        errors.sort_by_key(|error| self.order(error.place()));
+        let notes = scene.as_ref().map(|scene| scene.warnings.clone()).unwrap_or_default();
+        if let Some(scene) = &mut scene {
+            scene.missing.clone_from(&missing);
+        }
+        let scene = match (errors.len(), scene) {
+            (0, Some(scene)) => Ok(scene),
+            (1, _) => Err(errors.remove(0)),
+            _ => Err(LoadError::Several(errors)),
+        };
+        Reading { scene, missing, notes, sources }
+    }
+
+    /// Counts the meshes of a scene, each once.
+    fn spend_on_meshes(&self, scene: &Scene) -> Result<(), String> {
+        let mut seen = HashSet::new();
+        for object in &scene.objects {
+            if let Geometry::Mesh(mesh) = &object.geometry
+                && seen.insert(Arc::as_ptr(mesh))
+            {
+                self.spend(mesh.bytes())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Where an error comes in a list: by lines, those of the scene's own file first.
+    fn order(&self, at: Option<&Span>) -> (bool, PathBuf, u32, u32) {
+        at.map_or((false, PathBuf::new(), 0, 0), |at| {
+            (at.file != self.file, at.file.clone(), at.line, at.column)
+        })
+    }
+}
+
+/// A path without `..` and links; what is not there is taken as it is written.
+fn resolved(path: &Path) -> PathBuf {
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let known = absolute.ancestors().find_map(|part| Some((part, part.canonicalize().ok()?)));
+    let Some((part, mut real)) = known else { return absolute };
+    for component in absolute.strip_prefix(part).unwrap_or(Path::new("")).components() {
+        match component {
+            Component::ParentDir => drop(real.pop()),
+            other => real.push(other),
+        }
+    }
+    real
+}
+
+/// The folder in which a scene looks for files.
+#[derive(Clone, Debug)]
+pub(super) struct Folder {
+    pub(super) path: PathBuf,
+    pub(super) context: Arc<Context>,
+}
+
+impl Folder {
+    /// The path of a file in it.
+    pub(super) fn join(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+}
