@@ -154,6 +154,122 @@ fn large_meshes_come_back_as_they_were_written() {
     }
 }
 
+/// A PLY file of the grid with normals, colours of vertices and of faces; binary with the highest byte first
+/// (`Some(true)`) or last, or a text. `change` may change the numbers of a row.
+fn colored_grid(n: usize, is_big: Option<bool>, change: impl Fn(usize, &mut [f32; 3])) -> Vec<u8> {
+    let (positions, triangles) = grid(n);
+    let encoding = match is_big {
+        None => "ascii",
+        Some(true) => "binary_big_endian",
+        Some(false) => "binary_little_endian",
+    };
+    let header = format!(
+        "ply\nformat {encoding} 1.0\nelement vertex {}\nproperty float x\nproperty uchar red\n\
+         property uchar green\nproperty uchar blue\nproperty double y\nproperty float z\n\
+         property short u\nproperty float v\nelement face {}\nproperty float red\n\
+         property float green\nproperty float blue\nproperty list uchar int vertex_indices\n\
+         property ushort tag\nend_header\n",
+        positions.len(),
+        triangles.len()
+    );
+    let mut bytes = header.into_bytes();
+    let mut put = |text: String, number: &[u8], last: &str| match is_big {
+        None => bytes.extend((text + last).bytes()),
+        Some(true) => bytes.extend(number.iter().rev()),
+        Some(false) => bytes.extend(number),
+    };
+    for (i, p) in positions.iter().enumerate() {
+        let mut p = *p;
+        change(i, &mut p);
+        put(p[0].to_string(), &p[0].to_le_bytes(), " ");
+        for channel in [i, 2 * i, 3 * i].map(|c| c as u8) {
+            put(channel.to_string(), &[channel], " ");
+        }
+        put(p[1].to_string(), &f64::from(p[1]).to_le_bytes(), " ");
+        put(p[2].to_string(), &p[2].to_le_bytes(), " ");
+        let u = (i % 100) as i16 - 50;
+        put(u.to_string(), &u.to_le_bytes(), " ");
+        put(p[0].to_string(), &p[0].to_le_bytes(), "\n");
+    }
+    for (i, corners) in triangles.iter().enumerate() {
+        for channel in [0.25, i as f32, 0.5] {
+            put(channel.to_string(), &channel.to_le_bytes(), " ");
+        }
+        put("3".to_owned(), &[3], " ");
+        for corner in corners {
+            put(corner.to_string(), &corner.to_le_bytes(), " ");
+        }
+        put("9".to_owned(), &9_u16.to_le_bytes(), "\n");
+    }
+    bytes
+}
+
+/// Files of many chunks of rows, in all encodings, by one thread and by three.
+#[test]
+fn large_files_of_ply_are_the_same_in_all_encodings_and_for_any_number_of_threads() {
+    let (positions, triangles) = grid(130);
+    let read = |threads, bytes: &[u8]| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| mesh(bytes, Path::new("grid.ply")))
+    };
+    let text = read(1, &colored_grid(130, None, |_, _| {}));
+    assert_eq!((&text.positions, &text.triangles), (&positions, &triangles));
+    let uvs = &text.uvs.as_ref().expect("texture coordinates").values;
+    assert_eq!((uvs[7], uvs[9999]), ([-43.0, 7.0], [49.0, positions[9999][0]]));
+    let colors = &text.colors.as_ref().expect("colours").values;
+    assert_eq!(colors[9999], [15, 30, 45].map(|c| linear_from_srgb(c as f32 / 255.0)));
+    assert_eq!(text.face_colors.as_ref().expect("colours")[33_000], [0.25, 33_000.0, 0.5]);
+    for is_big in [None, Some(true), Some(false)] {
+        let bytes = colored_grid(130, is_big, |_, _| {});
+        assert_eq!(read(1, &bytes), text);
+        assert_eq!(read(3, &bytes), text);
+    }
+}
+
+/// The first of several faults is told, wherever it is.
+#[test]
+fn faults_of_large_files_of_ply_are_told_by_their_places() {
+    let message =
+        |bytes: &[u8]| parse(bytes, Path::new("grid.ply")).expect_err("a fault").to_string();
+    for is_big in [None, Some(true), Some(false)] {
+        let line = is_big.map_or(":9019", |_| "");
+        let infinite = colored_grid(130, is_big, |i, p| {
+            if i == 9000 || i == 17_000 {
+                p[1] = f32::INFINITY;
+            }
+        });
+        let expected = format!("grid.ply{line}: vertex 9000 has a value that is not finite");
+        assert_eq!(message(&infinite), expected);
+        let good = colored_grid(130, is_big, |_, _| {});
+        if is_big.is_some() {
+            let cut = &good[..good.len() - 27 * 1000 - 5];
+            let expected = "grid.ply: the file ends in face 32799 of 33800; is it complete?";
+            assert_eq!(message(cut), expected);
+            let mut bad = good.clone();
+            let at = bad.len() - 27 * 1000 + 13;
+            bad[at..at + 4].copy_from_slice(&[255; 4]);
+            assert!(message(&bad).contains("face 32800 refers to vertex -1;"), "{}", message(&bad));
+        }
+    }
+}
+
+/// A face of four corners among many of three makes two triangles.
+#[test]
+fn polygons_in_large_files_of_ply_are_cut() {
+    let mut bytes = colored_grid(130, Some(false), |_, _| {});
+    let text = String::from_utf8_lossy(&bytes[..600]).replace("face 33800", "face 33801");
+    let header = text.find("end_header\n").expect("an end") + 11;
+    bytes.splice(..header, text[..header].bytes());
+    bytes.extend([0.5_f32, 0.5, 1.0].iter().flat_map(|x| x.to_le_bytes()));
+    bytes.push(4);
+    bytes.extend([0_i32, 1, 132, 131].iter().flat_map(|x| x.to_le_bytes()));
+    bytes.extend([0, 0]);
+    let mesh = mesh(&bytes, Path::new("grid.ply"));
+    assert_eq!(mesh.triangles.len(), 33_802);
+    assert_eq!(mesh.triangles[33_800..], [[0, 1, 132], [0, 132, 131]]);
+    assert_eq!(mesh.face_colors.as_ref().expect("colours")[33_801], [0.5, 0.5, 1.0]);
+}
+
 #[test]
 fn colours_of_vertices_are_numbers_or_shares() {
     let body = |properties: &str, values: [&str; 3]| {
