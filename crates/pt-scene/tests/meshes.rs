@@ -253,6 +253,73 @@ fn faults_of_large_files_of_ply_are_told_by_their_places() {
     }
 }
 
+/// An OBJ file of the grid, with normals of half of its faces, and corners in words of all kinds.
+fn large_obj(n: usize) -> String {
+    let (positions, triangles) = grid(n);
+    let mut text = "# a grid\nvn 0 0 1\n".to_owned();
+    let (mut above, mut next) = (0, 0);
+    for corners in &triangles {
+        let highest = corners.iter().max().map_or(0, |c| *c as usize);
+        while above <= highest {
+            let [x, y, z] = positions[above];
+            writeln!(text, " v {x} {y} {z} # number {above}\r").expect("memory");
+            above += 1;
+        }
+        let [a, b, c] = corners.map(|c| c as usize);
+        match next % 3 {
+            0 => writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1),
+            1 => writeln!(text, "f -{} -{} -{}", above - a, above - b, above - c),
+            _ => writeln!(text, "f {}//1 {}//-1 {}//1", a + 1, b + 1, c + 1),
+        }
+        .expect("memory");
+        next += 1;
+    }
+    text
+}
+
+/// Files of many pieces, by one thread and by three.
+#[test]
+fn large_files_of_obj_are_the_same_for_any_number_of_threads() {
+    let (positions, triangles) = grid(200);
+    let text = large_obj(200);
+    assert!(text.len() > 3 << 19, "{}", text.len());
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let scene = pool.install(|| parse(text.as_bytes(), Path::new("grid.obj")));
+        let scene = scene.unwrap_or_else(|error| panic!("{error}"));
+        let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
+        assert_eq!((&mesh.positions, &mesh.triangles), (&positions, &triangles));
+        assert!(mesh.normals.is_none());
+        let warnings: Vec<_> = scene.warnings.iter().map(ToString::to_string).collect();
+        assert_eq!(
+            warnings,
+            ["grid.obj: some corners have no normals; those of others are left out"]
+        );
+    }
+}
+
+/// The first of several faults is told, be it of a vertex or of a face, and what follows does not count as
+/// above.
+#[test]
+fn faults_of_large_files_of_obj_are_told_by_their_places() {
+    let text = large_obj(200);
+    let lines: Vec<&str> = text.lines().collect();
+    let with = |changes: &[(usize, &str)]| {
+        let mut lines = lines.clone();
+        changes.iter().for_each(|(line, text)| lines[line - 1] = text);
+        let error = parse(lines.join("\n").as_bytes(), Path::new("grid.obj"));
+        error.expect_err("a fault").to_string()
+    };
+    let vertex = "grid.obj:90001:5: \"x\" is no finite number such as 0.5";
+    let face = "grid.obj:90002:5: \"2x\" is no index into the vertices above;";
+    assert_eq!(with(&[(90_001, "v 0 x 0"), (100_000, "f 1 2x 3")]), vertex);
+    assert_eq!(with(&[(90_001, "v 0 x 0"), (90_002, "f 1 2x 3")]), vertex);
+    let both = with(&[(90_002, "f 1 2x 3"), (110_000, "v 0 x 0")]);
+    assert!(both.starts_with(face), "{both}");
+    let later = with(&[(60_000, "f 1 2 40000")]);
+    assert!(later.starts_with("grid.obj:60000:7: \"40000\" is no index"), "{later}");
+}
+
 /// A face of four corners among many of three makes two triangles.
 #[test]
 fn polygons_in_large_files_of_ply_are_cut() {
