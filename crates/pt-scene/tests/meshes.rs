@@ -1,4 +1,4 @@
-//! The readers of mesh files: PLY and OBJ.
+//! The readers of mesh files: PLY, OBJ and STL.
 
 mod common;
 
@@ -42,18 +42,21 @@ fn areas_along_z(mesh: &Mesh) -> Vec<f32> {
 fn bad_files_are_refused_with_the_expected_message() {
     check_bad_files("ply", "ply");
     check_bad_files("obj", "obj");
+    check_bad_files("stl", "stl");
 }
 
 #[test]
 fn good_files_give_the_expected_warnings() {
     check_good_files("ply", "ply");
     check_good_files("obj", "obj");
+    check_good_files("stl", "stl");
 }
 
 #[test]
 fn damaged_files_do_no_harm() {
     check_robustness("ply", "ply", 20_000);
     check_robustness("obj", "obj", 20_000);
+    check_robustness("stl", "stl", 20_000);
 }
 
 /// The tetrahedron of the axes has a volume of 1/6, the prism under it 1, the cube 8.
@@ -69,6 +72,8 @@ fn closed_meshes_have_their_volumes() {
         ("ply", "prism_big.ply", 1.0),
         ("obj", "relative.obj", 1.0 / 6.0),
         ("obj", "cube.obj", 8.0),
+        ("stl", "tetrahedron.stl", 1.0 / 6.0),
+        ("stl", "solid_binary.stl", 1.0 / 6.0),
     ];
     for (format, name, expected) in files {
         let mesh = good(format, name);
@@ -87,6 +92,24 @@ fn all_encodings_of_ply_give_the_same_mesh() {
     assert!(normals.values.iter().all(|n| *n == [0.0, 0.0, 1.0]));
     let uvs = text.uvs.as_ref().expect("texture coordinates");
     assert!(text.positions.iter().zip(&uvs.values).all(|(p, uv)| p[..2] == *uv));
+}
+
+/// Equal corners of triangles are one vertex; z is up.
+#[test]
+fn triangles_of_stl_share_their_corners_and_stand_upright() {
+    for name in ["tetrahedron.stl", "solid_binary.stl"] {
+        let path = folder("stl").join("good").join(name);
+        let bytes = std::fs::read(&path).expect("a readable file");
+        let scene = parse(&bytes, &path).unwrap_or_else(|error| panic!("{error}"));
+        let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
+        assert_eq!((mesh.positions.len(), mesh.triangles.len()), (4, 4), "{name}");
+        let up = scene.objects[0].to_world.transform_vector3(pt_math::DVec3::Z);
+        assert_eq!(up, pt_math::DVec3::Y);
+    }
+    assert_eq!(
+        *good("stl", "tetrahedron.stl").positions,
+        *good("stl", "solid_binary.stl").positions
+    );
 }
 
 /// An arrow head: of the two ways to cut it, one leaves it.
@@ -306,7 +329,9 @@ fn faults_of_large_files_of_obj_are_told_by_their_places() {
     let lines: Vec<&str> = text.lines().collect();
     let with = |changes: &[(usize, &str)]| {
         let mut lines = lines.clone();
-        changes.iter().for_each(|(line, text)| lines[line - 1] = text);
+        for (line, text) in changes {
+            lines[line - 1] = text;
+        }
         let error = parse(lines.join("\n").as_bytes(), Path::new("grid.obj"));
         error.expect_err("a fault").to_string()
     };

@@ -4,6 +4,7 @@
 
 pub mod collada;
 mod gltf;
+mod line;
 mod mesh_file;
 mod mitsuba;
 mod obj;
@@ -11,6 +12,7 @@ mod pbrt;
 mod ply;
 mod serialized;
 mod spectra;
+mod stl;
 mod transform;
 mod triangulate;
 mod vol;
@@ -84,6 +86,7 @@ pub static FORMATS: &[Format] = &[
     Format { name: "Mitsuba 3", extensions: &["xml"], parser: Parser::Defined(mitsuba::parse) },
     Format { name: "pbrt-v4", extensions: &["pbrt"], parser: Parser::Plain(pbrt::parse) },
     Format { name: "Stanford PLY", extensions: &["ply"], parser: Parser::Plain(ply::parse) },
+    Format { name: "STL", extensions: &["stl"], parser: Parser::Plain(stl::parse) },
     Format { name: "Wavefront OBJ", extensions: &["obj"], parser: Parser::Plain(obj::parse) },
 ];
 

@@ -130,7 +130,13 @@ impl Column<'_> {
     ) -> Vec<[T; N]> {
         let mut elements = vec![[T::default(); N]; self.count];
         let fill = |(chunk, elements): (usize, &mut [[T; N]])| {
-            let rows = self.bytes[chunk * ELEMENTS * self.stride..].chunks(self.stride);
+            let bytes = &self.bytes[chunk * ELEMENTS * self.stride..];
+            if self.stride == N * SIZE {
+                let values = elements.as_flattened_mut().iter_mut();
+                values.zip(bytes.as_chunks().0).for_each(|(value, bytes)| *value = number(*bytes));
+                return;
+            }
+            let rows = bytes.chunks(self.stride);
             for (element, row) in elements.iter_mut().zip(rows) {
                 for (value, bytes) in element.iter_mut().zip(row.as_chunks().0) {
                     *value = number(*bytes);

@@ -56,7 +56,7 @@ impl<'a> Reader<'a> {
             Some(indices) => indices.into_flattened(),
             None => (0..vertices as u32).collect::<Vec<u32>>(),
         };
-        if let Some(bad) = corners.iter().find(|index| **index as usize >= vertices) {
+        if let Some(bad) = corners.iter().max().filter(|index| **index as usize >= vertices) {
             let message = format!("{bad} is no index of a vertex; there are {vertices}");
             return Err(primitive.refuse("indices", message));
         }

@@ -9,9 +9,8 @@ use std::path::Path;
 use pt_math::color::linear_from_srgb;
 use rayon::prelude::*;
 
-use super::super::mesh_file;
-use super::super::xml::quote;
-use crate::{LoadError, Span};
+use super::super::line::Line;
+use crate::LoadError;
 
 /// Bytes of a piece, about.
 const BYTES: usize = 1 << 19;
@@ -28,15 +27,6 @@ pub(super) struct Chunk<'a> {
     line: u32,
     /// What stands above it.
     pub(super) above: Counts,
-}
-
-/// A line of a file.
-#[derive(Clone, Copy)]
-pub(super) struct Line<'a> {
-    pub(super) path: &'a Path,
-    pub(super) number: u32,
-    /// Without its comment.
-    pub(super) text: &'a str,
 }
 
 /// The numbers of vertices.
@@ -107,20 +97,16 @@ impl<'a> Chunk<'a> {
         })
     }
 
-    /// Gives the lines whose first word is `wanted`, until one is wrong.
+    /// Gives the lines that are not blank, until one is wrong.
     pub(super) fn statements(
         &self,
-        wanted: impl Fn(&[u8]) -> bool,
-        mut each: impl FnMut(Line) -> Result<(), LoadError>,
+        mut each: impl FnMut(Statement<'a>) -> Result<(), LoadError>,
     ) -> Result<(), LoadError> {
         for (number, line) in self.lines() {
-            if !wanted(keyword(line)) {
-                continue;
+            let keyword = keyword(line);
+            if !keyword.is_empty() {
+                each(Statement { path: self.path, number, line, keyword })?;
             }
-            // Names and comments may be in any encoding; numbers are ASCII in all of them.
-            let text = String::from_utf8_lossy(line);
-            let text = text.split('#').next().unwrap_or_default();
-            each(Line { path: self.path, number, text })?;
         }
         Ok(())
     }
@@ -128,10 +114,50 @@ impl<'a> Chunk<'a> {
     /// Reads the numbers of its vertices.
     pub(super) fn points(&self) -> Result<Points, LoadError> {
         let mut points = Points::default();
-        let is_point = |word: &[u8]| matches!(word, b"v" | b"vt" | b"vn");
-        self.statements(is_point, |line| points.read(line))?;
+        self.statements(|statement| match statement.keyword {
+            b"v" | b"vt" | b"vn" => points.read(&statement),
+            _ => Ok(()),
+        })?;
         Ok(points)
     }
+}
+
+/// A line that is not blank.
+pub(super) struct Statement<'a> {
+    path: &'a Path,
+    number: u32,
+    line: &'a [u8],
+    /// Its first word.
+    pub(super) keyword: &'a [u8],
+}
+
+impl<'a> Statement<'a> {
+    /// What follows the first word.
+    pub(super) fn rest(&self) -> &'a [u8] {
+        let before = self.keyword.as_ptr().addr() - self.line.as_ptr().addr();
+        &self.line[before + self.keyword.len()..]
+    }
+
+    /// Reads it as a text. Names and comments may be in any encoding; numbers are ASCII in all of them.
+    pub(super) fn as_text<T>(
+        &self,
+        read: impl FnOnce(Line) -> Result<T, LoadError>,
+    ) -> Result<T, LoadError> {
+        let text = String::from_utf8_lossy(self.line);
+        let text = text.split('#').next().unwrap_or_default();
+        read(Line { path: self.path, number: self.number, text })
+    }
+}
+
+/// The finite numbers that a line consists of, if these are as many as are asked for: most lines do.
+fn plain_numbers<const N: usize>(bytes: &[u8]) -> Option<[f32; N]> {
+    let mut words = bytes.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+    let mut numbers = [0.0; N];
+    for number in &mut numbers {
+        *number = std::str::from_utf8(words.next()?).ok()?.parse().ok()?;
+    }
+    let is_plain = words.next().is_none() && numbers.iter().all(|x: &f32| x.is_finite());
+    is_plain.then_some(numbers)
 }
 
 /// The first word of a line.
@@ -143,29 +169,32 @@ fn keyword(line: &[u8]) -> &[u8] {
 }
 
 impl Points {
-    fn read(&mut self, line: Line) -> Result<(), LoadError> {
-        let mut words = line.text.split_ascii_whitespace();
-        match words.next() {
-            Some("v") => {
-                self.positions.push(line.numbers(words.by_ref().take(3))?);
-                // Less than a colour is a weight.
-                let words: Vec<&str> = words.collect();
-                if words.len() >= 3 {
-                    let color: [f32; 3] = line.numbers(words.into_iter())?;
-                    self.colors.push(color.map(linear_from_srgb));
-                }
-            }
-            Some("vn") => self.normals.push(line.numbers(words)?),
-            // A texture coordinate may have one, two or three numbers.
-            _ => {
-                let mut words = words.peekable();
-                let [u] = line.numbers(words.by_ref().take(1))?;
-                let [v] = match words.peek() {
-                    Some(_) => line.numbers(words)?,
-                    None => [0.0],
-                };
-                self.uvs.push([u, v]);
-            }
+    fn read(&mut self, statement: &Statement) -> Result<(), LoadError> {
+        match statement.keyword {
+            b"v" => match plain_numbers(statement.rest()) {
+                Some(position) => self.positions.push(position),
+                None => statement.as_text(|line| self.vertex(line))?,
+            },
+            b"vn" => self.normals.push(match plain_numbers(statement.rest()) {
+                Some(normal) => normal,
+                None => statement.as_text(|line| line.numbers(words_after_first(line)))?,
+            }),
+            _ => self.uvs.push(match plain_numbers(statement.rest()) {
+                Some(uv) => uv,
+                None => statement.as_text(uv)?,
+            }),
+        }
+        Ok(())
+    }
+
+    /// A position, and perhaps a colour: less than that is a weight.
+    fn vertex(&mut self, line: Line) -> Result<(), LoadError> {
+        let mut words = words_after_first(line);
+        self.positions.push(line.numbers(words.by_ref().take(3))?);
+        let words: Vec<&str> = words.collect();
+        if words.len() >= 3 {
+            let color: [f32; 3] = line.numbers(words.into_iter())?;
+            self.colors.push(color.map(linear_from_srgb));
         }
         Ok(())
     }
@@ -178,41 +207,17 @@ impl Points {
     }
 }
 
-impl<'a> Line<'a> {
-    /// The first word.
-    pub(super) fn keyword(&self) -> &'a str {
-        self.text.split_ascii_whitespace().next().unwrap_or_default()
-    }
+fn words_after_first(line: Line<'_>) -> impl Iterator<Item = &str> {
+    line.text.split_ascii_whitespace().skip(1)
+}
 
-    /// The first `N` words, as numbers; what follows them is left.
-    fn numbers<const N: usize>(
-        &self,
-        mut words: impl Iterator<Item = &'a str>,
-    ) -> Result<[f32; N], LoadError> {
-        let mut numbers = [0.0; N];
-        for number in &mut numbers {
-            let word = words.next().ok_or_else(|| {
-                let numbers = if N == 1 { "a number".to_owned() } else { format!("{N} numbers") };
-                let message = format!("expected {numbers} after {}", quote(self.keyword()));
-                self.error(self.text, message)
-            })?;
-            let parsed: Option<f32> = word.parse().ok();
-            *number = parsed.filter(|x| x.is_finite()).ok_or_else(|| {
-                let message = format!("{} is no finite number such as 0.5", quote(word));
-                self.error(word, message)
-            })?;
-        }
-        Ok(numbers)
-    }
-
-    /// Where a piece of the line is.
-    pub(super) fn at(&self, piece: &str) -> Span {
-        let bytes = piece.as_ptr().addr().saturating_sub(self.text.as_ptr().addr());
-        let column = self.text.get(..bytes).unwrap_or_default().chars().count() as u32 + 1;
-        Span { column, ..mesh_file::place(self.path, self.number) }
-    }
-
-    pub(super) fn error(&self, piece: &str, message: impl Into<String>) -> LoadError {
-        LoadError::Content { at: self.at(piece), message: message.into() }
-    }
+/// A texture coordinate, which may have one, two or three numbers.
+fn uv(line: Line) -> Result<[f32; 2], LoadError> {
+    let mut words = words_after_first(line).peekable();
+    let [u] = line.numbers(words.by_ref().take(1))?;
+    let [v] = match words.peek() {
+        Some(_) => line.numbers(words)?,
+        None => [0.0],
+    };
+    Ok([u, v])
 }

@@ -1,8 +1,9 @@
 //! Faces, and what else stands between them.
 
+use super::super::line::Line;
 use super::super::mesh_file::{self, Polygons};
 use super::super::xml::quote;
-use super::chunk::{Chunk, Counts, Line};
+use super::chunk::{Chunk, Counts};
 use crate::{LoadError, Span};
 
 /// Index of what a corner does not have.
@@ -83,25 +84,28 @@ impl Faces {
         let mut faces = Self::default();
         let mut counts = chunk.above;
         let (mut corners, mut polygons) = (Vec::new(), Polygons::default());
-        chunk.statements(
-            |word| !word.is_empty(),
-            |line| {
-                match line.keyword() {
-                    "v" => counts[0] += 1,
-                    "vt" => counts[1] += 1,
-                    "vn" => counts[2] += 1,
-                    "f" => {
+        chunk.statements(|statement| {
+            match statement.keyword {
+                b"v" => counts[0] += 1,
+                b"vt" => counts[1] += 1,
+                b"vn" => counts[2] += 1,
+                b"f" => match plain_triangle(statement.rest(), counts) {
+                    Some(triangle) => faces.push(triangle),
+                    None => statement.as_text(|line| {
                         corners.clear();
                         for word in line.text.split_ascii_whitespace().skip(1) {
                             corners.push(corner(line, word, counts)?);
                         }
-                        faces.add(line, &corners, positions, &mut polygons)?;
-                    }
-                    _ => faces.other(line),
-                }
-                Ok(())
-            },
-        )?;
+                        faces.add(line, &corners, positions, &mut polygons)
+                    })?,
+                },
+                _ => statement.as_text(|line| {
+                    faces.other(line);
+                    Ok(())
+                })?,
+            }
+            Ok(())
+        })?;
         Ok(faces)
     }
 
@@ -155,6 +159,39 @@ impl Faces {
         self.materials_at = self.materials_at.take().or(more.materials_at);
         self.unknown = self.unknown.take().or(more.unknown);
     }
+}
+
+/// Three corners that are counted from 1, if the bytes are nothing else: most lines with faces are so.
+fn plain_triangle(mut bytes: &[u8], counts: Counts) -> Option<[[u32; 3]; 3]> {
+    let mut triangle = [[MISSING; 3]; 3];
+    for corner in &mut triangle {
+        bytes = bytes.trim_ascii_start();
+        for (place, (index, count)) in corner.iter_mut().zip(counts).enumerate() {
+            let end = bytes.iter().position(|b| !b.is_ascii_digit()).unwrap_or(bytes.len());
+            let (digits, rest) = bytes.split_at(end);
+            if !digits.is_empty() {
+                *index = plain_index(digits, count)?;
+            } else if place != 1 {
+                return None;
+            }
+            bytes = rest;
+            let Some(rest) = bytes.strip_prefix(b"/") else { break };
+            bytes = rest;
+        }
+        if bytes.first().is_some_and(|b| !b.is_ascii_whitespace()) {
+            return None;
+        }
+    }
+    bytes.trim_ascii_start().is_empty().then_some(triangle)
+}
+
+/// An index that is written with up to nine digits.
+fn plain_index(digits: &[u8], count: usize) -> Option<u32> {
+    let is_short = digits.len() <= 9;
+    let number = is_short
+        .then(|| digits.iter().fold(0_u32, |x, digit| 10 * x + u32::from(digit - b'0')))
+        .filter(|number| (1..=count).contains(&(*number as usize)))?;
+    Some(number - 1)
 }
 
 /// `position`, `position/uv`, `position//normal` or `position/uv/normal`; `counts` says how many there
