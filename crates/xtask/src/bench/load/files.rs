@@ -27,6 +27,7 @@ pub(super) const KINDS: &[Kind] = &[
     Kind { name: "ascii.ply", write: |path| written(path, ascii), wanted: 200.0 },
     Kind { name: "mesh.obj", write: |path| written(path, obj), wanted: 200.0 },
     Kind { name: "mesh.glb", write: |path| written(path, glb), wanted: 1000.0 },
+    Kind { name: "mesh.stl", write: |path| written(path, stl), wanted: 1000.0 },
 ];
 
 /// Writes a file.
@@ -85,6 +86,22 @@ fn obj(file: &mut dyn Write) -> std::io::Result<()> {
     for corners in triangles {
         let [a, b, c] = corners.map(|c| c + 1);
         writeln!(file, "f {a} {b} {c}")?;
+    }
+    Ok(())
+}
+
+/// Each triangle with its corners.
+fn stl(file: &mut dyn Write) -> std::io::Result<()> {
+    let (positions, triangles) = waves();
+    let positions: Vec<_> = positions.collect();
+    file.write_all(&[0; 80])?;
+    file.write_all(&(triangles.len() as u32).to_le_bytes())?;
+    for triangle in triangles {
+        file.write_all(&[0; 12])?;
+        for x in triangle.iter().flat_map(|corner| positions[*corner as usize]) {
+            file.write_all(&x.to_le_bytes())?;
+        }
+        file.write_all(&[0; 2])?;
     }
     Ok(())
 }
