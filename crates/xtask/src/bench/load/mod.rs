@@ -51,7 +51,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         lines.push(race(kind, &path, &mut peers, args.repeats)?);
     }
     println!();
-    lines.iter().for_each(|line| println!("{line}"));
+    for line in lines {
+        println!("{line}");
+    }
     Ok(())
 }
 
