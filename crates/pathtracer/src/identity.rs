@@ -24,6 +24,7 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
         most_single_lights,
         most_copied_triangles,
         environment,
+        studio,
         compensated: _,         // follows from the settings
         texture_coordinates: _, // likewise
         camera,
@@ -37,6 +38,7 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
     say("most single lights", or_default(most_single_lights.as_ref()));
     say("most copied triangles", or_default(most_copied_triangles.as_ref()));
     say("environment map", environment.as_ref().map_or("none".into(), hash_of_map));
+    say("studio for what has no light or camera", studio.to_string());
     say("camera in place of the scene's", or_none(camera.as_ref()));
     say("lens radius", or_default(lens_radius.as_ref()));
     say("aperture", or_none(aperture.as_ref()));

@@ -18,7 +18,7 @@ use crate::{light_groups, message};
 /// Physically based path tracer: renders a scene to a PNG or OpenEXR image.
 ///
 /// Without a scene it renders a Cornell box to cornell.png. Scenes are COLLADA (.dae), glTF 2.0
-/// (.gltf, .glb), Mitsuba 3 (.xml), pbrt-v4 (.pbrt), PLY and OBJ files. The image depends on the scene and the options alone: neither
+/// (.gltf, .glb), Mitsuba 3 (.xml), pbrt-v4 (.pbrt), PLY, OBJ and STL files. The image depends on the scene and the options alone: neither
 /// the number of threads nor the machine changes a bit of it.
 #[derive(Parser, Debug, Clone)]
 #[command(name = "pathtracer", version, max_term_width = 100, arg_required_else_help = false)]

@@ -256,6 +256,7 @@ fn compile(
         most_single_lights: None,
         most_copied_triangles: None,
         environment,
+        studio: !cli.cs184,
         compensated: false,         // the session knows
         texture_coordinates: false, // likewise
         camera,

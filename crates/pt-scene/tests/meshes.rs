@@ -1,4 +1,4 @@
-//! The readers of mesh files: PLY and OBJ.
+//! The readers of mesh files: PLY, OBJ and STL.
 
 mod common;
 
@@ -42,18 +42,21 @@ fn areas_along_z(mesh: &Mesh) -> Vec<f32> {
 fn bad_files_are_refused_with_the_expected_message() {
     check_bad_files("ply", "ply");
     check_bad_files("obj", "obj");
+    check_bad_files("stl", "stl");
 }
 
 #[test]
 fn good_files_give_the_expected_warnings() {
     check_good_files("ply", "ply");
     check_good_files("obj", "obj");
+    check_good_files("stl", "stl");
 }
 
 #[test]
 fn damaged_files_do_no_harm() {
     check_robustness("ply", "ply", 20_000);
     check_robustness("obj", "obj", 20_000);
+    check_robustness("stl", "stl", 20_000);
 }
 
 /// The tetrahedron of the axes has a volume of 1/6, the prism under it 1, the cube 8.
@@ -69,6 +72,8 @@ fn closed_meshes_have_their_volumes() {
         ("ply", "prism_big.ply", 1.0),
         ("obj", "relative.obj", 1.0 / 6.0),
         ("obj", "cube.obj", 8.0),
+        ("stl", "tetrahedron.stl", 1.0 / 6.0),
+        ("stl", "solid_binary.stl", 1.0 / 6.0),
     ];
     for (format, name, expected) in files {
         let mesh = good(format, name);
@@ -87,6 +92,24 @@ fn all_encodings_of_ply_give_the_same_mesh() {
     assert!(normals.values.iter().all(|n| *n == [0.0, 0.0, 1.0]));
     let uvs = text.uvs.as_ref().expect("texture coordinates");
     assert!(text.positions.iter().zip(&uvs.values).all(|(p, uv)| p[..2] == *uv));
+}
+
+/// Equal corners of triangles are one vertex; z is up.
+#[test]
+fn triangles_of_stl_share_their_corners_and_stand_upright() {
+    for name in ["tetrahedron.stl", "solid_binary.stl"] {
+        let path = folder("stl").join("good").join(name);
+        let bytes = std::fs::read(&path).expect("a readable file");
+        let scene = parse(&bytes, &path).unwrap_or_else(|error| panic!("{error}"));
+        let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
+        assert_eq!((mesh.positions.len(), mesh.triangles.len()), (4, 4), "{name}");
+        let up = scene.objects[0].to_world.transform_vector3(pt_math::DVec3::Z);
+        assert_eq!(up, pt_math::DVec3::Y);
+    }
+    assert_eq!(
+        *good("stl", "tetrahedron.stl").positions,
+        *good("stl", "solid_binary.stl").positions
+    );
 }
 
 /// An arrow head: of the two ways to cut it, one leaves it.
@@ -152,6 +175,191 @@ fn large_meshes_come_back_as_they_were_written() {
         assert_eq!((&mesh.positions, &mesh.triangles), (&positions, &triangles));
         assert!(mesh.normals.is_none() && mesh.uvs.is_none());
     }
+}
+
+/// A PLY file of the grid with normals, colours of vertices and of faces; binary with the highest byte first
+/// (`Some(true)`) or last, or a text. `change` may change the numbers of a row.
+fn colored_grid(n: usize, is_big: Option<bool>, change: impl Fn(usize, &mut [f32; 3])) -> Vec<u8> {
+    let (positions, triangles) = grid(n);
+    let encoding = match is_big {
+        None => "ascii",
+        Some(true) => "binary_big_endian",
+        Some(false) => "binary_little_endian",
+    };
+    let header = format!(
+        "ply\nformat {encoding} 1.0\nelement vertex {}\nproperty float x\nproperty uchar red\n\
+         property uchar green\nproperty uchar blue\nproperty double y\nproperty float z\n\
+         property short u\nproperty float v\nelement face {}\nproperty float red\n\
+         property float green\nproperty float blue\nproperty list uchar int vertex_indices\n\
+         property ushort tag\nend_header\n",
+        positions.len(),
+        triangles.len()
+    );
+    let mut bytes = header.into_bytes();
+    let mut put = |text: String, number: &[u8], last: &str| match is_big {
+        None => bytes.extend((text + last).bytes()),
+        Some(true) => bytes.extend(number.iter().rev()),
+        Some(false) => bytes.extend(number),
+    };
+    for (i, p) in positions.iter().enumerate() {
+        let mut p = *p;
+        change(i, &mut p);
+        put(p[0].to_string(), &p[0].to_le_bytes(), " ");
+        for channel in [i, 2 * i, 3 * i].map(|c| c as u8) {
+            put(channel.to_string(), &[channel], " ");
+        }
+        put(p[1].to_string(), &f64::from(p[1]).to_le_bytes(), " ");
+        put(p[2].to_string(), &p[2].to_le_bytes(), " ");
+        let u = (i % 100) as i16 - 50;
+        put(u.to_string(), &u.to_le_bytes(), " ");
+        put(p[0].to_string(), &p[0].to_le_bytes(), "\n");
+    }
+    for (i, corners) in triangles.iter().enumerate() {
+        for channel in [0.25, i as f32, 0.5] {
+            put(channel.to_string(), &channel.to_le_bytes(), " ");
+        }
+        put("3".to_owned(), &[3], " ");
+        for corner in corners {
+            put(corner.to_string(), &corner.to_le_bytes(), " ");
+        }
+        put("9".to_owned(), &9_u16.to_le_bytes(), "\n");
+    }
+    bytes
+}
+
+/// Files of many chunks of rows, in all encodings, by one thread and by three.
+#[test]
+fn large_files_of_ply_are_the_same_in_all_encodings_and_for_any_number_of_threads() {
+    let (positions, triangles) = grid(130);
+    let read = |threads, bytes: &[u8]| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| mesh(bytes, Path::new("grid.ply")))
+    };
+    let text = read(1, &colored_grid(130, None, |_, _| {}));
+    assert_eq!((&text.positions, &text.triangles), (&positions, &triangles));
+    let uvs = &text.uvs.as_ref().expect("texture coordinates").values;
+    assert_eq!((uvs[7], uvs[9999]), ([-43.0, 7.0], [49.0, positions[9999][0]]));
+    let colors = &text.colors.as_ref().expect("colours").values;
+    assert_eq!(colors[9999], [15, 30, 45].map(|c| linear_from_srgb(c as f32 / 255.0)));
+    assert_eq!(text.face_colors.as_ref().expect("colours")[33_000], [0.25, 33_000.0, 0.5]);
+    for is_big in [None, Some(true), Some(false)] {
+        let bytes = colored_grid(130, is_big, |_, _| {});
+        assert_eq!(read(1, &bytes), text);
+        assert_eq!(read(3, &bytes), text);
+    }
+}
+
+/// The first of several faults is told, wherever it is.
+#[test]
+fn faults_of_large_files_of_ply_are_told_by_their_places() {
+    let message =
+        |bytes: &[u8]| parse(bytes, Path::new("grid.ply")).expect_err("a fault").to_string();
+    for is_big in [None, Some(true), Some(false)] {
+        let line = is_big.map_or(":9019", |_| "");
+        let infinite = colored_grid(130, is_big, |i, p| {
+            if i == 9000 || i == 17_000 {
+                p[1] = f32::INFINITY;
+            }
+        });
+        let expected = format!("grid.ply{line}: vertex 9000 has a value that is not finite");
+        assert_eq!(message(&infinite), expected);
+        let good = colored_grid(130, is_big, |_, _| {});
+        if is_big.is_some() {
+            let cut = &good[..good.len() - 27 * 1000 - 5];
+            let expected = "grid.ply: the file ends in face 32799 of 33800; is it complete?";
+            assert_eq!(message(cut), expected);
+            let mut bad = good.clone();
+            let at = bad.len() - 27 * 1000 + 13;
+            bad[at..at + 4].copy_from_slice(&[255; 4]);
+            assert!(message(&bad).contains("face 32800 refers to vertex -1;"), "{}", message(&bad));
+        }
+    }
+}
+
+/// An OBJ file of the grid, with normals of half of its faces, and corners in words of all kinds.
+fn large_obj(n: usize) -> String {
+    let (positions, triangles) = grid(n);
+    let mut text = "# a grid\nvn 0 0 1\n".to_owned();
+    let (mut above, mut next) = (0, 0);
+    for corners in &triangles {
+        let highest = corners.iter().max().map_or(0, |c| *c as usize);
+        while above <= highest {
+            let [x, y, z] = positions[above];
+            writeln!(text, " v {x} {y} {z} # number {above}\r").expect("memory");
+            above += 1;
+        }
+        let [a, b, c] = corners.map(|c| c as usize);
+        match next % 3 {
+            0 => writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1),
+            1 => writeln!(text, "f -{} -{} -{}", above - a, above - b, above - c),
+            _ => writeln!(text, "f {}//1 {}//-1 {}//1", a + 1, b + 1, c + 1),
+        }
+        .expect("memory");
+        next += 1;
+    }
+    text
+}
+
+/// Files of many pieces, by one thread and by three.
+#[test]
+fn large_files_of_obj_are_the_same_for_any_number_of_threads() {
+    let (positions, triangles) = grid(200);
+    let text = large_obj(200);
+    assert!(text.len() > 3 << 19, "{}", text.len());
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let scene = pool.install(|| parse(text.as_bytes(), Path::new("grid.obj")));
+        let scene = scene.unwrap_or_else(|error| panic!("{error}"));
+        let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
+        assert_eq!((&mesh.positions, &mesh.triangles), (&positions, &triangles));
+        assert!(mesh.normals.is_none());
+        let warnings: Vec<_> = scene.warnings.iter().map(ToString::to_string).collect();
+        assert_eq!(
+            warnings,
+            ["grid.obj: some corners have no normals; those of others are left out"]
+        );
+    }
+}
+
+/// The first of several faults is told, be it of a vertex or of a face, and what follows does not count as
+/// above.
+#[test]
+fn faults_of_large_files_of_obj_are_told_by_their_places() {
+    let text = large_obj(200);
+    let lines: Vec<&str> = text.lines().collect();
+    let with = |changes: &[(usize, &str)]| {
+        let mut lines = lines.clone();
+        for (line, text) in changes {
+            lines[line - 1] = text;
+        }
+        let error = parse(lines.join("\n").as_bytes(), Path::new("grid.obj"));
+        error.expect_err("a fault").to_string()
+    };
+    let vertex = "grid.obj:90001:5: \"x\" is no finite number such as 0.5";
+    let face = "grid.obj:90002:5: \"2x\" is no index into the vertices above;";
+    assert_eq!(with(&[(90_001, "v 0 x 0"), (100_000, "f 1 2x 3")]), vertex);
+    assert_eq!(with(&[(90_001, "v 0 x 0"), (90_002, "f 1 2x 3")]), vertex);
+    let both = with(&[(90_002, "f 1 2x 3"), (110_000, "v 0 x 0")]);
+    assert!(both.starts_with(face), "{both}");
+    let later = with(&[(60_000, "f 1 2 40000")]);
+    assert!(later.starts_with("grid.obj:60000:7: \"40000\" is no index"), "{later}");
+}
+
+/// A face of four corners among many of three makes two triangles.
+#[test]
+fn polygons_in_large_files_of_ply_are_cut() {
+    let mut bytes = colored_grid(130, Some(false), |_, _| {});
+    let text = String::from_utf8_lossy(&bytes[..600]).replace("face 33800", "face 33801");
+    let header = text.find("end_header\n").expect("an end") + 11;
+    bytes.splice(..header, text[..header].bytes());
+    bytes.extend([0.5_f32, 0.5, 1.0].iter().flat_map(|x| x.to_le_bytes()));
+    bytes.push(4);
+    bytes.extend([0_i32, 1, 132, 131].iter().flat_map(|x| x.to_le_bytes()));
+    bytes.extend([0, 0]);
+    let mesh = mesh(&bytes, Path::new("grid.ply"));
+    assert_eq!(mesh.triangles.len(), 33_802);
+    assert_eq!(mesh.triangles[33_800..], [[0, 1, 132], [0, 132, 131]]);
+    assert_eq!(mesh.face_colors.as_ref().expect("colours")[33_801], [0.5, 0.5, 1.0]);
 }
 
 #[test]

@@ -424,6 +424,29 @@ fn an_environment_lights_the_scene() {
     assert_eq!(image.pixels[0], MAP, "the corner shows the map itself");
 }
 
+/// What has neither a light nor a camera is seen in grey light before a grey ground, unless light is given, or the
+/// course's program is followed.
+#[test]
+fn a_bare_mesh_is_shown_in_the_light_of_a_studio() {
+    let folder = Folder::new();
+    let square = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n";
+    folder.write("square.obj", square);
+    write_map(&folder);
+    let notes = ["in the light of a studio", "looked at from the front, the right and above"];
+    let run = folder.succeed("-r 16 12 -s 64 -f out.exr square.obj");
+    assert!(notes.iter().all(|note| run.err.contains(note)), "{run:?}");
+    let image = folder.image("out.exr");
+    let (corner, center) = (image.pixels[0], image.pixels[6 * 16 + 8]);
+    assert!(corner.iter().all(|x| *x == corner[0] && (0.1..0.3).contains(x)), "{corner:?}");
+    assert!(center.iter().all(|x| (0.2..0.8).contains(x)), "{center:?}");
+    let run = folder.succeed("-r 16 12 -s 4 -f out.exr -e map.exr square.obj");
+    assert!(!run.err.contains(notes[0]) && run.err.contains(notes[1]), "{run:?}");
+    assert_eq!(folder.image("out.exr").pixels[0], MAP);
+    let run = folder.succeed("--cs184 -r 16 12 -s 4 -f out.exr square.obj");
+    assert!(!notes.iter().any(|note| run.err.contains(note)), "{run:?}");
+    assert!(folder.image("out.exr").pixels.iter().all(|pixel| *pixel == [0.0; 3]));
+}
+
 /// Radiance of the test's environment.
 const MAP: [f32; 3] = [1.0, 2.0, 0.5];
 

@@ -4,7 +4,7 @@ use pt_bvh::Knot;
 use pt_math::{Bounds3, DAffine3, DVec3, Vec3};
 use pt_scene::{Key, Projection as View, Scene, Span};
 
-use super::{CompileError, CompileOptions, diagonal, motion};
+use super::{CompileError, CompileOptions, diagonal, motion, studio};
 use crate::camera::{Aperture, Camera, Clip, Projection};
 use crate::camera_motion::CameraMotion;
 
@@ -15,6 +15,12 @@ const PANORAMA: [f64; 2] = [2.0, 1.0];
 /// Distance from the middle of the scene, in diagonals of its box, where the program places a
 /// camera.
 const DISTANCE: f32 = 1.5;
+/// The same in a studio, where the sphere around the box is seen in full: 1 / (2 sin 19.28°), and 6 % more.
+const STUDIO_DISTANCE: f32 = 1.6;
+/// What is said of a scene without a camera.
+const FROM_Z: &str = "the scene has no camera: it is looked at from +z, in full";
+/// The same in a studio.
+const FROM_THE_FRONT: &str = "the scene has no camera: it is looked at from the front, the right and above, in full; +y is up";
 /// The course's window, to which it fits the field of view before the size is known.
 const COURSE_WINDOW: [f64; 2] = [800.0, 600.0];
 
@@ -50,11 +56,15 @@ pub(super) fn compile(
         Some(c) if explicit.is_some() || !options.course => placed(c, metres),
         _ => {
             let ahead = author.map_or(DVec3::ZERO, |c| c.to_world.transform_point3(DVec3::NEG_Z));
-            if author.is_none() {
-                notes.push("the scene has no camera: it is looked at from +z, in full".into());
-            }
             let clip = author.map_or([0.0, f32::INFINITY], |c| [c.near as f32, c.far as f32]);
-            framing(bounds, ahead, clip)
+            if author.is_none() {
+                notes.push(if options.studio { FROM_THE_FRONT.into() } else { FROM_Z.into() });
+            }
+            if author.is_none() && options.studio {
+                framing(bounds, studio::camera().as_dvec3(), STUDIO_DISTANCE, clip)
+            } else {
+                framing(bounds, ahead, DISTANCE, clip)
+            }
         }
     };
     camera.resolution = resolution;
@@ -231,7 +241,7 @@ fn placed(camera: &pt_scene::Camera, metres: f64) -> Camera {
 
 /// A camera that looks at the middle of the scene from the direction of `ahead`, a point, seen
 /// from the origin; from +z if it is there. World +y is up.
-fn framing(bounds: &Bounds3, ahead: DVec3, [near, far]: [f32; 2]) -> Camera {
+fn framing(bounds: &Bounds3, ahead: DVec3, diagonals: f32, [near, far]: [f32; 2]) -> Camera {
     const NUDGE: f64 = 1e-5;
     let d = ahead.normalize_or(DVec3::Z);
     // Straight from above or below, up would be undefined.
@@ -245,7 +255,7 @@ fn framing(bounds: &Bounds3, ahead: DVec3, [near, far]: [f32; 2]) -> Camera {
     );
     let right = DVec3::Y.cross(back).normalize();
     let target = if bounds.is_empty() { Vec3::ZERO } else { bounds.center() };
-    let distance = DISTANCE * diagonal(bounds);
+    let distance = diagonals * diagonal(bounds);
     Camera {
         position: target + back.as_vec3() * distance,
         right: right.as_vec3(),

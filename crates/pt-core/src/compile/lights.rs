@@ -334,16 +334,10 @@ impl Lights {
         self.tables.compensated = !self.tables.environments.is_empty();
     }
 
-    /// Tells the user when nothing gives light.
-    pub(super) fn tell_if_dark(&self, shapes: &Shapes, notes: &mut Vec<String>) {
+    /// Whether nothing gives light.
+    pub(super) fn are_out(&self, shapes: &Shapes) -> bool {
         let glows = !shapes.emitters.is_empty() || shapes.placed.glow();
-        if self.table.as_slice().is_empty() && !glows {
-            notes.push(
-                "the scene has no light: the image will be black. Give it an environment with -e \
-                 FILE.exr, or look at its shape with --integrator normals"
-                    .into(),
-            );
-        }
+        self.table.as_slice().is_empty() && !glows
     }
 }
 

@@ -12,6 +12,7 @@ mod media;
 mod motion;
 mod normals;
 mod placed;
+mod studio;
 mod textures;
 
 use std::sync::Arc;
@@ -48,6 +49,9 @@ pub struct CompileOptions {
     pub most_copied_triangles: Option<usize>,
     /// Light from all around, besides the scene's own.
     pub environment: Option<EnvironmentMap>,
+    /// Whether a scene without any light gets soft light from three sides, and one without a camera is looked
+    /// at from the front, the right and above; else the one is black, and the other looked at from +z.
+    pub studio: bool,
     /// Whether maps of the sky are sampled by [`EnvironmentMap::compensate`]: for an estimator that
     /// weighs one sample of each light against one of the BSDF, which finds all of the sky as well.
     pub compensated: bool,
@@ -67,6 +71,13 @@ pub struct CompileOptions {
 
 /// See [`CompileOptions::most_single_lights`].
 const MOST_SINGLE_LIGHTS: usize = 8;
+
+/// What is said of a scene without light that gets some.
+const STUDIO_LIGHT: &str =
+    "the scene has no light: it is shown in the light of a studio. -e FILE.exr gives it another";
+/// What is said of a scene without light.
+const DARK: &str = "the scene has no light: the image will be black. Give it an environment with -e \
+                    FILE.exr, or look at its shape with --integrator normals";
 
 /// A compiled scene, and what there is to say about it.
 pub struct Compiled {
@@ -146,10 +157,13 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     }
     lights.add_moving(&mut shapes, &mut notes);
     lights.add_environment(options.environment.take());
+    if lights.are_out(&shapes) {
+        lights.add_environment(options.studio.then(studio::environment));
+        notes.push(if options.studio { STUDIO_LIGHT.into() } else { DARK.into() });
+    }
     if options.compensated {
         lights.compensate();
     }
-    lights.tell_if_dark(&shapes, &mut notes);
     let camera = camera::compile(scene, &bounds, metres, shutter, &options, &mut notes)?;
     let media = media::compile(scene, &shapes.sides, metres, &options)?;
     let geometry_time = start.elapsed();

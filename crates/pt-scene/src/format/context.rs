@@ -12,7 +12,7 @@ use std::time::Instant;
 use super::limits::Limits;
 use super::{LoadOptions, Reading, mesh_file};
 use crate::image::{self, Decoded, Image, Numbers};
-use crate::{Geometry, LoadError, Scene, Source, Span, Warning};
+use crate::{Geometry, LoadError, Scene, Source, Span, Warning, source};
 
 /// Most errors that are noted, and as many missing files; after that the scene is not read on.
 const MOST_NOTED: usize = 1000;
@@ -78,8 +78,8 @@ impl Context {
     /// # Errors
     /// If it cannot be read, or is larger than the limits allow.
     pub(super) fn scene_file(&self, path: &Path) -> Result<Vec<u8>, LoadError> {
-        let bytes = std::fs::read(path)
-            .map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
+        let bytes =
+            source::read(path).map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
         self.spend(bytes.len() as u64)
             .map_err(|message| LoadError::Broken { at: mesh_file::place(path, 0), message })?;
         self.noted().sources.push(Source::of(path, &bytes));
@@ -101,7 +101,7 @@ impl Context {
             return Err(message("it is no regular file"));
         }
         self.spend(metadata.len()).map_err(|why| message(&why))?;
-        let bytes = std::fs::read(path).map_err(io_message)?;
+        let bytes = source::read(path).map_err(io_message)?;
         self.noted().sources.push(Source::of(path, &bytes));
         Ok(bytes)
     }

@@ -6,6 +6,7 @@ pub mod collada;
 mod context;
 mod gltf;
 mod limits;
+mod line;
 mod mesh_file;
 mod mitsuba;
 mod obj;
@@ -13,6 +14,7 @@ mod pbrt;
 mod ply;
 mod serialized;
 mod spectra;
+mod stl;
 mod substitute;
 mod transform;
 mod triangulate;
@@ -116,6 +118,7 @@ pub static FORMATS: &[Format] = &[
     Format { has_names: true, ..format("Mitsuba 3", &["xml"], mitsuba::parse) },
     format("pbrt-v4", &["pbrt"], pbrt::parse),
     format("Stanford PLY", &["ply"], |bytes, path, _| ply::parse(bytes, path)),
+    format("STL", &["stl"], |bytes, path, _| stl::parse(bytes, path)),
     format("Wavefront OBJ", &["obj"], |bytes, path, _| obj::parse(bytes, path)),
 ];
 

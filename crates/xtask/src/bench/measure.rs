@@ -63,6 +63,14 @@ pub(crate) fn least_and_median(mut numbers: Vec<f64>) -> [f64; 2] {
     [at(0), at(numbers.len() / 2)]
 }
 
+/// How busy the machine is, where the system tells: times are not to be trusted on a busy one.
+pub(crate) fn print_busyness() {
+    if let Ok(text) = std::fs::read_to_string("/proc/loadavg") {
+        let load = text.split_whitespace().next().unwrap_or_default();
+        println!("load average before the start: {load}");
+    }
+}
+
 /// `ok` or `MISSED`.
 pub(crate) fn verdict(reached: bool) -> &'static str {
     if reached { "ok" } else { "MISSED" }

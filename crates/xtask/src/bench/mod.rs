@@ -1,5 +1,6 @@
 //! `cargo xtask bench`: measurements, with what they are measured against.
 
+mod load;
 mod measure;
 mod mesh;
 mod peers;
@@ -19,6 +20,8 @@ pub(crate) enum Bench {
     Render(render::Args),
     /// Ray queries, tree builds and memory against Embree 4, on the same rays in the same process
     Rays(rays::Args),
+    /// Reading mesh files against assimp, Mitsuba 3 and trimesh
+    Load(load::Args),
     /// Time, noise and memory of whole images against Mitsuba 3, Cycles and LuxCore
     Peers(peers::Args),
 }
@@ -32,6 +35,7 @@ pub(crate) fn run(bench: &Bench) -> Result<()> {
         Bench::Seed(args) => seed::run(args),
         Bench::Render(args) => render::run(args),
         Bench::Rays(args) => rays::run(args),
+        Bench::Load(args) => load::run(args),
         Bench::Peers(args) => peers::run(args),
     }
 }

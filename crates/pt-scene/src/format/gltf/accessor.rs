@@ -1,4 +1,10 @@
 //! Accessors: typed numbers in buffers. [glTF 2.0, §3.6.2]
+//!
+//! Most are numbers of single precision, or whole ones, as they stand in the buffer: these are read in tight
+//! loops, in parallel. The others are read as numbers of double precision, to which replacements
+//! and units are applied.
+
+use rayon::prelude::*;
 
 use super::buffer::{Buffers, View};
 use super::item::Item;
@@ -8,6 +14,9 @@ use crate::LoadError;
 const MOST_ZEROS: usize = 1 << 22;
 /// Most numbers that are read from all accessors of a scene, counted as often as they are read.
 const MOST_NUMBERS: usize = 1 << 30;
+
+/// Elements that are read by one thread at a time.
+const ELEMENTS: usize = 1 << 14;
 
 /// How a number is stored.
 #[derive(Clone, Copy, PartialEq)]
@@ -113,6 +122,46 @@ impl<'b> Column<'b> {
     }
 }
 
+impl Column<'_> {
+    /// All elements, of `N` numbers of `SIZE` bytes, which are as many as it has.
+    fn read<T: Copy + Default + Send, const N: usize, const SIZE: usize>(
+        &self,
+        number: impl Fn([u8; SIZE]) -> T + Sync,
+    ) -> Vec<[T; N]> {
+        let mut elements = vec![[T::default(); N]; self.count];
+        let fill = |(chunk, elements): (usize, &mut [[T; N]])| {
+            let bytes = &self.bytes[chunk * ELEMENTS * self.stride..];
+            if self.stride == N * SIZE {
+                let values = elements.as_flattened_mut().iter_mut();
+                values.zip(bytes.as_chunks().0).for_each(|(value, bytes)| *value = number(*bytes));
+                return;
+            }
+            let rows = bytes.chunks(self.stride);
+            for (element, row) in elements.iter_mut().zip(rows) {
+                for (value, bytes) in element.iter_mut().zip(row.as_chunks().0) {
+                    *value = number(*bytes);
+                }
+            }
+        };
+        if self.count <= ELEMENTS {
+            fill((0, &mut elements));
+        } else {
+            elements.par_chunks_mut(ELEMENTS).enumerate().for_each(fill);
+        }
+        elements
+    }
+}
+
+/// An accessor and what it says about its numbers.
+struct Found<'a> {
+    accessor: Item<'a>,
+    component: Component,
+    /// Elements.
+    count: usize,
+    /// Numbers of an element.
+    width: usize,
+}
+
 /// Reads accessors, and counts what they gave.
 pub(super) struct Accessors<'a> {
     root: Item<'a>,
@@ -143,8 +192,14 @@ impl<'a> Accessors<'a> {
         from: &Item<'_>,
         by: &str,
     ) -> Result<Option<Vec<[f32; N]>>, LoadError> {
-        let Some(numbers) = self.numbers(from, by, &[N])? else { return Ok(None) };
-        let elements = numbers.values.as_chunks::<N>().0.iter();
+        let Some(found) = self.found(from, by, &[N])? else { return Ok(None) };
+        if let (Component::F32, Some(column)) = (found.component, self.as_stored(&found)?) {
+            let values = column.read(f32::from_le_bytes);
+            check_finite(&found.accessor, values.as_flattened(), N)?;
+            return Ok(Some(values));
+        }
+        let numbers = self.values(&found)?;
+        let elements = numbers.as_chunks::<N>().0.iter();
         Ok(Some(elements.map(|element| element.map(|x| x as f32)).collect()))
     }
 
@@ -154,12 +209,21 @@ impl<'a> Accessors<'a> {
         from: &Item<'_>,
         by: &str,
     ) -> Result<Option<Vec<[u32; N]>>, LoadError> {
-        let Some(numbers) = self.numbers(from, by, &[N])? else { return Ok(None) };
-        if let Some(bad) = numbers.values.iter().find(|x| **x < 0.0 || x.fract() != 0.0) {
+        let Some(found) = self.found(from, by, &[N])? else { return Ok(None) };
+        if let Some(column) = self.as_stored(&found)? {
+            match found.component {
+                Component::U8 => return Ok(Some(column.read(|[x]: [u8; 1]| x.into()))),
+                Component::U16 => return Ok(Some(column.read(|x| u16::from_le_bytes(x).into()))),
+                Component::U32 => return Ok(Some(column.read(u32::from_le_bytes))),
+                Component::I8 | Component::I16 | Component::F32 => {}
+            }
+        }
+        let numbers = self.values(&found)?;
+        if let Some(bad) = numbers.iter().find(|x| **x < 0.0 || x.fract() != 0.0) {
             let message = format!("expected whole numbers from 0 up, found {bad}");
             return Err(from.refuse(by, message));
         }
-        let elements = numbers.values.as_chunks::<N>().0.iter();
+        let elements = numbers.as_chunks::<N>().0.iter();
         Ok(Some(elements.map(|element| element.map(|x| x as u32)).collect()))
     }
 
@@ -170,6 +234,17 @@ impl<'a> Accessors<'a> {
         by: &str,
         widths: &[usize],
     ) -> Result<Option<Numbers>, LoadError> {
+        let Some(found) = self.found(from, by, widths)? else { return Ok(None) };
+        Ok(Some(Numbers { values: self.values(&found)?, width: found.width }))
+    }
+
+    /// An accessor of one of some widths, whose numbers count as read; `None` if there is no such field.
+    fn found(
+        &mut self,
+        from: &Item<'_>,
+        by: &str,
+        widths: &[usize],
+    ) -> Result<Option<Found<'a>>, LoadError> {
         let Some(index) = from.whole(by)? else { return Ok(None) };
         let accessor = self.root.member("accessors", index, from, by)?;
         let width = width(&accessor)?;
@@ -191,7 +266,22 @@ impl<'a> Accessors<'a> {
                     format!("the accessors of the scene have more than {MOST_NUMBERS} numbers");
                 accessor.error(message)
             })?;
-        let mut values = self.dense(&accessor, component, count, width)?;
+        Ok(Some(Found { accessor, component, count, width }))
+    }
+
+    /// Where the numbers of an accessor are; none if others replace some, or they are shares.
+    fn as_stored(&self, found: &Found<'a>) -> Result<Option<Column<'_>>, LoadError> {
+        let accessor = &found.accessor;
+        if accessor.child("sparse")?.is_some() || accessor.flag("normalized")? {
+            return Ok(None);
+        }
+        self.column(found)
+    }
+
+    /// All numbers of an accessor.
+    fn values(&self, found: &Found<'a>) -> Result<Vec<f64>, LoadError> {
+        let &Found { ref accessor, component, count, width } = found;
+        let mut values = self.dense(found)?;
         if let Some(sparse) = accessor.child("sparse")? {
             self.replace(&sparse, component, width, count, &mut values)?;
         }
@@ -201,35 +291,32 @@ impl<'a> Accessors<'a> {
                 *value = (*value / highest).max(-1.0);
             }
         }
-        if let Some(place) = values.iter().position(|x| !x.is_finite()) {
-            let (element, bad) = (place / width, values[place]);
-            let message = format!("element {element} has {bad}; expected finite numbers");
-            return Err(accessor.error(message));
-        }
-        Ok(Some(Numbers { values, width }))
+        check_finite(accessor, &values, width)?;
+        Ok(values)
     }
 
     /// The numbers in the buffer view of an accessor; 0 if it has none.
-    fn dense(
-        &self,
-        accessor: &Item<'a>,
-        component: Component,
-        count: usize,
-        width: usize,
-    ) -> Result<Vec<f64>, LoadError> {
-        let Some(view) = accessor.whole("bufferView")? else {
-            if count > MOST_ZEROS {
-                let message = format!(
-                    "{count} elements without a buffer view; expected at most {MOST_ZEROS}"
-                );
-                return Err(accessor.refuse("count", message));
-            }
-            return Ok(vec![0.0; count * width]);
-        };
+    fn dense(&self, found: &Found<'a>) -> Result<Vec<f64>, LoadError> {
+        if let Some(column) = self.column(found)? {
+            return Ok(column.numbers().collect());
+        }
+        let Found { accessor, count, width, .. } = found;
+        if *count > MOST_ZEROS {
+            let message =
+                format!("{count} elements without a buffer view; expected at most {MOST_ZEROS}");
+            return Err(accessor.refuse("count", message));
+        }
+        Ok(vec![0.0; count * width])
+    }
+
+    /// Where the numbers of an accessor are, if it has a buffer view.
+    fn column(&self, found: &Found<'a>) -> Result<Option<Column<'_>>, LoadError> {
+        let &Found { ref accessor, component, count, width } = found;
+        let Some(view) = accessor.whole("bufferView")? else { return Ok(None) };
         let view = self.buffers.view(&self.root, view, accessor, "bufferView")?;
         let offset = accessor.whole("byteOffset")?.unwrap_or(0);
         let column = Column::new(view, offset, component, count, width);
-        Ok(column.map_err(|message| accessor.error(message))?.numbers().collect())
+        column.map(Some).map_err(|message| accessor.error(message))
     }
 
     /// Puts other elements in the place of some. [glTF 2.0, §3.6.2.3]
@@ -264,6 +351,17 @@ impl<'a> Accessors<'a> {
         }
         Ok(())
     }
+}
+
+/// Whether all numbers of the elements of an accessor are finite.
+fn check_finite<T: Copy + Into<f64>>(
+    accessor: &Item<'_>,
+    values: &[T],
+    width: usize,
+) -> Result<(), LoadError> {
+    let Some(place) = values.iter().position(|x| !(*x).into().is_finite()) else { return Ok(()) };
+    let (element, bad) = (place / width, values[place].into());
+    Err(accessor.error(format!("element {element} has {bad}; expected finite numbers")))
 }
 
 /// Numbers of an element.

@@ -53,10 +53,10 @@ impl<'a> Reader<'a> {
         };
         let vertices = positions.len();
         let corners = match self.accessors.wholes::<1>(primitive, "indices")? {
-            Some(indices) => indices.into_iter().map(|[index]| index).collect(),
+            Some(indices) => indices.into_flattened(),
             None => (0..vertices as u32).collect::<Vec<u32>>(),
         };
-        if let Some(bad) = corners.iter().find(|index| **index as usize >= vertices) {
+        if let Some(bad) = corners.iter().max().filter(|index| **index as usize >= vertices) {
             let message = format!("{bad} is no index of a vertex; there are {vertices}");
             return Err(primitive.refuse("indices", message));
         }

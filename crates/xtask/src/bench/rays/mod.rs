@@ -19,6 +19,7 @@ use self::embree::Embree;
 use self::mesh::{Mesh, Source};
 use self::race::{Prepared, Query, Trees};
 use self::report::Outcome;
+use super::measure::print_busyness;
 use crate::project::{cargo, succeed};
 
 /// How to measure.
@@ -51,7 +52,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         return succeed(command.args(std::env::args_os().skip(1)));
     }
     let embree = Embree::open(&install::library()?)?;
-    print_load();
+    print_busyness();
     let mut outcomes = Vec::new();
     for source in sources {
         match source.load()? {
@@ -63,14 +64,6 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         report::print_summary(&outcomes);
     }
     Ok(())
-}
-
-/// How busy the machine is, where the system tells: times are not to be trusted on a busy one.
-fn print_load() {
-    if let Ok(text) = std::fs::read_to_string("/proc/loadavg") {
-        let load = text.split_whitespace().next().unwrap_or_default();
-        println!("load average before the start: {load}");
-    }
 }
 
 /// The meshes that were asked for.

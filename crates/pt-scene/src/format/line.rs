@@ -1,0 +1,56 @@
+//! Lines of text files, of which mesh formats have one or two.
+
+use std::path::Path;
+
+use super::mesh_file;
+use super::xml::quote;
+use crate::{LoadError, Span};
+
+/// A line of a file.
+#[derive(Clone, Copy)]
+pub(super) struct Line<'a> {
+    pub(super) path: &'a Path,
+    /// From 1.
+    pub(super) number: u32,
+    /// Without its comment.
+    pub(super) text: &'a str,
+}
+
+impl<'a> Line<'a> {
+    /// The first word.
+    pub(super) fn keyword(&self) -> &'a str {
+        self.text.split_ascii_whitespace().next().unwrap_or_default()
+    }
+
+    /// The first `N` words, as numbers; what follows them is left.
+    pub(super) fn numbers<const N: usize>(
+        &self,
+        mut words: impl Iterator<Item = &'a str>,
+    ) -> Result<[f32; N], LoadError> {
+        let mut numbers = [0.0; N];
+        for number in &mut numbers {
+            let word = words.next().ok_or_else(|| {
+                let numbers = if N == 1 { "a number".to_owned() } else { format!("{N} numbers") };
+                let message = format!("expected {numbers} after {}", quote(self.keyword()));
+                self.error(self.text, message)
+            })?;
+            let parsed: Option<f32> = word.parse().ok();
+            *number = parsed.filter(|x| x.is_finite()).ok_or_else(|| {
+                let message = format!("{} is no finite number such as 0.5", quote(word));
+                self.error(word, message)
+            })?;
+        }
+        Ok(numbers)
+    }
+
+    /// Where a piece of the line is.
+    pub(super) fn at(&self, piece: &str) -> Span {
+        let bytes = piece.as_ptr().addr().saturating_sub(self.text.as_ptr().addr());
+        let column = self.text.get(..bytes).unwrap_or_default().chars().count() as u32 + 1;
+        Span { column, ..mesh_file::place(self.path, self.number) }
+    }
+
+    pub(super) fn error(&self, piece: &str, message: impl Into<String>) -> LoadError {
+        LoadError::Content { at: self.at(piece), message: message.into() }
+    }
+}

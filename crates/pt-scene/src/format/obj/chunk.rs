@@ -1,0 +1,223 @@
+//! Pieces of a file that are read side by side.
+//!
+//! A corner may refer to what stands above it in the file, wherever that is. So a file is gone through three
+//! times, each time in parallel: what there is of each kind is counted, then the numbers of vertices are read, and
+//! then the faces, for which all numbers are there, and for which the counts tell what stands above.
+
+use std::path::Path;
+
+use pt_math::color::linear_from_srgb;
+use rayon::prelude::*;
+
+use super::super::line::Line;
+use crate::LoadError;
+
+/// Bytes of a piece, about.
+const BYTES: usize = 1 << 19;
+
+/// How many vertices, texture coordinates and normals there are, in this order.
+pub(super) type Counts = [usize; 3];
+
+/// Some lines of a file.
+#[derive(Clone, Copy)]
+pub(super) struct Chunk<'a> {
+    pub(super) path: &'a Path,
+    bytes: &'a [u8],
+    /// Number of its first line.
+    line: u32,
+    /// What stands above it.
+    pub(super) above: Counts,
+}
+
+/// The numbers of vertices.
+#[derive(Default)]
+pub(super) struct Points {
+    pub(super) positions: Vec<[f32; 3]>,
+    /// Linear; those of some positions, where not all have them.
+    pub(super) colors: Vec<[f32; 3]>,
+    pub(super) uvs: Vec<[f32; 2]>,
+    pub(super) normals: Vec<[f32; 3]>,
+}
+
+/// Cuts a file at line breaks.
+pub(super) fn cut<'a>(bytes: &'a [u8], path: &'a Path) -> Vec<Chunk<'a>> {
+    let (mut chunks, mut rest) = (Vec::new(), bytes);
+    while !rest.is_empty() {
+        let least = rest.len().min(BYTES);
+        let end = memchr::memchr(b'\n', &rest[least..]).map_or(rest.len(), |at| least + at + 1);
+        let (head, tail) = rest.split_at(end);
+        chunks.push(Chunk { path, bytes: head, line: 1, above: [0; 3] });
+        rest = tail;
+    }
+    let counts = side_by_side(&chunks, Chunk::count);
+    let (mut line, mut above) = (1_u32, [0; 3]);
+    for (chunk, (lines, counts)) in chunks.iter_mut().zip(counts) {
+        (chunk.line, chunk.above) = (line, above);
+        line = line.saturating_add(lines);
+        above = [0, 1, 2].map(|i| above[i] + counts[i]);
+    }
+    chunks
+}
+
+/// Does the same with all chunks, in parallel where they are several.
+pub(super) fn side_by_side<'a, P: Send>(
+    chunks: &[Chunk<'a>],
+    work: impl Fn(&Chunk<'a>) -> P + Sync + Send,
+) -> Vec<P> {
+    match chunks {
+        [one] => vec![work(one)],
+        all => all.par_iter().map(work).collect(),
+    }
+}
+
+impl<'a> Chunk<'a> {
+    /// How many lines it has, and how many statements that count.
+    fn count(&self) -> (u32, Counts) {
+        let (mut lines, mut counts) = (0, [0; 3]);
+        for (_, line) in self.lines() {
+            lines += 1;
+            match keyword(line) {
+                b"v" => counts[0] += 1,
+                b"vt" => counts[1] += 1,
+                b"vn" => counts[2] += 1,
+                _ => {}
+            }
+        }
+        (lines, counts)
+    }
+
+    fn lines(&self) -> impl Iterator<Item = (u32, &'a [u8])> + use<'a> {
+        let (bytes, mut start, mut number) = (self.bytes, 0, self.line);
+        let is_whole = bytes.last() == Some(&b'\n');
+        let end = (!is_whole).then_some(bytes.len());
+        memchr::memchr_iter(b'\n', bytes).chain(end).map(move |end| {
+            let line = &bytes[std::mem::replace(&mut start, end + 1)..end];
+            number += 1;
+            (number - 1, line)
+        })
+    }
+
+    /// Gives the lines that are not blank, until one is wrong.
+    pub(super) fn statements(
+        &self,
+        mut each: impl FnMut(Statement<'a>) -> Result<(), LoadError>,
+    ) -> Result<(), LoadError> {
+        for (number, line) in self.lines() {
+            let keyword = keyword(line);
+            if !keyword.is_empty() {
+                each(Statement { path: self.path, number, line, keyword })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the numbers of its vertices.
+    pub(super) fn points(&self) -> Result<Points, LoadError> {
+        let mut points = Points::default();
+        self.statements(|statement| match statement.keyword {
+            b"v" | b"vt" | b"vn" => points.read(&statement),
+            _ => Ok(()),
+        })?;
+        Ok(points)
+    }
+}
+
+/// A line that is not blank.
+pub(super) struct Statement<'a> {
+    path: &'a Path,
+    number: u32,
+    line: &'a [u8],
+    /// Its first word.
+    pub(super) keyword: &'a [u8],
+}
+
+impl<'a> Statement<'a> {
+    /// What follows the first word.
+    pub(super) fn rest(&self) -> &'a [u8] {
+        let before = self.keyword.as_ptr().addr() - self.line.as_ptr().addr();
+        &self.line[before + self.keyword.len()..]
+    }
+
+    /// Reads it as a text. Names and comments may be in any encoding; numbers are ASCII in all of them.
+    pub(super) fn as_text<T>(
+        &self,
+        read: impl FnOnce(Line) -> Result<T, LoadError>,
+    ) -> Result<T, LoadError> {
+        let text = String::from_utf8_lossy(self.line);
+        let text = text.split('#').next().unwrap_or_default();
+        read(Line { path: self.path, number: self.number, text })
+    }
+}
+
+/// The finite numbers that a line consists of, if these are as many as are asked for: most lines do.
+fn plain_numbers<const N: usize>(bytes: &[u8]) -> Option<[f32; N]> {
+    let mut words = bytes.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+    let mut numbers = [0.0; N];
+    for number in &mut numbers {
+        *number = std::str::from_utf8(words.next()?).ok()?.parse().ok()?;
+    }
+    let is_plain = words.next().is_none() && numbers.iter().all(|x: &f32| x.is_finite());
+    is_plain.then_some(numbers)
+}
+
+/// The first word of a line.
+fn keyword(line: &[u8]) -> &[u8] {
+    let start = line.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(line.len());
+    let word = &line[start..];
+    let end = word.iter().position(|b| b.is_ascii_whitespace() || *b == b'#');
+    &word[..end.unwrap_or(word.len())]
+}
+
+impl Points {
+    fn read(&mut self, statement: &Statement) -> Result<(), LoadError> {
+        match statement.keyword {
+            b"v" => match plain_numbers(statement.rest()) {
+                Some(position) => self.positions.push(position),
+                None => statement.as_text(|line| self.vertex(line))?,
+            },
+            b"vn" => self.normals.push(match plain_numbers(statement.rest()) {
+                Some(normal) => normal,
+                None => statement.as_text(|line| line.numbers(words_after_first(line)))?,
+            }),
+            _ => self.uvs.push(match plain_numbers(statement.rest()) {
+                Some(uv) => uv,
+                None => statement.as_text(uv)?,
+            }),
+        }
+        Ok(())
+    }
+
+    /// A position, and perhaps a colour: less than that is a weight.
+    fn vertex(&mut self, line: Line) -> Result<(), LoadError> {
+        let mut words = words_after_first(line);
+        self.positions.push(line.numbers(words.by_ref().take(3))?);
+        let words: Vec<&str> = words.collect();
+        if words.len() >= 3 {
+            let color: [f32; 3] = line.numbers(words.into_iter())?;
+            self.colors.push(color.map(linear_from_srgb));
+        }
+        Ok(())
+    }
+
+    pub(super) fn append(&mut self, mut more: Self) {
+        self.positions.append(&mut more.positions);
+        self.colors.append(&mut more.colors);
+        self.uvs.append(&mut more.uvs);
+        self.normals.append(&mut more.normals);
+    }
+}
+
+fn words_after_first(line: Line<'_>) -> impl Iterator<Item = &str> {
+    line.text.split_ascii_whitespace().skip(1)
+}
+
+/// A texture coordinate, which may have one, two or three numbers.
+fn uv(line: Line) -> Result<[f32; 2], LoadError> {
+    let mut words = words_after_first(line).peekable();
+    let [u] = line.numbers(words.by_ref().take(1))?;
+    let [v] = match words.peek() {
+        Some(_) => line.numbers(words)?,
+        None => [0.0],
+    };
+    Ok([u, v])
+}

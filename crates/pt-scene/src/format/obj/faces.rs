@@ -1,0 +1,232 @@
+//! Faces, and what else stands between them.
+
+use super::super::line::Line;
+use super::super::mesh_file::{self, Polygons};
+use super::super::xml::quote;
+use super::chunk::{Chunk, Counts};
+use crate::{LoadError, Span};
+
+/// Index of what a corner does not have.
+pub(super) const MISSING: u32 = u32::MAX;
+/// Statements that mean nothing here: names, smoothing, points and lines, display.
+const PASSED_OVER: [&str; 14] = [
+    "o",
+    "g",
+    "s",
+    "mg",
+    "p",
+    "l",
+    "bevel",
+    "c_interp",
+    "d_interp",
+    "lod",
+    "maplib",
+    "usemap",
+    "shadow_obj",
+    "trace_obj",
+];
+
+/// The faces of some lines.
+#[derive(Default)]
+pub(super) struct Faces {
+    /// Indices of positions.
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) uvs: Indices,
+    pub(super) normals: Indices,
+    /// Where a material is first mentioned.
+    pub(super) materials_at: Option<Span>,
+    /// The first statement that is not known.
+    pub(super) unknown: Option<(String, Span)>,
+}
+
+/// Indices of what not all corners have.
+#[derive(Default)]
+pub(super) struct Indices {
+    /// For each triangle, once one of them has some.
+    pub(super) of: Vec<[u32; 3]>,
+    /// How many corners have none, of the triangles that are in `of`.
+    pub(super) missing: usize,
+}
+
+impl Indices {
+    /// Adds the indices of a triangle, of which `before` are there.
+    fn push(&mut self, indices: [u32; 3], before: usize) {
+        let missing = indices.iter().filter(|i| **i == MISSING).count();
+        if missing == 3 && self.of.is_empty() {
+            return;
+        }
+        self.fill(before);
+        self.of.push(indices);
+        self.missing += missing;
+    }
+
+    /// Makes the triangles up to a number known that have none.
+    fn fill(&mut self, triangles: usize) {
+        self.missing += 3 * (triangles - self.of.len());
+        self.of.resize(triangles, [MISSING; 3]);
+    }
+
+    /// Appends those of more triangles, `more_triangles` of them, to those of `triangles`.
+    fn append(&mut self, triangles: usize, mut more: Self, more_triangles: usize) {
+        if more.of.is_empty() && self.of.is_empty() {
+            return;
+        }
+        self.fill(triangles);
+        more.fill(more_triangles);
+        self.missing += more.missing;
+        self.of.append(&mut more.of);
+    }
+}
+
+impl Faces {
+    /// Reads the faces of a chunk; `positions` are those of the file.
+    pub(super) fn read(chunk: &Chunk, positions: &[[f32; 3]]) -> Result<Self, LoadError> {
+        let mut faces = Self::default();
+        let mut counts = chunk.above;
+        let (mut corners, mut polygons) = (Vec::new(), Polygons::default());
+        chunk.statements(|statement| {
+            match statement.keyword {
+                b"v" => counts[0] += 1,
+                b"vt" => counts[1] += 1,
+                b"vn" => counts[2] += 1,
+                b"f" => match plain_triangle(statement.rest(), counts) {
+                    Some(triangle) => faces.push(triangle),
+                    None => statement.as_text(|line| {
+                        corners.clear();
+                        for word in line.text.split_ascii_whitespace().skip(1) {
+                            corners.push(corner(line, word, counts)?);
+                        }
+                        faces.add(line, &corners, positions, &mut polygons)
+                    })?,
+                },
+                _ => statement.as_text(|line| {
+                    faces.other(line);
+                    Ok(())
+                })?,
+            }
+            Ok(())
+        })?;
+        Ok(faces)
+    }
+
+    /// Cuts a polygon into triangles.
+    fn add(
+        &mut self,
+        line: Line,
+        corners: &[[u32; 3]],
+        positions: &[[f32; 3]],
+        polygons: &mut Polygons,
+    ) -> Result<(), LoadError> {
+        match corners {
+            [] | [_] | [_, _] => {
+                return Err(line.error(line.text, "a face needs at least three corners"));
+            }
+            [a, b, c] => self.push([*a, *b, *c]),
+            all => polygons.cut(all.iter().map(|c| c[0]), positions, |triangle| {
+                self.push(triangle.map(|i| all[i]));
+            }),
+        }
+        Ok(())
+    }
+
+    fn push(&mut self, corners: [[u32; 3]; 3]) {
+        let before = self.triangles.len();
+        self.triangles.push(corners.map(|c| c[0]));
+        self.uvs.push(corners.map(|c| c[1]), before);
+        self.normals.push(corners.map(|c| c[2]), before);
+    }
+
+    /// A statement that is about no vertex and no face.
+    fn other(&mut self, line: Line) {
+        let word = line.keyword();
+        match word {
+            "usemtl" | "mtllib" => {
+                self.materials_at.get_or_insert_with(|| mesh_file::place(line.path, line.number));
+            }
+            _ if PASSED_OVER.contains(&word) => {}
+            _ => {
+                self.unknown.get_or_insert_with(|| (word.to_owned(), line.at(word)));
+            }
+        }
+    }
+
+    /// Appends the faces of the lines that follow.
+    pub(super) fn append(&mut self, mut more: Self) {
+        let (before, count) = (self.triangles.len(), more.triangles.len());
+        self.triangles.append(&mut more.triangles);
+        self.uvs.append(before, more.uvs, count);
+        self.normals.append(before, more.normals, count);
+        self.materials_at = self.materials_at.take().or(more.materials_at);
+        self.unknown = self.unknown.take().or(more.unknown);
+    }
+}
+
+/// Three corners that are counted from 1, if the bytes are nothing else: most lines with faces are so.
+fn plain_triangle(mut bytes: &[u8], counts: Counts) -> Option<[[u32; 3]; 3]> {
+    let mut triangle = [[MISSING; 3]; 3];
+    for corner in &mut triangle {
+        bytes = bytes.trim_ascii_start();
+        for (place, (index, count)) in corner.iter_mut().zip(counts).enumerate() {
+            let end = bytes.iter().position(|b| !b.is_ascii_digit()).unwrap_or(bytes.len());
+            let (digits, rest) = bytes.split_at(end);
+            if !digits.is_empty() {
+                *index = plain_index(digits, count)?;
+            } else if place != 1 {
+                return None;
+            }
+            bytes = rest;
+            let Some(rest) = bytes.strip_prefix(b"/") else { break };
+            bytes = rest;
+        }
+        if bytes.first().is_some_and(|b| !b.is_ascii_whitespace()) {
+            return None;
+        }
+    }
+    bytes.trim_ascii_start().is_empty().then_some(triangle)
+}
+
+/// An index that is written with up to nine digits.
+fn plain_index(digits: &[u8], count: usize) -> Option<u32> {
+    let is_short = digits.len() <= 9;
+    let number = is_short
+        .then(|| digits.iter().fold(0_u32, |x, digit| 10 * x + u32::from(digit - b'0')))
+        .filter(|number| (1..=count).contains(&(*number as usize)))?;
+    Some(number - 1)
+}
+
+/// `position`, `position/uv`, `position//normal` or `position/uv/normal`; `counts` says how many there
+/// are above.
+fn corner(line: Line, word: &str, counts: Counts) -> Result<[u32; 3], LoadError> {
+    let mut corner = [MISSING; 3];
+    for (i, text) in word.split('/').enumerate() {
+        let Some(count) = counts.get(i) else {
+            let message = format!("{} has more than three indices", quote(word));
+            return Err(line.error(word, message));
+        };
+        if text.is_empty() && i > 0 {
+            continue;
+        }
+        corner[i] = resolve(text, *count).ok_or_else(|| {
+            let (written, what) = (quote(text), ["vertices", "texture coordinates", "normals"][i]);
+            let message = match count {
+                _ if text.is_empty() => format!("{} has no vertex", quote(word)),
+                0 => format!("{written} is an index into {what}, but there are none above"),
+                _ => format!(
+                    "{written} is no index into the {what} above; expected 1 to {count}, or -{count} \
+                     to -1"
+                ),
+            };
+            line.error(text, message)
+        })?;
+    }
+    Ok(corner)
+}
+
+/// An index as it is written (from 1, or backwards from −1) into a list of `count`.
+fn resolve(text: &str, count: usize) -> Option<u32> {
+    let index: i64 = text.parse().ok()?;
+    let count = i64::try_from(count).ok()?;
+    let from_zero = if index < 0 { index.checked_add(count)? } else { index - 1 };
+    let exists = (0..count).contains(&from_zero);
+    u32::try_from(from_zero).ok().filter(|i| exists && *i != MISSING)
+}

@@ -1,0 +1,238 @@
+//! What most binary files hold, in tight loops: rows of a size that is the same for all.
+//!
+//! Those are vertices without lists, and faces that are triangles. Where anything else is met, or
+//! anything wrong, nothing is said but that: the general way through rows then finds out what it is.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+use super::layout::{COLOR, Field, Kind, Layout, NORMAL, Number, POSITION, Role, UV};
+use super::rows::ROWS;
+use super::words::in_order;
+
+/// Rows of the same size, whose numbers have the highest byte first if `BIG`.
+struct Rows<'a, const BIG: bool> {
+    bytes: &'a [u8],
+    /// Bytes of a row, > 0.
+    stride: usize,
+}
+
+/// A number of a row.
+#[derive(Clone, Copy)]
+struct Column {
+    /// First byte in the row.
+    offset: usize,
+    number: Number,
+    levels: f32,
+}
+
+/// The lists of the corners of triangles.
+#[derive(Clone, Copy)]
+struct Lists {
+    /// First byte in the row.
+    offset: usize,
+    length: Number,
+    of: Number,
+    /// Corners are below this.
+    vertices: u32,
+}
+
+/// Vertices, with values for each where the file has them.
+pub(super) struct Vertices {
+    pub(super) positions: Vec<[f32; 3]>,
+    pub(super) normals: Option<Vec<[f32; 3]>>,
+    pub(super) uvs: Option<Vec<[f32; 2]>>,
+    pub(super) colors: Option<Vec<[f32; 3]>>,
+}
+
+/// Faces that are triangles, with colours where the file has them.
+pub(super) struct Triangles {
+    pub(super) corners: Vec<[u32; 3]>,
+    pub(super) colors: Option<Vec<[f32; 3]>>,
+}
+
+/// Reads all vertices at the beginning of the bytes, and tells how many bytes they take.
+pub(super) fn vertices<const BIG: bool>(
+    layout: &Layout,
+    bytes: &[u8],
+) -> Option<(Vertices, usize)> {
+    let sizes = layout.fields.iter().map(|field| match field.kind {
+        Kind::Scalar(number) => Some(number.size()),
+        Kind::List(..) => None,
+    });
+    let (rows, size) = Rows::<BIG>::new(layout, sizes, bytes)?;
+    let (has_normals, has_uvs) = (layout.has(&["nx", "ny", "nz"]), layout.has_uvs());
+    let has_colors = layout.color_levels().is_some();
+    let vertices = Vertices {
+        positions: rows.values(layout, POSITION)?,
+        normals: if has_normals { Some(rows.values(layout, NORMAL)?) } else { None },
+        uvs: if has_uvs { Some(rows.values(layout, UV)?) } else { None },
+        colors: if has_colors { Some(rows.values(layout, COLOR)?) } else { None },
+    };
+    Some((vertices, size))
+}
+
+/// Reads all faces at the beginning of the bytes if they are triangles with corners below `vertices`, and
+/// tells how many bytes they take.
+pub(super) fn triangles<const BIG: bool>(
+    layout: &Layout,
+    vertices: u32,
+    bytes: &[u8],
+) -> Option<(Triangles, usize)> {
+    let (rows, size) = Rows::<BIG>::new(layout, sizes_of_triangles(layout), bytes)?;
+    let is_list = |field: &Field| field.role == Role::Corners;
+    let list = layout.fields.iter().position(is_list)?;
+    if layout.fields.iter().rposition(is_list) != Some(list) {
+        return None;
+    }
+    let Kind::List(length, of) = layout.fields[list].kind else { return None };
+    let offset = sizes_of_triangles(layout).take(list).sum::<Option<usize>>()?;
+    let corners = rows.corners(Lists { offset, length, of, vertices })?;
+    let has_colors = layout.color_levels().is_some();
+    let colors = if has_colors { Some(rows.values(layout, COLOR)?) } else { None };
+    Some((Triangles { corners, colors }, size))
+}
+
+/// The sizes of the properties of triangles, whose only list is that of the corners.
+fn sizes_of_triangles(layout: &Layout) -> impl Iterator<Item = Option<usize>> {
+    layout.fields.iter().map(|field| match (field.kind, field.role) {
+        (Kind::Scalar(number), _) => Some(number.size()),
+        (Kind::List(length, of), Role::Corners) => Some(length.size() + 3 * of.size()),
+        (Kind::List(..), _) => None,
+    })
+}
+
+impl<'a, const BIG: bool> Rows<'a, BIG> {
+    /// All rows of an element, whose properties have these sizes, and the bytes that they take; none if
+    /// they are few or not all there.
+    fn new(
+        layout: &Layout,
+        sizes: impl Iterator<Item = Option<usize>>,
+        bytes: &'a [u8],
+    ) -> Option<(Self, usize)> {
+        let stride = sizes.sum::<Option<usize>>().filter(|stride| *stride > 0)?;
+        let count = layout.element.count;
+        let bytes = bytes.get(..count.checked_mul(stride)?)?;
+        let is_plain = layout.unsupported.is_none() && count > ROWS;
+        is_plain.then_some((Self { bytes, stride }, bytes.len()))
+    }
+
+    fn count(&self) -> usize {
+        self.bytes.len() / self.stride
+    }
+
+    /// The numbers of all rows that have slots from this one on; none if one is not finite.
+    fn values<const N: usize>(&self, layout: &Layout, slot: usize) -> Option<Vec<[f32; N]>> {
+        let columns: [_; N] = std::array::from_fn(|k| column(layout, slot + k));
+        let mut values = vec![[0.0; N]; self.count()];
+        let all_good = self.fill(&mut values, |out, rows| {
+            for (k, column) in columns.iter().enumerate() {
+                if let Some(column) = column {
+                    self.column(rows, *column, out, k);
+                }
+            }
+            out.as_flattened().iter().all(|x| x.is_finite())
+        });
+        all_good.then_some(values)
+    }
+
+    /// Fills values from rows in parallel; whether `fill` found all good.
+    fn fill<T: Send>(
+        &self,
+        values: &mut [T],
+        fill: impl Fn(&mut [T], &[u8]) -> bool + Sync,
+    ) -> bool {
+        let all_good = AtomicBool::new(true);
+        let chunks = values.par_chunks_mut(ROWS).zip(self.bytes.par_chunks(ROWS * self.stride));
+        chunks.for_each(|(values, rows)| {
+            if all_good.load(Ordering::Relaxed) && !fill(values, rows) {
+                all_good.store(false, Ordering::Relaxed);
+            }
+        });
+        all_good.into_inner()
+    }
+
+    /// Sets component `k` of values to the numbers of a column.
+    fn column<const N: usize>(&self, rows: &[u8], at: Column, out: &mut [[f32; N]], k: usize) {
+        match at.number {
+            Number::Char => self.each(rows, at, out, k, |x| f32::from(i8::from_le_bytes(x))),
+            Number::UChar => self.each(rows, at, out, k, |x| f32::from(u8::from_le_bytes(x))),
+            Number::Short => self.each(rows, at, out, k, |x| f32::from(i16::from_le_bytes(x))),
+            Number::UShort => self.each(rows, at, out, k, |x| f32::from(u16::from_le_bytes(x))),
+            Number::Int => self.each(rows, at, out, k, |x| i32::from_le_bytes(x) as f32),
+            Number::UInt => self.each(rows, at, out, k, |x| u32::from_le_bytes(x) as f32),
+            Number::Float => self.each(rows, at, out, k, f32::from_le_bytes),
+            Number::Double => self.each(rows, at, out, k, |x| f64::from_le_bytes(x) as f32),
+        }
+    }
+
+    fn each<const N: usize, const BYTES: usize>(
+        &self,
+        rows: &[u8],
+        at: Column,
+        out: &mut [[f32; N]],
+        k: usize,
+        number: impl Fn([u8; BYTES]) -> f32,
+    ) {
+        for (value, row) in out.iter_mut().zip(rows.chunks_exact(self.stride)) {
+            if let Some(bytes) = row[at.offset..].first_chunk() {
+                value[k] = number(in_order::<_, BIG>(*bytes)) / at.levels;
+            }
+        }
+    }
+
+    /// The corners of triangles, whose lists are `at`; none if a list has not three items, or one is
+    /// no vertex.
+    fn corners(&self, at: Lists) -> Option<Vec<[u32; 3]>> {
+        match at.of {
+            // Negative corners are far above all vertices then, so they are found to be wrong.
+            Number::Char => self.lists(at, |x| i32::from(i8::from_le_bytes(x)) as u32),
+            Number::UChar => self.lists(at, |x| u32::from(u8::from_le_bytes(x))),
+            Number::Short => self.lists(at, |x| i32::from(i16::from_le_bytes(x)) as u32),
+            Number::UShort => self.lists(at, |x| u32::from(u16::from_le_bytes(x))),
+            Number::Int if i32::try_from(at.vertices).is_ok() => self.lists(at, u32::from_le_bytes),
+            Number::UInt => self.lists(at, u32::from_le_bytes),
+            Number::Int | Number::Float | Number::Double => None,
+        }
+    }
+
+    fn lists<const BYTES: usize>(
+        &self,
+        at: Lists,
+        number: impl Fn([u8; BYTES]) -> u32 + Sync,
+    ) -> Option<Vec<[u32; 3]>> {
+        let size = at.length.size();
+        let mut three = [0; 4];
+        three[if BIG { size - 1 } else { 0 }] = 3;
+        let mut corners = vec![[0; 3]; self.count()];
+        let all_good = self.fill(&mut corners, |out, rows| {
+            let (mut most, mut are_three) = (0, true);
+            for (triangle, row) in out.iter_mut().zip(rows.chunks_exact(self.stride)) {
+                let (length, items) = row[at.offset..].split_at(size);
+                are_three &= length == &three[..size];
+                for (corner, bytes) in triangle.iter_mut().zip(items.as_chunks().0) {
+                    *corner = number(in_order::<_, BIG>(*bytes));
+                    most = most.max(*corner);
+                }
+            }
+            are_three && most < at.vertices
+        });
+        all_good.then_some(corners)
+    }
+}
+
+/// The number of a slot in the rows of an element, the last one if several have it.
+fn column(layout: &Layout, slot: usize) -> Option<Column> {
+    let mut offset = 0;
+    let mut found = None;
+    for (field, size) in layout.fields.iter().zip(sizes_of_triangles(layout)) {
+        if let (Role::Slot { slot: its, levels }, Kind::Scalar(number)) = (field.role, field.kind)
+            && its == slot
+        {
+            found = Some(Column { offset, number, levels });
+        }
+        offset += size.unwrap_or_default();
+    }
+    found
+}

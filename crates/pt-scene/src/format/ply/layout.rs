@@ -1,0 +1,224 @@
+//! What the properties of an element are, and what is read of them.
+
+use ply_rs_bw::ply::{ElementDef, PropertyType, ScalarType};
+
+/// Names of the properties of a texture coordinate.
+const UV_NAMES: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]];
+/// Names of the properties of a colour.
+const COLOR_NAMES: [[&str; 3]; 2] = [["r", "g", "b"], ["red", "green", "blue"]];
+/// Names of the list of the corners of a face.
+const CORNER_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
+
+/// Types of numbers, by the names that the parser of headers gives them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Number {
+    Char,
+    UChar,
+    Short,
+    UShort,
+    Int,
+    UInt,
+    Float,
+    Double,
+}
+
+impl Number {
+    fn of(kind: &ScalarType) -> Self {
+        match kind {
+            ScalarType::Char => Self::Char,
+            ScalarType::UChar => Self::UChar,
+            ScalarType::Short => Self::Short,
+            ScalarType::UShort => Self::UShort,
+            ScalarType::Int => Self::Int,
+            ScalarType::UInt => Self::UInt,
+            ScalarType::Float => Self::Float,
+            ScalarType::Double => Self::Double,
+        }
+    }
+
+    /// Bytes in a binary file.
+    pub(super) fn size(self) -> usize {
+        match self {
+            Self::Char | Self::UChar => 1,
+            Self::Short | Self::UShort => 2,
+            Self::Int | Self::UInt | Self::Float => 4,
+            Self::Double => 8,
+        }
+    }
+
+    fn is_real(self) -> bool {
+        matches!(self, Self::Float | Self::Double)
+    }
+
+    /// The greatest number of a channel of a colour; 1 for reals. Numbers with a sign are no colours.
+    fn levels(self) -> Option<f32> {
+        match self {
+            Self::Float | Self::Double => Some(1.0),
+            Self::UChar => Some(f32::from(u8::MAX)),
+            Self::UShort => Some(f32::from(u16::MAX)),
+            Self::UInt => Some(u32::MAX as f32),
+            Self::Char | Self::Short | Self::Int => None,
+        }
+    }
+}
+
+/// The type of a property: one number, or a list, with the types of its length and its items.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Scalar(Number),
+    List(Number, Number),
+}
+
+/// Where the numbers of a row go: position, normal, texture coordinate and colour.
+pub(super) const POSITION: usize = 0;
+pub(super) const NORMAL: usize = 3;
+pub(super) const UV: usize = 6;
+pub(super) const COLOR: usize = 8;
+/// How many numbers are read of a row.
+pub(super) const SLOTS: usize = 11;
+
+/// What a property is read for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Role {
+    /// Nothing: it is passed over.
+    Nothing,
+    /// A number of the row, by its slot, in units of `levels`.
+    Slot { slot: usize, levels: f32 },
+    /// The corners of a face or of a strip.
+    Corners,
+}
+
+/// A property.
+#[derive(Clone, Debug)]
+pub(super) struct Field {
+    pub(super) kind: Kind,
+    pub(super) role: Role,
+}
+
+/// The properties of an element, in the order of the file.
+#[derive(Debug)]
+pub(super) struct Layout<'a> {
+    pub(super) element: &'a ElementDef,
+    pub(super) fields: Vec<Field>,
+    /// The first property that has a type which its role cannot have, and that type.
+    pub(super) unsupported: Option<(&'a str, Kind)>,
+}
+
+impl<'a> Layout<'a> {
+    pub(super) fn new(element: &'a ElementDef) -> Self {
+        let mut unsupported = None;
+        let field = |(name, property): (&'a String, &'a ply_rs_bw::ply::PropertyDef)| {
+            let kind = match &property.data_type {
+                PropertyType::Scalar(kind) => Kind::Scalar(Number::of(kind)),
+                PropertyType::List(count, of) => Kind::List(Number::of(count), Number::of(of)),
+            };
+            let role = role(&element.name, name, kind).unwrap_or_else(|| {
+                unsupported.get_or_insert((name.as_str(), kind));
+                Role::Nothing
+            });
+            Field { kind, role }
+        };
+        let fields = element.properties.iter().map(field).collect();
+        Self { element, fields, unsupported }
+    }
+
+    /// An element of which nothing is read.
+    pub(super) fn passed_over(element: &'a ElementDef) -> Self {
+        let mut layout = Self::new(element);
+        layout.fields.iter_mut().for_each(|field| field.role = Role::Nothing);
+        Self { unsupported: None, ..layout }
+    }
+
+    /// Whether it has all properties of these names.
+    pub(super) fn has(&self, names: &[&str]) -> bool {
+        names.iter().all(|name| self.element.properties.contains_key(*name))
+    }
+
+    pub(super) fn has_uvs(&self) -> bool {
+        UV_NAMES.iter().any(|names| self.has(names))
+    }
+
+    pub(super) fn has_corners(&self) -> bool {
+        CORNER_NAMES.iter().any(|name| self.has(&[name]))
+    }
+
+    /// The greatest number of a channel of the colours, if there are some: 1 for real numbers.
+    pub(super) fn color_levels(&self) -> Option<f32> {
+        let of_channel = |name: &&str| match &self.element.properties.get(*name)?.data_type {
+            PropertyType::Scalar(kind) => Number::of(kind).levels(),
+            PropertyType::List(..) => None,
+        };
+        let of_all = |names: &[&str; 3]| {
+            names.iter().map(of_channel).try_fold(1.0f32, |most, levels| Some(most.max(levels?)))
+        };
+        COLOR_NAMES.iter().find_map(of_all)
+    }
+
+    /// Bytes of a row of a binary file; none if it has lists.
+    pub(super) fn stride(&self) -> Option<usize> {
+        self.fields.iter().try_fold(0, |sum, field| match field.kind {
+            Kind::Scalar(kind) => Some(sum + kind.size()),
+            Kind::List(..) => None,
+        })
+    }
+
+    /// Fewest bytes that a row can take.
+    pub(super) fn least_size(&self, is_text: bool) -> usize {
+        let size = |field: &Field| match (field.kind, is_text) {
+            (_, true) => 2, // "0 "
+            (Kind::Scalar(kind) | Kind::List(kind, _), false) => kind.size(),
+        };
+        self.fields.iter().map(size).sum()
+    }
+}
+
+/// What a property of this name is for in this element; none if it cannot be of this type.
+fn role(element: &str, name: &str, kind: Kind) -> Option<Role> {
+    let is_vertex = element == "vertex";
+    if let Some(channel) = channel(name) {
+        let levels = match kind {
+            Kind::Scalar(kind) => kind.levels(),
+            Kind::List(..) => None,
+        };
+        return Some(
+            levels.map_or(Role::Nothing, |levels| Role::Slot { slot: COLOR + channel, levels }),
+        );
+    }
+    if is_vertex {
+        return match (vertex_slot(name), kind) {
+            (None, _) => Some(Role::Nothing),
+            (Some(slot), Kind::Scalar(_)) => Some(Role::Slot { slot, levels: 1.0 }),
+            (Some(_), Kind::List(..)) => None,
+        };
+    }
+    match kind {
+        _ if !CORNER_NAMES.contains(&name) => Some(Role::Nothing),
+        Kind::List(count, of) if !count.is_real() && !of.is_real() => Some(Role::Corners),
+        Kind::List(..) | Kind::Scalar(_) => None,
+    }
+}
+
+/// The slot of a property of a vertex that is no colour.
+fn vertex_slot(name: &str) -> Option<usize> {
+    Some(match name {
+        "x" => POSITION,
+        "y" => POSITION + 1,
+        "z" => POSITION + 2,
+        "nx" => NORMAL,
+        "ny" => NORMAL + 1,
+        "nz" => NORMAL + 2,
+        "u" | "s" | "texture_u" => UV,
+        "v" | "t" | "texture_v" => UV + 1,
+        _ => return None,
+    })
+}
+
+/// The channel of a colour that a property of this name gives.
+fn channel(name: &str) -> Option<usize> {
+    match name {
+        "r" | "red" => Some(0),
+        "g" | "green" => Some(1),
+        "b" | "blue" => Some(2),
+        _ => None,
+    }
+}

@@ -1,0 +1,313 @@
+//! Stanford polygon files (PLY), text and binary. [Turk 1994, "The PLY Polygon File Format"]
+//!
+//! Read are the properties `x y z`, `nx ny nz`, `u v` (also called `s t` and
+//! `texture_u texture_v`) of the element `vertex`; the list `vertex_indices` (also called `vertex_index`)
+//! of the elements `face` and `tristrips`; and `red green blue` (also called `r g b`) of `vertex` and `face`.
+//! All else is passed over.
+//!
+//! Rows are read in parallel, in chunks: `layout.rs` says what their numbers are for, `rows.rs` where they
+//! begin, `words.rs` reads their numbers, and `fixed.rs` those of most binary files, which are all
+//! of one size.
+
+mod fixed;
+mod layout;
+mod rows;
+mod words;
+
+use std::path::Path;
+
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{DefaultElement, ElementDef, Encoding};
+
+use super::mesh_file::{self, ColorLevels, MeshFile, Polygons};
+use super::xml::quote;
+use crate::shapes::single_part;
+use crate::{Attribute, LoadError, Mesh, Scene, Warning};
+use fixed::{Triangles, Vertices};
+use layout::{COLOR, Layout, NORMAL, POSITION, UV};
+use rows::{Body, Chunk};
+use words::Row;
+
+/// A scene of one object.
+pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
+    Ok(parse_mesh(bytes, path)?.into_scene(path))
+}
+
+/// The mesh of a file.
+///
+/// # Errors
+/// If the content is no PLY, ends early, has no faces, or refers to vertices that do not exist.
+pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadError> {
+    let mut reader = Reader::new(bytes);
+    let header = Parser::<DefaultElement>::new().read_header(&mut reader).map_err(|e| {
+        let line = e.line().unwrap_or(0) as u32;
+        mesh_file::error(path, line, format!("the header of the PLY is wrong: {}", explain(&e)))
+    })?;
+    let count = |name| header.elements.get(name).map_or(0, |e: &ElementDef| e.count);
+    let vertices = count("vertex");
+    if (count("face"), count("tristrips")) == (0, 0) || vertices == 0 {
+        let message = "the file has no faces; expected the elements \"vertex\" and \"face\" (or \
+                       \"tristrips\")";
+        return Err(mesh_file::error(path, 0, message));
+    }
+    if u32::try_from(vertices).is_err() {
+        let message = format!("{vertices} vertices are more than can be numbered with 32 bits");
+        return Err(mesh_file::error(path, 0, message));
+    }
+    let (line, encoding) = (reader.line() as u32, header.encoding);
+    let mut body = Body { path, encoding, line, rest: reader.into_inner() };
+    let mut mesh = Mesh { name: mesh_file::name_of(path), ..Mesh::default() };
+    let mut warnings = Vec::new();
+    let mut levels = ColorLevels::default();
+    for element in header.elements.values() {
+        let layout = Layout::new(element);
+        match element.name.as_str() {
+            "vertex" => {
+                levels.vertices = layout.color_levels().unwrap_or(1.0);
+                read_vertices(&mut body, &layout, &mut mesh)?;
+            }
+            "face" => {
+                levels.faces = layout.color_levels().unwrap_or(1.0);
+                read_faces(&mut body, &layout, vertices as u32, &mut mesh, &mut warnings)?;
+            }
+            "tristrips" => read_strips(&mut body, &layout, vertices as u32, &mut mesh)?,
+            _ => body.skip(element)?,
+        }
+    }
+    if mesh.triangles.is_empty() {
+        return Err(mesh_file::error(path, 0, "no face has three corners"));
+    }
+    // Strips have no colours.
+    mesh.face_colors = mesh.face_colors.filter(|colors| colors.len() == mesh.triangles.len());
+    mesh.parts = single_part(mesh.triangles.len());
+    Ok(MeshFile { mesh, levels, warnings })
+}
+
+/// Reads all vertices.
+fn read_vertices(body: &mut Body, layout: &Layout, mesh: &mut Mesh) -> Result<(), LoadError> {
+    if !layout.has(&["x", "y", "z"]) {
+        let message = "the element \"vertex\" has no properties \"x\", \"y\" and \"z\"";
+        return Err(mesh_file::error(body.path, 0, message));
+    }
+    let fixed = match body.encoding {
+        Encoding::Ascii => None,
+        Encoding::BinaryBigEndian => fixed::vertices::<true>(layout, body.rest),
+        Encoding::BinaryLittleEndian => fixed::vertices::<false>(layout, body.rest),
+    };
+    let vertices = match fixed {
+        Some((vertices, size)) => {
+            body.rest = &body.rest[size..];
+            vertices
+        }
+        None => any_vertices(body, layout)?,
+    };
+    let all = |values| Attribute { values, indices: None };
+    mesh.positions = vertices.positions;
+    mesh.normals = vertices.normals.map(all);
+    mesh.uvs = vertices.uvs.map(|values| Attribute { values, indices: None });
+    mesh.colors = vertices.colors.map(all);
+    Ok(())
+}
+
+/// Reads all vertices, of any encoding and with any properties.
+fn any_vertices(body: &mut Body, layout: &Layout) -> Result<Vertices, LoadError> {
+    let empty = |capacity| Vertices {
+        positions: Vec::with_capacity(capacity),
+        normals: layout.has(&["nx", "ny", "nz"]).then(|| Vec::with_capacity(capacity)),
+        uvs: layout.has_uvs().then(|| Vec::with_capacity(capacity)),
+        colors: layout.color_levels().map(|_| Vec::with_capacity(capacity)),
+    };
+    let read = |chunk: &Chunk| {
+        let mut vertices = empty(chunk.count);
+        chunk.rows(|i, row| {
+            if !row.numbers.iter().all(|x| x.is_finite()) {
+                return Err(format!("vertex {i} has a value that is not finite"));
+            }
+            vertices.push(row);
+            Ok(())
+        })?;
+        Ok(vertices)
+    };
+    let mut all = empty(body.least_count(layout));
+    body.read(layout, read, |part| all.append(part))?;
+    Ok(all)
+}
+
+impl Vertices {
+    fn push(&mut self, Row { numbers, .. }: &Row) {
+        let three = |at: usize| [numbers[at], numbers[at + 1], numbers[at + 2]];
+        self.positions.push(three(POSITION));
+        self.normals.iter_mut().for_each(|normals| normals.push(three(NORMAL)));
+        self.uvs.iter_mut().for_each(|uvs| uvs.push([numbers[UV], numbers[UV + 1]]));
+        self.colors.iter_mut().for_each(|colors| colors.push(three(COLOR)));
+    }
+
+    fn append(&mut self, mut more: Self) {
+        self.positions.append(&mut more.positions);
+        append(&mut self.normals, more.normals);
+        append(&mut self.uvs, more.uvs);
+        append(&mut self.colors, more.colors);
+    }
+}
+
+/// Appends values to those of the same kind, if there are any.
+fn append<T>(all: &mut Option<Vec<T>>, more: Option<Vec<T>>) {
+    if let (Some(all), Some(mut more)) = (all, more) {
+        all.append(&mut more);
+    }
+}
+
+/// Reads all faces, with corners below `vertices`.
+fn read_faces(
+    body: &mut Body,
+    layout: &Layout,
+    vertices: u32,
+    mesh: &mut Mesh,
+    warnings: &mut Vec<Warning>,
+) -> Result<(), LoadError> {
+    check_corners(body, layout)?;
+    let fixed = match body.encoding {
+        Encoding::Ascii => None,
+        Encoding::BinaryBigEndian => fixed::triangles::<true>(layout, vertices, body.rest),
+        Encoding::BinaryLittleEndian => fixed::triangles::<false>(layout, vertices, body.rest),
+    };
+    let Triangles { mut corners, colors } = match fixed {
+        Some((triangles, size)) => {
+            body.rest = &body.rest[size..];
+            triangles
+        }
+        None => any_faces(body, layout, vertices, &mesh.positions, warnings)?,
+    };
+    mesh.face_colors = colors;
+    if mesh.triangles.is_empty() {
+        mesh.triangles = corners;
+    } else {
+        mesh.triangles.append(&mut corners);
+    }
+    check_count(body, &mesh.triangles)
+}
+
+/// Reads all faces, of any encoding and number of corners.
+fn any_faces(
+    body: &mut Body,
+    layout: &Layout,
+    vertices: u32,
+    positions: &[[f32; 3]],
+    warnings: &mut Vec<Warning>,
+) -> Result<Triangles, LoadError> {
+    let empty = |capacity| Triangles {
+        corners: Vec::with_capacity(capacity),
+        colors: layout.color_levels().map(|_| Vec::with_capacity(capacity)),
+    };
+    let read = |chunk: &Chunk| {
+        let (mut triangles, mut without_area) = (empty(chunk.count), 0_usize);
+        let mut polygons = Polygons::default();
+        chunk.rows(|i, row| {
+            check_indices("face", i, &row.corners, 0..i64::from(vertices))?;
+            let Triangles { corners, colors } = &mut triangles;
+            match row.corners.as_slice() {
+                [] | [_] | [_, _] => without_area += 1,
+                [a, b, c] => corners.push([*a, *b, *c].map(|c| c as u32)),
+                all => polygons.cut(all.iter().map(|c| *c as u32), positions, |t| {
+                    corners.push(t.map(|i| all[i] as u32));
+                }),
+            }
+            let Some(colors) = colors else { return Ok(()) };
+            let color = [0, 1, 2].map(|k| row.numbers[COLOR + k]);
+            if !color.iter().all(|x| x.is_finite()) {
+                return Err(format!("face {i} has a colour that is not finite"));
+            }
+            colors.resize(corners.len(), color);
+            Ok(())
+        })?;
+        Ok((triangles, without_area))
+    };
+    let (mut all, mut without_area) = (empty(body.least_count(layout)), 0);
+    let at_the_end = mesh_file::place(body.path, 0);
+    body.read(layout, read, |(mut part, its_without_area)| {
+        all.corners.append(&mut part.corners);
+        append(&mut all.colors, part.colors);
+        without_area += its_without_area;
+    })?;
+    if without_area > 0 {
+        let message = format!("{without_area} faces with fewer than three corners left out");
+        warnings.push(Warning { at: at_the_end, message });
+    }
+    Ok(all)
+}
+
+/// Reads strips of triangles: each corner after the second makes a triangle with the two
+/// before it, every other one the other way round, and −1 starts anew. Triangles with two
+/// equal corners only join strips.
+fn read_strips(
+    body: &mut Body,
+    layout: &Layout,
+    vertices: u32,
+    mesh: &mut Mesh,
+) -> Result<(), LoadError> {
+    check_corners(body, layout)?;
+    let read = |chunk: &Chunk| {
+        let mut triangles = Vec::new();
+        chunk.rows(|i, row| {
+            check_indices("tristrips", i, &row.corners, -1..i64::from(vertices))?;
+            for run in row.corners.split(|c| *c == -1) {
+                let all = run.windows(3).enumerate().map(|(k, window)| {
+                    let [a, b, c] = [window[0], window[1], window[2]].map(|c| c as u32);
+                    if k % 2 == 0 { [a, b, c] } else { [b, a, c] }
+                });
+                triangles.extend(all.filter(|[a, b, c]| a != b && b != c && c != a));
+            }
+            Ok(())
+        })?;
+        Ok(triangles)
+    };
+    body.read(layout, read, |mut triangles| mesh.triangles.append(&mut triangles))?;
+    check_count(body, &mesh.triangles)
+}
+
+/// Faces and strips have a list of corners, unless there are none of them.
+fn check_corners(body: &Body, layout: &Layout) -> Result<(), LoadError> {
+    let ElementDef { name, count, .. } = layout.element;
+    if *count == 0 || layout.has_corners() {
+        return Ok(());
+    }
+    let message = format!("the element \"{name}\" has no list \"vertex_indices\"");
+    Err(mesh_file::error(body.path, 0, message))
+}
+
+/// Corners of the element with number `i` are in a range, whose end is the number of vertices.
+fn check_indices(
+    name: &str,
+    i: usize,
+    corners: &[i64],
+    range: std::ops::Range<i64>,
+) -> Result<(), String> {
+    match corners.iter().find(|c| !range.contains(c)) {
+        None => Ok(()),
+        Some(bad) => Err(format!(
+            "{name} {i} refers to vertex {bad}; the vertices are numbered 0 to {}",
+            range.end - 1
+        )),
+    }
+}
+
+/// Triangles are numbered with 32 bits.
+fn check_count(body: &Body, triangles: &[[u32; 3]]) -> Result<(), LoadError> {
+    if u32::try_from(triangles.len()).is_ok() {
+        return Ok(());
+    }
+    Err(body.error("the file has more than 4294967295 triangles".to_owned()))
+}
+
+/// What the parser says, on one line.
+fn explain(error: &ParseError) -> String {
+    let text = error.to_string();
+    let text = error.line().map_or(&*text, |l| text.trim_start_matches(&format!("Line {l}: ")));
+    let mut parts = text.split("\n\t").map(str::trim);
+    let what = parts.next().unwrap_or_default().trim_end_matches('.');
+    let what = what.trim_end_matches(" by the destination element");
+    match parts.find_map(|part| part.strip_prefix("String: ")) {
+        Some(line) => format!("{what}: {}", quote(line.trim_matches('\'').trim_end())),
+        None => what.to_owned(),
+    }
+}

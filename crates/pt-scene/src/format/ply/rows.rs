@@ -1,0 +1,291 @@
+//! What follows the header, in chunks of rows that are read side by side.
+//!
+//! Where rows begin is found in one sweep, which is quick: rows of a text are its lines, and those of binary
+//! files have a size that is fixed, but for their lists, which begin with their lengths. What rows
+//! hold is read in parallel and put together in the order of the file, so neither the result nor the
+//! message about the first fault depends on the number of threads.
+
+use std::path::Path;
+
+use ply_rs_bw::ply::{ElementDef, Encoding};
+use rayon::prelude::*;
+
+use super::super::mesh_file;
+use super::layout::{Field, Kind, Layout, Number};
+use super::words::{Binary, Row, Text, Words};
+use crate::LoadError;
+
+/// Rows that are read by one thread at a time.
+pub(super) const ROWS: usize = 4096;
+/// Chunks that are read before what they hold is put together.
+const CHUNKS: usize = 64;
+
+/// What follows the header.
+pub(super) struct Body<'a> {
+    pub(super) path: &'a Path,
+    pub(super) encoding: Encoding,
+    /// Line of the next row of a text file.
+    pub(super) line: u32,
+    /// Bytes not yet read.
+    pub(super) rest: &'a [u8],
+}
+
+/// Some rows.
+pub(super) struct Chunk<'a> {
+    path: &'a Path,
+    encoding: Encoding,
+    layout: &'a Layout<'a>,
+    /// Number of its first row.
+    pub(super) first: usize,
+    /// How many they are.
+    pub(super) count: usize,
+    bytes: &'a [u8],
+    /// Line of the first row of a text file; 0 in binary files.
+    line: u32,
+}
+
+impl<'a> Body<'a> {
+    /// Reads all rows of an element: `read` those of a chunk, `take` what this gave, in the order of the
+    /// file.
+    pub(super) fn read<P: Send>(
+        &mut self,
+        layout: &Layout,
+        read: impl Fn(&Chunk) -> Result<P, LoadError> + Sync,
+        mut take: impl FnMut(P),
+    ) -> Result<(), LoadError> {
+        let mut done = 0;
+        while done < layout.element.count {
+            let (chunks, end) = self.batch(layout, done);
+            if let (Some(first), Some((name, kind))) = (chunks.first(), layout.unsupported) {
+                return Err(first.error(first.line, format!(
+                    "{} 0 is wrong: PLY property '{name}' with declared type {kind:?} is unsupported",
+                    layout.element.name
+                )));
+            }
+            for part in side_by_side(&chunks, &read) {
+                take(part?);
+            }
+            done += chunks.iter().map(|chunk| chunk.count).sum::<usize>();
+            end.map_or(Ok(()), Err)?;
+        }
+        Ok(())
+    }
+
+    /// Passes over an element.
+    pub(super) fn skip(&mut self, element: &ElementDef) -> Result<(), LoadError> {
+        // Rows without properties take no bytes, however many there are said to be.
+        if element.properties.is_empty() && self.encoding != Encoding::Ascii {
+            return Ok(());
+        }
+        self.read(&Layout::passed_over(element), |_| Ok(()), |()| ())
+    }
+
+    /// The next chunks of an element of which `done` rows are read, and why there are no more.
+    fn batch<'l>(
+        &mut self,
+        layout: &'l Layout<'l>,
+        done: usize,
+    ) -> (Vec<Chunk<'l>>, Option<LoadError>)
+    where
+        'a: 'l,
+    {
+        let (mut chunks, mut first) = (Vec::new(), done);
+        while chunks.len() < CHUNKS && first < layout.element.count {
+            let (chunk, end) = self.chunk(layout, first);
+            first += chunk.count;
+            if chunk.count > 0 {
+                chunks.push(chunk);
+            }
+            if end.is_some() {
+                return (chunks, end);
+            }
+        }
+        (chunks, None)
+    }
+
+    fn chunk<'l>(&mut self, layout: &'l Layout<'l>, first: usize) -> (Chunk<'l>, Option<LoadError>)
+    where
+        'a: 'l,
+    {
+        let most = (layout.element.count - first).min(ROWS);
+        let is_text = self.encoding == Encoding::Ascii;
+        if is_text {
+            self.skip_blank_lines();
+        }
+        let (line, rest) = (if is_text { self.line } else { 0 }, self.rest);
+        let (count, fault) = match layout.stride() {
+            _ if is_text => (self.lines(most), None),
+            Some(stride) => {
+                let count = (rest.len() / stride.max(1)).min(most);
+                self.rest = &rest[count * stride..];
+                (count, None)
+            }
+            None => self.rows_with_lists(layout, most),
+        };
+        let end = (count < most).then(|| {
+            let ElementDef { name, count: all, .. } = layout.element;
+            let row = first + count;
+            self.error(match fault {
+                Some(fault) => format!("{name} {row} is wrong: {fault}"),
+                None => format!("the file ends in {name} {row} of {all}; is it complete?"),
+            })
+        });
+        let bytes = &rest[..rest.len() - self.rest.len()];
+        let (path, encoding) = (self.path, self.encoding);
+        (Chunk { path, encoding, layout, first, count, bytes, line }, end)
+    }
+
+    fn skip_blank_lines(&mut self) {
+        while let Some(end) = memchr::memchr(b'\n', self.rest) {
+            if !is_blank(&self.rest[..end]) {
+                break;
+            }
+            self.rest = &self.rest[end + 1..];
+            self.line += 1;
+        }
+    }
+
+    /// Passes over this many lines that are not blank, and tells how many there were.
+    fn lines(&mut self, most: usize) -> usize {
+        let mut count = 0;
+        while count < most && !self.rest.is_empty() {
+            let end = memchr::memchr(b'\n', self.rest).unwrap_or(self.rest.len());
+            let line = &self.rest[..end];
+            count += usize::from(!is_blank(line));
+            self.rest = self.rest.get(end + 1..).unwrap_or_default();
+            self.line += 1;
+        }
+        count
+    }
+
+    /// Passes over this many rows that have lists, and tells how many there were, and what is wrong
+    /// with the next one if the file does not just end.
+    fn rows_with_lists(&mut self, layout: &Layout, most: usize) -> (usize, Option<String>) {
+        for count in 0..most {
+            let size = match self.encoding {
+                Encoding::BinaryBigEndian => row_size::<true>(&layout.fields, self.rest),
+                _ => row_size::<false>(&layout.fields, self.rest),
+            };
+            match size {
+                Ok(Some(size)) => self.rest = &self.rest[size..],
+                Ok(None) => return (count, None),
+                Err(fault) => return (count, Some(fault)),
+            }
+        }
+        (most, None)
+    }
+
+    /// How many rows to expect: as many as the header says, but not more than the bytes that are left can
+    /// hold.
+    pub(super) fn least_count(&self, layout: &Layout) -> usize {
+        let size = layout.least_size(self.encoding == Encoding::Ascii);
+        layout.element.count.min(1 + self.rest.len() / size.max(1))
+    }
+
+    /// An error about the line that was passed last; binary files have no lines.
+    pub(super) fn error(&self, message: String) -> LoadError {
+        let line = if self.encoding == Encoding::Ascii { self.line - 1 } else { 0 };
+        mesh_file::error(self.path, line, message)
+    }
+}
+
+impl Chunk<'_> {
+    /// Gives the rows with their numbers.
+    ///
+    /// # Errors
+    /// If one is wrong, or is found to be by `each`, which says why.
+    pub(super) fn rows(
+        &self,
+        each: impl FnMut(usize, &Row) -> Result<(), String>,
+    ) -> Result<(), LoadError> {
+        match self.encoding {
+            Encoding::Ascii => self.text_rows(each),
+            Encoding::BinaryBigEndian => {
+                self.binary_rows(Binary::<true> { rest: self.bytes }, each)
+            }
+            Encoding::BinaryLittleEndian => {
+                self.binary_rows(Binary::<false> { rest: self.bytes }, each)
+            }
+        }
+    }
+
+    fn text_rows(
+        &self,
+        mut each: impl FnMut(usize, &Row) -> Result<(), String>,
+    ) -> Result<(), LoadError> {
+        let (mut row, mut number) = (Row::default(), self.first);
+        for (i, line) in lines_of(self.bytes).enumerate().filter(|(_, line)| !is_blank(line)) {
+            let read = self.row(&mut row, number, &mut Text::new(line));
+            read.and_then(|()| each(number, &row))
+                .map_err(|fault| self.error(self.line + i as u32, fault))?;
+            number += 1;
+        }
+        Ok(())
+    }
+
+    fn binary_rows(
+        &self,
+        mut words: impl Words,
+        mut each: impl FnMut(usize, &Row) -> Result<(), String>,
+    ) -> Result<(), LoadError> {
+        let mut row = Row::default();
+        for number in self.first..self.first + self.count {
+            let read = self.row(&mut row, number, &mut words);
+            read.and_then(|()| each(number, &row)).map_err(|fault| self.error(0, fault))?;
+        }
+        Ok(())
+    }
+
+    fn row(&self, row: &mut Row, number: usize, words: &mut impl Words) -> Result<(), String> {
+        let name = &self.layout.element.name;
+        row.read(&self.layout.fields, words)
+            .map_err(|fault| format!("{name} {number} is wrong: {fault}"))
+    }
+
+    fn error(&self, line: u32, message: String) -> LoadError {
+        mesh_file::error(self.path, line, message)
+    }
+}
+
+/// Does the same with all items, in parallel where they are several.
+fn side_by_side<T: Sync, P: Send>(items: &[T], work: impl Fn(&T) -> P + Sync + Send) -> Vec<P> {
+    match items {
+        [one] => vec![work(one)],
+        all => all.par_iter().map(work).collect(),
+    }
+}
+
+/// The lines of a text.
+fn lines_of(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut start = 0;
+    let ends = memchr::memchr_iter(b'\n', bytes).chain([bytes.len()]);
+    ends.map(move |end| &bytes[std::mem::replace(&mut start, end + 1)..end])
+}
+
+fn is_blank(line: &[u8]) -> bool {
+    line.iter().all(u8::is_ascii_whitespace)
+}
+
+/// The size of the row at the beginning of the bytes, which has lists; none if they end within.
+fn row_size<const BIG: bool>(fields: &[Field], bytes: &[u8]) -> Result<Option<usize>, String> {
+    let mut size = 0_usize;
+    for field in fields {
+        match field.kind {
+            Kind::Scalar(number) => size += number.size(),
+            Kind::List(Number::Float | Number::Double, _) => {
+                return Err("the length of a list must be of an integer type".to_owned());
+            }
+            Kind::List(length, of) => {
+                let mut words = Binary::<BIG> { rest: bytes.get(size..).unwrap_or_default() };
+                let Ok(count) = words.whole(length) else { return Ok(None) };
+                let count = usize::try_from(count).map_err(|_| {
+                    format!("List length cannot be negative (i{})", 8 * length.size())
+                })?;
+                size += length.size();
+                // Lengths have 32 bits, so this is below 2³⁵.
+                size = size.saturating_add(count.saturating_mul(of.size()));
+            }
+        }
+    }
+    Ok((size <= bytes.len()).then_some(size))
+}

@@ -1,0 +1,192 @@
+//! The numbers of a row one after the other, of a text and of binary files.
+
+use super::super::xml::quote;
+use super::layout::{Field, Kind, Number, Role, SLOTS};
+
+/// Why there is no number.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Fault {
+    /// The row ends.
+    Missing,
+    /// It is none of its type.
+    NoNumber,
+}
+
+/// The numbers of a row.
+pub(super) trait Words {
+    /// The next number as a real one.
+    fn real(&mut self, kind: Number) -> Result<f32, Fault>;
+    /// The next number, which is whole.
+    fn whole(&mut self, kind: Number) -> Result<i64, Fault>;
+    /// The row as messages show it.
+    fn shown(&self) -> String;
+}
+
+/// A line of a text.
+pub(super) struct Text<'a> {
+    line: &'a [u8],
+    rest: &'a [u8],
+}
+
+impl<'a> Text<'a> {
+    pub(super) fn new(line: &'a [u8]) -> Self {
+        Self { line, rest: line }
+    }
+
+    fn word(&mut self) -> Result<&'a [u8], Fault> {
+        let start =
+            self.rest.iter().position(|b| !b.is_ascii_whitespace()).ok_or(Fault::Missing)?;
+        let rest = &self.rest[start..];
+        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        let (word, rest) = rest.split_at(end);
+        self.rest = rest;
+        Ok(word)
+    }
+
+    fn parse<T: std::str::FromStr>(&mut self) -> Result<T, Fault> {
+        let word = std::str::from_utf8(self.word()?).map_err(|_| Fault::NoNumber)?;
+        word.parse().map_err(|_| Fault::NoNumber)
+    }
+}
+
+impl Words for Text<'_> {
+    fn real(&mut self, kind: Number) -> Result<f32, Fault> {
+        match kind {
+            Number::Float => self.parse(),
+            Number::Double => self.parse::<f64>().map(|x| x as f32),
+            _ => self.whole(kind).map(|x| x as f32),
+        }
+    }
+
+    /// Up to 18 digits are read here: they are most of a file.
+    fn whole(&mut self, _: Number) -> Result<i64, Fault> {
+        let word = self.word()?;
+        if word.len() <= 18 && word.iter().all(u8::is_ascii_digit) {
+            return Ok(word.iter().fold(0, |x, digit| 10 * x + i64::from(digit - b'0')));
+        }
+        let word = std::str::from_utf8(word).map_err(|_| Fault::NoNumber)?;
+        word.parse().map_err(|_| Fault::NoNumber)
+    }
+
+    fn shown(&self) -> String {
+        String::from_utf8_lossy(self.line.trim_ascii()).into_owned()
+    }
+}
+
+/// Bytes, the highest first or last.
+pub(super) struct Binary<'a, const BIG: bool> {
+    pub(super) rest: &'a [u8],
+}
+
+impl<const BIG: bool> Binary<'_, BIG> {
+    /// The next bytes, the lowest first.
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
+        let (bytes, rest) = self.rest.split_first_chunk().ok_or(Fault::Missing)?;
+        self.rest = rest;
+        Ok(in_order::<N, BIG>(*bytes))
+    }
+}
+
+/// Bytes with the lowest first.
+pub(super) fn in_order<const N: usize, const BIG: bool>(mut bytes: [u8; N]) -> [u8; N] {
+    if BIG {
+        bytes.reverse();
+    }
+    bytes
+}
+
+impl<const BIG: bool> Words for Binary<'_, BIG> {
+    fn real(&mut self, kind: Number) -> Result<f32, Fault> {
+        match kind {
+            Number::Float => self.take().map(f32::from_le_bytes),
+            Number::Double => self.take().map(|x| f64::from_le_bytes(x) as f32),
+            _ => self.whole(kind).map(|x| x as f32),
+        }
+    }
+
+    fn whole(&mut self, kind: Number) -> Result<i64, Fault> {
+        match kind {
+            Number::Char => self.take().map(|x| i8::from_le_bytes(x).into()),
+            Number::UChar => self.take().map(|x| u8::from_le_bytes(x).into()),
+            Number::Short => self.take().map(|x| i16::from_le_bytes(x).into()),
+            Number::UShort => self.take().map(|x| u16::from_le_bytes(x).into()),
+            Number::Int => self.take().map(|x| i32::from_le_bytes(x).into()),
+            Number::UInt => self.take().map(|x| u32::from_le_bytes(x).into()),
+            Number::Float | Number::Double => Err(Fault::NoNumber),
+        }
+    }
+
+    fn shown(&self) -> String {
+        "the row has no numbers of this type".to_owned()
+    }
+}
+
+/// What is read of a row.
+#[derive(Default)]
+pub(super) struct Row {
+    pub(super) numbers: [f32; SLOTS],
+    pub(super) corners: Vec<i64>,
+}
+
+impl Row {
+    /// Reads the numbers of a row; those that it does not have stay as they are.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub(super) fn read(&mut self, fields: &[Field], words: &mut impl Words) -> Result<(), String> {
+        for Field { kind, role } in fields {
+            match (*kind, *role) {
+                (Kind::Scalar(number), role) => {
+                    let read = words.real(number);
+                    let value = read.map_err(|fault| explain(fault, *kind, words))?;
+                    if let Role::Slot { slot, levels } = role {
+                        self.numbers[slot] = value / levels;
+                    }
+                }
+                (Kind::List(count, number), role) => {
+                    let read = words.whole(count);
+                    let count = read.map_err(|fault| explain(fault, *kind, words))?;
+                    self.read_list(count, number, role == Role::Corners, words)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn read_list(
+        &mut self,
+        count: i64,
+        number: Number,
+        is_kept: bool,
+        words: &mut impl Words,
+    ) -> Result<(), String> {
+        if count < 0 {
+            return Err("List length cannot be negative".to_owned());
+        }
+        if is_kept {
+            self.corners.clear();
+        }
+        for i in 0..count {
+            let item = if is_kept { words.whole(number) } else { words.real(number).map(|_| 0) };
+            let item = item.map_err(|fault| match fault {
+                Fault::Missing => format!("Expected {count} list elements, but found only {i}"),
+                Fault::NoNumber => no_number(words),
+            })?;
+            if is_kept {
+                self.corners.push(item);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn explain(fault: Fault, kind: Kind, words: &impl Words) -> String {
+    match fault {
+        Fault::Missing => format!("Expected element of type '{kind:?}', but found nothing"),
+        Fault::NoNumber => no_number(words),
+    }
+}
+
+fn no_number(words: &impl Words) -> String {
+    format!("Couldn't parse element line: {}", quote(&words.shown()))
+}

@@ -1,0 +1,82 @@
+//! Readers of others, each in a Python process that reads files when it is told to.
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+use anyhow::{Context, Result};
+
+use crate::project::root;
+use crate::venv::{self, Prepared};
+
+/// A library with a Python module, by the name that `python/bench_load.py` gives it.
+struct Library {
+    name: &'static str,
+    module: &'static str,
+    /// What pip is to install.
+    packages: &'static [&'static str],
+}
+
+/// The package `assimp_py` carries assimp itself.
+const LIBRARIES: [Library; 3] = [
+    Library { name: "assimp", module: "assimp_py", packages: &["assimp_py==1.1.0", "numpy"] },
+    Library { name: "mitsuba", module: "mitsuba", packages: &["mitsuba==3.9.0", "numpy"] },
+    Library { name: "trimesh", module: "trimesh", packages: &["trimesh==5.2.0", "numpy"] },
+];
+
+/// A reader that waits for the name of a file.
+pub(super) struct Peer {
+    pub(super) name: &'static str,
+    process: Child,
+    to: ChildStdin,
+    from: BufReader<ChildStdout>,
+}
+
+/// Starts all readers that can be had, and prints which cannot and why.
+///
+/// # Errors
+/// If a process cannot be started.
+pub(super) fn start_all() -> Result<Vec<Peer>> {
+    let mut peers = Vec::new();
+    for Library { name, module, packages } in LIBRARIES {
+        let folder = format!("load-{name}-venv");
+        match venv::prepare(&folder, packages, &format!("import numpy, {module}"))? {
+            Prepared::Missing(why) => println!("{name} cannot be had: {why}"),
+            Prepared::Python(python) => peers.push(Peer::start(name, &python)?),
+        }
+    }
+    Ok(peers)
+}
+
+impl Peer {
+    fn start(name: &'static str, python: &Path) -> Result<Self> {
+        let mut command = Command::new(python);
+        command.arg(root().join("crates/xtask/python/bench_load.py")).arg(name);
+        let mut process = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
+        let to = process.stdin.take().context("no input")?;
+        let from = BufReader::new(process.stdout.take().context("no output")?);
+        Ok(Self { name, process, to, from })
+    }
+
+    /// Seconds for a file; none if it cannot be read.
+    ///
+    /// # Errors
+    /// If the process has ended.
+    pub(super) fn load(&mut self, path: &Path) -> Result<Option<f64>> {
+        writeln!(self.to, "{}", path.display())?;
+        self.to.flush()?;
+        let mut answer = String::new();
+        self.from.read_line(&mut answer)?;
+        let seconds: f64 =
+            answer.trim().parse().with_context(|| format!("{} says {answer:?}", self.name))?;
+        Ok(seconds.is_finite().then_some(seconds))
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        // It ends by itself with its input; nothing is to be done if it cannot be killed.
+        self.process.kill().ok();
+        self.process.wait().ok();
+    }
+}
