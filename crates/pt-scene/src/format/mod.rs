@@ -4,11 +4,13 @@
 
 pub mod collada;
 mod gltf;
+mod json;
 mod mesh_file;
 mod mitsuba;
 mod obj;
 mod pbrt;
 mod ply;
+mod save;
 mod serialized;
 mod spectra;
 mod transform;
@@ -19,6 +21,8 @@ mod xml;
 use std::path::Path;
 
 use crate::{LoadError, Scene, source};
+pub use json::schema as json_schema;
+pub use save::{Encoded, SaveError, save};
 use xml::quote;
 
 /// How to read a scene.
@@ -83,6 +87,7 @@ pub static FORMATS: &[Format] = &[
     Format { name: "glTF 2.0", extensions: &["gltf", "glb"], parser: Parser::Plain(gltf::parse) },
     Format { name: "Mitsuba 3", extensions: &["xml"], parser: Parser::Defined(mitsuba::parse) },
     Format { name: "pbrt-v4", extensions: &["pbrt"], parser: Parser::Plain(pbrt::parse) },
+    Format { name: "pathtracer JSON", extensions: &["json"], parser: Parser::Plain(json::parse) },
     Format { name: "Stanford PLY", extensions: &["ply"], parser: Parser::Plain(ply::parse) },
     Format { name: "Wavefront OBJ", extensions: &["obj"], parser: Parser::Plain(obj::parse) },
 ];
