@@ -47,7 +47,7 @@ pub use pt_cpu::{
     INTEGRATORS, MOST_REUSE, MOST_SPLIT, Progress, Registration, RenderError, Statistics,
 };
 pub use pt_math::sampler::{SECOND_HALF, SamplerKind};
-pub use pt_scene::format::{FORMATS, LoadOptions, load, load_with};
+pub use pt_scene::format::{FORMATS, LoadOptions, SaveError, load, load_with, save};
 pub use pt_scene::image::{self, Image, Samples};
 pub use pt_scene::{
     Aperture, Camera, Daylight, FileSettings, Filter, IesProfile, Light, LightKind, LoadError,

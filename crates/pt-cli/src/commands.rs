@@ -1,4 +1,5 @@
-//! What can be done with images that were rendered, and their samples: go on, add up, look, make again, explain.
+//! What can be done with images that were rendered, and their samples: go on, add up, look, make again, explain; and
+//! with scenes: write them in another format.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -16,9 +17,10 @@ Commands:
   pathtracer info out.exr                    how an image or a film was made
   pathtracer rerender out.exr                makes it again, and compares
   pathtracer explain scene.dae -x 9 -y 5     what a pixel is made of
+  pathtracer convert scene.dae scene.json    writes a scene in our own format
 Each has --help. A scene that is called like one of them is ./resume.";
 
-/// A command on samples.
+/// A command.
 #[derive(Parser, Debug, Clone)]
 #[command(name = "pathtracer", version, max_term_width = 100)]
 pub(crate) enum Command {
@@ -46,6 +48,11 @@ pub(crate) enum Command {
     /// written.
     #[command(override_usage = "pathtracer explain [OPTIONS] [SCENE] -x X -y Y", after_help = "")]
     Explain(Box<Explain>),
+    /// Writes a scene in pathtracer's own format
+    ///
+    /// The new scene renders to the same image, to the bit. Meshes, images and grids are in a folder beside
+    /// it, NAME_files. Nothing that exists is overwritten without --force.
+    Convert(Convert),
 }
 
 /// `pathtracer resume`.
@@ -124,6 +131,30 @@ pub(crate) struct Rerender {
     pub(crate) quiet: bool,
 }
 
+/// `pathtracer convert`.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct Convert {
+    /// The scene
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: PathBuf,
+
+    /// What is written, .json
+    #[arg(value_name = "OUTPUT")]
+    pub(crate) output: PathBuf,
+
+    /// What $NAME stands for in a Mitsuba scene
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = check::definition)]
+    pub(crate) define: Vec<(String, String)>,
+
+    /// Overwrite the files that there are
+    #[arg(long)]
+    pub(crate) force: bool,
+
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
 /// `pathtracer explain`.
 #[derive(clap::Args, Debug, Clone)]
 pub(crate) struct Explain {
@@ -164,6 +195,6 @@ pub(crate) struct OfPixel {
 impl Command {
     /// Whether there is a command of this name.
     pub(crate) fn is_one(name: &str) -> bool {
-        ["resume", "merge", "info", "rerender", "explain"].contains(&name)
+        ["resume", "merge", "info", "rerender", "explain", "convert"].contains(&name)
     }
 }

@@ -21,14 +21,25 @@ record! {
         to_world: Plain => DAffine3::IDENTITY,
         motion: Plain => None,
         shutter: Each(ANY) => [0.0; 2],
-        near: FROM_0 => 1e-3,
+        near: ABOVE_0 => 1e-3,
         far: PerhapsInfinite,
         lens_radius: FROM_0 => 0.0,
         aperture: Plain => None,
         focal_distance: ABOVE_0 => 1.0,
         film_offset: Each(ANY) => [0.0; 2],
         medium: Numbered::Medium => None,
-    } + projection: Projection
+    } + projection: Projection; check
+}
+
+fn check(camera: &Camera) -> Result<(), String> {
+    let Camera { near, far, shutter: [open, close], .. } = camera;
+    if near >= far {
+        return Err(format!("nothing is between near, {near}, and far, {far}"));
+    }
+    if open > close {
+        return Err(format!("the shutter closes at {close}, before it opens at {open}"));
+    }
+    Ok(())
 }
 
 record! { Aperture { blades: Plain, rotation: ANY => 0.0 } }

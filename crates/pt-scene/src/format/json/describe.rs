@@ -151,10 +151,10 @@ macro_rules! default_of {
 }
 pub(super) use default_of;
 
-/// `record! { Type { field: kind = default, field: kind } + flattened: Type }`, where `+` says that the keys of a
-/// field stand among those of the record.
+/// `record! { Type { field: kind => default, field: kind } + flattened: Type; check }`, where `+` says that the keys of a
+/// field stand among those of the record, and `check` refuses what does not fit together.
 macro_rules! record {
-    ($type:ident { $($field:ident: $kind:expr $(=> $default:expr)?),* $(,)? } $(+ $flat:ident: $flat_type:ty)?) => {
+    ($type:ident { $($field:ident: $kind:expr $(=> $default:expr)?),* $(,)? } $(+ $flat:ident: $flat_type:ty)? $(; $check:ident)?) => {
         impl $crate::format::json::describe::Fields for $type {
             const IS_TAGGED: bool = false $(|| <$flat_type as $crate::format::json::describe::Fields>::IS_TAGGED)?;
 
@@ -163,7 +163,7 @@ macro_rules! record {
                 cx: &mut $crate::format::json::shared::Reading<'_>,
             ) -> Result<Self, $crate::LoadError> {
                 let _ = (&keys, &cx);
-                Ok(Self {
+                let made = Self {
                     $($flat: <$flat_type>::read_fields(keys, cx)?,)?
                     $($field: keys.read(
                         stringify!($field),
@@ -171,7 +171,9 @@ macro_rules! record {
                         $crate::format::json::describe::default_of!($($default)?),
                         cx,
                     )?),*
-                })
+                };
+                $($check(&made).map_err(|message| keys.node.error(message))?;)?
+                Ok(made)
             }
 
             fn write_fields(
