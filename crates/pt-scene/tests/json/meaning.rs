@@ -138,3 +138,23 @@ fn what_cannot_be_written_is_refused_and_nothing_is_overwritten() {
     assert!(refusal(&scene, "a.json").contains("exists already"));
     save(&scene, &path, true).unwrap_or_else(|error| panic!("{error}"));
 }
+
+/// Whole files are marked as JSON, and some of their keys as JSON with comments.
+#[test]
+fn the_examples_of_the_page_are_scenes() {
+    let page = include_str!("../../../../docs/scene-file.md");
+    let mut count = 0;
+    for (mark, around) in [("```json\n", ["", ""]), ("```jsonc\n", ["{\"pathtracer\": 1, ", "}"])] {
+        for block in page.split(mark).skip(1) {
+            let text = block.split("```").next().unwrap_or_default();
+            let [before, after] = around;
+            let text = format!("{before}{text}{after}");
+            let path = Path::new("test.json");
+            if let Err(error) = parse(text.as_bytes(), path) {
+                panic!("{error}\n{text}");
+            }
+            count += 1;
+        }
+    }
+    assert!(count >= 7, "{count}");
+}
