@@ -70,7 +70,9 @@ fn scenes_of_all_formats_are_read_as_they_were() {
     let mut scenes = Vec::new();
     scenes_in(&Path::new(ROOT).join("scenes"), &mut scenes);
     assert!(scenes.len() > 70, "{}", scenes.len());
-    scenes.iter().for_each(|path| check(path));
+    for path in &scenes {
+        check(path);
+    }
 }
 
 #[test]
@@ -80,7 +82,9 @@ fn good_files_of_all_formats_are_read_as_they_were() {
         scenes_in(&Path::new(ROOT).join("tests/formats").join(format).join("good"), &mut scenes);
     }
     assert!(scenes.len() > 30, "{}", scenes.len());
-    scenes.iter().for_each(|path| check(path));
+    for path in &scenes {
+        check(path);
+    }
 }
 
 #[test]
@@ -94,5 +98,7 @@ fn scenes_of_others_are_read_as_they_were() {
     // Some are parts of others, or made for what is not supported.
     let read: Vec<_> = scenes.iter().filter_map(|path| Some((load(path).ok()?, path))).collect();
     assert!(read.len() > 40, "{} of {}", read.len(), scenes.len());
-    read.into_iter().for_each(|(scene, path)| check_scene(scene, path));
+    for (scene, path) in read {
+        check_scene(scene, path);
+    }
 }

@@ -22,8 +22,11 @@ use super::shared::{Reading, Shared, Tables, Writing};
 use crate::shapes::{cube, cylinder, disk, rectangle, single_part};
 use crate::{Attribute, LoadError, Mesh, Part};
 
+/// Makes a mesh by rule.
+pub(super) type Maker = fn() -> Mesh;
+
 /// Meshes that are known by a name.
-pub(super) const SHAPES: [(&str, fn() -> Mesh); 4] =
+pub(super) const SHAPES: [(&str, Maker); 4] =
     [("rectangle", rectangle), ("cube", cube), ("disk", disk), ("cylinder", cylinder)];
 
 /// The ending of files that hold all of a mesh.
@@ -69,7 +72,7 @@ impl Shared for Mesh {
             out.push(("name".to_owned(), Out::text(&self.name)));
         }
         let (bytes, key) = (to_bytes(self)?, cx.key.clone());
-        let is_shape = |make: fn() -> Mesh| {
+        let is_shape = |make: Maker| {
             let made = make();
             made.triangles.len() == self.triangles.len()
                 && to_bytes(&made).is_ok_and(|made| made == bytes)
@@ -150,7 +153,7 @@ fn of_shape(
 /// See [`of_shape`].
 pub(super) fn shape_named(
     shape: &str,
-    make: fn() -> Mesh,
+    make: Maker,
     name: Option<String>,
     cx: &mut Reading<'_>,
 ) -> Arc<Mesh> {

@@ -48,7 +48,7 @@ const HEADER: &str = "pathtracer";
 /// A scene.
 pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
     let text = std::str::from_utf8(bytes).map_err(|e| {
-        let line = 1 + bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count();
+        let line = bytes[..e.valid_up_to()].split(|byte| *byte == b'\n').count();
         super::mesh_file::error(path, line as u32, "the text is not in UTF-8")
     })?;
     let value = node::parse(text.trim_start_matches('\u{feff}'), path)?;
@@ -85,7 +85,6 @@ fn check_version(keys: &mut Keys<'_>) -> Result<(), LoadError> {
 fn scene(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Scene, LoadError> {
     let defaults = Scene::default();
     let settings: FileSettings = keys.read("settings", &Plain, Some(defaults.settings), cx)?;
-    check_settings(&settings, keys)?;
     if let Some([width, height]) = settings.resolution {
         cx.aspect = f64::from(width) / f64::from(height);
     }
@@ -115,33 +114,6 @@ fn scene(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Scene, LoadError> 
         settings,
         warnings: Vec::new(),
     })
-}
-
-fn check_settings(settings: &FileSettings, keys: &Keys<'_>) -> Result<(), LoadError> {
-    const MOST_PIXELS: u64 = 1 << 32;
-    let refuse = |message: &str| Err(keys.node.error(format!("settings: {message}")));
-    let area = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
-    if settings.resolution.is_some_and(|size| !(1..=MOST_PIXELS).contains(&area(size))) {
-        return refuse(
-            "the \"resolution\" must be a width and a height above 0, of up to 2^32 pixels",
-        );
-    }
-    let ends = |start: u32, length: u32, size: u32| {
-        length > 0 && u64::from(start) + u64::from(length) <= u64::from(size)
-    };
-    let fits = |[x, y, width, height]: [u32; 4]| {
-        let inside = |[w, h]: [u32; 2]| ends(x, width, w) && ends(y, height, h);
-        settings.resolution.is_some_and(inside)
-    };
-    if !settings.crop.is_none_or(fits) {
-        return refuse(
-            "the \"crop\" [x, y, width, height] must lie in the image of the \"resolution\"",
-        );
-    }
-    if settings.spp == Some(0) {
-        return refuse("the \"spp\" must be 1 or more");
-    }
-    settings.filter.map_or(Ok(()), |filter| filter.check()).or_else(|message| refuse(&message))
 }
 
 /// The entries of a table whose order counts, and their names.

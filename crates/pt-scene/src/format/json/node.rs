@@ -242,15 +242,10 @@ fn unknown<'c>(what: &str, name: &str, known: impl Iterator<Item = &'c str>) -> 
         Some(meant) => format!("did you mean {}? ", quote(meant)),
         None => String::new(),
     };
-    let there = match all.as_slice() {
-        [] => "there are none".to_owned(),
-        _ => {
-            let listed: Vec<_> = all.iter().take(MOST_LISTED).map(|name| quote(name)).collect();
-            let more = if all.len() > MOST_LISTED { " …" } else { "" };
-            format!("there are {}{more}", listed.join(", "))
-        }
-    };
-    format!("unknown {what} {}; {meant}{there}", quote(name))
+    let listed: Vec<_> = all.iter().take(MOST_LISTED).map(|name| quote(name)).collect();
+    let more = if all.len() > MOST_LISTED { " …" } else { "" };
+    let listed = if all.is_empty() { "none".to_owned() } else { listed.join(", ") };
+    format!("unknown {what} {}; {meant}there are {listed}{more}", quote(name))
 }
 
 /// A value in a few words.

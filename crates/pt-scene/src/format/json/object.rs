@@ -72,14 +72,12 @@ fn geometry(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Geometry, LoadE
     match name {
         "sphere" => Ok(Geometry::Sphere { radius: keys.read("radius", &ABOVE_0, Some(1.0), cx)? }),
         "mesh" => keys.read("mesh", &Plain, None, cx).map(Geometry::Mesh),
-        _ => match SHAPES.iter().find(|(shape, _)| *shape == name) {
-            Some((shape, make)) => Ok(Geometry::Mesh(shape_named(shape, *make, None, cx))),
-            None => {
-                let known =
-                    ["sphere", "mesh"].into_iter().chain(SHAPES.iter().map(|(name, _)| *name));
-                Err(tag.unknown("type", name, known))
-            }
-        },
+        _ => {
+            let found = SHAPES.iter().find(|(shape, _)| *shape == name);
+            let known = ["sphere", "mesh"].into_iter().chain(SHAPES.iter().map(|(name, _)| *name));
+            let (shape, make) = found.ok_or_else(|| tag.unknown("type", name, known))?;
+            Ok(Geometry::Mesh(shape_named(shape, *make, None, cx)))
+        }
     }
 }
 

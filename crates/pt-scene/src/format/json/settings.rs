@@ -41,7 +41,34 @@ record! {
         integrator: OneOf("integrator", &INTEGRATORS) => None,
         aovs: OneOf("channel", &AOVS) => Vec::new(),
         filter: Plain => None,
+    }; check
+}
+
+fn check(settings: &FileSettings) -> Result<(), String> {
+    const MOST_PIXELS: u64 = 1 << 32;
+    let refuse = |message: &str| Err(message.to_owned());
+    let area = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
+    if settings.resolution.is_some_and(|size| !(1..=MOST_PIXELS).contains(&area(size))) {
+        return refuse(
+            "the \"resolution\" must be a width and a height above 0, of up to 2^32 pixels",
+        );
     }
+    let ends = |start: u32, length: u32, size: u32| {
+        length > 0 && u64::from(start) + u64::from(length) <= u64::from(size)
+    };
+    let fits = |[x, y, width, height]: [u32; 4]| {
+        let inside = |[w, h]: [u32; 2]| ends(x, width, w) && ends(y, height, h);
+        settings.resolution.is_some_and(inside)
+    };
+    if !settings.crop.is_none_or(fits) {
+        return refuse(
+            "the \"crop\" [x, y, width, height] must lie in the image of the \"resolution\"",
+        );
+    }
+    if settings.spp == Some(0) {
+        return refuse("the \"spp\" must be 1 or more");
+    }
+    settings.filter.map_or(Ok(()), |filter| filter.check())
 }
 
 tagged! {
@@ -67,6 +94,7 @@ impl OneOf {
     }
 }
 
+#[expect(clippy::ref_option_ref, reason = "kinds write what they are lent")]
 impl Kind<Option<&'static str>> for OneOf {
     fn read(
         &self,
