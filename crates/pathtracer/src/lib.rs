@@ -50,7 +50,7 @@ pub use pt_cpu::{
 pub use pt_math::sampler::{SECOND_HALF, SamplerKind};
 pub use pt_scene::camera_file;
 pub use pt_scene::format::{
-    FORMATS, Limits, LoadOptions, Reading, is_scene, load, load_with, read_with,
+    FORMATS, Limits, LoadOptions, Reading, SaveError, is_scene, load, load_with, read_with, save,
 };
 pub use pt_scene::image::{self, Image, Samples};
 pub use pt_scene::{

@@ -17,13 +17,13 @@ use crate::{light_groups, message};
 
 /// Physically based path tracer: renders a scene to a PNG or OpenEXR image.
 ///
-/// Without a scene it renders a Cornell box to cornell.png. Scenes are COLLADA (.dae), glTF 2.0
-/// (.gltf, .glb), Mitsuba 3 (.xml), pbrt-v4 (.pbrt), PLY, OBJ and STL files. The image depends on the scene and the options alone: neither
+/// Without a scene it renders a Cornell box to cornell.png. Scenes are pathtracer's own (.json), COLLADA (.dae),
+/// glTF 2.0 (.gltf, .glb), Mitsuba 3 (.xml), pbrt-v4 (.pbrt), PLY, OBJ and STL files. The image depends on the scene and the options alone: neither
 /// the number of threads nor the machine changes a bit of it.
 #[derive(Parser, Debug, Clone)]
 #[command(name = "pathtracer", version, max_term_width = 100, arg_required_else_help = false)]
 #[command(
-    override_usage = "pathtracer [render] [OPTIONS] [SCENE]\n       pathtracer resume | merge | info | check | rerender | explain …"
+    override_usage = "pathtracer [render] [OPTIONS] [SCENE]\n       pathtracer resume | merge | info | check | rerender | explain | convert …"
 )]
 #[command(after_help = crate::commands::HELP)]
 #[expect(clippy::struct_excessive_bools, reason = "flags of a command line are bools")]

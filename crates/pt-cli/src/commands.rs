@@ -1,4 +1,5 @@
-//! What can be done with images that were rendered, and their samples: go on, add up, look, make again, explain.
+//! What can be done with images that were rendered, and their samples: go on, add up, look, make again, explain; and
+//! with scenes: write them in another format.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -19,9 +20,10 @@ Commands:
   pathtracer check scene.dae                 all that is wrong with it
   pathtracer rerender out.exr                makes it again, and compares
   pathtracer explain scene.dae -x 9 -y 5     what a pixel is made of
+  pathtracer convert scene.dae scene.json    writes a scene in our own format
 Each has --help. A scene that is called like one of them is ./resume.";
 
-/// A command on samples.
+/// A command.
 #[derive(Parser, Debug, Clone)]
 #[command(name = "pathtracer", version, max_term_width = 100)]
 pub(crate) enum Command {
@@ -54,6 +56,11 @@ pub(crate) enum Command {
     /// written.
     #[command(override_usage = "pathtracer explain [OPTIONS] [SCENE] -x X -y Y", after_help = "")]
     Explain(Box<Explain>),
+    /// Writes a scene in pathtracer's own format
+    ///
+    /// The new scene renders to the same image, to the bit. Meshes, images and grids are in a folder beside
+    /// it, NAME_files. Nothing that exists is overwritten without --force. A scene of which files are missing is refused.
+    Convert(Convert),
 }
 
 /// `pathtracer resume`.
@@ -154,6 +161,29 @@ pub(crate) struct Rerender {
     pub(crate) quiet: bool,
 }
 
+/// `pathtracer convert`.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct Convert {
+    /// The scene
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: PathBuf,
+
+    /// What is written, .json
+    #[arg(value_name = "OUTPUT")]
+    pub(crate) output: PathBuf,
+
+    #[command(flatten)]
+    pub(crate) loading: Loading,
+
+    /// Overwrite the files that there are
+    #[arg(long)]
+    pub(crate) force: bool,
+
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
 /// `pathtracer explain`.
 #[derive(clap::Args, Debug, Clone)]
 pub(crate) struct Explain {
@@ -194,6 +224,6 @@ pub(crate) struct OfPixel {
 impl Command {
     /// Whether there is a command of this name.
     pub(crate) fn is_one(name: &str) -> bool {
-        ["resume", "merge", "info", "check", "rerender", "explain"].contains(&name)
+        ["resume", "merge", "info", "check", "rerender", "explain", "convert"].contains(&name)
     }
 }

@@ -4,6 +4,7 @@ mod args;
 mod check;
 mod commands;
 mod console;
+mod convert;
 mod course;
 mod cpu;
 mod denoise;
@@ -52,6 +53,7 @@ fn main() -> ExitCode {
         args::Action::Command(Command::Check(check)) => examine::run(&check),
         args::Action::Command(Command::Rerender(rerender)) => rerender::run(&rerender),
         args::Action::Command(Command::Explain(explain)) => explain::run(*explain),
+        args::Action::Command(Command::Convert(convert)) => convert::run(&convert),
     };
     done.unwrap_or_else(|error| {
         eprintln!("pathtracer: {}", message::of_error(&error));

@@ -1,6 +1,7 @@
 //! The program as its users run it.
 
 mod common;
+mod convert;
 mod course;
 mod denoise;
 mod disk;

@@ -178,7 +178,10 @@ fn scenes_that_cannot_be_read() {
         ("other.xml", "other.xml:2:"),
         ("empty.ply", "empty.ply"),
         ("text.obj", "text.obj:1"),
-        ("notes.txt", "the endings known are .dae, .gltf, .glb, .xml, .pbrt, .ply, .stl, .obj"),
+        (
+            "notes.txt",
+            "the endings known are .dae, .gltf, .glb, .xml, .pbrt, .json, .ply, .stl, .obj",
+        ),
         ("noending", "the endings known are"),
     ] {
         refuses(&folder, &format!("{TINY} {scene}"), wanted);

@@ -5,6 +5,7 @@
 pub mod collada;
 mod context;
 mod gltf;
+mod json;
 mod limits;
 mod line;
 mod mesh_file;
@@ -12,6 +13,7 @@ mod mitsuba;
 mod obj;
 mod pbrt;
 mod ply;
+mod save;
 mod serialized;
 mod spectra;
 mod stl;
@@ -26,7 +28,9 @@ use std::sync::Arc;
 
 use crate::{LoadError, Scene, Source, Warning};
 use context::Context;
+pub use json::schema as json_schema;
 pub use limits::Limits;
+pub use save::{Encoded, SaveError, save};
 use xml::quote;
 
 /// How to read a scene.
@@ -117,6 +121,7 @@ pub static FORMATS: &[Format] = &[
     format("glTF 2.0", &["gltf", "glb"], gltf::parse),
     Format { has_names: true, ..format("Mitsuba 3", &["xml"], mitsuba::parse) },
     format("pbrt-v4", &["pbrt"], pbrt::parse),
+    format("pathtracer JSON", &["json"], json::parse),
     format("Stanford PLY", &["ply"], |bytes, path, _| ply::parse(bytes, path)),
     format("STL", &["stl"], |bytes, path, _| stl::parse(bytes, path)),
     format("Wavefront OBJ", &["obj"], |bytes, path, _| obj::parse(bytes, path)),

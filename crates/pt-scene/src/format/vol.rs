@@ -56,6 +56,23 @@ pub(super) fn parse(bytes: &[u8]) -> Result<VolFile, String> {
     Ok(VolFile { grid: Grid { resolution, channels, values }, to_box })
 }
 
+/// The file of a grid, whose box is the unit cube.
+///
+/// # Errors
+/// If it has more cells along an axis than the format can say.
+pub(super) fn write(grid: &Grid) -> Result<Vec<u8>, String> {
+    let [x, y, z] = grid.resolution;
+    let mut bytes = IDENTIFIER.to_vec();
+    for number in [FLOAT32 as u32, x, y, z, grid.channels] {
+        let number = i32::try_from(number)
+            .map_err(|_| format!("a grid of {x} x {y} x {z} cells is too large"))?;
+        bytes.extend(number.to_le_bytes());
+    }
+    let corners = [0.0f32, 0.0, 0.0, 1.0, 1.0, 1.0];
+    bytes.extend(corners.iter().chain(&grid.values).flat_map(|x| x.to_le_bytes()));
+    Ok(bytes)
+}
+
 fn check_identifier(identifier: [u8; 4]) -> Result<(), String> {
     match identifier {
         IDENTIFIER => Ok(()),

@@ -235,14 +235,21 @@ pub fn is_image(path: &Path) -> bool {
 /// If the ending is unknown, the number of pixels is not width · height or zero, the metadata or
 /// channels do not fit into the format, or the file cannot be written.
 pub fn save(image: &Image, path: &Path, options: &SaveOptions) -> Result<(), ImageError> {
+    write_atomically(path, &encode(image, path, options)?)
+}
+
+/// The bytes of an image file in the format that the ending of the name says.
+///
+/// # Errors
+/// As [`save`], but nothing is written.
+pub fn encode(image: &Image, path: &Path, options: &SaveOptions) -> Result<Vec<u8>, ImageError> {
     let write = codec_with(path, |codec| codec.write)?;
     let refused = |message| ImageError::Refused { path: path.to_owned(), message };
     check_shape(image.width, image.height, image.pixels.len()).map_err(refused)?;
     for channel in &options.channels {
         check_shape(image.width, image.height, channel.samples.count()).map_err(refused)?;
     }
-    let bytes = write(image, options).map_err(refused)?;
-    write_atomically(path, &bytes)
+    write(image, options).map_err(refused)
 }
 
 /// How many finite numbers an EXR file of these options cannot hold, since they are beyond ±65504, the greatest

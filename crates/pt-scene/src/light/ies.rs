@@ -82,6 +82,11 @@ impl IesProfile {
         Self { vertical, horizontal, candela }
     }
 
+    /// The vertical and the horizontal angles, and the intensities, as [`Self::of_table`] takes them.
+    pub(crate) fn table(&self) -> (&[f32], &[f32], &[f32]) {
+        (&self.vertical, &self.horizontal, &self.candela)
+    }
+
     /// The same intensities all around the axis, by degrees that increase.
     pub(crate) fn around_axis(vertical: Vec<f32>, candela: Vec<f32>) -> Self {
         let candela = [candela.clone(), candela].concat();

@@ -1,0 +1,31 @@
+//! `pathtracer convert`: a scene in another format.
+
+use std::process::ExitCode;
+
+use anyhow::{Result, ensure};
+use pathtracer::{load_with, save};
+
+use crate::commands::Convert;
+
+/// Reads a scene, and writes it.
+///
+/// # Errors
+/// If the scene cannot be read, or not written in the format that the ending of the other name says; if that is the
+/// same file; or if something exists that is not to be overwritten.
+pub(crate) fn run(convert: &Convert) -> Result<ExitCode> {
+    let Convert { scene: from, output: to, loading, force, quiet } = convert;
+    let is_same =
+        from.canonicalize().is_ok_and(|from| to.canonicalize().is_ok_and(|to| from == to));
+    ensure!(!is_same, "{}: is the scene itself; give its copy another name", to.display());
+    crate::output::check_writable(to)?;
+    let scene = load_with(from, &loading.options(true))?;
+    let notes = save(&scene, to, *force)?;
+    if !quiet {
+        let of_reading = scene.warnings.iter().map(ToString::to_string);
+        for note in of_reading.chain(notes) {
+            eprintln!("note: {note}");
+        }
+        eprintln!("saved {}", to.display());
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,101 @@
+//! Scenes in another format.
+
+use pathtracer::{Aov, INTEGRATORS};
+
+use crate::common::{Folder, SCENE, TINY};
+
+const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
+
+/// The two files hold the same image.
+fn renders_alike(folder: &Folder, scene: &str, copy: &str) {
+    let [original, again] = [scene, copy].map(|path| folder.exr(&format!("{path} {TINY}")));
+    assert!(original == again, "{scene}");
+}
+
+#[test]
+fn converted_scenes_render_to_the_same_bits() {
+    for name in [
+        "mitsuba/textures.xml",
+        "mitsuba/smoke.xml",
+        "mitsuba/instances.xml",
+        "mitsuba/envmap.xml",
+        "pbrt/motion.pbrt",
+        "pbrt/lights.pbrt",
+        "gltf/glass.glb",
+        "gltf/textures.gltf",
+        "cornell.dae",
+        "json/files.json",
+    ] {
+        let folder = Folder::new();
+        let scene = format!("{SCENES}/{name}");
+        let run = folder.succeed(&format!("convert {scene} copy.json"));
+        assert!(run.err.ends_with("saved copy.json\n"), "{run:?}");
+        renders_alike(&folder, &scene, "copy.json");
+    }
+}
+
+#[test]
+fn a_converted_scene_may_move_with_its_files() {
+    let folder = Folder::new();
+    folder.succeed(&format!("convert -q {SCENES}/mitsuba/envmap.xml a.json"));
+    assert_eq!(folder.files(), ["a.json", "a_files"]);
+    std::fs::create_dir(folder.path("there")).expect("the folder takes folders");
+    for name in ["a.json", "a_files"] {
+        let to = folder.path("there").join(name);
+        std::fs::rename(folder.path(name), to).expect("it can be moved");
+    }
+    renders_alike(&folder, &format!("{SCENES}/mitsuba/envmap.xml"), "there/a.json");
+}
+
+#[test]
+fn nothing_is_overwritten_unless_that_is_asked_for() {
+    let folder = Folder::new();
+    folder.write("a.json", "{}");
+    let run = folder.run("convert SCENE a.json");
+    assert!(run.code == Some(2) && run.err.contains("a.json exists already"), "{run:?}");
+    assert_eq!(folder.read("a.json"), b"{}");
+    folder.succeed("convert SCENE a.json --force");
+    let itself = folder.run("convert a.json ./a.json --force");
+    assert!(itself.code == Some(2) && itself.err.contains("is the scene itself"), "{itself:?}");
+    let other = folder.run("convert a.json a.usd");
+    assert!(other.code == Some(2) && other.err.contains("can be written as .json"), "{other:?}");
+    let nowhere = folder.run("convert a.json missing/b.json");
+    assert!(nowhere.code == Some(2) && nowhere.err.contains("there is no folder"), "{nowhere:?}");
+    folder.write("b_files", "not a folder");
+    folder.succeed("convert a.json b.json --force");
+    assert_eq!(folder.files(), ["a.json", "b.json", "b_files"]);
+    assert!(SCENE.ends_with("cornell.dae") && folder.read("b.json").starts_with(b"{\n"));
+}
+
+#[test]
+fn what_was_defined_stands_in_the_copy() {
+    let folder = Folder::new();
+    folder.write(
+        "a.xml",
+        r#"<scene version="3.0.0"><default name="r" value="1"/>
+            <shape type="sphere"><float name="radius" value="$r"/></shape></scene>"#,
+    );
+    folder.succeed("convert a.xml a.json -D r=7.5");
+    let text = String::from_utf8(folder.read("a.json")).expect("a text");
+    assert!(text.contains(r#""radius": 7.5"#), "{text}");
+}
+
+#[test]
+fn a_file_may_ask_for_all_that_there_is() {
+    let folder = Folder::new();
+    let sphere = r#""objects": [{"type": "sphere"}]"#;
+    for name in INTEGRATORS.iter().map(|integrator| integrator.name) {
+        folder.write(
+            "a.json",
+            format!(r#"{{"pathtracer": 1, "settings": {{"integrator": "{name}"}}, {sphere}}}"#),
+        );
+        folder.succeed("a.json -r 2 2 -s 1");
+    }
+    let names: Vec<_> = Aov::NAMES.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+    let names = names.join(", ");
+    folder.write(
+        "a.json",
+        format!(r#"{{"pathtracer": 1, "settings": {{"aovs": [{names}]}}, {sphere}}}"#),
+    );
+    folder.succeed("a.json -r 2 2 -s 2 -f a.exr");
+}

@@ -1,0 +1,165 @@
+//! Cameras, and what moves.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use pt_math::DAffine3;
+use serde_json::{Value, json};
+
+use super::describe::{Described, Fields, Plain, put, record};
+use super::node::{Keys, Node, TYPE};
+use super::number::{ABOVE_0, ANY, Each, FROM_0, PerhapsInfinite};
+use super::out::{Entries, Out};
+use super::schema::{Properties, Schemas};
+use super::shared::{Numbered, Reading, Shared, Tables, Writing};
+use crate::motion::Key;
+use crate::{Aperture, Camera, LoadError, Motion, Projection};
+
+record! {
+    Camera {
+        name: Plain => String::new(),
+        to_world: Plain => DAffine3::IDENTITY,
+        motion: Plain => None,
+        shutter: Each(ANY) => [0.0; 2],
+        near: ABOVE_0 => 1e-3,
+        far: PerhapsInfinite,
+        lens_radius: FROM_0 => 0.0,
+        aperture: Plain => None,
+        focal_distance: ABOVE_0 => 1.0,
+        film_offset: Each(ANY) => [0.0; 2],
+        medium: Numbered::Medium => None,
+    } + projection: Projection; check
+}
+
+fn check(camera: &Camera) -> Result<(), String> {
+    let Camera { near, far, shutter: [open, close], .. } = camera;
+    if near >= far {
+        return Err(format!("nothing is between near, {near}, and far, {far}"));
+    }
+    if open > close {
+        return Err(format!("the shutter closes at {close}, before it opens at {open}"));
+    }
+    Ok(())
+}
+
+record! { Aperture { blades: Plain, rotation: ANY => 0.0 } }
+
+/// Names of the projections.
+const PROJECTIONS: [&str; 3] = ["perspective", "orthographic", "panorama"];
+
+impl Fields for Projection {
+    const IS_TAGGED: bool = true;
+
+    fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+        let tag = keys.tag()?;
+        let name = tag.text().ok_or_else(|| tag.unexpected("a name"))?;
+        match name {
+            "perspective" => {
+                let [x_fov, y_fov] = sizes(keys, ["x_fov", "y_fov"], cx, |known, aspect| {
+                    2.0 * libm::atan(aspect * libm::tan(0.5 * known.to_radians())).to_degrees()
+                })?;
+                let fits = |fov: f64| 0.0 < fov && fov < 180.0;
+                if fits(x_fov) && fits(y_fov) {
+                    return Ok(Self::Perspective { x_fov, y_fov });
+                }
+                Err(keys.node.error("the field of view must lie between 0 and 180 degrees"))
+            }
+            "orthographic" => {
+                let names = ["half_width", "half_height"];
+                let [half_width, half_height] =
+                    sizes(keys, names, cx, |known, aspect| known * aspect)?;
+                Ok(Self::Orthographic { half_width, half_height })
+            }
+            "panorama" => Ok(Self::Panorama),
+            _ => Err(tag.unknown("type", name, PROJECTIONS.into_iter())),
+        }
+    }
+
+    fn write_fields(&self, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
+        let (tag, sizes) = match self {
+            Self::Perspective { x_fov, y_fov } => (0, vec![("x_fov", x_fov), ("y_fov", y_fov)]),
+            Self::Orthographic { half_width, half_height } => {
+                (1, vec![("half_width", half_width), ("half_height", half_height)])
+            }
+            Self::Panorama => (2, Vec::new()),
+        };
+        out.push((TYPE.to_owned(), Out::text(PROJECTIONS[tag])));
+        sizes.into_iter().try_for_each(|(name, size)| put(out, name, &ABOVE_0, size, None, cx))
+    }
+
+    fn properties(_: &mut Schemas) -> Vec<Properties> {
+        let [perspective, orthographic, panorama] = PROJECTIONS.map(Properties::tag);
+        let fov = json!({"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 180});
+        let half = json!({"type": "number", "exclusiveMinimum": 0});
+        let with = |all: Properties, [x, y]: [&str; 2], size: &Value| {
+            let one = |all: &Properties, needed: &str, other: &str| {
+                all.clone().with_schema(needed, size.clone(), true).with_schema(
+                    other,
+                    size.clone(),
+                    false,
+                )
+            };
+            [one(&all, x, y), one(&all, y, x)]
+        };
+        let mut all = vec![panorama];
+        all.extend(with(perspective, ["x_fov", "y_fov"], &fov));
+        all.extend(with(orthographic, ["half_width", "half_height"], &half));
+        all
+    }
+}
+
+/// A horizontal and a vertical size, of which one may be missing: it follows from the other and the shape of the
+/// image by a function of these.
+fn sizes(
+    keys: &mut Keys<'_>,
+    [x, y]: [&'static str; 2],
+    cx: &Reading<'_>,
+    other: impl Fn(f64, f64) -> f64,
+) -> Result<[f64; 2], LoadError> {
+    let found = [x, y].map(|name| keys.take(name).map(|node| ABOVE_0.number(&node)).transpose());
+    let [horizontal, vertical] = found;
+    match (horizontal?, vertical?) {
+        (Some(horizontal), Some(vertical)) => Ok([horizontal, vertical]),
+        (Some(horizontal), None) => Ok([horizontal, other(horizontal, cx.aspect.recip())]),
+        (None, Some(vertical)) => Ok([other(vertical, cx.aspect), vertical]),
+        (None, None) => Err(keys.node.error(format!("its \"{x}\" or \"{y}\" is missing"))),
+    }
+}
+
+record! { Key { time: ANY, to_world: Plain => DAffine3::IDENTITY } }
+
+impl Described for Motion {
+    fn read(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+        let keys = Vec::read(node, cx)?;
+        Self::new(keys).map_err(|e| node.error(format!("key {}: {}", e.key, e.message)))
+    }
+
+    fn write(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+        self.keys().iter().map(|key| key.write(cx)).collect::<Result<_, _>>().map(Out::List)
+    }
+
+    fn schema(schemas: &mut Schemas) -> Value {
+        let key = Key::schema(schemas);
+        json!({"type": "array", "items": key, "minItems": 2})
+    }
+}
+
+impl Shared for Motion {
+    const TABLE: (&'static str, &'static str) = ("motions", "motion");
+
+    fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>> {
+        &mut tables.motions
+    }
+
+    fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
+        Self::read(node, cx).map(Arc::new)
+    }
+
+    fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+        self.write(cx)
+    }
+
+    fn schema_of_entry(schemas: &mut Schemas) -> Value {
+        Self::schema(schemas)
+    }
+}

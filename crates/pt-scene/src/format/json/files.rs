@@ -1,0 +1,207 @@
+//! What lies in files beside a scene: images, grids, and profiles of luminaires.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+
+use super::super::{substitute, vol};
+use super::describe::Described;
+use super::node::Node;
+use super::number::{ANY, numbers, vector_schema};
+use super::out::Out;
+use super::schema::{Properties, Schemas};
+use super::shared::{Reading, Shared, Tables, Writing};
+use crate::LoadError;
+use crate::image::{Image, Numbers, SaveOptions, Transfer, encode};
+use crate::light::IesProfile;
+use crate::medium::Grid;
+
+/// Lists of up to so many numbers stand in the scene itself.
+pub(super) const MOST_INLINE: usize = 300;
+
+/// `{"file": "a.png", "raw": true}`.
+impl Shared for Image {
+    const TABLE: (&'static str, &'static str) = ("images", "image");
+
+    fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>> {
+        &mut tables.images
+    }
+
+    fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
+        let mut keys = node.keys()?;
+        let file = keys.take("file").ok_or_else(|| node.error("its \"file\" is missing"))?;
+        let is_raw = keys.take("raw").map_or(Ok(false), |raw| bool::read(&raw, cx))?;
+        keys.finish()?;
+        let path = cx.path(&file)?;
+        let place = (path.clone(), is_raw);
+        if let Some(known) = cx.files.images.get(&place) {
+            return Ok(Arc::clone(known));
+        }
+        let numbers = if is_raw { Numbers::Stored } else { Numbers::Light(Transfer::Srgb) };
+        let image = match cx.context.picture(&path, numbers) {
+            Ok(decoded) => decoded.image,
+            Err(why) => {
+                cx.context.missing(file.span(), format!("{why}; {}", substitute::INSTEAD));
+                substitute::light()
+            }
+        };
+        cx.account(size_of_val(image.pixels.as_slice()), &file)?;
+        let image = Arc::new(image);
+        cx.files.images.insert(place, Arc::clone(&image));
+        Ok(image)
+    }
+
+    fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+        let name = cx.key.clone();
+        let options = SaveOptions::default();
+        let bytes = encode(self, "image.exr".as_ref(), &options).map_err(|e| e.to_string())?;
+        Ok(Out::Object(vec![("file".to_owned(), cx.file(&name, "exr", bytes))]))
+    }
+
+    fn schema_of_entry(schemas: &mut Schemas) -> Value {
+        schemas.define("Image", |_| {
+            let file = Properties::default().with_schema("file", json!({"type": "string"}), true);
+            let raw = json!({"type": "boolean", "default": false});
+            Properties::any_of(&[file.with_schema("raw", raw, false)], false)
+        })
+    }
+}
+
+/// `{"file": "a.vol"}`, or `{"resolution": [x, y, z], "channels": 1, "values": […]}`.
+impl Shared for Grid {
+    const TABLE: (&'static str, &'static str) = ("grids", "grid");
+
+    fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>> {
+        &mut tables.grids
+    }
+
+    fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
+        let mut keys = node.keys()?;
+        let Some(file) = keys.take("file") else {
+            let resolution = keys.take("resolution");
+            let channels = keys.take("channels");
+            let values = keys.take("values");
+            keys.finish()?;
+            let missing =
+                || node.error("its \"file\", or its \"resolution\" and \"values\", are missing");
+            let (resolution, values) = resolution.zip(values).ok_or_else(missing)?;
+            let channels = channels.map_or(Ok(1), |node| u32::read(&node, cx))?;
+            return inline_grid(node, &resolution, channels, &values, cx).map(Arc::new);
+        };
+        keys.finish()?;
+        let path = cx.path(&file)?;
+        if let Some(known) = cx.files.grids.get(&path) {
+            return Ok(Arc::clone(known));
+        }
+        let bytes = cx.read(&path, &file)?;
+        let grid = vol::parse(&bytes).map_err(|e| file.error(e))?.grid;
+        cx.account(size_of_val(grid.values.as_slice()), &file)?;
+        let grid = Arc::new(grid);
+        cx.files.grids.insert(path, Arc::clone(&grid));
+        Ok(grid)
+    }
+
+    fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+        if self.values.len() > MOST_INLINE {
+            let name = cx.key.clone();
+            let bytes = vol::write(self)?;
+            return Ok(Out::Object(vec![("file".to_owned(), cx.file(&name, "vol", bytes))]));
+        }
+        Ok(Out::Object(vec![
+            ("resolution".to_owned(), self.resolution.write(cx)?),
+            ("channels".to_owned(), self.channels.write(cx)?),
+            ("values".to_owned(), numbers(&self.values)?),
+        ]))
+    }
+
+    fn schema_of_entry(schemas: &mut Schemas) -> Value {
+        schemas.define("Grid", |_| {
+            let file = Properties::default().with_schema("file", json!({"type": "string"}), true);
+            let whole = json!({"type": "integer", "minimum": 1});
+            let values = json!({"type": "array", "items": {"type": "number"}});
+            let inline = Properties::default()
+                .with_schema("resolution", vector_schema(&whole, 3), true)
+                .with_schema("channels", json!({"enum": [1, 3], "default": 1}), false)
+                .with_schema("values", values, true);
+            Properties::any_of(&[file, inline], false)
+        })
+    }
+}
+
+fn inline_grid(
+    node: &Node<'_>,
+    resolution: &Node<'_>,
+    channels: u32,
+    values: &Node<'_>,
+    cx: &mut Reading<'_>,
+) -> Result<Grid, LoadError> {
+    let resolution = <[u32; 3]>::read(resolution, cx)?;
+    let values: Vec<f32> = values
+        .list("a list of numbers")?
+        .iter()
+        .map(|value| ANY.number(value))
+        .collect::<Result<_, _>>()?;
+    let wanted =
+        resolution.iter().try_fold(channels as usize, |all, n| all.checked_mul(*n as usize));
+    if !matches!(channels, 1 | 3) || wanted != Some(values.len()) || values.is_empty() {
+        let [x, y, z] = resolution;
+        let count = values.len();
+        return Err(node.error(format!(
+            "there are {count} values for {x} x {y} x {z} cells with {channels} channels; expected one or three \
+             values for each cell, and cells along each axis"
+        )));
+    }
+    Ok(Grid { resolution, channels, values })
+}
+
+/// `{"file": "a.ies"}`.
+impl Shared for IesProfile {
+    const TABLE: (&'static str, &'static str) = ("profiles", "profile");
+
+    fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>> {
+        &mut tables.profiles
+    }
+
+    fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
+        let mut keys = node.keys()?;
+        let file = keys.take("file").ok_or_else(|| node.error("its \"file\" is missing"))?;
+        keys.finish()?;
+        let path = cx.path(&file)?;
+        if let Some(known) = cx.files.profiles.get(&path) {
+            return Ok(Arc::clone(known));
+        }
+        let bytes = cx.read(&path, &file)?;
+        let profile = Arc::new(IesProfile::parse(&bytes, &path)?);
+        cx.files.profiles.insert(path, Arc::clone(&profile));
+        Ok(profile)
+    }
+
+    fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+        let name = cx.key.clone();
+        let bytes = ies_text(self).into_bytes();
+        Ok(Out::Object(vec![("file".to_owned(), cx.file(&name, "ies", bytes))]))
+    }
+
+    fn schema_of_entry(schemas: &mut Schemas) -> Value {
+        schemas.define("Profile", |_| {
+            let file = Properties::default().with_schema("file", json!({"type": "string"}), true);
+            Properties::any_of(&[file], false)
+        })
+    }
+}
+
+/// A profile as a file of its kind. Numbers are those of double precision, so that they are read as they were.
+fn ies_text(profile: &IesProfile) -> String {
+    let (vertical, horizontal, candela) = profile.table();
+    let mut text = String::from("IESNA:LM-63-2002\n[TEST] written by pathtracer\nTILT=NONE\n");
+    let _ = writeln!(text, "1 -1 1 {} {} 1 2 0 0 0\n1 1 0", vertical.len(), horizontal.len());
+    for row in [vertical, horizontal].into_iter().chain(candela.chunks(vertical.len().max(1))) {
+        for values in row.chunks(8) {
+            let words: Vec<_> = values.iter().map(|x| f64::from(*x).to_string()).collect();
+            let _ = writeln!(text, "{}", words.join(" "));
+        }
+    }
+    text
+}

@@ -1,0 +1,302 @@
+//! Materials and textures.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use pt_math::DMat3;
+use serde_json::Value;
+
+use super::describe::{Described, Fields, Kind, Plain, put, record, tagged, words};
+use super::node::{Keys, Node};
+use super::number::{ABOVE_0, ANY, FROM_0, Pair, SHARE, TO_2};
+use super::out::{Entries, Out};
+use super::schema::{Properties, Schemas};
+use super::shared::{Name, Reading, Shared, Tables, Writing};
+use super::transform::OfTexture;
+use crate::material::{
+    Black, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed, Glass, Masking,
+    Matte, Mirror, Mix, Plastic, Principled, PrincipledThin, Refraction, RoughCoatedDiffuse,
+    RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
+};
+use crate::texture::{Bitmap, Filter, Pattern, Relief, Scalar, Texture, Wrap};
+use crate::{LoadError, Material};
+
+record! {
+    Material { name: Name, emission: FROM_0 => [0.0; 3].into(), opacity: SHARE => 1.0.into() } + surface: Surface
+}
+
+/// The variants of surfaces are the structs of their names.
+macro_rules! surface_fields {
+    ($($name:ident),* $(,)?) => {
+        tagged! { Surface { $($name ($name)),* } }
+    };
+}
+crate::surfaces!(surface_fields);
+
+record! { Matte { reflectance: FROM_0 => [0.5; 3].into(), two_sided: Plain => true } }
+record! {
+    RoughDiffuse {
+        reflectance: FROM_0 => [0.5; 3].into(),
+        roughness: SHARE => 0.5.into(),
+        two_sided: Plain => true,
+    }
+}
+record! { Mirror { reflectance: FROM_0 => [1.0; 3].into() } }
+record! {
+    Glass {
+        reflectance: FROM_0 => [1.0; 3].into(),
+        transmittance: FROM_0 => [1.0; 3].into(),
+        ior: ABOVE_0 => 1.5,
+        roughness: Plain => None,
+    }
+}
+record! {
+    ThinGlass {
+        reflectance: FROM_0 => [1.0; 3].into(),
+        transmittance: FROM_0 => [1.0; 3].into(),
+        ior: ABOVE_0 => 1.5,
+    }
+}
+record! { Refraction { transmittance: FROM_0 => [1.0; 3].into(), ior: ABOVE_0 => 1.5 } }
+record! {
+    Conductor {
+        eta: FROM_0,
+        k: FROM_0,
+        reflectance: FROM_0 => [1.0; 3].into(),
+        roughness: Plain => None,
+        two_sided: Plain => true,
+    }
+}
+record! {
+    CoatedDiffuse {
+        diffuse: FROM_0 => [0.5; 3].into(),
+        specular: FROM_0 => [1.0; 3].into(),
+        ior: ABOVE_0 => 1.5,
+        saturates: Plain => false,
+        two_sided: Plain => true,
+    }
+}
+record! {
+    RoughCoatedDiffuse {
+        diffuse: FROM_0 => [0.5; 3].into(),
+        specular: FROM_0 => [1.0; 3].into(),
+        ior: ABOVE_0 => 1.5,
+        alpha: ABOVE_0 => 0.1,
+        distribution: Plain => Distribution::Ggx,
+        saturates: Plain => false,
+        two_sided: Plain => true,
+    }
+}
+record! {
+    Plastic {
+        diffuse: FROM_0 => [0.5; 3].into(),
+        specular: FROM_0 => [0.04; 3].into(),
+        alpha: ABOVE_0 => 0.1,
+        two_sided: Plain => true,
+    }
+}
+record! {
+    Principled {
+        base_color: FROM_0 => Self::default().base_color,
+        roughness: SHARE => Self::default().roughness,
+        anisotropic: SHARE => 0.0.into(),
+        metallic: SHARE => 0.0.into(),
+        spec_trans: SHARE => 0.0.into(),
+        ior: ABOVE_0 => Self::default().ior,
+        spec_tint: SHARE => 0.0.into(),
+        sheen: SHARE => 0.0.into(),
+        sheen_tint: SHARE => 0.0.into(),
+        flatness: SHARE => 0.0.into(),
+        clearcoat: SHARE => 0.0.into(),
+        clearcoat_gloss: SHARE => 0.0.into(),
+        two_sided: Plain => false,
+        inside_out: Plain => false,
+        multiple_scattering: Plain => false,
+        layered: Plain => false,
+    }
+}
+record! {
+    PrincipledThin {
+        base_color: FROM_0 => Self::default().base_color,
+        roughness: SHARE => Self::default().roughness,
+        anisotropic: SHARE => 0.0.into(),
+        spec_trans: SHARE => 0.0.into(),
+        ior: ABOVE_0 => Self::default().ior,
+        spec_tint: SHARE => 0.0.into(),
+        sheen: SHARE => 0.0.into(),
+        sheen_tint: SHARE => 0.0.into(),
+        flatness: SHARE => 0.0.into(),
+        diff_trans: TO_2 => 0.0.into(),
+    }
+}
+record! {
+    DiffuseTransmission {
+        reflectance: FROM_0 => [0.5; 3].into(),
+        transmittance: FROM_0 => [0.5; 3].into(),
+    }
+}
+record! { Mix { first: Plain, second: Plain, share: SHARE => 0.5.into() } }
+record! { Sided { front: Plain, back: Plain } }
+record! { Embossed { surface: Plain } + relief: Relief }
+
+impl Fields for Black {
+    fn read_fields(_: &mut Keys<'_>, _: &mut Reading<'_>) -> Result<Self, LoadError> {
+        Ok(Self)
+    }
+
+    fn write_fields(&self, _: &mut Entries, _: &mut Writing<'_>) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn properties(_: &mut Schemas) -> Vec<Properties> {
+        vec![Properties::default()]
+    }
+}
+
+words! { Distribution { Beckmann, Ggx } }
+words! { Masking { Correlated, Separable } }
+
+/// `{"alpha": 0.1}`, or two numbers, along u and along v.
+impl Fields for Roughness {
+    fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+        let one = keys.take("alpha").map(|node| ABOVE_0.read(&node, cx)).transpose()?;
+        let alpha: [Scalar; 2] = match one {
+            Some(alpha) => [Scalar::clone(&alpha), alpha],
+            None => [
+                keys.read("alpha_u", &ABOVE_0, None, cx)?,
+                keys.read("alpha_v", &ABOVE_0, None, cx)?,
+            ],
+        };
+        Ok(Self {
+            alpha,
+            distribution: keys.read("distribution", &Plain, Some(Distribution::Ggx), cx)?,
+            masking: keys.read("masking", &Plain, Some(Masking::Correlated), cx)?,
+            multiple_scattering: keys.read("multiple_scattering", &Plain, Some(false), cx)?,
+        })
+    }
+
+    fn write_fields(&self, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
+        let [u, v] = &self.alpha;
+        if u == v {
+            put(out, "alpha", &ABOVE_0, u, None, cx)?;
+        } else {
+            put(out, "alpha_u", &ABOVE_0, u, None, cx)?;
+            put(out, "alpha_v", &ABOVE_0, v, None, cx)?;
+        }
+        put(out, "distribution", &Plain, &self.distribution, Some(Distribution::Ggx), cx)?;
+        put(out, "masking", &Plain, &self.masking, Some(Masking::Correlated), cx)?;
+        put(out, "multiple_scattering", &Plain, &self.multiple_scattering, Some(false), cx)
+    }
+
+    fn properties(schemas: &mut Schemas) -> Vec<Properties> {
+        let common = Properties::default()
+            .with(
+                "distribution",
+                &Plain,
+                |r: &Self| &r.distribution,
+                Some(Distribution::Ggx),
+                schemas,
+            )
+            .with("masking", &Plain, |r: &Self| &r.masking, Some(Masking::Correlated), schemas)
+            .with(
+                "multiple_scattering",
+                &Plain,
+                |r: &Self| &r.multiple_scattering,
+                Some(false),
+                schemas,
+            );
+        let alpha = |all: Properties, name, schemas: &mut Schemas| {
+            all.with(name, &ABOVE_0, |r: &Self| &r.alpha[0], None, schemas)
+        };
+        let one = alpha(common.clone(), "alpha", schemas);
+        let two = alpha(alpha(common, "alpha_u", schemas), "alpha_v", schemas);
+        vec![one, two]
+    }
+}
+
+/// A texture as a `normal_map`, or as a `height_map` with its `height`.
+impl Fields for Relief {
+    fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+        if let Some(normals) = keys.take("normal_map") {
+            return Arc::read(&normals, cx).map(Self::Normals);
+        }
+        let Some(heights) = keys.take("height_map") else {
+            return Err(keys.node.error("its \"normal_map\" or \"height_map\" is missing"));
+        };
+        Ok(Self::Heights(Arc::read(&heights, cx)?, keys.read("height", &ANY, Some(1.0), cx)?))
+    }
+
+    fn write_fields(&self, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
+        match self {
+            Self::Normals(texture) => put(out, "normal_map", &Plain, texture, None, cx),
+            Self::Heights(texture, height) => {
+                put(out, "height_map", &Plain, texture, None, cx)?;
+                put(out, "height", &ANY, height, Some(1.0), cx)
+            }
+        }
+    }
+
+    fn properties(schemas: &mut Schemas) -> Vec<Properties> {
+        let map = Arc::<Texture>::schema(schemas);
+        let normals = Properties::default().with_schema("normal_map", map.clone(), true);
+        let height = serde_json::json!({"type": "number", "default": 1});
+        let heights = Properties::default().with_schema("height_map", map, true);
+        vec![normals, heights.with_schema("height", height, false)]
+    }
+}
+
+record! { Texture { to_pattern: OfTexture => DMat3::IDENTITY } + pattern: Pattern }
+
+tagged! {
+    Pattern {
+        Bitmap(Bitmap),
+        Checkerboard[colors: Pair(FROM_0)],
+        VertexColors(),
+        FaceColors(),
+        Product[factors: Pair(FROM_0)],
+    }
+}
+
+record! {
+    Bitmap { image: Plain, wrap: Plain => Wrap::default(), filter: Plain => Filter::default() }
+}
+words! { Wrap { Repeat, Mirror, Clamp } }
+words! { Filter { Bilinear, Nearest, Trilinear } }
+
+impl Shared for Texture {
+    const TABLE: (&'static str, &'static str) = ("textures", "texture");
+
+    fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>> {
+        &mut tables.textures
+    }
+
+    fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
+        const MOST_PARTS: usize = 1000;
+        let texture = Self::read(node, cx)?;
+        // Products of products of the same texture would grow without end.
+        if parts(&texture) > MOST_PARTS {
+            return Err(node.error(format!(
+                "with all its factors, the texture has more than {MOST_PARTS} parts"
+            )));
+        }
+        Ok(Arc::new(texture))
+    }
+
+    fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+        self.write(cx)
+    }
+
+    fn schema_of_entry(schemas: &mut Schemas) -> Value {
+        Self::schema(schemas)
+    }
+}
+
+/// How many textures are multiplied.
+fn parts(texture: &Texture) -> usize {
+    match &texture.pattern {
+        Pattern::Product(factors) => {
+            1 + factors.iter().filter_map(crate::Color::texture).map(|t| parts(t)).sum::<usize>()
+        }
+        _ => 1,
+    }
+}

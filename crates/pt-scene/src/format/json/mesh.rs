@@ -1,0 +1,479 @@
+//! Meshes: in the scene itself, by the name of a shape, or in files.
+//!
+//! What is too large for the scene is written as safetensors: arrays with names, types and sizes. [Hugging Face
+//! 2022, "Safetensors", format 0.4]
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
+use serde_json::{Value, json};
+
+use super::super::mesh_file;
+use super::super::{obj, ply, serialized};
+use super::describe::Described;
+use super::files::MOST_INLINE;
+use super::node::{Keys, Node};
+use super::number::{ANY, numbers, vector, vector_schema};
+use super::out::{Entries, Out};
+use super::schema::{Properties, Schemas};
+use super::shared::{Reading, Shared, Tables, Writing};
+use crate::shapes::{cube, cylinder, disk, rectangle, single_part};
+use crate::{Attribute, LoadError, Mesh, Part};
+
+/// Makes a mesh by rule.
+pub(super) type Maker = fn() -> Mesh;
+
+/// Meshes that are known by a name.
+pub(super) const SHAPES: [(&str, Maker); 4] =
+    [("rectangle", rectangle), ("cube", cube), ("disk", disk), ("cylinder", cylinder)];
+
+/// The ending of files that hold all of a mesh.
+const OWN_ENDING: &str = "safetensors";
+
+impl Shared for Mesh {
+    const TABLE: (&'static str, &'static str) = ("meshes", "mesh");
+
+    fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>> {
+        &mut tables.meshes
+    }
+
+    fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
+        let mut keys = node.keys()?;
+        let name = keys.take("name").map(|name| String::read(&name, cx)).transpose()?;
+        let name = name.or_else(|| Some(cx.key.clone()).filter(|key| !key.is_empty()));
+        let file = keys.take("file");
+        let shape = keys.take("shape");
+        let mesh = match (file, shape) {
+            (Some(file), None) => {
+                let group = keys.take("shape_index").map_or(Ok(0), |node| u32::read(&node, cx))?;
+                keys.finish()?;
+                return of_file(&file, group, name, cx);
+            }
+            (None, Some(shape)) => {
+                keys.finish()?;
+                return of_shape(&shape, name, cx);
+            }
+            (None, None) => inline(&mut keys, cx)?,
+            (Some(_), Some(shape)) => {
+                return Err(shape.error("expected a \"file\" or a \"shape\", found both"));
+            }
+        };
+        keys.finish()?;
+        let mesh = Mesh { name: name.unwrap_or_default(), ..mesh };
+        check(&mesh).map_err(|e| node.error(e))?;
+        Ok(Arc::new(mesh))
+    }
+
+    fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+        let mut out = Entries::new();
+        if self.name != cx.key {
+            out.push(("name".to_owned(), Out::text(&self.name)));
+        }
+        let (bytes, key) = (to_bytes(self)?, cx.key.clone());
+        let is_shape = |make: Maker| {
+            let made = make();
+            made.triangles.len() == self.triangles.len()
+                && to_bytes(&made).is_ok_and(|made| made == bytes)
+        };
+        if let Some((shape, _)) = SHAPES.iter().find(|(_, make)| is_shape(*make)) {
+            out.push(("shape".to_owned(), Out::text(*shape)));
+        } else if count(self) <= MOST_INLINE {
+            write_inline(self, &mut out, cx)?;
+        } else {
+            out.push(("file".to_owned(), cx.file(&key, OWN_ENDING, bytes)));
+        }
+        Ok(Out::Object(out))
+    }
+
+    fn schema_of_entry(schemas: &mut Schemas) -> Value {
+        schemas.define("Mesh", |_| {
+            let text = json!({"type": "string"});
+            let name = || Properties::default().with_schema("name", text.clone(), false);
+            let whole = json!({"type": "integer", "minimum": 0});
+            let list = |width: usize, item: &Value| {
+                json!({"type": "array", "items": vector_schema(item, width)})
+            };
+            let real = json!({"type": "number"});
+            let names: Vec<_> = SHAPES.iter().map(|(name, _)| name).collect();
+            let file = name().with_schema("file", text.clone(), true);
+            let shape = name().with_schema("shape", json!({"enum": names}), true);
+            let mut inline = name()
+                .with_schema("positions", list(3, &real), true)
+                .with_schema("triangles", list(3, &whole), true)
+                .with_schema("face_colors", list(3, &real), false)
+                .with_schema("parts", list(3, &whole), false);
+            for (values, indices, width) in
+                [("normals", "normal_indices", 3), ("uvs", "uv_indices", 2), ("colors", "color_indices", 3)]
+            {
+                inline = inline
+                    .with_schema(values, list(width, &real), false)
+                    .with_schema(indices, list(3, &whole), false);
+            }
+            Properties::any_of(&[file.with_schema("shape_index", whole, false), shape, inline], false)
+        })
+    }
+
+    fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+/// Numbers of a mesh.
+fn count(mesh: &Mesh) -> usize {
+    let of = |values: usize, indices: Option<&Vec<[u32; 3]>>| {
+        values + indices.map_or(0, |i| 3 * i.len())
+    };
+    let normals = mesh.normals.as_ref().map_or(0, |a| of(3 * a.values.len(), a.indices.as_ref()));
+    let uvs = mesh.uvs.as_ref().map_or(0, |a| of(2 * a.values.len(), a.indices.as_ref()));
+    let colors = mesh.colors.as_ref().map_or(0, |a| of(3 * a.values.len(), a.indices.as_ref()));
+    let faces = mesh.face_colors.as_ref().map_or(0, |colors| 3 * colors.len());
+    3 * (mesh.positions.len() + mesh.triangles.len())
+        + normals
+        + uvs
+        + colors
+        + faces
+        + 3 * mesh.parts.len()
+}
+
+/// A shape; without a name of its own, all who ask for it share it.
+fn of_shape(
+    node: &Node<'_>,
+    name: Option<String>,
+    cx: &mut Reading<'_>,
+) -> Result<Arc<Mesh>, LoadError> {
+    let wanted = node.text().ok_or_else(|| node.unexpected("the name of a shape"))?;
+    let found = SHAPES.iter().find(|(shape, _)| *shape == wanted);
+    let unknown = || node.unknown("shape", wanted, SHAPES.iter().map(|(shape, _)| *shape));
+    let (shape, make) = found.ok_or_else(unknown)?;
+    Ok(shape_named(shape, *make, name, cx))
+}
+
+/// See [`of_shape`].
+pub(super) fn shape_named(
+    shape: &str,
+    make: Maker,
+    name: Option<String>,
+    cx: &mut Reading<'_>,
+) -> Arc<Mesh> {
+    let name = name.unwrap_or_else(|| shape.to_owned());
+    // No path of a file is empty.
+    let place = (PathBuf::new(), format!("{shape} {name}"));
+    let known = cx.files.meshes.entry(place);
+    Arc::clone(known.or_insert_with(|| Arc::new(Mesh { name, ..make() })))
+}
+
+/// The mesh of a file.
+fn of_file(
+    node: &Node<'_>,
+    group: u32,
+    name: Option<String>,
+    cx: &mut Reading<'_>,
+) -> Result<Arc<Mesh>, LoadError> {
+    let path = cx.path(node)?;
+    let place = (path.clone(), format!("{group} {}", name.as_deref().unwrap_or_default()));
+    if let Some(known) = cx.files.meshes.get(&place) {
+        return Ok(Arc::clone(known));
+    }
+    let read = cx.read(&path, node).and_then(|bytes| parse(&bytes, &path, group, node));
+    let mut mesh = read.map_err(|error| {
+        let LoadError::Content { message, .. } = error else { return error };
+        cx.context.missing(
+            node.span(),
+            format!("{message}; the objects that are made of it are left out"),
+        );
+        LoadError::Told
+    })?;
+    if let Some(name) = name {
+        mesh.name = name;
+    }
+    cx.account(4 * count(&mesh), node)?;
+    let mesh = Arc::new(mesh);
+    cx.files.meshes.insert(place, Arc::clone(&mesh));
+    Ok(mesh)
+}
+
+/// The readers of mesh files.
+const ENDINGS: [&str; 4] = [OWN_ENDING, "ply", "obj", "serialized"];
+
+fn parse(bytes: &[u8], path: &Path, group: u32, node: &Node<'_>) -> Result<Mesh, LoadError> {
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
+    match ending.as_str() {
+        OWN_ENDING => {
+            let mesh =
+                of_bytes(bytes).map_err(|e| node.error(format!("{}: {e}", path.display())))?;
+            Ok(Mesh { name: mesh_file::name_of(path), ..mesh })
+        }
+        "ply" => Ok(ply::parse_mesh(bytes, path)?.mesh),
+        "obj" => Ok(obj::parse_mesh(bytes, path)?.mesh),
+        "serialized" => Ok(serialized::parse_mesh(bytes, path, group)?.mesh),
+        _ => {
+            let known = ENDINGS.map(|ending| format!(".{ending}")).join(", ");
+            Err(node.error(format!("the ending belongs to no format of meshes; there are {known}")))
+        }
+    }
+}
+
+/// What every user of a mesh relies on.
+fn check(mesh: &Mesh) -> Result<(), String> {
+    if mesh.triangles.is_empty() {
+        return Err("the mesh has no triangles".to_owned());
+    }
+    let triangles = mesh.triangles.len();
+    let below = |what: &str, indices: &[[u32; 3]], count: usize| match indices
+        .as_flattened()
+        .iter()
+        .find(|index| **index as usize >= count)
+    {
+        Some(index) => Err(format!("{what} refers to {index}; there are {count}")),
+        None => Ok(()),
+    };
+    below("\"triangles\"", &mesh.triangles, mesh.positions.len())?;
+    let attribute = |what: &str, count: usize, indices: Option<&Vec<[u32; 3]>>| match indices {
+        Some(indices) if indices.len() != triangles => Err(format!(
+            "{what} have indices for {} triangles; there are {triangles}",
+            indices.len()
+        )),
+        Some(indices) => below(&format!("the indices of {what}"), indices, count),
+        None if count == mesh.positions.len() => Ok(()),
+        None => Err(format!(
+            "there are {count} {what} for {} positions; expected as many, or indices for them",
+            mesh.positions.len()
+        )),
+    };
+    let all = [
+        mesh.normals.as_ref().map(|a| ("normals", a.values.len(), a.indices.as_ref())),
+        mesh.uvs.as_ref().map(|a| ("uvs", a.values.len(), a.indices.as_ref())),
+        mesh.colors.as_ref().map(|a| ("colors", a.values.len(), a.indices.as_ref())),
+    ];
+    all.into_iter()
+        .flatten()
+        .try_for_each(|(what, count, indices)| attribute(what, count, indices))?;
+    if let Some(colors) = mesh.face_colors.as_ref().filter(|colors| colors.len() != triangles) {
+        return Err(format!("there are {} face_colors for {triangles} triangles", colors.len()));
+    }
+    let mut next = 0;
+    for Part { triangles, .. } in &mesh.parts {
+        if triangles.start != next || triangles.end < next {
+            return Err("the parts do not follow one another from triangle 0".to_owned());
+        }
+        next = triangles.end;
+    }
+    let slots = mesh.parts.iter().map(|part| part.slot).max().unwrap_or_default();
+    if next as usize != triangles || slots as usize >= triangles.max(1) + mesh.parts.len() {
+        return Err(format!(
+            "the parts hold {next} of {triangles} triangles, and slots up to {slots}; expected all triangles, and \
+             slots that are numbered from 0"
+        ));
+    }
+    Ok(())
+}
+
+// ---- in the scene itself -------------------------------------------------------------------------
+
+fn inline(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Mesh, LoadError> {
+    let Some((positions, triangles)) = keys.take("positions").zip(keys.take("triangles")) else {
+        let message = "expected a \"file\", a \"shape\", or \"positions\" and \"triangles\"";
+        return Err(keys.node.error(message));
+    };
+    let (positions, triangles) = (vectors(&positions)?, indices(&triangles, cx)?);
+    let normals = attribute(keys, "normals", "normal_indices", cx)?;
+    let uvs = attribute(keys, "uvs", "uv_indices", cx)?;
+    let colors = attribute(keys, "colors", "color_indices", cx)?;
+    let face_colors = keys.take("face_colors").map(|node| vectors(&node)).transpose()?;
+    let parts = match keys.take("parts") {
+        None => single_part(triangles.len()),
+        Some(node) => {
+            let part = |[start, end, slot]: [u32; 3]| Part { triangles: start..end, slot };
+            indices(&node, cx)?.into_iter().map(part).collect()
+        }
+    };
+    let name = String::new();
+    Ok(Mesh { name, positions, triangles, normals, uvs, colors, face_colors, parts })
+}
+
+fn attribute<const N: usize>(
+    keys: &mut Keys<'_>,
+    values: &'static str,
+    corners: &'static str,
+    cx: &mut Reading<'_>,
+) -> Result<Option<Attribute<[f32; N]>>, LoadError> {
+    let values = keys.take(values).map(|node| vectors(&node)).transpose()?;
+    let found = keys.take(corners);
+    let indices = found.as_ref().map(|node| indices(node, cx)).transpose()?;
+    match (values, found) {
+        (None, Some(node)) => Err(node.error("these are indices of nothing")),
+        (values, _) => Ok(values.map(|values| Attribute { values, indices })),
+    }
+}
+
+fn vectors<const N: usize>(node: &Node<'_>) -> Result<Vec<[f32; N]>, LoadError> {
+    let expected = format!("{N} numbers");
+    node.list("a list")?.iter().map(|item| vector(item, &ANY, &expected)).collect()
+}
+
+fn indices(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Vec<[u32; 3]>, LoadError> {
+    Vec::read(node, cx)
+}
+
+fn write_inline(mesh: &Mesh, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
+    fn values<const N: usize>(values: &[[f32; N]]) -> Result<Out, String> {
+        values.iter().map(|v| numbers(v)).collect::<Result<_, _>>().map(Out::List)
+    }
+    fn put<const N: usize>(
+        attribute: Option<&Attribute<[f32; N]>>,
+        [name, corners]: [&str; 2],
+        out: &mut Entries,
+        cx: &mut Writing<'_>,
+    ) -> Result<(), String> {
+        let Some(attribute) = attribute else { return Ok(()) };
+        out.push((name.to_owned(), values(&attribute.values)?));
+        if let Some(indices) = &attribute.indices {
+            out.push((corners.to_owned(), indices.write(cx)?));
+        }
+        Ok(())
+    }
+    out.push(("positions".to_owned(), values(&mesh.positions)?));
+    out.push(("triangles".to_owned(), mesh.triangles.write(cx)?));
+    put(mesh.normals.as_ref(), ["normals", "normal_indices"], out, cx)?;
+    put(mesh.uvs.as_ref(), ["uvs", "uv_indices"], out, cx)?;
+    put(mesh.colors.as_ref(), ["colors", "color_indices"], out, cx)?;
+    if let Some(colors) = &mesh.face_colors {
+        out.push(("face_colors".to_owned(), values(colors)?));
+    }
+    if mesh.parts != single_part(mesh.triangles.len()) {
+        out.push(("parts".to_owned(), rows_of_parts(mesh).write(cx)?));
+    }
+    Ok(())
+}
+
+/// First triangle, triangle behind the last one, and slot of each part.
+fn rows_of_parts(mesh: &Mesh) -> Vec<[u32; 3]> {
+    mesh.parts.iter().map(|part| [part.triangles.start, part.triangles.end, part.slot]).collect()
+}
+
+// ---- in files of arrays --------------------------------------------------------------------------
+
+/// An array of a mesh: its name, type, numbers in a row, and bytes.
+type Array = (&'static str, Dtype, usize, Vec<u8>);
+
+fn reals<const N: usize>(name: &'static str, values: &[[f32; N]]) -> Array {
+    let bytes = values.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    (name, Dtype::F32, N, bytes)
+}
+
+fn wholes(name: &'static str, values: &[[u32; 3]]) -> Array {
+    let bytes = values.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    (name, Dtype::U32, 3, bytes)
+}
+
+fn to_bytes(mesh: &Mesh) -> Result<Vec<u8>, String> {
+    let mut arrays =
+        vec![reals("positions", &mesh.positions), wholes("triangles", &mesh.triangles)];
+    if let Some(Attribute { values, indices }) = &mesh.normals {
+        arrays.push(reals("normals", values));
+        arrays.extend(indices.as_ref().map(|indices| wholes("normal_indices", indices)));
+    }
+    if let Some(Attribute { values, indices }) = &mesh.uvs {
+        arrays.push(reals("uvs", values));
+        arrays.extend(indices.as_ref().map(|indices| wholes("uv_indices", indices)));
+    }
+    if let Some(Attribute { values, indices }) = &mesh.colors {
+        arrays.push(reals("colors", values));
+        arrays.extend(indices.as_ref().map(|indices| wholes("color_indices", indices)));
+    }
+    arrays.extend(mesh.face_colors.as_ref().map(|colors| reals("face_colors", colors)));
+    if mesh.parts != single_part(mesh.triangles.len()) {
+        arrays.push(wholes("parts", &rows_of_parts(mesh)));
+    }
+    let views = arrays.iter().map(|(name, kind, width, bytes)| {
+        let shape = vec![bytes.len() / (4 * width), *width];
+        TensorView::new(*kind, shape, bytes).map(|view| (*name, view))
+    });
+    let views = views.collect::<Result<Vec<_>, _>>().map_err(|e| e.to_string())?;
+    serialize(views, None).map_err(|e| e.to_string())
+}
+
+/// The mesh of a file, without a name.
+fn of_bytes(bytes: &[u8]) -> Result<Mesh, String> {
+    let all =
+        SafeTensors::deserialize(bytes).map_err(|e| format!("it is no file of arrays: {e}"))?;
+    let known = [
+        "positions",
+        "triangles",
+        "normals",
+        "normal_indices",
+        "uvs",
+        "uv_indices",
+        "colors",
+        "color_indices",
+        "face_colors",
+        "parts",
+    ];
+    if let Some(name) = all.names().into_iter().find(|name| !known.contains(name)) {
+        return Err(format!("unknown array \"{name}\"; there are {}", known.join(", ")));
+    }
+    let missing = |name: &str| format!("the array \"{name}\" is missing");
+    let triangles = corners(&all, "triangles")?.ok_or_else(|| missing("triangles"))?;
+    let parts = match corners(&all, "parts")? {
+        None => single_part(triangles.len()),
+        Some(rows) => rows.into_iter().map(|[a, b, slot]| Part { triangles: a..b, slot }).collect(),
+    };
+    let mesh = Mesh {
+        name: String::new(),
+        positions: points(&all, "positions")?.ok_or_else(|| missing("positions"))?,
+        triangles,
+        normals: attribute_of(&all, "normals", "normal_indices")?,
+        uvs: attribute_of(&all, "uvs", "uv_indices")?,
+        colors: attribute_of(&all, "colors", "color_indices")?,
+        face_colors: points(&all, "face_colors")?,
+        parts,
+    };
+    check(&mesh)?;
+    Ok(mesh)
+}
+
+fn attribute_of<const N: usize>(
+    all: &SafeTensors<'_>,
+    values: &str,
+    indices: &str,
+) -> Result<Option<Attribute<[f32; N]>>, String> {
+    let indices = corners(all, indices)?;
+    Ok(points(all, values)?.map(|values| Attribute { values, indices }))
+}
+
+/// Rows of an array of such numbers, if it is there.
+fn rows<const N: usize>(
+    all: &SafeTensors<'_>,
+    name: &str,
+    kind: Dtype,
+) -> Result<Option<Vec<[[u8; 4]; N]>>, String> {
+    let Ok(array) = all.tensor(name) else { return Ok(None) };
+    match array.shape() {
+        [_, width] if *width == N && array.dtype() == kind => {
+            Ok(Some(array.data().as_chunks::<4>().0.as_chunks::<N>().0.to_vec()))
+        }
+        shape => Err(format!(
+            "the array \"{name}\" is {:?} of {shape:?}; expected {kind:?} in rows of {N}",
+            array.dtype()
+        )),
+    }
+}
+
+fn points<const N: usize>(
+    all: &SafeTensors<'_>,
+    name: &str,
+) -> Result<Option<Vec<[f32; N]>>, String> {
+    let Some(rows) = rows::<N>(all, name, Dtype::F32)? else { return Ok(None) };
+    let points: Vec<_> = rows.into_iter().map(|row| row.map(f32::from_le_bytes)).collect();
+    match points.as_flattened().iter().position(|x| !x.is_finite()) {
+        Some(bad) => Err(format!("row {} of \"{name}\" is not finite", bad / N)),
+        None => Ok(Some(points)),
+    }
+}
+
+fn corners(all: &SafeTensors<'_>, name: &str) -> Result<Option<Vec<[u32; 3]>>, String> {
+    let rows = rows::<3>(all, name, Dtype::U32)?;
+    Ok(rows.map(|rows| rows.into_iter().map(|row| row.map(u32::from_le_bytes)).collect()))
+}

@@ -1,0 +1,251 @@
+//! Our own scene files: all of a [`Scene`], in JSON with comments, for people and for programs.
+//!
+//! What a file may hold is told once for each type, beside its neighbours of the same concept (`material.rs`,
+//! `light.rs` …), in the words of `describe.rs`; reading, writing and the schema all follow from that. `node.rs`
+//! knows where values stand, `out.rs` prints, and `shared.rs` has what is referred to by names. Meshes, images and
+//! grids of any size are written to files beside the scene (`mesh.rs`, `files.rs`).
+
+mod camera;
+mod describe;
+mod files;
+mod light;
+mod material;
+mod medium;
+mod mesh;
+mod node;
+mod number;
+mod object;
+mod out;
+mod schema;
+mod settings;
+mod shared;
+mod transform;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use describe::{Described, Plain, put};
+use node::{Document, Keys, Node};
+use number::ABOVE_0;
+use out::{Entries, Out};
+use schema::{Properties, Schemas};
+use serde_json::{Value, json};
+use shared::{OutFile, Reading, Shared, Unique, Writing, read_table};
+
+use super::context::Context;
+use super::save::Encoded;
+use super::xml::quote;
+use crate::image::Image;
+use crate::light::IesProfile;
+use crate::medium::Grid;
+use crate::{
+    Camera, FileSettings, Light, LoadError, Material, Medium, Mesh, Motion, Object, Scene, Texture,
+};
+
+/// The version that is written; all up to it are read.
+const VERSION: u32 = 1;
+/// The key of the version, which every file has.
+const HEADER: &str = "pathtracer";
+
+/// A scene.
+pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
+    let text = std::str::from_utf8(bytes).map_err(|e| {
+        let line = bytes[..e.valid_up_to()].split(|byte| *byte == b'\n').count();
+        super::mesh_file::error(path, line as u32, "the text is not in UTF-8")
+    })?;
+    let value = node::parse(text.trim_start_matches('\u{feff}'), path)?;
+    let document = Document::new(text.trim_start_matches('\u{feff}'), path);
+    let root = Node::root(&value, &document);
+    let mut keys = root.keys()?;
+    check_version(&mut keys)?;
+    keys.take("$schema"); // for editors
+    let mut cx = Reading::new(path.parent().unwrap_or(Path::new("")), context);
+    let scene = scene(&mut keys, &mut cx)?;
+    keys.finish()?;
+    Ok(scene)
+}
+
+fn check_version(keys: &mut Keys<'_>) -> Result<(), LoadError> {
+    let Some(node) = keys.take(HEADER) else {
+        let message = format!(
+            "this is no scene of pathtracer, which begins with {{{}: {VERSION}",
+            quote(HEADER)
+        );
+        return Err(keys.node.error(message));
+    };
+    match node.digits().and_then(|digits| digits.parse::<u32>().ok()) {
+        Some(1..=VERSION) => Ok(()),
+        Some(newer) if newer > VERSION => Err(node.error(format!(
+            "the file has version {newer} of the format, and this program reads up to {VERSION}; it takes a newer \
+             pathtracer"
+        ))),
+        _ => Err(node.unexpected(&format!("the version of the format, {VERSION}"))),
+    }
+}
+
+/// All of the file but its version. Tables come first, whatever their order in the file.
+fn scene(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Scene, LoadError> {
+    let defaults = Scene::default();
+    let settings: FileSettings = keys.read("settings", &Plain, Some(defaults.settings), cx)?;
+    if let Some([width, height]) = settings.resolution {
+        cx.aspect = f64::from(width) / f64::from(height);
+    }
+    read_table::<Image>(keys, cx)?;
+    read_table::<Texture>(keys, cx)?;
+    read_table::<Grid>(keys, cx)?;
+    read_table::<IesProfile>(keys, cx)?;
+    read_table::<Motion>(keys, cx)?;
+    read_table::<Mesh>(keys, cx)?;
+    let media = named::<Medium>("media", keys, cx)?;
+    cx.media = numbers_of(&media);
+    let materials = named::<Material>("materials", keys, cx)?;
+    cx.materials = numbers_of(&materials);
+    Ok(Scene {
+        name: keys.read("name", &Plain, Some(defaults.name), cx)?,
+        metres_per_unit: keys.read(
+            "metres_per_unit",
+            &ABOVE_0,
+            Some(defaults.metres_per_unit),
+            cx,
+        )?,
+        cameras: list("cameras", keys, cx)?,
+        materials: materials.into_iter().map(|(_, material)| material).collect(),
+        media: media.into_iter().map(|(_, medium)| medium).collect(),
+        objects: list("objects", keys, cx)?,
+        lights: list("lights", keys, cx)?,
+        settings,
+        ..defaults
+    })
+}
+
+/// The entries of a table whose order counts, and their names.
+fn named<T: Described>(
+    table: &'static str,
+    keys: &mut Keys<'_>,
+    cx: &mut Reading<'_>,
+) -> Result<Vec<(String, T)>, LoadError> {
+    let Some(node) = keys.take(table) else { return Ok(Vec::new()) };
+    let mut entries = Vec::new();
+    for (name, node) in node.entries()? {
+        name.clone_into(&mut cx.key);
+        let read = T::read(&node, cx);
+        match cx.context.keep(read)? {
+            Some(entry) => entries.push((name.to_owned(), entry)),
+            None => cx.fail(table, name),
+        }
+    }
+    Ok(entries)
+}
+
+/// The items of a list, without those that have an error or a mesh that is missing.
+fn list<T: Described>(
+    key: &'static str,
+    keys: &mut Keys<'_>,
+    cx: &mut Reading<'_>,
+) -> Result<Vec<T>, LoadError> {
+    let Some(node) = keys.take(key) else { return Ok(Vec::new()) };
+    let mut items = Vec::new();
+    for item in node.list("a list […]")? {
+        let read = T::read(&item, cx);
+        items.extend(cx.context.keep(read)?);
+    }
+    Ok(items)
+}
+
+fn numbers_of<T>(entries: &[(String, T)]) -> std::collections::HashMap<String, u32> {
+    entries.iter().zip(0..).map(|((name, _), index)| (name.clone(), index)).collect()
+}
+
+/// Turns a scene into a file of this name, and files beside it.
+///
+/// # Errors
+/// If a number is not finite, or an index refers to nothing.
+pub(super) fn encode(scene: &Scene, path: &Path) -> Result<Encoded, String> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = format!("{stem}_files");
+    let materials = unique(scene.materials.iter().map(|m| m.name.as_str()), "material");
+    let media = unique(scene.media.iter().map(|m| m.name.as_str()), "medium");
+    let cx = &mut Writing::new(folder.clone(), &materials, &media);
+    let defaults = Scene::default();
+    let mut head = vec![(HEADER.to_owned(), VERSION.write(cx)?)];
+    put(&mut head, "name", &Plain, &scene.name, Some(stem), cx)?;
+    put(&mut head, "metres_per_unit", &ABOVE_0, &scene.metres_per_unit, Some(1.0), cx)?;
+    put(&mut head, "settings", &Plain, &scene.settings, Some(defaults.settings), cx)?;
+    let mut body = Entries::new();
+    put(&mut body, "cameras", &Plain, &scene.cameras, Some(Vec::new()), cx)?;
+    write_named("media", &scene.media, &media, &mut body, cx)?;
+    write_named("materials", &scene.materials, &materials, &mut body, cx)?;
+    put(&mut body, "lights", &Plain, &scene.lights, Some(Vec::new()), cx)?;
+    put(&mut body, "objects", &Plain, &scene.objects, Some(Vec::new()), cx)?;
+    for table in TABLES {
+        head.extend(
+            cx.tables.remove(table).map(|entries| (table.to_owned(), Out::Object(entries))),
+        );
+    }
+    head.append(&mut body);
+    let in_folder = |file: OutFile| (Path::new(&folder).join(file.name), file.bytes);
+    let files = cx.files.drain(..).map(in_folder).collect();
+    Ok(Encoded { bytes: Out::Object(head).print().into_bytes(), files, notes: Vec::new() })
+}
+
+/// The tables of what is shared, in the order in which they refer to each other.
+const TABLES: [&str; 6] = [
+    Image::TABLE.0,
+    Texture::TABLE.0,
+    Grid::TABLE.0,
+    IesProfile::TABLE.0,
+    Motion::TABLE.0,
+    Mesh::TABLE.0,
+];
+
+fn unique<'a>(names: impl Iterator<Item = &'a str>, otherwise: &str) -> Vec<String> {
+    let mut unique = Unique::default();
+    names.map(|name| unique.name(name, otherwise)).collect()
+}
+
+fn write_named<T: Described>(
+    table: &str,
+    all: &[T],
+    names: &[String],
+    out: &mut Entries,
+    cx: &mut Writing<'_>,
+) -> Result<(), String> {
+    let mut entries = Entries::new();
+    for (entry, name) in all.iter().zip(names) {
+        name.clone_into(&mut cx.key);
+        let written = entry.write(cx).map_err(|e| format!("{table}.{name}: {e}"))?;
+        entries.push((name.clone(), written));
+    }
+    if !entries.is_empty() {
+        out.push((table.to_owned(), Out::Object(entries)));
+    }
+    Ok(())
+}
+
+/// The [schema](https://json-schema.org) of scene files, in JSON.
+pub fn schema() -> String {
+    schema::of(schema_of_file)
+}
+
+fn schema_of_file(schemas: &mut Schemas) -> Value {
+    let table = |entry: Value| json!({"type": "object", "additionalProperties": entry});
+    let defaults = Scene::default;
+    let file = Properties::default()
+        .with_schema("$schema", json!({"type": "string"}), false)
+        .with_schema(HEADER, json!({"type": "integer", "minimum": 1, "maximum": VERSION}), true)
+        .with("name", &Plain, |s: &Scene| &s.name, Some(String::new()), schemas)
+        .with("metres_per_unit", &ABOVE_0, |s: &Scene| &s.metres_per_unit, Some(1.0), schemas)
+        .with("settings", &Plain, |s: &Scene| &s.settings, Some(defaults().settings), schemas)
+        .with_schema(Image::TABLE.0, table(Image::schema_of_entry(schemas)), false)
+        .with_schema(Texture::TABLE.0, table(Texture::schema_of_entry(schemas)), false)
+        .with_schema(Grid::TABLE.0, table(Grid::schema_of_entry(schemas)), false)
+        .with_schema(IesProfile::TABLE.0, table(IesProfile::schema_of_entry(schemas)), false)
+        .with_schema(Motion::TABLE.0, table(Motion::schema_of_entry(schemas)), false)
+        .with_schema(Mesh::TABLE.0, table(Mesh::schema_of_entry(schemas)), false)
+        .with_schema("media", table(Medium::schema(schemas)), false)
+        .with_schema("materials", table(Material::schema(schemas)), false)
+        .with_schema("cameras", Vec::<Camera>::schema(schemas), false)
+        .with_schema("lights", Vec::<Light>::schema(schemas), false)
+        .with_schema("objects", Vec::<Object>::schema(schemas), false);
+    Properties::any_of(&[file], false)
+}

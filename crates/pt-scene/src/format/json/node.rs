@@ -1,0 +1,261 @@
+//! Values of a JSON text with comments, which know where they stand, so that errors can say so.
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use jsonc_parser::ast::{ObjectProp, Value};
+use jsonc_parser::common::{Range, Ranged};
+use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
+
+use super::super::xml::quote;
+use super::describe::Kind;
+use super::shared::Reading;
+use crate::spelling::alike;
+use crate::{LoadError, Span};
+
+/// How deep values may stand in each other.
+const MOST_DEPTH: u32 = 100;
+
+/// JSON with `//` and `/* */`, and nothing else that JSON lacks.
+const OPTIONS: ParseOptions = ParseOptions {
+    allow_comments: true,
+    allow_loose_object_property_names: false,
+    allow_trailing_commas: false,
+    allow_missing_commas: false,
+    allow_single_quoted_strings: false,
+    allow_hexadecimal_numbers: false,
+    allow_unary_plus_numbers: false,
+    allow_bare_decimal_point_numbers: false,
+    allow_non_finite_numbers: false,
+    allow_extended_string_escapes: false,
+};
+
+/// The value of a whole text.
+///
+/// # Errors
+/// If it is no JSON.
+pub(super) fn parse<'a>(text: &'a str, file: &Path) -> Result<Value<'a>, LoadError> {
+    let error = |line: usize, column: usize, message: String| {
+        let [line, column] = [line, column].map(|n| n as u32);
+        let at = Span { file: file.to_owned(), line, column, element: String::new() };
+        LoadError::Content { at, message }
+    };
+    match parse_to_ast(text, &CollectOptions::default(), &OPTIONS) {
+        Ok(result) => {
+            result.value.ok_or_else(|| error(0, 0, "the file is empty; expected {…}".into()))
+        }
+        Err(e) => {
+            let message = format!("this is no JSON: {}", e.kind());
+            Err(error(e.line_display(), e.column_display(), message))
+        }
+    }
+}
+
+/// A text and the file that it was read from.
+pub(super) struct Document<'a> {
+    text: &'a str,
+    file: &'a Path,
+    /// Where each line begins.
+    lines: Vec<usize>,
+}
+
+impl<'a> Document<'a> {
+    pub(super) fn new(text: &'a str, file: &'a Path) -> Self {
+        let lines = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1));
+        Self { text, file, lines: lines.collect() }
+    }
+
+    /// The line of a byte; columns are counted for errors alone, as lines may be long.
+    fn line(&self, byte: usize) -> usize {
+        self.lines.partition_point(|start| *start <= byte)
+    }
+
+    fn error(&self, range: Range, path: &str, message: String) -> LoadError {
+        let line = self.line(range.start);
+        let start = self.lines[line.saturating_sub(1)];
+        let column = 1 + self.text.get(start..range.start).unwrap_or_default().chars().count();
+        let file = self.file.to_owned();
+        let [line, column] = [line, column].map(|n| n as u32);
+        LoadError::Content { at: Span { file, line, column, element: path.to_owned() }, message }
+    }
+}
+
+/// A value and its path in the file, such as `objects[2].material`.
+#[derive(Clone)]
+pub(super) struct Node<'a> {
+    value: &'a Value<'a>,
+    path: String,
+    depth: u32,
+    document: &'a Document<'a>,
+}
+
+impl<'a> Node<'a> {
+    pub(super) fn root(value: &'a Value<'a>, document: &'a Document<'a>) -> Self {
+        Self { value, path: String::new(), depth: 0, document }
+    }
+
+    /// Where it stands, without a column.
+    pub(super) fn span(&self) -> Span {
+        let line = self.document.line(self.value.range().start) as u32;
+        Span { file: self.document.file.to_owned(), line, column: 0, element: self.path.clone() }
+    }
+
+    pub(super) fn error(&self, message: impl Into<String>) -> LoadError {
+        self.document.error(self.value.range(), &self.path, message.into())
+    }
+
+    /// An error that tells what is there.
+    pub(super) fn unexpected(&self, expected: &str) -> LoadError {
+        self.error(format!("expected {expected}, found {}", described(self.value)))
+    }
+
+    /// An error about a name that is not among those that are known.
+    pub(super) fn unknown<'c>(
+        &self,
+        what: &str,
+        name: &str,
+        known: impl Iterator<Item = &'c str>,
+    ) -> LoadError {
+        self.error(unknown(what, name, known))
+    }
+
+    pub(super) fn value(&self) -> &'a Value<'a> {
+        self.value
+    }
+
+    /// The text, if it is one.
+    pub(super) fn text(&self) -> Option<&'a str> {
+        self.value.as_string_lit().map(|text| &*text.value)
+    }
+
+    /// The digits of a number, if it is one.
+    pub(super) fn digits(&self) -> Option<&'a str> {
+        self.value.as_number_lit().map(|number| number.value)
+    }
+
+    /// What a list holds.
+    pub(super) fn list(&self, expected: &str) -> Result<Vec<Self>, LoadError> {
+        let list = self.value.as_array().ok_or_else(|| self.unexpected(expected))?;
+        let children = list.elements.iter().enumerate();
+        children.map(|(i, value)| self.child(value, format!("{}[{i}]", self.path))).collect()
+    }
+
+    /// Keys and values of an object, each key once.
+    pub(super) fn entries(&self) -> Result<Vec<(&'a str, Self)>, LoadError> {
+        let object = self.value.as_object().ok_or_else(|| self.unexpected("an object {…}"))?;
+        let mut seen = HashSet::new();
+        for property in &object.properties {
+            if !seen.insert(property.name.as_str()) {
+                let message = format!("{} is given twice", quote(property.name.as_str()));
+                return Err(self.document.error(property.range, &self.path, message));
+            }
+        }
+        let properties = object.properties.iter();
+        properties.map(|p| Ok((p.name.as_str(), self.child(&p.value, self.path_of(p))?))).collect()
+    }
+
+    /// The keys of an object.
+    pub(super) fn keys(&self) -> Result<Keys<'a>, LoadError> {
+        let entries = self.entries()?;
+        Ok(Keys { node: self.clone(), entries, known: Vec::new() })
+    }
+
+    /// A text in the place of an object that has nothing but this as its "type".
+    pub(super) fn word(&self) -> Keys<'a> {
+        let entries = vec![(TYPE, self.clone())];
+        Keys { node: self.clone(), entries, known: Vec::new() }
+    }
+
+    fn child(&self, value: &'a Value<'a>, path: String) -> Result<Self, LoadError> {
+        if self.depth >= MOST_DEPTH {
+            return Err(
+                self.error(format!("values stand in each other more than {MOST_DEPTH} deep"))
+            );
+        }
+        Ok(Self { value, path, depth: self.depth + 1, document: self.document })
+    }
+
+    fn path_of(&self, property: &ObjectProp<'a>) -> String {
+        let name = property.name.as_str();
+        let is_plain = |c: char| c.is_alphanumeric() || c == '_';
+        match (self.path.as_str(), name.chars().all(is_plain)) {
+            ("", true) => name.to_owned(),
+            (path, true) => format!("{path}.{name}"),
+            (path, false) => format!("{path}[{}]", quote(name)),
+        }
+    }
+}
+
+/// The key that says which of several things an object is.
+pub(super) const TYPE: &str = "type";
+
+/// The keys of an object, of which those that were asked for are known.
+pub(super) struct Keys<'a> {
+    pub(super) node: Node<'a>,
+    entries: Vec<(&'a str, Node<'a>)>,
+    known: Vec<&'static str>,
+}
+
+impl<'a> Keys<'a> {
+    /// The value of a key, if it is there.
+    pub(super) fn take(&mut self, name: &'static str) -> Option<Node<'a>> {
+        self.known.push(name);
+        self.entries.iter().find(|(key, _)| *key == name).map(|(_, node)| node.clone())
+    }
+
+    /// The value of a key, or a default; without one, the key has to be there.
+    pub(super) fn read<T, K: Kind<T>>(
+        &mut self,
+        name: &'static str,
+        kind: &K,
+        default: Option<T>,
+        cx: &mut Reading<'_>,
+    ) -> Result<T, LoadError> {
+        let found = if K::IS_WRITTEN { self.take(name) } else { None };
+        match found {
+            Some(node) => kind.read(&node, cx),
+            None => default
+                .or_else(|| kind.missing(&self.node, cx))
+                .ok_or_else(|| self.node.error(format!("its {} is missing", quote(name)))),
+        }
+    }
+
+    /// The value of the key "type".
+    pub(super) fn tag(&mut self) -> Result<Node<'a>, LoadError> {
+        self.take(TYPE).ok_or_else(|| self.node.error(format!("its {} is missing", quote(TYPE))))
+    }
+
+    /// Refuses keys that nobody asked for.
+    pub(super) fn finish(self) -> Result<(), LoadError> {
+        let Some((name, node)) = self.entries.iter().find(|(key, _)| !self.known.contains(key))
+        else {
+            return Ok(());
+        };
+        Err(node.unknown("key", name, self.known.iter().copied()))
+    }
+}
+
+fn unknown<'c>(what: &str, name: &str, known: impl Iterator<Item = &'c str>) -> String {
+    const MOST_LISTED: usize = 40;
+    let all: Vec<_> = known.collect();
+    let meant = match alike(name, all.iter().copied()).first() {
+        Some(meant) => format!("did you mean {}? ", quote(meant)),
+        None => String::new(),
+    };
+    let listed: Vec<_> = all.iter().take(MOST_LISTED).map(|name| quote(name)).collect();
+    let more = if all.len() > MOST_LISTED { " …" } else { "" };
+    let listed = if all.is_empty() { "none".to_owned() } else { listed.join(", ") };
+    format!("unknown {what} {}; {meant}there are {listed}{more}", quote(name))
+}
+
+/// A value in a few words.
+fn described(value: &Value<'_>) -> String {
+    match value {
+        Value::NullKeyword(_) => "null".to_owned(),
+        Value::BooleanLit(flag) => flag.value.to_string(),
+        Value::NumberLit(number) => number.value.to_owned(),
+        Value::StringLit(text) => quote(&text.value),
+        Value::Array(list) => format!("a list of {}", list.elements.len()),
+        Value::Object(_) => "an object".to_owned(),
+    }
+}

@@ -1,0 +1,361 @@
+//! Numbers, colours, texts, and lists of them.
+
+use serde_json::{Value, json};
+
+use super::describe::{Described, Kind, Plain};
+use super::node::Node;
+use super::out::Out;
+use super::schema::Schemas;
+use super::shared::{Reading, Writing};
+use crate::LoadError;
+use crate::texture::Input;
+
+/// Finite numbers in a range.
+#[derive(Clone, Copy)]
+pub(super) struct Within {
+    least: f64,
+    /// Whether the least number is not in the range.
+    is_open: bool,
+    most: f64,
+    expected: &'static str,
+}
+
+/// Any finite number.
+pub(super) const ANY: Within =
+    Within { least: f64::MIN, is_open: false, most: f64::MAX, expected: "a finite number" };
+/// Numbers from 0 up.
+pub(super) const FROM_0: Within =
+    Within { least: 0.0, expected: "a number that is not negative", ..ANY };
+/// Numbers above 0.
+pub(super) const ABOVE_0: Within =
+    Within { least: 0.0, is_open: true, expected: "a number above 0", ..ANY };
+/// Numbers from 0 to 1.
+pub(super) const SHARE: Within = Within { most: 1.0, expected: "a number from 0 to 1", ..FROM_0 };
+/// Numbers from 0 to 2.
+pub(super) const TO_2: Within = Within { most: 2.0, expected: "a number from 0 to 2", ..FROM_0 };
+/// Angles above 0° and up to 180°.
+pub(super) const ANGLE: Within =
+    Within { most: 180.0, expected: "an angle above 0 and up to 180 degrees", ..ABOVE_0 };
+/// Angles from 0° to 90°.
+pub(super) const HALF_ANGLE: Within =
+    Within { most: 90.0, expected: "an angle from 0 to 90 degrees", ..FROM_0 };
+
+impl Within {
+    fn has(&self, x: f64) -> bool {
+        let is_above = if self.is_open { x > self.least } else { x >= self.least };
+        is_above && x <= self.most
+    }
+
+    /// A number in the range.
+    pub(super) fn number<T: Real>(&self, node: &Node<'_>) -> Result<T, LoadError> {
+        let read = node.digits().and_then(T::of_digits);
+        read.filter(|x| self.has((*x).into())).ok_or_else(|| node.unexpected(self.expected))
+    }
+
+    fn schema(&self) -> Value {
+        let mut schema = json!({"type": "number"});
+        if self.least > f64::MIN {
+            let key = if self.is_open { "exclusiveMinimum" } else { "minimum" };
+            schema[key] = self.least.into();
+        }
+        if self.most < f64::MAX {
+            schema["maximum"] = self.most.into();
+        }
+        schema
+    }
+}
+
+/// Floating-point numbers, which are read and written exactly.
+pub(super) trait Real: Copy + Into<f64> + std::fmt::Debug {
+    fn of_digits(digits: &str) -> Option<Self>;
+}
+
+impl Real for f32 {
+    fn of_digits(digits: &str) -> Option<Self> {
+        digits.parse().ok()
+    }
+}
+
+impl Real for f64 {
+    fn of_digits(digits: &str) -> Option<Self> {
+        digits.parse().ok()
+    }
+}
+
+/// The fewest digits that mean this number.
+pub(super) fn digits<T: Real>(x: T) -> Result<Out, String> {
+    if !x.into().is_finite() {
+        return Err(format!("{x:?} is no number that a file can hold"));
+    }
+    let digits = format!("{x:?}");
+    Ok(Out::Number(digits.strip_suffix(".0").map_or(digits.clone(), str::to_owned)))
+}
+
+impl Kind<f32> for Within {
+    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<f32, LoadError> {
+        self.number(node)
+    }
+
+    fn write(&self, value: &f32, _: &mut Writing<'_>) -> Result<Out, String> {
+        digits(*value)
+    }
+
+    fn schema(&self, _: &mut Schemas) -> Value {
+        Within::schema(self)
+    }
+}
+
+impl Kind<f64> for Within {
+    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<f64, LoadError> {
+        self.number(node)
+    }
+
+    fn write(&self, value: &f64, _: &mut Writing<'_>) -> Result<Out, String> {
+        digits(*value)
+    }
+
+    fn schema(&self, _: &mut Schemas) -> Value {
+        Within::schema(self)
+    }
+}
+
+/// A colour; a single number is a grey.
+impl Kind<[f32; 3]> for Within {
+    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<[f32; 3], LoadError> {
+        if node.digits().is_some() {
+            return self.number(node).map(|grey| [grey; 3]);
+        }
+        vector(node, self, "a number or [red, green, blue]")
+    }
+
+    fn write(&self, value: &[f32; 3], _: &mut Writing<'_>) -> Result<Out, String> {
+        let [r, g, b] = value.map(f32::to_bits);
+        if r == g && g == b { digits(value[0]) } else { numbers(value) }
+    }
+
+    fn schema(&self, _: &mut Schemas) -> Value {
+        json!({"anyOf": [Within::schema(self), vector_schema(&Within::schema(self), 3)]})
+    }
+}
+
+/// A value, or the texture that shows it.
+impl<T> Kind<Input<T>> for Within
+where
+    Within: Kind<T>,
+{
+    fn read(&self, node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Input<T>, LoadError> {
+        if node.text().is_some() || node.value().as_object().is_some() {
+            return Plain.read(node, cx).map(Input::Texture);
+        }
+        Kind::<T>::read(self, node, cx).map(Input::Value)
+    }
+
+    fn write(&self, value: &Input<T>, cx: &mut Writing<'_>) -> Result<Out, String> {
+        match value {
+            Input::Value(value) => Kind::<T>::write(self, value, cx),
+            Input::Texture(texture) => texture.write(cx),
+        }
+    }
+
+    fn schema(&self, schemas: &mut Schemas) -> Value {
+        let value = Kind::<T>::schema(self, schemas);
+        json!({"anyOf": [value, std::sync::Arc::<crate::Texture>::schema(schemas)]})
+    }
+}
+
+/// Several numbers of a range, in a list.
+pub(super) struct Each(pub(super) Within);
+
+impl<T: Real, const N: usize> Kind<[T; N]> for Each {
+    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<[T; N], LoadError> {
+        vector(node, &self.0, &format!("a list of {N} numbers"))
+    }
+
+    fn write(&self, value: &[T; N], _: &mut Writing<'_>) -> Result<Out, String> {
+        numbers(value)
+    }
+
+    fn schema(&self, _: &mut Schemas) -> Value {
+        vector_schema(&self.0.schema(), N)
+    }
+}
+
+/// A list of so many numbers.
+pub(super) fn vector<T: Real, const N: usize>(
+    node: &Node<'_>,
+    range: &Within,
+    expected: &str,
+) -> Result<[T; N], LoadError> {
+    let list = node.list(expected)?;
+    let read: Vec<T> = list.iter().map(|item| range.number(item)).collect::<Result<_, _>>()?;
+    read.try_into().map_err(|_| node.unexpected(expected))
+}
+
+/// A list of numbers.
+pub(super) fn numbers<T: Real>(values: &[T]) -> Result<Out, String> {
+    values.iter().map(|x| digits(*x)).collect::<Result<_, _>>().map(Out::List)
+}
+
+pub(super) fn vector_schema(item: &Value, count: usize) -> Value {
+    json!({"type": "array", "items": item, "minItems": count, "maxItems": count})
+}
+
+/// A number that may be infinite: left out then.
+pub(super) struct PerhapsInfinite;
+
+impl Kind<f64> for PerhapsInfinite {
+    const IS_NEEDED: bool = false;
+
+    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<f64, LoadError> {
+        ABOVE_0.number(node)
+    }
+
+    fn write(&self, value: &f64, _: &mut Writing<'_>) -> Result<Out, String> {
+        digits(*value)
+    }
+
+    fn schema(&self, _: &mut Schemas) -> Value {
+        ABOVE_0.schema()
+    }
+
+    fn missing(&self, _: &Node<'_>, _: &Reading<'_>) -> Option<f64> {
+        Some(f64::INFINITY)
+    }
+
+    fn is_understood(&self, value: &f64, _: &Writing<'_>) -> bool {
+        *value == f64::INFINITY
+    }
+}
+
+impl Described for u32 {
+    fn read(node: &Node<'_>, _: &mut Reading<'_>) -> Result<Self, LoadError> {
+        let read = node.digits().and_then(|digits| digits.parse().ok());
+        read.ok_or_else(|| node.unexpected("a whole number from 0 to 4294967295"))
+    }
+
+    fn write(&self, _: &mut Writing<'_>) -> Result<Out, String> {
+        Ok(Out::Number(self.to_string()))
+    }
+
+    fn schema(_: &mut Schemas) -> Value {
+        json!({"type": "integer", "minimum": 0, "maximum": u32::MAX})
+    }
+}
+
+impl Described for bool {
+    fn read(node: &Node<'_>, _: &mut Reading<'_>) -> Result<Self, LoadError> {
+        let flag = node.value().as_boolean_lit().map(|flag| flag.value);
+        flag.ok_or_else(|| node.unexpected("true or false"))
+    }
+
+    fn write(&self, _: &mut Writing<'_>) -> Result<Out, String> {
+        Ok(Out::Flag(*self))
+    }
+
+    fn schema(_: &mut Schemas) -> Value {
+        json!({"type": "boolean"})
+    }
+}
+
+impl Described for String {
+    fn read(node: &Node<'_>, _: &mut Reading<'_>) -> Result<Self, LoadError> {
+        node.text().map(str::to_owned).ok_or_else(|| node.unexpected("a text"))
+    }
+
+    fn write(&self, _: &mut Writing<'_>) -> Result<Out, String> {
+        Ok(Out::text(self))
+    }
+
+    fn schema(_: &mut Schemas) -> Value {
+        json!({"type": "string"})
+    }
+}
+
+impl<T: Described> Described for Option<T> {
+    fn read(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+        if node.value().as_null_keyword().is_some() {
+            return Ok(None);
+        }
+        T::read(node, cx).map(Some)
+    }
+
+    fn write(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+        self.as_ref().map_or(Ok(Out::Null), |value| value.write(cx))
+    }
+
+    fn schema(schemas: &mut Schemas) -> Value {
+        json!({"anyOf": [T::schema(schemas), {"type": "null"}]})
+    }
+}
+
+impl<T: Described> Described for Vec<T> {
+    fn read(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+        node.list("a list […]")?.iter().map(|item| T::read(item, cx)).collect()
+    }
+
+    fn write(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+        let items = self.iter().enumerate();
+        let write = |(i, item): (usize, &T)| item.write(cx).map_err(|e| format!("[{i}]: {e}"));
+        items.map(write).collect::<Result<_, _>>().map(Out::List)
+    }
+
+    fn schema(schemas: &mut Schemas) -> Value {
+        json!({"type": "array", "items": T::schema(schemas)})
+    }
+}
+
+impl<T: Described, const N: usize> Described for [T; N] {
+    fn read(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+        let wrong = || node.unexpected(&format!("a list of {N}"));
+        Vec::read(node, cx)?.try_into().map_err(|_| wrong())
+    }
+
+    fn write(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+        self.iter().map(|item| item.write(cx)).collect::<Result<_, _>>().map(Out::List)
+    }
+
+    fn schema(schemas: &mut Schemas) -> Value {
+        vector_schema(&T::schema(schemas), N)
+    }
+}
+
+/// Two of the same kind, in a list.
+pub(super) struct Pair(pub(super) Within);
+
+impl<T> Kind<[T; 2]> for Pair
+where
+    Within: Kind<T>,
+{
+    fn read(&self, node: &Node<'_>, cx: &mut Reading<'_>) -> Result<[T; 2], LoadError> {
+        match node.list("a list of two")?.as_slice() {
+            [first, second] => Ok([self.0.read(first, cx)?, self.0.read(second, cx)?]),
+            _ => Err(node.unexpected("a list of two")),
+        }
+    }
+
+    fn write(&self, [first, second]: &[T; 2], cx: &mut Writing<'_>) -> Result<Out, String> {
+        Ok(Out::List(vec![self.0.write(first, cx)?, self.0.write(second, cx)?]))
+    }
+
+    fn schema(&self, schemas: &mut Schemas) -> Value {
+        vector_schema(&Kind::<T>::schema(&self.0, schemas), 2)
+    }
+}
+
+/// The same, in a box.
+impl<T> Kind<Box<[T; 2]>> for Pair
+where
+    Within: Kind<T>,
+{
+    fn read(&self, node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Box<[T; 2]>, LoadError> {
+        Kind::<[T; 2]>::read(self, node, cx).map(Box::new)
+    }
+
+    fn write(&self, value: &Box<[T; 2]>, cx: &mut Writing<'_>) -> Result<Out, String> {
+        Kind::<[T; 2]>::write(self, value, cx)
+    }
+
+    fn schema(&self, schemas: &mut Schemas) -> Value {
+        Kind::<[T; 2]>::schema(self, schemas)
+    }
+}

@@ -1,0 +1,137 @@
+//! Shapes placed in the world.
+
+use std::sync::Arc;
+
+use pt_math::DAffine3;
+use serde_json::json;
+
+use super::describe::{Described, Fields, Kind, Plain, put};
+use super::mesh::{SHAPES, shape_named};
+use super::node::{Keys, TYPE};
+use super::number::ABOVE_0;
+use super::out::{Entries, Out};
+use super::schema::{Properties, Schemas};
+use super::shared::{Numbered, Reading, Writing};
+use crate::{Geometry, LoadError, Mesh, Motion, Object, Sides};
+
+impl Fields for Object {
+    fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+        let geometry = geometry(keys, cx)?;
+        Ok(Self {
+            name: keys.read("name", &Plain, Some(String::new()), cx)?,
+            to_world: keys.read("to_world", &Plain, Some(DAffine3::IDENTITY), cx)?,
+            motion: keys.read("motion", &Plain, Some(None), cx)?,
+            materials: materials(keys, slots(&geometry), cx)?,
+            geometry,
+            media: keys.read("media", &Plain, Some(None), cx)?,
+            at: keys.node.span(),
+        })
+    }
+
+    fn write_fields(&self, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
+        put(out, "name", &Plain, &self.name, Some(String::new()), cx)?;
+        match &self.geometry {
+            Geometry::Sphere { radius } => {
+                out.push((TYPE.to_owned(), Out::text("sphere")));
+                put(out, "radius", &ABOVE_0, radius, Some(1.0), cx)?;
+            }
+            Geometry::Mesh(mesh) => {
+                out.push((TYPE.to_owned(), Out::text("mesh")));
+                put(out, "mesh", &Plain, mesh, None, cx)?;
+            }
+        }
+        put(out, "to_world", &Plain, &self.to_world, Some(DAffine3::IDENTITY), cx)?;
+        put(out, "motion", &Plain, &self.motion, Some(None), cx)?;
+        write_materials(&self.materials, slots(&self.geometry), out, cx)?;
+        put(out, "media", &Plain, &self.media, Some(None), cx)
+    }
+
+    fn properties(schemas: &mut Schemas) -> Vec<Properties> {
+        let material = json!({"type": ["string", "null"]});
+        let common = Properties::default()
+            .with("name", &Plain, |o: &Self| &o.name, Some(String::new()), schemas)
+            .with("to_world", &Plain, |o: &Self| &o.to_world, Some(DAffine3::IDENTITY), schemas)
+            .with_schema("motion", Option::<Arc<Motion>>::schema(schemas), false)
+            .with_schema("media", Option::<Sides>::schema(schemas), false)
+            .with_schema("materials", json!({"type": "array", "items": material}), false)
+            .with_schema("material", material, false);
+        let radius = json!({"type": "number", "exclusiveMinimum": 0, "default": 1});
+        let mesh = Arc::<Mesh>::schema(schemas);
+        let mut all = vec![
+            Properties::tag("sphere").with_schema("radius", radius, false),
+            Properties::tag("mesh").with_schema("mesh", mesh, true),
+        ];
+        all.extend(SHAPES.iter().map(|(name, _)| Properties::tag(name)));
+        Properties::each_with(all, &common)
+    }
+}
+
+fn geometry(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Geometry, LoadError> {
+    let tag = keys.tag()?;
+    let name = tag.text().ok_or_else(|| tag.unexpected("a name"))?;
+    match name {
+        "sphere" => Ok(Geometry::Sphere { radius: keys.read("radius", &ABOVE_0, Some(1.0), cx)? }),
+        "mesh" => keys.read("mesh", &Plain, None, cx).map(Geometry::Mesh),
+        _ => {
+            let found = SHAPES.iter().find(|(shape, _)| *shape == name);
+            let known = ["sphere", "mesh"].into_iter().chain(SHAPES.iter().map(|(name, _)| *name));
+            let (shape, make) = found.ok_or_else(|| tag.unknown("type", name, known))?;
+            Ok(Geometry::Mesh(shape_named(shape, *make, None, cx)))
+        }
+    }
+}
+
+/// How many materials it has place for.
+fn slots(geometry: &Geometry) -> usize {
+    match geometry {
+        Geometry::Sphere { .. } => 1,
+        Geometry::Mesh(mesh) => {
+            mesh.parts.iter().map(|part| part.slot as usize + 1).max().unwrap_or(1)
+        }
+    }
+}
+
+/// `material` for all slots, or `materials` for each.
+fn materials(
+    keys: &mut Keys<'_>,
+    slots: usize,
+    cx: &mut Reading<'_>,
+) -> Result<Vec<Option<u32>>, LoadError> {
+    let (one, each) = (keys.take("material"), keys.take("materials"));
+    match (one, each) {
+        (Some(one), None) => Ok(vec![Numbered::Material.read(&one, cx)?; slots]),
+        (None, None) => Ok(vec![None; slots]),
+        (Some(_), Some(each)) => {
+            Err(each.error("expected \"material\" or \"materials\", found both"))
+        }
+        (None, Some(each)) => {
+            let names = each.list("a list of materials")?;
+            if names.len() < slots {
+                let count = names.len();
+                return Err(
+                    each.error(format!("there are {count} materials; the mesh has {slots} slots"))
+                );
+            }
+            names.iter().map(|name| Numbered::Material.read(name, cx)).collect()
+        }
+    }
+}
+
+fn write_materials(
+    materials: &[Option<u32>],
+    slots: usize,
+    out: &mut Entries,
+    cx: &mut Writing<'_>,
+) -> Result<(), String> {
+    let is_one = materials.len() == slots && materials.windows(2).all(|pair| pair[0] == pair[1]);
+    match materials {
+        [None, ..] if is_one => Ok(()),
+        [one, ..] if is_one => put(out, "material", &Numbered::Material, one, None, cx),
+        _ => {
+            let names = materials.iter().map(|name| Numbered::Material.write(name, cx));
+            let names = names.collect::<Result<_, _>>()?;
+            out.push(("materials".to_owned(), Out::List(names)));
+            Ok(())
+        }
+    }
+}

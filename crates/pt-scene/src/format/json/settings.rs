@@ -1,0 +1,128 @@
+//! What a file asks for.
+
+use serde_json::json;
+
+use super::describe::{Kind, Plain, record, tagged};
+use super::node::Node;
+use super::number::{ABOVE_0, SHARE};
+use super::out::Out;
+use super::schema::Schemas;
+use super::shared::{Reading, Writing};
+use crate::{FileSettings, Filter, LoadError};
+
+/// The integrators that a file may ask for.
+pub(super) const INTEGRATORS: [&str; 6] = ["path", "volpath", "direct", "ao", "normals", "cs184"];
+/// The channels that a file may ask for.
+pub(super) const AOVS: [&str; 16] = [
+    "albedo",
+    "normal",
+    "geometric_normal",
+    "depth",
+    "position",
+    "uv",
+    "primitive",
+    "object",
+    "material",
+    "samples",
+    "variance",
+    "refused",
+    "half_a",
+    "half_b",
+    "cryptomatte_object",
+    "cryptomatte_material",
+];
+
+record! {
+    FileSettings {
+        resolution: Plain => None,
+        crop: Plain => None,
+        spp: Plain => None,
+        max_depth: Plain => None,
+        integrator: OneOf("integrator", &INTEGRATORS) => None,
+        aovs: OneOf("channel", &AOVS) => Vec::new(),
+        filter: Plain => None,
+    }; check
+}
+
+fn check(settings: &FileSettings) -> Result<(), String> {
+    const MOST_PIXELS: u64 = 1 << 32;
+    let refuse = |message: &str| Err(message.to_owned());
+    let area = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
+    if settings.resolution.is_some_and(|size| !(1..=MOST_PIXELS).contains(&area(size))) {
+        return refuse(
+            "the \"resolution\" must be a width and a height above 0, of up to 2^32 pixels",
+        );
+    }
+    let ends = |start: u32, length: u32, size: u32| {
+        length > 0 && u64::from(start) + u64::from(length) <= u64::from(size)
+    };
+    let fits = |[x, y, width, height]: [u32; 4]| {
+        let inside = |[w, h]: [u32; 2]| ends(x, width, w) && ends(y, height, h);
+        settings.resolution.is_some_and(inside)
+    };
+    if !settings.crop.is_none_or(fits) {
+        return refuse(
+            "the \"crop\" [x, y, width, height] must lie in the image of the \"resolution\"",
+        );
+    }
+    if settings.spp == Some(0) {
+        return refuse("the \"spp\" must be 1 or more");
+    }
+    settings.filter.map_or(Ok(()), |filter| filter.check())
+}
+
+tagged! {
+    Filter {
+        Box(),
+        Tent { radius: ABOVE_0 => 1.0 },
+        Gaussian { stddev: ABOVE_0 => 0.5, radius: ABOVE_0 => 2.0 },
+        Mitchell { b: SHARE => 1.0 / 3.0, c: SHARE => 1.0 / 3.0 },
+        BlackmanHarris { radius: ABOVE_0 => 1.5 },
+        Lanczos { lobes: ABOVE_0 => 3.0 },
+    }
+}
+
+/// What it is, and the names that there are.
+struct OneOf(&'static str, &'static [&'static str]);
+
+impl OneOf {
+    fn name(&self, node: &Node<'_>) -> Result<&'static str, LoadError> {
+        let Self(what, names) = self;
+        let name = node.text().ok_or_else(|| node.unexpected(&format!("the name of a {what}")))?;
+        let found = names.iter().copied().find(|known| *known == name);
+        found.ok_or_else(|| node.unknown(what, name, names.iter().copied()))
+    }
+}
+
+#[expect(clippy::ref_option_ref, reason = "kinds write what they are lent")]
+impl Kind<Option<&'static str>> for OneOf {
+    fn read(
+        &self,
+        node: &Node<'_>,
+        _: &mut Reading<'_>,
+    ) -> Result<Option<&'static str>, LoadError> {
+        self.name(node).map(Some)
+    }
+
+    fn write(&self, value: &Option<&'static str>, _: &mut Writing<'_>) -> Result<Out, String> {
+        Ok(value.map_or(Out::Null, Out::text))
+    }
+
+    fn schema(&self, _: &mut Schemas) -> serde_json::Value {
+        json!({"enum": self.1})
+    }
+}
+
+impl Kind<Vec<&'static str>> for OneOf {
+    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<Vec<&'static str>, LoadError> {
+        node.list("a list of names")?.iter().map(|name| self.name(name)).collect()
+    }
+
+    fn write(&self, value: &Vec<&'static str>, _: &mut Writing<'_>) -> Result<Out, String> {
+        Ok(Out::List(value.iter().map(|name| Out::text(*name)).collect()))
+    }
+
+    fn schema(&self, _: &mut Schemas) -> serde_json::Value {
+        json!({"type": "array", "items": {"enum": self.1}})
+    }
+}

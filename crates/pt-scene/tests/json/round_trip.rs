@@ -1,0 +1,104 @@
+//! Scenes that were written are read as they were: equal, and to the bit, but for where things were written and for
+//! notes.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use pt_scene::format::{FORMATS, load, save};
+use pt_scene::{Scene, Span};
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+/// A scene without what differs between files: places and notes.
+fn bare(mut scene: Scene) -> Scene {
+    scene.warnings.clear();
+    scene.objects.iter_mut().for_each(|object| object.at = Span::default());
+    scene.lights.iter_mut().for_each(|light| light.at = Span::default());
+    scene.media.iter_mut().for_each(|medium| medium.at = Span::default());
+    scene
+}
+
+/// All scenes in a folder and those in it.
+fn scenes_in(folder: &Path, found: &mut Vec<PathBuf>) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for path in entries.map(|entry| entry.expect("a readable entry").path()) {
+        let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+        let is_part = path.file_name().is_some_and(|name| name == "parts" || name == "common");
+        if path.is_dir() && !is_part {
+            scenes_in(&path, found);
+        } else if FORMATS.iter().any(|format| format.extensions.contains(&ending)) {
+            found.push(path);
+        }
+    }
+    found.sort();
+}
+
+/// What is in a folder and those in it, by the paths from there.
+fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    for path in
+        std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path())
+    {
+        let name = PathBuf::from(path.file_name().expect("a name"));
+        if path.is_dir() {
+            all.extend(content(&path).into_iter().map(|(inner, bytes)| (name.join(inner), bytes)));
+        } else {
+            all.insert(name, std::fs::read(&path).expect("a readable file"));
+        }
+    }
+    all
+}
+
+/// Writes a scene, reads it, and writes that: both times there are the same bytes, and both are equal.
+fn check(path: &Path) {
+    check_scene(load(path).unwrap_or_else(|error| panic!("{error}")), path);
+}
+
+fn check_scene(scene: Scene, path: &Path) {
+    let [first, second] = [0, 1].map(|_| tempfile::tempdir().expect("a folder"));
+    let [a, b] = [&first, &second].map(|folder| folder.path().join("scene.json"));
+    save(&scene, &a, false).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let read = load(&a).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    super::common::check_invariants(&read);
+    save(&read, &b, false).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    assert!(bare(read) == bare(scene), "{}", path.display());
+    assert!(content(first.path()) == content(second.path()), "{}", path.display());
+}
+
+#[test]
+fn scenes_of_all_formats_are_read_as_they_were() {
+    let mut scenes = Vec::new();
+    scenes_in(&Path::new(ROOT).join("scenes"), &mut scenes);
+    assert!(scenes.len() > 70, "{}", scenes.len());
+    for path in &scenes {
+        check(path);
+    }
+}
+
+#[test]
+fn good_files_of_all_formats_are_read_as_they_were() {
+    let mut scenes = Vec::new();
+    for format in ["collada", "gltf", "json", "mitsuba", "obj", "pbrt", "ply"] {
+        scenes_in(&Path::new(ROOT).join("tests/formats").join(format).join("good"), &mut scenes);
+    }
+    assert!(scenes.len() > 30, "{}", scenes.len());
+    for path in &scenes {
+        check(path);
+    }
+}
+
+#[test]
+fn scenes_of_others_are_read_as_they_were() {
+    let mut scenes = Vec::new();
+    scenes_in(&Path::new(ROOT).join("../shared/scenes"), &mut scenes);
+    if scenes.is_empty() {
+        println!("skipped: ../shared/scenes not found");
+        return;
+    }
+    // Some are parts of others, or made for what is not supported.
+    let read: Vec<_> = scenes.iter().filter_map(|path| Some((load(path).ok()?, path))).collect();
+    assert!(read.len() > 40, "{} of {}", read.len(), scenes.len());
+    for (scene, path) in read {
+        check_scene(scene, path);
+    }
+}
