@@ -34,19 +34,23 @@ fn a_render_ends_when_its_error_is_small_enough_and_says_so() {
     assert!(run.err.contains(" 0.00 million samples/s"), "{run:?}");
 }
 
-/// Noise of each pixel; a brighter screen shows more of it.
+/// Noise of each pixel; a screen that is twice as bright shows twice as much of the same samples.
 #[test]
 fn what_is_asked_of_pixels_is_asked_of_what_the_screen_shows() {
     let folder = Folder::new();
-    let samples = |options: &str| {
-        let args = "-r 24 18 -m 3 --target-noise 12% --confidence 90% --summary-json summary.json";
-        folder.succeed(&format!("{args} {options} -f out.png SCENE"));
-        let summary = summary(&folder);
-        assert!(summary["noise"].as_f64().is_some_and(|noise| noise <= 0.12), "{summary}");
-        summary["samples"].as_u64().expect("a number")
+    let noise = |options: &str| {
+        let args = "-r 24 18 -m 3 --confidence 90% --summary-json summary.json -f out.png SCENE";
+        folder.succeed(&format!("{options} {args}"));
+        summary(&folder)["noise"].as_f64().expect("a number")
     };
-    let (plain, bright) = (samples(""), samples("--exposure 1"));
-    assert!(bright > 2 * plain, "{plain}, {bright}");
+    for options in ["", "--exposure 1"] {
+        let met = noise(&format!("--target-noise 12% {options}"));
+        assert!(met <= 0.12, "{options}: {met}");
+    }
+    let too_few = "--target-noise 0.1% --max-spp 64";
+    let [plain, bright] =
+        ["", "--exposure 1"].map(|options| noise(&format!("{too_few} {options}")));
+    assert!(plain > 0.05 && (bright / plain - 2.0).abs() < 1e-9, "{plain}, {bright}");
 }
 
 #[test]

@@ -351,6 +351,7 @@ fn default_material(is_colored: bool) -> Material {
         roughness: 1.0.into(),
         two_sided: true,
         multiple_scattering: true,
+        layered: true,
         ..Principled::default()
     };
     Material {
