@@ -41,21 +41,18 @@ fn areas_along_z(mesh: &Mesh) -> Vec<f32> {
 #[test]
 fn bad_files_are_refused_with_the_expected_message() {
     check_bad_files("ply", "ply");
-    check_bad_files("obj", "obj");
     check_bad_files("stl", "stl");
 }
 
 #[test]
 fn good_files_give_the_expected_warnings() {
     check_good_files("ply", "ply");
-    check_good_files("obj", "obj");
     check_good_files("stl", "stl");
 }
 
 #[test]
 fn damaged_files_do_no_harm() {
     check_robustness("ply", "ply", 20_000);
-    check_robustness("obj", "obj", 20_000);
     check_robustness("stl", "stl", 20_000);
 }
 

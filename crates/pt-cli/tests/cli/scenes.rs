@@ -114,10 +114,10 @@ fn the_status_of_check_says_what_a_render_would_do() {
     folder.run("-r 4 4 -s 1 -f wood.png");
     let run = folder.succeed("check box.xml");
     assert_eq!(run.out, "box.xml: 0 errors, 0 missing files, 0 notes\n");
-    folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl red\n");
+    folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n");
     let run = folder.run("check a.obj");
     assert_eq!(run.code, Some(1), "{run:?}");
-    assert!(run.out.contains("note: a.obj:5:"), "{run:?}");
+    assert!(run.out.contains("note: a.obj:4:"), "{run:?}");
     let run = folder.run("check none.xml");
     assert_eq!(run.code, Some(2), "{run:?}");
     assert!(run.out.contains("none.xml: cannot be read"), "{run:?}");

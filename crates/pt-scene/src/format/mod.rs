@@ -4,6 +4,7 @@
 
 pub mod collada;
 mod context;
+mod gloss;
 mod gltf;
 mod json;
 mod limits;
@@ -124,7 +125,7 @@ pub static FORMATS: &[Format] = &[
     format("pathtracer JSON", &["json"], json::parse),
     format("Stanford PLY", &["ply"], |bytes, path, _| ply::parse(bytes, path)),
     format("STL", &["stl"], |bytes, path, _| stl::parse(bytes, path)),
-    format("Wavefront OBJ", &["obj"], |bytes, path, _| obj::parse(bytes, path)),
+    format("Wavefront OBJ", &["obj"], obj::parse),
 ];
 
 /// A format without names that stand for something.

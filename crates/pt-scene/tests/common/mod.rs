@@ -90,6 +90,15 @@ pub(crate) fn check_robustness(format: &str, ending: &str, rounds: usize) {
 
 /// Files with damage, some at a time, are read or refused, without a panic.
 pub(crate) fn check_damage(all: &[(Vec<u8>, PathBuf)], rounds: usize) {
+    check_damage_with(all, rounds, parse);
+}
+
+/// As [`check_damage`], where the damaged bytes are perhaps not those of the scene itself.
+pub(crate) fn check_damage_with(
+    all: &[(Vec<u8>, PathBuf)],
+    rounds: usize,
+    read_damaged: impl Fn(&[u8], &Path) -> Result<Scene, LoadError>,
+) {
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
     let mut read = 0;
     for round in 0..rounds {
@@ -98,7 +107,7 @@ pub(crate) fn check_damage(all: &[(Vec<u8>, PathBuf)], rounds: usize) {
         for _ in 0..=random.below(3) {
             damage(&mut bytes, &mut random);
         }
-        if let Ok(scene) = parse(&bytes, file) {
+        if let Ok(scene) = read_damaged(&bytes, file) {
             check_invariants(&scene);
             read += 1;
         }

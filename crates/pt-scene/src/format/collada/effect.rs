@@ -3,18 +3,13 @@
 use super::material::clamped;
 use super::reader::{Reader, child, children, elements};
 use super::texture;
+use crate::format::gloss::{self, amount, luminance};
 use crate::format::substitute;
 use crate::format::xml::{Node, quote};
-use crate::material::{Black, Glass, Matte, Mirror, Plastic};
+use crate::material::{Black, Glass, Matte, Mirror};
 use crate::texture::Wrap;
 use crate::{Color, LoadError, Surface};
 
-/// Luminance from which a specular colour or a reflectivity makes a second lobe. Water, the
-/// dullest of common dielectrics, reflects 0.02 at normal incidence; what is below is what
-/// exporters write for none.
-const LEAST_GLOSS: f32 = 0.02;
-/// Exponent of glosses that give none: what modelling tools start with.
-const DEFAULT_SHININESS: f32 = 50.0;
 /// Index of refraction of transparent materials that give none: window glass.
 const DEFAULT_IOR: f32 = 1.5;
 /// Diffuse colour of materials that give none (as in the course program), or a texture.
@@ -49,7 +44,7 @@ struct Painting {
 /// |---|---|
 /// | transmits at least half of the light | [`Glass`] |
 /// | reflective, and not diffuse | [`Mirror`] |
-/// | phong or blinn, with a specular colour, in a file without the course's profile | [`Plastic`] |
+/// | phong or blinn, with a specular colour, in a file without the course's profile | [`Plastic`](crate::material::Plastic) |
 /// | constant | [`Black`], with its emission |
 /// | others | [`Matte`] |
 pub(super) fn read<'a>(
@@ -96,28 +91,22 @@ fn opaque<'a>(
     kind: &str,
 ) -> Result<Surface, LoadError> {
     let diffuse = share_or(reader, scope, "diffuse", DEFAULT_DIFFUSE)?;
-    let is_diffuse = amount(&diffuse) > LEAST_GLOSS;
+    let is_diffuse = amount(&diffuse) > gloss::LEAST;
     let reflectivity = float_or(reader, scope, "reflectivity", 1.0)?.min(1.0);
     let reflective = plain_or(reader, scope, "reflective", [0.0; 3])?.map(|c| c * reflectivity);
-    if luminance(reflective) > LEAST_GLOSS {
+    if luminance(reflective) > gloss::LEAST {
         if !is_diffuse {
             return Ok(Mirror { reflectance: reflective.into() }.into());
         }
         let message = "mirrors that are also diffuse are not supported; <reflective> is left out";
         reader.warn(scope.shader, message);
     }
-    let matte = Matte { reflectance: diffuse.clone(), two_sided: true };
     if kind == "lambert" || reader.of_course {
-        return Ok(matte.into());
+        return Ok(Matte { reflectance: diffuse, two_sided: true }.into());
     }
     let specular = share_or(reader, scope, "specular", [0.0; 3])?;
-    if amount(&specular) <= LEAST_GLOSS {
-        return Ok(matte.into());
-    }
-    let shininess = float_or(reader, scope, "shininess", DEFAULT_SHININESS)?;
-    // The Beckmann distribution nearest to cosˢ has α² = 2/(s + 2) [Walter et al. 2007, section 5.2].
-    let alpha = (2.0 / (shininess + 2.0)).sqrt();
-    Ok(Plastic { diffuse, specular, alpha, two_sided: true }.into())
+    let shininess = float_or(reader, scope, "shininess", gloss::DEFAULT_EXPONENT)?;
+    Ok(gloss::phong(diffuse, specular, shininess))
 }
 
 /// A glass, if the effect transmits at least half of the light. There is no partial transparency
@@ -257,14 +246,6 @@ fn instead<'a>(
     color
 }
 
-/// The luminance of a colour; of a texture, that of a grey in the middle.
-fn amount(color: &Color) -> f32 {
-    match color {
-        Color::Value(color) => luminance(*color),
-        Color::Texture(_) => 0.5,
-    }
-}
-
 /// What an element such as `<diffuse>` contains.
 fn paint<'a>(
     reader: &mut Reader<'a>,
@@ -353,9 +334,4 @@ fn image_name<'a>(reader: &Reader<'a>, scope: &Scope<'a>, texture: &str) -> Stri
         name = text.strip_prefix('#').unwrap_or(text);
     }
     name.to_owned()
-}
-
-/// Luminance of linear Rec. 709.
-fn luminance([r, g, b]: [f32; 3]) -> f32 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
 }

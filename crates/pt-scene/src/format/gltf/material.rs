@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pt_math::trig;
 
-use super::super::substitute;
+use super::super::{gloss, substitute};
 use super::Reader;
 use super::item::Item;
 use super::texture::{Content, measured, painted};
@@ -198,7 +198,7 @@ impl<'a> Reader<'a> {
         let texture = self.texture(&found, "clearcoatTexture", Content::Channel(0))?;
         made.clearcoat = measured(factor, texture.filter(|_| factor > 0.0));
         let roughness = found.number_in("clearcoatRoughnessFactor", 0.0..=1.0, 0.0)? as f32;
-        made.clearcoat_gloss = gloss(roughness).into();
+        made.clearcoat_gloss = gloss::coat(roughness).into();
         if found.has("clearcoatRoughnessTexture") || found.has("clearcoatNormalTexture") {
             self.warn(&found, "the textures of the coat's roughness and normals are not read");
         }
@@ -422,12 +422,6 @@ fn thin(solid: Principled) -> Surface {
     Mix { first: Box::new(sheet.into()), second: Box::new(metal.into()), share: metallic }.into()
 }
 
-/// The gloss of the coat whose α is that of a roughness: α = 0.1 at gloss 0 and 0.001 at gloss 1.
-/// [Burley 2012, app. B]
-fn gloss(roughness: f32) -> f32 {
-    ((0.1 - roughness * roughness) / (0.1 - 0.001)).clamp(0.0, 1.0)
-}
-
 /// The anisotropy and √α of facets that glTF stretches by a strength.
 fn stretched(roughness: f32, strength: f32) -> (f32, f32) {
     /// Below, facets are as good as smooth.
@@ -452,14 +446,5 @@ mod tests {
             assert!((across - alpha).abs() < 1e-6);
             assert!((along - (alpha + (1.0 - alpha) * strength * strength)).abs() < 1e-6);
         }
-    }
-
-    #[test]
-    fn the_gloss_of_a_coat_has_its_alpha() {
-        for roughness in [0.1_f32, 0.2, 0.3] {
-            let alpha = 0.1 + (0.001 - 0.1) * gloss(roughness);
-            assert!((alpha - roughness * roughness).abs() < 1e-6);
-        }
-        assert_eq!((gloss(0.0), gloss(1.0)), (1.0, 0.0));
     }
 }

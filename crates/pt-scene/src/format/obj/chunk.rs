@@ -10,6 +10,7 @@ use pt_math::color::linear_from_srgb;
 use rayon::prelude::*;
 
 use super::super::line::Line;
+use super::slots::Named;
 use crate::LoadError;
 
 /// Bytes of a piece, about.
@@ -138,6 +139,12 @@ impl<'a> Statement<'a> {
         &self.line[before + self.keyword.len()..]
     }
 
+    /// A name, and the number of the line in which it is.
+    pub(super) fn named(&self) -> Named {
+        let rest = String::from_utf8_lossy(self.rest());
+        Named { name: uncommented(&rest).trim().to_owned(), line: self.number }
+    }
+
     /// Reads it as a text. Names and comments may be in any encoding; numbers are ASCII in all of them.
     pub(super) fn as_text<T>(
         &self,
@@ -147,6 +154,13 @@ impl<'a> Statement<'a> {
         let text = text.split('#').next().unwrap_or_default();
         read(Line { path: self.path, number: self.number, text })
     }
+}
+
+/// A line without its comment, which follows a space: names may have a `#` in them.
+pub(super) fn uncommented(line: &str) -> &str {
+    let is_comment = |at: &usize| !line[..*at].ends_with(|c: char| !c.is_ascii_whitespace());
+    let start = line.match_indices('#').map(|(at, _)| at).find(is_comment);
+    &line[..start.unwrap_or(line.len())]
 }
 
 /// The finite numbers that a line consists of, if these are as many as are asked for: most lines do.

@@ -1,9 +1,10 @@
 //! Faces, and what else stands between them.
 
 use super::super::line::Line;
-use super::super::mesh_file::{self, Polygons};
+use super::super::mesh_file::Polygons;
 use super::super::xml::quote;
 use super::chunk::{Chunk, Counts};
+use super::slots::{Named, Slots};
 use crate::{LoadError, Span};
 
 /// Index of what a corner does not have.
@@ -33,8 +34,10 @@ pub(super) struct Faces {
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) uvs: Indices,
     pub(super) normals: Indices,
-    /// Where a material is first mentioned.
-    pub(super) materials_at: Option<Span>,
+    /// The materials of the triangles.
+    pub(super) slots: Slots,
+    /// What files of materials are named, as they are written.
+    pub(super) libraries: Vec<Named>,
     /// The first statement that is not known.
     pub(super) unknown: Option<(String, Span)>,
 }
@@ -64,6 +67,14 @@ impl Indices {
     fn fill(&mut self, triangles: usize) {
         self.missing += 3 * (triangles - self.of.len());
         self.of.resize(triangles, [MISSING; 3]);
+    }
+
+    /// Gives an index to the corners that have none.
+    pub(super) fn replace_missing(&mut self, index: u32) {
+        for corner in self.of.as_flattened_mut().iter_mut().filter(|i| **i == MISSING) {
+            *corner = index;
+        }
+        self.missing = 0;
     }
 
     /// Appends those of more triangles, `more_triangles` of them, to those of `triangles`.
@@ -99,6 +110,8 @@ impl Faces {
                         faces.add(line, &corners, positions, &mut polygons)
                     })?,
                 },
+                b"usemtl" => faces.slots.switch(faces.triangles.len(), statement.named()),
+                b"mtllib" => faces.libraries.push(statement.named()),
                 _ => statement.as_text(|line| {
                     faces.other(line);
                     Ok(())
@@ -139,14 +152,8 @@ impl Faces {
     /// A statement that is about no vertex and no face.
     fn other(&mut self, line: Line) {
         let word = line.keyword();
-        match word {
-            "usemtl" | "mtllib" => {
-                self.materials_at.get_or_insert_with(|| mesh_file::place(line.path, line.number));
-            }
-            _ if PASSED_OVER.contains(&word) => {}
-            _ => {
-                self.unknown.get_or_insert_with(|| (word.to_owned(), line.at(word)));
-            }
+        if !PASSED_OVER.contains(&word) {
+            self.unknown.get_or_insert_with(|| (word.to_owned(), line.at(word)));
         }
     }
 
@@ -156,7 +163,8 @@ impl Faces {
         self.triangles.append(&mut more.triangles);
         self.uvs.append(before, more.uvs, count);
         self.normals.append(before, more.normals, count);
-        self.materials_at = self.materials_at.take().or(more.materials_at);
+        self.slots.append(before, more.slots);
+        self.libraries.append(&mut more.libraries);
         self.unknown = self.unknown.take().or(more.unknown);
     }
 }

@@ -1,0 +1,141 @@
+//! Files of materials (MTL), as far as finding what they say of each material.
+
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::super::context::{Context, Folder};
+use super::super::mesh_file::place;
+use super::super::xml::quote;
+use super::chunk::uncommented;
+use super::notes::Notes;
+use super::slots::Named;
+use crate::LoadError;
+
+/// Most files of materials.
+const MOST_FILES: usize = 1000;
+
+/// What is said of a material.
+pub(super) struct Described {
+    /// The file of materials.
+    pub(super) path: Arc<PathBuf>,
+    /// Lines with their numbers, without comments.
+    pub(super) lines: Vec<(u32, String)>,
+}
+
+/// What the files of materials say.
+#[derive(Default)]
+pub(super) struct Library {
+    /// The materials that are wanted.
+    pub(super) described: HashMap<String, Described>,
+    /// The names of all.
+    pub(super) names: Vec<String>,
+    /// Whether a file is missing, so that any material may have been in it.
+    pub(super) is_incomplete: bool,
+    known: HashSet<String>,
+    read: HashSet<PathBuf>,
+}
+
+impl Library {
+    /// Reads the files that a `mtllib` names; of materials of the same name, the first one stands.
+    ///
+    /// # Errors
+    /// If there are too many files.
+    pub(super) fn read(
+        &mut self,
+        named: &Named,
+        wanted: &HashSet<&str>,
+        folder: &Folder,
+        obj: &Path,
+        notes: &mut Notes,
+    ) -> Result<(), LoadError> {
+        let at = place(obj, named.line);
+        if named.name.is_empty() {
+            notes.add(
+                at,
+                "expected the name of a file after \"mtllib\"; it is passed over".to_owned(),
+            );
+            return Ok(());
+        }
+        for path in files(folder, &named.name) {
+            if !self.read.insert(path.clone()) {
+                continue;
+            }
+            if self.read.len() > MOST_FILES {
+                let message = format!("there are more than {MOST_FILES} files of materials");
+                return Err(Context::exceeded(at, message));
+            }
+            match folder.context.read(&path) {
+                Ok(bytes) => self.add(&bytes, path, wanted, notes),
+                Err(why) => {
+                    self.is_incomplete = true;
+                    let message = format!(
+                        "the file of materials is not read: {why}; surfaces whose materials are in no other file show squares in \
+                         magenta and black"
+                    );
+                    folder.context.missing(at.clone(), message);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, bytes: &[u8], path: PathBuf, wanted: &HashSet<&str>, notes: &mut Notes) {
+        let text = String::from_utf8_lossy(bytes);
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        let path = Arc::new(path);
+        let (mut current, mut has_any): (Option<&str>, bool) = (None, false);
+        for (line, number) in text.lines().zip(1..) {
+            let line = uncommented(line).trim_end();
+            let word = line.split_ascii_whitespace().next().unwrap_or_default();
+            if word.eq_ignore_ascii_case("newmtl") {
+                has_any = true;
+                let name = line.trim_start()[word.len()..].trim();
+                let is_new = self.known.insert(name.to_owned());
+                if is_new {
+                    self.names.push(name.to_owned());
+                } else {
+                    let message = format!(
+                        "the material {} is there already; the first one stands",
+                        quote(name)
+                    );
+                    notes.add(place(&path, number), message);
+                }
+                current = Some(name).filter(|name| is_new && wanted.contains(name));
+                if let Some(name) = current {
+                    let described = Described { path: Arc::clone(&path), lines: Vec::new() };
+                    self.described.insert(name.to_owned(), described);
+                }
+            } else if let Some(name) = current.filter(|_| !word.is_empty())
+                && let Some(described) = self.described.get_mut(name)
+            {
+                described.lines.push((number, line.to_owned()));
+            } else if !has_any && !word.is_empty() {
+                let message = "statements above the first \"newmtl\" are passed over".to_owned();
+                notes.add(place(&path, number), message);
+            }
+        }
+        if !has_any {
+            let message = "the file has no materials (\"newmtl red\")".to_owned();
+            notes.add(place(&path, 0), message);
+        }
+    }
+}
+
+/// The files that are named: by words, unless all words together are the name of one.
+fn files(folder: &Folder, names: &str) -> Vec<PathBuf> {
+    let whole = file(folder, names);
+    if whole.is_file() {
+        return vec![whole];
+    }
+    names.split_ascii_whitespace().map(|name| file(folder, name)).collect()
+}
+
+/// The path of a file, which may be written with the backslashes of Windows.
+pub(super) fn file(folder: &Folder, name: &str) -> PathBuf {
+    let as_written = folder.join(name);
+    if as_written.is_file() || !name.contains('\\') {
+        return as_written;
+    }
+    folder.join(&name.replace('\\', "/"))
+}

@@ -1,0 +1,247 @@
+//! Images that vary what a material says.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use pt_math::{DMat3, DVec3};
+
+use super::super::context::Folder;
+use super::super::line::Line;
+use super::super::substitute;
+use super::super::xml::quote;
+use super::library;
+use super::notes::Notes;
+use crate::image::{Image, Numbers, Transfer};
+use crate::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
+use crate::{LoadError, Span};
+
+/// A statement like `map_Kd -s 2 2 wood.png`.
+#[derive(Clone, Debug)]
+pub(super) struct Map {
+    pub(super) at: Span,
+    file: String,
+    /// By what texture coordinates are multiplied.
+    scale: [f32; 2],
+    /// What is added to them then.
+    offset: [f32; 2],
+    wrap: Wrap,
+    /// `-bm`: by what heights are multiplied.
+    pub(super) height: f32,
+    /// `-imfchan`: the channel of a number, 0 to 2.
+    channel: Option<usize>,
+}
+
+/// What of an image is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Content {
+    /// Colours of sRGB.
+    Colors,
+    /// A number as it is, by its luminance or its channel.
+    Number,
+    /// The opacity if there is one, or else as [`Self::Number`].
+    Opacity,
+    /// Normals or heights, as they are.
+    Relief,
+}
+
+/// Options of one word that change nothing here, or only how texels are filtered: `-blendu on`, `-boost 2` …
+const PASSED_OVER: [&str; 5] = ["-blendu", "-blendv", "-boost", "-texres", "-type"];
+
+impl Map {
+    /// Reads a line whose first word says what the image is for; `None` if it names no file, which is noted.
+    ///
+    /// # Errors
+    /// If an option has no number where it needs one.
+    pub(super) fn parse(line: Line, notes: &mut Notes) -> Result<Option<Self>, LoadError> {
+        let keyword = line.keyword();
+        let mut map = Self {
+            at: line.at(line.text.trim_start()),
+            file: String::new(),
+            scale: [1.0; 2],
+            offset: [0.0; 2],
+            wrap: Wrap::Repeat,
+            height: 1.0,
+            channel: None,
+        };
+        let mut rest = Words(line.text.trim_start()[keyword.len()..].trim());
+        while let Some(option) = rest.peek().filter(|word| word.starts_with('-')) {
+            rest.next();
+            map.option(line, option, &mut rest, notes)?;
+        }
+        map.file = rest.0.trim().to_owned();
+        if map.file.is_empty() {
+            let message = format!(
+                "expected the name of an image after {}; it is passed over",
+                quote(keyword)
+            );
+            notes.add(map.at, message);
+            return Ok(None);
+        }
+        Ok(Some(map))
+    }
+
+    fn option<'a>(
+        &mut self,
+        line: Line<'a>,
+        option: &'a str,
+        rest: &mut Words<'a>,
+        notes: &mut Notes,
+    ) -> Result<(), LoadError> {
+        match option {
+            "-s" => self.scale = pair(line, rest, 1.0)?,
+            "-o" => self.offset = pair(line, rest, 0.0)?,
+            "-bm" => [self.height] = line.numbers(&mut *rest)?,
+            "-clamp" if rest.next() == Some("on") => {
+                self.wrap = Wrap::Clamp;
+                let message = "\"-clamp on\": beyond its edges, the image shows what is at them";
+                notes.add(line.at(option), message.to_owned());
+            }
+            "-clamp" => self.wrap = Wrap::Repeat,
+            "-imfchan" => self.channel = channel(line, option, rest.next(), notes),
+            "-mm" => {
+                let range: [f32; 2] = line.numbers(&mut *rest)?;
+                if range != [0.0, 1.0] {
+                    notes.add(
+                        line.at(option),
+                        "\"-mm\" is passed over: images are as they are".to_owned(),
+                    );
+                }
+            }
+            "-t" => {
+                if pair(line, rest, 0.0)? != [0.0; 2] {
+                    notes.add(
+                        line.at(option),
+                        "\"-t\" is passed over: images have no turbulence".to_owned(),
+                    );
+                }
+            }
+            "-cc" => {
+                if rest.next() == Some("on") {
+                    let message = "\"-cc on\" is passed over: colours are not corrected".to_owned();
+                    notes.add(line.at(option), message);
+                }
+            }
+            _ if PASSED_OVER.contains(&option) => drop(rest.next()),
+            _ => {
+                let message = format!(
+                    "the option {} of an image is unknown, and passed over with the numbers after it",
+                    quote(option)
+                );
+                notes.add(line.at(option), message);
+                while rest.peek().is_some_and(is_number) {
+                    rest.next();
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Words of a line, and what follows them.
+struct Words<'a>(&'a str);
+
+impl<'a> Words<'a> {
+    fn peek(&self) -> Option<&'a str> {
+        self.0.split_ascii_whitespace().next()
+    }
+}
+
+impl<'a> Iterator for Words<'a> {
+    type Item = &'a str;
+
+    fn next(&mut self) -> Option<&'a str> {
+        let word = self.peek()?;
+        self.0 = &self.0.trim_ascii_start()[word.len()..];
+        Some(word)
+    }
+}
+
+fn is_number(word: &str) -> bool {
+    word.parse::<f32>().is_ok()
+}
+
+/// One to three numbers for u, v and w, of which w means nothing for images.
+fn pair<'a>(line: Line<'a>, rest: &mut Words<'a>, default: f32) -> Result<[f32; 2], LoadError> {
+    let [u] = line.numbers(&mut *rest)?;
+    let mut next = || match rest.peek().filter(|word| is_number(word)) {
+        Some(_) => line.numbers(&mut *rest).map(|[number]| number),
+        None => Ok(default),
+    };
+    let (v, _) = (next()?, next()?);
+    Ok([u, v])
+}
+
+/// The channel that a word names; `None` is the luminance.
+fn channel(line: Line, option: &str, word: Option<&str>, notes: &mut Notes) -> Option<usize> {
+    match word {
+        Some("r") => Some(0),
+        Some("g") => Some(1),
+        Some("b") => Some(2),
+        Some("l") => None,
+        _ => {
+            let message = "\"-imfchan\": expected r, g, b or l; the luminance is taken".to_owned();
+            notes.add(line.at(option), message);
+            None
+        }
+    }
+}
+
+/// The images that were read, each once for each content.
+pub(super) struct Images<'f> {
+    folder: &'f Folder,
+    made: HashMap<(PathBuf, Content, Option<usize>), Result<Arc<Image>, String>>,
+}
+
+impl<'f> Images<'f> {
+    pub(super) fn new(folder: &'f Folder) -> Self {
+        Self { folder, made: HashMap::new() }
+    }
+
+    /// The texture of a map. Where its image is missing, something loud stands in for it, and the material is told.
+    pub(super) fn texture(&mut self, map: &Map, content: Content) -> Arc<Texture> {
+        let context = &self.folder.context;
+        let image = match self.image(map, content) {
+            Ok(image) => image,
+            Err(why) => {
+                let message = format!("the image is not shown: {why}; {}", substitute::INSTEAD);
+                context.missing(map.at.clone(), message);
+                context.be_loud();
+                return substitute::texture();
+            }
+        };
+        // The mean of normals is none.
+        let filter = if content == Content::Relief { Filter::Bilinear } else { Filter::Trilinear };
+        let [u, v] = map.scale.map(f64::from);
+        let offset = DVec3::new(map.offset[0].into(), map.offset[1].into(), 1.0);
+        let to_pattern = DMat3::from_cols(DVec3::X * u, DVec3::Y * v, offset);
+        let pattern = Pattern::Bitmap(Bitmap { image, wrap: map.wrap, filter });
+        Arc::new(Texture { pattern, to_pattern })
+    }
+
+    /// The image of a map. The error is a message.
+    fn image(&mut self, map: &Map, content: Content) -> Result<Arc<Image>, String> {
+        let path = library::file(self.folder, &map.file);
+        let channel = map.channel.filter(|_| matches!(content, Content::Number | Content::Opacity));
+        let context = &self.folder.context;
+        let key = (path, content, channel);
+        let image = self.made.entry(key).or_insert_with_key(|(path, ..)| {
+            let numbers = match content {
+                Content::Colors => Numbers::Light(Transfer::Srgb),
+                Content::Number | Content::Opacity | Content::Relief => Numbers::Stored,
+            };
+            let mut decoded = context.picture(path, numbers)?;
+            match (channel, decoded.alpha) {
+                (Some(channel), _) => {
+                    decoded.image.pixels.iter_mut().for_each(|p| *p = [p[channel]; 3]);
+                }
+                (None, Some(alpha)) if content == Content::Opacity => {
+                    decoded.image.pixels.iter_mut().zip(alpha).for_each(|(p, a)| *p = [a; 3]);
+                }
+                _ => {}
+            }
+            Ok(Arc::new(decoded.image))
+        });
+        image.clone()
+    }
+}

@@ -1,0 +1,343 @@
+//! Materials of MTL as those of ours.
+//!
+//! | in the file | becomes |
+//! |---|---|
+//! | `Pr`, `Pm`, `Ps`, `Pc`, `Pcr`, `aniso`, `map_Pr` or `map_Pm` | [`Principled`] |
+//! | `illum` 6 or 7, without `map_d` | [`Glass`] |
+//! | `illum` 4 or 9, without `map_d`, and `d` missing or 0 | [`ThinGlass`] |
+//! | `illum` 3 or 5, `Kd` black and `Ks` not | [`Mirror`] |
+//! | `illum` 0 or 1, or `Ks` missing or black | [`Matte`](crate::material::Matte) |
+//! | others | [`Plastic`](crate::material::Plastic) |
+
+use std::sync::Arc;
+
+use super::super::context::Folder;
+use super::super::xml::quote;
+use super::super::{gloss, substitute};
+use super::library::Described;
+use super::map::{Content, Images, Map};
+use super::mtl::{self, Values};
+use super::notes::Notes;
+use crate::image::Image;
+use crate::material::{Embossed, Glass, Mirror, Principled, ThinGlass};
+use crate::texture::{Color, Input, Pattern, Relief, Scalar, Texture};
+use crate::{LoadError, Material, Surface};
+
+/// Diffuse colour of materials that give neither one nor an image: that of things without a material.
+const DEFAULT_DIFFUSE: f32 = 0.5;
+/// Index of refraction of glass that gives none: that of windows.
+const DEFAULT_IOR: f32 = 1.5;
+/// Indices from here on reflect 96 %.
+const MOST_IOR: f32 = 100.0;
+/// Roughness of a physically based material that gives neither one nor `Ns`.
+const DEFAULT_ROUGHNESS: f32 = 0.5;
+/// Statements of which each makes a material physically based.
+const PHYSICAL: [&str; 8] = ["Pr", "Pm", "Ps", "Pc", "Pcr", "aniso", "map_Pr", "map_Pm"];
+
+/// Makes the materials of a file.
+pub(super) struct Maker<'f, 'n> {
+    folder: &'f Folder,
+    images: Images<'f>,
+    notes: &'n mut Notes,
+    /// Whether one of them shows an image.
+    pub(super) shows_images: bool,
+}
+
+impl<'f, 'n> Maker<'f, 'n> {
+    pub(super) fn new(folder: &'f Folder, notes: &'n mut Notes) -> Self {
+        Self { folder, images: Images::new(folder), notes, shows_images: false }
+    }
+
+    /// The material that is described.
+    ///
+    /// # Errors
+    /// If nothing more can be read.
+    pub(super) fn material(
+        &mut self,
+        name: &str,
+        described: &Described,
+    ) -> Result<Material, LoadError> {
+        let context = &self.folder.context;
+        let values = Values::read(described, context, self.notes)?;
+        context.was_loud();
+        let mut made = Made { maker: self, described, values };
+        let (surface, opacity) = made.surface();
+        let surface = made.embossed(surface);
+        let emission = made.painted("Ke", "map_Ke", 0.0);
+        let is_loud = context.was_loud();
+        Ok(Material {
+            name: name.to_owned(),
+            surface: if is_loud { substitute::surface() } else { surface },
+            emission,
+            opacity: if is_loud { 1.0.into() } else { opacity },
+        })
+    }
+}
+
+/// The material in place of one that is in a missing file.
+pub(super) fn missing(name: &str) -> Material {
+    Material {
+        name: name.to_owned(),
+        surface: substitute::surface(),
+        emission: [0.0; 3].into(),
+        opacity: 1.0.into(),
+    }
+}
+
+/// A material that is being made.
+struct Made<'m, 'd, 'f, 'n> {
+    maker: &'m mut Maker<'f, 'n>,
+    described: &'d Described,
+    values: Values,
+}
+
+impl Made<'_, '_, '_, '_> {
+    /// Adds a note to a statement.
+    fn note(&mut self, word: &str, message: String) {
+        let at = self.values.at(word).unwrap_or_else(|| mtl::place(self.described));
+        self.maker.notes.add(at, message);
+    }
+
+    fn texture(&mut self, map: &Map, content: Content) -> Arc<Texture> {
+        self.maker.shows_images = true;
+        self.maker.images.texture(map, content)
+    }
+
+    /// How light is scattered, and the share of the surface that is there.
+    fn surface(&mut self) -> (Surface, Scalar) {
+        let model = self.values.number("illum").unwrap_or(2.0);
+        if model.fract() != 0.0 || model == 10.0 {
+            self.note("illum", format!("there is no illum {model} here; it is read as illum 2"));
+        }
+        let is_solid_glass = (model == 6.0 || model == 7.0) && !self.values.has("map_d");
+        let dissolve = self.dissolve();
+        if PHYSICAL.iter().any(|word| self.values.has(word)) {
+            let surface = self.principled(is_solid_glass).into();
+            return (surface, if is_solid_glass { 1.0.into() } else { self.opacity(dissolve) });
+        }
+        let is_thin_glass = (model == 4.0 || model == 9.0)
+            && !self.values.has("map_d")
+            && dissolve.unwrap_or(0.0) == 0.0;
+        if is_solid_glass || is_thin_glass {
+            if dissolve.is_some_and(|d| d > 0.0 && d < 1.0) {
+                self.note(
+                    "d",
+                    "\"d\" is passed over: glass lets all light through that it does not reflect"
+                        .to_owned(),
+                );
+            }
+            return (self.glass(is_thin_glass), 1.0.into());
+        }
+        let is_mirror = model == 3.0 || model == 5.0;
+        let has_gloss = model >= 2.0;
+        let surface = self.opaque(is_mirror, has_gloss);
+        (surface, self.opacity(dissolve))
+    }
+
+    /// The share of the surface that is there, as a number, if it is given.
+    fn dissolve(&mut self) -> Option<f32> {
+        let inverse = self.values.number("Tr").map(|transparency| 1.0 - transparency);
+        let Some(dissolve) = self.values.number("d") else { return inverse };
+        if inverse.is_some_and(|inverse| (inverse - dissolve).abs() > 1e-3) {
+            self.note("Tr", "\"d\" and \"Tr\" do not add up to 1; \"d\" is taken".to_owned());
+        }
+        Some(dissolve)
+    }
+
+    fn opacity(&mut self, dissolve: Option<f32>) -> Scalar {
+        if let Some(map) = self.values.map("map_d").cloned() {
+            let texture = self.texture(&map, Content::Opacity);
+            let factor = dissolve.filter(|d| *d > 0.0).unwrap_or(1.0);
+            return scaled(texture, factor);
+        }
+        if dissolve == Some(0.0) {
+            let message = "it is invisible; for glass, use illum 4, 6 or 7, or else \"d\" above 0";
+            let word = if self.values.has("d") { "d" } else { "Tr" };
+            self.note(word, message.to_owned());
+        }
+        dissolve.unwrap_or(1.0).into()
+    }
+
+    /// The index of refraction of glass.
+    fn ior(&mut self) -> f32 {
+        match self.values.number("Ni") {
+            Some(0.0) => {
+                self.note("Ni", format!("\"Ni\" is 0; {DEFAULT_IOR} is taken"));
+                DEFAULT_IOR
+            }
+            Some(ior) => ior.clamp(1.0 / MOST_IOR, MOST_IOR),
+            None => DEFAULT_IOR,
+        }
+    }
+
+    fn glass(&mut self, is_thin: bool) -> Surface {
+        let ior = self.ior();
+        let reflectance = [1.0; 3].into();
+        let transmittance = self.values.color("Tf").unwrap_or([1.0; 3]).into();
+        if is_thin {
+            ThinGlass { reflectance, transmittance, ior }.into()
+        } else {
+            Glass { reflectance, transmittance, ior, roughness: None }.into()
+        }
+    }
+
+    /// A surface without refraction, of the model of Phong.
+    fn opaque(&mut self, is_mirror: bool, has_gloss: bool) -> Surface {
+        let tints = self.values.color("Tf").is_some_and(|tf| tf != [1.0; 3] && tf != [0.0; 3]);
+        if tints {
+            self.note(
+                "Tf",
+                "\"Tf\" is passed over: it is for glass (illum 4, 6, 7 or 9)".to_owned(),
+            );
+        }
+        let diffuse = self.painted("Kd", "map_Kd", DEFAULT_DIFFUSE);
+        let specular = if has_gloss { self.painted("Ks", "map_Ks", 0.0) } else { [0.0; 3].into() };
+        if is_mirror && gloss::amount(&specular) > gloss::LEAST {
+            if gloss::amount(&diffuse) <= gloss::LEAST {
+                return Mirror { reflectance: specular }.into();
+            }
+            let message = "mirrors that are also diffuse are not supported; the gloss of \"Ks\" and \"Ns\" is taken";
+            self.note("illum", message.to_owned());
+        }
+        let exponent = self.exponent().unwrap_or(gloss::DEFAULT_EXPONENT);
+        gloss::phong(diffuse, specular, exponent)
+    }
+
+    /// `Ns`, from 0 up.
+    fn exponent(&mut self) -> Option<f32> {
+        let exponent = self.values.number("Ns")?;
+        if exponent < 0.0 {
+            self.note("Ns", "\"Ns\" is below 0; 0 is taken".to_owned());
+        }
+        Some(exponent.max(0.0))
+    }
+
+    /// A physically based surface, for which `Ks` and `illum` mean nothing but that light goes through.
+    fn principled(&mut self, is_glass: bool) -> Principled {
+        let number = |word| self.values.number(word).unwrap_or(0.0);
+        let (sheen, coat, coat_roughness) = (number("Ps"), number("Pc"), number("Pcr"));
+        let (anisotropic, rotation) = (number("aniso"), number("anisor"));
+        if rotation != 0.0 {
+            self.note(
+                "anisor",
+                "\"anisor\" is passed over: highlights are long along u".to_owned(),
+            );
+        }
+        let through = self.values.color("Tf").map_or(1.0, gloss::luminance);
+        // An exponent has the α of Beckmann, whose root is the roughness.
+        let roughness = if self.values.has("Pr") || self.values.has("map_Pr") {
+            1.0
+        } else {
+            self.exponent().map_or(DEFAULT_ROUGHNESS, |n| gloss::alpha(n).sqrt())
+        };
+        Principled {
+            base_color: self.painted("Kd", "map_Kd", DEFAULT_DIFFUSE),
+            roughness: self.measured("Pr", "map_Pr", roughness),
+            metallic: self.measured("Pm", "map_Pm", 0.0),
+            spec_trans: if is_glass { through } else { 0.0 }.into(),
+            ior: if is_glass { self.ior() } else { self.ior().max(1.0) },
+            sheen: sheen.into(),
+            anisotropic: anisotropic.into(),
+            clearcoat: coat.into(),
+            clearcoat_gloss: gloss::coat(coat_roughness).into(),
+            two_sided: !is_glass,
+            multiple_scattering: true,
+            layered: true,
+            ..Principled::default()
+        }
+    }
+
+    /// A colour, times an image if there is one. Beside an image, black is no colour, as nothing would be seen of it; but
+    /// a surface may well be without a gloss.
+    fn painted(&mut self, word: &str, map: &str, default: f32) -> Color {
+        let color = self.values.color(word);
+        let Some(image) = self.values.map(map).cloned() else {
+            return color.unwrap_or([default; 3]).into();
+        };
+        let texture = self.texture(&image, Content::Colors);
+        match color {
+            Some(color) if color == [0.0; 3] && word == "Ks" => color.into(),
+            Some(color) if color == [0.0; 3] => {
+                let message = format!("{} is black beside an image; 1 1 1 is taken", quote(word));
+                self.note(word, message);
+                Input::Texture(texture)
+            }
+            Some(color) if color != [1.0; 3] => product(texture, color),
+            _ => Input::Texture(texture),
+        }
+    }
+
+    /// A number, times an image if there is one. Beside an image, 0 is none.
+    fn measured(&mut self, word: &str, map: &str, default: f32) -> Scalar {
+        let number = self.values.number(word);
+        match self.values.map(map).cloned() {
+            None => number.unwrap_or(default).into(),
+            Some(image) => {
+                let texture = self.texture(&image, Content::Number);
+                scaled(texture, number.filter(|number| *number > 0.0).unwrap_or(1.0))
+            }
+        }
+    }
+
+    /// The surface with its relief, if there is one: normals win over heights.
+    fn embossed(&mut self, surface: Surface) -> Surface {
+        let words = ["norm", "map_bump", "bump"];
+        let Some(word) = words.into_iter().find(|word| self.values.map(word).is_some()) else {
+            return surface;
+        };
+        let Some(map) = self.values.map(word).cloned() else { return surface };
+        let texture = self.texture(&map, Content::Relief);
+        let has_normals = word == "norm" || self.shows_normals(word, &texture);
+        if has_normals && map.height != 1.0 {
+            self.note(
+                word,
+                "\"-bm\" is passed over: normals are as steep as the image has them".to_owned(),
+            );
+        }
+        let relief = if has_normals {
+            Relief::Normals(texture)
+        } else {
+            Relief::Heights(texture, map.height)
+        };
+        Embossed { surface: Box::new(surface), relief }.into()
+    }
+
+    /// Whether an image that should have heights has normals, as some tools write it.
+    fn shows_normals(&mut self, word: &str, texture: &Texture) -> bool {
+        let is_found = match &texture.pattern {
+            Pattern::Bitmap(bitmap) => has_normals(&bitmap.image),
+            _ => false,
+        };
+        if is_found {
+            let message = "the image has normals, not heights; it is read as \"norm\"".to_owned();
+            self.note(word, message);
+        }
+        is_found
+    }
+}
+
+/// Whether nearly all colours of an image are normals that point outwards, and not greys: 2 c − 1 has length 1.
+fn has_normals(image: &Image) -> bool {
+    let is_normal = |[r, g, b]: &&[f32; 3]| {
+        let [x, y, z] = [r, g, b].map(|c| 2.0 * c - 1.0);
+        let length = (x * x + y * y + z * z).sqrt();
+        z > 0.0 && (length - 1.0).abs() < 0.1 && !(r == g && g == b)
+    };
+    let normals = image.pixels.iter().filter(is_normal).count();
+    20 * normals >= 19 * image.pixels.len()
+}
+
+fn product(texture: Arc<Texture>, factor: [f32; 3]) -> Color {
+    let factors = [Input::Texture(texture), factor.into()];
+    Input::Texture(Arc::new(Pattern::Product(Box::new(factors)).into()))
+}
+
+fn scaled(texture: Arc<Texture>, factor: f32) -> Scalar {
+    if factor == 1.0 {
+        return Input::Texture(texture);
+    }
+    match product(texture, [factor; 3]) {
+        Input::Texture(texture) => Input::Texture(texture),
+        Input::Value([value, ..]) => Input::Value(value),
+    }
+}

@@ -1,0 +1,224 @@
+//! Statements of materials. [Wavefront Technologies, "MTL material format (.mtl)", 1995; with the statements for
+//! physically based materials of Exocortex Clara.io, 2014]
+
+use std::collections::HashMap;
+
+use super::super::context::Context;
+use super::super::line::Line;
+use super::super::mesh_file;
+use super::super::xml::quote;
+use super::library::Described;
+use super::map::Map;
+use super::notes::Notes;
+use crate::spelling::alike;
+use crate::{LoadError, Span};
+
+/// What follows the first word of a statement.
+#[derive(Clone, Copy)]
+enum Kind {
+    /// A colour that is a share of light.
+    Share,
+    /// A colour without an end.
+    Light,
+    /// A number between two.
+    Number(f32, f32),
+    /// An image.
+    Map,
+    /// Nothing that is seen here: the light that comes from nowhere, or only how texels are filtered.
+    Silent,
+    /// What is not read, and what that means.
+    PassedOver(&'static str),
+}
+
+/// The statements by their first words, for which case means nothing.
+const STATEMENTS: [(&str, Kind); 44] = [
+    ("Kd", Kind::Share),
+    ("Ks", Kind::Share),
+    ("Tf", Kind::Share),
+    ("Ke", Kind::Light),
+    ("Ns", Kind::Number(f32::MIN, f32::MAX)),
+    ("Ni", Kind::Number(0.0, f32::MAX)),
+    ("d", Kind::Number(0.0, 1.0)),
+    ("Tr", Kind::Number(0.0, 1.0)),
+    ("illum", Kind::Number(0.0, 10.0)),
+    ("Pr", Kind::Number(0.0, 1.0)),
+    ("Pm", Kind::Number(0.0, 1.0)),
+    ("Ps", Kind::Number(0.0, 1.0)),
+    ("Pc", Kind::Number(0.0, 1.0)),
+    ("Pcr", Kind::Number(0.0, 1.0)),
+    ("aniso", Kind::Number(0.0, 1.0)),
+    ("anisor", Kind::Number(f32::MIN, f32::MAX)),
+    ("map_Kd", Kind::Map),
+    ("map_Ks", Kind::Map),
+    ("map_Ke", Kind::Map),
+    ("map_d", Kind::Map),
+    ("map_Pr", Kind::Map),
+    ("map_Pm", Kind::Map),
+    ("map_bump", Kind::Map),
+    ("bump", Kind::Map),
+    ("norm", Kind::Map),
+    ("Ka", Kind::Silent),
+    ("map_Ka", Kind::Silent),
+    ("sharpness", Kind::Silent),
+    ("map_aat", Kind::Silent),
+    ("map_Ns", Kind::PassedOver("the gloss is as sharp everywhere as \"Ns\" says")),
+    ("map_Tr", Kind::PassedOver("use \"map_d\"")),
+    ("map_Tf", Kind::PassedOver("the colour of what goes through is that of \"Tf\"")),
+    ("map_Ps", Kind::PassedOver("the sheen is the same everywhere")),
+    ("map_Pc", Kind::PassedOver("the coat is the same everywhere")),
+    ("map_Pcr", Kind::PassedOver("the coat is the same everywhere")),
+    ("map_aniso", Kind::PassedOver("highlights are alike everywhere")),
+    ("map_anisor", Kind::PassedOver("highlights are alike everywhere")),
+    ("refl", Kind::PassedOver("reflections are those of the scene")),
+    ("map_refl", Kind::PassedOver("reflections are those of the scene")),
+    ("disp", Kind::PassedOver("shapes are not displaced")),
+    ("map_disp", Kind::PassedOver("shapes are not displaced")),
+    ("decal", Kind::PassedOver("decals are not shown")),
+    ("map_decal", Kind::PassedOver("decals are not shown")),
+    ("map_RMA", Kind::PassedOver("use \"map_Pr\" and \"map_Pm\"")),
+];
+
+/// What a statement says.
+enum Value {
+    Color([f32; 3]),
+    Number(f32),
+    Map(Map),
+}
+
+/// What is said of a material: of several statements with the same word, the last one.
+#[derive(Default)]
+pub(super) struct Values(HashMap<&'static str, (Value, Span)>);
+
+impl Values {
+    /// Reads all statements; those that are wrong are noted in the context.
+    ///
+    /// # Errors
+    /// If nothing more can be read.
+    pub(super) fn read(
+        described: &Described,
+        context: &Context,
+        notes: &mut Notes,
+    ) -> Result<Self, LoadError> {
+        let mut values = Self::default();
+        for (number, text) in &described.lines {
+            let line = Line { path: &described.path, number: *number, text };
+            if let Some(Some((word, value))) = context.keep(statement(line, notes))? {
+                values.0.insert(word, (value, line.at(line.keyword())));
+            }
+        }
+        Ok(values)
+    }
+
+    pub(super) fn color(&self, word: &str) -> Option<[f32; 3]> {
+        match self.0.get(word)? {
+            (Value::Color(color), _) => Some(*color),
+            _ => None,
+        }
+    }
+
+    pub(super) fn number(&self, word: &str) -> Option<f32> {
+        match self.0.get(word)? {
+            (Value::Number(number), _) => Some(*number),
+            _ => None,
+        }
+    }
+
+    pub(super) fn map(&self, word: &str) -> Option<&Map> {
+        match self.0.get(word)? {
+            (Value::Map(map), _) => Some(map),
+            _ => None,
+        }
+    }
+
+    /// Where a statement is.
+    pub(super) fn at(&self, word: &str) -> Option<Span> {
+        self.0.get(word).map(|(_, at)| at.clone())
+    }
+
+    /// Whether there is a statement.
+    pub(super) fn has(&self, word: &str) -> bool {
+        self.0.contains_key(word)
+    }
+}
+
+/// What a line says; `None` if it says nothing that is read.
+fn statement(line: Line, notes: &mut Notes) -> Result<Option<(&'static str, Value)>, LoadError> {
+    let keyword = line.keyword();
+    let Some((word, kind)) = STATEMENTS.iter().find(|(word, _)| word.eq_ignore_ascii_case(keyword))
+    else {
+        let near = alike(keyword, STATEMENTS.iter().map(|(word, _)| *word));
+        let hint =
+            near.first().map_or(String::new(), |near| format!("; did you mean {}?", quote(near)));
+        let message =
+            format!("statements like {} are unknown and passed over{hint}", quote(keyword));
+        notes.add(line.at(keyword), message);
+        return Ok(None);
+    };
+    let value = match kind {
+        Kind::Share => color(line, notes)?.map(|color| {
+            if color.iter().any(|c| *c > 1.0) {
+                let message = format!(
+                    "{}: it would give more light than arrives; components above 1 become 1",
+                    quote(keyword)
+                );
+                notes.add(line.at(keyword), message);
+            }
+            Value::Color(color.map(|c| c.min(1.0)))
+        }),
+        Kind::Light => color(line, notes)?.map(Value::Color),
+        Kind::Number(least, most) => Some(Value::Number(number(line, *least, *most, notes)?)),
+        Kind::Map => Map::parse(line, notes)?.map(Value::Map),
+        Kind::Silent => None,
+        Kind::PassedOver(meaning) => {
+            notes.add(line.at(keyword), format!("{} is passed over: {meaning}", quote(keyword)));
+            None
+        }
+    };
+    Ok(value.map(|value| (*word, value)))
+}
+
+/// One number for all channels, or three; `None`, with a note, if it is written in another way.
+fn color(line: Line, notes: &mut Notes) -> Result<Option<[f32; 3]>, LoadError> {
+    let mut words = line.text.split_ascii_whitespace().skip(1).peekable();
+    if let Some(kind @ ("spectral" | "xyz")) = words.peek().copied() {
+        let message =
+            format!("colours by {} are passed over; expected red, green and blue", quote(kind));
+        notes.add(line.at(kind), message);
+        return Ok(None);
+    }
+    let color = if line.text.split_ascii_whitespace().count() == 2 {
+        line.numbers(words).map(|[grey]| [grey; 3])?
+    } else {
+        line.numbers(words)?
+    };
+    if let Some(bad) = color.iter().find(|c| **c < 0.0) {
+        return Err(
+            line.error(line.text.trim_start(), format!("expected numbers from 0 up, found {bad}"))
+        );
+    }
+    Ok(Some(color))
+}
+
+/// The number of a line, after the option `-halo`, which is noted.
+fn number(line: Line, least: f32, most: f32, notes: &mut Notes) -> Result<f32, LoadError> {
+    let mut words = line.text.split_ascii_whitespace().skip(1).peekable();
+    if let Some(halo) = words.next_if_eq(&"-halo") {
+        notes.add(
+            line.at(halo),
+            "\"-halo\" is passed over: edges are as clear as middles".to_owned(),
+        );
+    }
+    let word = words.peek().copied().unwrap_or(line.text.trim_start());
+    let [number] = line.numbers(words)?;
+    if (least..=most).contains(&number) {
+        return Ok(number);
+    }
+    let range = if most == f32::MAX { format!("{least} up") } else { format!("{least} to {most}") };
+    Err(line.error(word, format!("expected a number from {range}, found {number}")))
+}
+
+/// Where a material begins, for notes about the whole of it.
+pub(super) fn place(described: &Described) -> Span {
+    let line = described.lines.first().map_or(0, |(number, _)| *number);
+    mesh_file::place(&described.path, line)
+}

@@ -1,0 +1,36 @@
+//! Notes about materials, each kind once.
+
+use std::collections::HashSet;
+
+use crate::{Span, Warning};
+
+/// Most notes that are kept.
+const MOST: usize = 100;
+
+/// What the user should know about how materials were read.
+#[derive(Default)]
+pub(super) struct Notes {
+    notes: Vec<Warning>,
+    known: HashSet<String>,
+    left_out: usize,
+}
+
+impl Notes {
+    /// Adds a note, unless the same was noted of another place.
+    pub(super) fn add(&mut self, at: Span, message: String) {
+        if self.notes.len() >= MOST {
+            self.left_out += 1;
+        } else if self.known.insert(message.clone()) {
+            self.notes.push(Warning { at, message });
+        }
+    }
+
+    /// All of them; `whole` is the place of one that says how many more there were.
+    pub(super) fn finish(mut self, whole: Span) -> Vec<Warning> {
+        if self.left_out > 0 {
+            let message = format!("there are up to {} more notes about materials", self.left_out);
+            self.notes.push(Warning { at: whole, message });
+        }
+        self.notes
+    }
+}

@@ -1,0 +1,80 @@
+//! Which triangles have which material.
+
+use std::collections::HashMap;
+
+use crate::mesh::Part;
+
+/// A material that is named.
+pub(super) struct Named {
+    pub(super) name: String,
+    /// Where it is named first.
+    pub(super) line: u32,
+}
+
+/// Materials by the triangles from which on they are meant.
+#[derive(Default)]
+pub(super) struct Slots {
+    named: Vec<Named>,
+    /// Indices into `named`.
+    numbers: HashMap<String, usize>,
+    /// First triangle and index into `named`, in ascending order of the triangles.
+    switches: Vec<(usize, usize)>,
+}
+
+impl Slots {
+    /// From a triangle on, a material is meant.
+    pub(super) fn switch(&mut self, triangle: usize, named: Named) {
+        let number = self.number(named);
+        self.set(triangle, number);
+    }
+
+    fn set(&mut self, triangle: usize, number: usize) {
+        match self.switches.last_mut() {
+            Some((last, of_last)) if *last == triangle => *of_last = number,
+            _ => self.switches.push((triangle, number)),
+        }
+    }
+
+    fn number(&mut self, named: Named) -> usize {
+        if let Some(known) = self.numbers.get(&named.name) {
+            return *known;
+        }
+        let next = self.named.len();
+        self.numbers.insert(named.name.clone(), next);
+        self.named.push(named);
+        next
+    }
+
+    /// Appends those of the lines that follow, before which there are so many triangles.
+    pub(super) fn append(&mut self, triangles: usize, more: Self) {
+        let numbers: Vec<_> = more.named.into_iter().map(|named| self.number(named)).collect();
+        for (triangle, number) in more.switches {
+            self.set(triangles + triangle, numbers[number]);
+        }
+    }
+
+    /// Cuts triangles into runs of the same slot, and says what material each slot has: `None` is that of the triangles
+    /// above the first name. Materials without triangles have no slot.
+    pub(super) fn finish(self, triangles: usize) -> (Vec<Part>, Vec<Option<Named>>) {
+        let starts = std::iter::once((0, None));
+        let starts: Vec<_> =
+            starts.chain(self.switches.into_iter().map(|(t, number)| (t, Some(number)))).collect();
+        let ends = starts[1..].iter().map(|(start, _)| *start).chain([triangles]);
+        let mut named: Vec<_> = self.named.into_iter().map(Some).collect();
+        let mut known = HashMap::new();
+        let (mut parts, mut slots): (Vec<Part>, Vec<_>) = (Vec::new(), Vec::new());
+        for ((start, number), end) in
+            starts.iter().zip(ends).filter(|((start, _), end)| start < end)
+        {
+            let slot = *known.entry(*number).or_insert_with(|| {
+                slots.push(number.and_then(|number| named[number].take()));
+                slots.len() as u32 - 1
+            });
+            match parts.last_mut() {
+                Some(last) if last.slot == slot => last.triangles.end = end as u32,
+                _ => parts.push(Part { triangles: *start as u32..end as u32, slot }),
+            }
+        }
+        (parts, slots)
+    }
+}

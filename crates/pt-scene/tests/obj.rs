@@ -1,0 +1,352 @@
+//! OBJ files and their materials, which MTL files have; `meshes.rs` has what is true of all meshes.
+
+mod common;
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use common::{
+    check_bad_files, check_damage_with, check_good_files, check_robustness, folder, parse,
+};
+use pt_math::DVec3;
+use pt_scene::format::{LoadOptions, load, parse_with};
+use pt_scene::image::{Image, SaveOptions, save};
+use pt_scene::material::{Glass, Matte, Mirror, Plastic, Principled, ThinGlass};
+use pt_scene::texture::{Bitmap, Pattern, Relief, Wrap};
+use pt_scene::{Color, Geometry, LoadError, Material, Mesh, Scalar, Scene, Surface, Texture};
+
+fn good(name: &str) -> Scene {
+    let path = folder("obj").join("good").join(name);
+    parse(&std::fs::read(&path).expect("a readable file"), &path)
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn mesh(scene: &Scene) -> &Arc<Mesh> {
+    let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
+    mesh
+}
+
+fn material<'s>(scene: &'s Scene, name: &str) -> &'s Material {
+    scene.materials.iter().find(|m| m.name == name).unwrap_or_else(|| panic!("no {name}"))
+}
+
+/// The first triangle of each part and the name of its material.
+fn runs(scene: &Scene) -> Vec<(u32, Option<&str>)> {
+    let name = |index: u32| scene.materials[index as usize].name.as_str();
+    let material = |slot: u32| scene.objects[0].materials[slot as usize].map(name);
+    mesh(scene).parts.iter().map(|p| (p.triangles.start, material(p.slot))).collect()
+}
+
+fn bitmap(texture: &Texture) -> &Bitmap {
+    match &texture.pattern {
+        Pattern::Bitmap(bitmap) => bitmap,
+        Pattern::Product(factors) => bitmap(factors[0].texture().expect("a texture")),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn tint(texture: &Texture) -> [f32; 3] {
+    match &texture.pattern {
+        Pattern::Product(factors) => match factors[1] {
+            Color::Value(tint) => tint,
+            Color::Texture(_) => panic!("two textures"),
+        },
+        _ => [1.0; 3],
+    }
+}
+
+#[test]
+fn bad_files_are_refused_with_the_expected_message() {
+    check_bad_files("obj", "obj");
+}
+
+#[test]
+fn good_files_give_the_expected_warnings() {
+    check_good_files("obj", "obj");
+}
+
+#[test]
+fn damaged_files_do_no_harm() {
+    check_robustness("obj", "obj", 20_000);
+}
+
+#[test]
+fn plain_materials_become_the_nearest_physical_ones() {
+    let scene = good("phong.obj");
+    let matte = |rgb: [f32; 3]| Matte { reflectance: rgb.into(), two_sided: true }.into();
+    let white = || Color::from([1.0; 3]);
+    let expected: [(&str, Surface); 9] = [
+        ("matte", matte([0.2, 0.4, 0.6])),
+        (
+            "glossy",
+            Plastic {
+                diffuse: [0.5; 3].into(),
+                specular: [0.25; 3].into(),
+                alpha: 0.1,
+                two_sided: true,
+            }
+            .into(),
+        ),
+        ("flat", matte([0.1, 0.2, 0.3])),
+        ("mirror", Mirror { reflectance: [0.9, 0.8, 0.7].into() }.into()),
+        (
+            "solid",
+            Glass {
+                reflectance: white(),
+                transmittance: [0.9, 1.0, 0.9].into(),
+                ior: 1.7,
+                roughness: None,
+            }
+            .into(),
+        ),
+        ("pane", ThinGlass { reflectance: white(), transmittance: white(), ior: 1.5 }.into()),
+        ("veil", matte([1.0, 0.0, 0.0])),
+        ("lamp", matte([0.0; 3])),
+        ("bare", matte([0.5; 3])),
+    ];
+    assert_eq!(scene.materials.len(), expected.len(), "the unused one is not made");
+    for (name, surface) in expected {
+        let made = material(&scene, name);
+        assert_eq!(made.surface, surface, "{name}");
+        let opacity = if name == "veil" { 0.25 } else { 1.0 };
+        assert_eq!(made.opacity, Scalar::Value(opacity), "{name}");
+        let emission = if name == "lamp" { [3.0, 2.0, 1.0] } else { [0.0; 3] };
+        assert_eq!(made.emission, Color::Value(emission), "{name}");
+    }
+}
+
+#[test]
+fn faces_have_the_material_that_is_named_last() {
+    let scene = good("phong.obj");
+    let runs = runs(&scene);
+    let first = ["matte", "glossy", "flat"].map(Some);
+    assert_eq!(runs[..3], [(0, first[0]), (2, first[1]), (4, first[2])]);
+    assert_eq!(runs[9], (18, Some("matte")), "the same slot again");
+    assert_eq!(mesh(&scene).parts[9].slot, 0);
+    assert_eq!(scene.objects[0].materials.len(), 9);
+}
+
+#[test]
+fn physically_based_statements_become_principled() {
+    let scene = good("physical.obj");
+    let base = || Principled {
+        two_sided: true,
+        multiple_scattering: true,
+        layered: true,
+        clearcoat_gloss: 1.0.into(),
+        ..Principled::default()
+    };
+    let gloss = (0.1 - 0.1 * 0.1) / (0.1 - 0.001_f32);
+    let expected = [
+        (
+            "metal",
+            Principled {
+                base_color: [1.0, 0.8, 0.4].into(),
+                roughness: 0.3.into(),
+                metallic: 1.0.into(),
+                ..base()
+            },
+        ),
+        (
+            "varnish",
+            Principled {
+                base_color: [0.5, 0.1, 0.1].into(),
+                roughness: 0.6.into(),
+                clearcoat: 0.8.into(),
+                clearcoat_gloss: gloss.into(),
+                sheen: 0.25.into(),
+                ior: 1.4,
+                ..base()
+            },
+        ),
+        (
+            "rough glass",
+            Principled {
+                base_color: [1.0; 3].into(),
+                roughness: 0.2.into(),
+                spec_trans: 0.5.into(),
+                ior: 1.33,
+                two_sided: false,
+                ..base()
+            },
+        ),
+        // α = √(2 / 32) = ¼, and its root is ½.
+        ("gloss", Principled { roughness: 0.5.into(), ..base() }),
+        ("brushed", Principled { metallic: 1.0.into(), anisotropic: 0.7.into(), ..base() }),
+    ];
+    for (name, principled) in expected {
+        assert_eq!(material(&scene, name).surface, principled.into(), "{name}");
+    }
+}
+
+#[test]
+fn images_paint_what_their_statements_say() {
+    let scene = good("maps.obj");
+    let surface = |name| &material(&scene, name).surface;
+    let Surface::Plastic(painted) = surface("painted") else { panic!("no gloss") };
+    let diffuse = painted.diffuse.texture().expect("a texture");
+    assert_eq!(tint(diffuse), [0.5; 3]);
+    assert_eq!(tint(painted.specular.texture().expect("a texture")), [0.1; 3]);
+    let light = pt_math::color::linear_from_srgb(20.0 / 255.0);
+    assert_eq!(bitmap(diffuse).image.pixels[0][0], light);
+
+    let leaf = material(&scene, "leaf").opacity.texture().expect("a texture");
+    assert_eq!(tint(leaf), [0.5; 3]);
+    let opacities = &bitmap(leaf).image.pixels;
+    assert_eq!((opacities[0], opacities[3]), ([1.0; 3], [64.0 / 255.0; 3]));
+
+    let Surface::Embossed(normal) = surface("normal") else { panic!("no relief") };
+    assert!(matches!(normal.relief, Relief::Normals(_)));
+    let Surface::Embossed(bumpy) = surface("bumpy") else { panic!("no relief") };
+    assert!(matches!(bumpy.relief, Relief::Heights(_, 0.25)));
+
+    let lit = material(&scene, "lit").emission.texture().expect("a texture");
+    assert_eq!(bitmap(lit).image.pixels[0][0], light);
+
+    let Surface::Principled(measured) = surface("measured") else { panic!("not principled") };
+    let roughness = measured.roughness.texture().expect("a texture");
+    assert_eq!(bitmap(roughness).image.pixels[0], [40.0 / 255.0; 3], "green as it is stored");
+    let metallic = measured.metallic.texture().expect("a texture");
+    assert_eq!((tint(metallic), bitmap(metallic).image.pixels[1]), ([0.5; 3], [16.0 / 255.0; 3]));
+}
+
+#[test]
+fn images_are_scaled_and_moved() {
+    let scene = good("maps.obj");
+    let Surface::Matte(Matte { reflectance, .. }) = &material(&scene, "moved").surface else {
+        panic!("not matte")
+    };
+    let texture = reflectance.texture().expect("a texture");
+    assert_eq!(texture.to_pattern * DVec3::new(0.5, 0.25, 1.0), DVec3::new(1.25, 0.25, 1.0));
+    assert_eq!(bitmap(texture).wrap, Wrap::Repeat);
+}
+
+#[test]
+fn what_is_missing_is_loud() {
+    let loud = |scene: &Scene, name: &str| {
+        let Material { surface, opacity, .. } = material(scene, name);
+        let Surface::Matte(Matte { reflectance, .. }) = surface else { return false };
+        let texture = reflectance.texture();
+        *opacity == Scalar::Value(1.0)
+            && texture.is_some_and(|t| matches!(t.pattern, Pattern::Checkerboard(_)))
+    };
+    let scene = good("missing_image.obj");
+    assert!(loud(&scene, "wood") && scene.missing.len() == 1);
+    let scene = good("two_libraries.obj");
+    assert!(loud(&scene, "elsewhere") && scene.missing.len() == 1);
+    assert!(!loud(&scene, "matte") && !loud(&scene, "metal"), "those are in other files");
+}
+
+#[test]
+fn materials_that_are_not_found_leave_the_default_one() {
+    let scene = good("not_found.obj");
+    assert_eq!(runs(&scene), [(0, None), (2, None), (4, Some("glossy"))]);
+}
+
+#[test]
+fn vertices_keep_their_colours_where_faces_have_no_material() {
+    let scene = good("some_coordinates.obj");
+    let of_vertices = scene.objects[0].materials[0].expect("colours");
+    let Surface::Matte(Matte { reflectance, .. }) = &scene.materials[of_vertices as usize].surface
+    else {
+        panic!("not matte")
+    };
+    assert_eq!(reflectance.texture().expect("colours").pattern, Pattern::VertexColors);
+    assert_eq!(runs(&scene)[1], (1, Some("painted")));
+    let uvs = mesh(&scene).uvs.as_ref().expect("texture coordinates");
+    assert_eq!(uvs.corners(0, [0, 1, 2]).map(|i| uvs.values[i as usize]), [[0.0; 2]; 3]);
+    assert_eq!(uvs.corners(1, [0, 2, 1]).map(|i| uvs.values[i as usize]), [[0.0, 1.0]; 3]);
+}
+
+/// Runs of materials across the pieces that are read side by side, by one thread and by three.
+#[test]
+fn materials_of_large_files_are_the_same_for_any_number_of_threads() {
+    let mut text = "mtllib phong.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned();
+    let names = ["matte", "glossy", "mirror"];
+    let (mut expected, mut triangles) = (Vec::new(), 0);
+    for run in 0..600_u32 {
+        let name = names[(run * run % 3 + run % 2) as usize % 3];
+        writeln!(text, "usemtl {name}").expect("memory");
+        let length = 1 + run * 37 % 500;
+        if expected.last().is_none_or(|(_, last)| *last != Some(name)) {
+            expected.push((triangles, Some(name)));
+        }
+        for _ in 0..length {
+            text.push_str("f 1 2 3\n");
+        }
+        triangles += length;
+    }
+    assert!(text.len() > 2 << 19, "{}", text.len());
+    let path = folder("obj").join("good/large.obj");
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let scene = pool.install(|| parse(text.as_bytes(), &path)).expect("a scene");
+        assert_eq!(runs(&scene), expected);
+        common::check_invariants(&scene);
+    }
+}
+
+#[test]
+fn many_materials_that_are_not_found_are_told_in_short() {
+    let mut text = "mtllib phong.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned();
+    for i in 0..50_000 {
+        writeln!(text, "usemtl none{i}\nf 1 2 3").expect("memory");
+    }
+    let scene = parse(text.as_bytes(), &folder("obj").join("good/many.obj")).expect("a scene");
+    assert_eq!(scene.warnings.len(), 21);
+    let last = scene.warnings[20].to_string();
+    assert!(last.ends_with("many.obj:45: 49980 more materials are in no file"), "{last}");
+}
+
+#[test]
+fn files_of_materials_do_not_lead_out_of_the_folder() {
+    let path = folder("obj").join("good/a.obj");
+    let text = "mtllib ../bad/materials_many.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
+    let scene = parse_with(text.as_bytes(), &path, &LoadOptions::default()).expect("a scene");
+    let missing: Vec<_> = scene.missing.iter().map(ToString::to_string).collect();
+    assert!(missing.len() == 1 && missing[0].contains("--allow-outside"), "{missing:?}");
+}
+
+/// OBJ files as parts of other scenes have no materials, and nothing is said about those.
+#[test]
+fn meshes_in_scenes_of_mitsuba_have_no_materials_of_their_own() {
+    let text = "<scene version=\"3.0.0\"><shape type=\"obj\"><string name=\"filename\" value=\"two_libraries.obj\"/></shape></scene>";
+    let scene = parse(text.as_bytes(), &folder("obj").join("good/a.xml")).expect("a scene");
+    assert_eq!((&scene.missing, &scene.warnings), (&Vec::new(), &Vec::new()));
+    assert_eq!(mesh(&scene).parts.len(), 1);
+}
+
+/// Files of materials with damage, read through the scene that names them.
+#[test]
+fn damaged_files_of_materials_do_no_harm() {
+    let temporary = tempfile::tempdir().expect("a folder");
+    let maps = temporary.path().join("maps");
+    std::fs::create_dir(&maps).expect("a folder");
+    let grey = Image { width: 1, height: 1, pixels: vec![[0.5; 3]] };
+    for name in ["squares.png", "holes.png", "slopes.png", "heights.png"] {
+        save(&grey, &maps.join(name), &SaveOptions::default()).expect("a picture");
+    }
+    let names = ["phong.mtl", "physical.mtl", "maps.mtl", "approximated.mtl"];
+    let good = folder("obj").join("good");
+    let all: Vec<(Vec<u8>, PathBuf)> = names
+        .map(|name| good.join(name))
+        .map(|path| (std::fs::read(&path).expect("a readable file"), path))
+        .to_vec();
+    check_damage_with(&all, 1000, |bytes, path| -> Result<Scene, LoadError> {
+        let library = temporary.path().join(path.file_name().expect("a name"));
+        std::fs::write(&library, bytes).expect("a writable folder");
+        let obj = path.with_extension("obj");
+        let text = std::fs::read(&obj).expect("a readable file");
+        let beside: PathBuf = temporary.path().join(obj.file_name().expect("a name"));
+        parse(&text, &beside)
+    });
+}
+
+#[test]
+fn our_scenes_are_read_without_notes() {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/obj/materials.obj"));
+    let scene = load(path).unwrap_or_else(|error| panic!("{error}"));
+    common::check_invariants(&scene);
+    assert_eq!((&scene.missing, &scene.warnings), (&Vec::new(), &Vec::new()));
+}
