@@ -381,21 +381,31 @@ fn explain(error: &roxmltree::Error, text: &str, most_nodes: u32) -> (Option<usi
 /// ` (did you mean "a" or "b"?)` with those names that differ little from what was written, or
 /// else ` (there is "c", "d", …)` with the first of those that exist.
 pub(super) fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> String {
-    const MOST_NAMED: usize = 3;
     let names: Vec<_> = names.collect();
-    let close = alike(written, names.iter().copied());
-    let quoted = |names: &mut dyn Iterator<Item = &&str>, separator| {
-        names.take(MOST_NAMED).map(|name| quote(name)).collect::<Vec<_>>().join(separator)
-    };
+    let close = meant(written, names.iter().copied());
     if !close.is_empty() {
-        let close = quoted(&mut close.iter(), " or ");
-        return format!(" (did you mean {close}?)");
+        return close;
     }
     let more = if names.len() > MOST_NAMED { ", …" } else { "" };
-    match quoted(&mut names.iter(), ", ") {
+    match quoted(&names, ", ") {
         none if none.is_empty() => " (there is none)".to_owned(),
         some => format!(" (there is {some}{more})"),
     }
+}
+
+/// ` (did you mean "a" or "b"?)` with those names that differ little from what was written, or nothing.
+pub(super) fn meant<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> String {
+    match quoted(&alike(written, names), " or ") {
+        none if none.is_empty() => none,
+        close => format!(" (did you mean {close}?)"),
+    }
+}
+
+/// Most names that are told of many.
+const MOST_NAMED: usize = 3;
+
+fn quoted(names: &[&str], separator: &str) -> String {
+    names.iter().take(MOST_NAMED).map(|name| quote(name)).collect::<Vec<_>>().join(separator)
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use pt_math::{DAffine3, DVec3};
 
 use super::super::context::Context;
-use super::super::xml::{did_you_mean, quote};
+use super::super::xml::{did_you_mean, meant, quote};
 use super::value::Value;
 use crate::{LoadError, Motion, Span, Warning};
 
@@ -79,7 +79,8 @@ pub(super) fn error(at: &Span, message: impl Into<String>) -> LoadError {
 pub(super) fn unsupported(object: &Object, supported: &[&str]) -> LoadError {
     let Object { tag, kind, .. } = object;
     let list = supported.join(", ");
-    let message = format!("{tag} type {} is not supported; supported: {list}", quote(kind));
+    let near = meant(kind, supported.iter().copied());
+    let message = format!("{tag} type {} is not supported{near}; supported: {list}", quote(kind));
     error(&object.at, message)
 }
 
@@ -208,8 +209,9 @@ impl<'t> Parameters<'t> {
             return Ok(());
         };
         let supported = if self.known.is_empty() { "none".into() } else { self.known.join(", ") };
+        let near = meant(&unknown.name, self.known.iter().copied());
         let message = format!(
-            "the parameter {} of {} is not supported; supported: {supported}",
+            "the parameter {} of {} is not supported{near}; supported: {supported}",
             quote(&unknown.name),
             self.object.describe(),
         );
