@@ -56,8 +56,8 @@ pub(crate) fn check(cli: &Cli) -> Result<(), String> {
     let by_hemisphere =
         cli.hemisphere || matches!(cli.direct, Some(Direct::Hemisphere | Direct::Cosine));
     if cli.cs184 || !by_paths || by_hemisphere || cli.path_reuse > 1 || cli.split > 1 {
-        return Err("--light-groups is for --integrator path, volpath, direct and cs184 with --direct mis or light, without \
-                    --path-reuse, --split and --cs184"
+        return Err("--light-groups is for --integrator path, volpath and direct, with --direct mis or light; it goes with none \
+                    of --path-reuse, --split and --cs184"
             .into());
     }
     Ok(())

@@ -227,6 +227,7 @@ pub struct Plastic {
 /// dielectric or a metal or let light through, and a clear coat. Numbers are from 0 to 1.
 /// [Burley 2012, "Physically Based Shading at Disney"; Burley 2015, "Extending the Disney BRDF to a BSDF with
 /// Integrated Subsurface Scattering"; as Mitsuba 3 has it]
+#[expect(clippy::struct_excessive_bools, reason = "they have nothing to do with each other")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Principled {
     /// Colour of the base, the metal, and of light that goes through (its square root at each surface).

@@ -4,6 +4,7 @@
 //! the renderer, because it shoots the same rays through that part and through a peer.
 
 mod bench;
+mod blender;
 mod figures;
 mod oidn;
 mod peers;
@@ -25,6 +26,8 @@ enum Chore {
     Test,
     /// Compare the scenes of scenes/mitsuba with what Mitsuba 3 renders of them
     Peers(peers::Args),
+    /// Compare the scenes of scenes/gltf with what Blender's Cycles renders of them
+    Blender(blender::Args),
     /// Render the figures of the report on the university course's program into target/figures
     Figures(figures::Args),
     /// Long campaigns against what is promised: renders that are killed a thousand times
@@ -38,6 +41,7 @@ fn main() -> ExitCode {
     let done = match Chore::parse() {
         Chore::Test => test::run(),
         Chore::Peers(args) => peers::run(&args),
+        Chore::Blender(args) => blender::run(&args),
         Chore::Figures(args) => figures::run(&args),
         Chore::Soak(args) => soak::run(&args),
         Chore::Bench(bench) => bench::run(&bench),

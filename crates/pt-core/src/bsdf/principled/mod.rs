@@ -478,6 +478,7 @@ mod tests {
     /// Under a gloss, a white base sends back all light that the gloss does not, whatever the roughness and the index.
     #[test]
     fn layers_of_white_lose_no_light() {
+        const SAMPLES: u32 = 100_000;
         let mut random = Random::new(5);
         for (roughness, eta) in [
             (0.1, 1.5),
@@ -499,7 +500,6 @@ mod tests {
             };
             for cos in [0.05, 0.3, 0.7, 1.0_f32] {
                 let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
-                const SAMPLES: u32 = 100_000;
                 let light = (0..SAMPLES).map(|_| {
                     let u = [0; 3].map(|_| random.unit());
                     f64::from(lobe.sample(wo, u).map_or(0.0, |s| s.weight.luminance()))

@@ -187,10 +187,13 @@ fn channel(line: Line, option: &str, word: Option<&str>, notes: &mut Notes) -> O
     }
 }
 
+/// An image, or why there is none.
+type Made = Result<Arc<Image>, String>;
+
 /// The images that were read, each once for each content.
 pub(super) struct Images<'f> {
     folder: &'f Folder,
-    made: HashMap<(PathBuf, Content, Option<usize>), Result<Arc<Image>, String>>,
+    made: HashMap<(PathBuf, Content, Option<usize>), Made>,
 }
 
 impl<'f> Images<'f> {

@@ -10,7 +10,7 @@ const MOST: usize = 100;
 /// What the user should know about how materials were read.
 #[derive(Default)]
 pub(super) struct Notes {
-    notes: Vec<Warning>,
+    kept: Vec<Warning>,
     known: HashSet<String>,
     left_out: usize,
 }
@@ -18,10 +18,10 @@ pub(super) struct Notes {
 impl Notes {
     /// Adds a note, unless the same was noted of another place.
     pub(super) fn add(&mut self, at: Span, message: String) {
-        if self.notes.len() >= MOST {
+        if self.kept.len() >= MOST {
             self.left_out += 1;
         } else if self.known.insert(message.clone()) {
-            self.notes.push(Warning { at, message });
+            self.kept.push(Warning { at, message });
         }
     }
 
@@ -29,8 +29,8 @@ impl Notes {
     pub(super) fn finish(mut self, whole: Span) -> Vec<Warning> {
         if self.left_out > 0 {
             let message = format!("there are up to {} more notes about materials", self.left_out);
-            self.notes.push(Warning { at: whole, message });
+            self.kept.push(Warning { at: whole, message });
         }
-        self.notes
+        self.kept
     }
 }

@@ -22,11 +22,7 @@ fn probe(module: &str, package: &str, version: &str) -> String {
 pub(super) fn prepare(kind: Kind) -> Result<Prepared> {
     match kind {
         Kind::Mitsuba | Kind::MitsubaLlvm => crate::peers::prepare(),
-        // There is one for Python 3.11 only, which brings a NumPy.
-        Kind::Cycles => {
-            let probe = probe("numpy, bpy", "bpy", "5.0.1");
-            venv::prepare_by("python3.11", "cycles-venv", &["bpy==5.0.1"], &probe)
-        }
+        Kind::Cycles => crate::blender::prepare(),
         Kind::LuxCore => {
             let probe = probe("numpy, pyluxcore", "pyluxcore", "2.11.2");
             venv::prepare("luxcore-venv", &["pyluxcore==2.11.2", "numpy"], &probe)
