@@ -6,6 +6,7 @@
 //! have. Lines, points and free-form surfaces are passed over.
 
 mod chunk;
+mod dress;
 mod faces;
 mod library;
 mod map;
@@ -14,7 +15,6 @@ mod mtl;
 mod notes;
 mod slots;
 
-use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -22,20 +22,13 @@ use super::context::{Context, Folder};
 use super::mesh_file::{self, ColorLevels, MeshFile};
 use super::xml::quote;
 use crate::shapes::single_part;
-use crate::spelling::alike;
 use crate::{Attribute, LoadError, Mesh, Scene, Warning};
 use chunk::{Chunk, Points, side_by_side};
+use dress::Wardrobe;
 use faces::{Faces, Indices};
-use library::Library;
-use material::Maker;
-use notes::Notes;
-use slots::Named;
 
 /// Pieces of the file that are read before what they hold is put together.
 const CHUNKS: usize = 64;
-
-/// Most materials that are not found, of which each has a note.
-const MOST_NOT_FOUND: usize = 20;
 
 /// A scene of one object.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
@@ -45,85 +38,10 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
     let (parts, slots) = slots.finish(content.faces.triangles.len());
     let mut file = content.finish(path)?;
     file.mesh.parts = parts;
-    let has_colors = file.mesh.colors.is_some();
-    let has_coordinates = file.mesh.uvs.is_some();
     let mut scene = file.into_scene(path);
-    let folder = Folder { path: mesh_file::folder_of(path), context: Arc::clone(context) };
-    let mut notes = Notes::default();
-    let shows_images = dress(&mut scene, &slots, &libraries, &folder, path, &mut notes)?;
-    let whole = mesh_file::place(path, 0);
-    if shows_images && !has_coordinates {
-        let message = "materials show images, but the faces have no texture coordinates (\"f 1/1 2/2 3/3\"); each triangle shows half of the image";
-        notes.add(whole.clone(), message.to_owned());
-    }
-    if has_colors
-        && scene.objects[0].materials.iter().any(|material| material.is_some_and(|m| m > 0))
-    {
-        let message = "the colours of vertices are seen only where faces have no material";
-        notes.add(whole.clone(), message.to_owned());
-    }
-    scene.warnings.extend(notes.finish(whole));
+    let folder = &Folder { path: mesh_file::folder_of(path), context: Arc::clone(context) };
+    Wardrobe { path, slots, libraries, folder }.dress(&mut scene)?;
     Ok(scene)
-}
-
-/// Gives the materials of the libraries to the slots of the one object, which has the default one: those without a name,
-/// or with one that is not found, keep it. Says whether a material shows an image.
-fn dress(
-    scene: &mut Scene,
-    slots: &[Option<Named>],
-    libraries: &[Named],
-    folder: &Folder,
-    path: &Path,
-    notes: &mut Notes,
-) -> Result<bool, LoadError> {
-    let wanted: HashSet<&str> = slots.iter().flatten().map(|named| named.name.as_str()).collect();
-    let mut library = Library::default();
-    for named in libraries {
-        library.read(named, &wanted, folder, path, notes)?;
-    }
-    let default = scene.objects[0].materials.first().copied().flatten();
-    let mut materials = vec![default; slots.len()];
-    let mut not_found = Vec::new();
-    let mut maker = Maker::new(folder, notes);
-    for (named, slot) in slots.iter().zip(&mut materials) {
-        let Some(named) = named.as_ref().filter(|named| !named.name.is_empty()) else { continue };
-        let material = match library.described.get(&named.name) {
-            Some(described) => maker.material(&named.name, described)?,
-            None if library.is_incomplete => material::missing(&named.name),
-            None => {
-                not_found.push(named);
-                continue;
-            }
-        };
-        *slot = Some(scene.materials.len() as u32);
-        scene.materials.push(material);
-    }
-    let shows_images = maker.shows_images;
-    scene.objects[0].materials = materials;
-    if libraries.is_empty() && !not_found.is_empty() {
-        let message =
-            "no \"mtllib\" names a file of materials; the default material is taken for all";
-        notes.add(mesh_file::place(path, not_found[0].line), message.to_owned());
-        return Ok(shows_images);
-    }
-    for named in not_found.iter().take(MOST_NOT_FOUND) {
-        notes.add(
-            mesh_file::place(path, named.line),
-            not_found_message(&named.name, &library.names),
-        );
-    }
-    if let Some(next) = not_found.get(MOST_NOT_FOUND) {
-        let message = format!("{} more materials are in no file", not_found.len() - MOST_NOT_FOUND);
-        notes.add(mesh_file::place(path, next.line), message);
-    }
-    Ok(shows_images)
-}
-
-fn not_found_message(name: &str, names: &[String]) -> String {
-    let near = alike(name, names.iter().map(String::as_str));
-    let hint =
-        near.first().map_or(String::new(), |near| format!(" (did you mean {}?)", quote(near)));
-    format!("the material {} is in no file{hint}; the default material is taken", quote(name))
 }
 
 /// The mesh of a file.

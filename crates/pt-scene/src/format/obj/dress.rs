@@ -1,0 +1,123 @@
+//! Giving materials to the one object of a file.
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use super::super::context::Folder;
+use super::super::mesh_file::place;
+use super::super::xml::quote;
+use super::library::Library;
+use super::material::{self, Maker};
+use super::notes::Notes;
+use super::slots::Named;
+use crate::spelling::alike;
+use crate::{Geometry, LoadError, Scene};
+
+/// Most materials that are not found, of which each has a note.
+const MOST_NOT_FOUND: usize = 20;
+
+/// What a file says of materials.
+pub(super) struct Wardrobe<'a> {
+    /// The file.
+    pub(super) path: &'a Path,
+    /// What is named for each slot.
+    pub(super) slots: Vec<Option<Named>>,
+    /// The files of materials, as they are written.
+    pub(super) libraries: Vec<Named>,
+    pub(super) folder: &'a Folder,
+}
+
+impl Wardrobe<'_> {
+    /// Gives the materials to the slots of the object, which has the default one: slots without a name, or with one that is
+    /// not found, keep it.
+    ///
+    /// # Errors
+    /// If nothing more can be read.
+    pub(super) fn dress(&self, scene: &mut Scene) -> Result<(), LoadError> {
+        let mut notes = Notes::default();
+        let library = self.library(&mut notes)?;
+        let default = scene.objects[0].materials.first().copied().flatten();
+        let mut materials = vec![default; self.slots.len()];
+        let mut not_found = Vec::new();
+        let mut maker = Maker::new(self.folder, &mut notes);
+        for (named, slot) in self.slots.iter().zip(&mut materials) {
+            let Some(named) = named.as_ref().filter(|named| !named.name.is_empty()) else {
+                continue;
+            };
+            let material = match library.described.get(&named.name) {
+                Some(described) => maker.material(&named.name, described)?,
+                None if library.is_incomplete => material::missing(&named.name),
+                None => {
+                    not_found.push(named);
+                    continue;
+                }
+            };
+            *slot = Some(scene.materials.len() as u32);
+            scene.materials.push(material);
+        }
+        let shows_images = maker.shows_images;
+        self.note_not_found(&not_found, &library, &mut notes);
+        let is_dressed = materials.iter().any(|material| *material != default);
+        self.note_left_out(scene, is_dressed, shows_images, &mut notes);
+        scene.objects[0].materials = materials;
+        scene.warnings.extend(notes.finish(place(self.path, 0)));
+        Ok(())
+    }
+
+    /// What the files of materials say of those that are named.
+    fn library(&self, notes: &mut Notes) -> Result<Library, LoadError> {
+        let names = self.slots.iter().flatten().map(|named| named.name.as_str());
+        let wanted: HashSet<&str> = names.collect();
+        let mut library = Library::default();
+        for named in &self.libraries {
+            library.read(named, &wanted, self.folder, self.path, notes)?;
+        }
+        Ok(library)
+    }
+
+    /// Notes the materials that are in no file.
+    fn note_not_found(&self, not_found: &[&Named], library: &Library, notes: &mut Notes) {
+        let Some(first) = not_found.first() else { return };
+        if self.libraries.is_empty() {
+            let message =
+                "no \"mtllib\" names a file of materials; the default material is taken for all";
+            return notes.add(place(self.path, first.line), message.to_owned());
+        }
+        for Named { name, line } in not_found.iter().take(MOST_NOT_FOUND) {
+            let near = alike(name, library.names.iter().map(String::as_str));
+            let hint = near.first().map(|near| format!(" (did you mean {}?)", quote(near)));
+            let message = format!(
+                "the material {} is in no file{}; the default material is taken",
+                quote(name),
+                hint.unwrap_or_default()
+            );
+            notes.add(place(self.path, *line), message);
+        }
+        if let Some(next) = not_found.get(MOST_NOT_FOUND) {
+            let count = not_found.len() - MOST_NOT_FOUND;
+            let message = format!("{count} more materials are in no file");
+            notes.add(place(self.path, next.line), message);
+        }
+    }
+
+    /// Notes what is not seen of images and of the colours of vertices.
+    fn note_left_out(
+        &self,
+        scene: &Scene,
+        is_dressed: bool,
+        shows_images: bool,
+        notes: &mut Notes,
+    ) {
+        let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { return };
+        let whole = place(self.path, 0);
+        if shows_images && mesh.uvs.is_none() {
+            let message = "materials show images, but the faces have no texture coordinates (\"f 1/1 2/2 3/3\"); each \
+                           triangle shows half of the image";
+            notes.add(whole.clone(), message.to_owned());
+        }
+        if is_dressed && mesh.colors.is_some() {
+            let message = "the colours of vertices are seen only where faces have no material";
+            notes.add(whole, message.to_owned());
+        }
+    }
+}
