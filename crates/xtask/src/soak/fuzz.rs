@@ -127,7 +127,9 @@ fn fuzz(tool: &Tool, folder: &Path, name: String, minutes: f64) -> Result<Outcom
     let before = files(&findings)?;
     let mut command = tool.command("run", &[&name]);
     command.arg(&corpus).arg(&seeds.folder).arg("--");
-    command.arg(format!("-dict={}", seeds.dictionary.display()));
+    if let Some(words) = &seeds.dictionary {
+        command.arg(format!("-dict={}", words.display()));
+    }
     command.arg(format!("-artifact_prefix={}/", findings.display()));
     command.args([format!("-timeout={TIMEOUT}"), format!("-rss_limit_mb={MEMORY}")]);
     command.arg(format!("-max_total_time={}", (minutes * 60.0).ceil()));

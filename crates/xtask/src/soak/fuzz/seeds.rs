@@ -21,8 +21,8 @@ pub(super) struct Seeds {
     pub folder: PathBuf,
     /// How many there are.
     pub count: usize,
-    /// The file of words.
-    pub dictionary: PathBuf,
+    /// The file of words, if there are any.
+    pub dictionary: Option<PathBuf>,
 }
 
 /// Copies all files with an ending, and writes a dictionary of their words. The messages that stand beside bad files
@@ -52,6 +52,8 @@ pub(super) fn prepare(ending: &str, folder: &Path) -> Result<Seeds> {
     }
     let dictionary = folder.join("dictionary");
     std::fs::write(&dictionary, lines(&words)).with_context(|| dictionary.display().to_string())?;
+    // libFuzzer refuses a file without words.
+    let dictionary = Some(dictionary).filter(|_| !words.is_empty());
     Ok(Seeds { folder: seeds, count: sources.len(), dictionary })
 }
 
