@@ -30,7 +30,7 @@ enum Chore {
     Blender(blender::Args),
     /// Render the figures of the report on the university course's program into target/figures
     Figures(figures::Args),
-    /// Long campaigns against what is promised: renders that are killed a thousand times
+    /// Long campaigns against what is promised: renders that are killed a thousand times, files that do harm
     Soak(soak::Args),
     /// Measure speed and memory
     #[command(subcommand)]

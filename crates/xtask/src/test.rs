@@ -36,7 +36,9 @@ fn steps(report: &mut Report) -> Result<()> {
     })?;
     report.step("format", |_| {
         succeed(&mut cargo(&["fmt", "--all", "--check"]))?;
-        succeed(&mut cargo(&["fmt", "--manifest-path", FUZZ, "--check"]))
+        FUZZ.iter().try_for_each(|manifest| {
+            succeed(&mut cargo(&["fmt", "--manifest-path", manifest, "--check"]))
+        })
     })?;
     report.step("lints", |_| {
         succeed(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
@@ -79,8 +81,8 @@ fn portable_queries(skipped: &mut Vec<String>) -> Result<()> {
     tests(command, skipped)
 }
 
-/// A workspace of its own, which needs the nightly toolchain: only its format is checked.
-const FUZZ: &str = "crates/pt-bvh/fuzz/Cargo.toml";
+/// Workspaces of their own, which need the nightly toolchain: only their format is checked.
+const FUZZ: [&str; 2] = ["fuzz/Cargo.toml", "crates/pt-bvh/fuzz/Cargo.toml"];
 
 /// Tests that skip something print a line that begins with this.
 const SKIPPED: &str = "skipped: ";

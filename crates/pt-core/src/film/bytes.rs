@@ -31,6 +31,9 @@ pub enum FilmError {
     /// A quantity is not known.
     #[error("it keeps \"{0}\", which this version does not know")]
     Quantity(String),
+    /// The things that a pixel sees are not in the order of their numbers, each once.
+    #[error("what a pixel sees is not in order")]
+    Things,
     /// A second half does not fit.
     #[error("its halves are not of the same pixels, or keep not the same")]
     Halves,
@@ -112,9 +115,9 @@ impl Film {
     pub fn read(bytes: &[u8]) -> Result<Self, FilmError> {
         let mut rest = bytes;
         let short = || FilmError::Short(bytes.len());
-        let mut film = take_half(&mut rest).ok_or_else(short)?.map_err(FilmError::Quantity)?;
+        let mut film = take_half(&mut rest).ok_or_else(short)??;
         if take_word(&mut rest).ok_or_else(short)? != 0 {
-            let second = take_half(&mut rest).ok_or_else(short)?.map_err(FilmError::Quantity)?;
+            let second = take_half(&mut rest).ok_or_else(short)??;
             let is_second = (second.region, second.first) == (film.region, SECOND_HALF);
             if !is_second || !second.keeps_as(&film) {
                 return Err(FilmError::Halves);
@@ -178,19 +181,26 @@ fn take_plan(rest: &mut &[u8], region: Region) -> Option<Plan> {
     Some(Plan { goal, rounds, least, densities, error, expected })
 }
 
-fn take_things(rest: &mut &[u8]) -> Option<Things> {
+/// The things of a pixel; `None` if there are too few bytes.
+fn take_things(rest: &mut &[u8]) -> Option<Result<Things, FilmError>> {
     let count = take_word(rest)?;
     let seen = |bytes: [u8; 8]| {
         let [number, samples] = bytemuck::cast::<_, [[u8; 4]; 2]>(bytes).map(u32::from_le_bytes);
         Seen { number, samples }
     };
+    let all = take(rest, u64::from(count), seen)?;
+    if !all.is_sorted_by(|a, b| a.number < b.number) {
+        return Some(Err(FilmError::Things));
+    }
     let mut things = Things::default();
-    take(rest, u64::from(count), seen)?.into_iter().for_each(|seen| things.add(seen));
-    Some(things)
+    for seen in all {
+        things.add(seen);
+    }
+    Some(Ok(things))
 }
 
-/// A half, or the name of what it keeps and this version does not know; `None` if there are too few bytes.
-fn take_half(rest: &mut &[u8]) -> Option<Result<Film, String>> {
+/// A half, or what is wrong with it; `None` if there are too few bytes.
+fn take_half(rest: &mut &[u8]) -> Option<Result<Film, FilmError>> {
     let [x, y, width, height, first, quantities] =
         take(rest, 6, u32::from_le_bytes)?.try_into().ok()?;
     let (mut aovs, mut light_groups) = (Vec::new(), Vec::new());
@@ -200,7 +210,7 @@ fn take_half(rest: &mut &[u8]) -> Option<Result<Film, String>> {
         match (Aov::from_name(&name), name.strip_prefix(PREFIX)) {
             (Some(aov), _) => aovs.push(aov),
             (None, Some(group)) => light_groups.push(group.to_owned()),
-            (None, None) => return Some(Err(name.into())),
+            (None, None) => return Some(Err(FilmError::Quantity(name.into()))),
         }
     }
     let pixels = u64::from(width) * u64::from(height);
@@ -212,7 +222,10 @@ fn take_half(rest: &mut &[u8]) -> Option<Result<Film, String>> {
     })?;
     let aov_sums = take(rest, pixels.checked_mul(per_pixel)?, ExactSum::from_le_bytes)?;
     let things = pixels.checked_mul(aov::things(&aovs).count() as u64)?;
-    let things = (0..things).map(|_| take_things(rest)).collect::<Option<_>>()?;
+    let things = match (0..things).map(|_| take_things(rest)).collect::<Option<Result<_, _>>>()? {
+        Ok(things) => things,
+        Err(error) => return Some(Err(error)),
+    };
     let groups = pixels.checked_mul(light_groups.len() as u64)?;
     let group_sums = take(rest, groups, |bytes: [u8; 48]| {
         bytemuck::cast::<_, [[u8; 16]; 3]>(bytes).map(ExactSum::from_le_bytes)
@@ -322,6 +335,27 @@ mod tests {
         let planned = [None, Some(Vec::new()), Some(vec![0.5; 6])].map(planned);
         for film in [film()].into_iter().chain(empty).chain(planned) {
             assert_eq!(Film::read(&bytes(&film)).as_ref(), Ok(&film));
+        }
+    }
+
+    /// Else the samples of a thing that is there twice would be added up, beyond what a count holds.
+    #[test]
+    fn things_of_a_pixel_are_in_order_and_each_once() {
+        let mut film = Film::with_aovs(Region::full([1, 1]), &[Aov::CryptomatteObject]);
+        let [two, three] = [2, 3].map(|number| Seen { number, samples: u32::MAX });
+        film.things[0].add(two);
+        film.things[0].add(three);
+        let good = bytes(&film);
+        assert_eq!(Film::read(&good).as_ref(), Ok(&film));
+        for numbers in [[2, 2], [3, 2]] {
+            let words = |numbers: [u32; 2]| numbers.map(|n| [n, u32::MAX]).concat();
+            let bytes_of =
+                |words: Vec<u32>| words.into_iter().flat_map(u32::to_le_bytes).collect::<Vec<_>>();
+            let (old, new) = (bytes_of(words([2, 3])), bytes_of(words(numbers)));
+            let at = good.windows(old.len()).position(|part| part == old).expect("both are there");
+            let mut bad = good.clone();
+            bad[at..at + new.len()].copy_from_slice(&new);
+            assert_eq!(Film::read(&bad), Err(FilmError::Things));
         }
     }
 

@@ -5,6 +5,9 @@
 //! one its warnings, if it has any. `PT_WRITE_EXPECTED=1 cargo test` writes those anew; read the
 //! difference before keeping it.
 
+#[expect(dead_code, reason = "other tests use more of it")]
+#[path = "../common/mod.rs"]
+mod common;
 mod course;
 mod course_log;
 mod geometry;

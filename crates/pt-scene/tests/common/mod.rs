@@ -88,7 +88,8 @@ pub(crate) fn check_robustness(format: &str, ending: &str, rounds: usize) {
     check_damage(&all, rounds);
 }
 
-/// Files with damage, some at a time, are read or refused, without a panic.
+/// Files with damage, some at a time, are read or refused, without a panic. There are so many rounds, and at least
+/// those that [`most_rounds`] asks for.
 pub(crate) fn check_damage(all: &[(Vec<u8>, PathBuf)], rounds: usize) {
     check_damage_with(all, rounds, parse);
 }
@@ -99,8 +100,9 @@ pub(crate) fn check_damage_with(
     rounds: usize,
     read_damaged: impl Fn(&[u8], &Path) -> Result<Scene, LoadError>,
 ) {
-    let mut random = Random(0x9E37_79B9_7F4A_7C15);
+    let mut random = Random(0x9E37_79B9_7F4A_7C15 ^ mutation_seed());
     let mut read = 0;
+    let rounds = most_rounds(rounds, all.len());
     for round in 0..rounds {
         let (bytes, file) = &all[round % all.len()];
         let mut bytes = bytes.clone();
@@ -114,6 +116,23 @@ pub(crate) fn check_damage_with(
     }
     // Damage that is always noticed, or never, would test nothing.
     assert!(read > rounds / 100 && read < rounds, "{read} of {rounds} were read");
+}
+
+/// The number of rounds, but so many that each of the files is damaged 200 times, or as often as the variable
+/// `PT_MUTATIONS` says, which `cargo xtask soak mutations` sets.
+pub(crate) fn most_rounds(rounds: usize, files: usize) -> usize {
+    rounds.max(files * number_in("PT_MUTATIONS").unwrap_or(200))
+}
+
+/// What makes the damage another one: the number in `PT_MUTATION_SEED`, or 0.
+pub(crate) fn mutation_seed() -> u64 {
+    number_in("PT_MUTATION_SEED").unwrap_or(0) as u64
+}
+
+/// The number that a variable of the environment holds.
+fn number_in(variable: &str) -> Option<usize> {
+    let text = std::env::var(variable).ok()?;
+    Some(text.parse().unwrap_or_else(|_| panic!("{variable} is {text:?}; expected a whole number")))
 }
 
 /// A generator of indices (xorshift64*).

@@ -3,7 +3,9 @@
 
 mod bits;
 mod eta;
+mod fuzz;
 mod kills;
+mod mutations;
 mod target;
 
 use anyhow::Result;
@@ -13,15 +15,24 @@ use crate::project::{build_program, step};
 /// What to do, and how long.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// Only this campaign
-    #[arg(long, value_name = "CAMPAIGN")]
-    only: Option<Campaign>,
+    /// Which campaigns; without any, all of them
+    #[arg(value_name = "CAMPAIGN")]
+    campaigns: Vec<Campaign>,
     /// Times that a render is killed
     #[arg(long, value_name = "N", default_value_t = 1000)]
     kills: u32,
     /// Of the random instants and damages
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// Times that each file is damaged
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    mutations: u32,
+    /// How long each fuzz target runs
+    #[arg(long, value_name = "MINUTES", default_value_t = 10.0)]
+    minutes: f64,
+    /// Only this fuzz target, named as the ending of the files that it reads; may be given several times
+    #[arg(long, value_name = "ENDING")]
+    format: Vec<String>,
 }
 
 /// What is put to the test.
@@ -35,6 +46,10 @@ enum Campaign {
     Eta,
     /// Renders that are killed
     Kills,
+    /// Files with random damage
+    Mutations,
+    /// Files that a fuzzer makes up; needs the nightly toolchain
+    Fuzz,
 }
 
 /// Runs the campaigns.
@@ -42,8 +57,23 @@ enum Campaign {
 /// # Errors
 /// If a promise is broken.
 pub(crate) fn run(args: &Args) -> Result<()> {
+    let is_wanted = |campaign| args.campaigns.is_empty() || args.campaigns.contains(&campaign);
+    if [Campaign::Bits, Campaign::Target, Campaign::Eta, Campaign::Kills].into_iter().any(is_wanted)
+    {
+        of_renders(args, is_wanted)?;
+    }
+    if is_wanted(Campaign::Mutations) {
+        step("damaging files", || mutations::run(args))?;
+    }
+    if is_wanted(Campaign::Fuzz) {
+        step("fuzzing", || fuzz::run(args.minutes, &args.format))?;
+    }
+    Ok(())
+}
+
+/// Those that run the program.
+fn of_renders(args: &Args, is_wanted: impl Fn(Campaign) -> bool) -> Result<()> {
     let program = step("building", build_program)?;
-    let is_wanted = |campaign| args.only.is_none_or(|only| only == campaign);
     if is_wanted(Campaign::Bits) {
         step("comparing bits", || bits::run(&program))?;
     }

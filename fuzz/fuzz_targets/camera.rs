@@ -1,0 +1,5 @@
+//! Camera settings.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| pathtracer_fuzz::camera(bytes));

@@ -1,0 +1,5 @@
+//! glTF in one file.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| pathtracer_fuzz::scene(bytes, "glb"));

@@ -1,0 +1,5 @@
+//! Photometric files.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| pathtracer_fuzz::photometric(bytes));

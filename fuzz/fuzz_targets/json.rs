@@ -1,0 +1,5 @@
+//! Scene files of our own.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| pathtracer_fuzz::scene(bytes, "json"));

@@ -1,0 +1,5 @@
+//! Wavefront OBJ.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| pathtracer_fuzz::scene(bytes, "obj"));

@@ -1,0 +1,5 @@
+//! Stanford PLY.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| pathtracer_fuzz::scene(bytes, "ply"));

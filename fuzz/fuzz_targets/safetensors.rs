@@ -1,0 +1,5 @@
+//! Arrays of meshes.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| pathtracer_fuzz::named(bytes, "safetensors"));

@@ -1,0 +1,5 @@
+//! Serialized meshes of Mitsuba.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| pathtracer_fuzz::named(bytes, "serialized"));

@@ -1,0 +1,5 @@
+//! Grids of media.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| pathtracer_fuzz::named(bytes, "vol"));

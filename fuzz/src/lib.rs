@@ -1,0 +1,187 @@
+//! What the fuzz targets do with the bytes that they are given: read them as a file of a format, and go on with what
+//! was read. Nothing may panic, abort, hang or fill memory; each error has a text.
+//!
+//! `cargo xtask soak fuzz` runs the targets; each has the name of the ending of its seeds.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use pt_core::film::Aov;
+use pt_core::{CompileOptions, Film, Region, compile};
+use pt_scene::format::{self, Limits, LoadOptions};
+use pt_scene::image::{self, Numbers, Transfer};
+use pt_scene::{Geometry, IesProfile, LoadError, Scene, camera_file};
+use tempfile::TempDir;
+
+/// Most triangles of a scene, each mesh as often as it is placed, that is compiled: of more, only the reading is tested.
+const MOST_TRIANGLES: usize = 20_000;
+/// Most objects of such a scene.
+const MOST_OBJECTS: usize = 1000;
+
+/// Reads the bytes as a scene whose name has this ending, in a folder without anything else, and compiles it.
+pub fn scene(bytes: &[u8], ending: &str) {
+    static EMPTY: OnceLock<TempDir> = OnceLock::new();
+    read(bytes, &folder(&EMPTY).join("scene").with_extension(ending));
+}
+
+/// Reads the bytes as the file with this ending that a scene names, and compiles that scene.
+///
+/// # Panics
+/// If no scene is known that names a file with this ending, or the file cannot be written.
+pub fn named(bytes: &[u8], ending: &str) {
+    static FOLDER: OnceLock<TempDir> = OnceLock::new();
+    let (scene_ending, text) = scene_with(ending);
+    let folder = folder(&FOLDER);
+    std::fs::write(folder.join("named").with_extension(ending), bytes).expect("a writable folder");
+    read(text.as_bytes(), &folder.join("scene").with_extension(scene_ending));
+}
+
+/// A scene that names the file `named` with this ending, and its own ending.
+fn scene_with(ending: &str) -> (&'static str, String) {
+    let json = |rest: &str| ("json", format!("{{\"pathtracer\": 1, {rest}}}"));
+    match ending {
+        "serialized" | "safetensors" => json(&format!(
+            r#""meshes": {{"m": {{"file": "named.{ending}"}}}}, "objects": [{{"type": "mesh", "mesh": "m"}}]"#
+        )),
+        "vol" => json(
+            r#""grids": {"g": {"file": "named.vol"}},
+               "media": {"m": {"type": "heterogeneous", "albedo": 0.8, "extinction": {"grid": "g"}}},
+               "materials": {"bounds": {"type": "black", "opacity": 0}},
+               "objects": [{"type": "cube", "material": "bounds", "media": {"interior": "m"}}]"#,
+        ),
+        "spd" => {
+            let spectrum = r#"<spectrum name="reflectance" filename="named.spd"/>"#;
+            let bsdf = format!(r#"<bsdf type="diffuse">{spectrum}</bsdf>"#);
+            let shape = format!(r#"<shape type="cube">{bsdf}</shape>"#);
+            ("xml", format!(r#"<scene version="3.0.0">{shape}</scene>"#))
+        }
+        _ => panic!("no scene names a file with the ending {ending}"),
+    }
+}
+
+/// Reads the bytes as a picture with this ending, once as light and once as numbers.
+pub fn image(bytes: &[u8], ending: &str) {
+    let path = Path::new("image").with_extension(ending);
+    for numbers in [Numbers::Light(Transfer::Srgb), Numbers::Stored] {
+        match image::decode_as(bytes, &path, numbers) {
+            Ok(decoded) => {
+                let image = decoded.image;
+                assert_eq!(
+                    image.pixels.len() as u64,
+                    u64::from(image.width) * u64::from(image.height)
+                );
+            }
+            Err(error) => has_text(&error.to_string()),
+        }
+    }
+}
+
+/// Reads the bytes as a photometric file.
+pub fn photometric(bytes: &[u8]) {
+    match IesProfile::parse(bytes, Path::new("lamp.ies")) {
+        Ok(profile) => assert!(profile.mean_candela().is_finite()),
+        Err(error) => has_text(&error.to_string()),
+    }
+}
+
+/// Reads the bytes as camera settings.
+pub fn camera(bytes: &[u8]) {
+    if let Err(error) = camera_file::parse(&String::from_utf8_lossy(bytes), Path::new("camera.txt"))
+    {
+        has_text(&error.to_string());
+    }
+}
+
+/// Reads the bytes as a film; and a film in which they stand from the place on that the first two tell.
+pub fn film(bytes: &[u8]) {
+    read_film(bytes);
+    let Some((place, new)) = bytes.split_first_chunk() else { return };
+    let mut film = small_film();
+    let at = usize::from(u16::from_le_bytes(*place)) % film.len();
+    let end = (at + new.len()).min(film.len());
+    film.splice(at..end, new.iter().copied());
+    read_film(&film);
+}
+
+/// The bytes of a film of six pixels with all that it can keep.
+fn small_film() -> Vec<u8> {
+    let aovs = Aov::NAMES.map(|(_, aov)| aov);
+    let film = Film::with_aovs(Region { x: 0, y: 0, width: 3, height: 2 }, &aovs);
+    bytes_of(&film.with_light_groups(&["lamp".to_owned()]))
+}
+
+/// What is accepted can be written, and is then read as the same.
+fn read_film(bytes: &[u8]) {
+    match Film::read(bytes) {
+        Ok(film) => {
+            let written = bytes_of(&film);
+            let again = Film::read(&written).expect("what was accepted is accepted again");
+            assert!(bytes_of(&again) == written, "what was read is not what was written");
+        }
+        Err(error) => has_text(&error.to_string()),
+    }
+}
+
+fn bytes_of(film: &Film) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    film.write(&mut bytes).expect("memory takes all");
+    bytes
+}
+
+/// Reads and compiles a scene.
+fn read(bytes: &[u8], path: &Path) {
+    match format::parse_with(bytes, path, &options()) {
+        Ok(scene) => {
+            for note in scene.warnings.iter().chain(&scene.missing) {
+                has_text(&note.to_string());
+            }
+            if is_small(&scene) {
+                compile_small(&scene);
+            }
+        }
+        Err(error @ LoadError::Io { .. }) => panic!("nothing is to be read: {error}"),
+        Err(error) => has_text(&error.to_string()),
+    }
+}
+
+fn compile_small(scene: &Scene) {
+    // The light of the studio is the same for all, and takes longer than all else.
+    let studio = !scene.lights.is_empty();
+    let options = CompileOptions { resolution: Some([8, 6]), studio, ..CompileOptions::default() };
+    if let Err(error) = compile(scene, options) {
+        has_text(&error.to_string());
+    }
+}
+
+/// Whether compiling takes a moment only.
+fn is_small(scene: &Scene) -> bool {
+    let triangles = |geometry: &Geometry| match geometry {
+        Geometry::Mesh(mesh) => mesh.triangles.len(),
+        Geometry::Sphere { .. } => 0,
+    };
+    let all: usize = scene.objects.iter().map(|object| triangles(&object.geometry)).sum();
+    scene.objects.len() <= MOST_OBJECTS && all <= MOST_TRIANGLES
+}
+
+fn options() -> LoadOptions {
+    let limits = Limits {
+        memory: Some(256 << 20),
+        shapes: Some(10_000),
+        elements: Some(100_000),
+        texture_side: Some(4096),
+        texture_pixels: Some(1 << 22),
+        include_depth: Some(4),
+        files: Some(16),
+        seconds: Some(5),
+        ..Limits::default()
+    };
+    LoadOptions { limits, ..LoadOptions::default() }
+}
+
+fn folder(cell: &OnceLock<TempDir>) -> PathBuf {
+    cell.get_or_init(|| tempfile::tempdir().expect("a folder")).path().to_owned()
+}
+
+fn has_text(message: &str) {
+    assert!(!message.is_empty(), "an error without a text");
+}
