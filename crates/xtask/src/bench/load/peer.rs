@@ -9,19 +9,20 @@ use anyhow::{Context, Result};
 use crate::project::root;
 use crate::venv::{self, Prepared};
 
-/// A library with a Python module, by the name that `python/bench_load.py` gives it.
-struct Library {
-    name: &'static str,
-    module: &'static str,
-    /// What pip is to install.
-    packages: &'static [&'static str],
-}
+/// A library, by the name that `python/bench_load.py` gives it, and how its Python module is installed.
+type Library = (&'static str, fn() -> Result<Prepared>);
 
 /// The package `assimp_py` carries assimp itself.
 const LIBRARIES: [Library; 3] = [
-    Library { name: "assimp", module: "assimp_py", packages: &["assimp_py==1.1.0", "numpy"] },
-    Library { name: "mitsuba", module: "mitsuba", packages: &["mitsuba==3.9.0", "numpy"] },
-    Library { name: "trimesh", module: "trimesh", packages: &["trimesh==5.2.0", "numpy"] },
+    ("assimp", || {
+        let packages = ["assimp_py==1.1.0", "numpy"];
+        venv::prepare("load-assimp-venv", &packages, "import numpy, assimp_py")
+    }),
+    ("mitsuba", crate::peers::prepare),
+    ("trimesh", || {
+        let packages = ["trimesh==5.2.0", "numpy"];
+        venv::prepare("load-trimesh-venv", &packages, "import numpy, trimesh")
+    }),
 ];
 
 /// A reader that waits for the name of a file.
@@ -38,9 +39,8 @@ pub(super) struct Peer {
 /// If a process cannot be started.
 pub(super) fn start_all() -> Result<Vec<Peer>> {
     let mut peers = Vec::new();
-    for Library { name, module, packages } in LIBRARIES {
-        let folder = format!("load-{name}-venv");
-        match venv::prepare(&folder, packages, &format!("import numpy, {module}"))? {
+    for (name, prepare) in LIBRARIES {
+        match prepare()? {
             Prepared::Missing(why) => println!("{name} cannot be had: {why}"),
             Prepared::Python(python) => peers.push(Peer::start(name, &python)?),
         }
