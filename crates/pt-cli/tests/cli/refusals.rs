@@ -125,7 +125,10 @@ fn words_that_mean_nothing() {
             "--light-groups lihgt -f out.exr SCENE",
             "no light \"lihgt\" (did you mean \"light\"?); the lights",
         ),
-        ("--light-groups each --path-reuse 2 -f out.exr SCENE", "without --path-reuse, --split"),
+        (
+            "--light-groups each --path-reuse 2 -f out.exr SCENE",
+            "it goes with none of --path-reuse, --split and --cs184",
+        ),
         (
             "--light-groups each --split 2 -f out.exr SCENE",
             "--light-groups is for --integrator path",
