@@ -178,11 +178,13 @@ fn of_file(
     }
     let read = cx.read(&path, node).and_then(|bytes| parse(&bytes, &path, group, node));
     let mut mesh = read.map_err(|error| {
-        let LoadError::Content { message, .. } = error else { return error };
-        cx.context.missing(
-            node.span(),
-            format!("{message}; the objects that are made of it are left out"),
-        );
+        let why = match error {
+            LoadError::Content { at, message } if at.file == node.span().file => message,
+            LoadError::Content { .. } => error.to_string(),
+            other => return other,
+        };
+        cx.context
+            .missing(node.span(), format!("{why}; the objects that are made of it are left out"));
         LoadError::Told
     })?;
     if let Some(name) = name {
