@@ -1,7 +1,7 @@
 //! Chores of the project: `cargo xtask --help`.
 //!
-//! Renders are made by the program, built and run as its users do. Only `bench rays` links a part of
-//! the renderer, because it shoots the same rays through that part and through a peer.
+//! Renders are made by the program, built and run as its users do. Only `bench rays` and `bench load` link parts of
+//! it, because they race these parts against those of others.
 
 mod bench;
 mod blender;

@@ -15,7 +15,7 @@ const SCENES: [(&str, &str, f64, u32); 5] = [
     ("cornell.dae", "-r 64 48", 0.06, 131_072),
     ("mitsuba/spot.xml", "-r 64 64", 0.004, 65_536),
     ("mitsuba/sunsky_evening.xml", "-r 48 48", 0.015, 65_536),
-    ("mitsuba/environment.xml", "-r 96 96", 0.004, 65_536),
+    ("mitsuba/environment.xml", "-r 48 48", 0.004, 65_536),
     ("mitsuba/fog.xml", "-r 40 40", 0.04, 65_536),
 ];
 
