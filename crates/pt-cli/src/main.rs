@@ -11,6 +11,7 @@ mod denoise;
 mod describe;
 mod examine;
 mod explain;
+mod fault;
 mod formats;
 mod info;
 mod keeping;
@@ -36,6 +37,12 @@ use commands::Command;
 const FAILURE: u8 = 2;
 
 fn main() -> ExitCode {
+    fault::silence();
+    fault::guarded(run)
+}
+
+/// The program, but for its faults.
+fn run() -> ExitCode {
     if let Err(message) = cpu::check() {
         eprintln!("pathtracer: {message}");
         return ExitCode::from(FAILURE);

@@ -11,6 +11,7 @@ pub mod camera_file;
 pub mod error;
 pub mod filter;
 pub mod format;
+mod guard;
 pub mod image;
 pub mod light;
 pub mod material;

@@ -9,9 +9,10 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
+use super::ahead::Ahead;
 use super::limits::Limits;
 use super::{LoadOptions, Reading, mesh_file};
-use crate::image::{self, Decoded, Image, Numbers};
+use crate::image::{self, Decoded, Image, ImageError, Numbers};
 use crate::{Geometry, LoadError, Scene, Source, Span, Warning, source};
 
 /// Most errors that are noted, and as many missing files; after that the scene is not read on.
@@ -29,6 +30,14 @@ pub(super) struct Context {
     root: PathBuf,
     start: Instant,
     noted: Mutex<Noted>,
+    pictures: Ahead<(PathBuf, Numbers), Result<Picture, String>>,
+}
+
+/// A picture in a file.
+#[derive(Debug)]
+struct Picture {
+    source: Source,
+    decoded: Result<Decoded, ImageError>,
 }
 
 /// What was read and found so far.
@@ -56,6 +65,7 @@ impl Context {
             file: file.to_owned(),
             start: Instant::now(),
             noted: Mutex::default(),
+            pictures: Ahead::default(),
         })
     }
 
@@ -92,18 +102,29 @@ impl Context {
     /// If it is outside of the scene's folder, cannot be read, or is no regular file: devices and pipes may never
     /// end; or if a limit is reached. The message is meant for the place where the scene names it.
     pub(super) fn read(&self, path: &Path) -> Result<Vec<u8>, String> {
-        self.check_inside(path)?;
-        self.check_time()?;
-        let message = |why: &str| format!("{} cannot be read: {why}", path.display());
-        let io_message = |error: std::io::Error| message(&error.to_string());
-        let metadata = std::fs::metadata(path).map_err(io_message)?;
-        if !metadata.is_file() {
-            return Err(message("it is no regular file"));
-        }
-        self.spend(metadata.len()).map_err(|why| message(&why))?;
-        let bytes = source::read(path).map_err(io_message)?;
+        self.admit(path)?;
+        let bytes = source::read(path).map_err(|error| unreadable(path, &error.to_string()))?;
         self.noted().sources.push(Source::of(path, &bytes));
         Ok(bytes)
+    }
+
+    /// Counts a file that the scene names, if it may be read.
+    fn admit(&self, path: &Path) -> Result<(), String> {
+        let length = self.length(path)?;
+        self.check_time()?;
+        self.spend(length).map_err(|why| unreadable(path, &why))
+    }
+
+    /// The bytes of a regular file that the scene may name.
+    fn length(&self, path: &Path) -> Result<u64, String> {
+        self.check_inside(path)?;
+        let failed = |error: std::io::Error| unreadable(path, &error.to_string());
+        let metadata = std::fs::metadata(path).map_err(failed)?;
+        if metadata.is_file() {
+            Ok(metadata.len())
+        } else {
+            Err(unreadable(path, "it is no regular file"))
+        }
     }
 
     /// Reads a picture that the scene names.
@@ -113,20 +134,40 @@ impl Context {
     pub(super) fn picture(&self, path: &Path, numbers: Numbers) -> Result<Decoded, String> {
         // An unknown ending is the better message where the file is missing as well.
         image::check_readable(path).map_err(|error| error.to_string())?;
-        self.decode(&self.read(path)?, path, numbers)
+        self.admit(path)?;
+        let key = (path.to_owned(), numbers);
+        let Picture { source, decoded } =
+            self.pictures.get(&key, Clone::clone, |key| self.look_at(&key))?;
+        self.noted().sources.push(source);
+        self.check_picture(decoded, path)
     }
 
-    /// Decodes a picture; `path` gives the ending, and the name for messages.
+    /// Says which pictures the scene is likely to ask for, in this order, so that threads can decode several at once. Where
+    /// memory is limited, they are decoded one by one.
+    pub(super) fn expect_pictures(&self, pictures: impl IntoIterator<Item = (PathBuf, Numbers)>) {
+        if self.limits().memory.is_none() {
+            self.pictures.expect(pictures);
+        }
+    }
+
+    /// A picture as it is in a file, before it is known whether the scene needs it.
+    fn look_at(&self, (path, numbers): &(PathBuf, Numbers)) -> Result<Picture, String> {
+        self.length(path)?;
+        let bytes = source::read(path).map_err(|error| unreadable(path, &error.to_string()))?;
+        let source = Source::of(path, &bytes);
+        Ok(Picture { source, decoded: image::decode_as(&bytes, path, *numbers) })
+    }
+
+    /// Holds a picture to the limits, and counts it; `path` is the name for messages.
     ///
     /// # Errors
     /// If it is none, or larger than the limits allow.
-    pub(super) fn decode(
+    pub(super) fn check_picture(
         &self,
-        bytes: &[u8],
+        decoded: Result<Decoded, ImageError>,
         path: &Path,
-        numbers: Numbers,
     ) -> Result<Decoded, String> {
-        let decoded = image::decode_as(bytes, path, numbers).map_err(|error| error.to_string())?;
+        let decoded = decoded.map_err(|error| error.to_string())?;
         let Image { width, height, pixels } = &decoded.image;
         let (side, count) = (u64::from(*width.max(height)), pixels.len() as u64);
         let Limits { texture_side, texture_pixels, .. } = self.limits();
@@ -295,6 +336,11 @@ impl Context {
             (at.file != self.file, at.file.clone(), at.line, at.column)
         })
     }
+}
+
+/// The message about a file that cannot be read.
+fn unreadable(path: &Path, why: &str) -> String {
+    format!("{} cannot be read: {why}", path.display())
 }
 
 /// A path without `..` and links; what is not there is taken as it is written.

@@ -2,6 +2,7 @@
 //!
 //! To add one: write its file, add its line to [`FORMATS`].
 
+mod ahead;
 pub mod collada;
 mod context;
 mod gloss;
@@ -27,6 +28,7 @@ mod xml;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::guard::guarded;
 use crate::{LoadError, Scene, Source, Warning};
 use context::Context;
 pub use json::schema as json_schema;
@@ -93,7 +95,9 @@ impl Format {
     fn read(&self, bytes: &[u8], path: &Path, context: &Arc<Context>) -> Reading {
         let definition = context.options().definitions.first().filter(|_| !self.has_names);
         let result = match definition {
-            None => (self.parser)(bytes, path, context),
+            None => guarded(self.name, || (self.parser)(bytes, path, context)).unwrap_or_else(
+                |message| Err(LoadError::Broken { at: mesh_file::place(path, 0), message }),
+            ),
             Some((name, _)) => {
                 let all = FORMATS.iter().filter(|format| format.has_names);
                 let names: Vec<_> = all.map(|f| f.name).collect();

@@ -14,6 +14,7 @@ use std::path::Path;
 
 use pt_math::color;
 
+use crate::guard::guarded;
 pub use error::ImageError;
 pub use tone::{Tone, ToneCurve};
 pub use write::write_atomically;
@@ -48,7 +49,7 @@ impl Image {
 }
 
 /// How linear light and the numbers of files without floating point relate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Transfer {
     /// The sRGB curve, rounded to the nearest level.
     #[default]
@@ -149,13 +150,20 @@ impl Samples {
 }
 
 /// Which numbers a reader gives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Numbers {
     /// Linear light; the transfer is that of files that do not name one.
     Light(Transfer),
     /// What is stored, whatever the file says about light: levels as shares of the highest one,
     /// in [0, 1], and numbers of files with floating point as they are.
     Stored,
+}
+
+impl Numbers {
+    /// Those of an image that an author calls raw, or not.
+    pub(crate) fn of_raw(is_raw: bool) -> Self {
+        if is_raw { Self::Stored } else { Self::Light(Transfer::Srgb) }
+    }
 }
 
 /// An image and its opacity.
@@ -327,9 +335,9 @@ pub fn check_readable(path: &Path) -> Result<(), ImageError> {
 /// # Errors
 /// If the ending is unknown, or of a format without texts, or the file cannot be read or is none.
 pub fn metadata(path: &Path) -> Result<Vec<(String, String)>, ImageError> {
-    let metadata = codec_with(path, |codec| codec.metadata)?;
-    let failed = |message| ImageError::Content { path: path.to_owned(), message };
-    metadata(&read_file(path)?).map_err(failed)
+    let (name, metadata) = codec_with(path, |codec| Some((codec.name, codec.metadata?)))?;
+    let bytes = read_file(path)?;
+    guarded(name, || metadata(&bytes)).flatten().map_err(content_error(path))
 }
 
 /// Decodes the content of a file; `path` gives the ending, and the name for messages.
@@ -345,8 +353,13 @@ pub fn decode(bytes: &[u8], path: &Path, untagged: Transfer) -> Result<Image, Im
 /// # Errors
 /// As [`decode`].
 pub fn decode_as(bytes: &[u8], path: &Path, numbers: Numbers) -> Result<Decoded, ImageError> {
-    let read = codec_with(path, |codec| codec.read)?;
-    read(bytes, numbers).map_err(|message| ImageError::Content { path: path.to_owned(), message })
+    let (name, read) = codec_with(path, |codec| Some((codec.name, codec.read?)))?;
+    guarded(name, || read(bytes, numbers)).flatten().map_err(content_error(path))
+}
+
+/// The error about the content of a file.
+fn content_error(path: &Path) -> impl FnOnce(String) -> ImageError {
+    |message| ImageError::Content { path: path.to_owned(), message }
 }
 
 fn read_file(path: &Path) -> Result<Vec<u8>, ImageError> {

@@ -6,19 +6,21 @@ use pt_scene::LoadError;
 use pt_scene::format::collada::course_log;
 use pt_scene::format::parse;
 
-use crate::common::{most_rounds, mutation_seed};
+use crate::common::{most_rounds, mutation_seed, without_panics};
 use crate::{FILES, check_invariants, files, good_text, name_of, read};
 
 #[test]
 fn no_prefix_of_a_good_file_makes_it_panic_or_passes_for_the_whole() {
-    for file in files("good") {
-        let bytes = std::fs::read(&file).expect("a readable file");
-        let end = bytes.trim_ascii_end().len();
-        for length in 0..end {
-            let result = parse(&bytes[..length], name_of(&file));
-            assert!(result.is_err(), "{}: {length} bytes of {end}", file.display());
+    without_panics(|| {
+        for file in files("good") {
+            let bytes = std::fs::read(&file).expect("a readable file");
+            let end = bytes.trim_ascii_end().len();
+            for length in 0..end {
+                let result = parse(&bytes[..length], name_of(&file));
+                assert!(result.is_err(), "{}: {length} bytes of {end}", file.display());
+            }
         }
-    }
+    });
 }
 
 /// A generator for the tests below (xorshift64*).
@@ -77,34 +79,36 @@ fn damage(bytes: &mut Vec<u8>, other: &[u8], random: &mut Random) {
 
 #[test]
 fn no_damage_makes_it_panic() {
-    let originals: Vec<_> =
-        files("good").iter().map(|f| std::fs::read(f).expect("a readable file")).collect();
-    let mut random = Random(0x00C0_11AD_A000_0001 ^ mutation_seed());
-    let (mut read, mut refused) = (0, 0);
-    for round in 0..most_rounds(20_000, originals.len()) {
-        let mut bytes = originals[round % originals.len()].clone();
-        let other = &originals[random.below(originals.len())];
-        for _ in 0..=random.below(3) {
-            damage(&mut bytes, other, &mut random);
-            if bytes.is_empty() {
-                break;
+    without_panics(|| {
+        let originals: Vec<_> =
+            files("good").iter().map(|f| std::fs::read(f).expect("a readable file")).collect();
+        let mut random = Random(0x00C0_11AD_A000_0001 ^ mutation_seed());
+        let (mut read, mut refused) = (0, 0);
+        for round in 0..most_rounds(20_000, originals.len()) {
+            let mut bytes = originals[round % originals.len()].clone();
+            let other = &originals[random.below(originals.len())];
+            for _ in 0..=random.below(3) {
+                damage(&mut bytes, other, &mut random);
+                if bytes.is_empty() {
+                    break;
+                }
+            }
+            let log = course_log(&bytes, Path::new("damaged.dae"));
+            match parse(&bytes, Path::new("damaged.dae")) {
+                Ok(scene) => {
+                    check_invariants(&scene);
+                    log.expect("what can be read can be listed");
+                    read += 1;
+                }
+                Err(error) => {
+                    assert!(error.to_string().starts_with("damaged.dae"), "{error}");
+                    refused += 1;
+                }
             }
         }
-        let log = course_log(&bytes, Path::new("damaged.dae"));
-        match parse(&bytes, Path::new("damaged.dae")) {
-            Ok(scene) => {
-                check_invariants(&scene);
-                log.expect("what can be read can be listed");
-                read += 1;
-            }
-            Err(error) => {
-                assert!(error.to_string().starts_with("damaged.dae"), "{error}");
-                refused += 1;
-            }
-        }
-    }
-    // Otherwise the damage would be too strong, or too weak, to reach most of the reader.
-    assert!(read > 1000 && refused > 1000, "{read} read, {refused} refused");
+        // Otherwise the damage would be too strong, or too weak, to reach most of the reader.
+        assert!(read > 1000 && refused > 1000, "{read} read, {refused} refused");
+    });
 }
 
 /// Small files that ask for much; each must be answered at once.

@@ -4,8 +4,11 @@
 //! Beside each bad file stand its errors, beside a good one what it misses and its warnings, if there are any.
 //! `PT_WRITE_EXPECTED=1 cargo test` writes those anew; read the difference before keeping it.
 
+mod panics;
+
 use std::path::{Path, PathBuf};
 
+pub(crate) use panics::without_panics;
 use pt_scene::format::{FORMATS, LoadOptions};
 use pt_scene::{Color, Geometry, LoadError, Mesh, Projection, Scene};
 
@@ -78,13 +81,15 @@ pub(crate) fn check_robustness(format: &str, ending: &str, rounds: usize) {
         .into_iter()
         .map(|file| (std::fs::read(&file).expect("a readable file"), file))
         .collect();
-    for (bytes, file) in &all {
-        for length in 0..bytes.len() {
-            if let Ok(scene) = parse(&bytes[..length], file) {
-                check_invariants(&scene);
+    without_panics(|| {
+        for (bytes, file) in &all {
+            for length in 0..bytes.len() {
+                if let Ok(scene) = parse(&bytes[..length], file) {
+                    check_invariants(&scene);
+                }
             }
         }
-    }
+    });
     check_damage(&all, rounds);
 }
 
@@ -103,17 +108,19 @@ pub(crate) fn check_damage_with(
     let mut random = Random(0x9E37_79B9_7F4A_7C15 ^ mutation_seed());
     let mut read = 0;
     let rounds = most_rounds(rounds, all.len());
-    for round in 0..rounds {
-        let (bytes, file) = &all[round % all.len()];
-        let mut bytes = bytes.clone();
-        for _ in 0..=random.below(3) {
-            damage(&mut bytes, &mut random);
+    without_panics(|| {
+        for round in 0..rounds {
+            let (bytes, file) = &all[round % all.len()];
+            let mut bytes = bytes.clone();
+            for _ in 0..=random.below(3) {
+                damage(&mut bytes, &mut random);
+            }
+            if let Ok(scene) = read_damaged(&bytes, file) {
+                check_invariants(&scene);
+                read += 1;
+            }
         }
-        if let Ok(scene) = read_damaged(&bytes, file) {
-            check_invariants(&scene);
-            read += 1;
-        }
-    }
+    });
     // Damage that is always noticed, or never, would test nothing.
     assert!(read > rounds / 100 && read < rounds, "{read} of {rounds} were read");
 }

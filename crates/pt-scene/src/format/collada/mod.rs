@@ -49,6 +49,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
         return Err(document.error(root, message));
     }
     let mut reader = Reader::new(&document, context);
+    context.expect_pictures(texture::pictures(&reader));
     let asset = child(root, "asset");
     reader.scene.metres_per_unit = metres_per_unit(&mut reader, asset);
     let to_y_up = to_y_up(&reader, asset)?;

@@ -9,6 +9,9 @@ use crate::format::xml::{Node, quote};
 use crate::image::{Numbers, Transfer};
 use crate::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
 
+/// What the numbers of images mean.
+const NUMBERS: Numbers = Numbers::Light(Transfer::Srgb);
+
 /// The texture of an image file, which is read once for all materials that show it.
 ///
 /// # Errors
@@ -21,12 +24,19 @@ pub(super) fn read(
     let path = path_of(reader, file);
     let context = reader.context;
     let image = reader.images.entry(path).or_insert_with_key(|path| {
-        let decoded = context.picture(path, Numbers::Light(Transfer::Srgb))?;
+        let decoded = context.picture(path, NUMBERS)?;
         Ok(Arc::new(decoded.image))
     });
     let image = image.clone()?;
     let bitmap = Bitmap { image, wrap, filter: Filter::Trilinear };
     Ok(Arc::new(Pattern::Bitmap(bitmap).into()))
+}
+
+/// The pictures that a document names.
+pub(super) fn pictures(reader: &Reader<'_>) -> Vec<(PathBuf, Numbers)> {
+    let names = reader.document.elements().filter(|e| e.tag_name().name() == "init_from");
+    let files = names.filter_map(|element| element.text()).map(str::trim);
+    files.map(|file| (path_of(reader, file), NUMBERS)).collect()
 }
 
 /// The path of a file that is named by a URL: relative to the folder of the scene, or with `file://`.

@@ -8,12 +8,13 @@ use std::sync::Arc;
 use pt_math::color::linear_from_srgb;
 use pt_math::{DMat3, DVec3, Vec3};
 
+use super::super::ahead::Ahead;
 use super::super::substitute;
 use super::Reader;
 use super::buffer;
 use super::item::Item;
 use crate::LoadError;
-use crate::image::{Decoded, Image, Numbers};
+use crate::image::{self, Decoded, Image, ImageError, Numbers};
 use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
 
 /// Most texels that are read from all images of a scene, counted as often as they are read.
@@ -44,8 +45,34 @@ pub(super) enum Content {
 pub(super) struct Images {
     /// As they are stored, by index.
     stored: HashMap<usize, Result<Arc<Decoded>, String>>,
+    ahead: Ahead<usize, Result<Picture, String>>,
     made: HashMap<(usize, Content), Arc<Image>>,
     texels: usize,
+}
+
+/// What is in the file of an image.
+struct Picture {
+    /// A name with the right ending.
+    name: &'static str,
+    /// The size of the file.
+    bytes: usize,
+    decoded: Result<Decoded, ImageError>,
+}
+
+impl Picture {
+    /// Decodes a file.
+    ///
+    /// # Errors
+    /// If it is of no format that glTF has.
+    fn of(bytes: &[u8]) -> Result<Self, String> {
+        let name = match bytes {
+            [0x89, b'P', b'N', b'G', ..] => "image.png",
+            [0xFF, 0xD8, ..] => "image.jpg",
+            _ => return Err("it is neither PNG nor JPEG".to_owned()),
+        };
+        let decoded = image::decode_as(bytes, Path::new(name), Numbers::Stored);
+        Ok(Self { name, bytes: bytes.len(), decoded })
+    }
 }
 
 impl Images {
@@ -115,7 +142,7 @@ impl<'a> Reader<'a> {
         }
         let known = self.images.stored.get(&index).cloned();
         let stored = known.unwrap_or_else(|| {
-            let stored = self.decoded(described).map(Arc::new);
+            let stored = self.decoded(index, described).map(Arc::new);
             self.images.stored.insert(index, stored.clone());
             stored
         })?;
@@ -126,18 +153,27 @@ impl<'a> Reader<'a> {
     }
 
     /// The numbers of an image as they are stored: what a file says about its colours does not count.
-    fn decoded(&mut self, described: &Item<'a>) -> Result<Decoded, String> {
-        let bytes = self.bytes(described)?;
-        let name = match &*bytes {
-            [0x89, b'P', b'N', b'G', ..] => "image.png",
-            [0xFF, 0xD8, ..] => "image.jpg",
-            _ => return Err("it is neither PNG nor JPEG".to_owned()),
+    fn decoded(&mut self, index: usize, described: &Item<'a>) -> Result<Decoded, String> {
+        if self.images.stored.is_empty() && self.context.limits().memory.is_none() {
+            self.images.ahead.expect(self.shown_images());
+        }
+        let bytes = |index: &usize| {
+            let found = self.root.member("images", *index, described, "source");
+            self.bytes(&found.map_err(|error| error.to_string())?)
         };
+        let Picture { name, bytes, decoded } =
+            self.images.ahead.get(&index, bytes, |bytes| Picture::of(&bytes?))?;
         // Those that fail late took time, too.
-        self.images.count(bytes.len())?;
-        let decoded = self.context.decode(&bytes, Path::new(name), Numbers::Stored)?;
+        self.images.count(bytes)?;
+        let decoded = self.context.check_picture(decoded, Path::new(name))?;
         self.images.count(decoded.image.pixels.len())?;
         Ok(decoded)
+    }
+
+    /// The images that textures show, in the order of the textures.
+    fn shown_images(&self) -> Vec<usize> {
+        let textures = self.root.children("textures").unwrap_or_default();
+        textures.iter().filter_map(|texture| texture.whole("source").ok()?).collect()
     }
 
     /// The file of an image, wherever it is.

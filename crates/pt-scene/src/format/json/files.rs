@@ -14,7 +14,7 @@ use super::out::Out;
 use super::schema::{Properties, Schemas};
 use super::shared::{Reading, Shared, Tables, Writing};
 use crate::LoadError;
-use crate::image::{Image, Numbers, SaveOptions, Transfer, encode};
+use crate::image::{Image, Numbers, SaveOptions, encode};
 use crate::light::IesProfile;
 use crate::medium::Grid;
 
@@ -29,6 +29,15 @@ impl Shared for Image {
         &mut tables.images
     }
 
+    fn look_ahead(entries: &[(&str, Node<'_>)], cx: &Reading<'_>) {
+        cx.context.expect_pictures(entries.iter().filter_map(|(_, node)| {
+            let entry = node.value().as_object()?;
+            let is_raw = entry.get_boolean("raw").is_some_and(|raw| raw.value);
+            let path = cx.folder.join(&*entry.get_string("file")?.value);
+            Some((path, Numbers::of_raw(is_raw)))
+        }));
+    }
+
     fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
         let mut keys = node.keys()?;
         let file = keys.take("file").ok_or_else(|| node.error("its \"file\" is missing"))?;
@@ -39,8 +48,7 @@ impl Shared for Image {
         if let Some(known) = cx.files.images.get(&place) {
             return Ok(Arc::clone(known));
         }
-        let numbers = if is_raw { Numbers::Stored } else { Numbers::Light(Transfer::Srgb) };
-        let image = match cx.context.picture(&path, numbers) {
+        let image = match cx.context.picture(&path, Numbers::of_raw(is_raw)) {
             Ok(decoded) => decoded.image,
             Err(why) => {
                 cx.context.missing(file.span(), format!("{why}; {}", substitute::INSTEAD));

@@ -182,6 +182,8 @@ pub(super) trait Shared: Sized {
     const TABLE: (&'static str, &'static str);
 
     fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>>;
+    /// Told what the table holds before the first of it is read.
+    fn look_ahead(_entries: &[(&str, Node<'_>)], _cx: &Reading<'_>) {}
     /// What stands behind a name, or in the place of one.
     fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError>;
     fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String>;
@@ -233,7 +235,9 @@ pub(super) fn read_table<T: Shared>(
     cx: &mut Reading<'_>,
 ) -> Result<(), LoadError> {
     let Some(node) = root.take(T::TABLE.0) else { return Ok(()) };
-    for (name, node) in node.entries()? {
+    let entries = node.entries()?;
+    T::look_ahead(&entries, cx);
+    for (name, node) in entries {
         name.clone_into(&mut cx.key);
         let read = T::read_entry(&node, cx);
         match cx.context.keep(read)? {

@@ -8,7 +8,7 @@ use super::bsdf::{Scattering, inverted, scattering};
 use super::medium::Media;
 use super::object::{Object, Tree, error};
 use super::shape::{Meshes, Shape, shape};
-use super::texture::Textures;
+use super::texture::{self, Textures};
 use super::{emitter, integrator, sensor};
 use crate::material::{Black, Matte};
 use crate::{Color, LoadError, Material, Scene};
@@ -19,6 +19,7 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
     if let Some(stray) = root.parameters.first() {
         return Err(error(&stray.at, "a scene has no parameters; it belongs into an object"));
     }
+    tree.context.expect_pictures(texture::pictures(tree));
     let mut builder = Builder {
         tree,
         scene: Scene { warnings: tree.warnings.clone(), ..Scene::default() },

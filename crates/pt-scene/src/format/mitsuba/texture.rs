@@ -9,8 +9,9 @@ use pt_math::{DAffine3, DMat3, DVec3};
 use super::super::substitute;
 use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Tree, unsupported};
+use super::value::Value;
 use crate::LoadError;
-use crate::image::{Image, Numbers, Transfer};
+use crate::image::{Image, Numbers};
 use crate::texture::{Bitmap, Color, Filter, Pattern, Texture, Wrap};
 
 const KINDS: [&str; 3] = ["bitmap", "checkerboard", "mesh_attribute"];
@@ -132,11 +133,24 @@ impl<'t> Textures<'t> {
         if let Some(known) = self.images.get(&(path.clone(), is_raw)) {
             return Ok(Arc::clone(known));
         }
-        let numbers = if is_raw { Numbers::Stored } else { Numbers::Light(Transfer::Srgb) };
-        let image = Arc::new(self.tree.context.picture(&path, numbers)?.image);
+        let image = self.tree.context.picture(&path, Numbers::of_raw(is_raw))?.image;
+        let image = Arc::new(image);
         self.images.insert((path, is_raw), Arc::clone(&image));
         Ok(image)
     }
+}
+
+/// The pictures that textures and the sky of a scene show.
+pub(super) fn pictures(tree: &Tree) -> impl Iterator<Item = (PathBuf, Numbers)> {
+    tree.objects.iter().filter_map(|object| {
+        if !matches!(object.kind.as_str(), "bitmap" | "envmap") {
+            return None;
+        }
+        let value = |name| object.parameters.iter().find(|p| p.name == name).map(|p| &p.value);
+        let Some(Value::Text(file)) = value("filename") else { return None };
+        let is_raw = matches!(value("raw"), Some(Value::Boolean(true)));
+        Some((tree.resolve(file)?, Numbers::of_raw(is_raw)))
+    })
 }
 
 /// The colours of a mesh, times a number.

@@ -8,6 +8,7 @@ use super::super::mesh_file::place;
 use super::super::xml::quote;
 use super::library::Library;
 use super::material::{self, Maker};
+use super::mtl;
 use super::notes::Notes;
 use super::slots::Named;
 use crate::spelling::alike;
@@ -39,6 +40,8 @@ impl Wardrobe<'_> {
         let default = scene.objects[0].materials.first().copied().flatten();
         let mut materials = vec![default; self.slots.len()];
         let mut not_found = Vec::new();
+        let dressed = self.slots.iter().flatten().filter_map(|n| library.described.get(&n.name));
+        self.folder.context.expect_pictures(mtl::pictures(dressed, self.folder));
         let mut maker = Maker::new(self.folder, &mut notes);
         for (named, slot) in self.slots.iter().zip(&mut materials) {
             let Some(named) = named.as_ref().filter(|named| !named.name.is_empty()) else {

@@ -12,7 +12,7 @@ use super::super::substitute;
 use super::super::xml::quote;
 use super::library;
 use super::notes::Notes;
-use crate::image::{Image, Numbers, Transfer};
+use crate::image::{Image, Numbers};
 use crate::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
 use crate::{LoadError, Span};
 
@@ -20,7 +20,7 @@ use crate::{LoadError, Span};
 #[derive(Clone, Debug)]
 pub(super) struct Map {
     pub(super) at: Span,
-    file: String,
+    pub(super) file: String,
     /// By what texture coordinates are multiplied.
     scale: [f32; 2],
     /// What is added to them then.
@@ -43,6 +43,13 @@ pub(super) enum Content {
     Opacity,
     /// Normals or heights, as they are.
     Relief,
+}
+
+impl Content {
+    /// What the numbers of an image mean.
+    fn numbers(self) -> Numbers {
+        Numbers::of_raw(self != Self::Colors)
+    }
 }
 
 /// Options of one word that change nothing here, or only how texels are filtered: `-blendu on`, `-boost 2` …
@@ -229,11 +236,7 @@ impl<'f> Images<'f> {
         let context = &self.folder.context;
         let key = (path, content, channel);
         let image = self.made.entry(key).or_insert_with_key(|(path, ..)| {
-            let numbers = match content {
-                Content::Colors => Numbers::Light(Transfer::Srgb),
-                Content::Number | Content::Opacity | Content::Relief => Numbers::Stored,
-            };
-            let mut decoded = context.picture(path, numbers)?;
+            let mut decoded = context.picture(path, content.numbers())?;
             match (channel, decoded.alpha) {
                 (Some(channel), _) => {
                     decoded.image.pixels.iter_mut().for_each(|p| *p = [p[channel]; 3]);

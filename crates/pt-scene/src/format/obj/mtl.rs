@@ -2,14 +2,16 @@
 //! physically based materials of Exocortex Clara.io, 2014]
 
 use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
-use super::super::context::Context;
+use super::super::context::{Context, Folder};
 use super::super::line::Line;
 use super::super::mesh_file;
 use super::super::xml::quote;
-use super::library::Described;
+use super::library::{self, Described};
 use super::map::Map;
 use super::notes::Notes;
+use crate::image::Numbers;
 use crate::spelling::alike;
 use crate::{LoadError, Span};
 
@@ -215,6 +217,22 @@ fn number(line: Line, least: f32, most: f32, notes: &mut Notes) -> Result<f32, L
     }
     let range = if most == f32::MAX { format!("{least} up") } else { format!("{least} to {most}") };
     Err(line.error(word, format!("expected a number from {range}, found {number}")))
+}
+
+/// The pictures that materials show.
+pub(super) fn pictures<'a>(
+    described: impl Iterator<Item = &'a Described>,
+    folder: &Folder,
+) -> Vec<(PathBuf, Numbers)> {
+    let map = |path: &Path, (number, text): &(u32, String)| {
+        let line = Line { path, number: *number, text };
+        let is = |word: &&(&str, Kind)| word.0.eq_ignore_ascii_case(line.keyword());
+        let (word, Kind::Map) = STATEMENTS.iter().find(is)? else { return None };
+        let map = Map::parse(line, &mut Notes::default()).ok()??;
+        let is_raw = !matches!(*word, "map_Kd" | "map_Ks" | "map_Ke");
+        Some((library::file(folder, &map.file), Numbers::of_raw(is_raw)))
+    };
+    described.flat_map(|d| d.lines.iter().filter_map(|line| map(&d.path, line))).collect()
 }
 
 /// Where a material begins, for notes about the whole of it.

@@ -21,6 +21,7 @@ use super::entity::{Entity, MAX_PARAMETERS, Parameter};
 use super::medium::Interface;
 use super::scene::{MaterialName, Placed, Sight, World};
 use super::state::{Moving, State, TARGETS};
+use super::texture;
 use super::token::{Kind, Place, Token, Tokens};
 use crate::LoadError;
 
@@ -145,6 +146,7 @@ pub(super) fn content(context: &Context, path: &Path) -> Result<Vec<u8>, String>
 impl Reader {
     fn file(&mut self, bytes: &[u8], path: &Path, depth: usize) -> Result<(), LoadError> {
         let text = String::from_utf8_lossy(bytes);
+        self.folder.context.expect_pictures(texture::pictures(&text, &self.folder));
         let mut tokens = Tokens::new(&text, path);
         while let Some(token) = tokens.take()? {
             let at = tokens.place(&token);

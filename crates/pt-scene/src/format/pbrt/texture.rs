@@ -1,7 +1,7 @@
 //! `Texture`: numbers and colours that vary over a surface.
 
 use std::collections::{HashMap, HashSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pt_math::color::linear_from_srgb;
@@ -14,7 +14,7 @@ use super::color::{Role, color};
 use super::entity::Entity;
 use super::token::Place;
 use crate::LoadError;
-use crate::image::{Decoded, Image, Numbers};
+use crate::image::{self, Decoded, Image, Numbers};
 use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
 
 const KINDS: [&str; 6] = ["bilerp", "checkerboard", "constant", "imagemap", "mix", "scale"];
@@ -321,6 +321,12 @@ impl Textures {
             Bitmap { image: Arc::new(image), wrap: Wrap::Repeat, filter: Filter::Bilinear };
         Ok(Arc::new(Pattern::Bitmap(bitmap).into()))
     }
+}
+
+/// The pictures whose names stand in a file: most of them are those of textures.
+pub(super) fn pictures(text: &str, folder: &Folder) -> Vec<(PathBuf, Numbers)> {
+    let names = text.split('"').filter(|text| image::check_readable(Path::new(text)).is_ok());
+    names.map(|name| (folder.join(name), Numbers::Stored)).collect()
 }
 
 /// From the numbers of a file to light.

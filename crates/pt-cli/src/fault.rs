@@ -1,0 +1,61 @@
+//! Faults of the program itself, which are panics: one message, and an exit status of their own.
+
+use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind, set_hook, take_hook};
+use std::process::ExitCode;
+use std::sync::{Mutex, PoisonError};
+
+/// Exit status of a fault of the program.
+const FAULT: u8 = 101;
+
+/// What the latest panic said, and where it was.
+static LATEST: Mutex<String> = Mutex::new(String::new());
+
+/// Lets panics be silent, so that those which become errors have one message; with `RUST_BACKTRACE`, each is shown as usual.
+pub(crate) fn silence() {
+    let usual = take_hook();
+    let is_shown = std::env::var_os("RUST_BACKTRACE").is_some_and(|value| value != "0");
+    set_hook(Box::new(move |info| {
+        *LATEST.lock().unwrap_or_else(PoisonError::into_inner) = described(info);
+        if is_shown {
+            usual(info);
+        }
+    }));
+}
+
+/// Runs the program. If it panics, on this thread or on one for which it waits, that is told.
+pub(crate) fn guarded(run: impl FnOnce() -> ExitCode) -> ExitCode {
+    // Nothing that it was at is used any more.
+    catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| {
+        let latest = LATEST.lock().unwrap_or_else(PoisonError::into_inner);
+        eprintln!("pathtracer: {}", message(&latest));
+        ExitCode::from(FAULT)
+    })
+}
+
+fn described(info: &PanicHookInfo<'_>) -> String {
+    let place = info.location().map(ToString::to_string).unwrap_or_default();
+    format!("{} at {place}", info.payload_as_str().unwrap_or("no reason given"))
+}
+
+fn message(latest: &str) -> String {
+    format!(
+        "this is a fault of the program: {latest}; please report it to its makers with the command and the scene. A render \
+         that had a film can be gone on with by \"pathtracer resume\""
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn panics_are_an_exit_status() {
+        let of_thread = guarded(|| {
+            let worker = std::thread::spawn(|| panic!("a fault for a test"));
+            worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        });
+        assert_eq!(of_thread, ExitCode::from(FAULT));
+        assert_eq!(guarded(|| ExitCode::from(3)), ExitCode::from(3));
+        assert!(message("x at a.rs:3:1").contains("program: x at a.rs:3:1; please report it"));
+    }
+}

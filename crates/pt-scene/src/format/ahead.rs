@@ -1,0 +1,124 @@
+//! What is made by several threads before it is asked for: pictures, which take long to decode.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::hash::Hash;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use rayon::prelude::*;
+
+/// Things by their keys. When one is asked for, those that are likely asked for next are made beside it.
+#[derive(Debug)]
+pub(super) struct Ahead<K, T> {
+    state: Mutex<State<K, T>>,
+}
+
+#[derive(Debug)]
+struct State<K, T> {
+    /// What is likely asked for, in this order.
+    expected: Vec<K>,
+    /// Where in that list those are that are not made yet.
+    places: HashMap<K, usize>,
+    /// What was made and not yet asked for.
+    made: HashMap<K, T>,
+}
+
+impl<K, T> Default for Ahead<K, T> {
+    fn default() -> Self {
+        let state = State { expected: Vec::new(), places: HashMap::new(), made: HashMap::new() };
+        Self { state: Mutex::new(state) }
+    }
+}
+
+impl<K: Clone + Eq + Hash + Send + Sync, T: Send> Ahead<K, T> {
+    /// Adds what is likely asked for, after what was added before.
+    pub(super) fn expect(&self, keys: impl IntoIterator<Item = K>) {
+        let mut state = self.state();
+        for key in keys {
+            let place = state.expected.len();
+            if let Entry::Vacant(entry) = state.places.entry(key.clone()) {
+                entry.insert(place);
+                state.expected.push(key);
+            }
+        }
+    }
+
+    /// The thing of a key, made here or before of what is prepared for it in the order of the list. Twice as many are made at
+    /// once as there are threads, so that few are in memory that are not needed yet.
+    pub(super) fn get<P: Send>(
+        &self,
+        key: &K,
+        prepare: impl Fn(&K) -> P,
+        make: impl Fn(P) -> T + Sync,
+    ) -> T {
+        let next = {
+            let mut state = self.state();
+            if let Some(made) = state.made.remove(key) {
+                return made;
+            }
+            state.after(key, 2 * rayon::current_num_threads() - 1)
+        };
+        let wanted = prepare(key);
+        let others: Vec<P> = next.iter().map(prepare).collect();
+        let others = || others.into_par_iter().map(&make).collect::<Vec<_>>();
+        let (wanted, others) = rayon::join(|| make(wanted), others);
+        self.state().made.extend(next.into_iter().zip(others));
+        wanted
+    }
+
+    fn state(&self) -> MutexGuard<'_, State<K, T>> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl<K: Clone + Eq + Hash, T> State<K, T> {
+    /// Up to `count` of those that are expected after a key, which are to be made now, as the key itself.
+    fn after(&mut self, key: &K, count: usize) -> Vec<K> {
+        let Some(place) = self.places.remove(key) else { return Vec::new() };
+        let mut next = Vec::new();
+        for key in &self.expected[place + 1..] {
+            if next.len() == count {
+                break;
+            }
+            if self.places.remove(key).is_some() {
+                next.push(key.clone());
+            }
+        }
+        next
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    #[test]
+    fn each_thing_is_made_once_and_the_next_ones_beside_it() {
+        let ahead = Ahead::default();
+        ahead.expect([3, 1, 4, 1, 5, 9, 2, 6].into_iter().chain(10..100));
+        let made = AtomicUsize::new(0);
+        let square = |key: u32| {
+            made.fetch_add(1, Ordering::Relaxed);
+            key * key
+        };
+        assert_eq!(ahead.get(&3, |key| *key, square), 9);
+        let first = 2 * rayon::current_num_threads();
+        assert_eq!(made.load(Ordering::Relaxed), first.min(97));
+        for key in [3, 1, 4, 5, 9, 2, 6].into_iter().chain(10..100) {
+            assert_eq!(ahead.get(&key, |key| *key, square), key * key);
+        }
+        // The first one was asked for twice.
+        assert_eq!(made.load(Ordering::Relaxed), 98);
+    }
+
+    #[test]
+    fn what_nobody_expects_is_made_alone() {
+        let ahead = Ahead::default();
+        ahead.expect([1, 2]);
+        let made = AtomicUsize::new(0);
+        let make = |key: u32| made.fetch_add(1, Ordering::Relaxed) as u32 + key;
+        assert_eq!(ahead.get(&7, |key| *key, make), 7);
+        assert_eq!(made.into_inner(), 1);
+    }
+}

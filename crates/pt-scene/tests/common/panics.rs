@@ -1,0 +1,25 @@
+//! Readers make errors of panics, which tests must notice nevertheless.
+
+use std::panic::{set_hook, take_hook};
+use std::sync::Once;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Panics so far, but for those of the tests themselves.
+static PANICS: AtomicUsize = AtomicUsize::new(0);
+
+/// Does something in which no reader may panic.
+pub(crate) fn without_panics(work: impl FnOnce()) {
+    static WATCH: Once = Once::new();
+    WATCH.call_once(|| {
+        let usual = take_hook();
+        set_hook(Box::new(move |info| {
+            if !info.location().is_some_and(|at| at.file().starts_with("crates/pt-scene/tests")) {
+                PANICS.fetch_add(1, Ordering::Relaxed);
+            }
+            usual(info);
+        }));
+    });
+    let before = PANICS.load(Ordering::Relaxed);
+    work();
+    assert_eq!(PANICS.load(Ordering::Relaxed), before, "a reader panics, as is shown above");
+}
