@@ -25,10 +25,10 @@ const SEEDS: u32 = 40;
 /// The confidence that is asked for.
 const CONFIDENCE: f64 = 0.95;
 
-/// Of so many it is asked how many samples all pixels alike need.
+/// With so many it is asked how many samples all pixels alike need.
 const SOME: u32 = 8;
 
-/// The share of samples of a render without adaptive sampling that should suffice, and in how many scenes.
+/// The share of the samples of the same command with `--uniform` that should suffice, and in how many scenes.
 const FEWER: (f64, usize) = (0.7, 3);
 
 /// A scene that is rendered in different ways.
@@ -131,15 +131,15 @@ pub(super) fn run(program: &Path) -> Result<()> {
         })?;
         println!(
             "{scene}: error at most {:.2} % in {good} of {SEEDS} (the worst {worst:.3} of it), in the interval in {told}; \
-             {samples:.0} samples per pixel, {:.2} of the {uniform:.0} with --uniform, {:.2} of the {known:.0} if \
-             one knew these before; the truth is off by {:.3} %",
+             {samples:.0} samples per pixel, {:.2} of the {uniform:.0} with --uniform, {:.2} of the {known:.0} with \
+             which a single look would do, if one knew them before; the truth is off by {:.3} %",
             100.0 * target,
             samples / uniform,
             samples / known,
             100.0 * of_truth
         );
         (within, in_interval, all) = (within + good, in_interval + told, all + SEEDS);
-        fewer += usize::from(samples <= FEWER.0 * known);
+        fewer += usize::from(samples <= FEWER.0 * uniform);
     }
     println!(
         "{within} of {all} renders are as good as was asked for, {in_interval} in the interval that they told; fewer \
