@@ -80,8 +80,14 @@ impl Findings {
                 let _ = writeln!(text, "{name}: … and {more} more");
             }
         }
-        let [errors, missing, notes] = [&self.errors, &self.missing, &self.notes].map(Vec::len);
-        let _ = writeln!(text, "{file}: {errors} errors, {missing} missing files, {notes} notes");
+        let count = |list: &[Finding], one: &str| {
+            let s = if list.len() == 1 { "" } else { "s" };
+            format!("{} {one}{s}", list.len())
+        };
+        let sums =
+            [(&self.errors, "error"), (&self.missing, "missing file"), (&self.notes, "note")];
+        let sums = sums.map(|(list, one)| count(list, one)).join(", ");
+        let _ = writeln!(text, "{file}: {sums}");
         text
     }
 

@@ -89,7 +89,7 @@ fn check_lists_all_that_is_wrong() {
     assert!(cone.starts_with("error: box.xml:9:5: <shape>: shape type \"cone\" is not"), "{cone}");
     assert!(radios.starts_with("error: box.xml:10:26: <float> \"radios\":"), "{radios}");
     assert!(wood.starts_with("missing: box.xml:8:9:"), "{wood}");
-    assert_eq!(*sum, "box.xml: 2 errors, 1 missing files, 0 notes");
+    assert_eq!(*sum, "box.xml: 2 errors, 1 missing file, 0 notes");
 
     let run = folder.run("check --json box.xml");
     assert_eq!(run.code, Some(2), "{run:?}");

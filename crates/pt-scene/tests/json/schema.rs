@@ -36,9 +36,14 @@ fn what_people_write_and_what_the_program_writes_is_as_the_schema_says() {
     let folder = tempfile::tempdir().expect("a folder");
     let copy = folder.path().join("scene.json");
     let mut checked = 0;
-    for place in
-        ["scenes/json", "scenes/gltf", "scenes/mitsuba", "scenes/pbrt", "tests/formats/json/good"]
-    {
+    for place in [
+        "scenes/json",
+        "scenes/gltf",
+        "scenes/mitsuba",
+        "scenes/obj",
+        "scenes/pbrt",
+        "tests/formats/json/good",
+    ] {
         for entry in std::fs::read_dir(Path::new(ROOT).join(place)).expect("the folder exists") {
             let path = entry.expect("a readable entry").path();
             let Ok(scene) = load(&path) else { continue };
