@@ -104,7 +104,7 @@ impl Grid {
 }
 
 /// Where scattered light goes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum Phase {
     /// Everywhere alike.
     #[default]
@@ -117,6 +117,19 @@ pub enum Phase {
     /// As much forwards as backwards, and half as much to the sides: by what is much smaller than a wavelength.
     /// [Chandrasekhar 1960, "Radiative Transfer", §4]
     Rayleigh,
+    /// By particles of two kinds.
+    Blend(Box<PhaseBlend>),
+}
+
+/// Two phase functions side by side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PhaseBlend {
+    /// That of the particles of the first kind.
+    pub first: Phase,
+    /// That of the others.
+    pub second: Phase,
+    /// The share of light that the second kind scatters, in [0, 1].
+    pub share: f32,
 }
 
 /// The media on both sides of a surface, as indices into [`crate::Scene::media`]; `None` is empty space.

@@ -9,7 +9,7 @@ use crate::id::Id;
 use crate::medium::{
     Albedo, Boundary, Field, GridMedium, Homogeneous, Matter, Media, MediumRecord,
 };
-use crate::phase::{AnyPhase, HenyeyGreenstein, Isotropic, Rayleigh};
+use crate::phase::{AnyPhase, Blend, HenyeyGreenstein, Isotropic, Rayleigh};
 use crate::scene::SurfaceRecord;
 
 /// Most collisions that a ray through a grid may need on average where all of it is as dense as its
@@ -82,18 +82,51 @@ fn record(medium: &Medium, metres: f64) -> Result<MediumRecord, CompileError> {
             Matter::Grid(Box::new(GridMedium::new(field(extinction, metres), scale, albedo)))
         }
     };
-    Ok(MediumRecord { matter, phase: phase(medium.phase).map_err(refuse)? })
+    Ok(MediumRecord { matter, phase: phase(&medium.phase).map_err(refuse)? })
 }
 
-fn phase(phase: Phase) -> Result<AnyPhase, String> {
+fn phase(phase: &Phase) -> Result<AnyPhase, String> {
+    Ok(match phase {
+        Phase::Isotropic => Isotropic.into(),
+        Phase::Rayleigh => Rayleigh.into(),
+        Phase::HenyeyGreenstein { g } => henyey_greenstein(*g)?.into(),
+        Phase::Blend(_) => {
+            let mut parts = Vec::new();
+            add_parts(phase, 1.0, &mut parts)?;
+            Blend::new(&parts)?.into()
+        }
+    })
+}
+
+fn henyey_greenstein(g: f32) -> Result<HenyeyGreenstein, String> {
+    if -1.0 < g && g < 1.0 {
+        return Ok(HenyeyGreenstein { g });
+    }
+    Err(format!("the mean cosine g of the phase function is {g}; expected -1 < g < 1"))
+}
+
+/// The shares of which a phase function is made, and their functions as [`Blend::new`] takes them.
+fn add_parts(
+    phase: &Phase,
+    share: f32,
+    parts: &mut Vec<(f32, Option<HenyeyGreenstein>)>,
+) -> Result<(), String> {
     match phase {
-        Phase::Isotropic => Ok(Isotropic.into()),
-        Phase::Rayleigh => Ok(Rayleigh.into()),
-        Phase::HenyeyGreenstein { g } if -1.0 < g && g < 1.0 => Ok(HenyeyGreenstein { g }.into()),
-        Phase::HenyeyGreenstein { g } => {
-            Err(format!("the mean cosine g of the phase function is {g}; expected -1 < g < 1"))
+        Phase::Isotropic => parts.push((share, Some(HenyeyGreenstein { g: 0.0 }))),
+        Phase::Rayleigh => parts.push((share, None)),
+        Phase::HenyeyGreenstein { g } => parts.push((share, Some(henyey_greenstein(*g)?))),
+        Phase::Blend(blend) => {
+            let of_second = blend.share;
+            if !(0.0..=1.0).contains(&of_second) {
+                return Err(format!(
+                    "the share of a phase function is {of_second}; expected 0 to 1"
+                ));
+            }
+            add_parts(&blend.first, share * (1.0 - of_second), parts)?;
+            add_parts(&blend.second, share * of_second, parts)?;
         }
     }
+    Ok(())
 }
 
 fn field(placed: &PlacedGrid, metres: f64) -> Field {

@@ -3,6 +3,7 @@
 //! To add one: write `my_phase.rs`, add one line to `phases!` below. The laws of `laws.rs` then hold it
 //! to its contract.
 
+mod blend;
 mod henyey_greenstein;
 mod isotropic;
 #[cfg(test)]
@@ -67,4 +68,6 @@ phases! {
     HenyeyGreenstein = henyey_greenstein::HenyeyGreenstein,
     /// By what is much smaller than a wavelength.
     Rayleigh = rayleigh::Rayleigh,
+    /// Of several kinds of particles.
+    Blend = blend::Blend,
 }

@@ -1,7 +1,7 @@
 //! Media of Mitsuba scenes.
 
 use pt_math::{DAffine3, DVec3};
-use pt_scene::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, Volume};
+use pt_scene::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PhaseBlend, Volume};
 use pt_scene::{Medium, Scene, Sides};
 
 use crate::{assert_close, good, read};
@@ -52,9 +52,15 @@ fn homogeneous_media_have_their_numbers_or_mitsubas() {
     let scene = scene();
     let fog = &scene.media[scene.cameras[0].medium.expect("the fog") as usize];
     let matter = Matter::Homogeneous { extinction: [0.5; 3], albedo: [0.75; 3] };
-    assert_eq!((&fog.matter, fog.phase), (&matter, Phase::Isotropic));
-    let juice = &inside(&scene, "juice").matter;
-    assert_eq!(*juice, Matter::Homogeneous { extinction: [0.5, 2.0, 4.5], albedo: [0.0; 3] });
+    assert_eq!((&fog.matter, &fog.phase), (&matter, &Phase::Isotropic));
+    let juice = inside(&scene, "juice");
+    let kinds = PhaseBlend {
+        first: Phase::Rayleigh,
+        second: Phase::HenyeyGreenstein { g: 0.6 },
+        share: 0.25,
+    };
+    assert_eq!(juice.phase, Phase::Blend(Box::new(kinds)));
+    assert_eq!(juice.matter, Matter::Homogeneous { extinction: [0.5, 2.0, 4.5], albedo: [0.0; 3] });
     let forwards = read(
         "<shape type=\"sphere\"><medium type=\"homogeneous\" name=\"interior\"><phase type=\"hg\"/>\
          </medium></shape>",

@@ -8,7 +8,9 @@ use super::number::{ANY, FROM_0, SHARE};
 use super::out::Out;
 use super::schema::Schemas;
 use super::shared::{Name, Numbered, Reading, Writing};
-use crate::medium::{GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Sides, Volume};
+use crate::medium::{
+    GridFilter, Heterogeneous, Matter, Phase, PhaseBlend, PlacedGrid, Sides, Volume,
+};
 use crate::{LoadError, Medium, Span};
 
 record! { Medium { name: Name, phase: Plain => Phase::default(), at: Here } + matter: Matter }
@@ -25,7 +27,8 @@ record! {
     PlacedGrid { grid: Plain, to_world: Plain => DAffine3::IDENTITY, filter: Plain => GridFilter::default() }
 }
 words! { GridFilter { Trilinear, Nearest } }
-tagged! { Phase { Isotropic(), HenyeyGreenstein { g: ANY }, Rayleigh() } }
+tagged! { Phase { Isotropic(), HenyeyGreenstein { g: ANY }, Rayleigh(), Blend(Box<PhaseBlend>) } }
+record! { PhaseBlend { first: Plain, second: Plain, share: SHARE => 0.5 } }
 record! { Sides { interior: Numbered::Medium => None, exterior: Numbered::Medium => None } }
 
 /// A colour, or a grid.

@@ -9,11 +9,15 @@ use pt_math::{DAffine3, DMat3};
 use super::super::vol;
 use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
-use crate::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume};
+use crate::medium::{
+    Grid, GridFilter, Heterogeneous, Matter, Phase, PhaseBlend, PlacedGrid, Volume,
+};
 use crate::{LoadError, Medium, Sides, Warning};
 
 const KINDS: [&str; 2] = ["heterogeneous", "homogeneous"];
-const PHASES: [&str; 3] = ["hg", "isotropic", "rayleigh"];
+const PHASES: [&str; 4] = ["blendphase", "hg", "isotropic", "rayleigh"];
+/// Most phase functions of a medium, which may refer to each other.
+const MOST_PHASES: usize = 32;
 const VOLUMES: [&str; 2] = ["constvolume", "gridvolume"];
 
 /// The media of a scene, each made once, as are their grids.
@@ -94,7 +98,9 @@ impl<'t> Media<'t> {
         let object = &self.tree.objects[index];
         let children = self.tree.children(object, &["phase", "volume"])?;
         let phase = self.tree.only(&children, "phase")?;
-        let phase = phase.map(|i| phase_of(self.tree, &self.tree.objects[i])).transpose()?;
+        let mut left = MOST_PHASES;
+        let phase = phase.map(|i| phase_of(self.tree, &self.tree.objects[i], &mut left));
+        let phase = phase.transpose()?;
         let mut parameters = Parameters::new(object);
         parameters.pass_over(&["sample_emitters", "has_spectral_extinction"]);
         let extinction = self.field(object, &mut parameters, "sigma_t", Role::Extinction, 1.0)?;
@@ -264,10 +270,33 @@ fn homogeneous(
     Ok(Matter::Homogeneous { extinction, albedo: constant(albedo, "albedo")? })
 }
 
-fn phase_of(tree: &Tree, object: &Object) -> Result<Phase, LoadError> {
-    tree.children(object, &[])?;
+/// A phase function, in which `left` others may be.
+fn phase_of(tree: &Tree, object: &Object, left: &mut usize) -> Result<Phase, LoadError> {
+    let too_many = || {
+        error(
+            &object.at,
+            format!("the medium has more than {MOST_PHASES} phase functions, or one in itself"),
+        )
+    };
+    *left = left.checked_sub(1).ok_or_else(too_many)?;
+    let is_blend = object.kind == "blendphase";
+    let children = tree.children(object, if is_blend { &["phase"] } else { &[] })?;
     let mut parameters = Parameters::new(object);
     let phase = match object.kind.as_str() {
+        "blendphase" => {
+            let [first, second] = children.as_slice() else {
+                let message = format!("expected two <phase> in it, found {}", children.len());
+                return Err(error(&object.at, message));
+            };
+            let share = parameters.float("weight")?.unwrap_or(0.5) as f32;
+            if !(0.0..=1.0).contains(&share) {
+                let message = format!("\"weight\" is {share}; expected a number from 0 to 1");
+                return Err(parameters.refuse("weight", message));
+            }
+            let first = phase_of(tree, &tree.objects[*first], left)?;
+            let second = phase_of(tree, &tree.objects[*second], left)?;
+            Phase::Blend(Box::new(PhaseBlend { first, second, share }))
+        }
         "isotropic" => Phase::Isotropic,
         "rayleigh" => Phase::Rayleigh,
         "hg" => {
