@@ -31,6 +31,9 @@ pub struct IesProfile {
 /// Files of more numbers than this are no luminaires.
 const MOST_VALUES: usize = 1 << 24;
 
+/// More candela than any lamp has, of which all intensities of a file may be added up: searchlights have 10⁹.
+const MOST_CANDELA: f32 = 1e15;
+
 impl IesProfile {
     /// Reads a file.
     ///
@@ -62,8 +65,9 @@ impl IesProfile {
         for _ in 0..header.vertical * header.horizontal {
             let (value, line) = numbers.next("candela")?;
             let value = (value * header.factor) as f32;
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(numbers.error(line, format!("{value} candela; expected 0 or more")));
+            if !(0.0..=MOST_CANDELA).contains(&value) {
+                let message = format!("{value} candela; expected 0 to {MOST_CANDELA:e}");
+                return Err(numbers.error(line, message));
             }
             candela.push(value);
         }
@@ -352,6 +356,8 @@ mod tests {
             (change("0 90", "0 80"), "a.ies:8: the horizontal angles go neither"),
             (change("100 101", "100 x"), "a.ies:10: \"x\" is no number; expected candela"),
             (change("100 101", "100 -1"), "-3 candela"),
+            // The sum of such a table would be infinite.
+            (change("100 101", "100 1e38"), "candela; expected 0 to 1e15"),
             (change("100 101 102", ""), "the file ends where candela should be"),
             (change("1 -1 2 3 2", "1 -1 2 3.5 2"), "3.5 vertical angles"),
             (change("1 -1 2 3 2", "1 -1 2 9999999 9999999"), "more than any luminaire has"),
