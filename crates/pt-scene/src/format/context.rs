@@ -78,11 +78,11 @@ impl Context {
     /// # Errors
     /// If it cannot be read, or is larger than the limits allow.
     pub(super) fn scene_file(&self, path: &Path) -> Result<Vec<u8>, LoadError> {
-        let bytes =
+        let (bytes, source) =
             source::read(path).map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
         self.spend(bytes.len() as u64)
             .map_err(|message| LoadError::Broken { at: mesh_file::place(path, 0), message })?;
-        self.noted().sources.push(Source::of(path, &bytes));
+        self.noted().sources.push(source);
         Ok(bytes)
     }
 
@@ -101,8 +101,8 @@ impl Context {
             return Err(message("it is no regular file"));
         }
         self.spend(metadata.len()).map_err(|why| message(&why))?;
-        let bytes = source::read(path).map_err(io_message)?;
-        self.noted().sources.push(Source::of(path, &bytes));
+        let (bytes, source) = source::read(path).map_err(io_message)?;
+        self.noted().sources.push(source);
         Ok(bytes)
     }
 
