@@ -4,6 +4,7 @@
 
 pub mod collada;
 mod context;
+mod decimal;
 mod gloss;
 mod gltf;
 mod json;
