@@ -169,7 +169,7 @@ fn faults_of_large_files_of_stl_are_told_by_their_places() {
         binary[84 + 50 * bad + 20..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
         assert_eq!(told(&binary), format!("a.stl: triangle {bad} has a value that is not finite"));
     }
-    let mut lines = Vec::from_iter(str::from_utf8(&text).expect("a text").lines());
+    let mut lines: Vec<&str> = str::from_utf8(&text).expect("a text").lines().collect();
     for bad in [300_000, 200_000, 1_000] {
         lines[bad] = "vertices";
         let message = told(lines.join("\n").as_bytes());

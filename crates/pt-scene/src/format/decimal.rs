@@ -150,7 +150,7 @@ mod tests {
         for _ in 0..1_000_000 {
             let digits = next() >> (next() % 60);
             let (point, exponent) = (next() % 23, next() as i64 % 40);
-            let sign = if next() % 2 == 0 { "-" } else { "" };
+            let sign = if next().is_multiple_of(2) { "-" } else { "" };
             let mut text = format!("{digits:0width$}", width = point as usize + 1);
             text.insert(text.len() - point as usize, '.');
             quick += usize::from(check(&format!("{sign}{text}")));

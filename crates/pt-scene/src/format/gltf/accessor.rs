@@ -359,7 +359,7 @@ pub(super) fn all_parts<T: Sync>(values: &[T], test: impl Fn(&[T]) -> bool + Syn
     if values.len() <= ELEMENTS {
         return test(values);
     }
-    values.par_chunks(ELEMENTS).all(|part| test(part))
+    values.par_chunks(ELEMENTS).all(&test)
 }
 
 /// Whether all numbers of the elements of an accessor are finite.

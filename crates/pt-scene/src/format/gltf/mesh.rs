@@ -58,10 +58,10 @@ impl<'a> Reader<'a> {
             Some(indices) => indices.into_flattened(),
             None => (0..vertices as u32).collect::<Vec<u32>>(),
         };
-        let exist =
-            |part: &[u32]| part.iter().fold(true, |all, i| all & ((*i as usize) < vertices));
+        let greatest = |part: &[u32]| part.iter().copied().max();
+        let exist = |part: &[u32]| greatest(part).is_none_or(|most| (most as usize) < vertices);
         if !all_parts(&corners, exist) {
-            let bad = corners.iter().max().copied().unwrap_or_default();
+            let bad = greatest(&corners).unwrap_or_default();
             let message = format!("{bad} is no index of a vertex; there are {vertices}");
             return Err(primitive.refuse("indices", message));
         }

@@ -127,7 +127,7 @@ mod tests {
                     is_last || piece.bytes.ends_with(b"\n ENDLOOP\n") && piece.bytes.len() >= least
                 );
                 assert_eq!(piece.line, line);
-                line += piece.bytes.iter().filter(|b| **b == b'\n').count() as u32;
+                line += memchr::memchr_iter(b'\n', piece.bytes).count() as u32;
             }
             assert!(least > 20 || pieces.len() == 6, "{least}: {} pieces", pieces.len());
         }

@@ -118,7 +118,8 @@ mod tests {
         let mut welder = Welder::new();
         let count = 3_u32 << PLACES_LOG2;
         let position = |i: u32| [i as f32, 0.5 * i as f32, -(i as f32)];
-        let numbers = Vec::from_iter((0..2 * count).map(|i| welder.vertex(position(i % count))));
+        let corners = (0..2 * count).map(|i| welder.vertex(position(i % count)));
+        let numbers: Vec<u32> = corners.collect();
         let positions = welder.finish();
         assert!(positions.len() > count as usize);
         for (i, number) in (0..).zip(numbers) {
