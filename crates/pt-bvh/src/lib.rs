@@ -68,7 +68,6 @@ mod geometry;
 mod instance;
 #[cfg(test)]
 mod laws;
-mod memory;
 mod node;
 mod options;
 mod ray;

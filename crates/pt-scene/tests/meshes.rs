@@ -109,6 +109,75 @@ fn triangles_of_stl_share_their_corners_and_stand_upright() {
     );
 }
 
+/// Triangles of a wavy sheet of `n` · `n` squares, strip by strip.
+fn sheet(n: u16) -> Vec<[[f32; 3]; 3]> {
+    let point = |i: u16, j: u16| [f32::from(i), f32::from(j), f32::from(i * 7 % 5) * 0.25];
+    let square = |k: u16| {
+        let [a, b, c, d] =
+            [(0, 0), (0, 1), (1, 1), (1, 0)].map(|(di, dj)| point(k / n + di, k % n + dj));
+        [[a, b, c], [a, c, d]]
+    };
+    (0..n * n).flat_map(square).collect()
+}
+
+/// As a binary STL file, and as a text.
+fn stl_files(triangles: &[[[f32; 3]; 3]]) -> [Vec<u8>; 2] {
+    let (mut binary, mut text) = (vec![0; 80], "solid sheet\n".to_owned());
+    binary.extend((triangles.len() as u32).to_le_bytes());
+    for triangle in triangles {
+        binary.extend([0; 12]);
+        binary.extend(triangle.as_flattened().iter().flat_map(|x| x.to_le_bytes()));
+        binary.extend([0; 2]);
+        text += "facet normal 0 0 1\n outer loop\n";
+        for [x, y, z] in triangle {
+            writeln!(text, "  vertex {x} {y} {z}").expect("memory");
+        }
+        text += " endloop\nendfacet\n";
+    }
+    text += "endsolid\n";
+    [binary, text.into_bytes()]
+}
+
+/// Corners that are not united cost memory only; here all but those along the cuts and some others are.
+#[test]
+fn large_files_of_stl_are_the_same_for_any_number_of_threads() {
+    let n = 180;
+    let triangles = sheet(n);
+    let exact = (usize::from(n) + 1).pow(2);
+    for bytes in stl_files(&triangles) {
+        assert!(bytes.len() > 3 << 20);
+        let read = |threads| {
+            let pool =
+                rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            pool.install(|| mesh(&bytes, Path::new("sheet.stl")))
+        };
+        let one = read(1);
+        let corners = |t: &[u32; 3]| t.map(|corner| one.positions[corner as usize]);
+        assert!(one.triangles.iter().map(corners).eq(triangles.iter().copied()));
+        let vertices = one.positions.len();
+        assert!(vertices >= exact && vertices < exact + exact / 5, "{vertices} of {exact}");
+        assert_eq!(one, read(3));
+    }
+}
+
+#[test]
+fn faults_of_large_files_of_stl_are_told_by_their_places() {
+    let triangles = sheet(180);
+    let [mut binary, text] = stl_files(&triangles);
+    let told = |bytes: &[u8]| parse(bytes, Path::new("a.stl")).expect_err("a fault").to_string();
+    for bad in [60_000, 40_000, 100] {
+        binary[84 + 50 * bad + 20..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
+        assert_eq!(told(&binary), format!("a.stl: triangle {bad} has a value that is not finite"));
+    }
+    let mut lines: Vec<&str> = str::from_utf8(&text).expect("a text").lines().collect();
+    for bad in [300_000, 200_000, 1_000] {
+        lines[bad] = "vertices";
+        let message = told(lines.join("\n").as_bytes());
+        let start = format!("a.stl:{}:1: \"vertices\" is no word of STL", bad + 1);
+        assert!(message.starts_with(&start), "{message}");
+    }
+}
+
 /// An arrow head: of the two ways to cut it, one leaves it.
 #[test]
 fn concave_polygons_are_cut_inside() {

@@ -18,7 +18,7 @@ use wide::{f32x4, f32x8};
 use self::sah::RelativeArea;
 use crate::geometry::Geometry;
 use crate::node::{Bvh2, Node};
-use crate::{BuildError, BuildOptions, Builder, Quality, memory};
+use crate::{BuildError, BuildOptions, Builder, Quality};
 
 /// More primitives than this do not fit the 30 bits of an index.
 pub(crate) const MOST_PRIMITIVES: usize = 1 << 30;
@@ -270,7 +270,7 @@ pub(crate) fn check(geometry: &Geometry<'_>) -> Result<(), BuildError> {
 
 /// The usable primitives, in order of their number, with room for so many more.
 fn gather(geometry: &Geometry<'_>, room: usize) -> Vec<Item> {
-    let mut items: Vec<Item> = memory::with_capacity(geometry.len() + room);
+    let mut items: Vec<Item> = pt_memory::with_capacity(geometry.len() + room);
     (0..geometry.len() as u32)
         .into_par_iter()
         .map(|id| Item::new(geometry, id))
@@ -283,7 +283,7 @@ fn gather(geometry: &Geometry<'_>, room: usize) -> Vec<Item> {
 
 /// The numbers of the items.
 fn order(items: &[Item]) -> Vec<u32> {
-    let mut order = memory::with_capacity(items.len());
+    let mut order = pt_memory::with_capacity(items.len());
     items.par_iter().with_min_len(CHUNK).map(Item::id).collect_into_vec(&mut order);
     order
 }

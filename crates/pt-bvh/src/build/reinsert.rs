@@ -20,8 +20,8 @@ use std::collections::BinaryHeap;
 use pt_math::Bounds3;
 use rayon::prelude::*;
 
+use crate::Quality;
 use crate::node::{Bvh2, MAX_DEPTH, Node};
-use crate::{Quality, memory};
 
 /// A search for the best place of a node looks at no more places. Those of ordinary meshes end earlier,
 /// or as well; where large boxes lie in one another, they would look at all.
@@ -266,8 +266,8 @@ impl Tree {
     /// All nodes in depth-first order.
     fn in_order(&self, bvh: &Bvh2) -> Bvh2 {
         let mut new = Bvh2 {
-            nodes: memory::with_capacity(bvh.nodes.len()),
-            order: memory::with_capacity(bvh.order.len()),
+            nodes: pt_memory::with_capacity(bvh.nodes.len()),
+            order: pt_memory::with_capacity(bvh.order.len()),
             skipped: bvh.skipped,
         };
         // Nodes to come, and the inner node of which each is the right child.

@@ -7,8 +7,8 @@ use wide::f32x4;
 use super::bins::Binned;
 use super::sweep::Sweep;
 use super::{Boxes, Extent, Halves, Item, halvings, push_leaf, split_at_median};
+use crate::Quality;
 use crate::node::{MAX_DEPTH, Node};
-use crate::{Quality, memory};
 
 /// Cost of visiting a node, where testing a block of primitives costs [`BLOCK_COST`].
 pub(super) const NODE_COST: f32 = 1.0;
@@ -62,7 +62,7 @@ pub(super) fn build(
         Quality::Balanced => grow_apart::<Binned<16>>(part, largest_leaf),
         Quality::High => grow_apart::<Sweep>(part, largest_leaf),
     };
-    let mut nodes = memory::with_capacity(pieces.iter().map(Vec::len).sum());
+    let mut nodes = pt_memory::with_capacity(pieces.iter().map(Vec::len).sum());
     for piece in pieces {
         nodes.extend(piece);
     }

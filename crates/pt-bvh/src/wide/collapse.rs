@@ -12,7 +12,6 @@ use super::{
     BLOCK, Child, Lanes, NO_PRIMITIVE, Size, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
 };
 use crate::geometry::{Geometry, Primitive, Sphere};
-use crate::memory;
 use crate::node::Bvh2;
 use crate::ray::Scene;
 
@@ -90,7 +89,7 @@ impl WideBvh {
         // Makes room for the blocks, the largest part of the tree.
         drop(forests);
         let ids = |&(first, count): &(usize, usize)| lanes(&bvh.order[first..first + count]);
-        let mut triangles = memory::with_capacity(whole.triangles.len());
+        let mut triangles = pt_memory::with_capacity(whole.triangles.len());
         let blocks = whole.triangles.par_iter().map(|run| triangle_block(geometry, ids(run)));
         blocks.collect_into_vec(&mut triangles);
         let spheres = whole.spheres.par_iter().map(|run| sphere_block(geometry, ids(run)));
@@ -112,7 +111,7 @@ impl WideBvh {
 /// All pieces as one.
 fn joined(pieces: &[Piece]) -> Piece {
     let mut whole = Piece {
-        nodes: memory::with_capacity(pieces.iter().map(|piece| piece.nodes.len()).sum()),
+        nodes: pt_memory::with_capacity(pieces.iter().map(|piece| piece.nodes.len()).sum()),
         ..Piece::default()
     };
     for piece in pieces {

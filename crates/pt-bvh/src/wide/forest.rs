@@ -14,7 +14,6 @@ use bytemuck::Zeroable;
 
 use super::{BLOCK, WIDTH};
 use crate::geometry::Geometry;
-use crate::memory;
 use crate::node::{Bvh2, Node};
 
 /// Subtrees of so many nodes are looked at by two threads.
@@ -49,7 +48,7 @@ impl Subtree {
 
 impl<'a> Forests<'a> {
     pub(super) fn new(bvh: &'a Bvh2, geometry: &Geometry<'_>) -> Self {
-        let mut subtrees = memory::zeros(bvh.nodes.len());
+        let mut subtrees = pt_memory::zeros(bvh.nodes.len());
         fill(&bvh.nodes, &mut subtrees, &|leaf: &Node| {
             let is_sphere = geometry.is_sphere(bvh.order[leaf.offset as usize]);
             let blocks = leaf.count.div_ceil(BLOCK as u32) as f32;

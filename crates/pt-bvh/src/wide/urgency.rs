@@ -10,7 +10,6 @@ use wide::{f32x8, u32x8};
 
 use super::forest::{BLOCK_COST, NODE_COST};
 use super::{BLOCK, Child, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode};
-use crate::memory;
 
 /// Added to the cost of looking for a hit in a subtree, or rays would first go through all small
 /// ones. With 9 rays are as fast; with 3, bounces in a hall 0.9 times as fast.
@@ -59,7 +58,7 @@ impl WideBvh {
             let children = node.prospects(&prospects, &surfaces);
             node.sorted(children.map(Prospect::urgency))
         });
-        let mut nodes = memory::with_capacity(self.nodes.len());
+        let mut nodes = pt_memory::with_capacity(self.nodes.len());
         sorted.collect_into_vec(&mut nodes);
         self.nodes = nodes;
     }

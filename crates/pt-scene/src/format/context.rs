@@ -88,11 +88,11 @@ impl Context {
     /// # Errors
     /// If it cannot be read, or is larger than the limits allow.
     pub(super) fn scene_file(&self, path: &Path) -> Result<Vec<u8>, LoadError> {
-        let bytes =
+        let (bytes, source) =
             source::read(path).map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
         self.spend(bytes.len() as u64)
             .map_err(|message| LoadError::Broken { at: mesh_file::place(path, 0), message })?;
-        self.noted().sources.push(Source::of(path, &bytes));
+        self.noted().sources.push(source);
         Ok(bytes)
     }
 
@@ -103,8 +103,9 @@ impl Context {
     /// end; or if a limit is reached. The message is meant for the place where the scene names it.
     pub(super) fn read(&self, path: &Path) -> Result<Vec<u8>, String> {
         self.admit(path)?;
-        let bytes = source::read(path).map_err(|error| unreadable(path, &error.to_string()))?;
-        self.noted().sources.push(Source::of(path, &bytes));
+        let (bytes, source) =
+            source::read(path).map_err(|error| unreadable(path, &error.to_string()))?;
+        self.noted().sources.push(source);
         Ok(bytes)
     }
 
@@ -153,8 +154,8 @@ impl Context {
     /// A picture as it is in a file, before it is known whether the scene needs it.
     fn look_at(&self, (path, numbers): &(PathBuf, Numbers)) -> Result<Picture, String> {
         self.length(path)?;
-        let bytes = source::read(path).map_err(|error| unreadable(path, &error.to_string()))?;
-        let source = Source::of(path, &bytes);
+        let (bytes, source) =
+            source::read(path).map_err(|error| unreadable(path, &error.to_string()))?;
         Ok(Picture { source, decoded: image::decode_as(&bytes, path, *numbers) })
     }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::decimal::leading_f32;
 use super::mesh_file;
 use super::xml::quote;
 use crate::{LoadError, Span};
@@ -34,7 +35,8 @@ impl<'a> Line<'a> {
                 let message = format!("expected {numbers} after {}", quote(self.keyword()));
                 self.error(self.text, message)
             })?;
-            let parsed: Option<f32> = word.parse().ok();
+            let quick = leading_f32(word.as_bytes()).map(|(number, _)| number);
+            let parsed: Option<f32> = quick.or_else(|| word.parse().ok());
             *number = parsed.filter(|x| x.is_finite()).ok_or_else(|| {
                 let message = format!("{} is no finite number such as 0.5", quote(word));
                 self.error(word, message)

@@ -5,6 +5,7 @@
 mod ahead;
 pub mod collada;
 mod context;
+mod decimal;
 mod gloss;
 mod gltf;
 mod json;

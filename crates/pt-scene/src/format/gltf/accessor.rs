@@ -4,6 +4,7 @@
 //! loops, in parallel. The others are read as numbers of double precision, to which replacements
 //! and units are applied.
 
+use bytemuck::Zeroable;
 use rayon::prelude::*;
 
 use super::buffer::{Buffers, View};
@@ -124,11 +125,11 @@ impl<'b> Column<'b> {
 
 impl Column<'_> {
     /// All elements, of `N` numbers of `SIZE` bytes, which are as many as it has.
-    fn read<T: Copy + Default + Send, const N: usize, const SIZE: usize>(
+    fn read<T: Zeroable + Send, const N: usize, const SIZE: usize>(
         &self,
         number: impl Fn([u8; SIZE]) -> T + Sync,
     ) -> Vec<[T; N]> {
-        let mut elements = vec![[T::default(); N]; self.count];
+        let mut elements: Vec<[T; N]> = pt_memory::zeros(self.count);
         let fill = |(chunk, elements): (usize, &mut [[T; N]])| {
             let bytes = &self.bytes[chunk * ELEMENTS * self.stride..];
             if self.stride == N * SIZE {
@@ -353,12 +354,24 @@ impl<'a> Accessors<'a> {
     }
 }
 
+/// Whether all parts of some values pass a test, which is made side by side where they are many.
+pub(super) fn all_parts<T: Sync>(values: &[T], test: impl Fn(&[T]) -> bool + Sync) -> bool {
+    if values.len() <= ELEMENTS {
+        return test(values);
+    }
+    values.par_chunks(ELEMENTS).all(&test)
+}
+
 /// Whether all numbers of the elements of an accessor are finite.
-fn check_finite<T: Copy + Into<f64>>(
+fn check_finite<T: Copy + Into<f64> + Sync>(
     accessor: &Item<'_>,
     values: &[T],
     width: usize,
 ) -> Result<(), LoadError> {
+    let are_finite = |part: &[T]| part.iter().fold(true, |all, x| all & (*x).into().is_finite());
+    if all_parts(values, are_finite) {
+        return Ok(());
+    }
     let Some(place) = values.iter().position(|x| !(*x).into().is_finite()) else { return Ok(()) };
     let (element, bad) = (place / width, values[place].into());
     Err(accessor.error(format!("element {element} has {bad}; expected finite numbers")))

@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use bytemuck::allocation::try_cast_vec;
 use glam::DVec2;
 use pt_math::{DAffine3, DVec3};
 
 use super::Reader;
+use super::accessor::all_parts;
 use super::deform;
 use super::item::Item;
 use super::material::Layout;
@@ -56,11 +58,14 @@ impl<'a> Reader<'a> {
             Some(indices) => indices.into_flattened(),
             None => (0..vertices as u32).collect::<Vec<u32>>(),
         };
-        if let Some(bad) = corners.iter().max().filter(|index| **index as usize >= vertices) {
+        let greatest = |part: &[u32]| part.iter().copied().max();
+        let exist = |part: &[u32]| greatest(part).is_none_or(|most| (most as usize) < vertices);
+        if !all_parts(&corners, exist) {
+            let bad = greatest(&corners).unwrap_or_default();
             let message = format!("{bad} is no index of a vertex; there are {vertices}");
             return Err(primitive.refuse("indices", message));
         }
-        let mut triangles = triangles(mode, &corners);
+        let mut triangles = triangles(mode, corners);
         if triangles.is_empty() {
             self.warn(primitive, "it has no triangles; it is left out");
             return Ok(None);
@@ -71,7 +76,8 @@ impl<'a> Reader<'a> {
             let influences = self.influences(&attributes, vertices, joints.len())?;
             deform::bend(&influences, joints, &mut positions, normals.as_mut());
         }
-        if !positions.as_flattened().iter().all(|x| x.is_finite()) {
+        let are_finite = |part: &[[f32; 3]]| part.as_flattened().iter().all(|x| x.is_finite());
+        if !all_parts(&positions, are_finite) {
             return Err(
                 primitive.error("its vertices are too far away for numbers of single precision")
             );
@@ -246,9 +252,13 @@ fn add(values: &mut [[f32; 3]], more: &[[f32; 3]], weight: f64) {
 }
 
 /// The corners of triangles; what is left over makes none. [glTF 2.0, §3.7.2.1]
-fn triangles(mode: usize, corners: &[u32]) -> Vec<[u32; 3]> {
+fn triangles(mode: usize, mut corners: Vec<u32>) -> Vec<[u32; 3]> {
     match mode {
-        4 => corners.as_chunks::<3>().0.to_vec(),
+        4 => {
+            corners.truncate(corners.len() / 3 * 3);
+            // The memory of many corners is kept, as it has room for nothing else.
+            try_cast_vec(corners).unwrap_or_else(|(_, corners)| corners.as_chunks().0.to_vec())
+        }
         5 => corners
             .windows(3)
             .enumerate()
@@ -267,10 +277,11 @@ mod tests {
 
     #[test]
     fn strips_and_fans_run_around_the_same_way() {
-        let corners = [0, 1, 2, 3, 4];
-        assert_eq!(triangles(4, &corners), [[0, 1, 2]]);
-        assert_eq!(triangles(5, &corners), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
-        assert_eq!(triangles(6, &corners), [[1, 2, 0], [2, 3, 0], [3, 4, 0]]);
-        assert!([4, 5, 6].iter().all(|mode| triangles(*mode, &corners[..2]).is_empty()));
+        let corners = || vec![0, 1, 2, 3, 4];
+        assert_eq!(triangles(4, corners()), [[0, 1, 2]]);
+        assert_eq!(triangles(4, vec![0, 1, 2, 3, 4, 5]), [[0, 1, 2], [3, 4, 5]]);
+        assert_eq!(triangles(5, corners()), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
+        assert_eq!(triangles(6, corners()), [[1, 2, 0], [2, 3, 0], [3, 4, 0]]);
+        assert!([4, 5, 6].iter().all(|mode| triangles(*mode, vec![0, 1]).is_empty()));
     }
 }

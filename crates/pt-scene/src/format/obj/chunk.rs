@@ -9,6 +9,7 @@ use std::path::Path;
 use pt_math::color::linear_from_srgb;
 use rayon::prelude::*;
 
+use super::super::decimal::{leading_f32, next};
 use super::super::line::Line;
 use super::slots::Named;
 use crate::LoadError;
@@ -28,6 +29,12 @@ pub(super) struct Chunk<'a> {
     line: u32,
     /// What stands above it.
     pub(super) above: Counts,
+    /// What is in it.
+    pub(super) own: Counts,
+    /// How many faces are in it.
+    pub(super) faces: usize,
+    /// Whether other statements are in it than those that `own` counts.
+    pub(super) has_others: bool,
 }
 
 /// The numbers of vertices.
@@ -47,15 +54,16 @@ pub(super) fn cut<'a>(bytes: &'a [u8], path: &'a Path) -> Vec<Chunk<'a>> {
         let least = rest.len().min(BYTES);
         let end = memchr::memchr(b'\n', &rest[least..]).map_or(rest.len(), |at| least + at + 1);
         let (head, tail) = rest.split_at(end);
-        chunks.push(Chunk { path, bytes: head, line: 1, above: [0; 3] });
+        let (above, own) = ([0; 3], [0; 3]);
+        chunks.push(Chunk { path, bytes: head, line: 1, above, own, faces: 0, has_others: false });
         rest = tail;
     }
     let counts = side_by_side(&chunks, Chunk::count);
     let (mut line, mut above) = (1_u32, [0; 3]);
-    for (chunk, (lines, counts)) in chunks.iter_mut().zip(counts) {
-        (chunk.line, chunk.above) = (line, above);
+    for (chunk, (lines, counted)) in chunks.iter_mut().zip(counts) {
+        *chunk = Chunk { line, above, ..counted };
         line = line.saturating_add(lines);
-        above = [0, 1, 2].map(|i| above[i] + counts[i]);
+        above = [0, 1, 2].map(|i| above[i] + chunk.own[i]);
     }
     chunks
 }
@@ -72,19 +80,23 @@ pub(super) fn side_by_side<'a, P: Send>(
 }
 
 impl<'a> Chunk<'a> {
-    /// How many lines it has, and how many statements that count.
-    fn count(&self) -> (u32, Counts) {
-        let (mut lines, mut counts) = (0, [0; 3]);
+    /// How many lines it has; and itself, with its statements counted.
+    fn count(&self) -> (u32, Self) {
+        let (mut lines, mut counted) = (0, *self);
         for (_, line) in self.lines() {
             lines += 1;
             match keyword(line) {
-                b"v" => counts[0] += 1,
-                b"vt" => counts[1] += 1,
-                b"vn" => counts[2] += 1,
-                _ => {}
+                b"v" => counted.own[0] += 1,
+                b"vt" => counted.own[1] += 1,
+                b"vn" => counted.own[2] += 1,
+                b"" => {}
+                word => {
+                    counted.faces += usize::from(word == b"f");
+                    counted.has_others = true;
+                }
             }
         }
-        (lines, counts)
+        (lines, counted)
     }
 
     fn lines(&self) -> impl Iterator<Item = (u32, &'a [u8])> + use<'a> {
@@ -114,7 +126,10 @@ impl<'a> Chunk<'a> {
 
     /// Reads the numbers of its vertices.
     pub(super) fn points(&self) -> Result<Points, LoadError> {
-        let mut points = Points::default();
+        let mut points = Points::with_capacity(self.own);
+        if self.own == [0; 3] {
+            return Ok(points);
+        }
         self.statements(|statement| match statement.keyword {
             b"v" | b"vt" | b"vn" => points.read(&statement),
             _ => Ok(()),
@@ -165,12 +180,12 @@ pub(super) fn uncommented(line: &str) -> &str {
 
 /// The finite numbers that a line consists of, if these are as many as are asked for: most lines do.
 fn plain_numbers<const N: usize>(bytes: &[u8]) -> Option<[f32; N]> {
-    let mut words = bytes.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
-    let mut numbers = [0.0; N];
+    let (mut numbers, mut rest) = ([0.0; N], bytes);
     for number in &mut numbers {
-        *number = std::str::from_utf8(words.next()?).ok()?.parse().ok()?;
+        (*number, rest) = next(rest, leading_f32)?;
     }
-    let is_plain = words.next().is_none() && numbers.iter().all(|x: &f32| x.is_finite());
+    let is_plain =
+        rest.trim_ascii_start().is_empty() && numbers.iter().all(|x: &f32| x.is_finite());
     is_plain.then_some(numbers)
 }
 
@@ -183,6 +198,16 @@ fn keyword(line: &[u8]) -> &[u8] {
 }
 
 impl Points {
+    /// Without numbers, and with room for so many.
+    pub(super) fn with_capacity([positions, uvs, normals]: Counts) -> Self {
+        Self {
+            positions: pt_memory::with_capacity(positions),
+            colors: Vec::new(),
+            uvs: pt_memory::with_capacity(uvs),
+            normals: pt_memory::with_capacity(normals),
+        }
+    }
+
     fn read(&mut self, statement: &Statement) -> Result<(), LoadError> {
         match statement.keyword {
             b"v" => match plain_numbers(statement.rest()) {

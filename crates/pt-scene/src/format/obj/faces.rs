@@ -90,9 +90,17 @@ impl Indices {
 }
 
 impl Faces {
+    /// None, with room for so many triangles.
+    pub(super) fn with_capacity(triangles: usize) -> Self {
+        Self { triangles: pt_memory::with_capacity(triangles), ..Self::default() }
+    }
+
     /// Reads the faces of a chunk; `positions` are those of the file.
     pub(super) fn read(chunk: &Chunk, positions: &[[f32; 3]]) -> Result<Self, LoadError> {
-        let mut faces = Self::default();
+        let mut faces = Self::with_capacity(chunk.faces);
+        if !chunk.has_others {
+            return Ok(faces);
+        }
         let mut counts = chunk.above;
         let (mut corners, mut polygons) = (Vec::new(), Polygons::default());
         chunk.statements(|statement| {

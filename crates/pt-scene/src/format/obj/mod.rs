@@ -62,7 +62,12 @@ struct Content {
 impl Content {
     fn read(bytes: &[u8], path: &Path) -> Result<Self, LoadError> {
         let chunks = chunk::cut(bytes, path);
-        let mut content = Self::default();
+        let all =
+            chunks.last().map_or([0; 3], |last| [0, 1, 2].map(|i| last.above[i] + last.own[i]));
+        let mut content = Self {
+            points: Points::with_capacity(all),
+            faces: Faces::with_capacity(chunks.iter().map(|chunk| chunk.faces).sum()),
+        };
         let points = each(&chunks, Chunk::points, |points| content.points.append(points));
         let Points { positions, .. } = &content.points;
         // Faces may be wrong above the first vertex that is.

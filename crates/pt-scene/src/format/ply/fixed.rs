@@ -125,7 +125,7 @@ impl<'a, const BIG: bool> Rows<'a, BIG> {
     /// The numbers of all rows that have slots from this one on; none if one is not finite.
     fn values<const N: usize>(&self, layout: &Layout, slot: usize) -> Option<Vec<[f32; N]>> {
         let columns: [_; N] = std::array::from_fn(|k| column(layout, slot + k));
-        let mut values = vec![[0.0; N]; self.count()];
+        let mut values = pt_memory::zeros(self.count());
         let all_good = self.fill(&mut values, |out, rows| {
             for (k, column) in columns.iter().enumerate() {
                 if let Some(column) = column {
@@ -205,8 +205,8 @@ impl<'a, const BIG: bool> Rows<'a, BIG> {
         let size = at.length.size();
         let mut three = [0; 4];
         three[if BIG { size - 1 } else { 0 }] = 3;
-        let mut corners = vec![[0; 3]; self.count()];
-        let all_good = self.fill(&mut corners, |out, rows| {
+        let mut corners = pt_memory::zeros(self.count());
+        let all_good = self.fill(&mut corners, |out: &mut [[u32; 3]], rows| {
             let (mut most, mut are_three) = (0, true);
             for (triangle, row) in out.iter_mut().zip(rows.chunks_exact(self.stride)) {
                 let (length, items) = row[at.offset..].split_at(size);

@@ -112,10 +112,10 @@ fn read_vertices(body: &mut Body, layout: &Layout, mesh: &mut Mesh) -> Result<()
 /// Reads all vertices, of any encoding and with any properties.
 fn any_vertices(body: &mut Body, layout: &Layout) -> Result<Vertices, LoadError> {
     let empty = |capacity| Vertices {
-        positions: Vec::with_capacity(capacity),
-        normals: layout.has(&["nx", "ny", "nz"]).then(|| Vec::with_capacity(capacity)),
-        uvs: layout.has_uvs().then(|| Vec::with_capacity(capacity)),
-        colors: layout.color_levels().map(|_| Vec::with_capacity(capacity)),
+        positions: pt_memory::with_capacity(capacity),
+        normals: layout.has(&["nx", "ny", "nz"]).then(|| pt_memory::with_capacity(capacity)),
+        uvs: layout.has_uvs().then(|| pt_memory::with_capacity(capacity)),
+        colors: layout.color_levels().map(|_| pt_memory::with_capacity(capacity)),
     };
     let read = |chunk: &Chunk| {
         let mut vertices = empty(chunk.count);
@@ -196,8 +196,8 @@ fn any_faces(
     warnings: &mut Vec<Warning>,
 ) -> Result<Triangles, LoadError> {
     let empty = |capacity| Triangles {
-        corners: Vec::with_capacity(capacity),
-        colors: layout.color_levels().map(|_| Vec::with_capacity(capacity)),
+        corners: pt_memory::with_capacity(capacity),
+        colors: layout.color_levels().map(|_| pt_memory::with_capacity(capacity)),
     };
     let read = |chunk: &Chunk| {
         let (mut triangles, mut without_area) = (empty(chunk.count), 0_usize);

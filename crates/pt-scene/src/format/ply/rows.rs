@@ -1,7 +1,7 @@
 //! What follows the header, in chunks of rows that are read side by side.
 //!
-//! Where rows begin is found in one sweep, which is quick: rows of a text are its lines, and those of binary
-//! files have a size that is fixed, but for their lists, which begin with their lengths. What rows
+//! Where rows begin is found first, which is quick: rows of a text are its lines, which are counted side by side, and those of
+//! binary files have a size that is fixed, but for their lists, which begin with their lengths. What rows
 //! hold is read in parallel and put together in the order of the file, so neither the result nor the
 //! message about the first fault depends on the number of threads.
 
@@ -19,6 +19,8 @@ use crate::LoadError;
 pub(super) const ROWS: usize = 4096;
 /// Chunks that are read before what they hold is put together.
 const CHUNKS: usize = 64;
+/// Bytes of a chunk of a text, about.
+const BYTES: usize = 1 << 17;
 
 /// What follows the header.
 pub(super) struct Body<'a> {
@@ -89,7 +91,8 @@ impl<'a> Body<'a> {
     where
         'a: 'l,
     {
-        let (mut chunks, mut first) = (Vec::new(), done);
+        let mut chunks = self.text_chunks(layout, done);
+        let mut first = done + chunks.iter().map(|chunk| chunk.count).sum::<usize>();
         while chunks.len() < CHUNKS && first < layout.element.count {
             let (chunk, end) = self.chunk(layout, first);
             first += chunk.count;
@@ -101,6 +104,42 @@ impl<'a> Body<'a> {
             }
         }
         (chunks, None)
+    }
+
+    /// The next chunks of a text that are all of an element, of which `done` rows are read: their lines are
+    /// counted side by side. None where few rows are left.
+    fn text_chunks<'l>(&mut self, layout: &'l Layout<'l>, done: usize) -> Vec<Chunk<'l>>
+    where
+        'a: 'l,
+    {
+        let (mut chunks, mut first) = (Vec::new(), done);
+        if self.encoding != Encoding::Ascii || layout.element.count - done <= ROWS {
+            return chunks;
+        }
+        self.skip_blank_lines();
+        let pieces = cut(self.rest);
+        let counts = side_by_side(&pieces, |piece| {
+            // Behind the last line break there is no line.
+            let (mut lines, mut rows) = (0, 0);
+            for line in lines_of(piece.strip_suffix(b"\n").unwrap_or(piece)) {
+                lines += 1;
+                rows += usize::from(!is_blank(line));
+            }
+            (lines, rows)
+        });
+        for (bytes, (lines, count)) in pieces.into_iter().zip(counts) {
+            if count > layout.element.count - first {
+                break;
+            }
+            let (path, encoding, line) = (self.path, self.encoding, self.line);
+            if count > 0 {
+                chunks.push(Chunk { path, encoding, layout, first, count, bytes, line });
+            }
+            first += count;
+            self.line += lines;
+            self.rest = &self.rest[bytes.len()..];
+        }
+        chunks
     }
 
     fn chunk<'l>(&mut self, layout: &'l Layout<'l>, first: usize) -> (Chunk<'l>, Option<LoadError>)
@@ -253,6 +292,19 @@ fn side_by_side<T: Sync, P: Send>(items: &[T], work: impl Fn(&T) -> P + Sync + S
         [one] => vec![work(one)],
         all => all.par_iter().map(work).collect(),
     }
+}
+
+/// The next chunks of a text, cut behind line breaks.
+fn cut(text: &[u8]) -> Vec<&[u8]> {
+    let (mut chunks, mut rest) = (Vec::new(), text);
+    while chunks.len() < CHUNKS && !rest.is_empty() {
+        let least = rest.len().min(BYTES);
+        let end = memchr::memchr(b'\n', &rest[least..]).map_or(rest.len(), |at| least + at + 1);
+        let (chunk, others) = rest.split_at(end);
+        chunks.push(chunk);
+        rest = others;
+    }
+    chunks
 }
 
 /// The lines of a text.

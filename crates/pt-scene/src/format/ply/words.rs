@@ -1,5 +1,6 @@
 //! The numbers of a row one after the other, of a text and of binary files.
 
+use super::super::decimal::{leading_f32, leading_f64, leading_whole, next};
 use super::super::xml::quote;
 use super::layout::{Field, Kind, Number, Role, SLOTS};
 
@@ -33,39 +34,35 @@ impl<'a> Text<'a> {
         Self { line, rest: line }
     }
 
-    fn word(&mut self) -> Result<&'a [u8], Fault> {
-        let start =
-            self.rest.iter().position(|b| !b.is_ascii_whitespace()).ok_or(Fault::Missing)?;
-        let rest = &self.rest[start..];
-        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
-        let (word, rest) = rest.split_at(end);
+    /// The next number: as `quick` finds it, or else as the standard library reads it.
+    fn number<T: std::str::FromStr>(
+        &mut self,
+        quick: impl Fn(&[u8]) -> Option<(T, &[u8])>,
+    ) -> Result<T, Fault> {
+        let rest = self.rest.trim_ascii_start();
+        if rest.is_empty() {
+            return Err(Fault::Missing);
+        }
+        let (number, rest) = next(rest, quick).ok_or(Fault::NoNumber)?;
         self.rest = rest;
-        Ok(word)
-    }
-
-    fn parse<T: std::str::FromStr>(&mut self) -> Result<T, Fault> {
-        let word = std::str::from_utf8(self.word()?).map_err(|_| Fault::NoNumber)?;
-        word.parse().map_err(|_| Fault::NoNumber)
+        Ok(number)
     }
 }
 
 impl Words for Text<'_> {
     fn real(&mut self, kind: Number) -> Result<f32, Fault> {
         match kind {
-            Number::Float => self.parse(),
-            Number::Double => self.parse::<f64>().map(|x| x as f32),
+            Number::Float => self.number(leading_f32),
+            Number::Double => self.number(leading_f64).map(|x| x as f32),
             _ => self.whole(kind).map(|x| x as f32),
         }
     }
 
-    /// Up to 18 digits are read here: they are most of a file.
     fn whole(&mut self, _: Number) -> Result<i64, Fault> {
-        let word = self.word()?;
-        if word.len() <= 18 && word.iter().all(u8::is_ascii_digit) {
-            return Ok(word.iter().fold(0, |x, digit| 10 * x + i64::from(digit - b'0')));
-        }
-        let word = std::str::from_utf8(word).map_err(|_| Fault::NoNumber)?;
-        word.parse().map_err(|_| Fault::NoNumber)
+        self.number(|text| {
+            let (number, rest) = leading_whole(text)?;
+            Some((i64::try_from(number).ok()?, rest))
+        })
     }
 
     fn shown(&self) -> String {

@@ -1,14 +1,14 @@
 //! Large arrays on large pages.
 //!
 //! Random rays in a tree of 100 MB visit more pages of 4 KiB than a processor keeps the places of, and a build that
-//! fills new memory stops at each of them. Where the system has larger pages for those who ask (Linux, 2 MiB), the
-//! large arrays of this crate do.
+//! fills new memory stops at each of them, as does a reader of large meshes. Where the system has larger pages for those
+//! who ask (Linux, 2 MiB), the large arrays that are made here do.
 
 use bytemuck::Zeroable;
 
 /// An empty vector with room for so many.
 #[cfg(target_os = "linux")]
-pub(crate) fn with_capacity<T>(capacity: usize) -> Vec<T> {
+pub fn with_capacity<T>(capacity: usize) -> Vec<T> {
     let mut vector = Vec::with_capacity(capacity);
     on_large_pages(vector.spare_capacity_mut());
     vector
@@ -16,12 +16,12 @@ pub(crate) fn with_capacity<T>(capacity: usize) -> Vec<T> {
 
 /// An empty vector with room for so many.
 #[cfg(not(target_os = "linux"))]
-pub(crate) fn with_capacity<T>(capacity: usize) -> Vec<T> {
+pub fn with_capacity<T>(capacity: usize) -> Vec<T> {
     Vec::with_capacity(capacity)
 }
 
 /// A vector of so many zeros, which is written where it is first used.
-pub(crate) fn zeros<T: Zeroable>(len: usize) -> Vec<T> {
+pub fn zeros<T: Zeroable>(len: usize) -> Vec<T> {
     #[cfg_attr(not(target_os = "linux"), expect(unused_mut, reason = "only Linux takes advice"))]
     let mut vector = bytemuck::zeroed_vec(len);
     #[cfg(target_os = "linux")]

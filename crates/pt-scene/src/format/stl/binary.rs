@@ -1,0 +1,65 @@
+//! Binary files.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use super::super::mesh_file;
+use super::weld::{Welded, Welder, join};
+use super::{HEADER, PIECE, TRIANGLE};
+use crate::LoadError;
+
+/// The bits of a number without its sign from which on it is not finite.
+const INFINITE: u32 = f32::INFINITY.to_bits();
+
+/// Triangles of a piece.
+const ROWS: usize = PIECE / TRIANGLE;
+
+/// Reads `count` triangles.
+///
+/// # Errors
+/// If one has a value that is not finite, or the file has fewer.
+pub(super) fn read(bytes: &[u8], count: usize, path: &Path) -> Result<Welded, LoadError> {
+    let rows = bytes[HEADER..].as_chunks::<TRIANGLE>().0;
+    let rows = &rows[..count.min(rows.len())];
+    let mut triangles = pt_memory::zeros(rows.len());
+    let work = |welder: &mut Welder, (triangles, rows): (&mut [[u32; 3]], &[[u8; TRIANGLE]])| {
+        let is_finite = piece(rows, triangles, welder);
+        let vertices = welder.finish();
+        is_finite.then_some((vertices, triangles.len()))
+    };
+    let pieces = triangles.par_chunks_mut(ROWS).zip(rows.par_chunks(ROWS));
+    let pieces: Option<Vec<_>> = pieces.map_init(Welder::new, work).collect();
+    let Some(pieces) = pieces else {
+        let bad =
+            rows.iter().position(|row| !corners(row).as_flattened().iter().all(|x| x.is_finite()));
+        let message =
+            format!("triangle {} has a value that is not finite", bad.unwrap_or_default());
+        return Err(mesh_file::error(path, 0, message));
+    };
+    if rows.len() < count {
+        let message =
+            format!("the file ends in triangle {} of {count}; is it complete?", rows.len());
+        return Err(mesh_file::error(path, 0, message));
+    }
+    join(&pieces, triangles, path)
+}
+
+/// Reads the triangles of a piece; whether all their numbers are finite.
+fn piece(rows: &[[u8; TRIANGLE]], triangles: &mut [[u32; 3]], welder: &mut Welder) -> bool {
+    let mut greatest = 0;
+    for (triangle, row) in triangles.iter_mut().zip(rows) {
+        for (vertex, corner) in triangle.iter_mut().zip(corners(row)) {
+            greatest = corner.iter().fold(greatest, |most, x| most.max(x.abs().to_bits()));
+            *vertex = welder.vertex(corner);
+        }
+    }
+    greatest < INFINITE
+}
+
+/// The corners of a triangle, which stand behind its normal.
+fn corners(row: &[u8; TRIANGLE]) -> [[f32; 3]; 3] {
+    let numbers = row[12..48].as_chunks().0;
+    let number = |k: usize| f32::from_le_bytes(numbers[k]);
+    [0, 3, 6].map(|k| [number(k), number(k + 1), number(k + 2)])
+}

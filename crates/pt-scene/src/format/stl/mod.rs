@@ -1,0 +1,82 @@
+//! Stereolithography files (STL), text and binary: triangles without neighbours.
+//! [3D Systems, "Stereolithography Interface Specification", 1989]
+//!
+//! A binary file has a header of 80 bytes, the number of triangles, and 50 bytes for each: its normal, its corners
+//! and two bytes of attributes. Headers may begin with `solid`, as texts do, so a file is binary
+//! if it has the size that its number of triangles asks for.
+//!
+//! Corners with the same coordinates become one vertex, if they stand near each other in the file. Normals are
+//! not read, as they follow from the corners,
+//! nor are the attributes, which some programs use for colours, each in another way. z is up, as it is in
+//! programs for the workshop.
+//!
+//! Files are read in pieces, side by side: `binary.rs` and `text.rs` cut them, and `weld.rs` unites equal corners and joins
+//! the pieces.
+
+mod binary;
+mod text;
+mod weld;
+
+use std::path::Path;
+
+use pt_math::{DAffine3, DMat3, DVec3};
+
+use super::mesh_file::{self, ColorLevels, MeshFile};
+use crate::shapes::single_part;
+use crate::{LoadError, Mesh, Scene};
+use weld::Welded;
+
+/// Bytes before the first triangle of a binary file, of which the last four are the number of triangles.
+const HEADER: usize = 84;
+/// Bytes of a triangle.
+const TRIANGLE: usize = 50;
+/// Bytes of a piece of a file, about: what is done with one fits into the memory close to a core.
+const PIECE: usize = 1 << 20;
+
+/// A scene of one object, with z up.
+pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
+    let Welded { positions, triangles } = match count(bytes) {
+        Some(count) if bytes.len() - HEADER == count.saturating_mul(TRIANGLE) => {
+            binary::read(bytes, count, path)?
+        }
+        _ if is_text(bytes) => text::read(bytes, path)?,
+        Some(count) => binary::read(bytes, count, path)?,
+        None => {
+            let message = "the file is no STL: expected the word \"solid\", or 84 bytes and 50 for \
+                           each triangle";
+            return Err(mesh_file::error(path, 0, message));
+        }
+    };
+    if triangles.is_empty() {
+        return Err(mesh_file::error(path, 0, "the file has no triangles"));
+    }
+    let mesh = Mesh {
+        name: mesh_file::name_of(path),
+        parts: single_part(triangles.len()),
+        positions,
+        triangles,
+        normals: None,
+        uvs: None,
+        colors: None,
+        face_colors: None,
+    };
+    let file = MeshFile { mesh, levels: ColorLevels::default(), warnings: Vec::new() };
+    let mut scene = file.into_scene(path);
+    let z_up = DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y);
+    scene.objects.iter_mut().for_each(|object| object.to_world = DAffine3::from_mat3(z_up));
+    Ok(scene)
+}
+
+/// The number of triangles that a binary file says it has.
+fn count(bytes: &[u8]) -> Option<usize> {
+    let count = bytes.get(HEADER - 4..)?.first_chunk()?;
+    Some(u32::from_le_bytes(*count) as usize)
+}
+
+/// Whether a file begins as a text does, and has no byte 0, which texts do not have and headers are filled
+/// with.
+fn is_text(bytes: &[u8]) -> bool {
+    let first = bytes.trim_ascii_start().first_chunk::<5>();
+    let head = &bytes[..bytes.len().min(HEADER)];
+    first.is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) && !head.contains(&0)
+}
