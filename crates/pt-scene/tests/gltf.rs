@@ -9,6 +9,8 @@ mod shapes;
 mod sight;
 #[path = "gltf/text.rs"]
 mod text;
+#[path = "gltf/written.rs"]
+mod written;
 
 use std::path::Path;
 

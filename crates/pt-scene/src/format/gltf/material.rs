@@ -423,7 +423,7 @@ fn thin(solid: Principled) -> Surface {
 }
 
 /// The anisotropy and √α of facets that glTF stretches by a strength.
-fn stretched(roughness: f32, strength: f32) -> (f32, f32) {
+pub(super) fn stretched(roughness: f32, strength: f32) -> (f32, f32) {
     /// Below, facets are as good as smooth.
     const LEAST_ALPHA: f32 = 1e-4;
     let across = (roughness * roughness).max(LEAST_ALPHA);

@@ -28,6 +28,7 @@ mod mesh;
 mod nodes;
 mod sight;
 mod texture;
+mod write;
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -39,6 +40,7 @@ use item::Item;
 use material::Made;
 use pt_math::DAffine3;
 use texture::Images;
+pub(super) use write::encode;
 
 use super::context::Context;
 use super::xml::quote;
