@@ -196,9 +196,14 @@ fn difference(a: &Scene, b: &Scene) -> String {
         if a.len() != b.len() {
             return Some(format!("{} and {} {what}", a.len(), b.len()));
         }
-        let short = |x: &T| format!("{x:?}").chars().take(1500).collect::<String>();
         let (a, b) = a.iter().zip(b).find(|(a, b)| a != b)?;
-        Some(format!("{what}\n{}\n{}", short(a), short(b)))
+        let [a, b] = [a, b].map(|x| format!("{x:?}"));
+        let at = a.bytes().zip(b.bytes()).take_while(|(a, b)| a == b).count();
+        let near = |text: &str| {
+            let all = text.chars().skip(at.saturating_sub(200)).take(400);
+            all.collect::<String>()
+        };
+        Some(format!("{what}\n{}\n{}", near(&a), near(&b)))
     }
     first("cameras", &a.cameras, &b.cameras)
         .or(first("lights", &a.lights, &b.lights))

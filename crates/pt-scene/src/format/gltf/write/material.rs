@@ -280,8 +280,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// What a medium leaves of light behind a metre, or behind a shorter distance if that is little:
-    /// c = exp(−σt d).
+    /// What a medium leaves of light behind a distance: c = exp(−σt d).
     fn absorption(&mut self, medium: &Medium, fields: &mut Map<String, Value>) {
         let Matter::Homogeneous { extinction, albedo } = &medium.matter else {
             self.notes.tell(&medium.at, "it is left out: media of glTF are the same everywhere");
@@ -290,13 +289,8 @@ impl Writer<'_> {
         if *albedo != [0.0; 3] {
             self.notes.tell(&medium.at, "it absorbs what it would scatter or absorb");
         }
-        let per_metre = extinction.map(|sigma| sigma / self.metres as f32);
-        let distance = 1.0 / power_of_two(per_metre.iter().copied().fold(0.0, f32::max));
-        let left = per_metre.map(|sigma| {
-            let is_right = |c: f32| c <= 1.0 && -trig::ln(c) / distance == sigma;
-            near_f32(trig::exp(-sigma * distance), is_right)
-        });
-        fields.insert("attenuationColor".to_owned(), left.to_vec().into());
+        let (color, distance) = attenuation(extinction.map(|sigma| sigma / self.metres as f32));
+        fields.insert("attenuationColor".to_owned(), color.to_vec().into());
         fields.insert("attenuationDistance".to_owned(), distance.into());
     }
 
@@ -381,6 +375,26 @@ impl Writer<'_> {
         cx.fields = fields;
         done.map(|()| true)
     }
+}
+
+/// What is left of light behind a distance, and this, from which readers compute an extinction per metre: exactly this one,
+/// if there is such a distance among those behind which from e⁻¹ to e⁻⁵ is left of the channel that loses most.
+fn attenuation(extinction: [f32; 3]) -> ([f32; 3], f32) {
+    const TRIED: u8 = 255;
+    let most = extinction.into_iter().fold(f32::MIN_POSITIVE, f32::max);
+    let left = |distance: f32| {
+        extinction.map(|sigma| {
+            let is_right = |c: f32| c <= 1.0 && -trig::ln(c) / distance == sigma;
+            near_f32(trig::exp(-sigma * distance), is_right)
+        })
+    };
+    let distance = |i: u8| ((1.0 + f32::from(i) / 64.0) / most).min(f32::MAX);
+    let is_exact = |d: &f32| {
+        let found = left(*d).map(|c| -trig::ln(c) / d);
+        found == extinction
+    };
+    let distance = (0..TRIED).map(distance).find(is_exact).unwrap_or(distance(0));
+    (left(distance), distance)
 }
 
 /// What objects without a material wear.

@@ -11,8 +11,8 @@ use super::layer::MeshColors;
 use super::material::Worn;
 use crate::{Attribute, Mesh, Part};
 
-/// By how much the length of a normal may differ from 1.
-const UNIT: f32 = 1e-3;
+/// By how much the length of a normal may differ from 1: that is what numbers of 8 bits leave, ½ √3 / 127.
+const UNIT: f32 = 6.8e-3;
 /// Texture coordinates of the corners of triangles that have none, as the renderer takes them.
 const BARYCENTRIC: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
 
