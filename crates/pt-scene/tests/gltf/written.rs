@@ -2,11 +2,14 @@
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use pt_math::{DAffine3, DVec3};
 use pt_math::{DAffine3, DVec3};
 use pt_scene::format::{FORMATS, LoadOptions, load, load_with, save};
 use pt_scene::material::{Glass, Matte};
-use pt_scene::{Geometry, Light, LightKind, Material, Object, Scene, Span};
+use pt_scene::texture::{Pattern, Relief};
+use pt_scene::{Geometry, Light, LightKind, Material, Object, Scene, Span, Surface};
 use serde_json::Value;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
@@ -33,6 +36,19 @@ fn bare(mut scene: Scene) -> Scene {
     scene.lights.iter_mut().for_each(|light| light.at = Span::default());
     scene.media.iter_mut().for_each(|medium| medium.at = Span::default());
     scene
+}
+
+/// Takes the normals of all images out of the materials.
+fn take_normals(scene: &mut Scene) -> Vec<f32> {
+    let mut normals = Vec::new();
+    for material in &mut scene.materials {
+        let Surface::Embossed(embossed) = &mut material.surface else { continue };
+        let Relief::Normals(texture) = &mut embossed.relief else { continue };
+        let Pattern::Bitmap(bitmap) = &mut Arc::make_mut(texture).pattern else { continue };
+        let image = Arc::make_mut(&mut bitmap.image);
+        normals.extend(std::mem::take(&mut image.pixels).into_flattened());
+    }
+    normals
 }
 
 /// The scenes in a folder and those in it.
@@ -217,12 +233,16 @@ fn difference(a: &Scene, b: &Scene) -> String {
 fn scenes_of_gltf_are_read_as_they_were() {
     let mut scenes = Vec::new();
     scenes_in(&Path::new(ROOT).join("scenes/gltf"), &mut scenes);
-    assert!(scenes.len() >= 6, "{}", scenes.len());
+    assert!(scenes.len() >= 7, "{}", scenes.len());
     for path in scenes {
         let scene = load(&path).unwrap_or_else(|error| panic!("{error}"));
         let (read, _, notes) = written(&scene);
-        let (read, scene) = (bare(read), bare(scene));
+        let (mut read, mut scene) = (bare(read), bare(scene));
+        let [found, wanted] = [&mut read, &mut scene].map(take_normals);
         assert!(read == scene, "{}: {}", path.display(), difference(&read, &scene));
+        // An image of 16 bits has them as far as that goes; their scale is in them.
+        let close = found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 2e-5);
+        assert!(found.len() == wanted.len() && close, "{}", path.display());
         assert!(notes.is_empty(), "{}: {notes:?}", path.display());
     }
 }
@@ -272,7 +292,7 @@ fn object(geometry: Geometry, to_world: DAffine3, material: u32) -> Object {
     }
 }
 
-fn material(name: &str, surface: impl Into<pt_scene::Surface>) -> Material {
+fn material(name: &str, surface: impl Into<Surface>) -> Material {
     Material {
         name: name.to_owned(),
         surface: surface.into(),
@@ -316,7 +336,7 @@ fn what_gltf_cannot_say_is_told_once() {
     else {
         panic!("spheres become meshes")
     };
-    assert!(std::sync::Arc::ptr_eq(&a, &b), "they share one mesh");
+    assert!(Arc::ptr_eq(&a, &b), "they share one mesh");
 }
 
 #[test]
@@ -327,7 +347,7 @@ fn lengths_become_metres() {
         ior: 1.5,
         roughness: None,
     };
-    let cube = Geometry::Mesh(std::sync::Arc::new(pt_scene::shapes::cube()));
+    let cube = Geometry::Mesh(Arc::new(pt_scene::shapes::cube()));
     let scene = Scene {
         metres_per_unit: 0.01,
         materials: vec![material("glass", glass)],
@@ -337,9 +357,7 @@ fn lengths_become_metres() {
     let (read, ..) = written(&scene);
     let corner = read.objects[0].to_world.transform_point3(DVec3::ONE);
     assert!(corner.distance(DVec3::new(0.02, 0.03, 0.04)) < 1e-9, "{corner}");
-    let pt_scene::Surface::Principled(look) = &read.materials[0].surface else {
-        panic!("{read:?}")
-    };
+    let Surface::Principled(look) = &read.materials[0].surface else { panic!("{read:?}") };
     assert_eq!((look.spec_trans.clone(), look.ior), (1.0.into(), 1.5));
 }
 
@@ -349,7 +367,7 @@ fn what_is_sheared_keeps_its_shape() {
     let sheared =
         DAffine3::from_cols_array(&[1.0, 0.0, 0.0, 0.7, 1.0, 0.0, -0.3, 0.2, 2.0, 5.0, 6.0, 7.0]);
     let matte = Matte { reflectance: [0.5; 3].into(), two_sided: true };
-    let cube = Geometry::Mesh(std::sync::Arc::new(pt_scene::shapes::cube()));
+    let cube = Geometry::Mesh(Arc::new(pt_scene::shapes::cube()));
     let scene = Scene {
         materials: vec![material("paint", matte)],
         objects: vec![object(cube, sheared, 0)],
