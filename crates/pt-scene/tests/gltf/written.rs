@@ -4,12 +4,15 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use pt_math::{DAffine3, DVec3};
-use pt_math::{DAffine3, DVec3};
+use pt_math::color::linear_from_srgb;
+use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::format::{FORMATS, LoadOptions, load, load_with, save};
-use pt_scene::material::{Glass, Matte};
-use pt_scene::texture::{Pattern, Relief};
-use pt_scene::{Geometry, Light, LightKind, Material, Object, Scene, Span, Surface};
+use pt_scene::image::Image;
+use pt_scene::material::{Glass, Matte, Principled};
+use pt_scene::texture::{Bitmap, Filter, Pattern, Relief, Wrap};
+use pt_scene::{
+    Color, Geometry, Light, LightKind, Material, Object, Scalar, Scene, Span, Surface, Texture,
+};
 use serde_json::Value;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
@@ -375,4 +378,55 @@ fn what_is_sheared_keeps_its_shape() {
     };
     let (read, _, notes) = written(&scene);
     assert!(read.objects[0].to_world.abs_diff_eq(sheared, 1e-12) && notes.is_empty());
+}
+
+/// Materials that say the same in glTF are read as they were.
+#[test]
+fn textures_are_read_as_they_were() {
+    let levels = |step: u32| {
+        let color = |i: u32| {
+            [0, 1, 2].map(|c| linear_from_srgb(((i * step + 80 * c) % 256) as f32 / 255.0))
+        };
+        Arc::new(Image { width: 8, height: 4, pixels: (0..32).map(color).collect() })
+    };
+    let grey = |step: u32, highest: u32| {
+        let share = |i: u32| [(i * step % (highest + 1)) as f32 / highest as f32; 3];
+        Arc::new(Image { width: 8, height: 4, pixels: (0..32).map(share).collect() })
+    };
+    let to_pattern = DMat3::from_cols(DVec3::X * 2.0, DVec3::Y * 0.5, DVec3::new(0.25, 0.5, 1.0));
+    let texture = |image: Arc<Image>| {
+        let bitmap = Bitmap { image, wrap: Wrap::Mirror, filter: Filter::Trilinear };
+        Arc::new(Texture { pattern: Pattern::Bitmap(bitmap), to_pattern })
+    };
+    let tinted = |image, factor: [f32; 3]| {
+        let factors = [Color::Texture(texture(image)), factor.into()];
+        Arc::new(Pattern::Product(Box::new(factors)).into())
+    };
+    let surface = Principled {
+        base_color: Color::Texture(tinted(levels(7), [0.5, 0.25, 1.0])),
+        roughness: Scalar::Texture(texture(grey(3, 255))),
+        metallic: Scalar::Texture(tinted(grey(5, 255), [0.75; 3])),
+        clearcoat: Scalar::Texture(texture(grey(11, 65_535))),
+        clearcoat_gloss: 1.0.into(),
+        sheen: Scalar::Texture(texture(levels(13))),
+        two_sided: true,
+        multiple_scattering: true,
+        layered: true,
+        ..Principled::default()
+    };
+    let material = Material {
+        emission: Color::Texture(tinted(levels(17), [8.0, 4.0, 2.0])),
+        opacity: Scalar::Texture(texture(grey(255, 255))),
+        ..material("paint", surface)
+    };
+    let rectangle = Geometry::Mesh(Arc::new(pt_scene::shapes::rectangle()));
+    let scene = Scene {
+        materials: vec![material],
+        objects: vec![object(rectangle, DAffine3::IDENTITY, 0)],
+        ..Scene::default()
+    };
+    let (read, _, notes) = written(&scene);
+    let (read, scene) = (bare(read), bare(scene));
+    assert!(read == scene, "{}", difference(&read, &scene));
+    assert!(notes.is_empty(), "{notes:?}");
 }

@@ -117,7 +117,7 @@ fn slerp(from: DQuat, to: DQuat, share: f64) -> DQuat {
     let (from, to) = (from.normalize(), to.normalize());
     let to = if from.dot(to) < 0.0 { -to } else { to };
     let cos = from.dot(to);
-    if !(cos < STRAIGHT) {
+    if cos > STRAIGHT {
         return from + (to - from) * share;
     }
     let angle = libm::acos(cos);

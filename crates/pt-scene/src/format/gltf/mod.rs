@@ -96,7 +96,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
     };
     let done = reader.nodes();
     context.keep(done)?;
-    reader.finish()
+    Ok(reader.finish())
 }
 
 /// What was read so far.
@@ -133,7 +133,7 @@ impl Reader<'_> {
         }
     }
 
-    fn finish(mut self) -> Result<Scene, LoadError> {
+    fn finish(mut self) -> Scene {
         if !self.scene.media.is_empty() {
             self.scene.settings.integrator = Some("volpath");
         }
@@ -144,7 +144,7 @@ impl Reader<'_> {
             self.warn(&root, message);
             self.scene.cameras.truncate(1);
         }
-        Ok(self.scene)
+        self.scene
     }
 }
 

@@ -16,19 +16,21 @@ use crate::texture::{Filter, Wrap};
 /// Images, and how they are laid out.
 #[derive(Default)]
 pub(super) struct Images {
-    images: Vec<Value>,
+    files: Vec<Value>,
     samplers: Vec<Value>,
     textures: Vec<Value>,
-    /// Images by the parts that they were made of, which are kept so that no others take their addresses.
-    made: HashMap<Vec<(Content, usize)>, (usize, Vec<Arc<Image>>)>,
-    /// Images by the hashes of their files.
+    /// Files by the addresses of the images that they were made of.
+    made: HashMap<Vec<(Content, usize)>, usize>,
+    /// These, so that no others take their addresses.
+    kept: Vec<Arc<Image>>,
+    /// Files by their hashes.
     known: HashMap<blake3::Hash, usize>,
 }
 
 impl Images {
     /// The lists of a file.
     pub(super) fn lists(self) -> [(&'static str, Vec<Value>); 3] {
-        [("images", self.images), ("samplers", self.samplers), ("textures", self.textures)]
+        [("images", self.files), ("samplers", self.samplers), ("textures", self.textures)]
     }
 
     /// The index of an image of which these contents are read.
@@ -39,16 +41,17 @@ impl Images {
     ) -> Result<usize, String> {
         let key = parts.iter().map(|(content, image)| (*content, Arc::as_ptr(image).addr()));
         let key: Vec<_> = key.collect();
-        if let Some((known, _)) = self.made.get(&key) {
+        if let Some(known) = self.made.get(&key) {
             return Ok(*known);
         }
         let bytes = encoded(&parts)?;
         let index = *self.known.entry(blake3::hash(&bytes)).or_insert_with(|| {
             let view = binary.view(bytes);
-            self.images.push(json!({"bufferView": view, "mimeType": "image/png"}));
-            self.images.len() - 1
+            self.files.push(json!({"bufferView": view, "mimeType": "image/png"}));
+            self.files.len() - 1
         });
-        self.made.insert(key, (index, parts.into_iter().map(|(_, image)| image).collect()));
+        self.kept.extend(parts.into_iter().map(|(_, image)| image));
+        self.made.insert(key, index);
         Ok(index)
     }
 
@@ -148,9 +151,9 @@ fn stored(parts: &[(Content, Arc<Image>)], highest: f32) -> Decoded {
                 *pixel = color.map(|c| level(srgb_from_linear(c)));
             }),
             Content::Channel(c) => numbers.for_each(|(pixel, [x, ..])| pixel[*c] = level(*x)),
-            Content::Normals { .. } => {
-                numbers.for_each(|(pixel, normal)| *pixel = normal.map(level))
-            }
+            Content::Normals { .. } => numbers.for_each(|(pixel, normal)| {
+                *pixel = normal.map(level);
+            }),
             Content::Opacity | Content::Mask(_) => {
                 alpha = Some(image.pixels.iter().map(|[x, ..]| level(*x)).collect());
             }

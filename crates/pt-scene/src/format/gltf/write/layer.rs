@@ -101,7 +101,7 @@ impl Parameter {
         let Some(layer) = &mut self.layer else { return self };
         let pixels = layer.image.pixels.as_flattened();
         let most = pixels.iter().copied().filter(|x| x.is_finite()).fold(1.0, f32::max);
-        if most > 1.0 || pixels.iter().any(|x| !(*x >= 0.0)) {
+        if !pixels.iter().all(|x| (0.0..=1.0).contains(x)) {
             let scale = power_of_two(most);
             let share = |color: [f32; 3]| color.map(|c| (c / scale).clamp(0.0, 1.0));
             layer.image = changed(&layer.image, share);

@@ -1,5 +1,7 @@
 //! Materials of metallic and roughness, with their extensions. [glTF 2.0, §3.9, and the registry of extensions]
 
+use std::sync::Arc;
+
 use pt_math::trig;
 use serde_json::{Map, Value, json};
 
@@ -14,7 +16,7 @@ use super::layer::{Layer, MeshColors, Parameter, normals, power_of_two};
 use crate::material::Principled;
 use crate::medium::Matter;
 use crate::texture::{Relief, Scalar};
-use crate::{Material, Medium, Surface};
+use crate::{Color, Material, Medium, Surface};
 
 /// Extensions of a material, by their names.
 type Extensions = Vec<(&'static str, Value)>;
@@ -321,14 +323,21 @@ impl Writer<'_> {
         if look.sheen == Scalar::Value(0.0) {
             return Ok(());
         }
-        let number = self.number(&look.sheen, "sheen", cx);
-        if number.layer.is_some() {
-            self.notes.tell(&cx.place, "the texture of its sheen is left out");
-        }
-        let wanted = self.share(number.factor[0], "sheen", cx);
-        let grey = near_f32(wanted, |c| gloss::luminance([c; 3]) == wanted).min(1.0);
-        let sheen = json!({"sheenColorFactor": [grey, grey, grey], "sheenRoughnessFactor": 0.5});
-        cx.extensions.push(("KHR_materials_sheen", sheen));
+        let mut fields = Map::from_iter([("sheenRoughnessFactor".to_owned(), 0.5.into())]);
+        let color = match &look.sheen {
+            Scalar::Value(sheen) => {
+                let grey = self.share(*sheen, "sheen", cx);
+                [near_f32(grey, |c| c <= 1.0 && gloss::luminance([c; 3]) == grey); 3]
+            }
+            Scalar::Texture(texture) => {
+                let made = Parameter::of(&Color::Texture(Arc::clone(texture)));
+                let image = made.layer.as_ref().map(|layer| (Content::Colors, layer));
+                self.put_texture(&mut fields, "sheenColorTexture", image.as_slice(), cx)?;
+                made.factor.map(|c| self.share(c, "sheen", cx))
+            }
+        };
+        fields.insert("sheenColorFactor".to_owned(), color.to_vec().into());
+        cx.extensions.push(("KHR_materials_sheen", fields.into()));
         Ok(())
     }
 
@@ -433,4 +442,22 @@ pub(super) fn is_mirrored(material: &Material, of: &Material) -> bool {
         && a.lies_as(&b)
         && [a.image.width, a.image.height] == [b.image.width, b.image.height]
         && a.image.pixels.iter().zip(&b.image.pixels).all(leans)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn attenuation_means_the_extinction_that_it_was_made_of() {
+        for extinction in [[0.0; 3], [1.0, 2.0, 3.0], [1e-3, 0.0, 0.2], [400.0, 7.5, 0.1]] {
+            let (left, distance) = attenuation(extinction);
+            let most = extinction.into_iter().fold(0.0, f32::max);
+            for (c, wanted) in left.into_iter().zip(extinction) {
+                let found = -trig::ln(c) / distance;
+                assert!((0.0..=1.0).contains(&c), "{c}");
+                assert!((found - wanted).abs() <= 2e-7 * most, "{found} {wanted}");
+            }
+        }
+    }
 }

@@ -23,6 +23,9 @@ pub(super) struct Needs {
     has_textures: bool,
 }
 
+/// The address of a mesh, and the first triangle and the material of each part.
+pub(super) type MeshKey = (usize, Vec<(u32, usize)>);
+
 /// The primitives of meshes by addresses, triangles and needs; the meshes are kept so that no others take their
 /// addresses.
 pub(super) type Primitives = HashMap<(usize, u32, u32, Needs), (Value, Arc<Mesh>)>;
@@ -92,7 +95,9 @@ impl Writer<'_> {
             attributes["TEXCOORD_0"] = binary.vertices(&upside_down, false).into();
         }
         if let Some(mut colors) = colors {
-            colors.as_flattened_mut().iter_mut().for_each(|c| *c = c.max(0.0).min(1.0));
+            for color in colors.as_flattened_mut() {
+                *color = if color.is_nan() { 0.0 } else { color.clamp(0.0, 1.0) };
+            }
             attributes["COLOR_0"] = binary.vertices(&colors, false).into();
         }
         let indices = binary.triangles(&triangles, positions.len());
@@ -201,7 +206,9 @@ fn make_unit(normals: &mut [[f32; 3]], positions: &[[f32; 3]], triangles: &[[u32
     let mut around = vec![DVec3::ZERO; positions.len()];
     for triangle in triangles {
         let [a, b, c] = triangle.map(|i| wide(positions[i as usize]));
-        triangle.iter().for_each(|i| around[*i as usize] += (b - a).cross(c - a));
+        for i in triangle {
+            around[*i as usize] += (b - a).cross(c - a);
+        }
     }
     for (normal, around) in normals.iter_mut().zip(around).filter(|(n, _)| !is_unit(n)) {
         let direction = wide(*normal).try_normalize().or(around.try_normalize());

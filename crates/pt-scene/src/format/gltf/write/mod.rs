@@ -28,7 +28,7 @@ use std::sync::Arc;
 use binary::Binary;
 use image::Images;
 use material::Worn;
-use mesh::Primitives;
+use mesh::{MeshKey, Primitives};
 use notes::Notes;
 use pt_math::{DAffine3, DVec3};
 use serde_json::{Map, Value, json};
@@ -65,8 +65,8 @@ struct Writer<'a> {
     /// Materials by what they were in the scene, and the medium inside.
     worn: HashMap<(Option<u32>, Option<u32>), Worn>,
     meshes: Vec<Value>,
-    /// Meshes by their addresses, and the first triangle and material of each part.
-    known_meshes: HashMap<(usize, Vec<(u32, usize)>), Option<usize>>,
+    /// Meshes that were written; `None` are those without triangles.
+    known_meshes: HashMap<MeshKey, Option<usize>>,
     primitives: Primitives,
     /// What all spheres are, once there is one.
     sphere: Option<Arc<Mesh>>,
@@ -117,8 +117,8 @@ impl<'a> Writer<'a> {
         }
         // Parts refer to those alone that are there.
         let first = worn.iter().flatten().next().copied();
-        let worn = worn.into_iter().filter_map(|worn| worn.or(first)).collect();
-        self.dressed(object, worn)
+        let worn: Vec<_> = worn.into_iter().filter_map(|worn| worn.or(first)).collect();
+        self.dressed(object, &worn)
     }
 
     /// The material of a slot; that of the first one where the other is the same for mirrored coordinates.
@@ -133,7 +133,7 @@ impl<'a> Writer<'a> {
     }
 
     /// An object whose slots wear these materials.
-    fn dressed(&mut self, object: &Object, worn: Vec<Worn>) -> Result<(), String> {
+    fn dressed(&mut self, object: &Object, worn: &[Worn]) -> Result<(), String> {
         let mut to_world = object.to_world;
         if let Some(motion) = &object.motion {
             let opens = self.scene.cameras.last().map_or(0.0, |camera| camera.shutter[0]);
@@ -144,12 +144,12 @@ impl<'a> Writer<'a> {
             Geometry::Mesh(mesh) => Arc::clone(mesh),
             Geometry::Sphere { radius } => {
                 self.notes.tell(&object.at, "the sphere becomes triangles");
-                to_world = to_world * DAffine3::from_scale(DVec3::splat(*radius));
+                to_world *= DAffine3::from_scale(DVec3::splat(*radius));
                 let sphere = self.sphere.get_or_insert_with(|| Arc::new(shapes::sphere()));
                 Arc::clone(sphere)
             }
         };
-        let parts: Vec<(Part, Worn)> = match worn.as_slice() {
+        let parts: Vec<(Part, Worn)> = match worn {
             // Readers find the mirrored part themselves.
             [first, second] if first.index == second.index => {
                 vec![(Part { triangles: 0..mesh.triangles.len() as u32, slot: 0 }, *first)]

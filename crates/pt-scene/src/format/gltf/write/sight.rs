@@ -50,7 +50,7 @@ impl Writer<'_> {
             return Err(format!("{place}: its transform flattens space"));
         };
         let [near, far] = [camera.near, camera.far].map(|x| x * self.metres);
-        let scale = [to_world.matrix3.x_axis, to_world.matrix3.y_axis].map(|axis| axis.length());
+        let scale = [to_world.matrix3.x_axis, to_world.matrix3.y_axis].map(DVec3::length);
         let view = match camera.projection {
             Projection::Panorama => {
                 self.notes.tell(&place, "it is left out: glTF has no panoramas");
@@ -184,7 +184,7 @@ impl Writer<'_> {
             media: None,
             at: Span::default(),
         };
-        self.dressed(&object, vec![worn])
+        self.dressed(&object, &[worn])
     }
 }
 
