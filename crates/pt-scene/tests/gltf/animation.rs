@@ -209,3 +209,21 @@ fn other_formats_have_no_times() {
         "{note}"
     );
 }
+
+/// Whatever a digit becomes, there is a scene or an error.
+#[test]
+fn damaged_animations_do_no_harm() {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/gltf/animated.gltf"));
+    let text = std::fs::read(path).expect("it is there");
+    let options = LoadOptions { time: Some(0.7), ..LoadOptions::default() };
+    let start = text.windows(12).position(|w| w == b"\"animations\"").expect("animations");
+    let digits = (start..text.len()).filter(|i| text[*i].is_ascii_digit());
+    let mut read = [0, 0];
+    for (i, place) in digits.enumerate() {
+        let mut damaged = text.clone();
+        damaged[place] = [b'9', b'-', b'.', b'1'][i % 4];
+        let found = parse_with(&damaged, path, &options);
+        read[usize::from(found.is_err())] += 1;
+    }
+    assert!(read[0] > 0 && read[1] > 100, "{read:?}");
+}

@@ -172,8 +172,8 @@ mod tests {
 
     #[test]
     fn levels_of_8_bits_stay_so_and_others_take_16() {
-        let eight = image(&[[0.2, 0.4, 1.0], [0.0, 0.6, 0.8]]);
-        let sixteen = image(&[[0.2, 0.4, 1.0], [0.0, 0.6, 1.0 / 65_535.0]]);
+        let eight = image(&[[0.2; 3], [1.0; 3]]);
+        let sixteen = image(&[[0.2; 3], [1.0 / 65_535.0; 3]]);
         for (image, bits) in [(eight, 8), (sixteen, 16)] {
             let bytes = encoded(&[(Content::Channel(2), Arc::clone(&image))]).expect("it fits");
             assert_eq!(bytes[24], bits, "the depth of a PNG file is its byte 24");

@@ -54,7 +54,12 @@ impl Parameter {
             Input::Texture(texture) => Self::of(&Input::Texture(Arc::clone(texture))),
         };
         let grey = |color: [f32; 3]| [grey(color); 3];
-        let layer = made.layer.map(|layer| Layer { image: changed(&layer.image, grey), ..layer });
+        let layer = made.layer.map(|layer| {
+            // What is grey stays the same image, which other materials may have, too.
+            let is_grey = layer.image.pixels.iter().all(|[r, g, b]| r == g && g == b);
+            let image = if is_grey { layer.image } else { changed(&layer.image, grey) };
+            Layer { image, ..layer }
+        });
         Self { factor: grey(made.factor), layer, ..made }
     }
 

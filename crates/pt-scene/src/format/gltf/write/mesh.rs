@@ -240,13 +240,20 @@ mod tests {
     #[test]
     fn corners_that_differ_become_vertices_of_their_own() {
         let mesh = Mesh { normals: None, ..shapes::cube() };
+        let uvs = mesh.uvs.as_ref().expect("a cube has them");
         let made = welded(&mesh, &whole(&mesh), PLAIN);
-        assert_eq!((made.positions.len(), made.triangles.len()), (24, 12));
-        for (triangle, original) in made.triangles.iter().zip(&mesh.triangles) {
-            for (found, wanted) in triangle.iter().zip(original) {
-                assert_eq!(made.positions[*found as usize], mesh.positions[*wanted as usize]);
+        let found = made.uvs.as_ref().expect("a cube has them");
+        let mut distinct = std::collections::HashSet::new();
+        for (i, (triangle, original)) in made.triangles.iter().zip(&mesh.triangles).enumerate() {
+            let corners = uvs.corners(i, *original);
+            for c in 0..3 {
+                let vertex = triangle[c] as usize;
+                assert_eq!(made.positions[vertex], mesh.positions[original[c] as usize]);
+                assert_eq!(found[vertex], uvs.values[corners[c] as usize]);
+                distinct.insert((original[c], corners[c]));
             }
         }
+        assert_eq!((made.positions.len(), made.triangles.len()), (distinct.len(), 12));
     }
 
     #[test]
@@ -255,8 +262,11 @@ mod tests {
         let part = Part { triangles: 0..2, slot: 0 };
         assert_eq!(welded(&mesh, &part, PLAIN).positions.len(), 4);
         assert_eq!(welded(&mesh, &whole(&mesh), PLAIN).positions, mesh.positions);
-        let painted = Needs { has_textures: true, ..PLAIN };
-        assert_eq!(welded(&mesh, &part, painted).uvs.map(|uvs| uvs.len()), Some(6));
+        let painted = welded(&mesh, &part, Needs { has_textures: true, ..PLAIN });
+        let uvs = painted.uvs.expect("textures ask for them");
+        for triangle in painted.triangles {
+            assert_eq!(triangle.map(|i| uvs[i as usize]), BARYCENTRIC);
+        }
     }
 
     #[test]
