@@ -262,6 +262,9 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
     if let (Some((name, _)), true) = (cli.loading.define.first(), cli.paths.is_empty()) {
         return Err(format!("-D {name}: the embedded scene has no names; give a Mitsuba scene"));
     }
+    if cli.loading.time.is_some() && cli.paths.is_empty() {
+        return Err("--time: the embedded scene has no animations; give a glTF scene".into());
+    }
     if cli.samples.is_some() && cli.aov.iter().any(|aov| aov.is_of_half()) {
         return Err(
             "--samples: parts of an image have no halves; leave out half_a and half_b".into()

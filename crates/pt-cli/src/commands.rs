@@ -20,7 +20,7 @@ Commands:
   pathtracer check scene.dae                 all that is wrong with it
   pathtracer rerender out.exr                makes it again, and compares
   pathtracer explain scene.dae -x 9 -y 5     what a pixel is made of
-  pathtracer convert scene.dae scene.json    writes a scene in our own format
+  pathtracer convert scene.dae scene.json    writes a scene in our own format, or as .glb
 Each has --help. A scene that is called like one of them is ./resume.";
 
 /// A command.
@@ -56,10 +56,12 @@ pub(crate) enum Command {
     /// written.
     #[command(override_usage = "pathtracer explain [OPTIONS] [SCENE] -x X -y Y", after_help = "")]
     Explain(Box<Explain>),
-    /// Writes a scene in pathtracer's own format
+    /// Writes a scene in pathtracer's own format, or as glTF
     ///
-    /// The new scene renders to the same image, to the bit. Meshes, images and grids are in a folder beside
-    /// it, NAME_files. Nothing that exists is overwritten without --force. A scene of which files are missing is refused.
+    /// A scene in our own format (.json) renders to the same image, to the bit; meshes, images and grids are in a
+    /// folder beside it, NAME_files. A binary file of glTF (.glb) is for other programs: what it cannot say becomes
+    /// what is nearest to it or is left out, and notes tell what. Nothing that exists is overwritten without --force.
+    /// A scene of which files are missing is refused.
     Convert(Convert),
 }
 
@@ -168,7 +170,7 @@ pub(crate) struct Convert {
     #[arg(value_name = "SCENE")]
     pub(crate) scene: PathBuf,
 
-    /// What is written, .json
+    /// What is written, .json or .glb
     #[arg(value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
 

@@ -281,8 +281,10 @@ fn about(request: &Checked, session: &Session, sources: &[Source]) -> About {
     let mut seen = std::collections::HashSet::new();
     files.retain(|file| seen.insert(file.clone()));
     let mut settings = session.identity();
-    let definitions = request.load_options().definitions;
-    settings.extend(definitions.into_iter().map(|(name, value)| (format!("${name}"), value)));
+    let loading = request.load_options();
+    settings
+        .extend(loading.definitions.into_iter().map(|(name, value)| (format!("${name}"), value)));
+    settings.extend(loading.time.map(|time| ("time of animations".into(), time.to_string())));
     About {
         version: env!("CARGO_PKG_VERSION").into(),
         files,

@@ -22,6 +22,11 @@ pub(crate) struct Loading {
     /// elements, texture-side, texture-pixels, include-depth, files, seconds
     #[arg(long, value_name = "NAME=VALUE", value_parser = limit, help_heading = "Scene")]
     limit: Vec<(String, u64)>,
+
+    /// Show the animations of a glTF scene at this time [default: all stands where it does at rest]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = check::seconds)]
+    #[arg(help_heading = "Scene")]
+    pub(crate) time: Option<f64>,
 }
 
 impl Loading {
@@ -32,8 +37,14 @@ impl Loading {
             // The parser knows the names.
             let _ = limits.set(name, *value);
         }
-        let Self { define, allow_outside, .. } = self;
-        LoadOptions { definitions: define.clone(), strict, allow_outside: *allow_outside, limits }
+        let Self { define, allow_outside, time, .. } = self;
+        LoadOptions {
+            definitions: define.clone(),
+            strict,
+            allow_outside: *allow_outside,
+            limits,
+            time: *time,
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use pt_math::DVec3;
 
 use crate::{Attribute, Mesh, Part};
 
-pub use round::{cylinder, disk};
+pub use round::{cylinder, disk, sphere};
 
 /// The square [−1, 1]² in the xy plane; the front looks to +z and (u, v) runs from (0, 0) at
 /// (−1, −1) to (1, 1).

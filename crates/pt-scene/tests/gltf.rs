@@ -1,5 +1,7 @@
 //! The reader of glTF scenes.
 
+#[path = "gltf/animation.rs"]
+mod animation;
 mod common;
 #[path = "gltf/materials.rs"]
 mod materials;
@@ -9,12 +11,15 @@ mod shapes;
 mod sight;
 #[path = "gltf/text.rs"]
 mod text;
+#[path = "gltf/written.rs"]
+mod written;
 
 use std::path::Path;
 
 use common::{
     check_bad_files, check_damage, check_good_files, check_robustness, files, folder, parse,
 };
+use pt_scene::format::{LoadOptions, load_with};
 use pt_scene::{Geometry, Scene, Surface};
 
 /// A scene of this text, whose folder is that of the good files.
@@ -63,7 +68,9 @@ fn our_scenes_are_read_without_notes() {
     for entry in std::fs::read_dir(format!("{root}/scenes/gltf")).expect("the folder exists") {
         let path = entry.expect("a readable entry").path();
         if path.is_file() {
-            let scene = pt_scene::format::load(&path).unwrap_or_else(|error| panic!("{error}"));
+            let time = path.ends_with("animated.gltf").then_some(0.5);
+            let options = LoadOptions { time, ..LoadOptions::default() };
+            let scene = load_with(&path, &options).unwrap_or_else(|error| panic!("{error}"));
             common::check_invariants(&scene);
             assert!(!scene.objects.is_empty() && !scene.cameras.is_empty());
             assert_eq!(scene.warnings, [], "{}", path.display());

@@ -35,6 +35,29 @@ fn converted_scenes_render_to_the_same_bits() {
 }
 
 #[test]
+fn scenes_of_gltf_render_to_the_same_bits_as_their_copies() {
+    for name in ["glass.glb", "instances.glb", "lights.gltf", "materials.gltf", "skin.glb"] {
+        let folder = Folder::new();
+        let scene = format!("{SCENES}/gltf/{name}");
+        let run = folder.succeed(&format!("convert {scene} copy.glb"));
+        assert!(run.err.ends_with("saved copy.glb\n"), "{run:?}");
+        renders_alike(&folder, &scene, "copy.glb");
+    }
+}
+
+#[test]
+fn what_gltf_cannot_say_is_told_with_its_place() {
+    let folder = Folder::new();
+    let run = folder.succeed(&format!("convert {SCENES}/mitsuba/envmap.xml a.glb"));
+    let note = "it is left out: glTF has no light from all around";
+    let line = run.err.lines().find(|line| line.contains(note)).unwrap_or_default();
+    assert!(line.starts_with("note: ") && line.contains("envmap.xml:"), "{run:?}");
+    assert_eq!(folder.files(), ["a.glb"]);
+    let quiet = folder.succeed(&format!("convert -q {SCENES}/mitsuba/envmap.xml b.glb"));
+    assert!(quiet.err.is_empty() && folder.read("a.glb") == folder.read("b.glb"), "{quiet:?}");
+}
+
+#[test]
 fn a_converted_scene_may_move_with_its_files() {
     let folder = Folder::new();
     folder.succeed(&format!("convert -q {SCENES}/mitsuba/envmap.xml a.json"));
@@ -58,7 +81,8 @@ fn nothing_is_overwritten_unless_that_is_asked_for() {
     let itself = folder.run("convert a.json ./a.json --force");
     assert!(itself.code == Some(2) && itself.err.contains("is the scene itself"), "{itself:?}");
     let other = folder.run("convert a.json a.usd");
-    assert!(other.code == Some(2) && other.err.contains("can be written as .json"), "{other:?}");
+    let known = "scenes can be written as .json, .glb";
+    assert!(other.code == Some(2) && other.err.contains(known), "{other:?}");
     let nowhere = folder.run("convert a.json missing/b.json");
     assert!(nowhere.code == Some(2) && nowhere.err.contains("there is no folder"), "{nowhere:?}");
     folder.write("b_files", "not a folder");

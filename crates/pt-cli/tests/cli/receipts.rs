@@ -118,3 +118,25 @@ fn changed_pixel(_: &[u8], folder: &Folder) -> Vec<u8> {
     image::save(&image, &folder.path("changed.png"), &options).expect("there is room");
     folder.read("changed.png")
 }
+
+/// Images of other times are other images, and are made again at their own.
+#[test]
+fn the_time_of_animations_is_a_part_of_the_image() {
+    let folder = Folder::new();
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/gltf/animated.gltf");
+    let at = |time: &str, samples: &str, name: &str| {
+        folder.succeed(&format!("-r 20 15 {samples} {time} -f {name} {scene}"));
+    };
+    at("--time 0.5", "-s 4", "half.exr");
+    at("--time 1", "-s 4", "one.exr");
+    at("", "-s 4", "rest.exr");
+    assert!(folder.image("half.exr") != folder.image("one.exr"));
+    assert!(folder.image("half.exr") != folder.image("rest.exr"));
+    let run = folder.succeed("rerender half.exr -t 3");
+    assert!(run.err.contains("half.exr is the same to the bit"), "{run:?}");
+    at("--time 0.5", "--samples 0..2", "a.film");
+    at("--time 1", "--samples 2..4", "b.film");
+    let run = folder.run("merge a.film b.film -f wrong.exr");
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.err.contains("time of animations: 0.5 before"), "{run:?}");
+}

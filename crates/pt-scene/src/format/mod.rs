@@ -49,6 +49,8 @@ pub struct LoadOptions {
     pub allow_outside: bool,
     /// What the reading may take.
     pub limits: Limits,
+    /// The time in seconds at which animations are shown, where the format has them; `None` is at rest.
+    pub time: Option<f64>,
 }
 
 /// What came of reading a scene.
@@ -77,13 +79,16 @@ pub struct Format {
     parser: Parser,
     /// Whether it has names that stand for something.
     has_names: bool,
+    /// Whether its animations are read, of which a time can be asked for.
+    has_times: bool,
 }
 
 impl Format {
     /// Reads a scene of this format; see [`parse_with`].
     ///
     /// # Errors
-    /// If the content is wrong, or names are defined twice or not used.
+    /// If the content is wrong, names are defined twice or not used, or a time is asked for that the format does not
+    /// have.
     pub fn parse(
         &self,
         bytes: &[u8],
@@ -94,22 +99,11 @@ impl Format {
     }
 
     fn read(&self, bytes: &[u8], path: &Path, context: &Arc<Context>) -> Reading {
-        let definition = context.options().definitions.first().filter(|_| !self.has_names);
-        let result = match definition {
+        let result = match self.refusal(context.options()) {
             None => guarded(self.name, || (self.parser)(bytes, path, context)).unwrap_or_else(
                 |message| Err(LoadError::Broken { at: mesh_file::place(path, 0), message }),
             ),
-            Some((name, _)) => {
-                let all = FORMATS.iter().filter(|format| format.has_names);
-                let names: Vec<_> = all.map(|f| f.name).collect();
-                let message = format!(
-                    "{} is defined, but {} has no such names; they are for {}",
-                    quote(name),
-                    self.name,
-                    names.join(", ")
-                );
-                Err(mesh_file::error(path, 0, message))
-            }
+            Some(message) => Err(mesh_file::error(path, 0, message)),
         };
         let mut reading = context.finish(result);
         if let Ok(scene) = &mut reading.scene
@@ -121,10 +115,34 @@ impl Format {
     }
 }
 
+impl Format {
+    /// Why it cannot be read with such options.
+    fn refusal(&self, options: &LoadOptions) -> Option<String> {
+        let names_of = |has: fn(&Self) -> bool| {
+            let all: Vec<_> = FORMATS.iter().filter(|f| has(f)).map(|f| f.name).collect();
+            all.join(", ")
+        };
+        if let Some((name, _)) = options.definitions.first().filter(|_| !self.has_names) {
+            return Some(format!(
+                "{} is defined, but {} has no such names; they are for {}",
+                quote(name),
+                self.name,
+                names_of(|f| f.has_names)
+            ));
+        }
+        let time = options.time.filter(|_| !self.has_times)?;
+        Some(format!(
+            "the time {time} is asked for, but no animations of {} are read; leave it out, or give a scene of {}",
+            self.name,
+            names_of(|f| f.has_times)
+        ))
+    }
+}
+
 /// All formats.
 pub static FORMATS: &[Format] = &[
     format("COLLADA", &["dae"], collada::parse),
-    format("glTF 2.0", &["gltf", "glb"], gltf::parse),
+    Format { has_times: true, ..format("glTF 2.0", &["gltf", "glb"], gltf::parse) },
     Format { has_names: true, ..format("Mitsuba 3", &["xml"], mitsuba::parse) },
     format("pbrt-v4", &["pbrt"], pbrt::parse),
     format("pathtracer JSON", &["json"], json::parse),
@@ -133,9 +151,9 @@ pub static FORMATS: &[Format] = &[
     format("Wavefront OBJ", &["obj"], obj::parse),
 ];
 
-/// A format without names that stand for something.
+/// A format without names that stand for something, and without animations that are read.
 const fn format(name: &'static str, extensions: &'static [&'static str], parser: Parser) -> Format {
-    Format { name, extensions, parser, has_names: false }
+    Format { name, extensions, parser, has_names: false, has_times: false }
 }
 
 /// Reads a scene, in the format that the ending of its name says.

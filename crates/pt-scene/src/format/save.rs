@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::json;
+use super::{gltf, json};
 use crate::Scene;
 use crate::image::{ImageError, write_atomically};
 
@@ -63,7 +63,10 @@ struct Writer {
 }
 
 /// All of them.
-static WRITERS: &[Writer] = &[Writer { ending: "json", encode: json::encode }];
+static WRITERS: &[Writer] = &[
+    Writer { ending: "json", encode: json::encode },
+    Writer { ending: "glb", encode: gltf::encode },
+];
 
 /// Writes a scene in the format that the ending of the name says, and tells what that cannot say.
 ///

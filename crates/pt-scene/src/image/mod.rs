@@ -266,6 +266,14 @@ pub fn count_beyond_half(image: &Image, options: &SaveOptions) -> usize {
     exr::count_beyond_half(image, options)
 }
 
+/// The bytes of a PNG file of numbers from 0 to 1 as they are to be stored, with the opacity if there is one.
+///
+/// # Errors
+/// If there are not as many as the size says, or they do not fit into the format.
+pub(crate) fn encode_stored(stored: &Decoded, bits: BitDepth) -> Result<Vec<u8>, String> {
+    png::write_stored(stored, bits)
+}
+
 /// Writes bytes that are ready for the screen as an 8-bit PNG file, whatever the ending of the
 /// name, by [`write_atomically`]. Rows run from the top.
 ///

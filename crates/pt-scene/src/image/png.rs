@@ -46,6 +46,27 @@ pub(super) fn write_bytes(width: u32, height: u32, pixels: &[[u8; 3]]) -> Result
     Ok(out)
 }
 
+/// Numbers as they are to be stored: each as the nearest level, of which the highest is 1.
+pub(super) fn write_stored(stored: &Decoded, bits: BitDepth) -> Result<Vec<u8>, String> {
+    let Decoded { image, alpha } = stored;
+    let numbers = image.pixels.iter().enumerate().flat_map(|(i, [r, g, b])| {
+        [Some(*r), Some(*g), Some(*b), alpha.as_ref().map(|alpha| alpha[i])].into_iter().flatten()
+    });
+    let level = |x: f32, highest: f32| (highest * x + 0.5) as u16;
+    let (depth, data): (_, Vec<u8>) = match bits {
+        BitDepth::Eight => (Depth::Eight, numbers.map(|x| level(x, 255.0) as u8).collect()),
+        BitDepth::Sixteen => {
+            (Depth::Sixteen, numbers.flat_map(|x| level(x, 65_535.0).to_be_bytes()).collect())
+        }
+    };
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(&mut out, image.width, image.height);
+    encoder.set_color(if alpha.is_some() { ColorType::Rgba } else { ColorType::Rgb });
+    encoder.set_depth(depth);
+    finish(encoder, &data)?;
+    Ok(out)
+}
+
 /// Writes header and data.
 fn finish(encoder: Encoder<'_, &mut Vec<u8>>, data: &[u8]) -> Result<(), String> {
     let mut writer = encoder.write_header().map_err(|e| e.to_string())?;

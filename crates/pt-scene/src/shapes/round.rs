@@ -35,6 +35,52 @@ pub fn disk() -> Mesh {
     }
 }
 
+/// The sphere of radius 1 around the origin, with its normals; the front looks outwards. u is the longitude from +x
+/// towards +y over a full turn, and v the angle from +z over half a turn.
+///
+/// Its triangles are at most 1.6 · 10⁻⁴ inside of it.
+pub fn sphere() -> Mesh {
+    /// Meridians, and circles of latitude from pole to pole.
+    const MERIDIANS: u32 = 256;
+    const CIRCLES: u32 = 128;
+    let (mut positions, mut uvs) = (Vec::new(), Vec::new());
+    for j in 0..=CIRCLES {
+        let theta = f64::from(j) / f64::from(CIRCLES);
+        let (sin, cos) = libm::sincos(0.5 * TAU * theta);
+        for i in 0..=MERIDIANS {
+            let phi = f64::from(i) / f64::from(MERIDIANS);
+            let (y, x) = libm::sincos(TAU * f64::from(i % MERIDIANS) / f64::from(MERIDIANS));
+            // All ends of the meridians are one point.
+            let equator = if j == 0 || j == CIRCLES { 0.0 } else { sin };
+            positions.push([equator * x, equator * y, cos].map(|x| x as f32));
+            uvs.push([phi, theta].map(|x| x as f32));
+        }
+    }
+    let mut triangles = Vec::new();
+    for j in 0..CIRCLES {
+        for i in 0..MERIDIANS {
+            let north = j * (MERIDIANS + 1) + i;
+            let south = north + MERIDIANS + 1;
+            if j > 0 {
+                triangles.push([north, south, north + 1]);
+            }
+            if j + 1 < CIRCLES {
+                triangles.push([north + 1, south, south + 1]);
+            }
+        }
+    }
+    Mesh {
+        name: "sphere".to_owned(),
+        normals: Some(Attribute { values: positions.clone(), indices: None }),
+        positions,
+        uvs: Some(Attribute { values: uvs, indices: None }),
+        colors: None,
+        face_colors: None,
+        parts: single_part(triangles.len()),
+        triangles,
+    }
+}
+
 /// The surface of radius 1 around the z axis between z = 0 and z = 1, open at both ends; the front
 /// looks outwards. u is the angle from +x towards +y over a full turn, and v is z.
 pub fn cylinder() -> Mesh {
@@ -98,6 +144,20 @@ mod tests {
             0.5 * (b - a).cross(c - a).length()
         };
         (0..mesh.triangles.len()).map(of).sum()
+    }
+
+    #[test]
+    fn the_sphere_is_closed_and_looks_outwards() {
+        let mesh = sphere();
+        let area = area(&mesh);
+        assert!((area / (4.0 * PI) - 1.0).abs() < 3e-4, "{area}");
+        for i in 0..mesh.triangles.len() {
+            let [a, b, c] = corners(&mesh, i);
+            let middle = (a + b + c) / 3.0;
+            assert!((b - a).cross(c - a).dot(middle) > 0.0);
+            let inside = [middle, (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0];
+            assert!(inside.iter().all(|p| p.length() > 1.0 - 1.6e-4), "{i}");
+        }
     }
 
     /// Checks at the middles of edges and faces that the texture coordinates of the corners mean

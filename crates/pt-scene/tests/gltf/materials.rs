@@ -284,3 +284,18 @@ fn images_are_made_once() {
         .collect();
     assert!(images.len() == 2 && std::sync::Arc::ptr_eq(&images[0], &images[1]));
 }
+
+/// The sheen is a number, which is the luminance of what its texture shows.
+#[test]
+fn sheen_may_have_a_texture() {
+    let sheen = |factor: [f32; 3]| {
+        let fields = json!({"sheenColorFactor": factor, "sheenColorTexture": {"index": 0}});
+        principled(&json!({"extensions": {"KHR_materials_sheen": fields}})).sheen
+    };
+    let [r, g, b] = [188.0, 100.0, 51.0].map(|level| linear_from_srgb(level / 255.0));
+    assert_eq!(texels(&sheen([1.0; 3])), [[r, 0.0, b], [r, g, b]]);
+    let Scalar::Texture(product) = sheen([0.5, 0.25, 0.0]) else { panic!("a texture") };
+    let [image, factor] = factors(&Color::Texture(product)).clone();
+    assert_eq!((bitmap(&image).filter, factor), (Filter::Nearest, [0.5, 0.25, 0.0].into()));
+    assert_eq!(sheen([0.0; 3]), 0.0.into());
+}

@@ -94,3 +94,26 @@ fn word(bytes: &[u8], offset: usize) -> Option<u32> {
     let word = bytes.get(offset..offset.checked_add(4)?)?;
     Some(u32::from_le_bytes(word.try_into().ok()?))
 }
+
+/// A binary file of JSON and a buffer, of which the latter may be empty.
+///
+/// # Errors
+/// If it would be larger than 4 GiB, which its header cannot say.
+pub(super) fn pack(mut json: Vec<u8>, binary: &[u8]) -> Result<Vec<u8>, String> {
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let chunks = [(JSON, json.as_slice()), (BINARY, binary)];
+    let chunks = || chunks.iter().filter(|(_, content)| !content.is_empty());
+    let length = 12 + chunks().map(|(_, content)| 8 + content.len()).sum::<usize>();
+    let told = u32::try_from(length).map_err(|_| {
+        format!(
+            "it takes {length} bytes, and a file .glb may have 4294967295 at most; split the scene"
+        )
+    })?;
+    let mut bytes = Vec::with_capacity(length);
+    bytes.extend([MAGIC, 2, told].into_iter().flat_map(u32::to_le_bytes));
+    for (kind, content) in chunks() {
+        bytes.extend([content.len() as u32, *kind].into_iter().flat_map(u32::to_le_bytes));
+        bytes.extend_from_slice(content);
+    }
+    Ok(bytes)
+}

@@ -177,8 +177,7 @@ impl<'a> Reader<'a> {
         if color.iter().any(|c| *c != color[0]) {
             self.warn(&found, "the colour of the reflection becomes a grey of the same luminance");
         }
-        let [r, g, b] = color;
-        let scale = strength * (0.2126 * r + 0.7152 * g + 0.0722 * b);
+        let scale = strength * gloss::luminance(color);
         if made.transmits() {
             if scale != 1.0 {
                 self.warn(&found, "it is not read where light goes through");
@@ -208,13 +207,19 @@ impl<'a> Reader<'a> {
     /// KHR_materials_sheen: as much of Burley's sheen as the luminance of its colour.
     fn sheen(&mut self, item: &Item<'a>, made: &mut Principled) -> Result<(), LoadError> {
         let Some(found) = item.extension("KHR_materials_sheen")? else { return Ok(()) };
-        let [r, g, b] = found.color("sheenColorFactor", 1.0, [0.0; 3])?;
-        made.sheen = (0.2126 * r + 0.7152 * g + 0.0722 * b).into();
-        if found.has("sheenColorTexture") || found.has("sheenRoughnessTexture") {
-            self.warn(&found, "the textures of the sheen are not read");
-        }
-        if (r, g) != (g, b) {
+        let color = found.color("sheenColorFactor", 1.0, [0.0; 3])?;
+        let [r, g, b] = color;
+        let texture = self.texture(&found, "sheenColorTexture", Content::Colors)?;
+        let texture = texture.filter(|_| color != [0.0; 3]);
+        if (r, g) != (g, b) || texture.is_some() {
             self.warn(&found, "the colour of the sheen becomes a grey of the same luminance");
+        }
+        made.sheen = match painted(color, texture) {
+            Input::Texture(texture) => Input::Texture(texture),
+            Input::Value(_) => gloss::luminance(color).into(),
+        };
+        if found.has("sheenRoughnessTexture") {
+            self.warn(&found, "its roughness is not read, nor the texture of that");
         }
         Ok(())
     }
@@ -363,7 +368,8 @@ fn default_material(is_colored: bool) -> Material {
 }
 
 /// Textures of extensions that are read, or stand for numbers that are.
-const EXTENSION_TEXTURES: [(&str, &str); 2] = [
+const EXTENSION_TEXTURES: [(&str, &str); 3] = [
+    ("KHR_materials_sheen", "sheenColorTexture"),
     ("KHR_materials_transmission", "transmissionTexture"),
     ("KHR_materials_clearcoat", "clearcoatTexture"),
 ];
@@ -423,7 +429,7 @@ fn thin(solid: Principled) -> Surface {
 }
 
 /// The anisotropy and √α of facets that glTF stretches by a strength.
-fn stretched(roughness: f32, strength: f32) -> (f32, f32) {
+pub(super) fn stretched(roughness: f32, strength: f32) -> (f32, f32) {
     /// Below, facets are as good as smooth.
     const LEAST_ALPHA: f32 = 1e-4;
     let across = (roughness * roughness).max(LEAST_ALPHA);

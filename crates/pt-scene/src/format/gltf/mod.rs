@@ -3,8 +3,9 @@
 //!
 //! ```text
 //! bytes ─ container ─▶ JSON ─ item ─▶ nodes ─▶ mesh ─▶ accessor ─▶ buffer
-//!         and a buffer   objects that       ├▶ deform (skins)
-//!                        know their path    ├▶ material ─▶ texture
+//!         and a buffer   objects that       ├▶ animation ─▶ keys
+//!                        know their path    ├▶ deform (skins)
+//!                                           ├▶ material ─▶ texture
 //!                                           └▶ sight (cameras, lights)
 //! ```
 //!
@@ -12,33 +13,38 @@
 //! like it has a note, and so has an extension that is not read; where a file cannot be read without it, it is an
 //! error. Something loud stands in for images that cannot be read, and boxes for buffers.
 //!
-//! Coordinates stay as they are: +y is up, lengths are metres. Animations are not read: nodes, skins and
-//! morph targets are as the file has them at rest.
+//! Coordinates stay as they are: +y is up, lengths are metres. Nodes, skins and morph targets are as the file has them
+//! at rest, or where its animations have them at the time that is asked for.
 //!
 //! Files may be hostile: everything that is referred to is looked up, each node is visited once, and there are
 //! budgets for values, numbers, texels, bytes and objects.
 
 mod accessor;
+mod animation;
 mod buffer;
 mod container;
 mod deform;
 mod item;
+mod keys;
 mod material;
 mod mesh;
 mod nodes;
 mod sight;
 mod texture;
+mod write;
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 
 use accessor::Accessors;
+use animation::Pose;
 use buffer::Buffers;
 use item::Item;
 use material::Made;
 use pt_math::DAffine3;
 use texture::Images;
+pub(super) use write::encode;
 
 use super::context::Context;
 use super::xml::quote;
@@ -84,12 +90,13 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
         mirrored: HashMap::new(),
         meshes: HashMap::new(),
         joints: HashMap::new(),
+        poses: HashMap::new(),
         shown: 0,
         warned: HashSet::new(),
     };
     let done = reader.nodes();
     context.keep(done)?;
-    reader.finish()
+    Ok(reader.finish())
 }
 
 /// What was read so far.
@@ -109,6 +116,8 @@ struct Reader<'a> {
     meshes: HashMap<(usize, usize), Option<Arc<Mesh>>>,
     /// What the joints of each skin do.
     joints: HashMap<usize, Arc<Vec<DAffine3>>>,
+    /// What animations say of nodes, by their indices.
+    poses: HashMap<usize, Pose>,
     /// How many primitives were shown, each as often as it is.
     shown: usize,
     /// Notes that were given.
@@ -124,11 +133,7 @@ impl Reader<'_> {
         }
     }
 
-    fn finish(mut self) -> Result<Scene, LoadError> {
-        if self.root.count("animations")? > 0 {
-            let root = self.root.clone();
-            self.warn(&root, "animations are not read; all stands where it does at rest");
-        }
+    fn finish(mut self) -> Scene {
         if !self.scene.media.is_empty() {
             self.scene.settings.integrator = Some("volpath");
         }
@@ -139,7 +144,7 @@ impl Reader<'_> {
             self.warn(&root, message);
             self.scene.cameras.truncate(1);
         }
-        Ok(self.scene)
+        self.scene
     }
 }
 

@@ -7,6 +7,7 @@ use pt_math::{DAffine3, DMat3, DQuat, DVec3};
 use super::super::context::Context;
 use super::super::substitute;
 use super::Reader;
+use super::animation::Pose;
 use super::item::Item;
 use super::material::Layout;
 use super::mesh::Form;
@@ -31,6 +32,7 @@ struct Placed {
 impl<'a> Reader<'a> {
     /// Reads all that the nodes of the scene show.
     pub(super) fn nodes(&mut self) -> Result<(), LoadError> {
+        self.poses = self.read_poses()?;
         let placed = self.placed()?;
         for index in &placed.order {
             let context = self.context;
@@ -39,7 +41,7 @@ impl<'a> Reader<'a> {
             context.keep(self.camera(&node, to_world))?;
             context.keep(self.light(&node, to_world))?;
             if let Some(mesh) = context.keep(node.whole("mesh"))?.flatten() {
-                context.keep(self.mesh(&node, mesh, to_world, &placed))?;
+                context.keep(self.mesh((*index, &node), mesh, to_world, &placed))?;
             }
         }
         Ok(())
@@ -63,7 +65,10 @@ impl<'a> Reader<'a> {
                 self.context.keep(Err::<(), _>(from.refuse(field, message)))?;
                 continue;
             }
-            let Some(here) = self.context.keep(place_of(&node, parent))? else { continue };
+            let Some(here) = self.context.keep(place_of(&node, self.poses.get(&index), parent))?
+            else {
+                continue;
+            };
             to_world[index] = Some(here);
             order.push(index);
             let children = node.wholes("children")?;
@@ -96,10 +101,10 @@ impl<'a> Reader<'a> {
         Ok(roots.map(|node| (node, root.clone(), "nodes")).collect())
     }
 
-    /// Places the primitives of a mesh.
+    /// Places the primitives of a mesh, which a node of a number shows.
     fn mesh(
         &mut self,
-        node: &Item<'a>,
+        (number, node): (usize, &Item<'a>),
         index: usize,
         to_world: DAffine3,
         placed: &Placed,
@@ -109,13 +114,17 @@ impl<'a> Reader<'a> {
             None => None,
             Some(skin) => Some(self.skin(node, skin, placed)?),
         };
-        let weights = weights(if node.has("weights") { node } else { &mesh })?;
+        let animated = self.poses.get(&number).and_then(|pose| pose.weights.clone());
+        let is_shared = joints.is_none() && animated.is_none() && !node.has("weights");
+        let weights = match animated {
+            Some(weights) => weights,
+            None => weights(if node.has("weights") { node } else { &mesh })?,
+        };
         // The vertices of a skin are where its joints are, wherever its node is.
         let places = match joints {
             Some(_) => vec![DAffine3::IDENTITY],
             None => self.instances(node)?.into_iter().map(|place| to_world * place).collect(),
         };
-        let is_shared = joints.is_none() && !node.has("weights");
         let count = mesh.count("primitives")?;
         self.shown = self.shown.saturating_add(count.max(1).saturating_mul(places.len().max(1)));
         let most = self.context.limits().shapes(MAX_OBJECTS);
@@ -313,9 +322,9 @@ fn weights(item: &Item<'_>) -> Result<Vec<f64>, LoadError> {
     item.numbers("weights")
 }
 
-/// From a node to the world; `parent` is from its parent to the world.
-fn place_of(node: &Item<'_>, parent: DAffine3) -> Result<DAffine3, LoadError> {
-    let here = parent * transform(node)?;
+/// From a node to the world; `parent` is from its parent to the world, and the pose is what animations say.
+fn place_of(node: &Item<'_>, pose: Option<&Pose>, parent: DAffine3) -> Result<DAffine3, LoadError> {
+    let here = parent * transform(node, pose)?;
     if here.is_finite() {
         return Ok(here);
     }
@@ -323,7 +332,7 @@ fn place_of(node: &Item<'_>, parent: DAffine3) -> Result<DAffine3, LoadError> {
 }
 
 /// From a node to its parent. [glTF 2.0, §3.5.3]
-fn transform(node: &Item<'_>) -> Result<DAffine3, LoadError> {
+fn transform(node: &Item<'_>, pose: Option<&Pose>) -> Result<DAffine3, LoadError> {
     if let Some(matrix) = node.vector::<16>("matrix")? {
         if [matrix[3], matrix[7], matrix[11], matrix[15]] != [0.0, 0.0, 0.0, 1.0] {
             let message = "expected 0 0 0 1 as its last row, so that parallels stay parallel";
@@ -335,11 +344,16 @@ fn transform(node: &Item<'_>) -> Result<DAffine3, LoadError> {
     let rotation = quaternion(rotation)
         .ok_or_else(|| node.refuse("rotation", "it is zero; expected a unit quaternion x y z w"))?;
     let moved = node.vector("translation")?.unwrap_or([0.0; 3]);
-    Ok(composed(moved, rotation, node.vector("scale")?.unwrap_or([1.0; 3])))
+    let scale = node.vector("scale")?.unwrap_or([1.0; 3]);
+    Ok(composed(
+        pose.and_then(|pose| pose.translation).unwrap_or(moved),
+        pose.and_then(|pose| pose.rotation).unwrap_or(rotation),
+        pose.and_then(|pose| pose.scale).unwrap_or(scale),
+    ))
 }
 
 /// A rotation; `None` if the numbers are all about 0.
-fn quaternion(xyzw: [f64; 4]) -> Option<DQuat> {
+pub(super) fn quaternion(xyzw: [f64; 4]) -> Option<DQuat> {
     let rotation = DQuat::from_array(xyzw);
     let length = rotation.length();
     (length > 1e-12 && length.is_finite()).then(|| rotation.normalize())

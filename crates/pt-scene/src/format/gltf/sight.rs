@@ -111,7 +111,7 @@ impl<'a> Reader<'a> {
 
 /// The place and the turn of a node without its scale, which cameras do not follow; `None` if it flattens space.
 /// [glTF 2.0, §3.10.2]
-fn unscaled(DAffine3 { matrix3, translation }: DAffine3) -> Option<DAffine3> {
+pub(super) fn unscaled(DAffine3 { matrix3, translation }: DAffine3) -> Option<DAffine3> {
     let z = matrix3.z_axis.try_normalize()?;
     let x = matrix3.y_axis.try_normalize()?.cross(z).try_normalize()?;
     Some(DAffine3 { matrix3: DMat3::from_cols(x, z.cross(x), z), translation })

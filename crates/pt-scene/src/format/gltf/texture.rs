@@ -242,7 +242,7 @@ fn placement(info: &Item<'_>) -> Result<DMat3, LoadError> {
 }
 
 /// What is meant of an image.
-fn part(stored: &Decoded, content: Content) -> Image {
+pub(super) fn part(stored: &Decoded, content: Content) -> Image {
     let Decoded { image: Image { width, height, pixels }, alpha } = stored;
     let opacity = |i: usize| alpha.as_ref().map_or(1.0, |alpha| alpha[i]);
     let texels = pixels.iter().enumerate();

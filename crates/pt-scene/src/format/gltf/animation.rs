@@ -1,0 +1,145 @@
+//! Animations: where nodes stand, and how much of their morph targets there is, at a time. [glTF 2.0, §3.11 and app. C]
+
+use std::collections::HashMap;
+
+use pt_math::DQuat;
+
+use super::Reader;
+use super::item::Item;
+use super::keys::{Interpolation, Keys, Value};
+use super::nodes::quaternion;
+use crate::LoadError;
+
+/// What animations say of a node; `None` is as the node says itself.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Pose {
+    pub(super) translation: Option<[f64; 3]>,
+    pub(super) rotation: Option<DQuat>,
+    pub(super) scale: Option<[f64; 3]>,
+    pub(super) weights: Option<Vec<f64>>,
+}
+
+impl Pose {
+    fn moves_node(&self) -> bool {
+        self.translation.is_some() || self.rotation.is_some() || self.scale.is_some()
+    }
+}
+
+impl<'a> Reader<'a> {
+    /// What all animations together say of the nodes at the time that is asked for; nothing if none is asked for. Where
+    /// two move the same, the first one counts.
+    pub(super) fn read_poses(&mut self) -> Result<HashMap<usize, Pose>, LoadError> {
+        let mut poses = HashMap::new();
+        let Some(time) = self.context.options().time else {
+            if self.root.count("animations")? > 0 {
+                let root = self.root.clone();
+                let note = "its animations are not shown; all stands where it does at rest (--time SECONDS shows them)";
+                self.warn(&root, note);
+            }
+            return Ok(poses);
+        };
+        let animations = self.root.children("animations")?;
+        if animations.is_empty() {
+            let root = self.root.clone();
+            self.warn(&root, "a time is asked for, but there are no animations");
+        }
+        for animation in animations {
+            for channel in animation.children("channels")? {
+                let done = self.channel(&animation, &channel, time, &mut poses);
+                self.context.keep(done)?;
+            }
+        }
+        Ok(poses)
+    }
+
+    /// Sets what a channel says at a time.
+    fn channel(
+        &mut self,
+        animation: &Item<'a>,
+        channel: &Item<'a>,
+        time: f64,
+        poses: &mut HashMap<usize, Pose>,
+    ) -> Result<(), LoadError> {
+        let missing = || channel.error("its \"target\" is missing");
+        let target = channel.child("target")?.ok_or_else(missing)?;
+        let Some(index) = target.whole("node")? else {
+            self.warn(&target, "it has no \"node\"; it is passed over");
+            return Ok(());
+        };
+        let node = self.root.member("nodes", index, &target, "node")?;
+        let sampler =
+            animation.member("samplers", channel.needed("sampler")?, channel, "sampler")?;
+        let pose = poses.entry(index).or_default();
+        let path = target.text("path")?.unwrap_or_default();
+        let is_free = match path {
+            "translation" => pose.translation.is_none(),
+            "rotation" => pose.rotation.is_none(),
+            "scale" => pose.scale.is_none(),
+            "weights" => pose.weights.is_none(),
+            _ => {
+                let message = "expected translation, rotation, scale or weights";
+                return Err(target.refuse("path", message));
+            }
+        };
+        if !is_free {
+            let message =
+                format!("another animation moves the {path} of this node; the first one is shown");
+            self.warn(&target, message);
+            return Ok(());
+        }
+        let kind = match path {
+            "rotation" => Value::Rotation,
+            "weights" => Value::Weights,
+            _ => Value::Vector,
+        };
+        let value = self.keys(&sampler, kind)?.at(time);
+        match (path, value.as_slice()) {
+            ("translation", &[x, y, z]) => pose.translation = Some([x, y, z]),
+            ("scale", &[x, y, z]) => pose.scale = Some([x, y, z]),
+            ("rotation", &[x, y, z, w]) => {
+                let zero =
+                    || sampler.refuse("output", "a rotation is zero; expected unit quaternions");
+                pose.rotation = Some(quaternion([x, y, z, w]).ok_or_else(zero)?);
+            }
+            _ => pose.weights = Some(value),
+        }
+        if pose.moves_node() && node.has("matrix") {
+            let message = "an animation moves the node; expected translation, rotation and scale in place of a matrix";
+            return Err(node.refuse("matrix", message));
+        }
+        Ok(())
+    }
+
+    /// The keys of a sampler.
+    fn keys(&mut self, sampler: &Item<'a>, kind: Value) -> Result<Keys, LoadError> {
+        let interpolation = match sampler.text("interpolation")?.unwrap_or("LINEAR") {
+            "STEP" => Interpolation::Step,
+            "LINEAR" => Interpolation::Linear,
+            "CUBICSPLINE" => Interpolation::CubicSpline,
+            _ => {
+                return Err(sampler.refuse("interpolation", "expected LINEAR, STEP or CUBICSPLINE"));
+            }
+        };
+        let width = match kind {
+            Value::Vector => 3,
+            Value::Rotation => 4,
+            Value::Weights => 1,
+        };
+        let input = self.accessors.numbers(sampler, "input", &[1])?;
+        let output = self.accessors.numbers(sampler, "output", &[width])?;
+        let (Some(input), Some(output)) = (input, output) else {
+            return Err(sampler.error("its \"input\" or its \"output\" is missing"));
+        };
+        let (times, values) = (input.values, output.values);
+        if times.is_empty() || !times.is_sorted_by(|a, b| a < b) {
+            return Err(sampler.refuse("input", "expected times, each later than the one before"));
+        }
+        let count = values.len();
+        let all = times.len() * interpolation.parts();
+        Keys::new(times, values, kind, interpolation).ok_or_else(|| {
+            let message =
+                format!("there are {count} numbers; expected as many for each of {all} elements");
+            sampler.refuse("output", message)
+        })
+    }
+}

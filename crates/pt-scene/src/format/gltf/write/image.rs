@@ -1,0 +1,193 @@
+//! Images, each of which has what several parameters of a material are made of.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use pt_math::color::srgb_from_linear;
+use serde_json::{Map, Value, json};
+
+use super::super::texture::{Content, part};
+use super::Writer;
+use super::binary::Binary;
+use super::layer::Layer;
+use crate::image::{BitDepth, Decoded, Image, encode_stored};
+use crate::texture::{Filter, Wrap};
+
+/// Images, and how they are laid out.
+#[derive(Default)]
+pub(super) struct Images {
+    files: Vec<Value>,
+    samplers: Vec<Value>,
+    textures: Vec<Value>,
+    /// Files by the addresses of the images that they were made of.
+    made: HashMap<Vec<(Content, usize)>, usize>,
+    /// These, so that no others take their addresses.
+    kept: Vec<Arc<Image>>,
+    /// Files by their hashes.
+    known: HashMap<blake3::Hash, usize>,
+}
+
+impl Images {
+    /// The lists of a file.
+    pub(super) fn lists(self) -> [(&'static str, Vec<Value>); 3] {
+        [("images", self.files), ("samplers", self.samplers), ("textures", self.textures)]
+    }
+
+    /// The index of an image of which these contents are read.
+    fn image(
+        &mut self,
+        parts: Vec<(Content, Arc<Image>)>,
+        binary: &mut Binary,
+    ) -> Result<usize, String> {
+        let key = parts.iter().map(|(content, image)| (*content, Arc::as_ptr(image).addr()));
+        let key: Vec<_> = key.collect();
+        if let Some(known) = self.made.get(&key) {
+            return Ok(*known);
+        }
+        let bytes = encoded(&parts)?;
+        let index = *self.known.entry(blake3::hash(&bytes)).or_insert_with(|| {
+            let view = binary.view(bytes);
+            self.files.push(json!({"bufferView": view, "mimeType": "image/png"}));
+            self.files.len() - 1
+        });
+        self.kept.extend(parts.into_iter().map(|(_, image)| image));
+        self.made.insert(key, index);
+        Ok(index)
+    }
+
+    fn texture(&mut self, image: usize, wrap: Wrap, filter: Filter) -> usize {
+        let wrap = match wrap {
+            Wrap::Repeat => 10_497,
+            Wrap::Clamp => 33_071,
+            Wrap::Mirror => 33_648,
+        };
+        let (near, far) = match filter {
+            Filter::Nearest => (9728, 9728),
+            Filter::Bilinear | Filter::Trilinear => (9729, 9987),
+        };
+        let sampler = json!({"magFilter": near, "minFilter": far, "wrapS": wrap, "wrapT": wrap});
+        let sampler = index_of(&mut self.samplers, sampler);
+        index_of(&mut self.textures, json!({"source": image, "sampler": sampler}))
+    }
+}
+
+impl Writer<'_> {
+    /// A texture of which a material reads contents, each from a layer; all lie as the first one does.
+    pub(super) fn texture(
+        &mut self,
+        parts: &[(Content, &Layer)],
+        place: &str,
+    ) -> Result<Value, String> {
+        let first = parts[0].1;
+        if parts.iter().any(|(_, layer)| !layer.lies_as(first)) {
+            self.notes.tell(
+                place,
+                "two of its images are one in glTF, but do not lie alike; the second one lies as the first does",
+            );
+        }
+        let sizes = || parts.iter().map(|(_, layer)| [layer.image.width, layer.image.height]);
+        let largest = sizes().reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])]).unwrap_or([1; 2]);
+        let sized = parts.iter().map(|(content, layer)| (*content, layer.with_size(largest)));
+        let image = self.images.image(sized.collect(), &mut self.binary)?;
+        let mut info = json!({"index": self.images.texture(image, first.wrap, first.filter)});
+        match first.transform() {
+            Ok(None) => {}
+            Ok(Some(transform)) => {
+                let extensions = self.extended([("KHR_texture_transform", transform)]);
+                info["extensions"] = extensions;
+            }
+            Err(_) => self.notes.tell(
+                place,
+                "the coordinates of its texture are sheared, which glTF cannot say; it lies on them as they are",
+            ),
+        }
+        Ok(info)
+    }
+
+    /// The object of extensions, which count as used.
+    pub(super) fn extended(
+        &mut self,
+        extensions: impl IntoIterator<Item = (&'static str, Value)>,
+    ) -> Value {
+        let mut all = Map::new();
+        for (name, value) in extensions {
+            self.extensions.insert(name);
+            all.insert(name.to_owned(), value);
+        }
+        Value::Object(all)
+    }
+}
+
+/// The place of a value in a list, at the end of which it is put if it is not there yet.
+fn index_of(list: &mut Vec<Value>, value: Value) -> usize {
+    let known = list.iter().position(|known| *known == value);
+    known.unwrap_or_else(|| {
+        list.push(value);
+        list.len() - 1
+    })
+}
+
+/// A file with these contents: of 8 bits if all of them are read from it as they are, else of 16.
+fn encoded(parts: &[(Content, Arc<Image>)]) -> Result<Vec<u8>, String> {
+    let eight = stored(parts, 255.0);
+    let is_exact = parts.iter().all(|(content, image)| part(&eight, *content) == **image);
+    if is_exact {
+        return encode_stored(&eight, BitDepth::Eight);
+    }
+    encode_stored(&stored(parts, 65_535.0), BitDepth::Sixteen)
+}
+
+/// The levels, as shares of the highest one, of an image with these contents, which have one size; what none of them is is
+/// 1.
+fn stored(parts: &[(Content, Arc<Image>)], highest: f32) -> Decoded {
+    let &Image { width, height, ref pixels } = &*parts[0].1;
+    let mut pixels = vec![[1.0; 3]; pixels.len()];
+    let mut alpha = None;
+    let level = |share: f32| (highest * share + 0.5).floor().clamp(0.0, highest) / highest;
+    for (content, image) in parts {
+        let numbers = pixels.iter_mut().zip(&image.pixels);
+        match content {
+            Content::Colors => numbers.for_each(|(pixel, color)| {
+                *pixel = color.map(|c| level(srgb_from_linear(c)));
+            }),
+            Content::Channel(c) => numbers.for_each(|(pixel, [x, ..])| pixel[*c] = level(*x)),
+            Content::Normals { .. } => numbers.for_each(|(pixel, normal)| {
+                *pixel = normal.map(level);
+            }),
+            Content::Opacity | Content::Mask(_) => {
+                alpha = Some(image.pixels.iter().map(|[x, ..]| level(*x)).collect());
+            }
+        }
+    }
+    Decoded { image: Image { width, height, pixels }, alpha }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image(pixels: &[[f32; 3]]) -> Arc<Image> {
+        Arc::new(Image { width: pixels.len() as u32, height: 1, pixels: pixels.to_vec() })
+    }
+
+    #[test]
+    fn levels_of_8_bits_stay_so_and_others_take_16() {
+        let eight = image(&[[0.2; 3], [1.0; 3]]);
+        let sixteen = image(&[[0.2; 3], [1.0 / 65_535.0; 3]]);
+        for (image, bits) in [(eight, 8), (sixteen, 16)] {
+            let bytes = encoded(&[(Content::Channel(2), Arc::clone(&image))]).expect("it fits");
+            assert_eq!(bytes[24], bits, "the depth of a PNG file is its byte 24");
+        }
+    }
+
+    #[test]
+    fn contents_are_read_from_one_image_as_they_were() {
+        let colors = image(&[[0.0, 1.0, 0.0], [1.0, 0.0, 1.0]]);
+        let opacity = image(&[[0.2; 3], [0.6; 3]]);
+        let parts = [(Content::Colors, colors), (Content::Opacity, opacity)];
+        let both = stored(&parts, 255.0);
+        for (content, image) in parts {
+            assert_eq!(part(&both, content), *image);
+        }
+    }
+}

@@ -1,0 +1,252 @@
+//! Parameters of materials as glTF has them: a factor, times an image, times the colours of the mesh.
+
+use std::sync::Arc;
+
+use pt_math::{DMat3, DVec3};
+use serde_json::{Map, Value, json};
+
+use super::super::super::gloss;
+use crate::image::Image;
+use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
+
+/// Which colours of a mesh a material shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum MeshColors {
+    /// Those at the corners of triangles.
+    Vertices,
+    /// Those of triangles.
+    Faces,
+}
+
+/// An image and how it lies on a surface.
+#[derive(Clone, Debug)]
+pub(super) struct Layer {
+    /// Numbers from 0 to 1, unless they are normals.
+    pub(super) image: Arc<Image>,
+    pub(super) wrap: Wrap,
+    pub(super) filter: Filter,
+    /// From the (u, v, 1) of the surface to those of the image, v upwards.
+    pub(super) to_pattern: DMat3,
+}
+
+/// A parameter.
+#[derive(Clone, Debug)]
+pub(super) struct Parameter {
+    pub(super) factor: [f32; 3],
+    pub(super) layer: Option<Layer>,
+    pub(super) colors: Option<MeshColors>,
+    /// Whether images are missing that it would be multiplied with.
+    pub(super) lost: bool,
+}
+
+impl Parameter {
+    /// A colour.
+    pub(super) fn of(color: &Color) -> Self {
+        let mut made = Self { factor: [1.0; 3], layer: None, colors: None, lost: false };
+        made.add(color);
+        made.into_shares()
+    }
+
+    /// A number: a factor with three equal channels, and an image in greys.
+    pub(super) fn of_number(number: &Scalar) -> Self {
+        let made = match number {
+            Input::Value(value) => Self::of(&[*value; 3].into()),
+            Input::Texture(texture) => Self::of(&Input::Texture(Arc::clone(texture))),
+        };
+        let grey = |color: [f32; 3]| [grey(color); 3];
+        let layer = made.layer.map(|layer| {
+            // What is grey stays the same image, which other materials may have, too.
+            let is_grey = layer.image.pixels.iter().all(|[r, g, b]| r == g && g == b);
+            let image = if is_grey { layer.image } else { changed(&layer.image, grey) };
+            Layer { image, ..layer }
+        });
+        Self { factor: grey(made.factor), layer, ..made }
+    }
+
+    /// The number, if it is the same everywhere.
+    pub(super) fn number(&self) -> Option<f32> {
+        (self.layer.is_none() && self.colors.is_none()).then_some(self.factor[0])
+    }
+
+    fn add(&mut self, color: &Color) {
+        let texture = match color {
+            Input::Value(value) => {
+                self.factor = product(self.factor, *value);
+                return;
+            }
+            Input::Texture(texture) => texture,
+        };
+        match &texture.pattern {
+            Pattern::Product(factors) => factors.iter().for_each(|factor| self.add(factor)),
+            Pattern::VertexColors => self.colors = Some(MeshColors::Vertices),
+            Pattern::FaceColors => self.colors = self.colors.or(Some(MeshColors::Faces)),
+            Pattern::Bitmap(_) | Pattern::Checkerboard(_) => self.lay(layer(texture)),
+        }
+    }
+
+    /// Multiplies by an image, which can be done where it lies as the one that is there.
+    fn lay(&mut self, layer: Option<Layer>) {
+        let Some(layer) = layer else { return };
+        let Some(known) = &mut self.layer else {
+            self.layer = Some(layer);
+            return;
+        };
+        let size = |layer: &Layer| (layer.image.width, layer.image.height);
+        if !known.lies_as(&layer) || size(known) != size(&layer) {
+            self.lost = true;
+            return;
+        }
+        let pixels = known.image.pixels.iter().zip(&layer.image.pixels);
+        let pixels = pixels.map(|(a, b)| product(*a, *b)).collect();
+        known.image = Arc::new(Image { pixels, ..*known.image });
+    }
+
+    /// The same with an image from 0 to 1.
+    fn into_shares(mut self) -> Self {
+        let Some(layer) = &mut self.layer else { return self };
+        let pixels = layer.image.pixels.as_flattened();
+        let most = pixels.iter().copied().filter(|x| x.is_finite()).fold(1.0, f32::max);
+        if !pixels.iter().all(|x| (0.0..=1.0).contains(x)) {
+            let scale = power_of_two(most);
+            let share = |color: [f32; 3]| color.map(|c| (c / scale).clamp(0.0, 1.0));
+            layer.image = changed(&layer.image, share);
+            self.factor = self.factor.map(|c| c * scale);
+        }
+        self
+    }
+}
+
+impl Layer {
+    /// Whether two images lie alike on surfaces.
+    pub(super) fn lies_as(&self, other: &Self) -> bool {
+        self.wrap == other.wrap && self.to_pattern == other.to_pattern
+    }
+
+    /// The same with as many texels as another one that lies as it does.
+    pub(super) fn with_size(&self, [width, height]: [u32; 2]) -> Arc<Image> {
+        let image = &self.image;
+        if [image.width, image.height] == [width, height] {
+            return Arc::clone(image);
+        }
+        let nearest = |i: u32, from: u32, to: u32| {
+            (u64::from(i) * u64::from(from) + u64::from(from) / 2) / u64::from(to)
+        };
+        let mut pixels = Vec::with_capacity(width as usize * height as usize);
+        for y in 0..height {
+            let row = nearest(y, image.height, height) * u64::from(image.width);
+            let pixel = |x| image.pixels[(row + nearest(x, image.width, width)) as usize];
+            pixels.extend((0..width).map(pixel));
+        }
+        Arc::new(Image { width, height, pixels })
+    }
+
+    /// The fields of KHR_texture_transform; `None` if the image lies as it is, or if it is sheared, which that cannot say.
+    pub(super) fn transform(&self) -> Result<Option<Value>, Sheared> {
+        if self.to_pattern == DMat3::IDENTITY {
+            return Ok(None);
+        }
+        let upside_down =
+            DMat3::from_cols(DVec3::X, DVec3::new(0.0, -1.0, 0.0), DVec3::new(0.0, 1.0, 1.0));
+        let DMat3 { x_axis: u, y_axis: v, z_axis: moved } =
+            upside_down * self.to_pattern * upside_down;
+        let is_along_axes = u.y == 0.0 && v.x == 0.0;
+        // The columns are (cos, −sin) · scale and (sin, cos) · scale.
+        let angle = if is_along_axes { 0.0 } else { libm::atan2(-u.y, u.x) };
+        let (sin, cos) = libm::sincos(angle);
+        let scale =
+            if is_along_axes { [u.x, v.y] } else { [u.truncate().length(), v.x * sin + v.y * cos] };
+        let across = (v.x * cos - v.y * sin).abs();
+        if across > 1e-6 * (scale[0].abs() + scale[1].abs()) {
+            return Err(Sheared);
+        }
+        let mut fields = Map::new();
+        let mut put = |name: &str, value: Value| fields.insert(name.to_owned(), value);
+        if scale != [1.0; 2] {
+            put("scale", scale.to_vec().into());
+        }
+        if angle != 0.0 {
+            put("rotation", angle.into());
+        }
+        if (moved.x, moved.y) != (0.0, 0.0) {
+            put("offset", json!([moved.x, moved.y]));
+        }
+        Ok(Some(Value::Object(fields)))
+    }
+}
+
+/// A transform of coordinates that glTF cannot say.
+pub(super) struct Sheared;
+
+/// What a texture shows of itself, as an image.
+fn layer(texture: &Texture) -> Option<Layer> {
+    let to_pattern = texture.to_pattern;
+    match &texture.pattern {
+        Pattern::Bitmap(Bitmap { image, wrap, filter }) => {
+            Some(Layer { image: Arc::clone(image), wrap: *wrap, filter: *filter, to_pattern })
+        }
+        Pattern::Checkerboard([alike, other]) => {
+            // From the top, where v is above ½.
+            let pixels = vec![*other, *alike, *alike, *other];
+            let image = Arc::new(Image { width: 2, height: 2, pixels });
+            Some(Layer { image, wrap: Wrap::Repeat, filter: Filter::Nearest, to_pattern })
+        }
+        Pattern::VertexColors | Pattern::FaceColors | Pattern::Product(_) => None,
+    }
+}
+
+/// The image of normals of a texture, if it shows nothing else.
+pub(super) fn normals(texture: &Texture) -> Option<Layer> {
+    layer(texture)
+}
+
+/// A parameter of which each number is changed by a function f for which f(a b) = f(a) f(b).
+pub(super) fn mapped<T: Copy>(input: &Input<T>, number: fn(T) -> T, f: fn(f32) -> f32) -> Input<T> {
+    match input {
+        Input::Value(value) => Input::Value(number(*value)),
+        Input::Texture(texture) => Input::Texture(Arc::new(mapped_texture(texture, f))),
+    }
+}
+
+fn mapped_texture(texture: &Texture, f: fn(f32) -> f32) -> Texture {
+    let color = |color: [f32; 3]| color.map(f);
+    let pattern = match &texture.pattern {
+        Pattern::Bitmap(bitmap) => {
+            Pattern::Bitmap(Bitmap { image: changed(&bitmap.image, color), ..bitmap.clone() })
+        }
+        Pattern::Checkerboard(colors) => Pattern::Checkerboard(colors.map(color)),
+        Pattern::Product(factors) => {
+            let each = |factor: &Color| match factor {
+                Input::Value(value) => Input::Value(color(*value)),
+                Input::Texture(texture) => Input::Texture(Arc::new(mapped_texture(texture, f))),
+            };
+            Pattern::Product(Box::new([each(&factors[0]), each(&factors[1])]))
+        }
+        colors => colors.clone(),
+    };
+    Texture { pattern, to_pattern: texture.to_pattern }
+}
+
+fn changed(image: &Image, change: impl Fn([f32; 3]) -> [f32; 3]) -> Arc<Image> {
+    let pixels = image.pixels.iter().map(|pixel| change(*pixel)).collect();
+    Arc::new(Image { pixels, ..*image })
+}
+
+/// The least power of two from 1 up that is not below a number, or else the largest that there is: what is divided by it
+/// keeps its bits.
+pub(super) fn power_of_two(number: f32) -> f32 {
+    const LARGEST: f32 = 1.701_411_8e38; // 2¹²⁷
+    let mut scale = 1.0;
+    while scale < number && scale < LARGEST {
+        scale *= 2.0;
+    }
+    scale
+}
+
+/// The luminance of a colour; of greys, their number to the bit.
+fn grey([r, g, b]: [f32; 3]) -> f32 {
+    if r == g && g == b { r } else { gloss::luminance([r, g, b]) }
+}
+
+fn product(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    std::array::from_fn(|c| a[c] * b[c])
+}

@@ -1,0 +1,463 @@
+//! Materials of metallic and roughness, with their extensions. [glTF 2.0, §3.9, and the registry of extensions]
+
+use std::sync::Arc;
+
+use pt_math::trig;
+use serde_json::{Map, Value, json};
+
+use super::super::super::gloss;
+use super::super::super::xml::quote;
+use super::super::material::stretched;
+use super::super::texture::Content;
+use super::Writer;
+use super::closest::{Body, Closest, closest};
+use super::exact::near_f32;
+use super::layer::{Layer, MeshColors, Parameter, normals, power_of_two};
+use crate::material::Principled;
+use crate::medium::Matter;
+use crate::texture::{Relief, Scalar};
+use crate::{Color, Material, Medium, Surface};
+
+/// Extensions of a material, by their names.
+type Extensions = Vec<(&'static str, Value)>;
+
+/// A material that was written, and what it asks of meshes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Worn {
+    /// Its index.
+    pub(super) index: usize,
+    /// The colours of the mesh that it shows.
+    pub(super) colors: Option<MeshColors>,
+    /// Whether it has textures, which take coordinates.
+    pub(super) has_textures: bool,
+    /// Whether it has normals of its own.
+    pub(super) has_relief: bool,
+}
+
+/// What is known of a material while it is written.
+struct Writing {
+    place: String,
+    has_textures: bool,
+    fields: Map<String, Value>,
+    extensions: Extensions,
+}
+
+impl Writer<'_> {
+    /// A material with a medium inside; written once. `None` is the one of objects without a material.
+    pub(super) fn material(
+        &mut self,
+        material: Option<u32>,
+        interior: Option<u32>,
+    ) -> Result<Worn, String> {
+        if let Some(known) = self.worn.get(&(material, interior)) {
+            return Ok(*known);
+        }
+        let missing =
+            |i: u32| format!("an object wears material {i}, which the scene does not have");
+        let scene = self.scene;
+        let described = match material {
+            None => &default_material(),
+            Some(i) => scene.materials.get(i as usize).ok_or_else(|| missing(i))?,
+        };
+        let medium = interior.and_then(|i| scene.media.get(i as usize));
+        let worn = self.described(described, medium)?;
+        self.worn.insert((material, interior), worn);
+        Ok(worn)
+    }
+
+    /// Writes a material.
+    pub(super) fn described(
+        &mut self,
+        material: &Material,
+        medium: Option<&Medium>,
+    ) -> Result<Worn, String> {
+        let mut writing = Writing {
+            place: format!("material {}", quote(&material.name)),
+            has_textures: false,
+            fields: Map::new(),
+            extensions: Vec::new(),
+        };
+        let cx = &mut writing;
+        let Closest { look, body, relief } =
+            closest(&material.surface, &mut |note| self.notes.tell(&cx.place, note));
+        let base = self.base(&look, &material.opacity, cx)?;
+        self.refraction(&look, body, medium, cx)?;
+        self.coat(&look, cx)?;
+        self.sheen(&look, cx)?;
+        let has_relief = self.relief(relief.as_ref(), cx)?;
+        let glows = self.emission(material, cx)?;
+        if body != Body::Solid && !look.two_sided {
+            self.notes.tell(&cx.place, "its back, which is black, becomes like its front");
+        }
+        // What glows does so on its front alone, and light goes through both sides of a body anyway.
+        if !glows && look.two_sided {
+            cx.fields.insert("doubleSided".to_owned(), true.into());
+        }
+        let Writing { has_textures, mut fields, extensions, .. } = writing;
+        if !material.name.is_empty() {
+            fields.insert("name".to_owned(), material.name.clone().into());
+        }
+        if !extensions.is_empty() {
+            fields.insert("extensions".to_owned(), self.extended(extensions));
+        }
+        self.materials.push(Value::Object(fields));
+        let index = self.materials.len() - 1;
+        Ok(Worn { index, colors: base.colors, has_textures, has_relief })
+    }
+
+    /// Colour, opacity, metal and roughness; gives the colour.
+    fn base(
+        &mut self,
+        look: &Principled,
+        opacity: &Scalar,
+        cx: &mut Writing,
+    ) -> Result<Parameter, String> {
+        let color = Parameter::of(&look.base_color);
+        if color.lost {
+            self.notes
+                .tell(&cx.place, "of the images that its colour is a product of, one is left out");
+        }
+        let opacity = self.number(opacity, "opacity", cx);
+        let mut pbr = Map::new();
+        let mut images = Vec::new();
+        images.extend(color.layer.as_ref().map(|layer| (Content::Colors, layer)));
+        let content = match (&opacity.layer, opacity.number()) {
+            (_, Some(1.0)) => None,
+            (Some(layer), _) if is_mask(layer) && opacity.factor[0] == 1.0 => {
+                cx.fields.insert("alphaMode".to_owned(), "MASK".into());
+                Some(Content::Mask(0.5_f32.to_bits()))
+            }
+            _ => {
+                cx.fields.insert("alphaMode".to_owned(), "BLEND".into());
+                Some(Content::Opacity)
+            }
+        };
+        images.extend(content.and_then(|content| Some((content, opacity.layer.as_ref()?))));
+        self.put_texture(&mut pbr, "baseColorTexture", &images, cx)?;
+        let [r, g, b] = color.factor.map(|c| self.share(c, "colour", cx));
+        let alpha = self.share(opacity.factor[0], "opacity", cx);
+        if [r, g, b, alpha] != [1.0; 4] {
+            pbr.insert("baseColorFactor".to_owned(), json!([r, g, b, alpha]));
+        }
+        let metallic = self.number(&look.metallic, "metal", cx);
+        let mut roughness = self.number(&look.roughness, "roughness", cx);
+        if let Some(extension) = self.anisotropy(look, &mut roughness, cx) {
+            cx.extensions.push(extension);
+        }
+        let mut images = Vec::new();
+        images.extend(roughness.layer.as_ref().map(|layer| (Content::Channel(1), layer)));
+        images.extend(metallic.layer.as_ref().map(|layer| (Content::Channel(2), layer)));
+        self.put_texture(&mut pbr, "metallicRoughnessTexture", &images, cx)?;
+        for (name, what, number) in
+            [("metallicFactor", "metal", &metallic), ("roughnessFactor", "roughness", &roughness)]
+        {
+            let factor = self.share(number.factor[0], what, cx);
+            if factor != 1.0 {
+                pbr.insert(name.to_owned(), factor.into());
+            }
+        }
+        cx.fields.insert("pbrMetallicRoughness".to_owned(), pbr.into());
+        Ok(color)
+    }
+
+    /// A number as a factor and an image.
+    fn number(&mut self, number: &Scalar, what: &str, cx: &Writing) -> Parameter {
+        let made = Parameter::of_number(number);
+        if made.colors.is_some() {
+            let note = format!("its {what} does not follow the colours of the mesh");
+            self.notes.tell(&cx.place, note);
+        }
+        if made.lost {
+            let note = format!("of the images that its {what} is a product of, one is left out");
+            self.notes.tell(&cx.place, note);
+        }
+        made
+    }
+
+    /// A number from 0 to 1, with a note about what is beyond.
+    fn share(&mut self, number: f32, what: &str, cx: &Writing) -> f32 {
+        if (0.0..=1.0).contains(&number) {
+            return number;
+        }
+        let note =
+            format!("its {what} is beyond what lies from 0 to 1; the nearest of these is written");
+        self.notes.tell(&cx.place, note);
+        if number > 1.0 { 1.0 } else { 0.0 }
+    }
+
+    fn put_texture(
+        &mut self,
+        fields: &mut Map<String, Value>,
+        name: &str,
+        images: &[(Content, &Layer)],
+        cx: &mut Writing,
+    ) -> Result<(), String> {
+        if !images.is_empty() {
+            cx.has_textures = true;
+            fields.insert(name.to_owned(), self.texture(images, &cx.place)?);
+        }
+        Ok(())
+    }
+
+    /// A factor and an image in one channel.
+    fn put_number(
+        &mut self,
+        fields: &mut Map<String, Value>,
+        [factor, texture]: [&str; 2],
+        number: &Parameter,
+        what: &str,
+        cx: &mut Writing,
+    ) -> Result<(), String> {
+        let value = self.share(number.factor[0], what, cx);
+        fields.insert(factor.to_owned(), value.into());
+        let image = number.layer.as_ref().map(|layer| (Content::Channel(0), layer));
+        self.put_texture(fields, texture, image.as_slice(), cx)
+    }
+
+    /// KHR_materials_anisotropy; with it the roughness is that across highlights.
+    fn anisotropy(
+        &mut self,
+        look: &Principled,
+        roughness: &mut Parameter,
+        cx: &Writing,
+    ) -> Option<(&'static str, Value)> {
+        if look.anisotropic == Scalar::Value(0.0) {
+            return None;
+        }
+        let (Scalar::Value(anisotropic), Some(root)) = (&look.anisotropic, roughness.number())
+        else {
+            self.notes.tell(
+                &cx.place,
+                "its highlights become round, as a texture says how long they are",
+            );
+            return None;
+        };
+        let aspect = (1.0 - 0.9 * anisotropic).sqrt();
+        let (along, across) = ((root * root / aspect).min(1.0), root * root * aspect);
+        let strength = ((along - across) / (1.0 - across)).clamp(0.0, 1.0).sqrt();
+        let is_right = |s: f32| stretched(across.sqrt(), s).0 == *anisotropic;
+        let strength = near_f32(strength, is_right).clamp(0.0, 1.0);
+        roughness.factor = [across.sqrt(); 3];
+        Some(("KHR_materials_anisotropy", json!({"anisotropyStrength": strength})))
+    }
+
+    /// KHR_materials_transmission, _volume and _ior; what reflects nothing has a KHR_materials_specular of 0.
+    fn refraction(
+        &mut self,
+        look: &Principled,
+        body: Body,
+        medium: Option<&Medium>,
+        cx: &mut Writing,
+    ) -> Result<(), String> {
+        if look.transmits() {
+            let number = self.number(&look.spec_trans, "transmission", cx);
+            let mut fields = Map::new();
+            let names = ["transmissionFactor", "transmissionTexture"];
+            self.put_number(&mut fields, names, &number, "transmission", cx)?;
+            cx.extensions.push(("KHR_materials_transmission", fields.into()));
+        }
+        if body == Body::Solid {
+            let mut fields = Map::from_iter([("thicknessFactor".to_owned(), 1.0.into())]);
+            if let Some(medium) = medium {
+                self.absorption(medium, &mut fields);
+            }
+            cx.extensions.push(("KHR_materials_volume", fields.into()));
+        } else if let Some(medium) = medium {
+            self.notes.tell(&medium.at, "it is left out: what it is in has no inside in glTF");
+        }
+        let ior = match look.ior {
+            1.5 => return Ok(()),
+            1.0 if !look.transmits() => {
+                cx.extensions.push(("KHR_materials_specular", json!({"specularFactor": 0.0})));
+                return Ok(());
+            }
+            ior if ior >= 1.0 => ior,
+            ior => {
+                let note = "its index of refraction is below 1, which glTF does not know; the inverse is written";
+                self.notes.tell(&cx.place, note);
+                1.0 / ior.max(0.01)
+            }
+        };
+        cx.extensions.push(("KHR_materials_ior", json!({"ior": ior})));
+        Ok(())
+    }
+
+    /// What a medium leaves of light behind a distance: c = exp(−σt d).
+    fn absorption(&mut self, medium: &Medium, fields: &mut Map<String, Value>) {
+        let Matter::Homogeneous { extinction, albedo } = &medium.matter else {
+            self.notes.tell(&medium.at, "it is left out: media of glTF are the same everywhere");
+            return;
+        };
+        if *albedo != [0.0; 3] {
+            self.notes.tell(&medium.at, "it absorbs what it would scatter or absorb");
+        }
+        let (color, distance) = attenuation(extinction.map(|sigma| sigma / self.metres as f32));
+        fields.insert("attenuationColor".to_owned(), color.to_vec().into());
+        fields.insert("attenuationDistance".to_owned(), distance.into());
+    }
+
+    /// KHR_materials_clearcoat.
+    fn coat(&mut self, look: &Principled, cx: &mut Writing) -> Result<(), String> {
+        if look.clearcoat == Scalar::Value(0.0) {
+            return Ok(());
+        }
+        let number = self.number(&look.clearcoat, "coat", cx);
+        let mut fields = Map::new();
+        let names = ["clearcoatFactor", "clearcoatTexture"];
+        self.put_number(&mut fields, names, &number, "coat", cx)?;
+        let Scalar::Value(shine) = look.clearcoat_gloss else {
+            self.notes.tell(&cx.place, "the gloss of its coat is left out, as it has a texture");
+            cx.extensions.push(("KHR_materials_clearcoat", fields.into()));
+            return Ok(());
+        };
+        let roughness = (0.1 - (0.1 - 0.001) * shine.clamp(0.0, 1.0)).sqrt();
+        let guess = if shine == 1.0 { 0.0 } else { roughness };
+        let found = near_f32(guess, |roughness| gloss::coat(roughness) == shine);
+        fields.insert("clearcoatRoughnessFactor".to_owned(), found.clamp(0.0, 1.0).into());
+        cx.extensions.push(("KHR_materials_clearcoat", fields.into()));
+        Ok(())
+    }
+
+    /// KHR_materials_sheen. Burley's has no roughness: it is as wide as that of ½.
+    fn sheen(&mut self, look: &Principled, cx: &mut Writing) -> Result<(), String> {
+        if look.sheen == Scalar::Value(0.0) {
+            return Ok(());
+        }
+        let mut fields = Map::from_iter([("sheenRoughnessFactor".to_owned(), 0.5.into())]);
+        let color = match &look.sheen {
+            Scalar::Value(sheen) => {
+                let grey = self.share(*sheen, "sheen", cx);
+                [near_f32(grey, |c| c <= 1.0 && gloss::luminance([c; 3]) == grey); 3]
+            }
+            Scalar::Texture(texture) => {
+                let made = Parameter::of(&Color::Texture(Arc::clone(texture)));
+                let image = made.layer.as_ref().map(|layer| (Content::Colors, layer));
+                self.put_texture(&mut fields, "sheenColorTexture", image.as_slice(), cx)?;
+                made.factor.map(|c| self.share(c, "sheen", cx))
+            }
+        };
+        fields.insert("sheenColorFactor".to_owned(), color.to_vec().into());
+        cx.extensions.push(("KHR_materials_sheen", fields.into()));
+        Ok(())
+    }
+
+    /// The normal texture; whether there is one.
+    fn relief(&mut self, relief: Option<&Relief>, cx: &mut Writing) -> Result<bool, String> {
+        let normals = match relief {
+            None => return Ok(false),
+            Some(Relief::Normals(texture)) => normals(texture),
+            Some(Relief::Heights(..)) => None,
+        };
+        let Some(layer) = normals else {
+            self.notes.tell(&cx.place, "its relief by heights is left out: glTF has normals alone");
+            return Ok(false);
+        };
+        let content = Content::Normals { scale: 1.0_f32.to_bits(), is_mirrored: false };
+        let mut fields = std::mem::take(&mut cx.fields);
+        let done = self.put_texture(&mut fields, "normalTexture", &[(content, &layer)], cx);
+        cx.fields = fields;
+        done.map(|()| true)
+    }
+
+    /// The glow; whether there is one.
+    fn emission(&mut self, material: &Material, cx: &mut Writing) -> Result<bool, String> {
+        let glow = Parameter::of(&material.emission);
+        if glow.factor == [0.0; 3] {
+            return Ok(false);
+        }
+        if !glow.factor.iter().all(|c| c.is_finite()) {
+            return Err(format!("{}: its glow is not finite", cx.place));
+        }
+        if glow.colors.is_some() || glow.lost {
+            self.notes.tell(&cx.place, "of what its glow is a product of, one image is written");
+        }
+        let strength = power_of_two(glow.factor.into_iter().fold(0.0, f32::max));
+        let factor = glow.factor.map(|c| c.max(0.0) / strength);
+        cx.fields.insert("emissiveFactor".to_owned(), factor.to_vec().into());
+        if strength != 1.0 {
+            let extension = json!({"emissiveStrength": strength});
+            cx.extensions.push(("KHR_materials_emissive_strength", extension));
+        }
+        let image = glow.layer.as_ref().map(|layer| (Content::Colors, layer));
+        let mut fields = std::mem::take(&mut cx.fields);
+        let done = self.put_texture(&mut fields, "emissiveTexture", image.as_slice(), cx);
+        cx.fields = fields;
+        done.map(|()| true)
+    }
+}
+
+/// What is left of light behind a distance, and this, from which readers compute an extinction per metre: exactly this one,
+/// if there is such a distance among those behind which from e⁻¹ to e⁻⁵ is left of the channel that loses most.
+fn attenuation(extinction: [f32; 3]) -> ([f32; 3], f32) {
+    const TRIED: u8 = 255;
+    let most = extinction.into_iter().fold(f32::MIN_POSITIVE, f32::max);
+    let left = |distance: f32| {
+        extinction.map(|sigma| {
+            let is_right = |c: f32| c <= 1.0 && -trig::ln(c) / distance == sigma;
+            near_f32(trig::exp(-sigma * distance), is_right)
+        })
+    };
+    let distance = |i: u8| ((1.0 + f32::from(i) / 64.0) / most).min(f32::MAX);
+    let is_exact = |d: &f32| {
+        let found = left(*d).map(|c| -trig::ln(c) / d);
+        found == extinction
+    };
+    let distance = (0..TRIED).map(distance).find(is_exact).unwrap_or(distance(0));
+    (left(distance), distance)
+}
+
+/// What objects without a material wear.
+fn default_material() -> Material {
+    let matte = crate::material::Matte { reflectance: [0.5; 3].into(), two_sided: true };
+    Material {
+        name: "default".to_owned(),
+        surface: Surface::from(matte),
+        emission: [0.0; 3].into(),
+        opacity: 1.0.into(),
+    }
+}
+
+/// Whether each texel of an image is there or not.
+fn is_mask(layer: &Layer) -> bool {
+    layer.image.pixels.iter().all(|[x, ..]| *x == 0.0 || *x == 1.0)
+}
+
+/// Whether a material is another one whose normals lean to the other side along v, as readers of glTF make it for
+/// triangles on which coordinates lie mirrored.
+pub(super) fn is_mirrored(material: &Material, of: &Material) -> bool {
+    let (Surface::Embossed(one), Surface::Embossed(other)) = (&material.surface, &of.surface)
+    else {
+        return false;
+    };
+    let (Relief::Normals(a), Relief::Normals(b)) = (&one.relief, &other.relief) else {
+        return false;
+    };
+    let (Some(a), Some(b)) = (normals(a), normals(b)) else { return false };
+    let leans = |(p, q): (&[f32; 3], &[f32; 3])| {
+        [p[0] - q[0], p[1] + q[1] - 1.0, p[2] - q[2]].iter().all(|x| x.abs() < 1e-6)
+    };
+    one.surface == other.surface
+        && (&material.name, &material.emission, &material.opacity)
+            == (&of.name, &of.emission, &of.opacity)
+        && a.lies_as(&b)
+        && [a.image.width, a.image.height] == [b.image.width, b.image.height]
+        && a.image.pixels.iter().zip(&b.image.pixels).all(leans)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn attenuation_means_the_extinction_that_it_was_made_of() {
+        for extinction in [[0.0; 3], [1.0, 2.0, 3.0], [1e-3, 0.0, 0.2], [400.0, 7.5, 0.1]] {
+            let (left, distance) = attenuation(extinction);
+            let most = extinction.into_iter().fold(0.0, f32::max);
+            for (c, wanted) in left.into_iter().zip(extinction) {
+                let found = -trig::ln(c) / distance;
+                assert!((0.0..=1.0).contains(&c), "{c}");
+                assert!((found - wanted).abs() <= 2e-7 * most, "{found} {wanted}");
+            }
+        }
+    }
+}

@@ -1,0 +1,266 @@
+//! Scenes as binary files of glTF.
+//!
+//! ```text
+//! Scene ─┬▶ mesh ──────────────────────────────────┬▶ binary ─▶ container ─▶ bytes
+//!        ├▶ material ─▶ closest ─▶ layer ─▶ image ─┘
+//!        └▶ sight (cameras, lights)                  ▶ notes
+//! ```
+//!
+//! What our reader makes of a file is written so that it makes the same of it again. What glTF cannot say becomes what
+//! is nearest to it, or is left out; both have notes.
+
+mod binary;
+mod closest;
+mod exact;
+mod image;
+mod layer;
+mod material;
+mod mesh;
+mod notes;
+mod place;
+mod sight;
+
+use std::collections::{BTreeSet, HashMap};
+use std::fmt::Display;
+use std::path::Path;
+use std::sync::Arc;
+
+use binary::Binary;
+use image::Images;
+use material::Worn;
+use mesh::{MeshKey, Primitives};
+use notes::Notes;
+use pt_math::{DAffine3, DVec3};
+use serde_json::{Map, Value, json};
+
+use super::super::save::Encoded;
+use crate::{FileSettings, Geometry, Mesh, Object, Part, Scene, shapes};
+
+/// Turns a scene into a file.
+///
+/// # Errors
+/// If numbers are not finite, indices refer to nothing, or it would be larger than 4 GiB.
+pub(in crate::format) fn encode(scene: &Scene, _path: &Path) -> Result<Encoded, String> {
+    let mut writer = Writer::new(scene);
+    writer.cameras()?;
+    writer.lights()?;
+    for object in &scene.objects {
+        writer.object(object).map_err(|message| format!("{}: {message}", object.at))?;
+    }
+    writer.settings(&scene.settings);
+    writer.finish()
+}
+
+/// What was written so far.
+struct Writer<'a> {
+    scene: &'a Scene,
+    /// Metres per unit of the scene; lengths of glTF are metres.
+    metres: f64,
+    binary: Binary,
+    images: Images,
+    notes: Notes,
+    /// Those that are used.
+    extensions: BTreeSet<&'static str>,
+    materials: Vec<Value>,
+    /// Materials by what they were in the scene, and the medium inside.
+    worn: HashMap<(Option<u32>, Option<u32>), Worn>,
+    meshes: Vec<Value>,
+    /// Meshes that were written; `None` are those without triangles.
+    known_meshes: HashMap<MeshKey, Option<usize>>,
+    primitives: Primitives,
+    /// What all spheres are, once there is one.
+    sphere: Option<Arc<Mesh>>,
+    cameras: Vec<Value>,
+    lights: Vec<Value>,
+    nodes: Vec<Value>,
+    /// Nodes that are nobody's children.
+    roots: Vec<usize>,
+}
+
+impl<'a> Writer<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        Self {
+            scene,
+            metres: scene.metres_per_unit,
+            binary: Binary::default(),
+            images: Images::default(),
+            notes: Notes::default(),
+            extensions: BTreeSet::new(),
+            materials: Vec::new(),
+            worn: HashMap::new(),
+            meshes: Vec::new(),
+            known_meshes: HashMap::new(),
+            primitives: HashMap::new(),
+            sphere: None,
+            cameras: Vec::new(),
+            lights: Vec::new(),
+            nodes: Vec::new(),
+            roots: Vec::new(),
+        }
+    }
+
+    /// An object with its materials.
+    fn object(&mut self, object: &Object) -> Result<(), String> {
+        let media = object.media.unwrap_or_default();
+        if media.exterior.is_some() {
+            self.notes.tell(&object.at, "the medium outside of it is left out");
+        }
+        let used: Vec<usize> = match &object.geometry {
+            Geometry::Sphere { .. } => vec![0],
+            Geometry::Mesh(mesh) => mesh.parts.iter().map(|part| part.slot as usize).collect(),
+        };
+        let slots = used.iter().max().map_or(0, |last| last + 1);
+        let mut worn: Vec<Option<Worn>> = vec![None; slots];
+        for slot in used {
+            let material = self.unmirrored(object, slot);
+            worn[slot] = Some(self.material(material, media.interior)?);
+        }
+        // Parts refer to those alone that are there.
+        let first = worn.iter().flatten().next().copied();
+        let worn: Vec<_> = worn.into_iter().filter_map(|worn| worn.or(first)).collect();
+        self.dressed(object, &worn)
+    }
+
+    /// The material of a slot; that of the first one where the other is the same for mirrored coordinates.
+    fn unmirrored(&self, object: &Object, slot: usize) -> Option<u32> {
+        let material = object.materials.get(slot).copied().flatten();
+        let known = |index: Option<u32>| self.scene.materials.get(index? as usize);
+        let first = object.materials.first().copied().flatten();
+        match (slot, known(material), known(first)) {
+            (1, Some(second), Some(original)) if material::is_mirrored(second, original) => first,
+            _ => material,
+        }
+    }
+
+    /// An object whose slots wear these materials.
+    fn dressed(&mut self, object: &Object, worn: &[Worn]) -> Result<(), String> {
+        let mut to_world = object.to_world;
+        if let Some(motion) = &object.motion {
+            let opens = self.scene.cameras.last().map_or(0.0, |camera| camera.shutter[0]);
+            self.notes.tell(&object.at, "it moves; it stands where it is when the shutter opens");
+            to_world = motion.at(opens) * to_world;
+        }
+        let mesh = match &object.geometry {
+            Geometry::Mesh(mesh) => Arc::clone(mesh),
+            Geometry::Sphere { radius } => {
+                self.notes.tell(&object.at, "the sphere becomes triangles");
+                to_world *= DAffine3::from_scale(DVec3::splat(*radius));
+                let sphere = self.sphere.get_or_insert_with(|| Arc::new(shapes::sphere()));
+                Arc::clone(sphere)
+            }
+        };
+        let parts: Vec<(Part, Worn)> = match worn {
+            // Readers find the mirrored part themselves.
+            [first, second] if first.index == second.index => {
+                vec![(Part { triangles: 0..mesh.triangles.len() as u32, slot: 0 }, *first)]
+            }
+            _ => {
+                let dress = |part: &Part| (part.clone(), worn[part.slot as usize]);
+                let parts: Vec<_> = mesh.parts.iter().map(dress).collect();
+                let leans = |(part, worn): &(Part, Worn)| {
+                    worn.has_relief && mesh::is_mirrored_somewhere(&mesh, part)
+                };
+                if parts.iter().any(leans) {
+                    let note = "where its texture coordinates lie mirrored, its normals lean to the other side";
+                    self.notes.tell(&object.at, note);
+                }
+                parts
+            }
+        };
+        let Some(index) = self.mesh(&mesh, &parts)? else {
+            self.notes.tell(&object.at, "it is left out, as it has no triangles");
+            return Ok(());
+        };
+        let shown = Map::from_iter([("mesh".to_owned(), index.into())]);
+        self.node(&object.name, self.in_metres(to_world), shown, &object.at)
+    }
+
+    /// Adds a node that shows something.
+    fn node(
+        &mut self,
+        name: &str,
+        to_world: DAffine3,
+        shown: Map<String, Value>,
+        place: impl Display,
+    ) -> Result<(), String> {
+        if !to_world.is_finite() {
+            return Err(format!("{place}: its transform is not finite"));
+        }
+        let place::Place { parent, mut node } = place::place(to_world);
+        node.extend(shown);
+        if !name.is_empty() {
+            node.insert("name".to_owned(), name.into());
+        }
+        self.nodes.push(Value::Object(node));
+        let mut root = self.nodes.len() - 1;
+        if let Some(mut parent) = parent {
+            parent.insert("children".to_owned(), json!([root]));
+            self.nodes.push(Value::Object(parent));
+            root += 1;
+        }
+        self.roots.push(root);
+        Ok(())
+    }
+
+    /// A place in the scene in metres.
+    fn in_metres(&self, to_world: DAffine3) -> DAffine3 {
+        DAffine3::from_scale(DVec3::splat(self.metres)) * to_world
+    }
+
+    /// Tells what is asked for of the image.
+    fn settings(&mut self, settings: &FileSettings) {
+        let asked = [
+            (settings.resolution.is_some(), "the size of the image"),
+            (settings.crop.is_some(), "the part of it that is wanted"),
+            (settings.spp.is_some(), "samples per pixel"),
+            (settings.max_depth.is_some(), "the depth of paths"),
+            (settings.integrator.is_some_and(|name| name != "volpath"), "the integrator"),
+            (!settings.aovs.is_empty(), "more channels"),
+            (settings.filter.is_some(), "the filter"),
+        ];
+        let lost: Vec<_> = asked.iter().filter(|(is, _)| *is).map(|(_, what)| *what).collect();
+        if !lost.is_empty() {
+            let note = format!("glTF has no settings: left out are {}", lost.join(", "));
+            self.notes.tell("settings", note);
+        }
+    }
+
+    /// The file.
+    fn finish(mut self) -> Result<Encoded, String> {
+        let generator = concat!("pathtracer ", env!("CARGO_PKG_VERSION"));
+        let asset = json!({"version": "2.0", "generator": generator});
+        let mut shown = Map::new();
+        if !self.roots.is_empty() {
+            shown.insert("nodes".to_owned(), self.roots.into());
+        }
+        if !self.scene.name.is_empty() {
+            shown.insert("name".to_owned(), self.scene.name.clone().into());
+        }
+        let mut root = Map::from_iter([
+            ("asset".to_owned(), asset),
+            ("scene".to_owned(), 0.into()),
+            ("scenes".to_owned(), json!([shown])),
+        ]);
+        if !self.lights.is_empty() {
+            let lights = json!({"KHR_lights_punctual": {"lights": self.lights}});
+            root.insert("extensions".to_owned(), lights);
+        }
+        let lists = [
+            ("cameras", self.cameras),
+            ("materials", self.materials),
+            ("meshes", self.meshes),
+            ("nodes", std::mem::take(&mut self.nodes)),
+        ];
+        for (name, list) in lists.into_iter().chain(self.images.lists()) {
+            if !list.is_empty() {
+                root.insert(name.to_owned(), list.into());
+            }
+        }
+        if !self.extensions.is_empty() {
+            let names: Vec<_> = self.extensions.into_iter().collect();
+            root.insert("extensionsUsed".to_owned(), names.into());
+        }
+        let bytes = self.binary.finish(root)?;
+        Ok(Encoded { bytes, files: Vec::new(), notes: self.notes.finish() })
+    }
+}

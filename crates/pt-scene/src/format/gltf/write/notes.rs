@@ -1,0 +1,55 @@
+//! What is told of a scene that does not fit into a format.
+
+use std::collections::{HashMap, HashSet};
+use std::fmt::Display;
+
+/// Messages, each once, with the first place that it is about and how many others there are.
+#[derive(Default)]
+pub(super) struct Notes {
+    /// Messages in the order in which they came, and their places.
+    all: Vec<(String, Vec<String>)>,
+    numbers: HashMap<String, usize>,
+    told: HashSet<(usize, String)>,
+}
+
+impl Notes {
+    /// Says something about a place, once.
+    pub(super) fn tell(&mut self, place: impl Display, message: impl Into<String>) {
+        let (place, message) = (place.to_string(), message.into());
+        let number = *self.numbers.entry(message).or_insert_with_key(|message| {
+            self.all.push((message.clone(), Vec::new()));
+            self.all.len() - 1
+        });
+        if self.told.insert((number, place.clone())) {
+            self.all[number].1.push(place);
+        }
+    }
+
+    /// What was said.
+    pub(super) fn finish(self) -> Vec<String> {
+        let line = |(message, places): (String, Vec<String>)| {
+            let first = places.first().map(String::as_str).unwrap_or_default();
+            match places.len() - 1 {
+                0 => format!("{first}: {message}"),
+                1 => format!("{first}, and 1 other: {message}"),
+                more => format!("{first}, and {more} others: {message}"),
+            }
+        };
+        self.all.into_iter().map(line).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_said_of_many_places_is_one_note() {
+        let mut notes = Notes::default();
+        for place in ["a", "b", "a"] {
+            notes.tell(place, "it is gone");
+        }
+        notes.tell("a", "it is bent");
+        assert_eq!(notes.finish(), ["a, and 1 other: it is gone", "a: it is bent"]);
+    }
+}

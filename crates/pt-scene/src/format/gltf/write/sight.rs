@@ -1,0 +1,199 @@
+//! Cameras and lights. [glTF 2.0, §3.10; KHR_lights_punctual]
+
+use pt_math::{DAffine3, DMat3, DVec3};
+use serde_json::{Map, Value, json};
+
+use super::super::super::xml::quote;
+use super::super::sight::unscaled;
+use super::Writer;
+use super::exact::near_f64;
+use super::layer::power_of_two;
+use crate::{
+    Camera, Geometry, Light, LightKind, Material, Object, Projection, Span, Surface, shapes,
+};
+
+/// The farthest thing that is seen by parallel rays where a scene sees all.
+const FAR: f64 = 1e6;
+
+impl Writer<'_> {
+    /// The cameras: the last one of a scene, which is used, comes first, since other programs use that.
+    pub(super) fn cameras(&mut self) -> Result<(), String> {
+        let scene = self.scene;
+        if let [others @ .., used] = scene.cameras.as_slice() {
+            for camera in std::iter::once(used).chain(others) {
+                self.camera(camera)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn camera(&mut self, camera: &Camera) -> Result<(), String> {
+        let place = format!("camera {}", quote(&camera.name));
+        let mut to_world = camera.to_world;
+        if let Some(motion) = &camera.motion {
+            self.notes.tell(&place, "it moves; it stands where it is when its shutter opens");
+            to_world = motion.at(camera.shutter[0]) * to_world;
+        }
+        if camera.lens_radius > 0.0 {
+            self.notes.tell(&place, "its lens is left out: all is in focus");
+        }
+        if camera.film_offset != [0.0; 2] {
+            self.notes.tell(&place, "the offset of its film is left out");
+        }
+        if camera.medium.is_some() {
+            self.notes.tell(&place, "the medium that it is in is left out");
+        }
+        if to_world.matrix3.determinant() < 0.0 {
+            self.notes.tell(&place, "it mirrors what it sees, which is left out");
+        }
+        let Some(rigid) = unscaled(self.in_metres(to_world)) else {
+            return Err(format!("{place}: its transform flattens space"));
+        };
+        let [near, far] = [camera.near, camera.far].map(|x| x * self.metres);
+        let scale = [to_world.matrix3.x_axis, to_world.matrix3.y_axis].map(DVec3::length);
+        let view = match camera.projection {
+            Projection::Panorama => {
+                self.notes.tell(&place, "it is left out: glTF has no panoramas");
+                return Ok(());
+            }
+            Projection::Perspective { x_fov, y_fov } => {
+                let mut view = perspective([x_fov, y_fov]);
+                view["znear"] = near.into();
+                if far.is_finite() {
+                    view["zfar"] = far.into();
+                }
+                json!({"type": "perspective", "perspective": view})
+            }
+            Projection::Orthographic { half_width, half_height } => {
+                let far = if far.is_finite() { far } else { FAR.max(2.0 * near) };
+                let [x, y] = [half_width * scale[0], half_height * scale[1]];
+                let [x, y] = [x, y].map(|half| half * self.metres);
+                let view = json!({"xmag": x, "ymag": y, "znear": near, "zfar": far});
+                json!({"type": "orthographic", "orthographic": view})
+            }
+        };
+        self.cameras.push(view);
+        let index = self.cameras.len() - 1;
+        let shown = Map::from_iter([("camera".to_owned(), index.into())]);
+        self.node(&camera.name, rigid, shown, &place)
+    }
+
+    /// The lights.
+    pub(super) fn lights(&mut self) -> Result<(), String> {
+        let scene = self.scene;
+        scene.lights.iter().try_for_each(|light| self.light(light))
+    }
+
+    fn light(&mut self, light: &Light) -> Result<(), String> {
+        let to_world = self.in_metres(light.to_world);
+        let mut tell = |note: &str| self.notes.tell(&light.at, note);
+        let (kind, intensity, to_world) = match &light.kind {
+            LightKind::Directional { irradiance } => ("directional", *irradiance, to_world),
+            LightKind::DistantDisk { irradiance, .. } => {
+                tell("its disk becomes parallel light, whose shadows are sharp");
+                // It lies towards +z, and parallel light shines along −z: both the same way.
+                ("directional", *irradiance, to_world)
+            }
+            LightKind::Point { intensity } => ("point", *intensity, to_world),
+            LightKind::Ies { profile, scale } => {
+                tell("it shines the same in all directions, as its profile does on average");
+                ("point", scale.map(|c| c * profile.mean_candela()), to_world)
+            }
+            LightKind::Spot { intensity, falloff_exponent, .. } => {
+                if *falloff_exponent > 0.0 {
+                    tell("its intensity falls from its axis to the edge as glTF has it");
+                }
+                ("spot", *intensity, to_world)
+            }
+            LightKind::LinearSpot { intensity, texture, .. } => {
+                if texture.is_some() {
+                    tell("the picture that it throws is left out");
+                }
+                ("spot", *intensity, to_world)
+            }
+            LightKind::Area { radiance } => return self.square(light, *radiance),
+            LightKind::Hemisphere { .. }
+            | LightKind::Constant { .. }
+            | LightKind::Environment { .. }
+            | LightKind::Daylight(_) => {
+                tell("it is left out: glTF has no light from all around");
+                return Ok(());
+            }
+        };
+        if !intensity.iter().all(|c| *c >= 0.0 && c.is_finite()) {
+            return Err(format!("{}: its intensity is no light", light.at));
+        }
+        let strength = match intensity {
+            [r, g, b] if r == g && g == b => r,
+            [r, g, b] => power_of_two(r.max(g).max(b)),
+        };
+        let mut fields = json!({"type": kind, "intensity": strength});
+        if intensity != [strength; 3] {
+            fields["color"] = intensity.map(|c| c / strength).to_vec().into();
+        }
+        if let Some([inner, outer]) = self.cone(light) {
+            fields["spot"] = json!({"innerConeAngle": inner, "outerConeAngle": outer});
+        }
+        self.lights.push(fields);
+        let reference = json!({"light": self.lights.len() - 1});
+        let extensions = self.extended([("KHR_lights_punctual", reference)]);
+        let shown = Map::from_iter([("extensions".to_owned(), extensions)]);
+        self.node(&light.name, to_world, shown, &light.at)
+    }
+
+    /// The angles to its axis, in radians, between which the light of a spot falls.
+    fn cone(&mut self, light: &Light) -> Option<[f64; 2]> {
+        let [beam, cutoff] = match &light.kind {
+            LightKind::Spot { falloff_angle, falloff_exponent, .. } => {
+                let cutoff = 0.5 * falloff_angle;
+                [if *falloff_exponent > 0.0 { 0.0 } else { cutoff }, cutoff]
+            }
+            LightKind::LinearSpot { beam_angle, cutoff_angle, .. } => [*beam_angle, *cutoff_angle],
+            _ => return None,
+        };
+        if cutoff > 90.0 {
+            self.notes.tell(&light.at, "its cone becomes a half space, the widest that glTF knows");
+        }
+        let radians = |degrees: f64| {
+            let degrees = degrees.clamp(0.0, 90.0);
+            near_f64(degrees.to_radians(), |angle| angle.to_degrees() == degrees)
+        };
+        let outer = radians(cutoff).max(f64::MIN_POSITIVE);
+        // The inner one has to be below the outer one.
+        Some([radians(beam).min(outer * (1.0 - 1e-6)), outer])
+    }
+
+    /// A square that glows, which is a mesh.
+    fn square(&mut self, light: &Light, radiance: [f32; 3]) -> Result<(), String> {
+        let material = Material {
+            name: light.name.clone(),
+            surface: Surface::from(crate::material::Black),
+            emission: radiance.into(),
+            opacity: 1.0.into(),
+        };
+        let worn = self.described(&material, None)?;
+        // The square [−1, 1]² looks towards +z; the light has half its sides, and looks towards −z.
+        let size = DMat3::from_diagonal(DVec3::new(-0.5, 0.5, -0.5));
+        let turned = DAffine3 { matrix3: size, translation: DVec3::ZERO };
+        let object = Object {
+            name: light.name.clone(),
+            to_world: light.to_world * turned,
+            motion: None,
+            geometry: Geometry::Mesh(std::sync::Arc::new(shapes::rectangle())),
+            materials: vec![None],
+            media: None,
+            at: Span::default(),
+        };
+        self.dressed(&object, &[worn])
+    }
+}
+
+/// The angle of view and its shape, of which a reader makes the same two angles, in degrees.
+fn perspective([x_fov, y_fov]: [f64; 2]) -> Value {
+    let y = near_f64(y_fov.to_radians(), |y| y.to_degrees() == y_fov);
+    let half = libm::tan(0.5 * y);
+    let wide = |aspect: f64| 2.0 * libm::atan(aspect * half);
+    let guess = libm::tan(0.5 * x_fov.to_radians()) / half;
+    let aspect = near_f64(guess, |aspect| wide(aspect).to_degrees() == x_fov);
+    json!({"yfov": y, "aspectRatio": aspect})
+}

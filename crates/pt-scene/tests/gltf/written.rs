@@ -1,0 +1,432 @@
+//! Scenes that were written as glTF.
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use pt_math::color::linear_from_srgb;
+use pt_math::{DAffine3, DMat3, DVec3};
+use pt_scene::format::{FORMATS, LoadOptions, load, load_with, save};
+use pt_scene::image::Image;
+use pt_scene::material::{Glass, Matte, Principled};
+use pt_scene::texture::{Bitmap, Filter, Pattern, Relief, Wrap};
+use pt_scene::{
+    Color, Geometry, Light, LightKind, Material, Object, Scalar, Scene, Span, Surface, Texture,
+};
+use serde_json::Value;
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+/// A scene as a file of glTF, read again; the file; and what was told.
+fn written(scene: &Scene) -> (Scene, Vec<u8>, Vec<String>) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [path, again] = ["a.glb", "b.glb"].map(|name| folder.path().join(name));
+    let notes = save(scene, &path, false).unwrap_or_else(|error| panic!("{error}"));
+    let read = load(&path).unwrap_or_else(|error| panic!("{error}"));
+    let bytes = std::fs::read(&path).expect("it was written");
+    save(scene, &again, false).unwrap_or_else(|error| panic!("{error}"));
+    assert!(bytes == std::fs::read(&again).expect("it was written"), "{}", scene.name);
+    super::common::check_invariants(&read);
+    validate(&bytes);
+    (read, bytes, notes)
+}
+
+/// A scene without what differs between files: its name, places and notes.
+fn bare(mut scene: Scene) -> Scene {
+    scene.name.clear();
+    scene.warnings.clear();
+    scene.objects.iter_mut().for_each(|object| object.at = Span::default());
+    scene.lights.iter_mut().for_each(|light| light.at = Span::default());
+    scene.media.iter_mut().for_each(|medium| medium.at = Span::default());
+    scene
+}
+
+/// Takes the normals of all images out of the materials.
+fn take_normals(scene: &mut Scene) -> Vec<f32> {
+    let mut normals = Vec::new();
+    for material in &mut scene.materials {
+        let Surface::Embossed(embossed) = &mut material.surface else { continue };
+        let Relief::Normals(texture) = &mut embossed.relief else { continue };
+        let Pattern::Bitmap(bitmap) = &mut Arc::make_mut(texture).pattern else { continue };
+        let image = Arc::make_mut(&mut bitmap.image);
+        normals.extend(std::mem::take(&mut image.pixels).into_flattened());
+    }
+    normals
+}
+
+/// The scenes in a folder and those in it.
+fn scenes_in(folder: &Path, found: &mut Vec<PathBuf>) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for path in entries.map(|entry| entry.expect("a readable entry").path()) {
+        let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+        if path.is_dir() && path.file_name().is_some_and(|name| name != "parts") {
+            scenes_in(&path, found);
+        } else if FORMATS.iter().any(|format| format.extensions.contains(&ending)) {
+            found.push(path);
+        }
+    }
+    found.sort();
+}
+
+/// The JSON and the buffer of a file.
+fn chunks(bytes: &[u8]) -> (Value, &[u8]) {
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four")) as usize;
+    assert_eq!((&bytes[..4], word(4), word(8)), (&b"glTF"[..], 2, bytes.len()));
+    let json = word(12);
+    assert!(json.is_multiple_of(4) && &bytes[16..20] == b"JSON");
+    let value = serde_json::from_slice(&bytes[20..20 + json]).expect("valid JSON");
+    let rest = &bytes[20 + json..];
+    if rest.is_empty() {
+        return (value, rest);
+    }
+    let length = u32::from_le_bytes(rest[..4].try_into().expect("four")) as usize;
+    assert!(length.is_multiple_of(4) && &rest[4..8] == b"BIN\0" && rest.len() == 8 + length);
+    (value, &rest[8..])
+}
+
+/// Checks what the specification asks of a file, without our reader. [glTF 2.0, §3 and §4.4]
+fn validate(bytes: &[u8]) {
+    let (root, binary) = chunks(bytes);
+    let list = |name: &str| root[name].as_array().map_or(&[][..], Vec::as_slice);
+    let index = |value: &Value, name: &str| {
+        let index = value.as_u64().unwrap_or_else(|| panic!("{value} is no index")) as usize;
+        assert!(index < list(name).len(), "{index} is no index into {name}");
+        index
+    };
+    assert_eq!(root["asset"]["version"], "2.0");
+    for (name, value) in root.as_object().expect("an object") {
+        assert!(value.as_array().is_none_or(|list| !list.is_empty()), "{name} is empty");
+    }
+    if let Some(buffer) = root["buffers"].get(0) {
+        assert_eq!(buffer["byteLength"], binary.len());
+    }
+    for view in list("bufferViews") {
+        let [start, length] =
+            ["byteOffset", "byteLength"].map(|f| view[f].as_u64().expect("bytes"));
+        assert!(start.is_multiple_of(4) && length > 0 && start + length <= binary.len() as u64);
+    }
+    for accessor in list("accessors") {
+        check_accessor(
+            accessor,
+            &list("bufferViews")[index(&accessor["bufferView"], "bufferViews")],
+            binary,
+        );
+    }
+    for image in list("images") {
+        let view = &list("bufferViews")[index(&image["bufferView"], "bufferViews")];
+        let start = view["byteOffset"].as_u64().expect("bytes") as usize;
+        assert_eq!(
+            (&binary[start..start + 4], image["mimeType"].as_str()),
+            (&b"\x89PNG"[..], Some("image/png"))
+        );
+    }
+    for texture in list("textures") {
+        index(&texture["source"], "images");
+        index(&texture["sampler"], "samplers");
+    }
+    for primitive in
+        list("meshes").iter().flat_map(|mesh| mesh["primitives"].as_array().expect("a list"))
+    {
+        let material = &list("materials")[index(&primitive["material"], "materials")];
+        let attributes = primitive["attributes"].as_object().expect("an object");
+        let count = |value: &Value| list("accessors")[index(value, "accessors")]["count"].clone();
+        let vertices = count(&attributes["POSITION"]);
+        assert!(attributes.values().all(|attribute| count(attribute) == vertices));
+        assert!(list("accessors")[index(&attributes["POSITION"], "accessors")]["max"].is_array());
+        assert_eq!(count(&primitive["indices"]).as_u64().expect("a number") % 3, 0);
+        let has_texture = material.to_string().contains("Texture\":");
+        assert!(!has_texture || attributes.contains_key("TEXCOORD_0"), "{material}");
+    }
+    check_nodes(list("nodes"), &root["scenes"][0]["nodes"]);
+    let mut used = HashSet::new();
+    find_extensions(&root, &mut used);
+    let told: HashSet<_> = list("extensionsUsed")
+        .iter()
+        .map(|name| name.as_str().expect("a name").to_owned())
+        .collect();
+    assert_eq!(used, told);
+    for material in list("materials") {
+        let factors =
+            [&material["emissiveFactor"], &material["pbrMetallicRoughness"]["baseColorFactor"]];
+        for factor in factors.into_iter().filter_map(Value::as_array).flatten() {
+            assert!((0.0..=1.0).contains(&factor.as_f64().expect("a number")), "{material}");
+        }
+    }
+}
+
+/// Whether the numbers of an accessor are in its view, as it says; normals and indices are what they should be.
+fn check_accessor(accessor: &Value, view: &Value, binary: &[u8]) {
+    let number = |value: &Value| value.as_u64().expect("a number") as usize;
+    let width = match accessor["type"].as_str() {
+        Some("SCALAR") => 1,
+        Some("VEC2") => 2,
+        Some("VEC3") => 3,
+        other => panic!("{other:?}"),
+    };
+    let size = if accessor["componentType"] == 5123 { 2 } else { 4 };
+    let count = number(&accessor["count"]);
+    assert!(count > 0 && count * width * size == number(&view["byteLength"]));
+    let start = number(&view["byteOffset"]);
+    let bytes = &binary[start..start + count * width * size];
+    if accessor["componentType"] != 5126 {
+        assert_eq!(view["target"], 34_963);
+        return;
+    }
+    assert_eq!(view["target"], 34_962);
+    let numbers: Vec<f32> = bytes.as_chunks().0.iter().map(|x| f32::from_le_bytes(*x)).collect();
+    assert!(numbers.iter().all(|x| x.is_finite()));
+    for (bound, pick) in [("min", f32::min as fn(f32, f32) -> f32), ("max", f32::max)] {
+        let Some(told) = accessor[bound].as_array() else { continue };
+        for (c, told) in told.iter().enumerate() {
+            let found = numbers.iter().skip(c).step_by(width).copied().reduce(pick);
+            assert_eq!(told.as_f64(), found.map(f64::from));
+        }
+    }
+}
+
+/// Whether each node has one parent, and a transform of a scale, a turn and a move.
+fn check_nodes(nodes: &[Value], roots: &Value) {
+    let mut parents = vec![0; nodes.len()];
+    let children = nodes.iter().map(|node| &node["children"]).chain([roots]);
+    for child in children.filter_map(Value::as_array).flatten() {
+        parents[child.as_u64().expect("an index") as usize] += 1;
+    }
+    assert!(parents.iter().all(|count| *count == 1));
+    for matrix in nodes.iter().filter_map(|node| node["matrix"].as_array()) {
+        let m: Vec<f64> = matrix.iter().map(|x| x.as_f64().expect("a number")).collect();
+        let [x, y, z] = [0, 4, 8].map(|i| DVec3::new(m[i], m[i + 1], m[i + 2]).normalize());
+        assert!([x.dot(y), y.dot(z), z.dot(x)].iter().all(|cos| cos.abs() < 1e-5), "{matrix:?}");
+    }
+}
+
+fn find_extensions(value: &Value, found: &mut HashSet<String>) {
+    if let Some(fields) = value.as_object() {
+        if let Some(extensions) = fields.get("extensions").and_then(Value::as_object) {
+            found.extend(extensions.keys().cloned());
+        }
+        fields.values().for_each(|value| find_extensions(value, found));
+    }
+    value.as_array().into_iter().flatten().for_each(|value| find_extensions(value, found));
+}
+
+/// What is different, in a few words: the first thing.
+fn difference(a: &Scene, b: &Scene) -> String {
+    fn first<T: PartialEq + std::fmt::Debug>(what: &str, a: &[T], b: &[T]) -> Option<String> {
+        if a.len() != b.len() {
+            return Some(format!("{} and {} {what}", a.len(), b.len()));
+        }
+        let (a, b) = a.iter().zip(b).find(|(a, b)| a != b)?;
+        let [a, b] = [a, b].map(|x| format!("{x:?}"));
+        let at = a.bytes().zip(b.bytes()).take_while(|(a, b)| a == b).count();
+        let near = |text: &str| {
+            let all = text.chars().skip(at.saturating_sub(200)).take(400);
+            all.collect::<String>()
+        };
+        Some(format!("{what}\n{}\n{}", near(&a), near(&b)))
+    }
+    first("cameras", &a.cameras, &b.cameras)
+        .or(first("lights", &a.lights, &b.lights))
+        .or(first("media", &a.media, &b.media))
+        .or(first("materials", &a.materials, &b.materials))
+        .or(first("objects", &a.objects, &b.objects))
+        .unwrap_or_else(|| "settings".to_owned())
+}
+
+#[test]
+fn scenes_of_gltf_are_read_as_they_were() {
+    let mut scenes = Vec::new();
+    scenes_in(&Path::new(ROOT).join("scenes/gltf"), &mut scenes);
+    assert!(scenes.len() >= 7, "{}", scenes.len());
+    for path in scenes {
+        let scene = load(&path).unwrap_or_else(|error| panic!("{error}"));
+        let (read, _, notes) = written(&scene);
+        let (mut read, mut scene) = (bare(read), bare(scene));
+        let [found, wanted] = [&mut read, &mut scene].map(take_normals);
+        assert!(read == scene, "{}: {}", path.display(), difference(&read, &scene));
+        // An image of 16 bits has them as far as that goes; their scale is in them.
+        let close = found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 2e-5);
+        assert!(found.len() == wanted.len() && close, "{}", path.display());
+        assert!(notes.is_empty(), "{}: {notes:?}", path.display());
+    }
+}
+
+/// All are valid, and have as many cameras and triangles as they had, unless a note says why not.
+#[test]
+fn scenes_of_all_formats_can_be_written() {
+    let mut scenes = Vec::new();
+    scenes_in(&Path::new(ROOT).join("scenes"), &mut scenes);
+    scenes_in(&Path::new(ROOT).join("tests/formats/gltf/good"), &mut scenes);
+    assert!(scenes.len() > 70, "{}", scenes.len());
+    for path in scenes {
+        let options = LoadOptions::default();
+        let scene = load_with(&path, &options).unwrap_or_else(|error| panic!("{error}"));
+        let (read, _, notes) = written(&scene);
+        let told = |what: &str| notes.iter().any(|note| note.contains(what));
+        let triangles = |scene: &Scene| {
+            let count = |object: &Object| match &object.geometry {
+                Geometry::Mesh(mesh) => mesh.triangles.len(),
+                Geometry::Sphere { .. } => 0,
+            };
+            scene.objects.iter().map(count).sum::<usize>()
+        };
+        let squares =
+            scene.lights.iter().filter(|light| matches!(light.kind, LightKind::Area { .. }));
+        if !told("the sphere becomes triangles") {
+            assert_eq!(
+                triangles(&read),
+                triangles(&scene) + 2 * squares.count(),
+                "{}",
+                path.display()
+            );
+        }
+        assert!(told("panoramas") || read.cameras.len() == scene.cameras.len().min(1));
+    }
+}
+
+fn object(geometry: Geometry, to_world: DAffine3, material: u32) -> Object {
+    Object {
+        name: "thing".to_owned(),
+        to_world,
+        motion: None,
+        geometry,
+        materials: vec![Some(material)],
+        media: None,
+        at: Span { element: "thing".to_owned(), ..Span::default() },
+    }
+}
+
+fn material(name: &str, surface: impl Into<Surface>) -> Material {
+    Material {
+        name: name.to_owned(),
+        surface: surface.into(),
+        emission: [0.0; 3].into(),
+        opacity: 1.0.into(),
+    }
+}
+
+#[test]
+fn what_gltf_cannot_say_is_told_once() {
+    let matte = Matte { reflectance: [0.5; 3].into(), two_sided: false };
+    let light = |kind| Light {
+        name: "lamp".to_owned(),
+        to_world: DAffine3::IDENTITY,
+        kind,
+        at: Span { element: "lamp".to_owned(), ..Span::default() },
+    };
+    let sphere = || object(Geometry::Sphere { radius: 2.0 }, DAffine3::IDENTITY, 0);
+    let scene = Scene {
+        materials: vec![material("paint", matte)],
+        objects: vec![sphere(), sphere()],
+        lights: vec![
+            light(LightKind::Constant { radiance: [1.0; 3] }),
+            light(LightKind::Constant { radiance: [2.0; 3] }),
+            light(LightKind::Point { intensity: [3.0, 2.0, 0.7] }),
+        ],
+        settings: pt_scene::FileSettings { spp: Some(4), ..Default::default() },
+        ..Scene::default()
+    };
+    let (read, _, notes) = written(&scene);
+    let expected = [
+        ": lamp: it is left out: glTF has no light from all around",
+        "material \"paint\": its back, which is black, becomes like its front",
+        ": thing: the sphere becomes triangles",
+        "settings: glTF has no settings: left out are samples per pixel",
+    ];
+    assert_eq!(notes, expected);
+    assert_eq!(read.lights.len(), 1);
+    assert_eq!(read.lights[0].kind, scene.lights[2].kind);
+    let [Geometry::Mesh(a), Geometry::Mesh(b)] = [0, 1].map(|i| read.objects[i].geometry.clone())
+    else {
+        panic!("spheres become meshes")
+    };
+    assert!(Arc::ptr_eq(&a, &b), "they share one mesh");
+}
+
+#[test]
+fn lengths_become_metres() {
+    let glass = Glass {
+        reflectance: [1.0; 3].into(),
+        transmittance: [1.0; 3].into(),
+        ior: 1.5,
+        roughness: None,
+    };
+    let cube = Geometry::Mesh(Arc::new(pt_scene::shapes::cube()));
+    let scene = Scene {
+        metres_per_unit: 0.01,
+        materials: vec![material("glass", glass)],
+        objects: vec![object(cube, DAffine3::from_translation(DVec3::new(1.0, 2.0, 3.0)), 0)],
+        ..Scene::default()
+    };
+    let (read, ..) = written(&scene);
+    let corner = read.objects[0].to_world.transform_point3(DVec3::ONE);
+    assert!(corner.distance(DVec3::new(0.02, 0.03, 0.04)) < 1e-9, "{corner}");
+    let Surface::Principled(look) = &read.materials[0].surface else { panic!("{read:?}") };
+    assert_eq!((look.spec_trans.clone(), look.ior), (1.0.into(), 1.5));
+}
+
+/// What is sheared stands on two nodes, and where it was.
+#[test]
+fn what_is_sheared_keeps_its_shape() {
+    let sheared =
+        DAffine3::from_cols_array(&[1.0, 0.0, 0.0, 0.7, 1.0, 0.0, -0.3, 0.2, 2.0, 5.0, 6.0, 7.0]);
+    let matte = Matte { reflectance: [0.5; 3].into(), two_sided: true };
+    let cube = Geometry::Mesh(Arc::new(pt_scene::shapes::cube()));
+    let scene = Scene {
+        materials: vec![material("paint", matte)],
+        objects: vec![object(cube, sheared, 0)],
+        ..Scene::default()
+    };
+    let (read, _, notes) = written(&scene);
+    assert!(read.objects[0].to_world.abs_diff_eq(sheared, 1e-12) && notes.is_empty());
+}
+
+/// Materials that say the same in glTF are read as they were.
+#[test]
+fn textures_are_read_as_they_were() {
+    let levels = |step: u32| {
+        let color = |i: u32| {
+            [0, 1, 2].map(|c| linear_from_srgb(((i * step + 80 * c) % 256) as f32 / 255.0))
+        };
+        Arc::new(Image { width: 8, height: 4, pixels: (0..32).map(color).collect() })
+    };
+    let grey = |step: u32, highest: u32| {
+        let share = |i: u32| [(i * step % (highest + 1)) as f32 / highest as f32; 3];
+        Arc::new(Image { width: 8, height: 4, pixels: (0..32).map(share).collect() })
+    };
+    let to_pattern = DMat3::from_cols(DVec3::X * 2.0, DVec3::Y * 0.5, DVec3::new(0.25, 0.5, 1.0));
+    let texture = |image: Arc<Image>| {
+        let bitmap = Bitmap { image, wrap: Wrap::Mirror, filter: Filter::Trilinear };
+        Arc::new(Texture { pattern: Pattern::Bitmap(bitmap), to_pattern })
+    };
+    let tinted = |image, factor: [f32; 3]| {
+        let factors = [Color::Texture(texture(image)), factor.into()];
+        Arc::new(Pattern::Product(Box::new(factors)).into())
+    };
+    let surface = Principled {
+        base_color: Color::Texture(tinted(levels(7), [0.5, 0.25, 1.0])),
+        roughness: Scalar::Texture(texture(grey(3, 255))),
+        metallic: Scalar::Texture(tinted(grey(5, 255), [0.75; 3])),
+        clearcoat: Scalar::Texture(texture(grey(11, 65_535))),
+        clearcoat_gloss: 1.0.into(),
+        sheen: Scalar::Texture(texture(levels(13))),
+        two_sided: true,
+        multiple_scattering: true,
+        layered: true,
+        ..Principled::default()
+    };
+    let material = Material {
+        emission: Color::Texture(tinted(levels(17), [8.0, 4.0, 2.0])),
+        opacity: Scalar::Texture(texture(grey(255, 255))),
+        ..material("paint", surface)
+    };
+    let rectangle = Geometry::Mesh(Arc::new(pt_scene::shapes::rectangle()));
+    let scene = Scene {
+        materials: vec![material],
+        objects: vec![object(rectangle, DAffine3::IDENTITY, 0)],
+        ..Scene::default()
+    };
+    let (read, _, notes) = written(&scene);
+    let (read, scene) = (bare(read), bare(scene));
+    assert!(read == scene, "{}", difference(&read, &scene));
+    assert!(notes.is_empty(), "{notes:?}");
+}
