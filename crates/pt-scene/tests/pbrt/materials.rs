@@ -1,5 +1,6 @@
 //! Materials, textures, spectra and media.
 
+use pt_math::DMat3;
 use pt_scene::material::{Conductor, Glass, Matte, Mix, RoughCoatedDiffuse};
 use pt_scene::medium::{Matter, Phase};
 use pt_scene::texture::{Input, Pattern, Texture};
@@ -113,6 +114,52 @@ fn squares_have_a_side_of_one() {
     let Texture { pattern, to_pattern } = texture(&color);
     assert_eq!(*pattern, Pattern::Checkerboard([[1.0; 3], [0.25, 0.0, 0.0]]));
     assert_eq!(to_pattern.to_cols_array(), [4.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0]);
+}
+
+/// Shares of the second texture: of squares those are 0 and 1.
+#[test]
+fn textures_are_mixed_and_put_on_squares() {
+    let blend = |class: &str, more: &str| {
+        let color = reflectance(&format!(
+            "Texture \"dots\" \"spectrum\" \"imagemap\" \"string filename\" \"parts/dots.png\" \
+             Texture \"much\" \"float\" \"checkerboard\" \"float tex1\" .5 \
+             Texture \"t\" \"spectrum\" \"{class}\" \"texture tex1\" \"dots\" \"rgb tex2\" [.25 0 0] {more} \
+             Material \"diffuse\" \"texture reflectance\" \"t\""
+        ));
+        let Texture { pattern: Pattern::Blend(blend), to_pattern } = texture(&color) else {
+            panic!("no blend")
+        };
+        assert!(
+            *to_pattern == DMat3::IDENTITY && texture(&blend.first).pattern.parts().count() == 0
+        );
+        assert_eq!(blend.second, Input::Value([0.25, 0.0, 0.0]));
+        blend.share.clone()
+    };
+    assert_eq!(blend("mix", ""), Input::Value(0.5));
+    assert_eq!(blend("mix", "\"float amount\" .3"), Input::Value(0.3));
+    let squares = |share: &Scalar| share.texture().expect("a texture").pattern.clone();
+    let much = blend("mix", "\"texture amount\" \"much\"");
+    assert_eq!(squares(&much), Pattern::Checkerboard([[0.5; 3], [0.0; 3]]));
+    let share = blend("checkerboard", "\"float uscale\" 8");
+    assert_eq!(squares(&share), Pattern::Checkerboard([[0.0; 3], [1.0; 3]]));
+    assert_eq!(share.texture().expect("a texture").to_pattern.x_axis.x, 4.0);
+}
+
+/// Roughness is mixed as α, of which it is the square.
+#[test]
+fn roots_of_what_is_mixed_are_those_of_its_parts() {
+    let metal = surface(
+        "Texture \"much\" \"float\" \"checkerboard\" \
+         Texture \"t\" \"float\" \"mix\" \"float tex1\" .25 \"float tex2\" .09 \"texture amount\" \"much\" \
+         Material \"conductor\" \"texture roughness\" \"t\"",
+    );
+    let Surface::Conductor(Conductor { roughness: Some(roughness), .. }) = metal else {
+        panic!("no rough metal")
+    };
+    let Some(Pattern::Blend(blend)) = roughness.alpha[0].texture().map(|t| &t.pattern) else {
+        panic!("no blend")
+    };
+    assert_eq!([&blend.first, &blend.second], [&Input::Value([0.5; 3]), &Input::Value([0.3; 3])]);
 }
 
 #[test]
