@@ -546,6 +546,23 @@ mod tests {
         }
     }
 
+    /// By a texture, the share is one or the other or between, and what is beyond 1 is 1.
+    #[test]
+    fn blends_are_between_what_their_parts_show() {
+        let (white, dark) = (Spectrum::ONE, Spectrum::rgb(0.5, 0.25, 0.125));
+        let mut textures = Textures::default();
+        let mut add = |pattern| {
+            textures.records.push(TextureRecord { pattern, to_pattern: Affine2::IDENTITY })
+        };
+        let squares = add(PatternRecord::Checkerboard([Spectrum::ZERO, white * 2.0]));
+        let parts = [Factor::Value(white), Factor::Value(dark)];
+        let by_squares = add(PatternRecord::Blend(parts, Varying::Texture(squares)));
+        let half = add(PatternRecord::Blend(parts, Varying::Value(0.5)));
+        let at = |id, u: f32| textures.color(id, &Parametrization::of(Vec2::new(u, 0.25)));
+        assert_eq!([at(by_squares, 0.25), at(by_squares, 0.75)], [white, dark]);
+        assert_eq!(at(half, 0.25), Spectrum::rgb(0.75, 0.625, 0.5625));
+    }
+
     #[test]
     fn gradients_are_differences() {
         const STEP: f32 = 1e-3;

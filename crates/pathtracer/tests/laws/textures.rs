@@ -6,7 +6,7 @@ use pathtracer::{CompileOptions, Film, Scene, Session};
 use pt_math::{Affine2, DAffine3, DMat3, DVec3, Vec2};
 use pt_scene::image::Image;
 use pt_scene::material::Matte;
-use pt_scene::texture::{Bitmap, Blend, Color, Filter, Pattern, Scalar, Texture, Wrap};
+use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Texture, Wrap};
 use pt_scene::{Attribute, Mesh, Surface, shapes};
 
 use crate::measure::{assert_uniform, render, settings};
@@ -137,25 +137,6 @@ fn products_multiply_what_their_factors_show() {
     let nested = product(product_of(chess(1.0, [light, dark]), chess(7.0, ones)), [1.0; 3].into());
     let Color::Texture(plain) = chess(1.0, [light, dark]) else { unreachable!() };
     assert!(of(nested) == of(textured(plain)));
-}
-
-/// What is between two textures is the texture of what is between their colours, to the bit; where the share is itself a texture, it is
-/// one or the other; and more than all is all.
-#[test]
-fn blends_are_between_what_their_parts_show() {
-    let chess = |colors| Arc::new(Pattern::Checkerboard(colors).into());
-    let (light, dark) = ([0.5, 0.75, 1.0], [0.25, 0.5, 0.125]);
-    let between = |t: f32| [0, 1, 2].map(|c| light[c] * (1.0 - t) + dark[c] * t);
-    let blend =
-        |first, second, share| showing(Pattern::Blend(Box::new(Blend { first, second, share })));
-    let of = |surface| film(&seen(shapes::rectangle(), surface, DAffine3::IDENTITY), 8);
-    let parts = || [[light, dark], [dark, light]].map(|colors| Color::Texture(chess(colors)));
-    let [first, second] = parts();
-    let quarter = of(blend(first, second, 0.25.into()));
-    assert!(quarter == of(textured(chess([between(0.25), between(0.75)]))));
-    let [first, second] = parts();
-    let squares = Scalar::Texture(chess([[0.0; 3], [2.0; 3]]));
-    assert!(of(blend(first, second, squares)) == of(textured(chess([light; 2]))));
 }
 
 fn product_of(a: Color, b: Color) -> Color {

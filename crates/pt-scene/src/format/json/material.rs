@@ -14,7 +14,7 @@ use super::schema::{Properties, Schemas};
 use super::shared::{Name, Reading, Shared, Tables, Writing};
 use super::transform::OfTexture;
 use crate::material::{
-    Black, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
+    Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
     Glass, Masking, Matte, Mirror, Mix, Plastic, Principled, PrincipledThin, Refraction,
     RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
 };
@@ -84,6 +84,17 @@ record! {
         alpha: ABOVE_0 => 0.1,
         distribution: Plain => Distribution::Ggx,
         saturates: Plain => false,
+        two_sided: Plain => true,
+    }
+}
+record! {
+    CoatedConductor {
+        eta: FROM_0,
+        k: FROM_0,
+        alpha: FROM_0 => 0.0,
+        ior: ABOVE_0 => 1.5,
+        coat_alpha: FROM_0 => 0.0,
+        thickness: FROM_0 => 0.0,
         two_sided: Plain => true,
     }
 }
