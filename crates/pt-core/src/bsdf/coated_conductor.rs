@@ -9,7 +9,6 @@ use super::compensation::{Beneath, Gloss, mean_reflectance};
 use super::conductor::{half_vector, reflected, reflected_pdf};
 use super::fresnel;
 use super::microfacet::Facets;
-use super::mirror::reflect;
 use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
 
 /// What a metal and its coat are made of.
@@ -374,6 +373,7 @@ mod tests {
     use crate::bsdf::compensated_conductor::CompensatedConductor;
     use crate::bsdf::compensated_dielectric::CompensatedDielectric;
     use crate::bsdf::conductor::{RoughConductor, SmoothConductor};
+    use crate::bsdf::mirror::reflect;
     use crate::bsdf::rough_dielectric::RoughDielectric;
 
     const COSINES: [f32; 4] = [1.0, 0.8, 0.5, 0.25];

@@ -369,7 +369,7 @@ impl Beneath {
 
     /// The share that leaves of light that gets through the coat from a cosine above it.
     #[inline]
-    pub(super) fn reached(&self, cos: f32) -> f32 {
+    pub(super) fn reached(self, cos: f32) -> f32 {
         let x = place(cos, stretch_of_gloss(self.alpha));
         1.0 - BENEATH.between(self.alpha, self.place, |entry| entry.at(x, 0.5))
     }
