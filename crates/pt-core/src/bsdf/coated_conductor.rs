@@ -39,7 +39,7 @@ pub struct Layers {
 /// of it. [Layers by Weidlich & Wilkie 2007, "Arbitrarily Layered Micro-Facet Surfaces"; the rest as in
 /// `compensation.rs`]
 ///
-/// What a rough coat bends to and fro counts as roughness of the metal, see [`seen_through`].
+/// What a rough coat bends to and fro counts as roughness of the metal, see `seen_through`.
 #[derive(Clone, Copy, Debug)]
 pub struct CoatedConductor {
     /// The indices of the metal over that of the coat.
