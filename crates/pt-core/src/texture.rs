@@ -32,9 +32,11 @@ pub enum PatternRecord {
     FaceColors,
     /// One times the other.
     Product([Factor; 2]),
+    /// What is between two, by the share of the second.
+    Blend([Factor; 2], Varying),
 }
 
-/// A colour that is multiplied by another.
+/// A colour that is put together with another.
 #[derive(Clone, Copy, Debug)]
 pub enum Factor {
     /// The same everywhere.
@@ -301,6 +303,7 @@ impl Textures {
                 self.color_of_mesh(pattern, at)
             }
             PatternRecord::Product(factors) => self.product(factors, at),
+            PatternRecord::Blend(parts, share) => self.blend(parts, share, at),
         }
     }
 
@@ -317,6 +320,24 @@ impl Textures {
     fn product(&self, factors: [Factor; 2], at: &Parametrization) -> Spectrum {
         let [a, b] = factors.map(|factor| self.factor(factor, at));
         a * b
+    }
+
+    /// Where all is one of the two, the other is not looked at.
+    #[inline(never)]
+    fn blend(
+        &self,
+        [first, second]: [Factor; 2],
+        share: Varying,
+        at: &Parametrization,
+    ) -> Spectrum {
+        let t = self.number(share, at).clamp(0.0, 1.0);
+        if t == 0.0 {
+            self.factor(first, at)
+        } else if t == 1.0 {
+            self.factor(second, at)
+        } else {
+            self.factor(first, at) * (1.0 - t) + self.factor(second, at) * t
+        }
     }
 
     fn factor(&self, factor: Factor, at: &Parametrization) -> Spectrum {
@@ -369,6 +390,18 @@ impl Textures {
                 let (da, db) = (self.factor_gradient(a, at), self.factor_gradient(b, at));
                 let (a, b) = (self.factor(a, at), self.factor(b, at));
                 [da[0] * b + a * db[0], da[1] * b + a * db[1]]
+            }
+            (PatternRecord::Blend([a, b], share), _) => {
+                let (da, db) = (self.factor_gradient(a, at), self.factor_gradient(b, at));
+                let difference = self.factor(b, at) + self.factor(a, at) * -1.0;
+                let t = self.number(share, at);
+                let dt = match share {
+                    Varying::Texture(id) if (0.0..=1.0).contains(&t) => self.gradient(id, at),
+                    _ => Vec2::ZERO,
+                };
+                let t = t.clamp(0.0, 1.0);
+                let along = |i: usize| da[i] * (1.0 - t) + db[i] * t + difference * dt[i];
+                [along(0), along(1)]
             }
             _ => [Spectrum::ZERO; 2],
         }
@@ -457,9 +490,9 @@ mod tests {
         assert_eq!(t.nearest(Vec2::new(0.34, 0.1), Wrap::Clamp).0.x, 4.0);
     }
 
-    /// One triangle with colours, at coordinates that stretch and turn it; and the product of these with an
-    /// image.
-    fn textures_of_a_triangle() -> (Textures, [Id<TextureRecord>; 2]) {
+    /// One triangle with colours, at coordinates that stretch and turn it; the product of these with an
+    /// image; and what is between these and another colour, by themselves.
+    fn textures_of_a_triangle() -> (Textures, [Id<TextureRecord>; 3]) {
         let mut textures = Textures::default();
         textures.mesh_colors.vertices =
             [[0.1, 0.5, 0.9], [0.7, 0.2, 0.4], [0.3, 0.8, 0.6]].map(Spectrum::from).into();
@@ -476,7 +509,11 @@ mod tests {
         let pattern = PatternRecord::Product(factors);
         let product = TextureRecord { pattern, to_pattern: Affine2::IDENTITY };
         let product = textures.records.push(product);
-        (textures, [colors, product])
+        let parts = [Factor::Texture(colors), Factor::Value(Spectrum::rgb(0.2, 3.0, 0.5))];
+        let pattern = PatternRecord::Blend(parts, Varying::Texture(colors));
+        let blend = TextureRecord { pattern, to_pattern: Affine2::IDENTITY };
+        let blend = textures.records.push(blend);
+        (textures, [colors, product, blend])
     }
 
     /// The point of that triangle with these coordinates.
@@ -490,7 +527,7 @@ mod tests {
         Parametrization { on_triangle, ..Parametrization::of(uv) }
     }
 
-    /// Of colours at vertices, and of their product with an image.
+    /// Of colours at vertices, of their product with an image, and of what is between them and another colour, by themselves.
     #[test]
     fn gradients_on_triangles_are_differences() {
         const STEP: f32 = 1e-3;
@@ -507,6 +544,23 @@ mod tests {
                 assert!((g - Vec2::new(along_u, along_v)).length() < 0.01, "{u} {v}: {g}");
             }
         }
+    }
+
+    /// By a texture, the share is one or the other or between, and what is beyond 1 is 1.
+    #[test]
+    fn blends_are_between_what_their_parts_show() {
+        let (white, dark) = (Spectrum::ONE, Spectrum::rgb(0.5, 0.25, 0.125));
+        let mut textures = Textures::default();
+        let mut add = |pattern| {
+            textures.records.push(TextureRecord { pattern, to_pattern: Affine2::IDENTITY })
+        };
+        let squares = add(PatternRecord::Checkerboard([Spectrum::ZERO, white * 2.0]));
+        let parts = [Factor::Value(white), Factor::Value(dark)];
+        let by_squares = add(PatternRecord::Blend(parts, Varying::Texture(squares)));
+        let half = add(PatternRecord::Blend(parts, Varying::Value(0.5)));
+        let at = |id, u: f32| textures.color(id, &Parametrization::of(Vec2::new(u, 0.25)));
+        assert_eq!([at(by_squares, 0.25), at(by_squares, 0.75)], [white, dark]);
+        assert_eq!(at(half, 0.25), Spectrum::rgb(0.75, 0.625, 0.5625));
     }
 
     #[test]

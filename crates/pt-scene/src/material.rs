@@ -26,7 +26,7 @@ macro_rules! surfaces {
     ($then:ident) => {
         $then! {
             Matte, RoughDiffuse, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, RoughCoatedDiffuse,
-            Plastic, Principled, PrincipledThin, DiffuseTransmission, Black, Mix, Sided, Embossed
+            CoatedConductor, Plastic, Principled, PrincipledThin, DiffuseTransmission, Black, Mix, Sided, Embossed
         }
     };
 }
@@ -206,6 +206,25 @@ pub struct RoughCoatedDiffuse {
     /// Whether light that the coat throws back is coloured again by the base, as it would be in
     /// nature.
     pub saturates: bool,
+    /// Whether the back side reflects too; otherwise it is black.
+    pub two_sided: bool,
+}
+
+/// A metal under a coat of a dielectric, of facets of GGX.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoatedConductor {
+    /// Real part η of the metal's index of refraction over that above the coat, per channel.
+    pub eta: [f32; 3],
+    /// Imaginary part k, per channel.
+    pub k: [f32; 3],
+    /// Roughness α of the metal, as in [`Roughness::alpha`]; 0 is smooth.
+    pub alpha: f32,
+    /// Index of refraction of the coat over that above it, at least 1: less is taken for 1.
+    pub ior: f32,
+    /// Roughness α of the coat; 0 is smooth.
+    pub coat_alpha: f32,
+    /// Thickness of the coat in mean free paths of light that it absorbs: straight through, e⁻ᵗ is left. 0 is clear.
+    pub thickness: f32,
     /// Whether the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }

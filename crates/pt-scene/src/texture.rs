@@ -59,10 +59,24 @@ impl Texture {
         match &self.pattern {
             Pattern::Bitmap(_) | Pattern::Checkerboard(_) => false,
             Pattern::VertexColors | Pattern::FaceColors => true,
-            Pattern::Product(factors) => {
-                factors.iter().filter_map(Color::texture).any(|t| t.shows_colors_of_mesh())
+            Pattern::Product(_) | Pattern::Blend(_) => {
+                self.pattern.parts().any(|t| t.shows_colors_of_mesh())
             }
         }
+    }
+}
+
+impl Pattern {
+    /// The textures that it is made of.
+    pub fn parts(&self) -> impl Iterator<Item = &Arc<Texture>> {
+        let (colors, share) = match self {
+            Self::Product(factors) => (Some([&factors[0], &factors[1]]), None),
+            Self::Blend(blend) => (Some([&blend.first, &blend.second]), blend.share.texture()),
+            Self::Bitmap(_) | Self::Checkerboard(_) | Self::VertexColors | Self::FaceColors => {
+                (None, None)
+            }
+        };
+        colors.into_iter().flatten().filter_map(Color::texture).chain(share)
     }
 }
 
@@ -80,6 +94,19 @@ pub enum Pattern {
     FaceColors,
     /// The product of two colours, channel by channel.
     Product(Box<[Color; 2]>),
+    /// Something between two colours.
+    Blend(Box<Blend>),
+}
+
+/// What is between two colours: (1 − t) · first + t · second.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Blend {
+    /// What is there where the share is 0.
+    pub first: Color,
+    /// What is there where it is 1.
+    pub second: Color,
+    /// The share t of the second, from 0 to 1; what a texture has beyond is taken as the nearer of the two.
+    pub share: Scalar,
 }
 
 /// An image that covers the unit square: u runs along its rows from the left, v upwards.

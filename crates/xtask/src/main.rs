@@ -7,6 +7,7 @@ mod bench;
 mod blender;
 mod figures;
 mod oidn;
+mod pbrt;
 mod peers;
 mod project;
 mod soak;
@@ -28,6 +29,8 @@ enum Chore {
     Peers(peers::Args),
     /// Compare the scenes of scenes/gltf with what Blender's Cycles renders of them
     Blender(blender::Args),
+    /// Compare scenes of pbrt-v4 with the pictures that it made of them
+    Pbrt(pbrt::Args),
     /// Render the figures of the report on the university course's program into target/figures
     Figures(figures::Args),
     /// Long campaigns against what is promised: renders that are killed a thousand times, files that do harm
@@ -42,6 +45,7 @@ fn main() -> ExitCode {
         Chore::Test => test::run(),
         Chore::Peers(args) => peers::run(&args),
         Chore::Blender(args) => blender::run(&args),
+        Chore::Pbrt(args) => pbrt::run(&args),
         Chore::Figures(args) => figures::run(&args),
         Chore::Soak(args) => soak::run(&args),
         Chore::Bench(bench) => bench::run(&bench),

@@ -165,6 +165,9 @@ static DIELECTRICS: [Losses<INDICES>; 4] = [
 /// What facets of dielectrics do not reflect at once: separable ones of GGX.
 static GLOSSES: Losses<INDICES> = Losses::new(Distribution::Ggx, Masking::Separable, glosses);
 
+/// What facets of white metal lose under a smooth coat.
+static BENEATH: Losses<INDICES> = Losses::new(Distribution::Ggx, Masking::Correlated, beneath);
+
 /// Facets that reflect all light, of which the lesser roughness is less by the square of `place`.
 fn mirrors(facets: Facets, place: f32) -> Entry {
     let [greater, _] = facets.alpha;
@@ -221,6 +224,27 @@ fn glosses(facets: Facets, place: f32) -> Entry {
             let (f, wi) =
                 (fresnel::dielectric(cos, eta).map_or(1.0, |(f, _)| f), h * (2.0 * cos) - wo);
             if wi.z > 0.0 { f * facets.shadowing(wo, wi) } else { 0.0 }
+        })
+    })
+}
+
+/// Facets of white metal under a smooth coat, of which the index is at a `place`: of light that gets through the coat, seen from outside, all is
+/// lost that does not leave after it was reflected by one facet, by it and the coat again and again as
+/// [`CoatedConductor`](super::CoatedConductor) has it.
+fn beneath(facets: Facets, place: f32) -> Entry {
+    let eta = index_at(place);
+    let reflected = |cos: f32| fresnel::dielectric(cos, eta).map_or(1.0, |(f, _)| f);
+    Entry::new(facets, stretch_of_gloss(facets.alpha[0]), |facets, cos| {
+        let bent = |cos: f32| (1.0 - (1.0 - cos * cos) / (eta * eta)).max(0.0).sqrt();
+        let thrown_back = reflected(cos);
+        facets.mean_of_visible(bent(cos), 24, |wo, h| {
+            let wi = h * (2.0 * wo.dot(h)) - wo;
+            let cos2 = 1.0 - eta * eta * (1.0 - wi.z * wi.z);
+            if wi.z <= 0.0 || cos2 <= 0.0 {
+                return 0.0;
+            }
+            let f = reflected(cos2.sqrt());
+            facets.shadowing(wo, wi) * (1.0 - f) / (1.0 - f.min(thrown_back))
         })
     })
 }
@@ -311,7 +335,7 @@ impl Gloss {
 
     /// 1 − E for a direction above the surface.
     #[inline]
-    fn left(&self, w: Vec3) -> f32 {
+    pub(super) fn left(&self, w: Vec3) -> f32 {
         let x = place(w.z, stretch_of_gloss(self.alpha));
         let once = GLOSSES.between(self.alpha, self.place, |entry| entry.at(x, 0.5));
         let again = self.again.map_or(0.0, |(reflected, share)| share * reflected.lost(w));
@@ -326,6 +350,28 @@ impl Gloss {
         } else {
             0.0
         }
+    }
+}
+
+/// What facets of white metal reflect at once under a smooth coat.
+#[derive(Clone, Copy)]
+pub(super) struct Beneath {
+    alpha: f32,
+    place: f32,
+}
+
+impl Beneath {
+    /// Of facets of GGX whose roughness is the same in all directions, under a coat with the index `eta` over that above it.
+    #[inline]
+    pub(super) fn new(facets: &Facets, eta: f32) -> Self {
+        Self { alpha: facets.alpha[0].clamp(LEAST_ALPHA, 1.0), place: place_of_index(eta) }
+    }
+
+    /// The share that leaves of light that gets through the coat from a cosine above it.
+    #[inline]
+    pub(super) fn reached(self, cos: f32) -> f32 {
+        let x = place(cos, stretch_of_gloss(self.alpha));
+        1.0 - BENEATH.between(self.alpha, self.place, |entry| entry.at(x, 0.5))
     }
 }
 

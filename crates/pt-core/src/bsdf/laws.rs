@@ -69,6 +69,7 @@ fn with_alpha(lobe: &AnyLobe, alpha: f32) -> Option<AnyLobe> {
         }
         AnyLobe::RoughDielectric(l) => Some(RoughDielectric { facets: with(l.facets), ..l }.into()),
         AnyLobe::RoughCoatedDiffuse(l) => Some(l.with_alpha(alpha).into()),
+        AnyLobe::CoatedConductor(l) => Some(l.with_alpha(alpha).into()),
         AnyLobe::Glossy(l) => Some(Glossy { facets: with(l.facets), ..l }.into()),
         AnyLobe::Principled(l) => Some(Principled { roughness: alpha.sqrt(), ..l }.into()),
         AnyLobe::PrincipledThin(l) => Some(PrincipledThin { roughness: alpha.sqrt(), ..l }.into()),
@@ -228,6 +229,7 @@ fn stretch_is_one_over_the_density() {
             lobe,
             AnyLobe::Glossy(_)
                 | AnyLobe::RoughCoatedDiffuse(_)
+                | AnyLobe::CoatedConductor(_)
                 | AnyLobe::Eon(_)
                 | AnyLobe::CompensatedConductor(_)
                 | AnyLobe::CompensatedDielectric(_)
@@ -250,6 +252,7 @@ fn stretch_is_one_over_the_density() {
                     AnyLobe::RoughDielectric(l) => l.chance(wo, s.wi),
                     AnyLobe::CoatedDiffuse(l) => l.chance(wo),
                     AnyLobe::RoughCoatedDiffuse(l) => l.chance(wo, u[2]),
+                    AnyLobe::CoatedConductor(l) => l.chance(wo, u[2]),
                     AnyLobe::Eon(l) => l.chance(wo, u[2]),
                     AnyLobe::CompensatedConductor(l) => l.chance(wo, u[2]),
                     AnyLobe::CompensatedDielectric(l) => l.chance(wo, s.wi, u[2]),

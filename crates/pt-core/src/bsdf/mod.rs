@@ -4,6 +4,7 @@
 //! To add a lobe: write `my_lobe.rs`, add one line to `lobes!` below. The laws of `laws.rs` then
 //! hold it to its contract.
 
+mod coated_conductor;
 mod coated_diffuse;
 mod compensated_conductor;
 mod compensated_dielectric;
@@ -26,6 +27,7 @@ mod rough_coated_diffuse;
 mod rough_dielectric;
 mod thin_dielectric;
 
+pub(crate) use coated_conductor::Layers;
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3};
 
 use crate::light::Lit;
@@ -305,6 +307,8 @@ lobes! {
     CoatedDiffuse = coated_diffuse::CoatedDiffuse,
     /// Diffuse base under a rough coat.
     RoughCoatedDiffuse = rough_coated_diffuse::RoughCoatedDiffuse,
+    /// Metal under a coat.
+    CoatedConductor = coated_conductor::CoatedConductor,
     /// Diffuse base under a rough gloss.
     Glossy = glossy::Glossy,
     /// Material of many parameters.

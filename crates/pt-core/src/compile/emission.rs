@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 use std::ops::Range;
 
 use pt_math::{Mat3, Spectrum, Vec2, Vec3, trig};
-use pt_scene::texture::{Bitmap, Color, Pattern, Texture};
+use pt_scene::texture::{Bitmap, Pattern, Texture};
 use pt_scene::{Light, LightKind, Scene};
 
 use super::CompileError;
@@ -53,8 +53,8 @@ pub(super) fn check(scene: &Scene) -> Result<(), CompileError> {
 fn check_texture(texture: &Texture) -> Result<(), String> {
     match &texture.pattern {
         Pattern::Bitmap(Bitmap { image, .. }) => image.check_radiance(),
-        Pattern::Product(factors) => {
-            factors.iter().filter_map(Color::texture).try_for_each(|t| check_texture(t))
+        pattern @ (Pattern::Product(_) | Pattern::Blend(_)) => {
+            pattern.parts().try_for_each(|t| check_texture(t))
         }
         Pattern::Checkerboard(_) | Pattern::VertexColors | Pattern::FaceColors => Ok(()),
     }

@@ -5,9 +5,9 @@
 
 use pt_math::Spectrum;
 use pt_scene::material::{
-    Black, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed, Glass, Matte,
-    Mirror, Mix, Plastic, Principled, PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse,
-    Roughness, Sided, Surface, ThinGlass,
+    Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
+    Glass, Matte, Mirror, Mix, Plastic, Principled, PrincipledThin, Refraction, RoughCoatedDiffuse,
+    RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
 };
 use pt_scene::texture::{Relief, Scalar};
 
@@ -171,6 +171,20 @@ impl Lower for RoughCoatedDiffuse {
         let Self { distribution, saturates, two_sided, .. } = *self;
         let lobe = RoughCoated::new(rho, specular, eta, distribution, alpha, saturates);
         cx.lobe(lobe, two_sided)
+    }
+}
+
+impl Lower for CoatedConductor {
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        let layers = bsdf::Layers {
+            eta: self.ior.max(1.0),
+            coat: self.coat_alpha.max(LEAST_ALPHA),
+            thickness: self.thickness,
+            metal_eta: self.eta.into(),
+            metal_k: self.k.into(),
+            metal: self.alpha.max(LEAST_ALPHA),
+        };
+        cx.lobe(bsdf::CoatedConductor::new(&layers), self.two_sided)
     }
 }
 

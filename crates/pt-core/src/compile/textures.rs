@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use pt_math::{Affine2, Mat3, Spectrum, Vec2};
 use pt_scene::image::Image;
-use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Scalar, Texture};
+use pt_scene::texture::{Bitmap, Blend, Color, Filter, Pattern, Scalar, Texture};
 
 use crate::bsdf::{AnyLobe, LobeRecord};
 use crate::id::{Id, Table};
@@ -158,6 +158,11 @@ impl Lowering {
             Pattern::Product(factors) => {
                 PatternRecord::Product([0, 1].map(|i: usize| self.factor(&factors[i])))
             }
+            Pattern::Blend(blend) => {
+                let Blend { first, second, share } = &**blend;
+                let parts = [first, second].map(|color| self.factor(color));
+                PatternRecord::Blend(parts, self.varying(share))
+            }
         };
         let to_pattern = affine(texture.to_pattern.as_mat3());
         let id = self.textures.records.push(TextureRecord { pattern, to_pattern });
@@ -178,14 +183,22 @@ impl Lowering {
         match self.textures.records[id].pattern {
             PatternRecord::VertexColors => self.shown.vertices = true,
             PatternRecord::FaceColors => self.shown.faces = true,
-            PatternRecord::Product(factors) => {
-                for factor in factors {
-                    if let Factor::Texture(id) = factor {
-                        self.show(id);
-                    }
+            PatternRecord::Product(factors) => self.show_factors(factors),
+            PatternRecord::Blend(parts, share) => {
+                self.show_factors(parts);
+                if let Varying::Texture(id) = share {
+                    self.show(id);
                 }
             }
             PatternRecord::Bitmap(..) | PatternRecord::Checkerboard(_) => {}
+        }
+    }
+
+    fn show_factors(&mut self, factors: [Factor; 2]) {
+        for factor in factors {
+            if let Factor::Texture(id) = factor {
+                self.show(id);
+            }
         }
     }
 

@@ -1,6 +1,7 @@
 //! Materials, textures, spectra and media.
 
-use pt_scene::material::{Conductor, Glass, Matte, Mix, RoughCoatedDiffuse};
+use pt_math::DMat3;
+use pt_scene::material::{CoatedConductor, Conductor, Glass, Matte, Mix, RoughCoatedDiffuse};
 use pt_scene::medium::{Matter, Phase};
 use pt_scene::texture::{Input, Pattern, Texture};
 use pt_scene::{Color, Scalar, Surface};
@@ -93,6 +94,32 @@ fn a_coat_is_rough_if_it_is_said_to_be() {
     assert!((alpha - 0.2).abs() < 1e-7);
 }
 
+/// The metal's index is that over air, whatever the coat.
+#[test]
+fn a_metal_has_its_coat() {
+    let coated = |more: &str| match surface(&format!("Material \"coatedconductor\" {more}")) {
+        Surface::CoatedConductor(coated) => coated,
+        _ => panic!("no coat"),
+    };
+    let Surface::Conductor(copper) = surface("Material \"conductor\"") else { panic!("no metal") };
+    let (eta, k) = (copper.eta, copper.k);
+    let plain = CoatedConductor {
+        eta,
+        k,
+        alpha: 0.0,
+        ior: 1.5,
+        coat_alpha: 0.0,
+        thickness: 0.01,
+        two_sided: true,
+    };
+    assert_eq!(coated(""), plain);
+    let rough = coated(
+        "\"float interface.roughness\" .04 \"float conductor.roughness\" .25 \"float interface.eta\" 1.7 \"float thickness\" .5",
+    );
+    let wanted = CoatedConductor { alpha: 0.5, ior: 1.7, coat_alpha: 0.2, thickness: 0.5, ..plain };
+    assert_eq!(rough, wanted);
+}
+
 #[test]
 fn one_material_serves_all_shapes_that_have_it() {
     let world = "Shape \"sphere\" Shape \"sphere\" \"float alpha\" .5 Shape \"sphere\" Material \"interface\" \
@@ -113,6 +140,74 @@ fn squares_have_a_side_of_one() {
     let Texture { pattern, to_pattern } = texture(&color);
     assert_eq!(*pattern, Pattern::Checkerboard([[1.0; 3], [0.25, 0.0, 0.0]]));
     assert_eq!(to_pattern.to_cols_array(), [4.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0]);
+}
+
+/// Shares of the second texture: of squares those are 0 and 1.
+#[test]
+fn textures_are_mixed_and_put_on_squares() {
+    let blend = |class: &str, more: &str| {
+        let color = reflectance(&format!(
+            "Texture \"dots\" \"spectrum\" \"imagemap\" \"string filename\" \"parts/dots.png\" \
+             Texture \"much\" \"float\" \"checkerboard\" \"float tex1\" .5 \
+             Texture \"t\" \"spectrum\" \"{class}\" \"texture tex1\" \"dots\" \"rgb tex2\" [.25 0 0] {more} \
+             Material \"diffuse\" \"texture reflectance\" \"t\""
+        ));
+        let Texture { pattern: Pattern::Blend(blend), to_pattern } = texture(&color) else {
+            panic!("no blend")
+        };
+        assert!(
+            *to_pattern == DMat3::IDENTITY && texture(&blend.first).pattern.parts().count() == 0
+        );
+        assert_eq!(blend.second, Input::Value([0.25, 0.0, 0.0]));
+        blend.share.clone()
+    };
+    assert_eq!(blend("mix", ""), Input::Value(0.5));
+    assert_eq!(blend("mix", "\"float amount\" .3"), Input::Value(0.3));
+    let squares = |share: &Scalar| share.texture().expect("a texture").pattern.clone();
+    let much = blend("mix", "\"texture amount\" \"much\"");
+    assert_eq!(squares(&much), Pattern::Checkerboard([[0.5; 3], [0.0; 3]]));
+    let share = blend("checkerboard", "\"float uscale\" 8");
+    assert_eq!(squares(&share), Pattern::Checkerboard([[0.0; 3], [1.0; 3]]));
+    assert_eq!(share.texture().expect("a texture").to_pattern.x_axis.x, 4.0);
+}
+
+/// What coloured light makes of the colour of a material, it makes of one that is mixed with a texture.
+#[test]
+fn colours_that_are_mixed_are_seen_in_the_light_of_the_scene() {
+    let red = [0.63, 0.065, 0.05];
+    let seen = |material: &str| {
+        let world = format!("LightSource \"point\" \"rgb I\" [17 12 6] {material} Shape \"disk\"");
+        match read("", &world).materials.swap_remove(0).surface {
+            Surface::Matte(matte) => matte.reflectance,
+            _ => panic!("not diffuse"),
+        }
+    };
+    let plain = seen("Material \"diffuse\" \"rgb reflectance\" [.63 .065 .05]");
+    assert_ne!(plain, Input::Value(red));
+    let mixed = seen(
+        "Texture \"dots\" \"spectrum\" \"imagemap\" \"string filename\" \"parts/dots.png\" \
+         Texture \"t\" \"spectrum\" \"mix\" \"texture tex1\" \"dots\" \"rgb tex2\" [.63 .065 .05] \
+         Material \"diffuse\" \"texture reflectance\" \"t\"",
+    );
+    let Pattern::Blend(blend) = &texture(&mixed).pattern else { panic!("no blend") };
+    assert_eq!(blend.second, plain);
+}
+
+/// Roughness is mixed as α, of which it is the square.
+#[test]
+fn roots_of_what_is_mixed_are_those_of_its_parts() {
+    let metal = surface(
+        "Texture \"much\" \"float\" \"checkerboard\" \
+         Texture \"t\" \"float\" \"mix\" \"float tex1\" .25 \"float tex2\" .09 \"texture amount\" \"much\" \
+         Material \"conductor\" \"texture roughness\" \"t\"",
+    );
+    let Surface::Conductor(Conductor { roughness: Some(roughness), .. }) = metal else {
+        panic!("no rough metal")
+    };
+    let Some(Pattern::Blend(blend)) = roughness.alpha[0].texture().map(|t| &t.pattern) else {
+        panic!("no blend")
+    };
+    assert_eq!([&blend.first, &blend.second], [&Input::Value([0.5; 3]), &Input::Value([0.3; 3])]);
 }
 
 #[test]

@@ -14,11 +14,11 @@ use super::schema::{Properties, Schemas};
 use super::shared::{Name, Reading, Shared, Tables, Writing};
 use super::transform::OfTexture;
 use crate::material::{
-    Black, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed, Glass, Masking,
-    Matte, Mirror, Mix, Plastic, Principled, PrincipledThin, Refraction, RoughCoatedDiffuse,
-    RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
+    Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
+    Glass, Masking, Matte, Mirror, Mix, Plastic, Principled, PrincipledThin, Refraction,
+    RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
 };
-use crate::texture::{Bitmap, Filter, Pattern, Relief, Scalar, Texture, Wrap};
+use crate::texture::{Bitmap, Blend, Filter, Pattern, Relief, Scalar, Texture, Wrap};
 use crate::{LoadError, Material};
 
 record! {
@@ -84,6 +84,17 @@ record! {
         alpha: ABOVE_0 => 0.1,
         distribution: Plain => Distribution::Ggx,
         saturates: Plain => false,
+        two_sided: Plain => true,
+    }
+}
+record! {
+    CoatedConductor {
+        eta: FROM_0,
+        k: FROM_0,
+        alpha: FROM_0 => 0.0,
+        ior: ABOVE_0 => 1.5,
+        coat_alpha: FROM_0 => 0.0,
+        thickness: FROM_0 => 0.0,
         two_sided: Plain => true,
     }
 }
@@ -254,8 +265,11 @@ tagged! {
         VertexColors(),
         FaceColors(),
         Product[factors: Pair(FROM_0)],
+        Blend(Box<Blend>),
     }
 }
+
+record! { Blend { first: FROM_0, second: FROM_0, share: SHARE => 0.5.into() } }
 
 record! {
     Bitmap { image: Plain, wrap: Plain => Wrap::default(), filter: Plain => Filter::default() }
@@ -276,7 +290,7 @@ impl Shared for Texture {
         // Products of products of the same texture would grow without end.
         if parts(&texture) > MOST_PARTS {
             return Err(node.error(format!(
-                "with all its factors, the texture has more than {MOST_PARTS} parts"
+                "with all that it is made of, the texture has more than {MOST_PARTS} parts"
             )));
         }
         Ok(Arc::new(texture))
@@ -291,12 +305,7 @@ impl Shared for Texture {
     }
 }
 
-/// How many textures are multiplied.
+/// How many textures are put together.
 fn parts(texture: &Texture) -> usize {
-    match &texture.pattern {
-        Pattern::Product(factors) => {
-            1 + factors.iter().filter_map(crate::Color::texture).map(|t| parts(t)).sum::<usize>()
-        }
-        _ => 1,
-    }
+    1 + texture.pattern.parts().map(|t| parts(t)).sum::<usize>()
 }

@@ -8,8 +8,8 @@ use super::entity::Entity;
 use super::scene::{MaterialName, World};
 use super::texture::{mean, product, square_root};
 use crate::material::{
-    Black, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed, Glass, Masking,
-    Matte, Mix, RoughCoatedDiffuse, Roughness, ThinGlass,
+    Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
+    Glass, Masking, Matte, Mix, RoughCoatedDiffuse, Roughness, ThinGlass,
 };
 use crate::metals::Metal;
 use crate::texture::{Color, Relief, Scalar};
@@ -172,14 +172,7 @@ impl World {
         else {
             return Ok(CoatedDiffuse { diffuse, specular, ior, saturates, two_sided }.into());
         };
-        if u != v || u.texture().is_some() {
-            self.warn(
-                entity,
-                "the coat has the same roughness everywhere, which is the mean of what is given"
-                    .into(),
-            );
-        }
-        let alpha = 0.5 * (mean(&u) + mean(&v));
+        let alpha = self.one_alpha(entity, "coat", [&u, &v]);
         Ok(RoughCoatedDiffuse { diffuse, specular, ior, alpha, distribution, saturates, two_sided }
             .into())
     }
@@ -202,26 +195,36 @@ impl World {
         Ok(DiffuseTransmission { reflectance, transmittance })
     }
 
-    /// A metal under a coat, which is left out but for the angle and the index of the light that it lets to the metal.
-    fn coated_conductor(&mut self, entity: &Entity) -> Result<Conductor, LoadError> {
-        entity.pass_over(&["maxdepth", "nsamples", "thickness"]);
+    /// A metal under a coat. What pbrt-v4 finds by random walks between the two, is found here by formulas.
+    fn coated_conductor(&mut self, entity: &Entity) -> Result<CoatedConductor, LoadError> {
+        entity.pass_over(&["maxdepth", "nsamples"]);
         self.refuse_haze(entity)?;
-        let coat = index(entity, "interface.eta", 1.5, &self.textures.folder)?;
-        self.roughness(
-            entity,
-            &["interface.roughness", "interface.uroughness", "interface.vroughness"],
-            0.0,
-        )?;
+        let ior = index(entity, "interface.eta", 1.5, &self.textures.folder)?;
+        let thickness = entity.not_negative("thickness", 0.01)? as f32;
         let names = ["conductor.eta", "conductor.k", "reflectance"];
-        let roughness = ["conductor.roughness", "conductor.uroughness", "conductor.vroughness"];
-        let metal = self.conductor(entity, names, &roughness)?;
-        self.warn(
-            entity,
-            "a coatedconductor is taken as its metal alone; what the coat reflects is left out"
-                .into(),
-        );
-        let below = |part: [f32; 3]| part.map(|x| x / coat);
-        Ok(Conductor { eta: below(metal.eta), k: below(metal.k), ..metal })
+        let of_coat = ["interface.roughness", "interface.uroughness", "interface.vroughness"];
+        let of_metal = ["conductor.roughness", "conductor.uroughness", "conductor.vroughness"];
+        let coat = self.roughness(entity, &of_coat, 0.0)?;
+        let Conductor { eta, k, roughness, two_sided, .. } =
+            self.conductor(entity, names, &of_metal)?;
+        let mut alpha = |layer, roughness: Option<Roughness>| {
+            roughness.map_or(0.0, |Roughness { alpha: [u, v], .. }| {
+                self.one_alpha(entity, layer, [&u, &v])
+            })
+        };
+        let (coat_alpha, alpha) = (alpha("coat", coat), alpha("metal", roughness));
+        Ok(CoatedConductor { eta, k, alpha, ior, coat_alpha, thickness, two_sided })
+    }
+
+    /// The mean of roughnesses along u and v, where a layer has only one.
+    fn one_alpha(&mut self, entity: &Entity, layer: &str, [u, v]: [&Scalar; 2]) -> f32 {
+        if u != v || u.texture().is_some() {
+            let message = format!(
+                "the {layer} has the same roughness everywhere, which is the mean of what is given"
+            );
+            self.warn(entity, message);
+        }
+        0.5 * (mean(u) + mean(v))
     }
 
     /// Refuses coats that scatter.

@@ -15,12 +15,12 @@ use super::entity::Entity;
 use super::token::Place;
 use crate::LoadError;
 use crate::image::{self, Decoded, Image, Numbers};
-use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
+use crate::texture::{Bitmap, Blend, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
 
 const KINDS: [&str; 6] = ["bilerp", "checkerboard", "constant", "imagemap", "mix", "scale"];
 
-/// Most factors of a texture; products of products double with each line.
-const MAX_FACTORS: usize = 64;
+/// Most values and patterns that a texture is made of; products of products double with each line.
+const MAX_PARTS: usize = 64;
 
 /// Which image, and how its numbers are read.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -73,13 +73,7 @@ impl Textures {
                     self.input(entity, "tex", is_number, 1.0)?,
                     self.input(entity, "scale", true, 1.0)?,
                 ];
-                let product = product(factors);
-                if leaves(&product) > MAX_FACTORS {
-                    return Err(entity
-                        .at
-                        .error(format!("this is a product of more than {MAX_FACTORS} textures")));
-                }
-                product
+                product(factors)
             }
             "mix" => self.mix(entity, is_number)?,
             "checkerboard" => self.checkerboard(entity, is_number)?,
@@ -88,6 +82,10 @@ impl Textures {
             _ => return Err(entity.unsupported(&KINDS)),
         };
         entity.finish()?;
+        if leaves(&texture) > MAX_PARTS {
+            let message = format!("this is made of more than {MAX_PARTS} textures");
+            return Err(entity.at.error(message));
+        }
         if self.folder.context.was_loud() {
             self.loud.insert((name.to_owned(), is_number));
         }
@@ -199,17 +197,11 @@ impl Textures {
             (Input::Value(a), Input::Value(b), Input::Value([t, ..])) => {
                 Ok(Input::Value(std::array::from_fn(|c| a[c] * (1.0 - t) + b[c] * t)))
             }
-            (first, _, Input::Value([0.0, ..])) => Ok(first),
-            (_, second, Input::Value([1.0, ..])) => Ok(second),
-            _ => {
-                let message = "a mix of textures is not supported, of values it is; for the material, give a \
-                               \"mix\" of two materials";
-                Err(entity.at.error(message))
-            }
+            (first, second, amount) => Ok(between(first, second, number_of(amount))),
         }
     }
 
-    /// Squares of side 1 here and ½ in [`Pattern::Checkerboard`].
+    /// Squares of side 1 here and ½ in [`Pattern::Checkerboard`]; of textures, these are shares of the second.
     fn checkerboard(&self, entity: &Entity, is_number: bool) -> Result<Color, LoadError> {
         if entity.count("dimension", 2, [1, 3])? != 2 {
             return Err(entity.refuse("dimension", "only the dimension 2 is supported"));
@@ -218,12 +210,12 @@ impl Textures {
             self.input(entity, "tex1", is_number, 1.0)?,
             self.input(entity, "tex2", is_number, 0.0)?,
         ];
-        let [Input::Value(first), Input::Value(second)] = inputs else {
-            let message = "squares of textures are not supported; expected tex1 and tex2 as values";
-            return Err(entity.at.error(message));
-        };
         let to_pattern = DMat3::from_diagonal(DVec3::new(0.5, 0.5, 1.0)) * mapping(entity)?;
-        Ok(textured(Pattern::Checkerboard([first, second]), to_pattern))
+        let squares = |colors| textured(Pattern::Checkerboard(colors), to_pattern);
+        Ok(match inputs {
+            [Input::Value(first), Input::Value(second)] => squares([first, second]),
+            [first, second] => between(first, second, number_of(squares([[0.0; 3], [1.0; 3]]))),
+        })
     }
 
     /// An image of two by two texels, the middles of which are the corners of the unit square.
@@ -374,12 +366,29 @@ pub(super) fn product(factors: [Color; 2]) -> Color {
     }
 }
 
+/// What is between two colours, by the share of the second.
+fn between(first: Color, second: Color, share: Scalar) -> Color {
+    Input::Texture(Arc::new(Pattern::Blend(Box::new(Blend { first, second, share })).into()))
+}
+
+/// A colour of which all channels are equal, as a number.
+fn number_of(color: Color) -> Scalar {
+    match color {
+        Input::Value([x, ..]) => Input::Value(x),
+        Input::Texture(texture) => Input::Texture(texture),
+    }
+}
+
 /// How many values and patterns a colour is made of.
 fn leaves(color: &Color) -> usize {
-    match color.texture().map(|texture| &texture.pattern) {
-        Some(Pattern::Product(factors)) => leaves(&factors[0]) + leaves(&factors[1]),
-        _ => 1,
+    fn of<T>(input: &Input<T>) -> usize {
+        match input.texture().map(|texture| &texture.pattern) {
+            Some(Pattern::Product(factors)) => of(&factors[0]) + of(&factors[1]),
+            Some(Pattern::Blend(blend)) => of(&blend.first) + of(&blend.second) + of(&blend.share),
+            _ => 1,
+        }
     }
+    of(color)
 }
 
 /// The square root of a number that may vary.
@@ -390,9 +399,14 @@ pub(super) fn square_root(number: &Scalar) -> Scalar {
     }
 }
 
-/// The root of a product is that of its factors, as all channels of a number are equal.
+/// The root of a product is that of its factors, as all channels of a number are equal; that of what is between two is
+/// between theirs, which is right where there is one of the two.
 fn root_of(texture: &Texture) -> Texture {
     let root = |color: [f32; 3]| color.map(|x| x.max(0.0).sqrt());
+    let of = |color: &Color| match color {
+        Input::Value(value) => Input::Value(root(*value)),
+        Input::Texture(texture) => Input::Texture(Arc::new(root_of(texture))),
+    };
     let pattern = match &texture.pattern {
         Pattern::Bitmap(bitmap) => {
             let Image { width, height, pixels } = &*bitmap.image;
@@ -401,13 +415,12 @@ fn root_of(texture: &Texture) -> Texture {
             Pattern::Bitmap(Bitmap { image, ..bitmap.clone() })
         }
         Pattern::Checkerboard(colors) => Pattern::Checkerboard(colors.map(root)),
-        Pattern::Product(factors) => {
-            let of = |color: &Color| match color {
-                Input::Value(value) => Input::Value(root(*value)),
-                Input::Texture(texture) => Input::Texture(Arc::new(root_of(texture))),
-            };
-            Pattern::Product(Box::new([of(&factors[0]), of(&factors[1])]))
-        }
+        Pattern::Product(factors) => Pattern::Product(Box::new([of(&factors[0]), of(&factors[1])])),
+        Pattern::Blend(blend) => Pattern::Blend(Box::new(Blend {
+            first: of(&blend.first),
+            second: of(&blend.second),
+            share: blend.share.clone(),
+        })),
         other @ (Pattern::VertexColors | Pattern::FaceColors) => other.clone(),
     };
     Texture { pattern, to_pattern: texture.to_pattern }
@@ -415,6 +428,12 @@ fn root_of(texture: &Texture) -> Texture {
 
 /// About what a number is on average: of an image the mean, of squares the middle.
 pub(super) fn mean(number: &Scalar) -> f32 {
+    fn of_color(color: &Color) -> f32 {
+        match color {
+            Input::Value([x, ..]) => *x,
+            Input::Texture(texture) => of(texture),
+        }
+    }
     fn of(texture: &Texture) -> f32 {
         match &texture.pattern {
             Pattern::Bitmap(bitmap) => {
@@ -423,12 +442,10 @@ pub(super) fn mean(number: &Scalar) -> f32 {
                 (sum / pixels.len().max(1) as f64) as f32
             }
             Pattern::Checkerboard([[a, ..], [b, ..]]) => 0.5 * (a + b),
-            Pattern::Product(factors) => {
-                let factor = |color: &Color| match color {
-                    Input::Value([x, ..]) => *x,
-                    Input::Texture(texture) => of(texture),
-                };
-                factor(&factors[0]) * factor(&factors[1])
+            Pattern::Product(factors) => of_color(&factors[0]) * of_color(&factors[1]),
+            Pattern::Blend(blend) => {
+                let [first, second] = [&blend.first, &blend.second].map(of_color);
+                first + (second - first) * mean(&blend.share).clamp(0.0, 1.0)
             }
             Pattern::VertexColors | Pattern::FaceColors => 0.0,
         }

@@ -180,10 +180,19 @@ impl Illuminant {
         match color {
             Input::Value(value) => *value = self.reflected(*value),
             Input::Texture(texture) => {
-                if let Pattern::Checkerboard(colors) = texture.pattern {
-                    let pattern = Pattern::Checkerboard(colors.map(|color| self.reflected(color)));
-                    *texture = Arc::new(Texture { pattern, to_pattern: texture.to_pattern });
-                }
+                let pattern = match &texture.pattern {
+                    Pattern::Checkerboard(colors) => {
+                        Pattern::Checkerboard(colors.map(|color| self.reflected(color)))
+                    }
+                    Pattern::Blend(blend) => {
+                        let mut blend = blend.clone();
+                        self.color(&mut blend.first);
+                        self.color(&mut blend.second);
+                        Pattern::Blend(blend)
+                    }
+                    _ => return,
+                };
+                *texture = Arc::new(Texture { pattern, to_pattern: texture.to_pattern });
             }
         }
     }

@@ -6,8 +6,8 @@ use super::super::texture::Textures;
 use super::inputs::Inputs;
 use super::{Scattering, surface};
 use crate::material::{
-    Black, CoatedDiffuse, Conductor, Embossed, Glass, Matte, Mirror, Mix, Plastic, Principled,
-    RoughCoatedDiffuse, RoughDiffuse, Sided,
+    Black, CoatedConductor, CoatedDiffuse, Conductor, Embossed, Glass, Matte, Mirror, Mix, Plastic,
+    Principled, RoughCoatedDiffuse, RoughDiffuse, Sided,
 };
 use crate::texture::Relief;
 use crate::{LoadError, Surface};
@@ -116,6 +116,7 @@ fn on_both_sides(surface: Surface) -> Surface {
         Surface::RoughCoatedDiffuse(coated) => {
             RoughCoatedDiffuse { two_sided: true, ..coated }.into()
         }
+        Surface::CoatedConductor(coated) => CoatedConductor { two_sided: true, ..coated }.into(),
         Surface::Plastic(plastic) => Plastic { two_sided: true, ..plastic }.into(),
         Surface::Principled(principled) => Principled { two_sided: true, ..principled }.into(),
         Surface::Mix(Mix { first, second, share }) => {
