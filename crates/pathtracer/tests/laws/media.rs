@@ -7,7 +7,9 @@ use pathtracer::{DirectLight, Film, Progress, Roulette, Scene, Session, Settings
 use pt_cpu::Renderer;
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::material::{Black, Glass, Matte};
-use pt_scene::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume};
+use pt_scene::medium::{
+    Grid, GridFilter, Heterogeneous, Matter, Phase, PhaseBlend, PlacedGrid, Volume,
+};
 use pt_scene::{LightKind, Medium, Sides, Surface, shapes};
 use pt_testing::sidak;
 
@@ -132,6 +134,23 @@ fn glass_that_absorbs_follows_beers_law() {
 /// The name of a layer, its extinction, and the medium with a phase function.
 type Layer = (&'static str, [f64; 3], fn(Phase) -> Medium);
 
+/// A phase function where light is turned by an angle of this cosine.
+fn value(phase: &Phase, cos: f64) -> f64 {
+    match phase {
+        Phase::Isotropic => 1.0 / (4.0 * PI),
+        Phase::Rayleigh => 3.0 / (16.0 * PI) * (1.0 + cos * cos),
+        Phase::HenyeyGreenstein { g } => {
+            let g = f64::from(*g);
+            let base = 1.0 + g * g - 2.0 * g * cos;
+            (1.0 - g * g) / (4.0 * PI * base * base.sqrt())
+        }
+        Phase::Blend(blend) => {
+            let share = f64::from(blend.share);
+            (1.0 - share) * value(&blend.first, cos) + share * value(&blend.second, cos)
+        }
+    }
+}
+
 /// Light that a layer of depth D scatters once: parallel light of irradiance E comes from the side of
 /// the camera at the cosine μ, so L = ∫ σs p E e^(−σt z (1 + 1/μ)) dz from 0 to D.
 #[test]
@@ -140,7 +159,17 @@ fn single_scattering_follows_its_closed_form() {
     const IRRADIANCE: f32 = 3.0;
     let to_light = DVec3::new(0.6, 0.0, 0.8);
     let mu = to_light.z;
-    let phases = [Phase::Isotropic, FORWARDS, BACKWARDS, Phase::Rayleigh];
+    let blend = PhaseBlend {
+        first: BACKWARDS,
+        second: Phase::Blend(Box::new(PhaseBlend {
+            first: Phase::Rayleigh,
+            second: FORWARDS,
+            share: 0.25,
+        })),
+        share: 0.7,
+    };
+    let phases =
+        [Phase::Isotropic, FORWARDS, BACKWARDS, Phase::Rayleigh, Phase::Blend(Box::new(blend))];
     let media: [Layer; 4] = [
         ("grey", [0.7; 3], |phase| homogeneous([0.7; 3], [0.6; 3], phase)),
         ("coloured", [0.1, 0.7, 4.0], |phase| homogeneous([0.1, 0.7, 4.0], [0.6; 3], phase)),
@@ -152,23 +181,14 @@ fn single_scattering_follows_its_closed_form() {
             grid(sigma, 2.0, Volume::Constant([0.6; 3]), phase)
         }),
     ];
-    for phase in phases {
-        let cos = -to_light.z;
-        let p = match phase {
-            Phase::Isotropic => 1.0 / (4.0 * PI),
-            Phase::Rayleigh => 3.0 / (16.0 * PI) * (1.0 + cos * cos),
-            Phase::HenyeyGreenstein { g } => {
-                let g = f64::from(g);
-                let base = 1.0 + g * g - 2.0 * g * cos;
-                (1.0 - g * g) / (4.0 * PI * base * base.sqrt())
-            }
-        };
+    for phase in &phases {
+        let p = value(phase, -to_light.z);
         for (name, sigma, medium) in &media {
             let light = LightKind::Directional { irradiance: [IRRADIANCE; 3] };
             // The cube of the grid is all there is of the layer, so light comes in by its front alone.
             let scene = Builder::default().light(light, looking(to_light, DVec3::ZERO));
             let wide = DAffine3::from_scale(DVec3::new(50.0, 50.0, 1.0));
-            let mut scene = block(scene, wide, medium(phase)).seen_by(straight());
+            let mut scene = block(scene, wide, medium(phase.clone())).seen_by(straight());
             if let Matter::Heterogeneous(grid) = &mut scene.media[0].matter {
                 grid.extinction.to_world = wide * grid.extinction.to_world;
             }
@@ -229,7 +249,7 @@ fn a_camera_may_be_in_a_medium() {
         let mut scene = Builder::default()
             .glowing_sphere(DVec3::ZERO, -2.0, 1.0)
             .seen_by(pathtracer::Camera { medium: Some(0), ..view.clone() });
-        scene.media.push(homogeneous([0.6, 0.8, 1.0], [1.0; 3], phase));
+        scene.media.push(homogeneous([0.6, 0.8, 1.0], [1.0; 3], phase.clone()));
         for direct in [DirectLight::Mis, DirectLight::Light] {
             let settings = Settings { direct, ..with_depth(1024, 5000) };
             let film = render(&scene, size([7, 7]), settings);
@@ -288,9 +308,9 @@ fn a_uniform_grid_is_homogeneous() {
         let filter = GridFilter::Nearest;
         let albedo = PlacedGrid { grid: Arc::new(albedo), to_world, filter };
         let media = [
-            homogeneous([4.0; 3], [0.9, 0.7, 0.5], phase),
-            grid(uniform.clone(), 16.0, Volume::Constant([0.9, 0.7, 0.5]), phase),
-            grid(uniform, 16.0, Volume::Grid(albedo), phase),
+            homogeneous([4.0; 3], [0.9, 0.7, 0.5], phase.clone()),
+            grid(uniform.clone(), 16.0, Volume::Constant([0.9, 0.7, 0.5]), phase.clone()),
+            grid(uniform, 16.0, Volume::Grid(albedo), phase.clone()),
         ];
         let films: Vec<_> = media
             .into_iter()

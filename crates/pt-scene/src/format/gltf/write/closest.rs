@@ -1,5 +1,6 @@
 //! The nearest of what glTF can say to any surface.
 
+use super::super::super::gloss;
 use super::layer::mapped;
 use crate::material::{Mix, Principled, PrincipledThin, Roughness};
 use crate::texture::{Input, Pattern, Relief, Scalar};
@@ -155,6 +156,24 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (Principled, Body) {
             roughen(&mut look, m.roughness.as_ref(), tell);
             opaque(look)
         }
+        Surface::CoatedConductor(m) => {
+            tell(
+                "its coat reflects white over the metal, whose reflectance becomes that of Schlick",
+            );
+            let [eta, k] = [m.eta, m.k].map(|index| index.map(|x| x / m.ior.max(1.0)));
+            // Light goes through the coat twice.
+            let passed = libm::expf(-2.0 * m.thickness);
+            let at_normal =
+                std::array::from_fn::<f32, 3, _>(|c| passed * reflectance(eta[c], k[c]));
+            opaque(Principled {
+                base_color: at_normal.into(),
+                metallic: 1.0.into(),
+                roughness: m.alpha.sqrt().into(),
+                clearcoat: 1.0.into(),
+                clearcoat_gloss: gloss::coat(m.coat_alpha.sqrt()).into(),
+                ..bare(m.two_sided)
+            })
+        }
         Surface::Glass(m) => {
             if m.reflectance != Color::Value([1.0; 3]) {
                 tell("the tint of what it reflects is left out");
@@ -184,7 +203,7 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (Principled, Body) {
         }
         Surface::Plastic(m) => {
             tell("its gloss becomes a grey one of GGX facets");
-            let root = super::super::super::gloss::amount(&m.specular).clamp(0.0, 0.96).sqrt();
+            let root = gloss::amount(&m.specular).clamp(0.0, 0.96).sqrt();
             let ior = (1.0 + root) / (1.0 - root);
             opaque(coated(&m.diffuse, m.alpha.sqrt(), ior, m.two_sided))
         }

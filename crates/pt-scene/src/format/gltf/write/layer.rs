@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::super::super::gloss;
 use crate::image::Image;
-use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
+use crate::texture::{Bitmap, Blend, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
 
 /// Which colours of a mesh a material shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -81,7 +81,18 @@ impl Parameter {
             Pattern::VertexColors => self.colors = Some(MeshColors::Vertices),
             Pattern::FaceColors => self.colors = self.colors.or(Some(MeshColors::Faces)),
             Pattern::Bitmap(_) | Pattern::Checkerboard(_) => self.lay(layer(texture)),
+            Pattern::Blend(blend) => self.blend(blend),
         }
+    }
+
+    /// Multiplies by a blend, or else by the one of the two that has the larger share.
+    fn blend(&mut self, blend: &Blend) {
+        if let Some(made) = blended(blend) {
+            return self.lay(Some(made));
+        }
+        let is_second = matches!(blend.share, Input::Value(share) if share > 0.5);
+        self.add(if is_second { &blend.second } else { &blend.first });
+        self.lost = true;
     }
 
     /// Multiplies by an image, which can be done where it lies as the one that is there.
@@ -190,8 +201,41 @@ fn layer(texture: &Texture) -> Option<Layer> {
             let image = Arc::new(Image { width: 2, height: 2, pixels });
             Some(Layer { image, wrap: Wrap::Repeat, filter: Filter::Nearest, to_pattern })
         }
-        Pattern::VertexColors | Pattern::FaceColors | Pattern::Product(_) => None,
+        Pattern::VertexColors | Pattern::FaceColors | Pattern::Product(_) | Pattern::Blend(_) => {
+            None
+        }
     }
+}
+
+/// What a blend shows, as an image, if its images lie alike, and are all that it is made of.
+fn blended(blend: &Blend) -> Option<Layer> {
+    let parts = [
+        Parameter::of(&blend.first),
+        Parameter::of(&blend.second),
+        Parameter::of_number(&blend.share),
+    ];
+    if parts.iter().any(|part| part.lost || part.colors.is_some()) {
+        return None;
+    }
+    let layers = || parts.iter().filter_map(|part| part.layer.as_ref());
+    let size = |layer: &Layer| [layer.image.width, layer.image.height];
+    let finest = layers().max_by_key(|layer| size(layer))?;
+    if !layers().all(|layer| layer.lies_as(finest)) {
+        return None;
+    }
+    let [width, height] = size(finest);
+    let [first, second, share] = parts.each_ref().map(|part| {
+        let image = part.layer.as_ref().map(|layer| layer.with_size([width, height]));
+        move |i: usize| {
+            product(part.factor, image.as_ref().map_or([1.0; 3], |image| image.pixels[i]))
+        }
+    });
+    let pixel = |i: usize| {
+        let (a, b, t) = (first(i), second(i), share(i)[0].clamp(0.0, 1.0));
+        std::array::from_fn(|c| (1.0 - t) * a[c] + t * b[c])
+    };
+    let pixels = (0..finest.image.pixels.len()).map(pixel).collect();
+    Some(Layer { image: Arc::new(Image { width, height, pixels }), ..finest.clone() })
 }
 
 /// The image of normals of a texture, if it shows nothing else.
@@ -209,17 +253,20 @@ pub(super) fn mapped<T: Copy>(input: &Input<T>, number: fn(T) -> T, f: fn(f32) -
 
 fn mapped_texture(texture: &Texture, f: fn(f32) -> f32) -> Texture {
     let color = |color: [f32; 3]| color.map(f);
+    let each = |part: &Color| match part {
+        Input::Value(value) => Input::Value(color(*value)),
+        Input::Texture(texture) => Input::Texture(Arc::new(mapped_texture(texture, f))),
+    };
     let pattern = match &texture.pattern {
         Pattern::Bitmap(bitmap) => {
             Pattern::Bitmap(Bitmap { image: changed(&bitmap.image, color), ..bitmap.clone() })
         }
         Pattern::Checkerboard(colors) => Pattern::Checkerboard(colors.map(color)),
-        Pattern::Product(factors) => {
-            let each = |factor: &Color| match factor {
-                Input::Value(value) => Input::Value(color(*value)),
-                Input::Texture(texture) => Input::Texture(Arc::new(mapped_texture(texture, f))),
-            };
-            Pattern::Product(Box::new([each(&factors[0]), each(&factors[1])]))
+        Pattern::Product(factors) => Pattern::Product(Box::new(factors.each_ref().map(each))),
+        Pattern::Blend(blend) => {
+            let Blend { first, second, share } = &**blend;
+            let [first, second] = [first, second].map(each);
+            Pattern::Blend(Box::new(Blend { first, second, share: share.clone() }))
         }
         colors => colors.clone(),
     };

@@ -114,8 +114,7 @@ impl Writer<'_> {
     ) -> Result<Parameter, String> {
         let color = Parameter::of(&look.base_color);
         if color.lost {
-            self.notes
-                .tell(&cx.place, "of the images that its colour is a product of, one is left out");
+            self.notes.tell(&cx.place, "of the images that its colour is made of, one is left out");
         }
         let opacity = self.number(opacity, "opacity", cx);
         let mut pbr = Map::new();
@@ -168,7 +167,7 @@ impl Writer<'_> {
             self.notes.tell(&cx.place, note);
         }
         if made.lost {
-            let note = format!("of the images that its {what} is a product of, one is left out");
+            let note = format!("of the images that its {what} is made of, one is left out");
             self.notes.tell(&cx.place, note);
         }
         made
@@ -369,7 +368,7 @@ impl Writer<'_> {
             return Err(format!("{}: its glow is not finite", cx.place));
         }
         if glow.colors.is_some() || glow.lost {
-            self.notes.tell(&cx.place, "of what its glow is a product of, one image is written");
+            self.notes.tell(&cx.place, "of what its glow is made of, one image is written");
         }
         let strength = power_of_two(glow.factor.into_iter().fold(0.0, f32::max));
         let factor = glow.factor.map(|c| c.max(0.0) / strength);
