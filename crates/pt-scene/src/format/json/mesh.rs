@@ -11,7 +11,7 @@ use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
 use serde_json::{Value, json};
 
 use super::super::mesh_file;
-use super::super::{obj, ply, serialized};
+use super::super::{obj, ply, serialized, stl};
 use super::describe::Described;
 use super::files::MOST_INLINE;
 use super::node::{Keys, Node};
@@ -197,7 +197,7 @@ fn of_file(
 }
 
 /// The readers of mesh files.
-const ENDINGS: [&str; 4] = [OWN_ENDING, "ply", "obj", "serialized"];
+const ENDINGS: [&str; 5] = [OWN_ENDING, "ply", "obj", "stl", "serialized"];
 
 fn parse(bytes: &[u8], path: &Path, group: u32, node: &Node<'_>) -> Result<Mesh, LoadError> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
@@ -209,6 +209,7 @@ fn parse(bytes: &[u8], path: &Path, group: u32, node: &Node<'_>) -> Result<Mesh,
         }
         "ply" => Ok(ply::parse_mesh(bytes, path)?.mesh),
         "obj" => Ok(obj::parse_mesh(bytes, path)?.mesh),
+        "stl" => stl::parse_mesh(bytes, path),
         "serialized" => Ok(serialized::parse_mesh(bytes, path, group)?.mesh),
         _ => {
             let known = ENDINGS.map(|ending| format!(".{ending}")).join(", ");

@@ -35,6 +35,19 @@ const PIECE: usize = 1 << 20;
 
 /// A scene of one object, with z up.
 pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
+    let mesh = parse_mesh(bytes, path)?;
+    let file = MeshFile { mesh, levels: ColorLevels::default(), warnings: Vec::new() };
+    let mut scene = file.into_scene(path);
+    let z_up = DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y);
+    scene.objects.iter_mut().for_each(|object| object.to_world = DAffine3::from_mat3(z_up));
+    Ok(scene)
+}
+
+/// The mesh of a file, in its own coordinates.
+///
+/// # Errors
+/// If the file is no STL, ends too early, has numbers that are not finite, or no triangles.
+pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
     let Welded { positions, triangles } = match count(bytes) {
         Some(count) if bytes.len() - HEADER == count.saturating_mul(TRIANGLE) => {
             binary::read(bytes, count, path)?
@@ -50,7 +63,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
     if triangles.is_empty() {
         return Err(mesh_file::error(path, 0, "the file has no triangles"));
     }
-    let mesh = Mesh {
+    Ok(Mesh {
         name: mesh_file::name_of(path),
         parts: single_part(triangles.len()),
         positions,
@@ -59,12 +72,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
         uvs: None,
         colors: None,
         face_colors: None,
-    };
-    let file = MeshFile { mesh, levels: ColorLevels::default(), warnings: Vec::new() };
-    let mut scene = file.into_scene(path);
-    let z_up = DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y);
-    scene.objects.iter_mut().for_each(|object| object.to_world = DAffine3::from_mat3(z_up));
-    Ok(scene)
+    })
 }
 
 /// The number of triangles that a binary file says it has.
