@@ -208,7 +208,8 @@ impl Texels {
     fn around(&self, uv: Vec2, wrap: Wrap) -> ([Spectrum; 4], Vec2) {
         let p = self.scaled(uv) - 0.5;
         let corner = p.floor();
-        let (x, y) = (corner.x as i64, corner.y as i64);
+        // What is beyond 32 bits stays there, so that there is always a next one.
+        let (x, y) = (i64::from(corner.x as i32), i64::from(corner.y as i32));
         let texels = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| self.at(x + i, y + j, wrap));
         (texels, p - corner)
     }
@@ -465,6 +466,19 @@ mod tests {
             assert_eq!(texels.bytes(), bytes * values.len());
             for (i, &v) in values.iter().enumerate() {
                 assert_eq!(texels.texel(i), Spectrum::splat(v));
+            }
+        }
+    }
+
+    /// However far from the image they are.
+    #[test]
+    fn all_coordinates_show_texels() {
+        let t = image(&[1.0; 6], 3);
+        for far in [1e9, 1e18, 1e30, -1e9, -1e18, -1e30, f32::MAX / 3.0] {
+            for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror] {
+                for uv in [Vec2::new(far, 0.5), Vec2::new(0.5, far), Vec2::splat(far)] {
+                    assert_eq!((t.bilinear(uv, wrap).0.x, t.nearest(uv, wrap).0.x), (1.0, 1.0));
+                }
             }
         }
     }
