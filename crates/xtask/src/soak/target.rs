@@ -28,7 +28,7 @@ const CONFIDENCE: f64 = 0.95;
 /// With so many it is asked how many samples all pixels alike need.
 const SOME: u32 = 8;
 
-/// The share of the samples of the same command with `--uniform` that should suffice, and in how many scenes.
+/// The share of samples of a render without adaptive sampling that should suffice, and in how many scenes.
 const FEWER: (f64, usize) = (0.7, 3);
 
 /// A scene that is rendered in different ways.
@@ -139,7 +139,7 @@ pub(super) fn run(program: &Path) -> Result<()> {
             100.0 * of_truth
         );
         (within, in_interval, all) = (within + good, in_interval + told, all + SEEDS);
-        fewer += usize::from(samples <= FEWER.0 * uniform);
+        fewer += usize::from(samples <= FEWER.0 * known);
     }
     println!(
         "{within} of {all} renders are as good as was asked for, {in_interval} in the interval that they told; fewer \
