@@ -72,19 +72,11 @@ impl<K: Clone + Eq + Hash + Send + Sync, T: Send> Ahead<K, T> {
 }
 
 impl<K: Clone + Eq + Hash, T> State<K, T> {
-    /// Up to `count` of those that are expected after a key, which are to be made now, as the key itself.
+    /// Those of the next `count` after a key that are not made yet, which are to be made now, as the key itself.
     fn after(&mut self, key: &K, count: usize) -> Vec<K> {
         let Some(place) = self.places.remove(key) else { return Vec::new() };
-        let mut next = Vec::new();
-        for key in &self.expected[place + 1..] {
-            if next.len() == count {
-                break;
-            }
-            if self.places.remove(key).is_some() {
-                next.push(key.clone());
-            }
-        }
-        next
+        let next = self.expected[place + 1..].iter().take(count);
+        next.filter(|key| self.places.remove(*key).is_some()).cloned().collect()
     }
 }
 

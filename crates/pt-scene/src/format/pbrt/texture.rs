@@ -14,7 +14,7 @@ use super::color::{Role, color};
 use super::entity::Entity;
 use super::token::Place;
 use crate::LoadError;
-use crate::image::{self, Decoded, Image, Numbers};
+use crate::image::{Decoded, Image, Numbers};
 use crate::texture::{Bitmap, Blend, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
 
 const KINDS: [&str; 6] = ["bilerp", "checkerboard", "constant", "imagemap", "mix", "scale"];
@@ -315,17 +315,21 @@ impl Textures {
     }
 }
 
-/// The pictures whose names stand in a file: most of them are those of textures.
+/// The pictures with levels whose names stand in a file: they are those of textures, as lights and the film have others.
 pub(super) fn pictures(text: &str, folder: &Folder) -> Vec<(PathBuf, Numbers)> {
-    let names = text.split('"').filter(|text| image::check_readable(Path::new(text)).is_ok());
+    let names = text.split('"').filter(|text| has_levels(Path::new(text)));
     names.map(|name| (folder.join(name), Numbers::Stored)).collect()
+}
+
+/// Whether the numbers of a picture are levels, which are light by an encoding.
+fn has_levels(path: &Path) -> bool {
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    ["png", "jpg", "jpeg"].iter().any(|known| ending.eq_ignore_ascii_case(known))
 }
 
 /// From the numbers of a file to light.
 fn decoder(key: &ImageKey) -> Result<Box<dyn Fn(f32) -> f32>, String> {
-    let ending =
-        key.path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    if !matches!(ending.as_str(), "png" | "jpg" | "jpeg") {
+    if !has_levels(&key.path) {
         return Ok(Box::new(|x| x));
     }
     let gamma = key.encoding.strip_prefix("gamma ").map(|text| text.trim().parse::<f32>());
