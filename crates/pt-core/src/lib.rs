@@ -17,6 +17,7 @@ pub mod film;
 pub mod filter;
 pub mod footprint;
 pub mod id;
+mod levels;
 pub mod light;
 pub mod material;
 pub mod medium;

@@ -6,6 +6,7 @@ use pt_math::{Affine2, Spectrum, Vec2, Vec3};
 use pt_scene::texture::{Filter, Wrap};
 
 use crate::id::{Id, Table};
+use crate::levels::{LEVELS, SRGB};
 use crate::parametrization::{OnTriangle, Parametrization};
 use crate::pyramid;
 use crate::shapes::FLAT;
@@ -140,9 +141,10 @@ enum Values {
 impl Texels {
     /// `width` × `height` values, the upper row first.
     pub(crate) fn new(width: u32, height: u32, pixels: &[[f32; 3]]) -> Self {
-        let values = coded(pixels, &SRGB)
+        let values = SRGB
+            .coded(pixels)
             .map(Values::Srgb)
-            .or_else(|| coded(pixels, &LEVELS).map(Values::Levels))
+            .or_else(|| LEVELS.coded(pixels).map(Values::Levels))
             .unwrap_or_else(|| Values::Floats(pixels.to_vec()));
         Self { size: [width, height], values, coarser: Vec::new() }
     }
@@ -188,8 +190,8 @@ impl Texels {
     #[inline]
     fn texel(&self, i: usize) -> Spectrum {
         match &self.values {
-            Values::Srgb(v) => Spectrum::from(v[i].map(|b| SRGB[usize::from(b)])),
-            Values::Levels(v) => Spectrum::from(v[i].map(|b| LEVELS[usize::from(b)])),
+            Values::Srgb(v) => Spectrum::from(v[i].map(|b| SRGB.light(b))),
+            Values::Levels(v) => Spectrum::from(v[i].map(|b| LEVELS.light(b))),
             Values::Floats(v) => v[i].into(),
         }
     }
@@ -246,24 +248,6 @@ impl Texels {
         let [w, h] = self.size.map(|n| n as f32);
         [along_u * w, along_v * h]
     }
-}
-
-/// The light of each level of sRGB, and of plain levels.
-static SRGB: std::sync::LazyLock<[f32; 256]> =
-    std::sync::LazyLock::new(|| levels(pt_math::color::linear_from_srgb));
-static LEVELS: std::sync::LazyLock<[f32; 256]> = std::sync::LazyLock::new(|| levels(|v| v));
-
-fn levels(decode: impl Fn(f32) -> f32) -> [f32; 256] {
-    std::array::from_fn(|i| decode(i as f32 / 255.0))
-}
-
-/// The bytes that a growing table turns into the values; `None` if there are others.
-fn coded(values: &[[f32; 3]], table: &[f32; 256]) -> Option<Vec<[u8; 3]>> {
-    let byte = |v: f32| {
-        let i = table.partition_point(|&t| t < v);
-        (table.get(i) == Some(&v)).then_some(i as u8)
-    };
-    values.iter().map(|&[r, g, b]| Some([byte(r)?, byte(g)?, byte(b)?])).collect()
 }
 
 /// The texel among `n` that stands for number `i` of an endless row.
@@ -459,9 +443,9 @@ mod tests {
 
     #[test]
     fn values_take_no_more_bytes_than_they_need_and_come_back() {
-        let srgb: Vec<f32> = SRGB.to_vec();
+        let srgb: Vec<f32> = SRGB.values.to_vec();
         let floats = [0.1, 0.123_456_7, -1.0, 7e9];
-        for (values, bytes) in [(&srgb[..], 3), (&LEVELS[..], 3), (&floats, 12)] {
+        for (values, bytes) in [(&srgb[..], 3), (&LEVELS.values[..], 3), (&floats, 12)] {
             let texels = image(values, values.len() as u32);
             assert_eq!(texels.bytes(), bytes * values.len());
             for (i, &v) in values.iter().enumerate() {
