@@ -18,7 +18,7 @@ use crate::cryptomatte::Names;
 use crate::identity::Entry;
 
 /// The first line of a file.
-const MAGIC: &[u8] = b"pathtracer film 5\n";
+const MAGIC: &[u8] = b"pathtracer film 6\n";
 
 /// What all versions of it begin with.
 const KIND: &[u8] = b"pathtracer film ";

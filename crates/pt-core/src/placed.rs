@@ -122,6 +122,11 @@ impl Placed {
         self.moves
     }
 
+    /// The box around each placement at all times.
+    pub fn boxes(&self) -> impl Iterator<Item = Bounds3> {
+        self.bvh.instances().iter().map(MovingInstance::bounds)
+    }
+
     /// The box around all of them at all times.
     pub fn bounds(&self) -> Bounds3 {
         self.bvh.bounds()

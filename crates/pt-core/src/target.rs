@@ -11,6 +11,7 @@
 //! * Whoever looks often finds a good moment by chance: looks share the probability with which one may be wrong, so that all
 //!   together are wrong in a share 1 − c of renders at most.
 //! * What no sample has found is in the error, too (`film/unseen.rs`): it says how many samples each pixel needs at least.
+//! * Pixels that are known to see nothing but an even sky hide nothing, and get next to no samples.
 
 use std::ops::Range;
 
@@ -101,12 +102,14 @@ impl Look {
 }
 
 impl Target {
-    /// The plan with which a render begins.
-    pub fn first_plan(&self, film: &Film, most: u32) -> Plan {
+    /// The plan with which a render begins, of which some pixels are vacant: see [`Plan::vacant`].
+    pub fn first_plan(&self, film: &Film, most: u32, vacant: Vec<bool>) -> Plan {
         let goal = FIRST_GOAL.min(most);
+        let mut plan = Plan { goal, least: goal, vacant, ..Plan::default() };
         // Nothing is known yet: as much as will be looked at first.
-        let expected = [2 * u64::from(goal) * film.region().area() as u64; 3];
-        Plan { goal, least: goal, expected, ..Plan::default() }
+        let wanted = (0..film.region().area()).map(|i| u64::from(plan.wanted(i)));
+        plan.expected = [2 * wanted.sum::<u64>(); 3];
+        plan
     }
 
     /// Looks at a film whose plan is fulfilled, of which so many pixels bring their light to each other. `None` if it has not two
@@ -148,7 +151,7 @@ impl Target {
         let model = Model::new(film, film.square_errors(self.white)?, now, most);
         let is_new = now.densities.is_none();
         let apart = if is_new {
-            Plan { rounds: 0, densities: Some(self.densities(film, reuse)?), ..now.clone() }
+            Plan { rounds: 0, densities: Some(self.densities(film, now, reuse)?), ..now.clone() }
         } else {
             Plan { rounds: now.rounds + 1, ..now.clone() }
         };
@@ -161,7 +164,7 @@ impl Target {
         let mut next = model.plan(look, (now, &news), if is_new { FIRST } else { LATER });
         let largest = now.goal.saturating_mul(LARGEST_STEP);
         if is_new {
-            let mean = model.total(&next) as f64 / film.region().area() as f64;
+            let mean = model.total(&next) as f64 / model.occupied(now) as f64;
             let pilot = ((mean / PILOT_SHARE) as u32).min(most);
             if now.goal + now.goal / 4 < pilot {
                 let goal = pilot.min(largest);
@@ -189,8 +192,8 @@ impl Target {
     /// `reuse`² of which they are a part: for the least error of the image in proportion to the standard deviation of a sample, for the
     /// same error everywhere to the variance; nothing if all are to have the same. It is told by how much halves differ, which says little of a single pixel, and so
     /// by many; and as much by how samples differ within halves, which says more, and so by the next pixels, but
-    /// not how good the sequence of samples is: relative to many.
-    fn densities(&self, film: &Film, reuse: u32) -> Option<Vec<f32>> {
+    /// not how good the sequence of samples is: relative to many. Vacant pixels are no neighbours.
+    fn densities(&self, film: &Film, plan: &Plan, reuse: u32) -> Option<Vec<f32>> {
         if self.uniform {
             return Some(Vec::new());
         }
@@ -200,13 +203,15 @@ impl Target {
         let spread: Vec<f64> =
             film.pixels().map(|pixel| libm::pow(self.spread(pixel), power)).collect();
         let width = film.region().width as usize;
+        let occupied = (0..errors.len()).map(|i| f64::from(u8::from(!plan.is_vacant(i))));
+        let occupied: Vec<f64> = occupied.collect();
         let around = |values: &[f64], reach: usize| {
             let sums = |values: &[f64]| {
                 let inner = sums_around(values, width, reuse as usize - 1);
                 let outer = sums_around(values, width, reach + reuse as usize - 1);
                 outer.into_iter().zip(inner).map(|(outer, inner)| (outer - inner).max(0.0))
             };
-            let sizes = sums(&vec![1.0; values.len()]);
+            let sizes = sums(&occupied);
             sums(values).zip(sizes).map(|(sum, n)| sum / n.max(1.0)).collect::<Vec<f64>>()
         };
         let (errors, next_to) = (around(&errors, REACH), around(&spread, 1));
@@ -214,10 +219,13 @@ impl Target {
         let finer = |far: f64, near: f64| if far > 0.0 { 0.5 * (1.0 + near / far) } else { 1.0 };
         let densities: Vec<f64> =
             errors.into_iter().zip(spread).map(|(e, (far, near))| e * finer(far, near)).collect();
-        let mean = densities.iter().sum::<f64>() / densities.len().max(1) as f64;
-        let relative = |d: f64| if mean > 0.0 { d / mean } else { 1.0 };
-        let mixed = |d: f64| LEAST_DENSITY + (1.0 - LEAST_DENSITY) * relative(d);
-        Some(densities.into_iter().map(|d| mixed(d) as f32).collect())
+        let sum: f64 = densities.iter().zip(&occupied).map(|(d, occupied)| d * occupied).sum();
+        let mean = sum / occupied.iter().sum::<f64>().max(1.0);
+        // 1, and 0 where all neighbours are vacant.
+        let told = around(&occupied, REACH);
+        let relative = |d: f64, told: f64| if mean > 0.0 && told > 0.0 { d / mean } else { 1.0 };
+        let mixed = |d: f64, told| LEAST_DENSITY + (1.0 - LEAST_DENSITY) * relative(d, told);
+        Some(densities.into_iter().zip(told).map(|(d, told)| mixed(d, told) as f32).collect())
     }
 }
 
@@ -279,12 +287,19 @@ impl<'a> Model<'a> {
         (0..self.variances.len()).map(|i| u64::from(self.count(plan, i))).sum()
     }
 
+    /// How many pixels are not vacant; at least 1.
+    fn occupied(&self, plan: &Plan) -> usize {
+        (0..self.variances.len()).filter(|&i| !plan.is_vacant(i)).count().max(1)
+    }
+
     /// What [`Look::greatest_excess`] will be.
     fn excess(&self, look: &Look, plan: &Plan) -> f64 {
         let mut fewest = self.most;
         let errors = self.variances.iter().enumerate().map(|(i, v)| {
             let count = self.count(plan, i);
-            fewest = fewest.min(count);
+            if !plan.is_vacant(i) {
+                fewest = fewest.min(count);
+            }
             v / f64::from(count.max(1))
         });
         let then = of_squares(self.film, &errors.collect::<Vec<f64>>());
@@ -415,7 +430,7 @@ mod tests {
             let densities = |own: f32| {
                 let light = |i: usize, u: f32| if i == 21 * 40 + 17 { own * u } else { 0.3 * u };
                 let film = film([40, 30], even(8), 9, light);
-                TARGET.densities(&film, reuse).expect("there are samples")
+                TARGET.densities(&film, &even(8), reuse).expect("there are samples")
             };
             let (quiet, loud) = (densities(0.1), densities(0.9));
             let share = |d: f32| f64::from(d) - LEAST_DENSITY;
@@ -451,13 +466,43 @@ mod tests {
         assert!((0..40 * 32).all(|i| plan.wanted(i) >= 16));
     }
 
+    /// The left half of the image is dark and vacant: densities of the rest are as if it were not there, a pixel in the midst of vacant ones is
+    /// like most, and vacant pixels have two samples in each half.
+    #[test]
+    fn vacant_pixels_are_no_neighbours() {
+        const ALONE: usize = 15 * 40 + 6;
+        let is_vacant = |i: usize| i % 40 < 20 && i != ALONE;
+        let light = |i: usize, u: f32| if is_vacant(i) { 0.0 } else { u };
+        let vacant: Vec<bool> = (0..40 * 30).map(is_vacant).collect();
+        let all = film([40, 30], even(16), 4, light);
+        let densities = |vacant| {
+            let plan = Plan { vacant, ..even(16) };
+            TARGET.densities(&all, &plan, 1).expect("there are samples")
+        };
+        let (with, without) = (densities(vacant.clone()), densities(Vec::new()));
+        let edge = |densities: &[f32]| -> f32 {
+            (0..30).map(|y| densities[y * 40 + 20] / densities[y * 40 + 32]).sum::<f32>() / 30.0
+        };
+        assert!((edge(&with) - 1.0).abs() < 0.1, "{}", edge(&with));
+        assert!(edge(&without) < 0.75, "{}", edge(&without));
+        assert_eq!(with[ALONE], 1.0);
+        let target = Target { error: Some(0.03), ..TARGET };
+        let film = film([40, 30], Plan { vacant, ..even(16) }, 4, light);
+        let look = target.look(&film, 1).expect("there are samples");
+        let next = target.next_plan(&film, &look, 1, MOST).expect("there is more to do");
+        assert!(next.densities.is_some());
+        for i in 0..40 * 30 {
+            assert_eq!(next.wanted(i) == 2, is_vacant(i), "{i}: {}", next.wanted(i));
+        }
+    }
+
     /// Rounds of a render whose samples are independent: they end, and the last look has found what was asked for.
     #[test]
     fn rounds_come_to_an_end() {
         let light = |i: usize, u: f32| 0.4 + (u - 0.5) * (i % 7) as f32 * 0.1;
         let of = |error, noise| Target { error, noise, ..TARGET };
         for target in [of(Some(0.02), None), of(None, Some(0.03)), of(Some(0.03), Some(0.05))] {
-            let mut plan = target.first_plan(&Film::new(Region::full([24, 16])), MOST);
+            let mut plan = target.first_plan(&Film::new(Region::full([24, 16])), MOST, Vec::new());
             for round in 0.. {
                 assert!(round < 30, "{target}: no end");
                 let film = film([24, 16], plan, 3, light);
@@ -491,7 +536,7 @@ mod tests {
         let target = Target { error: Some(0.02), ..TARGET };
         let (mut ended, mut wrong) = (0, 0);
         for seed in 0..60 {
-            let mut plan = target.first_plan(&Film::new(Region::full([24, 16])), MOST);
+            let mut plan = target.first_plan(&Film::new(Region::full([24, 16])), MOST, Vec::new());
             let film = loop {
                 let film = film([24, 16], plan, seed, light);
                 let look = target.look(&film, 1).expect("there are samples");
@@ -516,7 +561,7 @@ mod tests {
 
     #[test]
     fn no_pixel_has_more_samples_than_it_may() {
-        let mut plan = TARGET.first_plan(&Film::new(Region::full([24, 16])), MOST);
+        let mut plan = TARGET.first_plan(&Film::new(Region::full([24, 16])), MOST, Vec::new());
         let mut rounds = 0;
         loop {
             let film = film([24, 16], plan.clone(), 6, |_, u| u);

@@ -27,7 +27,7 @@ impl Renderer<'_> {
         let progress = loop {
             let plan = match film.plan() {
                 Some(plan) => plan.clone(),
-                None => target.first_plan(film, most),
+                None => target.first_plan(film, most, self.vacant_pixels(film.region())),
             };
             (shared.error, shared.totals_foreseen) = (plan.error, plan.expected);
             let wanted = (0..film.region().area()).map(|i| plan.wanted(i).min(most));

@@ -14,6 +14,7 @@ mod render;
 mod replay;
 pub mod trace;
 mod tracer;
+mod vacant;
 
 pub use integrator::{
     Does, Group, INTEGRATORS, Integrator, MOST_REUSE, MOST_SPLIT, Recording, Registration, Starts,

@@ -229,6 +229,11 @@ impl<'a> Renderer<'a> {
         if self.settings.reuse > 1 { SAME_GRID } else { PASS }
     }
 
+    /// Does something on the threads of the renderer.
+    pub(crate) fn in_pool<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        self.pool.install(work)
+    }
+
     /// Number of threads.
     pub fn threads(&self) -> usize {
         self.pool.current_num_threads()

@@ -38,3 +38,4 @@ mod specular;
 mod split;
 mod target;
 mod textures;
+mod vacant;

@@ -9,7 +9,8 @@
 //! samples were refused for each reason (u64 each, in the order of [`Fault::ALL`]), how many of them are named (u32), and of each its row, column and
 //! number, and the number of the reason (u32 each). Then 1 if there is a second half, which follows with all of the above, and
 //! else 0 (u32). Then 0, or 1 and the plan: its goal, rounds and least (u32 each), what is expected (three u64), the error
-//! (f64, NaN for none), and 0, or 1 and the densities of the pixels (f32), or 2 if these are alike. Nothing else.
+//! (f64, NaN for none), 0, or 1 and the densities of the pixels (f32), or 2 if these are alike; and 0, or 1 and 1 for each vacant pixel and 0 for
+//! each other (u8). Nothing else.
 
 use std::io::{self, Write};
 
@@ -54,7 +55,7 @@ impl Film {
             None => put(out, &[0], u32::to_le_bytes)?,
         }
         let Some(plan) = &self.plan else { return put(out, &[0], u32::to_le_bytes) };
-        let Plan { goal, rounds, least, densities, error, expected } = plan;
+        let Plan { goal, rounds, least, densities, vacant, error, expected } = plan;
         put(out, &[1, *goal, *rounds, *least], u32::to_le_bytes)?;
         put(out, expected, u64::to_le_bytes)?;
         put(out, &[error.unwrap_or(f64::NAN)], f64::to_le_bytes)?;
@@ -64,7 +65,9 @@ impl Film {
             Some(_) => 1,
         };
         put(out, &[kind], u32::to_le_bytes)?;
-        put(out, densities.as_deref().unwrap_or_default(), f32::to_le_bytes)
+        put(out, densities.as_deref().unwrap_or_default(), f32::to_le_bytes)?;
+        put(out, &[u32::from(!vacant.is_empty())], u32::to_le_bytes)?;
+        put(out, vacant, |vacant| [u8::from(vacant)])
     }
 
     /// Writes all but what ties it to another half.
@@ -178,7 +181,11 @@ fn take_plan(rest: &mut &[u8], region: Region) -> Option<Plan> {
         2 => Some(Vec::new()),
         _ => Some(take(rest, region.area() as u64, f32::from_le_bytes)?),
     };
-    Some(Plan { goal, rounds, least, densities, error, expected })
+    let vacant = match take_word(rest)? {
+        0 => Vec::new(),
+        _ => take(rest, region.area() as u64, |[vacant]| vacant != 0)?,
+    };
+    Some(Plan { goal, rounds, least, densities, vacant, error, expected })
 }
 
 /// The things of a pixel; `None` if there are too few bytes.
@@ -319,7 +326,9 @@ mod tests {
             }
         }
         let error = densities.is_some().then_some(0.5);
-        film.set_plan(Plan { goal: 9, rounds: 2, least: 4, densities, error, expected: [1, 2, 3] });
+        let vacant = if densities.is_some() { [true, false].repeat(3) } else { Vec::new() };
+        let expected = [1, 2, 3];
+        film.set_plan(Plan { goal: 9, rounds: 2, least: 4, densities, vacant, error, expected });
         film
     }
 

@@ -30,6 +30,8 @@ pub struct Plan {
     pub least: u32,
     /// Once pixels are told apart, how many each is to have for each of the goal; empty if all are to have the same.
     pub densities: Option<Vec<f32>>,
+    /// Pixels of which all samples are known to be the same, since they see nothing but an even sky; empty if there are none.
+    pub vacant: Vec<bool>,
     /// The error when this was decided.
     pub error: Option<f64>,
     /// How many samples of all pixels were then foreseen: hardly less, likely, and hardly more.
@@ -42,6 +44,9 @@ impl Plan {
     /// them had at 1¼ to 1¾ times a power, and counts that are off by up to √2 take 2 % more samples for the same.
     #[inline]
     pub fn wanted(&self, pixel: usize) -> u32 {
+        if self.is_vacant(pixel) {
+            return self.goal.min(OF_VACANT);
+        }
         match self.densities.as_deref() {
             None => self.goal,
             Some([]) => self.least.max(self.goal),
@@ -51,7 +56,16 @@ impl Plan {
             }
         }
     }
+
+    /// Whether all samples of pixel number `pixel` are known to be the same.
+    #[inline]
+    pub fn is_vacant(&self, pixel: usize) -> bool {
+        self.vacant.get(pixel).is_some_and(|&vacant| vacant)
+    }
 }
+
+/// Samples of a pixel of which all are the same, in each half: the variance of two is a number.
+const OF_VACANT: u32 = 2;
 
 /// The power of two that is nearest to a number by their ratio, from 1 to 2³¹.
 fn nearest_power_of_two(number: f64) -> u32 {

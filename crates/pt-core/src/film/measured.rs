@@ -55,7 +55,7 @@ pub(crate) struct Squares {
     signal: f64,
     /// What no sample may have found.
     unseen: Unseen,
-    /// The fewest samples of a pixel, in both halves.
+    /// The fewest samples of a pixel that may hide something, in both halves.
     pub(crate) fewest: u32,
     /// With which probabilities the error may be more than is told.
     wrong: Wrong,
@@ -118,11 +118,14 @@ impl Film {
     /// `None` if a pixel lacks samples.
     pub(crate) fn squares(&self, white: f64, wrong: Wrong, reuse: u32) -> Option<Squares> {
         let (mut noise, mut signal, mut fewest) = (Vec::new(), 0.0, u32::MAX);
-        for pixel in self.pixels() {
+        let is_vacant = |i| self.plan.as_ref().is_some_and(|plan| plan.is_vacant(i));
+        for (i, pixel) in self.pixels().enumerate() {
             let (difference, square) = squares(pixel.means_of_halves()?, white);
             noise.push(difference);
             signal += square;
-            fewest = fewest.min(pixel.count());
+            if !is_vacant(i) {
+                fewest = fewest.min(pixel.count());
+            }
         }
         let [width, apart] = [self.region.width, reuse].map(|n| n as usize);
         let alike = f64::from(reuse * reuse);

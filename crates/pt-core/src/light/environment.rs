@@ -235,6 +235,10 @@ impl Light for Environment {
         }
     }
 
+    fn is_even(&self) -> bool {
+        self.map.is_none()
+    }
+
     /// A constant sky, and a map with a bright texel, a dark half and a soft rest: as it is, and
     /// turned, mirrored and reaching from pole to pole.
     fn examples() -> Vec<(Self, LightTables)> {

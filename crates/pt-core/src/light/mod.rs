@@ -108,6 +108,10 @@ pub trait Light {
     fn escaped(&self, _tables: &LightTables, _d: Vec3) -> Spectrum {
         Spectrum::ZERO
     }
+    /// Whether [`Self::escaped`] is the same in all directions.
+    fn is_even(&self) -> bool {
+        false
+    }
     /// Settings worth testing, with the tables they refer to; the laws run on each.
     fn examples() -> Vec<(Self, LightTables)>
     where
@@ -198,6 +202,10 @@ macro_rules! lights {
             #[inline(always)]
             pub fn escaped(&self, t: &LightTables, d: Vec3) -> Spectrum {
                 match self { $(Self::$name(l) => l.escaped(t, d)),* }
+            }
+            /// See [`Light::is_even`].
+            pub fn is_even(&self) -> bool {
+                match self { $(Self::$name(l) => l.is_even()),* }
             }
             /// Settings of all lights, for the laws.
             pub fn examples() -> Vec<(Self, LightTables)> {
