@@ -96,3 +96,36 @@ fn a_spherical_camera_turns_from_the_right_over_the_front_to_the_left() {
     assert_eq!(node.transform_vector3(DVec3::NEG_X), DVec3::Z);
     assert_eq!(node.transform_vector3(DVec3::Y), DVec3::Y);
 }
+
+/// 48.4 mm at f/2.1: what is 2.5 m in front of the film is sharp. Between open and close, the shutter and the lens multiply light.
+#[test]
+fn a_lens_of_many_surfaces_is_a_thin_one() {
+    let lens = "\"string lensfile\" \"double_gauss.dat\" \"float focusdistance\" 2.5 \
+                \"float aperturediameter\" 18";
+    let film = "Film \"rgb\" \"integer xresolution\" 300 \"integer yresolution\" 200 \
+                \"float diagonal\" 43.2666";
+    let text = format!(
+        "{film} Camera \"realistic\" {lens} WorldBegin LightSource \"infinite\" \"rgb L\" [1 1 1]"
+    );
+    let scene = read_all(&text);
+    let camera = &scene.cameras[0];
+    let Projection::Perspective { x_fov, y_fov } = camera.projection else {
+        panic!("not in perspective")
+    };
+    // Half of 36 mm at 48.4 mm, which is a little further away for what is near.
+    let [x, y] = [x_fov, y_fov].map(|fov: f64| (0.5 * fov.to_radians()).tan());
+    assert!((x / (18.0 / 49.36) - 1.0).abs() < 0.01 && (x / y - 1.5).abs() < 1e-9, "{x} {y}");
+    let before = -camera.to_world.transform_point3(DVec3::ZERO).z;
+    assert!((before.abs() + camera.focal_distance - 2.5).abs() < 1e-9, "{before}");
+    assert!(
+        (camera.lens_radius / (0.0484 / 2.1 / 2.0) - 1.0).abs() < 0.03,
+        "{}",
+        camera.lens_radius
+    );
+    let pt_scene::LightKind::Constant { radiance } = scene.lights[0].kind else {
+        panic!("not the same from all sides")
+    };
+    let wanted = std::f32::consts::PI / (4.0 * 2.1 * 2.1);
+    assert!((radiance[0] / wanted - 1.0).abs() < 0.08, "{} {wanted}", radiance[0]);
+    assert!(scene.warnings.iter().any(|w| w.message.contains("48.4 mm and f/2.1")));
+}

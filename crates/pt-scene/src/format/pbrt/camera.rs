@@ -2,24 +2,39 @@
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
+use super::super::context::Folder;
 use super::entity::Entity;
+use super::lens::{self, Lens};
 use super::state::Moving;
-use crate::{Camera, Key, LoadError, Motion, Projection};
+use crate::{Camera, Key, LoadError, Motion, Projection, Warning};
 
-const KINDS: [&str; 3] = ["perspective", "orthographic", "spherical"];
+const KINDS: [&str; 4] = ["perspective", "orthographic", "spherical", "realistic"];
 /// Distance before which nothing is seen. There is none in pbrt-v4.
 const NEAR: f64 = 1e-6;
 /// Distance behind which nothing is seen, which is nowhere.
 const FAR: f64 = 1e30;
 
-/// A camera, and for how long it is open, in seconds.
+/// What a camera sees besides what it says itself.
+pub(super) struct Around<'a> {
+    /// Where it is at the two times.
+    pub(super) to_world: Moving,
+    pub(super) times: [f64; 2],
+    pub(super) medium: Option<u32>,
+    /// Columns and rows of the image.
+    pub(super) resolution: [u32; 2],
+    /// Diagonal of the film in millimetres.
+    pub(super) diagonal: f64,
+    /// Where its lens is looked for.
+    pub(super) folder: &'a Folder,
+}
+
+/// A camera, and by what it multiplies light: for how long it is open, in seconds, and what a lens leaves.
 pub(super) fn camera(
     entity: &Entity,
-    to_world: Moving,
-    times: [f64; 2],
-    medium: Option<u32>,
-    [width, height]: [u32; 2],
+    around: &Around<'_>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<(Camera, f64), LoadError> {
+    let Around { to_world, times, medium, resolution: [width, height], .. } = *around;
     if !KINDS.contains(&entity.kind.as_str()) {
         return Err(entity.unsupported(&KINDS));
     }
@@ -32,14 +47,20 @@ pub(super) fn camera(
         return Err(entity.refuse("shutterclose", message));
     }
     let aspect = f64::from(width) / f64::from(height);
+    let lens = (entity.kind == "realistic").then(|| realistic(entity, around, warnings));
+    let lens = lens.transpose()?;
     let (projection, film_offset, node) = match entity.kind.as_str() {
         "spherical" => (panorama(entity)?, [0.0; 2], EAST),
         kind => {
-            let (view, offset) = view(entity, aspect, kind == "perspective")?;
+            let (view, offset) = match &lens {
+                Some(lens) => (lens.projection(), [0.0; 2]),
+                None => view(entity, aspect, kind == "perspective")?,
+            };
             (view, offset, DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0)))
         }
     };
-    let node = DAffine3::from_mat3(node);
+    let before_film = lens.map_or(0.0, |lens| lens.distance);
+    let node = DAffine3::from_mat3_translation(node, DVec3::Z * before_film);
     let [start, end] = to_world.map(|map| map * node);
     let moves = start != end;
     let motion = moves.then(|| {
@@ -47,8 +68,11 @@ pub(super) fn camera(
             times.into_iter().zip([start, end]).map(|(time, to_world)| Key { time, to_world });
         Motion::new(keys.collect()).map_err(|error| entity.at.error(error.message))
     });
-    let lens_radius = entity.not_negative("lensradius", 0.0)?;
-    if lens_radius > 0.0 && entity.kind != "perspective" {
+    let [lens_radius, focal_distance] = match lens {
+        Some(lens) => [lens.radius, lens.focal_distance],
+        None => [entity.not_negative("lensradius", 0.0)?, entity.positive("focaldistance", 1e6)?],
+    };
+    if lens.is_none() && lens_radius > 0.0 && entity.kind != "perspective" {
         let message = "only perspective cameras have a lens here; expected a lensradius of 0";
         return Err(entity.refuse("lensradius", message));
     }
@@ -62,12 +86,32 @@ pub(super) fn camera(
         far: FAR,
         lens_radius,
         aperture: None,
-        focal_distance: entity.positive("focaldistance", 1e6)?,
+        focal_distance,
         film_offset,
         medium,
     };
     entity.finish()?;
-    Ok((camera, shutter[1] - shutter[0]))
+    Ok((camera, (shutter[1] - shutter[0]) * lens.map_or(1.0, |lens| lens.light)))
+}
+
+/// The lens of a realistic camera.
+fn realistic(
+    entity: &Entity,
+    around: &Around<'_>,
+    warnings: &mut Vec<Warning>,
+) -> Result<Lens, LoadError> {
+    let [width, height] = around.resolution.map(f64::from);
+    let film = [width, height].map(|side| around.diagonal * side / width.hypot(height));
+    let lens = lens::lens(entity, film, around.folder)?;
+    let mut warn = |message| warnings.push(Warning { at: entity.at.span(""), message });
+    warn(format!(
+        "the lens of {:.1} mm and f/{:.1} is taken as a thin one: without distortion, and as bright at the edges as in the middle",
+        lens.focal_length, lens.number
+    ));
+    if entity.text("aperture")?.is_some() {
+        warn("\"aperture\" is left out: the opening of the lens is round".to_owned());
+    }
+    Ok(lens)
 }
 
 /// From the node of our panoramas, which look along −z with +x to the right, to a spherical camera, the left

@@ -32,6 +32,7 @@ mod curve;
 mod emission;
 mod entity;
 mod film;
+mod lens;
 mod light;
 mod material;
 mod medium;

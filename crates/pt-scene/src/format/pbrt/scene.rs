@@ -211,8 +211,9 @@ impl World {
         let (mut settings, mut exposure) =
             context.keep(settings)?.unwrap_or((FileSettings::default(), 1.0));
         let resolution = settings.resolution.unwrap_or([1280, 720]);
-        if let Some((camera, seconds)) = context.keep(self.camera(resolution))? {
-            exposure *= seconds;
+        let camera = self.camera(resolution);
+        if let Some((camera, share)) = context.keep(camera)? {
+            exposure *= share;
             self.scene.cameras.push(camera);
         }
         for placed in std::mem::take(&mut self.shapes) {
@@ -245,7 +246,7 @@ impl World {
     }
 
     /// The camera, and by what it multiplies light.
-    fn camera(&self, resolution: [u32; 2]) -> Result<(Camera, f64), LoadError> {
+    fn camera(&mut self, resolution: [u32; 2]) -> Result<(Camera, f64), LoadError> {
         let Some((entity, to_world, media)) = &self.sight.camera else {
             // One that could not be read was told.
             if self.context().has_errors() {
@@ -255,7 +256,19 @@ impl World {
             return Err(LoadError::Content { at: self.file.clone(), message });
         };
         let medium = self.media.number(&media.outside, media.at.as_ref())?;
-        camera::camera(entity, *to_world, self.times, medium, resolution)
+        let diagonal = match &self.sight.film {
+            Some(film) => film.positive("diagonal", 35.0)?,
+            None => 35.0,
+        };
+        let around = camera::Around {
+            to_world: *to_world,
+            times: self.times,
+            medium,
+            resolution,
+            diagonal,
+            folder: &self.textures.folder,
+        };
+        camera::camera(entity, &around, &mut self.scene.warnings)
     }
 
     /// A shape with its material; one that shines on both sides is two.
