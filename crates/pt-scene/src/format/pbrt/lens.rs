@@ -10,6 +10,8 @@ use crate::{LoadError, Projection};
 
 /// The most surfaces of a lens.
 const MOST: usize = 1000;
+/// The least of what can be computed with; the greatest is its inverse.
+const LEAST: f64 = 1e-12;
 /// Lengths of lens files in those of a scene.
 const METRES: f64 = 1e-3;
 
@@ -165,12 +167,7 @@ fn thin(surfaces: &[Surface], film: [f64; 2], focus: f64) -> Result<Lens, String
     let height = whole.b - whole.a * front_to_pupil;
     let slope = radius / focal_distance;
     let arriving = optics.c * (radius - front_to_pupil * slope) + optics.d * slope;
-    if !(distance.is_finite() && focal_distance > 0.0 && height != 0.0 && arriving.is_finite()) {
-        return Err(
-            "what is sharp lies inside of the lens; expected a longer focusdistance".to_owned()
-        );
-    }
-    Ok(Lens {
+    let lens = Lens {
         distance: distance * METRES,
         radius: radius * METRES,
         focal_distance: focal_distance * METRES,
@@ -178,7 +175,17 @@ fn thin(surfaces: &[Surface], film: [f64; 2], focus: f64) -> Result<Lens, String
         light: std::f64::consts::PI * arriving * arriving,
         focal_length,
         number: focal_length / (2.0 * radius),
-    })
+    };
+    let [x, y] = lens.extent;
+    let is_good = |x: f64| (LEAST..1.0 / LEAST).contains(&x);
+    if ![lens.radius, lens.focal_distance, x, y, lens.light].into_iter().all(is_good) {
+        return Err(format!(
+            "what is sharp lies inside of the lens, or nothing sensible is seen: a pupil of {} m that is {} m behind \
+             it; expected a longer focusdistance, or another lens",
+            lens.radius, lens.focal_distance
+        ));
+    }
+    Ok(lens)
 }
 
 #[cfg(test)]
@@ -265,6 +272,35 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// Lenses of numbers of all sizes are refused, or give a camera that makes sense.
+    #[test]
+    fn no_lens_makes_no_sense() {
+        let mut random = pt_testing::Random::new(2);
+        let mut good = 0;
+        for _ in 0..40_000 {
+            let count = 1 + (5.0 * random.unit()) as usize;
+            let mut number = || match (8.0 * random.unit()) as u32 {
+                0 => 0.0,
+                1 => -f64::from(random.unit()) * 1e38,
+                2 => 1e-38,
+                _ => 100.0 * (f64::from(random.unit()) - 0.3),
+            };
+            let rows = (0..count).map(|_| {
+                let [radius, thickness, index, aperture] = [0; 4].map(|_| number());
+                format!("{radius} {thickness} {} {}\n", index.abs() * 0.02, aperture.abs())
+            });
+            let Ok(surfaces) = surfaces(&rows.collect::<String>(), 20.0) else { continue };
+            let Ok(lens) = thin(&surfaces, FILM, 3000.0) else { continue };
+            good += 1;
+            let Projection::Perspective { x_fov, y_fov } = lens.projection() else { panic!() };
+            for fov in [x_fov, y_fov] {
+                assert!(fov > 0.0 && fov < 180.0, "{lens:?}");
+            }
+            assert!(lens.distance.is_finite() && lens.light.is_finite(), "{lens:?}");
+        }
+        assert!(good > 1000, "{good}");
     }
 
     /// Of a thin lens of 100 mm and f/5 whose stop is just behind it.
