@@ -15,8 +15,6 @@ use super::{LoadOptions, Reading, mesh_file};
 use crate::image::{self, Decoded, Image, ImageError, Numbers};
 use crate::{Geometry, LoadError, Scene, Source, Span, Warning, source};
 
-/// Most errors that are noted, and as many missing files; after that the scene is not read on.
-const MOST_NOTED: usize = 1000;
 /// Most items with an error, whether it was told before or not.
 const MOST_FAILURES: usize = 20_000;
 
@@ -57,6 +55,9 @@ struct Noted {
 }
 
 impl Context {
+    /// Most errors that are noted, and as many missing files; after that the scene is not read on.
+    pub(super) const MOST_NOTED: usize = 1000;
+
     /// For the scene in a file, whose folder is the one that paths may not leave.
     pub(super) fn new(file: &Path, options: &LoadOptions) -> Arc<Self> {
         Arc::new(Self {
@@ -250,7 +251,7 @@ impl Context {
                 if noted.told.insert(error.to_string()) {
                     noted.errors.push(error);
                 }
-                if noted.errors.len() < MOST_NOTED && noted.failures < MOST_FAILURES {
+                if noted.errors.len() < Self::MOST_NOTED && noted.failures < MOST_FAILURES {
                     return Ok(None);
                 }
                 drop(noted);
@@ -273,7 +274,7 @@ impl Context {
     pub(super) fn missing(&self, at: Span, message: impl Into<String>) {
         let mut noted = self.noted();
         let missing = Warning { at, message: message.into() };
-        if noted.missing.len() < MOST_NOTED && noted.told.insert(missing.to_string()) {
+        if noted.missing.len() < Self::MOST_NOTED && noted.told.insert(missing.to_string()) {
             noted.missing.push(missing);
         }
     }

@@ -6,6 +6,7 @@ mod ahead;
 pub mod collada;
 mod context;
 mod decimal;
+mod faults;
 mod gloss;
 mod gltf;
 mod json;
@@ -146,8 +147,8 @@ pub static FORMATS: &[Format] = &[
     Format { has_names: true, ..format("Mitsuba 3", &["xml"], mitsuba::parse) },
     format("pbrt-v4", &["pbrt"], pbrt::parse),
     format("pathtracer JSON", &["json"], json::parse),
-    format("Stanford PLY", &["ply"], |bytes, path, _| ply::parse(bytes, path)),
-    format("STL", &["stl"], |bytes, path, _| stl::parse(bytes, path)),
+    format("Stanford PLY", &["ply"], ply::parse),
+    format("STL", &["stl"], stl::parse),
     format("Wavefront OBJ", &["obj"], obj::parse),
 ];
 
