@@ -9,9 +9,10 @@ use std::sync::Arc;
 use common::{check_bad_files, check_good_files, check_robustness, folder, parse};
 use pt_math::Vec3;
 use pt_math::color::linear_from_srgb;
+use pt_scene::format::{Limits, LoadOptions, read_with};
 use pt_scene::material::Matte;
 use pt_scene::texture::{Color, Pattern};
-use pt_scene::{Geometry, Mesh, Surface, shapes};
+use pt_scene::{Geometry, Mesh, Source, Surface, shapes};
 
 /// The mesh of a scene that consists of one.
 fn mesh(bytes: &[u8], path: &Path) -> Arc<Mesh> {
@@ -158,6 +159,45 @@ fn large_files_of_stl_are_the_same_for_any_number_of_threads() {
         assert!(vertices >= exact && vertices < exact + exact / 5, "{vertices} of {exact}");
         assert_eq!(one, read(3));
     }
+}
+
+/// Also where the last triangles lie behind the last part that is hashed by another piece (125,827 of them), and where the
+/// limit of memory or a value that is not finite has the file read as a whole.
+#[test]
+fn large_files_of_stl_that_are_read_in_pieces_are_the_same() {
+    let triangles = sheet(255);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("sheet.stl");
+    let read = |threads: usize, limits: &Limits| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let options = LoadOptions { limits: limits.clone(), ..LoadOptions::default() };
+        pool.install(|| read_with(&path, &options))
+    };
+    let unlimited = Limits::default();
+    for count in [104_856, 125_826, 125_827, 125_828, 130_050] {
+        let [bytes, _] = stl_files(&triangles[..count]);
+        std::fs::write(&path, &bytes).expect("there is room");
+        let whole = parse(&bytes, &path).unwrap_or_else(|error| panic!("{error}"));
+        for threads in [1, 3] {
+            let reading = read(threads, &unlimited);
+            assert_eq!(reading.sources, [Source::of(&path, &bytes)], "{count}");
+            let scene = reading.scene.unwrap_or_else(|error| panic!("{error}"));
+            assert!(scene.objects == whole.objects, "{count}");
+        }
+    }
+    let [mut bytes, _] = stl_files(&triangles);
+    let limits = Limits { memory: Some(bytes.len() as u64 - 1), ..Limits::default() };
+    let error = read(3, &limits).scene.expect_err("a limit");
+    assert!(error.to_string().contains("more memory than the limit of"), "{error}");
+    for bad in [90_000, 130_049] {
+        bytes[84 + 50 * bad + 20..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
+    }
+    std::fs::write(&path, &bytes).expect("there is room");
+    let reading = read(3, &unlimited);
+    assert_eq!(reading.sources, [Source::of(&path, &bytes)]);
+    let told = [90_000, 130_049]
+        .map(|bad| format!("{}: triangle {bad} has a value that is not finite", path.display()));
+    assert_eq!(reading.scene.expect_err("faults").to_string(), told.join("\n"));
 }
 
 #[test]

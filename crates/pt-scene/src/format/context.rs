@@ -97,6 +97,24 @@ impl Context {
         Ok(bytes)
     }
 
+    /// Reads the scene's own file, of so many bytes, by `read`, which does not hold all of it; `None` if it cannot, or the limits
+    /// do not allow it: then [`Self::scene_file`] is to tell.
+    pub(super) fn scene_in_pieces<T>(
+        &self,
+        length: usize,
+        read: impl FnOnce() -> Option<(T, Source)>,
+    ) -> Option<T> {
+        let length = length as u64;
+        if self.limits().memory.is_some_and(|most| length > most) {
+            return None;
+        }
+        let (item, source) = read()?;
+        let mut noted = self.noted();
+        noted.bytes = noted.bytes.saturating_add(length);
+        noted.sources.push(source);
+        Some(item)
+    }
+
     /// Reads a file that the scene names.
     ///
     /// # Errors

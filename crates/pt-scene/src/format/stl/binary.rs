@@ -14,7 +14,7 @@ use crate::LoadError;
 const INFINITE: u32 = f32::INFINITY.to_bits();
 
 /// Triangles of a piece.
-const ROWS: usize = PIECE / TRIANGLE;
+pub(super) const ROWS: usize = PIECE / TRIANGLE;
 
 /// Reads `count` triangles; those with a value that is not finite are noted.
 ///
@@ -57,7 +57,11 @@ fn note_infinite(rows: &[[u8; TRIANGLE]], path: &Path, faults: &mut Faults) {
 }
 
 /// Reads the triangles of a piece; whether all their numbers are finite.
-fn piece(rows: &[[u8; TRIANGLE]], triangles: &mut [[u32; 3]], welder: &mut Welder) -> bool {
+pub(super) fn piece(
+    rows: &[[u8; TRIANGLE]],
+    triangles: &mut [[u32; 3]],
+    welder: &mut Welder,
+) -> bool {
     let mut greatest = 0;
     for (triangle, row) in triangles.iter_mut().zip(rows) {
         for (vertex, corner) in triangle.iter_mut().zip(corners(row)) {

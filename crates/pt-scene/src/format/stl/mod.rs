@@ -11,9 +11,11 @@
 //! programs for the workshop.
 //!
 //! Files are read in pieces, side by side: `binary.rs` and `text.rs` cut them, and `weld.rs` unites equal corners and joins
-//! the pieces.
+//! the pieces. Large binary files are never held as a whole: `pieces.rs`.
 
 mod binary;
+#[cfg(all(unix, target_pointer_width = "64"))]
+mod pieces;
 mod text;
 mod weld;
 
@@ -35,6 +37,13 @@ const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 /// Bytes of a piece of a file, about: what is done with one fits into the memory close to a core.
 const PIECE: usize = 1 << 20;
+
+/// Large binary files, where the system lets threads read a file at places of their own.
+#[cfg(all(unix, target_pointer_width = "64"))]
+pub(super) const IN_PIECES: Option<super::PieceReader> = Some(pieces::parse);
+/// Nothing where it does not.
+#[cfg(not(all(unix, target_pointer_width = "64")))]
+pub(super) const IN_PIECES: Option<super::PieceReader> = None;
 
 /// A scene of one object, with z up.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
