@@ -28,6 +28,9 @@ const PASSED_OVER: [&str; 14] = [
     "trace_obj",
 ];
 
+/// Most unknown statements that are told, each by its first word.
+const MOST_UNKNOWN: usize = 20;
+
 /// The faces of some lines.
 #[derive(Default)]
 pub(super) struct Faces {
@@ -39,8 +42,8 @@ pub(super) struct Faces {
     pub(super) slots: Slots,
     /// What files of materials are named, as they are written.
     pub(super) libraries: Vec<Named>,
-    /// The first statement that is not known.
-    pub(super) unknown: Option<(String, Span)>,
+    /// The first words of the statements that are not known, and where each is first.
+    pub(super) unknown: Vec<(String, Span)>,
 }
 
 /// Indices of what not all corners have.
@@ -161,7 +164,14 @@ impl Faces {
     fn other(&mut self, line: Line) {
         let word = line.keyword();
         if !PASSED_OVER.contains(&word) {
-            self.unknown.get_or_insert_with(|| (word.to_owned(), line.at(word)));
+            self.note_unknown(word, || line.at(word));
+        }
+    }
+
+    fn note_unknown(&mut self, word: &str, at: impl FnOnce() -> Span) {
+        if self.unknown.len() < MOST_UNKNOWN && self.unknown.iter().all(|(known, _)| known != word)
+        {
+            self.unknown.push((word.to_owned(), at()));
         }
     }
 
@@ -173,7 +183,9 @@ impl Faces {
         self.normals.append(before, more.normals, count);
         self.slots.append(before, more.slots);
         self.libraries.append(&mut more.libraries);
-        self.unknown = self.unknown.take().or(more.unknown);
+        for (word, at) in more.unknown {
+            self.note_unknown(&word, || at);
+        }
     }
 }
 

@@ -101,7 +101,7 @@ impl Content {
             return Err(faults.because_of(mesh_file::error(path, 0, message)));
         }
         let mut warnings = Vec::new();
-        warnings.extend(faces.unknown.map(|(word, at)| Warning {
+        warnings.extend(faces.unknown.into_iter().map(|(word, at)| Warning {
             at,
             message: format!("statements like {} are passed over", quote(&word)),
         }));
