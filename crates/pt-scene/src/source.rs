@@ -38,7 +38,56 @@ const MOST: usize = 1 << 32;
 /// Bytes that a thread reads and hashes at a time: they stay in the memory close to its core in between. A power of two,
 /// as trees of BLAKE3 are cut at those.
 #[cfg(all(unix, target_pointer_width = "64"))]
-const PART: usize = 1 << 18;
+pub(crate) const PART: usize = 1 << 18;
+
+/// The hash of a part of a file, which begins at a multiple of [`PART`] and is as long as that, unless it is the last one.
+#[cfg(all(unix, target_pointer_width = "64"))]
+pub(crate) type PartHash = ChainingValue;
+
+/// A large file, of which threads read and hash the parts.
+#[cfg(all(unix, target_pointer_width = "64"))]
+pub(crate) struct Large<'p> {
+    path: &'p Path,
+    file: std::fs::File,
+    /// Bytes; several parts.
+    pub(crate) length: usize,
+}
+
+#[cfg(all(unix, target_pointer_width = "64"))]
+impl<'p> Large<'p> {
+    /// Opens a file; `None` if it is small, too large to be held, or no regular one.
+    ///
+    /// # Errors
+    /// Those of [`std::fs::File::open`].
+    pub(crate) fn open(path: &'p Path) -> io::Result<Option<Self>> {
+        let file = std::fs::File::open(path)?;
+        let data = file.metadata()?;
+        let length = usize::try_from(data.len()).unwrap_or(usize::MAX);
+        let is_large = data.is_file() && (LARGE..MOST).contains(&length);
+        Ok(is_large.then_some(Self { path, file, length }))
+    }
+
+    /// Reads the bytes from a place on, until the buffer is full.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or is not as long any more.
+    pub(crate) fn read(&self, start: usize, buffer: &mut [u8]) -> io::Result<()> {
+        std::os::unix::fs::FileExt::read_exact_at(&self.file, buffer, start as u64)
+    }
+
+    /// The hash of the part with the number `i`.
+    pub(crate) fn hash(i: usize, part: &[u8]) -> PartHash {
+        use blake3::hazmat::HasherExt;
+
+        let mut hasher = blake3::Hasher::new();
+        hasher.set_input_offset((i * PART) as u64).update(part).finalize_non_root()
+    }
+
+    /// What the file held, from the hashes of all its parts.
+    pub(crate) fn source(&self, parts: &[PartHash]) -> Source {
+        Source { path: self.path.to_owned(), hash: root(parts).to_hex().to_string() }
+    }
+}
 
 /// Reads a file; threads read and hash their parts of a large one, since to copy it into fresh memory takes longer than
 /// what is done with most of it.
@@ -47,37 +96,28 @@ const PART: usize = 1 << 18;
 /// Those of [`std::fs::read`].
 #[cfg(all(unix, target_pointer_width = "64"))]
 pub(crate) fn read(path: &Path) -> io::Result<(Vec<u8>, Source)> {
-    use std::os::unix::fs::FileExt;
-
-    use blake3::hazmat::HasherExt;
     use rayon::prelude::*;
 
-    let file = std::fs::File::open(path)?;
-    let data = file.metadata()?;
-    let length = usize::try_from(data.len()).unwrap_or(usize::MAX);
-    if !data.is_file() || !(LARGE..MOST).contains(&length) {
-        return read_whole(path);
-    }
-    let mut bytes = pt_memory::zeros(length);
+    let Some(file) = Large::open(path)? else { return read_whole(path) };
+    let mut bytes = pt_memory::zeros(file.length);
     let parts = bytes.par_chunks_mut(PART).enumerate();
     let hashes = parts.map(|(i, part)| {
-        let start = (i * PART) as u64;
-        file.read_exact_at(part, start)?;
-        Ok(blake3::Hasher::new().set_input_offset(start).update(part).finalize_non_root())
+        file.read(i * PART, part)?;
+        Ok(Large::hash(i, part))
     });
-    let hash = root(&hashes.collect::<io::Result<Vec<_>>>()?);
-    Ok((bytes, Source { path: path.to_owned(), hash: hash.to_hex().to_string() }))
+    let source = file.source(&hashes.collect::<io::Result<Vec<_>>>()?);
+    Ok((bytes, source))
 }
 
 /// The hash of a file from those of its parts, of which there are at least two.
 #[cfg(all(unix, target_pointer_width = "64"))]
-fn root(parts: &[ChainingValue]) -> blake3::Hash {
+fn root(parts: &[PartHash]) -> blake3::Hash {
     let [left, right] = halves(parts).map(subtree);
     merge_subtrees_root(&left, &right, Mode::Hash)
 }
 
 #[cfg(all(unix, target_pointer_width = "64"))]
-fn subtree(parts: &[ChainingValue]) -> ChainingValue {
+fn subtree(parts: &[PartHash]) -> PartHash {
     if let [part] = parts {
         return *part;
     }
@@ -88,7 +128,7 @@ fn subtree(parts: &[ChainingValue]) -> ChainingValue {
 /// The two subtrees of a tree of at least two parts: the left one has the most parts that are a power of two and not all.
 /// [O'Connor, Aumasson, Neves & Wilcox-O'Hearn 2020, "BLAKE3: one function, fast everywhere", §2.1]
 #[cfg(all(unix, target_pointer_width = "64"))]
-fn halves(parts: &[ChainingValue]) -> [&[ChainingValue]; 2] {
+fn halves(parts: &[PartHash]) -> [&[PartHash]; 2] {
     let (left, right) = parts.split_at(parts.len().next_power_of_two() / 2);
     [left, right]
 }

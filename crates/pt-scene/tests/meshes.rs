@@ -9,9 +9,10 @@ use std::sync::Arc;
 use common::{check_bad_files, check_good_files, check_robustness, folder, parse};
 use pt_math::Vec3;
 use pt_math::color::linear_from_srgb;
+use pt_scene::format::{Limits, LoadOptions, read_with};
 use pt_scene::material::Matte;
 use pt_scene::texture::{Color, Pattern};
-use pt_scene::{Geometry, Mesh, Surface, shapes};
+use pt_scene::{Geometry, Mesh, Source, Surface, shapes};
 
 /// The mesh of a scene that consists of one.
 fn mesh(bytes: &[u8], path: &Path) -> Arc<Mesh> {
@@ -160,22 +161,121 @@ fn large_files_of_stl_are_the_same_for_any_number_of_threads() {
     }
 }
 
+/// Also where the last triangles lie behind the last part that is hashed by another piece (125,827 of them), and where the
+/// limit of memory or a value that is not finite has the file read as a whole.
+#[test]
+fn large_files_of_stl_that_are_read_in_pieces_are_the_same() {
+    let triangles = sheet(255);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("sheet.stl");
+    let read = |threads: usize, limits: &Limits| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let options = LoadOptions { limits: limits.clone(), ..LoadOptions::default() };
+        pool.install(|| read_with(&path, &options))
+    };
+    let unlimited = Limits::default();
+    for count in [104_856, 125_826, 125_827, 125_828, 130_050] {
+        let [bytes, _] = stl_files(&triangles[..count]);
+        std::fs::write(&path, &bytes).expect("there is room");
+        let whole = parse(&bytes, &path).unwrap_or_else(|error| panic!("{error}"));
+        for threads in [1, 3] {
+            let reading = read(threads, &unlimited);
+            assert_eq!(reading.sources, [Source::of(&path, &bytes)], "{count}");
+            let scene = reading.scene.unwrap_or_else(|error| panic!("{error}"));
+            assert!(scene.objects == whole.objects, "{count}");
+        }
+    }
+    let [mut bytes, _] = stl_files(&triangles);
+    let limits = Limits { memory: Some(bytes.len() as u64 - 1), ..Limits::default() };
+    let error = read(3, &limits).scene.expect_err("a limit");
+    assert!(error.to_string().contains("more memory than the limit of"), "{error}");
+    for bad in [90_000, 130_049] {
+        bytes[84 + 50 * bad + 20..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
+    }
+    std::fs::write(&path, &bytes).expect("there is room");
+    let reading = read(3, &unlimited);
+    assert_eq!(reading.sources, [Source::of(&path, &bytes)]);
+    let told = [90_000, 130_049]
+        .map(|bad| format!("{}: triangle {bad} has a value that is not finite", path.display()));
+    assert_eq!(reading.scene.expect_err("faults").to_string(), told.join("\n"));
+}
+
 #[test]
 fn faults_of_large_files_of_stl_are_told_by_their_places() {
     let triangles = sheet(180);
     let [mut binary, text] = stl_files(&triangles);
     let told = |bytes: &[u8]| parse(bytes, Path::new("a.stl")).expect_err("a fault").to_string();
+    let mut expected = Vec::new();
     for bad in [60_000, 40_000, 100] {
         binary[84 + 50 * bad + 20..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
-        assert_eq!(told(&binary), format!("a.stl: triangle {bad} has a value that is not finite"));
+        expected.insert(0, format!("a.stl: triangle {bad} has a value that is not finite"));
+        assert_eq!(told(&binary), expected.join("\n"));
     }
     let mut lines: Vec<&str> = str::from_utf8(&text).expect("a text").lines().collect();
+    let mut expected = Vec::new();
     for bad in [300_000, 200_000, 1_000] {
         lines[bad] = "vertices";
-        let message = told(lines.join("\n").as_bytes());
-        let start = format!("a.stl:{}:1: \"vertices\" is no word of STL", bad + 1);
-        assert!(message.starts_with(&start), "{message}");
+        expected.insert(
+            0,
+            format!(
+                "a.stl:{}:1: \"vertices\" is no word of STL (did you mean \"vertex\"?)",
+                bad + 1
+            ),
+        );
+        assert_eq!(told(lines.join("\n").as_bytes()), expected.join("\n"));
     }
+}
+
+/// The same list for any number of threads: the first thousand, of which a hundred are shown, and that there are too many.
+#[test]
+fn of_very_many_faults_the_first_ones_are_told() {
+    let [mut binary, text] = stl_files(&sheet(180));
+    for row in binary[84..].chunks_exact_mut(50).skip(7).step_by(2) {
+        row[12..16].copy_from_slice(&f32::INFINITY.to_le_bytes());
+    }
+    let text = String::from_utf8(text).expect("a text").replace("vertex 9", "vertex x");
+    let obj = large_obj(200).replace("f -", "f x").replace(" v 7", "v y");
+    let ply = colored_grid(130, Some(true), |i, p| p[i % 2] /= if i > 9000 { 0.0 } else { 1.0 });
+    let ascii = String::from_utf8(colored_grid(130, None, |_, _| {})).expect("a text");
+    let ascii = ascii.replace(" 3 1", " 3 99999");
+    for (bytes, name) in [
+        (&binary[..], "a.stl"),
+        (text.as_bytes(), "b.stl"),
+        (obj.as_bytes(), "c.obj"),
+        (&ply, "d.ply"),
+        (ascii.as_bytes(), "e.ply"),
+    ] {
+        let told = |threads| {
+            let pool =
+                rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            let error = pool.install(|| parse(bytes, Path::new(name))).expect_err("faults");
+            (error.each().iter().map(ToString::to_string).collect::<Vec<_>>(), error.to_string())
+        };
+        let (each, shown) = told(1);
+        assert_eq!(each.len(), 1001, "{name}");
+        let last = format!("{name}: there are too many errors; the rest of the scene is not read");
+        assert!(each.contains(&last), "{}", each[1000]);
+        assert!(shown.ends_with("\n… and 901 more"), "{shown}");
+        let lines = each.iter().filter_map(|e| e.split(':').nth(1)?.parse::<u32>().ok());
+        assert!(lines.is_sorted(), "{name}");
+        assert_eq!((each, shown), told(3), "{name}");
+    }
+}
+
+/// As a part of a scene, a file with errors counts as missing; its first error says where to look.
+#[test]
+fn meshes_with_errors_are_missing_in_scenes_with_the_first_one() {
+    let text = r#"<scene version="3.0.0">
+        <shape type="sphere"/>
+        <shape type="obj"><string name="filename" value="many.obj"/></shape>
+    </scene>"#;
+    let path = folder("obj").join("bad").join("scene.xml");
+    let scene = parse(text.as_bytes(), &path).unwrap_or_else(|error| panic!("{error}"));
+    let [missing] = &scene.missing[..] else { panic!("{:?}", scene.missing) };
+    let end = "many.obj:3:5: \"zero\" is no finite number such as 0.5; 12 more errors in this file, which \
+               `pathtracer check` lists; the shape is left out";
+    assert!(missing.message.ends_with(end), "{missing}");
+    assert_eq!(scene.objects.len(), 1);
 }
 
 /// An arrow head: of the two ways to cut it, one leaves it.
@@ -315,20 +415,22 @@ fn large_files_of_ply_are_the_same_in_all_encodings_and_for_any_number_of_thread
     }
 }
 
-/// The first of several faults is told, wherever it is.
+/// All faults are told, wherever they are.
 #[test]
 fn faults_of_large_files_of_ply_are_told_by_their_places() {
     let message =
         |bytes: &[u8]| parse(bytes, Path::new("grid.ply")).expect_err("a fault").to_string();
     for is_big in [None, Some(true), Some(false)] {
-        let line = is_big.map_or(":9019", |_| "");
+        let told = |vertex: usize| {
+            let line = is_big.map_or(format!(":{}", 19 + vertex), |_| String::new());
+            format!("grid.ply{line}: vertex {vertex} has a value that is not finite")
+        };
         let infinite = colored_grid(130, is_big, |i, p| {
             if i == 9000 || i == 17_000 {
                 p[1] = f32::INFINITY;
             }
         });
-        let expected = format!("grid.ply{line}: vertex 9000 has a value that is not finite");
-        assert_eq!(message(&infinite), expected);
+        assert_eq!(message(&infinite), [9000, 17_000].map(told).join("\n"));
         let good = colored_grid(130, is_big, |_, _| {});
         if is_big.is_some() {
             let cut = &good[..good.len() - 27 * 1000 - 5];
@@ -387,8 +489,7 @@ fn large_files_of_obj_are_the_same_for_any_number_of_threads() {
     }
 }
 
-/// The first of several faults is told, be it of a vertex or of a face, and what follows does not count as
-/// above.
+/// The faults of vertices and of faces are told in the order of their lines, and what follows does not count as above.
 #[test]
 fn faults_of_large_files_of_obj_are_told_by_their_places() {
     let text = large_obj(200);
@@ -403,10 +504,12 @@ fn faults_of_large_files_of_obj_are_told_by_their_places() {
     };
     let vertex = "grid.obj:90001:5: \"x\" is no finite number such as 0.5";
     let face = "grid.obj:90002:5: \"2x\" is no index into the vertices above;";
-    assert_eq!(with(&[(90_001, "v 0 x 0"), (100_000, "f 1 2x 3")]), vertex);
-    assert_eq!(with(&[(90_001, "v 0 x 0"), (90_002, "f 1 2x 3")]), vertex);
+    let both = with(&[(90_002, "f 1 2x 3"), (90_001, "v 0 x 0")]);
+    assert!(both.starts_with(&format!("{vertex}\n{face}")), "{both}");
     let both = with(&[(90_002, "f 1 2x 3"), (110_000, "v 0 x 0")]);
     assert!(both.starts_with(face), "{both}");
+    assert!(both.contains("\ngrid.obj:110000:5: \"x\" is no"), "{both}");
+    assert_eq!(both.lines().count(), 2, "{both}");
     let later = with(&[(60_000, "f 1 2 40000")]);
     assert!(later.starts_with("grid.obj:60000:7: \"40000\" is no index"), "{later}");
 }

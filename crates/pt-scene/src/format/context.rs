@@ -15,8 +15,6 @@ use super::{LoadOptions, Reading, mesh_file};
 use crate::image::{self, Decoded, Image, ImageError, Numbers};
 use crate::{Geometry, LoadError, Scene, Source, Span, Warning, source};
 
-/// Most errors that are noted, and as many missing files; after that the scene is not read on.
-const MOST_NOTED: usize = 1000;
 /// Most items with an error, whether it was told before or not.
 const MOST_FAILURES: usize = 20_000;
 
@@ -57,6 +55,9 @@ struct Noted {
 }
 
 impl Context {
+    /// Most errors that are noted, and as many missing files; after that the scene is not read on.
+    pub(super) const MOST_NOTED: usize = 1000;
+
     /// For the scene in a file, whose folder is the one that paths may not leave.
     pub(super) fn new(file: &Path, options: &LoadOptions) -> Arc<Self> {
         Arc::new(Self {
@@ -94,6 +95,24 @@ impl Context {
             .map_err(|message| LoadError::Broken { at: mesh_file::place(path, 0), message })?;
         self.noted().sources.push(source);
         Ok(bytes)
+    }
+
+    /// Reads the scene's own file, of so many bytes, by `read`, which does not hold all of it; `None` if it cannot, or the limits
+    /// do not allow it: then [`Self::scene_file`] is to tell.
+    pub(super) fn scene_in_pieces<T>(
+        &self,
+        length: usize,
+        read: impl FnOnce() -> Option<(T, Source)>,
+    ) -> Option<T> {
+        let length = length as u64;
+        if self.limits().memory.is_some_and(|most| length > most) {
+            return None;
+        }
+        let (item, source) = read()?;
+        let mut noted = self.noted();
+        noted.bytes = noted.bytes.saturating_add(length);
+        noted.sources.push(source);
+        Some(item)
     }
 
     /// Reads a file that the scene names.
@@ -250,7 +269,7 @@ impl Context {
                 if noted.told.insert(error.to_string()) {
                     noted.errors.push(error);
                 }
-                if noted.errors.len() < MOST_NOTED && noted.failures < MOST_FAILURES {
+                if noted.errors.len() < Self::MOST_NOTED && noted.failures < MOST_FAILURES {
                     return Ok(None);
                 }
                 drop(noted);
@@ -273,7 +292,7 @@ impl Context {
     pub(super) fn missing(&self, at: Span, message: impl Into<String>) {
         let mut noted = self.noted();
         let missing = Warning { at, message: message.into() };
-        if noted.missing.len() < MOST_NOTED && noted.told.insert(missing.to_string()) {
+        if noted.missing.len() < Self::MOST_NOTED && noted.told.insert(missing.to_string()) {
             noted.missing.push(missing);
         }
     }

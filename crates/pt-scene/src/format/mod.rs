@@ -6,6 +6,7 @@ mod ahead;
 pub mod collada;
 mod context;
 mod decimal;
+mod faults;
 mod gloss;
 mod gltf;
 mod json;
@@ -70,6 +71,10 @@ pub struct Reading {
 /// into a scene. With errors that the context keeps, it is what is left of one.
 type Parser = fn(&[u8], &Path, &Arc<Context>) -> Result<Scene, LoadError>;
 
+/// Reads a file in pieces, without holding all of it; `None` if it is none of those that can be, or anything is wrong with it: then
+/// all of it is read for the [`Parser`].
+type PieceReader = fn(&Path, &Context) -> Option<Scene>;
+
 /// A scene format.
 pub struct Format {
     /// Name for messages.
@@ -77,6 +82,8 @@ pub struct Format {
     /// File name endings, lower case, without the dot.
     pub extensions: &'static [&'static str],
     parser: Parser,
+    /// For large files that can be read in pieces, where the format has such.
+    in_pieces: Option<PieceReader>,
     /// Whether it has names that stand for something.
     has_names: bool,
     /// Whether its animations are read, of which a time can be asked for.
@@ -95,14 +102,31 @@ impl Format {
         path: &Path,
         options: &LoadOptions,
     ) -> Result<Scene, LoadError> {
-        self.read(bytes, path, &Context::new(path, options)).scene
+        let context = Context::new(path, options);
+        self.read(path, &context, || (self.parser)(bytes, path, &context)).scene
     }
 
-    fn read(&self, bytes: &[u8], path: &Path, context: &Arc<Context>) -> Reading {
+    /// Reads a file.
+    fn read_file(&self, path: &Path, context: &Arc<Context>) -> Reading {
+        self.read(path, context, || {
+            if let Some(scene) = self.in_pieces.and_then(|read| read(path, context)) {
+                return Ok(scene);
+            }
+            let bytes = context.scene_file(path)?;
+            (self.parser)(&bytes, path, context)
+        })
+    }
+
+    fn read(
+        &self,
+        path: &Path,
+        context: &Context,
+        read: impl FnOnce() -> Result<Scene, LoadError>,
+    ) -> Reading {
         let result = match self.refusal(context.options()) {
-            None => guarded(self.name, || (self.parser)(bytes, path, context)).unwrap_or_else(
-                |message| Err(LoadError::Broken { at: mesh_file::place(path, 0), message }),
-            ),
+            None => guarded(self.name, read).unwrap_or_else(|message| {
+                Err(LoadError::Broken { at: mesh_file::place(path, 0), message })
+            }),
             Some(message) => Err(mesh_file::error(path, 0, message)),
         };
         let mut reading = context.finish(result);
@@ -146,14 +170,14 @@ pub static FORMATS: &[Format] = &[
     Format { has_names: true, ..format("Mitsuba 3", &["xml"], mitsuba::parse) },
     format("pbrt-v4", &["pbrt"], pbrt::parse),
     format("pathtracer JSON", &["json"], json::parse),
-    format("Stanford PLY", &["ply"], |bytes, path, _| ply::parse(bytes, path)),
-    format("STL", &["stl"], |bytes, path, _| stl::parse(bytes, path)),
+    format("Stanford PLY", &["ply"], ply::parse),
+    Format { in_pieces: stl::IN_PIECES, ..format("STL", &["stl"], stl::parse) },
     format("Wavefront OBJ", &["obj"], obj::parse),
 ];
 
-/// A format without names that stand for something, and without animations that are read.
+/// A format without names that stand for something, without animations that are read, and without files that are read in pieces.
 const fn format(name: &'static str, extensions: &'static [&'static str], parser: Parser) -> Format {
-    Format { name, extensions, parser, has_names: false, has_times: false }
+    Format { name, extensions, parser, in_pieces: None, has_names: false, has_times: false }
 }
 
 /// Reads a scene, in the format that the ending of its name says.
@@ -174,20 +198,14 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Scene, LoadError>
 
 /// Like [`load_with`], and tells all that was found.
 pub fn read_with(path: &Path, options: &LoadOptions) -> Reading {
-    let refused = |error| Reading {
-        scene: Err(error),
-        missing: Vec::new(),
-        notes: Vec::new(),
-        sources: Vec::new(),
-    };
-    let format = match format_of(path) {
-        Ok(format) => format,
-        Err(error) => return refused(error),
-    };
-    let context = Context::new(path, options);
-    match context.scene_file(path) {
-        Ok(bytes) => format.read(&bytes, path, &context),
-        Err(error) => refused(error),
+    match format_of(path) {
+        Ok(format) => format.read_file(path, &Context::new(path, options)),
+        Err(error) => Reading {
+            scene: Err(error),
+            missing: Vec::new(),
+            notes: Vec::new(),
+            sources: Vec::new(),
+        },
     }
 }
 

@@ -10,6 +10,7 @@ use pt_math::color::linear_from_srgb;
 use rayon::prelude::*;
 
 use super::super::decimal::{leading_f32, next};
+use super::super::faults::Faults;
 use super::super::line::Line;
 use super::slots::Named;
 use crate::LoadError;
@@ -110,31 +111,34 @@ impl<'a> Chunk<'a> {
         })
     }
 
-    /// Gives the lines that are not blank, until one is wrong.
+    /// Gives the lines that are not blank, and notes what is wrong with them.
     pub(super) fn statements(
         &self,
-        mut each: impl FnMut(Statement<'a>) -> Result<(), LoadError>,
-    ) -> Result<(), LoadError> {
+        faults: &mut Faults,
+        mut each: impl FnMut(Statement<'a>, &mut Faults) -> Result<(), LoadError>,
+    ) {
         for (number, line) in self.lines() {
             let keyword = keyword(line);
-            if !keyword.is_empty() {
-                each(Statement { path: self.path, number, line, keyword })?;
+            if !keyword.is_empty()
+                && let Err(fault) =
+                    each(Statement { path: self.path, number, line, keyword }, faults)
+            {
+                faults.add(fault);
             }
         }
-        Ok(())
     }
 
-    /// Reads the numbers of its vertices.
-    pub(super) fn points(&self) -> Result<Points, LoadError> {
+    /// Reads the numbers of its vertices; 0 stands for those that are wrong.
+    pub(super) fn points(&self, faults: &mut Faults) -> Points {
         let mut points = Points::with_capacity(self.own);
         if self.own == [0; 3] {
-            return Ok(points);
+            return points;
         }
-        self.statements(|statement| match statement.keyword {
+        self.statements(faults, |statement, _| match statement.keyword {
             b"v" | b"vt" | b"vn" => points.read(&statement),
             _ => Ok(()),
-        })?;
-        Ok(points)
+        });
+        points
     }
 }
 
@@ -209,19 +213,20 @@ impl Points {
     }
 
     fn read(&mut self, statement: &Statement) -> Result<(), LoadError> {
+        let rest = statement.rest();
         match statement.keyword {
-            b"v" => match plain_numbers(statement.rest()) {
+            b"v" => match plain_numbers(rest) {
                 Some(position) => self.positions.push(position),
-                None => statement.as_text(|line| self.vertex(line))?,
+                None => return statement.as_text(|line| self.vertex(line)),
             },
-            b"vn" => self.normals.push(match plain_numbers(statement.rest()) {
-                Some(normal) => normal,
-                None => statement.as_text(|line| line.numbers(words_after_first(line)))?,
-            }),
-            _ => self.uvs.push(match plain_numbers(statement.rest()) {
-                Some(uv) => uv,
-                None => statement.as_text(uv)?,
-            }),
+            b"vn" => match plain_numbers(rest) {
+                Some(normal) => self.normals.push(normal),
+                None => return put(&mut self.normals, statement.as_text(normal)),
+            },
+            _ => match plain_numbers(rest) {
+                Some(uv) => self.uvs.push(uv),
+                None => return put(&mut self.uvs, statement.as_text(uv)),
+            },
         }
         Ok(())
     }
@@ -229,13 +234,13 @@ impl Points {
     /// A position, and perhaps a colour: less than that is a weight.
     fn vertex(&mut self, line: Line) -> Result<(), LoadError> {
         let mut words = words_after_first(line);
-        self.positions.push(line.numbers(words.by_ref().take(3))?);
+        let position = put(&mut self.positions, line.numbers(words.by_ref().take(3)));
         let words: Vec<&str> = words.collect();
-        if words.len() >= 3 {
-            let color: [f32; 3] = line.numbers(words.into_iter())?;
-            self.colors.push(color.map(linear_from_srgb));
+        if words.len() < 3 {
+            return position;
         }
-        Ok(())
+        let color = line.numbers(words.into_iter()).map(|color| color.map(linear_from_srgb));
+        position.and(put(&mut self.colors, color))
     }
 
     pub(super) fn append(&mut self, mut more: Self) {
@@ -246,8 +251,21 @@ impl Points {
     }
 }
 
+/// Adds values, or zeros for those that are wrong.
+fn put<const N: usize>(
+    values: &mut Vec<[f32; N]>,
+    value: Result<[f32; N], LoadError>,
+) -> Result<(), LoadError> {
+    values.push(*value.as_ref().unwrap_or(&[0.0; N]));
+    value.map(drop)
+}
+
 fn words_after_first(line: Line<'_>) -> impl Iterator<Item = &str> {
     line.text.split_ascii_whitespace().skip(1)
+}
+
+fn normal(line: Line) -> Result<[f32; 3], LoadError> {
+    line.numbers(words_after_first(line))
 }
 
 /// A texture coordinate, which may have one, two or three numbers.

@@ -1,5 +1,6 @@
 //! Faces, and what else stands between them.
 
+use super::super::faults::Faults;
 use super::super::line::Line;
 use super::super::mesh_file::Polygons;
 use super::super::xml::quote;
@@ -27,6 +28,9 @@ const PASSED_OVER: [&str; 14] = [
     "trace_obj",
 ];
 
+/// Most unknown statements that are told, each by its first word.
+const MOST_UNKNOWN: usize = 20;
+
 /// The faces of some lines.
 #[derive(Default)]
 pub(super) struct Faces {
@@ -38,8 +42,8 @@ pub(super) struct Faces {
     pub(super) slots: Slots,
     /// What files of materials are named, as they are written.
     pub(super) libraries: Vec<Named>,
-    /// The first statement that is not known.
-    pub(super) unknown: Option<(String, Span)>,
+    /// The first words of the statements that are not known, and where each is first.
+    pub(super) unknown: Vec<(String, Span)>,
 }
 
 /// Indices of what not all corners have.
@@ -95,15 +99,15 @@ impl Faces {
         Self { triangles: pt_memory::with_capacity(triangles), ..Self::default() }
     }
 
-    /// Reads the faces of a chunk; `positions` are those of the file.
-    pub(super) fn read(chunk: &Chunk, positions: &[[f32; 3]]) -> Result<Self, LoadError> {
+    /// Reads the faces of a chunk but for those that are wrong; `positions` are those of the file.
+    pub(super) fn read(chunk: &Chunk, positions: &[[f32; 3]], faults: &mut Faults) -> Self {
         let mut faces = Self::with_capacity(chunk.faces);
         if !chunk.has_others {
-            return Ok(faces);
+            return faces;
         }
         let mut counts = chunk.above;
         let (mut corners, mut polygons) = (Vec::new(), Polygons::default());
-        chunk.statements(|statement| {
+        chunk.statements(faults, |statement, faults| {
             match statement.keyword {
                 b"v" => counts[0] += 1,
                 b"vt" => counts[1] += 1,
@@ -111,11 +115,10 @@ impl Faces {
                 b"f" => match plain_triangle(statement.rest(), counts) {
                     Some(triangle) => faces.push(triangle),
                     None => statement.as_text(|line| {
-                        corners.clear();
-                        for word in line.text.split_ascii_whitespace().skip(1) {
-                            corners.push(corner(line, word, counts)?);
+                        if read_corners(line, counts, &mut corners, faults) {
+                            faces.add(line, &corners, positions, &mut polygons)?;
                         }
-                        faces.add(line, &corners, positions, &mut polygons)
+                        Ok(())
                     })?,
                 },
                 b"usemtl" => faces.slots.switch(faces.triangles.len(), statement.named()),
@@ -126,8 +129,8 @@ impl Faces {
                 })?,
             }
             Ok(())
-        })?;
-        Ok(faces)
+        });
+        faces
     }
 
     /// Cuts a polygon into triangles.
@@ -161,7 +164,14 @@ impl Faces {
     fn other(&mut self, line: Line) {
         let word = line.keyword();
         if !PASSED_OVER.contains(&word) {
-            self.unknown.get_or_insert_with(|| (word.to_owned(), line.at(word)));
+            self.note_unknown(word, || line.at(word));
+        }
+    }
+
+    fn note_unknown(&mut self, word: &str, at: impl FnOnce() -> Span) {
+        if self.unknown.len() < MOST_UNKNOWN && self.unknown.iter().all(|(known, _)| known != word)
+        {
+            self.unknown.push((word.to_owned(), at()));
         }
     }
 
@@ -173,8 +183,31 @@ impl Faces {
         self.normals.append(before, more.normals, count);
         self.slots.append(before, more.slots);
         self.libraries.append(&mut more.libraries);
-        self.unknown = self.unknown.take().or(more.unknown);
+        for (word, at) in more.unknown {
+            self.note_unknown(&word, || at);
+        }
     }
+}
+
+/// Reads the corners of a face, and notes those that are wrong; whether none is.
+fn read_corners(
+    line: Line,
+    counts: Counts,
+    corners: &mut Vec<[u32; 3]>,
+    faults: &mut Faults,
+) -> bool {
+    let mut all_good = true;
+    corners.clear();
+    for word in line.text.split_ascii_whitespace().skip(1) {
+        match corner(line, word, counts) {
+            Ok(corner) => corners.push(corner),
+            Err(fault) => {
+                all_good = false;
+                faults.add(fault);
+            }
+        }
+    }
+    all_good
 }
 
 /// Three corners that are counted from 1, if the bytes are nothing else: most lines with faces are so.

@@ -19,6 +19,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::context::{Context, Folder};
+use super::faults::{self, Faults};
 use super::mesh_file::{self, ColorLevels, MeshFile};
 use super::xml::quote;
 use crate::shapes::single_part;
@@ -32,11 +33,14 @@ const CHUNKS: usize = 64;
 
 /// A scene of one object.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
-    let mut content = Content::read(bytes, path)?;
-    let slots = std::mem::take(&mut content.faces.slots);
-    let libraries = std::mem::take(&mut content.faces.libraries);
-    let (parts, slots) = slots.finish(content.faces.triangles.len());
-    let mut file = content.finish(path)?;
+    let read = |faults: &mut Faults| {
+        let mut content = Content::read(bytes, path, faults)?;
+        let slots = std::mem::take(&mut content.faces.slots);
+        let libraries = std::mem::take(&mut content.faces.libraries);
+        let named = slots.finish(content.faces.triangles.len());
+        Ok((content.finish(path, faults)?, named, libraries))
+    };
+    let (mut file, (parts, slots), libraries) = faults::of_scene(context, read)?;
     file.mesh.parts = parts;
     let mut scene = file.into_scene(path);
     let folder = &Folder { path: mesh_file::folder_of(path), context: Arc::clone(context) };
@@ -49,7 +53,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
 /// # Errors
 /// If a vertex or a face cannot be understood, or there is no face.
 pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadError> {
-    Content::read(bytes, path)?.finish(path)
+    faults::of_part(|faults| Content::read(bytes, path, faults)?.finish(path, faults))
 }
 
 /// What a file holds.
@@ -60,7 +64,8 @@ struct Content {
 }
 
 impl Content {
-    fn read(bytes: &[u8], path: &Path) -> Result<Self, LoadError> {
+    /// Reads all vertices, with zeros for those that are wrong, and all faces that are not.
+    fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<Self, LoadError> {
         let chunks = chunk::cut(bytes, path);
         let all =
             chunks.last().map_or([0; 3], |last| [0, 1, 2].map(|i| last.above[i] + last.own[i]));
@@ -68,19 +73,18 @@ impl Content {
             points: Points::with_capacity(all),
             faces: Faces::with_capacity(chunks.iter().map(|chunk| chunk.faces).sum()),
         };
-        let points = each(&chunks, Chunk::points, |points| content.points.append(points));
+        let until = each(&chunks, faults, Chunk::points, |points| content.points.append(points));
         let Points { positions, .. } = &content.points;
-        // Faces may be wrong above the first vertex that is.
-        let until = points.as_ref().map_or_else(|(chunk, _)| *chunk + 1, |()| chunks.len());
-        let faces = each(
+        let mut of_faces = Faults::default();
+        each(
             &chunks[..until],
-            |chunk| Faces::read(chunk, positions),
+            &mut of_faces,
+            |chunk, faults| Faces::read(chunk, positions, faults),
             |faces| content.faces.append(faces),
         );
-        match (points, faces) {
-            (Ok(()), Ok(())) => {}
-            (Err((_, error)), Ok(())) | (Ok(()), Err((_, error))) => return Err(error),
-            (Err((_, a)), Err((_, b))) => return Err(if line(&b) < line(&a) { b } else { a }),
+        faults.merge(of_faces);
+        if faults.is_full() {
+            return Err(LoadError::Told);
         }
         if u32::try_from(content.faces.triangles.len()).is_err() {
             let message = "the file has more than 4294967295 triangles";
@@ -89,14 +93,15 @@ impl Content {
         Ok(content)
     }
 
-    fn finish(self, path: &Path) -> Result<MeshFile, LoadError> {
+    fn finish(self, path: &Path, faults: &Faults) -> Result<MeshFile, LoadError> {
         let Self { mut points, faces } = self;
         let triangles = faces.triangles;
         if triangles.is_empty() {
-            return Err(mesh_file::error(path, 0, "the file has no faces (\"f 1 2 3\")"));
+            let message = "the file has no faces (\"f 1 2 3\")";
+            return Err(faults.because_of(mesh_file::error(path, 0, message)));
         }
         let mut warnings = Vec::new();
-        warnings.extend(faces.unknown.map(|(word, at)| Warning {
+        warnings.extend(faces.unknown.into_iter().map(|(word, at)| Warning {
             at,
             message: format!("statements like {} are passed over", quote(&word)),
         }));
@@ -137,25 +142,28 @@ impl Content {
     }
 }
 
-/// Reads all chunks, some at a time, and takes what they gave in the order of the file; the error comes
-/// with the number of its chunk.
+/// Reads chunks, some at a time, and takes what they gave in the order of the file, until there are too many faults; tells
+/// how many chunks were read.
 fn each<'a, P: Send>(
     chunks: &[Chunk<'a>],
-    read: impl Fn(&Chunk<'a>) -> Result<P, LoadError> + Sync + Send,
+    faults: &mut Faults,
+    read: impl Fn(&Chunk<'a>, &mut Faults) -> P + Sync + Send,
     mut take: impl FnMut(P),
-) -> Result<(), (usize, LoadError)> {
-    for (batch, some) in chunks.chunks(CHUNKS).enumerate() {
-        for (i, part) in side_by_side(some, &read).into_iter().enumerate() {
-            take(part.map_err(|error| (CHUNKS * batch + i, error))?);
+) -> usize {
+    let mut done = 0;
+    for some in chunks.chunks(CHUNKS) {
+        let noting = |chunk: &Chunk<'a>| {
+            let mut faults = Faults::default();
+            (read(chunk, &mut faults), faults)
+        };
+        for (part, more) in side_by_side(some, noting) {
+            take(part);
+            faults.append(more);
+        }
+        done += some.len();
+        if faults.is_full() {
+            break;
         }
     }
-    Ok(())
-}
-
-/// The line of an error about the content of a file.
-fn line(error: &LoadError) -> u32 {
-    match error {
-        LoadError::Content { at, .. } => at.line,
-        _ => 0,
-    }
+    done
 }

@@ -15,10 +15,13 @@ mod rows;
 mod words;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{DefaultElement, ElementDef, Encoding};
 
+use super::context::Context;
+use super::faults::{self, Faults};
 use super::mesh_file::{self, ColorLevels, MeshFile, Polygons};
 use super::xml::quote;
 use crate::shapes::single_part;
@@ -29,8 +32,8 @@ use rows::{Body, Chunk};
 use words::Row;
 
 /// A scene of one object.
-pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
-    Ok(parse_mesh(bytes, path)?.into_scene(path))
+pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
+    Ok(faults::of_scene(context, |faults| read(bytes, path, faults))?.into_scene(path))
 }
 
 /// The mesh of a file.
@@ -38,6 +41,14 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
 /// # Errors
 /// If the content is no PLY, ends early, has no faces, or refers to vertices that do not exist.
 pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadError> {
+    faults::of_part(|faults| read(bytes, path, faults))
+}
+
+/// The mesh of a file, with vertices at the origin for those that cannot be read, and without such faces.
+///
+/// # Errors
+/// If nothing more can be read.
+fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<MeshFile, LoadError> {
     let mut reader = Reader::new(bytes);
     let header = Parser::<DefaultElement>::new().read_header(&mut reader).map_err(|e| {
         let line = e.line().unwrap_or(0) as u32;
@@ -55,7 +66,7 @@ pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadErro
         return Err(mesh_file::error(path, 0, message));
     }
     let (line, encoding) = (reader.line() as u32, header.encoding);
-    let mut body = Body { path, encoding, line, rest: reader.into_inner() };
+    let mut body = Body { path, encoding, line, rest: reader.into_inner(), faults };
     let mut mesh = Mesh { name: mesh_file::name_of(path), ..Mesh::default() };
     let mut warnings = Vec::new();
     let mut levels = ColorLevels::default();
@@ -75,7 +86,7 @@ pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadErro
         }
     }
     if mesh.triangles.is_empty() {
-        return Err(mesh_file::error(path, 0, "no face has three corners"));
+        return Err(body.faults.because_of(mesh_file::error(path, 0, "no face has three corners")));
     }
     // Strips have no colours.
     mesh.face_colors = mesh.face_colors.filter(|colors| colors.len() == mesh.triangles.len());
@@ -117,16 +128,20 @@ fn any_vertices(body: &mut Body, layout: &Layout) -> Result<Vertices, LoadError>
         uvs: layout.has_uvs().then(|| pt_memory::with_capacity(capacity)),
         colors: layout.color_levels().map(|_| pt_memory::with_capacity(capacity)),
     };
-    let read = |chunk: &Chunk| {
+    let origin = Row::default();
+    let read = |chunk: &Chunk, faults: &mut Faults| {
         let mut vertices = empty(chunk.count);
-        chunk.rows(|i, row| {
-            if !row.numbers.iter().all(|x| x.is_finite()) {
-                return Err(format!("vertex {i} has a value that is not finite"));
-            }
-            vertices.push(row);
-            Ok(())
-        })?;
-        Ok(vertices)
+        chunk.rows(faults, |i, row| {
+            let row = row.and_then(|row| {
+                let is_finite = row.numbers.iter().all(|x| x.is_finite());
+                let fault = || format!("vertex {i} has a value that is not finite");
+                is_finite.then_some(row).ok_or_else(fault)
+            });
+            // Those that follow keep their numbers.
+            vertices.push(row.as_ref().copied().unwrap_or(&origin));
+            row.map(drop)
+        });
+        vertices
     };
     let mut all = empty(body.least_count(layout));
     body.read(layout, read, |part| all.append(part))?;
@@ -199,10 +214,11 @@ fn any_faces(
         corners: pt_memory::with_capacity(capacity),
         colors: layout.color_levels().map(|_| pt_memory::with_capacity(capacity)),
     };
-    let read = |chunk: &Chunk| {
+    let read = |chunk: &Chunk, faults: &mut Faults| {
         let (mut triangles, mut without_area) = (empty(chunk.count), 0_usize);
         let mut polygons = Polygons::default();
-        chunk.rows(|i, row| {
+        chunk.rows(faults, |i, row| {
+            let row = row?;
             check_indices("face", i, &row.corners, 0..i64::from(vertices))?;
             let Triangles { corners, colors } = &mut triangles;
             match row.corners.as_slice() {
@@ -219,8 +235,8 @@ fn any_faces(
             }
             colors.resize(corners.len(), color);
             Ok(())
-        })?;
-        Ok((triangles, without_area))
+        });
+        (triangles, without_area)
     };
     let (mut all, mut without_area) = (empty(body.least_count(layout)), 0);
     let at_the_end = mesh_file::place(body.path, 0);
@@ -246,9 +262,10 @@ fn read_strips(
     mesh: &mut Mesh,
 ) -> Result<(), LoadError> {
     check_corners(body, layout)?;
-    let read = |chunk: &Chunk| {
+    let read = |chunk: &Chunk, faults: &mut Faults| {
         let mut triangles = Vec::new();
-        chunk.rows(|i, row| {
+        chunk.rows(faults, |i, row| {
+            let row = row?;
             check_indices("tristrips", i, &row.corners, -1..i64::from(vertices))?;
             for run in row.corners.split(|c| *c == -1) {
                 let all = run.windows(3).enumerate().map(|(k, window)| {
@@ -258,8 +275,8 @@ fn read_strips(
                 triangles.extend(all.filter(|[a, b, c]| a != b && b != c && c != a));
             }
             Ok(())
-        })?;
-        Ok(triangles)
+        });
+        triangles
     };
     body.read(layout, read, |mut triangles| mesh.triangles.append(&mut triangles))?;
     check_count(body, &mesh.triangles)

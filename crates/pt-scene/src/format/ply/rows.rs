@@ -3,13 +3,14 @@
 //! Where rows begin is found first, which is quick: rows of a text are its lines, which are counted side by side, and those of
 //! binary files have a size that is fixed, but for their lists, which begin with their lengths. What rows
 //! hold is read in parallel and put together in the order of the file, so neither the result nor the
-//! message about the first fault depends on the number of threads.
+//! list of what is wrong depends on the number of threads.
 
 use std::path::Path;
 
 use ply_rs_bw::ply::{ElementDef, Encoding};
 use rayon::prelude::*;
 
+use super::super::faults::Faults;
 use super::super::mesh_file;
 use super::layout::{Field, Kind, Layout, Number};
 use super::words::{Binary, Row, Text, Words};
@@ -30,6 +31,8 @@ pub(super) struct Body<'a> {
     pub(super) line: u32,
     /// Bytes not yet read.
     pub(super) rest: &'a [u8],
+    /// What is wrong with rows.
+    pub(super) faults: &'a mut Faults,
 }
 
 /// Some rows.
@@ -47,12 +50,15 @@ pub(super) struct Chunk<'a> {
 }
 
 impl<'a> Body<'a> {
-    /// Reads all rows of an element: `read` those of a chunk, `take` what this gave, in the order of the
-    /// file.
+    /// Reads all rows of an element: `read` those of a chunk, noting what is wrong with them, `take` what this
+    /// gave, in the order of the file.
+    ///
+    /// # Errors
+    /// If nothing more can be read.
     pub(super) fn read<P: Send>(
         &mut self,
         layout: &Layout,
-        read: impl Fn(&Chunk) -> Result<P, LoadError> + Sync,
+        read: impl Fn(&Chunk, &mut Faults) -> P + Sync,
         mut take: impl FnMut(P),
     ) -> Result<(), LoadError> {
         let mut done = 0;
@@ -64,8 +70,16 @@ impl<'a> Body<'a> {
                     layout.element.name
                 )));
             }
-            for part in side_by_side(&chunks, &read) {
-                take(part?);
+            let noting = |chunk: &Chunk| {
+                let mut faults = Faults::default();
+                (read(chunk, &mut faults), faults)
+            };
+            for (part, faults) in side_by_side(&chunks, noting) {
+                take(part);
+                self.faults.append(faults);
+            }
+            if self.faults.is_full() {
+                return Err(LoadError::Told);
             }
             done += chunks.iter().map(|chunk| chunk.count).sum::<usize>();
             end.map_or(Ok(()), Err)?;
@@ -79,7 +93,7 @@ impl<'a> Body<'a> {
         if element.properties.is_empty() && self.encoding != Encoding::Ascii {
             return Ok(());
         }
-        self.read(&Layout::passed_over(element), |_| Ok(()), |()| ())
+        self.read(&Layout::passed_over(element), |_, _| (), |()| ())
     }
 
     /// The next chunks of an element of which `done` rows are read, and why there are no more.
@@ -229,50 +243,51 @@ impl<'a> Body<'a> {
 }
 
 impl Chunk<'_> {
-    /// Gives the rows with their numbers.
-    ///
-    /// # Errors
-    /// If one is wrong, or is found to be by `each`, which says why.
+    /// Gives each row with its number, or what is wrong with it; notes what is, and what is found to be by `each`.
     pub(super) fn rows(
         &self,
-        each: impl FnMut(usize, &Row) -> Result<(), String>,
-    ) -> Result<(), LoadError> {
+        faults: &mut Faults,
+        each: impl FnMut(usize, Result<&Row, String>) -> Result<(), String>,
+    ) {
         match self.encoding {
-            Encoding::Ascii => self.text_rows(each),
+            Encoding::Ascii => self.text_rows(faults, each),
             Encoding::BinaryBigEndian => {
-                self.binary_rows(Binary::<true> { rest: self.bytes }, each)
+                self.binary_rows(Binary::<true> { rest: self.bytes }, faults, each);
             }
             Encoding::BinaryLittleEndian => {
-                self.binary_rows(Binary::<false> { rest: self.bytes }, each)
+                self.binary_rows(Binary::<false> { rest: self.bytes }, faults, each);
             }
         }
     }
 
     fn text_rows(
         &self,
-        mut each: impl FnMut(usize, &Row) -> Result<(), String>,
-    ) -> Result<(), LoadError> {
+        faults: &mut Faults,
+        mut each: impl FnMut(usize, Result<&Row, String>) -> Result<(), String>,
+    ) {
         let (mut row, mut number) = (Row::default(), self.first);
         for (i, line) in lines_of(self.bytes).enumerate().filter(|(_, line)| !is_blank(line)) {
             let read = self.row(&mut row, number, &mut Text::new(line));
-            read.and_then(|()| each(number, &row))
-                .map_err(|fault| self.error(self.line + i as u32, fault))?;
+            if let Err(fault) = each(number, read.map(|()| &row)) {
+                faults.add(self.error(self.line + i as u32, fault));
+            }
             number += 1;
         }
-        Ok(())
     }
 
     fn binary_rows(
         &self,
         mut words: impl Words,
-        mut each: impl FnMut(usize, &Row) -> Result<(), String>,
-    ) -> Result<(), LoadError> {
+        faults: &mut Faults,
+        mut each: impl FnMut(usize, Result<&Row, String>) -> Result<(), String>,
+    ) {
         let mut row = Row::default();
         for number in self.first..self.first + self.count {
             let read = self.row(&mut row, number, &mut words);
-            read.and_then(|()| each(number, &row)).map_err(|fault| self.error(0, fault))?;
+            if let Err(fault) = each(number, read.map(|()| &row)) {
+                faults.add(self.error(0, fault));
+            }
         }
-        Ok(())
     }
 
     fn row(&self, row: &mut Row, number: usize, words: &mut impl Words) -> Result<(), String> {

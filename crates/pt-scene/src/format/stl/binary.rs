@@ -4,6 +4,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
+use super::super::faults::Faults;
 use super::super::mesh_file;
 use super::weld::{Welded, Welder, join};
 use super::{HEADER, PIECE, TRIANGLE};
@@ -13,30 +14,30 @@ use crate::LoadError;
 const INFINITE: u32 = f32::INFINITY.to_bits();
 
 /// Triangles of a piece.
-const ROWS: usize = PIECE / TRIANGLE;
+pub(super) const ROWS: usize = PIECE / TRIANGLE;
 
-/// Reads `count` triangles.
+/// Reads `count` triangles; those with a value that is not finite are noted.
 ///
 /// # Errors
-/// If one has a value that is not finite, or the file has fewer.
-pub(super) fn read(bytes: &[u8], count: usize, path: &Path) -> Result<Welded, LoadError> {
+/// If the file has fewer, or there are too many vertices.
+pub(super) fn read(
+    bytes: &[u8],
+    count: usize,
+    path: &Path,
+    faults: &mut Faults,
+) -> Result<Welded, LoadError> {
     let rows = bytes[HEADER..].as_chunks::<TRIANGLE>().0;
     let rows = &rows[..count.min(rows.len())];
     let mut triangles = pt_memory::zeros(rows.len());
     let work = |welder: &mut Welder, (triangles, rows): (&mut [[u32; 3]], &[[u8; TRIANGLE]])| {
         let is_finite = piece(rows, triangles, welder);
-        let vertices = welder.finish();
-        is_finite.then_some((vertices, triangles.len()))
+        (is_finite, (welder.finish(), triangles.len()))
     };
     let pieces = triangles.par_chunks_mut(ROWS).zip(rows.par_chunks(ROWS));
-    let pieces: Option<Vec<_>> = pieces.map_init(Welder::new, work).collect();
-    let Some(pieces) = pieces else {
-        let bad =
-            rows.iter().position(|row| !corners(row).as_flattened().iter().all(|x| x.is_finite()));
-        let message =
-            format!("triangle {} has a value that is not finite", bad.unwrap_or_default());
-        return Err(mesh_file::error(path, 0, message));
-    };
+    let (are_finite, pieces): (Vec<_>, Vec<_>) = pieces.map_init(Welder::new, work).unzip();
+    if are_finite.contains(&false) {
+        note_infinite(rows, path, faults);
+    }
     if rows.len() < count {
         let message =
             format!("the file ends in triangle {} of {count}; is it complete?", rows.len());
@@ -45,8 +46,22 @@ pub(super) fn read(bytes: &[u8], count: usize, path: &Path) -> Result<Welded, Lo
     join(&pieces, triangles, path)
 }
 
+/// Notes the triangles with a value that is not finite.
+fn note_infinite(rows: &[[u8; TRIANGLE]], path: &Path, faults: &mut Faults) {
+    let is_bad = |row: &[u8; TRIANGLE]| !corners(row).as_flattened().iter().all(|x| x.is_finite());
+    let bad = rows.iter().enumerate().filter(|(_, row)| is_bad(row));
+    for (i, _) in bad.take(Faults::MOST) {
+        let message = format!("triangle {i} has a value that is not finite");
+        faults.add(mesh_file::error(path, 0, message));
+    }
+}
+
 /// Reads the triangles of a piece; whether all their numbers are finite.
-fn piece(rows: &[[u8; TRIANGLE]], triangles: &mut [[u32; 3]], welder: &mut Welder) -> bool {
+pub(super) fn piece(
+    rows: &[[u8; TRIANGLE]],
+    triangles: &mut [[u32; 3]],
+    welder: &mut Welder,
+) -> bool {
     let mut greatest = 0;
     for (triangle, row) in triangles.iter_mut().zip(rows) {
         for (vertex, corner) in triangle.iter_mut().zip(corners(row)) {

@@ -11,16 +11,21 @@
 //! programs for the workshop.
 //!
 //! Files are read in pieces, side by side: `binary.rs` and `text.rs` cut them, and `weld.rs` unites equal corners and joins
-//! the pieces.
+//! the pieces. Large binary files are never held as a whole: `pieces.rs`.
 
 mod binary;
+#[cfg(all(unix, target_pointer_width = "64"))]
+mod pieces;
 mod text;
 mod weld;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
+use super::context::Context;
+use super::faults::{self, Faults};
 use super::mesh_file::{self, ColorLevels, MeshFile};
 use crate::shapes::single_part;
 use crate::{LoadError, Mesh, Scene};
@@ -33,14 +38,16 @@ const TRIANGLE: usize = 50;
 /// Bytes of a piece of a file, about: what is done with one fits into the memory close to a core.
 const PIECE: usize = 1 << 20;
 
+/// Large binary files, where the system lets threads read a file at places of their own.
+#[cfg(all(unix, target_pointer_width = "64"))]
+pub(super) const IN_PIECES: Option<super::PieceReader> = Some(pieces::parse);
+/// Nothing where it does not.
+#[cfg(not(all(unix, target_pointer_width = "64")))]
+pub(super) const IN_PIECES: Option<super::PieceReader> = None;
+
 /// A scene of one object, with z up.
-pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
-    let mesh = parse_mesh(bytes, path)?;
-    let file = MeshFile { mesh, levels: ColorLevels::default(), warnings: Vec::new() };
-    let mut scene = file.into_scene(path);
-    let z_up = DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y);
-    scene.objects.iter_mut().for_each(|object| object.to_world = DAffine3::from_mat3(z_up));
-    Ok(scene)
+pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
+    Ok(scene_of(faults::of_scene(context, |faults| read(bytes, path, faults))?, path))
 }
 
 /// The mesh of a file, in its own coordinates.
@@ -48,22 +55,42 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Scene, LoadError> {
 /// # Errors
 /// If the file is no STL, ends too early, has numbers that are not finite, or no triangles.
 pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
-    let Welded { positions, triangles } = match count(bytes) {
+    faults::of_part(|faults| read(bytes, path, faults))
+}
+
+fn scene_of(mesh: Mesh, path: &Path) -> Scene {
+    let file = MeshFile { mesh, levels: ColorLevels::default(), warnings: Vec::new() };
+    let mut scene = file.into_scene(path);
+    let z_up = DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y);
+    scene.objects.iter_mut().for_each(|object| object.to_world = DAffine3::from_mat3(z_up));
+    scene
+}
+
+/// The mesh of a file, without the triangles that cannot be read.
+///
+/// # Errors
+/// If nothing more can be read.
+fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<Mesh, LoadError> {
+    let welded = match count(bytes) {
         Some(count) if bytes.len() - HEADER == count.saturating_mul(TRIANGLE) => {
-            binary::read(bytes, count, path)?
+            binary::read(bytes, count, path, faults)?
         }
-        _ if is_text(bytes) => text::read(bytes, path)?,
-        Some(count) => binary::read(bytes, count, path)?,
+        _ if is_text(bytes) => text::read(bytes, path, faults)?,
+        Some(count) => binary::read(bytes, count, path, faults)?,
         None => {
             let message = "the file is no STL: expected the word \"solid\", or 84 bytes and 50 for \
                            each triangle";
             return Err(mesh_file::error(path, 0, message));
         }
     };
-    if triangles.is_empty() {
-        return Err(mesh_file::error(path, 0, "the file has no triangles"));
+    if welded.triangles.is_empty() {
+        return Err(faults.because_of(mesh_file::error(path, 0, "the file has no triangles")));
     }
-    Ok(Mesh {
+    Ok(mesh_of(welded, path))
+}
+
+fn mesh_of(Welded { positions, triangles }: Welded, path: &Path) -> Mesh {
+    Mesh {
         name: mesh_file::name_of(path),
         parts: single_part(triangles.len()),
         positions,
@@ -72,7 +99,7 @@ pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<Mesh, LoadError> {
         uvs: None,
         colors: None,
         face_colors: None,
-    })
+    }
 }
 
 /// The number of triangles that a binary file says it has.

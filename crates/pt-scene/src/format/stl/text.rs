@@ -4,15 +4,16 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
+use super::super::faults::Faults;
 use super::super::line::Line;
 use super::super::mesh_file;
-use super::super::xml::quote;
+use super::super::xml::{meant, quote};
 use super::PIECE;
 use super::weld::{Welded, Welder, join};
 use crate::LoadError;
 
-/// Words with which lines may begin, besides `vertex` and `endloop`.
-const WORDS: [&str; 5] = ["solid", "facet", "outer", "endfacet", "endsolid"];
+/// Words with which lines may begin.
+const WORDS: [&str; 7] = ["vertex", "endloop", "solid", "facet", "outer", "endfacet", "endsolid"];
 
 /// Some lines, of which the last one ends a loop if others follow.
 struct Piece<'a> {
@@ -21,21 +22,34 @@ struct Piece<'a> {
     line: u32,
 }
 
-/// Reads the loops of a text; case does not matter.
+/// Reads the loops of a text; case does not matter. Lines that are not understood are noted, and so are loops that have other
+/// than three corners.
 ///
 /// # Errors
-/// If a line is not understood, a loop has other than three corners, or the file ends in one.
-pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Welded, LoadError> {
+/// If the file ends in a loop, or there are too many vertices.
+pub(super) fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<Welded, LoadError> {
     let pieces = cut(bytes, PIECE);
     let work = |welder: &mut Welder, piece: &Piece| {
-        let triangles = piece.triangles(path, welder);
-        let vertices = welder.finish();
-        triangles.map(|triangles| (vertices, triangles))
+        let (mut loops, mut faults) = (Loops::new(welder), Faults::default());
+        let mut last = piece.line;
+        for (number, line) in (piece.line..).zip(piece.bytes.split(|b| *b == b'\n')) {
+            let text = String::from_utf8_lossy(line);
+            if let Err(fault) = loops.line(Line { path, number, text: &text }) {
+                faults.add(fault);
+            }
+            last = if line.is_empty() { last } else { number };
+        }
+        let end = loops.is_open().then_some(last);
+        let triangles = std::mem::take(&mut loops.triangles);
+        (welder.finish(), triangles, faults, end)
     };
     let parts: Vec<_> = pieces.par_iter().map_init(Welder::new, work).collect();
     let (mut triangles, mut vertices) = (Vec::new(), Vec::with_capacity(parts.len()));
-    for part in parts {
-        let (its_vertices, mut its_triangles) = part?;
+    for (its_vertices, mut its_triangles, its_faults, end) in parts {
+        faults.append(its_faults);
+        if let Some(line) = end {
+            return Err(mesh_file::error(path, line, "the file ends in a loop; is it complete?"));
+        }
         vertices.push((its_vertices, its_triangles.len()));
         triangles.append(&mut its_triangles);
     }
@@ -73,35 +87,92 @@ fn is_end_of_loop(line: &[u8]) -> bool {
     word.is_some_and(|word| word.eq_ignore_ascii_case(b"endloop"))
 }
 
-impl Piece<'_> {
-    fn triangles(&self, path: &Path, welder: &mut Welder) -> Result<Vec<[u32; 3]>, LoadError> {
-        let (mut triangles, mut corners) = (Vec::new(), Vec::new());
-        for (number, line) in (self.line..).zip(self.bytes.split(|b| *b == b'\n')) {
-            let text = String::from_utf8_lossy(line);
-            let line = Line { path, number, text: &text };
-            let word = line.keyword();
-            if word.eq_ignore_ascii_case("vertex") {
-                let position: [f32; 3] = line.numbers(text.split_ascii_whitespace().skip(1))?;
-                corners.push(position);
-            } else if word.eq_ignore_ascii_case("endloop") {
-                let [a, b, c] = corners[..] else {
-                    let message = format!("the loop has {} corners; expected 3", corners.len());
-                    return Err(line.error(word, message));
-                };
-                triangles.push([a, b, c].map(|corner| welder.vertex(corner)));
-                corners.clear();
-            } else if !word.is_empty() && !WORDS.iter().any(|w| w.eq_ignore_ascii_case(word)) {
-                let message = format!("{} is no word of STL; expected \"vertex\"", quote(word));
-                return Err(line.error(word, message));
-            }
-            if corners.len() > 3 {
-                return Err(line.error(word, "the loop has more than 3 corners"));
-            }
+/// The loops of a piece.
+struct Loops<'w> {
+    welder: &'w mut Welder,
+    triangles: Vec<[u32; 3]>,
+    /// The corners of the loop that is read.
+    corners: Vec<[f32; 3]>,
+    trouble: Trouble,
+}
+
+/// What is wrong with the loop that is read.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Trouble {
+    Nothing,
+    /// A vertex has no numbers, so there is no triangle.
+    Vertex,
+    /// Lines were not understood: nothing is known until the loop ends or a facet begins.
+    Lost,
+}
+
+impl<'w> Loops<'w> {
+    fn new(welder: &'w mut Welder) -> Self {
+        let (triangles, corners) = (Vec::new(), Vec::new());
+        Self { welder, triangles, corners, trouble: Trouble::Nothing }
+    }
+
+    /// Reads a line.
+    fn line(&mut self, line: Line) -> Result<(), LoadError> {
+        let word = line.keyword();
+        let is = |other: &str| other.eq_ignore_ascii_case(word);
+        if is("vertex") {
+            return self.vertex(line);
         }
-        if corners.is_empty() {
-            return Ok(triangles);
+        if is("endloop") {
+            return self.end(line);
         }
-        Err(mesh_file::error(path, 0, "the file ends in a loop; is it complete?"))
+        if self.trouble == Trouble::Lost {
+            if ["facet", "solid", "endsolid"].into_iter().any(is) {
+                self.restart();
+            }
+        } else if !word.is_empty() && !WORDS.into_iter().any(is) {
+            self.trouble = Trouble::Lost;
+            let near = meant(word, WORDS.into_iter());
+            let hint = if near.is_empty() { "; expected \"vertex\"" } else { &near };
+            return Err(line.error(word, format!("{} is no word of STL{hint}", quote(word))));
+        }
+        Ok(())
+    }
+
+    fn vertex(&mut self, line: Line) -> Result<(), LoadError> {
+        if self.trouble == Trouble::Lost {
+            return Ok(());
+        }
+        if self.corners.len() == 3 {
+            self.trouble = Trouble::Lost;
+            return Err(line.error(line.keyword(), "the loop has more than 3 corners"));
+        }
+        let position = line.numbers(line.text.split_ascii_whitespace().skip(1));
+        self.corners.push(*position.as_ref().unwrap_or(&[0.0; 3]));
+        if position.is_err() {
+            self.trouble = Trouble::Vertex;
+        }
+        position.map(drop)
+    }
+
+    /// Ends a loop.
+    fn end(&mut self, line: Line) -> Result<(), LoadError> {
+        let count = self.corners.len();
+        let wrong = (self.trouble != Trouble::Lost && count != 3).then(|| {
+            let message = format!("the loop has {count} corners; expected 3");
+            line.error(line.keyword(), message)
+        });
+        if let ([a, b, c], Trouble::Nothing) = (&self.corners[..], self.trouble) {
+            self.triangles.push([*a, *b, *c].map(|corner| self.welder.vertex(corner)));
+        }
+        self.restart();
+        wrong.map_or(Ok(()), Err)
+    }
+
+    fn restart(&mut self) {
+        self.corners.clear();
+        self.trouble = Trouble::Nothing;
+    }
+
+    /// Whether lines are missing behind the last one.
+    fn is_open(&self) -> bool {
+        !self.corners.is_empty() && self.trouble != Trouble::Lost
     }
 }
 

@@ -1,0 +1,151 @@
+//! What is wrong with a mesh file, told all at once.
+//!
+//! A reader of meshes notes what is wrong with a statement or a row, and goes on with something in its place, so that what
+//! follows means the same. Pieces of a file that are read side by side have lists of their own, which are
+//! joined in the order of the file.
+
+use super::context::Context;
+use crate::LoadError;
+
+/// What is wrong with a file, or with a piece of one, in the order of the file: the first ones.
+#[derive(Debug, Default)]
+pub(super) struct Faults {
+    list: Vec<LoadError>,
+}
+
+impl Faults {
+    /// Most that are kept: no list of errors holds more.
+    pub(super) const MOST: usize = Context::MOST_NOTED;
+
+    /// Adds one that comes behind all others, unless there are [`Self::MOST`] of them.
+    pub(super) fn add(&mut self, fault: LoadError) {
+        if !self.is_full() {
+            self.list.push(fault);
+        }
+    }
+
+    /// Whether there are so many that it makes no sense to read on.
+    pub(super) fn is_full(&self) -> bool {
+        self.list.len() >= Self::MOST
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// Appends those of a piece that follows.
+    pub(super) fn append(&mut self, more: Self) {
+        self.list.extend(more.list);
+        self.list.truncate(Self::MOST);
+    }
+
+    /// Adds those that were found in the same lines in another way: all are in the order of the lines then.
+    pub(super) fn merge(&mut self, others: Self) {
+        self.list.extend(others.list);
+        self.list.sort_by_key(|fault| fault.place().map(|at| (at.line, at.column)));
+        self.list.truncate(Self::MOST);
+    }
+
+    /// The error that ends the reading with a message that is worth nothing where faults were told that may be why.
+    pub(super) fn because_of(&self, error: LoadError) -> LoadError {
+        if self.is_empty() { error } else { LoadError::Told }
+    }
+}
+
+/// Reads a file that is a scene by itself: all that is wrong is noted in the context, one by one.
+///
+/// # Errors
+/// If nothing more can be read.
+pub(super) fn of_scene<T>(
+    context: &Context,
+    read: impl FnOnce(&mut Faults) -> Result<T, LoadError>,
+) -> Result<T, LoadError> {
+    let mut faults = Faults::default();
+    let done = read(&mut faults);
+    for fault in faults.list {
+        context.keep(Err::<(), _>(fault))?;
+    }
+    done
+}
+
+/// Reads a file that is a part of a scene.
+///
+/// # Errors
+/// The first thing that is wrong, and how many others there are.
+pub(super) fn of_part<T>(
+    read: impl FnOnce(&mut Faults) -> Result<T, LoadError>,
+) -> Result<T, LoadError> {
+    let mut faults = Faults::default();
+    let done = read(&mut faults);
+    let (value, last) = match done {
+        Ok(value) => (Some(value), None),
+        Err(LoadError::Told) => (None, None),
+        Err(error) => (None, Some(error)),
+    };
+    let is_all = !faults.is_full();
+    let mut all = faults.list.into_iter().chain(last);
+    let first = match (all.next(), value) {
+        (None, Some(value)) => return Ok(value),
+        (first, _) => first.unwrap_or(LoadError::Told),
+    };
+    Err(match (all.count(), first) {
+        (more @ 1.., LoadError::Content { at, message }) => {
+            let (least, s) =
+                (if is_all { "" } else { "at least " }, if more > 1 { "s" } else { "" });
+            let message = format!(
+                "{message}; {least}{more} more error{s} in this file, which `pathtracer check` lists"
+            );
+            LoadError::Content { at, message }
+        }
+        (_, first) => first,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::mesh_file::error;
+    use super::*;
+
+    fn fault(line: u32) -> LoadError {
+        error(Path::new("a.obj"), line, "bad")
+    }
+
+    fn lines(faults: &Faults) -> Vec<u32> {
+        faults.list.iter().map(|fault| fault.place().map_or(0, |at| at.line)).collect()
+    }
+
+    #[test]
+    fn lists_hold_the_first_faults_in_the_order_of_lines() {
+        let mut faults = Faults::default();
+        (1..=3).for_each(|i| faults.add(fault(10 * i)));
+        let mut others = Faults::default();
+        (0..4000).for_each(|i| others.add(fault(2 * i + 1)));
+        assert!(others.is_full() && !faults.is_full());
+        faults.merge(others);
+        assert_eq!(lines(&faults)[..8], [1, 3, 5, 7, 9, 10, 11, 13]);
+        assert_eq!(lines(&faults).len(), Faults::MOST);
+    }
+
+    #[test]
+    fn a_part_of_a_scene_tells_its_first_fault_and_how_many_there_are() {
+        let told = |count: u32, end: Result<(), LoadError>| {
+            let read = |faults: &mut Faults| {
+                (1..=count).for_each(|line| faults.add(fault(line)));
+                end
+            };
+            of_part(read).err().map(|error| error.to_string())
+        };
+        let more = |count: &str| {
+            format!("a.obj:1: bad; {count} in this file, which `pathtracer check` lists")
+        };
+        assert_eq!(told(0, Ok(())), None);
+        assert_eq!(told(1, Ok(())), Some("a.obj:1: bad".to_owned()));
+        assert_eq!(told(1, Err(LoadError::Told)), Some("a.obj:1: bad".to_owned()));
+        assert_eq!(told(0, Err(fault(7))), Some("a.obj:7: bad".to_owned()));
+        assert_eq!(told(1, Err(fault(7))), Some(more("1 more error")));
+        assert_eq!(told(3, Ok(())), Some(more("2 more errors")));
+        assert_eq!(told(5000, Ok(())), Some(more("at least 999 more errors")));
+    }
+}

@@ -1,0 +1,112 @@
+//! Large binary files, which are never held as a whole.
+//!
+//! To fill fresh memory with a file takes longer than what is done with the bytes. So each thread reads, hashes and welds a part after
+//! the other in one buffer, which stays in the memory close to its core. The pieces whose corners are welded are those
+//! of `binary.rs`, so the mesh is the same; their ends are those of triangles, and the parts that are hashed end at powers of
+//! two, so a piece takes the bytes between two ends of parts and those of its own triangles around them.
+
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+use super::super::context::Context;
+use super::binary::{ROWS, piece};
+use super::weld::{Welder, join};
+use super::{HEADER, PIECE, TRIANGLE, count, mesh_of, scene_of};
+use crate::source::{Large, PART, PartHash};
+use crate::{Mesh, Scene, Source};
+
+// Pieces are cut where parts are.
+const _: () = assert!(PIECE.is_multiple_of(PART));
+
+/// What a thread needs for a piece, which the next one finds as it is.
+struct Bench {
+    welder: Welder,
+    buffer: Vec<u8>,
+}
+
+/// What came of a piece: its vertices, how many triangles it has, and the hashes of its parts.
+type Done = ((Vec<[f32; 3]>, usize), Vec<PartHash>);
+
+/// The scene of a large binary file with nothing wrong in it.
+pub(super) fn parse(path: &Path, context: &Context) -> Option<Scene> {
+    let file = Large::open(path).ok()??;
+    let mut head = [0; HEADER];
+    file.read(0, &mut head).ok()?;
+    let count = count(&head)?;
+    if file.length - HEADER != count.saturating_mul(TRIANGLE) {
+        return None;
+    }
+    let mesh = context.scene_in_pieces(file.length, || read(&file, count, path))?;
+    Some(scene_of(mesh, path))
+}
+
+/// Reads so many triangles; `None` if a value is not finite, or anything else is wrong.
+fn read(file: &Large, count: usize, path: &Path) -> Option<(Mesh, Source)> {
+    let mut triangles = pt_memory::zeros(count);
+    let last = count.div_ceil(ROWS) - 1;
+    let spare = Mutex::new(Vec::new());
+    let spare = || spare.lock().unwrap_or_else(PoisonError::into_inner);
+    let work = |(i, triangles): (usize, &mut [[u32; 3]])| {
+        let new = || Bench { welder: Welder::new(), buffer: Vec::new() };
+        let mut bench = { spare().pop() }.unwrap_or_else(new);
+        let done = bench.work(file, i, i == last, triangles);
+        spare().push(bench);
+        done
+    };
+    let done = triangles.par_chunks_mut(ROWS).enumerate().map(work);
+    let (vertices, hashes): (Vec<_>, Vec<_>) =
+        done.collect::<Option<Vec<Done>>>()?.into_iter().unzip();
+    let welded = join(&vertices, triangles, path).ok()?;
+    Some((mesh_of(welded, path), file.source(&hashes.concat())))
+}
+
+impl Bench {
+    /// Reads the triangles of the piece `i`, and hashes the parts that begin there; the last piece has all that are left.
+    fn work(
+        &mut self,
+        file: &Large,
+        i: usize,
+        is_last: bool,
+        mut triangles: &mut [[u32; 3]],
+    ) -> Option<Done> {
+        let Self { welder, buffer } = self;
+        let (count, mut hashes) = (triangles.len(), Vec::new());
+        let mut row = HEADER + i * ROWS * TRIANGLE;
+        let rows_end = row + count * TRIANGLE;
+        let mut part = (i * PIECE).min(file.length);
+        let parts_end = if is_last { file.length } else { (part + PIECE).min(file.length) };
+        loop {
+            let part_end = (part + PART).min(parts_end);
+            let is_end = part_end == parts_end;
+            let start = part.min(row);
+            let end = if is_end { part_end.max(rows_end) } else { part_end };
+            let bytes = window(file, start, end, buffer)?;
+            if part < part_end {
+                hashes.push(Large::hash(part / PART, &bytes[part - start..part_end - start]));
+            }
+            let rows = bytes.get(row - start..end.min(rows_end).saturating_sub(start));
+            let rows = rows.unwrap_or_default().as_chunks().0;
+            let its_triangles = triangles.split_off_mut(..rows.len())?;
+            if !piece(rows, its_triangles, welder) {
+                return None;
+            }
+            row += rows.len() * TRIANGLE;
+            part = part_end;
+            if is_end {
+                return Some(((welder.finish(), count), hashes));
+            }
+        }
+    }
+}
+
+/// Reads the bytes between two places of the file into a buffer.
+fn window<'b>(file: &Large, start: usize, end: usize, buffer: &'b mut Vec<u8>) -> Option<&'b [u8]> {
+    if buffer.len() < end - start {
+        buffer.resize(end - start, 0);
+    }
+    let bytes = &mut buffer[..end - start];
+    file.read(start, bytes).ok()?;
+    Some(bytes)
+}
