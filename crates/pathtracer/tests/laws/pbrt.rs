@@ -1,4 +1,4 @@
-//! Scenes of pbrt-v4: against the pictures that it made itself, and against the same scenes for Mitsuba.
+//! Scenes of pbrt-v4: against the pictures that it made itself, and against the same scenes in other formats.
 
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
@@ -118,18 +118,20 @@ fn hide_as_in_pbrt(surface: &mut Surface) {
     }
 }
 
-/// Each of our scenes is there for Mitsuba too. Samples are the same, so that there is little noise between the two.
+/// Each of our scenes is there for Mitsuba too, or, where that has nothing like it, in our own words. Samples are the same, so
+/// that there is little noise between the two.
 #[test]
-fn scenes_for_pbrt_and_for_mitsuba_are_the_same() {
+fn scenes_for_pbrt_and_their_twins_are_the_same() {
     let entries = std::fs::read_dir(OURS).expect("the folder exists");
     let mut files: Vec<_> = entries.map(|entry| entry.expect("a readable entry").path()).collect();
     files.retain(|file| file.extension().is_some_and(|ending| ending == "pbrt"));
     files.sort();
-    assert!(files.len() >= 10);
+    assert!(files.len() >= 13);
     for file in files {
-        let [ours, mut twin] = ["pbrt", "xml"].map(|ending| {
-            pathtracer::load(&file.with_extension(ending)).unwrap_or_else(|error| panic!("{error}"))
-        });
+        let of_twin = ["xml", "json"].map(|ending| file.with_extension(ending));
+        let of_twin = of_twin.iter().find(|file| file.exists()).expect("a twin");
+        let [ours, mut twin] = [&file, of_twin]
+            .map(|file| pathtracer::load(file).unwrap_or_else(|error| panic!("{error}")));
         twin.materials.iter_mut().for_each(|material| hide_as_in_pbrt(&mut material.surface));
         let [a, b] = [&ours, &twin].map(|scene| render(scene, 16, [64; 2], 1));
         let (whole_a, whole_b) = (mean(&a), mean(&b));
