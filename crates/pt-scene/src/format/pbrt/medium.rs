@@ -9,6 +9,7 @@ use super::super::context::Folder;
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color};
 use super::entity::Entity;
+use super::measured_media::Measured;
 use super::state::State;
 use super::token::Place;
 use crate::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume};
@@ -65,19 +66,19 @@ impl Media {
             "uniformgrid" => self.grid(entity, state.ctm[0])?,
             _ => return Err(entity.unsupported(&KINDS)),
         };
-        let g = entity.float("g", 0.0)? as f32;
-        if !(-1.0 < g && g < 1.0) {
-            return Err(
-                entity.refuse("g", format!("\"g\" is {g}; expected a number above -1 and below 1"))
-            );
-        }
+        let g = mean_cosine(entity)?;
         self.refuse_glow(entity)?;
         entity.finish()?;
-        let phase = if g == 0.0 { Phase::Isotropic } else { Phase::HenyeyGreenstein { g } };
-        let number = self.made.len() as u32;
-        self.made.push(Medium { name: name.to_owned(), matter, phase, at: entity.at.span("") });
+        let number = self.add(name, entity, matter, g);
         self.numbers.insert(name.to_owned(), number);
         Ok(())
+    }
+
+    /// Adds a medium that scatters with the mean cosine g, and tells its number.
+    pub(super) fn add(&mut self, name: &str, entity: &Entity, matter: Matter, g: f32) -> u32 {
+        let phase = if g == 0.0 { Phase::Isotropic } else { Phase::HenyeyGreenstein { g } };
+        self.made.push(Medium { name: name.to_owned(), matter, phase, at: entity.at.span("") });
+        self.made.len() as u32 - 1
     }
 
     /// Remembers that a medium of a name cannot be read, which was told.
@@ -91,25 +92,18 @@ impl Media {
         entity: &Entity,
         defaults: [[f32; 3]; 2],
     ) -> Result<[[f32; 3]; 2], LoadError> {
-        if let Some(preset) = entity.text("preset")? {
-            let message =
-                format!("the preset {} is not supported; give sigma_a and sigma_s", quote(preset));
-            return Err(entity.refuse("preset", message));
-        }
         let scale = entity.not_negative("scale", 1.0)? as f32;
+        if let Some(preset) = entity.text("preset")? {
+            entity.pass_over(&["sigma_a", "sigma_s"]);
+            let Measured { absorbed, scattered, .. } =
+                Measured::named(preset).map_err(|message| entity.refuse("preset", message))?;
+            return extinction_and_albedo(entity, absorbed, scattered, scale);
+        }
         let read = |name, default| {
             Ok(color(entity, name, Role::Unbounded, &self.folder)?.unwrap_or(default))
         };
         let (absorbed, scattered) = (read("sigma_a", defaults[0])?, read("sigma_s", defaults[1])?);
-        let extinction: [f32; 3] = std::array::from_fn(|c| (absorbed[c] + scattered[c]) * scale);
-        if !extinction.iter().all(|sigma| sigma.is_finite()) {
-            return Err(entity.refuse("scale", "the medium is too dense to be computed with"));
-        }
-        let share = |c: usize| {
-            let sum = absorbed[c] + scattered[c];
-            if sum > 0.0 { scattered[c] / sum } else { 0.0 }
-        };
-        Ok([extinction, std::array::from_fn(share)])
+        extinction_and_albedo(entity, absorbed, scattered, scale)
     }
 
     /// Densities in the cells of a box.
@@ -184,15 +178,50 @@ impl Media {
         })
     }
 
-    /// The media on both sides of a surface; `None` if they are the same.
-    pub(super) fn sides(&self, interface: &Interface) -> Result<Option<Sides>, LoadError> {
+    /// The media on both sides of a surface; `None` if they are the same. What the material has `within` goes before
+    /// the medium inside.
+    pub(super) fn sides(
+        &self,
+        interface: &Interface,
+        within: Option<u32>,
+    ) -> Result<Option<Sides>, LoadError> {
         let at = interface.at.as_ref();
-        let interior = self.number(&interface.inside, at)?;
+        let interior = match within {
+            Some(_) => within,
+            None => self.number(&interface.inside, at)?,
+        };
         let exterior = self.number(&interface.outside, at)?;
         Ok((interior != exterior).then_some(Sides { interior, exterior }))
     }
 }
 
+/// What is taken away per length, and the share of it that is scattered.
+pub(super) fn extinction_and_albedo(
+    entity: &Entity,
+    absorbed: [f32; 3],
+    scattered: [f32; 3],
+    scale: f32,
+) -> Result<[[f32; 3]; 2], LoadError> {
+    let extinction: [f32; 3] = std::array::from_fn(|c| (absorbed[c] + scattered[c]) * scale);
+    if !extinction.iter().all(|sigma| sigma.is_finite()) {
+        return Err(entity.refuse("scale", "the medium is too dense to be computed with"));
+    }
+    let share = |c: usize| {
+        let sum = absorbed[c] + scattered[c];
+        if sum > 0.0 { scattered[c] / sum } else { 0.0 }
+    };
+    Ok([extinction, std::array::from_fn(share)])
+}
+
+/// The mean cosine g of the angle by which a medium turns light.
+pub(super) fn mean_cosine(entity: &Entity) -> Result<f32, LoadError> {
+    let g = entity.float("g", 0.0)? as f32;
+    if -1.0 < g && g < 1.0 {
+        return Ok(g);
+    }
+    Err(entity.refuse("g", format!("\"g\" is {g}; expected a number above -1 and below 1")))
+}
+
 /// What a homogeneous medium absorbs and scatters by default, per unit of length.
-const DEFAULT_ABSORBED: [f32; 3] = [0.0011, 0.0024, 0.014];
-const DEFAULT_SCATTERED: [f32; 3] = [2.55, 3.21, 3.77];
+pub(super) const DEFAULT_ABSORBED: [f32; 3] = [0.0011, 0.0024, 0.014];
+pub(super) const DEFAULT_SCATTERED: [f32; 3] = [2.55, 3.21, 3.77];
