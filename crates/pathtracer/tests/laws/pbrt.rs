@@ -126,7 +126,7 @@ fn scenes_for_pbrt_and_their_twins_are_the_same() {
     let mut files: Vec<_> = entries.map(|entry| entry.expect("a readable entry").path()).collect();
     files.retain(|file| file.extension().is_some_and(|ending| ending == "pbrt"));
     files.sort();
-    assert!(files.len() >= 14);
+    assert!(files.len() >= 15);
     for file in files {
         let of_twin = ["xml", "json"].map(|ending| file.with_extension(ending));
         let of_twin = of_twin.iter().find(|file| file.exists()).expect("a twin");
@@ -168,7 +168,7 @@ fn a_sheet_under_a_white_sky_has_what_it_reflects_and_lets_through() {
 }
 
 /// What absorbs nothing cannot be seen before a white sky: all that enters leaves again, with an index and without, and what is
-/// still below the surface after the last step is little.
+/// still below the surface after the last step is little. In grey, as all channels are followed by one distance, there is little noise.
 #[test]
 fn what_scatters_below_its_surface_and_absorbs_nothing_vanishes_before_a_white_sky() {
     for (eta, g) in [(1.0, 0.0), (1.33, 0.0), (1.33, 0.7)] {
@@ -176,7 +176,7 @@ fn what_scatters_below_its_surface_and_absorbs_nothing_vanishes_before_a_white_s
             "LookAt 0 0 5  0 0 0  0 1 0
             Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8 Camera \"perspective\" \"float fov\" 20 PixelFilter \"box\"
             WorldBegin LightSource \"infinite\"
-            Material \"subsurface\" \"rgb sigma_a\" [0 0 0] \"rgb sigma_s\" [1 2 4] \"float eta\" {eta} \"float g\" {g}
+            Material \"subsurface\" \"rgb sigma_a\" [0 0 0] \"rgb sigma_s\" [4 4 4] \"float eta\" {eta} \"float g\" {g}
             Shape \"sphere\""
         );
         let scene =
