@@ -65,6 +65,9 @@ impl World {
             return Ok((extinction, albedo, 0.0));
         }
         if way == Some("reflectance") {
+            if entity.find("reflectance").is_none() {
+                return Err(entity.refuse("mfp", "mfp is given without reflectance; expected both"));
+            }
             let reflectance = self.textures.share(entity, "reflectance", 0.5)?;
             let mfp = self.textures.unbounded(entity, "mfp")?.unwrap_or([1.0; 3].into());
             let reflectance = self.everywhere(entity, "reflectance", &reflectance);
