@@ -9,6 +9,8 @@ mod materials;
 mod shapes;
 #[path = "pbrt/sight.rs"]
 mod sight;
+#[path = "pbrt/subsurface.rs"]
+mod subsurface;
 
 use common::{check_bad_files, check_good_files, check_robustness, files, folder, parse};
 use pt_scene::Scene;

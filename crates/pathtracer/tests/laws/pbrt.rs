@@ -1,4 +1,4 @@
-//! Scenes of pbrt-v4: against the pictures that it made itself, and against the same scenes for Mitsuba.
+//! Scenes of pbrt-v4: against the pictures that it made itself, and against the same scenes in other formats.
 
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
@@ -118,18 +118,20 @@ fn hide_as_in_pbrt(surface: &mut Surface) {
     }
 }
 
-/// Each of our scenes is there for Mitsuba too. Samples are the same, so that there is little noise between the two.
+/// Each of our scenes is there for Mitsuba too, or, where that has nothing like it, in our own words. Samples are the same, so
+/// that there is little noise between the two.
 #[test]
-fn scenes_for_pbrt_and_for_mitsuba_are_the_same() {
+fn scenes_for_pbrt_and_their_twins_are_the_same() {
     let entries = std::fs::read_dir(OURS).expect("the folder exists");
     let mut files: Vec<_> = entries.map(|entry| entry.expect("a readable entry").path()).collect();
     files.retain(|file| file.extension().is_some_and(|ending| ending == "pbrt"));
     files.sort();
-    assert!(files.len() >= 10);
+    assert!(files.len() >= 15);
     for file in files {
-        let [ours, mut twin] = ["pbrt", "xml"].map(|ending| {
-            pathtracer::load(&file.with_extension(ending)).unwrap_or_else(|error| panic!("{error}"))
-        });
+        let of_twin = ["xml", "json"].map(|ending| file.with_extension(ending));
+        let of_twin = of_twin.iter().find(|file| file.exists()).expect("a twin");
+        let [ours, mut twin] = [&file, of_twin]
+            .map(|file| pathtracer::load(file).unwrap_or_else(|error| panic!("{error}")));
         twin.materials.iter_mut().for_each(|material| hide_as_in_pbrt(&mut material.surface));
         let [a, b] = [&ours, &twin].map(|scene| render(scene, 16, [64; 2], 1));
         let (whole_a, whole_b) = (mean(&a), mean(&b));
@@ -161,6 +163,28 @@ fn a_sheet_under_a_white_sky_has_what_it_reflects_and_lets_through() {
     for found in [sheet(5.0), sheet(-5.0)] {
         for (c, expected) in [1.2, 0.9, 0.8].into_iter().enumerate() {
             assert!((found[c] / expected - 1.0).abs() < 0.02, "{found:?}");
+        }
+    }
+}
+
+/// What absorbs nothing cannot be seen before a white sky: all that enters leaves again, with an index and without, and what is
+/// still below the surface after the last step is little. In grey, as all channels are followed by one distance, there is little noise.
+#[test]
+fn what_scatters_below_its_surface_and_absorbs_nothing_vanishes_before_a_white_sky() {
+    for (eta, g) in [(1.0, 0.0), (1.33, 0.0), (1.33, 0.7)] {
+        let text = format!(
+            "LookAt 0 0 5  0 0 0  0 1 0
+            Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8 Camera \"perspective\" \"float fov\" 20 PixelFilter \"box\"
+            WorldBegin LightSource \"infinite\"
+            Material \"subsurface\" \"rgb sigma_a\" [0 0 0] \"rgb sigma_s\" [4 4 4] \"float eta\" {eta} \"float g\" {g}
+            Shape \"sphere\""
+        );
+        let scene =
+            pt_scene::format::parse(text.as_bytes(), Path::new("ball.pbrt")).expect("a scene");
+        let image = render(&scene, 64, [8; 2], 1);
+        println!("{eta} {g}: {:?}", mean(&image));
+        for c in mean(&image) {
+            assert!((c - 1.0).abs() < 5e-3, "{eta} {g}: {:?}", mean(&image));
         }
     }
 }

@@ -33,6 +33,37 @@ const PIXEL_ALBEDO: f32 = 0.5;
 /// the length of paths between perfect mirrors.
 const MOST_SURVIVAL: f32 = 0.95;
 
+/// The same in media, which take at each collision what they absorb: light goes through hundreds of them where that is little, and
+/// weights of 0.95⁻ⁿ would grow faster than long ways get rare.
+const MOST_SURVIVAL_IN_MEDIA: f32 = 0.999;
+
+impl Path {
+    /// [`Rules::survival`] at a collision in a medium.
+    #[inline(always)]
+    pub(super) fn survival_in_medium(
+        settings: &Settings,
+        path: &State,
+        bounces: u32,
+    ) -> Option<f32> {
+        Self::survival_up_to(MOST_SURVIVAL_IN_MEDIA, settings, path, bounces)
+    }
+
+    /// By the throughput without what refraction takes and gives back.
+    #[inline(always)]
+    fn survival_up_to(most: f32, settings: &Settings, path: &State, bounces: u32) -> Option<f32> {
+        if bounces < FREE_BOUNCES {
+            return None;
+        }
+        Some(match settings.roulette {
+            Roulette::Fixed(q) => q,
+            Roulette::Throughput => {
+                let carried = (path.beta * path.squeeze).max_channel();
+                (carried / PIXEL_ALBEDO).min(most)
+            }
+        })
+    }
+}
+
 impl Rules for Path {
     fn depth(&self, settings: &Settings) -> u32 {
         self.depth.min(settings.max_depth).min(settings.max_bounce)
@@ -94,19 +125,9 @@ impl Rules for Path {
         arrival.is_none() || !matches!(settings.direct, CosineHemisphere | UniformHemisphere)
     }
 
-    /// By the throughput without what refraction takes and gives back.
     #[inline(always)]
     fn survival(&self, settings: &Settings, path: &State, bounces: u32) -> Option<f32> {
-        if bounces < FREE_BOUNCES {
-            return None;
-        }
-        Some(match settings.roulette {
-            Roulette::Fixed(q) => q,
-            Roulette::Throughput => {
-                let carried = (path.beta * path.squeeze).max_channel();
-                (carried / PIXEL_ALBEDO).min(MOST_SURVIVAL)
-            }
-        })
+        Self::survival_up_to(MOST_SURVIVAL, settings, path, bounces)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use pt_math::DMat3;
 use pt_scene::material::{CoatedConductor, Conductor, Glass, Matte, Mix, RoughCoatedDiffuse};
-use pt_scene::medium::{Matter, Phase};
+use pt_scene::medium::{Matter, Phase, Volume};
 use pt_scene::texture::{Input, Pattern, Texture};
 use pt_scene::{Color, Scalar, Surface};
 
@@ -279,4 +279,48 @@ fn grids_fill_their_box() {
     assert_eq!(smoke.extinction.grid.values, [2.0, 4.0]);
     let corner = smoke.extinction.to_world.transform_point3(pt_math::DVec3::ONE);
     assert_eq!(corner, pt_math::DVec3::new(3.0, 2.0, 2.0));
+}
+
+/// Each cell has what it absorbs and what it scatters; what is not given is 1.
+#[test]
+fn grids_of_colours_have_their_colours() {
+    let grid = |more: &str| {
+        let smoke = format!(
+            "MakeNamedMedium \"smoke\" \"string type\" \"rgbgrid\" \"integer nx\" 2 {more}"
+        );
+        let mut scene = read("", &smoke);
+        let Matter::Heterogeneous(smoke) = scene.media.swap_remove(0).matter else {
+            panic!("no grid")
+        };
+        let Volume::Grid(albedo) = smoke.albedo else { panic!("no grid") };
+        let corner = smoke.extinction.to_world.transform_point3(pt_math::DVec3::ONE);
+        assert_eq!(smoke.extinction.to_world, albedo.to_world);
+        (smoke.extinction.grid.values.clone(), albedo.grid.values.clone(), corner.to_array())
+    };
+    let both = grid(
+        "\"rgb sigma_a\" [0 1 3 0 0 0] \"rgb sigma_s\" [1 1 1 4 0 2] \"float scale\" 2 \"point3 p1\" [2 1 1]",
+    );
+    let extinction = vec![2.0, 4.0, 8.0, 8.0, 0.0, 4.0];
+    assert_eq!(both, (extinction, vec![1.0, 0.5, 0.25, 1.0, 0.0, 1.0], [2.0, 1.0, 1.0]));
+    let (extinction, albedo, _) = grid("\"rgb sigma_a\" [0 1 3 0 0 0]");
+    assert_eq!(
+        (extinction, albedo),
+        (vec![1.0, 2.0, 4.0, 1.0, 1.0, 1.0], vec![1.0, 0.5, 0.25, 1.0, 1.0, 1.0])
+    );
+    let refused = |more: &str| {
+        refusal(&format!("MakeNamedMedium \"smoke\" \"string type\" \"rgbgrid\" {more}"))
+    };
+    let cases = [
+        (
+            "\"integer nx\" 60000 \"integer ny\" 60000 \"rgb sigma_a\" [1 1 1]",
+            "60000 · 60000 · 1 colours",
+        ),
+        ("\"integer nx\" 60000", "no cells"),
+        ("\"rgb sigma_s\" [1 -1 1]", "below 0"),
+        ("\"rgb sigma_s\" [1 1]", "2 numbers"),
+        ("\"rgb sigma_s\" [1 1 1] \"rgb Le\" [1 1 1]", "emit light"),
+    ];
+    for (more, why) in cases {
+        assert!(refused(more).contains(why), "{}", refused(more));
+    }
 }

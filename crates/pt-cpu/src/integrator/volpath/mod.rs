@@ -353,7 +353,11 @@ impl<'a, W: Witness> VolPath<'a, W> {
         if state.beta.is_black() {
             return None;
         }
-        let survival = self.rules.survival(&self.settings, &state, bounces);
+        let survival = if vertex.is_in_medium() {
+            Path::survival_in_medium(&self.settings, &state, bounces)
+        } else {
+            self.rules.survival(&self.settings, &state, bounces)
+        };
         if let Some(q) = survival {
             if roulette >= q {
                 return None;

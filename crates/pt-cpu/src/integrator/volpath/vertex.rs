@@ -110,6 +110,11 @@ impl<'a> Vertex<'a> {
         came.scattered(self.distance, pdf, is_flat)
     }
 
+    /// Whether it is no surface.
+    pub(super) fn is_in_medium(&self) -> bool {
+        matches!(self.kind, Kind::Medium { .. })
+    }
+
     /// See [`Bsdf::is_delta`].
     pub(super) fn is_delta(&self) -> bool {
         matches!(&self.kind, Kind::Surface { bsdf, .. } if bsdf.is_delta())

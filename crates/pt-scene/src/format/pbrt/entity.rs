@@ -423,6 +423,11 @@ impl Entity {
         self.tuples(name, &["point2"])
     }
 
+    /// A list of colours, without their meaning.
+    pub(super) fn rgbs(&self, name: &'static str) -> Result<Option<Vec<[f64; 3]>>, LoadError> {
+        self.tuples(name, &["rgb"])
+    }
+
     /// A list of normals.
     pub(super) fn normals(&self, name: &'static str) -> Result<Option<Vec<[f64; 3]>>, LoadError> {
         self.tuples(name, &["normal", "normal3"])

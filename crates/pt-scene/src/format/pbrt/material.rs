@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color, index};
 use super::entity::Entity;
-use super::scene::{MaterialName, World};
+use super::scene::{MaterialName, World, key_of};
 use super::texture::{mean, product, square_root};
 use crate::material::{
     Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
@@ -15,7 +15,7 @@ use crate::metals::Metal;
 use crate::texture::{Color, Relief, Scalar};
 use crate::{LoadError, Surface, Warning};
 
-const KINDS: [&str; 9] = [
+const KINDS: [&str; 10] = [
     "coatedconductor",
     "coateddiffuse",
     "conductor",
@@ -24,6 +24,7 @@ const KINDS: [&str; 9] = [
     "diffusetransmission",
     "interface",
     "mix",
+    "subsurface",
     "thindielectric",
 ];
 /// Deepest nesting of mixtures.
@@ -38,7 +39,14 @@ impl World {
         if matches!(entity.kind.as_str(), "interface" | "") {
             return Ok(None);
         }
-        self.surface_of(&entity, 0).map(Some)
+        if entity.kind != "subsurface" {
+            return self.surface_of(&entity, 0).map(Some);
+        }
+        let (boundary, medium) = self.subsurface(&entity)?;
+        let surface = self.embossed(&entity, boundary.into())?;
+        entity.finish()?;
+        self.within.insert(key_of(name), medium);
+        Ok(Some(surface))
     }
 
     fn material_of(&self, name: &MaterialName) -> Result<Rc<Entity>, LoadError> {
@@ -80,6 +88,11 @@ impl World {
             "coateddiffuse" => self.coated_diffuse(entity)?,
             "coatedconductor" => self.coated_conductor(entity)?.into(),
             "mix" => self.mix(entity, depth)?,
+            "subsurface" => {
+                return Err(entity
+                    .at
+                    .error("a mix cannot contain a subsurface, which is a medium as well"));
+            }
             "interface" | "" => {
                 return Err(entity
                     .at
@@ -92,12 +105,12 @@ impl World {
         Ok(surface)
     }
 
-    fn warn(&mut self, entity: &Entity, message: String) {
+    pub(super) fn warn(&mut self, entity: &Entity, message: String) {
         self.scene.warnings.push(Warning { at: entity.at.span(""), message });
     }
 
     /// Microfacets by the names of one roughness and those along u and v; `None` is smooth.
-    fn roughness(
+    pub(super) fn roughness(
         &mut self,
         entity: &Entity,
         names: &[&'static str; 3],
@@ -295,4 +308,4 @@ impl World {
 }
 
 /// Names of one roughness, and of those along u and v.
-const ROUGHNESS: [&str; 3] = ["roughness", "uroughness", "vroughness"];
+pub(super) const ROUGHNESS: [&str; 3] = ["roughness", "uroughness", "vroughness"];

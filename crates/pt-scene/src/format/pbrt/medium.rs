@@ -9,12 +9,13 @@ use super::super::context::Folder;
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color};
 use super::entity::Entity;
+use super::measured_media::Measured;
 use super::state::State;
 use super::token::Place;
 use crate::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume};
 use crate::{LoadError, Medium, Sides};
 
-const KINDS: [&str; 2] = ["homogeneous", "uniformgrid"];
+const KINDS: [&str; 3] = ["homogeneous", "rgbgrid", "uniformgrid"];
 /// Most cells of a grid along an axis.
 const MAX_CELLS: u32 = 1 << 16;
 
@@ -62,22 +63,23 @@ impl Media {
                     self.coefficients(entity, [DEFAULT_ABSORBED, DEFAULT_SCATTERED])?;
                 Matter::Homogeneous { extinction, albedo }
             }
+            "rgbgrid" => color_grid(entity, state.ctm[0])?,
             "uniformgrid" => self.grid(entity, state.ctm[0])?,
             _ => return Err(entity.unsupported(&KINDS)),
         };
-        let g = entity.float("g", 0.0)? as f32;
-        if !(-1.0 < g && g < 1.0) {
-            return Err(
-                entity.refuse("g", format!("\"g\" is {g}; expected a number above -1 and below 1"))
-            );
-        }
+        let g = mean_cosine(entity)?;
         self.refuse_glow(entity)?;
         entity.finish()?;
-        let phase = if g == 0.0 { Phase::Isotropic } else { Phase::HenyeyGreenstein { g } };
-        let number = self.made.len() as u32;
-        self.made.push(Medium { name: name.to_owned(), matter, phase, at: entity.at.span("") });
+        let number = self.add(name, entity, matter, g);
         self.numbers.insert(name.to_owned(), number);
         Ok(())
+    }
+
+    /// Adds a medium that scatters with the mean cosine g, and tells its number.
+    pub(super) fn add(&mut self, name: &str, entity: &Entity, matter: Matter, g: f32) -> u32 {
+        let phase = if g == 0.0 { Phase::Isotropic } else { Phase::HenyeyGreenstein { g } };
+        self.made.push(Medium { name: name.to_owned(), matter, phase, at: entity.at.span("") });
+        self.made.len() as u32 - 1
     }
 
     /// Remembers that a medium of a name cannot be read, which was told.
@@ -91,54 +93,31 @@ impl Media {
         entity: &Entity,
         defaults: [[f32; 3]; 2],
     ) -> Result<[[f32; 3]; 2], LoadError> {
-        if let Some(preset) = entity.text("preset")? {
-            let message =
-                format!("the preset {} is not supported; give sigma_a and sigma_s", quote(preset));
-            return Err(entity.refuse("preset", message));
-        }
         let scale = entity.not_negative("scale", 1.0)? as f32;
+        if let Some(preset) = entity.text("preset")? {
+            entity.pass_over(&["sigma_a", "sigma_s"]);
+            let Measured { absorbed, scattered, .. } =
+                Measured::named(preset).map_err(|message| entity.refuse("preset", message))?;
+            return extinction_and_albedo(entity, absorbed, scattered, scale);
+        }
         let read = |name, default| {
             Ok(color(entity, name, Role::Unbounded, &self.folder)?.unwrap_or(default))
         };
         let (absorbed, scattered) = (read("sigma_a", defaults[0])?, read("sigma_s", defaults[1])?);
-        let extinction: [f32; 3] = std::array::from_fn(|c| (absorbed[c] + scattered[c]) * scale);
-        if !extinction.iter().all(|sigma| sigma.is_finite()) {
-            return Err(entity.refuse("scale", "the medium is too dense to be computed with"));
-        }
-        let share = |c: usize| {
-            let sum = absorbed[c] + scattered[c];
-            if sum > 0.0 { scattered[c] / sum } else { 0.0 }
-        };
-        Ok([extinction, std::array::from_fn(share)])
+        extinction_and_albedo(entity, absorbed, scattered, scale)
     }
 
     /// Densities in the cells of a box.
     fn grid(&self, entity: &Entity, to_world: DAffine3) -> Result<Matter, LoadError> {
         let [extinction, albedo] = self.coefficients(entity, [[1.0; 3]; 2])?;
-        let count = |name| entity.count(name, 1, [1, MAX_CELLS]);
-        let resolution = [count("nx")?, count("ny")?, count("nz")?];
+        let resolution = resolution(entity)?;
         let densities = entity.floats("density")?.unwrap_or_default();
-        let cells: u64 = resolution.iter().map(|&n| u64::from(n)).product();
-        if cells != densities.len() as u64 {
-            let [x, y, z] = resolution;
-            let message =
-                format!("expected {x} · {y} · {z} densities, but there are {}", densities.len());
-            return Err(entity.refuse("density", message));
-        }
+        check_count(entity, "density", "densities", resolution, densities.len())?;
         if let Some(bad) = densities.iter().find(|density| **density < 0.0) {
             return Err(entity
                 .refuse("density", format!("a density is {bad}; expected numbers of at least 0")));
         }
-        let [low, high] =
-            [entity.point("p0")?.unwrap_or(DVec3::ZERO), entity.point("p1")?.unwrap_or(DVec3::ONE)];
-        let [low, high] = [low.min(high), low.max(high)];
-        let to_box = DAffine3::from_translation(low) * DAffine3::from_scale(high - low);
-        let to_world = to_world * to_box;
-        if !to_world.is_finite() || !to_world.inverse().is_finite() {
-            return Err(
-                entity.refuse("p1", "the box of the grid is flat; expected one with a volume")
-            );
-        }
+        let to_world = to_world * unit_cube_to_box(entity, to_world)?;
         let is_grey = extinction[0] == extinction[1] && extinction[1] == extinction[2];
         let values = densities.iter().flat_map(|density| {
             let of = move |sigma: f32| (*density * f64::from(sigma)) as f32;
@@ -157,9 +136,14 @@ impl Media {
 
     /// Refuses media that emit light.
     fn refuse_glow(&self, entity: &Entity) -> Result<(), LoadError> {
-        let is_dark = color(entity, "Le", Role::Light, &self.folder)?
-            .is_none_or(|light| light == [0.0; 3])
-            || entity.float("Lescale", 1.0)? == 0.0;
+        let is_black = if entity.kind == "rgbgrid" {
+            let is_black = |cells: Vec<[f64; 3]>| cells.iter().all(|light| *light == [0.0; 3]);
+            entity.rgbs("Le")?.is_none_or(is_black)
+        } else {
+            let light = color(entity, "Le", Role::Light, &self.folder)?;
+            light.is_none_or(|light| light == [0.0; 3])
+        };
+        let is_dark = is_black || entity.float("Lescale", 1.0)? == 0.0;
         let message = "media that emit light are not supported; delete this parameter";
         if !is_dark {
             return Err(entity.refuse("Le", message));
@@ -184,15 +168,121 @@ impl Media {
         })
     }
 
-    /// The media on both sides of a surface; `None` if they are the same.
-    pub(super) fn sides(&self, interface: &Interface) -> Result<Option<Sides>, LoadError> {
+    /// The media on both sides of a surface; `None` if they are the same. What the material has `within` goes before
+    /// the medium inside.
+    pub(super) fn sides(
+        &self,
+        interface: &Interface,
+        within: Option<u32>,
+    ) -> Result<Option<Sides>, LoadError> {
         let at = interface.at.as_ref();
-        let interior = self.number(&interface.inside, at)?;
+        let interior = match within {
+            Some(_) => within,
+            None => self.number(&interface.inside, at)?,
+        };
         let exterior = self.number(&interface.outside, at)?;
         Ok((interior != exterior).then_some(Sides { interior, exterior }))
     }
 }
 
+/// The cells of a grid along x, y and z.
+fn resolution(entity: &Entity) -> Result<[u32; 3], LoadError> {
+    let count = |name| entity.count(name, 1, [1, MAX_CELLS]);
+    Ok([count("nx")?, count("ny")?, count("nz")?])
+}
+
+/// Refuses lists that have not one entry for each cell.
+fn check_count(
+    entity: &Entity,
+    name: &str,
+    what: &str,
+    [x, y, z]: [u32; 3],
+    found: usize,
+) -> Result<(), LoadError> {
+    let cells: u64 = [x, y, z].into_iter().map(u64::from).product();
+    if cells == found as u64 {
+        return Ok(());
+    }
+    Err(entity.refuse(name, format!("expected {x} · {y} · {z} {what}, but there are {found}")))
+}
+
+/// From the unit cube to the box of a grid, whose coordinates `to_world` places.
+fn unit_cube_to_box(entity: &Entity, to_world: DAffine3) -> Result<DAffine3, LoadError> {
+    let [low, high] =
+        [entity.point("p0")?.unwrap_or(DVec3::ZERO), entity.point("p1")?.unwrap_or(DVec3::ONE)];
+    let [low, high] = [low.min(high), low.max(high)];
+    let to_box = DAffine3::from_translation(low) * DAffine3::from_scale(high - low);
+    let placed = to_world * to_box;
+    if placed.is_finite() && placed.inverse().is_finite() {
+        return Ok(to_box);
+    }
+    Err(entity.refuse("p1", "the box of the grid is flat; expected one with a volume"))
+}
+
+/// What each cell of a box absorbs and scatters; one of the two may be 1 everywhere.
+fn color_grid(entity: &Entity, to_world: DAffine3) -> Result<Matter, LoadError> {
+    let scale = entity.not_negative("scale", 1.0)?;
+    let resolution = resolution(entity)?;
+    let read = |name| {
+        let Some(cells) = entity.rgbs(name)? else { return Ok(None) };
+        check_count(entity, name, "colours", resolution, cells.len())?;
+        if cells.as_flattened().iter().any(|sigma| *sigma < 0.0) {
+            let message =
+                format!("\"{name}\" has a number below 0; expected numbers of at least 0");
+            return Err(entity.refuse(name, message));
+        }
+        let to_rec709 = |cell| entity.color_space.to_rec709(cell);
+        Ok(Some(cells.into_iter().map(to_rec709).collect::<Vec<_>>()))
+    };
+    let (absorbed, scattered) = (read("sigma_a")?, read("sigma_s")?);
+    let Some(cells) = absorbed.as_ref().or(scattered.as_ref()).map(Vec::len) else {
+        return Err(entity.at.error("the grid has no cells; expected sigma_a or sigma_s"));
+    };
+    let numbers = |list: Option<Vec<[f64; 3]>>| list.map_or(vec![1.0; 3 * cells], |l| l.concat());
+    let pairs: Vec<_> = numbers(absorbed).into_iter().zip(numbers(scattered)).collect();
+    let extinction: Vec<_> = pairs.iter().map(|(a, s)| ((a + s) * scale) as f32).collect();
+    if !extinction.iter().all(|sigma| sigma.is_finite()) {
+        return Err(entity.refuse("scale", "the medium is too dense to be computed with"));
+    }
+    let share = |(a, s): &(f64, f64)| if *s > 0.0 { (s / (a + s)) as f32 } else { 0.0 };
+    let albedo: Vec<_> = pairs.iter().map(share).collect();
+    let to_world = to_world * unit_cube_to_box(entity, to_world)?;
+    let [extinction, albedo] = [extinction, albedo].map(|values| PlacedGrid {
+        grid: Arc::new(Grid { resolution, channels: 3, values }),
+        to_world,
+        filter: GridFilter::Trilinear,
+    });
+    let albedo = Volume::Grid(albedo);
+    Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale: 1.0, albedo })))
+}
+
+/// What is taken away per length, and the share of it that is scattered.
+pub(super) fn extinction_and_albedo(
+    entity: &Entity,
+    absorbed: [f32; 3],
+    scattered: [f32; 3],
+    scale: f32,
+) -> Result<[[f32; 3]; 2], LoadError> {
+    let extinction: [f32; 3] = std::array::from_fn(|c| (absorbed[c] + scattered[c]) * scale);
+    if !extinction.iter().all(|sigma| sigma.is_finite()) {
+        return Err(entity.refuse("scale", "the medium is too dense to be computed with"));
+    }
+    let share = |c: usize| {
+        let sum = absorbed[c] + scattered[c];
+        if sum > 0.0 { scattered[c] / sum } else { 0.0 }
+    };
+    Ok([extinction, std::array::from_fn(share)])
+}
+
+/// The mean cosine g of the angle by which a medium turns light.
+pub(super) fn mean_cosine(entity: &Entity) -> Result<f32, LoadError> {
+    let g = entity.float("g", 0.0)? as f32;
+    if -1.0 < g && g < 1.0 {
+        return Ok(g);
+    }
+    Err(entity.refuse("g", format!("\"g\" is {g}; expected a number above -1 and below 1")))
+}
+
 /// What a homogeneous medium absorbs and scatters by default, per unit of length.
-const DEFAULT_ABSORBED: [f32; 3] = [0.0011, 0.0024, 0.014];
-const DEFAULT_SCATTERED: [f32; 3] = [2.55, 3.21, 3.77];
+pub(super) const DEFAULT_ABSORBED: [f32; 3] = [0.0011, 0.0024, 0.014];
+pub(super) const DEFAULT_SCATTERED: [f32; 3] = [2.55, 3.21, 3.77];

@@ -18,7 +18,7 @@ use super::state::{Moving, State};
 use super::texture::Textures;
 use super::token::{Place, Tokens};
 use super::upsample::Illuminant;
-use super::{camera, film};
+use super::{camera, film, subsurface};
 use crate::material::Embossed;
 use crate::texture::{Input, Scalar};
 use crate::{
@@ -39,7 +39,7 @@ pub(super) enum MaterialName {
 }
 
 /// A material by its number or its name.
-type MaterialKey = (usize, Option<Rc<str>>);
+pub(super) type MaterialKey = (usize, Option<Rc<str>>);
 
 /// What is looked through, and how.
 #[derive(Default)]
@@ -83,6 +83,8 @@ pub(super) struct World {
     shapes: Vec<Placed>,
     /// The surfaces of materials, by number or name.
     surfaces: HashMap<MaterialKey, Rc<Option<Surface>>>,
+    /// The media behind the surfaces of those that scatter below them.
+    pub(super) within: HashMap<MaterialKey, u32>,
     /// Materials that are made, with the alpha that they were made with.
     made: HashMap<MaterialKey, Vec<(Scalar, u32)>>,
     /// Meshes that were given texture coordinates, kept for their address, and what they became.
@@ -116,6 +118,7 @@ impl World {
             meshes: Meshes::default(),
             shapes: Vec::new(),
             surfaces: HashMap::new(),
+            within: HashMap::new(),
             made: HashMap::new(),
             laid_out: HashMap::new(),
             spheres: HashMap::new(),
@@ -236,6 +239,9 @@ impl World {
                 .iter_mut()
                 .for_each(|material| illuminant.light_up(&mut material.surface));
         }
+        if !self.within.is_empty() {
+            subsurface::prepare(&mut settings);
+        }
         let is_volumetric = settings.integrator == Some("volpath");
         if is_volumetric && self.media.made.is_empty() {
             settings.integrator = None;
@@ -282,6 +288,7 @@ impl World {
             }
         }
         let surface = self.surface_once(&placed.material)?;
+        let within = self.within.get(&key_of(&placed.material)).copied();
         let mut light = None;
         match (&placed.light, &*surface) {
             (Some(entity), Some(_)) => {
@@ -323,7 +330,7 @@ impl World {
             motion,
             geometry,
             materials: vec![Some(material)],
-            media: self.media.sides(&placed.media)?,
+            media: self.media.sides(&placed.media, within)?,
             at: placed.at.span(""),
         };
         if let (true, Geometry::Mesh(mesh)) = (two_sided, &object.geometry) {
@@ -410,7 +417,7 @@ impl World {
     }
 }
 
-fn key_of(name: &MaterialName) -> MaterialKey {
+pub(super) fn key_of(name: &MaterialName) -> MaterialKey {
     match name {
         MaterialName::Anonymous(i) => (*i, None),
         MaterialName::Named(name, _) => (0, Some(Rc::clone(name))),

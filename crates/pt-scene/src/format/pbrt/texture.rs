@@ -152,6 +152,15 @@ impl Textures {
         Ok(Input::Value(value.unwrap_or([default; 3])))
     }
 
+    /// A colour of any size, if it is given.
+    pub(super) fn unbounded(
+        &self,
+        entity: &Entity,
+        name: &'static str,
+    ) -> Result<Option<Color>, LoadError> {
+        entity.find(name).map(|_| self.input(entity, name, false, 0.0)).transpose()
+    }
+
     /// A share of light.
     pub(super) fn share(
         &self,
@@ -430,32 +439,37 @@ fn root_of(texture: &Texture) -> Texture {
     Texture { pattern, to_pattern: texture.to_pattern }
 }
 
-/// About what a number is on average: of an image the mean, of squares the middle.
+/// About what a colour is on average: of an image the mean, of squares the middle.
+pub(super) fn mean_color(color: &Color) -> [f32; 3] {
+    let texture = match color {
+        Input::Value(value) => return *value,
+        Input::Texture(texture) => texture,
+    };
+    match &texture.pattern {
+        Pattern::Bitmap(bitmap) => {
+            let pixels = &bitmap.image.pixels;
+            let add = |sum: [f64; 3], p: &[f32; 3]| [0, 1, 2].map(|c| sum[c] + f64::from(p[c]));
+            let sum = pixels.iter().fold([0.0; 3], add);
+            sum.map(|sum| (sum / pixels.len().max(1) as f64) as f32)
+        }
+        Pattern::Checkerboard([a, b]) => [0, 1, 2].map(|c| 0.5 * (a[c] + b[c])),
+        Pattern::Product(factors) => {
+            let [a, b] = [&factors[0], &factors[1]].map(mean_color);
+            [0, 1, 2].map(|c| a[c] * b[c])
+        }
+        Pattern::Blend(blend) => {
+            let [first, second] = [&blend.first, &blend.second].map(mean_color);
+            let share = mean(&blend.share).clamp(0.0, 1.0);
+            [0, 1, 2].map(|c| first[c] + (second[c] - first[c]) * share)
+        }
+        Pattern::VertexColors | Pattern::FaceColors => [0.0; 3],
+    }
+}
+
+/// About what a number is on average; all channels of its texture are equal.
 pub(super) fn mean(number: &Scalar) -> f32 {
-    fn of_color(color: &Color) -> f32 {
-        match color {
-            Input::Value([x, ..]) => *x,
-            Input::Texture(texture) => of(texture),
-        }
-    }
-    fn of(texture: &Texture) -> f32 {
-        match &texture.pattern {
-            Pattern::Bitmap(bitmap) => {
-                let pixels = &bitmap.image.pixels;
-                let sum: f64 = pixels.iter().map(|[x, ..]| f64::from(*x)).sum();
-                (sum / pixels.len().max(1) as f64) as f32
-            }
-            Pattern::Checkerboard([[a, ..], [b, ..]]) => 0.5 * (a + b),
-            Pattern::Product(factors) => of_color(&factors[0]) * of_color(&factors[1]),
-            Pattern::Blend(blend) => {
-                let [first, second] = [&blend.first, &blend.second].map(of_color);
-                first + (second - first) * mean(&blend.share).clamp(0.0, 1.0)
-            }
-            Pattern::VertexColors | Pattern::FaceColors => 0.0,
-        }
-    }
     match number {
         Input::Value(x) => *x,
-        Input::Texture(texture) => of(texture),
+        Input::Texture(texture) => mean_color(&Input::Texture(Arc::clone(texture)))[0],
     }
 }

@@ -1,0 +1,257 @@
+//! `Material "subsurface"`: a boundary of a dielectric around a medium.
+//!
+//! pbrt-v4 looks up, for two points of the surface, how much light goes from one to the other: that of a flat half space,
+//! by diffusion. Here paths go through the boundary and are scattered in the medium until they leave again.
+
+use super::super::xml::quote;
+use super::color::index;
+use super::entity::Entity;
+use super::measured_media::Measured;
+use super::medium::{DEFAULT_ABSORBED, DEFAULT_SCATTERED, extinction_and_albedo, mean_cosine};
+use super::scene::World;
+use super::texture::mean_color;
+use crate::material::Glass;
+use crate::medium::Matter;
+use crate::{Color, FileSettings, LoadError};
+
+/// Least interactions that paths may have where light is scattered below surfaces.
+const STEPS: u32 = 1000;
+
+/// The ways to say what the medium is like, of which one is given.
+const WAYS: [(&str, [&str; 2]); 3] = [
+    ("name", ["name"; 2]),
+    ("sigma_a", ["sigma_a", "sigma_s"]),
+    ("reflectance", ["reflectance", "mfp"]),
+];
+
+/// Lets paths be as long as media below surfaces need, by an integrator that sees these.
+pub(super) fn prepare(settings: &mut FileSettings) {
+    settings.integrator = Some("volpath");
+    settings.max_depth = settings.max_depth.map(|depth| depth.max(STEPS));
+}
+
+impl World {
+    /// The boundary, and the number of the medium behind it.
+    pub(super) fn subsurface(&mut self, entity: &Entity) -> Result<(Glass, u32), LoadError> {
+        let ior = index(entity, "eta", 1.33, &self.textures.folder)?;
+        let roughness = self.roughness(entity, &super::material::ROUGHNESS, 0.0)?;
+        let g = mean_cosine(entity)?;
+        let (extinction, albedo, g) = self.matter(entity, ior, g)?;
+        let matter = Matter::Homogeneous { extinction, albedo };
+        let number = self.media.add("subsurface", entity, matter, g);
+        let message = format!(
+            "light below the surface is followed from collision to collision, by volpath and up to {STEPS} interactions of \
+             a path, as -m counts them; the shape has to be closed, and lights without a size do not shine into it \
+             where it is smooth"
+        );
+        self.warn(entity, message);
+        let [reflectance, transmittance] = [[1.0; 3].into(), [1.0; 3].into()];
+        Ok((Glass { reflectance, transmittance, ior, roughness }, number))
+    }
+
+    /// What is taken away per length, the share of it that is scattered, and the mean cosine.
+    fn matter(
+        &mut self,
+        entity: &Entity,
+        ior: f32,
+        g: f32,
+    ) -> Result<([f32; 3], [f32; 3], f32), LoadError> {
+        let way = the_way(entity)?;
+        let scale = entity.not_negative("scale", 1.0)? as f32;
+        if let Some(name) = entity.text("name")? {
+            let Measured { absorbed, scattered, .. } =
+                Measured::named(name).map_err(|message| entity.refuse("name", message))?;
+            let [extinction, albedo] = extinction_and_albedo(entity, absorbed, scattered, scale)?;
+            return Ok((extinction, albedo, 0.0));
+        }
+        if way == Some("reflectance") {
+            if entity.find("reflectance").is_none() {
+                return Err(entity.refuse("mfp", "mfp is given without reflectance; expected both"));
+            }
+            let reflectance = self.textures.share(entity, "reflectance", 0.5)?;
+            let mfp = self.textures.unbounded(entity, "mfp")?.unwrap_or([1.0; 3].into());
+            let reflectance = self.everywhere(entity, "reflectance", &reflectance);
+            let extinction = self.everywhere(entity, "mfp", &mfp).map(|mfp| 1.0 / (mfp * scale));
+            if !extinction.iter().all(|sigma| sigma.is_finite()) {
+                let message = "with the scale, a mean free path is 0; expected a length above that";
+                return Err(entity.refuse("mfp", message));
+            }
+            let inner = internal_reflectance(f64::from(ior));
+            let albedo = |a: f32| scattering_albedo(f64::from(a), inner, f64::from(g)) as f32;
+            return Ok((extinction, reflectance.map(albedo), g));
+        }
+        let given = [
+            self.textures.unbounded(entity, "sigma_a")?,
+            self.textures.unbounded(entity, "sigma_s")?,
+        ];
+        let [absorbed, scattered] = match &given {
+            [None, None] => [DEFAULT_ABSORBED, DEFAULT_SCATTERED],
+            [Some(absorbed), Some(scattered)] => [
+                self.everywhere(entity, "sigma_a", absorbed),
+                self.everywhere(entity, "sigma_s", scattered),
+            ],
+            [Some(_), None] | [None, Some(_)] => {
+                let message = "only one of sigma_a and sigma_s is given; expected both";
+                return Err(
+                    entity.refuse(if given[0].is_some() { "sigma_a" } else { "sigma_s" }, message)
+                );
+            }
+        };
+        let [extinction, albedo] = extinction_and_albedo(entity, absorbed, scattered, scale)?;
+        Ok((extinction, albedo, g))
+    }
+
+    /// A colour that is the same in all of a medium: of a texture, the mean.
+    fn everywhere(&mut self, entity: &Entity, name: &str, color: &Color) -> [f32; 3] {
+        if color.texture().is_some() {
+            self.warn(
+                entity,
+                format!(
+                    "the medium below the surface is the same everywhere, of the mean of {}",
+                    quote(name)
+                ),
+            );
+        }
+        mean_color(color)
+    }
+}
+
+/// By which of [`WAYS`] the medium is told.
+fn the_way(entity: &Entity) -> Result<Option<&'static str>, LoadError> {
+    let mut given = WAYS.iter().filter_map(|(way, names)| {
+        names.iter().find(|name| entity.find(name).is_some()).map(|name| (*way, *name))
+    });
+    let (first, second) = (given.next(), given.next());
+    if let (Some((_, first)), Some((_, second))) = (first, second) {
+        let message = format!("both \"{first}\" and \"{second}\" are given; give one of the two");
+        return Err(entity.refuse(second, message));
+    }
+    Ok(first.map(|(way, _)| way))
+}
+
+/// The share of evenly spread light in a medium that its boundary throws back: F_i = ∫ 2 μ F(μ) dμ, with Fresnel's F
+/// for light from the side of which the index of refraction is `eta` times that of the other.
+fn internal_reflectance(eta: f64) -> f64 {
+    const PARTS: u32 = 1024;
+    let at = |i: u32| {
+        let cos = (f64::from(i) + 0.5) / f64::from(PARTS);
+        2.0 * cos * fresnel(cos, eta)
+    };
+    (0..PARTS).map(at).sum::<f64>() / f64::from(PARTS)
+}
+
+/// The share of light that is reflected on its way from the side with `eta` times the index of the other.
+fn fresnel(cos: f64, eta: f64) -> f64 {
+    let square = 1.0 - eta * eta * (1.0 - cos * cos);
+    if square <= 0.0 {
+        return 1.0;
+    }
+    let beyond = square.sqrt();
+    let across = (eta * cos - beyond) / (eta * cos + beyond);
+    let along = (cos - eta * beyond) / (cos + eta * beyond);
+    0.5 * (across * across + along * along)
+}
+
+/// The share of light that collisions in a deep medium scatter, where the `reflectance` of all light that enters leaves
+/// again, and the boundary throws the share `inner` of what arrives from below back.
+///
+/// What would leave without a boundary is A: light that enters leaves with A (1 − F), or is thrown back and goes on likewise, so that
+/// R = A (1 − F) / (1 − A F). For A with s = √((1 − ϖ) / (1 − ϖ g)), A = (1 − s) (1 − 0.139 s) / (1 + 1.17 s), which is
+/// solved for s.
+/// [van de Hulst 1980, "Multiple Light Scattering"; Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks"]
+fn scattering_albedo(reflectance: f64, inner: f64, g: f64) -> f64 {
+    let a = reflectance / (1.0 - inner + inner * reflectance);
+    let b = 1.139 + 1.17 * a;
+    let s = (b - (b * b - 4.0 * 0.139 * (1.0 - a)).max(0.0).sqrt()) / (2.0 * 0.139);
+    ((1.0 - s * s) / (1.0 - g * s * s)).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use pt_math::sampler::{PointSet, Sampler, SamplerKind, Stream};
+
+    use super::*;
+
+    /// The cosine to the old direction after a collision. [Henyey & Greenstein 1941]
+    fn turned(u: f64, g: f64) -> f64 {
+        if g == 0.0 {
+            return 1.0 - 2.0 * u;
+        }
+        let x = (1.0 - g * g) / (1.0 + g - 2.0 * g * u);
+        (1.0 + g * g - x * x) / (2.0 * g)
+    }
+
+    /// What is left of light that enters a half space below a smooth boundary, evenly spread, when it leaves. Depths are in
+    /// mean free paths, and cosines μ are to the way down.
+    fn walk(mut stream: Stream, albedo: f64, eta: f64, g: f64) -> f64 {
+        let mut next = || stream.next_2d().map(f64::from);
+        let mut mu = loop {
+            let [u, v] = next();
+            if v >= fresnel(u.sqrt(), 1.0 / eta) {
+                break (1.0 - (1.0 - u) / (eta * eta)).sqrt();
+            }
+        };
+        let (mut depth, mut weight) = (0.0, 1.0);
+        while weight > 1e-4 {
+            let [u, v] = next();
+            depth -= mu * (1.0 - u).ln();
+            if depth < 0.0 {
+                if v >= fresnel(-mu, eta) {
+                    return weight;
+                }
+                (depth, mu) = (0.0, -mu);
+                continue;
+            }
+            weight *= albedo;
+            let [u, v] = next();
+            let cos = turned(u, g);
+            mu = mu * cos + ((1.0 - mu * mu) * (1.0 - cos * cos)).max(0.0).sqrt() * (TAU * v).cos();
+            mu = mu.clamp(-1.0, 1.0);
+        }
+        0.0
+    }
+
+    /// Light that enters has had a cone of directions made of it, which the formula does not know: so it is less good with an
+    /// index, and least where much is scattered forwards.
+    #[test]
+    fn random_walks_in_the_medium_leave_with_the_reflectance_that_was_asked_for() {
+        const WALKS: u32 = 5_000;
+        let set = PointSet { kind: SamplerKind::Independent, ..PointSet::default() };
+        for eta in [1.0, 1.33, 1.5] {
+            for g in [0.0, 0.8, -0.5] {
+                for reflectance in [0.1, 0.3, 0.5, 0.7, 0.9] {
+                    let albedo = scattering_albedo(reflectance, internal_reflectance(eta), g);
+                    let stream = |i: u32| Sampler::new(set, [i, 7], 0).stream([0; 2]);
+                    let sum: f64 = (0..WALKS).map(|i| walk(stream(i), albedo, eta, g)).sum();
+                    let found = sum / f64::from(WALKS);
+                    let bound = if eta == 1.0 { 0.02 } else { 0.05 };
+                    assert!(
+                        (found - reflectance).abs() < bound,
+                        "{eta} {g} {reflectance}: {found}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn all_light_comes_back_from_what_absorbs_nothing_and_none_from_what_only_absorbs() {
+        for (eta, g) in [(1.0, 0.0), (1.33, 0.8), (0.75, -0.5)] {
+            let inner = internal_reflectance(eta);
+            assert!(scattering_albedo(1.0, inner, g) > 1.0 - 1e-12);
+            assert!(scattering_albedo(0.0, inner, g) < 5e-3);
+        }
+    }
+
+    /// From both sides of a boundary as much light goes through, but for η².
+    #[test]
+    fn a_boundary_reflects_as_its_other_side_asks() {
+        for eta in [1.2, 1.33, 1.8] {
+            let [dense, thin] = [internal_reflectance(eta), internal_reflectance(1.0 / eta)];
+            assert!(((1.0 - dense) * eta * eta - (1.0 - thin)).abs() < 1e-3, "{eta}");
+        }
+        assert!(internal_reflectance(1.0) < 1e-12);
+    }
+}
