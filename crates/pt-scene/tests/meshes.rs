@@ -1,6 +1,8 @@
 //! The readers of mesh files: PLY, OBJ and STL.
 
 mod common;
+#[path = "meshes/stl.rs"]
+mod stl;
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -9,10 +11,10 @@ use std::sync::Arc;
 use common::{check_bad_files, check_good_files, check_robustness, folder, parse};
 use pt_math::Vec3;
 use pt_math::color::linear_from_srgb;
-use pt_scene::format::{Limits, LoadOptions, read_with};
 use pt_scene::material::Matte;
 use pt_scene::texture::{Color, Pattern};
-use pt_scene::{Geometry, Mesh, Source, Surface, shapes};
+use pt_scene::{Geometry, Mesh, Surface, shapes};
+use stl::{sheet, stl_files};
 
 /// The mesh of a scene that consists of one.
 fn mesh(bytes: &[u8], path: &Path) -> Arc<Mesh> {
@@ -90,140 +92,6 @@ fn all_encodings_of_ply_give_the_same_mesh() {
     assert!(normals.values.iter().all(|n| *n == [0.0, 0.0, 1.0]));
     let uvs = text.uvs.as_ref().expect("texture coordinates");
     assert!(text.positions.iter().zip(&uvs.values).all(|(p, uv)| p[..2] == *uv));
-}
-
-/// Equal corners of triangles are one vertex; z is up.
-#[test]
-fn triangles_of_stl_share_their_corners_and_stand_upright() {
-    for name in ["tetrahedron.stl", "solid_binary.stl"] {
-        let path = folder("stl").join("good").join(name);
-        let bytes = std::fs::read(&path).expect("a readable file");
-        let scene = parse(&bytes, &path).unwrap_or_else(|error| panic!("{error}"));
-        let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
-        assert_eq!((mesh.positions.len(), mesh.triangles.len()), (4, 4), "{name}");
-        let up = scene.objects[0].to_world.transform_vector3(pt_math::DVec3::Z);
-        assert_eq!(up, pt_math::DVec3::Y);
-    }
-    assert_eq!(
-        *good("stl", "tetrahedron.stl").positions,
-        *good("stl", "solid_binary.stl").positions
-    );
-}
-
-/// Triangles of a wavy sheet of `n` · `n` squares, strip by strip.
-fn sheet(n: u16) -> Vec<[[f32; 3]; 3]> {
-    let point = |i: u16, j: u16| [f32::from(i), f32::from(j), f32::from(i * 7 % 5) * 0.25];
-    let square = |k: u16| {
-        let [a, b, c, d] =
-            [(0, 0), (0, 1), (1, 1), (1, 0)].map(|(di, dj)| point(k / n + di, k % n + dj));
-        [[a, b, c], [a, c, d]]
-    };
-    (0..n * n).flat_map(square).collect()
-}
-
-/// As a binary STL file, and as a text.
-fn stl_files(triangles: &[[[f32; 3]; 3]]) -> [Vec<u8>; 2] {
-    let (mut binary, mut text) = (vec![0; 80], "solid sheet\n".to_owned());
-    binary.extend((triangles.len() as u32).to_le_bytes());
-    for triangle in triangles {
-        binary.extend([0; 12]);
-        binary.extend(triangle.as_flattened().iter().flat_map(|x| x.to_le_bytes()));
-        binary.extend([0; 2]);
-        text += "facet normal 0 0 1\n outer loop\n";
-        for [x, y, z] in triangle {
-            writeln!(text, "  vertex {x} {y} {z}").expect("memory");
-        }
-        text += " endloop\nendfacet\n";
-    }
-    text += "endsolid\n";
-    [binary, text.into_bytes()]
-}
-
-/// Corners that are not united cost memory only; here all but those along the cuts and some others are.
-#[test]
-fn large_files_of_stl_are_the_same_for_any_number_of_threads() {
-    let n = 180;
-    let triangles = sheet(n);
-    let exact = (usize::from(n) + 1).pow(2);
-    for bytes in stl_files(&triangles) {
-        assert!(bytes.len() > 3 << 20);
-        let read = |threads| {
-            let pool =
-                rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-            pool.install(|| mesh(&bytes, Path::new("sheet.stl")))
-        };
-        let one = read(1);
-        let corners = |t: &[u32; 3]| t.map(|corner| one.positions[corner as usize]);
-        assert!(one.triangles.iter().map(corners).eq(triangles.iter().copied()));
-        let vertices = one.positions.len();
-        assert!(vertices >= exact && vertices < exact + exact / 5, "{vertices} of {exact}");
-        assert_eq!(one, read(3));
-    }
-}
-
-/// Also where the last triangles lie behind the last part that is hashed by another piece (125,827 of them), and where the
-/// limit of memory or a value that is not finite has the file read as a whole.
-#[test]
-fn large_files_of_stl_that_are_read_in_pieces_are_the_same() {
-    let triangles = sheet(255);
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("sheet.stl");
-    let read = |threads: usize, limits: &Limits| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        let options = LoadOptions { limits: limits.clone(), ..LoadOptions::default() };
-        pool.install(|| read_with(&path, &options))
-    };
-    let unlimited = Limits::default();
-    for count in [104_856, 125_826, 125_827, 125_828, 130_050] {
-        let [bytes, _] = stl_files(&triangles[..count]);
-        std::fs::write(&path, &bytes).expect("there is room");
-        let whole = parse(&bytes, &path).unwrap_or_else(|error| panic!("{error}"));
-        for threads in [1, 3] {
-            let reading = read(threads, &unlimited);
-            assert_eq!(reading.sources, [Source::of(&path, &bytes)], "{count}");
-            let scene = reading.scene.unwrap_or_else(|error| panic!("{error}"));
-            assert!(scene.objects == whole.objects, "{count}");
-        }
-    }
-    let [mut bytes, _] = stl_files(&triangles);
-    let limits = Limits { memory: Some(bytes.len() as u64 - 1), ..Limits::default() };
-    let error = read(3, &limits).scene.expect_err("a limit");
-    assert!(error.to_string().contains("more memory than the limit of"), "{error}");
-    for bad in [90_000, 130_049] {
-        bytes[84 + 50 * bad + 20..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
-    }
-    std::fs::write(&path, &bytes).expect("there is room");
-    let reading = read(3, &unlimited);
-    assert_eq!(reading.sources, [Source::of(&path, &bytes)]);
-    let told = [90_000, 130_049]
-        .map(|bad| format!("{}: triangle {bad} has a value that is not finite", path.display()));
-    assert_eq!(reading.scene.expect_err("faults").to_string(), told.join("\n"));
-}
-
-#[test]
-fn faults_of_large_files_of_stl_are_told_by_their_places() {
-    let triangles = sheet(180);
-    let [mut binary, text] = stl_files(&triangles);
-    let told = |bytes: &[u8]| parse(bytes, Path::new("a.stl")).expect_err("a fault").to_string();
-    let mut expected = Vec::new();
-    for bad in [60_000, 40_000, 100] {
-        binary[84 + 50 * bad + 20..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
-        expected.insert(0, format!("a.stl: triangle {bad} has a value that is not finite"));
-        assert_eq!(told(&binary), expected.join("\n"));
-    }
-    let mut lines: Vec<&str> = str::from_utf8(&text).expect("a text").lines().collect();
-    let mut expected = Vec::new();
-    for bad in [300_000, 200_000, 1_000] {
-        lines[bad] = "vertices";
-        expected.insert(
-            0,
-            format!(
-                "a.stl:{}:1: \"vertices\" is no word of STL (did you mean \"vertex\"?)",
-                bad + 1
-            ),
-        );
-        assert_eq!(told(lines.join("\n").as_bytes()), expected.join("\n"));
-    }
 }
 
 /// The same list for any number of threads: the first thousand, of which a hundred are shown, and that there are too many.

@@ -324,3 +324,39 @@ fn grids_of_colours_have_their_colours() {
         assert!(refused(more).contains(why), "{}", refused(more));
     }
 }
+
+/// Of fibres with β = 0.3, whose polynomial is 5.969 − 0.0645 + 0.22788 − 0.28971 + 0.0451494 + 0.000595 = 5.888415.
+#[test]
+fn hair_has_the_colour_of_all_of_it() {
+    let value = |text: &str| match reflectance(&format!("Material \"hair\" {text}")) {
+        Input::Value(value) => value,
+        Input::Texture(_) => panic!("no number"),
+    };
+    let is_near = |a: [f32; 3], b: [f64; 3]| {
+        let near = (0..3).all(|c| (f64::from(a[c]) / b[c] - 1.0).abs() < 1e-4);
+        assert!(near, "{a:?} {b:?}");
+    };
+    let brown = [0.419, 0.697, 1.37].map(|a: f64| (-(1.3 * a).sqrt() * 5.888_415).exp());
+    is_near(value(""), brown);
+    is_near(value("\"float eumelanin\" 1.3"), brown);
+    let red = [0.187, 0.4, 1.05].map(|a: f64| (-(0.5 * a).sqrt() * 5.888_415).exp());
+    is_near(value("\"float pheomelanin\" .5"), red);
+    is_near(
+        value("\"rgb sigma_a\" [.04 .04 .09]"),
+        [0.2, 0.2, 0.3].map(|a: f64| (-a * 5.888_415).exp()),
+    );
+    assert_eq!(value("\"rgb reflectance\" [.5 .3 .1]"), [0.5, 0.3, 0.1]);
+    let both = refusal(
+        "Material \"hair\" \"rgb reflectance\" [.5 .3 .1] \"float eumelanin\" 1 Shape \"sphere\"",
+    );
+    assert!(both.contains("give one of the two"), "{both}");
+}
+
+#[test]
+fn something_loud_stands_in_for_measured_materials() {
+    let scene = read("", "Material \"measured\" \"string filename\" \"x.bsdf\" Shape \"sphere\"");
+    assert!(matches!(scene.materials[0].surface, Surface::Matte(_)));
+    let missing: Vec<_> = scene.missing.iter().map(|m| m.message.clone()).collect();
+    assert_eq!(missing.len(), 1);
+    assert!(missing[0].contains("measured materials are not read"), "{missing:?}");
+}

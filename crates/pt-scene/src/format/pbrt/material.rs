@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use super::super::substitute;
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color, index};
 use super::entity::Entity;
@@ -15,14 +16,16 @@ use crate::metals::Metal;
 use crate::texture::{Color, Relief, Scalar};
 use crate::{LoadError, Surface, Warning};
 
-const KINDS: [&str; 10] = [
+const KINDS: [&str; 12] = [
     "coatedconductor",
     "coateddiffuse",
     "conductor",
     "dielectric",
     "diffuse",
     "diffusetransmission",
+    "hair",
     "interface",
+    "measured",
     "mix",
     "subsurface",
     "thindielectric",
@@ -87,6 +90,8 @@ impl World {
             .into(),
             "coateddiffuse" => self.coated_diffuse(entity)?,
             "coatedconductor" => self.coated_conductor(entity)?.into(),
+            "hair" => self.hair(entity)?.into(),
+            "measured" => self.measured(entity),
             "mix" => self.mix(entity, depth)?,
             "subsurface" => {
                 return Err(entity
@@ -227,6 +232,15 @@ impl World {
         };
         let (coat_alpha, alpha) = (alpha("coat", coat), alpha("metal", roughness));
         Ok(CoatedConductor { eta, k, alpha, ior, coat_alpha, thickness, two_sided })
+    }
+
+    /// What stands in for a measured material, of which files are not read.
+    fn measured(&self, entity: &Entity) -> Surface {
+        entity.pass_over(&["filename"]);
+        let message = format!("files of measured materials are not read; {}", substitute::INSTEAD);
+        let context = &self.textures.folder.context;
+        context.missing(entity.place("filename").span(""), message);
+        substitute::surface()
     }
 
     /// The mean of roughnesses along u and v, where a layer has only one.
