@@ -49,6 +49,14 @@ fn scene_with(ending: &str) -> (&'static str, String) {
                "materials": {"bounds": {"type": "black", "opacity": 0}},
                "objects": [{"type": "cube", "material": "bounds", "media": {"interior": "m"}}]"#,
         ),
+        "nvdb" => {
+            let medium = r#""m" "string type" "nanovdb" "string filename" "named.nvdb""#;
+            let text = format!(
+                "Camera \"perspective\" WorldBegin MakeNamedMedium {medium} MediumInterface \"m\" \"\" \
+                 Material \"interface\" Shape \"sphere\""
+            );
+            ("pbrt", text)
+        }
         "spd" => {
             let spectrum = r#"<spectrum name="reflectance" filename="named.spd"/>"#;
             let bsdf = format!(r#"<bsdf type="diffuse">{spectrum}</bsdf>"#);

@@ -14,6 +14,7 @@ mod limits;
 mod line;
 mod mesh_file;
 mod mitsuba;
+mod nanovdb;
 mod obj;
 mod pbrt;
 mod ply;

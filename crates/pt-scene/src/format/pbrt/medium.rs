@@ -6,6 +6,7 @@ use std::sync::Arc;
 use pt_math::{DAffine3, DVec3};
 
 use super::super::context::Folder;
+use super::super::nanovdb;
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color};
 use super::entity::Entity;
@@ -13,9 +14,9 @@ use super::measured_media::Measured;
 use super::state::State;
 use super::token::Place;
 use crate::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume};
-use crate::{LoadError, Medium, Sides};
+use crate::{LoadError, Medium, Sides, Warning};
 
-const KINDS: [&str; 3] = ["homogeneous", "rgbgrid", "uniformgrid"];
+const KINDS: [&str; 4] = ["homogeneous", "nanovdb", "rgbgrid", "uniformgrid"];
 /// Most cells of a grid along an axis.
 const MAX_CELLS: u32 = 1 << 16;
 
@@ -48,6 +49,7 @@ impl Media {
         name: &str,
         entity: &Entity,
         state: &State,
+        warnings: &mut Vec<Warning>,
     ) -> Result<(), LoadError> {
         if self.numbers.contains_key(name) {
             return Err(entity.at.error(format!("there is already a medium {}", quote(name))));
@@ -63,6 +65,7 @@ impl Media {
                     self.coefficients(entity, [DEFAULT_ABSORBED, DEFAULT_SCATTERED])?;
                 Matter::Homogeneous { extinction, albedo }
             }
+            "nanovdb" => self.sparse_grid(entity, state.ctm[0], warnings)?,
             "rgbgrid" => color_grid(entity, state.ctm[0])?,
             "uniformgrid" => self.grid(entity, state.ctm[0])?,
             _ => return Err(entity.unsupported(&KINDS)),
@@ -132,6 +135,50 @@ impl Media {
             PlacedGrid { grid: Arc::new(grid), to_world, filter: GridFilter::Trilinear };
         let albedo = Volume::Constant(albedo);
         Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale: 1.0, albedo })))
+    }
+
+    /// Densities of a file, as they lie there.
+    fn sparse_grid(
+        &self,
+        entity: &Entity,
+        to_world: DAffine3,
+        warnings: &mut Vec<Warning>,
+    ) -> Result<Matter, LoadError> {
+        const DENSITY: &str = "density";
+        let [extinction, albedo] = self.coefficients(entity, [[1.0; 3]; 2])?;
+        let refuse = |message: String| entity.refuse("filename", message);
+        let name = entity
+            .text("filename")?
+            .ok_or_else(|| refuse("there is no filename; expected that of a grid".to_owned()))?;
+        let bytes = self.folder.context.read(&self.folder.join(name)).map_err(refuse)?;
+        let parsed = nanovdb::parse(&bytes, DENSITY);
+        let (sparse, names) = parsed.map_err(|why| refuse(format!("{name}: {why}")))?;
+        let others: Vec<_> = names.into_iter().filter(|name| name != DENSITY).collect();
+        if !others.is_empty() {
+            let message = format!(
+                "of {}, the grid \"{DENSITY}\" alone is read, and not {}: the medium does not glow",
+                quote(name),
+                others.join(", ")
+            );
+            warnings.push(Warning { at: entity.place("filename").span(""), message });
+        }
+        entity.pass_over(&["temperatureoffset", "temperaturecutoff", "temperaturescale"]);
+        let [red, green, blue] = extinction;
+        let (grid, scale) = if red == green && green == blue {
+            (sparse.grid, red)
+        } else {
+            let Grid { resolution, values, .. } = sparse.grid;
+            let values = values.iter().flat_map(|v| extinction.map(|sigma| v * sigma)).collect();
+            (Grid { resolution, channels: 3, values }, 1.0)
+        };
+        if !grid.values.iter().all(|value| (value * scale).is_finite()) {
+            return Err(entity.refuse("scale", "the medium is too dense to be computed with"));
+        }
+        let to_world = to_world * sparse.to_world;
+        let extinction =
+            PlacedGrid { grid: Arc::new(grid), to_world, filter: GridFilter::Trilinear };
+        let albedo = Volume::Constant(albedo);
+        Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo })))
     }
 
     /// Refuses media that emit light.

@@ -253,7 +253,9 @@ impl Reader {
             }
             "MakeNamedMedium" => {
                 let (name, entity) = self.named("MakeNamedMedium", tokens, at)?;
-                let defined = self.world.media.define(&name, &entity, &self.state);
+                let world = &mut self.world;
+                let warnings = &mut world.scene.warnings;
+                let defined = world.media.define(&name, &entity, &self.state, warnings);
                 return defined.inspect_err(|_| self.world.media.lose(name));
             }
             "AreaLightSource" => {

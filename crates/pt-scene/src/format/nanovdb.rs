@@ -1,0 +1,464 @@
+//! Sparse grids (`.nvdb`), which are made dense. [Museth 2021, "NanoVDB: A GPU-Friendly and Portable VDB Data Structure For
+//! Real-Time Rendering And Simulation"; the layout is that of version 32, which its headers tell]
+//!
+//! ```text
+//! file  "NanoVDB0" or "NanoVDB2", version, grids, codec │ 176 bytes and the name of each grid │ each grid, as it is or by zlib
+//! grid  672 bytes: map, type … │ tree: where nodes are │ root ─▶ upper nodes (32³) ─▶ lower nodes (16³) ─▶ leaves (8³ values)
+//! ```
+//!
+//! All numbers are little-endian. Each node has a table: of its children, by how far they are behind it, and of the values of
+//! parts that are the same everywhere.
+
+use std::collections::HashSet;
+use std::io::Read;
+
+use flate2::read::ZlibDecoder;
+use pt_math::{DAffine3, DMat3, DVec3};
+
+use crate::medium::Grid;
+
+const FILE_HEADER: usize = 16;
+const METADATA: usize = 176;
+const GRID: usize = 672;
+/// The type of grids of 32-bit numbers.
+const FLOAT: u32 = 1;
+/// Most bytes of a grid that is unpacked, and of one that is made dense.
+const MOST_BYTES: u64 = 1 << 30;
+/// Most cells of a dense grid along an axis.
+const MOST_CELLS: i64 = 1 << 16;
+
+/// A grid, and where it lies.
+#[derive(Debug)]
+pub(super) struct SparseGrid {
+    /// Numbers of at least 0; those below were 0.
+    pub(super) grid: Grid,
+    /// From the unit cube to the world of the file.
+    pub(super) to_world: DAffine3,
+}
+
+/// The grid of a name, and the names of the others. The message of an error is meant for the place where the scene names the file.
+pub(super) fn parse(bytes: &[u8], name: &str) -> Result<(SparseGrid, Vec<String>), String> {
+    let mut entries = entries(bytes)?;
+    let names: Vec<String> = entries.iter().map(|entry| entry.name.clone()).collect();
+    let Some(i) = names.iter().position(|n| n == name) else {
+        return Err(format!("the file has no grid \"{name}\"; its grids: {}", names.join(", ")));
+    };
+    let grid = entries.swap_remove(i).unpacked()?;
+    Ok((Reader { bytes: &grid }.dense()?, names))
+}
+
+/// A grid as it lies in a file.
+struct Entry<'a> {
+    name: String,
+    bytes: &'a [u8],
+    size: u64,
+    codec: u16,
+}
+
+fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
+    const EARLY: &str = "the file ends early; is it complete?";
+    let (mut entries, mut rest) = (Vec::new(), bytes);
+    while !rest.is_empty() {
+        let header = rest.split_off(..FILE_HEADER).ok_or(EARLY)?;
+        if !(header.starts_with(b"NanoVDB0") || header.starts_with(b"NanoVDB2")) {
+            return Err("this is no file of NanoVDB, which begins with that word and 0 or 2".into());
+        }
+        let count = u16::from_le_bytes([header[12], header[13]]);
+        let mut here = Vec::new();
+        for _ in 0..count {
+            let metadata = Reader { bytes: rest.split_off(..METADATA).ok_or(EARLY)? };
+            let name = rest.split_off(..metadata.u32(136)? as usize).ok_or(EARLY)?;
+            let name = String::from_utf8_lossy(name).trim_end_matches('\0').to_owned();
+            let packed = usize::try_from(metadata.u64(8)?).map_err(|_| EARLY)?;
+            let codec = (metadata.u32(168)? & 0xffff) as u16;
+            here.push((name, metadata.u64(0)?, packed, codec));
+        }
+        for (name, size, packed, codec) in here {
+            let bytes = rest.split_off(..packed).ok_or(EARLY)?;
+            entries.push(Entry { name, bytes, size, codec });
+        }
+    }
+    Ok(entries)
+}
+
+impl Entry<'_> {
+    fn unpacked(&self) -> Result<Vec<u8>, String> {
+        match self.codec {
+            0 => Ok(self.bytes.to_vec()),
+            1 if self.size <= MOST_BYTES => {
+                let packed = self.bytes.get(8..).ok_or("the packed grid is too short")?;
+                let mut grid = Vec::new();
+                let unpacked = ZlibDecoder::new(packed).take(self.size).read_to_end(&mut grid);
+                unpacked.map_err(|error| format!("the grid cannot be unpacked: {error}"))?;
+                Ok(grid)
+            }
+            1 => Err(format!("a packed grid of {} bytes is more than 1 GiB", self.size)),
+            2 => {
+                Err("the grid is packed by Blosc, which is not read; pack it by ZIP or not at all"
+                    .into())
+            }
+            other => Err(format!("the grid is packed by codec {other}; expected 0 or 1 (ZIP)")),
+        }
+    }
+}
+
+/// Bytes with numbers in them.
+#[derive(Clone, Copy)]
+struct Reader<'a> {
+    bytes: &'a [u8],
+}
+
+/// Nodes between the root and leaves.
+struct Level {
+    /// Base-2 logarithms of the children along an axis, and of the cells of a child.
+    children: u32,
+    cells: u32,
+    /// Where the mask of children begins, and the table.
+    mask: u64,
+    table: u64,
+}
+
+const UPPER: Level = Level { children: 5, cells: 7, mask: 32 + 4096, table: 8256 };
+const LOWER: Level = Level { children: 4, cells: 3, mask: 32 + 512, table: 1088 };
+/// Values of a leaf, and where they begin.
+const LEAF: (u32, u64) = (3, 96);
+
+impl Reader<'_> {
+    fn array<const N: usize>(&self, at: u64) -> Result<[u8; N], String> {
+        let at = usize::try_from(at).ok();
+        let bytes = at.and_then(|at| self.bytes.get(at..)?.first_chunk());
+        bytes.copied().ok_or_else(|| "the grid points behind its end; is it damaged?".to_owned())
+    }
+
+    fn u32(&self, at: u64) -> Result<u32, String> {
+        self.array(at).map(u32::from_le_bytes)
+    }
+
+    fn u64(&self, at: u64) -> Result<u64, String> {
+        self.array(at).map(u64::from_le_bytes)
+    }
+
+    fn f32(&self, at: u64) -> Result<f32, String> {
+        self.array(at).map(f32::from_le_bytes)
+    }
+
+    fn vector(&self, at: u64) -> Result<DVec3, String> {
+        let number = |i: u64| self.array(at + 8 * i).map(f64::from_le_bytes);
+        Ok(DVec3::new(number(0)?, number(1)?, number(2)?))
+    }
+
+    fn coordinates(&self, at: u64) -> Result<[i64; 3], String> {
+        let number =
+            |i: u64| self.array(at + 4 * i).map(|bytes| i64::from(i32::from_le_bytes(bytes)));
+        Ok([number(0)?, number(1)?, number(2)?])
+    }
+
+    /// A node so far behind another.
+    fn behind(&self, node: u64, offset: u64) -> Result<u64, String> {
+        let child = node.checked_add_signed(offset.cast_signed());
+        let child = child.filter(|&child| child <= self.bytes.len() as u64);
+        child.ok_or_else(|| "the grid points out of itself; is it damaged?".to_owned())
+    }
+
+    fn dense(&self) -> Result<SparseGrid, String> {
+        let (version, kind) = (self.u32(16)? >> 21, self.u32(636)?);
+        if !self.bytes.starts_with(b"NanoVDB") || version != 32 {
+            return Err(format!("the grid has version {version}; supported: 32"));
+        }
+        if kind != FLOAT {
+            return Err(format!(
+                "the grid has numbers of type {kind}; supported: 1 (32-bit float)"
+            ));
+        }
+        let rows = [0, 1, 2].map(|i| self.vector(384 + 24 * i));
+        let [x, y, z] = rows;
+        let matrix = DMat3::from_cols(x?, y?, z?).transpose();
+        let to_world = DAffine3::from_mat3_translation(matrix, self.vector(528)?);
+        let root = self.behind(GRID as u64, self.u64(GRID as u64 + 24)?)?;
+        let mut cells = Cells::new(self.coordinates(root)?, self.coordinates(root + 12)?)?;
+        cells.fill(cells.least, MOST_CELLS, self.f32(root + 28)?);
+        let mut seen = HashSet::new();
+        for i in 0..u64::from(self.u32(root + 24)?) {
+            let tile = root + 64 + 32 * i;
+            let key = self.u64(tile)?;
+            if !seen.insert(key) {
+                return Err("two parts of the grid lie in the same place; is it damaged?".into());
+            }
+            // The upper 20 bits of each coordinate.
+            let origin = [42, 21, 0].map(|shift| {
+                let coordinate = ((key >> shift & 0xf_ffff) as u32) << 12;
+                i64::from(coordinate.cast_signed())
+            });
+            match self.u64(tile + 8)? {
+                0 => cells.fill(origin, 1 << 12, self.f32(tile + 20)?),
+                offset => self.node(self.behind(root, offset)?, &UPPER, origin, &mut cells)?,
+            }
+        }
+        cells.finish(to_world)
+    }
+
+    /// What a node between the root and leaves holds.
+    fn node(
+        &self,
+        node: u64,
+        level: &Level,
+        origin: [i64; 3],
+        cells: &mut Cells,
+    ) -> Result<(), String> {
+        let side = 1i64 << level.cells;
+        let last = (1u64 << level.children) - 1;
+        for i in 0..1u64 << (3 * level.children) {
+            let place = [2, 1, 0].map(|axis| (i >> (axis * level.children) & last) as i64 * side);
+            let origin = [0, 1, 2].map(|axis| origin[axis] + place[axis]);
+            if !cells.meets(origin, side) {
+                continue;
+            }
+            let [mask] = self.array(node + level.mask + i / 8)?;
+            let entry = node + level.table + 8 * i;
+            if mask >> (i % 8) & 1 == 0 {
+                cells.fill(origin, side, self.f32(entry)?);
+                continue;
+            }
+            let child = self.behind(node, self.u64(entry)?)?;
+            if level.cells == LEAF.0 {
+                self.leaf(child, origin, cells)?;
+            } else {
+                self.node(child, &LOWER, origin, cells)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn leaf(&self, leaf: u64, origin: [i64; 3], cells: &mut Cells) -> Result<(), String> {
+        for i in 0..512 {
+            let place = [i >> 6, i >> 3 & 7, i & 7];
+            let at = [0, 1, 2].map(|axis| origin[axis] + place[axis]);
+            cells.set(at, self.f32(leaf + LEAF.1 + 4 * i as u64)?);
+        }
+        Ok(())
+    }
+}
+
+/// The cells of a dense grid.
+struct Cells {
+    /// The first one along each axis, and how many there are.
+    least: [i64; 3],
+    count: [i64; 3],
+    /// x runs fastest.
+    values: Vec<f32>,
+}
+
+impl Cells {
+    fn new(least: [i64; 3], greatest: [i64; 3]) -> Result<Self, String> {
+        let count = [0, 1, 2].map(|axis| greatest[axis] - least[axis] + 1);
+        let [x, y, z] = count;
+        let all = count.iter().try_fold(4i64, |all, &n| all.checked_mul(n));
+        let fits = all.is_some_and(|bytes| bytes.cast_unsigned() <= MOST_BYTES);
+        if !fits || !count.iter().all(|n| (1..=MOST_CELLS).contains(n)) {
+            return Err(format!(
+                "the grid has {x} x {y} x {z} cells; expected at least one along each axis, and 1 GiB at most"
+            ));
+        }
+        Ok(Self { least, count, values: vec![0.0; (x * y * z) as usize] })
+    }
+
+    /// The cells of a cube along an axis, from the first one on.
+    fn range(&self, axis: usize, origin: [i64; 3], side: i64) -> std::ops::Range<usize> {
+        let [start, end] = [0, side]
+            .map(|by| (origin[axis] + by - self.least[axis]).clamp(0, self.count[axis]) as usize);
+        start..end
+    }
+
+    fn meets(&self, origin: [i64; 3], side: i64) -> bool {
+        (0..3).all(|axis| !self.range(axis, origin, side).is_empty())
+    }
+
+    /// Gives a cell a value, if it is one of these.
+    fn set(&mut self, at: [i64; 3], value: f32) {
+        let [x, y, z] = [0, 1, 2].map(|axis| at[axis] - self.least[axis]);
+        let [nx, ny, nz] = self.count;
+        if (0..nx).contains(&x) && (0..ny).contains(&y) && (0..nz).contains(&z) {
+            self.values[((z * ny + y) * nx + x) as usize] = value;
+        }
+    }
+
+    /// Gives all cells of a cube a value.
+    fn fill(&mut self, origin: [i64; 3], side: i64, value: f32) {
+        let [xs, ys, zs] = [0, 1, 2].map(|axis| self.range(axis, origin, side));
+        let [nx, ny, _] = self.count.map(|n| n as usize);
+        for (y, z) in zs.flat_map(|z| ys.clone().map(move |y| (y, z))) {
+            let row = (z * ny + y) * nx;
+            self.values[row + xs.start..row + xs.end].fill(value);
+        }
+    }
+
+    /// Values stand in the middles of cells, and are at their coordinates there.
+    fn finish(mut self, to_world: DAffine3) -> Result<SparseGrid, String> {
+        if let Some(bad) = self.values.iter().find(|value| !value.is_finite()) {
+            return Err(format!("a number of the grid is {bad}; expected finite ones"));
+        }
+        for value in &mut self.values {
+            *value = value.max(0.0);
+        }
+        let [least, count] =
+            [self.least, self.count].map(|v| DVec3::from_array(v.map(|x| x as f64)));
+        let cells = DAffine3::from_translation(least - 0.5) * DAffine3::from_scale(count);
+        let to_world = to_world * cells;
+        if !(to_world.is_finite() && to_world.inverse().is_finite()) {
+            return Err("the grid lies in no box; is its map damaged?".to_owned());
+        }
+        let resolution = self.count.map(|n| n as u32);
+        Ok(SparseGrid { grid: Grid { resolution, channels: 1, values: self.values }, to_world })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    const ROOT: usize = GRID + 64;
+    const UPPER_SIZE: usize = 8256 + 8 * 32_768;
+    const LOWER_SIZE: usize = 1088 + 8 * 4096;
+    const LEAF_SIZE: usize = 96 + 4 * 512;
+    /// The first and the last cell.
+    const BOX: [[i32; 3]; 2] = [[-5, -3, -2], [20, 140, 7]];
+
+    fn put<const N: usize>(bytes: &mut [u8], at: usize, value: [u8; N]) {
+        bytes[at..at + N].copy_from_slice(&value);
+    }
+
+    /// What the grid of [`grid`] holds.
+    fn value([x, y, z]: [i32; 3]) -> f32 {
+        let is_in = |least: [i32; 3], side: i32| {
+            [x, y, z].iter().zip(least).all(|(v, least)| (least..least + side).contains(v))
+        };
+        if is_in([0; 3], 8) {
+            (64 * x + 8 * y + z) as f32 - 3.0
+        } else if is_in([8, 0, 0], 8) {
+            7.0
+        } else if is_in([0, 128, 0], 128) {
+            9.0
+        } else if x < 0 && y >= 0 && z >= 0 {
+            11.0
+        } else {
+            0.5
+        }
+    }
+
+    /// A leaf at (0, 0, 0), a value of the node above it for the one beside, one of the node above that beyond y = 128, one of the root
+    /// where x alone is below 0, and ½ everywhere else. A step of x is one of 2 along y of the world.
+    fn grid() -> Vec<u8> {
+        let (upper, lower) = (ROOT + 64 + 2 * 32, ROOT + 64 + 2 * 32 + UPPER_SIZE);
+        let leaf = lower + LOWER_SIZE;
+        let mut bytes = vec![0; leaf + LEAF_SIZE];
+        bytes[..8].copy_from_slice(b"NanoVDB0");
+        put(&mut bytes, 16, (32u32 << 21 | 3 << 10).to_le_bytes());
+        put(&mut bytes, 636, FLOAT.to_le_bytes());
+        for (i, x) in [0.0, 0.5, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 4.0f64].into_iter().enumerate() {
+            put(&mut bytes, 384 + 8 * i, x.to_le_bytes());
+        }
+        for (i, x) in [10.0, 20.0, 30.0f64].into_iter().enumerate() {
+            put(&mut bytes, 528 + 8 * i, x.to_le_bytes());
+        }
+        put(&mut bytes, GRID + 24, ((ROOT - GRID) as u64).to_le_bytes());
+        for (i, x) in BOX.into_iter().flatten().enumerate() {
+            put(&mut bytes, ROOT + 4 * i, x.to_le_bytes());
+        }
+        put(&mut bytes, ROOT + 24, 2u32.to_le_bytes());
+        put(&mut bytes, ROOT + 28, 0.5f32.to_le_bytes());
+        // The part from −4096 on along x alone has the upper 20 bits set there.
+        let tile = ROOT + 64;
+        put(&mut bytes, tile, (0xf_ffffu64 << 42).to_le_bytes());
+        put(&mut bytes, tile + 20, 11.0f32.to_le_bytes());
+        let tile = tile + 32;
+        put(&mut bytes, tile + 8, ((upper - ROOT) as u64).to_le_bytes());
+        for i in 0..32_768 {
+            put(&mut bytes, upper + 8256 + 8 * i, 0.5f32.to_le_bytes());
+        }
+        bytes[upper + 32 + 4096] = 1;
+        put(&mut bytes, upper + 8256, ((lower - upper) as u64).to_le_bytes());
+        put(&mut bytes, upper + 8256 + 8 * 32, 9.0f32.to_le_bytes());
+        for i in 0..4096 {
+            put(&mut bytes, lower + 1088 + 8 * i, 0.5f32.to_le_bytes());
+        }
+        bytes[lower + 32 + 512] = 1;
+        put(&mut bytes, lower + 1088, ((leaf - lower) as u64).to_le_bytes());
+        put(&mut bytes, lower + 1088 + 8 * 256, 7.0f32.to_le_bytes());
+        for i in 0..512i32 {
+            let at = [i >> 6, i >> 3 & 7, i & 7];
+            put(&mut bytes, leaf + 96 + 4 * i as usize, value(at).to_le_bytes());
+        }
+        bytes
+    }
+
+    /// A file of an empty grid and this one.
+    fn file(grid: &[u8], codec: u16) -> Vec<u8> {
+        let packed = if codec == 1 {
+            let mut packer =
+                flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+            packer.write_all(grid).expect("memory");
+            let packed = packer.finish().expect("memory");
+            [&(packed.len() as u64).to_le_bytes(), packed.as_slice()].concat()
+        } else {
+            grid.to_vec()
+        };
+        let mut bytes = b"NanoVDB0\0\0\0\0\x02\0\0\0".to_vec();
+        for (name, size, of_file) in [("heat\0", 0, 0), ("density\0", grid.len(), packed.len())] {
+            let mut metadata = vec![0; METADATA];
+            put(&mut metadata, 0, (size as u64).to_le_bytes());
+            put(&mut metadata, 8, (of_file as u64).to_le_bytes());
+            put(&mut metadata, 136, (name.len() as u32).to_le_bytes());
+            put(&mut metadata, 168, codec.to_le_bytes());
+            bytes.extend(metadata);
+            bytes.extend(name.as_bytes());
+        }
+        bytes.extend(packed);
+        bytes
+    }
+
+    #[test]
+    fn sparse_grids_become_dense_ones() {
+        for codec in [0, 1] {
+            let (sparse, names) = parse(&file(&grid(), codec), "density").expect("a good file");
+            assert_eq!(names, ["heat", "density"]);
+            let SparseGrid { grid: Grid { resolution, channels, values }, to_world } = sparse;
+            assert_eq!((resolution, channels), ([26, 144, 10], 1));
+            let mut values = values.into_iter();
+            for z in -2..=7 {
+                for y in -3..=140 {
+                    for x in -5..=20 {
+                        let wanted = value([x, y, z]).max(0.0);
+                        assert_eq!(values.next(), Some(wanted), "{x} {y} {z}");
+                    }
+                }
+            }
+            // The middle of the cell at (−5, −3, −2).
+            let middle = DVec3::new(0.5 / 26.0, 0.5 / 144.0, 0.5 / 10.0);
+            let wanted = DVec3::new(10.0 - 1.5, 20.0 - 10.0, 30.0 - 8.0);
+            assert!(to_world.transform_point3(middle).distance(wanted) < 1e-9);
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_sparse_grid_is_told() {
+        let told = |bytes: &[u8]| parse(bytes, "density").expect_err("it is damaged");
+        let changed = |at: usize, byte: u8| {
+            let mut bytes = grid();
+            bytes[at] = byte;
+            told(&file(&bytes, 0))
+        };
+        assert!(parse(&file(&grid(), 0), "fog").expect_err("no grid").contains("heat, density"));
+        assert!(told(b"nothing of that sort").contains("no file of NanoVDB"));
+        assert!(told(&file(&grid(), 2)).contains("Blosc"));
+        assert!(changed(636, 6).contains("type 6"));
+        assert!(changed(19, 0).contains("version"));
+        assert!(changed(ROOT + 3, 0x80).contains("cells"));
+        assert!(changed(ROOT + 64 + 32 + 14, 1).contains("points"));
+        assert!(changed(GRID + 64 + 64 + 64 + 8256 + 3, 0x7f).contains("points"));
+        let whole = file(&grid(), 0);
+        for length in [5, 100, 300, 2000, whole.len() - 1] {
+            assert!(told(&whole[..length]).contains("early"), "{length}");
+        }
+    }
+}

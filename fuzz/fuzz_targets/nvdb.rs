@@ -1,0 +1,5 @@
+//! Sparse grids of pbrt-v4 scenes.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| pathtracer_fuzz::named(bytes, "nvdb"));
