@@ -43,7 +43,7 @@ fn alpha_is_the_square_root_of_roughness_unless_that_is_switched_off() {
     assert_eq!(alpha("\"float roughness\" .25"), both(0.5));
     assert_eq!(alpha("\"float roughness\" .25 \"bool remaproughness\" false"), both(0.25));
     assert_eq!(alpha(""), None);
-    assert_eq!(alpha("\"float vroughness\" .04"), Some([Scalar::Value(0.0), Scalar::Value(0.2)]));
+    assert_eq!(alpha("\"float vroughness\" .04"), Some([Scalar::Value(1e-4), Scalar::Value(0.2)]));
 }
 
 /// A metal that reflects r of light from straight above: |(η − 1 + ik) / (η + 1 + ik)|² = r.

@@ -34,6 +34,8 @@ const KINDS: [&str; 12] = [
 const MAX_MIXES: usize = 8;
 /// Below, pbrt-v4 takes a surface as smooth.
 const LEAST_ALPHA: f32 = 1e-3;
+/// The least that it takes along one axis if there is more along the other.
+const LEAST_ALPHA_OF_ONE: f32 = 1e-4;
 
 impl World {
     /// How a material scatters; `None` is the border of a medium and nothing else.
@@ -131,6 +133,11 @@ impl World {
         if alpha.iter().all(is_smooth) {
             return Ok(None);
         }
+        // Along one axis it may be smooth.
+        let alpha = alpha.map(|x| match x {
+            Scalar::Value(x) => Scalar::Value(x.max(LEAST_ALPHA_OF_ONE)),
+            texture => texture,
+        });
         Ok(Some(Roughness {
             alpha,
             distribution: Distribution::Ggx,
