@@ -136,7 +136,7 @@ impl World {
         // Along one axis it may be smooth.
         let alpha = alpha.map(|x| match x {
             Scalar::Value(x) => Scalar::Value(x.max(LEAST_ALPHA_OF_ONE)),
-            texture => texture,
+            texture @ Scalar::Texture(_) => texture,
         });
         Ok(Some(Roughness {
             alpha,
