@@ -461,4 +461,37 @@ mod tests {
             assert!(told(&whole[..length]).contains("early"), "{length}");
         }
     }
+
+    /// Where numbers say what follows, more often than elsewhere.
+    #[test]
+    fn damaged_sparse_grids_do_no_harm() {
+        let mut random = pt_testing::Random::new(3);
+        let mut below = |n: usize| ((random.unit() * n as f32) as usize).min(n - 1);
+        let good = grid();
+        let upper = ROOT + 64 + 64;
+        let structure: Vec<usize> = (0..upper + 32)
+            .chain(upper + 32 + 4096..upper + 8256 + 64)
+            .chain(upper + UPPER_SIZE..upper + UPPER_SIZE + 1088 + 64)
+            .collect();
+        let mut read = 0;
+        for round in 0..2000 {
+            let mut bytes = good.clone();
+            for _ in 0..=below(3) {
+                let at = if round % 4 == 0 {
+                    below(good.len())
+                } else {
+                    structure[below(structure.len())]
+                };
+                bytes[at] = below(256) as u8;
+            }
+            let codec = u16::from(round % 50 == 0);
+            let mut file = file(&bytes, codec);
+            if round % 5 == 0 {
+                let at = below(2 * (METADATA + 20));
+                file[at] ^= 1 << below(8);
+            }
+            read += u32::from(parse(&file, "density").is_ok());
+        }
+        assert!(read > 200, "{read}");
+    }
 }
