@@ -11,13 +11,16 @@ use pt_bvh::Sphere;
 use pt_core::camera::{Camera, Projection};
 use pt_core::film::Region;
 use pt_core::scene::RenderScene;
-use pt_math::{Bounds3, DMat3, DVec3, Vec3};
+use pt_math::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::render::Renderer;
 
-/// By how much squares of samples are taken for larger, in pixels: far more than rays are off by rounding.
+/// By how much squares of samples are taken for larger, in pixels, besides what rounding of rays may be.
 const MARGIN: f64 = 1.0 / 64.0;
+
+/// By which share of its numbers a ray is off by rounding at most.
+const ROUNDING: f64 = 16.0 * f32::EPSILON as f64;
 
 /// Side of the squares of pixels that are looked at together.
 const BLOCK: u32 = 16;
@@ -51,7 +54,8 @@ fn draw(scene: &RenderScene, view: &View, canvas: &Canvas) {
     let shapes = &scene.shapes;
     shapes.triangles.par_chunks(CHUNK).for_each(|triangles| {
         for triangle in triangles.iter().take_while(|_| !canvas.is_full()) {
-            view.draw_triangle(triangle.map(|v| shapes.positions[v as usize]), canvas);
+            let corners = triangle.map(|v| shapes.positions[v as usize].as_dvec3());
+            view.draw_triangle(corners, canvas);
         }
     });
     shapes.spheres.par_chunks(CHUNK).for_each(|spheres| {
@@ -60,7 +64,9 @@ fn draw(scene: &RenderScene, view: &View, canvas: &Canvas) {
         }
     });
     let placed = scene.placed.iter().flat_map(|placed| placed.boxes());
-    placed.for_each(|bounds| view.draw_box(bounds, canvas));
+    for bounds in placed.filter(|bounds| !bounds.is_empty()) {
+        view.draw_box([bounds.min, bounds.max].map(Vec3::as_dvec3), canvas);
+    }
 }
 
 /// Columns and rows as real numbers, from the upper left corner of the image: least and greatest of each.
@@ -102,6 +108,8 @@ struct View {
     is_parallel: bool,
     /// Pixels that a step of 1 to the right and up is, at distance 1.
     scale: [f64; 2],
+    /// The greater one.
+    finest: f64,
     principal_point: [f64; 2],
     /// How far from the middle of a pixel its samples are.
     reach: f64,
@@ -118,21 +126,29 @@ impl View {
         }
         let axes = [camera.right, camera.up, camera.forward].map(Vec3::as_dvec3);
         let scale = scale(camera);
-        let blur = f64::from(camera.lens_radius) * scale[0].abs().max(scale[1].abs());
+        let position = camera.position.as_dvec3();
+        let finest = scale[0].abs().max(scale[1].abs());
+        // Directions are of unit length about, and points of lenses are rounded where these are.
+        let wide = camera.half_extent[0].max(camera.half_extent[1]);
+        let rounding = ROUNDING * finest * (1.0 + f64::from(wide));
+        let lens_radius = f64::from(camera.lens_radius) + ROUNDING * position.length();
         Some(Self {
             to_camera: DMat3::from_cols_array_2d(&axes.map(|axis| axis.to_array())).inverse(),
-            position: camera.position.as_dvec3(),
+            position,
             is_parallel: camera.projection == Projection::Orthographic,
             scale,
             principal_point: camera.principal_point.map(f64::from),
-            reach: radius + MARGIN,
-            lens: camera.has_lens().then_some((blur, f64::from(camera.focal_distance))),
+            reach: radius + MARGIN + rounding,
+            finest,
+            lens: camera
+                .has_lens()
+                .then_some((lens_radius * finest, f64::from(camera.focal_distance))),
         })
     }
 
     /// To the right, up, and forward.
-    fn in_camera(&self, p: Vec3) -> DVec3 {
-        self.to_camera * (p.as_dvec3() - self.position)
+    fn in_camera(&self, p: DVec3) -> DVec3 {
+        self.to_camera * (p - self.position)
     }
 
     /// Column and row of a point in homogeneous coordinates.
@@ -155,10 +171,18 @@ impl View {
         depths.map(|z| radius * (1.0 / z - 1.0 / focal).abs()).fold(0.0, f64::max)
     }
 
-    fn draw_triangle(&self, corners: [Vec3; 3], canvas: &Canvas) {
+    /// How far from where they are rays that are parallel may find points, in pixels: the rays begin somewhere, and are long.
+    fn rounding(&self, points: [DVec3; 3]) -> f64 {
+        let far = points.iter().map(|p| p.distance(self.position)).fold(0.0, f64::max);
+        let all = far + self.position.length();
+        if self.is_parallel { ROUNDING * self.finest * all } else { 0.0 }
+    }
+
+    fn draw_triangle(&self, corners: [DVec3; 3], canvas: &Canvas) {
         if !corners.iter().all(|p| p.is_finite()) {
             return; // No ray hits it.
         }
+        let rounding = self.rounding(corners);
         let corners = corners.map(|p| self.on_image(self.in_camera(p)));
         if corners.iter().all(|p| p.z <= 0.0) {
             return;
@@ -170,7 +194,7 @@ impl View {
             });
         }
         let bounds = Square::around(corners.iter().map(|p| [p.x / p.z, p.y / p.z]));
-        let reach = self.reach + self.blur(corners.iter().map(|p| p.z));
+        let reach = self.reach + rounding + self.blur(corners.iter().map(|p| p.z));
         let edges = Edges::new(corners).filter(|_| bounds.size() > 1.0);
         canvas.cover(bounds, reach, |at| edges.is_none_or(|e| e.touch(at)));
     }
@@ -189,15 +213,12 @@ impl View {
     }
 
     /// A box, by its faces: who is inside sees one everywhere.
-    fn draw_box(&self, bounds: Bounds3, canvas: &Canvas) {
+    fn draw_box(&self, [least, greatest]: [DVec3; 2], canvas: &Canvas) {
         const FACES: [[usize; 4]; 6] =
             [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
-        if bounds.is_empty() {
-            return;
-        }
         let corner = |i: usize| {
-            let end = |axis: usize| if i >> axis & 1 == 0 { bounds.min } else { bounds.max }[axis];
-            Vec3::new(end(0), end(1), end(2))
+            let end = |axis: usize| if i >> axis & 1 == 0 { least } else { greatest }[axis];
+            DVec3::new(end(0), end(1), end(2))
         };
         for [a, b, c, d] in FACES {
             self.draw_triangle([a, b, c].map(corner), canvas);
@@ -206,13 +227,12 @@ impl View {
     }
 
     fn draw_sphere(&self, sphere: &Sphere, canvas: &Canvas) {
-        let radius = Vec3::splat(sphere.radius);
-        let bounds = Bounds3 { min: sphere.center - radius, max: sphere.center + radius };
-        let center = self.in_camera(sphere.center);
-        let (distance, radius) = (center.length(), f64::from(sphere.radius));
+        let (in_world, radius) = (sphere.center.as_dvec3(), f64::from(sphere.radius));
+        let center = self.in_camera(in_world);
+        let distance = center.length();
         let is_usual = distance > radius && center.z > radius && !self.is_parallel;
         if self.lens.is_some() || !is_usual {
-            return self.draw_box(bounds, canvas);
+            return self.draw_box([in_world - radius, in_world + radius], canvas);
         }
         // In front of the camera as a whole: the corners of a box with the camera's axes are around it.
         let corners = (0..8).map(|i| {

@@ -8,6 +8,7 @@ use pt_math::{DAffine3, DVec3, Vec3};
 use pt_scene::{Filter, Key, Mesh, Motion, shapes};
 use pt_testing::Random;
 
+use crate::invariance::moved;
 use crate::media;
 use crate::scenes::{Builder, camera, facing, matte, size, under_a_sky};
 
@@ -98,14 +99,21 @@ fn rays_of_vacant_pixels_hit_nothing_and_those_of_most_others_do() {
         ..view()
     };
     let low = camera(DVec3::new(1.0, -0.7, 4.0), DVec3::new(0.0, 0.9, 0.0), [100.0, 80.0]);
+    // 70 km away, where rounding is as large as pixels; and with the scene 12 km away from the origin of the world.
+    let telescope = camera(DVec3::new(0.0, 0.9, 7e4), DVec3::new(0.0, 0.9, 0.0), [4e-3, 3e-3]);
+    let away = DAffine3::from_translation(DVec3::new(1e4, -7e3, 2e3));
+    let far = |camera: &Camera| moved(scene().seen_by(camera.clone()), away);
     let all = Region::full(SIZE);
     let part = Region { x: 21, y: 9, width: 33, height: 29 };
     for (name, scene, filter, region, least) in [
         ("a pinhole", scene().seen_by(view()), Filter::Box, all, 0.9),
         ("a wide filter", scene().seen_by(view()), gaussian, all, 0.9),
         ("a part", scene().seen_by(view()), Filter::Box, part, 0.9),
-        ("a lens", scene().seen_by(lens), Filter::Box, all, 0.7),
-        ("parallel rays", scene().seen_by(parallel), Filter::Box, all, 0.9),
+        ("a lens", scene().seen_by(lens.clone()), Filter::Box, all, 0.7),
+        ("parallel rays", scene().seen_by(parallel.clone()), Filter::Box, all, 0.9),
+        ("a telescope", scene().seen_by(telescope), Filter::Box, all, 0.6),
+        ("parallel rays far away", far(&parallel), Filter::Box, all, 0.8),
+        ("a lens far away", far(&lens), Filter::Box, all, 0.6),
         ("a camera near the floor", scene().seen_by(low), Filter::Box, all, 0.9),
         ("motion", in_motion(), Filter::Box, all, 0.9),
     ] {

@@ -9,6 +9,7 @@
 //! All numbers are little-endian. Each node has a table: of its children, by how far they are behind it, and of the values of
 //! parts that are the same everywhere.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::io::Read;
 
@@ -43,7 +44,8 @@ pub(super) fn parse(bytes: &[u8], name: &str) -> Result<(SparseGrid, Vec<String>
     let Some(i) = names.iter().position(|n| n == name) else {
         return Err(format!("the file has no grid \"{name}\"; its grids: {}", names.join(", ")));
     };
-    let grid = entries.swap_remove(i).unpacked()?;
+    let entry = entries.swap_remove(i);
+    let grid = entry.unpacked()?;
     Ok((Reader { bytes: &grid }.dense()?, names))
 }
 
@@ -82,15 +84,15 @@ fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
 }
 
 impl Entry<'_> {
-    fn unpacked(&self) -> Result<Vec<u8>, String> {
+    fn unpacked(&self) -> Result<Cow<'_, [u8]>, String> {
         match self.codec {
-            0 => Ok(self.bytes.to_vec()),
+            0 => Ok(self.bytes.into()),
             1 if self.size <= MOST_BYTES => {
                 let packed = self.bytes.get(8..).ok_or("the packed grid is too short")?;
                 let mut grid = Vec::new();
                 let unpacked = ZlibDecoder::new(packed).take(self.size).read_to_end(&mut grid);
                 unpacked.map_err(|error| format!("the grid cannot be unpacked: {error}"))?;
-                Ok(grid)
+                Ok(grid.into())
             }
             1 => Err(format!("a packed grid of {} bytes is more than 1 GiB", self.size)),
             2 => {
