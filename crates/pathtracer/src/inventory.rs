@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use pt_core::{CompileError, CompileOptions, Settings};
 use pt_math::{DAffine3, DVec3};
-use pt_scene::medium::{Matter, PlacedGrid, Volume};
+use pt_scene::medium::{Emission, Matter, PlacedGrid, Volume};
 use pt_scene::{Geometry, LightKind, Mesh, Object, Projection, Scene, Source};
 use serde::Serialize;
 
@@ -229,6 +229,11 @@ fn grids(scene: &Scene) -> u64 {
         if let Volume::Grid(albedo) = &matter.albedo {
             sum += bytes(albedo);
         }
+        sum += match &matter.emission {
+            Emission::Constant(_) => 0,
+            Emission::Grid(placed) => bytes(placed),
+            Emission::BlackBody(heat) => bytes(&heat.temperature),
+        };
     }
     sum
 }
@@ -237,6 +242,7 @@ fn kind_of_matter(matter: &Matter) -> &'static str {
     match matter {
         Matter::Homogeneous { .. } => "homogeneous",
         Matter::Heterogeneous(_) => "heterogeneous",
+        Matter::Cloud(_) => "cloud",
     }
 }
 

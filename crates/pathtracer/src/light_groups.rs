@@ -25,7 +25,7 @@ pub const REST: &str = "rest";
 pub const MOST: usize = 128;
 
 /// The lights of a compiled scene with their names: objects that glow are called as [`crate::explain`] does, lights
-/// without a shape by their own name, and what is infinitely far away and can be seen is [`SKY`] or [`SUN`]. Of several of one name the
+/// without a shape and media that glow by their own name, and what is infinitely far away and can be seen is [`SKY`] or [`SUN`]. Of several of one name the
 /// later ones get a number behind it.
 pub fn lights(scene: &Scene, compiled: &RenderScene) -> Vec<(String, LightOrigin)> {
     let names = objects(scene).zip(0..).zip(&scene.objects);
@@ -40,7 +40,13 @@ pub fn lights(scene: &Scene, compiled: &RenderScene) -> Vec<(String, LightOrigin
         let is_disk = matches!(compiled.lights[*id], AnyLight::Sun(_) | AnyLight::DistantDisk(_));
         (if is_disk { SUN } else { SKY }.to_owned(), LightOrigin::Sky(number))
     });
-    let (names, origins): (Vec<_>, Vec<_>) = skies.chain(nodes).chain(glowing).unzip();
+    let media = (0..).zip(&scene.media).filter(|(_, medium)| medium.matter.glows());
+    let media = media.map(|(number, medium)| {
+        let name = if medium.name.is_empty() { "medium" } else { &medium.name };
+        (name.to_owned(), LightOrigin::Medium(number))
+    });
+    let all = skies.chain(nodes).chain(glowing).chain(media);
+    let (names, origins): (Vec<_>, Vec<_>) = all.unzip();
     distinct(names.into_iter(), " ").into_iter().zip(origins).collect()
 }
 
@@ -56,7 +62,8 @@ pub fn most(wanted: &Wanted, scene: &Scene) -> usize {
     let glowing = scene.objects.iter().filter(|object| glows(scene, object)).count();
     let daylight = |light: &&Light| matches!(light.kind, LightKind::Daylight(_));
     let suns = scene.lights.iter().filter(daylight).count();
-    let each = if wanted.each { scene.lights.len() + suns + glowing + 1 } else { 0 };
+    let media = scene.media.iter().filter(|medium| medium.matter.glows()).count();
+    let each = if wanted.each { scene.lights.len() + suns + glowing + media + 1 } else { 0 };
     (wanted.named.len() + each + 1).min(MOST)
 }
 

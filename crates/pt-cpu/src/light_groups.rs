@@ -60,6 +60,7 @@ impl LightGroups {
         match source {
             Source::Emitter { primitive, .. } => self.of(scene.origin_of_primitive(*primitive)),
             Source::Sky { .. } => self.of_sky(0),
+            Source::Glow { medium, .. } => self.of(LightOrigin::Medium(*medium)),
             Source::Light(SampledLight { light: LightNumber::Still(number), chosen, .. }) => {
                 let chosen = chosen.map_or(0, |chosen| chosen.number as usize);
                 let group = self.of_lights.get(*number).and_then(|groups| groups.get(chosen));

@@ -119,6 +119,15 @@ pub enum Source {
         /// The weight against light sampling; the mean of several skies.
         weight: f32,
     },
+    /// The path went through a medium that emits light, which light sampling never finds.
+    Glow {
+        /// Its place in [`pt_core::RenderScene::media`].
+        medium: u32,
+        /// Where to, as a unit direction.
+        direction: Vec3,
+        /// What comes from there, or an estimate of it.
+        radiance: Spectrum,
+    },
     /// A light was sampled.
     Light(SampledLight),
     /// Light was looked for in a random direction of the hemisphere.
@@ -223,7 +232,7 @@ impl Source {
             Self::Emitter { weight, .. }
             | Self::Sky { weight, .. }
             | Self::Light(SampledLight { weight, .. }) => Some(*weight),
-            Self::Hemisphere { .. } => None,
+            Self::Glow { .. } | Self::Hemisphere { .. } => None,
         }
     }
 }

@@ -29,9 +29,25 @@ pub enum Matter {
         extinction: [f32; 3],
         /// Share of that light which is scattered, per channel in [0, 1]: σs / σt.
         albedo: [f32; 3],
+        /// Radiance Le of so much of it that nothing is seen through it, if it only absorbs; at least 0. It emits
+        /// σa Le per unit of length.
+        emission: [f32; 3],
     },
     /// By a grid; nothing outside of it.
     Heterogeneous(Box<Heterogeneous>),
+    /// By noise.
+    Cloud(Box<Cloud>),
+}
+
+impl Matter {
+    /// Whether it emits light.
+    pub fn glows(&self) -> bool {
+        match self {
+            Self::Homogeneous { emission, .. } => *emission != [0.0; 3],
+            Self::Heterogeneous(matter) => matter.emission != Emission::Constant([0.0; 3]),
+            Self::Cloud(_) => false,
+        }
+    }
 }
 
 /// What is not the same everywhere.
@@ -43,6 +59,50 @@ pub struct Heterogeneous {
     pub scale: f32,
     /// Share of that light which is scattered, in [0, 1].
     pub albedo: Volume,
+    /// Radiance Le of so much of it that nothing is seen through it, if it only absorbs; it emits σa Le per unit of
+    /// length.
+    pub emission: Emission,
+}
+
+/// The light that matter sends out.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Emission {
+    /// The same everywhere; at least 0.
+    Constant([f32; 3]),
+    /// By a grid of one channel, or of three, of numbers of at least 0.
+    Grid(PlacedGrid),
+    /// That of heat.
+    BlackBody(BlackBody),
+}
+
+/// Light by Planck's law, all of one brightness: the strongest wavelength of each place has the same radiance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BlackBody {
+    /// Temperatures in kelvins: a grid of one channel, of numbers of at least 0.
+    pub temperature: PlacedGrid,
+    /// Radiance at the strongest wavelength, at least 0. A spectrum that has it at all wavelengths has this luminance.
+    pub scale: f32,
+}
+
+/// Clouds of noise, as in pbrt-v4: dense below, thinner and thinner towards y = 1, above which there is nothing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cloud {
+    /// Extinction σt per unit of length of the scene where they are densest, at least 0.
+    pub extinction: [f32; 3],
+    /// Share of that light which is scattered, in [0, 1].
+    pub albedo: [f32; 3],
+    /// How dense they are; at least 0. All that is more than 1 is as dense as can be.
+    pub density: f32,
+    /// How torn their edges are; at least 0.
+    pub wispiness: f32,
+    /// Of how many lumps they are along each axis from 0 to 1, about; above 0.
+    pub frequency: f32,
+    /// The least corner of the box in which they are, in their own coordinates.
+    pub low: [f32; 3],
+    /// The greatest.
+    pub high: [f32; 3],
+    /// From their own coordinates to the world.
+    pub to_world: DAffine3,
 }
 
 /// A share of light that may depend on the place.

@@ -1,6 +1,8 @@
 //! The reader of pbrt-v4 scenes.
 
 mod common;
+#[path = "pbrt/glow.rs"]
+mod glow;
 #[path = "pbrt/lights.rs"]
 mod lights;
 #[path = "pbrt/materials.rs"]

@@ -198,12 +198,17 @@ fn cause(trace: &Trace, bright: &Contribution, usual: &[(usize, Factors); 2]) ->
     let ends_in_mirrors = events.last() == Some(&Event::Specular);
     match (rough, &bright.source) {
         (None, _) => Cause::SeenLight,
-        (Some(vertex), Source::Emitter { .. } | Source::Sky { .. }) if ends_in_mirrors => {
+        (Some(vertex), Source::Emitter { .. } | Source::Sky { .. } | Source::Glow { .. })
+            if ends_in_mirrors =>
+        {
             Cause::Caustic { vertex }
         }
-        (_, Source::Emitter { is_sampled: false, .. } | Source::Hemisphere { .. }) => {
-            Cause::Unsampled
-        }
+        (
+            _,
+            Source::Emitter { is_sampled: false, .. }
+            | Source::Glow { .. }
+            | Source::Hemisphere { .. },
+        ) => Cause::Unsampled,
         _ => outstanding(trace, bright, usual),
     }
 }
@@ -259,6 +264,7 @@ fn factors(trace: &Trace, contribution: &Contribution) -> Option<Factors> {
         Source::Emitter { radiance, weight, .. } | Source::Sky { radiance, weight, .. } => {
             (radiance.luminance(), f64::from(weight))
         }
+        Source::Glow { radiance, .. } => (radiance.luminance(), 1.0),
         Source::Light(SampledLight { radiance, pdf, weight, samples, .. }) => {
             let pdf = pdf.map_or(1.0, |pdf| f64::from(pdf.get()));
             let of_choice = f64::from(weight) / (pdf * f64::from(samples));

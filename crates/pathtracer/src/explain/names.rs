@@ -41,6 +41,11 @@ impl<'a> Names<'a> {
         }
     }
 
+    /// The name of a medium; empty if it has none.
+    pub fn medium(&self, number: u32) -> &str {
+        self.scene.media.get(number as usize).map_or("", |medium| &medium.name)
+    }
+
     /// What a light is that was sampled.
     pub fn light(&self, sampled: &SampledLight) -> Thing {
         let unknown = Thing { kind: "moving light", object: None, material: None };
@@ -61,7 +66,7 @@ impl<'a> Names<'a> {
                 let light = self.scene.lights.get(number as usize);
                 light.map(|light| light.name.clone()).filter(|name| !name.is_empty())
             }
-            LightOrigin::Sky(_) => None,
+            LightOrigin::Sky(_) | LightOrigin::Medium(_) => None,
         });
         Thing { kind: AnyLight::name(light), object, material: None }
     }

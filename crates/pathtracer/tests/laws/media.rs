@@ -8,7 +8,7 @@ use pt_cpu::Renderer;
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::material::{Black, Glass, Matte};
 use pt_scene::medium::{
-    Grid, GridFilter, Heterogeneous, Matter, Phase, PhaseBlend, PlacedGrid, Volume,
+    Cloud, Emission, Grid, GridFilter, Heterogeneous, Matter, Phase, PhaseBlend, PlacedGrid, Volume,
 };
 use pt_scene::{LightKind, Medium, Sides, Surface, shapes};
 use pt_testing::sidak;
@@ -28,7 +28,7 @@ fn medium(matter: Matter, phase: Phase) -> Medium {
 }
 
 fn homogeneous(extinction: [f32; 3], albedo: [f32; 3], phase: Phase) -> Medium {
-    medium(Matter::Homogeneous { extinction, albedo }, phase)
+    medium(Matter::Homogeneous { extinction, albedo, emission: [0.0; 3] }, phase)
 }
 
 /// The grid in the cube [−1, 1]³.
@@ -39,7 +39,8 @@ fn grid(grid: Grid, scale: f32, albedo: Volume, phase: Phase) -> Medium {
             * DAffine3::from_translation([-0.5; 3].into()),
         filter: GridFilter::Trilinear,
     };
-    let matter = Heterogeneous { extinction, scale, albedo };
+    let emission = Emission::Constant([0.0; 3]);
+    let matter = Heterogeneous { extinction, scale, albedo, emission };
     medium(Matter::Heterogeneous(Box::new(matter)), phase)
 }
 
@@ -238,6 +239,63 @@ fn media_that_absorb_nothing_are_invisible_under_an_even_sky() {
             }
         }
     }
+}
+
+/// Clouds of noise in the cube [−1, 1]³.
+fn noise(extinction: [f32; 3], albedo: [f32; 3]) -> Medium {
+    let matter = Cloud {
+        extinction,
+        albedo,
+        density: 2.0,
+        wispiness: 1.0,
+        frequency: 5.0,
+        low: [0.0, 0.3, 0.0],
+        high: [1.0; 3],
+        to_world: DAffine3::from_scale(DVec3::new(2.0, 2.0 / 0.7, 2.0))
+            * DAffine3::from_translation(DVec3::new(-0.5, -0.65, -0.5)),
+    };
+    medium(Matter::Cloud(Box::new(matter)), FORWARDS)
+}
+
+/// The same with light of its own: radiance 1 of what absorbs all.
+fn glowing(mut medium: Medium) -> Medium {
+    match &mut medium.matter {
+        Matter::Homogeneous { emission, .. } => *emission = [1.0; 3],
+        Matter::Heterogeneous(matter) => matter.emission = Emission::Constant([1.0; 3]),
+        Matter::Cloud(_) => panic!("clouds do not glow"),
+    }
+    medium
+}
+
+/// Where everything has the same temperature everything has the same radiance, whatever is absorbed or scattered.
+/// [Kirchhoff 1860]
+#[test]
+fn media_as_bright_as_the_sky_are_invisible() {
+    let grey = [0.6; 3];
+    let place = DAffine3::from_axis_angle(DVec3::new(0.6, 0.8, 0.0), 0.7);
+    let media = [
+        ("homogeneous", glowing(homogeneous([1.5; 3], grey, FORWARDS))),
+        ("black", glowing(homogeneous([1.5; 3], [0.0; 3], Phase::Isotropic))),
+        ("coloured", glowing(homogeneous([0.5, 1.0, 3.0], [0.9, 0.5, 0.1], BACKWARDS))),
+        ("cloud", glowing(cloud(3.0, grey, FORWARDS))),
+        ("black cloud", glowing(cloud(3.0, [0.0; 3], FORWARDS))),
+        ("coloured cloud", glowing(colored_cloud(3.0, [0.9, 0.5, 0.1], FORWARDS))),
+        ("noise that absorbs nothing", noise([4.0, 2.0, 1.0], [1.0; 3])),
+    ];
+    for (name, medium) in &media {
+        let scene = block(Builder::default().sky(1.0), place, medium.clone());
+        let scene = scene.seen_by(camera(DVec3::Z * 5.0, DVec3::ZERO, [30.0, 30.0]));
+        let film = render(&scene, size([7, 7]), with_depth(1024, 5000));
+        assert_uniform(film.film(), 1.0, sidak(1e-4, media.len()), name);
+    }
+    // A camera within, behind a pane of glass, and a wall as bright as all else.
+    let view = camera(DVec3::new(0.2, 0.1, 0.0), DVec3::NEG_Z, [80.0, 80.0]);
+    let mut scene = Builder::default()
+        .glowing_sphere(DVec3::ZERO, -2.0, 1.0)
+        .seen_by(pathtracer::Camera { medium: Some(0), ..view });
+    scene.media.push(glowing(homogeneous([0.6, 0.8, 1.0], [0.5; 3], FORWARDS)));
+    let film = render(&scene, size([7, 7]), with_depth(1024, 5000));
+    assert_uniform(film.film(), 1.0, 1e-4, "a camera within");
 }
 
 /// A camera in a medium without an end sees a furnace of its own: what is scattered everywhere, lit by a

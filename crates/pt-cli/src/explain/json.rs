@@ -153,6 +153,12 @@ fn source_value(names: Names, source: &Source) -> Value {
             "radiance": radiance.to_array(),
             "weight": weight,
         }),
+        Source::Glow { medium, direction, radiance } => json!({
+            "kind": "glow",
+            "medium": names.medium(*medium),
+            "direction": direction.to_array(),
+            "radiance": radiance.to_array(),
+        }),
         Source::Light(light) => light_value(names, light),
         Source::Hemisphere { direction, pdf, samples } => json!({
             "kind": "hemisphere",

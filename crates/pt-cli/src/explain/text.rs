@@ -186,6 +186,9 @@ fn contribution(names: Names, contribution: &Contribution) -> String {
             let (direction, weight) = (numbers(direction.to_array()), number(f64::from(*weight)));
             ("finds", format!("{from} in {direction}, radiance {radiance}, MIS weight {weight}"))
         }
+        Source::Glow { radiance, .. } => {
+            ("finds", format!("{from} on its way, radiance {}", numbers(radiance.to_array())))
+        }
         Source::Light(light) => ("asks", format!("{from}{}", sampled(light))),
         Source::Hemisphere { direction, pdf, samples } => {
             let direction = numbers(direction.to_array());

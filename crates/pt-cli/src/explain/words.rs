@@ -70,6 +70,10 @@ pub(super) fn source(names: Names, source: &Source) -> String {
     match source {
         Source::Emitter { primitive, .. } => thing(&names.primitive(*primitive)),
         Source::Sky { .. } => "the sky".into(),
+        Source::Glow { medium, .. } => match names.medium(*medium) {
+            "" => "a medium that glows".into(),
+            name => format!("\"{name}\" (medium that glows)"),
+        },
         Source::Light(light) => {
             let Thing { kind, object, .. } = names.light(light);
             let object = object.map_or(String::new(), |name| format!(" \"{name}\""));

@@ -1,13 +1,17 @@
 //! From the author's media to those that renderers read, in metres.
 
-use pt_math::{DAffine3, Spectrum};
-use pt_scene::medium::{Grid, Heterogeneous, Matter as Written, Phase, PlacedGrid, Volume};
+use pt_math::{DAffine3, DVec3, Spectrum};
+use pt_scene::medium::{
+    BlackBody, Cloud as WrittenCloud, Emission as WrittenEmission, Grid, Heterogeneous,
+    Matter as Written, Phase, PlacedGrid, Volume,
+};
 use pt_scene::{Medium, Scene, Sides, Span};
 
 use super::{CompileError, CompileOptions};
 use crate::id::Id;
 use crate::medium::{
-    Albedo, Boundary, Field, GridMedium, Homogeneous, Matter, Media, MediumRecord,
+    Albedo, Boundary, Cloud, Density, Emission, Field, GridMedium, Heat, Homogeneous, Matter,
+    Media, MediumRecord,
 };
 use crate::phase::{AnyPhase, Blend, HenyeyGreenstein, Isotropic, Rayleigh};
 use crate::scene::SurfaceRecord;
@@ -15,6 +19,10 @@ use crate::scene::SurfaceRecord;
 /// Most collisions that a ray through a grid may need on average where all of it is as dense as its
 /// densest place: rays through more would take seconds.
 const MOST_DEPTH: f64 = 1e5;
+/// Most of any number that clouds are told by: with it, their noise still has places.
+const MOST_OF_CLOUD: f32 = 1e3;
+/// The highest temperature, in kelvins.
+const HOTTEST: f32 = 1e9;
 
 /// The media of a scene; the course's program knows none.
 pub(super) fn compile(
@@ -52,17 +60,19 @@ pub(super) fn compile(
 fn record(medium: &Medium, metres: f64) -> Result<MediumRecord, CompileError> {
     let refuse = |message| CompileError::Value { at: medium.at.clone(), message };
     let matter = match &medium.matter {
-        Written::Homogeneous { extinction, albedo } => {
+        Written::Homogeneous { extinction, albedo, emission } => {
             check_extinction(extinction).map_err(refuse)?;
             check_albedo(albedo).map_err(refuse)?;
+            check_radiance(emission).map_err(refuse)?;
             let extinction = extinction.map(|sigma| (f64::from(sigma) / metres) as f32);
             Matter::Homogeneous(Homogeneous {
                 extinction: extinction.into(),
                 albedo: (*albedo).into(),
+                emission: (*emission).into(),
             })
         }
         Written::Heterogeneous(heterogeneous) => {
-            let Heterogeneous { extinction, scale, albedo } = &**heterogeneous;
+            let Heterogeneous { extinction, scale, albedo, emission } = &**heterogeneous;
             check_grid(extinction, &[1, 3]).map_err(refuse)?;
             check_extinction(&extinction.grid.values).map_err(refuse)?;
             check_extinction(&[*scale]).map_err(refuse)?;
@@ -79,7 +89,15 @@ fn record(medium: &Medium, metres: f64) -> Result<MediumRecord, CompileError> {
                 }
             };
             let scale = (f64::from(*scale) / metres) as f32;
-            Matter::Grid(Box::new(GridMedium::new(field(extinction, metres), scale, albedo)))
+            let emission = self::emission(emission, metres).map_err(refuse)?;
+            let extinction = Density::Field(field(extinction, metres));
+            Matter::Grid(Box::new(GridMedium::new(extinction, scale, albedo, emission)))
+        }
+        Written::Cloud(written) => {
+            check_albedo(&written.albedo).map_err(refuse)?;
+            let (cloud, scale) = cloud(written, metres).map_err(refuse)?;
+            let albedo = Albedo::Constant(written.albedo.into());
+            Matter::Grid(Box::new(GridMedium::new(Density::Cloud(cloud), scale, albedo, None)))
         }
     };
     Ok(MediumRecord { matter, phase: phase(&medium.phase).map_err(refuse)? })
@@ -139,6 +157,79 @@ fn field(placed: &PlacedGrid, metres: f64) -> Field {
     }
 }
 
+/// Clouds, and their extinction per metre where they are densest.
+fn cloud(written: &WrittenCloud, metres: f64) -> Result<(Cloud, f32), String> {
+    let &WrittenCloud { extinction, density, wispiness, frequency, low, high, to_world, .. } =
+        written;
+    check_extinction(&extinction)?;
+    let is_good = |x: f32| (0.0..=MOST_OF_CLOUD).contains(&x);
+    if !(is_good(density) && is_good(wispiness) && is_good(frequency) && frequency > 0.0) {
+        return Err(format!(
+            "the clouds have density {density}, wispiness {wispiness} and frequency {frequency}; expected numbers of at \
+             least 0 and at most {MOST_OF_CLOUD}, and a frequency above 0"
+        ));
+    }
+    let [low, high] = [low, high].map(|corner| DVec3::from_array(corner.map(f64::from)));
+    let size = high - low;
+    let reach = low.abs().max(high.abs()).max_element();
+    if !(size.min_element() > 0.0 && reach <= f64::from(MOST_OF_CLOUD)) {
+        return Err(format!(
+            "the clouds are in the box from {low} to {high}; expected one with a volume, and numbers of at most {MOST_OF_CLOUD}"
+        ));
+    }
+    let to_box = to_world * DAffine3::from_translation(low) * DAffine3::from_scale(size);
+    if !(to_box.is_finite() && to_box.inverse().is_finite()) {
+        return Err("the transform of the clouds cannot be undone".to_owned());
+    }
+    let greatest = extinction.into_iter().fold(0.0, f32::max);
+    check_size(greatest, &to_box)?;
+    let to_world = DAffine3::from_scale([metres; 3].into()) * to_box;
+    let color = if greatest > 0.0 { extinction.map(|sigma| sigma / greatest) } else { [1.0; 3] };
+    let cloud = Cloud {
+        color: color.into(),
+        density,
+        wispiness,
+        frequency,
+        low: low.as_vec3(),
+        size: size.as_vec3(),
+        corner: to_world.translation.as_vec3(),
+        to_unit: to_world.matrix3.inverse().as_mat3(),
+    };
+    Ok((cloud, (f64::from(greatest) / metres) as f32))
+}
+
+/// What matter that is not the same everywhere emits, if it does.
+fn emission(written: &WrittenEmission, metres: f64) -> Result<Option<Emission>, String> {
+    Ok(match written {
+        WrittenEmission::Constant(radiance) => {
+            check_radiance(radiance)?;
+            let radiance = Spectrum::from(*radiance);
+            (!radiance.is_black()).then_some(Emission::Constant(radiance))
+        }
+        WrittenEmission::Grid(placed) => {
+            check_grid(placed, &[1, 3])?;
+            check_radiance(&placed.grid.values)?;
+            Some(Emission::Field(field(placed, metres)))
+        }
+        WrittenEmission::BlackBody(BlackBody { temperature, scale }) => {
+            check_grid(temperature, &[1])?;
+            check_radiance(&[*scale])?;
+            let is_good = |kelvin: &&f32| (0.0..=HOTTEST).contains(*kelvin);
+            if let Some(bad) = temperature.grid.values.iter().find(|kelvin| !is_good(kelvin)) {
+                return Err(format!("a temperature is {bad} K; expected 0 to {HOTTEST} K"));
+            }
+            Some(Emission::Heat(Heat::new(field(temperature, metres), *scale)))
+        }
+    })
+}
+
+fn check_radiance(values: &[f32]) -> Result<(), String> {
+    match values.iter().find(|radiance| !(**radiance >= 0.0 && radiance.is_finite())) {
+        None => Ok(()),
+        Some(bad) => Err(format!("the emission is {bad}; expected finite numbers of at least 0")),
+    }
+}
+
 fn check_extinction(values: &[f32]) -> Result<(), String> {
     match values.iter().find(|sigma| !(**sigma >= 0.0 && sigma.is_finite())) {
         None => Ok(()),
@@ -172,8 +263,13 @@ fn check_grid(placed: &PlacedGrid, channels: &[u32]) -> Result<(), String> {
 /// Refuses grids through which a ray would go in too many steps.
 fn check_depth(placed: &PlacedGrid, scale: f32) -> Result<(), String> {
     let most = placed.grid.values.iter().fold(0.0_f32, |most, &x| most.max(x));
-    let diagonal = placed.to_world.matrix3.to_cols_array().iter().map(|x| x * x).sum::<f64>();
-    let depth = f64::from(most) * f64::from(scale) * diagonal.sqrt();
+    check_size(most * scale, &placed.to_world)
+}
+
+/// Likewise, by the greatest extinction and what becomes of the unit cube.
+fn check_size(most: f32, to_world: &DAffine3) -> Result<(), String> {
+    let diagonal = to_world.matrix3.to_cols_array().iter().map(|x| x * x).sum::<f64>();
+    let depth = f64::from(most) * diagonal.sqrt();
     if depth <= MOST_DEPTH {
         return Ok(());
     }

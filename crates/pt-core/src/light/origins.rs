@@ -11,6 +11,8 @@ pub enum LightOrigin {
     Node(u32),
     /// The light of this number among those that are infinitely far away and are seen.
     Sky(u32),
+    /// The medium of this number, which glows.
+    Medium(u32),
 }
 
 /// The numbers of the light nodes of which lights were made.
@@ -70,7 +72,7 @@ impl RenderScene {
         let squares = self.light_origins.squares.iter().copied().map(LightOrigin::Node);
         let node = |origin| match origin {
             LightOrigin::Node(number) => Some(number),
-            LightOrigin::Object(_) | LightOrigin::Sky(_) => None,
+            LightOrigin::Object(_) | LightOrigin::Sky(_) | LightOrigin::Medium(_) => None,
         };
         let mut nodes: Vec<_> = lights.chain(squares).filter_map(node).collect();
         nodes.sort_unstable();

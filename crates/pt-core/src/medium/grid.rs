@@ -1,4 +1,4 @@
-//! A medium whose density is given by a grid.
+//! A medium that is not the same everywhere: its density is given by a grid, or by noise.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -8,6 +8,8 @@ use pt_math::{FloatExt, Mat3, Ray, Spectrum, Vec3, trig};
 use pt_scene::medium::{Grid, GridFilter};
 
 use super::Flight;
+use super::cloud::Cloud;
+use super::emission::Emission;
 use super::homogeneous::balanced;
 use super::majorant::Majorants;
 
@@ -33,13 +35,23 @@ pub enum Albedo {
     Field(Field),
 }
 
-/// Extinction by a grid, and none outside of it.
+/// Extinction by its place.
+#[derive(Clone, Debug)]
+pub enum Density {
+    /// By a grid of one channel, or of three.
+    Field(Field),
+    /// By noise.
+    Cloud(Cloud),
+}
+
+/// Extinction in a box, and none outside of it.
 #[derive(Clone, Debug)]
 pub struct GridMedium {
-    extinction: Field,
+    extinction: Density,
     /// What its numbers are multiplied by to be per metre.
     scale: f32,
     albedo: Albedo,
+    emission: Option<Emission>,
     majorants: Majorants,
 }
 
@@ -83,18 +95,92 @@ impl Field {
         Spectrum::rgb(self.number(p, 0), self.number(p, 1), self.number(p, 2))
     }
 
-    /// The numbers at a point of the world, the same for all channels if there is one.
-    fn color(&self, p: Vec3) -> Spectrum {
-        let p = self.to_unit * (p - self.corner);
+    /// A point of the world in the unit cube.
+    fn to_unit(&self, p: Vec3) -> Vec3 {
+        self.to_unit * (p - self.corner)
+    }
+
+    /// Likewise, if it is there.
+    pub(super) fn within(&self, p: Vec3) -> Option<Vec3> {
+        let p = self.to_unit(p);
+        (p.min_element() >= 0.0 && p.max_element() <= 1.0).then_some(p)
+    }
+
+    /// The numbers at a point of the unit cube, the same for all channels if there is one.
+    pub(super) fn color(&self, p: Vec3) -> Spectrum {
         if self.grid.channels == 3 { self.channels(p) } else { Spectrum::splat(self.number(p, 0)) }
     }
 }
 
+impl Density {
+    /// Whether all channels are the same.
+    fn is_grey(&self) -> bool {
+        match self {
+            Self::Field(field) => field.grid.channels == 1,
+            Self::Cloud(Cloud { color, .. }) => *color == Spectrum::ONE,
+        }
+    }
+
+    /// The first channel at a point of the unit cube.
+    #[inline]
+    fn number(&self, p: Vec3) -> f32 {
+        match self {
+            Self::Field(field) => field.number(p, 0),
+            Self::Cloud(cloud) => cloud.at(p),
+        }
+    }
+
+    /// All channels there.
+    #[inline]
+    fn channels(&self, p: Vec3) -> Spectrum {
+        match self {
+            Self::Field(field) => field.channels(p),
+            Self::Cloud(cloud) => cloud.color * cloud.at(p),
+        }
+    }
+
+    /// A point of the world in the unit cube.
+    fn to_unit(&self, p: Vec3) -> Vec3 {
+        let (Self::Field(Field { corner, to_unit, .. })
+        | Self::Cloud(Cloud { corner, to_unit, .. })) = self;
+        *to_unit * (p - *corner)
+    }
+
+    /// A direction of the world there.
+    fn to_unit_direction(&self, d: Vec3) -> Vec3 {
+        let (Self::Field(Field { to_unit, .. }) | Self::Cloud(Cloud { to_unit, .. })) = self;
+        *to_unit * d
+    }
+}
+
+impl Albedo {
+    /// At a point of the world.
+    fn at(&self, p: Vec3) -> Spectrum {
+        match self {
+            Self::Constant(albedo) => *albedo,
+            Self::Field(field) => field.color(field.to_unit(p)),
+        }
+    }
+}
+
 impl GridMedium {
-    /// Extinction by a grid of one channel, or of three.
-    pub fn new(extinction: Field, scale: f32, albedo: Albedo) -> Self {
-        let majorants = Majorants::new(&extinction.grid);
-        Self { extinction, scale, albedo, majorants }
+    /// Extinction by a grid or by noise, times a number to be per metre.
+    pub fn new(
+        extinction: Density,
+        scale: f32,
+        albedo: Albedo,
+        emission: Option<Emission>,
+    ) -> Self {
+        let majorants = match &extinction {
+            Density::Field(field) => Majorants::new(&field.grid),
+            Density::Cloud(cloud) => Majorants::of_cloud(cloud),
+        };
+        Self { extinction, scale, albedo, emission, majorants }
+    }
+
+    /// Whether it emits light.
+    pub(super) fn glows(&self) -> bool {
+        self.emission.is_some()
     }
 
     /// Distances by the majorant of each part of the grid, for a path with throughput `beta`.
@@ -105,14 +191,32 @@ impl GridMedium {
         let (found, weight) = if self.is_grey() {
             (self.collide_grey(ray, stream), Spectrum::ONE)
         } else {
-            self.collide_colored(ray, beta, stream)
+            self.collide_colored(ray, beta, stream, |_, _| ())
         };
         let Some(t) = found else { return Flight::Passed { weight } };
-        let albedo = match &self.albedo {
-            Albedo::Constant(albedo) => *albedo,
-            Albedo::Field(field) => field.color(ray.at(t)),
+        Flight::Scattered { t, weight: weight * self.albedo.at(ray.at(t)) }
+    }
+
+    /// The light that comes to the start of a ray from all of its interval, for a path with throughput `beta`: the sum over
+    /// collisions of σa Le over the majorant, each weighted by what gets from there to the start. Its mean is ∫ T σa Le dt.
+    /// [Novák et al. 2018, "Monte Carlo methods for volumetric light transport simulation", §5.3: by collisions]
+    pub fn emitted(&self, ray: &Ray, beta: Spectrum, stream: &mut Stream) -> Spectrum {
+        let Some(emission) = &self.emission else { return Spectrum::ZERO };
+        let glow = |t: f32| {
+            let p = ray.at(t);
+            (Spectrum::ONE - self.albedo.at(p)) * emission.at(p)
         };
-        Flight::Scattered { t, weight: weight * albedo }
+        let mut sum = Spectrum::ZERO;
+        if self.is_grey() {
+            self.collide(ray, stream, |p, t, majorant, choice| {
+                let share = self.share(p, majorant);
+                sum += glow(t) * share;
+                choice < share
+            });
+            return sum;
+        }
+        self.collide_colored(ray, beta, stream, |t, weighted| sum += weighted * glow(t));
+        sum
     }
 
     /// The product of 1 − σt / majorant at all distances that [`Self::sample`] would draw until the end,
@@ -121,14 +225,14 @@ impl GridMedium {
     pub fn transmittance(&self, ray: &Ray, stream: &mut Stream) -> Spectrum {
         if self.is_grey() {
             let mut product = 1.0;
-            self.collide(ray, stream, |p, majorant, _| {
+            self.collide(ray, stream, |p, _, majorant, _| {
                 product *= 1.0 - self.share(p, majorant);
                 product == 0.0
             });
             return Spectrum::splat(product);
         }
         let mut product = Spectrum::ONE;
-        self.collide(ray, stream, |p, majorant, _| {
+        self.collide(ray, stream, |p, _, majorant, _| {
             product *= Spectrum::ONE - self.shares(p, majorant);
             product.is_black()
         });
@@ -137,13 +241,13 @@ impl GridMedium {
 
     #[inline]
     fn is_grey(&self) -> bool {
-        self.extinction.grid.channels == 1
+        self.extinction.is_grey()
     }
 
     /// The density at a point of the unit cube over the majorant there.
     #[inline]
     fn share(&self, p: Vec3, majorant: f32) -> f32 {
-        (self.extinction.number(p, 0) / majorant).min(1.0)
+        (self.extinction.number(p) / majorant).min(1.0)
     }
 
     /// The same of all channels.
@@ -155,7 +259,7 @@ impl GridMedium {
     /// Light is scattered with the probability that the extinction is of the majorant. [Woodcock et al. 1965;
     /// Novák et al. 2018, "Monte Carlo methods for volumetric light transport simulation", §5.1.2]
     fn collide_grey(&self, ray: &Ray, stream: &mut Stream) -> Option<f32> {
-        self.collide(ray, stream, |p, majorant, choice| choice < self.share(p, majorant))
+        self.collide(ray, stream, |p, _, majorant, choice| choice < self.share(p, majorant))
     }
 
     /// The same by one majorant of all channels; light is scattered with the mean of their probabilities, each by
@@ -165,18 +269,23 @@ impl GridMedium {
     /// [Miller, Georgiev & Jarosz 2019, "A null-scattering path integral formulation of light transport", §5.1, by
     /// the balance heuristic; Kutz et al. 2017, "Spectral and Decomposition Tracking for Rendering Heterogeneous
     /// Volumes", §4.3]
+    ///
+    /// `see` is told of each collision, by where it is on the ray, and the weight before it times the share of the majorant that is
+    /// extinction.
     fn collide_colored(
         &self,
         ray: &Ray,
         beta: Spectrum,
         stream: &mut Stream,
+        mut see: impl FnMut(f32, Spectrum),
     ) -> (Option<f32>, Spectrum) {
         let sum = |spectrum: Spectrum| spectrum.to_array().iter().sum::<f32>();
         let share = beta / sum(beta);
         let mut weight = Spectrum::ONE;
-        let found = self.collide(ray, stream, |p, majorant, choice| {
+        let found = self.collide(ray, stream, |p, t, majorant, choice| {
             let shares = self.shares(p, majorant);
             let scattered = weight * shares;
+            see(t, scattered);
             let is_scattered = choice < sum(share * scattered);
             let left = if is_scattered { scattered } else { weight - scattered };
             weight = balanced(left, share);
@@ -186,17 +295,16 @@ impl GridMedium {
     }
 
     /// Goes through the collisions that there would be if all of a part of the grid were as dense as
-    /// its densest place, until `stop` says so of one, by where it is in the unit cube, the majorant there and a
+    /// its densest place, until `stop` says so of one, by where it is in the unit cube and on the ray, the majorant there and a
     /// number from [0, 1).
     fn collide(
         &self,
         ray: &Ray,
         stream: &mut Stream,
-        mut stop: impl FnMut(Vec3, f32, f32) -> bool,
+        mut stop: impl FnMut(Vec3, f32, f32, f32) -> bool,
     ) -> Option<f32> {
-        let field = &self.extinction;
-        let origin = field.to_unit * (ray.origin - field.corner);
-        let direction = field.to_unit * ray.direction;
+        let origin = self.extinction.to_unit(ray.origin);
+        let direction = self.extinction.to_unit_direction(ray.direction);
         let local = Ray { origin, direction, ..*ray };
         // Per unit of the ray's parameter.
         let scale = self.scale * ray.direction.length();
@@ -213,7 +321,7 @@ impl GridMedium {
                     return ControlFlow::Continue(());
                 }
                 let t = from + passed / per_t;
-                if stop(local.at(t), majorant, choice) {
+                if stop(local.at(t), t, majorant, choice) {
                     return ControlFlow::Break(t);
                 }
             }

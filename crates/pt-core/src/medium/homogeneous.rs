@@ -15,6 +15,8 @@ pub struct Homogeneous {
     pub extinction: Spectrum,
     /// Share of it that is scattered.
     pub albedo: Spectrum,
+    /// Radiance Le of so much of it that nothing is seen through it, if it only absorbs.
+    pub emission: Spectrum,
 }
 
 impl Homogeneous {
@@ -28,6 +30,13 @@ impl Homogeneous {
     fn along(&self, distance: f32) -> Spectrum {
         let distance = distance.min(FARTHEST);
         self.extinction.map(|sigma| trig::exp(-sigma * distance))
+    }
+
+    /// The light that comes to the start of a ray from all of its interval: ∫ T σa Le dt = (1 − T) (σa / σt) Le.
+    pub fn emitted(&self, ray: &Ray) -> Spectrum {
+        let distance = ((ray.t_max - ray.t_min) * ray.direction.length()).min(FARTHEST);
+        let taken = self.extinction.map(|sigma| -libm::expm1f(-sigma * distance));
+        taken * (Spectrum::ONE - self.albedo) * self.emission
     }
 
     /// A distance by the extinction of one channel, which is chosen by the throughput: the density is

@@ -7,7 +7,9 @@ use pt_math::{Mat3, Ray, Spectrum, Vec3};
 use pt_scene::medium::{Grid, GridFilter};
 use pt_testing::{mean_z_test, sidak};
 
-use super::{Albedo, Field, Flight, GridMedium, Homogeneous, Matter, MediumRecord};
+use super::{
+    Albedo, Cloud, Density, Emission, Field, Flight, GridMedium, Homogeneous, Matter, MediumRecord,
+};
 use crate::phase::Isotropic;
 
 const SAMPLES: u32 = 40_000;
@@ -24,7 +26,8 @@ fn record(matter: Matter) -> MediumRecord {
 
 fn homogeneous(extinction: [f32; 3], albedo: f32) -> MediumRecord {
     let (extinction, albedo) = (extinction.into(), Spectrum::splat(albedo));
-    record(Matter::Homogeneous(Homogeneous { extinction, albedo }))
+    let emission = GLOW.into();
+    record(Matter::Homogeneous(Homogeneous { extinction, albedo, emission }))
 }
 
 fn grid(values: Vec<f32>, resolution: [u32; 3], scale: f32, albedo: f32) -> MediumRecord {
@@ -35,9 +38,32 @@ fn of_grid(grid: Grid, scale: f32, albedo: f32) -> MediumRecord {
     let grid = Arc::new(grid);
     let (corner, to_unit) = (Vec3::splat(-0.5), Mat3::from_diagonal(Vec3::splat(0.5)));
     let field = Field { grid, corner, to_unit, filter: GridFilter::Trilinear };
-    let albedo = Albedo::Constant(Spectrum::splat(albedo));
-    record(Matter::Grid(Box::new(GridMedium::new(field, scale, albedo))))
+    of_density(Density::Field(field), scale, albedo)
 }
+
+fn of_density(density: Density, scale: f32, albedo: f32) -> MediumRecord {
+    let albedo = Albedo::Constant(Spectrum::splat(albedo));
+    let emission = Some(Emission::Constant(GLOW.into()));
+    record(Matter::Grid(Box::new(GridMedium::new(density, scale, albedo, emission))))
+}
+
+/// Clouds around the ray, and their extinction along it.
+fn cloud(scale: f32, albedo: f32) -> (MediumRecord, Cloud) {
+    let cloud = Cloud {
+        color: Spectrum::rgb(1.0, 0.25, 0.0),
+        density: 2.0,
+        wispiness: 1.0,
+        frequency: 5.0,
+        low: Vec3::new(0.0, 0.3, 0.0),
+        size: Vec3::splat(0.6),
+        corner: Vec3::splat(-0.5),
+        to_unit: Mat3::from_diagonal(Vec3::splat(0.5)),
+    };
+    (of_density(Density::Cloud(cloud.clone()), scale, albedo), cloud)
+}
+
+/// The radiance of what only absorbs.
+const GLOW: [f32; 3] = [3.0, 2.0, 0.5];
 
 /// Twelve cells along x, more and more dense, the same along the other axes.
 fn gradient(scale: f32, albedo: f32) -> MediumRecord {
@@ -120,6 +146,78 @@ fn transmittance_follows_beers_law() {
         let want = depth(ray().t_max).map(|depth| libm::exp(-depth));
         check(name, want, media.len(), |_, stream| medium.transmittance(&ray(), stream));
     }
+}
+
+/// Clouds of noise let through what Beer's law says, and emit what they absorb.
+#[test]
+fn clouds_are_as_dense_as_their_noise() {
+    let (medium, cloud) = cloud(3.0, 0.5);
+    let at = |p: Vec3| 3.0 * f64::from(cloud.at((p + 0.5) * 0.5));
+    let depth = depth(&ray(), ray().t_max, at);
+    let depths = [depth, 0.25 * depth, 0.0];
+    assert!(depth > 0.3, "{depth}");
+    let want = depths.map(|depth| libm::exp(-depth));
+    check("clouds", want, 2, |_, stream| medium.transmittance(&ray(), stream));
+    let want: [f64; 3] = std::array::from_fn(|c| 0.5 * f64::from(GLOW[c]) * (1.0 - want[c]));
+    check("clouds", want, 2, |_, stream| medium.emitted(&ray(), Spectrum::ONE, stream));
+}
+
+/// ∫ T σa Le dt is what is taken away times the share that is absorbed times Le, if the latter two are the same everywhere.
+#[test]
+fn matter_emits_as_it_absorbs() {
+    let beta = Spectrum::rgb(0.9, 0.2, 0.5);
+    for albedo in [0.0, 0.75] {
+        let media = media(albedo);
+        for (name, medium, depth) in &media {
+            assert!(medium.glows());
+            let taken = depth(ray().t_max).map(|depth| -libm::expm1(-depth));
+            let share = f64::from(1.0 - albedo);
+            let want = std::array::from_fn(|c| taken[c] * share * f64::from(GLOW[c]));
+            check(name, want, 2 * media.len(), |_, s| medium.emitted(&ray(), beta, s));
+        }
+    }
+}
+
+/// Radiance that differs from place to place: twice as much at the end of a grid as at its start, in one part of it; and none
+/// outside of its box.
+#[test]
+fn grids_may_glow_in_places() {
+    let of = |values: Vec<f32>, resolution| {
+        let grid = Arc::new(Grid { resolution, channels: 1, values });
+        let (corner, to_unit) = (Vec3::splat(-0.5), Mat3::from_diagonal(Vec3::new(0.8, 0.5, 0.5)));
+        Field { grid, corner, to_unit, filter: GridFilter::Nearest }
+    };
+    let density = of(vec![1.0; 8], [2; 3]);
+    let glow = of(vec![1.0, 2.0], [2, 1, 1]);
+    let medium = |emission| {
+        let density = Density::Field(Field {
+            to_unit: Mat3::from_diagonal(Vec3::splat(0.5)),
+            ..density.clone()
+        });
+        let albedo = Albedo::Constant(Spectrum::ZERO);
+        record(Matter::Grid(Box::new(GridMedium::new(density, 1.5, albedo, Some(emission)))))
+    };
+    // Where x is below 0.125 in the world, up to 0.75, and beyond that.
+    let radiance = |p: Vec3| {
+        if p.x < 0.125 {
+            1.0
+        } else if p.x < 0.75 {
+            2.0
+        } else {
+            0.0
+        }
+    };
+    const STEPS: u32 = 20_000;
+    let (ray, mut want) = (ray(), 0.0);
+    let length = f64::from(ray.direction.length());
+    for i in 0..STEPS {
+        let t = ray.t_min + (ray.t_max - ray.t_min) * (i as f32 + 0.5) / STEPS as f32;
+        let step = length * f64::from(ray.t_max - ray.t_min) / f64::from(STEPS);
+        let depth = 1.5 * length * f64::from(t - ray.t_min);
+        want += step * 1.5 * libm::exp(-depth) * radiance(ray.at(t));
+    }
+    let medium = medium(Emission::Field(glow));
+    check("a grid that glows", [want; 3], 1, |_, s| medium.emitted(&ray, Spectrum::ONE, s));
 }
 
 /// What is homogeneous has no noise.

@@ -5,11 +5,15 @@ use std::ops::ControlFlow;
 use pt_math::Ray;
 use pt_scene::medium::Grid;
 
+use super::cloud::Cloud;
+
 /// Cells of a grid along an axis that have one bound together: few enough for it to be near the
 /// numbers, enough for steps from one to the next to cost little.
 const CELLS: u32 = 8;
+/// Boxes one above the other that clouds have bounds for.
+const SLABS: usize = 64;
 
-/// Bounds of all channels of a grid in equal boxes of the unit cube.
+/// Bounds of all channels in equal boxes of the unit cube.
 #[derive(Clone, Debug)]
 pub(super) struct Majorants {
     /// Boxes along each axis.
@@ -30,6 +34,12 @@ impl Majorants {
             }
         }
         Self { resolution, values }
+    }
+
+    /// Of clouds, whose bounds differ by height alone.
+    pub(super) fn of_cloud(cloud: &Cloud) -> Self {
+        let slab = |i: usize| cloud.most([i, i + 1].map(|i| i as f32 / SLABS as f32));
+        Self { resolution: [1, SLABS, 1], values: (0..SLABS).map(slab).collect() }
     }
 
     /// Visits the boxes that a ray goes through, in order: the part of its interval that is in each, and

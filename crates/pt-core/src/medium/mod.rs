@@ -2,6 +2,8 @@
 //!
 //! A ray's interval is the part of it that is in the medium. Lengths are in metres.
 
+mod cloud;
+mod emission;
 mod grid;
 mod homogeneous;
 #[cfg(test)]
@@ -15,7 +17,9 @@ use crate::id::{Id, Table};
 use crate::phase::AnyPhase;
 use crate::scene::SurfaceRecord;
 
-pub use grid::{Albedo, Field, GridMedium};
+pub use cloud::Cloud;
+pub use emission::{Emission, Heat};
+pub use grid::{Albedo, Density, Field, GridMedium};
 pub use homogeneous::Homogeneous;
 
 /// A medium.
@@ -61,6 +65,24 @@ impl MediumRecord {
         match &self.matter {
             Matter::Homogeneous(medium) => medium.sample(ray, beta, u),
             Matter::Grid(medium) => medium.sample(ray, beta, stream),
+        }
+    }
+
+    /// Whether it emits light.
+    #[inline]
+    pub fn glows(&self) -> bool {
+        match &self.matter {
+            Matter::Homogeneous(medium) => !medium.emission.is_black(),
+            Matter::Grid(medium) => medium.glows(),
+        }
+    }
+
+    /// The light that comes to the start of a ray from all of its interval, for a path with throughput `beta`, or an estimate of
+    /// it that is right on average.
+    pub fn emitted(&self, ray: &Ray, beta: Spectrum, stream: &mut Stream) -> Spectrum {
+        match &self.matter {
+            Matter::Homogeneous(medium) => medium.emitted(ray),
+            Matter::Grid(medium) => medium.emitted(ray, beta, stream),
         }
     }
 

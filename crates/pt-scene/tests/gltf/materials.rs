@@ -132,7 +132,7 @@ fn what_is_left_of_light_is_the_colour_of_attenuation() {
     }}));
     assert_eq!(scene.objects[0].media, Some(Sides { interior: Some(0), exterior: None }));
     assert_eq!(scene.settings.integrator, Some("volpath"));
-    let Matter::Homogeneous { extinction, albedo } = scene.media[0].matter else {
+    let Matter::Homogeneous { extinction, albedo, .. } = scene.media[0].matter else {
         panic!("{:?}", scene.media[0])
     };
     assert_eq!(albedo, [0.0; 3]);

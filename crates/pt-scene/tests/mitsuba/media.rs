@@ -51,7 +51,8 @@ fn media_are_those_of_their_shapes_and_of_the_sensor() {
 fn homogeneous_media_have_their_numbers_or_mitsubas() {
     let scene = scene();
     let fog = &scene.media[scene.cameras[0].medium.expect("the fog") as usize];
-    let matter = Matter::Homogeneous { extinction: [0.5; 3], albedo: [0.75; 3] };
+    let matter =
+        Matter::Homogeneous { extinction: [0.5; 3], albedo: [0.75; 3], emission: [0.0; 3] };
     assert_eq!((&fog.matter, &fog.phase), (&matter, &Phase::Isotropic));
     let juice = inside(&scene, "juice");
     let kinds = PhaseBlend {
@@ -60,7 +61,10 @@ fn homogeneous_media_have_their_numbers_or_mitsubas() {
         share: 0.25,
     };
     assert_eq!(juice.phase, Phase::Blend(Box::new(kinds)));
-    assert_eq!(juice.matter, Matter::Homogeneous { extinction: [0.5, 2.0, 4.5], albedo: [0.0; 3] });
+    assert_eq!(
+        juice.matter,
+        Matter::Homogeneous { extinction: [0.5, 2.0, 4.5], albedo: [0.0; 3], emission: [0.0; 3] }
+    );
     let forwards = read(
         "<shape type=\"sphere\"><medium type=\"homogeneous\" name=\"interior\"><phase type=\"hg\"/>\
          </medium></shape>",
@@ -78,7 +82,7 @@ fn grids_are_read_and_placed() {
     let scene = scene();
     let cloud = inside(&scene, "cloud");
     assert_eq!(cloud.phase, Phase::HenyeyGreenstein { g: 0.6 });
-    let Heterogeneous { extinction, scale, albedo } = heterogeneous(cloud);
+    let Heterogeneous { extinction, scale, albedo, .. } = heterogeneous(cloud);
     let Grid { resolution, channels, values } = &*extinction.grid;
     assert_eq!((*resolution, *channels, values[2], values[6]), ([3, 2, 2], 1, 1.0, 3.0));
     assert_eq!((*scale, extinction.filter), (3.0, GridFilter::Trilinear));

@@ -258,7 +258,7 @@ fn media_are_what_they_absorb_and_scatter() {
         "MediumInterface \"fog\" \"\" Shape \"sphere\" MediumInterface \"fog\" Shape \"sphere\"",
     );
     let fog = &scene.media[0];
-    let Matter::Homogeneous { extinction, albedo } = fog.matter else { panic!("a grid") };
+    let Matter::Homogeneous { extinction, albedo, .. } = fog.matter else { panic!("a grid") };
     assert_eq!((extinction, albedo), ([8.0; 3], [0.75, 0.5, 0.25]));
     assert_eq!(fog.phase, Phase::HenyeyGreenstein { g: 0.5 });
     assert_eq!(scene.cameras[0].medium, Some(0));
@@ -318,7 +318,7 @@ fn grids_of_colours_have_their_colours() {
         ("\"integer nx\" 60000", "no cells"),
         ("\"rgb sigma_s\" [1 -1 1]", "below 0"),
         ("\"rgb sigma_s\" [1 1]", "2 numbers"),
-        ("\"rgb sigma_s\" [1 1 1] \"rgb Le\" [1 1 1]", "emit light"),
+        ("\"rgb sigma_s\" [1 1 1] \"rgb Le\" [1 1 1]", "emits light"),
     ];
     for (more, why) in cases {
         assert!(refused(more).contains(why), "{}", refused(more));

@@ -12,8 +12,8 @@ fn scene(material: &str) -> Scene {
 
 fn coefficients(medium: &Medium) -> ([f32; 3], [f32; 3]) {
     match medium.matter {
-        Matter::Homogeneous { extinction, albedo } => (extinction, albedo),
-        Matter::Heterogeneous(_) => panic!("a grid"),
+        Matter::Homogeneous { extinction, albedo, .. } => (extinction, albedo),
+        _ => panic!("no homogeneous medium"),
     }
 }
 

@@ -12,6 +12,7 @@ use crate::integrator::rules::{Context, Found};
 use crate::integrator::sums::Sums;
 use crate::integrator::wavefront::find;
 use crate::integrator::witness::Witness;
+use crate::trace::Source;
 
 /// How a path came to the end of its way.
 #[derive(Clone, Copy)]
@@ -79,6 +80,9 @@ impl<W: Witness> VolPath<'_, W> {
                 };
                 let hit = found.next().copied().flatten();
                 let time = starts.time(path.state.start as usize);
+                if shown {
+                    glow(scene, path, hit.as_ref(), sums);
+                }
                 match step(scene, path, hit, time, last, numbers) {
                     Step::Ends(event) => {
                         events[i] = event;
@@ -102,6 +106,24 @@ impl<W: Witness> VolPath<'_, W> {
     }
 }
 
+/// The part of a path's ray up to the next surface.
+fn until(path: &Walker, hit: Option<&Hit>) -> Ray {
+    Ray { t_max: hit.map_or(path.ray.t_max, |hit| hit.t), ..path.ray }
+}
+
+/// Adds what the medium of a path emits on its way to the next surface.
+fn glow(scene: &RenderScene, path: &mut Walker, hit: Option<&Hit>, sums: &mut Sums<impl Witness>) {
+    let Some(id) = path.medium else { return };
+    let medium = &scene.media.table[id];
+    if medium.glows() {
+        let ray = until(path, hit);
+        let radiance = medium.emitted(&ray, path.state.beta, &mut path.stream);
+        let source =
+            || Source::Glow { medium: id.index() as u32, direction: ray.direction, radiance };
+        sums.find(path.state.target, path.state.beta * radiance, source);
+    }
+}
+
 /// Takes a path to its next surface, if its medium lets it through.
 fn step(
     scene: &RenderScene,
@@ -113,7 +135,7 @@ fn step(
 ) -> Step {
     if let Some(medium) = path.medium {
         let medium = &scene.media.table[medium];
-        let ray = Ray { t_max: hit.map_or(path.ray.t_max, |hit| hit.t), ..path.ray };
+        let ray = until(path, hit.as_ref());
         let flight = if last {
             Flight::Passed { weight: medium.transmittance(&ray, &mut path.stream) }
         } else {

@@ -260,7 +260,7 @@ impl<'a> Reader<'a> {
         if !extinction.iter().all(|sigma| sigma.is_finite()) {
             return Err(volume.refuse("attenuationDistance", "it is too small; use a larger one"));
         }
-        let matter = Matter::Homogeneous { extinction, albedo: [0.0; 3] };
+        let matter = Matter::Homogeneous { extinction, albedo: [0.0; 3], emission: [0.0; 3] };
         let medium =
             Medium { name: item.name(), matter, phase: Phase::default(), at: volume.span() };
         self.scene.media.push(medium);

@@ -10,7 +10,7 @@ use super::super::vol;
 use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
 use crate::medium::{
-    Grid, GridFilter, Heterogeneous, Matter, Phase, PhaseBlend, PlacedGrid, Volume,
+    Emission, Grid, GridFilter, Heterogeneous, Matter, Phase, PhaseBlend, PlacedGrid, Volume,
 };
 use crate::{LoadError, Medium, Sides, Warning};
 
@@ -233,7 +233,8 @@ impl<'t> Media<'t> {
             Field::Constant(albedo, _) => Volume::Constant(albedo),
             Field::Grid(placed) => Volume::Grid(placed),
         };
-        Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo }))
+        let emission = Emission::Constant([0.0; 3]);
+        Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo, emission }))
     }
 
     /// Refuses volumes that nobody asked for.
@@ -267,7 +268,8 @@ fn homogeneous(
         }
     };
     let extinction = constant(extinction, "sigma_t")?.map(|sigma| sigma * scale);
-    Ok(Matter::Homogeneous { extinction, albedo: constant(albedo, "albedo")? })
+    let albedo = constant(albedo, "albedo")?;
+    Ok(Matter::Homogeneous { extinction, albedo, emission: [0.0; 3] })
 }
 
 /// A phase function, in which `left` others may be.

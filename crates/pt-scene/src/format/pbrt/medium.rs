@@ -10,13 +10,14 @@ use super::super::nanovdb;
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color};
 use super::entity::Entity;
+use super::glow::{DARK, SCALES, TEMPERATURES, glow_of_colors, glow_of_heat};
 use super::measured_media::Measured;
 use super::state::State;
 use super::token::Place;
-use crate::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume};
+use crate::medium::{Cloud, Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume};
 use crate::{LoadError, Medium, Sides, Warning};
 
-const KINDS: [&str; 4] = ["homogeneous", "nanovdb", "rgbgrid", "uniformgrid"];
+const KINDS: [&str; 5] = ["cloud", "homogeneous", "nanovdb", "rgbgrid", "uniformgrid"];
 /// Most cells of a grid along an axis.
 const MAX_CELLS: u32 = 1 << 16;
 
@@ -31,7 +32,7 @@ pub(super) struct Interface {
 
 /// The media of a scene.
 pub(super) struct Media {
-    folder: Folder,
+    pub(super) folder: Folder,
     pub(super) made: Vec<Medium>,
     numbers: HashMap<String, u32>,
     /// Names of media that cannot be read.
@@ -60,10 +61,11 @@ impl Media {
                 .error("media do not move; expected the same transform at all times"));
         }
         let matter = match entity.kind.as_str() {
+            "cloud" => self.cloud(entity, state.ctm[0])?,
             "homogeneous" => {
                 let [extinction, albedo] =
                     self.coefficients(entity, [DEFAULT_ABSORBED, DEFAULT_SCATTERED])?;
-                Matter::Homogeneous { extinction, albedo }
+                Matter::Homogeneous { extinction, albedo, emission: self.even_glow(entity)? }
             }
             "nanovdb" => self.sparse_grid(entity, state.ctm[0], warnings)?,
             "rgbgrid" => color_grid(entity, state.ctm[0])?,
@@ -71,7 +73,6 @@ impl Media {
             _ => return Err(entity.unsupported(&KINDS)),
         };
         let g = mean_cosine(entity)?;
-        self.refuse_glow(entity)?;
         entity.finish()?;
         let number = self.add(name, entity, matter, g);
         self.numbers.insert(name.to_owned(), number);
@@ -130,11 +131,30 @@ impl Media {
         if !values.iter().all(|value| value.is_finite()) {
             return Err(entity.refuse("density", "the medium is too dense to be computed with"));
         }
+        let emission = self.glow_of_grid(entity, to_world)?;
         let grid = Grid { resolution, channels: if is_grey { 1 } else { 3 }, values };
         let extinction =
             PlacedGrid { grid: Arc::new(grid), to_world, filter: GridFilter::Trilinear };
         let albedo = Volume::Constant(albedo);
-        Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale: 1.0, albedo })))
+        let scale = 1.0;
+        Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo, emission })))
+    }
+
+    /// Noise, in a box of the coordinates that `to_world` places.
+    fn cloud(&self, entity: &Entity, to_world: DAffine3) -> Result<Matter, LoadError> {
+        let [extinction, albedo] = self.coefficients(entity, [[1.0; 3]; 2])?;
+        let number = |name, default| Ok(entity.not_negative(name, default)? as f32);
+        let [low, high] = corners(entity)?;
+        Ok(Matter::Cloud(Box::new(Cloud {
+            extinction,
+            albedo,
+            density: number("density", 1.0)?,
+            wispiness: number("wispiness", 1.0)?,
+            frequency: entity.positive("frequency", 5.0)? as f32,
+            low: low.as_vec3().to_array(),
+            high: high.as_vec3().to_array(),
+            to_world,
+        })))
     }
 
     /// Densities of a file, as they lie there.
@@ -145,6 +165,7 @@ impl Media {
         warnings: &mut Vec<Warning>,
     ) -> Result<Matter, LoadError> {
         const DENSITY: &str = "density";
+        const HEAT: &str = "temperature";
         let [extinction, albedo] = self.coefficients(entity, [[1.0; 3]; 2])?;
         let refuse = |message: String| entity.refuse("filename", message);
         let name = entity
@@ -153,16 +174,25 @@ impl Media {
         let bytes = self.folder.context.read(&self.folder.join(name)).map_err(refuse)?;
         let parsed = nanovdb::parse(&bytes, DENSITY);
         let (sparse, names) = parsed.map_err(|why| refuse(format!("{name}: {why}")))?;
-        let others: Vec<_> = names.into_iter().filter(|name| name != DENSITY).collect();
+        let emission = if names.iter().any(|name| name == HEAT) {
+            let parsed = nanovdb::parse(&bytes, HEAT);
+            let (heat, _) = parsed.map_err(|why| refuse(format!("{name}: {why}")))?;
+            glow_of_heat(entity, heat, to_world)?
+        } else {
+            entity.pass_over(&TEMPERATURES);
+            entity.pass_over(&SCALES);
+            DARK
+        };
+        let others: Vec<_> =
+            names.into_iter().filter(|name| name != DENSITY && name != HEAT).collect();
         if !others.is_empty() {
             let message = format!(
-                "of {}, the grid \"{DENSITY}\" alone is read, and not {}: the medium does not glow",
+                "of {}, the grids \"{DENSITY}\" and \"{HEAT}\" are read, and not {}",
                 quote(name),
                 others.join(", ")
             );
             warnings.push(Warning { at: entity.place("filename").span(""), message });
         }
-        entity.pass_over(&["temperatureoffset", "temperaturecutoff", "temperaturescale"]);
         let [red, green, blue] = extinction;
         let (grid, scale) = if red == green && green == blue {
             (sparse.grid, red)
@@ -178,28 +208,7 @@ impl Media {
         let extinction =
             PlacedGrid { grid: Arc::new(grid), to_world, filter: GridFilter::Trilinear };
         let albedo = Volume::Constant(albedo);
-        Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo })))
-    }
-
-    /// Refuses media that emit light.
-    fn refuse_glow(&self, entity: &Entity) -> Result<(), LoadError> {
-        let is_black = if entity.kind == "rgbgrid" {
-            let is_black = |cells: Vec<[f64; 3]>| cells.iter().all(|light| *light == [0.0; 3]);
-            entity.rgbs("Le")?.is_none_or(is_black)
-        } else {
-            let light = color(entity, "Le", Role::Light, &self.folder)?;
-            light.is_none_or(|light| light == [0.0; 3])
-        };
-        let is_dark = is_black || entity.float("Lescale", 1.0)? == 0.0;
-        let message = "media that emit light are not supported; delete this parameter";
-        if !is_dark {
-            return Err(entity.refuse("Le", message));
-        }
-        entity.pass_over(&["Lescale"]);
-        match entity.floats("temperature")? {
-            Some(_) => Err(entity.refuse("temperature", message)),
-            None => Ok(()),
-        }
+        Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo, emission })))
     }
 
     /// The number of a medium; `None` is empty space.
@@ -233,13 +242,13 @@ impl Media {
 }
 
 /// The cells of a grid along x, y and z.
-fn resolution(entity: &Entity) -> Result<[u32; 3], LoadError> {
+pub(super) fn resolution(entity: &Entity) -> Result<[u32; 3], LoadError> {
     let count = |name| entity.count(name, 1, [1, MAX_CELLS]);
     Ok([count("nx")?, count("ny")?, count("nz")?])
 }
 
 /// Refuses lists that have not one entry for each cell.
-fn check_count(
+pub(super) fn check_count(
     entity: &Entity,
     name: &str,
     what: &str,
@@ -253,11 +262,16 @@ fn check_count(
     Err(entity.refuse(name, format!("expected {x} · {y} · {z} {what}, but there are {found}")))
 }
 
+/// The corners of a box, the least and the greatest.
+fn corners(entity: &Entity) -> Result<[DVec3; 2], LoadError> {
+    let [a, b] =
+        [entity.point("p0")?.unwrap_or(DVec3::ZERO), entity.point("p1")?.unwrap_or(DVec3::ONE)];
+    Ok([a.min(b), a.max(b)])
+}
+
 /// From the unit cube to the box of a grid, whose coordinates `to_world` places.
 fn unit_cube_to_box(entity: &Entity, to_world: DAffine3) -> Result<DAffine3, LoadError> {
-    let [low, high] =
-        [entity.point("p0")?.unwrap_or(DVec3::ZERO), entity.point("p1")?.unwrap_or(DVec3::ONE)];
-    let [low, high] = [low.min(high), low.max(high)];
+    let [low, high] = corners(entity)?;
     let to_box = DAffine3::from_translation(low) * DAffine3::from_scale(high - low);
     let placed = to_world * to_box;
     if placed.is_finite() && placed.inverse().is_finite() {
@@ -294,13 +308,14 @@ fn color_grid(entity: &Entity, to_world: DAffine3) -> Result<Matter, LoadError> 
     let share = |(a, s): &(f64, f64)| if *s > 0.0 { (s / (a + s)) as f32 } else { 0.0 };
     let albedo: Vec<_> = pairs.iter().map(share).collect();
     let to_world = to_world * unit_cube_to_box(entity, to_world)?;
+    let emission = glow_of_colors(entity, resolution, to_world)?;
     let [extinction, albedo] = [extinction, albedo].map(|values| PlacedGrid {
         grid: Arc::new(Grid { resolution, channels: 3, values }),
         to_world,
         filter: GridFilter::Trilinear,
     });
-    let albedo = Volume::Grid(albedo);
-    Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale: 1.0, albedo })))
+    let (albedo, scale) = (Volume::Grid(albedo), 1.0);
+    Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo, emission })))
 }
 
 /// What is taken away per length, and the share of it that is scattered.

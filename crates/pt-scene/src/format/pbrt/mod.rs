@@ -32,6 +32,7 @@ mod curve;
 mod emission;
 mod entity;
 mod film;
+mod glow;
 mod hair;
 mod lens;
 mod light;

@@ -18,7 +18,7 @@ use super::state::{Moving, State};
 use super::texture::Textures;
 use super::token::{Place, Tokens};
 use super::upsample::Illuminant;
-use super::{camera, film, subsurface};
+use super::{camera, film, glow, subsurface};
 use crate::material::Embossed;
 use crate::texture::{Input, Scalar};
 use crate::{
@@ -233,7 +233,13 @@ impl World {
         for light in &mut self.scene.lights {
             expose(&mut light.kind, exposure as f32);
         }
-        if let Some(illuminant) = Illuminant::of_scene(&self.scene.lights, &self.scene.materials) {
+        let mut some_glow = false;
+        for medium in &mut self.media.made {
+            glow::expose(&mut medium.matter, exposure as f32);
+            some_glow |= medium.matter.glows();
+        }
+        let illuminant = Illuminant::of_scene(&self.scene.lights, &self.scene.materials);
+        if let Some(illuminant) = illuminant.filter(|_| !some_glow) {
             self.scene
                 .materials
                 .iter_mut()

@@ -37,7 +37,7 @@ impl World {
         let roughness = self.roughness(entity, &super::material::ROUGHNESS, 0.0)?;
         let g = mean_cosine(entity)?;
         let (extinction, albedo, g) = self.matter(entity, ior, g)?;
-        let matter = Matter::Homogeneous { extinction, albedo };
+        let matter = Matter::Homogeneous { extinction, albedo, emission: [0.0; 3] };
         let number = self.media.add("subsurface", entity, matter, g);
         let message = format!(
             "light below the surface is followed from collision to collision, by volpath and up to {STEPS} interactions of \

@@ -283,12 +283,15 @@ impl Writer<'_> {
 
     /// What a medium leaves of light behind a distance: c = exp(−σt d).
     fn absorption(&mut self, medium: &Medium, fields: &mut Map<String, Value>) {
-        let Matter::Homogeneous { extinction, albedo } = &medium.matter else {
+        let Matter::Homogeneous { extinction, albedo, .. } = &medium.matter else {
             self.notes.tell(&medium.at, "it is left out: media of glTF are the same everywhere");
             return;
         };
         if *albedo != [0.0; 3] {
             self.notes.tell(&medium.at, "it absorbs what it would scatter or absorb");
+        }
+        if medium.matter.glows() {
+            self.notes.tell(&medium.at, "it emits no light, as media of glTF do not");
         }
         let (color, distance) = attenuation(extinction.map(|sigma| sigma / self.metres as f32));
         fields.insert("attenuationColor".to_owned(), color.to_vec().into());

@@ -1,0 +1,139 @@
+//! The light that media emit.
+
+use pt_math::{Spectrum, Vec3, cie, trig};
+
+use super::grid::Field;
+
+/// The radiance Le of so much of a medium that nothing is seen through it, if it only absorbs: it emits σa Le per metre. Outside of
+/// grids there is none.
+#[derive(Clone, Debug)]
+pub enum Emission {
+    /// The same everywhere.
+    Constant(Spectrum),
+    /// By a grid.
+    Field(Field),
+    /// By temperatures.
+    Heat(Heat),
+}
+
+impl Emission {
+    /// At a point of the world.
+    pub(super) fn at(&self, p: Vec3) -> Spectrum {
+        match self {
+            Self::Constant(radiance) => *radiance,
+            Self::Field(field) => field.within(p).map_or(Spectrum::ZERO, |p| field.color(p)),
+            Self::Heat(heat) => heat.at(p),
+        }
+    }
+}
+
+/// Below this, in kelvins, nothing glows: the strongest of visible light is less than 10⁻⁷⁰ of that at 3000 K.
+const COLDEST: f32 = 100.0;
+/// Colours per factor e of temperatures: between them, colours at 700 K are off by less than 10⁻³, and less above.
+const PER_E: f32 = 512.0;
+
+/// Light by Planck's law, the strongest wavelength of which has the same radiance everywhere.
+#[derive(Clone, Debug)]
+pub struct Heat {
+    /// Kelvins.
+    temperature: Field,
+    /// The light of temperatures whose logarithms are equally far apart, from [`COLDEST`] on.
+    colors: Vec<Spectrum>,
+}
+
+impl Heat {
+    /// By a grid of kelvins of one channel; `scale` is the radiance of the strongest wavelength.
+    pub fn new(temperature: Field, scale: f32) -> Self {
+        let hottest = temperature.grid.values.iter().fold(COLDEST, |most, t| most.max(*t));
+        let count = (trig::ln(hottest / COLDEST) * PER_E).ceil() as u32 + 2;
+        let color = |i: u32| {
+            let kelvin = f64::from(COLDEST) * libm::exp(f64::from(i) / f64::from(PER_E));
+            Spectrum::from(black_body(kelvin).map(|c| (c * f64::from(scale)) as f32))
+        };
+        Self { temperature, colors: (0..count).map(color).collect() }
+    }
+
+    fn at(&self, p: Vec3) -> Spectrum {
+        let kelvin = self.temperature.within(p).map_or(0.0, |p| self.temperature.number(p, 0));
+        let place = trig::ln(kelvin / COLDEST) * PER_E;
+        if !(place >= 0.0) {
+            return Spectrum::ZERO;
+        }
+        let first = (place as usize).min(self.colors.len() - 2);
+        let (a, b) = (self.colors[first], self.colors[first + 1]);
+        a + (b - a) * (place - first as f32).min(1.0)
+    }
+}
+
+/// Linear Rec. 709 of the light of a black body, the strongest wavelength of which has radiance 1; channels below 0, which the reddest
+/// light has, are 0. Equal energy of radiance 1 has luminance 1. [Planck's law, and Wien's, with the constants of CODATA 2018]
+fn black_body(kelvin: f64) -> [f64; 3] {
+    /// hc / k in metre kelvins, and what the strongest wavelength times the temperature is.
+    const SECOND: f64 = 1.438_776_877e-2;
+    const WIEN: f64 = 2.897_771_955e-3;
+    const STEP: f64 = 5e-9;
+    let radiance = |metres: f64| 1.0 / (metres.powi(5) * libm::expm1(SECOND / (metres * kelvin)));
+    let most = radiance(WIEN / kelvin);
+    let [shortest, longest] = cie::WAVELENGTHS.map(|nanometres| nanometres * 1e-9);
+    let steps = ((longest - shortest) / STEP).round() as u32;
+    let (mut sum, mut whole) = ([0.0; 3], 0.0);
+    for i in 0..=steps {
+        let metres = shortest + STEP * f64::from(i);
+        let observer = cie::observer(metres * 1e9);
+        let share = radiance(metres) / most;
+        sum = std::array::from_fn(|c| sum[c] + observer[c] * share);
+        whole += observer[1];
+    }
+    cie::rec709_from_xyz(sum.map(|x| x / whole)).map(|c| c.max(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use pt_math::Mat3;
+    use pt_scene::medium::{Grid, GridFilter};
+
+    use super::*;
+
+    fn heat(kelvin: f32, scale: f32) -> Spectrum {
+        let field = Field {
+            grid: Arc::new(Grid::uniform(kelvin)),
+            corner: Vec3::ZERO,
+            to_unit: Mat3::IDENTITY,
+            filter: GridFilter::Trilinear,
+        };
+        Heat::new(field, scale).at(Vec3::splat(0.5))
+    }
+
+    /// What is between the entries of the table is as Planck's law has it, and only what is hot is seen.
+    #[test]
+    fn heat_glows_by_plancks_law() {
+        for kelvin in [700.0, 1000.0, 2856.0, 6504.0, 30_000.0, 1e6_f32] {
+            let (got, want) = (heat(kelvin, 3.0).to_array(), black_body(f64::from(kelvin)));
+            for (got, want) in got.into_iter().zip(want) {
+                let want = 3.0 * want;
+                assert!((f64::from(got) - want).abs() <= 2e-3 * want, "{kelvin}: {got} {want}");
+            }
+        }
+        assert!(heat(300.0, 1.0).max_channel() < 1e-20);
+        for cold in [0.0, 50.0] {
+            assert_eq!(heat(cold, 1.0), Spectrum::ZERO);
+        }
+    }
+
+    /// Correlated colour temperatures: of 2856 K, standard illuminant A has x = 0.4476, y = 0.4074. [ISO 11664-2:2007] And
+    /// where the strongest wavelength is in the middle of the visible ones, most of the light is seen.
+    #[test]
+    fn black_bodies_have_their_colours() {
+        let [r, g, b] = black_body(2856.0);
+        let x = 0.412_391 * r + 0.357_584 * g + 0.180_481 * b;
+        let y = 0.212_639 * r + 0.715_169 * g + 0.072_192 * b;
+        let z = 0.019_331 * r + 0.119_195 * g + 0.950_532 * b;
+        let sum = x + y + z;
+        assert!((x / sum - 0.4476).abs() < 5e-4 && (y / sum - 0.4074).abs() < 5e-4, "{x} {y} {z}");
+        let luminance = |kelvin| Spectrum::from(black_body(kelvin).map(|c| c as f32)).luminance();
+        assert!(luminance(5200.0) > 0.97 && luminance(5200.0) < 1.0, "{}", luminance(5200.0));
+        assert!(luminance(2856.0) < 0.5 && luminance(2856.0) > 0.1, "{}", luminance(2856.0));
+    }
+}

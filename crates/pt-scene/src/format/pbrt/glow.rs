@@ -1,0 +1,176 @@
+//! Media that emit light.
+
+use std::sync::Arc;
+
+use pt_math::DAffine3;
+
+use super::super::nanovdb::SparseGrid;
+use super::color::{Role, color};
+use super::entity::Entity;
+use super::medium::{Media, check_count, resolution};
+use crate::LoadError;
+use crate::medium::{BlackBody, Emission, Grid, GridFilter, Matter, PlacedGrid};
+
+/// The sum of ȳ over the wavelengths in nanometres. The light of heat, which has radiance 1 at its strongest wavelength there, and that of grids
+/// of colours, whose white has this luminance, are not divided by it as other light is. [CIE 1931, at each nanometre]
+const EQUAL_ENERGY: f64 = 106.856_895;
+
+impl Media {
+    /// What a homogeneous medium emits.
+    pub(super) fn even_glow(&self, entity: &Entity) -> Result<[f32; 3], LoadError> {
+        let light = color(entity, "Le", Role::Light, &self.folder)?.unwrap_or_default();
+        let scale = scale(entity)? as f32;
+        Ok(light.map(|c| c * scale))
+    }
+
+    /// What a grid of densities emits, which lies in the same place.
+    pub(super) fn glow_of_grid(
+        &self,
+        entity: &Entity,
+        to_world: DAffine3,
+    ) -> Result<Emission, LoadError> {
+        let light = color(entity, "Le", Role::Light, &self.folder)?;
+        let resolution = resolution(entity)?;
+        let scales = list_of_scales(entity)?;
+        if let Some((name, scales)) = scales.filter(|(_, scales)| scales.len() != 1) {
+            check_count(entity, name, "numbers", resolution, scales.len())?;
+        }
+        let scales = scales.map_or([1.0].as_slice(), |(_, scales)| scales);
+        let (offset, scale_of_kelvins) = temperatures(entity)?;
+        let kelvins = entity.floats("temperature")?;
+        if let Some(kelvins) = kelvins {
+            check_count(entity, "temperature", "temperatures", resolution, kelvins.len())?;
+        }
+        let place = |channels, values| PlacedGrid {
+            grid: Arc::new(Grid { resolution, channels, values }),
+            to_world,
+            filter: GridFilter::Trilinear,
+        };
+        match (kelvins, light) {
+            (Some(_), Some(_)) => {
+                let message = "both Le and temperature are given; give one of the two";
+                Err(entity.refuse("temperature", message))
+            }
+            (Some(kelvins), None) => match scales {
+                [scale, others @ ..] if others.iter().all(|other| other == scale) => {
+                    let scale = (scale * EQUAL_ENERGY) as f32;
+                    let kelvins = kelvins.iter().map(|t| hot(*t, offset, scale_of_kelvins));
+                    let temperature = place(1, kelvins.collect());
+                    Ok(Emission::BlackBody(BlackBody { temperature, scale }))
+                }
+                _ => {
+                    let message = "a Lescale that differs from cell to cell is not supported where there are temperatures; give the same number for all";
+                    Err(entity.refuse("Lescale", message))
+                }
+            },
+            (None, Some(light)) if scales.len() > 1 => {
+                let of_cell = |scale: &f64| light.map(|c| (f64::from(c) * scale) as f32);
+                Ok(Emission::Grid(place(3, scales.iter().flat_map(of_cell).collect())))
+            }
+            (None, light) => {
+                let scale = scales[0];
+                let light = light.unwrap_or_default();
+                Ok(Emission::Constant(light.map(|c| (f64::from(c) * scale) as f32)))
+            }
+        }
+    }
+}
+
+/// What the cells of a grid of colours emit.
+pub(super) fn glow_of_colors(
+    entity: &Entity,
+    resolution: [u32; 3],
+    to_world: DAffine3,
+) -> Result<Emission, LoadError> {
+    let scale = scale(entity)?;
+    let Some(cells) = entity.rgbs("Le")? else { return Ok(DARK) };
+    check_count(entity, "Le", "colours", resolution, cells.len())?;
+    if cells.iter().all(|light| *light == [0.0; 3]) || scale == 0.0 {
+        return Ok(DARK);
+    }
+    if entity.find("sigma_a").is_none() {
+        let message = "a grid that emits light needs sigma_a, which tells where it does";
+        return Err(entity.refuse("Le", message));
+    }
+    let light =
+        |cell| entity.color_space.to_rec709(cell).map(|c| (c * scale * EQUAL_ENERGY) as f32);
+    let values = cells.into_iter().flat_map(light).collect();
+    let grid = Arc::new(Grid { resolution, channels: 3, values });
+    Ok(Emission::Grid(PlacedGrid { grid, to_world, filter: GridFilter::Trilinear }))
+}
+
+/// What a sparse grid of temperatures emits.
+pub(super) fn glow_of_heat(
+    entity: &Entity,
+    sparse: SparseGrid,
+    to_world: DAffine3,
+) -> Result<Emission, LoadError> {
+    let (offset, scale_of_kelvins) = temperatures(entity)?;
+    let SparseGrid { mut grid, to_world: to_grid } = sparse;
+    for value in &mut grid.values {
+        *value = hot(f64::from(*value), offset, scale_of_kelvins);
+    }
+    let (grid, to_world) = (Arc::new(grid), to_world * to_grid);
+    let temperature = PlacedGrid { grid, to_world, filter: GridFilter::Trilinear };
+    let scale = (scale(entity)? * EQUAL_ENERGY) as f32;
+    Ok(Emission::BlackBody(BlackBody { temperature, scale }))
+}
+
+/// No light.
+pub(super) const DARK: Emission = Emission::Constant([0.0; 3]);
+
+/// Names of what there is to tell of temperatures.
+pub(super) const TEMPERATURES: [&str; 3] =
+    ["temperatureoffset", "temperaturecutoff", "temperaturescale"];
+
+/// Both are in files.
+pub(super) const SCALES: [&str; 2] = ["Lescale", "LeScale"];
+
+/// What is taken from temperatures, and what they are multiplied by then.
+fn temperatures(entity: &Entity) -> Result<(f64, f64), LoadError> {
+    let [offset, cutoff, scale] = TEMPERATURES;
+    let offset = entity.float(offset, entity.float(cutoff, 0.0)?)?;
+    Ok((offset, entity.float(scale, 1.0)?))
+}
+
+/// Kelvins of at least 0.
+fn hot(temperature: f64, offset: f64, scale: f64) -> f32 {
+    ((temperature - offset) * scale).max(0.0) as f32
+}
+
+/// What light is multiplied by.
+fn scale(entity: &Entity) -> Result<f64, LoadError> {
+    let [first, second] = SCALES;
+    let scale = entity.float(first, entity.float(second, 1.0)?)?;
+    if scale >= 0.0 {
+        return Ok(scale);
+    }
+    Err(entity.refuse(first, format!("\"{first}\" is {scale}; expected a number of at least 0")))
+}
+
+fn list_of_scales(entity: &Entity) -> Result<Option<(&'static str, &[f64])>, LoadError> {
+    for name in SCALES {
+        if let Some(scales) = entity.floats(name)? {
+            return Ok(Some((name, scales)));
+        }
+    }
+    Ok(None)
+}
+
+/// Makes the light of a medium so many times as bright.
+pub(super) fn expose(matter: &mut Matter, exposure: f32) {
+    let bright = |light: &mut [f32; 3]| *light = light.map(|c| c * exposure);
+    match matter {
+        Matter::Homogeneous { emission, .. } => bright(emission),
+        Matter::Cloud(_) => {}
+        Matter::Heterogeneous(matter) => match &mut matter.emission {
+            Emission::Constant(light) => bright(light),
+            Emission::Grid(placed) => {
+                for value in &mut Arc::make_mut(&mut placed.grid).values {
+                    *value *= exposure;
+                }
+            }
+            Emission::BlackBody(heat) => heat.scale *= exposure,
+        },
+    }
+}
