@@ -2,9 +2,11 @@
 
 use pt_math::DVec3;
 
-/// Corners up to which concave polygons are cut well; beyond, the time would grow too long (it is
-/// the number of corners times the number of concave ones).
+/// Corners up to which concave polygons are cut well; beyond, the time could grow too long (it is the number of corners times that of the
+/// concave ones that lie near, which may be all of them).
 const MAX_CONCAVE: usize = 10_000;
+/// Concave corners for each cell of the grid in which they are looked for.
+const PER_CELL: usize = 2;
 
 /// Cuts polygons into triangles; keeps its memory from one polygon to the next.
 #[derive(Default)]
@@ -14,7 +16,71 @@ pub(super) struct Triangulator {
     next: Vec<usize>,
     previous: Vec<usize>,
     /// Corners that are concave in what is left of the polygon.
-    concave: Vec<usize>,
+    concave: Cells,
+}
+
+/// Points of the plane in a grid of square cells.
+#[derive(Default)]
+struct Cells {
+    /// The least corner of the box around all.
+    low: [f64; 2],
+    /// What coordinates less that are multiplied by to be cells.
+    per_cell: [f64; 2],
+    /// Cells along each axis.
+    side: usize,
+    /// The numbers of the points of each.
+    points: Vec<Vec<usize>>,
+}
+
+impl Cells {
+    /// Holds those points of a list that are named.
+    fn hold(&mut self, plane: &[[f64; 2]], points: &[usize]) {
+        let bounds = |fold: fn(f64, f64) -> f64, start: f64| {
+            [0, 1].map(|axis| points.iter().map(|p| plane[*p][axis]).fold(start, fold))
+        };
+        let (low, high) = (bounds(f64::min, f64::INFINITY), bounds(f64::max, f64::NEG_INFINITY));
+        self.side = (points.len() / PER_CELL).isqrt().max(1);
+        self.low = low;
+        // Where all are in one line, or so far apart that it is infinite, one row of cells does.
+        self.per_cell = [0, 1].map(|axis| {
+            let scale = self.side as f64 / (high[axis] - low[axis]);
+            if scale.is_finite() { scale } else { 0.0 }
+        });
+        self.points.truncate(self.side * self.side);
+        self.points.iter_mut().for_each(Vec::clear);
+        self.points.resize_with(self.side * self.side, Vec::new);
+        for p in points {
+            let cell = self.cell(plane[*p]);
+            self.points[cell].push(*p);
+        }
+    }
+
+    /// Along one axis; what lies beyond is in the outermost.
+    fn along(&self, axis: usize, x: f64) -> usize {
+        (((x - self.low[axis]) * self.per_cell[axis]) as usize).min(self.side - 1)
+    }
+
+    fn cell(&self, [x, y]: [f64; 2]) -> usize {
+        self.along(1, y) * self.side + self.along(0, x)
+    }
+
+    fn remove(&mut self, point: usize, place: [f64; 2]) {
+        let cell = self.cell(place);
+        self.points[cell].retain(|other| *other != point);
+    }
+
+    /// Whether there is a point for which this holds in one of the cells that a triangle may touch.
+    fn any_near(&self, triangle: [[f64; 2]; 3], is_it: impl Fn(usize) -> bool) -> bool {
+        let range = |axis: usize| {
+            let cells = triangle.map(|p| self.along(axis, p[axis]));
+            cells[0].min(cells[1]).min(cells[2])..cells[0].max(cells[1]).max(cells[2]) + 1
+        };
+        let columns = range(0);
+        range(1).any(|row| {
+            let cells = row * self.side + columns.start..row * self.side + columns.end;
+            self.points[cells].iter().flatten().any(|p| is_it(*p))
+        })
+    }
 }
 
 impl Triangulator {
@@ -81,7 +147,8 @@ impl Triangulator {
         let is_inside = |p: usize| {
             self.turn(a, b, p) >= 0.0 && self.turn(b, c, p) >= 0.0 && self.turn(c, a, p) >= 0.0
         };
-        !self.concave.iter().any(|p| is_inside(*p) && !is_corner(*p))
+        let triangle = [a, b, c].map(|corner| self.plane[corner]);
+        !self.concave.any_near(triangle, |p| is_inside(p) && !is_corner(p))
     }
 
     /// Cuts off ears until a triangle is left. A polygon that crosses itself may have none; then
@@ -91,9 +158,8 @@ impl Triangulator {
         self.next.extend((0..n).map(|i| (i + 1) % n));
         self.previous.clear();
         self.previous.extend((0..n).map(|i| (i + n - 1) % n));
-        self.concave.clear();
-        let concave = (0..n).filter(|i| self.is_concave(*i)).collect();
-        self.concave = concave;
+        let concave: Vec<_> = (0..n).filter(|i| self.is_concave(*i)).collect();
+        self.concave.hold(&self.plane, &concave);
         let mut is_ear: Vec<bool> = (0..n).map(|i| self.is_ear(i)).collect();
         let mut at = 0;
         for left in (3..=n).rev() {
@@ -106,10 +172,10 @@ impl Triangulator {
             emit([before, at, after]);
             self.next[before] = after;
             self.previous[after] = before;
-            self.concave.retain(|i| *i != at);
+            self.concave.remove(at, self.plane[at]);
             for i in [before, after] {
                 if !self.is_concave(i) {
-                    self.concave.retain(|other| *other != i);
+                    self.concave.remove(i, self.plane[i]);
                 }
             }
             for i in [before, after] {
@@ -251,6 +317,27 @@ mod tests {
             assert!(triangles.iter().flatten().all(|i| *i < n));
         }
         assert_eq!(cut(&[DVec3::ZERO; 7]).len(), 5);
+    }
+
+    /// Ears are the same as if all concave corners were looked at, whichever cells they lie in.
+    #[test]
+    fn cells_hide_no_corner() {
+        let mut random = numbers(5);
+        for round in 0..200 {
+            let n = 100 + 10 * round;
+            let plane: Vec<_> = (0..n).map(|_| [random(), 1e-3 * random()]).collect();
+            let points: Vec<_> = (0..n).filter(|i| i % 3 > 0).collect();
+            let mut cells = Cells::default();
+            cells.hold(&plane, &points);
+            cells.remove(points[0], plane[points[0]]);
+            for p in points.iter().copied() {
+                let size = random();
+                let mut shift = || size * (random() - 0.5);
+                let [x, y] = plane[p];
+                let triangle = [[x - 0.1, y - shift()], [x + 0.3, y], [x, y + shift()]];
+                assert_eq!(cells.any_near(triangle, |q| q == p), p != points[0]);
+            }
+        }
     }
 
     #[test]
