@@ -54,8 +54,8 @@ pub use pt_scene::format::{
 };
 pub use pt_scene::image::{self, Image, Samples};
 pub use pt_scene::{
-    Aperture, Camera, Daylight, FileSettings, Filter, IesProfile, Light, LightKind, LoadError,
-    Moment, Place, Projection, Rows, Scene, Source, Span, Warning,
+    Aperture, Camera, DaySpan, Daylight, FileSettings, Filter, IesProfile, Light, LightKind,
+    LoadError, Moment, Place, Projection, Rows, Scene, Source, Span, Warning,
 };
 pub use session::Session;
 

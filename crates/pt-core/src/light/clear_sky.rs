@@ -33,11 +33,21 @@ impl ClearSkyModel {
     /// With the sun in a unit direction that is not below the horizon, an air of
     /// [`hosek_wilkie::TURBIDITIES`] and a ground of an albedo in [0, 1].
     pub(crate) fn new(to_sun: Vec3, turbidity: f64, albedo: [f32; 3], scale: f32) -> Self {
-        let elevation = libm::asin(f64::from(to_sun.y).clamp(0.0, 1.0));
-        let channels = hosek_wilkie::sky(elevation, turbidity, albedo);
-        let mut model = Self { to_sun, channels, scale, density: None };
+        let mut model = Self::without_density(to_sun, turbidity, albedo, scale);
         model.density = model.table();
         model
+    }
+
+    /// The same, which cannot be sampled.
+    pub(super) fn without_density(
+        to_sun: Vec3,
+        turbidity: f64,
+        albedo: [f32; 3],
+        scale: f32,
+    ) -> Self {
+        let elevation = libm::asin(f64::from(to_sun.y).clamp(0.0, 1.0));
+        let channels = hosek_wilkie::sky(elevation, turbidity, albedo);
+        Self { to_sun, channels, scale, density: None }
     }
 
     /// The luminance in the middle of each cell, times sin θ; everywhere at least a little.
@@ -62,7 +72,7 @@ impl ClearSkyModel {
     /// times the mean radiance; black below the horizon. [ibid., equations 8 and 9, where H and I are
     /// named the other way around]
     #[inline]
-    fn radiance(&self, d: Vec3) -> Spectrum {
+    pub(super) fn radiance(&self, d: Vec3) -> Spectrum {
         if d.y < 0.0 {
             return Spectrum::ZERO;
         }

@@ -13,6 +13,7 @@ mod ies;
 #[cfg(test)]
 mod laws;
 mod lit;
+pub(crate) mod mean_daylight;
 mod mesh;
 mod moving;
 mod origins;

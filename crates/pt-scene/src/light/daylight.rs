@@ -25,6 +25,69 @@ pub struct Daylight {
     pub aperture: f64,
     /// Whether the sun is darker at its rim, and below than above.
     pub limb_darkening: bool,
+    /// The time over which the light is the mean, in place of [`Self::to_sun`].
+    pub span: Option<DaySpan>,
+}
+
+/// A span of days, and of hours of each day, by the clock of a place. In the axes of the light, north is −x, and east is +z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DaySpan {
+    /// Where.
+    pub place: Place,
+    /// Hours by which the clock is ahead of universal time.
+    pub timezone: f64,
+    /// Year, month and day of the first day.
+    pub first: [u32; 3],
+    /// How many days; at least 1.
+    pub days: u32,
+    /// Beginning and end of the hours of each day, from 0 to 24.
+    pub hours: [f64; 2],
+    /// The part of this time that counts, as shares of it from 0 to 1. Where they are the same, the sun stands still.
+    pub part: [f64; 2],
+}
+
+impl DaySpan {
+    /// The most days.
+    pub const MOST_DAYS: u32 = 1_000_000;
+
+    /// Refuses numbers out of their ranges.
+    fn check(&self) -> Result<(), String> {
+        let Self { place, timezone, first, days, hours, part } = self;
+        let is_rising = |[from, to]: [f64; 2], most: f64| 0.0 <= from && from <= to && to <= most;
+        let is_place = place.latitude.abs() <= 90.0 && place.longitude.abs() <= 360.0;
+        let is_date =
+            first[0] <= 9999 && (1..=12).contains(&first[1]) && (1..=31).contains(&first[2]);
+        let what = if !(is_place && timezone.abs() <= 24.0) {
+            "latitudes of at most 90°, longitudes of at most 360° and time zones of at most 24 hours"
+        } else if !is_date {
+            "a year of at most four digits, a month from 1 to 12 and a day from 1 to 31"
+        } else if !(1..=Self::MOST_DAYS).contains(days) {
+            "1 to 1,000,000 days"
+        } else if !is_rising(*hours, 24.0) {
+            "hours from 0 to 24, the first before the last"
+        } else if !is_rising(*part, 1.0) {
+            "a part of the time from 0 to 1, the first share before the last"
+        } else {
+            return Ok(());
+        };
+        Err(format!("the span of days {self:?} is out of range; expected {what}"))
+    }
+
+    /// The unit vector towards the sun after a share from 0 to 1 of the part that counts; the hours of the days follow one
+    /// another.
+    pub fn to_sun(&self, share: f64) -> DVec3 {
+        let [from, to] = self.part;
+        let days = f64::from(self.days);
+        let time = (from + (to - from) * share) * days;
+        let whole = time.floor().min(days - 1.0);
+        let [begin, end] = self.hours;
+        let hour = begin + (end - begin) * (time - whole);
+        let [year, month, day] = self.first.map(|n| n as i32);
+        let moment = Moment { year, month, day: day + whole as i32, hours: hour - self.timezone };
+        let [zenith, azimuth] = self.place.sun(&moment);
+        let ((sin, cos), (east, north)) = (libm::sincos(zenith), libm::sincos(azimuth));
+        DVec3::new(-sin * north, cos, sin * east)
+    }
 }
 
 impl Default for Daylight {
@@ -38,6 +101,7 @@ impl Default for Daylight {
             sun: 1.0,
             aperture: 0.5358,
             limb_darkening: false,
+            span: None,
         }
     }
 }
@@ -70,6 +134,7 @@ impl Daylight {
         if self.albedo.iter().any(|a| !(0.0..=1.0).contains(a)) {
             return Err(format!("the ground has the albedo {:?}; expected 0 to 1", self.albedo));
         }
+        self.span.as_ref().map_or(Ok(()), DaySpan::check)?;
         let unit = DVec3::from(self.to_sun).try_normalize();
         unit.ok_or_else(|| "the direction of the sun is zero or infinite".into())
     }
@@ -98,6 +163,15 @@ pub struct Moment {
 }
 
 impl Moment {
+    /// Days from one day of the calendar to another, each by year, month and day.
+    pub fn days_between(first: [u32; 3], last: [u32; 3]) -> i64 {
+        let noon = |date: [u32; 3]| {
+            let [year, month, day] = date.map(|n| n as i32);
+            Self { year, month, day, hours: 12.0 }.days_since_2000()
+        };
+        (noon(last) - noon(first)).round() as i64
+    }
+
     /// Days since noon of 1 January 2000, universal time. [Fliegel & Van Flandern 1968, "A Machine
     /// Algorithm for Processing Calendar Dates"]
     fn days_since_2000(&self) -> f64 {
@@ -168,6 +242,40 @@ mod tests {
         );
     }
 
+    /// In Tokyo on 10 July 2010 the sun rises in the north-east and culminates in the south; days follow one another.
+    #[test]
+    fn spans_of_days_go_from_morning_to_evening() {
+        let span = DaySpan {
+            place: Place { latitude: 35.6894, longitude: 139.6917 },
+            timezone: 9.0,
+            first: [2010, 7, 10],
+            days: 2,
+            hours: [5.0, 19.0],
+            part: [0.0, 1.0],
+        };
+        assert_eq!(span.check(), Ok(()));
+        let morning = span.to_sun(0.0);
+        assert!(morning.z > 0.8 && morning.x < 0.0 && morning.y > 0.0, "{morning}");
+        let noon = span.to_sun((11.75 - 5.0) / 14.0 / 2.0);
+        assert!(noon.x > 0.2 && noon.y > 0.95 && noon.z.abs() < 0.05, "{noon}");
+        let [evening, next] = [0.4999, 0.5001].map(|share| span.to_sun(share));
+        assert!(evening.z < -0.8 && next.z > 0.8, "{evening} {next}");
+        assert!((next - morning).length() < 0.01);
+        let still = DaySpan { part: [0.5; 2], ..span };
+        assert_eq!(still.to_sun(0.0), still.to_sun(1.0));
+        let last = span.to_sun(1.0);
+        assert!((last - evening).length() < 0.01, "{last}");
+        for bad in [
+            DaySpan { days: 0, ..span },
+            DaySpan { hours: [7.0, 6.0], ..span },
+            DaySpan { part: [0.0, f64::NAN], ..span },
+            DaySpan { first: [2010, 13, 1], ..span },
+            DaySpan { timezone: 25.0, ..span },
+        ] {
+            assert!(bad.check().is_err_and(|message| message.contains("expected")), "{bad:?}");
+        }
+    }
+
     #[test]
     fn days_are_counted_from_noon_of_the_year_2000() {
         let days = |year, month, day, hours| Moment { year, month, day, hours }.days_since_2000();
@@ -175,5 +283,7 @@ mod tests {
         assert_eq!(days(2000, 3, 1, 12.0), 60.0);
         assert_eq!(days(2001, 1, 1, 0.0), 365.5);
         assert_eq!(days(1999, 12, 31, 0.0), -1.5);
+        assert_eq!(Moment::days_between([2024, 2, 28], [2024, 3, 1]), 2);
+        assert_eq!(Moment::days_between([2025, 1, 1], [2024, 1, 1]), -366);
     }
 }

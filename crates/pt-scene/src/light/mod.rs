@@ -9,7 +9,7 @@ use pt_math::DAffine3;
 
 use crate::image::Image;
 use crate::{Span, Texture};
-pub use daylight::{Daylight, Moment, Place};
+pub use daylight::{DaySpan, Daylight, Moment, Place};
 pub use ies::IesProfile;
 
 /// A light and where it stands.

@@ -1,7 +1,7 @@
 //! Materials and textures.
 
 use pt_math::color::linear_from_srgb;
-use pt_scene::material::{Embossed, Mix, Principled};
+use pt_scene::material::{Black, Embossed, Mix, Principled};
 use pt_scene::medium::Matter;
 use pt_scene::texture::{Bitmap, Filter, Pattern, Relief, Wrap};
 use pt_scene::{Color, Geometry, Material, Scalar, Scene, Sides, Surface};
@@ -298,4 +298,16 @@ fn sheen_may_have_a_texture() {
     let [image, factor] = factors(&Color::Texture(product)).clone();
     assert_eq!((bitmap(&image).filter, factor), (Filter::Nearest, [0.5, 0.25, 0.0].into()));
     assert_eq!(sheen([0.0; 3]), 0.0.into());
+}
+
+/// What is not lit shows its base colour, so it glows in it.
+#[test]
+fn unlit_surfaces_glow_in_their_base_colour() {
+    let unlit = |base: Value| json!({"pbrMetallicRoughness": base, "extensions": {"KHR_materials_unlit": {}}});
+    let read = scene(&unlit(json!({"baseColorFactor": [0.5, 0.25, 1, 1]})));
+    let Material { surface, emission, .. } = &read.materials[0];
+    assert_eq!((surface, emission), (&Black.into(), &[0.5, 0.25, 1.0].into()));
+    assert!(read.warnings.iter().any(|note| note.message.contains("glows in its base colour")));
+    let textured = made(&unlit(json!({"baseColorTexture": {"index": 0}})));
+    assert_eq!(bitmap(&textured.emission).image.width, 2);
 }

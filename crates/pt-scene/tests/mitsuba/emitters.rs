@@ -96,6 +96,7 @@ fn luminaires_hang_along_z() {
 #[test]
 fn skies_and_luminaires_that_make_no_sense_are_refused() {
     let sunsky = |parameters: &str| format!("<emitter type=\"sunsky\">{parameters}</emitter>");
+    let timed = |parameters: &str| format!("<emitter type=\"timed_sunsky\">{parameters}</emitter>");
     let broken = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(broken.path(), "TILT=NONE\n1 1000 1 2 x\n").unwrap();
     let ies = |path: &str| {
@@ -119,7 +120,14 @@ fn skies_and_luminaires_that_make_no_sense_are_refused() {
             sunsky("<transform name=\"to_world\"><scale value=\"2\"/></transform>"),
             "the sky has no size",
         ),
-        ("<emitter type=\"timed_sunsky\"/>".into(), "timed_sunsky"),
+        (timed("<float name=\"window_end_time\" value=\"6\"/>"), "before they begin"),
+        (timed("<integer name=\"end_year\" value=\"2025\"/>"), "not after the first one"),
+        (
+            timed("<integer name=\"start_month\" value=\"0\"/>"),
+            "start_month is 0; expected 1 to 12",
+        ),
+        (timed("<float name=\"shutter_close\" value=\"0\"/>"), "does not close after"),
+        ("<emitter type=\"projector\"/>".into(), "timed_sunsky"),
         ("<emitter type=\"ies\"/>".into(), "\"filename\"> is missing"),
         (ies("nowhere.ies"), "nowhere.ies"),
         (ies(&broken.path().display().to_string()), ":2: \"x\" is no number"),
@@ -128,4 +136,36 @@ fn skies_and_luminaires_that_make_no_sense_are_refused() {
         let message = refusal(&emitter);
         assert!(message.contains(want), "{message} lacks {want}");
     }
+}
+
+/// The part of the days that the sensor's shutter sees; one that is closed sees the first moment.
+#[test]
+fn daylight_over_days_is_seen_by_the_time_of_the_shutter() {
+    let span = |sensor: &str, emitter: &str| {
+        let scene = read(&format!(
+            "<emitter type=\"timed_sunsky\">{emitter}</emitter><sensor type=\"perspective\">{sensor}</sensor>"
+        ));
+        let LightKind::Daylight(Daylight { span: Some(span), limb_darkening: true, .. }) =
+            scene.lights[0].kind
+        else {
+            panic!("{:?}", scene.lights)
+        };
+        span
+    };
+    let all = span("", "");
+    assert_eq!(
+        (all.first, all.days, all.hours, all.part),
+        ([2025, 1, 1], 365, [7.0, 19.0], [0.0; 2])
+    );
+    let of_shutter = |open: f64, close: f64| {
+        format!(
+            "<float name=\"shutter_open\" value=\"{open}\"/><float name=\"shutter_close\" value=\"{close}\"/>"
+        )
+    };
+    assert_eq!(span(&of_shutter(0.0, 1.0), "").part, [0.0, 1.0]);
+    assert_eq!(span(&of_shutter(2.0, 3.0), &of_shutter(1.0, 5.0)).part, [0.25, 0.5]);
+    assert_eq!(span(&of_shutter(-2.0, 3.0), &of_shutter(0.0, 2.0)).part, [0.0, 1.0]);
+    let dates = "<integer name=\"start_day\" value=\"31\"/><integer name=\"end_year\" value=\"2025\"/>\
+                 <integer name=\"end_month\" value=\"3\"/><integer name=\"end_day\" value=\"1\"/>";
+    assert_eq!(span("", dates).days, 29);
 }

@@ -8,7 +8,7 @@ use super::super::{gloss, substitute};
 use super::Reader;
 use super::item::Item;
 use super::texture::{Content, measured, painted};
-use crate::material::{Embossed, Mix, Principled, PrincipledThin};
+use crate::material::{Black, Embossed, Mix, Principled, PrincipledThin};
 use crate::medium::{Matter, Medium, Phase};
 use crate::texture::{Color, Input, Pattern, Relief, Scalar, Texture};
 use crate::{LoadError, Material, Surface};
@@ -93,6 +93,9 @@ impl<'a> Reader<'a> {
     ) -> Result<(Material, Option<u32>), LoadError> {
         self.context.was_loud();
         let principled = self.principled(item, is_colored)?;
+        if item.extension("KHR_materials_unlit")?.is_some() {
+            return Ok((self.unlit(item, principled.base_color)?, None));
+        }
         let volume = item.extension("KHR_materials_volume")?;
         let thickness = volume
             .as_ref()
@@ -113,6 +116,16 @@ impl<'a> Reader<'a> {
             return Ok((Material { surface, opacity: 1.0.into(), ..material }, None));
         }
         Ok((material, medium))
+    }
+
+    /// KHR_materials_unlit: a surface that glows in its base colour, whatever shines on it, and reflects nothing.
+    fn unlit(&mut self, item: &Item<'a>, color: Color) -> Result<Material, LoadError> {
+        self.warn(
+            item,
+            "it glows in its base colour, on its front alone, and lights what is around it",
+        );
+        let opacity = self.opacity(item)?;
+        Ok(Material { name: item.name(), surface: Black.into(), emission: color, opacity })
     }
 
     /// All that a material is but its relief, its holes and its glow.
@@ -375,11 +388,10 @@ const EXTENSION_TEXTURES: [(&str, &str); 3] = [
 ];
 
 /// Extensions of materials without effect, and what that means.
-const PASSED_OVER: [(&str, &str); 4] = [
+const PASSED_OVER: [(&str, &str); 3] = [
     ("KHR_materials_iridescence", "reflections have no colours of thin films"),
     ("KHR_materials_dispersion", "all colours are refracted alike"),
     ("KHR_materials_diffuse_transmission", "no light goes through diffusely"),
-    ("KHR_materials_unlit", "the surface is lit as any other"),
 ];
 
 /// The factor of the base colour and of the opacity.

@@ -5,7 +5,7 @@ use pt_math::DAffine3;
 use super::describe::{Plain, record, tagged, words};
 use super::medium::Here;
 use super::number::{ANGLE, ANY, Each, FROM_0, HALF_ANGLE, SHARE};
-use crate::light::{Daylight, Rows};
+use crate::light::{DaySpan, Daylight, Place, Rows};
 use crate::{Light, LightKind};
 
 record! { Light { name: Plain => String::new(), to_world: Plain => DAffine3::IDENTITY, at: Here } + kind: LightKind }
@@ -38,5 +38,13 @@ record! {
         sun: FROM_0 => Self::default().sun,
         aperture: ANGLE => Self::default().aperture,
         limb_darkening: Plain => Self::default().limb_darkening,
+        span: Plain => None,
     }
 }
+record! {
+    DaySpan {
+        place: Plain, timezone: ANY => 0.0, first: Plain, days: Plain => 1, hours: Each(FROM_0) => [0.0, 24.0],
+        part: Each(SHARE) => [0.0, 1.0],
+    }
+}
+record! { Place { latitude: ANY, longitude: ANY } }

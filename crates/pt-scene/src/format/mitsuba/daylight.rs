@@ -1,5 +1,6 @@
 //! `<emitter type="sunsky">`: the sun and a clear sky. There +z of the emitter is up, the sun of a time
-//! and place moves from −y in the morning over +x to +y, and `sun_direction` is one of the world.
+//! and place moves from −y in the morning over +x to +y, and `sun_direction` is one of the world. `timed_sunsky`
+//! is that over days, by the time of the shutter.
 
 use std::ops::RangeInclusive;
 
@@ -7,7 +8,7 @@ use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::emitter::turn;
 use super::object::{Parameters, Role};
-use crate::{Daylight, LightKind, LoadError, Moment, Place};
+use crate::{DaySpan, Daylight, Light, LightKind, LoadError, Moment, Place};
 
 /// Parameters that say when and where, and what is meant without them: Tokyo, in the afternoon.
 const TIME_AND_PLACE: [(&str, f64, RangeInclusive<f64>); 9] = [
@@ -40,19 +41,98 @@ pub(super) fn sunsky(parameters: &mut Parameters<'_>) -> Result<(DAffine3, Light
         }
         None => of_time_and_place(parameters)?,
     };
+    let limb_darkening = parameters.boolean("complex_sun")?;
+    let to_sun = (up().transpose() * to_sun).to_array();
+    let daylight = Daylight { to_sun, limb_darkening, ..air(parameters)? };
+    Ok((DAffine3::from_mat3(node * up()), LightKind::Daylight(daylight)))
+}
+
+/// From axes where +y is up to those of emitters.
+fn up() -> DMat3 {
+    DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y)
+}
+
+/// All but where the sun is.
+fn air(parameters: &mut Parameters<'_>) -> Result<Daylight, LoadError> {
     let default = Daylight::default();
-    let up = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
     let most = f64::from(f32::MAX);
-    let daylight = Daylight {
-        to_sun: (up.transpose() * to_sun).to_array(),
+    Ok(Daylight {
         turbidity: within(parameters, "turbidity", default.turbidity, Daylight::TURBIDITIES)?,
         albedo: parameters.color("albedo", Role::Share, 0.3)?,
         sky: within(parameters, "sky_scale", 1.0, 0.0..=most)? as f32,
         sun: within(parameters, "sun_scale", 1.0, 0.0..=most)? as f32,
         aperture: within(parameters, "sun_aperture", default.aperture, Daylight::APERTURES)?,
-        limb_darkening: parameters.boolean("complex_sun")?,
+        ..default
+    })
+}
+
+/// The sun and the sky over days. The part of them that counts is that of the emitter's own shutter, `[open, close]` in seconds:
+/// [`see_spans`] makes it that of the sensor.
+pub(super) fn timed_sunsky(
+    parameters: &mut Parameters<'_>,
+) -> Result<(DAffine3, LightKind), LoadError> {
+    let node = turn(parameters)?;
+    let mut number = |name, default, range| within(parameters, name, default, range);
+    let place = Place {
+        latitude: number("latitude", 35.6894, -90.0..=90.0)?,
+        longitude: number("longitude", 139.6917, -360.0..=360.0)?,
     };
-    Ok((DAffine3::from_mat3(node * up), LightKind::Daylight(daylight)))
+    let timezone = number("timezone", 9.0, -24.0..=24.0)?;
+    let hours = [
+        number("window_start_time", 7.0, 0.0..=24.0)?,
+        number("window_end_time", 19.0, 0.0..=24.0)?,
+    ];
+    if hours[0] > hours[1] {
+        let message = format!("the hours end at {}, before they begin", hours[1]);
+        return Err(parameters.refuse("window_end_time", message));
+    }
+    let first = date(parameters, ["start_year", "start_month", "start_day"], [2025, 1, 1])?;
+    let after = [first[0] + 1, first[1], first[2]];
+    let last = date(parameters, ["end_year", "end_month", "end_day"], after)?;
+    let days = Moment::days_between(first, last);
+    if days < 1 {
+        let message = "the last day is not after the first one";
+        return Err(parameters.refuse("end_year", message));
+    }
+    let any = f64::from(f32::MIN)..=f64::from(f32::MAX);
+    let shutter = [
+        within(parameters, "shutter_open", 0.0, any.clone())?,
+        within(parameters, "shutter_close", 1.0, any)?,
+    ];
+    if shutter[0] >= shutter[1] {
+        return Err(parameters.refuse("shutter_close", "the shutter does not close after it opens"));
+    }
+    let days = u32::try_from(days).unwrap_or(u32::MAX).min(DaySpan::MOST_DAYS);
+    let span = DaySpan { place, timezone, first, days, hours, part: shutter };
+    let daylight = Daylight { span: Some(span), limb_darkening: true, ..air(parameters)? };
+    Ok((DAffine3::from_mat3(node * up()), LightKind::Daylight(daylight)))
+}
+
+/// A year, month and day.
+fn date(
+    parameters: &mut Parameters<'_>,
+    names: [&'static str; 3],
+    defaults: [u32; 3],
+) -> Result<[u32; 3], LoadError> {
+    let ranges = [0.0..=9999.0, 1.0..=12.0, 1.0..=31.0];
+    let mut date = defaults;
+    for ((value, name), range) in date.iter_mut().zip(names).zip(ranges) {
+        let given = parameters.integer(name)?.map_or(f64::from(*value), |x| x as f64);
+        *value = in_range(parameters, name, given, &range)? as u32;
+    }
+    Ok(date)
+}
+
+/// Makes the times of a sensor's shutter, which daylight over days was read with, the part of these days that is seen; what is before the
+/// first and after the last is as then.
+pub(super) fn see_spans(lights: &mut [Light], shutter: [f64; 2]) {
+    for light in lights {
+        let LightKind::Daylight(Daylight { span: Some(span), .. }) = &mut light.kind else {
+            continue;
+        };
+        let [open, close] = span.part;
+        span.part = shutter.map(|time| ((time - open) / (close - open)).clamp(0.0, 1.0));
+    }
 }
 
 /// Where the sun stands then and there, in the axes of the emitter.

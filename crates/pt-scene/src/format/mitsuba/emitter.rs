@@ -13,7 +13,7 @@ use crate::image::{Numbers, Transfer};
 use crate::texture::{Color, Input, Texture};
 use crate::{IesProfile, Light, LightKind, LoadError, Rows};
 
-const KINDS: [&str; 8] = [
+const KINDS: [&str; 9] = [
     "area (inside a shape)",
     "constant",
     "directional",
@@ -22,6 +22,7 @@ const KINDS: [&str; 8] = [
     "point",
     "spot",
     "sunsky",
+    "timed_sunsky",
 ];
 
 /// Matrices are written with a few digits.
@@ -76,6 +77,7 @@ pub(super) fn light(textures: &mut Textures<'_>, object: &Object) -> Result<Ligh
         "envmap" => envmap(tree, object, &mut parameters)?,
         "ies" => luminaire(tree, object, &mut parameters)?,
         "sunsky" => daylight::sunsky(&mut parameters)?,
+        "timed_sunsky" => daylight::timed_sunsky(&mut parameters)?,
         "spot" => spot(&mut parameters, texture)?,
         "area" => {
             let message = "an emitter \"area\" belongs inside the <shape> that emits";

@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use super::super::substitute;
 use super::bsdf::{Scattering, inverted, scattering};
+use super::daylight::see_spans;
 use super::medium::Media;
 use super::object::{Object, Tree, error};
 use super::shape::{Meshes, Shape, shape};
@@ -43,7 +44,7 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
             }
         }
     }
-    let Scene { cameras, settings, warnings, .. } = &mut builder.scene;
+    let Scene { cameras, settings, warnings, lights, .. } = &mut builder.scene;
     if let Some(first) = sensors.first() {
         *settings = tree.context.keep(sensor::settings(tree, first))?.unwrap_or_default();
     }
@@ -51,6 +52,7 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
         let camera = sensor::camera(tree, object, &mut builder.media);
         cameras.extend(tree.context.keep(camera)?);
     }
+    see_spans(lights, cameras.last().map_or([0.0; 2], |camera| camera.shutter));
     let outermost = tree.only(&integrators, "integrator");
     let outermost = tree.context.keep(outermost)?.flatten().map(|i| &tree.objects[i]);
     tree.context.keep(integrator::integrator(tree, outermost, settings, warnings))?;

@@ -1,0 +1,158 @@
+//! Daylight that changes, as its mean over time: maps of the sky and of the trace that the sun leaves.
+
+use std::f32::consts::{PI, TAU};
+
+use pt_math::{DVec3, Frame, Spectrum, Vec3, trig, warp};
+use pt_scene::image::Image;
+use pt_scene::{DaySpan, Daylight};
+
+use super::clear_sky::ClearSkyModel;
+use super::environment::{to_direction, to_image};
+use super::sun::Sun;
+use super::{Light, LightTables};
+
+/// Columns and rows of the map of the sky, which is smooth.
+const SKY: [u32; 2] = [128, 256];
+/// Times at which the sky is looked at.
+const SKIES: u32 = 512;
+/// Columns and rows of the map of the sun: a third of its diameter each.
+const SUN: [u32; 2] = [2048, 1024];
+/// Times at which the sun is: more than a pixel of the map apart on no day.
+const SUNS: u32 = 1 << 16;
+/// Points of the sun's disk, along each of two axes, which are its light.
+const POINTS: u32 = 4;
+
+/// The mean of the sky over the times at which the sun is up, and of darkness at all others.
+pub(crate) fn sky(light: &Daylight, span: &DaySpan) -> Image {
+    let models: Vec<_> = (0..SKIES)
+        .filter_map(|i| {
+            let to_sun = span.to_sun((f64::from(i) + 0.5) / f64::from(SKIES));
+            let is_up = to_sun.y >= 0.0;
+            is_up.then(|| {
+                ClearSkyModel::without_density(
+                    to_sun.as_vec3(),
+                    light.turbidity,
+                    light.albedo,
+                    light.sky,
+                )
+            })
+        })
+        .collect();
+    let [width, height] = SKY;
+    let texel = |i: u32| {
+        let place = |i: u32, count: u32| (i as f32 + 0.5) / count as f32;
+        let (d, _) = to_direction([place(i % width, width), place(i / width, height)]);
+        let sum = models.iter().fold(Spectrum::ZERO, |sum, model| sum + model.radiance(d));
+        (sum * (1.0 / SKIES as f32)).to_array()
+    };
+    Image { width, height, pixels: (0..width * height).map(texel).collect() }
+}
+
+/// The mean radiance of the sun, where it is at one time or another. `sun_at` is the sun in a unit direction.
+pub(crate) fn sun(span: &DaySpan, tables: &LightTables, sun_at: impl Fn(DVec3) -> Sun) -> Image {
+    let [width, height] = SUN;
+    let mut pixels = vec![[0.0; 3]; (width * height) as usize];
+    let mut add = |d: Vec3, irradiance: Spectrum| {
+        let [x, y] = to_image(d);
+        let [column, row] =
+            [(x, width), (y, height)].map(|(x, count)| ((x * count as f32) as u32).min(count - 1));
+        // Its solid angle is its width times what its rows have of the axis.
+        let heights = [row, row + 1].map(|row| trig::sin_cos(PI * row as f32 / height as f32).1);
+        let solid_angle = TAU / width as f32 * (heights[0] - heights[1]);
+        let pixel = &mut pixels[(row * width + column) as usize];
+        *pixel = (Spectrum::from(*pixel) + irradiance * (1.0 / solid_angle)).to_array();
+    };
+    for i in 0..SUNS {
+        let sun = sun_at(span.to_sun((f64::from(i) + 0.5) / f64::from(SUNS)));
+        let frame = Frame::from_normal(sun.disk.to_light);
+        let count = POINTS * POINTS;
+        let share = TAU * sun.disk.one_minus_cos / (count * SUNS) as f32;
+        for j in 0..count {
+            let u = [j % POINTS, j / POINTS].map(|k| (k as f32 + 0.5) / POINTS as f32);
+            let d = frame.to_world(warp::uniform_cone(u, sun.disk.one_minus_cos));
+            let radiance = sun.escaped(tables, d);
+            if !radiance.is_black() {
+                add(d, radiance * share);
+            }
+        }
+    }
+    Image { width, height, pixels }
+}
+
+#[cfg(test)]
+mod tests {
+    use pt_scene::{Moment, Place};
+
+    use super::*;
+
+    fn span(hours: [f64; 2]) -> DaySpan {
+        DaySpan {
+            place: Place { latitude: 35.0, longitude: 139.0 },
+            timezone: 9.0,
+            first: [2025, 6, 1],
+            days: 3,
+            hours,
+            part: [0.0, 1.0],
+        }
+    }
+
+    /// The irradiance of an image of the sky on the ground, ∫ L cos θ dω, by the middles of its texels.
+    fn irradiance(image: &Image) -> f64 {
+        let Image { width, height, pixels } = image;
+        let texel = |i: u32| {
+            let place = |i: u32, count: u32| (i as f32 + 0.5) / count as f32;
+            let (d, sin) = to_direction([place(i % width, *width), place(i / width, *height)]);
+            let weight = f64::from(d.y.max(0.0)) * f64::from(sin);
+            weight * f64::from(Spectrum::from(pixels[i as usize]).luminance())
+        };
+        let sum = (0..width * height).map(texel).sum::<f64>();
+        sum * std::f64::consts::TAU * std::f64::consts::PI / f64::from(width * height)
+    }
+
+    /// The mean of what the suns of many times give the ground, each by E = π L sin² θ cos.
+    #[test]
+    fn the_trace_of_the_sun_has_its_light() {
+        let span = span([8.0, 16.0]);
+        let disk = |to_sun: DVec3| {
+            let radiance = Spectrum::splat(1.0 + to_sun.x as f32);
+            let disk = super::super::DistantDisk::of_radiance(
+                to_sun.as_vec3().normalize(),
+                0.01,
+                radiance,
+            );
+            Sun { disk, up: Vec3::Y, limb: None }
+        };
+        let got = irradiance(&sun(&span, &LightTables::default(), disk));
+        let sin = libm::sin(0.01);
+        let of = |i: u32| {
+            let d = span.to_sun((f64::from(i) + 0.5) / 5000.0);
+            std::f64::consts::PI * sin * sin * (1.0 + d.x) * d.y
+        };
+        let want = (0..5000).map(of).sum::<f64>() / 5000.0;
+        assert!((got / want - 1.0).abs() < 1e-3, "{got} {want}");
+    }
+
+    /// Half of the time the sun is down, and the sky dark: the mean is half of that of the other half.
+    #[test]
+    fn nights_are_dark() {
+        let light = Daylight::default();
+        let [day, with_night] = [[7.0, 17.0], [7.0, 27.0]].map(|hours| {
+            // Hours beyond midnight are those of the next morning, before the sun rises.
+            irradiance(&sky(&light, &span(hours)))
+        });
+        assert!(day > 0.0 && (with_night / (0.5 * day) - 1.0).abs() < 0.1, "{day} {with_night}");
+        let moment = Moment { year: 2025, month: 6, day: 1, hours: 3.0 };
+        let [zenith, _] = span([0.0, 1.0]).place.sun(&moment);
+        let still = DaySpan { part: [0.5; 2], days: 1, ..span([12.0, 12.0]) };
+        assert!((libm::cos(zenith) - still.to_sun(0.0).y).abs() < 1e-12);
+        // One sky for all times is the sky of the model.
+        let image = sky(&light, &still);
+        let model = ClearSkyModel::without_density(still.to_sun(0.0).as_vec3(), 3.0, [0.3; 3], 1.0);
+        for (column, row) in [(3, 10), (60, 80), (127, 126)] {
+            let place = [(column as f32 + 0.5) / 128.0, (row as f32 + 0.5) / 256.0];
+            let want = model.radiance(to_direction(place).0).luminance();
+            let got = Spectrum::from(image.pixels[(row * 128 + column) as usize]).luminance();
+            assert!((got / want - 1.0).abs() < 1e-4, "{got} {want}");
+        }
+    }
+}
