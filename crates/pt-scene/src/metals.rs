@@ -33,6 +33,8 @@ const fn palik(name: &'static str, eta: [f32; 3], k: [f32; 3]) -> Metal {
 /// What can be asked for by name: the measured spectra that Mitsuba 3.9 carries, in linear sRGB as it
 /// converts them, to four decimals. Where that left a channel below 0, it is 0.
 ///
+/// Brass (CuZn), which Mitsuba has not, is that of pbrt-v4 at 630, 530 and 450 nm.
+///
 /// Mitsuba has neither cobalt, iron, palladium and titanium nor nickel by its symbol alone: they are of Johnson &
 /// Christy 1974, "Optical constants of transition metals", and converted as spectra in a Mitsuba file are here.
 pub const METALS: &[Metal] = &[
@@ -50,6 +52,7 @@ pub const METALS: &[Metal] = &[
     metal("Cu_palik", [0.2132, 0.9197, 1.1024], [3.9219, 2.4573, 2.1366]),
     palik("Cu2O", [3.5518, 2.9499, 2.7519], [0.1142, 0.1939, 0.6061]),
     palik("CuO", [3.2475, 2.4478, 2.2102], [0.5211, 0.57, 0.7222]),
+    metal("CuZn", [0.445, 0.573, 1.094], [3.522, 2.568, 1.829]),
     palik("d-C", [2.7087, 2.3188, 2.2289], [0.0, 0.0, 0.0]),
     metal("Fe", [2.9213, 2.9137, 2.5421], [3.0731, 2.9338, 2.7465]),
     palik("Hg", [2.3989, 1.44, 0.9096], [6.3276, 4.3719, 3.4218]),

@@ -174,6 +174,34 @@ pub(crate) fn single_part(triangles: usize) -> Vec<Part> {
     vec![Part { triangles: 0..triangles as u32, slot: 0 }]
 }
 
+/// Adds a mesh to another one, if both have the same attributes for each vertex, and no colours; else false, and nothing is changed.
+pub(crate) fn append(to: &mut Mesh, mesh: &Mesh) -> bool {
+    fn fits<T>(to: Option<&Attribute<T>>, more: Option<&Attribute<T>>) -> bool {
+        let is_plain = |a: &Attribute<T>| a.indices.is_none();
+        to.is_some() == more.is_some() && to.is_none_or(is_plain) && more.is_none_or(is_plain)
+    }
+    fn add<T: Copy>(to: Option<&mut Attribute<T>>, more: Option<&Attribute<T>>) {
+        if let (Some(to), Some(more)) = (to, more) {
+            to.values.extend_from_slice(&more.values);
+        }
+    }
+    let is_colored = |m: &Mesh| m.colors.is_some() || m.face_colors.is_some();
+    let fits = fits(to.normals.as_ref(), mesh.normals.as_ref())
+        && fits(to.uvs.as_ref(), mesh.uvs.as_ref())
+        && !is_colored(to)
+        && !is_colored(mesh);
+    let Some(first) = u32::try_from(to.positions.len()).ok().filter(|_| fits) else { return false };
+    if u32::try_from(to.positions.len() + mesh.positions.len()).is_err() {
+        return false;
+    }
+    to.positions.extend_from_slice(&mesh.positions);
+    to.triangles.extend(mesh.triangles.iter().map(|corners| corners.map(|i| first + i)));
+    add(to.normals.as_mut(), mesh.normals.as_ref());
+    add(to.uvs.as_mut(), mesh.uvs.as_ref());
+    to.parts = single_part(to.triangles.len());
+    true
+}
+
 /// Turns a mesh inside out: its front becomes its back, and its normals follow.
 pub(crate) fn flip(mesh: &mut Mesh) {
     for normal in mesh.normals.iter_mut().flat_map(|n| &mut n.values) {

@@ -26,11 +26,13 @@ pub struct Limits {
     pub files: Option<u64>,
     /// Seconds of reading, which are looked at between items.
     pub seconds: Option<u64>,
+    /// Triangles that the round and bent shapes of pbrt-v4 scenes are cut into.
+    pub triangles: Option<u64>,
 }
 
 impl Limits {
     /// The names of all limits.
-    pub const NAMES: [&str; 9] = [
+    pub const NAMES: [&str; 10] = [
         "memory",
         "depth",
         "shapes",
@@ -40,6 +42,7 @@ impl Limits {
         "include-depth",
         "files",
         "seconds",
+        "triangles",
     ];
 
     /// Sets the limit of a name.
@@ -57,6 +60,7 @@ impl Limits {
             "include-depth" => &mut self.include_depth,
             "files" => &mut self.files,
             "seconds" => &mut self.seconds,
+            "triangles" => &mut self.triangles,
             _ => {
                 let hint = did_you_mean(name, Self::NAMES.into_iter());
                 let all = Self::NAMES.join(", ");
@@ -75,6 +79,11 @@ impl Limits {
     /// What the number of shapes may reach, where a format has this limit by itself.
     pub(super) fn shapes(&self, of_format: usize) -> usize {
         or(self.shapes, of_format)
+    }
+
+    /// What the number of triangles may reach, where a format has this limit by itself.
+    pub(super) fn triangles(&self, of_format: usize) -> usize {
+        or(self.triangles, of_format)
     }
 
     /// What the number of elements may reach, where a format has this limit by itself.
@@ -117,6 +126,6 @@ mod tests {
         assert_eq!([memory, depth, texture_side, seconds], [0, 1, 4, 8].map(Some));
         let error = limits.set("texture-sides", 1).expect_err("no name");
         assert!(error.contains("did you mean \"texture-side\""), "{error}");
-        assert!(error.contains("include-depth, files, seconds"), "{error}");
+        assert!(error.contains("include-depth, files, seconds, triangles"), "{error}");
     }
 }

@@ -360,3 +360,42 @@ fn something_loud_stands_in_for_measured_materials() {
     assert_eq!(missing.len(), 1);
     assert!(missing[0].contains("measured materials are not read"), "{missing:?}");
 }
+
+/// Where metals have textures, they reflect by Schlick's formula, or if they are smooth, the same at all angles.
+#[test]
+fn metals_may_have_textures() {
+    const SQUARES: &str = "Texture \"s\" \"spectrum\" \"checkerboard\" \"rgb tex1\" [.2 .4 .8] \"rgb tex2\" [.8 .4 .2] ";
+    let metal = |more: &str| {
+        surface(&format!("{SQUARES} Material \"conductor\" \"texture reflectance\" \"s\" {more}"))
+    };
+    let Surface::Principled(rough) = metal("\"float roughness\" .0016") else { panic!("no metal") };
+    assert!(rough.two_sided && rough.metallic == 1.0.into());
+    let Scalar::Value(roughness) = rough.roughness else { panic!("a texture") };
+    // α = √0.0016 there, and the square of the roughness here.
+    assert!((roughness * roughness - 0.04).abs() < 1e-6, "{roughness}");
+    assert!(matches!(texture(&rough.base_color).pattern, Pattern::Checkerboard(_)));
+    let Surface::Mirror(smooth) = metal("") else { panic!("no mirror") };
+    assert_eq!(smooth.reflectance, rough.base_color);
+    let of_mean = surface(&format!(
+        "{SQUARES} Material \"conductor\" \"texture eta\" \"s\" \"rgb k\" [3 3 3] \"float roughness\" .1"
+    ));
+    let Surface::Conductor(Conductor { eta, .. }) = of_mean else { panic!("no metal") };
+    assert!((eta[0] - 0.5).abs() < 1e-6 && (eta[1] - 0.4).abs() < 1e-6, "{eta:?}");
+    let both = format!(
+        "{SQUARES} Material \"conductor\" \"texture reflectance\" \"s\" \"rgb k\" [3 3 3] Shape \"sphere\""
+    );
+    assert!(refusal(&both).contains("give one of the two"));
+    let lost = "Texture \"s\" \"spectrum\" \"constant\" Material \"dielectric\" \"texture eta\" \"s\" Shape \"sphere\"";
+    assert!(refusal(lost).contains("a texture as \"eta\""), "{}", refusal(lost));
+}
+
+/// The last directive of an included file goes on behind the directive that includes it.
+#[test]
+fn parameters_go_on_behind_included_files() {
+    let world = "Include \"parts/density.inc\" \"rgb sigma_a\" [1 2 3] \"rgb sigma_s\" [3 2 1] \
+                 MediumInterface \"smoke\" \"\" Material \"interface\" Shape \"sphere\"";
+    let scene = read("", world);
+    let Matter::Heterogeneous(smoke) = &scene.media[0].matter else { panic!("no grid") };
+    assert_eq!(smoke.extinction.grid.values, [4.0, 2.0]);
+    assert_eq!(smoke.albedo, Volume::Constant([0.75, 0.5, 0.25]));
+}

@@ -138,7 +138,7 @@ fn a_flat_patch_is_two_triangles_and_a_bent_one_is_many() {
 fn a_curve_is_a_tube_or_a_ribbon() {
     let line = "Shape \"curve\" \"point3 P\" [0 0 0 0 0 1 0 0 2 0 0 3] \"float width0\" .4 \"float width1\" .1";
     let ribbon = "\"string type\" \"ribbon\" \"normal N\" [1 0 0 0 1 0]";
-    let scene = read("", &format!("{line} {line} {ribbon}"));
+    let scene = read("", &format!("{line} Material \"diffuse\" {line} {ribbon}"));
     let tube = mesh_of(&scene.objects[0]);
     for [x, y, z] in &tube.positions {
         let expected = 0.5 * (0.4 - 0.1 * z);
@@ -155,4 +155,27 @@ fn a_curve_is_a_tube_or_a_ribbon() {
     assert!(front(ribbon).dot(DVec3::X) > 0.7 && front(ribbon).y > 0.0);
     let last = ribbon.normals.as_ref().expect("normals").values.last().expect("a normal");
     assert!((last[1] - 1.0).abs() < 1e-6);
+}
+
+/// Curves in a row are one shape, unless something about them differs.
+#[test]
+fn curves_in_a_row_are_joined() {
+    let curve = |x: f64| format!("Shape \"curve\" \"point3 P\" [{x} 0 0 {x} 0 1 {x} 0 2 {x} 0 3] ");
+    let count = |world: &str| {
+        let scene = read("", world);
+        let of = |object: &pt_scene::Object| match &object.geometry {
+            Geometry::Mesh(mesh) => mesh.triangles.len(),
+            Geometry::Sphere { .. } => 0,
+        };
+        scene.objects.iter().map(of).collect::<Vec<_>>()
+    };
+    let [a, b, c] = [0.0, 2.0, 4.0].map(curve);
+    assert_eq!(count(&format!("{a}{b}{c}")), [72]);
+    assert_eq!(count(&format!("{a} Material \"conductor\" {b}{c}")), [24, 48]);
+    assert_eq!(count(&format!("{a} Translate 1 0 0 {b}")), [24, 24]);
+    assert_eq!(count(&format!("{a} Shape \"sphere\" {b}")), [24, 0, 24]);
+    let of_object = format!(
+        "ObjectBegin \"tuft\" {a}{b} ObjectEnd {c} ObjectInstance \"tuft\" ObjectInstance \"tuft\""
+    );
+    assert_eq!(count(&of_object), [24, 48, 48]);
 }

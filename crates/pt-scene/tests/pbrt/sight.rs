@@ -3,7 +3,7 @@
 use pt_math::DVec3;
 use pt_scene::{Filter, Projection, Scene};
 
-use super::read_all;
+use super::{read, read_all};
 
 fn seen(text: &str) -> Scene {
     read_all(&format!("{text} WorldBegin"))
@@ -128,4 +128,23 @@ fn a_lens_of_many_surfaces_is_a_thin_one() {
     let wanted = std::f32::consts::PI / (4.0 * 2.1 * 2.1);
     assert!((radiance[0] / wanted - 1.0).abs() < 0.08, "{} {wanted}", radiance[0]);
     assert!(scene.warnings.iter().any(|w| w.message.contains("48.4 mm and f/2.1")));
+}
+
+/// Light of the temperature is white: blue sky becomes grey, and white light yellow.
+#[test]
+fn white_is_balanced_in_the_colours_of_light() {
+    let light = |film: &str| {
+        let scene = read(film, "LightSource \"point\" \"rgb I\" [1 1 1] Shape \"sphere\"");
+        let pt_scene::LightKind::Point { intensity } = scene.lights[0].kind else { panic!() };
+        intensity
+    };
+    let white = light("Film \"rgb\" \"float whitebalance\" 0");
+    assert_eq!(white, light("Film \"rgb\""));
+    let [r, g, b] = light("Film \"rgb\" \"float whitebalance\" 9000");
+    assert!(r / white[0] > 1.05 && b / white[2] < 0.9, "{r} {g} {b}");
+    let refused = super::parse(
+        b"Film \"rgb\" \"float whitebalance\" 100 Camera \"perspective\" WorldBegin",
+        std::path::Path::new("a.pbrt"),
+    );
+    assert!(refused.is_err_and(|error| error.to_string().contains("kelvins")));
 }

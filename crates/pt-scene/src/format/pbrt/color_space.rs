@@ -11,7 +11,7 @@ pub(super) struct ColorSpace {
 }
 
 /// White of D65. [ITU-R BT.709]
-const D65: [f64; 2] = [0.3127, 0.3290];
+pub(super) const D65: [f64; 2] = [0.3127, 0.3290];
 
 impl ColorSpace {
     /// Rec. 709, in which everything here is.
@@ -49,7 +49,7 @@ impl ColorSpace {
 }
 
 /// CIE XYZ of a chromaticity, with Y = 1.
-fn xyz_of([x, y]: [f64; 2]) -> DVec3 {
+pub(super) fn xyz_of([x, y]: [f64; 2]) -> DVec3 {
     DVec3::new(x / y, 1.0, (1.0 - x - y) / y)
 }
 

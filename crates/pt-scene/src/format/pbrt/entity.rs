@@ -7,7 +7,7 @@ use pt_math::DVec3;
 use super::super::xml::{did_you_mean, quote};
 use super::color_space::ColorSpace;
 use super::token::{Kind, Place, Tokens};
-use crate::LoadError;
+use crate::{LoadError, Warning};
 
 /// Largest magnitude of a number; more than that would be infinite in single precision.
 const LARGEST: f64 = f32::MAX as f64;
@@ -72,9 +72,34 @@ pub(super) struct Entity {
 }
 
 impl Parameter {
-    /// Reads all parameters up to the next directive.
+    /// Reads all parameters up to the next directive, also those that stand behind the end of an included file. Of those
+    /// with the same name, the last one counts.
     pub(super) fn list(tokens: &mut Tokens<'_>) -> Result<Vec<Self>, LoadError> {
         let mut list: Vec<Self> = Vec::new();
+        Self::read(tokens, &mut list)?;
+        for parameter in tokens.take_tail()? {
+            parameter.add(tokens, &mut list)?;
+        }
+        Ok(list)
+    }
+
+    /// Adds one to a list, in place of another of the same name.
+    fn add(self, tokens: &mut Tokens<'_>, list: &mut Vec<Self>) -> Result<(), LoadError> {
+        if let Some(first) = list.iter_mut().find(|p| p.name == self.name) {
+            let message =
+                format!("the parameter {} is given twice; the last one counts", quote(&self.name));
+            tokens.notes.push(Warning { at: self.at.span(""), message });
+            *first = self;
+        } else if list.len() < MAX_PARAMETERS {
+            list.push(self);
+        } else {
+            let message = format!("this directive has more than {MAX_PARAMETERS} parameters");
+            return Err(self.at.error(message));
+        }
+        Ok(())
+    }
+
+    fn read(tokens: &mut Tokens<'_>, list: &mut Vec<Self>) -> Result<(), LoadError> {
         while let Some(token) = tokens.peek()? {
             let Kind::Text(declaration) = token.kind.clone() else { break };
             let token = token.clone();
@@ -92,26 +117,12 @@ impl Parameter {
                 let hint = did_you_mean(kind, TYPES.into_iter());
                 return Err(at.error(format!("there is no type {}{hint}", quote(kind))));
             };
-            if list.iter().any(|p| p.name == name) {
-                return Err(at.error(format!("the parameter {} is given twice", quote(name))));
-            }
-            if list.len() >= MAX_PARAMETERS {
-                return Err(
-                    at.error(format!("this directive has more than {MAX_PARAMETERS} parameters"))
-                );
-            }
             let values = Values::read(tokens, &at, name)?;
-            let was_read = Cell::new(false);
-            list.push(Self {
-                kind,
-                name: name.to_owned(),
-                values,
-                at,
-                is_default: false,
-                was_read,
-            });
+            let (name, was_read) = (name.to_owned(), Cell::new(false));
+            let parameter = Self { kind, name, values, at, is_default: false, was_read };
+            parameter.add(tokens, list)?;
         }
-        Ok(list)
+        Ok(())
     }
 }
 
@@ -439,10 +450,14 @@ impl Entity {
         self.one(name, &points).map(|p| Some(DVec3::from_array(p)))
     }
 
-    /// A colour or spectrum, without its meaning; `None` also if a texture is given.
+    /// A colour or spectrum, without its meaning.
     pub(super) fn spectrum(&self, name: &'static str) -> Result<Option<&Parameter>, LoadError> {
         match self.find(name) {
-            Some(p) if p.kind == "texture" => Ok(None),
+            Some(p) if p.kind == "texture" => Err(p.at.error(format!(
+                "a texture as {} of {} is not supported; give an rgb or a spectrum",
+                quote(name),
+                self.describe()
+            ))),
             _ => self.values(name, &["rgb", "spectrum", "blackbody"]),
         }
     }

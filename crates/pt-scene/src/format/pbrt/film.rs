@@ -62,12 +62,32 @@ fn read_film(
             quote(other)
         )),
     }
-    if entity.float("whitebalance", 0.0)? != 0.0 {
-        warn("\"whitebalance\" is left out: white stays that of the colour space".to_owned());
+    if white_balance(entity)?.is_some() {
+        warn(
+            "white is balanced in the colours of light, and not in what the sensor sees".to_owned(),
+        );
     }
     let iso = entity.positive("iso", 100.0)?;
     entity.finish()?;
     Ok(iso / 100.0)
+}
+
+/// The temperature in kelvins of the daylight that is to be white.
+///
+/// # Errors
+/// If there is no daylight of that.
+pub(super) fn white_balance(film: &Entity) -> Result<Option<f64>, LoadError> {
+    const RANGE: std::ops::RangeInclusive<f64> = 2000.0..=25_000.0;
+    match film.float("whitebalance", 0.0)? {
+        0.0 => Ok(None),
+        kelvin if RANGE.contains(&kelvin) => Ok(Some(kelvin)),
+        kelvin => {
+            let (least, most) = (RANGE.start(), RANGE.end());
+            let message =
+                format!("\"whitebalance\" is {kelvin}; expected 0, or {least} to {most} kelvins");
+            Err(film.refuse("whitebalance", message))
+        }
+    }
 }
 
 /// The crop window, if it is not all of the image; `cropwindow` goes before `pixelbounds`.
@@ -202,7 +222,7 @@ fn integrator(
         ]);
         entity.pass_over(&["iterations", "seed"]);
     }
-    entity.pass_over(&["lightsampler", "samplelights", "samplebsdf"]);
+    entity.pass_over(&["lightsampler", "samplelights", "samplebsdf", "rrthreshold"]);
     if entity.boolean("regularize", false)? {
         let message = "\"regularize\" is left out: smooth surfaces stay smooth".to_owned();
         warnings.push(Warning { at: entity.at.span(""), message });

@@ -4,13 +4,13 @@ use std::rc::Rc;
 
 use super::super::substitute;
 use super::super::xml::{did_you_mean, quote};
-use super::color::{Role, color, index};
+use super::color::{Role, index};
 use super::entity::Entity;
 use super::scene::{MaterialName, World, key_of};
 use super::texture::{mean, product, square_root};
 use crate::material::{
     Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
-    Glass, Masking, Matte, Mix, RoughCoatedDiffuse, Roughness, ThinGlass,
+    Glass, Masking, Matte, Mirror, Mix, Principled, RoughCoatedDiffuse, Roughness, ThinGlass,
 };
 use crate::metals::Metal;
 use crate::texture::{Color, Relief, Scalar};
@@ -75,7 +75,7 @@ impl World {
                 let reflectance = self.textures.share(entity, "reflectance", 0.5)?;
                 Matte { reflectance, two_sided: true }.into()
             }
-            "conductor" => self.conductor(entity, ["eta", "k", "reflectance"], &ROUGHNESS)?.into(),
+            "conductor" => self.metal(entity)?,
             "dielectric" => Glass {
                 reflectance: [1.0; 3].into(),
                 transmittance: [1.0; 3].into(),
@@ -146,29 +146,58 @@ impl World {
         }))
     }
 
-    /// A metal by η and k, or by what it reflects of light that arrives at a right angle: then η = 1 and
-    /// k = 2√(r / (1 − r)). [Pharr, Jakob & Humphreys 2023, §10.5.3]
+    /// A metal by η and k, or by what it reflects of light that arrives at a right angle.
+    fn metal(&mut self, entity: &Entity) -> Result<Surface, LoadError> {
+        let names = ["eta", "k", "reflectance"];
+        if entity.texture_name("reflectance")?.is_none() {
+            return Ok(self.conductor(entity, names, &ROUGHNESS)?.into());
+        }
+        for name in ["eta", "k"] {
+            if entity.find(name).is_some() {
+                return Err(both_given(entity, names));
+            }
+        }
+        let base_color = self.textures.share(entity, "reflectance", 0.5)?;
+        let Some(Roughness { alpha: [u, v], .. }) = self.roughness(entity, &ROUGHNESS, 0.0)? else {
+            let message =
+                "a smooth metal with a texture reflects the same share of light at all angles";
+            self.warn(entity, message.to_owned());
+            return Ok(Mirror { reflectance: base_color }.into());
+        };
+        let message = "what a metal with a texture reflects grows with the angle by Schlick's formula, and not by Fresnel's";
+        self.warn(entity, message.to_owned());
+        let alpha = if u == v { u } else { self.one_alpha(entity, "metal", [&u, &v]).into() };
+        Ok(Principled {
+            base_color,
+            metallic: 1.0.into(),
+            roughness: square_root(&alpha),
+            two_sided: true,
+            ..Principled::default()
+        }
+        .into())
+    }
+
+    /// A metal that is the same everywhere. Without η and k, these are η = 1 and k = 2√(r / (1 − r)). [Pharr, Jakob & Humphreys
+    /// 2023, §10.5.3]
     fn conductor(
         &mut self,
         entity: &Entity,
-        [eta, k, reflectance]: [&'static str; 3],
+        names: [&'static str; 3],
         roughness: &[&'static str; 3],
     ) -> Result<Conductor, LoadError> {
-        let folder = self.textures.folder.clone();
-        let index = |name| color(entity, name, Role::Unbounded, &folder);
-        let (given_eta, given_k) = (index(eta)?, index(k)?);
-        let share = color(entity, reflectance, Role::Share, &folder)?;
-        if entity.texture_name(reflectance)?.is_some() {
-            let message =
-                format!("a texture as \"{reflectance}\" of a metal is not supported; give an rgb");
-            return Err(entity.refuse(reflectance, message));
-        }
-        let (eta, k) = match share {
+        let [eta, k, reflectance] = names;
+        let mut given = |name, role| {
+            let (color, is_mean) = self.textures.mean_of(entity, name, role)?;
+            if is_mean {
+                let message = format!("of the texture of \"{name}\", the mean counts");
+                self.scene.warnings.push(Warning { at: entity.place(name).span(""), message });
+            }
+            Ok::<_, LoadError>(color)
+        };
+        let (given_eta, given_k) = (given(eta, Role::Unbounded)?, given(k, Role::Unbounded)?);
+        let (eta, k) = match given(reflectance, Role::Share)? {
             Some(_) if given_eta.is_some() || given_k.is_some() => {
-                let message = format!(
-                    "both \"{reflectance}\" and \"{eta}\" or \"{k}\" are given; give one of the two"
-                );
-                return Err(entity.refuse(reflectance, message));
+                return Err(both_given(entity, names));
             }
             Some(share) => {
                 let k = share.map(|r| r.clamp(0.0, 0.9999)).map(|r| 2.0 * (r / (1.0 - r)).sqrt());
@@ -188,7 +217,7 @@ impl World {
     /// formulas of the light that goes to and fro; absorption in the coat is left out.
     fn coated_diffuse(&mut self, entity: &Entity) -> Result<Surface, LoadError> {
         entity.pass_over(&["maxdepth", "nsamples", "thickness"]);
-        self.refuse_haze(entity)?;
+        self.leave_haze_out(entity)?;
         let diffuse = self.textures.share(entity, "reflectance", 0.5)?;
         let ior = index(entity, "eta", 1.5, &self.textures.folder)?;
         let (specular, saturates, two_sided) = ([1.0; 3].into(), true, true);
@@ -223,9 +252,16 @@ impl World {
     /// A metal under a coat. What pbrt-v4 finds by random walks between the two, is found here by formulas.
     fn coated_conductor(&mut self, entity: &Entity) -> Result<CoatedConductor, LoadError> {
         entity.pass_over(&["maxdepth", "nsamples"]);
-        self.refuse_haze(entity)?;
+        self.leave_haze_out(entity)?;
         let ior = index(entity, "interface.eta", 1.5, &self.textures.folder)?;
-        let thickness = entity.not_negative("thickness", 0.01)? as f32;
+        let thickness = self.textures.number(entity, "thickness", [0.0, f32::MAX])?;
+        let thickness = thickness.unwrap_or(0.01.into());
+        if thickness.texture().is_some() {
+            let message =
+                "the coat has the same thickness everywhere, which is the mean of its texture";
+            self.warn(entity, message.to_owned());
+        }
+        let thickness = mean(&thickness);
         let names = ["conductor.eta", "conductor.k", "reflectance"];
         let of_coat = ["interface.roughness", "interface.uroughness", "interface.vroughness"];
         let of_metal = ["conductor.roughness", "conductor.uroughness", "conductor.vroughness"];
@@ -261,17 +297,15 @@ impl World {
         0.5 * (mean(u) + mean(v))
     }
 
-    /// Refuses coats that scatter.
-    fn refuse_haze(&self, entity: &Entity) -> Result<(), LoadError> {
+    /// Tells that coats do not scatter.
+    fn leave_haze_out(&mut self, entity: &Entity) -> Result<(), LoadError> {
         entity.pass_over(&["g"]);
-        let albedo = color(entity, "albedo", Role::Share, &self.textures.folder)?;
-        if albedo.is_none_or(|albedo| albedo == [0.0; 3])
-            && entity.texture_name("albedo")?.is_none()
-        {
-            return Ok(());
+        let albedo = self.textures.share(entity, "albedo", 0.0)?;
+        if albedo != [0.0; 3].into() {
+            let message = "the coat scatters no light within: its albedo is left out";
+            self.warn(entity, message.to_owned());
         }
-        Err(entity
-            .refuse("albedo", "a coat that scatters is not supported; expected an albedo of 0"))
+        Ok(())
     }
 
     fn mix(&mut self, entity: &Entity, depth: usize) -> Result<Surface, LoadError> {
@@ -326,6 +360,13 @@ impl World {
     pub(super) fn nothing() -> Surface {
         Black.into()
     }
+}
+
+/// An error that a metal is described in two ways.
+fn both_given(entity: &Entity, [eta, k, reflectance]: [&'static str; 3]) -> LoadError {
+    let message =
+        format!("both \"{reflectance}\" and \"{eta}\" or \"{k}\" are given; give one of the two");
+    entity.refuse(reflectance, message)
 }
 
 /// Names of one roughness, and of those along u and v.

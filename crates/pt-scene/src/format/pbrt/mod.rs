@@ -25,6 +25,7 @@
 //!   spheres with textures are meshes.
 
 mod arguments;
+mod balance;
 mod camera;
 mod color;
 mod color_space;

@@ -46,7 +46,7 @@ const GLASSES: [(&str, f64); 7] = [
 ];
 
 /// Metals by the symbols of pbrt-v4, of those in [`crate::metals::METALS`].
-const METALS: [&str; 6] = ["Ag", "Al", "Au", "Cu", "MgO", "TiO2"];
+const METALS: [&str; 7] = ["Ag", "Al", "Au", "Cu", "CuZn", "MgO", "TiO2"];
 
 /// The spectrum of a name; `None` if it is the name of a file.
 ///

@@ -114,7 +114,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<
         in_world: false,
         object: None,
     };
-    reader.file(bytes, path, 0)?;
+    reader.file(bytes, path, Vec::new(), 0)?;
     if let Some(Saved { by, at, .. }) = reader.saved.last()
         && !context.has_errors()
     {
@@ -144,10 +144,17 @@ pub(super) fn content(context: &Context, path: &Path) -> Result<Vec<u8>, String>
 }
 
 impl Reader {
-    fn file(&mut self, bytes: &[u8], path: &Path, depth: usize) -> Result<(), LoadError> {
+    /// Reads a file, whose last directive goes on with more parameters.
+    fn file(
+        &mut self,
+        bytes: &[u8],
+        path: &Path,
+        tail: Vec<Parameter>,
+        depth: usize,
+    ) -> Result<(), LoadError> {
         let text = String::from_utf8_lossy(bytes);
         self.folder.context.expect_pictures(texture::pictures(&text, &self.folder));
-        let mut tokens = Tokens::new(&text, path);
+        let mut tokens = Tokens::included(&text, path, tail);
         while let Some(token) = tokens.take()? {
             let at = tokens.place(&token);
             let done = match token.kind {
@@ -161,8 +168,16 @@ impl Reader {
             if self.folder.context.keep(done)?.is_none() {
                 tokens.skip_to(|word| DIRECTIVES.contains(&word))?;
             }
+            self.world.scene.warnings.append(&mut tokens.notes);
         }
-        Ok(())
+        let done = match tokens.take_tail()?.first() {
+            Some(Parameter { at, name, .. }) => Err(at.error(format!(
+                "the parameter {} belongs to no directive: the included file does not end with one that has parameters",
+                quote(name)
+            ))),
+            None => Ok(()),
+        };
+        self.folder.context.keep(done).map(drop)
     }
 
     fn directive(
@@ -274,7 +289,11 @@ impl Reader {
                 let in_object = self.object.is_some();
                 let placed = self.world.shape(&entity, &self.state, in_object)?;
                 match &mut self.object {
-                    Some((_, shapes)) => shapes.push(placed),
+                    Some((_, shapes)) => {
+                        if !shapes.last_mut().is_some_and(|last| last.joins(&placed)) {
+                            shapes.push(placed);
+                        }
+                    }
                     None => self.world.place(placed)?,
                 }
             }
@@ -507,6 +526,7 @@ impl Reader {
         depth: usize,
     ) -> Result<(), LoadError> {
         let name = text(tokens, at)?;
+        let tail = Parameter::list(tokens)?;
         self.files += 1;
         let limits = self.folder.context.limits();
         let (most_deep, most) = (limits.include_depth(MAX_INCLUDE_DEPTH), limits.files(MAX_FILES));
@@ -530,11 +550,11 @@ impl Reader {
             }
         };
         if word == "Include" {
-            return self.file(&bytes, &path, depth + 1);
+            return self.file(&bytes, &path, tail, depth + 1);
         }
         self.require_world(at, "Import")?;
         let (state, open) = (self.state.clone(), self.saved.len());
-        self.file(&bytes, &path, depth + 1)?;
+        self.file(&bytes, &path, tail, depth + 1)?;
         if self.saved.len() != open {
             return Err(at.error(format!(
                 "{} leaves an AttributeBegin or AttributeEnd without the other",

@@ -18,7 +18,7 @@ use super::state::{Moving, State};
 use super::texture::Textures;
 use super::token::{Place, Tokens};
 use super::upsample::Illuminant;
-use super::{camera, film, glow, subsurface};
+use super::{balance, camera, film, glow, subsurface};
 use crate::material::Embossed;
 use crate::texture::{Input, Scalar};
 use crate::{
@@ -64,6 +64,29 @@ pub(super) struct Placed {
     light: Option<Rc<Entity>>,
     media: Rc<Interface>,
     at: Place,
+}
+
+/// Most triangles that curves which stand one behind the other are joined to.
+const MOST_JOINED: usize = 1 << 22;
+
+impl Placed {
+    /// Adds a curve to one that was described before it and lies, scatters and is surrounded in the same way: hair would be
+    /// many shapes. False if they differ.
+    pub(super) fn joins(&mut self, curve: &Self) -> bool {
+        let is_same_kind = [&*self, curve].iter().all(|p| p.name == "curve" && p.light.is_none())
+            && self.to_world == curve.to_world
+            && key_of(&self.material) == key_of(&curve.material)
+            && is_same(&self.alpha, &curve.alpha)
+            && Rc::ptr_eq(&self.media, &curve.media);
+        let (Geometry::Mesh(first), Geometry::Mesh(second)) = (&mut self.geometry, &curve.geometry)
+        else {
+            return false;
+        };
+        if !is_same_kind || first.triangles.len() + second.triangles.len() > MOST_JOINED {
+            return false;
+        }
+        Arc::get_mut(first).is_some_and(|first| crate::shapes::append(first, second))
+    }
 }
 
 /// All that was read.
@@ -179,6 +202,9 @@ impl World {
 
     /// Places a shape in the world.
     pub(super) fn place(&mut self, placed: Placed) -> Result<(), LoadError> {
+        if self.shapes.last_mut().is_some_and(|last| last.joins(&placed)) {
+            return Ok(());
+        }
         let most = self.context().limits().shapes(MAX_SHAPES);
         if self.shapes.len() >= most {
             let message = format!("with this one, there are more than {most} shapes");
@@ -254,6 +280,12 @@ impl World {
         }
         self.scene.media = self.media.made;
         self.scene.settings = settings;
+        // What is wrong with the film was told above.
+        let white =
+            self.sight.film.as_ref().and_then(|film| film::white_balance(film).ok().flatten());
+        if let Some(kelvin) = white {
+            balance::balance(&mut self.scene, balance::of_daylight(kelvin));
+        }
         Ok(self.scene)
     }
 
@@ -356,7 +388,7 @@ impl World {
                     return Ok(Geometry::Mesh(Arc::clone(known)));
                 }
                 let mesh = Arc::new(sphere_mesh(radius));
-                self.meshes.count(&mesh)?;
+                self.meshes.count(&mesh, self.textures.folder.context.limits())?;
                 self.spheres.insert(radius.to_bits(), Arc::clone(&mesh));
                 Geometry::Mesh(mesh)
             }

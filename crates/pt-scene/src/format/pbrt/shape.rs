@@ -8,6 +8,7 @@ use std::sync::Arc;
 use pt_math::DVec3;
 
 use super::super::context::Folder;
+use super::super::limits::Limits;
 use super::super::ply;
 use super::curve::curve;
 use super::entity::Entity;
@@ -48,13 +49,14 @@ impl Meshes {
     ///
     /// # Errors
     /// If those of all shapes are too many.
-    pub(super) fn count(&mut self, mesh: &Mesh) -> Result<(), String> {
+    pub(super) fn count(&mut self, mesh: &Mesh, limits: &Limits) -> Result<(), String> {
         self.cut = self.cut.saturating_add(mesh.triangles.len());
-        if self.cut <= MAX_TRIANGLES {
+        let most = limits.triangles(MAX_TRIANGLES);
+        if self.cut <= most {
             return Ok(());
         }
         Err(format!(
-            "with this one, shapes are cut into more than {MAX_TRIANGLES} triangles; give them as plymesh"
+            "with this one, shapes are cut into more than {most} triangles; give them as plymesh, or set --limit triangles"
         ))
     }
 }
@@ -109,7 +111,8 @@ pub(super) fn shape(
             return Err(entity.at.error("the shape is too large to be computed with"));
         }
         if !matches!(entity.kind.as_str(), "plymesh" | "trianglemesh") {
-            meshes.count(mesh).map_err(|message| entity.at.error(message))?;
+            let counted = meshes.count(mesh, folder.context.limits());
+            counted.map_err(|message| entity.at.error(message))?;
         }
     }
     Ok(geometry)
@@ -313,9 +316,10 @@ fn ply_mesh(
     folder: &Folder,
     warnings: &mut Vec<Warning>,
 ) -> Result<Geometry, LoadError> {
-    entity.pass_over(&["displacement.edgelength"]);
+    entity.pass_over(&["displacement.edgelength", "edgelength"]);
     if entity.texture_name("displacement")?.is_some() {
-        return Err(entity.refuse("displacement", "displaced meshes are not supported"));
+        let message = "meshes are not displaced; this one is seen as it is in its file".to_owned();
+        warnings.push(Warning { at: entity.place("displacement").span(""), message });
     }
     let Some(name) = entity.text("filename")? else {
         return Err(entity.at.error("the parameter \"string filename\" is missing"));

@@ -175,6 +175,22 @@ impl Textures {
         Ok(Input::Value(value.unwrap_or([default; 3])))
     }
 
+    /// A colour that has to be the same everywhere, and whether it is the mean of a texture that is given instead.
+    pub(super) fn mean_of(
+        &self,
+        entity: &Entity,
+        name: &'static str,
+        role: Role,
+    ) -> Result<(Option<[f32; 3]>, bool), LoadError> {
+        match entity.texture_name(name)? {
+            Some(texture) => {
+                let texture = self.named(entity, name, texture, false)?;
+                Ok((Some(mean_color(&texture)), texture.texture().is_some()))
+            }
+            None => Ok((color(entity, name, role, &self.folder)?, false)),
+        }
+    }
+
     /// One number from `range`, if it is given.
     pub(super) fn number(
         &self,
@@ -277,7 +293,7 @@ impl Textures {
             encoding: entity.text("encoding")?.unwrap_or("sRGB").to_owned(),
             is_number,
             inverts: entity.boolean("invert", false)?,
-            scale_bits: (entity.not_negative("scale", 1.0)? as f32).to_bits(),
+            scale_bits: (entity.float("scale", 1.0)? as f32).to_bits(),
         };
         let decode = decoder(&key).map_err(|message| entity.refuse("encoding", message))?;
         let image = match self.image(key, &decode) {

@@ -5,7 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::super::xml::quote;
-use crate::{LoadError, Span};
+use super::entity::Parameter;
+use crate::{LoadError, Span, Warning};
 
 /// A place in a file.
 #[derive(Clone, Debug)]
@@ -70,11 +71,26 @@ pub(super) struct Tokens<'a> {
     ahead: Option<Token<'a>>,
     /// Whether there was a text without an end, behind which nothing is what it seems.
     is_broken: bool,
+    /// Parameters of the last directive that stand behind the directive by which the file is included.
+    tail: Vec<Parameter>,
+    /// What there is to say about what was read.
+    pub(super) notes: Vec<Warning>,
 }
 
 impl<'a> Tokens<'a> {
     pub(super) fn new(text: &'a str, file: &Path) -> Self {
-        Self { file: file.into(), text, next: 0, line: 1, ahead: None, is_broken: false }
+        let (file, tail, notes) = (file.into(), Vec::new(), Vec::new());
+        Self { file, text, next: 0, line: 1, ahead: None, is_broken: false, tail, notes }
+    }
+
+    /// Those of an included file, whose last directive goes on with parameters of the file that includes it.
+    pub(super) fn included(text: &'a str, file: &Path, tail: Vec<Parameter>) -> Self {
+        Self { tail, ..Self::new(text, file) }
+    }
+
+    /// The parameters with which the last directive goes on, once all of the file is read.
+    pub(super) fn take_tail(&mut self) -> Result<Vec<Parameter>, LoadError> {
+        Ok(if self.peek()?.is_none() { std::mem::take(&mut self.tail) } else { Vec::new() })
     }
 
     /// The place of a token.
