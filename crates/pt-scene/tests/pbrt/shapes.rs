@@ -179,3 +179,25 @@ fn curves_in_a_row_are_joined() {
     );
     assert_eq!(count(&of_object), [24, 48, 48]);
 }
+
+/// The triangles of a prism are cut until their edges are short, and its sides are pushed in where the image is bright.
+#[test]
+fn meshes_of_files_may_be_displaced() {
+    let prism = |more: &str| {
+        let texture = "Texture \"low\" \"float\" \"imagemap\" \"string filename\" \"parts/dots.png\" \"float scale\" -.01";
+        let scene = read(
+            "",
+            &format!(
+                "{texture} Shape \"plymesh\" \"string filename\" \"parts/prism.ply.gz\" {more}"
+            ),
+        );
+        mesh_of(&scene.objects[0]).clone()
+    };
+    let (plain, raised) =
+        (prism(""), prism("\"texture displacement\" \"low\" \"float edgelength\" .2"));
+    assert!(raised.triangles.len() > 4 * plain.triangles.len(), "{}", raised.triangles.len());
+    assert_eq!(
+        prism("\"texture displacement\" \"low\" \"float edgelength\" 1000").triangles.len(),
+        plain.triangles.len()
+    );
+}

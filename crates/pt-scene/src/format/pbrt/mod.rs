@@ -30,6 +30,7 @@ mod camera;
 mod color;
 mod color_space;
 mod curve;
+mod displace;
 mod emission;
 mod entity;
 mod film;

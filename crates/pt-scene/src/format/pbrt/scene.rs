@@ -18,7 +18,7 @@ use super::state::{Moving, State};
 use super::texture::Textures;
 use super::token::{Place, Tokens};
 use super::upsample::Illuminant;
-use super::{balance, camera, film, glow, subsurface};
+use super::{balance, camera, displace, film, glow, subsurface};
 use crate::material::Embossed;
 use crate::texture::{Input, Scalar};
 use crate::{
@@ -173,6 +173,7 @@ impl World {
     ) -> Result<Placed, LoadError> {
         let folder = self.textures.folder.clone();
         let geometry = shape(entity, state, &mut self.meshes, &folder, &mut self.scene.warnings)?;
+        let geometry = self.displaced(entity, state, geometry)?;
         self.context().was_loud();
         let alpha = self.textures.number(entity, "alpha", [0.0, 1.0])?;
         let alpha = alpha.filter(|_| !self.context().was_loud()).unwrap_or(1.0.into());
@@ -193,6 +194,30 @@ impl World {
             media: Rc::clone(&state.media),
             at: entity.at.clone(),
         })
+    }
+
+    /// The mesh of a file, raised by its `displacement` where it has one.
+    fn displaced(
+        &mut self,
+        entity: &Entity,
+        state: &State,
+        geometry: Geometry,
+    ) -> Result<Geometry, LoadError> {
+        const DISPLACEMENT: &str = "displacement";
+        const HEIGHTS: [f32; 2] = [f32::MIN, f32::MAX];
+        let (Geometry::Mesh(mesh), "plymesh") = (&geometry, entity.kind.as_str()) else {
+            return Ok(geometry);
+        };
+        let edge = entity.positive("displacement.edgelength", 1.0)?;
+        let edge = entity.positive("edgelength", edge)?;
+        let Some(heights) = self.textures.number(entity, DISPLACEMENT, HEIGHTS)? else {
+            return Ok(geometry);
+        };
+        let refuse = |why: String| entity.refuse(DISPLACEMENT, why);
+        let made = displace::displaced(mesh, &heights, edge, &state.ctm[0]).map_err(refuse)?;
+        let context = Arc::clone(&self.textures.folder.context);
+        self.meshes.count(&made, context.limits()).map_err(refuse)?;
+        Ok(Geometry::Mesh(Arc::new(made)))
     }
 
     /// What the readers of scenes share.

@@ -316,11 +316,6 @@ fn ply_mesh(
     folder: &Folder,
     warnings: &mut Vec<Warning>,
 ) -> Result<Geometry, LoadError> {
-    entity.pass_over(&["displacement.edgelength", "edgelength"]);
-    if entity.texture_name("displacement")?.is_some() {
-        let message = "meshes are not displaced; this one is seen as it is in its file".to_owned();
-        warnings.push(Warning { at: entity.place("displacement").span(""), message });
-    }
     let Some(name) = entity.text("filename")? else {
         return Err(entity.at.error("the parameter \"string filename\" is missing"));
     };
