@@ -10,6 +10,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use pt_math::{Frame, Vec3};
+use pt_scene::hair;
 
 use crate::bsdf::{Bsdf, LobeRecord, Orientation};
 use crate::id::{Id, Table};
@@ -76,6 +77,11 @@ pub struct Slot {
 pub enum SlotKind {
     /// Three parameters: its colour, with channels from 0 to 1.
     Share,
+    /// Three parameters: what fibres absorb that have its colour together.
+    Absorption {
+        /// See [`pt_scene::hair::slope`].
+        slope: f32,
+    },
     /// One parameter: its luminance, within these bounds.
     Number {
         /// The least.
@@ -199,6 +205,10 @@ impl Materials {
                 SlotKind::Share => {
                     let share = color.0.clamp(Vec3::ZERO, Vec3::ONE).to_array();
                     lobe.parameters_mut()[first..first + 3].copy_from_slice(&share);
+                }
+                SlotKind::Absorption { slope } => {
+                    let absorption = hair::absorption(color.to_array(), slope);
+                    lobe.parameters_mut()[first..first + 3].copy_from_slice(&absorption);
                 }
                 SlotKind::Number { least, most } => {
                     lobe.parameters_mut()[first] = color.luminance().clamp(least, most);

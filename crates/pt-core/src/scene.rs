@@ -26,6 +26,8 @@ pub struct SurfaceRecord {
     pub material: Option<Id<Material>>,
     /// Share of it that is there; `None` is all.
     pub opacity: Option<Varying>,
+    /// Whether rays that come to its back go on as if it were not there.
+    pub has_no_back: bool,
     /// Which sides glow.
     pub glow: Glow,
     /// Radiance emitted; 1 where a texture says it.
@@ -352,8 +354,15 @@ impl RenderScene {
     /// The share of the surface that is there, where a ray met it.
     #[inline]
     pub fn opacity(&self, ray: &Ray, hit: &Hit, time: f32) -> f32 {
-        let surface = self.surface(hit.primitive);
-        match self.surfaces[surface].opacity {
+        let surface = &self.surfaces[self.surface(hit.primitive)];
+        let is_behind = || {
+            let normal = self.interaction(ray, hit, time).point.normal;
+            ray.direction.dot(normal) > 0.0
+        };
+        if surface.has_no_back && is_behind() {
+            return 0.0;
+        }
+        match surface.opacity {
             None => 1.0,
             Some(Varying::Value(opacity)) => opacity,
             Some(texture) => {

@@ -12,6 +12,7 @@ pub mod error;
 pub mod filter;
 pub mod format;
 mod guard;
+pub mod hair;
 pub mod image;
 pub mod light;
 pub mod material;

@@ -1,5 +1,6 @@
 //! Materials as their authors write them.
 
+use crate::hair;
 use crate::texture::{Color, Relief, Scalar};
 
 /// A named material: how a surface scatters, and whether it glows.
@@ -26,7 +27,7 @@ macro_rules! surfaces {
     ($then:ident) => {
         $then! {
             Matte, RoughDiffuse, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, RoughCoatedDiffuse,
-            CoatedConductor, Plastic, Principled, PrincipledThin, DiffuseTransmission, Black, Mix, Sided, Embossed
+            CoatedConductor, Plastic, Principled, PrincipledThin, DiffuseTransmission, Hair, Black, Mix, Sided, Embossed
         }
     };
 }
@@ -376,6 +377,64 @@ pub struct DiffuseTransmission {
     pub transmittance: Color,
 }
 
+/// Fibres of hair or fur, which are so thin that light leaves them where it came in: closed tubes of meshes, or ribbons.
+/// They are along the direction in which the texture coordinate u grows, from the root to the tip.
+/// [Chiang et al. 2016, "A Practical and Controllable Hair and Fur Model for Production Path Tracing"]
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hair {
+    /// What colours them.
+    pub pigment: Pigment,
+    /// Index of refraction over that around them, at least 1.
+    pub ior: f32,
+    /// Roughness along the fibre from 0 to 1; below 0.02 it is taken for that, as is the other one.
+    pub roughness: f32,
+    /// Roughness around the fibre from 0 to 1.
+    pub azimuthal_roughness: f32,
+    /// Angle in degrees by which the scales of the fibre are raised.
+    pub scale_angle: f32,
+    /// Whether the back side scatters as the front side does, as ribbons need it. Else there is no back side, so that
+    /// light which goes through the front of a closed tube leaves it.
+    pub two_sided: bool,
+}
+
+/// What colours fibres.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Pigment {
+    /// Whatever gives many of them together this colour, each channel in [0, 1].
+    Reflectance(Color),
+    /// What a fibre of radius 1 absorbs, per channel.
+    Absorption([f32; 3]),
+    /// Concentrations of eumelanin, which is brown, and pheomelanin, which is red: 8 and 0 is black hair, 1.3 and 0 brown, 0.3
+    /// and 0 blond, 0 and 1 red.
+    Melanin([f32; 2]),
+}
+
+impl Default for Hair {
+    /// Brown hair.
+    fn default() -> Self {
+        Self {
+            pigment: Pigment::Melanin([1.3, 0.0]),
+            ior: 1.55,
+            roughness: 0.3,
+            azimuthal_roughness: 0.3,
+            scale_angle: 2.0,
+            two_sided: false,
+        }
+    }
+}
+
+impl Hair {
+    /// The colour that many fibres have together.
+    pub fn color(&self) -> Color {
+        let of = |absorption| hair::color(absorption, self.azimuthal_roughness).into();
+        match &self.pigment {
+            Pigment::Reflectance(color) => color.clone(),
+            Pigment::Absorption(absorption) => of(*absorption),
+            Pigment::Melanin(concentrations) => of(hair::melanin(*concentrations)),
+        }
+    }
+}
+
 /// Absorbs everything.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Black;
@@ -389,6 +448,18 @@ pub struct Mix {
     pub second: Box<Surface>,
     /// The share of the second, from 0 to 1.
     pub share: Scalar,
+}
+
+impl Surface {
+    /// Whether rays that come to the back of it go on as if there were nothing; see [`Hair::two_sided`].
+    pub fn has_no_back(&self) -> bool {
+        match self {
+            Self::Hair(hair) => !hair.two_sided,
+            Self::Mix(mix) => mix.first.has_no_back() || mix.second.has_no_back(),
+            Self::Embossed(embossed) => embossed.surface.has_no_back(),
+            _ => false,
+        }
+    }
 }
 
 /// Two surfaces, of which each shows on one side.

@@ -7,9 +7,9 @@ use pathtracer::{Film, Scene, Settings};
 use pt_math::{DAffine3, DMat3, DVec3, Spectrum};
 use pt_scene::image::Image;
 use pt_scene::material::{
-    Black, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed, Glass, Masking,
-    Mirror, Mix, Plastic, Principled, PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse,
-    Roughness, Sided, ThinGlass,
+    Black, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed, Glass, Hair,
+    Masking, Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin, Refraction,
+    RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, ThinGlass,
 };
 use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Relief, Scalar, Texture, Wrap};
 use pt_scene::{LightKind, Surface};
@@ -128,6 +128,7 @@ pub(crate) fn surfaces(textured: bool) -> Vec<Surface> {
         }
         .into(),
         DiffuseTransmission { reflectance: color(COLOR), transmittance: color(OTHER) }.into(),
+        Hair { pigment: Pigment::Reflectance(color(COLOR)), ..Hair::default() }.into(),
     ]
 }
 

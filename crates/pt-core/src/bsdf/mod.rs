@@ -17,6 +17,7 @@ mod diffuse_transmission;
 mod eon;
 pub mod fresnel;
 mod glossy;
+mod hair;
 #[cfg(test)]
 mod laws;
 pub mod microfacet;
@@ -106,7 +107,7 @@ pub trait Lobe: Copy {
         Pdf::ZERO
     }
     /// Draws `wi` by a map from the unit square to directions, `u[0]` and `u[1]`; `u[2]` chooses the map
-    /// where there are several and the choice has to wait for the other two.
+    /// where there are several and the choice has to wait for the other two. Fibres need all three for a direction.
     fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample>;
     /// The angle in radians by which `wo` may be turned, seen from the normal, without much change of what is
     /// reflected towards it (see [`Bsdf::serves`]): infinite if nothing changes, 0 if light goes through or some
@@ -118,8 +119,11 @@ pub trait Lobe: Copy {
     /// Settings worth testing; the laws run on each.
     fn examples() -> Vec<Self>;
     /// Whether f(wo, wi) = f(wi, wo), or f(wo, wi)/η² where light is refracted. Only the course's own
-    /// models may say no.
+    /// models may say no, and those of fibres, which do not know where on them light leaves.
     const RECIPROCAL: bool = true;
+    /// Whether it stands for all of something thin and round: light leaves on any side, whichever side the surface
+    /// looks to, and normals that look away from the viewer are beyond its edge.
+    const ROUND: bool = false;
     /// Whether light goes through the surface.
     const TRANSMITS: bool = false;
     /// Whether it scatters diffusely whatever it does not send into single directions.
@@ -186,6 +190,11 @@ macro_rules! lobes {
             #[inline(always)]
             fn transmits(&self) -> bool {
                 $((self.kind == Kind::$name as u32 && <$ty as Lobe>::TRANSMITS))||*
+            }
+            /// See [`Lobe::ROUND`].
+            #[inline(always)]
+            fn is_round(&self) -> bool {
+                $((self.kind == Kind::$name as u32 && <$ty as Lobe>::ROUND))||*
             }
             /// See [`Lobe::DIFFUSE`].
             fn is_diffuse(&self) -> bool {
@@ -317,6 +326,8 @@ lobes! {
     PrincipledThin = principled::PrincipledThin,
     /// Lambertian reflection and transmission.
     DiffuseTransmission = diffuse_transmission::DiffuseTransmission,
+    /// Fibres of hair and fur.
+    Hair = hair::Hair,
     /// The course's glass.
     CourseGlass = course::CourseGlass,
     /// The course's refraction.
@@ -374,12 +385,15 @@ impl<'a> Bsdf<'a> {
     ) -> Self {
         let behind = wo.dot(geometric_normal) < 0.0;
         let flip = if behind { -1.0 } else { 1.0 };
-        let visible = make_visible(normal * flip, wo);
+        let is_round = lobe.is_round();
+        let visible = if is_round { normal * flip } else { make_visible(normal * flip, wo) };
         let front = if behind && !two_sided { -visible } else { visible };
         let frame = match tangent {
             None => Frame::from_normal(front),
             Some(tangent) => Frame::from_normal_and_tangent(front, tangent),
         };
+        // Round things are not held to the plane of the surface.
+        let geometric_normal = if is_round { frame.n } else { geometric_normal };
         let side = geometric_normal.dot(front);
         Self { frame, geometric_normal, side, wo: frame.to_local(wo), lobe }
     }

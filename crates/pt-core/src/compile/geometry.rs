@@ -141,6 +141,7 @@ impl Shapes {
             two_sided: false,
             material: None,
             opacity: None,
+            has_no_back: false,
             glow: Glow::Front,
             emission,
             emission_texture: None,
@@ -270,12 +271,14 @@ impl Collector<'_> {
             return (surface, false);
         }
         let number = material;
-        let Look { lobe, two_sided, material, opacity, emission, emission_texture, .. } = look;
+        let Look { lobe, two_sided, material, opacity, has_no_back, .. } = look;
+        let Look { emission, emission_texture, .. } = look;
         let record = SurfaceRecord {
             lobe,
             two_sided,
             material,
             opacity,
+            has_no_back,
             glow: if self.course { Glow::Both } else { Glow::Front },
             emission,
             emission_texture,

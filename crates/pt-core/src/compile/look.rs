@@ -17,6 +17,8 @@ pub(super) struct Look {
     pub(super) two_sided: bool,
     pub(super) material: Option<Id<Material>>,
     pub(super) opacity: Option<Varying>,
+    /// See [`SurfaceRecord::has_no_back`].
+    pub(super) has_no_back: bool,
     /// See [`SurfaceRecord::emission`].
     pub(super) emission: Spectrum,
     pub(super) emission_texture: Option<Id<TextureRecord>>,
@@ -36,7 +38,9 @@ impl Look {
             Color::Texture(texture) => (Spectrum::ONE, Some(cx.texture(texture))),
         };
         let shown = cx.take_shown();
-        Self { opacity, emission, emission_texture, shown, ..Self::opaque(surface, cx) }
+        let has_no_back = material.surface.has_no_back();
+        let opaque = Self::opaque(surface, cx);
+        Self { opacity, has_no_back, emission, emission_texture, shown, ..opaque }
     }
 
     pub(super) fn default_one(cx: &mut Lowering) -> Self {
@@ -59,6 +63,7 @@ impl Look {
             two_sided,
             material,
             opacity: None,
+            has_no_back: false,
             emission: Spectrum::ZERO,
             emission_texture: None,
             shown: ShownColors::default(),

@@ -4,10 +4,11 @@
 //! its [`Lower`] here; the compiler asks for the second when the first is there.
 
 use pt_math::Spectrum;
+use pt_scene::hair;
 use pt_scene::material::{
     Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
-    Glass, Matte, Mirror, Mix, Plastic, Principled, PrincipledThin, Refraction, RoughCoatedDiffuse,
-    RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
+    Glass, Hair, Matte, Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin, Refraction,
+    RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
 };
 use pt_scene::texture::{Relief, Scalar};
 
@@ -264,6 +265,23 @@ impl Lower for DiffuseTransmission {
         let rho = cx.share(&self.reflectance, Lobe::RHO);
         let tau = cx.share(&self.transmittance, Lobe::TAU);
         cx.lobe(Lobe { rho, tau }, true)
+    }
+}
+
+impl Lower for Hair {
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        let around = self.azimuthal_roughness;
+        let absorption = match &self.pigment {
+            Pigment::Reflectance(color) => {
+                cx.absorption(color, bsdf::Hair::ABSORPTION, hair::slope(around))
+            }
+            Pigment::Absorption(absorption) => (*absorption).into(),
+            Pigment::Melanin(concentrations) => hair::melanin(*concentrations).into(),
+        };
+        cx.orient();
+        let roughnesses = [self.roughness, around];
+        let lobe = bsdf::Hair::new(absorption, self.ior, roughnesses, self.scale_angle);
+        cx.lobe(lobe, self.two_sided)
     }
 }
 

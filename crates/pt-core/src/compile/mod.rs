@@ -216,7 +216,8 @@ fn assemble(
     bvh: Bvh,
 ) -> RenderScene {
     use std::mem::take;
-    let has_holes = shapes.surfaces.as_slice().iter().any(|s| s.opacity.is_some());
+    let mut surfaces = shapes.surfaces.as_slice().iter();
+    let has_holes = surfaces.any(|s| s.opacity.is_some() || s.has_no_back);
     RenderScene {
         placed: None,
         plain_normals: false,

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use pt_math::{Affine2, Mat3, Spectrum, Vec2};
+use pt_scene::hair;
 use pt_scene::image::Image;
 use pt_scene::texture::{Bitmap, Blend, Color, Filter, Pattern, Scalar, Texture};
 
@@ -103,6 +104,17 @@ impl Lowering {
             Color::Texture(texture) => {
                 self.slot(texture, first, SlotKind::Share);
                 Spectrum::ONE
+            }
+        }
+    }
+
+    /// What fibres absorb that have a colour together, which the next lobe packs from `first` on; see [`hair::slope`].
+    pub(super) fn absorption(&mut self, color: &Color, first: usize, slope: f32) -> Spectrum {
+        match color {
+            Color::Value(value) => hair::absorption(*value, slope).into(),
+            Color::Texture(texture) => {
+                self.slot(texture, first, SlotKind::Absorption { slope });
+                Spectrum::ZERO
             }
         }
     }

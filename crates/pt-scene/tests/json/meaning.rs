@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use pt_scene::format::{load, parse, save};
-use pt_scene::material::{Matte, Mirror};
+use pt_scene::material::{Hair, Matte, Mirror, Pigment};
 use pt_scene::{Geometry, Material, Object, Projection, Scene, Surface};
 
 /// Where a point of an object is.
@@ -80,6 +80,21 @@ fn a_material_of_defaults_is_a_word() {
     assert_eq!((a.name.as_str(), &a.surface), ("a", &Surface::from(matte)));
     let mirror = Mirror { reflectance: [1.0; 3].into() };
     assert_eq!((b.name.as_str(), &b.surface, &b.emission), ("c", &mirror.into(), &[2.0; 3].into()));
+}
+
+#[test]
+fn hair_has_one_of_three_pigments() {
+    let pigment = |keys: &str| {
+        let scene = read(&format!("\"materials\": {{\"a\": {{\"type\": \"hair\"{keys}}}}}"));
+        let Surface::Hair(hair) = &scene.materials[0].surface else { panic!("it is hair") };
+        hair.pigment.clone()
+    };
+    assert_eq!(pigment(""), Pigment::Melanin([1.3, 0.0]));
+    assert_eq!(pigment(", \"pheomelanin\": 1"), Pigment::Melanin([0.0, 1.0]));
+    assert_eq!(pigment(", \"absorption\": [1, 2, 3]"), Pigment::Absorption([1.0, 2.0, 3.0]));
+    assert_eq!(pigment(", \"reflectance\": 0.5"), Pigment::Reflectance([0.5; 3].into()));
+    let scene = read(r#""materials": {"a": "hair"}"#);
+    assert_eq!(scene.materials[0].surface, Hair::default().into());
 }
 
 #[test]

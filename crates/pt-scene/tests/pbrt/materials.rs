@@ -1,10 +1,12 @@
 //! Materials, textures, spectra and media.
 
 use pt_math::DMat3;
-use pt_scene::material::{CoatedConductor, Conductor, Glass, Matte, Mix, RoughCoatedDiffuse};
+use pt_scene::material::{
+    CoatedConductor, Conductor, Glass, Hair, Matte, Mix, Pigment, RoughCoatedDiffuse,
+};
 use pt_scene::medium::{Matter, Phase, Volume};
 use pt_scene::texture::{Input, Pattern, Texture};
-use pt_scene::{Color, Scalar, Surface};
+use pt_scene::{Color, Geometry, Scalar, Surface};
 
 use super::{read, refusal};
 
@@ -325,31 +327,98 @@ fn grids_of_colours_have_their_colours() {
     }
 }
 
-/// Of fibres with β = 0.3, whose polynomial is 5.969 − 0.0645 + 0.22788 − 0.28971 + 0.0451494 + 0.000595 = 5.888415.
+fn hair(text: &str, shape: &str) -> Hair {
+    let scene = read("", &format!("Material \"hair\" {text} {shape}"));
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    match &scene.materials[0].surface {
+        Surface::Hair(hair) => hair.clone(),
+        other => panic!("{other:?} is no hair"),
+    }
+}
+
+const SPHERE: &str = "Shape \"sphere\"";
+
 #[test]
-fn hair_has_the_colour_of_all_of_it() {
-    let value = |text: &str| match reflectance(&format!("Material \"hair\" {text}")) {
-        Input::Value(value) => value,
-        Input::Texture(_) => panic!("no number"),
-    };
-    let is_near = |a: [f32; 3], b: [f64; 3]| {
-        let near = (0..3).all(|c| (f64::from(a[c]) / b[c] - 1.0).abs() < 1e-4);
-        assert!(near, "{a:?} {b:?}");
-    };
-    let brown = [0.419, 0.697, 1.37].map(|a: f64| (-(1.3 * a).sqrt() * 5.888_415).exp());
-    is_near(value(""), brown);
-    is_near(value("\"float eumelanin\" 1.3"), brown);
-    let red = [0.187, 0.4, 1.05].map(|a: f64| (-(0.5 * a).sqrt() * 5.888_415).exp());
-    is_near(value("\"float pheomelanin\" .5"), red);
-    is_near(
-        value("\"rgb sigma_a\" [.04 .04 .09]"),
-        [0.2, 0.2, 0.3].map(|a: f64| (-a * 5.888_415).exp()),
+fn hair_has_the_pigment_that_is_given() {
+    let pigment = |text: &str| hair(text, SPHERE).pigment;
+    assert_eq!(pigment(""), Pigment::Melanin([1.3, 0.0]));
+    assert_eq!(pigment("\"float eumelanin\" .3"), Pigment::Melanin([0.3, 0.0]));
+    assert_eq!(pigment("\"float pheomelanin\" .5"), Pigment::Melanin([0.0, 0.5]));
+    let absorption = Pigment::Absorption([0.04, 0.04, 0.09]);
+    assert_eq!(pigment("\"rgb sigma_a\" [.04 .04 .09]"), absorption);
+    let color = Pigment::Reflectance(Input::Value([0.5, 0.3, 0.1]));
+    assert_eq!(pigment("\"rgb reflectance\" [.5 .3 .1]"), color);
+    let fur = read(
+        "",
+        "Texture \"spots\" \"spectrum\" \"checkerboard\" \"rgb tex1\" [.8 .8 .8] \"rgb tex2\" [.1 .1 .1]
+        Material \"hair\" \"texture reflectance\" \"spots\" Shape \"sphere\"",
     );
-    assert_eq!(value("\"rgb reflectance\" [.5 .3 .1]"), [0.5, 0.3, 0.1]);
-    let both = refusal(
-        "Material \"hair\" \"rgb reflectance\" [.5 .3 .1] \"float eumelanin\" 1 Shape \"sphere\"",
+    let Surface::Hair(Hair { pigment: Pigment::Reflectance(color), .. }) =
+        &fur.materials[0].surface
+    else {
+        panic!("{:?}", fur.materials[0])
+    };
+    assert!(color.texture().is_some());
+    for other in ["\"float eumelanin\" 1", "\"rgb sigma_a\" [1 1 1]"] {
+        let both =
+            refusal(&format!("Material \"hair\" \"rgb reflectance\" [.5 .3 .1] {other} {SPHERE}"));
+        assert!(both.contains("give one of the two"), "{both}");
+    }
+}
+
+#[test]
+fn hair_has_the_roughness_the_index_and_the_scales_that_are_given() {
+    let plain = hair("", SPHERE);
+    assert_eq!(plain, Hair { two_sided: true, ..Hair::default() });
+    let given =
+        hair("\"float beta_m\" .2 \"float beta_n\" .6 \"float alpha\" 3 \"float eta\" 1.4", SPHERE);
+    let Hair { roughness, azimuthal_roughness, scale_angle, ior, .. } = given;
+    assert_eq!([roughness, azimuthal_roughness, scale_angle, ior], [0.2, 0.6, 3.0, 1.4]);
+    for (parameter, expected) in [
+        ("\"float beta_m\" 1.5", "\"beta_m\" is 1.5; expected a number from 0 to 1"),
+        ("\"float eta\" .5", "\"eta\" is 0.5; expected a number from 1 to 100"),
+        ("\"float alpha\" 50", "\"alpha\" is 50; expected a number from -45 to 45"),
+    ] {
+        let refused = refusal(&format!("Material \"hair\" {parameter} {SPHERE}"));
+        assert!(refused.contains(expected), "{refused}");
+    }
+    let scene = read(
+        "",
+        "Texture \"rough\" \"float\" \"checkerboard\" \"float tex1\" .2 \"float tex2\" .4
+        Material \"hair\" \"texture beta_m\" \"rough\" Shape \"sphere\"",
     );
-    assert!(both.contains("give one of the two"), "{both}");
+    let Surface::Hair(mean) = &scene.materials[0].surface else { panic!("no hair") };
+    assert!((mean.roughness - 0.3).abs() < 1e-6 && scene.warnings.len() == 1, "{mean:?}");
+}
+
+/// Tubes are closed, so that their back is not there, whichever way they are turned; ribbons and other shapes have two sides.
+#[test]
+fn only_tubes_of_hair_have_no_back() {
+    const CURVE: &str =
+        "Shape \"curve\" \"point3 P\" [0 0 0  0 1 0  0 2 0  0 3 0] \"float width\" .1";
+    assert!(!hair("", CURVE).two_sided);
+    assert!(
+        hair("", &format!("{CURVE} \"string type\" \"ribbon\" \"normal N\" [0 0 1  0 0 1]"))
+            .two_sided
+    );
+    assert!(hair("", SPHERE).two_sided);
+    let outward = |more: &str| {
+        let scene = read("", &format!("Material \"hair\" {more} {CURVE}"));
+        let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
+        let mesh = std::sync::Arc::clone(mesh);
+        let normals = mesh.normals.as_ref().expect("normals");
+        let out = |(p, n): (&[f32; 3], &[f32; 3])| p[0] * n[0] + p[2] * n[2] > 0.0;
+        mesh.positions.iter().zip(&normals.values).all(out)
+    };
+    assert!(outward("") && outward("ReverseOrientation"));
+    // One material on both is two.
+    let both = read("", &format!("Material \"hair\" {CURVE} {SPHERE} {CURVE}"));
+    let sides: Vec<_> = both.materials.iter().map(|m| m.surface.has_no_back()).collect();
+    assert_eq!(sides, [true, false]);
+    assert_eq!(
+        both.objects.iter().map(|o| o.materials[0]).collect::<Vec<_>>(),
+        [Some(0), Some(1), Some(0)]
+    );
 }
 
 #[test]

@@ -8,17 +8,17 @@ use serde_json::Value;
 
 use super::describe::{Described, Fields, Kind, Plain, put, record, tagged, words};
 use super::node::{Keys, Node};
-use super::number::{ABOVE_0, ANY, FROM_0, Pair, SHARE, TO_2};
+use super::number::{ABOVE_0, ANY, FROM_0, FROM_1, Pair, SHARE, TILT, TO_2};
 use super::out::{Entries, Out};
 use super::schema::{Properties, Schemas};
 use super::shared::{Name, Reading, Shared, Tables, Writing};
 use super::transform::OfTexture;
 use crate::material::{
     Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
-    Glass, Masking, Matte, Mirror, Mix, Plastic, Principled, PrincipledThin, Refraction,
-    RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
+    Glass, Hair, Masking, Matte, Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin,
+    Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
 };
-use crate::texture::{Bitmap, Blend, Filter, Pattern, Relief, Scalar, Texture, Wrap};
+use crate::texture::{Bitmap, Blend, Color, Filter, Pattern, Relief, Scalar, Texture, Wrap};
 use crate::{LoadError, Material};
 
 record! {
@@ -146,6 +146,15 @@ record! {
         transmittance: FROM_0 => [0.5; 3].into(),
     }
 }
+record! {
+    Hair {
+        ior: FROM_1 => Self::default().ior,
+        roughness: SHARE => Self::default().roughness,
+        azimuthal_roughness: SHARE => Self::default().azimuthal_roughness,
+        scale_angle: TILT => Self::default().scale_angle,
+        two_sided: Plain => false,
+    } + pigment: Pigment
+}
 record! { Mix { first: Plain, second: Plain, share: SHARE => 0.5.into() } }
 record! { Sided { front: Plain, back: Plain } }
 record! { Embossed { surface: Plain } + relief: Relief }
@@ -224,6 +233,59 @@ impl Fields for Roughness {
         vec![one, two]
     }
 }
+
+/// A colour as `reflectance`, what is absorbed as `absorption`, or concentrations as `eumelanin` and `pheomelanin`; without any, that of brown
+/// hair.
+impl Fields for Pigment {
+    fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+        let [reflectance, absorption, eumelanin, pheomelanin] = PIGMENTS.map(|key| keys.take(key));
+        let melanin = eumelanin.is_some() || pheomelanin.is_some();
+        let given = [reflectance.is_some(), absorption.is_some(), melanin];
+        if given.into_iter().filter(|is_given| *is_given).count() > 1 {
+            let message = "fibres have a \"reflectance\", an \"absorption\", or \"eumelanin\" and \"pheomelanin\"; give one of \
+                           the three";
+            return Err(keys.node.error(message));
+        }
+        if let Some(reflectance) = reflectance {
+            return SHARE.read(&reflectance, cx).map(Self::Reflectance);
+        }
+        if let Some(absorption) = absorption {
+            return FROM_0.read(&absorption, cx).map(Self::Absorption);
+        }
+        if !melanin {
+            return Ok(Hair::default().pigment);
+        }
+        let number = |node: Option<Node<'_>>| node.map_or(Ok(0.0), |node| FROM_0.number(&node));
+        Ok(Self::Melanin([number(eumelanin)?, number(pheomelanin)?]))
+    }
+
+    fn write_fields(&self, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
+        let [reflectance, absorption, eumelanin, pheomelanin] = PIGMENTS;
+        match self {
+            Self::Reflectance(color) => put(out, reflectance, &SHARE, color, None, cx),
+            Self::Absorption(absorbed) => put(out, absorption, &FROM_0, absorbed, None, cx),
+            Self::Melanin([brown, red]) => {
+                put(out, eumelanin, &FROM_0, brown, None, cx)?;
+                put(out, pheomelanin, &FROM_0, red, Some(0.0), cx)
+            }
+        }
+    }
+
+    fn properties(schemas: &mut Schemas) -> Vec<Properties> {
+        let [reflectance, absorption, eumelanin, pheomelanin] = PIGMENTS;
+        let color = Kind::<Color>::schema(&SHARE, schemas);
+        let absorbed = Kind::<[f32; 3]>::schema(&FROM_0, schemas);
+        let concentration = Kind::<f32>::schema(&FROM_0, schemas);
+        let one = |key, schema| Properties::default().with_schema(key, schema, true);
+        let melanin = Properties::default()
+            .with_schema(eumelanin, concentration.clone(), false)
+            .with_schema(pheomelanin, concentration, false);
+        vec![one(reflectance, color), one(absorption, absorbed), melanin]
+    }
+}
+
+/// What tells pigments.
+const PIGMENTS: [&str; 4] = ["reflectance", "absorption", "eumelanin", "pheomelanin"];
 
 /// A texture as a `normal_map`, or as a `height_map` with its `height`.
 impl Fields for Relief {

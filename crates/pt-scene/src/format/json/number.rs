@@ -26,6 +26,8 @@ pub(super) const ANY: Within =
 /// Numbers from 0 up.
 pub(super) const FROM_0: Within =
     Within { least: 0.0, expected: "a number that is not negative", ..ANY };
+/// Numbers from 1 up.
+pub(super) const FROM_1: Within = Within { least: 1.0, expected: "a number of at least 1", ..ANY };
 /// Numbers above 0.
 pub(super) const ABOVE_0: Within =
     Within { least: 0.0, is_open: true, expected: "a number above 0", ..ANY };
@@ -39,6 +41,10 @@ pub(super) const ANGLE: Within =
 /// Angles from 0° to 90°.
 pub(super) const HALF_ANGLE: Within =
     Within { most: 90.0, expected: "an angle from 0 to 90 degrees", ..FROM_0 };
+
+/// Angles from −45° to 45°.
+pub(super) const TILT: Within =
+    Within { least: -45.0, most: 45.0, expected: "an angle from -45 to 45 degrees", ..ANY };
 
 impl Within {
     fn has(&self, x: f64) -> bool {

@@ -105,6 +105,11 @@ pub(super) fn curve(entity: &Entity) -> Result<Mesh, LoadError> {
     }))
 }
 
+/// Whether a shape is a curve that becomes a closed tube.
+pub(super) fn is_tube(entity: &Entity) -> Result<bool, LoadError> {
+    Ok(entity.kind == "curve" && entity.text("type")? != Some("ribbon"))
+}
+
 fn spline(entity: &Entity) -> Result<Spline, LoadError> {
     let Some(points) = entity.points("P")? else {
         return Err(entity.at.error("the parameter \"point3 P\" is missing"));

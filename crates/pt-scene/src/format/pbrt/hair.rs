@@ -1,53 +1,92 @@
-//! `hair`: its colour, as there is no lobe of fibres here.
+//! `hair`: fibres, and which of their shapes are closed.
 
-use super::color::{Role, color};
 use super::entity::Entity;
 use super::scene::World;
-use crate::LoadError;
-use crate::material::Matte;
-use crate::texture::Color;
-
-/// What eumelanin and pheomelanin absorb in a fibre of radius 1, for each unit of their concentrations. [d'Eon et al. 2011,
-/// "An Energy-Conserving Hair Reflectance Model", §6.1]
-const EUMELANIN: [f64; 3] = [0.419, 0.697, 1.37];
-const PHEOMELANIN: [f64; 3] = [0.187, 0.4, 1.05];
+use super::texture::{mean, mean_color};
+use crate::material::{Embossed, Hair, Mix, Pigment};
+use crate::{LoadError, Surface};
 
 impl World {
-    /// A matte surface of the colour that many fibres have together.
-    pub(super) fn hair(&mut self, entity: &Entity) -> Result<Matte, LoadError> {
-        entity.pass_over(&["eta", "beta_m", "alpha"]);
-        let roughness = entity.positive("beta_n", 0.3)?;
-        let absorption = color(entity, "sigma_a", Role::Unbounded, &self.textures.folder)?;
-        let melanin = [entity.given_float("eumelanin")?, entity.given_float("pheomelanin")?];
-        let of_fibres = absorption.is_some() || melanin != [None; 2];
-        let has_color = entity.find("reflectance").is_some();
-        if has_color && of_fibres {
+    /// Fibres, whose shape may be open.
+    pub(super) fn hair(&mut self, entity: &Entity) -> Result<Hair, LoadError> {
+        const INDICES: [f32; 2] = [1.0, 100.0];
+        const SHARE: [f32; 2] = [0.0, 1.0];
+        const TILTS: [f32; 2] = [-45.0, 45.0];
+        const CONCENTRATIONS: [f32; 2] = [0.0, 1e6];
+        let default = Hair::default();
+        let ior = self.hair_number(entity, "eta", INDICES)?.unwrap_or(default.ior);
+        let roughness = self.hair_number(entity, "beta_m", SHARE)?.unwrap_or(default.roughness);
+        let azimuthal_roughness =
+            self.hair_number(entity, "beta_n", SHARE)?.unwrap_or(default.azimuthal_roughness);
+        let scale_angle = self.hair_number(entity, "alpha", TILTS)?.unwrap_or(default.scale_angle);
+        let absorption = self.textures.unbounded(entity, "sigma_a")?;
+        let melanin =
+            ["eumelanin", "pheomelanin"].map(|name| self.hair_number(entity, name, CONCENTRATIONS));
+        let [eumelanin, pheomelanin] = melanin;
+        let melanin = [eumelanin?, pheomelanin?];
+        // Public scenes call it by its older name.
+        let color = ["reflectance", "color"].into_iter().find(|name| entity.find(name).is_some());
+        if let Some(name) = color
+            && (absorption.is_some() || melanin != [None; 2])
+        {
             let message =
                 "both a reflectance and what fibres absorb are given; give one of the two";
-            return Err(entity.refuse("reflectance", message));
+            return Err(entity.refuse(name, message));
         }
-        let reflectance = if has_color {
-            self.textures.share(entity, "reflectance", 0.5)?
+        let pigment = if let Some(name) = color {
+            Pigment::Reflectance(self.textures.share(entity, name, 0.5)?)
+        } else if let Some(absorption) = absorption {
+            if absorption.texture().is_some() {
+                self.tell_of_mean(entity, "sigma_a");
+            }
+            Pigment::Absorption(mean_color(&absorption))
+        } else if melanin == [None; 2] {
+            default.pigment
         } else {
-            let [eumelanin, pheomelanin] = if of_fibres { melanin } else { [Some(1.3), None] };
-            let pigments = |c: usize| {
-                eumelanin.unwrap_or(0.0) * EUMELANIN[c]
-                    + pheomelanin.unwrap_or(0.0) * PHEOMELANIN[c]
-            };
-            let absorbed = |c: usize| absorption.map_or_else(|| pigments(c), |a| f64::from(a[c]));
-            Color::Value([0, 1, 2].map(|c| scattered(absorbed(c), roughness) as f32))
+            Pigment::Melanin(melanin.map(Option::unwrap_or_default))
         };
-        let message = "hair is taken as matte fibres of the colour that it has as a whole: it has no gloss, and light does \
-                       not go through it";
-        self.warn(entity, message.to_owned());
-        Ok(Matte { reflectance, two_sided: true })
+        Ok(Hair { pigment, ior, roughness, azimuthal_roughness, scale_angle, two_sided: true })
+    }
+
+    /// A number of fibres, which is the same on all of them.
+    fn hair_number(
+        &mut self,
+        entity: &Entity,
+        name: &'static str,
+        range: [f32; 2],
+    ) -> Result<Option<f32>, LoadError> {
+        let Some(number) = self.textures.number(entity, name, range)? else { return Ok(None) };
+        if number.texture().is_some() {
+            self.tell_of_mean(entity, name);
+        }
+        Ok(Some(mean(&number).clamp(range[0], range[1])))
+    }
+
+    fn tell_of_mean(&mut self, entity: &Entity, name: &str) {
+        let message =
+            format!("fibres have the same \"{name}\" everywhere, which is the mean of its texture");
+        self.warn(entity, message);
     }
 }
 
-/// The share of light that hair sends back, of fibres that absorb so much and have this azimuthal roughness. [Chiang et al.
-/// 2016, "A Practical and Controllable Hair and Fur Model for Production Path Tracing", §4.2]
-fn scattered(absorbed: f64, roughness: f64) -> f64 {
-    let b = roughness.min(1.0);
-    let slope = [0.245, 5.574, -10.73, 2.532, -0.215, 5.969].iter().fold(0.0, |sum, c| sum * b + c);
-    libm::exp(-absorbed.max(0.0).sqrt() * slope)
+/// A surface with fibres on a closed tube, which has no back there; `None` if there are no fibres.
+pub(super) fn of_tube(surface: &Surface) -> Option<Surface> {
+    match surface {
+        Surface::Hair(hair) => Some(Hair { two_sided: false, ..hair.clone() }.into()),
+        Surface::Mix(Mix { first, second, share }) => {
+            let parts = [of_tube(first), of_tube(second)];
+            if parts == [None, None] {
+                return None;
+            }
+            let [a, b] = parts;
+            let first = a.map_or_else(|| first.clone(), Box::new);
+            let second = b.map_or_else(|| second.clone(), Box::new);
+            Some(Mix { first, second, share: share.clone() }.into())
+        }
+        Surface::Embossed(Embossed { surface, relief }) => {
+            let surface = Box::new(of_tube(surface)?);
+            Some(Embossed { surface, relief: relief.clone() }.into())
+        }
+        _ => None,
+    }
 }

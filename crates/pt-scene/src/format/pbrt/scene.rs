@@ -10,6 +10,7 @@ use super::super::context::{Context, Folder};
 use super::super::substitute;
 use super::super::xml::{did_you_mean, quote};
 use super::color_space::ColorSpace;
+use super::curve::is_tube;
 use super::emission::{AreaLight, area, area_light, back_of};
 use super::entity::Entity;
 use super::medium::{Interface, Media};
@@ -18,8 +19,9 @@ use super::state::{Moving, State};
 use super::texture::Textures;
 use super::token::{Place, Tokens};
 use super::upsample::Illuminant;
-use super::{balance, camera, displace, film, glow, subsurface};
+use super::{balance, camera, displace, film, glow, hair, subsurface};
 use crate::material::Embossed;
+use crate::shapes::flip;
 use crate::texture::{Input, Scalar};
 use crate::{
     Attribute, Camera, Color, FileSettings, Geometry, Key, LightKind, LoadError, Material, Mesh,
@@ -63,6 +65,7 @@ pub(super) struct Placed {
     alpha: Scalar,
     light: Option<Rc<Entity>>,
     media: Rc<Interface>,
+    tube: Option<Tube>,
     at: Place,
 }
 
@@ -75,6 +78,7 @@ impl Placed {
     pub(super) fn joins(&mut self, curve: &Self) -> bool {
         let is_same_kind = [&*self, curve].iter().all(|p| p.name == "curve" && p.light.is_none())
             && self.to_world == curve.to_world
+            && self.tube == curve.tube
             && key_of(&self.material) == key_of(&curve.material)
             && is_same(&self.alpha, &curve.alpha)
             && Rc::ptr_eq(&self.media, &curve.media);
@@ -87,6 +91,12 @@ impl Placed {
         }
         Arc::get_mut(first).is_some_and(|first| crate::shapes::append(first, second))
     }
+}
+
+/// A closed tube, and which side of it is its front.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Tube {
+    is_inside_out: bool,
 }
 
 /// All that was read.
@@ -108,8 +118,8 @@ pub(super) struct World {
     surfaces: HashMap<MaterialKey, Rc<Option<Surface>>>,
     /// The media behind the surfaces of those that scatter below them.
     pub(super) within: HashMap<MaterialKey, u32>,
-    /// Materials that are made, with the alpha that they were made with.
-    made: HashMap<MaterialKey, Vec<(Scalar, u32)>>,
+    /// Materials that are made, with the alpha that they were made with, and whether as fibres that are tubes.
+    made: HashMap<MaterialKey, Vec<(Scalar, bool, u32)>>,
     /// Meshes that were given texture coordinates, kept for their address, and what they became.
     laid_out: HashMap<*const Mesh, (Arc<Mesh>, Arc<Mesh>)>,
     /// Whole spheres as meshes, by the bits of their radius.
@@ -177,6 +187,7 @@ impl World {
         self.context().was_loud();
         let alpha = self.textures.number(entity, "alpha", [0.0, 1.0])?;
         let alpha = alpha.filter(|_| !self.context().was_loud()).unwrap_or(1.0.into());
+        let tube = is_tube(entity)?.then_some(Tube { is_inside_out: state.reverses });
         entity.finish()?;
         let mut light = state.area_light.clone();
         if in_object && light.take().is_some() {
@@ -192,6 +203,7 @@ impl World {
             alpha,
             light,
             media: Rc::clone(&state.media),
+            tube,
             at: entity.at.clone(),
         })
     }
@@ -350,10 +362,17 @@ impl World {
                     .error("the transform flattens the shape; it cannot be undone"));
             }
         }
-        let surface = self.surface_once(&placed.material)?;
+        let known = self.surface_once(&placed.material)?;
+        let of_tube = placed.tube.and_then(|_| hair::of_tube((*known).as_ref()?));
+        let surface = of_tube.as_ref().or((*known).as_ref());
+        if let (Some(_), Some(Tube { is_inside_out: true }), Geometry::Mesh(mesh)) =
+            (&of_tube, placed.tube, &mut geometry)
+        {
+            flip(Arc::make_mut(mesh));
+        }
         let within = self.within.get(&key_of(&placed.material)).copied();
         let mut light = None;
-        match (&placed.light, &*surface) {
+        match (&placed.light, surface) {
             (Some(entity), Some(_)) => {
                 light = Some(area_light(
                     entity,
@@ -370,14 +389,15 @@ impl World {
             }
             (None, _) => {}
         }
-        let is_textured = (*surface).as_ref().is_some_and(shows_texture)
+        let is_textured = surface.is_some_and(shows_texture)
             || placed.alpha.texture().is_some()
             || light.as_ref().is_some_and(|light| light.radiance.texture().is_some());
         if is_textured {
             geometry = self.laid_out(geometry).map_err(|message| placed.at.error(message))?;
         }
         let two_sided = light.as_ref().is_some_and(|light| light.two_sided);
-        let material = self.material(&placed.material, (*surface).as_ref(), &placed.alpha, light);
+        let is_tube = of_tube.is_some();
+        let material = self.material(&placed.material, (surface, is_tube), &placed.alpha, light);
         let motion = (start != end).then(|| {
             let keys = self
                 .times
@@ -446,13 +466,15 @@ impl World {
     fn material(
         &mut self,
         name: &MaterialName,
-        surface: Option<&Surface>,
+        (surface, is_tube): (Option<&Surface>, bool),
         alpha: &Scalar,
         light: Option<AreaLight>,
     ) -> u32 {
         let known = self.made.get(&key_of(name)).into_iter().flatten();
-        let known = known.filter(|_| light.is_none()).find(|(made, _)| is_same(made, alpha));
-        if let Some((_, number)) = known {
+        let is_it =
+            |(made, of_tube, _): &&(Scalar, bool, u32)| is_same(made, alpha) && *of_tube == is_tube;
+        let known = known.filter(|_| light.is_none()).find(is_it);
+        if let Some((.., number)) = known {
             return *number;
         }
         let shines = light.is_some();
@@ -466,7 +488,7 @@ impl World {
         let number = self.scene.materials.len() as u32;
         self.scene.materials.push(material);
         if !shines {
-            self.made.entry(key_of(name)).or_default().push((alpha.clone(), number));
+            self.made.entry(key_of(name)).or_default().push((alpha.clone(), is_tube, number));
         }
         number
     }
@@ -500,7 +522,7 @@ fn shows_texture(surface: &Surface) -> bool {
         Surface::Mix(s) => {
             s.share.texture().is_some() || shows_texture(&s.first) || shows_texture(&s.second)
         }
-        Surface::Embossed(Embossed { .. }) => true,
+        Surface::Embossed(Embossed { .. }) | Surface::Hair(_) => true,
         _ => false,
     }
 }

@@ -6,7 +6,7 @@
 
 use pt_math::{DMat3, DVec3, cie};
 
-use crate::material::{Embossed, Mix};
+use crate::material::{Embossed, Hair, Mix, Pigment};
 use crate::texture::{Color, Input, Pattern, Texture};
 use crate::{Light, LightKind, Material, Surface};
 use std::sync::Arc;
@@ -165,6 +165,7 @@ impl Illuminant {
                 self.color(&mut s.reflectance);
                 self.color(&mut s.transmittance);
             }
+            Surface::Hair(Hair { pigment: Pigment::Reflectance(color), .. }) => self.color(color),
             Surface::CoatedDiffuse(s) => self.color(&mut s.diffuse),
             Surface::RoughCoatedDiffuse(s) => self.color(&mut s.diffuse),
             Surface::Mix(Mix { first, second, .. }) => {

@@ -2,7 +2,7 @@
 
 use super::super::super::gloss;
 use super::layer::mapped;
-use crate::material::{Mix, Principled, PrincipledThin, Roughness};
+use crate::material::{Matte, Mix, Principled, PrincipledThin, Roughness};
 use crate::texture::{Input, Pattern, Relief, Scalar};
 use crate::{Color, Surface};
 
@@ -47,6 +47,11 @@ pub(super) fn closest(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Closest 
         Surface::Mix(mix) => mixed(mix, tell),
         Surface::Principled(principled) => self::principled(principled, tell),
         Surface::PrincipledThin(thin) => sheet(thin, tell),
+        Surface::Hair(hair) => {
+            tell("its fibres become matte, of the colour that many of them have together");
+            let matte = Matte { reflectance: hair.color(), two_sided: true };
+            closest(&matte.into(), tell)
+        }
         _ => {
             let (look, body) = plain(surface, tell);
             Closest { look, body, relief: None }
@@ -209,6 +214,7 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (Principled, Body) {
         }
         Surface::Principled(_)
         | Surface::PrincipledThin(_)
+        | Surface::Hair(_)
         | Surface::Mix(_)
         | Surface::Sided(_)
         | Surface::Embossed(_) => unreachable!("they are made of others"),
@@ -267,7 +273,7 @@ fn times(color: &Color, factor: [f32; 3]) -> Color {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::{Distribution, Masking, Matte, Mirror};
+    use crate::material::{Distribution, Masking, Mirror};
 
     #[test]
     fn metals_keep_their_colour_and_the_roughness_of_both_directions() {

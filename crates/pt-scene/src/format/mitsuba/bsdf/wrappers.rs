@@ -87,7 +87,8 @@ fn transmits(surface: &Surface) -> bool {
         | Surface::ThinGlass(_)
         | Surface::Refraction(_)
         | Surface::PrincipledThin(_)
-        | Surface::DiffuseTransmission(_) => true,
+        | Surface::DiffuseTransmission(_)
+        | Surface::Hair(_) => true,
         Surface::Principled(principled) => principled.transmits(),
         Surface::Mix(Mix { first, second, .. })
         | Surface::Sided(Sided { front: first, back: second }) => {
