@@ -59,7 +59,9 @@ pub(super) fn balance(scene: &mut Scene, matrix: DMat3) {
                 Emission::Constant(light) => *light = seen(matrix, *light),
                 Emission::Grid(placed) if placed.grid.channels == 3 => {
                     let cells = Arc::make_mut(&mut placed.grid).values.as_chunks_mut::<3>().0;
-                    cells.iter_mut().for_each(|cell| *cell = seen(matrix, *cell));
+                    for cell in cells {
+                        *cell = seen(matrix, *cell);
+                    }
                 }
                 Emission::Grid(_) | Emission::BlackBody(_) => {}
             },

@@ -87,7 +87,8 @@ fn split(mesh: &mut Mesh, edge: f64, to_world: &DAffine3) -> bool {
             *middles.entry(ends).or_insert_with(|| {
                 let ends = ends.map(|i| i as usize);
                 let [start, end] = ends.map(|i| vector(mesh.positions[i]));
-                if !(to_world.transform_vector3(end - start).length() > edge) {
+                let is_long = to_world.transform_vector3(end - start).length() > edge;
+                if !is_long {
                     return None;
                 }
                 mesh.positions.push((0.5 * (start + end)).as_vec3().to_array());
