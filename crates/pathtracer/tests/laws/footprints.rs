@@ -23,7 +23,7 @@ fn fine(filter: Filter, times: f64) -> Surface {
     let image = Arc::new(Image { width: 8, height: 8, pixels });
     let pattern = Pattern::Bitmap(Bitmap { image, wrap: Wrap::Repeat, filter });
     let to_pattern = DMat3::from_diagonal(DVec3::new(times, times, 1.0));
-    let reflectance = Color::Texture(Arc::new(Texture { pattern, to_pattern }));
+    let reflectance = Color::Texture(Arc::new(Texture::on_surface(pattern, to_pattern)));
     Matte { reflectance, two_sided: true }.into()
 }
 

@@ -34,6 +34,7 @@ mod placed;
 mod replay;
 mod reuse;
 mod scenes;
+mod space;
 mod specular;
 mod split;
 mod target;

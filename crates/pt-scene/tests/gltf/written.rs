@@ -396,7 +396,7 @@ fn textures_are_read_as_they_were() {
     let to_pattern = DMat3::from_cols(DVec3::X * 2.0, DVec3::Y * 0.5, DVec3::new(0.25, 0.5, 1.0));
     let texture = |image: Arc<Image>| {
         let bitmap = Bitmap { image, wrap: Wrap::Mirror, filter: Filter::Trilinear };
-        Arc::new(Texture { pattern: Pattern::Bitmap(bitmap), to_pattern })
+        Arc::new(Texture::on_surface(Pattern::Bitmap(bitmap), to_pattern))
     };
     let tinted = |image, factor: [f32; 3]| {
         let factors = [Color::Texture(texture(image)), factor.into()];

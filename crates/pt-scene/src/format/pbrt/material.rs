@@ -7,7 +7,7 @@ use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color, index};
 use super::entity::Entity;
 use super::scene::{MaterialName, World, key_of};
-use super::texture::{mean, product, square_root};
+use super::texture::{product, square_root};
 use crate::material::{
     Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
     Glass, Masking, Matte, Mix, RoughCoatedDiffuse, Roughness, ThinGlass,
@@ -258,7 +258,7 @@ impl World {
             );
             self.warn(entity, message);
         }
-        0.5 * (mean(u) + mean(v))
+        0.5 * (u.mean() + v.mean())
     }
 
     /// Refuses coats that scatter.
