@@ -6,7 +6,7 @@ use pathtracer::{Aov, CompileOptions, Film, Image, Rejections, Rows, Scene, Sett
 use pt_core::film::Fault;
 use pt_core::{RenderScene, compile};
 use pt_cpu::Renderer;
-use pt_math::{DAffine3, DMat3, DVec3};
+use pt_math::{DAffine3, DVec3};
 use pt_scene::image::Samples;
 use pt_scene::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
 use pt_scene::{Daylight, LightKind, shapes};
