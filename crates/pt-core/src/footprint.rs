@@ -4,7 +4,6 @@
 use pt_math::{Pdf, SolidAngle, Vec2, Vec3};
 
 use crate::camera::{Camera, Projection};
-use crate::parametrization::Parametrization;
 use crate::scene::{Interaction, RenderScene};
 
 /// The width of a pixel that one sample stands for. The samples of a pixel lie all over it, so that
@@ -97,22 +96,39 @@ impl RenderScene {
     }
 }
 
-/// The axes, in texture coordinates, of the ellipse that a cone of a width covers where its ray meets a
-/// surface: one across the ray, and one that is longer by 1/cos. Zero where the surface has no
-/// coordinates.
-pub fn footprint(at: &Interaction, place: &Parametrization, width: f32) -> [Vec2; 2] {
-    const NONE: [Vec2; 2] = [Vec2::ZERO; 2];
-    let (Some(u), Some(v)) = (place.along_u, place.along_v) else { return NONE };
-    let n = at.point.normal;
-    let cos = at.wo.dot(n).abs();
-    let across = n.cross(at.wo).normalize_or(n.any_orthonormal_vector());
-    let along = n.cross(across) / cos;
-    // a = x ∂p/∂u + y ∂p/∂v, by the Gram matrix of these.
-    let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
-    let per_determinant = width / (uu * vv - uv * uv);
-    let axes = [across, along].map(|a| {
-        let (au, av) = (a.dot(u), a.dot(v));
-        Vec2::new(vv * au - uv * av, uu * av - uv * au) * per_determinant
-    });
-    if axes.iter().all(|a| a.is_finite()) { axes } else { NONE }
+/// The ellipse that a cone covers where its ray meets a surface; without a width, a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Footprint {
+    /// Its axes over its width: one across the ray, and one that is longer by 1/cos.
+    axes: [Vec3; 2],
+    /// The width of the cone, in metres.
+    width: f32,
+}
+
+impl Footprint {
+    /// That of a cone of a width, in metres.
+    pub fn new(at: &Interaction, width: f32) -> Self {
+        let n = at.point.normal;
+        let cos = at.wo.dot(n).abs();
+        let across = n.cross(at.wo).normalize_or(n.any_orthonormal_vector());
+        Self { axes: [across, n.cross(across) / cos], width }
+    }
+
+    /// Its axes in metres.
+    pub fn in_space(&self) -> [Vec3; 2] {
+        let axes = self.axes.map(|axis| axis * self.width);
+        if axes.iter().all(|a| a.is_finite()) { axes } else { [Vec3::ZERO; 2] }
+    }
+
+    /// Its axes in texture coordinates, by ∂p/∂u and ∂p/∂v.
+    pub fn on_surface(&self, u: Vec3, v: Vec3) -> [Vec2; 2] {
+        // a = x ∂p/∂u + y ∂p/∂v, by the Gram matrix of these.
+        let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
+        let per_determinant = self.width / (uu * vv - uv * uv);
+        let axes = self.axes.map(|a| {
+            let (au, av) = (a.dot(u), a.dot(v));
+            Vec2::new(vv * au - uv * av, uu * av - uv * au) * per_determinant
+        });
+        if axes.iter().all(|a| a.is_finite()) { axes } else { [Vec2::ZERO; 2] }
+    }
 }

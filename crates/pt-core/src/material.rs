@@ -228,8 +228,13 @@ impl Materials {
                 Frame::from_normal_and_tangent(n, tangent).to_world(Vec3::new(x, y, z))
             }
             ReliefRecord::Heights(texture, scale) => {
-                let (Some(u), Some(v)) = (at.along_u, at.along_v) else { return n };
-                let slope = self.textures.gradient(texture, at) * scale;
+                let (u, v) = match (at.along_u, at.along_v) {
+                    (Some(u), Some(v)) => (u, v),
+                    _ if self.textures.is_in_space(texture) => n.any_orthonormal_pair(),
+                    _ => return n,
+                };
+                let at = Parametrization { along_u: Some(u), along_v: Some(v), ..*at };
+                let slope = self.textures.gradient(texture, &at) * scale;
                 let u = u + n * (slope.x - n.dot(u));
                 let v = v + n * (slope.y - n.dot(v));
                 let bent = u.cross(v);

@@ -5,29 +5,40 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use pt_bvh::{Hit, Sphere};
 use pt_math::{Vec2, Vec3, trig};
 
+use crate::footprint::Footprint;
 use crate::scene::{Interaction, RenderScene};
 use crate::shapes::{FLAT, ShapeTables};
 
-/// How texture coordinates lie on a surface at a point.
+/// How texture coordinates lie on a surface at a point, and where that is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parametrization {
     /// Coordinates (u, v); on triangles without them, the barycentric ones.
     pub uv: Vec2,
+    /// Where in the world it is, in metres.
+    pub point: Vec3,
     /// ∂p/∂u, in metres; `None` where the surface has no coordinates, or they are all on a line.
     pub along_u: Option<Vec3>,
     /// ∂p/∂v, likewise.
     pub along_v: Option<Vec3>,
     /// Where on a triangle it is; `None` on spheres.
     pub on_triangle: Option<OnTriangle>,
-    /// See [`crate::footprint::footprint`]; zero is a point.
-    pub footprint: [Vec2; 2],
+    /// What a path sees of it at once.
+    pub footprint: Footprint,
 }
 
 impl Parametrization {
     /// A point of what is no surface of the scene.
     pub fn of(uv: Vec2) -> Self {
-        let footprint = [Vec2::ZERO; 2];
-        Self { uv, along_u: None, along_v: None, on_triangle: None, footprint }
+        let footprint = Footprint::default();
+        Self { uv, point: Vec3::ZERO, along_u: None, along_v: None, on_triangle: None, footprint }
+    }
+
+    /// The axes of the footprint in texture coordinates; zero where the surface has none.
+    pub fn footprint_on_surface(&self) -> [Vec2; 2] {
+        match (self.along_u, self.along_v) {
+            (Some(u), Some(v)) => self.footprint.on_surface(u, v),
+            _ => [Vec2::ZERO; 2],
+        }
     }
 }
 
@@ -47,11 +58,12 @@ impl RenderScene {
     pub fn parametrization(&self, at: &Interaction, hit: &Hit, time: f32) -> Parametrization {
         let shapes = &self.shapes;
         let primitive = hit.primitive as usize;
-        match primitive.checked_sub(shapes.triangles.len()) {
+        let there = match primitive.checked_sub(shapes.triangles.len()) {
             None => shapes.on_triangle(primitive, hit),
             Some(sphere) if sphere < shapes.spheres.len() => shapes.on_sphere(sphere, at.point.p),
             Some(_) => self.placed(|placed| placed.parametrization(at.point.p, hit, time)),
-        }
+        };
+        Parametrization { point: at.point.p, ..there }
     }
 }
 
@@ -71,11 +83,10 @@ impl ShapeTables {
         let determinant = d1.perp_dot(d2);
         let along = |v: Vec3| Some(v / determinant).filter(|v| v.is_finite());
         Parametrization {
-            uv,
             along_u: along(e1 * d2.y - e2 * d1.y),
             along_v: along(e2 * d1.x - e1 * d2.x),
             on_triangle: on_triangle([d1, d2]),
-            footprint: [Vec2::ZERO; 2],
+            ..Parametrization::of(uv)
         }
     }
 
@@ -90,11 +101,9 @@ impl ShapeTables {
         let toward_south = Vec3::new(n.z * n.x / equator, n.z * n.y / equator, -equator);
         let along_v = axes * toward_south * (PI * r);
         Parametrization {
-            uv: sphere_coordinates(n),
             along_u: (equator > 0.0).then_some(along_u),
             along_v: Some(along_v).filter(|v| v.is_finite()),
-            on_triangle: None,
-            footprint: [Vec2::ZERO; 2],
+            ..Parametrization::of(sphere_coordinates(n))
         }
     }
 }

@@ -6,7 +6,7 @@ use pt_math::{Bounds3, Pdf, Ray, SolidAngle, Spectrum, Vec3, ray};
 use crate::bsdf::{Bsdf, LobeRecord};
 use crate::camera::Camera;
 use crate::camera_motion::CameraMotion;
-use crate::footprint::footprint;
+use crate::footprint::Footprint;
 use crate::id::{Id, Table};
 use crate::light::{AnyLight, LightHit, LightOrigins, LightSample, LightTables, MovingLight};
 use crate::material::{Material, Materials, Resolved};
@@ -344,7 +344,7 @@ impl RenderScene {
         let material = self.surfaces[at.surface].material?;
         let mut parametrization = self.parametrization(at, hit, time);
         if let Some(width) = width {
-            parametrization.footprint = footprint(at, &parametrization, width);
+            parametrization.footprint = Footprint::new(at, width);
         }
         let normal = self.unit_normal(at);
         let Self { lobes, materials, .. } = self;

@@ -1,4 +1,6 @@
-//! Gradient noise. [Perlin 2002, "Improving Noise"; the four gradients that are there twice are those of pbrt-v4]
+//! Gradient noise, and sums of it. [Perlin 2002, "Improving Noise"; the four gradients that are there twice are those of pbrt-v4]
+
+use std::ops::{Add, Mul};
 
 use crate::{FloatExt, Vec3};
 
@@ -38,6 +40,175 @@ pub fn perlin(p: Vec3) -> f32 {
     let along_x = |j: u8, k: u8| corner(0, j, k).lerp(corner(1, j, k), w.x);
     let along_y = |k: u8| along_x(0, k).lerp(along_x(1, k), w.y);
     along_y(0).lerp(along_y(1), w.z)
+}
+
+/// A number that varies in space, and how it grows along each axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sloped {
+    /// The number.
+    pub value: f32,
+    /// Its gradient.
+    pub slope: Vec3,
+}
+
+impl Add for Sloped {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { value: self.value + other.value, slope: self.slope + other.slope }
+    }
+}
+
+impl Mul<f32> for Sloped {
+    type Output = Self;
+
+    fn mul(self, factor: f32) -> Self {
+        Self { value: self.value * factor, slope: self.slope * factor }
+    }
+}
+
+/// [`perlin`] with its gradient.
+pub fn perlin_sloped(p: Vec3) -> Sloped {
+    let floor = p.floor();
+    let [x, y, z] = floor.to_array().map(|x| x as i32 as u8);
+    let d = p - floor;
+    let corner = |i: u8, j: u8, k: u8| {
+        let offset = Vec3::new(f32::from(i), f32::from(j), f32::from(k));
+        let slope = gradient(x.wrapping_add(i), y.wrapping_add(j), z.wrapping_add(k));
+        Sloped { value: slope.dot(d - offset), slope }
+    };
+    let w = d * d * d * (d * (d * 6.0 - 15.0) + 10.0);
+    let dw = d * d * (d * (d - 2.0) + 1.0) * 30.0;
+    // a + w (b − a) grows by w′ (b − a) besides.
+    let between = |a: Sloped, b: Sloped, axis: usize| {
+        let mut slope = a.slope.lerp(b.slope, w[axis]);
+        slope[axis] += dw[axis] * (b.value - a.value);
+        Sloped { value: a.value.lerp(b.value, w[axis]), slope }
+    };
+    let along_x = |j: u8, k: u8| between(corner(0, j, k), corner(1, j, k), 0);
+    let along_y = |k: u8| between(along_x(0, k), along_x(1, k), 1);
+    between(along_y(0), along_y(1), 2)
+}
+
+/// What octaves are summed of: numbers, or numbers with their gradients.
+pub trait Noise: Copy + Default + Add<Output = Self> + Mul<f32, Output = Self> {
+    /// [`perlin`] at `p`, or 0 where that is not finite; gradients are by `p`.
+    fn at(p: Vec3) -> Self;
+    /// A number that is the same everywhere.
+    fn even(value: f32) -> Self;
+    /// The same without its sign.
+    #[must_use]
+    fn abs(self) -> Self;
+    /// The same where what it is a function of grows so many times as fast.
+    #[must_use]
+    fn stretched(self, factor: f32) -> Self;
+}
+
+impl Noise for f32 {
+    #[inline]
+    fn at(p: Vec3) -> Self {
+        if p.is_finite() { perlin(p) } else { 0.0 }
+    }
+
+    fn even(value: f32) -> Self {
+        value
+    }
+
+    fn abs(self) -> Self {
+        self.abs()
+    }
+
+    fn stretched(self, _: f32) -> Self {
+        self
+    }
+}
+
+impl Noise for Sloped {
+    #[inline]
+    fn at(p: Vec3) -> Self {
+        if p.is_finite() { perlin_sloped(p) } else { Self::default() }
+    }
+
+    fn even(value: f32) -> Self {
+        Self { value, slope: Vec3::ZERO }
+    }
+
+    fn abs(self) -> Self {
+        if self.value < 0.0 { self * -1.0 } else { self }
+    }
+
+    fn stretched(self, factor: f32) -> Self {
+        Self { value: self.value, slope: self.slope * factor }
+    }
+}
+
+/// By how much finer each octave is than the one before: not quite 2, so that the zeros of their lattices do not meet.
+const LACUNARITY: f32 = 1.99;
+
+/// About the mean of [`perlin`] without its sign.
+pub const MEAN_MAGNITUDE: f32 = 0.2;
+
+/// How many octaves are summed up, and what each is worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Octaves {
+    /// How many there are.
+    pub count: u32,
+    /// By how much an octave is worth less than the one before.
+    pub roughness: f32,
+    /// How many of them are seen; the last one may be seen in part.
+    pub seen: f32,
+}
+
+impl Octaves {
+    /// All of them.
+    pub fn new(count: u32, roughness: f32) -> Self {
+        Self { count, roughness, seen: count as f32 }
+    }
+
+    /// Those that are coarser than twice a width: finer ones would only be seen as noise. [Pharr, Jakob & Humphreys,
+    /// "Physically Based Rendering", 3rd ed., §10.6.3]
+    #[must_use]
+    pub fn seen_within(self, width: f32) -> Self {
+        if width > 0.0 {
+            let seen = (-1.0 - libm::log2f(width)).clamp(0.0, self.count as f32);
+            Self { seen, ..self }
+        } else {
+            self
+        }
+    }
+
+    /// Each octave with its frequency, its worth, and the share of it that is seen.
+    fn each(self) -> impl Iterator<Item = (f32, f32, f32)> {
+        let start = (1.0, 1.0);
+        let roughness = self.roughness;
+        let steps = std::iter::successors(Some(start), move |(frequency, worth)| {
+            Some((frequency * LACUNARITY, worth * roughness))
+        });
+        let share = move |i: u32| {
+            let t = ((self.seen - i as f32 - 0.3) / 0.4).clamp(0.0, 1.0);
+            if self.seen - i as f32 >= 1.0 { 1.0 } else { t * t * (3.0 - 2.0 * t) }
+        };
+        (0..self.count).zip(steps).map(move |(i, (frequency, worth))| (frequency, worth, share(i)))
+    }
+
+    /// Fractional Brownian motion, Σ rⁱ noise(1.99ⁱ p) for the roughness r.
+    pub fn fbm<T: Noise>(self, p: Vec3) -> T {
+        let seen = self.each().take_while(|(.., share)| *share > 0.0);
+        seen.fold(T::default(), |sum, (frequency, worth, share)| {
+            sum + T::at(p * frequency).stretched(frequency) * (worth * share)
+        })
+    }
+
+    /// Turbulence, Σ rⁱ |noise(1.99ⁱ p)|; what is not seen of it counts by [`MEAN_MAGNITUDE`].
+    pub fn turbulence<T: Noise>(self, p: Vec3) -> T {
+        self.each().fold(T::default(), |sum, (frequency, worth, share)| {
+            let unseen = sum + T::even(MEAN_MAGNITUDE * worth * (1.0 - share));
+            if share == 0.0 {
+                return unseen;
+            }
+            unseen + T::at(p * frequency).abs().stretched(frequency) * (worth * share)
+        })
+    }
 }
 
 /// The gradient at a corner of the lattice: from the middle of a cube to that of an edge.
@@ -107,5 +278,99 @@ mod tests {
         }
         assert!(most <= 1.04 && most > 0.7, "{most}");
         assert!((sum / f64::from(COUNT.pow(3))).abs() < 0.01, "{sum}");
+    }
+
+    fn some_points() -> impl Iterator<Item = Vec3> {
+        (0..500).map(|i| {
+            let i = i as f32;
+            Vec3::new(0.0371 * i - 9.0, 7.3 - 0.0733 * i, 0.0219 * i + 3.3)
+        })
+    }
+
+    /// Of the noise, and of both sums of it.
+    #[test]
+    fn slopes_are_differences() {
+        let octaves = Octaves::new(3, 0.6);
+        let check = |f: &dyn Fn(Vec3) -> f32, sloped: &dyn Fn(Vec3) -> Sloped, kinks: bool| {
+            let mut bad = 0;
+            for p in some_points() {
+                let Sloped { value, slope } = sloped(p);
+                assert_eq!(value, f(p), "{p}");
+                let step = 2e-3;
+                let difference =
+                    Vec3::AXES.map(|a| (f(p + a * step) - f(p - a * step)) / (2.0 * step));
+                bad += u32::from((Vec3::from(difference) - slope).length() > 0.03);
+            }
+            // Where the sign changes there is no slope.
+            assert!(bad <= if kinks { 30 } else { 0 }, "{bad}");
+        };
+        check(&perlin, &perlin_sloped, false);
+        check(&|p| octaves.fbm(p), &|p| octaves.fbm(p), false);
+        check(&|p| octaves.turbulence(p), &|p| octaves.turbulence(p), true);
+    }
+
+    /// Octaves that are all seen are the sums of the definition.
+    #[test]
+    fn octaves_are_summed_by_their_worth() {
+        let p = Vec3::new(0.3, -4.7, 12.1);
+        let terms: Vec<f32> = (0..3).map(|i| perlin(p * [1.0, 1.99, 1.99 * 1.99][i])).collect();
+        let octaves = Octaves::new(3, 0.5);
+        let fbm: f32 = octaves.fbm(p);
+        assert!((fbm - (terms[0] + 0.5 * terms[1] + 0.25 * terms[2])).abs() < 1e-6);
+        let turbulence: f32 = octaves.turbulence(p);
+        let want = terms[0].abs() + 0.5 * terms[1].abs() + 0.25 * terms[2].abs();
+        assert!((turbulence - want).abs() < 1e-6);
+        assert_eq!(Octaves::new(0, 0.5).fbm::<f32>(p), 0.0);
+    }
+
+    /// From a width of ½ on nothing is seen but means; in between, nothing jumps.
+    #[test]
+    fn what_is_seen_fades_with_the_width() {
+        let octaves = Octaves::new(6, 0.5);
+        assert_eq!(octaves.seen_within(0.0), octaves);
+        assert_eq!(octaves.seen_within(f32::INFINITY).seen, 0.0);
+        for p in some_points().take(20) {
+            assert_eq!(octaves.seen_within(0.5).fbm::<f32>(p), 0.0);
+            let mean = (0..6).map(|i| MEAN_MAGNITUDE * 0.5_f32.powi(i)).sum::<f32>();
+            assert!((octaves.seen_within(0.5).turbulence::<f32>(p) - mean).abs() < 1e-6);
+            let mut last = [octaves.fbm::<f32>(p), octaves.turbulence::<f32>(p)];
+            for i in 0..1000 {
+                let seen = octaves.seen_within(2e-3 * 1.01_f32.powi(i));
+                let here = [seen.fbm::<f32>(p), seen.turbulence::<f32>(p)];
+                assert!((0..2).all(|k| (here[k] - last[k]).abs() < 0.06), "{p} {i}");
+                last = here;
+            }
+        }
+    }
+
+    /// Wherever they are looked up, and if only a share of the last octave is seen.
+    #[test]
+    fn sums_are_finite_and_bounded_everywhere() {
+        let hostile =
+            [0.0, -0.0, 1e-40, 0.5, -3.7, 1e9, -3e9, 1e30, f32::MAX, f32::INFINITY, f32::NAN];
+        for x in hostile {
+            for y in hostile {
+                for seen in [32.0, 3.5, 0.0] {
+                    let octaves = Octaves { seen, ..Octaves::new(32, 0.5) };
+                    for p in [Vec3::new(x, y, 0.3), Vec3::new(0.7, x, y), Vec3::splat(x)] {
+                        let fbm: Sloped = octaves.fbm(p);
+                        let turbulence: Sloped = octaves.turbulence(p);
+                        assert!(fbm.value.abs() <= 2.1 && fbm.slope.is_finite(), "{p}");
+                        assert!((0.0..=2.1).contains(&turbulence.value), "{p}");
+                        assert!(turbulence.slope.is_finite(), "{p}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// By 100,000 points; the standard error is below 0.001.
+    #[test]
+    fn the_mean_magnitude_is_about_what_it_is_said_to_be() {
+        const COUNT: u32 = 100_000;
+        let at = |i: u32| Vec3::new(0.618_034, 0.754_878, 0.569_84) * (i as f32 * 0.01);
+        let sum: f64 = (0..COUNT).map(|i| f64::from(perlin(at(i) + at(i * 7 % COUNT)).abs())).sum();
+        let mean = sum / f64::from(COUNT);
+        assert!((mean - f64::from(MEAN_MAGNITUDE)).abs() < 0.03, "{mean}");
     }
 }

@@ -1,9 +1,9 @@
-//! Textures: numbers that vary over a surface, by its texture coordinates (u, v) or the colours of its
-//! mesh.
+//! Textures: numbers that vary over a surface, by its texture coordinates (u, v), by where it is in space, or by the
+//! colours of its mesh.
 
 use std::sync::Arc;
 
-use pt_math::DMat3;
+use pt_math::{DAffine3, DMat3, noise};
 
 use crate::image::Image;
 
@@ -40,45 +40,161 @@ impl<T> From<T> for Input<T> {
 impl From<Pattern> for Texture {
     /// A pattern that lies on the texture coordinates of the surface as they are.
     fn from(pattern: Pattern) -> Self {
-        Self { pattern, to_pattern: DMat3::IDENTITY }
+        Self { pattern, layout: Layout::Surface, to_pattern: DMat3::IDENTITY }
     }
 }
 
-/// What varies, and how the surface is laid out on it.
+/// What varies, and how the surface is laid out on it: a point of it gets coordinates (u, v, w) by the layout, of which the
+/// pattern shows what is at `to_pattern` (u, v), and at w. Patterns that are put together of others lie as these do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     /// What it shows.
     pub pattern: Pattern,
+    /// What gives the surface its coordinates.
+    pub layout: Layout,
     /// From the (u, v, 1) of the surface to those of the pattern.
     pub to_pattern: DMat3,
 }
 
+/// What gives points of a surface their coordinates (u, v, w) on a texture. Transforms go from the world, in the unit of the
+/// scene, to where the texture is; points of what moves are taken where they are at the time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Layout {
+    /// The texture coordinates of the surface; w is 0.
+    #[default]
+    Surface,
+    /// The point (x, y, z) itself. What is flat lies on the plane of x and y.
+    Space {
+        /// From the world.
+        to_texture: DAffine3,
+    },
+    /// Its direction from the origin: the angle from +z over π, and that around it, from +x to +y, over 2π; w is 0.
+    Sphere {
+        /// From the world.
+        to_texture: DAffine3,
+    },
+    /// The angle around the z axis, from −x on in the direction from +x to +y, over 2π, and z; w is 0.
+    Cylinder {
+        /// From the world.
+        to_texture: DAffine3,
+    },
+}
+
 impl Texture {
+    /// The same on the texture coordinates of the surface, after a transform of them.
+    pub fn on_surface(pattern: Pattern, to_pattern: DMat3) -> Self {
+        Self { pattern, layout: Layout::Surface, to_pattern }
+    }
+
     /// Whether it shows colours of a mesh, which surfaces without these do not have.
     pub fn shows_colors_of_mesh(&self) -> bool {
         match &self.pattern {
-            Pattern::Bitmap(_) | Pattern::Checkerboard(_) => false,
             Pattern::VertexColors | Pattern::FaceColors => true,
-            Pattern::Product(_) | Pattern::Blend(_) => {
-                self.pattern.parts().any(|t| t.shows_colors_of_mesh())
+            pattern => pattern.parts().any(|t| t.shows_colors_of_mesh()),
+        }
+    }
+
+    /// Whether any part of it lies on the texture coordinates of the surface.
+    pub fn uses_coordinates(&self) -> bool {
+        let own = self.pattern.has_layout() && self.layout == Layout::Surface;
+        own || self.pattern.parts().any(|t| t.uses_coordinates())
+    }
+
+    /// Whether any part of it lies in space.
+    pub fn is_in_space(&self) -> bool {
+        let own = self.pattern.has_layout() && self.layout != Layout::Surface;
+        own || self.pattern.parts().any(|t| t.is_in_space())
+    }
+}
+
+impl Pattern {
+    /// Whether it asks for the layout of its texture: what is put together and colours of meshes do not.
+    fn has_layout(&self) -> bool {
+        !matches!(
+            self,
+            Self::VertexColors
+                | Self::FaceColors
+                | Self::Product(_)
+                | Self::Blend(_)
+                | Self::Root(_)
+        )
+    }
+
+    /// The textures that it is made of.
+    pub fn parts(&self) -> impl Iterator<Item = &Arc<Texture>> {
+        let (colors, share) = match self {
+            Self::Product(factors) => ([Some(&factors[0]), Some(&factors[1])], None),
+            Self::Blend(blend) => {
+                ([Some(&blend.first), Some(&blend.second)], blend.share.texture())
             }
+            Self::Root(square) => ([Some(square), None], None),
+            _ => ([None; 2], None),
+        };
+        colors.into_iter().flatten().filter_map(Color::texture).chain(share)
+    }
+}
+
+impl Color {
+    /// About what it is on average: of an image the mean, of two colours the middle.
+    pub fn mean(&self) -> [f32; 3] {
+        match self {
+            Self::Value(value) => *value,
+            Self::Texture(texture) => texture.pattern.mean(),
         }
     }
 }
 
 impl Pattern {
-    /// The textures that it is made of.
-    pub fn parts(&self) -> impl Iterator<Item = &Arc<Texture>> {
-        let (colors, share) = match self {
-            Self::Product(factors) => (Some([&factors[0], &factors[1]]), None),
-            Self::Blend(blend) => (Some([&blend.first, &blend.second]), blend.share.texture()),
-            Self::Bitmap(_) | Self::Checkerboard(_) | Self::VertexColors | Self::FaceColors => {
-                (None, None)
+    /// See [`Color::mean`]; colours of meshes are not known here, and count as black.
+    pub fn mean(&self) -> [f32; 3] {
+        match self {
+            Self::Bitmap(bitmap) => {
+                let pixels = &bitmap.image.pixels;
+                let add = |sum: [f64; 3], p: &[f32; 3]| [0, 1, 2].map(|c| sum[c] + f64::from(p[c]));
+                let sum = pixels.iter().fold([0.0; 3], add);
+                sum.map(|sum| (sum / pixels.len().max(1) as f64) as f32)
             }
-        };
-        colors.into_iter().flatten().filter_map(Color::texture).chain(share)
+            Self::Checkerboard([a, b]) | Self::Cubes([a, b]) => {
+                [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))
+            }
+            Self::Dots([inside, outside]) => {
+                [0, 1, 2].map(|c| outside[c] + (inside[c] - outside[c]) * DOTS)
+            }
+            Self::Fbm(_) | Self::Windy | Self::VertexColors | Self::FaceColors => [0.0; 3],
+            Self::Wrinkled(Noise { octaves, roughness }) => {
+                let worth = std::iter::successors(Some(1.0), |worth| Some(worth * roughness));
+                let sum: f32 = worth.take(*octaves as usize).sum();
+                [sum * noise::MEAN_MAGNITUDE; 3]
+            }
+            Self::Marble(_) => MARBLE,
+            Self::Product(factors) => {
+                let [a, b] = factors.each_ref().map(Color::mean);
+                [0, 1, 2].map(|c| a[c] * b[c])
+            }
+            Self::Blend(blend) => {
+                let [first, second] = [&blend.first, &blend.second].map(Color::mean);
+                let share = blend.share.mean().clamp(0.0, 1.0);
+                [0, 1, 2].map(|c| first[c] + (second[c] - first[c]) * share)
+            }
+            Self::Root(square) => square.mean().map(|c| c.max(0.0).sqrt()),
+        }
     }
 }
+
+impl Scalar {
+    /// About what it is on average, where all channels of its texture are equal.
+    pub fn mean(&self) -> f32 {
+        match self {
+            Self::Value(value) => *value,
+            Self::Texture(texture) => texture.pattern.mean()[0],
+        }
+    }
+}
+
+/// The share that [`Pattern::Dots`] cover: of the squares 0.394 have one.
+const DOTS: f32 = 0.394 * std::f32::consts::PI * 0.35 * 0.35;
+/// About the mean of [`Pattern::Marble`].
+const MARBLE: [f32; 3] = [0.82, 0.82, 0.85];
 
 /// What a texture shows.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,10 +208,55 @@ pub enum Pattern {
     VertexColors,
     /// [`Mesh::face_colors`](crate::Mesh::face_colors).
     FaceColors,
+    /// Cubes of side ½: the first colour where an even number of the fractions of u, v and w is above ½, the second elsewhere.
+    Cubes([[f32; 3]; 2]),
+    /// Dots of radius 0.35, of the first colour, on the second one: about two in five squares of side 1 around whole numbers
+    /// have one, not quite in the middle. [Pharr, Jakob & Humphreys, "Physically Based Rendering", 3rd ed., §10.5.2]
+    Dots([[f32; 3]; 2]),
+    /// Fractional Brownian motion: noise of both signs, with finer and finer features. [ibid., §10.6.3]
+    Fbm(Noise),
+    /// Turbulence: the same of noise without its sign, so that it has creases. [ibid., §10.6.3]
+    Wrinkled(Noise),
+    /// Waves that are higher in some places than in others, as wind makes them: |fbm(p / 10)| · fbm(p), of 3 and 6 octaves.
+    /// [ibid., §10.6.5]
+    Windy,
+    /// Layers of stone along v, which noise bends. [ibid., §10.6.6]
+    Marble(Marble),
     /// The product of two colours, channel by channel.
     Product(Box<[Color; 2]>),
     /// Something between two colours.
     Blend(Box<Blend>),
+    /// The square root of a colour, channel by channel; 0 of what is below 0.
+    Root(Color),
+}
+
+/// Of how many octaves of noise a pattern is the sum: at most [`Self::MOST_OCTAVES`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// How many there are.
+    pub octaves: u32,
+    /// What each is worth over the one before, from 0 to 2.
+    pub roughness: f32,
+}
+
+impl Noise {
+    /// Most octaves; of finer ones single precision knows nothing.
+    pub const MOST_OCTAVES: u32 = 32;
+}
+
+impl Default for Noise {
+    fn default() -> Self {
+        Self { octaves: 8, roughness: 0.5 }
+    }
+}
+
+/// Layers that noise bends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Marble {
+    /// Those of the noise.
+    pub noise: Noise,
+    /// By how much the noise bends the layers; 2π is the thickness of one.
+    pub variation: f32,
 }
 
 /// What is between two colours: (1 − t) · first + t · second.

@@ -7,6 +7,8 @@ mod glow;
 mod lights;
 #[path = "pbrt/materials.rs"]
 mod materials;
+#[path = "pbrt/noise.rs"]
+mod noise;
 #[path = "pbrt/shapes.rs"]
 mod shapes;
 #[path = "pbrt/sight.rs"]

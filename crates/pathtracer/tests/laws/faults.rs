@@ -6,7 +6,7 @@ use pathtracer::{Aov, CompileOptions, Film, Image, Rejections, Rows, Scene, Sett
 use pt_core::film::Fault;
 use pt_core::{RenderScene, compile};
 use pt_cpu::Renderer;
-use pt_math::{DAffine3, DMat3, DVec3};
+use pt_math::{DAffine3, DVec3};
 use pt_scene::image::Samples;
 use pt_scene::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
 use pt_scene::{Daylight, LightKind, shapes};
@@ -99,7 +99,7 @@ fn faults_of_lobes_are_refused_and_told() {
 fn texture(color: [f32; 3]) -> Arc<Texture> {
     let image = Arc::new(Image { width: 1, height: 1, pixels: vec![color] });
     let bitmap = Bitmap { image, wrap: Wrap::Clamp, filter: Filter::Nearest };
-    Arc::new(Texture { pattern: Pattern::Bitmap(bitmap), to_pattern: DMat3::IDENTITY })
+    Arc::new(Texture::from(Pattern::Bitmap(bitmap)))
 }
 
 /// Scenes lit by lights of each kind, one channel of which has this light.

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use pathtracer::{CompileOptions, DirectLight, Film, Scene, Session, Settings};
-use pt_core::footprint::footprint;
+use pt_core::footprint::Footprint;
+use pt_core::parametrization::Parametrization;
 use pt_math::{DAffine3, DMat3, DVec3, Ray, Spectrum, Vec2, Vec3};
 use pt_scene::image::Image;
 use pt_scene::material::{Matte, Mirror};
@@ -23,7 +24,7 @@ fn fine(filter: Filter, times: f64) -> Surface {
     let image = Arc::new(Image { width: 8, height: 8, pixels });
     let pattern = Pattern::Bitmap(Bitmap { image, wrap: Wrap::Repeat, filter });
     let to_pattern = DMat3::from_diagonal(DVec3::new(times, times, 1.0));
-    let reflectance = Color::Texture(Arc::new(Texture { pattern, to_pattern }));
+    let reflectance = Color::Texture(Arc::new(Texture::on_surface(pattern, to_pattern)));
     Matte { reflectance, two_sided: true }.into()
 }
 
@@ -55,7 +56,8 @@ fn seen(session: &Session, ray: &Ray) -> Option<(Vec2, f32)> {
     let at = scene.interaction(ray, &hit, 0.0);
     let place = scene.parametrization(&at, &hit, 0.0);
     let width = scene.camera.cone(ray.direction).width_at(at.distance);
-    let [a, b] = footprint(&at, &place, width);
+    let footprint = Footprint::new(&at, width);
+    let [a, b] = Parametrization { footprint, ..place }.footprint_on_surface();
     Some((place.uv, a.perp_dot(b).abs()))
 }
 
@@ -96,7 +98,9 @@ fn footprints_seen_from_above_are_round() {
     let compiled = session.scene();
     let hit = compiled.bvh.intersect(&ray).expect("the wall");
     let at = compiled.interaction(&ray, &hit, 0.0);
-    let [a, b] = footprint(&at, &compiled.parametrization(&at, &hit, 0.0), 0.1);
+    let place = compiled.parametrization(&at, &hit, 0.0);
+    let footprint = Footprint::new(&at, 0.1);
+    let [a, b] = Parametrization { footprint, ..place }.footprint_on_surface();
     // The side of 2 metres has the length 1 in u and v.
     for (axis, name) in [(a, "across"), (b, "along")] {
         assert!((axis.length() - 0.05).abs() < 1e-6, "{name}: {axis}");

@@ -35,6 +35,7 @@ mod placed;
 mod replay;
 mod reuse;
 mod scenes;
+mod space;
 mod specular;
 mod split;
 mod target;

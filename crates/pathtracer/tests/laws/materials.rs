@@ -27,7 +27,7 @@ const FAR: DVec3 = DVec3::new(0.0, 0.0, 4.0);
 pub(crate) fn row(pixels: &[[f32; 3]], filter: Filter) -> Arc<Texture> {
     let image = Image { width: pixels.len() as u32, height: 1, pixels: pixels.to_vec() };
     let bitmap = Bitmap { image: Arc::new(image), wrap: Wrap::Clamp, filter };
-    Arc::new(Texture { pattern: Pattern::Bitmap(bitmap), to_pattern: DMat3::IDENTITY })
+    Arc::new(Texture::from(Pattern::Bitmap(bitmap)))
 }
 
 fn texture_of(color: [f32; 3]) -> Color {
@@ -271,7 +271,7 @@ fn reliefs_turn_the_surface_to_the_light() {
 fn room() -> Scene {
     let chess = |colors| {
         let to_pattern = DMat3::from_diagonal(DVec3::new(2.0, 3.0, 1.0));
-        Arc::new(Texture { pattern: Pattern::Checkerboard(colors), to_pattern })
+        Arc::new(Texture::on_surface(Pattern::Checkerboard(colors), to_pattern))
     };
     let gold = Conductor {
         eta: [0.2, 0.4, 1.4],

@@ -58,7 +58,7 @@ fn as_image() -> Arc<Texture> {
     let to_middles =
         Affine2::from_scale_angle_translation(Vec2::splat(0.5), 0.0, Vec2::splat(0.25));
     let to_pattern = pt_math::Mat3::from(to_middles).as_dmat3();
-    Arc::new(Texture { pattern: Pattern::Bitmap(bitmap), to_pattern })
+    Arc::new(Texture::on_surface(Pattern::Bitmap(bitmap), to_pattern))
 }
 
 /// Pixels of two films of the same numbers differ by no more than rounding.
@@ -123,7 +123,7 @@ fn colours_of_faces_are_those_of_their_triangles() {
 fn products_multiply_what_their_factors_show() {
     let chess = |scale: f64, colors| {
         let to_pattern = DMat3::from_diagonal(DVec3::new(scale, scale, 1.0));
-        Color::Texture(Arc::new(Texture { pattern: Pattern::Checkerboard(colors), to_pattern }))
+        Color::Texture(Arc::new(Texture::on_surface(Pattern::Checkerboard(colors), to_pattern)))
     };
     let (light, dark) = ([0.5, 0.75, 1.0], [0.25, 0.5, 0.125]);
     let half = light.map(|c| 0.5 * c);

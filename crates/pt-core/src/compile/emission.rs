@@ -10,7 +10,7 @@ use pt_scene::{Light, LightKind, Scene};
 use super::CompileError;
 use super::geometry::Shapes;
 use crate::id::Id;
-use crate::light::{EmitterTriangle, Slide, SphereMap, TexturedTriangle};
+use crate::light::{EmitterTriangle, Slide, SphereLight, SphereMap, TexturedTriangle};
 use crate::shapes::FLAT;
 use crate::texture::{TextureRecord, Textures};
 
@@ -29,7 +29,12 @@ pub(super) fn check(scene: &Scene) -> Result<(), CompileError> {
         let materials = object.materials.iter().flatten();
         let materials = materials.filter_map(|m| scene.materials.get(*m as usize));
         for texture in materials.filter_map(|m| m.emission.texture()) {
-            check_texture(texture).map_err(|message| {
+            let result = if object.motion.is_some() && texture.is_in_space() {
+                Err("it lies in space, but the object moves, so that its light could not be sampled".to_owned())
+            } else {
+                check_texture(texture)
+            };
+            result.map_err(|message| {
                 let message = format!("the texture of the emission: {message}");
                 CompileError::Value { at: object.at.clone(), message }
             })?;
@@ -39,6 +44,8 @@ pub(super) fn check(scene: &Scene) -> Result<(), CompileError> {
         let LightKind::LinearSpot { texture: Some(texture), .. } = kind else { continue };
         let result = if texture.shows_colors_of_mesh() {
             Err("it shows the colours of a mesh, but a spot is none".to_owned())
+        } else if texture.is_in_space() {
+            Err("it lies in space, but what a spot throws lies on a slide".to_owned())
         } else {
             check_texture(texture)
         };
@@ -53,10 +60,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), CompileError> {
 fn check_texture(texture: &Texture) -> Result<(), String> {
     match &texture.pattern {
         Pattern::Bitmap(Bitmap { image, .. }) => image.check_radiance(),
-        pattern @ (Pattern::Product(_) | Pattern::Blend(_)) => {
-            pattern.parts().try_for_each(|t| check_texture(t))
-        }
-        Pattern::Checkerboard(_) | Pattern::VertexColors | Pattern::FaceColors => Ok(()),
+        pattern => pattern.parts().try_for_each(|t| check_texture(t)),
     }
 }
 
@@ -70,13 +74,14 @@ pub(super) fn textured_triangles(
     let textures = &shapes.materials.textures;
     let per_triangle = LOOKUPS / triangles.len().max(1);
     let parts = (1..MOST_PARTS).take_while(|n| n * n < per_triangle).last().unwrap_or(1);
-    let laid = |i: usize| {
+    let laid = |(i, triangle): (usize, &EmitterTriangle)| {
         let uvs = uvs(shapes, i);
         let primitive = (shapes.first_colored + i) as u32;
         let laid = TexturedTriangle { texture, uvs, primitive, mean: 0.0 };
-        TexturedTriangle { mean: mean_of_triangle(textures, &laid, parts), ..laid }
+        TexturedTriangle { mean: mean_of_triangle(textures, &laid, triangle, parts), ..laid }
     };
-    let mut all: Vec<_> = runs.iter().flat_map(Clone::clone).map(laid).collect();
+    let numbers = runs.iter().flat_map(Clone::clone);
+    let mut all: Vec<_> = numbers.zip(triangles).map(laid).collect();
     let (power, area) = all.iter().zip(triangles).fold((0.0, 0.0), |(power, area), (laid, t)| {
         (power + f64::from(laid.mean * t.area()), area + f64::from(t.area()))
     });
@@ -96,13 +101,18 @@ fn uvs(shapes: &Shapes, triangle: usize) -> [Vec2; 3] {
 }
 
 /// The mean luminance over a triangle, by the middles of n² equal parts.
-fn mean_of_triangle(textures: &Textures, laid: &TexturedTriangle, n: usize) -> f32 {
+fn mean_of_triangle(
+    textures: &Textures,
+    laid: &TexturedTriangle,
+    triangle: &EmitterTriangle,
+    n: usize,
+) -> f32 {
     let mut sum = 0.0;
     for i in 0..n {
         for j in 0..n - i {
             let at = |third: f32| {
                 let barycentric = [i, j].map(|k| (k as f32 + third) / n as f32);
-                f64::from(laid.radiance(textures, barycentric).luminance())
+                f64::from(laid.radiance(textures, triangle, barycentric).luminance())
             };
             sum += at(1.0 / 3.0);
             if i + j + 1 < n {
@@ -114,13 +124,18 @@ fn mean_of_triangle(textures: &Textures, laid: &TexturedTriangle, n: usize) -> f
 }
 
 /// How a glowing sphere lies on its texture, with its light.
-pub(super) fn sphere_map(textures: &Textures, axes: Mat3, texture: Id<TextureRecord>) -> SphereMap {
+pub(super) fn sphere_map(
+    textures: &Textures,
+    axes: Mat3,
+    sphere: &SphereLight,
+    texture: Id<TextureRecord>,
+) -> SphereMap {
     let map = SphereMap { texture, axes, mean: 0.0 };
     let mean = mean_over_square(|x, y| {
         let (sin, cos) = trig::sin_cos(2.0 * PI * x);
         let z = 2.0 * y - 1.0;
         let equator = (1.0 - z * z).sqrt();
-        map.radiance(textures, axes * Vec3::new(cos * equator, sin * equator, z))
+        map.radiance(textures, sphere, axes * Vec3::new(cos * equator, sin * equator, z))
     });
     SphereMap { mean: mean.max(LEAST_SHARE), ..map }
 }

@@ -329,7 +329,7 @@ impl Lights {
     ) -> AnyLight {
         let map = self.tables.sphere_maps.len() as u32;
         let textures = &self.tables.textures;
-        self.tables.sphere_maps.push(emission::sphere_map(textures, axes, texture));
+        self.tables.sphere_maps.push(emission::sphere_map(textures, axes, &sphere, texture));
         TexturedSphere { sphere, map }.into()
     }
 

@@ -3,15 +3,21 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use pt_math::{Affine2, Mat3, Spectrum, Vec2};
+use pt_math::noise::Octaves;
+use pt_math::{Affine2, DAffine3, DVec3, Mat3, Spectrum, Vec2};
 use pt_scene::hair;
 use pt_scene::image::Image;
-use pt_scene::texture::{Bitmap, Blend, Color, Filter, Pattern, Scalar, Texture};
+use pt_scene::texture::{
+    Bitmap, Blend, Color, Filter, Layout, Marble, Noise, Pattern, Scalar, Texture,
+};
 
 use crate::bsdf::{AnyLobe, LobeRecord};
 use crate::id::{Id, Table};
+use crate::laid::{Laid, LaidPattern, LayoutRecord};
 use crate::material::{LobeMaterial, Material, Materials, Slot, SlotKind};
-use crate::texture::{Factor, MeshColors, PatternRecord, Texels, TextureRecord, Textures, Varying};
+use crate::procedural::Procedural;
+use crate::texels::Texels;
+use crate::texture::{Factor, MeshColors, PatternRecord, TextureRecord, Textures, Varying};
 
 /// Surfaces with less roughness are as smooth to the eye, but not to single precision.
 pub(super) const LEAST_ALPHA: f32 = 1e-3;
@@ -158,6 +164,7 @@ impl Lowering {
             self.show(known);
             return known;
         }
+        let to_pattern = affine(texture.to_pattern.as_mat3());
         let pattern = match &texture.pattern {
             Pattern::Bitmap(Bitmap { image, wrap, filter }) => {
                 PatternRecord::Bitmap(self.image(image, *filter), *wrap, *filter)
@@ -175,12 +182,54 @@ impl Lowering {
                 let parts = [first, second].map(|color| self.factor(color));
                 PatternRecord::Blend(parts, self.varying(share))
             }
+            Pattern::Root(square) => PatternRecord::Root(self.factor(square)),
+            Pattern::Cubes(colors) => {
+                self.laid(texture, Procedural::Cubes(colors.map(Spectrum::from)))
+            }
+            Pattern::Dots(colors) => {
+                self.laid(texture, Procedural::Dots(colors.map(Spectrum::from)))
+            }
+            Pattern::Fbm(noise) => self.laid(texture, Procedural::Fbm(octaves(*noise))),
+            Pattern::Wrinkled(noise) => self.laid(texture, Procedural::Wrinkled(octaves(*noise))),
+            Pattern::Windy => self.laid(texture, Procedural::Windy),
+            Pattern::Marble(Marble { noise, variation }) => {
+                self.laid(texture, Procedural::Marble(octaves(*noise), *variation))
+            }
         };
-        let to_pattern = affine(texture.to_pattern.as_mat3());
+        let pattern = match pattern {
+            PatternRecord::Bitmap(..) | PatternRecord::Checkerboard(_)
+                if texture.layout != Layout::Surface =>
+            {
+                let layout = self.layout(texture);
+                let pattern = LaidPattern::Flat(pattern);
+                PatternRecord::Laid(self.textures.laid.push(Laid { layout, to_pattern, pattern }))
+            }
+            pattern => pattern,
+        };
         let id = self.textures.records.push(TextureRecord { pattern, to_pattern });
         self.known.insert(Arc::as_ptr(texture), id);
         self.show(id);
         id
+    }
+
+    /// What is computed.
+    fn laid(&mut self, texture: &Texture, pattern: Procedural) -> PatternRecord {
+        self.textures.uses_footprints |= pattern.has_octaves();
+        let layout = self.layout(texture);
+        let to_pattern = affine(texture.to_pattern.as_mat3());
+        let pattern = LaidPattern::Procedural(pattern);
+        PatternRecord::Laid(self.textures.laid.push(Laid { layout, to_pattern, pattern }))
+    }
+
+    /// What gives points in metres their coordinates.
+    fn layout(&self, texture: &Texture) -> LayoutRecord {
+        let to_units = DAffine3::from_scale(DVec3::splat(1.0 / f64::from(self.metres)));
+        match texture.layout {
+            Layout::Surface => LayoutRecord::Surface,
+            Layout::Space { to_texture } => LayoutRecord::Space(to_texture * to_units),
+            Layout::Sphere { to_texture } => LayoutRecord::Sphere(to_texture * to_units),
+            Layout::Cylinder { to_texture } => LayoutRecord::Cylinder(to_texture * to_units),
+        }
     }
 
     fn factor(&mut self, color: &Color) -> Factor {
@@ -195,21 +244,23 @@ impl Lowering {
         match self.textures.records[id].pattern {
             PatternRecord::VertexColors => self.shown.vertices = true,
             PatternRecord::FaceColors => self.shown.faces = true,
-            PatternRecord::Product(factors) => self.show_factors(factors),
+            PatternRecord::Product(factors) => self.show_factors(&factors),
             PatternRecord::Blend(parts, share) => {
-                self.show_factors(parts);
+                self.show_factors(&parts);
                 if let Varying::Texture(id) = share {
                     self.show(id);
                 }
             }
-            PatternRecord::Bitmap(..) | PatternRecord::Checkerboard(_) => {}
+            PatternRecord::Root(square) => self.show_factors(&[square]),
+            PatternRecord::Bitmap(..) | PatternRecord::Checkerboard(_) | PatternRecord::Laid(_) => {
+            }
         }
     }
 
-    fn show_factors(&mut self, factors: [Factor; 2]) {
+    fn show_factors(&mut self, factors: &[Factor]) {
         for factor in factors {
             if let Factor::Texture(id) = factor {
-                self.show(id);
+                self.show(*id);
             }
         }
     }
@@ -239,6 +290,10 @@ impl Lowering {
             }
         }
     }
+}
+
+fn octaves(noise: Noise) -> Octaves {
+    Octaves::new(noise.octaves.min(Noise::MOST_OCTAVES), noise.roughness.clamp(0.0, 2.0))
 }
 
 /// The part of a matrix that acts on (u, v).

@@ -23,8 +23,13 @@ pub struct TexturedTriangle {
 }
 
 impl TexturedTriangle {
-    /// Radiance at the point that is p₀ + b₁ e₁ + b₂ e₂.
-    pub fn radiance(&self, textures: &Textures, [b1, b2]: [f32; 2]) -> Spectrum {
+    /// Radiance at the point that is p₀ + b₁ e₁ + b₂ e₂ of this triangle.
+    pub fn radiance(
+        &self,
+        textures: &Textures,
+        triangle: &EmitterTriangle,
+        [b1, b2]: [f32; 2],
+    ) -> Spectrum {
         let [c0, c1, c2] = self.uvs;
         let on_triangle = OnTriangle {
             triangle: self.primitive,
@@ -32,7 +37,9 @@ impl TexturedTriangle {
             uv_edges: [c1 - c0, c2 - c0],
         };
         let uv = c0 * (1.0 - b1 - b2) + c1 * b1 + c2 * b2;
-        let at = Parametrization { on_triangle: Some(on_triangle), ..Parametrization::of(uv) };
+        let point = triangle.p0 + triangle.e1 * b1 + triangle.e2 * b2;
+        let on_triangle = Some(on_triangle);
+        let at = Parametrization { point, on_triangle, ..Parametrization::of(uv) };
         textures.radiance(self.texture, &at)
     }
 }
@@ -97,7 +104,7 @@ impl Light for TexturedMesh {
             None => Pdf::<Area>::new(probability / triangle.area())
                 .to_solid_angle(point.distance_squared, point.cos),
         };
-        Some(point.sample(laid.radiance(&tables.textures, point.barycentric), pdf))
+        Some(point.sample(laid.radiance(&tables.textures, triangle, point.barycentric), pdf))
     }
 
     fn pdf(

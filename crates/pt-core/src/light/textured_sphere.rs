@@ -28,10 +28,11 @@ pub struct SphereMap {
 }
 
 impl SphereMap {
-    /// Radiance where the unit vector from the centre is `n`.
-    pub fn radiance(&self, textures: &Textures, n: Vec3) -> Spectrum {
+    /// Radiance of a sphere where the unit vector from its centre is `n`.
+    pub fn radiance(&self, textures: &Textures, sphere: &SphereLight, n: Vec3) -> Spectrum {
         let uv = sphere_coordinates(self.axes.transpose() * n);
-        textures.radiance(self.texture, &Parametrization::of(uv))
+        let point = sphere.center + n * sphere.radius.abs();
+        textures.radiance(self.texture, &Parametrization { point, ..Parametrization::of(uv) })
     }
 }
 
@@ -42,7 +43,7 @@ impl Light for TexturedSphere {
         let sample = self.sphere.sample(tables, lit, u)?;
         let n = (sample.end? - self.sphere.center).normalize();
         let map = &tables.sphere_maps[self.map as usize];
-        Some(LightSample { radiance: map.radiance(&tables.textures, n), ..sample })
+        Some(LightSample { radiance: map.radiance(&tables.textures, &self.sphere, n), ..sample })
     }
 
     fn pdf(&self, t: &LightTables, lit: &Lit, wi: Vec3, hit: Option<LightHit>) -> Pdf<SolidAngle> {

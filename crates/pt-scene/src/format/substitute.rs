@@ -17,7 +17,7 @@ const SQUARES: f64 = 8.0;
 /// The texture in place of one whose image is missing.
 pub(super) fn texture() -> Arc<Texture> {
     let to_pattern = DMat3::from_diagonal(DVec3::new(0.5 * SQUARES, 0.5 * SQUARES, 1.0));
-    Arc::new(Texture { pattern: Pattern::Checkerboard([MAGENTA, BLACK]), to_pattern })
+    Arc::new(Texture::on_surface(Pattern::Checkerboard([MAGENTA, BLACK]), to_pattern))
 }
 
 /// What messages say of it.

@@ -396,7 +396,7 @@ fn textures_are_read_as_they_were() {
     let to_pattern = DMat3::from_cols(DVec3::X * 2.0, DVec3::Y * 0.5, DVec3::new(0.25, 0.5, 1.0));
     let texture = |image: Arc<Image>| {
         let bitmap = Bitmap { image, wrap: Wrap::Mirror, filter: Filter::Trilinear };
-        Arc::new(Texture { pattern: Pattern::Bitmap(bitmap), to_pattern })
+        Arc::new(Texture::on_surface(Pattern::Bitmap(bitmap), to_pattern))
     };
     let tinted = |image, factor: [f32; 3]| {
         let factors = [Color::Texture(texture(image)), factor.into()];
@@ -429,4 +429,22 @@ fn textures_are_read_as_they_were() {
     let (read, scene) = (bare(read), bare(scene));
     assert!(read == scene, "{}", difference(&read, &scene));
     assert!(notes.is_empty(), "{notes:?}");
+}
+
+/// What glTF cannot compute is written as its mean, and told.
+#[test]
+fn computed_textures_become_their_mean() {
+    let reflectance =
+        Color::Texture(Arc::new(Pattern::Cubes([[0.25, 0.5, 0.75], [0.75, 0.5, 0.0]]).into()));
+    let matte = Matte { reflectance, two_sided: true };
+    let rectangle = Geometry::Mesh(Arc::new(pt_scene::shapes::rectangle()));
+    let scene = Scene {
+        materials: vec![material("paint", matte)],
+        objects: vec![object(rectangle, DAffine3::IDENTITY, 0)],
+        ..Scene::default()
+    };
+    let (read, _, notes) = written(&scene);
+    let Surface::Principled(look) = &read.materials[0].surface else { panic!("another surface") };
+    assert_eq!(look.base_color, Color::Value([0.5, 0.5, 0.375]));
+    assert!(notes.iter().any(|note| note.contains("one is left out")), "{notes:?}");
 }

@@ -139,7 +139,7 @@ fn squares_have_a_side_of_one() {
         "Texture \"t\" \"spectrum\" \"checkerboard\" \"float uscale\" 8 \"rgb tex2\" [.25 0 0] \
          Material \"diffuse\" \"texture reflectance\" \"t\"",
     );
-    let Texture { pattern, to_pattern } = texture(&color);
+    let Texture { pattern, to_pattern, .. } = texture(&color);
     assert_eq!(*pattern, Pattern::Checkerboard([[1.0; 3], [0.25, 0.0, 0.0]]));
     assert_eq!(to_pattern.to_cols_array(), [4.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0]);
 }
@@ -154,7 +154,7 @@ fn textures_are_mixed_and_put_on_squares() {
              Texture \"t\" \"spectrum\" \"{class}\" \"texture tex1\" \"dots\" \"rgb tex2\" [.25 0 0] {more} \
              Material \"diffuse\" \"texture reflectance\" \"t\""
         ));
-        let Texture { pattern: Pattern::Blend(blend), to_pattern } = texture(&color) else {
+        let Texture { pattern: Pattern::Blend(blend), to_pattern, .. } = texture(&color) else {
             panic!("no blend")
         };
         assert!(

@@ -146,7 +146,7 @@ fn of_textured_triangle(
         let p0 = t.p0 + t.e1 * b1 + t.e2 * b2;
         let small = EmitterTriangle { p0, e1: t.e1 * (h * sign), e2: t.e2 * (h * sign), ..*t };
         let middle = [b1 + sign * h / 3.0, b2 + sign * h / 3.0];
-        let radiance = laid.radiance(&tables.textures, middle).luminance();
+        let radiance = laid.radiance(&tables.textures, t, middle).luminance();
         f64::from(radiance) * of_triangle(&small, p, n)
     };
     let upright = (0..PARTS).flat_map(|i| (0..PARTS - i).map(move |j| (i, j, 1.0)));
@@ -169,7 +169,7 @@ fn of_textured_sphere(tables: &LightTables, l: &TexturedSphere, p: DVec3, n: DVe
         if cos_light <= 0.0 || cos_lit <= 0.0 {
             return 0.0;
         }
-        let radiance = map.radiance(&tables.textures, outwards.as_vec3()).luminance();
+        let radiance = map.radiance(&tables.textures, &l.sphere, outwards.as_vec3()).luminance();
         f64::from(radiance) * cos_light * cos_lit / d.length_squared()
     };
     let sum: f64 =

@@ -147,7 +147,7 @@ impl LightTree {
             }
             TreeLight::Textured(triangle, laid) => {
                 let laid = &tables.textured_triangles[*laid as usize];
-                seen_sample(triangle, |b| laid.radiance(&tables.textures, b), lit.p, u)
+                seen_sample(triangle, |b| laid.radiance(&tables.textures, triangle, b), lit.p, u)
             }
             TreeLight::Other(light) => light.sample(tables, lit, u),
         }?;

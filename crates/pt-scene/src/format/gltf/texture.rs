@@ -119,7 +119,7 @@ impl<'a> Reader<'a> {
         }
         let to_pattern = placement(&info)?;
         let pattern = Pattern::Bitmap(Bitmap { image, wrap, filter });
-        Ok(Some(Arc::new(Texture { pattern, to_pattern })))
+        Ok(Some(Arc::new(Texture::on_surface(pattern, to_pattern))))
     }
 
     /// The set of texture coordinates on which a texture lies, if the field names one.

@@ -3,22 +3,24 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use pt_math::DMat3;
+use pt_math::{DAffine3, DMat3};
 use serde_json::Value;
 
 use super::describe::{Described, Fields, Kind, Plain, put, record, tagged, words};
 use super::node::{Keys, Node};
-use super::number::{ABOVE_0, ANY, FROM_0, FROM_1, Pair, SHARE, TILT, TO_2};
+use super::number::{ABOVE_0, ANY, FROM_0, FROM_1, Pair, SHARE, TILT, TO_2, UpTo};
 use super::out::{Entries, Out};
 use super::schema::{Properties, Schemas};
 use super::shared::{Name, Reading, Shared, Tables, Writing};
-use super::transform::OfTexture;
+use super::transform::{OfTexture, ToTexture};
 use crate::material::{
     Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
     Glass, Hair, Masking, Matte, Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin,
     Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
 };
-use crate::texture::{Bitmap, Blend, Color, Filter, Pattern, Relief, Scalar, Texture, Wrap};
+use crate::texture::{
+    Bitmap, Blend, Color, Filter, Layout, Marble, Noise, Pattern, Relief, Scalar, Texture, Wrap,
+};
 use crate::{LoadError, Material};
 
 record! {
@@ -318,7 +320,18 @@ impl Fields for Relief {
     }
 }
 
-record! { Texture { to_pattern: OfTexture => DMat3::IDENTITY } + pattern: Pattern }
+record! {
+    Texture { layout: Plain => Layout::default(), to_pattern: OfTexture => DMat3::IDENTITY } + pattern: Pattern
+}
+
+tagged! {
+    Layout {
+        Surface(),
+        Space { to_texture: ToTexture => DAffine3::IDENTITY },
+        Sphere { to_texture: ToTexture => DAffine3::IDENTITY },
+        Cylinder { to_texture: ToTexture => DAffine3::IDENTITY },
+    }
+}
 
 tagged! {
     Pattern {
@@ -326,10 +339,20 @@ tagged! {
         Checkerboard[colors: Pair(FROM_0)],
         VertexColors(),
         FaceColors(),
+        Cubes[colors: Pair(FROM_0)],
+        Dots[colors: Pair(FROM_0)],
+        Fbm(Noise),
+        Wrinkled(Noise),
+        Windy(),
+        Marble(Marble),
         Product[factors: Pair(FROM_0)],
         Blend(Box<Blend>),
+        Root[square: FROM_0],
     }
 }
+
+record! { Noise { octaves: UpTo(Noise::MOST_OCTAVES) => 8, roughness: TO_2 => 0.5 } }
+record! { Marble { variation: ANY => 0.2 } + noise: Noise }
 
 record! { Blend { first: FROM_0, second: FROM_0, share: SHARE => 0.5.into() } }
 

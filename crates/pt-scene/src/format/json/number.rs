@@ -248,6 +248,25 @@ impl Described for u32 {
     }
 }
 
+/// Whole numbers from 0 up to this one.
+pub(super) struct UpTo(pub(super) u32);
+
+impl Kind<u32> for UpTo {
+    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<u32, LoadError> {
+        let read = node.digits().and_then(|digits| digits.parse().ok());
+        read.filter(|x| *x <= self.0)
+            .ok_or_else(|| node.unexpected(&format!("a whole number from 0 to {}", self.0)))
+    }
+
+    fn write(&self, value: &u32, _: &mut Writing<'_>) -> Result<Out, String> {
+        Ok(Out::Number(value.to_string()))
+    }
+
+    fn schema(&self, _: &mut Schemas) -> Value {
+        json!({"type": "integer", "minimum": 0, "maximum": self.0})
+    }
+}
+
 impl Described for bool {
     fn read(node: &Node<'_>, _: &mut Reading<'_>) -> Result<Self, LoadError> {
         let flag = node.value().as_boolean_lit().map(|flag| flag.value);

@@ -79,8 +79,13 @@ fn matrix_of(transform: &DAffine3) -> Result<Out, String> {
     Ok(Out::Object(vec![("matrix".to_owned(), Out::List(rows))]))
 }
 
-/// One step.
+/// One step, which can be undone.
 fn step(node: &Node<'_>) -> Result<DAffine3, LoadError> {
+    check(any_step(node)?, node)
+}
+
+/// One step.
+fn any_step(node: &Node<'_>) -> Result<DAffine3, LoadError> {
     let three = |node: &Node<'_>| vector::<f64, 3>(node, &ANY, "[x, y, z]").map(DVec3::from_array);
     let mut keys = node.keys()?;
     let found = STEPS.map(|name| keys.take(name));
@@ -111,7 +116,7 @@ fn step(node: &Node<'_>) -> Result<DAffine3, LoadError> {
         }
     };
     keys.finish()?;
-    check(transform, node)
+    Ok(transform)
 }
 
 /// Looks along −z, as cameras and lights do, with +y up.
@@ -146,6 +151,31 @@ fn check(transform: DAffine3, node: &Node<'_>) -> Result<DAffine3, LoadError> {
         return Ok(transform);
     }
     Err(node.error("the transform flattens space, or its numbers are too large"))
+}
+
+/// From the world to where a texture is, which may flatten space.
+pub(super) struct ToTexture;
+
+impl Kind<DAffine3> for ToTexture {
+    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<DAffine3, LoadError> {
+        let all = if node.value().as_array().is_none() {
+            any_step(node)?
+        } else {
+            let steps = node.list("steps of a transform")?;
+            steps.iter().try_fold(DAffine3::IDENTITY, |all, node| {
+                Ok::<_, LoadError>(any_step(node)? * all)
+            })?
+        };
+        if all.is_finite() { Ok(all) } else { Err(node.error("its numbers are too large")) }
+    }
+
+    fn write(&self, value: &DAffine3, cx: &mut Writing<'_>) -> Result<Out, String> {
+        value.write(cx)
+    }
+
+    fn schema(&self, schemas: &mut Schemas) -> Value {
+        DAffine3::schema(schemas)
+    }
 }
 
 /// From (u, v, 1) of a surface to those of a texture: steps, or a matrix of 3 × 3 numbers.

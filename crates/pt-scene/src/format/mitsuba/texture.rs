@@ -46,7 +46,7 @@ impl<'t> Textures<'t> {
                 let first = parameters.color("color0", Role::Share, 0.4)?;
                 let second = parameters.color("color1", Role::Share, 0.2)?;
                 let pattern = Pattern::Checkerboard([first, second]);
-                Some(Texture { pattern, to_pattern: to_uv })
+                Some(Texture::on_surface(pattern, to_uv))
             }
             _ => return Err(unsupported(object, &KINDS)),
         };
@@ -125,7 +125,7 @@ impl<'t> Textures<'t> {
             }
         };
         let pattern = Pattern::Bitmap(Bitmap { image, wrap, filter });
-        Ok(Some(Texture { pattern, to_pattern: UPSIDE_DOWN * to_uv }))
+        Ok(Some(Texture::on_surface(pattern, UPSIDE_DOWN * to_uv)))
     }
 
     /// The image of a file, read once.

@@ -226,7 +226,7 @@ impl<'f> Images<'f> {
         let offset = DVec3::new(map.offset[0].into(), map.offset[1].into(), 1.0);
         let to_pattern = DMat3::from_cols(DVec3::X * u, DVec3::Y * v, offset);
         let pattern = Pattern::Bitmap(Bitmap { image, wrap: map.wrap, filter });
-        Arc::new(Texture { pattern, to_pattern })
+        Arc::new(Texture::on_surface(pattern, to_pattern))
     }
 
     /// The image of a map. The error is a message.

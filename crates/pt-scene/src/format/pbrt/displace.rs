@@ -7,7 +7,7 @@ use pt_math::{DAffine3, DVec3};
 
 use crate::image::Image;
 use crate::shapes::{single_part, smooth_normals};
-use crate::texture::{Bitmap, Filter, Input, Pattern, Scalar, Texture, Wrap};
+use crate::texture::{Bitmap, Filter, Input, Layout, Pattern, Scalar, Texture, Wrap};
 use crate::{Attribute, Mesh};
 
 /// Most triangles of one displaced mesh.
@@ -127,6 +127,10 @@ fn number_at(number: &Scalar, uv: [f32; 2]) -> Result<f32, String> {
 
 /// A texture whose channels are equal.
 fn texture_at(texture: &Texture, [u, v]: [f32; 2]) -> Result<f32, String> {
+    const EXPECTED: &str = "meshes are displaced by images, chess boards, and what is made of these, on their texture coordinates";
+    if texture.layout != Layout::Surface {
+        return Err(EXPECTED.to_owned());
+    }
     let p = texture.to_pattern * DVec3::new(f64::from(u), f64::from(v), 1.0);
     let uv = [p.x, p.y];
     let of_color = |color: &crate::Color| match color {
@@ -145,10 +149,7 @@ fn texture_at(texture: &Texture, [u, v]: [f32; 2]) -> Result<f32, String> {
             let (first, second) = (of_color(&blend.first)?, of_color(&blend.second)?);
             Ok(first * (1.0 - share) + second * share)
         }
-        _ => {
-            Err("meshes are displaced by images, chess boards, and what is made of these"
-                .to_owned())
-        }
+        _ => Err(EXPECTED.to_owned()),
     }
 }
 
@@ -210,7 +211,7 @@ mod tests {
         let bitmap = Bitmap { image, wrap: Wrap::Clamp, filter: Filter::Bilinear };
         // Between the middles of its two texels, the image is u.
         let to_pattern = DMat3::from_cols(DVec3::X * 0.5, DVec3::Y, DVec3::new(0.25, 0.0, 1.0));
-        let slope = Texture { pattern: Pattern::Bitmap(bitmap), to_pattern };
+        let slope = Texture::on_surface(Pattern::Bitmap(bitmap), to_pattern);
         let heights = Input::Texture(Arc::new(slope));
         let to_world = DAffine3::from_scale(DVec3::splat(2.0));
         let made = displaced(&square(), &heights, 0.3, &to_world).expect("a mesh");

@@ -450,6 +450,12 @@ impl Entity {
         self.one(name, &points).map(|p| Some(DVec3::from_array(p)))
     }
 
+    /// One direction.
+    pub(super) fn vector(&self, name: &'static str) -> Result<Option<DVec3>, LoadError> {
+        let Some(vectors) = self.tuples(name, &["vector3", "vector"])? else { return Ok(None) };
+        self.one(name, &vectors).map(|v| Some(DVec3::from_array(v)))
+    }
+
     /// A colour or spectrum, without its meaning.
     pub(super) fn spectrum(&self, name: &'static str) -> Result<Option<&Parameter>, LoadError> {
         match self.find(name) {

@@ -2,7 +2,6 @@
 
 use super::entity::Entity;
 use super::scene::World;
-use super::texture::{mean, mean_color};
 use crate::material::{Embossed, Hair, Mix, Pigment};
 use crate::{LoadError, Surface};
 
@@ -39,7 +38,7 @@ impl World {
             if absorption.texture().is_some() {
                 self.tell_of_mean(entity, "sigma_a");
             }
-            Pigment::Absorption(mean_color(&absorption))
+            Pigment::Absorption(absorption.mean())
         } else if melanin == [None; 2] {
             default.pigment
         } else {
@@ -59,7 +58,7 @@ impl World {
         if number.texture().is_some() {
             self.tell_of_mean(entity, name);
         }
-        Ok(Some(mean(&number).clamp(range[0], range[1])))
+        Ok(Some(number.mean().clamp(range[0], range[1])))
     }
 
     fn tell_of_mean(&mut self, entity: &Entity, name: &str) {

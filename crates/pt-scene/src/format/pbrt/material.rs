@@ -7,7 +7,7 @@ use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, index};
 use super::entity::Entity;
 use super::scene::{MaterialName, World, key_of};
-use super::texture::{mean, product, square_root};
+use super::texture::{product, square_root};
 use crate::material::{
     Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
     Glass, Masking, Matte, Mirror, Mix, Principled, RoughCoatedDiffuse, Roughness, ThinGlass,
@@ -261,7 +261,7 @@ impl World {
                 "the coat has the same thickness everywhere, which is the mean of its texture";
             self.warn(entity, message.to_owned());
         }
-        let thickness = mean(&thickness);
+        let thickness = thickness.mean();
         let names = ["conductor.eta", "conductor.k", "reflectance"];
         let of_coat = ["interface.roughness", "interface.uroughness", "interface.vroughness"];
         let of_metal = ["conductor.roughness", "conductor.uroughness", "conductor.vroughness"];
@@ -294,7 +294,7 @@ impl World {
             );
             self.warn(entity, message);
         }
-        0.5 * (mean(u) + mean(v))
+        0.5 * (u.mean() + v.mean())
     }
 
     /// Tells that coats do not scatter.

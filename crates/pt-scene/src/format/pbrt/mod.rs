@@ -38,6 +38,7 @@ mod glow;
 mod hair;
 mod lens;
 mod light;
+mod mapping;
 mod material;
 mod measured_media;
 mod medium;

@@ -23,7 +23,7 @@ use super::scene::{MaterialName, Placed, Sight, World};
 use super::state::{Moving, State, TARGETS};
 use super::texture;
 use super::token::{Kind, Place, Token, Tokens};
-use crate::LoadError;
+use crate::{LoadError, Warning};
 
 /// Deepest nesting of included files.
 const MAX_INCLUDE_DEPTH: usize = 32;
@@ -395,7 +395,13 @@ impl Reader {
                 return Err(entity.at.error(message));
             }
         };
-        self.world.textures.define(name, is_number, &entity)
+        let [start, end] = self.state.ctm;
+        let is_in_space = self.world.textures.define(name, is_number, &entity, start)?;
+        if is_in_space && start != end {
+            let message = "textures do not move: this one is where it is at the start".to_owned();
+            self.world.scene.warnings.push(Warning { at: entity.at.span(""), message });
+        }
+        Ok(())
     }
 
     /// What belongs before the world.

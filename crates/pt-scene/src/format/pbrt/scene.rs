@@ -24,8 +24,8 @@ use crate::material::Embossed;
 use crate::shapes::flip;
 use crate::texture::{Input, Scalar};
 use crate::{
-    Attribute, Camera, Color, FileSettings, Geometry, Key, LightKind, LoadError, Material, Mesh,
-    Motion, Object, Scene, Span, Surface, Warning,
+    Attribute, Camera, FileSettings, Geometry, Key, LightKind, LoadError, Material, Mesh, Motion,
+    Object, Scene, Span, Surface, Warning,
 };
 
 /// Most shapes of a scene. A few lines can ask for any number: objects of many shapes, and many instances of them.
@@ -390,8 +390,8 @@ impl World {
             (None, _) => {}
         }
         let is_textured = surface.is_some_and(shows_texture)
-            || placed.alpha.texture().is_some()
-            || light.as_ref().is_some_and(|light| light.radiance.texture().is_some());
+            || is_laid(&placed.alpha)
+            || light.as_ref().is_some_and(|light| is_laid(&light.radiance));
         if is_textured {
             geometry = self.laid_out(geometry).map_err(|message| placed.at.error(message))?;
         }
@@ -509,9 +509,15 @@ pub(super) fn key_of(name: &MaterialName) -> MaterialKey {
     }
 }
 
-/// Whether a surface has a texture, or is not the same in all directions, so that it needs texture coordinates.
+/// Whether a texture lies on texture coordinates.
+fn is_laid<T>(input: &Input<T>) -> bool {
+    input.texture().is_some_and(|texture| texture.uses_coordinates())
+}
+
+/// Whether a surface has a texture that lies on texture coordinates, or is not the same in all directions, so that it needs
+/// these.
 fn shows_texture(surface: &Surface) -> bool {
-    let varies = |color: &Color| color.texture().is_some();
+    let varies = is_laid::<[f32; 3]>;
     match surface {
         Surface::Matte(s) => varies(&s.reflectance),
         Surface::DiffuseTransmission(s) => varies(&s.reflectance) || varies(&s.transmittance),
@@ -519,9 +525,7 @@ fn shows_texture(surface: &Surface) -> bool {
         Surface::RoughCoatedDiffuse(s) => varies(&s.diffuse),
         Surface::Conductor(s) => s.roughness.as_ref().is_some_and(is_laid_out),
         Surface::Glass(s) => s.roughness.as_ref().is_some_and(is_laid_out),
-        Surface::Mix(s) => {
-            s.share.texture().is_some() || shows_texture(&s.first) || shows_texture(&s.second)
-        }
+        Surface::Mix(s) => is_laid(&s.share) || shows_texture(&s.first) || shows_texture(&s.second),
         Surface::Embossed(Embossed { .. }) | Surface::Hair(_) => true,
         _ => false,
     }
@@ -529,7 +533,7 @@ fn shows_texture(surface: &Surface) -> bool {
 
 fn is_laid_out(roughness: &crate::material::Roughness) -> bool {
     let [u, v] = &roughness.alpha;
-    u != v || u.texture().is_some()
+    u != v || is_laid(u)
 }
 
 /// A mesh with the texture coordinates that one without has there: (0, 0), (1, 0) and (1, 1) at the corners of

@@ -9,7 +9,6 @@ use super::entity::Entity;
 use super::measured_media::Measured;
 use super::medium::{DEFAULT_ABSORBED, DEFAULT_SCATTERED, extinction_and_albedo, mean_cosine};
 use super::scene::World;
-use super::texture::mean_color;
 use crate::material::Glass;
 use crate::medium::Matter;
 use crate::{Color, FileSettings, LoadError};
@@ -112,7 +111,7 @@ impl World {
                 ),
             );
         }
-        mean_color(color)
+        color.mean()
     }
 }
 

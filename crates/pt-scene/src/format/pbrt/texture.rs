@@ -5,19 +5,35 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pt_math::color::linear_from_srgb;
-use pt_math::{DMat3, DVec3, trig};
+use pt_math::{DAffine3, DMat3, DVec3, trig};
 
 use super::super::context::Folder;
 use super::super::substitute;
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color};
 use super::entity::Entity;
+use super::mapping;
 use super::token::Place;
 use crate::LoadError;
 use crate::image::{Decoded, Image, Numbers};
-use crate::texture::{Bitmap, Blend, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
+use crate::texture::{Bitmap, Blend, Color, Filter, Input, Layout, Pattern, Scalar, Texture, Wrap};
 
-const KINDS: [&str; 6] = ["bilerp", "checkerboard", "constant", "imagemap", "mix", "scale"];
+/// Those of colours.
+const COLORS: [&str; 8] =
+    ["bilerp", "checkerboard", "constant", "dots", "imagemap", "marble", "mix", "scale"];
+/// Those of numbers.
+const NUMBERS: [&str; 10] = [
+    "bilerp",
+    "checkerboard",
+    "constant",
+    "dots",
+    "fbm",
+    "imagemap",
+    "mix",
+    "scale",
+    "windy",
+    "wrinkled",
+];
 
 /// Most values and patterns that a texture is made of; products of products double with each line.
 const MAX_PARTS: usize = 64;
@@ -58,15 +74,20 @@ impl Textures {
         }
     }
 
-    /// Gives a texture a name.
+    /// Gives a texture a name, and tells whether it lies in space. `to_world` goes from the coordinates that hold where it
+    /// stands.
     pub(super) fn define(
         &mut self,
         name: &str,
         is_number: bool,
         entity: &Entity,
-    ) -> Result<(), LoadError> {
+        to_world: DAffine3,
+    ) -> Result<bool, LoadError> {
         self.folder.context.was_loud();
-        let texture = match entity.kind.as_str() {
+        let kinds = if is_number { &NUMBERS[..] } else { &COLORS };
+        let kind = entity.kind.as_str();
+        let texture = match kind {
+            _ if !kinds.contains(&kind) => return Err(entity.unsupported(kinds)),
             "constant" => self.input(entity, "value", is_number, 1.0)?,
             "scale" => {
                 let factors = [
@@ -76,10 +97,11 @@ impl Textures {
                 product(factors)
             }
             "mix" => self.mix(entity, is_number)?,
-            "checkerboard" => self.checkerboard(entity, is_number)?,
-            "bilerp" => self.bilerp(entity, is_number)?,
-            "imagemap" => self.imagemap(entity, is_number)?,
-            _ => return Err(entity.unsupported(&KINDS)),
+            "checkerboard" => self.checkerboard(entity, is_number, to_world)?,
+            "dots" => self.dots(entity, is_number, to_world)?,
+            "bilerp" => self.bilerp(entity, is_number, to_world)?,
+            "imagemap" => self.imagemap(entity, is_number, to_world)?,
+            _ => Input::Texture(Arc::new(mapping::of_noise(entity, to_world)?)),
         };
         entity.finish()?;
         if leaves(&texture) > MAX_PARTS {
@@ -89,13 +111,14 @@ impl Textures {
         if self.folder.context.was_loud() {
             self.loud.insert((name.to_owned(), is_number));
         }
+        let is_in_space = texture.texture().is_some_and(|texture| texture.is_in_space());
         let table = if is_number { &mut self.numbers } else { &mut self.colors };
         if table.insert(name.to_owned(), texture).is_some() {
             return Err(entity
                 .at
                 .error(format!("there is already a texture {} of this type", quote(name))));
         }
-        Ok(())
+        Ok(is_in_space)
     }
 
     /// Remembers that a texture of a name cannot be read, which was told.
@@ -185,7 +208,7 @@ impl Textures {
         match entity.texture_name(name)? {
             Some(texture) => {
                 let texture = self.named(entity, name, texture, false)?;
-                Ok((Some(mean_color(&texture)), texture.texture().is_some()))
+                Ok((Some(texture.mean()), texture.texture().is_some()))
             }
             None => Ok((color(entity, name, role, &self.folder)?, false)),
         }
@@ -226,25 +249,55 @@ impl Textures {
         }
     }
 
-    /// Squares of side 1 here and ½ in [`Pattern::Checkerboard`]; of textures, these are shares of the second.
-    fn checkerboard(&self, entity: &Entity, is_number: bool) -> Result<Color, LoadError> {
-        if entity.count("dimension", 2, [1, 3])? != 2 {
-            return Err(entity.refuse("dimension", "only the dimension 2 is supported"));
-        }
+    /// Squares or cubes of side 1 here and ½ in [`Pattern::Checkerboard`] and [`Pattern::Cubes`].
+    fn checkerboard(
+        &self,
+        entity: &Entity,
+        is_number: bool,
+        to_world: DAffine3,
+    ) -> Result<Color, LoadError> {
+        let fills_space = entity.count("dimension", 2, [2, 3])? == 3;
         let inputs = [
             self.input(entity, "tex1", is_number, 1.0)?,
             self.input(entity, "tex2", is_number, 0.0)?,
         ];
-        let to_pattern = DMat3::from_diagonal(DVec3::new(0.5, 0.5, 1.0)) * mapping(entity)?;
-        let squares = |colors| textured(Pattern::Checkerboard(colors), to_pattern);
-        Ok(match inputs {
-            [Input::Value(first), Input::Value(second)] => squares([first, second]),
-            [first, second] => between(first, second, number_of(squares([[0.0; 3], [1.0; 3]]))),
-        })
+        if fills_space {
+            let to_texture = mapping::to_texture(entity, to_world)?;
+            let to_texture = DAffine3::from_scale(DVec3::splat(0.5)) * to_texture;
+            let layout = Layout::Space { to_texture };
+            let cubes = |colors| Texture { layout, ..Pattern::Cubes(colors).into() };
+            return Ok(one_or_other(inputs, cubes));
+        }
+        let (layout, to_pattern) = mapping::read(entity, to_world)?;
+        let to_pattern = DMat3::from_diagonal(DVec3::new(0.5, 0.5, 1.0)) * to_pattern;
+        let squares =
+            |colors| Texture { pattern: Pattern::Checkerboard(colors), layout, to_pattern };
+        Ok(one_or_other(inputs, squares))
+    }
+
+    /// What is called `inside` is seen outside of the dots, as in pbrt-v4, whose code exchanges the two.
+    fn dots(
+        &self,
+        entity: &Entity,
+        is_number: bool,
+        to_world: DAffine3,
+    ) -> Result<Color, LoadError> {
+        let [around, dot] = [
+            self.input(entity, "inside", is_number, 1.0)?,
+            self.input(entity, "outside", is_number, 0.0)?,
+        ];
+        let (layout, to_pattern) = mapping::read(entity, to_world)?;
+        let dots = |colors| Texture { pattern: Pattern::Dots(colors), layout, to_pattern };
+        Ok(one_or_other([dot, around], dots))
     }
 
     /// An image of two by two texels, the middles of which are the corners of the unit square.
-    fn bilerp(&self, entity: &Entity, is_number: bool) -> Result<Color, LoadError> {
+    fn bilerp(
+        &self,
+        entity: &Entity,
+        is_number: bool,
+        to_world: DAffine3,
+    ) -> Result<Color, LoadError> {
         let mut corners = Vec::new();
         for (name, default) in [("v01", 1.0), ("v11", 1.0), ("v00", 0.0), ("v10", 0.0)] {
             match self.input(entity, name, is_number, default)? {
@@ -258,11 +311,17 @@ impl Textures {
         let to_middles =
             DMat3::from_cols(DVec3::X * 0.5, DVec3::Y * 0.5, DVec3::new(0.25, 0.25, 1.0));
         let bitmap = Bitmap { image, wrap: Wrap::Clamp, filter: Filter::Bilinear };
-        Ok(textured(Pattern::Bitmap(bitmap), to_middles * mapping(entity)?))
+        let (layout, to_pattern) = mapping::read(entity, to_world)?;
+        Ok(textured(Pattern::Bitmap(bitmap), layout, to_middles * to_pattern))
     }
 
-    fn imagemap(&mut self, entity: &Entity, is_number: bool) -> Result<Color, LoadError> {
-        let to_pattern = mapping(entity)?;
+    fn imagemap(
+        &mut self,
+        entity: &Entity,
+        is_number: bool,
+        to_world: DAffine3,
+    ) -> Result<Color, LoadError> {
+        let (layout, to_pattern) = mapping::read(entity, to_world)?;
         entity.pass_over(&["maxanisotropy"]);
         let wrap = match entity.text("wrap")? {
             None | Some("repeat") => Wrap::Repeat,
@@ -303,7 +362,7 @@ impl Textures {
                 return Ok(Input::Texture(substitute::texture()));
             }
         };
-        Ok(textured(Pattern::Bitmap(Bitmap { image, wrap, filter }), to_pattern))
+        Ok(textured(Pattern::Bitmap(Bitmap { image, wrap, filter }), layout, to_pattern))
     }
 
     /// The image of a file, read once for all that read it alike.
@@ -371,19 +430,20 @@ fn decoder(key: &ImageKey) -> Result<Box<dyn Fn(f32) -> f32>, String> {
     }
 }
 
-/// From the (u, v) of a surface to those of a texture.
-fn mapping(entity: &Entity) -> Result<DMat3, LoadError> {
-    if let Some(other) = entity.text("mapping")?.filter(|mapping| *mapping != "uv") {
-        let message = format!("the mapping {} is not supported; supported: uv", quote(other));
-        return Err(entity.refuse("mapping", message));
-    }
-    let [scale_u, scale_v] = [entity.float("uscale", 1.0)?, entity.float("vscale", 1.0)?];
-    let [u, v] = [entity.float("udelta", 0.0)?, entity.float("vdelta", 0.0)?];
-    Ok(DMat3::from_cols(DVec3::X * scale_u, DVec3::Y * scale_v, DVec3::new(u, v, 1.0)))
+fn textured(pattern: Pattern, layout: Layout, to_pattern: DMat3) -> Color {
+    Input::Texture(Arc::new(Texture { pattern, layout, to_pattern }))
 }
 
-fn textured(pattern: Pattern, to_pattern: DMat3) -> Color {
-    Input::Texture(Arc::new(Texture { pattern, to_pattern }))
+/// What a pattern of two colours makes of two values; of textures, it tells where the second one is.
+fn one_or_other(inputs: [Color; 2], pattern: impl Fn([[f32; 3]; 2]) -> Texture) -> Color {
+    match inputs {
+        [Input::Value(first), Input::Value(second)] => {
+            Input::Texture(Arc::new(pattern([first, second])))
+        }
+        [first, second] => {
+            between(first, second, Input::Texture(Arc::new(pattern([[0.0; 3], [1.0; 3]]))))
+        }
+    }
 }
 
 /// Two colours, of which one may be a texture, multiplied.
@@ -414,6 +474,7 @@ fn leaves(color: &Color) -> usize {
         match input.texture().map(|texture| &texture.pattern) {
             Some(Pattern::Product(factors)) => of(&factors[0]) + of(&factors[1]),
             Some(Pattern::Blend(blend)) => of(&blend.first) + of(&blend.second) + of(&blend.share),
+            Some(Pattern::Root(square)) => of(square),
             _ => 1,
         }
     }
@@ -444,48 +505,15 @@ fn root_of(texture: &Texture) -> Texture {
             Pattern::Bitmap(Bitmap { image, ..bitmap.clone() })
         }
         Pattern::Checkerboard(colors) => Pattern::Checkerboard(colors.map(root)),
+        Pattern::Cubes(colors) => Pattern::Cubes(colors.map(root)),
+        Pattern::Dots(colors) => Pattern::Dots(colors.map(root)),
         Pattern::Product(factors) => Pattern::Product(Box::new([of(&factors[0]), of(&factors[1])])),
         Pattern::Blend(blend) => Pattern::Blend(Box::new(Blend {
             first: of(&blend.first),
             second: of(&blend.second),
             share: blend.share.clone(),
         })),
-        other @ (Pattern::VertexColors | Pattern::FaceColors) => other.clone(),
+        _ => return Pattern::Root(Input::Texture(Arc::new(texture.clone()))).into(),
     };
-    Texture { pattern, to_pattern: texture.to_pattern }
-}
-
-/// About what a colour is on average: of an image the mean, of squares the middle.
-pub(super) fn mean_color(color: &Color) -> [f32; 3] {
-    let texture = match color {
-        Input::Value(value) => return *value,
-        Input::Texture(texture) => texture,
-    };
-    match &texture.pattern {
-        Pattern::Bitmap(bitmap) => {
-            let pixels = &bitmap.image.pixels;
-            let add = |sum: [f64; 3], p: &[f32; 3]| [0, 1, 2].map(|c| sum[c] + f64::from(p[c]));
-            let sum = pixels.iter().fold([0.0; 3], add);
-            sum.map(|sum| (sum / pixels.len().max(1) as f64) as f32)
-        }
-        Pattern::Checkerboard([a, b]) => [0, 1, 2].map(|c| 0.5 * (a[c] + b[c])),
-        Pattern::Product(factors) => {
-            let [a, b] = [&factors[0], &factors[1]].map(mean_color);
-            [0, 1, 2].map(|c| a[c] * b[c])
-        }
-        Pattern::Blend(blend) => {
-            let [first, second] = [&blend.first, &blend.second].map(mean_color);
-            let share = mean(&blend.share).clamp(0.0, 1.0);
-            [0, 1, 2].map(|c| first[c] + (second[c] - first[c]) * share)
-        }
-        Pattern::VertexColors | Pattern::FaceColors => [0.0; 3],
-    }
-}
-
-/// About what a number is on average; all channels of its texture are equal.
-pub(super) fn mean(number: &Scalar) -> f32 {
-    match number {
-        Input::Value(x) => *x,
-        Input::Texture(texture) => mean_color(&Input::Texture(Arc::clone(texture)))[0],
-    }
+    Texture { pattern, ..texture.clone() }
 }

@@ -185,6 +185,12 @@ impl Illuminant {
                     Pattern::Checkerboard(colors) => {
                         Pattern::Checkerboard(colors.map(|color| self.reflected(color)))
                     }
+                    Pattern::Cubes(colors) => {
+                        Pattern::Cubes(colors.map(|color| self.reflected(color)))
+                    }
+                    Pattern::Dots(colors) => {
+                        Pattern::Dots(colors.map(|color| self.reflected(color)))
+                    }
                     Pattern::Blend(blend) => {
                         let mut blend = blend.clone();
                         self.color(&mut blend.first);
@@ -193,7 +199,7 @@ impl Illuminant {
                     }
                     _ => return,
                 };
-                *texture = Arc::new(Texture { pattern, to_pattern: texture.to_pattern });
+                *texture = Arc::new(Texture { pattern, ..Texture::clone(texture) });
             }
         }
     }

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::super::super::gloss;
 use crate::image::Image;
-use crate::texture::{Bitmap, Blend, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
+use crate::texture::{Bitmap, Blend, Color, Filter, Input, Layout, Pattern, Scalar, Texture, Wrap};
 
 /// Which colours of a mesh a material shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -80,8 +80,14 @@ impl Parameter {
             Pattern::Product(factors) => factors.iter().for_each(|factor| self.add(factor)),
             Pattern::VertexColors => self.colors = Some(MeshColors::Vertices),
             Pattern::FaceColors => self.colors = self.colors.or(Some(MeshColors::Faces)),
-            Pattern::Bitmap(_) | Pattern::Checkerboard(_) => self.lay(layer(texture)),
+            Pattern::Bitmap(_) | Pattern::Checkerboard(_) if texture.layout == Layout::Surface => {
+                self.lay(layer(texture));
+            }
             Pattern::Blend(blend) => self.blend(blend),
+            other => {
+                self.factor = product(self.factor, other.mean());
+                self.lost = true;
+            }
         }
     }
 
@@ -190,6 +196,9 @@ pub(super) struct Sheared;
 
 /// What a texture shows of itself, as an image.
 fn layer(texture: &Texture) -> Option<Layer> {
+    if texture.layout != Layout::Surface {
+        return None;
+    }
     let to_pattern = texture.to_pattern;
     match &texture.pattern {
         Pattern::Bitmap(Bitmap { image, wrap, filter }) => {
@@ -201,9 +210,7 @@ fn layer(texture: &Texture) -> Option<Layer> {
             let image = Arc::new(Image { width: 2, height: 2, pixels });
             Some(Layer { image, wrap: Wrap::Repeat, filter: Filter::Nearest, to_pattern })
         }
-        Pattern::VertexColors | Pattern::FaceColors | Pattern::Product(_) | Pattern::Blend(_) => {
-            None
-        }
+        _ => None,
     }
 }
 
@@ -262,15 +269,19 @@ fn mapped_texture(texture: &Texture, f: fn(f32) -> f32) -> Texture {
             Pattern::Bitmap(Bitmap { image: changed(&bitmap.image, color), ..bitmap.clone() })
         }
         Pattern::Checkerboard(colors) => Pattern::Checkerboard(colors.map(color)),
+        Pattern::Cubes(colors) => Pattern::Cubes(colors.map(color)),
+        Pattern::Dots(colors) => Pattern::Dots(colors.map(color)),
         Pattern::Product(factors) => Pattern::Product(Box::new(factors.each_ref().map(each))),
         Pattern::Blend(blend) => {
             let Blend { first, second, share } = &**blend;
             let [first, second] = [first, second].map(each);
             Pattern::Blend(Box::new(Blend { first, second, share: share.clone() }))
         }
-        colors => colors.clone(),
+        Pattern::VertexColors | Pattern::FaceColors => texture.pattern.clone(),
+        // Of these, the mean is written.
+        other => Pattern::Cubes([color(other.mean()); 2]),
     };
-    Texture { pattern, to_pattern: texture.to_pattern }
+    Texture { pattern, ..texture.clone() }
 }
 
 fn changed(image: &Image, change: impl Fn([f32; 3]) -> [f32; 3]) -> Arc<Image> {

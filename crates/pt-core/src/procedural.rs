@@ -1,0 +1,257 @@
+//! Patterns that are computed from coordinates. [Pharr, Jakob & Humphreys, "Physically Based Rendering", 3rd ed., §10.5–10.6]
+
+use pt_math::noise::{Noise, Octaves, Sloped};
+use pt_math::{Spectrum, Vec2, Vec3, trig};
+
+/// See the variants of the same names of [`pt_scene::texture::Pattern`].
+#[derive(Clone, Copy, Debug)]
+pub enum Procedural {
+    /// Cubes.
+    Cubes([Spectrum; 2]),
+    /// Dots on the first two coordinates.
+    Dots([Spectrum; 2]),
+    /// Noise.
+    Fbm(Octaves),
+    /// Noise without its sign.
+    Wrinkled(Octaves),
+    /// Noise times noise.
+    Windy,
+    /// Layers along the second coordinate, which noise bends by so much.
+    Marble(Octaves, f32),
+}
+
+/// The noises that make waves, and where they are high.
+const WAVES: [u32; 2] = [6, 3];
+/// By how much the places where waves are high are larger than these.
+const CALM: f32 = 0.1;
+const RADIUS: f32 = 0.35;
+
+impl Procedural {
+    /// Whether it shows more or less by how much of it is seen at once.
+    pub(crate) fn has_octaves(self) -> bool {
+        !matches!(self, Self::Cubes(_) | Self::Dots(_))
+    }
+
+    /// What it shows at a point, around which so much is seen at once; 0 is a point.
+    pub(crate) fn color(self, p: Vec3, width: f32) -> Spectrum {
+        match self {
+            Self::Cubes([same, other]) => {
+                let high = (p - p.floor()).cmpgt(Vec3::splat(0.5));
+                if high.bitmask().count_ones().is_multiple_of(2) { same } else { other }
+            }
+            Self::Dots([inside, outside]) => {
+                if is_in_dot(p.truncate()) {
+                    inside
+                } else {
+                    outside
+                }
+            }
+            Self::Fbm(octaves) => Spectrum::splat(octaves.seen_within(width).fbm(p)),
+            Self::Wrinkled(octaves) => Spectrum::splat(octaves.seen_within(width).turbulence(p)),
+            Self::Windy => {
+                let [waves, wind] = windy::<f32>(p, width);
+                Spectrum::splat(wind * waves)
+            }
+            Self::Marble(octaves, variation) => {
+                let bend: f32 = octaves.seen_within(width).fbm(p);
+                let layer = p.y + variation * bend;
+                stone(layer).0
+            }
+        }
+    }
+
+    /// The same with the gradients of the three channels, between jumps.
+    pub(crate) fn sloped(self, p: Vec3, width: f32) -> [Sloped; 3] {
+        match self {
+            Self::Cubes(_) | Self::Dots(_) => {
+                self.color(p, width).to_array().map(|value| Sloped { value, slope: Vec3::ZERO })
+            }
+            Self::Fbm(octaves) => [octaves.seen_within(width).fbm(p); 3],
+            Self::Wrinkled(octaves) => [octaves.seen_within(width).turbulence(p); 3],
+            Self::Windy => {
+                let [waves, wind] = windy::<Sloped>(p, width);
+                let slope = waves.slope * wind.value + wind.slope * waves.value;
+                [Sloped { value: wind.value * waves.value, slope }; 3]
+            }
+            Self::Marble(octaves, variation) => {
+                let bend: Sloped = octaves.seen_within(width).fbm(p);
+                let slope = Vec3::Y + bend.slope * variation;
+                let (color, grows) = stone(p.y + variation * bend.value);
+                let channel = |c: usize| Sloped { value: color.0[c], slope: slope * grows.0[c] };
+                [channel(0), channel(1), channel(2)]
+            }
+        }
+    }
+}
+
+/// Whether a point is in a dot: each square around whole numbers has one or not, by noise, which also moves it. The three
+/// noises are taken at places that have nothing to do with each other.
+fn is_in_dot(at: Vec2) -> bool {
+    let cell = (at + 0.5).floor();
+    let noise = |x: f32, y: f32| <f32 as Noise>::at((cell + Vec2::new(x, y)).extend(0.5));
+    if noise(0.5, 0.5) <= 0.0 {
+        return false;
+    }
+    let middle = cell + Vec2::new(noise(1.5, 2.8), noise(4.5, 9.8)) * (0.5 - RADIUS);
+    (at - middle).length_squared() < RADIUS * RADIUS
+}
+
+/// Waves, and how high they are.
+fn windy<T: Noise>(p: Vec3, width: f32) -> [T; 2] {
+    let [waves, wind] = WAVES.map(|count| Octaves::new(count, 0.5));
+    let wind: T = wind.seen_within(width * CALM).fbm(p * CALM);
+    [waves.seen_within(width).fbm(p), wind.abs().stretched(CALM)]
+}
+
+/// The colours of stone: control points of cubic Bézier curves, of which each begins one point after the one before.
+const STONE: [[f32; 3]; 9] = [
+    [0.58, 0.58, 0.6],
+    [0.58, 0.58, 0.6],
+    [0.58, 0.58, 0.6],
+    [0.5, 0.5, 0.5],
+    [0.6, 0.59, 0.58],
+    [0.58, 0.58, 0.6],
+    [0.58, 0.58, 0.6],
+    [0.2, 0.2, 0.33],
+    [0.58, 0.58, 0.6],
+];
+const CURVES: usize = STONE.len() - 3;
+const BRIGHTNESS: f32 = 1.5;
+
+/// The colour of layers of stone, and by how much it grows with their number.
+fn stone(layer: f32) -> (Spectrum, Spectrum) {
+    let (sin, cos) = if layer.is_finite() { trig::sin_cos(layer) } else { (0.0, 1.0) };
+    let along = (0.5 + 0.5 * sin) * CURVES as f32;
+    let curve = (along as usize).min(CURVES - 1);
+    let t = along - curve as f32;
+    let points: [Vec3; 4] = std::array::from_fn(|i| Vec3::from(STONE[curve + i]));
+    // De Casteljau's algorithm.
+    let [a, b, c] = [0, 1, 2].map(|i| points[i].lerp(points[i + 1], t));
+    let (d, e) = (a.lerp(b, t), b.lerp(c, t));
+    let grows = (e - d) * (3.0 * CURVES as f32 * 0.5 * cos);
+    (Spectrum(d.lerp(e, t) * BRIGHTNESS), Spectrum(grows * BRIGHTNESS))
+}
+
+#[cfg(test)]
+mod tests {
+    use pt_math::DVec3;
+
+    use super::*;
+
+    fn all() -> [Procedural; 6] {
+        let two = [Spectrum::rgb(0.1, 0.2, 0.3), Spectrum::ONE];
+        let octaves = Octaves::new(8, 0.5);
+        [
+            Procedural::Cubes(two),
+            Procedural::Dots(two),
+            Procedural::Fbm(octaves),
+            Procedural::Wrinkled(octaves),
+            Procedural::Windy,
+            Procedural::Marble(octaves, 0.7),
+        ]
+    }
+
+    fn points(count: u32) -> impl Iterator<Item = Vec3> {
+        (0..count).map(|i| {
+            let turns = DVec3::new(0.819_172_5, 0.671_043_6, 0.549_700_5) * f64::from(i);
+            ((turns - turns.floor()) * 40.0 - 20.0).as_vec3()
+        })
+    }
+
+    /// A cube of side ½ at every corner of the lattice, as floors tell.
+    #[test]
+    fn cubes_alternate_along_each_axis() {
+        let cubes = Procedural::Cubes([Spectrum::ONE, Spectrum::ZERO]);
+        for p in points(500) {
+            let odd = (p * 2.0).floor().to_array().iter().map(|c| *c as i32).sum::<i32>() % 2 != 0;
+            let want = if odd { Spectrum::ZERO } else { Spectrum::ONE };
+            assert_eq!(cubes.color(p, 0.0), want, "{p}");
+        }
+    }
+
+    /// Each dot is as large as a circle of its radius, covers the middle of its square, and stays in this.
+    #[test]
+    fn dots_are_circles_in_some_of_the_squares() {
+        const COUNT: u32 = 400_000;
+        const SIDE: u16 = 240;
+        let dots = Procedural::Dots([Spectrum::ONE, Spectrum::ZERO]);
+        let is_inside = |p: &Vec3| dots.color(*p, 0.0) == Spectrum::ONE;
+        let square = |i: u16| Vec3::new(f32::from(i % SIDE), f32::from(i / SIDE), 0.3) - 120.0;
+        let with_dot = (0..SIDE * SIDE).map(square).filter(is_inside).count();
+        let squares = with_dot as f64 / f64::from(SIDE * SIDE);
+        assert!((0.38..0.41).contains(&squares), "{squares}");
+        let spread = points(COUNT).map(|p| p * Vec3::new(6.0, 6.0, 1.0));
+        let share = spread.filter(is_inside).count() as f64 / f64::from(COUNT);
+        let want = squares * std::f64::consts::PI * 0.35 * 0.35;
+        assert!((share - want).abs() < 0.004, "{share} for {want}");
+        let edges = points(2000).map(|p| Vec3::new(p.x.floor() + 0.5, p.y, 0.0));
+        for p in edges {
+            let near = dots.color(p + Vec3::X * 0.01, 0.0) == Spectrum::ONE;
+            assert!(!near, "a dot touches the edge of its square at {p}");
+        }
+    }
+
+    /// Wherever they are looked up, and however much is seen at once; and twice the same.
+    #[test]
+    fn patterns_are_finite_and_bounded_everywhere() {
+        let hostile = [0.0, -0.5, 1e-40, 3e9, -1e30, f32::MAX];
+        for pattern in all() {
+            let lattice = hostile
+                .iter()
+                .flat_map(|x| hostile.iter().flat_map(|y| hostile.map(|z| Vec3::new(*x, *y, z))));
+            for p in lattice.chain(points(200)) {
+                for width in [0.0, 1e-3, 0.3, 1e30, f32::INFINITY] {
+                    let color = pattern.color(p, width);
+                    assert!(
+                        color.0.abs().max_element() <= 2.2,
+                        "{pattern:?} {p} {width}: {color:?}"
+                    );
+                    assert_eq!(color, pattern.color(p, width));
+                    let sloped = pattern.sloped(p, width);
+                    assert!(sloped.iter().all(|c| c.slope.is_finite()), "{pattern:?} {p}");
+                    assert_eq!(sloped.map(|c| c.value), color.to_array());
+                }
+            }
+        }
+    }
+
+    /// Of all but those that jump; creases, and where curves of stone meet, are left out.
+    #[test]
+    fn slopes_are_differences() {
+        const STEP: f32 = 1e-3;
+        let octaves = Octaves::new(2, 0.5);
+        let patterns =
+            [Procedural::Windy, Procedural::Marble(octaves, 0.7), Procedural::Fbm(octaves)];
+        for pattern in patterns {
+            let mut bad = 0;
+            for p in points(300) {
+                let slopes = pattern.sloped(p, 0.0).map(|c| c.slope);
+                for (axis, unit) in Vec3::AXES.into_iter().enumerate() {
+                    let [a, b] = [unit, -unit].map(|step| pattern.color(p + step * STEP, 0.0).0);
+                    let difference = (a - b) / (2.0 * STEP);
+                    let slope = Vec3::from(slopes.map(|s| s[axis]));
+                    bad += u32::from((difference - slope).abs().max_element() > 0.05);
+                }
+            }
+            assert!(bad <= 20, "{pattern:?}: {bad} of 900");
+        }
+    }
+
+    /// What other programs are told of patterns that they do not have.
+    #[test]
+    fn means_are_about_those_that_are_told() {
+        use pt_scene::texture::{Marble, Noise, Pattern};
+        let noise = Noise::default();
+        let told = [
+            Pattern::Fbm(noise).mean(),
+            Pattern::Wrinkled(noise).mean(),
+            Pattern::Windy.mean(),
+            Pattern::Marble(Marble { noise, variation: 0.7 }).mean(),
+        ];
+        for (pattern, told) in all().into_iter().skip(2).zip(told) {
+            let sum: Vec3 = points(20_000).map(|p| pattern.color(p, 0.0).0).sum();
+            let mean = sum / 20_000.0;
+            assert!((mean - Vec3::from(told)).abs().max_element() < 0.06, "{pattern:?}: {mean}");
+        }
+    }
+}

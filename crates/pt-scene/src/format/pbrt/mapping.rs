@@ -1,0 +1,85 @@
+//! How textures lie on surfaces, and those that are noise in space.
+
+use pt_math::{DAffine3, DMat3, DVec3};
+
+use super::super::xml::quote;
+use super::entity::Entity;
+use crate::LoadError;
+use crate::texture::{Layout, Marble, Noise, Pattern, Texture};
+
+/// What gives a surface the coordinates of a texture, and a transform of these.
+pub(super) fn read(entity: &Entity, to_world: DAffine3) -> Result<(Layout, DMat3), LoadError> {
+    let layout = match entity.text("mapping")? {
+        None | Some("uv") => {
+            let [u, v] = [entity.float("uscale", 1.0)?, entity.float("vscale", 1.0)?];
+            let moved = DVec3::new(entity.float("udelta", 0.0)?, entity.float("vdelta", 0.0)?, 1.0);
+            let to_pattern = DMat3::from_cols(DVec3::X * u, DVec3::Y * v, moved);
+            return Ok((Layout::Surface, to_pattern));
+        }
+        Some("planar") => {
+            let u = entity.vector("v1")?.unwrap_or(DVec3::X);
+            let v = entity.vector("v2")?.unwrap_or(DVec3::Y);
+            let moved = DVec3::new(entity.float("udelta", 0.0)?, entity.float("vdelta", 0.0)?, 0.0);
+            let rows = DMat3::from_cols(u, v, DVec3::ZERO).transpose();
+            let to_plane = DAffine3::from_mat3_translation(rows, moved);
+            Layout::Space { to_texture: to_plane * to_texture(entity, to_world)? }
+        }
+        Some("spherical") => Layout::Sphere { to_texture: to_texture(entity, to_world)? },
+        Some("cylindrical") => Layout::Cylinder { to_texture: to_texture(entity, to_world)? },
+        Some(other) => {
+            let message = format!(
+                "the mapping {} is unknown; there are uv, planar, spherical, cylindrical",
+                quote(other)
+            );
+            return Err(entity.refuse("mapping", message));
+        }
+    };
+    match layout {
+        Layout::Space { to_texture } if !to_texture.is_finite() => {
+            Err(entity.refuse("v1", "with v1 and v2, the numbers of the mapping are too large"))
+        }
+        layout => Ok((layout, DMat3::IDENTITY)),
+    }
+}
+
+/// From the world to the coordinates that hold where a texture stands.
+pub(super) fn to_texture(entity: &Entity, to_world: DAffine3) -> Result<DAffine3, LoadError> {
+    let inverse = to_world.inverse();
+    if inverse.is_finite() && to_world.matrix3.determinant() != 0.0 {
+        return Ok(inverse);
+    }
+    let message = "the transform flattens the space in which the texture is; it cannot be undone";
+    Err(entity.at.error(message))
+}
+
+/// A texture that is noise in space.
+pub(super) fn of_noise(entity: &Entity, to_world: DAffine3) -> Result<Texture, LoadError> {
+    let mut to_texture = to_texture(entity, to_world)?;
+    let pattern = match entity.kind.as_str() {
+        "fbm" => Pattern::Fbm(noise(entity)?),
+        "wrinkled" => Pattern::Wrinkled(noise(entity)?),
+        "windy" => Pattern::Windy,
+        _ => {
+            let scale = entity.float("scale", 1.0)?;
+            to_texture = DAffine3::from_scale(DVec3::splat(scale)) * to_texture;
+            if !to_texture.is_finite() {
+                return Err(
+                    entity.refuse("scale", "with it, the numbers of the texture are too large")
+                );
+            }
+            let variation = entity.float("variation", 0.2)? as f32;
+            Pattern::Marble(Marble { noise: noise(entity)?, variation })
+        }
+    };
+    Ok(Texture { layout: Layout::Space { to_texture }, ..pattern.into() })
+}
+
+fn noise(entity: &Entity) -> Result<Noise, LoadError> {
+    let octaves = entity.count("octaves", 8, [0, Noise::MOST_OCTAVES])?;
+    let roughness = entity.float("roughness", 0.5)?;
+    if (0.0..=2.0).contains(&roughness) {
+        return Ok(Noise { octaves, roughness: roughness as f32 });
+    }
+    let message = format!("{} is {roughness}; expected a number from 0 to 2", quote("roughness"));
+    Err(entity.refuse("roughness", message))
+}

@@ -1,0 +1,129 @@
+//! Textures that are computed, and how textures lie in space.
+
+use pt_math::{DAffine3, DMat3, DVec3};
+use pt_scene::material::{Conductor, Matte};
+use pt_scene::texture::{Input, Layout, Marble, Noise, Pattern, Texture};
+use pt_scene::{Geometry, Scene, Surface};
+
+use super::read;
+
+fn scene(textures: &str) -> Scene {
+    let world =
+        format!("{textures} Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\"");
+    read("", &world)
+}
+
+/// The texture `t` of the diffuse surface.
+fn texture(textures: &str) -> Texture {
+    let mut scene = scene(textures);
+    let Surface::Matte(Matte { reflectance: Input::Texture(texture), .. }) =
+        scene.materials.swap_remove(0).surface
+    else {
+        panic!("not textured")
+    };
+    (*texture).clone()
+}
+
+/// Where a point of the world is on a texture.
+fn at(texture: &Texture, p: DVec3) -> DVec3 {
+    let (Layout::Space { to_texture }
+    | Layout::Sphere { to_texture }
+    | Layout::Cylinder { to_texture }) = texture.layout
+    else {
+        panic!("it is not in space")
+    };
+    to_texture.transform_point3(p)
+}
+
+const PLACED: &str = "Translate 1 2 3 Scale 2 4 8";
+const POINT: DVec3 = DVec3::new(3.0, 6.0, 11.0);
+
+/// Points are those in the coordinates that hold where the texture stands; layers of marble are finer by their scale.
+#[test]
+fn noise_is_where_its_directive_stands() {
+    let marble = texture(&format!(
+        "{PLACED} Texture \"t\" \"spectrum\" \"marble\" \"float scale\" 3 \"integer octaves\" 5 \"float variation\" .5 Identity"
+    ));
+    let noise = Noise { octaves: 5, roughness: 0.5 };
+    assert_eq!(marble.pattern, Pattern::Marble(Marble { noise, variation: 0.5 }));
+    assert_eq!((at(&marble, POINT), marble.to_pattern), (DVec3::splat(3.0), DMat3::IDENTITY));
+    let cubes = texture(&format!(
+        "{PLACED} Texture \"t\" \"spectrum\" \"checkerboard\" \"integer dimension\" 3 \"rgb tex2\" [.1 .2 .3] Identity"
+    ));
+    assert_eq!(cubes.pattern, Pattern::Cubes([[1.0; 3], [0.1, 0.2, 0.3]]));
+    assert_eq!(at(&cubes, POINT), DVec3::splat(0.5));
+    for (kind, want) in [
+        ("fbm", Pattern::Fbm(Noise::default())),
+        ("wrinkled", Pattern::Wrinkled(Noise::default())),
+        ("windy", Pattern::Windy),
+    ] {
+        let blend = texture(&format!(
+            "{PLACED} Texture \"n\" \"float\" \"{kind}\" Identity \
+             Texture \"t\" \"spectrum\" \"mix\" \"texture amount\" \"n\""
+        ));
+        let Pattern::Blend(blend) = blend.pattern else { panic!("no blend") };
+        let share = blend.share.texture().expect("a texture");
+        assert_eq!((&share.pattern, at(share, POINT)), (&want, DVec3::ONE));
+    }
+}
+
+/// u and v are dot products with both directions; the whole transform may be flat.
+#[test]
+fn mappings_are_those_of_their_names() {
+    let of = |mapping: &str| {
+        texture(&format!(
+            "{PLACED} Texture \"t\" \"spectrum\" \"dots\" \"string mapping\" {mapping} Identity"
+        ))
+    };
+    let planar = of("\"planar\" \"vector3 v1\" [1 2 0] \"vector v2\" [0 0 3] \"float udelta\" .25");
+    assert_eq!(at(&planar, POINT), DVec3::new(3.25, 3.0, 0.0));
+    assert_eq!(at(&of("\"planar\""), POINT).truncate().to_array(), [1.0, 1.0]);
+    let (sphere, cylinder) = (of("\"spherical\""), of("\"cylindrical\""));
+    assert!(matches!(sphere.layout, Layout::Sphere { .. }) && at(&sphere, POINT) == DVec3::ONE);
+    assert!(
+        matches!(cylinder.layout, Layout::Cylinder { .. }) && at(&cylinder, POINT) == DVec3::ONE
+    );
+    assert_eq!(sphere.pattern, Pattern::Dots([[0.0; 3], [1.0; 3]]));
+}
+
+/// Spheres stay what they are under textures that ask for no coordinates of them.
+#[test]
+fn what_needs_no_coordinates_gets_none() {
+    let is_sphere =
+        |textures: &str| matches!(scene(textures).objects[0].geometry, Geometry::Sphere { .. });
+    assert!(is_sphere("Texture \"t\" \"spectrum\" \"marble\""));
+    assert!(is_sphere("Texture \"t\" \"spectrum\" \"dots\" \"string mapping\" \"planar\""));
+    assert!(!is_sphere("Texture \"t\" \"spectrum\" \"dots\""));
+}
+
+/// Of noise that is a roughness, the root is taken point by point.
+#[test]
+fn roughness_by_noise_has_its_root() {
+    let mut scene = read(
+        "",
+        "Texture \"n\" \"float\" \"wrinkled\" Material \"conductor\" \"texture roughness\" \"n\" Shape \"sphere\"",
+    );
+    let Surface::Conductor(Conductor { roughness: Some(r), .. }) =
+        scene.materials.swap_remove(0).surface
+    else {
+        panic!("no rough metal")
+    };
+    let Pattern::Root(square) = &r.alpha[0].texture().expect("a texture").pattern else {
+        panic!("no root")
+    };
+    let square = square.texture().expect("a texture");
+    assert_eq!(square.pattern, Pattern::Wrinkled(Noise::default()));
+    assert_eq!(square.layout, Layout::Space { to_texture: DAffine3::IDENTITY });
+}
+
+#[test]
+fn textures_stay_where_they_are_at_the_start() {
+    let moves = "ActiveTransform EndTime Translate 1 0 0 ActiveTransform All";
+    let count = |textures: &str| {
+        let scene = scene(textures);
+        scene.warnings.iter().filter(|w| w.message.contains("textures do not move")).count()
+    };
+    assert_eq!(count(&format!("{moves} Texture \"t\" \"spectrum\" \"marble\"")), 1);
+    assert_eq!(count(&format!("{moves} Texture \"t\" \"spectrum\" \"dots\"")), 0);
+    assert_eq!(count("Texture \"t\" \"spectrum\" \"marble\""), 0);
+}
