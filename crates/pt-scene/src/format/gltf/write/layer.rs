@@ -35,7 +35,7 @@ pub(super) struct Parameter {
     pub(super) factor: [f32; 3],
     pub(super) layer: Option<Layer>,
     pub(super) colors: Option<MeshColors>,
-    /// Whether images are missing that it would be multiplied with.
+    /// Whether textures are missing that it would be multiplied with.
     pub(super) lost: bool,
 }
 

@@ -114,7 +114,8 @@ impl Writer<'_> {
     ) -> Result<Parameter, String> {
         let color = Parameter::of(&look.base_color);
         if color.lost {
-            self.notes.tell(&cx.place, "of the images that its colour is made of, one is left out");
+            self.notes
+                .tell(&cx.place, "of the textures that its colour is made of, one is left out");
         }
         let opacity = self.number(opacity, "opacity", cx);
         let mut pbr = Map::new();
@@ -167,7 +168,7 @@ impl Writer<'_> {
             self.notes.tell(&cx.place, note);
         }
         if made.lost {
-            let note = format!("of the images that its {what} is made of, one is left out");
+            let note = format!("of the textures that its {what} is made of, one is left out");
             self.notes.tell(&cx.place, note);
         }
         made
