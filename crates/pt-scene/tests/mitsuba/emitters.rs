@@ -70,6 +70,7 @@ fn directions_of_the_sun_are_those_of_the_world() {
         sun: 0.0,
         aperture: 5.0,
         limb_darkening: true,
+        span: None,
     };
     assert_eq!(light, want);
 }

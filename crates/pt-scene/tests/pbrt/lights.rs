@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use pt_math::DVec3;
 use pt_scene::image::SaveOptions;
-use pt_scene::{Color, LightKind, Scene};
+use pt_scene::texture::Pattern;
+use pt_scene::{Color, LightKind, Scalar, Scene};
 
 use super::{read, read_all, refusal};
 
@@ -53,6 +54,26 @@ fn power_is_what_goes_into_all_directions() {
         "AreaLightSource \"diffuse\" \"float power\" 10 Shape \"sphere\" \"float radius\" 2";
     let [r, ..] = radiance(&read("", world));
     assert!((f64::from(r) - 10.0 / (16.0 * PI * PI)).abs() < 1e-6);
+}
+
+/// A number multiplies what a shape emits, and a texture varies it; the power is that of the whole shape.
+#[test]
+fn what_is_masked_emits_nothing() {
+    let light = "AreaLightSource \"diffuse\" \"rgb L\" [2 4 6]";
+    let half = read("", &format!("{light} Shape \"sphere\" \"float alpha\" .5"));
+    assert_eq!(radiance(&half), [1.0, 2.0, 3.0]);
+    let world = format!(
+        "Texture \"leaf\" \"float\" \"checkerboard\" \"float tex1\" 0 \"float tex2\" 1
+        {light} Shape \"sphere\" \"texture alpha\" \"leaf\""
+    );
+    let scene = read("", &world);
+    let (Color::Texture(emission), Scalar::Texture(opacity)) =
+        (&scene.materials[0].emission, &scene.materials[0].opacity)
+    else {
+        panic!("{:?}", scene.materials[0]);
+    };
+    let Pattern::Product(factors) = &emission.pattern else { panic!("{emission:?}") };
+    assert_eq!(factors.as_ref(), &[[2.0, 4.0, 6.0].into(), Color::Texture(opacity.clone())]);
 }
 
 #[test]

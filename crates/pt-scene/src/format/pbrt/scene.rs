@@ -342,7 +342,9 @@ impl World {
         if let (true, Geometry::Mesh(mesh)) = (two_sided, &object.geometry) {
             let back = Geometry::Mesh(Arc::new(back_of(mesh)));
             let name = format!("back of {}", object.name);
-            self.scene.objects.push(Object { name, geometry: back, media: None, ..object.clone() });
+            let materials = vec![Some(self.back_of(material))];
+            let back = Object { name, geometry: back, media: None, materials, ..object.clone() };
+            self.scene.objects.push(back);
         }
         self.scene.objects.push(object);
         Ok(())
@@ -403,7 +405,7 @@ impl World {
         let material = Material {
             name: self.name_of(name),
             surface: surface.cloned().unwrap_or_else(Self::nothing),
-            emission: light.map_or(Input::Value([0.0; 3]), |light| light.radiance),
+            emission: light.map_or(Input::Value([0.0; 3]), |light| light.through(alpha)),
             opacity,
         };
         let number = self.scene.materials.len() as u32;
@@ -412,6 +414,18 @@ impl World {
             self.made.entry(key_of(name)).or_default().push((alpha.clone(), number));
         }
         number
+    }
+
+    /// The material of the second of two sheets that shine as one: where something of the first is missing, nothing
+    /// of this one is there but its light.
+    fn back_of(&mut self, number: u32) -> u32 {
+        let front = &self.scene.materials[number as usize];
+        if front.opacity == Input::Value(1.0) {
+            return number;
+        }
+        let back = Material { opacity: 0.0.into(), ..front.clone() };
+        self.scene.materials.push(back);
+        self.scene.materials.len() as u32 - 1
     }
 
     fn name_of(&self, name: &MaterialName) -> String {
