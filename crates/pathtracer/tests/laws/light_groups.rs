@@ -13,6 +13,7 @@ use pt_scene::material::{Plastic, Surface};
 use pt_scene::{Daylight, LightKind, shapes};
 use pt_testing::{Estimates, z_test};
 
+use crate::hidden::hidden;
 use crate::media::foggy_room;
 use crate::motion::under_flying_lamps;
 use crate::reuse::everything;
@@ -88,6 +89,8 @@ fn groups_are_together_the_image() {
         ("lights of all kinds", colored()),
         ("many lights", many(30)),
         ("sun and sky", under_the_sun()),
+        ("lights that nobody sees", hidden(colored())),
+        ("many lights that nobody sees", hidden(many(30))),
     ];
     for (what, scene) in &scenes {
         for integrator in integrators() {

@@ -18,6 +18,7 @@ mod footprints;
 mod furnace;
 mod glow;
 mod gltf;
+mod hidden;
 mod invariance;
 mod lens;
 mod light_groups;

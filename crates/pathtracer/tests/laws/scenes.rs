@@ -83,6 +83,7 @@ impl Builder {
             name: String::new(),
             surface,
             emission: emission.into(),
+            hidden_emission: false,
             opacity: 1.0.into(),
         });
         vec![Some(self.0.materials.len() as u32 - 1)]

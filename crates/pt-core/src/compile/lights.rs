@@ -7,18 +7,17 @@ use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, trig};
 use pt_scene::image::Image;
 use pt_scene::{DaySpan, Daylight, Light as Node, LightKind, Rows, Scene};
 
-use super::geometry::{Emitter, Primitives, Shapes, is_similarity};
+use super::geometry::{Emission, Emitter, Primitives, Shapes, is_similarity};
 use super::many_lights::sphere_light;
 use super::placed::MOST_MOVING_LIGHTS;
 use super::{CompileError, emission};
 use crate::id::{Id, Table};
 use crate::light::{
     AnyLight, ClearSky, ClearSkyModel, Directional, DistantDisk, EmitterTriangle, Environment,
-    EnvironmentMap, Falloff, Hemisphere, Ies, LightOrigins, LightTables, LimbDarkening, MeshLight,
-    PlacedMap, Point, Projector, SphereLight, Spot, Sun, TexturedMesh, TexturedSphere,
+    EnvironmentMap, Falloff, Hemisphere, Hidden, Ies, LightOrigins, LightTables, LimbDarkening,
+    MeshLight, PlacedMap, Point, Projector, SphereLight, Spot, Sun, TexturedMesh, TexturedSphere,
     hosek_wilkie, mean_daylight,
 };
-use crate::scene::SurfaceRecord;
 use crate::texture::TextureRecord;
 
 /// All lights.
@@ -293,21 +292,22 @@ impl Lights {
 
     /// The light of a glowing shape; `None` if it has no area.
     fn emissive(&mut self, shapes: &Shapes, emitter: &Emitter) -> Option<AnyLight> {
-        let SurfaceRecord { emission, emission_texture, .. } = shapes.surfaces[emitter.surface];
-        match (&emitter.primitives, emission_texture) {
+        let Emission { radiance, texture, is_hidden } = emitter.emission;
+        let light = match (&emitter.primitives, texture) {
             (Primitives::Triangles(runs), None) => {
                 let triangles = emitter_triangles(shapes, runs);
-                MeshLight::new(&mut self.tables, &triangles, emission).map(Into::into)
+                MeshLight::new(&mut self.tables, &triangles, radiance).map(Into::into)
             }
             (Primitives::Triangles(runs), Some(texture)) => {
                 self.textured_mesh(shapes, runs, texture)
             }
-            (&Primitives::Sphere(s), None) => Some(sphere_light(shapes, s, emission).into()),
+            (&Primitives::Sphere(s), None) => Some(sphere_light(shapes, s, radiance).into()),
             (&Primitives::Sphere(s), Some(texture)) => {
-                let sphere = sphere_light(shapes, s, emission);
+                let sphere = sphere_light(shapes, s, radiance);
                 Some(self.textured_sphere(shapes.sphere_axes[s], sphere, texture))
             }
-        }
+        }?;
+        if is_hidden { Hidden::of(light).map(Into::into) } else { Some(light) }
     }
 
     fn textured_mesh(

@@ -20,6 +20,8 @@ pub(super) struct Look {
     /// See [`SurfaceRecord::emission`].
     pub(super) emission: Spectrum,
     pub(super) emission_texture: Option<Id<TextureRecord>>,
+    /// Whether rays find nothing of it.
+    pub(super) hidden_emission: bool,
     /// What its textures show of meshes.
     pub(super) shown: ShownColors,
 }
@@ -36,7 +38,14 @@ impl Look {
             Color::Texture(texture) => (Spectrum::ONE, Some(cx.texture(texture))),
         };
         let shown = cx.take_shown();
-        Self { opacity, emission, emission_texture, shown, ..Self::opaque(surface, cx) }
+        Self {
+            opacity,
+            emission,
+            emission_texture,
+            hidden_emission: material.hidden_emission,
+            shown,
+            ..Self::opaque(surface, cx)
+        }
     }
 
     pub(super) fn default_one(cx: &mut Lowering) -> Self {
@@ -61,6 +70,7 @@ impl Look {
             opacity: None,
             emission: Spectrum::ZERO,
             emission_texture: None,
+            hidden_emission: false,
             shown: ShownColors::default(),
         }
     }

@@ -8,6 +8,7 @@ mod directional;
 mod distant_disk;
 pub mod environment;
 mod hemisphere;
+mod hidden;
 pub(crate) mod hosek_wilkie;
 mod ies;
 #[cfg(test)]
@@ -80,6 +81,8 @@ pub struct LightHit {
 pub trait Light {
     /// Whether all light comes from a single direction, so that hitting it has probability 0.
     const DELTA: bool;
+    /// Whether rays that meet it see nothing of it, so that only sampling finds it, though it has an extent.
+    const HIDDEN: bool = false;
     /// Chooses a direction from which light comes, by a map from the unit square. `None` where
     /// the choice is one from which no light comes.
     fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample>;
@@ -174,6 +177,11 @@ macro_rules! lights {
             pub fn is_delta(&self) -> bool {
                 match self { $(Self::$name(_) => <$ty as Light>::DELTA),* }
             }
+            /// See [`Light::HIDDEN`].
+            #[inline(always)]
+            pub fn is_hidden(&self) -> bool {
+                match self { $(Self::$name(_) => <$ty as Light>::HIDDEN),* }
+            }
             /// What it is called.
             pub fn name(&self) -> &'static str {
                 match self { $(Self::$name(_) => stringify!($name)),* }
@@ -245,6 +253,8 @@ lights! {
     ManyLights = tree::ManyLights,
     /// Many lights without extent, one of which is chosen.
     ManyPoints = tree::ManyPoints,
+    /// One with an extent that nobody sees.
+    Hidden = hidden::Hidden,
     /// The upper half of the sky.
     Hemisphere = hemisphere::Hemisphere,
     /// All of the sky.

@@ -2,7 +2,7 @@
 //! computes it; `docs/cs184.md` says where it differs from physics.
 
 use pt_core::bsdf::Bsdf;
-use pt_core::light::LightSample;
+use pt_core::light::{AnyLight, LightSample};
 use pt_core::settings::{DirectLight, Roulette, Settings};
 use pt_math::{Spectrum, Vec3};
 
@@ -36,10 +36,10 @@ impl Rules for Course {
     }
 
     #[inline(always)]
-    fn light_samples(&self, settings: &Settings, delta: bool) -> u32 {
+    fn light_samples(&self, settings: &Settings, light: &AnyLight) -> u32 {
         match settings.direct {
             DirectLight::UniformHemisphere => 0,
-            _ if delta => 1,
+            _ if light.is_delta() => 1,
             _ => settings.light_samples,
         }
     }

@@ -300,6 +300,7 @@ fn material(name: &str, surface: impl Into<Surface>) -> Material {
         name: name.to_owned(),
         surface: surface.into(),
         emission: [0.0; 3].into(),
+        hidden_emission: false,
         opacity: 1.0.into(),
     }
 }
@@ -416,6 +417,7 @@ fn textures_are_read_as_they_were() {
     };
     let material = Material {
         emission: Color::Texture(tinted(levels(17), [8.0, 4.0, 2.0])),
+        hidden_emission: false,
         opacity: Scalar::Texture(texture(grey(255, 255))),
         ..material("paint", surface)
     };

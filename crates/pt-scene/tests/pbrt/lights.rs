@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use pt_math::DVec3;
 use pt_scene::image::SaveOptions;
 use pt_scene::texture::Pattern;
-use pt_scene::{Color, LightKind, Scalar, Scene};
+use pt_scene::{Color, LightKind, Material, Scalar, Scene};
 
 use super::{read, read_all, refusal};
 
@@ -74,6 +74,25 @@ fn what_is_masked_emits_nothing() {
     };
     let Pattern::Product(factors) = &emission.pattern else { panic!("{emission:?}") };
     assert_eq!(factors.as_ref(), &[[2.0, 4.0, 6.0].into(), Color::Texture(opacity.clone())]);
+}
+
+/// A shape of which nothing is there is a light that nobody sees, by a number or a constant texture; of two sheets that
+/// shine as one, one is there as far as the shape is, and the other not at all.
+#[test]
+fn nobody_sees_what_is_not_there() {
+    let light =
+        "AreaLightSource \"diffuse\" \"rgb L\" [2 4 6] \"bool twosided\" true Shape \"disk\"";
+    let nothing = "Texture \"nothing\" \"float\" \"constant\" \"float value\" 0";
+    for alpha in ["\"float alpha\" 0", "\"texture alpha\" \"nothing\""] {
+        let scene = read("", &format!("{nothing} {light} {alpha}"));
+        assert_eq!(radiance(&scene), [2.0, 4.0, 6.0]);
+        let hidden = |m: &Material| m.hidden_emission && m.opacity == 0.0.into();
+        assert!(scene.materials.iter().all(hidden), "{:?}", scene.materials);
+    }
+    let half = read("", &format!("{light} \"float alpha\" .5")).materials;
+    assert_eq!(half.iter().map(|m| &m.opacity).collect::<Vec<_>>(), [&0.5.into(), &0.0.into()]);
+    let shows = |m: &Material| !m.hidden_emission && m.emission == [1.0, 2.0, 3.0].into();
+    assert!(half.iter().all(shows), "{half:?}");
 }
 
 #[test]

@@ -20,7 +20,7 @@ const NORMALS: [Vec3; 4] =
 fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
     let (p, n) = (p.as_dvec3(), n.as_dvec3());
     let level = |s: Spectrum| f64::from(s.luminance());
-    match light {
+    match &light.shown() {
         AnyLight::Point(l) => level(l.intensity) * inverse_square(l.position, p, n),
         AnyLight::Spot(l) => {
             let cos = (p - l.position.as_dvec3()).normalize().dot(l.axis.as_dvec3());
@@ -71,6 +71,7 @@ fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
         }
         // The point of the example.
         AnyLight::ManyPoints(_) => 3.0 * inverse_square(Vec3::new(0.1, 2.5, 0.3), p, n),
+        AnyLight::Hidden(_) => unreachable!("it would be another light if it were seen"),
         AnyLight::ClearSky(l) => {
             irradiance::of_sky(n, 512, |d| level(l.escaped(tables, d.as_vec3())))
         }

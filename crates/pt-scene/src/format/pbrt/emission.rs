@@ -23,9 +23,11 @@ pub(super) struct AreaLight {
 }
 
 impl AreaLight {
-    /// What is emitted by a shape of which this share is there: only what is there emits.
+    /// What is emitted by a shape of which this share is there: only what is there emits. A shape of which nothing is there
+    /// is a light that nobody sees, and emits all.
     pub(super) fn through(self, alpha: &Scalar) -> Color {
         let alpha = match alpha {
+            Input::Value(0.0) => return self.radiance,
             Input::Value(alpha) => Input::Value([*alpha; 3]),
             Input::Texture(texture) => Input::Texture(Arc::clone(texture)),
         };

@@ -406,6 +406,7 @@ impl World {
             name: self.name_of(name),
             surface: surface.cloned().unwrap_or_else(Self::nothing),
             emission: light.map_or(Input::Value([0.0; 3]), |light| light.through(alpha)),
+            hidden_emission: shines && *alpha == Input::Value(0.0),
             opacity,
         };
         let number = self.scene.materials.len() as u32;
