@@ -16,6 +16,7 @@ use pt_testing::{Estimates, z_test};
 use crate::hidden::hidden;
 use crate::media::foggy_room;
 use crate::motion::under_flying_lamps;
+use crate::portal::behind_a_window;
 use crate::reuse::everything;
 use crate::scenes::{Builder, camera, cornell, facing, looking, matte, size, under_a_sky};
 
@@ -91,6 +92,7 @@ fn groups_are_together_the_image() {
         ("sun and sky", under_the_sun()),
         ("lights that nobody sees", hidden(colored())),
         ("many lights that nobody sees", hidden(many(30))),
+        ("skies behind a window", behind_a_window()),
     ];
     for (what, scene) in &scenes {
         for integrator in integrators() {

@@ -32,6 +32,7 @@ mod occlusion;
 mod pbrt;
 mod pictures;
 mod placed;
+mod portal;
 mod replay;
 mod reuse;
 mod scenes;

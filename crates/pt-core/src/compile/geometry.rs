@@ -516,12 +516,11 @@ impl Shapes {
         run: std::ops::Range<usize>,
     ) {
         let known = self.emitters.iter_mut().rev().find(|e| e.surface == surface);
-        match known.map(|e| &mut e.primitives) {
-            Some(Primitives::Triangles(runs)) => runs.push(run),
-            _ => {
-                let primitives = Primitives::Triangles(vec![run]);
-                self.emitters.push(Emitter { surface, emission, primitives });
-            }
+        if let Some(Primitives::Triangles(runs)) = known.map(|e| &mut e.primitives) {
+            runs.push(run);
+        } else {
+            let primitives = Primitives::Triangles(vec![run]);
+            self.emitters.push(Emitter { surface, emission, primitives });
         }
     }
 }

@@ -230,7 +230,7 @@ fn delta_lights_have_no_density() {
         if light.is_delta() {
             assert!(all.windows(2).all(|w| w[0].wi == w[1].wi), "{light:?}");
             let d = random.direction();
-            assert!(light.escaped(tables, d).is_black(), "{light:?}");
+            assert!(light.escaped(tables, lit.p, d).is_black(), "{light:?}");
             assert_eq!(light.pdf(tables, lit, d, None).get(), 0.0, "{light:?}");
         }
     });
@@ -243,7 +243,7 @@ fn the_sky_is_what_is_sampled() {
     for_all(|example, lit, random| {
         let (light, tables) = example;
         for s in samples(example, lit, random, 1000) {
-            let seen = light.escaped(tables, s.wi);
+            let seen = light.escaped(tables, lit.p, s.wi);
             let sky = s.end.is_none() && !light.is_delta();
             assert_eq!(s.end.is_none(), s.distance.is_infinite(), "{light:?}");
             assert_eq!(seen, if sky { s.radiance } else { Spectrum::ZERO }, "{light:?} {}", s.wi);
@@ -251,7 +251,7 @@ fn the_sky_is_what_is_sampled() {
         for _ in 0..1000 {
             let d = random.direction();
             let found = light.pdf(tables, lit, d, None).get() > 0.0;
-            assert!(found || light.escaped(tables, d).is_black(), "{light:?} {d}");
+            assert!(found || light.escaped(tables, lit.p, d).is_black(), "{light:?} {d}");
         }
     });
 }

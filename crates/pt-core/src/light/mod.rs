@@ -19,6 +19,7 @@ mod mesh;
 mod moving;
 mod origins;
 mod point;
+mod portal_sky;
 mod projector;
 mod sphere;
 mod spherical_triangle;
@@ -40,6 +41,7 @@ pub use lit::{Lit, Sides};
 pub use mesh::EmitterTriangle;
 pub use moving::MovingLight;
 pub use origins::{LightOrigin, LightOrigins};
+pub use portal_sky::Portal;
 pub use projector::Slide;
 pub use spot::Falloff;
 pub use sun::LimbDarkening;
@@ -108,11 +110,11 @@ pub trait Light {
     ) -> Pdf<SolidAngle> {
         Pdf::ZERO
     }
-    /// Radiance along a ray that leaves the scene in direction `d`.
-    fn escaped(&self, _tables: &LightTables, _d: Vec3) -> Spectrum {
+    /// Radiance along a ray that leaves `p` in direction `d`, and the scene.
+    fn escaped(&self, _tables: &LightTables, _p: Vec3, _d: Vec3) -> Spectrum {
         Spectrum::ZERO
     }
-    /// Whether [`Self::escaped`] is the same in all directions.
+    /// Whether [`Self::escaped`] is the same everywhere in all directions.
     fn is_even(&self) -> bool {
         false
     }
@@ -153,6 +155,8 @@ pub struct LightTables {
     pub environments: Vec<EnvironmentMap>,
     /// Whether these leave directions to BSDF sampling; see [`EnvironmentMap::compensate`].
     pub compensated: bool,
+    /// Windows before skies.
+    pub portals: Vec<Portal>,
     /// Clear skies.
     pub clear_skies: Vec<ClearSkyModel>,
     /// How suns darken to their rims.
@@ -209,8 +213,8 @@ macro_rules! lights {
             }
             /// See [`Light::escaped`].
             #[inline(always)]
-            pub fn escaped(&self, t: &LightTables, d: Vec3) -> Spectrum {
-                match self { $(Self::$name(l) => l.escaped(t, d)),* }
+            pub fn escaped(&self, t: &LightTables, p: Vec3, d: Vec3) -> Spectrum {
+                match self { $(Self::$name(l) => l.escaped(t, p, d)),* }
             }
             /// See [`Light::is_even`].
             pub fn is_even(&self) -> bool {
@@ -259,6 +263,8 @@ lights! {
     Hemisphere = hemisphere::Hemisphere,
     /// All of the sky.
     Environment = environment::Environment,
+    /// The sky behind a window.
+    PortalSky = portal_sky::PortalSky,
     /// The clear sky by day.
     ClearSky = clear_sky::ClearSky,
 }

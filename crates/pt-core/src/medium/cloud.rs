@@ -104,14 +104,14 @@ mod tests {
         let mut random = Random::new(5);
         let cloud = cloud(0.0, 1.0);
         let mut means = [0.0; 10];
-        for slab in 0..10 {
+        for (slab, mean) in means.iter_mut().enumerate() {
             let heights = [slab, slab + 1].map(|i| i as f32 * 0.1);
             let most = cloud.most(heights);
             for _ in 0..2000 {
                 let y = heights[0] + 0.1 * random.unit();
                 let d = cloud.at(Vec3::new(random.unit(), y, random.unit()));
                 assert!((0.0..=most).contains(&d), "{d} of {most} at {y}");
-                means[slab] += d / 2000.0;
+                *mean += d / 2000.0;
             }
         }
         assert!(means[..3].iter().all(|mean| *mean > 0.7), "{means:?}");

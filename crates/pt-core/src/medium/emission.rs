@@ -56,7 +56,7 @@ impl Heat {
     fn at(&self, p: Vec3) -> Spectrum {
         let kelvin = self.temperature.within(p).map_or(0.0, |p| self.temperature.number(p, 0));
         let place = trig::ln(kelvin / COLDEST) * PER_E;
-        if !(place >= 0.0) {
+        if place.is_nan() || place < 0.0 {
             return Spectrum::ZERO;
         }
         let first = (place as usize).min(self.colors.len() - 2);

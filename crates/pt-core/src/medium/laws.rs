@@ -182,6 +182,7 @@ fn matter_emits_as_it_absorbs() {
 /// outside of its box.
 #[test]
 fn grids_may_glow_in_places() {
+    const STEPS: u32 = 20_000;
     let of = |values: Vec<f32>, resolution| {
         let grid = Arc::new(Grid { resolution, channels: 1, values });
         let (corner, to_unit) = (Vec3::splat(-0.5), Mat3::from_diagonal(Vec3::new(0.8, 0.5, 0.5)));
@@ -207,7 +208,6 @@ fn grids_may_glow_in_places() {
             0.0
         }
     };
-    const STEPS: u32 = 20_000;
     let (ray, mut want) = (ray(), 0.0);
     let length = f64::from(ray.direction.length());
     for i in 0..STEPS {

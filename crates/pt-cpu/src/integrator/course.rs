@@ -25,8 +25,8 @@ impl Rules for Course {
 
     /// Seen by the camera only.
     #[inline(always)]
-    fn sky(&self, cx: Context, _: &State, d: Vec3, bounces: u32, skies: &Skies) -> Spectrum {
-        if bounces == 0 { cx.scene.sky(d, skies) } else { Spectrum::ZERO }
+    fn sky(&self, cx: Context, path: &State, d: Vec3, bounces: u32, skies: &Skies) -> Spectrum {
+        if bounces == 0 { cx.scene.sky(path.origin.p, d, skies) } else { Spectrum::ZERO }
     }
 
     #[inline(always)]

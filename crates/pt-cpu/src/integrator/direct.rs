@@ -233,7 +233,7 @@ impl Requests {
         {
             let l = match hit {
                 Some(hit) => emitted(scene, ray, hit, starts.time(start as usize)),
-                None if hemisphere.sky => scene.sky(ray.direction, &scene.skies),
+                None if hemisphere.sky => scene.sky(ray.origin, ray.direction, &scene.skies),
                 None => Spectrum::ZERO,
             };
             sums.answer(start, value * l, true);
@@ -292,10 +292,8 @@ impl<'a, R: Rules, W: Witness> LightSampling<'a, '_, R, W> {
             if bsdf.is_delta() {
                 continue;
             }
-            let weight = match is_hidden {
-                true => 1.0,
-                false => rules.light_weight(settings, bsdf, sample, self.n),
-            };
+            let weight =
+                if is_hidden { 1.0 } else { rules.light_weight(settings, bsdf, sample, self.n) };
             let p = sample.pdf.map_or(1.0, Pdf::get) * self.n as f32;
             let f = bsdf.eval(sample.wi);
             let value = *beta * f * sample.radiance * (weight / p);

@@ -75,7 +75,8 @@ impl Rules for Path {
         let tables = &scene.light_tables;
         let weighted = |light: &AnyLight| {
             let pdf = light.pdf(tables, &path.origin, d, None);
-            light.escaped(tables, d) * found_weight(settings, path.arrival, Some((light, pdf)))
+            light.escaped(tables, path.origin.p, d)
+                * found_weight(settings, path.arrival, Some((light, pdf)))
         };
         skies.iter().map(|&id| weighted(&scene.lights[id])).sum()
     }

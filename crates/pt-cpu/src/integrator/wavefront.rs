@@ -569,7 +569,7 @@ pub(super) fn escape<W: Witness>(
 ) {
     let scene = cx.scene;
     let l = rules.sky(cx, path, d, bounces, &scene.skies);
-    sums.find(path.target, path.beta * l, || witness::sky(cx, d, l));
+    sums.find(path.target, path.beta * l, || witness::sky(cx, path.origin.p, d, l));
     if W::LISTENS && scene.skies.len() > 1 {
         let of_each = |sky| rules.sky(cx, path, d, bounces, std::slice::from_ref(sky));
         sums.witness.tells_apart(path.target, || scene.skies.iter().map(of_each).collect());

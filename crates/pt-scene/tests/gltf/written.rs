@@ -319,8 +319,8 @@ fn what_gltf_cannot_say_is_told_once() {
         materials: vec![material("paint", matte)],
         objects: vec![sphere(), sphere()],
         lights: vec![
-            light(LightKind::Constant { radiance: [1.0; 3] }),
-            light(LightKind::Constant { radiance: [2.0; 3] }),
+            light(LightKind::Constant { radiance: [1.0; 3], portal: None }),
+            light(LightKind::Constant { radiance: [2.0; 3], portal: None }),
             light(LightKind::Point { intensity: [3.0, 2.0, 0.7] }),
         ],
         settings: pt_scene::FileSettings { spp: Some(4), ..Default::default() },

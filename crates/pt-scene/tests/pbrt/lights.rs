@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use pt_math::DVec3;
 use pt_scene::image::SaveOptions;
 use pt_scene::texture::Pattern;
-use pt_scene::{Color, LightKind, Material, Scalar, Scene};
+use pt_scene::{Color, LightKind, Material, Portal, Scalar, Scene};
 
 use super::{read, read_all, refusal};
 
@@ -95,6 +95,24 @@ fn nobody_sees_what_is_not_there() {
     assert!(half.iter().all(shows), "{half:?}");
 }
 
+/// Its corners stand in the world, whatever the transform.
+#[test]
+fn portals_are_read() {
+    let portal = "\"point3 portal\" [0 0 0 1 0 0 1 2 0 0 2 0]";
+    let text = format!("Translate 1 2 3 LightSource \"infinite\" \"rgb L\" [1 2 3] {portal}");
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 2.0, 0.0], [0.0, 2.0, 0.0]];
+    let portal = Some(Portal { corners });
+    assert_eq!(light(&text).0, LightKind::Constant { radiance: [1.0, 2.0, 3.0], portal });
+    for (bad, message) in [
+        ("\"point3 portal\" [0 0 0 1 0 0 1 2 0]", "expected the four corners of a rectangle"),
+        ("\"point3 portal\" [0 0 0 1 0 0 2 2 0 0 2 0]", "is no rectangle"),
+        ("\"float illuminance\" 2 \"point3 portal\" [0 0 0 1 0 0 1 2 0 0 2 0]", "give its scale"),
+    ] {
+        let found = refusal(&format!("LightSource \"infinite\" {bad}"));
+        assert!(found.contains(message), "{found}");
+    }
+}
+
 #[test]
 fn a_spot_falls_smoothly_with_the_cosine() {
     let text = "LightSource \"spot\" \"point3 from\" [1 2 3] \"point3 to\" [1 2 9] \"float coneangle\" 60 \
@@ -128,7 +146,7 @@ fn the_exposure_multiplies_all_light() {
     let camera = "Camera \"perspective\" \"float shutterclose\" .5";
     let scene = read_all(&format!("Film \"rgb\" \"float iso\" 400 {camera} WorldBegin {world}"));
     assert_eq!(radiance(&scene), [2.0; 3]);
-    let LightKind::Constant { radiance } = scene.lights[0].kind else { panic!("not constant") };
+    let LightKind::Constant { radiance, .. } = scene.lights[0].kind else { panic!("not constant") };
     assert_eq!(radiance, [2.0; 3]);
 }
 

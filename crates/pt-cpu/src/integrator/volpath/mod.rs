@@ -405,10 +405,8 @@ impl<W: Witness> LightSampling<'_, '_, W> {
         let Self { integrator, vertex, path, light_number, u, n, stream, witness } = self;
         let Context { scene, settings } = integrator.context();
         let point = vertex.point();
-        let weight = match is_hidden {
-            true => 1.0,
-            false => sampled_weight(settings, sample, n, |wi| vertex.pdf(wi)),
-        };
+        let weight =
+            if is_hidden { 1.0 } else { sampled_weight(settings, sample, n, |wi| vertex.pdf(wi)) };
         let p = sample.pdf.map_or(1.0, Pdf::get) * n as f32;
         let f = vertex.eval(sample.wi);
         let value = path.state.beta * f * sample.radiance * (weight / p);

@@ -1,6 +1,7 @@
 //! What directives describe, put together to a scene.
 
 use std::collections::{HashMap, HashSet};
+use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -19,6 +20,7 @@ use super::texture::Textures;
 use super::token::{Place, Tokens};
 use super::upsample::Illuminant;
 use super::{camera, film, glow, subsurface};
+use crate::image::Image;
 use crate::material::Embossed;
 use crate::texture::{Input, Scalar};
 use crate::{
@@ -89,6 +91,8 @@ pub(super) struct World {
     made: HashMap<MaterialKey, Vec<(Scalar, u32)>>,
     /// Meshes that were given texture coordinates, kept for their address, and what they became.
     laid_out: HashMap<*const Mesh, (Arc<Mesh>, Arc<Mesh>)>,
+    /// Maps of the sky, by the paths of their files.
+    pub(super) skies: HashMap<PathBuf, Arc<Image>>,
     /// Whole spheres as meshes, by the bits of their radius.
     spheres: HashMap<u64, Arc<Mesh>>,
     file: Span,
@@ -121,6 +125,7 @@ impl World {
             within: HashMap::new(),
             made: HashMap::new(),
             laid_out: HashMap::new(),
+            skies: HashMap::new(),
             spheres: HashMap::new(),
             file,
         }
@@ -491,7 +496,7 @@ fn expose(kind: &mut LightKind, exposure: f32) {
         LightKind::Point { intensity: light }
         | LightKind::Ies { scale: light, .. }
         | LightKind::Directional { irradiance: light }
-        | LightKind::Constant { radiance: light } => *light = light.map(|c| c * exposure),
+        | LightKind::Constant { radiance: light, .. } => *light = light.map(|c| c * exposure),
         LightKind::Environment { scale, .. } => *scale *= exposure,
         _ => {}
     }

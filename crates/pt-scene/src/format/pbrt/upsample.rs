@@ -215,7 +215,7 @@ fn color_of(kind: &LightKind) -> Option<[f32; 3]> {
         LightKind::Point { intensity: light }
         | LightKind::Ies { scale: light, .. }
         | LightKind::Directional { irradiance: light }
-        | LightKind::Constant { radiance: light } => Some(*light),
+        | LightKind::Constant { radiance: light, .. } => Some(*light),
         _ => None,
     }
 }
