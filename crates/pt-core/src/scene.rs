@@ -426,10 +426,10 @@ impl RenderScene {
         self.materials.textures.radiance(texture, &self.parametrization(at, hit, time))
     }
 
-    /// Radiance from these lights of the sky along a ray that leaves the scene in direction `d`.
+    /// Radiance from these lights of the sky along a ray that leaves `p` in direction `d`, and the scene.
     #[inline(always)]
-    pub fn sky(&self, d: Vec3, skies: &[Id<AnyLight>]) -> Spectrum {
-        let radiance = |&id| self.lights[id].escaped(&self.light_tables, d);
+    pub fn sky(&self, p: Vec3, d: Vec3, skies: &[Id<AnyLight>]) -> Spectrum {
+        let radiance = |&id| self.lights[id].escaped(&self.light_tables, p, d);
         skies.iter().map(radiance).sum()
     }
 }

@@ -31,7 +31,7 @@ pub mod texture;
 pub use camera::{Aperture, Camera, Projection};
 pub use error::{LoadError, Warning};
 pub use filter::Filter;
-pub use light::{DaySpan, Daylight, IesProfile, Light, LightKind, Moment, Place, Rows};
+pub use light::{DaySpan, Daylight, IesProfile, Light, LightKind, Moment, Place, Portal, Rows};
 pub use material::{Material, Surface};
 pub use medium::{Medium, Sides};
 pub use mesh::{Attribute, Mesh, Part};

@@ -13,6 +13,9 @@ pub struct Material {
     /// Radiance emitted from the front side (the side on which the corners of a triangle run
     /// counter-clockwise); zero for none.
     pub emission: Color,
+    /// Whether nobody sees what it emits: it lights surfaces and media, but rays that meet it find nothing of
+    /// it, neither from the camera nor from mirrors.
+    pub hidden_emission: bool,
     /// The share of the surface that is there, from 0 to 1: light goes on through the rest as if
     /// there were nothing.
     pub opacity: Scalar,

@@ -160,6 +160,7 @@ const CASES: [Case; 13] = [
                 image: Arc::new(image()),
                 scale: 2.0,
                 rows: Rows::default(),
+                portal: None,
             };
             b.light(kind, looking(DVec3::ZERO, DVec3::NEG_X))
         },

@@ -108,14 +108,24 @@ fn lit_by(x: f32) -> Vec<(&'static str, Scene)> {
     let image = |pixel| Arc::new(Image { width: 2, height: 1, pixels: vec![[1.0; 3], pixel] });
     let kinds = [
         ("hemisphere", LightKind::Hemisphere { radiance: light }),
-        ("constant", LightKind::Constant { radiance: light }),
+        ("constant", LightKind::Constant { radiance: light, portal: None }),
         (
             "environment",
-            LightKind::Environment { image: image(light), scale: 1.0, rows: Rows::default() },
+            LightKind::Environment {
+                image: image(light),
+                scale: 1.0,
+                rows: Rows::default(),
+                portal: None,
+            },
         ),
         (
             "scale of the environment",
-            LightKind::Environment { image: image([1.0; 3]), scale: x, rows: Rows::default() },
+            LightKind::Environment {
+                image: image([1.0; 3]),
+                scale: x,
+                rows: Rows::default(),
+                portal: None,
+            },
         ),
         ("directional", LightKind::Directional { irradiance: light }),
         ("disk", LightKind::DistantDisk { irradiance: light, angular_radius: 5.0 }),

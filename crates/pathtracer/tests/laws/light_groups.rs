@@ -13,8 +13,10 @@ use pt_scene::material::{Plastic, Surface};
 use pt_scene::{Daylight, LightKind, shapes};
 use pt_testing::{Estimates, z_test};
 
+use crate::hidden::hidden;
 use crate::media::foggy_room;
 use crate::motion::under_flying_lamps;
+use crate::portal::behind_a_window;
 use crate::reuse::everything;
 use crate::scenes::{Builder, camera, cornell, facing, looking, matte, size, under_a_sky};
 
@@ -88,6 +90,9 @@ fn groups_are_together_the_image() {
         ("lights of all kinds", colored()),
         ("many lights", many(30)),
         ("sun and sky", under_the_sun()),
+        ("lights that nobody sees", hidden(colored())),
+        ("many lights that nobody sees", hidden(many(30))),
+        ("skies behind a window", behind_a_window()),
     ];
     for (what, scene) in &scenes {
         for integrator in integrators() {

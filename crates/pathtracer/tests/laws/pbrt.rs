@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 use std::sync::Arc;
 
-use pathtracer::{CompileOptions, Image, Session, Settings, Silent, image};
+use pathtracer::{CompileOptions, DirectLight, Image, Session, Settings, Silent, image};
 use pt_math::{DAffine3, DVec3};
 use pt_scene::image::SaveOptions;
 use pt_scene::material::{Conductor, Glass, Masking};
@@ -189,6 +189,70 @@ fn what_scatters_below_its_surface_and_absorbs_nothing_vanishes_before_a_white_s
     }
 }
 
+/// The mean of what is seen of a world through a narrow camera at z = 5, by each estimator of direct light.
+fn seen_by_each(world: &str, spp: u32) -> Vec<f64> {
+    let text = format!(
+        "LookAt 0 0 5  0 0 0  0 1 0
+        Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8 Camera \"perspective\" \"float fov\" 2 PixelFilter \"box\"
+        WorldBegin {world}"
+    );
+    let scene = pt_scene::format::parse(text.as_bytes(), Path::new("world.pbrt")).expect("a scene");
+    let each = [DirectLight::Mis, DirectLight::Light, DirectLight::CosineHemisphere];
+    let seen = |(integrator, direct): (&str, DirectLight)| {
+        let settings = Settings {
+            spp,
+            max_depth: 1,
+            integrator: integrator.into(),
+            direct,
+            ..Settings::default()
+        };
+        let options = CompileOptions { resolution: Some([8; 2]), ..CompileOptions::default() };
+        let mut session = Session::new(&scene, options, settings).expect("it compiles");
+        session.render(0, 16, &Silent).expect("it renders");
+        luminance(mean(&session.image()).map(|c| c as f32))
+    };
+    let of_path = each.map(|direct| seen(("path", direct)));
+    let of_media = [DirectLight::Mis, DirectLight::Light].map(|direct| seen(("volpath", direct)));
+    of_path.into_iter().chain(of_media).collect()
+}
+
+/// A black disk of which 0.3 are there, that emits 2 before a sky of 1, shows 0.3 · 2 + 0.7 · 1: from its front, and from
+/// both sides where both shine.
+#[test]
+fn what_emits_is_seen_as_far_as_it_is_there() {
+    for (sides, turn) in [("false", 0), ("true", 0), ("true", 180)] {
+        let world = format!(
+            "LightSource \"infinite\" Material \"diffuse\" \"rgb reflectance\" [0 0 0] Rotate {turn} 1 0 0
+            AreaLightSource \"diffuse\" \"rgb L\" [2 2 2] \"bool twosided\" {sides} Shape \"disk\" \"float alpha\" .3"
+        );
+        for found in seen_by_each(&world, 256) {
+            assert!((found / 1.3 - 1.0).abs() < 0.02, "{sides} {turn}: {found}");
+        }
+    }
+}
+
+/// Below the middle of a disk of radius 1 at height 1, the irradiance is L π / 2: Lambert's cosine law over its cone. The
+/// disk is half there, or in squares that are there and squares that are not.
+#[test]
+fn what_emits_lights_as_far_as_it_is_there() {
+    let squares =
+        "Texture \"squares\" \"float\" \"checkerboard\" \"float uscale\" 64 \"float vscale\" 64
+        \"float tex1\" 0 \"float tex2\" 1";
+    for alpha in ["\"float alpha\" .5", "\"texture alpha\" \"squares\""] {
+        let world = format!(
+            "{squares} Material \"diffuse\" \"rgb reflectance\" [.8 .8 .8] Shape \"disk\" \"float radius\" .2
+            Material \"diffuse\" \"rgb reflectance\" [0 0 0]
+            AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [4 4 4] Translate 0 0 1 Rotate 180 1 0 0
+            Shape \"disk\" {alpha} \"float innerradius\" .4 AttributeEnd"
+        );
+        // Of the cone of half angle 45°, that through the hole is left out: sin² of its angle.
+        let expected = 0.8 * 0.5 * 4.0 * (0.5 - 0.16 / 1.16);
+        for found in seen_by_each(&world, 1024) {
+            assert!((found / expected - 1.0).abs() < 0.02, "{alpha}: {found} for {expected}");
+        }
+    }
+}
+
 /// What a sky radiates from a direction: all directions differ.
 fn sky(d: DVec3) -> [f32; 3] {
     [1.0 + 0.9 * d.x, 1.0 + 0.9 * d.y, 1.0 + 0.9 * d.z].map(|c| c as f32)
@@ -236,7 +300,7 @@ fn a_square_map_of_the_sky_lights_as_one_in_latitude_and_longitude() {
         sky(turn.transpose() * DVec3::new(-sin * along, cos, sin * across))
     });
     let image = Arc::new(Image { width, height, pixels: pixels.collect() });
-    let kind = LightKind::Environment { image, scale: 2.0, rows: Rows::Between };
+    let kind = LightKind::Environment { image, scale: 2.0, rows: Rows::Between, portal: None };
     let light =
         Light { name: String::new(), to_world: DAffine3::IDENTITY, kind, at: Span::default() };
     let twin = Scene { lights: vec![light], ..scene.clone() };

@@ -58,6 +58,7 @@ fn scene() -> Scene {
         name: String::new(),
         surface: surface.into(),
         emission: [0.0; 3].into(),
+        hidden_emission: false,
         opacity: 1.0.into(),
     });
     let material = Some(scene.materials.len() as u32 - 1);

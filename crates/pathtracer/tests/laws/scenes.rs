@@ -83,6 +83,7 @@ impl Builder {
             name: String::new(),
             surface,
             emission: emission.into(),
+            hidden_emission: false,
             opacity: 1.0.into(),
         });
         vec![Some(self.0.materials.len() as u32 - 1)]
@@ -151,7 +152,10 @@ impl Builder {
     }
 
     pub(crate) fn sky(self, radiance: f32) -> Self {
-        self.light(LightKind::Constant { radiance: [radiance; 3] }, DAffine3::IDENTITY)
+        self.light(
+            LightKind::Constant { radiance: [radiance; 3], portal: None },
+            DAffine3::IDENTITY,
+        )
     }
 
     pub(crate) fn seen_by(mut self, camera: Camera) -> Scene {
@@ -211,7 +215,7 @@ pub(crate) fn under_a_sky() -> Scene {
         (x, y) => [0.05 * f32::from(x), 0.1 * f32::from(y), 0.4],
     });
     let image = Arc::new(Image { width: 16, height: 8, pixels: pixels.collect() });
-    let kind = LightKind::Environment { image, scale: 0.7, rows: Rows::default() };
+    let kind = LightKind::Environment { image, scale: 0.7, rows: Rows::default(), portal: None };
     Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 4.0), matte([0.5; 3]))
         .mesh(shapes::cube(), block(-0.9, 0.4), metal())

@@ -55,7 +55,18 @@ pub(super) struct Shapes {
 /// Primitives that glow together.
 pub(super) struct Emitter {
     pub(super) surface: Id<SurfaceRecord>,
+    pub(super) emission: Emission,
     pub(super) primitives: Primitives,
+}
+
+/// What a surface emits.
+#[derive(Clone, Copy)]
+pub(super) struct Emission {
+    /// See [`SurfaceRecord::emission`].
+    pub(super) radiance: Spectrum,
+    pub(super) texture: Option<Id<TextureRecord>>,
+    /// Whether rays find nothing of it, so that the surface says nothing of it either.
+    pub(super) is_hidden: bool,
 }
 
 /// A run of triangles, or one sphere.
@@ -157,7 +168,8 @@ impl Shapes {
             self.triangle_normals.extend([FLAT; 2]);
         }
         let primitives = Primitives::Triangles(std::iter::once(first..first + 2).collect());
-        self.emitters.push(Emitter { surface, primitives });
+        let emission = Emission { radiance: emission, texture: None, is_hidden: false };
+        self.emitters.push(Emitter { surface, emission, primitives });
     }
 }
 
@@ -257,9 +269,9 @@ impl Collector<'_> {
         }
     }
 
-    /// The surface of a material slot, and whether it glows. Glowing surfaces are made anew for
+    /// The surface of a material slot, and what it emits, if it glows. Glowing surfaces are made anew for
     /// each object, because each is a light of its own, and so are those between media.
-    fn surface(&mut self, object: &Object, slot: u32) -> (Id<SurfaceRecord>, bool) {
+    fn surface(&mut self, object: &Object, slot: u32) -> (Id<SurfaceRecord>, Option<Emission>) {
         let known = self.scene.materials.len();
         let material = object.materials.get(slot as usize).copied().flatten();
         let material = material.filter(|&m| (m as usize) < known);
@@ -268,11 +280,16 @@ impl Collector<'_> {
         let plain = material.map_or(known, |m| m as usize);
         let is_shared = !glows && object.media.is_none();
         if let (true, Some(surface)) = (is_shared, self.plain[plain]) {
-            return (surface, false);
+            return (surface, None);
         }
         let number = material;
         let Look { lobe, two_sided, material, opacity, has_no_back, .. } = look;
-        let Look { emission, emission_texture, .. } = look;
+        let emission = glows.then_some(Emission {
+            radiance: look.emission,
+            texture: look.emission_texture,
+            is_hidden: look.hidden_emission,
+        });
+        let seen = emission.filter(|emission| !emission.is_hidden);
         let record = SurfaceRecord {
             lobe,
             two_sided,
@@ -280,8 +297,8 @@ impl Collector<'_> {
             opacity,
             has_no_back,
             glow: if self.course { Glow::Both } else { Glow::Front },
-            emission,
-            emission_texture,
+            emission: seen.map_or(Spectrum::ZERO, |emission| emission.radiance),
+            emission_texture: seen.and_then(|emission| emission.texture),
             light: None,
         };
         let surface = self.shapes.add_surface(record, number);
@@ -291,7 +308,7 @@ impl Collector<'_> {
         if let Some(sides) = object.media {
             self.shapes.sides.push((surface, sides, object.at.clone()));
         }
-        (surface, glows)
+        (surface, emission)
     }
 
     fn add_mesh(
@@ -318,19 +335,19 @@ impl Collector<'_> {
     fn add_parts(&mut self, object: &Object, mesh: &Mesh, first: usize) {
         let whole = [Part { triangles: 0..mesh.triangles.len() as u32, slot: 0 }];
         let parts = if mesh.parts.is_empty() { &whole[..] } else { &mesh.parts };
-        let mut by_slot: Vec<(u32, Id<SurfaceRecord>, bool)> = Vec::new();
+        let mut by_slot: Vec<(u32, Id<SurfaceRecord>, Option<Emission>)> = Vec::new();
         for part in parts {
             let known = by_slot.iter().find(|(slot, ..)| *slot == part.slot).copied();
-            let (_, surface, glows) = known.unwrap_or_else(|| {
-                let (surface, glows) = self.surface(object, part.slot);
-                by_slot.push((part.slot, surface, glows));
-                (part.slot, surface, glows)
+            let (_, surface, emission) = known.unwrap_or_else(|| {
+                let (surface, emission) = self.surface(object, part.slot);
+                by_slot.push((part.slot, surface, emission));
+                (part.slot, surface, emission)
             });
             let start = self.shapes.triangle_surface.len();
             let end = (first + part.triangles.end as usize).min(self.shapes.triangles.len());
             self.shapes.triangle_surface.resize(end.max(start), surface);
-            if glows {
-                self.shapes.glow(surface, start..end.max(start));
+            if let Some(emission) = emission {
+                self.shapes.glow(surface, emission, start..end.max(start));
             }
         }
         let fallback = self.surface(object, u32::MAX).0;
@@ -479,14 +496,14 @@ impl Collector<'_> {
                     .into(),
             });
         }
-        let (surface, glows) = self.surface(object, 0);
+        let (surface, emission) = self.surface(object, 0);
         let index = self.shapes.spheres.len();
         self.shapes.spheres.push(sphere);
         self.shapes.sphere_axes.push((to_world.matrix3 * scale.recip()).as_mat3());
         self.shapes.sphere_surface.push(surface);
-        if glows {
+        if let Some(emission) = emission {
             let primitives = Primitives::Sphere(index);
-            self.shapes.emitters.push(Emitter { surface, primitives });
+            self.shapes.emitters.push(Emitter { surface, emission, primitives });
         }
         Ok(())
     }
@@ -494,13 +511,18 @@ impl Collector<'_> {
 
 impl Shapes {
     /// Notes that triangles glow.
-    fn glow(&mut self, surface: Id<SurfaceRecord>, run: std::ops::Range<usize>) {
+    fn glow(
+        &mut self,
+        surface: Id<SurfaceRecord>,
+        emission: Emission,
+        run: std::ops::Range<usize>,
+    ) {
         let known = self.emitters.iter_mut().rev().find(|e| e.surface == surface);
-        match known.map(|e| &mut e.primitives) {
-            Some(Primitives::Triangles(runs)) => runs.push(run),
-            _ => self
-                .emitters
-                .push(Emitter { surface, primitives: Primitives::Triangles(vec![run]) }),
+        if let Some(Primitives::Triangles(runs)) = known.map(|e| &mut e.primitives) {
+            runs.push(run);
+        } else {
+            let primitives = Primitives::Triangles(vec![run]);
+            self.emitters.push(Emitter { surface, emission, primitives });
         }
     }
 }

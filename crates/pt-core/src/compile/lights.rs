@@ -7,18 +7,17 @@ use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, trig};
 use pt_scene::image::Image;
 use pt_scene::{DaySpan, Daylight, Light as Node, LightKind, Rows, Scene};
 
-use super::geometry::{Emitter, Primitives, Shapes, is_similarity};
+use super::geometry::{Emission, Emitter, Primitives, Shapes, is_similarity};
 use super::many_lights::sphere_light;
 use super::placed::MOST_MOVING_LIGHTS;
 use super::{CompileError, emission};
 use crate::id::{Id, Table};
 use crate::light::{
     AnyLight, ClearSky, ClearSkyModel, Directional, DistantDisk, EmitterTriangle, Environment,
-    EnvironmentMap, Falloff, Hemisphere, Ies, LightOrigins, LightTables, LimbDarkening, MeshLight,
-    PlacedMap, Point, Projector, SphereLight, Spot, Sun, TexturedMesh, TexturedSphere,
-    hosek_wilkie, mean_daylight,
+    EnvironmentMap, Falloff, Hemisphere, Hidden, Ies, LightOrigins, LightTables, LimbDarkening,
+    MeshLight, PlacedMap, Point, Portal, PortalSky, Projector, SphereLight, Spot, Sun,
+    TexturedMesh, TexturedSphere, hosek_wilkie, mean_daylight,
 };
-use crate::scene::SurfaceRecord;
 use crate::texture::TextureRecord;
 
 /// All lights.
@@ -36,6 +35,24 @@ impl Lights {
     fn add_sky(&mut self, light: impl Into<AnyLight>) {
         let id = self.table.push(light.into());
         self.skies.push(id);
+    }
+
+    /// Adds a sky whose light arrives through a portal, if it has one.
+    fn add_sky_behind(
+        &mut self,
+        portal: Option<pt_scene::Portal>,
+        metres: f64,
+        sky: Environment,
+    ) -> Result<(), String> {
+        let Some(portal) = portal else {
+            self.add_sky(sky);
+            return Ok(());
+        };
+        let [corner, e1, e2] = portal.edges()?.map(|v| v * metres);
+        let number = self.tables.portals.len() as u32;
+        self.tables.portals.push(Portal::new(corner, e1, e2));
+        self.add_sky(PortalSky { sky, portal: number });
+        Ok(())
     }
 
     /// Adds the light nodes of the scene.
@@ -58,7 +75,7 @@ impl Lights {
                     node.name
                 ));
             } else {
-                self.add_node(node, number, to_world, shapes, notes)?;
+                self.add_node(node, number, (to_world, metres), shapes, notes)?;
                 if matches!(node.kind, LightKind::Area { .. }) {
                     self.origins.squares.push(number as u32);
                 }
@@ -72,7 +89,7 @@ impl Lights {
         &mut self,
         node: &Node,
         number: usize,
-        to_world: DAffine3,
+        (to_world, metres): (DAffine3, f64),
         shapes: &mut Shapes,
         notes: &mut Vec<String>,
     ) -> Result<(), CompileError> {
@@ -80,19 +97,26 @@ impl Lights {
         let position = to_world.translation.as_vec3();
         let axis = (-to_world.matrix3.z_axis).normalize_or_zero().as_vec3();
         match node.kind {
-            LightKind::Environment { ref image, scale, rows } => {
+            LightKind::Environment { ref image, scale, rows, portal } => {
                 image.check_radiance().map_err(|e| error(format!("the image of the sky: {e}")))?;
                 let turn = orthogonal(to_world.matrix3).ok_or_else(|| {
                     error("the transformation of a sky may only turn, mirror and scale".into())
                 })?;
-                let map = EnvironmentMap::of_image(Arc::clone(image), rows);
-                self.add_map(map, Spectrum::splat(scale), turn);
+                let known = self.tables.environments.iter().position(|m| m.is_of(image, rows));
+                let index = known.map_or_else(
+                    || self.push_map(EnvironmentMap::of_image(Arc::clone(image), rows)),
+                    |index| index as u32,
+                );
+                let map = Some(PlacedMap { index, to_world: turn });
+                let sky = Environment { radiance: Spectrum::splat(scale), map };
+                self.add_sky_behind(portal, metres, sky).map_err(error)?;
             }
             LightKind::Hemisphere { radiance } => {
                 self.add_sky(Hemisphere { radiance: radiance.into() });
             }
-            LightKind::Constant { radiance } => {
-                self.add_sky(Environment { radiance: radiance.into(), map: None });
+            LightKind::Constant { radiance, portal } => {
+                let sky = Environment { radiance: radiance.into(), map: None };
+                self.add_sky_behind(portal, metres, sky).map_err(error)?;
             }
             LightKind::Directional { irradiance } => {
                 let light = Directional { to_light: -axis, irradiance: irradiance.into() };
@@ -293,21 +317,22 @@ impl Lights {
 
     /// The light of a glowing shape; `None` if it has no area.
     fn emissive(&mut self, shapes: &Shapes, emitter: &Emitter) -> Option<AnyLight> {
-        let SurfaceRecord { emission, emission_texture, .. } = shapes.surfaces[emitter.surface];
-        match (&emitter.primitives, emission_texture) {
+        let Emission { radiance, texture, is_hidden } = emitter.emission;
+        let light = match (&emitter.primitives, texture) {
             (Primitives::Triangles(runs), None) => {
                 let triangles = emitter_triangles(shapes, runs);
-                MeshLight::new(&mut self.tables, &triangles, emission).map(Into::into)
+                MeshLight::new(&mut self.tables, &triangles, radiance).map(Into::into)
             }
             (Primitives::Triangles(runs), Some(texture)) => {
                 self.textured_mesh(shapes, runs, texture)
             }
-            (&Primitives::Sphere(s), None) => Some(sphere_light(shapes, s, emission).into()),
+            (&Primitives::Sphere(s), None) => Some(sphere_light(shapes, s, radiance).into()),
             (&Primitives::Sphere(s), Some(texture)) => {
-                let sphere = sphere_light(shapes, s, emission);
+                let sphere = sphere_light(shapes, s, radiance);
                 Some(self.textured_sphere(shapes.sphere_axes[s], sphere, texture))
             }
-        }
+        }?;
+        if is_hidden { Hidden::of(light).map(Into::into) } else { Some(light) }
     }
 
     fn textured_mesh(
@@ -340,9 +365,14 @@ impl Lights {
         }
     }
 
-    fn add_map(&mut self, map: EnvironmentMap, radiance: Spectrum, to_world: Mat3) {
-        let index = self.tables.environments.len() as u32;
+    /// Enters a map, whose number this is.
+    fn push_map(&mut self, map: EnvironmentMap) -> u32 {
         self.tables.environments.push(map);
+        self.tables.environments.len() as u32 - 1
+    }
+
+    fn add_map(&mut self, map: EnvironmentMap, radiance: Spectrum, to_world: Mat3) {
+        let index = self.push_map(map);
         self.add_sky(Environment { radiance, map: Some(PlacedMap { index, to_world }) });
     }
 
@@ -531,6 +561,7 @@ mod tests {
             image: Arc::new(pt_scene::image::Image { width, height: 1, pixels: vec![pixel; 2] }),
             scale: 1.0,
             rows: Rows::default(),
+            portal: None,
         };
         let skewed = DAffine3::from_mat3(DMat3::from_cols(DVec3::X, DVec3::ONE, DVec3::Z));
         let cases = [

@@ -22,6 +22,8 @@ pub(super) struct Look {
     /// See [`SurfaceRecord::emission`].
     pub(super) emission: Spectrum,
     pub(super) emission_texture: Option<Id<TextureRecord>>,
+    /// Whether rays find nothing of it.
+    pub(super) hidden_emission: bool,
     /// What its textures show of meshes.
     pub(super) shown: ShownColors,
 }
@@ -38,9 +40,15 @@ impl Look {
             Color::Texture(texture) => (Spectrum::ONE, Some(cx.texture(texture))),
         };
         let shown = cx.take_shown();
-        let has_no_back = material.surface.has_no_back();
-        let opaque = Self::opaque(surface, cx);
-        Self { opacity, has_no_back, emission, emission_texture, shown, ..opaque }
+        Self {
+            opacity,
+            has_no_back: material.surface.has_no_back(),
+            emission,
+            emission_texture,
+            hidden_emission: material.hidden_emission,
+            shown,
+            ..Self::opaque(surface, cx)
+        }
     }
 
     pub(super) fn default_one(cx: &mut Lowering) -> Self {
@@ -66,6 +74,7 @@ impl Look {
             has_no_back: false,
             emission: Spectrum::ZERO,
             emission_texture: None,
+            hidden_emission: false,
             shown: ShownColors::default(),
         }
     }

@@ -7,8 +7,7 @@ use super::geometry::{Emitter, Primitives, Shapes};
 use super::lights::{Lights, emitter_triangles};
 use crate::id::{Id, Table};
 use crate::light::tree::{LightTree, TreeLight, is_bounded};
-use crate::light::{AnyLight, ManyLights, ManyPoints, SphereLight};
-use crate::scene::SurfaceRecord;
+use crate::light::{AnyLight, Hidden, ManyLights, ManyPoints, SphereLight};
 
 /// Beyond how many triangles of lights, for each that lights may be single, a tree chooses among
 /// them.
@@ -17,16 +16,17 @@ const TRIANGLES_PER_LIGHT: usize = 8;
 /// What becomes of the lights.
 struct Plan {
     extended: Vec<(TreeLight, Option<u32>)>,
+    hidden: Vec<(TreeLight, Option<u32>)>,
     points: Vec<(TreeLight, Option<u32>)>,
 }
 
 impl Lights {
     /// Where lights in the scene are more than `most`, or the triangles of one of them are many, puts
-    /// them into trees, from which one is chosen at a time: one tree of those that have an extent, and
-    /// one of those that have none.
+    /// them into trees, from which one is chosen at a time: one tree of those that have an extent, one of
+    /// those of them that nobody sees, and one of those that have none.
     pub(super) fn plant_trees(&mut self, shapes: &mut Shapes, most: usize) {
-        let Plan { extended, points } = self.plan(shapes, most);
-        if extended.is_empty() && points.is_empty() {
+        let Plan { extended, hidden, points } = self.plan(shapes, most);
+        if extended.is_empty() && hidden.is_empty() && points.is_empty() {
             return;
         }
         let plants_points = !points.is_empty();
@@ -37,7 +37,8 @@ impl Lights {
             if is_point(light) {
                 !points.is_empty()
             } else {
-                !extended.is_empty() && emits[id.index()]
+                let tree = if light.is_hidden() { &hidden } else { &extended };
+                !tree.is_empty() && emits[id.index()]
             }
         };
         let mut table = Table::default();
@@ -46,17 +47,20 @@ impl Lights {
         for sky in &mut self.skies {
             *sky = moved[sky.index()].expect("skies are in no tree");
         }
-        let mut all = None;
-        if !extended.is_empty() {
-            all = Some(table.push(ManyLights { tree: self.plant(extended) }.into()));
+        if !extended.is_empty() || !hidden.is_empty() {
             self.tables.triangles.clear();
             self.tables.triangle_choice.clear();
         }
+        let mut plant =
+            |lights: Vec<_>| (!lights.is_empty()).then(|| ManyLights { tree: self.plant(lights) });
+        let all = plant(extended).map(|many| table.push(many.into()));
+        let all_hidden = plant(hidden).map(|many| table.push(Hidden::ManyLights(many).into()));
         if !points.is_empty() {
             table.push(ManyPoints { tree: self.plant(points) }.into());
         }
         for emitter in &shapes.emitters {
             let light = &mut shapes.surfaces[emitter.surface].light;
+            let all = if emitter.emission.is_hidden { all_hidden } else { all };
             *light = light.and_then(|old| moved[old.index()].or(all));
         }
         self.follow_origins(&moved, table.as_slice().len(), plants_points);
@@ -84,18 +88,23 @@ impl Lights {
 
     /// Which lights go into trees.
     fn plan(&self, shapes: &Shapes, most: usize) -> Plan {
-        let mut extended: Vec<_> =
-            shapes.emitters.iter().flat_map(|e| self.tree_lights(shapes, e)).collect();
-        let many_triangles = extended.len() > most.saturating_mul(TRIANGLES_PER_LIGHT);
+        let of = |is_hidden: bool| {
+            let emitters = shapes.emitters.iter().filter(|e| e.emission.is_hidden == is_hidden);
+            emitters.flat_map(|e| self.tree_lights(shapes, e)).collect()
+        };
+        let [mut extended, mut hidden]: [Vec<_>; 2] = [false, true].map(of);
+        let triangles = extended.len() + hidden.len();
+        let many_triangles = triangles > most.saturating_mul(TRIANGLES_PER_LIGHT);
         if shapes.emitters.len() <= most && !many_triangles {
             extended.clear();
+            hidden.clear();
         }
         let all = self.table.as_slice().iter().filter(|light| is_point(light));
         let mut points: Vec<_> = all.map(|light| (TreeLight::Other(*light), None)).collect();
         if points.len() <= most {
             points.clear();
         }
-        Plan { extended, points }
+        Plan { extended, hidden, points }
     }
 
     /// The number of a new tree.
@@ -107,15 +116,16 @@ impl Lights {
 
     /// The lights of an emitter and the primitives that they are.
     fn tree_lights(&self, shapes: &Shapes, emitter: &Emitter) -> Vec<(TreeLight, Option<u32>)> {
-        let SurfaceRecord { light, emission, .. } = shapes.surfaces[emitter.surface];
-        let Some(light) = light.map(|id| self.table[id]) else { return Vec::new() };
+        let light = shapes.surfaces[emitter.surface].light;
+        let Some(light) = light.map(|id| self.table[id].shown()) else { return Vec::new() };
+        let radiance = emitter.emission.radiance;
         match &emitter.primitives {
             Primitives::Triangles(runs) => {
                 let numbers = runs.iter().flat_map(Clone::clone).map(|i| Some(i as u32));
                 let triangles = emitter_triangles(shapes, runs).into_iter().zip(0..);
                 let tree_light = |(t, i)| match light {
                     AnyLight::TexturedMesh(mesh) => TreeLight::Textured(t, mesh.textured + i),
-                    _ => TreeLight::Triangle(t, emission),
+                    _ => TreeLight::Triangle(t, radiance),
                 };
                 let lights = triangles.zip(numbers).filter(|((t, _), _)| t.area() > 0.0);
                 lights.map(|(triangle, number)| (tree_light(triangle), number)).collect()

@@ -191,7 +191,8 @@ impl PlacedShapes {
         }
         let count = self.lights.len();
         if count > MOST_MOVING_LIGHTS {
-            self.lights.clear();
+            // Nothing finds those that nobody sees by chance.
+            self.lights.retain(|moving| moving.light.is_hidden());
         }
         count
     }

@@ -126,7 +126,7 @@ impl Light for ClearSky {
             wi,
             distance: f32::INFINITY,
             end: None,
-            radiance: self.escaped(tables, wi),
+            radiance: self.escaped(tables, lit.p, wi),
             pdf: Some(pdf),
         })
     }
@@ -137,7 +137,7 @@ impl Light for ClearSky {
     }
 
     #[inline]
-    fn escaped(&self, tables: &LightTables, d: Vec3) -> Spectrum {
+    fn escaped(&self, tables: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
         self.of(tables).radiance(self.local(d))
     }
 

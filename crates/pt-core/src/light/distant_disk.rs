@@ -67,7 +67,7 @@ impl Light for DistantDisk {
     }
 
     #[inline]
-    fn escaped(&self, _: &LightTables, d: Vec3) -> Spectrum {
+    fn escaped(&self, _: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
         if self.contains(d) { self.radiance } else { Spectrum::ZERO }
     }
 

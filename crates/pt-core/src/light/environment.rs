@@ -68,6 +68,12 @@ impl EnvironmentMap {
         self.rows
     }
 
+    /// Whether it is of this very image, whose rows lie so.
+    pub(crate) fn is_of(&self, image: &Arc<Image>, rows: Rows) -> bool {
+        let rows = if image.height == 1 { Rows::Between } else { rows };
+        Arc::ptr_eq(&self.image, image) && self.rows == rows
+    }
+
     /// From an image whose rows lie as told.
     pub fn of_image(image: Arc<Image>, rows: Rows) -> Self {
         // One row is the same everywhere.
@@ -198,11 +204,18 @@ pub(super) fn to_direction([x, y]: [f32; 2]) -> (Vec3, f32) {
     (Vec3::new(-sin * cos_phi, cos, sin * sin_phi), sin)
 }
 
+impl Environment {
+    /// Whether directions are drawn by the light of a map, which has some.
+    pub(super) fn is_sampled_by_map(&self, tables: &LightTables) -> bool {
+        self.map.is_some_and(|placed| placed.of(tables).density.is_some())
+    }
+}
+
 impl Light for Environment {
     const DELTA: bool = false;
 
     #[inline]
-    fn sample(&self, tables: &LightTables, _: &Lit, u: [f32; 2]) -> Option<LightSample> {
+    fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
         let at_infinity = |wi, radiance, pdf| LightSample {
             wi,
             distance: f32::INFINITY,
@@ -216,7 +229,7 @@ impl Light for Environment {
         };
         let (d, pdf) = placed.of(tables).sample(u)?;
         let wi = placed.to_world * d;
-        Some(at_infinity(wi, self.escaped(tables, wi), pdf))
+        Some(at_infinity(wi, self.escaped(tables, lit.p, wi), pdf))
     }
 
     #[inline]
@@ -228,7 +241,7 @@ impl Light for Environment {
     }
 
     #[inline]
-    fn escaped(&self, tables: &LightTables, d: Vec3) -> Spectrum {
+    fn escaped(&self, tables: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
         match &self.map {
             None => self.radiance,
             Some(placed) => placed.of(tables).radiance(placed.local(d)) * self.radiance,

@@ -35,7 +35,7 @@ impl Light for Hemisphere {
     }
 
     #[inline]
-    fn escaped(&self, _: &LightTables, d: Vec3) -> Spectrum {
+    fn escaped(&self, _: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
         if d.y > 0.0 { self.radiance } else { Spectrum::ZERO }
     }
 

@@ -44,7 +44,7 @@ fn all_lights() -> Vec<Example> {
 /// Points that are lit: for lights that ask for the surface, also on some that face them, are turned half
 /// away, and let light through.
 fn lit_points((light, _): &Example) -> Vec<Lit> {
-    let surfaces: &[(Vec3, bool)] = match light {
+    let surfaces: &[(Vec3, bool)] = match light.shown() {
         AnyLight::ManyLights(_) | AnyLight::ManyPoints(_) => &[
             (Vec3::Y, false),
             (Vec3::new(0.8, 0.0, -0.6), false),
@@ -77,7 +77,7 @@ const DIRECTION_ERROR: f64 = 2e-7;
 /// Rims are moved outwards by what rounding of the direction may cost. So there may be several in a tree.
 fn hits((light, tables): &Example, p: Vec3, wi: Vec3) -> Vec<LightHit> {
     let (p, d) = (p.as_dvec3(), wi.as_dvec3().normalize());
-    let hit = match light {
+    let hit = match &light.shown() {
         AnyLight::Mesh(_) => tables.triangles.iter().find_map(|t| hit_triangle(t, p, d)),
         AnyLight::TexturedMesh(_) => {
             tables.triangles.iter().zip(&tables.textured_triangles).find_map(|(t, laid)| {
@@ -149,8 +149,10 @@ fn densities(example: &Example, lit: &Lit, wi: Vec3) -> Vec<f32> {
     use AnyLight::{ManyLights, Mesh, Sphere, TexturedMesh, TexturedSphere};
     let (light, tables) = example;
     let hits = hits(example, lit.p, wi);
-    let has_geometry =
-        matches!(light, Mesh(_) | Sphere(_) | TexturedMesh(_) | TexturedSphere(_) | ManyLights(_));
+    let has_geometry = matches!(
+        light.shown(),
+        Mesh(_) | Sphere(_) | TexturedMesh(_) | TexturedSphere(_) | ManyLights(_)
+    );
     let of = |hit| light.pdf(tables, lit, wi, hit).get();
     if has_geometry { hits.into_iter().map(|hit| of(Some(hit))).collect() } else { vec![of(None)] }
 }
@@ -228,7 +230,7 @@ fn delta_lights_have_no_density() {
         if light.is_delta() {
             assert!(all.windows(2).all(|w| w[0].wi == w[1].wi), "{light:?}");
             let d = random.direction();
-            assert!(light.escaped(tables, d).is_black(), "{light:?}");
+            assert!(light.escaped(tables, lit.p, d).is_black(), "{light:?}");
             assert_eq!(light.pdf(tables, lit, d, None).get(), 0.0, "{light:?}");
         }
     });
@@ -241,7 +243,7 @@ fn the_sky_is_what_is_sampled() {
     for_all(|example, lit, random| {
         let (light, tables) = example;
         for s in samples(example, lit, random, 1000) {
-            let seen = light.escaped(tables, s.wi);
+            let seen = light.escaped(tables, lit.p, s.wi);
             let sky = s.end.is_none() && !light.is_delta();
             assert_eq!(s.end.is_none(), s.distance.is_infinite(), "{light:?}");
             assert_eq!(seen, if sky { s.radiance } else { Spectrum::ZERO }, "{light:?} {}", s.wi);
@@ -249,7 +251,7 @@ fn the_sky_is_what_is_sampled() {
         for _ in 0..1000 {
             let d = random.direction();
             let found = light.pdf(tables, lit, d, None).get() > 0.0;
-            assert!(found || light.escaped(tables, d).is_black(), "{light:?} {d}");
+            assert!(found || light.escaped(tables, lit.p, d).is_black(), "{light:?} {d}");
         }
     });
 }
@@ -272,7 +274,7 @@ fn samples_point_at_the_light() {
 /// How far a point lies in front of the glowing surface that it belongs to; in `f64`.
 fn in_front((light, tables): &Example, end: Vec3) -> f64 {
     let end = end.as_dvec3();
-    match light {
+    match &light.shown() {
         AnyLight::Mesh(_) | AnyLight::TexturedMesh(_) => {
             let height = |t: &EmitterTriangle| {
                 let n = t.e1.as_dvec3().cross(t.e2.as_dvec3()).normalize();

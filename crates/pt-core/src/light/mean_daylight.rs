@@ -70,7 +70,7 @@ pub(crate) fn sun(span: &DaySpan, tables: &LightTables, sun_at: impl Fn(DVec3) -
         for j in 0..count {
             let u = [j % POINTS, j / POINTS].map(|k| (k as f32 + 0.5) / POINTS as f32);
             let d = frame.to_world(warp::uniform_cone(u, sun.disk.one_minus_cos));
-            let radiance = sun.escaped(tables, d);
+            let radiance = sun.escaped(tables, Vec3::ZERO, d);
             if !radiance.is_black() {
                 add(d, radiance * share);
             }

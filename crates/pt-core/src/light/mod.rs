@@ -8,6 +8,7 @@ mod directional;
 mod distant_disk;
 pub mod environment;
 mod hemisphere;
+mod hidden;
 pub(crate) mod hosek_wilkie;
 mod ies;
 #[cfg(test)]
@@ -18,6 +19,7 @@ mod mesh;
 mod moving;
 mod origins;
 mod point;
+mod portal_sky;
 mod projector;
 mod sphere;
 mod spherical_triangle;
@@ -39,6 +41,7 @@ pub use lit::{Lit, Sides};
 pub use mesh::EmitterTriangle;
 pub use moving::MovingLight;
 pub use origins::{LightOrigin, LightOrigins};
+pub use portal_sky::Portal;
 pub use projector::Slide;
 pub use spot::Falloff;
 pub use sun::LimbDarkening;
@@ -80,6 +83,8 @@ pub struct LightHit {
 pub trait Light {
     /// Whether all light comes from a single direction, so that hitting it has probability 0.
     const DELTA: bool;
+    /// Whether rays that meet it see nothing of it, so that only sampling finds it, though it has an extent.
+    const HIDDEN: bool = false;
     /// Chooses a direction from which light comes, by a map from the unit square. `None` where
     /// the choice is one from which no light comes.
     fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample>;
@@ -105,11 +110,11 @@ pub trait Light {
     ) -> Pdf<SolidAngle> {
         Pdf::ZERO
     }
-    /// Radiance along a ray that leaves the scene in direction `d`.
-    fn escaped(&self, _tables: &LightTables, _d: Vec3) -> Spectrum {
+    /// Radiance along a ray that leaves `p` in direction `d`, and the scene.
+    fn escaped(&self, _tables: &LightTables, _p: Vec3, _d: Vec3) -> Spectrum {
         Spectrum::ZERO
     }
-    /// Whether [`Self::escaped`] is the same in all directions.
+    /// Whether [`Self::escaped`] is the same everywhere in all directions.
     fn is_even(&self) -> bool {
         false
     }
@@ -150,6 +155,8 @@ pub struct LightTables {
     pub environments: Vec<EnvironmentMap>,
     /// Whether these leave directions to BSDF sampling; see [`EnvironmentMap::compensate`].
     pub compensated: bool,
+    /// Windows before skies.
+    pub portals: Vec<Portal>,
     /// Clear skies.
     pub clear_skies: Vec<ClearSkyModel>,
     /// How suns darken to their rims.
@@ -173,6 +180,11 @@ macro_rules! lights {
             #[inline(always)]
             pub fn is_delta(&self) -> bool {
                 match self { $(Self::$name(_) => <$ty as Light>::DELTA),* }
+            }
+            /// See [`Light::HIDDEN`].
+            #[inline(always)]
+            pub fn is_hidden(&self) -> bool {
+                match self { $(Self::$name(_) => <$ty as Light>::HIDDEN),* }
             }
             /// What it is called.
             pub fn name(&self) -> &'static str {
@@ -201,8 +213,8 @@ macro_rules! lights {
             }
             /// See [`Light::escaped`].
             #[inline(always)]
-            pub fn escaped(&self, t: &LightTables, d: Vec3) -> Spectrum {
-                match self { $(Self::$name(l) => l.escaped(t, d)),* }
+            pub fn escaped(&self, t: &LightTables, p: Vec3, d: Vec3) -> Spectrum {
+                match self { $(Self::$name(l) => l.escaped(t, p, d)),* }
             }
             /// See [`Light::is_even`].
             pub fn is_even(&self) -> bool {
@@ -245,10 +257,14 @@ lights! {
     ManyLights = tree::ManyLights,
     /// Many lights without extent, one of which is chosen.
     ManyPoints = tree::ManyPoints,
+    /// One with an extent that nobody sees.
+    Hidden = hidden::Hidden,
     /// The upper half of the sky.
     Hemisphere = hemisphere::Hemisphere,
     /// All of the sky.
     Environment = environment::Environment,
+    /// The sky behind a window.
+    PortalSky = portal_sky::PortalSky,
     /// The clear sky by day.
     ClearSky = clear_sky::ClearSky,
 }

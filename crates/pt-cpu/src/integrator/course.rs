@@ -2,7 +2,7 @@
 //! computes it; `docs/cs184.md` says where it differs from physics.
 
 use pt_core::bsdf::Bsdf;
-use pt_core::light::LightSample;
+use pt_core::light::{AnyLight, LightSample};
 use pt_core::settings::{DirectLight, Roulette, Settings};
 use pt_math::{Spectrum, Vec3};
 
@@ -25,8 +25,8 @@ impl Rules for Course {
 
     /// Seen by the camera only.
     #[inline(always)]
-    fn sky(&self, cx: Context, _: &State, d: Vec3, bounces: u32, skies: &Skies) -> Spectrum {
-        if bounces == 0 { cx.scene.sky(d, skies) } else { Spectrum::ZERO }
+    fn sky(&self, cx: Context, path: &State, d: Vec3, bounces: u32, skies: &Skies) -> Spectrum {
+        if bounces == 0 { cx.scene.sky(path.origin.p, d, skies) } else { Spectrum::ZERO }
     }
 
     #[inline(always)]
@@ -36,10 +36,10 @@ impl Rules for Course {
     }
 
     #[inline(always)]
-    fn light_samples(&self, settings: &Settings, delta: bool) -> u32 {
+    fn light_samples(&self, settings: &Settings, light: &AnyLight) -> u32 {
         match settings.direct {
             DirectLight::UniformHemisphere => 0,
-            _ if delta => 1,
+            _ if light.is_delta() => 1,
             _ => settings.light_samples,
         }
     }

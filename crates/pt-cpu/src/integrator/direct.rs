@@ -116,7 +116,7 @@ impl Requests {
         let scene = tracer.scene;
         let mut pair = 0u32;
         for (number, light) in scene.lights.as_slice().iter().enumerate() {
-            let n = asking.rules.light_samples(asking.settings, light.is_delta());
+            let n = asking.rules.light_samples(asking.settings, light);
             for _ in 0..n {
                 let numbers = asking.numbers.pair(pair);
                 pair = pair.wrapping_add(1);
@@ -130,7 +130,7 @@ impl Requests {
             }
         }
         for (number, light) in scene.moving_lights().iter().enumerate() {
-            let n = asking.rules.light_samples(asking.settings, false);
+            let n = asking.rules.light_samples(asking.settings, &light.light);
             for _ in 0..n {
                 let numbers = &asking.numbers.pair(pair);
                 pair = pair.wrapping_add(1);
@@ -145,7 +145,7 @@ impl Requests {
                 let points = sampling.points();
                 sampling.requests.samples.clear();
                 sampling.requests.samples.extend(points.map(sample));
-                sampling.ask();
+                sampling.ask(light.light.is_hidden());
                 self.answer_many(tracer, starts, sums);
             }
         }
@@ -233,7 +233,7 @@ impl Requests {
         {
             let l = match hit {
                 Some(hit) => emitted(scene, ray, hit, starts.time(start as usize)),
-                None if hemisphere.sky => scene.sky(ray.direction, &scene.skies),
+                None if hemisphere.sky => scene.sky(ray.origin, ray.direction, &scene.skies),
                 None => Spectrum::ZERO,
             };
             sums.answer(start, value * l, true);
@@ -268,7 +268,7 @@ impl<R: Rules, W: Witness> LightVisitor for LightSampling<'_, '_, R, W> {
         let samples = &mut self.requests.samples;
         samples.clear();
         light.sample_each(&self.scene.light_tables, points, samples);
-        self.ask();
+        self.ask(L::HIDDEN);
     }
 }
 
@@ -280,9 +280,10 @@ impl<'a, R: Rules, W: Witness> LightSampling<'a, '_, R, W> {
         self.asking.surfaces.iter().zip(x.iter().zip(y)).map(|(s, (&x, &y))| (s, [x, y]))
     }
 
-    /// Asks for the samples that were drawn, in a loop of its own for the reason of `Wavefront::surfaces`.
+    /// Asks for the samples that were drawn, in a loop of its own for the reason of `Wavefront::surfaces`; those of a light
+    /// that is hidden, which rays do not find, bring all of it.
     #[inline(always)]
-    fn ask(mut self) {
+    fn ask(mut self, is_hidden: bool) {
         let Asking { rules, settings, surfaces, .. } = *self.asking;
         let Requests { samples, shadows, .. } = self.requests;
         for (lane, (surface, sample)) in surfaces.iter().zip(&*samples).enumerate() {
@@ -291,7 +292,8 @@ impl<'a, R: Rules, W: Witness> LightSampling<'a, '_, R, W> {
             if bsdf.is_delta() {
                 continue;
             }
-            let weight = rules.light_weight(settings, bsdf, sample, self.n);
+            let weight =
+                if is_hidden { 1.0 } else { rules.light_weight(settings, bsdf, sample, self.n) };
             let p = sample.pdf.map_or(1.0, Pdf::get) * self.n as f32;
             let f = bsdf.eval(sample.wi);
             let value = *beta * f * sample.radiance * (weight / p);

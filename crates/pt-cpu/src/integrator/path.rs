@@ -75,7 +75,8 @@ impl Rules for Path {
         let tables = &scene.light_tables;
         let weighted = |light: &AnyLight| {
             let pdf = light.pdf(tables, &path.origin, d, None);
-            light.escaped(tables, d) * found_weight(settings, path.arrival, Some((light, pdf)))
+            light.escaped(tables, path.origin.p, d)
+                * found_weight(settings, path.arrival, Some((light, pdf)))
         };
         skies.iter().map(|&id| weighted(&scene.lights[id])).sum()
     }
@@ -94,9 +95,10 @@ impl Rules for Path {
     }
 
     #[inline(always)]
-    fn light_samples(&self, settings: &Settings, delta: bool) -> u32 {
+    fn light_samples(&self, settings: &Settings, light: &AnyLight) -> u32 {
         match settings.direct {
-            _ if delta => 1,
+            _ if light.is_delta() => 1,
+            _ if light.is_hidden() => settings.light_samples,
             DirectLight::Mis | DirectLight::Light => settings.light_samples,
             DirectLight::UniformHemisphere | DirectLight::CosineHemisphere => 0,
         }
@@ -114,7 +116,8 @@ impl Rules for Path {
             DirectLight::UniformHemisphere => false,
             DirectLight::CosineHemisphere => true,
         };
-        let extended = scene.lights.as_slice().iter().filter(|l| !l.is_delta()).count();
+        let lights = scene.lights.as_slice().iter();
+        let extended = lights.filter(|l| !l.is_delta() && !l.is_hidden()).count();
         let samples = extended.max(1) as u32 * settings.light_samples;
         Some(Hemisphere { samples, cosine, sky: true })
     }

@@ -47,9 +47,9 @@ pub(super) trait Rules {
     fn emitted(&self, cx: Context, path: &State, found: Found) -> Spectrum;
 
     /// Number of samples of a light at each surface, 0 if it is not sampled.
-    fn light_samples(&self, settings: &Settings, delta: bool) -> u32;
+    fn light_samples(&self, settings: &Settings, light: &AnyLight) -> u32;
 
-    /// Weight of one of `n` samples of a light.
+    /// Weight of one of `n` samples of a light that rays may find, too.
     fn light_weight(&self, settings: &Settings, bsdf: &Bsdf, sample: &LightSample, n: u32) -> f32;
 
     /// How direct light is looked for in random directions, if it is.

@@ -179,16 +179,18 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
         let cx = Context { scene, settings };
         let lights = scene.lights.as_slice();
         let moving = scene.moving_lights().len() as u32;
-        let delta = lights.iter().filter(|l| l.is_delta()).count() as u32;
-        let extended = lights.len() as u32 - delta + moving;
+        let count = |is: fn(&AnyLight) -> bool| lights.iter().filter(|l| is(l)).count() as u32;
+        let (delta, hidden) = (count(AnyLight::is_delta), count(AnyLight::is_hidden));
+        let seen = lights.len() as u32 - delta - hidden + moving;
         let hemisphere = rules.hemisphere(cx);
-        let samples = |l: &AnyLight| rules.light_samples(settings, l.is_delta());
-        let of_moving = moving.wrapping_mul(rules.light_samples(settings, false));
-        let light_pairs = lights.iter().map(samples).fold(of_moving, u32::wrapping_add);
+        let all = lights.iter().chain(scene.moving_lights().iter().map(|moving| &moving.light));
+        let samples = all.map(|light| rules.light_samples(settings, light));
+        let light_pairs = samples.fold(0, u32::wrapping_add);
         // Beyond 2³², dimensions begin anew.
         let choose = scene.materials.choose();
         let others = delta + 2 + u32::from(choose);
-        let pairs = extended.max(1).wrapping_mul(settings.light_samples).wrapping_add(others);
+        let extended = seen.max(1) + hidden;
+        let pairs = extended.wrapping_mul(settings.light_samples).wrapping_add(others);
         Self {
             cx,
             depth: rules.depth(settings),
@@ -567,7 +569,7 @@ pub(super) fn escape<W: Witness>(
 ) {
     let scene = cx.scene;
     let l = rules.sky(cx, path, d, bounces, &scene.skies);
-    sums.find(path.target, path.beta * l, || witness::sky(cx, d, l));
+    sums.find(path.target, path.beta * l, || witness::sky(cx, path.origin.p, d, l));
     if W::LISTENS && scene.skies.len() > 1 {
         let of_each = |sky| rules.sky(cx, path, d, bounces, std::slice::from_ref(sky));
         sums.witness.tells_apart(path.target, || scene.skies.iter().map(of_each).collect());

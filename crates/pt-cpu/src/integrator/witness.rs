@@ -158,9 +158,9 @@ pub(super) fn emitter(cx: Context, path: &State, found: Found, weighted: Spectru
     }
 }
 
-/// The sky in a direction, where its weighted radiance is this.
-pub(super) fn sky(cx: Context, direction: Vec3, weighted: Spectrum) -> Source {
-    let radiance = cx.scene.sky(direction, &cx.scene.skies);
+/// The sky in a direction from a point, where its weighted radiance is this.
+pub(super) fn sky(cx: Context, p: Vec3, direction: Vec3, weighted: Spectrum) -> Source {
+    let radiance = cx.scene.sky(p, direction, &cx.scene.skies);
     Source::Sky { direction, radiance, weight: share(weighted, radiance) }
 }
 

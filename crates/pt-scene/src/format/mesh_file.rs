@@ -78,6 +78,7 @@ fn colored(mesh: &Mesh) -> Option<Material> {
         name: mesh.name.clone(),
         surface: Matte { reflectance, two_sided: true }.into(),
         emission: [0.0; 3].into(),
+        hidden_emission: false,
         opacity: 1.0.into(),
     })
 }

@@ -2,6 +2,7 @@
 
 mod daylight;
 pub mod ies;
+mod portal;
 
 use std::sync::Arc;
 
@@ -11,6 +12,7 @@ use crate::image::Image;
 use crate::{Span, Texture};
 pub use daylight::{DaySpan, Daylight, Moment, Place};
 pub use ies::IesProfile;
+pub use portal::Portal;
 
 /// A light and where it stands.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,6 +39,8 @@ pub enum LightKind {
     Constant {
         /// Radiance.
         radiance: [f32; 3],
+        /// Through what it arrives; `None` for no limits.
+        portal: Option<Portal>,
     },
     /// An image in latitude and longitude, all around and far away. Seen in the node, its upper row
     /// is +y, its left edge looks along −x, and a quarter of the width further on, along +z. The node
@@ -48,6 +52,8 @@ pub enum LightKind {
         scale: f32,
         /// Where its rows lie.
         rows: Rows,
+        /// Through what its light arrives; `None` for no limits.
+        portal: Option<Portal>,
     },
     /// Parallel light along −z of the node.
     Directional {

@@ -300,6 +300,7 @@ fn material(name: &str, surface: impl Into<Surface>) -> Material {
         name: name.to_owned(),
         surface: surface.into(),
         emission: [0.0; 3].into(),
+        hidden_emission: false,
         opacity: 1.0.into(),
     }
 }
@@ -318,8 +319,8 @@ fn what_gltf_cannot_say_is_told_once() {
         materials: vec![material("paint", matte)],
         objects: vec![sphere(), sphere()],
         lights: vec![
-            light(LightKind::Constant { radiance: [1.0; 3] }),
-            light(LightKind::Constant { radiance: [2.0; 3] }),
+            light(LightKind::Constant { radiance: [1.0; 3], portal: None }),
+            light(LightKind::Constant { radiance: [2.0; 3], portal: None }),
             light(LightKind::Point { intensity: [3.0, 2.0, 0.7] }),
         ],
         settings: pt_scene::FileSettings { spp: Some(4), ..Default::default() },
@@ -416,6 +417,7 @@ fn textures_are_read_as_they_were() {
     };
     let material = Material {
         emission: Color::Texture(tinted(levels(17), [8.0, 4.0, 2.0])),
+        hidden_emission: false,
         opacity: Scalar::Texture(texture(grey(255, 255))),
         ..material("paint", surface)
     };

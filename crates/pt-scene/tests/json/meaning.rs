@@ -103,6 +103,7 @@ fn names_that_are_not_unique_are_kept() {
         name: name.to_owned(),
         surface: Matte { reflectance: [0.25; 3].into(), two_sided: false }.into(),
         emission: [0.0; 3].into(),
+        hidden_emission: false,
         opacity: 1.0.into(),
     };
     let materials = ["", "a", "a", "a_2", ""].map(material).to_vec();

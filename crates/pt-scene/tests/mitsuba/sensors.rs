@@ -99,6 +99,7 @@ fn images_of_the_sky_are_turned_to_our_convention() {
             image: std::sync::Arc::new(image.clone()),
             scale,
             rows: pt_scene::Rows::FromPoleToPole,
+            portal: None,
         };
         assert_eq!(light.kind, kind);
         assert_close(light.to_world.transform_vector3(DVec3::NEG_X), beginning);

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use pt_math::DVec3;
 use pt_scene::image::SaveOptions;
-use pt_scene::{Color, LightKind, Scene};
+use pt_scene::texture::Pattern;
+use pt_scene::{Color, LightKind, Material, Portal, Scalar, Scene};
 
 use super::{read, read_all, refusal};
 
@@ -55,6 +56,63 @@ fn power_is_what_goes_into_all_directions() {
     assert!((f64::from(r) - 10.0 / (16.0 * PI * PI)).abs() < 1e-6);
 }
 
+/// A number multiplies what a shape emits, and a texture varies it; the power is that of the whole shape.
+#[test]
+fn what_is_masked_emits_nothing() {
+    let light = "AreaLightSource \"diffuse\" \"rgb L\" [2 4 6]";
+    let half = read("", &format!("{light} Shape \"sphere\" \"float alpha\" .5"));
+    assert_eq!(radiance(&half), [1.0, 2.0, 3.0]);
+    let world = format!(
+        "Texture \"leaf\" \"float\" \"checkerboard\" \"float tex1\" 0 \"float tex2\" 1
+        {light} Shape \"sphere\" \"texture alpha\" \"leaf\""
+    );
+    let scene = read("", &world);
+    let (Color::Texture(emission), Scalar::Texture(opacity)) =
+        (&scene.materials[0].emission, &scene.materials[0].opacity)
+    else {
+        panic!("{:?}", scene.materials[0]);
+    };
+    let Pattern::Product(factors) = &emission.pattern else { panic!("{emission:?}") };
+    assert_eq!(factors.as_ref(), &[[2.0, 4.0, 6.0].into(), Color::Texture(opacity.clone())]);
+}
+
+/// A shape of which nothing is there is a light that nobody sees, by a number or a constant texture; of two sheets that
+/// shine as one, one is there as far as the shape is, and the other not at all.
+#[test]
+fn nobody_sees_what_is_not_there() {
+    let light =
+        "AreaLightSource \"diffuse\" \"rgb L\" [2 4 6] \"bool twosided\" true Shape \"disk\"";
+    let nothing = "Texture \"nothing\" \"float\" \"constant\" \"float value\" 0";
+    for alpha in ["\"float alpha\" 0", "\"texture alpha\" \"nothing\""] {
+        let scene = read("", &format!("{nothing} {light} {alpha}"));
+        assert_eq!(radiance(&scene), [2.0, 4.0, 6.0]);
+        let hidden = |m: &Material| m.hidden_emission && m.opacity == 0.0.into();
+        assert!(scene.materials.iter().all(hidden), "{:?}", scene.materials);
+    }
+    let half = read("", &format!("{light} \"float alpha\" .5")).materials;
+    assert_eq!(half.iter().map(|m| &m.opacity).collect::<Vec<_>>(), [&0.5.into(), &0.0.into()]);
+    let shows = |m: &Material| !m.hidden_emission && m.emission == [1.0, 2.0, 3.0].into();
+    assert!(half.iter().all(shows), "{half:?}");
+}
+
+/// Its corners stand in the world, whatever the transform.
+#[test]
+fn portals_are_read() {
+    let portal = "\"point3 portal\" [0 0 0 1 0 0 1 2 0 0 2 0]";
+    let text = format!("Translate 1 2 3 LightSource \"infinite\" \"rgb L\" [1 2 3] {portal}");
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 2.0, 0.0], [0.0, 2.0, 0.0]];
+    let portal = Some(Portal { corners });
+    assert_eq!(light(&text).0, LightKind::Constant { radiance: [1.0, 2.0, 3.0], portal });
+    for (bad, message) in [
+        ("\"point3 portal\" [0 0 0 1 0 0 1 2 0]", "expected the four corners of a rectangle"),
+        ("\"point3 portal\" [0 0 0 1 0 0 2 2 0 0 2 0]", "is no rectangle"),
+        ("\"float illuminance\" 2 \"point3 portal\" [0 0 0 1 0 0 1 2 0 0 2 0]", "give its scale"),
+    ] {
+        let found = refusal(&format!("LightSource \"infinite\" {bad}"));
+        assert!(found.contains(message), "{found}");
+    }
+}
+
 #[test]
 fn a_spot_falls_smoothly_with_the_cosine() {
     let text = "LightSource \"spot\" \"point3 from\" [1 2 3] \"point3 to\" [1 2 9] \"float coneangle\" 60 \
@@ -88,7 +146,7 @@ fn the_exposure_multiplies_all_light() {
     let camera = "Camera \"perspective\" \"float shutterclose\" .5";
     let scene = read_all(&format!("Film \"rgb\" \"float iso\" 400 {camera} WorldBegin {world}"));
     assert_eq!(radiance(&scene), [2.0; 3]);
-    let LightKind::Constant { radiance } = scene.lights[0].kind else { panic!("not constant") };
+    let LightKind::Constant { radiance, .. } = scene.lights[0].kind else { panic!("not constant") };
     assert_eq!(radiance, [2.0; 3]);
 }
 

@@ -122,7 +122,7 @@ fn a_lens_of_many_surfaces_is_a_thin_one() {
         "{}",
         camera.lens_radius
     );
-    let pt_scene::LightKind::Constant { radiance } = scene.lights[0].kind else {
+    let pt_scene::LightKind::Constant { radiance, .. } = scene.lights[0].kind else {
         panic!("not the same from all sides")
     };
     let wanted = std::f32::consts::PI / (4.0 * 2.1 * 2.1);

@@ -8,7 +8,7 @@ use pt_testing::{Random, irradiance, mean_z_test, sidak};
 use super::super::tree::TreeLight;
 use super::super::{
     AnyLight, DistantDisk, EmitterTriangle, EnvironmentMap, Falloff, Light, LightTables, Lit,
-    MeshLight, PlacedMap, SphereLight, Sun, TexturedSphere, TexturedTriangle,
+    MeshLight, PlacedMap, PortalSky, SphereLight, Sun, TexturedSphere, TexturedTriangle,
 };
 use super::{Example, POINTS, all_lights};
 
@@ -19,8 +19,8 @@ const NORMALS: [Vec3; 4] =
 /// Irradiance at `p` on a surface with normal `n`, nothing in the way.
 fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
     let (p, n) = (p.as_dvec3(), n.as_dvec3());
-    let level = |s: Spectrum| f64::from(s.luminance());
-    match light {
+    let level = level_of;
+    match &light.shown() {
         AnyLight::Point(l) => level(l.intensity) * inverse_square(l.position, p, n),
         AnyLight::Spot(l) => {
             let cos = (p - l.position.as_dvec3()).normalize().dot(l.axis.as_dvec3());
@@ -71,14 +71,18 @@ fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
         }
         // The point of the example.
         AnyLight::ManyPoints(_) => 3.0 * inverse_square(Vec3::new(0.1, 2.5, 0.3), p, n),
+        AnyLight::Hidden(_) => unreachable!("it would be another light if it were seen"),
         AnyLight::ClearSky(l) => {
-            irradiance::of_sky(n, 512, |d| level(l.escaped(tables, d.as_vec3())))
+            irradiance::of_sky(n, 512, |d| level(l.escaped(tables, Vec3::ZERO, d.as_vec3())))
         }
+        AnyLight::PortalSky(l) => of_portal(tables, l, p, n),
         // Lambert's cosine law over the part of the upper half that the surface faces.
         AnyLight::Hemisphere(l) => level(l.radiance) * FRAC_PI_2 * (1.0 + n.y),
         AnyLight::Environment(l) => match l.map {
             None => level(l.radiance) * PI,
-            Some(_) => irradiance::of_sky(n, 512, |d| level(l.escaped(tables, d.as_vec3()))),
+            Some(_) => {
+                irradiance::of_sky(n, 512, |d| level(l.escaped(tables, Vec3::ZERO, d.as_vec3())))
+            }
         },
     }
 }
@@ -118,11 +122,30 @@ fn of_sun(tables: &LightTables, l: &Sun, n: DVec3) -> f64 {
         let (height, (sin, cos)) = (u * one_minus_cos, (TAU * v).sin_cos());
         let away = (height * (2.0 - height)).sqrt();
         let d = axis * (1.0 - height) + (x * cos + y * sin) * away;
-        f64::from(l.escaped(tables, d.as_vec3()).luminance()) * d.dot(n).max(0.0)
+        f64::from(l.escaped(tables, Vec3::ZERO, d.as_vec3()).luminance()) * d.dot(n).max(0.0)
     };
     let sum: f64 =
         (0..PARTS).flat_map(|i| (0..PARTS).map(move |j| (i, j))).map(|(i, j)| part(i, j)).sum();
     sum * TAU * one_minus_cos / f64::from(PARTS * PARTS)
+}
+
+/// By the middles of many parts of the rectangle.
+fn of_portal(tables: &LightTables, l: &PortalSky, p: DVec3, n: DVec3) -> f64 {
+    const PARTS: u32 = 600;
+    let [corner, e1, e2] = tables.portals[l.portal as usize].sides();
+    let across = e1.cross(e2) / f64::from(PARTS * PARTS);
+    let of_part = |i: u32| {
+        let [u, v] = [i % PARTS, i / PARTS].map(|k| (f64::from(k) + 0.5) / f64::from(PARTS));
+        let to_part = corner + e1 * u + e2 * v - p;
+        let (r2, d) = (to_part.length_squared(), to_part.normalize());
+        let radiance = level_of(l.sky.escaped(tables, p.as_vec3(), d.as_vec3()));
+        radiance * (-d.dot(across)).max(0.0) * d.dot(n).max(0.0) / r2
+    };
+    (0..PARTS * PARTS).map(of_part).sum()
+}
+
+fn level_of(s: Spectrum) -> f64 {
+    f64::from(s.luminance())
 }
 
 /// cos θ / r².

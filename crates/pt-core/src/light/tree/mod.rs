@@ -9,7 +9,7 @@ mod node;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::mesh::{EmitterTriangle, seen_area_pdf, seen_sample};
-use super::{AnyLight, Light, LightHit, LightSample, LightTables, Lit};
+use super::{AnyLight, Hidden, Light, LightHit, LightSample, LightTables, Lit};
 use node::{Node, Receiver};
 
 pub(crate) use emission::is_bounded;
@@ -212,9 +212,9 @@ impl AnyLight {
     /// Its tree, if it stands for many.
     pub fn tree<'t>(&self, tables: &'t LightTables) -> Option<&'t LightTree> {
         match self {
-            Self::ManyLights(Many { tree }) | Self::ManyPoints(Many { tree }) => {
-                Some(&tables.trees[*tree as usize])
-            }
+            Self::ManyLights(Many { tree })
+            | Self::Hidden(Hidden::ManyLights(Many { tree }))
+            | Self::ManyPoints(Many { tree }) => Some(&tables.trees[*tree as usize]),
             _ => None,
         }
     }

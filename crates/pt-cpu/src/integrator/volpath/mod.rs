@@ -17,7 +17,7 @@ mod vertex;
 use pt_core::film::ExactSum;
 use pt_core::footprint::Cone;
 use pt_core::id::Id;
-use pt_core::light::{AnyLight, Light, LightSample, LightVisitor, Lit};
+use pt_core::light::{Light, LightSample, LightVisitor, Lit};
 use pt_core::medium::MediumRecord;
 use pt_core::scene::RenderScene;
 use pt_core::settings::{DirectLight, Settings};
@@ -165,11 +165,10 @@ impl<'a, W: Witness> VolPath<'a, W> {
         };
         let settings = Settings { direct, ..settings.clone() };
         let rules = Path { depth: u32::MAX };
-        let samples = |light: &AnyLight| rules.light_samples(&settings, light.is_delta());
-        let moving = scene.moving_lights().len() as u32;
-        let of_moving = moving.wrapping_mul(rules.light_samples(&settings, false));
-        let lights = scene.lights.as_slice().iter();
-        let light_pairs = lights.map(samples).fold(of_moving, u32::wrapping_add);
+        let moving = scene.moving_lights().iter().map(|moving| &moving.light);
+        let lights = scene.lights.as_slice().iter().chain(moving);
+        let samples = lights.map(|light| rules.light_samples(&settings, light));
+        let light_pairs = samples.fold(0, u32::wrapping_add);
         Self {
             scene,
             depth: rules.depth(&settings),
@@ -286,7 +285,7 @@ impl<'a, W: Witness> VolPath<'a, W> {
     ) {
         let mut number = 0;
         for (light_number, light) in self.scene.lights.as_slice().iter().enumerate() {
-            let n = self.rules.light_samples(&self.settings, light.is_delta());
+            let n = self.rules.light_samples(&self.settings, light);
             for _ in 0..n {
                 let u = self.layout.light(sampler, bounces, number);
                 let stream = stream(sampler, bounces, Some(number));
@@ -308,7 +307,7 @@ impl<'a, W: Witness> VolPath<'a, W> {
             }
         }
         for (light_number, light) in self.scene.moving_lights().iter().enumerate() {
-            let n = self.rules.light_samples(&self.settings, false);
+            let n = self.rules.light_samples(&self.settings, &light.light);
             for _ in 0..n {
                 let u = self.layout.light(sampler, bounces, number);
                 let stream = stream(sampler, bounces, Some(number));
@@ -324,7 +323,9 @@ impl<'a, W: Witness> VolPath<'a, W> {
                     witness,
                 };
                 let sample = self.scene.sample_moving(light, time, vertex.point().p, u);
-                if let Some(shadow) = sample.and_then(|sample| asking.shadow(&sample)) {
+                if let Some(shadow) =
+                    sample.and_then(|sample| asking.shadow(&sample, light.light.is_hidden()))
+                {
                     self.shadows.push(shadow);
                 }
                 number = number.wrapping_add(1);
@@ -393,17 +394,19 @@ impl<W: Witness> LightVisitor for LightSampling<'_, '_, W> {
     fn visit<L: Light>(self, light: &L) -> Self::Output {
         let tables = &self.integrator.scene.light_tables;
         let sample = light.sample(tables, &self.vertex.lit(), self.u)?;
-        self.shadow(&sample)
+        self.shadow(&sample, L::HIDDEN)
     }
 }
 
 impl<W: Witness> LightSampling<'_, '_, W> {
-    /// The ray of a sample; `None` if it brings nothing.
-    fn shadow(self, sample: &LightSample) -> Option<Shadow> {
+    /// The ray of a sample; `None` if it brings nothing. That of a light that is hidden, which rays do not find, brings all
+    /// of it.
+    fn shadow(self, sample: &LightSample, is_hidden: bool) -> Option<Shadow> {
         let Self { integrator, vertex, path, light_number, u, n, stream, witness } = self;
         let Context { scene, settings } = integrator.context();
         let point = vertex.point();
-        let weight = sampled_weight(settings, sample, n, |wi| vertex.pdf(wi));
+        let weight =
+            if is_hidden { 1.0 } else { sampled_weight(settings, sample, n, |wi| vertex.pdf(wi)) };
         let p = sample.pdf.map_or(1.0, Pdf::get) * n as f32;
         let f = vertex.eval(sample.wi);
         let value = path.state.beta * f * sample.radiance * (weight / p);

@@ -162,7 +162,9 @@ fn light_parameters(reader: &Reader<'_>, kind: &LightKind, element: Node<'_>) ->
         format!("type={} spectrum={}", element.tag_name().name(), vector(*color))
     };
     match kind {
-        LightKind::Hemisphere { radiance } | LightKind::Constant { radiance } => start(radiance),
+        LightKind::Hemisphere { radiance } | LightKind::Constant { radiance, .. } => {
+            start(radiance)
+        }
         LightKind::Directional { irradiance: color } | LightKind::Area { radiance: color } => {
             format!("{} {direction}", start(color))
         }

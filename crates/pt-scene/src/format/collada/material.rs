@@ -85,6 +85,7 @@ fn read<'a>(reader: &mut Reader<'a>, material: Node<'a>) -> Result<Option<u32>, 
         name: name_of(material),
         surface,
         emission,
+        hidden_emission: false,
         opacity: 1.0.into(),
     });
     reader.materials.insert(material.id(), index);

@@ -110,7 +110,8 @@ impl<'a> Reader<'a> {
         };
         let surface = self.embossed(item, surface)?;
         let (emission, opacity) = (self.emission(item)?, self.opacity(item)?);
-        let material = Material { name: item.name(), surface, emission, opacity };
+        let material =
+            Material { name: item.name(), surface, emission, hidden_emission: false, opacity };
         if self.context.was_loud() {
             let surface = substitute::surface();
             return Ok((Material { surface, opacity: 1.0.into(), ..material }, None));
@@ -125,7 +126,13 @@ impl<'a> Reader<'a> {
             "it glows in its base colour, on its front alone, and lights what is around it",
         );
         let opacity = self.opacity(item)?;
-        Ok(Material { name: item.name(), surface: Black.into(), emission: color, opacity })
+        Ok(Material {
+            name: item.name(),
+            surface: Black.into(),
+            emission: color,
+            hidden_emission: false,
+            opacity,
+        })
     }
 
     /// All that a material is but its relief, its holes and its glow.
@@ -376,6 +383,7 @@ fn default_material(is_colored: bool) -> Material {
         name: "default".to_owned(),
         surface: surface.into(),
         emission: [0.0; 3].into(),
+        hidden_emission: false,
         opacity: 1.0.into(),
     }
 }

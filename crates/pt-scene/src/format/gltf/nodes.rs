@@ -227,6 +227,7 @@ impl<'a> Reader<'a> {
             name: "missing".to_owned(),
             surface: substitute::surface(),
             emission: [0.0; 3].into(),
+            hidden_emission: false,
             opacity: 1.0.into(),
         });
         Ok(Some(Object {

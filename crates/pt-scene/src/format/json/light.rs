@@ -2,19 +2,25 @@
 
 use pt_math::DAffine3;
 
-use super::describe::{Plain, record, tagged, words};
+use serde_json::Value;
+
+use super::describe::{Kind, Plain, record, tagged, words};
 use super::medium::Here;
-use super::number::{ANGLE, ANY, Each, FROM_0, HALF_ANGLE, SHARE};
-use crate::light::{DaySpan, Daylight, Place, Rows};
-use crate::{Light, LightKind};
+use super::node::Node;
+use super::number::{ANGLE, ANY, Each, FROM_0, HALF_ANGLE, SHARE, numbers, vector, vector_schema};
+use super::out::Out;
+use super::schema::Schemas;
+use super::shared::{Reading, Writing};
+use crate::light::{DaySpan, Daylight, Place, Portal, Rows};
+use crate::{Light, LightKind, LoadError};
 
 record! { Light { name: Plain => String::new(), to_world: Plain => DAffine3::IDENTITY, at: Here } + kind: LightKind }
 
 tagged! {
     LightKind {
         Hemisphere { radiance: FROM_0 },
-        Constant { radiance: FROM_0 },
-        Environment { image: Plain, scale: FROM_0 => 1.0, rows: Plain => Rows::default() },
+        Constant { radiance: FROM_0, portal: Corners },
+        Environment { image: Plain, scale: FROM_0 => 1.0, rows: Plain => Rows::default(), portal: Corners },
         Directional { irradiance: FROM_0 },
         DistantDisk { irradiance: FROM_0, angular_radius: HALF_ANGLE => 0.2679 },
         Point { intensity: FROM_0 },
@@ -28,6 +34,41 @@ tagged! {
     }
 }
 words! { Rows { Between, FromPoleToPole } }
+
+/// The corners of a portal; left out where there is none.
+struct Corners;
+
+impl Kind<Option<Portal>> for Corners {
+    const IS_NEEDED: bool = false;
+
+    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<Option<Portal>, LoadError> {
+        const EXPECTED: &str = "the four corners of a rectangle, each a list of 3 numbers";
+        let corners = node.list(EXPECTED)?;
+        let corners = corners.iter().map(|corner| vector(corner, &ANY, "a list of 3 numbers"));
+        let corners = corners.collect::<Result<Vec<_>, _>>()?;
+        let corners = corners.try_into().map_err(|_| node.unexpected(EXPECTED))?;
+        let portal = Portal { corners };
+        portal.edges().map_err(|message| node.error(message))?;
+        Ok(Some(portal))
+    }
+
+    fn write(&self, value: &Option<Portal>, _: &mut Writing<'_>) -> Result<Out, String> {
+        let corners = value.iter().flat_map(|portal| &portal.corners);
+        corners.map(|corner| numbers(corner)).collect::<Result<_, _>>().map(Out::List)
+    }
+
+    fn schema(&self, schemas: &mut Schemas) -> Value {
+        vector_schema(&Kind::<[f64; 3]>::schema(&Each(ANY), schemas), 4)
+    }
+
+    fn missing(&self, _: &Node<'_>, _: &Reading<'_>) -> Option<Option<Portal>> {
+        Some(None)
+    }
+
+    fn is_understood(&self, value: &Option<Portal>, _: &Writing<'_>) -> bool {
+        value.is_none()
+    }
+}
 
 record! {
     Daylight {

@@ -24,7 +24,12 @@ use crate::texture::{
 use crate::{LoadError, Material};
 
 record! {
-    Material { name: Name, emission: FROM_0 => [0.0; 3].into(), opacity: SHARE => 1.0.into() } + surface: Surface
+    Material {
+        name: Name,
+        emission: FROM_0 => [0.0; 3].into(),
+        hidden_emission: Plain => false,
+        opacity: SHARE => 1.0.into(),
+    } + surface: Surface
 }
 
 /// The variants of surfaces are the structs of their names.

@@ -57,7 +57,7 @@ pub(super) fn light(textures: &mut Textures<'_>, object: &Object) -> Result<Ligh
     let (to_world, kind) = match object.kind.as_str() {
         "constant" => {
             let radiance = parameters.color("radiance", Role::Emission, 1.0)?;
-            (DAffine3::IDENTITY, LightKind::Constant { radiance })
+            (DAffine3::IDENTITY, LightKind::Constant { radiance, portal: None })
         }
         "point" => {
             let node = parameters.transform("to_world")?;
@@ -159,6 +159,7 @@ fn envmap(
         image: Arc::new(image),
         scale: scale as f32,
         rows: Rows::FromPoleToPole,
+        portal: None,
     };
     Ok((DAffine3::from_mat3(node * swap), kind))
 }

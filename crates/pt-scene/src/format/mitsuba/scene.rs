@@ -161,7 +161,8 @@ impl Builder<'_> {
             surface = inverted(surface);
         }
         let emission = emission.unwrap_or(Color::Value([0.0; 3]));
-        let material = Material { name: name.to_owned(), surface, emission, opacity };
+        let material =
+            Material { name: name.to_owned(), surface, emission, hidden_emission: false, opacity };
         let index = self.scene.materials.len() as u32;
         self.scene.materials.push(material);
         self.materials.insert(key, index);

@@ -69,6 +69,7 @@ impl<'f, 'n> Maker<'f, 'n> {
             name: name.to_owned(),
             surface: if is_loud { substitute::surface() } else { surface },
             emission,
+            hidden_emission: false,
             opacity: if is_loud { 1.0.into() } else { opacity },
         })
     }
@@ -80,6 +81,7 @@ pub(super) fn missing(name: &str) -> Material {
         name: name.to_owned(),
         surface: substitute::surface(),
         emission: [0.0; 3].into(),
+        hidden_emission: false,
         opacity: 1.0.into(),
     }
 }

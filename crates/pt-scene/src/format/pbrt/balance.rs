@@ -43,7 +43,7 @@ pub(super) fn balance(scene: &mut Scene, matrix: DMat3) {
             LightKind::Point { intensity: light }
             | LightKind::Ies { scale: light, .. }
             | LightKind::Directional { irradiance: light }
-            | LightKind::Constant { radiance: light } => *light = seen(matrix, *light),
+            | LightKind::Constant { radiance: light, .. } => *light = seen(matrix, *light),
             LightKind::LinearSpot { intensity, .. } => *intensity = seen(matrix, *intensity),
             LightKind::Environment { image, .. } => *image = picture(image, matrix),
             _ => {}

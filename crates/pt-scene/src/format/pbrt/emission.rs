@@ -11,7 +11,7 @@ use super::color::{Role, color, luminance};
 use super::entity::Entity;
 use super::texture::product;
 use crate::image::{Numbers, Transfer};
-use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Texture, Wrap};
+use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
 use crate::{Geometry, LoadError, Mesh};
 
 /// What a shape emits.
@@ -20,6 +20,19 @@ pub(super) struct AreaLight {
     pub(super) radiance: Color,
     /// Whether its back emits as well.
     pub(super) two_sided: bool,
+}
+
+impl AreaLight {
+    /// What is emitted by a shape of which this share is there: only what is there emits. A shape of which nothing is there
+    /// is a light that nobody sees, and emits all.
+    pub(super) fn through(self, alpha: &Scalar) -> Color {
+        let alpha = match alpha {
+            Input::Value(0.0) => return self.radiance,
+            Input::Value(alpha) => Input::Value([*alpha; 3]),
+            Input::Texture(texture) => Input::Texture(Arc::clone(texture)),
+        };
+        product([self.radiance, alpha])
+    }
 }
 
 /// What a directive says of a shape of an area, in the square of the unit of the world; light is multiplied by

@@ -13,7 +13,8 @@ use super::octahedral::{latitude_longitude, square_of};
 use super::scene::World;
 use super::state::State;
 use crate::image::{Image, Numbers, Transfer};
-use crate::{IesProfile, Light, LightKind, LoadError, Rows, Warning};
+use crate::light::Portal;
+use crate::{IesProfile, Light, LightKind, LoadError, Rows};
 
 const KINDS: [&str; 5] = ["distant", "goniometric", "infinite", "point", "spot"];
 /// Matrices are written with a few digits.
@@ -164,15 +165,18 @@ impl World {
         entity: &Entity,
         node: DAffine3,
     ) -> Result<(DAffine3, LightKind), LoadError> {
-        if entity.points("portal")?.is_some() {
-            let message = "the portal is left out: light comes from all around".to_owned();
-            self.scene.warnings.push(Warning { at: entity.at.span(""), message });
-        }
+        let portal = portal(entity)?;
         let illuminance = entity.float("illuminance", -1.0)?;
-        let Some(image) = self.square_map(entity)? else {
+        if portal.is_some() && illuminance > 0.0 {
+            return Err(entity.refuse(
+                "illuminance",
+                "with a portal, give its scale in place of the illuminance",
+            ));
+        }
+        let Some(image) = self.sky_map(entity)? else {
             let scale = if illuminance > 0.0 { illuminance / PI } else { 1.0 };
             let radiance = self.emitted(entity, "L", scale)?;
-            return Ok((DAffine3::IDENTITY, LightKind::Constant { radiance }));
+            return Ok((DAffine3::IDENTITY, LightKind::Constant { radiance, portal }));
         };
         if entity.spectrum("L")?.is_some() {
             return Err(entity.refuse("L", "both L and filename are given; give one of the two"));
@@ -187,8 +191,19 @@ impl World {
         // The map has +y up there; the axes y and z change places.
         let swap = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y);
         let to_world = DAffine3::from_mat3(turned(entity, node.matrix3)? * swap);
-        let image = Arc::new(latitude_longitude(&image));
-        Ok((to_world, LightKind::Environment { image, scale, rows: Rows::Between }))
+        Ok((to_world, LightKind::Environment { image, scale, rows: Rows::Between, portal }))
+    }
+
+    /// The map of a sky in latitude and longitude, if it has one; that of a file is made once.
+    fn sky_map(&mut self, entity: &Entity) -> Result<Option<Arc<Image>>, LoadError> {
+        let Some(name) = entity.text("filename")? else { return Ok(None) };
+        let path = self.textures.folder.join(name);
+        if let Some(known) = self.skies.get(&path) {
+            return Ok(Some(Arc::clone(known)));
+        }
+        let map = self.square_map(entity)?.map(|image| Arc::new(latitude_longitude(&image)));
+        self.skies.extend(map.iter().map(|map| (path.clone(), Arc::clone(map))));
+        Ok(map)
     }
 
     /// The square map of a light, if it has one.
@@ -217,6 +232,18 @@ impl World {
         image.check_radiance().map_err(refuse)?;
         Ok(Some(image))
     }
+}
+
+/// The rectangle through which the light of a sky arrives, whose corners stand in the world, whatever the transform. There,
+/// light comes from the side to which the product of the edges to the last and to the second corner looks.
+fn portal(entity: &Entity) -> Result<Option<Portal>, LoadError> {
+    let Some(corners) = entity.points("portal")? else { return Ok(None) };
+    let Ok(corners) = <[_; 4]>::try_from(corners) else {
+        return Err(entity.refuse("portal", "expected the four corners of a rectangle"));
+    };
+    let portal = Portal { corners };
+    portal.edges().map_err(|message| entity.refuse("portal", message))?;
+    Ok(Some(portal))
 }
 
 /// By what a light is multiplied to have the power that is asked for, if the one that it has is `k` for a colour

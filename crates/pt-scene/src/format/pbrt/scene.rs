@@ -1,6 +1,7 @@
 //! What directives describe, put together to a scene.
 
 use std::collections::{HashMap, HashSet};
+use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -20,6 +21,7 @@ use super::texture::Textures;
 use super::token::{Place, Tokens};
 use super::upsample::Illuminant;
 use super::{balance, camera, displace, film, glow, hair, subsurface};
+use crate::image::Image;
 use crate::material::Embossed;
 use crate::shapes::flip;
 use crate::texture::{Input, Scalar};
@@ -122,6 +124,8 @@ pub(super) struct World {
     made: HashMap<MaterialKey, Vec<(Scalar, bool, u32)>>,
     /// Meshes that were given texture coordinates, kept for their address, and what they became.
     laid_out: HashMap<*const Mesh, (Arc<Mesh>, Arc<Mesh>)>,
+    /// Maps of the sky, by the paths of their files.
+    pub(super) skies: HashMap<PathBuf, Arc<Image>>,
     /// Whole spheres as meshes, by the bits of their radius.
     spheres: HashMap<u64, Arc<Mesh>>,
     file: Span,
@@ -154,6 +158,7 @@ impl World {
             within: HashMap::new(),
             made: HashMap::new(),
             laid_out: HashMap::new(),
+            skies: HashMap::new(),
             spheres: HashMap::new(),
             file,
         }
@@ -419,7 +424,9 @@ impl World {
         if let (true, Geometry::Mesh(mesh)) = (two_sided, &object.geometry) {
             let back = Geometry::Mesh(Arc::new(back_of(mesh)));
             let name = format!("back of {}", object.name);
-            self.scene.objects.push(Object { name, geometry: back, media: None, ..object.clone() });
+            let materials = vec![Some(self.back_of(material))];
+            let back = Object { name, geometry: back, media: None, materials, ..object.clone() };
+            self.scene.objects.push(back);
         }
         self.scene.objects.push(object);
         Ok(())
@@ -482,7 +489,8 @@ impl World {
         let material = Material {
             name: self.name_of(name),
             surface: surface.cloned().unwrap_or_else(Self::nothing),
-            emission: light.map_or(Input::Value([0.0; 3]), |light| light.radiance),
+            emission: light.map_or(Input::Value([0.0; 3]), |light| light.through(alpha)),
+            hidden_emission: shines && *alpha == Input::Value(0.0),
             opacity,
         };
         let number = self.scene.materials.len() as u32;
@@ -491,6 +499,18 @@ impl World {
             self.made.entry(key_of(name)).or_default().push((alpha.clone(), is_tube, number));
         }
         number
+    }
+
+    /// The material of the second of two sheets that shine as one: where something of the first is missing, nothing
+    /// of this one is there but its light.
+    fn back_of(&mut self, number: u32) -> u32 {
+        let front = &self.scene.materials[number as usize];
+        if front.opacity == Input::Value(1.0) {
+            return number;
+        }
+        let back = Material { opacity: 0.0.into(), ..front.clone() };
+        self.scene.materials.push(back);
+        self.scene.materials.len() as u32 - 1
     }
 
     fn name_of(&self, name: &MaterialName) -> String {
@@ -559,7 +579,7 @@ fn expose(kind: &mut LightKind, exposure: f32) {
         LightKind::Point { intensity: light }
         | LightKind::Ies { scale: light, .. }
         | LightKind::Directional { irradiance: light }
-        | LightKind::Constant { radiance: light } => *light = light.map(|c| c * exposure),
+        | LightKind::Constant { radiance: light, .. } => *light = light.map(|c| c * exposure),
         LightKind::Environment { scale, .. } => *scale *= exposure,
         _ => {}
     }

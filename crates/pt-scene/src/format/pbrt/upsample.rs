@@ -123,10 +123,7 @@ impl Illuminant {
     /// The one colour that all lights of a scene have, if they have one and it is not white.
     pub(super) fn of_scene(lights: &[Light], materials: &[Material]) -> Option<Self> {
         let mut found: Option<[f64; 3]> = None;
-        let glow = materials.iter().map(|material| match &material.emission {
-            Input::Value(value) => Some(*value),
-            Input::Texture(_) => None,
-        });
+        let glow = materials.iter().map(|material| color_of_glow(&material.emission));
         for color in lights.iter().map(|light| color_of(&light.kind)).chain(glow) {
             let color = color?.map(f64::from);
             let most = color.iter().fold(0.0, |a: f64, b| a.max(*b));
@@ -205,13 +202,27 @@ impl Illuminant {
     }
 }
 
+/// The colour of what glows, if it has one; it still has where a texture says how much of it is there.
+fn color_of_glow(emission: &Color) -> Option<[f32; 3]> {
+    match emission {
+        Input::Value(value) => Some(*value),
+        Input::Texture(texture) => match &texture.pattern {
+            Pattern::Product(factors) => match factors.as_ref() {
+                [Input::Value(value), Input::Texture(_)] => Some(*value),
+                _ => None,
+            },
+            _ => None,
+        },
+    }
+}
+
 /// The colour of a light that has one.
 fn color_of(kind: &LightKind) -> Option<[f32; 3]> {
     match kind {
         LightKind::Point { intensity: light }
         | LightKind::Ies { scale: light, .. }
         | LightKind::Directional { irradiance: light }
-        | LightKind::Constant { radiance: light } => Some(*light),
+        | LightKind::Constant { radiance: light, .. } => Some(*light),
         _ => None,
     }
 }

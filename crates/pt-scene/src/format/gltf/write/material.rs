@@ -371,6 +371,9 @@ impl Writer<'_> {
         if !glow.factor.iter().all(|c| c.is_finite()) {
             return Err(format!("{}: its glow is not finite", cx.place));
         }
+        if material.hidden_emission {
+            self.notes.tell(&cx.place, "its glow, which is hidden, is seen there");
+        }
         if glow.colors.is_some() || glow.lost {
             self.notes.tell(&cx.place, "of what its glow is made of, one image is written");
         }
@@ -416,6 +419,7 @@ fn default_material() -> Material {
         name: "default".to_owned(),
         surface: Surface::from(matte),
         emission: [0.0; 3].into(),
+        hidden_emission: false,
         opacity: 1.0.into(),
     }
 }
@@ -442,6 +446,7 @@ pub(super) fn is_mirrored(material: &Material, of: &Material) -> bool {
     one.surface == other.surface
         && (&material.name, &material.emission, &material.opacity)
             == (&of.name, &of.emission, &of.opacity)
+        && material.hidden_emission == of.hidden_emission
         && a.lies_as(&b)
         && [a.image.width, a.image.height] == [b.image.width, b.image.height]
         && a.image.pixels.iter().zip(&b.image.pixels).all(leans)

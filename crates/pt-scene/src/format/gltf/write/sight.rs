@@ -169,6 +169,7 @@ impl Writer<'_> {
             name: light.name.clone(),
             surface: Surface::from(crate::material::Black),
             emission: radiance.into(),
+            hidden_emission: false,
             opacity: 1.0.into(),
         };
         let worn = self.described(&material, None)?;

@@ -1,0 +1,220 @@
+//! The sky behind a window.
+
+use std::sync::Arc;
+
+use pt_math::{DVec3, Mat3, Pdf, SolidAngle, Spectrum, Vec3};
+use pt_scene::Rows;
+use pt_scene::image::Image;
+
+use super::environment::{Environment, EnvironmentMap, PlacedMap};
+use super::spherical_triangle::SphericalTriangle;
+use super::{Light, LightHit, LightSample, LightTables, Lit};
+
+/// A sky whose light arrives only along rays that go through a rectangle from its front.
+/// [Bitterli, Novák & Jarosz 2015, "Portal-Masked Environment Map Sampling"; pbrt-v4 has such lights]
+///
+/// Half of the samples are directions to the rectangle, half are those of the map, of which many miss it:
+/// p = ½ p_rectangle + ½ p_map within the rectangle. Without a map, all are directions to the rectangle.
+#[derive(Clone, Copy, Debug)]
+pub struct PortalSky {
+    /// The sky.
+    pub sky: Environment,
+    /// Index into [`LightTables::portals`].
+    pub portal: u32,
+}
+
+/// A rectangle through which rays leave the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Portal {
+    corner: Vec3,
+    e1: Vec3,
+    e2: Vec3,
+    /// Unit normal; rays that leave go to its side.
+    outwards: Vec3,
+    /// One over the area.
+    inverse_area: f32,
+}
+
+/// Where a ray goes through a portal.
+#[derive(Clone, Copy)]
+struct Crossing {
+    distance: f32,
+    /// Cosine of the angle to the normal.
+    cos: f32,
+}
+
+/// A rectangle as a point sees it, cut into two triangles.
+struct Seen([SphericalTriangle; 2]);
+
+impl Seen {
+    fn solid_angle(&self) -> f32 {
+        self.0[0].solid_angle + self.0[1].solid_angle
+    }
+}
+
+impl Portal {
+    /// A corner, and the edges from there to the next and to the last one, counter-clockwise from the front.
+    pub fn new(corner: DVec3, e1: DVec3, e2: DVec3) -> Self {
+        let across = e2.cross(e1);
+        Self {
+            corner: corner.as_vec3(),
+            e1: e1.as_vec3(),
+            e2: e2.as_vec3(),
+            outwards: across.normalize_or(DVec3::Z).as_vec3(),
+            inverse_area: (1.0 / across.length()) as f32,
+        }
+    }
+
+    /// Where the ray from `p` in the unit direction `d` goes through to the outside, if it does.
+    #[inline]
+    fn crossing(&self, p: Vec3, d: Vec3) -> Option<Crossing> {
+        let cos = d.dot(self.outwards);
+        let distance = (self.corner - p).dot(self.outwards) / cos;
+        let from_corner = (p - self.corner) + d * distance;
+        let along = |e: Vec3| from_corner.dot(e) / e.length_squared();
+        let is_inside = |x: f32| (0.0..=1.0).contains(&x);
+        let goes_through =
+            cos > 0.0 && distance > 0.0 && is_inside(along(self.e1)) && is_inside(along(self.e2));
+        goes_through.then_some(Crossing { distance, cos })
+    }
+
+    /// How `p` sees it, if it is so near that directions are drawn by solid angle.
+    fn seen(&self, p: Vec3) -> Option<Seen> {
+        const NEAR: f32 = 1.0;
+        let Self { corner, e1, e2, .. } = *self;
+        let d0 = corner - p;
+        let diagonal = e1 + e2;
+        let to_middle = d0 + diagonal * 0.5;
+        if to_middle.length_squared() >= NEAR * (e1.length_squared() + e2.length_squared()) {
+            return None;
+        }
+        let first = SphericalTriangle::new(d0, e1, diagonal)?;
+        Some(Seen([first, SphericalTriangle::new(d0, diagonal, e2)?]))
+    }
+
+    /// A direction from `p` to it: uniform by solid angle where it is near, else by area, as
+    /// [`super::MeshLight`] draws them. By rounding, it may just miss.
+    fn sample(&self, p: Vec3, [u, v]: [f32; 2]) -> Option<Vec3> {
+        const MOST: f32 = 1.0f32.next_down();
+        let Self { corner, e1, e2, .. } = *self;
+        let [b1, b2] = match self.seen(p) {
+            None => [u, v],
+            Some(seen) => {
+                let [first, second] = &seen.0;
+                let share = first.solid_angle / seen.solid_angle();
+                if u < share {
+                    let [b1, b2] = first.sample([(u / share).min(MOST), v]);
+                    [b1 + b2, b2]
+                } else {
+                    let [b1, b2] = second.sample([((u - share) / (1.0 - share)).min(MOST), v]);
+                    [b1, b1 + b2]
+                }
+            }
+        };
+        ((corner - p) + e1 * b1 + e2 * b2).try_normalize()
+    }
+
+    /// Density of [`Self::sample`] where the ray of the direction goes through.
+    fn pdf(&self, p: Vec3, crossing: Crossing) -> f32 {
+        match self.seen(p) {
+            Some(seen) => 1.0 / seen.solid_angle(),
+            None => crossing.distance * crossing.distance * self.inverse_area / crossing.cos,
+        }
+    }
+}
+
+impl PortalSky {
+    fn portal<'a>(&self, tables: &'a LightTables) -> &'a Portal {
+        &tables.portals[self.portal as usize]
+    }
+
+    /// Density at a direction whose ray goes through the portal.
+    fn pdf_of(&self, tables: &LightTables, lit: &Lit, wi: Vec3, crossing: Crossing) -> f32 {
+        let of_portal = self.portal(tables).pdf(lit.p, crossing);
+        if self.sky.is_sampled_by_map(tables) {
+            0.5 * (of_portal + self.sky.pdf(tables, lit, wi, None).get())
+        } else {
+            of_portal
+        }
+    }
+}
+
+impl Light for PortalSky {
+    const DELTA: bool = false;
+
+    #[inline(never)]
+    fn sample(&self, tables: &LightTables, lit: &Lit, [u, v]: [f32; 2]) -> Option<LightSample> {
+        let portal = self.portal(tables);
+        let wi = if !self.sky.is_sampled_by_map(tables) {
+            portal.sample(lit.p, [u, v])?
+        } else if u < 0.5 {
+            self.sky.sample(tables, lit, [2.0 * u, v])?.wi
+        } else {
+            portal.sample(lit.p, [2.0 * u - 1.0, v])?
+        };
+        let crossing = portal.crossing(lit.p, wi)?;
+        let pdf = self.pdf_of(tables, lit, wi, crossing);
+        (pdf > 0.0 && pdf.is_finite()).then(|| LightSample {
+            wi,
+            distance: f32::INFINITY,
+            end: None,
+            radiance: self.sky.escaped(tables, lit.p, wi),
+            pdf: Some(Pdf::new(pdf)),
+        })
+    }
+
+    #[inline(never)]
+    fn pdf(
+        &self,
+        tables: &LightTables,
+        lit: &Lit,
+        wi: Vec3,
+        _: Option<LightHit>,
+    ) -> Pdf<SolidAngle> {
+        let crossing = self.portal(tables).crossing(lit.p, wi);
+        crossing.map_or(Pdf::ZERO, |at| Pdf::new(self.pdf_of(tables, lit, wi, at)))
+    }
+
+    #[inline(never)]
+    fn escaped(&self, tables: &LightTables, p: Vec3, d: Vec3) -> Spectrum {
+        match self.portal(tables).crossing(p, d) {
+            Some(_) => self.sky.escaped(tables, p, d),
+            None => Spectrum::ZERO,
+        }
+    }
+
+    /// A square window in the ceiling under an even sky, and a tilted one, longer than wide, under a map with a
+    /// bright texel, which it shows from some places.
+    fn examples() -> Vec<(Self, LightTables)> {
+        let ceiling = Portal::new(DVec3::new(-1.0, 2.0, -1.0), DVec3::X * 2.0, DVec3::Z * 2.0);
+        let even = Environment { radiance: Spectrum::splat(0.5), map: None };
+        let (s, t) = (DVec3::new(0.6, 0.8, 0.0), DVec3::new(-0.48, 0.36, 0.8));
+        let tilted = Portal::new(DVec3::new(-1.3, 1.2, -0.5), s * 2.2, t * 1.1);
+        let (width, height) = (16u32, 8u32);
+        let texel = |i: u32| match (i % width, i / width) {
+            (9, 1) => [30.0; 3],
+            (x, y) => [0.1 * x as f32, 0.2 * y as f32, 0.3],
+        };
+        let pixels = (0..width * height).map(texel).collect();
+        let image = Arc::new(Image { width, height, pixels });
+        let map = PlacedMap { index: 0, to_world: Mat3::from_rotation_x(0.4) };
+        let mapped = Environment { radiance: Spectrum::splat(0.7), map: Some(map) };
+        let of = |sky, portal, environments| {
+            let tables =
+                LightTables { portals: vec![portal], environments, ..LightTables::default() };
+            (Self { sky, portal: 0 }, tables)
+        };
+        vec![
+            of(even, ceiling, Vec::new()),
+            of(mapped, tilted, vec![EnvironmentMap::of_image(image, Rows::Between)]),
+        ]
+    }
+}
+
+#[cfg(test)]
+impl Portal {
+    /// Its corner and edges.
+    pub(super) fn sides(&self) -> [DVec3; 3] {
+        [self.corner, self.e1, self.e2].map(Vec3::as_dvec3)
+    }
+}
