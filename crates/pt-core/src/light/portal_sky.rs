@@ -65,16 +65,23 @@ impl Portal {
         }
     }
 
-    /// Where the ray from `p` in the unit direction `d` goes through to the outside, if it does.
+    /// Where the ray from `p` in the unit direction `d` goes through to the outside, if it does; the rim is moved
+    /// outwards by about what rounding of a direction moves it.
     #[inline]
     fn crossing(&self, p: Vec3, d: Vec3) -> Option<Crossing> {
+        const ROUNDING: f32 = f32::EPSILON;
         let cos = d.dot(self.outwards);
         let distance = (self.corner - p).dot(self.outwards) / cos;
         let from_corner = (p - self.corner) + d * distance;
-        let along = |e: Vec3| from_corner.dot(e) / e.length_squared();
-        let is_inside = |x: f32| (0.0..=1.0).contains(&x);
+        let is_between = |e: Vec3| {
+            let length = e.length();
+            let unit = e / length;
+            let rim = ROUNDING * distance;
+            let along = from_corner.dot(unit);
+            along >= -rim && along <= length + rim
+        };
         let goes_through =
-            cos > 0.0 && distance > 0.0 && is_inside(along(self.e1)) && is_inside(along(self.e2));
+            cos > 0.0 && distance > 0.0 && is_between(self.e1) && is_between(self.e2);
         goes_through.then_some(Crossing { distance, cos })
     }
 
