@@ -29,7 +29,12 @@ pub(super) struct Lights {
     /// How many more lights there are than in the table, because they are in trees.
     pub(super) hidden: usize,
     pub(super) origins: LightOrigins,
+    /// How many lights are means of daylight over days.
+    means: usize,
 }
+
+/// Most means of daylight over days, each of which takes a fifth of a second.
+const MOST_MEANS: usize = 8;
 
 impl Lights {
     fn add_sky(&mut self, light: impl Into<AnyLight>) {
@@ -191,6 +196,12 @@ impl Lights {
         let mut to_sun = light.check()?;
         if let Some(span) = &light.span {
             if span.part[0] < span.part[1] {
+                self.means += 1;
+                if self.means > MOST_MEANS {
+                    return Err(format!(
+                        "there are more than {MOST_MEANS} daylights over days; join them"
+                    ));
+                }
                 self.add_mean_daylight(light, span, turn);
                 return Ok(None);
             }

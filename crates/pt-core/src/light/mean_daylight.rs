@@ -2,7 +2,7 @@
 
 use std::f32::consts::{PI, TAU};
 
-use pt_math::{DVec3, Frame, Spectrum, Vec3, trig, warp};
+use pt_math::{DVec3, Frame, Spectrum, Vec3, trig};
 use pt_scene::image::Image;
 use pt_scene::{DaySpan, Daylight};
 
@@ -12,15 +12,17 @@ use super::sun::Sun;
 use super::{Light, LightTables};
 
 /// Columns and rows of the map of the sky, which is smooth.
-const SKY: [u32; 2] = [128, 256];
+const SKY: [u32; 2] = [128, 192];
 /// Times at which the sky is looked at.
-const SKIES: u32 = 512;
+const SKIES: u32 = 256;
 /// Columns and rows of the map of the sun: a third of its diameter each.
 const SUN: [u32; 2] = [2048, 1024];
-/// Times at which the sun is: more than a pixel of the map apart on no day.
-const SUNS: u32 = 1 << 16;
-/// Points of the sun's disk, along each of two axes, which are its light.
-const POINTS: u32 = 4;
+/// Times at which the sun is looked at: on a single day, less than a texel of the map apart.
+const SUNS: u32 = 1 << 15;
+/// Points of the sun's disk, which are its light.
+const POINTS: u32 = 12;
+/// The golden ratio, less 1.
+const GOLDEN: f32 = 0.618_034;
 
 /// The mean of the sky over the times at which the sun is up, and of darkness at all others.
 pub(crate) fn sky(light: &Daylight, span: &DaySpan) -> Image {
@@ -65,11 +67,14 @@ pub(crate) fn sun(span: &DaySpan, tables: &LightTables, sun_at: impl Fn(DVec3) -
     for i in 0..SUNS {
         let sun = sun_at(span.to_sun((f64::from(i) + 0.5) / f64::from(SUNS)));
         let frame = Frame::from_normal(sun.disk.to_light);
-        let count = POINTS * POINTS;
-        let share = TAU * sun.disk.one_minus_cos / (count * SUNS) as f32;
-        for j in 0..count {
-            let u = [j % POINTS, j / POINTS].map(|k| (k as f32 + 0.5) / POINTS as f32);
-            let d = frame.to_world(warp::uniform_cone(u, sun.disk.one_minus_cos));
+        let share = TAU * sun.disk.one_minus_cos / (POINTS * SUNS) as f32;
+        for j in 0..POINTS {
+            // Evenly in 1 − cos, and turned by the golden ratio: as even over the disk as light wants it whose rim is darker.
+            let one_minus_cos = sun.disk.one_minus_cos * (j as f32 + 0.5) / POINTS as f32;
+            let sin = (one_minus_cos * (2.0 - one_minus_cos)).sqrt();
+            let (sin_phi, cos_phi) = trig::sin_cos_tau((j as f32 * GOLDEN).fract());
+            let local = Vec3::new(sin * cos_phi, sin * sin_phi, 1.0 - one_minus_cos);
+            let d = frame.to_world(local);
             let radiance = sun.escaped(tables, Vec3::ZERO, d);
             if !radiance.is_black() {
                 add(d, radiance * share);
@@ -132,6 +137,36 @@ mod tests {
         assert!((got / want - 1.0).abs() < 1e-3, "{got} {want}");
     }
 
+    /// Likewise with a rim that is darker, as far as that is known of each sun by many points of it.
+    #[test]
+    fn rims_are_as_dark_as_they_are() {
+        let span = span([5.0, 9.0]);
+        let tables = LightTables {
+            limbs: vec![super::super::LimbDarkening::new(4.0)],
+            ..LightTables::default()
+        };
+        let disk = |to_sun: DVec3| {
+            let to_light = to_sun.as_vec3().normalize();
+            let disk = super::super::DistantDisk::of_radiance(to_light, 0.0047, Spectrum::ONE);
+            Sun { disk, up: Vec3::Y, limb: Some(0) }
+        };
+        let got = irradiance(&sun(&span, &tables, disk));
+        const TIMES: u32 = 200;
+        let mut want = 0.0;
+        for i in 0..TIMES {
+            let sun = disk(span.to_sun((f64::from(i) + 0.5) / f64::from(TIMES)));
+            let frame = Frame::from_normal(sun.disk.to_light);
+            for j in 0..64 * 64 {
+                let u = [j % 64, j / 64].map(|k| (k as f32 + 0.5) / 64.0);
+                let d = frame.to_world(pt_math::warp::uniform_cone(u, sun.disk.one_minus_cos));
+                let radiance = f64::from(sun.escaped(&tables, Vec3::ZERO, d).luminance());
+                let share = std::f64::consts::TAU * f64::from(sun.disk.one_minus_cos);
+                want += radiance * f64::from(d.y.max(0.0)) * share / f64::from(TIMES * 64 * 64);
+            }
+        }
+        assert!((got / want - 1.0).abs() < 4e-3, "{got} {want}");
+    }
+
     /// Half of the time the sun is down, and the sky dark: the mean is half of that of the other half.
     #[test]
     fn nights_are_dark() {
@@ -148,8 +183,8 @@ mod tests {
         // One sky for all times is the sky of the model.
         let image = sky(&light, &still);
         let model = ClearSkyModel::without_density(still.to_sun(0.0).as_vec3(), 3.0, [0.3; 3], 1.0);
-        for (column, row) in [(3, 10), (60, 80), (127, 126)] {
-            let place = [(column as f32 + 0.5) / 128.0, (row as f32 + 0.5) / 256.0];
+        for (column, row) in [(3, 10), (60, 60), (127, 94)] {
+            let place = [(column as f32 + 0.5) / 128.0, (row as f32 + 0.5) / 192.0];
             let want = model.radiance(to_direction(place).0).luminance();
             let got = Spectrum::from(image.pixels[(row * 128 + column) as usize]).luminance();
             assert!((got / want - 1.0).abs() < 1e-4, "{got} {want}");

@@ -146,7 +146,7 @@ fn daylight_over_days_is_seen_by_the_time_of_the_shutter() {
         let scene = read(&format!(
             "<emitter type=\"timed_sunsky\">{emitter}</emitter><sensor type=\"perspective\">{sensor}</sensor>"
         ));
-        let LightKind::Daylight(Daylight { span: Some(span), limb_darkening: true, .. }) =
+        let LightKind::Daylight(Daylight { span: Some(span), limb_darkening: false, .. }) =
             scene.lights[0].kind
         else {
             panic!("{:?}", scene.lights)

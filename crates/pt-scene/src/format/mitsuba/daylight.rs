@@ -41,9 +41,8 @@ pub(super) fn sunsky(parameters: &mut Parameters<'_>) -> Result<(DAffine3, Light
         }
         None => of_time_and_place(parameters)?,
     };
-    let limb_darkening = parameters.boolean("complex_sun")?;
     let to_sun = (up().transpose() * to_sun).to_array();
-    let daylight = Daylight { to_sun, limb_darkening, ..air(parameters)? };
+    let daylight = Daylight { to_sun, ..air(parameters)? };
     Ok((DAffine3::from_mat3(node * up()), LightKind::Daylight(daylight)))
 }
 
@@ -62,6 +61,7 @@ fn air(parameters: &mut Parameters<'_>) -> Result<Daylight, LoadError> {
         sky: within(parameters, "sky_scale", 1.0, 0.0..=most)? as f32,
         sun: within(parameters, "sun_scale", 1.0, 0.0..=most)? as f32,
         aperture: within(parameters, "sun_aperture", default.aperture, Daylight::APERTURES)?,
+        limb_darkening: parameters.boolean("complex_sun")?,
         ..default
     })
 }
@@ -104,7 +104,7 @@ pub(super) fn timed_sunsky(
     }
     let days = u32::try_from(days).unwrap_or(u32::MAX).min(DaySpan::MOST_DAYS);
     let span = DaySpan { place, timezone, first, days, hours, part: shutter };
-    let daylight = Daylight { span: Some(span), limb_darkening: true, ..air(parameters)? };
+    let daylight = Daylight { span: Some(span), ..air(parameters)? };
     Ok((DAffine3::from_mat3(node * up()), LightKind::Daylight(daylight)))
 }
 

@@ -261,7 +261,7 @@ impl World {
                 "the coat has the same thickness everywhere, which is the mean of its texture";
             self.warn(entity, message.to_owned());
         }
-        let thickness = thickness.mean();
+        let thickness = thickness.mean().max(0.0);
         let names = ["conductor.eta", "conductor.k", "reflectance"];
         let of_coat = ["interface.roughness", "interface.uroughness", "interface.vroughness"];
         let of_metal = ["conductor.roughness", "conductor.uroughness", "conductor.vroughness"];
