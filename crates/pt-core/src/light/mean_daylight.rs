@@ -140,6 +140,7 @@ mod tests {
     /// Likewise with a rim that is darker, as far as that is known of each sun by many points of it.
     #[test]
     fn rims_are_as_dark_as_they_are() {
+        const TIMES: u32 = 200;
         let span = span([5.0, 9.0]);
         let tables = LightTables {
             limbs: vec![super::super::LimbDarkening::new(4.0)],
@@ -151,7 +152,6 @@ mod tests {
             Sun { disk, up: Vec3::Y, limb: Some(0) }
         };
         let got = irradiance(&sun(&span, &tables, disk));
-        const TIMES: u32 = 200;
         let mut want = 0.0;
         for i in 0..TIMES {
             let sun = disk(span.to_sun((f64::from(i) + 0.5) / f64::from(TIMES)));
