@@ -16,6 +16,8 @@ pub struct Parametrization {
     pub uv: Vec2,
     /// Where in the world it is, in metres.
     pub point: Vec3,
+    /// The unit normal of the shape in the world, on either side; zero where there is none.
+    pub normal: Vec3,
     /// ∂p/∂u, in metres; `None` where the surface has no coordinates, or they are all on a line.
     pub along_u: Option<Vec3>,
     /// ∂p/∂v, likewise.
@@ -30,7 +32,15 @@ impl Parametrization {
     /// A point of what is no surface of the scene.
     pub fn of(uv: Vec2) -> Self {
         let footprint = Footprint::default();
-        Self { uv, point: Vec3::ZERO, along_u: None, along_v: None, on_triangle: None, footprint }
+        Self {
+            uv,
+            point: Vec3::ZERO,
+            normal: Vec3::ZERO,
+            along_u: None,
+            along_v: None,
+            on_triangle: None,
+            footprint,
+        }
     }
 
     /// The axes of the footprint in texture coordinates; zero where the surface has none.
@@ -63,7 +73,7 @@ impl RenderScene {
             Some(sphere) if sphere < shapes.spheres.len() => shapes.on_sphere(sphere, at.point.p),
             Some(_) => self.placed(|placed| placed.parametrization(at.point.p, hit, time)),
         };
-        Parametrization { point: at.point.p, ..there }
+        Parametrization { point: at.point.p, normal: at.point.normal, ..there }
     }
 }
 

@@ -37,6 +37,8 @@ pub enum PatternRecord {
     Root(Factor),
     /// What has another layout, or is computed.
     Laid(Id<Laid>),
+    /// The magnitude of the cosine between the normal and this unit vector in the world.
+    Facing(Vec3),
 }
 
 /// A colour that is put together with another.
@@ -139,6 +141,7 @@ impl Textures {
             PatternRecord::Blend(parts, share) => self.blend(parts, share, at),
             PatternRecord::Root(square) => self.root(square, at),
             PatternRecord::Laid(laid) => self.laid(laid, at),
+            PatternRecord::Facing(along) => Spectrum::ONE * at.normal.dot(along).abs().min(1.0),
             flat => self.flat(flat, uv, || {
                 at.footprint_on_surface().map(|axis| to_pattern.transform_vector2(axis))
             }),
@@ -236,7 +239,8 @@ impl Textures {
         }
     }
 
-    /// How the luminance grows with u and v of the surface, between jumps.
+    /// How the luminance grows with u and v of the surface, between jumps; what is by the normal of the shape is taken not to
+    /// grow, as on flat triangles.
     #[inline]
     pub fn gradient(&self, id: Id<TextureRecord>, at: &Parametrization) -> Vec2 {
         let TextureRecord { pattern, to_pattern } = self.records[id];
@@ -313,6 +317,7 @@ impl Textures {
         };
         match self.records[id].pattern {
             PatternRecord::Laid(laid) => !matches!(self.laid[laid].layout, LayoutRecord::Surface),
+            PatternRecord::Facing(_) => true,
             PatternRecord::Product(factors) => factors.into_iter().all(factor),
             PatternRecord::Blend(parts, share) => {
                 let share = match share {

@@ -1,5 +1,5 @@
-//! Textures: numbers that vary over a surface, by its texture coordinates (u, v), by where it is in space, or by the
-//! colours of its mesh.
+//! Textures: numbers that vary over a surface, by its texture coordinates (u, v), by where it is in space or which way it
+//! looks, or by the colours of its mesh.
 
 use std::sync::Arc;
 
@@ -100,15 +100,18 @@ impl Texture {
         own || self.pattern.parts().any(|t| t.uses_coordinates())
     }
 
-    /// Whether any part of it lies in space.
+    /// Whether any part of it lies in space, or is by where in space the surface looks to.
     pub fn is_in_space(&self) -> bool {
-        let own = self.pattern.has_layout() && self.layout != Layout::Surface;
+        let own = match self.pattern {
+            Pattern::Facing(_) => true,
+            _ => self.pattern.has_layout() && self.layout != Layout::Surface,
+        };
         own || self.pattern.parts().any(|t| t.is_in_space())
     }
 }
 
 impl Pattern {
-    /// Whether it asks for the layout of its texture: what is put together and colours of meshes do not.
+    /// Whether it asks for the layout of its texture: what is put together, colours of meshes and normals do not.
     fn has_layout(&self) -> bool {
         !matches!(
             self,
@@ -117,6 +120,7 @@ impl Pattern {
                 | Self::Product(_)
                 | Self::Blend(_)
                 | Self::Root(_)
+                | Self::Facing(_)
         )
     }
 
@@ -167,6 +171,7 @@ impl Pattern {
                 [sum * noise::MEAN_MAGNITUDE; 3]
             }
             Self::Marble(_) => MARBLE,
+            Self::Facing(_) => [0.5; 3],
             Self::Product(factors) => {
                 let [a, b] = factors.each_ref().map(Color::mean);
                 [0, 1, 2].map(|c| a[c] * b[c])
@@ -222,6 +227,9 @@ pub enum Pattern {
     Windy,
     /// Layers of stone along v, which noise bends. [ibid., §10.6.6]
     Marble(Marble),
+    /// How much the surface looks along a line in the world: the magnitude of the cosine between this direction, of any
+    /// length but 0, and the normal of its shape.
+    Facing([f32; 3]),
     /// The product of two colours, channel by channel.
     Product(Box<[Color; 2]>),
     /// Something between two colours.

@@ -1,4 +1,4 @@
-//! Textures that lie in space: on planes, and as heights, on what moves, and as light.
+//! Textures that lie in space, or are by where surfaces look to: on planes, and as heights, on what moves, and as light.
 
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -7,7 +7,9 @@ use pathtracer::{CompileOptions, Film, Scene, Session, Settings};
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::image::Image;
 use pt_scene::material::{Black, Embossed};
-use pt_scene::texture::{Bitmap, Color, Filter, Layout, Noise, Pattern, Relief, Texture, Wrap};
+use pt_scene::texture::{
+    Bitmap, Blend, Color, Filter, Input, Layout, Noise, Pattern, Relief, Texture, Wrap,
+};
 use pt_scene::{Key, LightKind, Mesh, Motion, Surface, shapes};
 
 use crate::furnace::ESTIMATORS;
@@ -143,19 +145,75 @@ fn linear_heights_in_space_tilt_the_normal_by_their_gradient() {
     }
 }
 
-/// A panel and a ball that glow by noise and by cubes.
+/// Walls that are turned show the magnitude of the cosine between their normal and a direction of any length: as they are,
+/// as one of two copies, and where they get there by motion.
+#[test]
+fn what_faces_a_direction_shows_its_cosine() {
+    let direction = [0.4, -0.6, 1.4_f32];
+    let along = DVec3::from(direction.map(f64::from)).normalize();
+    let to_light = DVec3::new(0.3, -0.4, 0.9).normalize();
+    let turns = [[0.0, 0.0], [0.9, -0.3], [-0.4, 0.8]];
+    for (i, [x, y]) in turns.into_iter().enumerate() {
+        let turn = DAffine3::from_rotation_x(x) * DAffine3::from_rotation_y(y);
+        let to_world = turn * DAffine3::from_scale(DVec3::splat(5.0));
+        let normal = turn.matrix3 * DVec3::Z;
+        let want = normal.dot(along).abs() * normal.dot(to_light);
+        let still = Builder::default()
+            .mesh(
+                shapes::rectangle(),
+                to_world,
+                showing(Arc::new(Pattern::Facing(direction).into())),
+            )
+            .light(LightKind::Directional { irradiance: [PI; 3] }, looking(to_light, DVec3::ZERO))
+            .seen_by(camera(FAR, DVec3::ZERO, [20.0, 16.0]));
+        let mut copied = still.clone();
+        let mut copy = copied.objects[0].clone();
+        copy.to_world =
+            DAffine3::from_translation(DVec3::Z * -40.0) * DAffine3::from_rotation_x(1.0);
+        copied.objects.push(copy);
+        let mut moving = still.clone();
+        let key = |time: f64, x: f64| Key {
+            time,
+            to_world: DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)) * to_world,
+        };
+        let motion = Motion::new(vec![key(0.0, -0.2), key(1.0, 0.2)]).expect("it makes sense");
+        moving.objects[0].to_world = DAffine3::IDENTITY;
+        moving.objects[0].motion = Some(Arc::new(motion));
+        moving.cameras[0].shutter = [0.0, 1.0];
+        for (name, scene) in [("still", still), ("copied", copied), ("moving", moving)] {
+            for pixel in film(&scene).pixels() {
+                let got = pixel.luminance().0;
+                assert!((got - want).abs() < 1e-5, "{name} {i}: {got} for {want}");
+            }
+        }
+    }
+}
+
+/// A panel and a ball that glow by noise and by cubes, and by where they look to.
 fn glowing_by_noise() -> Scene {
     let noise = Pattern::Fbm(Noise { octaves: 3, roughness: 0.5 });
     let noise = in_space(noise, DAffine3::from_scale(DVec3::splat(2.3)));
-    let bright = Pattern::Product(Box::new([Color::Texture(noise), [9.0, 7.0, 5.0].into()]));
+    let facing_up: Arc<Texture> = Arc::new(Pattern::Facing([0.5, 1.0, -0.3]).into());
+    let less = Blend {
+        first: [0.5, 1.0, 2.0].into(),
+        second: [9.0, 7.0, 5.0].into(),
+        share: Input::Texture(Arc::clone(&facing_up)),
+    };
+    let less = Color::Texture(Arc::new(Pattern::Blend(Box::new(less)).into()));
+    let bright = Pattern::Product(Box::new([Color::Texture(noise), less]));
     let cubes = Pattern::Cubes([[0.0; 3], [2.0, 3.0, 4.0]]);
     let cubes = in_space(cubes, DAffine3::from_scale(DVec3::splat(1.7)));
+    let turning = Blend {
+        first: Color::Texture(cubes),
+        second: [1.0, 0.2, 0.1].into(),
+        share: Input::Texture(facing_up),
+    };
     Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.6; 3]))
         .quad(facing(DVec3::new(0.0, 2.0, 0.0), DVec3::NEG_Y, 0.9), Black.into())
         .glowing_by(Arc::new(bright.into()))
         .sphere(DVec3::new(1.0, 0.4, 0.3), 0.4, Black.into())
-        .glowing_by(cubes)
+        .glowing_by(Arc::new(Pattern::Blend(Box::new(turning)).into()))
         .seen_by(camera(DVec3::new(0.0, 1.2, 4.5), DVec3::new(0.0, 0.8, 0.0), [44.0, 36.0]))
 }
 

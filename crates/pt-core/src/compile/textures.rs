@@ -183,6 +183,10 @@ impl Lowering {
                 PatternRecord::Blend(parts, self.varying(share))
             }
             Pattern::Root(square) => PatternRecord::Root(self.factor(square)),
+            Pattern::Facing(direction) => {
+                let along = DVec3::from(direction.map(f64::from)).try_normalize();
+                PatternRecord::Facing(along.unwrap_or_default().as_vec3())
+            }
             Pattern::Cubes(colors) => {
                 self.laid(texture, Procedural::Cubes(colors.map(Spectrum::from)))
             }
@@ -252,8 +256,10 @@ impl Lowering {
                 }
             }
             PatternRecord::Root(square) => self.show_factors(&[square]),
-            PatternRecord::Bitmap(..) | PatternRecord::Checkerboard(_) | PatternRecord::Laid(_) => {
-            }
+            PatternRecord::Bitmap(..)
+            | PatternRecord::Checkerboard(_)
+            | PatternRecord::Laid(_)
+            | PatternRecord::Facing(_) => {}
         }
     }
 

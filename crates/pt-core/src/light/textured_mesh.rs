@@ -39,7 +39,8 @@ impl TexturedTriangle {
         let uv = c0 * (1.0 - b1 - b2) + c1 * b1 + c2 * b2;
         let point = triangle.p0 + triangle.e1 * b1 + triangle.e2 * b2;
         let on_triangle = Some(on_triangle);
-        let at = Parametrization { point, on_triangle, ..Parametrization::of(uv) };
+        let normal = triangle.normal;
+        let at = Parametrization { point, normal, on_triangle, ..Parametrization::of(uv) };
         textures.radiance(self.texture, &at)
     }
 }

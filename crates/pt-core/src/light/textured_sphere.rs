@@ -32,7 +32,8 @@ impl SphereMap {
     pub fn radiance(&self, textures: &Textures, sphere: &SphereLight, n: Vec3) -> Spectrum {
         let uv = sphere_coordinates(self.axes.transpose() * n);
         let point = sphere.center + n * sphere.radius.abs();
-        textures.radiance(self.texture, &Parametrization { point, ..Parametrization::of(uv) })
+        let at = Parametrization { point, normal: n, ..Parametrization::of(uv) };
+        textures.radiance(self.texture, &at)
     }
 }
 

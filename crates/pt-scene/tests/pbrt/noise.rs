@@ -86,6 +86,27 @@ fn mappings_are_those_of_their_names() {
     assert_eq!(sphere.pattern, Pattern::Dots([[0.0; 3], [1.0; 3]]));
 }
 
+/// The direction is in the coordinates that hold where the texture stands, and of length 1 in the world.
+#[test]
+fn textures_are_mixed_by_where_surfaces_look_to() {
+    let of = |parameters: &str| {
+        texture(&format!(
+            "Rotate 90 1 0 0 Scale 1 1 5 Texture \"t\" \"spectrum\" \"directionmix\" {parameters} Identity"
+        ))
+    };
+    let mixed = of("\"rgb tex1\" [.1 .2 .3] \"vector3 dir\" [0 0 -2]");
+    let Pattern::Blend(blend) = mixed.pattern else { panic!("no blend") };
+    assert_eq!([blend.first, blend.second], [[1.0; 3].into(), [0.1, 0.2, 0.3].into()]);
+    let share = blend.share.texture().expect("a texture");
+    let Pattern::Facing(direction) = share.pattern else { panic!("no normal") };
+    assert!((DVec3::from(direction.map(f64::from)) - DVec3::Y).length() < 1e-6, "{direction:?}");
+    let Pattern::Blend(by_default) = of("").pattern else { panic!("no blend") };
+    assert_eq!([by_default.first, by_default.second], [[1.0; 3].into(), [0.0; 3].into()]);
+    let share = by_default.share.texture().expect("a texture");
+    let Pattern::Facing(direction) = share.pattern else { panic!("no normal") };
+    assert!((DVec3::from(direction.map(f64::from)) - DVec3::Z).length() < 1e-6, "{direction:?}");
+}
+
 /// Spheres stay what they are under textures that ask for no coordinates of them.
 #[test]
 fn what_needs_no_coordinates_gets_none() {
@@ -93,6 +114,7 @@ fn what_needs_no_coordinates_gets_none() {
         |textures: &str| matches!(scene(textures).objects[0].geometry, Geometry::Sphere { .. });
     assert!(is_sphere("Texture \"t\" \"spectrum\" \"marble\""));
     assert!(is_sphere("Texture \"t\" \"spectrum\" \"dots\" \"string mapping\" \"planar\""));
+    assert!(is_sphere("Texture \"t\" \"spectrum\" \"directionmix\""));
     assert!(!is_sphere("Texture \"t\" \"spectrum\" \"dots\""));
 }
 
@@ -124,6 +146,7 @@ fn textures_stay_where_they_are_at_the_start() {
         scene.warnings.iter().filter(|w| w.message.contains("textures do not move")).count()
     };
     assert_eq!(count(&format!("{moves} Texture \"t\" \"spectrum\" \"marble\"")), 1);
+    assert_eq!(count(&format!("{moves} Texture \"t\" \"spectrum\" \"directionmix\"")), 1);
     assert_eq!(count(&format!("{moves} Texture \"t\" \"spectrum\" \"dots\"")), 0);
     assert_eq!(count("Texture \"t\" \"spectrum\" \"marble\""), 0);
 }

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::describe::{Described, Fields, Kind, Plain, put, record, tagged, words};
 use super::node::{Keys, Node};
-use super::number::{ABOVE_0, ANY, FROM_0, FROM_1, Pair, SHARE, TILT, TO_2, UpTo};
+use super::number::{ABOVE_0, ANY, Each, FROM_0, FROM_1, Pair, SHARE, TILT, TO_2, UpTo};
 use super::out::{Entries, Out};
 use super::schema::{Properties, Schemas};
 use super::shared::{Name, Reading, Shared, Tables, Writing};
@@ -350,6 +350,7 @@ tagged! {
         Wrinkled(Noise),
         Windy(),
         Marble(Marble),
+        Facing[direction: Each(ANY)],
         Product[factors: Pair(FROM_0)],
         Blend(Box<Blend>),
         Root[square: FROM_0],

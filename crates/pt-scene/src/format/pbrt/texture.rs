@@ -19,13 +19,23 @@ use crate::image::{Decoded, Image, Numbers};
 use crate::texture::{Bitmap, Blend, Color, Filter, Input, Layout, Pattern, Scalar, Texture, Wrap};
 
 /// Those of colours.
-const COLORS: [&str; 8] =
-    ["bilerp", "checkerboard", "constant", "dots", "imagemap", "marble", "mix", "scale"];
-/// Those of numbers.
-const NUMBERS: [&str; 10] = [
+const COLORS: [&str; 9] = [
     "bilerp",
     "checkerboard",
     "constant",
+    "directionmix",
+    "dots",
+    "imagemap",
+    "marble",
+    "mix",
+    "scale",
+];
+/// Those of numbers.
+const NUMBERS: [&str; 11] = [
+    "bilerp",
+    "checkerboard",
+    "constant",
+    "directionmix",
     "dots",
     "fbm",
     "imagemap",
@@ -97,6 +107,7 @@ impl Textures {
                 product(factors)
             }
             "mix" => self.mix(entity, is_number)?,
+            "directionmix" => self.mix_by_direction(entity, is_number, to_world)?,
             "checkerboard" => self.checkerboard(entity, is_number, to_world)?,
             "dots" => self.dots(entity, is_number, to_world)?,
             "bilerp" => self.bilerp(entity, is_number, to_world)?,
@@ -247,6 +258,27 @@ impl Textures {
             }
             (first, second, amount) => Ok(between(first, second, number_of(amount))),
         }
+    }
+
+    /// The first of two where the surface looks along a line, the second where it looks across it.
+    fn mix_by_direction(
+        &self,
+        entity: &Entity,
+        is_number: bool,
+        to_world: DAffine3,
+    ) -> Result<Color, LoadError> {
+        let [along, across] = [
+            self.input(entity, "tex1", is_number, 0.0)?,
+            self.input(entity, "tex2", is_number, 1.0)?,
+        ];
+        let direction = entity.vector("dir")?.unwrap_or(DVec3::Y);
+        let Some(direction) = to_world.transform_vector3(direction).try_normalize() else {
+            return Err(
+                entity.refuse("dir", "expected a direction, but the transform of it has no length")
+            );
+        };
+        let facing = Pattern::Facing(direction.as_vec3().to_array());
+        Ok(between(across, along, Input::Texture(Arc::new(facing.into()))))
     }
 
     /// Squares or cubes of side 1 here and ½ in [`Pattern::Checkerboard`] and [`Pattern::Cubes`].
