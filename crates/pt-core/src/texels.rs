@@ -87,8 +87,10 @@ impl Texels {
     #[inline]
     fn at(&self, x: i64, y: i64, wrap: Wrap) -> Spectrum {
         let [w, h] = self.size.map(i64::from);
-        let (x, y) = (wrapped(x, w, wrap), wrapped(y, h, wrap));
-        self.texel(((h - 1 - y) * w + x) as usize)
+        match (wrap.texel(x, w), wrap.texel(y, h)) {
+            (Some(x), Some(y)) => self.texel(((h - 1 - y) * w + x) as usize),
+            _ => Spectrum::ZERO,
+        }
     }
 
     /// The four texels around a point of the unit square, those below first, and how far it is from the
@@ -137,19 +139,6 @@ impl Texels {
     }
 }
 
-/// The texel among `n` that stands for number `i` of an endless row.
-#[inline]
-fn wrapped(i: i64, n: i64, wrap: Wrap) -> i64 {
-    match wrap {
-        Wrap::Repeat => i.rem_euclid(n),
-        Wrap::Clamp => i.clamp(0, n - 1),
-        Wrap::Mirror => {
-            let i = i.rem_euclid(2 * n);
-            if i < n { i } else { 2 * n - 1 - i }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -183,6 +172,21 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Half a texel beyond the edge, as much of it is left as of the nothing that is beyond.
+    #[test]
+    fn beyond_its_edges_an_image_may_be_black() {
+        let t = image(&[1.0, 2.0, 3.0, 4.0], 2);
+        let at = |u, v| t.bilinear(Vec2::new(u, v), Wrap::Black).0.x;
+        assert_eq!([at(0.25, 0.25), at(0.75, 0.75)], [3.0, 2.0]);
+        assert_eq!([at(0.0, 0.25), at(0.75, 1.0), at(1.0, 0.0)], [1.5, 1.0, 1.0]);
+        assert_eq!([at(-0.25, 0.25), at(0.25, 1.3), at(7.0, -3.0)], [0.0; 3]);
+        let nearest = |u, v| t.nearest(Vec2::new(u, v), Wrap::Black).0.x;
+        assert_eq!(
+            [nearest(0.01, 0.99), nearest(-0.01, 0.99), nearest(0.01, 1.01)],
+            [1.0, 0.0, 0.0]
+        );
     }
 
     /// Rows from above in memory, v from below; values at the middles of texels, and linear

@@ -24,7 +24,8 @@ pub mod warp;
 pub use bounds::Bounds3;
 pub use frame::Frame;
 pub use glam::{
-    Affine2, BVec3A, DAffine3, DMat3, DMat4, DQuat, DVec3, FloatExt, Mat3, Vec2, Vec3, Vec3A, Vec4,
+    Affine2, BVec3A, DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, FloatExt, Mat3, Vec2, Vec3,
+    Vec3A, Vec4,
 };
 pub use measure::{Area, Pdf, SolidAngle};
 pub use pose::{POSE_ERROR, Pose};

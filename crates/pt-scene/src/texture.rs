@@ -299,6 +299,24 @@ pub enum Wrap {
     Mirror,
     /// What is at the nearest edge.
     Clamp,
+    /// Nothing: texels beyond the image are black.
+    Black,
+}
+
+impl Wrap {
+    /// Which texel of a row of `n` stands for number `i` of an endless row; `None` where that is black.
+    #[inline]
+    pub fn texel(self, i: i64, n: i64) -> Option<i64> {
+        match self {
+            Self::Repeat => Some(i.rem_euclid(n)),
+            Self::Clamp => Some(i.clamp(0, n - 1)),
+            Self::Mirror => {
+                let i = i.rem_euclid(2 * n);
+                Some(i.min(2 * n - 1 - i))
+            }
+            Self::Black => (0..n).contains(&i).then_some(i),
+        }
+    }
 }
 
 /// What an image shows between the middles of its texels.

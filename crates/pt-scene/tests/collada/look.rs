@@ -221,7 +221,7 @@ fn images_paint_materials() {
         (32, Wrap::Repeat, Filter::Trilinear)
     );
     let wraps = ["clamped", "bordered", "mixed"].map(|name| bitmap(diffuse(all[name])).wrap);
-    assert_eq!(wraps, [Wrap::Clamp, Wrap::Repeat, Wrap::Repeat]);
+    assert_eq!(wraps, [Wrap::Clamp, Wrap::Black, Wrap::Repeat]);
     let screen = all["screen"];
     assert_eq!(screen.surface, Black.into());
     let Surface::Plastic(varnish) = &all["varnish"].surface else { panic!("no gloss") };
@@ -237,7 +237,7 @@ fn images_paint_materials() {
     let told = scene.warnings.iter().chain(&scene.missing);
     let warnings: Vec<_> = told.map(ToString::to_string).collect();
     let expected = [
-        "<wrap_s> of effect \"bordered-effect\": \"BORDER\" is not supported here",
+        "<border_color> of effect \"bordered-effect\": \"0 0.5 0 1\" around an image is taken as black",
         "<wrap_t> of effect \"mixed-effect\": \"WRAP\" is not supported here",
         "<reflective> of effect \"chrome-effect\": the texture",
         "<transparent> of effect \"curtain-effect\": the texture",

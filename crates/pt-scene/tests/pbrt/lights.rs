@@ -2,14 +2,14 @@
 
 use std::f64::consts::PI;
 
-use pt_math::DVec3;
+use pt_math::{DAffine3, DMat3, DVec2, DVec3};
 use pt_scene::image::SaveOptions;
-use pt_scene::texture::Pattern;
+use pt_scene::texture::{Bitmap, Filter, Pattern, Wrap};
 use pt_scene::{Color, LightKind, Material, Portal, Scalar, Scene};
 
 use super::{read, read_all, refusal};
 
-fn light(text: &str) -> (LightKind, pt_math::DAffine3) {
+fn light(text: &str) -> (LightKind, DAffine3) {
     let light = read("", text).lights.swap_remove(0);
     (light.kind, light.to_world)
 }
@@ -188,6 +188,106 @@ fn a_square_map_shines_from_where_it_does_there() {
         let [r, _, b] = image.pixels[row * image.width as usize + column];
         assert_eq!(r > b, direction.x < 0.0, "{direction}");
     }
+}
+
+/// Reads a light in a folder with a picture of these texels.
+fn with_picture(width: u32, pixels: Vec<[f32; 3]>, text: &str) -> (LightKind, DAffine3) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let image = pt_scene::image::Image { width, height: pixels.len() as u32 / width, pixels };
+    let path = folder.path().join("slide.exr");
+    pt_scene::image::save(&image, &path, &SaveOptions::default()).expect("it is written");
+    let file = folder.path().join("a.pbrt");
+    std::fs::write(&file, format!("Camera \"perspective\" WorldBegin {text}"))
+        .expect("it is written");
+    let light = pt_scene::format::load(&file).expect("a scene").lights.swap_remove(0);
+    (light.kind, light.to_world)
+}
+
+/// What a slide lets through towards a direction of the world.
+fn thrown((kind, to_world): &(LightKind, DAffine3), direction: DVec3) -> [f32; 3] {
+    let LightKind::LinearSpot { intensity, cutoff_angle, texture: Some(slide), .. } = kind else {
+        panic!("no slide: {kind:?}")
+    };
+    let Pattern::Bitmap(Bitmap { image, wrap: Wrap::Black, filter: Filter::Nearest }) =
+        &slide.pattern
+    else {
+        panic!("{:?}", slide.pattern)
+    };
+    let DVec3 { x, y, z } = to_world.matrix3.inverse() * direction;
+    if z >= 0.0 || x.hypot(y).atan2(-z).to_degrees() > *cutoff_angle {
+        return [0.0; 3];
+    }
+    let tangent = cutoff_angle.to_radians().tan();
+    let on_slide = DVec2::splat(0.5) + DVec2::new(x, y) * (0.5 / (-z * tangent));
+    let uv = slide.to_pattern.transform_point2(on_slide);
+    let size = DVec2::new(f64::from(image.width), f64::from(image.height));
+    let at = DVec2::new(uv.x, 1.0 - uv.y) * size;
+    if at.min_element() < 0.0 || at.cmpge(size).any() {
+        return [0.0; 3];
+    }
+    let texel = image.pixels[at.y as usize * image.width as usize + at.x as usize];
+    [0, 1, 2].map(|c| texel[c] * intensity[c])
+}
+
+/// The shorter side is as wide as the angle; x goes to the right, and y up; nothing is beyond the edges.
+#[test]
+fn a_picture_is_thrown_as_it_is_there() {
+    const PLACED: &str = "Translate 1 2 3 Rotate 30 1 2 3 Scale 2 2 2";
+    let pixels: Vec<_> = (1..=8_u8).map(|i| [f32::from(i), 0.5, 0.0]).collect();
+    let tangent = 35_f64.to_radians().tan();
+    let turn = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 30_f64.to_radians());
+    for (width, sides) in [(4, [2.0, 1.0]), (2, [1.0, 2.0])] {
+        let text = format!(
+            "{PLACED} LightSource \"projection\" \"string filename\" \"slide.exr\" \"float fov\" 70 \"float scale\" 3"
+        );
+        let light = with_picture(width, pixels.clone(), &text);
+        assert_eq!(light.1.translation, DVec3::new(1.0, 2.0, 3.0));
+        let height = 8 / width;
+        for row in 0..height {
+            for column in 0..width {
+                let middle = |i: u32, n: u32| (2.0 * f64::from(i) + 1.0) / f64::from(n) - 1.0;
+                let x = middle(column, width) * sides[0] * tangent;
+                let y = -middle(row, height) * sides[1] * tangent;
+                let want = (row * width + column + 1) as f32 * 3.0;
+                let found = thrown(&light, turn * DVec3::new(x, y, 1.0));
+                assert_eq!(found, [want, 1.5, 0.0], "{column} {row} of {width}");
+            }
+        }
+        for (x, y) in [(1.01, 0.9), (-0.9, 1.01), (-1.01, -0.9), (0.9, -1.01)] {
+            let beyond = DVec3::new(x * sides[0] * tangent, y * sides[1] * tangent, 1.0);
+            assert_eq!(thrown(&light, turn * beyond), [0.0; 3]);
+            assert!(
+                thrown(&light, turn * DVec3::new(beyond.x * 0.98, beyond.y * 0.98, 1.0))
+                    != [0.0; 3]
+            );
+        }
+        assert_eq!(thrown(&light, turn * DVec3::NEG_Z), [0.0; 3]);
+    }
+}
+
+/// Over all directions, by many points that are even on the sphere.
+#[test]
+fn the_power_of_a_picture_is_what_it_throws() {
+    const POINTS: u32 = 400_000;
+    let pixels: Vec<_> = (1..=8_u8).map(|i| [f32::from(i), 0.5, 2.0]).collect();
+    let text = "LightSource \"projection\" \"string filename\" \"slide.exr\" \"float fov\" 80 \"float power\" 25";
+    let light = with_picture(4, pixels, text);
+    let golden = PI * (5_f64.sqrt() - 1.0);
+    let direction = |i: u32| {
+        let z = 1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(POINTS);
+        let (sin, cos) = (golden * f64::from(i)).sin_cos();
+        let equator = (1.0 - z * z).sqrt();
+        DVec3::new(equator * cos, equator * sin, z)
+    };
+    let sum: f64 = (0..POINTS).map(|i| f64::from(luminance(thrown(&light, direction(i))))).sum();
+    let power = sum * 4.0 * PI / f64::from(POINTS);
+    // The sum over texels is by their middles, of which the middle of the cosine's cube is not quite the mean.
+    assert!((power / 25.0 - 1.0).abs() < 0.03, "{power}");
+    let bad = refusal(
+        "LightSource \"projection\" \"string filename\" \"parts/dots.png\" \"float fov\" 180",
+    );
+    assert!(bad.contains("180° is no angle of a picture"), "{bad}");
+    assert!(refusal("LightSource \"projection\"").contains("\"string filename\" is missing"));
 }
 
 #[test]

@@ -59,15 +59,24 @@ pub(super) fn wrap<'a>(reader: &mut Reader<'a>, sampler: Option<Node<'a>>) -> Wr
         "WRAP" => Some(Wrap::Repeat),
         "MIRROR" => Some(Wrap::Mirror),
         "CLAMP" => Some(Wrap::Clamp),
+        "BORDER" | "NONE" => Some(Wrap::Black),
         _ => None,
     };
     let (s, t) = (mode("wrap_s"), mode("wrap_t"));
     match (wrap(s), wrap(t)) {
-        (Some(s), Some(t)) if s == t => s,
+        (Some(of_s), Some(of_t)) if of_s == of_t => {
+            if let Some((border, color)) = mode("border_color").filter(|_| of_s == Wrap::Black)
+                && color.split_whitespace().take(3).any(|c| c.parse() != Ok(0.0))
+            {
+                let message = format!("{} around an image is taken as black", quote(color));
+                reader.warn(border, message);
+            }
+            of_s
+        }
         (of_s, _) => {
             if let Some((element, text)) = s.filter(|_| of_s.is_none()).or(t).or(s) {
                 let message = format!(
-                    "{} is not supported here; expected WRAP, MIRROR or CLAMP, the same for wrap_s and \
+                    "{} is not supported here; expected WRAP, MIRROR, CLAMP, BORDER or NONE, the same for wrap_s and \
                      wrap_t; the image is repeated",
                     quote(text)
                 );

@@ -365,7 +365,7 @@ record! { Blend { first: FROM_0, second: FROM_0, share: SHARE => 0.5.into() } }
 record! {
     Bitmap { image: Plain, wrap: Plain => Wrap::default(), filter: Plain => Filter::default() }
 }
-words! { Wrap { Repeat, Mirror, Clamp } }
+words! { Wrap { Repeat, Mirror, Clamp, Black } }
 words! { Filter { Bilinear, Nearest, Trilinear } }
 
 impl Shared for Texture {

@@ -44,7 +44,7 @@ pub(super) fn balance(scene: &mut Scene, matrix: DMat3) {
             | LightKind::Ies { scale: light, .. }
             | LightKind::Directional { irradiance: light }
             | LightKind::Constant { radiance: light, .. } => *light = seen(matrix, *light),
-            LightKind::LinearSpot { intensity, .. } => *intensity = seen(matrix, *intensity),
+            LightKind::LinearSpot { texture: Some(texture), .. } => tint_texture(texture, matrix),
             LightKind::Environment { image, .. } => *image = picture(image, matrix),
             _ => {}
         }
@@ -85,16 +85,18 @@ fn picture(image: &Image, matrix: DMat3) -> Arc<Image> {
 fn tint(color: &mut Color, matrix: DMat3) {
     match color {
         Input::Value(value) => *value = seen(matrix, *value),
-        Input::Texture(texture) => {
-            let mut tinted = Texture::clone(texture);
-            match &mut tinted.pattern {
-                Pattern::Bitmap(bitmap) => bitmap.image = picture(&bitmap.image, matrix),
-                Pattern::Product(factors) => tint(&mut factors[0], matrix),
-                _ => {}
-            }
-            *texture = Arc::new(tinted);
-        }
+        Input::Texture(texture) => tint_texture(texture, matrix),
     }
+}
+
+fn tint_texture(texture: &mut Arc<Texture>, matrix: DMat3) {
+    let mut tinted = Texture::clone(texture);
+    match &mut tinted.pattern {
+        Pattern::Bitmap(bitmap) => bitmap.image = picture(&bitmap.image, matrix),
+        Pattern::Product(factors) => tint(&mut factors[0], matrix),
+        _ => {}
+    }
+    *texture = Arc::new(tinted);
 }
 
 #[cfg(test)]

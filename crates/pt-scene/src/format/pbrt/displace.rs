@@ -7,7 +7,7 @@ use pt_math::{DAffine3, DVec3};
 
 use crate::image::Image;
 use crate::shapes::{single_part, smooth_normals};
-use crate::texture::{Bitmap, Filter, Input, Layout, Pattern, Scalar, Texture, Wrap};
+use crate::texture::{Bitmap, Filter, Input, Layout, Pattern, Scalar, Texture};
 use crate::{Attribute, Mesh};
 
 /// Most triangles of one displaced mesh.
@@ -156,18 +156,11 @@ fn texture_at(texture: &Texture, [u, v]: [f32; 2]) -> Result<f32, String> {
 fn bitmap_at(Bitmap { image, wrap, filter }: &Bitmap, uv: [f64; 2]) -> f32 {
     let Image { width, height, pixels } = &**image;
     let size = [*width, *height].map(i64::from);
-    let texel = |x: i64, y: i64| {
-        let wrapped = |i: i64, count: i64| match wrap {
-            Wrap::Repeat => i.rem_euclid(count),
-            Wrap::Clamp => i.clamp(0, count - 1),
-            Wrap::Mirror => {
-                let i = i.rem_euclid(2 * count);
-                i.min(2 * count - 1 - i)
-            }
-        };
-        let (x, y) = (wrapped(x, size[0]), size[1] - 1 - wrapped(y, size[1]));
-        pixels[(y * size[0] + x) as usize][0]
+    let texel = |x: i64, y: i64| -> Option<f32> {
+        let (x, y) = (wrap.texel(x, size[0])?, size[1] - 1 - wrap.texel(y, size[1])?);
+        Some(pixels[(y * size[0] + x) as usize][0])
     };
+    let texel = |x: i64, y: i64| texel(x, y).unwrap_or(0.0);
     let [x, y] = [0, 1].map(|axis| uv[axis] * size[axis] as f64);
     if *filter == Filter::Nearest {
         return texel(x.floor() as i32 as i64, y.floor() as i32 as i64);
@@ -186,6 +179,7 @@ mod tests {
     use pt_math::DMat3;
 
     use super::*;
+    use crate::texture::Wrap;
 
     /// A square in z = 0, with texture coordinates like its positions.
     fn square() -> Mesh {

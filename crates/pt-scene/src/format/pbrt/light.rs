@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use pt_math::{DAffine3, DMat3, DVec3};
+use pt_math::{DAffine3, DMat3, DVec2, DVec3};
 
 use super::super::substitute;
 use super::super::transform::perpendicular;
@@ -14,9 +14,10 @@ use super::scene::World;
 use super::state::State;
 use crate::image::{Image, Numbers, Transfer};
 use crate::light::Portal;
+use crate::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
 use crate::{IesProfile, Light, LightKind, LoadError, Rows};
 
-const KINDS: [&str; 5] = ["distant", "goniometric", "infinite", "point", "spot"];
+const KINDS: [&str; 6] = ["distant", "goniometric", "infinite", "point", "projection", "spot"];
 /// Matrices are written with a few digits.
 const TOLERANCE: f64 = 1e-4;
 
@@ -36,6 +37,7 @@ impl World {
             "point" => self.point(entity, node)?,
             "spot" => self.spot(entity, node)?,
             "goniometric" => self.goniometric(entity, node)?,
+            "projection" => self.projection(entity, node)?,
             "distant" => self.distant(entity, node)?,
             "infinite" => self.infinite(entity, node)?,
             _ => return Err(entity.unsupported(&KINDS)),
@@ -121,9 +123,7 @@ impl World {
     ) -> Result<(DAffine3, LightKind), LoadError> {
         const DEGREES: u16 = 1;
         let image = self.square_map(entity)?;
-        let Some(image) = image else {
-            return Err(entity.at.error("the parameter \"string filename\" is missing"));
-        };
+        let Some(image) = image else { return Err(no_file(entity)) };
         let mean = image.pixels.iter().map(|p| f64::from(luminance(*p))).sum::<f64>()
             / image.pixels.len() as f64;
         let intensity = self.emitted(entity, "I", power(entity, 4.0 * PI * mean)?)?;
@@ -146,6 +146,49 @@ impl World {
             DAffine3::from_mat3_translation(turn, node.translation),
             LightKind::Ies { profile, scale: intensity },
         ))
+    }
+
+    /// A picture that is thrown along z; y is up in it, and its shorter side is as wide as the angle.
+    fn projection(
+        &self,
+        entity: &Entity,
+        node: DAffine3,
+    ) -> Result<(DAffine3, LightKind), LoadError> {
+        /// By how much the cone reaches beyond the corners.
+        const MARGIN: f64 = 1.0 + 1e-6;
+        /// Of a slide in degrees; beyond, single precision has no tangents.
+        const WIDEST: f64 = 179.0;
+        let fov = entity.float("fov", 90.0)?;
+        if !(fov > 0.0 && fov <= WIDEST) {
+            let message = format!(
+                "{fov}° is no angle of a picture; expected more than 0 and at most {WIDEST}"
+            );
+            return Err(entity.refuse("fov", message));
+        }
+        let Some(image) = self.picture(entity)? else { return Err(no_file(entity)) };
+        let aspect = f64::from(image.width) / f64::from(image.height);
+        let tangent = libm::tan(0.5 * fov.to_radians());
+        let half = DVec2::new(aspect, 1.0) * (tangent / aspect.min(1.0));
+        let intensity = entity.not_negative("scale", 1.0)? * power(entity, flux(&image, half))?;
+        // From the slide that is as wide as the cone to the picture in the middle of it.
+        let cone = half.length() * MARGIN;
+        let scale = DVec2::splat(cone) / half;
+        let to_pattern = DMat3::from_cols(
+            DVec3::X * scale.x,
+            DVec3::Y * scale.y,
+            (DVec2::splat(0.5) - scale * 0.5).extend(1.0),
+        );
+        let bitmap = Bitmap { image: Arc::new(image), wrap: Wrap::Black, filter: Filter::Nearest };
+        let slide = Texture::on_surface(Pattern::Bitmap(bitmap), to_pattern);
+        let angle = libm::atan(cone).to_degrees();
+        let kind = LightKind::LinearSpot {
+            intensity: [intensity as f32; 3],
+            beam_angle: angle,
+            cutoff_angle: angle,
+            texture: Some(Arc::new(slide)),
+        };
+        let turn = turned(entity, node.matrix3)? * DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0));
+        Ok((DAffine3::from_mat3_translation(turn, node.translation), kind))
     }
 
     fn distant(&self, entity: &Entity, node: DAffine3) -> Result<(DAffine3, LightKind), LoadError> {
@@ -208,9 +251,20 @@ impl World {
 
     /// The square map of a light, if it has one.
     fn square_map(&self, entity: &Entity) -> Result<Option<Image>, LoadError> {
+        let image = self.picture(entity)?;
+        if let Some(Image { width, height, .. }) = image.as_ref().filter(|i| i.width != i.height) {
+            let message = format!(
+                "the image has {width} × {height} pixels; expected a square map of equal areas, as imgtool makeequiarea makes it"
+            );
+            return Err(entity.refuse("filename", message));
+        }
+        Ok(image)
+    }
+
+    /// The picture of a light, if it has one.
+    fn picture(&self, entity: &Entity) -> Result<Option<Image>, LoadError> {
         let Some(name) = entity.text("filename")? else { return Ok(None) };
         let path = self.textures.folder.join(name);
-        let refuse = |message: String| entity.refuse("filename", message);
         let context = &self.textures.folder.context;
         let mut image = match context.picture(&path, Numbers::Light(Transfer::Srgb)) {
             Ok(decoded) => decoded.image,
@@ -220,16 +274,9 @@ impl World {
                 substitute::light()
             }
         };
-        if image.width != image.height {
-            let message = format!(
-                "the image has {} × {} pixels; expected a square map of equal areas, as imgtool makeequiarea makes it",
-                image.width, image.height
-            );
-            return Err(refuse(message));
-        }
         // Negative numbers are cut there.
         image.pixels.iter_mut().flatten().for_each(|c| *c = if *c < 0.0 { 0.0 } else { *c });
-        image.check_radiance().map_err(refuse)?;
+        image.check_radiance().map_err(|message| entity.refuse("filename", message))?;
         Ok(Some(image))
     }
 }
@@ -244,6 +291,24 @@ fn portal(entity: &Entity) -> Result<Option<Portal>, LoadError> {
     let portal = Portal { corners };
     portal.edges().map_err(|message| entity.refuse("portal", message))?;
     Ok(Some(portal))
+}
+
+fn no_file(entity: &Entity) -> LoadError {
+    entity.at.error("the parameter \"string filename\" is missing")
+}
+
+/// What a light of intensity 1 sends through a slide at distance 1, which has half of these sides: ∫ I cos³ θ dA, by the
+/// middles of texels.
+fn flux(image: &Image, half: DVec2) -> f64 {
+    let size = DVec2::new(f64::from(image.width), f64::from(image.height));
+    let texel = |(i, pixel): (usize, &[f32; 3])| {
+        let (row, column) = (i / image.width as usize, i % image.width as usize);
+        let at = (DVec2::new(column as f64, row as f64) + 0.5) / size * 2.0 - 1.0;
+        let squared = 1.0 + (at * half).length_squared();
+        f64::from(luminance(*pixel)) / (squared * squared.sqrt())
+    };
+    let sum: f64 = image.pixels.iter().enumerate().map(texel).sum();
+    sum * 4.0 * half.element_product() / size.element_product()
 }
 
 /// By what a light is multiplied to have the power that is asked for, if the one that it has is `k` for a colour

@@ -358,9 +358,12 @@ impl Textures {
         let wrap = match entity.text("wrap")? {
             None | Some("repeat") => Wrap::Repeat,
             Some("clamp") => Wrap::Clamp,
+            Some("black") => Wrap::Black,
             Some(other) => {
-                let message =
-                    format!("the wrap {} is not supported; supported: repeat, clamp", quote(other));
+                let message = format!(
+                    "the wrap {} is not supported; supported: repeat, black, clamp",
+                    quote(other)
+                );
                 return Err(entity.refuse("wrap", message));
             }
         };

@@ -58,7 +58,7 @@ impl Images {
     fn texture(&mut self, image: usize, wrap: Wrap, filter: Filter) -> usize {
         let wrap = match wrap {
             Wrap::Repeat => 10_497,
-            Wrap::Clamp => 33_071,
+            Wrap::Clamp | Wrap::Black => 33_071,
             Wrap::Mirror => 33_648,
         };
         let (near, far) = match filter {

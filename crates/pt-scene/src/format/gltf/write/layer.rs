@@ -81,7 +81,10 @@ impl Parameter {
             Pattern::VertexColors => self.colors = Some(MeshColors::Vertices),
             Pattern::FaceColors => self.colors = self.colors.or(Some(MeshColors::Faces)),
             Pattern::Bitmap(_) | Pattern::Checkerboard(_) if texture.layout == Layout::Surface => {
-                self.lay(layer(texture));
+                let layer = layer(texture);
+                // There is no black beyond the edges; what is at them is there instead.
+                self.lost |= layer.as_ref().is_some_and(|layer| layer.wrap == Wrap::Black);
+                self.lay(layer);
             }
             Pattern::Blend(blend) => self.blend(blend),
             other => {
