@@ -7,7 +7,7 @@
 use std::collections::HashSet;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::ahead::Ahead;
 use super::limits::Limits;
@@ -239,9 +239,7 @@ impl Context {
 
     fn check_time(&self) -> Result<(), String> {
         match self.limits().time() {
-            Some(most) if self.start.elapsed() >= most => {
-                Err(format!("reading takes longer than the limit of {} seconds", most.as_secs()))
-            }
+            Some(most) if self.start.elapsed() >= most => Err(out_of_time(most)),
             _ => Ok(()),
         }
     }
@@ -356,6 +354,11 @@ impl Context {
             (at.file != self.file, at.file.clone(), at.line, at.column)
         })
     }
+}
+
+/// The message about a scene whose reading takes longer than it may.
+pub(super) fn out_of_time(most: Duration) -> String {
+    format!("reading takes longer than the limit of {} seconds", most.as_secs())
 }
 
 /// The message about a file that cannot be read.

@@ -24,7 +24,8 @@ pub struct Limits {
     pub include_depth: Option<u64>,
     /// Files that are included.
     pub files: Option<u64>,
-    /// Seconds of reading, which are looked at between items.
+    /// Seconds of reading, which are looked at between items; half a second later, reading of a file is given up in the middle of one,
+    /// which goes on until its end on a thread of its own, for nothing.
     pub seconds: Option<u64>,
     /// Triangles that the round and bent shapes of pbrt-v4 scenes are cut into.
     pub triangles: Option<u64>,

@@ -5,6 +5,7 @@
 mod ahead;
 pub mod collada;
 mod context;
+mod deadline;
 mod decimal;
 mod faults;
 mod gloss;
@@ -30,6 +31,7 @@ mod xml;
 
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use crate::guard::guarded;
 use crate::{LoadError, Scene, Source, Warning};
@@ -105,6 +107,21 @@ impl Format {
     ) -> Result<Scene, LoadError> {
         let context = Context::new(path, options);
         self.read(path, &context, || (self.parser)(bytes, path, &context)).scene
+    }
+
+    /// Reads a file. Where that may take some time alone, it is given up soon after that time, whatever it is at.
+    fn read_in_time(&'static self, path: &Path, context: &Arc<Context>) -> Reading {
+        /// For what looks at the time by itself, and tells where it was.
+        const GRACE: Duration = Duration::from_millis(500);
+        let Some(most) = context.limits().time() else { return self.read_file(path, context) };
+        let (file, of_thread) = (path.to_owned(), Arc::clone(context));
+        deadline::within(most.saturating_add(GRACE), move || self.read_file(&file, &of_thread))
+            .unwrap_or_else(|| {
+                context.finish(Err(LoadError::Broken {
+                    at: mesh_file::place(path, 0),
+                    message: context::out_of_time(most),
+                }))
+            })
     }
 
     /// Reads a file.
@@ -200,7 +217,7 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Scene, LoadError>
 /// Like [`load_with`], and tells all that was found.
 pub fn read_with(path: &Path, options: &LoadOptions) -> Reading {
     match format_of(path) {
-        Ok(format) => format.read_file(path, &Context::new(path, options)),
+        Ok(format) => format.read_in_time(path, &Context::new(path, options)),
         Err(error) => Reading {
             scene: Err(error),
             missing: Vec::new(),
