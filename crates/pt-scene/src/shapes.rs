@@ -2,7 +2,9 @@
 //!
 //! Rectangle, cube, disk and cylinder have the texture coordinates that Mitsuba 3.9 gives them.
 
+pub(crate) mod grid;
 mod round;
+pub(crate) mod tube;
 
 use std::collections::HashMap;
 

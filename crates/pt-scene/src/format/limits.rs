@@ -27,7 +27,7 @@ pub struct Limits {
     /// Seconds of reading, which are looked at between items; half a second later, reading of a file is given up in the middle of one,
     /// which goes on until its end on a thread of its own, for nothing.
     pub seconds: Option<u64>,
-    /// Triangles that the round and bent shapes of pbrt-v4 scenes are cut into.
+    /// Triangles that the round and bent shapes of pbrt-v4 scenes, and each file of curves of Mitsuba, are cut into.
     pub triangles: Option<u64>,
 }
 

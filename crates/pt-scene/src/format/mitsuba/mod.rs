@@ -34,6 +34,7 @@
 //! * A grid of a medium that is turned ends at its own box here, and at the upright box around it there.
 
 mod bsdf;
+mod curves;
 mod daylight;
 mod emitter;
 mod film;

@@ -8,15 +8,18 @@ use pt_math::{DAffine3, DMat3, DVec3, Frame};
 
 use super::super::mesh_file::{self, MeshFile};
 use super::super::{obj, ply, serialized};
+use super::curves;
 use super::object::{Object, Parameters, Tree, error, unsupported};
 use crate::shapes::{self, smooth_normals};
 use crate::{Geometry, LoadError, Mesh, Motion, Warning};
 
-const KINDS: [&str; 10] = [
+const KINDS: [&str; 12] = [
+    "bsplinecurve",
     "cube",
     "cylinder",
     "disk",
     "instance",
+    "linearcurve",
     "obj",
     "ply",
     "rectangle",
@@ -86,6 +89,24 @@ pub(super) fn shape(
             let to_world = cylinder(&mut parameters, to_world)?;
             Shape { to_world, ..mesh(meshes.made("cylinder", shapes::cylinder, flips)) }
         }
+        kind @ ("bsplinecurve" | "linearcurve") => {
+            let path = mesh_path(tree, object, &mut parameters)?;
+            let degree = if kind == "linearcurve" { 1 } else { 3 };
+            // The radii do not grow with a transform, unless it moves.
+            let (points, placed) = match motion {
+                None => (to_world, DAffine3::IDENTITY),
+                Some(_) => (DAffine3::IDENTITY, to_world),
+            };
+            let read = tree.context.read(&path).and_then(|bytes| {
+                let limits = tree.context.limits();
+                curves::parse_mesh(&bytes, &path, degree, points, limits)
+                    .map_err(|error| error.to_string())
+            });
+            match read {
+                Ok(read) => Shape { to_world: placed, ..mesh(turned(read, flips)) },
+                Err(why) => return Err(left_out(tree, &parameters, &why)),
+            }
+        }
         kind @ ("ply" | "obj" | "serialized") => {
             let mirrored = mirrors || to_world.matrix3.determinant() < 0.0;
             let key = mesh_key(tree, object, &mut parameters, (flips, mirrored))?;
@@ -100,10 +121,7 @@ pub(super) fn shape(
             };
             match meshes.of_file(&key, read, warnings) {
                 Ok(read) => mesh(read),
-                Err(why) => {
-                    tree.miss(parameters.place("filename"), &why, "the shape is left out")?;
-                    return Err(LoadError::Told);
-                }
+                Err(why) => return Err(left_out(tree, &parameters, &why)),
             }
         }
         _ => return Err(unsupported(object, &KINDS)),
@@ -134,15 +152,27 @@ fn mesh_key(
         let message = format!("\"shape_index\" is {index}; expected a whole number from 0");
         parameters.refuse("shape_index", message)
     })?;
+    let path = mesh_path(tree, object, parameters)?;
+    Ok(MeshKey { path, index, is_flat, flips, flips_v, mirrored })
+}
+
+/// The file that an object names; a missing one is noted.
+fn mesh_path(
+    tree: &Tree,
+    object: &Object,
+    parameters: &mut Parameters<'_>,
+) -> Result<PathBuf, LoadError> {
     let Some(text) = parameters.text("filename")? else {
         let message = "the <string name=\"filename\"> is missing";
         return Err(error(&object.at, message));
     };
-    let Some(path) = tree.resolve(text) else {
-        tree.miss(parameters.place("filename"), &tree.not_found(text), "the shape is left out")?;
-        return Err(LoadError::Told);
-    };
-    Ok(MeshKey { path, index, is_flat, flips, flips_v, mirrored })
+    tree.resolve(text).ok_or_else(|| left_out(tree, parameters, &tree.not_found(text)))
+}
+
+/// Notes a file that cannot be used, and why.
+fn left_out(tree: &Tree, parameters: &Parameters<'_>, why: &str) -> LoadError {
+    let told = tree.miss(parameters.place("filename"), why, "the shape is left out");
+    told.err().unwrap_or(LoadError::Told)
 }
 
 /// A mesh with its front on the other side if that is asked for.

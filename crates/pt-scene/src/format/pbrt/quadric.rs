@@ -4,52 +4,11 @@ use std::f64::consts::TAU;
 
 use pt_math::DVec3;
 
-use crate::shapes::single_part;
-use crate::{Attribute, Mesh};
+use crate::Mesh;
+use crate::shapes::grid::grid;
 
 /// Pieces of a full turn. Of a radius r, sides are at most r (1 − cos(π / 256)) = 7.5 · 10⁻⁵ r off.
 const TURN: u32 = 256;
-
-/// A surface at (u, v): its position and its normal.
-pub(super) type Point = (DVec3, DVec3);
-
-/// The mesh of a surface with so many pieces along u and v. The front is where ∂p/∂u × ∂p/∂v looks, and (u, v)
-/// are its texture coordinates.
-pub(super) fn mesh(name: &str, [columns, rows]: [u32; 2], at: impl Fn(f64, f64) -> Point) -> Mesh {
-    let share = |i: u32, count: u32| f64::from(i) / f64::from(count);
-    let (mut positions, mut normals, mut uvs) = (Vec::new(), Vec::new(), Vec::new());
-    for j in 0..=rows {
-        for i in 0..=columns {
-            let (u, v) = (share(i, columns), share(j, rows));
-            let (position, normal) = at(u, v);
-            positions.push(position.as_vec3().to_array());
-            normals.push(normal.as_vec3().to_array());
-            uvs.push([u as f32, v as f32]);
-        }
-    }
-    let mut triangles = Vec::new();
-    for j in 0..rows {
-        for i in 0..columns {
-            let [a, b] = [0, 1].map(|row| (j + row) * (columns + 1) + i);
-            for corners in [[a, a + 1, b + 1], [a, b + 1, b]] {
-                let [p, q, r] = corners.map(|corner| positions[corner as usize]);
-                if p != q && q != r && r != p {
-                    triangles.push(corners);
-                }
-            }
-        }
-    }
-    Mesh {
-        name: name.to_owned(),
-        positions,
-        normals: Some(Attribute { values: normals, indices: None }),
-        uvs: Some(Attribute { values: uvs, indices: None }),
-        colors: None,
-        face_colors: None,
-        parts: single_part(triangles.len()),
-        triangles,
-    }
-}
 
 /// Pieces of a part of a turn, given in radians.
 fn pieces(phi_max: f64) -> u32 {
@@ -69,7 +28,7 @@ pub(super) fn sphere(radius: f64, [z_min, z_max]: [f64; 2], phi_max: f64) -> Mes
     let polar = |z: f64| libm::acos((z / radius).clamp(-1.0, 1.0));
     let (low, high) = (polar(z_min), polar(z_max));
     let rows = (((low - high) / TAU * f64::from(TURN)).ceil() as u32).clamp(1, TURN);
-    mesh("sphere", [pieces(phi_max), rows], |u, v| {
+    grid("sphere", [pieces(phi_max), rows], |u, v| {
         let theta = low + v * (high - low);
         let (sin, cos) = libm::sincos(theta);
         // The poles are one point.
@@ -82,7 +41,7 @@ pub(super) fn sphere(radius: f64, [z_min, z_max]: [f64; 2], phi_max: f64) -> Mes
 
 /// A disk, or a ring; v grows from the outer to the inner radius.
 pub(super) fn disk(height: f64, [radius, inner]: [f64; 2], phi_max: f64) -> Mesh {
-    mesh("disk", [pieces(phi_max), 1], |u, v| {
+    grid("disk", [pieces(phi_max), 1], |u, v| {
         let r = if v == 1.0 { inner } else { radius + v * (inner - radius) };
         (around(u, phi_max) * r + DVec3::Z * height, DVec3::Z)
     })
@@ -90,7 +49,7 @@ pub(super) fn disk(height: f64, [radius, inner]: [f64; 2], phi_max: f64) -> Mesh
 
 /// A cylinder around the z axis, open at both ends; v grows with the height.
 pub(super) fn cylinder(radius: f64, [z_min, z_max]: [f64; 2], phi_max: f64) -> Mesh {
-    mesh("cylinder", [pieces(phi_max), 1], |u, v| {
+    grid("cylinder", [pieces(phi_max), 1], |u, v| {
         let normal = around(u, phi_max);
         (normal * radius + DVec3::Z * (z_min + v * (z_max - z_min)), normal)
     })
@@ -99,7 +58,7 @@ pub(super) fn cylinder(radius: f64, [z_min, z_max]: [f64; 2], phi_max: f64) -> M
 /// The surface between four corners, with straight lines along u and v:
 /// p(u, v) = (1 − u)(1 − v) p₀₀ + u (1 − v) p₁₀ + (1 − u) v p₀₁ + u v p₁₁.
 pub(super) fn patch([p00, p10, p01, p11]: [DVec3; 4], pieces: u32) -> Mesh {
-    mesh("bilinearmesh", [pieces; 2], |u, v| {
+    grid("bilinearmesh", [pieces; 2], |u, v| {
         let across = (p10 - p00) * (1.0 - v) + (p11 - p01) * v;
         let along = (p01 - p00) * (1.0 - u) + (p11 - p10) * u;
         let position = p00 * ((1.0 - u) * (1.0 - v))

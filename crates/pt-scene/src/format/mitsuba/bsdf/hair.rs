@@ -1,0 +1,62 @@
+//! `hair`: fibres.
+
+use super::super::object::Role;
+use super::inputs::Inputs;
+use super::refraction::relative_index;
+use crate::LoadError;
+use crate::material::{Hair, Pigment};
+
+/// Pigments where none are given, of which the first is brown, and the second red.
+const MELANIN: [f64; 2] = [1.3, 0.2];
+
+/// Fibres that are the same everywhere.
+pub(super) fn hair(inputs: &mut Inputs<'_, '_>) -> Result<Hair, LoadError> {
+    let ior = relative_index(&mut inputs.parameters, "amber")?;
+    if ior < 1.0 {
+        let message =
+            format!("the index of fibres is {ior} of that around them; expected at least 1");
+        return Err(inputs.parameters.refuse("int_ior", message));
+    }
+    let roughness = number(inputs, "longitudinal_roughness", 0.3, [0.0, 1.0])?;
+    let azimuthal_roughness = number(inputs, "azimuthal_roughness", 0.3, [0.0, 1.0])?;
+    let scale_angle = number(inputs, "scale_tilt", 2.0, [-45.0, 45.0])?;
+    let pigment = pigment(inputs)?;
+    Ok(Hair { pigment, ior, roughness, azimuthal_roughness, scale_angle, two_sided: false })
+}
+
+/// What colours fibres: pigments, or what they absorb.
+fn pigment(inputs: &mut Inputs<'_, '_>) -> Result<Pigment, LoadError> {
+    const NAMES: [&str; 2] = ["eumelanin", "pheomelanin"];
+    let scale = number(inputs, "scale", 1.0, [0.0, f64::from(f32::MAX)])?;
+    let Some(absorption) = inputs.parameters.given_color("sigma_a", Role::Extinction)? else {
+        let [eumelanin, pheomelanin] =
+            [0, 1].map(|i: usize| number(inputs, NAMES[i], MELANIN[i], [0.0, 1e6]));
+        return Ok(Pigment::Melanin([eumelanin?, pheomelanin?]));
+    };
+    for name in NAMES {
+        if inputs.parameters.find(name).is_some() {
+            let message = "both a pigment and what fibres absorb are given; give one of the two";
+            return Err(inputs.parameters.refuse(name, message));
+        }
+    }
+    let absorption = absorption.map(|sigma| sigma * scale);
+    if absorption.iter().all(|sigma| (0.0..=f32::MAX).contains(sigma)) {
+        return Ok(Pigment::Absorption(absorption));
+    }
+    let message = format!("fibres absorb {absorption:?}; expected finite numbers from 0");
+    Err(inputs.parameters.refuse("sigma_a", message))
+}
+
+fn number(
+    inputs: &mut Inputs<'_, '_>,
+    name: &'static str,
+    default: f64,
+    [least, most]: [f64; 2],
+) -> Result<f32, LoadError> {
+    let value = inputs.parameters.float(name)?.unwrap_or(default);
+    if (least..=most).contains(&value) {
+        return Ok(value as f32);
+    }
+    let message = format!("{name} is {value}; expected a number from {least} to {most}");
+    Err(inputs.parameters.refuse(name, message))
+}

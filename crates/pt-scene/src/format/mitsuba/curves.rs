@@ -1,0 +1,189 @@
+//! Files of curves: `linearcurve` and `bsplinecurve`.
+
+use std::path::Path;
+
+use pt_math::{DAffine3, DVec3};
+
+use super::super::xml::quote;
+use super::super::{Limits, mesh_file};
+use crate::shapes::append;
+use crate::shapes::tube::{LEAST_SIDES, Spline};
+use crate::{LoadError, Mesh};
+
+/// Most triangles that the curves of a file are cut into.
+const MAX_TRIANGLES: usize = 1 << 24;
+
+/// Triangles that all curves of a file may have so that they are rounder than they have to be, and how round they are then.
+const FINE_TRIANGLES: usize = 1 << 21;
+const MOST_SIDES: usize = 48;
+
+/// A curve, the radii at its control points, and the line behind it.
+struct Curve {
+    spline: Spline,
+    radii: Vec<f64>,
+    end: usize,
+}
+
+/// A file of curves, with a control point in each line: x, y, z and the radius there. An empty line ends a curve. Points are
+/// transformed, and radii are not.
+///
+/// # Errors
+/// If a line has not four finite numbers, of which the last is not negative; if a curve has too few points, or there is none;
+/// or if the tubes have too many triangles.
+pub(super) fn parse_mesh(
+    bytes: &[u8],
+    path: &Path,
+    degree: usize,
+    to_world: DAffine3,
+    limits: &Limits,
+) -> Result<Mesh, LoadError> {
+    let error = |line: usize, message: String| {
+        mesh_file::error(path, u32::try_from(line + 1).unwrap_or(u32::MAX), message)
+    };
+    let curves = curves(&String::from_utf8_lossy(bytes), degree, to_world)
+        .map_err(|(line, message)| error(line, message))?;
+    let count = curves.iter().map(|curve| curve.spline.triangles_of_side());
+    let of_side = count.fold(0, usize::saturating_add).max(1);
+    let sides = (FINE_TRIANGLES / of_side).clamp(LEAST_SIDES as usize, MOST_SIDES);
+    let most = limits.triangles(MAX_TRIANGLES);
+    if of_side.saturating_mul(sides) > most {
+        let message = format!(
+            "the curves are cut into more than {most} triangles; set --limit triangles to allow more"
+        );
+        return Err(mesh_file::error(path, 0, message));
+    }
+    let mut made: Option<Mesh> = None;
+    for Curve { spline, radii, end } in &curves {
+        let tube = spline.tube(sides as u32, |place| spline.between(radii, place));
+        let Some(all) = &mut made else {
+            made = Some(tube);
+            continue;
+        };
+        if !append(all, &tube) {
+            return Err(error(*end, "there are too many curves up to here".to_owned()));
+        }
+    }
+    made.ok_or_else(|| mesh_file::error(path, 0, "the file has no control points"))
+}
+
+/// All curves, or in which line something is wrong, and what.
+fn curves(text: &str, degree: usize, to_world: DAffine3) -> Result<Vec<Curve>, (usize, String)> {
+    let mut curves = Vec::new();
+    let (mut points, mut radii) = (Vec::new(), Vec::new());
+    // One more line, so that the last curve ends as the others do.
+    for (number, line) in text.lines().chain([""]).enumerate() {
+        if !line.trim().is_empty() {
+            let [x, y, z, radius] = numbers(line).map_err(|message| (number, message))?;
+            points.push(to_world.transform_point3(DVec3::new(x, y, z)));
+            radii.push(radius);
+        } else if !points.is_empty() {
+            let spline = Spline { points: std::mem::take(&mut points), degree, is_bspline: true };
+            if !spline.is_whole() {
+                let message = format!(
+                    "the curve before this has {} control points; expected at least {}",
+                    spline.points.len(),
+                    degree + 1
+                );
+                return Err((number, message));
+            }
+            curves.push(Curve { spline, radii: std::mem::take(&mut radii), end: number });
+        }
+    }
+    Ok(curves)
+}
+
+/// The four numbers of a line.
+fn numbers(line: &str) -> Result<[f64; 4], String> {
+    let mut words = line.split_ascii_whitespace();
+    let mut found = [0.0; 4];
+    for number in &mut found {
+        let word = words.next().ok_or_else(|| {
+            format!("{} has too few numbers; expected x, y, z and a radius", quote(line.trim()))
+        })?;
+        *number = word
+            .parse()
+            .ok()
+            .filter(|x: &f64| x.is_finite() && x.abs() <= f64::from(f32::MAX))
+            .ok_or_else(|| format!("{} is no finite number", quote(word)))?;
+    }
+    if let Some(more) = words.next() {
+        return Err(format!("{} is one too many; expected x, y, z and a radius", quote(more)));
+    }
+    if found[3] < 0.0 {
+        return Err(format!("the radius is {}; expected at least 0", found[3]));
+    }
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str, degree: usize, limits: &Limits) -> Result<Mesh, String> {
+        let to_world = DAffine3::from_scale(DVec3::new(1.0, 1.0, 10.0));
+        parse_mesh(text.as_bytes(), Path::new("a.txt"), degree, to_world, limits)
+            .map_err(|error| error.to_string())
+    }
+
+    /// Two lines of which the first has a joint: points are stretched, and radii are not.
+    #[test]
+    fn curves_end_at_empty_lines() {
+        let text = "0 0 0 1\n0 0 1 2\n0 0 2 2\n\n \t\n5 0 0 .5\r\n5 0 1 .5";
+        let mesh = read(text, 1, &Limits::default()).expect("two curves");
+        assert_eq!(mesh.triangles.len(), 3 * 2 * MOST_SIDES);
+        let ring = |z: f32, right: bool| {
+            let points = mesh.positions.iter().filter(|p| p[2] == z && (p[0] > 3.5) == right);
+            points.map(|p| (p[0] - if right { 5.0 } else { 0.0 }).hypot(p[1])).collect::<Vec<_>>()
+        };
+        for (z, right, radius) in [
+            (0.0, false, 1.0_f32),
+            (10.0, false, 2.0),
+            (20.0, false, 2.0),
+            (0.0, true, 0.5),
+            (10.0, true, 0.5),
+        ] {
+            let ring = ring(z, right);
+            assert_eq!(ring.len(), MOST_SIDES + 1, "{z} {right}");
+            assert!(ring.iter().all(|r| (r / radius - 1.0).abs() < 2e-3), "{z} {right}: {ring:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_file_is_told_with_its_line() {
+        for (text, degree, want) in [
+            ("", 3, "a.txt: the file has no control points"),
+            (
+                "0 0 0 1\n0 0 1\n",
+                1,
+                "a.txt:2: \"0 0 1\" has too few numbers; expected x, y, z and a radius",
+            ),
+            ("0 0 0 1 7\n", 1, "a.txt:1: \"7\" is one too many; expected x, y, z and a radius"),
+            ("0 0 0 -1\n", 1, "a.txt:1: the radius is -1; expected at least 0"),
+            ("0 nan 0 1\n", 1, "a.txt:1: \"nan\" is no finite number"),
+            ("0 0 1e39 1\n", 1, "a.txt:1: \"1e39\" is no finite number"),
+            (
+                "0 0 0 1\n\n",
+                1,
+                "a.txt:2: the curve before this has 1 control points; expected at least 2",
+            ),
+            (
+                "0 0 0 1\n0 0 1 1\n0 1 0 1",
+                3,
+                "a.txt:4: the curve before this has 3 control points; expected at least 4",
+            ),
+        ] {
+            assert_eq!(read(text, degree, &Limits::default()).unwrap_err(), want);
+        }
+        let few = Limits { triangles: Some(20), ..Limits::default() };
+        let told = read("0 0 0 1\n0 0 1 1", 1, &few).unwrap_err();
+        assert!(told.contains("more than 20 triangles; set --limit triangles"), "{told}");
+    }
+
+    /// Curves that are many are less round.
+    #[test]
+    fn many_curves_have_fewer_sides() {
+        let line = "0 0 0 1\n0 0 1 1\n\n";
+        let mesh = read(&line.repeat(40_000), 1, &Limits::default()).expect("curves");
+        assert_eq!(mesh.triangles.len(), 40_000 * 2 * 26);
+    }
+}
