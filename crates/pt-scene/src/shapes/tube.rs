@@ -9,11 +9,25 @@ use pt_math::DVec3;
 use super::grid::grid;
 use crate::Mesh;
 
-/// Least pieces of a tube around it. Of a tuft of hair, blocks of 16 x 16 pixels are up to 2 % off with so many (8 % with six, and none
-/// that can be measured with 48), as rays that graze fibres are missed.
-pub(crate) const LEAST_SIDES: u32 = 12;
-/// Degrees by which a curve may turn between two pieces along it.
-const TURN: f64 = 8.0;
+/// How finely a curve is cut.
+#[derive(Clone, Copy)]
+pub(crate) struct Detail {
+    /// Pieces of a tube around it.
+    pub(crate) sides: u32,
+    /// Degrees by which a curve may turn between two pieces along it.
+    pub(crate) turn: f64,
+}
+
+impl Detail {
+    /// Of a tuft of hair, blocks of 16 x 16 pixels are up to 2 % off with this (8 % with six sides), as rays that graze fibres
+    /// are missed.
+    pub(crate) const LEAST: Self = Self { sides: 12, turn: 8.0 };
+    /// For what is not much.
+    pub(crate) const FINE: Self = Self { sides: 48, turn: 2.0 };
+    /// Between the two.
+    pub(crate) const MIDDLE: Self = Self { sides: 24, turn: 4.0 };
+}
+
 /// Least and most pieces of a segment along the curve.
 const PIECES: [f64; 2] = [2.0, 32.0];
 
@@ -57,14 +71,14 @@ impl Spline {
             && (self.is_bspline || (self.points.len() - 1).is_multiple_of(self.degree))
     }
 
-    /// How many triangles a tube of it has for each side.
-    pub(crate) fn triangles_of_side(&self) -> usize {
-        self.segments() * self.pieces() * 2
+    /// How many triangles a tube of it has.
+    pub(crate) fn triangles_of_tube(&self, detail: Detail) -> usize {
+        self.segments() * self.pieces(detail) * 2 * detail.sides as usize
     }
 
     /// Into how many pieces each segment is cut, by how much the line through its control points turns, which is no
     /// less than the curve does.
-    fn pieces(&self) -> usize {
+    fn pieces(&self, detail: Detail) -> usize {
         if self.degree == 1 {
             return 1;
         }
@@ -73,7 +87,7 @@ impl Spline {
         let turn =
             |pair: &[DVec3]| libm::atan2(pair[0].cross(pair[1]).length(), pair[0].dot(pair[1]));
         let degrees = edges.windows(2).map(turn).sum::<f64>().to_degrees();
-        (degrees / TURN / self.segments() as f64).ceil().clamp(PIECES[0], PIECES[1]) as usize
+        (degrees / detail.turn / self.segments() as f64).ceil().clamp(PIECES[0], PIECES[1]) as usize
     }
 
     /// What the curve has at a place of something that is known at its control points: sums by Bernstein polynomials, or by
@@ -97,13 +111,13 @@ impl Spline {
         (0..=self.degree).map(|i| values[first + i] * weights[i]).sum()
     }
 
-    /// A tube of so many sides and a radius that varies, with the texture coordinate u along it, open at its ends. Its outline is as wide on average
+    /// A tube of a radius that varies, with the texture coordinate u along it, open at its ends. Its outline is as wide on average
     /// as that of a round one: the mean width of what is convex is the length of its outline over π.
-    pub(crate) fn tube(&self, sides: u32, radius: impl Fn(Place) -> f64) -> Mesh {
-        let stations = self.stations(None);
-        let half_a_side = PI / f64::from(sides);
+    pub(crate) fn tube(&self, detail: Detail, radius: impl Fn(Place) -> f64) -> Mesh {
+        let stations = self.stations(detail, None);
+        let half_a_side = PI / f64::from(detail.sides);
         let wider = half_a_side / libm::sin(half_a_side);
-        spanned(&stations, sides, |station, v| {
+        spanned(&stations, detail.sides, |station, v| {
             let Station { place, middle, along, across } = *station;
             let (sin, cos) = libm::sincos(-TAU * v);
             let normal = across * cos + along.cross(across) * sin;
@@ -113,7 +127,7 @@ impl Spline {
 
     /// A ribbon of a width that varies, which lies across normals that are given where segments meet.
     pub(crate) fn ribbon(&self, normals: &[DVec3], width: impl Fn(Place) -> f64) -> Mesh {
-        let stations = self.stations(Some(normals));
+        let stations = self.stations(Detail::LEAST, Some(normals));
         spanned(&stations, 1, |station, v| {
             let Station { place, middle, along, across } = *station;
             (middle + across.cross(along) * ((v - 0.5) * width(place)), across)
@@ -122,8 +136,8 @@ impl Spline {
 
     /// Places along a curve, with the direction across as given, or else carried on with as little turning as
     /// possible.
-    fn stations(&self, normals: Option<&[DVec3]>) -> Vec<Station> {
-        let pieces = self.pieces();
+    fn stations(&self, detail: Detail, normals: Option<&[DVec3]>) -> Vec<Station> {
+        let pieces = self.pieces(detail);
         let count = self.segments() * pieces;
         let place = |i: usize| {
             let segment = (i / pieces).min(self.segments() - 1);
@@ -206,8 +220,9 @@ mod tests {
         const VIEWS: u32 = 3600;
         let line = Spline { points: vec![DVec3::ZERO, DVec3::Z], degree: 1, is_bspline: false };
         for (sides, end, radius) in [(12, 0.0, 0.25), (12, 1.0, 1.25), (5, 1.0, 1.25)] {
-            let tube = line.tube(sides, |place| 0.25 + place.u);
-            assert_eq!(tube.triangles.len(), line.triangles_of_side() * sides as usize);
+            let detail = Detail { sides, turn: 8.0 };
+            let tube = line.tube(detail, |place| 0.25 + place.u);
+            assert_eq!(tube.triangles.len(), line.triangles_of_tube(detail));
             let width = |view: u32| {
                 let (sin, cos) = (TAU * f64::from(view) / f64::from(VIEWS)).sin_cos();
                 let ring = tube.positions.iter().filter(|p| f64::from(p[2]) == end);

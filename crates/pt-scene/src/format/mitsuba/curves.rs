@@ -7,15 +7,14 @@ use pt_math::{DAffine3, DVec3};
 use super::super::xml::quote;
 use super::super::{Limits, mesh_file};
 use crate::shapes::append;
-use crate::shapes::tube::{LEAST_SIDES, Spline};
+use crate::shapes::tube::{Detail, Spline};
 use crate::{LoadError, Mesh};
 
 /// Most triangles that the curves of a file are cut into.
 const MAX_TRIANGLES: usize = 1 << 24;
 
-/// Triangles that all curves of a file may have so that they are rounder than they have to be, and how round they are then.
+/// How many they may be where a coarser cut would do.
 const FINE_TRIANGLES: usize = 1 << 21;
-const MOST_SIDES: usize = 48;
 
 /// A curve, the radii at its control points, and the line behind it.
 struct Curve {
@@ -42,11 +41,15 @@ pub(super) fn parse_mesh(
     };
     let curves = curves(&String::from_utf8_lossy(bytes), degree, to_world)
         .map_err(|(line, message)| error(line, message))?;
-    let count = curves.iter().map(|curve| curve.spline.triangles_of_side());
-    let of_side = count.fold(0, usize::saturating_add).max(1);
-    let sides = (FINE_TRIANGLES / of_side).clamp(LEAST_SIDES as usize, MOST_SIDES);
+    let triangles = |detail| {
+        let each = curves.iter().map(|curve| curve.spline.triangles_of_tube(detail));
+        each.fold(0, usize::saturating_add)
+    };
+    let finer = [Detail::FINE, Detail::MIDDLE];
+    let fine = finer.into_iter().find(|detail| triangles(*detail) <= FINE_TRIANGLES);
+    let detail = fine.unwrap_or(Detail::LEAST);
     let most = limits.triangles(MAX_TRIANGLES);
-    if of_side.saturating_mul(sides) > most {
+    if triangles(detail) > most {
         let message = format!(
             "the curves are cut into more than {most} triangles; set --limit triangles to allow more"
         );
@@ -54,7 +57,7 @@ pub(super) fn parse_mesh(
     }
     let mut made: Option<Mesh> = None;
     for Curve { spline, radii, end } in &curves {
-        let tube = spline.tube(sides as u32, |place| spline.between(radii, place));
+        let tube = spline.tube(detail, |place| spline.between(radii, place));
         let Some(all) = &mut made else {
             made = Some(tube);
             continue;
@@ -130,7 +133,8 @@ mod tests {
     fn curves_end_at_empty_lines() {
         let text = "0 0 0 1\n0 0 1 2\n0 0 2 2\n\n \t\n5 0 0 .5\r\n5 0 1 .5";
         let mesh = read(text, 1, &Limits::default()).expect("two curves");
-        assert_eq!(mesh.triangles.len(), 3 * 2 * MOST_SIDES);
+        let sides = Detail::FINE.sides as usize;
+        assert_eq!(mesh.triangles.len(), 3 * 2 * sides);
         let ring = |z: f32, right: bool| {
             let points = mesh.positions.iter().filter(|p| p[2] == z && (p[0] > 3.5) == right);
             points.map(|p| (p[0] - if right { 5.0 } else { 0.0 }).hypot(p[1])).collect::<Vec<_>>()
@@ -143,7 +147,7 @@ mod tests {
             (10.0, true, 0.5),
         ] {
             let ring = ring(z, right);
-            assert_eq!(ring.len(), MOST_SIDES + 1, "{z} {right}");
+            assert_eq!(ring.len(), sides + 1, "{z} {right}");
             assert!(ring.iter().all(|r| (r / radius - 1.0).abs() < 2e-3), "{z} {right}: {ring:?}");
         }
     }
@@ -183,7 +187,9 @@ mod tests {
     #[test]
     fn many_curves_have_fewer_sides() {
         let line = "0 0 0 1\n0 0 1 1\n\n";
-        let mesh = read(&line.repeat(40_000), 1, &Limits::default()).expect("curves");
-        assert_eq!(mesh.triangles.len(), 40_000 * 2 * 26);
+        for (count, sides) in [(20_000, 48), (40_000, 24), (50_000, 12)] {
+            let mesh = read(&line.repeat(count), 1, &Limits::default()).expect("curves");
+            assert_eq!(mesh.triangles.len(), count * 2 * sides);
+        }
     }
 }

@@ -4,7 +4,7 @@ use pt_math::DVec3;
 
 use super::super::xml::quote;
 use super::entity::Entity;
-use crate::shapes::tube::{LEAST_SIDES, Place, Spline};
+use crate::shapes::tube::{Detail, Place, Spline};
 use crate::{LoadError, Mesh};
 
 /// Most segments of one curve.
@@ -21,7 +21,7 @@ pub(super) fn curve(entity: &Entity) -> Result<Mesh, LoadError> {
     let width = |place: Place| start * (1.0 - place.u) + end * place.u;
     Ok(match normals {
         Some(normals) => spline.ribbon(&normals, width),
-        None => spline.tube(LEAST_SIDES, |place| 0.5 * width(place)),
+        None => spline.tube(Detail::LEAST, |place| 0.5 * width(place)),
     })
 }
 
