@@ -161,6 +161,15 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (Principled, Body) {
             roughen(&mut look, m.roughness.as_ref(), tell);
             opaque(look)
         }
+        Surface::Measured(m) => {
+            tell("what was measured of it becomes a metal of about the same colour and roughness");
+            opaque(Principled {
+                base_color: m.measurements.color().into(),
+                metallic: 1.0.into(),
+                roughness: m.measurements.roughness().sqrt().into(),
+                ..bare(m.two_sided)
+            })
+        }
         Surface::CoatedConductor(m) => {
             tell(
                 "its coat reflects white over the metal, whose reflectance becomes that of Schlick",

@@ -1,6 +1,7 @@
 //! `<bsdf>`: how surfaces scatter.
 
 mod inputs;
+mod measured;
 mod principled;
 mod refraction;
 mod wrappers;
@@ -20,7 +21,7 @@ use refraction::relative_index;
 
 pub(super) use wrappers::inverted;
 
-const KINDS: [&str; 17] = [
+const KINDS: [&str; 18] = [
     "diffuse",
     "roughdiffuse",
     "conductor",
@@ -32,6 +33,7 @@ const KINDS: [&str; 17] = [
     "roughplastic",
     "principled",
     "principledthin",
+    "measured",
     "twosided",
     "blendbsdf",
     "normalmap",
@@ -90,6 +92,7 @@ fn surface(textures: &mut Textures<'_>, object: &Object) -> Result<Surface, Load
         "roughplastic" => rough_plastic(&mut inputs)?.into(),
         "principled" => principled::principled(&mut inputs)?.into(),
         "principledthin" => principled::principled_thin(&mut inputs)?.into(),
+        "measured" => measured::measured(&mut inputs)?,
         "twosided" => wrappers::two_sided(&mut inputs)?,
         "blendbsdf" => wrappers::blend(&mut inputs)?,
         "normalmap" => wrappers::normal_map(&mut inputs)?,
