@@ -161,7 +161,7 @@ fn stretch(column: f32, sin: f32) -> f32 {
 
 impl<'t> Measured<'t> {
     /// A lobe by the tables that have this number in the scene.
-    pub(crate) fn new(number: u32, tables: &'t MeasuredTables) -> Self {
+    pub fn new(number: u32, tables: &'t MeasuredTables) -> Self {
         Self { number, tables }
     }
 

@@ -129,19 +129,25 @@ fn colors(
 pub(super) fn write(measurements: &Measurements) -> Vec<u8> {
     let tables = measurements.tables();
     let [phi, theta] = [tables.phi.len(), tables.theta.len()];
-    let list =
-        |name, values: &[f32]| OutField::floats(name, &[values.len()], values.to_vec().into_iter());
+    let Planes { rows, columns, .. } = tables.luminance;
+    let directions = tables.colors.chunks(rows * columns);
+    let channels =
+        directions.flat_map(|points| (0..3).flat_map(|c| points.iter().map(move |p| p[c])));
+    let mut fields = fields_but_colors(tables);
+    fields.push(OutField::floats(COLORS, &[phi, theta, 3, rows, columns], channels));
+    write_tensors(&fields)
+}
+
+/// All fields but that of what is reflected.
+fn fields_but_colors(tables: &Tables) -> Vec<OutField<'static>> {
+    let [phi, theta] = [tables.phi.len(), tables.theta.len()];
     let plane = |name, Planes { rows, columns, values }: &Planes| {
         OutField::floats(name, &[*rows, *columns], values.iter().copied())
     };
     let planes = |name, Planes { rows, columns, values }: &Planes| {
         OutField::floats(name, &[phi, theta, *rows, *columns], values.iter().copied())
     };
-    let Planes { rows, columns, .. } = tables.luminance;
-    let directions = tables.colors.chunks(rows * columns);
-    let channels =
-        directions.flat_map(|points| (0..3).flat_map(|c| points.iter().map(move |p| p[c])));
-    write_tensors(&[
+    vec![
         OutField::bytes("description", tables.description.as_bytes()),
         list("theta_i", &tables.theta),
         list("phi_i", &tables.phi),
@@ -149,9 +155,12 @@ pub(super) fn write(measurements: &Measurements) -> Vec<u8> {
         plane("sigma", &tables.sigma),
         planes("vndf", &tables.vndf),
         planes("luminance", &tables.luminance),
-        OutField::floats(COLORS, &[phi, theta, 3, rows, columns], channels),
         OutField::bytes("jacobian", &[u8::from(tables.is_relative)]),
-    ])
+    ]
+}
+
+fn list(name: &'static str, values: &[f32]) -> OutField<'static> {
+    OutField::floats(name, &[values.len()], values.iter().copied())
 }
 
 #[cfg(test)]
@@ -278,5 +287,48 @@ mod tests {
         fields.push(none("spectra", &[0, 2, 3, 1 << 40, 1 << 40]));
         let message = parse(&tensor::write(&fields)).unwrap_err();
         assert!(message.contains("\"phi_i\" has no angle"), "{message}");
+    }
+
+    const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
+
+    /// The file that Mitsuba's scene has, by wavelengths, as pbrt-v4 wants it: blue up to 480 nm, green at 550 nm and red from
+    /// 610 nm on.
+    fn by_wavelengths(measurements: &Measurements) -> Vec<u8> {
+        const CHANNELS: [(f32, usize); 5] =
+            [(360.0, 2), (480.0, 2), (550.0, 1), (610.0, 0), (830.0, 0)];
+        let tables = measurements.tables();
+        let [phi, theta] = [tables.phi.len(), tables.theta.len()];
+        let Planes { rows, columns, .. } = tables.luminance;
+        let mut fields = fields_but_colors(tables);
+        let spectra = tables.colors.chunks(rows * columns).flat_map(|points| {
+            CHANNELS.iter().flat_map(move |(_, c)| points.iter().map(move |point| point[*c]))
+        });
+        let shape = [phi, theta, CHANNELS.len(), rows, columns];
+        fields.push(list("wavelengths", &CHANNELS.map(|(nanometres, _)| nanometres)));
+        fields.push(OutField::floats(SPECTRA, &shape, spectra));
+        tensor::write(&fields)
+    }
+
+    /// The file of a pbrt-v4 scene has spectra, whose colours are those of which it was made to 15 %. `PT_WRITE_EXPECTED=1`
+    /// writes it.
+    #[test]
+    fn the_file_of_a_scene_has_spectra() {
+        let colors =
+            std::fs::read(format!("{SCENES}/mitsuba/gloss.bsdf")).expect("the file exists");
+        let colors = parse(&colors).unwrap();
+        let path = format!("{SCENES}/pbrt/gloss.bsdf");
+        let bytes = by_wavelengths(&colors);
+        if std::env::var_os("PT_WRITE_EXPECTED").is_some() {
+            std::fs::write(&path, &bytes).expect("a writable folder");
+        }
+        assert!(bytes == std::fs::read(&path).expect("the file exists"));
+        let spectra = parse(&bytes).unwrap();
+        let pairs = spectra.tables().colors.iter().zip(&colors.tables().colors);
+        let mean = |of: fn([f32; 3], [f32; 3]) -> f32| {
+            pairs.clone().map(|(a, b)| f64::from(of(*a, *b))).sum::<f64>()
+        };
+        let apart = mean(|a, b| (0..3).map(|c| (a[c] - b[c]).abs()).sum());
+        let whole = mean(|_, b| b.iter().sum());
+        assert!(apart < 0.15 * whole, "{}", apart / whole);
     }
 }
