@@ -57,6 +57,10 @@ fn scene_with(ending: &str) -> (&'static str, String) {
             );
             ("pbrt", text)
         }
+        "bsdf" => json(
+            r#""materials": {"m": {"type": "measured", "measurements": {"file": "named.bsdf"}}},
+               "objects": [{"type": "sphere", "material": "m"}]"#,
+        ),
         "spd" => {
             let spectrum = r#"<spectrum name="reflectance" filename="named.spd"/>"#;
             let bsdf = format!(r#"<bsdf type="diffuse">{spectrum}</bsdf>"#);
