@@ -128,6 +128,11 @@ impl Measurements {
         })
     }
 
+    /// Whether it is the same as its mirror image in which φ is −φ.
+    pub fn is_mirrored(&self) -> bool {
+        self.is_isotropic() || self.repeats() == 4
+    }
+
     /// About the roughness α of its microfacets: where D is a quarter of its largest value first, for any φ, as it is at
     /// tan θ = α of GGX.
     pub fn roughness(&self) -> f32 {

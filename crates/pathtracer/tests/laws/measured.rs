@@ -3,17 +3,21 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use pathtracer::Scene;
+use pathtracer::{Scene, Session, Settings};
 use pt_core::bsdf::microfacet::Facets;
 use pt_core::bsdf::{
     Glossy, Goniophotometer, Lobe, MeasuredTables, RoughConductor, SmoothConductor, Specimen,
 };
-use pt_math::{Spectrum, Vec3};
+use pt_cpu::Tracer;
+use pt_math::{Ray, Spectrum, Vec3};
 use pt_scene::format::save;
 use pt_scene::material::{Distribution, Masking, Measured};
 use pt_scene::measured::Measurements;
 use pt_scene::texture::Scalar;
 use pt_scene::{Material, Surface};
+use pt_testing::Random;
+
+use crate::scenes::size;
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
 
@@ -135,13 +139,50 @@ fn colors_of_spectra_are_those_of_mitsuba() {
     }
 }
 
-/// The tables of a file of the scenes.
-fn tables_of(folder: &str, name: &str) -> MeasuredTables {
+/// The back of a sheet with two sides looks as the front does from where light and viewer are mirrored by it, though brushed
+/// metals of which half a turn was measured are not their own mirror images.
+#[test]
+fn backs_look_like_fronts_seen_through_them() {
+    let scene = scene_of("mitsuba", "brushed", "{\"type\": \"rectangle\", \"material\": \"m\"}");
+    let session = Session::new(&scene, size([4, 4]), Settings::default()).expect("it compiles");
+    let scene = session.scene();
+    let mut random = Random::new(6);
+    let mut different = 0;
+    for _ in 0..500 {
+        let [wo, wi] = [0, 1].map(|_| random.direction().abs() + Vec3::Z * 0.1);
+        let signs = Vec3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), 1.0);
+        let [wo, wi] = [wo.normalize(), (wi * signs).normalize()];
+        let seen = |turn: Vec3| {
+            let ray = Ray::new(wo * turn, -wo * turn);
+            let mut hits = Vec::new();
+            Tracer::new(scene, false).intersect(&[ray], |_| 0.0, &mut hits);
+            let hit = hits[0].expect("it is in the way");
+            let at = scene.interaction(&ray, &hit, 0.0);
+            let resolved = scene.resolve(&at, &hit, 0.0, 0.5, None);
+            scene.bsdf(&at, resolved.as_ref()).eval(wi * turn).0
+        };
+        let front = seen(Vec3::ONE);
+        let near = |f: Vec3| (f - front).abs().max_element() < 1e-4 * front.max_element();
+        assert!(near(seen(Vec3::new(1.0, 1.0, -1.0))), "{wo} {wi}");
+        different += u32::from(!near(seen(Vec3::new(1.0, -1.0, 1.0))));
+    }
+    assert!(different > 400, "{different}");
+}
+
+/// A scene with a material `m` by a file of the scenes, and an object.
+fn scene_of(folder: &str, name: &str, object: &str) -> Scene {
     let material =
         format!("\"type\": \"measured\", \"measurements\": {{\"file\": \"{name}.bsdf\"}}");
-    let text = format!("{{\"pathtracer\": 1, \"materials\": {{\"m\": {{{material}}}}}}}");
+    let text = format!(
+        "{{\"pathtracer\": 1, \"materials\": {{\"m\": {{{material}}}}}, \"objects\": [{object}], \"cameras\": [{{\"type\": \"panorama\"}}]}}"
+    );
     let path = Path::new(SCENES).join(folder).join("measured.json");
-    let scene = pt_scene::format::parse(text.as_bytes(), &path).expect("a scene");
+    pt_scene::format::parse(text.as_bytes(), &path).expect("a scene")
+}
+
+/// The tables of a file of the scenes.
+fn tables_of(folder: &str, name: &str) -> MeasuredTables {
+    let scene = scene_of(folder, name, "");
     let Surface::Measured(measured) = &scene.materials[0].surface else { panic!("measured") };
     MeasuredTables::new(&measured.measurements)
 }

@@ -34,6 +34,7 @@ const LEAST_SINE: f32 = 1e-7;
 pub struct Measured<'t> {
     /// Its number among the tables of the scene.
     number: u32,
+    mirrored: bool,
     tables: &'t MeasuredTables,
 }
 
@@ -97,25 +98,6 @@ impl MeasuredTables {
             _ => Vec3::new(towards_least(wo.x), towards_least(wo.y), 1.0),
         }
     }
-
-    /// What does not depend on where light comes from; `None` below the surface.
-    fn viewed(&self, wo: Vec3) -> Option<Viewed> {
-        if wo.z <= 0.0 {
-            return None;
-        }
-        let turn = self.turn(wo);
-        let wo = wo * turn;
-        let [theta, phi] = angles(wo);
-        let area = if self.is_relative {
-            let area = self.sigma.at(&Blend::ONE, Vec2::new(column(theta), row(phi)));
-            4.0 * area.max(LEAST_AREA)
-        } else {
-            1.0
-        };
-        let blend = Blend::new(&self.phi, &self.theta, [phi, theta]);
-        let from_phi = if self.is_isotropic { phi } else { 0.0 };
-        Some(Viewed { wo, turn, blend, from_phi, area })
-    }
 }
 
 impl fmt::Debug for MeasuredTables {
@@ -162,7 +144,34 @@ fn stretch(column: f32, sin: f32) -> f32 {
 impl<'t> Measured<'t> {
     /// A lobe by the tables that have this number in the scene.
     pub fn new(number: u32, tables: &'t MeasuredTables) -> Self {
-        Self { number, tables }
+        Self { number, mirrored: false, tables }
+    }
+
+    /// Its mirror image, in which y is −y: what a back side is whose frame has its x and the other normal, if the
+    /// surface is to look as if its front were seen through the back.
+    pub fn mirrored(self) -> Self {
+        Self { mirrored: !self.mirrored, ..self }
+    }
+
+    /// What does not depend on where light comes from; `None` below the surface.
+    fn viewed(&self, wo: Vec3) -> Option<Viewed> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let tables = self.tables;
+        let mirror = if self.mirrored { Vec3::new(1.0, -1.0, 1.0) } else { Vec3::ONE };
+        let turn = mirror * tables.turn(wo * mirror);
+        let wo = wo * turn;
+        let [theta, phi] = angles(wo);
+        let area = if tables.is_relative {
+            let area = tables.sigma.at(&Blend::ONE, Vec2::new(column(theta), row(phi)));
+            4.0 * area.max(LEAST_AREA)
+        } else {
+            1.0
+        };
+        let blend = Blend::new(&tables.phi, &tables.theta, [phi, theta]);
+        let from_phi = if tables.is_isotropic { phi } else { 0.0 };
+        Some(Viewed { wo, turn, blend, from_phi, area })
     }
 
     /// f cos θi, and the density with which [`Lobe::sample`] returns `wi`; both are 0 where the latter is all but 0, so
@@ -191,7 +200,7 @@ impl<'t> Measured<'t> {
 
 impl fmt::Debug for Measured<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Measured({}, {:?})", self.number, self.tables.description)
+        write!(f, "Measured({}, {}, {:?})", self.number, self.mirrored, self.tables.description)
     }
 }
 
@@ -200,28 +209,28 @@ impl<'t> Lobe<'t> for Measured<'t> {
     const RECIPROCAL: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
-        padded([self.number as f32])
+        padded([self.number as f32, f32::from(u8::from(self.mirrored))])
     }
 
     fn unpack(p: &[f32; PARAMETERS], tables: &'t LobeTables) -> Self {
         let number = p[0] as u32;
-        Self { number, tables: &tables.measured[number as usize] }
+        Self { number, mirrored: p[1] > 0.5, tables: &tables.measured[number as usize] }
     }
 
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        let viewed = self.tables.viewed(wo);
+        let viewed = self.viewed(wo);
         viewed.and_then(|viewed| self.look(&viewed, wi)).map_or(Spectrum::ZERO, |(f, _)| f)
     }
 
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        let viewed = self.tables.viewed(wo);
+        let viewed = self.viewed(wo);
         let found = viewed.and_then(|viewed| self.look(&viewed, wi));
         found.map_or(Pdf::ZERO, |(_, pdf)| Pdf::new(pdf))
     }
 
     /// A point by the luminance, from there a visible normal, and what it mirrors.
     fn sample(&self, wo: Vec3, [u, v, _]: [f32; 3]) -> Option<BsdfSample> {
-        let viewed = self.tables.viewed(wo)?;
+        let viewed = self.viewed(wo)?;
         let point = self.tables.luminance.sample(&viewed.blend, Vec2::new(u, v));
         let normal = self.tables.vndf.sample(&viewed.blend, point);
         let theta = FRAC_PI_2 * normal.x * normal.x;
@@ -239,7 +248,10 @@ impl<'t> Lobe<'t> for Measured<'t> {
 
     fn examples() -> Vec<Self> {
         let tables = &LobeTables::examples().measured;
-        (0..).zip(tables).map(|(number, tables)| Self { number, tables }).collect()
+        let plain: Vec<_> = (0..).zip(tables).map(|(i, tables)| Self::new(i, tables)).collect();
+        let mirrored = plain.iter().filter(|lobe| !lobe.tables.is_isotropic);
+        let mirrored: Vec<_> = mirrored.map(|lobe| lobe.mirrored()).collect();
+        [plain, mirrored].concat()
     }
 }
 

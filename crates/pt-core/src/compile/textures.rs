@@ -99,7 +99,8 @@ impl Lowering {
         self.stored(lobe.into().record(), two_sided)
     }
 
-    /// A lobe by tables, which are made once for all that share them.
+    /// A lobe by tables, which are made once for all that share them. A back that reflects has the same x and y as the front, as in
+    /// Mitsuba and pbrt-v4.
     pub(super) fn measured(&mut self, of: &Arc<Measurements>, two_sided: bool) -> Material {
         let tables = &mut self.lobe_tables.measured;
         let number = *self.measured.entry(Arc::as_ptr(of)).or_insert_with(|| {
@@ -107,9 +108,17 @@ impl Lowering {
             tables.len() as u32 - 1
         });
         let lobe = bsdf::Measured::new(number, &tables[number as usize]);
-        let record = AnyLobe::from(lobe).record();
-        self.oriented |= !of.is_isotropic();
-        self.stored(record, two_sided)
+        let [front, back] = [lobe, lobe.mirrored()].map(|lobe| AnyLobe::from(lobe).record());
+        let mut side = |record| {
+            self.oriented = !of.is_isotropic();
+            self.stored(record, two_sided)
+        };
+        if !two_sided || of.is_mirrored() {
+            return side(front);
+        }
+        let [front, back] = [front, back].map(&mut side);
+        let [front, back] = [front, back].map(|side| self.materials.table.push(side));
+        Material::Sided { front, back }
     }
 
     fn stored(&mut self, lobe: LobeRecord, two_sided: bool) -> Material {

@@ -129,6 +129,8 @@ fn parts_of_a_turn_are_repeated() {
         let (wo, wi) = (direction(&mut random, 1.5), direction(&mut random, 1.5));
         let turned = Vec3::new(-1.0, -1.0, 1.0);
         assert_eq!(half.eval(wo, wi), half.eval(wo * turned, wi * turned), "{wo} {wi}");
+        let other = Vec3::new(1.0, -1.0, 1.0);
+        assert_eq!(half.eval(wo, wi), half.mirrored().eval(wo * other, wi * other), "{wo} {wi}");
         for mirror in [Vec3::new(-1.0, 1.0, 1.0), Vec3::new(1.0, -1.0, 1.0), turned] {
             assert_eq!(quarter.eval(wo, wi), quarter.eval(wo * mirror, wi * mirror), "{wo} {wi}");
             let pdf = |wo, wi| quarter.pdf(wo, wi).get();
