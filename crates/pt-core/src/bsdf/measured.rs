@@ -58,11 +58,6 @@ impl MeasuredTables {
     /// The tables of what was measured.
     pub fn new(measurements: &Measurements) -> Self {
         let tables = measurements.tables();
-        let plane = |of: &measured::Planes| Planes {
-            columns: of.columns,
-            rows: of.rows,
-            values: of.values.clone(),
-        };
         let measured::Planes { columns, rows, .. } = tables.luminance;
         Self {
             description: tables.description.clone(),
@@ -72,8 +67,8 @@ impl MeasuredTables {
             repeats: measurements.repeats(),
             is_relative: tables.is_relative,
             spread: measurements.roughness(),
-            ndf: plane(&tables.ndf),
-            sigma: plane(&tables.sigma),
+            ndf: Planes::from(&tables.ndf),
+            sigma: Planes::from(&tables.sigma),
             vndf: Warp::new(&tables.vndf),
             luminance: Warp::new(&tables.luminance),
             colors: Planes {

@@ -110,11 +110,7 @@ impl Goniophotometer {
     fn light(&self, specimen: &Specimen<'_>, views: &[Vec3], tables: &mut Tables) {
         let size = [self.reflected; 2];
         let warp = Warp::new(&tables.vndf);
-        let [ndf, sigma] = [&tables.ndf, &tables.sigma].map(|of| super::Planes {
-            columns: of.columns,
-            rows: of.rows,
-            values: of.values.clone(),
-        });
+        let [ndf, sigma] = [&tables.ndf, &tables.sigma].map(super::Planes::from);
         let mut luminance = Vec::new();
         for (view, wo) in views.iter().enumerate() {
             let blend = Blend::only(view);

@@ -64,6 +64,12 @@ pub(super) struct Planes<T> {
     pub(super) values: Vec<T>,
 }
 
+impl From<&pt_scene::measured::Planes> for Planes<f32> {
+    fn from(of: &pt_scene::measured::Planes) -> Self {
+        Self { columns: of.columns, rows: of.rows, values: of.values.clone() }
+    }
+}
+
 /// Where a point is between four others.
 #[derive(Clone, Copy)]
 struct Cell {
