@@ -5,6 +5,8 @@
 //! is integrated under daylight D65, which is white. Channels below 0, of colours outside of
 //! Rec. 709, become 0.
 
+use std::cmp::Ordering;
+
 use pt_math::cie;
 
 /// A function of the wavelength, by its colours.
@@ -104,8 +106,9 @@ pub(super) fn reflectance_weights(wavelengths: &[f32]) -> Result<Vec<[f64; 3]>, 
             wavelengths.len()
         ));
     }
-    if let Some(two) = wavelengths.windows(2).find(|two| two[0].is_nan() || !(two[0] < two[1])) {
-        return Err(format!("wavelengths have to increase, but {} comes after {}", two[1], two[0]));
+    let decrease = |two: &&[f32]| two[0].partial_cmp(&two[1]) != Some(Ordering::Less);
+    if let Some([before, after]) = wavelengths.windows(2).find(decrease) {
+        return Err(format!("wavelengths have to increase, but {after} comes after {before}"));
     }
     let [shortest, longest] = cie::WAVELENGTHS;
     let last = wavelengths.len() - 1;
