@@ -57,11 +57,22 @@ fn scene_with(ending: &str) -> (&'static str, String) {
             );
             ("pbrt", text)
         }
+        "bsdf" => json(
+            r#""materials": {"m": {"type": "measured", "measurements": {"file": "named.bsdf"}}},
+               "objects": [{"type": "sphere", "material": "m"}]"#,
+        ),
         "spd" => {
             let spectrum = r#"<spectrum name="reflectance" filename="named.spd"/>"#;
             let bsdf = format!(r#"<bsdf type="diffuse">{spectrum}</bsdf>"#);
             let shape = format!(r#"<shape type="cube">{bsdf}</shape>"#);
             ("xml", format!(r#"<scene version="3.0.0">{shape}</scene>"#))
+        }
+        "txt" => {
+            let curves = ["linearcurve", "bsplinecurve"].map(|kind| {
+                let file = r#"<string name="filename" value="named.txt"/>"#;
+                format!(r#"<shape type="{kind}">{file}<bsdf type="hair"/></shape>"#)
+            });
+            ("xml", format!(r#"<scene version="3.0.0">{}</scene>"#, curves.concat()))
         }
         _ => panic!("no scene names a file with the ending {ending}"),
     }

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use pt_math::{Frame, Vec3};
 use pt_scene::hair;
 
-use crate::bsdf::{Bsdf, LobeRecord, Orientation};
+use crate::bsdf::{LobeRecord, Orientation};
 use crate::id::{Id, Table};
 use crate::parametrization::Parametrization;
 use crate::scene::Interaction;
@@ -120,14 +120,6 @@ pub struct Resolved {
     pub two_sided: bool,
     /// Normal and tangent.
     pub orientation: Orientation,
-}
-
-impl Resolved {
-    /// The scattering towards where the point is seen from.
-    #[inline(always)]
-    pub fn bsdf(&self, at: &Interaction) -> Bsdf<'_> {
-        Bsdf::oriented(&self.lobe, self.two_sided, self.orientation, at.point.normal, at.wo)
-    }
 }
 
 impl LobeMaterial {

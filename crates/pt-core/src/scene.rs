@@ -3,7 +3,7 @@
 use pt_bvh::{Bvh, Hit};
 use pt_math::{Bounds3, Pdf, Ray, SolidAngle, Spectrum, Vec3, ray};
 
-use crate::bsdf::{Bsdf, LobeRecord};
+use crate::bsdf::{Bsdf, LobeRecord, LobeTables};
 use crate::camera::Camera;
 use crate::camera_motion::CameraMotion;
 use crate::footprint::Footprint;
@@ -66,6 +66,8 @@ pub struct RenderScene {
     pub surface_materials: Vec<Option<u32>>,
     /// Scattering lobes.
     pub lobes: Table<LobeRecord>,
+    /// What lobes refer to.
+    pub lobe_tables: LobeTables,
     /// Materials that vary, with their textures.
     pub materials: Materials,
     /// Whether light goes through some surfaces as if they were not there.
@@ -321,12 +323,17 @@ impl RenderScene {
         }
     }
 
-    /// The scattering at a point of a surface that is the same everywhere.
+    /// The scattering at a point of a surface, which is what [`Self::resolve`] says, or the same everywhere.
     #[inline(always)]
-    pub fn bsdf(&self, at: &Interaction) -> Bsdf<'_> {
+    pub fn bsdf<'a>(&'a self, at: &Interaction, resolved: Option<&'a Resolved>) -> Bsdf<'a> {
+        let tables = &self.lobe_tables;
+        let normal = at.point.normal;
+        if let Some(Resolved { lobe, two_sided, orientation }) = resolved {
+            return Bsdf::oriented(lobe, tables, *two_sided, *orientation, normal, at.wo);
+        }
         let surface = &self.surfaces[at.surface];
         let lobe = &self.lobes[surface.lobe];
-        Bsdf::new(lobe, surface.two_sided, self.unit_normal(at), at.point.normal, at.wo)
+        Bsdf::new(lobe, tables, surface.two_sided, self.unit_normal(at), normal, at.wo)
     }
 
     /// What there is at a point of a surface that varies, at the time of its ray; `choice` from [0, 1) makes the choices of

@@ -70,7 +70,7 @@ fn albedo(
     let cone = scene.uses_footprints().then(|| scene.camera_cone(-at.wo, time));
     let width = cone.map(|cone| cone.width_at(at.distance));
     let resolved = scene.resolve(at, hit, time, choice, width);
-    let bsdf = resolved.as_ref().map_or_else(|| scene.bsdf(at), |r| r.bsdf(at));
+    let bsdf = scene.bsdf(at, resolved.as_ref());
     let scattered = bsdf.sample([x, y, z]);
     scattered.map_or(Spectrum::ZERO, |s| s.weight * s.squeeze)
 }

@@ -16,6 +16,7 @@ pub mod hair;
 pub mod image;
 pub mod light;
 pub mod material;
+pub mod measured;
 pub mod medium;
 pub mod mesh;
 pub mod metals;

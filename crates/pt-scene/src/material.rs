@@ -1,6 +1,9 @@
 //! Materials as their authors write them.
 
+use std::sync::Arc;
+
 use crate::hair;
+use crate::measured::Measurements;
 use crate::texture::{Color, Relief, Scalar};
 
 /// A named material: how a surface scatters, and whether it glows.
@@ -30,7 +33,7 @@ macro_rules! surfaces {
     ($then:ident) => {
         $then! {
             Matte, RoughDiffuse, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, RoughCoatedDiffuse,
-            CoatedConductor, Plastic, Principled, PrincipledThin, DiffuseTransmission, Hair, Black, Mix, Sided, Embossed
+            CoatedConductor, Plastic, Principled, PrincipledThin, DiffuseTransmission, Hair, Measured, Black, Mix, Sided, Embossed
         }
     };
 }
@@ -436,6 +439,16 @@ impl Hair {
             Pigment::Melanin(concentrations) => of(hair::melanin(*concentrations)),
         }
     }
+}
+
+/// Reflection as it was measured; it is turned with the direction in which the texture coordinate u grows, if it is not
+/// the same all around.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// What was measured.
+    pub measurements: Arc<Measurements>,
+    /// Whether the back side reflects too; otherwise it is black.
+    pub two_sided: bool,
 }
 
 /// Absorbs everything.

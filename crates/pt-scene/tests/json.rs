@@ -3,6 +3,8 @@
 mod common;
 #[path = "json/meaning.rs"]
 mod meaning;
+#[path = "json/measured.rs"]
+mod measured;
 #[path = "json/round_trip.rs"]
 mod round_trip;
 #[path = "json/schema.rs"]

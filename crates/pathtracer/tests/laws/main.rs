@@ -27,6 +27,7 @@ mod many_lights;
 mod materials;
 mod mattes;
 mod measure;
+mod measured;
 mod media;
 mod motion;
 mod occlusion;

@@ -139,7 +139,9 @@ fn assert_alike(placed: &RenderScene, flat: &RenderScene, time: f32, seed: u64) 
         }
         let [seen, want_seen] =
             [(placed, &at, a, time), (flat, &want, b, 0.0)].map(|(scene, at, hit, time)| {
-                scene.resolve(at, hit, time, 0.5, None).map(|r| r.bsdf(at).eval(at.normal))
+                scene
+                    .resolve(at, hit, time, 0.5, None)
+                    .map(|r| scene.bsdf(at, Some(&r)).eval(at.normal))
             });
         if let (Some(a), Some(b)) = (seen, want_seen) {
             assert!(near(a.0, b.0), "{a:?} {b:?}");

@@ -19,6 +19,7 @@ fn converted_scenes_render_to_the_same_bits() {
         "mitsuba/smoke.xml",
         "mitsuba/instances.xml",
         "mitsuba/envmap.xml",
+        "mitsuba/measured.xml",
         "pbrt/motion.pbrt",
         "pbrt/lights.pbrt",
         "gltf/glass.glb",

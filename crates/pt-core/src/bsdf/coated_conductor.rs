@@ -9,7 +9,7 @@ use super::compensation::{Beneath, Gloss, mean_reflectance};
 use super::conductor::{half_vector, reflected, reflected_pdf};
 use super::fresnel;
 use super::microfacet::Facets;
-use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// What a metal and its coat are made of.
 #[derive(Clone, Copy, Debug)]
@@ -288,7 +288,7 @@ fn by_facet(facets: &Facets, w: Vec3, u: [f32; 2]) -> Vec3 {
     (h * (2.0 * w.dot(h)) - w).normalize()
 }
 
-impl Lobe for CoatedConductor {
+impl Lobe<'_> for CoatedConductor {
     const DELTA: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
@@ -299,7 +299,7 @@ impl Lobe for CoatedConductor {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         let [eta, coat, base, thickness, rest] = [9, 10, 11, 12, 13].map(|i| p[i]);
         let (metal_eta, metal_k, again) = (color(p, 0), color(p, 3), color(p, 6));
         Self { metal_eta, metal_k, again, eta, coat, base, thickness, rest }

@@ -6,7 +6,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 use super::fresnel;
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// A mirror by Fresnel's equations, and below it light that gets through, is scattered evenly, and
 /// thrown back by the coat from inside until it leaves:
@@ -84,7 +84,7 @@ fn diffuse_reflectance(eta: f32) -> f32 {
     ((0..STEPS).map(|i| 2.0 * cos(i) * of(cos(i))).sum::<f64>() / f64::from(STEPS)) as f32
 }
 
-impl Lobe for CoatedDiffuse {
+impl Lobe<'_> for CoatedDiffuse {
     const DELTA: bool = false;
     const DIFFUSE: bool = true;
 
@@ -94,7 +94,7 @@ impl Lobe for CoatedDiffuse {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         Self {
             rho: color(p, Self::RHO),
             specular: color(p, Self::SPECULAR),

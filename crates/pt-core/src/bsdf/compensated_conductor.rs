@@ -5,7 +5,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 use super::compensation::{Reflected, mean_reflectance};
 use super::conductor::RoughConductor;
 use super::fresnel;
-use super::{BsdfSample, Lobe, PARAMETERS, color};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color};
 
 /// A rough metal, and the light that is reflected between its facets before it leaves; see
 /// `compensation.rs`.
@@ -48,7 +48,7 @@ impl CompensatedConductor {
     }
 }
 
-impl Lobe for CompensatedConductor {
+impl Lobe<'_> for CompensatedConductor {
     const DELTA: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
@@ -58,8 +58,8 @@ impl Lobe for CompensatedConductor {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
-        Self { once: RoughConductor::unpack(p), mean: color(p, 12) }
+    fn unpack(p: &[f32; PARAMETERS], tables: &LobeTables) -> Self {
+        Self { once: RoughConductor::unpack(p, tables), mean: color(p, 12) }
     }
 
     #[inline]

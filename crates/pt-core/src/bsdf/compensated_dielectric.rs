@@ -4,7 +4,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 use super::compensation::Interface;
 use super::rough_dielectric::{RoughDielectric, eta_from, upright};
-use super::{BsdfSample, Lobe, PARAMETERS};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS};
 
 /// A rough interface, and the light that goes from one of its facets to others before it leaves on either side; see
 /// `compensation.rs`. Its roughness is the same in all directions.
@@ -40,7 +40,7 @@ fn probability(again: &Interface, wo: Vec3) -> f32 {
     0.9 * again.lost(wo.z.abs()) + 0.02
 }
 
-impl Lobe for CompensatedDielectric {
+impl Lobe<'_> for CompensatedDielectric {
     const DELTA: bool = false;
     const TRANSMITS: bool = true;
 
@@ -49,8 +49,8 @@ impl Lobe for CompensatedDielectric {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
-        Self { once: RoughDielectric::unpack(p) }
+    fn unpack(p: &[f32; PARAMETERS], tables: &LobeTables) -> Self {
+        Self { once: RoughDielectric::unpack(p, tables) }
     }
 
     #[inline]

@@ -6,7 +6,7 @@ use pt_scene::material::{Distribution, Masking};
 use super::fresnel;
 use super::microfacet::Facets;
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// A smooth metal: a mirror with the Fresnel reflectance of η + ik.
 #[derive(Clone, Copy, Debug)]
@@ -51,7 +51,7 @@ impl SmoothConductor {
         fresnel::conductor(cos, self.eta, self.k) * self.reflectance
     }
 
-    fn gold() -> Self {
+    pub(super) fn gold() -> Self {
         Self {
             eta: Spectrum::rgb(0.143, 0.375, 1.442),
             k: Spectrum::rgb(3.983, 2.386, 1.603),
@@ -65,7 +65,7 @@ impl SmoothConductor {
     }
 }
 
-impl Lobe for SmoothConductor {
+impl Lobe<'_> for SmoothConductor {
     const DELTA: bool = true;
 
     fn pack(&self) -> [f32; PARAMETERS] {
@@ -73,7 +73,7 @@ impl Lobe for SmoothConductor {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         Self::of_numbers(p)
     }
 
@@ -112,7 +112,7 @@ impl RoughConductor {
     pub(crate) const ALPHA: usize = 9;
 }
 
-impl Lobe for RoughConductor {
+impl Lobe<'_> for RoughConductor {
     const DELTA: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
@@ -122,7 +122,7 @@ impl Lobe for RoughConductor {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         Self { metal: SmoothConductor::of_numbers(p), facets: Facets::unpack([p[9], p[10], p[11]]) }
     }
 

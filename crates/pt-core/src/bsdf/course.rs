@@ -10,7 +10,7 @@ use super::conductor::half_vector;
 use super::dielectric::refract;
 use super::microfacet::Facets;
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// Glass with Schlick's approximation instead of Fresnel's equations, and with radiance
 /// multiplied (not divided) by η² on entering.
@@ -42,7 +42,7 @@ fn course_refract(wo: Vec3, ior: f32) -> Option<(Vec3, f32)> {
     (cos2 >= 0.0).then(|| (refract(wo, cos2.sqrt(), eta), eta * eta))
 }
 
-impl Lobe for CourseGlass {
+impl Lobe<'_> for CourseGlass {
     const DELTA: bool = true;
     const TRANSMITS: bool = true;
     const RECIPROCAL: bool = false;
@@ -53,7 +53,7 @@ impl Lobe for CourseGlass {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         Self { reflectance: color(p, 0), transmittance: color(p, 3), ior: p[6] }
     }
 
@@ -74,7 +74,7 @@ impl Lobe for CourseGlass {
     }
 }
 
-impl Lobe for CourseRefraction {
+impl Lobe<'_> for CourseRefraction {
     const DELTA: bool = true;
     const TRANSMITS: bool = true;
     const RECIPROCAL: bool = false;
@@ -85,7 +85,7 @@ impl Lobe for CourseRefraction {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         Self { transmittance: color(p, 0), ior: p[3] }
     }
 
@@ -158,7 +158,7 @@ impl CourseMicrofacet {
     }
 }
 
-impl Lobe for CourseMicrofacet {
+impl Lobe<'_> for CourseMicrofacet {
     const DELTA: bool = false;
     const RECIPROCAL: bool = false;
 
@@ -168,7 +168,7 @@ impl Lobe for CourseMicrofacet {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         Self { eta: color(p, 0), k: color(p, 3), alpha: p[6] }
     }
 

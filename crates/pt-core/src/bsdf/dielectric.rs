@@ -4,7 +4,7 @@ use pt_math::{Spectrum, Vec3};
 
 use super::fresnel;
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// Fresnel reflection and refraction; reflection is chosen with probability F.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +31,7 @@ impl Dielectric {
     pub(crate) const TRANSMITTANCE: usize = 3;
 }
 
-impl Lobe for Dielectric {
+impl Lobe<'_> for Dielectric {
     const DELTA: bool = true;
     const TRANSMITS: bool = true;
 
@@ -41,7 +41,7 @@ impl Lobe for Dielectric {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         Self { reflectance: color(p, 0), transmittance: color(p, 3), eta: p[6] }
     }
 

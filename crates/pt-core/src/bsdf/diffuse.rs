@@ -4,7 +4,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
-use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// f = ρ/π.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +18,7 @@ impl Diffuse {
     pub(crate) const RHO: usize = 0;
 }
 
-impl Lobe for Diffuse {
+impl Lobe<'_> for Diffuse {
     const DELTA: bool = false;
     const DIFFUSE: bool = true;
     const INLINE: bool = true;
@@ -28,7 +28,7 @@ impl Lobe for Diffuse {
     }
 
     #[inline(always)]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         Self { rho: color(p, 0) }
     }
 

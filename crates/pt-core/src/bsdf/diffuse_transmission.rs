@@ -4,7 +4,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
-use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// f = ρ/π on the side of `wo`, and τ/π on the other; the same from both sides.
 /// [Pharr, Jakob & Humphreys 2023, §9.2 and the material "diffusetransmission"]
@@ -30,7 +30,7 @@ impl DiffuseTransmission {
     }
 }
 
-impl Lobe for DiffuseTransmission {
+impl Lobe<'_> for DiffuseTransmission {
     const DELTA: bool = false;
     const DIFFUSE: bool = true;
     const TRANSMITS: bool = true;
@@ -41,7 +41,7 @@ impl Lobe for DiffuseTransmission {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         Self { rho: color(p, 0), tau: color(p, 3) }
     }
 

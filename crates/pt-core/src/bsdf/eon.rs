@@ -4,7 +4,7 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 
-use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// Energy-preserving Oren–Nayar: V-shaped cavities with Lambertian walls, and the light that is scattered
 /// more than once between them. It is flatter than Lambert's law, and brighter towards the light. With
@@ -118,7 +118,7 @@ fn across(wo: Vec3) -> (f32, f32) {
     if sin > 0.0 { (wo.x / sin, wo.y / sin) } else { (1.0, 0.0) }
 }
 
-impl Lobe for Eon {
+impl Lobe<'_> for Eon {
     const DELTA: bool = false;
     const DIFFUSE: bool = true;
 
@@ -128,7 +128,7 @@ impl Lobe for Eon {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         Self { rho: color(p, Self::RHO), roughness: p[Self::ROUGHNESS] }
     }
 

@@ -8,7 +8,7 @@ use pt_scene::material::Distribution;
 use super::conductor::{half_vector, reflected, reflected_pdf};
 use super::fresnel;
 use super::microfacet::Facets;
-use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// f = (1 − F(θo)) (1 − F(θi)) ρ/π + F(h) D G / (4 cos θo cos θi), F by Schlick.
 ///
@@ -39,7 +39,7 @@ impl Glossy {
     }
 }
 
-impl Lobe for Glossy {
+impl Lobe<'_> for Glossy {
     const DELTA: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
@@ -49,7 +49,7 @@ impl Lobe for Glossy {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         Self { rho: color(p, 0), f0: color(p, 3), facets: Facets::unpack([p[6], p[7], p[8]]) }
     }
 

@@ -4,7 +4,7 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig};
 
-use super::{BsdfSample, Lobe, PARAMETERS, color, fresnel, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, fresnel, padded};
 
 /// Ways of light through the fibre that are told apart: reflected by it (R), through it (TT), reflected once inside (TRT),
 /// and all that are longer, as one.
@@ -228,7 +228,7 @@ fn sample_trimmed_logistic(scale: f32, u: f32) -> f32 {
     (scale * trig::ln(y / (1.0 - y).max(f32::MIN_POSITIVE))).clamp(-PI, PI)
 }
 
-impl Lobe for Hair {
+impl Lobe<'_> for Hair {
     const DELTA: bool = false;
     const TRANSMITS: bool = true;
     const ROUND: bool = true;
@@ -241,7 +241,7 @@ impl Lobe for Hair {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         let absorption = color(p, Self::ABSORPTION);
         Self { absorption, eta: p[3], variance: p[4], scale: p[5], tilt: p[6] }
     }

@@ -2,7 +2,7 @@
 
 use pt_math::{Spectrum, Vec3};
 
-use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// Reflects everything about the normal.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +22,7 @@ impl Mirror {
     pub(crate) const REFLECTANCE: usize = 0;
 }
 
-impl Lobe for Mirror {
+impl Lobe<'_> for Mirror {
     const DELTA: bool = true;
 
     fn pack(&self) -> [f32; PARAMETERS] {
@@ -30,7 +30,7 @@ impl Lobe for Mirror {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         Self { reflectance: color(p, 0) }
     }
 

@@ -20,6 +20,7 @@ mod glossy;
 mod hair;
 #[cfg(test)]
 mod laws;
+mod measured;
 pub mod microfacet;
 mod mirror;
 mod principled;
@@ -29,6 +30,7 @@ mod rough_dielectric;
 mod thin_dielectric;
 
 pub(crate) use coated_conductor::Layers;
+pub use measured::{Goniophotometer, MeasuredTables, Specimen};
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3};
 
 use crate::light::Lit;
@@ -80,12 +82,19 @@ fn color(p: &[f32; PARAMETERS], first: usize) -> Spectrum {
     Spectrum::rgb(p[first], p[first + 1], p[first + 2])
 }
 
+/// What lobes refer to.
+#[derive(Debug, Default)]
+pub struct LobeTables {
+    /// Of measured materials.
+    pub measured: Vec<MeasuredTables>,
+}
+
 /// One scattering lobe, in the local shading frame (+z is the normal).
 ///
 /// Conventions, for all lobes: `wo` points to the camera side, `wi` to the light side, both away
 /// from the surface; `eval` includes the cosine; `None` means "absorbed". A lobe that reflects
 /// only is zero unless both directions are on the side of +z.
-pub trait Lobe: Copy {
+pub trait Lobe<'t>: Copy {
     /// Whether [`Self::sample`] draws from Dirac deltas only; then `eval` and `pdf` are zero.
     const DELTA: bool;
     /// Whether its functions are so short and so common that they belong into the loops of
@@ -94,8 +103,8 @@ pub trait Lobe: Copy {
     const INLINE: bool = false;
     /// The parameters as numbers, the form that backends read.
     fn pack(&self) -> [f32; PARAMETERS];
-    /// Inverse of [`Self::pack`].
-    fn unpack(p: &[f32; PARAMETERS]) -> Self;
+    /// Inverse of [`Self::pack`]; `tables` are those to which it refers, if it refers to some.
+    fn unpack(p: &[f32; PARAMETERS], tables: &'t LobeTables) -> Self;
     /// f(wo, wi) · |cos θi|; without its delta, which leaves nothing of a perfectly specular lobe.
     #[inline(always)]
     fn eval(&self, _wo: Vec3, _wi: Vec3) -> Spectrum {
@@ -119,7 +128,7 @@ pub trait Lobe: Copy {
     /// Settings worth testing; the laws run on each.
     fn examples() -> Vec<Self>;
     /// Whether f(wo, wi) = f(wi, wo), or f(wo, wi)/η² where light is refracted. Only the course's own
-    /// models may say no, and those of fibres, which do not know where on them light leaves.
+    /// models may say no, those of fibres, which do not know where on them light leaves, and what was measured.
     const RECIPROCAL: bool = true;
     /// Whether it stands for all of something thin and round: light leaves on any side, whichever side the surface
     /// looks to, and normals that look away from the viewer are beyond its edge.
@@ -147,18 +156,18 @@ impl LobeRecord {
 
     /// What `f` says of this lobe, in place or by a call as the lobe wants it.
     #[inline(always)]
-    fn run<L: Lobe, T>(&self, f: impl FnOnce(L) -> T) -> T {
-        if L::INLINE { f(L::unpack(&self.p)) } else { self.call(f) }
+    fn run<'t, L: Lobe<'t>, T>(&self, tables: &'t LobeTables, f: impl FnOnce(L) -> T) -> T {
+        if L::INLINE { f(L::unpack(&self.p, tables)) } else { self.call(tables, f) }
     }
 
     #[inline(never)]
-    fn call<L: Lobe, T>(&self, f: impl FnOnce(L) -> T) -> T {
-        f(L::unpack(&self.p))
+    fn call<'t, L: Lobe<'t>, T>(&self, tables: &'t LobeTables, f: impl FnOnce(L) -> T) -> T {
+        f(L::unpack(&self.p, tables))
     }
 }
 
 macro_rules! lobes {
-    ($($(#[$doc:meta])* $name:ident = $module:ident::$ty:ident),* $(,)?) => {
+    ($($(#[$doc:meta])* $name:ident = $module:ident::$ty:ident $(<$tables:lifetime>)?),* $(,)?) => {
         $(pub use $module::$ty;)*
 
         #[repr(u32)]
@@ -166,39 +175,39 @@ macro_rules! lobes {
 
         /// Any lobe: the closed set that backends match on.
         #[derive(Clone, Copy, Debug)]
-        pub enum AnyLobe { $($(#[$doc])* $name($ty)),* }
+        pub enum AnyLobe<'t> { $($(#[$doc])* $name($ty $(<$tables>)?)),* }
 
-        $(impl From<$ty> for AnyLobe {
-            fn from(lobe: $ty) -> Self { Self::$name(lobe) }
+        $(impl<'t> From<$ty $(<$tables>)?> for AnyLobe<'t> {
+            fn from(lobe: $ty $(<$tables>)?) -> Self { Self::$name(lobe) }
         })*
 
         impl LobeRecord {
             /// See [`Lobe::DELTA`].
             #[inline(always)]
             fn is_delta(&self) -> bool {
-                $((self.kind == Kind::$name as u32 && <$ty as Lobe>::DELTA))||*
+                $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::DELTA))||*
             }
             /// See [`Lobe::spread`].
             #[inline(always)]
-            fn spread(&self) -> f32 {
+            fn spread(&self, tables: &LobeTables) -> f32 {
                 $(if self.kind == Kind::$name as u32 {
-                    return self.run::<$ty, _>(|lobe| lobe.spread());
+                    return self.run::<$ty, _>(tables, |lobe| lobe.spread());
                 })*
                 0.0
             }
             /// See [`Lobe::TRANSMITS`].
             #[inline(always)]
             fn transmits(&self) -> bool {
-                $((self.kind == Kind::$name as u32 && <$ty as Lobe>::TRANSMITS))||*
+                $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::TRANSMITS))||*
             }
             /// See [`Lobe::ROUND`].
             #[inline(always)]
             fn is_round(&self) -> bool {
-                $((self.kind == Kind::$name as u32 && <$ty as Lobe>::ROUND))||*
+                $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::ROUND))||*
             }
             /// See [`Lobe::DIFFUSE`].
             fn is_diffuse(&self) -> bool {
-                $((self.kind == Kind::$name as u32 && <$ty as Lobe>::DIFFUSE))||*
+                $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::DIFFUSE))||*
             }
             /// What it is called.
             fn name(&self) -> &'static str {
@@ -209,31 +218,31 @@ macro_rules! lobes {
             }
             /// See [`Lobe::eval`].
             #[inline(always)]
-            fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+            fn eval(&self, tables: &LobeTables, wo: Vec3, wi: Vec3) -> Spectrum {
                 $(if self.kind == Kind::$name as u32 {
-                    return self.run::<$ty, _>(|lobe| lobe.eval(wo, wi));
+                    return self.run::<$ty, _>(tables, |lobe| lobe.eval(wo, wi));
                 })*
                 Spectrum::ZERO
             }
             /// See [`Lobe::pdf`].
             #[inline(always)]
-            fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
+            fn pdf(&self, tables: &LobeTables, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
                 $(if self.kind == Kind::$name as u32 {
-                    return self.run::<$ty, _>(|lobe| lobe.pdf(wo, wi));
+                    return self.run::<$ty, _>(tables, |lobe| lobe.pdf(wo, wi));
                 })*
                 Pdf::ZERO
             }
             /// See [`Lobe::sample`].
             #[inline(always)]
-            fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
+            fn sample(&self, tables: &LobeTables, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
                 $(if self.kind == Kind::$name as u32 {
-                    return self.run::<$ty, _>(|lobe| lobe.sample(wo, u));
+                    return self.run::<$ty, _>(tables, |lobe| lobe.sample(wo, u));
                 })*
                 None
             }
         }
 
-        impl AnyLobe {
+        impl<'t> AnyLobe<'t> {
             /// The stored form.
             pub fn record(&self) -> LobeRecord {
                 match self {
@@ -245,18 +254,18 @@ macro_rules! lobes {
             /// # Panics
             /// On a kind that no lobe has, which only a bug can produce.
             #[inline(always)]
-            pub fn from_record(r: &LobeRecord) -> Self {
-                $(if r.kind == Kind::$name as u32 { return Self::$name($ty::unpack(&r.p)); })*
+            pub fn from_record(r: &LobeRecord, tables: &'t LobeTables) -> Self {
+                $(if r.kind == Kind::$name as u32 { return Self::$name($ty::unpack(&r.p, tables)); })*
                 unreachable!("lobe kind {}", r.kind)
             }
             /// See [`Lobe::DELTA`].
             #[inline(always)]
             pub fn is_delta(&self) -> bool {
-                match self { $(Self::$name(_) => <$ty as Lobe>::DELTA),* }
+                match self { $(Self::$name(_) => <$ty as Lobe<'_>>::DELTA),* }
             }
             /// See [`Lobe::RECIPROCAL`].
             pub fn is_reciprocal(&self) -> bool {
-                match self { $(Self::$name(_) => <$ty as Lobe>::RECIPROCAL),* }
+                match self { $(Self::$name(_) => <$ty as Lobe<'_>>::RECIPROCAL),* }
             }
             /// See [`Lobe::spread`].
             pub fn spread(&self) -> f32 {
@@ -264,7 +273,7 @@ macro_rules! lobes {
             }
             /// See [`Lobe::TRANSMITS`].
             pub fn transmits(&self) -> bool {
-                match self { $(Self::$name(_) => <$ty as Lobe>::TRANSMITS),* }
+                match self { $(Self::$name(_) => <$ty as Lobe<'_>>::TRANSMITS),* }
             }
             /// See [`Lobe::eval`].
             #[inline(always)]
@@ -281,7 +290,7 @@ macro_rules! lobes {
             pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
                 match self { $(Self::$name(l) => l.sample(wo, u)),* }
             }
-            /// Settings of all lobes, for the laws.
+            /// Settings of all lobes, for the laws; those that refer to tables do so to [`LobeTables::examples`].
             pub fn examples() -> Vec<Self> {
                 [$($ty::examples().into_iter().map(Self::$name).collect::<Vec<_>>()),*].concat()
             }
@@ -328,6 +337,8 @@ lobes! {
     DiffuseTransmission = diffuse_transmission::DiffuseTransmission,
     /// Fibres of hair and fur.
     Hair = hair::Hair,
+    /// What was measured.
+    Measured = measured::Measured<'t>,
     /// The course's glass.
     CourseGlass = course::CourseGlass,
     /// The course's refraction.
@@ -355,6 +366,7 @@ pub struct Bsdf<'a> {
     side: f32,
     wo: Vec3,
     lobe: &'a LobeRecord,
+    tables: &'a LobeTables,
 }
 
 impl<'a> Bsdf<'a> {
@@ -365,19 +377,21 @@ impl<'a> Bsdf<'a> {
     #[inline(always)]
     pub fn new(
         lobe: &'a LobeRecord,
+        tables: &'a LobeTables,
         two_sided: bool,
         normal: Vec3,
         geometric_normal: Vec3,
         wo: Vec3,
     ) -> Self {
         let orientation = Orientation { normal, tangent: None };
-        Self::oriented(lobe, two_sided, orientation, geometric_normal, wo)
+        Self::oriented(lobe, tables, two_sided, orientation, geometric_normal, wo)
     }
 
     /// [`Self::new`] with a direction along the surface.
     #[inline(always)]
     pub fn oriented(
         lobe: &'a LobeRecord,
+        tables: &'a LobeTables,
         two_sided: bool,
         Orientation { normal, tangent }: Orientation,
         geometric_normal: Vec3,
@@ -395,7 +409,7 @@ impl<'a> Bsdf<'a> {
         // Round things are not held to the plane of the surface.
         let geometric_normal = if is_round { frame.n } else { geometric_normal };
         let side = geometric_normal.dot(front);
-        Self { frame, geometric_normal, side, wo: frame.to_local(wo), lobe }
+        Self { frame, geometric_normal, side, wo: frame.to_local(wo), lobe, tables }
     }
 
     /// Whether only [`Self::sample`] finds its directions.
@@ -417,7 +431,7 @@ impl<'a> Bsdf<'a> {
     /// See [`Lobe::spread`].
     #[inline(always)]
     pub fn spread(&self) -> f32 {
-        self.lobe.spread()
+        self.lobe.spread(self.tables)
     }
 
     /// The same surface seen from the unit direction `wo` (world), on the same side; `None` where it might
@@ -433,14 +447,18 @@ impl<'a> Bsdf<'a> {
     /// `other`.
     #[inline(always)]
     pub fn serves(&self, other: &Self) -> bool {
-        serves(self.lobe.spread(), self.wo, other.wo)
+        serves(self.lobe.spread(self.tables), self.wo, other.wo)
     }
 
     /// f(wo, wi) · |cos θi|.
     #[inline(always)]
     pub fn eval(&self, wi: Vec3) -> Spectrum {
         let local = self.frame.to_local(wi);
-        if self.is_consistent(wi, local) { self.lobe.eval(self.wo, local) } else { Spectrum::ZERO }
+        if self.is_consistent(wi, local) {
+            self.lobe.eval(self.tables, self.wo, local)
+        } else {
+            Spectrum::ZERO
+        }
     }
 
     /// [`Self::eval`], and the density with which [`Self::sample`] returns `wi`.
@@ -448,7 +466,10 @@ impl<'a> Bsdf<'a> {
     pub fn eval_and_pdf(&self, wi: Vec3) -> (Spectrum, Pdf<SolidAngle>) {
         let local = self.frame.to_local(wi);
         if self.is_consistent(wi, local) {
-            (self.lobe.eval(self.wo, local), self.lobe.pdf(self.wo, local))
+            (
+                self.lobe.eval(self.tables, self.wo, local),
+                self.lobe.pdf(self.tables, self.wo, local),
+            )
         } else {
             (Spectrum::ZERO, Pdf::ZERO)
         }
@@ -457,13 +478,13 @@ impl<'a> Bsdf<'a> {
     /// Density with which [`Self::sample`] returns `wi`.
     #[inline(always)]
     pub fn pdf(&self, wi: Vec3) -> Pdf<SolidAngle> {
-        self.lobe.pdf(self.wo, self.frame.to_local(wi))
+        self.lobe.pdf(self.tables, self.wo, self.frame.to_local(wi))
     }
 
     /// Draws a direction (world) and its weight.
     #[inline(always)]
     pub fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
-        let s = self.lobe.sample(self.wo, u)?;
+        let s = self.lobe.sample(self.tables, self.wo, u)?;
         let wi = self.frame.to_world(s.wi);
         self.is_consistent(wi, s.wi).then_some(BsdfSample { wi, ..s })
     }

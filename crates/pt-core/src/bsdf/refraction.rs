@@ -4,7 +4,7 @@ use pt_math::{Spectrum, Vec3};
 
 use super::dielectric::refract;
 use super::fresnel;
-use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// Refracts all light and reflects none; total reflection is black.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,7 @@ impl Refraction {
     pub(crate) const TRANSMITTANCE: usize = 0;
 }
 
-impl Lobe for Refraction {
+impl Lobe<'_> for Refraction {
     const DELTA: bool = true;
     const TRANSMITS: bool = true;
 
@@ -30,7 +30,7 @@ impl Lobe for Refraction {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         Self { transmittance: color(p, 0), eta: p[3] }
     }
 

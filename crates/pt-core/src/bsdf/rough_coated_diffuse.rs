@@ -8,7 +8,7 @@ use pt_scene::material::{Distribution, Masking};
 use super::conductor::{half_vector, reflected, reflected_pdf};
 use super::fresnel;
 use super::microfacet::{Facets, stretched};
-use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// f = F D G / (4 cos θo cos θi) + T(θo) T(θi) ρ / (π η² (1 − ρ Fᵢ)).
 ///
@@ -181,7 +181,7 @@ fn diffuse_reflectance(facets: &Facets, eta: f32) -> f32 {
     sum / f32::from(COSINES)
 }
 
-impl Lobe for RoughCoatedDiffuse {
+impl Lobe<'_> for RoughCoatedDiffuse {
     const DELTA: bool = false;
 
     fn pack(&self) -> [f32; PARAMETERS] {
@@ -193,7 +193,7 @@ impl Lobe for RoughCoatedDiffuse {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         let [.., eta, alpha, kind, inside, g, h, i, j, k] = *p;
         let saturates = kind < 0.0;
         let kind = if saturates { -1.0 - kind } else { kind };

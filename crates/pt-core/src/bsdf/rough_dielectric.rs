@@ -5,7 +5,7 @@ use pt_scene::material::{Distribution, Masking};
 
 use super::fresnel;
 use super::microfacet::Facets;
-use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// Microfacets that reflect and refract. [Walter et al. 2007, eq. 20 and 21]
 #[derive(Clone, Copy, Debug)]
@@ -130,7 +130,7 @@ impl RoughDielectric {
     }
 }
 
-impl Lobe for RoughDielectric {
+impl Lobe<'_> for RoughDielectric {
     const DELTA: bool = false;
     const TRANSMITS: bool = true;
 
@@ -141,7 +141,7 @@ impl Lobe for RoughDielectric {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         Self {
             reflectance: color(p, 0),
             transmittance: color(p, 3),

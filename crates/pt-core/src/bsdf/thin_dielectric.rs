@@ -4,7 +4,7 @@ use pt_math::{Spectrum, Vec3};
 
 use super::fresnel;
 use super::mirror::reflect;
-use super::{BsdfSample, Lobe, PARAMETERS, color, padded};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// Both interfaces at once, with all that light does between them: of reflectance F each, they reflect
 /// F + (1 − F)² F + (1 − F)² F³ + … = 2F/(1 + F), and let the rest through as it came.
@@ -32,7 +32,7 @@ impl ThinDielectric {
     }
 }
 
-impl Lobe for ThinDielectric {
+impl Lobe<'_> for ThinDielectric {
     const DELTA: bool = true;
     const TRANSMITS: bool = true;
 
@@ -42,7 +42,7 @@ impl Lobe for ThinDielectric {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         Self { reflectance: color(p, 0), transmittance: color(p, 3), eta: p[6] }
     }
 

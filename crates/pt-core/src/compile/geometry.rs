@@ -11,7 +11,7 @@ use super::look::Look;
 use super::placed::{PlacedShapes, Tracks, worth_sharing};
 use super::textures::{Lowering, ShownColors};
 use super::{CompileError, CompileOptions, motion, normals};
-use crate::bsdf::{AnyLobe, Diffuse, LobeRecord};
+use crate::bsdf::{AnyLobe, Diffuse, LobeRecord, LobeTables};
 use crate::id::{Id, Table};
 use crate::material::Materials;
 use crate::scene::{Glow, SurfaceRecord};
@@ -39,6 +39,7 @@ pub(super) struct Shapes {
     /// See [`crate::RenderScene::surface_materials`].
     pub(super) surface_materials: Vec<Option<u32>>,
     pub(super) lobes: Table<LobeRecord>,
+    pub(super) lobe_tables: LobeTables,
     pub(super) materials: Materials,
     /// Runs of primitives that glow.
     pub(super) emitters: Vec<Emitter>,
@@ -218,8 +219,8 @@ pub(super) fn collect(
         _ => None,
     };
     let slides = scene.lights.iter().map(slide).collect();
-    let (lobes, materials) = lowering.finish(mesh_colors);
-    Ok(Shapes { lobes, materials, slides, ..shapes })
+    let (lobes, lobe_tables, materials) = lowering.finish(mesh_colors);
+    Ok(Shapes { lobes, lobe_tables, materials, slides, ..shapes })
 }
 
 pub(super) struct Collector<'a> {

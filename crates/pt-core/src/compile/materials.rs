@@ -7,8 +7,8 @@ use pt_math::Spectrum;
 use pt_scene::hair;
 use pt_scene::material::{
     Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
-    Glass, Hair, Matte, Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin, Refraction,
-    RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
+    Glass, Hair, Matte, Measured, Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin,
+    Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
 };
 use pt_scene::texture::{Relief, Scalar};
 
@@ -282,6 +282,12 @@ impl Lower for Hair {
         let roughnesses = [self.roughness, around];
         let lobe = bsdf::Hair::new(absorption, self.ior, roughnesses, self.scale_angle);
         cx.lobe(lobe, self.two_sided)
+    }
+}
+
+impl Lower for Measured {
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        cx.measured(&self.measurements, self.two_sided)
     }
 }
 

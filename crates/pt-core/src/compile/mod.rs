@@ -225,6 +225,7 @@ fn assemble(
         surfaces: take(&mut shapes.surfaces),
         surface_materials: take(&mut shapes.surface_materials),
         lobes: take(&mut shapes.lobes),
+        lobe_tables: take(&mut shapes.lobe_tables),
         materials: take(&mut shapes.materials),
         shapes: shapes.into_tables(),
         has_holes,

@@ -7,11 +7,12 @@ use pt_math::noise::Octaves;
 use pt_math::{Affine2, DAffine3, DVec3, Mat3, Spectrum, Vec2};
 use pt_scene::hair;
 use pt_scene::image::Image;
+use pt_scene::measured::Measurements;
 use pt_scene::texture::{
     Bitmap, Blend, Color, Filter, Layout, Marble, Noise, Pattern, Scalar, Texture,
 };
 
-use crate::bsdf::{AnyLobe, LobeRecord};
+use crate::bsdf::{self, AnyLobe, LobeRecord, LobeTables, MeasuredTables};
 use crate::id::{Id, Table};
 use crate::laid::{Laid, LaidPattern, LayoutRecord};
 use crate::material::{LobeMaterial, Material, Materials, Slot, SlotKind};
@@ -38,12 +39,15 @@ pub(super) struct Lowering {
     /// Metres per unit of the scene.
     pub(super) metres: f32,
     pub(super) lobes: Table<LobeRecord>,
+    pub(super) lobe_tables: LobeTables,
     /// Without their textures.
     pub(super) materials: Materials,
     textures: Textures,
     /// Which textures there are already.
     known: HashMap<*const Texture, Id<TextureRecord>>,
     images: HashMap<*const Image, Id<Texels>>,
+    /// Numbers of the tables of what was measured.
+    measured: HashMap<*const Measurements, u32>,
     /// What the textures that were asked for since [`Self::take_shown`] show of meshes.
     shown: ShownColors,
     /// Of the lobe that is made next.
@@ -57,6 +61,8 @@ impl Lowering {
             course,
             metres,
             lobes: Table::default(),
+            lobe_tables: LobeTables::default(),
+            measured: HashMap::new(),
             materials: Materials::default(),
             textures: Textures::default(),
             known: HashMap::new(),
@@ -73,9 +79,12 @@ impl Lowering {
     }
 
     /// All that was lowered, with the colours of meshes.
-    pub(super) fn finish(self, mesh_colors: MeshColors) -> (Table<LobeRecord>, Materials) {
+    pub(super) fn finish(
+        self,
+        mesh_colors: MeshColors,
+    ) -> (Table<LobeRecord>, LobeTables, Materials) {
         let textures = Arc::new(Textures { mesh_colors, ..self.textures });
-        (self.lobes, Materials { textures, ..self.materials })
+        (self.lobes, self.lobe_tables, Materials { textures, ..self.materials })
     }
 
     /// Whether anything asks for texture coordinates.
@@ -86,12 +95,38 @@ impl Lowering {
     }
 
     /// A lobe that takes the parameters that were asked for since the last one.
-    pub(super) fn lobe(&mut self, lobe: impl Into<AnyLobe>, two_sided: bool) -> Material {
+    pub(super) fn lobe<'t>(&mut self, lobe: impl Into<AnyLobe<'t>>, two_sided: bool) -> Material {
+        self.stored(lobe.into().record(), two_sided)
+    }
+
+    /// A lobe by tables, which are made once for all that share them. A back that reflects has the same x and y as the front, as in
+    /// Mitsuba and pbrt-v4.
+    pub(super) fn measured(&mut self, of: &Arc<Measurements>, two_sided: bool) -> Material {
+        let tables = &mut self.lobe_tables.measured;
+        let number = *self.measured.entry(Arc::as_ptr(of)).or_insert_with(|| {
+            tables.push(MeasuredTables::new(of));
+            tables.len() as u32 - 1
+        });
+        let lobe = bsdf::Measured::new(number, &tables[number as usize]);
+        let [front, back] = [lobe, lobe.mirrored()].map(|lobe| AnyLobe::from(lobe).record());
+        let mut side = |record| {
+            self.oriented = !of.is_isotropic();
+            self.stored(record, two_sided)
+        };
+        if !two_sided || of.is_mirrored() {
+            return side(front);
+        }
+        let [front, back] = [front, back].map(&mut side);
+        let [front, back] = [front, back].map(|side| self.materials.table.push(side));
+        Material::Sided { front, back }
+    }
+
+    fn stored(&mut self, lobe: LobeRecord, two_sided: bool) -> Material {
         let slots = &mut self.materials.slots;
         let first = slots.len() as u32;
         slots.append(&mut self.slots);
         Material::Lobe(LobeMaterial {
-            lobe: self.lobes.push(lobe.into().record()),
+            lobe: self.lobes.push(lobe),
             two_sided,
             oriented: std::mem::take(&mut self.oriented),
             slots: [first, slots.len() as u32],

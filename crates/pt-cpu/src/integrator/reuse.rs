@@ -46,8 +46,7 @@ pub(super) struct Seen {
 
 impl Seen {
     fn bsdf<'a>(&'a self, scene: &'a RenderScene) -> Bsdf<'a> {
-        let Self { at, resolved } = self;
-        resolved.as_ref().map_or_else(|| scene.bsdf(at), |resolved| resolved.bsdf(at))
+        scene.bsdf(&self.at, self.resolved.as_ref())
     }
 }
 

@@ -388,14 +388,10 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
         'a: 's,
     {
         let scene = self.cx.scene;
-        let bsdf = |lane: usize, at: &Interaction| match resolved.get(lane) {
-            Some(Some(resolved)) => resolved.bsdf(at),
-            _ => scene.bsdf(at),
-        };
         let mut surfaces = ArrayVec::new();
         for (lane, (at, &(i, _))) in self.interactions.iter().zip(block).enumerate() {
             let State { beta, squeeze, start, target, .. } = self.front.paths[i as usize];
-            let bsdf = bsdf(lane, at);
+            let bsdf = scene.bsdf(at, resolved.get(lane).and_then(Option::as_ref));
             surfaces.push(Surface {
                 point: at.point,
                 bsdf,

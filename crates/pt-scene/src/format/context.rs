@@ -4,15 +4,16 @@
 //! [`Context::keep`] notes it, and the reader goes on without the item, so that all that is wrong is told at once.
 //! What follows from an error that was told is [`LoadError::Told`], and is not told again.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::ahead::Ahead;
 use super::limits::Limits;
-use super::{LoadOptions, Reading, mesh_file};
+use super::{LoadOptions, Reading, measured, mesh_file};
 use crate::image::{self, Decoded, Image, ImageError, Numbers};
+use crate::measured::Measurements;
 use crate::{Geometry, LoadError, Scene, Source, Span, Warning, source};
 
 /// Most items with an error, whether it was told before or not.
@@ -38,10 +39,20 @@ struct Picture {
     decoded: Result<Decoded, ImageError>,
 }
 
+/// Why a file cannot be used; the messages are meant for the place where the scene names it.
+#[derive(Debug)]
+pub(super) enum Unusable {
+    /// It cannot be read, or may not be.
+    Missing(String),
+    /// What is in it makes no sense.
+    Broken(String),
+}
+
 /// What was read and found so far.
 #[derive(Debug, Default)]
 struct Noted {
     sources: Vec<Source>,
+    measurements: HashMap<PathBuf, Arc<Measurements>>,
     errors: Vec<LoadError>,
     missing: Vec<Warning>,
     /// All of both as texts.
@@ -204,6 +215,23 @@ impl Context {
         self.spend(size_of_val(pixels.as_slice()) as u64)
             .map_err(|why| format!("{}: {why}", path.display()))?;
         Ok(decoded)
+    }
+
+    /// What was measured of a material, from a file that the scene names; each is read once.
+    ///
+    /// # Errors
+    /// As [`Self::read`], or if it is no such file.
+    pub(super) fn measurements(&self, path: &Path) -> Result<Arc<Measurements>, Unusable> {
+        if let Some(known) = self.noted().measurements.get(path) {
+            return Ok(Arc::clone(known));
+        }
+        let bytes = self.read(path).map_err(Unusable::Missing)?;
+        let named = |why: String| format!("{}: {why}", path.display());
+        let parsed = measured::parse(&bytes).map_err(|why| Unusable::Broken(named(why)))?;
+        self.spend(parsed.bytes() as u64).map_err(|why| Unusable::Missing(named(why)))?;
+        let measurements = Arc::new(parsed);
+        self.noted().measurements.insert(path.to_owned(), Arc::clone(&measurements));
+        Ok(measurements)
     }
 
     /// Counts bytes that are taken.

@@ -5,6 +5,8 @@
 //! is integrated under daylight D65, which is white. Channels below 0, of colours outside of
 //! Rec. 709, become 0.
 
+use std::cmp::Ordering;
+
 use pt_math::cie;
 
 /// A function of the wavelength, by its colours.
@@ -77,28 +79,121 @@ impl Spectrum {
     }
 }
 
-/// The colours of a function, and its largest value, by sums over the 1000 wavelengths that
-/// Mitsuba takes, with its two factors: the sum of ȳ, which makes Y of equal energy 1, and the mean
-/// of D65 weighted by ȳ. The latter is off by 0.1 %, so that a perfect reflector has Y = 0.9989; it
-/// is kept, for both renderers to have the same colours.
+/// The colours of a function, and its largest value.
 fn integrals(value_at: impl Fn(f64) -> f64) -> Spectrum {
-    const COUNT: u32 = 1000;
-    const EQUAL_ENERGY: f64 = 106.750_259_399_414_06;
-    const DAYLIGHT: f64 = 98.997_417_518_762_55;
-    let [shortest, longest] = cie::WAVELENGTHS;
-    let range = longest - shortest;
     let (mut emitted, mut reflected, mut most) = ([0.0; 3], [0.0; 3], 0.0_f64);
-    for i in 0..COUNT {
-        let nanometres = shortest + f64::from(i) / f64::from(COUNT - 1) * range;
+    for Seen { nanometres, light, daylight } in seen() {
         let value = value_at(nanometres);
-        let weight = value * range / f64::from(COUNT) / EQUAL_ENERGY;
-        let (observer, daylight) = (cie::observer(nanometres), cie::d65(nanometres) / DAYLIGHT);
         for c in 0..3 {
-            emitted[c] += weight * observer[c];
-            reflected[c] += weight * daylight * observer[c];
+            emitted[c] += value * light[c];
+            reflected[c] += value * daylight[c];
         }
         most = most.max(value);
     }
     let color = |xyz| cie::rec709_from_xyz(xyz).map(|c| c.max(0.0));
     Spectrum { emitted: color(emitted), reflected: color(reflected), most }
+}
+
+/// What each wavelength (in nanometres) of what multiplies light adds to its colour, where it is linear between them and
+/// beyond them as at the nearest one: the sum of values times weights is linear Rec. 709. Weights may be below 0.
+///
+/// # Errors
+/// If there are fewer than two, they do not increase, or none is visible.
+pub(super) fn reflectance_weights(wavelengths: &[f32]) -> Result<Vec<[f64; 3]>, String> {
+    if wavelengths.len() < 2 {
+        return Err(format!(
+            "expected at least 2 wavelengths, but there are {}",
+            wavelengths.len()
+        ));
+    }
+    let decrease = |two: &&[f32]| two[0].partial_cmp(&two[1]) != Some(Ordering::Less);
+    if let Some([before, after]) = wavelengths.windows(2).find(decrease) {
+        return Err(format!("wavelengths have to increase, but {after} comes after {before}"));
+    }
+    let [shortest, longest] = cie::WAVELENGTHS;
+    let last = wavelengths.len() - 1;
+    if f64::from(wavelengths[last]) < shortest || f64::from(wavelengths[0]) > longest {
+        return Err(format!(
+            "no wavelength is visible; expected nanometres from {shortest} to {longest}"
+        ));
+    }
+    let mut weights = vec![[0.0; 3]; wavelengths.len()];
+    for Seen { nanometres, daylight, .. } in seen() {
+        let after = wavelengths.partition_point(|n| f64::from(*n) <= nanometres).clamp(1, last);
+        let [n0, n1] = [after - 1, after].map(|i| f64::from(wavelengths[i]));
+        let t = ((nanometres - n0) / (n1 - n0)).clamp(0.0, 1.0);
+        for c in 0..3 {
+            weights[after - 1][c] += (1.0 - t) * daylight[c];
+            weights[after][c] += t * daylight[c];
+        }
+    }
+    Ok(weights.into_iter().map(cie::rec709_from_xyz).collect())
+}
+
+/// What a wavelength adds to CIE XYZ.
+struct Seen {
+    nanometres: f64,
+    /// Of light.
+    light: [f64; 3],
+    /// Of what multiplies light, under daylight.
+    daylight: [f64; 3],
+}
+
+/// The 1000 wavelengths over which Mitsuba sums, with its two factors: the sum of ȳ, which makes Y of equal energy 1, and
+/// the mean of D65 weighted by ȳ. The latter is off by 0.1 %, so that a perfect reflector has Y = 0.9989; it is kept, for
+/// both renderers to have the same colours.
+fn seen() -> impl Iterator<Item = Seen> {
+    const COUNT: u32 = 1000;
+    const EQUAL_ENERGY: f64 = 106.750_259_399_414_06;
+    const DAYLIGHT: f64 = 98.997_417_518_762_55;
+    let [shortest, longest] = cie::WAVELENGTHS;
+    let range = longest - shortest;
+    (0..COUNT).map(move |i| {
+        let nanometres = shortest + f64::from(i) / f64::from(COUNT - 1) * range;
+        let light = cie::observer(nanometres).map(|c| c * range / f64::from(COUNT) / EQUAL_ENERGY);
+        let power = cie::d65(nanometres) / DAYLIGHT;
+        Seen { nanometres, light, daylight: light.map(|c| c * power) }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Weights times values are the colour that the spectrum of these values has.
+    #[test]
+    fn weights_are_those_of_spectra() {
+        let wavelengths: Vec<f32> = (0..=94_u16).map(|i| 360.0 + 5.0 * f32::from(i)).collect();
+        let samples: Vec<_> = wavelengths
+            .iter()
+            .map(|&n| (f64::from(n), 0.5 + 0.4 * libm::sin(f64::from(n) / 60.0)))
+            .collect();
+        let expected = Spectrum::sampled(&samples).unwrap().reflected;
+        let weights = reflectance_weights(&wavelengths).unwrap();
+        for c in 0..3 {
+            let sum: f64 = weights.iter().zip(&samples).map(|(w, (_, value))| w[c] * value).sum();
+            assert!((sum - expected[c]).abs() < 1e-12, "{sum} {expected:?}");
+        }
+        // Beyond the ends it goes on as it ends.
+        let weights = reflectance_weights(&[500.0, 600.0]).unwrap();
+        let white = Spectrum::sampled(&[(300.0, 1.0), (900.0, 1.0)]).unwrap().reflected;
+        for c in 0..3 {
+            assert!((weights[0][c] + weights[1][c] - white[c]).abs() < 1e-12, "{weights:?}");
+        }
+    }
+
+    #[test]
+    fn wavelengths_that_make_no_sense_are_told() {
+        for (wavelengths, want) in [
+            (&[500.0][..], "at least 2"),
+            (&[500.0, 500.0], "have to increase, but 500 comes after 500"),
+            (&[500.0, f32::NAN], "have to increase"),
+            (&[f32::NAN, 500.0], "have to increase"),
+            (&[0.1, 0.2], "no wavelength is visible"),
+            (&[831.0, 832.0], "no wavelength is visible"),
+        ] {
+            let message = reflectance_weights(wavelengths).unwrap_err();
+            assert!(message.contains(want), "{message}");
+        }
+    }
 }

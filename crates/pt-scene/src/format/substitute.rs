@@ -7,6 +7,7 @@ use pt_math::{DMat3, DVec3};
 use crate::Surface;
 use crate::image::Image;
 use crate::material::Matte;
+use crate::measured::Measurements;
 use crate::texture::{Input, Pattern, Texture};
 
 const MAGENTA: [f32; 3] = [1.0, 0.0, 1.0];
@@ -33,4 +34,10 @@ pub(super) fn light() -> Image {
     let side = 16;
     let color = |i: u32| if (i % side + i / side).is_multiple_of(2) { MAGENTA } else { BLACK };
     Image { width: side, height: side, pixels: (0..side * side).map(color).collect() }
+}
+
+/// The measurements in place of those that are missing: magenta however they are lit and seen, as bright as they can be.
+pub(super) fn measurements() -> Measurements {
+    const SHARE: f32 = 0.5 * std::f32::consts::FRAC_1_PI;
+    Measurements::even(MAGENTA.map(|channel| channel * SHARE))
 }

@@ -421,15 +421,6 @@ fn only_tubes_of_hair_have_no_back() {
     );
 }
 
-#[test]
-fn something_loud_stands_in_for_measured_materials() {
-    let scene = read("", "Material \"measured\" \"string filename\" \"x.bsdf\" Shape \"sphere\"");
-    assert!(matches!(scene.materials[0].surface, Surface::Matte(_)));
-    let missing: Vec<_> = scene.missing.iter().map(|m| m.message.clone()).collect();
-    assert_eq!(missing.len(), 1);
-    assert!(missing[0].contains("measured materials are not read"), "{missing:?}");
-}
-
 /// Where metals have textures, they reflect by Schlick's formula, or if they are smooth, the same at all angles.
 #[test]
 fn metals_may_have_textures() {

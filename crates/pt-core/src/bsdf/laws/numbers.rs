@@ -5,18 +5,18 @@ use pt_testing::Random;
 
 use super::{AnyLobe, CORNERS, all_lobes, below, unit_3d};
 use crate::bsdf::mirror::reflect;
-use crate::bsdf::{BsdfSample, LobeRecord};
+use crate::bsdf::{BsdfSample, LobeRecord, LobeTables};
 
 /// Calls of lobes in every round.
 const CALLS: u64 = 5;
 
 /// One of the lobes, which are sorted by kind; each parameter may come from another one near it, or from between.
-fn between(lobes: &[LobeRecord], random: &mut Random) -> AnyLobe {
+fn between(lobes: &[LobeRecord], random: &mut Random) -> AnyLobe<'static> {
     let first = random.below(lobes.len());
     let mut record = lobes[first];
     let other = lobes[(first + random.below(6)).min(lobes.len() - 1)];
     if other.kind != record.kind {
-        return AnyLobe::from_record(&record);
+        return AnyLobe::from_record(&record, LobeTables::examples());
     }
     for (number, other) in record.p.iter_mut().zip(other.p) {
         let t = match random.below(4) {
@@ -26,7 +26,7 @@ fn between(lobes: &[LobeRecord], random: &mut Random) -> AnyLobe {
         };
         *number = *number * (1.0 - t) + other * t;
     }
-    AnyLobe::from_record(&record)
+    AnyLobe::from_record(&record, LobeTables::examples())
 }
 
 /// A direction on either side, half of the time along the surface.

@@ -4,7 +4,7 @@ use pt_math::Vec3;
 use pt_testing::Random;
 
 use super::{AnyLobe, all_lobes, close, unit_3d};
-use crate::bsdf::{Bsdf, LobeRecord};
+use crate::bsdf::{Bsdf, LobeRecord, LobeTables};
 
 /// A true normal, and a shading normal up to about 40 degrees off.
 fn normals(random: &mut Random) -> (Vec3, Vec3) {
@@ -25,7 +25,7 @@ fn at_surfaces(law: impl Fn(&AnyLobe, bool, [Vec3; 3], &mut Random)) {
 }
 
 fn bsdf(lobe: &LobeRecord, two_sided: bool, [normal, true_normal, wo]: [Vec3; 3]) -> Bsdf<'_> {
-    Bsdf::new(lobe, two_sided, normal, true_normal, wo)
+    Bsdf::new(lobe, LobeTables::examples(), two_sided, normal, true_normal, wo)
 }
 
 /// Lobes that do not transmit never carry light through the true surface, whatever the shading

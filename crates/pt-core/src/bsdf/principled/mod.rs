@@ -11,7 +11,7 @@ use super::compensation::{Gloss, Reflected};
 use super::fresnel;
 use super::microfacet::Facets;
 use super::rough_dielectric::{Pair, eta_from, refract, upright};
-use super::{BsdfSample, Lobe, PARAMETERS, color};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color};
 use base::{Base, sheen, sheen_albedo, tint};
 use clearcoat::Clearcoat;
 
@@ -314,7 +314,7 @@ impl Principled {
     }
 }
 
-impl Lobe for Principled {
+impl Lobe<'_> for Principled {
     const DELTA: bool = false;
     const TRANSMITS: bool = true;
 
@@ -344,7 +344,7 @@ impl Lobe for Principled {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         let flags = p[14] as u8;
         Self {
             base_color: color(p, Self::BASE_COLOR),

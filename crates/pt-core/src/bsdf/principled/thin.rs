@@ -9,7 +9,7 @@ use super::{facets, schlick_weight, tinted_fresnel};
 use crate::bsdf::fresnel;
 use crate::bsdf::microfacet::Facets;
 use crate::bsdf::rough_dielectric::upright;
-use crate::bsdf::{BsdfSample, Lobe, PARAMETERS, color, padded};
+use crate::bsdf::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// Both sides of a sheet at once: diffuse reflection with sheen, diffuse transmission, and facets that reflect
 /// light or let it through unbent. See [`pt_scene::material::PrincipledThin`] for its parameters.
@@ -227,7 +227,7 @@ impl PrincipledThin {
     }
 }
 
-impl Lobe for PrincipledThin {
+impl Lobe<'_> for PrincipledThin {
     const DELTA: bool = false;
     const TRANSMITS: bool = true;
 
@@ -250,7 +250,7 @@ impl Lobe for PrincipledThin {
     }
 
     #[inline]
-    fn unpack(p: &[f32; PARAMETERS]) -> Self {
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
         Self {
             base_color: color(p, Self::BASE_COLOR),
             roughness: p[Self::ROUGHNESS],

@@ -55,10 +55,7 @@ impl<'a> Vertex<'a> {
                 let at = scene.interaction(ray, hit, time);
                 let width = scene.uses_footprints().then(|| cone.width_at(at.distance));
                 *resolved = scene.resolve(&at, hit, time, choice, width);
-                let bsdf = match resolved {
-                    Some(resolved) => resolved.bsdf(&at),
-                    None => scene.bsdf(&at),
-                };
+                let bsdf = scene.bsdf(&at, resolved.as_ref());
                 let kind = Kind::Surface { bsdf, surface: at.surface, primitive: at.primitive };
                 Some(Self { point: at.point, medium, distance: at.distance, kind })
             }

@@ -1,4 +1,4 @@
-//! What lies in files beside a scene: images, grids, and profiles of luminaires.
+//! What lies in files beside a scene: images, grids, profiles of luminaires, and measurements of materials.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::super::{substitute, vol};
+use super::super::context::Unusable;
+use super::super::{measured, substitute, vol};
 use super::describe::Described;
 use super::node::Node;
 use super::number::{ANY, numbers, vector_schema};
@@ -16,6 +17,7 @@ use super::shared::{Reading, Shared, Tables, Writing};
 use crate::LoadError;
 use crate::image::{Image, Numbers, SaveOptions, encode};
 use crate::light::IesProfile;
+use crate::measured::Measurements;
 use crate::medium::Grid;
 
 /// Lists of up to so many numbers stand in the scene itself.
@@ -197,6 +199,47 @@ impl Shared for IesProfile {
             let file = Properties::default().with_schema("file", json!({"type": "string"}), true);
             Properties::any_of(&[file], false)
         })
+    }
+}
+
+/// `{"file": "a.bsdf"}`.
+impl Shared for Measurements {
+    const TABLE: (&'static str, &'static str) = ("measurements", "measurement");
+
+    fn table(tables: &mut Tables) -> &mut HashMap<String, Arc<Self>> {
+        &mut tables.measurements
+    }
+
+    fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
+        let mut keys = node.keys()?;
+        let file = keys.take("file").ok_or_else(|| node.error("its \"file\" is missing"))?;
+        keys.finish()?;
+        match cx.context.measurements(&cx.path(&file)?) {
+            Ok(measurements) => Ok(measurements),
+            Err(Unusable::Broken(why)) => Err(file.error(why)),
+            Err(Unusable::Missing(why)) => {
+                let message = format!("{why}; what is magenta from everywhere stands in for it");
+                cx.context.missing(file.span(), message);
+                Ok(Arc::new(substitute::measurements()))
+            }
+        }
+    }
+
+    fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+        let name = cx.key.clone();
+        let bytes = measured::write(self);
+        Ok(Out::Object(vec![("file".to_owned(), cx.file(&name, "bsdf", bytes))]))
+    }
+
+    fn schema_of_entry(schemas: &mut Schemas) -> Value {
+        schemas.define("Measurements", |_| {
+            let file = Properties::default().with_schema("file", json!({"type": "string"}), true);
+            Properties::any_of(&[file], false)
+        })
+    }
+
+    fn name(&self) -> &str {
+        &self.tables().description
     }
 }
 

@@ -15,8 +15,9 @@ use super::shared::{Name, Reading, Shared, Tables, Writing};
 use super::transform::{OfTexture, ToTexture};
 use crate::material::{
     Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
-    Glass, Hair, Masking, Matte, Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin,
-    Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
+    Glass, Hair, Masking, Matte, Measured, Mirror, Mix, Pigment, Plastic, Principled,
+    PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface,
+    ThinGlass,
 };
 use crate::texture::{
     Bitmap, Blend, Color, Filter, Layout, Marble, Noise, Pattern, Relief, Scalar, Texture, Wrap,
@@ -162,6 +163,7 @@ record! {
         two_sided: Plain => false,
     } + pigment: Pigment
 }
+record! { Measured { measurements: Plain, two_sided: Plain => true } }
 record! { Mix { first: Plain, second: Plain, share: SHARE => 0.5.into() } }
 record! { Sided { front: Plain, back: Plain } }
 record! { Embossed { surface: Plain } + relief: Relief }

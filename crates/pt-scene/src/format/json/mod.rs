@@ -37,6 +37,7 @@ use super::save::Encoded;
 use super::xml::quote;
 use crate::image::Image;
 use crate::light::IesProfile;
+use crate::measured::Measurements;
 use crate::medium::Grid;
 use crate::{
     Camera, FileSettings, Light, LoadError, Material, Medium, Mesh, Motion, Object, Scene, Texture,
@@ -94,6 +95,7 @@ fn scene(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Scene, LoadError> 
     read_table::<Texture>(keys, cx)?;
     read_table::<Grid>(keys, cx)?;
     read_table::<IesProfile>(keys, cx)?;
+    read_table::<Measurements>(keys, cx)?;
     read_table::<Motion>(keys, cx)?;
     read_table::<Mesh>(keys, cx)?;
     let media = named::<Medium>("media", keys, cx)?;
@@ -189,11 +191,12 @@ pub(super) fn encode(scene: &Scene, path: &Path) -> Result<Encoded, String> {
 }
 
 /// The tables of what is shared, in the order in which they refer to each other.
-const TABLES: [&str; 6] = [
+const TABLES: [&str; 7] = [
     Image::TABLE.0,
     Texture::TABLE.0,
     Grid::TABLE.0,
     IesProfile::TABLE.0,
+    Measurements::TABLE.0,
     Motion::TABLE.0,
     Mesh::TABLE.0,
 ];
@@ -240,6 +243,7 @@ fn schema_of_file(schemas: &mut Schemas) -> Value {
         .with_schema(Texture::TABLE.0, table(Texture::schema_of_entry(schemas)), false)
         .with_schema(Grid::TABLE.0, table(Grid::schema_of_entry(schemas)), false)
         .with_schema(IesProfile::TABLE.0, table(IesProfile::schema_of_entry(schemas)), false)
+        .with_schema(Measurements::TABLE.0, table(Measurements::schema_of_entry(schemas)), false)
         .with_schema(Motion::TABLE.0, table(Motion::schema_of_entry(schemas)), false)
         .with_schema(Mesh::TABLE.0, table(Mesh::schema_of_entry(schemas)), false)
         .with_schema("media", table(Medium::schema(schemas)), false)

@@ -1,4 +1,5 @@
-//! What several things refer to by a name: tables of meshes, images, textures, grids, profiles and motions; and
+//! What several things refer to by a name: tables of meshes, images, textures, grids, profiles, measurements
+//! and motions; and
 //! materials and media, which a scene numbers.
 
 use std::collections::{HashMap, HashSet};
@@ -14,6 +15,7 @@ use super::out::{Entries, Out};
 use super::schema::Schemas;
 use crate::image::Image;
 use crate::light::IesProfile;
+use crate::measured::Measurements;
 use crate::medium::Grid;
 use crate::{LoadError, Mesh, Motion, Texture};
 
@@ -43,6 +45,7 @@ pub(super) struct Tables {
     pub(super) textures: HashMap<String, Arc<Texture>>,
     pub(super) grids: HashMap<String, Arc<Grid>>,
     pub(super) profiles: HashMap<String, Arc<IesProfile>>,
+    pub(super) measurements: HashMap<String, Arc<Measurements>>,
     pub(super) motions: HashMap<String, Arc<Motion>>,
 }
 

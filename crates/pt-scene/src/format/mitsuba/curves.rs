@@ -192,4 +192,28 @@ mod tests {
             assert_eq!(mesh.triangles.len(), count * 2 * sides);
         }
     }
+
+    /// What is read has finite corners, whatever stands in the file.
+    #[test]
+    fn damaged_curves_do_no_harm() {
+        let good = b"0 0 0 .1\n0 1 0 .05\n.5 1 0 .05\n.5 2 1 0\n\n1 0 0 1e2\n1 1 0 .1\n1 -1 2 3\n0 0 1 1\n";
+        let mut random = pt_testing::Random::new(5);
+        let mut below = |n: usize| ((random.unit() * n as f32) as usize).min(n - 1);
+        let mut read = 0;
+        for round in 0..2000 {
+            let mut bytes = good.to_vec();
+            for _ in 0..=below(3) {
+                let at = below(bytes.len());
+                let words = b"0123456789 \n-.e\xFF";
+                bytes[at] = words[below(words.len())];
+            }
+            let degree = if round % 2 == 0 { 1 } else { 3 };
+            let (path, limits) = (Path::new("a.txt"), Limits::default());
+            if let Ok(mesh) = parse_mesh(&bytes, path, degree, DAffine3::IDENTITY, &limits) {
+                read += 1;
+                assert!(mesh.positions.as_flattened().iter().all(|x| x.is_finite()), "{bytes:?}");
+            }
+        }
+        assert!((400..1900).contains(&read), "{read}");
+    }
 }

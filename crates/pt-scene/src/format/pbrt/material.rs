@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use super::super::context::{Folder, Unusable};
 use super::super::substitute;
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, index};
@@ -10,7 +11,8 @@ use super::scene::{MaterialName, World, key_of};
 use super::texture::{product, square_root};
 use crate::material::{
     Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
-    Glass, Masking, Matte, Mirror, Mix, Principled, RoughCoatedDiffuse, Roughness, ThinGlass,
+    Glass, Masking, Matte, Measured, Mirror, Mix, Principled, RoughCoatedDiffuse, Roughness,
+    ThinGlass,
 };
 use crate::metals::Metal;
 use crate::texture::{Color, Relief, Scalar};
@@ -93,7 +95,7 @@ impl World {
             "coateddiffuse" => self.coated_diffuse(entity)?,
             "coatedconductor" => self.coated_conductor(entity)?.into(),
             "hair" => self.hair(entity)?.into(),
-            "measured" => self.measured(entity),
+            "measured" => self.measured(entity)?,
             "mix" => self.mix(entity, depth)?,
             "subsurface" => {
                 return Err(entity
@@ -277,13 +279,20 @@ impl World {
         Ok(CoatedConductor { eta, k, alpha, ior, coat_alpha, thickness, two_sided })
     }
 
-    /// What stands in for a measured material, of which files are not read.
-    fn measured(&self, entity: &Entity) -> Surface {
-        entity.pass_over(&["filename"]);
-        let message = format!("files of measured materials are not read; {}", substitute::INSTEAD);
-        let context = &self.textures.folder.context;
-        context.missing(entity.place("filename").span(""), message);
-        substitute::surface()
+    /// What was measured, on both sides; something loud in place of a file that is missing.
+    fn measured(&self, entity: &Entity) -> Result<Surface, LoadError> {
+        let Some(name) = entity.text("filename")? else {
+            return Err(entity.at.error("the parameter \"string filename\" is missing"));
+        };
+        let Folder { context, .. } = &self.textures.folder;
+        match context.measurements(&self.textures.folder.join(name)) {
+            Ok(measurements) => Ok(Measured { measurements, two_sided: true }.into()),
+            Err(Unusable::Broken(why)) => Err(entity.refuse("filename", why)),
+            Err(Unusable::Missing(why)) => {
+                self.textures.miss(entity.place("filename"), &why);
+                Ok(substitute::surface())
+            }
+        }
     }
 
     /// The mean of roughnesses along u and v, where a layer has only one.

@@ -52,6 +52,17 @@ pub(super) fn closest(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Closest 
             let matte = Matte { reflectance: hair.color(), two_sided: true };
             closest(&matte.into(), tell)
         }
+        Surface::Measured(measured) => {
+            tell("what was measured of it becomes a metal of about the same colour and roughness");
+            let metal = Principled {
+                base_color: measured.measurements.color().into(),
+                metallic: 1.0.into(),
+                roughness: measured.measurements.roughness().sqrt().into(),
+                two_sided: measured.two_sided,
+                ..Principled::default()
+            };
+            closest(&metal.into(), tell)
+        }
         _ => {
             let (look, body) = plain(surface, tell);
             Closest { look, body, relief: None }
@@ -215,6 +226,7 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (Principled, Body) {
         Surface::Principled(_)
         | Surface::PrincipledThin(_)
         | Surface::Hair(_)
+        | Surface::Measured(_)
         | Surface::Mix(_)
         | Surface::Sided(_)
         | Surface::Embossed(_) => unreachable!("they are made of others"),

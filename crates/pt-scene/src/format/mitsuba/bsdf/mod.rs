@@ -2,6 +2,7 @@
 
 mod hair;
 mod inputs;
+mod measured;
 mod principled;
 mod refraction;
 mod wrappers;
@@ -21,7 +22,7 @@ use refraction::relative_index;
 
 pub(super) use wrappers::inverted;
 
-const KINDS: [&str; 18] = [
+const KINDS: [&str; 19] = [
     "diffuse",
     "roughdiffuse",
     "conductor",
@@ -34,6 +35,7 @@ const KINDS: [&str; 18] = [
     "principled",
     "principledthin",
     "hair",
+    "measured",
     "twosided",
     "blendbsdf",
     "normalmap",
@@ -93,6 +95,7 @@ fn surface(textures: &mut Textures<'_>, object: &Object) -> Result<Surface, Load
         "principled" => principled::principled(&mut inputs)?.into(),
         "principledthin" => principled::principled_thin(&mut inputs)?.into(),
         "hair" => hair::hair(&mut inputs)?.into(),
+        "measured" => measured::measured(&mut inputs)?,
         "twosided" => wrappers::two_sided(&mut inputs)?,
         "blendbsdf" => wrappers::blend(&mut inputs)?,
         "normalmap" => wrappers::normal_map(&mut inputs)?,

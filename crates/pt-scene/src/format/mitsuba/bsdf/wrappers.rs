@@ -6,8 +6,8 @@ use super::super::texture::Textures;
 use super::inputs::Inputs;
 use super::{Scattering, surface};
 use crate::material::{
-    Black, CoatedConductor, CoatedDiffuse, Conductor, Embossed, Glass, Matte, Mirror, Mix, Plastic,
-    Principled, RoughCoatedDiffuse, RoughDiffuse, Sided,
+    Black, CoatedConductor, CoatedDiffuse, Conductor, Embossed, Glass, Matte, Measured, Mirror,
+    Mix, Plastic, Principled, RoughCoatedDiffuse, RoughDiffuse, Sided,
 };
 use crate::texture::Relief;
 use crate::{LoadError, Surface};
@@ -118,6 +118,7 @@ fn on_both_sides(surface: Surface) -> Surface {
             RoughCoatedDiffuse { two_sided: true, ..coated }.into()
         }
         Surface::CoatedConductor(coated) => CoatedConductor { two_sided: true, ..coated }.into(),
+        Surface::Measured(measured) => Measured { two_sided: true, ..measured }.into(),
         Surface::Plastic(plastic) => Plastic { two_sided: true, ..plastic }.into(),
         Surface::Principled(principled) => Principled { two_sided: true, ..principled }.into(),
         Surface::Mix(Mix { first, second, share }) => {
@@ -149,7 +150,8 @@ pub(in super::super) fn inverted(surface: Surface) -> Surface {
         | Surface::RoughDiffuse(RoughDiffuse { two_sided: false, .. })
         | Surface::CoatedDiffuse(CoatedDiffuse { two_sided: false, .. })
         | Surface::RoughCoatedDiffuse(RoughCoatedDiffuse { two_sided: false, .. })
-        | Surface::Conductor(Conductor { two_sided: false, .. }) => {
+        | Surface::Conductor(Conductor { two_sided: false, .. })
+        | Surface::Measured(Measured { two_sided: false, .. }) => {
             Sided { front: Box::new(Black.into()), back: surface.into() }.into()
         }
         same => same,

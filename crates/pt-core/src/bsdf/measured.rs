@@ -1,0 +1,262 @@
+//! Reflection as it was measured.
+
+mod goniophotometer;
+mod planes;
+#[cfg(test)]
+mod tests;
+
+use std::f32::consts::{FRAC_2_PI, FRAC_PI_2, PI, TAU};
+use std::fmt;
+use std::sync::LazyLock;
+
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec2, Vec3, trig};
+use pt_scene::measured::{self, Measurements};
+
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, padded};
+pub use goniophotometer::{Goniophotometer, Specimen};
+use planes::{Blend, Planes, Warp};
+
+/// Of less density, single precision knows too little for what is reflected over it.
+const LEAST_DENSITY: f32 = 1e-9;
+/// Of a smaller area, facets are taken for as large.
+const LEAST_AREA: f32 = 1e-6;
+/// The least of u sin θ: nearer to the normal, single precision does not tell normals apart.
+const LEAST_SINE: f32 = 1e-7;
+
+/// f cos θi = C(s) · D(m) / 4σ(ωo), by the tables of a material. [Dupuy & Jakob 2018, "An Adaptive Parameterization for
+/// Efficient Material Acquisition and Rendering", §4]
+///
+/// The normal m of facets that mirror `wi` to `wo` is a point u of the unit square, by √(2θ/π) and φ; the visible normals
+/// of `wo`, whose density on the square is a table, map s to u, and C is a table of s. `wo` is what files call the
+/// incident direction: reciprocal is what was measured but for the errors of measuring, and what is between the
+/// numbers of tables is not. Directions are drawn by the table of the luminance over s, and the same map.
+#[derive(Clone, Copy)]
+pub struct Measured<'t> {
+    /// Its number among the tables of the scene.
+    number: u32,
+    mirrored: bool,
+    tables: &'t MeasuredTables,
+}
+
+/// The tables of a material, as they are asked for.
+pub struct MeasuredTables {
+    description: String,
+    theta: Vec<f32>,
+    phi: Vec<f32>,
+    is_isotropic: bool,
+    repeats: u32,
+    is_relative: bool,
+    spread: f32,
+    ndf: Planes<f32>,
+    sigma: Planes<f32>,
+    vndf: Warp,
+    luminance: Warp,
+    colors: Planes<Vec3>,
+}
+
+impl MeasuredTables {
+    /// The tables of what was measured.
+    pub fn new(measurements: &Measurements) -> Self {
+        let tables = measurements.tables();
+        let measured::Planes { columns, rows, .. } = tables.luminance;
+        Self {
+            description: tables.description.clone(),
+            theta: tables.theta.clone(),
+            phi: tables.phi.clone(),
+            is_isotropic: measurements.is_isotropic(),
+            repeats: measurements.repeats(),
+            is_relative: tables.is_relative,
+            spread: measurements.roughness(),
+            ndf: Planes::from(&tables.ndf),
+            sigma: Planes::from(&tables.sigma),
+            vndf: Warp::new(&tables.vndf),
+            luminance: Warp::new(&tables.luminance),
+            colors: Planes {
+                columns,
+                rows,
+                values: tables.colors.iter().map(|color| Vec3::from(*color)).collect(),
+            },
+        }
+    }
+
+    /// Whether it is the same whichever way it is turned around its normal.
+    pub fn is_isotropic(&self) -> bool {
+        self.is_isotropic
+    }
+
+    /// Signs that bring a direction to where the tables are, or from there to it.
+    fn turn(&self, wo: Vec3) -> Vec3 {
+        let towards_least = |x: f32| if x > 0.0 { -1.0 } else { 1.0 };
+        match self.repeats {
+            1 => Vec3::ONE,
+            2 => Vec3::new(towards_least(wo.y), towards_least(wo.y), 1.0),
+            _ => Vec3::new(towards_least(wo.x), towards_least(wo.y), 1.0),
+        }
+    }
+}
+
+impl fmt::Debug for MeasuredTables {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("MeasuredTables")
+            .field("description", &self.description)
+            .finish_non_exhaustive()
+    }
+}
+
+/// A direction of view.
+struct Viewed {
+    /// Turned to where the tables are.
+    wo: Vec3,
+    turn: Vec3,
+    blend: Blend,
+    /// The φ from which that of normals counts.
+    from_phi: f32,
+    /// What divides D(m).
+    area: f32,
+}
+
+/// Angles from the normal and around it.
+fn angles(w: Vec3) -> [f32; 2] {
+    [trig::atan2(w.x.hypot(w.y), w.z), trig::atan2(w.y, w.x)]
+}
+
+/// Where the square has an angle from the normal.
+fn column(theta: f32) -> f32 {
+    (theta * FRAC_2_PI).sqrt()
+}
+
+/// Where it has an angle around the normal.
+fn row(phi: f32) -> f32 {
+    let turns = (phi + PI) / TAU;
+    turns - turns.floor()
+}
+
+/// Solid angle of normals per area of the square, 2π² u sin θ: θ is π/2 u², and φ goes around once.
+fn stretch(column: f32, sin: f32) -> f32 {
+    2.0 * PI * PI * (column * sin).max(LEAST_SINE)
+}
+
+impl<'t> Measured<'t> {
+    /// A lobe by the tables that have this number in the scene.
+    pub fn new(number: u32, tables: &'t MeasuredTables) -> Self {
+        Self { number, mirrored: false, tables }
+    }
+
+    /// Its mirror image, in which y is −y: what a back side is whose frame has its x and the other normal, if the
+    /// surface is to look as if its front were seen through the back.
+    pub fn mirrored(self) -> Self {
+        Self { mirrored: !self.mirrored, ..self }
+    }
+
+    /// What does not depend on where light comes from; `None` below the surface.
+    fn viewed(&self, wo: Vec3) -> Option<Viewed> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let tables = self.tables;
+        let mirror = if self.mirrored { Vec3::new(1.0, -1.0, 1.0) } else { Vec3::ONE };
+        let turn = mirror * tables.turn(wo * mirror);
+        let wo = wo * turn;
+        let [theta, phi] = angles(wo);
+        let area = if tables.is_relative {
+            let area = tables.sigma.at(&Blend::ONE, Vec2::new(column(theta), row(phi)));
+            4.0 * area.max(LEAST_AREA)
+        } else {
+            1.0
+        };
+        let blend = Blend::new(&tables.phi, &tables.theta, [phi, theta]);
+        let from_phi = if tables.is_isotropic { phi } else { 0.0 };
+        Some(Viewed { wo, turn, blend, from_phi, area })
+    }
+
+    /// f cos θi, and the density with which [`Lobe::sample`] returns `wi`; both are 0 where the latter is all but 0, so
+    /// that all light is found by sampling.
+    fn look(&self, viewed: &Viewed, wi: Vec3) -> Option<(Spectrum, f32)> {
+        if wi.z <= 0.0 {
+            return None;
+        }
+        let Viewed { wo, turn, blend, from_phi, area } = viewed;
+        let m = (*wo + wi * *turn).try_normalize()?;
+        let [theta, phi] = angles(m);
+        let normal = Vec2::new(column(theta), row(phi - from_phi));
+        let (point, seen) = self.tables.vndf.invert(blend, normal);
+        let lit = self.tables.luminance.pdf(blend, point);
+        // Of normals m the mirrored directions are 4 (ωo · m) times as far apart.
+        let pdf = seen * lit / (stretch(normal.x, m.x.hypot(m.y)) * 4.0 * wo.dot(m));
+        if !pdf.is_finite() || pdf < LEAST_DENSITY {
+            return None;
+        }
+        let color = self.tables.colors.at(blend, point);
+        let facets =
+            if self.tables.is_relative { self.tables.ndf.at(&Blend::ONE, normal) } else { 1.0 };
+        Some((Spectrum(color * (facets / area)), pdf))
+    }
+}
+
+impl fmt::Debug for Measured<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Measured({}, {}, {:?})", self.number, self.mirrored, self.tables.description)
+    }
+}
+
+impl<'t> Lobe<'t> for Measured<'t> {
+    const DELTA: bool = false;
+    const RECIPROCAL: bool = false;
+
+    fn pack(&self) -> [f32; PARAMETERS] {
+        padded([self.number as f32, f32::from(u8::from(self.mirrored))])
+    }
+
+    fn unpack(p: &[f32; PARAMETERS], tables: &'t LobeTables) -> Self {
+        let number = p[0] as u32;
+        Self { number, mirrored: p[1] > 0.5, tables: &tables.measured[number as usize] }
+    }
+
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        let viewed = self.viewed(wo);
+        viewed.and_then(|viewed| self.look(&viewed, wi)).map_or(Spectrum::ZERO, |(f, _)| f)
+    }
+
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
+        let viewed = self.viewed(wo);
+        let found = viewed.and_then(|viewed| self.look(&viewed, wi));
+        found.map_or(Pdf::ZERO, |(_, pdf)| Pdf::new(pdf))
+    }
+
+    /// A point by the luminance, from there a visible normal, and what it mirrors.
+    fn sample(&self, wo: Vec3, [u, v, _]: [f32; 3]) -> Option<BsdfSample> {
+        let viewed = self.viewed(wo)?;
+        let point = self.tables.luminance.sample(&viewed.blend, Vec2::new(u, v));
+        let normal = self.tables.vndf.sample(&viewed.blend, point);
+        let theta = FRAC_PI_2 * normal.x * normal.x;
+        let (sin, cos) = trig::sin_cos(theta);
+        let (sin_phi, cos_phi) = trig::sin_cos(normal.y * TAU - PI + viewed.from_phi);
+        let m = Vec3::new(sin * cos_phi, sin * sin_phi, cos);
+        let wi = ((m * (2.0 * viewed.wo.dot(m)) - viewed.wo) * viewed.turn).try_normalize()?;
+        let (f, pdf) = self.look(&viewed, wi)?;
+        Some(BsdfSample::new(wi, f * (1.0 / pdf), Some(Pdf::new(pdf))))
+    }
+
+    fn spread(&self) -> f32 {
+        self.tables.spread
+    }
+
+    fn examples() -> Vec<Self> {
+        let tables = &LobeTables::examples().measured;
+        let plain: Vec<_> = (0..).zip(tables).map(|(i, tables)| Self::new(i, tables)).collect();
+        let mirrored = plain.iter().filter(|lobe| !lobe.tables.is_isotropic);
+        let mirrored: Vec<_> = mirrored.map(|lobe| lobe.mirrored()).collect();
+        [plain, mirrored].concat()
+    }
+}
+
+impl LobeTables {
+    /// What the examples of lobes refer to.
+    pub fn examples() -> &'static Self {
+        static EXAMPLES: LazyLock<LobeTables> = LazyLock::new(|| {
+            let examples = goniophotometer::examples();
+            LobeTables { measured: examples.iter().map(MeasuredTables::new).collect() }
+        });
+        &EXAMPLES
+    }
+}

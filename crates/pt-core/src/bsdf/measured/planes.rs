@@ -1,0 +1,308 @@
+//! Functions of the unit square, by numbers at points between which they are linear, and that blend from plane to plane.
+
+use std::ops::{Add, Mul};
+
+use pt_math::Vec2;
+
+/// The planes for a direction from which a surface is seen, and their weights, which are 1 together.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Blend {
+    planes: [(usize, f32); 4],
+    count: usize,
+}
+
+impl Blend {
+    /// The only plane there is.
+    pub(super) const ONE: Self = Self::only(0);
+
+    /// One of the planes alone.
+    pub(super) const fn only(plane: usize) -> Self {
+        Self { planes: [(plane, 1.0); 4], count: 1 }
+    }
+
+    /// Of planes for each of the angles `phi`, and in it for each of `theta`; beyond the ends it is as at the ends.
+    pub(super) fn new(phi: &[f32], theta: &[f32], [at_phi, at_theta]: [f32; 2]) -> Self {
+        let ((first_row, row), (first, t)) = (between(phi, at_phi), between(theta, at_theta));
+        let mut blend = Self { planes: [(0, 0.0); 4], count: 0 };
+        for (i, weight) in [(first_row, 1.0 - row), (first_row + 1, row)] {
+            for (j, share) in [(first, 1.0 - t), (first + 1, t)] {
+                if weight * share > 0.0 {
+                    blend.planes[blend.count] = (i * theta.len() + j, weight * share);
+                    blend.count += 1;
+                }
+            }
+        }
+        blend
+    }
+
+    /// The number at place `index` of planes that are `stride` numbers apart.
+    #[inline]
+    fn of<T>(&self, values: &[T], stride: usize, index: usize) -> T
+    where
+        T: Copy + Add<Output = T> + Mul<f32, Output = T>,
+    {
+        let at = |(plane, weight): (usize, f32)| values[plane * stride + index] * weight;
+        let first = at(self.planes[0]);
+        self.planes[1..self.count].iter().fold(first, |sum, &plane| sum + at(plane))
+    }
+}
+
+/// The last of increasing numbers that is not above `x`, and the share of the way from it to the next.
+fn between(numbers: &[f32], x: f32) -> (usize, f32) {
+    let i = numbers.partition_point(|n| *n <= x).saturating_sub(1);
+    match numbers.get(i + 1) {
+        Some(next) => (i, ((x - numbers[i]) / (next - numbers[i])).clamp(0.0, 1.0)),
+        None => (i, 0.0),
+    }
+}
+
+/// Planes of numbers from edge to edge.
+#[derive(Debug)]
+pub(super) struct Planes<T> {
+    pub(super) columns: usize,
+    pub(super) rows: usize,
+    pub(super) values: Vec<T>,
+}
+
+impl From<&pt_scene::measured::Planes> for Planes<f32> {
+    fn from(of: &pt_scene::measured::Planes) -> Self {
+        Self { columns: of.columns, rows: of.rows, values: of.values.clone() }
+    }
+}
+
+/// Where a point is between four others.
+#[derive(Clone, Copy)]
+struct Cell {
+    column: usize,
+    row: usize,
+    /// From its lower corner, in cells.
+    s: f32,
+    t: f32,
+}
+
+impl<T> Planes<T>
+where
+    T: Copy + Add<Output = T> + Mul<f32, Output = T>,
+{
+    fn cell(&self, p: Vec2) -> Cell {
+        let within = |x: f32, count: usize| {
+            let x = x.clamp(0.0, 1.0) * (count - 1) as f32;
+            let i = (x as usize).min(count - 2);
+            (i, x - i as f32)
+        };
+        let ((column, s), (row, t)) = (within(p.x, self.columns), within(p.y, self.rows));
+        Cell { column, row, s, t }
+    }
+
+    /// The number of a point of a row.
+    #[inline]
+    fn of(&self, blend: &Blend, column: usize, row: usize) -> T {
+        blend.of(&self.values, self.columns * self.rows, row * self.columns + column)
+    }
+
+    /// Between two rows.
+    #[inline]
+    fn between_rows(&self, blend: &Blend, column: usize, row: usize, t: f32) -> T {
+        self.of(blend, column, row) * (1.0 - t) + self.of(blend, column, row + 1) * t
+    }
+
+    /// The number at a point.
+    pub(super) fn at(&self, blend: &Blend, p: Vec2) -> T {
+        let Cell { column, row, s, t } = self.cell(p);
+        let [a, b] = [column, column + 1].map(|column| self.between_rows(blend, column, row, t));
+        a * (1.0 - s) + b * s
+    }
+}
+
+/// A map of the unit square to itself whose density is a blend of planes: first to a row, and in it to a column.
+/// [Dupuy & Jakob 2018, §4; the inversion of linear densities: Devroye 1986, §II.2]
+#[derive(Debug)]
+pub(super) struct Warp {
+    /// The density, whose mean is 1 in every plane.
+    density: Planes<f32>,
+    /// Its integral in a row, up to a column.
+    along: Planes<f32>,
+    /// Its integral up to a row.
+    across: Planes<f32>,
+}
+
+impl Warp {
+    /// By densities up to a factor, which is another one for each plane; a plane of zeros is even.
+    pub(super) fn new(
+        &pt_scene::measured::Planes { columns, rows, ref values }: &pt_scene::measured::Planes,
+    ) -> Self {
+        let count = values.len();
+        let mut density = Vec::with_capacity(count);
+        let mut along = Vec::with_capacity(count);
+        let mut across = Vec::with_capacity(count / columns);
+        for plane in values.chunks_exact(columns * rows) {
+            let integral = integral(plane, columns, rows);
+            let normalized: Vec<f32> = if integral > 0.0 {
+                plane.iter().map(|x| (f64::from(*x) / integral) as f32).collect()
+            } else {
+                vec![1.0; plane.len()]
+            };
+            let mut totals = Vec::with_capacity(rows);
+            for row in normalized.chunks_exact(columns) {
+                along.extend(integrals(row));
+                totals.extend(along.last());
+            }
+            across.extend(integrals(&totals));
+            density.extend(normalized);
+        }
+        Self {
+            density: Planes { columns, rows, values: density },
+            along: Planes { columns, rows, values: along },
+            across: Planes { columns: rows, rows: 1, values: across },
+        }
+    }
+
+    /// The density at a point.
+    pub(super) fn pdf(&self, blend: &Blend, p: Vec2) -> f32 {
+        self.density.at(blend, p)
+    }
+
+    /// The point to which a point is mapped.
+    pub(super) fn sample(&self, blend: &Blend, u: Vec2) -> Vec2 {
+        let Planes { columns, rows, .. } = self.density;
+        let last = columns - 1;
+        let (row, rest) = search(rows, u.y, |row| self.across.of(blend, row, 0));
+        let totals = [row, row + 1].map(|row| self.along.of(blend, last, row));
+        let t = solve(totals, rest);
+        let target = u.x * (totals[0] * (1.0 - t) + totals[1] * t);
+        let up_to = |column| self.along.between_rows(blend, column, row, t);
+        let (column, rest) = search(columns, target, up_to);
+        let ends = [column, column + 1].map(|i| self.density.between_rows(blend, i, row, t));
+        let s = solve(ends, rest);
+        Vec2::new((column as f32 + s) / last as f32, (row as f32 + t) / (rows - 1) as f32)
+    }
+
+    /// The point that is mapped to a point, and the density there.
+    pub(super) fn invert(&self, blend: &Blend, p: Vec2) -> (Vec2, f32) {
+        let Planes { columns, rows, .. } = self.density;
+        let last = columns - 1;
+        let Cell { column, row, s, t } = self.density.cell(p);
+        let totals = [row, row + 1].map(|row| self.along.of(blend, last, row));
+        let v = self.across.of(blend, row, 0) + part(totals, t) / (rows - 1) as f32;
+        let ends = [column, column + 1].map(|i| self.density.between_rows(blend, i, row, t));
+        let up_to = self.along.between_rows(blend, column, row, t) + part(ends, s) / last as f32;
+        let total = totals[0] * (1.0 - t) + totals[1] * t;
+        let u = if total > 0.0 { up_to / total } else { 0.0 };
+        (Vec2::new(u, v), ends[0] * (1.0 - s) + ends[1] * s)
+    }
+}
+
+/// The integral over the unit square.
+fn integral(plane: &[f32], columns: usize, rows: usize) -> f64 {
+    let weight = |i: usize, count: usize| if i == 0 || i == count - 1 { 0.5 } else { 1.0 };
+    let of_row = |row: &[f32]| -> f64 {
+        row.iter().enumerate().map(|(i, x)| f64::from(*x) * weight(i, columns)).sum()
+    };
+    let sum: f64 =
+        plane.chunks_exact(columns).enumerate().map(|(j, row)| of_row(row) * weight(j, rows)).sum();
+    sum / ((columns - 1) * (rows - 1)) as f64
+}
+
+/// The integrals of what is linear between numbers from 0 to 1, up to each of them.
+fn integrals(numbers: &[f32]) -> Vec<f32> {
+    let step = 0.5 / (numbers.len() - 1) as f64;
+    let mut sum = 0.0;
+    let rest = numbers.windows(2).map(|two| {
+        sum += (f64::from(two[0]) + f64::from(two[1])) * step;
+        sum as f32
+    });
+    std::iter::once(0.0).chain(rest).collect()
+}
+
+/// Between which two of `count` increasing numbers `x` is, and how far beyond the first, in units of 1 / (count − 1).
+fn search(count: usize, x: f32, number: impl Fn(usize) -> f32) -> (usize, f32) {
+    let (mut first, mut end) = (0, count - 1);
+    while end - first > 1 {
+        let middle = usize::midpoint(first, end);
+        if number(middle) <= x { first = middle } else { end = middle }
+    }
+    (first, (x - number(first)) * (count - 1) as f32)
+}
+
+/// ∫ from 0 to t of what is linear from a at 0 to b at 1.
+fn part([a, b]: [f32; 2], t: f32) -> f32 {
+    t * (a + 0.5 * t * (b - a))
+}
+
+/// The t in [0, 1] of an integral; 0 where there is nothing.
+fn solve([a, b]: [f32; 2], integral: f32) -> f32 {
+    let root = (a * a + 2.0 * integral * (b - a)).max(0.0).sqrt();
+    // Not (√… − a) / (b − a): without the difference of near numbers.
+    if a + root > 0.0 { (2.0 * integral / (a + root)).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use pt_testing::{Chi2, Random, chi2_square};
+
+    use super::*;
+
+    /// Six planes of random numbers, with zeros here and there.
+    fn warp(random: &mut Random) -> Warp {
+        let (columns, rows) = (5, 4);
+        let number = |_| if random.below(5) == 0 { 0.0 } else { random.unit() };
+        let values = (0..6 * columns * rows).map(number).collect();
+        Warp::new(&pt_scene::measured::Planes { columns, rows, values })
+    }
+
+    fn blend(random: &mut Random) -> Blend {
+        let angles = [random.between(-1.5, 1.5), random.between(-0.5, 3.0)];
+        Blend::new(&[-1.0, 1.0], &[0.0, 1.0, 2.0], angles)
+    }
+
+    #[test]
+    fn blends_are_linear_and_end_where_angles_do() {
+        let weights = |angles| {
+            let blend = Blend::new(&[-1.0, 1.0], &[0.0, 1.0, 2.0], angles);
+            let mut weights = [0.0; 6];
+            for (plane, weight) in &blend.planes[..blend.count] {
+                weights[*plane] = *weight;
+            }
+            weights
+        };
+        assert_eq!(weights([0.0, 0.25]), [0.375, 0.125, 0.0, 0.375, 0.125, 0.0]);
+        assert_eq!(weights([-1.0, 2.0]), [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
+        assert_eq!(weights([7.0, 7.0]), [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        assert_eq!(weights([-7.0, -7.0]), [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn points_are_mapped_there_and_back() {
+        let mut random = Random::new(1);
+        for _ in 0..20 {
+            let warp = warp(&mut random);
+            for _ in 0..1000 {
+                let blend = blend(&mut random);
+                let u = Vec2::from(random.unit_2d());
+                let p = warp.sample(&blend, u);
+                let (again, pdf) = warp.invert(&blend, p);
+                assert!((pdf - warp.pdf(&blend, p)).abs() <= 1e-5 * pdf, "{p}: {pdf}");
+                // Where the density is low, points are far apart for others that are near.
+                if pdf > 0.02 {
+                    assert!((again - u).length() < 1e-4, "{u} {p} {again}: {pdf}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn points_follow_the_density() {
+        const WARPS: usize = 8;
+        let mut random = Random::new(2);
+        for _ in 0..WARPS {
+            let warp = warp(&mut random);
+            let blend = blend(&mut random);
+            chi2_square(
+                |u| Some(warp.sample(&blend, Vec2::from(u)).to_array()),
+                |p| warp.pdf(&blend, Vec2::from(p)),
+                &Chi2::new("warp of planes").one_of(WARPS),
+            )
+            .unwrap();
+        }
+    }
+}

@@ -1,0 +1,334 @@
+//! Files of measured materials (`.bsdf`): tensor files with the fields of the RGL. [Dupuy & Jakob 2018]
+
+use super::spectra;
+use super::tensor::{OutField, TensorFile, write as write_tensors};
+use crate::measured::{Measurements, Planes, Tables};
+
+/// What is reflected by wavelengths.
+const SPECTRA: &str = "spectra";
+/// What is reflected in linear Rec. 709.
+const COLORS: &str = "rgb";
+
+/// The tables of a file. Spectra become colours as those of reflectances do, under D65: with three channels in place of
+/// 195 wavelengths they are interpolated as spectra are, since what makes colours of them is linear; but for channels
+/// below 0, of colours outside of Rec. 709, which become 0 at the points of the table, so that light is never taken away.
+/// What is below 0 in `luminance` is taken for 0, as noise of what was measured.
+///
+/// # Errors
+/// If the file is none, a field is missing or does not fit to the others, or a number makes no sense; the message is meant
+/// for the place where the scene names it.
+pub(super) fn parse(bytes: &[u8]) -> Result<Measurements, String> {
+    let file = TensorFile::parse(bytes)?;
+    let ([_], theta) = file.floats("theta_i")?;
+    let ([_], phi) = file.floats("phi_i")?;
+    let counts = [phi.len(), theta.len()];
+    if let Some(i) = counts.iter().position(|count| *count == 0) {
+        let name = ["phi_i", "theta_i"][i];
+        return Err(format!("the field \"{name}\" has no angle; expected at least one"));
+    }
+    let mut luminance = planes_of(&file, "luminance", counts)?;
+    for number in luminance.values.iter_mut().filter(|x| **x < 0.0) {
+        *number = 0.0;
+    }
+    let size = [luminance.rows, luminance.columns];
+    let colors = if file.has(SPECTRA) {
+        let ([_], wavelengths) = file.floats("wavelengths")?;
+        let weights = spectra::reflectance_weights(&wavelengths)
+            .map_err(|why| format!("the field \"wavelengths\": {why}"))?;
+        colors(&file, SPECTRA, counts, size, &weights)?
+    } else {
+        let channels = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        colors(&file, COLORS, counts, size, &channels)?
+    };
+    let is_relative = match file.bytes("jacobian")? {
+        [0] => false,
+        [1] => true,
+        other => {
+            return Err(format!(
+                "the field \"jacobian\" is {other:?}; expected one number, 0 or 1"
+            ));
+        }
+    };
+    Measurements::new(Tables {
+        description: String::from_utf8_lossy(file.bytes("description")?).into_owned(),
+        theta,
+        phi,
+        ndf: plane(&file, "ndf")?,
+        sigma: plane(&file, "sigma")?,
+        vndf: planes_of(&file, "vndf", counts)?,
+        luminance,
+        colors,
+        is_relative,
+    })
+}
+
+fn plane(file: &TensorFile<'_>, name: &str) -> Result<Planes, String> {
+    let ([rows, columns], values) = file.floats(name)?;
+    Ok(Planes { columns, rows, values })
+}
+
+/// A plane for each φ and θ.
+fn planes_of(file: &TensorFile<'_>, name: &str, counts: [usize; 2]) -> Result<Planes, String> {
+    let ([phi, theta, rows, columns], values) = file.floats(name)?;
+    check_counts(name, [phi, theta], counts)?;
+    Ok(Planes { columns, rows, values })
+}
+
+fn check_counts(name: &str, found: [usize; 2], counts: [usize; 2]) -> Result<(), String> {
+    if found == counts {
+        return Ok(());
+    }
+    let ([a, b], [phi, theta]) = (found, counts);
+    Err(format!(
+        "the field \"{name}\" is for {a} x {b} directions; \"phi_i\" and \"theta_i\" have {phi} x {theta}"
+    ))
+}
+
+/// Colours of planes of channels, each of which adds its weights.
+fn colors(
+    file: &TensorFile<'_>,
+    name: &str,
+    counts: [usize; 2],
+    size: [usize; 2],
+    weights: &[[f64; 3]],
+) -> Result<Vec<[f32; 3]>, String> {
+    let ([phi, theta, channels, rows, columns], values) = file.floats(name)?;
+    check_counts(name, [phi, theta], counts)?;
+    if channels != weights.len() || [rows, columns] != size {
+        return Err(format!(
+            "the field \"{name}\" has {channels} planes of {rows} x {columns} for each direction; expected {} of {} x {}",
+            weights.len(),
+            size[0],
+            size[1]
+        ));
+    }
+    if let Some(i) = values.iter().position(|x| !x.is_finite()) {
+        let bad = values[i];
+        return Err(format!(
+            "the number {i} of the field \"{name}\" is {bad}; expected a finite one"
+        ));
+    }
+    let plane = rows * columns;
+    if plane == 0 {
+        return Ok(Vec::new());
+    }
+    let of_point = |planes: &[f32], point: usize| {
+        let mut sum = [0.0; 3];
+        for (value, weight) in planes[point..].iter().step_by(plane).zip(weights) {
+            for (sum, weight) in sum.iter_mut().zip(weight) {
+                *sum += f64::from(*value) * weight;
+            }
+        }
+        sum.map(|channel| channel.max(0.0) as f32)
+    };
+    let directions = values.chunks(plane * channels);
+    Ok(directions.flat_map(|planes| (0..plane).map(move |point| of_point(planes, point))).collect())
+}
+
+/// A file of the tables, with their colours.
+pub(super) fn write(measurements: &Measurements) -> Vec<u8> {
+    let tables = measurements.tables();
+    let [phi, theta] = [tables.phi.len(), tables.theta.len()];
+    let Planes { rows, columns, .. } = tables.luminance;
+    let directions = tables.colors.chunks(rows * columns);
+    let channels =
+        directions.flat_map(|points| (0..3).flat_map(|c| points.iter().map(move |p| p[c])));
+    let mut fields = fields_but_colors(tables);
+    fields.push(OutField::floats(COLORS, &[phi, theta, 3, rows, columns], channels));
+    write_tensors(&fields)
+}
+
+/// All fields but that of what is reflected.
+fn fields_but_colors(tables: &Tables) -> Vec<OutField<'static>> {
+    let [phi, theta] = [tables.phi.len(), tables.theta.len()];
+    let plane = |name, Planes { rows, columns, values }: &Planes| {
+        OutField::floats(name, &[*rows, *columns], values.iter().copied())
+    };
+    let planes = |name, Planes { rows, columns, values }: &Planes| {
+        OutField::floats(name, &[phi, theta, *rows, *columns], values.iter().copied())
+    };
+    vec![
+        OutField::bytes("description", tables.description.as_bytes()),
+        list("theta_i", &tables.theta),
+        list("phi_i", &tables.phi),
+        plane("ndf", &tables.ndf),
+        plane("sigma", &tables.sigma),
+        planes("vndf", &tables.vndf),
+        planes("luminance", &tables.luminance),
+        OutField::bytes("jacobian", &[u8::from(tables.is_relative)]),
+    ]
+}
+
+fn list(name: &'static str, values: &[f32]) -> OutField<'static> {
+    OutField::floats(name, &[values.len()], values.iter().copied())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tensor;
+    use super::*;
+
+    const WAVELENGTHS: [f32; 3] = [490.0, 510.0, 530.0];
+
+    /// Fields of a small file, of which spectra are `spectrum` times a number of each point.
+    fn fields(spectrum: [f32; 3]) -> Vec<OutField<'static>> {
+        let planes = |name, counts: &[usize]| {
+            let count = counts.iter().product();
+            OutField::floats(name, counts, std::iter::repeat_n(1.0, count))
+        };
+        let points = (0..2_u8).flat_map(move |direction| {
+            spectrum.into_iter().flat_map(move |value| {
+                (0..6_u8).map(move |point| value * f32::from(6 * direction + point))
+            })
+        });
+        vec![
+            OutField::bytes("description", b"a test"),
+            OutField::floats("theta_i", &[2], [0.0, 1.5].into_iter()),
+            OutField::floats("phi_i", &[1], [0.0].into_iter()),
+            planes("ndf", &[2, 4]),
+            planes("sigma", &[3, 2]),
+            planes("vndf", &[1, 2, 4, 2]),
+            planes("luminance", &[1, 2, 3, 2]),
+            OutField::floats("wavelengths", &[3], WAVELENGTHS.into_iter()),
+            OutField::floats("spectra", &[1, 2, 3, 3, 2], points),
+            OutField::bytes("jacobian", &[1]),
+        ]
+    }
+
+    /// The message about a file in which a field is another one.
+    fn error(other: OutField<'static>) -> String {
+        let mut fields = fields([1.0; 3]);
+        fields.retain(|field| field.name() != other.name());
+        fields.push(other);
+        parse(&tensor::write(&fields)).unwrap_err()
+    }
+
+    #[test]
+    fn spectra_become_colours_of_each_point() {
+        let spectrum = [0.2, 0.5, 0.9];
+        let read = parse(&tensor::write(&fields(spectrum))).unwrap();
+        let tables = read.tables();
+        assert_eq!((tables.vndf.columns, tables.vndf.rows), (2, 4));
+        assert_eq!((tables.ndf.columns, tables.ndf.rows), (4, 2));
+        let weights = spectra::reflectance_weights(&WAVELENGTHS).unwrap();
+        for (point, color) in tables.colors.iter().enumerate() {
+            for c in 0..3 {
+                let sum: f64 =
+                    weights.iter().zip(spectrum).map(|(w, value)| w[c] * f64::from(value)).sum();
+                let expected = sum * point as f64;
+                assert!((f64::from(color[c]) - expected).abs() < 1e-5, "{point}: {color:?}");
+            }
+        }
+    }
+
+    /// A colour that no mixture of the primaries of Rec. 709 gives has channels below 0, which become 0.
+    #[test]
+    fn no_channel_takes_light_away() {
+        let read = parse(&tensor::write(&fields([0.0, 1.0, 0.0]))).unwrap();
+        let weights = spectra::reflectance_weights(&WAVELENGTHS).unwrap();
+        assert!(weights[1].iter().any(|c| *c < 0.0), "{weights:?}");
+        assert!(read.tables().colors.as_flattened().iter().all(|c| *c >= 0.0));
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let read = parse(&tensor::write(&fields([0.2, 0.5, 0.9]))).unwrap();
+        assert_eq!(parse(&write(&read)).unwrap(), read);
+    }
+
+    #[test]
+    fn noise_of_the_luminance_is_none() {
+        let values = [1.0, -1e-6, 1.0, 1.0, 1.0, 1.0].repeat(2);
+        let mut fields = fields([1.0; 3]);
+        fields.retain(|field| field.name() != "luminance");
+        fields.push(OutField::floats("luminance", &[1, 2, 3, 2], values.into_iter()));
+        let read = parse(&tensor::write(&fields)).unwrap();
+        assert_eq!(read.tables().luminance.values[1], 0.0);
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_told() {
+        let floats = |name, shape: &[usize], value: f32| {
+            OutField::floats(name, shape, std::iter::repeat_n(value, shape.iter().product()))
+        };
+        let cases = [
+            (floats("theta_i", &[0], 0.0), "\"theta_i\" has no angle"),
+            (floats("phi_i", &[1, 1], 0.0), "\"phi_i\" is float32 of 1 x 1"),
+            (floats("vndf", &[2, 1, 4, 2], 1.0), "\"vndf\" is for 2 x 1 directions"),
+            (floats("luminance", &[1, 2, 1, 2], 1.0), "3 planes of 3 x 2"),
+            (
+                floats("spectra", &[1, 2, 2, 3, 2], 1.0),
+                "2 planes of 3 x 2 for each direction; expected 3",
+            ),
+            (
+                floats("spectra", &[1, 2, 3, 3, 2], f32::NAN),
+                "number 0 of the field \"spectra\" is NaN",
+            ),
+            (floats("wavelengths", &[3], 500.0), "\"wavelengths\": wavelengths have to increase"),
+            (floats("ndf", &[2, 4], -1.0), "number 0 of the field \"ndf\" is -1"),
+            (floats("luminance", &[1, 2, 0, 1 << 40], 1.0), "3 planes of 3 x 2"),
+            (OutField::bytes("jacobian", &[2]), "\"jacobian\" is [2]"),
+            (OutField::bytes("jacobian", &[]), "\"jacobian\" is []"),
+        ];
+        for (field, want) in cases {
+            let message = error(field);
+            assert!(message.contains(want), "{message}, expected {want}");
+        }
+    }
+
+    #[test]
+    fn planes_without_directions_are_no_planes() {
+        let endless = [0, 2, 1 << 40, 1 << 40];
+        let none = |name, shape: &[usize]| OutField::floats(name, shape, std::iter::empty());
+        let mut fields = fields([1.0; 3]);
+        fields.retain(|field| !["phi_i", "luminance", "vndf", "spectra"].contains(&field.name()));
+        fields.push(none("phi_i", &[0]));
+        fields.extend(["luminance", "vndf"].map(|name| none(name, &endless)));
+        fields.push(none("spectra", &[0, 2, 3, 1 << 40, 1 << 40]));
+        let message = parse(&tensor::write(&fields)).unwrap_err();
+        assert!(message.contains("\"phi_i\" has no angle"), "{message}");
+    }
+
+    const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
+
+    /// The file that Mitsuba's scene has, by wavelengths, as pbrt-v4 wants it: blue up to 480 nm, green at 550 nm and red from
+    /// 610 nm on.
+    fn by_wavelengths(measurements: &Measurements) -> Vec<u8> {
+        const CHANNELS: [(f32, usize); 5] =
+            [(360.0, 2), (480.0, 2), (550.0, 1), (610.0, 0), (830.0, 0)];
+        let tables = measurements.tables();
+        let [phi, theta] = [tables.phi.len(), tables.theta.len()];
+        let Planes { rows, columns, .. } = tables.luminance;
+        let mut fields = fields_but_colors(tables);
+        let spectra = tables.colors.chunks(rows * columns).flat_map(|points| {
+            CHANNELS.iter().flat_map(move |(_, c)| points.iter().map(move |point| point[*c]))
+        });
+        let shape = [phi, theta, CHANNELS.len(), rows, columns];
+        fields.push(list("wavelengths", &CHANNELS.map(|(nanometres, _)| nanometres)));
+        fields.push(OutField::floats(SPECTRA, &shape, spectra));
+        tensor::write(&fields)
+    }
+
+    /// The file of a pbrt-v4 scene has spectra, whose colours are those of which it was made to 15 %. `PT_WRITE_EXPECTED=1`
+    /// writes it.
+    #[test]
+    fn the_file_of_a_scene_has_spectra() {
+        let colors =
+            std::fs::read(format!("{SCENES}/mitsuba/gloss.bsdf")).expect("the file exists");
+        let colors = parse(&colors).unwrap();
+        let path = format!("{SCENES}/pbrt/gloss.bsdf");
+        let bytes = by_wavelengths(&colors);
+        if std::env::var_os("PT_WRITE_EXPECTED").is_some() {
+            std::fs::write(&path, &bytes).expect("a writable folder");
+        }
+        assert!(bytes == std::fs::read(&path).expect("the file exists"));
+        let spectra = parse(&bytes).unwrap();
+        let pairs = spectra.tables().colors.iter().zip(&colors.tables().colors);
+        let mean = |of: fn([f32; 3], [f32; 3]) -> f32| {
+            pairs.clone().map(|(a, b)| f64::from(of(*a, *b))).sum::<f64>()
+        };
+        let apart = mean(|a, b| (0..3).map(|c| (a[c] - b[c]).abs()).sum());
+        let whole = mean(|_, b| b.iter().sum());
+        assert!(apart < 0.15 * whole, "{}", apart / whole);
+    }
+}

@@ -1,0 +1,27 @@
+//! `measured`: what is in files of measured materials.
+
+use super::super::super::context::Unusable;
+use super::super::super::substitute;
+use super::super::object::error;
+use super::inputs::Inputs;
+use crate::material::Measured;
+use crate::{LoadError, Surface};
+
+/// What was measured, on the front; something loud in place of a file that is missing.
+pub(super) fn measured(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
+    let tree = inputs.textures.tree;
+    let parameters = &mut inputs.parameters;
+    let Some(text) = parameters.text("filename")? else {
+        return Err(error(&inputs.object.at, "the <string name=\"filename\"> is missing"));
+    };
+    let path = tree.resolve(text).ok_or_else(|| Unusable::Missing(tree.not_found(text)));
+    match path.and_then(|path| tree.context.measurements(&path)) {
+        Ok(measurements) => Ok(Measured { measurements, two_sided: false }.into()),
+        Err(Unusable::Broken(why)) => Err(parameters.refuse("filename", why)),
+        Err(Unusable::Missing(why)) => {
+            tree.miss(parameters.place("filename"), &why, substitute::INSTEAD)?;
+            tree.context.be_loud();
+            Ok(substitute::surface())
+        }
+    }
+}

@@ -1,0 +1,309 @@
+//! Measured reflection: what a goniophotometer saw, in tables whose axes follow the material. [Dupuy & Jakob 2018, "An
+//! Adaptive Parameterization for Efficient Material Acquisition and Rendering"]
+
+use std::f32::consts::{FRAC_PI_2, TAU};
+
+/// Numbers above are none that were measured.
+const MOST: f32 = 1e9;
+/// How far angles may be beyond a right angle or a full turn, which are no numbers of single precision.
+const SLACK: f32 = 1e-3;
+
+/// Rows and columns of numbers at points that are spread evenly over the unit square, from edge to edge; or several of
+/// them, one behind the other.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Planes {
+    /// Points along x, which is the square root of θ over a right angle, at least 2.
+    pub columns: usize,
+    /// Points along y, which is φ from −π to π, at least 2.
+    pub rows: usize,
+    /// The numbers; columns run fastest, then rows.
+    pub values: Vec<f32>,
+}
+
+/// The tables of a material, as [`Measurements`] holds them to what is said here. θ is the angle from the normal, φ the
+/// one around it from the direction in which the texture coordinate u grows, both in radians.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tables {
+    /// What its author says of it.
+    pub description: String,
+    /// θ of the directions from which the material was lit, from 0 to π/2, increasing.
+    pub theta: Vec<f32>,
+    /// φ of these, increasing. One or two: it is the same all around. More: all around, or a half or a quarter from −π on,
+    /// which the others repeat.
+    pub phi: Vec<f32>,
+    /// D(m), how microfacet normals are distributed, per steradian.
+    pub ndf: Planes,
+    /// σ, the projected area of microfacets by the direction from which they are seen.
+    pub sigma: Planes,
+    /// How visible normals are distributed, for each φ and in it for each θ: density per area of the unit square, up to
+    /// a factor.
+    pub vndf: Planes,
+    /// By luminance, where visible normals reflect light: density per area of the unit square, which `vndf` warps to
+    /// normals; as many planes, up to a factor. Where it is 0 nothing is reflected.
+    pub luminance: Planes,
+    /// What is reflected at the points of `luminance`, in linear Rec. 709: f cos θ, or with `is_relative` that over D(m) / 4σ.
+    pub colors: Vec<[f32; 3]>,
+    /// Whether `colors` are to be multiplied by D(m) / 4σ.
+    pub is_relative: bool,
+}
+
+/// Tables that fit together: sizes are those that others ask for, all numbers are finite, from 0 to 10⁹, and no density is 0
+/// everywhere but that of light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measurements(Tables);
+
+impl Measurements {
+    /// Checks tables.
+    ///
+    /// # Errors
+    /// If they do not fit together, with the name that files give to the table, what was found and what was expected.
+    pub fn new(tables: Tables) -> Result<Self, String> {
+        check_angles("theta_i", &tables.theta, [0.0, FRAC_PI_2])?;
+        check_angles("phi_i", &tables.phi, [-TAU, TAU])?;
+        if tables.phi.len() > 2 && !matches!(repeats(&tables.phi), 1 | 2 | 4) {
+            let [first, .., last] = tables.phi.as_slice() else { unreachable!("there are more") };
+            return Err(format!(
+                "the field \"phi_i\" goes from {first} to {last}; expected a full turn, a half or a quarter"
+            ));
+        }
+        let count = tables.theta.len() * tables.phi.len();
+        for (name, planes, count) in [
+            ("ndf", &tables.ndf, 1),
+            ("sigma", &tables.sigma, 1),
+            ("vndf", &tables.vndf, count),
+            ("luminance", &tables.luminance, count),
+        ] {
+            check_planes(name, planes, count)?;
+        }
+        for (name, planes) in
+            [("ndf", &tables.ndf), ("sigma", &tables.sigma), ("vndf", &tables.vndf)]
+        {
+            let mut planes = planes.values.chunks(planes.columns * planes.rows);
+            if planes.any(|plane| plane.iter().all(|x| *x == 0.0)) {
+                return Err(format!(
+                    "the field \"{name}\" is 0 everywhere; expected a distribution"
+                ));
+            }
+        }
+        if tables.colors.len() != tables.luminance.values.len() {
+            return Err(format!(
+                "there are {} colours; expected one for each of the {} numbers of \"luminance\"",
+                tables.colors.len(),
+                tables.luminance.values.len()
+            ));
+        }
+        check_numbers("rgb", tables.colors.as_flattened())?;
+        Ok(Self(tables))
+    }
+
+    /// The tables.
+    pub fn tables(&self) -> &Tables {
+        &self.0
+    }
+
+    /// Whether it is the same whichever way it is turned around its normal.
+    pub fn is_isotropic(&self) -> bool {
+        self.0.phi.len() <= 2
+    }
+
+    /// How often what is in the tables is repeated around the normal: 1, 2 or 4 times. Two are turned by a half turn, and four
+    /// mirrored.
+    pub fn repeats(&self) -> u32 {
+        if self.is_isotropic() { 1 } else { repeats(&self.0.phi) }
+    }
+
+    /// The same f cos θ wherever light comes from and goes to.
+    pub(crate) fn even(color: [f32; 3]) -> Self {
+        let plane = || Planes { columns: 2, rows: 2, values: vec![1.0; 4] };
+        Self(Tables {
+            description: String::new(),
+            theta: vec![0.0],
+            phi: vec![0.0],
+            ndf: plane(),
+            sigma: plane(),
+            vndf: plane(),
+            luminance: plane(),
+            colors: vec![color; 4],
+            is_relative: false,
+        })
+    }
+
+    /// Whether it is the same as its mirror image in which φ is −φ.
+    pub fn is_mirrored(&self) -> bool {
+        self.is_isotropic() || self.repeats() == 4
+    }
+
+    /// About the roughness α of its microfacets: where D is a quarter of its largest value first, for any φ, as it is at
+    /// tan θ = α of GGX.
+    pub fn roughness(&self) -> f32 {
+        let Planes { columns, rows, values } = &self.0.ndf;
+        let quarter = 0.25 * values.iter().fold(0.0, |most: f32, x| most.max(*x));
+        let width = |row: usize| {
+            let row = &values[row * columns..(row + 1) * columns];
+            row.iter().position(|x| *x <= quarter).unwrap_or(columns - 1)
+        };
+        let least = (0..*rows).map(width).min().unwrap_or(0);
+        let u = least as f32 / (columns - 1) as f32;
+        (FRAC_PI_2 * u * u).min(1.0)
+    }
+
+    /// About the share of light that it reflects where it is seen from the normal. Relative colours are spread over the
+    /// unit square as light is over visible normals, so that their mean is the integral of f cos θ if normals are those of
+    /// microfacets; others are taken for those of a matte surface.
+    pub fn color(&self) -> [f32; 3] {
+        let Tables { colors, luminance: Planes { columns, rows, .. }, is_relative, .. } = &self.0;
+        let first = &colors[..columns * rows];
+        let mean =
+            |c: usize| first.iter().map(|x| f64::from(x[c])).sum::<f64>() / first.len() as f64;
+        let whole = if *is_relative { 1.0 } else { std::f64::consts::PI };
+        [0, 1, 2].map(|c| (mean(c) * whole).min(1.0) as f32)
+    }
+
+    /// Bytes in memory.
+    pub fn bytes(&self) -> usize {
+        let Tables { ndf, sigma, vndf, luminance, colors, .. } = &self.0;
+        let planes =
+            [ndf, sigma, vndf, luminance].map(|planes| size_of_val(planes.values.as_slice()));
+        planes.iter().sum::<usize>() + size_of_val(colors.as_slice())
+    }
+}
+
+/// How many of these angles make a full turn.
+fn repeats(phi: &[f32]) -> u32 {
+    let span = phi.last().zip(phi.first()).map_or(TAU, |(last, first)| last - first);
+    (TAU / span).round() as u32
+}
+
+fn check_angles(name: &str, angles: &[f32], [least, most]: [f32; 2]) -> Result<(), String> {
+    if angles.is_empty() {
+        return Err(format!("the field \"{name}\" has no angle; expected at least one"));
+    }
+    let range = least - SLACK..=most + SLACK;
+    if let Some(angle) = angles.iter().find(|angle| !range.contains(*angle)) {
+        return Err(format!(
+            "the field \"{name}\" has the angle {angle}; expected radians from {least} to {most}"
+        ));
+    }
+    match angles.windows(2).find(|two| two[0] >= two[1]) {
+        None => Ok(()),
+        Some(two) => Err(format!(
+            "the angles of the field \"{name}\" have to increase, but {} comes after {}",
+            two[1], two[0]
+        )),
+    }
+}
+
+fn check_planes(name: &str, planes: &Planes, count: usize) -> Result<(), String> {
+    let Planes { columns, rows, values } = planes;
+    if *columns < 2 || *rows < 2 {
+        return Err(format!(
+            "the field \"{name}\" has planes of {columns} x {rows} numbers; expected at least 2 x 2"
+        ));
+    }
+    let expected = columns.checked_mul(*rows).and_then(|plane| plane.checked_mul(count));
+    if expected != Some(values.len()) {
+        return Err(format!(
+            "the field \"{name}\" has {} numbers; expected {count} planes of {columns} x {rows}",
+            values.len()
+        ));
+    }
+    check_numbers(name, values)
+}
+
+fn check_numbers(name: &str, numbers: &[f32]) -> Result<(), String> {
+    match numbers.iter().position(|x| !(0.0..=MOST).contains(x)) {
+        None => Ok(()),
+        Some(i) => Err(format!(
+            "the number {i} of the field \"{name}\" is {}; expected one from 0 to {MOST:e}",
+            numbers[i]
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Planes of 2 × 2 numbers.
+    fn small() -> Tables {
+        let planes = |count: usize| Planes { columns: 2, rows: 2, values: vec![1.0; 4 * count] };
+        Tables {
+            theta: vec![0.0, 1.5],
+            phi: vec![0.0],
+            ndf: planes(1),
+            sigma: planes(1),
+            vndf: planes(2),
+            luminance: planes(2),
+            colors: vec![[0.5; 3]; 8],
+            is_relative: true,
+            ..Tables::default()
+        }
+    }
+
+    fn error(change: impl FnOnce(&mut Tables)) -> String {
+        let mut tables = small();
+        change(&mut tables);
+        Measurements::new(tables).unwrap_err()
+    }
+
+    #[test]
+    fn what_does_not_fit_is_told() {
+        assert!(Measurements::new(small()).is_ok());
+        let cases = [
+            (error(|t| t.theta.clear()), "\"theta_i\" has no angle"),
+            (
+                error(|t| t.theta[1] = 2.0),
+                "\"theta_i\" has the angle 2; expected radians from 0 to 1.57",
+            ),
+            (error(|t| t.theta[0] = f32::NAN), "\"theta_i\" has the angle NaN"),
+            (error(|t| t.theta.swap(0, 1)), "\"theta_i\" have to increase, but 0 comes after 1.5"),
+            (
+                error(|t| t.phi = vec![0.0, 1.0, 2.0]),
+                "\"phi_i\" goes from 0 to 2; expected a full turn",
+            ),
+            (error(|t| t.ndf.columns = 1), "\"ndf\" has planes of 1 x 2"),
+            (
+                error(|t| t.vndf.values.truncate(4)),
+                "\"vndf\" has 4 numbers; expected 2 planes of 2 x 2",
+            ),
+            (error(|t| t.vndf.columns = usize::MAX), "\"vndf\" has 8 numbers"),
+            (error(|t| t.vndf.values[4..].fill(0.0)), "\"vndf\" is 0 everywhere"),
+            (
+                error(|t| t.sigma.values[3] = -1.0),
+                "number 3 of the field \"sigma\" is -1; expected one from 0 to 1e9",
+            ),
+            (
+                error(|t| t.luminance.values[7] = f32::INFINITY),
+                "number 7 of the field \"luminance\" is inf",
+            ),
+            (
+                error(|t| t.colors.truncate(3)),
+                "there are 3 colours; expected one for each of the 8",
+            ),
+            (error(|t| t.colors[1][2] = f32::NAN), "number 5 of the field \"rgb\" is NaN"),
+        ];
+        for (message, want) in cases {
+            assert!(message.contains(want), "{message}, expected {want}");
+        }
+    }
+
+    #[test]
+    fn turns_are_repeated() {
+        let turned = |phi: Vec<f32>| {
+            let count = 2 * phi.len();
+            let planes = Planes { columns: 2, rows: 2, values: vec![1.0; 4 * count] };
+            let colors = vec![[0.5; 3]; 4 * count];
+            let tables = Tables { phi, vndf: planes.clone(), luminance: planes, colors, ..small() };
+            Measurements::new(tables).unwrap()
+        };
+        let pi = std::f32::consts::PI;
+        for (phi, repeats) in [
+            (vec![-pi, 0.0, pi], 1),
+            (vec![-pi, -2.0, 0.0], 2),
+            (vec![-pi, -2.0, -0.5 * pi], 4),
+            (vec![0.0, 3.0], 1),
+        ] {
+            assert_eq!(turned(phi).repeats(), repeats);
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! Measured materials that scenes name.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| pathtracer_fuzz::named(bytes, "bsdf"));

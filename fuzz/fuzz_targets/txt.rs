@@ -1,0 +1,5 @@
+//! Curves that scenes of Mitsuba name.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| pathtracer_fuzz::named(bytes, "txt"));
