@@ -1,7 +1,6 @@
 //! Subdivision surfaces of triangles. [Loop 1987, "Smooth Subdivision Surfaces Based on Triangles"; rules at borders:
 //! Hoppe et al. 1994, "Piecewise Smooth Surface Reconstruction", §3]
 
-use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
 use pt_math::DVec3;
@@ -37,14 +36,18 @@ pub(super) fn subdivide(
         points = next;
         fans = Fans::of(&faces, points.len())?;
     }
-    let rings: Vec<_> = (0..points.len() as u32).map(|v| fans.around(v)).collect();
-    let at_limit = rings.iter().zip(&points).map(|(ring, p)| ring.limit(&points, *p));
-    let normals =
-        rings.iter().zip(&points).map(|(ring, p)| ring.normal(&points, *p).as_vec3().to_array());
+    let numbers = |v: DVec3| v.as_vec3().to_array();
+    let (positions, normals) = (0..)
+        .zip(&points)
+        .map(|(v, p)| {
+            let ring = fans.around(v);
+            (numbers(ring.limit(&points, *p)), numbers(ring.normal(&points, *p)))
+        })
+        .unzip();
     Ok(Mesh {
         name: "loopsubdiv".to_owned(),
-        positions: at_limit.map(|p| p.as_vec3().to_array()).collect(),
-        normals: Some(Attribute { values: normals.collect(), indices: None }),
+        positions,
+        normals: Some(Attribute { values: normals, indices: None }),
         uvs: None,
         colors: None,
         face_colors: None,
@@ -53,12 +56,22 @@ pub(super) fn subdivide(
     })
 }
 
-/// The triangles around vertices.
+/// The triangles around vertices, by their sides: those that run from a vertex are together, in the order of where they
+/// run to.
 struct Fans {
-    /// The third corner of the triangle that runs from one vertex to another.
-    third: HashMap<[u32; 2], u32>,
-    /// A neighbour of each vertex, to which a triangle runs from it.
+    /// Where the sides from each vertex begin, and behind all of them.
+    starts: Vec<u32>,
+    sides: Vec<Side>,
+    /// A neighbour of each vertex, to which a side runs from it.
     first: Vec<Option<u32>>,
+}
+
+/// A side of a triangle, from a vertex that is known.
+#[derive(Clone, Copy)]
+struct Side {
+    to: u32,
+    /// The third corner of the triangle.
+    third: u32,
 }
 
 /// The neighbours of a vertex, counter-clockwise seen from the front.
@@ -68,22 +81,58 @@ struct Ring {
     is_at_border: bool,
 }
 
+/// The sides of a triangle: from where, to where, and the third corner.
+fn sides_of([a, b, c]: [u32; 3]) -> [[u32; 3]; 3] {
+    [[a, b, c], [b, c, a], [c, a, b]]
+}
+
 impl Fans {
     fn of(faces: &[[u32; 3]], vertices: usize) -> Result<Self, String> {
-        let mut third = HashMap::with_capacity(3 * faces.len());
+        let error = |from: usize, to: u32| {
+            format!(
+                "the edge from vertex {from} to vertex {to} has two triangles on the same side, or no length; expected a \
+                 surface"
+            )
+        };
+        let mut starts = vec![0_u32; vertices + 1];
         let mut first = vec![None; vertices];
-        for &[a, b, c] in faces {
-            for [from, to, other] in [[a, b, c], [b, c, a], [c, a, b]] {
-                if from == to || third.insert([from, to], other).is_some() {
-                    return Err(format!(
-                        "the edge from vertex {from} to vertex {to} has two triangles on the same side, or no length; \
-                         expected a surface"
-                    ));
-                }
-                first[from as usize] = Some(to);
+        for [from, to, _] in faces.iter().copied().flat_map(sides_of) {
+            if from == to {
+                return Err(error(from as usize, to));
+            }
+            starts[from as usize + 1] += 1;
+            first[from as usize] = Some(to);
+        }
+        for v in 0..vertices {
+            starts[v + 1] += starts[v];
+        }
+        let mut sides = vec![Side { to: 0, third: 0 }; 3 * faces.len()];
+        let mut ends = starts.clone();
+        for [from, to, third] in faces.iter().copied().flat_map(sides_of) {
+            let end = &mut ends[from as usize];
+            sides[*end as usize] = Side { to, third };
+            *end += 1;
+        }
+        for (from, ends) in starts.windows(2).enumerate() {
+            let sides = &mut sides[ends[0] as usize..ends[1] as usize];
+            sides.sort_unstable_by_key(|side| side.to);
+            if let Some(two) = sides.windows(2).find(|two| two[0].to == two[1].to) {
+                return Err(error(from, two[0].to));
             }
         }
-        Ok(Self { third, first })
+        Ok(Self { starts, sides, first })
+    }
+
+    /// The number of the side that runs from one vertex to another, if there is one.
+    fn side(&self, from: u32, to: u32) -> Option<usize> {
+        let [start, end] = [from, from + 1].map(|v| self.starts[v as usize] as usize);
+        let found = self.sides[start..end].binary_search_by_key(&to, |side| side.to);
+        found.ok().map(|i| start + i)
+    }
+
+    /// The third corner of the triangle that runs from one vertex to another.
+    fn third(&self, from: u32, to: u32) -> Option<u32> {
+        self.side(from, to).map(|side| self.sides[side].third)
     }
 
     fn around(&self, vertex: u32) -> Ring {
@@ -93,7 +142,7 @@ impl Fans {
         // Clockwise to the border, or once around.
         let mut start = some;
         let mut is_at_border = true;
-        while let Some(&before) = self.third.get(&[start, vertex]) {
+        while let Some(before) = self.third(start, vertex) {
             start = before;
             if start == some {
                 is_at_border = false;
@@ -102,7 +151,7 @@ impl Fans {
         }
         let mut vertices = vec![start];
         let mut last = start;
-        while let Some(&next) = self.third.get(&[vertex, last]) {
+        while let Some(next) = self.third(vertex, last) {
             if next == start {
                 break;
             }
@@ -114,20 +163,26 @@ impl Fans {
 
     /// Cuts each triangle into four. The vertices on its edges are added to `next`.
     fn cut(&self, faces: &[[u32; 3]], points: &[DVec3], next: &mut Vec<DVec3>) -> Vec<[u32; 3]> {
-        let mut known = HashMap::new();
-        let mut on_edge = |a: u32, b: u32, c: u32| {
-            *known.entry([a.min(b), a.max(b)]).or_insert_with(|| {
-                let at = |v: u32| points[v as usize];
-                let middle = match self.third.get(&[b, a]) {
-                    Some(&d) => (at(a) + at(b)) * 0.375 + (at(c) + at(d)) * 0.125,
-                    None => (at(a) + at(b)) * 0.5,
-                };
-                next.push(middle);
-                next.len() as u32 - 1
-            })
+        // By sides, of which the two of an edge have the same.
+        let mut middles: Vec<Option<u32>> = vec![None; self.sides.len()];
+        let mut on_edge = |[a, b, c]: [u32; 3]| {
+            let (own, opposite) = (self.side(a, b), self.side(b, a));
+            if let Some(known) = own.and_then(|side| middles[side]) {
+                return known;
+            }
+            let at = |v: u32| points[v as usize];
+            next.push(match opposite.map(|side| self.sides[side].third) {
+                Some(d) => (at(a) + at(b)) * 0.375 + (at(c) + at(d)) * 0.125,
+                None => (at(a) + at(b)) * 0.5,
+            });
+            let made = next.len() as u32 - 1;
+            for side in [own, opposite].into_iter().flatten() {
+                middles[side] = Some(made);
+            }
+            made
         };
         let four = |&[a, b, c]: &[u32; 3]| {
-            let [ab, bc, ca] = [on_edge(a, b, c), on_edge(b, c, a), on_edge(c, a, b)];
+            let [ab, bc, ca] = sides_of([a, b, c]).map(&mut on_edge);
             [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
         };
         faces.iter().flat_map(four).collect()
