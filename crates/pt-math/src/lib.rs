@@ -12,6 +12,7 @@ pub mod distribution;
 pub mod frame;
 pub mod interval;
 pub mod measure;
+pub mod near;
 pub mod noise;
 pub mod pose;
 pub mod ray;

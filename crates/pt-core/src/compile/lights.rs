@@ -3,7 +3,7 @@
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, trig};
+use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, near, trig};
 use pt_scene::image::Image;
 use pt_scene::{DaySpan, Daylight, Light as Node, LightKind, Rows, Scene};
 
@@ -458,32 +458,12 @@ fn stands_for_glowing_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) ->
     let position = to_world.translation.as_vec3();
     local
         && shapes.emitters.iter().any(|e| match &e.primitives {
-            Primitives::Triangles(runs) => is_on(shapes, runs, position),
+            Primitives::Triangles(runs) => {
+                let triangles = runs.iter().flat_map(Clone::clone).map(|i| shapes.corners(i));
+                near::is_on(position, triangles)
+            }
             Primitives::Sphere(_) => false,
         })
-}
-
-fn is_on(shapes: &Shapes, runs: &[std::ops::Range<usize>], p: Vec3) -> bool {
-    let triangles = || runs.iter().flat_map(Clone::clone).map(|i| shapes.corners(i));
-    let bounds: pt_math::Bounds3 = triangles().flatten().collect();
-    let near = 1e-3 * super::diagonal(&bounds);
-    triangles().any(|t| distance_to_triangle(p, t) <= near)
-}
-
-/// Distance of a point from a triangle: to its plane if the foot point is inside, else to the
-/// nearest edge.
-fn distance_to_triangle(p: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
-    let n = (b - a).cross(c - a);
-    let inside = |from: Vec3, to: Vec3| (to - from).cross(p - from).dot(n) >= 0.0;
-    if n != Vec3::ZERO && inside(a, b) && inside(b, c) && inside(c, a) {
-        return (p - a).dot(n.normalize()).abs();
-    }
-    let to_edge = |from: Vec3, to: Vec3| {
-        let e = to - from;
-        let t = ((p - from).dot(e) / e.length_squared().max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
-        (p - from - e * t).length()
-    };
-    to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a))
 }
 
 /// The sun in a unit direction, in axes where +y is up. The irradiance is that of the sun as it is, however wide it is.
@@ -507,20 +487,6 @@ mod tests {
     use pt_scene::Rows;
 
     use super::*;
-
-    #[test]
-    fn distances_to_a_triangle() {
-        let t = [Vec3::ZERO, Vec3::X * 2.0, Vec3::Y * 2.0];
-        let cases = [
-            (Vec3::new(0.5, 0.5, 0.25), 0.25),
-            (Vec3::new(-3.0, 0.0, 4.0), 5.0),
-            (Vec3::new(1.0, -2.0, 0.0), 2.0),
-            (Vec3::new(2.0, 2.0, 0.0), 2f32.sqrt()),
-        ];
-        for (p, want) in cases {
-            assert!((distance_to_triangle(p, t) - want).abs() < 1e-6, "{p}");
-        }
-    }
 
     fn compile(kind: LightKind, to_world: DAffine3) -> Result<Vec<AnyLight>, String> {
         let (name, at) = (String::new(), pt_scene::Span::default());

@@ -271,7 +271,7 @@ fn scenes_of_all_formats_can_be_written() {
         };
         let squares =
             scene.lights.iter().filter(|light| matches!(light.kind, LightKind::Area { .. }));
-        if !told("the sphere becomes triangles") {
+        if !told("the sphere becomes triangles") && !told("it stands for the glowing surface") {
             assert_eq!(
                 triangles(&read),
                 triangles(&scene) + 2 * squares.count(),
@@ -281,6 +281,35 @@ fn scenes_of_all_formats_can_be_written() {
         }
         assert!(told("panoramas") || read.cameras.len() == scene.cameras.len().min(1));
     }
+}
+
+/// In files of Blender for the course, a square light and the surface that glows are the same lamp, which lights once.
+#[test]
+fn a_light_on_what_glows_is_not_written_beside_it() {
+    let matte = Matte { reflectance: [0.5; 3].into(), two_sided: true };
+    let lamp = Material { emission: [3.0; 3].into(), ..material("lamp", matte) };
+    let rectangle = Geometry::Mesh(Arc::new(pt_scene::shapes::rectangle()));
+    let square = |z: f64| Light {
+        name: "square".to_owned(),
+        to_world: DAffine3::from_translation(DVec3::Z * z),
+        kind: LightKind::Area { radiance: [3.0; 3] },
+        at: Span::default(),
+    };
+    let scene = |lights: Vec<Light>| Scene {
+        materials: vec![lamp.clone()],
+        objects: vec![object(rectangle.clone(), DAffine3::IDENTITY, 0)],
+        lights,
+        ..Scene::default()
+    };
+    let (read, _, notes) = written(&scene(vec![square(0.001)]));
+    assert_eq!(read.objects.len(), 1);
+    assert!(
+        notes.iter().any(|note| note.contains("it stands for the glowing surface")),
+        "{notes:?}"
+    );
+    let (read, _, notes) = written(&scene(vec![square(0.5)]));
+    assert_eq!(read.objects.len(), 2);
+    assert!(!notes.iter().any(|note| note.contains("it stands for")), "{notes:?}");
 }
 
 fn object(geometry: Geometry, to_world: DAffine3, material: u32) -> Object {

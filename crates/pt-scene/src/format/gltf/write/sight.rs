@@ -1,6 +1,6 @@
 //! Cameras and lights. [glTF 2.0, §3.10; KHR_lights_punctual]
 
-use pt_math::{DAffine3, DMat3, DVec3};
+use pt_math::{DAffine3, DMat3, DVec3, near};
 use serde_json::{Map, Value, json};
 
 use super::super::super::xml::quote;
@@ -9,7 +9,7 @@ use super::Writer;
 use super::exact::near_f64;
 use super::layer::power_of_two;
 use crate::{
-    Camera, Geometry, Light, LightKind, Material, Object, Projection, Span, Surface, shapes,
+    Camera, Geometry, Light, LightKind, Material, Object, Projection, Scene, Span, Surface, shapes,
 };
 
 /// The farthest thing that is seen by parallel rays where a scene sees all.
@@ -111,6 +111,10 @@ impl Writer<'_> {
                 }
                 ("spot", *intensity, to_world)
             }
+            LightKind::Area { .. } if stands_for_glowing_mesh(light, self.scene) => {
+                tell("it is left out, as it stands for the glowing surface around it");
+                return Ok(());
+            }
             LightKind::Area { radiance } => return self.square(light, *radiance),
             LightKind::Hemisphere { .. }
             | LightKind::Constant { .. }
@@ -187,6 +191,27 @@ impl Writer<'_> {
         };
         self.dressed(&object, &[worn])
     }
+}
+
+/// Whether a light is on a mesh that glows, which lights the scene in its place. (Other lights that are so are left out by those
+/// who read them.)
+fn stands_for_glowing_mesh(light: &Light, scene: &Scene) -> bool {
+    let glows = |object: &Object, slot: u32| {
+        let material = object.materials.get(slot as usize).copied().flatten();
+        let material = material.and_then(|index| scene.materials.get(index as usize));
+        material.is_some_and(|material| material.emission != [0.0; 3].into())
+    };
+    let p = light.to_world.translation.as_vec3();
+    scene.objects.iter().any(|object| {
+        let Geometry::Mesh(mesh) = &object.geometry else { return false };
+        let parts = mesh.parts.iter().filter(|part| glows(object, part.slot));
+        let numbers = parts.flat_map(|part| part.triangles.clone());
+        let corner = |v: u32| {
+            let position = DVec3::from(mesh.positions[v as usize].map(f64::from));
+            object.to_world.transform_point3(position).as_vec3()
+        };
+        near::is_on(p, numbers.map(|i| mesh.triangles[i as usize].map(corner)))
+    })
 }
 
 /// The angle of view and its shape, of which a reader makes the same two angles, in degrees.
