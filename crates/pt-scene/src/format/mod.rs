@@ -117,13 +117,15 @@ impl Format {
         const GRACE: Duration = Duration::from_millis(500);
         let Some(most) = context.limits().time() else { return self.read_file(path, context) };
         let (file, of_thread) = (path.to_owned(), Arc::clone(context));
-        deadline::within(most.saturating_add(GRACE), move || self.read_file(&file, &of_thread))
-            .unwrap_or_else(|| {
-                context.finish(Err(LoadError::Broken {
-                    at: mesh_file::place(path, 0),
-                    message: context::out_of_time(most),
-                }))
-            })
+        let read = move || self.read_file(&file, &of_thread);
+        let message = match deadline::within(most.saturating_add(GRACE), read) {
+            Ok(Some(reading)) => return reading,
+            Ok(None) => context::out_of_time(most),
+            Err(error) => {
+                format!("no thread can be started that reads within a limit of time: {error}")
+            }
+        };
+        context.finish(Err(LoadError::Broken { at: mesh_file::place(path, 0), message }))
     }
 
     /// Reads a file.
