@@ -292,3 +292,59 @@ fn channels_besides_light_are_those_of_the_same_meaning() {
     assert_eq!((inner.max_depth, inner.integrator), (Some(4), Some("volpath")));
     assert!(read("<integrator type=\"path\"/>").settings.aovs.is_empty());
 }
+
+/// What only adds channels to an image is not what makes it.
+#[test]
+fn integrators_inside_of_others_make_the_image() {
+    let depth = "<integer name=\"max_depth\" value=\"5\"/>";
+    let volpath = format!("<integrator type=\"volpath\">{depth}</integrator>");
+    let aov = |list: &str, inner: &str| {
+        let list = format!("<string name=\"aovs\" value=\"{list}\"/>");
+        format!("<integrator type=\"aov\">{list}{inner}</integrator>")
+    };
+    let moment = |inner: &str| format!("<integrator type=\"moment\">{inner}</integrator>");
+    let settings = |integrator: &str| read(integrator).settings;
+    for (integrator, aovs) in [
+        (moment(&volpath), &[][..]),
+        (moment(&moment(&volpath)), &[]),
+        (moment(&aov("d:depth", &volpath)), &["depth"]),
+        (aov("d:depth", &moment(&volpath)), &["depth"]),
+        (aov("d:depth", &aov("n:sh_normal,e:depth", &volpath)), &["depth", "normal"]),
+        (aov("d:depth", &(volpath.clone() + "<integrator type=\"path\"/>")), &["depth"]),
+    ] {
+        let found = settings(&integrator);
+        assert_eq!((found.max_depth, found.integrator), (Some(4), Some("volpath")), "{integrator}");
+        assert_eq!(found.aovs, aovs, "{integrator}");
+    }
+    // Mitsuba 3.9.1: those that differentiate have a max_depth of 6, all others none.
+    for (kind, most, integrator) in [
+        ("ptracer", u32::MAX, None),
+        ("prb", 5, None),
+        ("prb_basic", 5, None),
+        ("prb_projective", 5, None),
+        ("prbvolpath", 5, Some("volpath")),
+        ("volpathmis", u32::MAX, Some("volpath")),
+        ("direct_projective", 1, None),
+    ] {
+        let found = settings(&format!("<integrator type=\"{kind}\"/>"));
+        assert_eq!((found.max_depth, found.integrator), (Some(most), integrator), "{kind}");
+    }
+}
+
+/// The samples are ours; how many there are is said by any sampler.
+#[test]
+fn samplers_say_how_many_samples_there_are() {
+    for (kind, rest) in [
+        ("independent", "<integer name=\"seed\" value=\"3\"/>"),
+        ("stratified", "<boolean name=\"jitter\" value=\"false\"/>"),
+        ("multijitter", ""),
+        ("orthogonal", "<integer name=\"strength\" value=\"2\"/>"),
+        ("ldsampler", ""),
+    ] {
+        let sampler = format!(
+            "<sampler type=\"{kind}\"><integer name=\"sample_count\" value=\"9\"/>{rest}</sampler>"
+        );
+        let settings = read(&format!("<sensor type=\"perspective\">{sampler}</sensor>")).settings;
+        assert_eq!(settings.spp, Some(9), "{kind}");
+    }
+}

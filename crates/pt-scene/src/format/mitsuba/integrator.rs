@@ -1,13 +1,58 @@
-//! `<integrator>`.
+//! `<integrator>`: those that find light, and those around them.
 
 use super::super::xml::quote;
 use super::object::{Object, Parameters, Tree, error, unsupported};
 use crate::{FileSettings, LoadError, Warning};
 
-/// What follows light.
-const KINDS: [&str; 4] = ["path", "direct", "volpath", "volpathmis"];
-/// What may stand in the scene itself.
-const OUTERMOST: [&str; 5] = ["path", "direct", "volpath", "volpathmis", "aov (outermost)"];
+/// What is supported, for messages.
+const KINDS: [&str; 12] = [
+    "path",
+    "direct",
+    "volpath",
+    "volpathmis",
+    "aov",
+    "moment",
+    "ptracer",
+    "prb",
+    "prb_basic",
+    "prb_projective",
+    "prbvolpath",
+    "direct_projective",
+];
+
+/// Integrators whose picture is that of a path tracer: their names, whether they know media, and the
+/// `max_depth` that they have by default.
+const PATHS: [(&str, bool, i64); 8] = [
+    ("path", false, -1),
+    ("ptracer", false, -1),
+    ("prb", false, 6),
+    ("prb_basic", false, 6),
+    ("prb_projective", false, 6),
+    ("prbvolpath", true, 6),
+    ("volpath", true, -1),
+    ("volpathmis", true, -1),
+];
+/// Those that see lights and what these light.
+const DIRECT: [&str; 2] = ["direct", "direct_projective"];
+
+/// Parameters that change how fast an image converges, or how its derivatives do.
+const PASSED_OVER: [&str; 15] = [
+    "block_size",
+    "bsdf_samples",
+    "emitter_samples",
+    "guiding",
+    "guiding_proj",
+    "guiding_rounds",
+    "project_seed",
+    "rr_depth",
+    "samples_per_pass",
+    "shading_samples",
+    "sppc",
+    "sppi",
+    "sppp",
+    "timeout",
+    "use_spectral_mis",
+];
 
 /// Channels besides light by the names of Mitsuba, and by ours.
 const CHANNELS: [(&str, &str); 8] = [
@@ -30,38 +75,85 @@ pub(super) fn integrator(
     settings: &mut FileSettings,
     warnings: &mut Vec<Warning>,
 ) -> Result<(), LoadError> {
-    let object = match object {
-        Some(object) if object.kind == "aov" => {
-            settings.aovs = channels(object)?;
-            inner(tree, object)?
-        }
-        Some(object) if !KINDS.contains(&object.kind.as_str()) => {
-            return Err(unsupported(object, &OUTERMOST));
-        }
-        object => object,
+    let Some(outermost) = object else {
+        settings.max_depth = Some(u32::MAX);
+        return Ok(());
     };
-    settings.max_depth = match object {
-        Some(object) => Some(max_depth(tree, object, warnings)?),
-        None => Some(u32::MAX),
+    let Some(object) = inside_of_wrappers(tree, outermost, settings, warnings)? else {
+        settings.max_depth = Some(u32::MAX);
+        return Ok(());
     };
-    let is_volumetric = |object: &Object| object.kind.starts_with("volpath");
-    settings.integrator = object.is_some_and(is_volumetric).then_some("volpath");
-    Ok(())
+    tree.children(object, &[])?;
+    let mut parameters = Parameters::new(object);
+    if parameters.boolean("hide_emitters")? {
+        let message = "emitters cannot be hidden; they are seen directly".to_owned();
+        warnings.push(Warning { at: object.at.clone(), message });
+    }
+    if object.kind == "ptracer" {
+        let message = "light is followed from the camera, not from the lights: the picture is the same \
+                       but for what only paths from lights find, such as caustics of point lights";
+        warnings.push(Warning { at: object.at.clone(), message: message.to_owned() });
+    }
+    parameters.pass_over(&PASSED_OVER);
+    let path = PATHS.iter().find(|(kind, ..)| *kind == object.kind);
+    settings.max_depth = Some(match path {
+        Some((_, _, usual)) => max_depth(&mut parameters, *usual)?,
+        None if DIRECT.contains(&object.kind.as_str()) => 1,
+        None => return Err(unsupported(object, &KINDS)),
+    });
+    settings.integrator = path.is_some_and(|(_, media, _)| *media).then_some("volpath");
+    parameters.finish()
 }
 
-/// What an `aov` finds light with, if anything.
-fn inner<'t>(tree: &'t Tree, aov: &Object) -> Result<Option<&'t Object>, LoadError> {
-    let inner = tree.children(aov, &["integrator"])?;
-    if let [_, second, ..] = inner[..] {
-        let message = "an \"aov\" has a second integrator; there is one image, so give one";
-        return Err(error(&tree.objects[second].at, message));
+/// The integrator that finds light: the first one inside of those that only add channels, if any.
+fn inside_of_wrappers<'t>(
+    tree: &'t Tree,
+    outermost: &'t Object,
+    settings: &mut FileSettings,
+    warnings: &mut Vec<Warning>,
+) -> Result<Option<&'t Object>, LoadError> {
+    let mut object = outermost;
+    let mut around: Vec<&Object> = Vec::new();
+    while let kind @ ("aov" | "moment") = object.kind.as_str() {
+        if around.iter().any(|outer| std::ptr::eq(*outer, object)) {
+            return Err(error(&object.at, format!("{} is inside of itself", object.describe())));
+        }
+        around.push(object);
+        let inner = tree.children(object, &["integrator"])?;
+        if kind == "aov" {
+            for channel in channels(object)? {
+                if !settings.aovs.contains(&channel) {
+                    settings.aovs.push(channel);
+                }
+            }
+        } else {
+            let mut parameters = Parameters::new(object);
+            parameters.pass_over(&PASSED_OVER);
+            parameters.finish()?;
+            let message = "the squares of samples that a \"moment\" adds are not written";
+            warnings.push(Warning { at: object.at.clone(), message: message.to_owned() });
+        }
+        if let [_, second, ..] = inner[..] {
+            let message =
+                format!("the image is that of the first integrator of the {}", quote(kind));
+            warnings.push(Warning { at: tree.objects[second].at.clone(), message });
+        }
+        match inner.first() {
+            Some(&first) => object = &tree.objects[first],
+            None if kind == "aov" => return Ok(None),
+            None => {
+                let message = "a \"moment\" needs an <integrator> inside that finds light";
+                return Err(error(&object.at, message));
+            }
+        }
     }
-    Ok(inner.first().map(|&index| &tree.objects[index]))
+    Ok(Some(object))
 }
 
 /// The channels of a list such as `dd.y:depth,nn:sh_normal`, each once. Ours have their own names.
 fn channels(aov: &Object) -> Result<Vec<&'static str>, LoadError> {
     let mut parameters = Parameters::new(aov);
+    parameters.pass_over(&PASSED_OVER);
     let mut found = Vec::new();
     for entry in parameters.text("aovs")?.unwrap_or_default().split(',').map(str::trim) {
         if entry.is_empty() {
@@ -96,40 +188,17 @@ fn channel(entry: &str) -> Result<&'static str, String> {
     })
 }
 
-/// How many interactions an integrator allows.
-fn max_depth(tree: &Tree, object: &Object, warnings: &mut Vec<Warning>) -> Result<u32, LoadError> {
-    tree.children(object, &[])?;
-    let mut parameters = Parameters::new(object);
-    if parameters.boolean("hide_emitters")? {
-        let message = "emitters cannot be hidden; they are seen directly".to_owned();
-        warnings.push(Warning { at: object.at.clone(), message });
+/// How many interactions an integrator allows, by its `max_depth` or the usual one.
+fn max_depth(parameters: &mut Parameters<'_>, usual: i64) -> Result<u32, LoadError> {
+    let depth = parameters.integer("max_depth")?.unwrap_or(usual);
+    if depth == -1 {
+        return Ok(u32::MAX);
     }
-    let depth = match object.kind.as_str() {
-        "path" | "volpath" | "volpathmis" => {
-            parameters.pass_over(&["rr_depth"]);
-            if object.kind == "volpathmis" {
-                parameters.pass_over(&["use_spectral_mis"]);
-            }
-            match parameters.integer("max_depth")? {
-                None | Some(-1) => u32::MAX,
-                Some(depth) => {
-                    let interactions = depth.checked_sub(1).and_then(|d| u32::try_from(d).ok());
-                    interactions.ok_or_else(|| {
-                        let message = format!(
-                            "max_depth is {depth}; expected -1 (no limit), 1 (emitters only), 2 \
-                             (direct light) or more"
-                        );
-                        parameters.refuse("max_depth", message)
-                    })?
-                }
-            }
-        }
-        "direct" => {
-            parameters.pass_over(&["shading_samples", "emitter_samples", "bsdf_samples"]);
-            1
-        }
-        _ => return Err(unsupported(object, &KINDS)),
-    };
-    parameters.finish()?;
-    Ok(depth)
+    let interactions = depth.checked_sub(1).and_then(|d| u32::try_from(d).ok());
+    interactions.ok_or_else(|| {
+        let message = format!(
+            "max_depth is {depth}; expected -1 (no limit), 1 (emitters only), 2 (direct light) or more"
+        );
+        parameters.refuse("max_depth", message)
+    })
 }

@@ -43,6 +43,7 @@ mod integrator;
 mod medium;
 mod object;
 mod read;
+mod refused;
 mod scene;
 mod sensor;
 mod shape;

@@ -8,6 +8,7 @@ use pt_math::{DAffine3, DVec3};
 
 use super::super::context::Context;
 use super::super::xml::{did_you_mean, meant, quote};
+use super::refused;
 use super::value::Value;
 use crate::{LoadError, Motion, Span, Warning};
 
@@ -79,6 +80,10 @@ pub(super) fn error(at: &Span, message: impl Into<String>) -> LoadError {
 pub(super) fn unsupported(object: &Object, supported: &[&str]) -> LoadError {
     let Object { tag, kind, .. } = object;
     let list = supported.join(", ");
+    if let Some(reason) = refused::reason(tag, kind) {
+        let message = format!("{tag} type {} is not supported: {reason}", quote(kind));
+        return error(&object.at, message);
+    }
     let near = meant(kind, supported.iter().copied());
     let message = format!("{tag} type {} is not supported{near}; supported: {list}", quote(kind));
     error(&object.at, message)

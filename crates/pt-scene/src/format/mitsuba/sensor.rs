@@ -187,7 +187,7 @@ pub(super) fn settings(tree: &Tree, object: &Object) -> Result<FileSettings, Loa
     }
     tree.children(sampler, &[])?;
     let mut parameters = Parameters::new(sampler);
-    parameters.pass_over(&["jitter", "seed"]);
+    parameters.pass_over(&["jitter", "seed", "strength"]);
     let spp = parameters.count("sample_count", u32::MAX)?;
     parameters.finish()?;
     Ok(FileSettings { spp, ..settings })

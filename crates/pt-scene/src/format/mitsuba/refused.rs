@@ -1,0 +1,14 @@
+//! Plugins of Mitsuba 3.9.1 that are refused by name.
+
+/// Their tags, names, and why.
+const REFUSED: [(&str, &str, &str); 3] = [
+    ("integrator", "stokes", "light has no polarization here; take the integrator inside of it"),
+    ("integrator", "depth", "distances are a channel beside light; take path, and --aov depth"),
+    ("integrator", "volprim_rf_basic", "radiance fields are no light that surfaces scatter"),
+];
+
+/// Why a plugin is refused, if it is one that is known.
+pub(super) fn reason(tag: &str, kind: &str) -> Option<&'static str> {
+    let found = REFUSED.iter().find(|(t, k, _)| (*t, *k) == (tag, kind));
+    found.map(|(.., reason)| *reason)
+}
