@@ -70,7 +70,7 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "METHOD", help_heading = "Image")]
     pub(crate) exr_compression: Option<ExrCompression>,
 
-    /// Remove the noise by Intel Open Image Denoise, which has to be there (pip install pyoidn): an EXR
+    /// Remove the noise by Intel Open Image Denoise, which is a library apart (a message gives the command that installs it): an EXR
     /// image keeps what was rendered in the layer "noisy", beside a PNG image NAME_noisy.png has it
     #[arg(long, conflicts_with = "cs184", help_heading = "Image")]
     pub(crate) denoise: bool,
@@ -270,7 +270,8 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "KIND", default_value = "auto", help_heading = "Machine")]
     pub(crate) progress: ProgressKind,
 
-    /// Refuse a scene that names missing files, instead of putting magenta and black in their place (status 4); and
+    /// Refuse a scene that names missing files, instead of putting magenta and black in their place (status 4), and
+    /// --denoise without its library; and
     /// end with status 3 if samples were refused because they are no light (NaN, infinite, negative, too large), or an
     /// error target was missed: the image is written nonetheless
     #[arg(long, help_heading = "Machine")]

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use anyhow::{Result, bail};
 use pathtracer::Film;
 use pathtracer::denoise::{self, DenoiseError, Denoiser, NEEDED};
 use pathtracer::image::{Channel, Image, Samples, SaveOptions};
@@ -20,12 +21,22 @@ pub(crate) struct Denoising {
 }
 
 impl Denoising {
-    /// Looks for the library if it is wanted, and warns where it is missing: the image is then written as it was rendered.
-    pub(crate) fn begin(request: &Checked, threads: usize) -> Self {
+    /// Opens the library if it is wanted. Where it is missing, a warning says so, and the image is written as it was
+    /// rendered.
+    ///
+    /// # Errors
+    /// If it is missing, with `--strict`.
+    pub(crate) fn begin(request: &Checked, threads: usize) -> Result<Self> {
         let is_wanted = request.cli.denoise;
-        let opened = is_wanted.then(|| Denoiser::open(threads));
-        let denoiser = opened.and_then(|opened| opened.map_err(|error| warn(&error)).ok());
-        Self { is_wanted, is_quiet: request.cli.quiet, denoiser }
+        let denoiser = match is_wanted.then(|| Denoiser::open(threads)).transpose() {
+            Ok(denoiser) => denoiser,
+            Err(error) if request.cli.strict => bail!("--denoise: {error}"),
+            Err(error) => {
+                warn(&error);
+                None
+            }
+        };
+        Ok(Self { is_wanted, is_quiet: request.cli.quiet, denoiser })
     }
 
     /// The files of an image that was rendered with these channels: the image itself, without noise if that is wanted and

@@ -61,10 +61,10 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     let start = Instant::now();
     let limit = Limit::of(request);
     limit.check_files(request)?;
+    let denoising = Denoising::begin(request, threads(request))?;
     let Prepared { scene, mut session, sources, load } = prepare(request, &limit, start)?;
     tell_missing(&scene.missing);
     tell_notes(request, &scene, &session);
-    let denoising = Denoising::begin(request, threads(request));
     let threads = threads(request);
     let mut keeping =
         Keeping::begin(request, &mut session, (&sources, &scene.missing), (threads, start))?;

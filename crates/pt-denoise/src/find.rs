@@ -1,6 +1,7 @@
 //! Where the library may be.
 
 use std::env;
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use crate::DenoiseError;
@@ -38,8 +39,11 @@ fn open_given(place: PathBuf) -> Result<(Functions, PathBuf), DenoiseError> {
 }
 
 fn open_usual() -> Result<(Functions, PathBuf), DenoiseError> {
-    let beside = env::current_exe().ok().and_then(|program| Some(program.parent()?.to_owned()));
-    let folders = beside.into_iter().chain(packages());
+    let program = env::current_exe().ok();
+    let above = |levels| Some(program.as_deref()?.ancestors().nth(levels)?.to_owned());
+    // The tests of the project install it two folders above a program that was built there.
+    let by_tests = above(2).into_iter().flat_map(|target| in_root(&target.join("oidn-venv")));
+    let folders = above(1).into_iter().chain(installed()).chain(by_tests).chain(packages());
     let mut files: Vec<_> = folders.flat_map(|folder| in_folder(&folder)).collect();
     // Without a folder, the system looks where it has its libraries.
     let by_system = Path::new(NAME);
@@ -49,6 +53,22 @@ fn open_usual() -> Result<(Functions, PathBuf), DenoiseError> {
         tried.pop();
         DenoiseError::Missing { tried }
     })
+}
+
+/// The folder into which [`install_command`] installs the package: `pathtracer/oidn` among the data of the user.
+fn installed() -> Option<PathBuf> {
+    Some(dirs::data_local_dir()?.join("pathtracer").join("oidn"))
+}
+
+/// The one command that installs the library where it is found.
+pub(crate) fn install_command() -> String {
+    let python = if cfg!(windows) { "py" } else { "python3" };
+    let mut command = format!("{python} -m pip install --no-deps ");
+    if let Some(folder) = installed() {
+        // Writing to a string succeeds.
+        let _ = write!(command, "--target \"{}\" ", folder.display());
+    }
+    command + "pyoidn"
 }
 
 /// The first of some libraries that opens; or what is wrong with each.
@@ -115,6 +135,18 @@ mod tests {
         let wanted: Vec<_> =
             names.iter().flat_map(|n| kinds.map(|kind| root.path().join(n).join(kind))).collect();
         assert_eq!(found, wanted);
+    }
+
+    #[test]
+    fn the_command_installs_where_the_library_is_looked_for() {
+        let command = install_command();
+        let folder = installed().expect("the system has a folder for data of users");
+        assert!(
+            command.contains(&format!("--target \"{}\" pyoidn", folder.display())),
+            "{command}"
+        );
+        let message = DenoiseError::Missing { tried: Vec::new() }.to_string();
+        assert!(message.contains(&command), "{message}");
     }
 
     #[test]

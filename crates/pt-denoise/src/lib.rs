@@ -18,8 +18,8 @@ pub use find::VARIABLE;
 pub enum DenoiseError {
     /// The library is in none of the usual places.
     #[error(
-        "Open Image Denoise is not found; get it by 'pip install pyoidn' (in a virtual environment that is active, or \
-         with --user), or set {VARIABLE} to the library or its folder{}",
+        "Open Image Denoise is not found; install it by\n  {}\nor set {VARIABLE} to the library or its folder{}",
+        find::install_command(),
         list(.tried)
     )]
     Missing {
@@ -102,7 +102,7 @@ pub struct Denoiser {
 
 impl Denoiser {
     /// Looks for the library: at the place that the environment variable [`VARIABLE`] gives, if it is set; else beside the
-    /// program, in the package `pyoidn` of the usual places of Python, and where the system has its libraries.
+    /// program, among the data of the user (`pathtracer/oidn`), in the package `pyoidn` of the usual places of Python, and where the system has its libraries.
     ///
     /// It will compute on so many threads.
     ///

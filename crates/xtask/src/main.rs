@@ -24,7 +24,7 @@ use clap::Parser;
 enum Chore {
     /// Check everything: format, lints, documentation, all tests, and a small comparison with
     /// Mitsuba
-    Test,
+    Test(test::Args),
     /// Compare the scenes of scenes/mitsuba with what Mitsuba 3 renders of them
     Peers(peers::Args),
     /// Compare the scenes of scenes/gltf with what Blender's Cycles renders of them
@@ -42,7 +42,7 @@ enum Chore {
 
 fn main() -> ExitCode {
     let done = match Chore::parse() {
-        Chore::Test => test::run(),
+        Chore::Test(args) => test::run(&args),
         Chore::Peers(args) => peers::run(&args),
         Chore::Blender(args) => blender::run(&args),
         Chore::Pbrt(args) => pbrt::run(&args),

@@ -3,12 +3,23 @@
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 
-use anyhow::{Context, Result, ensure};
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail, ensure};
+use clap::Args as Arguments;
 
 use crate::oidn;
 use crate::peers::{self, Size};
 use crate::project::{cargo, shown, step, succeed, target};
 use crate::venv::Prepared;
+
+/// What `cargo xtask test` takes.
+#[derive(Arguments)]
+pub(crate) struct Args {
+    /// Go on without Mitsuba or Open Image Denoise where they cannot be installed
+    #[arg(long)]
+    allow_skips: bool,
+}
 
 /// What was passed and what was not looked at.
 #[derive(Default)]
@@ -18,22 +29,31 @@ struct Report {
     failed: Option<&'static str>,
 }
 
+/// The packages that some checks need.
+struct Packages {
+    /// The folder of Open Image Denoise, or why it is missing.
+    oidn: Result<PathBuf, String>,
+    /// A Python with Mitsuba, or why it is missing.
+    mitsuba: Prepared,
+}
+
 /// Runs every check until one fails.
 ///
 /// # Errors
 /// If a check fails, or what it needs cannot be installed.
-pub(crate) fn run() -> Result<()> {
+pub(crate) fn run(args: &Args) -> Result<()> {
     let mut report = Report::default();
-    let done = steps(&mut report);
+    let done = steps(args, &mut report);
     report.print();
     done
 }
 
-fn steps(report: &mut Report) -> Result<()> {
+fn steps(args: &Args, report: &mut Report) -> Result<()> {
     report.step("tools", |_| {
         need("rustfmt", &["fmt", "--version"])?;
         need("clippy", &["clippy", "--version"])
     })?;
+    let packages = report.step("packages", |skipped| install(args.allow_skips, skipped))?;
     report.step("format", |_| {
         succeed(&mut cargo(&["fmt", "--all", "--check"]))?;
         FUZZ.iter().try_for_each(|manifest| {
@@ -50,11 +70,7 @@ fn steps(report: &mut Report) -> Result<()> {
     report.step("unit and integration tests", |skipped| {
         let kinds = ["--lib", "--bins", "--tests", "--examples"];
         let mut command = cargo(&[&["test", "--workspace"][..], &kinds, SHOW].concat());
-        match oidn::prepare()? {
-            Ok(packages) => drop(command.env(oidn::VARIABLE, packages)),
-            // The tests that open the library say that they are skipped.
-            Err(reason) => println!("Open Image Denoise cannot be had: {reason}"),
-        }
+        command.envs(packages.oidn.iter().map(|folder| (oidn::VARIABLE, folder)));
         tests(command, skipped)
     })?;
     if cfg!(target_arch = "x86_64") {
@@ -63,14 +79,39 @@ fn steps(report: &mut Report) -> Result<()> {
     report.step("tests in the documentation", |skipped| {
         tests(cargo(&[&["test", "--workspace", "--doc"][..], SHOW].concat()), skipped)
     })?;
-    report.step("comparison with Mitsuba, small", |skipped| match peers::prepare()? {
-        Prepared::Python(python) => peers::compare(&python, Size::Small, None),
-        Prepared::Missing(reason) => {
-            println!("skipped: {reason}");
-            skipped.push(format!("comparison with Mitsuba: {reason}"));
-            Ok(())
+    report.step("fuzz targets", |_| FUZZ.iter().try_for_each(|manifest| fuzz_target(manifest)))?;
+    if let Prepared::Python(python) = &packages.mitsuba {
+        report.step("comparison with Mitsuba, small", |_| {
+            peers::compare(python, Size::Small, None)
+        })?;
+    }
+    Ok(())
+}
+
+/// Installs the packages, each of which has to be there unless `allow_skips`.
+fn install(allow_skips: bool, skipped: &mut Vec<String>) -> Result<Packages> {
+    let packages = Packages { oidn: oidn::prepare()?, mitsuba: peers::prepare()? };
+    let missing = [
+        ("Open Image Denoise", packages.oidn.as_ref().err()),
+        ("Mitsuba", packages.mitsuba.missing()),
+    ];
+    for (name, reason) in missing.into_iter().filter_map(|(n, r)| Some((n, r?))) {
+        if !allow_skips {
+            bail!("{name} cannot be installed: {reason}; --allow-skips goes on without it");
         }
-    })
+        skipped.push(format!("{name} cannot be installed: {reason}"));
+    }
+    Ok(packages)
+}
+
+/// Compiles fuzz targets as cargo-fuzz does, but for the library that it links.
+fn fuzz_target(manifest: &str) -> Result<()> {
+    let mut check = cargo(&["check", "--quiet", "--locked", "--manifest-path", manifest]);
+    let folder = target()?.join("fuzz");
+    // A given library is not built, so that no C++ compiler is needed.
+    check.env("CUSTOM_LIBFUZZER_PATH", folder.join("libFuzzer.a"));
+    check.env("CARGO_TARGET_DIR", folder).env("RUSTFLAGS", "--cfg fuzzing");
+    succeed(&mut check)
 }
 
 /// The vectors of processors that are not of the kind that the workspace is built for, such as ARM.
@@ -81,7 +122,7 @@ fn portable_queries(skipped: &mut Vec<String>) -> Result<()> {
     tests(command, skipped)
 }
 
-/// Workspaces of their own, which need the nightly toolchain: only their format is checked.
+/// Workspaces of their own, whose targets run under the nightly toolchain alone.
 const FUZZ: [&str; 2] = ["fuzz/Cargo.toml", "crates/pt-bvh/fuzz/Cargo.toml"];
 
 /// Tests that skip something print a line that begins with this.
@@ -125,14 +166,14 @@ fn need(component: &str, probe: &[&str]) -> Result<()> {
 }
 
 impl Report {
-    fn step(
+    fn step<T>(
         &mut self,
         name: &'static str,
-        check: impl FnOnce(&mut Vec<String>) -> Result<()>,
-    ) -> Result<()> {
+        check: impl FnOnce(&mut Vec<String>) -> Result<T>,
+    ) -> Result<T> {
         let done = step(name, || check(&mut self.skipped));
         match &done {
-            Ok(()) => self.passed.push(name),
+            Ok(_) => self.passed.push(name),
             Err(_) => self.failed = Some(name),
         }
         done
@@ -146,10 +187,38 @@ impl Report {
         for skipped in &self.skipped {
             println!("SKIPPED  {skipped}");
         }
-        match self.failed {
-            Some(name) => println!("FAILED   {name}; later checks did not run"),
-            None if self.skipped.is_empty() => println!("nothing was skipped"),
-            None => {}
-        }
+        println!("{}", self.verdict());
+    }
+
+    /// The last line: what failed, how many checks passed, and what was skipped by name.
+    fn verdict(&self) -> String {
+        let failed = self.failed.map(|name| format!("FAILED {name}, later checks did not run; "));
+        let skipped = match self.skipped.len() {
+            0 => "nothing skipped".to_owned(),
+            count => format!("{count} skipped: {}", self.skipped.join("; ")),
+        };
+        format!("{}{} checks passed, {skipped}", failed.unwrap_or_default(), self.passed.len())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_line_counts_and_names_what_was_skipped() {
+        let mut report = Report::default();
+        report.step("one", |_| Ok(())).unwrap();
+        assert_eq!(report.verdict(), "1 checks passed, nothing skipped");
+        report
+            .step("two", |skipped| {
+                skipped.push("a: b".into());
+                Ok(())
+            })
+            .unwrap();
+        assert_eq!(report.verdict(), "2 checks passed, 1 skipped: a: b");
+        assert!(report.step("three", |_| -> Result<()> { bail!("no") }).is_err());
+        let wanted = "FAILED three, later checks did not run; 2 checks passed, 1 skipped: a: b";
+        assert_eq!(report.verdict(), wanted);
     }
 }

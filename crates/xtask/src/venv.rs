@@ -15,6 +15,16 @@ pub(crate) enum Prepared {
     Missing(String),
 }
 
+impl Prepared {
+    /// Why they cannot be had.
+    pub(crate) fn missing(&self) -> Option<&String> {
+        match self {
+            Self::Python(_) => None,
+            Self::Missing(reason) => Some(reason),
+        }
+    }
+}
+
 /// Makes the virtual environment `name` in the target folder, with what `install` tells pip to
 /// install, unless there is one in which the Python program `probe` succeeds.
 ///

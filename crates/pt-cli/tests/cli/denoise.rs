@@ -34,6 +34,22 @@ fn without_the_library_the_image_is_written_as_it_was_rendered() {
     }
 }
 
+/// `--strict` refuses before the scene is read: this one does not exist.
+#[test]
+fn strict_refuses_a_missing_library() {
+    let folder = Folder::new();
+    let args = ["--denoise", "--strict", "-f", "out.png", "no_such_scene.dae"];
+    let mut command = folder.command(&args);
+    command.env("PATHTRACER_OIDN", folder.path("nowhere"));
+    let run = crate::common::Run::of(&command.output().unwrap(), "out.png");
+    assert_eq!(run.code, Some(2), "{run:?}");
+    for wanted in ["--denoise", "nowhere", "expected the library"] {
+        assert!(run.err.contains(wanted), "{run:?}");
+    }
+    assert!(!run.err.contains("no_such_scene"), "{run:?}");
+    assert!(!folder.path("out.png").exists());
+}
+
 #[test]
 fn what_was_rendered_is_kept_to_the_bit() {
     let folder = Folder::new();

@@ -1,4 +1,7 @@
-//! Every command of the documentation runs.
+//! Every command of the documentation runs, and what it shows is so.
+
+#[cfg(unix)]
+use std::process::Command;
 
 use pathtracer::Image;
 use pathtracer::image::{SaveOptions, save};
@@ -12,6 +15,10 @@ const PAGES: [&str; 3] = [
 ];
 
 const MOTION: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/motion.xml");
+
+/// A page whose shell code is run by a shell, block by block.
+#[cfg(unix)]
+const GUARANTEES: &str = include_str!("../../../../docs/guarantees.md");
 
 /// Lines of shell code that begin with the name of the program, without it and without comments.
 fn commands() -> Vec<&'static str> {
@@ -73,5 +80,54 @@ fn every_command_runs() {
     assert!(commands.len() > 10, "{commands:?}");
     for command in commands {
         folder.succeed(&reduced(command));
+    }
+}
+
+/// The blocks of shell code of a page.
+#[cfg(unix)]
+fn blocks(page: &str) -> Vec<&str> {
+    let after = page.split("```sh\n").skip(1);
+    after.map(|rest| rest.split("```").next().unwrap_or(rest)).collect()
+}
+
+/// A line with a smaller render, if it is one of the program; `; echo $?   # 2` demands that status.
+#[cfg(unix)]
+fn reduced_line(line: &str) -> String {
+    const NAME: &str = "pathtracer ";
+    let (code, comment) = line.split_once('#').unwrap_or((line, ""));
+    let Some(start) = code.find(NAME) else { return code.to_owned() };
+    let (before, command) = code.split_at(start + NAME.len());
+    let end = command.find(['|', ';']).unwrap_or(command.len());
+    let (command, after) = command.split_at(end);
+    // What is refused for its pixels has to keep them.
+    let command = command.trim();
+    let is_whole = command.contains("--max-memory");
+    let command = if is_whole { command.to_owned() } else { reduced(command) };
+    let after = match after.trim() {
+        "; echo $?" => format!("&& exit 1 || test $? -eq {}", comment.trim()),
+        other => other.to_owned(),
+    };
+    format!("{before}{command} {after}")
+}
+
+#[cfg(unix)]
+#[test]
+fn the_checks_of_the_guarantees_hold() {
+    let program = std::path::Path::new(env!("CARGO_BIN_EXE_pathtracer"));
+    let folder = Folder::new();
+    std::fs::copy(SCENE, folder.path("scene.dae")).unwrap();
+    let path = std::env::var("PATH").unwrap_or_default();
+    let path = format!("{}:{path}", program.parent().unwrap().display());
+    let blocks = blocks(GUARANTEES);
+    assert!(blocks.len() >= 8, "{blocks:?}");
+    for block in blocks {
+        let script: Vec<_> = block.lines().map(reduced_line).collect();
+        let mut shell = Command::new("sh");
+        shell.args(["-ec", &script.join("\n")]).current_dir(folder.path(""));
+        let output = shell.env("PATH", &path).output().expect("a shell");
+        let run = crate::common::Run::of(&output, block);
+        assert_eq!(run.code, Some(0), "{script:#?}\n{run:?}");
+        let hashes: Vec<_> = run.out.lines().filter(|line| line.contains("hash")).collect();
+        assert!(hashes.windows(2).all(|two| two[0] == two[1]), "{run:?}");
     }
 }
