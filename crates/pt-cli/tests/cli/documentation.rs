@@ -16,7 +16,7 @@ const PAGES: [&str; 3] = [
 
 const MOTION: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/motion.xml");
 
-/// A page whose shell code is run by a shell, block by block.
+/// A page whose shell code a shell runs, block by block.
 #[cfg(unix)]
 const GUARANTEES: &str = include_str!("../../../../docs/guarantees.md");
 
@@ -90,24 +90,21 @@ fn blocks(page: &str) -> Vec<&str> {
     after.map(|rest| rest.split("```").next().unwrap_or(rest)).collect()
 }
 
-/// A line with a smaller render, if it is one of the program; `; echo $?   # 2` demands that status.
+/// A line with fewer pixels, if it renders; `; echo $?   # 2` demands that status.
 #[cfg(unix)]
 fn reduced_line(line: &str) -> String {
-    const NAME: &str = "pathtracer ";
     let (code, comment) = line.split_once('#').unwrap_or((line, ""));
-    let Some(start) = code.find(NAME) else { return code.to_owned() };
-    let (before, command) = code.split_at(start + NAME.len());
-    let end = command.find(['|', ';']).unwrap_or(command.len());
-    let (command, after) = command.split_at(end);
-    // What is refused for its pixels has to keep them.
-    let command = command.trim();
-    let is_whole = command.contains("--max-memory");
-    let command = if is_whole { command.to_owned() } else { reduced(command) };
-    let after = match after.trim() {
-        "; echo $?" => format!("&& exit 1 || test $? -eq {}", comment.trim()),
-        other => other.to_owned(),
+    let size = match code {
+        _ if ["info", "resume", "rerender", "merge"].iter().any(|name| code.contains(name)) => "",
+        _ if code.contains("--target-") => "--max-spp 16",
+        _ if code.contains(" -r ") => "",
+        _ if code.contains("explain") => "-r 200 150 -s 2",
+        _ => "-r 12 9",
     };
-    format!("{before}{command} {after}")
+    let Some((command, _)) = code.split_once("; echo $?") else {
+        return if code.contains("pathtracer ") { format!("{code} {size}") } else { code.into() };
+    };
+    format!("{command} {size} && exit 1 || test $? -eq {}", comment.trim())
 }
 
 #[cfg(unix)]
