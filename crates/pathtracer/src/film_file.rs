@@ -1,6 +1,6 @@
 //! Films in files: what a render has so far, from which it can go on, and which can be added up.
 //!
-//! A file is the line `pathtracer film 3`, the length of what it says about itself (u64, little endian), that
+//! A file is the line `pathtracer film 7`, the length of what it says about itself (u64, little endian), that
 //! as JSON ([`About`]), the film ([`Film::write`]), and the BLAKE3 hash of all before it (32 bytes). It is
 //! written beside its place, with `.part` behind its name, synchronised with the disk, and then takes the name, while
 //! the one that had it before is kept with `.old` behind it: whatever happens at whatever instant, one of the
@@ -12,13 +12,14 @@ use std::path::{Path, PathBuf};
 
 use pt_core::Film;
 use pt_core::film::FilmError;
+use pt_scene::image::{folder_of, sync_folder};
 use serde::{Deserialize, Serialize};
 
 use crate::cryptomatte::Names;
 use crate::identity::Entry;
 
 /// The first line of a file.
-const MAGIC: &[u8] = b"pathtracer film 6\n";
+const MAGIC: &[u8] = b"pathtracer film 7\n";
 
 /// What all versions of it begin with.
 const KIND: &[u8] = b"pathtracer film ";
@@ -130,7 +131,7 @@ fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
 pub fn restore(path: &Path) -> Result<(), FilmFileError> {
     let failed = |source| FilmFileError::Write { path: path.to_owned(), source };
     fs::rename(film_before(path), path).map_err(failed)?;
-    sync_folder(folder_of(path)).map_err(failed)
+    sync_folder(&folder_of(path)).map_err(failed)
 }
 
 /// Removes a film, the one before, and what a program that was killed left of another.
@@ -198,19 +199,7 @@ impl Written {
             _ => {}
         }
         fs::rename(part_of(&path), &path).map_err(failed)?;
-        sync_folder(folder_of(&path)).map_err(failed)
-    }
-}
-
-/// Waits until the disk has the names of a folder, where that can be asked for.
-fn sync_folder(folder: &Path) -> io::Result<()> {
-    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
-}
-
-fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
+        sync_folder(&folder_of(&path)).map_err(failed)
     }
 }
 

@@ -18,7 +18,7 @@ use crate::{formats, light_groups, target};
 /// More pixels than this do not fit into the memory of ordinary machines.
 const MOST_PIXELS: u64 = 1 << 28;
 /// What each of them takes, without what else is kept of it.
-const PIXEL_BYTES: u64 = 85;
+const PIXEL_BYTES: u64 = 125;
 /// The probability with which the course's paths go on.
 const COURSE_ROULETTE: f32 = 0.65;
 

@@ -232,7 +232,7 @@ pub(super) fn add(aovs: &[Aov], sums: &mut [ExactSum], sample: u32, hit: &FirstH
                     }
                 }
             }
-            Source::Id(id) if sample == 0 => own[0].add_multiple(f64::from(id(hit)) + 1.0),
+            Source::Id(id) if sample == 0 => own[0].add_f64(f64::from(id(hit)) + 1.0),
             _ => {}
         }
         rest = others;
@@ -403,6 +403,6 @@ mod tests {
         assert_eq!(bytes_per_pixel(&[Aov::Samples, Aov::Variance]), 0);
         let film = Film::with_aovs(Region::full([2, 1]), &[Aov::Samples]);
         assert_eq!(channel(&film, "samples.count"), Samples::Whole(vec![0; 2]));
-        assert_eq!(bytes_per_pixel(&[Aov::Depth, Aov::Normal]), 16 * (1 + 1 + 3));
+        assert_eq!(bytes_per_pixel(&[Aov::Depth, Aov::Normal]), 24 * (1 + 1 + 3));
     }
 }

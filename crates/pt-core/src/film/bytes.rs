@@ -2,13 +2,13 @@
 //!
 //! Whole numbers are little endian. In order: column, row, width, height and the first sample (u32 each);
 //! how many quantities are kept besides light (u32), and of each the length of its name (u32) and the name;
-//! counts (u32) pixel by pixel; the four sums (i128, in units of 2⁻⁶⁴) of each pixel; those of the other
+//! counts (u32) pixel by pixel; the four sums of each pixel; those of the other
 //! quantities; of each pixel for each quantity that counts things, how many things there are (u32), and of each its number and
 //! how many samples see it (u32 each), in the order of the numbers; of each pixel the three sums of each group of lights, which
-//! are quantities too, behind the others, called `light group` and their name; the luminance that was cut off (i128); how many
+//! are quantities too, behind the others, called `light group` and their name; the luminance that was cut off (a sum); how many
 //! samples were refused for each reason (u64 each, in the order of [`Fault::ALL`]), how many of them are named (u32), and of each its row, column and
 //! number, and the number of the reason (u32 each). Then 1 if there is a second half, which follows with all of the above, and
-//! else 0 (u32). Then 0, or 1 and the plan: its goal, rounds and least (u32 each), what is expected (three u64), the error
+//! else 0 (u32). Sums are of three words of 64 bits in units of 2⁻⁶⁴, those of squares of four in units of 2⁻¹²⁷. Then 0, or 1 and the plan: its goal, rounds and least (u32 each), what is expected (three u64), the error
 //! (f64, NaN for none), 0, or 1 and the densities of the pixels (f32), or 2 if these are alike; and 0, or 1 and 1 for each vacant pixel and 0 for
 //! each other (u8). Nothing else.
 
@@ -16,9 +16,11 @@ use std::io::{self, Write};
 
 use pt_math::sampler::SECOND_HALF;
 
-use super::exact::CHANNELS;
+use super::exact::SquareSum;
 use super::groups::PREFIX;
-use super::{Aov, ExactSum, Fault, Film, Plan, Region, Rejected, Rejections, Seen, Things, aov};
+use super::{
+    Aov, ExactSum, Fault, Film, Plan, Region, Rejected, Rejections, Seen, Sums, Things, aov,
+};
 
 /// Why bytes are no film.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
@@ -35,6 +37,12 @@ pub enum FilmError {
     /// The things that a pixel sees are not in the order of their numbers, each once.
     #[error("what a pixel sees is not in order")]
     Things,
+    /// A pixel has more samples than there are numbers of samples.
+    #[error("a pixel has samples beyond number 4294967295")]
+    Samples,
+    /// A sum is greater than that of so many samples can be.
+    #[error("a sum is greater than that of as many samples as there are can be")]
+    Sums,
     /// A second half does not fit.
     #[error("its halves are not of the same pixels, or keep not the same")]
     Halves,
@@ -96,14 +104,14 @@ impl Film {
             out.write_all(name.as_bytes())?;
         }
         put(out, counts, u32::to_le_bytes)?;
-        put(out, sums.as_flattened(), ExactSum::to_le_bytes)?;
-        put(out, aov_sums, ExactSum::to_le_bytes)?;
+        put(out, sums, bytes_of_pixel)?;
+        put(out, aov_sums, bytes_of_sum)?;
         for things in things.chunks(AT_ONCE) {
             let words: Vec<_> = things.iter().flat_map(words_of).collect();
             put(out, &words, u32::to_le_bytes)?;
         }
-        put(out, group_sums.as_flattened(), ExactSum::to_le_bytes)?;
-        put(out, &[*removed], ExactSum::to_le_bytes)?;
+        put(out, group_sums.as_flattened(), bytes_of_sum)?;
+        put(out, &[*removed], bytes_of_sum)?;
         put(out, &rejections.counts, u64::to_le_bytes)?;
         put(out, &[rejections.first.len() as u32], u32::to_le_bytes)?;
         let words = |r: &Rejected| [r.y, r.x, r.sample, r.fault as u32];
@@ -149,6 +157,57 @@ fn put<T: Copy, const N: usize>(
         out.write_all(&buffer)?;
     }
     Ok(())
+}
+
+/// Bytes of a sum.
+const SUM: usize = size_of::<ExactSum>();
+/// Those of what every pixel has.
+const PIXEL: usize = size_of::<Sums>();
+
+fn bytes_of_sum(sum: ExactSum) -> [u8; SUM] {
+    bytemuck::cast(sum.words().map(u64::to_le_bytes))
+}
+
+fn sum_of_bytes(bytes: [u8; SUM]) -> ExactSum {
+    ExactSum::from_words(bytemuck::cast::<_, [[u8; 8]; _]>(bytes).map(u64::from_le_bytes))
+}
+
+fn bytes_of_pixel(sums: Sums) -> [u8; PIXEL] {
+    let mut bytes = [0; PIXEL];
+    let (light, squares) = bytes.split_at_mut(3 * SUM);
+    light.copy_from_slice(sums.light.map(bytes_of_sum).as_flattened());
+    squares.copy_from_slice(sums.squares.words().map(u64::to_le_bytes).as_flattened());
+    bytes
+}
+
+fn pixel_of_bytes(bytes: [u8; PIXEL]) -> Sums {
+    let words: [[u8; 8]; PIXEL / 8] = bytemuck::cast(bytes);
+    let [r0, r1, r2, g0, g1, g2, b0, b1, b2, squares @ ..] = words.map(u64::from_le_bytes);
+    let light = [[r0, r1, r2], [g0, g1, g2], [b0, b1, b2]].map(ExactSum::from_words);
+    Sums { light, squares: SquareSum::from_words(squares) }
+}
+
+/// What is wrong with the sums of pixels that have so many samples each, if something is. Sums of more than samples can have could
+/// not be added up any more.
+fn fault_of_sums(film: &Film) -> Option<FilmError> {
+    let Film { first, counts, sums, aov_sums, group_sums, .. } = film;
+    let (per_pixel, groups) = (aov::sums_per_pixel(&film.aovs), film.light_groups.len());
+    for (i, (&count, sums)) in counts.iter().zip(sums).enumerate() {
+        if first.checked_add(count).is_none() {
+            return Some(FilmError::Samples);
+        }
+        let most = f64::from(count) * f64::from(ExactSum::LIMIT);
+        let aovs = &aov_sums[i * per_pixel..][..per_pixel];
+        let parts = group_sums[i * groups..][..groups].as_flattened();
+        let mut all = sums.light.iter().chain(aovs).chain(parts);
+        let most_of_squares = most * f64::from(ExactSum::LIMIT);
+        if !all.all(|sum| sum.value().abs() <= most)
+            || !(0.0..=most_of_squares).contains(&sums.squares.value())
+        {
+            return Some(FilmError::Sums);
+        }
+    }
+    None
 }
 
 /// What is written of the things that a pixel sees.
@@ -223,21 +282,18 @@ fn take_half(rest: &mut &[u8]) -> Option<Result<Film, FilmError>> {
     let pixels = u64::from(width) * u64::from(height);
     let per_pixel = aov::sums_per_pixel(&aovs) as u64;
     let counts = take(rest, pixels, u32::from_le_bytes)?;
-    let sums = take(rest, pixels, |bytes: [u8; 16 * CHANNELS]| {
-        let channels: [[u8; 16]; CHANNELS] = bytemuck::cast(bytes);
-        channels.map(ExactSum::from_le_bytes)
-    })?;
-    let aov_sums = take(rest, pixels.checked_mul(per_pixel)?, ExactSum::from_le_bytes)?;
+    let sums = take(rest, pixels, pixel_of_bytes)?;
+    let aov_sums = take(rest, pixels.checked_mul(per_pixel)?, sum_of_bytes)?;
     let things = pixels.checked_mul(aov::things(&aovs).count() as u64)?;
     let things = match (0..things).map(|_| take_things(rest)).collect::<Option<Result<_, _>>>()? {
         Ok(things) => things,
         Err(error) => return Some(Err(error)),
     };
     let groups = pixels.checked_mul(light_groups.len() as u64)?;
-    let group_sums = take(rest, groups, |bytes: [u8; 48]| {
-        bytemuck::cast::<_, [[u8; 16]; 3]>(bytes).map(ExactSum::from_le_bytes)
+    let group_sums = take(rest, groups, |bytes: [u8; 3 * SUM]| {
+        bytemuck::cast::<_, [[u8; SUM]; 3]>(bytes).map(sum_of_bytes)
     })?;
-    let removed = take(rest, 1, ExactSum::from_le_bytes)?.pop()?;
+    let removed = take(rest, 1, sum_of_bytes)?.pop()?;
     let counts_refused = take(rest, Fault::ALL.len() as u64, u64::from_le_bytes)?;
     let named = take_word(rest)?;
     let rejected = |bytes: [u8; 16]| {
@@ -265,7 +321,7 @@ fn take_half(rest: &mut &[u8]) -> Option<Result<Film, FilmError>> {
         second,
         plan,
     };
-    Some(Ok(film))
+    Some(fault_of_sums(&film).map_or(Ok(film), Err))
 }
 
 #[cfg(test)]
@@ -366,6 +422,27 @@ mod tests {
             bad[at..at + new.len()].copy_from_slice(&new);
             assert_eq!(Film::read(&bad), Err(FilmError::Things));
         }
+    }
+
+    /// A pixel of one sample, with sums at their limit and beyond, and one whose samples have no numbers.
+    #[test]
+    fn sums_and_counts_are_those_of_samples_that_can_be() {
+        let mut film = Film::new(Region::full([1, 1]));
+        let light = Spectrum::splat(ExactSum::LIMIT);
+        film.tiles(1, [0; 2])[0].add([0, 0], 0, &[light], None);
+        assert_eq!(Film::read(&bytes(&film)).as_ref(), Ok(&film));
+        let mut few = film.clone();
+        few.counts[0] = 0;
+        assert_eq!(Film::read(&bytes(&few)), Err(FilmError::Sums));
+        for (word, bit) in [(2, 1 << 62), (2, 1 << 63)] {
+            let mut large = film.clone();
+            let mut words = large.sums[0].light[1].words();
+            words[word] ^= bit;
+            large.sums[0].light[1] = ExactSum::from_words(words);
+            assert_eq!(Film::read(&bytes(&large)), Err(FilmError::Sums));
+        }
+        let late = Film { first: u32::MAX, ..film };
+        assert_eq!(Film::read(&bytes(&late)), Err(FilmError::Samples));
     }
 
     #[test]

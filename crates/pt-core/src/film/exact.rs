@@ -1,115 +1,119 @@
 //! Exact sums.
 
-use pt_math::Spectrum;
-use wide::{f64x4, u32x4};
+/// A sum of floating-point numbers as a fixed-point number of `WORDS` words of 64 bits, the least significant first, in
+/// two's complement, whose last bit is 2^−`FRACTION`: exact, hence associative and commutative.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Zeroable)]
+pub struct FixedPoint<const WORDS: usize, const FRACTION: i32>([u64; WORDS]);
 
-/// A sum of `f32` values as a fixed-point number: exact, hence associative and commutative.
-///
-/// The least significant bit is 2⁻⁶⁴. Magnitudes up to 2⁴⁸ keep 15 bits of head room, enough for
-/// 32,768 samples of the largest value, or 2³¹ samples of 2³².
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Zeroable)]
-pub struct ExactSum(i128);
+/// A sum of `f32` values of at most [`Self::LIMIT`], in steps of 2⁻⁶⁴, between −2¹²⁷ and 2¹²⁷: 2⁷⁹ values do not fill it.
+/// A pixel has fewer than 2³² samples, and an image of all pixels that memory holds fewer than 2⁷⁹.
+pub type ExactSum = FixedPoint<3, 64>;
+
+/// A sum of squares of such values, in steps of 2⁻¹²⁷, below 2¹²⁸: as many as a pixel has samples do not fill it.
+pub(super) type SquareSum = FixedPoint<4, 127>;
 
 impl ExactSum {
-    const FRACTION_BITS: i32 = 64;
-
     /// The largest magnitude of a single value.
     pub const LIMIT: f32 = (1u64 << 48) as f32;
+}
 
-    /// Adds a finite value of at most [`Self::LIMIT`]; digits below 2⁻⁶⁴ are cut off.
+impl<const WORDS: usize, const FRACTION: i32> Default for FixedPoint<WORDS, FRACTION> {
+    fn default() -> Self {
+        Self([0; WORDS])
+    }
+}
+
+impl<const WORDS: usize, const FRACTION: i32> FixedPoint<WORDS, FRACTION> {
+    /// Adds a finite value; digits below the last bit are cut off.
     #[inline]
     pub fn add(&mut self, value: f32) {
-        let bits = value.to_bits();
-        let exponent = ((bits >> 23) & 0xff) as i32;
-        if exponent == 0 {
-            return; // zero, or below 2⁻¹²⁶
-        }
-        let mantissa = i128::from((bits & 0x7f_ffff) | 0x80_0000);
-        let shift = exponent - 150 + Self::FRACTION_BITS;
-        let magnitude = match shift {
-            0.. => mantissa << shift.min(127 - 24),
-            -23..0 => mantissa >> -shift,
-            _ => 0,
-        };
-        self.0 = self.0.wrapping_add(if bits >> 31 == 0 { magnitude } else { -magnitude });
+        self.add_f64(f64::from(value));
     }
 
-    /// Adds a value below 2⁶² in magnitude that is a multiple of 2⁻⁶⁴.
+    /// Likewise.
     #[inline]
-    pub(super) fn add_multiple(&mut self, value: f64) {
+    pub(super) fn add_f64(&mut self, value: f64) {
         let bits = value.to_bits();
         let exponent = ((bits >> 52) & 0x7ff) as i32;
         if exponent == 0 {
-            return; // zero
+            return; // zero, or below 2⁻¹⁰²²
         }
-        let mantissa = i128::from((bits & 0xf_ffff_ffff_ffff) | 0x10_0000_0000_0000);
-        let shift = exponent - 1075 + Self::FRACTION_BITS;
-        let magnitude = if shift >= 0 { mantissa << shift } else { mantissa >> -shift };
-        self.0 = self.0.wrapping_add(if bits >> 63 == 0 { magnitude } else { -magnitude });
+        let mantissa = (bits & 0xf_ffff_ffff_ffff) | 0x10_0000_0000_0000;
+        let shift = exponent - 1075 + FRACTION;
+        let (mantissa, shift) = match u32::try_from(shift) {
+            Ok(shift) => (mantissa, shift),
+            Err(_) => (mantissa.checked_shr(shift.unsigned_abs()).unwrap_or(0), 0),
+        };
+        let shifted = u128::from(mantissa) << (shift % 64);
+        self.add_words(
+            (shift / 64) as usize,
+            [shifted as u64, (shifted >> 64) as u64],
+            bits >> 63 != 0,
+        );
+    }
+
+    /// Adds two words from number `first` on, or subtracts them.
+    #[inline]
+    fn add_words(&mut self, first: usize, words: [u64; 2], is_negative: bool) {
+        let mut carry = false;
+        for (i, own) in self.0.iter_mut().enumerate() {
+            let word = match i.wrapping_sub(first) {
+                0 => words[0],
+                1 => words[1],
+                _ => 0,
+            };
+            (*own, carry) = if is_negative {
+                own.borrowing_sub(word, carry)
+            } else {
+                own.carrying_add(word, carry)
+            };
+        }
     }
 
     /// Adds another sum.
     #[inline]
     pub fn merge(&mut self, other: Self) {
-        self.0 = self.0.wrapping_add(other.0);
+        let mut carry = false;
+        for (own, word) in self.0.iter_mut().zip(other.0) {
+            (*own, carry) = own.carrying_add(word, carry);
+        }
     }
 
-    /// The number of 2⁻⁶⁴, as bytes.
-    pub(super) fn to_le_bytes(self) -> [u8; 16] {
-        self.0.to_le_bytes()
+    /// Its words.
+    pub(super) fn words(self) -> [u64; WORDS] {
+        self.0
     }
 
-    pub(super) fn from_le_bytes(bytes: [u8; 16]) -> Self {
-        Self(i128::from_le_bytes(bytes))
+    /// From its words.
+    pub(super) fn from_words(words: [u64; WORDS]) -> Self {
+        Self(words)
     }
 
     /// The sum, rounded once.
     #[inline]
     pub fn value(self) -> f64 {
-        self.0 as f64 / 18_446_744_073_709_551_616.0
+        let is_negative = self.0[WORDS - 1] >> 63 != 0;
+        let mut magnitude = Self::default();
+        if is_negative {
+            let mut carry = true;
+            for (word, own) in magnitude.0.iter_mut().zip(self.0) {
+                (*word, carry) = (!own).carrying_add(0, carry);
+            }
+        } else {
+            magnitude = self;
+        }
+        let Some(top) = magnitude.0.iter().rposition(|word| *word != 0) else { return 0.0 };
+        let zeros = magnitude.0[top].leading_zeros();
+        let below = if top > 0 { magnitude.0[top - 1] } else { 0 };
+        let two = u128::from(magnitude.0[top]) << 64 | u128::from(below);
+        // 64 binary digits from the first on, of which the last stands for all that follow, too.
+        let digits = two << zeros;
+        let rest =
+            (digits as u64) != 0 || magnitude.0[..top.saturating_sub(1)].iter().any(|w| *w != 0);
+        let digits = (digits >> 64) as u64 | u64::from(rest);
+        let value = libm::ldexp(digits as f64, 64 * top as i32 - zeros as i32 - FRACTION);
+        if is_negative { -value } else { value }
     }
-}
-
-/// Sums kept of a pixel.
-pub(super) const CHANNELS: usize = 4;
-
-/// What is summed of a sample: red, green, blue, and the square of the luminance.
-#[inline(always)]
-pub(super) fn moments(l: Spectrum) -> [f32; CHANNELS] {
-    let [r, g, b] = l.to_array();
-    let y = l.luminance();
-    [r, g, b, (y * y).min(ExactSum::LIMIT)]
-}
-
-/// The sums of the samples' [`moments`], if all are numbers that [`ExactSum::add`] takes without
-/// cutting off digits, and no sum in `f64` is rounded: all are multiples of the last digit of the
-/// least of them that is not 0, and n times the greatest has at most 53 binary digits above that.
-#[inline]
-pub(super) fn sums(samples: impl ExactSizeIterator<Item = Spectrum>) -> Option<[f64; CHANNELS]> {
-    /// The least number without digits below 2⁻⁶⁴.
-    const LEAST: f32 = 1.0 / (1u64 << 41) as f32;
-    const EXPONENT: u32 = f32::MANTISSA_DIGITS - 1;
-    let mut sum = f64x4::ZERO;
-    // Magnitudes, whose bits have the same order; one less, so that 0 comes last.
-    let mut least = u32x4::splat(u32::MAX);
-    let mut greatest = u32x4::ZERO;
-    let count = samples.len();
-    for l in samples {
-        let values = moments(l);
-        sum += f64x4::new(values.map(f64::from));
-        let size = u32x4::new(values.map(f32::to_bits)) & u32x4::splat(i32::MAX as u32);
-        least = least.min(size - u32x4::splat(1));
-        greatest = greatest.max(size);
-    }
-    // Where all are 0, the order is inverted.
-    let least = (least + u32x4::splat(1)).to_array();
-    let digits = count.max(1).next_power_of_two().ilog2() + f32::MANTISSA_DIGITS;
-    let is_exact = |(least, greatest): (u32, u32)| {
-        let in_range = least >= LEAST.to_bits() && greatest <= ExactSum::LIMIT.to_bits();
-        let range = (greatest >> EXPONENT).wrapping_sub(least >> EXPONENT);
-        greatest == 0 || in_range && digits + range <= f64::MANTISSA_DIGITS
-    };
-    least.into_iter().zip(greatest.to_array()).all(is_exact).then(|| sum.to_array())
 }
 
 #[cfg(test)]
@@ -132,53 +136,64 @@ mod tests {
         assert!((forward.value() - want).abs() < 1e-18, "{} {want}", forward.value());
     }
 
-    #[test]
-    fn limits_do_not_overflow() {
-        let mut s = ExactSum::default();
-        for _ in 0..32_767 {
-            s.add(ExactSum::LIMIT);
+    /// 2^`doublings` times the same, by adding a sum to itself.
+    fn doubled<const W: usize, const F: i32>(value: f32, doublings: u32) -> FixedPoint<W, F> {
+        let mut sum = FixedPoint::default();
+        sum.add(value);
+        for _ in 0..doublings {
+            sum.merge(sum);
         }
-        assert_eq!(s.value(), 32_767.0 * f64::from(ExactSum::LIMIT));
+        sum
     }
 
-    /// Values that differ by more and more powers of two, so that first all sums, then some, and
-    /// then none can be computed in `f64`.
+    /// All powers of two that samples may have, of both signs, as often as all samples of a pixel (2³²) and of the largest
+    /// image (2⁷⁹ − 1 at most; here 2⁷⁸): the sum is the product.
     #[test]
-    fn sums_of_many_are_those_of_one_by_one_or_refused() {
-        let mut random = pt_testing::Random::new(3);
-        let mut seen = [0; 2];
-        for spread in (0..60).cycle().take(6000) {
-            let mut number = || {
-                let power = random.below(2 * spread + 1) as i32 - spread as i32;
-                let sign = [-1.0, 0.0, 1.0][random.below(3)];
-                sign * (1.0 + random.unit()) * 2f32.powi(power)
-            };
-            let samples: Vec<_> =
-                (0..=spread % 17).map(|_| Spectrum::rgb(number(), number(), number())).collect();
-            let fits = |l: &Spectrum| l.0.abs().max_element() <= ExactSum::LIMIT;
-            let Some(sums) = sums(samples.iter().copied()) else {
-                seen[0] += 1;
-                continue;
-            };
-            seen[1] += 1;
-            assert!(samples.iter().all(fits), "{samples:?}");
-            for (channel, sum) in sums.into_iter().enumerate() {
-                let [mut at_once, mut one_by_one] = [ExactSum::default(); 2];
-                at_once.add_multiple(sum);
-                for &l in &samples {
-                    one_by_one.add(moments(l)[channel]);
+    fn no_magnitude_sign_or_count_wraps_a_sum() {
+        for power in -64..=48 {
+            for sign in [1.0, -1.0] {
+                let value = sign * 2f32.powi(power);
+                for doublings in [0, 1, 31, 32, 33, 62, 63, 64, 65, 78] {
+                    let wanted = f64::from(sign) * 2f64.powi(power + doublings as i32);
+                    let sum: ExactSum = doubled(value, doublings);
+                    assert_eq!(sum.value(), wanted, "2^{doublings} times {value}");
+                    let mut none = sum;
+                    none.merge(doubled(-value, doublings));
+                    assert_eq!(
+                        none,
+                        ExactSum::default(),
+                        "2^{doublings} times {value}, and less it"
+                    );
                 }
-                assert_eq!(at_once, one_by_one, "{channel} of {samples:?}");
             }
         }
-        assert!(seen.into_iter().all(|n| n > 500), "{seen:?}");
+        for power in -127..=96 {
+            let value = f64::powi(2.0, power);
+            let mut sum = SquareSum::default();
+            sum.add_f64(value);
+            for doublings in 0..32 {
+                assert_eq!(
+                    sum.value(),
+                    value * f64::from(1u32 << doublings),
+                    "{power} {doublings}"
+                );
+                sum.merge(sum);
+            }
+            assert_eq!(sum.value() == value * 2f64.powi(32), power < 96, "{power}");
+        }
     }
 
+    /// Of numbers below 2¹²⁷ the sums are those of `i128`, whose conversion to `f64` rounds once.
     #[test]
-    fn what_is_no_number_is_not_summed() {
-        for x in [f32::NAN, f32::INFINITY, -f32::INFINITY, 2.0 * ExactSum::LIMIT, 1e-30] {
-            assert_eq!(sums([Spectrum::ONE, Spectrum::rgb(0.0, x, 0.0)].into_iter()), None, "{x}");
+    fn values_are_rounded_once_to_the_nearest() {
+        let mut random = pt_testing::Random::new(5);
+        let mut word = || (0..4).fold(0, |word: u64, _| word << 16 | random.below(1 << 16) as u64);
+        for length in (1..=127).cycle().take(20_000) {
+            let bits = (u128::from(word()) << 64 | u128::from(word())) >> (128 - length);
+            let number = bits as i128 * if word() & 1 == 0 { 1 } else { -1 };
+            let sign = (number >> 127) as u64;
+            let sum = FixedPoint::<3, 0>::from_words([number as u64, (number >> 64) as u64, sign]);
+            assert_eq!(sum.value(), number as f64, "{number}");
         }
-        assert_eq!(sums(std::iter::empty()), Some([0.0; CHANNELS]));
     }
 }

@@ -3,7 +3,7 @@
 use pt_math::Spectrum;
 use pt_scene::image::{Channel, Samples};
 
-use super::{ExactSum, Fault, Film, Moments, PixelSums};
+use super::{ExactSum, Fault, Film, Moments, PixelSums, Sums};
 
 /// Red, green and blue of a group.
 pub(super) type GroupSums = [ExactSum; 3];
@@ -40,8 +40,8 @@ impl Film {
     /// What is known of the light of a group in each pixel, in rows from the top: its mean is taken as that of the whole.
     fn pixels_of_group(&self, group: usize) -> impl Iterator<Item = PixelSums> {
         let moments = move |film: &Self, i: usize| {
-            let [r, g, b] = film.group_sums[i * film.light_groups.len() + group];
-            Moments { sums: [r, g, b, ExactSum::default()], count: film.counts[i] }
+            let light = film.group_sums[i * film.light_groups.len() + group];
+            Moments { sums: Sums { light, ..Sums::default() }, count: film.counts[i] }
         };
         (0..self.region.area()).map(move |i| {
             let second = self.second.as_deref().map(|second| moments(second, i));

@@ -10,13 +10,13 @@ mod measured;
 mod pixel;
 mod refused;
 mod region;
+mod sums;
 mod things;
 mod tile;
 mod unseen;
 
 pub use self::aov::{Aov, FirstHit};
 pub use self::bytes::FilmError;
-use self::exact::CHANNELS;
 pub use self::exact::ExactSum;
 use self::groups::GroupSums;
 pub use self::halves::{Half, Plan};
@@ -26,12 +26,10 @@ use self::pixel::Moments;
 pub use self::pixel::PixelSums;
 pub use self::refused::{Fault, Rejected, Rejections};
 pub use self::region::Region;
+use self::sums::Sums;
 pub use self::things::{Seen, Things};
 pub use self::tile::Tile;
 pub(crate) use self::unseen::{Wrong, deviations};
-
-/// Red, green, blue, and the square of the luminance.
-type Sums = [ExactSum; CHANNELS];
 
 /// The sums of a rectangle of pixels.
 #[derive(Clone, Debug, PartialEq)]
@@ -241,7 +239,7 @@ impl Film {
     /// same to the bit.
     ///
     /// # Panics
-    /// If it keeps something else, or one is in halves.
+    /// If it keeps something else, one is in halves, or a pixel has 2³² samples in both together.
     pub fn merge(&mut self, other: &Self) {
         assert!(self.keeps_as(other), "films that are merged keep the same");
         assert!(self.second.is_none() && other.second.is_none(), "halves are not merged");
@@ -256,10 +254,9 @@ impl Film {
             let own = self.group_sums[i * groups..].iter_mut().take(groups).flatten();
             let parts = other.group_sums[n * groups..].iter().flatten();
             own.zip(parts).for_each(|(a, b)| a.merge(*b));
-            self.counts[i] += other.counts[n];
-            for (a, b) in self.sums[i].iter_mut().zip(other.sums[n]) {
-                a.merge(b);
-            }
+            let count = self.counts[i].checked_add(other.counts[n]);
+            self.counts[i] = count.expect("all samples of a pixel are counted by 32 bits");
+            self.sums[i].merge(&other.sums[n]);
         }
         self.first = self.first.min(other.first);
         self.rejections.merge(&other.rejections);
@@ -321,6 +318,65 @@ mod tests {
         assert!((error.expect("there are samples") - 0.1f64.sqrt()).abs() < 1e-6, "{error:?}");
         assert_eq!(film(&[&grey([2.0, 4.0]), &[Spectrum::ONE]]).relative_error(), None);
         assert_eq!(film(&[&grey([0.0; 2])]).relative_error(), None);
+    }
+
+    /// Samples of the largest radiance, of both signs by a filter's weights, merged until a pixel has nearly all samples
+    /// that it may have: sums and errors are those of the closed form.
+    #[test]
+    fn films_hold_the_largest_light_of_all_samples_of_a_pixel() {
+        let bright = Spectrum::splat(ExactSum::LIMIT);
+        for weights in [[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]] {
+            let mut film = Film::new(Region::full([1, 1]));
+            film.tiles(1, [0; 2])[0].add([0, 0], 0, &[bright; 2], Some(&weights));
+            for _ in 0..30 {
+                film.merge(&film.clone());
+            }
+            let n = 2f64.powi(31);
+            assert_eq!(film.samples() as f64, n);
+            let limit = f64::from(ExactSum::LIMIT);
+            let wanted = 0.5 * limit * f64::from(weights[0] + weights[1]);
+            assert_eq!(film.pixel(0, 0).mean(), [wanted; 3]);
+            let deviation = (limit * limit - wanted * wanted).sqrt();
+            let error = film.pixel(0, 0).luminance().1 / limit;
+            let wanted = deviation / limit / (n - 1.0).sqrt();
+            assert!((error - wanted).abs() < 1e-3 * n.sqrt().recip(), "{error} {wanted}");
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "32 bits")]
+    fn more_samples_than_are_counted_are_not_merged() {
+        let mut film = film(&[&[Spectrum::ONE]]);
+        for _ in 0..32 {
+            film.merge(&film.clone());
+        }
+    }
+
+    /// The relative error of an image is the same, to the bit, for light that is 2ᵏ times as bright, as long as all digits of
+    /// its samples are above 2⁻⁶⁴; below, as far as the image itself has digits.
+    #[test]
+    fn relative_errors_do_not_depend_on_how_bright_a_scene_is() {
+        let mut random = pt_testing::Random::new(4);
+        let sky = |u: f32| if u < 0.5 { 0.0 } else { 0.5 };
+        let pixels: Vec<Vec<f32>> = (0..32)
+            .map(|i| (0..512).map(|_| sky(random.unit()) + 0.1 * (i % 4) as f32).collect())
+            .collect();
+        let of = |power: i32| {
+            let scaled = |v: &f32| Spectrum::splat(v * 2f32.powi(power));
+            let pixels: Vec<Vec<Spectrum>> =
+                pixels.iter().map(|samples| samples.iter().map(scaled).collect()).collect();
+            let pixels: Vec<&[Spectrum]> = pixels.iter().map(Vec::as_slice).collect();
+            film(&pixels).relative_error().expect("there is light")
+        };
+        let one = of(0);
+        assert!(one > 0.02 && one < 0.05, "{one}");
+        for power in -62..=48 {
+            let off = (of(power) / one - 1.0).abs();
+            // A sample has digits down to 2⁻⁶⁴; the least one that is not 0 is 0.1.
+            let digits = power - 4 + 64;
+            let allowed = if power >= -36 { 0.0 } else { 4.0 * 2f64.powi(-digits) };
+            assert!(off <= allowed, "2^{power}: off by {off}, {allowed} are allowed");
+        }
     }
 
     #[test]

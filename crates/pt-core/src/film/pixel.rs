@@ -13,8 +13,7 @@ impl Moments {
     /// Mean radiance; black without samples.
     pub(super) fn mean(&self) -> [f64; 3] {
         let n = f64::from(self.count.max(1));
-        let [r, g, b, _] = self.sums;
-        [r, g, b].map(|s| s.value() / n)
+        self.sums.light.map(|s| s.value() / n)
     }
 
     /// Mean luminance, and the variance of a sample, with Bessel's correction: (Σy² − (Σy)²/n)/(n − 1). Infinite
@@ -26,7 +25,7 @@ impl Moments {
             return (mean, f64::INFINITY);
         }
         let n = f64::from(self.count);
-        let [.., squares] = self.sums;
+        let squares = self.sums.squares;
         (mean, (squares.value() - n * mean * mean).max(0.0) / (n - 1.0))
     }
 }
@@ -78,7 +77,7 @@ impl PixelSums {
     /// Means of the luminance of a sample and of its square, over both halves; 0 without samples.
     pub(super) fn luminances(&self) -> (f64, f64) {
         let of_half = |half: Moments| {
-            let [.., squares] = half.sums;
+            let squares = half.sums.squares;
             (half.luminance().0, squares.value() / f64::from(half.count.max(1)))
         };
         match self.halves() {
@@ -111,14 +110,12 @@ impl PixelSums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::ExactSum;
+    use pt_math::Spectrum;
 
     fn moments(samples: &[f32]) -> Moments {
         let mut sums = Sums::default();
         for &v in samples {
-            for (sum, value) in sums.iter_mut().zip([v, v, v, v * v]) {
-                sum.add(value);
-            }
+            sums.add(Spectrum::splat(v));
         }
         Moments { sums, count: samples.len() as u32 }
     }
@@ -144,10 +141,6 @@ mod tests {
             assert_eq!(pixel.means_of_halves(), None);
         }
         assert_eq!(PixelSums::default().luminance(), (0.0, f64::INFINITY));
-        assert_eq!(moments(&[1.0]).sums[3], {
-            let mut one = ExactSum::default();
-            one.add(1.0);
-            one
-        });
+        assert_eq!(moments(&[2.0]).sums.squares.value(), 4.0);
     }
 }

@@ -2,8 +2,8 @@
 
 use pt_math::Spectrum;
 
-use super::exact::{moments, sums};
 use super::groups::{self, GroupSums};
+use super::sums::moments_of;
 use super::{
     Aov, ExactSum, Fault, FirstHit, Moments, PixelSums, Region, Rejected, Rejections, Seen, Sums,
     Things, aov,
@@ -112,15 +112,14 @@ impl<'a> Tile<'a> {
         if bits & !SIGN == 0 {
             return; // as where nothing is seen
         }
-        let sums = match weights {
+        let moments = match weights {
             _ if bits & SIGN != 0 => None, // perhaps negative
-            None => sums(samples.iter().copied()),
-            Some(weights) => sums(samples.iter().zip(weights).map(|(&l, &w)| l * w)),
+            None => moments_of(samples.iter().copied()),
+            Some(_) if samples.iter().any(|l| l.0.max_element() > ExactSum::LIMIT) => None,
+            Some(weights) => moments_of(samples.iter().zip(weights).map(|(&l, &w)| l * w)),
         };
-        if let Some(sums) = sums {
-            for (sum, value) in row.sums[column].iter_mut().zip(sums) {
-                sum.add_multiple(value);
-            }
+        if let Some(moments) = moments {
+            row.sums[column].add_moments(moments);
         } else {
             self.add_one_by_one(pixel, first, samples, weights);
         }
@@ -142,10 +141,7 @@ impl<'a> Tile<'a> {
                 self.refuse(pixel, first + i as u32, fault);
                 continue;
             }
-            let sums: &mut Sums = &mut self.rows[row].sums[column];
-            for (sum, value) in sums.iter_mut().zip(moments(light * weight)) {
-                sum.add(value);
-            }
+            self.rows[row].sums[column].add(light * weight);
         }
     }
 

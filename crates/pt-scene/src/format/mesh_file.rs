@@ -1,12 +1,13 @@
 //! What the mesh formats share: reading a file that a scene names, and a scene of one mesh.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use pt_math::color::linear_from_srgb;
 use pt_math::{DAffine3, DVec3};
 
 use super::triangulate::Triangulator;
+pub(super) use crate::image::folder_of;
 use crate::material::Matte;
 use crate::texture::{Input, Pattern, Texture};
 use crate::{Attribute, Geometry, LoadError, Material, Mesh, Object, Scene, Span, Warning};
@@ -81,11 +82,6 @@ fn colored(mesh: &Mesh) -> Option<Material> {
         hidden_emission: false,
         opacity: 1.0.into(),
     })
-}
-
-/// The folder of a file.
-pub(super) fn folder_of(path: &Path) -> PathBuf {
-    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_owned()
 }
 
 /// The text that a URL means: `%20` is a space.

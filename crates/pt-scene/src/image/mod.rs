@@ -17,7 +17,7 @@ use pt_math::color;
 use crate::guard::guarded;
 pub use error::ImageError;
 pub use tone::{Tone, ToneCurve};
-pub use write::write_atomically;
+pub use write::{folder_of, sync_folder, write_atomically};
 
 /// An image in linear Rec. 709.
 #[derive(Clone, Debug, PartialEq)]
