@@ -75,13 +75,13 @@ fn file_of(measurements: Measurements) -> Vec<u8> {
     std::fs::read(file.path()).expect("a readable file")
 }
 
-/// The files of the scenes are what the instrument measures. `PT_WRITE_EXPECTED=1` writes them.
+/// The files of the scenes are what the instrument measures. `PT_WRITE_GENERATED=1` writes them.
 #[test]
 fn files_of_scenes_are_what_is_measured() {
     for (name, measurements) in [("gloss.bsdf", glossy()), ("brushed.bsdf", brushed())] {
         let path: PathBuf = Path::new(SCENES).join("mitsuba").join(name);
         let bytes = file_of(measurements);
-        if std::env::var_os("PT_WRITE_EXPECTED").is_some() {
+        if std::env::var_os("PT_WRITE_GENERATED").is_some() {
             std::fs::write(&path, &bytes).expect("a writable folder");
         }
         assert!(bytes == std::fs::read(&path).expect("the file exists"), "{name}");

@@ -309,7 +309,7 @@ mod tests {
         tensor::write(&fields)
     }
 
-    /// The file of a pbrt-v4 scene has spectra, whose colours are those of which it was made to 15 %. `PT_WRITE_EXPECTED=1`
+    /// The file of a pbrt-v4 scene has spectra, whose colours are those of which it was made to 15 %. `PT_WRITE_GENERATED=1`
     /// writes it.
     #[test]
     fn the_file_of_a_scene_has_spectra() {
@@ -318,7 +318,7 @@ mod tests {
         let colors = parse(&colors).unwrap();
         let path = format!("{SCENES}/pbrt/gloss.bsdf");
         let bytes = by_wavelengths(&colors);
-        if std::env::var_os("PT_WRITE_EXPECTED").is_some() {
+        if std::env::var_os("PT_WRITE_GENERATED").is_some() {
             std::fs::write(&path, &bytes).expect("a writable folder");
         }
         assert!(bytes == std::fs::read(&path).expect("the file exists"));

@@ -24,7 +24,7 @@ fn value_of(path: &Path) -> Value {
 #[test]
 fn the_schema_of_the_page_is_that_of_the_program() {
     let page = Path::new(ROOT).join("docs/scene.schema.json");
-    if std::env::var_os("PT_WRITE_EXPECTED").is_some() {
+    if std::env::var_os("PT_WRITE_GENERATED").is_some() {
         std::fs::write(&page, json_schema()).expect("a writable folder");
     }
     assert_eq!(std::fs::read_to_string(&page).expect("a readable page"), json_schema());
