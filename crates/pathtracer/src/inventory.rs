@@ -118,7 +118,7 @@ impl Inventory {
     }
 }
 
-/// A session of a scene that is compiled without a tree, as fast as that goes: what cannot be rendered is an
+/// A session of a scene that is compiled without a tree, as fast as that goes, and in a studio, as renders are by default: what cannot be rendered is an
 /// error, and what becomes something else has a [note](Session::notes).
 ///
 /// # Errors
@@ -126,6 +126,7 @@ impl Inventory {
 pub fn compiled(scene: &Scene) -> Result<Session, CompileError> {
     let options = CompileOptions {
         bvh: BuildOptions { builder: Builder::None, ..BuildOptions::default() },
+        studio: true,
         ..CompileOptions::default()
     };
     let integrator = scene.settings.integrator.unwrap_or("path").to_owned();

@@ -54,7 +54,7 @@ pub use pt_scene::format::{
 };
 pub use pt_scene::image::{self, Image, Samples};
 pub use pt_scene::{
-    Aperture, Camera, DaySpan, Daylight, FileSettings, Filter, IesProfile, Light, LightKind,
+    Aperture, Camera, DaySpan, Daylight, FileSettings, Filter, Fit, IesProfile, Light, LightKind,
     LoadError, Moment, Place, Projection, Rows, Scene, Source, Span, Warning,
 };
 pub use session::Session;

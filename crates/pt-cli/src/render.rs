@@ -220,7 +220,7 @@ fn load_environment(
     let bytes =
         std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))?;
     sources.push(Source::of(path, &bytes));
-    let map: Image = image::decode(&bytes, path, Transfer::Srgb)?;
+    let mut map: Image = image::decode(&bytes, path, Transfer::Srgb)?;
     if course {
         let debug = pathtracer::course::probability_debug(&map);
         image::save_rgb8(Path::new("probability_debug.png"), map.width, map.height, &debug)?;
@@ -228,7 +228,11 @@ fn load_environment(
             course::environment_ready();
         }
     }
-    map.check_radiance().map_err(|message| anyhow::anyhow!("{}: {message}", path.display()))?;
+    for note in [map.make_radiance(), map.doubt_as_sky()].into_iter().flatten() {
+        if !request.cli.quiet {
+            eprintln!("note: {}: {note}", path.display());
+        }
+    }
     Ok(Some(EnvironmentMap::new(map.width, map.height, map.pixels)))
 }
 

@@ -18,6 +18,8 @@ pub struct Camera {
     pub shutter: [f64; 2],
     /// What it shows.
     pub projection: Projection,
+    /// Which side of what it shows an image of another shape keeps.
+    pub fit: Fit,
     /// Distance before which nothing is seen: along the viewing axis, or along each ray of a
     /// panorama.
     pub near: f64,
@@ -35,6 +37,18 @@ pub struct Camera {
     pub film_offset: [f64; 2],
     /// The medium that it is in, as an index into [`crate::Scene::media`]; `None` is empty space.
     pub medium: Option<u32>,
+}
+
+/// Which side of the view is that of the image, where their shapes differ: the other side follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Fit {
+    /// The one with which all of the view is in the image.
+    #[default]
+    Whole,
+    /// The width: a wide image shows less above and below.
+    Width,
+    /// The height: a narrow image shows less at the sides.
+    Height,
 }
 
 /// Which rays an image is made of.

@@ -29,7 +29,7 @@ pub mod span;
 pub mod spelling;
 pub mod texture;
 
-pub use camera::{Aperture, Camera, Projection};
+pub use camera::{Aperture, Camera, Fit, Projection};
 pub use error::{LoadError, Warning};
 pub use filter::Filter;
 pub use light::{DaySpan, Daylight, IesProfile, Light, LightKind, Moment, Place, Portal, Rows};

@@ -3,6 +3,10 @@
 mod common;
 #[path = "meshes/stl.rs"]
 mod stl;
+#[path = "meshes/text.rs"]
+mod text;
+#[path = "meshes/textured.rs"]
+mod textured;
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

@@ -350,3 +350,46 @@ fn our_scenes_are_read_without_notes() {
     common::check_invariants(&scene);
     assert_eq!((&scene.missing, &scene.warnings), (&Vec::new(), &Vec::new()));
 }
+
+/// A roof of two squares that meet at a right angle at x = 0, and a third that goes on below the second. In one group, the normal of the
+/// ridge is the mean of both sides; in two, and without any, each side has its own.
+#[test]
+fn corners_are_smooth_within_their_group() {
+    let read = |first: &str, second: &str, third: &str| {
+        let text = format!(
+            "v 0 0 1\nv 0 1 1\nv -1 1 0\nv -1 0 0\nv 1 0 0\nv 1 1 0\nv 2 0 -1\nv 2 1 -1\n\
+             {first}\nf 1 2 3 4\n{second}\nf 1 5 6 2\n{third}\nf 5 7 8 6\n"
+        );
+        parse(text.as_bytes(), Path::new("a.obj")).unwrap_or_else(|error| panic!("{error}"))
+    };
+    let at_ridge = |scene: &Scene| -> Vec<[f32; 3]> {
+        let mesh = mesh(scene);
+        let Some(normals) = &mesh.normals else { return Vec::new() };
+        let corners = (0..4).flat_map(|i| {
+            let triangle = mesh.triangles[i];
+            triangle.into_iter().zip(normals.corners(i, triangle))
+        });
+        corners.filter(|(p, _)| *p < 2).map(|(_, n)| normals.values[n as usize]).collect()
+    };
+    let is = |found: [f32; 3], expected: [f32; 3]| {
+        found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6)
+    };
+    let side = std::f32::consts::FRAC_1_SQRT_2;
+    for (first, second, third, smooth) in [
+        ("s 1", "", "s off", true),
+        ("s 1", "s off", "s 1", false),
+        ("s 1", "s 2", "", false),
+        ("s 0", "s 3", "s 3", false),
+        ("s on", "s 1", "s off", true),
+    ] {
+        let scene = read(first, second, third);
+        let found = at_ridge(&scene);
+        assert_eq!(found.len(), 6);
+        for normal in found {
+            let flat = is(normal, [-side, 0.0, side]) || is(normal, [side, 0.0, side]);
+            let mean = is(normal, [0.0, 0.0, 1.0]);
+            assert_eq!((mean, flat), (smooth, !smooth), "{first} {second}: {normal:?}");
+        }
+    }
+    assert!(mesh(&read("", "s off", "s 0")).normals.is_none());
+}

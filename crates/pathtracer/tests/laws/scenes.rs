@@ -59,6 +59,7 @@ pub(crate) fn camera(from: DVec3, to: DVec3, fov: [f64; 2]) -> Camera {
         aperture: None,
         focal_distance: 1.0,
         film_offset: [0.0; 2],
+        fit: pathtracer::Fit::Whole,
         medium: None,
     }
 }

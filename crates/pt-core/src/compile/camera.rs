@@ -2,7 +2,7 @@
 
 use pt_bvh::Knot;
 use pt_math::{Bounds3, DAffine3, DVec3, Vec3};
-use pt_scene::{Key, Projection as View, Scene, Span};
+use pt_scene::{Fit, Key, Projection as View, Scene, Span};
 
 use super::{CompileError, CompileOptions, diagonal, motion, studio};
 use crate::camera::{Aperture, Camera, Clip, Projection};
@@ -77,7 +77,8 @@ pub(super) fn compile(
             let file = scene.settings.resolution.filter(|_| explicit.is_none());
             let pixel = pixel_aspect(view, file);
             let [w, h] = resolution.map(f64::from);
-            let [x, y] = fit([extent[0], pixel * extent[1]], w / h);
+            let keep = author.map_or(Fit::Whole, |camera| camera.fit);
+            let [x, y] = fit([extent[0], pixel * extent[1]], w / h, keep);
             [x, y / pixel].map(|e| e as f32)
         }
     };
@@ -204,15 +205,20 @@ fn resolution(scene: &Scene, [x, y]: [f64; 2], options: &CompileOptions) -> [u32
     options.resolution.or(scene.settings.resolution).unwrap_or_else(suitable)
 }
 
-/// Widens the narrower side so that all of the author's view is in the image.
-fn fit([x, y]: [f64; 2], aspect: f64) -> [f64; 2] {
-    if x / y < aspect { [y * aspect, y] } else { [x, x / aspect] }
+/// The author's view with one side changed to the shape of the image.
+fn fit([x, y]: [f64; 2], aspect: f64, keep: Fit) -> [f64; 2] {
+    let keeps_height = match keep {
+        Fit::Whole => x / y < aspect,
+        Fit::Width => false,
+        Fit::Height => true,
+    };
+    if keeps_height { [y * aspect, y] } else { [x, x / aspect] }
 }
 
 /// The course fits the view to its window, then keeps the size of a pixel: another resolution
 /// shows more or less.
 fn course_extent(extent: [f64; 2], [w, h]: [u32; 2]) -> [f32; 2] {
-    let [_, y] = fit(extent, COURSE_WINDOW[0] / COURSE_WINDOW[1]);
+    let [_, y] = fit(extent, COURSE_WINDOW[0] / COURSE_WINDOW[1], Fit::Whole);
     let screen_distance = COURSE_WINDOW[1] / (2.0 * y);
     [w, h].map(|n| (f64::from(n) / (2.0 * screen_distance)) as f32)
 }
@@ -340,8 +346,14 @@ mod tests {
     }
 
     #[test]
-    fn the_whole_view_is_kept() {
-        assert_eq!(fit([1.0, 1.0], 2.0), [2.0, 1.0]);
-        assert_eq!(fit([2.0, 1.0], 1.0), [2.0, 2.0]);
+    fn the_side_that_is_asked_for_is_kept() {
+        for (view, aspect, whole, width, height) in [
+            ([1.0, 1.0], 2.0, [2.0, 1.0], [1.0, 0.5], [2.0, 1.0]),
+            ([2.0, 1.0], 1.0, [2.0, 2.0], [2.0, 2.0], [1.0, 1.0]),
+        ] {
+            assert_eq!(fit(view, aspect, Fit::Whole), whole);
+            assert_eq!(fit(view, aspect, Fit::Width), width);
+            assert_eq!(fit(view, aspect, Fit::Height), height);
+        }
     }
 }

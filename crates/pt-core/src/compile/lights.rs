@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, near, trig};
 use pt_scene::image::Image;
-use pt_scene::{DaySpan, Daylight, Light as Node, LightKind, Rows, Scene};
+use pt_scene::{DaySpan, Daylight, Light as Node, LightKind, Rows, Scene, Span};
 
 use super::geometry::{Emission, Emitter, Primitives, Shapes, is_similarity};
 use super::many_lights::sphere_light;
@@ -103,6 +103,7 @@ impl Lights {
         let axis = (-to_world.matrix3.z_axis).normalize_or_zero().as_vec3();
         match node.kind {
             LightKind::Environment { ref image, scale, rows, portal } => {
+                let image = &sky_of(image, &node.at, notes);
                 image.check_radiance().map_err(|e| error(format!("the image of the sky: {e}")))?;
                 let turn = orthogonal(to_world.matrix3).ok_or_else(|| {
                     error("the transformation of a sky may only turn, mirror and scale".into())
@@ -480,6 +481,18 @@ fn sun_of(light: &Daylight, limb: Option<u32>, to_sun: DVec3) -> Sun {
     let disk =
         DistantDisk::of_radiance(to_sun.as_vec3().normalize(), radius as f32, radiance.into());
     Sun { disk, up: Vec3::Y, limb }
+}
+
+/// The image of a sky without values that are no light, with a note where there are some.
+fn sky_of(image: &Arc<Image>, at: &Span, notes: &mut Vec<String>) -> Arc<Image> {
+    let mut note = |message: String| notes.push(format!("{at}: the image of the sky: {message}"));
+    image.doubt_as_sky().into_iter().for_each(&mut note);
+    if image.check_radiance().is_ok() {
+        return Arc::clone(image);
+    }
+    let mut light = Image::clone(image);
+    light.make_radiance().into_iter().for_each(&mut note);
+    if light == **image { Arc::clone(image) } else { Arc::new(light) }
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ mod camera;
 mod ellipsoid;
 mod emission;
 mod geometry;
+mod left_out;
 mod lights;
 mod look;
 mod many_lights;
@@ -170,11 +171,9 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
 
     let start = Instant::now();
     let bvh = build_bvh(&shapes, options.bvh)?;
-    let skipped = bvh.skipped() + shapes.placed.skipped;
-    if skipped > 0 {
-        notes.push(format!(
-            "{skipped} shapes have coordinates that are not finite numbers and were left out"
-        ));
+    let left_out = bvh.skipped() + shapes.placed.skipped;
+    if left_out > 0 {
+        left_out::note(left_out, shapes.out_of_range() + shapes.placed.out_of_range, &mut notes);
     }
     let bvh_time = start.elapsed();
     let first = shapes.triangles.len() + shapes.spheres.len();

@@ -91,6 +91,8 @@ pub(super) struct PlacedShapes {
     lights: Vec<MovingLight>,
     /// Shapes that no ray can hit.
     pub(super) skipped: u32,
+    /// Those of them that are out of the range of coordinates.
+    pub(super) out_of_range: u32,
 }
 
 impl PlacedShapes {
@@ -153,6 +155,7 @@ impl PlacedShapes {
         added?;
         let bvh = build_bvh(&own, options)?;
         self.skipped += bvh.skipped();
+        self.out_of_range += if bvh.skipped() > 0 { own.out_of_range() } else { 0 };
         Ok(OwnShapes { shapes: own, bvh: Arc::new(bvh), lights: Vec::new() })
     }
 

@@ -55,7 +55,9 @@ struct Noted {
     measurements: HashMap<PathBuf, Arc<Measurements>>,
     errors: Vec<LoadError>,
     missing: Vec<Warning>,
-    /// All of both as texts.
+    /// What the user should know about files.
+    notes: Vec<Warning>,
+    /// All errors and missing files as texts.
     told: HashSet<String>,
     /// Items that had an error.
     failures: usize,
@@ -158,11 +160,25 @@ impl Context {
         }
     }
 
-    /// Reads a picture that the scene names.
+    /// Reads a picture that the scene names. Values that are no finite numbers are replaced, with a note.
     ///
     /// # Errors
     /// As [`Self::read`], or if it is no picture, or larger than the limits allow.
     pub(super) fn picture(&self, path: &Path, numbers: Numbers) -> Result<Decoded, String> {
+        let pixels = self.pixels(path, numbers)?;
+        if pixels.frame.is_none() {
+            return Ok(pixels);
+        }
+        let whole = pixels.framed().map_err(|why| format!("{} {why}", path.display()))?;
+        self.check_picture(Ok(whole), path)
+    }
+
+    /// As [`Self::picture`], but the pixels alone that the file has, wherever they lie in the picture, as Mitsuba and pbrt-v4
+    /// read them.
+    ///
+    /// # Errors
+    /// As [`Self::picture`].
+    pub(super) fn pixels(&self, path: &Path, numbers: Numbers) -> Result<Decoded, String> {
         // An unknown ending is the better message where the file is missing as well.
         image::check_readable(path).map_err(|error| error.to_string())?;
         self.admit(path)?;
@@ -170,7 +186,11 @@ impl Context {
         let Picture { source, decoded } =
             self.pictures.get(&key, Clone::clone, |key| self.look_at(&key))?;
         self.noted().sources.push(source);
-        self.check_picture(decoded, path)
+        let mut decoded = self.check_picture(decoded, path)?;
+        if let Some(message) = decoded.image.make_finite() {
+            self.note(mesh_file::place(path, 0), message);
+        }
+        Ok(decoded)
     }
 
     /// Says which pictures the scene is likely to ask for, in this order, so that threads can decode several at once. Where
@@ -323,6 +343,14 @@ impl Context {
         }
     }
 
+    /// Notes what the user should know about a file, once.
+    pub(super) fn note(&self, at: Span, message: String) {
+        let (mut noted, note) = (self.noted(), Warning { at, message });
+        if noted.notes.len() < Self::MOST_NOTED && !noted.notes.contains(&note) {
+            noted.notes.push(note);
+        }
+    }
+
     /// Tells those who make a material that it shows a texture whose image is missing.
     pub(super) fn be_loud(&self) {
         self.noted().is_loud = true;
@@ -335,7 +363,8 @@ impl Context {
 
     /// What came of the reading. With [`LoadOptions::strict`], missing files are errors.
     pub(super) fn finish(&self, result: Result<Scene, LoadError>) -> Reading {
-        let Noted { sources, mut errors, missing, .. } = std::mem::take(&mut *self.noted());
+        let Noted { sources, mut errors, missing, notes: of_files, .. } =
+            std::mem::take(&mut *self.noted());
         let mut scene = result
             .and_then(|scene| match self.spend_on_meshes(&scene) {
                 Ok(()) => Ok(scene),
@@ -351,6 +380,9 @@ impl Context {
             errors.extend(missing.iter().cloned().map(as_error));
         }
         errors.sort_by_key(|error| self.order(error.place()));
+        if let Some(scene) = &mut scene {
+            scene.warnings.extend(of_files);
+        }
         let notes = scene.as_ref().map(|scene| scene.warnings.clone()).unwrap_or_default();
         if let Some(scene) = &mut scene {
             scene.missing.clone_from(&missing);

@@ -1,6 +1,6 @@
 //! What the mesh formats share: reading a file that a scene names, and a scene of one mesh.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pt_math::color::linear_from_srgb;
@@ -82,6 +82,29 @@ fn colored(mesh: &Mesh) -> Option<Material> {
         hidden_emission: false,
         opacity: 1.0.into(),
     })
+}
+
+/// The path of a file that a scene names: as it is written, or with slashes in place of the backslashes of Windows. An absolute
+/// path that leads nowhere is one of another machine: the file is the longest end of it that is in the folder, if there is one.
+pub(super) fn locate(folder: &Path, name: &str) -> PathBuf {
+    let as_written = folder.join(name);
+    if as_written.is_file() {
+        return as_written;
+    }
+    let with_slashes = name.replace('\\', "/");
+    let Some(below_root) = below_root(&with_slashes) else { return folder.join(with_slashes) };
+    let deeper = below_root.match_indices('/').map(|(at, _)| &below_root[at + 1..]);
+    let mut ends = std::iter::once(below_root).chain(deeper).map(|end| folder.join(end));
+    ends.find(|path| path.is_file()).unwrap_or(as_written)
+}
+
+/// What follows the root of an absolute path with slashes, which may have the letter of a drive.
+fn below_root(path: &str) -> Option<&str> {
+    let rest = path.strip_prefix('/').unwrap_or(path);
+    match rest.as_bytes() {
+        [letter, b':', b'/', ..] if letter.is_ascii_alphabetic() => Some(&rest[3..]),
+        _ => path.strip_prefix('/'),
+    }
 }
 
 /// The text that a URL means: `%20` is a space.

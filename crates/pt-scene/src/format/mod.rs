@@ -26,6 +26,7 @@ mod spectra;
 mod stl;
 mod substitute;
 mod tensor;
+mod text;
 mod transform;
 mod triangulate;
 mod vol;

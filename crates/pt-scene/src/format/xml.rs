@@ -9,6 +9,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use super::limits::Limits;
+use super::text::with_line_feeds;
 use crate::spelling::alike;
 use crate::{LoadError, Span, Warning};
 
@@ -162,17 +163,21 @@ impl Number for u32 {
     const NAME: &str = "a whole number from 0 to 4294967295";
 }
 
-/// The text of a file: UTF-8, or UTF-16 with a byte order mark.
+/// The text of a file: UTF-8, or UTF-16 with a byte order mark; its lines end in line feeds.
 ///
 /// # Errors
 /// If it is neither; the message says where.
 pub(super) fn decode<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, str>, LoadError> {
-    match bytes {
-        [0xFF, 0xFE, rest @ ..] => decode_utf16(rest, u16::from_le_bytes, path).map(Cow::Owned),
-        [0xFE, 0xFF, rest @ ..] => decode_utf16(rest, u16::from_be_bytes, path).map(Cow::Owned),
-        [0xEF, 0xBB, 0xBF, rest @ ..] => decode_utf8(rest, path).map(Cow::Borrowed),
-        _ => decode_utf8(bytes, path).map(Cow::Borrowed),
-    }
+    let text: Cow<str> = match bytes {
+        [0xFF, 0xFE, rest @ ..] => decode_utf16(rest, u16::from_le_bytes, path)?.into(),
+        [0xFE, 0xFF, rest @ ..] => decode_utf16(rest, u16::from_be_bytes, path)?.into(),
+        [0xEF, 0xBB, 0xBF, rest @ ..] => decode_utf8(rest, path)?.into(),
+        _ => decode_utf8(bytes, path)?.into(),
+    };
+    Ok(match with_line_feeds(text.as_bytes()) {
+        Cow::Owned(changed) => String::from_utf8_lossy(&changed).into_owned().into(),
+        Cow::Borrowed(_) => text,
+    })
 }
 
 /// UTF-8 without a byte order mark.

@@ -13,7 +13,8 @@ use exr::prelude::{
 };
 
 use super::{
-    Channel, Compression, Decoded, Image, Numbers, Precision, Samples, SaveOptions, check_size,
+    Channel, Compression, Decoded, Frame, Image, Numbers, Precision, Samples, SaveOptions,
+    check_size,
 };
 
 /// The primaries and white point of Rec. 709. [ITU-R BT.709]
@@ -23,6 +24,9 @@ const REC709: Chromaticities = Chromaticities {
     blue: Vec2(0.15, 0.06),
     white: Vec2(0.3127, 0.3290),
 };
+
+/// How much red, green and blue of Rec. 709 count for the luminance. [ITU-R BT.709]
+const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 /// See [`super::Writer`]. One part with channels B, G, R, and those of the options, in scan lines.
 pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, String> {
@@ -155,11 +159,20 @@ fn attribute_length(header: &[u8]) -> Option<usize> {
     (length <= header.len()).then_some(length)
 }
 
-/// See [`super::Reader`]. Half, float and integer channels R, G, B, or Y alone, of the part
+/// See [`super::Reader`]. Half, float and integer channels R, G, B, or Y alone or with RY and BY, of the part
 /// without a name or of the first that has them, and A beside them; other channels are ignored.
 /// What is stored is linear light.
 pub(super) fn read(bytes: &[u8], _: Numbers) -> Result<Decoded, String> {
-    let failed = |e: exr::error::Error| format!("is no valid EXR file: {e}");
+    let failed = |e: exr::error::Error| {
+        match e {
+        exr::error::Error::NotSupported(what) if what.contains("subsampling") => {
+            "has channels with fewer pixels than others, as luminance and chroma have; save it with R, G and B, or with all \
+             channels in full"
+                .to_owned()
+        }
+        e => format!("is no valid EXR file: {e}"),
+    }
+    };
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
     check_size(sum_of_pixels(&meta, |header| header.channels.bytes_per_pixel), bytes.len())?;
     check_size(sum_of_pixels(&meta, bytes_in_memory), usize::MAX)?;
@@ -174,13 +187,16 @@ pub(super) fn read(bytes: &[u8], _: Numbers) -> Result<Decoded, String> {
         .map_err(failed)?;
     let mut parts: Vec<_> = file.layer_data.iter().collect();
     parts.sort_by_key(|part| part.attributes.layer_name.is_some());
+    let window = file.attributes.display_window;
     let found = parts.iter().find_map(|part| {
         let channels = &part.channel_data.list;
-        let samples = |c: usize| &channels[c].sample_data;
-        let (rgb, alpha) = color_channels(channels)?;
-        Some((part.size, rgb.map(samples), alpha.map(samples)))
+        let (colors, alpha) = color_channels(channels)?;
+        let origin = part.attributes.layer_position;
+        let offset = [(origin.0, window.position.0), (origin.1, window.position.1)]
+            .map(|(data, display)| i64::from(data) - i64::from(display));
+        Some((part, colors, alpha, offset))
     });
-    let Some((size, rgb, alpha)) = found else {
+    let Some((part, colors, alpha, offset)) = found else {
         let names: Vec<_> = parts
             .iter()
             .flat_map(|part| &part.channel_data.list)
@@ -188,7 +204,44 @@ pub(super) fn read(bytes: &[u8], _: Numbers) -> Result<Decoded, String> {
             .collect();
         return Err(format!("has no channels R, G, B, and no Y; it has {}", names.join(", ")));
     };
-    assemble(size, rgb, alpha)
+    let samples = |c: usize| &part.channel_data.list[c].sample_data;
+    let mut decoded = assemble(part.size, colors.channels().map(samples), alpha.map(samples))?;
+    if let Colors::Chroma(_) = colors {
+        decoded.image.pixels.iter_mut().for_each(|pixel| *pixel = from_chroma(*pixel));
+    }
+    if offset != [0; 2] || part.size != window.size {
+        let side = |n: usize| u32::try_from(n).map_err(|_| "is too large".to_owned());
+        decoded.frame = Some(Frame { offset, size: [side(window.size.0)?, side(window.size.1)?] });
+    }
+    Ok(decoded)
+}
+
+/// The channels that have the colours of a part, by their positions.
+#[derive(Clone, Copy)]
+enum Colors {
+    /// Red, green and blue.
+    Rgb([usize; 3]),
+    /// Luminance alone.
+    Grey(usize),
+    /// RY, luminance and BY.
+    Chroma([usize; 3]),
+}
+
+impl Colors {
+    fn channels(self) -> [usize; 3] {
+        match self {
+            Self::Rgb(channels) | Self::Chroma(channels) => channels,
+            Self::Grey(channel) => [channel; 3],
+        }
+    }
+}
+
+/// Red, green and blue from RY = (R − Y) / Y, Y and BY = (B − Y) / Y. [Kainz & Bogart, "Technical Introduction to OpenEXR",
+/// section on luminance/chroma images]
+fn from_chroma([ry, y, by]: [f32; 3]) -> [f32; 3] {
+    let [weight_r, weight_g, weight_b] = LUMINANCE;
+    let (r, b) = ((ry + 1.0) * y, (by + 1.0) * y);
+    [r, (y - r * weight_r - b * weight_b) / weight_g, b]
 }
 
 /// See [`super::MetadataReader`]: the attributes of the first part that are texts.
@@ -227,17 +280,20 @@ fn sum_of_pixels(meta: &MetaData, bytes_per_pixel: impl Fn(&Header) -> usize) ->
     })
 }
 
-/// The positions of red, green and blue among the channels of a part: R, G, B without a prefix,
-/// else Y, else the first prefix (a layer's name and a dot) that has them; and that of A with the
+/// The colours among the channels of a part: R, G, B without a prefix,
+/// else Y, perhaps with RY and BY, else the first prefix (a layer's name and a dot) that has them; and that of A with the
 /// same prefix.
-fn color_channels(channels: &[AnyChannel<FlatSamples>]) -> Option<([usize; 3], Option<usize>)> {
+fn color_channels(channels: &[AnyChannel<FlatSamples>]) -> Option<(Colors, Option<usize>)> {
     let names: Vec<_> = channels.iter().map(|channel| channel.name.to_string()).collect();
     let position = |name: String| names.iter().position(|n| *n == name);
     let with_prefix = |prefix: &str| {
         let color = |c: &str| position(format!("{prefix}{c}"));
         let rgb = match (color("R"), color("G"), color("B"), color("Y")) {
-            (Some(r), Some(g), Some(b), _) => [r, g, b],
-            (_, _, _, Some(y)) => [y; 3],
+            (Some(r), Some(g), Some(b), _) => Colors::Rgb([r, g, b]),
+            (_, _, _, Some(y)) => match (color("RY"), color("BY")) {
+                (Some(ry), Some(by)) => Colors::Chroma([ry, y, by]),
+                _ => Colors::Grey(y),
+            },
             _ => return None,
         };
         Some((rgb, color("A")))
@@ -260,5 +316,5 @@ fn assemble(
     let [r, g, b] = rgb.map(FlatSamples::values_as_f32);
     let pixels = r.zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect();
     let alpha = alpha.map(|plane| plane.values_as_f32().collect());
-    Ok(Decoded { image: Image { width, height, pixels }, alpha })
+    Ok(Decoded { image: Image { width, height, pixels }, alpha, frame: None })
 }

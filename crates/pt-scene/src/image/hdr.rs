@@ -43,7 +43,11 @@ pub(super) fn read(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
         return Err("divided by its EXPOSURE or COLORCORR, has infinite colours".to_owned());
     }
     super::check_shape(width as u32, height as u32, pixels.len())?;
-    Ok(Decoded { image: Image { width: width as u32, height: height as u32, pixels }, alpha: None })
+    Ok(Decoded {
+        image: Image { width: width as u32, height: height as u32, pixels },
+        alpha: None,
+        frame: None,
+    })
 }
 
 /// What comes before the pixels.

@@ -30,7 +30,7 @@ pub(super) fn read(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
         pixels.map(|p| p.map(|v| table[usize::from(v)])).collect()
     };
     super::check_shape(width, height, pixels.len())?;
-    Ok(Decoded { image: Image { width, height, pixels }, alpha: None })
+    Ok(Decoded { image: Image { width, height, pixels }, alpha: None, frame: None })
 }
 
 /// What one of 256 levels stands for. Files do not say how they relate to light; they are taken as

@@ -31,6 +31,51 @@ pub struct Image {
 }
 
 impl Image {
+    /// Replaces what is no number by 0, and what is infinite by the greatest finite number of the image, of either sign. Says
+    /// how many pixels had such a channel, and where the first one is; `None` if none had.
+    pub fn make_finite(&mut self) -> Option<String> {
+        self.mend(f32::NEG_INFINITY, "that are no finite numbers")
+    }
+
+    /// As [`Self::make_finite`], and replaces negative numbers by 0.
+    pub fn make_radiance(&mut self) -> Option<String> {
+        self.mend(0.0, "that are no radiance (finite numbers from 0 up)")
+    }
+
+    fn mend(&mut self, least: f32, what: &str) -> Option<String> {
+        let is_good = |v: &f32| v.is_finite() && *v >= least;
+        let is_bad = |p: &[f32; 3]| !p.iter().all(is_good);
+        let first = self.pixels.iter().position(is_bad)?;
+        let value = self.pixels[first];
+        let finite = self.pixels.as_flattened().iter().filter(|v| v.is_finite());
+        let greatest = finite.fold(0.0_f32, |most, v| most.max(v.abs()));
+        let mut count = 0_usize;
+        for pixel in self.pixels[first..].iter_mut().filter(|p| is_bad(p)) {
+            count += 1;
+            *pixel = pixel.map(|v| {
+                let v = if v.is_nan() { 0.0 } else { v.clamp(-greatest, greatest) };
+                v.max(least)
+            });
+        }
+        let (x, y) = (first % self.width as usize, first / self.width as usize);
+        let (all, s) = (self.pixels.len(), if count == 1 { "" } else { "s" });
+        Some(format!(
+            "{count} pixel{s} of {all} with values {what}; the first one is ({x}, {y}), {value:?}, counted from the upper \
+             left. What is no number or negative becomes 0, what is infinite the greatest number of the image"
+        ))
+    }
+
+    /// What may be meant otherwise of an image that is taken as a sky in latitude and longitude: a square one.
+    pub fn doubt_as_sky(&self) -> Option<String> {
+        (self.width == self.height && self.width > 1).then(|| {
+            format!(
+                "the image of the sky is square ({} × {}), and taken as latitude and longitude, which is twice as wide as \
+                 high; turn light probes (angular maps, mirrored balls) and octahedral maps into that first",
+                self.width, self.height
+            )
+        })
+    }
+
     /// Checks that the pixels are radiance.
     ///
     /// # Errors
@@ -174,6 +219,54 @@ pub struct Decoded {
     /// The opacity of each pixel in the order of the colours, if the file has it; 0 is clear and 1
     /// is opaque.
     pub alpha: Option<Vec<f32>>,
+    /// Where the pixels lie in the picture, if that has another size: the display window of OpenEXR.
+    pub frame: Option<Frame>,
+}
+
+/// A picture of which some pixels are there, or that has some beyond its edges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame {
+    /// Where the first pixel is, from the upper left corner of the picture to the right and down.
+    pub offset: [i64; 2],
+    /// Width and height of the picture.
+    pub size: [u32; 2],
+}
+
+impl Decoded {
+    /// The picture: black and clear where no pixels are, and without those beyond its edges.
+    ///
+    /// # Errors
+    /// If it holds more than a gibibyte of pixels.
+    pub fn framed(self) -> Result<Self, String> {
+        let Some(Frame { offset, size: [width, height] }) = self.frame else { return Ok(self) };
+        let count = u64::from(width) * u64::from(height);
+        check_size(count.checked_mul(size_of::<[f32; 4]>() as u64), usize::MAX)?;
+        let count = count as usize;
+        let mut picture = Self {
+            image: Image { width, height, pixels: vec![[0.0; 3]; count] },
+            alpha: self.alpha.as_ref().map(|_| vec![0.0; count]),
+            frame: None,
+        };
+        let of = |side: i64, begin: i64, length: u32| {
+            let from = (-begin).clamp(0, side);
+            let to = (i64::from(length) - begin).clamp(from, side);
+            from as usize..to as usize
+        };
+        let columns = of(i64::from(self.image.width), offset[0], width);
+        for row in of(i64::from(self.image.height), offset[1], height) {
+            let from = row * self.image.width as usize;
+            let source = from + columns.start..from + columns.end;
+            let to = (row as i64 + offset[1]) as usize * width as usize;
+            let start = to + (columns.start as i64 + offset[0]) as usize;
+            let target = start..start + columns.len();
+            picture.image.pixels[target.clone()]
+                .copy_from_slice(&self.image.pixels[source.clone()]);
+            if let (Some(alpha), Some(own)) = (&mut picture.alpha, &self.alpha) {
+                alpha[target].copy_from_slice(&own[source]);
+            }
+        }
+        Ok(picture)
+    }
 }
 
 /// Bytes of a file to pixels. The error says what is wrong with the content.
@@ -327,7 +420,7 @@ pub fn load_raw(path: &Path) -> Result<Image, ImageError> {
 /// As [`load`].
 pub fn load_rgba_raw(path: &Path) -> Result<Decoded, ImageError> {
     codec_with(path, |codec| codec.read)?;
-    decode_as(&read_file(path)?, path, Numbers::Stored)
+    decode_framed(&read_file(path)?, path, Numbers::Stored)
 }
 
 /// Whether pictures with the ending of a name can be read.
@@ -353,10 +446,15 @@ pub fn metadata(path: &Path) -> Result<Vec<(String, String)>, ImageError> {
 /// # Errors
 /// As [`load`], but nothing is read.
 pub fn decode(bytes: &[u8], path: &Path, untagged: Transfer) -> Result<Image, ImageError> {
-    Ok(decode_as(bytes, path, Numbers::Light(untagged))?.image)
+    Ok(decode_framed(bytes, path, Numbers::Light(untagged))?.image)
 }
 
-/// Decodes the content of a file; `path` gives the ending, and the name for messages.
+fn decode_framed(bytes: &[u8], path: &Path, numbers: Numbers) -> Result<Decoded, ImageError> {
+    decode_as(bytes, path, numbers)?.framed().map_err(content_error(path))
+}
+
+/// Decodes the content of a file; `path` gives the ending, and the name for messages. The pixels are those that the file has,
+/// wherever they lie in the [picture](Decoded::framed).
 ///
 /// # Errors
 /// As [`decode`].

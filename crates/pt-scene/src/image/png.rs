@@ -48,7 +48,7 @@ pub(super) fn write_bytes(width: u32, height: u32, pixels: &[[u8; 3]]) -> Result
 
 /// Numbers as they are to be stored: each as the nearest level, of which the highest is 1.
 pub(super) fn write_stored(stored: &Decoded, bits: BitDepth) -> Result<Vec<u8>, String> {
-    let Decoded { image, alpha } = stored;
+    let Decoded { image, alpha, .. } = stored;
     let numbers = image.pixels.iter().enumerate().flat_map(|(i, [r, g, b])| {
         [Some(*r), Some(*g), Some(*b), alpha.as_ref().map(|alpha| alpha[i])].into_iter().flatten()
     });
@@ -120,7 +120,7 @@ pub(super) fn read(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
     let pixels = decode(&data, frame.color_type, frame.bit_depth, curve)?;
     super::check_shape(width, height, pixels.len())?;
     let alpha = alpha(&data, frame.color_type, frame.bit_depth);
-    Ok(Decoded { image: Image { width, height, pixels }, alpha })
+    Ok(Decoded { image: Image { width, height, pixels }, alpha, frame: None })
 }
 
 /// See [`super::MetadataReader`]: the chunks `tEXt` and `iTXt` before the pixels.

@@ -13,6 +13,7 @@ mod course_log;
 mod geometry;
 mod look;
 mod robustness;
+mod variants;
 
 use std::path::{Path, PathBuf};
 

@@ -3,6 +3,7 @@
 mod metadata;
 #[path = "../common/panics.rs"]
 mod panics;
+mod windows;
 
 use std::fs;
 use std::io::Cursor;

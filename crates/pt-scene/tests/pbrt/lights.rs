@@ -203,6 +203,46 @@ fn with_picture(width: u32, pixels: Vec<[f32; 3]>, text: &str) -> (LightKind, DA
     (light.kind, light.to_world)
 }
 
+/// The middle of the square is +z of the map, which is +y of the light; the middle of its right edge is +x of both, and that of
+/// its lower edge +y of the map, which is +z of the light. [pbrt-v4, `GoniometricLight`; Clarberg 2008]
+#[test]
+fn goniometric_maps_have_their_z_along_y() {
+    const SIDE: u32 = 33;
+    let spots = [(16, 16, DVec3::Y), (32, 16, DVec3::X), (0, 16, DVec3::NEG_X)];
+    let spots = spots.into_iter().chain([(16, 32, DVec3::Z), (16, 0, DVec3::NEG_Z)]);
+    for (x, y, expected) in spots {
+        let mut pixels = vec![[0.0; 3]; (SIDE * SIDE) as usize];
+        pixels[(y * SIDE + x) as usize] = [1.0; 3];
+        let text = "LightSource \"goniometric\" \"string filename\" \"slide.exr\"";
+        let (kind, to_world) = with_picture(SIDE, pixels, text);
+        let LightKind::Ies { profile, .. } = kind else { panic!("{kind:?}") };
+        // Intensity along a direction of the light, by the angles of the luminaire, which hangs along −z of its own.
+        let along = |direction: DVec3| {
+            let DVec3 { x, y, z } = to_world.matrix3.inverse() * direction;
+            let vertical = (-z).acos().to_degrees();
+            let horizontal = y.atan2(x).to_degrees().rem_euclid(360.0);
+            profile.candela(vertical as f32, horizontal as f32)
+        };
+        for axis in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [axis, -axis]) {
+            assert_eq!(along(axis) > 0.5, axis == expected, "{x} {y}: {axis}");
+        }
+    }
+}
+
+#[test]
+fn values_in_quotes_are_told_as_such() {
+    for (light, expected) in [
+        ("\"bool twosided\" \"true\"", "written without quotes: \"bool twosided\" true"),
+        ("\"bool twosided\" [ \"false\" ]", "written without quotes: \"bool twosided\" false"),
+        ("\"bool twosided\" yes", "\"yes\" is neither true nor false"),
+        ("\"float scale\" \"2\"", "written without quotes: \"float scale\" 2"),
+        ("\"string filename\" a.exr", "expected a text in quotes: \"a.exr\""),
+    ] {
+        let error = refusal(&format!("AreaLightSource \"diffuse\" {light} Shape \"sphere\""));
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
 /// What a slide lets through towards a direction of the world.
 fn thrown((kind, to_world): &(LightKind, DAffine3), direction: DVec3) -> [f32; 3] {
     let LightKind::LinearSpot { intensity, cutoff_angle, texture: Some(slide), .. } = kind else {

@@ -110,6 +110,20 @@ fn meshes_without_coordinates_get_those_of_pbrt_where_a_texture_asks() {
     assert_eq!(ball.uvs.as_ref().expect("coordinates").values[top][1], 1.0);
 }
 
+/// v is 0 at −z where a sphere stands as one, too: +z of the sphere of ours, where its v is 0, is there. Its x and y stay.
+#[test]
+fn v_grows_upwards_on_spheres_without_textures() {
+    for (text, scale) in [("", 1.0), ("Scale 2 2 2 ", 2.0), ("Scale -1 1 1 ", 1.0)] {
+        let scene = read("", &format!("{text}AreaLightSource \"diffuse\" Shape \"sphere\""));
+        let to_world = scene.objects[0].to_world;
+        assert!(matches!(scene.objects[0].geometry, Geometry::Sphere { .. }), "{text}");
+        assert_eq!(to_world.transform_vector3(DVec3::Z), DVec3::NEG_Z * scale);
+        let x = if text.contains('-') { -1.0 } else { scale };
+        assert_eq!(to_world.transform_vector3(DVec3::X), DVec3::X * x);
+        assert_eq!(to_world.transform_vector3(DVec3::Y), DVec3::Y * scale);
+    }
+}
+
 #[test]
 fn a_light_of_two_sides_is_two_sheets() {
     let scene = read(

@@ -4,13 +4,14 @@ use pt_math::DAffine3;
 
 use super::reader::{Reader, child, name_of};
 use crate::format::xml::Node;
-use crate::{Camera, LoadError, Projection};
+use crate::{Camera, Fit, LoadError, Projection};
 
 /// Horizontal field of view, in degrees, of cameras that give none (as in the course program).
 const DEFAULT_X_FOV: f64 = 50.0;
 /// Half of the width that orthographic cameras see which give no size.
 const DEFAULT_X_MAG: f64 = 1.0;
-/// Width over height where it follows from nothing (800×600 in the course program).
+/// Width over height where it follows from nothing, of images that have no size yet and under `--cs184` (800×600 in the
+/// course program).
 const DEFAULT_ASPECT: f64 = 4.0 / 3.0;
 /// Limits of sight that are not written (as in the course program).
 const DEFAULT_NEAR: f64 = 0.001;
@@ -26,12 +27,12 @@ pub(super) fn read<'a>(
 ) -> Result<Option<Camera>, LoadError> {
     let technique = child(camera, "optics").and_then(|o| child(o, "technique_common"));
     let view = |tag| technique.and_then(|t| child(t, tag));
-    let (view, projection) = if let Some(perspective) = view("perspective") {
-        let [x_fov, y_fov] = fields_of_view(reader, perspective)?;
-        (perspective, Projection::Perspective { x_fov, y_fov })
+    let (view, projection, fit) = if let Some(perspective) = view("perspective") {
+        let ([x_fov, y_fov], fit) = fields_of_view(reader, perspective)?;
+        (perspective, Projection::Perspective { x_fov, y_fov }, fit)
     } else if let Some(orthographic) = view("orthographic") {
-        let [half_width, half_height] = magnifications(reader, orthographic)?;
-        (orthographic, Projection::Orthographic { half_width, half_height })
+        let ([half_width, half_height], fit) = magnifications(reader, orthographic)?;
+        (orthographic, Projection::Orthographic { half_width, half_height }, fit)
     } else {
         let message = "it has no <optics> with a <technique_common> with a <perspective> or \
                        <orthographic>; it is left out";
@@ -64,6 +65,7 @@ pub(super) fn read<'a>(
         aperture: None,
         focal_distance: DEFAULT_FOCAL_DISTANCE,
         film_offset: [0.0; 2],
+        fit,
         medium: None,
     }))
 }
@@ -74,7 +76,7 @@ pub(super) fn read<'a>(
 fn magnifications<'a>(
     reader: &mut Reader<'a>,
     orthographic: Node<'a>,
-) -> Result<[f64; 2], LoadError> {
+) -> Result<([f64; 2], Fit), LoadError> {
     let size = |tag| {
         child(orthographic, tag)
             .map(|element| match reader.scalar(element)? {
@@ -86,16 +88,13 @@ fn magnifications<'a>(
             })
             .transpose()
     };
-    let (x, y) = (size("xmag")?, size("ymag")?);
-    let aspect = aspect_ratio(reader, orthographic, x.is_some() && y.is_some())?;
-    Ok(match (x, y) {
-        (Some(x), Some(y)) => [x, y],
-        (None, Some(y)) => [y * aspect, y],
-        (x, None) => {
-            let x = x.unwrap_or(DEFAULT_X_MAG);
-            [x, x / aspect]
-        }
-    })
+    let sizes = [size("xmag")?, size("ymag")?];
+    if sizes == [None; 2] {
+        let message = format!("it has no <xmag> and no <ymag>; <xmag> {DEFAULT_X_MAG} is taken");
+        reader.warn(orthographic, message);
+    }
+    let times = |size: f64, factor: f64| size * factor;
+    sides(reader, orthographic, sizes, DEFAULT_X_MAG, times)
 }
 
 /// Both fields of view, in degrees, from what there is of `xfov`, `yfov` and `aspect_ratio`.
@@ -104,7 +103,7 @@ fn magnifications<'a>(
 fn fields_of_view<'a>(
     reader: &mut Reader<'a>,
     perspective: Node<'a>,
-) -> Result<[f64; 2], LoadError> {
+) -> Result<([f64; 2], Fit), LoadError> {
     let angle = |tag| {
         child(perspective, tag)
             .map(|element| match reader.scalar(element)? {
@@ -116,32 +115,52 @@ fn fields_of_view<'a>(
             })
             .transpose()
     };
-    let (x, y) = (angle("xfov")?, angle("yfov")?);
-    let aspect = aspect_ratio(reader, perspective, x.is_some() && y.is_some())?;
+    let angles = [angle("xfov")?, angle("yfov")?];
+    if angles == [None; 2] {
+        let message = format!("it has no <xfov> and no <yfov>; <xfov> {DEFAULT_X_FOV} is taken");
+        reader.warn(perspective, message);
+    }
+    sides(reader, perspective, angles, DEFAULT_X_FOV, with_tangent_of_half_times)
+}
+
+/// Two sides of a view, from what there is of them and of `aspect_ratio`; `times` makes the one of the other, by the ratio
+/// of their lengths. Without a ratio, the given side is kept, and the other follows from the shape of the image. [COLLADA
+/// 1.5.0, "perspective"]
+fn sides<'a>(
+    reader: &mut Reader<'a>,
+    view: Node<'a>,
+    [x, y]: [Option<f64>; 2],
+    default_x: f64,
+    times: impl Fn(f64, f64) -> f64,
+) -> Result<([f64; 2], Fit), LoadError> {
+    /// By how much of itself a ratio may differ from that of the sides.
+    const TOLERANCE: f64 = 0.01;
+    let given = aspect_ratio(reader, view)?;
+    let aspect = given.unwrap_or(DEFAULT_ASPECT);
+    let fit = |side| if given.is_some() { Fit::Whole } else { side };
     Ok(match (x, y) {
-        (Some(x), Some(y)) => [x, y],
-        (None, Some(y)) => [with_tangent_of_half_times(y, aspect), y],
+        (Some(x), Some(y)) => {
+            let follows = times(y, aspect);
+            if given.is_some() && (follows - x).abs() > TOLERANCE * x {
+                let message = "its width, its height and its <aspect_ratio> do not fit together; width and height \
+                               are taken";
+                reader.warn(view, message);
+            }
+            ([x, y], Fit::Whole)
+        }
+        (None, Some(y)) => ([times(y, aspect), y], fit(Fit::Height)),
         (x, None) => {
-            let x = x.unwrap_or(DEFAULT_X_FOV);
-            [x, with_tangent_of_half_times(x, 1.0 / aspect)]
+            let x = x.unwrap_or(default_x);
+            ([x, times(x, aspect.recip())], fit(Fit::Width))
         }
     })
 }
 
-/// Width over height, with a warning where it is missing and matters.
-fn aspect_ratio<'a>(
-    reader: &mut Reader<'a>,
-    view: Node<'a>,
-    follows: bool,
-) -> Result<f64, LoadError> {
-    let Some(element) = child(view, "aspect_ratio") else {
-        if !follows {
-            reader.warn(view, "<aspect_ratio> is missing; 4:3 is assumed");
-        }
-        return Ok(DEFAULT_ASPECT);
-    };
+/// Width over height, if it is given.
+fn aspect_ratio<'a>(reader: &Reader<'a>, view: Node<'a>) -> Result<Option<f64>, LoadError> {
+    let Some(element) = child(view, "aspect_ratio") else { return Ok(None) };
     match reader.scalar(element)? {
-        aspect if aspect > 0.0 => Ok(aspect),
+        aspect if aspect > 0.0 && aspect.is_finite() => Ok(Some(aspect)),
         bad => {
             let message = format!("expected width over height, above 0, found {bad}");
             Err(reader.error(element, message))

@@ -114,8 +114,13 @@ fn opaque<'a>(
 fn glass<'a>(reader: &mut Reader<'a>, scope: &Scope<'a>) -> Result<Option<Glass>, LoadError> {
     /// Differences from 0 and 1 that are rounding.
     const TOLERANCE: f32 = 0.01;
-    let Some(transparent) = child(scope.shader, "transparent") else { return Ok(None) };
-    let transmitted = match paint(reader, scope, transparent)? {
+    let alone = child(scope.shader, "transparency");
+    let Some(transparent) = child(scope.shader, "transparent").or(alone) else { return Ok(None) };
+    let color = match transparent.tag_name().name() {
+        "transparency" => Some(Paint::Color([1.0; 4])),
+        _ => paint(reader, scope, transparent)?,
+    };
+    let transmitted = match color {
         Some(Paint::Color(color)) => transmittance(reader, scope, transparent, color)?,
         Some(Paint::Texture(Painting { file, .. })) => {
             let message =
@@ -143,7 +148,7 @@ fn glass<'a>(reader: &mut Reader<'a>, scope: &Scope<'a>) -> Result<Option<Glass>
 }
 
 /// The light that passes, by the colour of `<transparent>`, its `opaque` mode and
-/// `<transparency>` (COLLADA 1.5.0, "Determining Transparency").
+/// `<transparency>`, which alone scales an opaque colour (COLLADA 1.5.0, "Determining Transparency").
 fn transmittance<'a>(
     reader: &mut Reader<'a>,
     scope: &Scope<'a>,

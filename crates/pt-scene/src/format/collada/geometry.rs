@@ -1,6 +1,6 @@
 //! Geometries: meshes, and the spheres of the course's profile.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use pt_math::DVec3;
@@ -19,17 +19,22 @@ pub(super) struct Shape<'a> {
     pub(super) symbols: Arc<[Option<&'a str>]>,
 }
 
-/// Reads a geometry, once; `None`, with a warning, if there is nothing to see.
+/// Which set of texture coordinates the material of a symbol lies on, where an instance says so.
+pub(super) type Sets<'a> = BTreeMap<&'a str, usize>;
+
+/// Reads a geometry, once for the same sets of texture coordinates; `None`, with a warning, if there is nothing to see.
 pub(super) fn read<'a>(
     reader: &mut Reader<'a>,
     geometry: Node<'a>,
+    sets: Sets<'a>,
 ) -> Result<Option<Shape<'a>>, LoadError> {
-    if let Some(shape) = reader.shapes.get(&geometry.id()) {
+    let key = (geometry.id(), sets);
+    if let Some(shape) = reader.shapes.get(&key) {
         return Ok(shape.clone());
     }
     let sphere = course_techniques(geometry).find_map(|t| child(t, "sphere"));
     let shape = match (child(geometry, "mesh"), sphere) {
-        (Some(mesh), _) => read_mesh(reader, geometry, mesh)?,
+        (Some(mesh), _) => read_mesh(reader, geometry, mesh, &key.1)?,
         (None, Some(sphere)) => Some(read_sphere(reader, sphere)?),
         (None, None) => {
             let message = match elements(geometry).map(|n| n.tag_name().name()).next() {
@@ -42,7 +47,7 @@ pub(super) fn read<'a>(
             None
         }
     };
-    reader.shapes.insert(geometry.id(), shape.clone());
+    reader.shapes.insert(key, shape.clone());
     Ok(shape)
 }
 
@@ -63,12 +68,13 @@ fn read_mesh<'a>(
     reader: &mut Reader<'a>,
     geometry: Node<'a>,
     mesh: Node<'a>,
+    sets: &Sets<'a>,
 ) -> Result<Option<Shape<'a>>, LoadError> {
     let mut builder = Builder::default();
     for element in elements(mesh) {
         match element.tag_name().name() {
             "triangles" | "polylist" | "polygons" | "tristrips" | "trifans" => {
-                primitives::read(reader, &mut builder, element)?;
+                primitives::read(reader, &mut builder, element, sets)?;
             }
             tag @ ("lines" | "linestrips") => {
                 reader.warn(element, format!("<{tag}> have no area; they are left out"));

@@ -19,10 +19,7 @@ pub(super) fn bind<'a>(
     instance: Node<'a>,
     symbols: &[Option<&'a str>],
 ) -> Result<Vec<Option<u32>>, LoadError> {
-    let bound: Vec<_> = children(instance, "bind_material")
-        .filter_map(|bind| child(bind, "technique_common"))
-        .flat_map(|technique| children(technique, "instance_material"))
-        .collect();
+    let bound: Vec<_> = bindings(instance).collect();
     let mut by_symbol = HashMap::new();
     for binding in &bound {
         by_symbol.entry(binding.attribute("symbol").unwrap_or_default()).or_insert(*binding);
@@ -44,6 +41,13 @@ pub(super) fn bind<'a>(
         });
     }
     Ok(materials)
+}
+
+/// The materials that an instance of a geometry binds.
+pub(super) fn bindings(instance: Node<'_>) -> impl Iterator<Item = Node<'_>> {
+    children(instance, "bind_material")
+        .filter_map(|bind| child(bind, "technique_common"))
+        .flat_map(|technique| children(technique, "instance_material"))
 }
 
 /// What stands in for a material that is not bound.

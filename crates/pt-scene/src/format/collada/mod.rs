@@ -9,6 +9,7 @@
 //! Sources: COLLADA Digital Asset Schema Release 1.4.1 and 1.5.0 (Khronos Group, 2008).
 
 mod camera;
+mod coordinates;
 mod course_log;
 mod effect;
 mod geometry;

@@ -4,7 +4,7 @@ use pt_math::DAffine3;
 use roxmltree::Children;
 
 use super::reader::{Reader, child, name_of};
-use super::{camera, geometry, light, material, transform};
+use super::{camera, coordinates, geometry, light, material, transform};
 use crate::format::context::Context;
 use crate::format::xml::{Node, quote};
 use crate::{LoadError, Object};
@@ -118,7 +118,8 @@ fn place_geometry<'a>(
     geometry: Node<'a>,
     to_world: DAffine3,
 ) -> Result<(), LoadError> {
-    let Some(shape) = geometry::read(reader, geometry)? else { return Ok(()) };
+    let sets = coordinates::sets(reader, instance)?;
+    let Some(shape) = geometry::read(reader, geometry, sets)? else { return Ok(()) };
     reader.count_placed(instance, shape.symbols.len())?;
     let materials = material::bind(reader, instance, &shape.symbols)?;
     let names = [name_of(node), name_of(geometry)];

@@ -4,18 +4,19 @@ use std::ops::Range;
 
 use pt_math::DVec3;
 
-use super::geometry::{Builder, MISSING};
+use super::geometry::{Builder, MISSING, Sets};
 use super::reader::{Reader, child, elements};
 use super::source::{NonFinite, Pool, inputs, whole_number};
 use crate::LoadError;
 use crate::format::triangulate::Triangulator;
 use crate::format::xml::{Node, words};
 
-/// Adds the triangles of a primitive element to a mesh.
+/// Adds the triangles of a primitive element to a mesh, with the set of texture coordinates of its material.
 pub(super) fn read<'a>(
     reader: &mut Reader<'a>,
     builder: &mut Builder<'a>,
     primitive: Node<'a>,
+    sets: &Sets<'a>,
 ) -> Result<(), LoadError> {
     let lists = index_lists(reader, primitive);
     if lists.is_empty() {
@@ -24,7 +25,8 @@ pub(super) fn read<'a>(
         }
         return Ok(());
     }
-    let lanes = Lanes::of(reader, builder, primitive)?;
+    let set = primitive.attribute("material").and_then(|symbol| sets.get(symbol)).copied();
+    let lanes = Lanes::of(reader, builder, primitive, set)?;
     let mut faces = Faces { builder, lanes: &lanes, cutter: Triangulator::default(), lost: [0; 2] };
     let mut count = 0;
     for p in lists {
@@ -162,6 +164,27 @@ fn all_inputs<'a>(
     Ok((found, stride))
 }
 
+/// Leaves out all texture coordinates but those of the set that is asked for; if there are none of that set, they are kept,
+/// with a warning.
+fn keep_set<'a>(
+    reader: &mut Reader<'a>,
+    primitive: Node<'a>,
+    inputs: &mut Vec<Input<'a>>,
+    set: Option<usize>,
+) {
+    let Some(set) = set else { return };
+    let is_coordinate = |input: &Input| input.semantic == "TEXCOORD";
+    if inputs.iter().any(|input| is_coordinate(input) && input.set == set) {
+        inputs.retain(|input| !is_coordinate(input) || input.set == set);
+    } else if inputs.iter().any(is_coordinate) {
+        let message = format!(
+            "a <bind_vertex_input> asks for set {set} of its texture coordinates, which it has not; those of the lowest set \
+             are taken"
+        );
+        reader.warn(primitive, message);
+    }
+}
+
 impl Lane {
     /// Reads the source of the first input with a meaning, of the lowest set if there are several.
     fn of<'a, const N: usize>(
@@ -192,8 +215,10 @@ impl Lanes {
         reader: &mut Reader<'a>,
         builder: &mut Builder<'a>,
         primitive: Node<'a>,
+        set: Option<usize>,
     ) -> Result<Self, LoadError> {
-        let (inputs, stride) = all_inputs(reader, primitive)?;
+        let (mut inputs, stride) = all_inputs(reader, primitive)?;
+        keep_set(reader, primitive, &mut inputs, set);
         let Builder { positions, normals, uvs, .. } = builder;
         let position = Lane::of(reader, positions, &inputs, "POSITION", NonFinite::Refuse)?;
         let Some(position) = position else {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use roxmltree::NodeId;
 
-use super::geometry::Shape;
+use super::geometry::{Sets, Shape};
 use crate::format::context::Context;
 use crate::format::mesh_file;
 use crate::format::xml::{Document, Node, did_you_mean, quote};
@@ -32,8 +32,8 @@ pub(super) struct Reader<'a> {
     pub(super) materials: HashMap<NodeId, u32>,
     /// Each image read, or why it is missing.
     pub(super) images: HashMap<PathBuf, Result<Arc<Image>, String>>,
-    /// Each geometry read; `None` if there is nothing to see.
-    pub(super) shapes: HashMap<NodeId, Option<Shape<'a>>>,
+    /// Each geometry read, with the sets of texture coordinates that were asked for; `None` if there is nothing to see.
+    pub(super) shapes: HashMap<(NodeId, Sets<'a>), Option<Shape<'a>>>,
     /// Whether the file is written for the course, whose common materials mean their diffuse
     /// colour alone: it uses the course's profile for a material or a light.
     pub(super) of_course: bool,

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::reader::Reader;
-use crate::format::mesh_file;
+use crate::format::mesh_file::{locate, percent_decoded};
 use crate::format::xml::{Node, quote};
 use crate::image::{Numbers, Transfer};
 use crate::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
@@ -39,14 +39,16 @@ pub(super) fn pictures(reader: &Reader<'_>) -> Vec<(PathBuf, Numbers)> {
     files.map(|file| (path_of(reader, file), NUMBERS)).collect()
 }
 
-/// The path of a file that is named by a URL: relative to the folder of the scene, or with `file://`.
+/// The path of a file that is named by a URL: relative to the folder of the scene, or with `file:`.
 fn path_of(reader: &Reader<'_>, url: &str) -> PathBuf {
     let folder = reader.document.path().parent().unwrap_or(Path::new(""));
-    let url = url.strip_prefix("file://localhost").unwrap_or(url);
-    let text = url.strip_prefix("file://").unwrap_or(url);
-    let as_written = folder.join(text);
+    let text = ["file://localhost", "file://", "file:"]
+        .into_iter()
+        .find_map(|scheme| url.strip_prefix(scheme))
+        .unwrap_or(url);
     // Many exporters write names as they are.
-    if as_written.is_file() { as_written } else { folder.join(mesh_file::percent_decoded(text)) }
+    let as_written = locate(folder, text);
+    if as_written.is_file() { as_written } else { locate(folder, &percent_decoded(text)) }
 }
 
 /// What is beyond the edges of an image, by the sampler that shows it.

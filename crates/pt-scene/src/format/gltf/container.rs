@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::super::Limits;
-use super::super::mesh_file;
+use super::super::{mesh_file, text};
 use crate::{LoadError, Span};
 
 /// The first four bytes of a binary file, "glTF". [glTF 2.0, §4.4.2]
@@ -28,7 +28,7 @@ pub(super) fn open<'a>(
     } else {
         (bytes, None)
     };
-    let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
+    let json = &*text::lines(json, path)?;
     let values = json.iter().filter(|byte| b",[{".contains(byte)).count();
     let most = limits.elements(MOST_VALUES);
     if values > most {

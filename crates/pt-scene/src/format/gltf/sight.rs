@@ -4,7 +4,7 @@ use pt_math::{DAffine3, DMat3};
 
 use super::Reader;
 use super::item::Item;
-use crate::{Camera, Light, LightKind, LoadError, Projection};
+use crate::{Camera, Fit, Light, LightKind, LoadError, Projection};
 
 /// The highest number that there is.
 const ANY: f64 = f32::MAX as f64;
@@ -32,7 +32,7 @@ impl<'a> Reader<'a> {
         let missing = || camera.error(format!("its \"{kind}\" is missing"));
         let view = view.ok_or_else(missing)?;
         let projection = if kind == "perspective" {
-            self.perspective(&view)?
+            Self::perspective(&view)?
         } else {
             let half = |field: &str| {
                 let size = view.number(field)?.map(f64::abs).filter(|size| *size > 0.0);
@@ -40,6 +40,9 @@ impl<'a> Reader<'a> {
             };
             Projection::Orthographic { half_width: half("xmag")?, half_height: half("ymag")? }
         };
+        // Without a ratio, that of the image is taken. [glTF 2.0, §5.13]
+        let is_free = kind == "perspective" && !view.has("aspectRatio");
+        let fit = if is_free { Fit::Height } else { Fit::Whole };
         let near = view.number_in("znear", 0.0..=ANY, 0.0)?.max(DEFAULT_NEAR);
         let far = view.number_in("zfar", 0.0..=ANY, DEFAULT_FAR.max(2.0 * near))?;
         if near >= far {
@@ -57,20 +60,18 @@ impl<'a> Reader<'a> {
             aperture: None,
             focal_distance: 1.0,
             film_offset: [0.0; 2],
+            fit,
             medium: None,
         });
         Ok(())
     }
 
     /// tan(x/2) = aspect · tan(y/2).
-    fn perspective(&mut self, view: &Item<'a>) -> Result<Projection, LoadError> {
+    fn perspective(view: &Item<'a>) -> Result<Projection, LoadError> {
         let y = view.number("yfov")?.filter(|y| 0.0 < *y && *y < std::f64::consts::PI);
         let message = "expected an angle above 0 and below π, in radians";
         let y = y.ok_or_else(|| view.refuse("yfov", message))?;
         let aspect = view.number_in("aspectRatio", 1e-6..=1e6, DEFAULT_ASPECT)?;
-        if !view.has("aspectRatio") {
-            self.warn(view, "\"aspectRatio\" is missing; 4:3 is assumed");
-        }
         let x = 2.0 * libm::atan(aspect * libm::tan(0.5 * y));
         Ok(Projection::Perspective { x_fov: x.to_degrees(), y_fov: y.to_degrees() })
     }

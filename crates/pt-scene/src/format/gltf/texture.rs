@@ -243,7 +243,7 @@ fn placement(info: &Item<'_>) -> Result<DMat3, LoadError> {
 
 /// What is meant of an image.
 pub(super) fn part(stored: &Decoded, content: Content) -> Image {
-    let Decoded { image: Image { width, height, pixels }, alpha } = stored;
+    let Decoded { image: Image { width, height, pixels }, alpha, .. } = stored;
     let opacity = |i: usize| alpha.as_ref().map_or(1.0, |alpha| alpha[i]);
     let texels = pixels.iter().enumerate();
     let pixels = match content {

@@ -6,14 +6,14 @@ use std::sync::Arc;
 use pt_math::DAffine3;
 use serde_json::{Value, json};
 
-use super::describe::{Described, Fields, Plain, put, record};
+use super::describe::{Described, Fields, Plain, put, record, words};
 use super::node::{Keys, Node, TYPE};
 use super::number::{ABOVE_0, ANY, Each, FROM_0, PerhapsInfinite};
 use super::out::{Entries, Out};
 use super::schema::{Properties, Schemas};
 use super::shared::{Numbered, Reading, Shared, Tables, Writing};
 use crate::motion::Key;
-use crate::{Aperture, Camera, LoadError, Motion, Projection};
+use crate::{Aperture, Camera, Fit, LoadError, Motion, Projection};
 
 record! {
     Camera {
@@ -27,6 +27,7 @@ record! {
         aperture: Plain => None,
         focal_distance: ABOVE_0 => 1.0,
         film_offset: Each(ANY) => [0.0; 2],
+        fit: Plain => Fit::default(),
         medium: Numbered::Medium => None,
     } + projection: Projection; check
 }
@@ -41,6 +42,8 @@ fn check(camera: &Camera) -> Result<(), String> {
     }
     Ok(())
 }
+
+words! { Fit { Whole, Width, Height } }
 
 record! { Aperture { blades: Plain, rotation: ANY => 0.0 } }
 

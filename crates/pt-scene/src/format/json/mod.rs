@@ -34,6 +34,7 @@ use shared::{OutFile, Reading, Shared, Unique, Writing, read_table};
 
 use super::context::Context;
 use super::save::Encoded;
+use super::text;
 use super::xml::quote;
 use crate::image::Image;
 use crate::light::IesProfile;
@@ -50,12 +51,13 @@ const HEADER: &str = "pathtracer";
 
 /// A scene.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
+    let bytes = &*text::lines(bytes, path)?;
     let text = std::str::from_utf8(bytes).map_err(|e| {
         let line = bytes[..e.valid_up_to()].split(|byte| *byte == b'\n').count();
         super::mesh_file::error(path, line as u32, "the text is not in UTF-8")
     })?;
-    let value = node::parse(text.trim_start_matches('\u{feff}'), path)?;
-    let document = Document::new(text.trim_start_matches('\u{feff}'), path);
+    let value = node::parse(text, path)?;
+    let document = Document::new(text, path);
     let root = Node::root(&value, &document);
     let mut keys = root.keys()?;
     check_version(&mut keys)?;

@@ -5,7 +5,7 @@ use std::path::Path;
 use pt_math::{DAffine3, DVec3};
 
 use super::super::xml::quote;
-use super::super::{Limits, mesh_file};
+use super::super::{Limits, mesh_file, text};
 use crate::shapes::append;
 use crate::shapes::tube::{Detail, Spline};
 use crate::{LoadError, Mesh};
@@ -39,7 +39,7 @@ pub(super) fn parse_mesh(
     let error = |line: usize, message: String| {
         mesh_file::error(path, u32::try_from(line + 1).unwrap_or(u32::MAX), message)
     };
-    let curves = curves(&String::from_utf8_lossy(bytes), degree, to_world)
+    let curves = curves(&text::characters(bytes, path)?, degree, to_world)
         .map_err(|(line, message)| error(line, message))?;
     let triangles = |detail| {
         let each = curves.iter().map(|curve| curve.spline.triangles_of_tube(detail));

@@ -147,7 +147,7 @@ fn envmap(
     let text = file_name(object, parameters)?;
     let path = tree.resolve(text).ok_or_else(|| tree.not_found(text));
     let numbers = Numbers::Light(Transfer::Srgb);
-    let image = match path.and_then(|path| tree.context.picture(&path, numbers)) {
+    let image = match path.and_then(|path| tree.context.pixels(&path, numbers)) {
         Ok(decoded) => decoded.image,
         Err(why) => {
             tree.miss(parameters.place("filename"), &why, substitute::INSTEAD)?;

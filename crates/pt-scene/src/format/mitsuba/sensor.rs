@@ -6,7 +6,7 @@ use super::super::xml::quote;
 use super::film::{Film, film};
 use super::medium::Media;
 use super::object::{Object, Parameters, Tree, unsupported};
-use crate::{Camera, FileSettings, LoadError, Motion, Projection};
+use crate::{Camera, FileSettings, Fit, LoadError, Motion, Projection};
 
 const SENSORS: [&str; 3] = ["orthographic", "perspective", "thinlens"];
 const SAMPLERS: [&str; 5] = ["independent", "ldsampler", "multijitter", "orthogonal", "stratified"];
@@ -47,6 +47,7 @@ pub(super) fn camera(
         aperture: None,
         focal_distance: parameters.positive("focus_distance", far)?,
         film_offset: [0.0; 2],
+        fit: Fit::Whole,
         medium: media.around(object)?,
     };
     match object.kind.as_str() {

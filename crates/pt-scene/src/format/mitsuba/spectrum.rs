@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::super::context::Context;
 use super::super::spectra::Spectrum;
+use super::super::text;
 use super::super::xml::quote;
 use super::object::{Child, Object, Parameters, Role, Target, Tree, error, unsupported};
 use super::value::{self, Value};
@@ -30,7 +31,8 @@ impl Spectrum {
     pub(in super::super) fn read(context: &Context, path: &Path) -> Result<Self, String> {
         let bytes = context.read(path)?;
         let mut samples = Vec::new();
-        for (line, i) in String::from_utf8_lossy(&bytes).lines().zip(1_u32..) {
+        let text = text::characters(&bytes, path).map_err(|error| error.to_string())?;
+        for (line, i) in text.lines().zip(1_u32..) {
             if line.starts_with('#') || line.trim().is_empty() {
                 continue;
             }

@@ -133,7 +133,7 @@ impl<'t> Textures<'t> {
         if let Some(known) = self.images.get(&(path.clone(), is_raw)) {
             return Ok(Arc::clone(known));
         }
-        let image = self.tree.context.picture(&path, Numbers::of_raw(is_raw))?.image;
+        let image = self.tree.context.pixels(&path, Numbers::of_raw(is_raw))?.image;
         let image = Arc::new(image);
         self.images.insert((path, is_raw), Arc::clone(&image));
         Ok(image)

@@ -6,15 +6,15 @@ use super::super::mesh_file::Polygons;
 use super::super::xml::quote;
 use super::chunk::{Chunk, Counts};
 use super::slots::{Named, Slots};
+use super::smooth::{Groups, group};
 use crate::{LoadError, Span};
 
 /// Index of what a corner does not have.
 pub(super) const MISSING: u32 = u32::MAX;
-/// Statements that mean nothing here: names, smoothing, points and lines, display.
-const PASSED_OVER: [&str; 14] = [
+/// Statements that mean nothing here: names, points and lines, display.
+const PASSED_OVER: [&str; 13] = [
     "o",
     "g",
-    "s",
     "mg",
     "p",
     "l",
@@ -40,6 +40,8 @@ pub(super) struct Faces {
     pub(super) normals: Indices,
     /// The materials of the triangles.
     pub(super) slots: Slots,
+    /// Where they are smooth.
+    pub(super) groups: Groups,
     /// What files of materials are named, as they are written.
     pub(super) libraries: Vec<Named>,
     /// The first words of the statements that are not known, and where each is first.
@@ -122,6 +124,10 @@ impl Faces {
                     })?,
                 },
                 b"usemtl" => faces.slots.switch(faces.triangles.len(), statement.named()),
+                b"s" => statement.as_text(|line| {
+                    faces.groups.switch(faces.triangles.len(), group(line));
+                    Ok(())
+                })?,
                 b"mtllib" => faces.libraries.push(statement.named()),
                 _ => statement.as_text(|line| {
                     faces.other(line);
@@ -182,6 +188,7 @@ impl Faces {
         self.uvs.append(before, more.uvs, count);
         self.normals.append(before, more.normals, count);
         self.slots.append(before, more.slots);
+        self.groups.append(before, more.groups);
         self.libraries.append(&mut more.libraries);
         for (word, at) in more.unknown {
             self.note_unknown(&word, || at);

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::super::context::{Context, Folder};
-use super::super::mesh_file::place;
+use super::super::mesh_file::{locate, place};
+use super::super::text;
 use super::super::xml::quote;
 use super::chunk::uncommented;
 use super::notes::Notes;
@@ -65,8 +66,12 @@ impl Library {
                 let message = format!("there are more than {MOST_FILES} files of materials");
                 return Err(Context::exceeded(at, message));
             }
-            match folder.context.read(&path) {
-                Ok(bytes) => self.add(&bytes, path, wanted, notes),
+            let read = folder.context.read(&path).and_then(|bytes| {
+                let text = text::joined_lines(&bytes, &path).map_err(|error| error.to_string())?;
+                Ok(String::from_utf8_lossy(&text).into_owned())
+            });
+            match read {
+                Ok(text) => self.add(&text, path, wanted, notes),
                 Err(why) => {
                     self.is_incomplete = true;
                     let message = format!(
@@ -80,9 +85,7 @@ impl Library {
         Ok(())
     }
 
-    fn add(&mut self, bytes: &[u8], path: PathBuf, wanted: &HashSet<&str>, notes: &mut Notes) {
-        let text = String::from_utf8_lossy(bytes);
-        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    fn add(&mut self, text: &str, path: PathBuf, wanted: &HashSet<&str>, notes: &mut Notes) {
         let path = Arc::new(path);
         let (mut current, mut has_any): (Option<&str>, bool) = (None, false);
         for (line, number) in text.lines().zip(1..) {
@@ -131,11 +134,7 @@ fn files(folder: &Folder, names: &str) -> Vec<PathBuf> {
     names.split_ascii_whitespace().map(|name| file(folder, name)).collect()
 }
 
-/// The path of a file, which may be written with the backslashes of Windows.
+/// The path of a file.
 pub(super) fn file(folder: &Folder, name: &str) -> PathBuf {
-    let as_written = folder.join(name);
-    if as_written.is_file() || !name.contains('\\') {
-        return as_written;
-    }
-    folder.join(&name.replace('\\', "/"))
+    locate(&folder.path, name)
 }

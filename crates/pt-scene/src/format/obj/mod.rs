@@ -14,6 +14,7 @@ mod material;
 mod mtl;
 mod notes;
 mod slots;
+mod smooth;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -21,6 +22,7 @@ use std::sync::Arc;
 use super::context::{Context, Folder};
 use super::faults::{self, Faults};
 use super::mesh_file::{self, ColorLevels, MeshFile};
+use super::text;
 use super::xml::quote;
 use crate::shapes::single_part;
 use crate::{Attribute, LoadError, Mesh, Scene, Warning};
@@ -37,8 +39,13 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
         let mut content = Content::read(bytes, path, faults)?;
         let slots = std::mem::take(&mut content.faces.slots);
         let libraries = std::mem::take(&mut content.faces.libraries);
+        let groups = std::mem::take(&mut content.faces.groups);
         let named = slots.finish(content.faces.triangles.len());
-        Ok((content.finish(path, faults)?, named, libraries))
+        let mut file = content.finish(path, faults)?;
+        if file.mesh.normals.is_none() {
+            file.mesh.normals = groups.normals(&file.mesh);
+        }
+        Ok((file, named, libraries))
     };
     let (mut file, (parts, slots), libraries) = faults::of_scene(context, read)?;
     file.mesh.parts = parts;
@@ -66,7 +73,8 @@ struct Content {
 impl Content {
     /// Reads all vertices, with zeros for those that are wrong, and all faces that are not.
     fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<Self, LoadError> {
-        let chunks = chunk::cut(bytes, path);
+        let text = text::joined_lines(bytes, path)?;
+        let chunks = chunk::cut(&text, path);
         let all =
             chunks.last().map_or([0; 3], |last| [0, 1, 2].map(|i| last.above[i] + last.own[i]));
         let mut content = Self {

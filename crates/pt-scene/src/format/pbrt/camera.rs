@@ -6,7 +6,7 @@ use super::super::context::Folder;
 use super::entity::Entity;
 use super::lens::{self, Lens};
 use super::state::Moving;
-use crate::{Camera, Key, LoadError, Motion, Projection, Warning};
+use crate::{Camera, Fit, Key, LoadError, Motion, Projection, Warning};
 
 const KINDS: [&str; 4] = ["perspective", "orthographic", "spherical", "realistic"];
 /// Distance before which nothing is seen. There is none in pbrt-v4.
@@ -88,6 +88,7 @@ pub(super) fn camera(
         aperture: None,
         focal_distance,
         film_offset,
+        fit: Fit::Whole,
         medium,
     };
     entity.finish()?;

@@ -60,8 +60,8 @@ pub(super) fn area_light(
         }
         Some(name) => {
             let path = folder.join(name);
-            let image = folder.context.picture(&path, Numbers::Light(Transfer::Srgb));
-            let image = image.map_or_else(
+            let image = folder.context.pixels(&path, Numbers::Light(Transfer::Srgb));
+            let mut image = image.map_or_else(
                 |why| {
                     let message = format!("{why}; {}", substitute::INSTEAD);
                     folder.context.missing(entity.place("filename").span(""), message);
@@ -69,7 +69,9 @@ pub(super) fn area_light(
                 },
                 |decoded| decoded.image,
             );
-            image.check_radiance().map_err(|message| entity.refuse("filename", message))?;
+            if let Some(message) = image.make_radiance() {
+                folder.context.note(entity.place("filename").span(""), message);
+            }
             let sum: f64 = image.pixels.iter().map(|p| f64::from(luminance(*p))).sum();
             mean = sum / image.pixels.len() as f64;
             let bitmap =

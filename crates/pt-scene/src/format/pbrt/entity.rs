@@ -83,6 +83,14 @@ impl Parameter {
         Ok(list)
     }
 
+    /// An error about values of a type that is written without quotes.
+    fn in_quotes(&self, what: &str, text: &str) -> LoadError {
+        let Self { kind, name, at, .. } = self;
+        at.error(format!(
+            "{what} are written without quotes: \"{kind} {name}\" {text}, not \"{text}\""
+        ))
+    }
+
     /// Adds one to a list, in place of another of the same name.
     fn add(self, tokens: &mut Tokens<'_>, list: &mut Vec<Self>) -> Result<(), LoadError> {
         if let Some(first) = list.iter_mut().find(|p| p.name == self.name) {
@@ -117,7 +125,7 @@ impl Parameter {
                 let hint = did_you_mean(kind, TYPES.into_iter());
                 return Err(at.error(format!("there is no type {}{hint}", quote(kind))));
             };
-            let values = Values::read(tokens, &at, name)?;
+            let values = Values::read(tokens, &at, kind, name)?;
             let (name, was_read) = (name.to_owned(), Cell::new(false));
             let parameter = Self { kind, name, values, at, is_default: false, was_read };
             parameter.add(tokens, list)?;
@@ -128,7 +136,7 @@ impl Parameter {
 
 impl Values {
     /// One value, or several in brackets.
-    fn read(tokens: &mut Tokens<'_>, at: &Place, name: &str) -> Result<Self, LoadError> {
+    fn read(tokens: &mut Tokens<'_>, at: &Place, of: &str, name: &str) -> Result<Self, LoadError> {
         let missing = || at.error(format!("the value of the parameter {} is missing", quote(name)));
         let first = tokens.take()?.ok_or_else(missing)?;
         let mut values = None;
@@ -143,20 +151,20 @@ impl Values {
                 if token.kind == Kind::Close {
                     return Ok(values.unwrap_or(Self::Numbers(Vec::new())));
                 }
-                Self::push(&mut values, &token.kind)
+                Self::push(&mut values, of, &token.kind)
                     .map_err(|message| tokens.place(&token).error(message))?;
             },
             Kind::Close => Err(missing()),
             ref kind => {
-                Self::push(&mut values, kind)
+                Self::push(&mut values, of, kind)
                     .map_err(|message| tokens.place(&first).error(message))?;
                 values.ok_or_else(missing)
             }
         }
     }
 
-    /// Adds a value, which has to be of the same type as those before.
-    fn push(values: &mut Option<Self>, kind: &Kind<'_>) -> Result<(), String> {
+    /// Adds a value of a parameter of one of [`TYPES`]; it has to be of the same kind as those before.
+    fn push(values: &mut Option<Self>, of: &str, kind: &Kind<'_>) -> Result<(), String> {
         let mixed = |what: &Kind<'_>| {
             format!("{} is of another type than the values before it", what.describe())
         };
@@ -165,14 +173,20 @@ impl Values {
                 Self::Texts(texts) => texts.push(text.clone().into_owned()),
                 _ => return Err(mixed(kind)),
             },
-            Kind::Word(word @ ("true" | "false")) => {
+            Kind::Word(word) if is_boolean(word) => {
                 match values.get_or_insert_with(|| Self::Booleans(Vec::new())) {
                     Self::Booleans(booleans) => booleans.push(*word == "true"),
                     _ => return Err(mixed(kind)),
                 }
             }
             Kind::Word(word) => {
-                let number = number(word)?;
+                let number = number(word).map_err(|message| match of {
+                    "bool" => format!("{} is neither true nor false", quote(word)),
+                    "string" | "texture" => {
+                        format!("{word} has no quotes; expected a text in quotes: \"{word}\"")
+                    }
+                    _ => message,
+                })?;
                 match values.get_or_insert_with(|| Self::Numbers(Vec::new())) {
                     Self::Numbers(numbers) => numbers.push(number),
                     _ => return Err(mixed(kind)),
@@ -184,6 +198,10 @@ impl Values {
         }
         Ok(())
     }
+}
+
+fn is_boolean(word: &str) -> bool {
+    matches!(word, "true" | "false")
 }
 
 /// A finite number.
@@ -283,6 +301,9 @@ impl Entity {
         let Some(parameter) = self.values(name, kinds)? else { return Ok(None) };
         match &parameter.values {
             Values::Numbers(numbers) => Ok(Some(numbers)),
+            Values::Texts(texts) if texts.iter().all(|text| number(text).is_ok()) => {
+                Err(parameter.in_quotes("numbers", &texts[0]))
+            }
             _ => Err(parameter.at.error(format!("{} has values that are no numbers", quote(name)))),
         }
     }
@@ -344,6 +365,9 @@ impl Entity {
         let Some(parameter) = self.values(name, &["bool"])? else { return Ok(default) };
         match &parameter.values {
             Values::Booleans(values) => self.one(name, values),
+            Values::Texts(texts) if matches!(texts.as_slice(), [text] if is_boolean(text)) => {
+                Err(parameter.in_quotes("true and false", &texts[0]))
+            }
             _ => Err(parameter.at.error(format!("{} is neither true nor false", quote(name)))),
         }
     }

@@ -4,7 +4,10 @@
 //! makes n′u′ = nu − y(n′ − n)/R of a slope, and a distance s makes y + su of a height. [Hecht, Optics, 5th ed., §6.2]
 //! Lengths are in millimetres, and along the axis from the scene to the film.
 
+use std::path::Path;
+
 use super::super::context::Folder;
+use super::super::text;
 use super::entity::{Entity, number};
 use crate::{LoadError, Projection};
 
@@ -86,8 +89,8 @@ pub(super) fn lens(entity: &Entity, film: [f64; 2], folder: &Folder) -> Result<L
     let stop = entity.positive("aperturediameter", 1.0)?;
     let focus = entity.positive("focusdistance", 10.0)? / METRES;
     let bytes = folder.context.read(&folder.join(name)).map_err(refuse)?;
-    let surfaces = surfaces(&String::from_utf8_lossy(&bytes), stop)
-        .map_err(|message| refuse(format!("{name}: {message}")))?;
+    let text = text::characters(&bytes, Path::new(name)).map_err(|e| refuse(e.to_string()))?;
+    let surfaces = surfaces(&text, stop).map_err(|message| refuse(format!("{name}: {message}")))?;
     thin(&surfaces, film, focus).map_err(|message| entity.refuse("focusdistance", message))
 }
 

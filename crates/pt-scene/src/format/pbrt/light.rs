@@ -127,7 +127,8 @@ impl World {
         let mean = image.pixels.iter().map(|p| f64::from(luminance(*p))).sum::<f64>()
             / image.pixels.len() as f64;
         let intensity = self.emitted(entity, "I", power(entity, 4.0 * PI * mean)?)?;
-        // The table hangs along −z, which is +z of the map: half a turn about x.
+        // The table hangs along −z of its own, which is +z of the light: half a turn about x. The light exchanges y and z of
+        // the map. [pbrt-v4, `GoniometricLight` in lights.cpp]
         let vertical: Vec<f32> = (0..=180 / DEGREES).map(|i| f32::from(i * DEGREES)).collect();
         let horizontal: Vec<f32> = (0..=360 / DEGREES).map(|i| f32::from(i * DEGREES)).collect();
         let mut candela = Vec::with_capacity(vertical.len() * horizontal.len());
@@ -135,7 +136,7 @@ impl World {
             for &angle in &vertical {
                 let (sin, cos) = libm::sincos(f64::from(angle).to_radians());
                 let (across, along) = libm::sincos(f64::from(turn).to_radians());
-                let [u, v] = square_of(DVec3::new(sin * along, -sin * across, cos));
+                let [u, v] = square_of(DVec3::new(sin * along, cos, -sin * across));
                 candela.push(luminance(bilinear(&image, u, v)));
             }
         }
@@ -266,7 +267,7 @@ impl World {
         let Some(name) = entity.text("filename")? else { return Ok(None) };
         let path = self.textures.folder.join(name);
         let context = &self.textures.folder.context;
-        let mut image = match context.picture(&path, Numbers::Light(Transfer::Srgb)) {
+        let mut image = match context.pixels(&path, Numbers::Light(Transfer::Srgb)) {
             Ok(decoded) => decoded.image,
             Err(why) => {
                 let message = format!("{why}; {}", substitute::INSTEAD);
@@ -274,9 +275,9 @@ impl World {
                 substitute::light()
             }
         };
-        // Negative numbers are cut there.
-        image.pixels.iter_mut().flatten().for_each(|c| *c = if *c < 0.0 { 0.0 } else { *c });
-        image.check_radiance().map_err(|message| entity.refuse("filename", message))?;
+        if let Some(message) = image.make_radiance() {
+            context.note(entity.place("filename").span(""), message);
+        }
         Ok(Some(image))
     }
 }

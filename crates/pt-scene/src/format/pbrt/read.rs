@@ -13,7 +13,7 @@ use pt_math::DAffine3;
 
 use super::super::context::{Context, Folder};
 use super::super::mesh_file;
-
+use super::super::text::characters;
 use super::super::xml::{did_you_mean, quote};
 use super::arguments::text;
 use super::color_space::ColorSpace;
@@ -152,7 +152,7 @@ impl Reader {
         tail: Vec<Parameter>,
         depth: usize,
     ) -> Result<(), LoadError> {
-        let text = String::from_utf8_lossy(bytes);
+        let text = characters(bytes, path)?;
         self.folder.context.expect_pictures(texture::pictures(&text, &self.folder));
         let mut tokens = Tokens::included(&text, path, tail);
         while let Some(token) = tokens.take()? {

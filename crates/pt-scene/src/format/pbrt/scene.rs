@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use pt_math::DAffine3;
+use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::super::context::{Context, Folder};
 use super::super::substitute;
@@ -400,6 +400,10 @@ impl World {
         if is_textured {
             geometry = self.laid_out(geometry).map_err(|message| placed.at.error(message))?;
         }
+        let [start, end] = match geometry {
+            Geometry::Sphere { .. } => [start, end].map(|map| map * SPHERE),
+            Geometry::Mesh(_) => [start, end],
+        };
         let two_sided = light.as_ref().is_some_and(|light| light.two_sided);
         let is_tube = of_tube.is_some();
         let material = self.material(&placed.material, (surface, is_tube), &placed.alpha, light);
@@ -521,6 +525,13 @@ impl World {
         }
     }
 }
+
+/// From a [`Geometry::Sphere`], whose v is 0 at +z, to a sphere of pbrt-v4, where it is 0 at −z. Both have their front
+/// outside.
+const SPHERE: DAffine3 = DAffine3 {
+    matrix3: DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0)),
+    translation: DVec3::ZERO,
+};
 
 pub(super) fn key_of(name: &MaterialName) -> MaterialKey {
     match name {

@@ -405,8 +405,8 @@ impl Textures {
         if let Some(known) = self.images.get(&key) {
             return Ok(Arc::clone(known));
         }
-        let Decoded { mut image, alpha } =
-            self.folder.context.picture(&key.path, Numbers::Stored)?;
+        let Decoded { mut image, alpha, .. } =
+            self.folder.context.pixels(&key.path, Numbers::Stored)?;
         let alpha = alpha.filter(|alpha| key.is_number && alpha.iter().any(|a| *a < 1.0));
         let scale = f32::from_bits(key.scale_bits);
         for (i, pixel) in image.pixels.iter_mut().enumerate() {
@@ -427,7 +427,7 @@ impl Textures {
     /// A picture whose numbers are not colours: a normal map.
     pub(super) fn raw(&mut self, name: &str) -> Result<Arc<Texture>, String> {
         let path = self.folder.join(name);
-        let image = self.folder.context.picture(&path, Numbers::Stored)?.image;
+        let image = self.folder.context.pixels(&path, Numbers::Stored)?.image;
         let bitmap =
             Bitmap { image: Arc::new(image), wrap: Wrap::Repeat, filter: Filter::Bilinear };
         Ok(Arc::new(Pattern::Bitmap(bitmap).into()))

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::layout::{COLOR, Field, Kind, Layout, NORMAL, Number, POSITION, Role, UV};
+use super::layout::{COLOR, Field, IMAGE_NAME, Kind, Layout, NORMAL, Number, POSITION, Role, UV};
 use super::rows::ROWS;
 use super::words::in_order;
 
@@ -46,10 +46,13 @@ pub(super) struct Vertices {
     pub(super) colors: Option<Vec<[f32; 3]>>,
 }
 
-/// Faces that are triangles, with colours where the file has them.
+/// Faces that are triangles, with colours, texture coordinates at their corners and numbers of images where the file has them.
+#[derive(Default)]
 pub(super) struct Triangles {
     pub(super) corners: Vec<[u32; 3]>,
     pub(super) colors: Option<Vec<[f32; 3]>>,
+    pub(super) uvs: Option<Vec<[[f32; 2]; 3]>>,
+    pub(super) images: Option<Vec<i64>>,
 }
 
 /// Reads all vertices at the beginning of the bytes, and tells how many bytes they take.
@@ -83,7 +86,7 @@ pub(super) fn triangles<const BIG: bool>(
     let (rows, size) = Rows::<BIG>::new(layout, sizes_of_triangles(layout), bytes)?;
     let is_list = |field: &Field| field.role == Role::Corners;
     let list = layout.fields.iter().position(is_list)?;
-    if layout.fields.iter().rposition(is_list) != Some(list) {
+    if layout.fields.iter().rposition(is_list) != Some(list) || layout.has(&[IMAGE_NAME]) {
         return None;
     }
     let Kind::List(length, of) = layout.fields[list].kind else { return None };
@@ -91,7 +94,7 @@ pub(super) fn triangles<const BIG: bool>(
     let corners = rows.corners(Lists { offset, length, of, vertices })?;
     let has_colors = layout.color_levels().is_some();
     let colors = if has_colors { Some(rows.values(layout, COLOR)?) } else { None };
-    Some((Triangles { corners, colors }, size))
+    Some((Triangles { corners, colors, ..Triangles::default() }, size))
 }
 
 /// The sizes of the properties of triangles, whose only list is that of the corners.

@@ -69,13 +69,18 @@ pub(super) enum Kind {
     List(Number, Number),
 }
 
-/// Where the numbers of a row go: position, normal, texture coordinate and colour.
+/// The list of the texture coordinates of the corners of a face, and the number of its image.
+const COORDINATES_NAME: &str = "texcoord";
+pub(super) const IMAGE_NAME: &str = "texnumber";
+
+/// Where the numbers of a row go: position, normal, texture coordinate, colour and image.
 pub(super) const POSITION: usize = 0;
 pub(super) const NORMAL: usize = 3;
 pub(super) const UV: usize = 6;
 pub(super) const COLOR: usize = 8;
+pub(super) const IMAGE: usize = 11;
 /// How many numbers are read of a row.
-pub(super) const SLOTS: usize = 11;
+pub(super) const SLOTS: usize = 12;
 
 /// What a property is read for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,6 +91,8 @@ pub(super) enum Role {
     Slot { slot: usize, levels: f32 },
     /// The corners of a face or of a strip.
     Corners,
+    /// The texture coordinates of the corners of a face.
+    Coordinates,
 }
 
 /// A property.
@@ -136,6 +143,11 @@ impl<'a> Layout<'a> {
 
     pub(super) fn has_uvs(&self) -> bool {
         UV_NAMES.iter().any(|names| self.has(names))
+    }
+
+    /// Whether faces have texture coordinates of their own.
+    pub(super) fn has_coordinates(&self) -> bool {
+        self.fields.iter().any(|field| field.role == Role::Coordinates)
     }
 
     pub(super) fn has_corners(&self) -> bool {
@@ -192,6 +204,10 @@ fn role(element: &str, name: &str, kind: Kind) -> Option<Role> {
         };
     }
     match kind {
+        Kind::Scalar(_) if name == IMAGE_NAME => Some(Role::Slot { slot: IMAGE, levels: 1.0 }),
+        Kind::List(count, _) if name == COORDINATES_NAME && !count.is_real() => {
+            Some(Role::Coordinates)
+        }
         _ if !CORNER_NAMES.contains(&name) => Some(Role::Nothing),
         Kind::List(count, of) if !count.is_real() && !of.is_real() => Some(Role::Corners),
         Kind::List(..) | Kind::Scalar(_) => None,

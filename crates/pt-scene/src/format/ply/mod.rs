@@ -2,7 +2,8 @@
 //!
 //! Read are the properties `x y z`, `nx ny nz`, `u v` (also called `s t` and
 //! `texture_u texture_v`) of the element `vertex`; the list `vertex_indices` (also called `vertex_index`)
-//! of the elements `face` and `tristrips`; and `red green blue` (also called `r g b`) of `vertex` and `face`.
+//! of the elements `face` and `tristrips`; and `red green blue` (also called `r g b`) of `vertex` and `face`. Where a file is
+//! a scene, its [images](painted) are read too.
 //! All else is passed over.
 //!
 //! Rows are read in parallel, in chunks: `layout.rs` says what their numbers are for, `rows.rs` where they
@@ -11,9 +12,11 @@
 
 mod fixed;
 mod layout;
+mod painted;
 mod rows;
 mod words;
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -23,17 +26,23 @@ use ply_rs_bw::ply::{DefaultElement, ElementDef, Encoding};
 use super::context::Context;
 use super::faults::{self, Faults};
 use super::mesh_file::{self, ColorLevels, MeshFile, Polygons};
+use super::text;
 use super::xml::quote;
 use crate::shapes::single_part;
 use crate::{Attribute, LoadError, Mesh, Scene, Warning};
 use fixed::{Triangles, Vertices};
-use layout::{COLOR, Layout, NORMAL, POSITION, UV};
+use layout::{COLOR, IMAGE, IMAGE_NAME, Layout, NORMAL, POSITION, UV};
+use painted::Painted;
 use rows::{Body, Chunk};
 use words::Row;
 
 /// A scene of one object.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
-    Ok(faults::of_scene(context, |faults| read(bytes, path, faults))?.into_scene(path))
+    let (mut file, mut painted) = faults::of_scene(context, |faults| read(bytes, path, faults))?;
+    let slots = painted.lay(&mut file.mesh);
+    let mut scene = file.into_scene(path);
+    painted.dress(&mut scene, &slots, path, context);
+    Ok(scene)
 }
 
 /// The mesh of a file.
@@ -41,15 +50,17 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
 /// # Errors
 /// If the content is no PLY, ends early, has no faces, or refers to vertices that do not exist.
 pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadError> {
-    faults::of_part(|faults| read(bytes, path, faults))
+    faults::of_part(|faults| Ok(read(bytes, path, faults)?.0))
 }
 
-/// The mesh of a file, with vertices at the origin for those that cannot be read, and without such faces.
+/// The mesh of a file, with vertices at the origin for those that cannot be read, and without such faces; and what it says of
+/// images.
 ///
 /// # Errors
 /// If nothing more can be read.
-fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<MeshFile, LoadError> {
-    let mut reader = Reader::new(bytes);
+fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<(MeshFile, Painted), LoadError> {
+    let bytes = text_lines(text::unmarked(bytes, path)?);
+    let mut reader = Reader::new(&*bytes);
     let header = Parser::<DefaultElement>::new().read_header(&mut reader).map_err(|e| {
         let line = e.line().unwrap_or(0) as u32;
         mesh_file::error(path, line, format!("the header of the PLY is wrong: {}", explain(&e)))
@@ -70,6 +81,7 @@ fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<MeshFile, Load
     let mut mesh = Mesh { name: mesh_file::name_of(path), ..Mesh::default() };
     let mut warnings = Vec::new();
     let mut levels = ColorLevels::default();
+    let mut painted = Painted { files: painted::files(&header.comments), ..Painted::default() };
     for element in header.elements.values() {
         let layout = Layout::new(element);
         match element.name.as_str() {
@@ -79,7 +91,9 @@ fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<MeshFile, Load
             }
             "face" => {
                 levels.faces = layout.color_levels().unwrap_or(1.0);
-                read_faces(&mut body, &layout, vertices as u32, &mut mesh, &mut warnings)?;
+                let faces =
+                    read_faces(&mut body, &layout, vertices as u32, &mut mesh, &mut warnings)?;
+                (painted.uvs, painted.images) = faces;
             }
             "tristrips" => read_strips(&mut body, &layout, vertices as u32, &mut mesh)?,
             _ => body.skip(element)?,
@@ -91,7 +105,28 @@ fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<MeshFile, Load
     // Strips have no colours.
     mesh.face_colors = mesh.face_colors.filter(|colors| colors.len() == mesh.triangles.len());
     mesh.parts = single_part(mesh.triangles.len());
-    Ok(MeshFile { mesh, levels, warnings })
+    Ok((MeshFile { mesh, levels, warnings }, painted))
+}
+
+/// A file whose header ends its lines in line feeds, also where it ends them in carriage returns alone; and of a text, all lines.
+fn text_lines(bytes: &[u8]) -> Cow<'_, [u8]> {
+    const END: &[u8] = b"end_header";
+    let Some(end) = memchr::memmem::find(bytes, END).map(|at| at + END.len()) else {
+        return text::with_line_feeds(bytes);
+    };
+    let header = &bytes[..end];
+    if memchr::memmem::find(header, b"format ascii").is_some() {
+        return text::with_line_feeds(bytes);
+    }
+    // Behind a header in which carriage returns stand alone, the next byte is of the first row.
+    let is_alone = matches!(text::with_line_feeds(header), Cow::Owned(_));
+    if !is_alone || bytes.get(end) != Some(&b'\r') || memchr::memchr(b'\n', header).is_some() {
+        return Cow::Borrowed(bytes);
+    }
+    let mut changed = text::with_line_feeds(header).into_owned();
+    changed.push(b'\n');
+    changed.extend_from_slice(&bytes[end + 1..]);
+    Cow::Owned(changed)
 }
 
 /// Reads all vertices.
@@ -172,21 +207,24 @@ fn append<T>(all: &mut Option<Vec<T>>, more: Option<Vec<T>>) {
     }
 }
 
-/// Reads all faces, with corners below `vertices`.
+/// Texture coordinates and numbers of images of triangles, where a file has them.
+type Laid = (Option<Vec<[[f32; 2]; 3]>>, Option<Vec<i64>>);
+
+/// Reads all faces, with corners below `vertices`; gives what they say of images.
 fn read_faces(
     body: &mut Body,
     layout: &Layout,
     vertices: u32,
     mesh: &mut Mesh,
     warnings: &mut Vec<Warning>,
-) -> Result<(), LoadError> {
+) -> Result<Laid, LoadError> {
     check_corners(body, layout)?;
     let fixed = match body.encoding {
         Encoding::Ascii => None,
         Encoding::BinaryBigEndian => fixed::triangles::<true>(layout, vertices, body.rest),
         Encoding::BinaryLittleEndian => fixed::triangles::<false>(layout, vertices, body.rest),
     };
-    let Triangles { mut corners, colors } = match fixed {
+    let Triangles { mut corners, colors, uvs, images } = match fixed {
         Some((triangles, size)) => {
             body.rest = &body.rest[size..];
             triangles
@@ -199,7 +237,8 @@ fn read_faces(
     } else {
         mesh.triangles.append(&mut corners);
     }
-    check_count(body, &mesh.triangles)
+    check_count(body, &mesh.triangles)?;
+    Ok((uvs, images))
 }
 
 /// Reads all faces, of any encoding and number of corners.
@@ -213,6 +252,8 @@ fn any_faces(
     let empty = |capacity| Triangles {
         corners: pt_memory::with_capacity(capacity),
         colors: layout.color_levels().map(|_| pt_memory::with_capacity(capacity)),
+        uvs: layout.has_coordinates().then(Vec::new),
+        images: layout.has(&[IMAGE_NAME]).then(Vec::new),
     };
     let read = |chunk: &Chunk, faults: &mut Faults| {
         let (mut triangles, mut without_area) = (empty(chunk.count), 0_usize);
@@ -220,20 +261,25 @@ fn any_faces(
         chunk.rows(faults, |i, row| {
             let row = row?;
             check_indices("face", i, &row.corners, 0..i64::from(vertices))?;
-            let Triangles { corners, colors } = &mut triangles;
-            match row.corners.as_slice() {
-                [] | [_] | [_, _] => without_area += 1,
-                [a, b, c] => corners.push([*a, *b, *c].map(|c| c as u32)),
-                all => polygons.cut(all.iter().map(|c| *c as u32), positions, |t| {
-                    corners.push(t.map(|i| all[i] as u32));
-                }),
-            }
-            let Some(colors) = colors else { return Ok(()) };
             let color = [0, 1, 2].map(|k| row.numbers[COLOR + k]);
             if !color.iter().all(|x| x.is_finite()) {
                 return Err(format!("face {i} has a colour that is not finite"));
             }
-            colors.resize(corners.len(), color);
+            let coordinates = coordinates(row).map_err(|what| format!("face {i} {what}"))?;
+            let all = row.corners.as_slice();
+            let mut push = |cut: [usize; 3]| {
+                triangles.corners.push(cut.map(|c| all[c] as u32));
+                triangles.colors.iter_mut().for_each(|colors| colors.push(color));
+                let uv = cut.map(|c| coordinates.get(c).copied().unwrap_or_default());
+                triangles.uvs.iter_mut().for_each(|uvs| uvs.push(uv));
+                let image = row.numbers[IMAGE] as i64;
+                triangles.images.iter_mut().for_each(|images| images.push(image));
+            };
+            match all.len() {
+                0..3 => without_area += 1,
+                3 => push([0, 1, 2]),
+                _ => polygons.cut(all.iter().map(|c| *c as u32), positions, push),
+            }
             Ok(())
         });
         (triangles, without_area)
@@ -243,6 +289,8 @@ fn any_faces(
     body.read(layout, read, |(mut part, its_without_area)| {
         all.corners.append(&mut part.corners);
         append(&mut all.colors, part.colors);
+        append(&mut all.uvs, part.uvs);
+        append(&mut all.images, part.images);
         without_area += its_without_area;
     })?;
     if without_area > 0 {
@@ -250,6 +298,24 @@ fn any_faces(
         warnings.push(Warning { at: at_the_end, message });
     }
     Ok(all)
+}
+
+/// The texture coordinates at the corners of a face; none if it has none.
+///
+/// # Errors
+/// What is wrong with them.
+fn coordinates(row: &Row) -> Result<&[[f32; 2]], String> {
+    let (pairs, rest) = row.coordinates.as_chunks::<2>();
+    let (found, wanted) = (row.coordinates.len(), 2 * row.corners.len());
+    if found > 0 && (!rest.is_empty() || found != wanted) {
+        return Err(format!(
+            "has {found} numbers in \"texcoord\"; expected two for each corner, {wanted}"
+        ));
+    }
+    if !pairs.as_flattened().iter().all(|x| x.is_finite()) {
+        return Err("has texture coordinates that are not finite".to_owned());
+    }
+    Ok(pairs)
 }
 
 /// Reads strips of triangles: each corner after the second makes a triangle with the two

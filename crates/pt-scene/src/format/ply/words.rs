@@ -123,6 +123,8 @@ impl<const BIG: bool> Words for Binary<'_, BIG> {
 pub(super) struct Row {
     pub(super) numbers: [f32; SLOTS],
     pub(super) corners: Vec<i64>,
+    /// Texture coordinates, two for each corner.
+    pub(super) coordinates: Vec<f32>,
 }
 
 impl Row {
@@ -143,7 +145,7 @@ impl Row {
                 (Kind::List(count, number), role) => {
                     let read = words.whole(count);
                     let count = read.map_err(|fault| explain(fault, *kind, words))?;
-                    self.read_list(count, number, role == Role::Corners, words)?;
+                    self.read_list(count, number, role, words)?;
                 }
             }
         }
@@ -154,24 +156,27 @@ impl Row {
         &mut self,
         count: i64,
         number: Number,
-        is_kept: bool,
+        role: Role,
         words: &mut impl Words,
     ) -> Result<(), String> {
         if count < 0 {
             return Err("List length cannot be negative".to_owned());
         }
-        if is_kept {
-            self.corners.clear();
+        match role {
+            Role::Corners => self.corners.clear(),
+            Role::Coordinates => self.coordinates.clear(),
+            Role::Nothing | Role::Slot { .. } => {}
         }
         for i in 0..count {
-            let item = if is_kept { words.whole(number) } else { words.real(number).map(|_| 0) };
-            let item = item.map_err(|fault| match fault {
+            let read = match role {
+                Role::Corners => words.whole(number).map(|corner| self.corners.push(corner)),
+                Role::Coordinates => words.real(number).map(|x| self.coordinates.push(x)),
+                Role::Nothing | Role::Slot { .. } => words.real(number).map(drop),
+            };
+            read.map_err(|fault| match fault {
                 Fault::Missing => format!("Expected {count} list elements, but found only {i}"),
                 Fault::NoNumber => no_number(words),
             })?;
-            if is_kept {
-                self.corners.push(item);
-            }
         }
         Ok(())
     }

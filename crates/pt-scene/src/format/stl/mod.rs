@@ -3,7 +3,7 @@
 //!
 //! A binary file has a header of 80 bytes, the number of triangles, and 50 bytes for each: its normal, its corners
 //! and two bytes of attributes. Headers may begin with `solid`, as texts do, so a file is binary
-//! if it has the size that its number of triangles asks for.
+//! if it has the size that its number of triangles asks for. Otherwise it is a text if it looks like one.
 //!
 //! Corners with the same coordinates become one vertex, if they stand near each other in the file. Normals are
 //! not read, as they follow from the corners,
@@ -75,12 +75,17 @@ fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<Mesh, LoadErro
         Some(count) if bytes.len() - HEADER == count.saturating_mul(TRIANGLE) => {
             binary::read(bytes, count, path, faults)?
         }
-        _ if is_text(bytes) => text::read(bytes, path, faults)?,
-        Some(count) => binary::read(bytes, count, path, faults)?,
-        None => {
-            let message = "the file is no STL: expected the word \"solid\", or 84 bytes and 50 for \
-                           each triangle";
-            return Err(mesh_file::error(path, 0, message));
+        count => {
+            let text = super::text::lines(bytes, path)?;
+            match count {
+                _ if is_text(&text) => text::read(&text, path, faults)?,
+                Some(count) => binary::read(bytes, count, path, faults)?,
+                None => {
+                    let message = "the file is no STL: expected the word \"solid\", or 84 bytes \
+                                   and 50 for each triangle";
+                    return Err(mesh_file::error(path, 0, message));
+                }
+            }
         }
     };
     if welded.triangles.is_empty() {
@@ -108,10 +113,21 @@ fn count(bytes: &[u8]) -> Option<usize> {
     Some(u32::from_le_bytes(*count) as usize)
 }
 
-/// Whether a file begins as a text does, and has no byte 0, which texts do not have and headers are filled
-/// with.
+/// Whether a file is a text: one of its first lines begins a facet or ends a solid, or it begins with "solid" and has no
+/// byte 0, which headers are filled with. Names of solids may have any bytes.
 fn is_text(bytes: &[u8]) -> bool {
+    /// Bytes in which a facet is looked for.
+    const START: usize = 4096;
     let first = bytes.trim_ascii_start().first_chunk::<5>();
     let head = &bytes[..bytes.len().min(HEADER)];
-    first.is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) && !head.contains(&0)
+    if first.is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) && !head.contains(&0) {
+        return true;
+    }
+    bytes[..bytes.len().min(START)].split(|byte| *byte == b'\n').any(|line| {
+        let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+        let mut next_is =
+            |word: &[u8]| words.next().is_some_and(|next| next.eq_ignore_ascii_case(word));
+        let is_facet = next_is(b"facet");
+        is_facet && next_is(b"normal") || line.trim_ascii_start().starts_with(b"endsolid")
+    })
 }

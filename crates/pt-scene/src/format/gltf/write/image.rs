@@ -159,7 +159,7 @@ fn stored(parts: &[(Content, Arc<Image>)], highest: f32) -> Decoded {
             }
         }
     }
-    Decoded { image: Image { width, height, pixels }, alpha }
+    Decoded { image: Image { width, height, pixels }, alpha, frame: None }
 }
 
 #[cfg(test)]

@@ -9,7 +9,8 @@ use super::Writer;
 use super::exact::near_f64;
 use super::layer::power_of_two;
 use crate::{
-    Camera, Geometry, Light, LightKind, Material, Object, Projection, Scene, Span, Surface, shapes,
+    Camera, Fit, Geometry, Light, LightKind, Material, Object, Projection, Scene, Span, Surface,
+    shapes,
 };
 
 /// The farthest thing that is seen by parallel rays where a scene sees all.
@@ -58,6 +59,13 @@ impl Writer<'_> {
             }
             Projection::Perspective { x_fov, y_fov } => {
                 let mut view = perspective([x_fov, y_fov]);
+                match (camera.fit, view.as_object_mut()) {
+                    (Fit::Height, Some(keys)) => drop(keys.remove("aspectRatio")),
+                    (Fit::Width, _) => {
+                        self.notes.tell(&place, "images of other shapes show all of its view");
+                    }
+                    _ => {}
+                }
                 view["znear"] = near.into();
                 if far.is_finite() {
                     view["zfar"] = far.into();

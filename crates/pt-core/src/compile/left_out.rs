@@ -1,0 +1,38 @@
+//! Shapes that no ray can hit.
+
+use pt_bvh::{LARGEST_COORDINATE, Sphere};
+use pt_math::Vec3;
+
+use super::geometry::Shapes;
+
+impl Shapes {
+    /// How many have coordinates that are not finite, or beyond the largest that trees have.
+    pub(super) fn out_of_range(&self) -> u32 {
+        let is_in = |p: Vec3| p.abs().cmple(Vec3::splat(LARGEST_COORDINATE)).all();
+        let is_triangle_in =
+            |t: &&[u32; 3]| t.iter().all(|corner| is_in(self.positions[*corner as usize]));
+        let is_sphere_in = |s: &&Sphere| is_in(s.center) && s.radius <= LARGEST_COORDINATE;
+        let triangles = self.triangles.iter().filter(|t| !is_triangle_in(t)).count();
+        (triangles + self.spheres.iter().filter(|s| !is_sphere_in(s)).count()) as u32
+    }
+}
+
+/// Notes shapes that are left out, of which some are out of range and the others are flat.
+pub(super) fn note(left_out: u32, out_of_range: u32, notes: &mut Vec<String>) {
+    let words = |count: u32| if count == 1 { ("", "has", "is") } else { ("s", "have", "are") };
+    if out_of_range > 0 {
+        let (s, have, are) = words(out_of_range);
+        notes.push(format!(
+            "{out_of_range} shape{s} {have} coordinates that are not finite numbers, or beyond ±{LARGEST_COORDINATE:.2e} \
+             metres, and {are} left out"
+        ));
+    }
+    let flat = left_out.saturating_sub(out_of_range);
+    if flat > 0 {
+        let (s, have, are) = words(flat);
+        notes.push(format!(
+            "{flat} triangle{s} {have} no area, with corners in one place or on one line, and {are} left out: nothing \
+             could be seen there"
+        ));
+    }
+}

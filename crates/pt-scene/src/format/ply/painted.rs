@@ -1,0 +1,113 @@
+//! Images on faces, as MeshLab writes them: `comment TextureFile NAME` for each, and of each face the list `texcoord` with
+//! two numbers for each corner, and the number `texnumber` of its image.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use ply_rs_bw::ply::Comment;
+
+use super::super::context::Context;
+use super::super::mesh_file::{self, folder_of, locate, place};
+use super::super::substitute;
+use super::super::xml::quote;
+use crate::image::{Numbers, Transfer};
+use crate::material::Matte;
+use crate::texture::{Bitmap, Filter, Input, Pattern, Texture, Wrap};
+use crate::{Attribute, Material, Mesh, Part, Scene, Surface, Warning};
+
+/// What a file says of images.
+#[derive(Default)]
+pub(super) struct Painted {
+    /// The names of their files.
+    pub(super) files: Vec<String>,
+    /// The coordinates at the corners of each triangle.
+    pub(super) uvs: Option<Vec<[[f32; 2]; 3]>>,
+    /// The number of the image of each triangle; others are of none.
+    pub(super) images: Option<Vec<i64>>,
+}
+
+/// The files of images that the comments of a header name.
+pub(super) fn files(comments: &[Comment]) -> Vec<String> {
+    let file = |comment: &Comment| {
+        let (word, name) = comment.trim().split_once(char::is_whitespace)?;
+        word.eq_ignore_ascii_case("TextureFile").then(|| name.trim().to_owned())
+    };
+    comments.iter().filter_map(file).collect()
+}
+
+impl Painted {
+    /// Gives a mesh the coordinates of its faces, and a slot for each image that it shows; says which images the slots have.
+    pub(super) fn lay(&mut self, mesh: &mut Mesh) -> Vec<i64> {
+        let count = mesh.triangles.len();
+        if let Some(uvs) = self.uvs.take().filter(|uvs| uvs.len() == count) {
+            let indices = (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+            mesh.uvs =
+                Some(Attribute { values: uvs.as_flattened().to_vec(), indices: Some(indices) });
+        }
+        let images = self.images.take().filter(|images| images.len() == count);
+        let Some(images) = images.filter(|_| !self.files.is_empty()) else { return vec![0] };
+        let (mut slots, mut numbers) = (Vec::new(), HashMap::new());
+        let mut parts: Vec<Part> = Vec::new();
+        for (image, end) in images.into_iter().zip(1_u32..) {
+            let slot = *numbers.entry(image).or_insert_with(|| {
+                slots.push(image);
+                slots.len() as u32 - 1
+            });
+            match parts.last_mut() {
+                Some(part) if part.slot == slot => part.triangles.end = end,
+                _ => parts.push(Part { triangles: end - 1..end, slot }),
+            }
+        }
+        mesh.parts = parts;
+        slots
+    }
+
+    /// Gives the images of the slots to the one object of a scene.
+    pub(super) fn dress(&self, scene: &mut Scene, slots: &[i64], path: &Path, context: &Context) {
+        let Some(first) = self.files.first() else { return };
+        let object = &scene.objects[0];
+        let has_uvs = matches!(&object.geometry, crate::Geometry::Mesh(mesh) if mesh.uvs.is_some());
+        if !has_uvs {
+            let message =
+                format!("there are no texture coordinates for {}; it is not shown", quote(first));
+            scene.warnings.push(Warning { at: place(path, 0), message });
+            return;
+        }
+        let bare = object.materials.first().copied().flatten();
+        let mut materials = Vec::with_capacity(slots.len());
+        for slot in slots {
+            let file = usize::try_from(*slot).ok().and_then(|number| self.files.get(number));
+            materials.push(file.map_or(bare, |file| {
+                scene.materials.push(shown(file, path, context));
+                Some(scene.materials.len() as u32 - 1)
+            }));
+        }
+        scene.objects[0].materials = materials;
+    }
+}
+
+/// A matte material that shows an image.
+fn shown(file: &str, path: &Path, context: &Context) -> Material {
+    let image = context.picture(&locate(&folder_of(path), file), Numbers::Light(Transfer::Srgb));
+    let surface: Surface = match image {
+        Ok(decoded) => {
+            let image = Arc::new(decoded.image);
+            let bitmap = Bitmap { image, wrap: Wrap::Repeat, filter: Filter::Trilinear };
+            let texture = Arc::new(Texture::from(Pattern::Bitmap(bitmap)));
+            Matte { reflectance: Input::Texture(texture), two_sided: true }.into()
+        }
+        Err(why) => {
+            let message = format!("the image is not shown: {why}; {}", substitute::INSTEAD);
+            context.missing(place(path, 0), message);
+            substitute::surface()
+        }
+    };
+    Material {
+        name: mesh_file::name_of(Path::new(file)),
+        surface,
+        emission: [0.0; 3].into(),
+        hidden_emission: false,
+        opacity: 1.0.into(),
+    }
+}

@@ -1,0 +1,145 @@
+//! What text files have around and between their lines: byte-order marks, line breaks, and lines that are continued.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use super::mesh_file;
+use crate::LoadError;
+
+/// The byte-order mark of UTF-8, which some editors write. [The Unicode Standard 15.0, §23.8]
+const MARK: &[u8] = b"\xEF\xBB\xBF";
+
+/// A file without the byte-order mark of UTF-8.
+///
+/// # Errors
+/// If it is a text in UTF-16 or UTF-32, by its mark, or because each other one of its first bytes is 0.
+pub(super) fn unmarked<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a [u8], LoadError> {
+    let encoding = match bytes {
+        [0xFF, 0xFE, 0, 0, ..] | [0, 0, 0xFE, 0xFF, ..] => "UTF-32",
+        [0xFF, 0xFE, ..]
+        | [0xFE, 0xFF, ..]
+        | [1..=0x7F, 0, 1..=0x7F, 0, ..]
+        | [0, 1..=0x7F, 0, 1..=0x7F, ..] => "UTF-16",
+        _ => return Ok(bytes.strip_prefix(MARK).unwrap_or(bytes)),
+    };
+    Err(mesh_file::error(path, 0, format!("the text is in {encoding}; save it as UTF-8")))
+}
+
+/// A text without a byte-order mark, of which all lines end in line feeds, also where they end in carriage returns alone.
+///
+/// # Errors
+/// Those of [`unmarked`].
+pub(super) fn lines<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, [u8]>, LoadError> {
+    Ok(with_line_feeds(unmarked(bytes, path)?))
+}
+
+/// As [`lines`], as characters: those that are not of UTF-8 become U+FFFD.
+///
+/// # Errors
+/// Those of [`unmarked`].
+pub(super) fn characters<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, str>, LoadError> {
+    Ok(match lines(bytes, path)? {
+        Cow::Borrowed(bytes) => String::from_utf8_lossy(bytes),
+        Cow::Owned(bytes) => Cow::Owned(String::from_utf8_lossy(&bytes).into_owned()),
+    })
+}
+
+/// As [`lines`], where a backslash at the end of a line joins the next one to it. Empty lines behind those that were joined keep
+/// the numbers of all others. Comments (from a `#` that begins a word) are not continued, as they may end in the path of a folder.
+///
+/// # Errors
+/// Those of [`unmarked`].
+pub(super) fn joined_lines<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, [u8]>, LoadError> {
+    let text = lines(bytes, path)?;
+    if !memchr::memchr_iter(b'\\', &text).any(|at| ends_line(&text[at + 1..])) {
+        return Ok(text);
+    }
+    let (mut joined, mut pending) = (Vec::with_capacity(text.len()), 0);
+    for line in text.split_inclusive(|byte| *byte == b'\n') {
+        if let Some(start) = continued(line) {
+            joined.extend_from_slice(start);
+            joined.push(b' ');
+            pending += 1;
+        } else {
+            joined.extend_from_slice(line);
+            joined.extend(std::iter::repeat_n(b'\n', std::mem::take(&mut pending)));
+        }
+    }
+    Ok(Cow::Owned(joined))
+}
+
+/// What stands before the backslash of a line that is continued.
+fn continued(line: &[u8]) -> Option<&[u8]> {
+    let start = line.strip_suffix(b"\n")?.trim_ascii_end().strip_suffix(b"\\")?;
+    let begins_word = |at: usize| at == 0 || start[at - 1].is_ascii_whitespace();
+    let is_comment = memchr::memchr_iter(b'#', start).any(begins_word);
+    (!is_comment).then_some(start)
+}
+
+/// Whether nothing but blanks follows on the line.
+fn ends_line(rest: &[u8]) -> bool {
+    rest.iter().find(|byte| !matches!(byte, b' ' | b'\t' | b'\r')) == Some(&b'\n')
+}
+
+/// With line feeds in place of carriage returns that have none behind them.
+pub(super) fn with_line_feeds(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let is_alone = |at: &usize| bytes.get(at + 1) != Some(&b'\n');
+    let Some(first) = memchr::memchr_iter(b'\r', bytes).find(is_alone) else {
+        return Cow::Borrowed(bytes);
+    };
+    let mut text = bytes.to_vec();
+    for at in memchr::memchr_iter(b'\r', &bytes[first..]).map(|at| first + at).filter(is_alone) {
+        text[at] = b'\n';
+    }
+    Cow::Owned(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_are_passed_over_or_named() {
+        let read =
+            |bytes: &'static [u8]| unmarked(bytes, Path::new("a")).map_err(|e| e.to_string());
+        assert_eq!(read(b"\xEF\xBB\xBFv 1"), Ok(&b"v 1"[..]));
+        assert_eq!(read(b"v 1"), Ok(&b"v 1"[..]));
+        for (bytes, named) in [
+            (&b"\xFF\xFEv\0 \0"[..], "UTF-16"),
+            (b"\xFE\xFF\0v\0 ", "UTF-16"),
+            (b"v\0 \x001\0", "UTF-16"),
+            (b"\0v\0 ", "UTF-16"),
+            (b"\xFF\xFE\0\0v\0\0\0", "UTF-32"),
+            (b"\0\0\xFE\xFF\0\0\0v", "UTF-32"),
+        ] {
+            let message = read(bytes).expect_err("no UTF-8");
+            assert!(message.contains(named), "{message}");
+        }
+    }
+
+    /// A carriage return alone ends a line, before a line feed it is a part of its line's end.
+    #[test]
+    fn each_line_ends_in_a_line_feed() {
+        for (text, expected) in
+            [("a\nb\r\nc", "a\nb\r\nc"), ("a\rb\r\rc\r", "a\nb\n\nc\n"), ("a\r\nb\rc", "a\r\nb\nc")]
+        {
+            assert_eq!(&*with_line_feeds(text.as_bytes()), expected.as_bytes());
+        }
+    }
+
+    /// The statements of a text, with the number of the line in which each begins.
+    #[test]
+    fn lines_that_are_continued_keep_the_numbers_of_others() {
+        let join = |text: &str| {
+            let joined = joined_lines(text.as_bytes(), Path::new("a")).expect("UTF-8").into_owned();
+            String::from_utf8(joined).expect("UTF-8")
+        };
+        assert_eq!(join("v 0 \\\n 1\\\r\n2\nf"), "v 0   1 2\n\n\nf");
+        assert_eq!(join("v 0 \\ \n1"), "v 0  1\n");
+        assert_eq!(join("v 0 \\\r1\rf"), "v 0  1\n\nf");
+        for text in ["# C:\\models\\\nv 1", "v 1 # a \\\nv", "map_Kd a\\b\n", "v \\"] {
+            assert_eq!(join(text), text);
+        }
+        assert_eq!(join("usemtl a#\\\nb"), "usemtl a# b\n");
+    }
+}
