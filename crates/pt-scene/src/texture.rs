@@ -139,6 +139,23 @@ impl Pattern {
 }
 
 impl Color {
+    /// The colour of what emits it where only a share of it is there. All channels of a texture of the share are to be
+    /// equal.
+    #[must_use]
+    pub fn times(self, share: &Scalar) -> Self {
+        let share = match share {
+            Scalar::Value(share) => Self::Value([*share; 3]),
+            Scalar::Texture(texture) => Self::Texture(Arc::clone(texture)),
+        };
+        match [self, share] {
+            [Self::Value(a), Self::Value(b)] => Self::Value(std::array::from_fn(|c| a[c] * b[c])),
+            [Self::Value([0.0, 0.0, 0.0]), _] => Self::Value([0.0; 3]),
+            [color, Self::Value([1.0, 1.0, 1.0])] => color,
+            [Self::Value([1.0, 1.0, 1.0]), share] => share,
+            factors => Self::Texture(Arc::new(Pattern::Product(Box::new(factors)).into())),
+        }
+    }
+
     /// About what it is on average: of an image the mean, of two colours the middle.
     pub fn mean(&self) -> [f32; 3] {
         match self {

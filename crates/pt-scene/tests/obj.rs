@@ -393,3 +393,37 @@ fn corners_are_smooth_within_their_group() {
     }
     assert!(mesh(&read("", "s off", "s 0")).normals.is_none());
 }
+
+/// Half of a surface that emits (0, 4, 2) emits half of that; where a map says what is there, it says what emits.
+#[test]
+fn only_what_is_there_emits() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let image = Image { width: 2, height: 1, pixels: vec![[0.0; 3], [1.0; 3]] };
+    save(&image, &folder.path().join("cut.png"), &SaveOptions::default()).expect("it is written");
+    let file = folder.path().join("a.obj");
+    std::fs::write(
+        &file,
+        "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n",
+    )
+    .expect("it is written");
+    let emission = |more: &str| {
+        let text = format!("newmtl a\nKd 0 0 0\nKe 0 4 2\n{more}\n");
+        std::fs::write(folder.path().join("a.mtl"), text).expect("it is written");
+        load(&file).unwrap_or_else(|error| panic!("{error}")).materials.swap_remove(0).emission
+    };
+    for (more, expected) in [
+        ("", [0.0, 4.0, 2.0]),
+        ("d 0.5", [0.0, 2.0, 1.0]),
+        ("Tr 0.75", [0.0, 1.0, 0.5]),
+        ("d 0", [0.0; 3]),
+        // Glass is there as a whole.
+        ("d 0.5\nillum 7", [0.0, 4.0, 2.0]),
+    ] {
+        assert_eq!(emission(more), Color::Value(expected), "{more}");
+    }
+    let Color::Texture(texture) = emission("map_d cut.png") else { panic!("no map") };
+    let Pattern::Product(factors) = &texture.pattern else { panic!("{:?}", texture.pattern) };
+    assert_eq!(factors[0], Color::Value([0.0, 4.0, 2.0]));
+    let share = factors[1].texture().expect("the map");
+    assert_eq!(bitmap(share).image.pixels, [[0.0; 3], [1.0; 3]]);
+}

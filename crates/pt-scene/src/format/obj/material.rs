@@ -64,6 +64,8 @@ impl<'f, 'n> Maker<'f, 'n> {
         let (surface, opacity) = made.surface();
         let surface = made.embossed(surface);
         let emission = made.painted("Ke", "map_Ke", 0.0);
+        // Only what is there emits.
+        let emission = emission.times(&opacity);
         let is_loud = context.was_loud();
         Ok(Material {
             name: name.to_owned(),
