@@ -1,7 +1,7 @@
 //! All that the samples of an image depend on, in words: so that nobody adds samples of one image to another.
 
 use pt_core::light::EnvironmentMap;
-use pt_core::settings::{DirectLight, LightGroup, LightGroups, Roulette, Settings};
+use pt_core::settings::{DirectLight, Hidden, LightGroup, LightGroups, Roulette, Settings};
 use pt_core::{CompileOptions, Region};
 
 /// A name and a value for people.
@@ -65,6 +65,7 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
         filter,
         region: _, // the film has it
         aovs,
+        hidden,
         light_groups,
     } = settings;
     say("integrator", integrator.clone());
@@ -90,6 +91,9 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
     say("filter", format!("{filter:?}"));
     let aovs: Vec<_> = aovs.iter().map(|aov| aov.name()).collect();
     say("other channels", if aovs.is_empty() { "none".into() } else { aovs.join(", ") });
+    if *hidden != Hidden::Nothing {
+        say("not seen directly", format!("{hidden:?}"));
+    }
     if let Some(groups) = light_groups {
         say("light groups", in_words(groups));
     }

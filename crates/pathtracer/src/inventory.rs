@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pt_core::{CompileError, CompileOptions, Settings};
 use pt_math::{DAffine3, DVec3};
 use pt_scene::medium::{Emission, Matter, PlacedGrid, Volume};
-use pt_scene::{Geometry, LightKind, Mesh, Object, Projection, Scene, Source};
+use pt_scene::{Geometry, Hidden, LightKind, Mesh, Object, Projection, Scene, Source};
 use serde::Serialize;
 
 use crate::{BuildOptions, Builder, Session, memory};
@@ -262,6 +262,11 @@ fn settings(scene: &Scene) -> Vec<Item> {
     let crop = |[x, y, width, height]: [u32; 4]| {
         format!("{width} x {height} pixels from column {x}, row {y}")
     };
+    let hidden = match s.hidden {
+        Hidden::Nothing => None,
+        Hidden::Background => Some("the background"),
+        Hidden::Emitters => Some("the background and surfaces that emit"),
+    };
     let aovs = (!s.aovs.is_empty()).then(|| s.aovs.join(", "));
     let said = [
         ("resolution", s.resolution.map(size)),
@@ -271,6 +276,7 @@ fn settings(scene: &Scene) -> Vec<Item> {
         ("integrator", s.integrator.map(str::to_owned)),
         ("other channels", aovs),
         ("filter", s.filter.map(|filter| format!("{filter:?}"))),
+        ("not seen directly", hidden.map(str::to_owned)),
     ];
     let item = |(name, value): (&str, Option<String>)| {
         value.map(|kind| Item { name: name.to_owned(), kind })

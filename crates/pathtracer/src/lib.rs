@@ -35,12 +35,12 @@ pub mod receipt;
 mod session;
 
 pub use pt_bvh::{BuildOptions, Builder, Quality};
-pub use pt_core::develop::radiance;
+pub use pt_core::develop::{radiance, rgba};
 pub use pt_core::film::{Aov, Film, Half, Measured, Region, Rejections, aov, groups};
 pub use pt_core::light::EnvironmentMap;
 pub use pt_core::progress::{Advance, Observer, Silent};
 pub use pt_core::settings::{
-    Adaptive, Clamp, DirectLight, LightGroup, LightGroups, Roulette, Settings, Target,
+    Adaptive, Clamp, DirectLight, Hidden, LightGroup, LightGroups, Roulette, Settings, Target,
 };
 pub use pt_core::target::Look;
 pub use pt_core::{CompileError, CompileOptions};

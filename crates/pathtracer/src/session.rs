@@ -196,7 +196,13 @@ impl Session {
         Image { width, height, pixels: develop::radiance(&self.film) }
     }
 
-    /// What the settings ask for besides light, as channels of the image.
+    /// The image so far with its coverage, by which colours are multiplied already (premultiplied
+    /// alpha); 1 where the settings do not ask for [`Aov::Alpha`]. In rows from the top.
+    pub fn rgba(&self) -> Vec<[f32; 4]> {
+        develop::rgba(&self.film)
+    }
+
+    /// What the settings ask for besides light and its coverage, as channels of the image.
     pub fn channels(&self) -> Vec<Channel> {
         let mattes = cryptomatte::channels(&self.film, &self.names);
         let groups = groups::channels(&self.film);

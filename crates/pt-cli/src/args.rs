@@ -12,6 +12,7 @@ use crate::check::{self, Checked};
 use crate::commands::Command;
 use crate::formats::{self, ExrCompression, ExrType, Tonemap};
 use crate::loading::Loading;
+use crate::opacity::Opacity;
 use crate::target::Stop;
 use crate::{light_groups, message};
 
@@ -69,6 +70,9 @@ pub(crate) struct Cli {
     /// Compression of an EXR image (DWAA and DWAB cannot be written) [default: zip]
     #[arg(long, value_name = "METHOD", help_heading = "Image")]
     pub(crate) exr_compression: Option<ExrCompression>,
+
+    #[command(flatten)]
+    pub(crate) opacity: Opacity,
 
     /// Remove the noise by Intel Open Image Denoise, which is a library apart (a message gives the command that installs it): an EXR
     /// image keeps what was rendered in the layer "noisy", beside a PNG image NAME_noisy.png has it

@@ -280,7 +280,9 @@ const PLAN_BYTES: u64 = 64;
 
 /// What a pixel takes, with all that is kept of it and so many groups of lights.
 pub(crate) fn bytes_per_pixel(cli: &Cli, groups: usize) -> u64 {
-    let kept = with_denoising(cli.aov.clone(), cli.denoise);
+    let mut kept = with_denoising(cli.aov.clone(), cli.denoise);
+    kept.extend(cli.opacity.channel(&cli.aov, &FileSettings::default(), cli.cs184));
+    kept.dedup();
     let besides = aov::bytes_per_pixel(&kept) + groups * groups::BYTES_PER_PIXEL;
     let of_film = PIXEL_BYTES + besides as u64;
     let halves = cli.stop.has_target() || kept.iter().any(|aov| aov.is_of_half());
@@ -309,7 +311,7 @@ fn check_aovs(cli: &Cli) -> Result<(), String> {
     if let Some((_, twice)) = cli.aov.iter().enumerate().find(|(i, a)| cli.aov[..*i].contains(a)) {
         return Err(format!("--aov names \"{}\" twice; once is enough", twice.name()));
     }
-    if cli.aov.is_empty() || has_room_for_channels(cli) {
+    if cli.aov.iter().all(|aov| *aov == Aov::Alpha) || has_room_for_channels(cli) {
         return Ok(());
     }
     Err("--aov needs an image with room for more channels, as in -f out.exr".into())
@@ -389,6 +391,7 @@ impl Checked {
             exr_type: self.cli.exr_type.map(Into::into).unwrap_or_default(),
             exr_compression: self.cli.exr_compression.map(Into::into).unwrap_or_default(),
             metadata: metadata.map(|(key, text)| (key.to_owned(), text)).collect(),
+            alpha: None,
             channels: Vec::new(),
         }
     }
@@ -463,6 +466,7 @@ impl Checked {
             },
             region: None,
             aovs: self.aovs(file),
+            hidden: cli.opacity.hidden(file.hidden, course),
             light_groups: cli.light_groups.clone(),
         }
     }
@@ -478,12 +482,14 @@ impl Checked {
         } else {
             self.cli.aov.clone()
         };
-        with_denoising(asked, self.cli.denoise)
+        let of_colors = self.cli.opacity.channel(&self.cli.aov, file, self.cli.cs184);
+        let besides = asked.into_iter().filter(|aov| *aov != Aov::Alpha);
+        with_denoising(of_colors.into_iter().chain(besides).collect(), self.cli.denoise)
     }
 
     /// Whether a file asks for channels for which the image has no room.
     pub(crate) fn leaves_channels_out(&self, file: &FileSettings) -> bool {
-        !file.aovs.is_empty() && !has_room_for_channels(&self.cli)
+        file.aovs.iter().any(|name| *name != Aov::Alpha.name()) && !has_room_for_channels(&self.cli)
     }
 
     /// The opening of the lens, if it is asked for.

@@ -21,6 +21,7 @@ mod loading;
 mod machine;
 mod merge;
 mod message;
+mod opacity;
 mod output;
 mod render;
 mod rerender;

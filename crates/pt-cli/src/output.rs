@@ -71,7 +71,8 @@ pub(crate) fn write_image(
     let Region { width, height, .. } = film.region();
     let rendered = Image { width, height, pixels: pathtracer::radiance(film) };
     if image::is_image(path) {
-        let mut options = SaveOptions { channels: aov::channels(film), ..options };
+        let mut options =
+            SaveOptions { alpha: film.alpha(), channels: aov::channels(film), ..options };
         options.channels.extend(cryptomatte::channels(film, names));
         options.metadata.extend(cryptomatte::metadata(film, names));
         options.channels.extend(groups::channels(film));

@@ -7,6 +7,14 @@ pub fn radiance(film: &Film) -> Vec<[f32; 3]> {
     film.pixels().map(|p| p.mean().map(|v| v as f32)).collect()
 }
 
+/// Mean radiance of each pixel, which is multiplied with its coverage already, and that coverage; 1
+/// where the film does not keep it. In rows from the top.
+pub fn rgba(film: &Film) -> Vec<[f32; 4]> {
+    let pixels = radiance(film);
+    let alpha = film.alpha().unwrap_or_else(|| vec![1.0; pixels.len()]);
+    pixels.into_iter().zip(alpha).map(|([r, g, b], a)| [r, g, b, a]).collect()
+}
+
 /// Standard error of the mean luminance of each pixel, in rows from the top; infinite where
 /// fewer than two samples were taken.
 pub fn standard_error(film: &Film) -> Vec<f32> {

@@ -4,6 +4,7 @@ use std::fmt;
 
 use pt_math::sampler::{PointSet, SamplerKind};
 use pt_scene::Filter;
+pub use pt_scene::Hidden;
 
 use crate::film::{Aov, Film, Region};
 
@@ -146,6 +147,8 @@ pub struct Settings {
     pub region: Option<Region>,
     /// What to keep of surfaces besides light.
     pub aovs: Vec<Aov>,
+    /// What is not seen directly, though it lights.
+    pub hidden: Hidden,
     /// Which lights make up which part of the light, if it is to be kept in parts.
     pub light_groups: Option<LightGroups>,
 }
@@ -186,6 +189,11 @@ impl Settings {
         if self.in_halves() { film.in_halves() } else { film }
     }
 
+    /// Whether the film keeps coverage.
+    pub fn keeps_alpha(&self) -> bool {
+        self.aovs.contains(&Aov::Alpha)
+    }
+
     /// Whether light scattered `bounces` times is shown.
     #[inline]
     pub fn shows(&self, bounces: u32) -> bool {
@@ -217,6 +225,7 @@ impl Default for Settings {
             filter: Filter::default(),
             region: None,
             aovs: Vec::new(),
+            hidden: Hidden::Nothing,
             light_groups: None,
         }
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use pt_core::RenderScene;
 use pt_core::film::Tile;
 use pt_core::filter::FilterSampler;
-use pt_core::settings::Settings;
+use pt_core::settings::{Hidden, Settings};
 use pt_math::sampler::{LANES, Lanes, SamplerBlocks};
 use pt_math::{Ray8, RayColumns, Spectrum};
 
@@ -61,6 +61,7 @@ pub(crate) struct Worker<'a, I: ?Sized> {
     weights: Vec<f32>,
     radiance: Vec<Spectrum>,
     first_hits: FirstHits,
+    hidden: Hidden,
     /// Samples taken.
     pub(crate) samples: u64,
 }
@@ -86,6 +87,7 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
             weights: Vec::new(),
             radiance: Vec::new(),
             first_hits: FirstHits::default(),
+            hidden: settings.hidden,
             samples: 0,
         }
     }
@@ -100,6 +102,8 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
         let weights = self.weighs().then_some(&*self.weights);
         let parts = self.integrator.parts();
         let groups = parts.len() / self.radiance.len().max(1);
+        let transparencies = self.integrator.transparencies();
+        let keeps_alpha = tile.keeps_alpha();
         let mut next = 0;
         for Run { pixel, samples, kept, .. } in batch {
             if !kept.is_empty() {
@@ -108,6 +112,9 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
                 let weights = weights.map(|weights| &weights[start..end]);
                 let samples = &self.radiance[start..end];
                 tile.add(*pixel, kept.start, samples, weights);
+                if keeps_alpha {
+                    tile.cover(*pixel, &transparencies[start..end], weights);
+                }
                 if groups > 0 {
                     tile.add_parts(*pixel, samples, &parts[start * groups..end * groups], weights);
                 }
@@ -115,7 +122,7 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
             next += samples.len();
         }
         if tile.keeps_surfaces() {
-            self.first_hits.add(&mut self.tracer, &self.starts, batch, tile);
+            self.first_hits.add(&mut self.tracer, &self.starts, (batch, self.hidden), tile);
         }
         self.samples += batch.iter().map(|run| run.kept.len() as u64).sum::<u64>();
     }

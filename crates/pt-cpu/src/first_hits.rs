@@ -2,6 +2,7 @@
 
 use pt_bvh::Hit;
 use pt_core::film::{FirstHit, Tile};
+use pt_core::settings::Hidden;
 use pt_core::{Interaction, RenderScene};
 use pt_math::sampler::Sampler;
 use pt_math::{Ray, Rays, Spectrum};
@@ -22,11 +23,11 @@ impl FirstHits {
         &mut self,
         tracer: &mut Tracer,
         starts: &Starts,
-        batch: &[Run],
+        (batch, hidden): (&[Run], Hidden),
         tile: &mut Tile,
     ) {
         let rays = Rays::from(&starts.rays);
-        holes::first_hits(tracer, starts, &mut self.hits);
+        holes::first_hits(tracer, starts, hidden, &mut self.hits);
         let samples =
             batch.iter().flat_map(|run| run.samples.clone().map(move |sample| (run, sample)));
         for (i, ((run, sample), hit)) in samples.zip(&self.hits).enumerate() {

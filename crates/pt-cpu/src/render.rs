@@ -378,7 +378,8 @@ impl<'a> Renderer<'a> {
     /// Whether the n samples of a pixel are enough: 1.96 σ/√n ≤ tolerance · μ.
     ///
     /// σ² is the variance of samples times their weights by the filter, once there are so many
-    /// that it can be told.
+    /// that it can be told. Where the film keeps coverage, so is its interval to be narrower than the
+    /// tolerance, as a share of full coverage.
     fn converged(&self, tile: &Tile, pixel: [u32; 2], n: u32) -> bool {
         let Some(Adaptive { batch, tolerance }) = self.settings.adaptive else { return false };
         let least = self.filter.as_ref().map_or(0, FilterSampler::least_samples);
@@ -386,7 +387,9 @@ impl<'a> Renderer<'a> {
             return false;
         }
         let (mean, error) = tile.pixel(pixel).luminance();
-        1.96 * error <= f64::from(tolerance) * mean
+        let tolerance = f64::from(tolerance);
+        let is_covered = tile.alpha(pixel).is_none_or(|(_, error)| 1.96 * error <= tolerance);
+        is_covered && 1.96 * error <= tolerance * mean
     }
 }
 

@@ -38,7 +38,7 @@ pub use medium::{Medium, Sides};
 pub use mesh::{Attribute, Mesh, Part};
 pub use motion::{Key, Motion, MotionError};
 pub use scene::{Geometry, Object, Scene};
-pub use settings::FileSettings;
+pub use settings::{FileSettings, Hidden};
 pub use source::Source;
 pub use span::Span;
 pub use texture::{Color, Scalar, Texture};

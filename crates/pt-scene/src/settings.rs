@@ -2,6 +2,19 @@
 
 use crate::Filter;
 
+/// What is not seen directly, though it lights as if it were there: by rays of the camera that nothing
+/// has scattered yet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Hidden {
+    /// All that shines is seen.
+    #[default]
+    Nothing,
+    /// Environment maps, constant environments, skies and their suns.
+    Background,
+    /// These, and all surfaces that emit, through which the camera sees what is behind.
+    Emitters,
+}
+
 /// What a file asks for; `None` where it is silent.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FileSettings {
@@ -21,6 +34,8 @@ pub struct FileSettings {
     pub aovs: Vec<&'static str>,
     /// Reconstruction filter.
     pub filter: Option<Filter>,
+    /// What is not seen directly.
+    pub hidden: Hidden,
 }
 
 impl FileSettings {

@@ -24,7 +24,7 @@ use materials::ROUGH;
 use pt_math::{DAffine3, DVec3, Vec3};
 use pt_scene::format::{LoadOptions, load_with};
 use pt_scene::material::{Black, Conductor, Glass, Matte, Roughness};
-use pt_scene::{Color, FileSettings, Filter, Geometry, Material, Mesh, Scene, Surface};
+use pt_scene::{Color, FileSettings, Filter, Geometry, Hidden, Material, Mesh, Scene, Surface};
 
 /// A scene with some content, whose folder is that of the good files.
 fn read(content: &str) -> Scene {
@@ -191,6 +191,7 @@ fn one_of_each_kind_of_object() {
         integrator: None,
         aovs: Vec::new(),
         filter: Some(Filter::Box),
+        hidden: Hidden::Nothing,
     };
     assert_eq!(scene.settings, settings);
     let surfaces: Vec<_> = scene
@@ -265,6 +266,7 @@ fn the_scenes_for_peers_load_without_a_warning() {
             integrator: None,
             aovs: Vec::new(),
             filter: Some(Filter::Box),
+            hidden: Hidden::Nothing,
         };
         assert_eq!(scene.settings, settings, "{name}");
     }

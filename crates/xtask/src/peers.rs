@@ -63,14 +63,20 @@ pub(crate) fn compare(python: &Path, size: Size, scene: Option<&str>) -> Result<
         Size::Small => "small",
         Size::Full => "full",
     };
-    let mut command = Command::new(python);
-    command.arg(root().join("crates/xtask/python/peers.py"));
-    command.arg("--program").arg(program);
-    command.arg("--scenes").arg(root().join("scenes/mitsuba"));
-    command.arg("--output").arg(output_folder("peers")?);
-    command.args(["--size", size]);
-    command.args(scene.iter().flat_map(|name| ["--scene", name]));
-    let status = command.status().with_context(|| format!("{} does not run", python.display()))?;
-    ensure!(status.success(), "the comparison with Mitsuba failed");
-    Ok(())
+    let run = |script: &str, scenes: &str, scene: Option<&str>| {
+        let mut command = Command::new(python);
+        command.arg(root().join("crates/xtask/python").join(script));
+        command.arg("--program").arg(&program);
+        command.arg("--scenes").arg(root().join(scenes));
+        command.arg("--output").arg(output_folder("peers")?);
+        command.args(["--size", size]);
+        command.args(scene.iter().flat_map(|name| ["--scene", name]));
+        let status = command.status();
+        let status = status.with_context(|| format!("{} does not run", python.display()))?;
+        ensure!(status.success(), "the comparison with Mitsuba failed: {script}");
+        Ok(())
+    };
+    run("peers.py", "scenes/mitsuba", scene)?;
+    // Cut-out scenes are compared together.
+    if scene.is_some() { Ok(()) } else { run("alpha.py", "scenes/alpha", None) }
 }

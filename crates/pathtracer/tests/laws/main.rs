@@ -2,6 +2,7 @@
 //! agree, and which settings must not change a bit.
 
 mod adaptive;
+mod alpha;
 mod analytic;
 mod aovs;
 mod batches;

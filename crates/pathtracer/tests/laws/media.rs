@@ -27,7 +27,7 @@ fn medium(matter: Matter, phase: Phase) -> Medium {
     Medium { name: String::new(), matter, phase, at: pt_scene::Span::default() }
 }
 
-fn homogeneous(extinction: [f32; 3], albedo: [f32; 3], phase: Phase) -> Medium {
+pub(crate) fn homogeneous(extinction: [f32; 3], albedo: [f32; 3], phase: Phase) -> Medium {
     medium(Matter::Homogeneous { extinction, albedo, emission: [0.0; 3] }, phase)
 }
 
@@ -70,7 +70,7 @@ fn filled(builder: Builder, medium: Medium) -> Builder {
 }
 
 /// A cube [−1, 1]³ in `place` that is nothing but the boundary of a medium.
-fn block(builder: Builder, place: DAffine3, medium: Medium) -> Builder {
+pub(crate) fn block(builder: Builder, place: DAffine3, medium: Medium) -> Builder {
     let Builder(mut scene) = builder.mesh(shapes::cube(), place, Black.into());
     scene.materials.last_mut().expect("it has a material").opacity = 0.0.into();
     filled(Builder(scene), medium)
@@ -82,7 +82,7 @@ fn glass(ior: f32) -> Surface {
 }
 
 /// A camera that looks along −z, almost in parallel.
-fn straight() -> pathtracer::Camera {
+pub(crate) fn straight() -> pathtracer::Camera {
     camera(DVec3::new(0.0, 0.0, 8.0), DVec3::ZERO, [1e-3, 1e-3])
 }
 

@@ -1,5 +1,6 @@
 //! The program as its users run it.
 
+mod alpha;
 mod common;
 mod convert;
 mod course;

@@ -135,6 +135,8 @@ pub trait Lobe<'t>: Copy {
     const ROUND: bool = false;
     /// Whether light goes through the surface.
     const TRANSMITS: bool = false;
+    /// Whether light that goes through leaves as it came, so that what is behind is seen in its place.
+    const STRAIGHT: bool = false;
     /// Whether it scatters diffusely whatever it does not send into single directions.
     const DIFFUSE: bool = false;
 }
@@ -199,6 +201,11 @@ macro_rules! lobes {
             #[inline(always)]
             fn transmits(&self) -> bool {
                 $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::TRANSMITS))||*
+            }
+            /// See [`Lobe::STRAIGHT`].
+            #[inline(always)]
+            fn is_straight(&self) -> bool {
+                $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::STRAIGHT))||*
             }
             /// See [`Lobe::ROUND`].
             #[inline(always)]
@@ -416,6 +423,12 @@ impl<'a> Bsdf<'a> {
     #[inline(always)]
     pub fn is_delta(&self) -> bool {
         self.lobe.is_delta()
+    }
+
+    /// Whether light that [`Self::sample`] sent to `wi` (world) goes through as it came.
+    #[inline]
+    pub fn lets_through(&self, wi: Vec3) -> bool {
+        self.lobe.is_straight() && self.frame.to_local(wi).z * self.wo.z < 0.0
     }
 
     /// See [`Lobe::DIFFUSE`].

@@ -35,6 +35,7 @@ impl ThinDielectric {
 impl Lobe<'_> for ThinDielectric {
     const DELTA: bool = true;
     const TRANSMITS: bool = true;
+    const STRAIGHT: bool = true;
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let ([a, b, c], [d, e, f]) = (self.reflectance.to_array(), self.transmittance.to_array());

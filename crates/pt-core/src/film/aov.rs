@@ -46,6 +46,8 @@ pub enum Aov {
     CryptomatteObject,
     /// Likewise which materials of the scene.
     CryptomatteMaterial,
+    /// Coverage: see [`Film::alpha`].
+    Alpha,
 }
 
 /// The first surface that a sample sees.
@@ -89,6 +91,8 @@ enum Source {
     Refused,
     /// Numbers of all samples, which [`super::Things`] counts.
     Thing(fn(&FirstHit) -> u32),
+    /// The coverage of all samples.
+    Coverage,
 }
 
 const RGB: &[&str] = &["R", "G", "B"];
@@ -96,7 +100,7 @@ const XYZ: &[&str] = &["X", "Y", "Z"];
 
 impl Aov {
     /// Each with its name for users.
-    pub const NAMES: [(&'static str, Self); 16] = [
+    pub const NAMES: [(&'static str, Self); 17] = [
         ("albedo", Self::Albedo),
         ("normal", Self::Normal),
         ("geometric_normal", Self::GeometricNormal),
@@ -113,6 +117,7 @@ impl Aov {
         ("half_b", Self::HalfB),
         ("cryptomatte_object", Self::CryptomatteObject),
         ("cryptomatte_material", Self::CryptomatteMaterial),
+        ("alpha", Self::Alpha),
     ];
 
     /// The one of this name.
@@ -146,6 +151,7 @@ impl Aov {
             Self::CryptomatteMaterial => {
                 (&[], Source::Thing(|hit| hit.scene_material.map_or(0, |number| number + 1)))
             }
+            Self::Alpha => (&[], Source::Coverage),
         }
     }
 
@@ -163,7 +169,7 @@ impl Aov {
     fn sums(self) -> usize {
         match self.source() {
             (channels, Source::Mean(_)) => channels.len(),
-            (_, Source::Id(_) | Source::Refused) => 1,
+            (_, Source::Id(_) | Source::Refused | Source::Coverage) => 1,
             (_, Source::Film(_) | Source::Count(_) | Source::Half(_) | Source::Thing(_)) => 0,
         }
     }
@@ -200,11 +206,15 @@ pub(super) fn place_of_things(aovs: &[Aov], aov: Aov) -> Option<usize> {
     aovs.iter().filter(|aov| aov.thing().is_some()).position(|other| *other == aov)
 }
 
+/// The place of the first sum of one among those of a pixel, if it is kept.
+pub(super) fn place(aovs: &[Aov], aov: Aov) -> Option<usize> {
+    let before = &aovs[..aovs.iter().position(|other| *other == aov)?];
+    Some(1 + before.iter().map(|aov| aov.sums()).sum::<usize>())
+}
+
 /// Counts a sample that is refused.
 pub(super) fn refuse(aovs: &[Aov], sums: &mut [ExactSum]) {
-    let before = aovs.iter().take_while(|aov| **aov != Aov::Refused);
-    let place = 1 + before.map(|aov| aov.sums()).sum::<usize>();
-    if aovs.contains(&Aov::Refused) {
+    if let Some(place) = place(aovs, Aov::Refused) {
         sums[place].add(1.0);
     }
 }
@@ -251,7 +261,8 @@ fn sums_of_halves(film: &Film) -> Cow<'_, [ExactSum]> {
     Cow::Owned(both.collect())
 }
 
-/// The images of a film's quantities, in its order, without those that count things.
+/// The images of a film's quantities, in its order, without those that count things and without
+/// [`Aov::Alpha`], which belongs to the colours.
 pub fn channels(film: &Film) -> Vec<Channel> {
     let per_pixel = sums_per_pixel(&film.aovs);
     // Where nothing is kept, there is nothing to find.
@@ -278,7 +289,9 @@ pub fn channels(film: &Film) -> Vec<Channel> {
                 Source::Half(half) => Samples::Real(
                     film.moments(half).map(|moments| moments.mean()[channel] as f32).collect(),
                 ),
-                Source::Thing(_) => continue, // their images are of names, which a film does not know
+                // Their images are of names, which a film does not know,
+                // and coverage belongs to the colours.
+                Source::Thing(_) | Source::Coverage => continue,
             };
             let name = format!("{}.{name}", aov.name());
             channels.push(Channel { name, samples, half_suffices: aov.half_suffices() });
@@ -291,9 +304,8 @@ pub fn channels(film: &Film) -> Vec<Channel> {
 /// Means of a quantity with three real channels over all samples of each pixel, in which those that see no surface are 0,
 /// as is their light: at the edge of a shape, what is seen of it. `None` if the film does not keep it.
 pub fn means_of_all_samples(film: &Film, aov: Aov) -> Option<Vec<[f32; 3]>> {
-    let place = film.aovs.iter().position(|a| *a == aov)?;
+    let first = place(&film.aovs, aov)?;
     let (channels, Source::Mean(_)) = aov.source() else { return None };
-    let first = 1 + film.aovs[..place].iter().map(|aov| aov.sums()).sum::<usize>();
     if channels.len() != 3 {
         return None;
     }

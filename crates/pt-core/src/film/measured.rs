@@ -5,6 +5,11 @@
 //! samples of a half are, since the halves know nothing of each other. Where light is beyond the screen's range, the larger one
 //! of (f(A) − f(M))² and (f(B) − f(M))² takes its place, which is the same within the range: a pixel of which one half
 //! is far too bright, and so the image, is not told to be half as far away as it is.
+//!
+//! Where a film keeps coverage, its error counts as well: with ((αA − αB)/2)² of each pixel times S/Sα, where S and
+//! Sα are the sums of squares of what is displayed and of the coverage, the square of the relative error is the
+//! sum of those of light and of coverage, so that both are at least as good as they were to be. Where all is black, it
+//! is that of coverage.
 
 use super::Film;
 use super::unseen::{Unseen, Wrong, deviations};
@@ -127,6 +132,15 @@ impl Film {
                 fewest = fewest.min(pixel.count());
             }
         }
+        if let Some(coverage) = self.coverage() {
+            let coverage: Vec<_> = coverage.collect();
+            let square: f64 = coverage.iter().map(|pixel| pixel.mean().powi(2)).sum();
+            let scale = if signal > 0.0 && square > 0.0 { signal / square } else { 1.0 };
+            for (noise, pixel) in noise.iter_mut().zip(&coverage) {
+                *noise += scale * pixel.square_error();
+            }
+            signal = if signal > 0.0 { signal } else { square };
+        }
         let [width, apart] = [self.region.width, reuse].map(|n| n as usize);
         let alike = f64::from(reuse * reuse);
         let deviation = (2.0 * alike * variance_of_sum(&noise, width, apart)).sqrt();
@@ -135,8 +149,17 @@ impl Film {
     }
 
     /// The square error of each displayed pixel, as [`Self::squares`] sums it up: summed up over the channels, as a
-    /// share of the square of white. `None` if a pixel lacks samples.
+    /// share of the square of white, and with that of coverage as a share of that of 1. `None` if a pixel lacks
+    /// samples.
     pub(crate) fn square_errors(&self, white: f64) -> Option<Vec<f64>> {
-        self.pixels().map(|pixel| Some(squares(pixel.means_of_halves()?, white).0)).collect()
+        let errors = self.pixels().map(|pixel| Some(squares(pixel.means_of_halves()?, white).0));
+        let mut errors: Vec<f64> = errors.collect::<Option<_>>()?;
+        if let Some(coverage) = self.coverage() {
+            errors
+                .iter_mut()
+                .zip(coverage)
+                .for_each(|(error, pixel)| *error += pixel.square_error());
+        }
+        Some(errors)
     }
 }

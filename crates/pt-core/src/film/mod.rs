@@ -1,6 +1,7 @@
 //! The film: exact sums of samples, so that neither threads nor tiles nor the order in which
 //! partial films are merged can change a bit of the image.
 
+mod alpha;
 pub mod aov;
 mod bytes;
 mod exact;

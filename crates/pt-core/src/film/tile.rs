@@ -172,6 +172,39 @@ impl<'a> Tile<'a> {
         aov::refuse(self.aovs, sums);
     }
 
+    /// Whether it asks for the coverage of samples.
+    pub fn keeps_alpha(&self) -> bool {
+        self.aovs.contains(&Aov::Alpha)
+    }
+
+    /// Adds the coverage of the samples that [`Self::add`] was given, of which `transparencies` has
+    /// the complements, each times what it counts by the filter if that is given.
+    ///
+    /// # Panics
+    /// If it does not ask for them.
+    pub fn cover(&mut self, pixel: [u32; 2], transparencies: &[f32], weights: Option<&[f32]>) {
+        let (row, column) = self.place(pixel);
+        let place = aov::place(self.aovs, Aov::Alpha).expect("a film that keeps the coverage");
+        let per_pixel = aov::sums_per_pixel(self.aovs);
+        let sum = &mut self.rows[row].aov_sums[column * per_pixel + place];
+        for (i, transparency) in transparencies.iter().enumerate() {
+            sum.add((1.0 - transparency) * weights.map_or(1.0, |weights| weights[i]));
+        }
+    }
+
+    /// The coverage of a pixel inside of the region, and its standard error as that of samples that
+    /// are covered or not: σ² = n/(n − 1) α (1 − α), which no samples in [0, 1] exceed
+    /// [Bhatia & Davis 2000]. `None` if it does not ask for it.
+    pub fn alpha(&self, pixel: [u32; 2]) -> Option<(f64, f64)> {
+        let place = aov::place(self.aovs, Aov::Alpha)?;
+        let (row, column) = self.place(pixel);
+        let Row { counts, aov_sums, .. } = &self.rows[row];
+        let n = f64::from(counts[column]);
+        let sum = aov_sums[column * aov::sums_per_pixel(self.aovs) + place].value();
+        let alpha = (sum / n.max(1.0)).clamp(0.0, 1.0);
+        Some((alpha, (alpha * (1.0 - alpha) / (n - 1.0).max(1.0)).sqrt()))
+    }
+
     /// Whether it asks for the surfaces that samples see.
     pub fn keeps_surfaces(&self) -> bool {
         aov::keeps_surfaces(self.aovs)

@@ -1,10 +1,12 @@
 //! Ambient occlusion: how much of the sky a surface sees.
 
 use pt_bvh::Hit;
+use pt_core::settings::Hidden;
 use pt_core::{RenderScene, Settings};
 use pt_math::sampler::LANES;
 use pt_math::{Frame, Ray, Rays, Spectrum, Vec3, warp};
 
+use super::transparency::Transparency;
 use super::{CAMERA_DIMENSIONS, Integrator, Starts, holes};
 use crate::Tracer;
 
@@ -28,6 +30,8 @@ pub(super) struct AmbientOcclusion {
     shares: Vec<f32>,
     /// Sum of these for each start.
     open: Vec<f32>,
+    hidden: Hidden,
+    transparency: Transparency,
 }
 
 /// A surface point, seen from one side.
@@ -42,7 +46,7 @@ struct Point {
 const MANY: usize = 4096;
 
 impl AmbientOcclusion {
-    pub(super) fn new(settings: &Settings) -> Self {
+    pub(super) fn new(scene: &RenderScene, settings: &Settings) -> Self {
         Self {
             samples: settings.light_samples.max(1),
             distance: settings.ao_distance,
@@ -53,6 +57,8 @@ impl AmbientOcclusion {
             blocked: Vec::new(),
             shares: Vec::new(),
             open: Vec::new(),
+            hidden: settings.hidden,
+            transparency: Transparency::new(scene, settings),
         }
     }
 
@@ -102,7 +108,8 @@ impl AmbientOcclusion {
 
 impl Integrator for AmbientOcclusion {
     fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>) {
-        holes::first_hits(tracer, starts, &mut self.hits);
+        holes::first_hits(tracer, starts, self.hidden, &mut self.hits);
+        self.transparency.of_first_hits(&self.hits);
         self.open.clear();
         self.open.resize(self.hits.len(), 0.0);
         for block in 0..self.hits.len().div_ceil(LANES) {
@@ -112,6 +119,10 @@ impl Integrator for AmbientOcclusion {
         let samples = self.samples as f32;
         radiance.clear();
         radiance.extend(self.open.iter().map(|&sum| Spectrum::splat(sum / samples)));
+    }
+
+    fn transparencies(&self) -> &[f32] {
+        self.transparency.shares()
     }
 }
 

@@ -20,6 +20,8 @@ pub(super) struct State {
     pub(super) arrival: Arrival,
     /// Which start it is of; once paths have split, that times their ways, and which way it is.
     pub(super) start: u32,
+    /// How clear its way from the camera is, as [`super::transparency`] says.
+    pub(super) clear: f32,
     /// Where its light goes: see [`super::sums::Sums`].
     pub(super) target: u32,
 }

@@ -63,6 +63,10 @@ impl Integrator for Grouped<'_> {
         self.inner.take_removed()
     }
 
+    fn transparencies(&self) -> &[f32] {
+        self.inner.transparencies()
+    }
+
     fn parts(&self) -> &[Spectrum] {
         &self.parts
     }

@@ -1,6 +1,7 @@
 //! Rays that go on through surfaces of which a part is not there.
 
 use pt_bvh::Hit;
+use pt_core::settings::Hidden;
 use pt_math::sampler::Sampler;
 use pt_math::{Ray, Rays};
 
@@ -34,10 +35,30 @@ pub(super) fn wander(
     });
 }
 
+/// Moves hits of camera rays on surfaces that emit to what is behind them.
+pub(super) fn pass_emitters(
+    tracer: &mut Tracer,
+    rays: &[Ray],
+    time: impl Fn(usize) -> f32,
+    hits: &mut [Option<Hit>],
+) {
+    let scene = tracer.scene;
+    pass(tracer, rays, time, hits, |_, _, hit| scene.glows(hit));
+}
+
 /// The first surfaces that camera rays see, in place of what `hits` held; those of their paths.
-pub(crate) fn first_hits(tracer: &mut Tracer, starts: &Starts, hits: &mut Vec<Option<Hit>>) {
+pub(crate) fn first_hits(
+    tracer: &mut Tracer,
+    starts: &Starts,
+    hidden: Hidden,
+    hits: &mut Vec<Option<Hit>>,
+) {
     let rays = Rays::from(&starts.rays);
     tracer.intersect(rays, |i| starts.time(i), hits);
+    if hidden == Hidden::Emitters {
+        let rays: Vec<Ray> = rays.iter().collect();
+        pass_emitters(tracer, &rays, |i| starts.time(i), hits);
+    }
     if tracer.scene.has_holes {
         let rays: Vec<Ray> = rays.iter().collect();
         let of = (|i| starts.time(i), |i| starts.samplers.get(i));
@@ -48,9 +69,6 @@ pub(crate) fn first_hits(tracer: &mut Tracer, starts: &Starts, hits: &mut Vec<Op
 /// Moves hits on surfaces that are not all there to what is behind them, as long as `goes_on` says. It
 /// is told the number of the ray, how many holes it went through before, the ray, what it hit, and the
 /// share of the surface that is there, which is less than 1. `time` tells the time of a ray.
-///
-/// A ray that goes on begins behind its hit: the same ray meets the same triangle at the same
-/// distance, which its interval no longer holds.
 pub(super) fn go_on(
     tracer: &mut Tracer,
     rays: &[Ray],
@@ -59,14 +77,28 @@ pub(super) fn go_on(
     mut goes_on: impl FnMut(usize, u32, &Ray, &Hit, f32) -> bool,
 ) {
     let scene = tracer.scene;
+    pass(tracer, rays, &time, hits, |i, count, hit| {
+        let opacity = scene.opacity(&rays[i], hit, time(i));
+        opacity < 1.0 && goes_on(i, count, &rays[i], hit, opacity)
+    });
+}
+
+/// Moves hits to what is behind them, as long as `passes` says by the number of the ray, how many surfaces
+/// it went through before, and what it hit. `time` gives the time of a ray.
+///
+/// A ray that goes on begins behind its hit: the same ray meets the same triangle at the same
+/// distance, which its interval no longer holds.
+fn pass(
+    tracer: &mut Tracer,
+    rays: &[Ray],
+    time: impl Fn(usize) -> f32,
+    hits: &mut [Option<Hit>],
+    mut passes: impl FnMut(usize, u32, &Hit) -> bool,
+) {
     let mut under_way: Vec<usize> = (0..rays.len()).collect();
     let (mut again, mut found) = (Vec::new(), Vec::new());
     for count in 0.. {
-        under_way.retain(|&i| {
-            let Some(hit) = &hits[i] else { return false };
-            let opacity = scene.opacity(&rays[i], hit, time(i));
-            opacity < 1.0 && goes_on(i, count, &rays[i], hit, opacity)
-        });
+        under_way.retain(|&i| hits[i].as_ref().is_some_and(|hit| passes(i, count, hit)));
         if under_way.is_empty() {
             return;
         }

@@ -14,6 +14,7 @@ mod path;
 mod reuse;
 mod rules;
 mod sums;
+mod transparency;
 mod volpath;
 mod wavefront;
 mod ways;
@@ -81,6 +82,12 @@ pub trait Integrator {
     /// Luminance that was cut off from contributions since this was asked for last.
     fn take_removed(&mut self) -> ExactSum {
         ExactSum::default()
+    }
+
+    /// Of each start of the last call the share of its ray that nothing scattered or stopped, and behind which no
+    /// background is seen: what coverage leaves of 1. None if the settings do not ask for coverage.
+    fn transparencies(&self) -> &[f32] {
+        &[]
     }
 
     /// Of each start of the last call in turn the light of each group of lights; none if it does not tell them apart.
@@ -163,14 +170,14 @@ pub static INTEGRATORS: &[Registration] = &[
         name: "ao",
         help: "ambient occlusion: how much of the sky is seen, or is free up to --ao-distance",
         does: &[],
-        new: |_, set| Box::new(ao::AmbientOcclusion::new(set)),
+        new: |scene, set| Box::new(ao::AmbientOcclusion::new(scene, set)),
         new_recording: None,
     },
     Registration {
         name: "normals",
         help: "shading normals as colours: (n + 1) / 2",
         does: &[],
-        new: |_, _| Box::<normals::Normals>::default(),
+        new: |scene, set| Box::new(normals::Normals::new(scene, set)),
         new_recording: None,
     },
     Registration {

@@ -34,6 +34,7 @@ use super::holes;
 use super::reuse::{Gift, Reuse, Seen};
 use super::rules::{Context, Found, Rules};
 use super::sums::Sums;
+use super::transparency::Transparency;
 use super::ways::Ways;
 use super::witness::{self, Recorder, Witness};
 use super::{CAMERA_DIMENSIONS, Integrator, Recording, Starts};
@@ -47,6 +48,7 @@ pub(super) struct Surface<'a> {
     /// See [`State`].
     pub(super) beta: Spectrum,
     squeeze: f32,
+    clear: f32,
     pub(super) start: u32,
     pub(super) target: u32,
     /// What becomes of its light where others may have it.
@@ -124,6 +126,7 @@ pub(super) struct Wavefront<'a, R, W = ()> {
     resolved: Vec<Option<Resolved>>,
     requests: Requests,
     reuse: Option<Reuse>,
+    transparency: Transparency,
     /// See [`Integrator::take_removed`].
     removed: ExactSum,
     witness: W,
@@ -144,6 +147,9 @@ impl<R: Rules, W: Witness> Integrator for Wavefront<'_, R, W> {
             let time = |i: usize| self.ways.time(starts, &self.front.paths, i);
             tracer.intersect(&self.front.rays, time, &mut self.hits);
             sums.scattered(bounces);
+            if bounces == 0 && self.transparency.hides_emitters() {
+                holes::pass_emitters(tracer, &self.front.rays, |i| starts.time(i), &mut self.hits);
+            }
             if tracer.scene.has_holes {
                 self.go_through_holes(bounces, tracer, starts, &mut sums);
             }
@@ -165,6 +171,10 @@ impl<R: Rules, W: Witness> Integrator for Wavefront<'_, R, W> {
 
     fn take_removed(&mut self) -> ExactSum {
         std::mem::take(&mut self.removed)
+    }
+
+    fn transparencies(&self) -> &[f32] {
+        self.transparency.shares()
     }
 }
 
@@ -207,6 +217,7 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
             resolved: Vec::new(),
             requests: Requests::new(hemisphere),
             reuse: (settings.reuse > 1).then(|| Reuse::new(hemisphere.is_none())),
+            transparency: Transparency::new(scene, settings),
             removed: ExactSum::default(),
             witness: W::default(),
         }
@@ -218,6 +229,7 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
             squeeze: 1.0,
             origin: Lit::in_space(Vec3::ZERO),
             arrival: None,
+            clear: self.transparency.begin(starts.samplers.len()),
             start: 0,
             target: 0,
         };
@@ -257,11 +269,13 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
                     let at = &scene.interaction(&self.front.rays[i], hit, time);
                     find(&self.rules, self.cx, path, Found { at, hit, time }, sums);
                 }
-                None if shown => {
+                None => {
                     let (path, d) = (&self.front.paths[i], self.front.rays[i].direction);
-                    escape(&self.rules, self.cx, path, (d, bounces), sums);
+                    if self.transparency.leaves(path, self.ways) && shown {
+                        escape(&self.rules, self.cx, path, (d, bounces), sums);
+                    }
                 }
-                _ => {}
+                Some(_) => {}
             }
         }
     }
@@ -390,13 +404,14 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
         let scene = self.cx.scene;
         let mut surfaces = ArrayVec::new();
         for (lane, (at, &(i, _))) in self.interactions.iter().zip(block).enumerate() {
-            let State { beta, squeeze, start, target, .. } = self.front.paths[i as usize];
+            let State { beta, squeeze, clear, start, target, .. } = self.front.paths[i as usize];
             let bsdf = scene.bsdf(at, resolved.get(lane).and_then(Option::as_ref));
             surfaces.push(Surface {
                 point: at.point,
                 bsdf,
                 beta,
                 squeeze,
+                clear,
                 start,
                 target,
                 gift: None,
@@ -462,6 +477,7 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
             for path in &mut self.split.paths[first..living as usize] {
                 path.start = ways.number(path.start, way);
                 path.beta *= 1.0 / n;
+                path.clear *= 1.0 / n;
                 // Roulette knows what the path carried before.
                 path.squeeze *= n;
             }
@@ -522,6 +538,7 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
             squeeze: surface.squeeze * scattered.squeeze,
             origin: surface.lit(),
             arrival: scattered.pdf,
+            clear: clear_behind(surface.clear, &surface.bsdf, scattered.wi),
             start: surface.start,
             target: surface.target,
         };
@@ -535,10 +552,17 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
                 return None;
             }
             next.beta *= 1.0 / q;
+            next.clear *= 1.0 / q;
         }
         witness.leaves(surface.start, || Departure::new(&scattered, survival));
         Some((next, surface.point.spawn(scattered.wi)))
     }
+}
+
+/// How clear the way of a path is behind a surface that it leaves towards `wi`.
+#[inline(always)]
+pub(super) fn clear_behind(clear: f32, bsdf: &Bsdf, wi: Vec3) -> f32 {
+    if clear != 0.0 && bsdf.lets_through(wi) { clear } else { 0.0 }
 }
 
 /// Adds the emission of a surface to the light of the path that found it.

@@ -31,7 +31,7 @@ impl Ways {
 
     /// The start of the way with this number.
     #[inline(always)]
-    fn start(self, number: u32) -> usize {
+    pub(super) fn start(self, number: u32) -> usize {
         (number >> self.log2) as usize
     }
 

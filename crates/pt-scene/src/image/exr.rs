@@ -28,7 +28,8 @@ const REC709: Chromaticities = Chromaticities {
 /// How much red, green and blue of Rec. 709 count for the luminance. [ITU-R BT.709]
 const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
-/// See [`super::Writer`]. One part with channels B, G, R, and those of the options, in scan lines.
+/// See [`super::Writer`]. One part with channels B, G, R, A if there is an opacity, and those of the options, in scan
+/// lines.
 pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, String> {
     let size = (image.width as usize, image.height as usize);
     let plane = |c: usize| real(image.pixels.iter().map(|p| p[c]), options.exr_type);
@@ -37,6 +38,9 @@ pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, Str
         .enumerate()
         .map(|(c, name)| AnyChannel::new(name, plane(c)))
         .collect::<SmallVec<_>>();
+    if let Some(alpha) = &options.alpha {
+        channels.push(AnyChannel::new("A", real(alpha.iter().copied(), options.exr_type)));
+    }
     for channel in &options.channels {
         channels.push(AnyChannel::new(
             channel_name(&channel.name, &channels)?,

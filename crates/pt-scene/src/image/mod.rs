@@ -160,6 +160,10 @@ pub struct SaveOptions {
     pub exr_compression: Compression,
     /// Keys and values to write into the file, as text chunks or attributes.
     pub metadata: Vec<(String, String)>,
+    /// The opacity of each pixel, with which its colour is multiplied already, if the file is to have
+    /// it. PNG files have it from 0 to 1, and colours that are not multiplied with it; where it is
+    /// 0, black.
+    pub alpha: Option<Vec<f32>>,
     /// More channels of an EXR file; other files have no place for them.
     pub channels: Vec<Channel>,
 }
@@ -347,6 +351,9 @@ pub fn encode(image: &Image, path: &Path, options: &SaveOptions) -> Result<Vec<u
     let write = codec_with(path, |codec| codec.write)?;
     let refused = |message| ImageError::Refused { path: path.to_owned(), message };
     check_shape(image.width, image.height, image.pixels.len()).map_err(refused)?;
+    if let Some(alpha) = &options.alpha {
+        check_shape(image.width, image.height, alpha.len()).map_err(refused)?;
+    }
     for channel in &options.channels {
         check_shape(image.width, image.height, channel.samples.count()).map_err(refused)?;
     }

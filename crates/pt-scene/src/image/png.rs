@@ -16,16 +16,30 @@ pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, Str
         return Err(format!("a PNG file has no place for the channel {}", channel.name));
     }
     let transfer = options.transfer;
-    let levels = image.pixels.iter().flat_map(|&rgb| options.tone.map(rgb));
+    let alphas = options.alpha.as_deref();
+    let pixels = image.pixels.iter().enumerate().map(|(i, &rgb)| match alphas {
+        Some(alphas) => (options.tone.map(straight(rgb, alphas[i])), Some(alphas[i])),
+        None => (options.tone.map(rgb), None),
+    });
     let (depth, data): (_, Vec<u8>) = match options.png_bits {
-        BitDepth::Eight => (Depth::Eight, levels.map(|l| transfer.encode8(l)).collect()),
+        BitDepth::Eight => {
+            let levels = |(rgb, alpha): ([f32; 3], Option<f32>)| {
+                let alpha = alpha.map(|alpha| level(alpha, 255.0) as u8);
+                rgb.map(|l| transfer.encode8(l)).into_iter().chain(alpha)
+            };
+            (Depth::Eight, pixels.flat_map(levels).collect())
+        }
         BitDepth::Sixteen => {
-            (Depth::Sixteen, levels.flat_map(|l| transfer.encode16(l).to_be_bytes()).collect())
+            let levels = |(rgb, alpha): ([f32; 3], Option<f32>)| {
+                let alpha = alpha.map(|alpha| level(alpha, 65_535.0));
+                rgb.map(|l| transfer.encode16(l)).into_iter().chain(alpha)
+            };
+            (Depth::Sixteen, pixels.flat_map(levels).flat_map(u16::to_be_bytes).collect())
         }
     };
     let mut out = Vec::new();
     let mut encoder = Encoder::new(&mut out, image.width, image.height);
-    encoder.set_color(ColorType::Rgb);
+    encoder.set_color(if alphas.is_some() { ColorType::Rgba } else { ColorType::Rgb });
     encoder.set_depth(depth);
     if transfer == Transfer::Srgb {
         encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
@@ -35,6 +49,16 @@ pub(super) fn write(image: &Image, options: &SaveOptions) -> Result<Vec<u8>, Str
     }
     finish(encoder, &data)?;
     Ok(out)
+}
+
+/// A colour that is multiplied with its opacity, without that; black where nothing is opaque.
+fn straight(rgb: [f32; 3], alpha: f32) -> [f32; 3] {
+    if alpha > 0.0 { rgb.map(|v| v / alpha) } else { [0.0; 3] }
+}
+
+/// The level nearest to a share of the highest one; the ends of the range for what is beyond them.
+fn level(share: f32, highest: f32) -> u16 {
+    (highest * share + 0.5).min(highest) as u16
 }
 
 /// Pixels that are ready for the screen.
@@ -52,7 +76,6 @@ pub(super) fn write_stored(stored: &Decoded, bits: BitDepth) -> Result<Vec<u8>, 
     let numbers = image.pixels.iter().enumerate().flat_map(|(i, [r, g, b])| {
         [Some(*r), Some(*g), Some(*b), alpha.as_ref().map(|alpha| alpha[i])].into_iter().flatten()
     });
-    let level = |x: f32, highest: f32| (highest * x + 0.5) as u16;
     let (depth, data): (_, Vec<u8>) = match bits {
         BitDepth::Eight => (Depth::Eight, numbers.map(|x| level(x, 255.0) as u8).collect()),
         BitDepth::Sixteen => {

@@ -1,6 +1,7 @@
 //! Image files: what is written is read back, and what is broken is refused with a reason.
 
 mod metadata;
+mod opacity;
 #[path = "../common/panics.rs"]
 mod panics;
 mod windows;

@@ -1,7 +1,7 @@
 //! Emitters, sensors, films and integrators of Mitsuba scenes.
 
 use pt_math::{DAffine3, DVec3};
-use pt_scene::{Filter, LightKind, Projection, Scene};
+use pt_scene::{Filter, Hidden, LightKind, Projection, Scene};
 
 use crate::{assert_close, good, read};
 
@@ -177,6 +177,7 @@ fn the_first_sensor_is_the_one_that_is_used() {
     assert_eq!(scene.settings.resolution, Some([768, 576]));
     assert_eq!(scene.settings.filter, Some(Filter::GAUSSIAN));
     assert_eq!(scene.settings.max_depth, Some(1));
+    assert_eq!(scene.settings.hidden, Hidden::Emitters);
 }
 
 #[test]
@@ -346,5 +347,38 @@ fn samplers_say_how_many_samples_there_are() {
         );
         let settings = read(&format!("<sensor type=\"perspective\">{sampler}</sensor>")).settings;
         assert_eq!(settings.spp, Some(9), "{kind}");
+    }
+}
+
+/// A film has an opacity by its pixel format, whose letters may be large; an "aov" around the integrator adds to it.
+#[test]
+fn films_and_integrators_say_what_is_cut_out() {
+    let settings = |format: &str, integrator: &str| {
+        let format = match format {
+            "" => String::new(),
+            format => format!("<string name=\"pixel_format\" value=\"{format}\"/>"),
+        };
+        let sensor = format!("<film type=\"hdrfilm\">{format}</film>");
+        read(&format!("<sensor type=\"perspective\">{sensor}</sensor>{integrator}")).settings
+    };
+    for (format, has_alpha) in [
+        ("", false),
+        ("rgb", false),
+        ("luminance", false),
+        ("rgba", true),
+        ("RGBA", true),
+        ("luminance_alpha", true),
+        ("xyza", true),
+    ] {
+        assert_eq!(settings(format, "").aovs == ["alpha"], has_alpha, "{format}");
+    }
+    let aov = "<integrator type=\"aov\"><string name=\"aovs\" value=\"d:depth\"/></integrator>";
+    assert_eq!(settings("rgba", aov).aovs, ["alpha", "depth"]);
+    for (hides, hidden) in [("true", Hidden::Emitters), ("false", Hidden::Nothing)] {
+        for kind in ["path", "volpath", "volpathmis", "direct"] {
+            let parameter = format!("<boolean name=\"hide_emitters\" value=\"{hides}\"/>");
+            let integrator = format!("<integrator type=\"{kind}\">{parameter}</integrator>");
+            assert_eq!(settings("rgb", &integrator).hidden, hidden, "{kind} {hides}");
+        }
     }
 }

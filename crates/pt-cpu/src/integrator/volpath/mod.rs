@@ -28,7 +28,9 @@ use super::front::State;
 use super::path::{Path, sampled_weight};
 use super::rules::{Context, Found, Rules};
 use super::sums::Sums;
+use super::transparency::Transparency;
 use super::wavefront::{escape, find};
+use super::ways::Ways;
 use super::witness::{self, Recorder, Witness};
 use super::{CAMERA_DIMENSIONS, Integrator, Recording, Starts};
 use crate::Tracer;
@@ -58,6 +60,7 @@ pub(super) struct VolPath<'a, W = ()> {
     events: Vec<Event>,
     travel: Travel,
     shadows: Shadows,
+    transparency: Transparency,
     /// See [`Integrator::take_removed`].
     removed: ExactSum,
     witness: W,
@@ -149,6 +152,10 @@ impl<W: Witness> Integrator for VolPath<'_, W> {
     fn take_removed(&mut self) -> ExactSum {
         std::mem::take(&mut self.removed)
     }
+
+    fn transparencies(&self) -> &[f32] {
+        self.transparency.shares()
+    }
 }
 
 impl Recording for VolPath<'_, Recorder> {
@@ -165,6 +172,7 @@ impl<'a, W: Witness> VolPath<'a, W> {
         };
         let settings = Settings { direct, ..settings.clone() };
         let rules = Path { depth: u32::MAX };
+        let transparency = Transparency::new(scene, &settings);
         let moving = scene.moving_lights().iter().map(|moving| &moving.light);
         let lights = scene.lights.as_slice().iter().chain(moving);
         let samples = lights.map(|light| rules.light_samples(&settings, light));
@@ -180,6 +188,7 @@ impl<'a, W: Witness> VolPath<'a, W> {
             events: Vec::new(),
             travel: Travel::default(),
             shadows: Shadows::default(),
+            transparency,
             removed: ExactSum::default(),
             witness: W::default(),
         }
@@ -191,6 +200,7 @@ impl<'a, W: Witness> VolPath<'a, W> {
 
     fn begin(&mut self, starts: &Starts) {
         self.paths.clear();
+        let clear = self.transparency.begin(starts.samplers.len());
         let scene = self.scene;
         let uses_footprints = scene.uses_footprints();
         let cone = |start: u32, ray: &Ray| {
@@ -206,6 +216,7 @@ impl<'a, W: Witness> VolPath<'a, W> {
                 squeeze: 1.0,
                 origin: Lit::in_space(ray.origin),
                 arrival: None,
+                clear,
                 start,
                 target: start,
             },
@@ -221,12 +232,14 @@ impl<'a, W: Witness> VolPath<'a, W> {
         let shown = self.settings.shows(bounces);
         let last = bounces >= self.depth;
         let cx = Context { scene: self.scene, settings: &self.settings };
-        let Self { rules, paths, events, scene, .. } = self;
+        let Self { rules, paths, events, scene, transparency, .. } = self;
         let mut going = 0;
         for i in 0..paths.len() {
             let Walker { state, ray, .. } = &paths[i];
+            let is_out = matches!(events[i], Event::Escaped);
+            let sees_sky = is_out && transparency.leaves(state, Ways::ONE);
             match &events[i] {
-                Event::Escaped if shown => {
+                Event::Escaped if shown && sees_sky => {
                     escape(rules, cx, state, (ray.direction, bounces), sums);
                 }
                 Event::Surface(hit) if shown && scene.glows(hit) => {
@@ -349,6 +362,7 @@ impl<'a, W: Witness> VolPath<'a, W> {
             squeeze: path.state.squeeze * scattered.squeeze,
             origin: vertex.lit(),
             arrival: scattered.pdf,
+            clear: vertex.clear_behind(path.state.clear, scattered.wi),
             ..path.state
         };
         if state.beta.is_black() {
@@ -364,6 +378,7 @@ impl<'a, W: Witness> VolPath<'a, W> {
                 return None;
             }
             state.beta *= 1.0 / q;
+            state.clear *= 1.0 / q;
         }
         witness.leaves(state.start, || Departure::new(&scattered, survival));
         Some(Walker {

@@ -57,6 +57,7 @@ impl<W: Witness> VolPath<'_, W> {
         let shown = self.settings.shows(bounces);
         let last = bounces >= self.depth;
         let cx = Context { scene: self.scene, settings: &self.settings };
+        let hides_emitters = self.transparency.hides_emitters();
         let Self { scene, rules, layout, paths, events, travel, .. } = self;
         let Travel { under_way, rays, hits } = travel;
         events.clear();
@@ -83,13 +84,14 @@ impl<W: Witness> VolPath<'_, W> {
                 if shown {
                     glow(scene, path, hit.as_ref(), sums);
                 }
-                match step(scene, path, hit, time, last, numbers) {
+                match step(scene, path, hit, time, (last, hides_emitters), numbers) {
                     Step::Ends(event) => {
                         events[i] = event;
                         false
                     }
                     Step::Passes(hit) => {
-                        if shown && scene.glows(&hit) {
+                        let is_hidden = hides_emitters && path.state.clear != 0.0;
+                        if shown && !is_hidden && scene.glows(&hit) {
                             let at = &scene.interaction(&path.ray, &hit, time);
                             find(rules, cx, &path.state, Found { at, hit: &hit, time }, sums);
                         }
@@ -130,7 +132,7 @@ fn step(
     path: &mut Walker,
     hit: Option<Hit>,
     time: f32,
-    last: bool,
+    (last, hides_emitters): (bool, bool),
     numbers: impl Fn(&mut Walker) -> [f32; 2],
 ) -> Step {
     if let Some(medium) = path.medium {
@@ -148,13 +150,19 @@ fn step(
                 let is_black = path.state.beta.is_black();
                 return Step::Ends(if is_black { Event::Absorbed } else { Event::Scattered { t } });
             }
-            Flight::Passed { weight } => path.state.beta *= weight,
+            Flight::Passed { weight } => {
+                path.state.beta *= weight;
+                path.state.clear *= weight.mean();
+            }
         }
         if path.state.beta.is_black() {
             return Step::Ends(Event::Absorbed);
         }
     }
     let Some(hit) = hit else { return Step::Ends(Event::Escaped) };
+    if hides_emitters && path.state.clear != 0.0 && scene.glows(&hit) {
+        return Step::Passes(hit);
+    }
     if scene.has_holes {
         let opacity = scene.opacity(&path.ray, &hit, time);
         if opacity < 1.0 && path.stream.next_1d() >= opacity {

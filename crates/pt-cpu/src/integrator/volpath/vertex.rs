@@ -12,6 +12,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::Walker;
 use super::travel::Event;
+use crate::integrator::wavefront::clear_behind;
 use crate::trace::Place;
 
 /// A place where a path is scattered.
@@ -143,6 +144,14 @@ impl<'a> Vertex<'a> {
                 let pdf = phase.pdf(*wo, wi);
                 Some(BsdfSample::new(wi, Spectrum::ONE, Some(pdf)))
             }
+        }
+    }
+
+    /// How clear the way of a path is that leaves in the direction `wi`.
+    pub(super) fn clear_behind(&self, clear: f32, wi: Vec3) -> f32 {
+        match &self.kind {
+            Kind::Surface { bsdf, .. } => clear_behind(clear, bsdf, wi),
+            Kind::Medium { .. } => 0.0,
         }
     }
 

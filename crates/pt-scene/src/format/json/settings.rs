@@ -2,18 +2,18 @@
 
 use serde_json::json;
 
-use super::describe::{Kind, Plain, record, tagged};
+use super::describe::{Kind, Plain, record, tagged, words};
 use super::node::Node;
 use super::number::{ABOVE_0, SHARE};
 use super::out::Out;
 use super::schema::Schemas;
 use super::shared::{Reading, Writing};
-use crate::{FileSettings, Filter, LoadError};
+use crate::{FileSettings, Filter, Hidden, LoadError};
 
 /// The integrators that a file may ask for.
 pub(super) const INTEGRATORS: [&str; 6] = ["path", "volpath", "direct", "ao", "normals", "cs184"];
 /// The channels that a file may ask for.
-pub(super) const AOVS: [&str; 16] = [
+pub(super) const AOVS: [&str; 17] = [
     "albedo",
     "normal",
     "geometric_normal",
@@ -30,6 +30,7 @@ pub(super) const AOVS: [&str; 16] = [
     "half_b",
     "cryptomatte_object",
     "cryptomatte_material",
+    "alpha",
 ];
 
 record! {
@@ -41,6 +42,7 @@ record! {
         integrator: OneOf("integrator", &INTEGRATORS) => None,
         aovs: OneOf("channel", &AOVS) => Vec::new(),
         filter: Plain => None,
+        hidden: Plain => Hidden::Nothing,
     }; check
 }
 
@@ -70,6 +72,8 @@ fn check(settings: &FileSettings) -> Result<(), String> {
     }
     settings.filter.map_or(Ok(()), |filter| filter.check())
 }
+
+words! { Hidden { Nothing, Background, Emitters } }
 
 tagged! {
     Filter {

@@ -1,5 +1,6 @@
 //! `<film>` with its `<rfilter>`.
 
+use super::super::xml::quote;
 use super::object::{Object, Parameters, Tree, unsupported};
 use crate::{Filter, LoadError};
 
@@ -14,6 +15,8 @@ pub(super) struct Film {
     /// The part that is wanted, if it is not all.
     pub(super) crop: Option<[u32; 4]>,
     pub(super) filter: Filter,
+    /// Whether its pixels have an opacity.
+    pub(super) has_alpha: bool,
 }
 
 /// Reads the film of a sensor; without one there is Mitsuba's default.
@@ -21,7 +24,12 @@ pub(super) fn film(tree: &Tree, sensor: &Object) -> Result<Film, LoadError> {
     const DEFAULT: [u32; 2] = [768, 576];
     let children = tree.children(sensor, &["film", "sampler", "medium"])?;
     let Some(film) = tree.only(&children, "film")? else {
-        return Ok(Film { resolution: DEFAULT, crop: None, filter: Filter::GAUSSIAN });
+        return Ok(Film {
+            resolution: DEFAULT,
+            crop: None,
+            filter: Filter::GAUSSIAN,
+            has_alpha: false,
+        });
     };
     let film = &tree.objects[film];
     if film.kind != "hdrfilm" {
@@ -33,14 +41,29 @@ pub(super) fn film(tree: &Tree, sensor: &Object) -> Result<Film, LoadError> {
         None => Filter::GAUSSIAN,
     };
     let mut parameters = Parameters::new(film);
-    let format = ["file_format", "pixel_format", "component_format"];
-    parameters.pass_over(&format);
+    let has_alpha = has_alpha(&mut parameters)?;
+    parameters.pass_over(&["file_format", "component_format"]);
     parameters.pass_over(&["sample_border", "high_quality_edges", "compensate", "banner"]);
     let width = parameters.count("width", MAX_SIZE)?.unwrap_or(DEFAULT[0]);
     let height = parameters.count("height", MAX_SIZE)?.unwrap_or(DEFAULT[1]);
     let crop = crop(&mut parameters, [width, height])?;
     parameters.finish()?;
-    Ok(Film { resolution: [width, height], crop, filter })
+    Ok(Film { resolution: [width, height], crop, filter, has_alpha })
+}
+
+/// Whether the pixels have an opacity; they are colours in any case.
+fn has_alpha(parameters: &mut Parameters<'_>) -> Result<bool, LoadError> {
+    match parameters.text("pixel_format")?.unwrap_or("rgb").to_ascii_lowercase().as_str() {
+        "rgba" | "luminance_alpha" | "xyza" => Ok(true),
+        "rgb" | "luminance" | "xyz" => Ok(false),
+        other => {
+            let message = format!(
+                "{} is no pixel format; expected luminance, luminance_alpha, rgb, rgba, xyz or xyza",
+                quote(other)
+            );
+            Err(parameters.refuse("pixel_format", message))
+        }
+    }
 }
 
 /// The crop window, if it is not all of the image.

@@ -2,7 +2,7 @@
 
 use super::super::xml::quote;
 use super::object::{Object, Parameters, Tree, error, unsupported};
-use crate::{FileSettings, LoadError, Warning};
+use crate::{FileSettings, Hidden, LoadError, Warning};
 
 /// What is supported, for messages.
 const KINDS: [&str; 12] = [
@@ -86,8 +86,7 @@ pub(super) fn integrator(
     tree.children(object, &[])?;
     let mut parameters = Parameters::new(object);
     if parameters.boolean("hide_emitters")? {
-        let message = "emitters cannot be hidden; they are seen directly".to_owned();
-        warnings.push(Warning { at: object.at.clone(), message });
+        settings.hidden = Hidden::Emitters;
     }
     if object.kind == "ptracer" {
         let message = "light is followed from the camera, not from the lights: the picture is the same \

@@ -173,11 +173,12 @@ fn fields_of_view(parameters: &mut Parameters<'_>, aspect: f64) -> Result<[f64; 
 
 /// What a sensor asks for with its film and its sampler.
 pub(super) fn settings(tree: &Tree, object: &Object) -> Result<FileSettings, LoadError> {
-    let Film { resolution, crop, filter } = film(tree, object)?;
+    let Film { resolution, crop, filter, has_alpha } = film(tree, object)?;
     let settings = FileSettings {
         resolution: Some(resolution),
         crop,
         filter: Some(filter),
+        aovs: if has_alpha { vec!["alpha"] } else { Vec::new() },
         ..FileSettings::default()
     };
     let children = tree.children(object, &["film", "sampler", "medium"])?;

@@ -34,7 +34,7 @@ use pt_math::{DAffine3, DVec3};
 use serde_json::{Map, Value, json};
 
 use super::super::save::Encoded;
-use crate::{FileSettings, Geometry, Mesh, Object, Part, Scene, shapes};
+use crate::{FileSettings, Geometry, Hidden, Mesh, Object, Part, Scene, shapes};
 
 /// Turns a scene into a file.
 ///
@@ -217,6 +217,7 @@ impl<'a> Writer<'a> {
             (settings.integrator.is_some_and(|name| name != "volpath"), "the integrator"),
             (!settings.aovs.is_empty(), "more channels"),
             (settings.filter.is_some(), "the filter"),
+            (settings.hidden != Hidden::Nothing, "what is not seen directly"),
         ];
         let lost: Vec<_> = asked.iter().filter(|(is, _)| *is).map(|(_, what)| *what).collect();
         if !lost.is_empty() {

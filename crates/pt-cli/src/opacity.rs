@@ -1,0 +1,54 @@
+//! What the command line says of coverage, and of what is not seen directly.
+
+use clap::{Args, ValueEnum};
+use pathtracer::{Aov, FileSettings, Hidden};
+
+/// What is written of coverage, and what is not seen directly.
+#[derive(Args, Debug, Clone, Default)]
+#[command(next_help_heading = "Image")]
+pub(crate) struct Opacity {
+    /// Also write how much of each pixel is covered: PNG images have it apart from the colours, EXR images
+    /// have these multiplied with it. A background that is seen covers, too; see --hide-background
+    /// [default: the file's, or off]
+    #[arg(long, value_name = "SWITCH", num_args = 0..=1, require_equals = true)]
+    #[arg(default_missing_value = "on", conflicts_with = "cs184")]
+    pub(crate) alpha: Option<Switch>,
+
+    /// Do not show environment, sky and sun directly, nor through what lets light through as it came; they
+    /// light nonetheless
+    #[arg(long, conflicts_with = "cs184")]
+    pub(crate) hide_background: bool,
+
+    /// Likewise all surfaces that emit, through which the camera sees what is behind
+    #[arg(long, conflicts_with = "cs184")]
+    pub(crate) hide_emitters: bool,
+}
+
+/// A switch.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Switch {
+    /// Yes
+    On,
+    /// No, even if the file asks for it
+    Off,
+}
+
+impl Opacity {
+    /// The channel of coverage, if the command line asks for it, by itself or among these channels; or, where that
+    /// is silent, the file.
+    pub(crate) fn channel(&self, aov: &[Aov], file: &FileSettings, course: bool) -> Option<Aov> {
+        let named = aov.contains(&Aov::Alpha) || file.aovs.contains(&Aov::Alpha.name());
+        let is_wanted = self.alpha.map_or(named, |switch| switch == Switch::On);
+        (is_wanted && !course).then_some(Aov::Alpha)
+    }
+
+    /// What is hidden: what the command line or the file says, whichever is more.
+    pub(crate) fn hidden(&self, file: Hidden, course: bool) -> Hidden {
+        match self {
+            _ if course => Hidden::Nothing,
+            Self { hide_emitters: true, .. } => Hidden::Emitters,
+            Self { hide_background: true, .. } => file.max(Hidden::Background),
+            _ => file,
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! How much of each pixel something covers.
+
+use super::{Aov, Film, aov};
+
+impl Film {
+    /// The coverage of each pixel, in rows from the top: the mean over its samples of 1 where light is
+    /// scattered or stopped, or the background is seen, and 0 where nothing is behind what lets
+    /// light through as it came. It is weighed as light is, by the filter and by halves, so that the
+    /// image is multiplied with it already; filters with negative parts leave [0, 1]. `None` if the
+    /// film does not keep it.
+    pub fn alpha(&self) -> Option<Vec<f32>> {
+        Some(self.coverage()?.map(|pixel| pixel.mean() as f32).collect())
+    }
+
+    /// The coverage of each pixel.
+    pub(super) fn coverage(&self) -> Option<impl Iterator<Item = Coverage>> {
+        let place = aov::place(&self.aovs, Aov::Alpha)?;
+        let per_pixel = aov::sums_per_pixel(&self.aovs);
+        let mean = move |film: &Self, i: usize| {
+            let count = film.counts[i];
+            (count > 0).then(|| film.aov_sums[i * per_pixel + place].value() / f64::from(count))
+        };
+        let second = move |i| self.second.as_deref().and_then(|half| mean(half, i));
+        Some((0..self.region.area()).map(move |i| Coverage([mean(self, i), second(i)])))
+    }
+}
+
+/// The mean coverage of a pixel in each half that has samples.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Coverage([Option<f64>; 2]);
+
+impl Coverage {
+    /// That of both, as [`super::PixelSums::mean`] takes it of light.
+    pub(super) fn mean(self) -> f64 {
+        match self.0 {
+            [Some(a), Some(b)] => 0.5 * (a + b),
+            [Some(mean), None] | [None, Some(mean)] => mean,
+            [None, None] => 0.0,
+        }
+    }
+
+    /// The square of the difference between a half and the mean; 0 where one has no samples.
+    pub(super) fn square_error(self) -> f64 {
+        match self.0 {
+            [Some(a), Some(b)] => (0.5 * (a - b)).powi(2),
+            _ => 0.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::{Half, Region};
+    use pt_math::Spectrum;
+
+    /// Adds samples of a pixel of a film of one row, by what is seen through each.
+    fn add(film: &mut Film, x: u32, transparencies: &[f32], weights: Option<&[f32]>) {
+        for tile in &mut film.tiles(9, [0; 2]) {
+            let black = vec![Spectrum::ZERO; transparencies.len()];
+            tile.add([x, 0], 0, &black, weights);
+            tile.cover([x, 0], transparencies, weights);
+        }
+    }
+
+    fn empty() -> Film {
+        Film::with_aovs(Region::full([3, 1]), &[Aov::Depth, Aov::Alpha])
+    }
+
+    #[test]
+    fn coverage_is_the_mean_of_what_is_not_seen_through() {
+        let mut film = empty();
+        add(&mut film, 0, &[0.0, 1.0, 1.0, 0.5], None);
+        add(&mut film, 1, &[0.0, 1.0, 0.0], Some(&[1.25, -0.25, 1.0]));
+        assert_eq!(film.alpha(), Some(vec![0.375, 0.75, 0.0]));
+        assert_eq!(Film::new(Region::full([3, 1])).alpha(), None);
+        let channels: Vec<_> = aov::channels(&film).into_iter().map(|c| c.name).collect();
+        assert_eq!(channels, ["depth.Z"], "coverage is a channel of the colours");
+    }
+
+    /// Of pixel 0, the halves have ½ and 1 whatever their numbers of samples; pixel 1 has one half.
+    #[test]
+    fn halves_count_the_same_as_in_the_light() {
+        let mut film = empty().in_halves();
+        add(film.half_mut(Half::First), 0, &[0.0, 1.0], None);
+        add(film.half_mut(Half::Second), 0, &[0.0, 0.0, 0.0], None);
+        add(film.half_mut(Half::Second), 1, &[0.0, 1.0, 1.0, 1.0], None);
+        assert_eq!(film.alpha(), Some(vec![0.75, 0.25, 0.0]));
+    }
+
+    /// Of 8 samples of which 2 are covered: σ²/n = 8/7 · ¼ · ¾ / 8.
+    #[test]
+    fn its_error_is_that_of_samples_that_are_covered_or_not() {
+        let mut film = empty();
+        add(&mut film, 0, &[0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0], None);
+        let tiles = film.tiles(9, [0; 2]);
+        let (alpha, error) = tiles[0].alpha([0, 0]).expect("it is kept");
+        assert!((alpha, error) == (0.25, (0.1875f64 / 7.0).sqrt()), "{alpha} {error}");
+        assert_eq!(Film::new(Region::full([1, 1])).tiles(1, [0; 2])[0].alpha([0, 0]), None);
+    }
+}
