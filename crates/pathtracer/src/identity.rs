@@ -32,6 +32,7 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
         aperture,
         focal_distance,
         panorama,
+        smooth_shadows,
     } = options;
     say("course's reading of the scene", course.to_string());
     say("tree", format!("{:?}, {:?}, leaves of {}", bvh.builder, bvh.quality, bvh.max_leaf_size));
@@ -44,6 +45,7 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
     say("aperture", or_none(aperture.as_ref()));
     say("focal distance", or_default(focal_distance.as_ref()));
     say("panorama", panorama.to_string());
+    say("smooth shadows", smooth_shadows.to_string());
     let Settings {
         spp: _,    // films say how many they have
         layout: _, // of the points

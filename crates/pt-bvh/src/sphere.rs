@@ -1,11 +1,15 @@
 //! The sphere test.
 
-use pt_math::Vec3;
+use pt_math::interval::EPSILON;
+use pt_math::{DVec3, Ray, Vec3};
 
 use crate::geometry::Sphere;
 
 /// How far f·f − r² may be from 0, relative to f·f + r², for an origin to count as on the sphere.
 const ON_SPHERE: f64 = 8.0 * f64::EPSILON;
+
+/// A parameter is known to this share of itself: of two roots as near as that, the first was hit.
+const ROUNDED: f64 = 4.0 * EPSILON as f64;
 
 /// The least root after `t_min`, at least 0, of |o + t·d − c|² = r², without regard to `t_max`.
 ///
@@ -19,6 +23,19 @@ const ON_SPHERE: f64 = 8.0 * f64::EPSILON;
 /// hit.
 #[inline]
 pub(crate) fn intersect(origin: Vec3, direction: Vec3, t_min: f32, sphere: &Sphere) -> Option<f32> {
+    let [t0, t1] = roots(origin, direction, sphere)?.map(|t| t as f32);
+    let after = |t: f32| t > t_min;
+    match (after(t0), after(t1)) {
+        (true, true) => Some(t0.min(t1)),
+        (true, false) => Some(t0),
+        (false, true) => Some(t1),
+        (false, false) => None,
+    }
+}
+
+/// Both roots, in any order.
+#[inline]
+fn roots(origin: Vec3, direction: Vec3, sphere: &Sphere) -> Option<[f64; 2]> {
     let (o, d, c) = (origin.as_dvec3(), direction.as_dvec3(), sphere.center.as_dvec3());
     let r2 = f64::from(sphere.radius) * f64::from(sphere.radius);
     let f = o - c;
@@ -31,12 +48,22 @@ pub(crate) fn intersect(origin: Vec3, direction: Vec3, t_min: f32, sphere: &Sphe
     let f2 = f.dot(f);
     let power = if (f2 - r2).abs() <= ON_SPHERE * (f2 + r2) { 0.0 } else { f2 - r2 };
     let q = b + (a * discriminant).sqrt().copysign(b);
-    let (t0, t1) = ((q / a) as f32, (power / q) as f32);
-    let after = |t: f32| t > t_min;
-    match (after(t0), after(t1)) {
-        (true, true) => Some(t0.min(t1)),
-        (true, false) => Some(t0),
-        (false, true) => Some(t1),
-        (false, false) => None,
+    Some([q / a, power / q])
+}
+
+impl Sphere {
+    /// The unit vector from the centre to the point where a ray hits the sphere at parameter `t`, in
+    /// double precision: how far away the ray begins does not matter.
+    #[inline]
+    pub fn normal_at(&self, ray: &Ray, t: f32) -> DVec3 {
+        let t = f64::from(t);
+        let near = |[a, b]: [f64; 2]| {
+            let (first, second) = (a.min(b), a.max(b));
+            let is_first = (first - t).abs() <= (second - t).abs() + t * ROUNDED;
+            if is_first { first } else { second }
+        };
+        let t = roots(ray.origin, ray.direction, self).map_or(t, near);
+        let from_center = ray.origin.as_dvec3() - self.center.as_dvec3();
+        (from_center + ray.direction.as_dvec3() * t).normalize_or(DVec3::Z)
     }
 }

@@ -225,6 +225,11 @@ pub(crate) struct Cli {
     #[arg(long, conflicts_with = "cs184", help_heading = "Scene")]
     pub(crate) panorama: bool,
 
+    /// Light meshes with smooth normals as the round shapes that they stand for: no shadows with the
+    /// corners of the mesh
+    #[arg(long, conflicts_with = "cs184", help_heading = "Scene")]
+    pub(crate) smooth_shadows: bool,
+
     /// Distance of the plane in focus [default: the camera's; 4.7 with --cs184]
     #[arg(short = 'd', long, value_name = "LENGTH", allow_negative_numbers = true)]
     #[arg(value_parser = check::above_zero, help_heading = "Scene")]

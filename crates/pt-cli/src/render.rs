@@ -268,6 +268,7 @@ fn compile(
         aperture: request.aperture(),
         focal_distance: cli.focal_distance,
         panorama: cli.panorama,
+        smooth_shadows: cli.smooth_shadows,
     };
     let region =
         |resolution| request.region(&scene.settings, resolution).map_err(anyhow::Error::msg);

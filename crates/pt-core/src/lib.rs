@@ -32,8 +32,10 @@ pub mod scene;
 pub mod settings;
 pub mod shapes;
 pub mod target;
+mod terminator;
 pub mod texels;
 pub mod texture;
+mod wedge;
 
 pub use camera::Camera;
 pub use compile::{CompileError, CompileOptions, Compiled, MOST_COPIED, compile};

@@ -15,6 +15,7 @@ use crate::light::{AnyLight, LightSample, LightTables, MovingLight};
 use crate::parametrization::Parametrization;
 use crate::scene::{Interaction, PrimitivePlace, SurfacePoint, SurfaceRecord};
 use crate::shapes::{ShapePoint, ShapeTables};
+use crate::wedge;
 
 /// An object in coordinates of its own.
 #[derive(Debug)]
@@ -206,25 +207,40 @@ impl Placed {
         let shapes = &self.objects[self.placements[place].object as usize].shapes;
         let primitive = primitive as usize;
         let to_world = instance.to_world(time);
-        let to_normal = to_world.matrix3.inverse().transpose();
+        let to_object = to_world.inverse();
+        let to_normal = to_object.matrix3.transpose();
         let turn = |n: Vec3| (to_normal * n.as_dvec3()).normalize_or_zero().as_vec3();
         let there = match primitive.checked_sub(shapes.triangles.len()) {
             None => shapes.triangle_point(primitive, hit, false, turn),
             Some(sphere) => {
-                let at = instance.to_object(ray, time).at(hit.t);
-                let ShapePoint { p, error, normal, .. } = shapes.sphere_point(sphere, at);
-                let normal = turn(normal);
-                ShapePoint { p, error, geometric_normal: normal, normal }
+                let at = shapes.sphere_point(sphere, &instance.to_object(ray, time), hit.t);
+                let normal = turn(at.normal);
+                ShapePoint { geometric_normal: normal, normal, ..at }
             }
         };
-        // In the object, the origins of rays that leave are rounded too.
-        let rounded = there.error + there.p.abs() * (2.0 * EPSILON);
-        let error = (to_world.matrix3.abs() * rounded.as_dvec3()).as_vec3();
-        let p = to_world.transform_point3(there.p.as_dvec3()).as_vec3();
-        let error = error + p.abs() * (2.0 * EPSILON);
         let normal = there.geometric_normal;
+        let on = |there: DVec3| {
+            let p = to_world.transform_point3(there).as_vec3();
+            // In the object, the origins of rays that leave are rounded too.
+            let rounded = there.abs() * f64::from(2.0 * EPSILON);
+            let error = (to_world.matrix3.abs() * rounded).as_vec3() + p.abs() * (2.0 * EPSILON);
+            SurfacePoint::off(p, normal, ray::offset(p, error, normal))
+        };
+        let mut point = on(there.p);
+        let scale = to_world.matrix3.col(0).length().max(to_world.matrix3.col(1).length());
+        let margin = wedge::margin(there.size) * scale.max(to_world.matrix3.col(2).length()) as f32;
+        let raised = |p| on(p).raised(margin);
+        let origins = |p| raised(p).origins().map(|origin| to_object.transform_point3(origin));
+        let distances = origins(there.p).map(|origin| (origin - there.p).length());
+        let reach = distances[0].max(distances[1]) as f32;
+        if wedge::may_be_crossed(there.to_edge, reach) {
+            let corners = shapes.corners(primitive);
+            let hit = Hit { primitive: primitive as u32, ..*hit };
+            let moved = wedge::clear(instance.object(), &hit, corners, reach, origins);
+            point = moved.map_or(point, raised);
+        }
         Interaction {
-            point: SurfacePoint { p, normal, offset: ray::offset(p, error, normal) },
+            point,
             normal: there.normal,
             wo: -ray.direction,
             distance: hit.t,

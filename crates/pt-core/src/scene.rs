@@ -1,7 +1,8 @@
 //! The compiled scene: flat, immutable tables that backends read.
 
 use pt_bvh::{Bvh, Hit};
-use pt_math::{Bounds3, Pdf, Ray, SolidAngle, Spectrum, Vec3, ray};
+use pt_math::interval::EPSILON;
+use pt_math::{Bounds3, DVec3, Pdf, Ray, SolidAngle, Spectrum, Vec3, ray};
 
 use crate::bsdf::{Bsdf, LobeRecord, LobeTables};
 use crate::camera::Camera;
@@ -14,6 +15,7 @@ use crate::medium::{Media, MediumRecord};
 use crate::placed::Placed;
 use crate::shapes::{ShapePoint, ShapeTables};
 use crate::texture::{TextureRecord, Varying};
+use crate::wedge;
 
 /// How a part of a shape scatters and glows.
 #[derive(Clone, Copy, Debug)]
@@ -51,6 +53,9 @@ pub enum Glow {
 
 /// Everything a renderer reads. Made by [`crate::compile()`], never edited.
 pub struct RenderScene {
+    /// Whether rays leave triangles with normals at their corners from the round shape that these
+    /// belong to, and light is held to the plane across the shading normal there.
+    pub smooth_shadows: bool,
     /// All that is not placed, in world coordinates.
     pub shapes: ShapeTables,
     /// What is placed in the world, and may move; `None` if nothing is.
@@ -110,9 +115,12 @@ pub struct SurfacePoint {
     pub p: Vec3,
     /// Unit normal of the true surface.
     pub normal: Vec3,
-    /// How far along the normal rays start from `p`, which is not exact: see
+    /// Along which unit vector rays start from `p`, and on which side of the surface: `normal`, or the
+    /// shading normal where shadows are smooth.
+    pub along: Vec3,
+    /// How far along `along`, and against it, rays start from `p`, which is not exact: see
     /// [`pt_math::ray::offset`].
-    pub offset: f32,
+    pub offsets: [f32; 2],
 }
 
 /// Where rays end that ask whether something is in the way.
@@ -122,13 +130,44 @@ impl SurfacePoint {
     /// A point that is on no surface: rays leave it where it is.
     #[inline]
     pub fn in_space(p: Vec3) -> Self {
-        Self { p, normal: Vec3::Z, offset: 0.0 }
+        Self { p, normal: Vec3::Z, along: Vec3::Z, offsets: [0.0; 2] }
+    }
+
+    /// A point that is known to the rounding of double precision, of a surface with a unit normal.
+    #[inline(always)]
+    pub(crate) fn on(p: DVec3, normal: Vec3) -> Self {
+        let p = p.as_vec3();
+        Self::off(p, normal, ray::offset(p, p.abs() * EPSILON, normal))
+    }
+
+    /// A point of a surface with a unit normal, which rays leave at this distance.
+    #[inline(always)]
+    pub(crate) fn off(p: Vec3, normal: Vec3, offset: f32) -> Self {
+        Self { p, normal, along: normal, offsets: [offset; 2] }
+    }
+
+    /// The same where rays begin so much farther off.
+    #[inline(always)]
+    pub(crate) fn raised(self, margin: f32) -> Self {
+        Self { offsets: self.offsets.map(|offset| offset + margin), ..self }
+    }
+
+    /// How far from the true point rays begin at most, by the offset and by rounding twice.
+    #[inline(always)]
+    pub(crate) fn reach(&self) -> f32 {
+        self.offsets[0] + self.p.abs().element_sum() * (2.0 * EPSILON)
+    }
+
+    /// The origins of rays that leave the point on either side.
+    pub(crate) fn origins(&self) -> [DVec3; 2] {
+        [self.along, -self.along].map(|w| self.origin(w).as_dvec3())
     }
 
     /// The origin of a ray from here in direction `w`.
     #[inline(always)]
     fn origin(&self, w: Vec3) -> Vec3 {
-        ray::offset_by(self.p, self.offset, self.normal, w)
+        let [front, back] = self.offsets;
+        self.p + self.along * if w.dot(self.along).is_sign_negative() { -back } else { front }
     }
 
     /// A ray from here in the unit direction `w`.
@@ -263,17 +302,29 @@ impl RenderScene {
         let at = match primitive.checked_sub(shapes.triangles.len()) {
             None => shapes.triangle_point(primitive, hit, self.plain_normals, |n| n),
             Some(sphere) if sphere < shapes.spheres.len() => {
-                shapes.sphere_point(sphere, ray.at(hit.t))
+                shapes.sphere_point(sphere, ray, hit.t)
             }
             Some(_) => return self.placed(|placed| placed.interaction(ray, hit, time)),
         };
-        let ShapePoint { p, error, geometric_normal, normal } = at;
+        let ShapePoint { mut p, size, to_edge, geometric_normal, normal } = at;
+        let mut point = SurfacePoint::on(p, geometric_normal);
+        let margin = wedge::margin(size);
+        let reach = point.reach() + margin;
+        if wedge::may_be_crossed(to_edge, reach) {
+            let corners = shapes.corners(primitive);
+            let on = |p| SurfacePoint::on(p, geometric_normal).raised(margin);
+            let origins = |p| on(p).origins();
+            if let Some(moved) = wedge::clear(&self.bvh, hit, corners, reach, origins) {
+                (p, point) = (moved, on(moved));
+            }
+        }
+        if self.smooth_shadows
+            && let Some(rounded) = shapes.rounded(primitive, hit, p)
+        {
+            point = rounded.point(point, normal, -ray.direction);
+        }
         Interaction {
-            point: SurfacePoint {
-                p,
-                normal: geometric_normal,
-                offset: ray::offset(p, error, geometric_normal),
-            },
+            point,
             normal,
             wo: -ray.direction,
             distance: hit.t,
@@ -328,12 +379,14 @@ impl RenderScene {
     pub fn bsdf<'a>(&'a self, at: &Interaction, resolved: Option<&'a Resolved>) -> Bsdf<'a> {
         let tables = &self.lobe_tables;
         let normal = at.point.normal;
-        if let Some(Resolved { lobe, two_sided, orientation }) = resolved {
-            return Bsdf::oriented(lobe, tables, *two_sided, *orientation, normal, at.wo);
-        }
-        let surface = &self.surfaces[at.surface];
-        let lobe = &self.lobes[surface.lobe];
-        Bsdf::new(lobe, tables, surface.two_sided, self.unit_normal(at), normal, at.wo)
+        let bsdf = if let Some(Resolved { lobe, two_sided, orientation }) = resolved {
+            Bsdf::oriented(lobe, tables, *two_sided, *orientation, normal, at.wo)
+        } else {
+            let surface = &self.surfaces[at.surface];
+            let lobe = &self.lobes[surface.lobe];
+            Bsdf::new(lobe, tables, surface.two_sided, self.unit_normal(at), normal, at.wo)
+        };
+        if self.smooth_shadows { bsdf.held_to(at.point.along) } else { bsdf }
     }
 
     /// What there is at a point of a surface that varies, at the time of its ray; `choice` from [0, 1) makes the choices of

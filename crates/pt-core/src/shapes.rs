@@ -1,11 +1,12 @@
 //! Tables of triangles and spheres, and what there is to know of a point on one.
 
 use pt_bvh::{Hit, Sphere};
-use pt_math::interval::gamma;
-use pt_math::{Mat3, Vec2, Vec3};
+use pt_math::interval::EPSILON;
+use pt_math::{DVec3, Mat3, Ray, Vec2, Vec3};
 
 use crate::id::Id;
 use crate::scene::SurfaceRecord;
+use crate::terminator::Rounded;
 
 /// Three indices that mark a triangle without normals, or texture coordinates.
 pub const FLAT: [u32; 3] = [u32::MAX; 3];
@@ -36,10 +37,12 @@ pub struct ShapeTables {
 /// A point of a shape.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShapePoint {
-    /// Where.
-    pub(crate) p: Vec3,
-    /// A bound of the error of each coordinate.
-    pub(crate) error: Vec3,
+    /// Where, to the rounding of double precision.
+    pub(crate) p: DVec3,
+    /// Length of the longest edge of its triangle; 0 on spheres.
+    pub(crate) size: f32,
+    /// A lower bound of the distance to the edges of its triangle; infinite on spheres.
+    pub(crate) to_edge: f32,
     /// Unit normal of the true surface, on the side of `normal`.
     pub(crate) geometric_normal: Vec3,
     /// Shading normal.
@@ -54,8 +57,14 @@ impl ShapeTables {
         primitive < self.triangles.len() && corners == FLAT
     }
 
-    /// p = Σ bᵢ pᵢ, with |error| ≤ γ₇ Σ |bᵢ pᵢ|. [Pharr, Jakob & Humphreys, Physically Based
-    /// Rendering, 3rd ed., §3.9.4]
+    /// The corners of a triangle.
+    #[inline(always)]
+    pub(crate) fn corners(&self, triangle: usize) -> [Vec3; 3] {
+        self.triangles[triangle].map(|v| self.positions[v as usize])
+    }
+
+    /// p = p₀ + b₁(p₁ − p₀) + b₂(p₂ − p₀) in double precision, so that it lies on the triangle however
+    /// large its coordinates are.
     ///
     /// Normals are those that `turn` makes of the unit normals in the tables; if they are `plain`,
     /// what is interpolated between corners stays shorter than 1.
@@ -67,13 +76,22 @@ impl ShapeTables {
         plain: bool,
         turn: impl Fn(Vec3) -> Vec3,
     ) -> ShapePoint {
-        let [p0, p1, p2] = self.triangles[i].map(|v| self.positions[v as usize]);
+        let [p0, p1, p2] = self.corners(i);
         let b0 = 1.0 - hit.b1 - hit.b2;
-        let (q0, q1, q2) = (p0 * b0, p1 * hit.b1, p2 * hit.b2);
-        let p = q0 + q1 + q2;
-        let error = (q0.abs() + q1.abs() + q2.abs()) * gamma(7);
-        let flat = turn((p1 - p0).cross(p2 - p0).normalize());
-        let as_flat = ShapePoint { p, error, geometric_normal: flat, normal: flat };
+        let origin = p0.as_dvec3();
+        let (e1, e2) = (p1.as_dvec3() - origin, p2.as_dvec3() - origin);
+        let p = origin + e1 * f64::from(hit.b1) + e2 * f64::from(hit.b2);
+        let normal = e1.cross(e2);
+        let double_area = normal.length();
+        let edges = [e1, e2, e2 - e1].map(DVec3::length_squared);
+        let longest = edges[0].max(edges[1]).max(edges[2]);
+        // Less what rounding may have added to b₀.
+        let least_share = b0.min(hit.b1).min(hit.b2) - 4.0 * EPSILON;
+        let size = longest.sqrt();
+        let to_edge = least_share * (double_area / size) as f32;
+        let size = size as f32;
+        let flat = turn((normal / double_area).as_vec3());
+        let as_flat = ShapePoint { p, size, to_edge, geometric_normal: flat, normal: flat };
         let corners = self.triangle_normals.get(i).copied().unwrap_or(FLAT);
         if corners == FLAT {
             return as_flat;
@@ -89,15 +107,25 @@ impl ShapeTables {
         ShapePoint { geometric_normal, normal, ..as_flat }
     }
 
-    /// The point moved onto the sphere, with an error of γ₅ of its coordinates. [ibid., §3.9.4]
+    /// What is known of a point of a triangle that has normals at its corners.
+    pub(crate) fn rounded(&self, i: usize, hit: &Hit, p: DVec3) -> Option<Rounded> {
+        let corners = self.triangle_normals.get(i).copied().filter(|corners| *corners != FLAT)?;
+        Some(Rounded {
+            p,
+            corners: self.corners(i).map(Vec3::as_dvec3),
+            normals: corners.map(|v| self.normals[v as usize]),
+            weights: [1.0 - hit.b1 - hit.b2, hit.b1, hit.b2],
+        })
+    }
+
+    /// Where a ray meets a sphere at parameter `t`.
     #[inline(always)]
-    pub(crate) fn sphere_point(&self, i: usize, p: Vec3) -> ShapePoint {
-        let Sphere { center, radius } = self.spheres[i];
-        let n = (p - center).normalize();
-        let offset = n * radius.abs();
-        let p = center + offset;
-        let error = (center.abs() + offset.abs()) * gamma(5);
-        let n = if radius < 0.0 { -n } else { n };
-        ShapePoint { p, error, geometric_normal: n, normal: n }
+    pub(crate) fn sphere_point(&self, i: usize, ray: &Ray, t: f32) -> ShapePoint {
+        let sphere = self.spheres[i];
+        let from_center = sphere.normal_at(ray, t);
+        let p = sphere.center.as_dvec3() + from_center * f64::from(sphere.radius.abs());
+        let n = from_center.as_vec3();
+        let n = if sphere.radius < 0.0 { -n } else { n };
+        ShapePoint { p, size: 0.0, to_edge: f32::INFINITY, geometric_normal: n, normal: n }
     }
 }

@@ -5,6 +5,7 @@
 //! ```
 
 mod batch;
+mod distant;
 mod first_hits;
 mod groups;
 mod halves;

@@ -5,6 +5,8 @@ use pt_core::RenderScene;
 use pt_core::placed::Placed;
 use pt_math::{Ray, Rays};
 
+use crate::distant::Distant;
+
 /// Asks a scene for intersections, many rays at a time, and counts the questions.
 pub struct Tracer<'a> {
     /// The scene.
@@ -14,12 +16,13 @@ pub struct Tracer<'a> {
     /// Number of primitives that were tested; stays 0 unless they are counted.
     pub tests: u64,
     counts_tests: bool,
+    distant: Option<Distant>,
 }
 
 impl<'a> Tracer<'a> {
     /// For one scene; counting tests costs a little.
     pub fn new(scene: &'a RenderScene, counts_tests: bool) -> Self {
-        Self { scene, rays: 0, tests: 0, counts_tests }
+        Self { scene, rays: 0, tests: 0, counts_tests, distant: Distant::new(scene) }
     }
 
     /// The nearest hit of each ray, in order, in place of what `hits` held. `time` tells the time of
@@ -32,6 +35,17 @@ impl<'a> Tracer<'a> {
     ) {
         let rays = rays.into();
         self.rays += rays.len() as u64;
+        if let Some(mut distant) = self.distant.take() {
+            self.nearest(distant.approach(rays), time, hits);
+            distant.depart(hits);
+            self.distant = Some(distant);
+        } else {
+            self.nearest(rays, time, hits);
+        }
+    }
+
+    /// [`Self::intersect`] in the precision of the rays' origins.
+    fn nearest(&mut self, rays: Rays, time: impl Fn(usize) -> f32, hits: &mut Vec<Option<Hit>>) {
         let bvh = &self.scene.bvh;
         if self.counts_tests {
             bvh.intersect_batch_counted(rays, hits, &mut self.tests);

@@ -11,6 +11,7 @@ mod depths;
 mod forest;
 pub(crate) mod prefetch;
 mod refit;
+mod segment;
 mod traverse;
 mod triangles;
 mod urgency;

@@ -419,6 +419,16 @@ impl<'a> Bsdf<'a> {
         Self { frame, geometric_normal, side, wo: frame.to_local(wo), lobe, tables }
     }
 
+    /// The same with light held to the plane across another unit normal than the true one.
+    #[inline]
+    pub fn held_to(mut self, normal: Vec3) -> Self {
+        if !self.lobe.is_round() {
+            self.geometric_normal = normal;
+            self.side = normal.dot(self.frame.n);
+        }
+        self
+    }
+
     /// Whether only [`Self::sample`] finds its directions.
     #[inline(always)]
     pub fn is_delta(&self) -> bool {

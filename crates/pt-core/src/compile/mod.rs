@@ -68,6 +68,9 @@ pub struct CompileOptions {
     pub focal_distance: Option<f32>,
     /// Show all directions around the camera in place of what it shows.
     pub panorama: bool,
+    /// Light meshes with normals at their corners as the round shapes that these belong to: see
+    /// [`RenderScene::smooth_shadows`]. Not in scenes with media, nor on what moves or is kept once.
+    pub smooth_shadows: bool,
 }
 
 /// See [`CompileOptions::most_single_lights`].
@@ -181,6 +184,10 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     let mut scene = assemble(shapes, lights, media, camera, bvh);
     scene.placed = placed;
     scene.plain_normals = options.course;
+    scene.smooth_shadows = options.smooth_shadows && scene.media.is_empty();
+    if options.smooth_shadows && !scene.smooth_shadows {
+        notes.push("--smooth-shadows does nothing in a scene with media".into());
+    }
     Ok(Compiled { scene, notes, geometry_time, bvh_time })
 }
 
@@ -220,6 +227,7 @@ fn assemble(
     RenderScene {
         placed: None,
         plain_normals: false,
+        smooth_shadows: false,
         object_ends: take(&mut shapes.object_ends),
         surfaces: take(&mut shapes.surfaces),
         surface_materials: take(&mut shapes.surface_materials),

@@ -1,0 +1,112 @@
+//! Whether triangles cross a short segment, in double precision: what rays that begin next to
+//! several surfaces ask for, since a point in single precision may lie beyond one of them.
+
+use pt_math::{Bounds3, DVec3, Vec3};
+use wide::f32x8;
+
+use super::{Child, TriangleBlock, WideBvh};
+use crate::geometry::{Primitive, outward};
+use crate::traverse::List;
+use crate::{Bvh, Kernel};
+
+/// Triangles under less of an angle to the plane across the segment do not count (the square of the
+/// sine): they are the continuation of the one that the segment begins on, or lie on it.
+const LEAST_SINE_SQUARED: f64 = 1e-6;
+
+/// How far outside of its edges a triangle is met, as a share of its size.
+const TOLERANCE: f64 = 1e-9;
+
+/// What is asked for.
+#[derive(Clone, Copy, Debug)]
+struct Segment {
+    from: DVec3,
+    along: DVec3,
+    except: u32,
+}
+
+impl Segment {
+    fn bounds(&self, center: DVec3) -> Bounds3 {
+        let [a, b] = [self.from - center, self.from + self.along - center];
+        outward(a.min(b), a.max(b))
+    }
+
+    /// Whether a triangle is met between the ends, or at one of them.
+    fn meets(&self, corners: [Vec3; 3]) -> bool {
+        let corners @ [a, b, c] = corners.map(|p| p.as_dvec3() - self.from);
+        let normal = (b - a).cross(c - a);
+        let (height, slope) = (normal.dot(a), normal.dot(self.along));
+        let size = normal.length_squared();
+        let across = normal.cross(self.along).length_squared();
+        if across <= LEAST_SINE_SQUARED * size * self.along.length_squared() {
+            return false;
+        }
+        let t = height / slope;
+        if !(0.0..=1.0).contains(&t) {
+            return false;
+        }
+        let p = self.along * t;
+        let is_left = |i: usize| {
+            let [from, to] = [corners[i], corners[(i + 1) % 3]];
+            (to - from).cross(p - from).dot(normal) >= -TOLERANCE * size
+        };
+        (0..3).all(is_left)
+    }
+}
+
+impl Bvh {
+    /// Whether a triangle other than number `except` meets the segment between two points, which
+    /// begins on that one. Triangles that are parallel to the plane across the segment, by an angle
+    /// of less than 0.06°, do not count, and neither do spheres.
+    pub fn is_crossed(&self, [from, to]: [DVec3; 2], except: u32) -> bool {
+        let segment = Segment { from, along: to - from, except };
+        match &self.kernel {
+            Kernel::Wide(wide) => wide.is_crossed(&segment),
+            Kernel::List(list) => list.is_crossed(&segment),
+        }
+    }
+}
+
+impl List {
+    fn is_crossed(&self, segment: &Segment) -> bool {
+        self.primitives().iter().any(|(primitive, id)| match primitive {
+            Primitive::Triangle(corners) => *id != segment.except && segment.meets(*corners),
+            Primitive::Sphere(_) => false,
+        })
+    }
+}
+
+impl WideBvh {
+    fn is_crossed(&self, segment: &Segment) -> bool {
+        let center = Vec3::from(self.scene.center).as_dvec3();
+        !self.nodes.is_empty() && self.is_crossed_below(0, segment, &segment.bounds(center))
+    }
+
+    /// The same for what is below a node, with the box around the segment in its coordinates.
+    fn is_crossed_below(&self, node: usize, segment: &Segment, around: &Bounds3) -> bool {
+        let node = &self.nodes[node];
+        let apart = |k: usize| {
+            let [least, greatest] = node.planes[k];
+            least.simd_gt(f32x8::splat(around.max[k]))
+                | greatest.simd_lt(f32x8::splat(around.min[k]))
+        };
+        let apart = (apart(0) | apart(1) | apart(2)).to_bitmask();
+        let met = (0..node.children.len()).filter(|lane| apart >> lane & 1 == 0);
+        { met }.map(|lane| node.children[lane].0).any(|child| match child {
+            child if child & Child::TRIANGLES != 0 => {
+                self.triangles[Child::index(child)].is_crossed(segment)
+            }
+            child if child & Child::SPHERES != 0 => false,
+            child => {
+                child != Child::VACANT.0 && self.is_crossed_below(child as usize, segment, around)
+            }
+        })
+    }
+}
+
+impl TriangleBlock {
+    fn is_crossed(&self, segment: &Segment) -> bool {
+        // What is in lanes without a triangle is met nowhere.
+        let other = self.ids.iter().enumerate().filter(|(_, id)| **id != segment.except);
+        { other }.any(|(lane, _)| segment.meets(self.triangle(lane)))
+    }
+}
