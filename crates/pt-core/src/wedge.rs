@@ -26,7 +26,7 @@ const LEAST_SHARE: f64 = 1e-9;
 /// may pass between the triangle, from which it comes, and the other one.
 #[inline(always)]
 pub(crate) fn margin(size: f32) -> f32 {
-    size * (32.0 * EPSILON)
+    size * (64.0 * EPSILON)
 }
 
 /// Whether another wall may be in the way of rays' origins, which are within `reach` of the point.
@@ -49,9 +49,10 @@ pub(crate) fn clear(
 ) -> Option<DVec3> {
     let corners = corners.map(Vec3::as_dvec3);
     let mean = |weights: [f64; 3]| (0..3).map(|i| corners[i] * weights[i]).sum::<DVec3>();
+    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
     let is_clear = |p: &DVec3| {
         let ends = origins(*p).map(|origin| *p + (origin - *p) * 2.0);
-        !ends.into_iter().any(|end| bvh.is_crossed([*p, end], hit.primitive))
+        !ends.into_iter().any(|end| bvh.is_crossed([*p, end], normal, hit.primitive))
     };
     let [b1, b2] = [hit.b1, hit.b2].map(f64::from);
     // By rounding, some may be below 0.

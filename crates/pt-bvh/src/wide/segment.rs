@@ -9,8 +9,8 @@ use crate::geometry::{Primitive, outward};
 use crate::traverse::List;
 use crate::{Bvh, Kernel};
 
-/// Triangles under less of an angle to the plane across the segment do not count (the square of the
-/// sine): they are the continuation of the one that the segment begins on, or lie on it.
+/// Triangles under less of an angle to the plane that the segment begins on do not count (the square
+/// of the sine): they are its continuation, or lie on it.
 const LEAST_SINE_SQUARED: f64 = 1e-6;
 
 /// How far outside of its edges a triangle is met, as a share of its size.
@@ -21,6 +21,8 @@ const TOLERANCE: f64 = 1e-9;
 struct Segment {
     from: DVec3,
     along: DVec3,
+    /// Of the plane that it begins on, of any length.
+    normal: DVec3,
     except: u32,
 }
 
@@ -36,8 +38,8 @@ impl Segment {
         let normal = (b - a).cross(c - a);
         let (height, slope) = (normal.dot(a), normal.dot(self.along));
         let size = normal.length_squared();
-        let across = normal.cross(self.along).length_squared();
-        if across <= LEAST_SINE_SQUARED * size * self.along.length_squared() {
+        let across = normal.cross(self.normal).length_squared();
+        if across <= LEAST_SINE_SQUARED * size * self.normal.length_squared() {
             return false;
         }
         let t = height / slope;
@@ -55,10 +57,10 @@ impl Segment {
 
 impl Bvh {
     /// Whether a triangle other than number `except` meets the segment between two points, which
-    /// begins on that one. Triangles that are parallel to the plane across the segment, by an angle
-    /// of less than 0.06°, do not count, and neither do spheres.
-    pub fn is_crossed(&self, [from, to]: [DVec3; 2], except: u32) -> bool {
-        let segment = Segment { from, along: to - from, except };
+    /// begins on that one, whose `normal` may have any length. Triangles that are parallel to it, by
+    /// an angle of less than 0.06°, do not count, and neither do spheres.
+    pub fn is_crossed(&self, [from, to]: [DVec3; 2], normal: DVec3, except: u32) -> bool {
+        let segment = Segment { from, along: to - from, normal, except };
         match &self.kernel {
             Kernel::Wide(wide) => wide.is_crossed(&segment),
             Kernel::List(list) => list.is_crossed(&segment),
