@@ -16,7 +16,7 @@ use crate::{LoadError, Medium, Sides, Warning};
 
 const KINDS: [&str; 2] = ["heterogeneous", "homogeneous"];
 const PHASES: [&str; 4] = ["blendphase", "hg", "isotropic", "rayleigh"];
-/// Most phase functions of a medium, which may refer to each other.
+/// Most phase functions of a medium, each counted as often as it is referred to.
 const MOST_PHASES: usize = 32;
 const VOLUMES: [&str; 2] = ["constvolume", "gridvolume"];
 
@@ -274,12 +274,8 @@ fn homogeneous(
 
 /// A phase function, in which `left` others may be.
 fn phase_of(tree: &Tree, object: &Object, left: &mut usize) -> Result<Phase, LoadError> {
-    let too_many = || {
-        error(
-            &object.at,
-            format!("the medium has more than {MOST_PHASES} phase functions, or one in itself"),
-        )
-    };
+    let too_many =
+        || error(&object.at, format!("the medium has more than {MOST_PHASES} phase functions"));
     *left = left.checked_sub(1).ok_or_else(too_many)?;
     let is_blend = object.kind == "blendphase";
     let children = tree.children(object, if is_blend { &["phase"] } else { &[] })?;

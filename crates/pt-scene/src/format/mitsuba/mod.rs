@@ -41,6 +41,7 @@ mod film;
 mod instance;
 mod integrator;
 mod medium;
+mod nesting;
 mod object;
 mod read;
 mod refused;

@@ -14,13 +14,14 @@ use super::super::context::Context;
 use super::super::mesh_file;
 use super::super::spectra::Spectrum;
 use super::super::xml::{self, Document, Node, did_you_mean, quote};
+use super::nesting;
 use super::object::{Child, Object, Target, Tree};
 use super::spectrum;
 use super::value::{self, Value};
 use crate::{LoadError, Span};
 
-/// Deepest nesting of objects.
-const MAX_DEPTH: usize = 64;
+/// Deepest nesting of objects, those included that are referred to.
+pub(super) const MAX_DEPTH: usize = 64;
 /// Deepest nesting of included files, as in Mitsuba.
 const MAX_INCLUDE_DEPTH: usize = 15;
 /// Most files that a scene may include; two that include one another twice would make many.
@@ -108,6 +109,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<
         return Err(mesh_file::error(path, 0, message));
     }
     spectrum::resolve(&mut reader.tree)?;
+    nesting::check(&mut reader.tree)?;
     Ok(reader.tree)
 }
 
