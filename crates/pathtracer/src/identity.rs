@@ -51,6 +51,7 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
         layout: _, // of the points
         light_samples,
         max_depth,
+        straight_is_free,
         min_bounce,
         max_bounce,
         integrator,
@@ -73,6 +74,9 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
     say("integrator", integrator.clone());
     say("light samples", light_samples.to_string());
     say("max depth", max_depth.to_string());
+    if *straight_is_free {
+        say("what goes straight on", "is not counted".into());
+    }
     say("bounces shown", format!("{min_bounce} to {max_bounce}"));
     say("ambient occlusion distance", ao_distance.to_string());
     say("direct light", name_of_direct(*direct).into());

@@ -273,6 +273,7 @@ fn settings(scene: &Scene) -> Vec<Item> {
         ("crop", s.crop.map(crop)),
         ("samples per pixel", s.spp.map(|spp| spp.to_string())),
         ("max depth", s.max_depth.map(|depth| depth.to_string())),
+        ("what goes straight on", s.straight_is_free.then(|| "not counted".to_owned())),
         ("integrator", s.integrator.map(str::to_owned)),
         ("other channels", aovs),
         ("filter", s.filter.map(|filter| format!("{filter:?}"))),

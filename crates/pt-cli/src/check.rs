@@ -436,6 +436,7 @@ impl Checked {
             layout: self.layout.or(cli.samples.and(cli.spp)),
             light_samples: cli.light_samples,
             max_depth,
+            straight_is_free: file.straight_is_free,
             min_bounce,
             max_bounce,
             integrator: integrator.into(),

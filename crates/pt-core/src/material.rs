@@ -9,10 +9,11 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use pt_math::{Frame, Vec3};
+use pt_math::{Frame, Spectrum, Vec3};
 use pt_scene::hair;
+use pt_scene::material::Averted;
 
-use crate::bsdf::{LobeRecord, Orientation};
+use crate::bsdf::{AnyLobe, Diffuse, LobeRecord, Orientation, Shadowing};
 use crate::id::{Id, Table};
 use crate::parametrization::Parametrization;
 use crate::scene::Interaction;
@@ -45,6 +46,12 @@ pub enum Material {
         surface: Id<Material>,
         /// Its normals.
         relief: ReliefRecord,
+        /// See [`pt_scene::material::Embossed`].
+        shadowing: bool,
+        /// See [`pt_scene::material::Embossed`].
+        averted: Averted,
+        /// See [`pt_scene::material::Embossed`].
+        mirrored: bool,
     },
 }
 
@@ -150,18 +157,18 @@ impl Materials {
         parametrization: &Parametrization,
         mut choice: f32,
     ) -> Resolved {
-        let mut normal = normal;
+        let mut view = View::new(at, normal);
         loop {
             match self.table[id] {
                 Material::Lobe(material) => {
-                    return Resolved {
-                        lobe: self.lobe(lobes, &material, parametrization),
-                        two_sided: material.two_sided,
-                        orientation: Orientation {
-                            normal,
-                            tangent: material.oriented.then_some(parametrization.along_u).flatten(),
-                        },
+                    let lobe = if view.sees_nothing {
+                        AnyLobe::from(Diffuse { rho: Spectrum::ZERO }).record()
+                    } else {
+                        self.lobe(lobes, &material, parametrization)
                     };
+                    let tangent = material.oriented.then_some(parametrization.along_u).flatten();
+                    let orientation = view.orientation(tangent);
+                    return Resolved { lobe, two_sided: material.two_sided, orientation };
                 }
                 Material::Mix { first, second, share } => {
                     let share = self.textures.number(share, parametrization).clamp(0.0, 1.0);
@@ -174,8 +181,12 @@ impl Materials {
                 Material::Sided { front, back } => {
                     id = if at.wo.dot(at.point.normal) < 0.0 { back } else { front };
                 }
-                Material::Embossed { surface, relief } => {
-                    normal = self.embossed(relief, normal, parametrization);
+                Material::Embossed { surface, relief, shadowing, averted, mirrored } => {
+                    if mirrored {
+                        view.mirror();
+                    }
+                    let bent = self.embossed(relief, view.normal, parametrization);
+                    view.bend(bent, averted, shadowing);
                     id = surface;
                 }
             }
@@ -235,4 +246,79 @@ impl Materials {
         };
         bent.try_normalize().unwrap_or(n)
     }
+}
+
+/// How a surface is seen while its reliefs bend its normal.
+struct View {
+    /// Unit normal so far.
+    normal: Vec3,
+    /// Where it is seen from.
+    wo: Vec3,
+    /// Whether that is behind it.
+    is_behind: bool,
+    /// The normal across whose plane all is mirrored, if it is.
+    mirror: Option<Vec3>,
+    shadowing: Option<Shadowing>,
+    is_for_viewer: bool,
+    /// Whether a normal looks away from the viewer, who then sees nothing.
+    sees_nothing: bool,
+}
+
+impl View {
+    fn new(at: &Interaction, normal: Vec3) -> Self {
+        Self {
+            normal,
+            wo: at.wo,
+            is_behind: at.wo.dot(at.point.normal) < 0.0,
+            mirror: None,
+            shadowing: None,
+            is_for_viewer: false,
+            sees_nothing: false,
+        }
+    }
+
+    /// Sees the back as the mirror image of the front.
+    fn mirror(&mut self) {
+        if self.is_behind && self.mirror.is_none() {
+            self.mirror = Some(self.normal);
+            self.wo -= self.normal * (2.0 * self.normal.dot(self.wo));
+            self.is_behind = false;
+        }
+    }
+
+    /// Takes a relief's unit normal.
+    fn bend(&mut self, bent: Vec3, averted: Averted, shadows: bool) {
+        if shadows && self.shadowing.is_none() {
+            self.shadowing = Some(Shadowing::new(self.normal, bent));
+        }
+        let faces = if self.is_behind { -1.0 } else { 1.0 };
+        let is_averted = bent.dot(self.wo) * faces <= 0.0;
+        self.normal = match averted {
+            Averted::Turned if is_averted => {
+                self.is_for_viewer = true;
+                half_turn(bent, self.normal)
+            }
+            Averted::Black if is_averted => {
+                self.sees_nothing = true;
+                bent
+            }
+            _ => bent,
+        };
+    }
+
+    /// The orientation of the lobe. From behind, lobes see a normal from its other side, and what was
+    /// mirrored and then turned to the other side was turned by half a turn.
+    fn orientation(&self, tangent: Option<Vec3>) -> Orientation {
+        let normal = self.mirror.map_or(self.normal, |axis| half_turn(self.normal, axis));
+        Orientation {
+            shadowing: self.shadowing.unwrap_or_default(),
+            is_for_viewer: self.is_for_viewer,
+            ..Orientation::plain(normal, tangent)
+        }
+    }
+}
+
+/// A direction after half a turn about a unit axis.
+fn half_turn(v: Vec3, axis: Vec3) -> Vec3 {
+    axis * (2.0 * axis.dot(v)) - v
 }

@@ -113,6 +113,9 @@ pub struct Settings {
     /// Largest number of interactions of a path, with surfaces or media: 0 is emission only, 1 direct
     /// light.
     pub max_depth: u32,
+    /// Whether that counts no interaction of the integrator `volpath` from which light goes straight on, as
+    /// through thin glass; as in Mitsuba's.
+    pub straight_is_free: bool,
     /// Only light that was scattered at least this often …
     pub min_bounce: u32,
     /// … and at most this often is shown.
@@ -209,6 +212,7 @@ impl Default for Settings {
             layout: None,
             light_samples: 1,
             max_depth: 16,
+            straight_is_free: false,
             min_bounce: 0,
             max_bounce: u32::MAX,
             integrator: "path".into(),

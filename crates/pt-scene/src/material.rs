@@ -494,4 +494,34 @@ pub struct Embossed {
     pub surface: Box<Surface>,
     /// How its normals differ from those of the shape.
     pub relief: Relief,
+    /// Whether less light arrives where the relief is steep and the light low, as facets would shadow it;
+    /// so light fades before it ends where the shape turns away from it. Of reliefs in reliefs, the outermost that
+    /// shadows does so. [Conty Estevez, Lecocq & Stein 2019, "A Microfacet-Based Shadowing Function to Solve the
+    /// Bump Terminator Problem"]
+    pub shadowing: bool,
+    /// What is seen where its normals look away from the viewer.
+    pub averted: Averted,
+    /// Whether the relief from behind is the mirror image of that in front: what is raised is raised on
+    /// both sides. Else what is raised in front is a dent behind.
+    pub mirrored: bool,
+}
+
+impl Embossed {
+    /// A surface with a relief that shadows nothing, bends normals to the viewer and goes through to the back.
+    pub fn new(surface: impl Into<Box<Surface>>, relief: Relief) -> Self {
+        let surface = surface.into();
+        Self { surface, relief, shadowing: false, averted: Averted::Bent, mirrored: false }
+    }
+}
+
+/// What is seen of a relief where its normal looks away from the viewer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Averted {
+    /// The surface with the normal that is just turned enough.
+    #[default]
+    Bent,
+    /// The surface with the normal after half a turn about that of the shape, as in Mitsuba.
+    Turned,
+    /// Nothing.
+    Black,
 }

@@ -28,6 +28,9 @@ pub struct FileSettings {
     /// Largest number of interactions of a path, with surfaces or media: 0 is emission only, 1 direct
     /// light.
     pub max_depth: Option<u32>,
+    /// Whether `max_depth` counts no interaction from which light goes straight on, as through thin glass, in
+    /// scenes with media.
+    pub straight_is_free: bool,
     /// Name of the integrator, if it is not the usual one.
     pub integrator: Option<&'static str>,
     /// Names of the channels besides light that are asked for.

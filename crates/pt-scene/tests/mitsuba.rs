@@ -9,6 +9,8 @@ mod materials;
 mod media;
 #[path = "mitsuba/motion.rs"]
 mod motion;
+#[path = "mitsuba/reliefs.rs"]
+mod reliefs;
 #[path = "mitsuba/sensors.rs"]
 mod sensors;
 #[path = "mitsuba/shapes.rs"]
@@ -108,6 +110,36 @@ fn chains_of_includes_are_cut() {
     assert!(pt_scene::format::load(&file(14)).is_ok());
 }
 
+/// Bump maps that refer to each other in a row, and a shape with the first.
+fn row_of_bumps(count: usize) -> String {
+    let bumps = "<bsdf type=\"bumpmap\"><texture type=\"checkerboard\"/></bsdf>";
+    let bumps = |i: usize| {
+        let opened = bumps.replace("\"bumpmap\"", &format!("\"bumpmap\" id=\"{i}\""));
+        opened.replace("</bsdf>", &format!("<ref id=\"{}\"/></bsdf>", i + 1))
+    };
+    let row: String = (0..count).map(bumps).collect();
+    let last = format!("<bsdf type=\"diffuse\" id=\"{count}\"/>");
+    format!("<shape type=\"sphere\"><ref id=\"0\"/></shape>{row}{last}")
+}
+
+#[test]
+fn rows_of_references_are_as_deep_as_nested_objects_may_be() {
+    let scene = read(&row_of_bumps(63));
+    let mut surface = &scene.materials[0].surface;
+    let mut depth = 0;
+    while let Surface::Embossed(embossed) = surface {
+        surface = &embossed.surface;
+        depth += 1;
+    }
+    assert_eq!(depth, 63);
+    for count in [64, 10_000] {
+        let text = format!("<scene version=\"3.0.0\">{}</scene>", row_of_bumps(count));
+        let path = folder("mitsuba").join("good").join("test.xml");
+        let error = parse(text.as_bytes(), &path).expect_err("too deep").to_string();
+        assert!(error.contains("nested deeper than 64"), "{error}");
+    }
+}
+
 // ---- values and transforms ---------------------------------------------------------------------
 
 #[test]
@@ -188,6 +220,7 @@ fn one_of_each_kind_of_object() {
         crop: None,
         spp: Some(16),
         max_depth: Some(4),
+        straight_is_free: false,
         integrator: None,
         aovs: Vec::new(),
         filter: Some(Filter::Box),
@@ -263,6 +296,7 @@ fn the_scenes_for_peers_load_without_a_warning() {
             crop: None,
             spp: Some(64),
             max_depth: Some(interactions),
+            straight_is_free: false,
             integrator: None,
             aovs: Vec::new(),
             filter: Some(Filter::Box),

@@ -247,7 +247,7 @@ fn reliefs_turn_the_surface_to_the_light() {
     const SLOPE: f32 = 0.5;
     let down = DAffine3::from_translation(DVec3::ZERO); // shines along −z
     let lit = |relief: Relief| {
-        let surface = Embossed { surface: matte([1.0; 3]).into(), relief };
+        let surface = Embossed::new(matte([1.0; 3]), relief);
         let scene = Builder::default()
             .quad(facing(DVec3::ZERO, DVec3::Z, 1.0), surface.into())
             .light(LightKind::Directional { irradiance: [PI; 3] }, down)
@@ -288,7 +288,7 @@ fn room() -> Scene {
     let share = Scalar::Texture(chess([[0.2; 3], [0.9; 3]]));
     let mix = Mix { first: Box::new(gold.into()), second: boxed(0.5), share };
     let relief = Relief::Normals(row(&[[0.7, 0.4, 0.9], [0.4, 0.6, 0.9]], Filter::Bilinear));
-    let floor = Embossed { surface: matte([0.6; 3]).into(), relief };
+    let floor = Embossed::new(matte([0.6; 3]), relief);
     let mut scene = Builder(cornell())
         .sphere(DVec3::new(-0.3, 0.3, 0.2), 0.3, mix.into())
         .quad(facing(DVec3::NEG_Y * 0.9, DVec3::Y, 0.9), floor.into())

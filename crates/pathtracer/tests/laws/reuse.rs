@@ -54,7 +54,7 @@ pub(crate) fn everything() -> Scene {
     let mix = Mix { first: metal().into(), second: matte([0.7; 3]).into(), share: 0.4.into() };
     let relief = Relief::Normals(row(&[[0.6, 0.45, 0.9], [0.4, 0.55, 0.9]], Filter::Nearest));
     all.push(mix.into());
-    all.push(Embossed { surface: gloss().into(), relief }.into());
+    all.push(Embossed::new(gloss(), relief).into());
     let at = |i: usize| DVec3::new((i % 6) as f64 - 2.5, 0.45, 1.0 - (i / 6) as f64);
     let floor = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 4.0), metal())

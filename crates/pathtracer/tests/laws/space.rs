@@ -133,7 +133,7 @@ fn linear_heights_in_space_tilt_the_normal_by_their_gradient() {
     let bare = Mesh { uvs: None, ..shapes::rectangle() };
     for mesh in [shapes::rectangle(), skewed, bare] {
         let relief = Relief::Heights(Arc::clone(&heights), height as f32);
-        let surface = Embossed { surface: matte([1.0; 3]).into(), relief };
+        let surface = Embossed::new(matte([1.0; 3]), relief);
         let scene = Builder::default()
             .mesh(mesh, DAffine3::IDENTITY, surface.into())
             .light(LightKind::Directional { irradiance: [PI; 3] }, looking(to_light, DVec3::ZERO))

@@ -27,11 +27,13 @@ mod principled;
 mod refraction;
 mod rough_coated_diffuse;
 mod rough_dielectric;
+mod shadowing;
 mod thin_dielectric;
 
 pub(crate) use coated_conductor::Layers;
 pub use measured::{Goniophotometer, MeasuredTables, Specimen};
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3};
+pub use shadowing::Shadowing;
 
 use crate::light::Lit;
 
@@ -137,6 +139,10 @@ pub trait Lobe<'t>: Copy {
     const TRANSMITS: bool = false;
     /// Whether light that goes through leaves as it came, so that what is behind is seen in its place.
     const STRAIGHT: bool = false;
+    /// The share of light that goes straight on from `wo`.
+    fn straight(&self, _wo: Vec3) -> Spectrum {
+        Spectrum::ZERO
+    }
     /// Whether it scatters diffusely whatever it does not send into single directions.
     const DIFFUSE: bool = false;
 }
@@ -206,6 +212,13 @@ macro_rules! lobes {
             #[inline(always)]
             fn is_straight(&self) -> bool {
                 $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::STRAIGHT))||*
+            }
+            /// See [`Lobe::straight`].
+            fn straight(&self, tables: &LobeTables, wo: Vec3) -> Spectrum {
+                $(if self.kind == Kind::$name as u32 {
+                    return self.run::<$ty, _>(tables, |lobe| lobe.straight(wo));
+                })*
+                Spectrum::ZERO
             }
             /// See [`Lobe::ROUND`].
             #[inline(always)]
@@ -362,6 +375,17 @@ pub struct Orientation {
     /// Direction that becomes +x, as far as it is in the plane across the normal; `None` where any
     /// will do.
     pub tangent: Option<Vec3>,
+    /// What a relief hides of the light.
+    pub shadowing: Shadowing,
+    /// Whether the normal was chosen for the viewer, so that others may see another.
+    pub is_for_viewer: bool,
+}
+
+impl Orientation {
+    /// That of a surface without relief.
+    pub fn plain(normal: Vec3, tangent: Option<Vec3>) -> Self {
+        Self { normal, tangent, shadowing: Shadowing::default(), is_for_viewer: false }
+    }
 }
 
 /// The scattering at one surface point, in world coordinates.
@@ -371,6 +395,9 @@ pub struct Bsdf<'a> {
     geometric_normal: Vec3,
     /// Cosine between `geometric_normal` and the normal of the frame.
     side: f32,
+    shadowing: Shadowing,
+    /// See [`Orientation::is_for_viewer`].
+    is_for_viewer: bool,
     wo: Vec3,
     lobe: &'a LobeRecord,
     tables: &'a LobeTables,
@@ -390,7 +417,7 @@ impl<'a> Bsdf<'a> {
         geometric_normal: Vec3,
         wo: Vec3,
     ) -> Self {
-        let orientation = Orientation { normal, tangent: None };
+        let orientation = Orientation::plain(normal, None);
         Self::oriented(lobe, tables, two_sided, orientation, geometric_normal, wo)
     }
 
@@ -400,7 +427,7 @@ impl<'a> Bsdf<'a> {
         lobe: &'a LobeRecord,
         tables: &'a LobeTables,
         two_sided: bool,
-        Orientation { normal, tangent }: Orientation,
+        Orientation { normal, tangent, shadowing, is_for_viewer }: Orientation,
         geometric_normal: Vec3,
         wo: Vec3,
     ) -> Self {
@@ -416,7 +443,8 @@ impl<'a> Bsdf<'a> {
         // Round things are not held to the plane of the surface.
         let geometric_normal = if is_round { frame.n } else { geometric_normal };
         let side = geometric_normal.dot(front);
-        Self { frame, geometric_normal, side, wo: frame.to_local(wo), lobe, tables }
+        let wo = frame.to_local(wo);
+        Self { frame, geometric_normal, side, shadowing, is_for_viewer, wo, lobe, tables }
     }
 
     /// The same with light held to the plane across another unit normal than the true one.
@@ -433,6 +461,16 @@ impl<'a> Bsdf<'a> {
     #[inline(always)]
     pub fn is_delta(&self) -> bool {
         self.lobe.is_delta()
+    }
+
+    /// See [`Lobe::STRAIGHT`].
+    pub fn is_straight(&self) -> bool {
+        self.lobe.is_straight()
+    }
+
+    /// See [`Lobe::straight`].
+    pub fn straight(&self) -> Spectrum {
+        self.lobe.straight(self.tables, self.wo)
     }
 
     /// Whether light that [`Self::sample`] sent to `wi` (world) goes through as it came.
@@ -462,7 +500,8 @@ impl<'a> Bsdf<'a> {
     #[inline(always)]
     pub fn towards(&self, wo: Vec3) -> Option<Self> {
         let local = self.frame.to_local(wo);
-        let is_alike = local.z > LEAST_COSINE && self.is_consistent(wo, local);
+        let is_alike =
+            !self.is_for_viewer && local.z > LEAST_COSINE && self.is_consistent(wo, local);
         is_alike.then_some(Self { wo: local, ..*self })
     }
 
@@ -478,7 +517,7 @@ impl<'a> Bsdf<'a> {
     pub fn eval(&self, wi: Vec3) -> Spectrum {
         let local = self.frame.to_local(wi);
         if self.is_consistent(wi, local) {
-            self.lobe.eval(self.tables, self.wo, local)
+            self.lobe.eval(self.tables, self.wo, local) * self.shadowing.visible(wi)
         } else {
             Spectrum::ZERO
         }
@@ -490,7 +529,7 @@ impl<'a> Bsdf<'a> {
         let local = self.frame.to_local(wi);
         if self.is_consistent(wi, local) {
             (
-                self.lobe.eval(self.tables, self.wo, local),
+                self.lobe.eval(self.tables, self.wo, local) * self.shadowing.visible(wi),
                 self.lobe.pdf(self.tables, self.wo, local),
             )
         } else {
@@ -509,7 +548,8 @@ impl<'a> Bsdf<'a> {
     pub fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
         let s = self.lobe.sample(self.tables, self.wo, u)?;
         let wi = self.frame.to_world(s.wi);
-        self.is_consistent(wi, s.wi).then_some(BsdfSample { wi, ..s })
+        let weight = s.weight * self.shadowing.visible(wi);
+        self.is_consistent(wi, s.wi).then_some(BsdfSample { wi, weight, ..s })
     }
 
     /// What lights are told of this point, which is at `p`.

@@ -37,6 +37,10 @@ impl Lobe<'_> for ThinDielectric {
     const TRANSMITS: bool = true;
     const STRAIGHT: bool = true;
 
+    fn straight(&self, wo: Vec3) -> Spectrum {
+        self.transmittance * (1.0 - self.reflected(wo.z.abs()))
+    }
+
     fn pack(&self) -> [f32; PARAMETERS] {
         let ([a, b, c], [d, e, f]) = (self.reflectance.to_array(), self.transmittance.to_array());
         padded([a, b, c, d, e, f, self.eta])

@@ -322,6 +322,7 @@ impl Lower for Embossed {
                 ReliefRecord::Heights(cx.texture(texture), scale * cx.metres)
             }
         };
-        Material::Embossed { surface, relief }
+        let Self { shadowing, averted, mirrored, .. } = *self;
+        Material::Embossed { surface, relief, shadowing, averted, mirrored }
     }
 }

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use pt_math::{DMat3, DVec3};
 use pt_scene::material::{
-    Black, CoatedDiffuse, Conductor, Distribution, Embossed, Glass, Masking, Matte, Mirror, Mix,
-    Principled, PrincipledThin, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, ThinGlass,
+    Black, CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, Mirror, Mix, Principled,
+    PrincipledThin, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, ThinGlass,
 };
 use pt_scene::metals::{METALS, Metal};
-use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Relief, Wrap};
+use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Wrap};
 use pt_scene::{Scalar, Surface, Texture};
 
 use crate::{material, mesh_of, read, surface};
@@ -385,7 +385,7 @@ fn spheres_turned_inside_out() {
 // ---- textures ----------------------------------------------------------------------------------
 
 /// An image in the folder of the scenes for peers.
-fn bitmap(name: &str, more: &str) -> String {
+pub(crate) fn bitmap(name: &str, more: &str) -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/mitsuba/parts");
     let file = folder.join("clouds.png");
     format!(
@@ -507,27 +507,12 @@ fn surfaces_are_made_of_others() {
         format!("<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.25\"/>{inner}</bsdf>");
     let mix = Mix { first: boxed(&grey), second: boxed(&red), share: 0.25.into() };
     assert_eq!(surface(&blend), mix.into());
-    let sides = Sided { front: boxed(&grey), back: boxed(&red) };
+    let behind = Matte { two_sided: true, ..red.clone() };
+    let sides = Sided { front: boxed(&grey), back: boxed(&behind) };
     assert_eq!(surface(&format!("<bsdf type=\"twosided\">{inner}</bsdf>")), sides.into());
     let mask = "<bsdf type=\"mask\"><float name=\"opacity\" value=\"0.25\"/>\
                 <bsdf type=\"diffuse\"/></bsdf>";
     let (mask, null) = (material(mask), material("<bsdf type=\"null\"/>"));
     assert_eq!((mask.surface, mask.opacity), (grey.clone().into(), 0.25.into()));
     assert_eq!((null.surface, null.opacity), (Black.into(), 0.0.into()));
-}
-
-#[test]
-fn reliefs_are_normals_or_heights() {
-    let embossed = |bsdf: String| {
-        let Surface::Embossed(Embossed { relief, .. }) = surface(&bsdf) else { panic!("{bsdf}") };
-        relief
-    };
-    let inner = "<bsdf type=\"diffuse\"/>";
-    let normals = bitmap("normalmap", "<boolean name=\"raw\" value=\"true\"/>");
-    let normals = embossed(format!("<bsdf type=\"normalmap\">{normals}{inner}</bsdf>"));
-    assert!(matches!(normals, Relief::Normals(_)));
-    let scale = "<float name=\"scale\" value=\"0.5\"/>";
-    let heights =
-        embossed(format!("<bsdf type=\"bumpmap\">{}{scale}{inner}</bsdf>", bitmap("", "")));
-    assert!(matches!(heights, Relief::Heights(_, 0.5)));
 }

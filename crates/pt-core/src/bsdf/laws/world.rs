@@ -1,10 +1,10 @@
 //! Lobes on surfaces in the world: frames, sides, and shading normals that are not the true ones.
 
-use pt_math::Vec3;
+use pt_math::{Pdf, Vec3};
 use pt_testing::Random;
 
 use super::{AnyLobe, all_lobes, close, unit_3d};
-use crate::bsdf::{Bsdf, LobeRecord, LobeTables};
+use crate::bsdf::{Bsdf, LobeRecord, LobeTables, Orientation, Shadowing};
 
 /// A true normal, and a shading normal up to about 40 degrees off.
 fn normals(random: &mut Random) -> (Vec3, Vec3) {
@@ -28,6 +28,13 @@ fn bsdf(lobe: &LobeRecord, two_sided: bool, [normal, true_normal, wo]: [Vec3; 3]
     Bsdf::new(lobe, LobeTables::examples(), two_sided, normal, true_normal, wo)
 }
 
+/// The same under a relief that shadows.
+fn shadowed(lobe: &LobeRecord, [normal, true_normal, wo]: [Vec3; 3]) -> Bsdf<'_> {
+    let shadowing = Shadowing::new(true_normal, normal);
+    let orientation = Orientation { shadowing, ..Orientation::plain(normal, None) };
+    Bsdf::oriented(lobe, LobeTables::examples(), true, orientation, true_normal, wo)
+}
+
 /// Lobes that do not transmit never carry light through the true surface, whatever the shading
 /// normal; those that do cross it exactly when they do so in their own frame.
 #[test]
@@ -49,13 +56,14 @@ fn light_does_not_leak_through_surfaces() {
     });
 }
 
-/// In the world as in the frame of the surface: weight · pdf = eval.
+/// In the world as in the frame of the surface, with a relief that shadows or without: weight · pdf = eval.
 #[test]
 fn weight_times_pdf_is_eval_in_the_world() {
     at_surfaces(|lobe, two_sided, v, random| {
         let record = lobe.record();
-        let b = bsdf(&record, two_sided, v);
-        for _ in 0..20 {
+        let (plain, shadowed) = (bsdf(&record, two_sided, v), shadowed(&record, v));
+        for i in 0..40 {
+            let b = if i % 2 == 0 { plain } else { shadowed };
             let Some(s) = b.sample(unit_3d(random)) else { continue };
             let Some(pdf) = s.pdf else { continue };
             // Light that goes on unbent along the surface: the facet between is known to 2⁻²³ / 2 cos θ only, and
@@ -86,6 +94,29 @@ fn sides_are_those_of_the_true_normal() {
         assert!(close(two.eval(wi), turned.eval(wi), 1e-3), "{lobe:?} {wo} {wi}");
         if behind && !lobe.transmits() {
             assert!(one.eval(wi).is_black() && one.sample(u).is_none(), "{lobe:?} {wo} {wi}");
+        }
+    });
+}
+
+/// Where a relief shadows, directions are drawn as without it, and each brings the share of light that is left:
+/// never more, so that no lobe scatters more than it does without.
+#[test]
+fn shadowing_takes_light_away_and_moves_none() {
+    at_surfaces(|lobe, _, v, random| {
+        let [normal, true_normal, _] = v;
+        let record = lobe.record();
+        let (plain, shadowed) = (bsdf(&record, true, v), shadowed(&record, v));
+        let shadowing = Shadowing::new(true_normal, normal);
+        let u = unit_3d(random);
+        match (plain.sample(u), shadowed.sample(u)) {
+            (Some(a), Some(b)) => {
+                let share = shadowing.visible(a.wi);
+                assert!((0.0..=1.0).contains(&share), "{lobe:?} {v:?} {share}");
+                let pdfs = [a.pdf, b.pdf].map(|pdf| pdf.map(Pdf::get));
+                assert_eq!((a.wi, pdfs[0]), (b.wi, pdfs[1]), "{lobe:?} {v:?}");
+                assert_eq!(a.weight * share, b.weight, "{lobe:?} {v:?}");
+            }
+            (a, b) => assert!(a.is_none() && b.is_none(), "{lobe:?} {v:?}"),
         }
     });
 }

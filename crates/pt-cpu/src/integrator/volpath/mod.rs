@@ -44,7 +44,8 @@ use vertex::Vertex;
 /// transport simulation", §5 and §7.1]
 ///
 /// An interaction is one with a surface or with a medium. The phase function takes the place of the
-/// BSDF. Estimators of direct light by hemispheres, which media do not have, are that of
+/// BSDF. Where light goes straight on for free, such interactions are not counted, and follow the last one
+/// that is. Estimators of direct light by hemispheres, which media do not have, are that of
 /// [`DirectLight::Mis`].
 pub(super) struct VolPath<'a, W = ()> {
     scene: &'a RenderScene,
@@ -76,6 +77,8 @@ struct Walker {
     cone: Cone,
     /// What it is in.
     medium: Option<Id<MediumRecord>>,
+    /// How many of its interactions are not counted.
+    free: u32,
     /// Numbers for what happens an unknown number of times until it is scattered.
     stream: Stream,
 }
@@ -177,6 +180,7 @@ impl<'a, W: Witness> VolPath<'a, W> {
         let lights = scene.lights.as_slice().iter().chain(moving);
         let samples = lights.map(|light| rules.light_samples(&settings, light));
         let light_pairs = samples.fold(0, u32::wrapping_add);
+        let shadows = Shadows::new(settings.straight_is_free);
         Self {
             scene,
             depth: rules.depth(&settings),
@@ -187,7 +191,7 @@ impl<'a, W: Witness> VolPath<'a, W> {
             paths: Vec::new(),
             events: Vec::new(),
             travel: Travel::default(),
-            shadows: Shadows::default(),
+            shadows,
             transparency,
             removed: ExactSum::default(),
             witness: W::default(),
@@ -222,6 +226,7 @@ impl<'a, W: Witness> VolPath<'a, W> {
             },
             ray,
             medium: scene.media.camera,
+            free: 0,
             stream: stream(starts.samplers.get(start as usize), 0, None),
         };
         self.paths.extend((0..).zip(Rays::from(&starts.rays).iter()).map(path));
@@ -229,13 +234,14 @@ impl<'a, W: Witness> VolPath<'a, W> {
 
     /// Adds the light that paths find where they end; leaves those that are scattered.
     fn arrive(&mut self, bounces: u32, starts: &Starts, sums: &mut Sums<W>) {
-        let shown = self.settings.shows(bounces);
-        let last = bounces >= self.depth;
         let cx = Context { scene: self.scene, settings: &self.settings };
-        let Self { rules, paths, events, scene, transparency, .. } = self;
+        let Self { rules, paths, events, scene, transparency, depth, .. } = self;
+        let goes_on = cx.settings.straight_is_free;
         let mut going = 0;
         for i in 0..paths.len() {
-            let Walker { state, ray, .. } = &paths[i];
+            let Walker { state, ray, free, .. } = &paths[i];
+            let counted = bounces - free;
+            let (shown, last) = (cx.settings.shows(counted), counted >= *depth);
             let is_out = matches!(events[i], Event::Escaped);
             let sees_sky = is_out && transparency.leaves(state, Ways::ONE);
             match &events[i] {
@@ -249,7 +255,12 @@ impl<'a, W: Witness> VolPath<'a, W> {
                 }
                 _ => {}
             }
-            if matches!(events[i], Event::Surface(_) | Event::Scattered { .. }) && !last {
+            let is_scattered = match events[i] {
+                Event::Surface(_) => !last || goes_on,
+                Event::Scattered { .. } => !last,
+                Event::Escaped | Event::Absorbed => false,
+            };
+            if is_scattered {
                 (paths[going], events[going]) = (paths[i], events[i]);
                 going += 1;
             }
@@ -262,16 +273,22 @@ impl<'a, W: Witness> VolPath<'a, W> {
     /// on their way.
     fn scatter(&mut self, bounces: u32, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums<W>) {
         let scene = self.scene;
-        let lit = self.settings.shows(bounces + 1);
         let mut living = 0;
         for i in 0..self.paths.len() {
             let (path, event) = (self.paths[i], self.events[i]);
+            let counted = bounces - path.free;
+            let lit = self.settings.shows(counted + 1);
             let sampler = starts.samplers.get(path.state.start as usize);
             let choice = if self.choose { self.layout.material(sampler, bounces) } else { 0.0 };
             let mut resolved = None;
             let time = starts.time(path.state.start as usize);
             let vertex = Vertex::new(scene, &path, &event, time, choice, &mut resolved);
             let Some(vertex) = vertex else { continue };
+            // After the last interaction that is counted, light may go straight on.
+            let last = counted >= self.depth;
+            if last && !vertex.is_straight() {
+                continue;
+            }
             sums.witness.comes(path.state.start, || vertex.told(path.state.beta));
             if lit && !vertex.is_delta() {
                 self.ask(&vertex, &path, (sampler, bounces), time, &mut sums.witness);
@@ -279,7 +296,7 @@ impl<'a, W: Witness> VolPath<'a, W> {
                 self.shadows.answer_many(tracer, starts, sums);
             }
             let next = self.next(&vertex, &path, sampler, bounces + 1, &mut sums.witness);
-            if let Some(next) = next {
+            if let Some(next) = next.filter(|next| !last || next.free > path.free) {
                 self.paths[living] = next;
                 living += 1;
             }
@@ -357,11 +374,18 @@ impl<'a, W: Witness> VolPath<'a, W> {
     ) -> Option<Walker> {
         let (u, roulette) = self.layout.direction(sampler, bounces - 1);
         let scattered = vertex.sample(u)?;
+        let is_free = self.settings.straight_is_free && vertex.goes_straight(scattered.wi);
+        // What goes straight on for free may be found by the light samples of the place before.
+        let (origin, arrival) = if is_free {
+            (path.state.origin, path.state.arrival)
+        } else {
+            (vertex.lit(), scattered.pdf)
+        };
         let mut state = State {
             beta: path.state.beta * scattered.weight,
             squeeze: path.state.squeeze * scattered.squeeze,
-            origin: vertex.lit(),
-            arrival: scattered.pdf,
+            origin,
+            arrival,
             clear: vertex.clear_behind(path.state.clear, scattered.wi),
             ..path.state
         };
@@ -382,6 +406,7 @@ impl<'a, W: Witness> VolPath<'a, W> {
         }
         witness.leaves(state.start, || Departure::new(&scattered, survival));
         Some(Walker {
+            free: path.free + u32::from(is_free),
             state,
             ray: vertex.point().spawn(scattered.wi),
             cone: vertex.cone(self.scene, path.cone, scattered.pdf),

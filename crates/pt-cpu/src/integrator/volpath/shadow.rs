@@ -36,12 +36,24 @@ pub(super) struct Shadows {
     blocked: Vec<bool>,
     under_way: Vec<usize>,
     hits: Vec<Option<Hit>>,
+    /// Whether they go straight through thin glass.
+    panes: bool,
 }
 
 /// Rays beyond which they are followed before there are more.
 const MANY: usize = 4096;
 
 impl Shadow {
+    /// The share of light that goes straight through the surface that was hit at a time.
+    fn straight(&mut self, scene: &RenderScene, hit: &Hit, time: f32) -> Spectrum {
+        // The direction of a shadow ray is as long as its way.
+        let mut at = scene.interaction(&self.ray, hit, time);
+        at.wo = at.wo.normalize();
+        let choice = self.stream.next_1d();
+        let resolved = scene.resolve(&at, hit, time, choice, None);
+        scene.bsdf(&at, resolved.as_ref()).straight()
+    }
+
     /// Takes away what the medium does up to the parameter `t`.
     fn pass(&mut self, scene: &RenderScene, t: f32) {
         if let Some(medium) = self.medium {
@@ -52,14 +64,18 @@ impl Shadow {
     }
 
     /// Goes on behind what was hit at a time, if something gets through; says whether it does.
-    fn go_through(&mut self, scene: &RenderScene, hit: &Hit, time: f32) -> bool {
+    fn go_through(&mut self, scene: &RenderScene, hit: &Hit, time: f32, panes: bool) -> bool {
         let opacity = scene.opacity(&self.ray, hit, time);
-        if opacity >= 1.0 {
+        let mut share = Spectrum::splat(1.0 - opacity);
+        if panes && opacity > 0.0 {
+            share += self.straight(scene, hit, time) * opacity;
+        }
+        if share.is_black() {
             self.value = Spectrum::ZERO;
             return false;
         }
         self.pass(scene, hit.t);
-        self.value *= 1.0 - opacity;
+        self.value *= share;
         self.medium = scene.medium_beyond(&self.ray, hit, time, self.medium);
         self.ray.t_min = hit.t.next_up();
         !self.value.is_black()
@@ -67,6 +83,11 @@ impl Shadow {
 }
 
 impl Shadows {
+    /// Rays that go straight through thin glass if `panes` is true.
+    pub(super) fn new(panes: bool) -> Self {
+        Self { panes, ..Self::default() }
+    }
+
     pub(super) fn push(&mut self, shadow: Shadow) {
         self.queue.push(shadow);
     }
@@ -99,7 +120,7 @@ impl Shadows {
         for (i, (shadow, &blocked)) in self.queue.iter_mut().zip(&self.blocked).enumerate() {
             match blocked {
                 false => shadow.pass(scene, shadow.end),
-                true if scene.has_holes => self.under_way.push(i),
+                true if scene.has_holes || self.panes => self.under_way.push(i),
                 true => shadow.value = Spectrum::ZERO,
             }
         }
@@ -123,7 +144,7 @@ impl Shadows {
                     None => shadow.pass(scene, shadow.end),
                     Some(hit) => {
                         let time = starts.time(shadow.start as usize);
-                        if shadow.go_through(scene, hit, time) {
+                        if shadow.go_through(scene, hit, time, self.panes) {
                             self.under_way.push(i);
                         }
                     }

@@ -54,11 +54,9 @@ impl<W: Witness> VolPath<'_, W> {
         starts: &Starts,
         sums: &mut Sums<W>,
     ) {
-        let shown = self.settings.shows(bounces);
-        let last = bounces >= self.depth;
         let cx = Context { scene: self.scene, settings: &self.settings };
         let hides_emitters = self.transparency.hides_emitters();
-        let Self { scene, rules, layout, paths, events, travel, .. } = self;
+        let Self { scene, rules, layout, paths, events, travel, depth, .. } = self;
         let Travel { under_way, rays, hits } = travel;
         events.clear();
         events.resize(paths.len(), Event::Escaped);
@@ -72,6 +70,8 @@ impl<W: Witness> VolPath<'_, W> {
             let mut found = hits.iter();
             under_way.retain(|&i| {
                 let path = &mut paths[i];
+                let counted = bounces - path.free;
+                let (shown, last) = (cx.settings.shows(counted), counted >= *depth);
                 let numbers = |path: &mut Walker| match part {
                     0 => {
                         let sampler = starts.samplers.get(path.state.start as usize);

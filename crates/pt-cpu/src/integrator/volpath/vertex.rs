@@ -118,6 +118,16 @@ impl<'a> Vertex<'a> {
         matches!(&self.kind, Kind::Surface { bsdf, .. } if bsdf.is_delta())
     }
 
+    /// See [`Bsdf::is_straight`].
+    pub(super) fn is_straight(&self) -> bool {
+        matches!(&self.kind, Kind::Surface { bsdf, .. } if bsdf.is_straight())
+    }
+
+    /// See [`Bsdf::lets_through`].
+    pub(super) fn goes_straight(&self, wi: Vec3) -> bool {
+        matches!(&self.kind, Kind::Surface { bsdf, .. } if bsdf.lets_through(wi))
+    }
+
     /// f(wo, wi) · |cos θi|, or the phase function.
     pub(super) fn eval(&self, wi: Vec3) -> Spectrum {
         match &self.kind {

@@ -308,7 +308,7 @@ impl<'a> Reader<'a> {
     /// A surface with the relief of its normal texture, if it has one.
     fn embossed(&mut self, item: &Item<'a>, surface: Surface) -> Result<Surface, LoadError> {
         Ok(match self.relief(item, false)? {
-            Some(relief) => Embossed { surface: Box::new(surface), relief }.into(),
+            Some(relief) => Embossed::new(surface, relief).into(),
             None => surface,
         })
     }

@@ -14,8 +14,8 @@ use super::schema::{Properties, Schemas};
 use super::shared::{Name, Reading, Shared, Tables, Writing};
 use super::transform::{OfTexture, ToTexture};
 use crate::material::{
-    Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
-    Glass, Hair, Masking, Matte, Measured, Mirror, Mix, Pigment, Plastic, Principled,
+    Averted, Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution,
+    Embossed, Glass, Hair, Masking, Matte, Measured, Mirror, Mix, Pigment, Plastic, Principled,
     PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface,
     ThinGlass,
 };
@@ -166,7 +166,15 @@ record! {
 record! { Measured { measurements: Plain, two_sided: Plain => true } }
 record! { Mix { first: Plain, second: Plain, share: SHARE => 0.5.into() } }
 record! { Sided { front: Plain, back: Plain } }
-record! { Embossed { surface: Plain } + relief: Relief }
+record! {
+    Embossed {
+        surface: Plain,
+        shadowing: Plain => false,
+        averted: Plain => Averted::Bent,
+        mirrored: Plain => false,
+    } + relief: Relief
+}
+words! { Averted { Bent, Turned, Black } }
 
 impl Fields for Black {
     fn read_fields(_: &mut Keys<'_>, _: &mut Reading<'_>) -> Result<Self, LoadError> {

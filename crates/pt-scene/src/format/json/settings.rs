@@ -39,6 +39,7 @@ record! {
         crop: Plain => None,
         spp: Plain => None,
         max_depth: Plain => None,
+        straight_is_free: Plain => false,
         integrator: OneOf("integrator", &INTEGRATORS) => None,
         aovs: OneOf("channel", &AOVS) => Vec::new(),
         filter: Plain => None,

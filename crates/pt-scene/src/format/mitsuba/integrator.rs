@@ -2,7 +2,9 @@
 
 use super::super::xml::quote;
 use super::object::{Object, Parameters, Tree, error, unsupported};
-use crate::{FileSettings, Hidden, LoadError, Warning};
+use crate::material::{Black, Mix, ThinGlass};
+use crate::texture::{Color, Scalar};
+use crate::{FileSettings, Hidden, Light, LightKind, LoadError, Scene, Warning};
 
 /// What is supported, for messages.
 const KINDS: [&str; 12] = [
@@ -100,8 +102,40 @@ pub(super) fn integrator(
         None if DIRECT.contains(&object.kind.as_str()) => 1,
         None => return Err(unsupported(object, &KINDS)),
     });
-    settings.integrator = path.is_some_and(|(_, media, _)| *media).then_some("volpath");
+    settings.straight_is_free = path.is_some_and(|(_, media, _)| *media);
+    settings.integrator = settings.straight_is_free.then_some("volpath");
     parameters.finish()
+}
+
+/// Makes holes ways in which their surfaces scatter light, as they are to Mitsuba's integrators without media:
+/// interactions that are counted, through which lights that have no extent are not found. Where neither can
+/// be seen, they stay holes.
+pub(super) fn fill_holes(scene: &mut Scene) {
+    use LightKind::{Directional, Ies, LinearSpot, Point, Spot};
+    let is_limited = scene.settings.max_depth.is_some_and(|depth| depth != u32::MAX);
+    let is_point = |light: &Light| {
+        matches!(
+            light.kind,
+            Point { .. } | Spot { .. } | LinearSpot { .. } | Ies { .. } | Directional { .. }
+        )
+    };
+    let shows = is_limited || scene.lights.iter().any(is_point);
+    if scene.settings.straight_is_free || !shows {
+        return;
+    }
+    for material in &mut scene.materials {
+        let share = std::mem::replace(&mut material.opacity, 1.0.into());
+        let tint = || Color::Value([1.0; 3]);
+        let hole = ThinGlass { reflectance: tint(), transmittance: tint(), ior: 1.0 };
+        material.surface = match share {
+            Scalar::Value(1.0) => continue,
+            Scalar::Value(0.0) => hole.into(),
+            share => {
+                let surface = std::mem::replace(&mut material.surface, Black.into());
+                Mix { first: Box::new(hole.into()), second: surface.into(), share }.into()
+            }
+        };
+    }
 }
 
 /// The integrator that finds light: the first one inside of those that only add channels, if any.
@@ -112,12 +146,7 @@ fn inside_of_wrappers<'t>(
     warnings: &mut Vec<Warning>,
 ) -> Result<Option<&'t Object>, LoadError> {
     let mut object = outermost;
-    let mut around: Vec<&Object> = Vec::new();
     while let kind @ ("aov" | "moment") = object.kind.as_str() {
-        if around.iter().any(|outer| std::ptr::eq(*outer, object)) {
-            return Err(error(&object.at, format!("{} is inside of itself", object.describe())));
-        }
-        around.push(object);
         let inner = tree.children(object, &["integrator"])?;
         if kind == "aov" {
             for channel in channels(object)? {

@@ -59,6 +59,7 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
     let Media { made, warnings, .. } = builder.media;
     builder.scene.media = made;
     builder.scene.warnings.extend(warnings);
+    integrator::fill_holes(&mut builder.scene);
     Ok(builder.scene)
 }
 

@@ -303,7 +303,7 @@ impl Made<'_, '_, '_, '_> {
         } else {
             Relief::Heights(texture, map.height)
         };
-        Embossed { surface: Box::new(surface), relief }.into()
+        Embossed::new(surface, relief).into()
     }
 
     /// Whether an image that should have heights has normals, as some tools write it.

@@ -82,9 +82,9 @@ pub(super) fn of_tube(surface: &Surface) -> Option<Surface> {
             let second = b.map_or_else(|| second.clone(), Box::new);
             Some(Mix { first, second, share: share.clone() }.into())
         }
-        Surface::Embossed(Embossed { surface, relief }) => {
-            let surface = Box::new(of_tube(surface)?);
-            Some(Embossed { surface, relief: relief.clone() }.into())
+        Surface::Embossed(embossed) => {
+            let surface = Box::new(of_tube(&embossed.surface)?);
+            Some(Embossed { surface, ..embossed.clone() }.into())
         }
         _ => None,
     }

@@ -360,7 +360,7 @@ impl World {
             }
         }
         Ok(match relief {
-            Some(relief) => Embossed { surface: Box::new(surface), relief }.into(),
+            Some(relief) => Embossed::new(surface, relief).into(),
             None => surface,
         })
     }

@@ -36,6 +36,12 @@ pub(super) fn closest(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Closest 
             if inner.relief.is_some() {
                 tell("of two reliefs, the outer one alone is written");
             }
+            if embossed.shadowing {
+                tell("its relief shadows nothing");
+            }
+            if embossed.mirrored {
+                tell("what is raised on its front becomes a dent on its back");
+            }
             Closest { relief: Some(embossed.relief.clone()), ..inner }
         }
         Surface::Sided(sided) => {

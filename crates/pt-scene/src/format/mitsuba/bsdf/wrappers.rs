@@ -6,8 +6,8 @@ use super::super::texture::Textures;
 use super::inputs::Inputs;
 use super::{Scattering, surface};
 use crate::material::{
-    Black, CoatedConductor, CoatedDiffuse, Conductor, Embossed, Glass, Matte, Measured, Mirror,
-    Mix, Plastic, Principled, RoughCoatedDiffuse, RoughDiffuse, Sided,
+    Averted, Black, CoatedConductor, CoatedDiffuse, Conductor, Embossed, Glass, Matte, Measured,
+    Mirror, Mix, Plastic, Principled, RoughCoatedDiffuse, RoughDiffuse, Sided,
 };
 use crate::texture::Relief;
 use crate::{LoadError, Surface};
@@ -45,7 +45,7 @@ pub(super) fn two_sided(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadErro
         sides.push(surface);
     }
     Ok(match <[Surface; 2]>::try_from(sides) {
-        Ok([front, back]) => Sided { front: front.into(), back: back.into() }.into(),
+        Ok([front, back]) => Sided { front: front.into(), back: on_both_sides(back).into() }.into(),
         Err(mut one) => on_both_sides(one.remove(0)),
     })
 }
@@ -60,11 +60,8 @@ pub(super) fn blend(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
 
 /// Normals by an image.
 pub(super) fn normal_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
-    inputs.parameters.pass_over(&["flip_invalid_normals", "use_shadowing_function"]);
     let relief = Relief::Normals(inputs.only_texture("normalmap")?);
-    let inner = inputs.bsdfs(1, 1)?;
-    let surface = surface(inputs.textures, inner[0])?.into();
-    Ok(Embossed { surface, relief }.into())
+    embossed(inputs, relief)
 }
 
 /// Normals by heights.
@@ -76,9 +73,18 @@ pub(super) fn bump_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError
         return Err(error(&inputs.object.at, message));
     }
     let scale = inputs.parameters.float("scale")?.unwrap_or(1.0) as f32;
+    embossed(inputs, Relief::Heights(texture, scale))
+}
+
+/// The bsdf inside with a relief. Mitsuba 3.9 shadows, and turns normals that look away from the viewer,
+/// unless it is told not to.
+fn embossed(inputs: &mut Inputs<'_, '_>, relief: Relief) -> Result<Surface, LoadError> {
+    let shadowing = inputs.parameters.boolean_or("use_shadowing_function", true)?;
+    let turns = inputs.parameters.boolean_or("flip_invalid_normals", true)?;
+    let averted = if turns { Averted::Turned } else { Averted::Black };
     let inner = inputs.bsdfs(1, 1)?;
-    let surface = surface(inputs.textures, inner[0])?.into();
-    Ok(Embossed { surface, relief: Relief::Heights(texture, scale) }.into())
+    let surface = surface(inputs.textures, inner[0])?;
+    Ok(Embossed { shadowing, averted, ..Embossed::new(surface, relief) }.into())
 }
 
 fn transmits(surface: &Surface) -> bool {
@@ -124,8 +130,9 @@ fn on_both_sides(surface: Surface) -> Surface {
         Surface::Mix(Mix { first, second, share }) => {
             Mix { first: both(first), second: both(second), share }.into()
         }
-        Surface::Embossed(Embossed { surface, relief }) => {
-            Embossed { surface: both(surface), relief }.into()
+        Surface::Embossed(Embossed { surface, relief, shadowing, averted, .. }) => {
+            let surface = both(surface);
+            Embossed { surface, relief, shadowing, averted, mirrored: true }.into()
         }
         other => other,
     }
@@ -143,8 +150,10 @@ pub(in super::super) fn inverted(surface: Surface) -> Surface {
         Surface::Mix(Mix { first, second, share }) => {
             Mix { first: turned(first), second: turned(second), share }.into()
         }
-        Surface::Embossed(Embossed { surface, relief }) => {
-            Embossed { surface: turned(surface), relief }.into()
+        Surface::Embossed(embossed) => {
+            // Heights are above the front, which is where the shape has its back.
+            let mirrored = embossed.mirrored || matches!(embossed.relief, Relief::Heights(..));
+            Embossed { surface: turned(embossed.surface), mirrored, ..embossed }.into()
         }
         Surface::Matte(Matte { two_sided: false, .. })
         | Surface::RoughDiffuse(RoughDiffuse { two_sided: false, .. })

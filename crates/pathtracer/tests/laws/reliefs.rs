@@ -1,0 +1,110 @@
+//! Reliefs: how they shadow, how they look from behind, and where their normals look away.
+
+use std::f64::consts::PI;
+
+use pathtracer::Film;
+use pt_math::{DAffine3, DVec3};
+use pt_scene::material::{Averted, Embossed, Matte, Mix, Sided};
+use pt_scene::texture::{Filter, Relief};
+use pt_scene::{LightKind, Surface, shapes};
+
+use crate::materials::row;
+use crate::measure::{render, settings};
+use crate::scenes::{Builder, camera, looking, matte, size};
+
+/// A white wall in the plane z = 0, of which u grows along x, with a relief.
+fn wall(relief: Relief) -> Embossed {
+    let white = Matte { reflectance: [1.0; 3].into(), two_sided: true };
+    Embossed::new(Surface::from(white), relief)
+}
+
+/// A normal in the frame of the surface.
+fn normals(n: DVec3) -> Relief {
+    let color = n.to_array().map(|x| 0.5 * (x as f32 + 1.0));
+    Relief::Normals(row(&[color], Filter::Nearest))
+}
+
+/// Heights that rise along u by `slope`, and what their normal is. The side of the wall is 2 for 1 of u.
+fn ramp(slope: f64) -> (Relief, DVec3) {
+    let s = slope as f32;
+    let heights = row(&[[-s; 3], [s; 3]], Filter::Bilinear);
+    (Relief::Heights(heights, 0.5), DVec3::new(-slope, 0.0, 1.0).normalize())
+}
+
+/// The wall seen from far, in light that comes from a unit direction and makes what faces it 1.
+fn film(surface: impl Into<Surface>, from: DVec3, light: DVec3) -> Film {
+    let scene = Builder::default()
+        .mesh(shapes::rectangle(), DAffine3::IDENTITY, surface.into())
+        .light(LightKind::Directional { irradiance: [PI as f32; 3] }, looking(light, DVec3::ZERO))
+        .seen_by(camera(from * 4.0, DVec3::ZERO, [2.0, 1.6]));
+    render(&scene, size([10, 8]), settings(4)).film().clone()
+}
+
+fn assert_is(film: &Film, want: f64, what: &str) {
+    for pixel in film.pixels() {
+        let got = pixel.luminance().0;
+        assert!((got - want).abs() < 2e-4, "{what}: {got} for {want}");
+    }
+}
+
+/// With slope 1/2, α² = (1/2)² / 8; for light at tan θ = 4/3 the share 2 / (1 + √(1 + α² tan² θ)) is left, for
+/// light along the normal of the shape all.
+#[test]
+fn low_light_is_shadowed() {
+    let (low, high) = (DVec3::new(0.0, 0.8, 0.6), DVec3::Z);
+    for (relief, n) in [ramp(0.5), (normals(ramp(0.5).1), ramp(0.5).1)] {
+        let embossed = wall(relief);
+        assert_is(&film(embossed.clone(), DVec3::Z, low), n.dot(low), "not shadowed");
+        let shadowed = Embossed { shadowing: true, ..embossed };
+        let share = 2.0 / (1.0 + (1.0 + 16.0 / 9.0 / 32.0_f64).sqrt());
+        assert_is(&film(shadowed.clone(), DVec3::Z, low), n.dot(low) * share, "low");
+        assert_is(&film(shadowed, DVec3::Z, high), n.dot(high), "high");
+    }
+}
+
+/// From behind, a normal is seen from its other side; mirrored, it leans the way it leans in front. So it does
+/// inside of what has two sides, and in mixtures.
+#[test]
+fn reliefs_from_behind_are_their_other_side_or_their_mirror_image() {
+    let light = DVec3::new(0.6, 0.0, -0.8);
+    for (relief, n) in [ramp(0.5), (normals(ramp(0.5).1), ramp(0.5).1)] {
+        let through = wall(relief);
+        assert_is(&film(through.clone(), DVec3::NEG_Z, light), (-n).dot(light), "through");
+        let mirrored = Embossed { mirrored: true, ..through.clone() };
+        let mirror_image = DVec3::new(n.x, n.y, -n.z).dot(light);
+        assert_is(&film(mirrored.clone(), DVec3::NEG_Z, light), mirror_image, "mirrored");
+        let front = DVec3::new(0.6, 0.0, 0.8);
+        assert_is(&film(mirrored.clone(), DVec3::Z, front), n.dot(front), "in front");
+        let boxed = || Box::new(Surface::from(mirrored.clone()));
+        let sided = Sided { front: matte([0.0; 3]).into(), back: boxed() };
+        assert_is(&film(sided, DVec3::NEG_Z, light), mirror_image, "sided");
+        let mix = Mix { first: boxed(), second: boxed(), share: 0.5.into() };
+        assert_is(&film(mix, DVec3::NEG_Z, light), mirror_image, "mixed");
+        // Half of a relief in another is its mirror image, too: about the plane of the shape.
+        let outer = Embossed { surface: boxed(), ..mirrored.clone() };
+        let inside = film(outer.clone(), DVec3::Z, front).pixel(5, 4).luminance().0;
+        assert_is(&film(outer, DVec3::NEG_Z, light), inside, "nested");
+    }
+}
+
+/// Where a normal looks away from the viewer, it is turned by half a turn about that of the shape, or nothing is
+/// seen; in front as behind.
+#[test]
+fn averted_normals_are_turned_or_black() {
+    let n = DVec3::new(0.6, 0.0, 0.8);
+    let (sin, cos) = 80_f64.to_radians().sin_cos();
+    for side in [1.0, -1.0] {
+        // n · wo = 0.8 cos 80° − 0.6 sin 80° < 0; from behind, −n is what is seen.
+        let from = DVec3::new(-sin, 0.0, cos) * side;
+        let light = DVec3::new(-0.6, 0.0, 0.8) * side;
+        let turned = DVec3::new(-n.x, 0.0, n.z) * side;
+        let of = |averted| Embossed { averted, ..wall(normals(n)) };
+        assert_is(&film(of(Averted::Turned), from, light), turned.dot(light), "turned");
+        assert_is(&film(of(Averted::Black), from, light), 0.0, "black");
+        // What is seen is as it is.
+        let straight = DVec3::Z * side;
+        for averted in [Averted::Turned, Averted::Black, Averted::Bent] {
+            assert_is(&film(of(averted), straight, straight), n.z, "seen");
+        }
+    }
+}

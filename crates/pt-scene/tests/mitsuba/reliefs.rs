@@ -1,0 +1,92 @@
+//! Reliefs and holes: what they are by the options of their bsdfs, and by the integrator.
+
+use pt_scene::Surface;
+use pt_scene::material::{Averted, Embossed, Mix, Sided, ThinGlass};
+use pt_scene::texture::{Relief, Scalar};
+
+use super::materials::bitmap;
+use super::{read, surface};
+
+#[test]
+fn reliefs_are_normals_or_heights() {
+    let embossed = |bsdf: String| {
+        let Surface::Embossed(Embossed { relief, .. }) = surface(&bsdf) else { panic!("{bsdf}") };
+        relief
+    };
+    let inner = "<bsdf type=\"diffuse\"/>";
+    let normals = bitmap("normalmap", "<boolean name=\"raw\" value=\"true\"/>");
+    let normals = embossed(format!("<bsdf type=\"normalmap\">{normals}{inner}</bsdf>"));
+    assert!(matches!(normals, Relief::Normals(_)));
+    let scale = "<float name=\"scale\" value=\"0.5\"/>";
+    let heights =
+        embossed(format!("<bsdf type=\"bumpmap\">{}{scale}{inner}</bsdf>", bitmap("", "")));
+    assert!(matches!(heights, Relief::Heights(_, 0.5)));
+}
+
+/// Shadowing and the turning of normals are on unless they are switched off, in both kinds; the back of what is
+/// outside of "twosided" is its mirror image, that of what is inside of it its other side.
+#[test]
+fn reliefs_shade_as_they_are_told() {
+    let embossed = |bsdf: &str| {
+        let Surface::Embossed(embossed) = surface(bsdf) else { panic!("{bsdf}") };
+        embossed
+    };
+    let relief = |kind: &str, options: &str, inner: &str| {
+        let map = bitmap(if kind == "normalmap" { kind } else { "" }, "");
+        format!("<bsdf type=\"{kind}\">{map}{options}{inner}</bsdf>")
+    };
+    let two_sided = |inner: &str| format!("<bsdf type=\"twosided\">{inner}</bsdf>");
+    let diffuse = "<bsdf type=\"diffuse\"/>";
+    let off = "<boolean name=\"use_shadowing_function\" value=\"false\"/>\
+               <boolean name=\"flip_invalid_normals\" value=\"false\"/>";
+    for kind in ["normalmap", "bumpmap"] {
+        let on = embossed(&relief(kind, "", diffuse));
+        assert_eq!((on.shadowing, on.averted, on.mirrored), (true, Averted::Turned, false));
+        let off = embossed(&relief(kind, off, diffuse));
+        assert_eq!((off.shadowing, off.averted), (false, Averted::Black));
+        let outside = embossed(&two_sided(&relief(kind, "", diffuse)));
+        let inside = embossed(&relief(kind, "", &two_sided(diffuse)));
+        assert!(outside.mirrored && !inside.mirrored);
+        assert_eq!(outside.surface, inside.surface);
+        let both = two_sided(&format!("{diffuse}{}", relief(kind, "", diffuse)));
+        let Surface::Sided(Sided { back, .. }) = surface(&both) else { panic!("{both}") };
+        assert!(matches!(*back, Surface::Embossed(Embossed { mirrored: true, .. })));
+    }
+}
+
+/// The opacity of a mask and a sheet of nothing, and the surface of the mask, in a scene with this content.
+fn holes(content: &str) -> ([Scalar; 2], Surface) {
+    let mask = "<shape type=\"sphere\"><bsdf type=\"mask\"><float name=\"opacity\" value=\"0.25\"/>\
+                <bsdf type=\"diffuse\"/></bsdf></shape>";
+    let null = "<shape type=\"sphere\"><bsdf type=\"null\"/></shape>";
+    let mut scene = read(&format!("{mask}{null}{content}"));
+    let [mask, null] = &mut scene.materials[..] else { panic!("two materials") };
+    ([mask.opacity.clone(), null.opacity.clone()], mask.surface.clone())
+}
+
+/// Without media, holes scatter straight on, as thin glass of index 1 does, where a limit counts them or a light
+/// without extent might shine through; else, and for media, they are holes.
+#[test]
+fn holes_are_counted_where_mitsuba_counts_them() {
+    let path = |depth: i32| {
+        format!(
+            "<integrator type=\"path\"><integer name=\"max_depth\" value=\"{depth}\"/></integrator>"
+        )
+    };
+    let media = path(4).replace("path", "volpath");
+    let spot = "<emitter type=\"spot\"/>".to_owned();
+    let sky = "<emitter type=\"constant\"/>".to_owned();
+    let open = [Scalar::Value(0.25), Scalar::Value(0.0)];
+    for content in [String::new(), path(-1), media.clone(), sky, format!("{media}{spot}")] {
+        let (opacities, surface) = holes(&content);
+        assert_eq!(opacities, open, "{content}");
+        assert!(matches!(surface, Surface::Matte(_)), "{content}");
+    }
+    for content in [path(4), spot] {
+        let (opacities, surface) = holes(&content);
+        assert_eq!(opacities, [1.0; 2].map(Scalar::Value), "{content}");
+        let Surface::Mix(Mix { first, second, share }) = surface else { panic!("{content}") };
+        assert!(matches!(*first, Surface::ThinGlass(ThinGlass { ior: 1.0, .. })), "{content}");
+        assert!(matches!(*second, Surface::Matte(_)) && share == Scalar::Value(0.25), "{content}");
+    }
+}
