@@ -28,6 +28,7 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
         compensated: _,         // follows from the settings
         texture_coordinates: _, // likewise
         camera,
+        placement,
         lens_radius,
         aperture,
         focal_distance,
@@ -41,6 +42,9 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
     say("environment map", environment.as_ref().map_or("none".into(), hash_of_map));
     say("studio for what has no light or camera", studio.to_string());
     say("camera in place of the scene's", or_none(camera.as_ref()));
+    if let Some(placement) = placement {
+        say("place of the camera", format!("{placement:?}"));
+    }
     say("lens radius", or_default(lens_radius.as_ref()));
     say("aperture", or_none(aperture.as_ref()));
     say("focal distance", or_default(focal_distance.as_ref()));

@@ -4,9 +4,8 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use pt_core::{CompileError, CompileOptions, Settings};
-use pt_math::{DAffine3, DVec3};
 use pt_scene::medium::{Emission, Matter, PlacedGrid, Volume};
-use pt_scene::{Geometry, Hidden, LightKind, Mesh, Object, Projection, Scene, Source};
+use pt_scene::{Geometry, Hidden, LightKind, Mesh, Projection, Scene, Source, framing};
 use serde::Serialize;
 
 use crate::{BuildOptions, Builder, Session, memory};
@@ -20,7 +19,7 @@ pub struct Inventory {
     pub metres_per_unit: f64,
     /// How many there is of what.
     pub counts: Counts,
-    /// The least and the greatest coordinates of what is placed, in the world; none if nothing is.
+    /// The least and the greatest coordinates of surfaces, in the world; none if there are none.
     pub bounds: Option<[[f64; 3]; 2]>,
     /// What it takes.
     pub memory: Memory,
@@ -162,45 +161,9 @@ fn counts(scene: &Scene) -> Counts {
     counts
 }
 
-/// The box around all that is placed; what moves is there where its keys are.
+/// The box around all surfaces; what moves is there where its keys are.
 fn bounds(scene: &Scene) -> Option<[[f64; 3]; 2]> {
-    let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for object in &scene.objects {
-        for place in places(object) {
-            let (low, high) = extent(&object.geometry, &place);
-            (least, most) = (least.min(low), most.max(high));
-        }
-    }
-    least.cmple(most).all().then(|| [least.to_array(), most.to_array()])
-}
-
-/// Where an object is, to the world.
-fn places(object: &Object) -> Vec<DAffine3> {
-    match &object.motion {
-        None => vec![object.to_world],
-        Some(motion) => motion.keys().iter().map(|key| key.to_world * object.to_world).collect(),
-    }
-}
-
-/// The least and the greatest coordinates of a shape that is placed.
-fn extent(geometry: &Geometry, place: &DAffine3) -> (DVec3, DVec3) {
-    match geometry {
-        Geometry::Sphere { radius } => {
-            let m = place.matrix3.transpose();
-            let reach =
-                DVec3::new(m.x_axis.length(), m.y_axis.length(), m.z_axis.length()) * *radius;
-            (place.translation - reach, place.translation + reach)
-        }
-        Geometry::Mesh(mesh) => {
-            let points = mesh
-                .positions
-                .iter()
-                .map(|p| place.transform_point3(DVec3::from_array(p.map(f64::from))));
-            points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
-                (low.min(point), high.max(point))
-            })
-        }
-    }
+    framing::surface_extent(scene, None).map(|extent| extent.map(|corner| corner.to_array()))
 }
 
 /// Bytes of the images of lights, each once.
@@ -287,6 +250,8 @@ fn settings(scene: &Scene) -> Vec<Item> {
 
 #[cfg(test)]
 mod tests {
+    use pt_math::{DAffine3, DVec3};
+
     use super::*;
 
     #[test]
@@ -309,12 +274,5 @@ mod tests {
         let ([low, high], [low_2, high_2]) =
             (once.bounds.expect("a box"), twice.bounds.expect("a box"));
         assert_eq!((low_2, high_2), (low, [high[0] + 100.0, high[1], high[2]]));
-    }
-
-    #[test]
-    fn a_sphere_that_is_stretched_fills_its_box() {
-        let stretched = DAffine3::from_scale(DVec3::new(1.0, 2.0, 3.0));
-        let (low, high) = extent(&Geometry::Sphere { radius: 2.0 }, &stretched);
-        assert_eq!((low, high), (-DVec3::new(2.0, 4.0, 6.0), DVec3::new(2.0, 4.0, 6.0)));
     }
 }

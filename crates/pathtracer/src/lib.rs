@@ -33,6 +33,8 @@ pub mod light_groups;
 pub mod memory;
 pub mod receipt;
 mod session;
+mod unlit;
+mod view;
 
 pub use pt_bvh::{BuildOptions, Builder, Quality};
 pub use pt_core::develop::{radiance, rgba};
@@ -55,7 +57,7 @@ pub use pt_scene::format::{
 pub use pt_scene::image::{self, Image, Samples};
 pub use pt_scene::{
     Aperture, Camera, DaySpan, Daylight, FileSettings, Filter, Fit, IesProfile, Light, LightKind,
-    LoadError, Moment, Place, Projection, Rows, Scene, Source, Span, Warning,
+    LoadError, Moment, Place, Placement, Projection, Rows, Scene, Source, Span, Warning,
 };
 pub use session::Session;
 

@@ -9,12 +9,12 @@ use pt_core::{
     CompileError, CompileOptions, Film, Observer, Region, RenderScene, compile, develop,
 };
 use pt_cpu::{Does, LightGroups, Progress, RenderError, Renderer, Statistics};
-use pt_scene::Scene;
 use pt_scene::image::{Channel, Image};
+use pt_scene::{Placement, Scene};
 
 use crate::cryptomatte::{self, Names};
 use crate::identity::{self, Entry};
-use crate::light_groups;
+use crate::{light_groups, unlit, view};
 
 /// A scene, how to render it, and what is rendered of it.
 pub struct Session {
@@ -45,6 +45,8 @@ impl Session {
         options.compensated = pt_cpu::compensates(&settings);
         options.texture_coordinates = settings.aovs.contains(&Aov::Uv);
         let entries = identity::entries(&options, &settings);
+        let unlit = unlit::note(scene).filter(|_| options.environment.is_none());
+        let placed = options.placement.or(scene.camera().map(|camera| camera.placement));
         let names = Names::of(scene, &settings.aovs);
         let compiled = compile(scene, options)?;
         let region = Region::full(compiled.scene.camera.resolution);
@@ -67,6 +69,10 @@ impl Session {
             settings,
         };
         session.tell_unseen_media();
+        session.notes.extend(unlit);
+        if placed != Some(Placement::Fit) {
+            session.notes.extend(view::note(scene, &session.scene));
+        }
         if let Some(region) = session.settings.region {
             session.restrict(region)?;
         }

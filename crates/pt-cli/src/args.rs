@@ -202,8 +202,8 @@ pub(crate) struct Cli {
     pub(crate) environment: Option<PathBuf>,
 
     /// Camera settings file, as the course's program writes them
-    #[arg(short, long, value_name = "FILE", help_heading = "Scene")]
-    pub(crate) camera: Option<PathBuf>,
+    #[arg(short = 'c', long, value_name = "FILE", help_heading = "Scene")]
+    pub(crate) camera_file: Option<PathBuf>,
 
     /// Radius of the lens; 0 is a pinhole [default: the camera's, or 0]
     #[arg(short = 'b', long, value_name = "LENGTH", allow_negative_numbers = true)]
@@ -559,6 +559,7 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Action, 
 /// A message if they make no sense.
 pub(crate) fn checked(mut cli: Cli, command: Vec<String>) -> Result<Checked, String> {
     sort_paths(&mut cli)?;
+    sort_cameras(&mut cli)?;
     check::check(cli, command)
 }
 
@@ -577,6 +578,22 @@ fn sort_paths(cli: &mut Cli) -> Result<(), String> {
             "more than one scene is given, \"{}\" and \"{}\"; one at a time can be rendered",
             first.display(),
             second.display()
+        ));
+    }
+    Ok(())
+}
+
+/// `--camera` with the name of a file is one of settings, as `-c` takes it.
+fn sort_cameras(cli: &mut Cli) -> Result<(), String> {
+    let named = cli.loading.camera.as_ref().filter(|_| cli.loading.placement().is_none());
+    if let Some(file) = named.map(PathBuf::from).filter(|named| named.is_file()) {
+        if let Some(other) = cli.camera_file.replace(file) {
+            return Err(format!("two camera files are given; {} is one", other.display()));
+        }
+        cli.loading.camera = None;
+    } else if let (Some(name), true) = (named, cli.paths.is_empty()) {
+        return Err(format!(
+            "--camera {name}: the embedded scene has one camera; expected file, course or fit, or a scene"
         ));
     }
     Ok(())

@@ -18,7 +18,10 @@ pub(crate) fn run(convert: &Convert) -> Result<ExitCode> {
         from.canonicalize().is_ok_and(|from| to.canonicalize().is_ok_and(|to| from == to));
     ensure!(!is_same, "{}: is the scene itself; give its copy another name", to.display());
     crate::output::check_writable(to)?;
-    let scene = load_with(from, &loading.options(true))?;
+    let mut scene = load_with(from, &loading.options(true))?;
+    if let Some(placement) = loading.placement() {
+        scene.place_camera(placement);
+    }
     let notes = save(&scene, to, *force)?;
     if !quiet {
         let of_reading = scene.warnings.iter().map(ToString::to_string);

@@ -30,7 +30,10 @@ struct Findings {
 /// # Errors
 /// If it cannot be printed.
 pub(crate) fn run(check: &Check) -> Result<ExitCode> {
-    let reading = pathtracer::read_with(&check.scene, &check.loading.options(false));
+    let mut reading = pathtracer::read_with(&check.scene, &check.loading.options(false));
+    if let (Ok(scene), Some(placement)) = (&mut reading.scene, check.loading.placement()) {
+        scene.place_camera(placement);
+    }
     let findings = Findings::of(reading);
     let file = check.scene.display().to_string();
     let text = if check.json { findings.json(&file) } else { findings.text(&file) };

@@ -284,6 +284,7 @@ fn about(request: &Checked, session: &Session, sources: &[Source]) -> About {
     let loading = request.load_options();
     settings
         .extend(loading.definitions.into_iter().map(|(name, value)| (format!("${name}"), value)));
+    settings.extend(loading.camera.map(|camera| ("camera of the scene".into(), camera)));
     settings.extend(loading.time.map(|time| ("time of animations".into(), time.to_string())));
     About {
         version: env!("CARGO_PKG_VERSION").into(),

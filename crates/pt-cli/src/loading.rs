@@ -1,7 +1,7 @@
 //! The options that say how a scene is read.
 
 use bytesize::ByteSize;
-use pathtracer::{Limits, LoadOptions};
+use pathtracer::{Limits, LoadOptions, Placement};
 
 use crate::check;
 
@@ -27,6 +27,12 @@ pub(crate) struct Loading {
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = check::seconds)]
     #[arg(help_heading = "Scene")]
     pub(crate) time: Option<f64>,
+
+    /// Where the camera stands: where the file places it (file), where the program of the course CS184 does
+    /// (course), or so that all surfaces are seen (fit). Or which one is used, by its name in the file or its
+    /// number there, from 0 [default: as the file says; course for COLLADA of the course]
+    #[arg(long, value_name = "CAMERA", help_heading = "Scene")]
+    pub(crate) camera: Option<String>,
 }
 
 impl Loading {
@@ -37,13 +43,24 @@ impl Loading {
             // The parser knows the names.
             let _ = limits.set(name, *value);
         }
-        let Self { define, allow_outside, time, .. } = self;
+        let Self { define, allow_outside, time, camera, .. } = self;
         LoadOptions {
             definitions: define.clone(),
             strict,
             allow_outside: *allow_outside,
             limits,
             time: *time,
+            camera: camera.clone().filter(|_| self.placement().is_none()),
+        }
+    }
+
+    /// Where the camera is to stand, if that is said.
+    pub(crate) fn placement(&self) -> Option<Placement> {
+        match self.camera.as_deref()? {
+            "file" => Some(Placement::Node),
+            "course" => Some(Placement::Course),
+            "fit" => Some(Placement::Fit),
+            _ => None,
         }
     }
 }

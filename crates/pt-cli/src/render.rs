@@ -243,14 +243,14 @@ fn compile(
     sources: &mut Vec<Source>,
 ) -> Result<Session> {
     let cli = &request.cli;
-    let read = cli.camera.as_deref().map(camera_file::load).transpose()?;
+    let read = cli.camera_file.as_deref().map(camera_file::load).transpose()?;
     let (mut camera, source) = read.unzip();
     sources.extend(source);
-    if let (Some(camera), Some(of_scene)) = (&mut camera, scene.cameras.last()) {
+    if let (Some(camera), Some(of_scene)) = (&mut camera, scene.camera()) {
         // Files of settings know none.
         (camera.medium, camera.shutter) = (of_scene.medium, of_scene.shutter);
     }
-    if let (true, false, Some(path)) = (cli.cs184, cli.quiet, &cli.camera) {
+    if let (true, false, Some(path)) = (cli.cs184, cli.quiet, &cli.camera_file) {
         course::camera_loaded(path);
     }
     let options = CompileOptions {
@@ -264,6 +264,7 @@ fn compile(
         compensated: false,         // the session knows
         texture_coordinates: false, // likewise
         camera,
+        placement: cli.loading.placement(),
         lens_radius: cli.lens_radius,
         aperture: request.aperture(),
         focal_distance: cli.focal_distance,

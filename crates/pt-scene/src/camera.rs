@@ -37,6 +37,24 @@ pub struct Camera {
     pub film_offset: [f64; 2],
     /// The medium that it is in, as an index into [`crate::Scene::media`]; `None` is empty space.
     pub medium: Option<u32>,
+    /// Where it stands.
+    pub placement: Placement,
+}
+
+/// Where a camera stands. What moves it, its medium, and what is near or far of it count at its
+/// node alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Placement {
+    /// At its node.
+    #[default]
+    Node,
+    /// Where the program of the course CS184 puts it: it looks at the middle of the box around all
+    /// surfaces, from 1.5 diagonals of that box away, with +y up. From the middle it is in the
+    /// direction in which the point one unit in front of the node is from the origin of the world.
+    Course,
+    /// Along the viewing axis of its node from the middle of the box around all surfaces, as near
+    /// as shows all of that box.
+    Fit,
 }
 
 /// Which side of the view is that of the image, where their shapes differ: the other side follows.

@@ -13,7 +13,7 @@ use std::path::Path;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
-use crate::{Camera, Fit, LoadError, Projection, Source, Span};
+use crate::{Camera, Fit, LoadError, Placement, Projection, Source, Span};
 
 /// What the numbers are called, for messages.
 const NAMES: [&str; 30] = [
@@ -83,6 +83,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Camera, LoadError> {
         film_offset: [0.0; 2],
         fit: Fit::Whole,
         medium: None,
+        placement: Placement::Node,
     })
 }
 

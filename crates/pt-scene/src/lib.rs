@@ -11,6 +11,7 @@ pub mod camera_file;
 pub mod error;
 pub mod filter;
 pub mod format;
+pub mod framing;
 mod guard;
 pub mod hair;
 pub mod image;
@@ -29,7 +30,7 @@ pub mod span;
 pub mod spelling;
 pub mod texture;
 
-pub use camera::{Aperture, Camera, Fit, Projection};
+pub use camera::{Aperture, Camera, Fit, Placement, Projection};
 pub use error::{LoadError, Warning};
 pub use filter::Filter;
 pub use light::{DaySpan, Daylight, IesProfile, Light, LightKind, Moment, Place, Portal, Rows};

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use pt_math::DAffine3;
 
-use crate::{Camera, FileSettings, Light, Material, Medium, Mesh, Motion, Sides, Span, Warning};
+use crate::{
+    Camera, FileSettings, Light, Material, Medium, Mesh, Motion, Placement, Sides, Span, Warning,
+};
 
 /// A scene as its author wrote it.
 ///
@@ -16,8 +18,10 @@ pub struct Scene {
     pub name: String,
     /// Metres per unit of length of all coordinates.
     pub metres_per_unit: f64,
-    /// Cameras in file order; the last one is used.
+    /// Cameras in file order.
     pub cameras: Vec<Camera>,
+    /// The camera that is used, as an index into `cameras`; `None` is the last one.
+    pub used_camera: Option<u32>,
     /// Materials; objects refer to them by index.
     pub materials: Vec<Material>,
     /// Media; objects and cameras refer to them by index.
@@ -73,6 +77,7 @@ impl Default for Scene {
             name: String::new(),
             metres_per_unit: 1.0,
             cameras: Vec::new(),
+            used_camera: None,
             materials: Vec::new(),
             media: Vec::new(),
             objects: Vec::new(),
@@ -80,6 +85,25 @@ impl Default for Scene {
             settings: FileSettings::default(),
             warnings: Vec::new(),
             missing: Vec::new(),
+        }
+    }
+}
+
+impl Scene {
+    /// Sets where the camera stands that is used, if there is one.
+    pub fn place_camera(&mut self, placement: Placement) {
+        let last = self.cameras.len().checked_sub(1);
+        let used = self.used_camera.map(|index| index as usize).or(last);
+        if let Some(camera) = used.and_then(|index| self.cameras.get_mut(index)) {
+            camera.placement = placement;
+        }
+    }
+
+    /// The camera that is used; `None` if there is none.
+    pub fn camera(&self) -> Option<&Camera> {
+        match self.used_camera {
+            Some(index) => self.cameras.get(index as usize),
+            None => self.cameras.last(),
         }
     }
 }

@@ -11,6 +11,7 @@
 
 pub mod blocks;
 pub mod chi2;
+pub mod course;
 mod integrate;
 pub mod irradiance;
 pub mod output;

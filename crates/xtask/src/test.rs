@@ -10,7 +10,7 @@ use clap::Args as Arguments;
 
 use crate::oidn;
 use crate::peers::{self, Size};
-use crate::project::{cargo, shown, step, succeed, target};
+use crate::project::{cargo, shared, shown, step, succeed, target};
 use crate::venv::Prepared;
 
 /// What `cargo xtask test` takes.
@@ -73,6 +73,12 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
         command.envs(packages.oidn.iter().map(|folder| (oidn::VARIABLE, folder)));
         tests(command, skipped)
     })?;
+    if shared().is_some() {
+        report.step("tests on scenes of others", |skipped| {
+            let only = ["--lib", "--bins", "--tests", "--", "--ignored", "--show-output"];
+            tests(cargo(&[&["test", "--workspace"][..], &only].concat()), skipped)
+        })?;
+    }
     if cfg!(target_arch = "x86_64") {
         report.step("ray queries without AVX2", portable_queries)?;
     }

@@ -48,24 +48,31 @@ fn takes_to_a_fifth(denoiser: &Denoiser, (noisy, reference): &(Film, Vec<[f32; 3
     assert!(after < before / 5.0, "{before} becomes {after}");
 }
 
+/// The denoiser, or a line that says that something is skipped.
+fn denoiser() -> Option<Denoiser> {
+    match Denoiser::open(0) {
+        Ok(denoiser) => Some(denoiser),
+        Err(DenoiseError::Missing { .. }) => {
+            println!("skipped: Open Image Denoise is not found");
+            None
+        }
+        Err(error) => panic!("{error}"),
+    }
+}
+
 /// Of our box the part below its lamp: along the edges of that, the noise of 16 samples is how much of it a pixel sees,
 /// which is no noise to a denoiser, and far brighter than all else.
 #[test]
 fn denoising_16_samples_of_cornell_boxes_takes_relative_mse_to_a_fifth() {
-    let denoiser = match Denoiser::open(0) {
-        Ok(denoiser) => denoiser,
-        Err(DenoiseError::Missing { .. }) => {
-            println!("skipped: Open Image Denoise is not found");
-            return;
-        }
-        Err(error) => panic!("{error}"),
-    };
+    let Some(denoiser) = denoiser() else { return };
     let below_the_lamp = Region { x: 0, y: 32, width: 128, height: 96 };
     takes_to_a_fifth(&denoiser, &films(&spheres(), [128, 128], below_the_lamp));
-    if !Path::new(OF_THE_COURSE).is_file() {
-        println!("skipped: there is no {OF_THE_COURSE}");
-        return;
-    }
+}
+
+#[test]
+#[ignore = "reads scenes of others beside the project; --ignored runs it"]
+fn denoising_takes_the_error_of_a_scene_of_the_course_to_a_fifth() {
+    let Some(denoiser) = denoiser() else { return };
     let scene = pathtracer::load(Path::new(OF_THE_COURSE)).expect("it can be read");
     takes_to_a_fifth(&denoiser, &films(&scene, [160, 120], Region::full([160, 120])));
 }

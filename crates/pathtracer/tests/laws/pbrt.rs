@@ -62,10 +62,6 @@ fn check_picture(name: &str, their_spp: u32) {
     const RENDERS: u32 = 4;
     const SPP: u32 = 16;
     let [scene, picture] = ["pbrt", "exr"].map(|ending| format!("{SHARED}/{name}.{ending}"));
-    if let Some(missing) = [&scene, &picture].into_iter().find(|path| !Path::new(path).exists()) {
-        println!("skipped: {missing} not found");
-        return;
-    }
     let scene = pathtracer::load(Path::new(&scene)).expect("the scene can be read");
     let theirs = image::load(Path::new(&picture)).expect("the picture can be read");
     let size = [theirs.width, theirs.height];
@@ -93,11 +89,13 @@ fn check_picture(name: &str, their_spp: u32) {
 }
 
 #[test]
+#[ignore = "reads scenes of others beside the project; --ignored runs it"]
 fn a_knot_of_copper_in_a_box_looks_as_in_pbrt() {
     check_picture("cornell-knot", 256);
 }
 
 #[test]
+#[ignore = "reads scenes of others beside the project; --ignored runs it"]
 fn five_materials_look_as_in_pbrt() {
     check_picture("spheres", 1024);
 }

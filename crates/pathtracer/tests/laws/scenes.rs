@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use pathtracer::{Camera, CompileOptions, Image, Projection, Scene};
+use pathtracer::{Camera, CompileOptions, Image, Placement, Projection, Scene};
 use pt_math::{DAffine3, DVec3};
 use pt_scene::material::{Black, Conductor, Matte, Plastic, Roughness};
 use pt_scene::{
@@ -61,6 +61,7 @@ pub(crate) fn camera(from: DVec3, to: DVec3, fov: [f64; 2]) -> Camera {
         film_offset: [0.0; 2],
         fit: pathtracer::Fit::Whole,
         medium: None,
+        placement: Placement::Node,
     }
 }
 

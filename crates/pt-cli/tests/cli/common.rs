@@ -15,10 +15,8 @@ pub(crate) const TINY: &str = "-r 12 9 -s 2";
 pub(crate) const SMALL: &str = include_str!("small.dae");
 
 /// Scenes of the course, which are no part of the project.
-pub(crate) fn course_scene(name: &str) -> Option<PathBuf> {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/scenes/dae"));
-    let path = folder.join(name);
-    path.is_file().then_some(path)
+pub(crate) fn course_scene(name: &str) -> PathBuf {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/scenes/dae")).join(name)
 }
 
 /// A folder of its own.

@@ -1,10 +1,11 @@
 //! From the author's camera, or none, to the one that is looked through.
 
 use pt_bvh::Knot;
-use pt_math::{Bounds3, DAffine3, DVec3, Vec3};
-use pt_scene::{Fit, Key, Projection as View, Scene, Span};
+use pt_math::{DAffine3, DVec3, Vec3};
+use pt_scene::framing::{self, Extent};
+use pt_scene::{Fit, Key, Placement, Projection as View, Scene, Span};
 
-use super::{CompileError, CompileOptions, diagonal, motion, studio};
+use super::{CompileError, CompileOptions, motion, studio};
 use crate::camera::{Aperture, Camera, Clip, Projection};
 use crate::camera_motion::CameraMotion;
 
@@ -12,86 +13,179 @@ use crate::camera_motion::CameraMotion;
 const DEFAULT_VIEW: View = View::Perspective { x_fov: 50.0, y_fov: 2.0 * 19.275_5 };
 /// Width and height of a panorama, by which its size is chosen: 360 × 180 degrees.
 const PANORAMA: [f64; 2] = [2.0, 1.0];
-/// Distance from the middle of the scene, in diagonals of its box, where the program places a
-/// camera.
-const DISTANCE: f32 = 1.5;
+/// Distance from the middle of the scene, in diagonals of the box around its surfaces, from which one
+/// without a camera is seen.
+const DISTANCE: f64 = 1.5;
 /// The same in a studio, where the sphere around the box is seen in full: 1 / (2 sin 19.28°), and 6 % more.
-const STUDIO_DISTANCE: f32 = 1.6;
+const STUDIO_DISTANCE: f64 = 1.6;
 /// What is said of a scene without a camera.
 const FROM_Z: &str = "the scene has no camera: it is looked at from +z, in full";
 /// The same in a studio.
 const FROM_THE_FRONT: &str = "the scene has no camera: it is looked at from the front, the right and above, in full; +y is up";
+/// What is said where the course decides on the camera's place.
+const AS_THE_COURSE: &str = "the scene is of the course CS184: its camera stands where the course's program puts it, \
+                             and looks at the middle of all surfaces; --camera file takes the place in the file";
+/// What is said of a panorama that is to fit.
+const FITS_ANYWHERE: &str = "a panorama shows all directions: --camera fit leaves it where it is";
 /// The course's window, to which it fits the field of view before the size is known.
 const COURSE_WINDOW: [f64; 2] = [800.0, 600.0];
 
 /// The camera where it is when the shutter opens, and how it moves, if it does.
 pub(super) fn compile(
     scene: &Scene,
-    bounds: &Bounds3,
     metres: f64,
     shutter: [f64; 2],
     options: &CompileOptions,
     notes: &mut Vec<String>,
 ) -> Result<(Camera, Option<CameraMotion>), CompileError> {
-    let explicit = options.camera.as_ref();
-    let author = explicit.or_else(|| of_scene(scene, options.course, notes));
-    let places = author.map(|c| motion::places(c.motion.as_ref(), c.to_world, shutter));
-    let still = author.zip(places.as_ref()).map(|(camera, places)| pt_scene::Camera {
-        to_world: places[0].to_world,
-        motion: None,
-        ..camera.clone()
-    });
-    let author = still.as_ref();
+    let author = options.camera.as_ref().or_else(|| of_scene(scene, options.course, notes));
     if let Some(camera) = author {
         check(camera)?;
     }
-    let view = match author {
+    let placement = placement(author, options);
+    let stays = author.filter(|_| placement == Placement::Node);
+    let places = stays.map(|c| motion::places(c.motion.as_ref(), c.to_world, shutter));
+    let mut author = author.cloned();
+    if let Some(camera) = &mut author {
+        tell_placement(camera, placement, options, notes);
+        camera.placement = placement;
+    }
+    if let (Some(camera), Some(places)) = (&mut author, &places) {
+        (camera.to_world, camera.motion) = (places[0].to_world, None);
+    }
+    let view = match &author {
         _ if options.panorama => View::Panorama,
         Some(camera) => camera.projection,
         None => DEFAULT_VIEW,
     };
-    let extent = extent(view);
-    let resolution = resolution(scene, extent, options);
-    let mut camera = match author {
-        Some(c) if explicit.is_some() || !options.course => placed(c, metres),
-        _ => {
-            let ahead = author.map_or(DVec3::ZERO, |c| c.to_world.transform_point3(DVec3::NEG_Z));
-            let clip = author.map_or([0.0, f32::INFINITY], |c| [c.near as f32, c.far as f32]);
-            if author.is_none() {
-                notes.push(if options.studio { FROM_THE_FRONT.into() } else { FROM_Z.into() });
-            }
-            if author.is_none() && options.studio {
-                framing(bounds, studio::camera().as_dvec3(), STUDIO_DISTANCE, clip)
-            } else {
-                framing(bounds, ahead, DISTANCE, clip)
-            }
+    let resolution = resolution(scene, extent(view), options);
+    let keep = author.as_ref().map_or(Fit::Whole, |camera| camera.fit);
+    let half = half_extent((scene, view, keep), placement, resolution, options);
+    let surfaces = || framing::surface_extent(scene, Some(shutter));
+    let (mut camera, half) = match &mut author {
+        Some(camera) if placement == Placement::Node => (placed(camera, metres), half),
+        Some(camera) => {
+            let half = place(camera, view, half, surfaces(), options.course);
+            (placed(camera, metres), half)
         }
+        None => (placed(&default_camera(surfaces(), options, notes), metres), half),
     };
     camera.resolution = resolution;
-    let offset = author.filter(|_| !options.course).map_or([0.0; 2], |c| c.film_offset);
+    let offset = author.as_ref().filter(|_| !options.course).map_or([0.0; 2], |c| c.film_offset);
     camera.principal_point = [0, 1].map(|i| ((0.5 - offset[i]) * f64::from(resolution[i])) as f32);
-    camera.half_extent = match (options.course, explicit.is_some()) {
-        (true, false) => course_extent(extent, resolution),
-        (true, true) => extent.map(|e| e as f32),
-        _ => {
-            let file = scene.settings.resolution.filter(|_| explicit.is_none());
-            let pixel = pixel_aspect(view, file);
-            let [w, h] = resolution.map(f64::from);
-            let keep = author.map_or(Fit::Whole, |camera| camera.fit);
-            let [x, y] = fit([extent[0], pixel * extent[1]], w / h, keep);
-            [x, y / pixel].map(|e| e as f32)
-        }
-    };
+    camera.half_extent = half.map(|e| e as f32);
     if options.course {
         camera.clip = Clip::Ray;
         (camera.lens_radius, camera.focal_distance) = (0.0, 4.7);
     }
-    project(&mut camera, view, author, metres);
+    project(&mut camera, view, author.as_ref(), metres);
     set_lens(&mut camera, metres as f32, options, notes)?;
     let knot = |key: &Key| Knot { time: key.time as f32, to_world: node(key.to_world, metres) };
     let moves = places.filter(|places| places.len() > 1);
     let motion = moves.map(|places| CameraMotion::new(places.iter().map(knot).collect()));
     Ok((camera, motion))
+}
+
+/// Where the camera stands: where it is asked to, where the course puts that of a scene, or where its
+/// author says.
+pub(super) fn placement(author: Option<&pt_scene::Camera>, options: &CompileOptions) -> Placement {
+    let of_author = author.map_or(Placement::Node, |camera| camera.placement);
+    let of_course = options.course && options.camera.is_none();
+    options.placement.unwrap_or(if of_course { Placement::Course } else { of_author })
+}
+
+/// Notes that the camera is not where its node is, if nobody asked for that, and that it cannot be
+/// where it is asked to.
+fn tell_placement(
+    camera: &pt_scene::Camera,
+    placement: Placement,
+    options: &CompileOptions,
+    notes: &mut Vec<String>,
+) {
+    let is_asked_for = options.course || options.placement.is_some();
+    if placement == Placement::Course && !is_asked_for {
+        notes.push(AS_THE_COURSE.into());
+    }
+    let is_panorama = options.panorama || camera.projection == View::Panorama;
+    if placement == Placement::Fit && is_panorama {
+        notes.push(FITS_ANYWHERE.into());
+    }
+}
+
+/// Puts a camera to where its placement says; the course keeps what is near and far of its node.
+fn place(
+    camera: &mut pt_scene::Camera,
+    view: View,
+    half: [f64; 2],
+    surfaces: Option<Extent>,
+    course: bool,
+) -> [f64; 2] {
+    let of_node = (camera.near, camera.far);
+    camera.projection = view;
+    let scale = match view {
+        View::Orthographic { .. } => node_scale(camera),
+        _ => [1.0; 2],
+    };
+    let half = framing::place(camera, [half[0] * scale[0], half[1] * scale[1]], surfaces);
+    if course {
+        (camera.near, camera.far) = of_node;
+    }
+    half
+}
+
+/// What a scene without a camera is seen through.
+fn default_camera(
+    surfaces: Option<Extent>,
+    options: &CompileOptions,
+    notes: &mut Vec<String>,
+) -> pt_scene::Camera {
+    let of_course = options.placement == Some(Placement::Course);
+    let (direction, diagonals, note) = if options.studio && !of_course {
+        (studio::camera().as_dvec3(), STUDIO_DISTANCE, FROM_THE_FRONT)
+    } else {
+        (DVec3::Z, DISTANCE, FROM_Z)
+    };
+    notes.push(note.into());
+    let (to_world, distance) = framing::looking_from(direction, diagonals, surfaces);
+    pt_scene::Camera {
+        name: String::new(),
+        to_world,
+        motion: None,
+        shutter: [0.0; 2],
+        projection: DEFAULT_VIEW,
+        near: 0.0,
+        far: f64::INFINITY,
+        lens_radius: 0.0,
+        aperture: None,
+        focal_distance: distance,
+        film_offset: [0.0; 2],
+        fit: Fit::Whole,
+        medium: None,
+        placement: Placement::Node,
+    }
+}
+
+/// Half of the width and height that the image shows, at distance 1 of a perspective.
+fn half_extent(
+    (scene, view, keep): (&Scene, View, Fit),
+    placement: Placement,
+    resolution: [u32; 2],
+    options: &CompileOptions,
+) -> [f64; 2] {
+    let extent = extent(view);
+    let is_explicit = options.camera.is_some();
+    let is_of_course = options.course && options.placement.is_none();
+    if is_of_course && is_explicit {
+        return extent;
+    }
+    if options.course && placement == Placement::Course {
+        return course_extent(extent, resolution);
+    }
+    let file = scene.settings.resolution.filter(|_| !is_explicit);
+    let pixel = pixel_aspect(view, file);
+    let [w, h] = resolution.map(f64::from);
+    let [x, y] = fit([extent[0], pixel * extent[1]], w / h, keep);
+    [x, y / pixel]
 }
 
 /// A node with its place in metres.
@@ -111,10 +205,7 @@ fn of_scene<'a>(
     if known < scene.cameras.len() {
         notes.push("cameras that are not in perspective are left out, as in the course".into());
     }
-    if known > 1 {
-        notes.push(format!("the scene has {known} cameras; the last one is used"));
-    }
-    scene.cameras.iter().rfind(is_known)
+    scene.camera().filter(is_known).or_else(|| scene.cameras.iter().rfind(is_known))
 }
 
 /// Half width and height of what is seen: at distance 1 in perspective.
@@ -217,10 +308,10 @@ fn fit([x, y]: [f64; 2], aspect: f64, keep: Fit) -> [f64; 2] {
 
 /// The course fits the view to its window, then keeps the size of a pixel: another resolution
 /// shows more or less.
-fn course_extent(extent: [f64; 2], [w, h]: [u32; 2]) -> [f32; 2] {
+fn course_extent(extent: [f64; 2], [w, h]: [u32; 2]) -> [f64; 2] {
     let [_, y] = fit(extent, COURSE_WINDOW[0] / COURSE_WINDOW[1], Fit::Whole);
     let screen_distance = COURSE_WINDOW[1] / (2.0 * y);
-    [w, h].map(|n| (f64::from(n) / (2.0 * screen_distance)) as f32)
+    [w, h].map(|n| f64::from(n) / (2.0 * screen_distance))
 }
 
 /// A camera where its author put it.
@@ -243,41 +334,6 @@ fn placed(camera: &pt_scene::Camera, metres: f64) -> Camera {
         focal_distance: metric(camera.focal_distance),
     };
     somewhere.placed(&node(camera.to_world, metres))
-}
-
-/// A camera that looks at the middle of the scene from the direction of `ahead`, a point, seen
-/// from the origin; from +z if it is there. World +y is up.
-fn framing(bounds: &Bounds3, ahead: DVec3, diagonals: f32, [near, far]: [f32; 2]) -> Camera {
-    const NUDGE: f64 = 1e-5;
-    let d = ahead.normalize_or(DVec3::Z);
-    // Straight from above or below, up would be undefined.
-    let phi = libm::acos(d.y.clamp(-1.0, 1.0));
-    let phi = phi.clamp(NUDGE, std::f64::consts::PI - NUDGE);
-    let theta = libm::atan2(d.x, d.z);
-    let back = DVec3::new(
-        libm::sin(phi) * libm::sin(theta),
-        libm::cos(phi),
-        libm::sin(phi) * libm::cos(theta),
-    );
-    let right = DVec3::Y.cross(back).normalize();
-    let target = if bounds.is_empty() { Vec3::ZERO } else { bounds.center() };
-    let distance = diagonals * diagonal(bounds);
-    Camera {
-        position: target + back.as_vec3() * distance,
-        right: right.as_vec3(),
-        up: back.cross(right).as_vec3(),
-        forward: -back.as_vec3(),
-        projection: Projection::Perspective,
-        half_extent: [1.0; 2],
-        resolution: [1; 2],
-        principal_point: [0.5; 2],
-        near,
-        far,
-        clip: Clip::Axis,
-        lens_radius: 0.0,
-        aperture: None,
-        focal_distance: distance,
-    }
 }
 
 fn check(camera: &pt_scene::Camera) -> Result<(), CompileError> {
@@ -341,7 +397,7 @@ mod tests {
     fn course_framing_keeps_the_size_of_pixels() {
         let extent = [half_tan(49.134_34), half_tan(49.134_34) / 1.333_333];
         let [x, y] = course_extent(extent, [480, 360]);
-        assert!((f64::from(y) - 180.0 / 875.0).abs() < 2e-4, "{y}");
+        assert!((y - 180.0 / 875.0).abs() < 2e-4, "{y}");
         assert!((x / y - 480.0 / 360.0).abs() < 1e-6);
     }
 

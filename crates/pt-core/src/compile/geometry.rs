@@ -3,7 +3,7 @@
 use std::mem::swap;
 
 use pt_bvh::{Knot, Sphere};
-use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
+use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
 use pt_scene::{Attribute, Geometry, LightKind, Mesh, Object, Part, Scene, Sides, Span};
 
 use super::ellipsoid::unit_sphere_mesh;
@@ -77,16 +77,6 @@ pub(super) enum Primitives {
 }
 
 impl Shapes {
-    /// The box around everything.
-    pub(super) fn bounds(&self) -> Bounds3 {
-        let triangles: Bounds3 = self.positions.iter().copied().filter(|p| p.is_finite()).collect();
-        let all = triangles.union(self.placed.bounds());
-        self.spheres.iter().fold(all, |b, s| {
-            let r = Vec3::splat(s.radius.abs());
-            b.union(Bounds3 { min: s.center - r, max: s.center + r })
-        })
-    }
-
     /// Exchanges the shapes, and which of them glow, with those of another.
     pub(super) fn exchange(&mut self, other: &mut Self) {
         swap(&mut self.positions, &mut other.positions);

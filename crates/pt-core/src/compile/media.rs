@@ -5,9 +5,9 @@ use pt_scene::medium::{
     BlackBody, Cloud as WrittenCloud, Emission as WrittenEmission, Grid, Heterogeneous,
     Matter as Written, Phase, PlacedGrid, Volume,
 };
-use pt_scene::{Medium, Scene, Sides, Span};
+use pt_scene::{Medium, Placement, Scene, Sides, Span};
 
-use super::{CompileError, CompileOptions};
+use super::{CompileError, CompileOptions, camera};
 use crate::id::Id;
 use crate::medium::{
     Albedo, Boundary, Cloud, Density, Emission, Field, GridMedium, Heat, Homogeneous, Matter,
@@ -51,8 +51,9 @@ pub(super) fn compile(
         media.boundaries.resize(media.boundaries.len().max(surface.index() + 1), None);
         media.boundaries[surface.index()] = Some(boundary);
     }
-    let camera = options.camera.as_ref().or(scene.cameras.last());
-    media.camera = id(camera.and_then(|c| c.medium), &Span::default())?;
+    let author = options.camera.as_ref().or(scene.camera());
+    let stays = author.filter(|_| camera::placement(author, options) == Placement::Node);
+    media.camera = id(stays.and_then(|c| c.medium), &Span::default())?;
     Ok(media)
 }
 

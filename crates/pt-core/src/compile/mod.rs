@@ -20,7 +20,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use pt_bvh::{BuildError, BuildOptions, Bvh, Geometry};
-use pt_math::Bounds3;
 use pt_scene::{Scene, Span};
 
 use crate::camera_motion::CameraMotion;
@@ -60,6 +59,8 @@ pub struct CompileOptions {
     pub texture_coordinates: bool,
     /// A camera in place of the scene's.
     pub camera: Option<pt_scene::Camera>,
+    /// Where the camera stands, in place of where its author says.
+    pub placement: Option<pt_scene::Placement>,
     /// Radius of the lens, in the scene's unit, in place of the camera's.
     pub lens_radius: Option<f32>,
     /// Opening of the lens in place of the camera's.
@@ -151,7 +152,6 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     let shutter = motion::shutter(scene, &options, &mut notes)?;
     let mut shapes = geometry::collect(scene, metres, shutter, &options, &mut notes)?;
     tell_what_moves(&shapes.placed, shutter, &mut notes);
-    let bounds = shapes.bounds();
     let mut lights = lights::Lights::default();
     lights.tables.textures = Arc::clone(&shapes.materials.textures);
     lights.add_nodes(scene, &mut shapes, metres, options.course, &mut notes)?;
@@ -168,7 +168,7 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     if options.compensated {
         lights.compensate();
     }
-    let camera = camera::compile(scene, &bounds, metres, shutter, &options, &mut notes)?;
+    let camera = camera::compile(scene, metres, shutter, &options, &mut notes)?;
     let media = media::compile(scene, &shapes.sides, metres, &options)?;
     let geometry_time = start.elapsed();
 
@@ -246,10 +246,4 @@ fn assemble(
         camera_motion,
         bvh,
     }
-}
-
-/// The length of the diagonal of a box; 1 for an empty one, or one point.
-fn diagonal(bounds: &Bounds3) -> f32 {
-    let d = if bounds.is_empty() { 0.0 } else { bounds.diagonal().length() };
-    if d > 0.0 { d } else { 1.0 }
 }

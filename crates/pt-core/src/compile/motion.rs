@@ -17,7 +17,7 @@ pub(super) fn shutter(
     options: &CompileOptions,
     notes: &mut Vec<String>,
 ) -> Result<[f64; 2], CompileError> {
-    let camera = options.camera.as_ref().or(scene.cameras.last());
+    let camera = options.camera.as_ref().or(scene.camera());
     let [open, close] = camera.map_or([0.0; 2], |camera| camera.shutter);
     if !(open.is_finite() && close.is_finite() && open <= close) {
         let element = camera.map_or(String::new(), |camera| format!("camera \"{}\"", camera.name));

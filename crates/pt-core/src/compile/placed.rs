@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use pt_bvh::{BuildOptions, Bvh, Knot, MovingBvh, MovingInstance};
-use pt_math::{Bounds3, DAffine3};
+use pt_math::DAffine3;
 use pt_scene::{Geometry, Object, Scene, Sides};
 
 use super::geometry::{Collector, Emitter, Shapes};
@@ -157,11 +157,6 @@ impl PlacedShapes {
         self.skipped += bvh.skipped();
         self.out_of_range += if bvh.skipped() > 0 { own.out_of_range() } else { 0 };
         Ok(OwnShapes { shapes: own, bvh: Arc::new(bvh), lights: Vec::new() })
-    }
-
-    /// The box around all of them at all times.
-    pub(super) fn bounds(&self) -> Bounds3 {
-        self.instances.iter().fold(Bounds3::EMPTY, |all, moving| all.union(moving.bounds()))
     }
 
     /// How many of them move.

@@ -3,6 +3,7 @@
 //! To add one: write its file, add its line to [`FORMATS`].
 
 mod ahead;
+mod cameras;
 pub mod collada;
 mod context;
 mod deadline;
@@ -58,6 +59,9 @@ pub struct LoadOptions {
     pub limits: Limits,
     /// The time in seconds at which animations are shown, where the format has them; `None` is at rest.
     pub time: Option<f64>,
+    /// The camera that is used: its name or, if none is called so, its number in the order of the file,
+    /// from 0. `None` is the one that the format says.
+    pub camera: Option<String>,
 }
 
 /// What came of reading a scene.
@@ -152,6 +156,10 @@ impl Format {
             }),
             Some(message) => Err(mesh_file::error(path, 0, message)),
         };
+        let result = result.and_then(|mut scene| {
+            cameras::choose(&mut scene, path, context)?;
+            Ok(scene)
+        });
         let mut reading = context.finish(result);
         if let Ok(scene) = &mut reading.scene
             && scene.name.is_empty()

@@ -27,8 +27,9 @@ fn the_first_camera_is_the_one_that_is_used() {
     let view = json!({"yfov": 1, "aspectRatio": 2, "znear": 0.5, "zfar": 8});
     let camera = json!({"type": "perspective", "perspective": view});
     let scene = seen(&json!([camera, camera]));
-    let [used] = scene.cameras.as_slice() else { panic!("{:?}", scene.cameras) };
-    assert!(scene.warnings[0].to_string().contains("the first one, \"camera 0\", is used"));
+    assert_eq!(scene.cameras.len(), 2);
+    let used = scene.camera().expect("a camera");
+    assert!(scene.warnings[0].to_string().contains("\"camera 0\" is used"));
     assert_eq!((used.name.as_str(), used.to_world.translation), ("camera 0", DVec3::ZERO));
     assert_eq!((used.near, used.far), (0.5, 8.0));
     let Projection::Perspective { x_fov, y_fov } = used.projection else { panic!("{used:?}") };

@@ -170,8 +170,8 @@ fn fields_of_view_belong_to_their_axis() {
 fn the_first_sensor_is_the_one_that_is_used() {
     let scene = good("films.xml");
     let names: Vec<_> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
-    assert_eq!(names, ["not used", "used"]);
-    let used = scene.cameras.last().expect("a camera");
+    assert_eq!(names, ["used", "not used"]);
+    let used = scene.camera().expect("a camera");
     assert_eq!((used.lens_radius, used.focal_distance), (0.1, 4.0));
     assert!((fields_of_view(used)[1] - 30.0).abs() < 1e-12);
     assert_eq!(scene.settings.resolution, Some([768, 576]));

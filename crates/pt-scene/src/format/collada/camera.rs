@@ -4,7 +4,7 @@ use pt_math::DAffine3;
 
 use super::reader::{Reader, child, name_of};
 use crate::format::xml::Node;
-use crate::{Camera, Fit, LoadError, Projection};
+use crate::{Camera, Fit, LoadError, Placement, Projection};
 
 /// Horizontal field of view, in degrees, of cameras that give none (as in the course program).
 const DEFAULT_X_FOV: f64 = 50.0;
@@ -67,6 +67,7 @@ pub(super) fn read<'a>(
         film_offset: [0.0; 2],
         fit,
         medium: None,
+        placement: Placement::Node,
     }))
 }
 

@@ -7,7 +7,7 @@ use super::reader::{Reader, child, name_of};
 use super::{camera, coordinates, geometry, light, material, transform};
 use crate::format::context::Context;
 use crate::format::xml::{Node, quote};
-use crate::{LoadError, Object};
+use crate::{LoadError, Object, Placement};
 
 /// Deepest nesting of nodes and instances of nodes.
 const MAX_DEPTH: usize = 1000;
@@ -16,6 +16,8 @@ const MAX_DEPTH: usize = 1000;
 struct Level<'a> {
     node: Node<'a>,
     to_world: DAffine3,
+    /// Whether all transforms down to it are matrices.
+    has_matrices: bool,
     rest: Children<'a, 'a>,
 }
 
@@ -25,14 +27,15 @@ pub(super) fn place<'a>(
     visual_scene: Node<'a>,
     to_y_up: DAffine3,
 ) -> Result<(), LoadError> {
+    let rest = visual_scene.children();
     let mut levels =
-        vec![Level { node: visual_scene, to_world: to_y_up, rest: visual_scene.children() }];
+        vec![Level { node: visual_scene, to_world: to_y_up, has_matrices: true, rest }];
     while let Some(level) = levels.last_mut() {
         let Some(element) = level.rest.next() else {
             levels.pop();
             continue;
         };
-        let (parent, to_world) = (level.node, level.to_world);
+        let place = (level.node, level.to_world, level.has_matrices);
         let inner = match element.tag_name().name() {
             "node" => Some(element),
             "instance_node" => {
@@ -40,7 +43,7 @@ pub(super) fn place<'a>(
                 reader.context.keep(found)?.flatten()
             }
             _ => {
-                let done = place_instance(reader, parent, element, to_world);
+                let done = place_instance(reader, place, element);
                 reader.context.keep(done)?;
                 None
             }
@@ -70,26 +73,34 @@ fn enter<'a>(
         return Err(Context::exceeded(reader.document.span(element), message));
     }
     reader.count_placed(element, 1)?;
-    let outer = levels.last().map_or(DAffine3::IDENTITY, |level| level.to_world);
+    let outer = levels.last();
+    let (outer, has_matrices) =
+        outer.map_or((DAffine3::IDENTITY, true), |level| (level.to_world, level.has_matrices));
     let to_world = outer * transform::local(reader, node)?;
+    let has_matrices = has_matrices && transform::has_matrices(node);
     if !to_world.is_finite() {
         let message = "the transforms down to this node multiply to infinite numbers";
         return Err(reader.error(node, message));
     }
-    Ok(Level { node, to_world, rest: node.children() })
+    Ok(Level { node, to_world, has_matrices, rest: node.children() })
 }
 
 /// Places what an `instance_…` element refers to; other elements mean nothing here.
 fn place_instance<'a>(
     reader: &mut Reader<'a>,
-    node: Node<'a>,
+    (node, to_world, has_matrices): (Node<'a>, DAffine3, bool),
     instance: Node<'a>,
-    to_world: DAffine3,
 ) -> Result<(), LoadError> {
     match instance.tag_name().name() {
         "instance_camera" => {
             if let Some(found) = reader.resolve(instance, "url", &["camera"])? {
-                let camera = camera::read(reader, found, to_world)?;
+                let mut camera = camera::read(reader, found, to_world)?;
+                if let Some(camera) = camera.as_mut()
+                    && reader.has_course_profile
+                    && has_matrices
+                {
+                    camera.placement = Placement::Course;
+                }
                 reader.scene.cameras.extend(camera);
             }
         }

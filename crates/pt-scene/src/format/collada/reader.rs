@@ -37,6 +37,9 @@ pub(super) struct Reader<'a> {
     /// Whether the file is written for the course, whose common materials mean their diffuse
     /// colour alone: it uses the course's profile for a material or a light.
     pub(super) of_course: bool,
+    /// Whether it uses the course's profile for anything. Then cameras that are placed by matrices
+    /// stand where the course's program puts them.
+    pub(super) has_course_profile: bool,
     /// Elements by tag and id.
     ids: HashMap<(&'a str, &'a str), Node<'a>>,
     warnings_dropped: usize,
@@ -54,6 +57,7 @@ impl<'a> Reader<'a> {
             images: HashMap::new(),
             shapes: HashMap::new(),
             of_course: document.elements().any(looks_of_course),
+            has_course_profile: document.elements().any(is_course_technique),
             ids: HashMap::new(),
             warnings_dropped: 0,
             placed: 0,

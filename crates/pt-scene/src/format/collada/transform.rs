@@ -31,6 +31,12 @@ pub(super) fn local<'a>(reader: &mut Reader<'a>, node: Node<'a>) -> Result<DAffi
     }
 }
 
+/// Whether a node has no transforms but matrices: the course's program reads no others.
+pub(super) fn has_matrices(node: Node<'_>) -> bool {
+    let others = ["translate", "scale", "rotate", "lookat", "skew"];
+    elements(node).all(|element| !others.contains(&element.tag_name().name()))
+}
+
 /// Sixteen numbers, row by row, that multiply column vectors from the left.
 pub(super) fn matrix(reader: &Reader<'_>, element: Node<'_>) -> Result<DAffine3, LoadError> {
     let m: [f64; 16] = reader.vector(element)?;

@@ -137,13 +137,7 @@ impl Reader<'_> {
         if !self.scene.media.is_empty() {
             self.scene.settings.integrator = Some("volpath");
         }
-        if let [first, _, ..] = self.scene.cameras.as_slice() {
-            let (count, name) = (self.scene.cameras.len(), quote(&first.name));
-            let message = format!("the scene has {count} cameras; the first one, {name}, is used");
-            let root = self.root.clone();
-            self.warn(&root, message);
-            self.scene.cameras.truncate(1);
-        }
+        self.scene.used_camera = (self.scene.cameras.len() > 1).then_some(0);
         self.scene
     }
 }

@@ -4,7 +4,7 @@ use pt_math::{DAffine3, DMat3};
 
 use super::Reader;
 use super::item::Item;
-use crate::{Camera, Fit, Light, LightKind, LoadError, Projection};
+use crate::{Camera, Fit, Light, LightKind, LoadError, Placement, Projection};
 
 /// The highest number that there is.
 const ANY: f64 = f32::MAX as f64;
@@ -62,6 +62,7 @@ impl<'a> Reader<'a> {
             film_offset: [0.0; 2],
             fit,
             medium: None,
+            placement: Placement::Node,
         });
         Ok(())
     }

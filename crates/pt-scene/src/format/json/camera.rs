@@ -13,7 +13,7 @@ use super::out::{Entries, Out};
 use super::schema::{Properties, Schemas};
 use super::shared::{Numbered, Reading, Shared, Tables, Writing};
 use crate::motion::Key;
-use crate::{Aperture, Camera, Fit, LoadError, Motion, Projection};
+use crate::{Aperture, Camera, Fit, LoadError, Motion, Placement, Projection};
 
 record! {
     Camera {
@@ -29,6 +29,7 @@ record! {
         film_offset: Each(ANY) => [0.0; 2],
         fit: Plain => Fit::default(),
         medium: Numbered::Medium => None,
+        placement: Plain => Placement::Node,
     } + projection: Projection; check
 }
 
@@ -44,6 +45,8 @@ fn check(camera: &Camera) -> Result<(), String> {
 }
 
 words! { Fit { Whole, Width, Height } }
+
+words! { Placement { Node, Course, Fit } }
 
 record! { Aperture { blades: Plain, rotation: ANY => 0.0 } }
 

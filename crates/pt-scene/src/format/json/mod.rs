@@ -104,6 +104,13 @@ fn scene(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Scene, LoadError> 
     cx.media = numbers_of(&media);
     let materials = named::<Material>("materials", keys, cx)?;
     cx.materials = numbers_of(&materials);
+    let cameras: Vec<Camera> = list("cameras", keys, cx)?;
+    let used_camera = keys.read("used_camera", &Plain, Some(None), cx)?;
+    if let Some(index) = used_camera.filter(|index: &u32| *index as usize >= cameras.len()) {
+        let message =
+            format!("\"used_camera\" is {index}, but there are {} cameras", cameras.len());
+        return Err(keys.node.error(message));
+    }
     Ok(Scene {
         name: keys.read("name", &Plain, Some(defaults.name), cx)?,
         metres_per_unit: keys.read(
@@ -112,7 +119,8 @@ fn scene(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Scene, LoadError> 
             Some(defaults.metres_per_unit),
             cx,
         )?,
-        cameras: list("cameras", keys, cx)?,
+        cameras,
+        used_camera,
         materials: materials.into_iter().map(|(_, material)| material).collect(),
         media: media.into_iter().map(|(_, medium)| medium).collect(),
         objects: list("objects", keys, cx)?,
@@ -177,6 +185,7 @@ pub(super) fn encode(scene: &Scene, path: &Path) -> Result<Encoded, String> {
     put(&mut head, "settings", &Plain, &scene.settings, Some(defaults.settings), cx)?;
     let mut body = Entries::new();
     put(&mut body, "cameras", &Plain, &scene.cameras, Some(Vec::new()), cx)?;
+    put(&mut body, "used_camera", &Plain, &scene.used_camera, Some(None), cx)?;
     write_named("media", &scene.media, &media, &mut body, cx)?;
     write_named("materials", &scene.materials, &materials, &mut body, cx)?;
     put(&mut body, "lights", &Plain, &scene.lights, Some(Vec::new()), cx)?;
@@ -251,6 +260,7 @@ fn schema_of_file(schemas: &mut Schemas) -> Value {
         .with_schema("media", table(Medium::schema(schemas)), false)
         .with_schema("materials", table(Material::schema(schemas)), false)
         .with_schema("cameras", Vec::<Camera>::schema(schemas), false)
+        .with("used_camera", &Plain, |s: &Scene| &s.used_camera, Some(None), schemas)
         .with_schema("lights", Vec::<Light>::schema(schemas), false)
         .with_schema("objects", Vec::<Object>::schema(schemas), false);
     Properties::any_of(&[file], false)

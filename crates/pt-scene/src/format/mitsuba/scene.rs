@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use super::super::substitute;
+use super::super::{cameras, substitute};
 use super::bsdf::{Scattering, inverted, scattering};
 use super::daylight::see_spans;
 use super::medium::Media;
@@ -44,15 +44,17 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
             }
         }
     }
-    let Scene { cameras, settings, warnings, lights, .. } = &mut builder.scene;
-    if let Some(first) = sensors.first() {
-        *settings = tree.context.keep(sensor::settings(tree, first))?.unwrap_or_default();
+    let used = used_sensor(tree, &sensors);
+    let Scene { cameras, used_camera, settings, warnings, lights, .. } = &mut builder.scene;
+    if let Some(used) = sensors.get(used) {
+        *settings = tree.context.keep(sensor::settings(tree, used))?.unwrap_or_default();
     }
-    for object in sensors.into_iter().rev() {
+    for object in &sensors {
         let camera = sensor::camera(tree, object, &mut builder.media);
         cameras.extend(tree.context.keep(camera)?);
     }
-    see_spans(lights, cameras.last().map_or([0.0; 2], |camera| camera.shutter));
+    *used_camera = (sensors.len() > 1).then_some(used as u32);
+    see_spans(lights, cameras.get(used).map_or([0.0; 2], |camera| camera.shutter));
     let outermost = tree.only(&integrators, "integrator");
     let outermost = tree.context.keep(outermost)?.flatten().map(|i| &tree.objects[i]);
     tree.context.keep(integrator::integrator(tree, outermost, settings, warnings))?;
@@ -61,6 +63,14 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
     builder.scene.warnings.extend(warnings);
     integrator::fill_holes(&mut builder.scene);
     Ok(builder.scene)
+}
+
+/// The number of the sensor that is used: the one that is asked for, or the first.
+fn used_sensor(tree: &Tree, sensors: &[&Object]) -> usize {
+    let names: Vec<_> = sensors.iter().map(|object| object.name()).collect();
+    let wanted = tree.context.options().camera.as_ref();
+    // One that is not there is refused when all has been read.
+    wanted.and_then(|wanted| cameras::find(wanted, &names).ok()).unwrap_or(0)
 }
 
 /// What a material is made of: a bsdf, an area emitter, and whether it is on an inverted sphere.

@@ -6,7 +6,7 @@ use super::super::xml::quote;
 use super::film::{Film, film};
 use super::medium::Media;
 use super::object::{Object, Parameters, Tree, unsupported};
-use crate::{Camera, FileSettings, Fit, LoadError, Motion, Projection};
+use crate::{Camera, FileSettings, Fit, LoadError, Motion, Placement, Projection};
 
 const SENSORS: [&str; 3] = ["orthographic", "perspective", "thinlens"];
 const SAMPLERS: [&str; 5] = ["independent", "ldsampler", "multijitter", "orthogonal", "stratified"];
@@ -49,6 +49,7 @@ pub(super) fn camera(
         film_offset: [0.0; 2],
         fit: Fit::Whole,
         medium: media.around(object)?,
+        placement: Placement::Node,
     };
     match object.kind.as_str() {
         "orthographic" => take_scale(&mut camera),

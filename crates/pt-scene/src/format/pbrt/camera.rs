@@ -6,7 +6,7 @@ use super::super::context::Folder;
 use super::entity::Entity;
 use super::lens::{self, Lens};
 use super::state::Moving;
-use crate::{Camera, Fit, Key, LoadError, Motion, Projection, Warning};
+use crate::{Camera, Fit, Key, LoadError, Motion, Placement, Projection, Warning};
 
 const KINDS: [&str; 4] = ["perspective", "orthographic", "spherical", "realistic"];
 /// Distance before which nothing is seen. There is none in pbrt-v4.
@@ -90,6 +90,7 @@ pub(super) fn camera(
         film_offset,
         fit: Fit::Whole,
         medium,
+        placement: Placement::Node,
     };
     entity.finish()?;
     Ok((camera, (shutter[1] - shutter[0]) * lens.map_or(1.0, |lens| lens.light)))

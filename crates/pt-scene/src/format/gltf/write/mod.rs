@@ -136,7 +136,7 @@ impl<'a> Writer<'a> {
     fn dressed(&mut self, object: &Object, worn: &[Worn]) -> Result<(), String> {
         let mut to_world = object.to_world;
         if let Some(motion) = &object.motion {
-            let opens = self.scene.cameras.last().map_or(0.0, |camera| camera.shutter[0]);
+            let opens = self.scene.camera().map_or(0.0, |camera| camera.shutter[0]);
             self.notes.tell(&object.at, "it moves; it stands where it is when the shutter opens");
             to_world = motion.at(opens) * to_world;
         }

@@ -9,27 +9,25 @@ use super::Writer;
 use super::exact::near_f64;
 use super::layer::power_of_two;
 use crate::{
-    Camera, Fit, Geometry, Light, LightKind, Material, Object, Projection, Scene, Span, Surface,
-    shapes,
+    Camera, Fit, Geometry, Light, LightKind, Material, Object, Placement, Projection, Scene, Span,
+    Surface, framing, shapes,
 };
 
 /// The farthest thing that is seen by parallel rays where a scene sees all.
 const FAR: f64 = 1e6;
 
 impl Writer<'_> {
-    /// The cameras: the last one of a scene, which is used, comes first, since other programs use that.
+    /// The cameras: the one that is used comes first, since other programs use that.
     pub(super) fn cameras(&mut self) -> Result<(), String> {
         let scene = self.scene;
-        if let [others @ .., used] = scene.cameras.as_slice() {
-            for camera in std::iter::once(used).chain(others) {
-                self.camera(camera)?;
-            }
-        }
-        Ok(())
+        let Some(used) = scene.camera() else { return Ok(()) };
+        let others = scene.cameras.iter().filter(|camera| !std::ptr::eq(*camera, used));
+        std::iter::once(used).chain(others).try_for_each(|camera| self.camera(camera))
     }
 
     fn camera(&mut self, camera: &Camera) -> Result<(), String> {
         let place = format!("camera {}", quote(&camera.name));
+        let camera = &self.placed(camera);
         let mut to_world = camera.to_world;
         if let Some(motion) = &camera.motion {
             self.notes.tell(&place, "it moves; it stands where it is when its shutter opens");
@@ -84,6 +82,20 @@ impl Writer<'_> {
         let index = self.cameras.len() - 1;
         let shown = Map::from_iter([("camera".to_owned(), index.into())]);
         self.node(&camera.name, rigid, shown, &place)
+    }
+
+    /// A camera whose place depends on the surfaces, at its place.
+    fn placed(&self, camera: &Camera) -> Camera {
+        if camera.placement == Placement::Node {
+            return camera.clone();
+        }
+        let mut placed = camera.clone();
+        let extent = framing::surface_extent(self.scene, Some(camera.shutter));
+        let half = framing::place(&mut placed, framing::half_extent(camera), extent);
+        if let Projection::Orthographic { half_width, half_height } = &mut placed.projection {
+            [*half_width, *half_height] = half;
+        }
+        placed
     }
 
     /// The lights.

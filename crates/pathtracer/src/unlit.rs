@@ -1,0 +1,34 @@
+//! Scenes whose lights emit nothing.
+
+use pt_scene::{LightKind, Scene};
+
+/// What is said of them; those without lights get that of a studio, or have a note of their own.
+const NOTE: &str = "no light of the scene emits anything: the image will be black. Give it an environment with \
+                    -e FILE.exr, or look at its shape with --integrator normals";
+
+/// The note, if there are lights, and all of them and all materials are black.
+pub(crate) fn note(scene: &Scene) -> Option<String> {
+    let is_unlit = !scene.lights.is_empty()
+        && scene.lights.iter().all(|light| is_black(&light.kind))
+        && scene.materials.iter().all(|material| material.emission == [0.0; 3].into())
+        && scene.media.is_empty();
+    is_unlit.then(|| NOTE.to_owned())
+}
+
+/// Whether a light is known to emit nothing; images and the sun of a day are not looked at.
+fn is_black(light: &LightKind) -> bool {
+    match light {
+        LightKind::Hemisphere { radiance }
+        | LightKind::Constant { radiance, .. }
+        | LightKind::Area { radiance } => *radiance == [0.0; 3],
+        LightKind::Directional { irradiance } | LightKind::DistantDisk { irradiance, .. } => {
+            *irradiance == [0.0; 3]
+        }
+        LightKind::Point { intensity }
+        | LightKind::Spot { intensity, .. }
+        | LightKind::LinearSpot { intensity, .. } => *intensity == [0.0; 3],
+        LightKind::Environment { scale, .. } => *scale == 0.0,
+        LightKind::Ies { scale, .. } => *scale == [0.0; 3],
+        LightKind::Daylight(_) => false,
+    }
+}

@@ -1,0 +1,254 @@
+//! Whether the camera sees anything of a scene.
+//!
+//! A grid of rays through the image, and 26 more all around, tell three kinds of cameras that are likely to be
+//! misplaced:
+//!
+//! 1. No ray of the image finds a surface or light of the sky, and no vertex lies in view.
+//! 2. At least half of the rays of the image go down, and find nothing, from a camera at or below the
+//!    underside of all surfaces, or between them; unless all surfaces lie in view, as of an object
+//!    before a black ground. Where the sky is seen, nothing is missed.
+//! 3. All rays, also those all around, find one and the same opaque object, which does not emit light,
+//!    and no lamp is in the box around it: the camera is inside of it, in the dark.
+//!
+//! Up is that axis of the world which is closest to the up of the camera.
+
+use pt_bvh::Hit;
+use pt_core::RenderScene;
+use pt_core::camera::{Camera, Projection};
+use pt_cpu::Tracer;
+use pt_math::{Bounds3, DVec3, Ray, Vec3};
+use pt_scene::{LightKind, Object, Scalar, Scene, Surface, framing};
+
+/// Columns and rows of the grid.
+const GRID: [u32; 2] = [24, 16];
+/// Share of the height of all surfaces by which a camera may stand above their underside.
+const UNDERSIDE: f32 = 0.01;
+/// Most surfaces in a row that a ray goes through because they are not there.
+const MOST_HOLES: usize = 64;
+/// What helps.
+const ADVICE: &str = "--camera fit shows all surfaces";
+
+/// What the user should know about where the camera stands.
+pub(crate) fn note(scene: &Scene, compiled: &RenderScene) -> Option<String> {
+    let bounds = compiled.bounds();
+    if bounds.is_empty() || !compiled.media.is_empty() {
+        return None; // Media are seen, and what is in them may be hidden.
+    }
+    let camera = compiled.camera_at(0.0);
+    let rays = through_image(&camera);
+    let seen = found(compiled, &rays);
+    let up = nearest_axis(camera.up);
+    let is_void = |i: usize| matches!(seen[i], Seen::Nothing);
+    let void = (0..seen.len()).filter(|i| is_void(*i)).count();
+    let void_below =
+        (0..seen.len()).filter(|i| is_void(*i) && rays[*i].direction.dot(up) < 0.0).count();
+    if void == seen.len() && !may_see(compiled, &camera) {
+        return Some(format!("the camera sees nothing of the scene: {ADVICE}"));
+    }
+    let is_low = height(camera.position, up) <= underside(&bounds, up);
+    let at = camera.position;
+    let is_between = bounds.min.cmple(at).all() && at.cmple(bounds.max).all();
+    if 2 * void_below >= seen.len() && (is_low || is_between) && !shows_all(&camera, &bounds) {
+        let place = if is_low { "at the underside of" } else { "between" };
+        return Some(format!(
+            "the camera stands {place} the surfaces, and at least half of what it looks at is empty: {ADVICE}"
+        ));
+    }
+    let object = inside_of(scene, compiled, &camera, &seen)?;
+    Some(format!(
+        "the camera stands inside of {}, where no light gets: {ADVICE}",
+        if object.name.is_empty() {
+            "an object".to_owned()
+        } else {
+            format!("\"{}\"", object.name)
+        }
+    ))
+}
+
+/// What a ray finds.
+#[derive(Clone, Copy, PartialEq)]
+enum Seen {
+    /// Neither a surface nor light.
+    Nothing,
+    Sky,
+    /// A surface of the object of this number.
+    Object(u32),
+}
+
+fn through_image(camera: &Camera) -> Vec<Ray> {
+    let [columns, rows] = GRID;
+    let cell = [0, 1].map(|i| camera.resolution[i] as f32 / GRID[i] as f32);
+    let at = |i: u32| [(i % columns) as f32 + 0.5, (i / columns) as f32 + 0.5];
+    let at = (0..columns * rows).map(at);
+    at.map(|[x, y]| camera.ray([x * cell[0], y * cell[1]], [0.0; 2])).collect()
+}
+
+fn found(scene: &RenderScene, rays: &[Ray]) -> Vec<Seen> {
+    let mut tracer = Tracer::new(scene, false);
+    let mut rays = rays.to_vec();
+    let mut hits = Vec::new();
+    let mut seen = vec![Seen::Nothing; rays.len()];
+    let mut open: Vec<usize> = (0..rays.len()).collect();
+    for _ in 0..MOST_HOLES {
+        let batch: Vec<_> = open.iter().map(|&i| rays[i]).collect();
+        tracer.intersect(&batch, |_| 0.0, &mut hits);
+        open = open
+            .iter()
+            .zip(&hits)
+            .filter_map(|(&i, hit)| {
+                let hole = look(scene, &rays[i], hit.as_ref(), &mut seen[i])?;
+                rays[i].t_min = hole.t.next_up();
+                Some(i)
+            })
+            .collect();
+        if open.is_empty() {
+            break;
+        }
+    }
+    seen
+}
+
+/// Notes what a ray finds; returns the hit if the surface is not there.
+fn look<'h>(
+    scene: &RenderScene,
+    ray: &Ray,
+    hit: Option<&'h Hit>,
+    seen: &mut Seen,
+) -> Option<&'h Hit> {
+    match hit {
+        None => {
+            let light = scene.sky(ray.origin, ray.direction, &scene.skies);
+            *seen = if light.is_black() { Seen::Nothing } else { Seen::Sky };
+            None
+        }
+        Some(hit) if scene.has_holes && scene.opacity(ray, hit, 0.0) <= 0.0 => Some(hit),
+        Some(hit) => {
+            *seen = Seen::Object(scene.object(hit.primitive));
+            None
+        }
+    }
+}
+
+fn nearest_axis(up: Vec3) -> Vec3 {
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| axis * up.dot(axis).signum());
+    axes.into_iter().max_by(|a, b| up.dot(*a).total_cmp(&up.dot(*b))).unwrap_or(Vec3::Y)
+}
+
+fn height(p: Vec3, up: Vec3) -> f32 {
+    p.dot(up)
+}
+
+/// The height up to which a camera is at the underside of a box.
+fn underside(bounds: &Bounds3, up: Vec3) -> f32 {
+    let [a, b] = [bounds.min, bounds.max].map(|corner| height(corner, up));
+    a.min(b) + UNDERSIDE * (b - a).abs()
+}
+
+/// Whether all of a box is in the image, as far as its corners tell.
+fn shows_all(camera: &Camera, bounds: &Bounds3) -> bool {
+    let [a, b] = [bounds.min, bounds.max];
+    let corners = (0..8u32).map(|i| {
+        let at = |axis: usize| if i >> axis & 1 == 0 { a[axis] } else { b[axis] };
+        Vec3::new(at(0), at(1), at(2))
+    });
+    corners.into_iter().all(|corner| is_in_view(camera, corner))
+}
+
+/// Whether a point is in the image, if nothing is before it.
+fn is_in_view(camera: &Camera, p: Vec3) -> bool {
+    let to = p - camera.position;
+    let depth = to.dot(camera.forward);
+    let [x, y] = [to.dot(camera.right), to.dot(camera.up)];
+    let scale = match camera.projection {
+        Projection::Panorama => return true,
+        Projection::Orthographic => 1.0,
+        Projection::Perspective => depth,
+    };
+    let place = [x / camera.half_extent[0], -y / camera.half_extent[1]];
+    // The middle of the view may be beside that of the image.
+    let is_on_film = |i: usize| {
+        let size = camera.resolution[i] as f32;
+        let pixel = camera.principal_point[i] + place[i] / scale * 0.5 * size;
+        (0.0..=size).contains(&pixel)
+    };
+    depth > 0.0 && depth <= camera.far && is_on_film(0) && is_on_film(1)
+}
+
+/// Whether something too small for the grid may be in view.
+fn may_see(scene: &RenderScene, camera: &Camera) -> bool {
+    let shapes = &scene.shapes;
+    let corners = shapes.triangles.iter().flatten().map(|&i| shapes.positions[i as usize]);
+    let boxes = scene.placed.iter().flat_map(|placed| placed.boxes());
+    corners
+        .chain(shapes.spheres.iter().map(|sphere| sphere.center))
+        .chain(boxes.map(|placed| placed.center()))
+        .any(|p| is_in_view(camera, p))
+}
+
+/// The dark object that the camera is inside of.
+fn inside_of<'s>(
+    scene: &'s Scene,
+    compiled: &RenderScene,
+    camera: &Camera,
+    seen: &[Seen],
+) -> Option<&'s Object> {
+    let Some(Seen::Object(number)) = seen.first().copied() else { return None };
+    let is_same = |seen: &[Seen]| seen.iter().all(|seen| *seen == Seen::Object(number));
+    let object = scene.objects.get(number as usize)?;
+    let surrounds = || is_same(&found(compiled, &all_around(camera.position)));
+    (is_same(seen) && is_dark(scene, object) && surrounds()).then_some(object)
+}
+
+/// Rays to the corners, edges and sides of a cube.
+fn all_around(origin: Vec3) -> Vec<Ray> {
+    let step = |i: u32| (i % 3) as f32 - 1.0;
+    let towards = |i: u32| Vec3::new(step(i), step(i / 3), step(i / 9));
+    let directions = (0..27).map(towards).filter_map(Vec3::try_normalize);
+    directions.map(|direction| Ray::new(origin, direction)).collect()
+}
+
+/// Whether an object lets no light through, emits none, and has no lamp in the box around it.
+fn is_dark(scene: &Scene, object: &Object) -> bool {
+    let mut materials = object.materials.iter().flatten().map(|&m| &scene.materials[m as usize]);
+    let is_opaque = materials.all(|material| {
+        let scatters_back = matches!(
+            material.surface,
+            Surface::Matte(_)
+                | Surface::RoughDiffuse(_)
+                | Surface::Mirror(_)
+                | Surface::Conductor(_)
+                | Surface::Plastic(_)
+                | Surface::Black(_)
+        );
+        let emits = material.emission != [0.0; 3].into();
+        scatters_back && !emits && material.opacity == Scalar::Value(1.0)
+    });
+    let alone = |object: &Object| {
+        let scene = Scene { objects: vec![object.clone()], ..Scene::default() };
+        framing::surface_extent(&scene, None)
+    };
+    let Some([low, high]) = alone(object).filter(|_| is_opaque) else { return false };
+    let lamps = scene.lights.iter().filter(|light| is_local(&light.kind));
+    let mut places = lamps.map(|light| light.to_world.translation);
+    let emits = |object: &&Object| {
+        let mut materials = object.materials.iter().flatten();
+        materials.any(|&m| scene.materials[m as usize].emission != [0.0; 3].into())
+    };
+    let mut lit = scene.objects.iter().filter(emits).filter_map(alone);
+    let is_inside = |p: DVec3| low.cmple(p).all() && p.cmple(high).all();
+    let meets = |[from, to]: framing::Extent| low.cmple(to).all() && from.cmple(high).all();
+    !places.any(is_inside) && !lit.any(meets)
+}
+
+/// Whether a light is somewhere, and not all around or far away.
+fn is_local(light: &LightKind) -> bool {
+    !matches!(
+        light,
+        LightKind::Hemisphere { .. }
+            | LightKind::Constant { .. }
+            | LightKind::Environment { .. }
+            | LightKind::Directional { .. }
+            | LightKind::DistantDisk { .. }
+            | LightKind::Daylight(_)
+    )
+}

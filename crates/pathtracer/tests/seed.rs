@@ -1,0 +1,277 @@
+//! What a report on the course's program renders, against a second path tracer.
+//!
+//! [`pt_testing::course`] has the scenes, both as COLLADA and as its own, and the second path tracer,
+//! which shares nothing with ours. Of each figure of the report, its options are rendered by both, in
+//! the course's mode and at the size of the report, and the means of blocks of 120 × 120 pixels agree
+//! within what their standard errors allow. Ours come from the variance between four renders with other
+//! seeds, those of the second one from its samples, which are spread over the block.
+
+use std::path::{Path, PathBuf};
+
+use pathtracer::{
+    Adaptive, CompileOptions, DirectLight, FORMATS, LoadOptions, Region, Roulette, SamplerKind,
+    Scene, Session, Settings, Silent,
+};
+use pt_math::DVec3;
+use pt_testing::Random;
+use pt_testing::course::{Content, Eye, Plan, Room, World, unit};
+
+const SIZE: [u32; 2] = [480, 360];
+const BLOCK: u32 = 120;
+const RENDERS: u32 = 4;
+/// Of normally distributed means of 12 blocks in three channels and 30 pictures, one in a million is
+/// this far off; four renders know their variance to a factor, so that it is doubled.
+const STANDARD_ERRORS: f64 = 6.0;
+
+fn scene(room: &Room) -> Scene {
+    let format = FORMATS.iter().find(|format| format.extensions.contains(&"dae")).unwrap();
+    let text = room.collada();
+    let scene = format.parse(text.as_bytes(), Path::new("room.dae"), &LoadOptions::default());
+    let scene = scene.unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(scene.warnings, []);
+    scene
+}
+
+/// A room in both programs.
+struct Both {
+    world: World,
+    eye: Eye,
+    scene: Scene,
+}
+
+impl Both {
+    fn new(content: Content) -> Self {
+        let room = Room::new(content);
+        let world = room.world();
+        let (ahead, x_fov, aspect) = room.camera();
+        let eye = Eye::of_course(&world, ahead, x_fov, aspect, SIZE);
+        Self { world, eye, scene: scene(&room) }
+    }
+
+    fn session(&self, settings: Settings) -> Session {
+        let options =
+            CompileOptions { resolution: Some(SIZE), course: true, ..CompileOptions::default() };
+        Session::new(&self.scene, options, settings).expect("a scene that can be rendered")
+    }
+
+    /// Means of the blocks, and their variances, of ours.
+    fn ours(&self, settings: &Settings) -> Vec<[DVec3; 2]> {
+        let means: Vec<_> = (0..RENDERS)
+            .map(|seed| {
+                let mut session = self.session(Settings { seed, ..settings.clone() });
+                session.render(0, 32, &Silent).expect("it renders");
+                assert_eq!(session.film().rejections().count(), 0);
+                let image = session.image();
+                let at = |x: u32, y: u32| image.pixels[(y * SIZE[0] + x) as usize];
+                blocks()
+                    .map(|block| mean(block, |x, y| DVec3::from(at(x, y).map(f64::from))))
+                    .collect()
+            })
+            .collect();
+        let of_block = |i: usize| statistics(means.iter().map(|means: &Vec<DVec3>| means[i]));
+        (0..blocks().count()).map(of_block).collect()
+    }
+
+    /// Compares pictures of light by these options.
+    fn check(&self, what: &str, settings: &Settings, plan: Plan, samples: u32) {
+        let means = theirs(samples, |at, r| self.world.radiance(&self.eye, at, &plan, r));
+        assert_equal(what, &self.ours(settings), &means);
+    }
+}
+
+/// The same of the second path tracer, from so many samples of each block.
+fn theirs(samples: u32, sample: impl Fn([f64; 2], &mut Random) -> DVec3) -> Vec<[DVec3; 2]> {
+    let mut random = Random::new(7);
+    let size = SIZE.map(f64::from);
+    let each = |[x, y]: [u32; 2]| {
+        let values = (0..samples).map(|_| {
+            let at = [x, y].map(|c| f64::from(c) + f64::from(BLOCK) * unit(&mut random));
+            sample([at[0] / size[0], 1.0 - at[1] / size[1]], &mut random)
+        });
+        statistics(values.collect::<Vec<_>>().into_iter())
+    };
+    blocks().map(each).collect()
+}
+
+/// The upper left corners of all blocks.
+fn blocks() -> impl Iterator<Item = [u32; 2]> {
+    let columns = SIZE[0] / BLOCK;
+    (0..columns * (SIZE[1] / BLOCK)).map(move |i| [i % columns * BLOCK, i / columns * BLOCK])
+}
+
+fn mean([x0, y0]: [u32; 2], pixel: impl Fn(u32, u32) -> DVec3) -> DVec3 {
+    let sum: DVec3 = (0..BLOCK * BLOCK).map(|i| pixel(x0 + i % BLOCK, y0 + i / BLOCK)).sum();
+    sum / f64::from(BLOCK * BLOCK)
+}
+
+/// The mean, and its variance.
+fn statistics(values: impl ExactSizeIterator<Item = DVec3>) -> [DVec3; 2] {
+    let n = values.len() as f64;
+    let (s1, s2) = values.fold((DVec3::ZERO, DVec3::ZERO), |(a, b), v| (a + v, b + v * v));
+    let mean = s1 / n;
+    [mean, ((s2 / n - mean * mean) / (n - 1.0)).max(DVec3::ZERO)]
+}
+
+fn assert_equal(what: &str, ours: &[[DVec3; 2]], theirs: &[[DVec3; 2]]) {
+    let mut worst = 0.0_f64;
+    for (i, ([a, va], [b, vb])) in ours.iter().zip(theirs).enumerate() {
+        for c in 0..3 {
+            let error = (2.0 * va[c] + vb[c]).sqrt();
+            let off = (a[c] - b[c]).abs();
+            worst = worst.max(off / (error + 1e-9));
+            assert!(
+                off <= STANDARD_ERRORS * error + 1e-6,
+                "{what}: block {i} is {a} for {b}, {} standard errors",
+                off / error
+            );
+        }
+    }
+    let total = |all: &[[DVec3; 2]]| all.iter().map(|[mean, _]| mean.y).sum::<f64>();
+    println!(
+        "{what}: {:.5} of theirs, at most {worst:.1} standard errors",
+        total(ours) / total(theirs)
+    );
+}
+
+/// The settings of the course's mode, and its plan.
+fn options(light_samples: u32, depth: u32, hemisphere: bool, spp: u32) -> (Settings, Plan) {
+    let direct = if hemisphere { DirectLight::UniformHemisphere } else { DirectLight::Light };
+    let settings = Settings {
+        integrator: "cs184".into(),
+        roulette: Roulette::Fixed(0.65),
+        max_depth: depth,
+        light_samples,
+        direct,
+        spp,
+        ..Settings::default()
+    };
+    (settings, Plan { depth, light_samples, hemisphere, accumulate: true })
+}
+
+/// Figure 5: a mesh in direct light by 1, 4 … directions of the hemisphere, and by samples of the light.
+#[test]
+fn direct_light_of_a_mesh() {
+    let both = Both::new(Content::Ring);
+    for hemisphere in [true, false] {
+        for light_samples in [1, 4] {
+            let (settings, plan) = options(light_samples, 1, hemisphere, 1);
+            both.check(&format!("-l {light_samples} -H {hemisphere}"), &settings, plan, 6000);
+        }
+    }
+}
+
+/// Figure 7: direct, indirect and all light of matte balls.
+#[test]
+fn parts_of_light() {
+    let both = Both::new(Content::MatteBalls);
+    let (settings, plan) = options(1, 5, false, 2);
+    both.check("all light", &settings, plan, 6000);
+    for depth in 0..=3 {
+        let (settings, plan) = options(1, depth, false, 2);
+        let settings = Settings {
+            min_bounce: depth,
+            max_bounce: depth,
+            roulette: Roulette::Fixed(1.0),
+            ..settings
+        };
+        let plan = Plan { accumulate: false, ..plan };
+        both.check(&format!("-o 0 -m {depth}"), &settings, plan, 6000);
+    }
+}
+
+/// Figure 8: depths.
+#[test]
+fn depths_of_a_mesh() {
+    let both = Both::new(Content::Ring);
+    for depth in [0, 1, 2, 3, 100] {
+        let (settings, plan) = options(1, depth, true, 1);
+        both.check(&format!("-m {depth} -H"), &settings, plan, 6000);
+    }
+}
+
+/// Assignment 3-2: mirror and glass, at the depths at which light through them appears.
+#[test]
+fn mirror_and_glass() {
+    let both = Both::new(Content::MirrorAndGlass);
+    for depth in [0, 1, 2, 3, 4, 5, 100] {
+        let (settings, plan) = options(1, depth, false, 4);
+        both.check(&format!("-m {depth}"), &settings, plan, 12_000);
+    }
+}
+
+/// Figure 9: the variance of a pixel is inversely proportional to the number of its independent samples,
+/// and so is the mean squared difference of two renders.
+#[test]
+fn samples_per_pixel() {
+    let both = Both::new(Content::MatteBalls);
+    let noise = |spp: u32| {
+        let (settings, _) = options(1, 5, false, spp);
+        let [a, b] = [0, 1].map(|seed| {
+            let sampler = SamplerKind::Independent;
+            let mut session = both.session(Settings { seed, sampler, ..settings.clone() });
+            session.render(0, 32, &Silent).expect("it renders");
+            session.image().pixels
+        });
+        let squares = a.iter().zip(&b).map(|(a, b)| f64::from(a[1] - b[1]).powi(2));
+        squares.sum::<f64>()
+    };
+    let one = noise(1);
+    for spp in [2, 4, 16] {
+        let ratio = f64::from(spp) * noise(spp) / one;
+        assert!((ratio - 1.0).abs() < 0.1, "{spp} samples: {ratio}");
+    }
+}
+
+/// Figure 10: the mean number of samples after which pixels stop.
+#[test]
+fn adaptive_sampling() {
+    const MOST: u32 = 128;
+    const PIXELS: u32 = 250;
+    let both = Both::new(Content::Ring);
+    let (settings, plan) = options(1, 5, false, MOST);
+    let region = Region { x: 180, y: 120, width: BLOCK, height: BLOCK };
+    for (batch, tolerance) in [(16, 0.1), (32, 0.2)] {
+        let adaptive = Some(Adaptive { batch, tolerance });
+        let sampler = SamplerKind::Independent;
+        let mut session = both.session(Settings { adaptive, sampler, ..settings.clone() });
+        session.restrict(region).expect("inside of the image");
+        session.render(0, 32, &Silent).expect("it renders");
+        let count = |x, y| session.film().pixel(region.x + x, region.y + y).count();
+        let ours = (0..BLOCK * BLOCK).map(|i| DVec3::splat(f64::from(count(i % BLOCK, i / BLOCK))));
+        let [ours, our_variance] = statistics(ours.collect::<Vec<_>>().into_iter());
+        let mut random = Random::new(3);
+        let theirs: Vec<_> = (0..PIXELS)
+            .map(|_| {
+                let at = [region.x, region.y].map(|c| c + random.below(BLOCK as usize) as u32);
+                // Rows are counted from below.
+                let at = [at[0], SIZE[1] - 1 - at[1]];
+                let rule = (MOST, batch, f64::from(tolerance));
+                let view = (&both.eye, SIZE);
+                let n = both.world.samples_of_pixel(view, at, &plan, rule, &mut random);
+                DVec3::splat(f64::from(n))
+            })
+            .collect();
+        let [theirs, their_variance] = statistics(theirs.into_iter());
+        let error = (our_variance.x + their_variance.x).sqrt();
+        println!("-a {batch} {tolerance}: {} for {} ± {error}", ours.x, theirs.x);
+        assert!(theirs.x > f64::from(batch) && theirs.x < f64::from(MOST));
+        assert!((ours.x - theirs.x).abs() < 4.0 * error, "{} for {} ± {error}", ours.x, theirs.x);
+    }
+}
+
+/// The files of the repository are those that the rooms write. `PT_WRITE_EXPECTED=1` writes them.
+#[test]
+fn the_files_are_those_of_the_rooms() {
+    let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/course"));
+    for (name, content) in
+        [("matte_balls", Content::MatteBalls), ("mirror_and_glass", Content::MirrorAndGlass)]
+    {
+        let (path, text) = (folder.join(name).with_extension("dae"), Room::new(content).collada());
+        if std::env::var_os("PT_WRITE_EXPECTED").is_some() {
+            std::fs::create_dir_all(&folder).expect("a folder");
+            std::fs::write(&path, &text).expect("a file that can be written");
+        }
+        let found = std::fs::read_to_string(&path).expect("a readable file");
+        assert!(found == text, "{}", path.display());
+    }
+}

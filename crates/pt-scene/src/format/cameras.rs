@@ -1,0 +1,96 @@
+//! Which of the cameras of a file is looked through.
+
+use std::path::Path;
+
+use super::context::Context;
+use super::mesh_file;
+use super::xml::quote;
+use crate::{LoadError, Scene, Warning, spelling};
+
+/// Most cameras that a message lists.
+const MOST_LISTED: usize = 30;
+
+/// The index of the camera that is asked for: by its name or, where none has that, by its number in
+/// the order of the file, from 0.
+///
+/// # Errors
+/// A message that lists the cameras, if none or several are meant.
+pub(super) fn find(wanted: &str, names: &[&str]) -> Result<usize, String> {
+    let named: Vec<_> = (0..names.len()).filter(|i| names[*i] == wanted).collect();
+    let number = wanted.parse::<usize>().ok().filter(|i| *i < names.len());
+    let problem = match (named.as_slice(), number) {
+        ([one], _) => return Ok(*one),
+        ([], Some(number)) => return Ok(number),
+        ([], None) if names.is_empty() => return Err("the scene has no camera".to_owned()),
+        ([], None) => format!("there is no camera {}", quote(wanted)),
+        _ => format!("{} cameras are called {}", named.len(), quote(wanted)),
+    };
+    let hint = match spelling::alike(wanted, names.iter().copied()).first() {
+        Some(name) if named.is_empty() => format!("; did you mean {}?", quote(name)),
+        _ => String::new(),
+    };
+    Err(format!("{problem}{hint}; the scene has {}", list(names)))
+}
+
+/// As in `0 "front", 1 "back"`.
+fn list(names: &[&str]) -> String {
+    let listed = names.iter().enumerate().take(MOST_LISTED);
+    let mut all: Vec<_> = listed.map(|(i, name)| format!("{i} {}", quote(name))).collect();
+    if let Some(more) = names.len().checked_sub(MOST_LISTED).filter(|more| *more > 0) {
+        all.push(format!("{more} more"));
+    }
+    all.join(", ")
+}
+
+/// Sets the camera of a scene that is asked for; where none is and the scene has several, a warning
+/// lists them.
+///
+/// # Errors
+/// If the scene does not have it.
+pub(super) fn choose(scene: &mut Scene, path: &Path, context: &Context) -> Result<(), LoadError> {
+    let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    if let Some(wanted) = &context.options().camera {
+        let message = |message: String| mesh_file::error(path, 0, format!("--camera: {message}"));
+        let index = find(wanted, &names).map_err(message)?;
+        scene.used_camera = (names.len() > 1).then_some(index as u32);
+    } else if let (Some(used), true) = (scene.camera(), names.len() > 1) {
+        let message = format!(
+            "the scene has {} cameras: {}; {} is used, --camera NAME or NUMBER takes another",
+            names.len(),
+            list(&names),
+            quote(&used.name),
+        );
+        scene.warnings.push(Warning { at: mesh_file::place(path, 0), message });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cameras_have_names_and_numbers() {
+        let names = ["front", "1", "side", "side"];
+        assert_eq!(find("front", &names), Ok(0));
+        assert_eq!(find("1", &names), Ok(1), "a name before a number");
+        assert_eq!(find("3", &names), Ok(3));
+        let message = find("frnt", &names).expect_err("no such camera");
+        assert_eq!(
+            message,
+            "there is no camera \"frnt\"; did you mean \"front\"?; the scene has 0 \"front\", 1 \"1\", 2 \"side\", \
+             3 \"side\""
+        );
+        assert!(find("4", &names).is_err() && find("-1", &names).is_err());
+        assert!(
+            find("side", &names).expect_err("two").starts_with("2 cameras are called \"side\"")
+        );
+        assert_eq!(find("0", &[]), Err("the scene has no camera".to_owned()));
+    }
+
+    #[test]
+    fn long_lists_are_cut_off() {
+        let names = ["c"; MOST_LISTED + 12];
+        assert!(list(&names).ends_with("29 \"c\", 12 more"));
+    }
+}

@@ -1,0 +1,285 @@
+//! A path tracer after the handout of the course CS184, assignments 3-1 and 3-2: slow, short, and
+//! without a line of the renderer's, so that a flaw there cannot hide here.
+//!
+//! It has its own camera, intersections, tree, random choices, estimators and adaptive sampling, all
+//! in double precision. What is peculiar to the course is kept: an area light counts times the
+//! distance to it, its emission is not found by scattered rays, mirrors and glass have no direct
+//! light, and Russian roulette goes on with one fixed probability from the second indirect bounce.
+
+mod scene;
+mod tree;
+
+use std::f64::consts::PI;
+
+use pt_math::DVec3;
+
+use crate::Random;
+pub use scene::{Content, Room};
+use tree::Tree;
+
+/// Rays begin so far from where they start, and shadow rays end so far before the light.
+const EPSILON: f64 = 1e-5;
+/// The probability with which paths go on. The mean does not depend on it.
+const GOES_ON: f64 = 0.65;
+
+/// How a surface scatters or emits.
+#[derive(Clone, Copy, Debug)]
+pub enum Material {
+    /// Reflects this share of light, the same in all directions.
+    Diffuse(DVec3),
+    /// Emits this radiance on both sides, and reflects nothing.
+    Emission(DVec3),
+    /// Reflects all light as a mirror does.
+    Mirror,
+    /// Lets all light through or reflects it; this is its index of refraction.
+    Glass(f64),
+}
+
+/// What a ray can meet.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// A sphere: middle and radius.
+    Ball(DVec3, f64),
+    /// A triangle: corners, and the normals there.
+    Triangle([DVec3; 3], [DVec3; 3]),
+}
+
+/// A square light, which emits towards −`along`: its middle, its two edges and its radiance.
+#[derive(Clone, Copy, Debug)]
+pub struct AreaLight {
+    middle: DVec3,
+    edges: [DVec3; 2],
+    along: DVec3,
+    radiance: DVec3,
+}
+
+/// All that is there.
+pub struct World {
+    shapes: Vec<(Shape, Material)>,
+    lights: Vec<AreaLight>,
+    tree: Tree,
+}
+
+/// A point on a surface.
+struct Hit {
+    p: DVec3,
+    normal: DVec3,
+    material: Material,
+}
+
+/// A camera without a lens.
+pub struct Eye {
+    position: DVec3,
+    right: DVec3,
+    up: DVec3,
+    back: DVec3,
+    /// Half of the width and height of what it sees at distance 1.
+    half: [f64; 2],
+}
+
+/// What is asked for: the options of the course's program.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan {
+    /// Most interactions with surfaces: `-m`.
+    pub depth: u32,
+    /// Samples of each light: `-l`.
+    pub light_samples: u32,
+    /// Direct light by directions of the hemisphere: `-H`.
+    pub hemisphere: bool,
+    /// Light of up to `depth` interactions, or of no fewer: `-o`.
+    pub accumulate: bool,
+}
+
+impl Eye {
+    /// A camera of a file whose point one unit in front is `ahead`, seen from the origin, and whose
+    /// field of view is `x_fov` degrees wide, for an image of this size.
+    pub fn of_course(world: &World, ahead: DVec3, x_fov: f64, aspect: f64, size: [u32; 2]) -> Self {
+        let [low, high] = world.tree.bounds();
+        let (target, distance) = (0.5 * (low + high), 1.5 * (high - low).length());
+        let d = ahead.normalize();
+        let (phi, theta) = (libm::acos(d.y), libm::atan2(d.x, d.z));
+        let back = DVec3::new(
+            libm::sin(phi) * libm::sin(theta),
+            libm::cos(phi),
+            libm::sin(phi) * libm::cos(theta),
+        );
+        let right = DVec3::Y.cross(back).normalize();
+        // Fitted to a window of 800 × 600, whose pixels keep their size.
+        let half_width = libm::tan(0.5 * x_fov.to_radians());
+        let half_height = (half_width / aspect).max(half_width * 0.75);
+        let pixel = half_height / 300.0;
+        Self {
+            position: target + distance * back,
+            right,
+            up: back.cross(right),
+            back,
+            half: size.map(|n| 0.5 * f64::from(n) * pixel),
+        }
+    }
+
+    /// The direction of the ray through a point of [0, 1]², (0, 0) being the lower left.
+    fn towards(&self, [x, y]: [f64; 2]) -> DVec3 {
+        let at = [(2.0 * x - 1.0) * self.half[0], (2.0 * y - 1.0) * self.half[1]];
+        (at[0] * self.right + at[1] * self.up - self.back).normalize()
+    }
+}
+
+impl World {
+    fn new(shapes: Vec<(Shape, Material)>, lights: Vec<AreaLight>) -> Self {
+        let tree = Tree::new(&shapes);
+        Self { shapes, lights, tree }
+    }
+
+    /// The nearest surface along a ray.
+    fn hit(&self, origin: DVec3, d: DVec3, most: f64) -> Option<Hit> {
+        let (index, t, normal) = self.tree.nearest(&self.shapes, origin, d, EPSILON, most)?;
+        Some(Hit { p: origin + t * d, normal, material: self.shapes[index].1 })
+    }
+
+    /// A sample of the radiance that the camera sees through a point of its image.
+    pub fn radiance(&self, eye: &Eye, at: [f64; 2], plan: &Plan, random: &mut Random) -> DVec3 {
+        let d = eye.towards(at);
+        let Some(hit) = self.hit(eye.position, d, f64::INFINITY) else { return DVec3::ZERO };
+        let zero = if plan.accumulate || plan.depth == 0 { emission(&hit) } else { DVec3::ZERO };
+        let more = plan.depth > 0;
+        zero + if more { self.bounced(&hit, -d, plan.depth, plan, random) } else { DVec3::ZERO }
+    }
+
+    /// Light that is scattered at least once, with `depth` interactions left.
+    fn bounced(&self, hit: &Hit, wo: DVec3, depth: u32, plan: &Plan, r: &mut Random) -> DVec3 {
+        let counts = plan.accumulate || depth == 1;
+        if let Some((wi, weight)) = scattered_sharply(hit, wo, r) {
+            let Some(next) = self.hit(hit.p, wi, f64::INFINITY) else { return DVec3::ZERO };
+            let seen = if counts { emission(&next) } else { DVec3::ZERO };
+            let more = depth > 1;
+            return weight
+                * (seen
+                    + if more {
+                        self.bounced(&next, -wi, depth - 1, plan, r)
+                    } else {
+                        DVec3::ZERO
+                    });
+        }
+        let Material::Diffuse(albedo) = hit.material else { return DVec3::ZERO };
+        let f = albedo / PI;
+        let direct = if !counts {
+            DVec3::ZERO
+        } else if plan.hemisphere {
+            f * self.by_hemisphere(hit, plan, r)
+        } else {
+            f * self.by_lights(hit, plan, r)
+        };
+        // The first indirect bounce is always traced.
+        let goes_on = if depth == plan.depth || !plan.accumulate { 1.0 } else { GOES_ON };
+        if depth <= 1 || unit(r) >= goes_on {
+            return direct;
+        }
+        // By the cosine: f cos θ / pdf is the albedo.
+        let (u, phi) = (unit(r), 2.0 * PI * unit(r));
+        let wi = around(hit.normal, u.sqrt(), phi, (1.0 - u).sqrt());
+        let next = self.hit(hit.p, wi, f64::INFINITY);
+        let indirect = next.map_or(DVec3::ZERO, |n| self.bounced(&n, -wi, depth - 1, plan, r));
+        direct + albedo * indirect / goes_on
+    }
+
+    /// Irradiance by points on the lights.
+    fn by_lights(&self, hit: &Hit, plan: &Plan, r: &mut Random) -> DVec3 {
+        let n = plan.light_samples;
+        let mut sum = DVec3::ZERO;
+        for light in &self.lights {
+            for _ in 0..n {
+                let [a, b] = light.edges;
+                let to = light.middle + (unit(r) - 0.5) * a + (unit(r) - 0.5) * b - hit.p;
+                let (distance, area) = (to.length(), a.cross(b).length());
+                let d = to / distance;
+                let cosines = [d.dot(hit.normal.normalize()), d.dot(light.along)];
+                let is_lit = cosines.iter().all(|cos| *cos > 0.0);
+                if is_lit && self.hit(hit.p, d, distance - EPSILON).is_none() {
+                    // The density lacks one division by the distance.
+                    sum += light.radiance * (cosines[0] * cosines[1] * area / distance);
+                }
+            }
+        }
+        sum / f64::from(n)
+    }
+
+    /// Irradiance by uniform directions.
+    fn by_hemisphere(&self, hit: &Hit, plan: &Plan, r: &mut Random) -> DVec3 {
+        let n = plan.light_samples * self.lights.len() as u32;
+        let sum: DVec3 = (0..n)
+            .map(|_| {
+                let cos = unit(r);
+                let d = around(hit.normal, (1.0 - cos * cos).sqrt(), 2.0 * PI * unit(r), cos);
+                let seen = self.hit(hit.p, d, f64::INFINITY);
+                seen.map_or(DVec3::ZERO, |seen| emission(&seen) * cos * 2.0 * PI)
+            })
+            .sum();
+        sum / f64::from(n)
+    }
+
+    /// The number of samples after which a pixel stops, of which there are at most `most`: every
+    /// `batch` samples, if 1.96 standard errors of its mean luminance are within `tolerance` of it.
+    pub fn samples_of_pixel(
+        &self,
+        (eye, size): (&Eye, [u32; 2]),
+        [x, y]: [u32; 2],
+        plan: &Plan,
+        (most, batch, tolerance): (u32, u32, f64),
+        random: &mut Random,
+    ) -> u32 {
+        let (mut s1, mut s2) = (0.0, 0.0);
+        for n in 1..=most {
+            let at = [f64::from(x) + unit(random), f64::from(y) + unit(random)];
+            let at = [at[0] / f64::from(size[0]), at[1] / f64::from(size[1])];
+            let l = self.radiance(eye, at, plan, random).dot(DVec3::new(0.2126, 0.7152, 0.0722));
+            (s1, s2) = (s1 + l, s2 + l * l);
+            if n % batch == 0 {
+                let count = f64::from(n);
+                let mean = s1 / count;
+                let variance = ((s2 - s1 * s1 / count) / (count - 1.0)).max(0.0);
+                if 1.96 * (variance / count).sqrt() <= tolerance * mean {
+                    return n;
+                }
+            }
+        }
+        most
+    }
+}
+
+/// What a surface emits.
+fn emission(hit: &Hit) -> DVec3 {
+    if let Material::Emission(radiance) = hit.material { radiance } else { DVec3::ZERO }
+}
+
+/// The direction in which a mirror or glass scatters light, and its weight.
+fn scattered_sharply(hit: &Hit, wo: DVec3, random: &mut Random) -> Option<(DVec3, f64)> {
+    let n = hit.normal.normalize();
+    let reflected = 2.0 * wo.dot(n) * n - wo;
+    let ior = match hit.material {
+        Material::Mirror => return Some((reflected, 1.0)),
+        Material::Glass(ior) => ior,
+        _ => return None,
+    };
+    let cos = wo.dot(n);
+    let eta = if cos > 0.0 { 1.0 / ior } else { ior };
+    let cos2_refracted = 1.0 - eta * eta * (1.0 - cos * cos);
+    let r0 = ((1.0 - ior) / (1.0 + ior)).powi(2);
+    let schlick = r0 + (1.0 - r0) * (1.0 - cos.abs()).powi(5);
+    if cos2_refracted < 0.0 || unit(random) < schlick {
+        return Some((reflected, 1.0));
+    }
+    let refracted = -eta * (wo - cos * n) - cos.signum() * cos2_refracted.sqrt() * n;
+    Some((refracted, 1.0 / (eta * eta)))
+}
+
+/// The direction with these coordinates about a normal.
+fn around(normal: DVec3, sin: f64, phi: f64, cos: f64) -> DVec3 {
+    let z = normal.normalize();
+    let x = if z.x.abs() < 0.5 { DVec3::X } else { DVec3::Y }.cross(z).normalize();
+    sin * libm::cos(phi) * x + sin * libm::sin(phi) * z.cross(x) + cos * z
+}
+
+/// Uniform in [0, 1).
+pub fn unit(random: &mut Random) -> f64 {
+    (random.bits() >> 11) as f64 * (0.5_f64).powi(53)
+}
