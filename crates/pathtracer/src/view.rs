@@ -6,7 +6,7 @@
 //! 1. No ray of the image finds a surface or light of the sky, and no vertex lies in view.
 //! 2. At least half of the rays of the image go down, and find nothing, from a camera at or below the
 //!    underside of all surfaces, or between them; unless all surfaces lie in view, as of an object
-//!    before a black ground. Where the sky is seen, nothing is missed.
+//!    before a black ground, and not only above the camera. Where the sky is seen, nothing is missed.
 //! 3. All rays, also those all around, find one and the same opaque object, which does not emit light,
 //!    and no lamp is in the box around it: the camera is inside of it, in the dark.
 //!
@@ -40,15 +40,17 @@ pub(crate) fn note(scene: &Scene, compiled: &RenderScene) -> Option<String> {
     let up = nearest_axis(camera.up);
     let is_void = |i: usize| matches!(seen[i], Seen::Nothing);
     let void = (0..seen.len()).filter(|i| is_void(*i)).count();
-    let void_below =
-        (0..seen.len()).filter(|i| is_void(*i) && rays[*i].direction.dot(up) < 0.0).count();
+    let below: Vec<_> = (0..seen.len()).filter(|i| rays[*i].direction.dot(up) < 0.0).collect();
+    let void_below = below.iter().filter(|i| is_void(**i)).count();
     if void == seen.len() && !may_see(compiled, &camera) {
         return Some(format!("the camera sees nothing of the scene: {ADVICE}"));
     }
     let is_low = height(camera.position, up) <= underside(&bounds, up);
     let at = camera.position;
     let is_between = bounds.min.cmple(at).all() && at.cmple(bounds.max).all();
-    if 2 * void_below >= seen.len() && (is_low || is_between) && !shows_all(&camera, &bounds) {
+    let is_above = void_below == below.len() && void < seen.len();
+    let is_whole = shows_all(&camera, &bounds) && !is_above;
+    if 2 * void_below >= seen.len() && (is_low || is_between) && !is_whole {
         let place = if is_low { "at the underside of" } else { "between" };
         return Some(format!(
             "the camera stands {place} the surfaces, and at least half of what it looks at is empty: {ADVICE}"

@@ -545,18 +545,37 @@ mod tests {
         assert!((real / wide - 1.0).abs() < 1e-5, "{real} {wide}");
     }
 
-    #[test]
-    fn skies_that_make_no_sense_are_refused() {
-        let image = |width, pixel| LightKind::Environment {
-            image: Arc::new(pt_scene::image::Image { width, height: 1, pixels: vec![pixel; 2] }),
+    /// A sky of two equal pixels.
+    fn image(width: u32, pixel: [f32; 3]) -> LightKind {
+        LightKind::Environment {
+            image: Arc::new(Image { width, height: 1, pixels: vec![pixel; 2] }),
             scale: 1.0,
             rows: Rows::default(),
             portal: None,
-        };
+        }
+    }
+
+    /// What is no light is black or the largest number, and a note counts and locates it.
+    #[test]
+    fn values_of_skies_that_are_no_light_are_replaced_and_noted() {
+        let values = [(f32::NAN, 0.0), (-1.0, 0.0), (f32::NEG_INFINITY, 0.0), (f32::INFINITY, 1.0)];
+        for (value, kept) in values {
+            let at = Span::default();
+            let mut notes = Vec::new();
+            let LightKind::Environment { image, .. } = image(2, [value, 1.0, 1.0]) else { return };
+            let light = sky_of(&image, &at, &mut notes);
+            assert_eq!(light.pixels, [[kept, 1.0, 1.0]; 2], "{value}");
+            let wanted = "2 pixels of 2 with values that are no radiance";
+            let is_noted =
+                notes.iter().any(|note| note.contains(wanted) && note.contains("(0, 0)"));
+            assert!(is_noted, "{value}: {notes:?}");
+        }
+    }
+
+    #[test]
+    fn skies_that_make_no_sense_are_refused() {
         let skewed = DAffine3::from_mat3(DMat3::from_cols(DVec3::X, DVec3::ONE, DVec3::Z));
         let cases = [
-            (image(2, [f32::NAN; 3]), DAffine3::IDENTITY, "pixel (0, 0) is [NaN"),
-            (image(2, [-1.0; 3]), DAffine3::IDENTITY, "pixel (0, 0) is [-1.0"),
             (image(3, [1.0; 3]), DAffine3::IDENTITY, "do not make an image of 2 pixels"),
             (image(2, [1.0; 3]), skewed, "may only turn, mirror and scale"),
             (daylight_of([0.0, 1.0, 0.0], 0.5), DAffine3::IDENTITY, "expected 1 to 10"),
