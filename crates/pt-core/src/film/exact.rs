@@ -5,7 +5,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Zeroable)]
 pub struct FixedPoint<const WORDS: usize, const FRACTION: i32>([u64; WORDS]);
 
-/// A sum of `f32` values of at most [`Self::LIMIT`], in steps of 2⁻⁶⁴, between −2¹²⁷ and 2¹²⁷: 2⁷⁹ values do not fill it.
+/// A sum of `f32` values of at most 2⁴⁸, in steps of 2⁻⁶⁴, between −2¹²⁷ and 2¹²⁷: 2⁷⁹ values do not fill it.
 /// A pixel has fewer than 2³² samples, and an image of all pixels that memory holds fewer than 2⁷⁹.
 pub type ExactSum = FixedPoint<3, 64>;
 

@@ -16,7 +16,7 @@ pub enum Fault {
     Infinite,
     /// A channel is negative.
     Negative,
-    /// A channel, or what it counts by the filter, is beyond [`ExactSum::LIMIT`].
+    /// A channel, or what it counts by the filter, is beyond 2⁴⁸.
     TooLarge,
     /// Something that is kept of the surface that it sees is no number, or beyond that limit; its light
     /// may be as it should.
