@@ -68,7 +68,9 @@ def render_theirs(scene, spp, seed):
 def render_ours(arguments, path, resolution, spp, seed):
     image = arguments.output / f"{path.stem}_work.exr"
     size = ["-r", str(resolution), str(resolution), "-s", str(spp), "--seed", str(seed)]
-    command = [arguments.program, path, "-q", *size, "--sampler", "independent", "-f", image]
+    new = ["--restart", "--checkpoint-every", "0"]
+    size += ["--sampler", "independent", "-f", image]
+    command = [arguments.program, path, "-q", *new, *size]
     subprocess.run(command, check=True)
     pixels = np.array(mi.Bitmap(str(image)), dtype=np.float64)
     image.unlink()

@@ -8,9 +8,10 @@ variance of each pixel is known. The criterion, for each scene:
   its noise asks for, shared out so that the fewest are taken, and fails if these are too many;
 * no block of 16 x 16 pixels differs by more than 5.5 standard errors of the difference in
   luminance: of exact images, one of 26 million does;
-* at least 99.5 % of the blocks differ by at most 3 of these standard errors. Of exact images 99.73 % do, so that in few blocks more may be outside
-  by chance: as many as happen with a probability of 0.1 % or less count as chance. Over all scenes
-  of the full size, where blocks are many, the share itself has to be reached.
+* at least 99.5 % of the blocks differ by at most 3 of these standard errors. Of exact images
+  99.73 % do, so that in few blocks more may be outside by chance: as many as happen with a
+  probability of 0.1 % or less count as chance. Over all scenes of the full size, where blocks are
+  many, the share itself has to be reached.
 
 The default sampler of pathtracer is compared likewise, by the standard errors of independent
 samples, which are greater than its own.
@@ -182,7 +183,9 @@ class Program:
 
     def __init__(self, program, path, resolution, folder):
         size = [] if resolution is None else ["-r", str(resolution), str(resolution)]
-        self.command = [program, path, "-q", *size]
+        # Films of an earlier program are not gone on with.
+        new = ["--restart", "--checkpoint-every", "0"]
+        self.command = [program, path, "-q", *new, *size]
         self.image = folder / f"{path.stem}_work.exr"
 
     def render(self, spp, sampler, seed):

@@ -54,6 +54,10 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
         need("clippy", &["clippy", "--version"])
     })?;
     let packages = report.step("packages", |skipped| install(args.allow_skips, skipped))?;
+    let with_oidn = |mut command: Command| {
+        command.envs(packages.oidn.iter().map(|folder| (oidn::VARIABLE, folder)));
+        command
+    };
     report.step("format", |_| {
         succeed(&mut cargo(&["fmt", "--all", "--check"]))?;
         FUZZ.iter().try_for_each(|manifest| {
@@ -69,14 +73,12 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
     })?;
     report.step("unit and integration tests", |skipped| {
         let kinds = ["--lib", "--bins", "--tests", "--examples"];
-        let mut command = cargo(&[&["test", "--workspace"][..], &kinds, SHOW].concat());
-        command.envs(packages.oidn.iter().map(|folder| (oidn::VARIABLE, folder)));
-        tests(command, skipped)
+        tests(with_oidn(cargo(&[&["test", "--workspace"][..], &kinds, SHOW].concat())), skipped)
     })?;
     if shared().is_some() {
         report.step("tests on scenes of others", |skipped| {
             let only = ["--lib", "--bins", "--tests", "--", "--ignored", "--show-output"];
-            tests(cargo(&[&["test", "--workspace"][..], &only].concat()), skipped)
+            tests(with_oidn(cargo(&[&["test", "--workspace"][..], &only].concat())), skipped)
         })?;
     }
     if cfg!(target_arch = "x86_64") {

@@ -196,7 +196,7 @@ fn over_an_even_sky_the_cut_out_is_the_whole_picture() {
     }
 }
 
-/// A square that glows between the camera and a wall: where it is hidden, the picture is that of a camera whose near
+/// A square that emits between the camera and a wall: where it is hidden, the picture is that of a camera whose near
 /// plane is behind it, to the bit.
 #[test]
 fn hidden_emitters_light_what_is_seen_through_them() {

@@ -442,6 +442,23 @@ fn a_texture_is_read_once_for_all_that_refer_to_it() {
     assert_eq!(a.pattern, Pattern::Checkerboard([[1.0, 0.5, 0.0], [0.2; 3]]));
 }
 
+/// Mitsuba 3.9.1, at uv (0.2, 0.2) of a checkerboard of 0.1 and 0.9: `eval` gives 0.1, `eval_1` 0.9.
+#[test]
+fn a_checkerboard_has_its_colours_the_other_way_round_where_it_is_a_number() {
+    let chess = |name: &str| {
+        format!(
+            "<texture type=\"checkerboard\" name=\"{name}\"><float name=\"color0\" value=\"0.1\"/>\
+             <float name=\"color1\" value=\"0.9\"/></texture>"
+        )
+    };
+    let colour = surface(&format!("<bsdf type=\"diffuse\">{}</bsdf>", chess("reflectance")));
+    assert_eq!(texture_of(colour).pattern, Pattern::Checkerboard([[0.1; 3], [0.9; 3]]));
+    let masked = format!("<bsdf type=\"mask\">{}<bsdf type=\"diffuse\"/></bsdf>", chess("opacity"));
+    let scene = read(&format!("<shape type=\"sphere\">{masked}</shape>"));
+    let opacity = scene.materials[0].opacity.texture().expect("a texture").pattern.clone();
+    assert_eq!(opacity, Pattern::Checkerboard([[0.9; 3], [0.1; 3]]));
+}
+
 /// Whole numbers of a file are what they are, not shares, as in Mitsuba.
 #[test]
 fn meshes_show_their_colours() {

@@ -16,6 +16,13 @@ use crate::texture::{Bitmap, Color, Filter, Pattern, Texture, Wrap};
 
 const KINDS: [&str; 3] = ["bitmap", "checkerboard", "mesh_attribute"];
 
+/// A texture as Mitsuba 3.9.1 reads it where a number is expected: its `checkerboard` then has
+/// `color0` in place of `color1` and the other way round.
+pub(super) fn as_number(texture: Arc<Texture>) -> Arc<Texture> {
+    let Pattern::Checkerboard([first, second]) = texture.pattern else { return texture };
+    Arc::new(Texture { pattern: Pattern::Checkerboard([second, first]), ..(*texture).clone() })
+}
+
 /// The textures of a scene, each made once, as are their images.
 pub(super) struct Textures<'t> {
     pub(super) tree: &'t Tree,

@@ -187,7 +187,7 @@ impl Writer<'_> {
         Some([radians(beam).min(outer * (1.0 - 1e-6)), outer])
     }
 
-    /// A square that glows, which is a mesh.
+    /// A square that emits, which is a mesh.
     fn square(&mut self, light: &Light, radiance: [f32; 3]) -> Result<(), String> {
         let material = Material {
             name: light.name.clone(),

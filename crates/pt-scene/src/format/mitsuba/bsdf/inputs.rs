@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::super::super::xml::quote;
 use super::super::object::{Child, Object, Parameters, Role, error};
-use super::super::texture::Textures;
+use super::super::texture::{Textures, as_number};
 use crate::LoadError;
 use crate::texture::{Color, Input, Scalar, Texture};
 
@@ -45,6 +45,11 @@ impl<'a, 't> Inputs<'a, 't> {
         found.map(|(_, index)| self.textures.get(index)).transpose()
     }
 
+    /// The texture of a parameter that is a number.
+    fn number_texture(&mut self, name: &'static str) -> Result<Option<Arc<Texture>>, LoadError> {
+        Ok(self.texture(name)?.map(as_number))
+    }
+
     /// A texture that has to be there: the one of this name, or else the only one.
     pub(super) fn only_texture(&mut self, name: &'static str) -> Result<Arc<Texture>, LoadError> {
         if let Some(texture) = self.texture(name)? {
@@ -69,7 +74,7 @@ impl<'a, 't> Inputs<'a, 't> {
 
     /// A number from 0 to 1.
     pub(super) fn share(&mut self, name: &'static str, default: f64) -> Result<Scalar, LoadError> {
-        if let Some(texture) = self.texture(name)? {
+        if let Some(texture) = self.number_texture(name)? {
             return Ok(Input::Texture(texture));
         }
         let [r, g, b] = self.parameters.color(name, Role::Share, default)?;
@@ -82,7 +87,7 @@ impl<'a, 't> Inputs<'a, 't> {
 
     /// A number from 0 to `most`, 0 by default.
     pub(super) fn number(&mut self, name: &'static str, most: f64) -> Result<Scalar, LoadError> {
-        if let Some(texture) = self.texture(name)? {
+        if let Some(texture) = self.number_texture(name)? {
             return Ok(Input::Texture(texture));
         }
         let value = self.parameters.float(name)?.unwrap_or(0.0);
@@ -99,7 +104,7 @@ impl<'a, 't> Inputs<'a, 't> {
         name: &'static str,
         default: &Scalar,
     ) -> Result<Scalar, LoadError> {
-        if let Some(texture) = self.texture(name)? {
+        if let Some(texture) = self.number_texture(name)? {
             return Ok(Input::Texture(texture));
         }
         if self.parameters.find(name).is_none() {
