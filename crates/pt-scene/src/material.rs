@@ -287,8 +287,9 @@ pub struct Principled {
     /// Whether light that one facet reflects to another is followed on, and so not lost, as in
     /// [`Roughness::multiple_scattering`]; of what goes through, it is lost.
     pub multiple_scattering: bool,
-    /// Whether the base is matte and has the light that the gloss over it leaves to it, so that no light is
-    /// gained; else it is that of Burley, beside which the gloss is. The flatness is that of Burley's base alone.
+    /// Whether coat, sheen, gloss and a matte base each have the light that the layers above leave to them, so that no light is
+    /// gained, and tints only take light away; else all are added up, with Burley's base. The flatness is that of Burley's base
+    /// alone.
     pub layered: bool,
 }
 

@@ -40,7 +40,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         Prepared::Python(python) => python,
         Prepared::Missing(reason) => bail!("{reason}"),
     };
-    compare(&python, args.size, args.scene.as_deref())
+    compare(&python, &build_program()?, args.size, args.scene.as_deref())
 }
 
 /// Makes a virtual environment with Mitsuba in the target folder.
@@ -57,8 +57,12 @@ pub(crate) fn prepare() -> Result<Prepared> {
 ///
 /// # Errors
 /// If the images differ, or one cannot be rendered.
-pub(crate) fn compare(python: &Path, size: Size, scene: Option<&str>) -> Result<()> {
-    let program = build_program()?;
+pub(crate) fn compare(
+    python: &Path,
+    program: &Path,
+    size: Size,
+    scene: Option<&str>,
+) -> Result<()> {
     let size = match size {
         Size::Small => "small",
         Size::Full => "full",
@@ -66,7 +70,7 @@ pub(crate) fn compare(python: &Path, size: Size, scene: Option<&str>) -> Result<
     let run = |script: &str, scenes: &str, scene: Option<&str>| {
         let mut command = Command::new(python);
         command.arg(root().join("crates/xtask/python").join(script));
-        command.arg("--program").arg(&program);
+        command.arg("--program").arg(program);
         command.arg("--scenes").arg(root().join(scenes));
         command.arg("--output").arg(output_folder("peers")?);
         command.args(["--size", size]);

@@ -66,8 +66,22 @@ pub(crate) fn shown(command: &Command) -> String {
 /// If it does not build.
 pub(crate) fn build_program() -> Result<PathBuf> {
     succeed(&mut cargo(&["build", "--quiet", "--release", "--package", "pt-cli"]))?;
+    built("release")
+}
+
+/// The program with overflow checks, which the tests have built but for linking.
+///
+/// # Errors
+/// If it does not build.
+pub(crate) fn build_checked_program() -> Result<PathBuf> {
+    // Of the whole workspace, so that no crate is built again with fewer features.
+    succeed(&mut cargo(&["build", "--quiet", "--workspace", "--bins"]))?;
+    built("debug")
+}
+
+fn built(profile: &str) -> Result<PathBuf> {
     let program =
-        target()?.join("release").join(format!("pathtracer{}", std::env::consts::EXE_SUFFIX));
+        target()?.join(profile).join(format!("pathtracer{}", std::env::consts::EXE_SUFFIX));
     ensure!(program.is_file(), "{} is missing after the build", program.display());
     Ok(program)
 }

@@ -10,7 +10,7 @@ use clap::Args as Arguments;
 
 use crate::oidn;
 use crate::peers::{self, Size};
-use crate::project::{cargo, shared, shown, step, succeed, target};
+use crate::project::{build_checked_program, cargo, shared, shown, step, succeed, target};
 use crate::venv::Prepared;
 
 /// What `cargo xtask test` takes.
@@ -90,7 +90,7 @@ fn steps(args: &Args, report: &mut Report) -> Result<()> {
     report.step("fuzz targets", |_| FUZZ.iter().try_for_each(|manifest| fuzz_target(manifest)))?;
     if let Prepared::Python(python) = &packages.mitsuba {
         report.step("comparison with Mitsuba, small", |_| {
-            peers::compare(python, Size::Small, None)
+            peers::compare(python, &build_checked_program()?, Size::Small, None)
         })?;
     }
     Ok(())

@@ -103,11 +103,7 @@ impl Lobe<'_> for CompensatedConductor {
     }
 
     fn examples() -> Vec<Self> {
-        let tinted = |mut once: RoughConductor| {
-            once.metal.reflectance *= 0.98;
-            Self::new(once)
-        };
-        RoughConductor::examples().into_iter().skip(1).step_by(2).map(tinted).collect()
+        RoughConductor::examples().into_iter().skip(1).step_by(2).map(Self::new).collect()
     }
 }
 

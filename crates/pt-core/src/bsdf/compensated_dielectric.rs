@@ -103,8 +103,6 @@ impl Lobe<'_> for CompensatedDielectric {
     fn examples() -> Vec<Self> {
         let with = |mut once: RoughDielectric, alpha: f32| {
             once.facets.alpha = [alpha; 2];
-            once.reflectance = Spectrum::splat(0.98);
-            once.transmittance = Spectrum::splat(0.98);
             Self { once }
         };
         let all = RoughDielectric::examples();

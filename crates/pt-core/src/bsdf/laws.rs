@@ -1,9 +1,10 @@
 //! Laws that hold for every lobe in `lobes!`. A new lobe is tested without writing a test.
 //!
 //! Here: the methods of a lobe agree with one another. [`physics`]: they agree with nature.
-//! [`numbers`]: whatever they are asked. [`world`]: they do so on surfaces in the world. [`spread`]: for viewers
+//! [`gains`]: layers of light. [`numbers`]: whatever they are asked. [`world`]: they do so on surfaces in the world. [`spread`]: for viewers
 //! side by side.
 
+mod gains;
 mod numbers;
 mod physics;
 mod spread;

@@ -49,16 +49,27 @@ impl Base {
     }
 }
 
-/// What fibres at the rim add, f cos θi: Schlick's weight of the half vector, with so much of the colour's
-/// tint as `tinted` says. [Burley 2012, §5.4]
+/// White with an `amount` of a tint, from 0 to 1.
 #[inline]
-pub(super) fn sheen(color: Spectrum, tinted: f32, wo: Vec3, wi: Vec3) -> Spectrum {
-    let tint = Spectrum::ONE + (tint(color) - Spectrum::ONE) * tinted;
-    tint * (schlick_weight(cos_half(wo, wi)) * wi.z)
+pub(super) fn tinted(tint: Spectrum, amount: f32) -> Spectrum {
+    Spectrum::ONE + (tint - Spectrum::ONE) * amount
 }
 
-/// About the share of light from a direction that [`sheen`] scatters, for choosing what to sample.
+/// The sheen of fibres at the rim, f cos θi: Schlick's weight of the half vector, times a colour.
+/// [Burley 2012, §5.4]
 #[inline]
-pub(super) fn sheen_albedo(cos: f32) -> f32 {
+pub(super) fn sheen(color: Spectrum, wo: Vec3, wi: Vec3) -> Spectrum {
+    color * (sheen_weight(wo, wi) * wi.z)
+}
+
+/// Schlick's weight of the half vector.
+#[inline]
+pub(super) fn sheen_weight(wo: Vec3, wi: Vec3) -> f32 {
+    schlick_weight(cos_half(wo, wi))
+}
+
+/// About the albedo of [`sheen`] at a cosine, for the choice of samples.
+#[inline]
+pub(super) fn about_sheen(cos: f32) -> f32 {
     0.05 + 0.4 * schlick_weight(cos)
 }

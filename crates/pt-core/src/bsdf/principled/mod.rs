@@ -2,6 +2,7 @@
 
 mod base;
 mod clearcoat;
+mod layers;
 mod thin;
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
@@ -12,7 +13,7 @@ use super::fresnel;
 use super::microfacet::Facets;
 use super::rough_dielectric::{Pair, eta_from, refract, upright};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color};
-use base::{Base, sheen, sheen_albedo, tint};
+use base::{Base, about_sheen, sheen, tint, tinted};
 use clearcoat::Clearcoat;
 
 pub use thin::PrincipledThin;
@@ -20,8 +21,8 @@ pub use thin::PrincipledThin;
 /// A diffuse base with sheen, facets that reflect as a dielectric or a metal or let light through, and a clear
 /// coat. See [`pt_scene::material::Principled`] for its parameters.
 ///
-/// As in Mitsuba 3, whose "principled" it is value by value, bright bases with much sheen or at the rim can
-/// scatter a little more than arrives, and an index of 1 takes away what metals reflect.
+/// Unless it is `layered`, it is Mitsuba 3's "principled", value by value: parts are added up, so that bright bases
+/// scatter more than arrives (see `MITSUBA_GAIN` among the tests), and an index of 1 takes away the reflection of metals.
 /// [Burley 2012, "Physically Based Shading at Disney"; Burley 2015, "Extending the Disney BRDF to a BSDF with
 /// Integrated Subsurface Scattering"]
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +55,8 @@ pub struct Principled {
     pub inside_out: bool,
     /// Whether light that one facet reflects to another is followed on, and so not lost.
     pub multiple_scattering: bool,
-    /// Whether the base is matte and has the light that the facets of a dielectric leave to it; `flatness` then says nothing.
+    /// Whether each layer has the light that those above leave to it: the coat, the sheen, the facets, and a matte
+    /// base without `flatness`. Then no more is scattered than arrives, and tints take light away.
     pub layered: bool,
 }
 
@@ -88,11 +90,11 @@ fn schlick_weight(cos: f32, eta: f32) -> f32 {
     fresnel::schlick_weight((1.0 - sin2_t).max(0.0).sqrt())
 }
 
-/// Reflectance of a dielectric with the tint of a colour. [Burley 2012, §5.4]
+/// Reflectance of a dielectric with a tint. [Burley 2012, §5.4]
 #[inline]
-fn tinted_fresnel(base_color: Spectrum, weight: f32, eta: f32) -> Spectrum {
+fn tinted_fresnel(tint: Spectrum, weight: f32, eta: f32) -> Spectrum {
     let ratio = (eta - 1.0) / (eta + 1.0);
-    let f0 = tint(base_color) * (ratio * ratio);
+    let f0 = tint * (ratio * ratio);
     f0 + (Spectrum::ONE - f0) * weight
 }
 
@@ -158,16 +160,43 @@ impl Principled {
         (1.0 - self.metallic) * self.spec_trans
     }
 
-    /// What facets reflect that are seen from the front at a cosine, where a dielectric reflects `f`.
+    /// The hue of the base: of luminance 1, or in layers with 1 in its greatest channel.
+    #[inline]
+    fn tint(&self) -> Spectrum {
+        let greatest = self.base_color.max_channel();
+        match self.layered {
+            false => tint(self.base_color),
+            true if greatest > 0.0 => self.base_color / greatest,
+            true => Spectrum::ONE,
+        }
+    }
+
+    /// The colour of sheen of full amount.
+    #[inline]
+    fn sheen_color(&self) -> Spectrum {
+        tinted(self.tint(), self.sheen_tint)
+    }
+
+    /// Amount of sheen on what is not metal.
+    #[inline]
+    fn sheen_amount(&self) -> f32 {
+        if self.opaque() > 0.0 { self.sheen * (1.0 - self.metallic) } else { 0.0 }
+    }
+
+    /// The reflectance of facets that are seen from the front at a cosine, where a dielectric reflects `f`.
     #[inline]
     fn reflectance(&self, cos: f32, f: f32) -> Spectrum {
-        if f <= 0.0 {
+        if f <= 0.0 && !self.layered {
             return Spectrum::ZERO;
         }
         let weight = schlick_weight(cos, self.eta);
         let metal = self.base_color + (Spectrum::ONE - self.base_color) * weight;
-        let tinted = tinted_fresnel(self.base_color, weight, self.eta) * self.spec_tint;
-        let dielectric = tinted + Spectrum::splat((1.0 - self.spec_tint) * f);
+        let hued = if self.layered {
+            tinted(self.tint(), 1.0 - weight) * f
+        } else {
+            tinted_fresnel(self.tint(), weight, self.eta)
+        };
+        let dielectric = hued * self.spec_tint + Spectrum::splat((1.0 - self.spec_tint) * f);
         metal * self.metallic + dielectric * (1.0 - self.metallic)
     }
 
@@ -205,8 +234,8 @@ impl Principled {
         let facets = (self.reflectance(cos, f) + through).luminance() + LEAST;
         let coat = self.clearcoat * (Clearcoat::albedo(cos) + 0.2 * LEAST);
         let opaque = self.opaque();
-        let sheen = self.sheen * (1.0 - self.metallic) * sheen_albedo(cos);
-        let base = if opaque > 0.0 { opaque * self.base_color.luminance() + sheen } else { 0.0 };
+        let sheen = self.sheen_amount() * about_sheen(cos);
+        let base = opaque * self.base_color.luminance() + sheen;
         let again = if self.multiple_scattering {
             0.9 * Reflected::new(&self.facets()).lost(wo) + 0.02
         } else {
@@ -227,30 +256,57 @@ impl Principled {
         colored * again.eval(wo, wi)
     }
 
-    /// What is scattered above the front, but for what facets do once.
+    /// Light that is scattered above the front by facets more than once, and by the base.
     #[inline]
-    fn coat_and_base(&self, Pair { wo, wi, h, .. }: &Pair) -> Spectrum {
+    fn again_and_base(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         let mut sum = Spectrum::ZERO;
-        if self.clearcoat > 0.0 {
-            let weight = schlick_weight(wo.dot(*h), self.eta);
-            let coat = Clearcoat::new(self.clearcoat_gloss).eval(weight, *wo, *wi, *h);
-            sum += Spectrum::splat(self.clearcoat * coat);
-        }
         if self.multiple_scattering {
-            sum += self.reflected_again(*wo, *wi);
+            sum += self.reflected_again(wo, wi);
         }
         let opaque = self.opaque();
         if opaque > 0.0 {
             let &Self { base_color: color, roughness, flatness, .. } = self;
             sum += if self.layered {
                 let gloss = Gloss::new(&self.facets(), self.eta, self.multiple_scattering);
-                color * (opaque * gloss.eval_base(*wo, *wi))
+                color * (opaque * gloss.eval_base(wo, wi))
             } else {
-                Base { color, roughness, flatness }.eval(*wo, *wi) * opaque
+                Base { color, roughness, flatness }.eval(wo, wi) * opaque
             };
-            if self.sheen > 0.0 {
-                let amount = self.sheen * (1.0 - self.metallic);
-                sum += sheen(color, self.sheen_tint, *wo, *wi) * amount;
+        }
+        sum
+    }
+
+    /// The layers over the facets and the base, which scatter `below`, for two directions and the half vector; `above` says
+    /// whether both are on the side of the front.
+    #[inline]
+    fn under_layers(&self, below: Spectrum, [wo, wi, h]: [Vec3; 3], above: bool) -> Spectrum {
+        let mut sum = below;
+        let sheen_amount = self.sheen_amount();
+        if sheen_amount > 0.0 {
+            let color = self.sheen_color() * sheen_amount;
+            if self.layered {
+                let scattered = color.max_channel();
+                let left = |cos| 1.0 - scattered * layers::sheen_albedo(cos);
+                sum *= layers::through(wo, wi, left);
+            }
+            if above {
+                sum += sheen(color, wo, wi);
+            }
+        }
+        if self.clearcoat > 0.0 {
+            let coat = Clearcoat::new(self.clearcoat_gloss);
+            if self.layered {
+                let reflected = |cos| layers::coat_albedo(self.clearcoat_gloss, cos);
+                let left = |cos| 1.0 - self.clearcoat * reflected(cos);
+                sum *= layers::through(wo, wi, left);
+            }
+            if above {
+                let seen = if self.layered {
+                    coat.eval_alone(wo, wi, h)
+                } else {
+                    coat.eval(schlick_weight(wo.dot(h), self.eta), wo, wi, h)
+                };
+                sum += Spectrum::splat(self.clearcoat * seen);
             }
         }
         sum
@@ -278,6 +334,7 @@ impl Principled {
         let shares = self.shares(wo);
         let pdf = shares.facets * chosen * seen;
         if !above {
+            let f = if self.layered { self.under_layers(f, [wo, wi, pair.h], false) } else { f };
             return (f, pdf);
         }
         let coat = match shares.coat {
@@ -286,7 +343,8 @@ impl Principled {
         };
         let base = 1.0 - shares.facets - shares.coat;
         let pdf = pdf + coat + base.max(0.0) * warp::cosine_hemisphere_pdf(wi.z).get();
-        (f + self.coat_and_base(&pair), pdf)
+        let below = f + self.again_and_base(wo, wi);
+        (self.under_layers(below, [wo, wi, pair.h], true), pdf)
     }
 
     /// Follows one of the maps, from a direction that is up if the front is seen.
@@ -422,6 +480,14 @@ impl Lobe<'_> for Principled {
             layered: false,
         };
         let (base_color, dark) = (Spectrum::rgb(0.9, 0.6, 0.3), Spectrum::rgb(0.1, 0.05, 0.03));
+        let bright = Self {
+            base_color: Spectrum::ONE,
+            roughness: 0.8,
+            sheen: 1.0,
+            clearcoat: 1.0,
+            clearcoat_gloss: 0.5,
+            ..plain
+        };
         vec![
             plain,
             Self {
@@ -439,6 +505,9 @@ impl Lobe<'_> for Principled {
             Self { base_color, spec_trans: 1.0, ..plain },
             Self { base_color, spec_trans: 1.0, eta: 1.0 / 1.33, roughness: 0.4, ..plain },
             Self { spec_trans: 0.6, eta: 1.33, clearcoat: 0.5, metallic: 0.2, ..plain },
+            // The brightest, as in Mitsuba and in layers.
+            bright,
+            Self { layered: true, multiple_scattering: true, ..bright },
         ]
     }
 }

@@ -4,7 +4,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
-use super::base::{Base, sheen, sheen_albedo};
+use super::base::{Base, about_sheen, sheen, tint, tinted};
 use super::{facets, schlick_weight, tinted_fresnel};
 use crate::bsdf::fresnel;
 use crate::bsdf::microfacet::Facets;
@@ -151,7 +151,7 @@ impl PrincipledThin {
         let f = fresnel::dielectric(cos, self.eta).map_or(1.0, |(f, _)| f);
         let colored = if is_reflected {
             let weight = schlick_weight(cos, self.eta);
-            let tinted = tinted_fresnel(self.base_color, weight, self.eta);
+            let tinted = tinted_fresnel(tint(self.base_color), weight, self.eta);
             Spectrum::splat(f) + (tinted - Spectrum::splat(f)) * self.spec_tint
         } else {
             self.base_color * (1.0 - f)
@@ -168,7 +168,7 @@ impl PrincipledThin {
             self.scattered(is_reflected, cos).luminance() + LEAST * self.spec_trans
         });
         let base = self.base_color.luminance();
-        let above = base + self.sheen * sheen_albedo(cos) + LEAST;
+        let above = base + self.sheen * about_sheen(cos) + LEAST;
         let cosine = [self.diffuse(true) * above, self.diffuse(false) * (base + LEAST)];
         let all = facets[0] + facets[1] + cosine[0] + cosine[1];
         Shares { facets: facets.map(|x| x / all), cosine: cosine.map(|x| x / all) }
@@ -180,7 +180,7 @@ impl PrincipledThin {
         let &Self { base_color: color, roughness, flatness, .. } = self;
         let f = if is_reflected {
             let base = Base { color, roughness, flatness }.eval(wo, wi);
-            base + sheen(color, self.sheen_tint, wo, wi) * self.sheen
+            base + sheen(tinted(tint(color), self.sheen_tint), wo, wi) * self.sheen
         } else {
             color * (FRAC_1_PI * wi.z)
         };
@@ -308,6 +308,7 @@ impl Lobe<'_> for PrincipledThin {
             Self { spec_trans: 0.7, diff_trans: 1.0, anisotropic: 0.6, eta: 1.8, ..plain },
             // Light goes through as by a roughness of 0.24.
             Self { spec_trans: 1.0, roughness: 1.0, eta: 0.9, ..plain },
+            Self { base_color: Spectrum::ONE, sheen: 1.0, diff_trans: 1.0, ..plain },
         ]
     }
 }

@@ -1,0 +1,82 @@
+//! The shares of light that the clear coat and the sheen of layered materials leave to the layers below.
+
+use std::sync::LazyLock;
+
+use pt_math::{FloatExt, Vec3, warp};
+
+use super::base::sheen_weight;
+use super::clearcoat::Clearcoat;
+
+/// Cosines of a table, even in their square roots: albedos change most along the surface.
+const COSINES: usize = 48;
+/// Glosses of the table of coats, even from 0 to 1.
+const GLOSSES: usize = 17;
+/// Side of the grid of points by which albedos are integrated.
+const GRID: u16 = 96;
+
+/// Albedos by the cosine to the normal.
+type Albedos = [f32; COSINES];
+
+static COATS: LazyLock<Box<[Albedos; GLOSSES]>> = LazyLock::new(|| {
+    let coat = |i: usize| {
+        let coat = Clearcoat::new(i as f32 / (GLOSSES - 1) as f32);
+        albedos(|wo, u| {
+            let h = coat.sample(u);
+            let wi = h * (2.0 * wo.dot(h)) - wo;
+            let is_seen = wi.z > 0.0 && wo.dot(h) > 0.0;
+            if is_seen { coat.eval_alone(wo, wi, h) / coat.pdf(wo, h) } else { 0.0 }
+        })
+    };
+    Box::new(std::array::from_fn(coat))
+});
+
+static SHEEN: LazyLock<Albedos> = LazyLock::new(|| {
+    albedos(|wo, u| {
+        let wi = warp::cosine_hemisphere(u);
+        sheen_weight(wo, wi) / warp::cosine_hemisphere_pdf(wi.z).get() * wi.z
+    })
+});
+
+/// The mean over a grid of `weight` at the cosines of a table.
+fn albedos(weight: impl Fn(Vec3, [f32; 2]) -> f32) -> Albedos {
+    let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(GRID);
+    std::array::from_fn(|i| {
+        let cos = (i as f32 / (COSINES - 1) as f32).powi(2).max(1e-6);
+        let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+        let row = |v| (0..GRID).map(|u| f64::from(weight(wo, [middle(u), middle(v)]))).sum::<f64>();
+        ((0..GRID).map(row).sum::<f64>() / f64::from(GRID).powi(2)) as f32
+    })
+}
+
+/// The albedo at a cosine, between the nodes.
+#[inline]
+fn at(albedos: &Albedos, cos: f32) -> f32 {
+    let x = cos.max(0.0).sqrt() * (COSINES - 1) as f32;
+    let lower = (x as usize).min(COSINES - 2);
+    albedos[lower].lerp(albedos[lower + 1], (x - lower as f32).min(1.0))
+}
+
+/// The share of light from a cosine that a coat of full amount and some `gloss` reflects.
+#[inline]
+pub(super) fn coat_albedo(gloss: f32, cos: f32) -> f32 {
+    let x = gloss.clamp(0.0, 1.0) * (GLOSSES - 1) as f32;
+    let lower = (x as usize).min(GLOSSES - 2);
+    let [a, b] = [lower, lower + 1].map(|i| at(&COATS[i], cos));
+    a.lerp(b, x - lower as f32)
+}
+
+/// The share of light from a cosine that white sheen of full amount scatters.
+#[inline]
+pub(super) fn sheen_albedo(cos: f32) -> f32 {
+    at(&SHEEN, cos)
+}
+
+/// The share of light that gets through a layer on its way from `wi` to `wo`, of which `left` is left to
+/// directions above the surface. Light that is reflected below has the lesser of both shares: that is reciprocal, and the
+/// layer scatters with what is below no more than arrives.
+/// [as for sheen in glTF 2.0, KHR_materials_sheen, "Albedo scaling technique"]
+#[inline]
+pub(super) fn through(wo: Vec3, wi: Vec3, left: impl Fn(f32) -> f32) -> f32 {
+    let share = |w: Vec3| if w.z > 0.0 { left(w.z) } else { 1.0 };
+    share(wo).min(share(wi))
+}
