@@ -222,7 +222,8 @@ const MATRIX: &str = "<matrix>1 0 0 0 0 0 -1 -4 0 1 0 0 0 0 0 1</matrix>";
 
 /// The camera of the file is at (0, −4, 0) and looks along +y, z being up, so that the point in front
 /// of it is (0, −3, 0): (0, 0, −3) in the world, where y is up. So it is seen from −z. The ball is at
-/// (0, 5, 2), in the world (0, 2, 5), and the box around it has sides of 4.
+/// (0, 5, 2), in the world (0, 2, 5), and the box around it has sides of 4. Of the course's window of 800
+/// columns, images of 480 show the middle, and images of other sizes the same.
 #[test]
 fn files_of_the_course_are_seen_as_the_course_sees_them() {
     let options = LoadOptions::default();
@@ -234,8 +235,13 @@ fn files_of_the_course_are_seen_as_the_course_sees_them() {
             let distance = 1.5 * 48_f32.sqrt();
             let wanted = pt_math::Vec3::new(0.0, 2.0, 5.0 - distance);
             assert!(camera.position.distance(wanted) < 1e-4, "{}", camera.position);
-            let half = 20_f32.to_radians().tan();
+            let half = 0.6 * 20_f32.to_radians().tan();
             assert!((camera.half_extent[0] - half).abs() < 1e-5, "the same view at any size");
+            let of_course = CompileOptions { course: true, ..at([480, 360]) };
+            let course = self::session(&scene, of_course).scene().camera;
+            assert_eq!((course.position, course.forward), (camera.position, camera.forward));
+            let difference = |i: usize| (course.half_extent[i] - camera.half_extent[i]).abs();
+            assert!(difference(0) < 1e-6 && difference(1) < 1e-6, "{:?}", course.half_extent);
             let noted = session.notes().iter().filter(|note| note.contains("--camera file"));
             assert_eq!(noted.count(), 1);
         }

@@ -50,7 +50,8 @@ pub enum Placement {
     Node,
     /// Where the program of the course CS184 puts it: it looks at the middle of the box around all
     /// surfaces, from 1.5 diagonals of that box away, with +y up. From the middle it is in the
-    /// direction in which the point one unit in front of the node is from the origin of the world.
+    /// direction in which the point one unit in front of the node is from the origin of the world. In
+    /// perspective, images of any size show what that program's images of 480 × 360 pixels do.
     Course,
     /// Along the viewing axis of its node from the middle of the box around all surfaces, as near
     /// as shows all of that box.

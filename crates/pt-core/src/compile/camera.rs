@@ -24,11 +24,13 @@ const FROM_Z: &str = "the scene has no camera: it is looked at from +z, in full"
 const FROM_THE_FRONT: &str = "the scene has no camera: it is looked at from the front, the right and above, in full; +y is up";
 /// What is said where the course decides on the camera's place.
 const AS_THE_COURSE: &str = "the scene is of the course CS184: its camera stands where the course's program puts it, \
-                             and looks at the middle of all surfaces; --camera file takes the place in the file";
+                             and sees what it shows at -r 480 360; --camera file takes the camera in the file";
 /// What is said of a panorama that is to fit.
 const FITS_ANYWHERE: &str = "a panorama shows all directions: --camera fit leaves it where it is";
 /// The course's window, to which it fits the field of view before the size is known.
 const COURSE_WINDOW: [f64; 2] = [800.0, 600.0];
+/// The size of the course's pictures. Elsewhere than in its own mode, images of any size show what these do.
+const COURSE_IMAGE: [u32; 2] = [480, 360];
 
 /// The camera where it is when the shutter opens, and how it moves, if it does.
 pub(super) fn compile(
@@ -181,6 +183,10 @@ fn half_extent(
     if options.course && placement == Placement::Course {
         return course_extent(extent, resolution);
     }
+    let extent = match (placement, view) {
+        (Placement::Course, View::Perspective { .. }) => course_extent(extent, COURSE_IMAGE),
+        _ => extent,
+    };
     let file = scene.settings.resolution.filter(|_| !is_explicit);
     let pixel = pixel_aspect(view, file);
     let [w, h] = resolution.map(f64::from);
