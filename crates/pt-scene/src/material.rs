@@ -278,7 +278,7 @@ pub struct Principled {
     pub flatness: Scalar,
     /// Amount of clear coat.
     pub clearcoat: Scalar,
-    /// From a satin coat to a glossy one.
+    /// From a satin coat to a glossy one; in layers 1 less the root of its roughness α.
     pub clearcoat_gloss: Scalar,
     /// Whether the back side reflects as the front does; else it lets light through or is black.
     pub two_sided: bool,

@@ -137,7 +137,6 @@ fn physically_based_statements_become_principled() {
         clearcoat_gloss: 1.0.into(),
         ..Principled::default()
     };
-    let gloss = (0.1 - 0.1 * 0.1) / (0.1 - 0.001_f32);
     let expected = [
         (
             "metal",
@@ -154,7 +153,7 @@ fn physically_based_statements_become_principled() {
                 base_color: [0.5, 0.1, 0.1].into(),
                 roughness: 0.6.into(),
                 clearcoat: 0.8.into(),
-                clearcoat_gloss: gloss.into(),
+                clearcoat_gloss: (1.0 - 0.1).into(),
                 sheen: 0.25.into(),
                 ior: 1.4,
                 ..base()

@@ -24,10 +24,10 @@ pub(super) fn alpha(exponent: f32) -> f32 {
     (2.0 / (exponent + 2.0)).sqrt()
 }
 
-/// The gloss of the coat of Burley whose α is the square of a roughness from 0 to 1: α = 0.1 at gloss 0 and 0.001 at
-/// gloss 1. [Burley 2012, app. B]
-pub(super) fn coat(roughness: f32) -> f32 {
-    ((0.1 - roughness * roughness) / (0.1 - 0.001)).clamp(0.0, 1.0)
+/// The roughness, from 0 to 1, of the coat of Burley of a gloss: its square α is 0.1 at gloss 0 and 0.001 at gloss 1.
+/// [Burley 2012, app. B]
+pub(super) fn roughness_of_coat(gloss: f32) -> f32 {
+    (0.1 - (0.1 - 0.001) * gloss.clamp(0.0, 1.0)).sqrt()
 }
 
 /// The luminance of a colour; of a texture, that of a grey in the middle.
@@ -48,11 +48,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_gloss_of_a_coat_has_its_alpha() {
-        for roughness in [0.1_f32, 0.2, 0.3] {
-            let alpha = 0.1 + (0.001 - 0.1) * coat(roughness);
-            assert!((alpha - roughness * roughness).abs() < 1e-6);
+    fn the_roughness_of_a_coat_is_the_root_of_its_alpha() {
+        for (gloss, alpha) in [(0.0, 0.1), (0.5, 0.0505), (1.0, 0.001_f32)] {
+            assert!((roughness_of_coat(gloss).powi(2) - alpha).abs() < 1e-6);
         }
-        assert_eq!((coat(0.0), coat(1.0)), (1.0, 0.0));
     }
 }

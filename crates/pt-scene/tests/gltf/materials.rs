@@ -311,3 +311,21 @@ fn unlit_surfaces_glow_in_their_base_colour() {
     let textured = made(&unlit(json!({"baseColorTexture": {"index": 0}})));
     assert_eq!(bitmap(&textured.emission).image.width, 2);
 }
+
+/// Whole numbers that are not marked as normalized are levels nonetheless, with a note.
+#[test]
+fn colours_of_whole_numbers_are_levels() {
+    for is_marked in [true, false] {
+        let mut text = Text::default();
+        let mut attributes = text.triangle();
+        attributes["COLOR_0"] = text.levels(&[[255, 51, 0]; 3], is_marked).into();
+        let scene = read(&text.with(json!({
+            "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": attributes}]}]
+        })));
+        let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
+        let colors = mesh.colors.as_ref().expect("colours").values[0];
+        assert_eq!(colors, [1.0, 0.2, 0.0], "{is_marked}");
+        let noted = scene.warnings.iter().any(|note| note.message.contains("normalized"));
+        assert_eq!(noted, !is_marked);
+    }
+}

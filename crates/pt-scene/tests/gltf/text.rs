@@ -46,6 +46,17 @@ impl Text {
         self.accessor(&bytes, kind, 5126, vectors.len())
     }
 
+    /// An accessor of colours of 8 bits, each padded to four bytes; whether it says that they are shares.
+    pub(crate) fn levels(&mut self, colors: &[[u8; 3]], is_normalized: bool) -> usize {
+        let bytes: Vec<u8> = colors.iter().flat_map(|[r, g, b]| [*r, *g, *b, 0]).collect();
+        let accessor = self.accessor(&bytes, "VEC3", 5121, colors.len());
+        self.views[accessor]["byteStride"] = 4.into();
+        if is_normalized {
+            self.accessors[accessor]["normalized"] = true.into();
+        }
+        accessor
+    }
+
     /// The positions of a triangle.
     pub(crate) fn triangle(&mut self) -> Value {
         json!({"POSITION": self.vectors(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])})

@@ -130,3 +130,24 @@ fn gains_of_mitsuba_are_as_documented() {
         assert!((albedo - documented).abs() <= 0.01, "{lobe:?} {cos}: {albedo}, {documented}");
     }
 }
+
+/// A smooth coat alone reflects 0.04 + 0.96 (1 − cos θ)⁵ at 0, 45, 70, 80 and 85 degrees.
+/// [glTF 2.0, KHR_materials_clearcoat]
+#[test]
+fn coats_reflect_as_schlick_says() {
+    let coat = Principled {
+        base_color: Spectrum::ZERO,
+        metallic: 0.0,
+        eta: 1.0,
+        clearcoat: 1.0,
+        clearcoat_gloss: 1.0,
+        layered: true,
+        ..Principled::examples()[0]
+    };
+    for (degrees, wanted) in
+        [(0.0_f32, 0.04), (45.0, 0.042), (70.0, 0.158), (80.0, 0.410), (85.0, 0.648)]
+    {
+        let albedo = albedo(coat, degrees.to_radians().cos());
+        assert!((albedo - wanted).abs() < 1e-3, "{degrees}: {albedo}, {wanted}");
+    }
+}

@@ -49,12 +49,6 @@ impl Clearcoat {
         0.25 * fresnel(weight) * self.d(h) * HIDING.g(wo, wi) * wi.z
     }
 
-    /// The same of a coat whose light comes from the air above it.
-    #[inline]
-    pub(super) fn eval_alone(self, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
-        self.eval(schlick_weight(wo.dot(h)), wo, wi, h)
-    }
-
     /// Density of `wi` by [`Self::sample`]: D(h) cos θh / (4 wo·h).
     #[inline]
     pub(super) fn pdf(self, wo: Vec3, h: Vec3) -> f32 {

@@ -3,9 +3,11 @@
 use std::sync::LazyLock;
 
 use pt_math::{FloatExt, Vec3, warp};
+use pt_scene::material::{Distribution, Masking};
 
 use super::base::sheen_weight;
-use super::clearcoat::Clearcoat;
+use crate::bsdf::fresnel::schlick_weight;
+use crate::bsdf::microfacet::Facets;
 
 /// Cosines of a table, even in their square roots: albedos change most along the surface.
 const COSINES: usize = 48;
@@ -19,12 +21,12 @@ type Albedos = [f32; COSINES];
 
 static COATS: LazyLock<Box<[Albedos; GLOSSES]>> = LazyLock::new(|| {
     let coat = |i: usize| {
-        let coat = Clearcoat::new(i as f32 / (GLOSSES - 1) as f32);
-        albedos(|wo, u| {
-            let h = coat.sample(u);
-            let wi = h * (2.0 * wo.dot(h)) - wo;
-            let is_seen = wi.z > 0.0 && wo.dot(h) > 0.0;
-            if is_seen { coat.eval_alone(wo, wi, h) / coat.pdf(wo, h) } else { 0.0 }
+        let Coat(facets) = Coat::new(i as f32 / (GLOSSES - 1) as f32);
+        std::array::from_fn(|i| {
+            facets.mean_of_visible(cosine(i), GRID, |wo, h| {
+                let wi = h * (2.0 * wo.dot(h)) - wo;
+                if wi.z > 0.0 { fresnel(wo.dot(h)) * facets.shadowing(wo, wi) } else { 0.0 }
+            })
         })
     };
     Box::new(std::array::from_fn(coat))
@@ -37,11 +39,62 @@ static SHEEN: LazyLock<Albedos> = LazyLock::new(|| {
     })
 });
 
+/// A coat of index 1.5 with facets of GGX: its `gloss` is 1 − √α.
+/// [glTF 2.0, KHR_materials_clearcoat, "Clearcoat BRDF"]
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Coat(Facets);
+
+/// The reflectance of a facet of a coat. [Schlick 1994]
+#[inline]
+fn fresnel(cos: f32) -> f32 {
+    0.04.lerp(1.0, schlick_weight(cos))
+}
+
+impl Coat {
+    #[inline]
+    pub(super) fn new(gloss: f32) -> Self {
+        const LEAST_ALPHA: f32 = 1e-3;
+        let alpha = (1.0 - gloss).powi(2).max(LEAST_ALPHA);
+        let distribution = Distribution::Ggx;
+        Self(Facets { distribution, masking: Masking::Correlated, alpha: [alpha; 2] })
+    }
+
+    /// α.
+    #[inline]
+    pub(super) fn alpha(self) -> f32 {
+        self.0.alpha[0]
+    }
+
+    /// f cos θi for two directions above the surface with half vector `h`.
+    #[inline]
+    pub(super) fn eval(self, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
+        fresnel(wo.dot(h)) * self.pdf(wo, h) * self.0.shadowing(wo, wi)
+    }
+
+    /// Density of the direction that [`Self::sample`] leads to.
+    #[inline]
+    pub(super) fn pdf(self, wo: Vec3, h: Vec3) -> f32 {
+        let pdf = 0.25 * self.0.visible_pdf(wo, h) / wo.dot(h);
+        if pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// A facet that `wo` sees.
+    #[inline]
+    pub(super) fn sample(self, wo: Vec3, [u, v]: [f32; 2]) -> Vec3 {
+        self.0.sample_visible(wo, [u, v])
+    }
+}
+
+/// The cosine of a node of a table.
+fn cosine(i: usize) -> f32 {
+    (i as f32 / (COSINES - 1) as f32).powi(2).max(1e-6)
+}
+
 /// The mean over a grid of `weight` at the cosines of a table.
 fn albedos(weight: impl Fn(Vec3, [f32; 2]) -> f32) -> Albedos {
     let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(GRID);
     std::array::from_fn(|i| {
-        let cos = (i as f32 / (COSINES - 1) as f32).powi(2).max(1e-6);
+        let cos = cosine(i);
         let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
         let row = |v| (0..GRID).map(|u| f64::from(weight(wo, [middle(u), middle(v)]))).sum::<f64>();
         ((0..GRID).map(row).sum::<f64>() / f64::from(GRID).powi(2)) as f32

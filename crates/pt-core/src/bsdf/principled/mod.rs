@@ -15,6 +15,7 @@ use super::rough_dielectric::{Pair, eta_from, refract, upright};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color};
 use base::{Base, about_sheen, sheen, tint, tinted};
 use clearcoat::Clearcoat;
+use layers::Coat;
 
 pub use thin::PrincipledThin;
 
@@ -49,7 +50,7 @@ pub struct Principled {
     pub flatness: f32,
     /// Amount of clear coat, from 0 to 1.
     pub clearcoat: f32,
-    /// From 0, a satin coat, to 1, a glossy one.
+    /// From 0, a satin coat, to 1, a glossy one; in layers 1 − √α.
     pub clearcoat_gloss: f32,
     /// Whether the front is on the side of −z.
     pub inside_out: bool,
@@ -232,7 +233,13 @@ impl Principled {
         let f = fresnel::dielectric(cos, self.eta).map_or(1.0, |(f, _)| f);
         let through = self.transmittance(f);
         let facets = (self.reflectance(cos, f) + through).luminance() + LEAST;
-        let coat = self.clearcoat * (Clearcoat::albedo(cos) + 0.2 * LEAST);
+        let coat = if self.clearcoat == 0.0 {
+            0.0
+        } else if self.layered {
+            self.clearcoat * layers::coat_albedo(self.clearcoat_gloss, cos)
+        } else {
+            self.clearcoat * (Clearcoat::albedo(cos) + 0.2 * LEAST)
+        };
         let opaque = self.opaque();
         let sheen = self.sheen_amount() * about_sheen(cos);
         let base = opaque * self.base_color.luminance() + sheen;
@@ -294,17 +301,18 @@ impl Principled {
             }
         }
         if self.clearcoat > 0.0 {
-            let coat = Clearcoat::new(self.clearcoat_gloss);
             if self.layered {
                 let reflected = |cos| layers::coat_albedo(self.clearcoat_gloss, cos);
                 let left = |cos| 1.0 - self.clearcoat * reflected(cos);
                 sum *= layers::through(wo, wi, left);
             }
             if above {
+                let gloss = self.clearcoat_gloss;
                 let seen = if self.layered {
-                    coat.eval_alone(wo, wi, h)
+                    Coat::new(gloss).eval(wo, wi, h)
                 } else {
-                    coat.eval(schlick_weight(wo.dot(h), self.eta), wo, wi, h)
+                    let weight = schlick_weight(wo.dot(h), self.eta);
+                    Clearcoat::new(gloss).eval(weight, wo, wi, h)
                 };
                 sum += Spectrum::splat(self.clearcoat * seen);
             }
@@ -339,6 +347,7 @@ impl Principled {
         }
         let coat = match shares.coat {
             0.0 => 0.0,
+            share if self.layered => share * Coat::new(self.clearcoat_gloss).pdf(wo, pair.h),
             share => share * Clearcoat::new(self.clearcoat_gloss).pdf(wo, pair.h),
         };
         let base = 1.0 - shares.facets - shares.coat;
@@ -354,7 +363,11 @@ impl Principled {
         if choice >= shares.facets {
             let coated = choice < shares.facets + shares.coat;
             let wi = if coated {
-                let h = Clearcoat::new(self.clearcoat_gloss).sample([u, v]);
+                let h = if self.layered {
+                    Coat::new(self.clearcoat_gloss).sample(wo, [u, v])
+                } else {
+                    Clearcoat::new(self.clearcoat_gloss).sample([u, v])
+                };
                 h * (2.0 * wo.dot(h)) - wo
             } else {
                 warp::cosine_hemisphere([u, v])
@@ -455,7 +468,10 @@ impl Lobe<'_> for Principled {
         }
         let facets = facets(self.roughness, self.anisotropic).spread();
         if self.clearcoat > 0.0 {
-            facets.min(Clearcoat::new(self.clearcoat_gloss).alpha())
+            let gloss = self.clearcoat_gloss;
+            let coat =
+                if self.layered { Coat::new(gloss).alpha() } else { Clearcoat::new(gloss).alpha() };
+            facets.min(coat)
         } else {
             facets
         }

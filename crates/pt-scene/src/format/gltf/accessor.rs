@@ -176,6 +176,8 @@ pub(super) struct Numbers {
     pub(super) values: Vec<f64>,
     /// Numbers of an element.
     pub(super) width: usize,
+    /// The level of whole numbers that stands for 1, where the accessor does not say that they are normalized.
+    pub(super) highest: Option<f64>,
 }
 
 impl<'a> Accessors<'a> {
@@ -236,7 +238,10 @@ impl<'a> Accessors<'a> {
         widths: &[usize],
     ) -> Result<Option<Numbers>, LoadError> {
         let Some(found) = self.found(from, by, widths)? else { return Ok(None) };
-        Ok(Some(Numbers { values: self.values(&found)?, width: found.width }))
+        let Found { component, width, .. } = found;
+        let is_marked = component == Component::F32 || found.accessor.flag("normalized")?;
+        let highest = (!is_marked).then(|| component.highest());
+        Ok(Some(Numbers { values: self.values(&found)?, width, highest }))
     }
 
     /// An accessor of one of some widths, whose numbers count as read; `None` if there is no such field.

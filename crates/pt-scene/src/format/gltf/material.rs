@@ -210,16 +210,25 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// KHR_materials_clearcoat: the coat's roughness becomes the gloss of Burley's coat of the same α.
+    /// KHR_materials_clearcoat.
     fn coat(&mut self, item: &Item<'a>, made: &mut Principled) -> Result<(), LoadError> {
         let Some(found) = item.extension("KHR_materials_clearcoat")? else { return Ok(()) };
         let factor = found.number_in("clearcoatFactor", 0.0..=1.0, 0.0)? as f32;
         let texture = self.texture(&found, "clearcoatTexture", Content::Channel(0))?;
         made.clearcoat = measured(factor, texture.filter(|_| factor > 0.0));
         let roughness = found.number_in("clearcoatRoughnessFactor", 0.0..=1.0, 0.0)? as f32;
-        made.clearcoat_gloss = gloss::coat(roughness).into();
-        if found.has("clearcoatRoughnessTexture") || found.has("clearcoatNormalTexture") {
-            self.warn(&found, "the textures of the coat's roughness and normals are not read");
+        let content = Content::Complement { factor: roughness.to_bits() };
+        let texture = self.texture(&found, "clearcoatRoughnessTexture", content)?;
+        let texture = texture.filter(|_| made.clearcoat != Scalar::Value(0.0) && roughness > 0.0);
+        made.clearcoat_gloss = match texture {
+            Some(texture) => Input::Texture(texture),
+            None => (1.0 - roughness).into(),
+        };
+        if found.has("clearcoatNormalTexture") {
+            self.warn(
+                &found,
+                "the normals of the coat are not read; it has those of what is below",
+            );
         }
         Ok(())
     }
@@ -389,10 +398,11 @@ fn default_material(is_colored: bool) -> Material {
 }
 
 /// Textures of extensions that are read, or stand for numbers that are.
-const EXTENSION_TEXTURES: [(&str, &str); 3] = [
+const EXTENSION_TEXTURES: [(&str, &str); 4] = [
     ("KHR_materials_sheen", "sheenColorTexture"),
     ("KHR_materials_transmission", "transmissionTexture"),
     ("KHR_materials_clearcoat", "clearcoatTexture"),
+    ("KHR_materials_clearcoat", "clearcoatRoughnessTexture"),
 ];
 
 /// Extensions of materials without effect, and what that means.

@@ -138,13 +138,21 @@ impl<'a> Reader<'a> {
         let Some(numbers) = self.accessors.numbers(attributes, "COLOR_0", &[3, 4])? else {
             return Ok(None);
         };
+        if let Some(highest) = numbers.highest {
+            let message = format!(
+                "the whole numbers of COLOR_0 are not \"normalized\", as they have to be; they are read as if they \
+                 were: {highest} stands for 1"
+            );
+            self.warn(attributes, message);
+        }
+        let share = |number: f64| (number / numbers.highest.unwrap_or(1.0)).clamp(0.0, 1.0);
         let colors: Vec<[f32; 3]> = numbers
             .values
             .chunks_exact(numbers.width)
-            .map(|color| std::array::from_fn(|c| color[c].clamp(0.0, 1.0) as f32))
+            .map(|color| std::array::from_fn(|c| share(color[c]) as f32))
             .collect();
-        if numbers.width == 4 && numbers.values.iter().skip(3).step_by(4).any(|alpha| *alpha < 1.0)
-        {
+        let opacities = numbers.values.iter().skip(3).step_by(4);
+        if numbers.width == 4 && opacities.map(|alpha| share(*alpha)).any(|alpha| alpha < 1.0) {
             self.warn(attributes, "the opacity of COLOR_0 is not read");
         }
         as_many(colors, attributes, "COLOR_0", vertices).map(Some)

@@ -27,6 +27,11 @@ pub(super) enum Content {
     Colors,
     /// One channel, 0 to 2, as it is.
     Channel(usize),
+    /// 1 − the green channel times a factor, given by its bits.
+    Complement {
+        /// From 0 to 1.
+        factor: u32,
+    },
     /// The opacity; 1 if there is none.
     Opacity,
     /// Where the opacity is at least a number, given by its bits.
@@ -249,6 +254,9 @@ pub(super) fn part(stored: &Decoded, content: Content) -> Image {
     let pixels = match content {
         Content::Colors => linear(pixels),
         Content::Channel(c) => pixels.iter().map(|pixel| [pixel[c]; 3]).collect(),
+        Content::Complement { factor } => {
+            pixels.iter().map(|pixel| [1.0 - f32::from_bits(factor) * pixel[1]; 3]).collect()
+        }
         Content::Opacity => texels.map(|(i, _)| [opacity(i); 3]).collect(),
         Content::Mask(least) => {
             let is_there = |i| f32::from(u8::from(opacity(i) >= f32::from_bits(least)));

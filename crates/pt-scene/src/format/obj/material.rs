@@ -243,7 +243,7 @@ impl Made<'_, '_, '_, '_> {
             sheen: sheen.into(),
             anisotropic: anisotropic.into(),
             clearcoat: coat.into(),
-            clearcoat_gloss: gloss::coat(coat_roughness).into(),
+            clearcoat_gloss: (1.0 - coat_roughness).into(),
             two_sided: !is_glass,
             multiple_scattering: true,
             layered: true,

@@ -99,7 +99,11 @@ fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> Closest {
     if left.iter().any(|number| **number != zero) {
         tell("the tints of its reflection and its sheen are left out");
     }
+    let mut look = principled.clone();
     if !principled.layered {
+        if let Scalar::Value(gloss) = principled.clearcoat_gloss {
+            look.clearcoat_gloss = (1.0 - gloss::roughness_of_coat(gloss)).into();
+        }
         if principled.flatness != zero {
             tell("its flatness is left out");
         }
@@ -109,7 +113,7 @@ fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> Closest {
         tell("its inside becomes its outside");
     }
     let body = if principled.transmits() { Body::Solid } else { Body::Opaque };
-    Closest { look: principled.clone(), body, relief: None }
+    Closest { look, body, relief: None }
 }
 
 fn sheet(thin: &PrincipledThin, tell: &mut dyn FnMut(&str)) -> Closest {
@@ -192,7 +196,7 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (Principled, Body) {
                 metallic: 1.0.into(),
                 roughness: m.alpha.sqrt().into(),
                 clearcoat: 1.0.into(),
-                clearcoat_gloss: gloss::coat(m.coat_alpha.sqrt()).into(),
+                clearcoat_gloss: (1.0 - m.coat_alpha.sqrt()).into(),
                 ..bare(m.two_sided)
             })
         }

@@ -313,9 +313,7 @@ impl Writer<'_> {
             cx.extensions.push(("KHR_materials_clearcoat", fields.into()));
             return Ok(());
         };
-        let roughness = (0.1 - (0.1 - 0.001) * shine.clamp(0.0, 1.0)).sqrt();
-        let guess = if shine == 1.0 { 0.0 } else { roughness };
-        let found = near_f32(guess, |roughness| gloss::coat(roughness) == shine);
+        let found = near_f32(1.0 - shine, |roughness| 1.0 - roughness == shine);
         fields.insert("clearcoatRoughnessFactor".to_owned(), found.clamp(0.0, 1.0).into());
         cx.extensions.push(("KHR_materials_clearcoat", fields.into()));
         Ok(())
