@@ -26,7 +26,8 @@ fn is_black(light: &LightKind) -> bool {
         }
         LightKind::Point { intensity }
         | LightKind::Spot { intensity, .. }
-        | LightKind::LinearSpot { intensity, .. } => *intensity == [0.0; 3],
+        | LightKind::LinearSpot { intensity, .. }
+        | LightKind::PunctualSpot { intensity, .. } => *intensity == [0.0; 3],
         LightKind::Environment { scale, .. } => *scale == 0.0,
         LightKind::Ies { scale, .. } => *scale == [0.0; 3],
         LightKind::Daylight(_) => false,

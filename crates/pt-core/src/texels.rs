@@ -87,7 +87,7 @@ impl Texels {
     #[inline]
     fn at(&self, x: i64, y: i64, wrap: Wrap) -> Spectrum {
         let [w, h] = self.size.map(i64::from);
-        match (wrap.texel(x, w), wrap.texel(y, h)) {
+        match (wrap.u.texel(x, w), wrap.v.texel(y, h)) {
             (Some(x), Some(y)) => self.texel(((h - 1 - y) * w + x) as usize),
             _ => Spectrum::ZERO,
         }
@@ -141,6 +141,8 @@ impl Texels {
 
 #[cfg(test)]
 mod tests {
+    use pt_scene::texture::Edge;
+
     use super::*;
 
     fn image(pixels: &[f32], width: u32) -> Texels {
@@ -166,7 +168,7 @@ mod tests {
     fn all_coordinates_show_texels() {
         let t = image(&[1.0; 6], 3);
         for far in [1e9, 1e18, 1e30, -1e9, -1e18, -1e30, f32::MAX / 3.0] {
-            for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror] {
+            for wrap in [Wrap::REPEAT, Wrap::CLAMP, Wrap::MIRROR] {
                 for uv in [Vec2::new(far, 0.5), Vec2::new(0.5, far), Vec2::splat(far)] {
                     assert_eq!((t.bilinear(uv, wrap).0.x, t.nearest(uv, wrap).0.x), (1.0, 1.0));
                 }
@@ -178,11 +180,11 @@ mod tests {
     #[test]
     fn beyond_its_edges_an_image_may_be_black() {
         let t = image(&[1.0, 2.0, 3.0, 4.0], 2);
-        let at = |u, v| t.bilinear(Vec2::new(u, v), Wrap::Black).0.x;
+        let at = |u, v| t.bilinear(Vec2::new(u, v), Wrap::BLACK).0.x;
         assert_eq!([at(0.25, 0.25), at(0.75, 0.75)], [3.0, 2.0]);
         assert_eq!([at(0.0, 0.25), at(0.75, 1.0), at(1.0, 0.0)], [1.5, 1.0, 1.0]);
         assert_eq!([at(-0.25, 0.25), at(0.25, 1.3), at(7.0, -3.0)], [0.0; 3]);
-        let nearest = |u, v| t.nearest(Vec2::new(u, v), Wrap::Black).0.x;
+        let nearest = |u, v| t.nearest(Vec2::new(u, v), Wrap::BLACK).0.x;
         assert_eq!(
             [nearest(0.01, 0.99), nearest(-0.01, 0.99), nearest(0.01, 1.01)],
             [1.0, 0.0, 0.0]
@@ -197,17 +199,28 @@ mod tests {
         let at = |u, v, wrap| t.bilinear(Vec2::new(u, v), wrap).0.x;
         for (i, want) in [3.0, 4.0, 5.0].into_iter().enumerate() {
             let u = (i as f32 + 0.5) / 3.0;
-            assert!((at(u, 0.25, Wrap::Clamp) - want).abs() < 1e-5);
-            assert!((at(u, 0.75, Wrap::Clamp) - want + 3.0).abs() < 1e-5);
-            assert!((at(u, 0.5, Wrap::Clamp) - want + 1.5).abs() < 1e-5);
+            assert!((at(u, 0.25, Wrap::CLAMP) - want).abs() < 1e-5);
+            assert!((at(u, 0.75, Wrap::CLAMP) - want + 3.0).abs() < 1e-5);
+            assert!((at(u, 0.5, Wrap::CLAMP) - want + 1.5).abs() < 1e-5);
         }
-        assert!((at(1.0 / 3.0, 0.25, Wrap::Clamp) - 3.5).abs() < 1e-5);
-        assert!((at(0.0, 0.0, Wrap::Clamp) - 3.0).abs() < 1e-5);
-        assert!((at(0.0, 0.0, Wrap::Repeat) - 2.5).abs() < 1e-5);
-        assert!((at(0.0, 0.0, Wrap::Mirror) - 3.0).abs() < 1e-5);
-        assert!((at(-1.0 / 6.0, 0.25, Wrap::Repeat) - 5.0).abs() < 1e-5);
-        assert!((at(-1.5 / 3.0, 0.25, Wrap::Mirror) - 4.0).abs() < 1e-5);
-        assert_eq!(t.nearest(Vec2::new(0.34, 0.1), Wrap::Clamp).0.x, 4.0);
+        assert!((at(1.0 / 3.0, 0.25, Wrap::CLAMP) - 3.5).abs() < 1e-5);
+        assert!((at(0.0, 0.0, Wrap::CLAMP) - 3.0).abs() < 1e-5);
+        assert!((at(0.0, 0.0, Wrap::REPEAT) - 2.5).abs() < 1e-5);
+        assert!((at(0.0, 0.0, Wrap::MIRROR) - 3.0).abs() < 1e-5);
+        assert!((at(-1.0 / 6.0, 0.25, Wrap::REPEAT) - 5.0).abs() < 1e-5);
+        assert!((at(-1.5 / 3.0, 0.25, Wrap::MIRROR) - 4.0).abs() < 1e-5);
+        assert_eq!(t.nearest(Vec2::new(0.34, 0.1), Wrap::CLAMP).0.x, 4.0);
+        // Left of the first column is the first one, mirrored, or the last one, repeated; below the lowest row is that row.
+        let apart = |u| Wrap { u, v: Edge::Clamp };
+        let below = Vec2::new(-0.1, -0.1);
+        assert_eq!(
+            t.nearest(below, apart(Edge::Mirror)),
+            t.nearest(Vec2::new(0.1, 0.1), Wrap::CLAMP)
+        );
+        assert_eq!(
+            t.nearest(below, apart(Edge::Repeat)),
+            t.nearest(Vec2::new(0.9, 0.1), Wrap::CLAMP)
+        );
     }
 
     #[test]
@@ -216,8 +229,8 @@ mod tests {
         let t = image(&[0.3, 1.0, 2.5, 3.0, -4.0, 5.0, 0.5, 0.25, 1.0], 3);
         for (u, v) in [(0.2, 0.3), (0.45, 0.8), (0.7, 0.55), (0.02, 0.97)] {
             let at =
-                |du: f32, dv: f32| t.bilinear(Vec2::new(u + du, v + dv), Wrap::Repeat).luminance();
-            let g = t.gradient(Vec2::new(u, v), Wrap::Repeat, Spectrum::luminance);
+                |du: f32, dv: f32| t.bilinear(Vec2::new(u + du, v + dv), Wrap::REPEAT).luminance();
+            let g = t.gradient(Vec2::new(u, v), Wrap::REPEAT, Spectrum::luminance);
             let g = Vec2::from(g);
             let along_u = (at(STEP, 0.0) - at(-STEP, 0.0)) / (2.0 * STEP);
             let along_v = (at(0.0, STEP) - at(0.0, -STEP)) / (2.0 * STEP);

@@ -367,7 +367,7 @@ impl Textures {
     ) -> (Id<TextureRecord>, Self) {
         let mut textures = Self::default();
         let texels = textures.texels.push(Texels::new(width, height, pixels));
-        textures.of_one(PatternRecord::Bitmap(texels, Wrap::Repeat, Filter::Bilinear))
+        textures.of_one(PatternRecord::Bitmap(texels, Wrap::REPEAT, Filter::Bilinear))
     }
 }
 
@@ -383,7 +383,7 @@ mod tests {
             [[0.1, 0.5, 0.9], [0.7, 0.2, 0.4], [0.3, 0.8, 0.6]].map(Spectrum::from).into();
         textures.mesh_colors.triangles = vec![FLAT, [0, 1, 2]];
         let texels = textures.texels.push(Texels::new(2, 2, &[0.3, 1.0, 0.5, 2.0].map(|v| [v; 3])));
-        let bitmap = PatternRecord::Bitmap(texels, Wrap::Repeat, Filter::Bilinear);
+        let bitmap = PatternRecord::Bitmap(texels, Wrap::REPEAT, Filter::Bilinear);
         let to_pattern =
             Affine2::from_cols(Vec2::new(0.4, 0.3), Vec2::new(-0.2, 0.5), Vec2::new(0.1, 0.2));
         let colors =

@@ -218,6 +218,23 @@ pub(crate) fn flip(mesh: &mut Mesh) {
     }
 }
 
+/// How far the back of a two-sided light is behind its front, over the size of the mesh.
+const GAP: f64 = 1e-5;
+
+/// The back of a mesh: a little behind it, with its front where that has its back.
+pub(crate) fn back_of(mesh: &Mesh) -> Mesh {
+    let mut back = mesh.clone();
+    let normals = smooth_normals(&Mesh { uvs: None, ..mesh.clone() });
+    let size = mesh.positions.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
+    for (position, normal) in back.positions.iter_mut().zip(&normals.values) {
+        let moved = DVec3::from_array(position.map(f64::from))
+            - DVec3::from_array(normal.map(f64::from)) * (GAP * f64::from(size));
+        *position = moved.as_vec3().to_array();
+    }
+    flip(&mut back);
+    back
+}
+
 /// Normals that make a mesh look smooth: the mean of the normals of the triangles around a vertex,
 /// weighted by their angles there. [Thürmer & Wüthrich 1998, "Computing Vertex Normals from
 /// Polygonal Facets"]

@@ -308,7 +308,32 @@ pub struct Bitmap {
 
 /// What an image shows beyond its edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Wrap {
+pub struct Wrap {
+    /// To the left and to the right.
+    pub u: Edge,
+    /// Below and above.
+    pub v: Edge,
+}
+
+impl Wrap {
+    /// See [`Edge::Repeat`].
+    pub const REPEAT: Self = Self::both(Edge::Repeat);
+    /// See [`Edge::Mirror`].
+    pub const MIRROR: Self = Self::both(Edge::Mirror);
+    /// See [`Edge::Clamp`].
+    pub const CLAMP: Self = Self::both(Edge::Clamp);
+    /// See [`Edge::Black`].
+    pub const BLACK: Self = Self::both(Edge::Black);
+
+    /// The same along u and v.
+    pub const fn both(edge: Edge) -> Self {
+        Self { u: edge, v: edge }
+    }
+}
+
+/// What an image shows beyond two opposite edges.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Edge {
     /// Itself again.
     #[default]
     Repeat,
@@ -320,7 +345,7 @@ pub enum Wrap {
     Black,
 }
 
-impl Wrap {
+impl Edge {
     /// Which texel of a row of `n` stands for number `i` of an endless row; `None` where that is black.
     #[inline]
     pub fn texel(self, i: i64, n: i64) -> Option<i64> {

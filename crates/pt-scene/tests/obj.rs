@@ -218,7 +218,7 @@ fn images_are_scaled_and_moved() {
     };
     let texture = reflectance.texture().expect("a texture");
     assert_eq!(texture.to_pattern * DVec3::new(0.5, 0.25, 1.0), DVec3::new(1.25, 0.25, 1.0));
-    assert_eq!(bitmap(texture).wrap, Wrap::Repeat);
+    assert_eq!(bitmap(texture).wrap, Wrap::REPEAT);
 }
 
 #[test]

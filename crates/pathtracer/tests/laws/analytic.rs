@@ -62,7 +62,7 @@ fn square() -> [DVec3; 4] {
 
 const TILT: DVec3 = DVec3::new(0.6, 0.8, 0.0);
 
-const CASES: [Case; 13] = [
+const CASES: [Case; 14] = [
     Case {
         name: "point",
         add: |b| b.light(LightKind::Point { intensity: [4.0; 3] }, looking(ABOVE, DVec3::ZERO)),
@@ -97,6 +97,23 @@ const CASES: [Case; 13] = [
         irradiance: |p| {
             let angle = (ABOVE - p).normalize().y.acos().to_degrees();
             4.0 * ((80.0 - angle) / 60.0).clamp(0.0, 1.0) * inverse_square(p)
+        },
+    },
+    Case {
+        name: "punctual spot",
+        add: |b| {
+            let kind = LightKind::PunctualSpot {
+                intensity: [4.0; 3],
+                inner_angle: 20.0,
+                outer_angle: 80.0,
+            };
+            b.light(kind, looking(ABOVE, ABOVE - UP))
+        },
+        map: false,
+        irradiance: |p| {
+            let [inner, outer] = [20.0_f64, 80.0].map(|angle| angle.to_radians().cos());
+            let share = ((ABOVE - p).normalize().y - outer) / (inner - outer);
+            4.0 * share.clamp(0.0, 1.0).powi(2) * inverse_square(p)
         },
     },
     Case {

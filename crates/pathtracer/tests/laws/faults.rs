@@ -98,7 +98,7 @@ fn faults_of_lobes_are_refused_and_told() {
 /// A texture of one colour.
 fn texture(color: [f32; 3]) -> Arc<Texture> {
     let image = Arc::new(Image { width: 1, height: 1, pixels: vec![color] });
-    let bitmap = Bitmap { image, wrap: Wrap::Clamp, filter: Filter::Nearest };
+    let bitmap = Bitmap { image, wrap: Wrap::CLAMP, filter: Filter::Nearest };
     Arc::new(Texture::from(Pattern::Bitmap(bitmap)))
 }
 

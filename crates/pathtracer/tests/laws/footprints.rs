@@ -22,7 +22,7 @@ fn fine(filter: Filter, times: f64) -> Surface {
     let (a, b) = ([0.9, 0.7, 0.1], [0.1, 0.3, 0.5]);
     let pixels = (0..64).map(|i| if (i / 8 + i) % 2 == 0 { a } else { b }).collect();
     let image = Arc::new(Image { width: 8, height: 8, pixels });
-    let pattern = Pattern::Bitmap(Bitmap { image, wrap: Wrap::Repeat, filter });
+    let pattern = Pattern::Bitmap(Bitmap { image, wrap: Wrap::REPEAT, filter });
     let to_pattern = DMat3::from_diagonal(DVec3::new(times, times, 1.0));
     let reflectance = Color::Texture(Arc::new(Texture::on_surface(pattern, to_pattern)));
     Matte { reflectance, two_sided: true }.into()
@@ -198,7 +198,7 @@ fn memory_of_pyramids_is_counted_and_shared() {
     };
     let image = Arc::new(Image { width: 16, height: 16, pixels: vec![[0.3; 3]; 256] });
     let texture = |filter| {
-        let bitmap = Bitmap { image: Arc::clone(&image), wrap: Wrap::Repeat, filter };
+        let bitmap = Bitmap { image: Arc::clone(&image), wrap: Wrap::REPEAT, filter };
         let texture = Arc::new(Texture::from(Pattern::Bitmap(bitmap)));
         Surface::from(Matte { reflectance: Color::Texture(texture), two_sided: true })
     };

@@ -17,7 +17,7 @@ use crate::scenes::{Builder, camera, facing, looking, matte, size};
 fn image(width: u32, pixels: &[[f32; 3]]) -> Arc<Texture> {
     let height = pixels.len() as u32 / width;
     let image = Arc::new(Image { width, height, pixels: pixels.to_vec() });
-    let bitmap = Bitmap { image, wrap: Wrap::Clamp, filter: Filter::Nearest };
+    let bitmap = Bitmap { image, wrap: Wrap::CLAMP, filter: Filter::Nearest };
     Arc::new(Pattern::Bitmap(bitmap).into())
 }
 

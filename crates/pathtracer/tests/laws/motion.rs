@@ -138,7 +138,7 @@ pub(crate) fn under_flying_lamps() -> Scene {
     let moving =
         |stretch: f64| Arc::new(motion(&[key(0.0, fly(-1.0, 1.0)), key(2.0, fly(1.0, stretch))]));
     let image = Image { width: 2, height: 1, pixels: vec![[4.0, 1.0, 0.5], [0.1, 0.2, 2.0]] };
-    let (wrap, filter) = (Wrap::Clamp, Filter::Nearest);
+    let (wrap, filter) = (Wrap::CLAMP, Filter::Nearest);
     let bitmap = Bitmap { image: Arc::new(image), wrap, filter };
     let mut scene = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.6, 0.5, 0.4]))

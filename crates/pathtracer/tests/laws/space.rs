@@ -22,7 +22,7 @@ const FAR: DVec3 = DVec3::new(0.0, 0.0, 4.0);
 fn linear() -> Pattern {
     let pixels = vec![[0.2, 0.5, 0.9], [0.8, 0.1, 0.4], [0.6, 0.9, 0.1], [0.3, 0.4, 0.7]];
     let image = Arc::new(Image { width: 2, height: 2, pixels });
-    Pattern::Bitmap(Bitmap { image, wrap: Wrap::Clamp, filter: Filter::Bilinear })
+    Pattern::Bitmap(Bitmap { image, wrap: Wrap::CLAMP, filter: Filter::Bilinear })
 }
 
 fn in_space(pattern: Pattern, to_texture: DAffine3) -> Arc<Texture> {
@@ -113,7 +113,7 @@ fn linear_heights_in_space_tilt_the_normal_by_their_gradient() {
     // Between the middles of texels, which are the lines x = ∓4 on the wall, the picture grows from 0.2 to 0.8.
     let pixels = vec![[0.2; 3], [0.8; 3]];
     let image = Arc::new(Image { width: 2, height: 1, pixels });
-    let ramp = Pattern::Bitmap(Bitmap { image, wrap: Wrap::Clamp, filter: Filter::Bilinear });
+    let ramp = Pattern::Bitmap(Bitmap { image, wrap: Wrap::CLAMP, filter: Filter::Bilinear });
     let turn = DAffine3::from_rotation_z(0.5);
     let to_ramp = DAffine3::from_translation(DVec3::splat(0.5))
         * DAffine3::from_scale(DVec3::splat(1.0 / 16.0))

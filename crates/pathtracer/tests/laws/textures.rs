@@ -54,7 +54,7 @@ fn as_image() -> Arc<Texture> {
     let corner = |x: f32, y: f32| linear([x, y, 0.0]);
     let pixels = vec![corner(-1.0, 1.0), corner(1.0, 1.0), corner(-1.0, -1.0), corner(1.0, -1.0)];
     let image = Arc::new(Image { width: 2, height: 2, pixels });
-    let bitmap = Bitmap { image, wrap: Wrap::Clamp, filter: Filter::Bilinear };
+    let bitmap = Bitmap { image, wrap: Wrap::CLAMP, filter: Filter::Bilinear };
     let to_middles =
         Affine2::from_scale_angle_translation(Vec2::splat(0.5), 0.0, Vec2::splat(0.25));
     let to_pattern = pt_math::Mat3::from(to_middles).as_dmat3();

@@ -181,6 +181,13 @@ impl Lights {
                     }
                 }
             }
+            LightKind::PunctualSpot { intensity, inner_angle, outer_angle } => {
+                let [inner, outer] = [inner_angle, outer_angle]
+                    .map(|angle| angle.clamp(0.0, 90.0).to_radians() as f32);
+                let falloff = Falloff::Punctual { inner, outer };
+                let light = Spot { position, axis, intensity: intensity.into(), falloff };
+                self.table.push(light.into());
+            }
             LightKind::Area { radiance } => {
                 let (origin, e1, e2) = area_square(to_world);
                 // e2 × e1 looks along −z unless the node mirrors.
@@ -274,7 +281,9 @@ impl Lights {
                 self.table.push(Point { position, intensity: intensity.into() }.into());
             }
             LightKind::Area { radiance } => self.add_course_area(to_world, radiance.into()),
-            LightKind::Spot { .. } | LightKind::LinearSpot { .. } => {
+            LightKind::Spot { .. }
+            | LightKind::LinearSpot { .. }
+            | LightKind::PunctualSpot { .. } => {
                 notes.push(format!("light \"{}\": spot lights are black under --cs184", node.name));
             }
             LightKind::Constant { .. }
@@ -454,6 +463,7 @@ fn stands_for_glowing_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) ->
             | LightKind::Point { .. }
             | LightKind::Spot { .. }
             | LightKind::LinearSpot { .. }
+            | LightKind::PunctualSpot { .. }
             | LightKind::Ies { .. }
     );
     let position = to_world.translation.as_vec3();

@@ -37,6 +37,15 @@ pub enum Falloff {
         /// Where it is 0, in radians.
         cutoff: f32,
     },
+    /// 1 up to an inner angle, and from there ((cos θ − cos o) / (cos i − cos o))² down to 0 at an outer one. The text guards
+    /// the division by a difference of at least 0.001, which would darken narrow cones; here it is exact.
+    /// [KHR_lights_punctual, "Inner and Outer Cone Angles"]
+    Punctual {
+        /// The inner angle i, in radians.
+        inner: f32,
+        /// The outer angle o, in radians.
+        outer: f32,
+    },
 }
 
 impl Falloff {
@@ -50,8 +59,7 @@ impl Falloff {
             Self::Cosine { exponent: 0.0, .. } => 1.0,
             Self::Cosine { exponent, .. } => trig::powf(cos.max(0.0), exponent),
             Self::Linear { beam, cutoff } => {
-                // The cosine alone has no digits for small angles.
-                let angle = trig::atan2(axis.cross(w).length(), cos);
+                let angle = angle(axis, w);
                 let inside = f32::from(u8::from(angle <= beam));
                 if beam < cutoff {
                     ((cutoff - angle) / (cutoff - beam)).clamp(0.0, 1.0)
@@ -59,8 +67,26 @@ impl Falloff {
                     inside
                 }
             }
+            Self::Punctual { inner, outer } => {
+                let angle = angle(axis, w);
+                if angle <= inner {
+                    return 1.0;
+                }
+                let share = cosines_apart(angle, outer) / cosines_apart(inner, outer);
+                if angle < outer { share * share } else { 0.0 }
+            }
         }
     }
+}
+
+/// Between two unit vectors; their cosine alone has no digits for small angles.
+fn angle(a: Vec3, b: Vec3) -> f32 {
+    trig::atan2(a.cross(b).length(), a.dot(b))
+}
+
+/// cos a − cos b, with all digits also for small angles.
+fn cosines_apart(a: f32, b: f32) -> f32 {
+    2.0 * trig::sin_cos(0.5 * (b + a)).0 * trig::sin_cos(0.5 * (b - a)).0
 }
 
 impl Light for Spot {
@@ -81,6 +107,8 @@ impl Light for Spot {
             Falloff::Linear { beam: 0.2, cutoff: FRAC_PI_3 },
             Falloff::Linear { beam: FRAC_PI_6, cutoff: FRAC_PI_6 },
             Falloff::Linear { beam: 0.0, cutoff: PI },
+            Falloff::Punctual { inner: 0.2, outer: FRAC_PI_3 },
+            Falloff::Punctual { inner: FRAC_PI_6, outer: FRAC_PI_6 },
         ];
         let of = |falloff| Self {
             position: Vec3::new(0.0, 2.0, 0.0),

@@ -96,6 +96,16 @@ pub enum LightKind {
         /// the node, and v with y. The node may turn, mirror and scale.
         texture: Option<Arc<Texture>>,
     },
+    /// A point at the origin of the node that shines into a cone around −z; between two angles to
+    /// that axis, its intensity falls to 0 with the square of what is linear in the cosine. [KHR_lights_punctual]
+    PunctualSpot {
+        /// Radiant intensity along the axis.
+        intensity: [f32; 3],
+        /// Angle to the axis, in degrees, up to which the intensity is that of the axis.
+        inner_angle: f64,
+        /// Angle to the axis, in degrees, beyond which there is no light.
+        outer_angle: f64,
+    },
     /// A point at the origin of the node with the intensities of a luminaire, which hangs along −z:
     /// that is the vertical angle 0. The horizontal angle is 0 at +x and 90° at +y.
     Ies {
@@ -125,6 +135,7 @@ impl LightKind {
             Self::Point { .. } => "Point",
             Self::Spot { .. } => "Spot",
             Self::LinearSpot { .. } => "LinearSpot",
+            Self::PunctualSpot { .. } => "PunctualSpot",
             Self::Ies { .. } => "Ies",
             Self::Daylight(_) => "Daylight",
             Self::Area { .. } => "Area",

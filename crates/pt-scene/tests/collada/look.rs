@@ -7,7 +7,7 @@ use std::sync::Arc;
 use pt_scene::format::{LoadOptions, parse_with};
 use pt_scene::image::{Image, SaveOptions};
 use pt_scene::material::Black;
-use pt_scene::texture::{Bitmap, Filter, Pattern, Wrap};
+use pt_scene::texture::{Bitmap, Edge, Filter, Pattern, Wrap};
 use pt_scene::{Color, LightKind, LoadError, Material, Projection, Scene, Surface};
 
 use crate::{FILES, good, value};
@@ -218,10 +218,10 @@ fn images_paint_materials() {
     let first = bitmap(diffuse(all["diffuse"]));
     assert_eq!(
         (first.image.width, first.wrap, first.filter),
-        (32, Wrap::Repeat, Filter::Trilinear)
+        (32, Wrap::REPEAT, Filter::Trilinear)
     );
     let wraps = ["clamped", "bordered", "mixed"].map(|name| bitmap(diffuse(all[name])).wrap);
-    assert_eq!(wraps, [Wrap::Clamp, Wrap::Black, Wrap::Repeat]);
+    assert_eq!(wraps, [Wrap::CLAMP, Wrap::BLACK, Wrap { u: Edge::Mirror, v: Edge::Repeat }]);
     let screen = all["screen"];
     assert_eq!(screen.surface, Black.into());
     let Surface::Plastic(varnish) = &all["varnish"].surface else { panic!("no gloss") };
@@ -238,7 +238,6 @@ fn images_paint_materials() {
     let warnings: Vec<_> = told.map(ToString::to_string).collect();
     let expected = [
         "<border_color> of effect \"bordered-effect\": \"0 0.5 0 1\" around an image is taken as black",
-        "<wrap_t> of effect \"mixed-effect\": \"WRAP\" is not supported here",
         "<reflective> of effect \"chrome-effect\": the texture",
         "<transparent> of effect \"curtain-effect\": the texture",
         "<diffuse> of effect \"lost-effect\": the texture \"lost.png\" is not shown",

@@ -3,7 +3,7 @@
 use pt_math::color::linear_from_srgb;
 use pt_scene::material::{Black, Embossed, Mix, Principled};
 use pt_scene::medium::Matter;
-use pt_scene::texture::{Bitmap, Filter, Pattern, Relief, Wrap};
+use pt_scene::texture::{Bitmap, Edge, Filter, Pattern, Relief, Wrap};
 use pt_scene::{Color, Geometry, Material, Scalar, Scene, Sides, Surface};
 use serde_json::{Value, json};
 
@@ -23,7 +23,7 @@ fn scene(material: &Value) -> Scene {
         "materials": [material],
         "textures": [{"source": 0, "sampler": 0}],
         "images": [{"uri": PNG}],
-        "samplers": [{"wrapS": 33071, "wrapT": 33071, "magFilter": 9728}]
+        "samplers": [{"wrapS": 33648, "wrapT": 33071, "magFilter": 9728}]
     })))
 }
 
@@ -93,7 +93,10 @@ fn colours_are_decoded_and_numbers_are_not() {
     let light = |level: f32| linear_from_srgb(level / 255.0);
     let of = |green| [light(188.0), light(green), light(51.0)];
     assert_eq!(base.image.pixels, [of(0.0), of(100.0)]);
-    assert_eq!((base.wrap, base.filter), (Wrap::Clamp, Filter::Nearest));
+    assert_eq!(
+        (base.wrap, base.filter),
+        (Wrap { u: Edge::Mirror, v: Edge::Clamp }, Filter::Nearest)
+    );
     assert_eq!(texels(&found.metallic), [[51.0 / 255.0; 3]; 2]);
     let Scalar::Texture(roughness) = &found.roughness else { panic!("{:?}", found.roughness) };
     let roughness = Color::Texture(roughness.clone());
@@ -187,6 +190,49 @@ fn glow_has_its_strength() {
     }));
     assert_eq!(factors(&textured)[1], Color::Value([8.0, 4.0, 0.0]));
     assert_eq!(glow(json!({"emissiveTexture": {"index": 0}})), Color::Value([0.0; 3]));
+}
+
+/// The coverage of a surface multiplies what it emits, by numbers, images and masks. [glTF 2.0, §3.9.4]
+#[test]
+fn emission_is_that_of_the_share_that_is_there() {
+    let of = |mode: &str, base: Value| {
+        made(&json!({"alphaMode": mode, "emissiveFactor": [1, 0.5, 0], "pbrMetallicRoughness": base}))
+            .emission
+    };
+    let half = json!({"baseColorFactor": [1, 1, 1, 0.5]});
+    assert_eq!(of("OPAQUE", half.clone()), Color::Value([1.0, 0.5, 0.0]));
+    assert_eq!(of("BLEND", half.clone()), Color::Value([0.5, 0.25, 0.0]));
+    assert_eq!(of("MASK", half), Color::Value([1.0, 0.5, 0.0]));
+    assert_eq!(of("MASK", json!({"baseColorFactor": [1, 1, 1, 0.4]})), Color::Value([0.0; 3]));
+    let image = json!({"baseColorTexture": {"index": 0}});
+    for (mode, shares) in [("BLEND", [0.0, 128.0 / 255.0]), ("MASK", [0.0, 1.0])] {
+        let emission = of(mode, image.clone());
+        let [color, share] = factors(&emission);
+        assert_eq!(*color, Color::Value([1.0, 0.5, 0.0]));
+        assert_eq!(bitmap(share).image.pixels, shares.map(|share: f32| [share; 3]));
+    }
+}
+
+/// A copy just behind the surface emits the same, with its front where that has its back, and lets all light through.
+#[test]
+fn double_sided_surfaces_emit_on_both_sides() {
+    let of = |is_double: bool, emissive: [f32; 3]| {
+        scene(&json!({"doubleSided": is_double, "emissiveFactor": emissive}))
+    };
+    for single in [of(false, [1.0, 0.5, 0.0]), of(true, [0.0; 3])] {
+        assert_eq!((single.objects.len(), single.materials.len()), (1, 1));
+    }
+    let double = of(true, [1.0, 0.5, 0.0]);
+    assert_eq!(double.warnings, []);
+    let [front, back] = [0, 1].map(|i| match &double.objects[i].geometry {
+        Geometry::Mesh(mesh) => mesh.triangles[0],
+        other @ Geometry::Sphere { .. } => panic!("{other:?}"),
+    });
+    assert_eq!(back, [front[0], front[2], front[1]]);
+    let behind = double.objects[1].materials[0].expect("a material") as usize;
+    let Material { surface, emission, opacity, .. } = &double.materials[behind];
+    assert_eq!(*emission, Color::Value([1.0, 0.5, 0.0]));
+    assert_eq!((surface, opacity), (&Black.into(), &Scalar::Value(0.0)));
 }
 
 #[test]
@@ -307,7 +353,7 @@ fn unlit_surfaces_glow_in_their_base_colour() {
     let read = scene(&unlit(json!({"baseColorFactor": [0.5, 0.25, 1, 1]})));
     let Material { surface, emission, .. } = &read.materials[0];
     assert_eq!((surface, emission), (&Black.into(), &[0.5, 0.25, 1.0].into()));
-    assert!(read.warnings.iter().any(|note| note.message.contains("glows in its base colour")));
+    assert!(read.warnings.iter().any(|note| note.message.contains("emits its base colour")));
     let textured = made(&unlit(json!({"baseColorTexture": {"index": 0}})));
     assert_eq!(bitmap(&textured.emission).image.width, 2);
 }

@@ -70,14 +70,12 @@ fn lights_have_their_colour_times_their_intensity() {
     let wanted = [4.0, 2.0, 1.0];
     assert_eq!(light("point"), LightKind::Point { intensity: wanted });
     assert_eq!(light("directional"), LightKind::Directional { irradiance: wanted });
-    let LightKind::LinearSpot { intensity, beam_angle, cutoff_angle, texture: None } =
-        light("spot")
-    else {
+    let LightKind::PunctualSpot { intensity, inner_angle, outer_angle } = light("spot") else {
         panic!("{:?}", light("spot"))
     };
     assert_eq!(intensity, wanted);
-    assert!((beam_angle.to_radians() - 0.25).abs() < 1e-12);
-    assert!((cutoff_angle.to_radians() - 0.5).abs() < 1e-12);
+    assert!((inner_angle.to_radians() - 0.25).abs() < 1e-12);
+    assert!((outer_angle.to_radians() - 0.5).abs() < 1e-12);
 }
 
 #[test]

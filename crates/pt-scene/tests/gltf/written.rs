@@ -9,7 +9,7 @@ use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::format::{FORMATS, LoadOptions, load, load_with, save};
 use pt_scene::image::Image;
 use pt_scene::material::{Glass, Matte, Principled};
-use pt_scene::texture::{Bitmap, Filter, Pattern, Relief, Wrap};
+use pt_scene::texture::{Bitmap, Edge, Filter, Pattern, Relief, Wrap};
 use pt_scene::{
     Color, Geometry, Light, LightKind, Material, Object, Scalar, Scene, Span, Surface, Texture,
 };
@@ -425,7 +425,8 @@ fn textures_are_read_as_they_were() {
     };
     let to_pattern = DMat3::from_cols(DVec3::X * 2.0, DVec3::Y * 0.5, DVec3::new(0.25, 0.5, 1.0));
     let texture = |image: Arc<Image>| {
-        let bitmap = Bitmap { image, wrap: Wrap::Mirror, filter: Filter::Trilinear };
+        let wrap = Wrap { u: Edge::Mirror, v: Edge::Clamp };
+        let bitmap = Bitmap { image, wrap, filter: Filter::Trilinear };
         Arc::new(Texture::on_surface(Pattern::Bitmap(bitmap), to_pattern))
     };
     let tinted = |image, factor: [f32; 3]| {
@@ -444,10 +445,11 @@ fn textures_are_read_as_they_were() {
         layered: true,
         ..Principled::default()
     };
+    let opacity = Scalar::Texture(texture(grey(255, 255)));
     let material = Material {
-        emission: Color::Texture(tinted(levels(17), [8.0, 4.0, 2.0])),
+        emission: Color::Texture(tinted(levels(17), [8.0, 4.0, 2.0])).times(&opacity),
         hidden_emission: false,
-        opacity: Scalar::Texture(texture(grey(255, 255))),
+        opacity,
         ..material("paint", surface)
     };
     let rectangle = Geometry::Mesh(Arc::new(pt_scene::shapes::rectangle()));

@@ -412,7 +412,7 @@ fn images_lie_on_surfaces_as_their_author_says() {
     let Pattern::Bitmap(Bitmap { image, wrap, filter }) = &plain.pattern else {
         panic!("no image")
     };
-    assert_eq!((image.width, *wrap, *filter), (32, Wrap::Repeat, Filter::Bilinear));
+    assert_eq!((image.width, *wrap, *filter), (32, Wrap::REPEAT, Filter::Bilinear));
     // Light is less than what is stored, but for black and white.
     let raw = diffuse("<boolean name=\"raw\" value=\"true\"/>");
     let Pattern::Bitmap(Bitmap { image: stored, .. }) = &raw.pattern else { panic!("no image") };
@@ -424,7 +424,7 @@ fn images_lie_on_surfaces_as_their_author_says() {
          <transform name=\"to_uv\"><scale x=\"2\" y=\"3\"/><translate x=\"0.5\" y=\"0.25\"/></transform>",
     );
     let Pattern::Bitmap(Bitmap { wrap, filter, .. }) = &other.pattern else { panic!("no image") };
-    assert_eq!((*wrap, *filter), (Wrap::Mirror, Filter::Nearest));
+    assert_eq!((*wrap, *filter), (Wrap::MIRROR, Filter::Nearest));
     // v = 0 is the upper row there, and the lower one here.
     let at = |m: DMat3, u: f64, v: f64| (m * DVec3::new(u, v, 1.0)).truncate().to_array();
     assert_eq!(at(plain.to_pattern, 0.25, 0.125), [0.25, 0.875]);

@@ -248,7 +248,7 @@ fn thrown((kind, to_world): &(LightKind, DAffine3), direction: DVec3) -> [f32; 3
     let LightKind::LinearSpot { intensity, cutoff_angle, texture: Some(slide), .. } = kind else {
         panic!("no slide: {kind:?}")
     };
-    let Pattern::Bitmap(Bitmap { image, wrap: Wrap::Black, filter: Filter::Nearest }) =
+    let Pattern::Bitmap(Bitmap { image, wrap: Wrap::BLACK, filter: Filter::Nearest }) =
         &slide.pattern
     else {
         panic!("{:?}", slide.pattern)

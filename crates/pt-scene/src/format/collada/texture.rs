@@ -7,7 +7,7 @@ use super::reader::Reader;
 use crate::format::mesh_file::{locate, percent_decoded};
 use crate::format::xml::{Node, quote};
 use crate::image::{Numbers, Transfer};
-use crate::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
+use crate::texture::{Bitmap, Edge, Filter, Pattern, Texture, Wrap};
 
 /// What the numbers of images mean.
 const NUMBERS: Numbers = Numbers::Light(Transfer::Srgb);
@@ -57,34 +57,30 @@ pub(super) fn wrap<'a>(reader: &mut Reader<'a>, sampler: Option<Node<'a>>) -> Wr
         let found = sampler?.descendants().find(|n| n.tag_name().name() == tag)?;
         Some((found, found.text().unwrap_or_default().trim()))
     };
-    let wrap = |mode: Option<(Node<'a>, &str)>| match mode.map_or("WRAP", |(_, text)| text) {
-        "WRAP" => Some(Wrap::Repeat),
-        "MIRROR" => Some(Wrap::Mirror),
-        "CLAMP" => Some(Wrap::Clamp),
-        "BORDER" | "NONE" => Some(Wrap::Black),
+    let edge = |mode: Option<(Node<'a>, &str)>| match mode.map_or("WRAP", |(_, text)| text) {
+        "WRAP" => Some(Edge::Repeat),
+        "MIRROR" => Some(Edge::Mirror),
+        "CLAMP" => Some(Edge::Clamp),
+        "BORDER" | "NONE" => Some(Edge::Black),
         _ => None,
     };
-    let (s, t) = (mode("wrap_s"), mode("wrap_t"));
-    match (wrap(s), wrap(t)) {
-        (Some(of_s), Some(of_t)) if of_s == of_t => {
-            if let Some((border, color)) = mode("border_color").filter(|_| of_s == Wrap::Black)
-                && color.split_whitespace().take(3).any(|c| c.parse() != Ok(0.0))
-            {
-                let message = format!("{} around an image is taken as black", quote(color));
-                reader.warn(border, message);
-            }
-            of_s
-        }
-        (of_s, _) => {
-            if let Some((element, text)) = s.filter(|_| of_s.is_none()).or(t).or(s) {
-                let message = format!(
-                    "{} is not supported here; expected WRAP, MIRROR, CLAMP, BORDER or NONE, the same for wrap_s and \
-                     wrap_t; the image is repeated",
-                    quote(text)
-                );
-                reader.warn(element, message);
-            }
-            Wrap::Repeat
-        }
+    let modes = ["wrap_s", "wrap_t"].map(mode);
+    let edges = modes.map(edge);
+    for (element, text) in
+        modes.iter().zip(edges).filter_map(|(m, edge)| m.filter(|_| edge.is_none()))
+    {
+        let message = format!(
+            "{} is not supported here; expected WRAP, MIRROR, CLAMP, BORDER or NONE; the image is repeated",
+            quote(text)
+        );
+        reader.warn(element, message);
     }
+    let [u, v] = edges.map(Option::unwrap_or_default);
+    if let Some((border, color)) = mode("border_color").filter(|_| [u, v].contains(&Edge::Black))
+        && color.split_whitespace().take(3).any(|c| c.parse() != Ok(0.0))
+    {
+        let message = format!("{} around an image is taken as black", quote(color));
+        reader.warn(border, message);
+    }
+    Wrap { u, v }
 }

@@ -34,6 +34,8 @@ pub(super) struct Made {
     pub(super) material: u32,
     /// Index into [`crate::Scene::media`], of what is inside.
     pub(super) medium: Option<u32>,
+    /// Index into [`crate::Scene::materials`], of what emits behind a surface that does so on both sides.
+    pub(super) back: Option<u32>,
 }
 
 impl<'a> Reader<'a> {
@@ -80,8 +82,11 @@ impl<'a> Reader<'a> {
             Some(described) => self.described(described, is_colored)?,
             None => (default_material(is_colored), None),
         };
-        let made = Made { material: self.scene.materials.len() as u32, medium };
-        self.scene.materials.push(material);
+        let is_double = described.map_or(Ok(false), |described| described.flag("doubleSided"))?;
+        let back = (is_double && material.emission != [0.0; 3].into()).then(|| back_of(&material));
+        let number = self.scene.materials.len() as u32;
+        let made = Made { material: number, medium, back: back.as_ref().map(|_| number + 1) };
+        self.scene.materials.extend(std::iter::once(material).chain(back));
         self.materials.insert((index, is_colored), made);
         Ok(made)
     }
@@ -109,7 +114,8 @@ impl<'a> Reader<'a> {
             (thin(principled), None)
         };
         let surface = self.embossed(item, surface)?;
-        let (emission, opacity) = (self.emission(item)?, self.opacity(item)?);
+        let opacity = self.opacity(item)?;
+        let emission = self.emission(item)?.times(&opacity);
         let material =
             Material { name: item.name(), surface, emission, hidden_emission: false, opacity };
         if self.context.was_loud() {
@@ -121,15 +127,12 @@ impl<'a> Reader<'a> {
 
     /// KHR_materials_unlit: a surface that glows in its base colour, whatever shines on it, and reflects nothing.
     fn unlit(&mut self, item: &Item<'a>, color: Color) -> Result<Material, LoadError> {
-        self.warn(
-            item,
-            "it glows in its base colour, on its front alone, and lights what is around it",
-        );
+        self.warn(item, "it emits its base colour, and lights what is around it");
         let opacity = self.opacity(item)?;
         Ok(Material {
             name: item.name(),
             surface: Black.into(),
-            emission: color,
+            emission: color.times(&opacity),
             hidden_emission: false,
             opacity,
         })
@@ -345,9 +348,6 @@ impl<'a> Reader<'a> {
             ));
         }
         let texture = self.texture(item, "emissiveTexture", Content::Colors)?;
-        if item.flag("doubleSided")? {
-            self.warn(item, "it glows on its front alone");
-        }
         Ok(painted(factor, texture))
     }
 
@@ -375,6 +375,11 @@ impl<'a> Reader<'a> {
             _ => Err(item.refuse("alphaMode", "expected OPAQUE, MASK or BLEND")),
         }
     }
+}
+
+/// What emits the same behind a surface, and lets all light through to it.
+fn back_of(front: &Material) -> Material {
+    Material { surface: Black.into(), opacity: 0.0.into(), ..front.clone() }
 }
 
 /// What has no material: a rough white metal. [glTF 2.0, §3.9.6]

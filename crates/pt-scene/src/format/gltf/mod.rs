@@ -89,6 +89,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
         materials: HashMap::new(),
         mirrored: HashMap::new(),
         meshes: HashMap::new(),
+        backs: HashMap::new(),
         joints: HashMap::new(),
         poses: HashMap::new(),
         shown: 0,
@@ -114,6 +115,8 @@ struct Reader<'a> {
     mirrored: HashMap<u32, u32>,
     /// By the indices of mesh and primitive, as they are without a skin and weights of a node.
     meshes: HashMap<(usize, usize), Option<Arc<Mesh>>>,
+    /// Backs of those that emit on both sides.
+    backs: HashMap<(usize, usize), Arc<Mesh>>,
     /// What the joints of each skin do.
     joints: HashMap<usize, Arc<Vec<DAffine3>>>,
     /// What animations say of nodes, by their indices.

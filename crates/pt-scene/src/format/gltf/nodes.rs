@@ -12,7 +12,7 @@ use super::item::Item;
 use super::material::Layout;
 use super::mesh::Form;
 use crate::medium::Sides;
-use crate::{Geometry, LoadError, Material, Object, shapes};
+use crate::{Geometry, LoadError, Material, Mesh, Object, shapes};
 
 /// Most primitives that are shown, each as often as it is. A few lines can ask for any number: meshes of many primitives,
 /// and many nodes that show them.
@@ -141,23 +141,24 @@ impl<'a> Reader<'a> {
             let key = is_shared.then_some((index, i));
             let context = self.context;
             let made = self.object(node, &mesh, primitive, key, &form);
-            let Some(mut object) = context.keep(made)?.flatten() else { continue };
-            if count > 1 {
-                object.name = format!("{} {}", object.name, i + 1);
-            }
-            for (copy, to_world) in places.iter().enumerate() {
-                let mut object = Object { to_world: *to_world, ..object.clone() };
-                if places.len() > 1 {
-                    object.name = format!("{} ({})", object.name, copy + 1);
+            for mut object in context.keep(made)?.unwrap_or_default() {
+                if count > 1 {
+                    object.name = format!("{} {}", object.name, i + 1);
                 }
-                self.place(node, object)?;
+                for (copy, to_world) in places.iter().enumerate() {
+                    let mut object = Object { to_world: *to_world, ..object.clone() };
+                    if places.len() > 1 {
+                        object.name = format!("{} ({})", object.name, copy + 1);
+                    }
+                    self.place(node, object)?;
+                }
             }
         }
         Ok(())
     }
 
-    /// A primitive with its material, at the origin; `None` if it has no triangles. By the key it is kept for all nodes
-    /// that show it alike.
+    /// A primitive with its material, at the origin, and its back if that emits, too; nothing if it has no triangles. By
+    /// the key it is kept for all nodes that show it alike.
     fn object(
         &mut self,
         node: &Item<'a>,
@@ -165,7 +166,7 @@ impl<'a> Reader<'a> {
         primitive: &Item<'a>,
         key: Option<(usize, usize)>,
         form: &Form<'_>,
-    ) -> Result<Option<Object>, LoadError> {
+    ) -> Result<Vec<Object>, LoadError> {
         let index = primitive.whole("material")?;
         let described = index
             .map(|index| self.root.member("materials", index, primitive, "material"))
@@ -176,19 +177,22 @@ impl<'a> Reader<'a> {
         } else {
             let form = Form { layout: self.layout(described.as_ref())?, ..*form };
             let shape = match self.primitive(primitive, &mesh.name(), &form) {
-                Err(LoadError::Told) => return self.stand_in(node, primitive),
+                Err(LoadError::Told) => {
+                    return Ok(self.stand_in(node, primitive)?.into_iter().collect());
+                }
                 shape => shape?,
             };
             self.meshes.extend(key.map(|key| (key, shape.clone())));
             shape
         };
-        let Some(shape) = shape else { return Ok(None) };
+        let Some(shape) = shape else { return Ok(Vec::new()) };
         let made = self.material(index, described.as_ref(), shape.colors.is_some())?;
         let mut materials = vec![Some(made.material)];
         if let Some(described) = described.filter(|_| shape.parts.iter().any(|p| p.slot > 0)) {
             materials.push(Some(self.mirrored(&described, made)?));
         }
-        Ok(Some(Object {
+        let back = made.back.map(|back| (self.back_of(key, &shape), back));
+        let front = Object {
             name: node.name(),
             to_world: DAffine3::IDENTITY,
             motion: None,
@@ -196,7 +200,24 @@ impl<'a> Reader<'a> {
             materials,
             media: made.medium.map(|inside| Sides { interior: Some(inside), exterior: None }),
             at: node.span(),
-        }))
+        };
+        let back = back.map(|(mesh, material)| Object {
+            name: format!("back of {}", front.name),
+            materials: vec![Some(material); front.materials.len()],
+            geometry: Geometry::Mesh(mesh),
+            media: None,
+            ..front.clone()
+        });
+        Ok(std::iter::once(front).chain(back).collect())
+    }
+
+    /// The back of a mesh, by the key made once.
+    fn back_of(&mut self, key: Option<(usize, usize)>, mesh: &Mesh) -> Arc<Mesh> {
+        let made = || Arc::new(shapes::back_of(mesh));
+        match key {
+            Some(key) => Arc::clone(self.backs.entry(key).or_insert_with(made)),
+            None => made(),
+        }
     }
 
     /// A box in the place of a primitive whose buffer is missing, by the extent that the file tells; `None` if it does

@@ -119,7 +119,7 @@ pub(super) fn unscaled(DAffine3 { matrix3, translation }: DAffine3) -> Option<DA
     Some(DAffine3 { matrix3: DMat3::from_cols(x, z.cross(x), z), translation })
 }
 
-/// A spot, between whose angles the intensity falls linearly.
+/// A spot; without angles, its cone is one of 45° to the axis.
 fn cone(light: &Item<'_>, intensity: [f32; 3]) -> Result<LightKind, LoadError> {
     const RIGHT_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
     let none = || light.error("its \"spot\" is missing");
@@ -130,10 +130,9 @@ fn cone(light: &Item<'_>, intensity: [f32; 3]) -> Result<LightKind, LoadError> {
         let message = format!("{inner} is not below outerConeAngle, which is {outer}");
         return Err(spot.refuse("innerConeAngle", message));
     }
-    Ok(LightKind::LinearSpot {
+    Ok(LightKind::PunctualSpot {
         intensity,
-        beam_angle: inner.to_degrees(),
-        cutoff_angle: outer.to_degrees().min(90.0),
-        texture: None,
+        inner_angle: inner.to_degrees(),
+        outer_angle: outer.to_degrees().min(90.0),
     })
 }

@@ -15,7 +15,7 @@ use super::buffer;
 use super::item::Item;
 use crate::LoadError;
 use crate::image::{self, Decoded, Image, ImageError, Numbers};
-use crate::texture::{Bitmap, Color, Filter, Input, Pattern, Scalar, Texture, Wrap};
+use crate::texture::{Bitmap, Color, Edge, Filter, Input, Pattern, Scalar, Texture, Wrap};
 
 /// Most texels that are read from all images of a scene, counted as often as they are read.
 const MOST_TEXELS: usize = 1 << 28;
@@ -200,18 +200,18 @@ impl<'a> Reader<'a> {
     }
 
     /// What a sampler says is beyond the edges and between the texels.
-    fn sampler(&mut self, texture: &Item<'a>) -> Result<(Wrap, Filter), LoadError> {
+    fn sampler(&self, texture: &Item<'a>) -> Result<(Wrap, Filter), LoadError> {
         /// The code for the nearest texel.
         const NEAREST: usize = 9728;
         let Some(index) = texture.whole("sampler")? else {
-            return Ok((Wrap::Repeat, Filter::Trilinear));
+            return Ok((Wrap::REPEAT, Filter::Trilinear));
         };
         let sampler = self.root.member("samplers", index, texture, "sampler")?;
-        let wrap = |field| {
+        let edge = |field| {
             Ok(match sampler.whole(field)?.unwrap_or(10_497) {
-                10_497 => Wrap::Repeat,
-                33_071 => Wrap::Clamp,
-                33_648 => Wrap::Mirror,
+                10_497 => Edge::Repeat,
+                33_071 => Edge::Clamp,
+                33_648 => Edge::Mirror,
                 other => {
                     let message =
                         format!("{other} is no wrap mode; expected 33071, 33648 or 10497");
@@ -219,12 +219,9 @@ impl<'a> Reader<'a> {
                 }
             })
         };
-        let (along_u, along_v) = (wrap("wrapS")?, wrap("wrapT")?);
-        if along_u != along_v {
-            self.warn(&sampler, "wrapS and wrapT differ; wrapS is taken for both");
-        }
+        let wrap = Wrap { u: edge("wrapS")?, v: edge("wrapT")? };
         let is_nearest = sampler.whole("magFilter")? == Some(NEAREST);
-        Ok((along_u, if is_nearest { Filter::Nearest } else { Filter::Trilinear }))
+        Ok((wrap, if is_nearest { Filter::Nearest } else { Filter::Trilinear }))
     }
 }
 

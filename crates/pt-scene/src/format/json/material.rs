@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::describe::{Described, Fields, Kind, Plain, put, record, tagged, words};
 use super::node::{Keys, Node};
@@ -20,7 +20,8 @@ use crate::material::{
     ThinGlass,
 };
 use crate::texture::{
-    Bitmap, Blend, Color, Filter, Layout, Marble, Noise, Pattern, Relief, Scalar, Texture, Wrap,
+    Bitmap, Blend, Color, Edge, Filter, Layout, Marble, Noise, Pattern, Relief, Scalar, Texture,
+    Wrap,
 };
 use crate::{LoadError, Material};
 
@@ -375,7 +376,29 @@ record! { Blend { first: FROM_0, second: FROM_0, share: SHARE => 0.5.into() } }
 record! {
     Bitmap { image: Plain, wrap: Plain => Wrap::default(), filter: Plain => Filter::default() }
 }
-words! { Wrap { Repeat, Mirror, Clamp, Black } }
+words! { Edge { Repeat, Mirror, Clamp, Black } }
+
+/// A word for both directions, or a list of one for u and one for v.
+impl Described for Wrap {
+    fn read(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+        if node.text().is_some() {
+            return Edge::read(node, cx).map(Self::both);
+        }
+        match node.list("a name, or a list of 2 names").as_deref() {
+            Ok([u, v]) => Ok(Self { u: Edge::read(u, cx)?, v: Edge::read(v, cx)? }),
+            _ => Err(node.unexpected("a name, or a list of 2 names")),
+        }
+    }
+
+    fn write(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
+        if self.u == self.v { self.u.write(cx) } else { [self.u, self.v].write(cx) }
+    }
+
+    fn schema(schemas: &mut Schemas) -> Value {
+        let both = <[Edge; 2]>::schema(schemas);
+        json!({"anyOf": [Edge::schema(schemas), both]})
+    }
+}
 words! { Filter { Bilinear, Nearest, Trilinear } }
 
 impl Shared for Texture {

@@ -111,12 +111,17 @@ pub(super) fn integrator(
 /// interactions that are counted, through which lights that have no extent are not found. Where neither can
 /// be seen, they stay holes.
 pub(super) fn fill_holes(scene: &mut Scene) {
-    use LightKind::{Directional, Ies, LinearSpot, Point, Spot};
+    use LightKind::{Directional, Ies, LinearSpot, Point, PunctualSpot, Spot};
     let is_limited = scene.settings.max_depth.is_some_and(|depth| depth != u32::MAX);
     let is_point = |light: &Light| {
         matches!(
             light.kind,
-            Point { .. } | Spot { .. } | LinearSpot { .. } | Ies { .. } | Directional { .. }
+            Point { .. }
+                | Spot { .. }
+                | LinearSpot { .. }
+                | PunctualSpot { .. }
+                | Ies { .. }
+                | Directional { .. }
         )
     };
     let shows = is_limited || scene.lights.iter().any(is_point);

@@ -106,9 +106,9 @@ impl<'t> Textures<'t> {
         };
         let is_raw = parameters.boolean("raw")?;
         let wrap = match parameters.text("wrap_mode")? {
-            None | Some("repeat") => Wrap::Repeat,
-            Some("mirror") => Wrap::Mirror,
-            Some("clamp") => Wrap::Clamp,
+            None | Some("repeat") => Wrap::REPEAT,
+            Some("mirror") => Wrap::MIRROR,
+            Some("clamp") => Wrap::CLAMP,
             Some(other) => {
                 let message =
                     format!("{} is unknown; there are repeat, mirror, clamp", quote(other));

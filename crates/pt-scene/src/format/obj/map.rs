@@ -67,7 +67,7 @@ impl Map {
             file: String::new(),
             scale: [1.0; 2],
             offset: [0.0; 2],
-            wrap: Wrap::Repeat,
+            wrap: Wrap::REPEAT,
             height: 1.0,
             channel: None,
         };
@@ -100,11 +100,11 @@ impl Map {
             "-o" => self.offset = pair(line, rest, 0.0)?,
             "-bm" => [self.height] = line.numbers(&mut *rest)?,
             "-clamp" if rest.next() == Some("on") => {
-                self.wrap = Wrap::Clamp;
+                self.wrap = Wrap::CLAMP;
                 let message = "\"-clamp on\": beyond its edges, the image shows what is at them";
                 notes.add(line.at(option), message.to_owned());
             }
-            "-clamp" => self.wrap = Wrap::Repeat,
+            "-clamp" => self.wrap = Wrap::REPEAT,
             "-imfchan" => self.channel = channel(line, option, rest.next(), notes),
             "-mm" => {
                 let range: [f32; 2] = line.numbers(&mut *rest)?;

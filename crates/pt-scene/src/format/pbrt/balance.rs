@@ -131,7 +131,7 @@ mod tests {
         let image = Arc::new(Image { width: 1, height: 1, pixels: vec![[2.0; 3]] });
         let bitmap = crate::texture::Bitmap {
             image,
-            wrap: crate::texture::Wrap::Clamp,
+            wrap: crate::texture::Wrap::CLAMP,
             filter: crate::texture::Filter::Nearest,
         };
         let shown: Color = Input::Texture(Arc::new(Pattern::Bitmap(bitmap).into()));

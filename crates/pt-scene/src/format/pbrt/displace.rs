@@ -157,7 +157,7 @@ fn bitmap_at(Bitmap { image, wrap, filter }: &Bitmap, uv: [f64; 2]) -> f32 {
     let Image { width, height, pixels } = &**image;
     let size = [*width, *height].map(i64::from);
     let texel = |x: i64, y: i64| -> Option<f32> {
-        let (x, y) = (wrap.texel(x, size[0])?, size[1] - 1 - wrap.texel(y, size[1])?);
+        let (x, y) = (wrap.u.texel(x, size[0])?, size[1] - 1 - wrap.v.texel(y, size[1])?);
         Some(pixels[(y * size[0] + x) as usize][0])
     };
     let texel = |x: i64, y: i64| texel(x, y).unwrap_or(0.0);
@@ -202,7 +202,7 @@ mod tests {
     fn a_slope_tilts_a_square() {
         let pixels = [[0.25; 3], [0.75; 3]].to_vec();
         let image = Arc::new(Image { width: 2, height: 1, pixels });
-        let bitmap = Bitmap { image, wrap: Wrap::Clamp, filter: Filter::Bilinear };
+        let bitmap = Bitmap { image, wrap: Wrap::CLAMP, filter: Filter::Bilinear };
         // Between the middles of its two texels, the image is u.
         let to_pattern = DMat3::from_cols(DVec3::X * 0.5, DVec3::Y, DVec3::new(0.25, 0.0, 1.0));
         let slope = Texture::on_surface(Pattern::Bitmap(bitmap), to_pattern);

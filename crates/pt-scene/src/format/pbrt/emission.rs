@@ -75,7 +75,7 @@ pub(super) fn area_light(
             let sum: f64 = image.pixels.iter().map(|p| f64::from(luminance(*p))).sum();
             mean = sum / image.pixels.len() as f64;
             let bitmap =
-                Bitmap { image: Arc::new(image), wrap: Wrap::Clamp, filter: Filter::Bilinear };
+                Bitmap { image: Arc::new(image), wrap: Wrap::CLAMP, filter: Filter::Bilinear };
             Input::Texture(Arc::new(Texture::from(Pattern::Bitmap(bitmap))))
         }
         None => Input::Value(
@@ -121,21 +121,4 @@ pub(super) fn area(geometry: &Geometry, to_world: &DAffine3) -> f64 {
 
 fn position(mesh: &Mesh, i: u32) -> DVec3 {
     DVec3::from_array(mesh.positions[i as usize].map(f64::from))
-}
-
-/// How far the back of a two-sided light is behind its front, over the size of the mesh.
-const GAP: f64 = 1e-5;
-
-/// The back of a mesh: a little behind it, with its front where that has its back.
-pub(super) fn back_of(mesh: &Mesh) -> Mesh {
-    let mut back = mesh.clone();
-    let normals = crate::shapes::smooth_normals(&Mesh { uvs: None, ..mesh.clone() });
-    let size = mesh.positions.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
-    for (position, normal) in back.positions.iter_mut().zip(&normals.values) {
-        let moved = DVec3::from_array(position.map(f64::from))
-            - DVec3::from_array(normal.map(f64::from)) * (GAP * f64::from(size));
-        *position = moved.as_vec3().to_array();
-    }
-    crate::shapes::flip(&mut back);
-    back
 }

@@ -179,7 +179,7 @@ impl World {
             DVec3::Y * scale.y,
             (DVec2::splat(0.5) - scale * 0.5).extend(1.0),
         );
-        let bitmap = Bitmap { image: Arc::new(image), wrap: Wrap::Black, filter: Filter::Nearest };
+        let bitmap = Bitmap { image: Arc::new(image), wrap: Wrap::BLACK, filter: Filter::Nearest };
         let slide = Texture::on_surface(Pattern::Bitmap(bitmap), to_pattern);
         let angle = libm::atan(cone).to_degrees();
         let kind = LightKind::LinearSpot {

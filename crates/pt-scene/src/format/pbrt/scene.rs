@@ -12,7 +12,7 @@ use super::super::substitute;
 use super::super::xml::{did_you_mean, quote};
 use super::color_space::ColorSpace;
 use super::curve::is_tube;
-use super::emission::{AreaLight, area, area_light, back_of};
+use super::emission::{AreaLight, area, area_light};
 use super::entity::Entity;
 use super::medium::{Interface, Media};
 use super::shape::{Meshes, shape, sphere_mesh};
@@ -426,7 +426,7 @@ impl World {
             at: placed.at.span(""),
         };
         if let (true, Geometry::Mesh(mesh)) = (two_sided, &object.geometry) {
-            let back = Geometry::Mesh(Arc::new(back_of(mesh)));
+            let back = Geometry::Mesh(Arc::new(crate::shapes::back_of(mesh)));
             let name = format!("back of {}", object.name);
             let materials = vec![Some(self.back_of(material))];
             let back = Object { name, geometry: back, media: None, materials, ..object.clone() };

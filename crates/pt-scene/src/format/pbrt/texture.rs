@@ -342,7 +342,7 @@ impl Textures {
         let image = Arc::new(Image { width: 2, height: 2, pixels: corners });
         let to_middles =
             DMat3::from_cols(DVec3::X * 0.5, DVec3::Y * 0.5, DVec3::new(0.25, 0.25, 1.0));
-        let bitmap = Bitmap { image, wrap: Wrap::Clamp, filter: Filter::Bilinear };
+        let bitmap = Bitmap { image, wrap: Wrap::CLAMP, filter: Filter::Bilinear };
         let (layout, to_pattern) = mapping::read(entity, to_world)?;
         Ok(textured(Pattern::Bitmap(bitmap), layout, to_middles * to_pattern))
     }
@@ -356,9 +356,9 @@ impl Textures {
         let (layout, to_pattern) = mapping::read(entity, to_world)?;
         entity.pass_over(&["maxanisotropy"]);
         let wrap = match entity.text("wrap")? {
-            None | Some("repeat") => Wrap::Repeat,
-            Some("clamp") => Wrap::Clamp,
-            Some("black") => Wrap::Black,
+            None | Some("repeat") => Wrap::REPEAT,
+            Some("clamp") => Wrap::CLAMP,
+            Some("black") => Wrap::BLACK,
             Some(other) => {
                 let message = format!(
                     "the wrap {} is not supported; supported: repeat, black, clamp",
@@ -429,7 +429,7 @@ impl Textures {
         let path = self.folder.join(name);
         let image = self.folder.context.pixels(&path, Numbers::Stored)?.image;
         let bitmap =
-            Bitmap { image: Arc::new(image), wrap: Wrap::Repeat, filter: Filter::Bilinear };
+            Bitmap { image: Arc::new(image), wrap: Wrap::REPEAT, filter: Filter::Bilinear };
         Ok(Arc::new(Pattern::Bitmap(bitmap).into()))
     }
 }

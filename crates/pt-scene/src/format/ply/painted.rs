@@ -93,7 +93,7 @@ fn shown(file: &str, path: &Path, context: &Context) -> Material {
     let surface: Surface = match image {
         Ok(decoded) => {
             let image = Arc::new(decoded.image);
-            let bitmap = Bitmap { image, wrap: Wrap::Repeat, filter: Filter::Trilinear };
+            let bitmap = Bitmap { image, wrap: Wrap::REPEAT, filter: Filter::Trilinear };
             let texture = Arc::new(Texture::from(Pattern::Bitmap(bitmap)));
             Matte { reflectance: Input::Texture(texture), two_sided: true }.into()
         }

@@ -11,7 +11,7 @@ use super::Writer;
 use super::binary::Binary;
 use super::layer::Layer;
 use crate::image::{BitDepth, Decoded, Image, encode_stored};
-use crate::texture::{Filter, Wrap};
+use crate::texture::{Edge, Filter, Wrap};
 
 /// Images, and how they are laid out.
 #[derive(Default)]
@@ -56,16 +56,16 @@ impl Images {
     }
 
     fn texture(&mut self, image: usize, wrap: Wrap, filter: Filter) -> usize {
-        let wrap = match wrap {
-            Wrap::Repeat => 10_497,
-            Wrap::Clamp | Wrap::Black => 33_071,
-            Wrap::Mirror => 33_648,
+        let code = |edge| match edge {
+            Edge::Repeat => 10_497,
+            Edge::Clamp | Edge::Black => 33_071,
+            Edge::Mirror => 33_648,
         };
         let (near, far) = match filter {
             Filter::Nearest => (9728, 9728),
             Filter::Bilinear | Filter::Trilinear => (9729, 9987),
         };
-        let sampler = json!({"magFilter": near, "minFilter": far, "wrapS": wrap, "wrapT": wrap});
+        let sampler = json!({"magFilter": near, "minFilter": far, "wrapS": code(wrap.u), "wrapT": code(wrap.v)});
         let sampler = index_of(&mut self.samplers, sampler);
         index_of(&mut self.textures, json!({"source": image, "sampler": sampler}))
     }

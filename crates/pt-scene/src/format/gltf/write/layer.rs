@@ -7,7 +7,9 @@ use serde_json::{Map, Value, json};
 
 use super::super::super::gloss;
 use crate::image::Image;
-use crate::texture::{Bitmap, Blend, Color, Filter, Input, Layout, Pattern, Scalar, Texture, Wrap};
+use crate::texture::{
+    Bitmap, Blend, Color, Edge, Filter, Input, Layout, Pattern, Scalar, Texture, Wrap,
+};
 
 /// Which colours of a mesh a material shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -83,7 +85,9 @@ impl Parameter {
             Pattern::Bitmap(_) | Pattern::Checkerboard(_) if texture.layout == Layout::Surface => {
                 let layer = layer(texture);
                 // There is no black beyond the edges; what is at them is there instead.
-                self.lost |= layer.as_ref().is_some_and(|layer| layer.wrap == Wrap::Black);
+                self.lost |= layer
+                    .as_ref()
+                    .is_some_and(|layer| [layer.wrap.u, layer.wrap.v].contains(&Edge::Black));
                 self.lay(layer);
             }
             Pattern::Blend(blend) => self.blend(blend),
@@ -211,7 +215,7 @@ fn layer(texture: &Texture) -> Option<Layer> {
             // From the top, where v is above ½.
             let pixels = vec![*other, *alike, *alike, *other];
             let image = Arc::new(Image { width: 2, height: 2, pixels });
-            Some(Layer { image, wrap: Wrap::Repeat, filter: Filter::Nearest, to_pattern })
+            Some(Layer { image, wrap: Wrap::REPEAT, filter: Filter::Nearest, to_pattern })
         }
         _ => None,
     }

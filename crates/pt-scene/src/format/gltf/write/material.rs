@@ -15,7 +15,7 @@ use super::exact::near_f32;
 use super::layer::{Layer, MeshColors, Parameter, normals, power_of_two};
 use crate::material::Principled;
 use crate::medium::Matter;
-use crate::texture::{Relief, Scalar};
+use crate::texture::{Pattern, Relief, Scalar};
 use crate::{Color, Material, Medium, Surface};
 
 /// Extensions of a material, by their names.
@@ -80,16 +80,24 @@ impl Writer<'_> {
         let cx = &mut writing;
         let Closest { look, body, relief } =
             closest(&material.surface, &mut |note| self.notes.tell(&cx.place, note));
-        let base = self.base(&look, &material.opacity, cx)?;
+        let opacity = match material.opacity {
+            Scalar::Value(0.0) if material.emission != [0.0; 3].into() => {
+                self.notes
+                    .tell(&cx.place, "it is seen as it emits, though nothing else of it is there");
+                1.0.into()
+            }
+            ref opacity => opacity.clone(),
+        };
+        let base = self.base(&look, &opacity, cx)?;
         self.refraction(&look, body, medium, cx)?;
         self.coat(&look, cx)?;
         self.sheen(&look, cx)?;
         let has_relief = self.relief(relief.as_ref(), cx)?;
-        let glows = self.emission(material, cx)?;
+        let glows = self.emission(material, &opacity, cx)?;
         if body != Body::Solid && !look.two_sided {
             self.notes.tell(&cx.place, "its back, which is black, becomes like its front");
         }
-        // What glows does so on its front alone, and light goes through both sides of a body anyway.
+        // Here what emits does so on its front alone, and light goes through both sides of a body anyway.
         if !glows && look.two_sided {
             cx.fields.insert("doubleSided".to_owned(), true.into());
         }
@@ -360,11 +368,20 @@ impl Writer<'_> {
         done.map(|()| true)
     }
 
-    /// The glow; whether there is one.
-    fn emission(&mut self, material: &Material, cx: &mut Writing) -> Result<bool, String> {
-        let glow = Parameter::of(&material.emission);
+    /// What is emitted where all of the surface is there; whether there is anything.
+    fn emission(
+        &mut self,
+        material: &Material,
+        opacity: &Scalar,
+        cx: &mut Writing,
+    ) -> Result<bool, String> {
+        let (whole, is_certain) = emitted_by_the_whole(&material.emission, opacity);
+        let glow = Parameter::of(&whole);
         if glow.factor == [0.0; 3] {
             return Ok(false);
+        }
+        if !is_certain {
+            self.notes.tell(&cx.place, "what it emits is multiplied by its opacity");
         }
         if !glow.factor.iter().all(|c| c.is_finite()) {
             return Err(format!("{}: its glow is not finite", cx.place));
@@ -388,6 +405,35 @@ impl Writer<'_> {
         cx.fields = fields;
         done.map(|()| true)
     }
+}
+
+/// What the whole of a surface emits of which a share is there that emits this, and whether it is certain.
+fn emitted_by_the_whole(emission: &Color, opacity: &Scalar) -> (Color, bool) {
+    let share = match opacity {
+        // Where nothing is there, nothing is emitted.
+        Scalar::Value(1.0 | 0.0) => return (emission.clone(), true),
+        Scalar::Value(share) => {
+            let inverse = Color::Value([share.recip(); 3]);
+            return match emission {
+                Color::Value(emitted) => (emitted.map(|c| c / share).into(), true),
+                Color::Texture(_) => {
+                    let factors = Box::new([emission.clone(), inverse]);
+                    (Color::Texture(Arc::new(Pattern::Product(factors).into())), true)
+                }
+            };
+        }
+        Scalar::Texture(texture) => Color::Texture(Arc::clone(texture)),
+    };
+    if *emission == share {
+        return ([1.0; 3].into(), true);
+    }
+    if let Color::Texture(texture) = emission
+        && let Pattern::Product(factors) = &texture.pattern
+        && factors[1] == share
+    {
+        return (factors[0].clone(), true);
+    }
+    (emission.clone(), *emission == [0.0; 3].into())
 }
 
 /// What is left of light behind a distance, and this, from which readers compute an extinction per metre: exactly this one,

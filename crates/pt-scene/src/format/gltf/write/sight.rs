@@ -125,7 +125,11 @@ impl Writer<'_> {
                 }
                 ("spot", *intensity, to_world)
             }
-            LightKind::LinearSpot { intensity, texture, .. } => {
+            LightKind::PunctualSpot { intensity, .. } => ("spot", *intensity, to_world),
+            LightKind::LinearSpot { intensity, beam_angle, cutoff_angle, texture } => {
+                if beam_angle < cutoff_angle {
+                    tell("its intensity falls from its beam to the edge as glTF has it");
+                }
                 if texture.is_some() {
                     tell("the picture that it throws is left out");
                 }
@@ -173,6 +177,9 @@ impl Writer<'_> {
                 [if *falloff_exponent > 0.0 { 0.0 } else { cutoff }, cutoff]
             }
             LightKind::LinearSpot { beam_angle, cutoff_angle, .. } => [*beam_angle, *cutoff_angle],
+            LightKind::PunctualSpot { inner_angle, outer_angle, .. } => {
+                [*inner_angle, *outer_angle]
+            }
             _ => return None,
         };
         if cutoff > 90.0 {
