@@ -9,7 +9,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use pt_math::{Frame, Spectrum, Vec3};
+use pt_math::{Frame, Spectrum, Vec2, Vec3};
 use pt_scene::hair;
 use pt_scene::material::Averted;
 
@@ -101,8 +101,8 @@ pub enum SlotKind {
 /// How normals differ from those of the shape; see [`pt_scene::texture::Relief`].
 #[derive(Clone, Copy, Debug)]
 pub enum ReliefRecord {
-    /// By colours.
-    Normals(Id<TextureRecord>),
+    /// By colours, and the direction of (u, v) that is +x of their frame.
+    Normals(Id<TextureRecord>, Vec2),
     /// By heights, in metres per luminance.
     Heights(Id<TextureRecord>, f32),
 }
@@ -225,9 +225,10 @@ impl Materials {
     /// texture coordinates. [Heights: Blinn 1978, "Simulation of Wrinkled Surfaces"]
     fn embossed(&self, relief: ReliefRecord, n: Vec3, at: &Parametrization) -> Vec3 {
         let bent = match relief {
-            ReliefRecord::Normals(texture) => {
+            ReliefRecord::Normals(texture, along) => {
                 let [x, y, z] = self.textures.color(texture, at).map(|c| 2.0 * c - 1.0).to_array();
-                let Some(tangent) = at.along_u else { return n };
+                let Some(u) = at.along_u else { return n };
+                let tangent = u * along.x + at.along_v.unwrap_or(Vec3::ZERO) * along.y;
                 Frame::from_normal_and_tangent(n, tangent).to_world(Vec3::new(x, y, z))
             }
             ReliefRecord::Heights(texture, scale) => {

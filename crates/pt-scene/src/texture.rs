@@ -380,6 +380,9 @@ pub enum Relief {
     /// By the colours of an image: 2 · rgb − 1 is the normal, in a right-handed frame of which +z is
     /// the normal of the shape, and +x the direction in which u grows.
     Normals(Arc<Texture>),
+    /// The same in a frame of which +x is the direction in which u of the image grows, after its transform: where the
+    /// image is turned, its relief turns with it.
+    TurnedNormals(Arc<Texture>),
     /// As if the surface were raised by the texture's luminance times a number, in the unit of the scene.
     Heights(Arc<Texture>, f32),
 }

@@ -1,11 +1,12 @@
 //! Reliefs: how they shadow, how they look from behind, and where their normals look away.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
 
 use pathtracer::Film;
-use pt_math::{DAffine3, DVec3};
+use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::material::{Averted, Embossed, Matte, Mix, Sided};
-use pt_scene::texture::{Filter, Relief};
+use pt_scene::texture::{Filter, Relief, Texture};
 use pt_scene::{LightKind, Surface, shapes};
 
 use crate::materials::row;
@@ -44,6 +45,30 @@ fn assert_is(film: &Film, want: f64, what: &str) {
     for pixel in film.pixels() {
         let got = pixel.luminance().0;
         assert!((got - want).abs() < 2e-4, "{what}: {got} for {want}");
+    }
+}
+
+/// An image that is turned by a quarter has its u along −v or v of the surface, and one that runs backwards along −u; its
+/// normals lean to there. A texture of one colour alone does not.
+#[test]
+fn normals_turn_with_their_image() {
+    let lean = DVec3::new(0.6, 0.0, 0.8);
+    let Relief::Normals(image) = normals(lean) else { panic!("normals") };
+    let backwards = DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0));
+    for (to_pattern, toward) in [
+        (DMat3::IDENTITY, DVec3::X),
+        (DMat3::from_angle(FRAC_PI_2), DVec3::NEG_Y),
+        (DMat3::from_angle(-FRAC_PI_2), DVec3::Y),
+        (backwards, DVec3::NEG_X),
+    ] {
+        let texture = Arc::new(Texture { to_pattern, ..(*image).clone() });
+        let n = 0.6 * toward + 0.8 * DVec3::Z;
+        for light in [DVec3::Z, DVec3::new(0.0, 0.6, 0.8), DVec3::new(0.6, 0.0, 0.8)] {
+            let wall = wall(Relief::TurnedNormals(Arc::clone(&texture)));
+            assert_is(&film(wall, DVec3::Z, light), n.dot(light), &format!("{toward} {light}"));
+        }
+        let fixed = wall(Relief::Normals(Arc::clone(&texture)));
+        assert_is(&film(fixed, DVec3::Z, lean), 1.0, "not turned");
     }
 }
 

@@ -3,7 +3,7 @@
 //! To add a material: its struct goes into `pt_scene::material` with its name in `surfaces!`, and
 //! its [`Lower`] here; the compiler asks for the second when the first is there.
 
-use pt_math::Spectrum;
+use pt_math::{DMat3, DVec2, DVec3, Spectrum, Vec2};
 use pt_scene::hair;
 use pt_scene::material::{
     Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
@@ -313,11 +313,23 @@ impl Lower for Sided {
     }
 }
 
+/// In which direction of (u, v) of a surface u of an image grows while its v stays; that of u where a transform to the
+/// image flattens it.
+fn growth_of_u(to_pattern: DMat3) -> Vec2 {
+    let [x, y] = [to_pattern.x_axis, to_pattern.y_axis].map(DVec3::truncate);
+    let along = DVec2::new(y.y, -x.y) * x.perp_dot(y).signum();
+    along.try_normalize().unwrap_or(DVec2::X).as_vec2()
+}
+
 impl Lower for Embossed {
     fn lower(&self, cx: &mut Lowering) -> Material {
         let surface = part(&self.surface, cx);
         let relief = match &self.relief {
-            Relief::Normals(texture) => ReliefRecord::Normals(cx.texture(texture)),
+            Relief::Normals(texture) => ReliefRecord::Normals(cx.texture(texture), Vec2::X),
+            Relief::TurnedNormals(texture) => {
+                let along_u = growth_of_u(texture.to_pattern);
+                ReliefRecord::Normals(cx.texture(texture), along_u)
+            }
             Relief::Heights(texture, scale) => {
                 ReliefRecord::Heights(cx.texture(texture), scale * cx.metres)
             }

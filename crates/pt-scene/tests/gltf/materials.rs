@@ -249,6 +249,39 @@ fn normals_keep_the_numbers_of_their_image() {
     }
 }
 
+/// Images that are turned or run backwards take their normals with them; where they are mirrored, these lean to the other
+/// side of the normal of the shape, as on triangles on which coordinates lie mirrored.
+#[test]
+fn normals_turn_with_the_transform_of_their_image() {
+    let relief = |transform: Value| {
+        let extensions = json!({"KHR_texture_transform": transform});
+        match made(&json!({"normalTexture": {"index": 0, "extensions": extensions}})).surface {
+            Surface::Embossed(embossed) => embossed.relief,
+            other => panic!("{other:?}"),
+        }
+    };
+    let y_of = |relief: &Relief| match relief {
+        Relief::Normals(map) | Relief::TurnedNormals(map) => {
+            2.0 * bitmap(&Color::Texture(map.clone())).image.pixels[1][1] - 1.0
+        }
+        Relief::Heights(..) => panic!("{relief:?}"),
+    };
+    let upright = y_of(&relief(json!({})));
+    assert!(upright < 0.0, "100 of 255 is below the middle");
+    for (transform, is_turned, is_mirrored) in [
+        (json!({"offset": [0.5, 0.5], "scale": [2, 3]}), false, false),
+        (json!({"rotation": 0.5}), true, false),
+        (json!({"scale": [-1, 1]}), true, true),
+        (json!({"scale": [1, -1]}), false, true),
+        (json!({"scale": [-1, -1]}), true, false),
+    ] {
+        let found = relief(transform.clone());
+        assert_eq!(matches!(found, Relief::TurnedNormals(_)), is_turned, "{transform}");
+        let wanted = if is_mirrored { -upright } else { upright };
+        assert!((y_of(&found) - wanted).abs() < 1e-6, "{transform}");
+    }
+}
+
 /// Two triangles, of which coordinates lie mirrored on the first one.
 #[test]
 fn normals_lean_to_the_other_side_where_coordinates_lie_mirrored() {

@@ -7,7 +7,7 @@ use pt_math::trig;
 use super::super::{gloss, substitute};
 use super::Reader;
 use super::item::Item;
-use super::texture::{Content, measured, painted};
+use super::texture::{Content, measured, painted, placement};
 use crate::material::{Black, Embossed, Mix, Principled, PrincipledThin};
 use crate::medium::{Matter, Medium, Phase};
 use crate::texture::{Color, Input, Pattern, Relief, Scalar, Texture};
@@ -328,8 +328,12 @@ impl<'a> Reader<'a> {
     fn relief(&mut self, item: &Item<'a>, is_mirrored: bool) -> Result<Option<Relief>, LoadError> {
         let Some(info) = item.child("normalTexture")? else { return Ok(None) };
         let scale = info.number_in("scale", -ANY..=ANY, 1.0)? as f32;
+        let to_pattern = placement(&info)?;
+        let is_mirrored = is_mirrored != (to_pattern.determinant() < 0.0);
+        let is_turned = to_pattern.x_axis.y != 0.0 || to_pattern.x_axis.x < 0.0;
         let content = Content::Normals { scale: scale.to_bits(), is_mirrored };
-        Ok(self.texture(item, "normalTexture", content)?.map(Relief::Normals))
+        let made = if is_turned { Relief::TurnedNormals } else { Relief::Normals };
+        Ok(self.texture(item, "normalTexture", content)?.map(made))
     }
 
     /// Radiance, in candela per square metre.

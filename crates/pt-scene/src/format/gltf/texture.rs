@@ -228,7 +228,7 @@ impl<'a> Reader<'a> {
 /// From the coordinates of a surface, with v upwards, to those of an image, by KHR_texture_transform: with v downwards,
 /// coordinates are scaled, then turned by an angle so that +u goes to −v, then moved. The listing in the text of the
 /// extension turns the other way than its words and all who read it. [KhronosGroup/glTF, issue 1563]
-fn placement(info: &Item<'_>) -> Result<DMat3, LoadError> {
+pub(super) fn placement(info: &Item<'_>) -> Result<DMat3, LoadError> {
     let Some(moved) = info.extension("KHR_texture_transform")? else { return Ok(DMat3::IDENTITY) };
     let [scale_u, scale_v] = moved.vector("scale")?.unwrap_or([1.0; 2]);
     let [u, v] = moved.vector("offset")?.unwrap_or([0.0; 2]);

@@ -305,11 +305,14 @@ impl Fields for Pigment {
 /// What tells pigments.
 const PIGMENTS: [&str; 4] = ["reflectance", "absorption", "eumelanin", "pheomelanin"];
 
-/// A texture as a `normal_map`, or as a `height_map` with its `height`.
+/// A texture as a `normal_map` or `turned_normal_map`, or as a `height_map` with its `height`.
 impl Fields for Relief {
     fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
         if let Some(normals) = keys.take("normal_map") {
             return Arc::read(&normals, cx).map(Self::Normals);
+        }
+        if let Some(normals) = keys.take("turned_normal_map") {
+            return Arc::read(&normals, cx).map(Self::TurnedNormals);
         }
         let Some(heights) = keys.take("height_map") else {
             return Err(keys.node.error("its \"normal_map\" or \"height_map\" is missing"));
@@ -320,6 +323,9 @@ impl Fields for Relief {
     fn write_fields(&self, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
         match self {
             Self::Normals(texture) => put(out, "normal_map", &Plain, texture, None, cx),
+            Self::TurnedNormals(texture) => {
+                put(out, "turned_normal_map", &Plain, texture, None, cx)
+            }
             Self::Heights(texture, height) => {
                 put(out, "height_map", &Plain, texture, None, cx)?;
                 put(out, "height", &ANY, height, Some(1.0), cx)
@@ -330,9 +336,10 @@ impl Fields for Relief {
     fn properties(schemas: &mut Schemas) -> Vec<Properties> {
         let map = Arc::<Texture>::schema(schemas);
         let normals = Properties::default().with_schema("normal_map", map.clone(), true);
+        let turned = Properties::default().with_schema("turned_normal_map", map.clone(), true);
         let height = serde_json::json!({"type": "number", "default": 1});
         let heights = Properties::default().with_schema("height_map", map, true);
-        vec![normals, heights.with_schema("height", height, false)]
+        vec![normals, turned, heights.with_schema("height", height, false)]
     }
 }
 

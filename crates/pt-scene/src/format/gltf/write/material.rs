@@ -354,7 +354,7 @@ impl Writer<'_> {
     fn relief(&mut self, relief: Option<&Relief>, cx: &mut Writing) -> Result<bool, String> {
         let normals = match relief {
             None => return Ok(false),
-            Some(Relief::Normals(texture)) => normals(texture),
+            Some(Relief::Normals(texture) | Relief::TurnedNormals(texture)) => normals(texture),
             Some(Relief::Heights(..)) => None,
         };
         let Some(layer) = normals else {
@@ -480,7 +480,9 @@ pub(super) fn is_mirrored(material: &Material, of: &Material) -> bool {
     else {
         return false;
     };
-    let (Relief::Normals(a), Relief::Normals(b)) = (&one.relief, &other.relief) else {
+    let ((Relief::Normals(a), Relief::Normals(b))
+    | (Relief::TurnedNormals(a), Relief::TurnedNormals(b))) = (&one.relief, &other.relief)
+    else {
         return false;
     };
     let (Some(a), Some(b)) = (normals(a), normals(b)) else { return false };
