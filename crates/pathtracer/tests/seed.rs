@@ -148,6 +148,18 @@ fn options(light_samples: u32, depth: u32, hemisphere: bool, spp: u32) -> (Setti
     (settings, Plan { depth, light_samples, hemisphere, accumulate: true })
 }
 
+/// Figures 3 and 4: normals as colours.
+#[test]
+fn normals() {
+    for content in [Content::MatteBalls, Content::Ring] {
+        let both = Both::new(content);
+        let (settings, _) = options(1, 0, false, 4);
+        let settings = Settings { integrator: "normals".into(), ..settings };
+        let means = theirs(6000, |at, _| both.world.normal_as_color(&both.eye, at));
+        assert_equal("normals", &both.ours(&settings), &means);
+    }
+}
+
 /// Figure 5: a mesh in direct light by 1, 4 … directions of the hemisphere, and by samples of the light.
 #[test]
 fn direct_light_of_a_mesh() {

@@ -31,7 +31,8 @@ impl Integrator for Normals {
         let color = |(i, hit): (usize, &Option<Hit>)| match hit {
             Some(hit) => {
                 let normal = tracer.scene.interaction(&rays.get(i), hit, starts.time(i)).normal;
-                Spectrum((normal + Vec3::ONE) * 0.5)
+                // Interpolated ones are longer than 1 by their rounding.
+                Spectrum(((normal + Vec3::ONE) * 0.5).max(Vec3::ZERO))
             }
             None => Spectrum::ZERO,
         };

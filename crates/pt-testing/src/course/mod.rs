@@ -136,6 +136,12 @@ impl World {
         Some(Hit { p: origin + t * d, normal, material: self.shapes[index].1 })
     }
 
+    /// (n + 1) / 2 of the first surface; black where there is none.
+    pub fn normal_as_color(&self, eye: &Eye, at: [f64; 2]) -> DVec3 {
+        let hit = self.hit(eye.position, eye.towards(at), f64::INFINITY);
+        hit.map_or(DVec3::ZERO, |hit| 0.5 * (hit.normal + DVec3::ONE))
+    }
+
     /// A sample of the radiance that the camera sees through a point of its image.
     pub fn radiance(&self, eye: &Eye, at: [f64; 2], plan: &Plan, random: &mut Random) -> DVec3 {
         let d = eye.towards(at);
