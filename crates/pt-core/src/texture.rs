@@ -25,10 +25,10 @@ pub enum PatternRecord {
     Bitmap(Id<Texels>, Wrap, Filter),
     /// Squares of side ½.
     Checkerboard([Spectrum; 2]),
-    /// Colours at the corners of triangles, linear between them.
-    VertexColors,
-    /// Colours of triangles.
-    FaceColors,
+    /// Colours at the corners of triangles, linear between them, by their number in [`Textures::mesh_colors`].
+    VertexColors(u32),
+    /// Colours of triangles, by their number there.
+    FaceColors(u32),
     /// One times the other.
     Product([Factor; 2]),
     /// What is between two, by the share of the second.
@@ -68,8 +68,8 @@ pub struct Textures {
     pub laid: Table<Laid>,
     /// Their images.
     pub texels: Table<Texels>,
-    /// The colours of meshes that some of them show.
-    pub mesh_colors: MeshColors,
+    /// The colours of meshes that some of them show, and other values of these by their names.
+    pub mesh_colors: Vec<MeshColors>,
     /// Whether some of them show more or less of an image by how much of it is seen at once.
     pub uses_footprints: bool,
 }
@@ -134,7 +134,7 @@ impl Textures {
         let TextureRecord { pattern, to_pattern } = self.records[id];
         let uv = to_pattern.transform_point2(at.uv);
         match pattern {
-            PatternRecord::VertexColors | PatternRecord::FaceColors => {
+            PatternRecord::VertexColors(_) | PatternRecord::FaceColors(_) => {
                 self.color_of_mesh(pattern, at)
             }
             PatternRecord::Product(factors) => self.product(factors, at),
@@ -189,8 +189,9 @@ impl Textures {
     fn color_of_mesh(&self, pattern: PatternRecord, at: &Parametrization) -> Spectrum {
         let Some(at) = &at.on_triangle else { return Spectrum::ZERO };
         match pattern {
-            PatternRecord::VertexColors => self.mesh_colors.at_vertices(at),
-            _ => self.mesh_colors.of_face(at.triangle),
+            PatternRecord::VertexColors(i) => self.mesh_colors[i as usize].at_vertices(at),
+            PatternRecord::FaceColors(i) => self.mesh_colors[i as usize].of_face(at.triangle),
+            _ => Spectrum::ZERO,
         }
     }
 
@@ -264,7 +265,7 @@ impl Textures {
                 let [s, t] = [to_pattern.matrix2.x_axis, to_pattern.matrix2.y_axis];
                 [u * s.x + v * s.y, u * t.x + v * t.y]
             }
-            (PatternRecord::VertexColors, Some(at)) => self.mesh_colors.gradient(at),
+            (PatternRecord::VertexColors(i), Some(at)) => self.mesh_colors[i as usize].gradient(at),
             (PatternRecord::Laid(laid), _) => self.laid_gradient(laid, at),
             (PatternRecord::Root(square), _) => {
                 let root = self.root(square, at);
@@ -341,7 +342,7 @@ impl Textures {
     /// How much memory all images and colours of meshes take.
     pub fn bytes(&self) -> usize {
         let images: usize = self.texels.as_slice().iter().map(Texels::bytes).sum();
-        images + self.mesh_colors.bytes()
+        images + self.mesh_colors.iter().map(MeshColors::bytes).sum::<usize>()
     }
 }
 
@@ -356,8 +357,8 @@ impl Textures {
         vertices: Vec<Spectrum>,
         triangles: Vec<[u32; 3]>,
     ) -> (Id<TextureRecord>, Self) {
-        let mesh_colors = MeshColors { vertices, triangles, faces: Vec::new() };
-        Self { mesh_colors, ..Self::default() }.of_one(PatternRecord::VertexColors)
+        let mesh_colors = vec![MeshColors { vertices, triangles, faces: Vec::new() }];
+        Self { mesh_colors, ..Self::default() }.of_one(PatternRecord::VertexColors(0))
     }
 
     pub(crate) fn of_image(
@@ -378,16 +379,18 @@ mod tests {
     /// One triangle with colours, at coordinates that stretch and turn it; the product of these with an
     /// image; and what is between these and another colour, by themselves.
     fn textures_of_a_triangle() -> (Textures, [Id<TextureRecord>; 3]) {
-        let mut textures = Textures::default();
-        textures.mesh_colors.vertices =
-            [[0.1, 0.5, 0.9], [0.7, 0.2, 0.4], [0.3, 0.8, 0.6]].map(Spectrum::from).into();
-        textures.mesh_colors.triangles = vec![FLAT, [0, 1, 2]];
+        let corners = [[0.1, 0.5, 0.9], [0.7, 0.2, 0.4], [0.3, 0.8, 0.6]].map(Spectrum::from);
+        let triangles = vec![FLAT, [0, 1, 2]];
+        let colors = MeshColors { vertices: corners.into(), triangles, faces: Vec::new() };
+        let mut textures = Textures { mesh_colors: vec![colors], ..Textures::default() };
         let texels = textures.texels.push(Texels::new(2, 2, &[0.3, 1.0, 0.5, 2.0].map(|v| [v; 3])));
         let bitmap = PatternRecord::Bitmap(texels, Wrap::REPEAT, Filter::Bilinear);
         let to_pattern =
             Affine2::from_cols(Vec2::new(0.4, 0.3), Vec2::new(-0.2, 0.5), Vec2::new(0.1, 0.2));
-        let colors =
-            TextureRecord { pattern: PatternRecord::VertexColors, to_pattern: Affine2::IDENTITY };
+        let colors = TextureRecord {
+            pattern: PatternRecord::VertexColors(0),
+            to_pattern: Affine2::IDENTITY,
+        };
         let colors = textures.records.push(colors);
         let image = textures.records.push(TextureRecord { pattern: bitmap, to_pattern });
         let factors = [colors, image].map(Factor::Texture);

@@ -36,7 +36,7 @@ pub use filter::Filter;
 pub use light::{DaySpan, Daylight, IesProfile, Light, LightKind, Moment, Place, Portal, Rows};
 pub use material::{Material, Surface};
 pub use medium::{Medium, Sides};
-pub use mesh::{Attribute, Mesh, Part};
+pub use mesh::{Attribute, Attributes, Mesh, Part};
 pub use motion::{Key, Motion, MotionError};
 pub use scene::{Geometry, Object, Scene};
 pub use settings::{FileSettings, Hidden};

@@ -1,5 +1,6 @@
 //! Triangle meshes.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// A triangle mesh in the coordinates of its own.
@@ -21,6 +22,8 @@ pub struct Mesh {
     pub colors: Option<Attribute<[f32; 3]>>,
     /// A colour for each triangle, linear Rec. 709.
     pub face_colors: Option<Vec<[f32; 3]>>,
+    /// Values that have names.
+    pub attributes: Attributes,
     /// Runs of triangles that share a material slot; together they cover all triangles in order.
     pub parts: Vec<Part>,
 }
@@ -40,7 +43,24 @@ impl Mesh {
             + attribute(self.uvs.as_ref())
             + attribute(self.colors.as_ref())
             + self.face_colors.as_deref().map_or(0, list)
+            + self.attributes.all().map(|(_, values)| list(values)).sum::<u64>()
             + list(&self.parts)
+    }
+}
+
+/// Values of a mesh by their names, of three channels each.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Attributes {
+    /// One for each position, linear over the triangles.
+    pub vertices: BTreeMap<String, Vec<[f32; 3]>>,
+    /// One for each triangle.
+    pub faces: BTreeMap<String, Vec<[f32; 3]>>,
+}
+
+impl Attributes {
+    /// Those of positions, then those of triangles.
+    pub fn all(&self) -> impl Iterator<Item = (&String, &Vec<[f32; 3]>)> {
+        self.vertices.iter().chain(&self.faces)
     }
 }
 

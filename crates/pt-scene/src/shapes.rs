@@ -10,7 +10,7 @@ use std::collections::HashMap;
 
 use pt_math::DVec3;
 
-use crate::{Attribute, Mesh, Part};
+use crate::{Attribute, Attributes, Mesh, Part};
 
 pub use round::{cylinder, disk, sphere};
 
@@ -30,6 +30,7 @@ pub fn rectangle() -> Mesh {
         uvs,
         colors: None,
         face_colors: None,
+        attributes: Attributes::default(),
         parts,
     }
 }
@@ -70,6 +71,7 @@ pub fn cube() -> Mesh {
         uvs,
         colors: None,
         face_colors: None,
+        attributes: Attributes::default(),
         parts,
     }
 }
@@ -125,6 +127,7 @@ pub fn bumpy_sphere(subdivision: u32) -> Mesh {
         uvs: None,
         colors: None,
         face_colors: None,
+        attributes: Attributes::default(),
         parts,
     }
 }
@@ -187,7 +190,9 @@ pub(crate) fn append(to: &mut Mesh, mesh: &Mesh) -> bool {
             to.values.extend_from_slice(&more.values);
         }
     }
-    let is_colored = |m: &Mesh| m.colors.is_some() || m.face_colors.is_some();
+    let is_colored = |m: &Mesh| {
+        m.colors.is_some() || m.face_colors.is_some() || m.attributes.all().next().is_some()
+    };
     let fits = fits(to.normals.as_ref(), mesh.normals.as_ref())
         && fits(to.uvs.as_ref(), mesh.uvs.as_ref())
         && !is_colored(to)

@@ -89,7 +89,10 @@ impl Texture {
     /// Whether it shows colours of a mesh, which surfaces without these do not have.
     pub fn shows_colors_of_mesh(&self) -> bool {
         match &self.pattern {
-            Pattern::VertexColors | Pattern::FaceColors => true,
+            Pattern::VertexColors
+            | Pattern::FaceColors
+            | Pattern::VertexAttribute(_)
+            | Pattern::FaceAttribute(_) => true,
             pattern => pattern.parts().any(|t| t.shows_colors_of_mesh()),
         }
     }
@@ -117,6 +120,8 @@ impl Pattern {
             self,
             Self::VertexColors
                 | Self::FaceColors
+                | Self::VertexAttribute(_)
+                | Self::FaceAttribute(_)
                 | Self::Product(_)
                 | Self::Blend(_)
                 | Self::Root(_)
@@ -181,7 +186,12 @@ impl Pattern {
             Self::Dots([inside, outside]) => {
                 [0, 1, 2].map(|c| outside[c] + (inside[c] - outside[c]) * DOTS)
             }
-            Self::Fbm(_) | Self::Windy | Self::VertexColors | Self::FaceColors => [0.0; 3],
+            Self::Fbm(_)
+            | Self::Windy
+            | Self::VertexColors
+            | Self::FaceColors
+            | Self::VertexAttribute(_)
+            | Self::FaceAttribute(_) => [0.0; 3],
             Self::Wrinkled(Noise { octaves, roughness }) => {
                 let worth = std::iter::successors(Some(1.0), |worth| Some(worth * roughness));
                 let sum: f32 = worth.take(*octaves as usize).sum();
@@ -230,6 +240,10 @@ pub enum Pattern {
     VertexColors,
     /// [`Mesh::face_colors`](crate::Mesh::face_colors).
     FaceColors,
+    /// The values of this name of [`Attributes::vertices`](crate::Attributes::vertices), linear over each triangle.
+    VertexAttribute(String),
+    /// The values of this name of [`Attributes::faces`](crate::Attributes::faces).
+    FaceAttribute(String),
     /// Cubes of side ½: the first colour where an even number of the fractions of u, v and w is above ½, the second elsewhere.
     Cubes([[f32; 3]; 2]),
     /// Dots of radius 0.35, of the first colour, on the second one: about two in five squares of side 1 around whole numbers

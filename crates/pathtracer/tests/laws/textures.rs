@@ -1,5 +1,6 @@
 //! Textures: the colours of meshes, and products.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use pathtracer::{CompileOptions, Film, Scene, Session};
@@ -7,7 +8,7 @@ use pt_math::{Affine2, DAffine3, DMat3, DVec3, Vec2};
 use pt_scene::image::Image;
 use pt_scene::material::Matte;
 use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Texture, Wrap};
-use pt_scene::{Attribute, Mesh, Surface, shapes};
+use pt_scene::{Attribute, Attributes, Mesh, Surface, shapes};
 
 use crate::measure::{assert_uniform, render, settings};
 use crate::scenes::{Builder, camera, facing, matte, size};
@@ -143,6 +144,34 @@ fn product_of(a: Color, b: Color) -> Color {
     Color::Texture(Arc::new(Pattern::Product(Box::new([a, b])).into()))
 }
 
+/// Values that have names are seen as colours of the same values are, also beside others of the mesh.
+#[test]
+fn values_by_names_are_seen_as_colours_are() {
+    let colored = coloured_square(false);
+    let values = colored.colors.clone().expect("colours").values;
+    let faces = [[0.2, 0.4, 0.6], [0.7, 0.1, 0.3]];
+    let vertices = BTreeMap::from([
+        ("other".to_owned(), vec![[0.9; 3]; values.len()]),
+        ("paint".to_owned(), values),
+    ]);
+    let attributes = Attributes { vertices, faces: [("paint".to_owned(), faces.to_vec())].into() };
+    let named = Mesh { colors: None, attributes, ..colored.clone() };
+    let plain = Mesh { face_colors: Some(faces.to_vec()), ..colored };
+    let product = |vertices: Pattern, faces: Pattern| {
+        let [a, b] = [vertices, faces].map(|pattern| Color::Texture(Arc::new(pattern.into())));
+        let Color::Texture(both) = product_of(a, b) else { unreachable!() };
+        textured(both)
+    };
+    let paint = || "paint".to_owned();
+    let by_name = product(Pattern::VertexAttribute(paint()), Pattern::FaceAttribute(paint()));
+    let by_color = product(Pattern::VertexColors, Pattern::FaceColors);
+    let by_name = film(&seen(named, by_name, DAffine3::IDENTITY), 4);
+    let by_color = film(&seen(plain, by_color, DAffine3::IDENTITY), 4);
+    assert_alike(&by_name, &by_color, "by names");
+    let pixel = by_name.pixels().next().expect("a pixel").mean();
+    assert!(pixel.iter().all(|c| *c > 0.0), "{pixel:?}");
+}
+
 /// What a material shows of a mesh has to be there.
 #[test]
 fn colours_that_are_missing_are_an_error() {
@@ -159,6 +188,14 @@ fn colours_that_are_missing_are_an_error() {
     let cases = [
         (seen(square(), showing(Pattern::VertexColors), DAffine3::IDENTITY), "colours of vertices"),
         (seen(square(), showing(Pattern::FaceColors), DAffine3::IDENTITY), "colours of faces"),
+        (
+            seen(square(), showing(Pattern::VertexAttribute("a".into())), DAffine3::IDENTITY),
+            "the values \"a\" of vertices",
+        ),
+        (
+            seen(square(), showing(Pattern::FaceAttribute("a".into())), DAffine3::IDENTITY),
+            "the values \"a\" of faces",
+        ),
         (seen(square(), textured(nested), DAffine3::IDENTITY), "colours of vertices"),
         (seen(few, showing(Pattern::FaceColors), DAffine3::IDENTITY), "for 1 triangles, but 2"),
         (

@@ -4,12 +4,14 @@ use std::mem::swap;
 
 use pt_bvh::{Knot, Sphere};
 use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
+use pt_scene::texture::Pattern;
 use pt_scene::{Attribute, Geometry, LightKind, Mesh, Object, Part, Scene, Sides, Span};
 
 use super::ellipsoid::unit_sphere_mesh;
 use super::look::Look;
+use super::mesh_values::{missing_values, values_of_faces, values_of_vertices};
 use super::placed::{PlacedShapes, Tracks, worth_sharing};
-use super::textures::{Lowering, ShownColors};
+use super::textures::{Lowering, ShownValues};
 use super::{CompileError, CompileOptions, motion, normals};
 use crate::bsdf::{AnyLobe, Diffuse, LobeRecord, LobeTables};
 use crate::id::{Id, Table};
@@ -183,7 +185,8 @@ pub(super) fn collect(
         looks,
         default: Look::default_one(&mut lowering),
         uses_coordinates: options.texture_coordinates || lowering.uses_coordinates(),
-        mesh_colors: MeshColors::default(),
+        mesh_colors: Vec::new(),
+        mesh_values: lowering.mesh_values.clone(),
     };
     let track = |object| motion::track(object, metres, shutter);
     let tracks: Vec<_> = scene.objects.iter().map(track).collect();
@@ -224,7 +227,9 @@ pub(super) struct Collector<'a> {
     default: Look,
     /// Whether any material asks for texture coordinates.
     uses_coordinates: bool,
-    mesh_colors: MeshColors,
+    mesh_colors: Vec<MeshColors>,
+    /// See [`Lowering::mesh_values`].
+    mesh_values: Vec<Pattern>,
 }
 
 impl Collector<'_> {
@@ -266,7 +271,7 @@ impl Collector<'_> {
         let known = self.scene.materials.len();
         let material = object.materials.get(slot as usize).copied().flatten();
         let material = material.filter(|&m| (m as usize) < known);
-        let look = material.map_or(self.default, |m| self.looks[m as usize]);
+        let look = material.map_or(&self.default, |m| &self.looks[m as usize]).clone();
         let glows = !look.emission.is_black();
         let plain = material.map_or(known, |m| m as usize);
         let is_shared = !glows && object.media.is_none();
@@ -317,7 +322,7 @@ impl Collector<'_> {
         self.shapes.triangles.extend(mesh.triangles.iter().map(|t| place(*t, base, mirrored)));
         self.add_normals(object, mesh, to_world, base, mirrored)?;
         self.add_coordinates(object, mesh, mirrored)?;
-        self.add_colors(object, mesh, mirrored)?;
+        self.add_values(object, mesh, mirrored)?;
         self.add_parts(object, mesh, first);
         Ok(())
     }
@@ -402,53 +407,47 @@ impl Collector<'_> {
         Ok(())
     }
 
-    /// The colours of meshes that the materials of an object show.
-    fn shown_colors(&self, object: &Object) -> ShownColors {
+    /// What the materials of an object show of meshes.
+    fn shown_values(&self, object: &Object) -> ShownValues {
         let looks = object.materials.iter().flatten().filter_map(|m| self.looks.get(*m as usize));
-        looks.fold(ShownColors::default(), |all, Look { shown, .. }| ShownColors {
-            vertices: all.vertices || shown.vertices,
-            faces: all.faces || shown.faces,
-        })
+        looks.flat_map(|look| &look.shown).copied().collect()
     }
 
-    /// Colours, if some material of the object shows them.
-    fn add_colors(
+    /// Colours and other values, if some material of the object shows them.
+    fn add_values(
         &mut self,
         object: &Object,
         mesh: &Mesh,
         mirrored: bool,
     ) -> Result<(), CompileError> {
-        let shown = self.shown_colors(object);
-        let missing = |what: &str| CompileError::Value {
-            at: object.at.clone(),
-            message: format!(
-                "a material shows the colours of {what}, but the mesh has none; expected a file with \
-                 such colours, or another material"
-            ),
-        };
         let first = self.shapes.first_colored + self.shapes.triangles.len() - mesh.triangles.len();
-        let MeshColors { vertices, triangles, faces } = &mut self.mesh_colors;
-        if shown.vertices {
-            let colors = mesh.colors.as_ref().ok_or_else(|| missing("vertices"))?;
-            check_attribute(object, "colour", mesh, colors)?;
-            let base = vertices.len() as u32;
-            vertices.extend(colors.values.iter().map(|&color| Spectrum::from(color)));
-            pad(triangles, first);
-            let corners = |(i, &t)| place(colors.corners(i, t), base, mirrored);
-            triangles.extend(mesh.triangles.iter().enumerate().map(corners));
-        }
-        if shown.faces {
-            let colors = mesh.face_colors.as_ref().ok_or_else(|| missing("faces"))?;
-            if colors.len() != mesh.triangles.len() {
-                let message = format!(
-                    "there are colours for {} triangles, but {} triangles",
-                    colors.len(),
-                    mesh.triangles.len()
-                );
+        self.mesh_colors.resize_with(self.mesh_values.len(), MeshColors::default);
+        for shown in self.shown_values(object) {
+            let pattern = &self.mesh_values[shown as usize];
+            let MeshColors { vertices, triangles, faces } = &mut self.mesh_colors[shown as usize];
+            if let Some((values, indices)) = values_of_vertices(mesh, pattern) {
+                check_values(object, "colour", mesh, values.len(), indices)?;
+                let base = vertices.len() as u32;
+                vertices.extend(values.iter().map(|&value| Spectrum::from(value)));
+                pad(triangles, first);
+                let corners = |(i, t)| indices.map_or(t, |indices| indices[i]);
+                let all = mesh.triangles.iter().copied().enumerate();
+                triangles.extend(all.map(|at| place(corners(at), base, mirrored)));
+            } else if let Some(values) = values_of_faces(mesh, pattern) {
+                if values.len() != mesh.triangles.len() {
+                    let message = format!(
+                        "there are colours for {} triangles, but {} triangles",
+                        values.len(),
+                        mesh.triangles.len()
+                    );
+                    return Err(CompileError::Value { at: object.at.clone(), message });
+                }
+                faces.resize(first, Spectrum::ZERO);
+                faces.extend(values.iter().map(|&value| Spectrum::from(value)));
+            } else {
+                let message = missing_values(pattern);
                 return Err(CompileError::Value { at: object.at.clone(), message });
             }
-            faces.resize(first, Spectrum::ZERO);
-            faces.extend(colors.iter().map(|&color| Spectrum::from(color)));
         }
         Ok(())
     }
@@ -478,8 +477,7 @@ impl Collector<'_> {
                 message: format!("the radius of a sphere must not be {}", sphere.radius),
             });
         }
-        let shown = self.shown_colors(object);
-        if shown.vertices || shown.faces {
+        if !self.shown_values(object).is_empty() {
             return Err(CompileError::Value {
                 at: object.at.clone(),
                 message: "a material shows the colours of a mesh, but a sphere is none; expected a mesh, \
@@ -563,7 +561,18 @@ fn check_attribute<T>(
     mesh: &Mesh,
     attribute: &Attribute<T>,
 ) -> Result<(), CompileError> {
-    let indices = attribute.indices.as_deref().unwrap_or(&mesh.triangles);
+    check_values(object, what, mesh, attribute.values.len(), attribute.indices.as_deref())
+}
+
+/// Checks that each corner has one of `count` values, by indices or else by those of the positions.
+fn check_values(
+    object: &Object,
+    what: &'static str,
+    mesh: &Mesh,
+    count: usize,
+    indices: Option<&[[u32; 3]]>,
+) -> Result<(), CompileError> {
+    let indices = indices.unwrap_or(&mesh.triangles);
     if indices.len() != mesh.triangles.len() {
         return Err(CompileError::Value {
             at: object.at.clone(),
@@ -574,7 +583,7 @@ fn check_attribute<T>(
             ),
         });
     }
-    check_indices(object, what, indices, attribute.values.len())
+    check_indices(object, what, indices, count)
 }
 
 #[cfg(test)]

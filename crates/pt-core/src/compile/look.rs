@@ -4,14 +4,14 @@ use pt_math::Spectrum;
 use pt_scene::{Color, Scalar};
 
 use super::materials;
-use super::textures::{Lowering, ShownColors};
+use super::textures::{Lowering, ShownValues};
 use crate::bsdf::{AnyLobe, Diffuse, LobeRecord};
 use crate::id::Id;
 use crate::material::Material;
 use crate::texture::{TextureRecord, Varying};
 
 /// What a material becomes.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct Look {
     pub(super) lobe: Id<LobeRecord>,
     pub(super) two_sided: bool,
@@ -25,7 +25,7 @@ pub(super) struct Look {
     /// Whether rays find nothing of it.
     pub(super) hidden_emission: bool,
     /// What its textures show of meshes.
-    pub(super) shown: ShownColors,
+    pub(super) shown: ShownValues,
 }
 
 impl Look {
@@ -75,7 +75,7 @@ impl Look {
             emission: Spectrum::ZERO,
             emission_texture: None,
             hidden_emission: false,
-            shown: ShownColors::default(),
+            shown: ShownValues::default(),
         }
     }
 }

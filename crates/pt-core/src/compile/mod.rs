@@ -10,6 +10,7 @@ mod look;
 mod many_lights;
 mod materials;
 mod media;
+mod mesh_values;
 mod motion;
 mod normals;
 mod placed;

@@ -1,6 +1,6 @@
 //! From the author's textures to those that renderers read, and to the parameters of lobes.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use pt_math::noise::Octaves;
@@ -25,12 +25,8 @@ pub(super) const LEAST_ALPHA: f32 = 1e-3;
 /// Of more, microfacets are no model.
 const MOST_ALPHA: f32 = 10.0;
 
-/// Which colours of meshes textures show.
-#[derive(Clone, Copy, Default)]
-pub(super) struct ShownColors {
-    pub(super) vertices: bool,
-    pub(super) faces: bool,
-}
+/// Which values of meshes textures show, as numbers of [`Lowering::mesh_values`].
+pub(super) type ShownValues = BTreeSet<u32>;
 
 /// What materials are lowered to, and what is known of the material under way.
 pub(super) struct Lowering {
@@ -49,7 +45,9 @@ pub(super) struct Lowering {
     /// Numbers of the tables of what was measured.
     measured: HashMap<*const Measurements, u32>,
     /// What the textures that were asked for since [`Self::take_shown`] show of meshes.
-    shown: ShownColors,
+    shown: ShownValues,
+    /// The patterns that show values of meshes, each once.
+    pub(super) mesh_values: Vec<Pattern>,
     /// Of the lobe that is made next.
     slots: Vec<Slot>,
     oriented: bool,
@@ -67,22 +65,24 @@ impl Lowering {
             textures: Textures::default(),
             known: HashMap::new(),
             images: HashMap::new(),
-            shown: ShownColors::default(),
+            shown: ShownValues::default(),
+            mesh_values: Vec::new(),
             slots: Vec::new(),
             oriented: false,
         }
     }
 
     /// What meshes have to have for the textures that were asked for since this was.
-    pub(super) fn take_shown(&mut self) -> ShownColors {
+    pub(super) fn take_shown(&mut self) -> ShownValues {
         std::mem::take(&mut self.shown)
     }
 
     /// All that was lowered, with the colours of meshes.
     pub(super) fn finish(
         self,
-        mesh_colors: MeshColors,
+        mut mesh_colors: Vec<MeshColors>,
     ) -> (Table<LobeRecord>, LobeTables, Materials) {
+        mesh_colors.resize_with(self.mesh_values.len(), MeshColors::default);
         let textures = Arc::new(Textures { mesh_colors, ..self.textures });
         (self.lobes, self.lobe_tables, Materials { textures, ..self.materials })
     }
@@ -207,8 +207,12 @@ impl Lowering {
             Pattern::Checkerboard(colors) => {
                 PatternRecord::Checkerboard(colors.map(Spectrum::from))
             }
-            Pattern::VertexColors => PatternRecord::VertexColors,
-            Pattern::FaceColors => PatternRecord::FaceColors,
+            Pattern::VertexColors | Pattern::VertexAttribute(_) => {
+                PatternRecord::VertexColors(self.mesh_value(&texture.pattern))
+            }
+            Pattern::FaceColors | Pattern::FaceAttribute(_) => {
+                PatternRecord::FaceColors(self.mesh_value(&texture.pattern))
+            }
             Pattern::Product(factors) => {
                 PatternRecord::Product([0, 1].map(|i: usize| self.factor(&factors[i])))
             }
@@ -278,11 +282,21 @@ impl Lowering {
         }
     }
 
+    /// The number of what a pattern shows of meshes.
+    fn mesh_value(&mut self, pattern: &Pattern) -> u32 {
+        let known = self.mesh_values.iter().position(|known| known == pattern);
+        known.unwrap_or_else(|| {
+            self.mesh_values.push(pattern.clone());
+            self.mesh_values.len() - 1
+        }) as u32
+    }
+
     /// Notes what a texture shows of meshes.
     fn show(&mut self, id: Id<TextureRecord>) {
         match self.textures.records[id].pattern {
-            PatternRecord::VertexColors => self.shown.vertices = true,
-            PatternRecord::FaceColors => self.shown.faces = true,
+            PatternRecord::VertexColors(value) | PatternRecord::FaceColors(value) => {
+                self.shown.insert(value);
+            }
             PatternRecord::Product(factors) => self.show_factors(&factors),
             PatternRecord::Blend(parts, share) => {
                 self.show_factors(&parts);

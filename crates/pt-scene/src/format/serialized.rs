@@ -16,7 +16,7 @@ use flate2::read::ZlibDecoder;
 
 use super::mesh_file::{self, ColorLevels, MeshFile};
 use crate::shapes::single_part;
-use crate::{Attribute, LoadError, Mesh};
+use crate::{Attribute, Attributes, LoadError, Mesh};
 
 const IDENTIFIER: u16 = 0x041C;
 const HAS_NORMALS: u32 = 0x1;
@@ -133,6 +133,7 @@ impl Stream<'_> {
             uvs,
             colors: None,
             face_colors: None,
+            attributes: Attributes::default(),
             parts,
         })
     }

@@ -3,7 +3,7 @@
 use pt_math::DVec3;
 
 use super::single_part;
-use crate::{Attribute, Mesh};
+use crate::{Attribute, Attributes, Mesh};
 
 /// A surface at (u, v): its position and its normal.
 pub(crate) type Point = (DVec3, DVec3);
@@ -41,6 +41,7 @@ pub(crate) fn grid(name: &str, [columns, rows]: [u32; 2], at: impl Fn(f64, f64) 
         uvs: Some(Attribute { values: uvs, indices: None }),
         colors: None,
         face_colors: None,
+        attributes: Attributes::default(),
         parts: single_part(triangles.len()),
         triangles,
     }

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::single_part;
-use crate::{Attribute, Mesh};
+use crate::{Attribute, Attributes, Mesh};
 
 /// Sides of the polygon that stands for a circle. Of a radius r its sides are at most
 /// r (1 − cos(π / 1024)) = 4.7 · 10⁻⁶ r from the circle, far less than a pixel, and its area is
@@ -30,6 +30,7 @@ pub fn disk() -> Mesh {
         uvs: Some(Attribute { values, indices: Some(indices) }),
         colors: None,
         face_colors: None,
+        attributes: Attributes::default(),
         parts: single_part(triangles.len()),
         triangles,
     }
@@ -76,6 +77,7 @@ pub fn sphere() -> Mesh {
         uvs: Some(Attribute { values: uvs, indices: None }),
         colors: None,
         face_colors: None,
+        attributes: Attributes::default(),
         parts: single_part(triangles.len()),
         triangles,
     }
@@ -107,6 +109,7 @@ pub fn cylinder() -> Mesh {
         }),
         colors: None,
         face_colors: None,
+        attributes: Attributes::default(),
         parts: single_part(triangles.len()),
         triangles,
     }

@@ -3,9 +3,10 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use pt_scene::format::{FORMATS, LoadOptions, load, load_with, save};
-use pt_scene::{Scene, Span};
+use pt_scene::{Geometry, Part, Scene, Span};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
@@ -64,6 +65,25 @@ fn check_scene(scene: Scene, path: &Path) {
     save(&read, &b, false).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     assert!(bare(read) == bare(scene), "{}", path.display());
     assert!(content(first.path()) == content(second.path()), "{}", path.display());
+}
+
+/// Meshes that are too large for the scene are files of arrays.
+#[test]
+fn attributes_of_large_meshes_are_read_as_they_were() {
+    let path = Path::new(ROOT).join("scenes/mitsuba/attributes.xml");
+    let mut scene = load(&path).unwrap_or_else(|error| panic!("{error}"));
+    let Some(Geometry::Mesh(mesh)) = scene.objects.last_mut().map(|o| &mut o.geometry) else {
+        panic!("no mesh")
+    };
+    let mesh = Arc::make_mut(mesh);
+    let times = 200;
+    mesh.triangles = mesh.triangles.repeat(times);
+    mesh.parts = vec![Part { triangles: 0..mesh.triangles.len() as u32, slot: 0 }];
+    for values in mesh.attributes.faces.values_mut() {
+        *values = values.repeat(times);
+    }
+    assert!(mesh.attributes.vertices.contains_key("rough"), "{:?}", mesh.attributes);
+    check_scene(scene, &path);
 }
 
 #[test]

@@ -487,6 +487,36 @@ fn meshes_show_their_colours() {
     assert_eq!(mesh.face_colors, Some(vec![[0.5, 0.25, 1.0]]));
 }
 
+/// Only those that a texture shows are read.
+#[test]
+fn meshes_show_values_by_their_names() {
+    let shape = |name: &str, parameter: &str| {
+        format!(
+            "<shape type=\"ply\"><string name=\"filename\" value=\"attributes.ply\"/>\
+             <bsdf type=\"principled\"><texture type=\"mesh_attribute\" name=\"{parameter}\">\
+             <string name=\"name\" value=\"{name}\"/></texture></bsdf></shape>"
+        )
+    };
+    let shapes = shape("vertex_rough", "roughness")
+        + &shape("vertex_paint_color", "base_color")
+        + &shape("face_step", "metallic");
+    let scene = read(&shapes);
+    let attributes = &mesh_of(&scene.objects[0]).attributes;
+    let vertices: Vec<_> =
+        attributes.vertices.iter().map(|(name, v)| (&**name, v.clone())).collect();
+    let paint = vec![[0.1, 0.2, 0.3], [0.4, 0.5, 0.6], [0.7, 0.8, 0.9], [1.0, 0.0, 0.5]];
+    let rough = vec![[0.25; 3], [0.5; 3], [0.75; 3], [1.0; 3]];
+    assert_eq!(vertices, [("paint_color", paint), ("rough", rough)]);
+    let faces: Vec<_> = attributes.faces.iter().map(|(name, v)| (&**name, v.clone())).collect();
+    assert_eq!(faces, [("step", vec![[0.0; 3], [2.0; 3]])]);
+    let surface = |i: usize| scene.materials[i].surface.clone();
+    let Surface::Principled(first) = surface(0) else { panic!("not principled") };
+    let roughness = first.roughness.texture().expect("a texture").pattern.clone();
+    assert_eq!(roughness, Pattern::VertexAttribute("rough".into()));
+    assert!(matches!(surface(2), Surface::Principled(last)
+        if last.metallic.texture().is_some_and(|t| t.pattern == Pattern::FaceAttribute("step".into()))));
+}
+
 #[test]
 fn shapes_may_glow_by_a_texture() {
     let texture = bitmap("radiance", "");

@@ -9,7 +9,7 @@ use super::primitives;
 use super::reader::{Reader, child, course_techniques, elements, name_of};
 use super::source::Pool;
 use crate::format::xml::Node;
-use crate::{Attribute, Geometry, LoadError, Mesh, Part};
+use crate::{Attribute, Attributes, Geometry, LoadError, Mesh, Part};
 
 /// A geometry as it may be placed many times.
 #[derive(Clone)]
@@ -146,6 +146,7 @@ impl<'a> Builder<'a> {
             uvs,
             colors: None,
             face_colors: None,
+            attributes: Attributes::default(),
             parts: self.parts,
         }
     }

@@ -11,7 +11,7 @@ use super::accessor::all_parts;
 use super::deform;
 use super::item::Item;
 use super::material::Layout;
-use crate::{Attribute, LoadError, Mesh, Part};
+use crate::{Attribute, Attributes, LoadError, Mesh, Part};
 
 /// Triangles one by one, in a strip and in a fan.
 const TRIANGLES: [usize; 3] = [4, 5, 6];
@@ -96,6 +96,7 @@ impl<'a> Reader<'a> {
             uvs: uvs.map(at_vertices),
             colors: self.colors(&attributes, vertices)?.map(at_vertices),
             face_colors: None,
+            attributes: Attributes::default(),
         };
         Ok(Some(Arc::new(mesh)))
     }

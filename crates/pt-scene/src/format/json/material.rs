@@ -362,6 +362,8 @@ tagged! {
         Checkerboard[colors: Pair(FROM_0)],
         VertexColors(),
         FaceColors(),
+        VertexAttribute[name: Plain],
+        FaceAttribute[name: Plain],
         Cubes[colors: Pair(FROM_0)],
         Dots[colors: Pair(FROM_0)],
         Fbm(Noise),

@@ -3,7 +3,7 @@
 //! What is too large for the scene is written as safetensors: arrays with names, types and sizes. [Hugging Face
 //! 2022, "Safetensors", format 0.4]
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -11,6 +11,7 @@ use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
 use serde_json::{Value, json};
 
 use super::super::mesh_file;
+use super::super::xml::quote;
 use super::super::{obj, ply, serialized, stl};
 use super::describe::Described;
 use super::files::MOST_INLINE;
@@ -20,7 +21,7 @@ use super::out::{Entries, Out};
 use super::schema::{Properties, Schemas};
 use super::shared::{Reading, Shared, Tables, Writing};
 use crate::shapes::{cube, cylinder, disk, rectangle, single_part};
-use crate::{Attribute, LoadError, Mesh, Part};
+use crate::{Attribute, Attributes, LoadError, Mesh, Part};
 
 /// Makes a mesh by rule.
 pub(super) type Maker = fn() -> Mesh;
@@ -31,6 +32,9 @@ pub(super) const SHAPES: [(&str, Maker); 4] =
 
 /// The ending of files that hold all of a mesh.
 const OWN_ENDING: &str = "safetensors";
+/// What stands in such files before the names of attributes.
+const VERTEX_PREFIX: &str = "vertex_attributes.";
+const FACE_PREFIX: &str = "face_attributes.";
 
 impl Shared for Mesh {
     const TABLE: (&'static str, &'static str) = ("meshes", "mesh");
@@ -96,6 +100,7 @@ impl Shared for Mesh {
                 json!({"type": "array", "items": vector_schema(item, width)})
             };
             let real = json!({"type": "number"});
+            let named = |item: &Value| json!({"type": "object", "additionalProperties": item});
             let names: Vec<_> = SHAPES.iter().map(|(name, _)| name).collect();
             let file = name().with_schema("file", text.clone(), true);
             let shape = name().with_schema("shape", json!({"enum": names}), true);
@@ -103,6 +108,8 @@ impl Shared for Mesh {
                 .with_schema("positions", list(3, &real), true)
                 .with_schema("triangles", list(3, &whole), true)
                 .with_schema("face_colors", list(3, &real), false)
+                .with_schema("vertex_attributes", named(&list(3, &real)), false)
+                .with_schema("face_attributes", named(&list(3, &real)), false)
                 .with_schema("parts", list(3, &whole), false);
             for (values, indices, width) in
                 [("normals", "normal_indices", 3), ("uvs", "uv_indices", 2), ("colors", "color_indices", 3)]
@@ -129,11 +136,13 @@ fn count(mesh: &Mesh) -> usize {
     let uvs = mesh.uvs.as_ref().map_or(0, |a| of(2 * a.values.len(), a.indices.as_ref()));
     let colors = mesh.colors.as_ref().map_or(0, |a| of(3 * a.values.len(), a.indices.as_ref()));
     let faces = mesh.face_colors.as_ref().map_or(0, |colors| 3 * colors.len());
+    let named: usize = mesh.attributes.all().map(|(_, values)| 3 * values.len()).sum();
     3 * (mesh.positions.len() + mesh.triangles.len())
         + normals
         + uvs
         + colors
         + faces
+        + named
         + 3 * mesh.parts.len()
 }
 
@@ -256,6 +265,17 @@ fn check(mesh: &Mesh) -> Result<(), String> {
     if let Some(colors) = mesh.face_colors.as_ref().filter(|colors| colors.len() != triangles) {
         return Err(format!("there are {} face_colors for {triangles} triangles", colors.len()));
     }
+    let Attributes { vertices, faces } = &mesh.attributes;
+    let of = [("vertex", vertices, mesh.positions.len()), ("face", faces, triangles)];
+    for (of, named, count) in of {
+        if let Some((name, values)) = named.iter().find(|(_, values)| values.len() != count) {
+            let there = values.len();
+            return Err(format!(
+                "there are {there} values of the {of} attribute {}; expected {count}",
+                quote(name)
+            ));
+        }
+    }
     let mut next = 0;
     for Part { triangles, .. } in &mesh.parts {
         if triangles.start != next || triangles.end < next {
@@ -285,6 +305,8 @@ fn inline(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Mesh, LoadError> 
     let uvs = attribute(keys, "uvs", "uv_indices", cx)?;
     let colors = attribute(keys, "colors", "color_indices", cx)?;
     let face_colors = keys.take("face_colors").map(|node| vectors(&node)).transpose()?;
+    let vertices = named_values(keys.take("vertex_attributes"))?;
+    let attributes = Attributes { vertices, faces: named_values(keys.take("face_attributes"))? };
     let parts = match keys.take("parts") {
         None => single_part(triangles.len()),
         Some(node) => {
@@ -293,7 +315,14 @@ fn inline(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Mesh, LoadError> 
         }
     };
     let name = String::new();
-    Ok(Mesh { name, positions, triangles, normals, uvs, colors, face_colors, parts })
+    Ok(Mesh { name, positions, triangles, normals, uvs, colors, face_colors, attributes, parts })
+}
+
+/// Values by their names.
+fn named_values(node: Option<Node<'_>>) -> Result<BTreeMap<String, Vec<[f32; 3]>>, LoadError> {
+    let entries = node.map_or(Ok(Vec::new()), |node| node.entries())?;
+    let values = |(name, node): (&str, Node<'_>)| Ok((name.to_owned(), vectors(&node)?));
+    entries.into_iter().map(values).collect()
 }
 
 fn attribute<const N: usize>(
@@ -345,6 +374,14 @@ fn write_inline(mesh: &Mesh, out: &mut Entries, cx: &mut Writing<'_>) -> Result<
     if let Some(colors) = &mesh.face_colors {
         out.push(("face_colors".to_owned(), values(colors)?));
     }
+    let Attributes { vertices, faces } = &mesh.attributes;
+    for (key, named) in [("vertex_attributes", vertices), ("face_attributes", faces)] {
+        let entries = named.iter().map(|(name, of)| Ok((name.clone(), values(of)?)));
+        let entries = entries.collect::<Result<Entries, String>>()?;
+        if !entries.is_empty() {
+            out.push((key.to_owned(), Out::Object(entries)));
+        }
+    }
     if mesh.parts != single_part(mesh.triangles.len()) {
         out.push(("parts".to_owned(), rows_of_parts(mesh).write(cx)?));
     }
@@ -359,16 +396,16 @@ fn rows_of_parts(mesh: &Mesh) -> Vec<[u32; 3]> {
 // ---- in files of arrays --------------------------------------------------------------------------
 
 /// An array of a mesh: its name, type, numbers in a row, and bytes.
-type Array = (&'static str, Dtype, usize, Vec<u8>);
+type Array = (String, Dtype, usize, Vec<u8>);
 
-fn reals<const N: usize>(name: &'static str, values: &[[f32; N]]) -> Array {
+fn reals<const N: usize>(name: &str, values: &[[f32; N]]) -> Array {
     let bytes = values.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
-    (name, Dtype::F32, N, bytes)
+    (name.to_owned(), Dtype::F32, N, bytes)
 }
 
-fn wholes(name: &'static str, values: &[[u32; 3]]) -> Array {
+fn wholes(name: &str, values: &[[u32; 3]]) -> Array {
     let bytes = values.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
-    (name, Dtype::U32, 3, bytes)
+    (name.to_owned(), Dtype::U32, 3, bytes)
 }
 
 fn to_bytes(mesh: &Mesh) -> Result<Vec<u8>, String> {
@@ -387,12 +424,16 @@ fn to_bytes(mesh: &Mesh) -> Result<Vec<u8>, String> {
         arrays.extend(indices.as_ref().map(|indices| wholes("color_indices", indices)));
     }
     arrays.extend(mesh.face_colors.as_ref().map(|colors| reals("face_colors", colors)));
+    let Attributes { vertices, faces } = &mesh.attributes;
+    for (prefix, named) in [(VERTEX_PREFIX, vertices), (FACE_PREFIX, faces)] {
+        arrays.extend(named.iter().map(|(name, of)| reals(&format!("{prefix}{name}"), of)));
+    }
     if mesh.parts != single_part(mesh.triangles.len()) {
         arrays.push(wholes("parts", &rows_of_parts(mesh)));
     }
     let views = arrays.iter().map(|(name, kind, width, bytes)| {
         let shape = vec![bytes.len() / (4 * width), *width];
-        TensorView::new(*kind, shape, bytes).map(|view| (*name, view))
+        TensorView::new(*kind, shape, bytes).map(|view| (name.as_str(), view))
     });
     let views = views.collect::<Result<Vec<_>, _>>().map_err(|e| e.to_string())?;
     serialize(views, None).map_err(|e| e.to_string())
@@ -414,7 +455,10 @@ fn of_bytes(bytes: &[u8]) -> Result<Mesh, String> {
         "face_colors",
         "parts",
     ];
-    if let Some(name) = all.names().into_iter().find(|name| !known.contains(name)) {
+    if let Some(name) = all.names().into_iter().find(|name| {
+        let is_named = name.starts_with(VERTEX_PREFIX) || name.starts_with(FACE_PREFIX);
+        !is_named && !known.contains(name)
+    }) {
         return Err(format!("unknown array \"{name}\"; there are {}", known.join(", ")));
     }
     let missing = |name: &str| format!("the array \"{name}\" is missing");
@@ -431,10 +475,27 @@ fn of_bytes(bytes: &[u8]) -> Result<Mesh, String> {
         uvs: attribute_of(&all, "uvs", "uv_indices")?,
         colors: attribute_of(&all, "colors", "color_indices")?,
         face_colors: points(&all, "face_colors")?,
+        attributes: Attributes {
+            vertices: named_points(&all, VERTEX_PREFIX)?,
+            faces: named_points(&all, FACE_PREFIX)?,
+        },
         parts,
     };
     check(&mesh)?;
     Ok(mesh)
+}
+
+/// Values by their names, which follow a prefix.
+fn named_points(
+    all: &SafeTensors<'_>,
+    prefix: &str,
+) -> Result<BTreeMap<String, Vec<[f32; 3]>>, String> {
+    let names = all.names().into_iter().filter(|name| name.starts_with(prefix));
+    let values = names.map(|name| {
+        let values = points(all, name)?.unwrap_or_default();
+        Ok((name[prefix.len()..].to_owned(), values))
+    });
+    values.collect()
 }
 
 fn attribute_of<const N: usize>(

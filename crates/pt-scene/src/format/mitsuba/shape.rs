@@ -7,9 +7,10 @@ use std::sync::Arc;
 use pt_math::{DAffine3, DMat3, DVec3, Frame};
 
 use super::super::mesh_file::{self, MeshFile};
-use super::super::{obj, ply, serialized};
-use super::curves;
+use super::super::ply::{self, attributes};
+use super::super::{obj, serialized};
 use super::object::{Object, Parameters, Tree, error, unsupported};
+use super::{curves, texture};
 use crate::shapes::{self, smooth_normals};
 use crate::{Geometry, LoadError, Mesh, Motion, Warning};
 
@@ -110,10 +111,17 @@ pub(super) fn shape(
         kind @ ("ply" | "obj" | "serialized") => {
             let mirrored = mirrors || to_world.matrix3.determinant() < 0.0;
             let key = mesh_key(tree, object, &mut parameters, (flips, mirrored))?;
+            let wanted = texture::attributes(tree);
             let read = || {
                 let bytes = tree.context.read(&key.path)?;
                 let read = match kind {
-                    "ply" => ply::parse_mesh(&bytes, &key.path),
+                    "ply" => ply::parse_mesh(&bytes, &key.path).and_then(|mut file| {
+                        if !wanted.is_empty() {
+                            let wanted = &wanted;
+                            file.mesh.attributes = attributes::parse(&bytes, &key.path, wanted)?;
+                        }
+                        Ok(file)
+                    }),
                     "obj" => obj::parse_mesh(&bytes, &key.path),
                     _ => serialized::parse_mesh(&bytes, &key.path, key.index),
                 };

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
+use super::super::ply::attributes::Wanted;
 use super::super::substitute;
 use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Tree, unsupported};
@@ -160,22 +161,46 @@ pub(super) fn pictures(tree: &Tree) -> impl Iterator<Item = (PathBuf, Numbers)> 
     })
 }
 
-/// The colours of a mesh, times a number.
+/// What begins the names of attributes of vertices, and of faces.
+const OF_VERTICES: &str = "vertex_";
+const OF_FACES: &str = "face_";
+
+/// The attributes of meshes that textures show, without colours.
+pub(super) fn attributes(tree: &Tree) -> Wanted {
+    let mut wanted = Wanted::default();
+    for object in tree.objects.iter().filter(|object| object.kind == "mesh_attribute") {
+        let name = object.parameters.iter().find(|p| p.name == "name").map(|p| &p.value);
+        let Some(Value::Text(name)) = name else { continue };
+        match (name.strip_prefix(OF_VERTICES), name.strip_prefix(OF_FACES)) {
+            (Some("color"), _) | (_, Some("color")) => {}
+            (Some(name), _) => drop(wanted.vertices.insert(name.to_owned())),
+            (_, Some(name)) => drop(wanted.faces.insert(name.to_owned())),
+            _ => {}
+        }
+    }
+    wanted
+}
+
+/// The values of a mesh, times a number.
 fn mesh_attribute(object: &Object, parameters: &mut Parameters<'_>) -> Result<Texture, LoadError> {
-    let pattern = match parameters.text("name")? {
-        Some("vertex_color") => Pattern::VertexColors,
-        Some("face_color") => Pattern::FaceColors,
-        Some(other) => {
+    let name = parameters.text("name")?.unwrap_or_default();
+    let pattern = match (name.strip_prefix(OF_VERTICES), name.strip_prefix(OF_FACES)) {
+        (Some("color"), _) => Pattern::VertexColors,
+        (_, Some("color")) => Pattern::FaceColors,
+        (Some(name), _) if !name.is_empty() => Pattern::VertexAttribute(name.to_owned()),
+        (_, Some(name)) if !name.is_empty() => Pattern::FaceAttribute(name.to_owned()),
+        _ if name.is_empty() => {
+            let message = "the <string name=\"name\"> is missing; expected one such as vertex_color or \
+                           face_color";
+            return Err(super::object::error(&object.at, message));
+        }
+        _ => {
             let message = format!(
-                "the attribute {} is not supported; supported: vertex_color, face_color",
-                quote(other)
+                "the attribute {} is neither of vertices nor of faces; expected a name that begins with \
+                 vertex_ or face_",
+                quote(name)
             );
             return Err(parameters.refuse("name", message));
-        }
-        None => {
-            let message =
-                "the <string name=\"name\"> is missing; expected vertex_color or face_color";
-            return Err(super::object::error(&object.at, message));
         }
     };
     let scale = parameters.float("scale")?.unwrap_or(1.0);

@@ -25,7 +25,7 @@ use super::mesh_file::{self, ColorLevels, MeshFile};
 use super::text;
 use super::xml::quote;
 use crate::shapes::single_part;
-use crate::{Attribute, LoadError, Mesh, Scene, Warning};
+use crate::{Attribute, Attributes, LoadError, Mesh, Scene, Warning};
 use chunk::{Chunk, Points, side_by_side};
 use dress::Wardrobe;
 use faces::{Faces, Indices};
@@ -145,6 +145,7 @@ impl Content {
             uvs,
             colors: has_colors.then_some(Attribute { values: points.colors, indices: None }),
             face_colors: None,
+            attributes: Attributes::default(),
         };
         Ok(MeshFile { mesh, levels: ColorLevels::default(), warnings })
     }

@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 use pt_math::DVec3;
 
 use crate::shapes::single_part;
-use crate::{Attribute, Mesh};
+use crate::{Attribute, Attributes, Mesh};
 
 /// Most triangles that a surface may be cut into.
 const MAX_TRIANGLES: usize = 1 << 22;
@@ -51,6 +51,7 @@ pub(super) fn subdivide(
         uvs: None,
         colors: None,
         face_colors: None,
+        attributes: Attributes::default(),
         parts: single_part(faces.len()),
         triangles: faces,
     })

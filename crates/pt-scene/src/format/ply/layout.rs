@@ -107,6 +107,8 @@ pub(super) struct Field {
 pub(super) struct Layout<'a> {
     pub(super) element: &'a ElementDef,
     pub(super) fields: Vec<Field>,
+    /// The greatest number of a channel of the colours, if there are some: 1 for real numbers.
+    levels: Option<f32>,
     /// The first property that has a type which its role cannot have, and that type.
     pub(super) unsupported: Option<(&'a str, Kind)>,
 }
@@ -126,7 +128,21 @@ impl<'a> Layout<'a> {
             Field { kind, role }
         };
         let fields = element.properties.iter().map(field).collect();
-        Self { element, fields, unsupported }
+        let levels = levels_of_colors(element);
+        Self { element, fields, levels, unsupported }
+    }
+
+    /// Reads properties of these names as the channels of colours, and no others; whole numbers are what they are.
+    pub(super) fn show(&mut self, names: &[String]) {
+        let colors = COLOR..COLOR + 3;
+        for ((name, _), field) in self.element.properties.iter().zip(&mut self.fields) {
+            if let Some(channel) = names.iter().position(|shown| shown == name) {
+                field.role = Role::Slot { slot: COLOR + channel, levels: 1.0 };
+            } else if matches!(field.role, Role::Slot { slot, .. } if colors.contains(&slot)) {
+                field.role = Role::Nothing;
+            }
+        }
+        self.levels = (!names.is_empty()).then_some(1.0);
     }
 
     /// An element of which nothing is read.
@@ -156,14 +172,7 @@ impl<'a> Layout<'a> {
 
     /// The greatest number of a channel of the colours, if there are some: 1 for real numbers.
     pub(super) fn color_levels(&self) -> Option<f32> {
-        let of_channel = |name: &&str| match &self.element.properties.get(*name)?.data_type {
-            PropertyType::Scalar(kind) => Number::of(kind).levels(),
-            PropertyType::List(..) => None,
-        };
-        let of_all = |names: &[&str; 3]| {
-            names.iter().map(of_channel).try_fold(1.0f32, |most, levels| Some(most.max(levels?)))
-        };
-        COLOR_NAMES.iter().find_map(of_all)
+        self.levels
     }
 
     /// Bytes of a row of a binary file; none if it has lists.
@@ -182,6 +191,18 @@ impl<'a> Layout<'a> {
         };
         self.fields.iter().map(size).sum()
     }
+}
+
+/// See [`Layout::color_levels`].
+fn levels_of_colors(element: &ElementDef) -> Option<f32> {
+    let of_channel = |name: &&str| match &element.properties.get(*name)?.data_type {
+        PropertyType::Scalar(kind) => Number::of(kind).levels(),
+        PropertyType::List(..) => None,
+    };
+    let of_all = |names: &[&str; 3]| {
+        names.iter().map(of_channel).try_fold(1.0f32, |most, levels| Some(most.max(levels?)))
+    };
+    COLOR_NAMES.iter().find_map(of_all)
 }
 
 /// What a property of this name is for in this element; none if it cannot be of this type.

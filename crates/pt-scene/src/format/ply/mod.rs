@@ -10,6 +10,7 @@
 //! begin, `words.rs` reads their numbers, and `fixed.rs` those of most binary files, which are all
 //! of one size.
 
+pub(super) mod attributes;
 mod fixed;
 mod layout;
 mod painted;
@@ -30,6 +31,7 @@ use super::text;
 use super::xml::quote;
 use crate::shapes::single_part;
 use crate::{Attribute, LoadError, Mesh, Scene, Warning};
+use attributes::Shown;
 use fixed::{Triangles, Vertices};
 use layout::{COLOR, IMAGE, IMAGE_NAME, Layout, NORMAL, POSITION, UV};
 use painted::Painted;
@@ -38,7 +40,8 @@ use words::Row;
 
 /// A scene of one object.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
-    let (mut file, mut painted) = faults::of_scene(context, |faults| read(bytes, path, faults))?;
+    let (mut file, mut painted) =
+        faults::of_scene(context, |faults| read(bytes, path, faults, None))?;
     let slots = painted.lay(&mut file.mesh);
     let mut scene = file.into_scene(path);
     painted.dress(&mut scene, &slots, path, context);
@@ -50,15 +53,20 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
 /// # Errors
 /// If the content is no PLY, ends early, has no faces, or refers to vertices that do not exist.
 pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadError> {
-    faults::of_part(|faults| Ok(read(bytes, path, faults)?.0))
+    faults::of_part(|faults| Ok(read(bytes, path, faults, None)?.0))
 }
 
 /// The mesh of a file, with vertices at the origin for those that cannot be read, and without such faces; and what it says of
-/// images.
+/// images. Properties that are `shown` are read in place of colours.
 ///
 /// # Errors
 /// If nothing more can be read.
-fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<(MeshFile, Painted), LoadError> {
+fn read(
+    bytes: &[u8],
+    path: &Path,
+    faults: &mut Faults,
+    shown: Option<&Shown>,
+) -> Result<(MeshFile, Painted), LoadError> {
     let bytes = text_lines(text::unmarked(bytes, path)?);
     let mut reader = Reader::new(&*bytes);
     let header = Parser::<DefaultElement>::new().read_header(&mut reader).map_err(|e| {
@@ -83,7 +91,12 @@ fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<(MeshFile, Pai
     let mut levels = ColorLevels::default();
     let mut painted = Painted { files: painted::files(&header.comments), ..Painted::default() };
     for element in header.elements.values() {
-        let layout = Layout::new(element);
+        let mut layout = Layout::new(element);
+        match (shown, element.name.as_str()) {
+            (Some(shown), "vertex") => layout.show(&shown.vertices),
+            (Some(shown), "face") => layout.show(&shown.faces),
+            _ => {}
+        }
         match element.name.as_str() {
             "vertex" => {
                 levels.vertices = layout.color_levels().unwrap_or(1.0);

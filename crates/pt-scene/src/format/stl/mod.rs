@@ -28,7 +28,7 @@ use super::context::Context;
 use super::faults::{self, Faults};
 use super::mesh_file::{self, ColorLevels, MeshFile};
 use crate::shapes::single_part;
-use crate::{LoadError, Mesh, Scene};
+use crate::{Attributes, LoadError, Mesh, Scene};
 use weld::Welded;
 
 /// Bytes before the first triangle of a binary file, of which the last four are the number of triangles.
@@ -104,6 +104,7 @@ fn mesh_of(Welded { positions, triangles }: Welded, path: &Path) -> Mesh {
         uvs: None,
         colors: None,
         face_colors: None,
+        attributes: Attributes::default(),
     }
 }
 

@@ -1,0 +1,46 @@
+//! What patterns show of meshes: colours, and values that have names.
+
+use pt_scene::Mesh;
+use pt_scene::texture::Pattern;
+
+/// Values at corners, and their indices where these are not those of the positions.
+type OfVertices<'m> = (&'m [[f32; 3]], Option<&'m [[u32; 3]]>);
+
+/// The values at corners that a pattern shows.
+pub(super) fn values_of_vertices<'m>(mesh: &'m Mesh, pattern: &Pattern) -> Option<OfVertices<'m>> {
+    match pattern {
+        Pattern::VertexColors => {
+            let colors = mesh.colors.as_ref()?;
+            Some((&colors.values, colors.indices.as_deref()))
+        }
+        Pattern::VertexAttribute(name) => Some((mesh.attributes.vertices.get(name)?, None)),
+        _ => None,
+    }
+}
+
+/// The values of triangles that a pattern shows.
+pub(super) fn values_of_faces<'m>(mesh: &'m Mesh, pattern: &Pattern) -> Option<&'m [[f32; 3]]> {
+    match pattern {
+        Pattern::FaceColors => mesh.face_colors.as_deref(),
+        Pattern::FaceAttribute(name) => mesh.attributes.faces.get(name).map(Vec::as_slice),
+        _ => None,
+    }
+}
+
+/// The message about a mesh that lacks what a pattern shows.
+pub(super) fn missing_values(pattern: &Pattern) -> String {
+    let what = match pattern {
+        Pattern::VertexAttribute(name) => format!("the values {name:?} of vertices"),
+        Pattern::FaceAttribute(name) => format!("the values {name:?} of faces"),
+        Pattern::FaceColors => "the colours of faces".to_owned(),
+        _ => "the colours of vertices".to_owned(),
+    };
+    let kind = match pattern {
+        Pattern::VertexAttribute(_) | Pattern::FaceAttribute(_) => "values",
+        _ => "colours",
+    };
+    format!(
+        "a material shows {what}, but the mesh has none; expected a file with such {kind}, or another \
+         material"
+    )
+}
