@@ -97,7 +97,7 @@ pub enum LightKind {
         texture: Option<Arc<Texture>>,
     },
     /// A point at the origin of the node that shines into a cone around −z; between two angles to
-    /// that axis, its intensity falls to 0 with the square of what is linear in the cosine. [KHR_lights_punctual]
+    /// that axis, its intensity falls to 0 with the square of what is linear in the cosine. [glTF 2.0, KHR_lights_punctual]
     PunctualSpot {
         /// Radiant intensity along the axis.
         intensity: [f32; 3],

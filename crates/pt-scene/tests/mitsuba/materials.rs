@@ -459,6 +459,30 @@ fn a_checkerboard_has_its_colours_the_other_way_round_where_it_is_a_number() {
     assert_eq!(opacity, Pattern::Checkerboard([[0.9; 3], [0.1; 3]]));
 }
 
+/// Mitsuba accepts levels above 1 by a <float>; here they are shown as 1 where they are shares, with a note.
+#[test]
+fn levels_of_textures_may_be_above_1() {
+    let texture = "<texture type=\"checkerboard\" name=\"reflectance\"><float name=\"color1\" value=\"1.4\"/></texture>";
+    let scene =
+        read(&format!("<shape type=\"sphere\"><bsdf type=\"diffuse\">{texture}</bsdf></shape>"));
+    let pattern = &texture_of(scene.materials[0].surface.clone()).pattern;
+    assert_eq!(*pattern, Pattern::Checkerboard([[0.4; 3], [1.4; 3]]));
+    let noted = scene.warnings.iter().filter(|note| note.message.contains("above 1 counts as 1"));
+    assert_eq!(noted.count(), 1, "{:?}", scene.warnings);
+}
+
+#[test]
+fn raw_constants_are_the_same_everywhere() {
+    let of = |value: &str| {
+        let texture =
+            format!("<texture type=\"rawconstant\" name=\"reflectance\">{value}</texture>");
+        texture_of(surface(&format!("<bsdf type=\"diffuse\">{texture}</bsdf>"))).pattern.clone()
+    };
+    let constant = |color| Pattern::Checkerboard([color; 2]);
+    assert_eq!(of("<float name=\"value\" value=\"0.25\"/>"), constant([0.25; 3]));
+    assert_eq!(of("<vector name=\"value\" value=\"0.25, 0.5, 1\"/>"), constant([0.25, 0.5, 1.0]));
+}
+
 /// Whole numbers of a file are what they are, not shares, as in Mitsuba.
 #[test]
 fn meshes_show_their_colours() {

@@ -480,3 +480,51 @@ fn few_lines_cannot_ask_for_any_number_of_shapes() {
     let error = try_read(&format!("{spheres}{}", many(instance, 700))).expect_err("too many");
     assert!(error.to_string().contains("more than 1000000 shapes"), "{error}");
 }
+
+/// Two triangles that meet at an edge, in the file `fold.obj`: with n₁ = (0, 0, 1) and n₂ = (1, 0, 0) in the coordinates of the file,
+/// also after a scale along the axes. In the world, the angles at the vertex (0, 0, 0) are atan(a / b): of the first triangle with
+/// the corner (−1, 0, 0) scaled by x, and of the second with (0, 0, −1) scaled by z, and the edge to (0, 1, 0) scaled by y. They are
+/// right angles there; at (0, 1, 0), they are atan(x / y) and atan(z / y).
+#[test]
+fn smooth_normals_are_made_in_the_world() {
+    let normal = |steps: &str, scale: DVec3| {
+        let scene = read(&format!(
+            "<shape type=\"obj\"><string name=\"filename\" value=\"fold.obj\"/>\
+             <transform name=\"to_world\">{steps}</transform></shape>"
+        ));
+        let object = &scene.objects[0];
+        let mesh = mesh_of(object);
+        let at = mesh.positions.iter().position(|p| *p == [0.0, 1.0, 0.0]).expect("the vertex");
+        let local = mesh.normals.as_ref().expect("smooth normals").values[at];
+        let inverse = object.to_world.matrix3.inverse().transpose();
+        let world = (inverse * DVec3::from_array(local.map(f64::from))).normalize();
+        let [first, second] = [scale.x, scale.z].map(|side| f64::atan(side / scale.y));
+        let sum = DVec3::new(second, 0.0, first);
+        assert!(world.distance(sum.normalize()) < 1e-6, "{steps}: {world} is not {sum}");
+        world
+    };
+    normal("", DVec3::ONE);
+    normal("<scale value=\"3\"/>", DVec3::splat(3.0));
+    let stretched = normal("<scale x=\"3\" z=\"0.5\"/>", DVec3::new(3.0, 1.0, 0.5));
+    // In the coordinates of the file both angles are equal, and the inverse transpose of (1, 0, 1) is (1 / 3, 0, 2).
+    assert!(stretched.distance(DVec3::new(1.0 / 3.0, 0.0, 2.0).normalize()) > 0.1, "{stretched}");
+}
+
+/// Where the mesh is mirrored, normals are made of the mirrored triangles, which look the other way, as in Mitsuba.
+#[test]
+fn smooth_normals_of_mirrored_meshes_follow_their_triangles() {
+    let scene = read(
+        "<shape type=\"obj\"><string name=\"filename\" value=\"fold.obj\"/>\
+         <transform name=\"to_world\"><scale x=\"-3\" z=\"0.5\"/></transform></shape>",
+    );
+    let object = &scene.objects[0];
+    let mesh = mesh_of(object);
+    let at = mesh.positions.iter().position(|p| *p == [0.0, 1.0, 0.0]).expect("the vertex");
+    let local = mesh.normals.as_ref().expect("smooth normals").values[at];
+    let inverse = object.to_world.matrix3.inverse().transpose();
+    let world = (inverse * DVec3::from_array(local.map(f64::from))).normalize();
+    // Triangles of the world: the corners (3, 0, 0), (0, 1, 0) look along -z, the other along +x.
+    let [first, second] = [3.0, 0.5_f64].map(f64::atan);
+    let expected = DVec3::new(second, 0.0, -first).normalize();
+    assert!(world.distance(expected) < 1e-6, "{world} is not {expected}");
+}

@@ -26,6 +26,7 @@
 //!   number is the equal-energy illuminant where light is emitted, and grey elsewhere.
 //! * Images have their upper row at v = 0 there, and at v = 1 here. Meshes keep the texture
 //!   coordinates that they have there.
+//! * Smooth normals that a mesh lacks are made where it is placed, as there; those of meshes that move, in their own coordinates.
 //! * Disks and cylinders are meshes of 1024 sides here.
 //! * Shapes, instances and sensors may move: `<animation>`, which Mitsuba 0.6 had and 3.9 has not.
 //! * A flipped or mirrored sphere cannot be described here. Its glass takes the inverse index of

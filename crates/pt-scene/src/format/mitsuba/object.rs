@@ -176,6 +176,8 @@ impl Object {
 pub(super) enum Role {
     /// A share of light, in [0, 1].
     Share,
+    /// A colour of a texture, not negative; 1 stands for all light where it is reflected.
+    Level,
     /// Emitted light, not negative.
     Emission,
     /// A part of an index of refraction, not negative.
@@ -366,7 +368,7 @@ impl<'t> Parameters<'t> {
             (Value::Rgb(rgb), _) => Some(*rgb),
             (Value::Spectrum(spectrum), Role::Emission) => Some(spectrum.emitted),
             // What reflects no more than all light at any wavelength is cut to what can be shown.
-            (Value::Spectrum(spectrum), Role::Share) if spectrum.most <= 1.0 => {
+            (Value::Spectrum(spectrum), Role::Share | Role::Level) if spectrum.most <= 1.0 => {
                 Some(spectrum.reflected.map(|x| x.min(1.0)))
             }
             (Value::Spectrum(spectrum), _) => Some(spectrum.reflected),
@@ -377,7 +379,7 @@ impl<'t> Parameters<'t> {
         let Some(color) = found? else { return Ok(None) };
         let (range, name_of_range) = match role {
             Role::Share => (0.0..=1.0, "from 0 to 1"),
-            Role::Emission | Role::Index | Role::Extinction => {
+            Role::Level | Role::Emission | Role::Index | Role::Extinction => {
                 (0.0..=f64::from(f32::MAX), "of at least 0")
             }
         };

@@ -57,8 +57,10 @@ struct MeshKey {
 /// Meshes that several shapes share.
 #[derive(Default)]
 pub(super) struct Meshes {
-    /// Or why there is none.
-    of_files: HashMap<MeshKey, Result<Arc<Mesh>, String>>,
+    /// With whether its smooth normals are ours, or why there is none.
+    of_files: HashMap<MeshKey, Result<(Arc<Mesh>, bool), String>>,
+    /// Those whose smooth normals are ours and are made in the world, by the bits of what places them there.
+    placed: HashMap<(MeshKey, [u64; 9]), Arc<Mesh>>,
     /// Those made by rule, by the kind of shape and whether its front is on the other side.
     made: HashMap<(&'static str, bool), Arc<Mesh>>,
 }
@@ -127,7 +129,7 @@ pub(super) fn shape(
                 };
                 read.map_err(|error| error.to_string())
             };
-            match meshes.of_file(&key, read, warnings) {
+            match meshes.of_file(&key, to_world.matrix3, read, warnings) {
                 Ok(read) => mesh(read),
                 Err(why) => return Err(left_out(tree, &parameters, &why)),
             }
@@ -248,23 +250,58 @@ impl Meshes {
         Arc::clone(mesh)
     }
 
-    /// The mesh of a file, read once for all shapes that are alike.
+    /// The mesh of a file, read once for all shapes that are alike. Normals that Mitsuba makes are made in the world: they depend on
+    /// what stretches the mesh.
     fn of_file(
         &mut self,
         key: &MeshKey,
+        to_world: DMat3,
         read: impl Fn() -> Result<MeshFile, String>,
         warnings: &mut Vec<Warning>,
     ) -> Result<Arc<Mesh>, String> {
-        if let Some(mesh) = self.of_files.get(key) {
-            return mesh.clone();
-        }
-        let mesh = read().map(|mut file| {
-            warnings.append(&mut file.warnings);
-            Arc::new(prepare(file, key))
+        let known = self.of_files.get(key).cloned().unwrap_or_else(|| {
+            let made = read().map(|mut file| {
+                warnings.append(&mut file.warnings);
+                let is_smoothed = file.mesh.normals.is_none() && !key.is_flat;
+                (Arc::new(prepare(file, key)), is_smoothed)
+            });
+            self.of_files.insert(key.clone(), made.clone());
+            made
         });
-        self.of_files.insert(key.clone(), mesh.clone());
-        mesh
+        let (mesh, is_smoothed) = known?;
+        if !is_smoothed || keeps_angles(to_world) {
+            return Ok(mesh);
+        }
+        let bits = to_world.to_cols_array().map(f64::to_bits);
+        let placed = self.placed.entry((key.clone(), bits));
+        let smoothed = || Arc::new(smoothed_in_world((*mesh).clone(), to_world));
+        Ok(Arc::clone(placed.or_insert_with(smoothed)))
     }
+}
+
+/// Whether a transform only turns, mirrors and scales evenly, up to rounding.
+fn keeps_angles(linear: DMat3) -> bool {
+    const TOLERANCE: f64 = 1e-6;
+    let scale = linear.x_axis.length_squared();
+    let error = linear.transpose() * linear - DMat3::from_diagonal(DVec3::splat(scale));
+    error.to_cols_array().iter().all(|x| x.abs() <= TOLERANCE * scale)
+}
+
+/// A mesh with normals that are smooth where a transform places it: the angles by which they are weighted are those there.
+///
+/// Normals of the world are the inverse transpose of those of the mesh, and a transform that mirrors turns the front of
+/// triangles around: n = ± Mᵀ n_world, with the sign of det M.
+fn smoothed_in_world(mut mesh: Mesh, to_world: DMat3) -> Mesh {
+    let placed = |p: &[f32; 3]| (to_world * DVec3::from_array(p.map(f64::from))).as_vec3();
+    let in_world = mesh.positions.iter().map(|p| placed(p).to_array()).collect();
+    let positions = std::mem::replace(&mut mesh.positions, in_world);
+    let mut normals = smooth_normals(&mesh);
+    let back = to_world.transpose() * to_world.determinant().signum();
+    for normal in &mut normals.values {
+        let local = back * DVec3::from_array(normal.map(f64::from));
+        *normal = local.normalize_or(DVec3::Z).as_vec3().to_array();
+    }
+    Mesh { positions, normals: Some(normals), ..mesh }
 }
 
 /// Gives a mesh the normals that Mitsuba gives it: those of the file, or smooth ones, or none.

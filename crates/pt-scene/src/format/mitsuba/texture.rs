@@ -15,13 +15,31 @@ use crate::LoadError;
 use crate::image::{Image, Numbers};
 use crate::texture::{Bitmap, Color, Filter, Pattern, Texture, Wrap};
 
-const KINDS: [&str; 3] = ["bitmap", "checkerboard", "mesh_attribute"];
+const KINDS: [&str; 4] = ["bitmap", "checkerboard", "mesh_attribute", "rawconstant"];
 
 /// A texture as Mitsuba 3.9.1 reads it where a number is expected: its `checkerboard` then has
 /// `color0` in place of `color1` and the other way round.
 pub(super) fn as_number(texture: Arc<Texture>) -> Arc<Texture> {
     let Pattern::Checkerboard([first, second]) = texture.pattern else { return texture };
     Arc::new(Texture { pattern: Pattern::Checkerboard([second, first]), ..(*texture).clone() })
+}
+
+/// The number or vector of a `rawconstant`, as it is.
+fn raw_value(object: &Object, parameters: &mut Parameters<'_>) -> Result<[f32; 3], LoadError> {
+    let is_vector = parameters.find("value").is_some_and(|p| matches!(p.value, Value::Vector(_)));
+    let value = if is_vector {
+        parameters.vector("value")?.map(|v| v.to_array())
+    } else {
+        parameters.float("value")?.map(|x| [x; 3])
+    };
+    let Some(value) = value else {
+        let message = "the <float name=\"value\"> or <vector name=\"value\"> is missing";
+        return Err(super::object::error(&object.at, message));
+    };
+    if value.iter().any(|x| !(0.0..=f64::from(f32::MAX)).contains(x)) {
+        return Err(parameters.refuse("value", "expected numbers of at least 0"));
+    }
+    Ok(value.map(|x| x as f32))
 }
 
 /// The textures of a scene, each made once, as are their images.
@@ -51,10 +69,16 @@ impl<'t> Textures<'t> {
             "mesh_attribute" => Some(mesh_attribute(object, &mut parameters)?),
             "checkerboard" => {
                 let to_uv = coordinates(parameters.transform("to_uv")?);
-                let first = parameters.color("color0", Role::Share, 0.4)?;
-                let second = parameters.color("color1", Role::Share, 0.2)?;
+                let first = parameters.color("color0", Role::Level, 0.4)?;
+                let second = parameters.color("color1", Role::Level, 0.2)?;
+                self.note_levels_above_1(object, first.into_iter().chain(second));
                 let pattern = Pattern::Checkerboard([first, second]);
                 Some(Texture::on_surface(pattern, to_uv))
+            }
+            "rawconstant" => {
+                let value = raw_value(object, &mut parameters)?;
+                self.note_levels_above_1(object, value.into_iter());
+                Some(Pattern::Checkerboard([value; 2]).into())
             }
             _ => return Err(unsupported(object, &KINDS)),
         };
@@ -62,6 +86,14 @@ impl<'t> Textures<'t> {
         let texture = texture.map(Arc::new);
         self.made.insert(index, texture.clone());
         Ok(self.or_substitute(texture))
+    }
+
+    fn note_levels_above_1(&self, object: &Object, mut levels: impl Iterator<Item = f32>) {
+        if levels.any(|level| level > 1.0) {
+            let message = "where the texture is a share of light, what is above 1 counts as 1: nothing reflects more \
+                           light than arrives";
+            self.tree.context.note(object.at.clone(), message.to_owned());
+        }
     }
 
     /// A texture, or what stands in for it; then the material that shows it is told.
