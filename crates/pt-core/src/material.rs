@@ -103,6 +103,8 @@ pub enum SlotKind {
 pub enum ReliefRecord {
     /// By colours, and the direction of (u, v) that is +x of their frame.
     Normals(Id<TextureRecord>, Vec2),
+    /// By colours, and a texture of these directions.
+    NormalsAlong(Id<TextureRecord>, Id<TextureRecord>),
     /// By heights, in metres per luminance.
     Heights(Id<TextureRecord>, f32),
 }
@@ -224,12 +226,17 @@ impl Materials {
     /// The normal of a relief on a surface with unit normal `n`; that one where the surface has no
     /// texture coordinates. [Heights: Blinn 1978, "Simulation of Wrinkled Surfaces"]
     fn embossed(&self, relief: ReliefRecord, n: Vec3, at: &Parametrization) -> Vec3 {
+        let by_colors = |texture, along: Vec2| {
+            let [x, y, z] = self.textures.color(texture, at).map(|c| 2.0 * c - 1.0).to_array();
+            let u = at.along_u?;
+            let tangent = u * along.x + at.along_v.unwrap_or(Vec3::ZERO) * along.y;
+            Some(Frame::from_normal_and_tangent(n, tangent).to_world(Vec3::new(x, y, z)))
+        };
         let bent = match relief {
-            ReliefRecord::Normals(texture, along) => {
-                let [x, y, z] = self.textures.color(texture, at).map(|c| 2.0 * c - 1.0).to_array();
-                let Some(u) = at.along_u else { return n };
-                let tangent = u * along.x + at.along_v.unwrap_or(Vec3::ZERO) * along.y;
-                Frame::from_normal_and_tangent(n, tangent).to_world(Vec3::new(x, y, z))
+            ReliefRecord::Normals(texture, along) => by_colors(texture, along),
+            ReliefRecord::NormalsAlong(texture, along) => {
+                let [a, b, _] = self.textures.color(along, at).to_array();
+                by_colors(texture, Vec2::new(a, b))
             }
             ReliefRecord::Heights(texture, scale) => {
                 let (u, v) = match (at.along_u, at.along_v) {
@@ -242,10 +249,10 @@ impl Materials {
                 let u = u + n * (slope.x - n.dot(u));
                 let v = v + n * (slope.y - n.dot(v));
                 let bent = u.cross(v);
-                if bent.dot(n) < 0.0 { -bent } else { bent }
+                Some(if bent.dot(n) < 0.0 { -bent } else { bent })
             }
         };
-        bent.try_normalize().unwrap_or(n)
+        bent.and_then(Vec3::try_normalize).unwrap_or(n)
     }
 }
 

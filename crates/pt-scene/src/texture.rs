@@ -397,6 +397,8 @@ pub enum Relief {
     /// The same in a frame of which +x is the direction in which u of the image grows, after its transform: where the
     /// image is turned, its relief turns with it.
     TurnedNormals(Arc<Texture>),
+    /// The same in a frame of which +x is a ∂p/∂u + b ∂p/∂v: the second texture has a and b in its first two channels.
+    NormalsAlong(Arc<Texture>, Arc<Texture>),
     /// As if the surface were raised by the texture's luminance times a number, in the unit of the scene.
     Heights(Arc<Texture>, f32),
 }

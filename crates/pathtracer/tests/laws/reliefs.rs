@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pathtracer::Film;
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::material::{Averted, Embossed, Matte, Mix, Sided};
-use pt_scene::texture::{Filter, Relief, Texture};
+use pt_scene::texture::{Filter, Pattern, Relief, Texture};
 use pt_scene::{LightKind, Surface, shapes};
 
 use crate::materials::row;
@@ -69,6 +69,33 @@ fn normals_turn_with_their_image() {
         }
         let fixed = wall(Relief::Normals(Arc::clone(&texture)));
         assert_is(&film(fixed, DVec3::Z, lean), 1.0, "not turned");
+    }
+}
+
+/// Directions that the mesh gives, in ∂p/∂u = 2 x and ∂p/∂v = 2 y of the wall.
+#[test]
+fn normals_lie_along_directions_of_the_mesh() {
+    let lean = DVec3::new(0.6, 0.0, 0.8);
+    let Relief::Normals(image) = normals(lean) else { panic!("normals") };
+    for (along, toward) in [
+        ([1.0, 0.0, 0.0], DVec3::X),
+        ([0.0, 1.0, 0.0], DVec3::Y),
+        ([-3.0, -3.0, 0.0], DVec3::new(-1.0, -1.0, 0.0).normalize()),
+    ] {
+        let directions = Arc::new(Pattern::FaceAttribute("along".into()).into());
+        let surface = wall(Relief::NormalsAlong(Arc::clone(&image), directions));
+        let mut mesh = shapes::rectangle();
+        mesh.attributes.faces.insert("along".into(), vec![along; mesh.triangles.len()]);
+        let n = 0.6 * toward + 0.8 * DVec3::Z;
+        for light in [DVec3::Z, DVec3::new(0.0, 0.6, 0.8), DVec3::new(-0.6, 0.0, 0.8)] {
+            let kind = LightKind::Directional { irradiance: [PI as f32; 3] };
+            let scene = Builder::default()
+                .mesh(mesh.clone(), DAffine3::IDENTITY, surface.clone().into())
+                .light(kind, looking(light, DVec3::ZERO))
+                .seen_by(camera(DVec3::Z * 4.0, DVec3::ZERO, [2.0, 1.6]));
+            let film = render(&scene, size([10, 8]), settings(4)).film().clone();
+            assert_is(&film, n.dot(light), &format!("{toward} {light}"));
+        }
     }
 }
 

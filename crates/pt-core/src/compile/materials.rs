@@ -330,6 +330,9 @@ impl Lower for Embossed {
                 let along_u = growth_of_u(texture.to_pattern);
                 ReliefRecord::Normals(cx.texture(texture), along_u)
             }
+            Relief::NormalsAlong(texture, along) => {
+                ReliefRecord::NormalsAlong(cx.texture(texture), cx.texture(along))
+            }
             Relief::Heights(texture, scale) => {
                 ReliefRecord::Heights(cx.texture(texture), scale * cx.metres)
             }

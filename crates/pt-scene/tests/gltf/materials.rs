@@ -264,7 +264,7 @@ fn normals_turn_with_the_transform_of_their_image() {
         Relief::Normals(map) | Relief::TurnedNormals(map) => {
             2.0 * bitmap(&Color::Texture(map.clone())).image.pixels[1][1] - 1.0
         }
-        Relief::Heights(..) => panic!("{relief:?}"),
+        Relief::NormalsAlong(..) | Relief::Heights(..) => panic!("{relief:?}"),
     };
     let upright = y_of(&relief(json!({})));
     assert!(upright < 0.0, "100 of 255 is below the middle");
@@ -279,6 +279,38 @@ fn normals_turn_with_the_transform_of_their_image() {
         assert_eq!(matches!(found, Relief::TurnedNormals(_)), is_turned, "{transform}");
         let wanted = if is_mirrored { -upright } else { upright };
         assert!((y_of(&found) - wanted).abs() < 1e-6, "{transform}");
+    }
+}
+
+/// A triangle with ∂p/∂u = +x and ∂p/∂v = −y, as v runs down there: a tangent along +y is −1 of ∂p/∂v. With w = −1 the side of +y
+/// of the image is the other one.
+#[test]
+fn normals_lie_along_tangents() {
+    for w in [1.0, -1.0] {
+        let mut text = Text::default();
+        let mut attributes = text.triangle();
+        attributes["TEXCOORD_0"] = text.vectors(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]).into();
+        attributes["TANGENT"] = text.vectors(&[[0.0, 1.0, 0.0, w]; 3]).into();
+        let scene = read(&text.with(json!({
+            "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": attributes, "material": 0}]}],
+            "materials": [{"normalTexture": {"index": 0}}],
+            "textures": [{"source": 0}],
+            "images": [{"uri": PNG}]
+        })));
+        let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
+        assert_eq!(mesh.attributes.faces["TANGENT"], [[0.0, -1.0, 0.0]]);
+        let slot = mesh.parts[0].slot as usize;
+        assert_eq!(slot, usize::from(w < 0.0));
+        let material = scene.objects[0].materials[slot].expect("a material") as usize;
+        let Surface::Embossed(Embossed { relief: Relief::NormalsAlong(map, along), .. }) =
+            &scene.materials[material].surface
+        else {
+            panic!("{:?}", scene.materials[material].surface)
+        };
+        assert_eq!(along.pattern, Pattern::FaceAttribute("TANGENT".into()));
+        let y = 2.0 * bitmap(&Color::Texture(map.clone())).image.pixels[1][1] - 1.0;
+        assert!(y * w < 0.0, "100 of 255 is below the middle");
     }
 }
 

@@ -27,6 +27,20 @@ pub(super) struct Layout {
     pub(super) has_relief: bool,
 }
 
+/// The values of a mesh that its material shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Values {
+    /// Colours of vertices.
+    pub(super) colors: bool,
+    /// Directions along which the normals of an image lie.
+    pub(super) tangents: bool,
+}
+
+impl Values {
+    /// The name of the directions among the [attributes](crate::Attributes) of a mesh.
+    pub(super) const TANGENTS: &str = "TANGENT";
+}
+
 /// A material that was made, and the medium inside.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Made {
@@ -68,36 +82,36 @@ impl<'a> Reader<'a> {
         Ok(Layout { uv_set, has_relief: material.has("normalTexture") })
     }
 
-    /// The material of a primitive, made once for those with colours and once for those without.
+    /// The material of a primitive, made once for each kind of values.
     pub(super) fn material(
         &mut self,
         index: Option<usize>,
         described: Option<&Item<'a>>,
-        is_colored: bool,
+        values: Values,
     ) -> Result<Made, LoadError> {
-        if let Some(known) = self.materials.get(&(index, is_colored)) {
+        if let Some(known) = self.materials.get(&(index, values)) {
             return Ok(*known);
         }
         let (material, medium) = match described {
-            Some(described) => self.described(described, is_colored)?,
-            None => (default_material(is_colored), None),
+            Some(described) => self.described(described, values)?,
+            None => (default_material(values.colors), None),
         };
         let is_double = described.map_or(Ok(false), |described| described.flag("doubleSided"))?;
         let back = (is_double && material.emission != [0.0; 3].into()).then(|| back_of(&material));
         let number = self.scene.materials.len() as u32;
         let made = Made { material: number, medium, back: back.as_ref().map(|_| number + 1) };
         self.scene.materials.extend(std::iter::once(material).chain(back));
-        self.materials.insert((index, is_colored), made);
+        self.materials.insert((index, values), made);
         Ok(made)
     }
 
     fn described(
         &mut self,
         item: &Item<'a>,
-        is_colored: bool,
+        values: Values,
     ) -> Result<(Material, Option<u32>), LoadError> {
         self.context.was_loud();
-        let principled = self.principled(item, is_colored)?;
+        let principled = self.principled(item, values.colors)?;
         if item.extension("KHR_materials_unlit")?.is_some() {
             return Ok((self.unlit(item, principled.base_color)?, None));
         }
@@ -113,7 +127,7 @@ impl<'a> Reader<'a> {
         } else {
             (thin(principled), None)
         };
-        let surface = self.embossed(item, surface)?;
+        let surface = self.embossed(item, surface, values.tangents)?;
         let opacity = self.opacity(item)?;
         let emission = self.emission(item)?.times(&opacity);
         let material =
@@ -307,7 +321,8 @@ impl<'a> Reader<'a> {
         }
         let mut material = self.scene.materials[made.material as usize].clone();
         if let Surface::Embossed(embossed) = &mut material.surface
-            && let Some(relief) = self.relief(item, true)?
+            && let has_tangents = matches!(embossed.relief, Relief::NormalsAlong(..))
+            && let Some(relief) = self.relief(item, true, has_tangents)?
         {
             embossed.relief = relief;
         }
@@ -318,16 +333,32 @@ impl<'a> Reader<'a> {
     }
 
     /// A surface with the relief of its normal texture, if it has one.
-    fn embossed(&mut self, item: &Item<'a>, surface: Surface) -> Result<Surface, LoadError> {
-        Ok(match self.relief(item, false)? {
+    fn embossed(
+        &mut self,
+        item: &Item<'a>,
+        surface: Surface,
+        has_tangents: bool,
+    ) -> Result<Surface, LoadError> {
+        Ok(match self.relief(item, false, has_tangents)? {
             Some(relief) => Embossed::new(surface, relief).into(),
             None => surface,
         })
     }
 
-    fn relief(&mut self, item: &Item<'a>, is_mirrored: bool) -> Result<Option<Relief>, LoadError> {
+    fn relief(
+        &mut self,
+        item: &Item<'a>,
+        is_mirrored: bool,
+        has_tangents: bool,
+    ) -> Result<Option<Relief>, LoadError> {
         let Some(info) = item.child("normalTexture")? else { return Ok(None) };
         let scale = info.number_in("scale", -ANY..=ANY, 1.0)? as f32;
+        if has_tangents {
+            let content = Content::Normals { scale: scale.to_bits(), is_mirrored };
+            let normals = self.texture(item, "normalTexture", content)?;
+            let tangents = Pattern::FaceAttribute(Values::TANGENTS.into());
+            return Ok(normals.map(|map| Relief::NormalsAlong(map, Arc::new(tangents.into()))));
+        }
         let to_pattern = placement(&info)?;
         let is_mirrored = is_mirrored != (to_pattern.determinant() < 0.0);
         let is_turned = to_pattern.x_axis.y != 0.0 || to_pattern.x_axis.x < 0.0;

@@ -10,7 +10,7 @@ use super::Reader;
 use super::accessor::all_parts;
 use super::deform;
 use super::item::Item;
-use super::material::Layout;
+use super::material::{Layout, Values};
 use crate::{Attribute, Attributes, LoadError, Mesh, Part};
 
 /// Triangles one by one, in a strip and in a fan.
@@ -83,8 +83,22 @@ impl<'a> Reader<'a> {
             );
         }
         let uvs = self.coordinates(primitive, &attributes, form.layout, vertices)?;
+        let mut attributes_of_faces = Attributes::default();
         let mirrored = match &uvs {
-            Some(uvs) if form.layout.has_relief => mirrored_last(&mut triangles, uvs),
+            Some(uvs) if form.layout.has_relief => {
+                let is_bent = form.joints.is_some() || form.weights.iter().any(|w| *w != 0.0);
+                match self.tangents(primitive, &attributes, vertices, is_bent)? {
+                    Some(tangents) => {
+                        let mirrored = last(&mut triangles, |corners| {
+                            corners.map(|c| tangents[c as usize][3]).iter().sum::<f32>() < 0.0
+                        });
+                        let along = along_tangents(&triangles, (&positions, uvs), &tangents);
+                        attributes_of_faces.faces.insert(Values::TANGENTS.into(), along);
+                        mirrored
+                    }
+                    None => last(&mut triangles, |corners| lies_mirrored(uvs, corners)),
+                }
+            }
             _ => 0,
         };
         let mesh = Mesh {
@@ -96,7 +110,7 @@ impl<'a> Reader<'a> {
             uvs: uvs.map(at_vertices),
             colors: self.colors(&attributes, vertices)?.map(at_vertices),
             face_colors: None,
-            attributes: Attributes::default(),
+            attributes: attributes_of_faces,
         };
         Ok(Some(Arc::new(mesh)))
     }
@@ -110,6 +124,25 @@ impl<'a> Reader<'a> {
     ) -> Result<Option<Vec<[f32; N]>>, LoadError> {
         let values = self.accessors.vectors::<N>(attributes, name)?;
         values.map(|values| as_many(values, attributes, name, vertices)).transpose()
+    }
+
+    /// The directions of +x of the normals of an image, with the side of +y, if the primitive has some and is as the file
+    /// has it.
+    fn tangents(
+        &mut self,
+        primitive: &Item<'a>,
+        attributes: &Item<'_>,
+        vertices: usize,
+        is_bent: bool,
+    ) -> Result<Option<Vec<[f32; 4]>>, LoadError> {
+        if is_bent && attributes.has("TANGENT") {
+            self.warn(
+                primitive,
+                "TANGENT is not bent with the mesh; normals of images lie along u",
+            );
+            return Ok(None);
+        }
+        self.attribute::<4>(attributes, "TANGENT", vertices)
     }
 
     /// Texture coordinates, whose v runs down the rows of an image there, and up here.
@@ -215,15 +248,47 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Puts those triangles last on which texture coordinates lie mirrored, and counts them.
-fn mirrored_last(triangles: &mut [[u32; 3]], uvs: &[[f32; 2]]) -> usize {
-    let is_mirrored = |triangle: &[u32; 3]| {
-        let [a, b, c] =
-            triangle.map(|corner| DVec2::from_array(uvs[corner as usize].map(f64::from)));
-        (b - a).perp_dot(c - a) < 0.0
+/// Puts some of the triangles last, and counts them.
+fn last(triangles: &mut [[u32; 3]], is_last: impl Fn(&[u32; 3]) -> bool) -> usize {
+    triangles.sort_by_key(&is_last);
+    triangles.len() - triangles.partition_point(|triangle| !is_last(triangle))
+}
+
+/// Whether texture coordinates lie mirrored on a triangle.
+fn lies_mirrored(uvs: &[[f32; 2]], triangle: &[u32; 3]) -> bool {
+    let [a, b, c] = triangle.map(|corner| DVec2::from_array(uvs[corner as usize].map(f64::from)));
+    (b - a).perp_dot(c - a) < 0.0
+}
+
+/// The mean tangent of each triangle as a ∂p/∂u + b ∂p/∂v, in the plane of the triangle: (a, b, 0). Along u where the
+/// coordinates of a triangle are on a line, or its tangents cancel.
+fn along_tangents(
+    triangles: &[[u32; 3]],
+    (positions, uvs): (&[[f32; 3]], &[[f32; 2]]),
+    tangents: &[[f32; 4]],
+) -> Vec<[f32; 3]> {
+    let of = |corners: &[u32; 3]| {
+        let [p0, p1, p2] = corners.map(|c| DVec3::from(positions[c as usize].map(f64::from)));
+        let [c0, c1, c2] = corners.map(|c| DVec2::from(uvs[c as usize].map(f64::from)));
+        let (e1, e2, d1, d2) = (p1 - p0, p2 - p0, c1 - c0, c2 - c0);
+        let determinant = d1.perp_dot(d2);
+        let (u, v) = ((e1 * d2.y - e2 * d1.y) / determinant, (e2 * d1.x - e1 * d2.x) / determinant);
+        let mean: DVec3 = corners
+            .iter()
+            .map(|c| {
+                let [x, y, z, _] = tangents[*c as usize];
+                DVec3::new(x.into(), y.into(), z.into())
+            })
+            .sum();
+        // Least squares: [u·u u·v; u·v v·v] (a b) = (t·u t·v).
+        let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
+        let (tu, tv) = (mean.dot(u), mean.dot(v));
+        let along = DVec2::new(tu * vv - tv * uv, tv * uu - tu * uv) / (uu * vv - uv * uv);
+        // Of the size of u, so that no digits are lost.
+        let along = along.try_normalize().unwrap_or(DVec2::X).as_vec2();
+        [along.x, along.y, 0.0]
     };
-    triangles.sort_by_key(is_mirrored);
-    triangles.len() - triangles.partition_point(|triangle| !is_mirrored(triangle))
+    triangles.iter().map(of).collect()
 }
 
 /// All triangles, of which the last ones are of a second material.

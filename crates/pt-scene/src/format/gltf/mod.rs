@@ -41,7 +41,7 @@ use accessor::Accessors;
 use animation::Pose;
 use buffer::Buffers;
 use item::Item;
-use material::Made;
+use material::{Made, Values};
 use pt_math::DAffine3;
 use texture::Images;
 pub(super) use write::encode;
@@ -109,8 +109,8 @@ struct Reader<'a> {
     accessors: Accessors<'a>,
     scene: Scene,
     images: Images,
-    /// By index, and whether they show the colours of vertices.
-    materials: HashMap<(Option<usize>, bool), Made>,
+    /// By index, and the values of meshes that they show.
+    materials: HashMap<(Option<usize>, Values), Made>,
     /// What materials are on triangles on which their textures lie mirrored.
     mirrored: HashMap<u32, u32>,
     /// By the indices of mesh and primitive, as they are without a skin and weights of a node.

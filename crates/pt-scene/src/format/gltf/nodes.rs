@@ -9,7 +9,7 @@ use super::super::substitute;
 use super::Reader;
 use super::animation::Pose;
 use super::item::Item;
-use super::material::Layout;
+use super::material::{Layout, Values};
 use super::mesh::Form;
 use crate::medium::Sides;
 use crate::{Geometry, LoadError, Material, Mesh, Object, shapes};
@@ -186,7 +186,11 @@ impl<'a> Reader<'a> {
             shape
         };
         let Some(shape) = shape else { return Ok(Vec::new()) };
-        let made = self.material(index, described.as_ref(), shape.colors.is_some())?;
+        let values = Values {
+            colors: shape.colors.is_some(),
+            tangents: shape.attributes.faces.contains_key(Values::TANGENTS),
+        };
+        let made = self.material(index, described.as_ref(), values)?;
         let mut materials = vec![Some(made.material)];
         if let Some(described) = described.filter(|_| shape.parts.iter().any(|p| p.slot > 0)) {
             materials.push(Some(self.mirrored(&described, made)?));

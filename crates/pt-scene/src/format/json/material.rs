@@ -305,11 +305,15 @@ impl Fields for Pigment {
 /// What tells pigments.
 const PIGMENTS: [&str; 4] = ["reflectance", "absorption", "eumelanin", "pheomelanin"];
 
-/// A texture as a `normal_map` or `turned_normal_map`, or as a `height_map` with its `height`.
+/// A texture as a `normal_map`, perhaps with the directions `along` which its normals lie, or `turned_normal_map`, or as a `height_map` with its `height`.
 impl Fields for Relief {
     fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
         if let Some(normals) = keys.take("normal_map") {
-            return Arc::read(&normals, cx).map(Self::Normals);
+            let normals = Arc::read(&normals, cx)?;
+            return Ok(match keys.take("along") {
+                Some(along) => Self::NormalsAlong(normals, Arc::read(&along, cx)?),
+                None => Self::Normals(normals),
+            });
         }
         if let Some(normals) = keys.take("turned_normal_map") {
             return Arc::read(&normals, cx).map(Self::TurnedNormals);
@@ -326,6 +330,10 @@ impl Fields for Relief {
             Self::TurnedNormals(texture) => {
                 put(out, "turned_normal_map", &Plain, texture, None, cx)
             }
+            Self::NormalsAlong(texture, along) => {
+                put(out, "normal_map", &Plain, texture, None, cx)?;
+                put(out, "along", &Plain, along, None, cx)
+            }
             Self::Heights(texture, height) => {
                 put(out, "height_map", &Plain, texture, None, cx)?;
                 put(out, "height", &ANY, height, Some(1.0), cx)
@@ -335,7 +343,9 @@ impl Fields for Relief {
 
     fn properties(schemas: &mut Schemas) -> Vec<Properties> {
         let map = Arc::<Texture>::schema(schemas);
-        let normals = Properties::default().with_schema("normal_map", map.clone(), true);
+        let normals = Properties::default()
+            .with_schema("normal_map", map.clone(), true)
+            .with_schema("along", map.clone(), false);
         let turned = Properties::default().with_schema("turned_normal_map", map.clone(), true);
         let height = serde_json::json!({"type": "number", "default": 1});
         let heights = Properties::default().with_schema("height_map", map, true);

@@ -355,6 +355,11 @@ impl Writer<'_> {
         let normals = match relief {
             None => return Ok(false),
             Some(Relief::Normals(texture) | Relief::TurnedNormals(texture)) => normals(texture),
+            Some(Relief::NormalsAlong(texture, _)) => {
+                self.notes
+                    .tell(&cx.place, "its normals lie along u, as its tangents are not written");
+                normals(texture)
+            }
             Some(Relief::Heights(..)) => None,
         };
         let Some(layer) = normals else {
