@@ -282,6 +282,38 @@ fn normals_turn_with_the_transform_of_their_image() {
     }
 }
 
+/// The opacity of COLOR_0 is a factor of that of the material where it is blended, and has no effect elsewhere.
+#[test]
+fn vertices_have_opacities() {
+    for (mode, factor) in [("BLEND", 0.5), ("BLEND", 1.0), ("OPAQUE", 0.5)] {
+        let mut text = Text::default();
+        let mut attributes = text.triangle();
+        attributes["COLOR_0"] = text.vectors(&[[1.0, 1.0, 1.0, 0.25]; 3]).into();
+        let scene = read(&text.with(json!({
+            "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": attributes, "material": 0}]}],
+            "materials": [{"alphaMode": mode, "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, factor]}}]
+        })));
+        let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
+        let opacity = &scene.materials[0].opacity;
+        if mode == "OPAQUE" {
+            assert_eq!((opacity, &mesh.attributes.vertices.len()), (&Scalar::Value(1.0), &0));
+            continue;
+        }
+        let name = "opacity of COLOR_0";
+        assert_eq!(mesh.attributes.vertices[name], [[0.25; 3]; 3]);
+        let of_vertices = Pattern::VertexAttribute(name.into());
+        let found = opacity.texture().expect("a texture");
+        if factor == 1.0 {
+            assert_eq!(found.pattern, of_vertices);
+        } else {
+            let [vertices, share] = factors(&Color::Texture(found.clone())).clone();
+            assert_eq!(vertices.texture().map(|t| &t.pattern), Some(&of_vertices));
+            assert_eq!(share, Color::Value([factor as f32; 3]));
+        }
+    }
+}
+
 /// A triangle with ∂p/∂u = +x and ∂p/∂v = −y, as v runs down there: a tangent along +y is −1 of ∂p/∂v. With w = −1 the side of +y
 /// of the image is the other one.
 #[test]

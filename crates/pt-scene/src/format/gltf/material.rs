@@ -25,6 +25,8 @@ pub(super) struct Layout {
     pub(super) uv_set: Option<usize>,
     /// Whether one of them has normals, which differ where coordinates lie mirrored.
     pub(super) has_relief: bool,
+    /// Whether opacities between 0 and 1 are seen.
+    pub(super) is_blended: bool,
 }
 
 /// The values of a mesh that its material shows.
@@ -34,11 +36,15 @@ pub(super) struct Values {
     pub(super) colors: bool,
     /// Directions along which the normals of an image lie.
     pub(super) tangents: bool,
+    /// Opacities of vertices.
+    pub(super) opacities: bool,
 }
 
 impl Values {
     /// The name of the directions among the [attributes](crate::Attributes) of a mesh.
     pub(super) const TANGENTS: &str = "TANGENT";
+    /// That of the opacities.
+    pub(super) const OPACITIES: &str = "opacity of COLOR_0";
 }
 
 /// A material that was made, and the medium inside.
@@ -79,7 +85,8 @@ impl<'a> Reader<'a> {
             );
             self.warn(material, message);
         }
-        Ok(Layout { uv_set, has_relief: material.has("normalTexture") })
+        let is_blended = material.text("alphaMode")? == Some("BLEND");
+        Ok(Layout { uv_set, has_relief: material.has("normalTexture"), is_blended })
     }
 
     /// The material of a primitive, made once for each kind of values.
@@ -113,7 +120,7 @@ impl<'a> Reader<'a> {
         self.context.was_loud();
         let principled = self.principled(item, values.colors)?;
         if item.extension("KHR_materials_unlit")?.is_some() {
-            return Ok((self.unlit(item, principled.base_color)?, None));
+            return Ok((self.unlit(item, principled.base_color, values)?, None));
         }
         let volume = item.extension("KHR_materials_volume")?;
         let thickness = volume
@@ -128,7 +135,7 @@ impl<'a> Reader<'a> {
             (thin(principled), None)
         };
         let surface = self.embossed(item, surface, values.tangents)?;
-        let opacity = self.opacity(item)?;
+        let opacity = self.opacity(item, values)?;
         let emission = self.emission(item)?.times(&opacity);
         let material =
             Material { name: item.name(), surface, emission, hidden_emission: false, opacity };
@@ -140,9 +147,14 @@ impl<'a> Reader<'a> {
     }
 
     /// KHR_materials_unlit: a surface that glows in its base colour, whatever shines on it, and reflects nothing.
-    fn unlit(&mut self, item: &Item<'a>, color: Color) -> Result<Material, LoadError> {
+    fn unlit(
+        &mut self,
+        item: &Item<'a>,
+        color: Color,
+        values: Values,
+    ) -> Result<Material, LoadError> {
         self.warn(item, "it emits its base colour, and lights what is around it");
-        let opacity = self.opacity(item)?;
+        let opacity = self.opacity(item, values)?;
         Ok(Material {
             name: item.name(),
             surface: Black.into(),
@@ -387,7 +399,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The share of the surface that is there, by its alpha mode.
-    fn opacity(&mut self, item: &Item<'a>) -> Result<Scalar, LoadError> {
+    fn opacity(&mut self, item: &Item<'a>, values: Values) -> Result<Scalar, LoadError> {
         let mode = item.text("alphaMode")?.unwrap_or("OPAQUE");
         if mode == "OPAQUE" {
             return Ok(1.0.into());
@@ -399,7 +411,10 @@ impl<'a> Reader<'a> {
             None => Ok(None),
         };
         match mode {
-            "BLEND" => Ok(measured(factor, textured(Content::Opacity)?)),
+            "BLEND" => {
+                let share = measured(factor, textured(Content::Opacity)?);
+                Ok(if values.opacities { covered(share) } else { share })
+            }
             "MASK" => {
                 let cutoff = item.number_in("alphaCutoff", 0.0..=ANY, 0.5)? as f32;
                 let is_there = f32::from(u8::from(factor >= cutoff));
@@ -408,6 +423,19 @@ impl<'a> Reader<'a> {
                 Ok(texture.map_or(is_there.into(), Input::Texture))
             }
             _ => Err(item.refuse("alphaMode", "expected OPAQUE, MASK or BLEND")),
+        }
+    }
+}
+
+/// A share of the opacities of vertices.
+fn covered(share: Scalar) -> Scalar {
+    let opacities: Arc<Texture> =
+        Arc::new(Pattern::VertexAttribute(Values::OPACITIES.into()).into());
+    match share {
+        Input::Value(share) => measured(share, Some(opacities)),
+        Input::Texture(texture) => {
+            let factors = [texture, opacities].map(Input::Texture);
+            Input::Texture(Arc::new(Pattern::Product(Box::new(factors)).into()))
         }
     }
 }

@@ -29,6 +29,15 @@ pub(super) struct Form<'f> {
     pub(super) layout: Layout,
 }
 
+/// The colours of vertices.
+#[derive(Default)]
+struct Colored {
+    /// Linear.
+    colors: Option<Vec<[f32; 3]>>,
+    /// Their opacities, in all three channels, if some are below 1.
+    opacities: Option<Vec<[f32; 3]>>,
+}
+
 impl<'a> Reader<'a> {
     /// The triangles of a primitive; `None` if it has none, with a note.
     pub(super) fn primitive(
@@ -83,7 +92,7 @@ impl<'a> Reader<'a> {
             );
         }
         let uvs = self.coordinates(primitive, &attributes, form.layout, vertices)?;
-        let mut attributes_of_faces = Attributes::default();
+        let mut named = Attributes::default();
         let mirrored = match &uvs {
             Some(uvs) if form.layout.has_relief => {
                 let is_bent = form.joints.is_some() || form.weights.iter().any(|w| *w != 0.0);
@@ -93,7 +102,7 @@ impl<'a> Reader<'a> {
                             corners.map(|c| tangents[c as usize][3]).iter().sum::<f32>() < 0.0
                         });
                         let along = along_tangents(&triangles, (&positions, uvs), &tangents);
-                        attributes_of_faces.faces.insert(Values::TANGENTS.into(), along);
+                        named.faces.insert(Values::TANGENTS.into(), along);
                         mirrored
                     }
                     None => last(&mut triangles, |corners| lies_mirrored(uvs, corners)),
@@ -101,6 +110,10 @@ impl<'a> Reader<'a> {
             }
             _ => 0,
         };
+        let Colored { colors, opacities } = self.colors(&attributes, vertices)?;
+        if let Some(opacities) = opacities.filter(|_| form.layout.is_blended) {
+            named.vertices.insert(Values::OPACITIES.into(), opacities);
+        }
         let mesh = Mesh {
             name: name.to_owned(),
             parts: parts(triangles.len(), mirrored),
@@ -108,9 +121,9 @@ impl<'a> Reader<'a> {
             positions,
             normals: normals.map(at_vertices),
             uvs: uvs.map(at_vertices),
-            colors: self.colors(&attributes, vertices)?.map(at_vertices),
+            colors: colors.map(at_vertices),
             face_colors: None,
-            attributes: attributes_of_faces,
+            attributes: named,
         };
         Ok(Some(Arc::new(mesh)))
     }
@@ -163,14 +176,10 @@ impl<'a> Reader<'a> {
         Ok(uvs.map(|uvs| uvs.into_iter().map(|[u, v]| [u, 1.0 - v]).collect()))
     }
 
-    /// Colours of vertices, linear. Their opacity is not read.
-    fn colors(
-        &mut self,
-        attributes: &Item<'_>,
-        vertices: usize,
-    ) -> Result<Option<Vec<[f32; 3]>>, LoadError> {
+    /// The colours of a primitive.
+    fn colors(&mut self, attributes: &Item<'_>, vertices: usize) -> Result<Colored, LoadError> {
         let Some(numbers) = self.accessors.numbers(attributes, "COLOR_0", &[3, 4])? else {
-            return Ok(None);
+            return Ok(Colored::default());
         };
         if let Some(highest) = numbers.highest {
             let message = format!(
@@ -185,11 +194,14 @@ impl<'a> Reader<'a> {
             .chunks_exact(numbers.width)
             .map(|color| std::array::from_fn(|c| share(color[c]) as f32))
             .collect();
-        let opacities = numbers.values.iter().skip(3).step_by(4);
-        if numbers.width == 4 && opacities.map(|alpha| share(*alpha)).any(|alpha| alpha < 1.0) {
-            self.warn(attributes, "the opacity of COLOR_0 is not read");
-        }
-        as_many(colors, attributes, "COLOR_0", vertices).map(Some)
+        let opacities: Vec<[f32; 3]> = if numbers.width == 4 {
+            numbers.values.iter().skip(3).step_by(4).map(|a| [share(*a) as f32; 3]).collect()
+        } else {
+            Vec::new()
+        };
+        let opacities = opacities.iter().any(|[a, ..]| *a < 1.0).then_some(opacities);
+        let colors = Some(as_many(colors, attributes, "COLOR_0", vertices)?);
+        Ok(Colored { colors, opacities })
     }
 
     /// Adds morph targets, each by its weight. [glTF 2.0, §3.7.2.2]

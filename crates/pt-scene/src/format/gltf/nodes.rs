@@ -189,6 +189,7 @@ impl<'a> Reader<'a> {
         let values = Values {
             colors: shape.colors.is_some(),
             tangents: shape.attributes.faces.contains_key(Values::TANGENTS),
+            opacities: shape.attributes.vertices.contains_key(Values::OPACITIES),
         };
         let made = self.material(index, described.as_ref(), values)?;
         let mut materials = vec![Some(made.material)];
