@@ -1,8 +1,8 @@
 //! Laws that hold for every lobe in `lobes!`. A new lobe is tested without writing a test.
 //!
 //! Here: the methods of a lobe agree with one another. [`physics`]: they agree with nature.
-//! [`gains`]: layers of light. [`numbers`]: whatever they are asked. [`world`]: they do so on surfaces in the world. [`spread`]: for viewers
-//! side by side.
+//! [`gains`]: the energy of layered and principled lobes. [`numbers`]: whatever they are asked. [`world`]: they do
+//! so on surfaces in the world. [`spread`]: for viewers side by side.
 
 mod gains;
 mod numbers;

@@ -282,10 +282,11 @@ fn normals_turn_with_the_transform_of_their_image() {
     }
 }
 
-/// The opacity of COLOR_0 is a factor of that of the material where it is blended, and has no effect elsewhere.
+/// The opacity of COLOR_0 is a factor of that of the material where it is blended, and has no effect elsewhere, of which
+/// a note says so where the surface is cut.
 #[test]
 fn vertices_have_opacities() {
-    for (mode, factor) in [("BLEND", 0.5), ("BLEND", 1.0), ("OPAQUE", 0.5)] {
+    for (mode, factor) in [("BLEND", 0.5), ("BLEND", 1.0), ("OPAQUE", 0.5), ("MASK", 1.0)] {
         let mut text = Text::default();
         let mut attributes = text.triangle();
         attributes["COLOR_0"] = text.vectors(&[[1.0, 1.0, 1.0, 0.25]; 3]).into();
@@ -296,7 +297,9 @@ fn vertices_have_opacities() {
         })));
         let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
         let opacity = &scene.materials[0].opacity;
-        if mode == "OPAQUE" {
+        let noted = scene.warnings.iter().any(|note| note.message.contains("COLOR_0"));
+        assert_eq!(noted, mode == "MASK", "{:?}", scene.warnings);
+        if mode != "BLEND" {
             assert_eq!((opacity, &mesh.attributes.vertices.len()), (&Scalar::Value(1.0), &0));
             continue;
         }

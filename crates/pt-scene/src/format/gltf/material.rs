@@ -27,6 +27,8 @@ pub(super) struct Layout {
     pub(super) has_relief: bool,
     /// Whether opacities between 0 and 1 are seen.
     pub(super) is_blended: bool,
+    /// Whether the surface is cut where its opacity is below a number.
+    pub(super) is_masked: bool,
 }
 
 /// The values of a mesh that its material shows.
@@ -85,8 +87,9 @@ impl<'a> Reader<'a> {
             );
             self.warn(material, message);
         }
-        let is_blended = material.text("alphaMode")? == Some("BLEND");
-        Ok(Layout { uv_set, has_relief: material.has("normalTexture"), is_blended })
+        let mode = material.text("alphaMode")?;
+        let (is_blended, is_masked) = (mode == Some("BLEND"), mode == Some("MASK"));
+        Ok(Layout { uv_set, has_relief: material.has("normalTexture"), is_blended, is_masked })
     }
 
     /// The material of a primitive, made once for each kind of values.

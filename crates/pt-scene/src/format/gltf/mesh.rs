@@ -111,6 +111,9 @@ impl<'a> Reader<'a> {
             _ => 0,
         };
         let Colored { colors, opacities } = self.colors(&attributes, vertices)?;
+        if opacities.is_some() && form.layout.is_masked {
+            self.warn(&attributes, "the opacity of COLOR_0 is not read where alphaMode is MASK");
+        }
         if let Some(opacities) = opacities.filter(|_| form.layout.is_blended) {
             named.vertices.insert(Values::OPACITIES.into(), opacities);
         }
