@@ -27,7 +27,8 @@ fn is_black(light: &LightKind) -> bool {
         LightKind::Point { intensity }
         | LightKind::Spot { intensity, .. }
         | LightKind::LinearSpot { intensity, .. }
-        | LightKind::PunctualSpot { intensity, .. } => *intensity == [0.0; 3],
+        | LightKind::PunctualSpot { intensity, .. }
+        | LightKind::Projector { intensity, .. } => *intensity == [0.0; 3],
         LightKind::Environment { scale, .. } => *scale == 0.0,
         LightKind::Ies { scale, .. } => *scale == [0.0; 3],
         LightKind::Daylight(_) => false,

@@ -1,9 +1,11 @@
 //! The options that say how a scene is read.
 
+use std::path::PathBuf;
+
 use bytesize::ByteSize;
 use pathtracer::{Limits, LoadOptions, Placement};
 
-use crate::check;
+use crate::{check, config};
 
 /// How a scene is read.
 #[derive(clap::Args, Debug, Clone)]
@@ -17,6 +19,10 @@ pub(crate) struct Loading {
     /// Let the scene name files outside of its own folder
     #[arg(long, help_heading = "Scene")]
     allow_outside: bool,
+
+    /// Let the scene name files in this folder and in those inside of it; may be given for several
+    #[arg(long, value_name = "DIR", value_parser = config::folder, help_heading = "Scene")]
+    allow_folder: Vec<PathBuf>,
 
     /// Most that reading the scene may take, as in memory=2GB; may be given for several of memory, depth, shapes,
     /// elements, texture-side, texture-pixels, include-depth, files, seconds
@@ -43,11 +49,16 @@ impl Loading {
             // The parser knows the names.
             let _ = limits.set(name, *value);
         }
-        let Self { define, allow_outside, time, camera, .. } = self;
+        let Self { define, allow_outside, allow_folder, time, camera, .. } = self;
         LoadOptions {
             definitions: define.clone(),
             strict,
             allow_outside: *allow_outside,
+            allowed_folders: allow_folder
+                .iter()
+                .chain(config::allowed_folders())
+                .cloned()
+                .collect(),
             limits,
             time: *time,
             camera: camera.clone().filter(|_| self.placement().is_none()),

@@ -3,6 +3,7 @@
 mod args;
 mod check;
 mod commands;
+mod config;
 mod console;
 mod convert;
 mod course;
@@ -52,6 +53,12 @@ fn run() -> ExitCode {
         Ok(action) => action,
         Err(error) => return error.report(),
     };
+    if !matches!(action, args::Action::Print(_))
+        && let Err(error) = config::read()
+    {
+        eprintln!("pathtracer: {error:#}");
+        return ExitCode::from(FAILURE);
+    }
     let done = match action {
         args::Action::Print(text) => output::print(&text),
         args::Action::Render(request) => render::run(&request),

@@ -28,6 +28,8 @@ pub enum LaidPattern {
     Flat(PatternRecord),
     /// What is computed.
     Procedural(Procedural),
+    /// A grid, by its number in [`Textures::grids`](crate::texture::Textures::grids).
+    Grid(u32),
 }
 
 /// See [`pt_scene::texture::Layout`]; transforms go from the world in metres.

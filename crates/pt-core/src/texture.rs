@@ -5,6 +5,7 @@ use pt_scene::texture::{Filter, Wrap};
 
 use crate::id::{Id, Table};
 use crate::laid::{Laid, LaidPattern, LayoutRecord};
+use crate::medium::Field;
 use crate::parametrization::{OnTriangle, Parametrization};
 use crate::shapes::FLAT;
 use crate::texels::Texels;
@@ -68,6 +69,8 @@ pub struct Textures {
     pub laid: Table<Laid>,
     /// Their images.
     pub texels: Table<Texels>,
+    /// Their grids.
+    pub grids: Vec<Field>,
     /// The colours of meshes that some of them show, and other values of these by their names.
     pub mesh_colors: Vec<MeshColors>,
     /// Whether some of them show more or less of an image by how much of it is seen at once.
@@ -174,6 +177,7 @@ impl Textures {
         let laid = &self.laid[id];
         match laid.pattern {
             LaidPattern::Procedural(pattern) => laid.computed(pattern, at),
+            LaidPattern::Grid(grid) => self.grids[grid as usize].color(laid.at(at)),
             LaidPattern::Flat(flat) => {
                 self.flat(flat, laid.at(at).truncate(), || laid.footprint(at).map(Vec3::truncate))
             }
@@ -297,6 +301,13 @@ impl Textures {
         let laid = &self.laid[id];
         match laid.pattern {
             LaidPattern::Procedural(pattern) => laid.slopes(pattern, at),
+            LaidPattern::Grid(grid) => {
+                let slopes = self.grids[grid as usize].slopes(laid.at(at));
+                laid.along_surface(at).map(|step| {
+                    let along = |axis: usize| slopes[axis] * step[axis];
+                    along(0) + along(1) + along(2)
+                })
+            }
             LaidPattern::Flat(PatternRecord::Bitmap(
                 texels,
                 wrap,

@@ -157,6 +157,17 @@ impl Grid {
         Self { resolution: [1; 3], channels: 3, values: color.to_vec() }
     }
 
+    /// The mean of its numbers, the same for all channels if there is one.
+    pub fn mean(&self) -> [f32; 3] {
+        let channels = self.channels as usize;
+        let mean = |c: usize| {
+            let numbers = self.values.iter().skip(c).step_by(channels.max(1));
+            let sum: f64 = numbers.map(|x| f64::from(*x)).sum();
+            (sum / self.cells().max(1) as f64) as f32
+        };
+        if channels == 3 { [mean(0), mean(1), mean(2)] } else { [mean(0); 3] }
+    }
+
     /// The number of cells that its sizes say.
     pub fn cells(&self) -> usize {
         self.resolution.iter().map(|&n| n as usize).product()

@@ -66,7 +66,7 @@ pub enum Geometry {
     Mesh(Arc<Mesh>),
     /// A sphere around the origin, with slot 0 as its material.
     Sphere {
-        /// Radius.
+        /// Radius. If it is negative, its front looks inwards.
         radius: f64,
     },
 }

@@ -210,7 +210,7 @@ pub(crate) fn append(to: &mut Mesh, mesh: &Mesh) -> bool {
 }
 
 /// Turns a mesh inside out: its front becomes its back, and its normals follow.
-pub(crate) fn flip(mesh: &mut Mesh) {
+pub fn flip(mesh: &mut Mesh) {
     for normal in mesh.normals.iter_mut().flat_map(|n| &mut n.values) {
         *normal = normal.map(|x| -x);
     }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use pt_math::{DAffine3, DMat3, noise};
 
 use crate::image::Image;
+use crate::medium::{Grid, GridFilter};
 
 /// A parameter of a material: one value, or one that varies over the surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -198,6 +199,7 @@ impl Pattern {
                 [sum * noise::MEAN_MAGNITUDE; 3]
             }
             Self::Marble(_) => MARBLE,
+            Self::Grid { grid, .. } => grid.mean(),
             Self::Facing(_) => [0.5; 3],
             Self::Product(factors) => {
                 let [a, b] = factors.each_ref().map(Color::mean);
@@ -258,6 +260,14 @@ pub enum Pattern {
     Windy,
     /// Layers of stone along v, which noise bends. [ibid., §10.6.6]
     Marble(Marble),
+    /// The numbers of a grid, of one channel or of three, which fills the cube [0, 1]³ of (u, v, w); beyond it, it is as at its
+    /// walls.
+    Grid {
+        /// The numbers.
+        grid: Arc<Grid>,
+        /// What is between the middles of its cells.
+        filter: GridFilter,
+    },
     /// How much the surface looks along a line in the world: the magnitude of the cosine between this direction, of any
     /// length but 0, and the normal of its shape.
     Facing([f32; 3]),

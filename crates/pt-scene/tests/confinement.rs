@@ -101,7 +101,8 @@ fn paths_leave_the_folder_of_the_scene_only_if_that_is_allowed() {
             let message = &missing.message;
             assert!(is_loud(&scene), "{ending}");
             assert!(message.contains(&format!("leads to {}", real.display())), "{message}");
-            assert!(message.contains("--allow-outside"), "{message}");
+            let typed = format!("--allow-folder {} ", real.parent().expect("a folder").display());
+            assert!(message.contains(&typed) && message.contains("--allow-outside"), "{message}");
             assert!(load(ending, &text, true).missing.is_empty(), "{ending} {name}");
         }
     }

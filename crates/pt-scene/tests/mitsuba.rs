@@ -9,8 +9,12 @@ mod materials;
 mod media;
 #[path = "mitsuba/motion.rs"]
 mod motion;
+#[path = "mitsuba/plugins.rs"]
+mod plugins;
 #[path = "mitsuba/reliefs.rs"]
 mod reliefs;
+#[path = "mitsuba/seats.rs"]
+mod seats;
 #[path = "mitsuba/sensors.rs"]
 mod sensors;
 #[path = "mitsuba/shapes.rs"]

@@ -63,6 +63,8 @@ def main():
         paths = [p for p in paths if p.stem == arguments.scene]
     if not paths:
         sys.exit(f"no scene {arguments.scene or ''} in {arguments.scenes}")
+    if not arguments.scene:
+        check_plugins(arguments.scenes / "plugins.txt")
     introduction = (
         f"Mitsuba {mi.__version__} against pathtracer: {resolution} x {resolution} pixels,\n"
         f"{seeds} images of {spp} samples per pixel each; * is the default sampler"
@@ -89,6 +91,21 @@ def main():
         failed.append("all scenes together")
     if failed:
         sys.exit(f"FAILED: {', '.join(failed)}; images are in {arguments.output}")
+
+
+def check_plugins(path):
+    """Ends the program if the plugins that are installed are not those of a list, all of which the
+    tests find read or refused."""
+    if not path.exists():
+        return
+    rows = [line.split() for line in path.read_text().splitlines() if not line.startswith("#")]
+    listed = {kind for _, kind in rows}
+    folder = pathlib.Path(mi.__file__).parent
+    installed = {file.stem for file in (folder / "plugins").iterdir() if file.stem != "__pycache__"}
+    installed |= {file.stem for file in (folder / "python" / "ad" / "integrators").glob("*.py")}
+    installed -= {"__init__", "common"}
+    if listed != installed:
+        sys.exit(f"{path} is not the list of the plugins that are installed: {listed ^ installed}")
 
 
 def parse():
@@ -172,7 +189,8 @@ class Mitsuba:
     def render(self, spp, _sampler, seed):
         # Images of one seed and of the next must not share samples.
         image = mi.render(self.scene, spp=spp, seed=seed * 1_000_003 + 1)
-        return np.array(image, dtype=np.float64)
+        # A "moment" adds channels.
+        return np.array(image, dtype=np.float64)[..., :3]
 
 
 class Program:

@@ -149,6 +149,15 @@ fn lit_by(x: f32) -> Vec<(&'static str, Scene)> {
                 texture: Some(texture(light)),
             },
         ),
+        (
+            "flat projector",
+            LightKind::Projector {
+                intensity: light,
+                x_fov: 60.0,
+                y_fov: 40.0,
+                texture: texture([1.0; 3]),
+            },
+        ),
         ("luminaire", LightKind::Ies { profile: Arc::new(luminaire()), scale: light }),
         (
             "daylight",

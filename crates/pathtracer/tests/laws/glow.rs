@@ -140,8 +140,8 @@ fn textures_that_are_no_light_are_refused() {
         (glowing(image(1, &[[-1.0; 3]])), "the texture of the emission: pixel (0, 0) is [-1.0"),
         (glowing(image(1, &[[f32::NAN; 3]])), "the texture of the emission: pixel (0, 0) is [NaN"),
         (glowing(Arc::clone(&colors)), "the mesh has none"),
-        (spot(30.0, image(1, &[[-1.0; 3]]), DMat3::IDENTITY), "the texture of the spot: pixel"),
-        (spot(30.0, colors, DMat3::IDENTITY), "a spot is none"),
+        (spot(30.0, image(1, &[[-1.0; 3]]), DMat3::IDENTITY), "the texture of the light: pixel"),
+        (spot(30.0, colors, DMat3::IDENTITY), "a light of no extent is none"),
         (spot(90.0, white(), DMat3::IDENTITY), "below 90°"),
         (spot(30.0, white(), skewed), "may only turn, mirror and scale"),
     ];

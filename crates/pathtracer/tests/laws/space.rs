@@ -255,6 +255,6 @@ fn light_that_could_not_be_sampled_is_refused() {
         .light(spot, looking(DVec3::Y, DVec3::ZERO));
     refused(
         &lit.seen_by(camera(FAR, DVec3::ZERO, [20.0, 16.0])),
-        "it lies in space, but what a spot",
+        "it lies in space, but the picture that a light",
     );
 }

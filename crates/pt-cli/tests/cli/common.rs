@@ -35,6 +35,8 @@ impl Folder {
     pub(crate) fn command<S: AsRef<std::ffi::OsStr>>(&self, args: &[S]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_pathtracer"));
         command.args(args).current_dir(self.0.path());
+        // The configuration of who runs the tests does not count.
+        command.env("XDG_CONFIG_HOME", self.0.path()).env_remove("PATHTRACER_CONFIG");
         command
     }
 

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::common::Folder;
+use crate::common::{Folder, Run};
 
 /// A box in a lit room with a picture on it, and parts that may be added.
 fn scene(more: &str) -> String {
@@ -133,6 +133,44 @@ fn paths_out_of_the_folder_need_an_option() {
     assert_eq!(run.code, Some(4), "{run:?}");
     assert!(run.err.contains("--allow-outside"), "{run:?}");
     folder.succeed("inner/box.xml -s 2 -f out.png --allow-outside");
+}
+
+/// By name, with all that is in it; on the command line, or in the configuration file of the user.
+#[test]
+fn a_folder_beside_the_scene_may_be_allowed() {
+    let folder = Folder::new();
+    for name in ["scenes", "common", "common/wood", "other"] {
+        std::fs::create_dir(folder.path(name)).expect("a folder");
+    }
+    folder.run("-r 4 4 -s 1 -f common/wood/wood.png");
+    folder.run("-r 4 4 -s 1 -f other/wood.png");
+    folder.write("scenes/a.xml", scene("").replace("wood.png", "../common/wood/wood.png"));
+    folder.write("scenes/b.xml", scene("").replace("wood.png", "../other/wood.png"));
+    assert_eq!(folder.run("check scenes/a.xml").code, Some(4));
+    folder.succeed("check scenes/a.xml --allow-folder common");
+    folder.succeed("scenes/a.xml -s 2 -f out.png --allow-folder other --allow-folder common/wood");
+    assert_eq!(folder.run("check scenes/b.xml --allow-folder common").code, Some(4));
+    let run = folder.run("check scenes/a.xml --allow-folder nowhere");
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.err.contains("there is no folder \"nowhere\""), "{run:?}");
+    let common = folder.path("common");
+    folder.write("config", format!("# of all projects\n--allow-folder {}\n", common.display()));
+    let with = |args: &str, config: &str| {
+        let args: Vec<_> = args.split(' ').collect();
+        let mut command = folder.command(&args);
+        command.env("PATHTRACER_CONFIG", folder.path(config));
+        Run::of(&command.output().expect("the program can be started"), &args.join(" "))
+    };
+    let run = with("check scenes/a.xml", "config");
+    assert_eq!(run.code, Some(0), "{run:?}");
+    let run = with("check scenes/b.xml", "config");
+    assert_eq!(run.code, Some(4), "{run:?}");
+    folder.write("config", "allow everything\n");
+    let run = with("check scenes/a.xml", "config");
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.err.contains("config:1: expected a line \"--allow-folder DIR\""), "{run:?}");
+    let run = with("check scenes/a.xml", "lost");
+    assert_eq!(run.code, Some(2), "{run:?}");
 }
 
 #[test]

@@ -41,16 +41,20 @@ pub(super) fn check(scene: &Scene) -> Result<(), CompileError> {
         }
     }
     for Light { kind, at, .. } in &scene.lights {
-        let LightKind::LinearSpot { texture: Some(texture), .. } = kind else { continue };
+        let (LightKind::LinearSpot { texture: Some(texture), .. }
+        | LightKind::Projector { texture, .. }) = kind
+        else {
+            continue;
+        };
         let result = if texture.shows_colors_of_mesh() {
-            Err("it shows the colours of a mesh, but a spot is none".to_owned())
+            Err("it shows the colours of a mesh, but a light of no extent is none".to_owned())
         } else if texture.is_in_space() {
-            Err("it lies in space, but what a spot throws lies on a slide".to_owned())
+            Err("it lies in space, but the picture that a light throws lies on a slide".to_owned())
         } else {
             check_texture(texture)
         };
         result.map_err(|message| {
-            let message = format!("the texture of the spot: {message}");
+            let message = format!("the texture of the light: {message}");
             CompileError::Value { at: at.clone(), message }
         })?;
     }
@@ -144,14 +148,13 @@ pub(super) fn sphere_map(
 pub(super) fn slide(
     textures: &Textures,
     axes: Mat3,
-    cutoff: f32,
+    tangents: [f32; 2],
     texture: Id<TextureRecord>,
 ) -> Slide {
-    let (sin, cos) = trig::sin_cos(cutoff);
-    let slide = Slide { texture, axes, tangent: sin / cos, mean: 0.0 };
+    let slide = Slide { texture, axes, tangents, mean: 0.0 };
     let mean = mean_over_square(|x, y| {
         let (x, y) = (2.0 * x - 1.0, 2.0 * y - 1.0);
-        let w = axes * Vec3::new(x * slide.tangent, y * slide.tangent, 1.0).normalize();
+        let w = axes * Vec3::new(x * tangents[0], y * tangents[1], 1.0).normalize();
         slide.share(textures, w)
     });
     Slide { mean: mean.max(LEAST_SHARE), ..slide }

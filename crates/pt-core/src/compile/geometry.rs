@@ -209,6 +209,7 @@ pub(super) fn collect(
     let Collector { shapes, mesh_colors, .. } = collector;
     let slide = |light: &pt_scene::Light| match &light.kind {
         LightKind::LinearSpot { texture, .. } => texture.as_ref().map(|t| lowering.texture(t)),
+        LightKind::Projector { texture, .. } => Some(lowering.texture(texture)),
         _ => None,
     };
     let slides = scene.lights.iter().map(slide).collect();
@@ -465,8 +466,11 @@ impl Collector<'_> {
                 "{}: the sphere is stretched; it is rendered as an ellipsoid of triangles",
                 object.at
             ));
-            let mesh = unit_sphere_mesh();
-            let to_world = to_world * DAffine3::from_scale(DVec3::splat(radius));
+            let mut mesh = unit_sphere_mesh();
+            if radius < 0.0 {
+                pt_scene::shapes::flip(&mut mesh);
+            }
+            let to_world = to_world * DAffine3::from_scale(DVec3::splat(radius.abs()));
             return self.add_mesh(object, &mesh, to_world);
         }
         let sphere =

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, near, trig};
 use pt_scene::image::Image;
-use pt_scene::{DaySpan, Daylight, Light as Node, LightKind, Rows, Scene, Span};
+use pt_scene::{Light as Node, LightKind, Scene, Span};
 
 use super::geometry::{Emission, Emitter, Primitives, Shapes, is_similarity};
 use super::many_lights::sphere_light;
@@ -13,10 +13,9 @@ use super::placed::MOST_MOVING_LIGHTS;
 use super::{CompileError, emission};
 use crate::id::{Id, Table};
 use crate::light::{
-    AnyLight, ClearSky, ClearSkyModel, Directional, DistantDisk, EmitterTriangle, Environment,
-    EnvironmentMap, Falloff, Hemisphere, Hidden, Ies, LightOrigins, LightTables, LimbDarkening,
-    MeshLight, PlacedMap, Point, Portal, PortalSky, Projector, SphereLight, Spot, Sun,
-    TexturedMesh, TexturedSphere, hosek_wilkie, mean_daylight,
+    AnyLight, Directional, DistantDisk, EmitterTriangle, Environment, EnvironmentMap, Falloff,
+    Hemisphere, Hidden, Ies, LightOrigins, LightTables, MeshLight, PlacedMap, Point, Portal,
+    PortalSky, Projector, SphereLight, Spot, TexturedMesh, TexturedSphere,
 };
 use crate::texture::TextureRecord;
 
@@ -30,14 +29,11 @@ pub(super) struct Lights {
     pub(super) hidden: usize,
     pub(super) origins: LightOrigins,
     /// How many lights are means of daylight over days.
-    means: usize,
+    pub(super) means: usize,
 }
 
-/// Most means of daylight over days, each of which takes a fifth of a second.
-const MOST_MEANS: usize = 8;
-
 impl Lights {
-    fn add_sky(&mut self, light: impl Into<AnyLight>) {
+    pub(super) fn add_sky(&mut self, light: impl Into<AnyLight>) {
         let id = self.table.push(light.into());
         self.skies.push(id);
     }
@@ -159,6 +155,33 @@ impl Lights {
                     self.table.push(Directional { to_light: -axis, irradiance }.into());
                 }
             }
+            LightKind::Spot { .. }
+            | LightKind::LinearSpot { .. }
+            | LightKind::PunctualSpot { .. }
+            | LightKind::Projector { .. } => {
+                self.add_spot(&node.kind, shapes.slides[number], to_world).map_err(error)?;
+            }
+            LightKind::Area { radiance } => {
+                let (origin, e1, e2) = area_square(to_world);
+                // e2 × e1 looks along −z unless the node mirrors.
+                let flip = to_world.matrix3.determinant() < 0.0;
+                let (e1, e2) = if flip { (e1, e2) } else { (e2, e1) };
+                shapes.add_glowing(origin, e1, e2, radiance.into());
+            }
+        }
+        Ok(())
+    }
+
+    /// A light of no extent that shines into a cone.
+    fn add_spot(
+        &mut self,
+        kind: &LightKind,
+        slide: Option<Id<TextureRecord>>,
+        to_world: DAffine3,
+    ) -> Result<(), String> {
+        let position = to_world.translation.as_vec3();
+        let axis = (-to_world.matrix3.z_axis).normalize_or_zero().as_vec3();
+        match *kind {
             LightKind::Spot { intensity, falloff_angle, falloff_exponent } => {
                 let half = (0.5 * falloff_angle).clamp(0.0, 180.0).to_radians() as f32;
                 let falloff = Falloff::Cosine {
@@ -173,12 +196,24 @@ impl Lights {
                 let cutoff = radians(cutoff_angle);
                 let falloff = Falloff::Linear { beam: radians(beam_angle), cutoff };
                 let spot = Spot { position, axis, intensity: intensity.into(), falloff };
-                match shapes.slides[number] {
+                match slide {
                     None => _ = self.table.push(spot.into()),
                     Some(texture) => {
-                        let axes = projection(to_world.matrix3, cutoff).map_err(error)?;
-                        self.add_projector(spot, axes, cutoff, texture);
+                        let axes = projection(to_world.matrix3, cutoff)?;
+                        let (sin, cos) = trig::sin_cos(cutoff);
+                        self.add_projector(spot, axes, [sin / cos; 2], texture);
                     }
+                }
+            }
+            LightKind::Projector { intensity, x_fov, y_fov, .. } => {
+                let tangents = [x_fov, y_fov].map(|fov| libm::tan(0.5 * fov.to_radians()));
+                // Beyond the corners, by more than rounding.
+                let cutoff = libm::atan(tangents[0].hypot(tangents[1]) * (1.0 + 1e-5)) as f32;
+                let falloff = Falloff::Flat { cutoff };
+                let spot = Spot { position, axis, intensity: intensity.into(), falloff };
+                let axes = projection(to_world.matrix3, cutoff)?;
+                if let Some(texture) = slide {
+                    self.add_projector(spot, axes, tangents.map(|t| t as f32), texture);
                 }
             }
             LightKind::PunctualSpot { intensity, inner_angle, outer_angle } => {
@@ -188,79 +223,21 @@ impl Lights {
                 let light = Spot { position, axis, intensity: intensity.into(), falloff };
                 self.table.push(light.into());
             }
-            LightKind::Area { radiance } => {
-                let (origin, e1, e2) = area_square(to_world);
-                // e2 × e1 looks along −z unless the node mirrors.
-                let flip = to_world.matrix3.determinant() < 0.0;
-                let (e1, e2) = if flip { (e1, e2) } else { (e2, e1) };
-                shapes.add_glowing(origin, e1, e2, radiance.into());
-            }
+            _ => {}
         }
         Ok(())
     }
 
-    /// The sun and the sky, in axes where +y is up; or what there is to say about them.
-    fn add_daylight(&mut self, light: &Daylight, turn: Mat3) -> Result<Option<String>, String> {
-        let mut to_sun = light.check()?;
-        if let Some(span) = &light.span {
-            if span.part[0] < span.part[1] {
-                self.means += 1;
-                if self.means > MOST_MEANS {
-                    return Err(format!(
-                        "there are more than {MOST_MEANS} daylights over days; join them"
-                    ));
-                }
-                self.add_mean_daylight(light, span, turn);
-                return Ok(None);
-            }
-            to_sun = span.to_sun(0.0);
-        }
-        if to_sun.y < 0.0 {
-            return Ok(Some("the sun is below the horizon, so that the sky is black".into()));
-        }
-        if light.sky > 0.0 {
-            let to_sun = to_sun.as_vec3();
-            let model = ClearSkyModel::new(to_sun, light.turbidity, light.albedo, light.sky);
-            let index = self.tables.clear_skies.len() as u32;
-            self.tables.clear_skies.push(model);
-            self.add_sky(ClearSky { index, to_world: turn });
-        }
-        if light.sun > 0.0 {
-            let limb = self.limb(light);
-            let mut sun = sun_of(light, limb, to_sun);
-            sun.disk.to_light = (turn * to_sun.as_vec3()).normalize();
-            self.add_sky(Sun { up: turn.y_axis, ..sun });
-        }
-        Ok(None)
-    }
-
-    /// The table by which the sun is darker at its rim, if it is.
-    fn limb(&mut self, light: &Daylight) -> Option<u32> {
-        let limb = light.limb_darkening.then_some(self.tables.limbs.len() as u32);
-        self.tables.limbs.extend(limb.map(|_| LimbDarkening::new(light.turbidity)));
-        limb
-    }
-
-    /// The mean of the sky over a time, and that of the sun.
-    fn add_mean_daylight(&mut self, light: &Daylight, span: &DaySpan, turn: Mat3) {
-        let add = |lights: &mut Self, image: Image| {
-            let map = EnvironmentMap::of_image(Arc::new(image), Rows::Between);
-            lights.add_map(map, Spectrum::ONE, turn);
-        };
-        if light.sky > 0.0 {
-            add(self, mean_daylight::sky(light, span));
-        }
-        if light.sun > 0.0 {
-            let limb = self.limb(light);
-            let sun = mean_daylight::sun(span, &self.tables, |d| sun_of(light, limb, d));
-            add(self, sun);
-        }
-    }
-
-    /// A spot with a picture.
-    fn add_projector(&mut self, spot: Spot, axes: Mat3, cutoff: f32, texture: Id<TextureRecord>) {
+    /// A light of no extent with a picture.
+    fn add_projector(
+        &mut self,
+        spot: Spot,
+        axes: Mat3,
+        tangents: [f32; 2],
+        texture: Id<TextureRecord>,
+    ) {
         let slide = self.tables.slides.len() as u32;
-        self.tables.slides.push(emission::slide(&self.tables.textures, axes, cutoff, texture));
+        self.tables.slides.push(emission::slide(&self.tables.textures, axes, tangents, texture));
         self.table.push(Projector { spot, slide }.into());
     }
 
@@ -283,6 +260,7 @@ impl Lights {
             LightKind::Area { radiance } => self.add_course_area(to_world, radiance.into()),
             LightKind::Spot { .. }
             | LightKind::LinearSpot { .. }
+            | LightKind::Projector { .. }
             | LightKind::PunctualSpot { .. } => {
                 notes.push(format!("light \"{}\": spot lights are black under --cs184", node.name));
             }
@@ -392,7 +370,7 @@ impl Lights {
         self.tables.environments.len() as u32 - 1
     }
 
-    fn add_map(&mut self, map: EnvironmentMap, radiance: Spectrum, to_world: Mat3) {
+    pub(super) fn add_map(&mut self, map: EnvironmentMap, radiance: Spectrum, to_world: Mat3) {
         let index = self.push_map(map);
         self.add_sky(Environment { radiance, map: Some(PlacedMap { index, to_world }) });
     }
@@ -424,14 +402,14 @@ fn orthogonal(linear: DMat3) -> Option<Mat3> {
 /// throw one.
 fn projection(to_world: DMat3, cutoff: f32) -> Result<Mat3, String> {
     let Some(Mat3 { x_axis, y_axis, z_axis }) = orthogonal(to_world) else {
-        let message = "the transformation of a spot with a texture may only turn, mirror and scale";
+        let message = "the transformation of a light with a slide may only turn, mirror and scale";
         return Err(message.into());
     };
     if cutoff < FRAC_PI_2 {
         return Ok(Mat3::from_cols(x_axis, y_axis, -z_axis));
     }
     let degrees = cutoff.to_degrees();
-    Err(format!("a spot of {degrees}° throws no picture; expected an angle to the axis below 90°"))
+    Err(format!("a light of {degrees}° throws no picture; expected an angle to the axis below 90°"))
 }
 
 /// A corner and the two edges of the unit square of an area light.
@@ -463,6 +441,7 @@ fn stands_for_glowing_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) ->
             | LightKind::Point { .. }
             | LightKind::Spot { .. }
             | LightKind::LinearSpot { .. }
+            | LightKind::Projector { .. }
             | LightKind::PunctualSpot { .. }
             | LightKind::Ies { .. }
     );
@@ -475,22 +454,6 @@ fn stands_for_glowing_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) ->
             }
             Primitives::Sphere(_) => false,
         })
-}
-
-/// The sun in a unit direction, in axes where +y is up. The irradiance is that of the sun as it is, however wide it is.
-fn sun_of(light: &Daylight, limb: Option<u32>, to_sun: DVec3) -> Sun {
-    let radius = 0.5 * light.aperture.to_radians();
-    let half_sines = [hosek_wilkie::SUN_RADIUS, radius].map(|r| libm::sin(0.5 * r));
-    let ratio = half_sines[0] / half_sines[1];
-    let scale = f64::from(light.sun) * ratio * ratio;
-    let radiance = match limb {
-        Some(_) => [1.0; 3],
-        None => hosek_wilkie::sun(libm::asin(to_sun.y.clamp(0.0, 1.0)), light.turbidity),
-    };
-    let radiance = radiance.map(|c| (c * scale) as f32);
-    let disk =
-        DistantDisk::of_radiance(to_sun.as_vec3().normalize(), radius as f32, radiance.into());
-    Sun { disk, up: Vec3::Y, limb }
 }
 
 /// The image of a sky without values that are no light, with a note where there are some.
@@ -507,7 +470,7 @@ fn sky_of(image: &Arc<Image>, at: &Span, notes: &mut Vec<String>) -> Arc<Image> 
 
 #[cfg(test)]
 mod tests {
-    use pt_scene::Rows;
+    use pt_scene::{Daylight, Rows};
 
     use super::*;
 

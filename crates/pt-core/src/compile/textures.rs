@@ -16,6 +16,7 @@ use crate::bsdf::{self, AnyLobe, LobeRecord, LobeTables, MeasuredTables};
 use crate::id::{Id, Table};
 use crate::laid::{Laid, LaidPattern, LayoutRecord};
 use crate::material::{LobeMaterial, Material, Materials, Slot, SlotKind};
+use crate::medium::Field;
 use crate::procedural::Procedural;
 use crate::texels::Texels;
 use crate::texture::{Factor, MeshColors, PatternRecord, TextureRecord, Textures, Varying};
@@ -235,6 +236,13 @@ impl Lowering {
             Pattern::Fbm(noise) => self.laid(texture, Procedural::Fbm(octaves(*noise))),
             Pattern::Wrinkled(noise) => self.laid(texture, Procedural::Wrinkled(octaves(*noise))),
             Pattern::Windy => self.laid(texture, Procedural::Windy),
+            Pattern::Grid { grid, filter } => {
+                let field = Field::on_unit_cube(Arc::clone(grid), *filter);
+                self.textures.grids.push(field);
+                let pattern = LaidPattern::Grid(self.textures.grids.len() as u32 - 1);
+                let layout = self.layout(texture);
+                PatternRecord::Laid(self.textures.laid.push(Laid { layout, to_pattern, pattern }))
+            }
             Pattern::Marble(Marble { noise, variation }) => {
                 self.laid(texture, Procedural::Marble(octaves(*noise), *variation))
             }

@@ -1,8 +1,9 @@
 //! The spot light that throws a picture.
 
 use std::f32::consts::FRAC_PI_4;
+use std::sync::Arc;
 
-use pt_math::{Mat3, Spectrum, Vec2, Vec3};
+use pt_math::{Mat3, Spectrum, Vec2, Vec3, trig};
 
 use super::spot::{Falloff, Spot};
 use super::{Light, LightSample, LightTables, Lit};
@@ -26,18 +27,27 @@ pub struct Slide {
     pub texture: Id<TextureRecord>,
     /// Where u and v grow, and the axis, in the world; all of unit length and at right angles.
     pub axes: Mat3,
-    /// Tangent of the angle to the axis at which the slide ends along u and v.
-    pub tangent: f32,
+    /// Tangents of the angles to the axis at which the slide ends along u and along v.
+    pub tangents: [f32; 2],
     /// About the mean luminance of the picture, and positive.
     pub mean: f32,
 }
 
+/// By which share of half its width a slide reaches beyond its edge.
+const EDGE: f32 = 1e-6;
+
 impl Slide {
     /// The share of the light that goes towards the unit vector `w`, which is at an acute angle to the
-    /// axis: (u, v) = ½ + ½ (x, y) / (z tan θ). [Mitsuba 3.9 documentation, `spot`]
+    /// axis: (u, v) = ½ + ½ (x, y) / (z tan θ), and none beyond the unit square. [Mitsuba 3.9 documentation,
+    /// `spot`, `projector`]
     pub fn share(&self, textures: &Textures, w: Vec3) -> Spectrum {
         let Vec3 { x, y, z } = self.axes.transpose() * w;
-        let uv = Vec2::splat(0.5) + Vec2::new(x, y) * (0.5 / (z * self.tangent));
+        let at = Vec2::new(x, y) / (Vec2::from(self.tangents) * z);
+        // Directions of the edge are rounded.
+        if at.abs().max_element() > 1.0 + EDGE {
+            return Spectrum::ZERO;
+        }
+        let uv = Vec2::splat(0.5) + at * 0.5;
         textures.radiance(self.texture, &Parametrization::of(uv))
     }
 }
@@ -52,24 +62,29 @@ impl Light for Projector {
         (!radiance.is_black()).then_some(LightSample { radiance, ..plain })
     }
 
-    /// A slide of six fields, turned, that points down.
+    /// A slide of six fields, turned, that points down, before a spot and before light that falls evenly on a plane.
     fn examples() -> Vec<(Self, LightTables)> {
         let values = [1.0, 0.5, 0.2, 0.1, 3.0, 1.5];
         let (texture, textures) = Textures::of_image(3, 2, &values.map(|v| [v; 3]));
         let axes =
             Mat3::from_cols(Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.8, 0.0, -0.6), Vec3::NEG_Y);
-        let spot = Spot {
+        let spot = |falloff| Spot {
             position: Vec3::new(0.0, 2.0, 0.0),
             axis: Vec3::NEG_Y,
             intensity: Spectrum::splat(3.0),
-            falloff: Falloff::Linear { beam: 0.2, cutoff: FRAC_PI_4 },
+            falloff,
         };
-        let slide = Slide { texture, axes, tangent: 1.0, mean: 1.0 };
-        let tables = LightTables {
-            textures: textures.into(),
-            slides: vec![slide],
-            ..LightTables::default()
+        let textures = Arc::new(textures);
+        let of = |falloff, tangents| {
+            let slide = Slide { texture, axes, tangents, mean: 1.0 };
+            let textures = Arc::clone(&textures);
+            let tables = LightTables { textures, slides: vec![slide], ..LightTables::default() };
+            (Self { spot: spot(falloff), slide: 0 }, tables)
         };
-        vec![(Self { spot, slide: 0 }, tables)]
+        let cutoff = trig::atan2(1.25, 1.0);
+        vec![
+            of(Falloff::Linear { beam: 0.2, cutoff: FRAC_PI_4 }, [1.0; 2]),
+            of(Falloff::Flat { cutoff }, [1.0, 0.75]),
+        ]
     }
 }

@@ -37,6 +37,12 @@ pub enum Falloff {
         /// Where it is 0, in radians.
         cutoff: f32,
     },
+    /// 1/cos³ θ up to an angle: what makes the irradiance of a plane across the axis even.
+    /// [Mitsuba 3.9 documentation, `projector`]
+    Flat {
+        /// Where it ends, below a right angle, in radians.
+        cutoff: f32,
+    },
     /// 1 up to an inner angle, and from there ((cos θ − cos o) / (cos i − cos o))² down to 0 at an outer one. The text guards
     /// the division by a difference of at least 0.001, which would darken narrow cones; here it is exact.
     /// [KHR_lights_punctual, "Inner and Outer Cone Angles"]
@@ -67,6 +73,8 @@ impl Falloff {
                     inside
                 }
             }
+            Self::Flat { cutoff } if angle(axis, w) > cutoff => 0.0,
+            Self::Flat { .. } => (cos * cos * cos).recip(),
             Self::Punctual { inner, outer } => {
                 let angle = angle(axis, w);
                 if angle <= inner {
@@ -107,6 +115,7 @@ impl Light for Spot {
             Falloff::Linear { beam: 0.2, cutoff: FRAC_PI_3 },
             Falloff::Linear { beam: FRAC_PI_6, cutoff: FRAC_PI_6 },
             Falloff::Linear { beam: 0.0, cutoff: PI },
+            Falloff::Flat { cutoff: FRAC_PI_3 },
             Falloff::Punctual { inner: 0.2, outer: FRAC_PI_3 },
             Falloff::Punctual { inner: FRAC_PI_6, outer: FRAC_PI_6 },
         ];

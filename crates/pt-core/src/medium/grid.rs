@@ -95,6 +95,31 @@ impl Field {
         Spectrum::rgb(self.number(p, 0), self.number(p, 1), self.number(p, 2))
     }
 
+    /// A grid in coordinates in which it fills the unit cube.
+    pub fn on_unit_cube(grid: Arc<Grid>, filter: GridFilter) -> Self {
+        Self { grid, corner: Vec3::ZERO, to_unit: Mat3::IDENTITY, filter }
+    }
+
+    /// How the numbers grow along the axes of the unit cube, between jumps.
+    pub(crate) fn slopes(&self, p: Vec3) -> [Spectrum; 3] {
+        if self.filter == GridFilter::Nearest {
+            return [Spectrum::ZERO; 3];
+        }
+        std::array::from_fn(|axis| {
+            let count = self.grid.resolution[axis] as f32;
+            let ([first, second], _) = self.neighbours(axis, p[axis]);
+            let middle = |i: usize| {
+                let mut at = p;
+                at[axis] = (i as f32 + 0.5) / count;
+                self.color(at)
+            };
+            // Beyond the middles of the outermost cells, all is the same.
+            let is_between = (0.5..=count - 0.5).contains(&(p[axis] * count));
+            let grown = if is_between { middle(second) - middle(first) } else { Spectrum::ZERO };
+            grown * count
+        })
+    }
+
     /// A point of the world in the unit cube.
     fn to_unit(&self, p: Vec3) -> Vec3 {
         self.to_unit * (p - self.corner)
@@ -107,7 +132,7 @@ impl Field {
     }
 
     /// The numbers at a point of the unit cube, the same for all channels if there is one.
-    pub(super) fn color(&self, p: Vec3) -> Spectrum {
+    pub(crate) fn color(&self, p: Vec3) -> Spectrum {
         if self.grid.channels == 3 { self.channels(p) } else { Spectrum::splat(self.number(p, 0)) }
     }
 }

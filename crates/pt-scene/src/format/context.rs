@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use super::ahead::Ahead;
 use super::limits::Limits;
+use super::xml::quote;
 use super::{LoadOptions, Reading, measured, mesh_file};
 use crate::image::{self, Decoded, Image, ImageError, Numbers};
 use crate::measured::Measurements;
@@ -274,12 +275,18 @@ impl Context {
             return Ok(());
         }
         let target = resolved(path);
-        if target.starts_with(&self.root) {
+        let allowed = &self.options.allowed_folders;
+        let is_in = |folder: &PathBuf| target.starts_with(resolved(folder));
+        if target.starts_with(&self.root) || allowed.iter().any(is_in) {
             return Ok(());
         }
+        let folder = if target.is_dir() { &*target } else { target.parent().unwrap_or(&target) };
+        let shown = folder.display().to_string();
+        let is_plain = shown.chars().all(|c| c.is_alphanumeric() || "/\\:._-+".contains(c));
+        let typed = if is_plain { shown } else { quote(&shown) };
         Err(format!(
-            "{} leads to {}, outside of the folder of the scene; if you trust the scene, --allow-outside allows \
-             that",
+            "{} leads to {}, outside of the folder of the scene; if you trust the scene, --allow-folder {typed} allows \
+             this folder, and --allow-outside all",
             path.display(),
             target.display()
         ))

@@ -33,7 +33,7 @@ mod triangulate;
 mod vol;
 mod xml;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -55,6 +55,8 @@ pub struct LoadOptions {
     pub strict: bool,
     /// Whether the scene may name files outside of its folder.
     pub allow_outside: bool,
+    /// Folders outside of it in which files may lie that the scene names.
+    pub allowed_folders: Vec<PathBuf>,
     /// What the reading may take.
     pub limits: Limits,
     /// The time in seconds at which animations are shown, where the format has them; `None` is at rest.

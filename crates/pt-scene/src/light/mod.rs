@@ -106,6 +106,19 @@ pub enum LightKind {
         /// Angle to the axis, in degrees, beyond which there is no light.
         outer_angle: f64,
     },
+    /// A point at the origin of the node that throws a picture along −z, which a plane across that axis shows
+    /// evenly lit: the intensity at the angle θ to the axis is that of the axis over cos³ θ.
+    Projector {
+        /// Radiant intensity along the axis where the picture is 1.
+        intensity: [f32; 3],
+        /// Angle in degrees, in (0, 180), that the picture takes along x of the node.
+        x_fov: f64,
+        /// Angle in degrees, in (0, 180), that it takes along y.
+        y_fov: f64,
+        /// The picture: u grows with x of the node, and v with y. Nothing of it is shown beyond the unit square.
+        /// The node may turn, mirror and scale.
+        texture: Arc<Texture>,
+    },
     /// A point at the origin of the node with the intensities of a luminaire, which hangs along −z:
     /// that is the vertical angle 0. The horizontal angle is 0 at +x and 90° at +y.
     Ies {
@@ -136,6 +149,7 @@ impl LightKind {
             Self::Spot { .. } => "Spot",
             Self::LinearSpot { .. } => "LinearSpot",
             Self::PunctualSpot { .. } => "PunctualSpot",
+            Self::Projector { .. } => "Projector",
             Self::Ies { .. } => "Ies",
             Self::Daylight(_) => "Daylight",
             Self::Area { .. } => "Area",

@@ -207,7 +207,7 @@ pub(crate) fn check_invariants(scene: &Scene) {
         let media = sides.interior.iter().chain(&sides.exterior);
         assert!(media.into_iter().all(|medium| (*medium as usize) < scene.media.len()));
         match &object.geometry {
-            Geometry::Sphere { radius } => assert!(*radius > 0.0 && radius.is_finite()),
+            Geometry::Sphere { radius } => assert!(*radius != 0.0 && radius.is_finite()),
             Geometry::Mesh(mesh) => check_mesh(mesh, object.materials.len()),
         }
     }

@@ -79,7 +79,7 @@ fn what_is_refused_for_its_form_is_not_as_the_schema_says() {
         "type_missing",
         "unknown_surface",
         "surface_missing",
-        "negative",
+        "radius",
         "share",
         "color",
         "text_for_number",

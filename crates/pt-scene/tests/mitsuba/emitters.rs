@@ -128,7 +128,7 @@ fn skies_and_luminaires_that_make_no_sense_are_refused() {
             "start_month is 0; expected 1 to 12",
         ),
         (timed("<float name=\"shutter_close\" value=\"0\"/>"), "does not close after"),
-        ("<emitter type=\"projector\"/>".into(), "timed_sunsky"),
+        ("<emitter type=\"laser\"/>".into(), "timed_sunsky"),
         ("<emitter type=\"ies\"/>".into(), "\"filename\"> is missing"),
         (ies("nowhere.ies"), "nowhere.ies"),
         (ies(&broken.path().display().to_string()), ":2: \"x\" is no number"),

@@ -36,8 +36,8 @@ fn media_are_those_of_their_shapes_and_of_the_sensor() {
         [Some("heterogeneous"), Some("fog")]
     );
     assert_eq!(scene.media.iter().filter(|m| m.name == "fog").count(), 1, "it is made once");
-    let [front, back] = sides(&scene, "inside out");
-    assert!(front.is_none() && back.is_some_and(|m| m.name == "fog"), "its normals look inside");
+    let [behind, ahead] = sides(&scene, "inside out");
+    assert!(behind.is_some_and(|m| m.name == "fog") && ahead.is_none(), "its normals look inside");
     let plain = scene.objects.iter().find(|o| o.name == "plain").expect("the plain sphere");
     assert_eq!(plain.media, None);
     assert_eq!(scene.settings.integrator, Some("volpath"));

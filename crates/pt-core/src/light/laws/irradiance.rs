@@ -100,6 +100,13 @@ fn of_falloff(falloff: Falloff, cos: f64) -> f64 {
             let (angle, beam, cutoff) = (cos.acos(), f64::from(beam), f64::from(cutoff));
             if angle <= beam { 1.0 } else { ((cutoff - angle) / (cutoff - beam)).max(0.0) }
         }
+        Falloff::Flat { cutoff } => {
+            if cos >= f64::from(cutoff).cos() {
+                cos.powi(-3)
+            } else {
+                0.0
+            }
+        }
         Falloff::Punctual { inner, outer } => {
             let [inner, outer] = [inner, outer].map(|angle| f64::from(angle).cos());
             let share = (cos - outer) / (inner - outer);

@@ -88,9 +88,9 @@ impl Emission {
     fn of_spot(spot: &Spot, share: f32) -> Self {
         let cut = match spot.falloff {
             Falloff::Cosine { cos_cutoff, .. } => cos_cutoff,
-            Falloff::Linear { cutoff, .. } | Falloff::Punctual { outer: cutoff, .. } => {
-                trig::sin_cos(cutoff.min(PI)).1
-            }
+            Falloff::Linear { cutoff, .. }
+            | Falloff::Flat { cutoff }
+            | Falloff::Punctual { outer: cutoff, .. } => trig::sin_cos(cutoff.min(PI)).1,
         };
         let strength = level(spot.intensity) * share;
         let everywhere = Self::everywhere(spot.position, 0.0, strength);

@@ -29,6 +29,7 @@ tagged! {
             intensity: FROM_0, beam_angle: HALF_ANGLE => 0.0, cutoff_angle: ANGLE => 45.0, texture: Plain => None,
         },
         PunctualSpot { intensity: FROM_0, inner_angle: HALF_ANGLE => 0.0, outer_angle: HALF_ANGLE => 45.0 },
+        Projector { intensity: FROM_0, x_fov: ANGLE => 45.0, y_fov: ANGLE => 45.0, texture: Plain },
         Ies { profile: Plain, scale: FROM_0 => [1.0; 3] },
         Daylight(Daylight),
         Area { radiance: FROM_0 },

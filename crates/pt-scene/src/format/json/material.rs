@@ -19,6 +19,7 @@ use crate::material::{
     PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface,
     ThinGlass,
 };
+use crate::medium::GridFilter;
 use crate::texture::{
     Bitmap, Blend, Color, Edge, Filter, Layout, Marble, Noise, Pattern, Relief, Scalar, Texture,
     Wrap,
@@ -380,6 +381,7 @@ tagged! {
         Wrinkled(Noise),
         Windy(),
         Marble(Marble),
+        Grid { grid: Plain, filter: Plain => GridFilter::default() },
         Facing[direction: Each(ANY)],
         Product[factors: Pair(FROM_0)],
         Blend(Box<Blend>),

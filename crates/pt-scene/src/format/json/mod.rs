@@ -94,8 +94,8 @@ fn scene(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Scene, LoadError> 
         cx.aspect = f64::from(width) / f64::from(height);
     }
     read_table::<Image>(keys, cx)?;
-    read_table::<Texture>(keys, cx)?;
     read_table::<Grid>(keys, cx)?;
+    read_table::<Texture>(keys, cx)?;
     read_table::<IesProfile>(keys, cx)?;
     read_table::<Measurements>(keys, cx)?;
     read_table::<Motion>(keys, cx)?;
@@ -204,8 +204,8 @@ pub(super) fn encode(scene: &Scene, path: &Path) -> Result<Encoded, String> {
 /// The tables of what is shared, in the order in which they refer to each other.
 const TABLES: [&str; 7] = [
     Image::TABLE.0,
-    Texture::TABLE.0,
     Grid::TABLE.0,
+    Texture::TABLE.0,
     IesProfile::TABLE.0,
     Measurements::TABLE.0,
     Motion::TABLE.0,
@@ -251,8 +251,8 @@ fn schema_of_file(schemas: &mut Schemas) -> Value {
         .with("metres_per_unit", &ABOVE_0, |s: &Scene| &s.metres_per_unit, Some(1.0), schemas)
         .with("settings", &Plain, |s: &Scene| &s.settings, Some(defaults().settings), schemas)
         .with_schema(Image::TABLE.0, table(Image::schema_of_entry(schemas)), false)
-        .with_schema(Texture::TABLE.0, table(Texture::schema_of_entry(schemas)), false)
         .with_schema(Grid::TABLE.0, table(Grid::schema_of_entry(schemas)), false)
+        .with_schema(Texture::TABLE.0, table(Texture::schema_of_entry(schemas)), false)
         .with_schema(IesProfile::TABLE.0, table(IesProfile::schema_of_entry(schemas)), false)
         .with_schema(Measurements::TABLE.0, table(Measurements::schema_of_entry(schemas)), false)
         .with_schema(Motion::TABLE.0, table(Motion::schema_of_entry(schemas)), false)

@@ -16,13 +16,23 @@ pub(super) struct Within {
     least: f64,
     /// Whether the least number is not in the range.
     is_open: bool,
+    /// Whether 0 is, if the others around it are.
+    has_zero: bool,
     most: f64,
     expected: &'static str,
 }
 
 /// Any finite number.
-pub(super) const ANY: Within =
-    Within { least: f64::MIN, is_open: false, most: f64::MAX, expected: "a finite number" };
+pub(super) const ANY: Within = Within {
+    least: f64::MIN,
+    is_open: false,
+    has_zero: true,
+    most: f64::MAX,
+    expected: "a finite number",
+};
+/// Any finite number but 0.
+pub(super) const NOT_0: Within =
+    Within { has_zero: false, expected: "a number that is not 0", ..ANY };
 /// Numbers from 0 up.
 pub(super) const FROM_0: Within =
     Within { least: 0.0, expected: "a number that is not negative", ..ANY };
@@ -49,7 +59,7 @@ pub(super) const TILT: Within =
 impl Within {
     fn has(&self, x: f64) -> bool {
         let is_above = if self.is_open { x > self.least } else { x >= self.least };
-        is_above && x <= self.most
+        is_above && x <= self.most && (self.has_zero || x != 0.0)
     }
 
     /// A number in the range.
@@ -66,6 +76,9 @@ impl Within {
         }
         if self.most < f64::MAX {
             schema["maximum"] = self.most.into();
+        }
+        if !self.has_zero {
+            schema["not"] = json!({"const": 0});
         }
         schema
     }

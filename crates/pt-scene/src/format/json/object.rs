@@ -8,7 +8,7 @@ use serde_json::json;
 use super::describe::{Described, Fields, Kind, Plain, put};
 use super::mesh::{SHAPES, shape_named};
 use super::node::{Keys, TYPE};
-use super::number::ABOVE_0;
+use super::number::NOT_0;
 use super::out::{Entries, Out};
 use super::schema::{Properties, Schemas};
 use super::shared::{Numbered, Reading, Writing};
@@ -33,7 +33,7 @@ impl Fields for Object {
         match &self.geometry {
             Geometry::Sphere { radius } => {
                 out.push((TYPE.to_owned(), Out::text("sphere")));
-                put(out, "radius", &ABOVE_0, radius, Some(1.0), cx)?;
+                put(out, "radius", &NOT_0, radius, Some(1.0), cx)?;
             }
             Geometry::Mesh(mesh) => {
                 out.push((TYPE.to_owned(), Out::text("mesh")));
@@ -55,7 +55,7 @@ impl Fields for Object {
             .with_schema("media", Option::<Sides>::schema(schemas), false)
             .with_schema("materials", json!({"type": "array", "items": material}), false)
             .with_schema("material", material, false);
-        let radius = json!({"type": "number", "exclusiveMinimum": 0, "default": 1});
+        let radius = json!({"type": "number", "not": {"const": 0}, "default": 1});
         let mesh = Arc::<Mesh>::schema(schemas);
         let mut all = vec![
             Properties::tag("sphere").with_schema("radius", radius, false),
@@ -70,7 +70,7 @@ fn geometry(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Geometry, LoadE
     let tag = keys.tag()?;
     let name = tag.text().ok_or_else(|| tag.unexpected("a name"))?;
     match name {
-        "sphere" => Ok(Geometry::Sphere { radius: keys.read("radius", &ABOVE_0, Some(1.0), cx)? }),
+        "sphere" => Ok(Geometry::Sphere { radius: keys.read("radius", &NOT_0, Some(1.0), cx)? }),
         "mesh" => keys.read("mesh", &Plain, None, cx).map(Geometry::Mesh),
         _ => {
             let found = SHAPES.iter().find(|(shape, _)| *shape == name);

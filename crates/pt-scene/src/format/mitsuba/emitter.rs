@@ -8,18 +8,20 @@ use super::super::substitute;
 use super::super::transform::perpendicular;
 use super::daylight;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
+use super::sensor::fields_of_view;
 use super::texture::Textures;
 use crate::image::{Numbers, Transfer};
-use crate::texture::{Color, Input, Texture};
+use crate::texture::{Bitmap, Color, Input, Pattern, Texture};
 use crate::{IesProfile, Light, LightKind, LoadError, Rows};
 
-const KINDS: [&str; 9] = [
+const KINDS: [&str; 10] = [
     "area (inside a shape)",
     "constant",
     "directional",
     "envmap",
     "ies",
     "point",
+    "projector",
     "spot",
     "sunsky",
     "timed_sunsky",
@@ -46,12 +48,14 @@ pub(super) fn area(textures: &mut Textures<'_>, object: &Object) -> Result<Color
 /// An emitter that belongs to no shape.
 pub(super) fn light(textures: &mut Textures<'_>, object: &Object) -> Result<Light, LoadError> {
     let tree = textures.tree;
-    let mut texture = None;
-    if object.kind == "spot" {
-        texture = textures.of(object, "texture")?;
-    } else {
-        tree.children(object, &[])?;
-    }
+    let texture = match object.kind.as_str() {
+        "spot" => textures.of(object, "texture")?,
+        "projector" => textures.of(object, "irradiance")?,
+        _ => {
+            tree.children(object, &[])?;
+            None
+        }
+    };
     let mut parameters = Parameters::new(object);
     parameters.pass_over(&["sampling_weight"]);
     let (to_world, kind) = match object.kind.as_str() {
@@ -79,6 +83,7 @@ pub(super) fn light(textures: &mut Textures<'_>, object: &Object) -> Result<Ligh
         "sunsky" => daylight::sunsky(&mut parameters)?,
         "timed_sunsky" => daylight::timed_sunsky(&mut parameters)?,
         "spot" => spot(&mut parameters, texture)?,
+        "projector" => projector(&mut parameters, texture)?,
         "area" => {
             let message = "an emitter \"area\" belongs inside the <shape> that emits";
             return Err(error(&object.at, message));
@@ -113,22 +118,57 @@ fn spot(
             );
             return Err(parameters.refuse("cutoff_angle", message));
         }
-        Some(_) => upright(parameters, node.matrix3)?,
+        // A spot with a picture grows with x and y of the node there and here; only its axis is turned
+        // around, from +z to −z.
+        Some(_) => {
+            require_even(parameters, node.matrix3, "with a texture,")?;
+            node.matrix3 * DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0))
+        }
     };
     let to_world = DAffine3::from_mat3_translation(turn, node.translation);
     Ok((to_world, LightKind::LinearSpot { intensity, beam_angle, cutoff_angle, texture }))
 }
 
-/// The node of a spot with a picture, which grows with x and y there and here: only its axis is turned
-/// around, from +z to −z.
-fn upright(parameters: &Parameters<'_>, node: DMat3) -> Result<DMat3, LoadError> {
+/// A picture on a plane across the z axis. As seen along that axis, +y is up in it and +x to the left.
+///
+/// Where the picture is 1, the irradiance of the plane at distance 1 is π, times the scale, and times the size of the node
+/// (as measured with Mitsuba 3.9.1, whose documentation says nothing of either).
+fn projector(
+    parameters: &mut Parameters<'_>,
+    texture: Option<Arc<Texture>>,
+) -> Result<(DAffine3, LightKind), LoadError> {
+    let node = parameters.transform("to_world")?;
+    require_even(parameters, node.matrix3, "for a projector,")?;
+    let scale = parameters.float("scale")?.unwrap_or(1.0);
+    if scale < 0.0 {
+        let message = format!("\"scale\" is {scale}; expected a number of at least 0");
+        return Err(parameters.refuse("scale", message));
+    }
+    let texture = if let Some(texture) = texture {
+        texture
+    } else {
+        let color = parameters.color("irradiance", Role::Emission, 1.0)?;
+        Arc::new(Pattern::Checkerboard([color; 2]).into())
+    };
+    let aspect = match &texture.pattern {
+        Pattern::Bitmap(Bitmap { image, .. }) => f64::from(image.width) / f64::from(image.height),
+        _ => 1.0,
+    };
+    let [x_fov, y_fov] = fields_of_view(parameters, aspect)?;
+    let intensity = std::f64::consts::PI * scale * node.matrix3.z_axis.length();
+    let kind = LightKind::Projector { intensity: [intensity as f32; 3], x_fov, y_fov, texture };
+    Ok((DAffine3 { matrix3: node.matrix3 * -1.0, ..node }, kind))
+}
+
+/// Refuses what does not only turn, mirror and scale evenly.
+fn require_even(parameters: &Parameters<'_>, node: DMat3, whom: &str) -> Result<(), LoadError> {
     let scale = node.x_axis.length_squared();
     let difference = node.transpose() * node - DMat3::from_diagonal(DVec3::splat(scale));
     if difference.to_cols_array().iter().any(|x| x.abs() > TOLERANCE * scale) {
-        let message = "with a texture, expected a transform that only turns, mirrors and scales";
+        let message = format!("{whom} expected a transform that only turns, mirrors and scales");
         return Err(parameters.refuse("to_world", message));
     }
-    Ok(DMat3::from_cols(node.x_axis, node.y_axis, -node.z_axis))
+    Ok(())
 }
 
 /// An image of the sky. There it is seen from inside as it is, with the middle along +z; here, its

@@ -22,7 +22,7 @@ pub(super) struct Film {
 /// Reads the film of a sensor; without one there is Mitsuba's default.
 pub(super) fn film(tree: &Tree, sensor: &Object) -> Result<Film, LoadError> {
     const DEFAULT: [u32; 2] = [768, 576];
-    let children = tree.children(sensor, &["film", "sampler", "medium"])?;
+    let children = tree.children(sensor, &["film", "sampler", "medium", "sensor"])?;
     let Some(film) = tree.only(&children, "film")? else {
         return Ok(Film {
             resolution: DEFAULT,

@@ -111,7 +111,7 @@ pub(super) fn integrator(
 /// interactions that are counted, through which lights that have no extent are not found. Where neither can
 /// be seen, they stay holes.
 pub(super) fn fill_holes(scene: &mut Scene) {
-    use LightKind::{Directional, Ies, LinearSpot, Point, PunctualSpot, Spot};
+    use LightKind::{Directional, Ies, LinearSpot, Point, Projector, PunctualSpot, Spot};
     let is_limited = scene.settings.max_depth.is_some_and(|depth| depth != u32::MAX);
     let is_point = |light: &Light| {
         matches!(
@@ -120,6 +120,7 @@ pub(super) fn fill_holes(scene: &mut Scene) {
                 | Spot { .. }
                 | LinearSpot { .. }
                 | PunctualSpot { .. }
+                | Projector { .. }
                 | Ies { .. }
                 | Directional { .. }
         )

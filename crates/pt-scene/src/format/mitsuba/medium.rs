@@ -1,14 +1,13 @@
 //! `<medium>` with its `<phase>` and its `<volume>`s.
 
 use std::collections::HashMap;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3};
 
-use super::super::vol;
 use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
+use super::volume::{Field, Grids};
 use crate::medium::{
     Emission, Grid, GridFilter, Heterogeneous, Matter, Phase, PhaseBlend, PlacedGrid, Volume,
 };
@@ -18,7 +17,6 @@ const KINDS: [&str; 2] = ["heterogeneous", "homogeneous"];
 const PHASES: [&str; 4] = ["blendphase", "hg", "isotropic", "rayleigh"];
 /// Most phase functions of a medium, each counted as often as it is referred to.
 const MOST_PHASES: usize = 32;
-const VOLUMES: [&str; 2] = ["constvolume", "gridvolume"];
 
 /// The media of a scene, each made once, as are their grids.
 pub(super) struct Media<'t> {
@@ -26,30 +24,18 @@ pub(super) struct Media<'t> {
     pub(super) made: Vec<Medium>,
     /// By the index of the object.
     known: HashMap<usize, u32>,
-    grids: HashMap<PathBuf, (Arc<Grid>, DAffine3)>,
+    grids: Grids,
     pub(super) warnings: Vec<Warning>,
-}
-
-/// What a `<volume>` describes, and where.
-enum Field {
-    /// The same in all of the unit cube, which a transform places.
-    Constant([f32; 3], DAffine3),
-    Grid(PlacedGrid),
 }
 
 impl<'t> Media<'t> {
     pub(super) fn new(tree: &'t Tree) -> Self {
         let (made, warnings) = (Vec::new(), Vec::new());
-        Self { tree, made, known: HashMap::new(), grids: HashMap::new(), warnings }
+        Self { tree, made, known: HashMap::new(), grids: Grids::default(), warnings }
     }
 
-    /// The media on both sides of a shape, if it has any; those of a shape that is inside out change
-    /// places.
-    pub(super) fn sides(
-        &mut self,
-        shape: &Object,
-        is_inverted: bool,
-    ) -> Result<Option<Sides>, LoadError> {
+    /// The media on both sides of a shape, if it has any.
+    pub(super) fn sides(&mut self, shape: &Object) -> Result<Option<Sides>, LoadError> {
         let (mut interior, mut exterior) = (None, None);
         for child in &shape.children {
             let index = self.tree.target(child)?;
@@ -72,9 +58,6 @@ impl<'t> Media<'t> {
                 return Err(error(&child.at, message));
             }
             *side = Some(self.get(index)?);
-        }
-        if is_inverted {
-            (interior, exterior) = (exterior, interior);
         }
         let sides = Sides { interior, exterior };
         Ok((sides != Sides::default()).then_some(sides))
@@ -141,71 +124,11 @@ impl<'t> Media<'t> {
                     let message = format!("{} is given as a value as well", quote(name));
                     return Err(error(&child.at, message));
                 }
-                return self.volume(&self.tree.objects[index], role);
+                return self.grids.volume(self.tree, &self.tree.objects[index], role);
             }
         }
         let color = parameters.color(name, role, default)?;
         Ok(Field::Constant(color, DAffine3::IDENTITY))
-    }
-
-    fn volume(&mut self, object: &Object, role: Role) -> Result<Field, LoadError> {
-        self.tree.children(object, &[])?;
-        let mut parameters = Parameters::new(object);
-        let to_world = parameters.transform("to_world")?;
-        let field = match object.kind.as_str() {
-            "constvolume" => Field::Constant(parameters.color("value", role, 1.0)?, to_world),
-            "gridvolume" => Field::Grid(self.grid(object, &mut parameters, to_world)?),
-            _ => return Err(unsupported(object, &VOLUMES)),
-        };
-        parameters.finish()?;
-        Ok(field)
-    }
-
-    fn grid(
-        &mut self,
-        object: &Object,
-        parameters: &mut Parameters<'_>,
-        to_world: DAffine3,
-    ) -> Result<PlacedGrid, LoadError> {
-        parameters.pass_over(&["raw", "accel"]);
-        let Some(text) = parameters.text("filename")? else {
-            return Err(error(&object.at, "the <string name=\"filename\"> is missing"));
-        };
-        let path = self.tree.resolve(text);
-        let path = path.ok_or_else(|| parameters.refuse("filename", self.tree.not_found(text)))?;
-        let (grid, to_box) =
-            self.read(path).map_err(|message| parameters.refuse("filename", message))?;
-        let filter = match parameters.text("filter_type")? {
-            None | Some("trilinear") => GridFilter::Trilinear,
-            Some("nearest") => GridFilter::Nearest,
-            Some(other) => {
-                let message = format!("{} is unknown; there are trilinear, nearest", quote(other));
-                return Err(parameters.refuse("filter_type", message));
-            }
-        };
-        if let Some(other) = parameters.text("wrap_mode")?.filter(|mode| *mode != "clamp") {
-            let message = format!("{} is not supported; supported: clamp", quote(other));
-            return Err(parameters.refuse("wrap_mode", message));
-        }
-        let uses_box = parameters.boolean("use_grid_bbox")?;
-        let to_world = if uses_box { to_world * to_box } else { to_world };
-        if !to_world.inverse().is_finite() {
-            let message = "the box of the grid's file is flat; expected one with a volume";
-            return Err(parameters.refuse("use_grid_bbox", message));
-        }
-        Ok(PlacedGrid { grid, to_world, filter })
-    }
-
-    /// The grid of a file, read once, and its box.
-    fn read(&mut self, path: PathBuf) -> Result<(Arc<Grid>, DAffine3), String> {
-        if let Some((grid, to_box)) = self.grids.get(&path) {
-            return Ok((Arc::clone(grid), *to_box));
-        }
-        let file = vol::parse(&self.tree.context.read(&path)?);
-        let file = file.map_err(|message| format!("{}: {message}", path.display()))?;
-        let read = (Arc::new(file.grid), file.to_box);
-        self.grids.insert(path, (Arc::clone(&read.0), read.1));
-        Ok(read)
     }
 
     /// What is the same everywhere is so in its box alone, as in Mitsuba.

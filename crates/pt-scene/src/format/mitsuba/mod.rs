@@ -29,8 +29,6 @@
 //! * Smooth normals that a mesh lacks are made where it is placed, as there; those of meshes that move, in their own coordinates.
 //! * Disks and cylinders are meshes of 1024 sides here.
 //! * Shapes, instances and sensors may move: `<animation>`, which Mitsuba 0.6 had and 3.9 has not.
-//! * A flipped or mirrored sphere cannot be described here. Its glass takes the inverse index of
-//!   refraction, its opaque materials show from behind, and if it emits it is refused.
 //! * v runs down the rows of an image there, and up here.
 //! * A grid of a medium that is turned ends at its own box here, and at the upright box around it there.
 
@@ -52,6 +50,7 @@ mod shape;
 mod spectrum;
 mod texture;
 mod value;
+mod volume;
 
 use std::path::Path;
 use std::sync::Arc;

@@ -1,7 +1,42 @@
 //! Plugins of Mitsuba 3.9.1 that are refused by name.
 
 /// Their tags, names, and why.
-const REFUSED: [(&str, &str, &str); 3] = [
+const REFUSED: [(&str, &str, &str); 14] = [
+    ("bsdf", "measured_polarized", "light has no polarization here, and no wavelengths"),
+    (
+        "bsdf",
+        "pplastic",
+        "it is made for polarized light; take roughplastic, which has the light reflected inside as well",
+    ),
+    (
+        "emitter",
+        "directionalarea",
+        "no path from the camera finds what shines into a single direction from a surface; take directional, or spot",
+    ),
+    ("film", "specfilm", "spectra are colours here; take hdrfilm"),
+    (
+        "phase",
+        "sggx",
+        "extinction does not depend on the direction here; take hg, isotropic or rayleigh",
+    ),
+    ("sensor", "irradiancemeter", "it measures what arrives on a shape, which is no picture"),
+    ("shape", "blender", "its mesh is in the memory of Blender; export it as ply"),
+    (
+        "shape",
+        "ellipsoids",
+        "it is a radiance field, which only volprim_rf_basic shows; take sphere, or a mesh",
+    ),
+    (
+        "shape",
+        "ellipsoidsmesh",
+        "it is a radiance field, which only volprim_rf_basic shows; take sphere, or a mesh",
+    ),
+    (
+        "shape",
+        "sdfgrid",
+        "its surface is given by distances in a grid; convert it to a mesh, such as ply",
+    ),
+    ("phase", "tabphase", "its table is not read; take hg with the same mean cosine"),
     ("integrator", "stokes", "light has no polarization here; take the integrator inside of it"),
     ("integrator", "depth", "distances are a channel beside light; take path, and --aov depth"),
     ("integrator", "volprim_rf_basic", "radiance fields are no light that surfaces scatter"),

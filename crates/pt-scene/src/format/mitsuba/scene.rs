@@ -4,15 +4,15 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use super::super::{cameras, substitute};
-use super::bsdf::{Scattering, inverted, scattering};
+use super::bsdf::{Scattering, scattering};
 use super::daylight::see_spans;
 use super::medium::Media;
-use super::object::{Object, Tree, error};
+use super::object::{Object, Parameters, Tree, error};
 use super::shape::{Meshes, Shape, shape};
 use super::texture::{self, Textures};
 use super::{emitter, integrator, sensor};
 use crate::material::{Black, Matte};
-use crate::{Color, LoadError, Material, Scene};
+use crate::{Color, LoadError, Material, Scene, framing};
 
 /// The scene that a tree describes.
 pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
@@ -36,7 +36,10 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
         let Some(index) = tree.context.keep(tree.target(child))? else { continue };
         let object = &tree.objects[index];
         match object.tag.as_str() {
-            "sensor" => sensors.push(object),
+            "sensor" => {
+                let seats = tree.context.keep(sensor::seats(tree, object))?;
+                sensors.extend(seats.into_iter().flatten());
+            }
             "integrator" => integrators.push(index),
             _ => {
                 let done = builder.item(index);
@@ -45,12 +48,14 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
         }
     }
     let used = used_sensor(tree, &sensors);
+    let is_far = sensors.iter().any(|seat| seat.object.kind == "distant");
+    let beyond = if is_far { reach(&builder.scene) } else { 0.0 };
     let Scene { cameras, used_camera, settings, warnings, lights, .. } = &mut builder.scene;
     if let Some(used) = sensors.get(used) {
-        *settings = tree.context.keep(sensor::settings(tree, used))?.unwrap_or_default();
+        *settings = tree.context.keep(sensor::settings(tree, *used))?.unwrap_or_default();
     }
-    for object in &sensors {
-        let camera = sensor::camera(tree, object, &mut builder.media);
+    for seat in &sensors {
+        let camera = sensor::camera(tree, *seat, &mut builder.media, beyond);
         cameras.extend(tree.context.keep(camera)?);
     }
     *used_camera = (sensors.len() > 1).then_some(used as u32);
@@ -65,16 +70,22 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
     Ok(builder.scene)
 }
 
+/// The distance from the origin within which all surfaces are.
+fn reach(scene: &Scene) -> f64 {
+    let extent = framing::surface_extent(scene, None);
+    extent.map_or(0.0, |[low, high]| low.abs().max(high.abs()).length())
+}
+
 /// The number of the sensor that is used: the one that is asked for, or the first.
-fn used_sensor(tree: &Tree, sensors: &[&Object]) -> usize {
-    let names: Vec<_> = sensors.iter().map(|object| object.name()).collect();
+fn used_sensor(tree: &Tree, sensors: &[sensor::Seat<'_>]) -> usize {
+    let names: Vec<_> = sensors.iter().map(|seat| seat.object.name()).collect();
     let wanted = tree.context.options().camera.as_ref();
     // One that is not there is refused when all has been read.
     wanted.and_then(|wanted| cameras::find(wanted, &names).ok()).unwrap_or(0)
 }
 
-/// What a material is made of: a bsdf, an area emitter, and whether it is on an inverted sphere.
-type MaterialKey = (Option<usize>, Option<usize>, bool);
+/// What a material is made of: a bsdf and an area emitter.
+type MaterialKey = (Option<usize>, Option<usize>);
 
 /// A scene on its way.
 pub(super) struct Builder<'t> {
@@ -113,6 +124,13 @@ impl Builder<'_> {
             // Not seen by itself, but its mistakes are.
             "shapegroup" => drop(self.group(index)?),
             "instance" => self.instance(object)?,
+            "merge" => {
+                Parameters::new(object).finish()?;
+                for shape in self.tree.children(object, &["shape"])? {
+                    let placed = self.place(shape);
+                    self.tree.context.keep(placed)?;
+                }
+            }
             _ => {
                 let placed = self.shape(object)?;
                 self.scene.objects.push(placed);
@@ -123,19 +141,19 @@ impl Builder<'_> {
 
     /// A shape with its material.
     pub(super) fn shape(&mut self, object: &Object) -> Result<crate::Object, LoadError> {
-        let Shape { geometry, to_world, motion, is_inverted_sphere } =
+        let Shape { geometry, to_world, motion } =
             shape(self.tree, object, &mut self.meshes, &mut self.scene.warnings)?;
         let children = self.tree.children(object, &["bsdf", "emitter", "medium"])?;
         let bsdf = self.tree.only(&children, "bsdf")?;
         let emitter = self.tree.only(&children, "emitter")?;
-        let material = self.material(object, (bsdf, emitter, is_inverted_sphere))?;
+        let material = self.material(object, (bsdf, emitter))?;
         Ok(crate::Object {
             name: object.name().to_owned(),
             to_world,
             motion,
             geometry,
             materials: vec![Some(material)],
-            media: self.media.sides(object, is_inverted_sphere)?,
+            media: self.media.sides(object)?,
             at: object.at.clone(),
         })
     }
@@ -147,7 +165,7 @@ impl Builder<'_> {
             return Ok(*index);
         }
         let tree = self.tree;
-        let (bsdf, emitter, is_inverted) = key;
+        let (bsdf, emitter) = key;
         let emission = emitter.map(|i| emitter::area(&mut self.textures, &tree.objects[i]));
         let emission = emission.transpose()?;
         tree.context.was_loud(); // what glows is loud by itself
@@ -163,13 +181,6 @@ impl Builder<'_> {
         let Scattering { mut surface, opacity } = what;
         if tree.context.was_loud() {
             surface = substitute::surface();
-        }
-        if is_inverted {
-            if let Some(emitter) = emitter {
-                let message = "a sphere that emits towards its inside is not supported; use a mesh";
-                return Err(error(&tree.objects[emitter].at, message));
-            }
-            surface = inverted(surface);
         }
         let emission = emission.unwrap_or(Color::Value([0.0; 3]));
         let material =

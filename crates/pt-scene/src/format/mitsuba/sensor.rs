@@ -2,13 +2,15 @@
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
+use super::super::transform::perpendicular;
 use super::super::xml::quote;
 use super::film::{Film, film};
 use super::medium::Media;
-use super::object::{Object, Parameters, Tree, unsupported};
+use super::object::{Object, Parameters, Tree, error, unsupported};
 use crate::{Camera, FileSettings, Fit, LoadError, Motion, Placement, Projection};
 
-const SENSORS: [&str; 3] = ["orthographic", "perspective", "thinlens"];
+const SENSORS: [&str; 6] =
+    ["batch", "distant", "orthographic", "perspective", "radiancemeter", "thinlens"];
 const SAMPLERS: [&str; 5] = ["independent", "ldsampler", "multijitter", "orthogonal", "stratified"];
 
 /// The diagonal of 35 mm film in millimetres, to which focal lengths refer.
@@ -16,17 +18,75 @@ fn film_diagonal() -> f64 {
     f64::sqrt(36.0 * 36.0 + 24.0 * 24.0)
 }
 
-/// A camera.
+/// A sensor, and the sensor whose film and sampler it uses.
+#[derive(Clone, Copy)]
+pub(super) struct Seat<'t> {
+    pub(super) object: &'t Object,
+    holder: &'t Object,
+    /// How many sensors share the film, side by side.
+    count: u32,
+}
+
+/// The sensors that one stands for: those of a "batch" share its film. A note says that they are not shown side by side.
+pub(super) fn seats<'t>(tree: &'t Tree, object: &'t Object) -> Result<Vec<Seat<'t>>, LoadError> {
+    if object.kind != "batch" {
+        return Ok(vec![Seat { object, holder: object, count: 1 }]);
+    }
+    let mut parameters = Parameters::new(object);
+    parameters.pass_over(&["srf"]);
+    parameters.finish()?;
+    let children = tree.children(object, &["film", "sampler", "sensor"])?;
+    let sensors = children.iter().map(|i| &tree.objects[*i]).filter(|o| o.tag == "sensor");
+    let sensors: Vec<_> = sensors.collect();
+    let Ok(count @ 1..) = u32::try_from(sensors.len()) else {
+        return Err(error(&object.at, "a \"batch\" needs at least one <sensor> in it"));
+    };
+    let [width, _] = film(tree, object)?.resolution;
+    if width % count != 0 {
+        let message =
+            format!("the film is {width} pixels wide; expected a multiple of its {count} sensors");
+        return Err(error(&object.at, message));
+    }
+    if let Some(inner) = sensors.iter().find(|sensor| sensor.kind == "batch") {
+        return Err(error(&inner.at, "it is inside of another \"batch\""));
+    }
+    if count > 1 {
+        let message = format!(
+            "its {count} sensors are not shown side by side; each is a camera, whose image has their share of the \
+             film"
+        );
+        tree.context.note(object.at.clone(), message);
+    }
+    Ok(sensors.into_iter().map(|sensor| Seat { object: sensor, holder: object, count }).collect())
+}
+
+/// The film of a sensor, or its share of the one that it uses.
+fn film_of(tree: &Tree, seat: Seat<'_>) -> Result<Film, LoadError> {
+    let mut film = film(tree, seat.holder)?;
+    film.resolution[0] /= seat.count;
+    if seat.count > 1 && film.crop.take().is_some() {
+        return Err(error(&seat.holder.at, "the film of a \"batch\" may not be cropped"));
+    }
+    Ok(film)
+}
+
+/// A camera. Nothing is farther from the origin of the world than `beyond`.
 pub(super) fn camera(
     tree: &Tree,
-    object: &Object,
+    seat: Seat<'_>,
     media: &mut Media<'_>,
+    beyond: f64,
 ) -> Result<Camera, LoadError> {
+    let object = seat.object;
     if !SENSORS.contains(&object.kind.as_str()) {
         return Err(unsupported(object, &SENSORS));
     }
     let mut parameters = Parameters::new(object);
-    let [width, height] = film(tree, object)?.resolution.map(f64::from);
+    let resolution = film_of(tree, seat)?.resolution;
+    if matches!(object.kind.as_str(), "distant" | "radiancemeter") {
+        return meter(seat, media, beyond, resolution);
+    }
+    let [width, height] = resolution.map(f64::from);
     let aspect = width / height;
     let near = parameters.positive("near_clip", 0.01)?;
     let far = parameters.positive("far_clip", 10_000.0)?;
@@ -68,6 +128,70 @@ pub(super) fn camera(
     camera.to_world *= DAffine3::from_scale(DVec3::new(-1.0, 1.0, -1.0));
     parameters.finish()?;
     Ok(camera)
+}
+
+/// A sensor of one pixel that measures the radiance along a ray: of its origin and direction, or towards a target from beyond all
+/// surfaces.
+fn meter(
+    seat: Seat<'_>,
+    media: &mut Media<'_>,
+    beyond: f64,
+    resolution: [u32; 2],
+) -> Result<Camera, LoadError> {
+    /// Half the width of the bundle of rays, which has to have one.
+    const HALF: f64 = 1e-6;
+    let object = seat.object;
+    if resolution != [1; 2] {
+        let [width, height] = resolution;
+        let message = format!(
+            "a {} has one pixel; expected a film of 1 x 1, found {width} x {height}",
+            quote(&object.kind)
+        );
+        return Err(error(&object.at, message));
+    }
+    let mut parameters = Parameters::new(object);
+    let is_distant = object.kind == "distant";
+    let node = parameters.transform("to_world")?;
+    let given = parameters.vector("direction")?;
+    let direction = given.unwrap_or(node.matrix3.z_axis);
+    let Some(direction) = direction.try_normalize() else {
+        return Err(parameters.refuse("direction", "the direction is zero"));
+    };
+    let origin = if is_distant {
+        let Some(target) = parameters.vector("target")? else {
+            let message = "without a <point name=\"target\">, a \"distant\" sensor measures the mean over a disk \
+                           around the scene, which is no picture; give a target";
+            return Err(error(&object.at, message));
+        };
+        target - direction * (beyond + target.length())
+    } else {
+        parameters.vector("origin")?.unwrap_or(node.translation)
+    };
+    if given.is_some() && parameters.find("to_world").is_some() {
+        let message = "expected direction or to_world, not both";
+        return Err(parameters.refuse("direction", message));
+    }
+    let shutter = shutter(&mut parameters)?;
+    parameters.pass_over(&["srf"]);
+    parameters.finish()?;
+    let z = -direction;
+    let x = perpendicular(z);
+    Ok(Camera {
+        name: object.name().to_owned(),
+        to_world: DAffine3::from_mat3_translation(DMat3::from_cols(x, z.cross(x), z), origin),
+        motion: None,
+        shutter,
+        projection: Projection::Orthographic { half_width: HALF, half_height: HALF },
+        near: HALF,
+        far: f64::INFINITY,
+        lens_radius: 0.0,
+        aperture: None,
+        focal_distance: 1.0,
+        film_offset: [0.0; 2],
+        fit: Fit::Whole,
+        medium: media.around(object)?,
+        placement: Placement::Node,
+    })
 }
 
 /// When the shutter opens and closes.
@@ -132,7 +256,10 @@ fn principal_point(parameters: &mut Parameters<'_>) -> Result<[f64; 2], LoadErro
 }
 
 /// Horizontal and vertical field of view in degrees, for an aspect of width over height.
-fn fields_of_view(parameters: &mut Parameters<'_>, aspect: f64) -> Result<[f64; 2], LoadError> {
+pub(super) fn fields_of_view(
+    parameters: &mut Parameters<'_>,
+    aspect: f64,
+) -> Result<[f64; 2], LoadError> {
     let axis = parameters.text("fov_axis")?.unwrap_or("x");
     let (fov, focal_length) = (parameters.float("fov")?, parameters.text("focal_length")?);
     // Half the extent of the image at unit distance, along the axis.
@@ -173,8 +300,8 @@ fn fields_of_view(parameters: &mut Parameters<'_>, aspect: f64) -> Result<[f64; 
 }
 
 /// What a sensor asks for with its film and its sampler.
-pub(super) fn settings(tree: &Tree, object: &Object) -> Result<FileSettings, LoadError> {
-    let Film { resolution, crop, filter, has_alpha } = film(tree, object)?;
+pub(super) fn settings(tree: &Tree, seat: Seat<'_>) -> Result<FileSettings, LoadError> {
+    let Film { resolution, crop, filter, has_alpha } = film_of(tree, seat)?;
     let settings = FileSettings {
         resolution: Some(resolution),
         crop,
@@ -182,7 +309,7 @@ pub(super) fn settings(tree: &Tree, object: &Object) -> Result<FileSettings, Loa
         aovs: if has_alpha { vec!["alpha"] } else { Vec::new() },
         ..FileSettings::default()
     };
-    let children = tree.children(object, &["film", "sampler", "medium"])?;
+    let children = tree.children(seat.holder, &["film", "sampler", "medium", "sensor"])?;
     let Some(sampler) = tree.only(&children, "sampler")? else { return Ok(settings) };
     let sampler = &tree.objects[sampler];
     if !SAMPLERS.contains(&sampler.kind.as_str()) {

@@ -14,13 +14,14 @@ use super::{curves, texture};
 use crate::shapes::{self, smooth_normals};
 use crate::{Geometry, LoadError, Mesh, Motion, Warning};
 
-const KINDS: [&str; 12] = [
+const KINDS: [&str; 13] = [
     "bsplinecurve",
     "cube",
     "cylinder",
     "disk",
     "instance",
     "linearcurve",
+    "merge",
     "obj",
     "ply",
     "rectangle",
@@ -35,8 +36,6 @@ pub(super) struct Shape {
     pub(super) to_world: DAffine3,
     /// How that moves, if it does.
     pub(super) motion: Option<Arc<Motion>>,
-    /// Whether it is a sphere whose front looks inwards.
-    pub(super) is_inverted_sphere: bool,
 }
 
 /// A mesh file, and what is made of it.
@@ -77,12 +76,7 @@ pub(super) fn shape(
     let (to_world, motion) = parameters.placement("to_world")?;
     let mirrors = motion.as_ref().is_some_and(Motion::is_mirrored);
     let flips = parameters.boolean("flip_normals")?;
-    let mesh = |mesh: Arc<Mesh>| Shape {
-        geometry: Geometry::Mesh(mesh),
-        to_world,
-        motion: None,
-        is_inverted_sphere: false,
-    };
+    let mesh = |mesh: Arc<Mesh>| Shape { geometry: Geometry::Mesh(mesh), to_world, motion: None };
     let mut shape = match object.kind.as_str() {
         "sphere" => sphere(&mut parameters, to_world, flips != mirrors)?,
         "rectangle" => mesh(meshes.made("rectangle", shapes::rectangle, flips)),
@@ -233,13 +227,13 @@ fn sphere(
         return Err(parameters.refuse("radius", message));
     }
     let mirrored = (linear.determinant() < 0.0) != (radius < 0.0);
+    let sign = if flips == mirrored { 1.0 } else { -1.0 };
     // What turns the sphere is kept for its texture coordinates.
     let center = to_world.transform_point3(center);
     Ok(Shape {
-        geometry: Geometry::Sphere { radius: world_radius },
+        geometry: Geometry::Sphere { radius: sign * world_radius },
         to_world: DAffine3::from_mat3_translation(linear * scale.recip(), center),
         motion: None,
-        is_inverted_sphere: flips != mirrored,
     })
 }
 

@@ -49,7 +49,10 @@ impl Spectrum {
 /// Turns the objects `<spectrum type="…">` into parameters of the objects that they are in, or
 /// that refer to them.
 pub(super) fn resolve(tree: &mut Tree) -> Result<(), LoadError> {
-    let is_spectrum = |object: &&Object| object.tag == "spectrum";
+    // A spectrum is a texture to Mitsuba, and may be written as one.
+    let is_spectrum = |object: &&Object| {
+        object.tag == "spectrum" || object.tag == "texture" && KINDS.contains(&object.kind.as_str())
+    };
     if tree.objects.iter().find(is_spectrum).is_none() {
         return Ok(());
     }

@@ -11,11 +11,13 @@ use super::super::substitute;
 use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Tree, unsupported};
 use super::value::Value;
+use super::volume::{Field, Grids};
 use crate::LoadError;
 use crate::image::{Image, Numbers};
-use crate::texture::{Bitmap, Color, Filter, Pattern, Texture, Wrap};
+use crate::medium::PlacedGrid;
+use crate::texture::{Bitmap, Color, Filter, Layout, Pattern, Texture, Wrap};
 
-const KINDS: [&str; 4] = ["bitmap", "checkerboard", "mesh_attribute", "rawconstant"];
+const KINDS: [&str; 5] = ["bitmap", "checkerboard", "mesh_attribute", "rawconstant", "volume"];
 
 /// A texture as Mitsuba 3.9.1 reads it where a number is expected: its `checkerboard` then has
 /// `color0` in place of `color1` and the other way round.
@@ -49,11 +51,13 @@ pub(super) struct Textures<'t> {
     made: HashMap<usize, Option<Arc<Texture>>>,
     /// By the file, and whether its numbers are taken as they are.
     images: HashMap<(PathBuf, bool), Arc<Image>>,
+    grids: Grids,
 }
 
 impl<'t> Textures<'t> {
     pub(super) fn new(tree: &'t Tree) -> Self {
-        Self { tree, made: HashMap::new(), images: HashMap::new() }
+        let (made, images) = (HashMap::new(), HashMap::new());
+        Self { tree, made, images, grids: Grids::default() }
     }
 
     /// The texture that an object describes.
@@ -62,9 +66,11 @@ impl<'t> Textures<'t> {
             return Ok(self.or_substitute(known.clone()));
         }
         let object = &self.tree.objects[index];
-        self.tree.children(object, &[])?;
+        let inside: &[&str] = if object.kind == "volume" { &["volume"] } else { &[] };
+        let children = self.tree.children(object, inside)?;
         let mut parameters = Parameters::new(object);
         let texture = match object.kind.as_str() {
+            "volume" => Some(self.volume(object, &children)?),
             "bitmap" => self.bitmap(object, &mut parameters)?,
             "mesh_attribute" => Some(mesh_attribute(object, &mut parameters)?),
             "checkerboard" => {
@@ -86,6 +92,30 @@ impl<'t> Textures<'t> {
         let texture = texture.map(Arc::new);
         self.made.insert(index, texture.clone());
         Ok(self.or_substitute(texture))
+    }
+
+    /// The numbers of a volume on a surface. Beyond its box, a grid is as at its walls.
+    fn volume(&mut self, object: &Object, children: &[usize]) -> Result<Texture, LoadError> {
+        let [volume] = children else {
+            let message =
+                format!("expected one <volume name=\"volume\"> in it, found {}", children.len());
+            return Err(super::object::error(&object.at, message));
+        };
+        let field = self.grids.volume(self.tree, &self.tree.objects[*volume], Role::Level)?;
+        Ok(match field {
+            Field::Constant(color, _) => {
+                self.note_levels_above_1(object, color.into_iter());
+                Pattern::Checkerboard([color; 2]).into()
+            }
+            Field::Grid(PlacedGrid { grid, to_world, filter }) => {
+                self.note_levels_above_1(object, grid.values.iter().copied());
+                Texture {
+                    pattern: Pattern::Grid { grid, filter },
+                    layout: Layout::Space { to_texture: to_world.inverse() },
+                    to_pattern: DMat3::IDENTITY,
+                }
+            }
+        })
     }
 
     fn note_levels_above_1(&self, object: &Object, mut levels: impl Iterator<Item = f32>) {

@@ -144,9 +144,13 @@ impl<'a> Writer<'a> {
             Geometry::Mesh(mesh) => Arc::clone(mesh),
             Geometry::Sphere { radius } => {
                 self.notes.tell(&object.at, "the sphere becomes triangles");
-                to_world *= DAffine3::from_scale(DVec3::splat(*radius));
+                to_world *= DAffine3::from_scale(DVec3::splat(radius.abs()));
                 let sphere = self.sphere.get_or_insert_with(|| Arc::new(shapes::sphere()));
-                Arc::clone(sphere)
+                let mut sphere = Arc::clone(sphere);
+                if *radius < 0.0 {
+                    shapes::flip(Arc::make_mut(&mut sphere));
+                }
+                sphere
             }
         };
         let parts: Vec<(Part, Worn)> = match worn {

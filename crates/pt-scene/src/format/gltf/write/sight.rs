@@ -135,6 +135,12 @@ impl Writer<'_> {
                 }
                 ("spot", *intensity, to_world)
             }
+            LightKind::Projector { intensity, .. } => {
+                tell(
+                    "the picture that it throws is left out, and its intensity does not grow towards the edge",
+                );
+                ("spot", *intensity, to_world)
+            }
             LightKind::Area { .. } if stands_for_glowing_mesh(light, self.scene) => {
                 tell("it is left out, as it stands for the glowing surface around it");
                 return Ok(());
@@ -179,6 +185,11 @@ impl Writer<'_> {
             LightKind::LinearSpot { beam_angle, cutoff_angle, .. } => [*beam_angle, *cutoff_angle],
             LightKind::PunctualSpot { inner_angle, outer_angle, .. } => {
                 [*inner_angle, *outer_angle]
+            }
+            // The cone that holds all of the picture.
+            LightKind::Projector { x_fov, y_fov, .. } => {
+                let tangent = |fov: f64| libm::tan(0.5 * fov.to_radians());
+                [libm::atan(tangent(*x_fov).hypot(tangent(*y_fov))).to_degrees(); 2]
             }
             _ => return None,
         };

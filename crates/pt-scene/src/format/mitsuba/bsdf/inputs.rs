@@ -15,6 +15,8 @@ pub(super) struct Inputs<'a, 't> {
     pub(super) parameters: Parameters<'a>,
     /// Names of textures that were asked for.
     known: Vec<&'static str>,
+    /// Whether a texture of any name was.
+    takes_textures: bool,
     /// Whether bsdfs inside of it were.
     takes_bsdfs: bool,
 }
@@ -22,7 +24,8 @@ pub(super) struct Inputs<'a, 't> {
 impl<'a, 't> Inputs<'a, 't> {
     pub(super) fn new(textures: &'a mut Textures<'t>, object: &'a Object) -> Self {
         let parameters = Parameters::new(object);
-        Self { textures, object, parameters, known: Vec::new(), takes_bsdfs: false }
+        let known = Vec::new();
+        Self { textures, object, parameters, known, takes_textures: false, takes_bsdfs: false }
     }
 
     /// The children with a tag, and where they stand.
@@ -48,6 +51,22 @@ impl<'a, 't> Inputs<'a, 't> {
     /// The texture of a parameter that is a number.
     fn number_texture(&mut self, name: &'static str) -> Result<Option<Arc<Texture>>, LoadError> {
         Ok(self.texture(name)?.map(as_number))
+    }
+
+    /// The only texture, whatever its name.
+    pub(super) fn any_texture(&mut self) -> Result<Arc<Texture>, LoadError> {
+        self.takes_textures = true;
+        match self.children("texture")?.as_slice() {
+            [(_, index)] => self.textures.get(*index),
+            found => {
+                let message = format!(
+                    "expected one <texture> inside of {}, but there are {}",
+                    self.object.describe(),
+                    found.len()
+                );
+                Err(error(&self.object.at, message))
+            }
+        }
     }
 
     /// A texture that has to be there: the one of this name, or else the only one.
@@ -140,6 +159,7 @@ impl<'a, 't> Inputs<'a, 't> {
         for child in &self.object.children {
             let object = &tree.objects[tree.target(child)?];
             let is_known = match object.tag.as_str() {
+                "texture" if self.takes_textures => true,
                 "texture" => {
                     let only = child.name.is_empty() && !self.known.is_empty();
                     only || self.known.contains(&child.name.as_str())

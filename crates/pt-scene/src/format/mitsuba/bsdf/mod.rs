@@ -20,9 +20,7 @@ use crate::{LoadError, Surface};
 use inputs::Inputs;
 use refraction::relative_index;
 
-pub(super) use wrappers::inverted;
-
-const KINDS: [&str; 19] = [
+const KINDS: [&str; 22] = [
     "diffuse",
     "roughdiffuse",
     "conductor",
@@ -40,6 +38,9 @@ const KINDS: [&str; 19] = [
     "blendbsdf",
     "normalmap",
     "bumpmap",
+    "polarizer",
+    "retarder",
+    "circular",
     "mask (outermost)",
     "null (outermost)",
 ];
@@ -100,6 +101,9 @@ fn surface(textures: &mut Textures<'_>, object: &Object) -> Result<Surface, Load
         "blendbsdf" => wrappers::blend(&mut inputs)?,
         "normalmap" => wrappers::normal_map(&mut inputs)?,
         "bumpmap" => wrappers::bump_map(&mut inputs)?,
+        "polarizer" => filter(&mut inputs, &["theta", "polarizing"], 0.5)?,
+        "circular" => filter(&mut inputs, &["left_handed"], 0.5)?,
+        "retarder" => filter(&mut inputs, &["theta", "delta"], 1.0)?,
         _ => return Err(unsupported(object, &KINDS)),
     };
     inputs.finish()?;
@@ -157,6 +161,17 @@ fn glass(inputs: &mut Inputs<'_, '_>, roughness: Option<Roughness>) -> Result<Gl
         ior: relative_index(&mut inputs.parameters, "bk7")?,
         roughness,
     })
+}
+
+/// What lets a share of light through, straight. Without polarization, how it is turned does not count.
+fn filter(
+    inputs: &mut Inputs<'_, '_>,
+    of_polarization: &[&'static str],
+    share: f32,
+) -> Result<Surface, LoadError> {
+    inputs.parameters.pass_over(of_polarization);
+    let transmittance = inputs.color("transmittance", 1.0)?.times(&share.into());
+    Ok(ThinGlass { reflectance: [1.0; 3].into(), transmittance, ior: 1.0 }.into())
 }
 
 /// A diffuse base under a smooth coat.

@@ -6,8 +6,8 @@ use super::super::texture::Textures;
 use super::inputs::Inputs;
 use super::{Scattering, surface};
 use crate::material::{
-    Averted, Black, CoatedConductor, CoatedDiffuse, Conductor, Embossed, Glass, Matte, Measured,
-    Mirror, Mix, Plastic, Principled, RoughCoatedDiffuse, RoughDiffuse, Sided,
+    Averted, Black, CoatedConductor, CoatedDiffuse, Conductor, Embossed, Matte, Measured, Mirror,
+    Mix, Plastic, Principled, RoughCoatedDiffuse, RoughDiffuse, Sided,
 };
 use crate::texture::Relief;
 use crate::{LoadError, Surface};
@@ -66,7 +66,7 @@ pub(super) fn normal_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadErr
 
 /// Normals by heights.
 pub(super) fn bump_map(inputs: &mut Inputs<'_, '_>) -> Result<Surface, LoadError> {
-    let texture = inputs.only_texture("arbitrary")?;
+    let texture = inputs.any_texture()?;
     if texture.shows_colors_of_mesh() {
         let message =
             "the heights of a \"bumpmap\" are those of an image; a \"mesh_attribute\" has no slope";
@@ -135,34 +135,5 @@ fn on_both_sides(surface: Surface) -> Surface {
             Embossed { surface, relief, shadowing, averted, mirrored: true }.into()
         }
         other => other,
-    }
-}
-
-/// A surface whose front is where its shape has the back.
-pub(in super::super) fn inverted(surface: Surface) -> Surface {
-    let turned = |surface: Box<Surface>| Box::new(inverted(*surface));
-    match surface {
-        Surface::Glass(glass) => Glass { ior: glass.ior.recip(), ..glass }.into(),
-        Surface::Principled(it) if !it.two_sided => {
-            Principled { inside_out: !it.inside_out, ..it }.into()
-        }
-        Surface::Sided(Sided { front, back }) => Sided { front: back, back: front }.into(),
-        Surface::Mix(Mix { first, second, share }) => {
-            Mix { first: turned(first), second: turned(second), share }.into()
-        }
-        Surface::Embossed(embossed) => {
-            // Heights are above the front, which is where the shape has its back.
-            let mirrored = embossed.mirrored || matches!(embossed.relief, Relief::Heights(..));
-            Embossed { surface: turned(embossed.surface), mirrored, ..embossed }.into()
-        }
-        Surface::Matte(Matte { two_sided: false, .. })
-        | Surface::RoughDiffuse(RoughDiffuse { two_sided: false, .. })
-        | Surface::CoatedDiffuse(CoatedDiffuse { two_sided: false, .. })
-        | Surface::RoughCoatedDiffuse(RoughCoatedDiffuse { two_sided: false, .. })
-        | Surface::Conductor(Conductor { two_sided: false, .. })
-        | Surface::Measured(Measured { two_sided: false, .. }) => {
-            Sided { front: Box::new(Black.into()), back: surface.into() }.into()
-        }
-        same => same,
     }
 }

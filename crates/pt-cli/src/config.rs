@@ -1,0 +1,101 @@
+//! The configuration file of the user: what is allowed to all scenes.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use anyhow::{Context, Result, bail};
+
+/// Where the file is, if it is not at its usual place.
+const VARIABLE: &str = "PATHTRACER_CONFIG";
+/// The only option that it may have.
+const OPTION: &str = "--allow-folder";
+
+static FOLDERS: OnceLock<Vec<PathBuf>> = OnceLock::new();
+
+/// Reads the configuration file, if there is one.
+///
+/// # Errors
+/// If it cannot be read, is missing where the environment says it is, or has a line that is not understood.
+pub(crate) fn read() -> Result<()> {
+    let named = std::env::var_os(VARIABLE).filter(|path| !path.is_empty()).map(PathBuf::from);
+    let usual = || dirs::config_dir().map(|folder| folder.join("pathtracer").join("config"));
+    let Some(path) = named.clone().or_else(usual) else { return Ok(()) };
+    if named.is_none() && !path.exists() {
+        return Ok(());
+    }
+    let text = std::fs::read_to_string(&path).with_context(|| {
+        let by = if named.is_some() { format!(" (named by {VARIABLE})") } else { String::new() };
+        format!("{}{by}: the configuration cannot be read", path.display())
+    })?;
+    let folders = parse(&text, &path)?;
+    FOLDERS.get_or_init(|| folders);
+    Ok(())
+}
+
+/// The folders that the configuration file allows.
+pub(crate) fn allowed_folders() -> &'static Vec<PathBuf> {
+    static NONE: Vec<PathBuf> = Vec::new();
+    FOLDERS.get().unwrap_or(&NONE)
+}
+
+/// A folder that is there.
+///
+/// # Errors
+/// If it is not, as a message.
+pub(crate) fn folder(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    if path.is_dir() { Ok(path) } else { Err(format!("there is no folder {text:?}")) }
+}
+
+/// One option in a line; empty lines and those that begin with # are passed over.
+fn parse(text: &str, path: &Path) -> Result<Vec<PathBuf>> {
+    let mut folders = Vec::new();
+    for (line, number) in text.lines().map(str::trim).zip(1..) {
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let place = format!("{}:{number}", path.display());
+        let value = line.strip_prefix(OPTION).and_then(|rest| {
+            let is_apart = rest.starts_with('=') || rest.starts_with(char::is_whitespace);
+            is_apart.then(|| rest.trim_start_matches('=').trim().trim_matches('"'))
+        });
+        let Some(value) = value.filter(|value| !value.is_empty()) else {
+            bail!("{place}: expected a line \"{OPTION} DIR\", found {line:?}");
+        };
+        let folder = PathBuf::from(value);
+        if !folder.is_absolute() {
+            bail!("{place}: {value:?} is no absolute path, which a folder has to be given as here");
+        }
+        folders.push(folder);
+    }
+    Ok(folders)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Vec<PathBuf>, String> {
+        parse(text, Path::new("config")).map_err(|error| error.to_string())
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn each_line_allows_a_folder() {
+        let text = "# shared\n\n--allow-folder /a/b\n  --allow-folder=\"/c d\"\r\n";
+        let folders = ["/a/b", "/c d"].map(PathBuf::from).to_vec();
+        assert_eq!(read(text), Ok(folders));
+    }
+
+    #[test]
+    fn other_lines_are_refused_with_their_number() {
+        let refusal = |text| read(text).expect_err("a bad line");
+        assert_eq!(
+            refusal("# one\n--allow-outside"),
+            "config:2: expected a line \"--allow-folder DIR\", found \"--allow-outside\""
+        );
+        assert!(refusal("--allow-folders /a").starts_with("config:1: expected"));
+        assert!(refusal("--allow-folder").starts_with("config:1: expected"));
+        assert!(refusal("--allow-folder a/b").contains("is no absolute path"));
+    }
+}

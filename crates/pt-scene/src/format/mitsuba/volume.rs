@@ -1,0 +1,97 @@
+//! `<volume>`: numbers in space.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use pt_math::DAffine3;
+
+use super::super::vol;
+use super::super::xml::quote;
+use super::object::{Object, Parameters, Role, Tree, error, unsupported};
+use crate::LoadError;
+use crate::medium::{Grid, GridFilter, PlacedGrid};
+
+const VOLUMES: [&str; 2] = ["constvolume", "gridvolume"];
+
+/// What a `<volume>` describes, and where.
+pub(super) enum Field {
+    /// The same in all of the unit cube, which a transform places.
+    Constant([f32; 3], DAffine3),
+    Grid(PlacedGrid),
+}
+
+/// The grids of files, each read once, with their boxes.
+#[derive(Default)]
+pub(super) struct Grids {
+    read: HashMap<PathBuf, (Arc<Grid>, DAffine3)>,
+}
+
+impl Grids {
+    /// What a volume describes.
+    pub(super) fn volume(
+        &mut self,
+        tree: &Tree,
+        object: &Object,
+        role: Role,
+    ) -> Result<Field, LoadError> {
+        tree.children(object, &[])?;
+        let mut parameters = Parameters::new(object);
+        let to_world = parameters.transform("to_world")?;
+        let field = match object.kind.as_str() {
+            "constvolume" => Field::Constant(parameters.color("value", role, 1.0)?, to_world),
+            "gridvolume" => Field::Grid(self.grid(tree, object, &mut parameters, to_world)?),
+            _ => return Err(unsupported(object, &VOLUMES)),
+        };
+        parameters.finish()?;
+        Ok(field)
+    }
+
+    fn grid(
+        &mut self,
+        tree: &Tree,
+        object: &Object,
+        parameters: &mut Parameters<'_>,
+        to_world: DAffine3,
+    ) -> Result<PlacedGrid, LoadError> {
+        parameters.pass_over(&["raw", "accel"]);
+        let Some(text) = parameters.text("filename")? else {
+            return Err(error(&object.at, "the <string name=\"filename\"> is missing"));
+        };
+        let path = tree.resolve(text);
+        let path = path.ok_or_else(|| parameters.refuse("filename", tree.not_found(text)))?;
+        let (grid, to_box) =
+            self.read(tree, path).map_err(|message| parameters.refuse("filename", message))?;
+        let filter = match parameters.text("filter_type")? {
+            None | Some("trilinear") => GridFilter::Trilinear,
+            Some("nearest") => GridFilter::Nearest,
+            Some(other) => {
+                let message = format!("{} is unknown; there are trilinear, nearest", quote(other));
+                return Err(parameters.refuse("filter_type", message));
+            }
+        };
+        if let Some(other) = parameters.text("wrap_mode")?.filter(|mode| *mode != "clamp") {
+            let message = format!("{} is not supported; supported: clamp", quote(other));
+            return Err(parameters.refuse("wrap_mode", message));
+        }
+        let uses_box = parameters.boolean("use_grid_bbox")?;
+        let to_world = if uses_box { to_world * to_box } else { to_world };
+        if !to_world.inverse().is_finite() {
+            let message = "the box of the grid's file is flat; expected one with a volume";
+            return Err(parameters.refuse("use_grid_bbox", message));
+        }
+        Ok(PlacedGrid { grid, to_world, filter })
+    }
+
+    /// The grid of a file, read once, and its box.
+    fn read(&mut self, tree: &Tree, path: PathBuf) -> Result<(Arc<Grid>, DAffine3), String> {
+        if let Some((grid, to_box)) = self.read.get(&path) {
+            return Ok((Arc::clone(grid), *to_box));
+        }
+        let file = vol::parse(&tree.context.read(&path)?);
+        let file = file.map_err(|message| format!("{}: {message}", path.display()))?;
+        let read = (Arc::new(file.grid), file.to_box);
+        self.read.insert(path, (Arc::clone(&read.0), read.1));
+        Ok(read)
+    }
+}
