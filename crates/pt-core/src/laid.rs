@@ -41,6 +41,8 @@ pub enum LayoutRecord {
     Space(DAffine3),
     /// Its direction from the origin.
     Sphere(DAffine3),
+    /// Values of the mesh, by their number in [`Textures::mesh_colors`](crate::texture::Textures::mesh_colors).
+    Values(u32),
     /// Angle around the z axis, and height.
     Cylinder(DAffine3),
 }
@@ -50,7 +52,8 @@ impl LayoutRecord {
     fn coordinates(&self, place: &Parametrization) -> Vec3 {
         let p = |map: &DAffine3| map.transform_point3(place.point.as_dvec3());
         match self {
-            Self::Surface => place.uv.extend(0.0),
+            // Values are made coordinates of the surface before.
+            Self::Surface | Self::Values(_) => place.uv.extend(0.0),
             Self::Space(map) => p(map).as_vec3(),
             Self::Sphere(map) => {
                 let p = p(map);
@@ -76,7 +79,7 @@ impl LayoutRecord {
             })
         };
         match self {
-            Self::Surface => steps.map(|(step, _)| step.extend(0.0)),
+            Self::Surface | Self::Values(_) => steps.map(|(step, _)| step.extend(0.0)),
             Self::Space(map) => along(map, &|step| step),
             Self::Sphere(map) => {
                 let p = p(map);

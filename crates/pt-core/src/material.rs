@@ -84,6 +84,8 @@ pub struct Slot {
 pub enum SlotKind {
     /// Three parameters: its colour, with channels from 0 to 1.
     Share,
+    /// Three parameters: its colour, with channels from 0 up.
+    Color,
     /// Three parameters: what fibres absorb that have its colour together.
     Absorption {
         /// See [`pt_scene::hair::slope`].
@@ -210,6 +212,10 @@ impl Materials {
                 SlotKind::Share => {
                     let share = color.0.clamp(Vec3::ZERO, Vec3::ONE).to_array();
                     lobe.parameters_mut()[first..first + 3].copy_from_slice(&share);
+                }
+                SlotKind::Color => {
+                    let color = color.0.max(Vec3::ZERO).to_array();
+                    lobe.parameters_mut()[first..first + 3].copy_from_slice(&color);
                 }
                 SlotKind::Absorption { slope } => {
                     let absorption = hair::absorption(color.to_array(), slope);

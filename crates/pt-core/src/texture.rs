@@ -172,9 +172,23 @@ impl Textures {
         }
     }
 
+    /// How a texture lies at a point. Where it does by values of the mesh, these are as the coordinates of the surface after a
+    /// transform, which is the same all over a triangle.
+    fn laid_at(&self, id: Id<Laid>, at: &Parametrization) -> Laid {
+        let laid = self.laid[id];
+        let LayoutRecord::Values(values) = laid.layout else { return laid };
+        let Some(triangle) = &at.on_triangle else { return laid };
+        let values = &self.mesh_colors[values as usize];
+        let [u, v] = values.gradient(triangle).map(|value| value.0.truncate());
+        let there = values.at_vertices(triangle).0.truncate();
+        let to_values = Affine2::from_cols(u, v, there - u * at.uv.x - v * at.uv.y);
+        let to_pattern = laid.to_pattern * to_values;
+        Laid { layout: LayoutRecord::Surface, to_pattern, ..laid }
+    }
+
     #[inline(never)]
     fn laid(&self, id: Id<Laid>, at: &Parametrization) -> Spectrum {
-        let laid = &self.laid[id];
+        let laid = self.laid_at(id, at);
         match laid.pattern {
             LaidPattern::Procedural(pattern) => laid.computed(pattern, at),
             LaidPattern::Grid(grid) => self.grids[grid as usize].color(laid.at(at)),
@@ -298,7 +312,7 @@ impl Textures {
     }
 
     fn laid_gradient(&self, id: Id<Laid>, at: &Parametrization) -> [Spectrum; 2] {
-        let laid = &self.laid[id];
+        let laid = self.laid_at(id, at);
         match laid.pattern {
             LaidPattern::Procedural(pattern) => laid.slopes(pattern, at),
             LaidPattern::Grid(grid) => {
@@ -328,7 +342,10 @@ impl Textures {
             Factor::Texture(id) => self.is_in_space(id),
         };
         match self.records[id].pattern {
-            PatternRecord::Laid(laid) => !matches!(self.laid[laid].layout, LayoutRecord::Surface),
+            PatternRecord::Laid(laid) => {
+                let layout = self.laid[laid].layout;
+                !matches!(layout, LayoutRecord::Surface | LayoutRecord::Values(_))
+            }
             PatternRecord::Facing(_) => true,
             PatternRecord::Product(factors) => factors.into_iter().all(factor),
             PatternRecord::Blend(parts, share) => {

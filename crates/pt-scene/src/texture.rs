@@ -74,11 +74,24 @@ pub enum Layout {
         /// From the world.
         to_texture: DAffine3,
     },
+    /// Other texture coordinates of the mesh: the first two numbers of the [values](crate::Attributes::vertices) of the name
+    /// [`Layout::set_name`]; w is 0.
+    Coordinates {
+        /// Which ones, from 1.
+        set: u32,
+    },
     /// The angle around the z axis, from −x on in the direction from +x to +y, over 2π, and z; w is 0.
     Cylinder {
         /// From the world.
         to_texture: DAffine3,
     },
+}
+
+impl Layout {
+    /// The name of other texture coordinates among the values of a mesh.
+    pub fn set_name(set: u32) -> String {
+        format!("uv_{set}")
+    }
 }
 
 impl Texture {
@@ -87,20 +100,22 @@ impl Texture {
         Self { pattern, layout: Layout::Surface, to_pattern }
     }
 
-    /// Whether it shows colours of a mesh, which surfaces without these do not have.
+    /// Whether it shows colours or values of a mesh, or lies by them, which surfaces without these do not have.
     pub fn shows_colors_of_mesh(&self) -> bool {
         match &self.pattern {
             Pattern::VertexColors
             | Pattern::FaceColors
             | Pattern::VertexAttribute(_)
             | Pattern::FaceAttribute(_) => true,
+            pattern if pattern.has_layout() => matches!(self.layout, Layout::Coordinates { .. }),
             pattern => pattern.parts().any(|t| t.shows_colors_of_mesh()),
         }
     }
 
     /// Whether any part of it lies on the texture coordinates of the surface.
     pub fn uses_coordinates(&self) -> bool {
-        let own = self.pattern.has_layout() && self.layout == Layout::Surface;
+        let is_laid = matches!(self.layout, Layout::Surface | Layout::Coordinates { .. });
+        let own = self.pattern.has_layout() && is_laid;
         own || self.pattern.parts().any(|t| t.uses_coordinates())
     }
 
@@ -108,7 +123,10 @@ impl Texture {
     pub fn is_in_space(&self) -> bool {
         let own = match self.pattern {
             Pattern::Facing(_) => true,
-            _ => self.pattern.has_layout() && self.layout != Layout::Surface,
+            _ => {
+                let is_laid = matches!(self.layout, Layout::Surface | Layout::Coordinates { .. });
+                self.pattern.has_layout() && !is_laid
+            }
         };
         own || self.pattern.parts().any(|t| t.is_in_space())
     }

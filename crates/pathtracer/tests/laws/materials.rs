@@ -8,10 +8,10 @@ use pt_math::{DAffine3, DMat3, DVec3, Spectrum};
 use pt_scene::image::Image;
 use pt_scene::material::{
     Black, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed, Glass, Hair,
-    Masking, Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin, Refraction,
-    RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, ThinGlass,
+    Masking, MetallicRoughness, Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin,
+    Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, ThinGlass,
 };
-use pt_scene::texture::{Bitmap, Color, Filter, Pattern, Relief, Scalar, Texture, Wrap};
+use pt_scene::texture::{Bitmap, Color, Filter, Layout, Pattern, Relief, Scalar, Texture, Wrap};
 use pt_scene::{LightKind, Surface};
 
 use crate::furnace::ESTIMATORS;
@@ -127,9 +127,72 @@ pub(crate) fn surfaces(textured: bool) -> Vec<Surface> {
             ..PrincipledThin::default()
         }
         .into(),
+        MetallicRoughness {
+            base_color: color(COLOR),
+            metallic: share(0.125),
+            roughness: share(0.5),
+            specular: share(0.75),
+            specular_color: color(OTHER),
+            transmission: share(0.375),
+            diffuse_transmission: share(0.25),
+            diffuse_transmission_color: color(OTHER),
+            anisotropy: share(0.5625),
+            anisotropy_direction: [share(0.875), share(0.1875)],
+            iridescence: share(0.625),
+            sheen_color: color(COLOR),
+            sheen_roughness: share(0.4375),
+            clearcoat: share(0.3125),
+            clearcoat_roughness: share(0.6875),
+            thin: true,
+            ..MetallicRoughness::default()
+        }
+        .into(),
         DiffuseTransmission { reflectance: color(COLOR), transmittance: color(OTHER) }.into(),
         Hair { pigment: Pigment::Reflectance(color(COLOR)), ..Hair::default() }.into(),
     ]
+}
+
+/// A lamp and a surface with a picture, on coordinates that the mesh has as values or that a transform makes of its own.
+#[test]
+fn pictures_lie_on_other_coordinates_as_on_those_of_the_mesh() {
+    // (u, v) of the picture are (2u + ¼, ½v + ¼u).
+    let to_pattern = DMat3::from_cols(
+        DVec3::new(2.0, 0.25, 0.0),
+        DVec3::new(0.0, 0.5, 0.0),
+        DVec3::new(0.25, 0.0, 1.0),
+    );
+    let pixels = (0..64).map(|i: u16| [0.1, 0.4, 0.8].map(|c| c + f32::from(i % 7) * 0.02));
+    let image = Arc::new(Image { width: 8, height: 8, pixels: pixels.collect() });
+    let scene = |is_value: bool| {
+        let bitmap =
+            Bitmap { image: Arc::clone(&image), wrap: Wrap::REPEAT, filter: Filter::Bilinear };
+        let pattern = Pattern::Bitmap(bitmap);
+        let texture = Arc::new(if is_value {
+            let layout = Layout::Coordinates { set: 1 };
+            Texture { pattern, layout, to_pattern: DMat3::IDENTITY }
+        } else {
+            Texture::on_surface(pattern, to_pattern)
+        });
+        let mut square = pt_scene::shapes::rectangle();
+        let uvs = square.uvs.as_ref().expect("coordinates").values.clone();
+        let moved = |[u, v]: [f32; 2]| [2.0 * u + 0.25, 0.5 * v + 0.25 * u, 0.0];
+        square.attributes.vertices.insert("uv_1".into(), uvs.into_iter().map(moved).collect());
+        let painted = pt_scene::material::Matte {
+            reflectance: Color::Texture(Arc::clone(&texture)),
+            two_sided: true,
+        };
+        Builder::default()
+            .mesh(square.clone(), facing(DVec3::ZERO, DVec3::Y, 1.0), painted.into())
+            .mesh(square, facing(DVec3::Y * 1.5, DVec3::NEG_Y, 0.5), Black.into())
+            .glowing_by(texture)
+            .seen_by(camera(DVec3::new(0.0, 1.0, 3.0), DVec3::ZERO, [40.0, 30.0]))
+    };
+    let [values, transformed] = [true, false].map(|is_value| film(&scene(is_value), 64, 3));
+    for (a, b) in values.pixels().zip(transformed.pixels()) {
+        for (a, b) in a.mean().into_iter().zip(b.mean()) {
+            assert!((a - b).abs() <= 1e-4 * b.abs().max(0.01), "{a} {b}");
+        }
+    }
 }
 
 fn film(scene: &Scene, spp: u32, seed: u32) -> Film {

@@ -53,7 +53,7 @@ impl Lobe<'_> for CompensatedConductor {
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let mut p = self.once.pack();
-        p[12..].copy_from_slice(&self.mean.to_array());
+        p[12..15].copy_from_slice(&self.mean.to_array());
         p
     }
 

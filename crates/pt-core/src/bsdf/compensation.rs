@@ -5,6 +5,8 @@
 //! all. [Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks"; the shares lost are tables of the
 //! lobes of this program, made when they are first asked for]
 
+mod schlick;
+
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 use std::sync::OnceLock;
 
@@ -14,6 +16,7 @@ use pt_scene::material::{Distribution, Masking};
 use super::fresnel;
 use super::microfacet::{Facets, stretched};
 use super::rough_dielectric::refract;
+pub(super) use schlick::SchlickGloss;
 
 /// Ratios of the two roughnesses in the tables of mirrors: even in √, from 0 to 1.
 const RATIOS: usize = 9;

@@ -17,8 +17,8 @@ use super::diffuse_transmission::DiffuseTransmission;
 use super::microfacet::Facets;
 use super::mirror::reflect;
 use super::{
-    AnyLobe, CompensatedDielectric, CourseMicrofacet, Glossy, LobeTables, Principled,
-    PrincipledThin, RoughConductor, RoughDielectric,
+    AnyLobe, CompensatedDielectric, CourseMicrofacet, Glossy, LobeTables, MetallicRoughness,
+    Principled, PrincipledThin, RoughConductor, RoughDielectric,
 };
 
 /// Directions above the surface, from the normal to grazing.
@@ -73,6 +73,9 @@ fn with_alpha<'t>(lobe: &AnyLobe<'t>, alpha: f32) -> Option<AnyLobe<'t>> {
         AnyLobe::CoatedConductor(l) => Some(l.with_alpha(alpha).into()),
         AnyLobe::Glossy(l) => Some(Glossy { facets: with(l.facets), ..l }.into()),
         AnyLobe::Principled(l) => Some(Principled { roughness: alpha.sqrt(), ..l }.into()),
+        AnyLobe::MetallicRoughness(l) => {
+            Some(MetallicRoughness { roughness: alpha.sqrt(), ..l }.into())
+        }
         AnyLobe::PrincipledThin(l) => Some(PrincipledThin { roughness: alpha.sqrt(), ..l }.into()),
         AnyLobe::CourseMicrofacet(l) => Some(CourseMicrofacet { alpha, ..l }.into()),
         _ => None,
@@ -237,6 +240,7 @@ fn stretch_is_one_over_the_density() {
                 | AnyLobe::CompensatedDielectric(_)
                 | AnyLobe::Principled(_)
                 | AnyLobe::PrincipledThin(_)
+                | AnyLobe::MetallicRoughness(_)
         );
         let side = |l: &DiffuseTransmission, choice: f32| {
             if choice < l.reflected() { l.reflected() } else { 1.0 - l.reflected() }
@@ -260,6 +264,7 @@ fn stretch_is_one_over_the_density() {
                     AnyLobe::CompensatedDielectric(l) => l.chance(wo, s.wi, u[2]),
                     AnyLobe::Principled(l) => l.chance(wo, s.wi, u[2]),
                     AnyLobe::PrincipledThin(l) => l.chance(wo, u[2]),
+                    AnyLobe::MetallicRoughness(l) => l.chance(wo, s.wi, u[2]),
                     AnyLobe::DiffuseTransmission(l) => side(l, u[2]),
                     _ => 1.0,
                 };

@@ -21,6 +21,7 @@ mod hair;
 #[cfg(test)]
 mod laws;
 mod measured;
+mod metallic_roughness;
 pub mod microfacet;
 mod mirror;
 mod principled;
@@ -68,7 +69,7 @@ impl BsdfSample {
 }
 
 /// Number of parameters of a stored lobe.
-pub const PARAMETERS: usize = 15;
+pub const PARAMETERS: usize = 31;
 
 /// Some numbers, and zeros.
 #[inline]
@@ -154,7 +155,7 @@ pub struct LobeRecord {
     kind: u32,
     p: [f32; PARAMETERS],
 }
-const _: () = assert!(size_of::<LobeRecord>() == 64);
+const _: () = assert!(size_of::<LobeRecord>() == 128);
 
 impl LobeRecord {
     /// The parameters, in the order in which the lobe packs them.
@@ -353,6 +354,8 @@ lobes! {
     Principled = principled::Principled,
     /// The same of a thin sheet.
     PrincipledThin = principled::PrincipledThin,
+    /// Material of metal and roughness.
+    MetallicRoughness = metallic_roughness::MetallicRoughness,
     /// Lambertian reflection and transmission.
     DiffuseTransmission = diffuse_transmission::DiffuseTransmission,
     /// Fibres of hair and fur.

@@ -194,7 +194,7 @@ impl Lobe<'_> for RoughCoatedDiffuse {
 
     #[inline]
     fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
-        let [.., eta, alpha, kind, inside, g, h, i, j, k] = *p;
+        let [_, _, _, _, _, _, eta, alpha, kind, inside, g, h, i, j, k, ..] = *p;
         let saturates = kind < 0.0;
         let kind = if saturates { -1.0 - kind } else { kind };
         Self {

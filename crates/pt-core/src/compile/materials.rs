@@ -7,8 +7,9 @@ use pt_math::{DMat3, DVec2, DVec3, Spectrum, Vec2};
 use pt_scene::hair;
 use pt_scene::material::{
     Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
-    Glass, Hair, Matte, Measured, Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin,
-    Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
+    Glass, Hair, Matte, Measured, MetallicRoughness, Mirror, Mix, Pigment, Plastic, Principled,
+    PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface,
+    ThinGlass,
 };
 use pt_scene::texture::{Relief, Scalar};
 
@@ -256,6 +257,42 @@ impl Lower for PrincipledThin {
             cx.orient();
         }
         cx.lobe(lobe, true)
+    }
+}
+
+impl Lower for MetallicRoughness {
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        type Lobe = bsdf::MetallicRoughness;
+        let mut number = |scalar: &Scalar, first| cx.number(scalar, first, [0.0, 1.0]);
+        let [x, y] = &self.anisotropy_direction;
+        let lobe = Lobe {
+            metallic: number(&self.metallic, Lobe::METALLIC),
+            roughness: number(&self.roughness, Lobe::ROUGHNESS),
+            specular: number(&self.specular, Lobe::SPECULAR),
+            transmission: number(&self.transmission, Lobe::TRANSMISSION),
+            diffuse_transmission: number(&self.diffuse_transmission, Lobe::DIFFUSE_TRANSMISSION),
+            anisotropy: number(&self.anisotropy, Lobe::ANISOTROPY),
+            direction: [number(x, Lobe::DIRECTION), number(y, Lobe::DIRECTION + 1)],
+            iridescence: number(&self.iridescence, Lobe::IRIDESCENCE),
+            sheen_roughness: number(&self.sheen_roughness, Lobe::SHEEN_ROUGHNESS),
+            clearcoat: number(&self.clearcoat, Lobe::CLEARCOAT),
+            clearcoat_roughness: number(&self.clearcoat_roughness, Lobe::CLEARCOAT_ROUGHNESS),
+            film_thickness: cx.number(&self.film_thickness, Lobe::FILM_THICKNESS, [0.0, f32::MAX]),
+            base_color: cx.share(&self.base_color, Lobe::BASE_COLOR),
+            specular_color: cx.color(&self.specular_color, Lobe::SPECULAR_COLOR),
+            diffuse_transmission_color: cx
+                .share(&self.diffuse_transmission_color, Lobe::DIFFUSE_TRANSMISSION_COLOR),
+            sheen_color: cx.share(&self.sheen_color, Lobe::SHEEN_COLOR),
+            rotation: self.anisotropy_rotation,
+            film_ior: self.film_ior,
+            // Without a difference of indices, there are no half vectors of light that goes through.
+            eta: if self.thin { self.ior } else { self.ior.max(1.0 + LEAST_CONTRAST) },
+            thin: self.thin,
+        };
+        if self.anisotropy != Scalar::Value(0.0) {
+            cx.orient();
+        }
+        cx.lobe(lobe, self.two_sided)
     }
 }
 

@@ -150,6 +150,17 @@ impl Lowering {
         }
     }
 
+    /// A colour, not negative, which the next lobe packs from `first` on.
+    pub(super) fn color(&mut self, color: &Color, first: usize) -> Spectrum {
+        match color {
+            Color::Value(value) => (*value).into(),
+            Color::Texture(texture) => {
+                self.slot(texture, first, SlotKind::Color);
+                Spectrum::ONE
+            }
+        }
+    }
+
     /// What fibres absorb that have a colour together, which the next lobe packs from `first` on; see [`hair::slope`].
     pub(super) fn absorption(&mut self, color: &Color, first: usize, slope: f32) -> Spectrum {
         match color {
@@ -273,10 +284,14 @@ impl Lowering {
     }
 
     /// What gives points in metres their coordinates.
-    fn layout(&self, texture: &Texture) -> LayoutRecord {
+    fn layout(&mut self, texture: &Texture) -> LayoutRecord {
         let to_units = DAffine3::from_scale(DVec3::splat(1.0 / f64::from(self.metres)));
         match texture.layout {
             Layout::Surface => LayoutRecord::Surface,
+            Layout::Coordinates { set } => {
+                let values = Pattern::VertexAttribute(Layout::set_name(set));
+                LayoutRecord::Values(self.mesh_value(&values))
+            }
             Layout::Space { to_texture } => LayoutRecord::Space(to_texture * to_units),
             Layout::Sphere { to_texture } => LayoutRecord::Sphere(to_texture * to_units),
             Layout::Cylinder { to_texture } => LayoutRecord::Cylinder(to_texture * to_units),
@@ -313,9 +328,13 @@ impl Lowering {
                 }
             }
             PatternRecord::Root(square) => self.show_factors(&[square]),
+            PatternRecord::Laid(laid) => {
+                if let LayoutRecord::Values(value) = self.textures.laid[laid].layout {
+                    self.shown.insert(value);
+                }
+            }
             PatternRecord::Bitmap(..)
             | PatternRecord::Checkerboard(_)
-            | PatternRecord::Laid(_)
             | PatternRecord::Facing(_) => {}
         }
     }

@@ -1,9 +1,9 @@
 //! Materials and textures.
 
 use pt_math::color::linear_from_srgb;
-use pt_scene::material::{Black, Embossed, Mix, Principled};
+use pt_scene::material::{Black, Embossed, MetallicRoughness};
 use pt_scene::medium::Matter;
-use pt_scene::texture::{Bitmap, Edge, Filter, Pattern, Relief, Wrap};
+use pt_scene::texture::{Bitmap, Edge, Filter, Layout, Pattern, Relief, Wrap};
 use pt_scene::{Color, Geometry, Material, Scalar, Scene, Sides, Surface};
 use serde_json::{Value, json};
 
@@ -31,9 +31,9 @@ fn made(material: &Value) -> Material {
     scene(material).materials.remove(0)
 }
 
-fn principled(material: &Value) -> Principled {
+fn look(material: &Value) -> MetallicRoughness {
     match made(material).surface {
-        Surface::Principled(principled) => principled,
+        Surface::MetallicRoughness(look) => look,
         other => panic!("{other:?}"),
     }
 }
@@ -63,10 +63,10 @@ fn texels(number: &Scalar) -> Vec<[f32; 3]> {
 
 #[test]
 fn without_a_word_it_is_a_rough_white_metal() {
-    let plain = principled(&json!({}));
+    let plain = look(&json!({}));
     assert_eq!(plain.base_color, Color::Value([1.0; 3]));
+    assert!(plain.two_sided && !plain.transmits());
     assert_eq!((plain.metallic, plain.roughness), (Scalar::Value(1.0), Scalar::Value(1.0)));
-    assert!(plain.two_sided && plain.multiple_scattering);
     let mut text = Text::default();
     let primitive = json!({"attributes": text.triangle()});
     let nodes = json!({"nodes": [{"mesh": 0}], "meshes": [{"primitives": [primitive]}]});
@@ -76,7 +76,7 @@ fn without_a_word_it_is_a_rough_white_metal() {
 
 #[test]
 fn numbers_are_those_of_the_file() {
-    let found = principled(&json!({"pbrMetallicRoughness": {
+    let found = look(&json!({"pbrMetallicRoughness": {
         "baseColorFactor": [0.25, 0.5, 0.75, 1], "metallicFactor": 0.25, "roughnessFactor": 0.5
     }}));
     assert_eq!(found.base_color, Color::Value([0.25, 0.5, 0.75]));
@@ -86,7 +86,7 @@ fn numbers_are_those_of_the_file() {
 
 #[test]
 fn colours_are_decoded_and_numbers_are_not() {
-    let found = principled(&json!({"pbrMetallicRoughness": {
+    let found = look(&json!({"pbrMetallicRoughness": {
         "baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 0}, "roughnessFactor": 0.5
     }}));
     let base = bitmap(&found.base_color);
@@ -152,31 +152,117 @@ fn without_a_thickness_light_goes_through_a_sheet() {
         }}))
         .surface
     };
-    let Surface::PrincipledThin(thin) = sheet(0.0) else { panic!("{:?}", sheet(0.0)) };
-    assert_eq!((thin.spec_trans, thin.ior), (Scalar::Value(0.75), 1.25));
-    assert_eq!((thin.roughness, thin.diff_trans), (Scalar::Value(0.25), Scalar::Value(0.0)));
-    let Surface::Mix(Mix { second, share, .. }) = sheet(0.5) else { panic!("{:?}", sheet(0.5)) };
-    assert_eq!(share, Scalar::Value(0.5));
-    let Surface::Principled(metal) = *second else { panic!("{second:?}") };
-    assert!(metal.metallic == Scalar::Value(1.0) && !metal.transmits());
+    for metallic in [0.0, 0.5] {
+        let Surface::MetallicRoughness(sheet) = sheet(metallic) else { panic!("another surface") };
+        assert!(sheet.thin && !sheet.two_sided);
+        assert_eq!((sheet.transmission, sheet.ior), (Scalar::Value(0.75), 1.25));
+        assert_eq!(sheet.roughness, Scalar::Value(0.25));
+        assert_eq!(sheet.metallic, Scalar::Value(metallic as f32));
+    }
 }
 
-/// ((n − 1) / (n + 1))² is scaled.
+/// A material with an extension.
+fn with(extension: &str, fields: Value) -> MetallicRoughness {
+    look(&json!({"extensions": {extension: fields}}))
+}
+
+/// The strength is in the opacity of its image, and the colour in that of its own.
 #[test]
-fn the_strength_of_reflection_becomes_an_index() {
-    let index = |strength: f64, ior: f64| {
-        let extensions = json!({
-            "KHR_materials_specular": {"specularFactor": strength}, "KHR_materials_ior": {"ior": ior}
-        });
-        principled(&json!({"extensions": extensions})).ior
-    };
-    let reflectance = |n: f32| ((n - 1.0) / (n + 1.0)).powi(2);
-    for (strength, ior) in [(1.0, 1.5), (0.5, 1.5), (0.25, 2.5)] {
-        let wanted = strength as f32 * reflectance(ior as f32);
-        assert!((reflectance(index(strength, ior)) - wanted).abs() < 1e-6);
-    }
-    assert_eq!(index(0.0, 1.5), 1.0);
-    assert!((reflectance(index(1.0, 0.0)) - 0.96).abs() < 1e-4);
+fn reflections_have_a_strength_and_a_colour() {
+    let plain = with(
+        "KHR_materials_specular",
+        json!({"specularFactor": 0.25, "specularColorFactor": [2, 0.5, 0]}),
+    );
+    assert_eq!(plain.specular, Scalar::Value(0.25));
+    assert_eq!(plain.specular_color, Color::Value([2.0, 0.5, 0.0]));
+    let image = json!({"index": 0});
+    let textured = with(
+        "KHR_materials_specular",
+        json!({"specularTexture": image, "specularColorTexture": image}),
+    );
+    assert_eq!(texels(&textured.specular), [[0.0; 3], [128.0 / 255.0; 3]]);
+    let red = linear_from_srgb(188.0 / 255.0);
+    assert_eq!(bitmap(&textured.specular_color).image.pixels[0][0], red);
+    let index = |ior: f64| with("KHR_materials_ior", json!({"ior": ior})).ior;
+    assert_eq!((index(1.25), index(0.0)), (1.25, 100.0));
+}
+
+/// The direction is in the first two channels of its image, and a share of the strength in the third.
+#[test]
+fn highlights_have_a_direction() {
+    let fields = json!({"anisotropyStrength": 0.5, "anisotropyRotation": 0.75});
+    let plain = with("KHR_materials_anisotropy", fields);
+    assert_eq!((plain.anisotropy, plain.anisotropy_rotation), (Scalar::Value(0.5), 0.75));
+    assert_eq!(plain.anisotropy_direction, [Scalar::Value(1.0), Scalar::Value(0.5)]);
+    let fields = json!({"anisotropyStrength": 1, "anisotropyTexture": {"index": 0}});
+    let textured = with("KHR_materials_anisotropy", fields);
+    assert_eq!(texels(&textured.anisotropy), [[51.0 / 255.0; 3]; 2]);
+    let [x, y] = &textured.anisotropy_direction;
+    assert_eq!(texels(x), [[188.0 / 255.0; 3]; 2]);
+    assert_eq!(texels(y), [[0.0; 3], [100.0 / 255.0; 3]]);
+}
+
+/// A film is as thick as can be, or by an image between two numbers.
+#[test]
+fn films_have_a_thickness() {
+    let plain = with("KHR_materials_iridescence", json!({"iridescenceFactor": 0.5}));
+    assert_eq!((plain.iridescence, plain.film_ior), (Scalar::Value(0.5), 1.3));
+    assert_eq!(plain.film_thickness, Scalar::Value(400.0));
+    let fields = json!({
+        "iridescenceFactor": 1, "iridescenceTexture": {"index": 0}, "iridescenceIor": 1.75,
+        "iridescenceThicknessMinimum": 200, "iridescenceThicknessMaximum": 500,
+        "iridescenceThicknessTexture": {"index": 0}
+    });
+    let textured = with("KHR_materials_iridescence", fields);
+    assert_eq!(texels(&textured.iridescence), [[188.0 / 255.0; 3]; 2]);
+    assert_eq!(textured.film_ior, 1.75);
+    let thickness = textured.film_thickness.texture().expect("a texture");
+    let Pattern::Blend(blend) = &thickness.pattern else { panic!("{thickness:?}") };
+    let ends = [&blend.first, &blend.second];
+    assert_eq!(ends, [&Color::Value([200.0; 3]), &Color::Value([500.0; 3])]);
+    assert_eq!(texels(&blend.share), [[0.0; 3], [100.0 / 255.0; 3]]);
+    let none = with("KHR_materials_iridescence", json!({"iridescenceIor": 1.75}));
+    assert_eq!(none, look(&json!({})));
+}
+
+/// Light goes through sheets diffusely; through what has an inside it does not, with a note.
+#[test]
+fn light_goes_through_sheets_diffusely() {
+    let fields = json!({
+        "diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorFactor": [1, 0.5, 0.25],
+        "diffuseTransmissionTexture": {"index": 0}
+    });
+    let leaf = with("KHR_materials_diffuse_transmission", fields.clone());
+    assert!(leaf.thin && leaf.transmits() && !leaf.two_sided);
+    assert_eq!(leaf.diffuse_transmission_color, Color::Value([1.0, 0.5, 0.25]));
+    let share = Color::Texture(leaf.diffuse_transmission.texture().expect("a texture").clone());
+    let [image, factor] = factors(&share);
+    assert_eq!(bitmap(image).image.pixels, [[0.0; 3], [128.0 / 255.0; 3]]);
+    assert_eq!(*factor, Color::Value([0.5; 3]));
+    let solid = scene(&json!({"extensions": {
+        "KHR_materials_diffuse_transmission": fields,
+        "KHR_materials_transmission": {"transmissionFactor": 1},
+        "KHR_materials_volume": {"thicknessFactor": 1}
+    }}));
+    let Surface::MetallicRoughness(look) = &solid.materials[0].surface else { panic!("another") };
+    assert!(!look.thin && look.diffuse_transmission == Scalar::Value(0.0));
+    assert!(solid.warnings.iter().any(|note| note.message.contains("diffusely")));
+}
+
+/// The roughness of the coat is in the second channel of its image, and that of the sheen in the opacity.
+#[test]
+fn layers_have_a_roughness() {
+    let coat = with(
+        "KHR_materials_clearcoat",
+        json!({"clearcoatFactor": 1, "clearcoatRoughnessFactor": 1, "clearcoatRoughnessTexture": {"index": 0}}),
+    );
+    assert_eq!(texels(&coat.clearcoat_roughness), [[0.0; 3], [100.0 / 255.0; 3]]);
+    let sheen = with(
+        "KHR_materials_sheen",
+        json!({"sheenColorFactor": [1, 0, 0.5], "sheenRoughnessFactor": 1, "sheenRoughnessTexture": {"index": 0}}),
+    );
+    assert_eq!(sheen.sheen_color, Color::Value([1.0, 0.0, 0.5]));
+    assert_eq!(texels(&sheen.sheen_roughness), [[0.0; 3], [128.0 / 255.0; 3]]);
 }
 
 #[test]
@@ -349,6 +435,61 @@ fn normals_lie_along_tangents() {
     }
 }
 
+/// Normals, or else what comes first, lie on the coordinates of the mesh; textures on other sets by their numbers.
+#[test]
+fn textures_lie_on_several_sets_of_coordinates() {
+    let file = |material: Value| {
+        let mut text = Text::default();
+        let mut attributes = text.triangle();
+        attributes["TEXCOORD_0"] = text.vectors(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]).into();
+        attributes["TEXCOORD_1"] = text.vectors(&[[0.5, 0.25], [1.0, 0.0], [0.0, 0.75]]).into();
+        read(&text.with(json!({
+            "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": attributes, "material": 0}]}],
+            "materials": [material],
+            "textures": [{"source": 0}],
+            "images": [{"uri": PNG}]
+        })))
+    };
+    let painted = |normal_set: usize| {
+        let extensions = json!({"KHR_texture_transform": {"texCoord": 1, "scale": [2, 2]}});
+        file(json!({
+            "normalTexture": {"index": 0, "texCoord": normal_set},
+            "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+            "emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0, "extensions": extensions}
+        }))
+    };
+    for normal_set in [0, 1] {
+        let scene = painted(normal_set);
+        assert_eq!(scene.warnings, []);
+        let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
+        let sets = [[0.0, 1.0], [0.5, 0.75]];
+        let uvs = mesh.uvs.as_ref().expect("coordinates");
+        assert_eq!(uvs.values[0], sets[normal_set], "v runs up");
+        let other = 1 - normal_set;
+        let [u, v] = sets[other];
+        assert_eq!(mesh.attributes.vertices[&format!("uv_{other}")][0], [u, v, 0.0]);
+        let Material { surface, emission, .. } = &scene.materials[0];
+        let Surface::Embossed(Embossed { surface, relief: Relief::Normals(map), .. }) = surface
+        else {
+            panic!("{surface:?}")
+        };
+        let Surface::MetallicRoughness(look) = &**surface else { panic!("{surface:?}") };
+        let layout = |color: &Color| color.texture().expect("a texture").layout;
+        let of_set = |set: usize| match set == normal_set {
+            true => Layout::Surface,
+            false => Layout::Coordinates { set: set as u32 },
+        };
+        assert_eq!(map.layout, Layout::Surface);
+        assert_eq!(layout(&look.base_color), of_set(0));
+        assert_eq!(layout(emission), of_set(1));
+    }
+    let scene = file(json!({"pbrMetallicRoughness": {
+        "baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 0, "texCoord": 3}
+    }}));
+    assert!(scene.warnings.iter().any(|note| note.message.contains("no TEXCOORD_3")));
+}
+
 /// Two triangles, of which coordinates lie mirrored on the first one.
 #[test]
 fn normals_lean_to_the_other_side_where_coordinates_lie_mirrored() {
@@ -400,7 +541,7 @@ fn colours_of_vertices_multiply_the_base() {
     let scene = read(&file.to_string());
     let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("a mesh") };
     assert_eq!(mesh.colors.as_ref().map(|colors| colors.values[0]), Some([1.0, 0.0, 0.2]));
-    let Surface::Principled(found) = &scene.materials[0].surface else { panic!("principled") };
+    let Surface::MetallicRoughness(found) = &scene.materials[0].surface else { panic!("another") };
     let [colors, factor] = factors(&found.base_color);
     assert!(colors.texture().is_some_and(|texture| texture.shows_colors_of_mesh()));
     assert_eq!(*factor, Color::Value([0.5, 0.5, 1.0]));
@@ -424,26 +565,24 @@ fn images_are_made_once() {
         .materials
         .iter()
         .map(|material| match &material.surface {
-            Surface::Principled(found) => bitmap(&found.base_color).image.clone(),
+            Surface::MetallicRoughness(found) => bitmap(&found.base_color).image.clone(),
             other => panic!("{other:?}"),
         })
         .collect();
     assert!(images.len() == 2 && std::sync::Arc::ptr_eq(&images[0], &images[1]));
 }
 
-/// The sheen is a number, which is the luminance of what its texture shows.
 #[test]
 fn sheen_may_have_a_texture() {
     let sheen = |factor: [f32; 3]| {
         let fields = json!({"sheenColorFactor": factor, "sheenColorTexture": {"index": 0}});
-        principled(&json!({"extensions": {"KHR_materials_sheen": fields}})).sheen
+        with("KHR_materials_sheen", fields).sheen_color
     };
     let [r, g, b] = [188.0, 100.0, 51.0].map(|level| linear_from_srgb(level / 255.0));
-    assert_eq!(texels(&sheen([1.0; 3])), [[r, 0.0, b], [r, g, b]]);
-    let Scalar::Texture(product) = sheen([0.5, 0.25, 0.0]) else { panic!("a texture") };
-    let [image, factor] = factors(&Color::Texture(product)).clone();
+    assert_eq!(bitmap(&sheen([1.0; 3])).image.pixels, [[r, 0.0, b], [r, g, b]]);
+    let [image, factor] = factors(&sheen([0.5, 0.25, 0.0])).clone();
     assert_eq!((bitmap(&image).filter, factor), (Filter::Nearest, [0.5, 0.25, 0.0].into()));
-    assert_eq!(sheen([0.0; 3]), 0.0.into());
+    assert_eq!(sheen([0.0; 3]), [0.0; 3].into());
 }
 
 /// What is not lit shows its base colour, so it glows in it.

@@ -8,8 +8,8 @@ use pt_math::color::linear_from_srgb;
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::format::{FORMATS, LoadOptions, load, load_with, save};
 use pt_scene::image::Image;
-use pt_scene::material::{Glass, Matte, Principled};
-use pt_scene::texture::{Bitmap, Edge, Filter, Pattern, Relief, Wrap};
+use pt_scene::material::{Glass, Matte, MetallicRoughness};
+use pt_scene::texture::{Bitmap, Blend, Edge, Filter, Pattern, Relief, Wrap};
 use pt_scene::{
     Color, Geometry, Light, LightKind, Material, Object, Scalar, Scene, Span, Surface, Texture,
 };
@@ -390,8 +390,8 @@ fn lengths_become_metres() {
     let (read, ..) = written(&scene);
     let corner = read.objects[0].to_world.transform_point3(DVec3::ONE);
     assert!(corner.distance(DVec3::new(0.02, 0.03, 0.04)) < 1e-9, "{corner}");
-    let Surface::Principled(look) = &read.materials[0].surface else { panic!("{read:?}") };
-    assert_eq!((look.spec_trans.clone(), look.ior), (1.0.into(), 1.5));
+    let Surface::MetallicRoughness(look) = &read.materials[0].surface else { panic!("{read:?}") };
+    assert_eq!((look.transmission.clone(), look.ior), (1.0.into(), 1.5));
 }
 
 /// What is sheared stands on two nodes, and where it was.
@@ -433,17 +433,31 @@ fn textures_are_read_as_they_were() {
         let factors = [Color::Texture(texture(image)), factor.into()];
         Arc::new(Pattern::Product(Box::new(factors)).into())
     };
-    let surface = Principled {
+    let between = Blend {
+        first: [150.0; 3].into(),
+        second: [450.0; 3].into(),
+        share: Scalar::Texture(texture(grey(37, 255))),
+    };
+    let [strength, x, y] = [19, 23, 29].map(|step| Scalar::Texture(texture(grey(step, 255))));
+    let surface = MetallicRoughness {
         base_color: Color::Texture(tinted(levels(7), [0.5, 0.25, 1.0])),
         roughness: Scalar::Texture(texture(grey(3, 255))),
         metallic: Scalar::Texture(tinted(grey(5, 255), [0.75; 3])),
+        ior: 1.25,
+        specular: Scalar::Texture(texture(grey(31, 255))),
+        specular_color: Color::Texture(tinted(levels(41), [1.5, 1.0, 0.5])),
+        anisotropy: strength,
+        anisotropy_direction: [x, y],
+        anisotropy_rotation: 0.3,
+        iridescence: Scalar::Texture(texture(grey(43, 255))),
+        film_ior: 1.75,
+        film_thickness: Scalar::Texture(Arc::new(Pattern::Blend(Box::new(between)).into())),
         clearcoat: Scalar::Texture(texture(grey(11, 65_535))),
-        clearcoat_gloss: 1.0.into(),
-        sheen: Scalar::Texture(texture(levels(13))),
+        clearcoat_roughness: Scalar::Texture(tinted(grey(47, 255), [0.5; 3])),
+        sheen_color: Color::Texture(texture(levels(13))),
+        sheen_roughness: Scalar::Texture(texture(grey(53, 255))),
         two_sided: true,
-        multiple_scattering: true,
-        layered: true,
-        ..Principled::default()
+        ..MetallicRoughness::default()
     };
     let opacity = Scalar::Texture(texture(grey(255, 255)));
     let material = Material {
@@ -477,7 +491,9 @@ fn computed_textures_become_their_mean() {
         ..Scene::default()
     };
     let (read, _, notes) = written(&scene);
-    let Surface::Principled(look) = &read.materials[0].surface else { panic!("another surface") };
+    let Surface::MetallicRoughness(look) = &read.materials[0].surface else {
+        panic!("another surface")
+    };
     assert_eq!(look.base_color, Color::Value([0.5, 0.5, 0.375]));
     assert!(notes.iter().any(|note| note.contains("one is left out")), "{notes:?}");
 }

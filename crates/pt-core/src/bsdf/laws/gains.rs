@@ -7,8 +7,8 @@ use pt_testing::Random;
 use super::physics::{mean, power};
 use crate::bsdf::microfacet::Facets;
 use crate::bsdf::{
-    AnyLobe, CompensatedConductor, Lobe, Principled, PrincipledThin, RoughConductor,
-    SmoothConductor,
+    AnyLobe, CompensatedConductor, Lobe, MetallicRoughness, Principled, PrincipledThin,
+    RoughConductor, SmoothConductor,
 };
 
 /// Points by which albedos are integrated, squared.
@@ -28,6 +28,7 @@ pub(super) fn most(lobe: &AnyLobe) -> f32 {
         AnyLobe::Principled(principled) if !principled.layered => PRINCIPLED,
         AnyLobe::PrincipledThin(_) => PRINCIPLED_THIN,
         AnyLobe::Principled(_)
+        | AnyLobe::MetallicRoughness(_)
         | AnyLobe::CompensatedConductor(_)
         | AnyLobe::CompensatedDielectric(_) => 1.0 + TABLES,
         _ => 1.0 + 1e-3,
@@ -69,6 +70,67 @@ fn any_layers(random: &mut Random) -> Principled {
         multiple_scattering: random.below(2) == 0,
         layered: true,
         ..Principled::examples()[0]
+    }
+}
+
+/// Facets of two roughnesses, to the precision of the fit of [`super::super::compensation`], and with Schlick's weights as if there were
+/// one, scatter this much more or less.
+const BRUSHED: f32 = 7e-3;
+
+/// What may be added to a white material of glTF, each as bright as can be.
+const ADDITIONS: [(&str, fn(&mut MetallicRoughness)); 10] = [
+    ("a coat", |m| (m.clearcoat, m.clearcoat_roughness) = (1.0, 0.4)),
+    ("a smooth coat", |m| (m.clearcoat, m.clearcoat_roughness) = (1.0, 0.0)),
+    ("sheen", |m| (m.sheen_color, m.sheen_roughness) = (Spectrum::ONE, 0.5)),
+    ("narrow sheen", |m| (m.sheen_color, m.sheen_roughness) = (Spectrum::ONE, 0.1)),
+    ("a bright reflection", |m| (m.specular_color, m.eta) = (Spectrum::splat(8.0), 1.7)),
+    ("a film", |m| (m.iridescence, m.film_ior, m.film_thickness) = (1.0, 1.8, 250.0)),
+    ("a direction", |m| (m.anisotropy, m.rotation) = (0.8, 0.5)),
+    ("transmission", |m| m.transmission = 0.8),
+    ("transmission of a sheet", |m| (m.transmission, m.thin) = (0.8, true)),
+    ("diffuse transmission", |m| (m.diffuse_transmission, m.thin) = (0.5, true)),
+];
+
+/// In a furnace, no two of the additions, nor one twice, on white dielectrics and on what is half white metal, gain light: to the
+/// precision of the tables of brushed facets.
+#[test]
+fn no_two_layers_of_gltf_gain_light() {
+    let white = MetallicRoughness { base_color: Spectrum::ONE, ..MetallicRoughness::examples()[0] };
+    for (first, add) in ADDITIONS {
+        for (second, add_another) in ADDITIONS {
+            for (metallic, roughness) in [(0.0, 0.2), (0.0, 0.8), (0.5, 0.4)] {
+                let mut lobe = MetallicRoughness { metallic, roughness, ..white };
+                add(&mut lobe);
+                add_another(&mut lobe);
+                for cos in [1.0, 0.5, 0.1, -0.5] {
+                    let albedo = mean(&lobe.into(), seen_at(cos), 64, power).max_channel();
+                    assert!(
+                        albedo <= 1.0 + BRUSHED,
+                        "{first}, {second}, {metallic} metal, roughness {roughness}, {cos}: {albedo}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Under a gloss of any brightness, a white base sends back all light that the gloss does not.
+#[test]
+fn white_of_gltf_loses_no_light() {
+    for (roughness, specular_color, eta) in
+        [(0.2, 1.0, 1.5), (0.6, 1.0, 1.5), (1.0, 1.0, 1.5), (0.5, 6.0, 1.8), (0.8, 0.0, 1.3)]
+    {
+        let lobe = MetallicRoughness {
+            base_color: Spectrum::ONE,
+            roughness,
+            specular_color: Spectrum::splat(specular_color),
+            eta,
+            ..MetallicRoughness::examples()[0]
+        };
+        for cos in [1.0, 0.5, 0.15] {
+            let albedo = albedo(lobe, cos);
+            assert!((albedo - 1.0).abs() <= TABLES, "{roughness} {specular_color} {cos}: {albedo}");
+        }
     }
 }
 

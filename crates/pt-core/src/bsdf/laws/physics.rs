@@ -122,6 +122,7 @@ fn scattering_is_reciprocal() {
                     AnyLobe::RoughDielectric(l) if wi.z < 0.0 => l.eta * l.eta,
                     AnyLobe::CompensatedDielectric(l) if wi.z < 0.0 => l.once.eta * l.once.eta,
                     AnyLobe::Principled(l) if wi.z < 0.0 => l.eta * l.eta,
+                    AnyLobe::MetallicRoughness(l) if wi.z < 0.0 && !l.thin => l.eta * l.eta,
                     _ => 1.0,
                 };
                 let f = lobe.eval(wo, wi) * (squeeze / wi.z.abs());

@@ -42,7 +42,7 @@ static SHEEN: LazyLock<Albedos> = LazyLock::new(|| {
 /// A coat of index 1.5 with facets of GGX: its `gloss` is 1 − √α.
 /// [glTF 2.0, KHR_materials_clearcoat, "Clearcoat BRDF"]
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Coat(Facets);
+pub(in crate::bsdf) struct Coat(Facets);
 
 /// The reflectance of a facet of a coat. [Schlick 1994]
 #[inline]
@@ -52,7 +52,7 @@ fn fresnel(cos: f32) -> f32 {
 
 impl Coat {
     #[inline]
-    pub(super) fn new(gloss: f32) -> Self {
+    pub(in crate::bsdf) fn new(gloss: f32) -> Self {
         const LEAST_ALPHA: f32 = 1e-3;
         let alpha = (1.0 - gloss).powi(2).max(LEAST_ALPHA);
         let distribution = Distribution::Ggx;
@@ -61,26 +61,26 @@ impl Coat {
 
     /// α.
     #[inline]
-    pub(super) fn alpha(self) -> f32 {
+    pub(in crate::bsdf) fn alpha(self) -> f32 {
         self.0.alpha[0]
     }
 
     /// f cos θi for two directions above the surface with half vector `h`.
     #[inline]
-    pub(super) fn eval(self, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
+    pub(in crate::bsdf) fn eval(self, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
         fresnel(wo.dot(h)) * self.pdf(wo, h) * self.0.shadowing(wo, wi)
     }
 
     /// Density of the direction that [`Self::sample`] leads to.
     #[inline]
-    pub(super) fn pdf(self, wo: Vec3, h: Vec3) -> f32 {
+    pub(in crate::bsdf) fn pdf(self, wo: Vec3, h: Vec3) -> f32 {
         let pdf = 0.25 * self.0.visible_pdf(wo, h) / wo.dot(h);
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
     /// A facet that `wo` sees.
     #[inline]
-    pub(super) fn sample(self, wo: Vec3, [u, v]: [f32; 2]) -> Vec3 {
+    pub(in crate::bsdf) fn sample(self, wo: Vec3, [u, v]: [f32; 2]) -> Vec3 {
         self.0.sample_visible(wo, [u, v])
     }
 }
@@ -111,7 +111,7 @@ fn at(albedos: &Albedos, cos: f32) -> f32 {
 
 /// The share of light from a cosine that a coat of full amount and some `gloss` reflects.
 #[inline]
-pub(super) fn coat_albedo(gloss: f32, cos: f32) -> f32 {
+pub(in crate::bsdf) fn coat_albedo(gloss: f32, cos: f32) -> f32 {
     let x = gloss.clamp(0.0, 1.0) * (GLOSSES - 1) as f32;
     let lower = (x as usize).min(GLOSSES - 2);
     let [a, b] = [lower, lower + 1].map(|i| at(&COATS[i], cos));
@@ -129,7 +129,7 @@ pub(super) fn sheen_albedo(cos: f32) -> f32 {
 /// layer scatters with what is below no more than arrives.
 /// [as for sheen in glTF 2.0, KHR_materials_sheen, "Albedo scaling technique"]
 #[inline]
-pub(super) fn through(wo: Vec3, wi: Vec3, left: impl Fn(f32) -> f32) -> f32 {
+pub(in crate::bsdf) fn through(wo: Vec3, wi: Vec3, left: impl Fn(f32) -> f32) -> f32 {
     let share = |w: Vec3| if w.z > 0.0 { left(w.z) } else { 1.0 };
     share(wo).min(share(wi))
 }

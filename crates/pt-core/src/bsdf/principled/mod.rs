@@ -2,7 +2,7 @@
 
 mod base;
 mod clearcoat;
-mod layers;
+pub(super) mod layers;
 #[cfg(test)]
 mod tests;
 mod thin;
@@ -14,7 +14,7 @@ use super::compensation::{Gloss, Reflected};
 use super::fresnel;
 use super::microfacet::Facets;
 use super::rough_dielectric::{Pair, eta_from, refract, upright};
-use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 use base::{Base, about_sheen, sheen, tint, tinted};
 use clearcoat::Clearcoat;
 use layers::Coat;
@@ -393,7 +393,7 @@ impl Lobe<'_> for Principled {
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let [r, g, b] = self.base_color.to_array();
-        [
+        padded([
             r,
             g,
             b,
@@ -413,7 +413,7 @@ impl Lobe<'_> for Principled {
                     + 2 * u8::from(self.multiple_scattering)
                     + 4 * u8::from(self.layered),
             ),
-        ]
+        ])
     }
 
     #[inline]

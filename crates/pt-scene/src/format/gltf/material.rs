@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use pt_math::trig;
 
-use super::super::{gloss, substitute};
+use super::super::substitute;
 use super::Reader;
 use super::item::Item;
 use super::texture::{Content, measured, painted, placement};
-use crate::material::{Black, Embossed, Mix, Principled, PrincipledThin};
+use crate::material::{Black, Embossed, MetallicRoughness};
 use crate::medium::{Matter, Medium, Phase};
-use crate::texture::{Color, Input, Pattern, Relief, Scalar, Texture};
+use crate::texture::{Blend, Color, Input, Pattern, Relief, Scalar, Texture};
 use crate::{LoadError, Material, Surface};
 
 /// The highest number that is a channel or an intensity.
@@ -19,10 +19,13 @@ const ANY: f64 = f32::MAX as f64;
 const LEAST_TRANSMITTANCE: f32 = 1e-4;
 
 /// How the textures of a material lie on a mesh.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Layout {
-    /// The set of texture coordinates of all of them; `None` if there is no texture.
+    /// The set of texture coordinates of the first of them, which is that of the normals if there are some; `None` if there is no
+    /// texture.
     pub(super) uv_set: Option<usize>,
+    /// The other sets on which some of them lie, in no order.
+    pub(super) other_sets: Vec<u32>,
     /// Whether one of them has normals, which differ where coordinates lie mirrored.
     pub(super) has_relief: bool,
     /// Whether opacities between 0 and 1 are seen.
@@ -65,6 +68,7 @@ impl<'a> Reader<'a> {
     pub(super) fn layout(&mut self, material: Option<&Item<'a>>) -> Result<Layout, LoadError> {
         let Some(material) = material else { return Ok(Layout::default()) };
         let mut sets = Vec::new();
+        sets.extend(Self::uv_set_of(material, "normalTexture")?);
         let metal = material.child("pbrMetallicRoughness")?;
         let fields =
             ["baseColorTexture", "metallicRoughnessTexture", "normalTexture", "emissiveTexture"];
@@ -79,17 +83,18 @@ impl<'a> Reader<'a> {
             }
         }
         let uv_set = sets.first().copied();
-        if let Some(first) = uv_set
-            && sets.iter().any(|set| *set != first)
-        {
-            let message = format!(
-                "its textures lie on several sets of texture coordinates; all are laid on TEXCOORD_{first}"
-            );
-            self.warn(material, message);
+        let mut other_sets = Vec::new();
+        for set in sets.into_iter().filter(|set| Some(*set) != uv_set) {
+            let number =
+                u32::try_from(set).map_err(|_| material.error("there is no such TEXCOORD"))?;
+            if !other_sets.contains(&number) {
+                other_sets.push(number);
+            }
         }
         let mode = material.text("alphaMode")?;
         let (is_blended, is_masked) = (mode == Some("BLEND"), mode == Some("MASK"));
-        Ok(Layout { uv_set, has_relief: material.has("normalTexture"), is_blended, is_masked })
+        let has_relief = material.has("normalTexture");
+        Ok(Layout { uv_set, other_sets, has_relief, is_blended, is_masked })
     }
 
     /// The material of a primitive, made once for each kind of values.
@@ -121,22 +126,28 @@ impl<'a> Reader<'a> {
         values: Values,
     ) -> Result<(Material, Option<u32>), LoadError> {
         self.context.was_loud();
-        let principled = self.principled(item, values.colors)?;
+        self.uv_set = self.layout(Some(item))?.uv_set;
+        let look = self.look(item, values.colors)?;
         if item.extension("KHR_materials_unlit")?.is_some() {
-            return Ok((self.unlit(item, principled.base_color, values)?, None));
+            return Ok((self.unlit(item, look.base_color, values)?, None));
         }
         let volume = item.extension("KHR_materials_volume")?;
         let thickness = volume
             .as_ref()
             .map_or(Ok(0.0), |volume| volume.number_in("thicknessFactor", 0.0..=ANY, 0.0))?;
-        let (surface, medium) = if !principled.transmits() {
-            (Principled { two_sided: true, ..principled }.into(), None)
-        } else if thickness > 0.0 {
+        let (surface, medium) = if !look.transmits() {
+            (MetallicRoughness { two_sided: true, ..look }, None)
+        } else if thickness > 0.0 && look.transmission != Scalar::Value(0.0) {
             let medium = volume.map_or(Ok(None), |volume| self.medium(item, &volume))?;
-            (principled.into(), medium)
+            if look.diffuse_transmission != Scalar::Value(0.0) {
+                let message = "no light goes through it diffusely, as it has an inside that light is refracted into";
+                self.warn(item, message);
+            }
+            (MetallicRoughness { diffuse_transmission: 0.0.into(), ..look }, medium)
         } else {
-            (thin(principled), None)
+            (MetallicRoughness { thin: true, ..look }, None)
         };
+        let surface = surface.into();
         let surface = self.embossed(item, surface, values.tangents)?;
         let opacity = self.opacity(item, values)?;
         let emission = self.emission(item)?.times(&opacity);
@@ -168,15 +179,8 @@ impl<'a> Reader<'a> {
     }
 
     /// All that a material is but its relief, its holes and its glow.
-    fn principled(&mut self, item: &Item<'a>, is_colored: bool) -> Result<Principled, LoadError> {
-        let mut made = Principled {
-            base_color: [1.0; 3].into(),
-            metallic: 1.0.into(),
-            roughness: 1.0.into(),
-            multiple_scattering: true,
-            layered: true,
-            ..Principled::default()
-        };
+    fn look(&mut self, item: &Item<'a>, is_colored: bool) -> Result<MetallicRoughness, LoadError> {
+        let mut made = MetallicRoughness { metallic: 1.0.into(), ..MetallicRoughness::default() };
         if let Some(base) = item.child("pbrMetallicRoughness")? {
             let [r, g, b, _] = base_factor(&base)?;
             let texture = self.texture(&base, "baseColorTexture", Content::Colors)?;
@@ -192,9 +196,11 @@ impl<'a> Reader<'a> {
         }
         made.base_color = tinted(made.base_color, is_colored);
         self.refraction(item, &mut made)?;
+        self.diffuse_transmission(item, &mut made)?;
         self.coat(item, &mut made)?;
         self.sheen(item, &mut made)?;
         self.anisotropy(item, &mut made)?;
+        self.film(item, &mut made)?;
         for (extension, what) in PASSED_OVER {
             if item.extension(extension)?.is_some() {
                 self.warn(item, format!("{extension} is passed over: {what}"));
@@ -203,13 +209,40 @@ impl<'a> Reader<'a> {
         Ok(made)
     }
 
-    /// KHR_materials_transmission, _ior and _specular. The strength of the reflection becomes an index where no light
-    /// goes through: its reflectance at normal incidence is the one that is asked for.
-    fn refraction(&mut self, item: &Item<'a>, made: &mut Principled) -> Result<(), LoadError> {
+    /// A factor from 0 to 1, times what is meant of an image.
+    fn factor(
+        &mut self,
+        found: &Item<'a>,
+        [factor, texture]: [&str; 2],
+        content: Content,
+        usual: f64,
+    ) -> Result<Scalar, LoadError> {
+        let factor = found.number_in(factor, 0.0..=1.0, usual)? as f32;
+        let texture = self.texture(found, texture, content)?;
+        Ok(measured(factor, texture.filter(|_| factor > 0.0)))
+    }
+
+    /// A colour of channels up to a number, times an image.
+    fn colored(
+        &mut self,
+        found: &Item<'a>,
+        [factor, texture]: [&str; 2],
+        (most, usual): (f64, f32),
+    ) -> Result<Color, LoadError> {
+        let color = found.color(factor, most, [usual; 3])?;
+        let texture = self.texture(found, texture, Content::Colors)?;
+        Ok(painted(color, texture.filter(|_| color != [0.0; 3])))
+    }
+
+    /// KHR_materials_transmission, _ior and _specular.
+    fn refraction(
+        &mut self,
+        item: &Item<'a>,
+        made: &mut MetallicRoughness,
+    ) -> Result<(), LoadError> {
         if let Some(found) = item.extension("KHR_materials_transmission")? {
-            let factor = found.number_in("transmissionFactor", 0.0..=1.0, 0.0)? as f32;
-            let texture = self.texture(&found, "transmissionTexture", Content::Channel(0))?;
-            made.spec_trans = measured(factor, texture.filter(|_| factor > 0.0));
+            let names = ["transmissionFactor", "transmissionTexture"];
+            made.transmission = self.factor(&found, names, Content::Channel(0), 0.0)?;
         }
         if let Some(found) = item.extension("KHR_materials_ior")? {
             let ior = found.number_in("ior", 0.0..=ANY, 1.5)?;
@@ -220,90 +253,101 @@ impl<'a> Reader<'a> {
             // 0 stands for an index without end; that of 100 reflects 96 %.
             made.ior = if ior == 0.0 { 100.0 } else { ior.min(100.0) as f32 };
         }
-        let Some(found) = item.extension("KHR_materials_specular")? else { return Ok(()) };
-        let strength = found.number_in("specularFactor", 0.0..=1.0, 1.0)? as f32;
-        let color = found.color("specularColorFactor", ANY, [1.0; 3])?;
-        if found.has("specularTexture") || found.has("specularColorTexture") {
-            self.warn(&found, "its textures are not read; its numbers are");
+        if let Some(found) = item.extension("KHR_materials_specular")? {
+            let names = ["specularFactor", "specularTexture"];
+            made.specular = self.factor(&found, names, Content::Opacity, 1.0)?;
+            let names = ["specularColorFactor", "specularColorTexture"];
+            made.specular_color = self.colored(&found, names, (ANY, 1.0))?;
         }
-        if color.iter().any(|c| *c != color[0]) {
-            self.warn(&found, "the colour of the reflection becomes a grey of the same luminance");
-        }
-        let scale = strength * gloss::luminance(color);
-        if made.transmits() {
-            if scale != 1.0 {
-                self.warn(&found, "it is not read where light goes through");
-            }
+        Ok(())
+    }
+
+    /// KHR_materials_diffuse_transmission.
+    fn diffuse_transmission(
+        &mut self,
+        item: &Item<'a>,
+        made: &mut MetallicRoughness,
+    ) -> Result<(), LoadError> {
+        let Some(found) = item.extension("KHR_materials_diffuse_transmission")? else {
             return Ok(());
-        }
-        let root = (made.ior - 1.0) / (made.ior + 1.0);
-        let root = (root * root * scale).clamp(0.0, 0.96).sqrt();
-        made.ior = (1.0 + root) / (1.0 - root);
+        };
+        let names = ["diffuseTransmissionFactor", "diffuseTransmissionTexture"];
+        made.diffuse_transmission = self.factor(&found, names, Content::Opacity, 0.0)?;
+        let names = ["diffuseTransmissionColorFactor", "diffuseTransmissionColorTexture"];
+        made.diffuse_transmission_color = self.colored(&found, names, (1.0, 1.0))?;
         Ok(())
     }
 
     /// KHR_materials_clearcoat.
-    fn coat(&mut self, item: &Item<'a>, made: &mut Principled) -> Result<(), LoadError> {
+    fn coat(&mut self, item: &Item<'a>, made: &mut MetallicRoughness) -> Result<(), LoadError> {
         let Some(found) = item.extension("KHR_materials_clearcoat")? else { return Ok(()) };
-        let factor = found.number_in("clearcoatFactor", 0.0..=1.0, 0.0)? as f32;
-        let texture = self.texture(&found, "clearcoatTexture", Content::Channel(0))?;
-        made.clearcoat = measured(factor, texture.filter(|_| factor > 0.0));
-        let roughness = found.number_in("clearcoatRoughnessFactor", 0.0..=1.0, 0.0)? as f32;
-        let content = Content::Complement { factor: roughness.to_bits() };
-        let texture = self.texture(&found, "clearcoatRoughnessTexture", content)?;
-        let texture = texture.filter(|_| made.clearcoat != Scalar::Value(0.0) && roughness > 0.0);
-        made.clearcoat_gloss = match texture {
-            Some(texture) => Input::Texture(texture),
-            None => (1.0 - roughness).into(),
-        };
+        let names = ["clearcoatFactor", "clearcoatTexture"];
+        made.clearcoat = self.factor(&found, names, Content::Channel(0), 0.0)?;
+        if made.clearcoat == Scalar::Value(0.0) {
+            return Ok(());
+        }
+        let names = ["clearcoatRoughnessFactor", "clearcoatRoughnessTexture"];
+        made.clearcoat_roughness = self.factor(&found, names, Content::Channel(1), 0.0)?;
         if found.has("clearcoatNormalTexture") {
-            self.warn(
-                &found,
-                "the normals of the coat are not read; it has those of what is below",
-            );
+            let message = "the normals of the coat are not read; it has those of what is below";
+            self.warn(&found, message);
         }
         Ok(())
     }
 
-    /// KHR_materials_sheen: as much of Burley's sheen as the luminance of its colour.
-    fn sheen(&mut self, item: &Item<'a>, made: &mut Principled) -> Result<(), LoadError> {
+    /// KHR_materials_sheen.
+    fn sheen(&mut self, item: &Item<'a>, made: &mut MetallicRoughness) -> Result<(), LoadError> {
         let Some(found) = item.extension("KHR_materials_sheen")? else { return Ok(()) };
-        let color = found.color("sheenColorFactor", 1.0, [0.0; 3])?;
-        let [r, g, b] = color;
-        let texture = self.texture(&found, "sheenColorTexture", Content::Colors)?;
-        let texture = texture.filter(|_| color != [0.0; 3]);
-        if (r, g) != (g, b) || texture.is_some() {
-            self.warn(&found, "the colour of the sheen becomes a grey of the same luminance");
+        let names = ["sheenColorFactor", "sheenColorTexture"];
+        made.sheen_color = self.colored(&found, names, (1.0, 0.0))?;
+        if made.sheen_color == Color::Value([0.0; 3]) {
+            return Ok(());
         }
-        made.sheen = match painted(color, texture) {
-            Input::Texture(texture) => Input::Texture(texture),
-            Input::Value(_) => gloss::luminance(color).into(),
-        };
-        if found.has("sheenRoughnessTexture") {
-            self.warn(&found, "its roughness is not read, nor the texture of that");
+        let names = ["sheenRoughnessFactor", "sheenRoughnessTexture"];
+        made.sheen_roughness = self.factor(&found, names, Content::Opacity, 0.0)?;
+        Ok(())
+    }
+
+    /// KHR_materials_anisotropy: an image has the direction in its first two channels, and a share of the strength in the third.
+    fn anisotropy(
+        &mut self,
+        item: &Item<'a>,
+        made: &mut MetallicRoughness,
+    ) -> Result<(), LoadError> {
+        let Some(found) = item.extension("KHR_materials_anisotropy")? else { return Ok(()) };
+        let names = ["anisotropyStrength", "anisotropyTexture"];
+        made.anisotropy = self.factor(&found, names, Content::Channel(2), 0.0)?;
+        if made.anisotropy == Scalar::Value(0.0) {
+            return Ok(());
+        }
+        made.anisotropy_rotation = found.number("anisotropyRotation")?.unwrap_or(0.0) as f32;
+        let mut channel = |c| self.texture(&found, "anisotropyTexture", Content::Channel(c));
+        if let (Some(x), Some(y)) = (channel(0)?, channel(1)?) {
+            made.anisotropy_direction = [x, y].map(Input::Texture);
         }
         Ok(())
     }
 
-    /// KHR_materials_anisotropy, along the direction of u or v. There α is stretched to mix(α, 1, s²) along it;
-    /// here αᵤ / αᵥ = 1 / (1 − 0.9 a), and the roots of α give the same product.
-    fn anisotropy(&mut self, item: &Item<'a>, made: &mut Principled) -> Result<(), LoadError> {
-        let Some(found) = item.extension("KHR_materials_anisotropy")? else { return Ok(()) };
-        let strength = found.number_in("anisotropyStrength", 0.0..=1.0, 0.0)? as f32;
-        let rotation = found.number("anisotropyRotation")?.unwrap_or(0.0);
-        if strength == 0.0 {
+    /// KHR_materials_iridescence: without an image, the film is as thick as can be.
+    fn film(&mut self, item: &Item<'a>, made: &mut MetallicRoughness) -> Result<(), LoadError> {
+        let Some(found) = item.extension("KHR_materials_iridescence")? else { return Ok(()) };
+        let names = ["iridescenceFactor", "iridescenceTexture"];
+        made.iridescence = self.factor(&found, names, Content::Channel(0), 0.0)?;
+        if made.iridescence == Scalar::Value(0.0) {
             return Ok(());
         }
-        let Scalar::Value(roughness) = made.roughness else {
-            self.warn(&found, "it is passed over, as the roughness has a texture");
-            return Ok(());
+        made.film_ior = found.number_in("iridescenceIor", 1.0..=ANY, 1.3)? as f32;
+        let least = found.number_in("iridescenceThicknessMinimum", 0.0..=ANY, 100.0)? as f32;
+        let most = found.number_in("iridescenceThicknessMaximum", 0.0..=ANY, 400.0)? as f32;
+        let texture = self.texture(&found, "iridescenceThicknessTexture", Content::Channel(1))?;
+        made.film_thickness = match texture {
+            None => most.into(),
+            Some(texture) => {
+                let [first, second] = [least, most].map(|thickness| [thickness; 3].into());
+                let blend = Blend { first, second, share: Input::Texture(texture) };
+                Input::Texture(Arc::new(Pattern::Blend(Box::new(blend)).into()))
+            }
         };
-        if rotation != 0.0 || found.has("anisotropyTexture") {
-            self.warn(&found, "its rotation and texture are not read; highlights are long along u");
-        }
-        let (anisotropic, roughness) = stretched(roughness, strength);
-        made.anisotropic = anisotropic.into();
-        made.roughness = roughness.into();
         Ok(())
     }
 
@@ -450,14 +494,11 @@ fn back_of(front: &Material) -> Material {
 
 /// What has no material: a rough white metal. [glTF 2.0, §3.9.6]
 fn default_material(is_colored: bool) -> Material {
-    let surface = Principled {
+    let surface = MetallicRoughness {
         base_color: tinted([1.0; 3].into(), is_colored),
         metallic: 1.0.into(),
-        roughness: 1.0.into(),
         two_sided: true,
-        multiple_scattering: true,
-        layered: true,
-        ..Principled::default()
+        ..MetallicRoughness::default()
     };
     Material {
         name: "default".to_owned(),
@@ -468,20 +509,25 @@ fn default_material(is_colored: bool) -> Material {
     }
 }
 
-/// Textures of extensions that are read, or stand for numbers that are.
-const EXTENSION_TEXTURES: [(&str, &str); 4] = [
-    ("KHR_materials_sheen", "sheenColorTexture"),
-    ("KHR_materials_transmission", "transmissionTexture"),
-    ("KHR_materials_clearcoat", "clearcoatTexture"),
+/// Textures of extensions that are read.
+const EXTENSION_TEXTURES: [(&str, &str); 12] = [
+    ("KHR_materials_anisotropy", "anisotropyTexture"),
     ("KHR_materials_clearcoat", "clearcoatRoughnessTexture"),
+    ("KHR_materials_clearcoat", "clearcoatTexture"),
+    ("KHR_materials_diffuse_transmission", "diffuseTransmissionColorTexture"),
+    ("KHR_materials_diffuse_transmission", "diffuseTransmissionTexture"),
+    ("KHR_materials_iridescence", "iridescenceTexture"),
+    ("KHR_materials_iridescence", "iridescenceThicknessTexture"),
+    ("KHR_materials_sheen", "sheenColorTexture"),
+    ("KHR_materials_sheen", "sheenRoughnessTexture"),
+    ("KHR_materials_specular", "specularColorTexture"),
+    ("KHR_materials_specular", "specularTexture"),
+    ("KHR_materials_transmission", "transmissionTexture"),
 ];
 
 /// Extensions of materials without effect, and what that means.
-const PASSED_OVER: [(&str, &str); 3] = [
-    ("KHR_materials_iridescence", "reflections have no colours of thin films"),
-    ("KHR_materials_dispersion", "all colours are refracted alike"),
-    ("KHR_materials_diffuse_transmission", "no light goes through diffusely"),
-];
+const PASSED_OVER: [(&str, &str); 1] =
+    [("KHR_materials_dispersion", "all colours are refracted alike")];
 
 /// The factor of the base colour and of the opacity.
 fn base_factor(base: &Item<'_>) -> Result<[f32; 4], LoadError> {
@@ -504,54 +550,6 @@ fn tinted(color: Color, is_colored: bool) -> Color {
         Input::Texture(texture) => {
             let factors = [texture, colors].map(Input::Texture);
             Input::Texture(Arc::new(Pattern::Product(Box::new(factors)).into()))
-        }
-    }
-}
-
-/// A sheet without an inside, as light that goes through without a thickness asks for. Where it is a metal, no light
-/// goes through.
-fn thin(solid: Principled) -> Surface {
-    let metallic = solid.metallic.clone();
-    let sheet = PrincipledThin {
-        base_color: solid.base_color.clone(),
-        roughness: solid.roughness.clone(),
-        anisotropic: solid.anisotropic.clone(),
-        spec_trans: solid.spec_trans.clone(),
-        ior: solid.ior,
-        sheen: solid.sheen.clone(),
-        ..PrincipledThin::default()
-    };
-    if metallic == Scalar::Value(0.0) {
-        return sheet.into();
-    }
-    let metal =
-        Principled { spec_trans: 0.0.into(), metallic: 1.0.into(), two_sided: true, ..solid };
-    Mix { first: Box::new(sheet.into()), second: Box::new(metal.into()), share: metallic }.into()
-}
-
-/// The anisotropy and √α of facets that glTF stretches by a strength.
-pub(super) fn stretched(roughness: f32, strength: f32) -> (f32, f32) {
-    /// Below, facets are as good as smooth.
-    const LEAST_ALPHA: f32 = 1e-4;
-    let across = (roughness * roughness).max(LEAST_ALPHA);
-    let along = across + (1.0 - across) * strength * strength;
-    let anisotropic = ((1.0 - across / along) / 0.9).clamp(0.0, 1.0);
-    (anisotropic, (across * along).sqrt().sqrt().min(1.0))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn facets_are_stretched_as_much_as_was_asked_for() {
-        for (roughness, strength) in [(0.5_f32, 0.5_f32), (0.3, 0.2), (0.8, 1.0), (0.5, 0.0)] {
-            let (anisotropic, root) = stretched(roughness, strength);
-            let aspect = (1.0 - 0.9 * anisotropic).sqrt();
-            let (along, across) = (root * root / aspect, root * root * aspect);
-            let alpha = roughness * roughness;
-            assert!((across - alpha).abs() < 1e-6);
-            assert!((along - (alpha + (1.0 - alpha) * strength * strength)).abs() < 1e-6);
         }
     }
 }

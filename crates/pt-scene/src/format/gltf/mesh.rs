@@ -19,7 +19,7 @@ const TRIANGLES: [usize; 3] = [4, 5, 6];
 const WITHOUT_SURFACE: [&str; 4] = ["points", "lines", "line loops", "line strips"];
 
 /// How a mesh is laid out and bent where a node shows it.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct Form<'f> {
     /// Weights of the morph targets.
     pub(super) weights: &'f [f64],
@@ -91,8 +91,13 @@ impl<'a> Reader<'a> {
                 primitive.error("its vertices are too far away for numbers of single precision")
             );
         }
-        let uvs = self.coordinates(primitive, &attributes, form.layout, vertices)?;
+        let uvs = self.coordinates(primitive, &attributes, &form.layout, vertices)?;
         let mut named = Attributes::default();
+        for set in &form.layout.other_sets {
+            let uvs = self.set_of_coordinates(primitive, &attributes, *set, vertices)?;
+            let values = uvs.into_iter().map(|[u, v]| [u, v, 0.0]).collect();
+            named.vertices.insert(crate::texture::Layout::set_name(*set), values);
+        }
         let mirrored = match &uvs {
             Some(uvs) if form.layout.has_relief => {
                 let is_bent = form.joints.is_some() || form.weights.iter().any(|w| *w != 0.0);
@@ -166,7 +171,7 @@ impl<'a> Reader<'a> {
         &mut self,
         primitive: &Item<'a>,
         attributes: &Item<'_>,
-        layout: Layout,
+        layout: &Layout,
         vertices: usize,
     ) -> Result<Option<Vec<[f32; 2]>>, LoadError> {
         let name = format!("TEXCOORD_{}", layout.uv_set.unwrap_or(0));
@@ -177,6 +182,24 @@ impl<'a> Reader<'a> {
             self.warn(primitive, message);
         }
         Ok(uvs.map(|uvs| uvs.into_iter().map(|[u, v]| [u, 1.0 - v]).collect()))
+    }
+
+    /// The coordinates of textures that lie on another set than the first; without it, they all see one texel, with a note.
+    fn set_of_coordinates(
+        &mut self,
+        primitive: &Item<'a>,
+        attributes: &Item<'_>,
+        set: u32,
+        vertices: usize,
+    ) -> Result<Vec<[f32; 2]>, LoadError> {
+        let name = format!("TEXCOORD_{set}");
+        let Some(uvs) = self.attribute::<2>(attributes, &name, vertices)? else {
+            let message =
+                format!("it has no {name} for some of its textures, of which it shows one texel");
+            self.warn(primitive, message);
+            return Ok(vec![[0.0; 2]; vertices]);
+        };
+        Ok(uvs.into_iter().map(|[u, v]| [u, 1.0 - v]).collect())
     }
 
     /// The colours of a primitive.

@@ -86,6 +86,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
         root,
         scene: Scene { warnings, ..Scene::default() },
         images: Images::default(),
+        uv_set: None,
         materials: HashMap::new(),
         mirrored: HashMap::new(),
         meshes: HashMap::new(),
@@ -109,6 +110,8 @@ struct Reader<'a> {
     accessors: Accessors<'a>,
     scene: Scene,
     images: Images,
+    /// The set of texture coordinates of meshes that show the material under way.
+    uv_set: Option<usize>,
     /// By index, and the values of meshes that they show.
     materials: HashMap<(Option<usize>, Values), Made>,
     /// What materials are on triangles on which their textures lie mirrored.

@@ -15,7 +15,7 @@ use super::buffer;
 use super::item::Item;
 use crate::LoadError;
 use crate::image::{self, Decoded, Image, ImageError, Numbers};
-use crate::texture::{Bitmap, Color, Edge, Filter, Input, Pattern, Scalar, Texture, Wrap};
+use crate::texture::{Bitmap, Color, Edge, Filter, Input, Layout, Pattern, Scalar, Texture, Wrap};
 
 /// Most texels that are read from all images of a scene, counted as often as they are read.
 const MOST_TEXELS: usize = 1 << 28;
@@ -27,11 +27,6 @@ pub(super) enum Content {
     Colors,
     /// One channel, 0 to 2, as it is.
     Channel(usize),
-    /// 1 − the green channel times a factor, given by its bits.
-    Complement {
-        /// From 0 to 1.
-        factor: u32,
-    },
     /// The opacity; 1 if there is none.
     Opacity,
     /// Where the opacity is at least a number, given by its bits.
@@ -124,7 +119,14 @@ impl<'a> Reader<'a> {
         }
         let to_pattern = placement(&info)?;
         let pattern = Pattern::Bitmap(Bitmap { image, wrap, filter });
-        Ok(Some(Arc::new(Texture::on_surface(pattern, to_pattern))))
+        // Normals lie on the coordinates of the mesh.
+        let set = Self::uv_set_of(from, field)?
+            .filter(|set| field != "normalTexture" && Some(*set) != self.uv_set);
+        let layout = match set.map(u32::try_from) {
+            Some(Ok(set)) => Layout::Coordinates { set },
+            _ => Layout::Surface,
+        };
+        Ok(Some(Arc::new(Texture { pattern, layout, to_pattern })))
     }
 
     /// The set of texture coordinates on which a texture lies, if the field names one.
@@ -251,9 +253,6 @@ pub(super) fn part(stored: &Decoded, content: Content) -> Image {
     let pixels = match content {
         Content::Colors => linear(pixels),
         Content::Channel(c) => pixels.iter().map(|pixel| [pixel[c]; 3]).collect(),
-        Content::Complement { factor } => {
-            pixels.iter().map(|pixel| [1.0 - f32::from_bits(factor) * pixel[1]; 3]).collect()
-        }
         Content::Opacity => texels.map(|(i, _)| [opacity(i); 3]).collect(),
         Content::Mask(least) => {
             let is_there = |i| f32::from(u8::from(opacity(i) >= f32::from_bits(least)));

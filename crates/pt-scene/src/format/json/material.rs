@@ -15,9 +15,9 @@ use super::shared::{Name, Reading, Shared, Tables, Writing};
 use super::transform::{OfTexture, ToTexture};
 use crate::material::{
     Averted, Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution,
-    Embossed, Glass, Hair, Masking, Matte, Measured, Mirror, Mix, Pigment, Plastic, Principled,
-    PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface,
-    ThinGlass,
+    Embossed, Glass, Hair, Masking, Matte, Measured, MetallicRoughness, Mirror, Mix, Pigment,
+    Plastic, Principled, PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness,
+    Sided, Surface, ThinGlass,
 };
 use crate::medium::GridFilter;
 use crate::texture::{
@@ -34,6 +34,9 @@ record! {
         opacity: SHARE => 1.0.into(),
     } + surface: Surface
 }
+
+/// Most sets of texture coordinates that a mesh may have by their numbers.
+const MOST_SETS: u32 = 1000;
 
 /// The variants of surfaces are the structs of their names.
 macro_rules! surface_fields {
@@ -148,6 +151,31 @@ record! {
         sheen_tint: SHARE => 0.0.into(),
         flatness: SHARE => 0.0.into(),
         diff_trans: TO_2 => 0.0.into(),
+    }
+}
+record! {
+    MetallicRoughness {
+        base_color: FROM_0 => Self::default().base_color,
+        metallic: SHARE => 0.0.into(),
+        roughness: SHARE => Self::default().roughness,
+        ior: FROM_1 => Self::default().ior,
+        specular: SHARE => Self::default().specular,
+        specular_color: FROM_0 => Self::default().specular_color,
+        transmission: SHARE => 0.0.into(),
+        diffuse_transmission: SHARE => 0.0.into(),
+        diffuse_transmission_color: FROM_0 => Self::default().diffuse_transmission_color,
+        anisotropy: SHARE => 0.0.into(),
+        anisotropy_direction: Pair(SHARE) => Self::default().anisotropy_direction,
+        anisotropy_rotation: ANY => 0.0,
+        iridescence: SHARE => 0.0.into(),
+        film_ior: FROM_1 => Self::default().film_ior,
+        film_thickness: FROM_0 => Self::default().film_thickness,
+        sheen_color: FROM_0 => Self::default().sheen_color,
+        sheen_roughness: SHARE => 0.0.into(),
+        clearcoat: SHARE => 0.0.into(),
+        clearcoat_roughness: SHARE => 0.0.into(),
+        thin: Plain => false,
+        two_sided: Plain => false,
     }
 }
 record! {
@@ -363,6 +391,7 @@ tagged! {
         Surface(),
         Space { to_texture: ToTexture => DAffine3::IDENTITY },
         Sphere { to_texture: ToTexture => DAffine3::IDENTITY },
+        Coordinates { set: UpTo(MOST_SETS) => 1 },
         Cylinder { to_texture: ToTexture => DAffine3::IDENTITY },
     }
 }

@@ -2,7 +2,9 @@
 
 use super::super::super::gloss;
 use super::layer::mapped;
-use crate::material::{Matte, Mix, Principled, PrincipledThin, Roughness};
+use crate::material::{
+    DiffuseTransmission, Matte, MetallicRoughness, Mix, Principled, PrincipledThin, Roughness,
+};
 use crate::texture::{Input, Pattern, Relief, Scalar};
 use crate::{Color, Surface};
 
@@ -20,13 +22,13 @@ pub(super) enum Body {
 /// A surface of metallic and roughness.
 #[derive(Debug)]
 pub(super) struct Closest {
-    pub(super) look: Principled,
+    pub(super) look: MetallicRoughness,
     pub(super) body: Body,
     pub(super) relief: Option<Relief>,
 }
 
-/// Index of what reflects nothing.
-const NO_GLOSS: f32 = 1.0;
+/// √α of the sheen that is about as wide as Burley's, which has no roughness.
+const SHEEN_ROUGHNESS: f32 = 0.5;
 
 /// The surface that looks most like another one. `tell` is given what is different.
 pub(super) fn closest(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Closest {
@@ -47,10 +49,13 @@ pub(super) fn closest(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Closest 
         Surface::Sided(sided) => {
             tell("its back becomes like its front");
             let inner = closest(&sided.front, tell);
-            let look = Principled { two_sided: true, ..inner.look };
+            let look = MetallicRoughness { two_sided: true, ..inner.look };
             Closest { look, ..inner }
         }
         Surface::Mix(mix) => mixed(mix, tell),
+        Surface::MetallicRoughness(look) => {
+            Closest { look: look.clone(), body: body(look), relief: None }
+        }
         Surface::Principled(principled) => self::principled(principled, tell),
         Surface::PrincipledThin(thin) => sheet(thin, tell),
         Surface::Hair(hair) => {
@@ -60,12 +65,12 @@ pub(super) fn closest(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Closest 
         }
         Surface::Measured(measured) => {
             tell("what was measured of it becomes a metal of about the same colour and roughness");
-            let metal = Principled {
+            let metal = MetallicRoughness {
                 base_color: measured.measurements.color().into(),
                 metallic: 1.0.into(),
                 roughness: measured.measurements.roughness().sqrt().into(),
                 two_sided: measured.two_sided,
-                ..Principled::default()
+                ..MetallicRoughness::default()
             };
             closest(&metal.into(), tell)
         }
@@ -76,34 +81,39 @@ pub(super) fn closest(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Closest 
     }
 }
 
-/// Two surfaces: one of a sheet that is a metal in places, as glTF has it, or the one with the larger share.
+/// Of two surfaces the one with the larger share.
 fn mixed(mix: &Mix, tell: &mut dyn FnMut(&str)) -> Closest {
-    if let (Surface::PrincipledThin(thin), Surface::Principled(metal)) = (&*mix.first, &*mix.second)
-        && metal.metallic == Scalar::Value(1.0)
-        && metal.base_color == thin.base_color
-    {
-        let Closest { look, .. } = sheet(thin, tell);
-        let Principled { clearcoat, clearcoat_gloss, .. } = metal.clone();
-        let metallic = mix.share.clone();
-        let look = Principled { metallic, clearcoat, clearcoat_gloss, ..look };
-        return Closest { look, body: Body::Sheet, relief: None };
-    }
     tell("of the surfaces that it mixes, the one with the larger share is written");
     let is_second = matches!(mix.share, Input::Value(share) if share > 0.5);
     closest(if is_second { &mix.second } else { &mix.first }, tell)
 }
 
+/// What is inside of a material of glTF.
+fn body(look: &MetallicRoughness) -> Body {
+    match (look.transmits(), look.thin) {
+        (false, _) => Body::Opaque,
+        (true, false) => Body::Solid,
+        (true, true) => Body::Sheet,
+    }
+}
+
+/// Where light goes through, the tints of Burley's are left out, and his sheen has the width of [`SHEEN_ROUGHNESS`].
 fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> Closest {
     let zero = Scalar::Value(0.0);
     let left = [&principled.spec_tint, &principled.sheen_tint];
     if left.iter().any(|number| **number != zero) {
         tell("the tints of its reflection and its sheen are left out");
     }
-    let mut look = principled.clone();
-    if !principled.layered {
-        if let Scalar::Value(gloss) = principled.clearcoat_gloss {
-            look.clearcoat_gloss = (1.0 - gloss::roughness_of_coat(gloss)).into();
+    let clearcoat_roughness = match &principled.clearcoat_gloss {
+        _ if principled.clearcoat == zero => zero.clone(),
+        Scalar::Value(gloss) if principled.layered => (1.0 - gloss).into(),
+        Scalar::Value(gloss) => gloss::roughness_of_coat(*gloss).into(),
+        Scalar::Texture(_) => {
+            tell("the gloss of its coat is left out, as it has a texture");
+            zero.clone()
         }
+    };
+    if !principled.layered {
         if principled.flatness != zero {
             tell("its flatness is left out");
         }
@@ -112,8 +122,20 @@ fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> Closest {
     if principled.inside_out {
         tell("its inside becomes its outside");
     }
-    let body = if principled.transmits() { Body::Solid } else { Body::Opaque };
-    Closest { look, body, relief: None }
+    let look = MetallicRoughness {
+        base_color: principled.base_color.clone(),
+        metallic: principled.metallic.clone(),
+        transmission: principled.spec_trans.clone(),
+        ior: index(principled.ior, tell),
+        sheen_color: sheen(&principled.sheen),
+        sheen_roughness: SHEEN_ROUGHNESS.into(),
+        clearcoat: principled.clearcoat.clone(),
+        clearcoat_roughness,
+        two_sided: principled.two_sided,
+        ..brushed(&principled.roughness, &principled.anisotropic, tell)
+    };
+    let look = if look.transmits() { look } else { without_gloss(look, principled.ior) };
+    Closest { body: body(&look), look, relief: None }
 }
 
 fn sheet(thin: &PrincipledThin, tell: &mut dyn FnMut(&str)) -> Closest {
@@ -122,39 +144,129 @@ fn sheet(thin: &PrincipledThin, tell: &mut dyn FnMut(&str)) -> Closest {
     if left.iter().any(|number| **number != zero) {
         tell("the tints of its reflection and its sheen, and its flatness, are left out");
     }
-    if thin.diff_trans != zero {
-        tell("no light goes through it diffusely");
+    let look = MetallicRoughness {
+        base_color: thin.base_color.clone(),
+        transmission: thin.spec_trans.clone(),
+        diffuse_transmission: mapped(&thin.diff_trans, |x| 0.5 * x, |x| 0.5 * x),
+        diffuse_transmission_color: thin.base_color.clone(),
+        ior: index(thin.ior, tell),
+        sheen_color: sheen(&thin.sheen),
+        sheen_roughness: SHEEN_ROUGHNESS.into(),
+        thin: true,
+        two_sided: true,
+        ..brushed(&thin.roughness, &thin.anisotropic, tell)
+    };
+    Closest { body: body(&look), look, relief: None }
+}
+
+/// As much grey sheen as there is.
+fn sheen(amount: &Scalar) -> Color {
+    match amount {
+        Input::Value(amount) => Input::Value([*amount; 3]),
+        Input::Texture(texture) => Input::Texture(texture.clone()),
     }
-    let PrincipledThin { base_color, roughness, anisotropic, spec_trans, ior, sheen, .. } =
-        thin.clone();
-    let look =
-        Principled { base_color, roughness, anisotropic, spec_trans, ior, sheen, ..bare(true) };
-    let body = if look.transmits() { Body::Sheet } else { Body::Opaque };
-    Closest { look, body, relief: None }
+}
+
+/// An index that glTF knows.
+fn index(ior: f32, tell: &mut dyn FnMut(&str)) -> f32 {
+    if ior >= 1.0 {
+        return ior;
+    }
+    tell("its index of refraction is below 1, which glTF does not know; the inverse is written");
+    1.0 / ior.max(0.01)
+}
+
+/// What has no difference of indices reflects nothing, as glTF has it by an amount of 0.
+fn without_gloss(look: MetallicRoughness, ior: f32) -> MetallicRoughness {
+    if ior == 1.0 { MetallicRoughness { specular: 0.0.into(), ior: 1.5, ..look } } else { look }
+}
+
+/// The facets of a √α and an anisotropy of Burley's: glTF has the roughness across highlights, and how far it is to 1 along them.
+fn brushed(
+    roughness: &Scalar,
+    anisotropic: &Scalar,
+    tell: &mut dyn FnMut(&str),
+) -> MetallicRoughness {
+    let round = || MetallicRoughness { roughness: roughness.clone(), ..bare(false) };
+    match (roughness, anisotropic) {
+        (_, Scalar::Value(0.0)) => round(),
+        (Scalar::Value(root), Scalar::Value(anisotropic)) => {
+            let aspect = (1.0 - 0.9 * anisotropic).sqrt();
+            stretched([root * root / aspect, root * root * aspect])
+        }
+        _ => {
+            tell("its highlights become round, as a texture says how long they are");
+            round()
+        }
+    }
+}
+
+/// Facets of two roughnesses α, of which the first is the greater.
+fn stretched([along, across]: [f32; 2]) -> MetallicRoughness {
+    let left = (1.0 - across).max(f32::MIN_POSITIVE);
+    let strength = ((along.min(1.0) - across) / left).clamp(0.0, 1.0).sqrt();
+    MetallicRoughness {
+        roughness: across.sqrt().into(),
+        anisotropy: strength.into(),
+        ..bare(false)
+    }
 }
 
 /// What other surfaces are built from.
-fn bare(two_sided: bool) -> Principled {
-    Principled { roughness: 0.0.into(), two_sided, ..Principled::default() }
+fn bare(two_sided: bool) -> MetallicRoughness {
+    MetallicRoughness { roughness: 0.0.into(), two_sided, ..MetallicRoughness::default() }
+}
+
+/// A share of what is diffuse goes through: of colours, those that together are what goes each way.
+fn leaf(sheet: &DiffuseTransmission, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
+    let matte = MetallicRoughness {
+        base_color: sheet.reflectance.clone(),
+        roughness: 1.0.into(),
+        specular: 0.0.into(),
+        ..bare(true)
+    };
+    let (Input::Value(reflected), Input::Value(sent)) = (&sheet.reflectance, &sheet.transmittance)
+    else {
+        tell("no light goes through it diffusely, as its colours have textures");
+        return matte;
+    };
+    let most = |color: &[f32; 3]| color.iter().fold(0.0_f32, |a, b| a.max(*b));
+    let share = most(sent) / (most(reflected) + most(sent)).max(f32::MIN_POSITIVE);
+    if share == 0.0 {
+        return matte;
+    }
+    let part = |color: &[f32; 3], share: f32| {
+        color.map(|c| if share > 0.0 { (c / share).min(1.0) } else { 0.0 })
+    };
+    MetallicRoughness {
+        base_color: part(reflected, 1.0 - share).into(),
+        diffuse_transmission: share.into(),
+        diffuse_transmission_color: part(sent, share).into(),
+        thin: true,
+        ..matte
+    }
 }
 
 /// Surfaces of one model.
-fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (Principled, Body) {
-    let matte = |color: &Color, two_sided| Principled {
+fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (MetallicRoughness, Body) {
+    let matte = |color: &Color, two_sided| MetallicRoughness {
         base_color: color.clone(),
         roughness: 1.0.into(),
-        ior: NO_GLOSS,
+        specular: 0.0.into(),
         ..bare(two_sided)
     };
-    let coated = |diffuse: &Color, roughness: f32, ior, two_sided| Principled {
-        base_color: diffuse.clone(),
-        roughness: roughness.into(),
-        ior,
-        ..bare(two_sided)
+    let coated = |diffuse: &Color, roughness: f32, ior: f32, two_sided| {
+        let look = MetallicRoughness {
+            base_color: diffuse.clone(),
+            roughness: roughness.into(),
+            ior: ior.max(1.0),
+            ..bare(two_sided)
+        };
+        without_gloss(look, ior)
     };
-    let glass = |color: Color, ior| Principled {
+    let glass = |color: Color, ior| MetallicRoughness {
         base_color: color,
-        spec_trans: 1.0.into(),
+        transmission: 1.0.into(),
         ior,
         ..bare(false)
     };
@@ -166,19 +278,21 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (Principled, Body) {
             opaque(matte(&m.reflectance, m.two_sided))
         }
         Surface::DiffuseTransmission(m) => {
-            tell("no light goes through it diffusely");
-            opaque(matte(&m.reflectance, true))
+            let look = leaf(m, tell);
+            let body = body(&look);
+            (look, body)
         }
         Surface::Black(_) => opaque(matte(&[0.0; 3].into(), true)),
         Surface::Mirror(m) => {
             let base_color = m.reflectance.clone();
-            opaque(Principled { base_color, metallic: 1.0.into(), ..bare(true) })
+            opaque(MetallicRoughness { base_color, metallic: 1.0.into(), ..bare(true) })
         }
         Surface::Conductor(m) => {
             tell("its reflectance between straight and grazing light becomes that of Schlick");
             let at_normal = std::array::from_fn(|c| reflectance(m.eta[c], m.k[c]));
             let base_color = times(&m.reflectance, at_normal);
-            let mut look = Principled { base_color, metallic: 1.0.into(), ..bare(m.two_sided) };
+            let mut look =
+                MetallicRoughness { base_color, metallic: 1.0.into(), ..bare(m.two_sided) };
             roughen(&mut look, m.roughness.as_ref(), tell);
             opaque(look)
         }
@@ -191,12 +305,12 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (Principled, Body) {
             let passed = libm::expf(-2.0 * m.thickness);
             let at_normal =
                 std::array::from_fn::<f32, 3, _>(|c| passed * reflectance(eta[c], k[c]));
-            opaque(Principled {
+            opaque(MetallicRoughness {
                 base_color: at_normal.into(),
                 metallic: 1.0.into(),
                 roughness: m.alpha.sqrt().into(),
                 clearcoat: 1.0.into(),
-                clearcoat_gloss: (1.0 - m.coat_alpha.sqrt()).into(),
+                clearcoat_roughness: m.coat_alpha.sqrt().into(),
                 ..bare(m.two_sided)
             })
         }
@@ -205,19 +319,20 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (Principled, Body) {
                 tell("the tint of what it reflects is left out");
             }
             // Its colour is that of two surfaces.
-            let mut look = glass(squared(&m.transmittance), m.ior);
+            let mut look = glass(squared(&m.transmittance), index(m.ior, tell));
             roughen(&mut look, m.roughness.as_ref(), tell);
             (look, Body::Solid)
         }
         Surface::Refraction(m) => {
             tell("it reflects as glass does");
-            (glass(squared(&m.transmittance), m.ior), Body::Solid)
+            (glass(squared(&m.transmittance), index(m.ior, tell)), Body::Solid)
         }
         Surface::ThinGlass(m) => {
             if m.reflectance != Color::Value([1.0; 3]) {
                 tell("the tint of what it reflects is left out");
             }
-            (glass(m.transmittance.clone(), m.ior), Body::Sheet)
+            let look = glass(m.transmittance.clone(), index(m.ior, tell));
+            (MetallicRoughness { thin: true, ..look }, Body::Sheet)
         }
         Surface::CoatedDiffuse(m) => {
             tell(COATED);
@@ -235,6 +350,7 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (Principled, Body) {
         }
         Surface::Principled(_)
         | Surface::PrincipledThin(_)
+        | Surface::MetallicRoughness(_)
         | Surface::Hair(_)
         | Surface::Measured(_)
         | Surface::Mix(_)
@@ -247,15 +363,19 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (Principled, Body) {
 const COATED: &str = "its coat becomes a gloss over a base that keeps its colour";
 
 /// Sets √α and how much longer facets are along u.
-fn roughen(look: &mut Principled, roughness: Option<&Roughness>, tell: &mut dyn FnMut(&str)) {
+fn roughen(
+    look: &mut MetallicRoughness,
+    roughness: Option<&Roughness>,
+    tell: &mut dyn FnMut(&str),
+) {
     let Some(Roughness { alpha: [along_u, along_v], distribution, .. }) = roughness else { return };
     if *distribution == crate::material::Distribution::Beckmann {
         tell("its facets become those of GGX");
     }
     match (along_u, along_v) {
         (Input::Value(u), Input::Value(v)) if u > v => {
-            look.anisotropic = ((1.0 - v / u) / 0.9).min(1.0).into();
-            look.roughness = (u * v).sqrt().sqrt().into();
+            let MetallicRoughness { roughness, anisotropy, .. } = stretched([*u, *v]);
+            (look.roughness, look.anisotropy) = (roughness, anisotropy);
         }
         (Input::Value(u), Input::Value(v)) => {
             if u < v {
@@ -307,13 +427,12 @@ mod tests {
         };
         let mut look = bare(true);
         roughen(&mut look, Some(&roughness), &mut |note| panic!("{note}"));
-        let (Input::Value(root), Input::Value(a)) = (look.roughness, look.anisotropic) else {
+        let (Input::Value(root), Input::Value(strength)) = (look.roughness, look.anisotropy) else {
             panic!("they are numbers")
         };
-        let aspect = (1.0 - 0.9 * a).sqrt();
-        assert!(
-            (root * root / aspect - 0.4).abs() < 1e-6 && (root * root * aspect - 0.1).abs() < 1e-6
-        );
+        let across = root * root;
+        let along = across + (1.0 - across) * strength * strength;
+        assert!((along - 0.4).abs() < 1e-6 && (across - 0.1).abs() < 1e-6);
         assert!((reflectance(1.5, 0.0) - 0.04).abs() < 1e-7);
     }
 

@@ -151,9 +151,6 @@ fn stored(parts: &[(Content, Arc<Image>)], highest: f32) -> Decoded {
                 *pixel = color.map(|c| level(srgb_from_linear(c)));
             }),
             Content::Channel(c) => numbers.for_each(|(pixel, [x, ..])| pixel[*c] = level(*x)),
-            Content::Complement { factor } => numbers.for_each(|(pixel, [x, ..])| {
-                pixel[1] = level((1.0 - *x) / f32::from_bits(*factor));
-            }),
             Content::Normals { .. } => numbers.for_each(|(pixel, normal)| {
                 *pixel = normal.map(level);
             }),

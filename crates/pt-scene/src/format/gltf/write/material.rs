@@ -5,15 +5,13 @@ use std::sync::Arc;
 use pt_math::trig;
 use serde_json::{Map, Value, json};
 
-use super::super::super::gloss;
 use super::super::super::xml::quote;
-use super::super::material::stretched;
 use super::super::texture::Content;
 use super::Writer;
 use super::closest::{Body, Closest, closest};
 use super::exact::near_f32;
 use super::layer::{Layer, MeshColors, Parameter, normals, power_of_two};
-use crate::material::Principled;
+use crate::material::MetallicRoughness;
 use crate::medium::Matter;
 use crate::texture::{Pattern, Relief, Scalar};
 use crate::{Color, Material, Medium, Surface};
@@ -35,11 +33,11 @@ pub(super) struct Worn {
 }
 
 /// What is known of a material while it is written.
-struct Writing {
-    place: String,
+pub(super) struct Writing {
+    pub(super) place: String,
     has_textures: bool,
     fields: Map<String, Value>,
-    extensions: Extensions,
+    pub(super) extensions: Extensions,
 }
 
 impl Writer<'_> {
@@ -90,15 +88,14 @@ impl Writer<'_> {
         };
         let base = self.base(&look, &opacity, cx)?;
         self.refraction(&look, body, medium, cx)?;
-        self.coat(&look, cx)?;
-        self.sheen(&look, cx)?;
+        self.layers(&look, cx)?;
         let has_relief = self.relief(relief.as_ref(), cx)?;
         let glows = self.emission(material, &opacity, cx)?;
-        if body != Body::Solid && !look.two_sided {
+        if body == Body::Opaque && !look.two_sided {
             self.notes.tell(&cx.place, "its back, which is black, becomes like its front");
         }
         // Here what emits does so on its front alone, and light goes through both sides of a body anyway.
-        if !glows && look.two_sided {
+        if !glows && (look.two_sided || body == Body::Sheet) {
             cx.fields.insert("doubleSided".to_owned(), true.into());
         }
         let Writing { has_textures, mut fields, extensions, .. } = writing;
@@ -116,7 +113,7 @@ impl Writer<'_> {
     /// Colour, opacity, metal and roughness; gives the colour.
     fn base(
         &mut self,
-        look: &Principled,
+        look: &MetallicRoughness,
         opacity: &Scalar,
         cx: &mut Writing,
     ) -> Result<Parameter, String> {
@@ -148,10 +145,7 @@ impl Writer<'_> {
             pbr.insert("baseColorFactor".to_owned(), json!([r, g, b, alpha]));
         }
         let metallic = self.number(&look.metallic, "metal", cx);
-        let mut roughness = self.number(&look.roughness, "roughness", cx);
-        if let Some(extension) = self.anisotropy(look, &mut roughness, cx) {
-            cx.extensions.push(extension);
-        }
+        let roughness = self.number(&look.roughness, "roughness", cx);
         let mut images = Vec::new();
         images.extend(roughness.layer.as_ref().map(|layer| (Content::Channel(1), layer)));
         images.extend(metallic.layer.as_ref().map(|layer| (Content::Channel(2), layer)));
@@ -169,7 +163,7 @@ impl Writer<'_> {
     }
 
     /// A number as a factor and an image.
-    fn number(&mut self, number: &Scalar, what: &str, cx: &Writing) -> Parameter {
+    pub(super) fn number(&mut self, number: &Scalar, what: &str, cx: &Writing) -> Parameter {
         let made = Parameter::of_number(number);
         if made.colors.is_some() {
             let note = format!("its {what} does not follow the colours of the mesh");
@@ -183,7 +177,7 @@ impl Writer<'_> {
     }
 
     /// A number from 0 to 1, with a note about what is beyond.
-    fn share(&mut self, number: f32, what: &str, cx: &Writing) -> f32 {
+    pub(super) fn share(&mut self, number: f32, what: &str, cx: &Writing) -> f32 {
         if (0.0..=1.0).contains(&number) {
             return number;
         }
@@ -193,7 +187,7 @@ impl Writer<'_> {
         if number > 1.0 { 1.0 } else { 0.0 }
     }
 
-    fn put_texture(
+    pub(super) fn put_texture(
         &mut self,
         fields: &mut Map<String, Value>,
         name: &str,
@@ -222,43 +216,16 @@ impl Writer<'_> {
         self.put_texture(fields, texture, image.as_slice(), cx)
     }
 
-    /// KHR_materials_anisotropy; with it the roughness is that across highlights.
-    fn anisotropy(
-        &mut self,
-        look: &Principled,
-        roughness: &mut Parameter,
-        cx: &Writing,
-    ) -> Option<(&'static str, Value)> {
-        if look.anisotropic == Scalar::Value(0.0) {
-            return None;
-        }
-        let (Scalar::Value(anisotropic), Some(root)) = (&look.anisotropic, roughness.number())
-        else {
-            self.notes.tell(
-                &cx.place,
-                "its highlights become round, as a texture says how long they are",
-            );
-            return None;
-        };
-        let aspect = (1.0 - 0.9 * anisotropic).sqrt();
-        let (along, across) = ((root * root / aspect).min(1.0), root * root * aspect);
-        let strength = ((along - across) / (1.0 - across)).clamp(0.0, 1.0).sqrt();
-        let is_right = |s: f32| stretched(across.sqrt(), s).0 == *anisotropic;
-        let strength = near_f32(strength, is_right).clamp(0.0, 1.0);
-        roughness.factor = [across.sqrt(); 3];
-        Some(("KHR_materials_anisotropy", json!({"anisotropyStrength": strength})))
-    }
-
-    /// KHR_materials_transmission, _volume and _ior; what reflects nothing has a KHR_materials_specular of 0.
+    /// KHR_materials_transmission, _volume, _ior and _specular.
     fn refraction(
         &mut self,
-        look: &Principled,
+        look: &MetallicRoughness,
         body: Body,
         medium: Option<&Medium>,
         cx: &mut Writing,
     ) -> Result<(), String> {
-        if look.transmits() {
-            let number = self.number(&look.spec_trans, "transmission", cx);
+        if look.transmission != Scalar::Value(0.0) {
+            let number = self.number(&look.transmission, "transmission", cx);
             let mut fields = Map::new();
             let names = ["transmissionFactor", "transmissionTexture"];
             self.put_number(&mut fields, names, &number, "transmission", cx)?;
@@ -273,20 +240,9 @@ impl Writer<'_> {
         } else if let Some(medium) = medium {
             self.notes.tell(&medium.at, "it is left out: what it is in has no inside in glTF");
         }
-        let ior = match look.ior {
-            1.5 => return Ok(()),
-            1.0 if !look.transmits() => {
-                cx.extensions.push(("KHR_materials_specular", json!({"specularFactor": 0.0})));
-                return Ok(());
-            }
-            ior if ior >= 1.0 => ior,
-            ior => {
-                let note = "its index of refraction is below 1, which glTF does not know; the inverse is written";
-                self.notes.tell(&cx.place, note);
-                1.0 / ior.max(0.01)
-            }
-        };
-        cx.extensions.push(("KHR_materials_ior", json!({"ior": ior})));
+        if look.ior != 1.5 {
+            cx.extensions.push(("KHR_materials_ior", json!({"ior": look.ior})));
+        }
         Ok(())
     }
 
@@ -305,49 +261,6 @@ impl Writer<'_> {
         let (color, distance) = attenuation(extinction.map(|sigma| sigma / self.metres as f32));
         fields.insert("attenuationColor".to_owned(), color.to_vec().into());
         fields.insert("attenuationDistance".to_owned(), distance.into());
-    }
-
-    /// KHR_materials_clearcoat.
-    fn coat(&mut self, look: &Principled, cx: &mut Writing) -> Result<(), String> {
-        if look.clearcoat == Scalar::Value(0.0) {
-            return Ok(());
-        }
-        let number = self.number(&look.clearcoat, "coat", cx);
-        let mut fields = Map::new();
-        let names = ["clearcoatFactor", "clearcoatTexture"];
-        self.put_number(&mut fields, names, &number, "coat", cx)?;
-        let Scalar::Value(shine) = look.clearcoat_gloss else {
-            self.notes.tell(&cx.place, "the gloss of its coat is left out, as it has a texture");
-            cx.extensions.push(("KHR_materials_clearcoat", fields.into()));
-            return Ok(());
-        };
-        let found = near_f32(1.0 - shine, |roughness| 1.0 - roughness == shine);
-        fields.insert("clearcoatRoughnessFactor".to_owned(), found.clamp(0.0, 1.0).into());
-        cx.extensions.push(("KHR_materials_clearcoat", fields.into()));
-        Ok(())
-    }
-
-    /// KHR_materials_sheen. Burley's has no roughness: it is as wide as that of ½.
-    fn sheen(&mut self, look: &Principled, cx: &mut Writing) -> Result<(), String> {
-        if look.sheen == Scalar::Value(0.0) {
-            return Ok(());
-        }
-        let mut fields = Map::from_iter([("sheenRoughnessFactor".to_owned(), 0.5.into())]);
-        let color = match &look.sheen {
-            Scalar::Value(sheen) => {
-                let grey = self.share(*sheen, "sheen", cx);
-                [near_f32(grey, |c| c <= 1.0 && gloss::luminance([c; 3]) == grey); 3]
-            }
-            Scalar::Texture(texture) => {
-                let made = Parameter::of(&Color::Texture(Arc::clone(texture)));
-                let image = made.layer.as_ref().map(|layer| (Content::Colors, layer));
-                self.put_texture(&mut fields, "sheenColorTexture", image.as_slice(), cx)?;
-                made.factor.map(|c| self.share(c, "sheen", cx))
-            }
-        };
-        fields.insert("sheenColorFactor".to_owned(), color.to_vec().into());
-        cx.extensions.push(("KHR_materials_sheen", fields.into()));
-        Ok(())
     }
 
     /// The normal texture; whether there is one.

@@ -12,6 +12,7 @@
 mod binary;
 mod closest;
 mod exact;
+mod extension;
 mod image;
 mod layer;
 mod material;

@@ -1,0 +1,523 @@
+//! The material of metal and roughness of glTF, with its extensions.
+
+mod examples;
+mod film;
+mod sampling;
+mod sheen;
+#[cfg(test)]
+mod tests;
+
+use pt_math::{FloatExt, Pdf, SolidAngle, Spectrum, Vec3, trig};
+use pt_scene::material::{Distribution, Masking};
+
+use super::compensation::{Reflected, SchlickGloss};
+use super::fresnel;
+use super::microfacet::Facets;
+use super::principled::layers::{self, Coat};
+use super::rough_dielectric::{Pair, eta_from};
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use film::Film;
+use sheen::Sheen;
+
+/// A mixture of a metal and of a dielectric with a diffuse base or one that light goes through, under a sheen and a clear coat. See
+/// [`pt_scene::material::MetallicRoughness`] for its parameters.
+///
+/// The parts are those of the Khronos group. Where its text weighs a layer below by what one facet above reflects, which gains
+/// light along the surface, it is weighed here by what all facets above reflect, so that the whole scatters no more than arrives.
+/// [glTF 2.0, app. B, and the extensions KHR_materials_anisotropy, _clearcoat, _diffuse_transmission, _ior, _iridescence, _sheen,
+/// _specular, _transmission, _volume]
+#[derive(Clone, Copy, Debug)]
+pub struct MetallicRoughness {
+    /// Colour of the base, of the metal, and of light that goes through: at once of sheets, else its square root at each surface.
+    pub base_color: Spectrum,
+    /// Share of metal, from 0 to 1.
+    pub metallic: f32,
+    /// √α of the facets, from 0 to 1.
+    pub roughness: f32,
+    /// Index of refraction below the surface over that above it, at least 1; above 1 if light goes through what is no sheet.
+    pub eta: f32,
+    /// Amount of the reflection of the dielectric, from 0 to 1.
+    pub specular: f32,
+    /// Its colour at normal incidence: not negative.
+    pub specular_color: Spectrum,
+    /// Share of the dielectric that light goes through, from 0 to 1.
+    pub transmission: f32,
+    /// Share of the diffuse base that scatters light to the other side, from 0 to 1; of sheets.
+    pub diffuse_transmission: f32,
+    /// Its colour.
+    pub diffuse_transmission_color: Spectrum,
+    /// From 0 to 1: how far α along a direction is from that across it to 1, by its square.
+    pub anisotropy: f32,
+    /// That direction, in coordinates along x and y that go from −1 to 1 as these do from 0 to 1.
+    pub direction: [f32; 2],
+    /// By which angle, in radians, it is turned.
+    pub rotation: f32,
+    /// Share of the surface with a thin film, from 0 to 1.
+    pub iridescence: f32,
+    /// Index of refraction of the film, at least 1.
+    pub film_ior: f32,
+    /// Its thickness in nanometres.
+    pub film_thickness: f32,
+    /// Colour of the sheen.
+    pub sheen_color: Spectrum,
+    /// √α of the sheen, from 0 to 1.
+    pub sheen_roughness: f32,
+    /// Amount of clear coat, from 0 to 1.
+    pub clearcoat: f32,
+    /// √α of its facets, from 0 to 1.
+    pub clearcoat_roughness: f32,
+    /// Whether it is a sheet without an inside, the same from both sides.
+    pub thin: bool,
+}
+
+/// Two directions as the material sees them: from its front, along the axes of its facets.
+struct View {
+    wo: Vec3,
+    wi: Vec3,
+}
+
+impl MetallicRoughness {
+    /// Where the parameters that textures may give are packed.
+    pub(crate) const BASE_COLOR: usize = 0;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const METALLIC: usize = 3;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const ROUGHNESS: usize = 4;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const SPECULAR: usize = 6;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const SPECULAR_COLOR: usize = 7;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const TRANSMISSION: usize = 10;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const DIFFUSE_TRANSMISSION: usize = 11;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const DIFFUSE_TRANSMISSION_COLOR: usize = 12;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const ANISOTROPY: usize = 15;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const DIRECTION: usize = 16;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const IRIDESCENCE: usize = 19;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const FILM_THICKNESS: usize = 21;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const SHEEN_COLOR: usize = 22;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const SHEEN_ROUGHNESS: usize = 25;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const CLEARCOAT: usize = 26;
+    /// See [`Self::BASE_COLOR`].
+    pub(crate) const CLEARCOAT_ROUGHNESS: usize = 27;
+
+    /// The facets, whose first roughness is along the direction of the anisotropy.
+    /// [KHR_materials_anisotropy, "Anisotropy roughness"]
+    #[inline]
+    fn facets(&self) -> Facets {
+        const LEAST_ALPHA: f32 = 1e-3;
+        let alpha = self.roughness * self.roughness;
+        let along = alpha.lerp(1.0, self.anisotropy * self.anisotropy);
+        Facets {
+            distribution: Distribution::Ggx,
+            masking: Masking::Correlated,
+            alpha: [along, alpha].map(|alpha| alpha.max(LEAST_ALPHA)),
+        }
+    }
+
+    /// Cosine and sine of the angle from +x to the direction of the anisotropy.
+    #[inline]
+    fn turn(&self) -> [f32; 2] {
+        if self.anisotropy == 0.0 {
+            return [1.0, 0.0];
+        }
+        let [x, y] = self.direction.map(|c| 2.0 * c - 1.0);
+        let length = (x * x + y * y).sqrt();
+        let [x, y] = if length > 0.0 { [x / length, y / length] } else { [1.0, 0.0] };
+        let (sin, cos) = trig::sin_cos(self.rotation);
+        [x * cos - y * sin, x * sin + y * cos]
+    }
+
+    /// Whether a direction is turned over, as the front of a sheet is where it is seen from.
+    #[inline]
+    fn flips(&self, wo: Vec3) -> bool {
+        self.thin && wo.z < 0.0
+    }
+
+    #[inline]
+    fn view(&self, wo: Vec3, wi: Vec3) -> View {
+        let ([cos, sin], flips) = (self.turn(), self.flips(wo));
+        let seen = |w: Vec3| {
+            let z = if flips { -w.z } else { w.z };
+            Vec3::new(w.x * cos + w.y * sin, w.y * cos - w.x * sin, z)
+        };
+        View { wo: seen(wo), wi: seen(wi) }
+    }
+
+    /// The direction that is `w` in a [`View`] from `wo`.
+    #[inline]
+    fn back(&self, wo: Vec3, w: Vec3) -> Vec3 {
+        let [cos, sin] = self.turn();
+        let z = if self.flips(wo) { -w.z } else { w.z };
+        Vec3::new(w.x * cos - w.y * sin, w.x * sin + w.y * cos, z)
+    }
+
+    /// Share of the diffuse base.
+    #[inline]
+    fn opaque(&self) -> f32 {
+        (1.0 - self.metallic) * (1.0 - self.transmission)
+    }
+
+    /// Share of what light goes through.
+    #[inline]
+    fn transparent(&self) -> f32 {
+        (1.0 - self.metallic) * self.transmission
+    }
+
+    #[inline]
+    fn film(&self) -> Film {
+        Film { ior: self.film_ior, thickness: self.film_thickness }
+    }
+
+    /// The reflectance of the dielectric at normal incidence, and at 90°.
+    #[inline]
+    fn dielectric(&self) -> (Spectrum, f32) {
+        let root = (self.eta - 1.0) / (self.eta + 1.0);
+        let f0 = self.specular_color * (root * root);
+        (f0.map(|c| c.min(1.0)) * self.specular, self.specular)
+    }
+
+    /// With a film where there is one.
+    #[inline]
+    fn filmed(&self, plain: Spectrum, cos: f32, f0: Spectrum) -> Spectrum {
+        if self.iridescence == 0.0 || self.film_thickness == 0.0 {
+            return plain;
+        }
+        let film = self.film().reflectance(cos, f0);
+        plain * (1.0 - self.iridescence) + film * self.iridescence
+    }
+
+    /// The reflectance of facets of the dielectric at the greater of two angles.
+    #[inline]
+    fn dielectric_at(&self, cos: f32) -> Spectrum {
+        let (f0, f90) = self.dielectric();
+        let weight = fresnel::schlick_weight(cos);
+        self.filmed(f0 + (Spectrum::splat(f90) - f0) * weight, cos, f0)
+    }
+
+    /// That of a pair of directions. The refracted direction, which is known, has more digits than one that is computed.
+    #[inline]
+    fn reflected_by_pair(&self, pair: &Pair) -> Option<Spectrum> {
+        let cos = pair.wo.dot(pair.h);
+        if pair.is_reflected || self.thin {
+            return self.reflected_by_dielectric(cos, pair.eta);
+        }
+        Some(self.dielectric_at(cos.min(-pair.wi.dot(pair.h))))
+    }
+
+    /// The reflectance of facets of the dielectric that are seen at a cosine; `None` beyond the critical angle, where all is
+    /// reflected.
+    #[inline]
+    fn reflected_by_dielectric(&self, cos: f32, eta: f32) -> Option<Spectrum> {
+        // Schlick's formula is by the greater angle of the two.
+        let cos = if eta < 1.0 && self.transmission > 0.0 && !self.thin {
+            let sin2 = (1.0 - cos * cos) / (eta * eta);
+            if sin2 >= 1.0 {
+                return None;
+            }
+            (1.0 - sin2).sqrt()
+        } else {
+            cos
+        };
+        Some(self.dielectric_at(cos))
+    }
+
+    /// What facets reflect that are seen at a cosine from the front or, where light goes through, from the back.
+    #[inline]
+    fn reflectance(&self, front: bool, cos: f32, dielectric: Option<Spectrum>) -> Spectrum {
+        let dielectric = dielectric.unwrap_or(Spectrum::ONE);
+        if !front {
+            return dielectric * self.transparent();
+        }
+        let plain = fresnel::schlick(cos, self.base_color);
+        let metal = self.filmed(plain, cos, self.base_color);
+        metal * self.metallic + dielectric * (1.0 - self.metallic)
+    }
+
+    /// What facets let through.
+    #[inline]
+    fn transmittance(&self, dielectric: Option<Spectrum>) -> Spectrum {
+        let Some(reflected) = dielectric else { return Spectrum::ZERO };
+        let left = (1.0 - reflected.max_channel()).max(0.0) * self.transparent();
+        if self.thin { self.base_color * left } else { self.base_color.map(f32::sqrt) * left }
+    }
+
+    /// How often facets reflect, and do not let through.
+    #[inline]
+    fn reflection_probability(&self, reflected: Spectrum, transmitted: Spectrum) -> f32 {
+        let [reflected, transmitted] = [reflected, transmitted].map(Spectrum::luminance);
+        if transmitted > 0.0 { reflected / (reflected + transmitted) } else { 1.0 }
+    }
+
+    /// The mean reflectance of the metal and of the dielectric over evenly spread light, about.
+    #[inline]
+    fn mean_reflectances(&self) -> [Spectrum; 2] {
+        let (f0, f90) = self.dielectric();
+        let metal = self.filmed(self.base_color, 1.0, self.base_color);
+        let f0 = self.filmed(f0, 1.0, f0);
+        [fresnel::mean_schlick(metal), f0 + (Spectrum::splat(f90) - f0) * (1.0 / 21.0)]
+    }
+
+    /// What the facets of the dielectric leave to its base.
+    #[inline]
+    fn gloss(&self, facets: &Facets, again: Reflected) -> SchlickGloss {
+        let (f0, f90) = self.dielectric();
+        let f0 = f0.max_channel();
+        let [_, mean] = self.mean_reflectances();
+        let share = again.colored(mean).max_channel();
+        SchlickGloss::new(facets, again, [f0, f90], share)
+    }
+
+    /// What the film reflects at most, of light from a cosine that the dielectric reflects.
+    #[inline]
+    fn most_of_film(&self, cos: f32) -> f32 {
+        if self.iridescence == 0.0 {
+            return 0.0;
+        }
+        let (f0, f90) = self.dielectric();
+        let plain = f0.max_channel().lerp(f90, fresnel::schlick_weight(cos));
+        plain.lerp(self.film().most(cos, f0.max_channel()), self.iridescence)
+    }
+
+    #[inline]
+    fn has_sheen(&self) -> bool {
+        self.sheen_color.max_channel() > 0.0
+    }
+
+    #[inline]
+    fn gloss_of_coat(&self) -> f32 {
+        1.0 - self.clearcoat_roughness
+    }
+
+    /// The facet that takes one direction to the other; of a sheet, light that goes through leaves as if it were reflected to the
+    /// other side.
+    #[inline]
+    fn pair(&self, wo: Vec3, wi: Vec3) -> Option<Pair> {
+        if self.thin && wi.z < 0.0 {
+            let mirrored = Vec3::new(wi.x, wi.y, -wi.z);
+            let pair = Pair::new(1.5, wo, mirrored)?;
+            return Some(Pair { eta: 1.0, is_reflected: false, ..pair });
+        }
+        Pair::new(if self.eta == 1.0 { 1.5 } else { self.eta }, wo, wi)
+    }
+
+    /// Light that facets scatter more than once, and that of the base, both above the front or, for a sheet, beyond it.
+    #[inline]
+    fn again_and_base(&self, facets: &Facets, again: Reflected, [wo, wi]: [Vec3; 2]) -> Spectrum {
+        let mut sum = Spectrum::ZERO;
+        if wi.z > 0.0 {
+            let [metal, dielectric] = self.mean_reflectances().map(|mean| again.colored(mean));
+            let colored = metal * self.metallic + dielectric * self.opaque();
+            sum += colored * again.eval(wo, wi);
+        }
+        let opaque = self.opaque();
+        if opaque > 0.0 {
+            let (share, color) = if wi.z > 0.0 {
+                (1.0 - self.diffuse_transmission, self.base_color)
+            } else {
+                (self.diffuse_transmission, self.diffuse_transmission_color)
+            };
+            if share > 0.0 {
+                let wi = Vec3::new(wi.x, wi.y, wi.z.abs());
+                let gloss = self.gloss(facets, again);
+                let white = gloss.eval_base(wo, wi, |cos| self.most_of_film(cos));
+                sum += color * (opaque * share * white);
+            }
+        }
+        sum
+    }
+
+    /// The layers over what scatters `below`, for two directions, and the half vector if both are above the front.
+    #[inline]
+    fn under_layers(&self, below: Spectrum, [wo, wi]: [Vec3; 2], h: Option<Vec3>) -> Spectrum {
+        let mut sum = below;
+        // The other side of a sheet has the same layers.
+        let through = |left: &dyn Fn(f32) -> f32| {
+            if self.thin {
+                left(wo.z.abs()).min(left(wi.z.abs()))
+            } else {
+                layers::through(wo, wi, left)
+            }
+        };
+        if self.has_sheen() {
+            let sheen = Sheen::new(self.sheen_roughness);
+            let most = self.sheen_color.max_channel();
+            sum *= through(&|cos| 1.0 - most * sheen.albedo(cos));
+            if h.is_some() {
+                sum += self.sheen_color * sheen.eval(wo, wi);
+            }
+        }
+        if self.clearcoat > 0.0 {
+            let gloss = self.gloss_of_coat();
+            sum *= through(&|cos| 1.0 - self.clearcoat * layers::coat_albedo(gloss, cos));
+            if let Some(h) = h {
+                sum += Spectrum::splat(self.clearcoat * Coat::new(gloss).eval(wo, wi, h));
+            }
+        }
+        sum
+    }
+
+    /// Whether light from one direction of a [`View`] can leave in the other.
+    #[inline]
+    fn connects(&self, wo: Vec3, wi: Vec3) -> bool {
+        let above = wo.z > 0.0 && wi.z > 0.0;
+        wo.z != 0.0 && wi.z != 0.0 && (above || self.thin || self.transparent() > 0.0)
+    }
+
+    /// f cos θi for the directions of a [`View`].
+    fn scattered(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        if !self.connects(wo, wi) {
+            return Spectrum::ZERO;
+        }
+        let (facets, front) = (self.facets(), wo.z > 0.0);
+        let (mut f, above) = (Spectrum::ZERO, front && wi.z > 0.0);
+        let pair = self.pair(wo, wi);
+        if let Some(pair) = &pair {
+            let dielectric = self.reflected_by_pair(pair);
+            let part = if pair.is_reflected {
+                self.reflectance(front, pair.wo.dot(pair.h), dielectric)
+            } else {
+                self.transmittance(dielectric) / (pair.eta * pair.eta)
+            };
+            f += part * (self.density(pair, &facets) * pair.shadowing(&facets));
+        }
+        if above || (self.thin && front) {
+            f += self.again_and_base(&facets, Reflected::new(&facets), [wo, wi]);
+        }
+        let half = pair.filter(|_| above).map(|pair| pair.h);
+        self.under_layers(f, [wo, wi], half)
+    }
+
+    /// Density with which the facet of a pair leads from one of its directions to the other, if it is drawn as it is seen.
+    #[inline]
+    fn density(&self, pair: &Pair, facets: &Facets) -> f32 {
+        if self.thin && !pair.is_reflected {
+            // As if it were reflected.
+            let pdf = facets.visible_pdf(pair.wo, pair.h) * 0.25 / pair.wo.dot(pair.h);
+            return if pdf.is_finite() { pdf } else { 0.0 };
+        }
+        pair.density(1.0, facets)
+    }
+}
+
+impl Lobe<'_> for MetallicRoughness {
+    const DELTA: bool = false;
+    const TRANSMITS: bool = true;
+
+    fn pack(&self) -> [f32; PARAMETERS] {
+        let [a, b, c] = self.base_color.to_array();
+        let [d, e, f] = self.specular_color.to_array();
+        let [g, h, i] = self.diffuse_transmission_color.to_array();
+        let [j, k, l] = self.sheen_color.to_array();
+        let [x, y] = self.direction;
+        padded([
+            a,
+            b,
+            c,
+            self.metallic,
+            self.roughness,
+            self.eta,
+            self.specular,
+            d,
+            e,
+            f,
+            self.transmission,
+            self.diffuse_transmission,
+            g,
+            h,
+            i,
+            self.anisotropy,
+            x,
+            y,
+            self.rotation,
+            self.iridescence,
+            self.film_ior,
+            self.film_thickness,
+            j,
+            k,
+            l,
+            self.sheen_roughness,
+            self.clearcoat,
+            self.clearcoat_roughness,
+            f32::from(u8::from(self.thin)),
+        ])
+    }
+
+    #[inline]
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+        Self {
+            base_color: color(p, Self::BASE_COLOR),
+            metallic: p[Self::METALLIC],
+            roughness: p[Self::ROUGHNESS],
+            eta: p[5],
+            specular: p[Self::SPECULAR],
+            specular_color: color(p, Self::SPECULAR_COLOR),
+            transmission: p[Self::TRANSMISSION],
+            diffuse_transmission: p[Self::DIFFUSE_TRANSMISSION],
+            diffuse_transmission_color: color(p, Self::DIFFUSE_TRANSMISSION_COLOR),
+            anisotropy: p[Self::ANISOTROPY],
+            direction: [p[Self::DIRECTION], p[Self::DIRECTION + 1]],
+            rotation: p[18],
+            iridescence: p[Self::IRIDESCENCE],
+            film_ior: p[20],
+            film_thickness: p[Self::FILM_THICKNESS],
+            sheen_color: color(p, Self::SHEEN_COLOR),
+            sheen_roughness: p[Self::SHEEN_ROUGHNESS],
+            clearcoat: p[Self::CLEARCOAT],
+            clearcoat_roughness: p[Self::CLEARCOAT_ROUGHNESS],
+            thin: p[28] != 0.0,
+        }
+    }
+
+    #[inline]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        let View { wo, wi } = self.view(wo, wi);
+        self.scattered(wo, wi)
+    }
+
+    #[inline]
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
+        let View { wo, wi } = self.view(wo, wi);
+        Pdf::new(self.density_of(wo, wi))
+    }
+
+    #[inline]
+    fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
+        let View { wo: seen, .. } = self.view(wo, wo);
+        if seen.z == 0.0 || (seen.z < 0.0 && self.transparent() <= 0.0) {
+            return None;
+        }
+        let wi = self.back(wo, self.draw(seen, u)?);
+        let (f, pdf) = (self.eval(wo, wi), self.pdf(wo, wi));
+        let goes_through = !self.thin && wo.z * wi.z < 0.0;
+        let eta = if goes_through { eta_from(wo, self.eta) } else { 1.0 };
+        let sample = || BsdfSample::new(wi, f / pdf.get(), Some(pdf)).squeezed_by(eta * eta);
+        pdf.is_positive().then(sample)
+    }
+
+    #[inline]
+    fn spread(&self) -> f32 {
+        if self.transparent() > 0.0 || self.diffuse_transmission > 0.0 {
+            return 0.0;
+        }
+        let facets = self.facets().spread();
+        if self.clearcoat > 0.0 {
+            facets.min(Coat::new(self.gloss_of_coat()).alpha())
+        } else {
+            facets
+        }
+    }
+
+    fn examples() -> Vec<Self> {
+        examples::all()
+    }
+}

@@ -1,0 +1,162 @@
+//! How directions are drawn.
+
+use std::f32::consts::TAU;
+
+use pt_math::{Vec3, warp};
+
+use super::MetallicRoughness;
+#[cfg(test)]
+use super::View;
+use super::sheen::Sheen;
+use crate::bsdf::compensation::Reflected;
+use crate::bsdf::fresnel;
+use crate::bsdf::principled::layers::{self, Coat};
+use crate::bsdf::rough_dielectric::{eta_from, refract, upright};
+
+/// Probabilities of the maps that [`MetallicRoughness::draw`] takes; the rest is the cosine's.
+struct Shares {
+    facets: f32,
+    coat: f32,
+    sheen: f32,
+    /// Of the cosine's share, how much is on the other side.
+    beyond: f32,
+}
+
+impl MetallicRoughness {
+    /// Shares by about what each part scatters of light towards a cosine.
+    fn shares(&self, wo: Vec3, lost: &Reflected) -> Shares {
+        /// Of what there is, so that nothing is left out where it is more than expected.
+        const LEAST: f32 = 0.05;
+        if wo.z < 0.0 {
+            return Shares { facets: 1.0, coat: 0.0, sheen: 0.0, beyond: 0.0 };
+        }
+        let cos = wo.z;
+        let dielectric = self.reflected_by_dielectric(cos, self.eta);
+        let reflected = self.reflectance(true, cos, dielectric);
+        let facets = (reflected + self.transmittance(dielectric)).luminance() + LEAST;
+        let coat = if self.clearcoat > 0.0 {
+            self.clearcoat * layers::coat_albedo(self.gloss_of_coat(), cos)
+        } else {
+            0.0
+        };
+        let sheen = if self.has_sheen() {
+            self.sheen_color.luminance() * Sheen::new(self.sheen_roughness).albedo(cos)
+        } else {
+            0.0
+        };
+        let opaque = self.opaque();
+        let above = opaque * (1.0 - self.diffuse_transmission) * self.base_color.luminance();
+        let beyond =
+            opaque * self.diffuse_transmission * self.diffuse_transmission_color.luminance();
+        let again = 0.9 * lost.lost(wo) + 0.02;
+        let all = facets + coat + sheen + above + again + beyond;
+        Shares {
+            facets: facets / all,
+            coat: coat / all,
+            sheen: sheen / all,
+            beyond: beyond / (above + again + beyond),
+        }
+    }
+
+    /// The probability of the map that `choice` takes from `wo` to `wi`.
+    #[cfg(test)]
+    pub(in crate::bsdf) fn chance(&self, wo: Vec3, wi: Vec3, choice: f32) -> f32 {
+        let View { wo, wi } = self.view(wo, wi);
+        let shares = self.shares(wo, &Reflected::new(&self.facets()));
+        let rest = 1.0 - shares.facets - shares.coat - shares.sheen;
+        if choice < shares.facets {
+            let pair = self.pair(wo, wi).expect("a pair that was sampled");
+            let dielectric = self.reflected_by_pair(&pair);
+            let reflected = self.reflectance(wo.z > 0.0, pair.wo.dot(pair.h), dielectric);
+            let chosen = self.reflection_probability(reflected, self.transmittance(dielectric));
+            shares.facets * if pair.is_reflected { chosen } else { 1.0 - chosen }
+        } else if choice < shares.facets + shares.coat {
+            shares.coat
+        } else if choice < shares.facets + shares.coat + shares.sheen {
+            shares.sheen
+        } else if wi.z < 0.0 {
+            rest * shares.beyond
+        } else {
+            rest * (1.0 - shares.beyond)
+        }
+    }
+
+    /// The density of one direction of a [`View`] from the other.
+    pub(super) fn density_of(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if !self.connects(wo, wi) {
+            return 0.0;
+        }
+        let (facets, front) = (self.facets(), wo.z > 0.0);
+        let shares = self.shares(wo, &Reflected::new(&facets));
+        let above = front && wi.z > 0.0;
+        let mut pdf = 0.0;
+        let pair = self.pair(wo, wi);
+        if let Some(pair) = &pair {
+            let dielectric = self.reflected_by_pair(pair);
+            let reflected = self.reflectance(front, pair.wo.dot(pair.h), dielectric);
+            let chosen = self.reflection_probability(reflected, self.transmittance(dielectric));
+            let chosen = if pair.is_reflected { chosen } else { 1.0 - chosen };
+            pdf += shares.facets * chosen * self.density(pair, &facets);
+        }
+        if above || (self.thin && front) {
+            let base = (1.0 - shares.facets - shares.coat - shares.sheen).max(0.0);
+            let side = if above { 1.0 - shares.beyond } else { shares.beyond };
+            pdf += base * side * warp::cosine_hemisphere_pdf(wi.z.abs()).get();
+        }
+        if let Some(pair) = pair.filter(|_| above) {
+            if shares.coat > 0.0 {
+                pdf += shares.coat * Coat::new(self.gloss_of_coat()).pdf(wo, pair.h);
+            }
+            pdf += shares.sheen / TAU;
+        }
+        pdf
+    }
+
+    /// Follows one of the maps from a direction of a [`View`], which is up if the front is seen.
+    #[inline]
+    pub(super) fn draw(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<Vec3> {
+        let shares = self.shares(wo, &Reflected::new(&self.facets()));
+        let mut rest = choice - shares.facets;
+        if rest < 0.0 {
+            return self.draw_facet(wo, [u, v], choice / shares.facets);
+        }
+        if rest < shares.coat {
+            let h = Coat::new(self.gloss_of_coat()).sample(wo, [u, v]);
+            let wi = h * (2.0 * wo.dot(h)) - wo;
+            return (wi.z > 0.0).then_some(wi);
+        }
+        rest -= shares.coat;
+        if rest < shares.sheen {
+            return Some(warp::uniform_hemisphere([u, v]));
+        }
+        rest -= shares.sheen;
+        let wi = warp::cosine_hemisphere([u, v]);
+        let base = 1.0 - shares.facets - shares.coat - shares.sheen;
+        let is_beyond = rest < base * shares.beyond;
+        (wi.z > 0.0).then_some(if is_beyond { Vec3::new(wi.x, wi.y, -wi.z) } else { wi })
+    }
+
+    /// Where a facet that is seen sends light, which it reflects or lets through by a number from 0 to 1.
+    #[inline]
+    fn draw_facet(&self, wo: Vec3, u: [f32; 2], choice: f32) -> Option<Vec3> {
+        let up = upright(wo, wo);
+        let h = self.facets().sample_visible(up, u);
+        let cos = up.dot(h);
+        let eta = if self.thin { 1.0 } else { eta_from(wo, self.eta) };
+        let dielectric = self.reflected_by_dielectric(cos, eta);
+        let reflected = self.reflectance(wo.z > 0.0, cos, dielectric);
+        let reflects =
+            choice < self.reflection_probability(reflected, self.transmittance(dielectric));
+        let mirrored = h * (2.0 * cos) - up;
+        let wi = if reflects {
+            mirrored
+        } else if self.thin {
+            Vec3::new(mirrored.x, mirrored.y, -mirrored.z)
+        } else {
+            let (_, cos_t) = fresnel::dielectric(cos, eta)?;
+            refract(up, h, [cos, cos_t], eta)
+        };
+        // Facets that send light to the wrong side absorb it.
+        ((wi.z > 0.0) == reflects && wi.z != 0.0).then(|| upright(wi, wo))
+    }
+}

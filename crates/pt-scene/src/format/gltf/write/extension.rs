@@ -1,0 +1,205 @@
+//! The layers of a material, each an extension.
+
+use std::sync::Arc;
+
+use serde_json::{Map, Value, json};
+
+use super::super::texture::Content;
+use super::Writer;
+use super::layer::Parameter;
+use super::material::Writing;
+use crate::Color;
+use crate::material::MetallicRoughness;
+use crate::texture::{Blend, Input, Pattern, Scalar};
+
+const NONE: Scalar = Scalar::Value(0.0);
+
+impl Writer<'_> {
+    /// The extensions of all layers that a material has.
+    pub(super) fn layers(
+        &mut self,
+        look: &MetallicRoughness,
+        cx: &mut Writing,
+    ) -> Result<(), String> {
+        self.specular(look, cx)?;
+        self.anisotropy(look, cx)?;
+        self.diffuse_transmission(look, cx)?;
+        self.film(look, cx)?;
+        self.coat(look, cx)?;
+        self.sheen(look, cx)
+    }
+
+    /// A colour as a factor and an image.
+    fn put_color(
+        &mut self,
+        fields: &mut Map<String, Value>,
+        [factor, texture]: [&str; 2],
+        color: &Color,
+        what: &str,
+        cx: &mut Writing,
+    ) -> Result<(), String> {
+        let made = Parameter::of(color);
+        if made.lost || made.colors.is_some() {
+            let note = format!("of the textures that its {what} is made of, one is left out");
+            self.notes.tell(&cx.place, note);
+        }
+        fields.insert(factor.to_owned(), made.factor.to_vec().into());
+        let image = made.layer.as_ref().map(|layer| (Content::Colors, layer));
+        self.put_texture(fields, texture, image.as_slice(), cx)
+    }
+
+    /// A number as a factor and an image in what is meant of it.
+    fn put_factor(
+        &mut self,
+        fields: &mut Map<String, Value>,
+        [factor, texture]: [&str; 2],
+        (number, content): (&Scalar, Content),
+        what: &str,
+        cx: &mut Writing,
+    ) -> Result<(), String> {
+        let made = self.number(number, what, cx);
+        fields.insert(factor.to_owned(), self.share(made.factor[0], what, cx).into());
+        let image = made.layer.as_ref().map(|layer| (content, layer));
+        self.put_texture(fields, texture, image.as_slice(), cx)
+    }
+
+    /// KHR_materials_specular.
+    fn specular(&mut self, look: &MetallicRoughness, cx: &mut Writing) -> Result<(), String> {
+        let mut fields = Map::new();
+        if look.specular != Scalar::Value(1.0) {
+            let names = ["specularFactor", "specularTexture"];
+            let number = (&look.specular, Content::Opacity);
+            self.put_factor(&mut fields, names, number, "reflection", cx)?;
+        }
+        if look.specular_color != Color::Value([1.0; 3]) {
+            let names = ["specularColorFactor", "specularColorTexture"];
+            self.put_color(&mut fields, names, &look.specular_color, "reflection", cx)?;
+        }
+        if !fields.is_empty() {
+            cx.extensions.push(("KHR_materials_specular", fields.into()));
+        }
+        Ok(())
+    }
+
+    /// KHR_materials_anisotropy. A direction that is the same everywhere becomes a rotation.
+    fn anisotropy(&mut self, look: &MetallicRoughness, cx: &mut Writing) -> Result<(), String> {
+        if look.anisotropy == NONE {
+            return Ok(());
+        }
+        let strength = self.number(&look.anisotropy, "anisotropy", cx);
+        let factor = self.share(strength.factor[0], "anisotropy", cx);
+        let mut fields = Map::from_iter([("anisotropyStrength".to_owned(), factor.into())]);
+        let [x, y] = look.anisotropy_direction.each_ref();
+        let mut rotation = look.anisotropy_rotation;
+        let mut images = Vec::new();
+        let directions = [x, y].map(|number| self.number(number, "direction of anisotropy", cx));
+        if let [Some(x), Some(y)] = directions.each_ref().map(Parameter::number) {
+            if (x, y) != (1.0, 0.5) {
+                rotation += libm::atan2f(2.0 * y - 1.0, 2.0 * x - 1.0);
+            }
+        } else {
+            for (channel, number) in directions.iter().enumerate() {
+                images.extend(number.layer.as_ref().map(|l| (Content::Channel(channel), l)));
+            }
+        }
+        images.extend(strength.layer.as_ref().map(|layer| (Content::Channel(2), layer)));
+        self.put_texture(&mut fields, "anisotropyTexture", &images, cx)?;
+        if rotation != 0.0 {
+            fields.insert("anisotropyRotation".to_owned(), rotation.into());
+        }
+        cx.extensions.push(("KHR_materials_anisotropy", fields.into()));
+        Ok(())
+    }
+
+    /// KHR_materials_diffuse_transmission.
+    fn diffuse_transmission(
+        &mut self,
+        look: &MetallicRoughness,
+        cx: &mut Writing,
+    ) -> Result<(), String> {
+        if look.diffuse_transmission == NONE {
+            return Ok(());
+        }
+        let mut fields = Map::new();
+        let names = ["diffuseTransmissionFactor", "diffuseTransmissionTexture"];
+        let number = (&look.diffuse_transmission, Content::Opacity);
+        self.put_factor(&mut fields, names, number, "diffuse transmission", cx)?;
+        let names = ["diffuseTransmissionColorFactor", "diffuseTransmissionColorTexture"];
+        let color = &look.diffuse_transmission_color;
+        self.put_color(&mut fields, names, color, "diffuse transmission", cx)?;
+        cx.extensions.push(("KHR_materials_diffuse_transmission", fields.into()));
+        Ok(())
+    }
+
+    /// KHR_materials_iridescence. A thickness by an image is between two numbers.
+    fn film(&mut self, look: &MetallicRoughness, cx: &mut Writing) -> Result<(), String> {
+        if look.iridescence == NONE {
+            return Ok(());
+        }
+        let mut fields = Map::new();
+        let names = ["iridescenceFactor", "iridescenceTexture"];
+        let number = (&look.iridescence, Content::Channel(0));
+        self.put_factor(&mut fields, names, number, "film", cx)?;
+        fields.insert("iridescenceIor".to_owned(), look.film_ior.into());
+        let (least, most, image) = match &look.film_thickness {
+            Scalar::Value(thickness) => (None, *thickness, None),
+            Scalar::Texture(texture) => match between(&texture.pattern) {
+                Some(([least, most], share)) => {
+                    let made = self.number(&Input::Texture(Arc::clone(share)), "film", cx);
+                    (Some(least), most, made.layer)
+                }
+                None => {
+                    self.notes
+                        .tell(&cx.place, "its film is as thick everywhere as it is on average");
+                    (None, texture.pattern.mean()[0], None)
+                }
+            },
+        };
+        fields.extend(least.map(|least| ("iridescenceThicknessMinimum".to_owned(), json!(least))));
+        fields.insert("iridescenceThicknessMaximum".to_owned(), most.into());
+        let image = image.as_ref().map(|layer| (Content::Channel(1), layer));
+        self.put_texture(&mut fields, "iridescenceThicknessTexture", image.as_slice(), cx)?;
+        cx.extensions.push(("KHR_materials_iridescence", fields.into()));
+        Ok(())
+    }
+
+    /// KHR_materials_clearcoat.
+    fn coat(&mut self, look: &MetallicRoughness, cx: &mut Writing) -> Result<(), String> {
+        if look.clearcoat == NONE {
+            return Ok(());
+        }
+        let mut fields = Map::new();
+        let names = ["clearcoatFactor", "clearcoatTexture"];
+        let number = (&look.clearcoat, Content::Channel(0));
+        self.put_factor(&mut fields, names, number, "coat", cx)?;
+        let names = ["clearcoatRoughnessFactor", "clearcoatRoughnessTexture"];
+        let number = (&look.clearcoat_roughness, Content::Channel(1));
+        self.put_factor(&mut fields, names, number, "roughness of the coat", cx)?;
+        cx.extensions.push(("KHR_materials_clearcoat", fields.into()));
+        Ok(())
+    }
+
+    /// KHR_materials_sheen.
+    fn sheen(&mut self, look: &MetallicRoughness, cx: &mut Writing) -> Result<(), String> {
+        if look.sheen_color == Color::Value([0.0; 3]) {
+            return Ok(());
+        }
+        let mut fields = Map::new();
+        let names = ["sheenColorFactor", "sheenColorTexture"];
+        self.put_color(&mut fields, names, &look.sheen_color, "sheen", cx)?;
+        let names = ["sheenRoughnessFactor", "sheenRoughnessTexture"];
+        let number = (&look.sheen_roughness, Content::Opacity);
+        self.put_factor(&mut fields, names, number, "roughness of the sheen", cx)?;
+        cx.extensions.push(("KHR_materials_sheen", fields.into()));
+        Ok(())
+    }
+}
+
+/// Two greys, and by what a texture is between them.
+fn between(pattern: &Pattern) -> Option<([f32; 2], &Arc<crate::Texture>)> {
+    let Pattern::Blend(blend) = pattern else { return None };
+    let Blend { first: Input::Value(first), second: Input::Value(second), share } = &**blend else {
+        return None;
+    };
+    Some(([first[0], second[0]], share.texture()?))
+}
