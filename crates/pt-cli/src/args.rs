@@ -14,7 +14,7 @@ use crate::formats::{self, ExrCompression, ExrType, Tonemap};
 use crate::loading::Loading;
 use crate::opacity::Opacity;
 use crate::target::Stop;
-use crate::{light_groups, message};
+use crate::{light_groups, message, sort};
 
 /// Physically based path tracer: renders a scene to a PNG or OpenEXR image.
 ///
@@ -558,45 +558,9 @@ pub(crate) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Action, 
 /// # Errors
 /// A message if they make no sense.
 pub(crate) fn checked(mut cli: Cli, command: Vec<String>) -> Result<Checked, String> {
-    sort_paths(&mut cli)?;
-    sort_cameras(&mut cli)?;
+    sort::paths(&mut cli)?;
+    sort::cameras(&mut cli)?;
     check::check(cli, command)
-}
-
-/// The name of the image may stand apart from `-f`, as in `-f -m 5 out.png scene.dae`; what is
-/// left is the scene.
-fn sort_paths(cli: &mut Cli) -> Result<(), String> {
-    if let Some(None) = cli.output {
-        let named = cli.paths.iter().position(|p| pathtracer::image::is_image(p));
-        let Some(named) = named else {
-            return Err("-f needs the name of an image file, such as -f out.png".into());
-        };
-        cli.output = Some(Some(cli.paths.remove(named)));
-    }
-    if let [first, second, ..] = cli.paths.as_slice() {
-        return Err(format!(
-            "more than one scene is given, \"{}\" and \"{}\"; one at a time can be rendered",
-            first.display(),
-            second.display()
-        ));
-    }
-    Ok(())
-}
-
-/// `--camera` with the name of a file is one of settings, as `-c` takes it.
-fn sort_cameras(cli: &mut Cli) -> Result<(), String> {
-    let named = cli.loading.camera.as_ref().filter(|_| cli.loading.placement().is_none());
-    if let Some(file) = named.map(PathBuf::from).filter(|named| named.is_file()) {
-        if let Some(other) = cli.camera_file.replace(file) {
-            return Err(format!("two camera files are given; {} is one", other.display()));
-        }
-        cli.loading.camera = None;
-    } else if let (Some(name), true) = (named, cli.paths.is_empty()) {
-        return Err(format!(
-            "--camera {name}: the embedded scene has one camera; expected file, course or fit, or a scene"
-        ));
-    }
-    Ok(())
 }
 
 fn completions(shell: clap_complete::Shell) -> Vec<u8> {

@@ -27,6 +27,7 @@ mod output;
 mod render;
 mod rerender;
 mod resume;
+mod sort;
 mod summary;
 mod target;
 mod tev;

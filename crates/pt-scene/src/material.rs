@@ -253,7 +253,6 @@ pub struct Plastic {
 /// dielectric or a metal or let light through, and a clear coat. Numbers are from 0 to 1.
 /// [Burley 2012, "Physically Based Shading at Disney"; Burley 2015, "Extending the Disney BRDF to a BSDF with
 /// Integrated Subsurface Scattering"; as Mitsuba 3 has it]
-#[expect(clippy::struct_excessive_bools, reason = "they have nothing to do with each other")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Principled {
     /// Colour of the base, the metal, and of light that goes through (its square root at each surface).
@@ -278,19 +277,10 @@ pub struct Principled {
     pub flatness: Scalar,
     /// Amount of clear coat.
     pub clearcoat: Scalar,
-    /// From a satin coat to a glossy one; in layers 1 less the root of its roughness α.
+    /// From a satin coat to a glossy one.
     pub clearcoat_gloss: Scalar,
     /// Whether the back side reflects as the front does; else it lets light through or is black.
     pub two_sided: bool,
-    /// Whether its front is where the shape has the back.
-    pub inside_out: bool,
-    /// Whether light that one facet reflects to another is followed on, and so not lost, as in
-    /// [`Roughness::multiple_scattering`]; of what goes through, it is lost.
-    pub multiple_scattering: bool,
-    /// Whether coat, sheen, gloss and a matte base each have the light that the layers above leave to them, so that no light is
-    /// gained, and tints only take light away; else all are added up, with Burley's base. The flatness is that of Burley's base
-    /// alone.
-    pub layered: bool,
 }
 
 impl Default for Principled {
@@ -311,9 +301,6 @@ impl Default for Principled {
             clearcoat: none(),
             clearcoat_gloss: none(),
             two_sided: false,
-            inside_out: false,
-            multiple_scattering: false,
-            layered: false,
         }
     }
 }

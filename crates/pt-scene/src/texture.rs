@@ -92,6 +92,11 @@ impl Layout {
     pub fn set_name(set: u32) -> String {
         format!("uv_{set}")
     }
+
+    /// Whether it is by texture coordinates of the surface.
+    fn is_on_surface(self) -> bool {
+        matches!(self, Self::Surface | Self::Coordinates { .. })
+    }
 }
 
 impl Texture {
@@ -114,20 +119,14 @@ impl Texture {
 
     /// Whether any part of it lies on the texture coordinates of the surface.
     pub fn uses_coordinates(&self) -> bool {
-        let is_laid = matches!(self.layout, Layout::Surface | Layout::Coordinates { .. });
-        let own = self.pattern.has_layout() && is_laid;
+        let own = self.pattern.has_layout() && self.layout.is_on_surface();
         own || self.pattern.parts().any(|t| t.uses_coordinates())
     }
 
     /// Whether any part of it lies in space, or is by where in space the surface looks to.
     pub fn is_in_space(&self) -> bool {
-        let own = match self.pattern {
-            Pattern::Facing(_) => true,
-            _ => {
-                let is_laid = matches!(self.layout, Layout::Surface | Layout::Coordinates { .. });
-                self.pattern.has_layout() && !is_laid
-            }
-        };
+        let is_laid = self.pattern.has_layout() && !self.layout.is_on_surface();
+        let own = is_laid || matches!(self.pattern, Pattern::Facing(_));
         own || self.pattern.parts().any(|t| t.is_in_space())
     }
 }

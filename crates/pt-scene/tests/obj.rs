@@ -12,7 +12,7 @@ use common::{
 use pt_math::DVec3;
 use pt_scene::format::{LoadOptions, load, parse_with};
 use pt_scene::image::{Image, SaveOptions, save};
-use pt_scene::material::{Glass, Matte, Mirror, Plastic, Principled, ThinGlass};
+use pt_scene::material::{Glass, Matte, MetallicRoughness, Mirror, Plastic, ThinGlass};
 use pt_scene::texture::{Bitmap, Pattern, Relief, Wrap};
 use pt_scene::{Color, Geometry, LoadError, Material, Mesh, Scalar, Scene, Surface, Texture};
 
@@ -128,19 +128,19 @@ fn faces_have_the_material_that_is_named_last() {
 }
 
 #[test]
-fn physically_based_statements_become_principled() {
+fn physically_based_statements_become_metallic_roughness() {
     let scene = good("physical.obj");
-    let base = || Principled {
+    let base = || MetallicRoughness {
+        base_color: [0.5; 3].into(),
+        roughness: 0.5.into(),
+        sheen_roughness: 0.5.into(),
         two_sided: true,
-        multiple_scattering: true,
-        layered: true,
-        clearcoat_gloss: 1.0.into(),
-        ..Principled::default()
+        ..MetallicRoughness::default()
     };
     let expected = [
         (
             "metal",
-            Principled {
+            MetallicRoughness {
                 base_color: [1.0, 0.8, 0.4].into(),
                 roughness: 0.3.into(),
                 metallic: 1.0.into(),
@@ -149,30 +149,30 @@ fn physically_based_statements_become_principled() {
         ),
         (
             "varnish",
-            Principled {
+            MetallicRoughness {
                 base_color: [0.5, 0.1, 0.1].into(),
                 roughness: 0.6.into(),
                 clearcoat: 0.8.into(),
-                clearcoat_gloss: (1.0 - 0.1).into(),
-                sheen: 0.25.into(),
+                clearcoat_roughness: 0.1.into(),
+                sheen_color: [0.25; 3].into(),
                 ior: 1.4,
                 ..base()
             },
         ),
         (
             "rough glass",
-            Principled {
+            MetallicRoughness {
                 base_color: [1.0; 3].into(),
                 roughness: 0.2.into(),
-                spec_trans: 0.5.into(),
+                transmission: 0.5.into(),
                 ior: 1.33,
                 two_sided: false,
                 ..base()
             },
         ),
         // α = √(2 / 32) = ¼, and its root is ½.
-        ("gloss", Principled { roughness: 0.5.into(), ..base() }),
-        ("brushed", Principled { metallic: 1.0.into(), anisotropic: 0.7.into(), ..base() }),
+        ("gloss", MetallicRoughness { roughness: 0.5.into(), ..base() }),
+        ("brushed", MetallicRoughness { metallic: 1.0.into(), anisotropy: 0.7.into(), ..base() }),
     ];
     for (name, principled) in expected {
         assert_eq!(material(&scene, name).surface, principled.into(), "{name}");
@@ -203,7 +203,9 @@ fn images_paint_what_their_statements_say() {
     let lit = material(&scene, "lit").emission.texture().expect("a texture");
     assert_eq!(bitmap(lit).image.pixels[0][0], light);
 
-    let Surface::Principled(measured) = surface("measured") else { panic!("not principled") };
+    let Surface::MetallicRoughness(measured) = surface("measured") else {
+        panic!("not principled")
+    };
     let roughness = measured.roughness.texture().expect("a texture");
     assert_eq!(bitmap(roughness).image.pixels[0], [40.0 / 255.0; 3], "green as it is stored");
     let metallic = measured.metallic.texture().expect("a texture");

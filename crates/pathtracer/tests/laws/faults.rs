@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use pathtracer::{Aov, CompileOptions, Film, Image, Rejections, Rows, Scene, Settings, Silent};
+use pt_core::bsdf::LobeRecord;
 use pt_core::film::Fault;
 use pt_core::{RenderScene, compile};
 use pt_cpu::Renderer;
@@ -77,7 +78,7 @@ fn faults_of_lobes_are_refused_and_told() {
         let ids: Vec<_> = scene.lobes.iter().map(|(id, _)| id).collect();
         for id in ids {
             let sound = scene.lobes[id];
-            let words: [u32; 16] = bytemuck::cast(sound);
+            let words: [u32; size_of::<LobeRecord>() / 4] = bytemuck::cast(sound);
             for place in 1..words.len() {
                 for fault in FAULTS {
                     let mut words = words;

@@ -47,6 +47,32 @@ fn number(textured: bool) -> Scalar {
     }
 }
 
+/// A sheet of glTF with all that it may have.
+fn metallic_roughness(
+    color: impl Fn([f32; 3]) -> Color,
+    share: impl Fn(f32) -> Scalar,
+) -> MetallicRoughness {
+    MetallicRoughness {
+        base_color: color(COLOR),
+        metallic: share(0.125),
+        roughness: share(0.5),
+        specular: share(0.75),
+        specular_color: color(OTHER),
+        transmission: share(0.375),
+        diffuse_transmission: share(0.25),
+        diffuse_transmission_color: color(OTHER),
+        anisotropy: share(0.5625),
+        anisotropy_direction: [share(0.75), share(0.25)],
+        iridescence: share(0.625),
+        sheen_color: color(COLOR),
+        sheen_roughness: share(0.0625),
+        clearcoat: share(0.5625),
+        clearcoat_roughness: share(0.1875),
+        thin: true,
+        ..MetallicRoughness::default()
+    }
+}
+
 /// A surface of each kind whose parameters are values, or textures of these values.
 pub(crate) fn surfaces(textured: bool) -> Vec<Surface> {
     let color = |c: [f32; 3]| if textured { texture_of(c) } else { c.into() };
@@ -127,26 +153,7 @@ pub(crate) fn surfaces(textured: bool) -> Vec<Surface> {
             ..PrincipledThin::default()
         }
         .into(),
-        MetallicRoughness {
-            base_color: color(COLOR),
-            metallic: share(0.125),
-            roughness: share(0.5),
-            specular: share(0.75),
-            specular_color: color(OTHER),
-            transmission: share(0.375),
-            diffuse_transmission: share(0.25),
-            diffuse_transmission_color: color(OTHER),
-            anisotropy: share(0.5625),
-            anisotropy_direction: [share(0.875), share(0.1875)],
-            iridescence: share(0.625),
-            sheen_color: color(COLOR),
-            sheen_roughness: share(0.4375),
-            clearcoat: share(0.3125),
-            clearcoat_roughness: share(0.6875),
-            thin: true,
-            ..MetallicRoughness::default()
-        }
-        .into(),
+        metallic_roughness(color, share).into(),
         DiffuseTransmission { reflectance: color(COLOR), transmittance: color(OTHER) }.into(),
         Hair { pigment: Pigment::Reflectance(color(COLOR)), ..Hair::default() }.into(),
     ]

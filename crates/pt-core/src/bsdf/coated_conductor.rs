@@ -166,7 +166,7 @@ impl CoatedConductor {
 
     fn tables(&self) -> Tables {
         Tables {
-            gloss: Gloss::new(&self.coat_facets(), self.eta, false),
+            gloss: Gloss::new(&self.coat_facets(), self.eta),
             beneath: Beneath::new(&self.metal_facets(), self.eta),
         }
     }

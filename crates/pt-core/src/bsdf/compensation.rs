@@ -348,60 +348,35 @@ impl Reflected {
     }
 }
 
-/// What a gloss of facets leaves to what lies under it: light that is not reflected reaches the base, of which as much leaves in
-/// each direction as would have reached it from there. So the two together scatter all light where the base does, and are
-/// reciprocal: f = (1 − E(o)) (1 − E(i)) / (π (1 − mean of E)), with E of the gloss. [Kelemen & Szirmay-Kalos 2001, "A Microfacet
-/// Based Coupled Specular-Matte BRDF Model with Importance Sampling", §2.1]
+/// What a gloss of facets leaves to what lies under it.
 #[derive(Clone, Copy)]
 pub(super) struct Gloss {
     alpha: f32,
     place: f32,
-    /// What facets reflect more than once, and how much there is of it.
-    again: Option<(Reflected, f32)>,
-    /// The mean of 1 − E.
-    mean: f32,
 }
 
 impl Gloss {
     /// Of facets of GGX, whose roughness is taken as the same in all directions, with the index `eta` of the other side over that of
-    /// this one; with `again`, light that one facet reflects to another is not lost.
+    /// this one.
     #[inline]
-    pub(super) fn new(facets: &Facets, eta: f32, again: bool) -> Self {
+    pub(super) fn new(facets: &Facets, eta: f32) -> Self {
         let [ax, ay] = facets.alpha;
         let alpha = (ax * ay).sqrt().clamp(LEAST_ALPHA, 1.0);
         let place = place_of_index(eta);
-        let again = again.then(|| {
-            let reflected = Reflected::new(facets);
-            let dielectric = Spectrum::splat(fresnel::mean_dielectric(eta));
-            (reflected, reflected.colored(dielectric).luminance())
-        });
-        let once = GLOSSES.between(alpha, place, |entry| entry.mean);
-        let mean = once - again.map_or(0.0, |(reflected, share)| share * reflected.mean);
-        Self { alpha, place, again, mean }
+        Self { alpha, place }
     }
 
     /// 1 − E for a direction above the surface.
     #[inline]
-    pub(super) fn left(&self, w: Vec3) -> f32 {
+    pub(super) fn left(self, w: Vec3) -> f32 {
         let x = place(w.z, stretch_of_gloss(self.alpha));
-        let once = if self.place < place_of_index(1.0) {
+        let left = if self.place < place_of_index(1.0) {
             // Beyond the critical angle nothing is left, and between nodes on both sides of it no more than on one.
             GLOSSES.least_around(self.alpha, self.place, |entry| entry.least_at(x))
         } else {
             GLOSSES.between(self.alpha, self.place, |entry| entry.at(x, 0.5))
         };
-        let again = self.again.map_or(0.0, |(reflected, share)| share * reflected.lost(w));
-        (once - again).max(0.0)
-    }
-
-    /// f cos θi of a white matte base, for two directions above the surface.
-    #[inline]
-    pub(super) fn eval_base(&self, wo: Vec3, wi: Vec3) -> f32 {
-        if self.mean > 0.0 {
-            self.left(wo) * self.left(wi) * (FRAC_1_PI * wi.z) / self.mean
-        } else {
-            0.0
-        }
+        left.max(0.0)
     }
 }
 

@@ -226,9 +226,6 @@ impl Lower for Principled {
             } else {
                 ior
             },
-            inside_out: self.inside_out,
-            multiple_scattering: self.multiple_scattering,
-            layered: self.layered,
         };
         if self.anisotropic != Scalar::Value(0.0) {
             cx.orient();

@@ -128,15 +128,15 @@ impl Reuse {
     }
 
     /// A path has come to its first surface.
-    pub(super) fn take(&mut self, start: u32, seen: Seen) {
-        self.takers[start as usize] = Some(seen);
+    pub(super) fn take(&mut self, start: u32, seen: &Seen) {
+        self.takers[start as usize] = Some(*seen);
     }
 
     /// A path has come to its second surface. If others may have its light, that is added up apart.
     pub(super) fn give(
         &mut self,
         path: &State,
-        seen: Seen,
+        seen: &Seen,
         surface: &mut Surface,
         sums: &mut Sums<impl Witness>,
     ) {
@@ -150,7 +150,7 @@ impl Reuse {
         if matches!(gift, Gift::Glossy) && !self.glossy {
             return;
         }
-        let giver = Giver { seen, gift, beta: path.beta, density };
+        let giver = Giver { seen: *seen, gift, beta: path.beta, density };
         self.givers[path.start as usize] = Some(giver);
         surface.give(gift);
     }

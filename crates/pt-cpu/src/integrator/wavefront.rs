@@ -437,9 +437,9 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
             let resolved = resolved.get(lane).copied().flatten();
             let seen = Seen { at: self.interactions[lane], resolved };
             if bounces == 0 {
-                reuse.take(surface.start, seen);
+                reuse.take(surface.start, &seen);
             } else {
-                reuse.give(&self.front.paths[block[lane].0 as usize], seen, surface, sums);
+                reuse.give(&self.front.paths[block[lane].0 as usize], &seen, surface, sums);
             }
         }
     }

@@ -43,6 +43,7 @@ use context::Context;
 pub use json::schema as json_schema;
 pub use limits::Limits;
 pub use save::{Encoded, SaveError, save};
+pub(crate) use text::characters;
 use xml::quote;
 
 /// How to read a scene.

@@ -37,7 +37,7 @@ pub(super) fn lines<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, [u8]>, L
 ///
 /// # Errors
 /// Those of [`unmarked`].
-pub(super) fn characters<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, str>, LoadError> {
+pub(crate) fn characters<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, str>, LoadError> {
     Ok(match lines(bytes, path)? {
         Cow::Borrowed(bytes) => String::from_utf8_lossy(bytes),
         Cow::Owned(bytes) => Cow::Owned(String::from_utf8_lossy(&bytes).into_owned()),

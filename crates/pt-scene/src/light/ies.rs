@@ -51,7 +51,7 @@ impl IesProfile {
     /// If it is no such file, lamps that are tilted change its intensities, its angles are not of
     /// type C or do not go all around, or its numbers are too few or make no sense.
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, LoadError> {
-        let text = String::from_utf8_lossy(bytes);
+        let text = crate::format::characters(bytes, path)?;
         let mut numbers = Numbers::new(&text, path)?;
         let header = Header::read(&mut numbers)?;
         let (vertical, _) = numbers.angles("vertical", header.vertical)?;
@@ -322,6 +322,19 @@ mod tests {
         for (vertical, horizontal, want) in cases {
             let got = profile.candela(vertical, horizontal);
             assert!((got - 3.0 * want).abs() < 1e-3, "{vertical} {horizontal}: {got}");
+        }
+    }
+
+    /// As some editors and old machines write them.
+    #[test]
+    fn marks_of_byte_order_and_ends_of_lines_do_not_matter() {
+        let plain = parse(&file("0 90 180")).expect("a good file");
+        for text in [
+            format!("\u{feff}{}", file("0 90 180")),
+            file("0 90 180").replace("\r\n", "\r"),
+            file("0 90 180").replace("\r\n", "\n"),
+        ] {
+            assert_eq!(parse(&text), Ok(plain.clone()), "{text:?}");
         }
     }
 

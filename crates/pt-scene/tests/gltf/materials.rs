@@ -162,7 +162,7 @@ fn without_a_thickness_light_goes_through_a_sheet() {
 }
 
 /// A material with an extension.
-fn with(extension: &str, fields: Value) -> MetallicRoughness {
+fn with(extension: &str, fields: &Value) -> MetallicRoughness {
     look(&json!({"extensions": {extension: fields}}))
 }
 
@@ -171,19 +171,19 @@ fn with(extension: &str, fields: Value) -> MetallicRoughness {
 fn reflections_have_a_strength_and_a_colour() {
     let plain = with(
         "KHR_materials_specular",
-        json!({"specularFactor": 0.25, "specularColorFactor": [2, 0.5, 0]}),
+        &json!({"specularFactor": 0.25, "specularColorFactor": [2, 0.5, 0]}),
     );
     assert_eq!(plain.specular, Scalar::Value(0.25));
     assert_eq!(plain.specular_color, Color::Value([2.0, 0.5, 0.0]));
     let image = json!({"index": 0});
     let textured = with(
         "KHR_materials_specular",
-        json!({"specularTexture": image, "specularColorTexture": image}),
+        &json!({"specularTexture": image, "specularColorTexture": image}),
     );
     assert_eq!(texels(&textured.specular), [[0.0; 3], [128.0 / 255.0; 3]]);
     let red = linear_from_srgb(188.0 / 255.0);
     assert_eq!(bitmap(&textured.specular_color).image.pixels[0][0], red);
-    let index = |ior: f64| with("KHR_materials_ior", json!({"ior": ior})).ior;
+    let index = |ior: f64| with("KHR_materials_ior", &json!({"ior": ior})).ior;
     assert_eq!((index(1.25), index(0.0)), (1.25, 100.0));
 }
 
@@ -191,11 +191,11 @@ fn reflections_have_a_strength_and_a_colour() {
 #[test]
 fn highlights_have_a_direction() {
     let fields = json!({"anisotropyStrength": 0.5, "anisotropyRotation": 0.75});
-    let plain = with("KHR_materials_anisotropy", fields);
+    let plain = with("KHR_materials_anisotropy", &fields);
     assert_eq!((plain.anisotropy, plain.anisotropy_rotation), (Scalar::Value(0.5), 0.75));
     assert_eq!(plain.anisotropy_direction, [Scalar::Value(1.0), Scalar::Value(0.5)]);
     let fields = json!({"anisotropyStrength": 1, "anisotropyTexture": {"index": 0}});
-    let textured = with("KHR_materials_anisotropy", fields);
+    let textured = with("KHR_materials_anisotropy", &fields);
     assert_eq!(texels(&textured.anisotropy), [[51.0 / 255.0; 3]; 2]);
     let [x, y] = &textured.anisotropy_direction;
     assert_eq!(texels(x), [[188.0 / 255.0; 3]; 2]);
@@ -205,7 +205,7 @@ fn highlights_have_a_direction() {
 /// A film is as thick as can be, or by an image between two numbers.
 #[test]
 fn films_have_a_thickness() {
-    let plain = with("KHR_materials_iridescence", json!({"iridescenceFactor": 0.5}));
+    let plain = with("KHR_materials_iridescence", &json!({"iridescenceFactor": 0.5}));
     assert_eq!((plain.iridescence, plain.film_ior), (Scalar::Value(0.5), 1.3));
     assert_eq!(plain.film_thickness, Scalar::Value(400.0));
     let fields = json!({
@@ -213,7 +213,7 @@ fn films_have_a_thickness() {
         "iridescenceThicknessMinimum": 200, "iridescenceThicknessMaximum": 500,
         "iridescenceThicknessTexture": {"index": 0}
     });
-    let textured = with("KHR_materials_iridescence", fields);
+    let textured = with("KHR_materials_iridescence", &fields);
     assert_eq!(texels(&textured.iridescence), [[188.0 / 255.0; 3]; 2]);
     assert_eq!(textured.film_ior, 1.75);
     let thickness = textured.film_thickness.texture().expect("a texture");
@@ -221,7 +221,7 @@ fn films_have_a_thickness() {
     let ends = [&blend.first, &blend.second];
     assert_eq!(ends, [&Color::Value([200.0; 3]), &Color::Value([500.0; 3])]);
     assert_eq!(texels(&blend.share), [[0.0; 3], [100.0 / 255.0; 3]]);
-    let none = with("KHR_materials_iridescence", json!({"iridescenceIor": 1.75}));
+    let none = with("KHR_materials_iridescence", &json!({"iridescenceIor": 1.75}));
     assert_eq!(none, look(&json!({})));
 }
 
@@ -232,7 +232,7 @@ fn light_goes_through_sheets_diffusely() {
         "diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorFactor": [1, 0.5, 0.25],
         "diffuseTransmissionTexture": {"index": 0}
     });
-    let leaf = with("KHR_materials_diffuse_transmission", fields.clone());
+    let leaf = with("KHR_materials_diffuse_transmission", &fields);
     assert!(leaf.thin && leaf.transmits() && !leaf.two_sided);
     assert_eq!(leaf.diffuse_transmission_color, Color::Value([1.0, 0.5, 0.25]));
     let share = Color::Texture(leaf.diffuse_transmission.texture().expect("a texture").clone());
@@ -254,12 +254,12 @@ fn light_goes_through_sheets_diffusely() {
 fn layers_have_a_roughness() {
     let coat = with(
         "KHR_materials_clearcoat",
-        json!({"clearcoatFactor": 1, "clearcoatRoughnessFactor": 1, "clearcoatRoughnessTexture": {"index": 0}}),
+        &json!({"clearcoatFactor": 1, "clearcoatRoughnessFactor": 1, "clearcoatRoughnessTexture": {"index": 0}}),
     );
     assert_eq!(texels(&coat.clearcoat_roughness), [[0.0; 3], [100.0 / 255.0; 3]]);
     let sheen = with(
         "KHR_materials_sheen",
-        json!({"sheenColorFactor": [1, 0, 0.5], "sheenRoughnessFactor": 1, "sheenRoughnessTexture": {"index": 0}}),
+        &json!({"sheenColorFactor": [1, 0, 0.5], "sheenRoughnessFactor": 1, "sheenRoughnessTexture": {"index": 0}}),
     );
     assert_eq!(sheen.sheen_color, Color::Value([1.0, 0.0, 0.5]));
     assert_eq!(texels(&sheen.sheen_roughness), [[0.0; 3], [128.0 / 255.0; 3]]);
@@ -476,9 +476,12 @@ fn textures_lie_on_several_sets_of_coordinates() {
         };
         let Surface::MetallicRoughness(look) = &**surface else { panic!("{surface:?}") };
         let layout = |color: &Color| color.texture().expect("a texture").layout;
-        let of_set = |set: usize| match set == normal_set {
-            true => Layout::Surface,
-            false => Layout::Coordinates { set: set as u32 },
+        let of_set = |set: usize| {
+            if set == normal_set {
+                Layout::Surface
+            } else {
+                Layout::Coordinates { set: set as u32 }
+            }
         };
         assert_eq!(map.layout, Layout::Surface);
         assert_eq!(layout(&look.base_color), of_set(0));
@@ -576,7 +579,7 @@ fn images_are_made_once() {
 fn sheen_may_have_a_texture() {
     let sheen = |factor: [f32; 3]| {
         let fields = json!({"sheenColorFactor": factor, "sheenColorTexture": {"index": 0}});
-        with("KHR_materials_sheen", fields).sheen_color
+        with("KHR_materials_sheen", &fields).sheen_color
     };
     let [r, g, b] = [188.0, 100.0, 51.0].map(|level| linear_from_srgb(level / 255.0));
     assert_eq!(bitmap(&sheen([1.0; 3])).image.pixels, [[r, 0.0, b], [r, g, b]]);

@@ -110,8 +110,9 @@ impl SchlickGloss {
     }
 
     /// f |cos θi| of a white matte base, for two directions, as from above the surface: light reaches the base, of which as much
-    /// leaves in each direction as would have reached it from there [as [`super::Gloss`]], but no more than is left of some other
-    /// reflectance, too.
+    /// leaves in each direction as would have reached it from there, but no more than is left of some other reflectance, too. So the
+    /// two together scatter all light where the base does, and are reciprocal. [Kelemen & Szirmay-Kalos 2001, "A Microfacet Based
+    /// Coupled Specular-Matte BRDF Model with Importance Sampling", §2.1]
     #[inline]
     pub(in crate::bsdf) fn eval_base(&self, wo: Vec3, wi: Vec3, other: impl Fn(f32) -> f32) -> f32 {
         if self.mean > 0.0 {

@@ -2,7 +2,6 @@
 
 use pt_math::{Spectrum, Vec3};
 use pt_scene::material::{Distribution, Masking};
-use pt_testing::Random;
 
 use super::physics::{mean, power};
 use crate::bsdf::microfacet::Facets;
@@ -25,10 +24,9 @@ const PRINCIPLED_THIN: f32 = 1.65;
 /// The greatest albedo that a lobe may have.
 pub(super) fn most(lobe: &AnyLobe) -> f32 {
     match lobe {
-        AnyLobe::Principled(principled) if !principled.layered => PRINCIPLED,
+        AnyLobe::Principled(_) => PRINCIPLED,
         AnyLobe::PrincipledThin(_) => PRINCIPLED_THIN,
-        AnyLobe::Principled(_)
-        | AnyLobe::MetallicRoughness(_)
+        AnyLobe::MetallicRoughness(_)
         | AnyLobe::CompensatedConductor(_)
         | AnyLobe::CompensatedDielectric(_) => 1.0 + TABLES,
         _ => 1.0 + 1e-3,
@@ -43,42 +41,15 @@ fn albedo<'t>(lobe: impl Into<AnyLobe<'t>>, cos: f32) -> f32 {
     mean(&lobe.into(), seen_at(cos), GRID, power).max_channel()
 }
 
-/// A layered material, half of the parameters of which are at their ends.
-fn any_layers(random: &mut Random) -> Principled {
-    let mut share = || match random.below(4) {
-        0 => 0.0,
-        1 => 1.0,
-        _ => random.unit(),
-    };
-    let base_color = Spectrum::rgb(share(), share(), share());
-    let [roughness, anisotropic, metallic, spec_trans] = [share(), share(), share(), share()];
-    let [spec_tint, sheen, sheen_tint] = [share(), share(), share()];
-    let [clearcoat, clearcoat_gloss] = [share(), share()];
-    let eta = [1.5, 1.0 + share(), 1.0 / (1.05 + share())][random.below(3)];
-    Principled {
-        base_color,
-        roughness,
-        anisotropic,
-        metallic,
-        spec_trans,
-        eta,
-        spec_tint,
-        sheen,
-        sheen_tint,
-        clearcoat,
-        clearcoat_gloss,
-        multiple_scattering: random.below(2) == 0,
-        layered: true,
-        ..Principled::examples()[0]
-    }
-}
-
 /// Facets of two roughnesses, to the precision of the fit of [`super::super::compensation`], and with Schlick's weights as if there were
 /// one, scatter this much more or less.
 const BRUSHED: f32 = 7e-3;
 
+/// Adds something to a material.
+type Add = fn(&mut MetallicRoughness);
+
 /// What may be added to a white material of glTF, each as bright as can be.
-const ADDITIONS: [(&str, fn(&mut MetallicRoughness)); 10] = [
+const ADDITIONS: [(&str, Add); 10] = [
     ("a coat", |m| (m.clearcoat, m.clearcoat_roughness) = (1.0, 0.4)),
     ("a smooth coat", |m| (m.clearcoat, m.clearcoat_roughness) = (1.0, 0.0)),
     ("sheen", |m| (m.sheen_color, m.sheen_roughness) = (Spectrum::ONE, 0.5)),
@@ -134,19 +105,6 @@ fn white_of_gltf_loses_no_light() {
     }
 }
 
-/// To the precision of the tables of what facets scatter more than once.
-#[test]
-fn layers_gain_nothing() {
-    let mut random = Random::new(17);
-    for _ in 0..150 {
-        let lobe = any_layers(&mut random);
-        for cos in [1.0, 0.7, 0.4, 0.15, 0.04, -0.1, -0.8] {
-            let albedo = albedo(lobe, cos);
-            assert!(albedo <= 1.0 + TABLES, "{lobe:?} {cos}: {albedo}");
-        }
-    }
-}
-
 /// White brushed metal whose facets' light is followed on scatters all that arrives, at every azimuth, to the precision of
 /// the fit in `compensation::across`.
 #[test]
@@ -197,14 +155,12 @@ fn gains_of_mitsuba_are_as_documented() {
 /// [glTF 2.0, KHR_materials_clearcoat]
 #[test]
 fn coats_reflect_as_schlick_says() {
-    let coat = Principled {
+    let coat = MetallicRoughness {
         base_color: Spectrum::ZERO,
-        metallic: 0.0,
-        eta: 1.0,
+        specular: 0.0,
         clearcoat: 1.0,
-        clearcoat_gloss: 1.0,
-        layered: true,
-        ..Principled::examples()[0]
+        clearcoat_roughness: 0.0,
+        ..MetallicRoughness::examples()[0]
     };
     for (degrees, wanted) in
         [(0.0_f32, 0.04), (45.0, 0.042), (70.0, 0.158), (80.0, 0.410), (85.0, 0.648)]

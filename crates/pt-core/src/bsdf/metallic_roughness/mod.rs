@@ -1,5 +1,6 @@
 //! The material of metal and roughness of glTF, with its extensions.
 
+mod coat;
 mod examples;
 mod film;
 mod sampling;
@@ -13,9 +14,9 @@ use pt_scene::material::{Distribution, Masking};
 use super::compensation::{Reflected, SchlickGloss};
 use super::fresnel;
 use super::microfacet::Facets;
-use super::principled::layers::{self, Coat};
 use super::rough_dielectric::{Pair, eta_from};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+use coat::{Coat, coat_albedo, through as through_layer};
 use film::Film;
 use sheen::Sheen;
 
@@ -253,7 +254,7 @@ impl MetallicRoughness {
 
     /// How often facets reflect, and do not let through.
     #[inline]
-    fn reflection_probability(&self, reflected: Spectrum, transmitted: Spectrum) -> f32 {
+    fn reflection_probability(reflected: Spectrum, transmitted: Spectrum) -> f32 {
         let [reflected, transmitted] = [reflected, transmitted].map(Spectrum::luminance);
         if transmitted > 0.0 { reflected / (reflected + transmitted) } else { 1.0 }
     }
@@ -291,11 +292,6 @@ impl MetallicRoughness {
     #[inline]
     fn has_sheen(&self) -> bool {
         self.sheen_color.max_channel() > 0.0
-    }
-
-    #[inline]
-    fn gloss_of_coat(&self) -> f32 {
-        1.0 - self.clearcoat_roughness
     }
 
     /// The facet that takes one direction to the other; of a sheet, light that goes through leaves as if it were reflected to the
@@ -345,7 +341,7 @@ impl MetallicRoughness {
             if self.thin {
                 left(wo.z.abs()).min(left(wi.z.abs()))
             } else {
-                layers::through(wo, wi, left)
+                through_layer(wo, wi, left)
             }
         };
         if self.has_sheen() {
@@ -357,10 +353,10 @@ impl MetallicRoughness {
             }
         }
         if self.clearcoat > 0.0 {
-            let gloss = self.gloss_of_coat();
-            sum *= through(&|cos| 1.0 - self.clearcoat * layers::coat_albedo(gloss, cos));
+            let roughness = self.clearcoat_roughness;
+            sum *= through(&|cos| 1.0 - self.clearcoat * coat_albedo(roughness, cos));
             if let Some(h) = h {
-                sum += Spectrum::splat(self.clearcoat * Coat::new(gloss).eval(wo, wi, h));
+                sum += Spectrum::splat(self.clearcoat * Coat::new(roughness).eval(wo, wi, h));
             }
         }
         sum
@@ -511,7 +507,7 @@ impl Lobe<'_> for MetallicRoughness {
         }
         let facets = self.facets().spread();
         if self.clearcoat > 0.0 {
-            facets.min(Coat::new(self.gloss_of_coat()).alpha())
+            facets.min(Coat::new(self.clearcoat_roughness).alpha())
         } else {
             facets
         }

@@ -7,10 +7,10 @@ use pt_math::{Vec3, warp};
 use super::MetallicRoughness;
 #[cfg(test)]
 use super::View;
+use super::coat::{Coat, coat_albedo};
 use super::sheen::Sheen;
 use crate::bsdf::compensation::Reflected;
 use crate::bsdf::fresnel;
-use crate::bsdf::principled::layers::{self, Coat};
 use crate::bsdf::rough_dielectric::{eta_from, refract, upright};
 
 /// Probabilities of the maps that [`MetallicRoughness::draw`] takes; the rest is the cosine's.
@@ -35,7 +35,7 @@ impl MetallicRoughness {
         let reflected = self.reflectance(true, cos, dielectric);
         let facets = (reflected + self.transmittance(dielectric)).luminance() + LEAST;
         let coat = if self.clearcoat > 0.0 {
-            self.clearcoat * layers::coat_albedo(self.gloss_of_coat(), cos)
+            self.clearcoat * coat_albedo(self.clearcoat_roughness, cos)
         } else {
             0.0
         };
@@ -68,7 +68,7 @@ impl MetallicRoughness {
             let pair = self.pair(wo, wi).expect("a pair that was sampled");
             let dielectric = self.reflected_by_pair(&pair);
             let reflected = self.reflectance(wo.z > 0.0, pair.wo.dot(pair.h), dielectric);
-            let chosen = self.reflection_probability(reflected, self.transmittance(dielectric));
+            let chosen = Self::reflection_probability(reflected, self.transmittance(dielectric));
             shares.facets * if pair.is_reflected { chosen } else { 1.0 - chosen }
         } else if choice < shares.facets + shares.coat {
             shares.coat
@@ -94,7 +94,7 @@ impl MetallicRoughness {
         if let Some(pair) = &pair {
             let dielectric = self.reflected_by_pair(pair);
             let reflected = self.reflectance(front, pair.wo.dot(pair.h), dielectric);
-            let chosen = self.reflection_probability(reflected, self.transmittance(dielectric));
+            let chosen = Self::reflection_probability(reflected, self.transmittance(dielectric));
             let chosen = if pair.is_reflected { chosen } else { 1.0 - chosen };
             pdf += shares.facets * chosen * self.density(pair, &facets);
         }
@@ -105,7 +105,7 @@ impl MetallicRoughness {
         }
         if let Some(pair) = pair.filter(|_| above) {
             if shares.coat > 0.0 {
-                pdf += shares.coat * Coat::new(self.gloss_of_coat()).pdf(wo, pair.h);
+                pdf += shares.coat * Coat::new(self.clearcoat_roughness).pdf(wo, pair.h);
             }
             pdf += shares.sheen / TAU;
         }
@@ -121,7 +121,7 @@ impl MetallicRoughness {
             return self.draw_facet(wo, [u, v], choice / shares.facets);
         }
         if rest < shares.coat {
-            let h = Coat::new(self.gloss_of_coat()).sample(wo, [u, v]);
+            let h = Coat::new(self.clearcoat_roughness).sample(wo, [u, v]);
             let wi = h * (2.0 * wo.dot(h)) - wo;
             return (wi.z > 0.0).then_some(wi);
         }
@@ -146,7 +146,7 @@ impl MetallicRoughness {
         let dielectric = self.reflected_by_dielectric(cos, eta);
         let reflected = self.reflectance(wo.z > 0.0, cos, dielectric);
         let reflects =
-            choice < self.reflection_probability(reflected, self.transmittance(dielectric));
+            choice < Self::reflection_probability(reflected, self.transmittance(dielectric));
         let mirrored = h * (2.0 * cos) - up;
         let wi = if reflects {
             mirrored

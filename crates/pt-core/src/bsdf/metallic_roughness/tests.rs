@@ -13,7 +13,7 @@ fn above(random: &mut Random) -> Vec3 {
 
 /// D V cos θi of facets of GGX of one roughness α, from the text of glTF 2.0, app. B.3.2, in double precision.
 fn facets_by_the_text(alpha: f64, [wo, wi, h]: [Vec3; 3]) -> f64 {
-    let [wo, wi, h] = [wo, wi, h].map(|w| w.as_dvec3());
+    let [wo, wi, h] = [wo, wi, h].map(Vec3::as_dvec3);
     let a2 = alpha * alpha;
     let d = a2 / (std::f64::consts::PI * ((h.z * h.z) * (a2 - 1.0) + 1.0).powi(2));
     let seen = |w: f64| (a2 + (1.0 - a2) * w * w).sqrt();

@@ -2,7 +2,6 @@
 
 mod base;
 mod clearcoat;
-pub(super) mod layers;
 #[cfg(test)]
 mod tests;
 mod thin;
@@ -10,21 +9,19 @@ mod thin;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 use pt_scene::material::{Distribution, Masking};
 
-use super::compensation::{Gloss, Reflected};
 use super::fresnel;
 use super::microfacet::Facets;
 use super::rough_dielectric::{Pair, eta_from, refract, upright};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 use base::{Base, about_sheen, sheen, tint, tinted};
 use clearcoat::Clearcoat;
-use layers::Coat;
 
 pub use thin::PrincipledThin;
 
 /// A diffuse base with sheen, facets that reflect as a dielectric or a metal or let light through, and a clear
 /// coat. See [`pt_scene::material::Principled`] for its parameters.
 ///
-/// Unless it is `layered`, it is Mitsuba 3's "principled", value by value: parts are added up, so that bright bases
+/// It is Mitsuba 3's "principled", value by value: parts are added up, so that bright bases
 /// scatter more than arrives (see `MITSUBA_GAIN` among the tests), and an index of 1 takes away the reflection of metals.
 /// [Burley 2012, "Physically Based Shading at Disney"; Burley 2015, "Extending the Disney BRDF to a BSDF with
 /// Integrated Subsurface Scattering"]
@@ -52,15 +49,8 @@ pub struct Principled {
     pub flatness: f32,
     /// Amount of clear coat, from 0 to 1.
     pub clearcoat: f32,
-    /// From 0, a satin coat, to 1, a glossy one; in layers 1 − √α.
+    /// From 0, a satin coat, to 1, a glossy one.
     pub clearcoat_gloss: f32,
-    /// Whether the front is on the side of −z.
-    pub inside_out: bool,
-    /// Whether light that one facet reflects to another is followed on, and so not lost.
-    pub multiple_scattering: bool,
-    /// Whether each layer has the light that those above leave to it: the coat, the sheen, the facets, and a matte
-    /// base without `flatness`. Then no more is scattered than arrives, and tints take light away.
-    pub layered: bool,
 }
 
 /// Probabilities of the maps that [`Lobe::sample`] takes; the rest is the cosine's.
@@ -140,12 +130,6 @@ impl Principled {
         }
     }
 
-    /// The direction where the front is up.
-    #[inline]
-    fn turned(&self, w: Vec3) -> Vec3 {
-        if self.inside_out { -w } else { w }
-    }
-
     #[inline]
     fn facets(&self) -> Facets {
         facets(self.roughness, self.anisotropic)
@@ -163,21 +147,10 @@ impl Principled {
         (1.0 - self.metallic) * self.spec_trans
     }
 
-    /// The hue of the base: of luminance 1, or in layers with 1 in its greatest channel.
-    #[inline]
-    fn tint(&self) -> Spectrum {
-        let greatest = self.base_color.max_channel();
-        match self.layered {
-            false => tint(self.base_color),
-            true if greatest > 0.0 => self.base_color / greatest,
-            true => Spectrum::ONE,
-        }
-    }
-
     /// The colour of sheen of full amount.
     #[inline]
     fn sheen_color(&self) -> Spectrum {
-        tinted(self.tint(), self.sheen_tint)
+        tinted(tint(self.base_color), self.sheen_tint)
     }
 
     /// Amount of sheen on what is not metal.
@@ -189,16 +162,12 @@ impl Principled {
     /// The reflectance of facets that are seen from the front at a cosine, where a dielectric reflects `f`.
     #[inline]
     fn reflectance(&self, cos: f32, f: f32) -> Spectrum {
-        if f <= 0.0 && !self.layered {
+        if f <= 0.0 {
             return Spectrum::ZERO;
         }
         let weight = schlick_weight(cos, self.eta);
         let metal = self.base_color + (Spectrum::ONE - self.base_color) * weight;
-        let hued = if self.layered {
-            tinted(self.tint(), 1.0 - weight) * f
-        } else {
-            tinted_fresnel(self.tint(), weight, self.eta)
-        };
+        let hued = tinted_fresnel(tint(self.base_color), weight, self.eta);
         let dielectric = hued * self.spec_tint + Spectrum::splat((1.0 - self.spec_tint) * f);
         metal * self.metallic + dielectric * (1.0 - self.metallic)
     }
@@ -237,87 +206,33 @@ impl Principled {
         let facets = (self.reflectance(cos, f) + through).luminance() + LEAST;
         let coat = if self.clearcoat == 0.0 {
             0.0
-        } else if self.layered {
-            self.clearcoat * layers::coat_albedo(self.clearcoat_gloss, cos)
         } else {
             self.clearcoat * (Clearcoat::albedo(cos) + 0.2 * LEAST)
         };
         let opaque = self.opaque();
         let sheen = self.sheen_amount() * about_sheen(cos);
         let base = opaque * self.base_color.luminance() + sheen;
-        let again = if self.multiple_scattering {
-            0.9 * Reflected::new(&self.facets()).lost(wo) + 0.02
-        } else {
-            0.0
-        };
-        let all = facets + coat + base + again;
+        let all = facets + coat + base;
         Shares { facets: facets / all, coat: coat / all }
     }
 
-    /// What facets reflect more than once.
+    /// The base, the sheen and the coat, for two directions above the front and their half vector.
     #[inline]
-    fn reflected_again(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        let again = Reflected::new(&self.facets());
-        let metal = fresnel::mean_schlick(self.base_color);
-        let dielectric = Spectrum::splat(fresnel::mean_dielectric(self.eta));
-        let colored = again.colored(metal) * self.metallic
-            + again.colored(dielectric) * (1.0 - self.metallic);
-        colored * again.eval(wo, wi)
-    }
-
-    /// Light that is scattered above the front by facets more than once, and by the base.
-    #[inline]
-    fn again_and_base(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+    fn others(&self, wo: Vec3, wi: Vec3, h: Vec3) -> Spectrum {
         let mut sum = Spectrum::ZERO;
-        if self.multiple_scattering {
-            sum += self.reflected_again(wo, wi);
-        }
         let opaque = self.opaque();
         if opaque > 0.0 {
             let &Self { base_color: color, roughness, flatness, .. } = self;
-            sum += if self.layered {
-                let gloss = Gloss::new(&self.facets(), self.eta, self.multiple_scattering);
-                color * (opaque * gloss.eval_base(wo, wi))
-            } else {
-                Base { color, roughness, flatness }.eval(wo, wi) * opaque
-            };
+            sum += Base { color, roughness, flatness }.eval(wo, wi) * opaque;
         }
-        sum
-    }
-
-    /// The layers over the facets and the base, which scatter `below`, for two directions and the half vector; `above` says
-    /// whether both are on the side of the front.
-    #[inline]
-    fn under_layers(&self, below: Spectrum, [wo, wi, h]: [Vec3; 3], above: bool) -> Spectrum {
-        let mut sum = below;
         let sheen_amount = self.sheen_amount();
         if sheen_amount > 0.0 {
-            let color = self.sheen_color() * sheen_amount;
-            if self.layered {
-                let scattered = color.max_channel();
-                let left = |cos| 1.0 - scattered * layers::sheen_albedo(cos);
-                sum *= layers::through(wo, wi, left);
-            }
-            if above {
-                sum += sheen(color, wo, wi);
-            }
+            sum += sheen(self.sheen_color() * sheen_amount, wo, wi);
         }
         if self.clearcoat > 0.0 {
-            if self.layered {
-                let reflected = |cos| layers::coat_albedo(self.clearcoat_gloss, cos);
-                let left = |cos| 1.0 - self.clearcoat * reflected(cos);
-                sum *= layers::through(wo, wi, left);
-            }
-            if above {
-                let gloss = self.clearcoat_gloss;
-                let seen = if self.layered {
-                    Coat::new(gloss).eval(wo, wi, h)
-                } else {
-                    let weight = schlick_weight(wo.dot(h), self.eta);
-                    Clearcoat::new(gloss).eval(weight, wo, wi, h)
-                };
-                sum += Spectrum::splat(self.clearcoat * seen);
-            }
+            let weight = schlick_weight(wo.dot(h), self.eta);
+            let seen = Clearcoat::new(self.clearcoat_gloss).eval(weight, wo, wi, h);
+            sum += Spectrum::splat(self.clearcoat * seen);
         }
         sum
     }
@@ -325,7 +240,6 @@ impl Principled {
     /// f cos θi and the density.
     #[inline]
     fn eval_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
-        let (wo, wi) = (self.turned(wo), self.turned(wi));
         let front = wo.z > 0.0;
         let above = front && wi.z > 0.0;
         if !above && self.transparent() <= 0.0 {
@@ -344,18 +258,15 @@ impl Principled {
         let shares = self.shares(wo);
         let pdf = shares.facets * chosen * seen;
         if !above {
-            let f = if self.layered { self.under_layers(f, [wo, wi, pair.h], false) } else { f };
             return (f, pdf);
         }
         let coat = match shares.coat {
             0.0 => 0.0,
-            share if self.layered => share * Coat::new(self.clearcoat_gloss).pdf(wo, pair.h),
             share => share * Clearcoat::new(self.clearcoat_gloss).pdf(wo, pair.h),
         };
         let base = 1.0 - shares.facets - shares.coat;
         let pdf = pdf + coat + base.max(0.0) * warp::cosine_hemisphere_pdf(wi.z).get();
-        let below = f + self.again_and_base(wo, wi);
-        (self.under_layers(below, [wo, wi, pair.h], true), pdf)
+        (f + self.others(wo, wi, pair.h), pdf)
     }
 
     /// Follows one of the maps, from a direction that is up if the front is seen.
@@ -365,11 +276,7 @@ impl Principled {
         if choice >= shares.facets {
             let coated = choice < shares.facets + shares.coat;
             let wi = if coated {
-                let h = if self.layered {
-                    Coat::new(self.clearcoat_gloss).sample(wo, [u, v])
-                } else {
-                    Clearcoat::new(self.clearcoat_gloss).sample([u, v])
-                };
+                let h = Clearcoat::new(self.clearcoat_gloss).sample([u, v]);
                 h * (2.0 * wo.dot(h)) - wo
             } else {
                 warp::cosine_hemisphere([u, v])
@@ -408,17 +315,11 @@ impl Lobe<'_> for Principled {
             self.flatness,
             self.clearcoat,
             self.clearcoat_gloss,
-            f32::from(
-                u8::from(self.inside_out)
-                    + 2 * u8::from(self.multiple_scattering)
-                    + 4 * u8::from(self.layered),
-            ),
         ])
     }
 
     #[inline]
     fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
-        let flags = p[14] as u8;
         Self {
             base_color: color(p, Self::BASE_COLOR),
             roughness: p[Self::ROUGHNESS],
@@ -432,9 +333,6 @@ impl Lobe<'_> for Principled {
             flatness: p[Self::FLATNESS],
             clearcoat: p[Self::CLEARCOAT],
             clearcoat_gloss: p[Self::CLEARCOAT_GLOSS],
-            inside_out: flags & 1 != 0,
-            multiple_scattering: flags & 2 != 0,
-            layered: flags & 4 != 0,
         }
     }
 
@@ -450,13 +348,12 @@ impl Lobe<'_> for Principled {
 
     #[inline]
     fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
-        let seen = self.turned(wo);
-        if seen.z == 0.0 || (seen.z < 0.0 && self.transparent() <= 0.0) {
+        if wo.z == 0.0 || (wo.z < 0.0 && self.transparent() <= 0.0) {
             return None;
         }
-        let wi = self.turned(self.draw(seen, u)?);
+        let wi = self.draw(wo, u)?;
         let (f, pdf) = self.eval_and_pdf(wo, wi);
-        let eta = eta_from(seen, self.eta);
+        let eta = eta_from(wo, self.eta);
         let squeeze = if wo.z * wi.z < 0.0 { eta * eta } else { 1.0 };
         let pdf = Pdf::new(pdf);
         let sample = || BsdfSample::new(wi, f / pdf.get(), Some(pdf)).squeezed_by(squeeze);
@@ -470,9 +367,7 @@ impl Lobe<'_> for Principled {
         }
         let facets = facets(self.roughness, self.anisotropic).spread();
         if self.clearcoat > 0.0 {
-            let gloss = self.clearcoat_gloss;
-            let coat =
-                if self.layered { Coat::new(gloss).alpha() } else { Clearcoat::new(gloss).alpha() };
+            let coat = Clearcoat::new(self.clearcoat_gloss).alpha();
             facets.min(coat)
         } else {
             facets
@@ -493,9 +388,6 @@ impl Lobe<'_> for Principled {
             flatness: 0.0,
             clearcoat: 0.0,
             clearcoat_gloss: 0.0,
-            inside_out: false,
-            multiple_scattering: false,
-            layered: false,
         };
         let (base_color, dark) = (Spectrum::rgb(0.9, 0.6, 0.3), Spectrum::rgb(0.1, 0.05, 0.03));
         let bright = Self {
@@ -518,14 +410,10 @@ impl Lobe<'_> for Principled {
             },
             Self { base_color, metallic: 1.0, roughness: 0.6, anisotropic: 0.7, ..plain },
             Self { clearcoat: 1.0, metallic: 0.4, ..plain },
-            Self { base_color, metallic: 1.0, roughness: 0.9, multiple_scattering: true, ..plain },
-            Self { base_color, layered: true, multiple_scattering: true, ..plain },
             Self { base_color, spec_trans: 1.0, ..plain },
             Self { base_color, spec_trans: 1.0, eta: 1.0 / 1.33, roughness: 0.4, ..plain },
             Self { spec_trans: 0.6, eta: 1.33, clearcoat: 0.5, metallic: 0.2, ..plain },
-            // The brightest, as in Mitsuba and in layers.
             bright,
-            Self { layered: true, multiple_scattering: true, ..bright },
         ]
     }
 }

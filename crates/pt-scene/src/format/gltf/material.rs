@@ -65,7 +65,7 @@ pub(super) struct Made {
 
 impl<'a> Reader<'a> {
     /// How the textures of a material lie on a mesh.
-    pub(super) fn layout(&mut self, material: Option<&Item<'a>>) -> Result<Layout, LoadError> {
+    pub(super) fn layout(material: Option<&Item<'a>>) -> Result<Layout, LoadError> {
         let Some(material) = material else { return Ok(Layout::default()) };
         let mut sets = Vec::new();
         sets.extend(Self::uv_set_of(material, "normalTexture")?);
@@ -126,7 +126,7 @@ impl<'a> Reader<'a> {
         values: Values,
     ) -> Result<(Material, Option<u32>), LoadError> {
         self.context.was_loud();
-        self.uv_set = self.layout(Some(item))?.uv_set;
+        self.uv_set = Self::layout(Some(item))?.uv_set;
         let look = self.look(item, values.colors)?;
         if item.extension("KHR_materials_unlit")?.is_some() {
             return Ok((self.unlit(item, look.base_color, values)?, None));

@@ -175,7 +175,7 @@ impl<'a> Reader<'a> {
         let shape = if let Some(known) = known {
             known
         } else {
-            let form = Form { layout: self.layout(described.as_ref())?, ..form.clone() };
+            let form = Form { layout: Self::layout(described.as_ref())?, ..form.clone() };
             let shape = match self.primitive(primitive, &mesh.name(), &form) {
                 Err(LoadError::Told) => {
                     return Ok(self.stand_in(node, primitive)?.into_iter().collect());

@@ -134,9 +134,6 @@ record! {
         clearcoat: SHARE => 0.0.into(),
         clearcoat_gloss: SHARE => 0.0.into(),
         two_sided: Plain => false,
-        inside_out: Plain => false,
-        multiple_scattering: Plain => false,
-        layered: Plain => false,
     }
 }
 record! {

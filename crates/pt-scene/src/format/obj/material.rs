@@ -2,7 +2,7 @@
 //!
 //! | in the file | becomes |
 //! |---|---|
-//! | `Pr`, `Pm`, `Ps`, `Pc`, `Pcr`, `aniso`, `map_Pr` or `map_Pm` | [`Principled`] |
+//! | `Pr`, `Pm`, `Ps`, `Pc`, `Pcr`, `aniso`, `map_Pr` or `map_Pm` | [`MetallicRoughness`] |
 //! | `illum` 6 or 7, without `map_d` | [`Glass`] |
 //! | `illum` 4 or 9, without `map_d`, and `d` missing or 0 | [`ThinGlass`] |
 //! | `illum` 3 or 5, `Kd` black and `Ks` not | [`Mirror`] |
@@ -19,10 +19,12 @@ use super::map::{Content, Images, Map};
 use super::mtl::{self, Values};
 use super::notes::Notes;
 use crate::image::Image;
-use crate::material::{Embossed, Glass, Mirror, Principled, ThinGlass};
+use crate::material::{Embossed, Glass, MetallicRoughness, Mirror, ThinGlass};
 use crate::texture::{Color, Input, Pattern, Relief, Scalar, Texture};
 use crate::{LoadError, Material, Surface};
 
+/// √α of the sheen, of which files say nothing.
+const SHEEN_ROUGHNESS: f32 = 0.5;
 /// Diffuse colour of materials that give neither one nor an image: that of things without a material.
 const DEFAULT_DIFFUSE: f32 = 0.5;
 /// Index of refraction of glass that gives none: that of windows.
@@ -116,7 +118,7 @@ impl Made<'_, '_, '_, '_> {
         let is_solid_glass = (model == 6.0 || model == 7.0) && !self.values.has("map_d");
         let dissolve = self.dissolve();
         if PHYSICAL.iter().any(|word| self.values.has(word)) {
-            let surface = self.principled(is_solid_glass).into();
+            let surface = self.metallic_roughness(is_solid_glass).into();
             return (surface, if is_solid_glass { 1.0.into() } else { self.opacity(dissolve) });
         }
         let is_thin_glass = (model == 4.0 || model == 9.0)
@@ -217,16 +219,11 @@ impl Made<'_, '_, '_, '_> {
     }
 
     /// A physically based surface, for which `Ks` and `illum` mean nothing but that light goes through.
-    fn principled(&mut self, is_glass: bool) -> Principled {
+    fn metallic_roughness(&mut self, is_glass: bool) -> MetallicRoughness {
         let number = |word| self.values.number(word).unwrap_or(0.0);
         let (sheen, coat, coat_roughness) = (number("Ps"), number("Pc"), number("Pcr"));
-        let (anisotropic, rotation) = (number("aniso"), number("anisor"));
-        if rotation != 0.0 {
-            self.note(
-                "anisor",
-                "\"anisor\" is passed over: highlights are long along u".to_owned(),
-            );
-        }
+        // A share of a turn.
+        let (anisotropy, rotation) = (number("aniso"), number("anisor") * std::f32::consts::TAU);
         let through = self.values.color("Tf").map_or(1.0, gloss::luminance);
         // An exponent has the α of Beckmann, whose root is the roughness.
         let roughness = if self.values.has("Pr") || self.values.has("map_Pr") {
@@ -234,20 +231,20 @@ impl Made<'_, '_, '_, '_> {
         } else {
             self.exponent().map_or(DEFAULT_ROUGHNESS, |n| gloss::alpha(n).sqrt())
         };
-        Principled {
+        MetallicRoughness {
             base_color: self.painted("Kd", "map_Kd", DEFAULT_DIFFUSE),
             roughness: self.measured("Pr", "map_Pr", roughness),
             metallic: self.measured("Pm", "map_Pm", 0.0),
-            spec_trans: if is_glass { through } else { 0.0 }.into(),
-            ior: if is_glass { self.ior() } else { self.ior().max(1.0) },
-            sheen: sheen.into(),
-            anisotropic: anisotropic.into(),
+            transmission: if is_glass { through } else { 0.0 }.into(),
+            ior: self.ior().max(1.0),
+            sheen_color: [sheen; 3].into(),
+            sheen_roughness: SHEEN_ROUGHNESS.into(),
+            anisotropy: anisotropy.into(),
+            anisotropy_rotation: rotation,
             clearcoat: coat.into(),
-            clearcoat_gloss: (1.0 - coat_roughness).into(),
+            clearcoat_roughness: coat_roughness.into(),
             two_sided: !is_glass,
-            multiple_scattering: true,
-            layered: true,
-            ..Principled::default()
+            ..MetallicRoughness::default()
         }
     }
 

@@ -34,8 +34,10 @@ pub(super) fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<Wel
         let mut last = piece.line;
         for (number, line) in (piece.line..).zip(piece.bytes.split(|b| *b == b'\n')) {
             let text = String::from_utf8_lossy(line);
-            if let Err(fault) = loops.line(Line { path, number, text: &text }) {
-                faults.add(fault);
+            for text in statements(&text) {
+                if let Err(fault) = loops.line(Line { path, number, text }) {
+                    faults.add(fault);
+                }
             }
             last = if line.is_empty() { last } else { number };
         }
@@ -54,6 +56,35 @@ pub(super) fn read(bytes: &[u8], path: &Path, faults: &mut Faults) -> Result<Wel
         triangles.append(&mut its_triangles);
     }
     join(&vertices, triangles, path)
+}
+
+/// The statements of a line, of which most lines have one: where it has several vertices, each begins with a word of STL.
+fn statements(line: &str) -> impl Iterator<Item = &str> {
+    /// Lines of one statement are shorter.
+    const SHORT: usize = 80;
+    /// Words with which statements begin within lines.
+    const WORDS: [&str; 6] = ["facet", "outer", "vertex", "endloop", "endfacet", "endsolid"];
+    let has_several = line.len() > SHORT && {
+        let vertices = line.split_ascii_whitespace().filter(|w| w.eq_ignore_ascii_case("vertex"));
+        vertices.count() > 1
+    };
+    let mut rest = Some(line);
+    std::iter::from_fn(move || {
+        let text = rest.take()?;
+        let begins = |at: &usize| {
+            let word = text[*at..].split_ascii_whitespace().next().unwrap_or_default();
+            WORDS.iter().any(|other| other.eq_ignore_ascii_case(word))
+        };
+        let spaces = text.char_indices().filter(|(_, c)| has_several && c.is_ascii_whitespace());
+        let starts = spaces
+            .map(|(at, _)| at + 1)
+            .filter(|at| text[*at..].starts_with(|c: char| c.is_ascii_alphabetic()));
+        // The word that a text begins with is its own.
+        let first = text.len() - text.trim_ascii_start().len();
+        let end = starts.filter(|at| *at > first).find(begins);
+        rest = end.map(|at| &text[at..]);
+        Some(end.map_or(text, |at| &text[..at]))
+    })
 }
 
 /// Cuts a text behind ends of loops, into pieces of at least so many bytes but for the last one.
@@ -179,6 +210,30 @@ impl<'w> Loops<'w> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Names of solids may have such words; lines of one statement stay as they are.
+    #[test]
+    fn lines_of_several_statements_are_taken_apart() {
+        let line = "solid part facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0  VERTEX 0 1 0 endloop endfacet endsolid";
+        let wanted = [
+            "solid part ",
+            "facet normal 0 0 1 ",
+            "outer loop ",
+            "vertex 0 0 0 ",
+            "vertex 1 0 0  ",
+            "VERTEX 0 1 0 ",
+            "endloop ",
+            "endfacet ",
+            "endsolid",
+        ];
+        assert_eq!(statements(line).collect::<Vec<_>>(), wanted);
+        for line in ["", "  vertex 0 0 0", "solid vertex cover of a facet", "facet normal 0 0 1 "] {
+            assert_eq!(statements(line).collect::<Vec<_>>(), [line]);
+        }
+        let mut faults = Faults::default();
+        let read = read(line.as_bytes(), Path::new("a.stl"), &mut faults).expect("a good file");
+        assert_eq!(read.triangles.len(), 1);
+    }
 
     /// In each case all bytes are in one piece, in their order, and pieces know their lines.
     #[test]

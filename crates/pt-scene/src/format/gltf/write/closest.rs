@@ -3,7 +3,8 @@
 use super::super::super::gloss;
 use super::layer::mapped;
 use crate::material::{
-    DiffuseTransmission, Matte, MetallicRoughness, Mix, Principled, PrincipledThin, Roughness,
+    CoatedConductor, DiffuseTransmission, Matte, MetallicRoughness, Mix, Principled,
+    PrincipledThin, Roughness,
 };
 use crate::texture::{Input, Pattern, Relief, Scalar};
 use crate::{Color, Surface};
@@ -75,8 +76,8 @@ pub(super) fn closest(surface: &Surface, tell: &mut dyn FnMut(&str)) -> Closest 
             closest(&metal.into(), tell)
         }
         _ => {
-            let (look, body) = plain(surface, tell);
-            Closest { look, body, relief: None }
+            let look = plain(surface, tell);
+            Closest { body: body(&look), look, relief: None }
         }
     }
 }
@@ -106,22 +107,16 @@ fn principled(principled: &Principled, tell: &mut dyn FnMut(&str)) -> Closest {
     }
     let clearcoat_roughness = match &principled.clearcoat_gloss {
         _ if principled.clearcoat == zero => zero.clone(),
-        Scalar::Value(gloss) if principled.layered => (1.0 - gloss).into(),
         Scalar::Value(gloss) => gloss::roughness_of_coat(*gloss).into(),
         Scalar::Texture(_) => {
             tell("the gloss of its coat is left out, as it has a texture");
             zero.clone()
         }
     };
-    if !principled.layered {
-        if principled.flatness != zero {
-            tell("its flatness is left out");
-        }
-        tell("its diffuse part becomes Lambertian, under a gloss that takes light from it");
+    if principled.flatness != zero {
+        tell("its flatness is left out");
     }
-    if principled.inside_out {
-        tell("its inside becomes its outside");
-    }
+    tell("its diffuse part becomes Lambertian, under a gloss that takes light from it");
     let look = MetallicRoughness {
         base_color: principled.base_color.clone(),
         metallic: principled.metallic.clone(),
@@ -247,8 +242,25 @@ fn leaf(sheet: &DiffuseTransmission, tell: &mut dyn FnMut(&str)) -> MetallicRoug
     }
 }
 
+/// A metal whose coat is that of glTF.
+fn coated_metal(m: &CoatedConductor, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
+    tell("its coat reflects white over the metal, whose reflectance becomes that of Schlick");
+    let [eta, k] = [m.eta, m.k].map(|index| index.map(|x| x / m.ior.max(1.0)));
+    // Light goes through the coat twice.
+    let passed = libm::expf(-2.0 * m.thickness);
+    let at_normal = std::array::from_fn::<f32, 3, _>(|c| passed * reflectance(eta[c], k[c]));
+    MetallicRoughness {
+        base_color: at_normal.into(),
+        metallic: 1.0.into(),
+        roughness: m.alpha.sqrt().into(),
+        clearcoat: 1.0.into(),
+        clearcoat_roughness: m.coat_alpha.sqrt().into(),
+        ..bare(m.two_sided)
+    }
+}
+
 /// Surfaces of one model.
-fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (MetallicRoughness, Body) {
+fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
     let matte = |color: &Color, two_sided| MetallicRoughness {
         base_color: color.clone(),
         roughness: 1.0.into(),
@@ -270,22 +282,17 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (MetallicRoughness, B
         ior,
         ..bare(false)
     };
-    let opaque = |look| (look, Body::Opaque);
     match surface {
-        Surface::Matte(m) => opaque(matte(&m.reflectance, m.two_sided)),
+        Surface::Matte(m) => matte(&m.reflectance, m.two_sided),
         Surface::RoughDiffuse(m) => {
             tell("it becomes Lambertian");
-            opaque(matte(&m.reflectance, m.two_sided))
+            matte(&m.reflectance, m.two_sided)
         }
-        Surface::DiffuseTransmission(m) => {
-            let look = leaf(m, tell);
-            let body = body(&look);
-            (look, body)
-        }
-        Surface::Black(_) => opaque(matte(&[0.0; 3].into(), true)),
+        Surface::DiffuseTransmission(m) => leaf(m, tell),
+        Surface::Black(_) => matte(&[0.0; 3].into(), true),
         Surface::Mirror(m) => {
             let base_color = m.reflectance.clone();
-            opaque(MetallicRoughness { base_color, metallic: 1.0.into(), ..bare(true) })
+            MetallicRoughness { base_color, metallic: 1.0.into(), ..bare(true) }
         }
         Surface::Conductor(m) => {
             tell("its reflectance between straight and grazing light becomes that of Schlick");
@@ -294,26 +301,9 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (MetallicRoughness, B
             let mut look =
                 MetallicRoughness { base_color, metallic: 1.0.into(), ..bare(m.two_sided) };
             roughen(&mut look, m.roughness.as_ref(), tell);
-            opaque(look)
+            look
         }
-        Surface::CoatedConductor(m) => {
-            tell(
-                "its coat reflects white over the metal, whose reflectance becomes that of Schlick",
-            );
-            let [eta, k] = [m.eta, m.k].map(|index| index.map(|x| x / m.ior.max(1.0)));
-            // Light goes through the coat twice.
-            let passed = libm::expf(-2.0 * m.thickness);
-            let at_normal =
-                std::array::from_fn::<f32, 3, _>(|c| passed * reflectance(eta[c], k[c]));
-            opaque(MetallicRoughness {
-                base_color: at_normal.into(),
-                metallic: 1.0.into(),
-                roughness: m.alpha.sqrt().into(),
-                clearcoat: 1.0.into(),
-                clearcoat_roughness: m.coat_alpha.sqrt().into(),
-                ..bare(m.two_sided)
-            })
-        }
+        Surface::CoatedConductor(m) => coated_metal(m, tell),
         Surface::Glass(m) => {
             if m.reflectance != Color::Value([1.0; 3]) {
                 tell("the tint of what it reflects is left out");
@@ -321,32 +311,32 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> (MetallicRoughness, B
             // Its colour is that of two surfaces.
             let mut look = glass(squared(&m.transmittance), index(m.ior, tell));
             roughen(&mut look, m.roughness.as_ref(), tell);
-            (look, Body::Solid)
+            look
         }
         Surface::Refraction(m) => {
             tell("it reflects as glass does");
-            (glass(squared(&m.transmittance), index(m.ior, tell)), Body::Solid)
+            glass(squared(&m.transmittance), index(m.ior, tell))
         }
         Surface::ThinGlass(m) => {
             if m.reflectance != Color::Value([1.0; 3]) {
                 tell("the tint of what it reflects is left out");
             }
             let look = glass(m.transmittance.clone(), index(m.ior, tell));
-            (MetallicRoughness { thin: true, ..look }, Body::Sheet)
+            MetallicRoughness { thin: true, ..look }
         }
         Surface::CoatedDiffuse(m) => {
             tell(COATED);
-            opaque(coated(&m.diffuse, 0.0, m.ior, m.two_sided))
+            coated(&m.diffuse, 0.0, m.ior, m.two_sided)
         }
         Surface::RoughCoatedDiffuse(m) => {
             tell(COATED);
-            opaque(coated(&m.diffuse, m.alpha.sqrt(), m.ior.max(1.0), m.two_sided))
+            coated(&m.diffuse, m.alpha.sqrt(), m.ior.max(1.0), m.two_sided)
         }
         Surface::Plastic(m) => {
             tell("its gloss becomes a grey one of GGX facets");
             let root = gloss::amount(&m.specular).clamp(0.0, 0.96).sqrt();
             let ior = (1.0 + root) / (1.0 - root);
-            opaque(coated(&m.diffuse, m.alpha.sqrt(), ior, m.two_sided))
+            coated(&m.diffuse, m.alpha.sqrt(), ior, m.two_sided)
         }
         Surface::Principled(_)
         | Surface::PrincipledThin(_)

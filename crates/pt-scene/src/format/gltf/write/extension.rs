@@ -143,17 +143,16 @@ impl Writer<'_> {
         fields.insert("iridescenceIor".to_owned(), look.film_ior.into());
         let (least, most, image) = match &look.film_thickness {
             Scalar::Value(thickness) => (None, *thickness, None),
-            Scalar::Texture(texture) => match between(&texture.pattern) {
-                Some(([least, most], share)) => {
+            Scalar::Texture(texture) => {
+                if let Some(([least, most], share)) = between(&texture.pattern) {
                     let made = self.number(&Input::Texture(Arc::clone(share)), "film", cx);
                     (Some(least), most, made.layer)
-                }
-                None => {
-                    self.notes
-                        .tell(&cx.place, "its film is as thick everywhere as it is on average");
+                } else {
+                    let note = "its film is as thick everywhere as it is on average";
+                    self.notes.tell(&cx.place, note);
                     (None, texture.pattern.mean()[0], None)
                 }
-            },
+            }
         };
         fields.extend(least.map(|least| ("iridescenceThicknessMinimum".to_owned(), json!(least))));
         fields.insert("iridescenceThicknessMaximum".to_owned(), most.into());

@@ -1,27 +1,26 @@
-//! The shares of light that the clear coat and the sheen of layered materials leave to the layers below.
+//! The clear coat, and the share of light that it leaves to the layers below.
 
 use std::sync::LazyLock;
 
-use pt_math::{FloatExt, Vec3, warp};
+use pt_math::{FloatExt, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
-use super::base::sheen_weight;
 use crate::bsdf::fresnel::schlick_weight;
 use crate::bsdf::microfacet::Facets;
 
 /// Cosines of a table, even in their square roots: albedos change most along the surface.
 const COSINES: usize = 48;
-/// Glosses of the table of coats, even from 0 to 1.
-const GLOSSES: usize = 17;
+/// Roughnesses of the table, even from 0 to 1.
+const ROUGHNESSES: usize = 17;
 /// Side of the grid of points by which albedos are integrated.
 const GRID: u16 = 96;
 
 /// Albedos by the cosine to the normal.
 type Albedos = [f32; COSINES];
 
-static COATS: LazyLock<Box<[Albedos; GLOSSES]>> = LazyLock::new(|| {
+static COATS: LazyLock<Box<[Albedos; ROUGHNESSES]>> = LazyLock::new(|| {
     let coat = |i: usize| {
-        let Coat(facets) = Coat::new(i as f32 / (GLOSSES - 1) as f32);
+        let Coat(facets) = Coat::new(i as f32 / (ROUGHNESSES - 1) as f32);
         std::array::from_fn(|i| {
             facets.mean_of_visible(cosine(i), GRID, |wo, h| {
                 let wi = h * (2.0 * wo.dot(h)) - wo;
@@ -32,17 +31,10 @@ static COATS: LazyLock<Box<[Albedos; GLOSSES]>> = LazyLock::new(|| {
     Box::new(std::array::from_fn(coat))
 });
 
-static SHEEN: LazyLock<Albedos> = LazyLock::new(|| {
-    albedos(|wo, u| {
-        let wi = warp::cosine_hemisphere(u);
-        sheen_weight(wo, wi) / warp::cosine_hemisphere_pdf(wi.z).get() * wi.z
-    })
-});
-
-/// A coat of index 1.5 with facets of GGX: its `gloss` is 1 − √α.
+/// A coat of index 1.5 with facets of GGX: its roughness is √α.
 /// [glTF 2.0, KHR_materials_clearcoat, "Clearcoat BRDF"]
 #[derive(Clone, Copy, Debug)]
-pub(in crate::bsdf) struct Coat(Facets);
+pub(super) struct Coat(Facets);
 
 /// The reflectance of a facet of a coat. [Schlick 1994]
 #[inline]
@@ -52,35 +44,35 @@ fn fresnel(cos: f32) -> f32 {
 
 impl Coat {
     #[inline]
-    pub(in crate::bsdf) fn new(gloss: f32) -> Self {
+    pub(super) fn new(roughness: f32) -> Self {
         const LEAST_ALPHA: f32 = 1e-3;
-        let alpha = (1.0 - gloss).powi(2).max(LEAST_ALPHA);
+        let alpha = (roughness * roughness).max(LEAST_ALPHA);
         let distribution = Distribution::Ggx;
         Self(Facets { distribution, masking: Masking::Correlated, alpha: [alpha; 2] })
     }
 
     /// α.
     #[inline]
-    pub(in crate::bsdf) fn alpha(self) -> f32 {
+    pub(super) fn alpha(self) -> f32 {
         self.0.alpha[0]
     }
 
     /// f cos θi for two directions above the surface with half vector `h`.
     #[inline]
-    pub(in crate::bsdf) fn eval(self, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
+    pub(super) fn eval(self, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
         fresnel(wo.dot(h)) * self.pdf(wo, h) * self.0.shadowing(wo, wi)
     }
 
     /// Density of the direction that [`Self::sample`] leads to.
     #[inline]
-    pub(in crate::bsdf) fn pdf(self, wo: Vec3, h: Vec3) -> f32 {
+    pub(super) fn pdf(self, wo: Vec3, h: Vec3) -> f32 {
         let pdf = 0.25 * self.0.visible_pdf(wo, h) / wo.dot(h);
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
     /// A facet that `wo` sees.
     #[inline]
-    pub(in crate::bsdf) fn sample(self, wo: Vec3, [u, v]: [f32; 2]) -> Vec3 {
+    pub(super) fn sample(self, wo: Vec3, [u, v]: [f32; 2]) -> Vec3 {
         self.0.sample_visible(wo, [u, v])
     }
 }
@@ -88,17 +80,6 @@ impl Coat {
 /// The cosine of a node of a table.
 fn cosine(i: usize) -> f32 {
     (i as f32 / (COSINES - 1) as f32).powi(2).max(1e-6)
-}
-
-/// The mean over a grid of `weight` at the cosines of a table.
-fn albedos(weight: impl Fn(Vec3, [f32; 2]) -> f32) -> Albedos {
-    let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(GRID);
-    std::array::from_fn(|i| {
-        let cos = cosine(i);
-        let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
-        let row = |v| (0..GRID).map(|u| f64::from(weight(wo, [middle(u), middle(v)]))).sum::<f64>();
-        ((0..GRID).map(row).sum::<f64>() / f64::from(GRID).powi(2)) as f32
-    })
 }
 
 /// The albedo at a cosine, between the nodes.
@@ -109,19 +90,13 @@ fn at(albedos: &Albedos, cos: f32) -> f32 {
     albedos[lower].lerp(albedos[lower + 1], (x - lower as f32).min(1.0))
 }
 
-/// The share of light from a cosine that a coat of full amount and some `gloss` reflects.
+/// The share of light from a cosine that a coat of full amount and some roughness reflects.
 #[inline]
-pub(in crate::bsdf) fn coat_albedo(gloss: f32, cos: f32) -> f32 {
-    let x = gloss.clamp(0.0, 1.0) * (GLOSSES - 1) as f32;
-    let lower = (x as usize).min(GLOSSES - 2);
+pub(super) fn coat_albedo(roughness: f32, cos: f32) -> f32 {
+    let x = roughness.clamp(0.0, 1.0) * (ROUGHNESSES - 1) as f32;
+    let lower = (x as usize).min(ROUGHNESSES - 2);
     let [a, b] = [lower, lower + 1].map(|i| at(&COATS[i], cos));
     a.lerp(b, x - lower as f32)
-}
-
-/// The share of light from a cosine that white sheen of full amount scatters.
-#[inline]
-pub(super) fn sheen_albedo(cos: f32) -> f32 {
-    at(&SHEEN, cos)
 }
 
 /// The share of light that gets through a layer on its way from `wi` to `wo`, of which `left` is left to
@@ -129,7 +104,7 @@ pub(super) fn sheen_albedo(cos: f32) -> f32 {
 /// layer scatters with what is below no more than arrives.
 /// [as for sheen in glTF 2.0, KHR_materials_sheen, "Albedo scaling technique"]
 #[inline]
-pub(in crate::bsdf) fn through(wo: Vec3, wi: Vec3, left: impl Fn(f32) -> f32) -> f32 {
+pub(super) fn through(wo: Vec3, wi: Vec3, left: impl Fn(f32) -> f32) -> f32 {
     let share = |w: Vec3| if w.z > 0.0 { left(w.z) } else { 1.0 };
     share(wo).min(share(wi))
 }
