@@ -62,6 +62,9 @@ impl Weights {
     }
 }
 
+/// The share of what facets of two roughnesses leave that their base has: as much less as E may be wrong, so that it gains nothing.
+const BRUSHED: f32 = 0.992;
+
 /// A gloss of facets that reflect F₀ + (F₉₀ − F₀)(1 − cos θ)⁵, and what of it they reflect again.
 #[derive(Clone, Copy)]
 pub(in crate::bsdf) struct SchlickGloss {
@@ -73,6 +76,8 @@ pub(in crate::bsdf) struct SchlickGloss {
     share: f32,
     /// The mean of 1 − E.
     mean: f32,
+    /// How much of what is left counts.
+    kept: f32,
 }
 
 impl SchlickGloss {
@@ -90,7 +95,8 @@ impl SchlickGloss {
         let (i, t) = locate(alpha.sqrt(), ALPHAS);
         let weight = row(i).mean.lerp(row(i + 1).mean, t);
         let reflected = f0 * (1.0 - again.mean - weight) + f90 * weight + share * again.mean;
-        Self { again, alpha, f0, f90, share, mean: (1.0 - reflected).max(0.0) }
+        let kept = if ax == ay { 1.0 } else { BRUSHED };
+        Self { again, alpha, f0, f90, share, mean: (1.0 - reflected).max(0.0), kept }
     }
 
     /// E: the share of light that it scatters, for a direction above the surface.
@@ -103,10 +109,10 @@ impl SchlickGloss {
         self.f0 * (1.0 - lost - weight).max(0.0) + self.f90 * weight + self.share * lost
     }
 
-    /// 1 − E.
+    /// 1 − E, or less.
     #[inline]
     pub(in crate::bsdf) fn left(&self, w: Vec3) -> f32 {
-        (1.0 - self.albedo(w)).max(0.0)
+        self.kept * (1.0 - self.albedo(w)).max(0.0)
     }
 
     /// f |cos θi| of a white matte base, for two directions, as from above the surface: light reaches the base, of which as much

@@ -41,9 +41,8 @@ fn albedo<'t>(lobe: impl Into<AnyLobe<'t>>, cos: f32) -> f32 {
     mean(&lobe.into(), seen_at(cos), GRID, power).max_channel()
 }
 
-/// Facets of two roughnesses, to the precision of the fit of [`super::super::compensation`], and with Schlick's weights as if there were
-/// one, scatter this much more or less.
-const BRUSHED: f32 = 7e-3;
+/// Facets of two roughnesses scatter this much more or less, by the precision of the fit of `compensation::across`.
+const BRUSHED: f32 = 6e-3;
 
 /// Adds something to a material.
 type Add = fn(&mut MetallicRoughness);
