@@ -4,22 +4,22 @@
 //! which shares nothing with ours. Of each figure of the report, its options are rendered by both, in
 //! the course's mode and at the size of the report, and the means of blocks of 120 × 120 pixels agree
 //! within what their standard errors allow. Ours come from the variance between four renders with other
-//! seeds, those of the second one from its samples, which are spread over the block.
+//! seeds, those of the second one from the differences between samples of small cells of the block.
 
 use std::path::{Path, PathBuf};
 
 use pathtracer::{
-    Adaptive, CompileOptions, DirectLight, FORMATS, LoadOptions, Region, Roulette, SamplerKind,
-    Scene, Session, Settings, Silent,
+    Adaptive, CompileOptions, DirectLight, EnvironmentMap, FORMATS, LoadOptions, Region, Roulette,
+    SamplerKind, Scene, Session, Settings, Silent,
 };
 use pt_math::DVec3;
 use pt_testing::Random;
-use pt_testing::course::{Content, Eye, Plan, Room, World, unit};
+use pt_testing::course::{Content, Eye, Light, Map, Plan, Room, World, unit};
 
 const SIZE: [u32; 2] = [480, 360];
 const BLOCK: u32 = 120;
 const RENDERS: u32 = 4;
-/// Of normally distributed means of 12 blocks in three channels and 30 pictures, one in a million is
+/// Of normally distributed means of 12 blocks in three channels and 60 pictures, one in a million is
 /// this far off; four renders know their variance to a factor, so that it is doubled.
 const STANDARD_ERRORS: f64 = 6.0;
 
@@ -37,20 +37,47 @@ struct Both {
     world: World,
     eye: Eye,
     scene: Scene,
+    /// The radius of the lens and its focal distance.
+    lens: Option<[f64; 2]>,
+    sky: Option<Map>,
 }
 
 impl Both {
     fn new(content: Content) -> Self {
-        let room = Room::new(content);
+        Self::of(&Room::new(content))
+    }
+
+    fn of(room: &Room) -> Self {
         let world = room.world();
         let (ahead, x_fov, aspect) = room.camera();
         let eye = Eye::of_course(&world, ahead, x_fov, aspect, SIZE);
-        Self { world, eye, scene: scene(&room) }
+        Self { world, eye, scene: scene(room), lens: None, sky: None }
+    }
+
+    /// The same with `-b` and `-d`.
+    fn with_lens(self, [radius, focal_distance]: [f64; 2]) -> Self {
+        let eye = self.eye.with_lens(radius, focal_distance);
+        Self { eye, lens: Some([radius, focal_distance]), ..self }
+    }
+
+    /// The same with `-e`.
+    fn with_sky(self, map: Map) -> Self {
+        let world = self.world.with_light(Light::Environment(map.clone()));
+        Self { world, sky: Some(map), ..self }
     }
 
     fn session(&self, settings: Settings) -> Session {
-        let options =
-            CompileOptions { resolution: Some(SIZE), course: true, ..CompileOptions::default() };
+        let map = |Map(width, height, texels): Map| {
+            EnvironmentMap::new(width as u32, height as u32, texels)
+        };
+        let options = CompileOptions {
+            resolution: Some(SIZE),
+            course: true,
+            lens_radius: self.lens.map(|[radius, _]| radius as f32),
+            focal_distance: self.lens.map(|[_, distance]| distance as f32),
+            environment: self.sky.clone().map(map),
+            ..CompileOptions::default()
+        };
         Session::new(&self.scene, options, settings).expect("a scene that can be rendered")
     }
 
@@ -79,16 +106,26 @@ impl Both {
     }
 }
 
-/// The same of the second path tracer, from so many samples of each block.
+/// The same of the second path tracer, from about so many samples of each block: two in each of its
+/// cells, whose difference is the variance of their mean.
 fn theirs(samples: u32, sample: impl Fn([f64; 2], &mut Random) -> DVec3) -> Vec<[DVec3; 2]> {
     let mut random = Random::new(7);
-    let size = SIZE.map(f64::from);
-    let each = |[x, y]: [u32; 2]| {
-        let values = (0..samples).map(|_| {
-            let at = [x, y].map(|c| f64::from(c) + f64::from(BLOCK) * unit(&mut random));
-            sample([at[0] / size[0], 1.0 - at[1] / size[1]], &mut random)
+    let (side, size) = ((samples / 2).isqrt(), SIZE.map(f64::from));
+    let cells = f64::from(side * side);
+    let each = |corner: [u32; 2]| {
+        let mut both = |cell: u32| {
+            let cell = [cell % side, cell / side].map(f64::from);
+            [(); 2].map(|()| {
+                let inside = cell.map(|c| (c + unit(&mut random)) / f64::from(side));
+                let at = [0, 1].map(|i| f64::from(corner[i]) + f64::from(BLOCK) * inside[i]);
+                sample([at[0] / size[0], 1.0 - at[1] / size[1]], &mut random)
+            })
+        };
+        let sums = (0..side * side).fold([DVec3::ZERO; 2], |[mean, variance], cell| {
+            let [a, b] = both(cell);
+            [mean + 0.5 * (a + b), variance + 0.25 * (a - b) * (a - b)]
         });
-        statistics(values.collect::<Vec<_>>().into_iter())
+        [sums[0] / cells, sums[1] / (cells * cells)]
     };
     blocks().map(each).collect()
 }
@@ -155,7 +192,7 @@ fn normals() {
         let both = Both::new(content);
         let (settings, _) = options(1, 0, false, 4);
         let settings = Settings { integrator: "normals".into(), ..settings };
-        let means = theirs(6000, |at, _| both.world.normal_as_color(&both.eye, at));
+        let means = theirs(6000, |at, r| both.world.normal_as_color(&both.eye, at, r));
         assert_equal("normals", &both.ours(&settings), &means);
     }
 }
@@ -208,6 +245,75 @@ fn mirror_and_glass() {
     for depth in [0, 1, 2, 3, 4, 5, 100] {
         let (settings, plan) = options(1, depth, false, 4);
         both.check(&format!("-m {depth}"), &settings, plan, 12_000);
+    }
+}
+
+/// Assignment 3-2: glass without reflection, which is black where it reflects totally.
+#[test]
+fn mirror_and_refraction() {
+    let both = Both::new(Content::MirrorAndRefraction);
+    for depth in [1, 2, 3, 5] {
+        let (settings, plan) = options(1, depth, false, 4);
+        both.check(&format!("refraction -m {depth}"), &settings, plan, 12_000);
+    }
+}
+
+/// Assignment 3-2: metals of facets, in light by samples of the lamp and by directions.
+#[test]
+fn metals() {
+    let both = Both::new(Content::Metals);
+    for (depth, hemisphere) in [(1, false), (1, true), (2, false), (5, false)] {
+        let (settings, plan) = options(1, depth, hemisphere, 4);
+        both.check(&format!("metals -m {depth} -H {hemisphere}"), &settings, plan, 12_000);
+    }
+}
+
+fn sunlight() -> Light {
+    Light::Directional(DVec3::new(0.5, 1.0, 2.5), DVec3::new(2.0, 1.5, 1.0))
+}
+
+/// Lights that are no squares, one by one and all at once: the course's files have points and ambient
+/// light.
+#[test]
+fn other_lights() {
+    let point = Light::Point(DVec3::new(0.3, 1.0, 0.5), DVec3::new(0.5, 1.0, 2.0));
+    let ambient = Light::Ambient(DVec3::new(0.5, 0.75, 1.0));
+    let all = vec![point.clone(), sunlight(), ambient.clone()];
+    for (what, lights) in [
+        ("point", vec![point]),
+        ("sun", vec![sunlight()]),
+        ("ambient", vec![ambient]),
+        ("all", all),
+    ] {
+        let both = Both::of(&Room::lit(Content::MatteBalls, lights));
+        for depth in [1, 3] {
+            let (settings, plan) = options(2, depth, false, 2);
+            both.check(&format!("{what} -m {depth}"), &settings, plan, 6000);
+        }
+    }
+}
+
+/// Assignment 3-2: a map of the sky, which the camera and samples of light find, and mirrors do not.
+#[test]
+fn environment_map() {
+    let texel = |i: u8| [f32::from(i % 5), f32::from(i % 3), f32::from(i % 7)];
+    let map = Map(8, 4, (0..32).map(texel).collect());
+    for content in [Content::MatteBalls, Content::MirrorAndGlass] {
+        let both = Both::of(&Room::lit(content, vec![sunlight()])).with_sky(map.clone());
+        for depth in [0, 1, 3] {
+            let (settings, plan) = options(2, depth, false, 4);
+            both.check(&format!("{content:?} -e -m {depth}"), &settings, plan, 12_000);
+        }
+    }
+}
+
+/// Assignment 3-2: a lens, in focus on the front of the room and behind it.
+#[test]
+fn lens() {
+    for lens in [[0.2, 3.8], [0.1, 5.0]] {
+        let both = Both::new(Content::MatteBalls).with_lens(lens);
+        let (settings, plan) = options(1, 2, false, 4);
+        both.check(&format!("-b {} -d {}", lens[0], lens[1]), &settings, plan, 12_000);
     }
 }
 

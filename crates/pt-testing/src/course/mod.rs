@@ -3,9 +3,12 @@
 //!
 //! It has its own camera, intersections, tree, random choices, estimators and adaptive sampling, all
 //! in double precision. What is peculiar to the course is kept: an area light counts times the
-//! distance to it, its emission is not found by scattered rays, mirrors and glass have no direct
-//! light, and Russian roulette goes on with one fixed probability from the second indirect bounce.
+//! distance to it and a point light does not fall off, emission and the sky are not found by scattered
+//! rays, mirrors and glass have no direct light, and Russian roulette goes on with one fixed probability
+//! from the second indirect bounce.
 
+mod lights;
+mod metal;
 mod scene;
 mod tree;
 
@@ -14,6 +17,8 @@ use std::f64::consts::PI;
 use pt_math::DVec3;
 
 use crate::Random;
+pub use lights::{Light, Map};
+pub use metal::Metal;
 pub use scene::{Content, Room};
 use tree::Tree;
 
@@ -33,6 +38,10 @@ pub enum Material {
     Mirror,
     /// Lets all light through or reflects it; this is its index of refraction.
     Glass(f64),
+    /// Lets all light through that is not totally reflected; this is its index of refraction.
+    Refraction(f64),
+    /// Reflects light as facets of a metal do.
+    Microfacet(Metal),
 }
 
 /// What a ray can meet.
@@ -44,19 +53,10 @@ pub enum Shape {
     Triangle([DVec3; 3], [DVec3; 3]),
 }
 
-/// A square light, which emits towards −`along`: its middle, its two edges and its radiance.
-#[derive(Clone, Copy, Debug)]
-pub struct AreaLight {
-    middle: DVec3,
-    edges: [DVec3; 2],
-    along: DVec3,
-    radiance: DVec3,
-}
-
 /// All that is there.
 pub struct World {
     shapes: Vec<(Shape, Material)>,
-    lights: Vec<AreaLight>,
+    lights: Vec<Light>,
     tree: Tree,
 }
 
@@ -67,7 +67,7 @@ struct Hit {
     material: Material,
 }
 
-/// A camera without a lens.
+/// A camera.
 pub struct Eye {
     position: DVec3,
     right: DVec3,
@@ -75,6 +75,8 @@ pub struct Eye {
     back: DVec3,
     /// Half of the width and height of what it sees at distance 1.
     half: [f64; 2],
+    /// The radius of the lens, and the distance of the plane that is in focus.
+    lens: [f64; 2],
 }
 
 /// What is asked for: the options of the course's program.
@@ -114,20 +116,36 @@ impl Eye {
             up: back.cross(right),
             back,
             half: size.map(|n| 0.5 * f64::from(n) * pixel),
+            lens: [0.0, 1.0],
         }
     }
 
-    /// The direction of the ray through a point of [0, 1]², (0, 0) being the lower left.
-    fn towards(&self, [x, y]: [f64; 2]) -> DVec3 {
+    /// The same with a lens of this radius, focused on a plane at this distance: `-b` and `-d`.
+    pub fn with_lens(self, radius: f64, focal_distance: f64) -> Self {
+        Self { lens: [radius, focal_distance], ..self }
+    }
+
+    /// Origin and direction of a ray through a point of [0, 1]², (0, 0) being the lower left.
+    fn ray(&self, [x, y]: [f64; 2], random: &mut Random) -> (DVec3, DVec3) {
+        let [radius, focal_distance] = self.lens;
         let at = [(2.0 * x - 1.0) * self.half[0], (2.0 * y - 1.0) * self.half[1]];
-        (at[0] * self.right + at[1] * self.up - self.back).normalize()
+        let in_focus = focal_distance * (at[0] * self.right + at[1] * self.up - self.back);
+        let (r, phi) = (radius * unit(random).sqrt(), 2.0 * PI * unit(random));
+        let of_lens = r * (libm::cos(phi) * self.right + libm::sin(phi) * self.up);
+        (self.position + of_lens, (in_focus - of_lens).normalize())
     }
 }
 
 impl World {
-    fn new(shapes: Vec<(Shape, Material)>, lights: Vec<AreaLight>) -> Self {
+    fn new(shapes: Vec<(Shape, Material)>, lights: Vec<Light>) -> Self {
         let tree = Tree::new(&shapes);
         Self { shapes, lights, tree }
+    }
+
+    /// The same with another light.
+    pub fn with_light(mut self, light: Light) -> Self {
+        self.lights.push(light);
+        self
     }
 
     /// The nearest surface along a ray.
@@ -137,15 +155,18 @@ impl World {
     }
 
     /// (n + 1) / 2 of the first surface; black where there is none.
-    pub fn normal_as_color(&self, eye: &Eye, at: [f64; 2]) -> DVec3 {
-        let hit = self.hit(eye.position, eye.towards(at), f64::INFINITY);
+    pub fn normal_as_color(&self, eye: &Eye, at: [f64; 2], random: &mut Random) -> DVec3 {
+        let (origin, d) = eye.ray(at, random);
+        let hit = self.hit(origin, d, f64::INFINITY);
         hit.map_or(DVec3::ZERO, |hit| 0.5 * (hit.normal + DVec3::ONE))
     }
 
     /// A sample of the radiance that the camera sees through a point of its image.
     pub fn radiance(&self, eye: &Eye, at: [f64; 2], plan: &Plan, random: &mut Random) -> DVec3 {
-        let d = eye.towards(at);
-        let Some(hit) = self.hit(eye.position, d, f64::INFINITY) else { return DVec3::ZERO };
+        let (origin, d) = eye.ray(at, random);
+        let Some(hit) = self.hit(origin, d, f64::INFINITY) else {
+            return self.lights.iter().map(|light| light.seen(d)).sum();
+        };
         let zero = if plan.accumulate || plan.depth == 0 { emission(&hit) } else { DVec3::ZERO };
         let more = plan.depth > 0;
         zero + if more { self.bounced(&hit, -d, plan.depth, plan, random) } else { DVec3::ZERO }
@@ -166,58 +187,52 @@ impl World {
                         DVec3::ZERO
                     });
         }
-        let Material::Diffuse(albedo) = hit.material else { return DVec3::ZERO };
-        let f = albedo / PI;
+        if matches!(hit.material, Material::Emission(_)) {
+            return DVec3::ZERO;
+        }
         let direct = if !counts {
             DVec3::ZERO
         } else if plan.hemisphere {
-            f * self.by_hemisphere(hit, plan, r)
+            self.by_hemisphere(hit, wo, plan, r)
         } else {
-            f * self.by_lights(hit, plan, r)
+            self.by_lights(hit, wo, plan, r)
         };
         // The first indirect bounce is always traced.
         let goes_on = if depth == plan.depth || !plan.accumulate { 1.0 } else { GOES_ON };
         if depth <= 1 || unit(r) >= goes_on {
             return direct;
         }
-        // By the cosine: f cos θ / pdf is the albedo.
-        let (u, phi) = (unit(r), 2.0 * PI * unit(r));
-        let wi = around(hit.normal, u.sqrt(), phi, (1.0 - u).sqrt());
+        let Some((wi, weight)) = scattered(hit, wo, r) else { return direct };
         let next = self.hit(hit.p, wi, f64::INFINITY);
         let indirect = next.map_or(DVec3::ZERO, |n| self.bounced(&n, -wi, depth - 1, plan, r));
-        direct + albedo * indirect / goes_on
+        direct + weight * indirect / goes_on
     }
 
-    /// Irradiance by points on the lights.
-    fn by_lights(&self, hit: &Hit, plan: &Plan, r: &mut Random) -> DVec3 {
-        let n = plan.light_samples;
+    /// Direct light by samples of the lights; of each that is not a point there are as many.
+    fn by_lights(&self, hit: &Hit, wo: DVec3, plan: &Plan, r: &mut Random) -> DVec3 {
         let mut sum = DVec3::ZERO;
         for light in &self.lights {
+            let n = if light.is_delta() { 1 } else { plan.light_samples };
             for _ in 0..n {
-                let [a, b] = light.edges;
-                let to = light.middle + (unit(r) - 0.5) * a + (unit(r) - 0.5) * b - hit.p;
-                let (distance, area) = (to.length(), a.cross(b).length());
-                let d = to / distance;
-                let cosines = [d.dot(hit.normal.normalize()), d.dot(light.along)];
-                let is_lit = cosines.iter().all(|cos| *cos > 0.0);
-                if is_lit && self.hit(hit.p, d, distance - EPSILON).is_none() {
-                    // The density lacks one division by the distance.
-                    sum += light.radiance * (cosines[0] * cosines[1] * area / distance);
+                let Some((d, distance, weight)) = light.sample(hit.p, r) else { continue };
+                let f_cos = f_cos(hit, wo, d);
+                if f_cos != DVec3::ZERO && self.hit(hit.p, d, distance - EPSILON).is_none() {
+                    sum += f_cos * weight / f64::from(n);
                 }
             }
         }
-        sum / f64::from(n)
+        sum
     }
 
-    /// Irradiance by uniform directions.
-    fn by_hemisphere(&self, hit: &Hit, plan: &Plan, r: &mut Random) -> DVec3 {
+    /// Direct light by uniform directions.
+    fn by_hemisphere(&self, hit: &Hit, wo: DVec3, plan: &Plan, r: &mut Random) -> DVec3 {
         let n = plan.light_samples * self.lights.len() as u32;
         let sum: DVec3 = (0..n)
             .map(|_| {
                 let cos = unit(r);
                 let d = around(hit.normal, (1.0 - cos * cos).sqrt(), 2.0 * PI * unit(r), cos);
                 let seen = self.hit(hit.p, d, f64::INFINITY);
-                seen.map_or(DVec3::ZERO, |seen| emission(&seen) * cos * 2.0 * PI)
+                seen.map_or(DVec3::ZERO, |s| emission(&s) * f_cos(hit, wo, d) * 2.0 * PI)
             })
             .sum();
         sum / f64::from(n)
@@ -257,22 +272,50 @@ fn emission(hit: &Hit) -> DVec3 {
     if let Material::Emission(radiance) = hit.material { radiance } else { DVec3::ZERO }
 }
 
+/// f cos θ of a surface that does not scatter sharply, for two directions.
+fn f_cos(hit: &Hit, wo: DVec3, wi: DVec3) -> DVec3 {
+    let n = hit.normal.normalize();
+    let cos = wi.dot(n);
+    match hit.material {
+        Material::Diffuse(albedo) if cos > 0.0 => albedo * (cos / PI),
+        Material::Microfacet(metal) => metal.f(n, wo, wi) * cos,
+        _ => DVec3::ZERO,
+    }
+}
+
+/// The direction in which such a surface scatters light, and its weight, f cos θ / pdf.
+fn scattered(hit: &Hit, wo: DVec3, r: &mut Random) -> Option<(DVec3, DVec3)> {
+    match hit.material {
+        // By the cosine.
+        Material::Diffuse(albedo) => {
+            let (u, phi) = (unit(r), 2.0 * PI * unit(r));
+            Some((around(hit.normal, u.sqrt(), phi, (1.0 - u).sqrt()), albedo))
+        }
+        Material::Microfacet(metal) => {
+            let (wi, pdf) = metal.sample(hit.normal.normalize(), wo, r)?;
+            Some((wi, f_cos(hit, wo, wi) / pdf))
+        }
+        _ => None,
+    }
+}
+
 /// The direction in which a mirror or glass scatters light, and its weight.
 fn scattered_sharply(hit: &Hit, wo: DVec3, random: &mut Random) -> Option<(DVec3, f64)> {
     let n = hit.normal.normalize();
     let reflected = 2.0 * wo.dot(n) * n - wo;
     let ior = match hit.material {
         Material::Mirror => return Some((reflected, 1.0)),
-        Material::Glass(ior) => ior,
+        Material::Glass(ior) | Material::Refraction(ior) => ior,
         _ => return None,
     };
+    let reflects = matches!(hit.material, Material::Glass(_));
     let cos = wo.dot(n);
     let eta = if cos > 0.0 { 1.0 / ior } else { ior };
     let cos2_refracted = 1.0 - eta * eta * (1.0 - cos * cos);
     let r0 = ((1.0 - ior) / (1.0 + ior)).powi(2);
     let schlick = r0 + (1.0 - r0) * (1.0 - cos.abs()).powi(5);
-    if cos2_refracted < 0.0 || unit(random) < schlick {
-        return Some((reflected, 1.0));
+    if cos2_refracted < 0.0 || reflects && unit(random) < schlick {
+        return Some((reflected, if reflects { 1.0 } else { 0.0 }));
     }
     let refracted = -eta * (wo - cos * n) - cos.signum() * cos2_refracted.sqrt() * n;
     Some((refracted, 1.0 / (eta * eta)))

@@ -6,7 +6,7 @@ use std::fmt::Write;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
-use super::{AreaLight, Material, Shape, World};
+use super::{Light, Material, Metal, Shape, World};
 
 /// What stands in the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +15,10 @@ pub enum Content {
     MatteBalls,
     /// A ball that is a mirror, and one of glass.
     MirrorAndGlass,
+    /// A ball that is a mirror, and one of a glass that does not reflect.
+    MirrorAndRefraction,
+    /// A ball of aluminium, and a rough one of copper.
+    Metals,
     /// A ring of 30 000 triangles with smooth normals.
     Ring,
 }
@@ -23,6 +27,7 @@ pub enum Content {
 /// below the ceiling. Its camera stands at the height of the floor.
 pub struct Room {
     content: Content,
+    lights: Vec<Light>,
 }
 
 const RADIANCE: f64 = 10.0;
@@ -31,6 +36,17 @@ const LAMP: (DVec3, [f64; 2]) = (DVec3::new(0.0, 1.59, 0.0), [0.6, 0.8]);
 const BALLS: [(DVec3, f64); 2] =
     [(DVec3::new(-0.45, 0.3, -0.25), 0.3), (DVec3::new(0.45, 0.35, 0.2), 0.35)];
 const WHITE: DVec3 = DVec3::splat(0.6);
+/// Indices of refraction of metals at the wavelengths of the course's files.
+const ALUMINIUM: Metal = Metal {
+    alpha: 0.2,
+    eta: DVec3::new(1.3352, 1.0109, 0.68955),
+    k: DVec3::new(7.3398, 6.6157, 5.6471),
+};
+const COPPER: Metal = Metal {
+    alpha: 0.5,
+    eta: DVec3::new(0.33228, 1.0162, 1.2474),
+    k: DVec3::new(3.1646, 2.5785, 2.4603),
+};
 /// Rows and columns of the ring.
 const RING: [usize; 2] = [150, 100];
 
@@ -89,9 +105,17 @@ fn ring() -> (Vec<DVec3>, Vec<[usize; 3]>) {
 }
 
 impl Room {
-    /// With this content.
+    /// With this content, in the light of the lamp.
     pub fn new(content: Content) -> Self {
-        Self { content }
+        let (middle, [a, b]) = LAMP;
+        let edges = [a * DVec3::X, b * DVec3::Z];
+        let radiance = DVec3::splat(RADIANCE);
+        Self::lit(content, vec![Light::Area { middle, edges, along: DVec3::Y, radiance }])
+    }
+
+    /// With this content, in the light of these; the lamp is only seen.
+    pub fn lit(content: Content, lights: Vec<Light>) -> Self {
+        Self { content, lights }
     }
 
     /// The point one unit in front of the camera, and its field of view in degrees.
@@ -103,6 +127,8 @@ impl Room {
         let [one, two] = match self.content {
             Content::MatteBalls => [Material::Diffuse(DVec3::splat(0.8)); 2],
             Content::MirrorAndGlass => [Material::Mirror, Material::Glass(1.45)],
+            Content::MirrorAndRefraction => [Material::Mirror, Material::Refraction(1.45)],
+            Content::Metals => [ALUMINIUM, COPPER].map(Material::Microfacet),
             Content::Ring => return Vec::new(),
         };
         let [(p, r), (q, s)] = BALLS;
@@ -137,23 +163,15 @@ impl Room {
             };
             shapes.extend(triangles.into_iter().map(triangle));
         }
-        let (middle, [a, b]) = LAMP;
-        let light = AreaLight {
-            middle,
-            edges: [a * DVec3::X, b * DVec3::Z],
-            along: DVec3::Y,
-            radiance: DVec3::splat(RADIANCE),
-        };
-        World::new(shapes, vec![light])
+        World::new(shapes, self.lights.clone())
     }
 
     /// As a file: z is up there, and all nodes have matrices.
     pub fn collada(&self) -> String {
         let mut parts = Parts::default();
-        let (middle, [a, b]) = LAMP;
-        let square = DMat3::from_cols(a * DVec3::X, -b * DVec3::Z, DVec3::Y);
-        let node = DAffine3::from_mat3_translation(square, middle);
-        parts.node("area", &node, "<instance_light url=\"#area-light\"/>");
+        for (i, light) in self.lights.iter().enumerate() {
+            parts.light(&format!("light{i}"), light);
+        }
         let (ahead, ..) = self.camera();
         let camera = DAffine3::from_translation(ahead + DVec3::Z);
         parts.node("camera", &camera, "<instance_camera url=\"#camera-camera\"/>");
@@ -174,6 +192,7 @@ impl Room {
 /// The libraries of a file.
 #[derive(Default)]
 struct Parts {
+    lights: String,
     effects: String,
     materials: String,
     geometries: String,
@@ -209,6 +228,42 @@ impl Parts {
         );
     }
 
+    fn light(&mut self, name: &str, light: &Light) {
+        let (to_world, kind, color) = match light {
+            Light::Area { middle, edges: [a, b], along, radiance } => {
+                let square = DMat3::from_cols(*a, -*b, *along);
+                (DAffine3::from_mat3_translation(square, *middle), "area", radiance)
+            }
+            Light::Point(at, irradiance) => (DAffine3::from_translation(*at), "point", irradiance),
+            // It comes from the point in front of its node.
+            Light::Directional(towards, irradiance) => {
+                (DAffine3::from_translation(*towards + DVec3::Z), "directional", irradiance)
+            }
+            Light::Ambient(radiance) => (DAffine3::IDENTITY, "ambient", radiance),
+            // It is given on the command line.
+            Light::Environment(_) => return,
+        };
+        let color = format!("<color>{}</color>", numbers(*color));
+        let attenuation = "<constant_attenuation>1</constant_attenuation><linear_attenuation>0\
+             </linear_attenuation><quadratic_attenuation>0</quadratic_attenuation>";
+        let common = match kind {
+            "area" | "point" => format!("<point>{color}{attenuation}</point>"),
+            _ => format!("<{kind}>{color}</{kind}>"),
+        };
+        let extra = match kind {
+            "area" => format!(
+                "      <extra><technique profile=\"CGL\"><area>{color}</area></technique></extra>\n"
+            ),
+            _ => String::new(),
+        };
+        add!(
+            self.lights,
+            "    <light id=\"{name}-light\" name=\"{name}\">\n      <technique_common>{common}</technique_common>\n\
+             {extra}    </light>"
+        );
+        self.node(name, &to_world, &format!("<instance_light url=\"#{name}-light\"/>"));
+    }
+
     fn shape(&mut self, name: &str, to_world: &DAffine3, geometry: &str, material: Material) {
         add!(
             self.geometries,
@@ -230,6 +285,22 @@ impl Parts {
                 let inner = format!(
                     "<glass><transmittance>1 1 1</transmittance><reflectance>1 1 1</reflectance>\
                      <roughness>0</roughness><ior>{ior}</ior></glass>"
+                );
+                (WHITE, course(&inner))
+            }
+            Material::Refraction(ior) => {
+                let inner = format!(
+                    "<refraction><transmittance>1 1 1</transmittance><roughness>0</roughness><ior>{ior}</ior>\
+                     </refraction>"
+                );
+                (WHITE, course(&inner))
+            }
+            Material::Microfacet(Metal { alpha, eta, k }) => {
+                let inner = format!(
+                    "<microfacet><reflectance>1 1 1</reflectance><alpha>{alpha}</alpha><eta>{}</eta><k>{}</k>\
+                     </microfacet>",
+                    numbers(eta),
+                    numbers(k)
                 );
                 (WHITE, course(&inner))
             }
@@ -289,7 +360,7 @@ impl Parts {
     }
 
     fn finish(self, (_, x_fov, aspect): (DVec3, f64, f64)) -> String {
-        let Self { effects, materials, geometries, nodes } = self;
+        let Self { lights, effects, materials, geometries, nodes } = self;
         format!(
             "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n\
              <COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" version=\"1.4.1\">\n  \
@@ -298,11 +369,7 @@ impl Parts {
              <perspective><xfov sid=\"xfov\">{x_fov}</xfov><aspect_ratio>{aspect}</aspect_ratio>\
              <znear sid=\"znear\">0.1</znear><zfar sid=\"zfar\">100</zfar></perspective></technique_common></optics>\
              </camera>\n  </library_cameras>\n  \
-             <library_lights>\n    <light id=\"area-light\" name=\"Light\">\n      <technique_common><point>\
-             <color sid=\"color\">{RADIANCE} {RADIANCE} {RADIANCE}</color><constant_attenuation>1</constant_attenuation>\
-             <linear_attenuation>0</linear_attenuation><quadratic_attenuation>0</quadratic_attenuation></point>\
-             </technique_common>\n      <extra><technique profile=\"CGL\"><area><color>{RADIANCE} {RADIANCE} {RADIANCE}\
-             </color></area></technique></extra>\n    </light>\n  </library_lights>\n  \
+             <library_lights>\n{lights}  </library_lights>\n  \
              <library_effects>\n{effects}  </library_effects>\n  \
              <library_materials>\n{materials}  </library_materials>\n  \
              <library_geometries>\n{geometries}  </library_geometries>\n  \
