@@ -188,6 +188,12 @@ pub enum Phase {
     /// As much forwards as backwards, and half as much to the sides: by what is much smaller than a wavelength.
     /// [Chandrasekhar 1960, "Radiative Transfer", §4]
     Rayleigh,
+    /// By a table.
+    Table {
+        /// Values at equal steps of the cosine of the angle by which light is turned, from −1 to 1, and linear
+        /// between; their scale does not matter.
+        values: Vec<f32>,
+    },
     /// By particles of two kinds.
     Blend(Box<PhaseBlend>),
 }

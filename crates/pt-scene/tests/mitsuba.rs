@@ -41,6 +41,13 @@ fn read(content: &str) -> Scene {
     scene
 }
 
+/// What is wrong with a scene of this content.
+fn refusal(content: &str) -> String {
+    let text = format!("<scene version=\"3.0.0\">{content}</scene>");
+    let path = folder("mitsuba").join("good").join("test.xml");
+    parse(text.as_bytes(), &path).expect_err("a bad scene").to_string()
+}
+
 fn good(name: &str) -> Scene {
     let path = folder("mitsuba").join("good").join(name);
     pt_scene::format::load(&path).unwrap_or_else(|error| panic!("{error}"))

@@ -145,6 +145,9 @@ fn value(phase: &Phase, cos: f64) -> f64 {
             let base = 1.0 + g * g - 2.0 * g * cos;
             (1.0 - g * g) / (4.0 * PI * base * base.sqrt())
         }
+        // Of the values 1, 2 and 6, ∫ p dω = 2π (1.5 + 4) for 1.
+        Phase::Table { .. } if cos < 0.0 => (2.0 + cos) / (11.0 * PI),
+        Phase::Table { .. } => (2.0 + 4.0 * cos) / (11.0 * PI),
         Phase::Blend(blend) => {
             let share = f64::from(blend.share);
             (1.0 - share) * value(&blend.first, cos) + share * value(&blend.second, cos)
@@ -169,8 +172,11 @@ fn single_scattering_follows_its_closed_form() {
         })),
         share: 0.7,
     };
+    let table = Phase::Table { values: vec![1.0, 2.0, 6.0] };
+    let blend_of_table = PhaseBlend { first: table.clone(), second: Phase::Isotropic, share: 0.25 };
+    let [blend, blend_of_table] = [blend, blend_of_table].map(|b| Phase::Blend(Box::new(b)));
     let phases =
-        [Phase::Isotropic, FORWARDS, BACKWARDS, Phase::Rayleigh, Phase::Blend(Box::new(blend))];
+        [Phase::Isotropic, FORWARDS, BACKWARDS, Phase::Rayleigh, table, blend, blend_of_table];
     let media: [Layer; 4] = [
         ("grey", [0.7; 3], |phase| homogeneous([0.7; 3], [0.6; 3], phase)),
         ("coloured", [0.1, 0.7, 4.0], |phase| homogeneous([0.1, 0.7, 4.0], [0.6; 3], phase)),

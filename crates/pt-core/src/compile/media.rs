@@ -13,7 +13,7 @@ use crate::medium::{
     Albedo, Boundary, Cloud, Density, Emission, Field, GridMedium, Heat, Homogeneous, Matter,
     Media, MediumRecord,
 };
-use crate::phase::{AnyPhase, Blend, HenyeyGreenstein, Isotropic, Rayleigh};
+use crate::phase::{AnyPhase, Blend, HenyeyGreenstein, Isotropic, Rayleigh, Table};
 use crate::scene::SurfaceRecord;
 
 /// Most collisions that a ray through a grid may need on average where all of it is as dense as its
@@ -109,10 +109,11 @@ fn phase(phase: &Phase) -> Result<AnyPhase, String> {
         Phase::Isotropic => Isotropic.into(),
         Phase::Rayleigh => Rayleigh.into(),
         Phase::HenyeyGreenstein { g } => henyey_greenstein(*g)?.into(),
+        Phase::Table { values } => Table::new(values)?.into(),
         Phase::Blend(_) => {
             let mut parts = Vec::new();
             add_parts(phase, 1.0, &mut parts)?;
-            Blend::new(&parts)?.into()
+            Blend::new(parts).into()
         }
     })
 }
@@ -124,28 +125,18 @@ fn henyey_greenstein(g: f32) -> Result<HenyeyGreenstein, String> {
     Err(format!("the mean cosine g of the phase function is {g}; expected -1 < g < 1"))
 }
 
-/// The shares of which a phase function is made, and their functions as [`Blend::new`] takes them.
-fn add_parts(
-    phase: &Phase,
-    share: f32,
-    parts: &mut Vec<(f32, Option<HenyeyGreenstein>)>,
-) -> Result<(), String> {
-    match phase {
-        Phase::Isotropic => parts.push((share, Some(HenyeyGreenstein { g: 0.0 }))),
-        Phase::Rayleigh => parts.push((share, None)),
-        Phase::HenyeyGreenstein { g } => parts.push((share, Some(henyey_greenstein(*g)?))),
-        Phase::Blend(blend) => {
-            let of_second = blend.share;
-            if !(0.0..=1.0).contains(&of_second) {
-                return Err(format!(
-                    "the share of a phase function is {of_second}; expected 0 to 1"
-                ));
-            }
-            add_parts(&blend.first, share * (1.0 - of_second), parts)?;
-            add_parts(&blend.second, share * of_second, parts)?;
-        }
+/// The shares of which a phase function is made, and their functions, none of which is a blend.
+fn add_parts(of: &Phase, share: f32, parts: &mut Vec<(f32, AnyPhase)>) -> Result<(), String> {
+    let Phase::Blend(blend) = of else {
+        parts.push((share, phase(of)?));
+        return Ok(());
+    };
+    let of_second = blend.share;
+    if !(0.0..=1.0).contains(&of_second) {
+        return Err(format!("the share of a phase function is {of_second}; expected 0 to 1"));
     }
-    Ok(())
+    add_parts(&blend.first, share * (1.0 - of_second), parts)?;
+    add_parts(&blend.second, share * of_second, parts)
 }
 
 fn field(placed: &PlacedGrid, metres: f64) -> Field {

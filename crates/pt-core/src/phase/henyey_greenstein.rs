@@ -2,9 +2,9 @@
 
 use std::f32::consts::PI;
 
-use pt_math::{Frame, Pdf, SolidAngle, Vec3, trig};
+use pt_math::{Pdf, SolidAngle, Vec3};
 
-use super::PhaseFunction;
+use super::{PhaseFunction, turned};
 
 /// p = (1 − g²) / (4π (1 + g² − 2g cos θ)^{3/2}), with θ the angle by which light is turned. [Henyey &
 /// Greenstein 1941, "Diffuse radiation in the Galaxy"]
@@ -40,11 +40,7 @@ impl PhaseFunction for HenyeyGreenstein {
 
     #[inline]
     fn sample(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
-        let cos = self.cosine(u[0]);
-        let sin = ((1.0 - cos) * (1.0 + cos)).sqrt() as f32;
-        let (sin_phi, cos_phi) = trig::sin_cos_tau(u[1]);
-        let local = Vec3::new(sin * cos_phi, sin * sin_phi, cos as f32);
-        Frame::from_normal(-wo).to_world(local)
+        turned(wo, self.cosine(u[0]), u[1])
     }
 
     fn examples() -> Vec<Self> {

@@ -9,14 +9,15 @@ mod isotropic;
 #[cfg(test)]
 mod laws;
 mod rayleigh;
+mod table;
 
-use pt_math::{Pdf, SolidAngle, Vec3};
+use pt_math::{Frame, Pdf, SolidAngle, Vec3, trig};
 
 /// How a particle scatters light: p(wo, wi), which integrates to 1 over all `wi`.
 ///
 /// Both directions are of unit length and point away from the particle: `wo` to the camera side, `wi` to
 /// the light side. What goes straight on has `wi` = −`wo`.
-pub trait PhaseFunction: Copy {
+pub trait PhaseFunction: Clone {
     /// The phase function, which is also the density with which [`Self::sample`] returns `wi`: so a
     /// sample's weight is 1.
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle>;
@@ -26,12 +27,22 @@ pub trait PhaseFunction: Copy {
     fn examples() -> Vec<Self>;
 }
 
+/// The direction `wi` of light that is turned by an angle of this cosine, at a share `v` of a whole turn
+/// around `wo`.
+#[inline]
+fn turned(wo: Vec3, cos: f64, v: f32) -> Vec3 {
+    let sin = ((1.0 - cos) * (1.0 + cos)).sqrt() as f32;
+    let (sin_phi, cos_phi) = trig::sin_cos_tau(v);
+    let local = Vec3::new(sin * cos_phi, sin * sin_phi, cos as f32);
+    Frame::from_normal(-wo).to_world(local)
+}
+
 macro_rules! phases {
     ($($(#[$doc:meta])* $name:ident = $module:ident::$ty:ident),* $(,)?) => {
         $(pub use $module::$ty;)*
 
         /// Any phase function: the closed set that backends match on.
-        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[derive(Clone, Debug, PartialEq)]
         pub enum AnyPhase { $($(#[$doc])* $name($ty)),* }
 
         $(impl From<$ty> for AnyPhase {
@@ -68,6 +79,8 @@ phases! {
     HenyeyGreenstein = henyey_greenstein::HenyeyGreenstein,
     /// By what is much smaller than a wavelength.
     Rayleigh = rayleigh::Rayleigh,
+    /// By a table.
+    Table = table::Table,
     /// Of several kinds of particles.
     Blend = blend::Blend,
 }

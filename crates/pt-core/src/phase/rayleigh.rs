@@ -2,9 +2,9 @@
 
 use std::f32::consts::PI;
 
-use pt_math::{Frame, Pdf, SolidAngle, Vec3, trig};
+use pt_math::{Pdf, SolidAngle, Vec3};
 
-use super::PhaseFunction;
+use super::{PhaseFunction, turned};
 
 /// p = 3 (1 + cos² θ) / 16π, with θ the angle by which light is turned; without polarisation.
 /// [Chandrasekhar 1960, "Radiative Transfer", §4]
@@ -31,10 +31,7 @@ impl PhaseFunction for Rayleigh {
 
     #[inline]
     fn sample(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
-        let cos = cosine(u[0]);
-        let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
-        let (sin_phi, cos_phi) = trig::sin_cos_tau(u[1]);
-        Frame::from_normal(-wo).to_world(Vec3::new(sin * cos_phi, sin * sin_phi, cos))
+        turned(wo, f64::from(cosine(u[0])), u[1])
     }
 
     fn examples() -> Vec<Self> {

@@ -3,8 +3,8 @@
 use pt_math::DVec3;
 use pt_scene::{Daylight, LightKind, Scene};
 
-use super::common::{folder, parse};
-use super::read;
+use super::common::folder;
+use super::{read, refusal};
 
 fn sunsky(parameters: &str) -> Scene {
     read(&format!("<emitter type=\"sunsky\">{parameters}</emitter>"))
@@ -15,12 +15,6 @@ fn daylight(scene: &Scene) -> (Daylight, DVec3) {
     let light = &scene.lights[0];
     let LightKind::Daylight(daylight) = &light.kind else { panic!("{:?}", light.kind) };
     (daylight.clone(), light.to_world.transform_vector3(daylight.to_sun.into()))
-}
-
-fn refusal(emitter: &str) -> String {
-    let text = format!("<scene version=\"3.0.0\">{emitter}</scene>");
-    let path = folder("mitsuba").join("good").join("test.xml");
-    parse(text.as_bytes(), &path).expect_err("a bad file").to_string()
 }
 
 /// By Mitsuba 3.9.1, which counts days since the year 2000 in single precision: of such a day, it knows a

@@ -4,7 +4,7 @@ use pt_math::{DAffine3, DVec3};
 use pt_scene::medium::{Grid, GridFilter, Heterogeneous, Matter, Phase, PhaseBlend, Volume};
 use pt_scene::{Medium, Scene, Sides};
 
-use crate::{assert_close, good, read};
+use crate::{assert_close, good, read, refusal};
 
 fn scene() -> Scene {
     good("media.xml")
@@ -75,6 +75,30 @@ fn homogeneous_media_have_their_numbers_or_mitsubas() {
          <phase type=\"rayleigh\"/></medium></shape>",
     );
     assert_eq!(air.media[0].phase, Phase::Rayleigh);
+}
+
+#[test]
+fn phase_functions_may_be_tables() {
+    let medium = |values: &str| {
+        format!(
+            "<shape type=\"sphere\"><medium type=\"homogeneous\" name=\"interior\"><phase type=\"tabphase\">\
+             {values}</phase></medium></shape>"
+        )
+    };
+    let of = |values: &str| medium(&format!("<string name=\"values\" value=\"{values}\"/>"));
+    let scene = read(&of("0.5, 0, 1.5 2"));
+    assert_eq!(scene.media[0].phase, Phase::Table { values: vec![0.5, 0.0, 1.5, 2.0] });
+    for (bad, found) in [
+        (of("1"), "found \"1\"; expected two or more numbers from 0 up"),
+        (of("0, 0"), "found \"0, 0\"; expected"),
+        (of("1, -0.5"), "found -0.5; expected"),
+        (of("1, 1e39"), "\"1e39\" is no finite number within ±3.4e38; expected two"),
+        (of("1, x"), "\"x\" is no number"),
+        (medium(""), "found \"\"; expected"),
+    ] {
+        let message = refusal(&bad);
+        assert!(message.contains(found), "{message}");
+    }
 }
 
 #[test]

@@ -5,7 +5,7 @@ use pt_scene::format::parse;
 use crate::folder;
 
 /// What is refused, for the reasons of docs/formats.md.
-const REFUSED: [(&str, &str); 14] = [
+const REFUSED: [(&str, &str); 13] = [
     ("bsdf", "measured_polarized"),
     ("bsdf", "pplastic"),
     ("emitter", "directionalarea"),
@@ -14,7 +14,6 @@ const REFUSED: [(&str, &str); 14] = [
     ("integrator", "stokes"),
     ("integrator", "volprim_rf_basic"),
     ("phase", "sggx"),
-    ("phase", "tabphase"),
     ("sensor", "irradiancemeter"),
     ("shape", "blender"),
     ("shape", "ellipsoids"),

@@ -1,21 +1,12 @@
 //! Sensors that are no cameras, projectors, and textures in space.
 
 use pt_math::DVec3;
-use pt_scene::format::{LoadOptions, parse_with};
 use pt_scene::medium::GridFilter;
 use pt_scene::texture::{Layout, Pattern};
 use pt_scene::{Camera, Geometry, LightKind, Projection};
 
 use crate::materials::bitmap;
-use crate::{folder, material, read};
-
-/// What is wrong with a scene of this content.
-fn refusal(content: &str) -> String {
-    let text = format!("<scene version=\"3.0.0\">{content}</scene>");
-    let path = folder("mitsuba").join("good").join("test.xml");
-    let error = parse_with(text.as_bytes(), &path, &LoadOptions::default());
-    error.expect_err("a bad scene").to_string()
-}
+use crate::{material, read, refusal};
 
 /// The axis of a camera, in the world.
 fn axis(camera: &Camera) -> DVec3 {

@@ -152,7 +152,7 @@ impl<'a> Vertex<'a> {
             Kind::Medium { phase, wo } => {
                 let wi = phase.sample(*wo, [u[0], u[1]]);
                 let pdf = phase.pdf(*wo, wi);
-                Some(BsdfSample::new(wi, Spectrum::ONE, Some(pdf)))
+                pdf.is_positive().then(|| BsdfSample::new(wi, Spectrum::ONE, Some(pdf)))
             }
         }
     }

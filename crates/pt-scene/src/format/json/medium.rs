@@ -4,7 +4,7 @@ use pt_math::DAffine3;
 
 use super::describe::{Kind, Plain, record, tagged, words};
 use super::node::Node;
-use super::number::{ABOVE_0, ANY, FROM_0, SHARE};
+use super::number::{ABOVE_0, ANY, Each, FROM_0, SHARE};
 use super::out::Out;
 use super::schema::Schemas;
 use super::shared::{Name, Numbered, Reading, Writing};
@@ -41,7 +41,12 @@ record! {
     PlacedGrid { grid: Plain, to_world: Plain => DAffine3::IDENTITY, filter: Plain => GridFilter::default() }
 }
 words! { GridFilter { Trilinear, Nearest } }
-tagged! { Phase { Isotropic(), HenyeyGreenstein { g: ANY }, Rayleigh(), Blend(Box<PhaseBlend>) } }
+tagged! {
+    Phase {
+        Isotropic(), HenyeyGreenstein { g: ANY }, Rayleigh(), Table { values: Each(FROM_0) },
+        Blend(Box<PhaseBlend>),
+    }
+}
 record! { PhaseBlend { first: Plain, second: Plain, share: SHARE => 0.5 } }
 record! { Sides { interior: Numbered::Medium => None, exterior: Numbered::Medium => None } }
 

@@ -199,6 +199,20 @@ impl<T: Real, const N: usize> Kind<[T; N]> for Each {
     }
 }
 
+impl Kind<Vec<f32>> for Each {
+    fn read(&self, node: &Node<'_>, _: &mut Reading<'_>) -> Result<Vec<f32>, LoadError> {
+        node.list("a list of numbers")?.iter().map(|item| self.0.number(item)).collect()
+    }
+
+    fn write(&self, value: &Vec<f32>, _: &mut Writing<'_>) -> Result<Out, String> {
+        numbers(value)
+    }
+
+    fn schema(&self, _: &mut Schemas) -> Value {
+        json!({"type": "array", "items": self.0.schema()})
+    }
+}
+
 /// A list of so many numbers.
 pub(super) fn vector<T: Real, const N: usize>(
     node: &Node<'_>,

@@ -7,6 +7,7 @@ use pt_math::{DAffine3, DMat3};
 
 use super::super::xml::quote;
 use super::object::{Object, Parameters, Role, Tree, error, unsupported};
+use super::value::numbers;
 use super::volume::{Field, Grids};
 use crate::medium::{
     Emission, Grid, GridFilter, Heterogeneous, Matter, Phase, PhaseBlend, PlacedGrid, Volume,
@@ -14,7 +15,7 @@ use crate::medium::{
 use crate::{LoadError, Medium, Sides, Warning};
 
 const KINDS: [&str; 2] = ["heterogeneous", "homogeneous"];
-const PHASES: [&str; 4] = ["blendphase", "hg", "isotropic", "rayleigh"];
+const PHASES: [&str; 5] = ["blendphase", "hg", "isotropic", "rayleigh", "tabphase"];
 /// Most phase functions of a medium, each counted as often as it is referred to.
 const MOST_PHASES: usize = 32;
 
@@ -228,10 +229,27 @@ fn phase_of(tree: &Tree, object: &Object, left: &mut usize) -> Result<Phase, Loa
             }
             Phase::HenyeyGreenstein { g }
         }
+        "tabphase" => Phase::Table { values: table(&mut parameters)? },
         _ => return Err(unsupported(object, &PHASES)),
     };
     parameters.finish()?;
     Ok(phase)
+}
+
+/// The values of a phase function at equal steps of the cosine.
+fn table(parameters: &mut Parameters<'_>) -> Result<Vec<f32>, LoadError> {
+    const EXPECTED: &str = "expected two or more numbers from 0 up, not all of them 0, for equal steps of the cosine \
+                            from -1 to 1";
+    let text = parameters.text("values")?.unwrap_or_default();
+    let refuse = |found: &str| parameters.refuse("values", format!("{found}; {EXPECTED}"));
+    let values = numbers(text).map_err(|message| refuse(&message))?;
+    if let Some(bad) = values.iter().find(|v| **v < 0.0) {
+        return Err(refuse(&format!("found {bad}")));
+    }
+    if values.len() < 2 || values.iter().all(|v| *v as f32 == 0.0) {
+        return Err(refuse(&format!("found {}", quote(text))));
+    }
+    Ok(values.into_iter().map(|v| v as f32).collect())
 }
 
 /// Whether the axes of a box are not those of the world.

@@ -1,7 +1,7 @@
 //! Plugins of Mitsuba 3.9.1 that are refused by name.
 
 /// Their tags, names, and why.
-const REFUSED: [(&str, &str, &str); 14] = [
+const REFUSED: [(&str, &str, &str); 13] = [
     ("bsdf", "measured_polarized", "light has no polarization here, and no wavelengths"),
     (
         "bsdf",
@@ -36,7 +36,6 @@ const REFUSED: [(&str, &str, &str); 14] = [
         "sdfgrid",
         "its surface is given by distances in a grid; convert it to a mesh, such as ply",
     ),
-    ("phase", "tabphase", "its table is not read; take hg with the same mean cosine"),
     ("integrator", "stokes", "light has no polarization here; take the integrator inside of it"),
     ("integrator", "depth", "distances are a channel beside light; take path, and --aov depth"),
     ("integrator", "volprim_rf_basic", "radiance fields are no light that surfaces scatter"),
