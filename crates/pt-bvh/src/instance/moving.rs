@@ -3,7 +3,7 @@
 //! The transform of an object is linear between knots in time, so that each of its points moves on
 //! straight lines, and is always in the convex hull of where it is at the knots.
 //!
-//! **Bounds.** The box of [`placement`](super::placement), with its errors, reaches along each axis
+//! **Bounds.** The box of [`placement`], with its errors, reaches along each axis
 //! as far as a convex function of the transform; so what is between two knots is inside of the box
 //! around the two boxes. Only the slack, and ρ ≥ ‖MW − I‖, depend on the transform in other ways.
 //! Both have bounds by the condition number c = ‖N‖‖N⁻¹‖ of N, which is the linear part with the

@@ -17,9 +17,9 @@ pub(super) struct Look {
     pub(super) two_sided: bool,
     pub(super) material: Option<Id<Material>>,
     pub(super) opacity: Option<Varying>,
-    /// See [`SurfaceRecord::has_no_back`].
+    /// See [`SurfaceRecord::has_no_back`](crate::scene::SurfaceRecord::has_no_back).
     pub(super) has_no_back: bool,
-    /// See [`SurfaceRecord::emission`].
+    /// See [`SurfaceRecord::emission`](crate::scene::SurfaceRecord::emission).
     pub(super) emission: Spectrum,
     pub(super) emission_texture: Option<Id<TextureRecord>>,
     /// Whether rays find nothing of it.

@@ -64,7 +64,7 @@ fn at_turbidity(table: usize, size: usize, turbidity: f64, i: usize) -> f64 {
 /// The parameters of the sky, channel by channel, with the sun at an elevation in [0, π/2], an air of
 /// [`TURBIDITIES`], and a ground of an albedo in [0, 1].
 ///
-/// Each is a Bézier curve of degree 5 over ∛(2η/π) of the elevation η. [2012]
+/// Each is a Bézier curve of degree 5 over ∛(2η/π) of the elevation η. [Hosek & Wilkie 2012]
 pub(crate) fn sky(elevation: f64, turbidity: f64, albedo: [f32; 3]) -> [Channel; 3] {
     let x = libm::cbrt(elevation / FRAC_PI_2);
     let y = 1.0 - x;

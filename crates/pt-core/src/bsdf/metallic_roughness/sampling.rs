@@ -81,7 +81,7 @@ impl MetallicRoughness {
         }
     }
 
-    /// The density of one direction of a [`View`] from the other.
+    /// The density of one direction of a `View` from the other.
     pub(super) fn density_of(&self, wo: Vec3, wi: Vec3) -> f32 {
         if !self.connects(wo, wi) {
             return 0.0;
@@ -112,7 +112,7 @@ impl MetallicRoughness {
         pdf
     }
 
-    /// Follows one of the maps from a direction of a [`View`], which is up if the front is seen.
+    /// Follows one of the maps from a direction of a `View`, which is up if the front is seen.
     #[inline]
     pub(super) fn draw(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<Vec3> {
         let shares = self.shares(wo, &Reflected::new(&self.facets()));

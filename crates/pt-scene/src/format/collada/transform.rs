@@ -64,7 +64,7 @@ fn rotate<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<DAffine3, Lo
     Ok(DAffine3::IDENTITY)
 }
 
-/// R = cos θ · 1 + sin θ · [a]ₓ + (1 − cos θ) · a aᵀ (Rodrigues).
+/// `R = cos θ · 1 + sin θ · [a]ₓ + (1 − cos θ) · a aᵀ` (Rodrigues).
 fn rotation(a: DVec3, degrees: f64) -> DMat3 {
     let (sin, cos) = sin_cos_degrees(degrees);
     let column = |e: DVec3| e * cos + a.cross(e) * sin + a * (a.dot(e) * (1.0 - cos));
