@@ -106,8 +106,8 @@ impl Both {
     }
 }
 
-/// The same of the second path tracer, from about so many samples of each block: two in each of its
-/// cells, whose difference is the variance of their mean.
+/// The same of the second path tracer, from about `samples` samples of each block: two in each of its
+/// cells, whose difference gives the variance of their mean.
 fn theirs(samples: u32, sample: impl Fn([f64; 2], &mut Random) -> DVec3) -> Vec<[DVec3; 2]> {
     let mut random = Random::new(7);
     let (side, size) = ((samples / 2).isqrt(), SIZE.map(f64::from));

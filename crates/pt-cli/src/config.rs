@@ -64,7 +64,7 @@ fn parse(text: &str, path: &Path) -> Result<Vec<PathBuf>> {
         };
         let folder = PathBuf::from(value);
         if !folder.is_absolute() {
-            bail!("{place}: {value:?} is no absolute path, which a folder has to be given as here");
+            bail!("{place}: expected the absolute path of a folder, found {value:?}");
         }
         folders.push(folder);
     }
@@ -96,6 +96,9 @@ mod tests {
         );
         assert!(refusal("--allow-folders /a").starts_with("config:1: expected"));
         assert!(refusal("--allow-folder").starts_with("config:1: expected"));
-        assert!(refusal("--allow-folder a/b").contains("is no absolute path"));
+        assert!(
+            refusal("--allow-folder a/b")
+                .contains("expected the absolute path of a folder, found \"a/b\"")
+        );
     }
 }

@@ -3,6 +3,8 @@
 #[path = "gltf/animation.rs"]
 mod animation;
 mod common;
+#[path = "gltf/layers.rs"]
+mod layers;
 #[path = "gltf/materials.rs"]
 mod materials;
 #[path = "gltf/shapes.rs"]

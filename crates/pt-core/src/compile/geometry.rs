@@ -5,8 +5,9 @@ use std::mem::swap;
 use pt_bvh::{Knot, Sphere};
 use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
 use pt_scene::texture::Pattern;
-use pt_scene::{Attribute, Geometry, LightKind, Mesh, Object, Part, Scene, Sides, Span};
+use pt_scene::{Geometry, LightKind, Mesh, Object, Part, Scene, Sides, Span};
 
+use super::checks::{check_attribute, check_indices, check_values};
 use super::ellipsoid::unit_sphere_mesh;
 use super::look::Look;
 use super::mesh_values::{missing_values, values_of_faces, values_of_vertices};
@@ -545,49 +546,6 @@ pub(super) fn is_similarity(m: DMat3) -> bool {
     let scale = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;
     let identity = DMat3::from_diagonal(DVec3::splat(scale));
     (gram - identity).to_cols_array().iter().all(|e| e.abs() <= 1e-4 * scale)
-}
-
-fn check_indices(
-    object: &Object,
-    what: &'static str,
-    triangles: &[[u32; 3]],
-    count: usize,
-) -> Result<(), CompileError> {
-    match triangles.iter().flatten().find(|&&i| i as usize >= count) {
-        None => Ok(()),
-        Some(&index) => Err(CompileError::Index { at: object.at.clone(), what, index, count }),
-    }
-}
-
-fn check_attribute<T>(
-    object: &Object,
-    what: &'static str,
-    mesh: &Mesh,
-    attribute: &Attribute<T>,
-) -> Result<(), CompileError> {
-    check_values(object, what, mesh, attribute.values.len(), attribute.indices.as_deref())
-}
-
-/// Checks that each corner has one of `count` values, by indices or else by those of the positions.
-fn check_values(
-    object: &Object,
-    what: &'static str,
-    mesh: &Mesh,
-    count: usize,
-    indices: Option<&[[u32; 3]]>,
-) -> Result<(), CompileError> {
-    let indices = indices.unwrap_or(&mesh.triangles);
-    if indices.len() != mesh.triangles.len() {
-        return Err(CompileError::Value {
-            at: object.at.clone(),
-            message: format!(
-                "there are {what}s for {} triangles, but {} triangles",
-                indices.len(),
-                mesh.triangles.len()
-            ),
-        });
-    }
-    check_indices(object, what, indices, count)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! From the author's scene to the tables that renderers read: a pure function.
 
 mod camera;
+mod checks;
 mod daylight;
 mod ellipsoid;
 mod emission;

@@ -90,12 +90,12 @@ impl Writer<'_> {
         self.refraction(&look, body, medium, cx)?;
         self.layers(&look, cx)?;
         let has_relief = self.relief(relief.as_ref(), cx)?;
-        let glows = self.emission(material, &opacity, cx)?;
+        let emits = self.emission(material, &opacity, cx)?;
         if body == Body::Opaque && !look.two_sided {
             self.notes.tell(&cx.place, "its back, which is black, becomes like its front");
         }
         // Here what emits does so on its front alone, and light goes through both sides of a body anyway.
-        if !glows && (look.two_sided || body == Body::Sheet) {
+        if !emits && (look.two_sided || body == Body::Sheet) {
             cx.fields.insert("doubleSided".to_owned(), true.into());
         }
         let Writing { has_textures, mut fields, extensions, .. } = writing;
