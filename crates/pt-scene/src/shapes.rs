@@ -3,6 +3,7 @@
 //! Rectangle, cube, disk and cylinder have the texture coordinates that Mitsuba 3.9 gives them.
 
 pub(crate) mod grid;
+pub(crate) mod isosurface;
 mod round;
 pub(crate) mod tube;
 

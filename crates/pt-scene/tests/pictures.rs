@@ -287,7 +287,30 @@ fn valid_files() -> Vec<(&'static str, Vec<u8>)> {
         ("grey.jpg", jpeg(ColorType::Luma, &grey, |_| {})),
     ];
     files.extend(jpegs().into_iter().map(|(_, bytes)| ("colour.jpg", bytes)));
+    files.extend(raster_files());
     files
+}
+
+/// Files of the formats that the crate `image` reads.
+fn raster_files() -> Vec<(&'static str, Vec<u8>)> {
+    let next = &mut random();
+    let picture = image::RgbaImage::from_fn(9, 7, |_, _| image::Rgba([0; 4].map(|_| next() as u8)));
+    let picture = image::DynamicImage::ImageRgba8(picture);
+    [
+        ("a.bmp", image::ImageFormat::Bmp),
+        ("a.gif", image::ImageFormat::Gif),
+        ("a.pam", image::ImageFormat::Pnm),
+        ("a.qoi", image::ImageFormat::Qoi),
+        ("a.tga", image::ImageFormat::Tga),
+        ("a.tif", image::ImageFormat::Tiff),
+        ("a.webp", image::ImageFormat::WebP),
+    ]
+    .map(|(name, format)| {
+        let mut bytes = Cursor::new(Vec::new());
+        picture.write_to(&mut bytes, format).expect("a picture");
+        (name, bytes.into_inner())
+    })
+    .to_vec()
 }
 
 #[test]
@@ -418,9 +441,9 @@ fn exr_files_may_have_opacity() {
 
 #[test]
 fn unknown_endings_and_missing_files_are_named() {
-    for result in [load_raw(Path::new("a.bmp")).err(), load(Path::new("a.bmp")).err()] {
+    for result in [load_raw(Path::new("a.svg")).err(), load(Path::new("a.svg")).err()] {
         let message = result.expect("no format").to_string();
-        assert!(message.contains(".png, .exr, .hdr, .rgbe, .jpg, .jpeg"), "{message}");
+        assert!(message.contains(".png, .exr, .hdr, .rgbe, .jpg, .jpeg, .tga"), "{message}");
     }
     let message = load_raw(Path::new("missing.jpg")).unwrap_err().to_string();
     assert!(message.contains("missing.jpg: cannot be read"), "{message}");

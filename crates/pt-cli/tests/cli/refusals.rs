@@ -272,7 +272,7 @@ fn files_beside_the_scene_that_cannot_be_read() {
     for (args, wanted) in [
         ("-e missing.exr", "missing.exr: cannot be read: No such file"),
         ("-e broken.exr", "broken.exr: "),
-        ("-e map.bmp", ".png, .exr, .hdr, .rgbe, .jpg, .jpeg"),
+        ("-e map.svg", ".png, .exr, .hdr, .rgbe, .jpg, .jpeg, .tga"),
         ("-c missing.txt", "missing.txt: cannot be read: No such file"),
         ("-c camera.txt", "camera.txt:1: camera settings: aspect is \"wide\""),
     ] {

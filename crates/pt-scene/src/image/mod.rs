@@ -1,4 +1,4 @@
-//! Image files: linear light in memory, PNG, OpenEXR, Radiance pictures and JPEG on disk.
+//! Image files: linear light in memory, PNG, OpenEXR, Radiance pictures, JPEG and others on disk.
 //!
 //! To add a codec: write its file, add its line to [`CODECS`].
 
@@ -7,6 +7,7 @@ mod exr;
 mod hdr;
 mod jpeg;
 mod png;
+mod raster;
 mod tone;
 mod write;
 
@@ -327,6 +328,13 @@ pub static CODECS: &[Codec] = &[
         write: None,
         metadata: None,
     },
+    raster::TGA,
+    raster::BMP,
+    raster::TIFF,
+    raster::WEBP,
+    raster::GIF,
+    raster::PNM,
+    raster::QOI,
 ];
 
 /// Whether [`save`] knows the ending of a name.

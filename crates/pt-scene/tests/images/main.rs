@@ -4,6 +4,7 @@ mod metadata;
 mod opacity;
 #[path = "../common/panics.rs"]
 mod panics;
+mod raster;
 mod windows;
 
 use std::fs;

@@ -1,7 +1,7 @@
 //! Plugins of Mitsuba 3.9.1 that are refused by name.
 
 /// Their tags, names, and why.
-const REFUSED: [(&str, &str, &str); 13] = [
+const REFUSED: [(&str, &str, &str); 12] = [
     ("bsdf", "measured_polarized", "light has no polarization here, and no wavelengths"),
     (
         "bsdf",
@@ -30,11 +30,6 @@ const REFUSED: [(&str, &str, &str); 13] = [
         "shape",
         "ellipsoidsmesh",
         "it is a radiance field, which only volprim_rf_basic shows; take sphere, or a mesh",
-    ),
-    (
-        "shape",
-        "sdfgrid",
-        "its surface is given by distances in a grid; convert it to a mesh, such as ply",
     ),
     ("integrator", "stokes", "light has no polarization here; take the integrator inside of it"),
     ("integrator", "depth", "distances are a channel beside light; take path, and --aov depth"),

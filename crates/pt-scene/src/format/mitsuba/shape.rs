@@ -6,15 +6,17 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3, Frame};
 
-use super::super::mesh_file::{self, MeshFile};
+use super::super::mesh_file::{self, ColorLevels, MeshFile};
 use super::super::ply::{self, attributes};
-use super::super::{obj, serialized};
+use super::super::xml::quote;
+use super::super::{Limits, obj, serialized, vol};
 use super::object::{Object, Parameters, Tree, error, unsupported};
 use super::{curves, texture};
+use crate::shapes::isosurface::{Distances, Normals};
 use crate::shapes::{self, smooth_normals};
 use crate::{Geometry, LoadError, Mesh, Motion, Warning};
 
-const KINDS: [&str; 13] = [
+const KINDS: [&str; 14] = [
     "bsplinecurve",
     "cube",
     "cylinder",
@@ -25,6 +27,7 @@ const KINDS: [&str; 13] = [
     "obj",
     "ply",
     "rectangle",
+    "sdfgrid",
     "serialized",
     "shapegroup",
     "sphere",
@@ -51,6 +54,13 @@ struct MeshKey {
     flips_v: bool,
     /// Whether its transform mirrors.
     mirrored: bool,
+}
+
+impl MeshKey {
+    /// The first mesh of a file, as it is.
+    fn of_file(path: PathBuf) -> Self {
+        Self { path, index: 0, is_flat: false, flips: false, flips_v: false, mirrored: false }
+    }
 }
 
 /// Meshes that several shapes share.
@@ -128,6 +138,21 @@ pub(super) fn shape(
                 Err(why) => return Err(left_out(tree, &parameters, &why)),
             }
         }
+        "sdfgrid" => {
+            let normals = normals_of_grid(&mut parameters)?;
+            let path = mesh_path(tree, object, &mut parameters)?;
+            let key = MeshKey {
+                index: u32::from(normals == Normals::Smooth),
+                flips,
+                ..MeshKey::of_file(path)
+            };
+            let read =
+                || surface_of_grid(&tree.context.read(&key.path)?, normals, tree.context.limits());
+            match meshes.of_file(&key, to_world.matrix3, read, warnings) {
+                Ok(read) => mesh(read),
+                Err(why) => return Err(left_out(tree, &parameters, &why)),
+            }
+        }
         _ => return Err(unsupported(object, &KINDS)),
     };
     parameters.finish()?;
@@ -171,6 +196,40 @@ fn mesh_path(
         return Err(error(&object.at, message));
     };
     tree.resolve(text).ok_or_else(|| left_out(tree, parameters, &tree.not_found(text)))
+}
+
+/// The "normals" of an "sdfgrid".
+fn normals_of_grid(parameters: &mut Parameters<'_>) -> Result<Normals, LoadError> {
+    parameters.pass_over(&["watertight"]);
+    match parameters.text("normals")? {
+        None | Some("smooth") => Ok(Normals::Smooth),
+        Some("analytic") => Ok(Normals::Analytic),
+        Some(other) => {
+            let message =
+                format!("{} is unknown; expected \"smooth\" or \"analytic\"", quote(other));
+            Err(parameters.refuse("normals", message))
+        }
+    }
+}
+
+/// The surface in a file of signed distances.
+fn surface_of_grid(bytes: &[u8], normals: Normals, limits: &Limits) -> Result<MeshFile, String> {
+    /// Most triangles without a limit.
+    const MAX_TRIANGLES: usize = 1 << 24;
+    let grid = vol::parse(bytes)?.grid;
+    let distances = Distances::new(&grid).ok_or_else(|| {
+        let [x, y, z] = grid.resolution;
+        format!(
+            "the grid has {x} x {y} x {z} cells of {} numbers; expected one signed distance in each of at least \
+             2 x 2 x 2",
+            grid.channels
+        )
+    })?;
+    let mesh = distances.surface(normals, limits.triangles(MAX_TRIANGLES))?;
+    if mesh.triangles.is_empty() {
+        return Err("the grid has no surface: its distances are of one sign".to_owned());
+    }
+    Ok(MeshFile { mesh, levels: ColorLevels::default(), warnings: Vec::new() })
 }
 
 /// Notes a file that cannot be used, and why.

@@ -1,0 +1,86 @@
+//! BMP, GIF, PNM, QOI, TGA, TIFF and WebP files, by the crate `image`.
+
+use std::io::Cursor;
+
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+
+use super::{Codec, Decoded, Image, Numbers, Reader, Transfer, check_size};
+
+/// A codec that reads.
+const fn readable(name: &'static str, extensions: &'static [&'static str], read: Reader) -> Codec {
+    Codec { name, extensions, read: Some(read), write: None, metadata: None }
+}
+
+pub(super) const BMP: Codec =
+    readable("BMP", &["bmp", "dib"], |bytes, numbers| read(bytes, numbers, ImageFormat::Bmp));
+pub(super) const GIF: Codec =
+    readable("GIF", &["gif"], |bytes, numbers| read(bytes, numbers, ImageFormat::Gif));
+pub(super) const PNM: Codec =
+    readable("PNM", &["pnm", "pbm", "pgm", "ppm", "pam"], |bytes, numbers| {
+        read(bytes, numbers, ImageFormat::Pnm)
+    });
+pub(super) const QOI: Codec =
+    readable("QOI", &["qoi"], |bytes, numbers| read(bytes, numbers, ImageFormat::Qoi));
+pub(super) const TGA: Codec =
+    readable("TGA", &["tga"], |bytes, numbers| read(bytes, numbers, ImageFormat::Tga));
+pub(super) const TIFF: Codec =
+    readable("TIFF", &["tif", "tiff"], |bytes, numbers| read(bytes, numbers, ImageFormat::Tiff));
+pub(super) const WEBP: Codec =
+    readable("WebP", &["webp"], |bytes, numbers| read(bytes, numbers, ImageFormat::WebP));
+
+/// See [`Reader`]. Grey becomes three equal channels. Files do not say how whole numbers relate to light; they are taken as sRGB
+/// whatever those of other formats would be. Real numbers of TIFF are light. Of animations, the first picture is read.
+fn read(bytes: &[u8], numbers: Numbers, format: ImageFormat) -> Result<Decoded, String> {
+    let failed = |error: image::ImageError| format!("is no valid file of this kind: {error}");
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some(1 << 30);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(failed)?;
+    let (width, height) = decoder.dimensions();
+    let pixels = u64::from(width) * u64::from(height);
+    check_size(Some(decoder.total_bytes().max(pixels.saturating_mul(16))), usize::MAX)?;
+    let has_alpha = decoder.color_type().has_alpha();
+    let picture = DynamicImage::from_decoder(decoder).map_err(failed)?;
+    let (pixels, alpha) = in_light(picture, numbers);
+    super::check_shape(width, height, pixels.len())?;
+    // Many writers of TGA and BMP leave the opacity that they do not mean at zero.
+    let is_meant = has_alpha
+        && (!matches!(format, ImageFormat::Tga | ImageFormat::Bmp)
+            || alpha.iter().any(|opacity| *opacity > 0.0));
+    Ok(Decoded {
+        image: Image { width, height, pixels },
+        alpha: is_meant.then_some(alpha),
+        frame: None,
+    })
+}
+
+/// The colours of a picture, and its opacity.
+fn in_light(picture: DynamicImage, numbers: Numbers) -> (Vec<[f32; 3]>, Vec<f32>) {
+    let level = |level: u16, highest: u16| match numbers {
+        Numbers::Light(_) => Transfer::Srgb.decode(level, highest),
+        Numbers::Stored => f32::from(level) / f32::from(highest),
+    };
+    match picture {
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
+            let pixels = picture.into_rgba32f();
+            pixels.pixels().map(|p| ([p[0], p[1], p[2]], p[3])).unzip()
+        }
+        DynamicImage::ImageLuma16(_)
+        | DynamicImage::ImageLumaA16(_)
+        | DynamicImage::ImageRgb16(_)
+        | DynamicImage::ImageRgba16(_) => {
+            let pixels = picture.into_rgba16();
+            let share = |x: u16| f32::from(x) / 65_535.0;
+            let light = |x: u16| level(x, u16::MAX);
+            pixels.pixels().map(|p| ([p[0], p[1], p[2]].map(light), share(p[3]))).unzip()
+        }
+        _ => {
+            let table: [f32; 256] = std::array::from_fn(|x| level(x as u16, 255));
+            let pixels = picture.into_rgba8();
+            let light = |x: u8| table[usize::from(x)];
+            let share = |x: u8| f32::from(x) / 255.0;
+            pixels.pixels().map(|p| ([p[0], p[1], p[2]].map(light), share(p[3]))).unzip()
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! WebP.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| pathtracer_fuzz::image(bytes, "webp"));
