@@ -150,18 +150,18 @@ impl Materials {
         self.table.as_slice().iter().any(|m| matches!(m, Material::Mix { .. }))
     }
 
-    /// The scattering of a material at a point with the unit shading normal `normal`; `choice` from
-    /// [0, 1) makes its choices.
+    /// The scattering of a material at a point with the unit shading normal `normal`, where the unit vector `side` is on the
+    /// front; `choice` from [0, 1) makes its choices.
     pub fn resolve(
         &self,
         lobes: &Table<LobeRecord>,
         mut id: Id<Material>,
         at: &Interaction,
-        normal: Vec3,
+        [normal, side]: [Vec3; 2],
         parametrization: &Parametrization,
         mut choice: f32,
     ) -> Resolved {
-        let mut view = View::new(at, normal);
+        let mut view = View::new(at.wo, normal, side);
         loop {
             match self.table[id] {
                 Material::Lobe(material) => {
@@ -183,7 +183,7 @@ impl Materials {
                     };
                 }
                 Material::Sided { front, back } => {
-                    id = if at.wo.dot(at.point.normal) < 0.0 { back } else { front };
+                    id = if at.wo.dot(side) < 0.0 { back } else { front };
                 }
                 Material::Embossed { surface, relief, shadowing, averted, mirrored } => {
                     if mirrored {
@@ -279,11 +279,11 @@ struct View {
 }
 
 impl View {
-    fn new(at: &Interaction, normal: Vec3) -> Self {
+    fn new(wo: Vec3, normal: Vec3, side: Vec3) -> Self {
         Self {
             normal,
-            wo: at.wo,
-            is_behind: at.wo.dot(at.point.normal) < 0.0,
+            wo,
+            is_behind: wo.dot(side) < 0.0,
             mirror: None,
             shadowing: None,
             is_for_viewer: false,

@@ -52,10 +52,16 @@ pub enum Glow {
 }
 
 /// Everything a renderer reads. Made by [`crate::compile()`], never edited.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "they are options that are independent of each other"
+)]
 pub struct RenderScene {
     /// Whether rays leave triangles with normals at their corners from the round shape that these
     /// belong to, and light is held to the plane across the shading normal there.
     pub smooth_shadows: bool,
+    /// See [`pt_scene::FileSettings::sides_by_shading_normal`].
+    pub sides_by_shading_normal: bool,
     /// All that is not placed, in world coordinates.
     pub shapes: ShapeTables,
     /// What is placed in the world, and may move; `None` if nothing is.
@@ -378,7 +384,7 @@ impl RenderScene {
     #[inline(always)]
     pub fn bsdf<'a>(&'a self, at: &Interaction, resolved: Option<&'a Resolved>) -> Bsdf<'a> {
         let tables = &self.lobe_tables;
-        let normal = at.point.normal;
+        let normal = self.side_normal(at);
         let bsdf = if let Some(Resolved { lobe, two_sided, orientation }) = resolved {
             Bsdf::oriented(lobe, tables, *two_sided, *orientation, normal, at.wo)
         } else {
@@ -406,9 +412,9 @@ impl RenderScene {
         if let Some(width) = width {
             parametrization.footprint = Footprint::new(at, width);
         }
-        let normal = self.unit_normal(at);
+        let normals = [self.unit_normal(at), self.side_normal(at)];
         let Self { lobes, materials, .. } = self;
-        Some(materials.resolve(lobes, material, at, normal, &parametrization, choice))
+        Some(materials.resolve(lobes, material, at, normals, &parametrization, choice))
     }
 
     /// The share of the surface that is there, where a ray met it.
@@ -431,6 +437,12 @@ impl RenderScene {
                 self.materials.textures.number(texture, &place).clamp(0.0, 1.0)
             }
         }
+    }
+
+    /// The normal that divides the front of a surface from its back.
+    #[inline(always)]
+    fn side_normal(&self, at: &Interaction) -> Vec3 {
+        if self.sides_by_shading_normal { self.unit_normal(at) } else { at.point.normal }
     }
 
     #[inline(always)]

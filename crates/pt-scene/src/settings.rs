@@ -31,6 +31,10 @@ pub struct FileSettings {
     /// Whether `max_depth` counts no interaction from which light goes straight on, as through thin glass, in
     /// scenes with media.
     pub straight_is_free: bool,
+    /// Whether the interpolated normals of meshes alone divide their front from their back, as in Mitsuba 3 and pbrt-v4. Else
+    /// light has to be on the same side of the triangle as well, and normals that look away from the viewer are
+    /// bent until they do not. [Veach 1997, "Robust Monte Carlo Methods for Light Transport Simulation", §5.3]
+    pub sides_by_shading_normal: bool,
     /// Name of the integrator, if it is not the usual one.
     pub integrator: Option<&'static str>,
     /// Names of the channels besides light that are asked for.

@@ -39,7 +39,7 @@ fn rendered() -> Session {
     render(&scene(), size([SIZE; 2]), Settings { aovs: all(), max_depth: 1, ..settings(16) })
 }
 
-fn channel(session: &Session, name: &str, [x, y]: [u32; 2]) -> f64 {
+pub(crate) fn channel(session: &Session, name: &str, [x, y]: [u32; 2]) -> f64 {
     let channels = session.channels();
     let channel = channels.iter().find(|c| c.name == name).expect("a channel of this name");
     let i = (y * SIZE + x) as usize;

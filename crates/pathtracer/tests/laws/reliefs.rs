@@ -72,6 +72,38 @@ fn normals_turn_with_their_image() {
     }
 }
 
+/// Heights are on the surface, and mirrored with it. The normals of an image have +x along ∂p/∂u, which is mirrored, and +y
+/// along n × ∂p/∂u, which is not.
+#[test]
+fn mirrored_walls_have_mirrored_heights() {
+    let along_v = |relief| {
+        let Relief::Heights(image, height) = relief else { panic!("heights") };
+        let to_pattern = DMat3::from_cols(DVec3::Y, DVec3::X, DVec3::Z);
+        Relief::Heights(Arc::new(Texture { to_pattern, ..(*image).clone() }), height)
+    };
+    let [across, upwards] = [DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.0, 0.6, 0.8)];
+    let [mirrored_x, mirrored_y] = [DVec3::new(-1.0, 1.0, 1.0), DVec3::new(1.0, -1.0, 1.0)];
+    for (relief, n, scale) in [
+        (ramp(0.5).0, ramp(0.5).1 * mirrored_x, mirrored_x),
+        (ramp(0.5).0, ramp(0.5).1, mirrored_y),
+        (along_v(ramp(0.5).0), DVec3::new(0.0, -0.5, 1.0).normalize(), DVec3::ONE),
+        (along_v(ramp(0.5).0), DVec3::new(0.0, -0.5, 1.0).normalize(), mirrored_x),
+        (along_v(ramp(0.5).0), DVec3::new(0.0, 0.5, 1.0).normalize(), mirrored_y),
+        (normals(across), across * mirrored_x, mirrored_x),
+        (normals(upwards), upwards * mirrored_y, mirrored_x),
+    ] {
+        for light in [DVec3::Z, DVec3::new(0.0, 0.6, 0.8), DVec3::new(-0.6, 0.0, 0.8)] {
+            let kind = LightKind::Directional { irradiance: [PI as f32; 3] };
+            let scene = Builder::default()
+                .mesh(shapes::rectangle(), DAffine3::from_scale(scale), wall(relief.clone()).into())
+                .light(kind, looking(light, DVec3::ZERO))
+                .seen_by(camera(DVec3::Z * 4.0, DVec3::ZERO, [2.0, 1.6]));
+            let film = render(&scene, size([10, 8]), settings(4)).film().clone();
+            assert_is(&film, n.dot(light), &format!("{relief:?} scaled by {scale}"));
+        }
+    }
+}
+
 /// Directions that the mesh gives, in ∂p/∂u = 2 x and ∂p/∂v = 2 y of the wall.
 #[test]
 fn normals_lie_along_directions_of_the_mesh() {

@@ -184,9 +184,11 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     let bvh_time = start.elapsed();
     let first = shapes.triangles.len() + shapes.spheres.len();
     let placed = std::mem::take(&mut shapes.placed).finish(first)?;
+    let sides_by_shading_normal = scene.settings.sides_by_shading_normal;
     let mut scene = assemble(shapes, lights, media, camera, bvh);
     scene.placed = placed;
     scene.plain_normals = options.course;
+    scene.sides_by_shading_normal = sides_by_shading_normal;
     scene.smooth_shadows = options.smooth_shadows && scene.media.is_empty();
     if options.smooth_shadows && !scene.smooth_shadows {
         notes.push("--smooth-shadows does nothing in a scene with media".into());
@@ -231,6 +233,7 @@ fn assemble(
         placed: None,
         plain_normals: false,
         smooth_shadows: false,
+        sides_by_shading_normal: false,
         object_ends: take(&mut shapes.object_ends),
         surfaces: take(&mut shapes.surfaces),
         surface_materials: take(&mut shapes.surface_materials),

@@ -12,7 +12,7 @@ use crate::medium::Grid;
 use crate::{Attribute, Attributes, Mesh};
 
 /// Most triangles of a mesh for which a coarser cut would do.
-const FINE_TRIANGLES: usize = 1 << 21;
+const FINE_TRIANGLES: usize = 1 << 20;
 
 /// Triangles of a cell that the surface crosses, on average and rounded up.
 const TRIANGLES_PER_CELL: usize = 8;
@@ -47,7 +47,7 @@ impl<'a> Distances<'a> {
     }
 
     /// The surface, with its front where distances are positive, in pieces of at most 1/8 of a voxel, and of up to a whole one
-    /// where there would be more than 2²¹ triangles.
+    /// where there would be more than 2²⁰ triangles.
     ///
     /// # Errors
     /// If it has more than `most` triangles.

@@ -5,7 +5,7 @@ use pt_scene::format::parse;
 use crate::folder;
 
 /// What is refused, for the reasons of docs/formats.md.
-const REFUSED: [(&str, &str); 13] = [
+const REFUSED: [(&str, &str); 12] = [
     ("bsdf", "measured_polarized"),
     ("bsdf", "pplastic"),
     ("emitter", "directionalarea"),
@@ -18,7 +18,6 @@ const REFUSED: [(&str, &str); 13] = [
     ("shape", "blender"),
     ("shape", "ellipsoids"),
     ("shape", "ellipsoidsmesh"),
-    ("shape", "sdfgrid"),
 ];
 
 /// A scene in which an object is used, without any parameter.

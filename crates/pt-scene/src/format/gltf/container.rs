@@ -29,6 +29,7 @@ pub(super) fn open<'a>(
         (bytes, None)
     };
     let json = &*text::lines(json, path)?;
+    let json = without_trailing_zeros(json);
     let values = json.iter().filter(|byte| b",[{".contains(byte)).count();
     let most = limits.elements(MOST_VALUES);
     if values > most {
@@ -45,6 +46,12 @@ pub(super) fn open<'a>(
         message: format!("the file is no valid JSON: {}", reason(&error)),
     })?;
     Ok((parsed, binary))
+}
+
+/// Bytes without the zeros with which some writers fill up, in place of spaces.
+fn without_trailing_zeros(bytes: &[u8]) -> &[u8] {
+    let last = bytes.iter().rposition(|byte| *byte != 0);
+    &bytes[..last.map_or(0, |last| last + 1)]
 }
 
 /// What is wrong, without the place, which messages have in front.

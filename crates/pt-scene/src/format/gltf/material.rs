@@ -379,6 +379,9 @@ impl<'a> Reader<'a> {
             return Ok(*known);
         }
         let mut material = self.scene.materials[made.material as usize].clone();
+        if !matches!(material.surface, Surface::Embossed(_)) {
+            return Ok(made.material);
+        }
         if let Surface::Embossed(embossed) = &mut material.surface
             && let has_tangents = matches!(embossed.relief, Relief::NormalsAlong(..))
             && let Some(relief) = self.relief(item, true, has_tangents)?
@@ -387,7 +390,7 @@ impl<'a> Reader<'a> {
         }
         let mirrored = self.scene.materials.len() as u32;
         self.scene.materials.push(material);
-        self.mirrored.insert(made.material, mirrored);
+        self.mirrored.extend([(made.material, mirrored), (mirrored, made.material)]);
         Ok(mirrored)
     }
 

@@ -27,6 +27,8 @@ pub(super) struct Form<'f> {
     pub(super) joints: Option<&'f [DAffine3]>,
     /// How the textures of its material lie on it.
     pub(super) layout: Layout,
+    /// Whether a transform mirrors it somewhere.
+    pub(super) is_mirrored: bool,
 }
 
 /// The colours of vertices.

@@ -114,7 +114,7 @@ struct Reader<'a> {
     uv_set: Option<usize>,
     /// By index, and the values of meshes that they show.
     materials: HashMap<(Option<usize>, Values), Made>,
-    /// What materials are on triangles on which their textures lie mirrored.
+    /// What materials with normals of images are where they lie mirrored, and the other way round.
     mirrored: HashMap<u32, u32>,
     /// By the indices of mesh and primitive, as they are without a skin and weights of a node.
     meshes: HashMap<(usize, usize), Option<Arc<Mesh>>>,

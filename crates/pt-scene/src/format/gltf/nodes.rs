@@ -132,10 +132,12 @@ impl<'a> Reader<'a> {
             let message = format!("the scene shows more than {most} primitives");
             return Err(Context::exceeded(node.span(), message));
         }
+        let is_mirrored = |place: &DAffine3| place.matrix3.determinant() < 0.0;
         let form = Form {
             weights: &weights,
             joints: joints.as_ref().map(|joints| joints.as_slice()),
             layout: Layout::default(),
+            is_mirrored: places.iter().any(is_mirrored),
         };
         for (i, primitive) in mesh.children("primitives")?.iter().enumerate() {
             let key = is_shared.then_some((index, i));
@@ -147,6 +149,9 @@ impl<'a> Reader<'a> {
                 }
                 for (copy, to_world) in places.iter().enumerate() {
                     let mut object = Object { to_world: *to_world, ..object.clone() };
+                    if is_mirrored(to_world) {
+                        self.mirror(&mut object);
+                    }
                     if places.len() > 1 {
                         object.name = format!("{} ({})", object.name, copy + 1);
                     }
@@ -193,8 +198,10 @@ impl<'a> Reader<'a> {
         };
         let made = self.material(index, described.as_ref(), values)?;
         let mut materials = vec![Some(made.material)];
-        if let Some(described) = described.filter(|_| shape.parts.iter().any(|p| p.slot > 0)) {
-            materials.push(Some(self.mirrored(&described, made)?));
+        let has_mirrored = shape.parts.iter().any(|part| part.slot > 0);
+        if let Some(described) = described.filter(|_| has_mirrored || form.is_mirrored) {
+            let mirrored = self.mirrored(&described, made)?;
+            materials.extend(has_mirrored.then_some(Some(mirrored)));
         }
         let back = made.back.map(|back| (self.back_of(key, &shape), back));
         let front = Object {
@@ -214,6 +221,13 @@ impl<'a> Reader<'a> {
             ..front.clone()
         });
         Ok(std::iter::once(front).chain(back).collect())
+    }
+
+    /// Lets the normals of images lean as in the mirror image of the object, which its transform makes of it.
+    fn mirror(&self, object: &mut Object) {
+        for material in object.materials.iter_mut().flatten() {
+            *material = self.mirrored.get(material).copied().unwrap_or(*material);
+        }
     }
 
     /// The back of a mesh, by the key made once.

@@ -40,6 +40,7 @@ record! {
         spp: Plain => None,
         max_depth: Plain => None,
         straight_is_free: Plain => false,
+        sides_by_shading_normal: Plain => false,
         integrator: OneOf("integrator", &INTEGRATORS) => None,
         aovs: OneOf("channel", &AOVS) => Vec::new(),
         filter: Plain => None,

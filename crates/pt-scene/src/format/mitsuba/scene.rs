@@ -62,6 +62,7 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
     see_spans(lights, cameras.get(used).map_or([0.0; 2], |camera| camera.shutter));
     let outermost = tree.only(&integrators, "integrator");
     let outermost = tree.context.keep(outermost)?.flatten().map(|i| &tree.objects[i]);
+    settings.sides_by_shading_normal = true;
     tree.context.keep(integrator::integrator(tree, outermost, settings, warnings))?;
     let Media { made, warnings, .. } = builder.media;
     builder.scene.media = made;

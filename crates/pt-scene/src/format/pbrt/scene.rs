@@ -281,6 +281,7 @@ impl World {
         let settings = film::settings(&self.sight, &mut self.scene.warnings);
         let (mut settings, mut exposure) =
             context.keep(settings)?.unwrap_or((FileSettings::default(), 1.0));
+        settings.sides_by_shading_normal = true;
         let resolution = settings.resolution.unwrap_or([1280, 720]);
         let camera = self.camera(resolution);
         if let Some((camera, share)) = context.keep(camera)? {

@@ -6,7 +6,7 @@ use super::super::super::xml::quote;
 use super::super::object::{Child, Object, Parameters, Role, error};
 use super::super::texture::{Textures, as_number};
 use crate::LoadError;
-use crate::texture::{Color, Input, Scalar, Texture};
+use crate::texture::{Color, Input, Pattern, Scalar, Texture};
 
 /// Reads the parameters and the objects of a bsdf, and remembers which were asked for.
 pub(super) struct Inputs<'a, 't> {
@@ -69,10 +69,14 @@ impl<'a, 't> Inputs<'a, 't> {
         }
     }
 
-    /// A texture that has to be there: the one of this name, or else the only one.
+    /// A texture that has to be there: the one or the colour of this name, or else the only one.
     pub(super) fn only_texture(&mut self, name: &'static str) -> Result<Arc<Texture>, LoadError> {
         if let Some(texture) = self.texture(name)? {
             return Ok(texture);
+        }
+        if self.parameters.find(name).is_some() {
+            let color = self.parameters.color(name, Role::Level, 0.0)?;
+            return Ok(Arc::new(Pattern::Checkerboard([color; 2]).into()));
         }
         match self.children("texture")?.as_slice() {
             [(child, index)] if child.name.is_empty() => self.textures.get(*index),
