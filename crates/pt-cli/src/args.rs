@@ -10,6 +10,7 @@ use pathtracer::{Aov, Builder, DirectLight, LightGroups, SamplerKind};
 
 use crate::check::{self, Checked};
 use crate::commands::Command;
+use crate::environment::EnvironmentLayout;
 use crate::formats::{self, ExrCompression, ExrType, Tonemap};
 use crate::loading::Loading;
 use crate::opacity::Opacity;
@@ -197,9 +198,20 @@ pub(crate) struct Cli {
     pub(crate) loading: Loading,
 
     /// Environment map: light from all around, an image in latitude and longitude (.exr, .hdr, .png,
-    /// .jpg)
+    /// .jpg …)
     #[arg(short, long, value_name = "FILE", help_heading = "Scene")]
     pub(crate) environment: Option<PathBuf>,
+
+    /// How the image of --environment shows all directions
+    #[arg(
+        long,
+        value_name = "LAYOUT",
+        value_enum,
+        default_value = "latlong",
+        requires = "environment"
+    )]
+    #[arg(conflicts_with = "cs184", help_heading = "Scene")]
+    pub(crate) environment_layout: EnvironmentLayout,
 
     /// Camera settings file, as the course's program writes them
     #[arg(short = 'c', long, value_name = "FILE", help_heading = "Scene")]

@@ -10,6 +10,7 @@ mod course;
 mod cpu;
 mod denoise;
 mod describe;
+mod environment;
 mod examine;
 mod explain;
 mod fault;

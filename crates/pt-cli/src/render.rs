@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use pathtracer::image::{self, Image, Transfer};
 use pathtracer::receipt::Receipt;
 use pathtracer::{
@@ -228,7 +228,15 @@ fn load_environment(
             course::environment_ready();
         }
     }
-    for note in [map.make_radiance(), map.doubt_as_sky()].into_iter().flatten() {
+    let mut notes = Vec::from_iter(map.make_radiance());
+    match request.cli.environment_layout.square() {
+        None => notes.extend(map.doubt_as_sky()),
+        Some(layout) => {
+            let turned = layout.in_latitude_and_longitude(&map);
+            map = turned.map_err(|message| anyhow!("{}: {message}", path.display()))?;
+        }
+    }
+    for note in notes {
         if !request.cli.quiet {
             eprintln!("note: {}: {note}", path.display());
         }

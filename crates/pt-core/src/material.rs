@@ -13,7 +13,7 @@ use pt_math::{Frame, Spectrum, Vec2, Vec3};
 use pt_scene::hair;
 use pt_scene::material::Averted;
 
-use crate::bsdf::{AnyLobe, Diffuse, LobeRecord, Orientation, Shadowing};
+use crate::bsdf::{AnyLobe, Diffuse, LobeRecord, MetallicRoughness, Orientation, Shadowing};
 use crate::id::{Id, Table};
 use crate::parametrization::Parametrization;
 use crate::scene::Interaction;
@@ -64,8 +64,19 @@ pub struct LobeMaterial {
     pub two_sided: bool,
     /// Whether it matters which way the frame of the surface is turned.
     pub oriented: bool,
+    /// Which normals its clear coat has, if not those of the lobe.
+    pub coat: Option<CoatRecord>,
     /// Where its [`Slot`]s begin, and end.
     pub slots: [u32; 2],
+}
+
+/// Normals of a clear coat; see [`pt_scene::material::CoatNormals`].
+#[derive(Clone, Copy, Debug)]
+pub enum CoatRecord {
+    /// Those of the shape.
+    Shape,
+    /// Those of the shape with a relief.
+    Relief(ReliefRecord),
 }
 
 /// Parameters of a lobe that a texture gives.
@@ -136,7 +147,7 @@ pub struct Resolved {
 impl LobeMaterial {
     /// Whether it is the same everywhere.
     pub(crate) fn is_plain(&self) -> bool {
-        !self.oriented && self.slots[0] == self.slots[1]
+        !self.oriented && self.coat.is_none() && self.slots[0] == self.slots[1]
     }
 
     fn slots(&self) -> Range<usize> {
@@ -165,13 +176,27 @@ impl Materials {
         loop {
             match self.table[id] {
                 Material::Lobe(material) => {
-                    let lobe = if view.sees_nothing {
+                    let mut lobe = if view.sees_nothing {
                         AnyLobe::from(Diffuse { rho: Spectrum::ZERO }).record()
                     } else {
                         self.lobe(lobes, &material, parametrization)
                     };
                     let tangent = material.oriented.then_some(parametrization.along_u).flatten();
                     let orientation = view.orientation(tangent);
+                    if let Some(coat) = material.coat
+                        && !view.sees_nothing
+                    {
+                        let above = match coat {
+                            CoatRecord::Shape => normal,
+                            CoatRecord::Relief(relief) => {
+                                self.embossed(relief, normal, parametrization)
+                            }
+                        };
+                        let is_back = material.two_sided && at.wo.dot(side) < 0.0;
+                        let place = orientation.place_of(above, is_back);
+                        let first = MetallicRoughness::COAT_NORMAL;
+                        lobe.parameters_mut()[first..first + 2].copy_from_slice(&place);
+                    }
                     return Resolved { lobe, two_sided: material.two_sided, orientation };
                 }
                 Material::Mix { first, second, share } => {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::hair;
 use crate::measured::Measurements;
 use crate::texture::{Color, Relief, Scalar};
-pub use metallic_roughness::MetallicRoughness;
+pub use metallic_roughness::{CoatNormals, MetallicRoughness};
 
 /// A named material: how a surface scatters, and whether it glows.
 #[derive(Clone, Debug, PartialEq)]

@@ -117,6 +117,21 @@ fn black_textures_give_no_light() {
 }
 
 /// Light is not less than nothing, and a picture needs a slide that has edges.
+/// A square that emits 1 on its left half and "−1" on its right one.
+#[test]
+fn negative_emission_is_none_and_has_a_note() {
+    let scene = Builder::default()
+        .quad(DAffine3::IDENTITY, Black.into())
+        .glowing_by(image(2, &[[1.0; 3], [-1.0, 0.5, -0.25]]))
+        .seen_by(camera(DVec3::Z * 4.0, DVec3::ZERO, [2.0, 2.0]));
+    let session = render(&scene, size([8, 8]), settings(16));
+    let least = session.image().pixels.into_iter().flatten().fold(f32::INFINITY, f32::min);
+    assert_eq!(least, 0.0);
+    let note =
+        session.notes().iter().find(|note| note.contains("negative radiance")).expect("a note");
+    assert!(note.contains("1 pixel of 2") && note.contains("(1, 0)"), "{note}");
+}
+
 #[test]
 fn textures_that_are_no_light_are_refused() {
     let compiled = |scene: &Scene| {
@@ -137,10 +152,12 @@ fn textures_that_are_no_light_are_refused() {
     let colors: Arc<Texture> = Arc::new(Pattern::VertexColors.into());
     let skewed = DMat3::from_cols(DVec3::X, DVec3::ONE, DVec3::Z);
     let cases = [
-        (glowing(image(1, &[[-1.0; 3]])), "the texture of the emission: pixel (0, 0) is [-1.0"),
         (glowing(image(1, &[[f32::NAN; 3]])), "the texture of the emission: pixel (0, 0) is [NaN"),
         (glowing(Arc::clone(&colors)), "the mesh has none"),
-        (spot(30.0, image(1, &[[-1.0; 3]]), DMat3::IDENTITY), "the texture of the light: pixel"),
+        (
+            spot(30.0, image(1, &[[f32::NAN; 3]]), DMat3::IDENTITY),
+            "the texture of the light: pixel",
+        ),
         (spot(30.0, colors, DMat3::IDENTITY), "a light of no extent is none"),
         (spot(90.0, white(), DMat3::IDENTITY), "below 90°"),
         (spot(30.0, white(), skewed), "may only turn, mirror and scale"),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use pathtracer::Film;
 use pt_math::{DAffine3, DMat3, DVec3};
-use pt_scene::material::{Averted, Embossed, Matte, Mix, Sided};
+use pt_scene::material::{Averted, CoatNormals, Embossed, Matte, MetallicRoughness, Mix, Sided};
 use pt_scene::texture::{Filter, Pattern, Relief, Texture};
 use pt_scene::{LightKind, Surface, shapes};
 
@@ -69,6 +69,40 @@ fn normals_turn_with_their_image() {
         }
         let fixed = wall(Relief::Normals(Arc::clone(&texture)));
         assert_is(&film(fixed, DVec3::Z, lean), 1.0, "not turned");
+    }
+}
+
+/// A coat has the normals of what is below it, of the shape, or its own: a black base with a coat that has a relief looks like
+/// both with it, and one whose base alone has it as if there were none.
+#[test]
+fn coats_have_normals_of_their_own() {
+    let coated = |clearcoat_normals| {
+        Surface::from(MetallicRoughness {
+            base_color: [0.0; 3].into(),
+            specular: 0.0.into(),
+            clearcoat: 1.0.into(),
+            clearcoat_roughness: 0.6.into(),
+            clearcoat_normals,
+            two_sided: true,
+            ..MetallicRoughness::default()
+        })
+    };
+    let lean = || normals(DVec3::new(0.48, 0.36, 0.8));
+    let level = |surface: Surface, light| film(surface, DVec3::Z, light).pixels().next().unwrap();
+    for light in [DVec3::Z, DVec3::new(0.0, 0.6, 0.8), DVec3::new(0.8, 0.0, 0.6)] {
+        let of = |surface: Surface| level(surface, light).luminance().0;
+        let smooth = of(coated(CoatNormals::Base));
+        let both = of(Embossed::new(coated(CoatNormals::Base), lean()).into());
+        let base = of(Embossed::new(coated(CoatNormals::Shape), lean()).into());
+        let coat = of(coated(CoatNormals::Relief(lean())));
+        let other = Embossed::new(
+            coated(CoatNormals::Relief(lean())),
+            normals(DVec3::new(-0.28, 0.0, 0.96)),
+        );
+        assert!((both / smooth - 1.0).abs() > 0.1, "{both}, {smooth}");
+        assert!((base / smooth - 1.0).abs() < 1e-3, "{base}, {smooth}");
+        assert!((coat / both - 1.0).abs() < 1e-3, "{coat}, {both}");
+        assert!((of(other.into()) / both - 1.0).abs() < 1e-3, "{both}");
     }
 }
 

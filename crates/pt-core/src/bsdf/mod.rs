@@ -389,6 +389,17 @@ impl Orientation {
     pub fn plain(normal: Vec3, tangent: Option<Vec3>) -> Self {
         Self { normal, tangent, shadowing: Shadowing::default(), is_for_viewer: false }
     }
+
+    /// The x and y of a unit vector that is near the normal, in the frame of the lobe, of which it is above the surface; of the
+    /// back of a surface that is the same from both sides with `is_back`.
+    pub(crate) fn place_of(&self, v: Vec3, is_back: bool) -> [f32; 2] {
+        const LEAST_COSINE: f32 = 0.05;
+        let sign = if is_back { -1.0 } else { 1.0 };
+        let local = frame_of(self.normal * sign, self.tangent).to_local(v * sign);
+        let [x, y, _] =
+            Vec3::new(local.x, local.y, local.z.max(LEAST_COSINE)).normalize().to_array();
+        [x, y]
+    }
 }
 
 /// The scattering at one surface point, in world coordinates.
@@ -439,10 +450,7 @@ impl<'a> Bsdf<'a> {
         let is_round = lobe.is_round();
         let visible = if is_round { normal * flip } else { make_visible(normal * flip, wo) };
         let front = if behind && !two_sided { -visible } else { visible };
-        let frame = match tangent {
-            None => Frame::from_normal(front),
-            Some(tangent) => Frame::from_normal_and_tangent(front, tangent),
-        };
+        let frame = frame_of(front, tangent);
         // Round things are not held to the plane of the surface.
         let geometric_normal = if is_round { frame.n } else { geometric_normal };
         let side = geometric_normal.dot(front);
@@ -572,6 +580,15 @@ impl<'a> Bsdf<'a> {
     #[inline(always)]
     fn is_consistent(&self, wi: Vec3, local: Vec3) -> bool {
         wi.dot(self.geometric_normal) * local.z * self.side > 0.0
+    }
+}
+
+/// The frame of a lobe with a normal and perhaps a direction along the surface.
+#[inline(always)]
+fn frame_of(normal: Vec3, tangent: Option<Vec3>) -> Frame {
+    match tangent {
+        None => Frame::from_normal(normal),
+        Some(tangent) => Frame::from_normal_and_tangent(normal, tangent),
     }
 }
 

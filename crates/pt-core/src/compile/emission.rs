@@ -1,9 +1,11 @@
 //! What glows by a texture: how each part of it lies on the texture, and how much light it has.
 
+use std::collections::HashSet;
 use std::f32::consts::PI;
 use std::ops::Range;
 
 use pt_math::{Mat3, Spectrum, Vec2, Vec3, trig};
+use pt_scene::image::Image;
 use pt_scene::texture::{Bitmap, Pattern, Texture};
 use pt_scene::{Light, LightKind, Scene};
 
@@ -23,8 +25,16 @@ const PARTS: u16 = 64;
 /// Where lookups find less than this share of the mean, they may have missed some light.
 const LEAST_SHARE: f32 = 0.01;
 
-/// Refuses images that are no light where textures give off some.
-pub(super) fn check(scene: &Scene) -> Result<(), CompileError> {
+/// Refuses images that are no light where textures give off some. Negative numbers count as 0, with a note.
+pub(super) fn check(scene: &Scene, notes: &mut Vec<String>) -> Result<(), CompileError> {
+    let mut seen = HashSet::new();
+    let mut check_texture = |texture: &Texture| {
+        check_images(texture, &mut |image| {
+            if seen.insert(std::ptr::from_ref(image)) {
+                notes.extend(image.negative_radiance());
+            }
+        })
+    };
     for object in &scene.objects {
         let materials = object.materials.iter().flatten();
         let materials = materials.filter_map(|m| scene.materials.get(*m as usize));
@@ -61,10 +71,13 @@ pub(super) fn check(scene: &Scene) -> Result<(), CompileError> {
     Ok(())
 }
 
-fn check_texture(texture: &Texture) -> Result<(), String> {
+fn check_images(texture: &Texture, each: &mut impl FnMut(&Image)) -> Result<(), String> {
     match &texture.pattern {
-        Pattern::Bitmap(Bitmap { image, .. }) => image.check_radiance(),
-        pattern => pattern.parts().try_for_each(|t| check_texture(t)),
+        Pattern::Bitmap(Bitmap { image, .. }) => {
+            each(image);
+            image.check_finite()
+        }
+        pattern => pattern.parts().try_for_each(|t| check_images(t, each)),
     }
 }
 

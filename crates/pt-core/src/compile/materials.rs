@@ -6,10 +6,10 @@
 use pt_math::{DMat3, DVec2, DVec3, Spectrum, Vec2};
 use pt_scene::hair;
 use pt_scene::material::{
-    Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution, Embossed,
-    Glass, Hair, Matte, Measured, MetallicRoughness, Mirror, Mix, Pigment, Plastic, Principled,
-    PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface,
-    ThinGlass,
+    Black, CoatNormals, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission,
+    Distribution, Embossed, Glass, Hair, Matte, Measured, MetallicRoughness, Mirror, Mix, Pigment,
+    Plastic, Principled, PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness,
+    Sided, Surface, ThinGlass,
 };
 use pt_scene::texture::{Relief, Scalar};
 
@@ -20,7 +20,7 @@ use crate::bsdf::{
     RoughConductor, RoughDielectric, SmoothConductor, ThinDielectric,
 };
 use crate::id::Id;
-use crate::material::{Material, ReliefRecord};
+use crate::material::{CoatRecord, Material, ReliefRecord};
 
 /// Indices of refraction that differ by less from each other are the same.
 const LEAST_CONTRAST: f32 = 1e-3;
@@ -284,10 +284,21 @@ impl Lower for MetallicRoughness {
             film_ior: self.film_ior,
             // Without a difference of indices, there are no half vectors of light that goes through.
             eta: if self.thin { self.ior } else { self.ior.max(1.0 + LEAST_CONTRAST) },
+            coat_normal: [0.0; 2],
             thin: self.thin,
         };
         if self.anisotropy != Scalar::Value(0.0) {
             cx.orient();
+        }
+        if self.clearcoat != Scalar::Value(0.0) {
+            match &self.clearcoat_normals {
+                CoatNormals::Base => {}
+                CoatNormals::Shape => cx.coat(CoatRecord::Shape),
+                CoatNormals::Relief(normals) => {
+                    let normals = relief(normals, cx);
+                    cx.coat(CoatRecord::Relief(normals));
+                }
+            }
         }
         cx.lobe(lobe, self.two_sided)
     }
@@ -355,22 +366,26 @@ fn growth_of_u(to_pattern: DMat3) -> Vec2 {
     along.try_normalize().unwrap_or(DVec2::X).as_vec2()
 }
 
+fn relief(relief: &Relief, cx: &mut Lowering) -> ReliefRecord {
+    match relief {
+        Relief::Normals(texture) => ReliefRecord::Normals(cx.texture(texture), Vec2::X),
+        Relief::TurnedNormals(texture) => {
+            let along_u = growth_of_u(texture.to_pattern);
+            ReliefRecord::Normals(cx.texture(texture), along_u)
+        }
+        Relief::NormalsAlong(texture, along) => {
+            ReliefRecord::NormalsAlong(cx.texture(texture), cx.texture(along))
+        }
+        Relief::Heights(texture, scale) => {
+            ReliefRecord::Heights(cx.texture(texture), scale * cx.metres)
+        }
+    }
+}
+
 impl Lower for Embossed {
     fn lower(&self, cx: &mut Lowering) -> Material {
         let surface = part(&self.surface, cx);
-        let relief = match &self.relief {
-            Relief::Normals(texture) => ReliefRecord::Normals(cx.texture(texture), Vec2::X),
-            Relief::TurnedNormals(texture) => {
-                let along_u = growth_of_u(texture.to_pattern);
-                ReliefRecord::Normals(cx.texture(texture), along_u)
-            }
-            Relief::NormalsAlong(texture, along) => {
-                ReliefRecord::NormalsAlong(cx.texture(texture), cx.texture(along))
-            }
-            Relief::Heights(texture, scale) => {
-                ReliefRecord::Heights(cx.texture(texture), scale * cx.metres)
-            }
-        };
+        let relief = relief(&self.relief, cx);
         let Self { shadowing, averted, mirrored, .. } = *self;
         Material::Embossed { surface, relief, shadowing, averted, mirrored }
     }

@@ -151,7 +151,7 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     let start = Instant::now();
     let mut notes = Vec::new();
     let metres = if options.course { 1.0 } else { scene.metres_per_unit };
-    emission::check(scene)?;
+    emission::check(scene, &mut notes)?;
     let shutter = motion::shutter(scene, &options, &mut notes)?;
     let mut shapes = geometry::collect(scene, metres, shutter, &options, &mut notes)?;
     tell_what_moves(&shapes.placed, shutter, &mut notes);

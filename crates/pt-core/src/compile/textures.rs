@@ -15,7 +15,7 @@ use pt_scene::texture::{
 use crate::bsdf::{self, AnyLobe, LobeRecord, LobeTables, MeasuredTables};
 use crate::id::{Id, Table};
 use crate::laid::{Laid, LaidPattern, LayoutRecord};
-use crate::material::{LobeMaterial, Material, Materials, Slot, SlotKind};
+use crate::material::{CoatRecord, LobeMaterial, Material, Materials, Slot, SlotKind};
 use crate::medium::Field;
 use crate::procedural::Procedural;
 use crate::texels::Texels;
@@ -52,6 +52,8 @@ pub(super) struct Lowering {
     /// Of the lobe that is made next.
     slots: Vec<Slot>,
     oriented: bool,
+    /// Normals of the clear coat of the next lobe.
+    coat: Option<CoatRecord>,
 }
 
 impl Lowering {
@@ -70,6 +72,7 @@ impl Lowering {
             mesh_values: Vec::new(),
             slots: Vec::new(),
             oriented: false,
+            coat: None,
         }
     }
 
@@ -130,8 +133,14 @@ impl Lowering {
             lobe: self.lobes.push(lobe),
             two_sided,
             oriented: std::mem::take(&mut self.oriented),
+            coat: self.coat.take(),
             slots: [first, slots.len() as u32],
         })
+    }
+
+    /// Says which normals the clear coat of the next lobe has.
+    pub(super) fn coat(&mut self, normals: CoatRecord) {
+        self.coat = Some(normals);
     }
 
     /// Says that the next lobe is not the same in all directions along the surface.

@@ -71,7 +71,8 @@ impl Image {
         (self.width == self.height && self.width > 1).then(|| {
             format!(
                 "the image of the sky is square ({} × {}), and taken as latitude and longitude, which is twice as wide as \
-                 high; turn light probes (angular maps, mirrored balls) and octahedral maps into that first",
+                 high; turn light probes (angular maps, mirrored balls) and octahedral maps into that first, or give \
+                 them by --environment with --environment-layout",
                 self.width, self.height
             )
         })
@@ -83,13 +84,36 @@ impl Image {
     /// If they are not as many as there should be, or one of them, which is named, is not finite or
     /// negative.
     pub fn check_radiance(&self) -> Result<(), String> {
+        self.check(0.0, "radiance must be a finite number from 0 up")
+    }
+
+    /// Checks that the pixels are finite.
+    ///
+    /// # Errors
+    /// If they are not as many as there should be, or one of them, which is named, is not finite.
+    pub fn check_finite(&self) -> Result<(), String> {
+        self.check(f32::NEG_INFINITY, "radiance must be a finite number")
+    }
+
+    fn check(&self, least: f32, rule: &str) -> Result<(), String> {
         check_shape(self.width, self.height, self.pixels.len())?;
-        let is_good = |p: &[f32; 3]| p.iter().all(|v| v.is_finite() && *v >= 0.0);
+        let is_good = |p: &[f32; 3]| p.iter().all(|v| v.is_finite() && *v >= least);
         let Some(i) = self.pixels.iter().position(|p| !is_good(p)) else { return Ok(()) };
         let (x, y) = (i % self.width as usize, i / self.width as usize);
-        Err(format!(
-            "pixel ({x}, {y}) is {:?}; radiance must be a finite number from 0 up",
-            self.pixels[i]
+        Err(format!("pixel ({x}, {y}) is {:?}; {rule}", self.pixels[i]))
+    }
+
+    /// A note of how many pixels are negative, and where the first one is, for an image of emission, in which they count as 0.
+    pub fn negative_radiance(&self) -> Option<String> {
+        let is_negative = |p: &[f32; 3]| p.iter().any(|v| *v < 0.0);
+        let first = self.pixels.iter().position(is_negative)?;
+        let count = self.pixels.iter().filter(|p| is_negative(p)).count();
+        let (x, y) = (first % self.width as usize, first / self.width as usize);
+        let (all, s) = (self.pixels.len(), if count == 1 { "" } else { "s" });
+        Some(format!(
+            "an image of emission has {count} pixel{s} of {all} with negative radiance, which counts as 0; the first one is \
+             ({x}, {y}), {:?}, counted from the upper left",
+            self.pixels[first]
         ))
     }
 }

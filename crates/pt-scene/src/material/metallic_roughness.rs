@@ -1,6 +1,18 @@
 //! The material of glTF.
 
-use crate::texture::{Color, Scalar};
+use crate::texture::{Color, Relief, Scalar};
+
+/// The normals of a clear coat.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum CoatNormals {
+    /// Those of what is below it.
+    #[default]
+    Base,
+    /// Those of the shape, whatever relief is below it.
+    Shape,
+    /// Those of the shape with a relief of its own.
+    Relief(Relief),
+}
 
 /// The material of glTF, with its extensions: a mixture of a metal and of a dielectric with a diffuse base, or with one that light
 /// goes through, under a sheen and a clear coat. Each layer has the light that those above leave to it, so that no light is gained
@@ -48,6 +60,8 @@ pub struct MetallicRoughness {
     pub clearcoat: Scalar,
     /// √α of its facets.
     pub clearcoat_roughness: Scalar,
+    /// The normals of the clear coat.
+    pub clearcoat_normals: CoatNormals,
     /// Whether it is a sheet without an inside, the same from both sides.
     pub thin: bool,
     /// Whether the back side of what light does not go through reflects as the front does; else it is black.
@@ -78,6 +92,7 @@ impl Default for MetallicRoughness {
             sheen_roughness: none(),
             clearcoat: none(),
             clearcoat_roughness: none(),
+            clearcoat_normals: CoatNormals::Base,
             thin: false,
             two_sided: false,
         }

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use pt_math::{FloatExt, Vec3};
+use pt_math::{FloatExt, Frame, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
 use crate::bsdf::fresnel::schlick_weight;
@@ -77,6 +77,34 @@ impl Coat {
     }
 }
 
+/// Directions as the coat sees them, whose normal may differ from that of the base; `None` if it does not.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CoatFrame(pub(super) Option<Frame>);
+
+impl CoatFrame {
+    #[inline]
+    pub(super) fn to_local(self, w: Vec3) -> Vec3 {
+        self.0.map_or(w, |frame| frame.to_local(w))
+    }
+
+    #[inline]
+    pub(super) fn to_base(self, w: Vec3) -> Vec3 {
+        self.0.map_or(w, |frame| frame.to_world(w))
+    }
+
+    /// The cosine between a direction and the normal, with the sign that tells on which side of the base it is; directions of one
+    /// side that the coat has on the other are along the coat.
+    #[inline]
+    pub(super) fn cosine(self, w: Vec3) -> f32 {
+        const LEAST: f32 = 1e-6;
+        if self.0.is_none() {
+            return w.z;
+        }
+        let above = self.to_local(Vec3::new(w.x, w.y, w.z.abs())).z.max(LEAST);
+        above.copysign(w.z)
+    }
+}
+
 /// The cosine of a node of a table.
 fn cosine(i: usize) -> f32 {
     (i as f32 / (COSINES - 1) as f32).powi(2).max(1e-6)
@@ -99,12 +127,12 @@ pub(super) fn coat_albedo(roughness: f32, cos: f32) -> f32 {
     a.lerp(b, x - lower as f32)
 }
 
-/// The share of light that gets through a layer on its way from `wi` to `wo`, of which `left` is left to
+/// The share of light that gets through a layer on its way from the cosine `wi` to `wo`, of which `left` is left to
 /// directions above the surface. Light that is reflected below has the lesser of both shares: that is reciprocal, and the
 /// layer scatters with what is below no more than arrives.
 /// [as for sheen in glTF 2.0, KHR_materials_sheen, "Albedo scaling technique"]
 #[inline]
-pub(super) fn through(wo: Vec3, wi: Vec3, left: impl Fn(f32) -> f32) -> f32 {
-    let share = |w: Vec3| if w.z > 0.0 { left(w.z) } else { 1.0 };
+pub(super) fn through(wo: f32, wi: f32, left: impl Fn(f32) -> f32) -> f32 {
+    let share = |cos: f32| if cos > 0.0 { left(cos) } else { 1.0 };
     share(wo).min(share(wi))
 }

@@ -25,6 +25,7 @@ pub(super) fn all() -> Vec<MetallicRoughness> {
         sheen_roughness: 0.0,
         clearcoat: 0.0,
         clearcoat_roughness: 0.0,
+        coat_normal: [0.0; 2],
         thin: false,
     };
     let gold = Spectrum::rgb(1.0, 0.77, 0.34);
@@ -53,6 +54,14 @@ pub(super) fn all() -> Vec<MetallicRoughness> {
             roughness: 0.9,
             clearcoat: 0.9,
             clearcoat_roughness: 0.5,
+            ..plain
+        },
+        MetallicRoughness {
+            clearcoat: 1.0,
+            clearcoat_roughness: 0.4,
+            coat_normal: [0.3, -0.5],
+            anisotropy: 0.5,
+            rotation: 1.0,
             ..plain
         },
         MetallicRoughness {

@@ -8,7 +8,7 @@ mod sheen;
 #[cfg(test)]
 mod tests;
 
-use pt_math::{FloatExt, Pdf, SolidAngle, Spectrum, Vec3, trig};
+use pt_math::{FloatExt, Frame, Pdf, SolidAngle, Spectrum, Vec3, trig};
 use pt_scene::material::{Distribution, Masking};
 
 use super::compensation::{Reflected, SchlickGloss};
@@ -16,7 +16,7 @@ use super::fresnel;
 use super::microfacet::Facets;
 use super::rough_dielectric::{Pair, eta_from};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
-use coat::{Coat, coat_albedo, through as through_layer};
+use coat::{Coat, CoatFrame, coat_albedo, through as through_layer};
 use film::Film;
 use sheen::Sheen;
 
@@ -67,6 +67,8 @@ pub struct MetallicRoughness {
     pub clearcoat: f32,
     /// √α of its facets, from 0 to 1.
     pub clearcoat_roughness: f32,
+    /// The x and y of its unit normal, which is above the surface; 0 and 0 is that of the base.
+    pub coat_normal: [f32; 2],
     /// Whether it is a sheet without an inside, the same from both sides.
     pub thin: bool,
 }
@@ -110,6 +112,8 @@ impl MetallicRoughness {
     pub(crate) const CLEARCOAT: usize = 26;
     /// See [`Self::BASE_COLOR`].
     pub(crate) const CLEARCOAT_ROUGHNESS: usize = 27;
+    /// Where the coat's normal is packed.
+    pub(crate) const COAT_NORMAL: usize = 29;
 
     /// The facets, whose first roughness is along the direction of the anisotropy.
     /// [KHR_materials_anisotropy, "Anisotropy roughness"]
@@ -160,6 +164,19 @@ impl MetallicRoughness {
         let [cos, sin] = self.turn();
         let z = if self.flips(wo) { -w.z } else { w.z };
         Vec3::new(w.x * cos - w.y * sin, w.x * sin + w.y * cos, z)
+    }
+
+    /// The frame of the coat in a [`View`].
+    #[inline]
+    fn coat_frame(&self) -> CoatFrame {
+        let [x, y] = self.coat_normal;
+        if x == 0.0 && y == 0.0 {
+            return CoatFrame(None);
+        }
+        let [cos, sin] = self.turn();
+        let z = (1.0 - x * x - y * y).max(0.0).sqrt();
+        let normal = Vec3::new(x * cos + y * sin, y * cos - x * sin, z);
+        CoatFrame(Some(Frame::from_normal(normal)))
     }
 
     /// Share of the diffuse base.
@@ -337,25 +354,27 @@ impl MetallicRoughness {
     fn under_layers(&self, below: Spectrum, [wo, wi]: [Vec3; 2], h: Option<Vec3>) -> Spectrum {
         let mut sum = below;
         // The other side of a sheet has the same layers.
-        let through = |left: &dyn Fn(f32) -> f32| {
-            if self.thin {
-                left(wo.z.abs()).min(left(wi.z.abs()))
-            } else {
-                through_layer(wo, wi, left)
-            }
+        let through = |[wo, wi]: [f32; 2], left: &dyn Fn(f32) -> f32| {
+            if self.thin { left(wo.abs()).min(left(wi.abs())) } else { through_layer(wo, wi, left) }
         };
         if self.has_sheen() {
             let sheen = Sheen::new(self.sheen_roughness);
             let most = self.sheen_color.max_channel();
-            sum *= through(&|cos| 1.0 - most * sheen.albedo(cos));
+            sum *= through([wo.z, wi.z], &|cos| 1.0 - most * sheen.albedo(cos));
             if h.is_some() {
                 sum += self.sheen_color * sheen.eval(wo, wi);
             }
         }
         if self.clearcoat > 0.0 {
-            let roughness = self.clearcoat_roughness;
-            sum *= through(&|cos| 1.0 - self.clearcoat * coat_albedo(roughness, cos));
-            if let Some(h) = h {
+            let (roughness, coat) = (self.clearcoat_roughness, self.coat_frame());
+            let cosines = [wo, wi].map(|w| coat.cosine(w));
+            sum *= through(cosines, &|cos| 1.0 - self.clearcoat * coat_albedo(roughness, cos));
+            let [wo, wi] = [wo, wi].map(|w| coat.to_local(w));
+            if let Some(h) = h
+                && wo.z > 0.0
+                && wi.z > 0.0
+            {
+                let h = coat.to_local(h);
                 sum += Spectrum::splat(self.clearcoat * Coat::new(roughness).eval(wo, wi, h));
             }
         }
@@ -445,6 +464,8 @@ impl Lobe<'_> for MetallicRoughness {
             self.clearcoat,
             self.clearcoat_roughness,
             f32::from(u8::from(self.thin)),
+            self.coat_normal[0],
+            self.coat_normal[1],
         ])
     }
 
@@ -470,6 +491,7 @@ impl Lobe<'_> for MetallicRoughness {
             sheen_roughness: p[Self::SHEEN_ROUGHNESS],
             clearcoat: p[Self::CLEARCOAT],
             clearcoat_roughness: p[Self::CLEARCOAT_ROUGHNESS],
+            coat_normal: [p[Self::COAT_NORMAL], p[Self::COAT_NORMAL + 1]],
             thin: p[28] != 0.0,
         }
     }

@@ -34,8 +34,9 @@ impl MetallicRoughness {
         let dielectric = self.reflected_by_dielectric(cos, self.eta);
         let reflected = self.reflectance(true, cos, dielectric);
         let facets = (reflected + self.transmittance(dielectric)).luminance() + LEAST;
-        let coat = if self.clearcoat > 0.0 {
-            self.clearcoat * coat_albedo(self.clearcoat_roughness, cos)
+        let coat_cosine = self.coat_frame().to_local(wo).z;
+        let coat = if self.clearcoat > 0.0 && coat_cosine > 0.0 {
+            self.clearcoat * coat_albedo(self.clearcoat_roughness, coat_cosine)
         } else {
             0.0
         };
@@ -105,7 +106,10 @@ impl MetallicRoughness {
         }
         if let Some(pair) = pair.filter(|_| above) {
             if shares.coat > 0.0 {
-                pdf += shares.coat * Coat::new(self.clearcoat_roughness).pdf(wo, pair.h);
+                let coat = self.coat_frame();
+                let [wo, wi, h] = [wo, wi, pair.h].map(|w| coat.to_local(w));
+                let reflected = Coat::new(self.clearcoat_roughness);
+                pdf += if wi.z > 0.0 { shares.coat * reflected.pdf(wo, h) } else { 0.0 };
             }
             pdf += shares.sheen / TAU;
         }
@@ -121,9 +125,12 @@ impl MetallicRoughness {
             return self.draw_facet(wo, [u, v], choice / shares.facets);
         }
         if rest < shares.coat {
+            let coat = self.coat_frame();
+            let wo = coat.to_local(wo);
             let h = Coat::new(self.clearcoat_roughness).sample(wo, [u, v]);
-            let wi = h * (2.0 * wo.dot(h)) - wo;
-            return (wi.z > 0.0).then_some(wi);
+            let seen = h * (2.0 * wo.dot(h)) - wo;
+            let wi = coat.to_base(seen);
+            return (seen.z > 0.0 && wi.z > 0.0).then_some(wi);
         }
         rest -= shares.coat;
         if rest < shares.sheen {

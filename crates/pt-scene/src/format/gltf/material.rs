@@ -8,7 +8,7 @@ use super::super::substitute;
 use super::Reader;
 use super::item::Item;
 use super::texture::{Content, measured, painted, placement};
-use crate::material::{Black, Embossed, MetallicRoughness};
+use crate::material::{Black, CoatNormals, Embossed, MetallicRoughness};
 use crate::medium::{Matter, Medium, Phase};
 use crate::texture::{Blend, Color, Input, Pattern, Relief, Scalar, Texture};
 use crate::{LoadError, Material, Surface};
@@ -93,7 +93,9 @@ impl<'a> Reader<'a> {
         }
         let mode = material.text("alphaMode")?;
         let (is_blended, is_masked) = (mode == Some("BLEND"), mode == Some("MASK"));
-        let has_relief = material.has("normalTexture");
+        let coat = material.extension("KHR_materials_clearcoat")?;
+        let has_relief = material.has("normalTexture")
+            || coat.is_some_and(|coat| coat.has("clearcoatNormalTexture"));
         Ok(Layout { uv_set, other_sets, has_relief, is_blended, is_masked })
     }
 
@@ -127,7 +129,7 @@ impl<'a> Reader<'a> {
     ) -> Result<(Material, Option<u32>), LoadError> {
         self.context.was_loud();
         self.uv_set = Self::layout(Some(item))?.uv_set;
-        let look = self.look(item, values.colors)?;
+        let look = self.look(item, values)?;
         if item.extension("KHR_materials_unlit")?.is_some() {
             return Ok((self.unlit(item, look.base_color, values)?, None));
         }
@@ -179,7 +181,7 @@ impl<'a> Reader<'a> {
     }
 
     /// All that a material is but its relief, its holes and its glow.
-    fn look(&mut self, item: &Item<'a>, is_colored: bool) -> Result<MetallicRoughness, LoadError> {
+    fn look(&mut self, item: &Item<'a>, values: Values) -> Result<MetallicRoughness, LoadError> {
         let mut made = MetallicRoughness { metallic: 1.0.into(), ..MetallicRoughness::default() };
         if let Some(base) = item.child("pbrMetallicRoughness")? {
             let [r, g, b, _] = base_factor(&base)?;
@@ -194,10 +196,10 @@ impl<'a> Reader<'a> {
             made.roughness = number("roughnessFactor", 1)?;
             made.metallic = number("metallicFactor", 2)?;
         }
-        made.base_color = tinted(made.base_color, is_colored);
+        made.base_color = tinted(made.base_color, values.colors);
         self.refraction(item, &mut made)?;
         self.diffuse_transmission(item, &mut made)?;
-        self.coat(item, &mut made)?;
+        self.coat(item, values, &mut made)?;
         self.sheen(item, &mut made)?;
         self.anisotropy(item, &mut made)?;
         self.film(item, &mut made)?;
@@ -279,7 +281,12 @@ impl<'a> Reader<'a> {
     }
 
     /// KHR_materials_clearcoat.
-    fn coat(&mut self, item: &Item<'a>, made: &mut MetallicRoughness) -> Result<(), LoadError> {
+    fn coat(
+        &mut self,
+        item: &Item<'a>,
+        values: Values,
+        made: &mut MetallicRoughness,
+    ) -> Result<(), LoadError> {
         let Some(found) = item.extension("KHR_materials_clearcoat")? else { return Ok(()) };
         let names = ["clearcoatFactor", "clearcoatTexture"];
         made.clearcoat = self.factor(&found, names, Content::Channel(0), 0.0)?;
@@ -288,11 +295,24 @@ impl<'a> Reader<'a> {
         }
         let names = ["clearcoatRoughnessFactor", "clearcoatRoughnessTexture"];
         made.clearcoat_roughness = self.factor(&found, names, Content::Channel(1), 0.0)?;
-        if found.has("clearcoatNormalTexture") {
-            let message = "the normals of the coat are not read; it has those of what is below";
-            self.warn(&found, message);
-        }
+        made.clearcoat_normals = self.coat_normals(item, (false, values.tangents))?;
         Ok(())
+    }
+
+    /// The normals of a coat: its own, or else those of the shape, whatever is below it.
+    fn coat_normals(
+        &mut self,
+        item: &Item<'a>,
+        lie: (bool, bool),
+    ) -> Result<CoatNormals, LoadError> {
+        let Some(found) = item.extension("KHR_materials_clearcoat")? else {
+            return Ok(CoatNormals::Base);
+        };
+        Ok(match self.relief(&found, "clearcoatNormalTexture", lie)? {
+            Some(relief) => CoatNormals::Relief(relief),
+            None if item.has("normalTexture") => CoatNormals::Shape,
+            None => CoatNormals::Base,
+        })
     }
 
     /// KHR_materials_sheen.
@@ -379,14 +399,24 @@ impl<'a> Reader<'a> {
             return Ok(*known);
         }
         let mut material = self.scene.materials[made.material as usize].clone();
-        if !matches!(material.surface, Surface::Embossed(_)) {
-            return Ok(made.material);
+        let has_tangents = |relief: &Relief| matches!(relief, Relief::NormalsAlong(..));
+        let mut surface = &mut material.surface;
+        let mut is_other = false;
+        if let Surface::Embossed(embossed) = surface {
+            let lie = (true, has_tangents(&embossed.relief));
+            if let Some(relief) = self.relief(item, "normalTexture", lie)? {
+                (embossed.relief, is_other) = (relief, true);
+            }
+            surface = &mut embossed.surface;
         }
-        if let Surface::Embossed(embossed) = &mut material.surface
-            && let has_tangents = matches!(embossed.relief, Relief::NormalsAlong(..))
-            && let Some(relief) = self.relief(item, true, has_tangents)?
+        if let Surface::MetallicRoughness(look) = surface
+            && let CoatNormals::Relief(relief) = &look.clearcoat_normals
         {
-            embossed.relief = relief;
+            let lie = (true, has_tangents(relief));
+            (look.clearcoat_normals, is_other) = (self.coat_normals(item, lie)?, true);
+        }
+        if !is_other {
+            return Ok(made.material);
         }
         let mirrored = self.scene.materials.len() as u32;
         self.scene.materials.push(material);
@@ -401,23 +431,24 @@ impl<'a> Reader<'a> {
         surface: Surface,
         has_tangents: bool,
     ) -> Result<Surface, LoadError> {
-        Ok(match self.relief(item, false, has_tangents)? {
+        Ok(match self.relief(item, "normalTexture", (false, has_tangents))? {
             Some(relief) => Embossed::new(surface, relief).into(),
             None => surface,
         })
     }
 
+    /// The normals of an image, which perhaps lies mirrored, or along tangents.
     fn relief(
         &mut self,
         item: &Item<'a>,
-        is_mirrored: bool,
-        has_tangents: bool,
+        field: &'static str,
+        (is_mirrored, has_tangents): (bool, bool),
     ) -> Result<Option<Relief>, LoadError> {
-        let Some(info) = item.child("normalTexture")? else { return Ok(None) };
+        let Some(info) = item.child(field)? else { return Ok(None) };
         let scale = info.number_in("scale", -ANY..=ANY, 1.0)? as f32;
         if has_tangents {
             let content = Content::Normals { scale: scale.to_bits(), is_mirrored };
-            let normals = self.texture(item, "normalTexture", content)?;
+            let normals = self.texture(item, field, content)?;
             let tangents = Pattern::FaceAttribute(Values::TANGENTS.into());
             return Ok(normals.map(|map| Relief::NormalsAlong(map, Arc::new(tangents.into()))));
         }
@@ -426,7 +457,7 @@ impl<'a> Reader<'a> {
         let is_turned = to_pattern.x_axis.y != 0.0 || to_pattern.x_axis.x < 0.0;
         let content = Content::Normals { scale: scale.to_bits(), is_mirrored };
         let made = if is_turned { Relief::TurnedNormals } else { Relief::Normals };
-        Ok(self.texture(item, "normalTexture", content)?.map(made))
+        Ok(self.texture(item, field, content)?.map(made))
     }
 
     /// Radiance, in candela per square metre.

@@ -14,10 +14,10 @@ use super::schema::{Properties, Schemas};
 use super::shared::{Name, Reading, Shared, Tables, Writing};
 use super::transform::{OfTexture, ToTexture};
 use crate::material::{
-    Averted, Black, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission, Distribution,
-    Embossed, Glass, Hair, Masking, Matte, Measured, MetallicRoughness, Mirror, Mix, Pigment,
-    Plastic, Principled, PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness,
-    Sided, Surface, ThinGlass,
+    Averted, Black, CoatNormals, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission,
+    Distribution, Embossed, Glass, Hair, Masking, Matte, Measured, MetallicRoughness, Mirror, Mix,
+    Pigment, Plastic, Principled, PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse,
+    Roughness, Sided, Surface, ThinGlass,
 };
 use crate::medium::GridFilter;
 use crate::texture::{
@@ -171,10 +171,12 @@ record! {
         sheen_roughness: SHARE => 0.0.into(),
         clearcoat: SHARE => 0.0.into(),
         clearcoat_roughness: SHARE => 0.0.into(),
+        clearcoat_normals: Plain => CoatNormals::Base,
         thin: Plain => false,
         two_sided: Plain => false,
     }
 }
+tagged! { CoatNormals { Base(), Shape(), Relief(Relief) } }
 record! {
     DiffuseTransmission {
         reflectance: FROM_0 => [0.5; 3].into(),

@@ -9,11 +9,12 @@ use super::super::substitute;
 use super::super::transform::perpendicular;
 use super::color::{Role, color, luminance};
 use super::entity::Entity;
-use super::octahedral::{latitude_longitude, square_of};
+
 use super::scene::World;
 use super::state::State;
 use crate::image::{Image, Numbers, Transfer};
 use crate::light::Portal;
+use crate::sky_layout::{latitude_longitude, square_of};
 use crate::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
 use crate::{IesProfile, Light, LightKind, LoadError, Rows};
 

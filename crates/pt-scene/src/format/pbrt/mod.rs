@@ -43,7 +43,6 @@ mod material;
 mod measured_media;
 mod medium;
 mod named_spectra;
-mod octahedral;
 mod quadric;
 mod read;
 mod scene;

@@ -9,8 +9,8 @@ use super::Writer;
 use super::layer::Parameter;
 use super::material::Writing;
 use crate::Color;
-use crate::material::MetallicRoughness;
-use crate::texture::{Blend, Input, Pattern, Scalar};
+use crate::material::{CoatNormals, MetallicRoughness};
+use crate::texture::{Blend, Input, Pattern, Relief, Scalar};
 
 const NONE: Scalar = Scalar::Value(0.0);
 
@@ -19,14 +19,15 @@ impl Writer<'_> {
     pub(super) fn layers(
         &mut self,
         look: &MetallicRoughness,
+        relief: Option<&Relief>,
         cx: &mut Writing,
-    ) -> Result<(), String> {
+    ) -> Result<bool, String> {
         self.specular(look, cx)?;
         self.anisotropy(look, cx)?;
         self.diffuse_transmission(look, cx)?;
         self.film(look, cx)?;
-        self.coat(look, cx)?;
-        self.sheen(look, cx)
+        self.sheen(look, cx)?;
+        self.coat(look, relief, cx)
     }
 
     /// A colour as a factor and an image.
@@ -162,10 +163,15 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// KHR_materials_clearcoat.
-    fn coat(&mut self, look: &MetallicRoughness, cx: &mut Writing) -> Result<(), String> {
+    /// KHR_materials_clearcoat, over a perhaps embossed base; whether it has normals of its own.
+    fn coat(
+        &mut self,
+        look: &MetallicRoughness,
+        base: Option<&Relief>,
+        cx: &mut Writing,
+    ) -> Result<bool, String> {
         if look.clearcoat == NONE {
-            return Ok(());
+            return Ok(false);
         }
         let mut fields = Map::new();
         let names = ["clearcoatFactor", "clearcoatTexture"];
@@ -174,8 +180,14 @@ impl Writer<'_> {
         let names = ["clearcoatRoughnessFactor", "clearcoatRoughnessTexture"];
         let number = (&look.clearcoat_roughness, Content::Channel(1));
         self.put_factor(&mut fields, names, number, "roughness of the coat", cx)?;
+        let relief = match &look.clearcoat_normals {
+            CoatNormals::Base => base,
+            CoatNormals::Shape => None,
+            CoatNormals::Relief(own) => Some(own),
+        };
+        let has_relief = self.relief(&mut fields, "clearcoatNormalTexture", relief, cx)?;
         cx.extensions.push(("KHR_materials_clearcoat", fields.into()));
-        Ok(())
+        Ok(has_relief)
     }
 
     /// KHR_materials_sheen.

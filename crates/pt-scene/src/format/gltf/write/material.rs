@@ -88,8 +88,10 @@ impl Writer<'_> {
         };
         let base = self.base(&look, &opacity, cx)?;
         self.refraction(&look, body, medium, cx)?;
-        self.layers(&look, cx)?;
-        let has_relief = self.relief(relief.as_ref(), cx)?;
+        let mut fields = std::mem::take(&mut cx.fields);
+        let done = self.relief(&mut fields, "normalTexture", relief.as_ref(), cx);
+        cx.fields = fields;
+        let has_relief = done? | self.layers(&look, relief.as_ref(), cx)?;
         let emits = self.emission(material, &opacity, cx)?;
         if body == Body::Opaque && !look.two_sided {
             self.notes.tell(&cx.place, "its back, which is black, becomes like its front");
@@ -263,8 +265,14 @@ impl Writer<'_> {
         fields.insert("attenuationDistance".to_owned(), distance.into());
     }
 
-    /// The normal texture; whether there is one.
-    fn relief(&mut self, relief: Option<&Relief>, cx: &mut Writing) -> Result<bool, String> {
+    /// A normal texture; whether there is one.
+    pub(super) fn relief(
+        &mut self,
+        fields: &mut Map<String, Value>,
+        name: &str,
+        relief: Option<&Relief>,
+        cx: &mut Writing,
+    ) -> Result<bool, String> {
         let normals = match relief {
             None => return Ok(false),
             Some(Relief::Normals(texture) | Relief::TurnedNormals(texture)) => normals(texture),
@@ -280,10 +288,7 @@ impl Writer<'_> {
             return Ok(false);
         };
         let content = Content::Normals { scale: 1.0_f32.to_bits(), is_mirrored: false };
-        let mut fields = std::mem::take(&mut cx.fields);
-        let done = self.put_texture(&mut fields, "normalTexture", &[(content, &layer)], cx);
-        cx.fields = fields;
-        done.map(|()| true)
+        self.put_texture(fields, name, &[(content, &layer)], cx).map(|()| true)
     }
 
     /// What is emitted where all of the surface is there; whether there is anything.

@@ -1,15 +1,63 @@
-//! Maps of the sphere on a square that give each direction the same area. [Clarberg 2008, "Fast Equal-Area
-//! Mapping of the (Hemi)Sphere using SIMD"]
+//! Maps of all directions in other layouts than latitude and longitude.
 
-use std::f64::consts::{FRAC_2_PI, PI, TAU};
+use std::f64::consts::{FRAC_1_PI, FRAC_2_PI, PI, TAU};
 
 use pt_math::DVec3;
 
 use crate::image::Image;
 
+/// How a square image shows all directions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SkyLayout {
+    /// A light probe: distances from the middle, which looks along −z, are proportional to the angle, and the rim of the disk
+    /// looks along +z; +x is at the right, +y at the top. [Debevec 1998, "Rendering Synthetic Objects into Real Scenes"; format
+    /// of his light probe images]
+    Angular,
+    /// A mirrored ball that a distant camera sees along −z: the middle shows what is behind the camera, +z, and the rim what is
+    /// behind the ball.
+    MirrorBall,
+    /// Each direction has the same area: the middle is +y, the corners are −y, +x is at the right and +z at the bottom, as in
+    /// pbrt-v4 with its +z up. [Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD"]
+    Octahedral,
+}
+
+impl SkyLayout {
+    /// The point of the unit square that shows a direction, from the upper left corner.
+    fn square_of(self, direction: DVec3) -> [f64; 2] {
+        let DVec3 { x, y, z } = direction.normalize_or_zero();
+        let [u, v] = match self {
+            Self::Angular => {
+                let across = x.hypot(y);
+                let r = if across > 0.0 { libm::acos(-z) * FRAC_1_PI / across } else { 0.0 };
+                [x * r, -y * r]
+            }
+            Self::MirrorBall => {
+                let normal = DVec3::new(x, y, z + 1.0).normalize_or_zero();
+                [normal.x, -normal.y]
+            }
+            Self::Octahedral => return square_of(DVec3::new(x, z, y)),
+        };
+        [u, v].map(|t| 0.5 * (t + 1.0))
+    }
+
+    /// The same light in latitude and longitude, as [`crate::LightKind::Environment`] has it.
+    ///
+    /// # Errors
+    /// If the image is no square.
+    pub fn in_latitude_and_longitude(self, image: &Image) -> Result<Image, String> {
+        if image.width != image.height {
+            return Err(format!(
+                "the image has {} × {} pixels; expected a square for this layout",
+                image.width, image.height
+            ));
+        }
+        Ok(by_directions(image, |d| self.square_of(DVec3::new(d.x, d.z, d.y))))
+    }
+}
+
 /// The point of the unit square that shows a direction. The middle is +z, the corners are −z; u grows with x,
 /// v with y.
-pub(super) fn square_of(direction: DVec3) -> [f64; 2] {
+pub(crate) fn square_of(direction: DVec3) -> [f64; 2] {
     let d = direction.normalize_or_zero();
     let [x, y, z] = d.abs().to_array();
     let r = (1.0 - z).max(0.0).sqrt();
@@ -25,7 +73,12 @@ pub(super) fn square_of(direction: DVec3) -> [f64; 2] {
 /// the left edge looks along −x, and a quarter of the width further on, along +y.
 ///
 /// Each texel is the mean of what a grid of its directions sees, weighted by solid angle.
-pub(super) fn latitude_longitude(square: &Image) -> Image {
+pub(crate) fn latitude_longitude(square: &Image) -> Image {
+    by_directions(square, square_of)
+}
+
+/// The same of any layout, with +z up.
+fn by_directions(square: &Image, square_of: impl Fn(DVec3) -> [f64; 2]) -> Image {
     const GRID: u32 = 4;
     let side = square.width;
     let height = if side <= 1024 { 2 * side } else { side };
@@ -62,6 +115,53 @@ fn nearest(image: &Image, uv: [f64; 2]) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A square of one bright pixel, at the place where a layout has a direction, becomes a map that is bright there.
+    #[test]
+    fn layouts_show_directions_where_they_say() {
+        use SkyLayout::{Angular, MirrorBall, Octahedral};
+        let half = f64::sqrt(0.5);
+        for (layout, direction, [u, v]) in [
+            (Angular, DVec3::NEG_Z, [0.5, 0.5]),
+            (Angular, DVec3::X, [0.75, 0.5]),
+            (Angular, DVec3::Y, [0.5, 0.25]),
+            (Angular, DVec3::new(-half, 0.0, half), [0.5 - 0.375, 0.5]),
+            (MirrorBall, DVec3::Z, [0.5, 0.5]),
+            (MirrorBall, DVec3::X, [0.5 + half / 2.0, 0.5]),
+            (MirrorBall, DVec3::Y, [0.5, 0.5 - half / 2.0]),
+            (Octahedral, DVec3::Y, [0.5, 0.5]),
+            (Octahedral, DVec3::X, [1.0, 0.5]),
+            (Octahedral, DVec3::Z, [0.5, 1.0]),
+        ] {
+            let found = layout.square_of(direction);
+            assert!(
+                (found[0] - u).abs() < 1e-9 && (found[1] - v).abs() < 1e-9,
+                "{layout:?} {found:?}"
+            );
+            let side = 64;
+            let pixel = |t: f64| ((t * f64::from(side)) as i64).min(i64::from(side) - 1);
+            let (x, y) = (pixel(found[0]), pixel(found[1]));
+            let value = |i: u32| {
+                let (dx, dy) = (i64::from(i % side) - x, i64::from(i / side) - y);
+                if dx.abs() < 3 && dy.abs() < 3 { [1.0; 3] } else { [0.0; 3] }
+            };
+            let square =
+                Image { width: side, height: side, pixels: (0..side * side).map(value).collect() };
+            let map = layout.in_latitude_and_longitude(&square).unwrap();
+            // The upper row is +y, the left edge −x, and a quarter of the width further on +z.
+            let across = (libm::atan2(direction.z, -direction.x) / TAU).rem_euclid(1.0);
+            let down = libm::acos(direction.y) / PI;
+            let [column, row] = [(across, map.width), (down, map.height)]
+                .map(|(t, n)| ((t * f64::from(n)) as u32).min(n - 1));
+            assert_eq!(
+                map.pixels[(row * map.width + column) as usize],
+                [1.0; 3],
+                "{layout:?} {direction}"
+            );
+        }
+        let oblong = Image { width: 2, height: 1, pixels: vec![[0.0; 3]; 2] };
+        assert!(Angular.in_latitude_and_longitude(&oblong).is_err());
+    }
 
     #[test]
     fn the_axes_are_where_they_are_expected() {
