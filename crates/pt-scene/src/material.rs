@@ -35,7 +35,7 @@ pub struct Material {
 macro_rules! surfaces {
     ($then:ident) => {
         $then! {
-            Matte, RoughDiffuse, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, RoughCoatedDiffuse,
+            Matte, RoughDiffuse, Mirror, Glass, ThinGlass, Refraction, Conductor, CoatedDiffuse, RoughCoatedDiffuse, FresnelPlastic,
             CoatedConductor, Plastic, Principled, PrincipledThin, MetallicRoughness, DiffuseTransmission, Hair, Measured, Black, Mix, Sided, Embossed
         }
     };
@@ -216,6 +216,22 @@ pub struct RoughCoatedDiffuse {
     /// Whether light that the coat throws back is coloured again by the base, as it would be in
     /// nature.
     pub saturates: bool,
+    /// Whether the back side reflects too; otherwise it is black.
+    pub two_sided: bool,
+}
+
+/// A diffuse base below facets of a dielectric that light goes through once on each way; what the surface throws back to the base is
+/// lost. [Baek et al. 2018, "Simultaneous Acquisition of Polarimetric SVBRDF and Normals", without polarization]
+#[derive(Clone, Debug, PartialEq)]
+pub struct FresnelPlastic {
+    /// Albedo of the base.
+    pub diffuse: Color,
+    /// Tint of what the facets reflect; 1 is physical.
+    pub specular: Color,
+    /// Index of refraction over that above the surface, at least 1: less is taken for 1.
+    pub ior: f32,
+    /// The facets.
+    pub roughness: Roughness,
     /// Whether the back side reflects too; otherwise it is black.
     pub two_sided: bool,
 }

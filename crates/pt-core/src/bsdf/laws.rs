@@ -17,8 +17,8 @@ use super::diffuse_transmission::DiffuseTransmission;
 use super::microfacet::Facets;
 use super::mirror::reflect;
 use super::{
-    AnyLobe, CompensatedDielectric, CourseMicrofacet, Glossy, LobeTables, MetallicRoughness,
-    Principled, PrincipledThin, RoughConductor, RoughDielectric,
+    AnyLobe, CompensatedDielectric, CourseMicrofacet, FresnelPlastic, Glossy, LobeTables,
+    MetallicRoughness, Principled, PrincipledThin, RoughConductor, RoughDielectric,
 };
 
 /// Directions above the surface, from the normal to grazing.
@@ -70,6 +70,7 @@ fn with_alpha<'t>(lobe: &AnyLobe<'t>, alpha: f32) -> Option<AnyLobe<'t>> {
         }
         AnyLobe::RoughDielectric(l) => Some(RoughDielectric { facets: with(l.facets), ..l }.into()),
         AnyLobe::RoughCoatedDiffuse(l) => Some(l.with_alpha(alpha).into()),
+        AnyLobe::FresnelPlastic(l) => Some(FresnelPlastic { facets: with(l.facets), ..l }.into()),
         AnyLobe::CoatedConductor(l) => Some(l.with_alpha(alpha).into()),
         AnyLobe::Glossy(l) => Some(Glossy { facets: with(l.facets), ..l }.into()),
         AnyLobe::Principled(l) => Some(Principled { roughness: alpha.sqrt(), ..l }.into()),
@@ -234,6 +235,7 @@ fn stretch_is_one_over_the_density() {
             lobe,
             AnyLobe::Glossy(_)
                 | AnyLobe::RoughCoatedDiffuse(_)
+                | AnyLobe::FresnelPlastic(_)
                 | AnyLobe::CoatedConductor(_)
                 | AnyLobe::Eon(_)
                 | AnyLobe::CompensatedConductor(_)
@@ -258,6 +260,7 @@ fn stretch_is_one_over_the_density() {
                     AnyLobe::RoughDielectric(l) => l.chance(wo, s.wi),
                     AnyLobe::CoatedDiffuse(l) => l.chance(wo),
                     AnyLobe::RoughCoatedDiffuse(l) => l.chance(wo, u[2]),
+                    AnyLobe::FresnelPlastic(l) => l.chance(wo, u[2]),
                     AnyLobe::CoatedConductor(l) => l.chance(wo, u[2]),
                     AnyLobe::Eon(l) => l.chance(wo, u[2]),
                     AnyLobe::CompensatedConductor(l) => l.chance(wo, u[2]),

@@ -16,6 +16,7 @@ mod diffuse;
 mod diffuse_transmission;
 mod eon;
 pub mod fresnel;
+mod fresnel_plastic;
 mod glossy;
 mod hair;
 #[cfg(test)]
@@ -346,6 +347,8 @@ lobes! {
     CoatedDiffuse = coated_diffuse::CoatedDiffuse,
     /// Diffuse base under a rough coat.
     RoughCoatedDiffuse = rough_coated_diffuse::RoughCoatedDiffuse,
+    /// Diffuse base below facets that light goes through once on each way.
+    FresnelPlastic = fresnel_plastic::FresnelPlastic,
     /// Metal under a coat.
     CoatedConductor = coated_conductor::CoatedConductor,
     /// Diffuse base under a rough gloss.

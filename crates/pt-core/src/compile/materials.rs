@@ -7,9 +7,9 @@ use pt_math::{DMat3, DVec2, DVec3, Spectrum, Vec2};
 use pt_scene::hair;
 use pt_scene::material::{
     Black, CoatNormals, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission,
-    Distribution, Embossed, Glass, Hair, Matte, Measured, MetallicRoughness, Mirror, Mix, Pigment,
-    Plastic, Principled, PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse, Roughness,
-    Sided, Surface, ThinGlass,
+    Distribution, Embossed, FresnelPlastic, Glass, Hair, Matte, Measured, MetallicRoughness,
+    Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin, Refraction, RoughCoatedDiffuse,
+    RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
 };
 use pt_scene::texture::{Relief, Scalar};
 
@@ -173,6 +173,19 @@ impl Lower for RoughCoatedDiffuse {
         let Self { distribution, saturates, two_sided, .. } = *self;
         let lobe = RoughCoated::new(rho, specular, eta, distribution, alpha, saturates);
         cx.lobe(lobe, two_sided)
+    }
+}
+
+impl Lower for FresnelPlastic {
+    fn lower(&self, cx: &mut Lowering) -> Material {
+        type Lobe = bsdf::FresnelPlastic;
+        let lobe = Lobe {
+            rho: cx.share(&self.diffuse, Lobe::RHO),
+            specular: cx.share(&self.specular, Lobe::SPECULAR),
+            eta: self.ior.max(1.0),
+            facets: facets(&self.roughness, Lobe::ALPHA, cx),
+        };
+        cx.lobe(lobe, self.two_sided)
     }
 }
 

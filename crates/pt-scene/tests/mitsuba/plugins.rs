@@ -5,9 +5,8 @@ use pt_scene::format::parse;
 use crate::folder;
 
 /// What is refused, for the reasons of docs/formats.md.
-const REFUSED: [(&str, &str); 12] = [
+const REFUSED: [(&str, &str); 11] = [
     ("bsdf", "measured_polarized"),
-    ("bsdf", "pplastic"),
     ("emitter", "directionalarea"),
     ("film", "specfilm"),
     ("integrator", "depth"),

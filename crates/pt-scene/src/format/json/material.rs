@@ -15,9 +15,9 @@ use super::shared::{Name, Reading, Shared, Tables, Writing};
 use super::transform::{OfTexture, ToTexture};
 use crate::material::{
     Averted, Black, CoatNormals, CoatedConductor, CoatedDiffuse, Conductor, DiffuseTransmission,
-    Distribution, Embossed, Glass, Hair, Masking, Matte, Measured, MetallicRoughness, Mirror, Mix,
-    Pigment, Plastic, Principled, PrincipledThin, Refraction, RoughCoatedDiffuse, RoughDiffuse,
-    Roughness, Sided, Surface, ThinGlass,
+    Distribution, Embossed, FresnelPlastic, Glass, Hair, Masking, Matte, Measured,
+    MetallicRoughness, Mirror, Mix, Pigment, Plastic, Principled, PrincipledThin, Refraction,
+    RoughCoatedDiffuse, RoughDiffuse, Roughness, Sided, Surface, ThinGlass,
 };
 use crate::medium::GridFilter;
 use crate::texture::{
@@ -97,6 +97,15 @@ record! {
         alpha: ABOVE_0 => 0.1,
         distribution: Plain => Distribution::Ggx,
         saturates: Plain => false,
+        two_sided: Plain => true,
+    }
+}
+record! {
+    FresnelPlastic {
+        diffuse: FROM_0 => [0.5; 3].into(),
+        specular: FROM_0 => [1.0; 3].into(),
+        ior: ABOVE_0 => 1.5,
+        roughness: Plain,
         two_sided: Plain => true,
     }
 }

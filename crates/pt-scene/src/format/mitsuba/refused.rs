@@ -1,13 +1,8 @@
 //! Plugins of Mitsuba 3.9.1 that are refused by name.
 
 /// Their tags, names, and why.
-const REFUSED: [(&str, &str, &str); 12] = [
+const REFUSED: [(&str, &str, &str); 11] = [
     ("bsdf", "measured_polarized", "light has no polarization here, and no wavelengths"),
-    (
-        "bsdf",
-        "pplastic",
-        "it is made for polarized light; take roughplastic, which has the light reflected inside as well",
-    ),
     (
         "emitter",
         "directionalarea",

@@ -332,6 +332,12 @@ fn plain(surface: &Surface, tell: &mut dyn FnMut(&str)) -> MetallicRoughness {
             tell(COATED);
             coated(&m.diffuse, m.alpha.sqrt(), m.ior.max(1.0), m.two_sided)
         }
+        Surface::FresnelPlastic(m) => {
+            tell(COATED);
+            let mut look = coated(&m.diffuse, 0.0, m.ior.max(1.0), m.two_sided);
+            roughen(&mut look, Some(&m.roughness), tell);
+            look
+        }
         Surface::Plastic(m) => {
             tell("its gloss becomes a grey one of GGX facets");
             let root = gloss::amount(&m.specular).clamp(0.0, 0.96).sqrt();

@@ -11,8 +11,8 @@ use super::super::xml::quote;
 use super::object::{Object, Role, unsupported};
 use super::texture::Textures;
 use crate::material::{
-    CoatedDiffuse, Conductor, Distribution, Glass, Masking, Matte, RoughCoatedDiffuse,
-    RoughDiffuse, Roughness, ThinGlass,
+    CoatedDiffuse, Conductor, Distribution, FresnelPlastic, Glass, Masking, Matte,
+    RoughCoatedDiffuse, RoughDiffuse, Roughness, ThinGlass,
 };
 use crate::metals::{METALS, Metal};
 use crate::texture::Scalar;
@@ -20,7 +20,7 @@ use crate::{LoadError, Surface};
 use inputs::Inputs;
 use refraction::relative_index;
 
-const KINDS: [&str; 22] = [
+const KINDS: [&str; 23] = [
     "diffuse",
     "roughdiffuse",
     "conductor",
@@ -30,6 +30,7 @@ const KINDS: [&str; 22] = [
     "thindielectric",
     "plastic",
     "roughplastic",
+    "pplastic",
     "principled",
     "principledthin",
     "hair",
@@ -93,6 +94,7 @@ fn surface(textures: &mut Textures<'_>, object: &Object) -> Result<Surface, Load
         }
         "plastic" => plastic(&mut inputs)?.into(),
         "roughplastic" => rough_plastic(&mut inputs)?.into(),
+        "pplastic" => unpolarized_plastic(&mut inputs)?.into(),
         "principled" => principled::principled(&mut inputs)?.into(),
         "principledthin" => principled::principled_thin(&mut inputs)?.into(),
         "hair" => hair::hair(&mut inputs)?.into(),
@@ -197,6 +199,17 @@ fn rough_plastic(inputs: &mut Inputs<'_, '_>) -> Result<RoughCoatedDiffuse, Load
     let distribution = distribution(inputs)?;
     let alpha = inputs.parameters.positive("alpha", 0.1)? as f32;
     Ok(RoughCoatedDiffuse { diffuse, specular, ior, alpha, distribution, saturates, two_sided })
+}
+
+/// A "pplastic", without its polarization.
+fn unpolarized_plastic(inputs: &mut Inputs<'_, '_>) -> Result<FresnelPlastic, LoadError> {
+    Ok(FresnelPlastic {
+        diffuse: inputs.color("diffuse_reflectance", 0.5)?,
+        specular: inputs.color("specular_reflectance", 1.0)?,
+        ior: relative_index(&mut inputs.parameters, "polypropylene")?,
+        roughness: roughness(inputs)?,
+        two_sided: false,
+    })
 }
 
 /// How the slopes of facets are distributed.

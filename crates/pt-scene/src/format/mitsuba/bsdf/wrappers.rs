@@ -6,8 +6,8 @@ use super::super::texture::Textures;
 use super::inputs::Inputs;
 use super::{Scattering, surface};
 use crate::material::{
-    Averted, Black, CoatedConductor, CoatedDiffuse, Conductor, Embossed, Matte, Measured, Mirror,
-    Mix, Plastic, Principled, RoughCoatedDiffuse, RoughDiffuse, Sided,
+    Averted, Black, CoatedConductor, CoatedDiffuse, Conductor, Embossed, FresnelPlastic, Matte,
+    Measured, Mirror, Mix, Plastic, Principled, RoughCoatedDiffuse, RoughDiffuse, Sided,
 };
 use crate::texture::Relief;
 use crate::{LoadError, Surface};
@@ -123,6 +123,7 @@ fn on_both_sides(surface: Surface) -> Surface {
         Surface::RoughCoatedDiffuse(coated) => {
             RoughCoatedDiffuse { two_sided: true, ..coated }.into()
         }
+        Surface::FresnelPlastic(plastic) => FresnelPlastic { two_sided: true, ..plastic }.into(),
         Surface::CoatedConductor(coated) => CoatedConductor { two_sided: true, ..coated }.into(),
         Surface::Measured(measured) => Measured { two_sided: true, ..measured }.into(),
         Surface::Plastic(plastic) => Plastic { two_sided: true, ..plastic }.into(),

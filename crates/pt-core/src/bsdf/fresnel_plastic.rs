@@ -1,0 +1,153 @@
+//! A diffuse base below facets of a dielectric that light goes through once on each way.
+
+use std::f32::consts::FRAC_1_PI;
+
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
+use pt_scene::material::{Distribution, Masking};
+
+use super::conductor::{half_vector, reflected, reflected_pdf};
+use super::fresnel;
+use super::microfacet::Facets;
+use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+
+/// f = F D G / (4 cos θo cos θi) + (1 − F(θo)) (1 − F(θi)) ρ / π.
+///
+/// What the base scatters and the surface throws back inside is lost. [Baek et al. 2018, "Simultaneous Acquisition of Polarimetric
+/// SVBRDF and Normals", without polarization, as in Mitsuba 3's "pplastic"]
+#[derive(Clone, Copy, Debug)]
+pub struct FresnelPlastic {
+    /// Albedo ρ of the base.
+    pub rho: Spectrum,
+    /// Tint of what the facets reflect.
+    pub specular: Spectrum,
+    /// Index of refraction over that above the surface, at least 1.
+    pub eta: f32,
+    /// The facets.
+    pub facets: Facets,
+}
+
+impl FresnelPlastic {
+    /// Where the albedo of the base is packed.
+    pub(crate) const RHO: usize = 0;
+    /// Where the tint of the facets is.
+    pub(crate) const SPECULAR: usize = 3;
+    /// Where the two roughnesses are.
+    pub(crate) const ALPHA: usize = 7;
+
+    #[inline]
+    fn fresnel(&self, cos: f32) -> f32 {
+        fresnel::dielectric(cos, self.eta).map_or(1.0, |(f, _)| f)
+    }
+
+    /// The probability with which the map that `choice` takes is followed.
+    #[cfg(test)]
+    pub(super) fn chance(&self, wo: Vec3, choice: f32) -> f32 {
+        let q = self.gloss_probability(wo);
+        if choice < q { q } else { 1.0 - q }
+    }
+
+    /// Probability of sampling the facets: about their share of what is scattered, by luminance.
+    #[inline]
+    fn gloss_probability(&self, wo: Vec3) -> f32 {
+        const LEAST: f32 = 0.02;
+        let f = self.fresnel(wo.z);
+        let (gloss, base) = (f * self.specular.luminance(), (1.0 - f) * self.rho.luminance());
+        if gloss + base > 0.0 { (gloss / (gloss + base)).clamp(LEAST, 1.0 - LEAST) } else { 0.5 }
+    }
+}
+
+impl Lobe<'_> for FresnelPlastic {
+    const DELTA: bool = false;
+
+    fn pack(&self) -> [f32; PARAMETERS] {
+        let ([a, b, c], [d, e, f]) = (self.rho.to_array(), self.specular.to_array());
+        let [g, h, i] = self.facets.pack();
+        padded([a, b, c, d, e, f, self.eta, g, h, i])
+    }
+
+    #[inline]
+    fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
+        Self {
+            rho: color(p, Self::RHO),
+            specular: color(p, Self::SPECULAR),
+            eta: p[6],
+            facets: Facets::unpack([p[7], p[8], p[9]]),
+        }
+    }
+
+    #[inline]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        let Some(h) = half_vector(wo, wi) else { return Spectrum::ZERO };
+        let gloss = self.fresnel(wo.dot(h)) * reflected(&self.facets, wo, wi, h);
+        let through = (1.0 - self.fresnel(wo.z)) * (1.0 - self.fresnel(wi.z));
+        self.specular * gloss + self.rho * (through * FRAC_1_PI * wi.z)
+    }
+
+    #[inline]
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
+        let Some(h) = half_vector(wo, wi) else { return Pdf::ZERO };
+        let q = self.gloss_probability(wo);
+        let gloss = reflected_pdf(&self.facets, wo, h).get();
+        let base = warp::cosine_hemisphere_pdf(wi.z).get();
+        Pdf::new(q * gloss + (1.0 - q) * base)
+    }
+
+    #[inline]
+    fn sample(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<BsdfSample> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let wi = if choice < self.gloss_probability(wo) {
+            let h = self.facets.sample_visible(wo, [u, v]);
+            h * (2.0 * wo.dot(h)) - wo
+        } else {
+            warp::cosine_hemisphere([u, v])
+        };
+        let pdf = self.pdf(wo, wi);
+        pdf.is_positive().then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
+    }
+
+    #[inline]
+    fn spread(&self) -> f32 {
+        self.facets.spread()
+    }
+
+    fn examples() -> Vec<Self> {
+        let facets =
+            |distribution, alpha| Facets { distribution, masking: Masking::Separable, alpha };
+        let white = |eta, facets| Self { rho: Spectrum::ONE, specular: Spectrum::ONE, eta, facets };
+        vec![
+            white(1.5, facets(Distribution::Beckmann, [0.2; 2])),
+            Self {
+                rho: Spectrum::rgb(0.8, 0.4, 0.1),
+                specular: Spectrum::splat(0.5),
+                ..white(1.9, facets(Distribution::Ggx, [0.5, 0.2]))
+            },
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As Mitsuba 3.9.1 evaluates its "pplastic" with an index of 1.5, an albedo of 0.6 and no gloss, times cos θi.
+    #[test]
+    fn the_base_is_that_of_mitsuba() {
+        let facets = Facets::isotropic(Distribution::Beckmann, 0.2);
+        let (rho, specular) = (Spectrum::splat(0.6), Spectrum::ZERO);
+        let lobe = FresnelPlastic { rho, specular, eta: 1.5, facets };
+        for (cos_o, cos_i, want) in [
+            (1.0f32, 1.0f32, 0.176_012_6),
+            (1.0, 0.5, 0.083_497_2),
+            (0.5, 0.5, 0.079_219_1),
+            (0.3, 0.8, 0.115_732_6),
+            (0.1, 0.1, 0.003_505_22),
+        ] {
+            let wo = Vec3::new((1.0 - cos_o * cos_o).sqrt(), 0.0, cos_o);
+            let wi = Vec3::new(0.0, (1.0 - cos_i * cos_i).sqrt(), cos_i);
+            let got = lobe.eval(wo, wi).0.x;
+            assert!((got / want - 1.0).abs() < 1e-5, "{cos_o} {cos_i}: {got} {want}");
+        }
+    }
+}
