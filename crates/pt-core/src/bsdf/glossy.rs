@@ -2,12 +2,13 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::material::Distribution;
 
-use super::conductor::{half_vector, reflected, reflected_pdf};
+use super::conductor::{half_vector, reflected};
 use super::fresnel;
 use super::microfacet::Facets;
+use super::over_base::OverBase;
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// f = (1 − F(θo)) (1 − F(θi)) ρ/π + F(h) D G / (4 cos θo cos θi), F by Schlick.
@@ -64,11 +65,7 @@ impl Lobe<'_> for Glossy {
 
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        let Some(h) = half_vector(wo, wi) else { return Pdf::ZERO };
-        let q = self.gloss_probability();
-        let gloss = reflected_pdf(&self.facets, wo, h).get();
-        let base = warp::cosine_hemisphere_pdf(wi.z).get();
-        Pdf::new(q * gloss + (1.0 - q) * base)
+        OverBase { facets: &self.facets, q: self.gloss_probability() }.pdf(wo, wi)
     }
 
     #[inline]
@@ -76,14 +73,11 @@ impl Lobe<'_> for Glossy {
         if wo.z <= 0.0 {
             return None;
         }
-        let q = self.gloss_probability();
-        let wi = if u < q {
-            let h = self.facets.sample_visible(wo, [(u / q).min(1.0f32.next_down()), v]);
-            h * (2.0 * wo.dot(h)) - wo
-        } else {
-            warp::cosine_hemisphere([((u - q) / (1.0 - q)).min(1.0f32.next_down()), v])
-        };
-        let pdf = self.pdf(wo, wi);
+        let directions = OverBase { facets: &self.facets, q: self.gloss_probability() };
+        let q = directions.q;
+        let again = if u < q { u / q } else { (u - q) / (1.0 - q) };
+        let wi = directions.draw(wo, [again.min(1.0f32.next_down()), v], u < q);
+        let pdf = directions.pdf(wo, wi);
         pdf.is_positive().then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
     }
 

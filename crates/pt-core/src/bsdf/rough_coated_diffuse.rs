@@ -2,12 +2,13 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
+use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
-use super::conductor::{half_vector, reflected, reflected_pdf};
+use super::conductor::{half_vector, reflected};
 use super::fresnel;
 use super::microfacet::{Facets, stretched};
+use super::over_base::OverBase;
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// f = F D G / (4 cos θo cos θi) + T(θo) T(θi) ρ / (π η² (1 − ρ Fᵢ)).
@@ -218,11 +219,7 @@ impl Lobe<'_> for RoughCoatedDiffuse {
 
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        let Some(h) = half_vector(wo, wi) else { return Pdf::ZERO };
-        let q = self.coat_probability(wo);
-        let coat = reflected_pdf(&self.facets, wo, h).get();
-        let base = warp::cosine_hemisphere_pdf(wi.z).get();
-        Pdf::new(q * coat + (1.0 - q) * base)
+        OverBase { facets: &self.facets, q: self.coat_probability(wo) }.pdf(wo, wi)
     }
 
     #[inline]
@@ -230,13 +227,9 @@ impl Lobe<'_> for RoughCoatedDiffuse {
         if wo.z <= 0.0 {
             return None;
         }
-        let wi = if choice < self.coat_probability(wo) {
-            let h = self.facets.sample_visible(wo, [u, v]);
-            h * (2.0 * wo.dot(h)) - wo
-        } else {
-            warp::cosine_hemisphere([u, v])
-        };
-        let pdf = self.pdf(wo, wi);
+        let directions = OverBase { facets: &self.facets, q: self.coat_probability(wo) };
+        let wi = directions.draw(wo, [u, v], choice < directions.q);
+        let pdf = directions.pdf(wo, wi);
         pdf.is_positive().then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
     }
 
