@@ -52,30 +52,37 @@ impl<'a> Distances<'a> {
     /// # Errors
     /// If it has more than `most` triangles.
     pub(crate) fn surface(&self, normals: Normals, most: usize) -> Result<Mesh, String> {
-        let voxels = self.crossed_voxels();
+        let too_many = || {
+            format!(
+                "the surface has more than {most} triangles; set --limit triangles to allow more"
+            )
+        };
+        // Each corner of a voxel belongs to two tetrahedra at least, so that there are two triangles in each.
+        let voxels: Vec<_> = self.crossed_voxels().take(most / 2 + 1).collect();
+        if voxels.len() > most / 2 {
+            return Err(too_many());
+        }
         let triangles = |cut: usize| voxels.len().saturating_mul(cut * cut * TRIANGLES_PER_CELL);
         let cut = [8, 4, 2].into_iter().find(|&cut| triangles(cut) <= FINE_TRIANGLES.min(most));
         let mut builder = Builder::new(self, cut.unwrap_or(1), normals);
         for voxel in voxels {
             builder.add_voxel(voxel);
             if builder.triangles.len() > most {
-                return Err(format!(
-                    "the surface has more than {most} triangles; set --limit triangles to allow more"
-                ));
+                return Err(too_many());
             }
         }
         Ok(builder.finish())
     }
 
     /// The lower corners of the voxels with samples of either sign.
-    fn crossed_voxels(&self) -> Vec<[usize; 3]> {
+    fn crossed_voxels(&self) -> impl Iterator<Item = [usize; 3]> {
         let [nx, ny, nz] = self.samples.map(|n| n - 1);
-        let all = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
-        let is_crossed = |voxel: &[usize; 3]| {
+        let all =
+            (0..nz).flat_map(move |z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
+        all.filter(|voxel| {
             let inside = (0..8).filter(|&i| self.sample(corner_of(*voxel, i)) < 0.0).count();
             inside != 0 && inside != 8
-        };
-        all.filter(is_crossed).collect()
+        })
     }
 
     fn sample(&self, [x, y, z]: [usize; 3]) -> f64 {

@@ -215,7 +215,7 @@ fn normals_of_grid(parameters: &mut Parameters<'_>) -> Result<Normals, LoadError
 /// The surface in a file of signed distances.
 fn surface_of_grid(bytes: &[u8], normals: Normals, limits: &Limits) -> Result<MeshFile, String> {
     /// Most triangles without a limit.
-    const MAX_TRIANGLES: usize = 1 << 24;
+    const MAX_TRIANGLES: usize = 1 << 23;
     let grid = vol::parse(bytes)?.grid;
     let distances = Distances::new(&grid).ok_or_else(|| {
         let [x, y, z] = grid.resolution;
