@@ -230,7 +230,7 @@ pub struct FresnelPlastic {
     pub specular: Color,
     /// Index of refraction over that above the surface, at least 1: less is taken for 1.
     pub ior: f32,
-    /// The facets.
+    /// The facets. Light that one reflects to another is lost, also with [`Roughness::multiple_scattering`].
     pub roughness: Roughness,
     /// Whether the back side reflects too; otherwise it is black.
     pub two_sided: bool,

@@ -92,8 +92,8 @@ impl CoatFrame {
         self.0.map_or(w, |frame| frame.to_world(w))
     }
 
-    /// The cosine between a direction and the normal, with the sign that tells on which side of the base it is; directions of one
-    /// side that the coat has on the other are along the coat.
+    /// The cosine between a direction and the normal, positive above the base and negative below; at least 10⁻⁶ where the coat
+    /// has the direction on its other side.
     #[inline]
     pub(super) fn cosine(self, w: Vec3) -> f32 {
         const LEAST: f32 = 1e-6;

@@ -46,7 +46,7 @@ pub(super) struct Shape {
 #[expect(clippy::struct_excessive_bools, reason = "they are parameters that authors write")]
 struct MeshKey {
     path: PathBuf,
-    /// Which of the meshes of the file.
+    /// Which of the meshes of the file; of an "sdfgrid", 0 with analytic normals and 1 with smooth ones.
     index: u32,
     is_flat: bool,
     flips: bool,
