@@ -31,6 +31,16 @@ impl Pose {
         is_finite.then_some(Self { rotation, stretch, translation, is_mirrored })
     }
 
+    /// The rotation R.
+    pub fn rotation(&self) -> DQuat {
+        self.rotation
+    }
+
+    /// The stretch S.
+    pub fn stretch(&self) -> DMat3 {
+        self.stretch
+    }
+
     /// Whether it turns space inside out.
     pub fn is_mirrored(&self) -> bool {
         self.is_mirrored

@@ -5,7 +5,7 @@ use pt_scene::format::parse;
 use crate::folder;
 
 /// What is refused, for the reasons of docs/formats.md.
-const REFUSED: [(&str, &str); 11] = [
+const REFUSED: [(&str, &str); 9] = [
     ("bsdf", "measured_polarized"),
     ("emitter", "directionalarea"),
     ("film", "specfilm"),
@@ -15,8 +15,6 @@ const REFUSED: [(&str, &str); 11] = [
     ("phase", "sggx"),
     ("sensor", "irradiancemeter"),
     ("shape", "blender"),
-    ("shape", "ellipsoids"),
-    ("shape", "ellipsoidsmesh"),
 ];
 
 /// A scene in which an object is used, without any parameter.

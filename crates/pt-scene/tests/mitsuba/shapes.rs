@@ -12,6 +12,7 @@ use pt_scene::format::{LoadOptions, parse_with};
 use pt_scene::{Geometry, LoadError, Mesh, Object, Scene};
 
 use crate::common::{check_invariants, folder, parse, without_panics};
+use crate::refusal;
 
 /// A scene with some content, whose folder is that of the good files.
 fn try_read(content: &str) -> Result<Scene, LoadError> {
@@ -527,4 +528,49 @@ fn smooth_normals_of_mirrored_meshes_follow_their_triangles() {
     let [first, second] = [3.0, 0.5_f64].map(f64::atan);
     let expected = DVec3::new(second, 0.0, -first).normalize();
     assert!(world.distance(expected) < 1e-6, "{world} is not {expected}");
+}
+
+/// Radii are three standard deviations, whose logarithms the file holds; 45° of a quaternion are a quarter turn. Where they fade, a
+/// radius is √(2 ln(opacity / 0.01)) standard deviations, and what is clearer than 0.01 is not there.
+#[test]
+fn splats_are_ellipsoids() {
+    let shape = |kind: &str, inside: &str| {
+        format!(
+            "<shape type=\"{kind}\"><string name=\"filename\" value=\"splats.ply\"/>{inside}</shape>"
+        )
+    };
+    let radii = |object: &pt_scene::Object| {
+        let axes = object.to_world.matrix3;
+        [axes.x_axis.length(), axes.y_axis.length(), axes.z_axis.length()]
+    };
+    let close = |got: [f64; 3], want: [f64; 3]| {
+        got.iter().zip(want).all(|(a, b)| (a / b - 1.0).abs() < 1e-6)
+    };
+    let scene = read(&shape("ellipsoids", ""));
+    let [first, turned, thin] = scene.objects.as_slice() else { panic!("three ellipsoids") };
+    assert!(close(radii(first), [3.0, 6.0, 1.5]));
+    assert_eq!(first.to_world.translation, DVec3::new(1.0, 2.0, 3.0));
+    let axis = turned.to_world.matrix3.x_axis;
+    assert!((axis - DVec3::new(0.0, 3.0, 0.0)).length() < 1e-5, "{axis}");
+    assert!(close(radii(thin), [3e-6, 3.0, 3.0]));
+    // Of a transform, the turn and the mean of the stretches count.
+    let inside = "<transform name=\"to_world\"><scale x=\"1\" y=\"2\" z=\"6\"/><translate x=\"5\"/></transform>\
+                  <float name=\"extent\" value=\"1\"/><float name=\"scale_factor\" value=\"2\"/>";
+    let scene = read(&shape("ellipsoids", inside));
+    assert!(close(radii(&scene.objects[0]), [6.0, 12.0, 3.0]));
+    assert_eq!(scene.objects[0].to_world.translation, DVec3::new(6.0, 4.0, 18.0));
+    let fading = "<boolean name=\"extent_adaptive_clamping\" value=\"true\"/>";
+    let scene = read(&shape("ellipsoidsmesh", fading));
+    assert_eq!(scene.objects.len(), 2, "the third has an opacity of 0.0067");
+    let half = (2.0 * f64::ln(0.5 / 0.01)).sqrt();
+    assert!(close(radii(&scene.objects[0]), [half, 2.0 * half, 0.5 * half]));
+    let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("a mesh") };
+    assert_eq!((mesh.triangles.len(), mesh.normals.is_none()), (20, true));
+    let inner = "<shape type=\"cube\" name=\"shell\"><transform name=\"to_world\"><scale value=\"7\"/></transform></shape>";
+    let scene = read(&shape("ellipsoidsmesh", inner));
+    let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("a mesh") };
+    let corner = f64::from(mesh.positions[0][0].abs());
+    assert!((corner - 3.0 / 11f64.sqrt()).abs() < 1e-6, "the middles of triangles touch: {corner}");
+    let message = refusal(&shape("ellipsoidsmesh", "<string name=\"shell\" value=\"cone\"/>"));
+    assert!(message.contains("\"cone\" is no shell"), "{message}");
 }

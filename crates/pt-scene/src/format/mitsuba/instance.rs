@@ -37,17 +37,27 @@ impl Builder<'_> {
                     return Err(error(&inner.at, message));
                 }
             }
-            let made = self.shape(shape)?;
-            if made.motion.is_some() {
+            let made = self.shapes(shape)?;
+            if made.iter().any(|object| object.motion.is_some()) {
                 let message = "shapes of a shape group cannot move by themselves; give the <animation> to \
                                the instances";
                 return Err(error(&shape.at, message));
             }
-            shapes.push(made);
+            shapes.extend(made);
         }
         let shapes: Rc<[_]> = shapes.into();
         self.groups.insert(index, Rc::clone(&shapes));
         Ok(shapes)
+    }
+
+    /// Refuses what would make the shapes of the scene too many.
+    pub(super) fn require_room(&self, object: &Object, more: usize) -> Result<(), LoadError> {
+        let most = self.tree.context.limits().shapes(MAX_OBJECTS);
+        if self.scene.objects.len() + more <= most {
+            return Ok(());
+        }
+        let message = format!("with this {}, there are more than {most} shapes", object.kind);
+        Err(Context::exceeded(object.at.clone(), message))
     }
 
     /// Places the shapes of a group. Their meshes are shared.
@@ -68,11 +78,7 @@ impl Builder<'_> {
             return Err(error(&instance.at, message));
         }
         let shapes = self.group(*group)?;
-        let most = tree.context.limits().shapes(MAX_OBJECTS);
-        if self.scene.objects.len() + shapes.len() > most {
-            let message = format!("with this instance, there are more than {most} shapes");
-            return Err(Context::exceeded(instance.at.clone(), message));
-        }
+        self.require_room(instance, shapes.len())?;
         for shape in shapes.iter() {
             let placed = to_world * shape.to_world;
             if !placed.inverse().is_finite() {

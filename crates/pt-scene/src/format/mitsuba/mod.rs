@@ -27,6 +27,7 @@
 //! * Images have their upper row at v = 0 there, and at v = 1 here. Meshes keep the texture
 //!   coordinates that they have there.
 //! * Smooth normals that a mesh lacks are made where it is placed, as there; those of meshes that move, in their own coordinates.
+//! * Of `ellipsoids`, the inner side is seen too.
 //! * Disks and cylinders are meshes of 1024 sides here.
 //! * Shapes, instances and sensors may move: `<animation>`, which Mitsuba 0.6 had and 3.9 has not.
 //! * v runs down the rows of an image there, and up here.
@@ -35,6 +36,7 @@
 mod bsdf;
 mod curves;
 mod daylight;
+mod ellipsoids;
 mod emitter;
 mod film;
 mod instance;

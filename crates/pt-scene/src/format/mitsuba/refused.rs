@@ -1,7 +1,7 @@
 //! Plugins of Mitsuba 3.9.1 that are refused by name.
 
 /// Their tags, names, and why.
-const REFUSED: [(&str, &str, &str); 11] = [
+const REFUSED: [(&str, &str, &str); 9] = [
     ("bsdf", "measured_polarized", "light has no polarization here, and no wavelengths"),
     (
         "emitter",
@@ -16,16 +16,6 @@ const REFUSED: [(&str, &str, &str); 11] = [
     ),
     ("sensor", "irradiancemeter", "it measures what arrives on a shape, which is no picture"),
     ("shape", "blender", "its mesh is in the memory of Blender; export it as ply"),
-    (
-        "shape",
-        "ellipsoids",
-        "it is a radiance field, which only volprim_rf_basic shows; take sphere, or a mesh",
-    ),
-    (
-        "shape",
-        "ellipsoidsmesh",
-        "it is a radiance field, which only volprim_rf_basic shows; take sphere, or a mesh",
-    ),
     ("integrator", "stokes", "light has no polarization here; take the integrator inside of it"),
     ("integrator", "depth", "distances are a channel beside light; take path, and --aov depth"),
     ("integrator", "volprim_rf_basic", "radiance fields are no light that surfaces scatter"),

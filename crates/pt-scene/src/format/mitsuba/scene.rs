@@ -10,7 +10,7 @@ use super::medium::Media;
 use super::object::{Object, Parameters, Tree, error};
 use super::shape::{Meshes, Shape, shape};
 use super::texture::{self, Textures};
-use super::{emitter, integrator, sensor};
+use super::{ellipsoids, emitter, integrator, sensor};
 use crate::material::{Black, Matte};
 use crate::{Color, LoadError, Material, Scene, framing};
 
@@ -133,30 +133,41 @@ impl Builder<'_> {
                 }
             }
             _ => {
-                let placed = self.shape(object)?;
-                self.scene.objects.push(placed);
+                let placed = self.shapes(object)?;
+                self.scene.objects.extend(placed);
             }
         }
         Ok(())
     }
 
-    /// A shape with its material.
-    pub(super) fn shape(&mut self, object: &Object) -> Result<crate::Object, LoadError> {
-        let Shape { geometry, to_world, motion } =
-            shape(self.tree, object, &mut self.meshes, &mut self.scene.warnings)?;
-        let children = self.tree.children(object, &["bsdf", "emitter", "medium"])?;
-        let bsdf = self.tree.only(&children, "bsdf")?;
-        let emitter = self.tree.only(&children, "emitter")?;
+    /// A shape, or all that one stands for, with their material.
+    pub(super) fn shapes(&mut self, object: &Object) -> Result<Vec<crate::Object>, LoadError> {
+        let tree = self.tree;
+        let shapes = if ellipsoids::KINDS.contains(&object.kind.as_str()) {
+            let made =
+                ellipsoids::shapes(tree, object, &mut self.meshes, &mut self.scene.warnings)?;
+            self.require_room(object, made.len())?;
+            made
+        } else {
+            vec![shape(tree, object, &mut self.meshes, &mut self.scene.warnings)?]
+        };
+        let has_shell = object.kind == "ellipsoidsmesh";
+        let supported = ["bsdf", "emitter", "medium", "shape"];
+        let children = tree.children(object, &supported[..if has_shell { 4 } else { 3 }])?;
+        let bsdf = tree.only(&children, "bsdf")?;
+        let emitter = tree.only(&children, "emitter")?;
         let material = self.material(object, (bsdf, emitter))?;
-        Ok(crate::Object {
+        let media = self.media.sides(object)?;
+        let object = |Shape { geometry, to_world, motion }| crate::Object {
             name: object.name().to_owned(),
             to_world,
             motion,
             geometry,
             materials: vec![Some(material)],
-            media: self.media.sides(object)?,
+            media: media.clone(),
             at: object.at.clone(),
-        })
+        };
+        Ok(shapes.into_iter().map(object).collect())
     }
 
     /// The index of a material, which is added if it is new. Without a bsdf it is grey on the

@@ -16,11 +16,13 @@ use crate::shapes::isosurface::{Distances, Normals};
 use crate::shapes::{self, smooth_normals};
 use crate::{Geometry, LoadError, Mesh, Motion, Warning};
 
-const KINDS: [&str; 14] = [
+const KINDS: [&str; 16] = [
     "bsplinecurve",
     "cube",
     "cylinder",
     "disk",
+    "ellipsoids",
+    "ellipsoidsmesh",
     "instance",
     "linearcurve",
     "merge",
@@ -186,7 +188,7 @@ fn mesh_key(
 }
 
 /// The file that an object names; a missing one is noted.
-fn mesh_path(
+pub(super) fn mesh_path(
     tree: &Tree,
     object: &Object,
     parameters: &mut Parameters<'_>,
@@ -233,7 +235,7 @@ fn surface_of_grid(bytes: &[u8], normals: Normals, limits: &Limits) -> Result<Me
 }
 
 /// Notes a file that cannot be used, and why.
-fn left_out(tree: &Tree, parameters: &Parameters<'_>, why: &str) -> LoadError {
+pub(super) fn left_out(tree: &Tree, parameters: &Parameters<'_>, why: &str) -> LoadError {
     let told = tree.miss(parameters.place("filename"), why, "the shape is left out");
     told.err().unwrap_or(LoadError::Told)
 }
@@ -298,7 +300,12 @@ fn sphere(
 
 impl Meshes {
     /// A mesh made by rule.
-    fn made(&mut self, kind: &'static str, make: fn() -> Mesh, flips: bool) -> Arc<Mesh> {
+    pub(super) fn made(
+        &mut self,
+        kind: &'static str,
+        make: fn() -> Mesh,
+        flips: bool,
+    ) -> Arc<Mesh> {
         let mesh = self.made.entry((kind, flips)).or_insert_with(|| turned(make(), flips));
         Arc::clone(mesh)
     }

@@ -145,6 +145,17 @@ impl<'a> Layout<'a> {
         self.levels = (!names.is_empty()).then_some(1.0);
     }
 
+    /// An element of which the numbers of these names are read, each into the slot of its place in the list.
+    pub(super) fn of_columns(element: &'a ElementDef, names: &[&str]) -> Self {
+        let mut layout = Self::passed_over(element);
+        for (name, field) in element.properties.keys().zip(&mut layout.fields) {
+            if let Some(slot) = names.iter().position(|column| column == name) {
+                field.role = Role::Slot { slot, levels: 1.0 };
+            }
+        }
+        layout
+    }
+
     /// An element of which nothing is read.
     pub(super) fn passed_over(element: &'a ElementDef) -> Self {
         let mut layout = Self::new(element);

@@ -11,6 +11,7 @@
 //! of one size.
 
 pub(super) mod attributes;
+pub(super) mod columns;
 mod fixed;
 mod layout;
 mod painted;

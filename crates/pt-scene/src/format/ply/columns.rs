@@ -1,0 +1,103 @@
+//! Named numbers of all rows of an element, for files that are no meshes.
+
+use std::path::Path;
+
+use ply_rs_bw::parser::{Parser, Reader};
+use ply_rs_bw::ply::{DefaultElement, ElementDef, PropertyType};
+
+use super::super::xml::quote;
+use super::super::{faults, mesh_file, text};
+use super::layout::{Layout, SLOTS};
+use super::rows::{Body, Chunk};
+use super::{explain, text_lines};
+use crate::LoadError;
+
+/// The numbers of some properties of the vertices, a row each, in the order of `names`, of which there are at most [`SLOTS`].
+///
+/// # Errors
+/// If the content is no PLY, ends early, has no vertices, a property is missing or a list, or a number is not finite.
+pub(in super::super) fn parse<const N: usize>(
+    bytes: &[u8],
+    path: &Path,
+    names: [&str; N],
+) -> Result<Vec<[f32; N]>, LoadError> {
+    const { assert!(N <= SLOTS) };
+    let bytes = text_lines(text::unmarked(bytes, path)?);
+    let mut reader = Reader::new(&*bytes);
+    let header = Parser::<DefaultElement>::new().read_header(&mut reader).map_err(|e| {
+        let line = e.line().unwrap_or(0) as u32;
+        mesh_file::error(path, line, format!("the header of the PLY is wrong: {}", explain(&e)))
+    })?;
+    let (line, encoding) = (reader.line() as u32, header.encoding);
+    let rest = reader.into_inner();
+    faults::of_part(|faults| {
+        let mut body = Body { path, encoding, line, rest, faults };
+        for element in header.elements.values() {
+            if element.name == "vertex" {
+                return read(&mut body, element, names);
+            }
+            body.skip(element)?;
+        }
+        Err(mesh_file::error(path, 0, "the file has no element \"vertex\""))
+    })
+}
+
+fn read<const N: usize>(
+    body: &mut Body,
+    element: &ElementDef,
+    names: [&str; N],
+) -> Result<Vec<[f32; N]>, LoadError> {
+    for name in names {
+        let property = element.properties.get(name).map(|property| &property.data_type);
+        if !matches!(property, Some(PropertyType::Scalar(_))) {
+            let message = format!("the element \"vertex\" has no number {}", quote(name));
+            return Err(mesh_file::error(body.path, 0, message));
+        }
+    }
+    let layout = Layout::of_columns(element, &names);
+    let mut all = pt_memory::with_capacity(body.least_count(&layout));
+    let read = |chunk: &Chunk, faults: &mut faults::Faults| {
+        let mut rows = Vec::with_capacity(chunk.count);
+        chunk.rows(faults, |i, row| {
+            let row = row?;
+            let numbers: [f32; N] = std::array::from_fn(|slot| row.numbers[slot]);
+            if numbers.iter().all(|x| x.is_finite()) {
+                rows.push(numbers);
+                return Ok(());
+            }
+            Err(format!("vertex {i} has a value that is not finite"))
+        });
+        rows
+    };
+    body.read(&layout, read, |mut rows| all.append(&mut rows))?;
+    if all.is_empty() {
+        return Err(body.faults.because_of(mesh_file::error(body.path, 0, "no vertex is whole")));
+    }
+    Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NAMES: [&str; 2] = ["b", "a"];
+
+    fn text(rows: &str) -> String {
+        let count = rows.lines().count();
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex {count}\nproperty float a\nproperty uchar red\nproperty double b\n\
+             end_header\n{rows}"
+        )
+    }
+
+    #[test]
+    fn columns_come_in_the_order_of_their_names() {
+        let read = parse(text("1 255 2\n3 0 4\n").as_bytes(), Path::new("x.ply"), NAMES).unwrap();
+        assert_eq!(read, [[2.0, 1.0], [4.0, 3.0]]);
+        let missing = parse(text("1 2 3\n").as_bytes(), Path::new("x.ply"), ["a", "c"]);
+        let message = missing.unwrap_err().to_string();
+        assert!(message.contains("has no number \"c\""), "{message}");
+        let wrong = parse(text("1 2 nan\n").as_bytes(), Path::new("x.ply"), NAMES);
+        assert!(wrong.unwrap_err().to_string().contains("not finite"));
+    }
+}
