@@ -57,7 +57,8 @@ pub use pt_scene::format::{
 pub use pt_scene::image::{self, Image, Samples};
 pub use pt_scene::{
     Aperture, Camera, DaySpan, Daylight, FileSettings, Filter, Fit, IesProfile, Light, LightKind,
-    LoadError, Moment, Place, Placement, Projection, Rows, Scene, SkyLayout, Source, Span, Warning,
+    LoadError, Meter, Moment, Place, Placement, Projection, Quantity, Rows, Scene, SkyLayout,
+    Source, Span, Warning,
 };
 pub use session::Session;
 

@@ -31,7 +31,7 @@ const ADVICE: &str = "--camera fit shows all surfaces";
 /// What the user should know about where the camera stands.
 pub(crate) fn note(scene: &Scene, compiled: &RenderScene) -> Option<String> {
     let bounds = compiled.bounds();
-    if bounds.is_empty() || !compiled.media.is_empty() {
+    if compiled.meter.is_some() || bounds.is_empty() || !compiled.media.is_empty() {
         return None; // Media are seen, and what is in them may be hidden.
     }
     let camera = compiled.camera_at(0.0);

@@ -75,6 +75,7 @@ impl RenderScene {
     /// The cone of a camera ray in a unit direction, at a time.
     pub fn camera_cone(&self, direction: Vec3, time: f32) -> Cone {
         match self.camera_motion {
+            _ if self.meter.is_some() => Cone::default(),
             None => self.camera.cone(direction),
             Some(_) => self.camera_at(time).cone(direction),
         }

@@ -22,6 +22,7 @@ mod levels;
 pub mod light;
 pub mod material;
 pub mod medium;
+pub mod meter;
 pub mod parametrization;
 pub mod phase;
 pub mod placed;

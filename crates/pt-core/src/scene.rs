@@ -12,6 +12,7 @@ use crate::id::{Id, Table};
 use crate::light::{AnyLight, LightHit, LightOrigins, LightSample, LightTables, MovingLight};
 use crate::material::{Material, Materials, Resolved};
 use crate::medium::{Media, MediumRecord};
+use crate::meter::Meter;
 use crate::placed::Placed;
 use crate::shapes::{ShapePoint, ShapeTables};
 use crate::texture::{TextureRecord, Varying};
@@ -97,6 +98,8 @@ pub struct RenderScene {
     pub media: Media,
     /// The camera, where it is when the shutter opens.
     pub camera: Camera,
+    /// What is measured in place of what the camera shows, if something is.
+    pub meter: Option<Meter>,
     /// How the camera moves, if it does.
     pub camera_motion: Option<CameraMotion>,
     /// The ray queries of what is not placed.
@@ -264,6 +267,12 @@ impl RenderScene {
     #[inline]
     pub fn moves(&self) -> bool {
         self.camera_motion.is_some() || self.placed.as_ref().is_some_and(|placed| placed.moves())
+    }
+
+    /// What the light of each camera ray counts: 1, but for a meter [`Meter::importance`].
+    #[inline]
+    pub fn importance(&self) -> f32 {
+        self.meter.as_ref().map_or(1.0, Meter::importance)
     }
 
     /// The camera at a time.

@@ -155,24 +155,31 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
         let (camera, moves) = (&scene.camera, scene.moves());
         let eights = rays.resize(samplers.len().next_multiple_of(LANES));
         for (block, rays) in eights.as_chunks_mut().0.iter_mut().enumerate() {
-            let mut at = samplers.points(block, 0);
+            let numbers = samplers.points(block, 0);
+            let mut at = numbers;
             if let Some(filter) = self.filter {
                 self.weights.extend(filter.place(&mut at));
             }
             for (points, corners) in at.iter_mut().zip(samplers.pixels(block)) {
                 points.iter_mut().zip(corners).for_each(|(p, &corner)| *p += corner as f32);
             }
-            let lens =
-                if camera.has_lens() { samplers.points(block, 2) } else { [[0.0; LANES]; 2] };
+            let lens = if camera.has_lens() || scene.meter.is_some() {
+                samplers.points(block, 2)
+            } else {
+                [[0.0; LANES]; 2]
+            };
             if moves {
                 let block_times = samplers.points(block, TIME_DIMENSION)[0];
                 times.extend(block_times);
-                if scene.camera_motion.is_some() {
+                if scene.meter.is_none() && scene.camera_motion.is_some() {
                     moving_rays(scene, &block_times, &at, &lens, rays);
                     continue;
                 }
             }
-            camera.rays(&at, &lens, rays);
+            match &scene.meter {
+                Some(meter) => meter.rays([&numbers, &lens], rays),
+                None => camera.rays(&at, &lens, rays),
+            }
         }
         times.truncate(samplers.len());
         rays.truncate(samplers.len());

@@ -118,10 +118,13 @@ struct View {
 }
 
 impl View {
-    /// `None` for cameras that move or see all around.
+    /// `None` for meters, and cameras that move or see all around.
     fn new(scene: &RenderScene, radius: f64) -> Option<Self> {
         let camera = &scene.camera;
-        if scene.camera_motion.is_some() || camera.projection == Projection::Panorama {
+        if scene.meter.is_some()
+            || scene.camera_motion.is_some()
+            || camera.projection == Projection::Panorama
+        {
             return None;
         }
         let axes = [camera.right, camera.up, camera.forward].map(Vec3::as_dvec3);

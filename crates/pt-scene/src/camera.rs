@@ -2,7 +2,7 @@
 
 use pt_math::DAffine3;
 
-use crate::Motion;
+use crate::{Geometry, Motion};
 
 /// A camera. It looks along −z of its node, with +y up and +x to the right.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +39,30 @@ pub struct Camera {
     pub medium: Option<u32>,
     /// Where it stands.
     pub placement: Placement,
+    /// What it measures in place of a picture: each pixel is then an estimate of one number, and what the camera shows, its lens
+    /// and its place do not count.
+    pub meter: Option<Meter>,
+}
+
+/// A measurement by a surface, which need not be one of the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Meter {
+    /// What is measured.
+    pub quantity: Quantity,
+    /// The surface.
+    pub geometry: Geometry,
+    /// The surface to the world.
+    pub to_world: DAffine3,
+}
+
+/// What a meter measures: a mean over the area of its surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Irradiance: the power per area that comes to the front of the surface, around its normals.
+    Irradiance,
+    /// The radiance that arrives from beyond all surfaces of the scene along the viewing axis of the camera's node, at rays towards
+    /// the surface; whatever is in front of it is seen in its place.
+    Radiance,
 }
 
 /// Where a camera stands. What moves it, its medium, and what is near or far of it count at its

@@ -84,6 +84,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Camera, LoadError> {
         fit: Fit::Whole,
         medium: None,
         placement: Placement::Node,
+        meter: None,
     })
 }
 

@@ -234,6 +234,7 @@ mod tests {
             fit: crate::Fit::Whole,
             medium: Some(0),
             placement,
+            meter: None,
         }
     }
 

@@ -31,7 +31,7 @@ pub mod span;
 pub mod spelling;
 pub mod texture;
 
-pub use camera::{Aperture, Camera, Fit, Placement, Projection};
+pub use camera::{Aperture, Camera, Fit, Meter, Placement, Projection, Quantity};
 pub use error::{LoadError, Warning};
 pub use filter::Filter;
 pub use light::{DaySpan, Daylight, IesProfile, Light, LightKind, Moment, Place, Portal, Rows};

@@ -62,6 +62,7 @@ pub(crate) fn camera(from: DVec3, to: DVec3, fov: [f64; 2]) -> Camera {
         fit: pathtracer::Fit::Whole,
         medium: None,
         placement: Placement::Node,
+        meter: None,
     }
 }
 

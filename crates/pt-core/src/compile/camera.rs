@@ -5,9 +5,10 @@ use pt_math::{DAffine3, DVec3, Vec3};
 use pt_scene::framing::{self, Extent};
 use pt_scene::{Fit, Key, Placement, Projection as View, Scene, Span};
 
-use super::{CompileError, CompileOptions, motion, studio};
+use super::{CompileError, CompileOptions, meter, motion, studio};
 use crate::camera::{Aperture, Camera, Clip, Projection};
 use crate::camera_motion::CameraMotion;
+use crate::meter::Meter;
 
 /// What a scene without a camera is seen through: 50 degrees at 4 : 3.
 const DEFAULT_VIEW: View = View::Perspective { x_fov: 50.0, y_fov: 2.0 * 19.275_5 };
@@ -88,6 +89,20 @@ pub(super) fn compile(
     Ok((camera, motion))
 }
 
+/// What is measured in place of what the camera shows; all directions are no measurement.
+pub(super) fn meter(
+    scene: &Scene,
+    metres: f64,
+    shutter: [f64; 2],
+    options: &CompileOptions,
+) -> Result<Option<Meter>, CompileError> {
+    let author =
+        options.camera.as_ref().or_else(|| of_scene(scene, options.course, &mut Vec::new()));
+    let Some(author) = author.filter(|_| !options.panorama) else { return Ok(None) };
+    let surfaces = || framing::surface_extent(scene, Some(shutter));
+    meter::compile(author, surfaces, metres)
+}
+
 /// Where the camera stands: where it is asked to, where the course puts that of a scene, or where its
 /// author says.
 pub(super) fn placement(author: Option<&pt_scene::Camera>, options: &CompileOptions) -> Placement {
@@ -164,6 +179,7 @@ fn default_camera(
         fit: Fit::Whole,
         medium: None,
         placement: Placement::Node,
+        meter: None,
     }
 }
 
@@ -389,7 +405,7 @@ fn check_aperture(aperture: &pt_scene::Aperture) -> Result<(), &'static str> {
     }
 }
 
-fn refuse(element: &str, message: &str) -> CompileError {
+pub(super) fn refuse(element: &str, message: &str) -> CompileError {
     let at = Span { element: element.into(), ..Span::default() };
     CompileError::Value { at, message: message.into() }
 }

@@ -13,6 +13,7 @@ mod many_lights;
 mod materials;
 mod media;
 mod mesh_values;
+mod meter;
 mod motion;
 mod normals;
 mod placed;
@@ -172,6 +173,7 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
         lights.compensate();
     }
     let camera = camera::compile(scene, metres, shutter, &options, &mut notes)?;
+    let meter = camera::meter(scene, metres, shutter, &options)?;
     let media = media::compile(scene, &shapes.sides, metres, &options)?;
     let geometry_time = start.elapsed();
 
@@ -187,6 +189,7 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     let sides_by_shading_normal = scene.settings.sides_by_shading_normal;
     let mut scene = assemble(shapes, lights, media, camera, bvh);
     scene.placed = placed;
+    scene.meter = meter;
     scene.plain_normals = options.course;
     scene.sides_by_shading_normal = sides_by_shading_normal;
     scene.smooth_shadows = options.smooth_shadows && scene.media.is_empty();
@@ -250,6 +253,7 @@ fn assemble(
         media,
         camera,
         camera_motion,
+        meter: None,
         bvh,
     }
 }

@@ -225,7 +225,7 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
 
     fn begin(&mut self, starts: &Starts) {
         let first = State {
-            beta: Spectrum::ONE,
+            beta: Spectrum::splat(self.cx.scene.importance()),
             squeeze: 1.0,
             origin: Lit::in_space(Vec3::ZERO),
             arrival: None,

@@ -5,7 +5,7 @@ use pt_scene::format::parse;
 use crate::folder;
 
 /// What is refused, for the reasons of docs/formats.md.
-const REFUSED: [(&str, &str); 9] = [
+const REFUSED: [(&str, &str); 8] = [
     ("bsdf", "measured_polarized"),
     ("emitter", "directionalarea"),
     ("film", "specfilm"),
@@ -13,7 +13,6 @@ const REFUSED: [(&str, &str); 9] = [
     ("integrator", "stokes"),
     ("integrator", "volprim_rf_basic"),
     ("phase", "sggx"),
-    ("sensor", "irradiancemeter"),
     ("shape", "blender"),
 ];
 

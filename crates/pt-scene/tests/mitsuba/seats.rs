@@ -3,7 +3,7 @@
 use pt_math::DVec3;
 use pt_scene::medium::GridFilter;
 use pt_scene::texture::{Layout, Pattern};
-use pt_scene::{Camera, Geometry, LightKind, Projection};
+use pt_scene::{Camera, Geometry, LightKind, Projection, Quantity};
 
 use crate::materials::bitmap;
 use crate::{material, read, refusal};
@@ -77,9 +77,54 @@ fn meters_measure_along_a_ray() {
     let sensor =
         |kind: &str, inside: &str| refusal(&format!("<sensor type=\"{kind}\">{inside}</sensor>"));
     assert!(sensor("radiancemeter", "").contains("expected a film of 1 x 1, found 768 x 576"));
-    assert!(sensor("distant", PIXEL).contains("give a target"));
+    let alone = sensor("irradiancemeter", PIXEL);
+    assert!(alone.contains("inside of a <shape> that does not move"), "{alone}");
     let message = sensor("radiancemeter", &format!("{PIXEL}{given}{node}"));
     assert!(message.contains("expected direction or to_world, not both"), "{message}");
+}
+
+/// A "distant" sensor aims at a shape, which need not be of the scene, or at the disk around the sphere around the scene's box; an
+/// "irradiancemeter" is the shape that it is in.
+#[test]
+fn meters_are_attached_to_surfaces() {
+    let cube = "<shape type=\"cube\"><transform name=\"to_world\"><translate x=\"5\"/></transform></shape>";
+    let distant = |inside: &str| {
+        let direction = "<vector name=\"direction\" value=\"0 0 -2\"/>";
+        let scene =
+            read(&format!("<sensor type=\"distant\">{PIXEL}{direction}{inside}</sensor>{cube}"));
+        let camera = scene.cameras[0].clone();
+        assert!((axis(&camera) - DVec3::NEG_Z).length() < 1e-12);
+        assert_eq!(scene.objects.len(), 1, "the target is not seen");
+        camera.meter.expect("a meter")
+    };
+    let around = distant("");
+    assert_eq!(around.quantity, Quantity::Radiance);
+    assert!((around.to_world.translation - DVec3::new(5.0, 0.0, 0.0)).length() < 1e-12);
+    let axes = around.to_world.matrix3;
+    for side in [axes.x_axis, axes.y_axis] {
+        assert!((side.length() - f64::sqrt(3.0)).abs() < 1e-12 && side.z.abs() < 1e-12, "{side}");
+    }
+    let ball = "<shape type=\"sphere\"><float name=\"radius\" value=\"2\"/></shape>";
+    let aimed = distant(ball);
+    assert_eq!(
+        (aimed.quantity, aimed.geometry),
+        (Quantity::Radiance, Geometry::Sphere { radius: 2.0 })
+    );
+
+    let meter = format!("<sensor type=\"irradiancemeter\" id=\"m\">{PIXEL}</sensor>");
+    let scene = read(&ball.replace("</shape>", &format!("{meter}</shape>")));
+    let camera = &scene.cameras[0];
+    let attached = camera.meter.as_ref().expect("a meter");
+    assert_eq!((camera.name.as_str(), scene.objects.len()), ("m", 1));
+    assert_eq!(attached.quantity, Quantity::Irradiance);
+    assert_eq!(attached.geometry, scene.objects[0].geometry);
+    let merged = format!("<shape type=\"merge\"><shape type=\"cube\">{meter}</shape></shape>");
+    assert!(refusal(&merged).contains("inside of what is merged"));
+    let two = "<point name=\"target\" value=\"0 0 0\"/>";
+    let both = format!("<sensor type=\"distant\">{PIXEL}{two}{ball}</sensor>");
+    assert!(refusal(&both).contains("as a point as well as a shape"));
+    let large = "<shape type=\"cube\"><sensor type=\"irradiancemeter\"/></shape>";
+    assert!(refusal(large).contains("an \"irradiancemeter\" has one pixel"));
 }
 
 /// Mitsuba 3.9.1: seen along +z of its node, +x is at the left of the picture and +y at its top; the width takes the angle,

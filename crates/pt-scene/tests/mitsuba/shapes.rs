@@ -536,7 +536,7 @@ fn smooth_normals_of_mirrored_meshes_follow_their_triangles() {
 fn splats_are_ellipsoids() {
     let shape = |kind: &str, inside: &str| {
         format!(
-            "<shape type=\"{kind}\"><string name=\"filename\" value=\"splats.ply\"/>{inside}</shape>"
+            "<shape type=\"{kind}\"><string name=\"filename\" value=\"parts/splats.ply\"/>{inside}</shape>"
         )
     };
     let radii = |object: &pt_scene::Object| {

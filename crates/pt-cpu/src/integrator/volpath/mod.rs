@@ -216,7 +216,7 @@ impl<'a, W: Witness> VolPath<'a, W> {
         let path = |(start, ray): (u32, Ray)| Walker {
             cone: cone(start, &ray),
             state: State {
-                beta: Spectrum::ONE,
+                beta: Spectrum::splat(scene.importance()),
                 squeeze: 1.0,
                 origin: Lit::in_space(ray.origin),
                 arrival: None,

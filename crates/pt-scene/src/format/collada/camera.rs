@@ -68,6 +68,7 @@ pub(super) fn read<'a>(
         fit,
         medium: None,
         placement: Placement::Node,
+        meter: None,
     }))
 }
 

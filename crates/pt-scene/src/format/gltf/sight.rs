@@ -63,6 +63,7 @@ impl<'a> Reader<'a> {
             fit,
             medium: None,
             placement: Placement::Node,
+            meter: None,
         });
         Ok(())
     }

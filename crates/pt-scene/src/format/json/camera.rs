@@ -13,7 +13,9 @@ use super::out::{Entries, Out};
 use super::schema::{Properties, Schemas};
 use super::shared::{Numbered, Reading, Shared, Tables, Writing};
 use crate::motion::Key;
-use crate::{Aperture, Camera, Fit, LoadError, Motion, Placement, Projection};
+use crate::{
+    Aperture, Camera, Fit, Geometry, LoadError, Meter, Motion, Placement, Projection, Quantity,
+};
 
 record! {
     Camera {
@@ -30,6 +32,7 @@ record! {
         fit: Plain => Fit::default(),
         medium: Numbered::Medium => None,
         placement: Plain => Placement::Node,
+        meter: Plain => None,
     } + projection: Projection; check
 }
 
@@ -43,6 +46,12 @@ fn check(camera: &Camera) -> Result<(), String> {
     }
     Ok(())
 }
+
+record! {
+    Meter { quantity: Plain, to_world: Plain => DAffine3::IDENTITY } + geometry: Geometry
+}
+
+words! { Quantity { Irradiance, Radiance } }
 
 words! { Fit { Whole, Width, Height } }
 

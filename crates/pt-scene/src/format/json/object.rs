@@ -16,7 +16,7 @@ use crate::{Geometry, LoadError, Mesh, Motion, Object, Sides};
 
 impl Fields for Object {
     fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
-        let geometry = geometry(keys, cx)?;
+        let geometry = Geometry::read_fields(keys, cx)?;
         Ok(Self {
             name: keys.read("name", &Plain, Some(String::new()), cx)?,
             to_world: keys.read("to_world", &Plain, Some(DAffine3::IDENTITY), cx)?,
@@ -30,16 +30,7 @@ impl Fields for Object {
 
     fn write_fields(&self, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
         put(out, "name", &Plain, &self.name, Some(String::new()), cx)?;
-        match &self.geometry {
-            Geometry::Sphere { radius } => {
-                out.push((TYPE.to_owned(), Out::text("sphere")));
-                put(out, "radius", &NOT_0, radius, Some(1.0), cx)?;
-            }
-            Geometry::Mesh(mesh) => {
-                out.push((TYPE.to_owned(), Out::text("mesh")));
-                put(out, "mesh", &Plain, mesh, None, cx)?;
-            }
-        }
+        self.geometry.write_fields(out, cx)?;
         put(out, "to_world", &Plain, &self.to_world, Some(DAffine3::IDENTITY), cx)?;
         put(out, "motion", &Plain, &self.motion, Some(None), cx)?;
         write_materials(&self.materials, slots(&self.geometry), out, cx)?;
@@ -55,6 +46,43 @@ impl Fields for Object {
             .with_schema("media", Option::<Sides>::schema(schemas), false)
             .with_schema("materials", json!({"type": "array", "items": material}), false)
             .with_schema("material", material, false);
+        Properties::each_with(Geometry::properties(schemas), &common)
+    }
+}
+
+impl Fields for Geometry {
+    const IS_TAGGED: bool = true;
+
+    fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
+        let tag = keys.tag()?;
+        let name = tag.text().ok_or_else(|| tag.unexpected("a name"))?;
+        match name {
+            "sphere" => Ok(Self::Sphere { radius: keys.read("radius", &NOT_0, Some(1.0), cx)? }),
+            "mesh" => keys.read("mesh", &Plain, None, cx).map(Self::Mesh),
+            _ => {
+                let found = SHAPES.iter().find(|(shape, _)| *shape == name);
+                let known =
+                    ["sphere", "mesh"].into_iter().chain(SHAPES.iter().map(|(name, _)| *name));
+                let (shape, make) = found.ok_or_else(|| tag.unknown("type", name, known))?;
+                Ok(Self::Mesh(shape_named(shape, *make, None, cx)))
+            }
+        }
+    }
+
+    fn write_fields(&self, out: &mut Entries, cx: &mut Writing<'_>) -> Result<(), String> {
+        match self {
+            Self::Sphere { radius } => {
+                out.push((TYPE.to_owned(), Out::text("sphere")));
+                put(out, "radius", &NOT_0, radius, Some(1.0), cx)
+            }
+            Self::Mesh(mesh) => {
+                out.push((TYPE.to_owned(), Out::text("mesh")));
+                put(out, "mesh", &Plain, mesh, None, cx)
+            }
+        }
+    }
+
+    fn properties(schemas: &mut Schemas) -> Vec<Properties> {
         let radius = json!({"type": "number", "not": {"const": 0}, "default": 1});
         let mesh = Arc::<Mesh>::schema(schemas);
         let mut all = vec![
@@ -62,22 +90,7 @@ impl Fields for Object {
             Properties::tag("mesh").with_schema("mesh", mesh, true),
         ];
         all.extend(SHAPES.iter().map(|(name, _)| Properties::tag(name)));
-        Properties::each_with(all, &common)
-    }
-}
-
-fn geometry(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Geometry, LoadError> {
-    let tag = keys.tag()?;
-    let name = tag.text().ok_or_else(|| tag.unexpected("a name"))?;
-    match name {
-        "sphere" => Ok(Geometry::Sphere { radius: keys.read("radius", &NOT_0, Some(1.0), cx)? }),
-        "mesh" => keys.read("mesh", &Plain, None, cx).map(Geometry::Mesh),
-        _ => {
-            let found = SHAPES.iter().find(|(shape, _)| *shape == name);
-            let known = ["sphere", "mesh"].into_iter().chain(SHAPES.iter().map(|(name, _)| *name));
-            let (shape, make) = found.ok_or_else(|| tag.unknown("type", name, known))?;
-            Ok(Geometry::Mesh(shape_named(shape, *make, None, cx)))
-        }
+        all
     }
 }
 

@@ -50,7 +50,7 @@ pub(super) fn shapes(
             let [a, b, c, d, e, f, g, h, i, j] = PROPERTIES;
             let rows =
                 ply::columns::parse(&bytes, &path, [a, b, c, d, e, f, g, h, i, j, "opacity"]);
-            rows.map(|rows| rows.iter().filter_map(|row| faded(row)).collect())
+            rows.map(|rows| rows.iter().filter_map(faded).collect())
         } else {
             let rows = ply::columns::parse(&bytes, &path, PROPERTIES);
             rows.map(|rows| rows.into_iter().map(|row| (row, 1.0)).collect())

@@ -1,6 +1,7 @@
 //! `<film>` with its `<rfilter>`.
 
 use super::super::xml::quote;
+use super::meter::is_aimed;
 use super::object::{Object, Parameters, Tree, unsupported};
 use crate::{Filter, LoadError};
 
@@ -19,10 +20,16 @@ pub(super) struct Film {
     pub(super) has_alpha: bool,
 }
 
+/// The objects inside of a sensor; one that may aim at a shape has that, too.
+pub(super) fn parts(tree: &Tree, sensor: &Object) -> Result<Vec<usize>, LoadError> {
+    let supported = ["film", "sampler", "medium", "sensor", "shape"];
+    tree.children(sensor, &supported[..if is_aimed(sensor) { 5 } else { 4 }])
+}
+
 /// Reads the film of a sensor; without one there is Mitsuba's default.
 pub(super) fn film(tree: &Tree, sensor: &Object) -> Result<Film, LoadError> {
     const DEFAULT: [u32; 2] = [768, 576];
-    let children = tree.children(sensor, &["film", "sampler", "medium", "sensor"])?;
+    let children = parts(tree, sensor)?;
     let Some(film) = tree.only(&children, "film")? else {
         return Ok(Film {
             resolution: DEFAULT,

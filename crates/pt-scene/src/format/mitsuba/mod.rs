@@ -42,6 +42,7 @@ mod film;
 mod instance;
 mod integrator;
 mod medium;
+mod meter;
 mod nesting;
 mod object;
 mod read;

@@ -1,7 +1,7 @@
 //! Plugins of Mitsuba 3.9.1 that are refused by name.
 
 /// Their tags, names, and why.
-const REFUSED: [(&str, &str, &str); 9] = [
+const REFUSED: [(&str, &str, &str); 8] = [
     ("bsdf", "measured_polarized", "light has no polarization here, and no wavelengths"),
     (
         "emitter",
@@ -14,7 +14,6 @@ const REFUSED: [(&str, &str, &str); 9] = [
         "sggx",
         "extinction does not depend on the direction here; take hg, isotropic or rayleigh",
     ),
-    ("sensor", "irradiancemeter", "it measures what arrives on a shape, which is no picture"),
     ("shape", "blender", "its mesh is in the memory of Blender; export it as ply"),
     ("integrator", "stokes", "light has no polarization here; take the integrator inside of it"),
     ("integrator", "depth", "distances are a channel beside light; take path, and --aov depth"),

@@ -7,7 +7,9 @@ use super::super::{cameras, substitute};
 use super::bsdf::{Scattering, scattering};
 use super::daylight::see_spans;
 use super::medium::Media;
+use super::meter::{Sphere, is_aimed};
 use super::object::{Object, Parameters, Tree, error};
+use super::sensor::Seat;
 use super::shape::{Meshes, Shape, shape};
 use super::texture::{self, Textures};
 use super::{ellipsoids, emitter, integrator, sensor};
@@ -42,20 +44,27 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
             }
             "integrator" => integrators.push(index),
             _ => {
+                let first = builder.scene.objects.len();
                 let done = builder.item(index);
                 tree.context.keep(done)?;
+                let attached = attached(tree, object, &builder.scene.objects[first..]);
+                sensors.extend(tree.context.keep(attached)?.flatten());
             }
         }
     }
+    for seat in sensors.iter_mut().filter(|seat| is_aimed(seat.object)) {
+        let aimed = builder.aim(seat);
+        tree.context.keep(aimed)?;
+    }
     let used = used_sensor(tree, &sensors);
-    let is_far = sensors.iter().any(|seat| seat.object.kind == "distant");
-    let beyond = if is_far { reach(&builder.scene) } else { 0.0 };
+    let is_far = sensors.iter().any(|seat| is_aimed(seat.object));
+    let around = if is_far { sphere_around(&builder.scene) } else { Sphere::default() };
     let Scene { cameras, used_camera, settings, warnings, lights, .. } = &mut builder.scene;
     if let Some(used) = sensors.get(used) {
-        *settings = tree.context.keep(sensor::settings(tree, *used))?.unwrap_or_default();
+        *settings = tree.context.keep(sensor::settings(tree, used))?.unwrap_or_default();
     }
     for seat in &sensors {
-        let camera = sensor::camera(tree, *seat, &mut builder.media, beyond);
+        let camera = sensor::camera(tree, seat, &mut builder.media, around);
         cameras.extend(tree.context.keep(camera)?);
     }
     *used_camera = (sensors.len() > 1).then_some(used as u32);
@@ -71,14 +80,37 @@ pub(super) fn build(tree: &Tree) -> Result<Scene, LoadError> {
     Ok(builder.scene)
 }
 
-/// The distance from the origin within which all surfaces are.
-fn reach(scene: &Scene) -> f64 {
-    let extent = framing::surface_extent(scene, None);
-    extent.map_or(0.0, |[low, high]| low.abs().max(high.abs()).length())
+/// The sphere around the box around all surfaces.
+fn sphere_around(scene: &Scene) -> Sphere {
+    let [low, high] = framing::surface_extent(scene, None).unwrap_or_default();
+    Sphere { center: 0.5 * (low + high), radius: 0.5 * (high - low).length() }
+}
+
+/// The only object of a tag inside of another, if there is one.
+fn inside(tree: &Tree, object: &Object, tag: &str) -> Result<Option<usize>, LoadError> {
+    let children = object.children.iter().map(|child| tree.target(child));
+    tree.only(&children.collect::<Result<Vec<_>, _>>()?, tag)
+}
+
+/// The sensor inside of a shape, if there is one.
+fn attached<'t>(
+    tree: &'t Tree,
+    object: &'t Object,
+    made: &[crate::Object],
+) -> Result<Option<Seat<'t>>, LoadError> {
+    if object.tag != "shape" {
+        return Ok(None);
+    }
+    let Some(sensor) = inside(tree, object, "sensor")? else { return Ok(None) };
+    let surface = match made {
+        [one] if one.motion.is_none() => Some((one.geometry.clone(), one.to_world)),
+        _ => None,
+    };
+    Ok(Some(Seat::alone(&tree.objects[sensor]).at(surface)))
 }
 
 /// The number of the sensor that is used: the one that is asked for, or the first.
-fn used_sensor(tree: &Tree, sensors: &[sensor::Seat<'_>]) -> usize {
+fn used_sensor(tree: &Tree, sensors: &[Seat<'_>]) -> usize {
     let names: Vec<_> = sensors.iter().map(|seat| seat.object.name()).collect();
     let wanted = tree.context.options().camera.as_ref();
     // One that is not there is refused when all has been read.
@@ -118,6 +150,21 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// Finds the shape that a sensor aims at, which need not be one of the scene.
+    fn aim(&mut self, seat: &mut Seat<'_>) -> Result<(), LoadError> {
+        let tree = self.tree;
+        let Some(target) = inside(tree, seat.object, "shape")? else { return Ok(()) };
+        let target = &tree.objects[target];
+        let Shape { geometry, to_world, motion } =
+            shape(tree, target, &mut self.meshes, &mut self.scene.warnings)?;
+        if motion.is_some() {
+            let message = "the shape that a sensor aims at moves; expected one that does not";
+            return Err(error(&target.at, message));
+        }
+        seat.surface = Some((geometry, to_world));
+        Ok(())
+    }
+
     /// Places a shape, or those that it stands for, in the world.
     fn place(&mut self, index: usize) -> Result<(), LoadError> {
         let object = &self.tree.objects[index];
@@ -128,6 +175,10 @@ impl Builder<'_> {
             "merge" => {
                 Parameters::new(object).finish()?;
                 for shape in self.tree.children(object, &["shape"])? {
+                    if let Some(sensor) = inside(self.tree, &self.tree.objects[shape], "sensor")? {
+                        let message = "a sensor cannot stand inside of what is merged";
+                        return Err(error(&self.tree.objects[sensor].at, message));
+                    }
                     let placed = self.place(shape);
                     self.tree.context.keep(placed)?;
                 }
@@ -152,8 +203,8 @@ impl Builder<'_> {
             vec![shape(tree, object, &mut self.meshes, &mut self.scene.warnings)?]
         };
         let has_shell = object.kind == "ellipsoidsmesh";
-        let supported = ["bsdf", "emitter", "medium", "shape"];
-        let children = tree.children(object, &supported[..if has_shell { 4 } else { 3 }])?;
+        let supported = ["bsdf", "emitter", "medium", "sensor", "shape"];
+        let children = tree.children(object, &supported[..if has_shell { 5 } else { 4 }])?;
         let bsdf = tree.only(&children, "bsdf")?;
         let emitter = tree.only(&children, "emitter")?;
         let material = self.material(object, (bsdf, emitter))?;
@@ -164,7 +215,7 @@ impl Builder<'_> {
             motion,
             geometry,
             materials: vec![Some(material)],
-            media: media.clone(),
+            media,
             at: object.at.clone(),
         };
         Ok(shapes.into_iter().map(object).collect())

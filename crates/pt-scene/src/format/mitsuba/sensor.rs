@@ -2,15 +2,22 @@
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
-use super::super::transform::perpendicular;
 use super::super::xml::quote;
-use super::film::{Film, film};
+use super::film::{self, Film, film};
 use super::medium::Media;
+use super::meter::{METERS, Sphere, meter};
 use super::object::{Object, Parameters, Tree, error, unsupported};
-use crate::{Camera, FileSettings, Fit, LoadError, Motion, Placement, Projection};
+use crate::{Camera, FileSettings, Fit, Geometry, LoadError, Motion, Placement, Projection};
 
-const SENSORS: [&str; 6] =
-    ["batch", "distant", "orthographic", "perspective", "radiancemeter", "thinlens"];
+const SENSORS: [&str; 7] = [
+    "batch",
+    "distant",
+    "irradiancemeter",
+    "orthographic",
+    "perspective",
+    "radiancemeter",
+    "thinlens",
+];
 const SAMPLERS: [&str; 5] = ["independent", "ldsampler", "multijitter", "orthogonal", "stratified"];
 
 /// The diagonal of 35 mm film in millimetres, to which focal lengths refer.
@@ -19,18 +26,32 @@ fn film_diagonal() -> f64 {
 }
 
 /// A sensor, and the sensor whose film and sampler it uses.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct Seat<'t> {
     pub(super) object: &'t Object,
     holder: &'t Object,
     /// How many sensors share the film, side by side.
     count: u32,
+    /// The surface that a meter is attached to or aims at, and its place.
+    pub(super) surface: Option<(Geometry, DAffine3)>,
+}
+
+impl<'t> Seat<'t> {
+    /// A sensor with its own film.
+    pub(super) fn alone(object: &'t Object) -> Self {
+        Self { object, holder: object, count: 1, surface: None }
+    }
+
+    /// The same of a surface.
+    pub(super) fn at(self, surface: Option<(Geometry, DAffine3)>) -> Self {
+        Self { surface, ..self }
+    }
 }
 
 /// The sensors that one stands for: those of a "batch" share its film. A note says that they are not shown side by side.
 pub(super) fn seats<'t>(tree: &'t Tree, object: &'t Object) -> Result<Vec<Seat<'t>>, LoadError> {
     if object.kind != "batch" {
-        return Ok(vec![Seat { object, holder: object, count: 1 }]);
+        return Ok(vec![Seat::alone(object)]);
     }
     let mut parameters = Parameters::new(object);
     parameters.pass_over(&["srf"]);
@@ -57,11 +78,12 @@ pub(super) fn seats<'t>(tree: &'t Tree, object: &'t Object) -> Result<Vec<Seat<'
         );
         tree.context.note(object.at.clone(), message);
     }
-    Ok(sensors.into_iter().map(|sensor| Seat { object: sensor, holder: object, count }).collect())
+    let seat = |sensor| Seat { object: sensor, holder: object, count, surface: None };
+    Ok(sensors.into_iter().map(seat).collect())
 }
 
 /// The film of a sensor, or its share of the one that it uses.
-fn film_of(tree: &Tree, seat: Seat<'_>) -> Result<Film, LoadError> {
+fn film_of(tree: &Tree, seat: &Seat<'_>) -> Result<Film, LoadError> {
     let mut film = film(tree, seat.holder)?;
     film.resolution[0] /= seat.count;
     if seat.count > 1 && film.crop.take().is_some() {
@@ -70,12 +92,12 @@ fn film_of(tree: &Tree, seat: Seat<'_>) -> Result<Film, LoadError> {
     Ok(film)
 }
 
-/// A camera. Nothing is farther from the origin of the world than `beyond`.
+/// A camera of a scene whose surfaces are in a sphere.
 pub(super) fn camera(
     tree: &Tree,
-    seat: Seat<'_>,
+    seat: &Seat<'_>,
     media: &mut Media<'_>,
-    beyond: f64,
+    around: Sphere,
 ) -> Result<Camera, LoadError> {
     let object = seat.object;
     if !SENSORS.contains(&object.kind.as_str()) {
@@ -83,8 +105,8 @@ pub(super) fn camera(
     }
     let mut parameters = Parameters::new(object);
     let resolution = film_of(tree, seat)?.resolution;
-    if matches!(object.kind.as_str(), "distant" | "radiancemeter") {
-        return meter(seat, media, beyond, resolution);
+    if METERS.contains(&object.kind.as_str()) {
+        return meter(seat, media, around, resolution);
     }
     let [width, height] = resolution.map(f64::from);
     let aspect = width / height;
@@ -110,6 +132,7 @@ pub(super) fn camera(
         fit: Fit::Whole,
         medium: media.around(object)?,
         placement: Placement::Node,
+        meter: None,
     };
     match object.kind.as_str() {
         "orthographic" => take_scale(&mut camera),
@@ -130,72 +153,8 @@ pub(super) fn camera(
     Ok(camera)
 }
 
-/// A sensor of one pixel that measures the radiance along a ray: of its origin and direction, or towards a target from beyond all
-/// surfaces.
-fn meter(
-    seat: Seat<'_>,
-    media: &mut Media<'_>,
-    beyond: f64,
-    resolution: [u32; 2],
-) -> Result<Camera, LoadError> {
-    /// Half the width of the bundle of rays, which has to have one.
-    const HALF: f64 = 1e-6;
-    let object = seat.object;
-    if resolution != [1; 2] {
-        let [width, height] = resolution;
-        let message = format!(
-            "a {} has one pixel; expected a film of 1 x 1, found {width} x {height}",
-            quote(&object.kind)
-        );
-        return Err(error(&object.at, message));
-    }
-    let mut parameters = Parameters::new(object);
-    let is_distant = object.kind == "distant";
-    let node = parameters.transform("to_world")?;
-    let given = parameters.vector("direction")?;
-    let direction = given.unwrap_or(node.matrix3.z_axis);
-    let Some(direction) = direction.try_normalize() else {
-        return Err(parameters.refuse("direction", "the direction is zero"));
-    };
-    let origin = if is_distant {
-        let Some(target) = parameters.vector("target")? else {
-            let message = "without a <point name=\"target\">, a \"distant\" sensor measures the mean over a disk \
-                           around the scene, which is no picture; give a target";
-            return Err(error(&object.at, message));
-        };
-        target - direction * (beyond + target.length())
-    } else {
-        parameters.vector("origin")?.unwrap_or(node.translation)
-    };
-    if given.is_some() && parameters.find("to_world").is_some() {
-        let message = "expected direction or to_world, not both";
-        return Err(parameters.refuse("direction", message));
-    }
-    let shutter = shutter(&mut parameters)?;
-    parameters.pass_over(&["srf"]);
-    parameters.finish()?;
-    let z = -direction;
-    let x = perpendicular(z);
-    Ok(Camera {
-        name: object.name().to_owned(),
-        to_world: DAffine3::from_mat3_translation(DMat3::from_cols(x, z.cross(x), z), origin),
-        motion: None,
-        shutter,
-        projection: Projection::Orthographic { half_width: HALF, half_height: HALF },
-        near: HALF,
-        far: f64::INFINITY,
-        lens_radius: 0.0,
-        aperture: None,
-        focal_distance: 1.0,
-        film_offset: [0.0; 2],
-        fit: Fit::Whole,
-        medium: media.around(object)?,
-        placement: Placement::Node,
-    })
-}
-
 /// When the shutter opens and closes.
-fn shutter(parameters: &mut Parameters<'_>) -> Result<[f64; 2], LoadError> {
+pub(super) fn shutter(parameters: &mut Parameters<'_>) -> Result<[f64; 2], LoadError> {
     let open = parameters.float("shutter_open")?.unwrap_or(0.0);
     let close = parameters.float("shutter_close")?.unwrap_or(0.0);
     if open <= close {
@@ -300,7 +259,7 @@ pub(super) fn fields_of_view(
 }
 
 /// What a sensor asks for with its film and its sampler.
-pub(super) fn settings(tree: &Tree, seat: Seat<'_>) -> Result<FileSettings, LoadError> {
+pub(super) fn settings(tree: &Tree, seat: &Seat<'_>) -> Result<FileSettings, LoadError> {
     let Film { resolution, crop, filter, has_alpha } = film_of(tree, seat)?;
     let settings = FileSettings {
         resolution: Some(resolution),
@@ -309,8 +268,9 @@ pub(super) fn settings(tree: &Tree, seat: Seat<'_>) -> Result<FileSettings, Load
         aovs: if has_alpha { vec!["alpha"] } else { Vec::new() },
         ..FileSettings::default()
     };
-    let children = tree.children(seat.holder, &["film", "sampler", "medium", "sensor"])?;
-    let Some(sampler) = tree.only(&children, "sampler")? else { return Ok(settings) };
+    let Some(sampler) = tree.only(&film::parts(tree, seat.holder)?, "sampler")? else {
+        return Ok(settings);
+    };
     let sampler = &tree.objects[sampler];
     if !SAMPLERS.contains(&sampler.kind.as_str()) {
         return Err(unsupported(sampler, &SAMPLERS));

@@ -91,6 +91,7 @@ pub(super) fn camera(
         fit: Fit::Whole,
         medium,
         placement: Placement::Node,
+        meter: None,
     };
     entity.finish()?;
     Ok((camera, (shutter[1] - shutter[0]) * lens.map_or(1.0, |lens| lens.light)))

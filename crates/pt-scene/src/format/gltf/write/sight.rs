@@ -50,6 +50,10 @@ impl Writer<'_> {
         };
         let [near, far] = [camera.near, camera.far].map(|x| x * self.metres);
         let scale = [to_world.matrix3.x_axis, to_world.matrix3.y_axis].map(DVec3::length);
+        if camera.meter.is_some() {
+            self.notes.tell(&place, "it is left out: glTF has no meters");
+            return Ok(());
+        }
         let view = match camera.projection {
             Projection::Panorama => {
                 self.notes.tell(&place, "it is left out: glTF has no panoramas");

@@ -1,0 +1,137 @@
+//! Sensors of one pixel that are no cameras: `radiancemeter`, `distant` and `irradiancemeter`.
+
+use pt_math::{DAffine3, DMat3, DVec3};
+
+use super::super::transform::perpendicular;
+use super::super::xml::quote;
+use super::medium::Media;
+use super::object::{Object, Parameters, error};
+use super::sensor::{Seat, shutter};
+use crate::{Camera, Fit, Geometry, LoadError, Meter, Placement, Projection, Quantity, shapes};
+
+pub(super) const METERS: [&str; 3] = ["distant", "irradiancemeter", "radiancemeter"];
+
+/// A sphere in the world.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Sphere {
+    pub(super) center: DVec3,
+    pub(super) radius: f64,
+}
+
+/// The camera of a meter, in a scene whose surfaces are in a sphere.
+pub(super) fn meter(
+    seat: &Seat<'_>,
+    media: &mut Media<'_>,
+    around: Sphere,
+    resolution: [u32; 2],
+) -> Result<Camera, LoadError> {
+    /// Half the width of the bundle of rays, which has to have one.
+    const HALF: f64 = 1e-6;
+    let object = seat.object;
+    if resolution != [1; 2] {
+        let [width, height] = resolution;
+        let message = format!(
+            "{} {} has one pixel; expected a film of 1 x 1, found {width} x {height}",
+            if object.kind.starts_with('i') { "an" } else { "a" },
+            quote(&object.kind)
+        );
+        return Err(error(&object.at, message));
+    }
+    let mut parameters = Parameters::new(object);
+    let (to_world, meter) = match object.kind.as_str() {
+        "irradiancemeter" => irradiance(seat)?,
+        "distant" => distant(seat, &mut parameters, around)?,
+        _ => {
+            let (direction, node) = direction(&mut parameters)?;
+            let origin = parameters.vector("origin")?.unwrap_or(node.translation);
+            (looking(direction, origin), None)
+        }
+    };
+    let shutter = shutter(&mut parameters)?;
+    parameters.pass_over(&["srf"]);
+    parameters.finish()?;
+    Ok(Camera {
+        name: object.name().to_owned(),
+        to_world,
+        motion: None,
+        shutter,
+        projection: Projection::Orthographic { half_width: HALF, half_height: HALF },
+        near: HALF,
+        far: f64::INFINITY,
+        lens_radius: 0.0,
+        aperture: None,
+        focal_distance: 1.0,
+        film_offset: [0.0; 2],
+        fit: Fit::Whole,
+        medium: media.around(object)?,
+        placement: Placement::Node,
+        meter,
+    })
+}
+
+/// What arrives on the shape that a sensor is inside of.
+fn irradiance(seat: &Seat<'_>) -> Result<(DAffine3, Option<Meter>), LoadError> {
+    let Some((geometry, to_world)) = seat.surface.clone() else {
+        let message = "it stands alone; expected an \"irradiancemeter\" inside of a <shape> that does not move, whose \
+                       surface it measures at";
+        return Err(error(&seat.object.at, message));
+    };
+    let meter = Meter { quantity: Quantity::Irradiance, geometry, to_world };
+    Ok((DAffine3::IDENTITY, Some(meter)))
+}
+
+/// What comes along a direction from beyond all surfaces: to a point, to a shape, or to the disk around the scene.
+fn distant(
+    seat: &Seat<'_>,
+    parameters: &mut Parameters<'_>,
+    around: Sphere,
+) -> Result<(DAffine3, Option<Meter>), LoadError> {
+    let (direction, _) = direction(parameters)?;
+    let target = parameters.vector("target")?;
+    let (geometry, to_world) = match (target, seat.surface.clone()) {
+        (Some(_), Some(_)) => {
+            let message = "the target is given as a point as well as a shape";
+            return Err(parameters.refuse("target", message));
+        }
+        (Some(point), None) => {
+            let back = (point - around.center).length() + around.radius;
+            return Ok((looking(direction, point - direction * back), None));
+        }
+        (None, Some(surface)) => surface,
+        (None, None) => {
+            let disk = looking(direction, around.center);
+            let linear = disk.matrix3 * around.radius.max(f64::from(f32::MIN_POSITIVE));
+            let disk = DAffine3::from_mat3_translation(linear, around.center);
+            (Geometry::Mesh(shapes::disk().into()), disk)
+        }
+    };
+    let meter = Meter { quantity: Quantity::Radiance, geometry, to_world };
+    Ok((looking(direction, around.center), Some(meter)))
+}
+
+/// The unit direction of a sensor, by itself or as that of its node, and the node.
+fn direction(parameters: &mut Parameters<'_>) -> Result<(DVec3, DAffine3), LoadError> {
+    let node = parameters.transform("to_world")?;
+    let given = parameters.vector("direction")?;
+    if given.is_some() && parameters.find("to_world").is_some() {
+        let message = "expected direction or to_world, not both";
+        return Err(parameters.refuse("direction", message));
+    }
+    let direction = given.unwrap_or(node.matrix3.z_axis);
+    let Some(direction) = direction.try_normalize() else {
+        return Err(parameters.refuse("direction", "the direction is zero"));
+    };
+    Ok((direction, node))
+}
+
+/// The node of a camera that looks along a unit direction.
+fn looking(direction: DVec3, origin: DVec3) -> DAffine3 {
+    let z = -direction;
+    let x = perpendicular(z);
+    DAffine3::from_mat3_translation(DMat3::from_cols(x, z.cross(x), z), origin)
+}
+
+/// Whether a sensor may aim at a shape.
+pub(super) fn is_aimed(sensor: &Object) -> bool {
+    sensor.kind == "distant"
+}
