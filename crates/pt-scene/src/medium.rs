@@ -140,7 +140,7 @@ pub enum GridFilter {
 pub struct Grid {
     /// Cells along x, y and z, each at least 1.
     pub resolution: [u32; 3],
-    /// Numbers per cell: 1 or 3.
+    /// Numbers per cell: 1, 3, or the 6 of [`Phase::Microflakes`].
     pub channels: u32,
     /// The numbers of each cell side by side; x runs fastest, then y, then z.
     pub values: Vec<f32>,
@@ -193,6 +193,13 @@ pub enum Phase {
         /// Values at equal steps of the cosine of the angle by which light is turned, from −1 to 1, and linear
         /// between; their scale does not matter.
         values: Vec<f32>,
+    },
+    /// By mirrors that are flat and small, and turned alike. How much light is taken away depends on its direction: the extinction
+    /// is multiplied by √(ωᵀ S ω). [Heitz, Dupuy, Crassin & Dachsbacher 2015, "The SGGX Microflake Distribution"]
+    Microflakes {
+        /// The positive definite matrices S in the coordinates of the world, as xx, yy, zz, xy, xz, yz: a grid of six numbers. One
+        /// of more cells is for heterogeneous media.
+        matrices: PlacedGrid,
     },
     /// By particles of two kinds.
     Blend(Box<PhaseBlend>),

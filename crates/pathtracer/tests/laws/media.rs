@@ -152,6 +152,7 @@ fn value(phase: &Phase, cos: f64) -> f64 {
             let share = f64::from(blend.share);
             (1.0 - share) * value(&blend.first, cos) + share * value(&blend.second, cos)
         }
+        Phase::Microflakes { .. } => panic!("they do not depend on the angle alone"),
     }
 }
 
@@ -210,6 +211,74 @@ fn single_scattering_follows_its_closed_form() {
     }
 }
 
+/// Microflakes in the cube [−1, 1]³: the same everywhere, or from one kind to the other along x.
+fn flakes(matrices: &[[f32; 6]]) -> Phase {
+    let resolution = [matrices.len() as u32, 1, 1];
+    let grid = Grid { resolution, channels: 6, values: matrices.concat() };
+    let to_world =
+        DAffine3::from_scale([2.0; 3].into()) * DAffine3::from_translation([-0.5; 3].into());
+    let filter = GridFilter::Trilinear;
+    Phase::Microflakes { matrices: PlacedGrid { grid: Arc::new(grid), to_world, filter } }
+}
+
+const FLAKES: [f32; 6] = [0.15, 0.25, 0.9, 0.02, -0.1, 0.2];
+const FIBRES: [f32; 6] = [0.6, 0.55, 0.08, 0.1, 0.02, -0.05];
+
+/// Light that a layer of depth D with microflakes scatters once, seen from straight above: with σ(ω)² = ωᵀSω, the extinction is
+/// σt σ(ω), and σs σ(ωo) p(ωo, ωi) = σs D(ωh) / 4 with D(ω) = 1 / (π √|S| (ωᵀS⁻¹ω)²).
+#[test]
+fn single_scattering_of_microflakes_follows_its_closed_form() {
+    const DEPTH: f64 = 2.0;
+    const IRRADIANCE: f32 = 3.0;
+    let to_light = DVec3::new(0.6, 0.0, 0.8);
+    for entries in [FLAKES, FIBRES] {
+        let [xx, yy, zz, xy, xz, yz] = entries.map(f64::from);
+        let s = DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
+        let area = |w: DVec3| w.dot(s * w).sqrt();
+        let half = (to_light + DVec3::Z).normalize();
+        let stretch = half.dot(s.inverse() * half);
+        let normals = 1.0 / (PI * s.determinant().sqrt() * stretch * stretch);
+        for medium in [
+            homogeneous([0.7; 3], [0.6; 3], flakes(&[entries])),
+            grid(Grid::uniform(0.35), 2.0, Volume::Constant([0.6; 3]), flakes(&[entries])),
+            grid(Grid::uniform(0.35), 2.0, Volume::Constant([0.6; 3]), flakes(&[entries; 3])),
+        ] {
+            let light = LightKind::Directional { irradiance: [IRRADIANCE; 3] };
+            let scene = Builder::default().light(light, looking(to_light, DVec3::ZERO));
+            let wide = DAffine3::from_scale(DVec3::new(50.0, 50.0, 1.0));
+            let mut scene = block(scene, wide, medium).seen_by(straight());
+            if let Matter::Heterogeneous(grid) = &mut scene.media[0].matter {
+                grid.extinction.to_world = wide * grid.extinction.to_world;
+            }
+            let film = render(&scene, size([6, 6]), with_depth(4096, 1));
+            let path = 0.7 * (area(DVec3::Z) + area(to_light) / to_light.z);
+            let scattered = 0.7 * 0.6 * normals / 4.0 * f64::from(IRRADIANCE);
+            let want = scattered * (1.0 - (-path * DEPTH).exp()) / path;
+            assert_uniform(film.film(), want, sidak(1e-4, 6), &format!("{entries:?}"));
+        }
+    }
+}
+
+#[test]
+fn microflakes_that_make_no_sense_are_refused() {
+    let flat = [1.0, 1.0, 1.0, 1.0, 0.0, 0.0];
+    let even = |phase| homogeneous([1.0; 3], [0.5; 3], phase);
+    let blend = PhaseBlend { first: flakes(&[FLAKES]), second: FORWARDS, share: 0.5 };
+    for (medium, word) in [
+        (even(flakes(&[flat])), "not positive definite"),
+        (cloud(1.0, [0.5; 3], flakes(&[FLAKES, flat])), "not positive definite"),
+        (even(flakes(&[FLAKES, FIBRES])), "need a heterogeneous one"),
+        (even(Phase::Blend(Box::new(blend))), "cannot be blended"),
+    ] {
+        let scene = block(Builder::default().sky(1.0), DAffine3::IDENTITY, medium);
+        let Err(error) = Session::new(&scene.seen_by(straight()), size([2, 2]), with_depth(1, 1))
+        else {
+            panic!("{word} is not said")
+        };
+        assert!(error.to_string().contains(word), "{error}");
+    }
+}
+
 /// Under an even sky of radiance 1, what absorbs nothing has radiance 1 too, whatever scatters in it.
 #[test]
 fn media_that_absorb_nothing_are_invisible_under_an_even_sky() {
@@ -223,6 +292,8 @@ fn media_that_absorb_nothing_are_invisible_under_an_even_sky() {
             ("cloud", cloud(3.0, white, Phase::Isotropic)),
             ("cloud, forwards", cloud(3.0, white, FORWARDS)),
             ("coloured cloud", colored_cloud(3.0, white, FORWARDS)),
+            ("flakes", homogeneous([2.0; 3], white, flakes(&[FLAKES]))),
+            ("turning flakes", colored_cloud(4.0, white, flakes(&[FLAKES, FIBRES]))),
         ]
     };
     let inside = [("nothing", None), ("glass", Some(glass(1.5))), ("bubble", Some(glass(0.75)))];

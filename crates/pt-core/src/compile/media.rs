@@ -10,10 +10,10 @@ use pt_scene::{Medium, Placement, Scene, Sides, Span};
 use super::{CompileError, CompileOptions, camera};
 use crate::id::Id;
 use crate::medium::{
-    Albedo, Boundary, Cloud, Density, Emission, Field, GridMedium, Heat, Homogeneous, Matter,
-    Media, MediumRecord,
+    Albedo, Boundary, Cloud, Density, Emission, Field, Flakes, GridMedium, Heat, Homogeneous,
+    Matter, Media, MediumRecord, Phase as PhaseRecord,
 };
-use crate::phase::{AnyPhase, Blend, HenyeyGreenstein, Isotropic, Rayleigh, Table};
+use crate::phase::{AnyPhase, Blend, HenyeyGreenstein, Isotropic, Microflakes, Rayleigh, Table};
 use crate::scene::SurfaceRecord;
 
 /// Most collisions that a ray through a grid may need on average where all of it is as dense as its
@@ -101,15 +101,38 @@ fn record(medium: &Medium, metres: f64) -> Result<MediumRecord, CompileError> {
             Matter::Grid(Box::new(GridMedium::new(Density::Cloud(cloud), scale, albedo, None)))
         }
     };
-    Ok(MediumRecord { matter, phase: phase(&medium.phase).map_err(refuse)? })
+    let phase = phase_record(&medium.phase, &matter, metres).map_err(refuse)?;
+    Ok(MediumRecord { matter, phase })
 }
 
+fn phase_record(of: &Phase, matter: &Matter, metres: f64) -> Result<PhaseRecord, String> {
+    let Phase::Microflakes { matrices } = of else { return phase(of).map(PhaseRecord::Same) };
+    check_grid(matrices, &[6])?;
+    let indefinite = || "a matrix of microflakes is not positive definite".to_owned();
+    if let ([1, 1, 1], [entries]) = (matrices.grid.resolution, matrices.grid.values.as_chunks().0) {
+        return Ok(PhaseRecord::Same(Microflakes::new(*entries).ok_or_else(indefinite)?.into()));
+    }
+    if matches!(matter, Matter::Homogeneous(_)) {
+        return Err(
+            "a homogeneous medium is the same everywhere; microflakes by a grid of more than one cell need a \
+             heterogeneous one"
+                .to_owned(),
+        );
+    }
+    let flakes = Flakes::new(field(matrices, metres)).ok_or_else(indefinite)?;
+    Ok(PhaseRecord::Flakes(Box::new(flakes)))
+}
+
+/// A phase function that is the same everywhere.
 fn phase(phase: &Phase) -> Result<AnyPhase, String> {
     Ok(match phase {
         Phase::Isotropic => Isotropic.into(),
         Phase::Rayleigh => Rayleigh.into(),
         Phase::HenyeyGreenstein { g } => henyey_greenstein(*g)?.into(),
         Phase::Table { values } => Table::new(values)?.into(),
+        Phase::Microflakes { .. } => {
+            return Err("microflakes cannot be blended with other particles".to_owned());
+        }
         Phase::Blend(_) => {
             let mut parts = Vec::new();
             add_parts(phase, 1.0, &mut parts)?;

@@ -7,11 +7,11 @@ use pt_math::sampler::Stream;
 use pt_math::{FloatExt, Mat3, Ray, Spectrum, Vec3, trig};
 use pt_scene::medium::{Grid, GridFilter};
 
-use super::Flight;
 use super::cloud::Cloud;
 use super::emission::Emission;
 use super::homogeneous::balanced;
 use super::majorant::Majorants;
+use super::{Flight, Phase};
 
 /// A grid in the world.
 #[derive(Clone, Debug)]
@@ -121,7 +121,7 @@ impl Field {
     }
 
     /// A point of the world in the unit cube.
-    fn to_unit(&self, p: Vec3) -> Vec3 {
+    pub(super) fn to_unit(&self, p: Vec3) -> Vec3 {
         self.to_unit * (p - self.corner)
     }
 
@@ -209,14 +209,14 @@ impl GridMedium {
     }
 
     /// Distances by the majorant of each part of the grid, for a path with throughput `beta`.
-    pub fn sample(&self, ray: &Ray, beta: Spectrum, stream: &mut Stream) -> Flight {
+    pub fn sample(&self, ray: &Ray, phase: &Phase, beta: Spectrum, stream: &mut Stream) -> Flight {
         if matches!(self.albedo, Albedo::Constant(albedo) if albedo.is_black()) {
-            return Flight::Passed { weight: self.transmittance(ray, stream) };
+            return Flight::Passed { weight: self.transmittance(ray, phase, stream) };
         }
         let (found, weight) = if self.is_grey() {
-            (self.collide_grey(ray, stream), Spectrum::ONE)
+            (self.collide_grey(ray, phase, stream), Spectrum::ONE)
         } else {
-            self.collide_colored(ray, beta, stream, |_, _| ())
+            self.collide_colored((ray, phase), beta, stream, |_, _| ())
         };
         let Some(t) = found else { return Flight::Passed { weight } };
         Flight::Scattered { t, weight: weight * self.albedo.at(ray.at(t)) }
@@ -225,7 +225,13 @@ impl GridMedium {
     /// The light that comes to the start of a ray from all of its interval, for a path with throughput `beta`: the sum over
     /// collisions of σa Le over the majorant, each weighted by what gets from there to the start. Its mean is ∫ T σa Le dt.
     /// [Novák et al. 2018, "Monte Carlo methods for volumetric light transport simulation", §5.3: by collisions]
-    pub fn emitted(&self, ray: &Ray, beta: Spectrum, stream: &mut Stream) -> Spectrum {
+    pub fn emitted(
+        &self,
+        ray: &Ray,
+        phase: &Phase,
+        beta: Spectrum,
+        stream: &mut Stream,
+    ) -> Spectrum {
         let Some(emission) = &self.emission else { return Spectrum::ZERO };
         let glow = |t: f32| {
             let p = ray.at(t);
@@ -233,31 +239,31 @@ impl GridMedium {
         };
         let mut sum = Spectrum::ZERO;
         if self.is_grey() {
-            self.collide(ray, stream, |p, t, majorant, choice| {
+            self.collide((ray, phase), stream, |p, t, majorant, choice| {
                 let share = self.share(p, majorant);
                 sum += glow(t) * share;
                 choice < share
             });
             return sum;
         }
-        self.collide_colored(ray, beta, stream, |t, weighted| sum += weighted * glow(t));
+        self.collide_colored((ray, phase), beta, stream, |t, weighted| sum += weighted * glow(t));
         sum
     }
 
     /// The product of 1 − σt / majorant at all distances that [`Self::sample`] would draw until the end,
     /// whose mean is the transmittance. [ratio tracking: Novák, Selle & Jarosz 2014, "Residual Ratio
     /// Tracking for Estimating Attenuation in Participating Media"]
-    pub fn transmittance(&self, ray: &Ray, stream: &mut Stream) -> Spectrum {
+    pub fn transmittance(&self, ray: &Ray, phase: &Phase, stream: &mut Stream) -> Spectrum {
         if self.is_grey() {
             let mut product = 1.0;
-            self.collide(ray, stream, |p, _, majorant, _| {
+            self.collide((ray, phase), stream, |p, _, majorant, _| {
                 product *= 1.0 - self.share(p, majorant);
                 product == 0.0
             });
             return Spectrum::splat(product);
         }
         let mut product = Spectrum::ONE;
-        self.collide(ray, stream, |p, _, majorant, _| {
+        self.collide((ray, phase), stream, |p, _, majorant, _| {
             product *= Spectrum::ONE - self.shares(p, majorant);
             product.is_black()
         });
@@ -283,8 +289,10 @@ impl GridMedium {
 
     /// Light is scattered with the probability that the extinction is of the majorant. [Woodcock et al. 1965;
     /// Novák et al. 2018, "Monte Carlo methods for volumetric light transport simulation", §5.1.2]
-    fn collide_grey(&self, ray: &Ray, stream: &mut Stream) -> Option<f32> {
-        self.collide(ray, stream, |p, _, majorant, choice| choice < self.share(p, majorant))
+    fn collide_grey(&self, ray: &Ray, phase: &Phase, stream: &mut Stream) -> Option<f32> {
+        self.collide((ray, phase), stream, |p, _, majorant, choice| {
+            choice < self.share(p, majorant)
+        })
     }
 
     /// The same by one majorant of all channels; light is scattered with the mean of their probabilities, each by
@@ -299,7 +307,7 @@ impl GridMedium {
     /// extinction.
     fn collide_colored(
         &self,
-        ray: &Ray,
+        (ray, phase): (&Ray, &Phase),
         beta: Spectrum,
         stream: &mut Stream,
         mut see: impl FnMut(f32, Spectrum),
@@ -307,7 +315,7 @@ impl GridMedium {
         let sum = |spectrum: Spectrum| spectrum.to_array().iter().sum::<f32>();
         let share = beta / sum(beta);
         let mut weight = Spectrum::ONE;
-        let found = self.collide(ray, stream, |p, t, majorant, choice| {
+        let found = self.collide((ray, phase), stream, |p, t, majorant, choice| {
             let shares = self.shares(p, majorant);
             let scattered = weight * shares;
             see(t, scattered);
@@ -320,19 +328,24 @@ impl GridMedium {
     }
 
     /// Goes through the collisions that there would be if all of a part of the grid were as dense as
-    /// its densest place, until `stop` says so of one, by where it is in the unit cube and on the ray, the majorant there and a
-    /// number from [0, 1).
+    /// its densest place, until `stop` says so of one, by where it is in the unit cube and on the ray, the majorant there (over the share of flakes that is
+    /// seen) and a number from [0, 1).
     fn collide(
         &self,
-        ray: &Ray,
+        (ray, phase): (&Ray, &Phase),
         stream: &mut Stream,
         mut stop: impl FnMut(Vec3, f32, f32, f32) -> bool,
     ) -> Option<f32> {
         let origin = self.extinction.to_unit(ray.origin);
         let direction = self.extinction.to_unit_direction(ray.direction);
         let local = Ray { origin, direction, ..*ray };
+        let axis = ray.direction.normalize();
+        let area = match phase {
+            Phase::Same(phase) => phase.area(axis),
+            Phase::Flakes(flakes) => flakes.most(),
+        };
         // Per unit of the ray's parameter.
-        let scale = self.scale * ray.direction.length();
+        let scale = self.scale * ray.direction.length() * area;
         let found = self.majorants.walk(&local, |[from, to], majorant| {
             let per_t = majorant * scale;
             let depth = (to - from) * per_t;
@@ -346,6 +359,11 @@ impl GridMedium {
                     return ControlFlow::Continue(());
                 }
                 let t = from + passed / per_t;
+                let majorant = match phase {
+                    Phase::Same(_) => majorant,
+                    // Where less of the flakes is seen, more of the majorant is nothing.
+                    Phase::Flakes(flakes) => majorant / flakes.share(ray.at(t), axis),
+                };
                 if stop(local.at(t), t, majorant, choice) {
                     return ControlFlow::Break(t);
                 }

@@ -8,9 +8,10 @@ use pt_scene::medium::{Grid, GridFilter};
 use pt_testing::{mean_z_test, sidak};
 
 use super::{
-    Albedo, Cloud, Density, Emission, Field, Flight, GridMedium, Homogeneous, Matter, MediumRecord,
+    Albedo, Cloud, Density, Emission, Field, Flakes, Flight, GridMedium, Homogeneous, Matter,
+    MediumRecord, Phase,
 };
-use crate::phase::Isotropic;
+use crate::phase::{Isotropic, Microflakes, PhaseFunction};
 
 const SAMPLES: u32 = 40_000;
 
@@ -21,7 +22,7 @@ fn ray() -> Ray {
 }
 
 fn record(matter: Matter) -> MediumRecord {
-    MediumRecord { matter, phase: Isotropic.into() }
+    MediumRecord { matter, phase: Phase::Same(Isotropic.into()) }
 }
 
 fn homogeneous(extinction: [f32; 3], albedo: f32) -> MediumRecord {
@@ -135,7 +136,56 @@ fn media(albedo: f32) -> Vec<Case> {
         ),
         ("coloured gradient", colored_gradient(3.0, albedo), |t| colored_depth(t, 3.0)),
         ("dense coloured", colored_gradient(12.0, albedo), |t| colored_depth(t, 12.0)),
+        ("flakes", flaky(homogeneous([1.2, 0.3, 4.0], albedo), even()), |t| {
+            [1.2, 0.3, 4.0].map(|sigma| depth(&ray(), t, |_| sigma * area(LEFT)))
+        }),
+        ("flakes in a grid", flaky(gradient(5.0, albedo), even()), |t| {
+            [depth(&ray(), t, |p| 5.0 * area(LEFT) * gradient_at(p)); 3]
+        }),
+        ("turning flakes", flaky(gradient(5.0, albedo), turning()), |t| {
+            [depth(&ray(), t, |p| 5.0 * turning_area(p) * gradient_at(p)); 3]
+        }),
+        ("turning flakes in colours", flaky(colored_gradient(5.0, albedo), turning()), |t| {
+            [0, 1, 2].map(|channel| {
+                let sigma = |p| [gradient_at(p), 1.0 - gradient_at(p), 0.1][channel];
+                depth(&ray(), t, |p| 5.0 * turning_area(p) * sigma(p))
+            })
+        }),
     ]
+}
+
+/// Flakes of two kinds.
+const LEFT: [f32; 6] = [0.9, 0.1, 0.2, 0.05, 0.1, -0.02];
+const RIGHT: [f32; 6] = [0.1, 0.5, 0.9, -0.1, 0.0, 0.2];
+
+fn flaky(medium: MediumRecord, phase: Phase) -> MediumRecord {
+    MediumRecord { phase, ..medium }
+}
+
+fn even() -> Phase {
+    Phase::Same(Microflakes::new(LEFT).expect("flakes").into())
+}
+
+/// From one kind to the other along x, in the grid of [`of_grid`].
+fn turning() -> Phase {
+    let values = [LEFT, RIGHT].concat();
+    let grid = Arc::new(Grid { resolution: [2, 1, 1], channels: 6, values });
+    let (corner, to_unit) = (Vec3::splat(-0.5), Mat3::from_diagonal(Vec3::splat(0.5)));
+    let field = Field { grid, corner, to_unit, filter: GridFilter::Trilinear };
+    Phase::Flakes(Box::new(Flakes::new(field).expect("flakes")))
+}
+
+/// √(ωᵀ S ω) along the ray.
+fn area([xx, yy, zz, xy, xz, yz]: [f32; 6]) -> f64 {
+    let [x, y, z] = ray().direction.normalize().to_array().map(f64::from);
+    let [xx, yy, zz, xy, xz, yz] = [xx, yy, zz, xy, xz, yz].map(f64::from);
+    let squared = xx * x * x + yy * y * y + zz * z * z;
+    (squared + 2.0 * (xy * x * y + xz * x * z + yz * y * z)).sqrt()
+}
+
+fn turning_area(p: Vec3) -> f64 {
+    let share = (((p.x + 0.5) * 0.5) * 2.0 - 0.5).clamp(0.0, 1.0);
+    area(std::array::from_fn(|i| LEFT[i] + share * (RIGHT[i] - LEFT[i])))
 }
 
 /// T = e^(−∫σ): in closed form, or on average.

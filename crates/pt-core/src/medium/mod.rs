@@ -4,21 +4,25 @@
 
 mod cloud;
 mod emission;
+mod flakes;
 mod grid;
 mod homogeneous;
 #[cfg(test)]
 mod laws;
 mod majorant;
 
+use std::borrow::Cow;
+
 use pt_math::sampler::Stream;
-use pt_math::{Ray, Spectrum};
+use pt_math::{Ray, Spectrum, Vec3};
 
 use crate::id::{Id, Table};
-use crate::phase::AnyPhase;
+use crate::phase::{AnyPhase, PhaseFunction};
 use crate::scene::SurfaceRecord;
 
 pub use cloud::Cloud;
 pub use emission::{Emission, Heat};
+pub use flakes::Flakes;
 pub use grid::{Albedo, Density, Field, GridMedium};
 pub use homogeneous::Homogeneous;
 
@@ -28,7 +32,16 @@ pub struct MediumRecord {
     /// How much light it takes away, and how much of that it scatters.
     pub matter: Matter,
     /// Where the scattered light goes.
-    pub phase: AnyPhase,
+    pub phase: Phase,
+}
+
+/// Where a medium scatters light to.
+#[derive(Clone, Debug)]
+pub enum Phase {
+    /// The same everywhere.
+    Same(AnyPhase),
+    /// By flakes that differ from place to place; the matter is a grid then.
+    Flakes(Box<Flakes>),
 }
 
 /// How dense a medium is, and where.
@@ -63,8 +76,8 @@ impl MediumRecord {
     #[inline]
     pub fn sample(&self, ray: &Ray, beta: Spectrum, u: [f32; 2], stream: &mut Stream) -> Flight {
         match &self.matter {
-            Matter::Homogeneous(medium) => medium.sample(ray, beta, u),
-            Matter::Grid(medium) => medium.sample(ray, beta, stream),
+            Matter::Homogeneous(medium) => self.seen(medium, ray).sample(ray, beta, u),
+            Matter::Grid(medium) => medium.sample(ray, &self.phase, beta, stream),
         }
     }
 
@@ -81,8 +94,8 @@ impl MediumRecord {
     /// it that is right on average.
     pub fn emitted(&self, ray: &Ray, beta: Spectrum, stream: &mut Stream) -> Spectrum {
         match &self.matter {
-            Matter::Homogeneous(medium) => medium.emitted(ray),
-            Matter::Grid(medium) => medium.emitted(ray, beta, stream),
+            Matter::Homogeneous(medium) => self.seen(medium, ray).emitted(ray),
+            Matter::Grid(medium) => medium.emitted(ray, &self.phase, beta, stream),
         }
     }
 
@@ -90,8 +103,29 @@ impl MediumRecord {
     #[inline]
     pub fn transmittance(&self, ray: &Ray, stream: &mut Stream) -> Spectrum {
         match &self.matter {
-            Matter::Homogeneous(medium) => medium.transmittance(ray),
-            Matter::Grid(medium) => medium.transmittance(ray, stream),
+            Matter::Homogeneous(medium) => self.seen(medium, ray).transmittance(ray),
+            Matter::Grid(medium) => medium.transmittance(ray, &self.phase, stream),
+        }
+    }
+
+    /// What is the same everywhere, with the extinction that it has along a ray.
+    #[inline]
+    fn seen(&self, medium: &Homogeneous, ray: &Ray) -> Homogeneous {
+        match &self.phase {
+            Phase::Same(AnyPhase::Microflakes(flakes)) => {
+                let extinction = medium.extinction * flakes.area(ray.direction.normalize());
+                Homogeneous { extinction, ..*medium }
+            }
+            Phase::Same(_) | Phase::Flakes(_) => *medium,
+        }
+    }
+
+    /// The phase function at a point of the world.
+    #[inline]
+    pub fn phase_at(&self, p: Vec3) -> Cow<'_, AnyPhase> {
+        match &self.phase {
+            Phase::Same(phase) => Cow::Borrowed(phase),
+            Phase::Flakes(flakes) => Cow::Owned(flakes.at(p).into()),
         }
     }
 }

@@ -8,6 +8,7 @@ mod henyey_greenstein;
 mod isotropic;
 #[cfg(test)]
 mod laws;
+mod microflakes;
 mod rayleigh;
 mod table;
 
@@ -23,6 +24,11 @@ pub trait PhaseFunction: Clone {
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle>;
     /// Draws `wi` by a map from the unit square.
     fn sample(&self, wo: Vec3, u: [f32; 2]) -> Vec3;
+    /// The area of the particles across a direction, by which extinction is multiplied there: 1 where it is the same from all
+    /// sides. Light may go backwards: area(wo) p(wo, wi) = area(wi) p(wi, wo).
+    fn area(&self, _w: Vec3) -> f32 {
+        1.0
+    }
     /// Settings worth testing; the laws run on each.
     fn examples() -> Vec<Self>;
 }
@@ -64,6 +70,11 @@ macro_rules! phases {
             pub fn sample(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
                 match self { $(Self::$name(p) => p.sample(wo, u)),* }
             }
+            /// See [`PhaseFunction::area`].
+            #[inline]
+            pub fn area(&self, w: Vec3) -> f32 {
+                match self { $(Self::$name(p) => p.area(w)),* }
+            }
             /// Settings of all phase functions, for the laws.
             pub fn examples() -> Vec<Self> {
                 [$($ty::examples().into_iter().map(Self::$name).collect::<Vec<_>>()),*].concat()
@@ -79,6 +90,8 @@ phases! {
     HenyeyGreenstein = henyey_greenstein::HenyeyGreenstein,
     /// By what is much smaller than a wavelength.
     Rayleigh = rayleigh::Rayleigh,
+    /// By flat particles.
+    Microflakes = microflakes::Microflakes,
     /// By a table.
     Table = table::Table,
     /// Of several kinds of particles.

@@ -29,7 +29,7 @@ pub(super) struct VolFile {
 /// A grid of finite numbers.
 ///
 /// # Errors
-/// If the file is none, of another encoding, ends early, or has other numbers of channels than 1 and 3;
+/// If the file is none, of another encoding, ends early, or has other numbers of channels than 1, 3 and 6;
 /// the message is meant for the place where the scene names it.
 pub(super) fn parse(bytes: &[u8]) -> Result<VolFile, String> {
     let Some((identifier, rest)) = bytes.split_first_chunk::<4>() else {
@@ -85,8 +85,8 @@ fn check_identifier(identifier: [u8; 4]) -> Result<(), String> {
 fn sizes(cells: [i32; 3], channels: i32) -> Result<([u32; 3], u32), String> {
     let [x, y, z] = cells;
     let says = format!("the grid says that it has {x} x {y} x {z} cells of {channels} numbers");
-    if channels != 1 && channels != 3 {
-        return Err(format!("{says}; expected 1 or 3 numbers"));
+    if !matches!(channels, 1 | 3 | 6) {
+        return Err(format!("{says}; expected 1, 3 or 6 numbers"));
     }
     let cells = cells.map(|n| u32::try_from(n).unwrap_or(0));
     if cells.contains(&0) {
@@ -159,7 +159,7 @@ mod tests {
             (file([3, 1, 1, 1, 1], &[0.0]), "encoding 3"),
             (file([1, 0, 1, 1, 1], &[0.0]), "at least one cell"),
             (file([1, 1, -1, 1, 1], &[0.0]), "1 x -1 x 1 cells"),
-            (file([1, 1, 1, 1, 2], &[0.0; 2]), "expected 1 or 3 numbers"),
+            (file([1, 1, 1, 1, 2], &[0.0; 2]), "expected 1, 3 or 6 numbers"),
             (file([1, i32::MAX, i32::MAX, i32::MAX, 3], &[0.0]), "more than 1 GiB"),
             (file([1, 1024, 1024, 64, 1], &[0.0]), "ends after 1 of them"),
             (file([1, 2, 2, 1, 1], &[0.0, 0.0, f32::NAN, 0.0]), "cell (0, 1, 0) is NaN"),

@@ -101,6 +101,36 @@ fn phase_functions_may_be_tables() {
     }
 }
 
+/// The matrices of microflakes are a grid of six numbers.
+#[test]
+fn microflakes_are_grids_of_matrices() {
+    let medium = |inside: &str| {
+        format!(
+            "<shape type=\"sphere\"><medium type=\"heterogeneous\" name=\"interior\">{inside}</medium></shape>"
+        )
+    };
+    let grid = |name: &str, file: &str| {
+        let file = format!("<string name=\"filename\" value=\"{file}\"/>");
+        format!("<volume name=\"{name}\" type=\"gridvolume\">{file}</volume>")
+    };
+    let flakes = |inside: &str| medium(&format!("<phase type=\"sggx\">{inside}</phase>"));
+    let scene = read(&flakes(&grid("S", "parts/flakes.vol")));
+    let Phase::Microflakes { matrices } = &scene.media[0].phase else { panic!("microflakes") };
+    assert_eq!((matrices.grid.resolution, matrices.grid.channels), ([5, 4, 3], 6));
+    for (bad, found) in [
+        (flakes(""), "expected one <volume name=\"S\">"),
+        (flakes(&grid("S", "parts/cloud.vol")), "1 numbers in each cell; expected six"),
+        (flakes("<volume name=\"S\" type=\"constvolume\"/>"), "supported: gridvolume"),
+        (
+            medium(&grid("sigma_t", "parts/flakes.vol")),
+            "6 numbers in each cell; expected one or three",
+        ),
+    ] {
+        let message = refusal(&bad);
+        assert!(message.contains(found), "{message}");
+    }
+}
+
 #[test]
 fn grids_are_read_and_placed() {
     let scene = scene();

@@ -5,14 +5,13 @@ use pt_scene::format::parse;
 use crate::folder;
 
 /// What is refused, for the reasons of docs/formats.md.
-const REFUSED: [(&str, &str); 8] = [
+const REFUSED: [(&str, &str); 7] = [
     ("bsdf", "measured_polarized"),
     ("emitter", "directionalarea"),
     ("film", "specfilm"),
     ("integrator", "depth"),
     ("integrator", "stokes"),
     ("integrator", "volprim_rf_basic"),
-    ("phase", "sggx"),
     ("shape", "blender"),
 ];
 

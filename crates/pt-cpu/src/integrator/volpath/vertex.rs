@@ -1,5 +1,7 @@
 //! Where paths are scattered: surfaces, and points of media.
 
+use std::borrow::Cow;
+
 use pt_core::bsdf::{Bsdf, BsdfSample};
 use pt_core::footprint::Cone;
 use pt_core::id::Id;
@@ -33,7 +35,7 @@ enum Kind<'a> {
     },
     /// With the direction towards where the point is seen from.
     Medium {
-        phase: &'a AnyPhase,
+        phase: Cow<'a, AnyPhase>,
         wo: Vec3,
     },
 }
@@ -61,9 +63,10 @@ impl<'a> Vertex<'a> {
                 Some(Self { point: at.point, medium, distance: at.distance, kind })
             }
             Event::Scattered { t } => {
-                let phase = &scene.media.table[medium?].phase;
+                let p = ray.at(*t);
+                let phase = scene.media.table[medium?].phase_at(p);
                 let kind = Kind::Medium { phase, wo: -ray.direction };
-                let point = SurfacePoint::in_space(ray.at(*t));
+                let point = SurfacePoint::in_space(p);
                 Some(Self { point, medium, distance: *t, kind })
             }
             Event::Escaped | Event::Absorbed => None,

@@ -133,7 +133,7 @@ impl Shared for Grid {
             let values = json!({"type": "array", "items": {"type": "number"}});
             let inline = Properties::default()
                 .with_schema("resolution", vector_schema(&whole, 3), true)
-                .with_schema("channels", json!({"enum": [1, 3], "default": 1}), false)
+                .with_schema("channels", json!({"enum": [1, 3, 6], "default": 1}), false)
                 .with_schema("values", values, true);
             Properties::any_of(&[file, inline], false)
         })
@@ -155,7 +155,7 @@ fn inline_grid(
         .collect::<Result<_, _>>()?;
     let wanted =
         resolution.iter().try_fold(channels as usize, |all, n| all.checked_mul(*n as usize));
-    if !matches!(channels, 1 | 3) || wanted != Some(values.len()) || values.is_empty() {
+    if !matches!(channels, 1 | 3 | 6) || wanted != Some(values.len()) || values.is_empty() {
         let [x, y, z] = resolution;
         let count = values.len();
         return Err(node.error(format!(

@@ -44,6 +44,7 @@ words! { GridFilter { Trilinear, Nearest } }
 tagged! {
     Phase {
         Isotropic(), HenyeyGreenstein { g: ANY }, Rayleigh(), Table { values: Each(FROM_0) },
+        Microflakes { matrices: Plain },
         Blend(Box<PhaseBlend>),
     }
 }

@@ -15,7 +15,7 @@ use crate::medium::{
 use crate::{LoadError, Medium, Sides, Warning};
 
 const KINDS: [&str; 2] = ["heterogeneous", "homogeneous"];
-const PHASES: [&str; 5] = ["blendphase", "hg", "isotropic", "rayleigh", "tabphase"];
+const PHASES: [&str; 6] = ["blendphase", "hg", "isotropic", "rayleigh", "sggx", "tabphase"];
 /// Most phase functions of a medium, each counted as often as it is referred to.
 const MOST_PHASES: usize = 32;
 
@@ -83,7 +83,7 @@ impl<'t> Media<'t> {
         let children = self.tree.children(object, &["phase", "volume"])?;
         let phase = self.tree.only(&children, "phase")?;
         let mut left = MOST_PHASES;
-        let phase = phase.map(|i| phase_of(self.tree, &self.tree.objects[i], &mut left));
+        let phase = phase.map(|i| self.phase_of(&self.tree.objects[i], &mut left));
         let phase = phase.transpose()?;
         let mut parameters = Parameters::new(object);
         parameters.pass_over(&["sample_emitters", "has_spectral_extinction"]);
@@ -161,6 +161,60 @@ impl<'t> Media<'t> {
         Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo, emission }))
     }
 
+    /// A phase function, in which `left` others may be.
+    fn phase_of(&mut self, object: &Object, left: &mut usize) -> Result<Phase, LoadError> {
+        let tree = self.tree;
+        let too_many =
+            || error(&object.at, format!("the medium has more than {MOST_PHASES} phase functions"));
+        *left = left.checked_sub(1).ok_or_else(too_many)?;
+        let inside: &[&str] = match object.kind.as_str() {
+            "blendphase" => &["phase"],
+            "sggx" => &["volume"],
+            _ => &[],
+        };
+        let children = tree.children(object, inside)?;
+        let mut parameters = Parameters::new(object);
+        let phase = match object.kind.as_str() {
+            "blendphase" => {
+                let [first, second] = children.as_slice() else {
+                    let message = format!("expected two <phase> in it, found {}", children.len());
+                    return Err(error(&object.at, message));
+                };
+                let share = parameters.float("weight")?.unwrap_or(0.5) as f32;
+                if !(0.0..=1.0).contains(&share) {
+                    let message = format!("\"weight\" is {share}; expected a number from 0 to 1");
+                    return Err(parameters.refuse("weight", message));
+                }
+                let first = self.phase_of(&tree.objects[*first], left)?;
+                let second = self.phase_of(&tree.objects[*second], left)?;
+                Phase::Blend(Box::new(PhaseBlend { first, second, share }))
+            }
+            "isotropic" => Phase::Isotropic,
+            "rayleigh" => Phase::Rayleigh,
+            "hg" => {
+                let g = parameters.float("g")?.unwrap_or(0.8) as f32;
+                if !(-1.0 < g && g < 1.0) {
+                    let message = format!("\"g\" is {g}; expected a number above -1 and below 1");
+                    return Err(parameters.refuse("g", message));
+                }
+                Phase::HenyeyGreenstein { g }
+            }
+            "sggx" => {
+                let [volume] = children.as_slice() else {
+                    let message =
+                        "expected one <volume name=\"S\"> in it, with six numbers in each cell";
+                    return Err(error(&object.at, message));
+                };
+                let matrices = self.grids.matrices(tree, &tree.objects[*volume])?;
+                Phase::Microflakes { matrices }
+            }
+            "tabphase" => Phase::Table { values: table(&mut parameters)? },
+            _ => return Err(unsupported(object, &PHASES)),
+        };
+        parameters.finish()?;
+        Ok(phase)
+    }
+
     /// Refuses volumes that nobody asked for.
     fn refuse_others(&self, medium: &Object) -> Result<(), LoadError> {
         for child in &medium.children {
@@ -194,46 +248,6 @@ fn homogeneous(
     let extinction = constant(extinction, "sigma_t")?.map(|sigma| sigma * scale);
     let albedo = constant(albedo, "albedo")?;
     Ok(Matter::Homogeneous { extinction, albedo, emission: [0.0; 3] })
-}
-
-/// A phase function, in which `left` others may be.
-fn phase_of(tree: &Tree, object: &Object, left: &mut usize) -> Result<Phase, LoadError> {
-    let too_many =
-        || error(&object.at, format!("the medium has more than {MOST_PHASES} phase functions"));
-    *left = left.checked_sub(1).ok_or_else(too_many)?;
-    let is_blend = object.kind == "blendphase";
-    let children = tree.children(object, if is_blend { &["phase"] } else { &[] })?;
-    let mut parameters = Parameters::new(object);
-    let phase = match object.kind.as_str() {
-        "blendphase" => {
-            let [first, second] = children.as_slice() else {
-                let message = format!("expected two <phase> in it, found {}", children.len());
-                return Err(error(&object.at, message));
-            };
-            let share = parameters.float("weight")?.unwrap_or(0.5) as f32;
-            if !(0.0..=1.0).contains(&share) {
-                let message = format!("\"weight\" is {share}; expected a number from 0 to 1");
-                return Err(parameters.refuse("weight", message));
-            }
-            let first = phase_of(tree, &tree.objects[*first], left)?;
-            let second = phase_of(tree, &tree.objects[*second], left)?;
-            Phase::Blend(Box::new(PhaseBlend { first, second, share }))
-        }
-        "isotropic" => Phase::Isotropic,
-        "rayleigh" => Phase::Rayleigh,
-        "hg" => {
-            let g = parameters.float("g")?.unwrap_or(0.8) as f32;
-            if !(-1.0 < g && g < 1.0) {
-                let message = format!("\"g\" is {g}; expected a number above -1 and below 1");
-                return Err(parameters.refuse("g", message));
-            }
-            Phase::HenyeyGreenstein { g }
-        }
-        "tabphase" => Phase::Table { values: table(&mut parameters)? },
-        _ => return Err(unsupported(object, &PHASES)),
-    };
-    parameters.finish()?;
-    Ok(phase)
 }
 
 /// The values of a phase function at equal steps of the cosine.

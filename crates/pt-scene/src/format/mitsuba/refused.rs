@@ -1,7 +1,7 @@
 //! Plugins of Mitsuba 3.9.1 that are refused by name.
 
 /// Their tags, names, and why.
-const REFUSED: [(&str, &str, &str); 8] = [
+const REFUSED: [(&str, &str, &str); 7] = [
     ("bsdf", "measured_polarized", "light has no polarization here, and no wavelengths"),
     (
         "emitter",
@@ -9,11 +9,6 @@ const REFUSED: [(&str, &str, &str); 8] = [
         "no path from the camera finds what shines into a single direction from a surface; take directional, or spot",
     ),
     ("film", "specfilm", "spectra are colours here; take hdrfilm"),
-    (
-        "phase",
-        "sggx",
-        "extinction does not depend on the direction here; take hg, isotropic or rayleigh",
-    ),
     ("shape", "blender", "its mesh is in the memory of Blender; export it as ply"),
     ("integrator", "stokes", "light has no polarization here; take the integrator inside of it"),
     ("integrator", "depth", "distances are a channel beside light; take path, and --aov depth"),

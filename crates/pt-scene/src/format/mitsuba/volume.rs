@@ -14,6 +14,9 @@ use crate::medium::{Grid, GridFilter, PlacedGrid};
 
 const VOLUMES: [&str; 2] = ["constvolume", "gridvolume"];
 
+/// Numbers of a symmetric matrix.
+const MATRIX: u32 = 6;
+
 /// What a `<volume>` describes, and where.
 pub(super) enum Field {
     /// The same in all of the unit cube, which a transform places.
@@ -40,11 +43,33 @@ impl Grids {
         let to_world = parameters.transform("to_world")?;
         let field = match object.kind.as_str() {
             "constvolume" => Field::Constant(parameters.color("value", role, 1.0)?, to_world),
-            "gridvolume" => Field::Grid(self.grid(tree, object, &mut parameters, to_world)?),
+            "gridvolume" => {
+                let placed = self.grid(tree, object, &mut parameters, to_world)?;
+                require(&placed, |channels| channels != MATRIX, "one or three", &parameters)?;
+                Field::Grid(placed)
+            }
             _ => return Err(unsupported(object, &VOLUMES)),
         };
         parameters.finish()?;
         Ok(field)
+    }
+
+    /// A grid of symmetric matrices.
+    pub(super) fn matrices(
+        &mut self,
+        tree: &Tree,
+        object: &Object,
+    ) -> Result<PlacedGrid, LoadError> {
+        tree.children(object, &[])?;
+        if object.kind != "gridvolume" {
+            return Err(unsupported(object, &["gridvolume"]));
+        }
+        let mut parameters = Parameters::new(object);
+        let to_world = parameters.transform("to_world")?;
+        let placed = self.grid(tree, object, &mut parameters, to_world)?;
+        require(&placed, |channels| channels == MATRIX, "six", &parameters)?;
+        parameters.finish()?;
+        Ok(placed)
     }
 
     fn grid(
@@ -94,4 +119,19 @@ impl Grids {
         self.read.insert(path, (Arc::clone(&read.0), read.1));
         Ok(read)
     }
+}
+
+/// Refuses a grid with other numbers of channels.
+fn require(
+    placed: &PlacedGrid,
+    fits: impl Fn(u32) -> bool,
+    expected: &str,
+    parameters: &Parameters<'_>,
+) -> Result<(), LoadError> {
+    let channels = placed.grid.channels;
+    if fits(channels) {
+        return Ok(());
+    }
+    let message = format!("the grid has {channels} numbers in each cell; expected {expected}");
+    Err(parameters.refuse("filename", message))
 }
