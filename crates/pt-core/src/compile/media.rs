@@ -60,6 +60,9 @@ pub(super) fn compile(
 /// A medium in metres.
 fn record(medium: &Medium, metres: f64) -> Result<MediumRecord, CompileError> {
     let refuse = |message| CompileError::Value { at: medium.at.clone(), message };
+    let is_even = matches!(medium.matter, Written::Homogeneous { .. });
+    let phase = phase_record(&medium.phase, is_even, metres).map_err(refuse)?;
+    let area = phase.greatest_area();
     let matter = match &medium.matter {
         Written::Homogeneous { extinction, albedo, emission } => {
             check_extinction(extinction).map_err(refuse)?;
@@ -77,7 +80,7 @@ fn record(medium: &Medium, metres: f64) -> Result<MediumRecord, CompileError> {
             check_grid(extinction, &[1, 3]).map_err(refuse)?;
             check_extinction(&extinction.grid.values).map_err(refuse)?;
             check_extinction(&[*scale]).map_err(refuse)?;
-            check_depth(extinction, *scale).map_err(refuse)?;
+            check_depth(extinction, *scale * area).map_err(refuse)?;
             let albedo = match albedo {
                 Volume::Constant(albedo) => {
                     check_albedo(albedo).map_err(refuse)?;
@@ -96,23 +99,22 @@ fn record(medium: &Medium, metres: f64) -> Result<MediumRecord, CompileError> {
         }
         Written::Cloud(written) => {
             check_albedo(&written.albedo).map_err(refuse)?;
-            let (cloud, scale) = cloud(written, metres).map_err(refuse)?;
+            let (cloud, scale) = cloud(written, area, metres).map_err(refuse)?;
             let albedo = Albedo::Constant(written.albedo.into());
             Matter::Grid(Box::new(GridMedium::new(Density::Cloud(cloud), scale, albedo, None)))
         }
     };
-    let phase = phase_record(&medium.phase, &matter, metres).map_err(refuse)?;
     Ok(MediumRecord { matter, phase })
 }
 
-fn phase_record(of: &Phase, matter: &Matter, metres: f64) -> Result<PhaseRecord, String> {
+fn phase_record(of: &Phase, is_even: bool, metres: f64) -> Result<PhaseRecord, String> {
     let Phase::Microflakes { matrices } = of else { return phase(of).map(PhaseRecord::Same) };
     check_grid(matrices, &[6])?;
     let indefinite = || "a matrix of microflakes is not positive definite".to_owned();
     if let ([1, 1, 1], [entries]) = (matrices.grid.resolution, matrices.grid.values.as_chunks().0) {
         return Ok(PhaseRecord::Same(Microflakes::new(*entries).ok_or_else(indefinite)?.into()));
     }
-    if matches!(matter, Matter::Homogeneous(_)) {
+    if is_even {
         return Err(
             "a homogeneous medium is the same everywhere; microflakes by a grid of more than one cell need a \
              heterogeneous one"
@@ -172,8 +174,8 @@ fn field(placed: &PlacedGrid, metres: f64) -> Field {
     }
 }
 
-/// Clouds, and their extinction per metre where they are densest.
-fn cloud(written: &WrittenCloud, metres: f64) -> Result<(Cloud, f32), String> {
+/// Clouds, and their extinction per metre where they are densest; `area` is that of what they are made of.
+fn cloud(written: &WrittenCloud, area: f32, metres: f64) -> Result<(Cloud, f32), String> {
     let &WrittenCloud { extinction, density, wispiness, frequency, low, high, to_world, .. } =
         written;
     check_extinction(&extinction)?;
@@ -197,7 +199,7 @@ fn cloud(written: &WrittenCloud, metres: f64) -> Result<(Cloud, f32), String> {
         return Err("the transform of the clouds cannot be undone".to_owned());
     }
     let greatest = extinction.into_iter().fold(0.0, f32::max);
-    check_size(greatest, &to_box)?;
+    check_size(greatest * area, &to_box)?;
     let to_world = DAffine3::from_scale([metres; 3].into()) * to_box;
     let color = if greatest > 0.0 { extinction.map(|sigma| sigma / greatest) } else { [1.0; 3] };
     let cloud = Cloud {

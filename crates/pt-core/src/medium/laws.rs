@@ -11,7 +11,7 @@ use super::{
     Albedo, Cloud, Density, Emission, Field, Flakes, Flight, GridMedium, Homogeneous, Matter,
     MediumRecord, Phase,
 };
-use crate::phase::{Isotropic, Microflakes, PhaseFunction};
+use crate::phase::{Isotropic, Microflakes};
 
 const SAMPLES: u32 = 40_000;
 

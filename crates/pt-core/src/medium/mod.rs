@@ -70,6 +70,17 @@ pub enum Flight {
     },
 }
 
+impl Phase {
+    /// No less than what extinction is multiplied by anywhere, in any direction.
+    pub fn greatest_area(&self) -> f32 {
+        match self {
+            Self::Same(AnyPhase::Microflakes(flakes)) => flakes.greatest_area(),
+            Self::Same(_) => 1.0,
+            Self::Flakes(flakes) => flakes.most(),
+        }
+    }
+}
+
 impl MediumRecord {
     /// Draws where a path with throughput `beta` is scattered, by `u` or, where it takes more numbers
     /// than anybody can tell ahead, by the stream. What only absorbs lets all paths through.

@@ -51,7 +51,7 @@ impl Microflakes {
     /// is an affine image of the unit sphere seen from ωo.
     fn visible_normal(&self, wo: Vec3, [u, v]: [f32; 2]) -> DVec3 {
         let frame = Frame::from_normal(wo);
-        let [k, j, i] = [frame.s, frame.t, frame.n].map(|axis| axis.as_dvec3());
+        let [k, j, i] = [frame.s, frame.t, frame.n].map(Vec3::as_dvec3);
         let entry = |a: DVec3, b: DVec3| a.dot(self.matrix * b);
         let (jj, ii) = (entry(j, j), entry(i, i));
         let (kj, ki, ji) = (entry(k, j), entry(k, i), entry(j, i));
