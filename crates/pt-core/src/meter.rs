@@ -114,7 +114,7 @@ impl Surface {
         match self {
             Self::Triangles { triangles, normals, choice } => {
                 let (i, _, u) = choice.sample(u);
-                let EmitterTriangle { p0, e1, e2, normal } = triangles[i];
+                let EmitterTriangle { p0, e1, e2, normal, .. } = triangles[i];
                 let [b1, b2] = warp::uniform_triangle([u, v]);
                 let (q1, q2) = (e1 * b1, e2 * b2);
                 let error = (p0.abs() + q1.abs() + q2.abs()) * gamma(7);
@@ -141,7 +141,7 @@ mod tests {
     use super::*;
 
     fn flat(p0: Vec3, e1: Vec3, e2: Vec3) -> EmitterTriangle {
-        EmitterTriangle { p0, e1, e2, normal: e1.cross(e2).normalize() }
+        EmitterTriangle { p0, e1, e2, normal: e1.cross(e2).normalize(), coat: 0.0 }
     }
 
     /// Of a square of two triangles that are cut unevenly, both coordinates are uniform.

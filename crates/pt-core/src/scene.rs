@@ -4,7 +4,7 @@ use pt_bvh::{Bvh, Hit};
 use pt_math::interval::EPSILON;
 use pt_math::{Bounds3, DVec3, Pdf, Ray, SolidAngle, Spectrum, Vec3, ray};
 
-use crate::bsdf::{Bsdf, LobeRecord, LobeTables};
+use crate::bsdf::{Bsdf, LobeRecord, LobeTables, emitted_through};
 use crate::camera::Camera;
 use crate::camera_motion::CameraMotion;
 use crate::footprint::Footprint;
@@ -37,6 +37,8 @@ pub struct SurfaceRecord {
     pub emission: Spectrum,
     /// The texture that says it.
     pub emission_texture: Option<Id<TextureRecord>>,
+    /// The share of the surface that is under a clear coat, which weakens what it emits; see [`emitted_through`].
+    pub emission_coat: f32,
     /// The light by which the emission is sampled; `None` if it is only found by chance.
     pub light: Option<Id<AnyLight>>,
 }
@@ -488,11 +490,16 @@ impl RenderScene {
             Glow::Back => !front,
             Glow::Both => true,
         };
-        match surface.emission_texture {
+        let radiance = match surface.emission_texture {
             _ if !glows => Spectrum::ZERO,
             None => surface.emission,
             Some(texture) => self.radiance(texture, at, hit, time),
+        };
+        if surface.emission_coat > 0.0 {
+            let cos = at.wo.dot(at.point.normal).abs();
+            return radiance * emitted_through(surface.emission_coat, cos);
         }
+        radiance
     }
 
     /// That of a texture.

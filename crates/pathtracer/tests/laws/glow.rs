@@ -5,9 +5,9 @@ use std::sync::Arc;
 use pathtracer::{CompileOptions, Film, Scene, Session, Settings};
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::image::Image;
-use pt_scene::material::Black;
+use pt_scene::material::{Black, MetallicRoughness};
 use pt_scene::texture::{Bitmap, Filter, Pattern, Texture, Wrap};
-use pt_scene::{Attribute, LightKind, shapes};
+use pt_scene::{Attribute, Geometry, LightKind, shapes};
 
 use crate::furnace::ESTIMATORS;
 use crate::measure::{assert_agree, assert_all_agree, render, settings};
@@ -165,5 +165,67 @@ fn textures_that_are_no_light_are_refused() {
     for (scene, want) in cases {
         let message = compiled(&scene).expect("it makes no sense");
         assert!(message.contains(want), "{message}");
+    }
+}
+
+/// Black below a clear coat.
+fn coated(clearcoat: f32) -> pt_scene::Surface {
+    MetallicRoughness {
+        base_color: [0.0; 3].into(),
+        clearcoat: clearcoat.into(),
+        ..MetallicRoughness::default()
+    }
+    .into()
+}
+
+/// What glows under a coat c is seen through it: E (1 − c F), with F = 0.04 + 0.96 (1 − cos θ)⁵. [glTF 2.0, KHR_materials_clearcoat]
+#[test]
+fn coats_weaken_what_glows_below_them() {
+    for clearcoat in [0.0f32, 0.5, 1.0] {
+        for degrees in [0.0f64, 50.0, 80.0] {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let eye = DVec3::new(3.0 * sin, 0.0, 3.0 * cos);
+            let scene = Builder::default()
+                .glowing_mesh(shapes::rectangle(), DAffine3::IDENTITY, coated(clearcoat), 2.0)
+                .seen_by(camera(eye, DVec3::ZERO, [0.1, 0.1]));
+            let session = render(&scene, size([2, 2]), settings(4));
+            let fresnel = 0.04 + 0.96 * (1.0 - cos).powi(5);
+            let want = 2.0 * (1.0 - f64::from(clearcoat) * fresnel);
+            let (got, _) = session.film().pixel(0, 0).luminance();
+            assert!((got / want - 1.0).abs() < 2e-3, "{clearcoat}, {degrees}°: {got}, {want}");
+        }
+    }
+}
+
+/// Whatever finds their light, lamps under a coat light alike: squares, balls, by textures, in a tree.
+#[test]
+fn lamps_under_a_coat_light_as_they_are_seen() {
+    let room = || Builder::default().quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.6; 3]));
+    let square = facing(DVec3::new(-0.8, 0.6, 0.0), DVec3::new(0.8, -0.6, 0.0), 0.5);
+    let ball = DAffine3::from_translation(DVec3::new(0.7, 0.5, 0.0));
+    let lamps = |scene: Builder, texture: Option<Arc<Texture>>| {
+        let scene = scene.glowing_mesh(shapes::rectangle(), square, coated(1.0), 2.0);
+        let scene = match &texture {
+            Some(texture) => scene.glowing_by(Arc::clone(texture)),
+            None => scene,
+        };
+        let scene = scene.object(Geometry::Sphere { radius: 0.3 }, ball, coated(1.0), [3.0; 3]);
+        texture.into_iter().fold(scene, Builder::glowing_by)
+    };
+    let texture = image(2, &[[1.0, 3.0, 2.0], [2.0, 0.5, 1.0]]);
+    for texture in [None, Some(texture)] {
+        // The lamps, whose coats are mirrors, are not seen themselves.
+        let (eye, floor) = (DVec3::new(0.0, 2.0, 3.5), DVec3::new(0.0, 0.0, 1.2));
+        let scene = lamps(room(), texture).seen_by(camera(eye, floor, [30.0, 24.0]));
+        let mut films = Vec::new();
+        for most in [None, Some(0)] {
+            for direct in ESTIMATORS {
+                let settings = Settings { direct, max_depth: 1, ..settings(4096) };
+                let options = CompileOptions { most_single_lights: most, ..resolution() };
+                let name = format!("{direct:?}, {most:?}");
+                films.push((name, render(&scene, options, settings).film().clone()));
+            }
+        }
+        assert_all_agree(&films);
     }
 }

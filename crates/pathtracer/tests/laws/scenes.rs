@@ -92,7 +92,7 @@ impl Builder {
         vec![Some(self.0.materials.len() as u32 - 1)]
     }
 
-    fn object(
+    pub(crate) fn object(
         mut self,
         geometry: Geometry,
         to_world: DAffine3,

@@ -36,6 +36,7 @@ mod thin_dielectric;
 
 pub(crate) use coated_conductor::Layers;
 pub use measured::{Goniophotometer, MeasuredTables, Specimen};
+pub use metallic_roughness::emitted_through;
 pub use orientation::Orientation;
 use orientation::frame_of;
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3};

@@ -71,6 +71,8 @@ pub(super) struct Emission {
     pub(super) texture: Option<Id<TextureRecord>>,
     /// Whether rays find nothing of it, so that the surface says nothing of it either.
     pub(super) is_hidden: bool,
+    /// See [`SurfaceRecord::emission_coat`].
+    pub(super) coat: f32,
 }
 
 /// A run of triangles, or one sphere.
@@ -150,6 +152,7 @@ impl Shapes {
             glow: Glow::Front,
             emission,
             emission_texture: None,
+            emission_coat: 0.0,
             light: None,
         };
         let surface = self.add_surface(record, None);
@@ -162,7 +165,7 @@ impl Shapes {
             self.triangle_normals.extend([FLAT; 2]);
         }
         let primitives = Primitives::Triangles(std::iter::once(first..first + 2).collect());
-        let emission = Emission { radiance: emission, texture: None, is_hidden: false };
+        let emission = Emission { radiance: emission, texture: None, is_hidden: false, coat: 0.0 };
         self.emitters.push(Emitter { surface, emission, primitives });
     }
 }
@@ -286,6 +289,7 @@ impl Collector<'_> {
             radiance: look.emission,
             texture: look.emission_texture,
             is_hidden: look.hidden_emission,
+            coat: look.emission_coat,
         });
         let seen = emission.filter(|emission| !emission.is_hidden);
         let record = SurfaceRecord {
@@ -297,6 +301,7 @@ impl Collector<'_> {
             glow: if self.course { Glow::Both } else { Glow::Front },
             emission: seen.map_or(Spectrum::ZERO, |emission| emission.radiance),
             emission_texture: seen.and_then(|emission| emission.texture),
+            emission_coat: look.emission_coat,
             light: None,
         };
         let surface = self.shapes.add_surface(record, number);

@@ -279,7 +279,7 @@ impl Lights {
     fn add_course_area(&mut self, to_world: DAffine3, radiance: Spectrum) {
         let (origin, e1, e2) = area_square(to_world);
         let axis = (to_world.transform_vector3(DVec3::NEG_Z)).normalize_or_zero().as_vec3();
-        let triangle = |e1, e2| EmitterTriangle { p0: origin, e1, e2, normal: axis };
+        let triangle = |e1, e2| EmitterTriangle { p0: origin, e1, e2, normal: axis, coat: 0.0 };
         let square = [triangle(e1, e1 + e2), triangle(e1 + e2, e2)];
         if let Some(light) = MeshLight::new(&mut self.tables, &square, radiance) {
             // The course's program samples by area everywhere.
@@ -303,7 +303,11 @@ impl Lights {
     /// Makes lights of glowing shapes that move.
     pub(super) fn add_moving(&mut self, shapes: &mut Shapes, notes: &mut Vec<String>) {
         let mut placed = std::mem::take(&mut shapes.placed);
-        let count = placed.add_lights(shapes, |shapes, emitter| self.emissive(shapes, emitter));
+        // Coats weaken light by its angle in the world, which the coordinates of what moves do not have.
+        let count = placed.add_lights(shapes, |shapes, emitter| {
+            let is_plain = emitter.emission.coat == 0.0;
+            is_plain.then(|| self.emissive(shapes, emitter))?
+        });
         shapes.placed = placed;
         self.hidden += count;
         if count > MOST_MOVING_LIGHTS {
@@ -316,18 +320,18 @@ impl Lights {
 
     /// The light of a glowing shape; `None` if it has no area.
     fn emissive(&mut self, shapes: &Shapes, emitter: &Emitter) -> Option<AnyLight> {
-        let Emission { radiance, texture, is_hidden } = emitter.emission;
+        let Emission { radiance, texture, is_hidden, coat } = emitter.emission;
         let light = match (&emitter.primitives, texture) {
             (Primitives::Triangles(runs), None) => {
-                let triangles = emitter_triangles(shapes, runs);
+                let triangles = emitter_triangles(shapes, runs, coat);
                 MeshLight::new(&mut self.tables, &triangles, radiance).map(Into::into)
             }
             (Primitives::Triangles(runs), Some(texture)) => {
-                self.textured_mesh(shapes, runs, texture)
+                self.textured_mesh(shapes, (runs, coat), texture)
             }
-            (&Primitives::Sphere(s), None) => Some(sphere_light(shapes, s, radiance).into()),
+            (&Primitives::Sphere(s), None) => Some(sphere_light(shapes, s, radiance, coat).into()),
             (&Primitives::Sphere(s), Some(texture)) => {
-                let sphere = sphere_light(shapes, s, radiance);
+                let sphere = sphere_light(shapes, s, radiance, coat);
                 Some(self.textured_sphere(shapes.sphere_axes[s], sphere, texture))
             }
         }?;
@@ -337,10 +341,10 @@ impl Lights {
     fn textured_mesh(
         &mut self,
         shapes: &Shapes,
-        runs: &[std::ops::Range<usize>],
+        (runs, coat): (&[std::ops::Range<usize>], f32),
         texture: Id<TextureRecord>,
     ) -> Option<AnyLight> {
-        let triangles = emitter_triangles(shapes, runs);
+        let triangles = emitter_triangles(shapes, runs, coat);
         let laid = emission::textured_triangles(shapes, runs, &triangles, texture);
         TexturedMesh::new(&mut self.tables, &triangles, &laid).map(Into::into)
     }
@@ -421,11 +425,12 @@ fn area_square(to_world: DAffine3) -> (Vec3, Vec3, Vec3) {
 pub(super) fn emitter_triangles(
     shapes: &Shapes,
     runs: &[std::ops::Range<usize>],
+    coat: f32,
 ) -> Vec<EmitterTriangle> {
     let all = runs.iter().flat_map(Clone::clone);
     all.map(|i| {
         let [p0, p1, p2] = shapes.corners(i);
-        EmitterTriangle { p0, e1: p1 - p0, e2: p2 - p0, normal: shapes.front(i) }
+        EmitterTriangle { p0, e1: p1 - p0, e2: p2 - p0, normal: shapes.front(i), coat }
     })
     .collect()
 }

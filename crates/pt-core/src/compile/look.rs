@@ -1,7 +1,7 @@
 //! What materials become, before they are on a surface.
 
 use pt_math::Spectrum;
-use pt_scene::{Color, Scalar};
+use pt_scene::{Color, Scalar, Surface};
 
 use super::materials;
 use super::textures::{Lowering, ShownValues};
@@ -22,6 +22,8 @@ pub(super) struct Look {
     /// See [`SurfaceRecord::emission`](crate::scene::SurfaceRecord::emission).
     pub(super) emission: Spectrum,
     pub(super) emission_texture: Option<Id<TextureRecord>>,
+    /// See [`SurfaceRecord::emission_coat`](crate::scene::SurfaceRecord::emission_coat).
+    pub(super) emission_coat: f32,
     /// Whether rays find nothing of it.
     pub(super) hidden_emission: bool,
     /// What its textures show of meshes.
@@ -45,6 +47,7 @@ impl Look {
             has_no_back: material.surface.has_no_back(),
             emission,
             emission_texture,
+            emission_coat: coat_of(&material.surface),
             hidden_emission: material.hidden_emission,
             shown,
             ..Self::opaque(surface, cx)
@@ -74,8 +77,23 @@ impl Look {
             has_no_back: false,
             emission: Spectrum::ZERO,
             emission_texture: None,
+            emission_coat: 0.0,
             hidden_emission: false,
             shown: ShownValues::default(),
         }
+    }
+}
+
+/// The share of a surface that is under a clear coat through which it emits: of the material of glTF, whose texts say so. A
+/// coat that differs from point to point leaves all.
+fn coat_of(surface: &Surface) -> f32 {
+    match surface {
+        Surface::MetallicRoughness(layers) => match &layers.clearcoat {
+            Scalar::Value(coat) => *coat,
+            Scalar::Texture(_) => 0.0,
+        },
+        Surface::Embossed(embossed) => coat_of(&embossed.surface),
+        Surface::Sided(sided) => coat_of(&sided.front),
+        _ => 0.0,
     }
 }

@@ -122,7 +122,8 @@ impl Lights {
         match &emitter.primitives {
             Primitives::Triangles(runs) => {
                 let numbers = runs.iter().flat_map(Clone::clone).map(|i| Some(i as u32));
-                let triangles = emitter_triangles(shapes, runs).into_iter().zip(0..);
+                let triangles = emitter_triangles(shapes, runs, emitter.emission.coat);
+                let triangles = triangles.into_iter().zip(0..);
                 let tree_light = |(t, i)| match light {
                     AnyLight::TexturedMesh(mesh) => TreeLight::Textured(t, mesh.textured + i),
                     _ => TreeLight::Triangle(t, radiance),
@@ -143,7 +144,12 @@ fn is_point(light: &AnyLight) -> bool {
 }
 
 /// The light of a glowing sphere.
-pub(super) fn sphere_light(shapes: &Shapes, sphere: usize, radiance: Spectrum) -> SphereLight {
+pub(super) fn sphere_light(
+    shapes: &Shapes,
+    sphere: usize,
+    radiance: Spectrum,
+    coat: f32,
+) -> SphereLight {
     let Sphere { center, radius } = shapes.spheres[sphere];
-    SphereLight { center, radius: radius.abs(), radiance, inward: radius < 0.0 }
+    SphereLight { center, radius: radius.abs(), radiance, inward: radius < 0.0, coat }
 }

@@ -71,7 +71,7 @@ fn triangles(mesh: &Mesh, to_world: DAffine3) -> Option<Surface> {
         let (p0, p1, p2) = (p0?, p1?, p2?);
         let (e1, e2) = (p1 - p0, p2 - p0);
         let normal = e1.cross(e2).normalize_or_zero() * mirror;
-        triangles.push(EmitterTriangle { p0, e1, e2, normal });
+        triangles.push(EmitterTriangle { p0, e1, e2, normal, coat: 0.0 });
     }
     let to_normal = to_world.matrix3.inverse().transpose();
     let normal = |n: &[f32; 3]| {

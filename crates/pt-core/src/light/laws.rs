@@ -31,10 +31,10 @@ fn all_lights() -> Vec<Example> {
     let mut all = AnyLight::examples();
     let radiance = Spectrum::splat(2.0);
     let far = Vec3::new(-1000.0, 800.0, 3000.0);
-    let sphere = SphereLight { center: far, radius: 7.0, radiance, inward: false };
+    let sphere = SphereLight { center: far, radius: 7.0, radiance, inward: false, coat: 0.0 };
     all.push((sphere.into(), LightTables::default()));
     let (e1, e2) = (Vec3::new(20.0, 3.0, 0.0), Vec3::new(-1.0, 15.0, 8.0));
-    let triangle = EmitterTriangle { p0: far, e1, e2, normal: e2.cross(e1).normalize() };
+    let triangle = EmitterTriangle { p0: far, e1, e2, normal: e2.cross(e1).normalize(), coat: 0.0 };
     let mut tables = LightTables::default();
     let mesh = MeshLight::new(&mut tables, &[triangle], radiance).expect("it has an area");
     all.push((mesh.into(), tables));

@@ -7,6 +7,7 @@ use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 use super::spherical_triangle::SphericalTriangle;
 use super::{Light, LightHit, LightSample, LightTables, Lit};
+use crate::bsdf::emitted_through;
 
 /// A triangle that glows on its front side.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +20,8 @@ pub struct EmitterTriangle {
     pub e2: Vec3,
     /// Unit vector of the side that glows.
     pub normal: Vec3,
+    /// The share of it that is under a clear coat, which weakens what it emits; see [`emitted_through`].
+    pub coat: f32,
 }
 
 impl EmitterTriangle {
@@ -108,13 +111,16 @@ pub(super) struct TrianglePoint {
     pub(super) cos: f32,
     /// Shares of the two edges.
     pub(super) barycentric: [f32; 2],
+    coat: f32,
 }
 
 impl TrianglePoint {
     /// The sample that it is.
     #[inline(always)]
     pub(super) fn sample(&self, radiance: Spectrum, pdf: Pdf<SolidAngle>) -> LightSample {
-        let &Self { wi, distance, end, .. } = self;
+        let &Self { wi, distance, end, coat, .. } = self;
+        let radiance =
+            if coat > 0.0 { radiance * emitted_through(coat, self.cos) } else { radiance };
         LightSample { wi, distance, end: Some(end), radiance, pdf: Some(pdf) }
     }
 }
@@ -128,7 +134,7 @@ pub(super) fn point_of(
     p: Vec3,
     u: [f32; 2],
 ) -> Option<TrianglePoint> {
-    let &EmitterTriangle { p0, e1, e2, normal } = triangle;
+    let &EmitterTriangle { p0, e1, e2, normal, coat } = triangle;
     let [b1, b2] = match seen {
         Some(seen) => seen.sample(u),
         None => warp::uniform_triangle(u),
@@ -145,7 +151,8 @@ pub(super) fn point_of(
     let error = (p0.abs() + q1.abs() + q2.abs()) * gamma(7);
     let end = offset_origin(q, error, normal, -d);
     let barycentric = [b1, b2];
-    Some(TrianglePoint { wi: d / distance, distance, end, distance_squared, cos, barycentric })
+    let wi = d / distance;
+    Some(TrianglePoint { wi, distance, end, distance_squared, cos, barycentric, coat })
 }
 
 /// A sample of one triangle, whose radiance depends on the shares of its edges.
@@ -220,11 +227,12 @@ impl Light for MeshLight {
                 e1: corners[i] - inner,
                 e2: corners[(i + 1) % 4] - inner,
                 normal: Vec3::NEG_Y,
+                coat: 0.0,
             })
             .collect();
         let (e1, e2) = (Vec3::new(0.2, 3.0, 0.1), Vec3::new(0.4, 2.9, 0.3));
         let p0 = Vec3::new(0.5, 0.1, -0.3);
-        let flat = EmitterTriangle { p0, e1, e2, normal: e2.cross(e1).normalize() };
+        let flat = EmitterTriangle { p0, e1, e2, normal: e2.cross(e1).normalize(), coat: 0.0 };
         let light = |triangles: &[_]| {
             let mut tables = LightTables::default();
             let light = Self::new(&mut tables, triangles, Spectrum::splat(2.0));

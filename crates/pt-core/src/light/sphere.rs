@@ -5,6 +5,7 @@ use pt_math::ray::offset_origin;
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 use super::{Light, LightHit, LightSample, LightTables, Lit};
+use crate::bsdf::emitted_through;
 
 /// A sphere of constant radiance on its outside, or on its inside. Points outside sample the cone
 /// under which they see it [Shirley, Wang & Zimmerman 1996, "Monte Carlo Techniques for Direct
@@ -19,6 +20,8 @@ pub struct SphereLight {
     pub radiance: Spectrum,
     /// Whether it glows inwards.
     pub inward: bool,
+    /// The share of it that is under a clear coat; see [`emitted_through`].
+    pub coat: f32,
 }
 
 /// A computed point of the sphere is off it by a share of the radius below this.
@@ -46,7 +49,14 @@ impl SphereLight {
         let offset = n * self.radius;
         let error = (self.center.abs() + offset.abs()) * gamma(5);
         let end = Some(offset_origin(self.center + offset, error, n, -wi));
-        LightSample { wi, distance, end, radiance: self.radiance, pdf: Some(pdf) }
+        let radiance = self.coated(self.radiance, n.dot(wi).abs());
+        LightSample { wi, distance, end, radiance, pdf: Some(pdf) }
+    }
+
+    /// What gets through the coat at this cosine to the normal.
+    #[inline]
+    pub(super) fn coated(&self, radiance: Spectrum, cos: f32) -> Spectrum {
+        if self.coat > 0.0 { radiance * emitted_through(self.coat, cos) } else { radiance }
     }
 
     /// From outside: a direction of the cone.
@@ -109,6 +119,7 @@ impl Light for SphereLight {
             radius,
             radiance: Spectrum::splat(2.0),
             inward,
+            coat: 0.0,
         };
         [at(3.0, 1.0, false), at(500.0, 0.5, false), at(0.5, 2.0, true)]
             .map(|l| (l, LightTables::default()))

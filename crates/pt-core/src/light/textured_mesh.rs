@@ -137,6 +137,7 @@ impl Light for TexturedMesh {
             e1: corners[i] - inner,
             e2: corners[(i + 1) % 4] - inner,
             normal: Vec3::NEG_Y,
+            coat: 0.0,
         });
         let colors = [[0.0; 3], [0.0; 3], [3.0, 2.0, 1.0], [1.0, 4.0, 0.5], [0.05; 3]];
         let (texture, textures) = Textures::of_vertices(

@@ -44,7 +44,9 @@ impl Light for TexturedSphere {
         let sample = self.sphere.sample(tables, lit, u)?;
         let n = (sample.end? - self.sphere.center).normalize();
         let map = &tables.sphere_maps[self.map as usize];
-        Some(LightSample { radiance: map.radiance(&tables.textures, &self.sphere, n), ..sample })
+        let radiance = map.radiance(&tables.textures, &self.sphere, n);
+        let radiance = self.sphere.coated(radiance, n.dot(sample.wi).abs());
+        Some(LightSample { radiance, ..sample })
     }
 
     fn pdf(&self, t: &LightTables, lit: &Lit, wi: Vec3, hit: Option<LightHit>) -> Pdf<SolidAngle> {
@@ -63,6 +65,7 @@ impl Light for TexturedSphere {
             radius: 0.5,
             radiance: Spectrum::ONE,
             inward: false,
+            coat: 0.0,
         };
         let tables = LightTables {
             textures: textures.into(),

@@ -42,6 +42,13 @@ fn fresnel(cos: f32) -> f32 {
     0.04.lerp(1.0, schlick_weight(cos))
 }
 
+/// What a coat of a share leaves of light that the surface below emits at this cosine to the normal: 1 − c F.
+/// [glTF 2.0, KHR_materials_clearcoat, "Emission"]
+#[inline]
+pub fn emitted_through(coat: f32, cos: f32) -> f32 {
+    1.0 - coat * fresnel(cos)
+}
+
 impl Coat {
     #[inline]
     pub(super) fn new(roughness: f32) -> Self {

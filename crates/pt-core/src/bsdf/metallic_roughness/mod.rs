@@ -16,6 +16,7 @@ use super::fresnel;
 use super::microfacet::Facets;
 use super::rough_dielectric::{Pair, eta_from};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
+pub use coat::emitted_through;
 use coat::{Coat, CoatFrame, coat_albedo, through as through_layer};
 use film::Film;
 use sheen::Sheen;

@@ -275,6 +275,7 @@ fn a_disk_lights_as_its_formula_says() {
         e1: corner(i),
         e2: corner(i + 1),
         normal: Vec3::NEG_Y,
+        coat: 0.0,
     };
     let triangles: Vec<_> = (0..CORNERS).map(triangle).collect();
     let mut tables = LightTables::default();

@@ -14,7 +14,7 @@ fn triangles() -> Vec<Example> {
         (Vec3::new(-0.3, 1.2, 0.0), Vec3::new(-0.8, -0.1, 0.0)),
     ];
     let light = |(e1, e2)| {
-        let triangle = EmitterTriangle { p0: Vec3::ZERO, e1, e2, normal: Vec3::Z };
+        let triangle = EmitterTriangle { p0: Vec3::ZERO, e1, e2, normal: Vec3::Z, coat: 0.0 };
         let mut tables = LightTables::default();
         let light = MeshLight::new(&mut tables, &[triangle], Spectrum::ONE).expect("an area");
         (light.into(), tables)

@@ -337,6 +337,7 @@ fn example_of_squares() -> Vec<(TreeLight, Option<u32>)> {
                 e1: corners[i] - inner,
                 e2: corners[(i + 1) % 4] - inner,
                 normal: Vec3::NEG_Y,
+                coat: 0.0,
             };
             TreeLight::Triangle(triangle, Spectrum::splat(radiance))
         })
@@ -390,6 +391,7 @@ mod tests {
                     radius: 0.1 + random.unit(),
                     radiance: intensity,
                     inward: i % 8 == 1,
+                    coat: 0.0,
                 }
                 .into(),
                 2 => {
@@ -399,7 +401,7 @@ mod tests {
                 _ => {
                     let (e1, e2) = (random.in_cube(), random.in_cube());
                     let normal = e1.cross(e2).normalize();
-                    let triangle = EmitterTriangle { p0: position, e1, e2, normal };
+                    let triangle = EmitterTriangle { p0: position, e1, e2, normal, coat: 0.0 };
                     return (TreeLight::Triangle(triangle, intensity), None);
                 }
             };
