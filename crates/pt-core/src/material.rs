@@ -64,6 +64,8 @@ pub struct LobeMaterial {
     pub two_sided: bool,
     /// Whether it matters which way the frame of the surface is turned.
     pub oriented: bool,
+    /// The shares of ∂p/∂u and ∂p/∂v of the direction to which it is turned, if that is not u.
+    pub along: Option<Id<TextureRecord>>,
     /// Which normals its clear coat has, if not those of the lobe.
     pub coat: Option<CoatRecord>,
     /// Where its [`Slot`]s begin, and end.
@@ -181,7 +183,7 @@ impl Materials {
                     } else {
                         self.lobe(lobes, &material, parametrization)
                     };
-                    let tangent = material.oriented.then_some(parametrization.along_u).flatten();
+                    let tangent = self.tangent(&material, parametrization);
                     let orientation = view.orientation(tangent);
                     if let Some(coat) = material.coat
                         && !view.sees_nothing
@@ -220,6 +222,14 @@ impl Materials {
                 }
             }
         }
+    }
+
+    /// The direction to which the frame of a lobe is turned, if it matters and there is one.
+    fn tangent(&self, material: &LobeMaterial, at: &Parametrization) -> Option<Vec3> {
+        let u = material.oriented.then_some(at.along_u).flatten()?;
+        let Some(along) = material.along else { return Some(u) };
+        let [a, b, _] = self.textures.color(along, at).to_array();
+        Some(u * a + at.along_v.unwrap_or(Vec3::ZERO) * b)
     }
 
     /// A lobe with the parameters that textures give it at a point.

@@ -386,3 +386,31 @@ fn estimators_agree_where_materials_vary() {
         .collect();
     assert_all_agree(&films);
 }
+
+/// Anisotropy along shares of ∂p/∂u and ∂p/∂v is turned by their angle on a square whose coordinates are square, too.
+#[test]
+fn anisotropy_turns_with_its_direction() {
+    let film = |anisotropy_along: Option<Arc<Texture>>, anisotropy_rotation: f32| {
+        let brushed = MetallicRoughness {
+            metallic: 1.0.into(),
+            roughness: 0.2.into(),
+            anisotropy: 0.9.into(),
+            anisotropy_rotation,
+            anisotropy_along,
+            ..MetallicRoughness::default()
+        };
+        let scene = Builder::default()
+            .quad(facing(DVec3::ZERO, DVec3::Z, 1.0), brushed.into())
+            .light(LightKind::Point { intensity: [9.0; 3] }, DAffine3::from_translation(DVec3::Z))
+            .seen_by(camera(DVec3::Z * 4.0, DVec3::ZERO, [25.0, 25.0]));
+        render(&scene, size([12, 12]), settings(16)).film().clone()
+    };
+    let values = |film: &Film| film.pixels().map(|pixel| pixel.luminance().0).collect::<Vec<_>>();
+    let along = row(&[[0.5, 0.75, 0.0]], Filter::Nearest);
+    let turned = values(&film(None, f32::atan2(0.75, 0.5)));
+    for (a, b) in values(&film(Some(along), 0.0)).iter().zip(&turned) {
+        assert!((a / b - 1.0).abs() < 1e-3, "{a} is not {b}");
+    }
+    let straight = values(&film(None, 0.0));
+    assert!(straight.iter().zip(&turned).any(|(a, b)| (a / b - 1.0).abs() > 0.1), "it matters");
+}

@@ -302,6 +302,9 @@ impl Lower for MetallicRoughness {
         };
         if self.anisotropy != Scalar::Value(0.0) {
             cx.orient();
+            if let Some(along) = &self.anisotropy_along {
+                cx.orient_along(along);
+            }
         }
         if self.clearcoat != Scalar::Value(0.0) {
             match &self.clearcoat_normals {

@@ -52,6 +52,8 @@ pub(super) struct Lowering {
     /// Of the lobe that is made next.
     slots: Vec<Slot>,
     oriented: bool,
+    /// See [`LobeMaterial::along`].
+    along: Option<Id<TextureRecord>>,
     /// Normals of the clear coat of the next lobe.
     coat: Option<CoatRecord>,
 }
@@ -72,6 +74,7 @@ impl Lowering {
             mesh_values: Vec::new(),
             slots: Vec::new(),
             oriented: false,
+            along: None,
             coat: None,
         }
     }
@@ -133,6 +136,7 @@ impl Lowering {
             lobe: self.lobes.push(lobe),
             two_sided,
             oriented: std::mem::take(&mut self.oriented),
+            along: self.along.take(),
             coat: self.coat.take(),
             slots: [first, slots.len() as u32],
         })
@@ -146,6 +150,11 @@ impl Lowering {
     /// Says that the next lobe is not the same in all directions along the surface.
     pub(super) fn orient(&mut self) {
         self.oriented = true;
+    }
+
+    /// Says that the next lobe is turned to another direction than u.
+    pub(super) fn orient_along(&mut self, along: &Arc<Texture>) {
+        self.along = Some(self.texture(along));
     }
 
     /// A share of light, which the next lobe packs from `first` on.

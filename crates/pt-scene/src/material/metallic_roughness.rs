@@ -1,6 +1,8 @@
 //! The material of glTF.
 
-use crate::texture::{Color, Relief, Scalar};
+use std::sync::Arc;
+
+use crate::texture::{Color, Relief, Scalar, Texture};
 
 /// The normals of a clear coat.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -46,6 +48,9 @@ pub struct MetallicRoughness {
     pub anisotropy_direction: [Scalar; 2],
     /// The angle in radians by which it is turned, from where u grows to where v does.
     pub anisotropy_rotation: f32,
+    /// The direction that stands for that in which u grows, if another one does: its red and green are the shares of ∂p/∂u and
+    /// ∂p/∂v.
+    pub anisotropy_along: Option<Arc<Texture>>,
     /// Share of the surface with a thin film.
     pub iridescence: Scalar,
     /// Index of refraction of the film, at least 1.
@@ -85,6 +90,7 @@ impl Default for MetallicRoughness {
             anisotropy: none(),
             anisotropy_direction: [1.0.into(), 0.5.into()],
             anisotropy_rotation: 0.0,
+            anisotropy_along: None,
             iridescence: none(),
             film_ior: 1.3,
             film_thickness: 400.0.into(),

@@ -331,6 +331,65 @@ fn normals_lie_along_tangents() {
     }
 }
 
+/// Tangents have the direction of anisotropy, also where a morph target or a joint turns them; where their side is −1, it turns the
+/// other way, as does the second number of its image.
+#[test]
+fn anisotropy_is_along_tangents() {
+    for (w, is_bent) in [(1.0, false), (-1.0, false), (1.0, true), (-1.0, true)] {
+        let mut text = Text::default();
+        let mut attributes = text.triangle();
+        attributes["TEXCOORD_0"] = text.vectors(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]).into();
+        let before = if is_bent { [0.0, 0.0, 1.0, w] } else { [0.0, 1.0, 0.0, w] };
+        attributes["TANGENT"] = text.vectors(&[before; 3]).into();
+        // From z to x by a target, and from there to y by a joint.
+        let to_x = text.vectors(&[[1.0, 0.0, -1.0]; 3]);
+        let mut primitive = json!({"attributes": attributes, "material": 0});
+        let mut node = json!({"mesh": 0});
+        if is_bent {
+            primitive["targets"] = json!([{"TANGENT": to_x}]);
+            primitive["attributes"]["JOINTS_0"] = text.accessor(&[0; 12], "VEC4", 5121, 3).into();
+            primitive["attributes"]["WEIGHTS_0"] = text.vectors(&[[1.0, 0.0, 0.0, 0.0]; 3]).into();
+            node = json!({"mesh": 0, "skin": 0, "weights": [1]});
+        }
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let quarter_turn = json!([0, 0, half, half]);
+        let anisotropy = json!({
+            "anisotropyStrength": 0.5, "anisotropyRotation": 0.25, "anisotropyTexture": {"index": 0}
+        });
+        let scene = read(&text.with(json!({
+            "scene": 0,
+            "scenes": [{"nodes": [0, 1]}],
+            "nodes": [node, {"rotation": quarter_turn}],
+            "skins": [{"joints": [1]}],
+            "meshes": [{"primitives": [primitive]}],
+            "materials": [{"extensions": {"KHR_materials_anisotropy": anisotropy}}],
+            "textures": [{"source": 0}],
+            "images": [{"uri": PNG}]
+        })));
+        assert_eq!(scene.warnings, []);
+        let Geometry::Mesh(mesh) = &scene.objects[0].geometry else { panic!("no mesh") };
+        let [[a, b, _]] = mesh.attributes.faces["TANGENT"][..] else { panic!("a triangle") };
+        // The joint turns ∂p/∂u = x to y, and ∂p/∂v = −y to x.
+        let wanted = if is_bent { [1.0, 0.0] } else { [0.0, -1.0] };
+        assert!((a - wanted[0]).abs() < 1e-6 && (b - wanted[1]).abs() < 1e-6, "{a} {b}");
+        let slot = mesh.parts[0].slot as usize;
+        assert_eq!(slot, usize::from(w < 0.0));
+        let material = scene.objects[0].materials[slot].expect("a material") as usize;
+        let Surface::MetallicRoughness(look) = &scene.materials[material].surface else {
+            panic!("{:?}", scene.materials[material].surface)
+        };
+        let along = look.anisotropy_along.as_ref().expect("tangents");
+        assert_eq!(along.pattern, Pattern::FaceAttribute("TANGENT".into()));
+        assert_eq!(look.anisotropy_rotation, 0.25 * w);
+        let [x, y] = look.anisotropy_direction.each_ref().map(|number| {
+            let texture = number.texture().expect("a texture").clone();
+            bitmap(&Color::Texture(texture)).image.pixels[1][0]
+        });
+        let green = if w > 0.0 { 100.0 / 255.0 } else { 155.0 / 255.0 };
+        assert!((x - 188.0 / 255.0).abs() < 1e-6 && (y - green).abs() < 1e-6, "{x} {y}");
+    }
+}
+
 /// Normals, or else what comes first, lie on the coordinates of the mesh; textures on other sets by their numbers.
 #[test]
 fn textures_lie_on_several_sets_of_coordinates() {

@@ -34,12 +34,13 @@ impl<'a> Reader<'a> {
 }
 
 /// Moves vertices to where their joints have them: the mean of what these do, by weights whose sum is made 1.
-/// Normals are turned by the transposed inverse.
+/// Normals are turned by the transposed inverse, tangents go with the surface.
 pub(super) fn bend(
     influences: &[Vec<(u32, f32)>],
     joints: &[DAffine3],
     positions: &mut [[f32; 3]],
     normals: Option<&mut Vec<[f32; 3]>>,
+    tangents: Option<&mut Vec<[f32; 4]>>,
 ) {
     let bends: Vec<DAffine3> =
         influences.iter().map(|influences| blend(influences, joints)).collect();
@@ -50,6 +51,10 @@ pub(super) fn bend(
     for (normal, bend) in normals.into_iter().flatten().zip(&bends) {
         let turned = cofactors(&bend.matrix3) * DVec3::from_array(normal.map(f64::from));
         *normal = turned.normalize_or_zero().as_vec3().to_array();
+    }
+    for ([x, y, z, _], bend) in tangents.into_iter().flatten().zip(&bends) {
+        let along = bend.matrix3 * DVec3::from_array([*x, *y, *z].map(f64::from));
+        [*x, *y, *z] = along.normalize_or_zero().as_vec3().to_array();
     }
 }
 
@@ -88,10 +93,18 @@ mod tests {
         let mut positions = [[2.0, 0.0, 0.0]; 3];
         let mut normals = vec![[1.0, 0.0, 0.0]; 3];
         let influences = [vec![(0, 3.0)], vec![(1, 1.0)], vec![(0, 0.5), (1, 0.5)]];
-        bend(&influences, &joints, &mut positions, Some(&mut normals));
+        let mut tangents = vec![[0.0, 1.0, 0.0, -1.0]; 3];
+        bend(&influences, &joints, &mut positions, Some(&mut normals), Some(&mut tangents));
         let close = |a: [f32; 3], b: [f32; 3]| (0..3).all(|c| (a[c] - b[c]).abs() < 1e-6);
         assert!(close(positions[0], [3.0, 0.0, 0.0]) && close(normals[0], [1.0, 0.0, 0.0]));
         assert!(close(positions[1], [0.0, 2.0, 0.0]) && close(normals[1], [0.0, 1.0, 0.0]));
         assert!(close(positions[2], [1.5, 1.0, 0.0]));
+        let half = std::f32::consts::FRAC_1_SQRT_2;
+        for (tangent, want) in
+            tangents.into_iter().zip([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [-half, half, 0.0]])
+        {
+            let [x, y, z, side] = tangent;
+            assert!(close([x, y, z], want) && side == -1.0, "{tangent:?}");
+        }
     }
 }

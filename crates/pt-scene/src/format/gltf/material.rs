@@ -26,8 +26,8 @@ pub(super) struct Layout {
     pub(super) uv_set: Option<usize>,
     /// The other sets on which some of them lie, in no order.
     pub(super) other_sets: Vec<u32>,
-    /// Whether one of them has normals, which differ where coordinates lie mirrored.
-    pub(super) has_relief: bool,
+    /// Whether one of them has normals, or there is anisotropy: both differ where coordinates lie mirrored.
+    pub(super) has_frame: bool,
     /// Whether opacities between 0 and 1 are seen.
     pub(super) is_blended: bool,
     /// Whether the surface is cut where its opacity is below a number.
@@ -94,9 +94,10 @@ impl<'a> Reader<'a> {
         let mode = material.text("alphaMode")?;
         let (is_blended, is_masked) = (mode == Some("BLEND"), mode == Some("MASK"));
         let coat = material.extension("KHR_materials_clearcoat")?;
-        let has_relief = material.has("normalTexture")
-            || coat.is_some_and(|coat| coat.has("clearcoatNormalTexture"));
-        Ok(Layout { uv_set, other_sets, has_relief, is_blended, is_masked })
+        let has_frame = material.has("normalTexture")
+            || coat.is_some_and(|coat| coat.has("clearcoatNormalTexture"))
+            || material.extension("KHR_materials_anisotropy")?.is_some();
+        Ok(Layout { uv_set, other_sets, has_frame, is_blended, is_masked })
     }
 
     /// The material of a primitive, made once for each kind of values.
@@ -201,7 +202,7 @@ impl<'a> Reader<'a> {
         self.diffuse_transmission(item, &mut made)?;
         self.coat(item, values, &mut made)?;
         self.sheen(item, &mut made)?;
-        self.anisotropy(item, &mut made)?;
+        self.anisotropy(item, &mut made, values.tangents)?;
         self.film(item, &mut made)?;
         for (extension, what) in PASSED_OVER {
             if item.extension(extension)?.is_some() {
@@ -333,6 +334,7 @@ impl<'a> Reader<'a> {
         &mut self,
         item: &Item<'a>,
         made: &mut MetallicRoughness,
+        has_tangents: bool,
     ) -> Result<(), LoadError> {
         let Some(found) = item.extension("KHR_materials_anisotropy")? else { return Ok(()) };
         let names = ["anisotropyStrength", "anisotropyTexture"];
@@ -345,7 +347,27 @@ impl<'a> Reader<'a> {
         if let (Some(x), Some(y)) = (channel(0)?, channel(1)?) {
             made.anisotropy_direction = [x, y].map(Input::Texture);
         }
+        made.anisotropy_along = has_tangents.then(tangents);
         Ok(())
+    }
+
+    /// Turns the direction of anisotropy to the other side of u, for triangles on which texture coordinates lie mirrored; tells
+    /// whether there is one.
+    fn mirror_anisotropy(
+        &mut self,
+        item: &Item<'a>,
+        look: &mut MetallicRoughness,
+    ) -> Result<bool, LoadError> {
+        let Some(found) = item.extension("KHR_materials_anisotropy")? else { return Ok(false) };
+        if look.anisotropy == Scalar::Value(0.0) {
+            return Ok(false);
+        }
+        look.anisotropy_rotation = -look.anisotropy_rotation;
+        let [_, across] = &mut look.anisotropy_direction;
+        if let Some(y) = self.texture(&found, "anisotropyTexture", Content::Opposite(1))? {
+            *across = Input::Texture(y);
+        }
+        Ok(true)
     }
 
     /// KHR_materials_iridescence: without an image, the film is as thick as can be.
@@ -409,11 +431,12 @@ impl<'a> Reader<'a> {
             }
             surface = &mut embossed.surface;
         }
-        if let Surface::MetallicRoughness(look) = surface
-            && let CoatNormals::Relief(relief) = &look.clearcoat_normals
-        {
-            let lie = (true, has_tangents(relief));
-            (look.clearcoat_normals, is_other) = (self.coat_normals(item, lie)?, true);
+        if let Surface::MetallicRoughness(look) = surface {
+            if let CoatNormals::Relief(relief) = &look.clearcoat_normals {
+                let lie = (true, has_tangents(relief));
+                (look.clearcoat_normals, is_other) = (self.coat_normals(item, lie)?, true);
+            }
+            is_other |= self.mirror_anisotropy(item, look)?;
         }
         if !is_other {
             return Ok(made.material);
@@ -449,8 +472,7 @@ impl<'a> Reader<'a> {
         if has_tangents {
             let content = Content::Normals { scale: scale.to_bits(), is_mirrored };
             let normals = self.texture(item, field, content)?;
-            let tangents = Pattern::FaceAttribute(Values::TANGENTS.into());
-            return Ok(normals.map(|map| Relief::NormalsAlong(map, Arc::new(tangents.into()))));
+            return Ok(normals.map(|map| Relief::NormalsAlong(map, tangents())));
         }
         let to_pattern = placement(&info)?;
         let is_mirrored = is_mirrored != (to_pattern.determinant() < 0.0);
@@ -524,6 +546,11 @@ fn covered(share: Scalar) -> Scalar {
 /// What emits the same behind a surface, and lets all light through to it.
 fn back_of(front: &Material) -> Material {
     Material { surface: Black.into(), opacity: 0.0.into(), ..front.clone() }
+}
+
+/// The tangents of a mesh, as shares of ∂p/∂u and ∂p/∂v.
+fn tangents() -> Arc<Texture> {
+    Arc::new(Pattern::FaceAttribute(Values::TANGENTS.into()).into())
 }
 
 /// What has no material: a rough white metal. [glTF 2.0, §3.9.6]

@@ -82,10 +82,17 @@ impl<'a> Reader<'a> {
             return Ok(None);
         }
         let mut normals = self.attribute::<3>(&attributes, "NORMAL", vertices)?;
-        self.morph(primitive, form.weights, &mut positions, normals.as_mut())?;
+        let mut tangents = if form.layout.has_frame {
+            self.attribute::<4>(&attributes, "TANGENT", vertices)?
+        } else {
+            None
+        };
+        let frame = (normals.as_mut(), tangents.as_mut());
+        self.morph(primitive, form.weights, &mut positions, frame)?;
         if let Some(joints) = form.joints {
             let influences = self.influences(&attributes, vertices, joints.len())?;
-            deform::bend(&influences, joints, &mut positions, normals.as_mut());
+            let (normals, tangents) = (normals.as_mut(), tangents.as_mut());
+            deform::bend(&influences, joints, &mut positions, normals, tangents);
         }
         let are_finite = |part: &[[f32; 3]]| part.as_flattened().iter().all(|x| x.is_finite());
         if !all_parts(&positions, are_finite) {
@@ -101,20 +108,17 @@ impl<'a> Reader<'a> {
             named.vertices.insert(crate::texture::Layout::set_name(*set), values);
         }
         let mirrored = match &uvs {
-            Some(uvs) if form.layout.has_relief => {
-                let is_bent = form.joints.is_some() || form.weights.iter().any(|w| *w != 0.0);
-                match self.tangents(primitive, &attributes, vertices, is_bent)? {
-                    Some(tangents) => {
-                        let mirrored = last(&mut triangles, |corners| {
-                            corners.map(|c| tangents[c as usize][3]).iter().sum::<f32>() < 0.0
-                        });
-                        let along = along_tangents(&triangles, (&positions, uvs), &tangents);
-                        named.faces.insert(Values::TANGENTS.into(), along);
-                        mirrored
-                    }
-                    None => last(&mut triangles, |corners| lies_mirrored(uvs, corners)),
+            Some(uvs) if form.layout.has_frame => match &tangents {
+                Some(tangents) => {
+                    let mirrored = last(&mut triangles, |corners| {
+                        corners.map(|c| tangents[c as usize][3]).iter().sum::<f32>() < 0.0
+                    });
+                    let along = along_tangents(&triangles, (&positions, uvs), tangents);
+                    named.faces.insert(Values::TANGENTS.into(), along);
+                    mirrored
                 }
-            }
+                None => last(&mut triangles, |corners| lies_mirrored(uvs, corners)),
+            },
             _ => 0,
         };
         let Colored { colors, opacities } = self.colors(&attributes, vertices)?;
@@ -147,25 +151,6 @@ impl<'a> Reader<'a> {
     ) -> Result<Option<Vec<[f32; N]>>, LoadError> {
         let values = self.accessors.vectors::<N>(attributes, name)?;
         values.map(|values| as_many(values, attributes, name, vertices)).transpose()
-    }
-
-    /// The directions of +x of the normals of an image, with the side of +y, if the primitive has some and is as the file
-    /// has it.
-    fn tangents(
-        &mut self,
-        primitive: &Item<'a>,
-        attributes: &Item<'_>,
-        vertices: usize,
-        is_bent: bool,
-    ) -> Result<Option<Vec<[f32; 4]>>, LoadError> {
-        if is_bent && attributes.has("TANGENT") {
-            self.warn(
-                primitive,
-                "TANGENT is not bent with the mesh; normals of images lie along u",
-            );
-            return Ok(None);
-        }
-        self.attribute::<4>(attributes, "TANGENT", vertices)
     }
 
     /// Texture coordinates, whose v runs down the rows of an image there, and up here.
@@ -238,7 +223,7 @@ impl<'a> Reader<'a> {
         primitive: &Item<'a>,
         weights: &[f64],
         positions: &mut [[f32; 3]],
-        mut normals: Option<&mut Vec<[f32; 3]>>,
+        (mut normals, mut tangents): (Option<&mut Vec<[f32; 3]>>, Option<&mut Vec<[f32; 4]>>),
     ) -> Result<(), LoadError> {
         let count = primitive.count("targets")?;
         for (i, weight) in weights.iter().enumerate().take(count).filter(|(_, w)| **w != 0.0) {
@@ -251,6 +236,12 @@ impl<'a> Reader<'a> {
                 && let Some(turned) = self.attribute::<3>(target, "NORMAL", count)?
             {
                 add(normals, &turned, *weight);
+            }
+            // The side, which is their fourth number, stays.
+            if let Some(tangents) = &mut tangents
+                && let Some(turned) = self.attribute::<3>(target, "TANGENT", count)?
+            {
+                add(tangents, &turned, *weight);
             }
         }
         Ok(())
@@ -357,11 +348,11 @@ fn at_vertices<T>(values: Vec<T>) -> Attribute<T> {
     Attribute { values, indices: None }
 }
 
-fn add(values: &mut [[f32; 3]], more: &[[f32; 3]], weight: f64) {
+fn add<const N: usize>(values: &mut [[f32; N]], more: &[[f32; 3]], weight: f64) {
     for (value, more) in values.iter_mut().zip(more) {
-        let sum = DVec3::from_array(value.map(f64::from))
-            + weight * DVec3::from_array(more.map(f64::from));
-        *value = sum.as_vec3().to_array();
+        for (number, more) in value.iter_mut().zip(more) {
+            *number = (f64::from(*number) + weight * f64::from(*more)) as f32;
+        }
     }
 }
 

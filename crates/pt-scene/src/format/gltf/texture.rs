@@ -27,6 +27,8 @@ pub(super) enum Content {
     Colors,
     /// One channel, 0 to 2, as it is.
     Channel(usize),
+    /// What a channel lacks to 1.
+    Opposite(usize),
     /// The opacity; 1 if there is none.
     Opacity,
     /// Where the opacity is at least a number, given by its bits.
@@ -253,6 +255,7 @@ pub(super) fn part(stored: &Decoded, content: Content) -> Image {
     let pixels = match content {
         Content::Colors => linear(pixels),
         Content::Channel(c) => pixels.iter().map(|pixel| [pixel[c]; 3]).collect(),
+        Content::Opposite(c) => pixels.iter().map(|pixel| [1.0 - pixel[c]; 3]).collect(),
         Content::Opacity => texels.map(|(i, _)| [opacity(i); 3]).collect(),
         Content::Mask(least) => {
             let is_there = |i| f32::from(u8::from(opacity(i) >= f32::from_bits(least)));

@@ -173,6 +173,7 @@ record! {
         anisotropy: SHARE => 0.0.into(),
         anisotropy_direction: Pair(SHARE) => Self::default().anisotropy_direction,
         anisotropy_rotation: ANY => 0.0,
+        anisotropy_along: Plain => None,
         iridescence: SHARE => 0.0.into(),
         film_ior: FROM_1 => Self::default().film_ior,
         film_thickness: FROM_0 => Self::default().film_thickness,

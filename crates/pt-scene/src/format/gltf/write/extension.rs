@@ -87,6 +87,10 @@ impl Writer<'_> {
         if look.anisotropy == NONE {
             return Ok(());
         }
+        if look.anisotropy_along.is_some() {
+            self.notes
+                .tell(&cx.place, "its anisotropy is along u, as its tangents are not written");
+        }
         let strength = self.number(&look.anisotropy, "anisotropy", cx);
         let factor = self.share(strength.factor[0], "anisotropy", cx);
         let mut fields = Map::from_iter([("anisotropyStrength".to_owned(), factor.into())]);

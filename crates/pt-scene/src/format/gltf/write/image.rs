@@ -151,6 +151,9 @@ fn stored(parts: &[(Content, Arc<Image>)], highest: f32) -> Decoded {
                 *pixel = color.map(|c| level(srgb_from_linear(c)));
             }),
             Content::Channel(c) => numbers.for_each(|(pixel, [x, ..])| pixel[*c] = level(*x)),
+            Content::Opposite(c) => {
+                numbers.for_each(|(pixel, [x, ..])| pixel[*c] = level(1.0 - *x));
+            }
             Content::Normals { .. } => numbers.for_each(|(pixel, normal)| {
                 *pixel = normal.map(level);
             }),
