@@ -1,13 +1,16 @@
 //! OpenEXR files.
 
+mod subsampled;
+
 use std::io::Cursor;
 
+use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::image::FlatSamples;
 use exr::meta::MetaData;
 use exr::meta::attribute::Chromaticities;
 use exr::meta::header::Header;
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Compression as Method, Encoding, Layer,
+    AnyChannel, AnyChannels, AttributeValue, Compression as Method, Encoding, IntegerBounds, Layer,
     LayerAttributes, ReadChannels, ReadLayers, SmallVec, Text, Vec2, WritableImage, f16,
     read as exr_read,
 };
@@ -167,19 +170,16 @@ fn attribute_length(header: &[u8]) -> Option<usize> {
 /// without a name or of the first that has them, and A beside them; other channels are ignored.
 /// What is stored is linear light.
 pub(super) fn read(bytes: &[u8], _: Numbers) -> Result<Decoded, String> {
-    let failed = |e: exr::error::Error| {
-        match e {
-        exr::error::Error::NotSupported(what) if what.contains("subsampling") => {
-            "has channels with fewer pixels than others, as luminance and chroma have; save it with R, G and B, or with all \
-             channels in full"
-                .to_owned()
-        }
-        e => format!("is no valid EXR file: {e}"),
-    }
-    };
+    let failed = |e: exr::error::Error| format!("is no valid EXR file: {e}");
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
+    if subsampled::is_of_this_kind(&meta) {
+        return subsampled::read(bytes, meta);
+    }
     check_size(sum_of_pixels(&meta, |header| header.channels.bytes_per_pixel), bytes.len())?;
     check_size(sum_of_pixels(&meta, bytes_in_memory), usize::MAX)?;
+    if meta.headers.iter().any(is_dwa) {
+        check_blocks(bytes)?;
+    }
     let file = exr_read()
         .no_deep_data()
         .largest_resolution_level()
@@ -192,30 +192,91 @@ pub(super) fn read(bytes: &[u8], _: Numbers) -> Result<Decoded, String> {
     let mut parts: Vec<_> = file.layer_data.iter().collect();
     parts.sort_by_key(|part| part.attributes.layer_name.is_some());
     let window = file.attributes.display_window;
-    let found = parts.iter().find_map(|part| {
-        let channels = &part.channel_data.list;
-        let (colors, alpha) = color_channels(channels)?;
-        let origin = part.attributes.layer_position;
-        let offset = [(origin.0, window.position.0), (origin.1, window.position.1)]
-            .map(|(data, display)| i64::from(data) - i64::from(display));
-        Some((part, colors, alpha, offset))
-    });
-    let Some((part, colors, alpha, offset)) = found else {
-        let names: Vec<_> = parts
-            .iter()
-            .flat_map(|part| &part.channel_data.list)
-            .map(|channel| channel.name.to_string())
-            .collect();
+    let names = |part: &Layer<AnyChannels<FlatSamples>>| -> Vec<String> {
+        part.channel_data.list.iter().map(|channel| channel.name.to_string()).collect()
+    };
+    let part = parts.iter().find(|part| color_channels(&names(part)).is_some());
+    let Some(part) = part else {
+        let all: Vec<_> = parts.iter().flat_map(|part| names(part)).collect();
+        return Err(format!("has no channels R, G, B, and no Y; it has {}", all.join(", ")));
+    };
+    let planes = part.channel_data.list.iter().map(|channel| &channel.sample_data);
+    let data = IntegerBounds::new(part.attributes.layer_position, part.size);
+    picture(&names(part), &planes.collect::<Vec<_>>(), data, window)
+}
+
+fn is_dwa(header: &Header) -> bool {
+    matches!(header.compression, Method::DWAA(_) | Method::DWAB(_))
+}
+
+/// Refuses a file of which a block of DWA claims more than it can be.
+fn check_blocks(bytes: &[u8]) -> Result<(), String> {
+    let failed = |e: exr::error::Error| format!("is no valid EXR file: {e}");
+    let reader = exr::block::read(Cursor::new(bytes), false).map_err(failed)?;
+    let headers = reader.headers().to_vec();
+    for chunk in reader.all_chunks(false).map_err(failed)? {
+        let Chunk { layer_index, compressed_block } = chunk.map_err(failed)?;
+        let Some(header) = headers.get(layer_index).filter(|header| is_dwa(header)) else {
+            continue;
+        };
+        let place = header.get_block_data_indices(&compressed_block);
+        let place = place.and_then(|place| header.get_absolute_block_pixel_coordinates(place));
+        let stored = place.map_err(failed)?.size.area() * header.channels.bytes_per_pixel;
+        match &compressed_block {
+            CompressedBlock::ScanLine(block) => {
+                check_counts(header, &block.compressed_pixels_le, stored)?;
+            }
+            CompressedBlock::Tile(block) => {
+                check_counts(header, &block.compressed_pixels_le, stored)?;
+            }
+            CompressedBlock::DeepScanLine(_) | CompressedBlock::DeepTile(_) => {}
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a block of DWA whose counts ask for more memory than any such block needs, as the library takes what they say. Without
+/// compression it would have `stored` bytes.
+///
+/// They are eleven numbers of 64 bits: the version, sizes and counts of four sections, and a kind of compression. A section has
+/// at most the numbers of all channels, in squares of 8 pixels, and codes twice as long.
+fn check_counts(header: &Header, block: &[u8], stored: usize) -> Result<(), String> {
+    /// The places of sizes before compression, and of counts.
+    const COUNTS: [usize; 5] = [1, 6, 7, 8, 9];
+    let Vec2(width, height) = header.max_block_pixel_size();
+    let squares = |n: usize| n.next_multiple_of(8) as u64;
+    let numbers = squares(width) * squares(height) * header.channels.list.len() as u64;
+    let most = 8 * numbers + 4096;
+    let words = block.as_chunks().0;
+    let count = |place: usize| words.get(place).map_or(0, |word| u64::from_le_bytes(*word));
+    // What could not be made smaller is stored as it is.
+    if block.len() == stored || COUNTS.iter().all(|place| count(*place) <= most) {
+        return Ok(());
+    }
+    Err("has a block that claims more numbers than it has pixels".to_owned())
+}
+
+/// The picture of a part with these channels, which has its data in a window of the display.
+fn picture(
+    names: &[String],
+    planes: &[&FlatSamples],
+    data: IntegerBounds,
+    display: IntegerBounds,
+) -> Result<Decoded, String> {
+    let Some((colors, alpha)) = color_channels(names) else {
         return Err(format!("has no channels R, G, B, and no Y; it has {}", names.join(", ")));
     };
-    let samples = |c: usize| &part.channel_data.list[c].sample_data;
-    let mut decoded = assemble(part.size, colors.channels().map(samples), alpha.map(samples))?;
+    let plane = |c: usize| planes[c];
+    let mut decoded = assemble(data.size, colors.channels().map(plane), alpha.map(plane))?;
     if let Colors::Chroma(_) = colors {
         decoded.image.pixels.iter_mut().for_each(|pixel| *pixel = from_chroma(*pixel));
     }
-    if offset != [0; 2] || part.size != window.size {
+    let offset = [(data.position.0, display.position.0), (data.position.1, display.position.1)]
+        .map(|(data, display)| i64::from(data) - i64::from(display));
+    if offset != [0; 2] || data.size != display.size {
         let side = |n: usize| u32::try_from(n).map_err(|_| "is too large".to_owned());
-        decoded.frame = Some(Frame { offset, size: [side(window.size.0)?, side(window.size.1)?] });
+        let size = [side(display.size.0)?, side(display.size.1)?];
+        decoded.frame = Some(Frame { offset, size });
     }
     Ok(decoded)
 }
@@ -287,8 +348,7 @@ fn sum_of_pixels(meta: &MetaData, bytes_per_pixel: impl Fn(&Header) -> usize) ->
 /// The colours among the channels of a part: R, G, B without a prefix,
 /// else Y, perhaps with RY and BY, else the first prefix (a layer's name and a dot) that has them; and that of A with the
 /// same prefix.
-fn color_channels(channels: &[AnyChannel<FlatSamples>]) -> Option<(Colors, Option<usize>)> {
-    let names: Vec<_> = channels.iter().map(|channel| channel.name.to_string()).collect();
+fn color_channels(names: &[String]) -> Option<(Colors, Option<usize>)> {
     let position = |name: String| names.iter().position(|n| *n == name);
     let with_prefix = |prefix: &str| {
         let color = |c: &str| position(format!("{prefix}{c}"));

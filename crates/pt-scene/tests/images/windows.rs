@@ -111,3 +111,72 @@ fn square_skies_are_doubted() {
     assert_eq!(image(8, 4).doubt_as_sky(), None);
     assert_eq!(image(1, 1).doubt_as_sky(), None);
 }
+
+/// Files of OpenEXR 3.3.2 with Y = ¼ + x/64 + y/128, RY = x/32 − y/128 and BY = ¼ − x/64, of which the latter have every second
+/// column and row: between these all is linear, and at the end as before.
+#[test]
+fn chroma_may_have_fewer_pixels() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/formats/images");
+    for (method, precision) in [
+        ("none", 1e-6),
+        ("rle", 1e-3),
+        ("zips", 1e-3),
+        ("zip", 1e-6),
+        ("piz", 1e-3),
+        ("pxr24", 1e-4),
+        ("dwaa", 2e-2),
+    ] {
+        let path = format!("{folder}/chroma_{method}.exr");
+        let bytes = std::fs::read(&path).expect("a readable file");
+        let image = decode(&bytes, Path::new(&path), Transfer::Srgb);
+        let image = image.unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!((image.width, image.height), (16, 34), "{method}");
+        for (i, pixel) in image.pixels.iter().enumerate() {
+            let [x, y] = [i % 16, i / 16].map(|n| n as f32);
+            let luminance = 0.25 + x / 64.0 + y / 128.0;
+            let (cx, cy) = (x.min(14.0), y.min(32.0));
+            let r = (1.0 + cx / 32.0 - cy / 128.0) * luminance;
+            let b = (1.25 - cx / 64.0) * luminance;
+            let g = (luminance - 0.2126 * r - 0.0722 * b) / 0.7152;
+            for (got, want) in pixel.iter().zip([r, g, b]) {
+                assert!((got - want).abs() < precision, "{method} {x} {y}: {got} is not {want}");
+            }
+        }
+    }
+}
+
+/// A gradient in three channels of DWA.
+fn full_dwaa() -> Vec<u8> {
+    let values: Vec<_> = (0..40 * 40).map(|i| i as f32 / 1600.0).collect();
+    let channels =
+        ["R", "G", "B"].map(|name| AnyChannel::new(name, FlatSamples::F32(values.clone())));
+    let encoding = Encoding { compression: Compression::DWAA(None), ..Encoding::UNCOMPRESSED };
+    let channels = AnyChannels::sort(channels.into_iter().collect());
+    let layer = Layer::new((40, 40), LayerAttributes::default(), encoding, channels);
+    let mut out = Cursor::new(Vec::new());
+    let file = exr::image::Image::from_layer(layer);
+    file.write().non_parallel().to_buffered(&mut out).expect("it is written");
+    out.into_inner()
+}
+
+/// Damaged files are errors, not panics.
+#[test]
+fn damaged_chroma_does_no_harm() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/formats/images");
+    let methods = ["none", "rle", "zip", "piz", "pxr24", "dwaa"];
+    let file = |method| std::fs::read(format!("{folder}/chroma_{method}.exr")).expect("a file");
+    // Counts of the latter, in which all channels are full, once asked for hundreds of gigabytes.
+    let files = methods.map(|method| (method, file(method))).into_iter();
+    for (method, bytes) in files.chain([("full dwaa", full_dwaa())]) {
+        for at in 0..bytes.len().min(1500) {
+            let mut damaged = bytes.clone();
+            damaged[at] ^= 0x55;
+            for bytes in [&damaged[..], &bytes[..at]] {
+                let path = Path::new("damaged.exr");
+                let message = decode(bytes, path, Transfer::Srgb).map_err(|e| e.to_string()).err();
+                let message = message.unwrap_or_default();
+                assert!(!message.contains("panicked"), "{method}, byte {at}: {message}");
+            }
+        }
+    }
+}

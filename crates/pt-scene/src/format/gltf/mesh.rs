@@ -223,7 +223,7 @@ impl<'a> Reader<'a> {
         primitive: &Item<'a>,
         weights: &[f64],
         positions: &mut [[f32; 3]],
-        (mut normals, mut tangents): (Option<&mut Vec<[f32; 3]>>, Option<&mut Vec<[f32; 4]>>),
+        (mut normals, mut tangents): Frames<'_>,
     ) -> Result<(), LoadError> {
         let count = primitive.count("targets")?;
         for (i, weight) in weights.iter().enumerate().take(count).filter(|(_, w)| **w != 0.0) {
@@ -278,6 +278,9 @@ impl<'a> Reader<'a> {
         Ok(influences)
     }
 }
+
+/// The normals and the tangents of vertices, where there are some.
+type Frames<'m> = (Option<&'m mut Vec<[f32; 3]>>, Option<&'m mut Vec<[f32; 4]>>);
 
 /// Puts some of the triangles last, and counts them.
 fn last(triangles: &mut [[u32; 3]], is_last: impl Fn(&[u32; 3]) -> bool) -> usize {
