@@ -301,7 +301,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The normals of a coat: its own, or else those of the shape, whatever is below it.
-    fn coat_normals(
+    pub(super) fn coat_normals(
         &mut self,
         item: &Item<'a>,
         lie: (bool, bool),
@@ -351,25 +351,6 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Turns the direction of anisotropy to the other side of u, for triangles on which texture coordinates lie mirrored; tells
-    /// whether there is one.
-    fn mirror_anisotropy(
-        &mut self,
-        item: &Item<'a>,
-        look: &mut MetallicRoughness,
-    ) -> Result<bool, LoadError> {
-        let Some(found) = item.extension("KHR_materials_anisotropy")? else { return Ok(false) };
-        if look.anisotropy == Scalar::Value(0.0) {
-            return Ok(false);
-        }
-        look.anisotropy_rotation = -look.anisotropy_rotation;
-        let [_, across] = &mut look.anisotropy_direction;
-        if let Some(y) = self.texture(&found, "anisotropyTexture", Content::Opposite(1))? {
-            *across = Input::Texture(y);
-        }
-        Ok(true)
-    }
-
     /// KHR_materials_iridescence: without an image, the film is as thick as can be.
     fn film(&mut self, item: &Item<'a>, made: &mut MetallicRoughness) -> Result<(), LoadError> {
         let Some(found) = item.extension("KHR_materials_iridescence")? else { return Ok(()) };
@@ -414,39 +395,6 @@ impl<'a> Reader<'a> {
         Ok(Some(self.scene.media.len() as u32 - 1))
     }
 
-    /// The material of the triangles on which texture coordinates lie mirrored: there, the normals of an image lean to
-    /// the other side of u.
-    pub(super) fn mirrored(&mut self, item: &Item<'a>, made: Made) -> Result<u32, LoadError> {
-        if let Some(known) = self.mirrored.get(&made.material) {
-            return Ok(*known);
-        }
-        let mut material = self.scene.materials[made.material as usize].clone();
-        let has_tangents = |relief: &Relief| matches!(relief, Relief::NormalsAlong(..));
-        let mut surface = &mut material.surface;
-        let mut is_other = false;
-        if let Surface::Embossed(embossed) = surface {
-            let lie = (true, has_tangents(&embossed.relief));
-            if let Some(relief) = self.relief(item, "normalTexture", lie)? {
-                (embossed.relief, is_other) = (relief, true);
-            }
-            surface = &mut embossed.surface;
-        }
-        if let Surface::MetallicRoughness(look) = surface {
-            if let CoatNormals::Relief(relief) = &look.clearcoat_normals {
-                let lie = (true, has_tangents(relief));
-                (look.clearcoat_normals, is_other) = (self.coat_normals(item, lie)?, true);
-            }
-            is_other |= self.mirror_anisotropy(item, look)?;
-        }
-        if !is_other {
-            return Ok(made.material);
-        }
-        let mirrored = self.scene.materials.len() as u32;
-        self.scene.materials.push(material);
-        self.mirrored.extend([(made.material, mirrored), (mirrored, made.material)]);
-        Ok(mirrored)
-    }
-
     /// A surface with the relief of its normal texture, if it has one.
     fn embossed(
         &mut self,
@@ -461,7 +409,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The normals of an image, which perhaps lies mirrored, or along tangents.
-    fn relief(
+    pub(super) fn relief(
         &mut self,
         item: &Item<'a>,
         field: &'static str,

@@ -28,6 +28,7 @@ mod item;
 mod keys;
 mod material;
 mod mesh;
+mod mirrored;
 mod nodes;
 mod sight;
 mod texture;

@@ -2,14 +2,13 @@
 
 use std::path::Path;
 
-use ply_rs_bw::parser::{Parser, Reader};
-use ply_rs_bw::ply::{DefaultElement, ElementDef, PropertyType};
+use ply_rs_bw::ply::{ElementDef, PropertyType};
 
 use super::super::xml::quote;
 use super::super::{faults, mesh_file, text};
 use super::layout::{Layout, SLOTS};
 use super::rows::{Body, Chunk};
-use super::{explain, text_lines};
+use super::{header_of, text_lines};
 use crate::LoadError;
 
 /// The numbers of some properties of the vertices, a row each, in the order of `names`, of which there are at most [`SLOTS`].
@@ -23,15 +22,9 @@ pub(in super::super) fn parse<const N: usize>(
 ) -> Result<Vec<[f32; N]>, LoadError> {
     const { assert!(N <= SLOTS) };
     let bytes = text_lines(text::unmarked(bytes, path)?);
-    let mut reader = Reader::new(&*bytes);
-    let header = Parser::<DefaultElement>::new().read_header(&mut reader).map_err(|e| {
-        let line = e.line().unwrap_or(0) as u32;
-        mesh_file::error(path, line, format!("the header of the PLY is wrong: {}", explain(&e)))
-    })?;
-    let (line, encoding) = (reader.line() as u32, header.encoding);
-    let rest = reader.into_inner();
+    let (header, line, rest) = header_of(&bytes, path)?;
     faults::of_part(|faults| {
-        let mut body = Body { path, encoding, line, rest, faults };
+        let mut body = Body { path, encoding: header.encoding, line, rest, faults };
         for element in header.elements.values() {
             if element.name == "vertex" {
                 return read(&mut body, element, names);

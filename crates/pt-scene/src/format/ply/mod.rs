@@ -23,7 +23,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{DefaultElement, ElementDef, Encoding};
+use ply_rs_bw::ply::{DefaultElement, ElementDef, Encoding, Header};
 
 use super::context::Context;
 use super::faults::{self, Faults};
@@ -69,11 +69,7 @@ fn read(
     shown: Option<&Shown>,
 ) -> Result<(MeshFile, Painted), LoadError> {
     let bytes = text_lines(text::unmarked(bytes, path)?);
-    let mut reader = Reader::new(&*bytes);
-    let header = Parser::<DefaultElement>::new().read_header(&mut reader).map_err(|e| {
-        let line = e.line().unwrap_or(0) as u32;
-        mesh_file::error(path, line, format!("the header of the PLY is wrong: {}", explain(&e)))
-    })?;
+    let (header, line, rest) = header_of(&bytes, path)?;
     let count = |name| header.elements.get(name).map_or(0, |e: &ElementDef| e.count);
     let vertices = count("vertex");
     if (count("face"), count("tristrips")) == (0, 0) || vertices == 0 {
@@ -85,8 +81,7 @@ fn read(
         let message = format!("{vertices} vertices are more than can be numbered with 32 bits");
         return Err(mesh_file::error(path, 0, message));
     }
-    let (line, encoding) = (reader.line() as u32, header.encoding);
-    let mut body = Body { path, encoding, line, rest: reader.into_inner(), faults };
+    let mut body = Body { path, encoding: header.encoding, line, rest, faults };
     let mut mesh = Mesh { name: mesh_file::name_of(path), ..Mesh::default() };
     let mut warnings = Vec::new();
     let mut levels = ColorLevels::default();
@@ -120,6 +115,17 @@ fn read(
     mesh.face_colors = mesh.face_colors.filter(|colors| colors.len() == mesh.triangles.len());
     mesh.parts = single_part(mesh.triangles.len());
     Ok((MeshFile { mesh, levels, warnings }, painted))
+}
+
+/// The header of a file, the line behind it, and what follows.
+fn header_of<'b>(bytes: &'b [u8], path: &Path) -> Result<(Header, u32, &'b [u8]), LoadError> {
+    let mut reader = Reader::new(bytes);
+    let header = Parser::<DefaultElement>::new().read_header(&mut reader).map_err(|e| {
+        let line = e.line().unwrap_or(0) as u32;
+        mesh_file::error(path, line, format!("the header of the PLY is wrong: {}", explain(&e)))
+    })?;
+    let line = reader.line() as u32;
+    Ok((header, line, reader.into_inner()))
 }
 
 /// A file whose header ends its lines in line feeds, also where it ends them in carriage returns alone; and of a text, all lines.
