@@ -11,7 +11,7 @@ use pathtracer::{Aov, Builder, DirectLight, LightGroups, SamplerKind};
 use crate::check::{self, Checked};
 use crate::commands::Command;
 use crate::environment::EnvironmentLayout;
-use crate::formats::{self, ExrCompression, ExrType, Tonemap};
+use crate::formats::{self, Exposure, ExrCompression, ExrType, Tonemap};
 use crate::loading::Loading;
 use crate::opacity::Opacity;
 use crate::target::Stop;
@@ -54,11 +54,11 @@ pub(crate) struct Cli {
     #[arg(long, value_name = "BITS", default_value = "8", help_heading = "Image")]
     pub(crate) png_bits: PngBits,
 
-    /// Stops by which a PNG image is made brighter, or darker below 0; with --tonemap before the curve
-    /// [default: 0]
+    /// Stops by which a PNG image is made brighter, or darker below 0; with --tonemap before the curve. auto
+    /// takes those with which it fits a screen [default: 0]
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, conflicts_with = "cs184")]
-    #[arg(value_parser = formats::stops, help_heading = "Image")]
-    pub(crate) exposure: Option<f32>,
+    #[arg(value_parser = formats::exposure, help_heading = "Image")]
+    pub(crate) exposure: Option<Exposure>,
 
     /// Curve that brings light beyond the screen's white into a PNG image [default: linear]
     #[arg(long, value_name = "CURVE", conflicts_with = "cs184", help_heading = "Image")]

@@ -13,7 +13,8 @@ use pathtracer::{
 };
 
 use crate::args::{Cli, PngBits, ReceiptKind};
-use crate::{formats, light_groups, target};
+use crate::formats::{self, Exposure};
+use crate::{light_groups, target};
 
 /// More pixels than this do not fit into the memory of ordinary machines.
 const MOST_PIXELS: u64 = 1 << 28;
@@ -358,7 +359,7 @@ impl Checked {
 
     /// How to read it.
     pub(crate) fn load_options(&self) -> LoadOptions {
-        self.cli.loading.options(self.cli.strict)
+        LoadOptions { course: self.cli.cs184, ..self.cli.loading.options(self.cli.strict) }
     }
 
     /// Where the image goes.
@@ -457,7 +458,7 @@ impl Checked {
             reuse: cli.path_reuse,
             split: cli.split,
             adaptive: self.adaptive,
-            target: cli.stop.target(cli.exposure.unwrap_or(0.0)),
+            target: cli.stop.target(cli.exposure.and_then(Exposure::stops).unwrap_or(0.0)),
             sampler: cli.sampler.into(),
             seed: cli.seed,
             filter: match cli.filter {

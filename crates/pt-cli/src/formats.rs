@@ -90,11 +90,34 @@ impl From<ExrCompression> for Compression {
     }
 }
 
-/// A number of stops.
-pub(crate) fn stops(text: &str) -> Result<f32, String> {
+/// By how much PNG images are made brighter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Exposure {
+    /// By these stops.
+    Stops(f32),
+    /// By those with which the image fits a screen.
+    Auto,
+}
+
+impl Exposure {
+    /// The stops, if they are known before there is an image.
+    pub(crate) fn stops(self) -> Option<f32> {
+        match self {
+            Self::Stops(stops) => Some(stops),
+            Self::Auto => None,
+        }
+    }
+}
+
+/// A number of stops, or "auto".
+pub(crate) fn exposure(text: &str) -> Result<Exposure, String> {
     match text.parse::<f32>() {
-        Ok(v) if v.abs() <= 100.0 => Ok(v),
-        _ => Err("expected a number of stops from -100 up to 100, as in --exposure -1.5".into()),
+        Ok(v) if v.abs() <= 100.0 => Ok(Exposure::Stops(v)),
+        _ if text == "auto" => Ok(Exposure::Auto),
+        _ => {
+            Err("expected a number of stops from -100 up to 100, as in --exposure -1.5, or auto"
+                .into())
+        }
     }
 }
 
@@ -122,6 +145,11 @@ pub(crate) fn check(cli: &Cli) -> Result<(), String> {
                     viewers have an exposure and curves of their own; give -f out.png, or leave them out"
             .into());
     }
+    if cli.exposure == Some(Exposure::Auto) && cli.stop.has_target() {
+        return Err("--exposure auto depends on the image, but an error target needs to know ahead what is white; give a number \
+                    of stops"
+            .into());
+    }
     if (cli.exr_type.is_some() || cli.exr_compression.is_some()) && !is("exr") {
         return Err(
             "--exr-type and --exr-compression need an OpenEXR image, as in -f out.exr".into()
@@ -136,10 +164,10 @@ pub(crate) fn check(cli: &Cli) -> Result<(), String> {
     Ok(())
 }
 
-/// How PNG images are made bright.
+/// How PNG images are made bright; by 0 stops where they depend on the image.
 pub(crate) fn tone(cli: &Cli) -> Tone {
     Tone {
-        exposure: cli.exposure.unwrap_or(0.0),
+        exposure: cli.exposure.and_then(Exposure::stops).unwrap_or(0.0),
         curve: cli.tonemap.map_or(ToneCurve::Linear, ToneCurve::from),
     }
 }

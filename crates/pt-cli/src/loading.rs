@@ -61,6 +61,7 @@ impl Loading {
                 .collect(),
             limits,
             time: *time,
+            course: false,
             camera: camera.clone().filter(|_| self.placement().is_none()),
         }
     }

@@ -46,8 +46,11 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
         let request = resume::request_of(&paths[0], &whole.about)?;
         let receipt = Receipt::new(&whole.about, &whole.film, Some(run_of(&whole.about, None)));
         let denoising = Denoising::begin(&request, 0)?;
-        let (film, names, options) =
-            (&whole.film, &whole.about.names, request.save_options(&receipt));
+        let (film, names, options) = (
+            &whole.film,
+            &whole.about.names,
+            output::save_options(&request, &receipt, &whole.film),
+        );
         output::write_image(film, names, path, options, &denoising)?;
     }
     if !merge.quiet {

@@ -6,12 +6,13 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 use pathtracer::cryptomatte::{self, Names};
-use pathtracer::image::{self, Image, SaveOptions};
+use pathtracer::image::{self, Extreme, Image, SaveOptions};
 use pathtracer::receipt::Receipt;
 use pathtracer::{Film, Region, Session, aov, groups};
 
 use crate::check::Checked;
 use crate::denoise::Denoising;
+use crate::formats::{self, Exposure};
 
 /// Prints a text; a reader that has seen enough is no error.
 pub(crate) fn print(text: &[u8]) -> Result<ExitCode> {
@@ -68,8 +69,8 @@ pub(crate) fn write_image(
     options: SaveOptions,
     denoising: &Denoising,
 ) -> Result<Vec<PathBuf>> {
-    let Region { width, height, .. } = film.region();
-    let rendered = Image { width, height, pixels: pathtracer::radiance(film) };
+    let rendered = rendered(film);
+    let Image { width, height, .. } = rendered;
     if image::is_image(path) {
         let mut options =
             SaveOptions { alpha: film.alpha(), channels: aov::channels(film), ..options };
@@ -101,6 +102,21 @@ fn tell_beyond_half(path: &Path, count: usize) {
     }
 }
 
+/// How to write the image of a film.
+pub(crate) fn save_options(request: &Checked, receipt: &Receipt, film: &Film) -> SaveOptions {
+    let mut options = request.save_options(receipt);
+    if request.cli.exposure == Some(Exposure::Auto) {
+        options.tone.exposure = image::auto_exposure(&rendered(film));
+    }
+    options
+}
+
+/// The image of a film as it is.
+fn rendered(film: &Film) -> Image {
+    let Region { width, height, .. } = film.region();
+    Image { width, height, pixels: pathtracer::radiance(film) }
+}
+
 /// Writes the image, and the sampling rates where they are wanted; returns the files.
 ///
 /// # Errors
@@ -113,7 +129,7 @@ pub(crate) fn write(
 ) -> Result<Vec<PathBuf>> {
     let path = request.output();
     let course = request.cli.cs184;
-    let options = request.save_options(receipt);
+    let options = save_options(request, receipt, session.film());
     let mut files = write_image(session.film(), session.names(), &path, options, denoising)?;
     if course || session.settings().adaptive.is_some() {
         let rate = rate_path(&path, course);
@@ -122,6 +138,35 @@ pub(crate) fn write(
         files.push(rate);
     }
     Ok(files)
+}
+
+/// Says that a PNG image shows nearly nothing, why that is likely, and what helps.
+pub(crate) fn tell_extremes(session: &Session, request: &Checked) {
+    let is_png = request.output().extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+    if !is_png || request.cli.cs184 || request.cli.exposure == Some(Exposure::Auto) {
+        return;
+    }
+    let image = session.image();
+    let message = match image::extreme(&image, formats::tone(&request.cli).exposure) {
+        None => return,
+        Some(Extreme::Nothing) if session.scene().light_count == 0 => return, // which was said
+        Some(Extreme::Nothing) => {
+            "the image is black: no light reaches what is seen. --integrator normals shows the shapes, --camera fit all of them, \
+             and -e FILE.exr gives light from all around"
+                .to_owned()
+        }
+        Some(Extreme::Dark) => format!(
+            "nearly all of the image is black: its light is too weak for the distances of the scene, or falls elsewhere. \
+             --exposure auto makes it brighter, by {:.1} stops; --camera fit shows all surfaces",
+            image::auto_exposure(&image)
+        ),
+        Some(Extreme::Bright) => format!(
+            "nearly all of the image is brighter than white. --exposure auto makes it darker, by {:.1} stops, and --tonemap \
+             agx brings all light into the range of a screen",
+            -image::auto_exposure(&image)
+        ),
+    };
+    eprintln!("note: {message}");
 }
 
 #[cfg(test)]

@@ -101,6 +101,9 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
         }
     }
     tell_incomplete(&scene);
+    if !request.cli.quiet {
+        output::tell_extremes(&session, request);
+    }
     let status = match progress {
         Progress::Cancelled if console.cancelled() => {
             eprintln!("stopped early: the image holds the samples taken so far");

@@ -81,6 +81,52 @@ fn exposure_and_tonemap_change_png_images_by_their_laws() {
     assert_eq!(folder.read("out.png"), folder.read("plain.png"));
 }
 
+/// --exposure auto is the exposure that the library finds for the light, whatever the threads; what is nearly all black or white on a
+/// screen has a note that names it, and the stops.
+#[test]
+fn exposure_fits_the_image_where_it_is_asked_to() {
+    let folder = Folder::new();
+    let scene = |name: &str, radiance: &str, intensity: &str| {
+        let text = format!(
+            r#"{{"pathtracer": 1, "cameras": [{{"type": "perspective", "x_fov": 40, "to_world": {{"translate": [0, 0, 4]}}}}],
+            "objects": [{{"type": "sphere"}}], "lights": [{{"type": "constant", "radiance": {radiance}}},
+            {{"type": "point", "intensity": {intensity}, "to_world": {{"translate": [0, 3, 4]}}}}]}}"#
+        );
+        std::fs::write(folder.path(name), text).unwrap();
+    };
+    scene("dim.json", "1e-7", "0.001");
+    scene("bright.json", "50", "9");
+    scene("plain.json", "0.25", "9");
+    scene("black.json", "0", "0.001");
+    let note = |scene: &str, more: &str| {
+        let run = folder.succeed(&format!("-s 4 -r 16 12 {more} -f out.png {scene}"));
+        let notes = run.err.lines().filter(|line| line.contains("image is")).collect::<Vec<_>>();
+        notes.join("\n")
+    };
+    for (name, words) in [
+        ("dim.json", "nearly all of the image is black"),
+        ("bright.json", "nearly all of the image is brighter than white"),
+        ("plain.json", ""),
+    ] {
+        let said = note(name, "");
+        assert!(said.contains(words) && said.is_empty() == words.is_empty(), "{name}: {said}");
+        assert_eq!(said.contains("--exposure auto"), !words.is_empty(), "{said}");
+        assert_eq!(note(name, "--exposure auto"), "");
+        folder.succeed(&format!("-s 4 -r 16 12 -f light.exr {name}"));
+        let light = folder.image("light.exr");
+        let tone = Tone { exposure: image::auto_exposure(&light), ..Tone::default() };
+        let options = SaveOptions { tone, ..SaveOptions::default() };
+        image::save(&light, &folder.path("wanted.png"), &options).unwrap();
+        assert_eq!(folder.image("out.png"), folder.image("wanted.png"), "{name}");
+    }
+    assert_eq!(note("dim.json", "-q"), "");
+    // The light is behind what the camera, which is inside, sees.
+    let inside = std::fs::read_to_string(folder.path("black.json")).unwrap();
+    let inside = inside.replace("[0, 0, 4]", "[0, 0, 0]");
+    std::fs::write(folder.path("black.json"), inside).unwrap();
+    assert!(note("black.json", "").contains("the image is black: no light reaches what is seen"));
+}
+
 /// Ids, depth and places keep 32 bits; numbers beyond 65504 are counted.
 #[test]
 fn exr_images_have_the_type_and_compression_asked_for() {

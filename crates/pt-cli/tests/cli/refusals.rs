@@ -65,6 +65,8 @@ fn numbers_that_make_no_sense() {
         ("--aperture-rotation NaN SCENE", "a number of degrees"),
         ("--exposure 101 SCENE", "a number of stops from -100 up to 100"),
         ("--exposure NaN SCENE", "a number of stops"),
+        ("--exposure bright SCENE", "or auto"),
+        ("--exposure auto --target-error 0.1 SCENE", "needs to know ahead what is white"),
         ("--exposure 1 --cs184 SCENE", "cannot be used with"),
         ("--denoise --cs184 SCENE", "cannot be used with"),
         ("--exposure 1 -f out.exr SCENE", "give -f out.png, or leave them out"),

@@ -62,6 +62,9 @@ pub struct LoadOptions {
     pub limits: Limits,
     /// The time in seconds at which animations are shown, where the format has them; `None` is at rest.
     pub time: Option<f64>,
+    /// Whether the scene is read as the course's program CS184 reads it, where that differs: lights of COLLADA fall off with the square
+    /// of the distance, whatever the file says.
+    pub course: bool,
     /// The camera that is used: its name or, if none is called so, its number in the order of the file,
     /// from 0. `None` is the one that the format says.
     pub camera: Option<String>,

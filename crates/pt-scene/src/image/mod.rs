@@ -3,6 +3,7 @@
 //! To add a codec: write its file, add its line to [`CODECS`].
 
 mod error;
+mod exposure;
 mod exr;
 mod hdr;
 mod jpeg;
@@ -17,6 +18,7 @@ use pt_math::color;
 
 use crate::guard::guarded;
 pub use error::ImageError;
+pub use exposure::{Extreme, auto_exposure, extreme};
 pub use tone::{Tone, ToneCurve};
 pub use write::{folder_of, sync_folder, write_atomically};
 

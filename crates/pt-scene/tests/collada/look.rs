@@ -289,3 +289,38 @@ fn images_are_found_by_url_and_path() {
         parse_anywhere(of_course.as_bytes(), &file).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(*diffuse(materials(&scene)["clamped"]), [0.5; 3].into());
 }
+
+/// At the middle distance from it, a light is as strong as the file says: 3 units beside a cube of side 2, √10; twice as far away it has
+/// a quarter. One that falls off by the square alone is the same everywhere. The course's program follows no attenuation.
+#[test]
+fn lights_are_as_strong_as_their_attenuation_says() {
+    let text = |terms: &str| {
+        format!(
+            r##"<COLLADA version="1.4.1"><asset><unit meter="0.5"/></asset>
+            <library_lights><light id="l"><technique_common><point><color>1 2 4</color>{terms}</point></technique_common></light></library_lights>
+            <library_geometries><geometry id="g"><mesh>
+            <source id="p"><float_array id="a" count="9">-1 -1 -1 1 1 1 1 -1 1</float_array><technique_common>
+            <accessor source="#a" count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+            <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+            <triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh></geometry></library_geometries>
+            <library_visual_scenes><visual_scene id="s"><node><translate>3 0 0</translate><instance_light url="#l"/></node>
+            <node><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+            <scene><instance_visual_scene url="#s"/></scene></COLLADA>"##
+        )
+    };
+    let intensity = |terms: &str, course: bool| {
+        let options = LoadOptions { course, ..LoadOptions::default() };
+        let scene = parse_with(text(terms).as_bytes(), Path::new("light.dae"), &options).unwrap();
+        let LightKind::Point { intensity } = scene.lights[0].kind else { panic!("a point") };
+        let is_noted = scene.warnings.iter().any(|w| w.message.contains("middle distance"));
+        (intensity[0], is_noted)
+    };
+    assert_eq!(intensity("", false), (1.0, false));
+    let square = "<constant_attenuation>0</constant_attenuation><quadratic_attenuation>2</quadratic_attenuation>";
+    assert_eq!(intensity(square, false), (0.125, false), "half a metre is a unit");
+    assert_eq!(intensity(square, true), (1.0, false));
+    let even = "<constant_attenuation>4</constant_attenuation>";
+    assert_eq!(intensity(even, false), (0.25 * 10.0 / 4.0, true));
+    let zero = "<constant_attenuation>0</constant_attenuation>";
+    assert_eq!(intensity(zero, false), (1.0, false));
+}

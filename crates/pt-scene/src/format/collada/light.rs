@@ -47,7 +47,6 @@ fn kind<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<LightKind, Loa
         "directional" => LightKind::Directional { irradiance: color },
         "area" => LightKind::Area { radiance: color },
         "spot" => {
-            check_attenuation(reader, element)?;
             let falloff =
                 |tag, default| match child(element, tag) {
                     Some(found) => match reader.scalar(found)? {
@@ -63,10 +62,7 @@ fn kind<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<LightKind, Loa
                 falloff_exponent: falloff("falloff_exponent", 0.0)?,
             }
         }
-        _ => {
-            check_attenuation(reader, element)?;
-            LightKind::Point { intensity: color }
-        }
+        _ => LightKind::Point { intensity: color },
     })
 }
 
@@ -93,19 +89,4 @@ fn color<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<[f32; 3], Loa
     } else {
         Err(reader.error(element, "its colour times its energy is infinite; use smaller numbers"))
     }
-}
-
-/// Tells the user where a file asks for a light that does not fall with the square of the
-/// distance. Quadratic terms and the constant 0 or 1, which exporters write by habit, ask for
-/// nothing else.
-fn check_attenuation<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<(), LoadError> {
-    let term = |tag, default| child(element, tag).map_or(Ok(default), |n| reader.scalar(n));
-    let constant = term("constant_attenuation", 1.0)?;
-    let linear = term("linear_attenuation", 0.0)?;
-    if linear != 0.0 || (constant != 0.0 && constant != 1.0) {
-        let message = "<constant_attenuation> and <linear_attenuation> are not followed: light \
-                       falls with the square of the distance";
-        reader.warn(element, message);
-    }
-    Ok(())
 }

@@ -8,6 +8,7 @@
 //!
 //! Sources: COLLADA Digital Asset Schema Release 1.4.1 and 1.5.0 (Khronos Group, 2008).
 
+mod attenuation;
 mod camera;
 mod coordinates;
 mod course_log;
@@ -56,6 +57,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
     let to_y_up = to_y_up(&reader, asset)?;
     let visual_scene = visual_scene(&mut reader)?;
     nodes::place(&mut reader, visual_scene, to_y_up)?;
+    attenuation::settle(&mut reader);
     Ok(reader.finish())
 }
 

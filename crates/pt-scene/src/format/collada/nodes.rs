@@ -4,7 +4,7 @@ use pt_math::DAffine3;
 use roxmltree::Children;
 
 use super::reader::{Reader, child, name_of};
-use super::{camera, coordinates, geometry, light, material, transform};
+use super::{attenuation, camera, coordinates, geometry, light, material, transform};
 use crate::format::context::Context;
 use crate::format::xml::{Node, quote};
 use crate::{LoadError, Object, Placement};
@@ -106,8 +106,10 @@ fn place_instance<'a>(
         }
         "instance_light" => {
             if let Some(found) = reader.resolve(instance, "url", &["light"])? {
-                let light = light::read(reader, found, instance, to_world)?;
-                reader.scene.lights.extend(light);
+                if let Some(light) = light::read(reader, found, instance, to_world)? {
+                    attenuation::note(reader, found)?;
+                    reader.scene.lights.push(light);
+                }
             }
         }
         "instance_geometry" => {

@@ -6,12 +6,13 @@ use std::sync::Arc;
 
 use roxmltree::NodeId;
 
+use super::attenuation::Attenuated;
 use super::geometry::{Sets, Shape};
 use crate::format::context::Context;
 use crate::format::mesh_file;
 use crate::format::xml::{Document, Node, did_you_mean, quote};
 use crate::image::Image;
-use crate::{LoadError, Scene, Warning};
+use crate::{LoadError, Scene, Span, Warning};
 
 /// Most warnings kept; a broken exporter repeats itself for every object.
 const MAX_WARNINGS: usize = 100;
@@ -42,6 +43,8 @@ pub(super) struct Reader<'a> {
     pub(super) has_course_profile: bool,
     /// Elements by tag and id.
     ids: HashMap<(&'a str, &'a str), Node<'a>>,
+    /// Lights whose intensities are known in the end.
+    pub(super) attenuated: Vec<Attenuated>,
     warnings_dropped: usize,
     placed: usize,
     values_left: usize,
@@ -59,6 +62,7 @@ impl<'a> Reader<'a> {
             of_course: document.elements().any(looks_of_course),
             has_course_profile: document.elements().any(is_course_technique),
             ids: HashMap::new(),
+            attenuated: Vec::new(),
             warnings_dropped: 0,
             placed: 0,
             values_left: document.length().saturating_mul(MAX_VALUES_PER_BYTE),
@@ -88,8 +92,13 @@ impl<'a> Reader<'a> {
 
     /// Tells the user something about an element.
     pub(super) fn warn(&mut self, node: Node<'_>, message: impl Into<String>) {
+        self.warn_at(self.document.span(node), message);
+    }
+
+    /// Likewise, of an element that stands there.
+    pub(super) fn warn_at(&mut self, at: Span, message: impl Into<String>) {
         if self.scene.warnings.len() < MAX_WARNINGS {
-            self.scene.warnings.push(self.document.warning(node, message));
+            self.scene.warnings.push(Warning { at, message: message.into() });
         } else {
             self.warnings_dropped += 1;
         }

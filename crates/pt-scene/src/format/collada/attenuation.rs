@@ -1,0 +1,139 @@
+//! How lights fall off with the distance.
+//!
+//! A light of the file has 1 / (c + l d + q d²) of its colour at the distance d; light falls off by the square here. So it gets the
+//! intensity with which both are the same at one distance from it, by which the file's middle distance stands: the root of the
+//! mean square of the distances to the points of the box around the scene. Where the file falls off by the square alone, it is
+//! the same everywhere.
+
+use pt_math::DVec3;
+
+use super::light;
+use super::reader::{Reader, child};
+use crate::format::xml::Node;
+use crate::{LightKind, LoadError, Span, framing};
+
+/// The attenuation of a light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Attenuation {
+    constant: f64,
+    linear: f64,
+    quadratic: f64,
+}
+
+/// A light whose intensity is known when all of the scene is.
+pub(super) struct Attenuated {
+    /// Its number in the scene.
+    pub(super) light: usize,
+    pub(super) attenuation: Attenuation,
+    /// Where it is written.
+    pub(super) at: Span,
+}
+
+/// Keeps what is said of a light that is placed next, unless the course's program reads it, which follows no attenuation.
+pub(super) fn note<'a>(reader: &mut Reader<'a>, light: Node<'a>) -> Result<(), LoadError> {
+    let described = light::description(light);
+    let fades = |n: &Node<'_>| matches!(n.tag_name().name(), "point" | "spot");
+    let Some(element) = described.filter(fades) else { return Ok(()) };
+    let Some(attenuation) = read(reader, element)? else { return Ok(()) };
+    if reader.of_course || reader.context.options().course {
+        // The constant 1 and quadratic terms are what exporters write by habit.
+        if attenuation.linear != 0.0 || ![0.0, 1.0].contains(&attenuation.constant) {
+            let message = "attenuation is not followed, as in the program of the course: light falls off with the square \
+                           of the distance";
+            reader.warn(element, message);
+        }
+    } else {
+        let (light, at) = (reader.scene.lights.len(), reader.document.span(element));
+        reader.attenuated.push(Attenuated { light, attenuation, at });
+    }
+    Ok(())
+}
+
+/// What an element says, if it says something; `None` also where it would be infinite or less than 0, with a warning.
+fn read<'a>(reader: &mut Reader<'a>, element: Node<'a>) -> Result<Option<Attenuation>, LoadError> {
+    const TAGS: [&str; 3] = ["constant_attenuation", "linear_attenuation", "quadratic_attenuation"];
+    if !TAGS.iter().any(|tag| child(element, tag).is_some()) {
+        return Ok(None);
+    }
+    let term = |tag, default| child(element, tag).map_or(Ok(default), |n| reader.scalar(n));
+    let [constant, linear, quadratic] =
+        [term(TAGS[0], 1.0)?, term(TAGS[1], 0.0)?, term(TAGS[2], 0.0)?];
+    let terms = [constant, linear, quadratic];
+    if terms.iter().any(|term| *term < 0.0) || terms.iter().all(|term| *term == 0.0) {
+        let message = "expected an attenuation of numbers from 0 up that are not all 0; its light falls off with \
+                       the square of the distance";
+        reader.warn(element, message);
+        return Ok(None);
+    }
+    Ok(Some(Attenuation { constant, linear, quadratic }))
+}
+
+/// Gives attenuated lights their intensities.
+pub(super) fn settle(reader: &mut Reader<'_>) {
+    let attenuated = std::mem::take(&mut reader.attenuated);
+    if attenuated.is_empty() {
+        return;
+    }
+    let extent = framing::surface_extent(&reader.scene, None);
+    let metres = reader.scene.metres_per_unit;
+    let mut notes = Vec::new();
+    for Attenuated { light, attenuation, at } in attenuated {
+        let light = &mut reader.scene.lights[light];
+        let position = light.to_world.translation;
+        let distance = extent.map_or(1.0, |extent| middle_distance(position, extent));
+        let scale = attenuation.scale(distance) * metres * metres;
+        if let LightKind::Point { intensity } | LightKind::Spot { intensity, .. } = &mut light.kind
+        {
+            *intensity = intensity.map(|i| (f64::from(i) * scale).min(f64::from(f32::MAX)) as f32);
+        }
+        if attenuation.constant != 0.0 || attenuation.linear != 0.0 {
+            let message = format!(
+                "it does not fall off with the square of the distance in the file, as light does here: it is as \
+                 strong as there at {distance:.3} units, the middle distance to the scene"
+            );
+            notes.push((at, message));
+        }
+    }
+    for (at, message) in notes {
+        reader.warn_at(at, message);
+    }
+}
+
+/// The root of the mean square of the distances to the points of a box; 1 if that is a point where the light is.
+fn middle_distance(p: DVec3, [low, high]: framing::Extent) -> f64 {
+    let (middle, size) = (0.5 * (low + high), high - low);
+    let squared = (middle - p).length_squared() + size.length_squared() / 12.0;
+    if squared > 0.0 { squared.sqrt() } else { 1.0 }
+}
+
+impl Attenuation {
+    /// What the intensity is of the colour, in units of the file.
+    fn scale(self, distance: f64) -> f64 {
+        let Self { constant, linear, quadratic } = self;
+        distance * distance / (constant + distance * (linear + distance * quadratic))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_the_middle_distance_both_are_alike() {
+        let even = Attenuation { constant: 2.0, linear: 0.0, quadratic: 0.0 };
+        assert_eq!(even.scale(3.0), 4.5);
+        let square = Attenuation { constant: 0.0, linear: 0.0, quadratic: 4.0 };
+        assert_eq!([square.scale(3.0), square.scale(100.0)], [0.25; 2]);
+        let both = Attenuation { constant: 1.0, linear: 0.5, quadratic: 0.0 };
+        assert_eq!(both.scale(2.0), 2.0);
+    }
+
+    /// The mean square distance from the middle of a cube of side 2 is 1, and from a point 3 to the side 10.
+    #[test]
+    fn distances_are_means_over_the_box() {
+        let cube = [DVec3::NEG_ONE, DVec3::ONE];
+        assert_eq!(middle_distance(DVec3::ZERO, cube), 1.0);
+        assert_eq!(middle_distance(DVec3::X * 3.0, cube), 10f64.sqrt());
+        assert_eq!(middle_distance(DVec3::X, [DVec3::X; 2]), 1.0);
+    }
+}

@@ -1,0 +1,111 @@
+//! How bright an image has to be made, and whether it shows anything.
+
+use super::Image;
+
+/// What the logarithmic mean of the luminance becomes. [Reinhard, Stark, Shirley & Ferwerda 2002, "Photographic Tone Reproduction for
+/// Digital Images", eq. 1 and 2: the key of an image]
+const KEY: f64 = 0.18;
+/// The share of pixels that stay below white.
+const BELOW_WHITE: f64 = 0.95;
+/// The share of pixels that is nearly all.
+const NEARLY_ALL: f64 = 0.99;
+/// Less is the lowest level of 8 bits, or none: half of 1/255 in the straight part of the curve of sRGB.
+const BLACK: f64 = 0.5 / 255.0 / 12.92;
+
+/// An image of which nearly all is of one kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Extreme {
+    /// Nothing is there but black.
+    Nothing,
+    /// It is black on a screen, for want of stops.
+    Dark,
+    /// It is beyond white on a screen, for want of stops below 0.
+    Bright,
+}
+
+/// Stops with which an image fits a screen: the logarithmic mean of the luminance of the pixels that are not black becomes 0.18, but
+/// 19 of 20 of them stay below white. 0 of an image without such pixels.
+pub fn auto_exposure(image: &Image) -> f32 {
+    let mut luminances = luminances(image);
+    luminances.retain(|y| *y > 0.0);
+    if luminances.is_empty() {
+        return 0.0;
+    }
+    luminances.sort_by(f64::total_cmp);
+    let sum: f64 = luminances.iter().map(|y| libm::log2(*y)).sum();
+    let mean = libm::exp2(sum / luminances.len() as f64);
+    let bright = share(&luminances, BELOW_WHITE);
+    libm::log2((KEY / mean).min(1.0 / bright)) as f32
+}
+
+/// What nearly all pixels are, with these stops.
+pub fn extreme(image: &Image, stops: f32) -> Option<Extreme> {
+    let mut luminances = luminances(image);
+    if luminances.is_empty() {
+        return None;
+    }
+    luminances.sort_by(f64::total_cmp);
+    let scale = libm::exp2(f64::from(stops));
+    if share(&luminances, NEARLY_ALL) * scale < BLACK {
+        let is_light = luminances.last().is_some_and(|most| *most > 0.0);
+        return Some(if is_light { Extreme::Dark } else { Extreme::Nothing });
+    }
+    let dark = share(&luminances, 1.0 - NEARLY_ALL);
+    (dark * scale >= 1.0).then_some(Extreme::Bright)
+}
+
+/// The luminances of all pixels that have one. [ITU-R BT.709]
+fn luminances(image: &Image) -> Vec<f64> {
+    let luminance = |[r, g, b]: &[f32; 3]| {
+        0.2126 * f64::from(*r) + 0.7152 * f64::from(*g) + 0.0722 * f64::from(*b)
+    };
+    image.pixels.iter().map(luminance).filter(|y| y.is_finite()).collect()
+}
+
+/// What a share of sorted numbers does not exceed.
+fn share(sorted: &[f64], share: f64) -> f64 {
+    let rank = (share * sorted.len() as f64).ceil() as usize;
+    sorted[rank.clamp(1, sorted.len()) - 1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image(pixels: Vec<f32>) -> Image {
+        let width = pixels.len() as u32;
+        Image { width, height: 1, pixels: pixels.into_iter().map(|v| [v; 3]).collect() }
+    }
+
+    /// Pixels of 2⁻⁶ and 2⁻⁴ in equal numbers have the mean 2⁻⁵; black does not count, in any order.
+    #[test]
+    fn the_mean_of_logarithms_becomes_the_key() {
+        let want = (0.18f64 * 32.0).log2() as f32;
+        let mut pixels = [vec![0.015_625; 50], vec![0.0625; 50], vec![0.0; 900]].concat();
+        let first = auto_exposure(&image(pixels.clone()));
+        assert!((first - want).abs() < 1e-6, "{first}, {want}");
+        pixels.reverse();
+        assert_eq!(auto_exposure(&image(pixels)).to_bits(), first.to_bits());
+        assert_eq!(auto_exposure(&image(vec![0.0; 4])), 0.0);
+    }
+
+    /// Where a tenth of the pixels is far brighter, these become white.
+    #[test]
+    fn bright_pixels_stay_below_white() {
+        let pixels = [vec![0.125; 90], vec![8.0; 10]].concat();
+        assert_eq!(auto_exposure(&image(pixels)), -3.0);
+    }
+
+    #[test]
+    fn what_is_nearly_all_of_one_kind_is_told_from_what_is_not() {
+        let black = |rest: &[f32]| image([&[0.0; 198], rest].concat());
+        assert_eq!(extreme(&black(&[0.0, 0.0]), 0.0), Some(Extreme::Nothing));
+        assert_eq!(extreme(&black(&[0.5, 0.0]), 0.0), Some(Extreme::Dark));
+        assert_eq!(extreme(&black(&[0.5; 3]), 0.0), None);
+        let dim = image(vec![1e-5; 100]);
+        assert_eq!([extreme(&dim, 0.0), extreme(&dim, 8.0)], [Some(Extreme::Dark), None]);
+        let bright = image(vec![2.0; 100]);
+        assert_eq!([extreme(&bright, 0.0), extreme(&bright, -2.0)], [Some(Extreme::Bright), None]);
+        assert_eq!(extreme(&image(vec![f32::NAN; 3]), 0.0), None);
+    }
+}
