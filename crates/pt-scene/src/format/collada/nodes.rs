@@ -105,11 +105,11 @@ fn place_instance<'a>(
             }
         }
         "instance_light" => {
-            if let Some(found) = reader.resolve(instance, "url", &["light"])? {
-                if let Some(light) = light::read(reader, found, instance, to_world)? {
-                    attenuation::note(reader, found)?;
-                    reader.scene.lights.push(light);
-                }
+            if let Some(found) = reader.resolve(instance, "url", &["light"])?
+                && let Some(light) = light::read(reader, found, instance, to_world)?
+            {
+                attenuation::note(reader, found)?;
+                reader.scene.lights.push(light);
             }
         }
         "instance_geometry" => {

@@ -7,7 +7,7 @@ use super::super::context::Folder;
 use super::super::mesh_file::place;
 use super::super::xml::quote;
 use super::library::Library;
-use super::material::{self, Maker};
+use super::material::Maker;
 use super::mtl;
 use super::notes::Notes;
 use super::slots::Named;
@@ -49,7 +49,8 @@ impl Wardrobe<'_> {
             };
             let material = match library.described.get(&named.name) {
                 Some(described) => maker.material(&named.name, described)?,
-                None if library.is_incomplete => material::missing(&named.name),
+                // It was in what is missing, which is said.
+                None if library.is_incomplete => continue,
                 None => {
                     not_found.push(named);
                     continue;

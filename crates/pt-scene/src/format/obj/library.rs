@@ -75,8 +75,8 @@ impl Library {
                 Err(why) => {
                     self.is_incomplete = true;
                     let message = format!(
-                        "the file of materials is not read: {why}; surfaces whose materials are in no other file show squares in \
-                         magenta and black"
+                        "the file of materials is not read: {why}; surfaces whose materials are in no other file have the default \
+                         one"
                     );
                     folder.context.missing(at.clone(), message);
                 }

@@ -79,17 +79,6 @@ impl<'f, 'n> Maker<'f, 'n> {
     }
 }
 
-/// The material in place of one that is in a missing file.
-pub(super) fn missing(name: &str) -> Material {
-    Material {
-        name: name.to_owned(),
-        surface: substitute::surface(),
-        emission: [0.0; 3].into(),
-        hidden_emission: false,
-        opacity: 1.0.into(),
-    }
-}
-
 /// A material that is being made.
 struct Made<'m, 'd, 'f, 'n> {
     maker: &'m mut Maker<'f, 'n>,
