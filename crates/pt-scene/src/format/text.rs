@@ -9,20 +9,54 @@ use crate::LoadError;
 /// The byte-order mark of UTF-8, which some editors write. [The Unicode Standard 15.0, §23.8]
 const MARK: &[u8] = b"\xEF\xBB\xBF";
 
-/// A file without the byte-order mark of UTF-8.
+/// A file without the byte-order mark of UTF-8, and a text in UTF-16 or UTF-32 as UTF-8: those that begin with a mark, or whose first
+/// two characters are of ASCII.
 ///
 /// # Errors
-/// If it is a text in UTF-16 or UTF-32, by its mark, or because each other one of its first bytes is 0.
-pub(super) fn unmarked<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a [u8], LoadError> {
-    let encoding = match bytes {
-        [0xFF, 0xFE, 0, 0, ..] | [0, 0, 0xFE, 0xFF, ..] => "UTF-32",
-        [0xFF, 0xFE, ..]
-        | [0xFE, 0xFF, ..]
-        | [1..=0x7F, 0, 1..=0x7F, 0, ..]
-        | [0, 1..=0x7F, 0, 1..=0x7F, ..] => "UTF-16",
-        _ => return Ok(bytes.strip_prefix(MARK).unwrap_or(bytes)),
+/// If it is such a text, but ends within a character, or has numbers that are none.
+pub(super) fn unmarked<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, [u8]>, LoadError> {
+    let (rest, unit): (_, Unit) = match bytes {
+        [0xFF, 0xFE, 0, 0, rest @ ..] => (rest, Unit::Four(u32::from_le_bytes)),
+        [0, 0, 0xFE, 0xFF, rest @ ..] => (rest, Unit::Four(u32::from_be_bytes)),
+        [0xFF, 0xFE, rest @ ..] => (rest, Unit::Two(u16::from_le_bytes)),
+        [0xFE, 0xFF, rest @ ..] => (rest, Unit::Two(u16::from_be_bytes)),
+        [1..=0x7F, 0, 1..=0x7F, 0, ..] => (bytes, Unit::Two(u16::from_le_bytes)),
+        [0, 1..=0x7F, 0, 1..=0x7F, ..] => (bytes, Unit::Two(u16::from_be_bytes)),
+        _ => return Ok(Cow::Borrowed(bytes.strip_prefix(MARK).unwrap_or(bytes))),
     };
-    Err(mesh_file::error(path, 0, format!("the text is in {encoding}; save it as UTF-8")))
+    let text = unit.text(rest).ok_or_else(|| {
+        let message = format!(
+            "the text begins as {}, but is none; save it as UTF-8",
+            if matches!(unit, Unit::Two(_)) { "UTF-16" } else { "UTF-32" }
+        );
+        mesh_file::error(path, 0, message)
+    })?;
+    Ok(Cow::Owned(text.into_bytes()))
+}
+
+/// The units of a text, by their bytes.
+#[derive(Clone, Copy)]
+enum Unit {
+    Two(fn([u8; 2]) -> u16),
+    Four(fn([u8; 4]) -> u32),
+}
+
+impl Unit {
+    /// A text; `None` if it is none.
+    fn text(self, bytes: &[u8]) -> Option<String> {
+        match self {
+            Self::Two(of) => {
+                let (units, rest) = bytes.as_chunks();
+                let text = char::decode_utf16(units.iter().map(|unit| of(*unit)));
+                rest.is_empty().then(|| text.collect::<Result<_, _>>().ok())?
+            }
+            Self::Four(of) => {
+                let (units, rest) = bytes.as_chunks();
+                let text = units.iter().map(|unit| char::from_u32(of(*unit)));
+                rest.is_empty().then(|| text.collect())?
+            }
+        }
+    }
 }
 
 /// A text without a byte-order mark, of which all lines end in line feeds, also where they end in carriage returns alone.
@@ -30,7 +64,10 @@ pub(super) fn unmarked<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a [u8], Loa
 /// # Errors
 /// Those of [`unmarked`].
 pub(super) fn lines<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, [u8]>, LoadError> {
-    Ok(with_line_feeds(unmarked(bytes, path)?))
+    Ok(match unmarked(bytes, path)? {
+        Cow::Borrowed(bytes) => with_line_feeds(bytes),
+        Cow::Owned(bytes) => Cow::Owned(with_line_feeds(&bytes).into_owned()),
+    })
 }
 
 /// As [`lines`], as characters: those that are not of UTF-8 become U+FFFD.
@@ -99,20 +136,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn marks_are_passed_over_or_named() {
-        let read =
-            |bytes: &'static [u8]| unmarked(bytes, Path::new("a")).map_err(|e| e.to_string());
-        assert_eq!(read(b"\xEF\xBB\xBFv 1"), Ok(&b"v 1"[..]));
-        assert_eq!(read(b"v 1"), Ok(&b"v 1"[..]));
-        for (bytes, named) in [
-            (&b"\xFF\xFEv\0 \0"[..], "UTF-16"),
-            (b"\xFE\xFF\0v\0 ", "UTF-16"),
-            (b"v\0 \x001\0", "UTF-16"),
-            (b"\0v\0 ", "UTF-16"),
-            (b"\xFF\xFE\0\0v\0\0\0", "UTF-32"),
-            (b"\0\0\xFE\xFF\0\0\0v", "UTF-32"),
+    fn texts_of_all_encodings_become_utf_8() {
+        let read = |bytes: &'static [u8]| {
+            let text = unmarked(bytes, Path::new("a")).map(|text| text.into_owned());
+            text.map(|text| String::from_utf8(text).expect("UTF-8")).map_err(|e| e.to_string())
+        };
+        for bytes in [
+            &b"v 1\xC3\xA9"[..],
+            b"\xEF\xBB\xBFv 1\xC3\xA9",
+            b"\xFF\xFEv\0 \x001\0\xE9\0",
+            b"\xFE\xFF\0v\0 \x001\0\xE9",
+            b"v\0 \x001\0\xE9\0",
+            b"\0v\0 \x001\0\xE9",
+            b"\xFF\xFE\0\0v\0\0\0 \0\0\x001\0\0\0\xE9\0\0\0",
+            b"\0\0\xFE\xFF\0\0\0v\0\0\0 \0\0\x001\0\0\0\xE9",
         ] {
-            let message = read(bytes).expect_err("no UTF-8");
+            assert_eq!(read(bytes).as_deref(), Ok("v 1\u{e9}"), "{bytes:?}");
+        }
+        // The half of a pair, a part of a character, and a number that is none.
+        for (bytes, named) in [
+            (&b"\xFF\xFEv\0\x00\xD8"[..], "UTF-16"),
+            (b"v\0 \x001", "UTF-16"),
+            (b"\xFF\xFE\0\0\0\0\x11\0", "UTF-32"),
+        ] {
+            let message = read(bytes).expect_err("no text");
             assert!(message.contains(named), "{message}");
         }
     }

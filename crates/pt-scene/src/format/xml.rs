@@ -9,7 +9,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use super::limits::Limits;
-use super::text::with_line_feeds;
+use super::text::{unmarked, with_line_feeds};
 use crate::spelling::alike;
 use crate::{LoadError, Span, Warning};
 
@@ -163,16 +163,14 @@ impl Number for u32 {
     const NAME: &str = "a whole number from 0 to 4294967295";
 }
 
-/// The text of a file: UTF-8, or UTF-16 with a byte order mark; its lines end in line feeds.
+/// The text of a file: UTF-8, UTF-16 or UTF-32; its lines end in line feeds.
 ///
 /// # Errors
 /// If it is neither; the message says where.
 pub(super) fn decode<'a>(bytes: &'a [u8], path: &Path) -> Result<Cow<'a, str>, LoadError> {
-    let text: Cow<str> = match bytes {
-        [0xFF, 0xFE, rest @ ..] => decode_utf16(rest, u16::from_le_bytes, path)?.into(),
-        [0xFE, 0xFF, rest @ ..] => decode_utf16(rest, u16::from_be_bytes, path)?.into(),
-        [0xEF, 0xBB, 0xBF, rest @ ..] => decode_utf8(rest, path)?.into(),
-        _ => decode_utf8(bytes, path)?.into(),
+    let text: Cow<str> = match unmarked(bytes, path)? {
+        Cow::Borrowed(bytes) => decode_utf8(bytes, path)?.into(),
+        Cow::Owned(bytes) => decode_utf8(&bytes, path)?.to_owned().into(),
     };
     Ok(match with_line_feeds(text.as_bytes()) {
         Cow::Owned(changed) => String::from_utf8_lossy(&changed).into_owned().into(),
@@ -195,23 +193,6 @@ fn decode_utf8<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a str, LoadError> {
             ),
         }
     })
-}
-
-/// UTF-16 after its byte order mark.
-fn decode_utf16(
-    bytes: &[u8],
-    to_unit: fn([u8; 2]) -> u16,
-    path: &Path,
-) -> Result<String, LoadError> {
-    let (pairs, rest) = bytes.as_chunks::<2>();
-    let text: Result<String, _> = char::decode_utf16(pairs.iter().map(|p| to_unit(*p))).collect();
-    match text {
-        Ok(text) if rest.is_empty() => Ok(text),
-        _ => Err(LoadError::Content {
-            at: place(path, (0, 0), String::new()),
-            message: "the file starts like UTF-16 but is not; save it as UTF-8".to_owned(),
-        }),
-    }
 }
 
 /// The line and column of regularly spaced offsets, so that a file may be one long line and hold

@@ -42,7 +42,8 @@ pub(in super::super) fn parse(
     wanted: &Wanted,
 ) -> Result<Attributes, LoadError> {
     let mut attributes = Attributes::default();
-    let lines = super::text_lines(text::unmarked(bytes, path)?);
+    let bytes = text::unmarked(bytes, path)?;
+    let lines = super::text_lines(&bytes);
     let header = Parser::<DefaultElement>::new().read_header(&mut Reader::new(&*lines));
     let Ok(header) = header else { return Ok(attributes) };
     let groups = |element| header.elements.get(element).map(groups).unwrap_or_default();
@@ -55,7 +56,7 @@ pub(in super::super) fn parse(
     for i in 0..vertices.len().max(faces.len()) {
         let properties = |groups: &[Group]| groups.get(i).map_or(Vec::new(), |g| g.1.clone());
         let shown = Shown { vertices: properties(&vertices), faces: properties(&faces) };
-        let (file, _) = faults::of_part(|faults| super::read(bytes, path, faults, Some(&shown)))?;
+        let (file, _) = faults::of_part(|faults| super::read(&bytes, path, faults, Some(&shown)))?;
         let colors = file.mesh.colors.map(|colors| colors.values);
         for (group, values, to) in [
             (vertices.get(i), colors, &mut attributes.vertices),

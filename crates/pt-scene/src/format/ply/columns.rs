@@ -21,7 +21,8 @@ pub(in super::super) fn parse<const N: usize>(
     names: [&str; N],
 ) -> Result<Vec<[f32; N]>, LoadError> {
     const { assert!(N <= SLOTS) };
-    let bytes = text_lines(text::unmarked(bytes, path)?);
+    let bytes = text::unmarked(bytes, path)?;
+    let bytes = text_lines(&bytes);
     let (header, line, rest) = header_of(&bytes, path)?;
     faults::of_part(|faults| {
         let mut body = Body { path, encoding: header.encoding, line, rest, faults };

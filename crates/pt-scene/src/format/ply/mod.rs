@@ -68,7 +68,8 @@ fn read(
     faults: &mut Faults,
     shown: Option<&Shown>,
 ) -> Result<(MeshFile, Painted), LoadError> {
-    let bytes = text_lines(text::unmarked(bytes, path)?);
+    let bytes = text::unmarked(bytes, path)?;
+    let bytes = text_lines(&bytes);
     let (header, line, rest) = header_of(&bytes, path)?;
     let count = |name| header.elements.get(name).map_or(0, |e: &ElementDef| e.count);
     let vertices = count("vertex");
