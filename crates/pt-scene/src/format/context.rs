@@ -331,6 +331,25 @@ impl Context {
         }
     }
 
+    /// What an item of the scene is, or `None` after its error became a note of what is done instead, which costs nothing else; an
+    /// error where everything has to be as the file says ([`LoadOptions::strict`]).
+    ///
+    /// # Errors
+    /// Those that are not about the content of the file, and all of them if it has to be so.
+    pub(super) fn forgive<T>(
+        &self,
+        result: Result<T, LoadError>,
+        instead: &str,
+    ) -> Result<Option<T>, LoadError> {
+        match result {
+            Err(LoadError::Content { at, message }) if !self.options.strict => {
+                self.note(at, format!("{message}; {instead}"));
+                Ok(None)
+            }
+            result => result.map(Some),
+        }
+    }
+
     /// Whether an error was noted.
     pub(super) fn has_errors(&self) -> bool {
         !self.noted().errors.is_empty()

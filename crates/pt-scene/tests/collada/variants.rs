@@ -173,3 +173,32 @@ fn images_are_found_by_the_paths_of_other_machines() {
         assert_eq!(bitmap.image.pixels, [expected], "{written}");
     }
 }
+
+/// A camera or a light that is not there costs nothing else, unless all has to be as the file says.
+#[test]
+fn cameras_and_lights_that_are_not_there_are_left_out() {
+    let text = |instance: &str| {
+        format!(
+            "<COLLADA version=\"1.4.1\"><library_lights><light id=\"l\"><technique_common><point><color>1 1 1</color>\
+             </point></technique_common></light></library_lights><library_visual_scenes><visual_scene id=\"s\"><node>\
+             <instance_light url=\"#l\"/>{instance}</node></visual_scene></library_visual_scenes>\
+             <scene><instance_visual_scene url=\"#s\"/></scene></COLLADA>"
+        )
+    };
+    for kind in ["camera", "light"] {
+        let text = text(&format!("<instance_{kind} url=\"#none\"/>"));
+        let read = |strict: bool| {
+            let options = pt_scene::format::LoadOptions { strict, ..Default::default() };
+            pt_scene::format::parse_with(text.as_bytes(), std::path::Path::new("a.dae"), &options)
+        };
+        let scene = read(false).expect("the rest is shown");
+        assert_eq!(scene.lights.len(), 1);
+        let wanted = format!("names no <{kind}> of this file");
+        let is_noted = |w: &pt_scene::Warning| {
+            w.message.contains(&wanted) && w.message.ends_with("; it is left out")
+        };
+        assert!(scene.warnings.iter().any(is_noted), "{:?}", scene.warnings);
+        let message = read(true).expect_err("strict").to_string();
+        assert!(message.contains(&wanted), "{message}");
+    }
+}

@@ -184,3 +184,18 @@ fn primitives_cannot_multiply() {
         refusal(&text.with(json!({"nodes": nodes, "meshes": [{"primitives": primitives}]})));
     assert!(error.contains("more than 1000000 primitives"), "{error}");
 }
+
+/// A scene that is named where there is none leaves all nodes.
+#[test]
+fn all_nodes_are_shown_where_there_are_no_scenes() {
+    let mut text = Text::default();
+    let attributes = text.triangle();
+    let scene = read(&text.with(json!({
+        "scene": 0,
+        "nodes": [{"mesh": 0}, {"children": [0], "translation": [0, 0, 3]}],
+        "meshes": [{"primitives": [{"attributes": attributes}]}]
+    })));
+    assert_eq!(scene.objects.len(), 1);
+    assert_eq!(place(&scene, 0).0, DVec3::new(0.0, 0.0, 3.0));
+    assert!(scene.warnings.iter().any(|w| w.message.contains("all nodes are shown")));
+}

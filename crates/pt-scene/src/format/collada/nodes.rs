@@ -85,6 +85,9 @@ fn enter<'a>(
     Ok(Level { node, to_world, has_matrices, rest: node.children() })
 }
 
+/// What is done about cameras and lights that are not there.
+const LEFT_OUT: &str = "it is left out";
+
 /// Places what an `instance_…` element refers to; other elements mean nothing here.
 fn place_instance<'a>(
     reader: &mut Reader<'a>,
@@ -93,7 +96,8 @@ fn place_instance<'a>(
 ) -> Result<(), LoadError> {
     match instance.tag_name().name() {
         "instance_camera" => {
-            if let Some(found) = reader.resolve(instance, "url", &["camera"])? {
+            let found = reader.resolve(instance, "url", &["camera"]);
+            if let Some(found) = reader.context.forgive(found, LEFT_OUT)?.flatten() {
                 let mut camera = camera::read(reader, found, to_world)?;
                 if let Some(camera) = camera.as_mut()
                     && reader.has_course_profile
@@ -105,7 +109,8 @@ fn place_instance<'a>(
             }
         }
         "instance_light" => {
-            if let Some(found) = reader.resolve(instance, "url", &["light"])?
+            let found = reader.resolve(instance, "url", &["light"]);
+            if let Some(found) = reader.context.forgive(found, LEFT_OUT)?.flatten()
                 && let Some(light) = light::read(reader, found, instance, to_world)?
             {
                 attenuation::note(reader, found)?;

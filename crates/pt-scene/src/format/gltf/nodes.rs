@@ -84,8 +84,18 @@ impl<'a> Reader<'a> {
     fn roots(&self, count: usize) -> Result<Vec<(usize, Item<'a>, &'static str)>, LoadError> {
         let root = &self.root;
         let asked = root.whole("scene")?;
-        if asked.is_some() || root.count("scenes")? > 0 {
-            let scene = root.member("scenes", asked.unwrap_or(0), root, "scene")?;
+        let scenes = root.count("scenes")?;
+        let scene = match asked {
+            Some(number) => {
+                let scene = root.member("scenes", number, root, "scene");
+                // Without any scene, there is nothing else that could be meant.
+                let instead = "all nodes are shown";
+                if scenes == 0 { self.context.forgive(scene, instead)? } else { Some(scene?) }
+            }
+            None if scenes > 0 => Some(root.member("scenes", 0, root, "scene")?),
+            None => None,
+        };
+        if let Some(scene) = scene {
             let nodes = scene.wholes("nodes")?;
             return Ok(nodes.into_iter().map(|node| (node, scene.clone(), "nodes")).collect());
         }
