@@ -138,7 +138,7 @@ mod tests {
     #[test]
     fn texts_of_all_encodings_become_utf_8() {
         let read = |bytes: &'static [u8]| {
-            let text = unmarked(bytes, Path::new("a")).map(|text| text.into_owned());
+            let text = unmarked(bytes, Path::new("a")).map(Cow::into_owned);
             text.map(|text| String::from_utf8(text).expect("UTF-8")).map_err(|e| e.to_string())
         };
         for bytes in [
