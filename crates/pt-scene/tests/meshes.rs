@@ -434,7 +434,13 @@ fn colours_of_vertices_are_numbers_or_shares() {
     let words = ["65535 0 0", "0 13107 0", "26214 39321 65535"];
     assert_eq!(colors(&of("ushort", long), words), expected);
     assert_eq!(colors(&of("float", ["r", "green", "b"]), ["1 0 0"; 3]), None);
-    assert!(body(&of("float", long), ["1 0 nan"; 3]).is_err());
+    // One that is no number costs nothing but itself.
+    let properties = of("float", long);
+    let scene = body(&properties, ["1 0 0", "1 0 nan", "0 1 0"]).expect("the rest is shown");
+    let found = colors(&properties, ["1 0 0", "1 0 nan", "0 1 0"]).expect("colours");
+    assert_eq!(found, [[1.0, 0.0, 0.0], [0.0; 3], [0.0, 1.0, 0.0]]);
+    let note = "vertex 1 has a colour that is not finite; it is black";
+    assert!(scene.warnings.iter().any(|w| w.message == note), "{:?}", scene.warnings);
     // Numbers with a sign are no colours.
     assert_eq!(colors(&of("int", long), ["1 0 0"; 3]), None);
 }

@@ -429,3 +429,22 @@ fn only_what_is_there_emits() {
     let share = factors[1].texture().expect("the map");
     assert_eq!(bitmap(share).image.pixels, [[0.0; 3], [1.0; 3]]);
 }
+
+/// What costs nothing but itself is left out, unless all has to be as the file says.
+#[test]
+fn one_bad_thing_does_not_cost_the_file() {
+    let scene = good("pardoned.obj");
+    let mesh = mesh(&scene);
+    assert_eq!(mesh.triangles.len(), 2);
+    let colors = mesh.colors.as_ref().expect("colours");
+    assert_eq!(colors.values, [[1.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0]]);
+    assert_eq!(mesh.uvs.as_ref().map(|uvs| uvs.values.len()), Some(2), "one, and 0 0");
+    let path = folder("obj").join("good").join("pardoned.obj");
+    let options = pt_scene::format::LoadOptions { strict: true, ..Default::default() };
+    let text = std::fs::read(&path).expect("a readable file");
+    let message =
+        pt_scene::format::parse_with(&text, &path, &options).expect_err("strict").to_string();
+    for fault in ["at least three corners", "there are none above", "no finite number"] {
+        assert!(message.contains(fault), "{message}");
+    }
+}

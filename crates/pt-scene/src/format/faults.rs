@@ -11,6 +11,8 @@ use crate::LoadError;
 #[derive(Debug, Default)]
 pub(super) struct Faults {
     list: Vec<LoadError>,
+    /// What costs nothing but itself in a file that is a scene by itself, and what is done instead.
+    pardoned: Vec<(LoadError, &'static str)>,
 }
 
 impl Faults {
@@ -21,6 +23,13 @@ impl Faults {
     pub(super) fn add(&mut self, fault: LoadError) {
         if !self.is_full() {
             self.list.push(fault);
+        }
+    }
+
+    /// Adds one that costs nothing but itself, unless there are [`Self::MOST`] of them; see [`Context::forgive`].
+    pub(super) fn pardon(&mut self, fault: LoadError, instead: &'static str) {
+        if self.pardoned.len() < Self::MOST {
+            self.pardoned.push((fault, instead));
         }
     }
 
@@ -37,19 +46,36 @@ impl Faults {
     pub(super) fn append(&mut self, more: Self) {
         self.list.extend(more.list);
         self.list.truncate(Self::MOST);
+        self.pardoned.extend(more.pardoned);
+        self.pardoned.truncate(Self::MOST);
     }
 
     /// Adds those that were found in the same lines in another way: all are in the order of the lines then.
     pub(super) fn merge(&mut self, others: Self) {
         self.list.extend(others.list);
-        self.list.sort_by_key(|fault| fault.place().map(|at| (at.line, at.column)));
+        self.list.sort_by_key(place);
         self.list.truncate(Self::MOST);
+        self.pardoned.extend(others.pardoned);
+        self.pardoned.sort_by_key(|(fault, _)| place(fault));
+        self.pardoned.truncate(Self::MOST);
+    }
+
+    /// All of them as errors.
+    fn into_errors(mut self) -> Vec<LoadError> {
+        self.list.extend(self.pardoned.into_iter().map(|(fault, _)| fault));
+        self.list.sort_by_key(place);
+        self.list
     }
 
     /// The error that ends the reading with a message that is worth nothing where faults were told that may be why.
     pub(super) fn because_of(&self, error: LoadError) -> LoadError {
         if self.is_empty() { error } else { LoadError::Told }
     }
+}
+
+/// The line and the column of an error.
+fn place(error: &LoadError) -> Option<(u32, u32)> {
+    error.place().map(|at| (at.line, at.column))
 }
 
 /// Reads a file that is a scene by itself: all that is wrong is noted in the context, one by one.
@@ -64,6 +90,10 @@ pub(super) fn of_scene<T>(
     let done = read(&mut faults);
     for fault in faults.list {
         context.keep(Err::<(), _>(fault))?;
+    }
+    for (fault, instead) in faults.pardoned {
+        let forgiven = context.forgive(Err::<(), _>(fault), instead);
+        context.keep(forgiven)?;
     }
     done
 }
@@ -83,7 +113,7 @@ pub(super) fn of_part<T>(
         Err(error) => (None, Some(error)),
     };
     let is_all = !faults.is_full();
-    let mut all = faults.list.into_iter().chain(last);
+    let mut all = faults.into_errors().into_iter().chain(last);
     let first = match (all.next(), value) {
         (None, Some(value)) => return Ok(value),
         (first, _) => first.unwrap_or(LoadError::Told),

@@ -121,7 +121,9 @@ impl<'a> Reader<'a> {
             },
             _ => 0,
         };
-        let Colored { colors, opacities } = self.colors(&attributes, vertices)?;
+        let colored = self.colors(&attributes, vertices);
+        let colored = self.context.forgive(colored, "the vertices have no colours")?;
+        let Colored { colors, opacities } = colored.unwrap_or_default();
         if opacities.is_some() && form.layout.is_masked {
             self.warn(&attributes, "the opacity of COLOR_0 is not read where alphaMode is MASK");
         }

@@ -134,8 +134,8 @@ impl<'a> Chunk<'a> {
         if self.own == [0; 3] {
             return points;
         }
-        self.statements(faults, |statement, _| match statement.keyword {
-            b"v" | b"vt" | b"vn" => points.read(&statement),
+        self.statements(faults, |statement, faults| match statement.keyword {
+            b"v" | b"vt" | b"vn" => points.read(&statement, faults),
             _ => Ok(()),
         });
         points
@@ -212,12 +212,12 @@ impl Points {
         }
     }
 
-    fn read(&mut self, statement: &Statement) -> Result<(), LoadError> {
+    fn read(&mut self, statement: &Statement, faults: &mut Faults) -> Result<(), LoadError> {
         let rest = statement.rest();
         match statement.keyword {
             b"v" => match plain_numbers(rest) {
                 Some(position) => self.positions.push(position),
-                None => return statement.as_text(|line| self.vertex(line)),
+                None => return statement.as_text(|line| self.vertex(line, faults)),
             },
             b"vn" => match plain_numbers(rest) {
                 Some(normal) => self.normals.push(normal),
@@ -232,7 +232,7 @@ impl Points {
     }
 
     /// A position, and perhaps a colour: less than that is a weight.
-    fn vertex(&mut self, line: Line) -> Result<(), LoadError> {
+    fn vertex(&mut self, line: Line, faults: &mut Faults) -> Result<(), LoadError> {
         let mut words = words_after_first(line);
         let position = put(&mut self.positions, line.numbers(words.by_ref().take(3)));
         let words: Vec<&str> = words.collect();
@@ -240,7 +240,10 @@ impl Points {
             return position;
         }
         let color = line.numbers(words.into_iter()).map(|color| color.map(linear_from_srgb));
-        position.and(put(&mut self.colors, color))
+        if let Err(fault) = put(&mut self.colors, color) {
+            faults.pardon(fault, "the vertex is black");
+        }
+        position
     }
 
     pub(super) fn append(&mut self, mut more: Self) {

@@ -118,7 +118,7 @@ impl Faces {
                     Some(triangle) => faces.push(triangle),
                     None => statement.as_text(|line| {
                         if read_corners(line, counts, &mut corners, faults) {
-                            faces.add(line, &corners, positions, &mut polygons)?;
+                            faces.add(line, &corners, positions, &mut polygons, faults);
                         }
                         Ok(())
                     })?,
@@ -146,17 +146,18 @@ impl Faces {
         corners: &[[u32; 3]],
         positions: &[[f32; 3]],
         polygons: &mut Polygons,
-    ) -> Result<(), LoadError> {
+        faults: &mut Faults,
+    ) {
         match corners {
             [] | [_] | [_, _] => {
-                return Err(line.error(line.text, "a face needs at least three corners"));
+                let fault = line.error(line.text, "a face needs at least three corners");
+                faults.pardon(fault, "it is left out");
             }
             [a, b, c] => self.push([*a, *b, *c]),
             all => polygons.cut(all.iter().map(|c| c[0]), positions, |triangle| {
                 self.push(triangle.map(|i| all[i]));
             }),
         }
-        Ok(())
     }
 
     fn push(&mut self, corners: [[u32; 3]; 3]) {
@@ -206,7 +207,7 @@ fn read_corners(
     let mut all_good = true;
     corners.clear();
     for word in line.text.split_ascii_whitespace().skip(1) {
-        match corner(line, word, counts) {
+        match corner(line, word, counts, faults) {
             Ok(corner) => corners.push(corner),
             Err(fault) => {
                 all_good = false;
@@ -252,7 +253,12 @@ fn plain_index(digits: &[u8], count: usize) -> Option<u32> {
 
 /// `position`, `position/uv`, `position//normal` or `position/uv/normal`; `counts` says how many there
 /// are above.
-fn corner(line: Line, word: &str, counts: Counts) -> Result<[u32; 3], LoadError> {
+fn corner(
+    line: Line,
+    word: &str,
+    counts: Counts,
+    faults: &mut Faults,
+) -> Result<[u32; 3], LoadError> {
     let mut corner = [MISSING; 3];
     for (i, text) in word.split('/').enumerate() {
         let Some(count) = counts.get(i) else {
@@ -260,6 +266,12 @@ fn corner(line: Line, word: &str, counts: Counts) -> Result<[u32; 3], LoadError>
             return Err(line.error(word, message));
         };
         if text.is_empty() && i > 0 {
+            continue;
+        }
+        if i > 0 && *count == 0 {
+            let (written, what) = (quote(text), ["vertices", "texture coordinates", "normals"][i]);
+            let message = format!("{written} is an index into {what}, but there are none above");
+            faults.pardon(line.error(text, message), "the corner has none");
             continue;
         }
         corner[i] = resolve(text, *count).ok_or_else(|| {

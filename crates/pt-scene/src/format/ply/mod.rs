@@ -185,18 +185,27 @@ fn any_vertices(body: &mut Body, layout: &Layout) -> Result<Vertices, LoadError>
         colors: layout.color_levels().map(|_| pt_memory::with_capacity(capacity)),
     };
     let origin = Row::default();
+    let path = body.path;
     let read = |chunk: &Chunk, faults: &mut Faults| {
-        let mut vertices = empty(chunk.count);
+        let (mut vertices, mut without_color) = (empty(chunk.count), Vec::new());
         chunk.rows(faults, |i, row| {
             let row = row.and_then(|row| {
-                let is_finite = row.numbers.iter().all(|x| x.is_finite());
+                let is_finite = |at: usize| row.numbers[at].is_finite();
                 let fault = || format!("vertex {i} has a value that is not finite");
-                is_finite.then_some(row).ok_or_else(fault)
+                if !(COLOR..IMAGE).all(is_finite) {
+                    without_color.push(i);
+                }
+                let others = (0..COLOR).chain(IMAGE..row.numbers.len());
+                others.into_iter().all(is_finite).then_some(row).ok_or_else(fault)
             });
             // Those that follow keep their numbers.
             vertices.push(row.as_ref().copied().unwrap_or(&origin));
             row.map(drop)
         });
+        for i in without_color {
+            let message = format!("vertex {i} has a colour that is not finite");
+            faults.pardon(mesh_file::error(path, 0, message), "it is black");
+        }
         vertices
     };
     let mut all = empty(body.least_count(layout));
@@ -210,7 +219,10 @@ impl Vertices {
         self.positions.push(three(POSITION));
         self.normals.iter_mut().for_each(|normals| normals.push(three(NORMAL)));
         self.uvs.iter_mut().for_each(|uvs| uvs.push([numbers[UV], numbers[UV + 1]]));
-        self.colors.iter_mut().for_each(|colors| colors.push(three(COLOR)));
+        let color = three(COLOR);
+        let is_finite = color.iter().all(|c| c.is_finite());
+        let color = if is_finite { color } else { [0.0; 3] };
+        self.colors.iter_mut().for_each(|colors| colors.push(color));
     }
 
     fn append(&mut self, mut more: Self) {
