@@ -559,3 +559,28 @@ fn colours_of_whole_numbers_are_levels() {
         assert_eq!(noted, !is_marked);
     }
 }
+
+/// An image of WebP, by its extension or without, is shown in place of another one.
+#[test]
+fn images_may_be_of_webp() {
+    const WEBP: &str =
+        "data:image/webp;base64,UklGRiAAAABXRUJQVlA4TBQAAAAvAQAAAA8wZO/9n5n5Dy1UIKL/AQ==";
+    for texture in [
+        json!({"source": 1, "extensions": {"EXT_texture_webp": {"source": 0}}}),
+        json!({"extensions": {"EXT_texture_webp": {"source": 0}}}),
+        json!({"source": 0}),
+    ] {
+        let mut text = Text::default();
+        let attributes = text.triangle();
+        let scene = read(&text.with(json!({
+            "extensionsRequired": ["EXT_texture_webp"],
+            "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": attributes, "material": 0}]}],
+            "materials": [{"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}}],
+            "textures": [texture],
+            "images": [{"uri": WEBP}, {"uri": PNG}]
+        })));
+        assert!(scene.missing.is_empty(), "{:?}", scene.missing);
+        assert_eq!(bitmap(&scene.materials[0].emission).image.pixels[0], [1.0, 0.0, 0.0]);
+    }
+}

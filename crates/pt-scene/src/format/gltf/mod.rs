@@ -52,8 +52,9 @@ use super::xml::quote;
 use crate::{LoadError, Mesh, Scene, Warning};
 
 /// Extensions that are read, or of which a material tells what becomes of them.
-const EXTENSIONS: [&str; 18] = [
+const EXTENSIONS: [&str; 19] = [
     "EXT_mesh_gpu_instancing",
+    "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",

@@ -70,7 +70,8 @@ impl Picture {
         let name = match bytes {
             [0x89, b'P', b'N', b'G', ..] => "image.png",
             [0xFF, 0xD8, ..] => "image.jpg",
-            _ => return Err("it is neither PNG nor JPEG".to_owned()),
+            [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => "image.webp",
+            _ => return Err("it is neither PNG, JPEG nor WebP".to_owned()),
         };
         let decoded = image::decode_as(bytes, Path::new(name), Numbers::Stored);
         Ok(Self { name, bytes: bytes.len(), decoded })
@@ -99,9 +100,8 @@ impl<'a> Reader<'a> {
     ) -> Result<Option<Arc<Texture>>, LoadError> {
         let Some(info) = from.child(field)? else { return Ok(None) };
         let texture = self.root.member("textures", info.needed("index")?, &info, "index")?;
-        let Some(source) = texture.whole("source")? else {
-            let message =
-                "it has no \"source\" of PNG or JPEG; what it is multiplied with stands alone";
+        let Some(source) = source_of(&texture)? else {
+            let message = "it has no \"source\" of PNG, JPEG or WebP; what it is multiplied with stands alone";
             self.warn(&texture, message);
             return Ok(None);
         };
@@ -182,7 +182,7 @@ impl<'a> Reader<'a> {
     /// The images that textures show, in the order of the textures.
     fn shown_images(&self) -> Vec<usize> {
         let textures = self.root.children("textures").unwrap_or_default();
-        textures.iter().filter_map(|texture| texture.whole("source").ok()?).collect()
+        textures.iter().filter_map(|texture| source_of(texture).ok()?).collect()
     }
 
     /// The file of an image, wherever it is.
@@ -226,6 +226,14 @@ impl<'a> Reader<'a> {
         let wrap = Wrap { u: edge("wrapS")?, v: edge("wrapT")? };
         let is_nearest = sampler.whole("magFilter")? == Some(NEAREST);
         Ok((wrap, if is_nearest { Filter::Nearest } else { Filter::Trilinear }))
+    }
+}
+
+/// The number of the image of a texture: that of `EXT_texture_webp` before another one, if there is one.
+fn source_of(texture: &Item<'_>) -> Result<Option<usize>, LoadError> {
+    match texture.extension("EXT_texture_webp")? {
+        Some(webp) => webp.whole("source"),
+        None => texture.whole("source"),
     }
 }
 
