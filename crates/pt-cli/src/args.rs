@@ -531,10 +531,10 @@ impl ArgsError {
                 let _ = error.print();
                 return ExitCode::SUCCESS;
             }
-            Self::Clap(error) => eprintln!("pathtracer: {}", message::of_parser(error)),
-            Self::Message(message) => eprintln!("pathtracer: {message}"),
+            Self::Clap(error) => report!("pathtracer: {}", message::of_parser(error)),
+            Self::Message(message) => report!("pathtracer: {message}"),
         }
-        eprintln!("For all options, try 'pathtracer --help'.");
+        report!("For all options, try 'pathtracer --help'.");
         ExitCode::from(crate::FAILURE)
     }
 }

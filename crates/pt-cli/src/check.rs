@@ -34,6 +34,8 @@ pub(crate) struct Checked {
     pub(crate) layout: Option<u32>,
     /// The image that is made again, and must be the same.
     pub(crate) of: Option<Box<Receipt>>,
+    /// The samples that are there have to be of this image.
+    pub(crate) goes_on: bool,
 }
 
 fn whole(text: &str, least: u32, what: &str) -> Result<u32, String> {
@@ -273,7 +275,7 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
     }
     light_groups::check(&cli)?;
     target::check(&cli)?;
-    Ok(Checked { cli, adaptive, resolution, command, layout: None, of: None })
+    Ok(Checked { cli, adaptive, resolution, command, layout: None, of: None, goes_on: false })
 }
 
 /// What a plan of samples and what is reckoned for it take of a pixel.

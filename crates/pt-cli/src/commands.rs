@@ -7,7 +7,7 @@ use std::time::Duration;
 use clap::Parser;
 
 use crate::args::Cli;
-use crate::loading::Loading;
+use crate::loading::{Folders, Loading};
 use crate::{check, target};
 
 /// What the help of the program says about them.
@@ -88,6 +88,9 @@ pub(crate) struct Resume {
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = check::seconds)]
     pub(crate) checkpoint_every: Option<f64>,
 
+    #[command(flatten)]
+    pub(crate) folders: Folders,
+
     /// Print nothing but errors
     #[arg(short, long)]
     pub(crate) quiet: bool,
@@ -153,6 +156,13 @@ pub(crate) struct Rerender {
     /// The second image [default: IMAGE_again, beside it]
     #[arg(short = 'f', long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+
+    /// Overwrite the second image if there is one
+    #[arg(long)]
+    pub(crate) force: bool,
+
+    #[command(flatten)]
+    pub(crate) folders: Folders,
 
     /// Threads; 0 is one per core [default: as before]
     #[arg(short, long, value_name = "N", allow_negative_numbers = true, value_parser = check::threads)]

@@ -12,6 +12,7 @@ use pathtracer::{Advance, Observer, Progress};
 use serde_json::json;
 
 use crate::args::{Cli, ProgressKind};
+use crate::message::printable;
 
 /// Without a terminal, a line as often as this.
 const LINE_EVERY: Duration = Duration::from_secs(10);
@@ -61,7 +62,7 @@ impl Console {
             }
         });
         if let Err(e) = handler {
-            eprintln!("pathtracer: Ctrl-C will end the program without saving: {e}");
+            report!("pathtracer: Ctrl-C will end the program without saving: {e}");
         }
         let terminal = std::io::stderr().is_terminal();
         let display = match (cli.progress, cli.cs184) {
@@ -88,8 +89,8 @@ impl Console {
     /// Prints a line, above what moves.
     pub(crate) fn say(&self, text: &str) {
         match &self.display {
-            Display::Bar(bar) => bar.println(text),
-            _ => eprintln!("{text}"),
+            Display::Bar(bar) => bar.println(printable(text)),
+            _ => report!("{text}"),
         }
     }
 
@@ -124,7 +125,7 @@ impl Console {
                 bar.set_message(message(state, now));
             }
             Display::Lines if waited >= LINE_EVERY => {
-                eprintln!(
+                report!(
                     "rendering: {percent} %, {:.0} s, {}",
                     now.as_secs_f64(),
                     message(state, now)

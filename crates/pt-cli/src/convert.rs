@@ -26,9 +26,9 @@ pub(crate) fn run(convert: &Convert) -> Result<ExitCode> {
     if !quiet {
         let of_reading = scene.warnings.iter().map(ToString::to_string);
         for note in of_reading.chain(notes) {
-            eprintln!("note: {note}");
+            report!("note: {note}");
         }
-        eprintln!("saved {}", to.display());
+        report!("saved {}", to.display());
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -77,7 +77,7 @@ impl Denoising {
         let denoised = denoise::denoised(denoiser, film).map_err(|error| warn(&error)).ok()?;
         if !self.is_quiet {
             let seconds = start.elapsed().as_secs_f64();
-            eprintln!("denoised  by Open Image Denoise {} in {seconds:.2} s", denoiser.version());
+            report!("denoised  by Open Image Denoise {} in {seconds:.2} s", denoiser.version());
         }
         Some(denoised)
     }
@@ -90,7 +90,7 @@ impl Denoising {
 }
 
 fn warn(error: &DenoiseError) {
-    eprintln!(
+    report!(
         "warning: --denoise: {error}\n  the image is written as it was rendered, with its noise"
     );
 }

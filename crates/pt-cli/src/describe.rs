@@ -28,7 +28,7 @@ pub(crate) fn run(info: &Info) -> Result<ExitCode> {
     } else {
         text(&inventory)
     };
-    output::print(text.as_bytes())
+    output::print(&text)
 }
 
 fn text(inventory: &Inventory) -> String {

@@ -37,7 +37,7 @@ pub(crate) fn run(check: &Check) -> Result<ExitCode> {
     let findings = Findings::of(reading);
     let file = check.scene.display().to_string();
     let text = if check.json { findings.json(&file) } else { findings.text(&file) };
-    output::print(text.as_bytes())?;
+    output::print(&text)?;
     Ok(findings.status(check.strict))
 }
 

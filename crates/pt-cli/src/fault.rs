@@ -26,8 +26,8 @@ pub(crate) fn silence() {
 pub(crate) fn guarded(run: impl FnOnce() -> ExitCode) -> ExitCode {
     // Nothing that it was at is used any more.
     catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| {
-        let latest = LATEST.lock().unwrap_or_else(PoisonError::into_inner);
-        eprintln!("pathtracer: {}", message(&latest));
+        let latest = LATEST.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        report!("pathtracer: {}", message(&latest));
         ExitCode::from(FAULT)
     })
 }

@@ -23,7 +23,7 @@ pub(crate) fn run(info: &Info) -> Result<ExitCode> {
     }
     let receipt = receipt_of(&info.file)?;
     let text = if info.json { receipt.to_text() + "\n" } else { text(&receipt) };
-    output::print(text.as_bytes())
+    output::print(&text)
 }
 
 /// That of a film, or of an image or else of the film beside it.

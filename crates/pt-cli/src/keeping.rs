@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use pathtracer::film_file::{About, film_of_image};
 use pathtracer::keep::{Found, Keeper, differences, in_lines};
 use pathtracer::receipt::{Receipt, Run};
@@ -71,11 +71,16 @@ impl Keeping {
         };
         let say = |text: String| {
             if !request.cli.quiet {
-                eprintln!("note: {text}");
+                report!("note: {text}");
             }
         };
         match found {
             Found::Nothing => {}
+            Found::Another(differences) if request.goes_on => bail!(
+                "{}: cannot go on, since something has changed:{}\nrestore that, or render to another file",
+                keeper.path().display(),
+                in_lines(&differences)
+            ),
             Found::Another(differences) => say(format!(
                 "{}: the finished samples of another image are replaced:{}",
                 keeper.path().display(),
@@ -83,7 +88,7 @@ impl Keeping {
             )),
             Found::Samples { film, trouble } => {
                 if let Some(trouble) = trouble {
-                    eprintln!("warning: {trouble}\n  going on from the one before");
+                    report!("warning: {trouble}\n  going on from the one before");
                 }
                 let taken = film.film.samples() as f64 / film.film.region().area() as f64;
                 say(format!(
@@ -205,7 +210,7 @@ impl Keeping {
         let is_part = is_film(&path) && !request.cli.cs184;
         let keeps = progress == Progress::Cancelled || is_kept(&path);
         if let Some(Err(error)) = self.keeper.as_mut().map(Keeper::wait) {
-            eprintln!("warning: {error}");
+            report!("warning: {error}");
         }
         let saved = if keeps {
             let saved = self.save(session.film());

@@ -7,6 +7,18 @@ use pathtracer::{Limits, LoadOptions, Placement};
 
 use crate::{check, config};
 
+/// The folders of which a scene may name files.
+#[derive(clap::Args, Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct Folders {
+    /// Let the scene name files outside of its own folder
+    #[arg(long, help_heading = "Scene")]
+    pub(crate) allow_outside: bool,
+
+    /// Let the scene name files in this folder and in those inside of it; may be given for several
+    #[arg(long, value_name = "DIR", value_parser = config::folder, help_heading = "Scene")]
+    pub(crate) allow_folder: Vec<PathBuf>,
+}
+
 /// How a scene is read.
 #[derive(clap::Args, Debug, Clone)]
 pub(crate) struct Loading {
@@ -16,13 +28,8 @@ pub(crate) struct Loading {
     #[arg(help_heading = "Scene")]
     pub(crate) define: Vec<(String, String)>,
 
-    /// Let the scene name files outside of its own folder
-    #[arg(long, help_heading = "Scene")]
-    allow_outside: bool,
-
-    /// Let the scene name files in this folder and in those inside of it; may be given for several
-    #[arg(long, value_name = "DIR", value_parser = config::folder, help_heading = "Scene")]
-    allow_folder: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) folders: Folders,
 
     /// Most that reading the scene may take, as in memory=2GB; may be given for several of memory, depth, shapes,
     /// elements, texture-side, texture-pixels, include-depth, files, seconds
@@ -49,7 +56,8 @@ impl Loading {
             // The parser knows the names.
             let _ = limits.set(name, *value);
         }
-        let Self { define, allow_outside, allow_folder, time, camera, .. } = self;
+        let Self { define, folders: Folders { allow_outside, allow_folder }, time, camera, .. } =
+            self;
         LoadOptions {
             definitions: define.clone(),
             strict,

@@ -1,5 +1,10 @@
 //! The pathtracer program.
 
+#![deny(clippy::print_stdout, clippy::print_stderr, reason = "they panic if their reader has gone")]
+
+#[macro_use]
+mod message;
+
 mod args;
 mod check;
 mod commands;
@@ -22,7 +27,6 @@ mod limits;
 mod loading;
 mod machine;
 mod merge;
-mod message;
 mod opacity;
 mod output;
 mod render;
@@ -48,7 +52,7 @@ fn main() -> ExitCode {
 /// The program, but for its faults.
 fn run() -> ExitCode {
     if let Err(message) = cpu::check() {
-        eprintln!("pathtracer: {message}");
+        report!("pathtracer: {message}");
         return ExitCode::from(FAILURE);
     }
     let action = match args::parse(std::env::args_os()) {
@@ -58,11 +62,11 @@ fn run() -> ExitCode {
     if !matches!(action, args::Action::Print(_))
         && let Err(error) = config::read()
     {
-        eprintln!("pathtracer: {error:#}");
+        report!("pathtracer: {error:#}");
         return ExitCode::from(FAILURE);
     }
     let done = match action {
-        args::Action::Print(text) => output::print(&text),
+        args::Action::Print(text) => output::print_as_is(&text),
         args::Action::Render(request) => render::run(&request),
         args::Action::Command(Command::Resume(resume)) => resume::run(&resume),
         args::Action::Command(Command::Merge(merge)) => merge::run(&merge),
@@ -73,7 +77,7 @@ fn run() -> ExitCode {
         args::Action::Command(Command::Convert(convert)) => convert::run(&convert),
     };
     done.unwrap_or_else(|error| {
-        eprintln!("pathtracer: {}", message::of_error(&error));
+        report!("pathtracer: {}", message::of_error(&error));
         ExitCode::from(FAILURE)
     })
 }

@@ -54,7 +54,7 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
         output::write_image(film, names, path, options, &denoising)?;
     }
     if !merge.quiet {
-        eprintln!(
+        report!(
             "saved {} of samples {} to {} per pixel, from {} films",
             path.display(),
             samples.start,

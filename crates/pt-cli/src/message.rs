@@ -1,4 +1,42 @@
-//! Errors as one clear message.
+//! Messages: errors as one clear line, and what reaches a terminal.
+
+use std::fmt::{Display, Write as _};
+use std::io::Write as _;
+
+/// Prints a line to standard error, as [`message::report`](crate::message::report) does.
+macro_rules! report {
+    ($($text:tt)*) => { $crate::message::report(format_args!($($text)*)) };
+}
+
+/// Prints a line to standard output, as [`message::print_line`](crate::message::print_line) does.
+macro_rules! print_line {
+    ($($text:tt)*) => { $crate::message::print_line(format_args!($($text)*)) };
+}
+
+/// Prints a line to standard error, [printable]. A reader that has gone, or a full disk, is no reason to stop.
+pub(crate) fn report(text: impl Display) {
+    let _ = std::io::stderr().write_all((printable(&text.to_string()) + "\n").as_bytes());
+}
+
+/// Prints a line to standard output, [printable]. A reader that has gone, or a full disk, is no reason to stop.
+pub(crate) fn print_line(text: impl Display) {
+    let _ = std::io::stdout().write_all((printable(&text.to_string()) + "\n").as_bytes());
+}
+
+/// The text with its control characters, but for ends of lines and tabulators, as in JSON: names in files and receipts
+/// must not command the terminal.
+pub(crate) fn printable(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for char in text.chars() {
+        if char.is_control() && !matches!(char, '\n' | '\t') {
+            // Strings take all.
+            let _ = write!(shown, "\\u{:04x}", u32::from(char));
+        } else {
+            shown.push(char);
+        }
+    }
+    shown
+}
 
 /// What went wrong and why, without what a cause only repeats.
 pub(crate) fn of_error(error: &anyhow::Error) -> String {
@@ -27,6 +65,14 @@ pub(crate) fn of_parser(error: &clap::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn control_characters_are_escaped() {
+        assert_eq!(
+            printable("a\x1b]0;t\x07\u{9b}\r é\tb\n"),
+            "a\\u001b]0;t\\u0007\\u009b\\u000d é\tb\n"
+        );
+    }
 
     #[test]
     fn causes_are_told_once() {

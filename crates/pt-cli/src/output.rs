@@ -13,10 +13,23 @@ use pathtracer::{Film, Region, Session, aov, groups};
 use crate::check::Checked;
 use crate::denoise::Denoising;
 use crate::formats::{self, Exposure};
+use crate::message::printable;
 
-/// Prints a text; a reader that has seen enough is no error.
-pub(crate) fn print(text: &[u8]) -> Result<ExitCode> {
-    match std::io::stdout().write_all(text) {
+/// Prints a text, [printable]; a reader that has seen enough is no error.
+///
+/// # Errors
+/// If standard output takes no more, as on a full disk.
+pub(crate) fn print(text: &str) -> Result<ExitCode> {
+    print_as_is(printable(text).as_bytes())
+}
+
+/// Prints a text of our own as [`print`] does, with its control characters.
+///
+/// # Errors
+/// As [`print`].
+pub(crate) fn print_as_is(text: &[u8]) -> Result<ExitCode> {
+    let mut out = std::io::stdout();
+    match out.write_all(text).and_then(|()| out.flush()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(e).context("cannot print"),
         _ => Ok(ExitCode::SUCCESS),
     }
@@ -94,7 +107,7 @@ pub(crate) fn write_image(
 
 fn tell_beyond_half(path: &Path, count: usize) {
     if count > 0 {
-        eprintln!(
+        report!(
             "warning: {}: {count} numbers are beyond 65504, the greatest of 16 bits, and are written as that; \
              --exr-type float keeps them",
             path.display()
@@ -166,7 +179,7 @@ pub(crate) fn tell_extremes(session: &Session, request: &Checked) {
             -image::auto_exposure(&image)
         ),
     };
-    eprintln!("note: {message}");
+    report!("note: {message}");
 }
 
 #[cfg(test)]

@@ -83,7 +83,7 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     }
     let (files, receipt) = keeping.finish(&session, request, progress, &denoising)?;
     if let Some(warning) = viewer.and_then(|viewer| viewer.finish(session.image())) {
-        eprintln!("warning: {warning}");
+        report!("warning: {warning}");
     }
     let missing = scene.missing.len();
     let summary = Summary { session: &session, statistics, progress, threads, missing, load, cpu };
@@ -95,7 +95,7 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     } else if !request.cli.quiet {
         summary.print();
         let names: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
-        eprintln!("saved {}", names.join(" and "));
+        report!("saved {}", names.join(" and "));
         if request.scene().is_none() {
             next_steps();
         }
@@ -106,9 +106,9 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     }
     let status = match progress {
         Progress::Cancelled if console.cancelled() => {
-            eprintln!("stopped early: the image holds the samples taken so far");
+            report!("stopped early: the image holds the samples taken so far");
             if keeping.keeps() {
-                eprintln!("to go on: pathtracer resume {}", path.display());
+                report!("to go on: pathtracer resume {}", path.display());
             }
             ExitCode::from(INTERRUPTED)
         }
@@ -116,9 +116,9 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
             let out_of_time = ended == Progress::Cancelled;
             let is_missed = tell_missed(&session, out_of_time);
             if out_of_time && !request.cli.quiet {
-                eprintln!("time is up: the image holds the samples taken so far");
+                report!("time is up: the image holds the samples taken so far");
                 if keeping.keeps() {
-                    eprintln!("to go on: pathtracer resume {}", path.display());
+                    report!("to go on: pathtracer resume {}", path.display());
                 }
             }
             if request.cli.strict && (is_missed || session.film().rejections().count() > 0) {
@@ -143,7 +143,7 @@ fn tell_missed(session: &Session, out_of_time: bool) -> bool {
         } else {
             format!("it has all of the {} samples that --max-spp allows", session.settings().spp)
         };
-        eprintln!("warning: the image is not as good as it was to be: {found}; {cause}");
+        report!("warning: the image is not as good as it was to be: {found}; {cause}");
     }
     is_missed
 }
@@ -152,7 +152,7 @@ fn tell_missed(session: &Session, out_of_time: bool) -> bool {
 fn connect(request: &Checked) -> Option<Viewer> {
     let address = request.cli.tev.as_deref()?;
     let connected = Viewer::connect(address, &request.output().display().to_string());
-    connected.map_err(|warning| eprintln!("warning: {warning}")).ok()
+    connected.map_err(|warning| report!("warning: {warning}")).ok()
 }
 
 /// A scene that is about to be rendered.
@@ -241,7 +241,7 @@ fn load_environment(
     }
     for note in notes {
         if !request.cli.quiet {
-            eprintln!("note: {}: {note}", path.display());
+            report!("note: {}: {note}", path.display());
         }
     }
     Ok(Some(EnvironmentMap::new(map.width, map.height, map.pixels)))
@@ -301,10 +301,10 @@ fn compile(
 /// Names the files that could not be used, even with `-q`: the picture is another one without them.
 pub(crate) fn tell_missing(missing: &[Warning]) {
     for file in missing.iter().take(MOST_NAMED) {
-        eprintln!("missing: {file}");
+        report!("missing: {file}");
     }
     if let Some(more) = missing.len().checked_sub(MOST_NAMED).filter(|more| *more > 0) {
-        eprintln!("missing: … and {more} more");
+        report!("missing: … and {more} more");
     }
 }
 
@@ -315,7 +315,7 @@ fn tell_incomplete(scene: &Scene) {
         1 => "a file of the scene is".to_owned(),
         n => format!("{n} files of the scene are"),
     };
-    eprintln!(
+    report!(
         "warning: {files} missing; the image shows something else in their place (--strict refuses that)"
     );
 }
@@ -326,14 +326,14 @@ pub(crate) fn tell_notes(request: &Checked, scene: &Scene, session: &Session) {
         return;
     }
     for warning in &scene.warnings {
-        eprintln!("note: {warning}");
+        report!("note: {warning}");
     }
     if request.leaves_channels_out(&scene.settings) {
         let channels = scene.settings.aovs.join(", ");
-        eprintln!("note: the scene asks for {channels} too; they are left out without -f out.exr");
+        report!("note: the scene asks for {channels} too; they are left out without -f out.exr");
     }
     for note in session.notes() {
-        eprintln!("note: {note}");
+        report!("note: {note}");
     }
 }
 
@@ -341,23 +341,23 @@ pub(crate) fn tell_notes(request: &Checked, scene: &Scene, session: &Session) {
 fn tell_rejections(request: &Checked, session: &Session) {
     let rejections = session.film().rejections();
     let Some(first) = rejections.first.first() else { return };
-    eprintln!(
+    report!(
         "warning: {} samples were refused and count as black: {rejections}",
         rejections.count()
     );
     for r in &rejections.first {
-        eprintln!("  column {}, row {}, sample {}: {}", r.x, r.y, r.sample, r.fault);
+        report!("  column {}, row {}, sample {}: {}", r.x, r.y, r.sample, r.fault);
     }
     let (x, y, sample) = (first.x, first.y, first.sample);
     if can_be_explained(request, session) {
         let words = request.command.iter().map(String::as_str);
         // No argument has a NUL.
         let again = shlex::try_join(words).unwrap_or_default();
-        eprintln!(
+        report!(
             "for the path of the first: pathtracer explain {again} -x {x} -y {y} --sample {sample}"
         );
     } else {
-        eprintln!(
+        report!(
             "its path cannot be told: explain follows the single paths of some integrators, without \
              --path-reuse, --split and --cs184"
         );
@@ -372,11 +372,11 @@ fn can_be_explained(request: &Checked, session: &Session) -> bool {
 }
 
 fn next_steps() {
-    eprintln!();
-    eprintln!("Try next:");
-    eprintln!("  pathtracer -s 1024 -f clean.exr          less noise, as linear floating point");
-    eprintln!("  pathtracer --show indirect               only light that was scattered twice");
-    eprintln!("  pathtracer -r 1280 720 my_scene.dae      a scene of yours (also .glb .xml .pbrt)");
-    eprintln!("  pathtracer --help                        everything else");
-    eprintln!("(in the source tree: cargo run --release -- OPTIONS)");
+    report!("");
+    report!("Try next:");
+    report!("  pathtracer -s 1024 -f clean.exr          less noise, as linear floating point");
+    report!("  pathtracer --show indirect               only light that was scattered twice");
+    report!("  pathtracer -r 1280 720 my_scene.dae      a scene of yours (also .glb .xml .pbrt)");
+    report!("  pathtracer --help                        everything else");
+    report!("(in the source tree: cargo run --release -- OPTIONS)");
 }

@@ -34,6 +34,11 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     );
     let again = std::path::absolute(&again).with_context(|| format!("{}", again.display()))?;
     ensure!(again != first, "-f {}: is the image itself; expected another name", again.display());
+    ensure!(
+        rerender.force || again.symlink_metadata().is_err(),
+        "{}: exists already; expected another name (-f), or --force to overwrite it",
+        again.display()
+    );
     let mut request = resume::request_of(&rerender.image, &receipt.about())?;
     request.layout = Some(run.layout);
     let cli = &mut request.cli;
@@ -44,8 +49,7 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     cli.threads = rerender.threads.or(cli.threads);
     cli.quiet |= rerender.quiet;
     cli.restart = true;
-    // They are of the first render.
-    (cli.summary_json, cli.tev) = (None, None);
+    resume::distrust(&rerender.image, cli, &rerender.folders);
     request.of = Some(Box::new(receipt.clone()));
     resume::enter(&run.folder)?;
     let Done { status, progress, receipt: second } = render::render(&request)?;
@@ -57,17 +61,17 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     let same_film = second.is_some_and(|second| second.film == receipt.film);
     if same_film && before == now {
         if !request.cli.quiet {
-            eprintln!("{} is the same to the bit", rerender.image.display());
+            report!("{} is the same to the bit", rerender.image.display());
         }
         return Ok(status);
     }
     let (a, b) = (first.display(), again.display());
     if same_film {
-        eprintln!(
+        report!(
             "pathtracer: {b} is what {a} was: its pixels were changed since, or denoised in another way"
         );
     } else {
-        eprintln!("pathtracer: {b} is another image than {a}, whose receipt promises the same");
+        report!("pathtracer: {b} is another image than {a}, whose receipt promises the same");
     }
     Ok(ExitCode::from(ANOTHER))
 }

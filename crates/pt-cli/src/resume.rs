@@ -7,9 +7,10 @@ use anyhow::{Context, Result, anyhow, ensure};
 use pathtracer::SamplerKind;
 use pathtracer::film_file::{self, About, FilmFile, film_of_image};
 
-use crate::args::{self, Action};
+use crate::args::{self, Action, Cli};
 use crate::check::{Checked, is_film};
 use crate::commands::Resume;
+use crate::loading::Folders;
 use crate::render;
 
 /// Goes on with a render, as its film says.
@@ -28,7 +29,7 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     let mut request = request_of(&film, &about)?;
     let output = if is_film(&request.output()) { film } else { film.with_extension("") };
     let output = std::path::absolute(&output).with_context(|| format!("{}", output.display()))?;
-    request.layout = Some(about.layout);
+    (request.layout, request.goes_on) = (Some(about.layout), true);
     let cli = &mut request.cli;
     cli.output = Some(Some(output));
     let options: &[&str] = match &mut cli.samples {
@@ -53,6 +54,7 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     cli.checkpoint_every = resume.checkpoint_every.unwrap_or(cli.checkpoint_every);
     cli.quiet |= resume.quiet;
     cli.restart = false;
+    distrust(&resume.file, cli, &resume.folders);
     enter(&about.folder)?;
     render::run(&request)
 }
@@ -103,6 +105,9 @@ fn film_of(file: &Path) -> Result<(PathBuf, FilmFile)> {
 }
 
 /// What the command that made a film or an image asks for.
+///
+/// # Errors
+/// If it is no command of this version.
 pub(crate) fn request_of(file: &Path, about: &About) -> Result<Checked> {
     let name = std::iter::once("pathtracer".into());
     let args = name.chain(about.command.iter().map(Into::into));
@@ -113,6 +118,30 @@ pub(crate) fn request_of(file: &Path, about: &About) -> Result<Checked> {
             file.display(),
             about.command.join(" ")
         )),
+    }
+}
+
+/// Leaves out of the command in a file, which a stranger may have written, what writes other files than the image, what
+/// connects to an address, and the folders that it allows; `folders` are those that the user allows. A note names what was
+/// left out.
+pub(crate) fn distrust(file: &Path, cli: &mut Cli, folders: &Folders) {
+    let stored = std::mem::replace(&mut cli.loading.folders, folders.clone());
+    let is_new = |folder| !folders.allow_folder.contains(folder);
+    let left_out: Vec<_> = [
+        ("--summary-json", cli.summary_json.take().is_some()),
+        ("--tev", cli.tev.take().is_some()),
+        ("--allow-outside", stored.allow_outside && !folders.allow_outside),
+        ("--allow-folder", !folders.allow_outside && stored.allow_folder.iter().any(is_new)),
+    ]
+    .into_iter()
+    .filter_map(|(option, is_left_out)| is_left_out.then_some(option))
+    .collect();
+    if !left_out.is_empty() && !cli.quiet {
+        report!(
+            "note: {}: its command has {}, not taken from a file; --allow-outside and --allow-folder can be given again",
+            file.display(),
+            left_out.join(", ")
+        );
     }
 }
 

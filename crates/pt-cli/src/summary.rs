@@ -35,7 +35,7 @@ impl Summary<'_> {
             n => format!(", {}", count(n, "placed shape")),
         };
         let [w, h] = scene.camera.resolution;
-        eprintln!(
+        report!(
             "scene     {}, {}, {}{placed}; read in {:.3} s, BVH built in {:.3} s",
             count(triangles, "triangle"),
             count(spheres, "sphere"),
@@ -43,29 +43,29 @@ impl Summary<'_> {
             (self.load + geometry).as_secs_f64(),
             bvh.as_secs_f64()
         );
-        eprintln!(
+        report!(
             "rendered  {w} x {h}, {:.1} samples per pixel, in {seconds:.2} s on {}{}",
             self.session.film().samples() as f64 / self.session.film().region().area() as f64,
             count(self.threads, "thread"),
             if self.progress == Progress::Cancelled { " (stopped)" } else { "" }
         );
-        eprintln!(
+        report!(
             "speed     {:.2} million samples/s, {}, {:.2} million rays/s",
             s.samples as f64 / seconds * 1e-6,
             count(s.rays as usize, "ray"),
             s.rays as f64 / seconds * 1e-6
         );
         if let Some(error) = target::summary(self.session) {
-            eprintln!("error     {error}");
+            report!("error     {error}");
         }
         if self.session.settings().clamp != Clamp::NONE {
-            eprintln!("clamped   {:.3} % of the light was cut off", self.clamped_percent());
+            report!("clamped   {:.3} % of the light was cut off", self.clamped_percent());
         }
         let textures = scene.materials.textures.bytes() as f64 * 1e-6;
         let textures =
             if textures > 0.0 { format!(", {textures:.1} MB of textures") } else { String::new() };
         if let Some(bytes) = pathtracer::memory::peak_bytes() {
-            eprintln!("memory    {:.1} MB at most{textures}", bytes as f64 * 1e-6);
+            report!("memory    {:.1} MB at most{textures}", bytes as f64 * 1e-6);
         }
     }
 

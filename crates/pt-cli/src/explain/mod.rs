@@ -42,7 +42,7 @@ pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
     render::tell_missing(&scene.missing);
     render::tell_notes(&request, &scene, &session);
     if session.settings().in_halves() && of.sample.is_none() && !request.cli.quiet {
-        eprintln!(
+        report!(
             "note: the first of two halves of the samples; the other one begins with sample {SECOND_HALF}"
         );
     }
@@ -62,7 +62,7 @@ pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
             text::explanation(names, &session, &explanation)
         }
     };
-    output::print(text.as_bytes())
+    output::print(&text)
 }
 
 /// The pixel, if it is one of those that are rendered.

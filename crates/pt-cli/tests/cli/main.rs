@@ -20,6 +20,7 @@ mod refused_samples;
 mod report;
 mod resume;
 mod scenes;
+mod strangers;
 mod target;
 mod texts;
 mod viewer;

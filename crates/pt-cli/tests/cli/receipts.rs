@@ -70,7 +70,7 @@ fn images_are_made_again_to_the_bit() {
         assert!(run.err.contains(&format!("{name} is the same to the bit")), "{run:?}");
         let again = name.replace('.', "_again.");
         assert_eq!(folder.image(&again), folder.image(name), "{args}");
-        folder.succeed(&format!("rerender {again} -q -f third{}", &name[1..]));
+        folder.succeed(&format!("rerender {again} -q --force -f third{}", &name[1..]));
     }
     for (part, samples) in [("a", "0..7"), ("b", "7..16")] {
         folder.succeed(&format!("-r 20 15 --samples {samples} -f {part}.film scene.dae"));
@@ -97,7 +97,12 @@ fn what_has_changed_is_not_made_again() {
     // Pixels that are not those of the receipt.
     let changed = changed_pixel(&folder.read("a.png"), &folder);
     folder.write("a.png", changed);
+    folder.write("a_again.png", "of the user");
     let run = folder.run("rerender a.png");
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.err.contains("a_again.png: exists already"), "{run:?}");
+    assert_eq!(folder.read("a_again.png"), b"of the user");
+    let run = folder.run("rerender a.png --force");
     assert_eq!(run.code, Some(1), "{run:?}");
     assert!(run.err.contains("its pixels were changed since"), "{run:?}");
     let scene = folder.read("scene.dae");

@@ -67,7 +67,12 @@ fn a_render_does_not_go_on_when_a_file_has_come() {
     let run = folder.run("rerender out.exr");
     assert_eq!(run.code, Some(2), "{run:?}");
     assert!(run.err.contains("wood.png"), "{run:?}");
-    let run = folder.succeed("resume out.exr -s 8");
+    let film = folder.read("out.exr.film");
+    let run = folder.run("resume out.exr -s 8");
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.err.contains("something has changed") && run.err.contains("wood.png"), "{run:?}");
+    assert!(folder.read("out.exr.film") == film, "it is as it was");
+    let run = folder.succeed("box.xml -s 8 -f out.exr");
     assert!(run.err.contains("the finished samples of another image are replaced"), "{run:?}");
     assert!(run.err.contains("wood.png"), "{run:?}");
     let run = folder.run("box.xml -s 2 -f out.exr --restart --limit texture-side=3");
