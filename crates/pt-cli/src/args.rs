@@ -1,6 +1,7 @@
 //! The command line. One table gives the parser, the help, the man page and the completions.
 
 use std::ffi::OsString;
+use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -527,9 +528,13 @@ impl ArgsError {
     pub(crate) fn report(&self) -> ExitCode {
         match self {
             Self::Clap(error) if !error.use_stderr() => {
-                // A closed pipe is no reason to fail a second time.
-                let _ = error.print();
-                return ExitCode::SUCCESS;
+                return match error.print() {
+                    Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+                        report!("pathtracer: cannot print: {e}");
+                        ExitCode::from(crate::FAILURE)
+                    }
+                    _ => ExitCode::SUCCESS,
+                };
             }
             Self::Clap(error) => report!("pathtracer: {}", message::of_parser(error)),
             Self::Message(message) => report!("pathtracer: {message}"),

@@ -164,7 +164,7 @@ pub(crate) fn check(cli: &Cli) -> Result<(), String> {
     Ok(())
 }
 
-/// How PNG images are made bright; by 0 stops where they depend on the image.
+/// Brightness of PNG images; 0 stops where it depends on the image.
 pub(crate) fn tone(cli: &Cli) -> Tone {
     Tone {
         exposure: cli.exposure.and_then(Exposure::stops).unwrap_or(0.0),

@@ -115,7 +115,7 @@ fn tell_beyond_half(path: &Path, count: usize) {
     }
 }
 
-/// How to write the image of a film.
+/// Options with which the image of a film is written.
 pub(crate) fn save_options(request: &Checked, receipt: &Receipt, film: &Film) -> SaveOptions {
     let mut options = request.save_options(receipt);
     if request.cli.exposure == Some(Exposure::Auto) {

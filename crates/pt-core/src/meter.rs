@@ -67,7 +67,7 @@ struct Point {
 }
 
 impl Meter {
-    /// What the light of each ray counts: importance over density, W cos θ / p. Irradiance is ∫ L cos θ dω, whose directions
+    /// Weight of the light of each ray: importance over density, W cos θ / p. Irradiance is ∫ L cos θ dω, whose directions
     /// have the density cos θ / π.
     pub fn importance(&self) -> f32 {
         match self.rays {

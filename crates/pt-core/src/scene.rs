@@ -100,7 +100,7 @@ pub struct RenderScene {
     pub media: Media,
     /// The camera, where it is when the shutter opens.
     pub camera: Camera,
-    /// What is measured in place of what the camera shows, if something is.
+    /// The measurement in place of the camera's picture, if there is one.
     pub meter: Option<Meter>,
     /// How the camera moves, if it does.
     pub camera_motion: Option<CameraMotion>,
@@ -271,7 +271,7 @@ impl RenderScene {
         self.camera_motion.is_some() || self.placed.as_ref().is_some_and(|placed| placed.moves())
     }
 
-    /// What the light of each camera ray counts: 1, but for a meter [`Meter::importance`].
+    /// Weight of the light of each camera ray: 1, but for a meter [`Meter::importance`].
     #[inline]
     pub fn importance(&self) -> f32 {
         self.meter.as_ref().map_or(1.0, Meter::importance)

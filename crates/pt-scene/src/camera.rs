@@ -47,7 +47,7 @@ pub struct Camera {
 /// A measurement by a surface, which need not be one of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Meter {
-    /// What is measured.
+    /// The quantity.
     pub quantity: Quantity,
     /// The surface.
     pub geometry: Geometry,
@@ -55,7 +55,7 @@ pub struct Meter {
     pub to_world: DAffine3,
 }
 
-/// What a meter measures: a mean over the area of its surface.
+/// Quantity of a meter: a mean over the area of its surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Irradiance: the power per area that comes to the front of the surface, around its normals.

@@ -178,7 +178,7 @@ fn coated(clearcoat: f32) -> pt_scene::Surface {
     .into()
 }
 
-/// What glows under a coat c is seen through it: E (1 − c F), with F = 0.04 + 0.96 (1 − cos θ)⁵. [glTF 2.0, KHR_materials_clearcoat]
+/// Emission below a coat c: E (1 − c F), with F = 0.04 + 0.96 (1 − cos θ)⁵. [glTF 2.0, KHR_materials_clearcoat]
 #[test]
 fn coats_weaken_what_glows_below_them() {
     for clearcoat in [0.0f32, 0.5, 1.0] {

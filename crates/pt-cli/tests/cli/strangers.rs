@@ -99,6 +99,10 @@ fn closed_and_full_pipes_end_nothing_badly() {
             drop(reader);
             command.stdin(Stdio::null()).stderr(writer.try_clone().expect("a handle"));
             command.stdout(if round % 2 == 0 { Stdio::from(writer) } else { Stdio::null() });
+            if round == 5 {
+                let full = std::fs::File::options().write(true).open("/dev/full");
+                command.stderr(full.expect("a full disk"));
+            }
             let mut child = command.spawn().expect("the program can be started");
             let mut status = None;
             for _ in 0..600 {
@@ -114,5 +118,18 @@ fn closed_and_full_pipes_end_nothing_badly() {
             };
             assert_eq!((status.code(), status.signal()), (usual, None), "{line}");
         }
+    }
+}
+
+/// A text that could not be printed is an error.
+#[test]
+fn a_full_standard_output_is_an_error() {
+    let folder = Folder::new();
+    for line in ["--help", "--version", "check --help", "check missing.dae"] {
+        let args: Vec<_> = line.split(' ').collect();
+        let full = std::fs::File::options().write(true).open("/dev/full").expect("a full disk");
+        let run = folder.command(&args).stdout(full).output().expect("the program can be started");
+        assert_eq!(run.status.code(), Some(2), "{line}");
+        assert!(String::from_utf8_lossy(&run.stderr).contains("cannot print"), "{line}");
     }
 }

@@ -89,7 +89,7 @@ pub(super) fn compile(
     Ok((camera, motion))
 }
 
-/// What is measured in place of what the camera shows; all directions are no measurement.
+/// The measurement in place of the camera's picture; all directions are no measurement.
 pub(super) fn meter(
     scene: &Scene,
     metres: f64,

@@ -53,7 +53,7 @@ impl SphereLight {
         LightSample { wi, distance, end, radiance, pdf: Some(pdf) }
     }
 
-    /// What gets through the coat at this cosine to the normal.
+    /// Transmittance of the coat at this cosine to the normal.
     #[inline]
     pub(super) fn coated(&self, radiance: Spectrum, cos: f32) -> Spectrum {
         if self.coat > 0.0 { radiance * emitted_through(self.coat, cos) } else { radiance }

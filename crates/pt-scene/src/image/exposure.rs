@@ -1,8 +1,8 @@
-//! How bright an image has to be made, and whether it shows anything.
+//! Automatic exposure, and images that are nearly black or white.
 
 use super::Image;
 
-/// What the logarithmic mean of the luminance becomes. [Reinhard, Stark, Shirley & Ferwerda 2002, "Photographic Tone Reproduction for
+/// Target of the logarithmic mean of the luminance. [Reinhard, Stark, Shirley & Ferwerda 2002, "Photographic Tone Reproduction for
 /// Digital Images", eq. 1 and 2: the key of an image]
 const KEY: f64 = 0.18;
 /// The share of pixels that stay below white.
@@ -38,7 +38,7 @@ pub fn auto_exposure(image: &Image) -> f32 {
     libm::log2((KEY / mean).min(1.0 / bright)) as f32
 }
 
-/// What nearly all pixels are, with these stops.
+/// The extreme that nearly all pixels have, with these stops.
 pub fn extreme(image: &Image, stops: f32) -> Option<Extreme> {
     let mut luminances = luminances(image);
     if luminances.is_empty() {
@@ -62,7 +62,7 @@ fn luminances(image: &Image) -> Vec<f64> {
     image.pixels.iter().map(luminance).filter(|y| y.is_finite()).collect()
 }
 
-/// What a share of sorted numbers does not exceed.
+/// Quantile of sorted numbers.
 fn share(sorted: &[f64], share: f64) -> f64 {
     let rank = (share * sorted.len() as f64).ceil() as usize;
     sorted[rank.clamp(1, sorted.len()) - 1]

@@ -42,7 +42,7 @@ fn fresnel(cos: f32) -> f32 {
     0.04.lerp(1.0, schlick_weight(cos))
 }
 
-/// What a coat of a share leaves of light that the surface below emits at this cosine to the normal: 1 − c F.
+/// Transmittance of a coat of a share for light that the surface below emits at this cosine to the normal: 1 − c F.
 /// [glTF 2.0, KHR_materials_clearcoat, "Emission"]
 #[inline]
 pub fn emitted_through(coat: f32, cos: f32) -> f32 {

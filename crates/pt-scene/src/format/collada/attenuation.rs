@@ -1,4 +1,4 @@
-//! How lights fall off with the distance.
+//! Attenuation of lights with the distance.
 //!
 //! A light of the file has 1 / (c + l d + q d²) of its colour at the distance d; light falls off by the square here. So it gets the
 //! intensity with which both are the same at one distance from it, by which the file's middle distance stands: the root of the
@@ -107,7 +107,7 @@ fn middle_distance(p: DVec3, [low, high]: framing::Extent) -> f64 {
 }
 
 impl Attenuation {
-    /// What the intensity is of the colour, in units of the file.
+    /// Ratio of the intensity to the colour, in units of the file.
     fn scale(self, distance: f64) -> f64 {
         let Self { constant, linear, quadratic } = self;
         distance * distance / (constant + distance * (linear + distance * quadratic))

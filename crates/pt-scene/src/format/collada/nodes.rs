@@ -85,7 +85,7 @@ fn enter<'a>(
     Ok(Level { node, to_world, has_matrices, rest: node.children() })
 }
 
-/// What is done about cameras and lights that are not there.
+/// The treatment of cameras and lights that are missing.
 const LEFT_OUT: &str = "it is left out";
 
 /// Places what an `instance_…` element refers to; other elements mean nothing here.

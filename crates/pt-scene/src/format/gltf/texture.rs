@@ -27,7 +27,7 @@ pub(super) enum Content {
     Colors,
     /// One channel, 0 to 2, as it is.
     Channel(usize),
-    /// What a channel lacks to 1.
+    /// 1 minus a channel.
     Opposite(usize),
     /// The opacity; 1 if there is none.
     Opacity,

@@ -92,7 +92,7 @@ fn faded(row: &[f32; 11]) -> Option<([f32; 10], f64)> {
     (share > 0.0).then_some((*splat, share))
 }
 
-/// How splats are placed.
+/// Placement of splats.
 struct Placing {
     to_world: DAffine3,
     scale: f64,

@@ -69,7 +69,7 @@ pub(super) fn meter(
     })
 }
 
-/// What arrives on the shape that a sensor is inside of.
+/// Irradiance of the shape that holds a sensor.
 fn irradiance(seat: &Seat<'_>) -> Result<(DAffine3, Option<Meter>), LoadError> {
     let Some((geometry, to_world)) = seat.surface.clone() else {
         let message = "it stands alone; expected an \"irradiancemeter\" inside of a <shape> that does not move, whose \
@@ -80,7 +80,7 @@ fn irradiance(seat: &Seat<'_>) -> Result<(DAffine3, Option<Meter>), LoadError> {
     Ok((DAffine3::IDENTITY, Some(meter)))
 }
 
-/// What comes along a direction from beyond all surfaces: to a point, to a shape, or to the disk around the scene.
+/// Radiance along a direction from beyond all surfaces: to a point, to a shape, or to the disk around the scene.
 fn distant(
     seat: &Seat<'_>,
     parameters: &mut Parameters<'_>,

@@ -12,7 +12,7 @@ use exr::prelude::{Compression as Method, IntegerBounds, Vec2, f16};
 use super::super::{Decoded, check_size};
 use super::{attribute_length, bytes_in_memory, check_counts, is_dwa, picture};
 
-/// What is said of files of this kind that are not read.
+/// The message for files of this kind that are not read.
 const ADVICE: &str = "has channels with fewer pixels than others, and is no single image in scan lines with a size that these divide; \
                       save it with all channels in full";
 /// Whether some channel of a file has fewer pixels than the image.
