@@ -3,6 +3,8 @@
 #[path = "gltf/animation.rs"]
 mod animation;
 mod common;
+#[path = "gltf/compressed.rs"]
+mod compressed;
 #[path = "gltf/layers.rs"]
 mod layers;
 #[path = "gltf/materials.rs"]

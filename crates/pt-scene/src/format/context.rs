@@ -255,8 +255,16 @@ impl Context {
         Ok(measurements)
     }
 
+    /// Bytes that may still be taken.
+    pub(super) fn room(&self) -> u64 {
+        self.limits().memory.map_or(u64::MAX, |most| most.saturating_sub(self.noted().bytes))
+    }
+
     /// Counts bytes that are taken.
-    fn spend(&self, bytes: u64) -> Result<(), String> {
+    ///
+    /// # Errors
+    /// If they are more than the limits allow.
+    pub(super) fn spend(&self, bytes: u64) -> Result<(), String> {
         let mut noted = self.noted();
         noted.bytes = noted.bytes.saturating_add(bytes);
         let most = self.limits().memory.unwrap_or(u64::MAX);

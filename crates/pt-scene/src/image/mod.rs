@@ -9,6 +9,7 @@ mod hdr;
 mod jpeg;
 mod png;
 mod raster;
+mod texture_blocks;
 mod tone;
 mod write;
 
@@ -361,6 +362,9 @@ pub static CODECS: &[Codec] = &[
     raster::GIF,
     raster::PNM,
     raster::QOI,
+    texture_blocks::DDS,
+    texture_blocks::KTX2,
+    texture_blocks::BASIS,
 ];
 
 /// Whether [`save`] knows the ending of a name.

@@ -1,5 +1,6 @@
 //! Image files: what is written is read back, and what is broken is refused with a reason.
 
+mod blocks;
 mod metadata;
 mod opacity;
 #[path = "../common/panics.rs"]

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::super::context::Context;
 use super::super::mesh_file::{percent_decoded, percent_decoded_bytes};
 use super::super::xml::quote;
+use super::compressed;
 use super::item::Item;
 use crate::LoadError;
 
@@ -58,27 +59,38 @@ impl<'b> Buffers<'b> {
         by: &str,
     ) -> Result<View<'_>, LoadError> {
         let view = root.member("bufferViews", index, from, by)?;
-        if view.extension("EXT_meshopt_compression")?.is_some() {
-            let message = "EXT_meshopt_compression is not supported; export without compression";
-            return Err(view.error(message));
+        if compressed::meshopt_of(&view)?.is_some() {
+            // It cannot be decoded.
+            return Err(LoadError::Told);
         }
-        let number = view.needed("buffer")?;
-        root.member("buffers", number, &view, "buffer")?;
-        let buffer = self.bytes[number].as_ref().ok_or(LoadError::Told)?;
-        let offset = view.whole("byteOffset")?.unwrap_or(0);
-        let length = view.needed("byteLength")?;
-        let part = offset.checked_add(length).and_then(|end| buffer.get(offset..end));
-        let bytes = part.ok_or_else(|| {
-            let count = buffer.len();
-            view.error(format!(
-                "{length} bytes from byte {offset} are not in buffer {number}, which has {count}"
-            ))
-        })?;
+        let bytes = self.part(root, &view)?;
         let stride = view.whole("byteStride")?;
         if stride.is_some_and(|stride| !(4..=252).contains(&stride)) {
             return Err(view.refuse("byteStride", "expected a number of bytes from 4 to 252"));
         }
         Ok(View { bytes, stride })
+    }
+
+    /// The bytes to which the fields `buffer`, `byteOffset` and `byteLength` of an item refer.
+    pub(super) fn part(&self, root: &Item<'_>, item: &Item<'_>) -> Result<&[u8], LoadError> {
+        let number = item.needed("buffer")?;
+        root.member("buffers", number, item, "buffer")?;
+        let buffer = self.bytes[number].as_ref().ok_or(LoadError::Told)?;
+        let offset = item.whole("byteOffset")?.unwrap_or(0);
+        let length = item.needed("byteLength")?;
+        let part = offset.checked_add(length).and_then(|end| buffer.get(offset..end));
+        part.ok_or_else(|| {
+            let count = buffer.len();
+            item.error(format!(
+                "{length} bytes from byte {offset} are not in buffer {number}, which has {count}"
+            ))
+        })
+    }
+
+    /// Adds a buffer, and gives its number.
+    pub(super) fn push(&mut self, bytes: Vec<u8>) -> usize {
+        self.bytes.push(Some(Cow::Owned(bytes)));
+        self.bytes.len() - 1
     }
 }
 
@@ -90,6 +102,12 @@ fn one<'b>(
     context: &Context,
 ) -> Result<Cow<'b, [u8]>, LoadError> {
     let length = buffer.needed("byteLength")?;
+    if let Some(meshopt) = compressed::meshopt_of(buffer)?
+        && meshopt.flag("fallback")?
+    {
+        // Its views have the same bytes in compressed form.
+        return Ok(Cow::Borrowed(&[]));
+    }
     let found = match (buffer.text("uri")?, binary) {
         (Some(uri), _) if uri.starts_with("data:") => {
             Cow::Owned(resource(uri, file, context).map_err(|why| buffer.refuse("uri", why))?)

@@ -50,6 +50,18 @@ impl<'a> Item<'a> {
         self.fields.contains_key(field)
     }
 
+    /// The names of its fields.
+    pub(super) fn names(&self) -> impl Iterator<Item = &'a str> {
+        self.fields.keys().map(String::as_str)
+    }
+
+    /// Its fields without some.
+    pub(super) fn without(&self, names: &[&str]) -> Map<String, Value> {
+        let mut fields = self.fields.clone();
+        fields.retain(|name, _| !names.contains(&name.as_str()));
+        fields
+    }
+
     /// The name that its author gave it, or else its path.
     pub(super) fn name(&self) -> String {
         let given = self.fields.get("name").and_then(Value::as_str).filter(|name| !name.is_empty());

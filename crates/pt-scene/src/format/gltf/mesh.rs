@@ -8,6 +8,7 @@ use pt_math::{DAffine3, DVec3};
 
 use super::Reader;
 use super::accessor::all_parts;
+use super::compressed;
 use super::deform;
 use super::item::Item;
 use super::material::{Layout, Values};
@@ -48,6 +49,10 @@ impl<'a> Reader<'a> {
         name: &str,
         form: &Form<'_>,
     ) -> Result<Option<Arc<Mesh>>, LoadError> {
+        if primitive.extension(compressed::DRACO)?.is_some() {
+            // It cannot be decoded.
+            return Err(LoadError::Told);
+        }
         let mode = primitive.whole("mode")?.unwrap_or(4);
         if let Some(kind) = WITHOUT_SURFACE.get(mode) {
             self.warn(primitive, format!("{kind} have no surface; they are left out"));

@@ -2,7 +2,7 @@
 //! registry of its extensions]
 //!
 //! ```text
-//! bytes ─ container ─▶ JSON ─ item ─▶ nodes ─▶ mesh ─▶ accessor ─▶ buffer
+//! bytes ─ container ─▶ JSON ─ item ─▶ nodes ─▶ mesh ─▶ accessor ─▶ buffer ◀─ compressed
 //!         and a buffer   objects that       ├▶ animation ─▶ keys
 //!                        know their path    ├▶ deform (skins)
 //!                                           ├▶ material ─▶ texture
@@ -22,6 +22,7 @@
 mod accessor;
 mod animation;
 mod buffer;
+mod compressed;
 mod container;
 mod deform;
 mod item;
@@ -52,9 +53,11 @@ use super::xml::quote;
 use crate::{LoadError, Mesh, Scene, Warning};
 
 /// Extensions that are read, or of which a material tells what becomes of them.
-const EXTENSIONS: [&str; 19] = [
+const EXTENSIONS: [&str; 24] = [
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
@@ -70,16 +73,21 @@ const EXTENSIONS: [&str; 19] = [
     "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
     "KHR_xmp_json_ld",
+    "MSFT_texture_dds",
 ];
 
 /// A scene.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
-    let (json, binary) = container::open(bytes, path, context.limits())?;
+    let (mut json, binary) = container::open(bytes, path, context.limits())?;
     let root = Item::root(&json, path)?;
     let warnings = context.keep(check(&root))?.unwrap_or_default();
-    let buffers = Buffers::read(&root, binary, path, context)?;
+    let mut buffers = Buffers::read(&root, binary, path, context)?;
+    compressed::decode(&mut json, &mut buffers, path, context)?;
+    let root = Item::root(&json, path)?;
     let mut reader = Reader {
         file: path,
         context,

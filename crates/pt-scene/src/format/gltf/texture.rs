@@ -71,7 +71,9 @@ impl Picture {
             [0x89, b'P', b'N', b'G', ..] => "image.png",
             [0xFF, 0xD8, ..] => "image.jpg",
             [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => "image.webp",
-            _ => return Err("it is neither PNG, JPEG nor WebP".to_owned()),
+            [0xAB, b'K', b'T', b'X', b' ', b'2', b'0', ..] => "image.ktx2",
+            [b'D', b'D', b'S', b' ', ..] => "image.dds",
+            _ => return Err("it is neither PNG, JPEG, WebP, KTX 2.0 nor DDS".to_owned()),
         };
         let decoded = image::decode_as(bytes, Path::new(name), Numbers::Stored);
         Ok(Self { name, bytes: bytes.len(), decoded })
@@ -101,7 +103,7 @@ impl<'a> Reader<'a> {
         let Some(info) = from.child(field)? else { return Ok(None) };
         let texture = self.root.member("textures", info.needed("index")?, &info, "index")?;
         let Some(source) = source_of(&texture)? else {
-            let message = "it has no \"source\" of PNG, JPEG or WebP; what it is multiplied with stands alone";
+            let message = "it has no \"source\" of a format that is read; what it is multiplied with stands alone";
             self.warn(&texture, message);
             return Ok(None);
         };
@@ -229,12 +231,15 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The number of the image of a texture: that of `EXT_texture_webp` before another one, if there is one.
+/// The number of the image of a texture, if there is one: that of an extension before the one for programs that do not know
+/// the extension.
 fn source_of(texture: &Item<'_>) -> Result<Option<usize>, LoadError> {
-    match texture.extension("EXT_texture_webp")? {
-        Some(webp) => webp.whole("source"),
-        None => texture.whole("source"),
+    for name in ["EXT_texture_webp", "KHR_texture_basisu", "MSFT_texture_dds"] {
+        if let Some(other) = texture.extension(name)? {
+            return other.whole("source");
+        }
     }
+    texture.whole("source")
 }
 
 /// From the coordinates of a surface, with v upwards, to those of an image, by KHR_texture_transform: with v downwards,

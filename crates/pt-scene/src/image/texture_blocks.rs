@@ -1,0 +1,331 @@
+//! Files of textures in the forms of graphics processors: DDS, KTX 2.0 and Basis Universal. Of arrays, cubes, volumes and
+//! pyramids, the first and largest picture is read. [Microsoft, "DDS_HEADER"; Khronos, "KTX File Format Specification 2.0";
+//! Binomial, ".basis File Format and ETC1S Texture Video Specification"]
+
+use std::io::{Cursor, Read};
+
+use basisu::{DecodeFlags, SourceFormat, TargetFormat, Transcoder};
+use image_dds::ddsfile::{Dds, DxgiFormat, PixelFormat, PixelFormatFlags};
+use image_dds::{ImageFormat, Surface};
+use ktx2::{Format, SupercompressionScheme, TransferFunction};
+use pt_math::color::linear_from_srgb;
+
+use super::{Codec, Decoded, Image, Numbers, check_size};
+
+pub(super) const DDS: Codec =
+    Codec { name: "DDS", extensions: &["dds"], read: Some(read_dds), write: None, metadata: None };
+
+pub(super) const KTX2: Codec = Codec {
+    name: "KTX 2.0",
+    extensions: &["ktx2"],
+    read: Some(read_ktx2),
+    write: None,
+    metadata: None,
+};
+
+pub(super) const BASIS: Codec = Codec {
+    name: "Basis Universal",
+    extensions: &["basis"],
+    read: Some(read_basis),
+    write: None,
+    metadata: None,
+};
+
+/// How whole numbers relate to light.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Curve {
+    Srgb,
+    Linear,
+}
+
+/// See [`super::Reader`]. Whole numbers are taken as sRGB, also where a file has the format without that name, as most
+/// programs write it for colours.
+fn read_dds(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
+    let dds =
+        Dds::read(Cursor::new(bytes)).map_err(|error| format!("is no valid DDS file: {error}"))?;
+    let size = [dds.header.width, dds.header.height];
+    check_pixels(size)?;
+    if dds.header10.is_none() && dds.header.spf.fourcc.is_none() {
+        let pixels = by_masks(&dds.header.spf, size, &dds.data)?;
+        return decoded(size, ImageFormat::Rgba8Unorm, &pixels, Curve::Srgb, numbers);
+    }
+    let format = match dds.get_dxgi_format().and_then(of_no_type) {
+        Some(format) => format,
+        None => image_dds::dds_image_format(&dds).map_err(|error| {
+            format!(
+                "has a form of pixels that is not read ({error:?}); save it as BC1 to BC7, RGBA or PNG"
+            )
+        })?,
+    };
+    decoded(size, format, &dds.data, Curve::Srgb, numbers)
+}
+
+/// The form of blocks whose numbers have no type.
+fn of_no_type(format: DxgiFormat) -> Option<ImageFormat> {
+    Some(match format {
+        DxgiFormat::BC1_Typeless => ImageFormat::BC1RgbaUnorm,
+        DxgiFormat::BC2_Typeless => ImageFormat::BC2RgbaUnorm,
+        DxgiFormat::BC3_Typeless => ImageFormat::BC3RgbaUnorm,
+        DxgiFormat::BC4_Typeless => ImageFormat::BC4RUnorm,
+        DxgiFormat::BC5_Typeless => ImageFormat::BC5RgUnorm,
+        DxgiFormat::BC6H_Typeless => ImageFormat::BC6hRgbUfloat,
+        DxgiFormat::BC7_Typeless => ImageFormat::BC7RgbaUnorm,
+        DxgiFormat::R8G8B8A8_Typeless => ImageFormat::Rgba8Unorm,
+        DxgiFormat::B8G8R8A8_Typeless => ImageFormat::Bgra8Unorm,
+        _ => return None,
+    })
+}
+
+/// Pixels of up to 32 bits whose channels are where masks are, as 8 bits of red, green, blue and opacity.
+fn by_masks(form: &PixelFormat, [width, height]: [u32; 2], data: &[u8]) -> Result<Vec<u8>, String> {
+    let is_grey = form.flags.contains(PixelFormatFlags::LUMINANCE);
+    let bits = form.rgb_bit_count.unwrap_or(0);
+    if !matches!(bits, 8 | 16 | 24 | 32) || !(is_grey || form.flags.contains(PixelFormatFlags::RGB))
+    {
+        return Err(
+            "has a form of pixels that is not read; save it as BC1 to BC7, RGBA or PNG".to_owned()
+        );
+    }
+    let mask = |mask: Option<u32>| mask.unwrap_or(0);
+    let (r, a) = (mask(form.r_bit_mask), mask(form.a_bit_mask));
+    let [g, b] = if is_grey { [r; 2] } else { [form.g_bit_mask, form.b_bit_mask].map(mask) };
+    let size = bits as usize / 8;
+    let (count, length) = (width as usize * height as usize, data.len());
+    if data.len() < count * size {
+        return Err(format!("is cut off: it has {length} bytes of pixels, of {}", count * size));
+    }
+    let has_alpha = form.flags.contains(PixelFormatFlags::ALPHA_PIXELS) && a != 0;
+    let pixel = |bytes: &[u8]| {
+        let word = bytes.iter().rev().fold(0, |word, byte| word << 8 | u32::from(*byte));
+        let level = |mask: u32| {
+            let shift = mask.trailing_zeros().min(31);
+            let (value, most) = (u64::from(word & mask) >> shift, u64::from(mask) >> shift);
+            (255 * value + most / 2).checked_div(most).unwrap_or(0) as u8
+        };
+        [level(r), level(g), level(b), if has_alpha { level(a) } else { 255 }]
+    };
+    Ok(data.chunks_exact(size).take(count).flat_map(pixel).collect())
+}
+
+/// See [`super::Reader`]. What the file says of its transfer function counts.
+fn read_ktx2(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
+    let invalid = |why: String| format!("is no valid KTX 2.0 file: {why}");
+    check_texel_block(bytes).map_err(invalid)?;
+    let reader = ktx2::Reader::new(bytes).map_err(|error| invalid(error.to_string()))?;
+    let header = reader.header();
+    let size = [header.pixel_width, header.pixel_height.max(1)];
+    let most = check_pixels(size)?;
+    let curve = match reader.transfer_function() {
+        Some(TransferFunction::Linear) => Curve::Linear,
+        _ => Curve::Srgb,
+    };
+    let level = reader.levels().next().ok_or_else(|| invalid("it has no picture".to_owned()))?;
+    if level.uncompressed_byte_length > most {
+        let found = level.uncompressed_byte_length;
+        return Err(invalid(format!("its picture claims {found} bytes, of at most {most}")));
+    }
+    let Some(format) = header.format.and_then(image_format) else {
+        return transcoded(bytes, curve, numbers);
+    };
+    match header.supercompression_scheme {
+        None => decoded(size, format, level.data, curve, numbers),
+        Some(SupercompressionScheme::Zstandard) => {
+            let stream = ruzstd::StreamingDecoder::new(level.data);
+            let stream = stream.map_err(|error| invalid(error.to_string()))?;
+            let data = unpacked(stream, level.uncompressed_byte_length).map_err(invalid)?;
+            decoded(size, format, &data, curve, numbers)
+        }
+        Some(SupercompressionScheme::ZLIB) => {
+            let stream = flate2::read::ZlibDecoder::new(level.data);
+            let data = unpacked(stream, level.uncompressed_byte_length).map_err(invalid)?;
+            decoded(size, format, &data, curve, numbers)
+        }
+        Some(other) => Err(format!("is packed in a way that is not read ({})", other.value())),
+    }
+}
+
+/// Refuses blocks of 256 texels along a side, at which the crate `ktx2` fails.
+fn check_texel_block(bytes: &[u8]) -> Result<(), String> {
+    /// Where the file has the place of the description of its data, and the description the size of a block.
+    const PLACE: usize = 48;
+    const BLOCK: usize = 16;
+    let place = bytes
+        .get(PLACE..PLACE + 4)
+        .and_then(|place| Some(u32::from_le_bytes(place.try_into().ok()?)));
+    let block = place.and_then(|place| bytes.get((place as usize).checked_add(BLOCK)?..)?.get(..4));
+    match block {
+        Some(block) if !block.contains(&u8::MAX) => Ok(()),
+        _ => Err("the description of its data is damaged".to_owned()),
+    }
+}
+
+/// So many bytes of a stream.
+fn unpacked(stream: impl Read, length: u64) -> Result<Vec<u8>, String> {
+    let mut data = Vec::new();
+    stream.take(length).read_to_end(&mut data).map_err(|error| error.to_string())?;
+    Ok(data)
+}
+
+/// See [`super::Reader`]. Files do not say how their numbers relate to light; they are taken as sRGB.
+fn read_basis(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
+    transcoded(bytes, Curve::Srgb, numbers)
+}
+
+/// A picture of Basis Universal or ASTC, in either container.
+fn transcoded(bytes: &[u8], curve: Curve, numbers: Numbers) -> Result<Decoded, String> {
+    let invalid = |error: basisu::Error| format!("has no picture that can be read: {error:?}");
+    let texture = Transcoder::new(bytes).map_err(invalid)?;
+    let (width, height) = texture.base_dimensions();
+    check_pixels([width, height])?;
+    let (target, format) = match texture.source_format() {
+        SourceFormat::UastcHdr4x4 | SourceFormat::UastcHdr6x6 | SourceFormat::AstcHdr6x6 => {
+            (TargetFormat::RgbaHalf, ImageFormat::Rgba16Float)
+        }
+        _ => (TargetFormat::Rgba32, ImageFormat::Rgba8Unorm),
+    };
+    let data = texture.transcode_image(0, 0, 0, target, DecodeFlags::NONE).map_err(invalid)?;
+    decoded([width, height], format, &data, curve, numbers)
+}
+
+/// The bytes of a picture of single precision.
+fn check_pixels([width, height]: [u32; 2]) -> Result<u64, String> {
+    let bytes = u64::from(width).saturating_mul(u64::from(height)).saturating_mul(16);
+    check_size(Some(bytes), usize::MAX)?;
+    Ok(bytes.max(1024))
+}
+
+/// A picture in one of the forms of graphics processors.
+fn decoded(
+    size: [u32; 2],
+    format: ImageFormat,
+    data: &[u8],
+    curve: Curve,
+    numbers: Numbers,
+) -> Result<Decoded, String> {
+    check_pixels(size)?;
+    let [width, height] = size;
+    let surface =
+        Surface { width, height, depth: 1, layers: 1, mipmaps: 1, image_format: format, data };
+    let pixels = surface.decode_rgbaf32().map_err(|error| format!("is damaged: {error}"))?.data;
+    let kind = Kind::of(format);
+    let light = |share: f32| match (numbers, curve) {
+        (Numbers::Light(_), Curve::Srgb) if !kind.is_real => linear_from_srgb(share),
+        _ => share,
+    };
+    let color = |[r, g, b, _]: [f32; 4]| {
+        let [r, g, b] =
+            if kind.is_signed { [r, g, b].map(|share| 0.5 * share + 0.5) } else { [r, g, b] };
+        match (kind.channels, numbers) {
+            (1, _) => [light(r); 3],
+            (2, Numbers::Stored) => [r, g, third(r, g)],
+            (2, Numbers::Light(_)) => [light(r), light(g), 0.0],
+            _ => [r, g, b].map(light),
+        }
+    };
+    let pixels = pixels.as_chunks::<4>().0;
+    let is_clear = kind.channels == 4 && pixels.iter().any(|[.., a]| *a < 1.0);
+    let alpha = is_clear.then(|| pixels.iter().map(|[.., a]| *a).collect());
+    let pixels: Vec<_> = pixels.iter().map(|pixel| color(*pixel)).collect();
+    super::check_shape(width, height, pixels.len())?;
+    Ok(Decoded { image: Image { width, height, pixels }, alpha, frame: None })
+}
+
+/// The z of a normal of which x and y are stored, as it would be.
+fn third(r: f32, g: f32) -> f32 {
+    let [x, y] = [2.0 * r - 1.0, 2.0 * g - 1.0];
+    0.5 * (1.0 - x * x - y * y).max(0.0).sqrt() + 0.5
+}
+
+/// The numbers of a form.
+struct Kind {
+    channels: usize,
+    is_real: bool,
+    /// Whether whole numbers are shares from −1 to 1.
+    is_signed: bool,
+}
+
+impl Kind {
+    fn of(format: ImageFormat) -> Self {
+        use ImageFormat as F;
+        let channels = match format {
+            F::R8Unorm
+            | F::R8Snorm
+            | F::R16Unorm
+            | F::R16Snorm
+            | F::R16Float
+            | F::R32Float
+            | F::BC4RUnorm
+            | F::BC4RSnorm => 1,
+            F::Rg8Unorm
+            | F::Rg8Snorm
+            | F::Rg16Unorm
+            | F::Rg16Snorm
+            | F::Rg16Float
+            | F::Rg32Float
+            | F::BC5RgUnorm
+            | F::BC5RgSnorm => 2,
+            F::Rgb32Float | F::Bgr8Unorm | F::BC6hRgbUfloat | F::BC6hRgbSfloat => 3,
+            _ => 4,
+        };
+        let is_real = matches!(
+            format,
+            F::R16Float
+                | F::R32Float
+                | F::Rg16Float
+                | F::Rg32Float
+                | F::Rgb32Float
+                | F::Rgba16Float
+                | F::Rgba32Float
+                | F::BC6hRgbUfloat
+                | F::BC6hRgbSfloat
+        );
+        let is_signed = matches!(
+            format,
+            F::R8Snorm
+                | F::Rg8Snorm
+                | F::Rgba8Snorm
+                | F::R16Snorm
+                | F::Rg16Snorm
+                | F::Rgba16Snorm
+                | F::BC4RSnorm
+                | F::BC5RgSnorm
+        );
+        Self { channels, is_real, is_signed }
+    }
+}
+
+/// The form that a number of Vulkan names; `None` for those of Basis Universal and ASTC, and those that are not read.
+fn image_format(format: Format) -> Option<ImageFormat> {
+    Some(match format {
+        Format::BC1_RGB_UNORM_BLOCK | Format::BC1_RGBA_UNORM_BLOCK => ImageFormat::BC1RgbaUnorm,
+        Format::BC1_RGB_SRGB_BLOCK | Format::BC1_RGBA_SRGB_BLOCK => ImageFormat::BC1RgbaUnormSrgb,
+        Format::BC2_UNORM_BLOCK => ImageFormat::BC2RgbaUnorm,
+        Format::BC2_SRGB_BLOCK => ImageFormat::BC2RgbaUnormSrgb,
+        Format::BC3_UNORM_BLOCK => ImageFormat::BC3RgbaUnorm,
+        Format::BC3_SRGB_BLOCK => ImageFormat::BC3RgbaUnormSrgb,
+        Format::BC4_UNORM_BLOCK => ImageFormat::BC4RUnorm,
+        Format::BC4_SNORM_BLOCK => ImageFormat::BC4RSnorm,
+        Format::BC5_UNORM_BLOCK => ImageFormat::BC5RgUnorm,
+        Format::BC5_SNORM_BLOCK => ImageFormat::BC5RgSnorm,
+        Format::BC6H_UFLOAT_BLOCK => ImageFormat::BC6hRgbUfloat,
+        Format::BC6H_SFLOAT_BLOCK => ImageFormat::BC6hRgbSfloat,
+        Format::BC7_UNORM_BLOCK => ImageFormat::BC7RgbaUnorm,
+        Format::BC7_SRGB_BLOCK => ImageFormat::BC7RgbaUnormSrgb,
+        Format::R8_UNORM | Format::R8_SRGB => ImageFormat::R8Unorm,
+        Format::R8G8_UNORM | Format::R8G8_SRGB => ImageFormat::Rg8Unorm,
+        Format::R8G8B8A8_UNORM | Format::R8G8B8A8_SRGB => ImageFormat::Rgba8Unorm,
+        Format::B8G8R8A8_UNORM | Format::B8G8R8A8_SRGB => ImageFormat::Bgra8Unorm,
+        Format::B8G8R8_UNORM | Format::B8G8R8_SRGB => ImageFormat::Bgr8Unorm,
+        Format::R16_UNORM => ImageFormat::R16Unorm,
+        Format::R16G16_UNORM => ImageFormat::Rg16Unorm,
+        Format::R16G16B16A16_UNORM => ImageFormat::Rgba16Unorm,
+        Format::R16_SFLOAT => ImageFormat::R16Float,
+        Format::R16G16_SFLOAT => ImageFormat::Rg16Float,
+        Format::R16G16B16A16_SFLOAT => ImageFormat::Rgba16Float,
+        Format::R32_SFLOAT => ImageFormat::R32Float,
+        Format::R32G32_SFLOAT => ImageFormat::Rg32Float,
+        Format::R32G32B32_SFLOAT => ImageFormat::Rgb32Float,
+        Format::R32G32B32A32_SFLOAT => ImageFormat::Rgba32Float,
+        _ => return None,
+    })
+}

@@ -1,0 +1,5 @@
+//! DDS.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| pathtracer_fuzz::image(bytes, "dds"));

@@ -1,0 +1,5 @@
+//! KTX 2.0.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| pathtracer_fuzz::image(bytes, "ktx2"));
