@@ -7,11 +7,12 @@
 //! two is whole.
 
 use std::fs::{self, File};
-use std::io::{self, BufWriter, ErrorKind, Write};
+use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
 use pt_core::Film;
 use pt_core::film::FilmError;
+use pt_scene::file;
 use pt_scene::image::{folder_of, sync_folder};
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +24,12 @@ const MAGIC: &[u8] = b"pathtracer film 7\n";
 
 /// What all versions of it begin with.
 const KIND: &[u8] = b"pathtracer film ";
+
+/// What is wrong with a file whose hash is another.
+const CHECKSUM: &str = "its checksum is another than that of what it holds";
+
+/// Bytes from which on a file is checked before it is read.
+const LARGE: u64 = 1 << 26;
 
 /// Bytes of a hash.
 const HASH: usize = blake3::OUT_LEN;
@@ -164,7 +171,12 @@ pub struct Written {
 pub fn write(path: &Path, about: &About, film: &Film) -> Result<Written, FilmFileError> {
     let failed = |source| FilmFileError::Write { path: path.to_owned(), source };
     let part = part_of(path);
-    let file = File::create(&part).map_err(failed)?;
+    // What has this name is no link or pipe that would be followed.
+    match fs::remove_file(&part) {
+        Err(error) if error.kind() != ErrorKind::NotFound => return Err(failed(error)),
+        _ => {}
+    }
+    let file = File::create_new(&part).map_err(failed)?;
     if let Err(error) = write_to(&file, about, film) {
         // What is left of it is of no use; if it cannot even be removed, the first error says why.
         let _ = fs::remove_file(part);
@@ -208,15 +220,27 @@ impl Written {
 /// # Errors
 /// If it cannot be read, or is not what was written.
 pub fn read(path: &Path) -> Result<FilmFile, FilmFileError> {
-    let bytes =
-        fs::read(path).map_err(|source| FilmFileError::Read { path: path.to_owned(), source })?;
-    if !bytes.starts_with(KIND) {
+    let failed = |source| FilmFileError::Read { path: path.to_owned(), source };
+    let damaged = |what| FilmFileError::Damaged { path: path.to_owned(), what };
+    let length = file::length(path).map_err(failed)?;
+    let mut beginning = Vec::new();
+    let most = MAGIC.len() as u64;
+    File::open(path)
+        .and_then(|file| file.take(most).read_to_end(&mut beginning))
+        .map_err(failed)?;
+    if !beginning.starts_with(KIND) {
         return Err(FilmFileError::Kind(path.to_owned()));
     }
-    if !bytes.starts_with(MAGIC) {
+    if !beginning.starts_with(MAGIC) {
         return Err(FilmFileError::Version(path.to_owned()));
     }
-    let damaged = |what| FilmFileError::Damaged { path: path.to_owned(), what };
+    // What nobody wrote is found out without the memory that it would take.
+    if length >= LARGE && !is_whole(path, length).map_err(failed)? {
+        return Err(damaged(CHECKSUM.to_owned()));
+    }
+    let bytes = file::read(path).map_err(failed)?;
+    let _grant = pt_memory::ask(length)
+        .map_err(|why| failed(io::Error::new(ErrorKind::OutOfMemory, why)))?;
     parse(&bytes).map_err(damaged)
 }
 
@@ -242,12 +266,22 @@ pub fn read_newest(
     }
 }
 
+/// Whether the hash at the end of a file is that of what is before it.
+fn is_whole(path: &Path, length: u64) -> io::Result<bool> {
+    let mut file = File::open(path)?;
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_reader((&mut file).take(length - HASH as u64))?;
+    let mut hash = [0; HASH];
+    file.read_exact(&mut hash)?;
+    Ok(hasher.finalize() == hash)
+}
+
 /// A file that begins as one does; else what is wrong.
 fn parse(bytes: &[u8]) -> Result<FilmFile, String> {
     let (content, hash) =
         bytes.split_last_chunk::<HASH>().ok_or_else(|| "it is not whole".to_owned())?;
     if blake3::hash(content) != *hash {
-        return Err("its checksum is another than that of what it holds".into());
+        return Err(CHECKSUM.into());
     }
     let short = || "it ends within what it says about itself".to_owned();
     let (length, rest) =

@@ -50,7 +50,6 @@ pub use pt_cpu::{
     INTEGRATORS, MOST_REUSE, MOST_SPLIT, Progress, Registration, RenderError, Statistics,
 };
 pub use pt_math::sampler::{SECOND_HALF, SamplerKind};
-pub use pt_scene::camera_file;
 pub use pt_scene::format::{
     FORMATS, Limits, LoadOptions, Reading, SaveError, is_scene, load, load_with, read_with, save,
 };
@@ -60,6 +59,7 @@ pub use pt_scene::{
     LoadError, Meter, Moment, Place, Placement, Projection, Quantity, Rows, Scene, SkyLayout,
     Source, Span, Warning,
 };
+pub use pt_scene::{camera_file, file};
 pub use session::Session;
 
 /// The scene that is rendered when none is given: a Cornell box with a mirror and a glass sphere,

@@ -1,5 +1,6 @@
 //! The configuration file of the user: what is allowed to all scenes.
 
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -23,13 +24,17 @@ pub(crate) fn read() -> Result<()> {
     if named.is_none() && !path.exists() {
         return Ok(());
     }
-    let text = std::fs::read_to_string(&path).with_context(|| {
+    let text = pathtracer::file::read(&path).and_then(text_of).with_context(|| {
         let by = if named.is_some() { format!(" (named by {VARIABLE})") } else { String::new() };
         format!("{}{by}: the configuration cannot be read", path.display())
     })?;
     let folders = parse(&text, &path)?;
     FOLDERS.get_or_init(|| folders);
     Ok(())
+}
+
+fn text_of(bytes: Vec<u8>) -> io::Result<String> {
+    String::from_utf8(bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
 }
 
 /// The folders that the configuration file allows.

@@ -20,7 +20,7 @@ pub(crate) fn input(path: &Path) {
     report!("[COLLADA Parser] Loading COLLADA file...");
     report!("[COLLADA Parser] Loading scene...");
     // What is wrong with the file is told when it is read to be rendered.
-    let log = std::fs::read(path).ok().and_then(|bytes| course_log(&bytes, path).ok());
+    let log = pathtracer::file::read(path).ok().and_then(|bytes| course_log(&bytes, path).ok());
     for line in log.into_iter().flatten() {
         report!("{line}");
     }

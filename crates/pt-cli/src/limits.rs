@@ -1,13 +1,46 @@
 //! Refuses renders that need more memory than there is, before they take it.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use anyhow::{Result, ensure};
 use bytesize::ByteSize;
 use pathtracer::{Scene, memory};
 
 use crate::check::{Checked, bytes_per_pixel};
-use crate::light_groups;
+use crate::{FAILURE, light_groups};
+
+/// Whether samples are taken: they are not given up for want of memory.
+static RENDERING: AtomicBool = AtomicBool::new(false);
+
+/// Ends the program when it holds more memory than it may, unless it renders: what is read may be made to grow without end, and
+/// not all of it asks before.
+pub(crate) fn watch() {
+    const INTERVAL: Duration = Duration::from_millis(20);
+    /// Bytes of the program itself, and of what is taken between two looks.
+    const SLACK: u64 = 32 << 20;
+    let watch = || {
+        while let (Some(used), Some(limit)) = (memory::used_bytes(), memory::limit()) {
+            if used > limit.saturating_add(SLACK) && !RENDERING.load(Ordering::Relaxed) {
+                let size = |bytes| ByteSize::b(bytes).display().si();
+                report!(
+                    "pathtracer: what is read takes more memory than {}; allow more with --max-memory, or make it simpler",
+                    size(limit)
+                );
+                std::process::exit(FAILURE.into());
+            }
+            std::thread::sleep(INTERVAL);
+        }
+    };
+    // Without it, what asks before is held to the limit all the same.
+    let _ = std::thread::Builder::new().name("memory".to_owned()).spawn(watch);
+}
+
+/// Says that samples are taken from now on.
+pub(crate) fn begin_rendering() {
+    RENDERING.store(true, Ordering::Relaxed);
+}
 
 /// How much memory a render may take.
 pub(crate) struct Limit {
@@ -21,6 +54,7 @@ impl Limit {
     /// That of the command line, or what the system has left.
     pub(crate) fn of(request: &Checked) -> Self {
         if let Some(most) = request.cli.max_memory {
+            memory::set_limit(most.as_u64());
             return Self { most: Some(most.as_u64()), source: "than --max-memory allows" };
         }
         let used = memory::used_bytes().unwrap_or(0);

@@ -25,6 +25,7 @@ mod keeping;
 mod light_groups;
 mod limits;
 mod loading;
+mod lock;
 mod machine;
 mod merge;
 mod opacity;
@@ -65,6 +66,7 @@ fn run() -> ExitCode {
         report!("pathtracer: {error:#}");
         return ExitCode::from(FAILURE);
     }
+    limits::watch();
     let done = match action {
         args::Action::Print(text) => output::print_as_is(&text),
         args::Action::Render(request) => render::run(&request),

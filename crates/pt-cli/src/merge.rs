@@ -14,6 +14,7 @@ use crate::check::is_film;
 use crate::commands::Merge;
 use crate::denoise::Denoising;
 use crate::keeping::run_of;
+use crate::lock::Lock;
 use crate::{output, resume};
 
 /// A film, its file, and its samples.
@@ -35,6 +36,7 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
         path.display()
     );
     output::check_writable(path)?;
+    let _lock = Lock::take(path)?;
     let mut parts = merge.films.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
     parts.sort_by_key(|part| part.samples.start);
     check(&parts, !is_film(path))?;

@@ -64,6 +64,7 @@ pub(crate) fn check_writable(path: &Path) -> Result<()> {
         folder.display()
     );
     anyhow::ensure!(!path.is_dir(), "{}: is a folder; expected the name of a file", path.display());
+    image::check_target(path)?;
     tempfile::Builder::new()
         .prefix(".pathtracer-")
         .tempfile_in(folder)

@@ -17,9 +17,10 @@ use crate::console::Console;
 use crate::denoise::Denoising;
 use crate::keeping::Keeping;
 use crate::limits::Limit;
+use crate::lock::Lock;
 use crate::summary::{Summary, cpu_seconds};
 use crate::tev::Viewer;
-use crate::{course, output, target};
+use crate::{course, limits, output, target};
 
 /// Exit status of a render that Ctrl-C ended, as shells have it.
 const INTERRUPTED: u8 = 130;
@@ -58,6 +59,7 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     for file in std::iter::once(&path).chain(&request.cli.summary_json) {
         output::check_writable(file)?;
     }
+    let _lock = Lock::take(&path)?;
     let start = Instant::now();
     let limit = Limit::of(request);
     limit.check_files(request)?;
@@ -71,6 +73,7 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
     if request.cli.cs184 && !request.cli.quiet {
         course::built(&session, threads);
     }
+    limits::begin_rendering();
     let console = Console::new(&request.cli, session.film().samples(), total(&session));
     let cpu = cpu_seconds();
     let mut viewer = connect(request);
@@ -220,8 +223,8 @@ fn load_environment(
         course::loading_environment(path);
     }
     image::check_readable(path)?;
-    let bytes =
-        std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    let bytes = pathtracer::file::read(path)
+        .with_context(|| format!("{}: cannot be read", path.display()))?;
     sources.push(Source::of(path, &bytes));
     let mut map: Image = image::decode(&bytes, path, Transfer::Srgb)?;
     if course {

@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::time::Duration;
 
-use anyhow::{Context, Result};
-use pathtracer::{Clamp, Progress, Session, Statistics};
+use anyhow::Result;
+use pathtracer::{Clamp, Progress, Session, Statistics, image};
 
 use crate::target;
 
@@ -112,7 +112,7 @@ impl Summary<'_> {
         ];
         let lines: Vec<_> = fields.iter().map(|(k, v)| format!("  \"{k}\": {v}")).collect();
         let text = format!("{{\n{}\n}}\n", lines.join(",\n"));
-        std::fs::write(path, text).with_context(|| format!("{}: cannot be written", path.display()))
+        Ok(image::write_atomically(path, text.as_bytes())?)
     }
 }
 

@@ -1,10 +1,16 @@
-//! Large arrays on large pages.
+//! Large arrays on large pages, and the ledger of the memory that the process takes.
 //!
 //! Random rays in a tree of 100 MB visit more pages of 4 KiB than a processor keeps the places of, and a build that
 //! fills new memory stops at each of them, as does a reader of large meshes. Where the system has larger pages for those
 //! who ask (Linux, 2 MiB), the large arrays that are made here do.
 
+mod ledger;
+mod usage;
+
 use bytemuck::Zeroable;
+
+pub use ledger::{Grant, SMALL, ask, limit, set_limit};
+pub use usage::{available_bytes, peak_bytes, used_bytes};
 
 /// An empty vector with room for so many.
 #[cfg(target_os = "linux")]

@@ -54,8 +54,8 @@ const NAMES: [&str; 30] = [
 /// # Errors
 /// If the file cannot be read, or is not made of 30 finite numbers.
 pub fn load(path: &Path) -> Result<(Camera, Source), LoadError> {
-    let bytes =
-        std::fs::read(path).map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
+    let bytes = crate::file::read(path)
+        .map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
     let camera = parse(&String::from_utf8_lossy(&bytes), path)?;
     Ok((camera, Source::of(path, &bytes)))
 }

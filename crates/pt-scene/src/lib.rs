@@ -9,6 +9,7 @@
 pub mod camera;
 pub mod camera_file;
 pub mod error;
+pub mod file;
 pub mod filter;
 pub mod format;
 pub mod framing;

@@ -60,7 +60,7 @@ impl<'p> Large<'p> {
     /// # Errors
     /// Those of [`std::fs::File::open`].
     pub(crate) fn open(path: &'p Path) -> io::Result<Option<Self>> {
-        let file = std::fs::File::open(path)?;
+        let file = crate::file::open(path)?;
         let data = file.metadata()?;
         let length = usize::try_from(data.len()).unwrap_or(usize::MAX);
         let is_large = data.is_file() && (LARGE..MOST).contains(&length);
@@ -93,12 +93,14 @@ impl<'p> Large<'p> {
 /// what is done with most of it.
 ///
 /// # Errors
-/// Those of [`std::fs::read`].
+/// Those of [`crate::file::read`].
 #[cfg(all(unix, target_pointer_width = "64"))]
 pub(crate) fn read(path: &Path) -> io::Result<(Vec<u8>, Source)> {
     use rayon::prelude::*;
 
     let Some(file) = Large::open(path)? else { return read_whole(path) };
+    let _grant = pt_memory::ask(file.length as u64)
+        .map_err(|why| io::Error::new(io::ErrorKind::OutOfMemory, why))?;
     let mut bytes = pt_memory::zeros(file.length);
     let parts = bytes.par_chunks_mut(PART).enumerate();
     let hashes = parts.map(|(i, part)| {
@@ -136,14 +138,14 @@ fn halves(parts: &[PartHash]) -> [&[PartHash]; 2] {
 /// Reads a file.
 ///
 /// # Errors
-/// Those of [`std::fs::read`].
+/// Those of [`crate::file::read`].
 #[cfg(not(all(unix, target_pointer_width = "64")))]
 pub(crate) fn read(path: &Path) -> io::Result<(Vec<u8>, Source)> {
     read_whole(path)
 }
 
 fn read_whole(path: &Path) -> io::Result<(Vec<u8>, Source)> {
-    let bytes = std::fs::read(path)?;
+    let bytes = crate::file::read(path)?;
     let source = Source::of(path, &bytes);
     Ok((bytes, source))
 }

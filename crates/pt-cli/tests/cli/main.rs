@@ -8,6 +8,7 @@ mod denoise;
 mod disk;
 mod documentation;
 mod explain;
+mod hostile;
 mod images;
 mod interrupt;
 mod light_groups;

@@ -181,7 +181,7 @@ fn scenes_that_cannot_be_read() {
     folder.write("notes.txt", "no scene");
     for (scene, wanted) in [
         ("missing.dae", "missing.dae: cannot be read: No such file"),
-        ("folder.dae", "folder.dae: cannot be read: Is a directory"),
+        ("folder.dae", "folder.dae: cannot be read: it is a folder, and no regular file"),
         ("broken.dae", "broken.dae:3:1: "),
         ("other.xml", "other.xml:2:"),
         ("empty.ply", "empty.ply"),

@@ -43,6 +43,9 @@ pub enum FilmError {
     /// A sum is greater than that of so many samples can be.
     #[error("a sum is greater than that of as many samples as there are can be")]
     Sums,
+    /// The pixels lie beyond those that an image can have.
+    #[error("its pixels lie beyond column or row 4294967295")]
+    Region,
     /// A second half does not fit.
     #[error("its halves are not of the same pixels, or keep not the same")]
     Halves,
@@ -130,7 +133,8 @@ impl Film {
         if take_word(&mut rest).ok_or_else(short)? != 0 {
             let second = take_half(&mut rest).ok_or_else(short)??;
             let is_second = (second.region, second.first) == (film.region, SECOND_HALF);
-            if !is_second || !second.keeps_as(&film) {
+            let is_first = film.counts.iter().all(|count| film.first + count <= SECOND_HALF);
+            if !is_first || !is_second || !second.keeps_as(&film) {
                 return Err(FilmError::Halves);
             }
             film.second = Some(Box::new(second));
@@ -278,6 +282,9 @@ fn take_half(rest: &mut &[u8]) -> Option<Result<Film, FilmError>> {
             (None, Some(group)) => light_groups.push(group.to_owned()),
             (None, None) => return Some(Err(FilmError::Quantity(name.into()))),
         }
+    }
+    if x.checked_add(width).is_none() || y.checked_add(height).is_none() {
+        return Some(Err(FilmError::Region));
     }
     let pixels = u64::from(width) * u64::from(height);
     let per_pixel = aov::sums_per_pixel(&aovs) as u64;

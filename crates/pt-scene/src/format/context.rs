@@ -9,11 +9,13 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use pt_memory::Grant;
+
 use super::ahead::Ahead;
 use super::limits::Limits;
 use super::xml::quote;
 use super::{LoadOptions, Reading, measured, mesh_file};
-use crate::image::{self, Decoded, Image, ImageError, Numbers};
+use crate::image::{self, Decoded, Image, ImageError, Numbers, Room};
 use crate::measured::Measurements;
 use crate::{Geometry, LoadError, Scene, Source, Span, Warning, source};
 
@@ -184,8 +186,10 @@ impl Context {
         image::check_readable(path).map_err(|error| error.to_string())?;
         self.admit(path)?;
         let key = (path.to_owned(), numbers);
-        let Picture { source, decoded } =
-            self.pictures.get(&key, Clone::clone, |key| self.look_at(&key))?;
+        let ahead = self.pictures.get(&key, Clone::clone, |key| self.look_at(&key))?;
+        // There may be too little memory for several at a time.
+        let alone = if ahead.decoded.is_err() { self.look_at(&key)? } else { ahead };
+        let Picture { source, decoded } = alone;
         self.noted().sources.push(source);
         let mut decoded = self.check_picture(decoded, path)?;
         if let Some(message) = decoded.image.make_finite() {
@@ -207,7 +211,17 @@ impl Context {
         self.length(path)?;
         let (bytes, source) =
             source::read(path).map_err(|error| unreadable(path, &error.to_string()))?;
-        Ok(Picture { source, decoded: image::decode_as(&bytes, path, *numbers) })
+        let grant = |bytes| self.grant_picture(bytes);
+        let decoded = image::decode_in(&bytes, path, *numbers, &Room::new(&grant));
+        Ok(Picture { source, decoded })
+    }
+
+    /// Grants the memory of a picture, half of which it keeps, if the limits allow it.
+    pub(super) fn grant_picture(&self, bytes: u64) -> Result<Grant, String> {
+        match self.limits().memory {
+            Some(most) if bytes / 2 > self.room() => Err(beyond(most)),
+            _ => pt_memory::ask(bytes),
+        }
     }
 
     /// Holds a picture to the limits, and counts it; `path` is the name for messages.
@@ -260,6 +274,15 @@ impl Context {
         self.limits().memory.map_or(u64::MAX, |most| most.saturating_sub(self.noted().bytes))
     }
 
+    /// Counts bytes that are about to be taken and kept, and asks for them.
+    ///
+    /// # Errors
+    /// If they are more than the limits allow, or the process may hold.
+    pub(super) fn take(&self, bytes: u64) -> Result<Grant, String> {
+        self.spend(bytes)?;
+        pt_memory::ask(bytes)
+    }
+
     /// Counts bytes that are taken.
     ///
     /// # Errors
@@ -271,7 +294,7 @@ impl Context {
         if noted.bytes <= most {
             return Ok(());
         }
-        Err(format!("the scene takes more memory than the limit of {most} bytes"))
+        Err(beyond(most))
     }
 
     /// Refuses a path that leads out of the scene's folder, unless that is allowed.
@@ -448,6 +471,11 @@ impl Context {
             (at.file != self.file, at.file.clone(), at.line, at.column)
         })
     }
+}
+
+/// The message about a scene that is larger than the limit of memory.
+fn beyond(most: u64) -> String {
+    format!("the scene takes more memory than the limit of {most} bytes")
 }
 
 /// The message about a scene whose reading takes longer than it may.

@@ -12,9 +12,11 @@
 use std::borrow::Cow;
 use std::collections::HashSet;
 use std::io::Read;
+use std::sync::Arc;
 
 use flate2::read::ZlibDecoder;
 use pt_math::{DAffine3, DMat3, DVec3};
+use pt_memory::Grant;
 
 use crate::medium::Grid;
 
@@ -29,24 +31,29 @@ const MOST_BYTES: u64 = 1 << 30;
 const MOST_CELLS: i64 = 1 << 16;
 
 /// A grid, and where it lies.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct SparseGrid {
     /// Numbers of at least 0; those below were 0.
-    pub(super) grid: Grid,
+    pub(super) grid: Arc<Grid>,
     /// From the unit cube to the world of the file.
     pub(super) to_world: DAffine3,
 }
 
-/// The grid of a name, and the names of the others. The message of an error is meant for the place where the scene names the file.
-pub(super) fn parse(bytes: &[u8], name: &str) -> Result<(SparseGrid, Vec<String>), String> {
+/// The grid of a name, and the names of the others; `ask` grants the memory of a dense grid. The message of an error is meant for the place where the scene names the file.
+pub(super) fn parse(
+    bytes: &[u8],
+    name: &str,
+    ask: impl Fn(u64) -> Result<Grant, String>,
+) -> Result<(SparseGrid, Vec<String>), String> {
     let mut entries = entries(bytes)?;
     let names: Vec<String> = entries.iter().map(|entry| entry.name.clone()).collect();
     let Some(i) = names.iter().position(|n| n == name) else {
         return Err(format!("the file has no grid \"{name}\"; its grids: {}", names.join(", ")));
     };
     let entry = entries.swap_remove(i);
+    let _grant = if entry.codec == 0 { None } else { Some(pt_memory::ask(entry.size)?) };
     let grid = entry.unpacked()?;
-    Ok((Reader { bytes: &grid }.dense()?, names))
+    Ok((Reader { bytes: &grid }.dense(ask)?, names))
 }
 
 /// A grid as it lies in a file.
@@ -162,7 +169,7 @@ impl Reader<'_> {
         child.ok_or_else(|| "the grid points out of itself; is it damaged?".to_owned())
     }
 
-    fn dense(&self) -> Result<SparseGrid, String> {
+    fn dense(&self, ask: impl Fn(u64) -> Result<Grant, String>) -> Result<SparseGrid, String> {
         let (version, kind) = (self.u32(16)? >> 21, self.u32(636)?);
         if !self.bytes.starts_with(b"NanoVDB") || version != 32 {
             return Err(format!("the grid has version {version}; supported: 32"));
@@ -177,7 +184,8 @@ impl Reader<'_> {
         let matrix = DMat3::from_cols(x?, y?, z?).transpose();
         let to_world = DAffine3::from_mat3_translation(matrix, self.vector(528)?);
         let root = self.behind(GRID as u64, self.u64(GRID as u64 + 24)?)?;
-        let mut cells = Cells::new(self.coordinates(root)?, self.coordinates(root + 12)?)?;
+        let mut cells = Cells::new(self.coordinates(root)?, self.coordinates(root + 12)?, ask)?;
+
         cells.fill(cells.least, MOST_CELLS, self.f32(root + 28)?);
         let mut seen = HashSet::new();
         for i in 0..u64::from(self.u32(root + 24)?) {
@@ -248,10 +256,16 @@ struct Cells {
     count: [i64; 3],
     /// x runs fastest.
     values: Vec<f32>,
+    /// That of the values, which are written one by one.
+    _grant: Grant,
 }
 
 impl Cells {
-    fn new(least: [i64; 3], greatest: [i64; 3]) -> Result<Self, String> {
+    fn new(
+        least: [i64; 3],
+        greatest: [i64; 3],
+        ask: impl Fn(u64) -> Result<Grant, String>,
+    ) -> Result<Self, String> {
         let count = [0, 1, 2].map(|axis| greatest[axis] - least[axis] + 1);
         let [x, y, z] = count;
         let all = count.iter().try_fold(4i64, |all, &n| all.checked_mul(n));
@@ -261,7 +275,8 @@ impl Cells {
                 "the grid has {x} x {y} x {z} cells; expected at least one along each axis, and 1 GiB at most"
             ));
         }
-        Ok(Self { least, count, values: vec![0.0; (x * y * z) as usize] })
+        let grant = ask(4 * (x * y * z).cast_unsigned())?;
+        Ok(Self { least, count, values: vec![0.0; (x * y * z) as usize], _grant: grant })
     }
 
     /// The cells of a cube along an axis, from the first one on.
@@ -310,7 +325,8 @@ impl Cells {
             return Err("the grid lies in no box; is its map damaged?".to_owned());
         }
         let resolution = self.count.map(|n| n as u32);
-        Ok(SparseGrid { grid: Grid { resolution, channels: 1, values: self.values }, to_world })
+        let grid = Arc::new(Grid { resolution, channels: 1, values: self.values });
+        Ok(SparseGrid { grid, to_world })
     }
 }
 
@@ -422,11 +438,12 @@ mod tests {
     #[test]
     fn sparse_grids_become_dense_ones() {
         for codec in [0, 1] {
-            let (sparse, names) = parse(&file(&grid(), codec), "density").expect("a good file");
+            let (sparse, names) =
+                parse(&file(&grid(), codec), "density", pt_memory::ask).expect("a good file");
             assert_eq!(names, ["heat", "density"]);
-            let SparseGrid { grid: Grid { resolution, channels, values }, to_world } = sparse;
-            assert_eq!((resolution, channels), ([26, 144, 10], 1));
-            let mut values = values.into_iter();
+            let SparseGrid { grid, to_world } = sparse;
+            assert_eq!((grid.resolution, grid.channels), ([26, 144, 10], 1));
+            let mut values = grid.values.iter().copied();
             for z in -2..=7 {
                 for y in -3..=140 {
                     for x in -5..=20 {
@@ -444,13 +461,18 @@ mod tests {
 
     #[test]
     fn what_is_wrong_with_a_sparse_grid_is_told() {
-        let told = |bytes: &[u8]| parse(bytes, "density").expect_err("it is damaged");
+        let told =
+            |bytes: &[u8]| parse(bytes, "density", pt_memory::ask).expect_err("it is damaged");
         let changed = |at: usize, byte: u8| {
             let mut bytes = grid();
             bytes[at] = byte;
             told(&file(&bytes, 0))
         };
-        assert!(parse(&file(&grid(), 0), "fog").expect_err("no grid").contains("heat, density"));
+        assert!(
+            parse(&file(&grid(), 0), "fog", pt_memory::ask)
+                .expect_err("no grid")
+                .contains("heat, density")
+        );
         assert!(told(b"nothing of that sort").contains("no file of NanoVDB"));
         assert!(told(&file(&grid(), 2)).contains("Blosc"));
         assert!(changed(636, 6).contains("type 6"));
@@ -492,7 +514,7 @@ mod tests {
                 let at = below(2 * (METADATA + 20));
                 file[at] ^= 1 << below(8);
             }
-            read += u32::from(parse(&file, "density").is_ok());
+            read += u32::from(parse(&file, "density", pt_memory::ask).is_ok());
         }
         assert!(read > 200, "{read}");
     }

@@ -2,7 +2,8 @@
 
 mod subsampled;
 
-use std::io::Cursor;
+use std::fs::File;
+use std::io::{BufReader, Cursor};
 
 use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::image::FlatSamples;
@@ -16,7 +17,7 @@ use exr::prelude::{
 };
 
 use super::{
-    Channel, Compression, Decoded, Frame, Image, Numbers, Precision, Samples, SaveOptions,
+    Channel, Compression, Decoded, Frame, Image, Numbers, Precision, Room, Samples, SaveOptions,
     check_size,
 };
 
@@ -169,14 +170,14 @@ fn attribute_length(header: &[u8]) -> Option<usize> {
 /// See [`super::Reader`]. Half, float and integer channels R, G, B, or Y alone or with RY and BY, of the part
 /// without a name or of the first that has them, and A beside them; other channels are ignored.
 /// What is stored is linear light.
-pub(super) fn read(bytes: &[u8], _: Numbers) -> Result<Decoded, String> {
+pub(super) fn read(bytes: &[u8], _: Numbers, room: &Room) -> Result<Decoded, String> {
     let failed = |e: exr::error::Error| format!("is no valid EXR file: {e}");
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
     if subsampled::is_of_this_kind(&meta) {
-        return subsampled::read(bytes, meta);
+        return subsampled::read(bytes, meta, room);
     }
     check_size(sum_of_pixels(&meta, |header| header.channels.bytes_per_pixel), bytes.len())?;
-    check_size(sum_of_pixels(&meta, bytes_in_memory), usize::MAX)?;
+    let _grant = room.ask(sum_of_pixels(&meta, bytes_in_memory))?;
     if meta.headers.iter().any(is_dwa) {
         check_blocks(bytes)?;
     }
@@ -310,8 +311,8 @@ fn from_chroma([ry, y, by]: [f32; 3]) -> [f32; 3] {
 }
 
 /// See [`super::MetadataReader`]: the attributes of the first part that are texts.
-pub(super) fn metadata(bytes: &[u8]) -> Result<Vec<(String, String)>, String> {
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)
+pub(super) fn metadata(file: BufReader<File>) -> Result<Vec<(String, String)>, String> {
+    let meta = MetaData::read_from_buffered(file, false)
         .map_err(|e| format!("is no valid EXR file: {e}"))?;
     let part = meta.headers.first().ok_or("has no parts")?;
     let attributes = part.own_attributes.other.iter().chain(&part.shared_attributes.other);

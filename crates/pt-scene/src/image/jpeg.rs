@@ -2,11 +2,11 @@
 
 use jpeg_decoder::{Decoder, PixelFormat};
 
-use super::{Decoded, Image, Numbers, Transfer, check_size};
+use super::{Decoded, Image, Numbers, Room, Transfer, check_size};
 
 /// See [`super::Reader`]. Grey and colour of 8 bits, sequential and progressive; grey becomes
 /// three equal channels, and colours of lower resolution are interpolated.
-pub(super) fn read(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
+pub(super) fn read(bytes: &[u8], numbers: Numbers, room: &Room) -> Result<Decoded, String> {
     let failed = |e: jpeg_decoder::Error| format!("is no valid JPEG file: {e}");
     let mut decoder = Decoder::new(bytes);
     decoder.read_info().map_err(failed)?;
@@ -20,7 +20,8 @@ pub(super) fn read(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
     let (width, height) = (u32::from(info.width), u32::from(info.height));
     let count = u64::from(width) * u64::from(height);
     check_size(Some(count * channels), bytes.len())?;
-    check_size(Some(count * 12), usize::MAX)?;
+    check_scans(bytes, count * channels / 64)?;
+    let _grant = room.ask(Some(count * 12))?;
     let data = decoder.decode().map_err(failed)?;
     let table: [f32; 256] = std::array::from_fn(|level| light(level as u16, numbers));
     let pixels: Vec<_> = if channels == 1 {
@@ -31,6 +32,44 @@ pub(super) fn read(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
     };
     super::check_shape(width, height, pixels.len())?;
     Ok(Decoded { image: Image { width, height, pixels }, alpha: None, frame: None })
+}
+
+/// Refuses pictures whose scans go through their blocks of 64 samples more often than those of any encoder.
+fn check_scans(bytes: &[u8], blocks: u64) -> Result<(), String> {
+    /// Scans of a picture; encoders make 10 or so.
+    const MAX_SCANS: u64 = 200;
+    /// Blocks of all scans.
+    const MAX_VISITS: u64 = 1 << 28;
+    let scans = scans(bytes);
+    if scans > MAX_SCANS || scans * blocks > MAX_VISITS {
+        return Err(format!(
+            "has {scans} scans of {blocks} blocks; expected at most {MAX_SCANS} scans, and {MAX_VISITS} blocks in all"
+        ));
+    }
+    Ok(())
+}
+
+/// How many scans a file has. [ITU-T T.81, §B.1.1 and §B.2]
+fn scans(bytes: &[u8]) -> u64 {
+    /// Start of a scan.
+    const START: u8 = 0xDA;
+    let (mut count, mut rest) = (0, bytes);
+    // Bytes of 255 in the data of a scan are followed by 0, or are one of the marks in it.
+    while let Some(at) = memchr::memchr(0xFF, rest) {
+        rest = &rest[at + 1..];
+        let Some(&mark) = rest.first() else { break };
+        match mark {
+            0x00 | 0x01 | 0xD0..=0xD8 | 0xFF => {}
+            0xD9 => break,
+            _ => {
+                count += u64::from(mark == START);
+                let length =
+                    rest.get(1..3).map_or(0, |l| usize::from(l[0]) << 8 | usize::from(l[1]));
+                rest = rest.get(1 + length..).unwrap_or_default();
+            }
+        }
+    }
+    count
 }
 
 /// What one of 256 levels stands for. Files do not say how they relate to light; they are taken as

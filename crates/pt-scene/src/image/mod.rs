@@ -13,15 +13,19 @@ mod texture_blocks;
 mod tone;
 mod write;
 
+use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 
 use pt_math::color;
+use pt_memory::Grant;
 
+use crate::file;
 use crate::guard::guarded;
 pub use error::ImageError;
 pub use exposure::{Extreme, auto_exposure, extreme};
 pub use tone::{Tone, ToneCurve};
-pub use write::{folder_of, sync_folder, write_atomically};
+pub use write::{check_target, folder_of, sync_folder, write_atomically};
 
 /// An image in linear Rec. 709.
 #[derive(Clone, Debug, PartialEq)]
@@ -272,7 +276,7 @@ impl Decoded {
     pub fn framed(self) -> Result<Self, String> {
         let Some(Frame { offset, size: [width, height] }) = self.frame else { return Ok(self) };
         let count = u64::from(width) * u64::from(height);
-        check_size(count.checked_mul(size_of::<[f32; 4]>() as u64), usize::MAX)?;
+        let _grant = Room::OF_PROCESS.ask(count.checked_mul(size_of::<[f32; 4]>() as u64))?;
         let count = count as usize;
         let mut picture = Self {
             image: Image { width, height, pixels: vec![[0.0; 3]; count] },
@@ -301,11 +305,30 @@ impl Decoded {
     }
 }
 
-/// Bytes of a file to pixels. The error says what is wrong with the content.
-pub type Reader = fn(&[u8], Numbers) -> Result<Decoded, String>;
+/// Where the memory of pictures is asked for.
+pub struct Room<'r>(&'r (dyn Fn(u64) -> Result<Grant, String> + Sync));
 
-/// Keys and values of the texts in a file. The error says what is wrong with the content.
-pub type MetadataReader = fn(&[u8]) -> Result<Vec<(String, String)>, String>;
+impl<'r> Room<'r> {
+    /// All that the process may take.
+    pub const OF_PROCESS: Self = Room(&pt_memory::ask);
+
+    /// What `grant` grants, which is asked for bytes.
+    pub fn new(grant: &'r (dyn Fn(u64) -> Result<Grant, String> + Sync)) -> Self {
+        Self(grant)
+    }
+
+    /// Asks for the memory of so many bytes of pixels, and as much again for what they are made of.
+    fn ask(&self, pixels: Option<u64>) -> Result<Grant, String> {
+        check_size(pixels, usize::MAX)?;
+        (self.0)(pixels.unwrap_or(u64::MAX).saturating_mul(2))
+    }
+}
+
+/// Bytes of a file to pixels. The error says what is wrong with the content.
+pub type Reader = fn(&[u8], Numbers, &Room) -> Result<Decoded, String>;
+
+/// Keys and values of the texts in a file, of which no more is read than what they need. The error says what is wrong with the content.
+pub type MetadataReader = fn(BufReader<File>) -> Result<Vec<(String, String)>, String>;
 
 /// Pixels to the bytes of a file. The error says what cannot be written.
 pub type Writer = fn(&Image, &SaveOptions) -> Result<Vec<u8>, String>;
@@ -482,8 +505,9 @@ pub fn check_readable(path: &Path) -> Result<(), ImageError> {
 /// If the ending is unknown, or of a format without texts, or the file cannot be read or is none.
 pub fn metadata(path: &Path) -> Result<Vec<(String, String)>, ImageError> {
     let (name, metadata) = codec_with(path, |codec| Some((codec.name, codec.metadata?)))?;
-    let bytes = read_file(path)?;
-    guarded(name, || metadata(&bytes)).flatten().map_err(content_error(path))
+    let file =
+        file::open(path).map_err(|source| ImageError::Read { path: path.to_owned(), source })?;
+    guarded(name, || metadata(BufReader::new(file))).flatten().map_err(content_error(path))
 }
 
 /// Decodes the content of a file; `path` gives the ending, and the name for messages.
@@ -504,8 +528,21 @@ fn decode_framed(bytes: &[u8], path: &Path, numbers: Numbers) -> Result<Decoded,
 /// # Errors
 /// As [`decode`].
 pub fn decode_as(bytes: &[u8], path: &Path, numbers: Numbers) -> Result<Decoded, ImageError> {
+    decode_in(bytes, path, numbers, &Room::OF_PROCESS)
+}
+
+/// Like [`decode_as`], with another place where memory is asked for.
+///
+/// # Errors
+/// As [`decode`].
+pub fn decode_in(
+    bytes: &[u8],
+    path: &Path,
+    numbers: Numbers,
+    room: &Room,
+) -> Result<Decoded, ImageError> {
     let (name, read) = codec_with(path, |codec| Some((codec.name, codec.read?)))?;
-    guarded(name, || read(bytes, numbers)).flatten().map_err(content_error(path))
+    guarded(name, || read(bytes, numbers, room)).flatten().map_err(content_error(path))
 }
 
 /// The error about the content of a file.
@@ -514,7 +551,7 @@ fn content_error(path: &Path) -> impl FnOnce(String) -> ImageError {
 }
 
 fn read_file(path: &Path) -> Result<Vec<u8>, ImageError> {
-    std::fs::read(path).map_err(|source| ImageError::Read { path: path.to_owned(), source })
+    file::read(path).map_err(|source| ImageError::Read { path: path.to_owned(), source })
 }
 
 impl Transfer {

@@ -1,11 +1,15 @@
 //! PNG files.
 
-use std::io::Cursor;
+use std::fs::File;
+use std::io::{BufReader, Cursor};
 
 use png::{BitDepth as Depth, ColorType, Decoder, Encoder, Limits, Transformations};
 use pt_math::trig::powf;
 
-use super::{BitDepth, Decoded, Image, Numbers, SaveOptions, Transfer, check_size};
+use super::{BitDepth, Decoded, Image, Numbers, Room, SaveOptions, Transfer, check_size};
+
+/// Bytes of all texts of a file.
+const TEXT_LIMIT: usize = 1 << 26;
 
 /// Bytes that the decoder may take.
 const DECODER_LIMIT: usize = 1 << 30;
@@ -119,7 +123,7 @@ fn add_text(encoder: &mut Encoder<'_, &mut Vec<u8>>, key: &str, value: &str) -> 
 }
 
 /// See [`super::Reader`]. Grey becomes three equal channels.
-pub(super) fn read(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
+pub(super) fn read(bytes: &[u8], numbers: Numbers, room: &Room) -> Result<Decoded, String> {
     let failed = |e: png::DecodingError| format!("is no valid PNG file: {e}");
     let limits = Limits { bytes: DECODER_LIMIT };
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), limits);
@@ -135,7 +139,7 @@ pub(super) fn read(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
         ColorType::GrayscaleAlpha | ColorType::Rgba => size_of::<[f32; 4]>(),
         _ => size_of::<[f32; 3]>(),
     };
-    check_size((u64::from(width) * u64::from(height)).checked_mul(in_memory as u64), usize::MAX)?;
+    let _grant = room.ask((u64::from(width) * u64::from(height)).checked_mul(in_memory as u64))?;
     let size = reader.output_buffer_size().ok_or("is too large")?;
     let mut data = vec![0; size];
     let frame = reader.next_frame(&mut data).map_err(failed)?;
@@ -147,11 +151,10 @@ pub(super) fn read(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
 }
 
 /// See [`super::MetadataReader`]: the chunks `tEXt` and `iTXt` before the pixels.
-pub(super) fn metadata(bytes: &[u8]) -> Result<Vec<(String, String)>, String> {
+pub(super) fn metadata(file: BufReader<File>) -> Result<Vec<(String, String)>, String> {
     let failed = |e: png::DecodingError| format!("is no valid PNG file: {e}");
-    let limits = Limits { bytes: DECODER_LIMIT };
-    let reader =
-        Decoder::new_with_limits(Cursor::new(bytes), limits).read_info().map_err(failed)?;
+    let limits = Limits { bytes: TEXT_LIMIT };
+    let reader = Decoder::new_with_limits(file, limits).read_info().map_err(failed)?;
     let info = reader.info();
     let latin = info.uncompressed_latin1_text.iter().map(|t| (t.keyword.clone(), t.text.clone()));
     let others =

@@ -4,33 +4,41 @@ use std::io::Cursor;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
-use super::{Codec, Decoded, Image, Numbers, Reader, Transfer, check_size};
+use super::{Codec, Decoded, Image, Numbers, Reader, Room, Transfer};
 
 /// A codec that reads.
 const fn readable(name: &'static str, extensions: &'static [&'static str], read: Reader) -> Codec {
     Codec { name, extensions, read: Some(read), write: None, metadata: None }
 }
 
-pub(super) const BMP: Codec =
-    readable("BMP", &["bmp", "dib"], |bytes, numbers| read(bytes, numbers, ImageFormat::Bmp));
+pub(super) const BMP: Codec = readable("BMP", &["bmp", "dib"], |bytes, numbers, room| {
+    read(bytes, numbers, room, ImageFormat::Bmp)
+});
 pub(super) const GIF: Codec =
-    readable("GIF", &["gif"], |bytes, numbers| read(bytes, numbers, ImageFormat::Gif));
+    readable("GIF", &["gif"], |bytes, numbers, room| read(bytes, numbers, room, ImageFormat::Gif));
 pub(super) const PNM: Codec =
-    readable("PNM", &["pnm", "pbm", "pgm", "ppm", "pam"], |bytes, numbers| {
-        read(bytes, numbers, ImageFormat::Pnm)
+    readable("PNM", &["pnm", "pbm", "pgm", "ppm", "pam"], |bytes, numbers, room| {
+        read(bytes, numbers, room, ImageFormat::Pnm)
     });
 pub(super) const QOI: Codec =
-    readable("QOI", &["qoi"], |bytes, numbers| read(bytes, numbers, ImageFormat::Qoi));
+    readable("QOI", &["qoi"], |bytes, numbers, room| read(bytes, numbers, room, ImageFormat::Qoi));
 pub(super) const TGA: Codec =
-    readable("TGA", &["tga"], |bytes, numbers| read(bytes, numbers, ImageFormat::Tga));
-pub(super) const TIFF: Codec =
-    readable("TIFF", &["tif", "tiff"], |bytes, numbers| read(bytes, numbers, ImageFormat::Tiff));
-pub(super) const WEBP: Codec =
-    readable("WebP", &["webp"], |bytes, numbers| read(bytes, numbers, ImageFormat::WebP));
+    readable("TGA", &["tga"], |bytes, numbers, room| read(bytes, numbers, room, ImageFormat::Tga));
+pub(super) const TIFF: Codec = readable("TIFF", &["tif", "tiff"], |bytes, numbers, room| {
+    read(bytes, numbers, room, ImageFormat::Tiff)
+});
+pub(super) const WEBP: Codec = readable("WebP", &["webp"], |bytes, numbers, room| {
+    read(bytes, numbers, room, ImageFormat::WebP)
+});
 
 /// See [`Reader`]. Grey becomes three equal channels. Files do not say how whole numbers relate to light; they are taken as sRGB
 /// whatever those of other formats would be. Real numbers of TIFF are light. Of animations, the first picture is read.
-fn read(bytes: &[u8], numbers: Numbers, format: ImageFormat) -> Result<Decoded, String> {
+fn read(
+    bytes: &[u8],
+    numbers: Numbers,
+    room: &Room,
+    format: ImageFormat,
+) -> Result<Decoded, String> {
     let failed = |error: image::ImageError| format!("is no valid file of this kind: {error}");
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::no_limits();
@@ -39,7 +47,7 @@ fn read(bytes: &[u8], numbers: Numbers, format: ImageFormat) -> Result<Decoded, 
     let decoder = reader.into_decoder().map_err(failed)?;
     let (width, height) = decoder.dimensions();
     let pixels = u64::from(width) * u64::from(height);
-    check_size(Some(decoder.total_bytes().max(pixels.saturating_mul(16))), usize::MAX)?;
+    let _grant = room.ask(Some(decoder.total_bytes().max(pixels.saturating_mul(16))))?;
     let has_alpha = decoder.color_type().has_alpha();
     let picture = DynamicImage::from_decoder(decoder).map_err(failed)?;
     let (pixels, alpha) = in_light(picture, numbers);

@@ -9,8 +9,9 @@ use image_dds::ddsfile::{Dds, DxgiFormat, PixelFormat, PixelFormatFlags};
 use image_dds::{ImageFormat, Surface};
 use ktx2::{Format, SupercompressionScheme, TransferFunction};
 use pt_math::color::linear_from_srgb;
+use pt_memory::Grant;
 
-use super::{Codec, Decoded, Image, Numbers, check_size};
+use super::{Codec, Decoded, Image, Numbers, Room, check_size};
 
 pub(super) const DDS: Codec =
     Codec { name: "DDS", extensions: &["dds"], read: Some(read_dds), write: None, metadata: None };
@@ -40,14 +41,14 @@ enum Curve {
 
 /// See [`super::Reader`]. Whole numbers are taken as sRGB, also where a file has the format without that name, as most
 /// programs write it for colours.
-fn read_dds(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
+fn read_dds(bytes: &[u8], numbers: Numbers, room: &Room) -> Result<Decoded, String> {
     let dds =
         Dds::read(Cursor::new(bytes)).map_err(|error| format!("is no valid DDS file: {error}"))?;
     let size = [dds.header.width, dds.header.height];
     check_pixels(size)?;
     if dds.header10.is_none() && dds.header.spf.fourcc.is_none() {
         let pixels = by_masks(&dds.header.spf, size, &dds.data)?;
-        return decoded(size, ImageFormat::Rgba8Unorm, &pixels, Curve::Srgb, numbers);
+        return decoded(size, ImageFormat::Rgba8Unorm, &pixels, (Curve::Srgb, numbers), room);
     }
     let format = match dds.get_dxgi_format().and_then(of_no_type) {
         Some(format) => format,
@@ -57,7 +58,7 @@ fn read_dds(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
             )
         })?,
     };
-    decoded(size, format, &dds.data, Curve::Srgb, numbers)
+    decoded(size, format, &dds.data, (Curve::Srgb, numbers), room)
 }
 
 /// The form of blocks whose numbers have no type.
@@ -108,7 +109,7 @@ fn by_masks(form: &PixelFormat, [width, height]: [u32; 2], data: &[u8]) -> Resul
 }
 
 /// See [`super::Reader`]. What the file says of its transfer function counts.
-fn read_ktx2(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
+fn read_ktx2(bytes: &[u8], numbers: Numbers, room: &Room) -> Result<Decoded, String> {
     let invalid = |why: String| format!("is no valid KTX 2.0 file: {why}");
     check_texel_block(bytes).map_err(invalid)?;
     let reader = ktx2::Reader::new(bytes).map_err(|error| invalid(error.to_string()))?;
@@ -125,20 +126,20 @@ fn read_ktx2(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
         return Err(invalid(format!("its picture claims {found} bytes, of at most {most}")));
     }
     let Some(format) = header.format.and_then(image_format) else {
-        return transcoded(bytes, curve, numbers);
+        return transcoded(bytes, (curve, numbers), room);
     };
     match header.supercompression_scheme {
-        None => decoded(size, format, level.data, curve, numbers),
+        None => decoded(size, format, level.data, (curve, numbers), room),
         Some(SupercompressionScheme::Zstandard) => {
             let stream = ruzstd::StreamingDecoder::new(level.data);
             let stream = stream.map_err(|error| invalid(error.to_string()))?;
             let data = unpacked(stream, level.uncompressed_byte_length).map_err(invalid)?;
-            decoded(size, format, &data, curve, numbers)
+            decoded(size, format, &data, (curve, numbers), room)
         }
         Some(SupercompressionScheme::ZLIB) => {
             let stream = flate2::read::ZlibDecoder::new(level.data);
             let data = unpacked(stream, level.uncompressed_byte_length).map_err(invalid)?;
-            decoded(size, format, &data, curve, numbers)
+            decoded(size, format, &data, (curve, numbers), room)
         }
         Some(other) => Err(format!("is packed in a way that is not read ({})", other.value())),
     }
@@ -167,24 +168,30 @@ fn unpacked(stream: impl Read, length: u64) -> Result<Vec<u8>, String> {
 }
 
 /// See [`super::Reader`]. Files do not say how their numbers relate to light; they are taken as sRGB.
-fn read_basis(bytes: &[u8], numbers: Numbers) -> Result<Decoded, String> {
-    transcoded(bytes, Curve::Srgb, numbers)
+fn read_basis(bytes: &[u8], numbers: Numbers, room: &Room) -> Result<Decoded, String> {
+    transcoded(bytes, (Curve::Srgb, numbers), room)
 }
 
 /// A picture of Basis Universal or ASTC, in either container.
-fn transcoded(bytes: &[u8], curve: Curve, numbers: Numbers) -> Result<Decoded, String> {
+fn transcoded(
+    bytes: &[u8],
+    (curve, numbers): (Curve, Numbers),
+    room: &Room,
+) -> Result<Decoded, String> {
     let invalid = |error: basisu::Error| format!("has no picture that can be read: {error:?}");
     let texture = Transcoder::new(bytes).map_err(invalid)?;
     let (width, height) = texture.base_dimensions();
-    check_pixels([width, height])?;
     let (target, format) = match texture.source_format() {
         SourceFormat::UastcHdr4x4 | SourceFormat::UastcHdr6x6 | SourceFormat::AstcHdr6x6 => {
             (TargetFormat::RgbaHalf, ImageFormat::Rgba16Float)
         }
         _ => (TargetFormat::Rgba32, ImageFormat::Rgba8Unorm),
     };
-    let data = texture.transcode_image(0, 0, 0, target, DecodeFlags::NONE).map_err(invalid)?;
-    decoded([width, height], format, &data, curve, numbers)
+    let data = {
+        let _grant = ask_for([width, height], room)?;
+        texture.transcode_image(0, 0, 0, target, DecodeFlags::NONE).map_err(invalid)?
+    };
+    decoded([width, height], format, &data, (curve, numbers), room)
 }
 
 /// The bytes of a picture of single precision.
@@ -194,15 +201,20 @@ fn check_pixels([width, height]: [u32; 2]) -> Result<u64, String> {
     Ok(bytes.max(1024))
 }
 
+/// Asks for the memory of a picture.
+fn ask_for(size: [u32; 2], room: &Room) -> Result<Grant, String> {
+    room.ask(Some(check_pixels(size)?))
+}
+
 /// A picture in one of the forms of graphics processors.
 fn decoded(
     size: [u32; 2],
     format: ImageFormat,
     data: &[u8],
-    curve: Curve,
-    numbers: Numbers,
+    (curve, numbers): (Curve, Numbers),
+    room: &Room,
 ) -> Result<Decoded, String> {
-    check_pixels(size)?;
+    let _grant = ask_for(size, room)?;
     let [width, height] = size;
     let surface =
         Surface { width, height, depth: 1, layers: 1, mipmaps: 1, image_format: format, data };

@@ -12,7 +12,8 @@ use super::ImageError;
 /// of the file. Whoever reads it sees the old content or the new one; after an error, the old. When it returns, the disk
 /// has the content and then the name, so that what the file takes the place of may be removed.
 ///
-/// A link is followed, and what is no regular file (a pipe, `/dev/stdout`) is written to directly.
+/// A link is followed, and what is no regular file (`/dev/stdout`) is written to directly, but for named pipes, of which nobody may
+/// ever read.
 ///
 /// # Errors
 /// If the folder does not exist or nothing can be created in it, or the file cannot be written.
@@ -23,6 +24,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
         Ok(found) if found.is_dir() => {
             return Err(failed(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder")));
         }
+        Ok(found) if is_named_pipe(&target, &found) => return Err(failed(named_pipe())),
         Ok(found) if !found.is_file() => return fs::write(&target, bytes).map_err(failed),
         _ => {}
     }
@@ -34,6 +36,34 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
         }
     };
     place(&mut System, file, bytes, &target).map_err(failed)
+}
+
+/// Whether a path is that of a pipe in a folder; those that the program was given when it started are open already.
+#[cfg(unix)]
+fn is_named_pipe(path: &Path, found: &fs::Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    found.file_type().is_fifo() && fs::canonicalize(path).is_ok()
+}
+
+#[cfg(not(unix))]
+fn is_named_pipe(_: &Path, _: &fs::Metadata) -> bool {
+    false
+}
+
+fn named_pipe() -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, "it is a pipe; expected the name of a file")
+}
+
+/// Refuses named pipes, to which [`write_atomically`] does not write.
+///
+/// # Errors
+/// If it is one.
+pub fn check_target(path: &Path) -> Result<(), ImageError> {
+    let failed = |source| ImageError::Write { path: path.to_owned(), source };
+    match fs::metadata(path) {
+        Ok(found) if is_named_pipe(path, &found) => Err(failed(named_pipe())),
+        _ => Ok(()),
+    }
 }
 
 /// What is asked of the system, so that tests see in which order.

@@ -40,7 +40,7 @@ impl IesProfile {
     /// # Errors
     /// If it cannot be read, or as [`Self::parse`].
     pub fn load(path: &Path) -> Result<Self, LoadError> {
-        let bytes = std::fs::read(path)
+        let bytes = crate::file::read(path)
             .map_err(|source| LoadError::Io { path: path.to_owned(), source })?;
         Self::parse(&bytes, path)
     }

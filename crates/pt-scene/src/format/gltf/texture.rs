@@ -9,12 +9,13 @@ use pt_math::color::linear_from_srgb;
 use pt_math::{DMat3, DVec3, Vec3};
 
 use super::super::ahead::Ahead;
+use super::super::context::Context;
 use super::super::substitute;
 use super::Reader;
 use super::buffer;
 use super::item::Item;
 use crate::LoadError;
-use crate::image::{self, Decoded, Image, ImageError, Numbers};
+use crate::image::{self, Decoded, Image, ImageError, Numbers, Room};
 use crate::texture::{Bitmap, Color, Edge, Filter, Input, Layout, Pattern, Scalar, Texture, Wrap};
 
 /// Most texels that are read from all images of a scene, counted as often as they are read.
@@ -66,7 +67,7 @@ impl Picture {
     ///
     /// # Errors
     /// If it is of no format that glTF has.
-    fn of(bytes: &[u8]) -> Result<Self, String> {
+    fn of(bytes: &[u8], context: &Context) -> Result<Self, String> {
         let name = match bytes {
             [0x89, b'P', b'N', b'G', ..] => "image.png",
             [0xFF, 0xD8, ..] => "image.jpg",
@@ -75,7 +76,9 @@ impl Picture {
             [b'D', b'D', b'S', b' ', ..] => "image.dds",
             _ => return Err("it is neither PNG, JPEG, WebP, KTX 2.0 nor DDS".to_owned()),
         };
-        let decoded = image::decode_as(bytes, Path::new(name), Numbers::Stored);
+        let grant = |bytes| context.grant_picture(bytes);
+        let room = Room::new(&grant);
+        let decoded = image::decode_in(bytes, Path::new(name), Numbers::Stored, &room);
         Ok(Self { name, bytes: bytes.len(), decoded })
     }
 }
@@ -158,6 +161,8 @@ impl<'a> Reader<'a> {
             stored
         })?;
         self.images.count(stored.image.pixels.len())?;
+        let pixels = stored.image.pixels.as_slice();
+        let _grant = self.context.take(size_of_val(pixels) as u64)?;
         let image = Arc::new(part(&stored, content));
         self.images.made.insert((index, content), Arc::clone(&image));
         Ok(image)
@@ -172,8 +177,12 @@ impl<'a> Reader<'a> {
             let found = self.root.member("images", *index, described, "source");
             self.bytes(&found.map_err(|error| error.to_string())?)
         };
-        let Picture { name, bytes, decoded } =
-            self.images.ahead.get(&index, bytes, |bytes| Picture::of(&bytes?))?;
+        let context = self.context;
+        let ahead = self.images.ahead.get(&index, bytes, |bytes| Picture::of(&bytes?, context))?;
+        // There may be too little memory for several at a time.
+        let alone =
+            if ahead.decoded.is_err() { Picture::of(&bytes(&index)?, context)? } else { ahead };
+        let Picture { name, bytes, decoded } = alone;
         // Those that fail late took time, too.
         self.images.count(bytes)?;
         let decoded = self.context.check_picture(decoded, Path::new(name))?;

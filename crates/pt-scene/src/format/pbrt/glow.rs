@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use pt_math::DAffine3;
 
-use super::super::nanovdb::SparseGrid;
 use super::color::{Role, color};
 use super::entity::Entity;
 use super::medium::{Media, check_count, resolution};
@@ -36,7 +35,7 @@ impl Media {
             check_count(entity, name, "numbers", resolution, scales.len())?;
         }
         let scales = scales.map_or([1.0].as_slice(), |(_, scales)| scales);
-        let (offset, scale_of_kelvins) = temperatures(entity)?;
+        let [offset, scale_of_kelvins] = temperatures(entity)?;
         let kelvins = entity.floats("temperature")?;
         if let Some(kelvins) = kelvins {
             check_count(entity, "temperature", "temperatures", resolution, kelvins.len())?;
@@ -99,18 +98,12 @@ pub(super) fn glow_of_colors(
     Ok(Emission::Grid(PlacedGrid { grid, to_world, filter: GridFilter::Trilinear }))
 }
 
-/// What a sparse grid of temperatures emits.
+/// What a grid of temperatures in kelvins emits.
 pub(super) fn glow_of_heat(
     entity: &Entity,
-    sparse: SparseGrid,
+    grid: Arc<Grid>,
     to_world: DAffine3,
 ) -> Result<Emission, LoadError> {
-    let (offset, scale_of_kelvins) = temperatures(entity)?;
-    let SparseGrid { mut grid, to_world: to_grid } = sparse;
-    for value in &mut grid.values {
-        *value = hot(f64::from(*value), offset, scale_of_kelvins);
-    }
-    let (grid, to_world) = (Arc::new(grid), to_world * to_grid);
     let temperature = PlacedGrid { grid, to_world, filter: GridFilter::Trilinear };
     let scale = (scale(entity)? * EQUAL_ENERGY) as f32;
     Ok(Emission::BlackBody(BlackBody { temperature, scale }))
@@ -127,14 +120,14 @@ pub(super) const TEMPERATURES: [&str; 3] =
 pub(super) const SCALES: [&str; 2] = ["Lescale", "LeScale"];
 
 /// What is taken from temperatures, and what they are multiplied by then.
-fn temperatures(entity: &Entity) -> Result<(f64, f64), LoadError> {
+pub(super) fn temperatures(entity: &Entity) -> Result<[f64; 2], LoadError> {
     let [offset, cutoff, scale] = TEMPERATURES;
     let offset = entity.float(offset, entity.float(cutoff, 0.0)?)?;
-    Ok((offset, entity.float(scale, 1.0)?))
+    Ok([offset, entity.float(scale, 1.0)?])
 }
 
 /// Kelvins of at least 0.
-fn hot(temperature: f64, offset: f64, scale: f64) -> f32 {
+pub(super) fn hot(temperature: f64, offset: f64, scale: f64) -> f32 {
     ((temperature - offset) * scale).max(0.0) as f32
 }
 

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use pt_math::{DAffine3, DVec3};
 
 use super::super::context::Folder;
-use super::super::nanovdb;
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, color};
 use super::entity::Entity;
-use super::glow::{DARK, SCALES, TEMPERATURES, glow_of_colors, glow_of_heat};
+use super::glow::{DARK, SCALES, TEMPERATURES, glow_of_colors, glow_of_heat, hot, temperatures};
 use super::measured_media::Measured;
+use super::sparse::{DENSITY, HEAT, SparseGrids};
 use super::state::State;
 use super::token::Place;
 use crate::medium::{Cloud, Grid, GridFilter, Heterogeneous, Matter, Phase, PlacedGrid, Volume};
@@ -37,11 +37,18 @@ pub(super) struct Media {
     numbers: HashMap<String, u32>,
     /// Names of media that cannot be read.
     lost: HashSet<String>,
+    sparse: SparseGrids,
 }
 
 impl Media {
     pub(super) fn new(folder: Folder) -> Self {
-        Self { folder, made: Vec::new(), numbers: HashMap::new(), lost: HashSet::new() }
+        Self {
+            folder,
+            made: Vec::new(),
+            numbers: HashMap::new(),
+            lost: HashSet::new(),
+            sparse: SparseGrids::default(),
+        }
     }
 
     /// Makes the medium that a directive describes.
@@ -159,32 +166,31 @@ impl Media {
 
     /// Densities of a file, as they lie there.
     fn sparse_grid(
-        &self,
+        &mut self,
         entity: &Entity,
         to_world: DAffine3,
         warnings: &mut Vec<Warning>,
     ) -> Result<Matter, LoadError> {
-        const DENSITY: &str = "density";
-        const HEAT: &str = "temperature";
         let [extinction, albedo] = self.coefficients(entity, [[1.0; 3]; 2])?;
         let refuse = |message: String| entity.refuse("filename", message);
         let name = entity
             .text("filename")?
             .ok_or_else(|| refuse("there is no filename; expected that of a grid".to_owned()))?;
-        let bytes = self.folder.context.read(&self.folder.join(name)).map_err(refuse)?;
-        let parsed = nanovdb::parse(&bytes, DENSITY);
-        let (sparse, names) = parsed.map_err(|why| refuse(format!("{name}: {why}")))?;
-        let emission = if names.iter().any(|name| name == HEAT) {
-            let parsed = nanovdb::parse(&bytes, HEAT);
-            let (heat, _) = parsed.map_err(|why| refuse(format!("{name}: {why}")))?;
-            glow_of_heat(entity, heat, to_world)?
+        let path = self.folder.join(name);
+        let file = self.sparse.file(&self.folder, &path).map_err(refuse)?;
+        let emission = if let Some(heat) = &file.heat {
+            let ([offset, scale], to_heat) = (temperatures(entity)?, to_world * heat.to_world);
+            let kelvins = |value: f32| [hot(f64::from(value), offset, scale)];
+            let key = (path.clone(), vec![offset.to_bits(), scale.to_bits()]);
+            let grid = self.sparse.made(&self.folder, key, &heat.grid, kelvins).map_err(refuse)?;
+            glow_of_heat(entity, grid, to_heat)?
         } else {
             entity.pass_over(&TEMPERATURES);
             entity.pass_over(&SCALES);
             DARK
         };
-        let others: Vec<_> =
-            names.into_iter().filter(|name| name != DENSITY && name != HEAT).collect();
+        let is_other = |name: &&String| *name != DENSITY && *name != HEAT;
+        let others: Vec<_> = file.names.iter().filter(is_other).map(String::as_str).collect();
         if !others.is_empty() {
             let message = format!(
                 "of {}, the grids \"{DENSITY}\" and \"{HEAT}\" are read, and not {}",
@@ -195,18 +201,18 @@ impl Media {
         }
         let [red, green, blue] = extinction;
         let (grid, scale) = if red == green && green == blue {
-            (sparse.grid, red)
+            (Arc::clone(&file.density.grid), red)
         } else {
-            let Grid { resolution, values, .. } = sparse.grid;
-            let values = values.iter().flat_map(|v| extinction.map(|sigma| v * sigma)).collect();
-            (Grid { resolution, channels: 3, values }, 1.0)
+            let key = (path, extinction.map(|sigma| sigma.to_bits().into()).to_vec());
+            let colored = |value: f32| extinction.map(|sigma| value * sigma);
+            let grid = self.sparse.made(&self.folder, key, &file.density.grid, colored);
+            (grid.map_err(refuse)?, 1.0)
         };
         if !grid.values.iter().all(|value| (value * scale).is_finite()) {
             return Err(entity.refuse("scale", "the medium is too dense to be computed with"));
         }
-        let to_world = to_world * sparse.to_world;
-        let extinction =
-            PlacedGrid { grid: Arc::new(grid), to_world, filter: GridFilter::Trilinear };
+        let to_world = to_world * file.density.to_world;
+        let extinction = PlacedGrid { grid, to_world, filter: GridFilter::Trilinear };
         let albedo = Volume::Constant(albedo);
         Ok(Matter::Heterogeneous(Box::new(Heterogeneous { extinction, scale, albedo, emission })))
     }

@@ -47,6 +47,7 @@ mod quadric;
 mod read;
 mod scene;
 mod shape;
+mod sparse;
 mod state;
 mod subdivision;
 mod subsurface;

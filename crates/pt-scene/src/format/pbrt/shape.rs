@@ -50,9 +50,18 @@ impl Meshes {
     /// # Errors
     /// If those of all shapes are too many.
     pub(super) fn count(&mut self, mesh: &Mesh, limits: &Limits) -> Result<(), String> {
-        self.cut = self.cut.saturating_add(mesh.triangles.len());
+        self.expect(mesh.triangles.len(), limits)
+    }
+
+    /// Counts triangles that a shape is about to be cut into.
+    ///
+    /// # Errors
+    /// If those of all shapes are too many.
+    fn expect(&mut self, triangles: usize, limits: &Limits) -> Result<(), String> {
         let most = limits.triangles(MAX_TRIANGLES);
-        if self.cut <= most {
+        // A shape that is refused does not count, so that others may be small enough.
+        if let Some(all) = self.cut.checked_add(triangles).filter(|all| *all <= most) {
+            self.cut = all;
             return Ok(());
         }
         Err(format!(
@@ -98,7 +107,10 @@ pub(super) fn shape(
         "bilinearmesh" => mesh(turned(bilinear(entity)?, state.reverses)),
         "curve" => mesh(turned(curve(entity)?, state.reverses)),
         // Its normals look to the other side of its faces there.
-        "loopsubdiv" => mesh(turned(subdivided(entity)?, !state.reverses)),
+        "loopsubdiv" => {
+            let subdivided = subdivided(entity, meshes, folder.context.limits())?;
+            mesh(turned(subdivided, !state.reverses))
+        }
         "plymesh" => ply_mesh(entity, state.reverses, meshes, folder, warnings)?,
         _ => return Err(entity.unsupported(&KINDS)),
     };
@@ -110,7 +122,7 @@ pub(super) fn shape(
         if !is_finite {
             return Err(entity.at.error("the shape is too large to be computed with"));
         }
-        if !matches!(entity.kind.as_str(), "plymesh" | "trianglemesh") {
+        if !matches!(entity.kind.as_str(), "loopsubdiv" | "plymesh" | "trianglemesh") {
             let counted = meshes.count(mesh, folder.context.limits());
             counted.map_err(|message| entity.at.error(message))?;
         }
@@ -222,12 +234,14 @@ fn triangles(entity: &Entity) -> Result<Mesh, LoadError> {
 }
 
 /// The limit of a mesh that is cut finer and finer.
-fn subdivided(entity: &Entity) -> Result<Mesh, LoadError> {
+fn subdivided(entity: &Entity, meshes: &mut Meshes, limits: &Limits) -> Result<Mesh, LoadError> {
     entity.pass_over(&["scheme"]);
     let levels = entity.count("levels", 3, [0, 10])?;
     let mesh = vertices(entity)?;
     let faces = faces::<3>(entity, mesh.positions.len())?;
     let positions = mesh.positions.iter().map(|p| DVec3::from_array(p.map(f64::from)));
+    let count = faces.len().saturating_mul(1 << (2 * levels));
+    meshes.expect(count, limits).map_err(|message| entity.refuse("indices", message))?;
     subdivide(positions.collect(), faces, levels)
         .map_err(|message| entity.refuse("indices", message))
 }

@@ -9,7 +9,7 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::{Compression as Method, IntegerBounds, Vec2, f16};
 
-use super::super::{Decoded, check_size};
+use super::super::{Decoded, Room, check_size};
 use super::{attribute_length, bytes_in_memory, check_counts, is_dwa, picture};
 
 /// The message for files of this kind that are not read.
@@ -21,7 +21,7 @@ pub(super) fn is_of_this_kind(meta: &MetaData) -> bool {
 }
 
 /// See [`super::read`].
-pub(super) fn read(bytes: &[u8], meta: MetaData) -> Result<Decoded, String> {
+pub(super) fn read(bytes: &[u8], meta: MetaData, room: &Room) -> Result<Decoded, String> {
     let [mut header] = <[Header; 1]>::try_from(meta.headers.into_vec()).map_err(|_| ADVICE)?;
     let (size, position) = (header.layer_size, header.own_attributes.layer_position);
     let divides = |n: usize, size: usize, position: i32| {
@@ -40,7 +40,7 @@ pub(super) fn read(bytes: &[u8], meta: MetaData) -> Result<Decoded, String> {
         return Err(message.into());
     }
     let pixels = header.layer_size.area() as u64;
-    check_size(pixels.checked_mul(bytes_in_memory(&header) as u64), usize::MAX)?;
+    let _grant = room.ask(pixels.checked_mul(bytes_in_memory(&header) as u64))?;
     let stored = header.channels.list.iter().map(|channel| {
         let pixels = header.layer_size.area() / channel.sampling.area();
         (pixels * channel.sample_type.bytes_per_sample()) as u64

@@ -1,0 +1,102 @@
+//! A lock on an output, so that two programs do not write one image.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+
+/// An output that no other program writes until this is dropped.
+#[derive(Debug)]
+pub(crate) struct Lock {
+    file: File,
+    path: PathBuf,
+}
+
+impl Lock {
+    /// Locks an output by a file beside it, of its name and `.lock`. Where the file system has no locks, it is not locked.
+    ///
+    /// # Errors
+    /// If another program has locked it, or the file cannot be made.
+    pub(crate) fn take(output: &Path) -> Result<Self> {
+        let mut name = output.as_os_str().to_owned();
+        name.push(".lock");
+        let path = PathBuf::from(name);
+        loop {
+            let mut file = open(&path).with_context(|| {
+                format!("{}: the lock of the image cannot be made", path.display())
+            })?;
+            match file.try_lock() {
+                Err(TryLockError::WouldBlock) => {
+                    let mut owner = String::new();
+                    // Its number is a help, and no more.
+                    let _ = (&mut file).take(20).read_to_string(&mut owner);
+                    bail!(
+                        "{}: another pathtracer (process {}) writes it now; wait until it has ended, or choose another \
+                         name with -f",
+                        output.display(),
+                        owner.trim()
+                    );
+                }
+                Ok(()) | Err(TryLockError::Error(_)) => {}
+            }
+            // The one that had it may have removed the file just before this one was locked.
+            if is_same(&file, &path) {
+                let _ = file.set_len(0).and_then(|()| file.rewind());
+                let _ = writeln!(file, "{}", std::process::id());
+                return Ok(Self { file, path });
+            }
+        }
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // Who waits for it finds that the file is another one then.
+        let _ = fs::remove_file(&self.path);
+        let _ = self.file.unlock();
+    }
+}
+
+/// Opens the file, or makes it; what is there has to be a regular file.
+fn open(path: &Path) -> io::Result<File> {
+    if fs::symlink_metadata(path).is_ok_and(|found| !found.is_file()) {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file"));
+    }
+    OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)
+}
+
+#[cfg(unix)]
+fn is_same(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let place = |found: fs::Metadata| (found.dev(), found.ino());
+    let there = fs::metadata(path).map(place).ok();
+    there.is_some() && there == file.metadata().map(place).ok()
+}
+
+#[cfg(not(unix))]
+fn is_same(_: &File, path: &Path) -> bool {
+    path.exists()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_output_is_locked_once() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let image = folder.path().join("a.png");
+        let lock = Lock::take(&image).expect("nobody has it");
+        let error = Lock::take(&image).expect_err("it is taken").to_string();
+        let owner =
+            format!("a.png: another pathtracer (process {}) writes it now", std::process::id());
+        assert!(error.contains(&owner), "{error}");
+        drop(Lock::take(&folder.path().join("b.png")).expect("another image"));
+        drop(lock);
+        assert_eq!(fs::read_dir(folder.path()).expect("it is there").count(), 0);
+        // What a program that was killed left.
+        fs::write(folder.path().join("a.png.lock"), "123456").expect("there is room");
+        drop(Lock::take(&image).expect("nobody has it"));
+    }
+}

@@ -1,0 +1,64 @@
+//! Files that are read: regular ones, of no more bytes than there is memory for.
+
+use std::fs::{self, File};
+use std::io::{self, Error, ErrorKind, Read};
+use std::path::Path;
+
+/// The bytes of a regular file. A pipe may never begin, and a device never end: they are not opened.
+///
+/// # Errors
+/// If it is something else, or cannot be asked for.
+pub fn length(path: &Path) -> io::Result<u64> {
+    let found = fs::metadata(path)?;
+    if found.is_file() {
+        return Ok(found.len());
+    }
+    let kind = if found.is_dir() { "a folder" } else { "a pipe or a device" };
+    Err(Error::new(ErrorKind::InvalidInput, format!("it is {kind}, and no regular file")))
+}
+
+/// Opens a regular file.
+///
+/// # Errors
+/// Those of [`length`] and [`File::open`].
+pub fn open(path: &Path) -> io::Result<File> {
+    length(path)?;
+    File::open(path)
+}
+
+/// Reads a regular file, after the ledger of memory is asked.
+///
+/// # Errors
+/// Those of [`open`], or if there is too little memory, or it cannot be read.
+pub fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let (bytes, file) = (length(path)?, File::open(path)?);
+    let _grant = pt_memory::ask(bytes).map_err(|why| Error::new(ErrorKind::OutOfMemory, why))?;
+    let mut content = Vec::with_capacity(usize::try_from(bytes).unwrap_or(0));
+    // What is added while it is read is not of it.
+    file.take(bytes).read_to_end(&mut content)?;
+    Ok(content)
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pipes_devices_and_folders_are_not_opened() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.is_ok_and(|status| status.success()));
+        for (path, kind) in [
+            (pipe.as_path(), "a pipe or a device"),
+            (Path::new("/dev/zero"), "a pipe or a device"),
+            (folder.path(), "a folder"),
+        ] {
+            let error = read(path).expect_err("no regular file").to_string();
+            assert_eq!(error, format!("it is {kind}, and no regular file"));
+        }
+        let plain = folder.path().join("plain");
+        fs::write(&plain, b"plain").expect("there is room");
+        assert_eq!(read(&plain).expect("a regular file"), b"plain");
+    }
+}

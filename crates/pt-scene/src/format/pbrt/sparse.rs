@@ -1,0 +1,79 @@
+//! The sparse grids of a scene: each file is read once, and each grid that is made of one is made once.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::super::context::{Context, Folder};
+use super::super::nanovdb::{self, SparseGrid};
+use crate::medium::Grid;
+
+/// The grid of densities.
+pub(super) const DENSITY: &str = "density";
+/// The grid of temperatures.
+pub(super) const HEAT: &str = "temperature";
+
+/// What is read of a file.
+#[derive(Clone)]
+pub(super) struct GridFile {
+    pub(super) density: SparseGrid,
+    pub(super) heat: Option<SparseGrid>,
+    /// The names of all its grids.
+    pub(super) names: Vec<String>,
+}
+
+/// The file of which a grid is made, and the numbers by which it is.
+type Key = (PathBuf, Vec<u64>);
+
+/// The files that were read, and the grids that were made of theirs.
+#[derive(Default)]
+pub(super) struct SparseGrids {
+    files: HashMap<PathBuf, Result<GridFile, String>>,
+    made: HashMap<Key, Arc<Grid>>,
+}
+
+impl SparseGrids {
+    /// The grids of a file. The error is a message.
+    pub(super) fn file(&mut self, folder: &Folder, path: &Path) -> Result<GridFile, String> {
+        if let Some(known) = self.files.get(path) {
+            return known.clone();
+        }
+        let file = read(&folder.context, path);
+        self.files.insert(path.to_owned(), file.clone());
+        file
+    }
+
+    /// The grid with `N` numbers in each cell of another one with one.
+    ///
+    /// # Errors
+    /// If there is too little memory.
+    pub(super) fn made<const N: usize>(
+        &mut self,
+        folder: &Folder,
+        key: Key,
+        of: &Grid,
+        cell: impl Fn(f32) -> [f32; N],
+    ) -> Result<Arc<Grid>, String> {
+        if let Some(known) = self.made.get(&key) {
+            return Ok(Arc::clone(known));
+        }
+        let _grant = folder.context.take((size_of_val(of.values.as_slice()) * N) as u64)?;
+        let mut values = Vec::with_capacity(of.values.len() * N);
+        values.extend(of.values.iter().flat_map(|value| cell(*value)));
+        let grid = Arc::new(Grid { resolution: of.resolution, channels: N as u32, values });
+        self.made.insert(key, Arc::clone(&grid));
+        Ok(grid)
+    }
+}
+
+fn read(context: &Context, path: &Path) -> Result<GridFile, String> {
+    let bytes = context.read(path)?;
+    let grid = |name| {
+        let ask = |bytes| context.take(bytes);
+        nanovdb::parse(&bytes, name, ask).map_err(|why| format!("{}: {why}", path.display()))
+    };
+    let (density, names) = grid(DENSITY)?;
+    let has_heat = names.iter().any(|name| name == HEAT);
+    let heat = if has_heat { Some(grid(HEAT)?.0) } else { None };
+    Ok(GridFile { density, heat, names })
+}
