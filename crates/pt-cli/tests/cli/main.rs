@@ -16,6 +16,7 @@ mod mattes;
 mod media;
 mod progress;
 mod receipts;
+mod references;
 mod refusals;
 mod refused_samples;
 mod report;

@@ -1,5 +1,6 @@
 //! From placed shapes to triangles and spheres in the world.
 
+use std::collections::HashMap;
 use std::mem::swap;
 
 use pt_bvh::{Knot, Sphere};
@@ -338,14 +339,10 @@ impl Collector<'_> {
     fn add_parts(&mut self, object: &Object, mesh: &Mesh, first: usize) {
         let whole = [Part { triangles: 0..mesh.triangles.len() as u32, slot: 0 }];
         let parts = if mesh.parts.is_empty() { &whole[..] } else { &mesh.parts };
-        let mut by_slot: Vec<(u32, Id<SurfaceRecord>, Option<Emission>)> = Vec::new();
+        let mut by_slot = HashMap::new();
         for part in parts {
-            let known = by_slot.iter().find(|(slot, ..)| *slot == part.slot).copied();
-            let (_, surface, emission) = known.unwrap_or_else(|| {
-                let (surface, emission) = self.surface(object, part.slot);
-                by_slot.push((part.slot, surface, emission));
-                (part.slot, surface, emission)
-            });
+            let (surface, emission) =
+                *by_slot.entry(part.slot).or_insert_with(|| self.surface(object, part.slot));
             let start = self.shapes.triangle_surface.len();
             let end = (first + part.triangles.end as usize).min(self.shapes.triangles.len());
             self.shapes.triangle_surface.resize(end.max(start), surface);

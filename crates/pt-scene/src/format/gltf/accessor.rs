@@ -4,6 +4,8 @@
 //! loops, in parallel. The others are read as numbers of double precision, to which replacements
 //! and units are applied.
 
+use std::cell::Cell;
+
 use bytemuck::Zeroable;
 use rayon::prelude::*;
 
@@ -13,6 +15,8 @@ use crate::LoadError;
 
 /// Most elements of an accessor that has no bytes in a file.
 const MOST_ZEROS: usize = 1 << 22;
+/// Most elements of all of them, counted as often as they are read.
+const MAX_ALL_ZEROS: usize = 1 << 24;
 /// Most numbers that are read from all accessors of a scene, counted as often as they are read.
 const MOST_NUMBERS: usize = 1 << 30;
 
@@ -168,6 +172,7 @@ pub(super) struct Accessors<'a> {
     root: Item<'a>,
     buffers: &'a Buffers<'a>,
     left: usize,
+    zeros_left: Cell<usize>,
 }
 
 /// The numbers of an accessor.
@@ -182,7 +187,7 @@ pub(super) struct Numbers {
 
 impl<'a> Accessors<'a> {
     pub(super) fn new(root: Item<'a>, buffers: &'a Buffers<'a>) -> Self {
-        Self { root, buffers, left: MOST_NUMBERS }
+        Self { root, buffers, left: MOST_NUMBERS, zeros_left: Cell::new(MAX_ALL_ZEROS) }
     }
 
     /// The elements of an accessor, which `from` refers to in its field `by`, as numbers of single precision, all
@@ -312,6 +317,12 @@ impl<'a> Accessors<'a> {
                 format!("{count} elements without a buffer view; expected at most {MOST_ZEROS}");
             return Err(accessor.refuse("count", message));
         }
+        let Some(left) = self.zeros_left.get().checked_sub(*count) else {
+            let message =
+                format!("accessors without a buffer view have more than {MAX_ALL_ZEROS} elements");
+            return Err(accessor.refuse("count", message));
+        };
+        self.zeros_left.set(left);
         Ok(vec![0.0; count * width])
     }
 

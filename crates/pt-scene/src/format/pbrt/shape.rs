@@ -40,11 +40,30 @@ const MAX_TRIANGLES: usize = 1 << 24;
 pub(super) struct Meshes {
     /// Or why there is none.
     of_files: HashMap<(PathBuf, bool), Result<Arc<Mesh>, String>>,
+    /// Disks and cylinders by their numbers and whether they are turned inside out: each is made once.
+    round: HashMap<(&'static str, [u64; 4], bool), Arc<Mesh>>,
     /// Triangles that shapes without files were cut into.
     cut: usize,
 }
 
 impl Meshes {
+    /// A disk or a cylinder of some numbers.
+    fn round(
+        &mut self,
+        (kind, numbers, is_inside_out): (&'static str, [f64; 4], bool),
+        limits: &Limits,
+        make: impl FnOnce() -> Mesh,
+    ) -> Result<Geometry, String> {
+        let key = (kind, numbers.map(f64::to_bits), is_inside_out);
+        if let Some(known) = self.round.get(&key) {
+            return Ok(Geometry::Mesh(Arc::clone(known)));
+        }
+        let mesh = Arc::new(turned(make(), is_inside_out));
+        self.count(&mesh, limits)?;
+        self.round.insert(key, Arc::clone(&mesh));
+        Ok(Geometry::Mesh(mesh))
+    }
+
     /// Counts what a shape is cut into.
     ///
     /// # Errors
@@ -79,6 +98,8 @@ pub(super) fn shape(
     warnings: &mut Vec<Warning>,
 ) -> Result<Geometry, LoadError> {
     let mesh = |mesh| Geometry::Mesh(Arc::new(mesh));
+    let limits = folder.context.limits();
+    let refuse = |message: String| entity.at.error(message);
     // Round shapes that are mirrored have their front on the other side there. What they emit goes outwards.
     let is_inside_out = state.reverses != (mirrors(&state.ctm[0]) && state.area_light.is_none());
     let geometry = match entity.kind.as_str() {
@@ -90,18 +111,18 @@ pub(super) fn shape(
                 let message = format!("the inner radius {inner} is not below the radius {radius}");
                 return Err(entity.refuse("innerradius", message));
             }
-            let disk =
-                quadric::disk(entity.float("height", 0.0)?, [radius, inner], phi_max(entity)?);
-            mesh(turned(disk, is_inside_out))
+            let (height, phi_max) = (entity.float("height", 0.0)?, phi_max(entity)?);
+            let numbers = [height, radius, inner, phi_max];
+            let make = || quadric::disk(height, [radius, inner], phi_max);
+            meshes.round(("disk", numbers, is_inside_out), limits, make).map_err(refuse)?
         }
         "cylinder" => {
             let range = [entity.float("zmin", -1.0)?, entity.float("zmax", 1.0)?];
-            let cylinder = quadric::cylinder(
-                entity.positive("radius", 1.0)?,
-                sorted(entity, range)?,
-                phi_max(entity)?,
-            );
-            mesh(turned(cylinder, is_inside_out))
+            let (radius, range) = (entity.positive("radius", 1.0)?, sorted(entity, range)?);
+            let phi_max = phi_max(entity)?;
+            let numbers = [radius, range[0], range[1], phi_max];
+            let make = || quadric::cylinder(radius, range, phi_max);
+            meshes.round(("cylinder", numbers, is_inside_out), limits, make).map_err(refuse)?
         }
         "trianglemesh" => mesh(turned(triangles(entity)?, state.reverses)),
         "bilinearmesh" => mesh(turned(bilinear(entity)?, state.reverses)),
@@ -122,7 +143,10 @@ pub(super) fn shape(
         if !is_finite {
             return Err(entity.at.error("the shape is too large to be computed with"));
         }
-        if !matches!(entity.kind.as_str(), "loopsubdiv" | "plymesh" | "trianglemesh") {
+        if !matches!(
+            entity.kind.as_str(),
+            "cylinder" | "disk" | "loopsubdiv" | "plymesh" | "trianglemesh"
+        ) {
             let counted = meshes.count(mesh, folder.context.limits());
             counted.map_err(|message| entity.at.error(message))?;
         }
