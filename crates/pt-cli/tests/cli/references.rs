@@ -58,10 +58,10 @@ const KINDS: &[(&str, Kind)] = &[
     (
         "mitsuba names",
         Kind {
-            first: "<default name=\"i0\" value=\"word\"/>",
+            first: "<default name=\"i0\" value=\"true\"/>",
             one: "<default name=\"NOW\" value=\"$PRE\"/>",
             two: "<default name=\"NOW\" value=\"$PRE$PRE\"/>",
-            tail: "<shape type=\"rectangle\"><string name=\"note\" value=\"$PRE\"/></shape></scene>",
+            tail: "<shape type=\"rectangle\"><boolean name=\"flip_normals\" value=\"$PRE\"/></shape></scene>",
             ..MITSUBA
         },
     ),
