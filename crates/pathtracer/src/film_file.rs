@@ -56,6 +56,9 @@ pub struct About {
     pub command: Vec<String>,
     /// The folder in which it ran.
     pub folder: PathBuf,
+    /// What shows its user that the command is theirs; empty if nothing does.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub seal: String,
     /// Wall-clock seconds of rendering so far.
     pub seconds: f64,
     /// Rays so far.

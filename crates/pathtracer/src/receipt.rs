@@ -55,6 +55,9 @@ pub struct Run {
     pub command: Vec<String>,
     /// The folder in which it ran.
     pub folder: PathBuf,
+    /// What shows its user that the command is theirs; empty if nothing does.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub seal: String,
     /// Samples of each pixel for which random numbers are laid out.
     pub layout: u32,
     /// Wall-clock seconds of rendering.
@@ -103,6 +106,7 @@ impl Receipt {
             finished: self.finished,
             command: run.map(|run| run.command.clone()).unwrap_or_default(),
             folder: run.map(|run| run.folder.clone()).unwrap_or_default(),
+            seal: run.map(|run| run.seal.clone()).unwrap_or_default(),
             seconds: run.map_or(0.0, |run| run.seconds),
             rays: run.map_or(0, |run| run.rays),
             ..About::default()
@@ -153,6 +157,7 @@ mod tests {
         let run = Run {
             command: vec!["-s".into(), "7".into()],
             folder: "there".into(),
+            seal: "00ff".into(),
             layout: 9,
             seconds: 0.1,
             rays: 5,

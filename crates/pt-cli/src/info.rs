@@ -49,6 +49,7 @@ fn of_film(path: &Path) -> Result<Receipt> {
     let run = Run {
         command: about.command.clone(),
         folder: about.folder.clone(),
+        seal: String::new(),
         layout: about.layout,
         seconds: about.seconds,
         rays: about.rays,

@@ -13,7 +13,7 @@ use crate::check::{Checked, is_film};
 use crate::console::Console;
 use crate::denoise::Denoising;
 use crate::tev::{self, Viewer};
-use crate::{machine, output};
+use crate::{machine, output, seal};
 
 /// A render and the film that it keeps.
 pub(crate) struct Keeping {
@@ -277,9 +277,9 @@ fn texts(missing: &[Warning]) -> Vec<String> {
 
 /// What the film of a render says about itself.
 fn about(request: &Checked, session: &Session, sources: &[Source]) -> About {
-    let folder = request.scene().and_then(|scene| scene.parent());
+    let of_scene = request.scene().and_then(|scene| scene.parent());
     let name = |path: &Path| {
-        let inside = folder.and_then(|folder| path.strip_prefix(folder).ok());
+        let inside = of_scene.and_then(|folder| path.strip_prefix(folder).ok());
         inside.unwrap_or(path).display().to_string()
     };
     let mut files: Vec<_> = sources.iter().map(|s| (name(&s.path), s.hash.clone())).collect();
@@ -291,14 +291,16 @@ fn about(request: &Checked, session: &Session, sources: &[Source]) -> About {
         .extend(loading.definitions.into_iter().map(|(name, value)| (format!("${name}"), value)));
     settings.extend(loading.camera.map(|camera| ("camera of the scene".into(), camera)));
     settings.extend(loading.time.map(|time| ("time of animations".into(), time.to_string())));
+    let folder = std::env::current_dir().unwrap_or_default();
     About {
         version: env!("CARGO_PKG_VERSION").into(),
+        seal: seal::of(&request.output(), &folder, &request.command),
         files,
         settings,
         spp: session.settings().spp,
         layout: session.settings().points().spp,
         command: request.command.clone(),
-        folder: std::env::current_dir().unwrap_or_default(),
+        folder,
         names: session.names().clone(),
         ..About::default()
     }
@@ -309,6 +311,7 @@ pub(crate) fn run_of(about: &About, threads: Option<usize>) -> Run {
     Run {
         command: about.command.clone(),
         folder: about.folder.clone(),
+        seal: about.seal.clone(),
         layout: about.layout,
         seconds: about.seconds,
         rays: about.rays,

@@ -33,10 +33,12 @@ mod output;
 mod render;
 mod rerender;
 mod resume;
+mod seal;
 mod sort;
 mod summary;
 mod target;
 mod tev;
+mod trust;
 
 use std::process::ExitCode;
 

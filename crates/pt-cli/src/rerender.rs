@@ -9,7 +9,7 @@ use pathtracer::{Progress, image};
 
 use crate::commands::Rerender;
 use crate::render::Done;
-use crate::{render, resume};
+use crate::{render, resume, trust};
 
 /// Exit status if the image is another one.
 const ANOTHER: u8 = 1;
@@ -39,7 +39,8 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
         "{}: exists already; expected another name (-f), or --force to overwrite it",
         again.display()
     );
-    let mut request = resume::request_of(&rerender.image, &receipt.about())?;
+    let about = receipt.about();
+    let mut request = resume::request_of(&rerender.image, &about)?;
     request.layout = Some(run.layout);
     let cli = &mut request.cli;
     cli.output = Some(Some(again.clone()));
@@ -49,9 +50,9 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     cli.threads = rerender.threads.or(cli.threads);
     cli.quiet |= rerender.quiet;
     cli.restart = true;
-    resume::distrust(&rerender.image, cli, &rerender.folders);
+    trust::distrust(&rerender.image, cli, &rerender.folders);
+    trust::enter(&first, &about, cli)?;
     request.of = Some(Box::new(receipt.clone()));
-    resume::enter(&run.folder)?;
     let Done { status, progress, receipt: second } = render::render(&request)?;
     if progress == Progress::Cancelled {
         return Ok(status);

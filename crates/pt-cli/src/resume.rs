@@ -7,11 +7,10 @@ use anyhow::{Context, Result, anyhow, ensure};
 use pathtracer::SamplerKind;
 use pathtracer::film_file::{self, About, FilmFile, film_of_image};
 
-use crate::args::{self, Action, Cli};
+use crate::args::{self, Action};
 use crate::check::{Checked, is_film};
 use crate::commands::Resume;
-use crate::loading::Folders;
-use crate::render;
+use crate::{render, trust};
 
 /// Goes on with a render, as its film says.
 ///
@@ -31,7 +30,7 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     let output = std::path::absolute(&output).with_context(|| format!("{}", output.display()))?;
     (request.layout, request.goes_on) = (Some(about.layout), true);
     let cli = &mut request.cli;
-    cli.output = Some(Some(output));
+    cli.output = Some(Some(output.clone()));
     let options: &[&str] = match &mut cli.samples {
         Some((_, to)) => {
             *to = spp;
@@ -54,8 +53,8 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     cli.checkpoint_every = resume.checkpoint_every.unwrap_or(cli.checkpoint_every);
     cli.quiet |= resume.quiet;
     cli.restart = false;
-    distrust(&resume.file, cli, &resume.folders);
-    enter(&about.folder)?;
+    trust::distrust(&resume.file, cli, &resume.folders);
+    trust::enter(&output, &about, cli)?;
     render::run(&request)
 }
 
@@ -77,18 +76,6 @@ fn with_number(command: &[String], options: &[&str], number: u32) -> Vec<String>
     }
     words.extend(options.iter().take(1).flat_map(|option| [(*option).to_owned(), number.clone()]));
     words
-}
-
-/// Goes where the scene is told from; if that folder is gone, it is looked for here.
-///
-/// # Errors
-/// If it cannot be entered.
-pub(crate) fn enter(folder: &Path) -> Result<()> {
-    if folder.is_dir() {
-        std::env::set_current_dir(folder)
-            .with_context(|| format!("{}: cannot be entered", folder.display()))?;
-    }
-    Ok(())
 }
 
 /// The place of the film of an image, or of the film itself, and the film.
@@ -118,30 +105,6 @@ pub(crate) fn request_of(file: &Path, about: &About) -> Result<Checked> {
             file.display(),
             about.command.join(" ")
         )),
-    }
-}
-
-/// Leaves out of the command in a file, which a stranger may have written, what writes other files than the image, what
-/// connects to an address, and the folders that it allows; `folders` are those that the user allows. A note names what was
-/// left out.
-pub(crate) fn distrust(file: &Path, cli: &mut Cli, folders: &Folders) {
-    let stored = std::mem::replace(&mut cli.loading.folders, folders.clone());
-    let is_new = |folder| !folders.allow_folder.contains(folder);
-    let left_out: Vec<_> = [
-        ("--summary-json", cli.summary_json.take().is_some()),
-        ("--tev", cli.tev.take().is_some()),
-        ("--allow-outside", stored.allow_outside && !folders.allow_outside),
-        ("--allow-folder", !folders.allow_outside && stored.allow_folder.iter().any(is_new)),
-    ]
-    .into_iter()
-    .filter_map(|(option, is_left_out)| is_left_out.then_some(option))
-    .collect();
-    if !left_out.is_empty() && !cli.quiet {
-        report!(
-            "note: {}: its command has {}, not taken from a file; --allow-outside and --allow-folder can be given again",
-            file.display(),
-            left_out.join(", ")
-        );
     }
 }
 

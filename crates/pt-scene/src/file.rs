@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::{self, Error, ErrorKind, Read};
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 /// The bytes of a regular file. A pipe may never begin, and a device never end: they are not opened.
 ///
@@ -37,6 +37,20 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     // What is added while it is read is not of it.
     file.take(bytes).read_to_end(&mut content)?;
     Ok(content)
+}
+
+/// A path without `..` and links; what is not there is taken as it is written.
+pub fn resolved(path: &Path) -> PathBuf {
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let known = absolute.ancestors().find_map(|part| Some((part, part.canonicalize().ok()?)));
+    let Some((part, mut real)) = known else { return absolute };
+    for component in absolute.strip_prefix(part).unwrap_or(Path::new("")).components() {
+        match component {
+            Component::ParentDir => drop(real.pop()),
+            other => real.push(other),
+        }
+    }
+    real
 }
 
 #[cfg(all(test, unix))]

@@ -37,6 +37,7 @@ impl Folder {
         command.args(args).current_dir(self.0.path());
         // The configuration of who runs the tests does not count.
         command.env("XDG_CONFIG_HOME", self.0.path()).env_remove("PATHTRACER_CONFIG");
+        command.env("XDG_DATA_HOME", env!("CARGO_TARGET_TMPDIR"));
         command
     }
 

@@ -47,6 +47,67 @@ fn commands_of_films_allow_no_folders() {
     }
 }
 
+/// A film that is moved is one of a stranger: it reads what lies in its own folder, and nothing else unless that is allowed.
+#[test]
+fn films_that_are_moved_read_nothing_elsewhere() {
+    let folder = Folder::new();
+    for name in ["home", "there"] {
+        std::fs::create_dir(folder.path(name)).expect("there is room");
+    }
+    let home = folder.path("home").display().to_string();
+    let scene = std::fs::read(crate::common::SCENE).expect("it is there");
+    folder.write("home/scene.dae", &scene);
+    let sky = folder.path("home/sky.exr");
+    pathtracer::image::save(
+        &pathtracer::Image { width: 1, height: 1, pixels: vec![[1.0; 3]] },
+        &sky,
+        &pathtracer::image::SaveOptions::default(),
+    )
+    .expect("there is room");
+    for (name, inputs) in [
+        ("a", format!("{home}/scene.dae")),
+        ("b", "home/scene.dae".to_owned()),
+        ("c", format!("-e {home}/sky.exr home/scene.dae")),
+        ("d", "there/../home/scene.dae".to_owned()),
+    ] {
+        for command in ["resume", "rerender"] {
+            let made = format!("{TINY} --receipt full -f home/{name}.exr {inputs}");
+            folder.succeed(&made);
+            // Where it was made, it goes on.
+            let more = if command == "resume" { " -s 3" } else { " --force" };
+            let run = folder.run(&format!("{command} home/{name}.exr{more}"));
+            assert!(matches!(run.code, Some(0 | 1)), "{run:?}");
+            folder.succeed(&format!("{made} --restart"));
+            for ending in ["exr", "exr.film"] {
+                let to = folder.path(&format!("there/{name}.{ending}"));
+                std::fs::rename(folder.path(&format!("home/{name}.{ending}")), to).expect("a film");
+            }
+            let run = folder.run(&format!("{command} there/{name}.exr{more}"));
+            assert_eq!(run.code, Some(2), "{run:?}");
+            let expected =
+                "which is not in its folder, and this program did not make it here for you";
+            assert!(run.err.contains(expected), "{run:?}");
+            let allowed =
+                folder.run(&format!("{command} there/{name}.exr{more} --allow-folder {home}"));
+            assert!(matches!(allowed.code, Some(0 | 1)), "{allowed:?}");
+        }
+    }
+    // Beside its scene it needs nothing else.
+    std::fs::copy(folder.path("home/scene.dae"), folder.path("there/scene.dae")).expect("a scene");
+    std::fs::create_dir(folder.path("third")).expect("there is room");
+    let mut run = folder.command(&"-r 12 9 -s 2 -f e.exr scene.dae".split(' ').collect::<Vec<_>>());
+    run.current_dir(folder.path("there"));
+    assert!(run.status().expect("the program can be started").success());
+    for name in ["e.exr", "e.exr.film", "scene.dae"] {
+        std::fs::rename(
+            folder.path(&format!("there/{name}")),
+            folder.path(&format!("third/{name}")),
+        )
+        .expect("a file");
+    }
+    folder.succeed("resume third/e.exr -s 4");
+}
+
 #[test]
 fn names_do_not_command_the_terminal() {
     let folder = Folder::new();

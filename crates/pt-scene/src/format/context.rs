@@ -5,7 +5,7 @@
 //! What follows from an error that was told is [`LoadError::Told`], and is not told again.
 
 use std::collections::{HashMap, HashSet};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -15,6 +15,7 @@ use super::ahead::Ahead;
 use super::limits::Limits;
 use super::xml::quote;
 use super::{LoadOptions, Reading, measured, mesh_file};
+use crate::file::resolved;
 use crate::image::{self, Decoded, Image, ImageError, Numbers, Room};
 use crate::measured::Measurements;
 use crate::{Geometry, LoadError, Scene, Source, Span, Warning, source};
@@ -486,20 +487,6 @@ pub(super) fn out_of_time(most: Duration) -> String {
 /// The message about a file that cannot be read.
 fn unreadable(path: &Path, why: &str) -> String {
     format!("{} cannot be read: {why}", path.display())
-}
-
-/// A path without `..` and links; what is not there is taken as it is written.
-fn resolved(path: &Path) -> PathBuf {
-    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-    let known = absolute.ancestors().find_map(|part| Some((part, part.canonicalize().ok()?)));
-    let Some((part, mut real)) = known else { return absolute };
-    for component in absolute.strip_prefix(part).unwrap_or(Path::new("")).components() {
-        match component {
-            Component::ParentDir => drop(real.pop()),
-            other => real.push(other),
-        }
-    }
-    real
 }
 
 /// The folder in which a scene looks for files.

@@ -1,0 +1,55 @@
+//! Seals of films and images, by which the program knows those that it made for this user in this place. A seal is the BLAKE3
+//! hash of the place, the command and its folder with a key that the user alone can read.
+
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write};
+use std::path::Path;
+
+use pathtracer::file::resolved;
+
+/// Bytes of a key.
+const KEY: usize = blake3::KEY_LEN;
+
+/// The seal of a command that writes an output; empty where there is no place for a key.
+pub(crate) fn of(output: &Path, folder: &Path, command: &[String]) -> String {
+    key().map_or(String::new(), |key| hash(&key, output, folder, command).to_hex().to_string())
+}
+
+/// Whether a seal is that of this user for this output and command.
+pub(crate) fn is_ours(seal: &str, output: &Path, folder: &Path, command: &[String]) -> bool {
+    let (Ok(found), Some(key)) = (blake3::Hash::from_hex(seal), key()) else { return false };
+    hash(&key, output, folder, command) == found
+}
+
+fn hash(key: &[u8; KEY], output: &Path, folder: &Path, command: &[String]) -> blake3::Hash {
+    let mut hasher = blake3::Hasher::new_keyed(key);
+    let output = resolved(output);
+    let words = command.iter().map(|word| word.as_bytes());
+    let parts = [output.as_os_str(), folder.as_os_str()].map(|part| part.as_encoded_bytes());
+    for part in parts.into_iter().chain(words) {
+        hasher.update(&(part.len() as u64).to_le_bytes()).update(part);
+    }
+    hasher.finalize()
+}
+
+/// The key of the user, which is made when it is needed first.
+fn key() -> Option<[u8; KEY]> {
+    let folder = dirs::data_local_dir()?.join("pathtracer");
+    let path = folder.join("key");
+    let read = || <[u8; KEY]>::try_from(pathtracer::file::read(&path).ok()?).ok();
+    read().or_else(|| {
+        let mut key = [0; KEY];
+        getrandom::fill(&mut key).ok()?;
+        fs::create_dir_all(&folder).and_then(|()| write(&path, &key)).ok()?;
+        // Another program may have been faster.
+        read()
+    })
+}
+
+fn write(path: &Path, key: &[u8]) -> io::Result<()> {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options.open(path)?.write_all(key)
+}

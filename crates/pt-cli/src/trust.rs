@@ -1,0 +1,81 @@
+//! What of the command in a film or an image is followed: it is data, and a stranger may have written it.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use pathtracer::file::resolved;
+use pathtracer::film_file::About;
+use pathtracer::image::folder_of;
+
+use crate::args::Cli;
+use crate::loading::Folders;
+use crate::seal;
+
+/// Leaves out what a command in a file may not say: outputs other than the image, addresses, and folders from which files are
+/// read. Those folders are taken from the command line.
+pub(crate) fn distrust(file: &Path, cli: &mut Cli, folders: &Folders) {
+    let stored = std::mem::replace(&mut cli.loading.folders, folders.clone());
+    let is_new = |folder| !folders.allow_folder.contains(folder);
+    let left_out: Vec<_> = [
+        ("--summary-json", cli.summary_json.take().is_some()),
+        ("--tev", cli.tev.take().is_some()),
+        ("--allow-outside", stored.allow_outside && !folders.allow_outside),
+        ("--allow-folder", !folders.allow_outside && stored.allow_folder.iter().any(is_new)),
+    ]
+    .into_iter()
+    .filter_map(|(option, is_left_out)| is_left_out.then_some(option))
+    .collect();
+    if !left_out.is_empty() && !cli.quiet {
+        report!(
+            "note: {}: its command has {}, not taken from a file; --allow-outside and --allow-folder can be given again",
+            file.display(),
+            left_out.join(", ")
+        );
+    }
+}
+
+/// Enters the folder in which the command of an output ran, if the program made it for this user in this place, or all files
+/// that it reads lie in folders that are allowed; else the folder of the output, if they lie there.
+///
+/// # Errors
+/// If they lie elsewhere, or the folder cannot be entered.
+pub(crate) fn enter(output: &Path, about: &About, cli: &Cli) -> Result<()> {
+    let folder = about.folder.as_path();
+    if seal::is_ours(&about.seal, output, folder, &about.command) {
+        return enter_folder(folder);
+    }
+    let Folders { allow_outside, allow_folder } = &cli.loading.folders;
+    let inputs: Vec<&PathBuf> =
+        cli.paths.iter().chain(&cli.environment).chain(&cli.camera_file).collect();
+    let own = resolved(&folder_of(output));
+    let is_in_own = |path: &&PathBuf| {
+        let place = resolved(&own.join(path));
+        path.is_relative() && place.starts_with(&own) && place.exists()
+    };
+    if inputs.iter().all(is_in_own) {
+        return enter_folder(&own);
+    }
+    let is_allowed = |place: &Path| {
+        place.starts_with(&own) || allow_folder.iter().any(|dir| place.starts_with(resolved(dir)))
+    };
+    let places = inputs.iter().map(|path| resolved(&folder.join(path)));
+    if let Some(place) = places.into_iter().find(|place| !allow_outside && !is_allowed(place)) {
+        bail!(
+            "{}: its command reads {}, which is not in its folder, and this program did not make it here for you; if you trust it, \
+             --allow-folder {} allows that folder, and --allow-outside all",
+            output.display(),
+            place.display(),
+            folder_of(&place).display()
+        );
+    }
+    enter_folder(folder)
+}
+
+/// A folder that is not there is left alone: paths of the command may be absolute.
+fn enter_folder(folder: &Path) -> Result<()> {
+    if folder.is_dir() {
+        std::env::set_current_dir(folder)
+            .with_context(|| format!("{}: cannot be entered", folder.display()))?;
+    }
+    Ok(())
+}
