@@ -1,6 +1,7 @@
 //! Seals of films and images, by which the program knows those that it made for this user in this place. A seal is the BLAKE3
 //! hash of the place, the command and its folder with a key that the user alone can read.
 
+use std::ffi::OsStr;
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::Path;
@@ -24,8 +25,8 @@ pub(crate) fn is_ours(seal: &str, output: &Path, folder: &Path, command: &[Strin
 fn hash(key: &[u8; KEY], output: &Path, folder: &Path, command: &[String]) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new_keyed(key);
     let output = resolved(output);
-    let words = command.iter().map(|word| word.as_bytes());
-    let parts = [output.as_os_str(), folder.as_os_str()].map(|part| part.as_encoded_bytes());
+    let words = command.iter().map(String::as_bytes);
+    let parts = [output.as_os_str(), folder.as_os_str()].map(OsStr::as_encoded_bytes);
     for part in parts.into_iter().chain(words) {
         hasher.update(&(part.len() as u64).to_le_bytes()).update(part);
     }

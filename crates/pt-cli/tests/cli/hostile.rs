@@ -1,5 +1,6 @@
 //! Files that are made to fill memory, take for ever, or never begin.
 
+use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
@@ -11,9 +12,9 @@ use flate2::write::ZlibEncoder;
 
 use crate::common::{Folder, SCENE, TINY};
 
-fn chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
+fn chunk(kind: [u8; 4], data: &[u8]) -> Vec<u8> {
     let mut crc = flate2::Crc::new();
-    crc.update(kind);
+    crc.update(&kind);
     crc.update(data);
     let length = (data.len() as u32).to_be_bytes();
     [&length, kind.as_slice(), data, &crc.sum().to_be_bytes()].concat()
@@ -29,7 +30,8 @@ fn png(width: u32, height: u32) -> Vec<u8> {
     let size = [width.to_be_bytes(), height.to_be_bytes()].concat();
     let header = [size.as_slice(), &[8, 2, 0, 0, 0]].concat();
     let pixels = packed.finish().expect("there is room");
-    let chunks = [chunk(b"IHDR", &header), chunk(b"IDAT", &pixels), chunk(b"IEND", &[])].concat();
+    let chunks =
+        [chunk(*b"IHDR", &header), chunk(*b"IDAT", &pixels), chunk(*b"IEND", &[])].concat();
     [b"\x89PNG\r\n\x1a\n".as_slice(), &chunks].concat()
 }
 
@@ -50,8 +52,8 @@ fn pictures_ask_for_memory_before_they_take_it() {
     let picture = png(6000, 6000);
     for i in 0..4 {
         folder.write(&format!("p{i}.png"), &picture);
-        materials += &format!("newmtl m{i}\nmap_Kd p{i}.png\n");
-        faces += &format!("usemtl m{i}\nf 1/1 2/1 3/1\n");
+        let _ = writeln!(materials, "newmtl m{i}\nmap_Kd p{i}.png");
+        let _ = writeln!(faces, "usemtl m{i}\nf 1/1 2/1 3/1");
     }
     folder.write("a.mtl", materials);
     folder.write("a.obj", format!("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n{faces}"));
