@@ -3,6 +3,7 @@
 //! To add one: write its file, add its line to [`FORMATS`].
 
 mod ahead;
+mod archive;
 mod cameras;
 pub mod collada;
 mod context;
@@ -177,10 +178,16 @@ impl Format {
 }
 
 impl Format {
+    /// Whether its files hold scenes of other formats.
+    fn is_archive(&self) -> bool {
+        self.extensions.contains(&"zip")
+    }
+
     /// Why it cannot be read with such options.
     fn refusal(&self, options: &LoadOptions) -> Option<String> {
         let names_of = |has: fn(&Self) -> bool| {
-            let all: Vec<_> = FORMATS.iter().filter(|f| has(f)).map(|f| f.name).collect();
+            let all = FORMATS.iter().filter(|f| has(f) && !f.is_archive());
+            let all: Vec<_> = all.map(|f| f.name).collect();
             all.join(", ")
         };
         if let Some((name, _)) = options.definitions.first().filter(|_| !self.has_names) {
@@ -210,6 +217,11 @@ pub static FORMATS: &[Format] = &[
     format("Stanford PLY", &["ply"], ply::parse),
     Format { in_pieces: stl::IN_PIECES, ..format("STL", &["stl"], stl::parse) },
     format("Wavefront OBJ", &["obj"], obj::parse),
+    Format {
+        has_names: true,
+        has_times: true,
+        ..format("ZIP archive", &["zip", "zae"], archive::parse)
+    },
 ];
 
 /// A format without names that stand for something, without animations that are read, and without files that are read in pieces.
