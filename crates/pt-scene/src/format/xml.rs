@@ -5,6 +5,7 @@
 //! hostile file could make large.
 
 use std::borrow::Cow;
+use std::cell::RefCell;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -34,6 +35,7 @@ pub(super) struct Document<'a> {
     path: &'a Path,
     tree: roxmltree::Document<'a>,
     marks: Marks,
+    first_comma: RefCell<Option<Span>>,
 }
 
 impl<'a> Document<'a> {
@@ -50,7 +52,7 @@ impl<'a> Document<'a> {
         let most_nodes = u32::try_from(limits.elements(MAX_NODES)).unwrap_or(u32::MAX);
         let options = roxmltree::ParsingOptions { nodes_limit: most_nodes, ..Default::default() };
         match roxmltree::Document::parse_with_options(text, options) {
-            Ok(tree) => Ok(Self { path, tree, marks }),
+            Ok(tree) => Ok(Self { path, tree, marks, first_comma: RefCell::default() }),
             Err(error) => {
                 let (offset, message) = explain(&error, text, most_nodes);
                 let at = match offset {
@@ -115,14 +117,23 @@ impl<'a> Document<'a> {
     pub(super) fn numbers<T: Number>(&self, node: Node<'_>) -> Result<Vec<T>, LoadError> {
         let mut numbers = Vec::new();
         for word in words(node) {
-            let number = word.parse().map_err(|_| {
+            let parsed = word.parse().ok().or_else(|| {
+                let number = T::with_comma(word)?;
+                self.first_comma.borrow_mut().get_or_insert_with(|| self.span(node));
+                Some(number)
+            });
+            numbers.push(parsed.ok_or_else(|| {
                 let index = numbers.len() + 1;
                 let message = format!("value {index} is {}; expected {}", quote(word), T::NAME);
                 self.error_at(node, word, message)
-            })?;
-            numbers.push(number);
+            })?);
         }
         Ok(numbers)
+    }
+
+    /// Where the first number with a comma in place of the point was read, as programs write them in some languages.
+    pub(super) fn first_comma(&self) -> Option<Span> {
+        self.first_comma.borrow().clone()
     }
 
     /// The place of an offset into the text, with the name of an element.
@@ -149,6 +160,13 @@ pub(super) fn words(node: Node<'_>) -> impl Iterator<Item = &str> {
 pub(super) trait Number: FromStr {
     /// What is expected, for messages.
     const NAME: &str;
+
+    /// The number of a word with one comma in place of the point; none of whole numbers.
+    fn with_comma(word: &str) -> Option<Self> {
+        let (whole, fraction) = word.split_once(',')?;
+        let is_real = Self::NAME == f32::NAME && !whole.contains('.');
+        is_real.then(|| format!("{whole}.{fraction}").parse().ok())?
+    }
 }
 
 impl Number for f32 {

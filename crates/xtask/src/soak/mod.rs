@@ -7,6 +7,7 @@ mod fuzz;
 mod kills;
 mod mutations;
 mod target;
+mod wild;
 
 use anyhow::Result;
 
@@ -50,6 +51,8 @@ enum Campaign {
     Mutations,
     /// Files that a fuzzer makes up; needs the nightly toolchain
     Fuzz,
+    /// Files that packages of Python and npm ship; needs a network
+    Wild,
 }
 
 /// Runs the campaigns.
@@ -67,6 +70,10 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     }
     if is_wanted(Campaign::Fuzz) {
         step("fuzzing", || fuzz::run(args.minutes, &args.format))?;
+    }
+    if is_wanted(Campaign::Wild) {
+        let program = step("building", build_program)?;
+        step("rendering files of others", || wild::run(&program))?;
     }
     Ok(())
 }

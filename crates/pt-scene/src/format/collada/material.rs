@@ -31,7 +31,13 @@ pub(super) fn bind<'a>(
             Some(symbol) => by_symbol.get(symbol),
         };
         let material = match (binding, symbol) {
-            (Some(binding), _) => reader.resolve(*binding, "target", &["material"])?,
+            (Some(binding), _) => {
+                let found = reader.resolve(*binding, "target", &["material"]);
+                reader
+                    .context
+                    .forgive(found, "the default material (grey, 0.5) is taken")?
+                    .flatten()
+            }
             (None, Some(symbol)) => unbound(reader, instance, symbol),
             (None, None) => None,
         };

@@ -29,7 +29,7 @@ use std::sync::Arc;
 use pt_math::{DAffine3, DMat3, DVec3};
 
 use super::context::Context;
-use super::xml::{self, Node};
+use super::xml::{self, Node, Number};
 use crate::{LoadError, Scene};
 pub use course_log::course_log;
 use reader::{Reader, child};
@@ -58,6 +58,9 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
     let visual_scene = visual_scene(&mut reader)?;
     nodes::place(&mut reader, visual_scene, to_y_up)?;
     attenuation::settle(&mut reader);
+    if let Some(at) = document.first_comma() {
+        reader.warn_at(at, "the commas in numbers, here and below, are read as points".to_owned());
+    }
     Ok(reader.finish())
 }
 
@@ -65,8 +68,9 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
 fn metres_per_unit(reader: &mut Reader<'_>, asset: Option<Node<'_>>) -> f64 {
     let Some(unit) = asset.and_then(|a| child(a, "unit")) else { return 1.0 };
     let Some(written) = unit.attribute("meter") else { return 1.0 };
-    match written.trim().parse::<f64>() {
-        Ok(metres) if metres > 0.0 && metres.is_finite() => metres,
+    let written = written.trim();
+    match written.parse().ok().or_else(|| f64::with_comma(written)) {
+        Some(metres) if metres > 0.0 && metres.is_finite() => metres,
         _ => {
             let message = format!(
                 "meter={} is not a positive number; a unit of 1 m is assumed",

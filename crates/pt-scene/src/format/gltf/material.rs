@@ -82,6 +82,10 @@ impl<'a> Reader<'a> {
                 sets.extend(Self::uv_set_of(&extension, field)?);
             }
         }
+        let coat = material.extension("KHR_materials_clearcoat")?;
+        if let Some(coat) = &coat {
+            sets.extend(Self::uv_set_of(coat, "clearcoatNormalTexture")?);
+        }
         let uv_set = sets.first().copied();
         let mut other_sets = Vec::new();
         for set in sets.into_iter().filter(|set| Some(*set) != uv_set) {
@@ -93,7 +97,6 @@ impl<'a> Reader<'a> {
         }
         let mode = material.text("alphaMode")?;
         let (is_blended, is_masked) = (mode == Some("BLEND"), mode == Some("MASK"));
-        let coat = material.extension("KHR_materials_clearcoat")?;
         let has_frame = material.has("normalTexture")
             || coat.is_some_and(|coat| coat.has("clearcoatNormalTexture"))
             || material.extension("KHR_materials_anisotropy")?.is_some();

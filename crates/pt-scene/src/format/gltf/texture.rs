@@ -21,6 +21,9 @@ use crate::texture::{Bitmap, Color, Edge, Filter, Input, Layout, Pattern, Scalar
 /// Most texels that are read from all images of a scene, counted as often as they are read.
 const MOST_TEXELS: usize = 1 << 28;
 
+/// Fields of images of normals.
+const NORMALS: [&str; 2] = ["normalTexture", "clearcoatNormalTexture"];
+
 /// What of an image is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Content {
@@ -128,7 +131,7 @@ impl<'a> Reader<'a> {
         let pattern = Pattern::Bitmap(Bitmap { image, wrap, filter });
         // Normals lie on the coordinates of the mesh.
         let set = Self::uv_set_of(from, field)?
-            .filter(|set| field != "normalTexture" && Some(*set) != self.uv_set);
+            .filter(|set| !NORMALS.contains(&field) && Some(*set) != self.uv_set);
         let layout = match set.map(u32::try_from) {
             Some(Ok(set)) => Layout::Coordinates { set },
             _ => Layout::Surface,
