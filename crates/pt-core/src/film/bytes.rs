@@ -468,7 +468,12 @@ mod tests {
     fn claims_are_not_believed() {
         let mut huge = bytes(&film());
         huge[8..16].fill(0xff);
+        assert_eq!(Film::read(&huge), Err(FilmError::Region));
+        huge[..8].fill(0);
         assert_eq!(Film::read(&huge), Err(FilmError::Short(huge.len())));
+        let mut many = planned(None);
+        many.counts[0] = SECOND_HALF + 1;
+        assert_eq!(Film::read(&bytes(&many)), Err(FilmError::Halves));
         let mut unknown = bytes(&film());
         unknown[28] = b'x';
         assert_eq!(Film::read(&unknown), Err(FilmError::Quantity("xlbedo".into())));
