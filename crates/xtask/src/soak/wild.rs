@@ -26,7 +26,7 @@ const NPM: [(&str, &str); 1] = [("@webxr-input-profiles/assets", "1.0.20")];
 /// Endings of names of files that are rendered.
 const ENDINGS: [&str; 8] = ["dae", "glb", "gltf", "obj", "ply", "stl", "zae", "pbrt"];
 /// The longest that one file may take.
-const LIMIT: Duration = Duration::from_secs(120);
+const LIMIT: Duration = Duration::from_mins(2);
 
 /// What became of a file.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
