@@ -9,6 +9,7 @@ mod hdr;
 mod jpeg;
 mod png;
 mod raster;
+mod room;
 mod texture_blocks;
 mod tone;
 mod write;
@@ -18,12 +19,13 @@ use std::io::BufReader;
 use std::path::Path;
 
 use pt_math::color;
-use pt_memory::Grant;
 
 use crate::file;
 use crate::guard::guarded;
 pub use error::ImageError;
 pub use exposure::{Extreme, auto_exposure, extreme};
+pub use room::Room;
+use room::check_size;
 pub use tone::{Tone, ToneCurve};
 pub use write::{check_target, folder_of, sync_folder, write_atomically};
 
@@ -305,25 +307,6 @@ impl Decoded {
     }
 }
 
-/// Where the memory of pictures is asked for.
-pub struct Room<'r>(&'r (dyn Fn(u64) -> Result<Grant, String> + Sync));
-
-impl<'r> Room<'r> {
-    /// All that the process may take.
-    pub const OF_PROCESS: Self = Room(&pt_memory::ask);
-
-    /// What `grant` grants, which is asked for bytes.
-    pub fn new(grant: &'r (dyn Fn(u64) -> Result<Grant, String> + Sync)) -> Self {
-        Self(grant)
-    }
-
-    /// Asks for the memory of so many bytes of pixels, and as much again for what they are made of.
-    fn ask(&self, pixels: Option<u64>) -> Result<Grant, String> {
-        check_size(pixels, usize::MAX)?;
-        (self.0)(pixels.unwrap_or(u64::MAX).saturating_mul(2))
-    }
-}
-
 /// Bytes of a file to pixels. The error says what is wrong with the content.
 pub type Reader = fn(&[u8], Numbers, &Room) -> Result<Decoded, String>;
 
@@ -602,25 +585,6 @@ fn check_shape(width: u32, height: u32, count: usize) -> Result<(), String> {
     let expected = u64::from(width) * u64::from(height);
     if expected == 0 || expected != count as u64 {
         return Err(format!("{width} × {height} pixels do not make an image of {count} pixels"));
-    }
-    Ok(())
-}
-
-/// Refuses to decode `decoded` bytes of samples from a file of `encoded` bytes, when a few bytes
-/// claim to be a picture larger than memory.
-fn check_size(decoded: Option<u64>, encoded: usize) -> Result<(), String> {
-    /// One gibibyte.
-    const MOST_BYTES: u64 = 1 << 30;
-    /// Deflate packs 258 bytes into two bits at best; no other compression that PNG and OpenEXR
-    /// have reaches that. JPEG takes a bit for a block of 64 samples at least, and with colours of
-    /// half the width and height, 6 bits for 256 pixels.
-    const BEST_RATIO: u64 = 1032;
-    let decoded = decoded.unwrap_or(u64::MAX);
-    if decoded > MOST_BYTES {
-        return Err("holds more than 1 GiB of pixels; please scale it down".to_owned());
-    }
-    if decoded / BEST_RATIO > encoded as u64 {
-        return Err(format!("claims {decoded} bytes of pixels, but has {encoded} bytes in all"));
     }
     Ok(())
 }
