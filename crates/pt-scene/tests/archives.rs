@@ -53,13 +53,16 @@ fn manifests_name_the_scene_of_zae_files() {
 #[test]
 fn messages_name_the_archive() {
     let bytes = archive(&[("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 zero\nf 1 2 3\n")]);
-    let told = refusal(&bytes, "b.zip");
-    assert!(told.starts_with("b.zip/a.obj:3"), "{told}");
+    let message = refusal(&bytes, "b.zip");
+    assert!(message.starts_with("b.zip/a.obj:3"), "{message}");
     let bytes = archive(&[("a.obj", TRIANGLE.as_bytes())]);
     let scene = parse(&bytes, Path::new("b.zip")).expect("a scene");
-    let told: Vec<_> = scene.missing.iter().map(ToString::to_string).collect();
-    assert!(told[0].contains("b.zip/a.obj:1") && told[0].contains("b.zip/a.mtl"), "{told:?}");
-    assert!(!told[0].contains("pathtracer-"), "{told:?}");
+    let message: Vec<_> = scene.missing.iter().map(ToString::to_string).collect();
+    assert!(
+        message[0].contains("b.zip/a.obj:1") && message[0].contains("b.zip/a.mtl"),
+        "{message:?}"
+    );
+    assert!(!message[0].contains("pathtracer-"), "{message:?}");
 }
 
 #[test]
@@ -71,8 +74,8 @@ fn archives_that_lead_out_or_are_no_scene_are_refused() {
         (&[("b.zip", object)], "has no scene of a format that is read"),
         (&[("a.obj", object), ("b.obj", object)], "has 2 scenes (a.obj, b.obj); unpack it"),
     ] {
-        let told = refusal(&archive(files), "a.zip");
-        assert!(told.contains(expected), "{told}");
+        let message = refusal(&archive(files), "a.zip");
+        assert!(message.contains(expected), "{message}");
     }
     assert!(refusal(b"PK\x03\x04", "a.zip").contains("is no archive that can be read"));
     let mut linked = ZipWriter::new(Cursor::new(Vec::new()));
@@ -94,8 +97,9 @@ fn what_is_unpacked_is_limited() {
     assert!(bytes.len() < 100_000);
     let mut options = LoadOptions::default();
     options.limits.memory = Some(10_000_000);
-    let told = parse_with(&bytes, Path::new("a.zip"), &options).expect_err("too large").to_string();
-    assert!(told.contains("more memory than the limit of 10000000 bytes"), "{told}");
+    let message =
+        parse_with(&bytes, Path::new("a.zip"), &options).expect_err("too large").to_string();
+    assert!(message.contains("more memory than the limit of 10000000 bytes"), "{message}");
 }
 
 /// Each byte changed, and cut off anywhere.

@@ -37,10 +37,11 @@ fn png(width: u32, height: u32) -> Vec<u8> {
 
 /// The most memory that a render held, as its summary says.
 fn peak(folder: &Folder, arguments: &str) -> f64 {
-    let run = folder.run(&format!("{TINY} --summary-json told.json {arguments}"));
+    let run = folder.run(&format!("{TINY} --summary-json summary.json {arguments}"));
     assert!(matches!(run.code, Some(0 | 4)), "{run:?}");
-    let told: serde_json::Value = serde_json::from_slice(&folder.read("told.json")).expect("JSON");
-    told["peak_bytes"].as_f64().expect("Linux tells")
+    let summary: serde_json::Value =
+        serde_json::from_slice(&folder.read("summary.json")).expect("JSON");
+    summary["peak_bytes"].as_f64().expect("a number on Linux")
 }
 
 /// Each picture is 200 kB, and takes 430 MB.
@@ -131,9 +132,9 @@ fn files_of_holes_are_not_held_in_memory() {
         let mut shell = std::process::Command::new("sh");
         shell.args(["-c", &limited]).arg(command.get_program()).current_dir(folder.path("."));
         let done = shell.output().expect("a shell");
-        let told = String::from_utf8_lossy(&done.stderr).into_owned();
-        assert_eq!(done.status.code(), Some(2), "{told}");
-        assert!(told.contains(expected), "{arguments}: {told}");
+        let messages = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert_eq!(done.status.code(), Some(2), "{messages}");
+        assert!(messages.contains(expected), "{arguments}: {messages}");
     }
 }
 

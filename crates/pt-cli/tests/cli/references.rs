@@ -187,13 +187,13 @@ fn bounded(folder: &Folder, what: &str, arguments: &str) {
     let mut shell = Command::new("sh");
     shell.args(["-c", &format!("{LIMITS}; exec \"$0\" {arguments}")]).arg(program);
     let done = shell.current_dir(folder.path(".")).output().expect("a shell");
-    let told = String::from_utf8_lossy(&done.stderr).into_owned();
+    let messages = String::from_utf8_lossy(&done.stderr).into_owned();
     assert!(
         matches!(done.status.code(), Some(0 | 1 | 2 | 4)),
-        "{what}, {arguments}: {:?} {told:.300}",
+        "{what}, {arguments}: {:?} {messages:.300}",
         done.status
     );
-    assert!(!told.contains("please report"), "{what}, {arguments}: {told:.300}");
+    assert!(!messages.contains("please report"), "{what}, {arguments}: {messages:.300}");
 }
 
 #[test]

@@ -288,7 +288,7 @@ impl Context {
     ///
     /// # Errors
     /// If they are more than the limits allow.
-    pub(super) fn spend(&self, bytes: u64) -> Result<(), String> {
+    fn spend(&self, bytes: u64) -> Result<(), String> {
         let mut noted = self.noted();
         noted.bytes = noted.bytes.saturating_add(bytes);
         let most = self.limits().memory.unwrap_or(u64::MAX);

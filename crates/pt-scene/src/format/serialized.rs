@@ -245,7 +245,7 @@ fn check_counts(
     if bytes / BEST_RATIO > packed {
         return Err(format!("{says}, but only {packed} bytes follow"));
     }
-    Ok(())
+    pt_memory::ask(bytes).map(drop)
 }
 
 /// What is wrong with packed bytes.

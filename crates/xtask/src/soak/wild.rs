@@ -180,8 +180,8 @@ fn render(program: &Path, file: &Path, image: &Path) -> Result<(Outcome, String)
     };
     let text = fs::read(&messages)?;
     let text = String::from_utf8_lossy(&text);
-    let is_told = |line: &&str| line.starts_with("pathtracer:") || line.starts_with("missing:");
-    let message = text.lines().find(is_told).unwrap_or_default().to_owned();
+    let is_message = |line: &&str| line.starts_with("pathtracer:") || line.starts_with("missing:");
+    let message = text.lines().find(is_message).unwrap_or_default().to_owned();
     Ok((status.map_or(Outcome::Hung, |status| Outcome::of_status(status.code())), message))
 }
 

@@ -138,7 +138,7 @@ fn reserve(bytes: u64, item: &Item<'_>, context: &Context) -> Result<(), LoadErr
         let message = format!("it has {bytes} bytes when decoded; expected at most {MAX_BYTES}");
         return Err(item.error(message));
     }
-    context.spend(bytes).map_err(|why| item.error(why))
+    context.take(bytes).map(drop).map_err(|why| item.error(why))
 }
 
 /// Lets a buffer view refer to decoded bytes.
