@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use pt_core::{CompileError, CompileOptions, Settings};
 use pt_scene::medium::{Emission, Matter, PlacedGrid, Volume};
-use pt_scene::{Geometry, Hidden, LightKind, Mesh, Projection, Scene, Source, framing};
+use pt_scene::{Geometry, Hidden, LightKind, Mesh, Object, Projection, Scene, Source, framing};
 use serde::Serialize;
 
 use crate::{BuildOptions, Builder, Session, memory};
@@ -55,6 +55,8 @@ pub struct Counts {
     pub instances: usize,
     /// Those that are spheres.
     pub spheres: usize,
+    /// Those that are points and segments.
+    pub clouds: usize,
     /// Those that move.
     pub moving: usize,
     /// Meshes, each once.
@@ -65,6 +67,10 @@ pub struct Counts {
     pub triangles: usize,
     /// Triangles of all meshes, as often as they are placed.
     pub triangles_placed: usize,
+    /// Points, as often as they are placed.
+    pub points: usize,
+    /// Segments between points, as often as they are placed.
+    pub segments: usize,
     /// Materials that glow.
     pub glowing_materials: usize,
 }
@@ -72,7 +78,7 @@ pub struct Counts {
 /// Bytes by what takes them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Memory {
-    /// Meshes, as they are read.
+    /// Meshes and points, as they are read.
     pub meshes: u64,
     /// Texels of materials, with their pyramids, and images of lights.
     pub textures: u64,
@@ -98,7 +104,7 @@ impl Inventory {
             counts: counts(scene),
             bounds: bounds(scene),
             memory: Memory {
-                meshes: meshes(scene).map(Mesh::bytes).sum(),
+                meshes: meshes(scene).map(Mesh::bytes).sum::<u64>() + bytes_of_points(scene),
                 textures: session.scene().materials.textures.bytes() as u64 + of_lights(scene),
                 grids: grids(scene),
                 tables: memory::bytes_of_tables(scene, None),
@@ -137,8 +143,18 @@ fn meshes(scene: &Scene) -> impl Iterator<Item = &Mesh> {
     let mut seen = HashSet::new();
     scene.objects.iter().filter_map(move |object| match &object.geometry {
         Geometry::Mesh(mesh) => seen.insert(Arc::as_ptr(mesh)).then_some(&**mesh),
-        Geometry::Sphere { .. } => None,
+        Geometry::Sphere { .. } | Geometry::Points { .. } => None,
     })
+}
+
+/// Bytes of all points and segments, each once.
+fn bytes_of_points(scene: &Scene) -> u64 {
+    let mut seen = HashSet::new();
+    let mut bytes = |object: &Object| match &object.geometry {
+        Geometry::Points { points, .. } if seen.insert(Arc::as_ptr(points)) => points.bytes(),
+        _ => 0,
+    };
+    scene.objects.iter().map(&mut bytes).sum()
 }
 
 fn counts(scene: &Scene) -> Counts {
@@ -148,6 +164,11 @@ fn counts(scene: &Scene) -> Counts {
         match &object.geometry {
             Geometry::Mesh(mesh) => counts.triangles_placed += mesh.triangles.len(),
             Geometry::Sphere { .. } => counts.spheres += 1,
+            Geometry::Points { points, .. } => {
+                counts.points += points.positions.len();
+                counts.segments += points.segments.len();
+                counts.clouds += 1;
+            }
         }
     }
     for mesh in meshes(scene) {
@@ -155,7 +176,7 @@ fn counts(scene: &Scene) -> Counts {
         counts.vertices += mesh.positions.len();
         counts.triangles += mesh.triangles.len();
     }
-    counts.instances = counts.objects - counts.spheres - counts.meshes;
+    counts.instances = counts.objects - counts.spheres - counts.clouds - counts.meshes;
     let glows = scene.materials.iter().filter(|m| m.emission != [0.0; 3].into());
     counts.glowing_materials = glows.count();
     counts

@@ -128,6 +128,14 @@ pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A length above 0.
+pub(crate) fn radius(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if v > 0.0 && v.is_finite() => Ok(v),
+        _ => Err("expected a length above 0".into()),
+    }
+}
+
 /// An amount of memory.
 pub(crate) fn bytes(text: &str) -> Result<ByteSize, String> {
     match text.parse::<ByteSize>() {
@@ -267,6 +275,9 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
     }
     if cli.loading.time.is_some() && cli.paths.is_empty() {
         return Err("--time: the embedded scene has no animations; give a glTF scene".into());
+    }
+    if cli.loading.point_radius.is_some() && cli.paths.is_empty() {
+        return Err("--point-radius: the embedded scene has no points; give a scene".into());
     }
     if cli.samples.is_some() && cli.aov.iter().any(|aov| aov.is_of_half()) {
         return Err(

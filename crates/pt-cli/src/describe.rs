@@ -41,17 +41,21 @@ fn text(inventory: &Inventory) -> String {
     line("metres per unit", &inventory.metres_per_unit.to_string());
     let c = &inventory.counts;
     let objects = format!(
-        "{}: {} of meshes, {} of them instances, {} spheres; {} move",
+        "{}: {} of meshes, {} of them instances, {} spheres, {} of points; {} move",
         c.objects,
-        c.objects - c.spheres,
+        c.objects - c.spheres - c.clouds,
         c.instances,
         c.spheres,
+        c.clouds,
         c.moving
     );
     line("objects", &objects);
     let meshes = format!("{} of {} vertices and {} triangles", c.meshes, c.vertices, c.triangles);
     line("meshes", &meshes);
     line("triangles placed", &c.triangles_placed.to_string());
+    if c.clouds > 0 {
+        line("points placed", &format!("{}, and {} segments", c.points, c.segments));
+    }
     let bounds = inventory.bounds.map(|[low, high]| {
         let point = |p: [f64; 3]| p.map(|x| format!("{x:.6}")).join(" ");
         format!("{} to {}", point(low), point(high))

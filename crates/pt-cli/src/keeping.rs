@@ -291,6 +291,8 @@ fn about(request: &Checked, session: &Session, sources: &[Source]) -> About {
         .extend(loading.definitions.into_iter().map(|(name, value)| (format!("${name}"), value)));
     settings.extend(loading.camera.map(|camera| ("camera of the scene".into(), camera)));
     settings.extend(loading.time.map(|time| ("time of animations".into(), time.to_string())));
+    let radius = loading.point_radius.map(|radius| ("radius of points".into(), radius.to_string()));
+    settings.extend(radius);
     let folder = std::env::current_dir().unwrap_or_default();
     About {
         version: env!("CARGO_PKG_VERSION").into(),

@@ -46,6 +46,12 @@ pub(crate) struct Loading {
     /// number there, from 0 [default: as the file says; course for COLLADA of the course]
     #[arg(long, value_name = "CAMERA", help_heading = "Scene")]
     pub(crate) camera: Option<String>,
+
+    /// Radius of points and lines, which are shown as spheres and cylinders, in the unit of the scene [default: as the
+    /// file says, or half of the mean distance between points; of lines, 1/250 of their extent]
+    #[arg(long, value_name = "RADIUS", value_parser = check::radius)]
+    #[arg(help_heading = "Scene")]
+    pub(crate) point_radius: Option<f64>,
 }
 
 impl Loading {
@@ -56,8 +62,14 @@ impl Loading {
             // The parser knows the names.
             let _ = limits.set(name, *value);
         }
-        let Self { define, folders: Folders { allow_outside, allow_folder }, time, camera, .. } =
-            self;
+        let Self {
+            define,
+            folders: Folders { allow_outside, allow_folder },
+            time,
+            camera,
+            point_radius,
+            ..
+        } = self;
         LoadOptions {
             definitions: define.clone(),
             strict,
@@ -71,6 +83,7 @@ impl Loading {
             time: *time,
             course: false,
             camera: camera.clone().filter(|_| self.placement().is_none()),
+            point_radius: *point_radius,
         }
     }
 

@@ -48,6 +48,7 @@ use commands::Command;
 const FAILURE: u8 = 2;
 
 fn main() -> ExitCode {
+    pathtracer::memory::return_large_arrays();
     fault::silence();
     fault::guarded(run)
 }

@@ -3,7 +3,7 @@
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 use pt_bvh::{Hit, Sphere};
-use pt_math::{Vec2, Vec3, trig};
+use pt_math::{Mat3, Vec2, Vec3, trig};
 
 use crate::footprint::Footprint;
 use crate::scene::{Interaction, RenderScene};
@@ -24,6 +24,8 @@ pub struct Parametrization {
     pub along_v: Option<Vec3>,
     /// Where on a triangle it is; `None` on spheres.
     pub on_triangle: Option<OnTriangle>,
+    /// Number of the sphere in the scene; `None` on triangles.
+    pub sphere: Option<u32>,
     /// What a path sees of it at once.
     pub footprint: Footprint,
 }
@@ -39,6 +41,7 @@ impl Parametrization {
             along_u: None,
             along_v: None,
             on_triangle: None,
+            sphere: None,
             footprint,
         }
     }
@@ -103,7 +106,7 @@ impl ShapeTables {
     /// See [`sphere_coordinates`].
     pub(crate) fn on_sphere(&self, i: usize, p: Vec3) -> Parametrization {
         let Sphere { center, radius } = self.spheres[i];
-        let axes = self.sphere_axes[i];
+        let axes = self.sphere_axes.get(i).copied().unwrap_or(Mat3::IDENTITY);
         let n = axes.transpose() * ((p - center) / radius.abs());
         let equator = (n.x * n.x + n.y * n.y).sqrt();
         let r = radius.abs();
@@ -113,6 +116,7 @@ impl ShapeTables {
         Parametrization {
             along_u: (equator > 0.0).then_some(along_u),
             along_v: Some(along_v).filter(|v| v.is_finite()),
+            sphere: Some(i as u32),
             ..Parametrization::of(sphere_coordinates(n))
         }
     }

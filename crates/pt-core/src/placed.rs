@@ -24,8 +24,8 @@ pub struct PlacedObject {
     pub shapes: ShapeTables,
     /// Their ray queries.
     pub bvh: Arc<Bvh>,
-    /// The number that its first triangle has among those with colours.
-    pub first_colored: u32,
+    /// The numbers that its first triangle and its first sphere have among those with colours.
+    pub first_colored: [u32; 2],
 }
 
 /// Where an object is placed.
@@ -104,7 +104,7 @@ impl Placed {
         let triangle = shapes.triangles.get(primitive as usize);
         let triangle = triangle.map(|t| t.map(|v| shapes.positions[v as usize]));
         let to_world = self.bvh.instances()[place].to_world(time);
-        let of_object = (triangle, first_colored + primitive);
+        let of_object = (triangle, first_colored[0] + primitive);
         Some((&light.light, light.pdf(&to_world, tables, p, at, of_object)))
     }
 
@@ -267,12 +267,14 @@ impl Placed {
         let along = |v: Vec3| (to_world.matrix3 * DVec3::from(v)).as_vec3();
         let mut on_triangle = there.on_triangle;
         if let Some(on_triangle) = &mut on_triangle {
-            on_triangle.triangle += first_colored;
+            on_triangle.triangle += first_colored[0];
         }
+        let sphere = there.sphere.map(|sphere| sphere + first_colored[1]);
         Parametrization {
             along_u: there.along_u.map(along),
             along_v: there.along_v.map(along),
             on_triangle,
+            sphere,
             ..there
         }
     }

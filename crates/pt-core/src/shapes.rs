@@ -28,7 +28,7 @@ pub struct ShapeTables {
     pub triangle_uvs: Vec<[u32; 3]>,
     /// Spheres; their primitive numbers follow those of the triangles.
     pub spheres: Vec<Sphere>,
-    /// The axes of each sphere.
+    /// The axes of each sphere; may end early, before spheres with those of the world.
     pub sphere_axes: Vec<Mat3>,
     /// Surface of each primitive.
     pub primitive_surface: Vec<Id<SurfaceRecord>>,

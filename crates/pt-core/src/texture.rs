@@ -1,6 +1,9 @@
 //! Textures as renderers read them.
 
+use std::sync::Arc;
+
 use pt_math::{Affine2, Spectrum, Vec2, Vec3};
+use pt_scene::Points;
 use pt_scene::texture::{Filter, Wrap};
 
 use crate::id::{Id, Table};
@@ -86,6 +89,8 @@ pub struct MeshColors {
     pub triangles: Vec<[u32; 3]>,
     /// Those of triangles; may end early.
     pub faces: Vec<Spectrum>,
+    /// Points that are spheres in the order of the numbers of their first ones.
+    pub points: Vec<(u32, Arc<Points>)>,
 }
 
 impl MeshColors {
@@ -111,6 +116,16 @@ impl MeshColors {
         self.faces.get(triangle as usize).copied().unwrap_or_default()
     }
 
+    /// That of a sphere; black if it has none.
+    fn of_sphere(&self, sphere: u32) -> Spectrum {
+        let run = self.points.partition_point(|(first, _)| *first <= sphere);
+        let color = || {
+            let (first, points) = self.points.get(run.checked_sub(1)?)?;
+            points.colors.as_ref()?.get((sphere - first) as usize).copied()
+        };
+        color().map_or(Spectrum::ZERO, Spectrum::from)
+    }
+
     /// How [`Self::at_vertices`] grows with u and v, by the inverse of what these grow by along the edges.
     fn gradient(&self, at: &OnTriangle) -> [Spectrum; 2] {
         let [c0, c1, c2] = self.corners(at.triangle);
@@ -127,6 +142,7 @@ impl MeshColors {
         size_of_val(self.vertices.as_slice())
             + size_of_val(self.triangles.as_slice())
             + size_of_val(self.faces.as_slice())
+            + self.points.iter().map(|(_, points)| 12 * points.positions.len()).sum::<usize>()
     }
 }
 
@@ -203,8 +219,11 @@ impl Textures {
         self.factor(square, at).map(|c| c.max(0.0).sqrt())
     }
 
-    /// The colour of a mesh; black where there is no triangle.
+    /// The colour of a mesh or of points; black where there are none.
     fn color_of_mesh(&self, pattern: PatternRecord, at: &Parametrization) -> Spectrum {
+        if let (PatternRecord::VertexColors(i), Some(sphere)) = (pattern, at.sphere) {
+            return self.mesh_colors[i as usize].of_sphere(sphere);
+        }
         let Some(at) = &at.on_triangle else { return Spectrum::ZERO };
         match pattern {
             PatternRecord::VertexColors(i) => self.mesh_colors[i as usize].at_vertices(at),
@@ -385,7 +404,7 @@ impl Textures {
         vertices: Vec<Spectrum>,
         triangles: Vec<[u32; 3]>,
     ) -> (Id<TextureRecord>, Self) {
-        let mesh_colors = vec![MeshColors { vertices, triangles, faces: Vec::new() }];
+        let mesh_colors = vec![MeshColors { vertices, triangles, ..MeshColors::default() }];
         Self { mesh_colors, ..Self::default() }.of_one(PatternRecord::VertexColors(0))
     }
 
@@ -409,7 +428,7 @@ mod tests {
     fn textures_of_a_triangle() -> (Textures, [Id<TextureRecord>; 3]) {
         let corners = [[0.1, 0.5, 0.9], [0.7, 0.2, 0.4], [0.3, 0.8, 0.6]].map(Spectrum::from);
         let triangles = vec![FLAT, [0, 1, 2]];
-        let colors = MeshColors { vertices: corners.into(), triangles, faces: Vec::new() };
+        let colors = MeshColors { vertices: corners.into(), triangles, ..MeshColors::default() };
         let mut textures = Textures { mesh_colors: vec![colors], ..Textures::default() };
         let texels = textures.texels.push(Texels::new(2, 2, &[0.3, 1.0, 0.5, 2.0].map(|v| [v; 3])));
         let bitmap = PatternRecord::Bitmap(texels, Wrap::REPEAT, Filter::Bilinear);

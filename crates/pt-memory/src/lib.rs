@@ -57,6 +57,29 @@ fn on_large_pages<T>(room: &mut [T]) {
     let _ = unsafe { madvise(bytes.add(before).cast(), whole, Advice::LinuxHugepage) };
 }
 
+/// Has the allocator of the process give arrays of 4 MiB and more back to the system as soon as they are freed, where it may
+/// be asked to (the GNU C library). Otherwise it comes to keep freed memory of up to 32 MiB in one piece, which other arrays
+/// do not fill.
+pub fn return_large_arrays() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        #[expect(unsafe_code, reason = "it is a function of the C library")]
+        // SAFETY: the call takes numbers alone, and has effect on later allocations only.
+        let _ = unsafe { libc::mallopt(libc::M_MMAP_THRESHOLD, 4 << 20) };
+    }
+}
+
+/// Has the allocator give pages between what is in use back to the system, where it may be asked to (the GNU C library): many
+/// small arrays that were freed leave as much as they took.
+pub fn trim() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        #[expect(unsafe_code, reason = "it is a function of the C library")]
+        // SAFETY: what is in use stays where it is.
+        let _ = unsafe { libc::malloc_trim(0) };
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #[test]

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use pt_math::{DAffine3, DMat3, DVec3};
 
+use crate::points;
 use crate::{Camera, Geometry, Mesh, Object, Placement, Projection, Scene};
 
 /// Most vertices that are placed one by one; of further copies the corners of their boxes are.
@@ -20,13 +21,21 @@ pub type Extent = [DVec3; 2];
 /// The box around all surfaces, at all keys of what moves or in a span of time, in seconds. Points
 /// that belong to no triangle with an area are no surfaces; `None` if there are none.
 pub fn surface_extent(scene: &Scene, span: Option<[f64; 2]>) -> Option<Extent> {
-    let mut known = HashMap::new();
+    let (mut known, mut clouds) = (HashMap::new(), HashMap::new());
     let mut left = MOST_PLACED;
     let mut all: Option<Extent> = None;
     for object in &scene.objects {
         for place in places(object, span) {
             let found = match &object.geometry {
                 Geometry::Sphere { radius } => Some(extent_of_sphere(*radius, &place)),
+                Geometry::Points { points, radius } => {
+                    let (corners, default) = clouds
+                        .entry(Arc::as_ptr(points))
+                        .or_insert_with(|| (points.extent().map(corners), points.radius()));
+                    let placed = corners.iter().flatten().map(|p| place.transform_point3(*p));
+                    let reach = radius.unwrap_or(*default) * points::scale(place.matrix3);
+                    extent_of(placed).map(|[low, high]| [low - reach, high + reach])
+                }
                 Geometry::Mesh(mesh) => {
                     let points =
                         known.entry(Arc::as_ptr(mesh)).or_insert_with(|| surface_points(mesh));
@@ -82,7 +91,7 @@ fn surface_points(mesh: &Mesh) -> Vec<DVec3> {
     (0..).zip(is_used).filter_map(|(i, is_used)| is_used.then(|| point(i))?).collect()
 }
 
-fn extent_of(points: impl Iterator<Item = DVec3>) -> Option<Extent> {
+pub(crate) fn extent_of(points: impl Iterator<Item = DVec3>) -> Option<Extent> {
     points.map(|p| [p, p]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
 }
 

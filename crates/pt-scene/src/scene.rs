@@ -5,7 +5,8 @@ use std::sync::Arc;
 use pt_math::DAffine3;
 
 use crate::{
-    Camera, FileSettings, Light, Material, Medium, Mesh, Motion, Placement, Sides, Span, Warning,
+    Camera, FileSettings, Light, Material, Medium, Mesh, Motion, Placement, Points, Sides, Span,
+    Warning,
 };
 
 /// A scene as its author wrote it.
@@ -68,6 +69,14 @@ pub enum Geometry {
     Sphere {
         /// Radius. If it is negative, its front looks inwards.
         radius: f64,
+    },
+    /// Spheres around points and cylinders along segments, with slot 0 as their material. They stay round
+    /// where the object is stretched, unless by its motion.
+    Points {
+        /// The points; those of a mesh may be shared by several objects.
+        points: Arc<Points>,
+        /// Radius in the coordinates of the points, above 0; `None` is [`Points::radius`].
+        radius: Option<f64>,
     },
 }
 

@@ -1,6 +1,8 @@
 //! The readers of mesh files: PLY, OBJ and STL.
 
 mod common;
+#[path = "meshes/points.rs"]
+mod points;
 #[path = "meshes/stl.rs"]
 mod stl;
 #[path = "meshes/text.rs"]
@@ -20,12 +22,16 @@ use pt_scene::texture::{Color, Pattern};
 use pt_scene::{Geometry, Mesh, Surface, shapes};
 use stl::{sheet, stl_files};
 
-/// The mesh of a scene that consists of one.
+/// The mesh of a scene that consists of one, beside points and lines.
 fn mesh(bytes: &[u8], path: &Path) -> Arc<Mesh> {
     let scene = parse(bytes, path).unwrap_or_else(|error| panic!("{error}"));
-    let [object] = scene.objects.as_slice() else { panic!("not one object") };
-    let Geometry::Mesh(mesh) = &object.geometry else { panic!("no mesh") };
-    Arc::clone(mesh)
+    let mut meshes = scene.objects.iter().filter_map(|object| match &object.geometry {
+        Geometry::Mesh(mesh) => Some(Arc::clone(mesh)),
+        _ => None,
+    });
+    let mesh = meshes.next().expect("a mesh");
+    assert!(meshes.next().is_none(), "not one mesh");
+    mesh
 }
 
 fn good(format: &str, name: &str) -> Arc<Mesh> {

@@ -90,7 +90,7 @@ impl<'a> Names<'a> {
     fn material(&self, object: &Object, triangle: u32) -> Option<String> {
         let parts = match &object.geometry {
             Geometry::Mesh(mesh) => &mesh.parts[..],
-            Geometry::Sphere { .. } => &[],
+            Geometry::Sphere { .. } | Geometry::Points { .. } => &[],
         };
         let part = parts.iter().find(|part| part.triangles.contains(&triangle));
         let slot = part.map_or(0, |part| part.slot);

@@ -40,6 +40,7 @@ mod occlusion;
 mod pbrt;
 mod pictures;
 mod placed;
+mod points;
 mod portal;
 mod reliefs;
 mod replay;

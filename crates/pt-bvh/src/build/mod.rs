@@ -27,6 +27,15 @@ const LARGEST_LEAF: u32 = 64;
 /// Boxes and bins of more items than this are computed in chunks of so many.
 const CHUNK: usize = 32_768;
 
+/// Gives back the memory of what was made on the way to a tree of so many primitives, if that is much: it lies in pieces, in
+/// which nothing large finds room.
+pub(crate) fn tidy(primitives: usize) {
+    const LARGE: usize = 1 << 18;
+    if primitives > LARGE {
+        pt_memory::trim();
+    }
+}
+
 /// A primitive while the tree is built: its box with the lower corner negated, so that the union
 /// of two boxes is one maximum of eight lanes.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -307,20 +316,30 @@ impl Bvh2 {
         check(geometry)?;
         let is_sah = options.builder == Builder::Sah;
         let effort = effort.filter(|_| is_sah);
-        let mut items = gather(geometry, effort.map_or(0, |e| e.budget(geometry.len())));
+        // Spheres are not cut.
+        let cut = effort.filter(|_| !geometry.triangles.is_empty());
+        let mut items = gather(geometry, cut.map_or(0, |e| e.budget(geometry.len())));
         let skipped = (geometry.len() - items.len()) as u32;
         let largest_leaf = options.max_leaf_size.clamp(1, LARGEST_LEAF) as usize;
-        let mut nodes = Vec::new();
-        if is_sah && !items.is_empty() {
+        let bvh = if is_sah && !items.is_empty() {
             let mut boxes = Boxes::of(&items);
             if effort.is_some_and(|e| split::split(&mut items, boxes.items, geometry, &e)) {
                 boxes = Boxes::of(&items);
             }
-            nodes = sah::build(&mut items, boxes, options.quality, largest_leaf);
-        } else if !items.is_empty() {
-            mean::build(&mut items, largest_leaf, &mut nodes);
-        }
-        let bvh = Self { nodes, order: order(&items), skipped };
+            let pieces = sah::build(&mut items, boxes, options.quality, largest_leaf);
+            let order = order(&items);
+            // The nodes are put together where the items were, so that memory is never there for both.
+            drop(items);
+            let nodes = sah::joined(pieces);
+            tidy(order.len());
+            Self { nodes, order, skipped }
+        } else {
+            let mut nodes = Vec::new();
+            if !items.is_empty() {
+                mean::build(&mut items, largest_leaf, &mut nodes);
+            }
+            Self { nodes, order: order(&items), skipped }
+        };
         let effort = reinsert::Effort::of(options.quality);
         Ok(match effort.filter(|_| is_sah && bvh.nodes.len() > 1) {
             Some(effort) => reinsert::reinsert(bvh, effort),
@@ -342,7 +361,7 @@ impl Bvh2 {
             Vec::new()
         } else {
             let boxes = Boxes::of(&items);
-            sah::build(&mut items, boxes, Quality::Balanced, 1)
+            sah::joined(sah::build(&mut items, boxes, Quality::Balanced, 1))
         };
         Self { nodes, order: order(&items), skipped }
     }

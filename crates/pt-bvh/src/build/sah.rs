@@ -49,19 +49,23 @@ pub(super) trait Search {
     fn part(items: &mut [Item], split: Self::Split) -> Halves;
 }
 
-/// Builds the tree over all items, which have these boxes.
+/// Builds the tree over all items, which have these boxes: its nodes, in pieces that follow one another.
 pub(super) fn build(
     items: &mut [Item],
     boxes: Boxes,
     quality: Quality,
     largest_leaf: usize,
-) -> Vec<Node> {
+) -> Vec<Vec<Node>> {
     let part = Part { items, boxes, first: 0, depth: 0 };
-    let pieces = match quality {
+    match quality {
         Quality::Fast => grow_apart::<Binned<8>>(part, largest_leaf),
         Quality::Balanced => grow_apart::<Binned<16>>(part, largest_leaf),
         Quality::High => grow_apart::<Sweep>(part, largest_leaf),
-    };
+    }
+}
+
+/// The nodes of all pieces.
+pub(super) fn joined(pieces: Vec<Vec<Node>>) -> Vec<Node> {
     let mut nodes = pt_memory::with_capacity(pieces.iter().map(Vec::len).sum());
     for piece in pieces {
         nodes.extend(piece);

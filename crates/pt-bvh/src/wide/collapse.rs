@@ -11,6 +11,7 @@ use super::forest::Forests;
 use super::{
     BLOCK, Child, Lanes, NO_PRIMITIVE, Size, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
 };
+use crate::build::tidy;
 use crate::geometry::{Geometry, Primitive, Sphere};
 use crate::node::Bvh2;
 use crate::ray::Scene;
@@ -88,6 +89,7 @@ impl WideBvh {
         let Collapse { forests, scene, .. } = collapse;
         // Makes room for the blocks, the largest part of the tree.
         drop(forests);
+        tidy(bvh.order.len());
         let ids = |&(first, count): &(usize, usize)| lanes(&bvh.order[first..first + count]);
         let mut triangles = pt_memory::with_capacity(whole.triangles.len());
         let blocks = whole.triangles.par_iter().map(|run| triangle_block(geometry, ids(run)));

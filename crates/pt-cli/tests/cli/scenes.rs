@@ -203,7 +203,7 @@ fn info_tells_what_a_scene_is_made_of() {
     folder.write("box.xml", scene("<shape type=\"cube\"/><shape type=\"sphere\"/>"));
     let run = folder.succeed("info box.xml");
     for line in [
-        "objects             3: 2 of meshes, 1 of them instances, 1 spheres; 0 move",
+        "objects             3: 2 of meshes, 1 of them instances, 1 spheres, 0 of points; 0 move",
         "bounds              -1.000000 -1.000000 -1.000000 to 1.000000 1.000000 1.000000",
         "1 Constant",
         "1 perspective",

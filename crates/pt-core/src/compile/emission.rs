@@ -93,7 +93,7 @@ pub(super) fn textured_triangles(
     let parts = (1..MOST_PARTS).take_while(|n| n * n < per_triangle).last().unwrap_or(1);
     let laid = |(i, triangle): (usize, &EmitterTriangle)| {
         let uvs = uvs(shapes, i);
-        let primitive = (shapes.first_colored + i) as u32;
+        let primitive = (shapes.first_colored[0] + i) as u32;
         let laid = TexturedTriangle { texture, uvs, primitive, mean: 0.0 };
         TexturedTriangle { mean: mean_of_triangle(textures, &laid, triangle, parts), ..laid }
     };

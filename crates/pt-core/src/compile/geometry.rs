@@ -53,8 +53,8 @@ pub(super) struct Shapes {
     pub(super) slides: Vec<Option<Id<TextureRecord>>>,
     /// What is not in these tables.
     pub(super) placed: PlacedShapes,
-    /// The number that the first triangle has among those with colours.
-    pub(super) first_colored: usize,
+    /// The numbers that the first triangle and the first sphere have among those with colours.
+    pub(super) first_colored: [usize; 2],
 }
 
 /// Primitives that glow together.
@@ -192,7 +192,9 @@ pub(super) fn collect(
         uses_coordinates: options.texture_coordinates || lowering.uses_coordinates(),
         mesh_colors: Vec::new(),
         mesh_values: lowering.mesh_values.clone(),
+        radii: HashMap::new(),
     };
+    collector.note_points(notes);
     let track = |object| motion::track(object, metres, shutter);
     let tracks: Vec<_> = scene.objects.iter().map(track).collect();
     let shared = collector.shared(&tracks, options.most_copied_triangles);
@@ -233,9 +235,11 @@ pub(super) struct Collector<'a> {
     default: Look,
     /// Whether any material asks for texture coordinates.
     uses_coordinates: bool,
-    mesh_colors: Vec<MeshColors>,
+    pub(super) mesh_colors: Vec<MeshColors>,
     /// See [`Lowering::mesh_values`].
-    mesh_values: Vec<Pattern>,
+    pub(super) mesh_values: Vec<Pattern>,
+    /// The radii that were chosen for points, by their addresses.
+    pub(super) radii: HashMap<usize, f64>,
 }
 
 impl Collector<'_> {
@@ -248,7 +252,10 @@ impl Collector<'_> {
         worth_sharing(self.scene, most, |number, object| {
             let mut looks =
                 object.materials.iter().flatten().filter_map(|m| self.looks.get(*m as usize));
-            tracks[number].len() == 1 && looks.all(|look| look.emission.is_black())
+            // Where they are placed, spheres of points would be stretched.
+            let is_stretched = matches!(object.geometry, Geometry::Points { .. })
+                && !is_similarity(object.to_world.matrix3);
+            tracks[number].len() == 1 && !is_stretched && looks.all(|look| look.emission.is_black())
         })
     }
 
@@ -268,12 +275,19 @@ impl Collector<'_> {
         match &object.geometry {
             Geometry::Mesh(mesh) => self.add_mesh(object, mesh, to_world),
             Geometry::Sphere { radius } => self.add_sphere(object, *radius, to_world, notes),
+            Geometry::Points { points, radius } => {
+                self.add_points(object, points, *radius, to_world)
+            }
         }
     }
 
     /// The surface of a material slot, and what it emits, if it glows. Glowing surfaces are made anew for
     /// each object, because each is a light of its own, and so are those between media.
-    fn surface(&mut self, object: &Object, slot: u32) -> (Id<SurfaceRecord>, Option<Emission>) {
+    pub(super) fn surface(
+        &mut self,
+        object: &Object,
+        slot: u32,
+    ) -> (Id<SurfaceRecord>, Option<Emission>) {
         let known = self.scene.materials.len();
         let material = object.materials.get(slot as usize).copied().flatten();
         let material = material.filter(|&m| (m as usize) < known);
@@ -315,7 +329,7 @@ impl Collector<'_> {
         (surface, emission)
     }
 
-    fn add_mesh(
+    pub(super) fn add_mesh(
         &mut self,
         object: &Object,
         mesh: &Mesh,
@@ -412,7 +426,7 @@ impl Collector<'_> {
     }
 
     /// What the materials of an object show of meshes.
-    fn shown_values(&self, object: &Object) -> ShownValues {
+    pub(super) fn shown_values(&self, object: &Object) -> ShownValues {
         let looks = object.materials.iter().flatten().filter_map(|m| self.looks.get(*m as usize));
         looks.flat_map(|look| &look.shown).copied().collect()
     }
@@ -424,11 +438,13 @@ impl Collector<'_> {
         mesh: &Mesh,
         mirrored: bool,
     ) -> Result<(), CompileError> {
-        let first = self.shapes.first_colored + self.shapes.triangles.len() - mesh.triangles.len();
+        let first =
+            self.shapes.first_colored[0] + self.shapes.triangles.len() - mesh.triangles.len();
         self.mesh_colors.resize_with(self.mesh_values.len(), MeshColors::default);
         for shown in self.shown_values(object) {
             let pattern = &self.mesh_values[shown as usize];
-            let MeshColors { vertices, triangles, faces } = &mut self.mesh_colors[shown as usize];
+            let MeshColors { vertices, triangles, faces, .. } =
+                &mut self.mesh_colors[shown as usize];
             if let Some((values, indices)) = values_of_vertices(mesh, pattern) {
                 check_values(object, "colour", mesh, values.len(), indices)?;
                 let base = vertices.len() as u32;
@@ -494,6 +510,7 @@ impl Collector<'_> {
         }
         let (surface, emission) = self.surface(object, 0);
         let index = self.shapes.spheres.len();
+        self.shapes.sphere_axes.resize(index, Mat3::IDENTITY);
         self.shapes.spheres.push(sphere);
         self.shapes.sphere_axes.push((to_world.matrix3 * scale.recip()).as_mat3());
         self.shapes.sphere_surface.push(surface);

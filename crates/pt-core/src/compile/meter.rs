@@ -34,6 +34,9 @@ pub(super) fn compile(
             return Err(refuse("the sphere of its meter is stretched; expected a mesh"));
         }
         Geometry::Mesh(mesh) => triangles(mesh, to_world),
+        Geometry::Points { .. } => {
+            return Err(refuse("its meter is on points; expected a mesh or a sphere"));
+        }
     };
     let Some(surface) = surface else {
         return Err(refuse("the surface of its meter has no area"));

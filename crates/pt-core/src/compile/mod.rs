@@ -17,9 +17,11 @@ mod meter;
 mod motion;
 mod normals;
 mod placed;
+mod points;
 mod studio;
 mod textures;
 
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -215,8 +217,11 @@ fn tell_what_moves(
 
 /// Builds the hierarchy over all triangles and spheres.
 fn build_bvh(shapes: &geometry::Shapes, options: BuildOptions) -> Result<Bvh, BuildError> {
-    let spheres: Vec<_> =
-        shapes.spheres.iter().map(|s| pt_bvh::Sphere { radius: s.radius.abs(), ..*s }).collect();
+    // Spheres whose front looks inwards have a radius below 0; without them, no copy is made.
+    let mut spheres = Cow::from(&shapes.spheres);
+    if spheres.iter().any(|s| s.radius < 0.0) {
+        spheres.to_mut().iter_mut().for_each(|s| s.radius = s.radius.abs());
+    }
     let geometry =
         Geometry { positions: &shapes.positions, triangles: &shapes.triangles, spheres: &spheres };
     Bvh::build(geometry, &options)

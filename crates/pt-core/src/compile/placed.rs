@@ -25,19 +25,26 @@ pub(super) const MOST_MOVING_LIGHTS: usize = 16;
 /// Objects with the numbers that they have in the scene, and where they are.
 pub(super) type Tracks = Vec<(usize, Vec<Knot>)>;
 
-/// What tells whether two objects are the same but for their place: the mesh, by its address, the
-/// materials, and the media.
-type Likeness = (usize, Vec<Option<u32>>, Option<Sides>);
+/// What tells whether two objects are the same but for their place: the mesh or the points, by their address, the radius of
+/// these, the materials, and the media.
+type Likeness = (usize, Option<u64>, Vec<Option<u32>>, Option<Sides>);
 
 fn likeness(object: &Object) -> Option<Likeness> {
-    let Geometry::Mesh(mesh) = &object.geometry else { return None };
-    Some((Arc::as_ptr(mesh) as usize, object.materials.clone(), object.media))
+    let (address, radius) = match &object.geometry {
+        Geometry::Mesh(mesh) => (Arc::as_ptr(mesh).addr(), None),
+        Geometry::Points { points, radius } => (Arc::as_ptr(points).addr(), *radius),
+        Geometry::Sphere { .. } => return None,
+    };
+    let radius = radius.map(f64::to_bits);
+    Some((address, radius, object.materials.clone(), object.media))
 }
 
-fn triangles(object: &Object) -> usize {
+/// The number of its triangles and spheres.
+fn primitives(object: &Object) -> usize {
     match &object.geometry {
         Geometry::Mesh(mesh) => mesh.triangles.len(),
-        Geometry::Sphere { .. } => 0,
+        Geometry::Points { points, .. } => points.positions.len() + points.triangles(),
+        Geometry::Sphere { .. } => 1,
     }
 }
 
@@ -56,7 +63,7 @@ pub(super) fn worth_sharing(
     }
     // Triangles of all copies but the first, and where they are.
     let extra = |numbers: Vec<usize>| {
-        (triangles(&scene.objects[numbers[0]]) * (numbers.len() - 1), numbers)
+        (primitives(&scene.objects[numbers[0]]) * (numbers.len() - 1), numbers)
     };
     let mut meshes: Vec<_> = places.into_values().map(extra).collect();
     meshes.sort_by_key(|(extra, numbers)| (Reverse(*extra), numbers[0]));
@@ -105,7 +112,8 @@ impl PlacedShapes {
     ) -> Result<Self, CompileError> {
         let mut placed = Self::default();
         let mut known: HashMap<Likeness, u32> = HashMap::new();
-        let (mut before, mut first_colored) = (0u64, collector.shapes.triangles.len());
+        let Shapes { triangles, spheres, .. } = &collector.shapes;
+        let (mut before, mut first_colored) = (0u64, [triangles.len(), spheres.len()]);
         for (number, knots) in tracks {
             let object = &collector.scene.objects[number];
             let likeness = likeness(object);
@@ -114,7 +122,8 @@ impl PlacedShapes {
                 index
             } else {
                 let made = placed.add(collector, object, first_colored, options, notes)?;
-                first_colored += made.shapes.triangles.len();
+                first_colored[0] += made.shapes.triangles.len();
+                first_colored[1] += made.shapes.spheres.len();
                 placed.objects.push(made);
                 let index = placed.objects.len() as u32 - 1;
                 likeness.map(|likeness| known.insert(likeness, index));
@@ -144,7 +153,7 @@ impl PlacedShapes {
         &mut self,
         collector: &mut Collector,
         object: &Object,
-        first_colored: usize,
+        first_colored: [usize; 2],
         options: BuildOptions,
         notes: &mut Vec<String>,
     ) -> Result<OwnShapes, CompileError> {
@@ -203,7 +212,7 @@ impl PlacedShapes {
         let bvh = MovingBvh::build(self.instances)?;
         let object = |own: OwnShapes| PlacedObject {
             bvh: own.bvh,
-            first_colored: own.shapes.first_colored as u32,
+            first_colored: own.shapes.first_colored.map(|count| count as u32),
             shapes: own.shapes.into_tables(),
         };
         let objects = self.objects.into_iter().map(object).collect();

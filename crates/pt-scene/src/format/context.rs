@@ -453,14 +453,17 @@ impl Context {
         Reading { scene, missing, notes, sources }
     }
 
-    /// Counts the meshes of a scene, each once.
+    /// Counts the meshes and points of a scene, each once.
     fn spend_on_meshes(&self, scene: &Scene) -> Result<(), String> {
         let mut seen = HashSet::new();
         for object in &scene.objects {
-            if let Geometry::Mesh(mesh) = &object.geometry
-                && seen.insert(Arc::as_ptr(mesh))
-            {
-                self.spend(mesh.bytes())?;
+            let (place, bytes) = match &object.geometry {
+                Geometry::Mesh(mesh) => (Arc::as_ptr(mesh).addr(), mesh.bytes()),
+                Geometry::Points { points, .. } => (Arc::as_ptr(points).addr(), points.bytes()),
+                Geometry::Sphere { .. } => continue,
+            };
+            if seen.insert(place) {
+                self.spend(bytes)?;
             }
         }
         Ok(())

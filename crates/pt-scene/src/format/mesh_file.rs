@@ -10,7 +10,7 @@ use super::triangulate::Triangulator;
 pub(super) use crate::image::folder_of;
 use crate::material::Matte;
 use crate::texture::{Input, Pattern, Texture};
-use crate::{Attribute, Geometry, LoadError, Material, Mesh, Object, Scene, Span, Warning};
+use crate::{Attribute, Geometry, LoadError, Material, Mesh, Object, Points, Scene, Span, Warning};
 
 /// A mesh, and what the user should know about how it was read.
 #[derive(Debug)]
@@ -39,10 +39,7 @@ impl MeshFile {
     /// of colours are levels of sRGB, as programs that show such files by themselves have them.
     pub(super) fn into_scene(self, path: &Path) -> Scene {
         let Self { mut mesh, levels, warnings } = self;
-        map_colors(&mut mesh, |channel, of_faces| {
-            let levels = if of_faces { levels.faces } else { levels.vertices };
-            if levels > 1.0 { linear_from_srgb(channel) } else { channel }
-        });
+        levels.linearize(&mut mesh);
         let materials = Vec::from_iter(colored(&mesh));
         let object = Object {
             name: mesh.name.clone(),
@@ -55,6 +52,65 @@ impl MeshFile {
         };
         Scene { objects: vec![object], materials, warnings, ..Scene::default() }
     }
+}
+
+impl ColorLevels {
+    /// Makes the colours of a mesh linear whose whole numbers are levels of sRGB.
+    fn linearize(self, mesh: &mut Mesh) {
+        map_colors(mesh, |channel, of_faces| {
+            let levels = if of_faces { self.faces } else { self.vertices };
+            if levels > 1.0 { linear_from_srgb(channel) } else { channel }
+        });
+    }
+}
+
+/// Points in a file without faces, and what the user should know about how it was read.
+#[derive(Debug)]
+pub(super) struct PointsFile {
+    pub(super) points: Points,
+    pub(super) warnings: Vec<Warning>,
+}
+
+impl PointsFile {
+    /// The vertices of a mesh that has no triangles, without those that are nowhere, and segments between them.
+    pub(super) fn new(file: MeshFile, segments: Vec<[u32; 2]>, path: &Path) -> Self {
+        let MeshFile { mut mesh, levels, mut warnings } = file;
+        levels.linearize(&mut mesh);
+        let Mesh { name, positions, colors, .. } = mesh;
+        let colors = colors.map(|colors| colors.values);
+        let mut points = Points { name, positions, colors, segments };
+        let lost = points.drop_infinite();
+        if lost > 0 {
+            let message = format!("points left out whose coordinates are not finite: {lost}");
+            warnings.push(Warning { at: place(path, 0), message });
+        }
+        Self { points, warnings }
+    }
+
+    /// A scene with the points as its only object, in their own colours or of the default material.
+    pub(super) fn into_scene(self, path: &Path) -> Scene {
+        let mut scene = Scene { warnings: self.warnings, ..Scene::default() };
+        add_points(&mut scene, self.points, path);
+        scene
+    }
+}
+
+/// Adds points to a scene, in their own colours or of the default material.
+pub(super) fn add_points(scene: &mut Scene, points: Points, path: &Path) {
+    let has_colors = points.colors.is_some();
+    let material = has_colors.then(|| {
+        scene.materials.push(showing(&points.name, Pattern::VertexColors));
+        scene.materials.len() as u32 - 1
+    });
+    scene.objects.push(Object {
+        name: points.name.clone(),
+        to_world: DAffine3::IDENTITY,
+        motion: None,
+        materials: vec![material],
+        geometry: Geometry::Points { points: Arc::new(points), radius: None },
+        media: None,
+        at: place(path, 0),
+    });
 }
 
 /// Changes each channel of the colours of a mesh, and is told whether it is one of a face.
@@ -74,14 +130,19 @@ fn colored(mesh: &Mesh) -> Option<Material> {
         (None, Some(_)) => Pattern::FaceColors,
         (None, None) => return None,
     };
+    Some(showing(&mesh.name, pattern))
+}
+
+/// A matte material that shows colours.
+fn showing(name: &str, pattern: Pattern) -> Material {
     let reflectance = Input::Texture(Arc::new(Texture::from(pattern)));
-    Some(Material {
-        name: mesh.name.clone(),
+    Material {
+        name: name.to_owned(),
         surface: Matte { reflectance, two_sided: true }.into(),
         emission: [0.0; 3].into(),
         hidden_emission: false,
         opacity: 1.0.into(),
-    })
+    }
 }
 
 /// The path of a file that a scene names: as it is written, or with slashes in place of the backslashes of Windows. An absolute

@@ -39,7 +39,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::guard::guarded;
-use crate::{LoadError, Scene, Source, Warning};
+use crate::{Geometry, LoadError, Scene, Source, Warning};
 use context::Context;
 pub use json::schema as json_schema;
 pub use limits::Limits;
@@ -69,6 +69,8 @@ pub struct LoadOptions {
     /// The camera that is used: its name or, if none is called so, its number in the order of the file,
     /// from 0. `None` is the one that the format says.
     pub camera: Option<String>,
+    /// Radius of all points and segments, above 0, in units of the scene; `None` is as the file says.
+    pub point_radius: Option<f64>,
 }
 
 /// What came of reading a scene.
@@ -165,6 +167,9 @@ impl Format {
         };
         let result = result.and_then(|mut scene| {
             cameras::choose(&mut scene, path, context)?;
+            if let Some(radius) = context.options().point_radius {
+                set_point_radius(&mut scene, radius, path);
+            }
             Ok(scene)
         });
         let mut reading = context.finish(result);
@@ -174,6 +179,22 @@ impl Format {
             scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
         reading
+    }
+}
+
+/// Gives all points and segments of a scene this radius in the world.
+fn set_point_radius(scene: &mut Scene, wanted: f64, path: &Path) {
+    let mut has_points = false;
+    for object in &mut scene.objects {
+        if let Geometry::Points { radius, .. } = &mut object.geometry {
+            *radius = Some(wanted / crate::points::scale(object.to_world.matrix3));
+            has_points = true;
+        }
+    }
+    if !has_points {
+        let message =
+            "a radius of points is given, but the scene has no points and no lines".into();
+        scene.warnings.push(Warning { at: mesh_file::place(path, 0), message });
     }
 }
 

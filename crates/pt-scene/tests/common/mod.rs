@@ -209,6 +209,13 @@ pub(crate) fn check_invariants(scene: &Scene) {
         match &object.geometry {
             Geometry::Sphere { radius } => assert!(*radius != 0.0 && radius.is_finite()),
             Geometry::Mesh(mesh) => check_mesh(mesh, object.materials.len()),
+            Geometry::Points { points, radius } => {
+                let count = points.positions.len();
+                assert!(count > 0 && radius.is_none_or(|radius| radius > 0.0));
+                assert!(points.positions.as_flattened().iter().all(|x| x.is_finite()));
+                assert!(points.colors.as_ref().is_none_or(|colors| colors.len() == count));
+                assert!(points.segments.as_flattened().iter().all(|end| (*end as usize) < count));
+            }
         }
     }
     for material in &scene.materials {

@@ -12,7 +12,7 @@ use super::{read, refusal};
 fn mesh(scene: &Scene, object: usize) -> &Arc<Mesh> {
     match &scene.objects[object].geometry {
         Geometry::Mesh(mesh) => mesh,
-        other @ Geometry::Sphere { .. } => panic!("{other:?}"),
+        other => panic!("{other:?}"),
     }
 }
 

@@ -65,7 +65,7 @@ fn what_is_named_once_is_shared_and_so_are_shapes() {
     ));
     let mesh = |i: usize| match &scene.objects[i].geometry {
         Geometry::Mesh(mesh) => mesh,
-        Geometry::Sphere { .. } => panic!("it is a mesh"),
+        _ => panic!("it is a mesh"),
     };
     assert!(Arc::ptr_eq(mesh(0), mesh(1)) && Arc::ptr_eq(mesh(2), mesh(3)));
     assert_eq!((mesh(0).name.as_str(), mesh(2).name.as_str()), ("m", "disk"));

@@ -16,8 +16,6 @@ use crate::{Attribute, Attributes, LoadError, Mesh, Part};
 
 /// Triangles one by one, in a strip and in a fan.
 const TRIANGLES: [usize; 3] = [4, 5, 6];
-/// Names of the kinds that have no surface.
-const WITHOUT_SURFACE: [&str; 4] = ["points", "lines", "line loops", "line strips"];
 
 /// How a mesh is laid out and bent where a node shows it.
 #[derive(Clone)]
@@ -34,11 +32,11 @@ pub(super) struct Form<'f> {
 
 /// The colours of vertices.
 #[derive(Default)]
-struct Colored {
+pub(super) struct Colored {
     /// Linear.
-    colors: Option<Vec<[f32; 3]>>,
+    pub(super) colors: Option<Vec<[f32; 3]>>,
     /// Their opacities, in all three channels, if some are below 1.
-    opacities: Option<Vec<[f32; 3]>>,
+    pub(super) opacities: Option<Vec<[f32; 3]>>,
 }
 
 impl<'a> Reader<'a> {
@@ -54,10 +52,6 @@ impl<'a> Reader<'a> {
             return Err(LoadError::Told);
         }
         let mode = primitive.whole("mode")?.unwrap_or(4);
-        if let Some(kind) = WITHOUT_SURFACE.get(mode) {
-            self.warn(primitive, format!("{kind} have no surface; they are left out"));
-            return Ok(None);
-        }
         if !TRIANGLES.contains(&mode) {
             let message = format!("{mode} is no kind of primitive; expected 0 to 6");
             return Err(primitive.refuse("mode", message));
@@ -70,18 +64,9 @@ impl<'a> Reader<'a> {
             return Ok(None);
         };
         let vertices = positions.len();
-        let corners = match self.accessors.wholes::<1>(primitive, "indices")? {
-            Some(indices) => indices.into_flattened(),
-            None => (0..vertices as u32).collect::<Vec<u32>>(),
-        };
-        let greatest = |part: &[u32]| part.iter().copied().max();
-        let exist = |part: &[u32]| greatest(part).is_none_or(|most| (most as usize) < vertices);
-        if !all_parts(&corners, exist) {
-            let bad = greatest(&corners).unwrap_or_default();
-            let message = format!("{bad} is no index of a vertex; there are {vertices}");
-            return Err(primitive.refuse("indices", message));
-        }
-        let mut triangles = triangles(mode, corners);
+        let corners = self.indices(primitive, vertices)?;
+        let mut triangles =
+            triangles(mode, corners.unwrap_or_else(|| (0..vertices as u32).collect()));
         if triangles.is_empty() {
             self.warn(primitive, "it has no triangles; it is left out");
             return Ok(None);
@@ -99,12 +84,7 @@ impl<'a> Reader<'a> {
             let (normals, tangents) = (normals.as_mut(), tangents.as_mut());
             deform::bend(&influences, joints, &mut positions, normals, tangents);
         }
-        let are_finite = |part: &[[f32; 3]]| part.as_flattened().iter().all(|x| x.is_finite());
-        if !all_parts(&positions, are_finite) {
-            return Err(
-                primitive.error("its vertices are too far away for numbers of single precision")
-            );
-        }
+        check_finite(primitive, &positions)?;
         let uvs = self.coordinates(primitive, &attributes, &form.layout, vertices)?;
         let mut named = Attributes::default();
         for set in &form.layout.other_sets {
@@ -147,6 +127,26 @@ impl<'a> Reader<'a> {
             attributes: named,
         };
         Ok(Some(Arc::new(mesh)))
+    }
+
+    /// The indices of a primitive, of vertices that exist; `None` if it has none.
+    pub(super) fn indices(
+        &mut self,
+        primitive: &Item<'a>,
+        vertices: usize,
+    ) -> Result<Option<Vec<u32>>, LoadError> {
+        let Some(indices) = self.accessors.wholes::<1>(primitive, "indices")? else {
+            return Ok(None);
+        };
+        let indices = indices.into_flattened();
+        let greatest = |part: &[u32]| part.iter().copied().max();
+        let exist = |part: &[u32]| greatest(part).is_none_or(|most| (most as usize) < vertices);
+        if !all_parts(&indices, exist) {
+            let bad = greatest(&indices).unwrap_or_default();
+            let message = format!("{bad} is no index of a vertex; there are {vertices}");
+            return Err(primitive.refuse("indices", message));
+        }
+        Ok(Some(indices))
     }
 
     /// Values at the vertices of a primitive.
@@ -197,7 +197,11 @@ impl<'a> Reader<'a> {
     }
 
     /// The colours of a primitive.
-    fn colors(&mut self, attributes: &Item<'_>, vertices: usize) -> Result<Colored, LoadError> {
+    pub(super) fn colors(
+        &mut self,
+        attributes: &Item<'_>,
+        vertices: usize,
+    ) -> Result<Colored, LoadError> {
         let Some(numbers) = self.accessors.numbers(attributes, "COLOR_0", &[3, 4])? else {
             return Ok(Colored::default());
         };
@@ -225,7 +229,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Adds morph targets, each by its weight. [glTF 2.0, §3.7.2.2]
-    fn morph(
+    pub(super) fn morph(
         &mut self,
         primitive: &Item<'a>,
         weights: &[f64],
@@ -255,7 +259,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Which joints move each vertex, and how much; up to eight. [glTF 2.0, §3.7.3.3]
-    fn influences(
+    pub(super) fn influences(
         &mut self,
         attributes: &Item<'_>,
         vertices: usize,
@@ -284,6 +288,15 @@ impl<'a> Reader<'a> {
         }
         Ok(influences)
     }
+}
+
+/// Refuses positions that are too far away.
+pub(super) fn check_finite(primitive: &Item<'_>, positions: &[[f32; 3]]) -> Result<(), LoadError> {
+    let are_finite = |part: &[[f32; 3]]| part.as_flattened().iter().all(|x| x.is_finite());
+    if all_parts(positions, are_finite) {
+        return Ok(());
+    }
+    Err(primitive.error("its vertices are too far away for numbers of single precision"))
 }
 
 /// The normals and the tangents of vertices, where there are some.

@@ -31,6 +31,7 @@ mod material;
 mod mesh;
 mod mirrored;
 mod nodes;
+mod points;
 mod sight;
 mod texture;
 mod write;
@@ -50,7 +51,7 @@ pub(super) use write::encode;
 
 use super::context::Context;
 use super::xml::quote;
-use crate::{LoadError, Mesh, Scene, Warning};
+use crate::{LoadError, Mesh, Points, Scene, Warning};
 
 /// Extensions that are read, or of which a material tells what becomes of them.
 const EXTENSIONS: [&str; 24] = [
@@ -100,6 +101,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
         materials: HashMap::new(),
         mirrored: HashMap::new(),
         meshes: HashMap::new(),
+        points: HashMap::new(),
         backs: HashMap::new(),
         joints: HashMap::new(),
         poses: HashMap::new(),
@@ -128,6 +130,8 @@ struct Reader<'a> {
     mirrored: HashMap<u32, u32>,
     /// By the indices of mesh and primitive, as they are without a skin and weights of a node.
     meshes: HashMap<(usize, usize), Option<Arc<Mesh>>>,
+    /// The same of points and lines.
+    points: HashMap<(usize, usize), Option<Arc<Points>>>,
     /// Backs of those that emit on both sides.
     backs: HashMap<(usize, usize), Arc<Mesh>>,
     /// What the joints of each skin do.

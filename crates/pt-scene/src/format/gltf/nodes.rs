@@ -182,6 +182,10 @@ impl<'a> Reader<'a> {
         key: Option<(usize, usize)>,
         form: &Form<'_>,
     ) -> Result<Vec<Object>, LoadError> {
+        if Self::is_of_points(primitive)? {
+            let made = self.object_of_points(node, (mesh, primitive), key, form)?;
+            return Ok(made.into_iter().collect());
+        }
         let index = primitive.whole("material")?;
         let described = index
             .map(|index| self.root.member("materials", index, primitive, "material"))

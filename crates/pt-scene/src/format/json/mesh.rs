@@ -7,12 +7,13 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
+use safetensors::SafeTensors;
 use serde_json::{Value, json};
 
 use super::super::mesh_file;
 use super::super::xml::quote;
 use super::super::{obj, ply, serialized, stl};
+use super::arrays::{self, check_names, corners, decode, encode, missing, points, reals, wholes};
 use super::describe::Described;
 use super::files::MOST_INLINE;
 use super::node::{Keys, Node};
@@ -30,8 +31,6 @@ pub(super) type Maker = fn() -> Mesh;
 pub(super) const SHAPES: [(&str, Maker); 4] =
     [("rectangle", rectangle), ("cube", cube), ("disk", disk), ("cylinder", cylinder)];
 
-/// The ending of files that hold all of a mesh.
-const OWN_ENDING: &str = "safetensors";
 /// What stands in such files before the names of attributes.
 const VERTEX_PREFIX: &str = "vertex_attributes.";
 const FACE_PREFIX: &str = "face_attributes.";
@@ -86,7 +85,7 @@ impl Shared for Mesh {
         } else if count(self) <= MOST_INLINE {
             write_inline(self, &mut out, cx)?;
         } else {
-            out.push(("file".to_owned(), cx.file(&key, OWN_ENDING, bytes)));
+            out.push(("file".to_owned(), cx.file(&key, arrays::ENDING, bytes)));
         }
         Ok(Out::Object(out))
     }
@@ -206,12 +205,12 @@ fn of_file(
 }
 
 /// The readers of mesh files.
-const ENDINGS: [&str; 5] = [OWN_ENDING, "ply", "obj", "stl", "serialized"];
+const ENDINGS: [&str; 5] = [arrays::ENDING, "ply", "obj", "stl", "serialized"];
 
 fn parse(bytes: &[u8], path: &Path, group: u32, node: &Node<'_>) -> Result<Mesh, LoadError> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
     match ending.as_str() {
-        OWN_ENDING => {
+        arrays::ENDING => {
             let mesh =
                 of_bytes(bytes).map_err(|e| node.error(format!("{}: {e}", path.display())))?;
             Ok(Mesh { name: mesh_file::name_of(path), ..mesh })
@@ -340,7 +339,7 @@ fn attribute<const N: usize>(
     }
 }
 
-fn vectors<const N: usize>(node: &Node<'_>) -> Result<Vec<[f32; N]>, LoadError> {
+pub(super) fn vectors<const N: usize>(node: &Node<'_>) -> Result<Vec<[f32; N]>, LoadError> {
     let expected = format!("{N} numbers");
     node.list("a list")?.iter().map(|item| vector(item, &ANY, &expected)).collect()
 }
@@ -395,19 +394,6 @@ fn rows_of_parts(mesh: &Mesh) -> Vec<[u32; 3]> {
 
 // ---- in files of arrays --------------------------------------------------------------------------
 
-/// An array of a mesh: its name, type, numbers in a row, and bytes.
-type Array = (String, Dtype, usize, Vec<u8>);
-
-fn reals<const N: usize>(name: &str, values: &[[f32; N]]) -> Array {
-    let bytes = values.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
-    (name.to_owned(), Dtype::F32, N, bytes)
-}
-
-fn wholes(name: &str, values: &[[u32; 3]]) -> Array {
-    let bytes = values.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
-    (name.to_owned(), Dtype::U32, 3, bytes)
-}
-
 fn to_bytes(mesh: &Mesh) -> Result<Vec<u8>, String> {
     let mut arrays =
         vec![reals("positions", &mesh.positions), wholes("triangles", &mesh.triangles)];
@@ -431,18 +417,12 @@ fn to_bytes(mesh: &Mesh) -> Result<Vec<u8>, String> {
     if mesh.parts != single_part(mesh.triangles.len()) {
         arrays.push(wholes("parts", &rows_of_parts(mesh)));
     }
-    let views = arrays.iter().map(|(name, kind, width, bytes)| {
-        let shape = vec![bytes.len() / (4 * width), *width];
-        TensorView::new(*kind, shape, bytes).map(|view| (name.as_str(), view))
-    });
-    let views = views.collect::<Result<Vec<_>, _>>().map_err(|e| e.to_string())?;
-    serialize(views, None).map_err(|e| e.to_string())
+    encode(&arrays)
 }
 
 /// The mesh of a file, without a name.
 fn of_bytes(bytes: &[u8]) -> Result<Mesh, String> {
-    let all =
-        SafeTensors::deserialize(bytes).map_err(|e| format!("it is no file of arrays: {e}"))?;
+    let all = decode(bytes)?;
     let known = [
         "positions",
         "triangles",
@@ -455,13 +435,8 @@ fn of_bytes(bytes: &[u8]) -> Result<Mesh, String> {
         "face_colors",
         "parts",
     ];
-    if let Some(name) = all.names().into_iter().find(|name| {
-        let is_named = name.starts_with(VERTEX_PREFIX) || name.starts_with(FACE_PREFIX);
-        !is_named && !known.contains(name)
-    }) {
-        return Err(format!("unknown array \"{name}\"; there are {}", known.join(", ")));
-    }
-    let missing = |name: &str| format!("the array \"{name}\" is missing");
+    let is_named = |name: &str| name.starts_with(VERTEX_PREFIX) || name.starts_with(FACE_PREFIX);
+    check_names(&all, &known, is_named)?;
     let triangles = corners(&all, "triangles")?.ok_or_else(|| missing("triangles"))?;
     let parts = match corners(&all, "parts")? {
         None => single_part(triangles.len()),
@@ -505,39 +480,4 @@ fn attribute_of<const N: usize>(
 ) -> Result<Option<Attribute<[f32; N]>>, String> {
     let indices = corners(all, indices)?;
     Ok(points(all, values)?.map(|values| Attribute { values, indices }))
-}
-
-/// Rows of an array of such numbers, if it is there.
-fn rows<const N: usize>(
-    all: &SafeTensors<'_>,
-    name: &str,
-    kind: Dtype,
-) -> Result<Option<Vec<[[u8; 4]; N]>>, String> {
-    let Ok(array) = all.tensor(name) else { return Ok(None) };
-    match array.shape() {
-        [_, width] if *width == N && array.dtype() == kind => {
-            Ok(Some(array.data().as_chunks::<4>().0.as_chunks::<N>().0.to_vec()))
-        }
-        shape => Err(format!(
-            "the array \"{name}\" is {:?} of {shape:?}; expected {kind:?} in rows of {N}",
-            array.dtype()
-        )),
-    }
-}
-
-fn points<const N: usize>(
-    all: &SafeTensors<'_>,
-    name: &str,
-) -> Result<Option<Vec<[f32; N]>>, String> {
-    let Some(rows) = rows::<N>(all, name, Dtype::F32)? else { return Ok(None) };
-    let points: Vec<_> = rows.into_iter().map(|row| row.map(f32::from_le_bytes)).collect();
-    match points.as_flattened().iter().position(|x| !x.is_finite()) {
-        Some(bad) => Err(format!("row {} of \"{name}\" is not finite", bad / N)),
-        None => Ok(Some(points)),
-    }
-}
-
-fn corners(all: &SafeTensors<'_>, name: &str) -> Result<Option<Vec<[u32; 3]>>, String> {
-    let rows = rows::<3>(all, name, Dtype::U32)?;
-    Ok(rows.map(|rows| rows.into_iter().map(|row| row.map(u32::from_le_bytes)).collect()))
 }

@@ -5,6 +5,7 @@
 //! knows where values stand, `out.rs` prints, and `shared.rs` has what is referred to by names. Meshes, images and
 //! grids of any size are written to files beside the scene (`mesh.rs`, `files.rs`).
 
+mod arrays;
 mod camera;
 mod describe;
 mod files;
@@ -16,6 +17,7 @@ mod node;
 mod number;
 mod object;
 mod out;
+mod points;
 mod schema;
 mod settings;
 mod shared;
@@ -41,7 +43,8 @@ use crate::light::IesProfile;
 use crate::measured::Measurements;
 use crate::medium::Grid;
 use crate::{
-    Camera, FileSettings, Light, LoadError, Material, Medium, Mesh, Motion, Object, Scene, Texture,
+    Camera, FileSettings, Light, LoadError, Material, Medium, Mesh, Motion, Object, Points, Scene,
+    Texture,
 };
 
 /// The version that is written; all up to it are read.
@@ -100,6 +103,7 @@ fn scene(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Scene, LoadError> 
     read_table::<Measurements>(keys, cx)?;
     read_table::<Motion>(keys, cx)?;
     read_table::<Mesh>(keys, cx)?;
+    read_table::<Points>(keys, cx)?;
     let media = named::<Medium>("media", keys, cx)?;
     cx.media = numbers_of(&media);
     let materials = named::<Material>("materials", keys, cx)?;
@@ -202,7 +206,7 @@ pub(super) fn encode(scene: &Scene, path: &Path) -> Result<Encoded, String> {
 }
 
 /// The tables of what is shared, in the order in which they refer to each other.
-const TABLES: [&str; 7] = [
+const TABLES: [&str; 8] = [
     Image::TABLE.0,
     Grid::TABLE.0,
     Texture::TABLE.0,
@@ -210,6 +214,7 @@ const TABLES: [&str; 7] = [
     Measurements::TABLE.0,
     Motion::TABLE.0,
     Mesh::TABLE.0,
+    Points::TABLE.0,
 ];
 
 fn unique<'a>(names: impl Iterator<Item = &'a str>, otherwise: &str) -> Vec<String> {
@@ -257,6 +262,7 @@ fn schema_of_file(schemas: &mut Schemas) -> Value {
         .with_schema(Measurements::TABLE.0, table(Measurements::schema_of_entry(schemas)), false)
         .with_schema(Motion::TABLE.0, table(Motion::schema_of_entry(schemas)), false)
         .with_schema(Mesh::TABLE.0, table(Mesh::schema_of_entry(schemas)), false)
+        .with_schema(Points::TABLE.0, table(Points::schema_of_entry(schemas)), false)
         .with_schema("media", table(Medium::schema(schemas)), false)
         .with_schema("materials", table(Material::schema(schemas)), false)
         .with_schema("cameras", Vec::<Camera>::schema(schemas), false)

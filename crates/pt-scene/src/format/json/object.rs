@@ -8,11 +8,11 @@ use serde_json::json;
 use super::describe::{Described, Fields, Kind, Plain, put};
 use super::mesh::{SHAPES, shape_named};
 use super::node::{Keys, TYPE};
-use super::number::NOT_0;
+use super::number::{ABOVE_0, NOT_0};
 use super::out::{Entries, Out};
 use super::schema::{Properties, Schemas};
 use super::shared::{Numbered, Reading, Writing};
-use crate::{Geometry, LoadError, Mesh, Motion, Object, Sides};
+use crate::{Geometry, LoadError, Mesh, Motion, Object, Points, Sides};
 
 impl Fields for Object {
     fn read_fields(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Self, LoadError> {
@@ -59,10 +59,15 @@ impl Fields for Geometry {
         match name {
             "sphere" => Ok(Self::Sphere { radius: keys.read("radius", &NOT_0, Some(1.0), cx)? }),
             "mesh" => keys.read("mesh", &Plain, None, cx).map(Self::Mesh),
+            "points" => Ok(Self::Points {
+                points: keys.read("points", &Plain, None, cx)?,
+                radius: keys.take("radius").map(|node| ABOVE_0.number(&node)).transpose()?,
+            }),
             _ => {
                 let found = SHAPES.iter().find(|(shape, _)| *shape == name);
-                let known =
-                    ["sphere", "mesh"].into_iter().chain(SHAPES.iter().map(|(name, _)| *name));
+                let known = ["sphere", "mesh", "points"]
+                    .into_iter()
+                    .chain(SHAPES.iter().map(|(name, _)| *name));
                 let (shape, make) = found.ok_or_else(|| tag.unknown("type", name, known))?;
                 Ok(Self::Mesh(shape_named(shape, *make, None, cx)))
             }
@@ -79,6 +84,14 @@ impl Fields for Geometry {
                 out.push((TYPE.to_owned(), Out::text("mesh")));
                 put(out, "mesh", &Plain, mesh, None, cx)
             }
+            Self::Points { points, radius } => {
+                out.push((TYPE.to_owned(), Out::text("points")));
+                put(out, "points", &Plain, points, None, cx)?;
+                match radius {
+                    Some(radius) => put(out, "radius", &ABOVE_0, radius, None, cx),
+                    None => Ok(()),
+                }
+            }
         }
     }
 
@@ -88,6 +101,9 @@ impl Fields for Geometry {
         let mut all = vec![
             Properties::tag("sphere").with_schema("radius", radius, false),
             Properties::tag("mesh").with_schema("mesh", mesh, true),
+            Properties::tag("points")
+                .with_schema("points", Arc::<Points>::schema(schemas), true)
+                .with_schema("radius", json!({"type": "number", "exclusiveMinimum": 0}), false),
         ];
         all.extend(SHAPES.iter().map(|(name, _)| Properties::tag(name)));
         all
@@ -97,7 +113,7 @@ impl Fields for Geometry {
 /// How many materials it has place for.
 fn slots(geometry: &Geometry) -> usize {
     match geometry {
-        Geometry::Sphere { .. } => 1,
+        Geometry::Sphere { .. } | Geometry::Points { .. } => 1,
         Geometry::Mesh(mesh) => {
             mesh.parts.iter().map(|part| part.slot as usize + 1).max().unwrap_or(1)
         }

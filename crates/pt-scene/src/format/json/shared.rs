@@ -1,4 +1,4 @@
-//! What several things refer to by a name: tables of meshes, images, textures, grids, profiles, measurements
+//! What several things refer to by a name: tables of meshes, points, images, textures, grids, profiles, measurements
 //! and motions; and
 //! materials and media, which a scene numbers.
 
@@ -17,7 +17,7 @@ use crate::image::Image;
 use crate::light::IesProfile;
 use crate::measured::Measurements;
 use crate::medium::Grid;
-use crate::{LoadError, Mesh, Motion, Texture};
+use crate::{LoadError, Mesh, Motion, Points, Texture};
 
 /// What is known while a file is read.
 pub(super) struct Reading<'a> {
@@ -41,6 +41,7 @@ pub(super) struct Reading<'a> {
 #[derive(Default)]
 pub(super) struct Tables {
     pub(super) meshes: HashMap<String, Arc<Mesh>>,
+    pub(super) points: HashMap<String, Arc<Points>>,
     pub(super) images: HashMap<String, Arc<Image>>,
     pub(super) textures: HashMap<String, Arc<Texture>>,
     pub(super) grids: HashMap<String, Arc<Grid>>,
@@ -53,6 +54,7 @@ pub(super) struct Tables {
 #[derive(Default)]
 pub(super) struct Files {
     pub(super) meshes: HashMap<(PathBuf, String), Arc<Mesh>>,
+    pub(super) points: HashMap<PathBuf, Arc<Points>>,
     pub(super) images: HashMap<(PathBuf, bool), Arc<Image>>,
     pub(super) grids: HashMap<PathBuf, Arc<Grid>>,
     pub(super) profiles: HashMap<PathBuf, Arc<IesProfile>>,

@@ -40,7 +40,7 @@ pub(super) struct Chunk<'a> {
 
 /// The numbers of vertices.
 #[derive(Default)]
-pub(super) struct Points {
+pub(super) struct Vertices {
     pub(super) positions: Vec<[f32; 3]>,
     /// Linear; those of some positions, where not all have them.
     pub(super) colors: Vec<[f32; 3]>,
@@ -129,16 +129,16 @@ impl<'a> Chunk<'a> {
     }
 
     /// Reads the numbers of its vertices; 0 stands for those that are wrong.
-    pub(super) fn points(&self, faults: &mut Faults) -> Points {
-        let mut points = Points::with_capacity(self.own);
+    pub(super) fn vertices(&self, faults: &mut Faults) -> Vertices {
+        let mut vertices = Vertices::with_capacity(self.own);
         if self.own == [0; 3] {
-            return points;
+            return vertices;
         }
         self.statements(faults, |statement, faults| match statement.keyword {
-            b"v" | b"vt" | b"vn" => points.read(&statement, faults),
+            b"v" | b"vt" | b"vn" => vertices.read(&statement, faults),
             _ => Ok(()),
         });
-        points
+        vertices
     }
 }
 
@@ -201,7 +201,7 @@ fn keyword(line: &[u8]) -> &[u8] {
     &word[..end.unwrap_or(word.len())]
 }
 
-impl Points {
+impl Vertices {
     /// Without numbers, and with room for so many.
     pub(super) fn with_capacity([positions, uvs, normals]: Counts) -> Self {
         Self {
@@ -244,6 +244,12 @@ impl Points {
             faults.pardon(fault, "the vertex is black");
         }
         position
+    }
+
+    /// Positions, and their colours if all have some.
+    pub(super) fn into_cloud(self) -> (Vec<[f32; 3]>, Option<Vec<[f32; 3]>>) {
+        let has_colors = !self.colors.is_empty() && self.colors.len() == self.positions.len();
+        (self.positions, has_colors.then_some(self.colors))
     }
 
     pub(super) fn append(&mut self, mut more: Self) {

@@ -1,4 +1,4 @@
-//! Giving materials to the one object of a file.
+//! Giving materials to the objects of a file.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -12,7 +12,7 @@ use super::mtl;
 use super::notes::Notes;
 use super::slots::Named;
 use crate::spelling::alike;
-use crate::{Geometry, LoadError, Scene};
+use crate::{Geometry, LoadError, Object, Scene};
 
 /// Most materials that are not found, of which each has a note.
 const MOST_NOT_FOUND: usize = 20;
@@ -23,22 +23,27 @@ pub(super) struct Wardrobe<'a> {
     pub(super) path: &'a Path,
     /// What is named for each slot.
     pub(super) slots: Vec<Option<Named>>,
+    /// How many of the slots are those of the mesh; each of the others is that of an object of points and lines.
+    pub(super) of_mesh: usize,
     /// The files of materials, as they are written.
     pub(super) libraries: Vec<Named>,
     pub(super) folder: &'a Folder,
 }
 
 impl Wardrobe<'_> {
-    /// Gives the materials to the slots of the object, which has the default one: slots without a name, or with one that is
-    /// not found, keep it.
+    /// Gives the materials to the slots of the objects, which have default ones: slots without a name, or with one that is
+    /// not found, keep them.
     ///
     /// # Errors
     /// If nothing more can be read.
     pub(super) fn dress(&self, scene: &mut Scene) -> Result<(), LoadError> {
         let mut notes = Notes::default();
         let library = self.library(&mut notes)?;
-        let default = scene.objects[0].materials.first().copied().flatten();
-        let mut materials = vec![default; self.slots.len()];
+        let default = |object: &Object| object.materials.first().copied().flatten();
+        let (mesh, clouds) = scene.objects.split_at(usize::from(self.of_mesh > 0));
+        let of_mesh = mesh.iter().flat_map(|mesh| vec![default(mesh); self.of_mesh]);
+        let defaults: Vec<_> = of_mesh.chain(clouds.iter().map(default)).collect();
+        let mut materials = defaults.clone();
         let mut not_found = Vec::new();
         let dressed = self.slots.iter().flatten().filter_map(|n| library.described.get(&n.name));
         self.folder.context.expect_pictures(mtl::pictures(dressed, self.folder));
@@ -61,9 +66,15 @@ impl Wardrobe<'_> {
         }
         let shows_images = maker.shows_images;
         self.note_not_found(&not_found, &library, &mut notes);
-        let is_dressed = materials.iter().any(|material| *material != default);
-        self.note_left_out(scene, is_dressed, shows_images, &mut notes);
-        scene.objects[0].materials = materials;
+        self.note_left_out(scene, materials != defaults, shows_images, &mut notes);
+        let clouds = materials.split_off(self.of_mesh);
+        let (mesh, others) = scene.objects.split_at_mut(usize::from(self.of_mesh > 0));
+        if let Some(mesh) = mesh.first_mut() {
+            mesh.materials = materials;
+        }
+        for (object, material) in others.iter_mut().zip(clouds) {
+            object.materials = vec![material];
+        }
         scene.warnings.extend(notes.finish(place(self.path, 0)));
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Faces, and what else stands between them.
+//! Faces, points and lines, and what else stands between them.
 
 use super::super::faults::Faults;
 use super::super::line::Line;
@@ -7,17 +7,16 @@ use super::super::xml::quote;
 use super::chunk::{Chunk, Counts};
 use super::slots::{Named, Slots};
 use super::smooth::{Groups, group};
+use super::strokes::Strokes;
 use crate::{LoadError, Span};
 
 /// Index of what a corner does not have.
 pub(super) const MISSING: u32 = u32::MAX;
-/// Statements that mean nothing here: names, points and lines, display.
-const PASSED_OVER: [&str; 13] = [
+/// Statements that mean nothing here: names and display.
+const PASSED_OVER: [&str; 11] = [
     "o",
     "g",
     "mg",
-    "p",
-    "l",
     "bevel",
     "c_interp",
     "d_interp",
@@ -40,6 +39,8 @@ pub(super) struct Faces {
     pub(super) normals: Indices,
     /// The materials of the triangles.
     pub(super) slots: Slots,
+    /// Points and lines.
+    pub(super) strokes: Strokes,
     /// Where they are smooth.
     pub(super) groups: Groups,
     /// What files of materials are named, as they are written.
@@ -123,7 +124,22 @@ impl Faces {
                         Ok(())
                     })?,
                 },
-                b"usemtl" => faces.slots.switch(faces.triangles.len(), statement.named()),
+                b"usemtl" => {
+                    faces.slots.switch(faces.triangles.len(), statement.named());
+                    faces.strokes.switch(statement.named());
+                }
+                kind @ (b"p" | b"l") => statement.as_text(|line| {
+                    if read_corners(line, counts, &mut corners, faults) {
+                        let is_line = kind == b"l";
+                        if is_line && corners.len() < 2 {
+                            let fault = line.error(line.text, "a line needs at least two points");
+                            faults.pardon(fault, "it is left out");
+                        } else {
+                            faces.strokes.add(corners.iter().map(|corner| corner[0]), is_line);
+                        }
+                    }
+                    Ok(())
+                })?,
                 b"s" => statement.as_text(|line| {
                     faces.groups.switch(faces.triangles.len(), group(line));
                     Ok(())
@@ -190,6 +206,7 @@ impl Faces {
         self.normals.append(before, more.normals, count);
         self.slots.append(before, more.slots);
         self.groups.append(before, more.groups);
+        self.strokes.append(more.strokes);
         self.libraries.append(&mut more.libraries);
         for (word, at) in more.unknown {
             self.note_unknown(&word, || at);

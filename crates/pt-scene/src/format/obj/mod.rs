@@ -3,7 +3,8 @@
 //! may have colours of sRGB, `v x y z r g b`, as several modelling tools write them.
 //!
 //! A file becomes one mesh, whatever its groups and objects are, with a slot for each material that its faces
-//! have. Lines, points and free-form surfaces are passed over.
+//! have; and points and lines, of each material that they have. Without faces, points and lines, all vertices are points.
+//! Free-form surfaces are passed over.
 
 mod chunk;
 mod dress;
@@ -15,6 +16,7 @@ mod mtl;
 mod notes;
 mod slots;
 mod smooth;
+mod strokes;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -25,34 +27,61 @@ use super::mesh_file::{self, ColorLevels, MeshFile};
 use super::text;
 use super::xml::quote;
 use crate::shapes::single_part;
-use crate::{Attribute, Attributes, LoadError, Mesh, Scene, Warning};
-use chunk::{Chunk, Points, side_by_side};
+use crate::{Attribute, Attributes, LoadError, Mesh, Points, Scene, Warning};
+use chunk::{Chunk, Vertices, side_by_side};
 use dress::Wardrobe;
 use faces::{Faces, Indices};
+use slots::Named;
 
 /// Pieces of the file that are read before what they hold is put together.
 const CHUNKS: usize = 64;
 
-/// A scene of one object.
+/// What is read of a file that is a scene.
+struct Parsed {
+    /// Its faces, if there are some.
+    file: Option<MeshFile>,
+    /// The materials of the slots of the faces.
+    slots: Vec<Option<Named>>,
+    /// Points and lines, and the material of each; without faces and any of these, all vertices.
+    clouds: Vec<(Points, Option<Named>)>,
+    libraries: Vec<Named>,
+    warnings: Vec<Warning>,
+}
+
+/// A scene of one object for all faces, and one for the points and lines of each material.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
+    let read = |faults: &mut Faults| Content::read(bytes, path, faults)?.parsed(path, faults);
+    let Parsed { file, mut slots, clouds, libraries, warnings } = faults::of_scene(context, read)?;
+    let mut scene = file.map_or_else(Scene::default, |file| file.into_scene(path));
+    scene.warnings.extend(warnings);
+    let of_mesh = slots.len();
+    for (mut points, named) in clouds {
+        points.name = mesh_file::name_of(path);
+        mesh_file::add_points(&mut scene, points, path);
+        slots.push(named);
+    }
+    let folder = &Folder { path: mesh_file::folder_of(path), context: Arc::clone(context) };
+    Wardrobe { path, slots, of_mesh, libraries, folder }.dress(&mut scene)?;
+    Ok(scene)
+}
+
+/// The points and lines of a file; without any, all its vertices.
+///
+/// # Errors
+/// If a vertex or a line cannot be understood, or there is no vertex.
+pub(super) fn parse_points(bytes: &[u8], path: &Path) -> Result<Points, LoadError> {
     let read = |faults: &mut Faults| {
         let mut content = Content::read(bytes, path, faults)?;
-        let slots = std::mem::take(&mut content.faces.slots);
-        let libraries = std::mem::take(&mut content.faces.libraries);
-        let groups = std::mem::take(&mut content.faces.groups);
-        let named = slots.finish(content.faces.triangles.len());
-        let mut file = content.finish(path, faults)?;
-        if file.mesh.normals.is_none() {
-            file.mesh.normals = groups.normals(&file.mesh);
+        let mut all = Points { name: mesh_file::name_of(path), ..Points::default() };
+        all.segments = std::mem::take(&mut content.faces.strokes).into_segments();
+        (all.positions, all.colors) = content.vertices.into_cloud();
+        if all.positions.is_empty() {
+            let message = "the file has no vertices (\"v 1 2 3\")";
+            return Err(faults.because_of(mesh_file::error(path, 0, message)));
         }
-        Ok((file, named, libraries))
+        Ok(all)
     };
-    let (mut file, (parts, slots), libraries) = faults::of_scene(context, read)?;
-    file.mesh.parts = parts;
-    let mut scene = file.into_scene(path);
-    let folder = &Folder { path: mesh_file::folder_of(path), context: Arc::clone(context) };
-    Wardrobe { path, slots, libraries, folder }.dress(&mut scene)?;
-    Ok(scene)
+    faults::of_part(read)
 }
 
 /// The mesh of a file.
@@ -66,7 +95,7 @@ pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadErro
 /// What a file holds.
 #[derive(Default)]
 struct Content {
-    points: Points,
+    vertices: Vertices,
     faces: Faces,
 }
 
@@ -78,11 +107,12 @@ impl Content {
         let all =
             chunks.last().map_or([0; 3], |last| [0, 1, 2].map(|i| last.above[i] + last.own[i]));
         let mut content = Self {
-            points: Points::with_capacity(all),
+            vertices: Vertices::with_capacity(all),
             faces: Faces::with_capacity(chunks.iter().map(|chunk| chunk.faces).sum()),
         };
-        let until = each(&chunks, faults, Chunk::points, |points| content.points.append(points));
-        let Points { positions, .. } = &content.points;
+        let until =
+            each(&chunks, faults, Chunk::vertices, |vertices| content.vertices.append(vertices));
+        let Vertices { positions, .. } = &content.vertices;
         let mut of_faces = Faults::default();
         each(
             &chunks[..until],
@@ -101,24 +131,59 @@ impl Content {
         Ok(content)
     }
 
-    fn finish(self, path: &Path, faults: &Faults) -> Result<MeshFile, LoadError> {
-        let Self { mut points, faces } = self;
-        let triangles = faces.triangles;
-        if triangles.is_empty() {
-            let message = "the file has no faces (\"f 1 2 3\")";
-            return Err(faults.because_of(mesh_file::error(path, 0, message)));
+    /// All that there is.
+    fn parsed(mut self, path: &Path, faults: &Faults) -> Result<Parsed, LoadError> {
+        let faces = &mut self.faces;
+        let (slots, groups) = (std::mem::take(&mut faces.slots), std::mem::take(&mut faces.groups));
+        let libraries = std::mem::take(&mut faces.libraries);
+        let strokes = std::mem::take(&mut faces.strokes);
+        let (parts, slots) = slots.finish(faces.triangles.len());
+        let Vertices { positions, colors, .. } = &self.vertices;
+        let has_colors = !colors.is_empty() && colors.len() == positions.len();
+        let mut clouds = strokes.finish(positions, has_colors.then_some(colors.as_slice()));
+        if !faces.triangles.is_empty() {
+            let mut file = self.finish(path, faults)?;
+            if file.mesh.normals.is_none() {
+                file.mesh.normals = groups.normals(&file.mesh);
+            }
+            file.mesh.parts = parts;
+            return Ok(Parsed { file: Some(file), slots, clouds, libraries, warnings: Vec::new() });
         }
-        let mut warnings = Vec::new();
-        warnings.extend(faces.unknown.into_iter().map(|(word, at)| Warning {
-            at,
-            message: format!("statements like {} are passed over", quote(&word)),
-        }));
-        let positions = points.positions;
-        let has_colors = points.colors.len() == positions.len();
-        if !has_colors && !points.colors.is_empty() {
+        if !faults.is_empty() || self.vertices.positions.is_empty() {
+            return Err(without_faces(path, faults));
+        }
+        let warnings = self.warnings(path);
+        if clouds.is_empty() {
+            let (positions, colors) = self.vertices.into_cloud();
+            clouds.push((Points { positions, colors, ..Points::default() }, None));
+        }
+        Ok(Parsed { file: None, slots, clouds, libraries, warnings })
+    }
+
+    /// What is not read of the file.
+    fn warnings(&self, path: &Path) -> Vec<Warning> {
+        let unknown = self.faces.unknown.iter().map(|(word, at)| Warning {
+            at: at.clone(),
+            message: format!("statements like {} are passed over", quote(word)),
+        });
+        let mut warnings: Vec<_> = unknown.collect();
+        let Vertices { positions, colors, .. } = &self.vertices;
+        if !colors.is_empty() && colors.len() != positions.len() {
             let message = "some vertices have no colours; those of others are left out".to_owned();
             warnings.push(Warning { at: mesh_file::place(path, 0), message });
         }
+        warnings
+    }
+
+    fn finish(self, path: &Path, faults: &Faults) -> Result<MeshFile, LoadError> {
+        if self.faces.triangles.is_empty() {
+            return Err(without_faces(path, faults));
+        }
+        let mut warnings = self.warnings(path);
+        let Self { mut vertices, faces } = self;
+        let triangles = faces.triangles;
+        let positions = vertices.positions;
+        let has_colors = vertices.colors.len() == positions.len();
         let (mut normals, mut uvs) = (faces.normals, faces.uvs);
         if !normals.of.is_empty() && normals.missing > 0 {
             let message = "some corners have no normals; those of others are left out".to_owned();
@@ -128,14 +193,14 @@ impl Content {
         if !uvs.of.is_empty() && uvs.missing > 0 {
             let message = "some corners have no texture coordinates; they lie at 0 0".to_owned();
             warnings.push(Warning { at: mesh_file::place(path, 0), message });
-            uvs.replace_missing(points.uvs.len() as u32);
-            points.uvs.push([0.0; 2]);
+            uvs.replace_missing(vertices.uvs.len() as u32);
+            vertices.uvs.push([0.0; 2]);
         }
         let given = |indices: Indices| Some(indices.of).filter(|of| !of.is_empty());
         let count = positions.len();
         let normals =
-            given(normals).map(|of| mesh_file::attribute(points.normals, of, count, &triangles));
-        let uvs = given(uvs).map(|of| mesh_file::attribute(points.uvs, of, count, &triangles));
+            given(normals).map(|of| mesh_file::attribute(vertices.normals, of, count, &triangles));
+        let uvs = given(uvs).map(|of| mesh_file::attribute(vertices.uvs, of, count, &triangles));
         let mesh = Mesh {
             name: mesh_file::name_of(path),
             parts: single_part(triangles.len()),
@@ -143,12 +208,17 @@ impl Content {
             triangles,
             normals,
             uvs,
-            colors: has_colors.then_some(Attribute { values: points.colors, indices: None }),
+            colors: has_colors.then_some(Attribute { values: vertices.colors, indices: None }),
             face_colors: None,
             attributes: Attributes::default(),
         };
         Ok(MeshFile { mesh, levels: ColorLevels::default(), warnings })
     }
+}
+
+/// The error about a file without faces, unless others were told that may be why.
+fn without_faces(path: &Path, faults: &Faults) -> LoadError {
+    faults.because_of(mesh_file::error(path, 0, "the file has no faces (\"f 1 2 3\")"))
 }
 
 /// Reads chunks, some at a time, and takes what they gave in the order of the file, until there are too many faults; tells

@@ -116,6 +116,7 @@ pub(super) fn area(geometry: &Geometry, to_world: &DAffine3) -> f64 {
             let of = |[a, b, c]: [u32; 3]| 0.5 * (at(b) - at(a)).cross(at(c) - at(a)).length();
             mesh.triangles.iter().map(|triangle| of(*triangle)).sum()
         }
+        Geometry::Points { .. } => 0.0,
     }
 }
 

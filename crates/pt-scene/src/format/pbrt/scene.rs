@@ -403,7 +403,7 @@ impl World {
         }
         let [start, end] = match geometry {
             Geometry::Sphere { .. } => [start, end].map(|map| map * SPHERE),
-            Geometry::Mesh(_) => [start, end],
+            Geometry::Mesh(_) | Geometry::Points { .. } => [start, end],
         };
         let two_sided = light.as_ref().is_some_and(|light| light.two_sided);
         let is_tube = of_tube.is_some();
@@ -454,7 +454,7 @@ impl World {
                 let (_, made) = self.laid_out.entry(Arc::as_ptr(&mesh)).or_insert_with(made);
                 Geometry::Mesh(Arc::clone(made))
             }
-            geometry @ Geometry::Mesh(_) => geometry,
+            geometry @ (Geometry::Mesh(_) | Geometry::Points { .. }) => geometry,
         })
     }
 

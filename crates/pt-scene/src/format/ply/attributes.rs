@@ -56,7 +56,9 @@ pub(in super::super) fn parse(
     for i in 0..vertices.len().max(faces.len()) {
         let properties = |groups: &[Group]| groups.get(i).map_or(Vec::new(), |g| g.1.clone());
         let shown = Shown { vertices: properties(&vertices), faces: properties(&faces) };
-        let (file, _) = faults::of_part(|faults| super::read(&bytes, path, faults, Some(&shown)))?;
+        let read =
+            |faults: &mut _| super::read(&bytes, path, faults, Some(&shown), super::Wanted::Faces);
+        let super::Content { file, .. } = faults::of_part(read)?;
         let colors = file.mesh.colors.map(|colors| colors.values);
         for (group, values, to) in [
             (vertices.get(i), colors, &mut attributes.vertices),

@@ -3,7 +3,8 @@
 //! Read are the properties `x y z`, `nx ny nz`, `u v` (also called `s t` and
 //! `texture_u texture_v`) of the element `vertex`; the list `vertex_indices` (also called `vertex_index`)
 //! of the elements `face` and `tristrips`; and `red green blue` (also called `r g b`) of `vertex` and `face`. Where a file is
-//! a scene, its [images](painted) are read too.
+//! a scene, its [images](painted) are read too, and without faces its vertices are points, with segments by `vertex1 vertex2`
+//! of the element `edge`.
 //! All else is passed over.
 //!
 //! Rows are read in parallel, in chunks: `layout.rs` says what their numbers are for, `rows.rs` where they
@@ -12,6 +13,7 @@
 
 pub(super) mod attributes;
 pub(super) mod columns;
+mod edges;
 mod fixed;
 mod layout;
 mod painted;
@@ -27,11 +29,11 @@ use ply_rs_bw::ply::{DefaultElement, ElementDef, Encoding, Header};
 
 use super::context::Context;
 use super::faults::{self, Faults};
-use super::mesh_file::{self, ColorLevels, MeshFile, Polygons};
+use super::mesh_file::{self, ColorLevels, MeshFile, PointsFile, Polygons};
 use super::text;
 use super::xml::quote;
 use crate::shapes::single_part;
-use crate::{Attribute, LoadError, Mesh, Scene, Warning};
+use crate::{Attribute, LoadError, Mesh, Points, Scene, Warning};
 use attributes::Shown;
 use fixed::{Triangles, Vertices};
 use layout::{COLOR, IMAGE, IMAGE_NAME, Layout, NORMAL, POSITION, UV};
@@ -41,8 +43,11 @@ use words::Row;
 
 /// A scene of one object.
 pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<Scene, LoadError> {
-    let (mut file, mut painted) =
-        faults::of_scene(context, |faults| read(bytes, path, faults, None))?;
+    let Content { mut file, mut painted, segments } =
+        faults::of_scene(context, |faults| read(bytes, path, faults, None, Wanted::Anything))?;
+    if file.mesh.triangles.is_empty() {
+        return Ok(PointsFile::new(file, segments, path).into_scene(path));
+    }
     let slots = painted.lay(&mut file.mesh);
     let mut scene = file.into_scene(path);
     painted.dress(&mut scene, &slots, path, context);
@@ -54,7 +59,33 @@ pub(super) fn parse(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result
 /// # Errors
 /// If the content is no PLY, ends early, has no faces, or refers to vertices that do not exist.
 pub(super) fn parse_mesh(bytes: &[u8], path: &Path) -> Result<MeshFile, LoadError> {
-    faults::of_part(|faults| Ok(read(bytes, path, faults, None)?.0))
+    faults::of_part(|faults| Ok(read(bytes, path, faults, None, Wanted::Faces)?.file))
+}
+
+/// The points of a file, which may have faces as well.
+///
+/// # Errors
+/// As [`parse_mesh`], but for faces.
+pub(super) fn parse_points(bytes: &[u8], path: &Path) -> Result<Points, LoadError> {
+    let Content { file, segments, .. } =
+        faults::of_part(|faults| read(bytes, path, faults, None, Wanted::Anything))?;
+    Ok(PointsFile::new(file, segments, path).points)
+}
+
+/// What a file is read for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Wanted {
+    Faces,
+    /// Faces or, without any, points.
+    Anything,
+}
+
+/// What is read of a file.
+struct Content {
+    file: MeshFile,
+    painted: Painted,
+    /// Those of the element `edge`, in files without faces.
+    segments: Vec<[u32; 2]>,
 }
 
 /// The mesh of a file, with vertices at the origin for those that cannot be read, and without such faces; and what it says of
@@ -67,13 +98,15 @@ fn read(
     path: &Path,
     faults: &mut Faults,
     shown: Option<&Shown>,
-) -> Result<(MeshFile, Painted), LoadError> {
+    wanted: Wanted,
+) -> Result<Content, LoadError> {
     let bytes = text::unmarked(bytes, path)?;
     let bytes = text_lines(&bytes);
     let (header, line, rest) = header_of(&bytes, path)?;
     let count = |name| header.elements.get(name).map_or(0, |e: &ElementDef| e.count);
     let vertices = count("vertex");
-    if (count("face"), count("tristrips")) == (0, 0) || vertices == 0 {
+    let has_faces = (count("face"), count("tristrips")) != (0, 0);
+    if !has_faces && wanted == Wanted::Faces || vertices == 0 {
         let message = "the file has no faces; expected the elements \"vertex\" and \"face\" (or \
                        \"tristrips\")";
         return Err(mesh_file::error(path, 0, message));
@@ -86,6 +119,7 @@ fn read(
     let mut mesh = Mesh { name: mesh_file::name_of(path), ..Mesh::default() };
     let mut warnings = Vec::new();
     let mut levels = ColorLevels::default();
+    let mut segments = Vec::new();
     let mut painted = Painted { files: painted::files(&header.comments), ..Painted::default() };
     for element in header.elements.values() {
         let mut layout = Layout::new(element);
@@ -97,7 +131,7 @@ fn read(
         match element.name.as_str() {
             "vertex" => {
                 levels.vertices = layout.color_levels().unwrap_or(1.0);
-                read_vertices(&mut body, &layout, &mut mesh)?;
+                read_vertices(&mut body, &layout, has_faces, &mut mesh)?;
             }
             "face" => {
                 levels.faces = layout.color_levels().unwrap_or(1.0);
@@ -106,16 +140,23 @@ fn read(
                 (painted.uvs, painted.images) = faces;
             }
             "tristrips" => read_strips(&mut body, &layout, vertices as u32, &mut mesh)?,
+            "edge" if !has_faces => {
+                segments = edges::read(&mut body, element, vertices as u32)?;
+            }
             _ => body.skip(element)?,
         }
     }
-    if mesh.triangles.is_empty() {
-        return Err(body.faults.because_of(mesh_file::error(path, 0, "no face has three corners")));
+    if mesh.triangles.is_empty() && has_faces {
+        let error = mesh_file::error(path, 0, "no face has three corners");
+        if wanted == Wanted::Faces || !body.faults.is_empty() {
+            return Err(body.faults.because_of(error));
+        }
+        body.faults.pardon(error, "the vertices are shown as points");
     }
     // Strips have no colours.
     mesh.face_colors = mesh.face_colors.filter(|colors| colors.len() == mesh.triangles.len());
     mesh.parts = single_part(mesh.triangles.len());
-    Ok((MeshFile { mesh, levels, warnings }, painted))
+    Ok(Content { file: MeshFile { mesh, levels, warnings }, painted, segments })
 }
 
 /// The header of a file, the line behind it, and what follows.
@@ -151,7 +192,12 @@ fn text_lines(bytes: &[u8]) -> Cow<'_, [u8]> {
 }
 
 /// Reads all vertices.
-fn read_vertices(body: &mut Body, layout: &Layout, mesh: &mut Mesh) -> Result<(), LoadError> {
+fn read_vertices(
+    body: &mut Body,
+    layout: &Layout,
+    has_faces: bool,
+    mesh: &mut Mesh,
+) -> Result<(), LoadError> {
     if !layout.has(&["x", "y", "z"]) {
         let message = "the element \"vertex\" has no properties \"x\", \"y\" and \"z\"";
         return Err(mesh_file::error(body.path, 0, message));
@@ -166,7 +212,7 @@ fn read_vertices(body: &mut Body, layout: &Layout, mesh: &mut Mesh) -> Result<()
             body.rest = &body.rest[size..];
             vertices
         }
-        None => any_vertices(body, layout)?,
+        None => any_vertices(body, layout, has_faces)?,
     };
     let all = |values| Attribute { values, indices: None };
     mesh.positions = vertices.positions;
@@ -176,8 +222,9 @@ fn read_vertices(body: &mut Body, layout: &Layout, mesh: &mut Mesh) -> Result<()
     Ok(())
 }
 
-/// Reads all vertices, of any encoding and with any properties.
-fn any_vertices(body: &mut Body, layout: &Layout) -> Result<Vertices, LoadError> {
+/// Reads all vertices, of any encoding and with any properties; those of a file without faces may be nowhere, as scanners
+/// write what they did not hit.
+fn any_vertices(body: &mut Body, layout: &Layout, has_faces: bool) -> Result<Vertices, LoadError> {
     let empty = |capacity| Vertices {
         positions: pt_memory::with_capacity(capacity),
         normals: layout.has(&["nx", "ny", "nz"]).then(|| pt_memory::with_capacity(capacity)),
@@ -196,7 +243,8 @@ fn any_vertices(body: &mut Body, layout: &Layout) -> Result<Vertices, LoadError>
                     without_color.push(i);
                 }
                 let others = (0..COLOR).chain(IMAGE..row.numbers.len());
-                others.into_iter().all(is_finite).then_some(row).ok_or_else(fault)
+                let is_usable = !has_faces || others.into_iter().all(is_finite);
+                is_usable.then_some(row).ok_or_else(fault)
             });
             // Those that follow keep their numbers.
             vertices.push(row.as_ref().copied().unwrap_or(&origin));

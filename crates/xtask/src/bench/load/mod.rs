@@ -113,7 +113,7 @@ fn load(path: &Path) -> Result<f64> {
         .iter()
         .map(|object| match &object.geometry {
             Geometry::Mesh(mesh) => mesh.triangles.len(),
-            Geometry::Sphere { .. } => 0,
+            Geometry::Sphere { .. } | Geometry::Points { .. } => 0,
         })
         .sum();
     ensure!(triangles == files::TRIANGLES, "{}: {triangles} triangles", path.display());

@@ -63,9 +63,8 @@ impl Binary {
         self.accessors.len() - 1
     }
 
-    /// Adds the corners of triangles, as indices below `vertices`, and gives the index of their accessor.
-    pub(super) fn triangles(&mut self, triangles: &[[u32; 3]], vertices: usize) -> usize {
-        let corners = triangles.as_flattened();
+    /// Adds indices below `vertices`, and gives the index of their accessor.
+    pub(super) fn indices(&mut self, corners: &[u32], vertices: usize) -> usize {
         let (view, component) = if vertices <= LAST_SHORT {
             (self.view(corners.iter().flat_map(|i| (*i as u16).to_le_bytes())), U16)
         } else {
@@ -103,7 +102,7 @@ mod tests {
     fn indices_are_as_short_as_they_may_be() {
         for (vertices, component) in [(3, U16), (65_535, U16), (65_536, U32)] {
             let mut binary = Binary::default();
-            binary.triangles(&[[0, 1, 2]], vertices);
+            binary.indices(&[0, 1, 2], vertices);
             assert_eq!(binary.accessors[0]["componentType"], component);
         }
     }

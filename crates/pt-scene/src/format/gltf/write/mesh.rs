@@ -100,7 +100,7 @@ impl Writer<'_> {
             }
             attributes["COLOR_0"] = binary.vertices(&colors, false).into();
         }
-        let indices = binary.triangles(&triangles, positions.len());
+        let indices = binary.indices(triangles.as_flattened(), positions.len());
         let primitive = json!({"attributes": attributes, "indices": indices});
         self.primitives.insert(key, (primitive.clone(), Arc::clone(mesh)));
         primitive

@@ -19,6 +19,7 @@ mod material;
 mod mesh;
 mod notes;
 mod place;
+mod points;
 mod sight;
 
 use std::collections::{BTreeSet, HashMap};
@@ -68,6 +69,8 @@ struct Writer<'a> {
     meshes: Vec<Value>,
     /// Meshes that were written; `None` are those without triangles.
     known_meshes: HashMap<MeshKey, Option<usize>>,
+    /// Meshes of points and lines by their addresses and materials.
+    known_points: HashMap<(usize, Option<usize>), usize>,
     primitives: Primitives,
     /// What all spheres are, once there is one.
     sphere: Option<Arc<Mesh>>,
@@ -91,6 +94,7 @@ impl<'a> Writer<'a> {
             worn: HashMap::new(),
             meshes: Vec::new(),
             known_meshes: HashMap::new(),
+            known_points: HashMap::new(),
             primitives: HashMap::new(),
             sphere: None,
             cameras: Vec::new(),
@@ -107,7 +111,7 @@ impl<'a> Writer<'a> {
             self.notes.tell(&object.at, "the medium outside of it is left out");
         }
         let used: Vec<usize> = match &object.geometry {
-            Geometry::Sphere { .. } => vec![0],
+            Geometry::Sphere { .. } | Geometry::Points { .. } => vec![0],
             Geometry::Mesh(mesh) => mesh.parts.iter().map(|part| part.slot as usize).collect(),
         };
         let slots = used.iter().max().map_or(0, |last| last + 1);
@@ -143,6 +147,13 @@ impl<'a> Writer<'a> {
         }
         let mesh = match &object.geometry {
             Geometry::Mesh(mesh) => Arc::clone(mesh),
+            Geometry::Points { points, radius } => {
+                if radius.is_some() {
+                    self.notes.tell(&object.at, "glTF has no radius of points and lines");
+                }
+                let shown = self.points(points, worn.first().map(|worn| worn.index))?;
+                return self.node(&object.name, self.in_metres(to_world), shown, &object.at);
+            }
             Geometry::Sphere { radius } => {
                 self.notes.tell(&object.at, "the sphere becomes triangles");
                 to_world *= DAffine3::from_scale(DVec3::splat(radius.abs()));

@@ -1,0 +1,48 @@
+//! Segments between vertices: `vertex1` and `vertex2` of the element `edge`.
+
+use ply_rs_bw::ply::ElementDef;
+
+use super::super::faults::Faults;
+use super::layout::Layout;
+use super::rows::{Body, Chunk};
+use crate::LoadError;
+
+/// The ends of a segment.
+const NAMES: [&str; 2] = ["vertex1", "vertex2"];
+/// More vertices than this are not numbered exactly by the numbers of rows, of single precision.
+const MOST_VERTICES: u32 = 1 << 24;
+
+/// The ends of all edges, each below `vertices`; those that refer to others have a fault.
+pub(super) fn read(
+    body: &mut Body,
+    element: &ElementDef,
+    vertices: u32,
+) -> Result<Vec<[u32; 2]>, LoadError> {
+    let layout = Layout::of_columns(element, &NAMES);
+    if !layout.has(&NAMES) || vertices > MOST_VERTICES {
+        body.skip(element)?;
+        return Ok(Vec::new());
+    }
+    let mut segments = Vec::new();
+    let rows = |chunk: &Chunk, faults: &mut Faults| {
+        let mut part = Vec::new();
+        chunk.rows(faults, |i, row| {
+            let row = row?;
+            let ends = [row.numbers[0], row.numbers[1]];
+            let is_vertex = |end: &f32| (0.0..vertices as f32).contains(end);
+            match ends.iter().find(|end| !is_vertex(end)) {
+                None => part.push(ends.map(|end| end as u32)),
+                Some(bad) => {
+                    return Err(format!(
+                        "edge {i} refers to vertex {bad}; the vertices are numbered 0 to {}",
+                        vertices - 1
+                    ));
+                }
+            }
+            Ok(())
+        });
+        part
+    };
+    body.read(&layout, rows, |mut part| segments.append(&mut part))?;
+    Ok(segments)
+}
