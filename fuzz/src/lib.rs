@@ -3,18 +3,21 @@
 //!
 //! `cargo xtask soak fuzz` runs the targets; each has the name of the ending of its seeds.
 
+mod references;
+
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use pt_core::film::Aov;
 use pt_core::{CompileOptions, Film, Region, compile};
 use pt_scene::format::{self, Limits, LoadOptions};
-use pt_scene::image::{self, Numbers, Transfer};
+use pt_scene::image::{self, Numbers, Room, Transfer};
 use pt_scene::{Geometry, IesProfile, LoadError, Scene, camera_file};
+pub use references::{mutate, mutate_glb};
 use tempfile::TempDir;
 
-/// Most triangles of a scene, each mesh as often as it is placed, that is compiled: of more, only the reading is tested.
-const MOST_TRIANGLES: usize = 20_000;
+/// Most triangles and spheres of a scene, each as often as it is placed, that is compiled: of more, only the reading is tested.
+const MOST_SHAPES: usize = 20_000;
 /// Most objects of such a scene.
 const MOST_OBJECTS: usize = 1000;
 
@@ -82,7 +85,7 @@ fn scene_with(ending: &str) -> (&'static str, String) {
 pub fn image(bytes: &[u8], ending: &str) {
     let path = Path::new("image").with_extension(ending);
     for numbers in [Numbers::Light(Transfer::Srgb), Numbers::Stored] {
-        match image::decode_as(bytes, &path, numbers) {
+        match image::decode_in(bytes, &path, numbers, &Room::new(&little)) {
             Ok(decoded) => {
                 let image = decoded.image;
                 assert_eq!(
@@ -93,6 +96,12 @@ pub fn image(bytes: &[u8], ending: &str) {
             Err(error) => has_text(&error.to_string()),
         }
     }
+}
+
+/// Grants the memory of pictures that take a moment only.
+fn little(bytes: u64) -> Result<pt_memory::Grant, String> {
+    const MOST_BYTES: u64 = 64 << 20;
+    if bytes > MOST_BYTES { Err("too large".to_owned()) } else { pt_memory::ask(bytes) }
 }
 
 /// Reads the bytes as a photometric file.
@@ -174,12 +183,13 @@ fn compile_small(scene: &Scene) {
 
 /// Whether compiling takes a moment only.
 fn is_small(scene: &Scene) -> bool {
-    let triangles = |geometry: &Geometry| match geometry {
+    let shapes = |geometry: &Geometry| match geometry {
         Geometry::Mesh(mesh) => mesh.triangles.len(),
-        Geometry::Sphere { .. } => 0,
+        Geometry::Points { points, .. } => points.positions.len() + points.triangles(),
+        Geometry::Sphere { .. } => 1,
     };
-    let all: usize = scene.objects.iter().map(|object| triangles(&object.geometry)).sum();
-    scene.objects.len() <= MOST_OBJECTS && all <= MOST_TRIANGLES
+    let all: usize = scene.objects.iter().map(|object| shapes(&object.geometry)).sum();
+    scene.objects.len() <= MOST_OBJECTS && all <= MOST_SHAPES
 }
 
 fn options() -> LoadOptions {

@@ -14,6 +14,7 @@ mod interrupt;
 mod light_groups;
 mod mattes;
 mod media;
+mod pipes;
 mod points;
 mod progress;
 mod receipts;

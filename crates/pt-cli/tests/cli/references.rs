@@ -183,8 +183,12 @@ fn referring(item: &str, now: usize, before: usize) -> String {
 
 /// Runs the program within limits; it has to end by itself.
 fn bounded(folder: &Folder, what: &str, arguments: &str) {
-    let program = folder.command::<&str>(&[]).get_program().to_owned();
+    let command = folder.command::<&str>(&[]);
+    let program = command.get_program();
     let mut shell = Command::new("sh");
+    for (name, value) in command.get_envs() {
+        value.map(|value| shell.env(name, value));
+    }
     shell.args(["-c", &format!("{LIMITS}; exec \"$0\" {arguments}")]).arg(program);
     let done = shell.current_dir(folder.path(".")).output().expect("a shell");
     let messages = String::from_utf8_lossy(&done.stderr).into_owned();
@@ -222,6 +226,10 @@ fn doublings_and_cycles_are_read_in_bounded_time_and_memory() {
     let folder = Folder::new();
     for (name, kind) in KINDS {
         let ending = kind.ending;
+        // A film whose scene becomes another one.
+        folder.write(&format!("a.{ending}"), kind.chain(0, kind.one));
+        let run = folder.run(&format!("-r 4 4 -s 1 -f film.exr a.{ending} --restart"));
+        assert!(matches!(run.code, Some(0 | 1)), "{name}: {run:?}");
         for (shape, text) in [
             ("doubled 40 times", kind.chain(40, kind.two)),
             ("itself", kind.cycle(1)),
@@ -235,6 +243,8 @@ fn doublings_and_cycles_are_read_in_bounded_time_and_memory() {
                 format!("convert a.{ending} b.glb --force"),
                 format!("explain a.{ending} -r 4 4 -s 1 -x 0 -y 0"),
                 format!("-r 4 4 -s 1 -f a.png a.{ending}"),
+                "resume film.exr -s 2".to_owned(),
+                "rerender film.exr -f again.exr --force".to_owned(),
             ] {
                 bounded(&folder, &format!("{name}, {shape}"), &command);
             }

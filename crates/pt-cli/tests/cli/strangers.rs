@@ -1,9 +1,6 @@
 //! Films and images of strangers: their commands are data.
 
 use std::net::TcpListener;
-use std::os::unix::process::ExitStatusExt;
-use std::process::Stdio;
-use std::time::Duration;
 
 use crate::common::{Folder, TINY};
 
@@ -131,66 +128,91 @@ fn names_do_not_command_the_terminal() {
     assert!(run.out.contains(r"\u001b]0;owned\u0007"), "{run:?}");
 }
 
-/// With a standard error or output that takes nothing, all commands end, with the status that they have otherwise.
-#[test]
-fn closed_and_full_pipes_end_nothing_badly() {
-    let folder = Folder::new();
-    folder.succeed(&format!("{TINY} -f out.exr SCENE"));
-    let scene = crate::common::SCENE;
-    let lines = [
-        format!("-r 12 9 -s 2 -f a.png {scene}"),
-        format!("-r 12 9 -s 2 --progress json -f a.png {scene}"),
-        format!("--cs184 -r 12 9 -f a.png {scene}"),
-        "missing.dae".to_owned(),
-        "--no-such-option".to_owned(),
-        "info out.exr".to_owned(),
-        "resume out.exr -s 4".to_owned(),
-        "rerender out.exr --force".to_owned(),
-        format!("check {scene}"),
-        format!("explain {scene} -r 12 9 -s 2 -x 1 -y 1"),
-        format!("convert {scene} scene.json --force"),
-        "--help".to_owned(),
-    ];
-    for line in lines {
-        let args: Vec<_> = line.split(' ').collect();
-        let usual = folder.run(&line).code;
-        for round in 0..6 {
-            let mut command = folder.command(&args);
-            let (reader, writer) = std::io::pipe().expect("a pipe");
-            drop(reader);
-            command.stdin(Stdio::null()).stderr(writer.try_clone().expect("a handle"));
-            command.stdout(if round % 2 == 0 { Stdio::from(writer) } else { Stdio::null() });
-            if round == 5 {
-                let full = std::fs::File::options().write(true).open("/dev/full");
-                command.stderr(full.expect("a full disk"));
-            }
-            let mut child = command.spawn().expect("the program can be started");
-            let mut status = None;
-            for _ in 0..600 {
-                status = child.try_wait().expect("a child");
-                if status.is_some() {
-                    break;
-                }
-                std::thread::sleep(Duration::from_millis(50));
-            }
-            let Some(status) = status else {
-                let _ = child.kill();
-                panic!("{line}: hangs");
-            };
-            assert_eq!((status.code(), status.signal()), (usual, None), "{line}");
+/// What the system saw of folders since the last question: what was opened, read, written or made in them.
+#[cfg(target_os = "linux")]
+struct Watch(rustix::fd::OwnedFd);
+
+#[cfg(target_os = "linux")]
+impl Watch {
+    fn of(folders: &[std::path::PathBuf]) -> Self {
+        use rustix::fs::inotify::{self, CreateFlags, WatchFlags};
+        let watch = inotify::init(CreateFlags::NONBLOCK).expect("a watch");
+        for folder in folders {
+            inotify::add_watch(&watch, folder, WatchFlags::ALL_EVENTS).expect("a folder");
         }
+        Self(watch)
+    }
+
+    fn seen(&self) -> Vec<String> {
+        let mut buffer = [std::mem::MaybeUninit::uninit(); 4096];
+        let mut reader = rustix::fs::inotify::Reader::new(&self.0, &mut buffer);
+        let mut seen = Vec::new();
+        while let Ok(event) = reader.next() {
+            seen.push(format!("{:?} {:?}", event.file_name(), event.events()));
+        }
+        seen
     }
 }
 
-/// A text that could not be printed is an error.
+/// A film that was made with every option that names a file, a folder or an address, and was moved: commands on it open nothing
+/// elsewhere, and connect to nobody.
+#[cfg(target_os = "linux")]
 #[test]
-fn a_full_standard_output_is_an_error() {
+fn nothing_outside_is_opened_for_films_of_strangers() {
     let folder = Folder::new();
-    for line in ["--help", "--version", "check --help", "check missing.dae"] {
-        let args: Vec<_> = line.split(' ').collect();
-        let full = std::fs::File::options().write(true).open("/dev/full").expect("a full disk");
-        let run = folder.command(&args).stdout(full).output().expect("the program can be started");
-        assert_eq!(run.status.code(), Some(2), "{line}");
-        assert!(String::from_utf8_lossy(&run.stderr).contains("cannot print"), "{line}");
+    let names = ["home", "home/more", "told", "there"];
+    for name in names {
+        std::fs::create_dir(folder.path(name)).expect("there is room");
+    }
+    folder.write("home/scene.dae", std::fs::read(crate::common::SCENE).expect("a scene"));
+    let camera = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/seeds/course.camera");
+    folder.write("home/view.txt", std::fs::read(camera).expect("camera settings"));
+    pathtracer::image::save(
+        &pathtracer::Image { width: 1, height: 1, pixels: vec![[1.0; 3]] },
+        &folder.path("home/sky.exr"),
+        &pathtracer::image::SaveOptions::default(),
+    )
+    .expect("there is room");
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = listener.local_addr().expect("an address");
+    let at = |name: &str| folder.path(name).display().to_string();
+    for (name, home, told) in [("a", at("home"), at("told")), ("b", "home".into(), "told".into())] {
+        let made = [
+            (format!("{name}.exr"), ""),
+            (format!("{name}0.film"), "--samples 0..1"),
+            (format!("{name}1.film"), "--samples 1..2"),
+        ];
+        for (file, more) in &made {
+            folder.succeed(&format!(
+                "-r 12 9 -s 2 --receipt full -e {home}/sky.exr -c {home}/view.txt --allow-folder {home}/more \
+                 --summary-json {told}/{file}.json --tev {address} {more} -f {home}/{file} {home}/scene.dae"
+            ));
+            drop(listener.accept().expect("the render connects"));
+        }
+        for file in made.map(|(file, _)| file).into_iter().chain([format!("{name}.exr.film")]) {
+            let [from, to] = ["home", "there"].map(|f| folder.path(&format!("{f}/{file}")));
+            std::fs::rename(from, to).expect("a film");
+        }
+        listener.set_nonblocking(true).expect("a socket");
+        let watch = Watch::of(&["home", "home/more", "told"].map(|name| folder.path(name)));
+        for command in [
+            format!("resume there/{name}.exr -s 4"),
+            format!("rerender there/{name}.exr"),
+            format!("info there/{name}.exr"),
+            format!("info there/{name}.exr.film"),
+            format!("merge there/{name}0.film there/{name}1.film -f there/m{name}.exr"),
+            format!("resume there/m{name}.exr -s 4"),
+            format!("rerender there/m{name}.exr"),
+        ] {
+            let run = folder.run(&command);
+            let is_of_scene = command.starts_with("re");
+            assert_eq!(run.code, Some(if is_of_scene { 2 } else { 0 }), "{run:?}");
+            assert_eq!(watch.seen(), Vec::<String>::new(), "{command}");
+            assert!(listener.accept().is_err(), "{command} connects");
+        }
+        // What is allowed is read: the watch sees it.
+        folder.run(&format!("resume there/{name}.exr -s 4 --allow-folder {}", at("home")));
+        assert!(watch.seen().iter().any(|event| event.contains("scene.dae")));
+        listener.set_nonblocking(false).expect("a socket");
     }
 }

@@ -32,6 +32,7 @@ mod text;
 mod transform;
 mod triangulate;
 mod vol;
+mod way;
 mod xml;
 
 use std::path::{Path, PathBuf};

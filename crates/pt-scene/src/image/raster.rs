@@ -48,6 +48,9 @@ fn read(
     let (width, height) = decoder.dimensions();
     let pixels = u64::from(width) * u64::from(height);
     let _grant = room.ask(Some(decoder.total_bytes().max(pixels.saturating_mul(16))))?;
+    if format != ImageFormat::WebP {
+        check_ratio(pixels, bytes.len() as u64)?;
+    }
     let has_alpha = decoder.color_type().has_alpha();
     let picture = DynamicImage::from_decoder(decoder).map_err(failed)?;
     let (pixels, alpha) = in_light(picture, numbers);
@@ -61,6 +64,17 @@ fn read(
         alpha: is_meant.then_some(alpha),
         frame: None,
     })
+}
+
+/// Refuses large pictures that their bytes cannot hold. No packing of these formats but that of WebP, which may say that all is
+/// of one colour, makes more of a byte than the LZW of GIF and TIFF: a code of 12 bits stands for at most 4096 pixels.
+fn check_ratio(pixels: u64, bytes: u64) -> Result<(), String> {
+    const SMALL: u64 = 1 << 22;
+    let most = (bytes * 4096 * 2 / 3).max(SMALL);
+    if pixels <= most {
+        return Ok(());
+    }
+    Err(format!("claims {pixels} pixels, but has {bytes} bytes in all"))
 }
 
 /// The colours of a picture, and its opacity.

@@ -142,6 +142,10 @@ fn wrong_textures_are_refused_with_a_reason() {
     assert!(refusal(b"\xABKTX 20\xBB\r\n\x1A\n", "a.ktx2").contains("is no valid KTX 2.0 file"));
     assert!(refusal(b"sB", "a.basis").contains("has no picture that can be read"));
     assert!(refusal(&dds_of_block(3, [0; 16]), "a.dds").contains("form of pixels"));
+    let mut empty = fs::read(folder().join("basis.basis")).expect("it is there");
+    let slices = u32::from_le_bytes([empty[65], empty[66], empty[67], empty[68]]) as usize;
+    empty[slices + 9..slices + 11].fill(0);
+    assert!(refusal(&empty, "a.basis").contains("a picture without blocks"));
     let mut huge = fs::read(folder().join("bc7.dds")).expect("it is there");
     huge[12..20].copy_from_slice(&[0xFF; 8]);
     assert!(refusal(&huge, "a.dds").contains("more than 1 GiB"));

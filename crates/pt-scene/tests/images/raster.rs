@@ -65,6 +65,11 @@ fn the_first_picture_of_an_animation_is_read() {
     drop(encoder);
     let read = read(&bytes, "a.gif", Numbers::Stored);
     assert_eq!(read.image.pixels, [[1.0, 0.0, 0.2]; 8]);
+    // A canvas that these bytes cannot fill.
+    bytes[6..10].copy_from_slice(&[0, 0x20, 0, 0x20]);
+    let error =
+        decode_as(&bytes, Path::new("a.gif"), Numbers::Stored).expect_err("it is too large");
+    assert!(error.to_string().contains("claims 67108864 pixels, but has"), "{error}");
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod eta;
 mod fuzz;
 mod kills;
 mod mutations;
+mod pipes;
 mod target;
 mod wild;
 
@@ -28,6 +29,9 @@ pub(crate) struct Args {
     /// Times that each file is damaged
     #[arg(long, value_name = "N", default_value_t = 1000)]
     mutations: u32,
+    /// Times that each command prints to what is closed, full or slow, each way
+    #[arg(long, value_name = "N", default_value_t = 200)]
+    pipes: u32,
     /// How long each fuzz target runs
     #[arg(long, value_name = "MINUTES", default_value_t = 10.0)]
     minutes: f64,
@@ -49,6 +53,8 @@ enum Campaign {
     Kills,
     /// Files with random damage
     Mutations,
+    /// Commands that cannot print
+    Pipes,
     /// Files that a fuzzer makes up; needs the nightly toolchain
     Fuzz,
     /// Files that packages of Python and npm ship; needs a network
@@ -67,6 +73,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     }
     if is_wanted(Campaign::Mutations) {
         step("damaging files", || mutations::run(args))?;
+    }
+    if is_wanted(Campaign::Pipes) {
+        step("closing pipes", || pipes::run(args))?;
     }
     if is_wanted(Campaign::Fuzz) {
         step("fuzzing", || fuzz::run(args.minutes, &args.format))?;

@@ -6,6 +6,7 @@ use roxmltree::Children;
 use super::reader::{Reader, child, name_of};
 use super::{attenuation, camera, coordinates, geometry, light, material, transform};
 use crate::format::context::Context;
+use crate::format::way::{Barred, Bounds, Way};
 use crate::format::xml::{Node, quote};
 use crate::{LoadError, Object, Placement};
 
@@ -28,11 +29,15 @@ pub(super) fn place<'a>(
     to_y_up: DAffine3,
 ) -> Result<(), LoadError> {
     let rest = visual_scene.children();
+    // How many there are is counted with all that is placed.
+    let bounds = Bounds { deep: reader.context.limits().depth(MAX_DEPTH), many: usize::MAX };
+    let mut way = Way::new(bounds);
     let mut levels =
         vec![Level { node: visual_scene, to_world: to_y_up, has_matrices: true, rest }];
     while let Some(level) = levels.last_mut() {
         let Some(element) = level.rest.next() else {
             levels.pop();
+            way.leave();
             continue;
         };
         let place = (level.node, level.to_world, level.has_matrices);
@@ -49,7 +54,7 @@ pub(super) fn place<'a>(
             }
         };
         if let Some(node) = inner {
-            let level = enter(reader, &levels, element, node);
+            let level = enter(reader, (&levels, &mut way), element, node);
             levels.extend(reader.context.keep(level)?);
         }
     }
@@ -59,19 +64,34 @@ pub(super) fn place<'a>(
 /// Begins with a node, which an element of the node before contains or refers to.
 fn enter<'a>(
     reader: &mut Reader<'a>,
+    (levels, way): (&[Level<'a>], &mut Way<Node<'a>>),
+    element: Node<'a>,
+    node: Node<'a>,
+) -> Result<Level<'a>, LoadError> {
+    way.enter(node).map_err(|barred| match barred {
+        Barred::Circle => {
+            let message = format!("the node {} contains itself", quote(&name_of(node)));
+            reader.error(element, message)
+        }
+        Barred::Deep(most) | Barred::Many(most) => {
+            let message = format!("nodes are nested deeper than {most}; such files are refused");
+            Context::exceeded(reader.document.span(element), message)
+        }
+    })?;
+    let level = level(reader, levels, element, node);
+    if level.is_err() {
+        way.leave();
+    }
+    level
+}
+
+/// A node below those around it.
+fn level<'a>(
+    reader: &mut Reader<'a>,
     levels: &[Level<'a>],
     element: Node<'a>,
     node: Node<'a>,
 ) -> Result<Level<'a>, LoadError> {
-    if levels.iter().any(|level| level.node == node) {
-        let message = format!("the node {} contains itself", quote(&name_of(node)));
-        return Err(reader.error(element, message));
-    }
-    let most = reader.context.limits().depth(MAX_DEPTH);
-    if levels.len() > most {
-        let message = format!("nodes are nested deeper than {most}; such files are refused");
-        return Err(Context::exceeded(reader.document.span(element), message));
-    }
     reader.count_placed(element, 1)?;
     let outer = levels.last();
     let (outer, has_matrices) =

@@ -71,9 +71,11 @@ impl<'a> Reader<'a> {
             self.warn(primitive, "it has no triangles; it is left out");
             return Ok(None);
         }
-        let mut normals = self.attribute::<3>(&attributes, "NORMAL", vertices)?;
+        let normals = self.attribute::<3>(&attributes, "NORMAL", vertices);
+        let mut normals = self.context.forgive(normals, "it is shaded flat")?.flatten();
         let mut tangents = if form.layout.has_frame {
-            self.attribute::<4>(&attributes, "TANGENT", vertices)?
+            let tangents = self.attribute::<4>(&attributes, "TANGENT", vertices);
+            self.context.forgive(tangents, "they follow from its coordinates")?.flatten()
         } else {
             None
         };
@@ -169,7 +171,8 @@ impl<'a> Reader<'a> {
         vertices: usize,
     ) -> Result<Option<Vec<[f32; 2]>>, LoadError> {
         let name = format!("TEXCOORD_{}", layout.uv_set.unwrap_or(0));
-        let uvs = self.attribute::<2>(attributes, &name, vertices)?;
+        let uvs = self.attribute::<2>(attributes, &name, vertices);
+        let uvs = self.context.forgive(uvs, "they are left out")?.flatten();
         if uvs.is_none() && layout.uv_set.is_some() {
             let message =
                 format!("it has no {name} for its textures, which lie on each triangle alone");
@@ -187,7 +190,8 @@ impl<'a> Reader<'a> {
         vertices: usize,
     ) -> Result<Vec<[f32; 2]>, LoadError> {
         let name = format!("TEXCOORD_{set}");
-        let Some(uvs) = self.attribute::<2>(attributes, &name, vertices)? else {
+        let uvs = self.attribute::<2>(attributes, &name, vertices);
+        let Some(uvs) = self.context.forgive(uvs, "they are left out")?.flatten() else {
             let message =
                 format!("it has no {name} for some of its textures, of which it shows one texel");
             self.warn(primitive, message);

@@ -13,6 +13,7 @@ use pt_math::DVec3;
 use super::super::context::Context;
 use super::super::mesh_file;
 use super::super::spectra::Spectrum;
+use super::super::way::{Barred, Way};
 use super::super::xml::{self, Document, Node, did_you_mean, quote};
 use super::nesting;
 use super::object::{Child, Object, Target, Tree};
@@ -97,8 +98,9 @@ pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<
         warnings: Vec::new(),
     };
     let names = definitions.iter().map(given).collect();
-    let mut reader =
-        Reader { tree, names, lost_names: Vec::new(), open: Vec::new(), files: 0, depth: 0 };
+    let way = Way::of_files(context.limits(), MAX_INCLUDE_DEPTH, MAX_FILES);
+    let mut reader = Reader { tree, names, lost_names: Vec::new(), way, depth: 0 };
+    let _ = reader.way.enter_file(path); // the first one always may be
     reader.file(bytes, path, 0)?;
     let (given, others) = reader.names.split_at(definitions.len());
     if let Some(name) = given.iter().find(|name| !name.is_used.get())
@@ -120,9 +122,7 @@ struct Reader {
     /// Names whose value could not be read, which was told.
     lost_names: Vec<String>,
     /// The files being read, each included by the one before.
-    open: Vec<PathBuf>,
-    /// How many files were included so far.
-    files: usize,
+    way: Way<PathBuf>,
     /// How many objects enclose the element being read.
     depth: usize,
 }
@@ -188,10 +188,7 @@ impl Reader {
         let text = xml::decode(bytes, path)?;
         let document = Document::parse(&text, path, self.tree.context.limits())?;
         let root = document.root();
-        self.open.push(path.canonicalize().unwrap_or_else(|_| path.to_owned()));
-        let done = self.outermost(&document, root, parent);
-        self.open.pop();
-        done
+        self.outermost(&document, root, parent)
     }
 
     /// Reads the outermost element of a file.
@@ -204,7 +201,7 @@ impl Reader {
         if root.tag_name().name() == "scene" {
             check_version(document, root)?;
             self.content(document, root, parent)
-        } else if parent == 0 && self.open.len() == 1 {
+        } else if parent == 0 && self.way.len() == 1 {
             let message = "expected <scene version=\"3.0.0\">, the outermost element of a Mitsuba \
                            scene";
             Err(document.error(root, message))
@@ -424,23 +421,19 @@ impl Reader {
         let Some(path) = self.tree.resolve(text) else {
             return self.tree.miss(&at, &self.tree.not_found(text), "what it contains is left out");
         };
-        let canonical = path.canonicalize().unwrap_or_else(|_| path.clone());
-        if self.open.contains(&canonical) {
-            let message = format!("{} includes itself, directly or by others", quote(text));
-            return Err(attributes.error(text, message));
+        match self.way.enter_file(&path) {
+            Ok(()) => {}
+            Err(circle @ Barred::Circle) => {
+                return Err(attributes.error(text, circle.of_file(text)));
+            }
+            Err(barred) => return Err(Context::exceeded(at, barred.of_file(text))),
         }
-        self.files += 1;
-        let limits = self.tree.context.limits();
-        let (most_deep, most) = (limits.include_depth(MAX_INCLUDE_DEPTH), limits.files(MAX_FILES));
-        if self.open.len() > most_deep || self.files > most {
-            let message =
-                format!("files are included more than {most_deep} deep, or more than {most}");
-            return Err(Context::exceeded(at, message));
-        }
-        match self.tree.context.read(&path) {
+        let done = match self.tree.context.read(&path) {
             Ok(bytes) => self.file(&bytes, &path, parent),
             Err(why) => self.tree.miss(&at, &why, "what it contains is left out"),
-        }
+        };
+        self.way.leave();
+        done
     }
 
     /// The attributes of an element: all that are required, and no others than those named.

@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use super::super::context::{Folder, Unusable};
 use super::super::substitute;
+use super::super::way::{Barred, Bounds, Way};
 use super::super::xml::{did_you_mean, quote};
 use super::color::{Role, index};
 use super::entity::Entity;
@@ -47,7 +48,8 @@ impl World {
             return Ok(None);
         }
         if entity.kind != "subsurface" {
-            return self.surface_of(&entity, 0).map(Some);
+            let mut way = Way::new(Bounds { deep: MAX_MIXES, many: 2 << MAX_MIXES });
+            return self.surface_of(&entity, &mut way).map(Some);
         }
         let (boundary, medium) = self.subsurface(&entity)?;
         let surface = self.embossed(&entity, boundary.into())?;
@@ -71,7 +73,7 @@ impl World {
         }
     }
 
-    fn surface_of(&mut self, entity: &Entity, depth: usize) -> Result<Surface, LoadError> {
+    fn surface_of(&mut self, entity: &Entity, way: &mut Way<String>) -> Result<Surface, LoadError> {
         let surface = match entity.kind.as_str() {
             "diffuse" => {
                 let reflectance = self.textures.share(entity, "reflectance", 0.5)?;
@@ -96,7 +98,7 @@ impl World {
             "coatedconductor" => self.coated_conductor(entity)?.into(),
             "hair" => self.hair(entity)?.into(),
             "measured" => self.measured(entity)?,
-            "mix" => self.mix(entity, depth)?,
+            "mix" => self.mix(entity, way)?,
             "subsurface" => {
                 return Err(entity
                     .at
@@ -317,12 +319,8 @@ impl World {
         Ok(())
     }
 
-    fn mix(&mut self, entity: &Entity, depth: usize) -> Result<Surface, LoadError> {
-        if depth >= MAX_MIXES {
-            let message =
-                format!("mixtures are nested deeper than {MAX_MIXES}; do they contain each other?");
-            return Err(entity.at.error(message));
-        }
+    /// A mixture; `way` leads to it through others.
+    fn mix(&mut self, entity: &Entity, way: &mut Way<String>) -> Result<Surface, LoadError> {
         let names = entity.texts("materials")?.unwrap_or_default();
         let [first, second] = names else {
             let message =
@@ -331,8 +329,19 @@ impl World {
         };
         let share = self.textures.number(entity, "amount", [0.0, 1.0])?.unwrap_or(0.5.into());
         let mut part = |name: &str| {
-            let entity = self.material_of(&MaterialName::Named(name.into(), entity.at.clone()))?;
-            self.surface_of(&entity, depth + 1)
+            let part = self.material_of(&MaterialName::Named(name.into(), entity.at.clone()))?;
+            way.enter(name.to_owned()).map_err(|barred| {
+                entity.at.error(match barred {
+                    Barred::Circle => format!("the mixture {} contains itself", quote(name)),
+                    Barred::Deep(most) => format!("mixtures are nested deeper than {most}"),
+                    Barred::Many(most) => {
+                        format!("it is made of more than {most} materials, each counted as often as it is used")
+                    }
+                })
+            })?;
+            let surface = self.surface_of(&part, way);
+            way.leave();
+            surface
         };
         let (first, second) = (Box::new(part(first)?), Box::new(part(second)?));
         Ok(Mix { first, second, share }.into())

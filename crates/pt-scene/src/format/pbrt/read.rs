@@ -4,7 +4,7 @@ mod transforms;
 
 use std::collections::HashMap;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -14,6 +14,7 @@ use pt_math::DAffine3;
 use super::super::context::{Context, Folder};
 use super::super::mesh_file;
 use super::super::text::characters;
+use super::super::way::{Barred, Way};
 use super::super::xml::{did_you_mean, quote};
 use super::arguments::text;
 use super::color_space::ColorSpace;
@@ -90,7 +91,8 @@ struct Saved {
 struct Reader {
     /// That of the scene's own file, in which all others are looked for.
     folder: Folder,
-    files: usize,
+    /// The files being read, each included by the one before.
+    way: Way<PathBuf>,
     state: State,
     saved: Vec<Saved>,
     /// Transforms that have a name.
@@ -107,14 +109,15 @@ pub(super) fn read(bytes: &[u8], path: &Path, context: &Arc<Context>) -> Result<
     let mut reader = Reader {
         world: World::new(&folder, mesh_file::place(path, 0)),
         folder,
-        files: 0,
+        way: Way::of_files(context.limits(), MAX_INCLUDE_DEPTH, MAX_FILES),
         state: State::new(),
         saved: Vec::new(),
         systems: HashMap::new(),
         in_world: false,
         object: None,
     };
-    reader.file(bytes, path, Vec::new(), 0)?;
+    let _ = reader.way.enter_file(path); // the first one always may be
+    reader.file(bytes, path, Vec::new())?;
     if let Some(Saved { by, at, .. }) = reader.saved.last()
         && !context.has_errors()
     {
@@ -145,20 +148,14 @@ pub(super) fn content(context: &Context, path: &Path) -> Result<Vec<u8>, String>
 
 impl Reader {
     /// Reads a file, whose last directive goes on with more parameters.
-    fn file(
-        &mut self,
-        bytes: &[u8],
-        path: &Path,
-        tail: Vec<Parameter>,
-        depth: usize,
-    ) -> Result<(), LoadError> {
+    fn file(&mut self, bytes: &[u8], path: &Path, tail: Vec<Parameter>) -> Result<(), LoadError> {
         let text = characters(bytes, path)?;
         self.folder.context.expect_pictures(texture::pictures(&text, &self.folder));
         let mut tokens = Tokens::included(&text, path, tail);
         while let Some(token) = tokens.take()? {
             let at = tokens.place(&token);
             let done = match token.kind {
-                Kind::Word(word) => self.directive(word, &mut tokens, at, depth),
+                Kind::Word(word) => self.directive(word, &mut tokens, at),
                 other => {
                     let message =
                         format!("{} stands alone; expected a directive", other.describe());
@@ -185,7 +182,6 @@ impl Reader {
         word: &str,
         tokens: &mut Tokens<'_>,
         at: Place,
-        depth: usize,
     ) -> Result<(), LoadError> {
         match word {
             "Identity" | "Translate" | "Scale" | "Rotate" | "LookAt" | "Transform"
@@ -206,7 +202,7 @@ impl Reader {
             "ObjectBegin" => self.object_begin(tokens, at),
             "ObjectEnd" => self.object_end(&at),
             "ObjectInstance" => self.instance(tokens, &at),
-            "Include" | "Import" => self.include(word, tokens, &at, depth),
+            "Include" | "Import" => self.include(word, tokens, &at),
             _ => self.attribute(word, tokens, at),
         }
     }
@@ -529,25 +525,29 @@ impl Reader {
         word: &str,
         tokens: &mut Tokens<'_>,
         at: &Place,
-        depth: usize,
     ) -> Result<(), LoadError> {
         let name = text(tokens, at)?;
         let tail = Parameter::list(tokens)?;
-        self.files += 1;
-        let limits = self.folder.context.limits();
-        let (most_deep, most) = (limits.include_depth(MAX_INCLUDE_DEPTH), limits.files(MAX_FILES));
-        if depth >= most_deep {
-            let message = format!(
-                "files are included more than {most_deep} deep; do they include each other?"
-            );
-            return Err(Context::exceeded(at.span(""), message));
-        }
-        if self.files > most {
-            let message = format!("more than {most} files are included");
-            return Err(Context::exceeded(at.span(""), message));
-        }
         let path = self.folder.join(&name);
-        let bytes = match content(&self.folder.context, &path) {
+        match self.way.enter_file(&path) {
+            Ok(()) => {}
+            Err(circle @ Barred::Circle) => return Err(at.error(circle.of_file(&name))),
+            Err(barred) => return Err(Context::exceeded(at.span(""), barred.of_file(&name))),
+        }
+        let done = self.included(word, (&name, &path), tail, at);
+        self.way.leave();
+        done
+    }
+
+    /// What stands in an included file.
+    fn included(
+        &mut self,
+        word: &str,
+        (name, path): (&str, &Path),
+        tail: Vec<Parameter>,
+        at: &Place,
+    ) -> Result<(), LoadError> {
+        let bytes = match content(&self.folder.context, path) {
             Ok(bytes) => bytes,
             Err(why) => {
                 let message = format!("{why}; what it contains is left out");
@@ -556,15 +556,15 @@ impl Reader {
             }
         };
         if word == "Include" {
-            return self.file(&bytes, &path, tail, depth + 1);
+            return self.file(&bytes, path, tail);
         }
         self.require_world(at, "Import")?;
         let (state, open) = (self.state.clone(), self.saved.len());
-        self.file(&bytes, &path, tail, depth + 1)?;
+        self.file(&bytes, path, tail)?;
         if self.saved.len() != open {
             return Err(at.error(format!(
                 "{} leaves an AttributeBegin or AttributeEnd without the other",
-                quote(&name)
+                quote(name)
             )));
         }
         self.state = state;
