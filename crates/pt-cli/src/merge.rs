@@ -15,7 +15,7 @@ use crate::commands::Merge;
 use crate::denoise::Denoising;
 use crate::keeping::run_of;
 use crate::lock::Lock;
-use crate::{output, resume};
+use crate::{output, resume, seal};
 
 /// A film, its file, and its samples.
 struct Part {
@@ -40,7 +40,10 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
     let mut parts = merge.films.iter().map(|path| read(path)).collect::<Result<Vec<_>>>()?;
     parts.sort_by_key(|part| part.samples.start);
     check(&parts, !is_film(path))?;
-    let (paths, whole) = sum(parts);
+    let are_ours = parts.iter().all(is_ours);
+    let (paths, mut whole) = sum(parts);
+    let About { folder, command, .. } = &whole.about;
+    whole.about.seal = if are_ours { seal::of(path, folder, command) } else { String::new() };
     let samples = whole.film.first()..whole.about.spp;
     if is_film(path) {
         film_file::write(path, &whole.about, &whole.film).and_then(Written::place)?;
@@ -65,6 +68,13 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
         );
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Whether the program made a film for this user in its place: a film, or that of an image beside it.
+fn is_ours(part: &Part) -> bool {
+    let About { seal, folder, command, .. } = &part.file.about;
+    let outputs = [part.path.clone(), part.path.with_extension("")];
+    outputs.iter().any(|output| seal::is_ours(seal, output, folder, command))
 }
 
 /// Reads a film, all pixels of which have to have the same samples.

@@ -175,6 +175,13 @@ fn parts_come_together_to_the_image_of_one_render() {
         assert!(folder.read("again.exr") == want);
         let run = folder.succeed("info bc.film");
         assert!(run.out.contains("7 to 64, 34200 in all, 57.0 per pixel"), "{run:?}");
+        // What was made here of what was made here goes on, too, and nothing else.
+        folder.succeed("resume bc.film -s 66");
+        let run = folder.succeed("info bc.film");
+        assert!(run.out.contains("7 to 66, 35400 in all"), "{run:?}");
+        std::fs::rename(folder.path("a.film"), folder.path("moved.film")).expect("a film");
+        folder.succeed("merge moved.film -f a.film");
+        assert_eq!(folder.run("resume a.film -s 9").code, Some(2));
     }
 }
 
