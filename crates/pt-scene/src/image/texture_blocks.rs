@@ -12,6 +12,7 @@ use pt_math::color::linear_from_srgb;
 use pt_memory::Grant;
 
 use super::{Codec, Decoded, Image, Numbers, Room, check_size};
+use crate::guard::guarded;
 
 pub(super) const DDS: Codec =
     Codec { name: "DDS", extensions: &["dds"], read: Some(read_dds), write: None, metadata: None };
@@ -200,19 +201,24 @@ fn transcoded(
     room: &Room,
 ) -> Result<Decoded, String> {
     let invalid = |error: basisu::Error| format!("has no picture that can be read: {error:?}");
-    let texture = Transcoder::new(bytes).map_err(invalid)?;
-    let (width, height) = texture.base_dimensions();
-    let (target, format) = match texture.source_format() {
-        SourceFormat::UastcHdr4x4 | SourceFormat::UastcHdr6x6 | SourceFormat::AstcHdr6x6 => {
-            (TargetFormat::RgbaHalf, ImageFormat::Rgba16Float)
-        }
-        _ => (TargetFormat::Rgba32, ImageFormat::Rgba8Unorm),
-    };
-    let data = {
+    let transcode = || -> Result<_, String> {
+        let texture = Transcoder::new(bytes).map_err(invalid)?;
+        let (width, height) = texture.base_dimensions();
+        let (target, format) = match texture.source_format() {
+            SourceFormat::UastcHdr4x4 | SourceFormat::UastcHdr6x6 | SourceFormat::AstcHdr6x6 => {
+                (TargetFormat::RgbaHalf, ImageFormat::Rgba16Float)
+            }
+            _ => (TargetFormat::Rgba32, ImageFormat::Rgba8Unorm),
+        };
         let _grant = ask_for([width, height], room)?;
-        texture.transcode_image(0, 0, 0, target, DecodeFlags::NONE).map_err(invalid)?
+        let data = texture.transcode_image(0, 0, 0, target, DecodeFlags::NONE).map_err(invalid)?;
+        Ok(([width, height], format, data))
     };
-    decoded([width, height], format, &data, (curve, numbers), room)
+    // basisu 0.1 panics at some files that are damaged.
+    let transcoded = guarded("Basis Universal", transcode)
+        .map_err(|_| "has no picture that can be read: the file is damaged".to_owned())?;
+    let (size, format, data) = transcoded?;
+    decoded(size, format, &data, (curve, numbers), room)
 }
 
 /// The bytes of a picture of single precision.
@@ -361,4 +367,25 @@ fn image_format(format: Format) -> Option<ImageFormat> {
         Format::R32G32B32A32_SFLOAT => ImageFormat::Rgba32Float,
         _ => return None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::{Path, PathBuf};
+
+    use super::super::{Transfer, decode_as};
+    use super::*;
+
+    /// Two files that fuzzing found, at which the decoder panics: a length beyond the file, and a block that ends early.
+    #[test]
+    fn files_at_which_the_decoder_panics_are_damaged() {
+        let folder: PathBuf =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/formats/images/damaged");
+        for name in ["length.ktx2", "block.basis"] {
+            let bytes = std::fs::read(folder.join(name)).expect("it is there");
+            let error = decode_as(&bytes, Path::new(name), Numbers::Light(Transfer::Srgb));
+            let message = error.expect_err("it is damaged").to_string();
+            assert!(message.contains("can be read: the file is damaged"), "{message}");
+        }
+    }
 }
