@@ -170,19 +170,22 @@ fn unpacked(stream: impl Read, length: u64) -> Result<Vec<u8>, String> {
 
 /// See [`super::Reader`]. Files do not say how their numbers relate to light; they are taken as sRGB.
 fn read_basis(bytes: &[u8], numbers: Numbers, room: &Room) -> Result<Decoded, String> {
-    if has_empty_slices(bytes) {
-        return Err("has a picture without blocks: the file is damaged".to_owned());
+    if has_wrong_slices(bytes) {
+        return Err(
+            "has a picture of other blocks than it is large: the file is damaged".to_owned()
+        );
     }
     transcoded(bytes, (Curve::Srgb, numbers), room)
 }
 
-/// Whether a slice of a Basis Universal file has no blocks, which basisu 0.1 divides by. Descriptions of slices have 23 bytes,
-/// of which four are the numbers of blocks; where they and how many they are is in the header.
-fn has_empty_slices(bytes: &[u8]) -> bool {
+/// Whether a slice of a Basis Universal file has no blocks, which basisu 0.1 divides by, or more than one for 4 × 4 texels. Descriptions
+/// of slices have 23 bytes, of which four are the width and height and four the numbers of blocks; where they and how many
+/// they are is in the header.
+fn has_wrong_slices(bytes: &[u8]) -> bool {
     const COUNT: usize = 14;
     const PLACE: usize = 65;
     const SIZE: usize = 23;
-    const BLOCKS: std::ops::Range<usize> = 9..13;
+    const NUMBERS: std::ops::Range<usize> = 5..13;
     let (Some([a, b, c]), Some(place)) =
         (bytes.get(COUNT..).and_then(|rest| rest.first_chunk()), bytes.get(PLACE..PLACE + 4))
     else {
@@ -191,7 +194,12 @@ fn has_empty_slices(bytes: &[u8]) -> bool {
     let count = u32::from_le_bytes([*a, *b, *c, 0]) as usize;
     let place = place.iter().rev().fold(0, |place, byte| place << 8 | usize::from(*byte));
     let slices = bytes.get(place..).unwrap_or_default().chunks_exact(SIZE).take(count);
-    slices.map(|slice| &slice[BLOCKS]).any(|blocks| blocks[..2] == [0, 0] || blocks[2..] == [0, 0])
+    let mut numbers = slices.map(|slice| {
+        let words = slice[NUMBERS].as_chunks().0;
+        [0, 1, 2, 3].map(|i: usize| u16::from_le_bytes(words[i]))
+    });
+    let is_wrong = |texels: u16, blocks: u16| blocks == 0 || blocks > texels.div_ceil(4);
+    numbers.any(|[width, height, x, y]| is_wrong(width, x) || is_wrong(height, y))
 }
 
 /// A picture of Basis Universal or ASTC, in either container.
