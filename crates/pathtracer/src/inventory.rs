@@ -55,7 +55,7 @@ pub struct Counts {
     pub instances: usize,
     /// Those that are spheres.
     pub spheres: usize,
-    /// Those that are points and segments.
+    /// Objects of points and segments.
     pub clouds: usize,
     /// Those that move.
     pub moving: usize,

@@ -70,7 +70,7 @@ pub(crate) fn run(merge: &Merge) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Whether the program made a film for this user in its place: a film, or that of an image beside it.
+/// True of a film that the program made for this user in its place: a film, or that of an image beside it.
 fn is_ours(part: &Part) -> bool {
     let About { seal, folder, command, .. } = &part.file.about;
     let outputs = [part.path.clone(), part.path.with_extension("")];

@@ -170,7 +170,7 @@ fn spheres_behind_points_keep_their_axes() {
     }
 }
 
-/// What emits by the colours of points shows these, of spheres as of cylinders between two of one colour.
+/// Points that emit by their colours show these, spheres as well as cylinders between two of one colour.
 #[test]
 fn points_that_emit_show_their_colours() {
     let points =

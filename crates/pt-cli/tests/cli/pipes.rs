@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use crate::common::{Folder, SCENE, TINY};
 
-/// What becomes of what the program prints.
+/// The fate of the output.
 #[derive(Clone, Copy, Debug)]
 enum Way {
     /// Nobody reads either.

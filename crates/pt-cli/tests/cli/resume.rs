@@ -175,7 +175,7 @@ fn parts_come_together_to_the_image_of_one_render() {
         assert!(folder.read("again.exr") == want);
         let run = folder.succeed("info bc.film");
         assert!(run.out.contains("7 to 64, 34200 in all, 57.0 per pixel"), "{run:?}");
-        // What was made here of what was made here goes on, too, and nothing else.
+        // A sum of films of this user's own goes on without further options; one of a moved film does not.
         folder.succeed("resume bc.film -s 66");
         let run = folder.succeed("info bc.film");
         assert!(run.out.contains("7 to 66, 35400 in all"), "{run:?}");

@@ -128,7 +128,7 @@ fn names_do_not_command_the_terminal() {
     assert!(run.out.contains(r"\u001b]0;owned\u0007"), "{run:?}");
 }
 
-/// What the system saw of folders since the last question: what was opened, read, written or made in them.
+/// Events of the file system in some folders: files that were opened, read, written or made.
 #[cfg(target_os = "linux")]
 struct Watch(rustix::fd::OwnedFd);
 
@@ -210,7 +210,7 @@ fn nothing_outside_is_opened_for_films_of_strangers() {
             assert_eq!(watch.seen(), Vec::<String>::new(), "{command}");
             assert!(listener.accept().is_err(), "{command} connects");
         }
-        // What is allowed is read: the watch sees it.
+        // Files in allowed folders are read, which the watch sees.
         folder.run(&format!("resume there/{name}.exr -s 4 --allow-folder {}", at("home")));
         assert!(watch.seen().iter().any(|event| event.contains("scene.dae")));
         listener.set_nonblocking(false).expect("a socket");

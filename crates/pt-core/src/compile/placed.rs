@@ -25,8 +25,8 @@ pub(super) const MOST_MOVING_LIGHTS: usize = 16;
 /// Objects with the numbers that they have in the scene, and where they are.
 pub(super) type Tracks = Vec<(usize, Vec<Knot>)>;
 
-/// What tells whether two objects are the same but for their place: the mesh or the points, by their address, the radius of
-/// these, the materials, and the media.
+/// The identity of an object but for its place: the mesh or the points, by their address, the radius of these, the
+/// materials, and the media.
 type Likeness = (usize, Option<u64>, Vec<Option<u32>>, Option<Sides>);
 
 fn likeness(object: &Object) -> Option<Likeness> {

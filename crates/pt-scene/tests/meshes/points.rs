@@ -73,8 +73,8 @@ fn ply_files_with_no_face_are_points() {
     let header = header.replace("face 0", "face 1");
     let scene = read(&format!("{header}end_header\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n"), "a.ply");
     assert_eq!(only(&scene).positions.len(), 3);
-    let told = scene.warnings.iter().any(|w| w.message.contains("shown as points"));
-    assert!(told, "{:?}", scene.warnings);
+    let is_noted = scene.warnings.iter().any(|w| w.message.contains("shown as points"));
+    assert!(is_noted, "{:?}", scene.warnings);
 }
 
 #[test]
@@ -325,7 +325,7 @@ fn points_of_our_own_files_may_be_of_other_files() {
     }
 }
 
-/// Points that belong to no segment stay; a radius is told.
+/// Points that belong to no segment stay; a radius has a note.
 #[test]
 fn gltf_has_points_and_lines_as_they_were() {
     let points = Points {

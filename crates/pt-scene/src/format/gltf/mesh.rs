@@ -30,6 +30,9 @@ pub(super) struct Form<'f> {
     pub(super) is_mirrored: bool,
 }
 
+/// The attributes of a primitive, and its positions.
+type Vertices<'a> = (Item<'a>, Vec<[f32; 3]>);
+
 /// The colours of vertices.
 #[derive(Default)]
 pub(super) struct Colored {
@@ -56,13 +59,7 @@ impl<'a> Reader<'a> {
             let message = format!("{mode} is no kind of primitive; expected 0 to 6");
             return Err(primitive.refuse("mode", message));
         }
-        let Some(attributes) = primitive.child("attributes")? else {
-            return Err(primitive.error("its \"attributes\" are missing"));
-        };
-        let Some(mut positions) = self.accessors.vectors::<3>(&attributes, "POSITION")? else {
-            self.warn(primitive, "it has no POSITION; it is left out");
-            return Ok(None);
-        };
+        let Some((attributes, mut positions)) = self.vertices(primitive)? else { return Ok(None) };
         let vertices = positions.len();
         let corners = self.indices(primitive, vertices)?;
         let mut triangles =
@@ -129,6 +126,21 @@ impl<'a> Reader<'a> {
             attributes: named,
         };
         Ok(Some(Arc::new(mesh)))
+    }
+
+    /// The attributes of a primitive and its positions; `None` without these, with a note.
+    pub(super) fn vertices(
+        &mut self,
+        primitive: &Item<'a>,
+    ) -> Result<Option<Vertices<'a>>, LoadError> {
+        let Some(attributes) = primitive.child("attributes")? else {
+            return Err(primitive.error("its \"attributes\" are missing"));
+        };
+        let Some(positions) = self.accessors.vectors::<3>(&attributes, "POSITION")? else {
+            self.warn(primitive, "it has no POSITION; it is left out");
+            return Ok(None);
+        };
+        Ok(Some((attributes, positions)))
     }
 
     /// The indices of a primitive, of vertices that exist; `None` if it has none.

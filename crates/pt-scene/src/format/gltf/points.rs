@@ -16,7 +16,7 @@ const LINE_LOOP: usize = 2;
 const LINE_STRIP: usize = 3;
 
 impl<'a> Reader<'a> {
-    /// Whether a primitive is one of points or lines.
+    /// True of primitives of points or lines.
     pub(super) fn is_of_points(primitive: &Item<'a>) -> Result<bool, LoadError> {
         Ok(primitive.whole("mode")?.is_some_and(|mode| mode <= LINE_STRIP))
     }
@@ -71,13 +71,7 @@ impl<'a> Reader<'a> {
         name: &str,
         form: &Form<'_>,
     ) -> Result<Option<Points>, LoadError> {
-        let Some(attributes) = primitive.child("attributes")? else {
-            return Err(primitive.error("its \"attributes\" are missing"));
-        };
-        let Some(mut positions) = self.accessors.vectors::<3>(&attributes, "POSITION")? else {
-            self.warn(primitive, "it has no POSITION; it is left out");
-            return Ok(None);
-        };
+        let Some((attributes, mut positions)) = self.vertices(primitive)? else { return Ok(None) };
         let vertices = positions.len();
         let indices = self.indices(primitive, vertices)?;
         self.morph(primitive, form.weights, &mut positions, (None, None))?;

@@ -135,7 +135,7 @@ fn inline(keys: &mut Keys<'_>, cx: &mut Reading<'_>) -> Result<Points, LoadError
     })
 }
 
-/// What every user of points relies on.
+/// The invariants of points.
 fn check(points: &Points) -> Result<(), String> {
     let count = points.positions.len();
     if count == 0 {

@@ -23,7 +23,7 @@ pub(super) struct Wardrobe<'a> {
     pub(super) path: &'a Path,
     /// What is named for each slot.
     pub(super) slots: Vec<Option<Named>>,
-    /// How many of the slots are those of the mesh; each of the others is that of an object of points and lines.
+    /// Number of slots of the mesh; each of the others is that of an object of points and lines.
     pub(super) of_mesh: usize,
     /// The files of materials, as they are written.
     pub(super) libraries: Vec<Named>,

@@ -36,7 +36,7 @@ use slots::Named;
 /// Pieces of the file that are read before what they hold is put together.
 const CHUNKS: usize = 64;
 
-/// What is read of a file that is a scene.
+/// The content of a file that is a scene.
 struct Parsed {
     /// Its faces, if there are some.
     file: Option<MeshFile>,
@@ -160,7 +160,7 @@ impl Content {
         Ok(Parsed { file: None, slots, clouds, libraries, warnings })
     }
 
-    /// What is not read of the file.
+    /// Notes about statements and colours that are not read.
     fn warnings(&self, path: &Path) -> Vec<Warning> {
         let unknown = self.faces.unknown.iter().map(|(word, at)| Warning {
             at: at.clone(),
@@ -216,7 +216,7 @@ impl Content {
     }
 }
 
-/// The error about a file without faces, unless others were told that may be why.
+/// The error about a file without faces, unless earlier ones may be the reason.
 fn without_faces(path: &Path, faults: &Faults) -> LoadError {
     faults.because_of(mesh_file::error(path, 0, "the file has no faces (\"f 1 2 3\")"))
 }

@@ -539,7 +539,7 @@ impl Reader {
         done
     }
 
-    /// What stands in an included file.
+    /// The content of an included file.
     fn included(
         &mut self,
         word: &str,

@@ -72,7 +72,7 @@ pub(super) fn parse_points(bytes: &[u8], path: &Path) -> Result<Points, LoadErro
     Ok(PointsFile::new(file, segments, path).points)
 }
 
-/// What a file is read for.
+/// The purpose of a reading.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Wanted {
     Faces,
@@ -80,11 +80,11 @@ enum Wanted {
     Anything,
 }
 
-/// What is read of a file.
+/// The content of a file.
 struct Content {
     file: MeshFile,
     painted: Painted,
-    /// Those of the element `edge`, in files without faces.
+    /// Segments by the element `edge`, in files without faces.
     segments: Vec<[u32; 2]>,
 }
 

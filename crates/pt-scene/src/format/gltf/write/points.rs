@@ -9,7 +9,7 @@ use super::Writer;
 use crate::Points;
 
 impl Writer<'_> {
-    /// What a node says that shows points and segments between them: a mesh of primitives of points and of lines.
+    /// The fields of a node with points and segments between them: a mesh of primitives of points and of lines.
     ///
     /// # Errors
     /// If a position is not finite.
