@@ -12,7 +12,7 @@ use crate::{BuildOptions, Bvh};
 /// Single rays, and rays in batches, per mesh; ten meshes. Fewer where their triangles are in
 /// pieces, and without AVX2, where they take four times as long and the same bits come out.
 const RAYS: [u64; 2] = if cfg!(target_feature = "avx2") || cfg!(not(target_arch = "x86_64")) {
-    [800_000, 4_000_000]
+    [1_000_000, 5_000_000]
 } else {
     [200_000, 500_000]
 };

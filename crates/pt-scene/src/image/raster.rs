@@ -48,7 +48,7 @@ fn read(
     let (width, height) = decoder.dimensions();
     let pixels = u64::from(width) * u64::from(height);
     let _grant = room.ask(Some(decoder.total_bytes().max(pixels.saturating_mul(16))))?;
-    if format != ImageFormat::WebP {
+    if !matches!(format, ImageFormat::WebP | ImageFormat::Tiff) {
         check_ratio(pixels, bytes.len() as u64)?;
     }
     let has_alpha = decoder.color_type().has_alpha();
@@ -66,8 +66,8 @@ fn read(
     })
 }
 
-/// Refuses large pictures that their bytes cannot hold. No packing of these formats but that of WebP, which may say that all is
-/// of one colour, makes more of a byte than the LZW of GIF and TIFF: a code of 12 bits stands for at most 4096 pixels.
+/// Refuses large pictures that their bytes cannot hold. No packing of these formats makes more of a byte than the LZW of GIF: a
+/// code of 12 bits stands for at most 4096 pixels. WebP may have one colour for all pixels, and TIFF a bit for an empty row.
 fn check_ratio(pixels: u64, bytes: u64) -> Result<(), String> {
     const SMALL: u64 = 1 << 22;
     let most = (bytes * 4096 * 2 / 3).max(SMALL);

@@ -72,6 +72,17 @@ fn the_first_picture_of_an_animation_is_read() {
     assert!(error.to_string().contains("claims 67108864 pixels, but has"), "{error}");
 }
 
+/// An empty page of 5.8 million pixels takes a bit for each row, as fax machines pack it.
+#[test]
+fn empty_pages_are_no_false_claims() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/formats/images/empty_page.tiff");
+    let bytes = std::fs::read(path).expect("it is there");
+    assert!(bytes.len() < 1200);
+    let read = read(&bytes, "a.tiff", Numbers::Stored);
+    assert_eq!([read.image.width, read.image.height], [2400; 2]);
+    assert!(read.image.pixels.iter().all(|pixel| *pixel == [1.0; 3]));
+}
+
 #[test]
 fn sixteen_bits_are_levels_and_real_numbers_are_light() {
     let deep = image::ImageBuffer::from_fn(2, 1, |x, _| image::Rgb([x as u16 * 65_535, 1, 40_000]));
