@@ -17,9 +17,9 @@ pub use references::{mutate, mutate_glb};
 use tempfile::TempDir;
 
 /// Most triangles and spheres of a scene, each as often as it is placed, that is compiled: of more, only the reading is tested.
-const MOST_SHAPES: usize = 20_000;
+const MAX_SHAPES: usize = 20_000;
 /// Most objects of such a scene.
-const MOST_OBJECTS: usize = 1000;
+const MAX_OBJECTS: usize = 1000;
 
 /// Reads the bytes as a scene whose name has this ending, in a folder without anything else, and compiles it.
 pub fn scene(bytes: &[u8], ending: &str) {
@@ -113,8 +113,8 @@ pub fn image(bytes: &[u8], ending: &str) {
 
 /// Grants the memory of pictures that take a moment only.
 fn little(bytes: u64) -> Result<pt_memory::Grant, String> {
-    const MOST_BYTES: u64 = 64 << 20;
-    if bytes > MOST_BYTES { Err("too large".to_owned()) } else { pt_memory::ask(bytes) }
+    const MAX_BYTES: u64 = 64 << 20;
+    if bytes > MAX_BYTES { Err("too large".to_owned()) } else { pt_memory::ask(bytes) }
 }
 
 /// Reads the bytes as a photometric file.
@@ -202,7 +202,7 @@ fn is_small(scene: &Scene) -> bool {
         Geometry::Sphere { .. } => 1,
     };
     let all: usize = scene.objects.iter().map(|object| shapes(&object.geometry)).sum();
-    scene.objects.len() <= MOST_OBJECTS && all <= MOST_SHAPES
+    scene.objects.len() <= MAX_OBJECTS && all <= MAX_SHAPES
 }
 
 fn options() -> LoadOptions {

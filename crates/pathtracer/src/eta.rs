@@ -30,7 +30,7 @@ pub struct Eta {
 }
 
 /// Marks that are kept; of more, every second one goes.
-const MOST_MARKS: usize = 256;
+const MAX_MARKS: usize = 256;
 
 /// Parts of the second half of the time, the speeds of which are compared.
 const PARTS: u32 = 8;
@@ -39,7 +39,7 @@ const PARTS: u32 = 8;
 const DEVIATIONS: f64 = 2.0;
 
 /// What the interval spans to each side in any case, as a share of the time that is left, and in seconds.
-const LEAST_WIDTH: (f64, f64) = (0.05, 0.05);
+const MIN_WIDTH: (f64, f64) = (0.05, 0.05);
 
 impl Eta {
     /// Of a render that begins now with `done` of `total` samples.
@@ -57,7 +57,7 @@ impl Eta {
         if self.marks.last().is_none_or(|&(last, before)| seconds > last && done >= before) {
             self.marks.push((seconds, done));
         }
-        if self.marks.len() > MOST_MARKS {
+        if self.marks.len() > MAX_MARKS {
             let last = self.marks.len() - 1;
             let mut place = 0..;
             self.marks.retain(|_| place.next().is_none_or(|i| i % 2 == 0 || i == last));
@@ -114,7 +114,7 @@ impl Eta {
         let squares = (0..PARTS).map(|i| ((at(i + 1) - at(i)) / (part * speed) - 1.0).powi(2));
         let variance = squares.sum::<f64>() / f64::from(PARTS - 1);
         let of_halves = ((done - first) as f64 / (now * speed) - 1.0).abs();
-        let mut width = LEAST_WIDTH.0 + DEVIATIONS * variance.sqrt();
+        let mut width = MIN_WIDTH.0 + DEVIATIONS * variance.sqrt();
         let mut at_exponents = self.totals.map(|total| total.saturating_sub(done) as f64 / speed);
         if self.is_adaptive {
             let middle = 0.5 * (self.done_at(half) + done as f64);
@@ -129,8 +129,8 @@ impl Eta {
         if !most.is_finite() {
             return None;
         }
-        let least = (least / (1.0 + width) - LEAST_WIDTH.1).max(0.0);
-        Some(Left { least, likely, most: most * (1.0 + width) + LEAST_WIDTH.1 })
+        let least = (least / (1.0 + width) - MIN_WIDTH.1).max(0.0);
+        Some(Left { least, likely, most: most * (1.0 + width) + MIN_WIDTH.1 })
     }
 }
 
@@ -144,7 +144,7 @@ mod tests {
         assert_eq!(eta.left(), None);
         for i in 1..=500u32 {
             eta.mark(f64::from(i) * 0.1, 100 + u64::from(i));
-            assert!(eta.marks.len() <= MOST_MARKS);
+            assert!(eta.marks.len() <= MAX_MARKS);
         }
         let left = eta.left().expect("there are marks");
         assert!((left.likely - 50.0).abs() < 1e-6, "{left:?}");

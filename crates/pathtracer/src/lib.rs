@@ -47,7 +47,7 @@ pub use pt_core::settings::{
 pub use pt_core::target::Look;
 pub use pt_core::{CompileError, CompileOptions};
 pub use pt_cpu::{
-    INTEGRATORS, MOST_REUSE, MOST_SPLIT, Progress, Registration, RenderError, Statistics,
+    INTEGRATORS, MAX_REUSE, MAX_SPLIT, Progress, Registration, RenderError, Statistics,
 };
 pub use pt_math::sampler::{SECOND_HALF, SamplerKind};
 pub use pt_scene::format::{

@@ -22,7 +22,7 @@ pub const SUN: &str = "sun";
 pub const REST: &str = "rest";
 
 /// The most groups: as many more layers an image can have.
-pub const MOST: usize = 128;
+pub const MAX: usize = 128;
 
 /// The lights of a compiled scene with their names: objects that glow are called as [`crate::explain`] does, lights
 /// without a shape and media that glow by their own name, and what is infinitely far away and can be seen is [`SKY`] or [`SUN`]. Of several of one name the
@@ -64,7 +64,7 @@ pub fn most(wanted: &Wanted, scene: &Scene) -> usize {
     let suns = scene.lights.iter().filter(daylight).count();
     let media = scene.media.iter().filter(|medium| medium.matter.glows()).count();
     let each = if wanted.each { scene.lights.len() + suns + glowing + media + 1 } else { 0 };
-    (wanted.named.len() + each + 1).min(MOST)
+    (wanted.named.len() + each + 1).min(MAX)
 }
 
 /// The groups that are wanted of a scene.
@@ -97,9 +97,9 @@ pub(crate) fn resolve(
         }
     }
     let count = names.len() + 1;
-    if count > MOST {
+    if count > MAX {
         return Err(format!(
-            "there would be {count} groups of lights, of at most {MOST}; name those of interest"
+            "there would be {count} groups of lights, of at most {MAX}; name those of interest"
         ));
     }
     // Of several of one name, the rest has it.
@@ -117,10 +117,10 @@ pub fn as_layer(name: &str) -> String {
 /// That there is no light of a name, which was perhaps meant, and which there are.
 fn unknown(name: &str, lights: &[(String, LightOrigin)]) -> String {
     const SHOWN: usize = 20;
-    const MOST_MEANT: usize = 3;
+    const MAX_MEANT: usize = 3;
     let quote = |name: &str| format!("\"{name}\"");
     let names = || lights.iter().map(|(name, _)| name.as_str());
-    let meant = alike(name, names()).into_iter().take(MOST_MEANT).map(quote);
+    let meant = alike(name, names()).into_iter().take(MAX_MEANT).map(quote);
     let meant = match meant.collect::<Vec<_>>().join(" or ") {
         none if none.is_empty() => none,
         meant => format!(" (did you mean {meant}?)"),

@@ -24,7 +24,7 @@ const GRID: [u32; 2] = [24, 16];
 /// Share of the height of all surfaces by which a camera may stand above their underside.
 const UNDERSIDE: f32 = 0.01;
 /// Most surfaces in a row that a ray goes through because they are not there.
-const MOST_HOLES: usize = 64;
+const MAX_HOLES: usize = 64;
 /// What helps.
 const ADVICE: &str = "--camera fit shows all surfaces";
 
@@ -91,7 +91,7 @@ fn found(scene: &RenderScene, rays: &[Ray]) -> Vec<Seen> {
     let mut hits = Vec::new();
     let mut seen = vec![Seen::Nothing; rays.len()];
     let mut open: Vec<usize> = (0..rays.len()).collect();
-    for _ in 0..MOST_HOLES {
+    for _ in 0..MAX_HOLES {
         let batch: Vec<_> = open.iter().map(|&i| rays[i]).collect();
         tracer.intersect(&batch, |_| 0.0, &mut hits);
         open = open

@@ -343,10 +343,10 @@ fn samples_per_pixel() {
 /// Figure 10: the mean number of samples after which pixels stop.
 #[test]
 fn adaptive_sampling() {
-    const MOST: u32 = 128;
+    const MAX: u32 = 128;
     const PIXELS: u32 = 250;
     let both = Both::new(Content::Ring);
-    let (settings, plan) = options(1, 5, false, MOST);
+    let (settings, plan) = options(1, 5, false, MAX);
     let region = Region { x: 180, y: 120, width: BLOCK, height: BLOCK };
     for (batch, tolerance) in [(16, 0.1), (32, 0.2)] {
         let adaptive = Some(Adaptive { batch, tolerance });
@@ -363,7 +363,7 @@ fn adaptive_sampling() {
                 let at = [region.x, region.y].map(|c| c + random.below(BLOCK as usize) as u32);
                 // Rows are counted from below.
                 let at = [at[0], SIZE[1] - 1 - at[1]];
-                let rule = (MOST, batch, f64::from(tolerance));
+                let rule = (MAX, batch, f64::from(tolerance));
                 let view = (&both.eye, SIZE);
                 let n = both.world.samples_of_pixel(view, at, &plan, rule, &mut random);
                 DVec3::splat(f64::from(n))
@@ -372,7 +372,7 @@ fn adaptive_sampling() {
         let [theirs, their_variance] = statistics(theirs.into_iter());
         let error = (our_variance.x + their_variance.x).sqrt();
         println!("-a {batch} {tolerance}: {} for {} ± {error}", ours.x, theirs.x);
-        assert!(theirs.x > f64::from(batch) && theirs.x < f64::from(MOST));
+        assert!(theirs.x > f64::from(batch) && theirs.x < f64::from(MAX));
         assert!((ours.x - theirs.x).abs() < 4.0 * error, "{} for {} ± {error}", ours.x, theirs.x);
     }
 }

@@ -17,7 +17,7 @@ use crate::traverse::{STACK, Stack, Walk};
 use crate::{BuildError, build};
 
 /// Primitives with more slack are left out.
-const MOST_SLACK: f32 = 128.0;
+const MAX_SLACK: f32 = 128.0;
 
 /// Boxes of primitives, ready for rays.
 #[derive(Clone, Debug, Default)]
@@ -138,7 +138,7 @@ impl<H> Nearest<H> {
 /// Whether a primitive can be in a tree.
 fn is_usable(bounds: &Bounds3, slack: f32) -> bool {
     let is_box = in_range(bounds.min) && in_range(bounds.max) && !bounds.is_empty();
-    is_box && (0.0..=MOST_SLACK).contains(&slack)
+    is_box && (0.0..=MAX_SLACK).contains(&slack)
 }
 
 /// By how many times the pad of a ray each node is to be widened: see the module.

@@ -98,7 +98,7 @@ pub use user::{USUAL_SLACK, UserBvh, UserPrimitives};
 pub use wide::prefetch::hint;
 
 /// Fewer rays than this are faster one by one.
-const LEAST_BATCH: usize = 8;
+const MIN_BATCH: usize = 8;
 
 /// Why there is no tree.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -287,7 +287,7 @@ impl Bvh {
         counter: &mut impl Counter,
     ) {
         match &self.kernel {
-            Kernel::Wide(wide) if rays.len() >= LEAST_BATCH => {
+            Kernel::Wide(wide) if rays.len() >= MIN_BATCH => {
                 wide.intersect_batch(rays, hits, counter);
             }
             _ => {
@@ -299,7 +299,7 @@ impl Bvh {
 
     fn any_of_each(&self, rays: Rays<'_>, occluded: &mut Vec<bool>, counter: &mut impl Counter) {
         match &self.kernel {
-            Kernel::Wide(wide) if rays.len() >= LEAST_BATCH => {
+            Kernel::Wide(wide) if rays.len() >= MIN_BATCH => {
                 wide.occluded_batch(rays, occluded, counter);
             }
             _ => {

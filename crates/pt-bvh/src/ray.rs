@@ -32,15 +32,15 @@ pub(crate) const PAD: f32 = 48.0 * EPSILON;
 /// The part of the pad that the box test itself needs.
 pub(crate) const BOX_TEST: f32 = 16.0 * EPSILON;
 /// Never 0, so that depths of 0 stay inside.
-pub(crate) const LEAST_PAD: f32 = 4.0 * f32::MIN_POSITIVE;
+pub(crate) const MIN_PAD: f32 = 4.0 * f32::MIN_POSITIVE;
 /// What boxes are widened by, over a component of an ordinary ray's direction, is at least this.
-const LEAST_SCALE: f32 = 1.0 / (1u128 << 100) as f32;
+const MIN_SCALE: f32 = 1.0 / (1u128 << 100) as f32;
 /// The least magnitude of a component of an ordinary ray's direction.
-const LEAST_COMPONENT: f32 = 1.0 / (1u64 << 60) as f32;
+const MIN_COMPONENT: f32 = 1.0 / (1u64 << 60) as f32;
 /// Boxes of trees are widened for rays with R up to this times half of the scene's largest extent.
 const NEAR: f32 = 2.0;
 /// Slopes below this are rounded up to it: over the depth R that moves the ray by εR.
-pub(crate) const LEAST_SLOPE: f32 = EPSILON;
+pub(crate) const MIN_SLOPE: f32 = EPSILON;
 /// More than the relative error of converting between t and τ, and back; and more than by what the
 /// depth of a hit, a mean of those of the vertices, can lie outside of these.
 pub(crate) const CONVERSION: f32 = gamma(16);
@@ -74,13 +74,13 @@ impl Scene {
         let reach = NEAR * half.max_element();
         let in_range = (Vec3::splat(LARGEST_COORDINATE) - center.abs()).max(Vec3::ZERO);
         let room = (Vec3::splat(reach) - half).min(in_range) * (1.0 - 4.0 * EPSILON);
-        let padded = (PAD * reach).max(LEAST_PAD);
+        let padded = (PAD * reach).max(MIN_PAD);
         Self {
             center: center.into(),
             half: half.into(),
             padded,
             room: room.into(),
-            longest: (padded / LEAST_SCALE).min(1.0 / LEAST_COMPONENT),
+            longest: (padded / MIN_SCALE).min(1.0 / MIN_COMPONENT),
         }
     }
 
@@ -92,7 +92,7 @@ impl Scene {
     /// Per axis, whether that magnitude of a ray's direction lets its depth in boxes be t.
     #[inline(always)]
     fn is_ordinary(&self, size: Vec3A) -> BVec3A {
-        size.cmpge(Vec3A::splat(LEAST_COMPONENT)) & size.cmple(Vec3A::splat(self.longest))
+        size.cmpge(Vec3A::splat(MIN_COMPONENT)) & size.cmple(Vec3A::splat(self.longest))
     }
 }
 
@@ -159,7 +159,7 @@ impl Prepared {
             return None;
         }
         let reach = (scene.center - o).abs() + scene.half;
-        let pad = PAD * greatest(reach.extend(LEAST_PAD / PAD));
+        let pad = PAD * greatest(reach.extend(MIN_PAD / PAD));
         let is_ordinary = scene.is_ordinary(size).all();
         let (unit, inverse) =
             if is_ordinary { (1.0, d.recip()) } else { (scale, inverse_of_slopes(slopes)) };
@@ -226,7 +226,7 @@ fn origin_and_direction(ray: &Ray) -> [Vec3A; 2] {
 /// digits end early.
 #[inline(always)]
 pub(crate) fn depth_limit(t: f32, scale: f32) -> f32 {
-    ((t + LEAST) * ((scale + LEAST) * (1.0 + CONVERSION))).max(2.0 * f32::MIN_POSITIVE)
+    ((t + MIN) * ((scale + MIN) * (1.0 + CONVERSION))).max(2.0 * f32::MIN_POSITIVE)
 }
 
 /// See [`Prepared::depth_start`]; in units of `scale`.
@@ -236,7 +236,7 @@ pub(crate) fn depth_start(t_min: f32, scale: f32) -> f32 {
 }
 
 /// The least number above 0.
-pub(crate) const LEAST: f32 = f32::from_bits(1);
+pub(crate) const MIN: f32 = f32::from_bits(1);
 
 /// The greatest of four numbers that are not below 0, which compare as integers: that is known sooner.
 #[inline(always)]
@@ -251,7 +251,7 @@ fn greatest(x: Vec4) -> f32 {
 #[cold]
 #[inline(never)]
 fn inverse_of_slopes(slopes: Vec3A) -> Vec3A {
-    slopes.abs().max(Vec3A::splat(LEAST_SLOPE)).copysign(slopes).recip()
+    slopes.abs().max(Vec3A::splat(MIN_SLOPE)).copysign(slopes).recip()
 }
 
 /// The axes in cyclic order, the last of them along the largest of three magnitudes, by which of these

@@ -33,7 +33,7 @@ pub(crate) struct TriangleHit {
 }
 
 /// Below this, products may have lost digits to underflow.
-pub(crate) const LEAST_DET: f32 = 1.0 / (1u128 << 100) as f32;
+pub(crate) const MIN_DET: f32 = 1.0 / (1u128 << 100) as f32;
 
 /// What single precision says.
 pub(crate) enum Verdict {
@@ -78,7 +78,7 @@ pub(crate) fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
     let total = mul_add(w, c[2], mul_add(v, b[2], u * a[2]));
     let depth = total * inverse;
     let t = depth * (1.0 / ray.scale);
-    let is_plain = same_signs > 0.0 && det.abs() >= LEAST_DET && t.abs() < f32::INFINITY;
+    let is_plain = same_signs > 0.0 && det.abs() >= MIN_DET && t.abs() < f32::INFINITY;
     if !is_plain {
         return Verdict::Unclear;
     }
@@ -86,7 +86,7 @@ pub(crate) fn judge(ray: &Prepared, [a, b, c]: [[f32; 3]; 3]) -> Verdict {
     let origin_size = ray.origin.abs().max_element();
     let is_distant = nearest > (origin_size + across + (z + z)) * gamma(32);
     let error = mul_add(z, across, x * y * 4.0) * z * inverse.abs() * gamma(32);
-    if (is_distant || depth > error) && total.abs() >= LEAST_DET {
+    if (is_distant || depth > error) && total.abs() >= MIN_DET {
         return Verdict::Hit(TriangleHit { t, b1: v * inverse, b2: w * inverse });
     }
     if depth < -error { Verdict::Miss } else { Verdict::Unclear }
@@ -191,7 +191,7 @@ impl Plane {
         let [e, f] = [(longest + 1) % 3, (longest + 2) % 3];
         let normal = edges[e].cross(edges[f]);
         let (slope, height) = (normal.dot(d), normal.dot(a));
-        let least = LEAST_SLOPE * LEAST_SLOPE * lengths[e] * lengths[f] * d.length_squared();
+        let least = MIN_SLOPE * MIN_SLOPE * lengths[e] * lengths[f] * d.length_squared();
         let is_clear = slope * slope > least;
         let t = height / slope;
         let is_left =
@@ -203,7 +203,7 @@ impl Plane {
 
 /// Triangles of less area for their two shortest edges, or seen under less of an angle, are met too
 /// far from where they are by the rounding of double precision.
-const LEAST_SLOPE: f64 = 1e-4;
+const MIN_SLOPE: f64 = 1e-4;
 
 /// From the vertex to the ray, across it along two axes; and the vertex's depth.
 #[inline]

@@ -8,8 +8,8 @@ use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::receipt::{self, Receipt};
 use pathtracer::{
     Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, FileSettings, Filter, INTEGRATORS,
-    LoadOptions, MOST_REUSE, MOST_SPLIT, Region, Roulette, SECOND_HALF, SamplerKind, Scene,
-    Settings, aov, denoise, groups,
+    LoadOptions, MAX_REUSE, MAX_SPLIT, Region, Roulette, SECOND_HALF, SamplerKind, Scene, Settings,
+    aov, denoise, groups,
 };
 
 use crate::args::{Cli, PngBits, ReceiptKind};
@@ -17,7 +17,7 @@ use crate::formats::{self, Exposure};
 use crate::{light_groups, target};
 
 /// More pixels than this do not fit into the memory of ordinary machines.
-const MOST_PIXELS: u64 = 1 << 28;
+const MAX_PIXELS: u64 = 1 << 28;
 /// What each of them takes, without what else is kept of it.
 const PIXEL_BYTES: u64 = 125;
 /// The probability with which the course's paths go on.
@@ -101,7 +101,7 @@ pub(crate) fn light_samples(text: &str) -> Result<u32, String> {
 /// A side of the squares of pixels whose paths share their light.
 pub(crate) fn reuse(text: &str) -> Result<u32, String> {
     match whole(text, 1, "") {
-        Ok(n) if MOST_REUSE.is_multiple_of(n) => Ok(n),
+        Ok(n) if MAX_REUSE.is_multiple_of(n) => Ok(n),
         _ => Err("expected the side of a square in pixels: 1 (none), 2 or 4".into()),
     }
 }
@@ -147,7 +147,7 @@ pub(crate) fn bytes(text: &str) -> Result<ByteSize, String> {
 /// A number of ways of a path.
 pub(crate) fn split(text: &str) -> Result<u32, String> {
     match whole(text, 1, "") {
-        Ok(n) if n.is_power_of_two() && n <= MOST_SPLIT => Ok(n),
+        Ok(n) if n.is_power_of_two() && n <= MAX_SPLIT => Ok(n),
         _ => Err("expected a power of two from 1 (none) up to 64".into()),
     }
 }
@@ -202,7 +202,7 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
         Some(&[w, h]) => Some([w, h]),
         _ => None,
     };
-    let most = MOST_PIXELS * PIXEL_BYTES / bytes_per_pixel(&cli, light_groups::least(&cli));
+    let most = MAX_PIXELS * PIXEL_BYTES / bytes_per_pixel(&cli, light_groups::least(&cli));
     if let Some([w, h]) = resolution.filter(|&[w, h]| u64::from(w) * u64::from(h) > most) {
         return Err(format!("-r {w} {h}: an image may have at most {most} pixels"));
     }

@@ -157,7 +157,7 @@ fn message(state: &State, now: Duration) -> String {
         state.latest.error.map_or(String::new(), |error| format!(", error {:.2} %", 100.0 * error));
     let human = |seconds: f64| HumanDuration(Duration::from_secs_f64(seconds)).to_string();
     let left = match state.eta.left() {
-        Some(Left { least, likely, most }) if most < MOST_SECONDS => {
+        Some(Left { least, likely, most }) if most < MAX_SECONDS => {
             format!("{} left ({} to {})", human(likely), human(least), human(most))
         }
         _ => "how long is not known yet".into(),
@@ -166,7 +166,7 @@ fn message(state: &State, now: Duration) -> String {
 }
 
 /// Beyond it nothing is foretold: a hundred years.
-const MOST_SECONDS: f64 = 3e9;
+const MAX_SECONDS: f64 = 3e9;
 
 /// A line for programs.
 fn json(word: &str, state: &State, now: Duration) {

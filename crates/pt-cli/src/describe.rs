@@ -12,7 +12,7 @@ use crate::commands::Info;
 use crate::{output, render};
 
 /// Most names of each kind that are shown.
-const MOST_NAMES: usize = 20;
+const MAX_NAMES: usize = 20;
 
 /// Prints what a scene is made of.
 ///
@@ -103,8 +103,8 @@ fn by_kind(items: &[Item]) -> BTreeMap<&str, Vec<&str>> {
 /// Names, as far as they are shown.
 fn listed(names: &[&str]) -> String {
     let mut shown: Vec<_> =
-        names.iter().take(MOST_NAMES).map(|name| format!("\"{name}\"")).collect();
-    if let Some(more) = names.len().checked_sub(MOST_NAMES).filter(|more| *more > 0) {
+        names.iter().take(MAX_NAMES).map(|name| format!("\"{name}\"")).collect();
+    if let Some(more) = names.len().checked_sub(MAX_NAMES).filter(|more| *more > 0) {
         shown.push(format!("… and {more} more"));
     }
     shown.join(", ")

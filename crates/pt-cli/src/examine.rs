@@ -13,7 +13,7 @@ use crate::{FAILURE, output, render};
 /// Exit status of a scene with notes alone: what is approximated, or good to know.
 const NOTES: u8 = 1;
 /// Most lines of each list.
-const MOST_SHOWN: usize = LoadError::MOST_SHOWN;
+const MAX_SHOWN: usize = LoadError::MAX_SHOWN;
 
 /// Something to tell of a scene: where, as far as that is known, and what.
 type Finding = (Option<Span>, String);
@@ -74,12 +74,12 @@ impl Findings {
         for (name, list) in
             [("error", &self.errors), ("missing", &self.missing), ("note", &self.notes)]
         {
-            for (at, message) in list.iter().take(MOST_SHOWN) {
+            for (at, message) in list.iter().take(MAX_SHOWN) {
                 let at = at.as_ref().map_or(file.to_owned(), ToString::to_string);
                 // Strings take all.
                 let _ = writeln!(text, "{name}: {at}: {message}");
             }
-            if let Some(more) = list.len().checked_sub(MOST_SHOWN).filter(|more| *more > 0) {
+            if let Some(more) = list.len().checked_sub(MAX_SHOWN).filter(|more| *more > 0) {
                 let _ = writeln!(text, "{name}: … and {more} more");
             }
         }
@@ -96,7 +96,7 @@ impl Findings {
 
     fn json(&self, file: &str) -> String {
         let list =
-            |list: &[Finding]| list.iter().take(MOST_SHOWN).map(of_finding).collect::<Vec<_>>();
+            |list: &[Finding]| list.iter().take(MAX_SHOWN).map(of_finding).collect::<Vec<_>>();
         let [errors, missing, notes] = [&self.errors, &self.missing, &self.notes];
         let value = json!({
             "scene": file,

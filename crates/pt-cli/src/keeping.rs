@@ -238,7 +238,7 @@ impl Keeping {
 }
 
 /// How many times as long as a film takes to be written a render works at least until the next one.
-const LEAST_WORK: u32 = 100;
+const MIN_WORK: u32 = 100;
 
 /// Something that is done from time to time.
 struct Turn {
@@ -259,7 +259,7 @@ impl Turn {
     fn take<T>(&mut self, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let done = work();
-        self.next = Instant::now() + self.every.max(LEAST_WORK * start.elapsed());
+        self.next = Instant::now() + self.every.max(MIN_WORK * start.elapsed());
         done
     }
 }

@@ -32,7 +32,7 @@ const NOT_AS_ASKED: u8 = 3;
 pub(crate) const MISSING: u8 = 4;
 
 /// Most files that are named.
-const MOST_NAMED: usize = 100;
+const MAX_NAMED: usize = 100;
 
 /// What came of a render.
 pub(crate) struct Done {
@@ -303,10 +303,10 @@ fn compile(
 
 /// Names the files that could not be used, even with `-q`: the picture is another one without them.
 pub(crate) fn tell_missing(missing: &[Warning]) {
-    for file in missing.iter().take(MOST_NAMED) {
+    for file in missing.iter().take(MAX_NAMED) {
         report!("missing: {file}");
     }
-    if let Some(more) = missing.len().checked_sub(MOST_NAMED).filter(|more| *more > 0) {
+    if let Some(more) = missing.len().checked_sub(MAX_NAMED).filter(|more| *more > 0) {
         report!("missing: … and {more} more");
     }
 }

@@ -9,7 +9,7 @@ use crate::args::Cli;
 use crate::check;
 
 /// Samples of a pixel at most, if nothing else is said.
-const MOST_SAMPLES: u32 = 65_536;
+const MAX_SAMPLES: u32 = 65_536;
 
 /// The confidence, if nothing else is said.
 const CONFIDENCE: f64 = 0.95;
@@ -90,7 +90,7 @@ impl Stop {
 
     /// Samples of a pixel at most.
     pub(crate) fn most_samples(&self) -> u32 {
-        self.max_spp.unwrap_or(MOST_SAMPLES)
+        self.max_spp.unwrap_or(MAX_SAMPLES)
     }
 
     /// The target, if one is given, for a screen that shows light made brighter by so many stops.

@@ -48,7 +48,7 @@ struct Cell {
 /// Cells of a table; more where a filter changes its sign.
 const CELLS: u32 = 1024;
 /// Expected number of weights of the rarer sign from which on their mean is about normal.
-const LEAST_EXPECTED: f32 = 10.0;
+const MIN_EXPECTED: f32 = 10.0;
 
 impl FilterSampler {
     /// `None` for the box: a uniform point of the pixel's own square is its sample.
@@ -113,7 +113,7 @@ impl FilterSampler {
         }
         let one = 0.5 - 0.5 / self.gain;
         let product = 2.0 * one * (1.0 - one);
-        (LEAST_EXPECTED / product).ceil() as u32
+        (MIN_EXPECTED / product).ceil() as u32
     }
 
     /// Inverts the distribution of one coordinate, which is that of |x| to both sides.
@@ -134,9 +134,9 @@ impl FilterSampler {
 
 /// Places from 0 to the radius, and g there.
 fn knots(filter: &Filter) -> Vec<(f64, f64)> {
-    const MOST_STDDEVS: f64 = 8.0; // beyond, a Gaussian is below 10⁻¹³
+    const MAX_STDDEVS: f64 = 8.0; // beyond, a Gaussian is below 10⁻¹³
     let radius = match *filter {
-        Filter::Gaussian { stddev, radius } => radius.min(MOST_STDDEVS * stddev),
+        Filter::Gaussian { stddev, radius } => radius.min(MAX_STDDEVS * stddev),
         _ => filter.radius(),
     };
     let at = |x: f64| (x, eval(filter, x));

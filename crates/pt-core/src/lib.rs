@@ -39,7 +39,7 @@ pub mod texture;
 mod wedge;
 
 pub use camera::Camera;
-pub use compile::{CompileError, CompileOptions, Compiled, MOST_COPIED, compile};
+pub use compile::{CompileError, CompileOptions, Compiled, MAX_COPIED, compile};
 pub use film::{Film, Region};
 pub use progress::{Advance, Observer};
 pub use scene::{Interaction, RenderScene};

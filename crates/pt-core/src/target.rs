@@ -30,7 +30,7 @@ const PILOT_SHARE: f64 = 6.0;
 const FLATTER: f64 = 0.8;
 
 /// The least density, as a share of the average: nothing is sampled never.
-const LEAST_DENSITY: f64 = 0.05;
+const MIN_DENSITY: f64 = 0.05;
 
 /// How far neighbours are away that tell how many samples a pixel needs, in columns and rows. Of seven scenes with 64
 /// samples, those of 2 to 12 were tried: 2 is too little where paths are noisy, and 8 too much where shapes are small.
@@ -51,7 +51,7 @@ const WRONG_LATER: f64 = 0.76;
 const UNSEEN_SHARES: (f64, f64, i32) = (4.0, 0.7, 12);
 
 /// The smallest step of a goal between two looks: each look costs confidence.
-const LEAST_STEP: f64 = 1.03;
+const MIN_STEP: f64 = 1.03;
 
 /// From one goal to the next that is considered.
 const STEP: f64 = 1.03;
@@ -176,7 +176,7 @@ impl Target {
         }
         if model.total(&next) <= model.total(now) {
             // What there is would do for the next look, but that is of another film.
-            let more = (LEAST_STEP * f64::from(now.least)) as u32;
+            let more = (MIN_STEP * f64::from(now.least)) as u32;
             next.least = next.least.max(more).max(now.least.saturating_add(1));
         }
         Some(next).filter(|next| model.total(next) > model.total(now))
@@ -224,7 +224,7 @@ impl Target {
         // 1, and 0 where all neighbours are vacant.
         let told = around(&occupied, REACH);
         let relative = |d: f64, told: f64| if mean > 0.0 && told > 0.0 { d / mean } else { 1.0 };
-        let mixed = |d: f64, told| LEAST_DENSITY + (1.0 - LEAST_DENSITY) * relative(d, told);
+        let mixed = |d: f64, told| MIN_DENSITY + (1.0 - MIN_DENSITY) * relative(d, told);
         Some(densities.into_iter().zip(told).map(|(d, told)| mixed(d, told) as f32).collect())
     }
 }
@@ -339,7 +339,7 @@ impl<'a> Model<'a> {
     /// A plan with the least goal by which no more excess is left than this, as far as goals are considered; and what is
     /// then left.
     fn with_goal(&self, look: &Look, (now, then): (&Plan, &Plan), left: f64) -> (Plan, f64) {
-        let mut goal = LEAST_STEP * f64::from(now.goal);
+        let mut goal = MIN_STEP * f64::from(now.goal);
         let mut goals = vec![now.goal.saturating_add(1).max(goal as u32)];
         for _ in 0..STEPS {
             goal *= STEP;
@@ -364,7 +364,7 @@ mod tests {
     use pt_testing::Random;
 
     const TARGET: Target = Target { error: Some(0.01), ..Target::NONE };
-    const MOST: u32 = 500;
+    const MAX: u32 = 500;
 
     /// A film of this size, of which each pixel has as many samples as its plan wants, by what a function says of a pixel's
     /// number and a random number in [0, 1). With the same seed and more samples it has these and more.
@@ -377,7 +377,7 @@ mod tests {
                 for pixel in tile.region().pixels() {
                     let i = (pixel[1] * size[0] + pixel[0]) as usize;
                     let mut random = Random::new((seed << 32) + 2 * i as u64 + number);
-                    let samples: Vec<_> = (0..plan.wanted(i).min(MOST))
+                    let samples: Vec<_> = (0..plan.wanted(i).min(MAX))
                         .map(|_| Spectrum::splat(light(i, random.unit())))
                         .collect();
                     tile.add(pixel, first, &samples, None);
@@ -433,7 +433,7 @@ mod tests {
                 TARGET.densities(&film, &even(8), reuse).expect("there are samples")
             };
             let (quiet, loud) = (densities(0.1), densities(0.9));
-            let share = |d: f32| f64::from(d) - LEAST_DENSITY;
+            let share = |d: f32| f64::from(d) - MIN_DENSITY;
             let relative = |d: &[f32], i: usize| share(d[i]) / share(d[0]);
             let has_changed =
                 |i: usize| (relative(&quiet, i) / relative(&loud, i) - 1.0).abs() > 1e-5;
@@ -447,7 +447,7 @@ mod tests {
     }
 
     /// A quarter of the image has ten times the noise of the rest: its densities are 10 to the power [`FLATTER`] times as
-    /// large, less what [`LEAST_DENSITY`] takes.
+    /// large, less what [`MIN_DENSITY`] takes.
     #[test]
     fn samples_go_where_the_noise_is() {
         let noisy = |i: usize| i % 40 < 10;
@@ -455,7 +455,7 @@ mod tests {
         let film = film([40, 32], even(16), 2, light);
         let target = Target { error: Some(0.03), ..TARGET };
         let look = target.look(&film, 1).expect("there are samples");
-        let plan = target.next_plan(&film, &look, 1, MOST).expect("there is more to do");
+        let plan = target.next_plan(&film, &look, 1, MAX).expect("there is more to do");
         let densities = plan.densities.clone().expect("pixels are told apart");
         let mean = |is: bool| {
             let pixels = (0..40 * 32).filter(|&i| noisy(i) == is && !(6..14).contains(&(i % 40)));
@@ -489,7 +489,7 @@ mod tests {
         let target = Target { error: Some(0.03), ..TARGET };
         let film = film([40, 30], Plan { vacant, ..even(16) }, 4, light);
         let look = target.look(&film, 1).expect("there are samples");
-        let next = target.next_plan(&film, &look, 1, MOST).expect("there is more to do");
+        let next = target.next_plan(&film, &look, 1, MAX).expect("there is more to do");
         assert!(next.densities.is_some());
         for i in 0..40 * 30 {
             assert_eq!(next.wanted(i) == 2, is_vacant(i), "{i}: {}", next.wanted(i));
@@ -502,12 +502,12 @@ mod tests {
         let light = |i: usize, u: f32| 0.4 + (u - 0.5) * (i % 7) as f32 * 0.1;
         let of = |error, noise| Target { error, noise, ..TARGET };
         for target in [of(Some(0.02), None), of(None, Some(0.03)), of(Some(0.03), Some(0.05))] {
-            let mut plan = target.first_plan(&Film::new(Region::full([24, 16])), MOST, Vec::new());
+            let mut plan = target.first_plan(&Film::new(Region::full([24, 16])), MAX, Vec::new());
             for round in 0.. {
                 assert!(round < 30, "{target}: no end");
                 let film = film([24, 16], plan, 3, light);
                 let look = target.look(&film, 1).expect("there are samples");
-                let Some(next) = (!look.is_met()).then(|| target.next_plan(&film, &look, 1, MOST))
+                let Some(next) = (!look.is_met()).then(|| target.next_plan(&film, &look, 1, MAX))
                 else {
                     assert!(target.error.is_none_or(|error| look.measured.error <= error));
                     assert!(target.noise.is_none_or(|noise| look.noise <= noise));
@@ -536,14 +536,14 @@ mod tests {
         let target = Target { error: Some(0.02), ..TARGET };
         let (mut ended, mut wrong) = (0, 0);
         for seed in 0..60 {
-            let mut plan = target.first_plan(&Film::new(Region::full([24, 16])), MOST, Vec::new());
+            let mut plan = target.first_plan(&Film::new(Region::full([24, 16])), MAX, Vec::new());
             let film = loop {
                 let film = film([24, 16], plan, seed, light);
                 let look = target.look(&film, 1).expect("there are samples");
                 if look.is_met() {
                     break Some(film);
                 }
-                match target.next_plan(&film, &look, 1, MOST) {
+                match target.next_plan(&film, &look, 1, MAX) {
                     Some(next) => plan = next,
                     None => break None,
                 }
@@ -561,20 +561,20 @@ mod tests {
 
     #[test]
     fn no_pixel_has_more_samples_than_it_may() {
-        let mut plan = TARGET.first_plan(&Film::new(Region::full([24, 16])), MOST, Vec::new());
+        let mut plan = TARGET.first_plan(&Film::new(Region::full([24, 16])), MAX, Vec::new());
         let mut rounds = 0;
         loop {
             let film = film([24, 16], plan.clone(), 6, |_, u| u);
             let look = TARGET.look(&film, 1).expect("there are samples");
             assert!(!look.is_met());
-            match TARGET.next_plan(&film, &look, 1, MOST) {
+            match TARGET.next_plan(&film, &look, 1, MAX) {
                 Some(next) => plan = next,
                 None => break,
             }
             rounds += 1;
             assert!(rounds < 60, "{plan:?}");
         }
-        assert!((0..24 * 16).all(|i| plan.wanted(i) >= MOST), "{plan:?}");
+        assert!((0..24 * 16).all(|i| plan.wanted(i) >= MAX), "{plan:?}");
     }
 
     #[test]

@@ -12,7 +12,7 @@ use pt_math::{DVec3, Vec3};
 use crate::scene::SurfacePoint;
 
 /// Points where the normal is farther from that of the triangle stay as they are (the cosine).
-const LEAST_COSINE: f32 = 0.1;
+const MIN_COSINE: f32 = 0.1;
 
 /// A point of a triangle with what its corners are.
 pub(crate) struct Rounded {
@@ -42,7 +42,7 @@ impl Rounded {
     /// flat triangle, and `normal` the unit shading normal.
     pub(crate) fn point(&self, flat: SurfacePoint, normal: Vec3, wo: Vec3) -> SurfacePoint {
         let cosine = flat.normal.dot(normal);
-        if cosine < LEAST_COSINE {
+        if cosine < MIN_COSINE {
             return flat;
         }
         let along = normal.as_dvec3();

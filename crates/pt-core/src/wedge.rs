@@ -19,7 +19,7 @@ const COTANGENT: f32 = 128.0;
 const STEPS: i32 = 12;
 
 /// A point with at least this share of each corner is inside of its triangle, whatever was rounded.
-const LEAST_SHARE: f64 = 1e-9;
+const MIN_SHARE: f64 = 1e-9;
 
 /// How much farther off a triangle rays begin next to its edges, by its size: the vertices that
 /// the triangle test sees err by 17ε of their distance, and what passes the edge at less than that
@@ -58,7 +58,7 @@ pub(crate) fn clear(
     // By rounding, some may be below 0.
     let shares = [1.0 - b1 - b2, b1, b2].map(|b| b.max(0.0));
     let p = mean(shares.map(|b| b / shares.iter().sum::<f64>()));
-    let is_inside = shares.iter().all(|&b| b > LEAST_SHARE);
+    let is_inside = shares.iter().all(|&b| b > MIN_SHARE);
     let to_middle = mean([1.0 / 3.0; 3]) - p;
     let step = f64::from(reach) / to_middle.length();
     let shares = (0..=STEPS).map(|i| (step * f64::from(1 << i)).min(1.0));

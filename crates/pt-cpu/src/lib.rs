@@ -18,7 +18,7 @@ mod tracer;
 mod vacant;
 
 pub use integrator::{
-    Does, Group, INTEGRATORS, Integrator, MOST_REUSE, MOST_SPLIT, Recording, Registration, Starts,
+    Does, Group, INTEGRATORS, Integrator, MAX_REUSE, MAX_SPLIT, Recording, Registration, Starts,
     compensates,
 };
 pub use light_groups::LightGroups;

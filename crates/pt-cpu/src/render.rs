@@ -13,7 +13,7 @@ use pt_math::sampler::LANES;
 
 use crate::batch::{Worker, batches};
 use crate::groups::{Grid, SAME_GRID};
-use crate::integrator::{self, Does, Grouped, Integrator, MOST_REUSE, MOST_SPLIT, Registration};
+use crate::integrator::{self, Does, Grouped, Integrator, MAX_REUSE, MAX_SPLIT, Registration};
 use crate::light_groups::LightGroups;
 
 /// What a render did.
@@ -155,7 +155,7 @@ impl<'a> Renderer<'a> {
         if scene.light_tables.compensated && !integrator::compensates(settings) {
             return Err(RenderError::Compensated);
         }
-        if !MOST_REUSE.is_multiple_of(settings.reuse) {
+        if !MAX_REUSE.is_multiple_of(settings.reuse) {
             return Err(RenderError::Reuse(settings.reuse));
         }
         if settings.reuse > 1 && !integrator.does(Does::Reuse) {
@@ -164,7 +164,7 @@ impl<'a> Renderer<'a> {
         if settings.reuse > 1 && scene.moves() {
             return Err(RenderError::ReuseInMotion);
         }
-        if !settings.split.is_power_of_two() || settings.split > MOST_SPLIT {
+        if !settings.split.is_power_of_two() || settings.split > MAX_SPLIT {
             return Err(RenderError::Split(settings.split));
         }
         if settings.split > 1 && (!integrator.does(Does::Split) || settings.reuse > 1) {

@@ -29,7 +29,7 @@ const BLOCK: u32 = 16;
 const CHUNK: usize = 4096;
 
 /// Below this, as a share of what it may be, the sign of a determinant is not trusted.
-const LEAST_DETERMINANT: f64 = 1e-9;
+const MIN_DETERMINANT: f64 = 1e-9;
 
 impl Renderer<'_> {
     /// Of each pixel of a film, row by row, whether all its samples are known to be the same; nothing if none is.
@@ -272,7 +272,7 @@ impl Edges {
     fn new([a, b, c]: [DVec3; 3]) -> Option<Self> {
         let edges = [b.cross(c), c.cross(a), a.cross(b)];
         let determinant = a.dot(edges[0]);
-        let is_sure = determinant.abs() > LEAST_DETERMINANT * a.length() * edges[0].length();
+        let is_sure = determinant.abs() > MIN_DETERMINANT * a.length() * edges[0].length();
         is_sure.then(|| Self(edges.map(|edge| edge * determinant.signum())))
     }
 

@@ -23,7 +23,7 @@ impl AliasTable {
     /// where no other is left, or for more than 2²⁴ weights (a slot would be narrower than the
     /// numbers that choose it).
     pub fn new(weights: &[f32]) -> Option<Self> {
-        if weights.len() > MOST_CELLS {
+        if weights.len() > MAX_CELLS {
             return None;
         }
         let total: f64 = weights.iter().map(|&w| usable(w)).sum();
@@ -75,7 +75,7 @@ impl AliasTable {
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// An `f32` counts no further without gaps.
-const MOST_CELLS: usize = 1 << 24;
+const MAX_CELLS: usize = 1 << 24;
 
 /// A weight as `f64`, or 0 where it is not positive and finite.
 fn usable(w: f32) -> f64 {
@@ -130,7 +130,7 @@ impl Piecewise2D {
     /// number of values is not `width` · `height`, or a side has more than 2²⁴ cells.
     pub fn new(values: &[f32], width: usize, height: usize) -> Option<Self> {
         let size_fits = width.checked_mul(height) == Some(values.len());
-        if !size_fits || values.is_empty() || width.max(height) > MOST_CELLS {
+        if !size_fits || values.is_empty() || width.max(height) > MAX_CELLS {
             return None;
         }
         let mut cells = Cumulative::new(width, height);

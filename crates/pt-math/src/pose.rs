@@ -84,22 +84,22 @@ impl Pose {
         let turn = self.rotation.conjugate() * other.rotation;
         let turn = if turn.w < 0.0 { -turn } else { turn };
         let sin = turn.xyz().length();
-        (sin > LEAST_SINE).then(|| (turn.xyz() / sin, libm::atan2(sin, turn.w)))
+        (sin > MIN_SINE).then(|| (turn.xyz() / sin, libm::atan2(sin, turn.w)))
     }
 }
 
 /// Turns of less than this have an axis of rounding errors.
-const LEAST_SINE: f64 = 1e-14;
+const MIN_SINE: f64 = 1e-14;
 
 /// The orthogonal matrix that is nearest to a matrix, by Newton's method:
 /// Q ← (Q + Q⁻ᵀ)/2. [Higham 1986, "Computing the Polar Decomposition—with Applications", §3.1]
 ///
 /// `None` if it does not converge, which it does for what has an inverse.
 fn orthogonal_factor(m: DMat3) -> Option<DMat3> {
-    const MOST_STEPS: usize = 200; // each halves what is too large, then digits double
+    const MAX_STEPS: usize = 200; // each halves what is too large, then digits double
     const CONVERGED: f64 = 1e-14;
     let mut q = m;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let next = (q + q.inverse().transpose()) * 0.5;
         if !next.is_finite() {
             return None;

@@ -59,10 +59,10 @@ pub fn concentric_disk_invert(p: [f32; 2]) -> [f32; 2] {
 #[inline]
 pub fn cosine_hemisphere(u: [f32; 2]) -> Vec3 {
     // On the rim of the disk: the 1 − r² of the middle of the last cell that a 24-bit u can name.
-    const LEAST_Z2: f32 = f32::EPSILON;
+    const MIN_Z2: f32 = f32::EPSILON;
     let (r, [x, y]) = concentric(u);
     let z2 = (1.0 - r) * (1.0 + r);
-    Vec3::new(x, y, z2.max(LEAST_Z2).sqrt())
+    Vec3::new(x, y, z2.max(MIN_Z2).sqrt())
 }
 
 /// Density of [`cosine_hemisphere`] by the cosine to +z: cos θ / π, and 0 below the horizon.

@@ -42,9 +42,9 @@ fn on_large_pages<T>(room: &mut [T]) {
     use rustix::param::page_size;
 
     /// Arrays of fewer bytes have few pages of any size.
-    const LEAST: usize = 4 << 20;
+    const MIN: usize = 4 << 20;
 
-    if size_of_val(room) < LEAST {
+    if size_of_val(room) < MIN {
         return;
     }
     // Advice is for whole pages: those inside.

@@ -50,7 +50,7 @@ pub enum LoadError {
 
 impl LoadError {
     /// Most errors of a list that are shown.
-    pub const MOST_SHOWN: usize = 100;
+    pub const MAX_SHOWN: usize = 100;
 
     /// Where it is; `None` if that is no place in a file.
     pub fn place(&self) -> Option<&Span> {
@@ -72,8 +72,8 @@ impl LoadError {
 /// One line for each error, as far as these are shown.
 fn list(errors: &[LoadError]) -> String {
     let mut lines: Vec<_> =
-        errors.iter().take(LoadError::MOST_SHOWN).map(ToString::to_string).collect();
-    if let Some(more) = errors.len().checked_sub(LoadError::MOST_SHOWN).filter(|more| *more > 0) {
+        errors.iter().take(LoadError::MAX_SHOWN).map(ToString::to_string).collect();
+    if let Some(more) = errors.len().checked_sub(LoadError::MAX_SHOWN).filter(|more| *more > 0) {
         lines.push(format!("… and {more} more"));
     }
     lines.join("\n")

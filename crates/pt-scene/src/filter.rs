@@ -91,18 +91,18 @@ impl Filter {
     /// What is wrong, and what was expected.
     pub fn check(&self) -> Result<(), String> {
         /// Least radius and standard deviation: below, all of it is one point.
-        const LEAST: f64 = 1e-3;
+        const MIN: f64 = 1e-3;
         let radius = self.radius();
-        if !(LEAST..=Self::MAX_RADIUS).contains(&radius) {
+        if !(MIN..=Self::MAX_RADIUS).contains(&radius) {
             return Err(format!(
-                "the filter's radius is {radius} pixels; expected {LEAST} to {}",
+                "the filter's radius is {radius} pixels; expected {MIN} to {}",
                 Self::MAX_RADIUS
             ));
         }
         let share = |x: f64| (0.0..=1.0).contains(&x);
         match *self {
-            Self::Gaussian { stddev, .. } if !(LEAST..f64::INFINITY).contains(&stddev) => {
-                Err(format!("the filter's stddev is {stddev}; expected at least {LEAST}"))
+            Self::Gaussian { stddev, .. } if !(MIN..f64::INFINITY).contains(&stddev) => {
+                Err(format!("the filter's stddev is {stddev}; expected at least {MIN}"))
             }
             Self::Mitchell { b, c } if !share(b) || !share(c) => {
                 Err(format!("the filter's B and C are {b} and {c}; expected numbers from 0 to 1"))

@@ -9,7 +9,7 @@ use crate::points;
 use crate::{Camera, Geometry, Mesh, Object, Placement, Projection, Scene};
 
 /// Most vertices that are placed one by one; of further copies the corners of their boxes are.
-const MOST_PLACED: usize = 50_000_000;
+const MAX_PLACED: usize = 50_000_000;
 /// Where the course's program places its camera, in diagonals of the box from its middle.
 const COURSE_DISTANCE: f64 = 1.5;
 /// By how much what is shown is wider and higher than a box that is to fit.
@@ -22,7 +22,7 @@ pub type Extent = [DVec3; 2];
 /// that belong to no triangle with an area are no surfaces; `None` if there are none.
 pub fn surface_extent(scene: &Scene, span: Option<[f64; 2]>) -> Option<Extent> {
     let (mut known, mut clouds) = (HashMap::new(), HashMap::new());
-    let mut left = MOST_PLACED;
+    let mut left = MAX_PLACED;
     let mut all: Option<Extent> = None;
     for object in &scene.objects {
         for place in places(object, span) {

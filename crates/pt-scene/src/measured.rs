@@ -4,7 +4,7 @@
 use std::f32::consts::{FRAC_PI_2, TAU};
 
 /// Numbers above are none that were measured.
-const MOST: f32 = 1e9;
+const MAX: f32 = 1e9;
 /// How far angles may be beyond a right angle or a full turn, which are no numbers of single precision.
 const SLACK: f32 = 1e-3;
 
@@ -211,10 +211,10 @@ fn check_planes(name: &str, planes: &Planes, count: usize) -> Result<(), String>
 }
 
 fn check_numbers(name: &str, numbers: &[f32]) -> Result<(), String> {
-    match numbers.iter().position(|x| !(0.0..=MOST).contains(x)) {
+    match numbers.iter().position(|x| !(0.0..=MAX).contains(x)) {
         None => Ok(()),
         Some(i) => Err(format!(
-            "the number {i} of the field \"{name}\" is {}; expected one from 0 to {MOST:e}",
+            "the number {i} of the field \"{name}\" is {}; expected one from 0 to {MAX:e}",
             numbers[i]
         )),
     }

@@ -36,7 +36,7 @@ pub struct MotionError {
 
 impl Motion {
     /// Most keys that there may be.
-    pub const MOST_KEYS: usize = 10_000;
+    pub const MAX_KEYS: usize = 10_000;
 
     /// A motion by at least two keys, the times of which increase.
     ///
@@ -44,13 +44,13 @@ impl Motion {
     /// Other keys; transforms that flatten space, or of which only some mirror it.
     pub fn new(keys: Vec<Key>) -> Result<Self, MotionError> {
         let refuse = |key, message| Err(MotionError { key, message });
-        if !(2..=Self::MOST_KEYS).contains(&keys.len()) {
-            let (count, most) = (keys.len(), Self::MOST_KEYS);
+        if !(2..=Self::MAX_KEYS).contains(&keys.len()) {
+            let (count, most) = (keys.len(), Self::MAX_KEYS);
             let message = format!(
                 "a motion has from 2 to {most} keys, but there are {count}; for what does not move, give \
                  a transform without a time"
             );
-            return refuse(keys.len().min(Self::MOST_KEYS).saturating_sub(1), message);
+            return refuse(keys.len().min(Self::MAX_KEYS).saturating_sub(1), message);
         }
         let mut poses: Vec<Pose> = Vec::new();
         for (i, key) in keys.iter().enumerate() {

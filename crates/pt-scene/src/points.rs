@@ -24,7 +24,7 @@ pub struct Points {
 }
 
 /// Distances between points that [`Points::radius`] looks at, at most: their number is that of the points for each of some.
-const MOST_DISTANCES: usize = 1 << 27;
+const MAX_DISTANCES: usize = 1 << 27;
 /// Least and most points whose neighbours are looked for.
 const SAMPLES: [usize; 2] = [32, 1024];
 /// Which of the points nearest to another one is a distance of the mean spacing away from it.
@@ -97,7 +97,7 @@ impl Points {
     fn spacing(&self) -> Option<f64> {
         let all = &self.positions;
         let [least, most] = SAMPLES;
-        let samples = (MOST_DISTANCES / all.len().max(1)).clamp(least, most).min(all.len());
+        let samples = (MAX_DISTANCES / all.len().max(1)).clamp(least, most).min(all.len());
         let sample = |i: usize| nearest(all, all[i * all.len() / samples]);
         let mut distances: Vec<f32> = (0..samples).into_par_iter().filter_map(sample).collect();
         distances.sort_by(f32::total_cmp);

@@ -33,7 +33,7 @@ const LARGE: usize = 1 << 22;
 
 /// Bytes up to which memory for a whole file is taken at once.
 #[cfg(target_pointer_width = "64")]
-const MOST: usize = 1 << 32;
+const MAX: usize = 1 << 32;
 
 /// Bytes that a thread reads and hashes at a time: they stay in the memory close to its core in between. A power of two,
 /// as trees of BLAKE3 are cut at those.
@@ -63,7 +63,7 @@ impl<'p> Large<'p> {
         let file = crate::file::open(path)?;
         let data = file.metadata()?;
         let length = usize::try_from(data.len()).unwrap_or(usize::MAX);
-        let is_large = data.is_file() && (LARGE..MOST).contains(&length);
+        let is_large = data.is_file() && (LARGE..MAX).contains(&length);
         Ok(is_large.then_some(Self { path, file, length }))
     }
 

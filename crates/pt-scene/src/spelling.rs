@@ -3,10 +3,10 @@
 /// Those names that differ little from what was written, the closest ones first. Of very many, the first ones are compared.
 pub fn alike<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> Vec<&'c str> {
     const LONGEST: usize = 64; // comparing takes the product of the lengths
-    const MOST_COMPARED: usize = 10_000;
+    const MAX_COMPARED: usize = 10_000;
     let tolerance = 1 + written.len() / 4;
     let mut close: Vec<(usize, &str)> = names
-        .take(MOST_COMPARED)
+        .take(MAX_COMPARED)
         .filter(|name| name.len().max(written.len()) <= LONGEST)
         .map(|name| (edit_distance(written, name), name))
         .filter(|(distance, _)| *distance <= tolerance)

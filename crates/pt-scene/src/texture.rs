@@ -296,7 +296,7 @@ pub enum Pattern {
     Root(Color),
 }
 
-/// Of how many octaves of noise a pattern is the sum: at most [`Self::MOST_OCTAVES`].
+/// Of how many octaves of noise a pattern is the sum: at most [`Self::MAX_OCTAVES`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
     /// How many there are.
@@ -307,7 +307,7 @@ pub struct Noise {
 
 impl Noise {
     /// Most octaves; of finer ones single precision knows nothing.
-    pub const MOST_OCTAVES: u32 = 32;
+    pub const MAX_OCTAVES: u32 = 32;
 }
 
 impl Default for Noise {

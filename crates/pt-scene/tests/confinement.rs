@@ -193,14 +193,14 @@ fn the_files_that_were_read_are_told_in_their_order() {
 
 #[test]
 fn a_list_of_errors_ends() {
-    let count = LoadError::MOST_SHOWN + 37;
+    let count = LoadError::MAX_SHOWN + 37;
     let shapes = "<shape type=\"cone\"/>\n".repeat(count);
     let text = format!("<scene version=\"3.0.0\">\n{shapes}</scene>");
     let error = parse_with(text.as_bytes(), Path::new("a.xml"), &LoadOptions::default())
         .expect_err("there are no cones");
     assert_eq!(error.each().len(), count);
     let message = error.to_string();
-    assert_eq!(message.lines().count(), LoadError::MOST_SHOWN + 1);
+    assert_eq!(message.lines().count(), LoadError::MAX_SHOWN + 1);
     assert!(message.ends_with("… and 37 more"), "{message}");
     let endless = "<shape type=\"cone\"/>\n".repeat(3000);
     let text = format!("<scene version=\"3.0.0\">\n{endless}</scene>");

@@ -137,12 +137,12 @@ pub fn chi2_sphere(
     pdf: impl Fn(Vec3) -> f32,
     config: &Chi2<'_>,
 ) -> Result<(), Chi2Failure> {
-    const MOST_LENGTH_ERROR: f64 = 1e-4;
+    const MAX_LENGTH_ERROR: f64 = 1e-4;
     let place = |u: [f32; 2]| {
         let Some(w) = sample(u) else { return Ok(None) };
         let v = w.as_dvec3();
         let error = (v.length_squared() - 1.0).abs();
-        if error.is_nan() || error > MOST_LENGTH_ERROR {
+        if error.is_nan() || error > MAX_LENGTH_ERROR {
             return Err(Reason::Outside { u });
         }
         let turns = v.y.atan2(v.x) / TAU;
@@ -303,14 +303,14 @@ fn judge_taken(histogram: &Histogram, config: &Chi2<'_>, level: f64) -> Result<(
 /// Pearson's test. Bins that expect few samples are taken together, the poorest first, since the
 /// statistic of a bin follows its distribution only from about five expected samples on.
 fn judge_places(histogram: &Histogram, level: f64) -> Result<(), Reason> {
-    const LEAST_EXPECTED: f64 = 5.0;
+    const MIN_EXPECTED: f64 = 5.0;
     let counts = histogram.expected.iter().zip(&histogram.observed);
     let mut bins: Vec<(f64, f64)> = counts.map(|(&e, &o)| (e.max(0.0), f64::from(o))).collect();
     bins.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut pooled: Vec<(f64, f64)> = Vec::new();
     for (expected, observed) in bins {
         match pooled.last_mut() {
-            Some(last) if last.0 < LEAST_EXPECTED => {
+            Some(last) if last.0 < MIN_EXPECTED => {
                 last.0 += expected;
                 last.1 += observed;
             }

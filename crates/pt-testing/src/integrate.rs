@@ -19,9 +19,9 @@ impl Rectangle {
 }
 
 /// Levels of quartering that are always made, so that a narrow peak is not overlooked.
-const LEAST_DEPTH: u32 = 2;
+const MIN_DEPTH: u32 = 2;
 /// Levels of quartering that end at an edge of the integrand.
-const MOST_DEPTH: u32 = 11;
+const MAX_DEPTH: u32 = 11;
 
 /// ∫f over the rectangle, to about `tolerance` where `f` is smooth or has edges along lines.
 pub(crate) fn integrate(f: &impl Fn(f64, f64) -> f64, rectangle: Rectangle, tolerance: f64) -> f64 {
@@ -39,7 +39,7 @@ fn refine(
     let quarters = rectangle.quarters().map(|quarter| (quarter, gauss(f, quarter)));
     let sum: f64 = quarters.iter().map(|q| q.1).sum();
     let settled = (sum - whole).abs() <= tolerance || !sum.is_finite();
-    if depth >= MOST_DEPTH || (settled && depth >= LEAST_DEPTH) {
+    if depth >= MAX_DEPTH || (settled && depth >= MIN_DEPTH) {
         return sum;
     }
     // An edge runs through two of the four quarters, so each may have half of the error.

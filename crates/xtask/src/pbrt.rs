@@ -21,13 +21,13 @@ const IMAGES: u32 = 8;
 /// Width of blocks in pixels.
 const BLOCK: u32 = 16;
 /// Of means over the image, the greatest relative difference.
-const MOST_MEAN: f64 = 0.02;
+const MAX_MEAN: f64 = 0.02;
 /// A block agrees where it differs by no more than this share, or by no more than what noise explains.
-const MOST_BLOCK: f64 = 0.05;
+const MAX_BLOCK: f64 = 0.05;
 /// What noise explains, in standard errors of the difference.
 const STANDARD_ERRORS: f64 = 3.0;
 /// The share of blocks that have to agree, by luminance.
-const LEAST_BLOCKS: f64 = 0.97;
+const MIN_BLOCKS: f64 = 0.97;
 
 /// How to compare.
 #[derive(clap::Args)]
@@ -57,7 +57,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     );
     println!(
         "pixels that differ by at most {} %, and with those within {STANDARD_ERRORS} standard errors",
-        100.0 * MOST_BLOCK
+        100.0 * MAX_BLOCK
     );
     println!(
         "{:<14}{:>6}  {:<10}{:>9}{:>14}{:>14}",
@@ -186,8 +186,8 @@ impl Comparison {
     /// Whether all means agree, and the luminance of enough blocks.
     fn is_good(&self) -> bool {
         let Self(reports) = self;
-        reports.iter().all(|r| difference_of_means(r).abs() <= MOST_MEAN)
-            && share_within(&reports[3], STANDARD_ERRORS) >= LEAST_BLOCKS
+        reports.iter().all(|r| difference_of_means(r).abs() <= MAX_MEAN)
+            && share_within(&reports[3], STANDARD_ERRORS) >= MIN_BLOCKS
     }
 
     fn print(&self, scene: &str, spp: u32) {
@@ -210,7 +210,7 @@ fn difference_of_means(report: &BlockReport) -> f64 {
 
 /// The share of blocks that are near enough, or within so many standard errors.
 fn share_within(report: &BlockReport, standard_errors: f64) -> f64 {
-    1.0 - report.beyond(MOST_BLOCK, standard_errors).len() as f64 / report.blocks.len() as f64
+    1.0 - report.beyond(MAX_BLOCK, standard_errors).len() as f64 / report.blocks.len() as f64
 }
 
 #[cfg(test)]

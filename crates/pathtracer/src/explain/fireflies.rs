@@ -8,7 +8,7 @@ use super::{
 ///
 /// A sample is one if it is more than [`Fireflies::TIMES`] as bright as the mean of all others, and if more than
 /// [`Fireflies::SHARE`] of the sum of the squared deviations from the mean are its own. Fewer than
-/// [`Fireflies::LEAST_SAMPLES`] samples have none.
+/// [`Fireflies::MIN_SAMPLES`] samples have none.
 #[derive(Clone, Debug)]
 pub struct Fireflies {
     /// The mean luminance of the samples that are none.
@@ -27,7 +27,7 @@ impl Fireflies {
     /// How much of the squared deviations.
     pub const SHARE: f64 = 0.05;
     /// How few samples tell nothing.
-    pub const LEAST_SAMPLES: usize = 8;
+    pub const MIN_SAMPLES: usize = 8;
 }
 
 /// A sample that is far brighter than others.
@@ -101,7 +101,7 @@ pub enum Cause {
 const OUTSTANDING: f64 = 3.0;
 
 /// More samples cannot have a twentieth of the variance each.
-const MOST: usize = 20;
+const MAX: usize = 20;
 
 /// What makes a contribution, one factor a place: throughput, radiance, choice, density, scattering.
 type Factors = [f64; 5];
@@ -115,7 +115,7 @@ pub(super) struct Suspects {
 
 impl Suspects {
     pub(super) fn new() -> Self {
-        Self { brightest: Brightest::new(MOST), usual: [(0, [0.0; 5]); 2] }
+        Self { brightest: Brightest::new(MAX), usual: [(0, [0.0; 5]); 2] }
     }
 
     pub(super) fn see(&mut self, sample: Sample, luminance: f64) {
@@ -172,7 +172,7 @@ impl Rule {
 
     fn is_firefly(&self, luminance: f64) -> bool {
         let of_others = (self.total - luminance) / (self.count - 1.0).max(1.0);
-        self.count >= Fireflies::LEAST_SAMPLES as f64
+        self.count >= Fireflies::MIN_SAMPLES as f64
             && luminance > Fireflies::TIMES * of_others
             && self.share_of_variance(luminance) > Fireflies::SHARE
     }

@@ -21,7 +21,7 @@ use crate::node::{Bvh2, Node};
 use crate::{BuildError, BuildOptions, Builder, Quality};
 
 /// More primitives than this do not fit the 30 bits of an index.
-pub(crate) const MOST_PRIMITIVES: usize = 1 << 30;
+pub(crate) const MAX_PRIMITIVES: usize = 1 << 30;
 /// Leaves never hold more, whatever the options say.
 const LARGEST_LEAF: u32 = 64;
 /// Boxes and bins of more items than this are computed in chunks of so many.
@@ -258,7 +258,7 @@ fn push_leaf(items: &mut [Item], extent: Extent, first: u32, nodes: &mut Vec<Nod
 
 /// An error if so many primitives are too many.
 pub(crate) fn check_number(primitives: usize) -> Result<(), BuildError> {
-    let is_allowed = primitives <= MOST_PRIMITIVES;
+    let is_allowed = primitives <= MAX_PRIMITIVES;
     is_allowed.then_some(()).ok_or(BuildError::TooManyPrimitives { primitives })
 }
 

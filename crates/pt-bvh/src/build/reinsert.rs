@@ -25,7 +25,7 @@ use crate::node::{Bvh2, MAX_DEPTH, Node};
 
 /// A search for the best place of a node looks at no more places. Those of ordinary meshes end earlier,
 /// or as well; where large boxes lie in one another, they would look at all.
-const MOST_VISITS: usize = 256;
+const MAX_VISITS: usize = 256;
 /// So many searches are made by one thread.
 const SEARCHES: usize = 32;
 const ROOT: usize = 0;
@@ -208,7 +208,7 @@ impl Tree {
                 }
                 let below = saved - (both - area(link.bounds));
                 visits += 1;
-                let is_over = below - least <= best.gain || visits > MOST_VISITS;
+                let is_over = below - least <= best.gain || visits > MAX_VISITS;
                 if let Some(children) = link.children.filter(|_| !is_over) {
                     stack.extend(children.map(|child| (child, below)));
                 }

@@ -7,7 +7,7 @@ use super::sah::{NODE_COST, RelativeArea, Search, leaf_cost};
 use super::{Boxes, Extent, Halves, Item};
 
 /// More items than this are put into bins: where there are many, planes between bins are as good.
-const MOST: usize = 128;
+const MAX: usize = 128;
 
 /// Bins for more items.
 type Coarse = Binned<32>;
@@ -27,7 +27,7 @@ impl Search for Sweep {
     type Split = Split;
 
     fn best(items: &mut [Item], boxes: &Boxes) -> Option<(f32, Split)> {
-        if items.len() > MOST {
+        if items.len() > MAX {
             let best = Coarse::best(items, boxes);
             return best.map(|(cost, split)| (cost, Split::Plane(split)));
         }

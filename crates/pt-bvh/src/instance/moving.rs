@@ -85,9 +85,9 @@ impl MovingInstance {
         for pair in knots.windows(2) {
             let linear = [0, 1].map(|i| pair[i].to_world.matrix3);
             Placement::new(&pair[1].to_world, object.bounds())?;
-            let condition = condition(linear, MOST_HALVES).ok_or(INVERTED)?;
+            let condition = condition(linear, MAX_HALVES).ok_or(INVERTED)?;
             let residual = 64.0 * f64::EPSILON * condition * condition * condition;
-            if residual > placement::MOST_RESIDUAL {
+            if residual > placement::MAX_RESIDUAL {
                 return Err(TransformError::Flat { condition });
             }
             slack = slack.max(placement::slack(condition));
@@ -138,7 +138,7 @@ impl MovingInstance {
 /// What is inverted on the way, or as flat as if it were.
 const INVERTED: TransformError = TransformError::Flat { condition: f64::INFINITY };
 /// How often the way between two knots is halved to find that nothing on it is flat.
-const MOST_HALVES: u32 = 12;
+const MAX_HALVES: u32 = 12;
 
 /// A bound of the condition numbers, with the axes of the object scaled, of all matrices between
 /// two; `None` if one of them may have no inverse.

@@ -30,11 +30,11 @@ use super::TransformError;
 use crate::geometry::{in_range, outward};
 
 /// The largest ‖M‖‖W‖ that is allowed.
-const MOST_CONDITION: f64 = (1u32 << 24) as f64;
+const MAX_CONDITION: f64 = (1u32 << 24) as f64;
 /// The largest ‖MW − I‖ and ‖WM − I‖.
-pub(super) const MOST_RESIDUAL: f64 = 1.0 / 1024.0;
+pub(super) const MAX_RESIDUAL: f64 = 1.0 / 1024.0;
 /// Directions in the object that are shorter lose digits to underflow.
-const LEAST_DIRECTION: f32 = 1.0 / (1u128 << 100) as f32;
+const MIN_DIRECTION: f32 = 1.0 / (1u128 << 100) as f32;
 
 /// A transform, ready for rays.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +57,7 @@ impl Placement {
         let condition = norm(m) * norm(inverse);
         let residual = residual(m, inverse).max(self::residual(inverse, m));
         // NaN compares false.
-        if !(condition <= MOST_CONDITION && residual <= MOST_RESIDUAL) {
+        if !(condition <= MAX_CONDITION && residual <= MAX_RESIDUAL) {
             let condition = if condition.is_nan() { f64::INFINITY } else { condition };
             return Err(TransformError::Flat { condition });
         }
@@ -92,7 +92,7 @@ impl Placement {
 pub(super) fn carry(inverse: &DMat3, translation: DVec3, ray: &Ray) -> Ray {
     let origin = *inverse * (ray.origin.as_dvec3() - translation);
     let direction = (*inverse * ray.direction.as_dvec3()).as_vec3();
-    let is_long = direction.abs().max_element() >= LEAST_DIRECTION;
+    let is_long = direction.abs().max_element() >= MIN_DIRECTION;
     let direction = if is_long { direction } else { Vec3::ZERO };
     Ray { origin: origin.as_vec3(), direction, ..*ray }
 }

@@ -138,7 +138,7 @@ impl Source {
         let quality = at_place(&QUALITIES, quality, "no such quality")?;
         let options = BuildOptions { builder, quality, max_leaf_size };
         let source = Self { triangles, spheres, options };
-        let most = crate::build::MOST_PRIMITIVES as u64;
+        let most = crate::build::MAX_PRIMITIVES as u64;
         ensure(source.primitives() <= most, "too many primitives")?;
         Ok(source)
     }

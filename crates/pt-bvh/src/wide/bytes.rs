@@ -22,7 +22,7 @@ const TRIANGLES_BYTES: usize = 4 * 10 * BLOCK;
 const SPHERES_BYTES: usize = 4 * 5 * BLOCK;
 /// Nodes on a way down for which the stacks of all kernels have room. A large leaf of the binary
 /// tree adds a few to its depth.
-const MOST_LEVELS: usize = MAX_DEPTH + 6;
+const MAX_LEVELS: usize = MAX_DEPTH + 6;
 
 impl WideBvh {
     pub(crate) fn write(&self, w: &mut Writer) {
@@ -87,7 +87,7 @@ impl WideBvh {
         level[0] = 1;
         for (i, node) in self.nodes.iter().enumerate() {
             ensure(level[i] != 0, "a node without a parent")?;
-            ensure(level[i] <= MOST_LEVELS, "a tree that is too deep")?;
+            ensure(level[i] <= MAX_LEVELS, "a tree that is too deep")?;
             for (slot, child) in node.children.iter().enumerate() {
                 if *child == Child::VACANT {
                     ensure(node.is_vacant(slot), "a way back to the root")?;

@@ -11,7 +11,7 @@ use crate::{Bvh, Kernel};
 
 /// Triangles under less of an angle to the plane that the segment begins on do not count (the square
 /// of the sine): they are its continuation, or lie on it.
-const LEAST_SINE_SQUARED: f64 = 1e-6;
+const MIN_SINE_SQUARED: f64 = 1e-6;
 
 /// How far outside of its edges a triangle is met, as a share of its size.
 const TOLERANCE: f64 = 1e-9;
@@ -39,7 +39,7 @@ impl Segment {
         let (height, slope) = (normal.dot(a), normal.dot(self.along));
         let size = normal.length_squared();
         let across = normal.cross(self.normal).length_squared();
-        if across <= LEAST_SINE_SQUARED * size * self.normal.length_squared() {
+        if across <= MIN_SINE_SQUARED * size * self.normal.length_squared() {
             return false;
         }
         let t = height / slope;

@@ -123,7 +123,7 @@ impl Sheared {
         let total = w.mul_add(c[2], v.mul_add(b[2], u * a[2]));
         let depth = total * inverse;
         let t = depth * inverse_scale;
-        let (least, sides) = (splat(triangle::LEAST_DET), same_signs(edges));
+        let (least, sides) = (splat(triangle::MIN_DET), same_signs(edges));
         let plain = sides.simd_gt(Lanes::ZERO)
             & det.abs().simd_ge(least)
             & t.abs().simd_lt(splat(f32::INFINITY));

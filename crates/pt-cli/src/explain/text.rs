@@ -11,7 +11,7 @@ use pathtracer::explain::{
 use super::words::{advice, cause, number, numbers, paragraph, path, percent, source, thing};
 
 /// Ways of light of which neither the mean nor the variance has such a share are told together.
-const LEAST_SHARE: f64 = 0.01;
+const MIN_SHARE: f64 = 0.01;
 
 /// An explanation of a pixel.
 pub(super) fn explanation(names: Names, session: &Session, explanation: &Explanation) -> String {
@@ -68,7 +68,7 @@ fn types(explanation: &Explanation) -> String {
     };
     let header = ["mean", "of mean", "of variance", "in samples"].map(str::to_owned);
     text += &row("way", header);
-    let is_shown = |t: &&PathType| t.share_of_mean.max(t.share_of_variance) >= LEAST_SHARE;
+    let is_shown = |t: &&PathType| t.share_of_mean.max(t.share_of_variance) >= MIN_SHARE;
     let (shown, others): (Vec<_>, Vec<_>) = types.iter().partition(is_shown);
     for of_type in shown {
         let PathType { expression, luminance, share_of_mean, share_of_variance, .. } = of_type;

@@ -199,13 +199,13 @@ impl CoatedConductor {
     /// luminance.
     #[inline]
     fn probabilities(&self, o: &Side<'_>) -> [f32; 3] {
-        const LEAST: f32 = 0.02;
+        const MIN: f32 = 0.02;
         let left = o.tables.gloss.left(o.w);
         let rest = o.rest();
         let metal = self.metal(o.bent.z).luminance() * o.kept * o.kept;
         let shares = [1.0 - left, (left - rest).max(0.0) * metal, rest * self.again.luminance()];
         // Some is left to each, as the shares are of all directions and not of each.
-        let shares = shares.map(|x| x + LEAST);
+        let shares = shares.map(|x| x + MIN);
         let sum: f32 = shares.iter().sum();
         shares.map(|x| x / sum)
     }
@@ -417,7 +417,7 @@ mod tests {
     /// A walk between the two: facets of both that lose nothing, and the way through the coat. Of power, which does not
     /// know the squeeze of radiance.
     fn walk(layers: &Layers, wo: Vec3, random: &mut Random) -> Option<(Vec3, Spectrum)> {
-        const MOST: u8 = 100;
+        const MAX: u8 = 100;
         let ggx = |alpha| Facets::isotropic(Distribution::Ggx, alpha);
         let (reflectance, transmittance) = (Spectrum::ONE, Spectrum::ONE);
         let (eta, facets) = (layers.eta, ggx(layers.coat));
@@ -429,7 +429,7 @@ mod tests {
         let metal = CompensatedConductor::new(RoughConductor { metal, facets: ggx(layers.metal) });
         let mut weight = Spectrum::ONE;
         let mut from = wo;
-        for _ in 0..MOST {
+        for _ in 0..MAX {
             let s = coat.sample(from, unit_3d(random))?;
             weight *= s.weight * s.squeeze;
             if s.wi.z > 0.0 {

@@ -27,7 +27,7 @@ const ALPHAS: usize = 64;
 /// Cosines of a table, by [`place`].
 const COSINES: usize = 40;
 /// What is smoother is as the smoothest of a table.
-const LEAST_ALPHA: f32 = 1e-3;
+const MIN_ALPHA: f32 = 1e-3;
 
 /// 1 − E of facets of one kind, and its mean over evenly spread light; in rows of which each is made when it is
 /// asked for.
@@ -161,7 +161,7 @@ impl<const ROWS: usize> Losses<ROWS> {
     fn row(&self, k: usize) -> &Row {
         self.rows[k].get_or_init(|| {
             let entry = |i: usize| {
-                let alpha = node(i, ALPHAS).powi(2).max(LEAST_ALPHA);
+                let alpha = node(i, ALPHAS).powi(2).max(MIN_ALPHA);
                 (self.make)(Facets { alpha: [alpha; 2], ..self.facets }, node(k, ROWS))
             };
             Box::new(std::array::from_fn(entry))
@@ -216,7 +216,7 @@ static BENEATH: Losses<INDICES> = Losses::new(Distribution::Ggx, Masking::Correl
 /// Facets that reflect all light, of which the lesser roughness is less by the square of `place`.
 fn mirrors(facets: Facets, place: f32) -> Entry {
     let [greater, _] = facets.alpha;
-    let lesser = (greater * place * place).max(LEAST_ALPHA);
+    let lesser = (greater * place * place).max(MIN_ALPHA);
     Entry::new(Facets { alpha: [greater, lesser], ..facets }, greater, |facets, cos| {
         facets.mean_of_visible(cos, 32, |wo, h| {
             let wi = h * (2.0 * wo.dot(h)) - wo;
@@ -313,7 +313,7 @@ impl Reflected {
         let [ax, ay] = facets.alpha;
         let (greater, place) = (ax.max(ay), (ax.min(ay) / ax.max(ay)).sqrt());
         let losses = &MIRRORS[facets.kind()];
-        let alpha = greater.clamp(LEAST_ALPHA, 1.0);
+        let alpha = greater.clamp(MIN_ALPHA, 1.0);
         let mean = losses.between(greater, place, |entry| entry.mean) * alpha * alpha;
         Self { losses, greater, place, along_y: ay > ax, mean }
     }
@@ -361,7 +361,7 @@ impl Gloss {
     #[inline]
     pub(super) fn new(facets: &Facets, eta: f32) -> Self {
         let [ax, ay] = facets.alpha;
-        let alpha = (ax * ay).sqrt().clamp(LEAST_ALPHA, 1.0);
+        let alpha = (ax * ay).sqrt().clamp(MIN_ALPHA, 1.0);
         let place = place_of_index(eta);
         Self { alpha, place }
     }
@@ -391,7 +391,7 @@ impl Beneath {
     /// Of facets of GGX whose roughness is the same in all directions, under a coat with the index `eta` over that above it.
     #[inline]
     pub(super) fn new(facets: &Facets, eta: f32) -> Self {
-        Self { alpha: facets.alpha[0].clamp(LEAST_ALPHA, 1.0), place: place_of_index(eta) }
+        Self { alpha: facets.alpha[0].clamp(MIN_ALPHA, 1.0), place: place_of_index(eta) }
     }
 
     /// The share that leaves of light that gets through the coat from a cosine above it.
@@ -421,7 +421,7 @@ impl Interface {
     #[inline]
     pub(super) fn new(facets: &Facets, eta: f32) -> Self {
         let losses = &DIELECTRICS[facets.kind()];
-        let alpha = facets.alpha[0].clamp(LEAST_ALPHA, 1.0);
+        let alpha = facets.alpha[0].clamp(MIN_ALPHA, 1.0);
         let places = [eta, 1.0 / eta].map(place_of_index);
         let means = places.map(|place| losses.between(alpha, place, |e| e.mean) * alpha * alpha);
         // What goes through is as much as smooth surfaces let through, or less, so that it is reciprocal: its

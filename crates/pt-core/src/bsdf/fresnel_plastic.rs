@@ -50,10 +50,10 @@ impl FresnelPlastic {
     /// Probability of sampling the facets: about their share of what is scattered, by luminance.
     #[inline]
     fn gloss_probability(&self, wo: Vec3) -> f32 {
-        const LEAST: f32 = 0.02;
+        const MIN: f32 = 0.02;
         let f = self.fresnel(wo.z);
         let (gloss, base) = (f * self.specular.luminance(), (1.0 - f) * self.rho.luminance());
-        if gloss + base > 0.0 { (gloss / (gloss + base)).clamp(LEAST, 1.0 - LEAST) } else { 0.5 }
+        if gloss + base > 0.0 { (gloss / (gloss + base)).clamp(MIN, 1.0 - MIN) } else { 0.5 }
     }
 }
 

@@ -12,9 +12,9 @@ const WAYS: usize = 4;
 /// The last of them.
 const LONGER: usize = WAYS - 1;
 /// The least roughness: of less, single precision knows too little.
-const LEAST_ROUGHNESS: f32 = 0.02;
+const MIN_ROUGHNESS: f32 = 0.02;
 /// Of less density are only the ends of the tails of N, of which single precision knows nothing.
-const LEAST_DENSITY: f32 = 1e-30;
+const MIN_DENSITY: f32 = 1e-30;
 
 /// S · cos θi = Σ M_p(θo, θi) A_p(ωo) N_p(φ), a round fibre of a dielectric with a coloured inside, under scales.
 ///
@@ -61,7 +61,7 @@ impl Hair {
     /// Of roughnesses β along the fibre and around it, from 0 to 1, which the eye finds even, and of the angle of its
     /// scales in degrees. [Chiang et al. 2016, §4.1; Pharr, Jakob & Humphreys 2023, §9.9.1]
     pub fn new(absorption: Spectrum, eta: f32, [along, around]: [f32; 2], degrees: f32) -> Self {
-        let [along, around] = [along, around].map(|b| f64::from(b.clamp(LEAST_ROUGHNESS, 1.0)));
+        let [along, around] = [along, around].map(|b| f64::from(b.clamp(MIN_ROUGHNESS, 1.0)));
         let root = 0.726 * along + 0.812 * along * along + 3.7 * libm::pow(along, 20.0);
         let turn = 0.265 * around + 1.194 * around * around + 5.372 * libm::pow(around, 22.0);
         Self {
@@ -278,7 +278,7 @@ impl Lobe<'_> for Hair {
         let spread = Hair::spread(self, &viewed, wi);
         let pdf: f32 = (0..WAYS).map(|p| viewed.chances[p] * spread[p]).sum();
         let f: Spectrum = (0..WAYS).map(|p| viewed.shares[p] * spread[p]).sum();
-        (pdf > LEAST_DENSITY).then(|| BsdfSample::new(wi, f * (1.0 / pdf), Some(Pdf::new(pdf))))
+        (pdf > MIN_DENSITY).then(|| BsdfSample::new(wi, f * (1.0 / pdf), Some(Pdf::new(pdf))))
     }
 
     fn examples() -> Vec<Self> {

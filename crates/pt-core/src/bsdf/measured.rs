@@ -17,11 +17,11 @@ pub use goniophotometer::{Goniophotometer, Specimen};
 use planes::{Blend, Planes, Warp};
 
 /// Of less density, single precision knows too little for what is reflected over it.
-const LEAST_DENSITY: f32 = 1e-9;
+const MIN_DENSITY: f32 = 1e-9;
 /// Of a smaller area, facets are taken for as large.
-const LEAST_AREA: f32 = 1e-6;
+const MIN_AREA: f32 = 1e-6;
 /// The least of u sin θ: nearer to the normal, single precision does not tell normals apart.
-const LEAST_SINE: f32 = 1e-7;
+const MIN_SINE: f32 = 1e-7;
 
 /// f cos θi = C(s) · D(m) / 4σ(ωo), by the tables of a material. [Dupuy & Jakob 2018, "An Adaptive Parameterization for
 /// Efficient Material Acquisition and Rendering", §4]
@@ -133,7 +133,7 @@ fn row(phi: f32) -> f32 {
 
 /// Solid angle of normals per area of the square, 2π² u sin θ: θ is π/2 u², and φ goes around once.
 fn stretch(column: f32, sin: f32) -> f32 {
-    2.0 * PI * PI * (column * sin).max(LEAST_SINE)
+    2.0 * PI * PI * (column * sin).max(MIN_SINE)
 }
 
 impl<'t> Measured<'t> {
@@ -160,7 +160,7 @@ impl<'t> Measured<'t> {
         let [theta, phi] = angles(wo);
         let area = if tables.is_relative {
             let area = tables.sigma.at(&Blend::ONE, Vec2::new(column(theta), row(phi)));
-            4.0 * area.max(LEAST_AREA)
+            4.0 * area.max(MIN_AREA)
         } else {
             1.0
         };
@@ -183,7 +183,7 @@ impl<'t> Measured<'t> {
         let lit = self.tables.luminance.pdf(blend, point);
         // Of normals m the mirrored directions are 4 (ωo · m) times as far apart.
         let pdf = seen * lit / (stretch(normal.x, m.x.hypot(m.y)) * 4.0 * wo.dot(m));
-        if !pdf.is_finite() || pdf < LEAST_DENSITY {
+        if !pdf.is_finite() || pdf < MIN_DENSITY {
             return None;
         }
         let color = self.tables.colors.at(blend, point);

@@ -487,8 +487,7 @@ impl<'a> Bsdf<'a> {
     #[inline(always)]
     pub fn towards(&self, wo: Vec3) -> Option<Self> {
         let local = self.frame.to_local(wo);
-        let is_alike =
-            !self.is_for_viewer && local.z > LEAST_COSINE && self.is_consistent(wo, local);
+        let is_alike = !self.is_for_viewer && local.z > MIN_COSINE && self.is_consistent(wo, local);
         is_alike.then_some(Self { wo: local, ..*self })
     }
 
@@ -568,12 +567,12 @@ fn serves(spread: f32, a: Vec3, b: Vec3) -> bool {
 }
 
 /// The least cosine between the direction from where a surface is seen and its shading normal.
-const LEAST_COSINE: f32 = 1e-3;
+const MIN_COSINE: f32 = 1e-3;
 
 /// Turns the unit normal `n` just so far that `wo`, which sees the surface from its side, is not
 /// below it. Where interpolated normals look away from the camera, lobes would otherwise be black.
 #[inline(always)]
 fn make_visible(n: Vec3, wo: Vec3) -> Vec3 {
     let cos = n.dot(wo);
-    if cos >= LEAST_COSINE { n } else { (n + wo * (LEAST_COSINE - cos)).normalize() }
+    if cos >= MIN_COSINE { n } else { (n + wo * (MIN_COSINE - cos)).normalize() }
 }

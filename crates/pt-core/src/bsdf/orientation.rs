@@ -27,11 +27,10 @@ impl Orientation {
     /// The x and y of a unit vector that is near the normal, in the frame of the lobe, of which it is above the surface; of the
     /// back of a surface that is the same from both sides with `is_back`.
     pub(crate) fn place_of(&self, v: Vec3, is_back: bool) -> [f32; 2] {
-        const LEAST_COSINE: f32 = 0.05;
+        const MIN_COSINE: f32 = 0.05;
         let sign = if is_back { -1.0 } else { 1.0 };
         let local = frame_of(self.normal * sign, self.tangent).to_local(v * sign);
-        let [x, y, _] =
-            Vec3::new(local.x, local.y, local.z.max(LEAST_COSINE)).normalize().to_array();
+        let [x, y, _] = Vec3::new(local.x, local.y, local.z.max(MIN_COSINE)).normalize().to_array();
         [x, y]
     }
 }

@@ -80,11 +80,11 @@ impl RoughCoatedDiffuse {
     /// to both, as the share is of all directions and not of each.
     #[inline]
     fn coat_probability(&self, wo: Vec3) -> f32 {
-        const LEAST: f32 = 0.02;
+        const MIN: f32 = 0.02;
         let through = self.through.at(wo.z);
         let coat = (1.0 - through) * self.specular.luminance();
         let base = through * self.base().luminance();
-        if coat + base > 0.0 { (coat / (coat + base)).clamp(LEAST, 1.0 - LEAST) } else { 0.5 }
+        if coat + base > 0.0 { (coat / (coat + base)).clamp(MIN, 1.0 - MIN) } else { 0.5 }
     }
 }
 

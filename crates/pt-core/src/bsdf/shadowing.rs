@@ -38,8 +38,8 @@ impl Shadowing {
 /// The square of the tangent of an angle, on either side, which is large but finite at 90°.
 #[inline(always)]
 fn tangent_squared(cos: f32) -> f32 {
-    const LEAST: f32 = 1e-6;
-    let cos = cos.abs().clamp(LEAST, 1.0);
+    const MIN: f32 = 1e-6;
+    let cos = cos.abs().clamp(MIN, 1.0);
     (1.0 - cos) * (1.0 + cos) / (cos * cos)
 }
 

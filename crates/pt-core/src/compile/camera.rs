@@ -395,8 +395,8 @@ fn check_view(camera: &pt_scene::Camera) -> Result<(), &'static str> {
 }
 
 fn check_aperture(aperture: &pt_scene::Aperture) -> Result<(), &'static str> {
-    const MOST_BLADES: u32 = 1000;
-    if !(3..=MOST_BLADES).contains(&aperture.blades) {
+    const MAX_BLADES: u32 = 1000;
+    if !(3..=MAX_BLADES).contains(&aperture.blades) {
         Err("the number of blades of the aperture must lie between 3 and 1000")
     } else if !aperture.rotation.is_finite() {
         Err("the rotation of the aperture must be a finite number of degrees")

@@ -13,7 +13,7 @@ use crate::light::{
 };
 
 /// Most means of daylight over days, each of which takes a fifth of a second.
-const MOST_MEANS: usize = 8;
+const MAX_MEANS: usize = 8;
 
 impl Lights {
     /// The sun and the sky, in axes where +y is up; or what there is to say about them.
@@ -26,9 +26,9 @@ impl Lights {
         if let Some(span) = &light.span {
             if span.part[0] < span.part[1] {
                 self.means += 1;
-                if self.means > MOST_MEANS {
+                if self.means > MAX_MEANS {
                     return Err(format!(
-                        "there are more than {MOST_MEANS} daylights over days; join them"
+                        "there are more than {MAX_MEANS} daylights over days; join them"
                     ));
                 }
                 self.add_mean_daylight(light, span, turn);

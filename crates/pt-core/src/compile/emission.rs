@@ -19,11 +19,11 @@ use crate::texture::{TextureRecord, Textures};
 /// Lookups of a texture for the means over the triangles of a mesh, and over all of a sphere or a slide.
 const LOOKUPS: usize = 1 << 20;
 /// Most parts along an edge of a triangle.
-const MOST_PARTS: usize = 64;
+const MAX_PARTS: usize = 64;
 /// Parts along each side of a sphere, or a slide.
 const PARTS: u16 = 64;
 /// Where lookups find less than this share of the mean, they may have missed some light.
-const LEAST_SHARE: f32 = 0.01;
+const MIN_SHARE: f32 = 0.01;
 
 /// Refuses images that are no light where textures give off some. Negative numbers count as 0, with a note.
 pub(super) fn check(scene: &Scene, notes: &mut Vec<String>) -> Result<(), CompileError> {
@@ -90,7 +90,7 @@ pub(super) fn textured_triangles(
 ) -> Vec<TexturedTriangle> {
     let textures = &shapes.materials.textures;
     let per_triangle = LOOKUPS / triangles.len().max(1);
-    let parts = (1..MOST_PARTS).take_while(|n| n * n < per_triangle).last().unwrap_or(1);
+    let parts = (1..MAX_PARTS).take_while(|n| n * n < per_triangle).last().unwrap_or(1);
     let laid = |(i, triangle): (usize, &EmitterTriangle)| {
         let uvs = uvs(shapes, i);
         let primitive = (shapes.first_colored[0] + i) as u32;
@@ -102,7 +102,7 @@ pub(super) fn textured_triangles(
     let (power, area) = all.iter().zip(triangles).fold((0.0, 0.0), |(power, area), (laid, t)| {
         (power + f64::from(laid.mean * t.area()), area + f64::from(t.area()))
     });
-    let least = LEAST_SHARE * (power / area) as f32;
+    let least = MIN_SHARE * (power / area) as f32;
     for laid in &mut all {
         laid.mean = laid.mean.max(least);
     }
@@ -154,7 +154,7 @@ pub(super) fn sphere_map(
         let equator = (1.0 - z * z).sqrt();
         map.radiance(textures, sphere, axes * Vec3::new(cos * equator, sin * equator, z))
     });
-    SphereMap { mean: mean.max(LEAST_SHARE), ..map }
+    SphereMap { mean: mean.max(MIN_SHARE), ..map }
 }
 
 /// A slide before a light with these axes and this cone, in radians.
@@ -170,7 +170,7 @@ pub(super) fn slide(
         let w = axes * Vec3::new(x * tangents[0], y * tangents[1], 1.0).normalize();
         slide.share(textures, w)
     });
-    Slide { mean: mean.max(LEAST_SHARE), ..slide }
+    Slide { mean: mean.max(MIN_SHARE), ..slide }
 }
 
 /// The mean luminance over the unit square.

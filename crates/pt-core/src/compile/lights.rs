@@ -9,7 +9,7 @@ use pt_scene::{Light as Node, LightKind, Scene, Span};
 
 use super::geometry::{Emission, Emitter, Primitives, Shapes, is_similarity};
 use super::many_lights::sphere_light;
-use super::placed::MOST_MOVING_LIGHTS;
+use super::placed::MAX_MOVING_LIGHTS;
 use super::{CompileError, emission};
 use crate::id::{Id, Table};
 use crate::light::{
@@ -148,7 +148,7 @@ impl Lights {
             LightKind::DistantDisk { irradiance, angular_radius } => {
                 let radius = angular_radius.to_radians() as f32;
                 let irradiance = irradiance.into();
-                if radius >= DistantDisk::LEAST_ANGLE {
+                if radius >= DistantDisk::MIN_ANGLE {
                     let radius = radius.min(FRAC_PI_2);
                     self.add_sky(DistantDisk::new(-axis, radius, irradiance));
                 } else {
@@ -310,9 +310,9 @@ impl Lights {
         });
         shapes.placed = placed;
         self.hidden += count;
-        if count > MOST_MOVING_LIGHTS {
+        if count > MAX_MOVING_LIGHTS {
             notes.push(format!(
-                "{count} lights move, of which at most {MOST_MOVING_LIGHTS} are sampled; all are found by \
+                "{count} lights move, of which at most {MAX_MOVING_LIGHTS} are sampled; all are found by \
                  chance, which takes more samples"
             ));
         }

@@ -13,7 +13,7 @@ use pt_scene::material::{
 };
 use pt_scene::texture::{Relief, Scalar};
 
-use super::textures::{LEAST_ALPHA, Lowering};
+use super::textures::{Lowering, MIN_ALPHA};
 use crate::bsdf::microfacet::Facets;
 use crate::bsdf::{
     self, CoatedDiffuse as Coated, Dielectric, Glossy, RoughCoatedDiffuse as RoughCoated,
@@ -23,7 +23,7 @@ use crate::id::Id;
 use crate::material::{CoatRecord, Material, ReliefRecord};
 
 /// Indices of refraction that differ by less from each other are the same.
-const LEAST_CONTRAST: f32 = 1e-3;
+const MIN_CONTRAST: f32 = 1e-3;
 
 /// How a material becomes lobes.
 trait Lower {
@@ -95,7 +95,7 @@ impl Lower for Glass {
             return cx.lobe(bsdf::CourseGlass { reflectance, transmittance, ior: eta }, false);
         }
         // Without a difference of indices, facets bend nothing, and half vectors do not exist.
-        match self.roughness.as_ref().filter(|_| (eta - 1.0).abs() > LEAST_CONTRAST) {
+        match self.roughness.as_ref().filter(|_| (eta - 1.0).abs() > MIN_CONTRAST) {
             Some(roughness) => {
                 let facets = facets(roughness, RoughDielectric::ALPHA, cx);
                 let once = RoughDielectric { reflectance, transmittance, eta, facets };
@@ -169,7 +169,7 @@ impl Lower for RoughCoatedDiffuse {
     fn lower(&self, cx: &mut Lowering) -> Material {
         let rho = cx.share(&self.diffuse, RoughCoated::RHO);
         let specular = cx.share(&self.specular, RoughCoated::SPECULAR);
-        let (eta, alpha) = (self.ior.max(1.0), self.alpha.max(LEAST_ALPHA));
+        let (eta, alpha) = (self.ior.max(1.0), self.alpha.max(MIN_ALPHA));
         let Self { distribution, saturates, two_sided, .. } = *self;
         let lobe = RoughCoated::new(rho, specular, eta, distribution, alpha, saturates);
         cx.lobe(lobe, two_sided)
@@ -193,11 +193,11 @@ impl Lower for CoatedConductor {
     fn lower(&self, cx: &mut Lowering) -> Material {
         let layers = bsdf::Layers {
             eta: self.ior.max(1.0),
-            coat: self.coat_alpha.max(LEAST_ALPHA),
+            coat: self.coat_alpha.max(MIN_ALPHA),
             thickness: self.thickness,
             metal_eta: self.eta.into(),
             metal_k: self.k.into(),
-            metal: self.alpha.max(LEAST_ALPHA),
+            metal: self.alpha.max(MIN_ALPHA),
         };
         cx.lobe(bsdf::CoatedConductor::new(&layers), self.two_sided)
     }
@@ -234,8 +234,8 @@ impl Lower for Principled {
             clearcoat_gloss: number(&self.clearcoat_gloss, Lobe::CLEARCOAT_GLOSS),
             base_color: cx.share(&self.base_color, Lobe::BASE_COLOR),
             // Without a difference of indices, there are no half vectors of light that goes through.
-            eta: if self.transmits() && (ior - 1.0).abs() < LEAST_CONTRAST {
-                1.0 + LEAST_CONTRAST.copysign(ior - 1.0)
+            eta: if self.transmits() && (ior - 1.0).abs() < MIN_CONTRAST {
+                1.0 + MIN_CONTRAST.copysign(ior - 1.0)
             } else {
                 ior
             },
@@ -296,7 +296,7 @@ impl Lower for MetallicRoughness {
             rotation: self.anisotropy_rotation,
             film_ior: self.film_ior,
             // Without a difference of indices, there are no half vectors of light that goes through.
-            eta: if self.thin { self.ior } else { self.ior.max(1.0 + LEAST_CONTRAST) },
+            eta: if self.thin { self.ior } else { self.ior.max(1.0 + MIN_CONTRAST) },
             coat_normal: [0.0; 2],
             thin: self.thin,
         };

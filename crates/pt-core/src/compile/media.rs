@@ -18,9 +18,9 @@ use crate::scene::SurfaceRecord;
 
 /// Most collisions that a ray through a grid may need on average where all of it is as dense as its
 /// densest place: rays through more would take seconds.
-const MOST_DEPTH: f64 = 1e5;
+const MAX_DEPTH: f64 = 1e5;
 /// Most of any number that clouds are told by: with it, their noise still has places.
-const MOST_OF_CLOUD: f32 = 1e3;
+const MAX_OF_CLOUD: f32 = 1e3;
 /// The highest temperature, in kelvins.
 const HOTTEST: f32 = 1e9;
 
@@ -179,19 +179,19 @@ fn cloud(written: &WrittenCloud, area: f32, metres: f64) -> Result<(Cloud, f32),
     let &WrittenCloud { extinction, density, wispiness, frequency, low, high, to_world, .. } =
         written;
     check_extinction(&extinction)?;
-    let is_good = |x: f32| (0.0..=MOST_OF_CLOUD).contains(&x);
+    let is_good = |x: f32| (0.0..=MAX_OF_CLOUD).contains(&x);
     if !(is_good(density) && is_good(wispiness) && is_good(frequency) && frequency > 0.0) {
         return Err(format!(
             "the clouds have density {density}, wispiness {wispiness} and frequency {frequency}; expected numbers of at \
-             least 0 and at most {MOST_OF_CLOUD}, and a frequency above 0"
+             least 0 and at most {MAX_OF_CLOUD}, and a frequency above 0"
         ));
     }
     let [low, high] = [low, high].map(|corner| DVec3::from_array(corner.map(f64::from)));
     let size = high - low;
     let reach = low.abs().max(high.abs()).max_element();
-    if !(size.min_element() > 0.0 && reach <= f64::from(MOST_OF_CLOUD)) {
+    if !(size.min_element() > 0.0 && reach <= f64::from(MAX_OF_CLOUD)) {
         return Err(format!(
-            "the clouds are in the box from {low} to {high}; expected one with a volume, and numbers of at most {MOST_OF_CLOUD}"
+            "the clouds are in the box from {low} to {high}; expected one with a volume, and numbers of at most {MAX_OF_CLOUD}"
         ));
     }
     let to_box = to_world * DAffine3::from_translation(low) * DAffine3::from_scale(size);
@@ -287,11 +287,11 @@ fn check_depth(placed: &PlacedGrid, scale: f32) -> Result<(), String> {
 fn check_size(most: f32, to_world: &DAffine3) -> Result<(), String> {
     let diagonal = to_world.matrix3.to_cols_array().iter().map(|x| x * x).sum::<f64>();
     let depth = f64::from(most) * diagonal.sqrt();
-    if depth <= MOST_DEPTH {
+    if depth <= MAX_DEPTH {
         return Ok(());
     }
     Err(format!(
         "the grid is too dense to be rendered: its largest extinction times its size is {depth:.0}; \
-         expected at most {MOST_DEPTH:.0}, so give a smaller scale"
+         expected at most {MAX_DEPTH:.0}, so give a smaller scale"
     ))
 }

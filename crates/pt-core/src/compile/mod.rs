@@ -33,7 +33,7 @@ use crate::light::EnvironmentMap;
 use crate::medium::Media;
 use crate::scene::RenderScene;
 
-pub use placed::MOST_COPIED;
+pub use placed::MAX_COPIED;
 
 /// How to compile.
 #[derive(Default)]
@@ -51,7 +51,7 @@ pub struct CompileOptions {
     pub most_single_lights: Option<usize>,
     /// Most triangles of copies of meshes that are placed more than once, without the first of each. Of
     /// more, those with the most are kept once and referred to, unless they glow. Copies are found
-    /// faster, but take more memory. `None` is [`MOST_COPIED`].
+    /// faster, but take more memory. `None` is [`MAX_COPIED`].
     pub most_copied_triangles: Option<usize>,
     /// Light from all around, besides the scene's own.
     pub environment: Option<EnvironmentMap>,
@@ -81,7 +81,7 @@ pub struct CompileOptions {
 }
 
 /// See [`CompileOptions::most_single_lights`].
-const MOST_SINGLE_LIGHTS: usize = 8;
+const MAX_SINGLE_LIGHTS: usize = 8;
 
 /// What is said of a scene without light that gets some.
 const STUDIO_LIGHT: &str =
@@ -163,7 +163,7 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     lights.add_nodes(scene, &mut shapes, metres, options.course, &mut notes)?;
     lights.add_emissive(&mut shapes, options.course);
     if !options.course {
-        lights.plant_trees(&mut shapes, options.most_single_lights.unwrap_or(MOST_SINGLE_LIGHTS));
+        lights.plant_trees(&mut shapes, options.most_single_lights.unwrap_or(MAX_SINGLE_LIGHTS));
     }
     lights.add_moving(&mut shapes, &mut notes);
     lights.add_environment(options.environment.take());

@@ -17,10 +17,10 @@ use crate::placed::{Placed, PlacedObject, Placement};
 use crate::scene::SurfaceRecord;
 
 /// The default of [`super::CompileOptions::most_copied_triangles`].
-pub const MOST_COPIED: usize = 1 << 21;
+pub const MAX_COPIED: usize = 1 << 21;
 
 /// Lights on what moves are sampled one by one; if they are more, paths find them by chance.
-pub(super) const MOST_MOVING_LIGHTS: usize = 16;
+pub(super) const MAX_MOVING_LIGHTS: usize = 16;
 
 /// Objects with the numbers that they have in the scene, and where they are.
 pub(super) type Tracks = Vec<(usize, Vec<Knot>)>;
@@ -70,7 +70,7 @@ pub(super) fn worth_sharing(
     let mut left: usize = meshes.iter().map(|(extra, _)| extra).sum();
     let mut shared = vec![false; scene.objects.len()];
     for (extra, numbers) in meshes {
-        if left <= most.unwrap_or(MOST_COPIED) {
+        if left <= most.unwrap_or(MAX_COPIED) {
             break;
         }
         left -= extra;
@@ -197,7 +197,7 @@ impl PlacedShapes {
             self.lights.extend(made.iter().map(placed));
         }
         let count = self.lights.len();
-        if count > MOST_MOVING_LIGHTS {
+        if count > MAX_MOVING_LIGHTS {
             // Nothing finds those that nobody sees by chance.
             self.lights.retain(|moving| moving.light.is_hidden());
         }

@@ -22,9 +22,9 @@ use crate::texels::Texels;
 use crate::texture::{Factor, MeshColors, PatternRecord, TextureRecord, Textures, Varying};
 
 /// Surfaces with less roughness are as smooth to the eye, but not to single precision.
-pub(super) const LEAST_ALPHA: f32 = 1e-3;
+pub(super) const MIN_ALPHA: f32 = 1e-3;
 /// Of more, microfacets are no model.
-const MOST_ALPHA: f32 = 10.0;
+const MAX_ALPHA: f32 = 10.0;
 
 /// Which values of meshes textures show, as numbers of [`Lowering::mesh_values`].
 pub(super) type ShownValues = BTreeSet<u32>;
@@ -193,8 +193,8 @@ impl Lowering {
     /// A roughness, which the next lobe packs as number `first`.
     pub(super) fn alpha(&mut self, alpha: &Scalar, first: usize) -> f32 {
         match alpha {
-            Scalar::Value(alpha) => alpha.max(LEAST_ALPHA),
-            texture @ Scalar::Texture(_) => self.number(texture, first, [LEAST_ALPHA, MOST_ALPHA]),
+            Scalar::Value(alpha) => alpha.max(MIN_ALPHA),
+            texture @ Scalar::Texture(_) => self.number(texture, first, [MIN_ALPHA, MAX_ALPHA]),
         }
     }
 
@@ -393,7 +393,7 @@ impl Lowering {
 }
 
 fn octaves(noise: Noise) -> Octaves {
-    Octaves::new(noise.octaves.min(Noise::MOST_OCTAVES), noise.roughness.clamp(0.0, 2.0))
+    Octaves::new(noise.octaves.min(Noise::MAX_OCTAVES), noise.roughness.clamp(0.0, 2.0))
 }
 
 /// The part of a matrix that acts on (u, v).

@@ -60,7 +60,7 @@ pub(super) fn moments_of(
     samples: impl ExactSizeIterator<Item = Spectrum>,
 ) -> Option<[f64; CHANNELS]> {
     /// The least numbers without digits below 2⁻⁶⁴ and 2⁻¹²⁷.
-    const LEAST: [f32; CHANNELS] = {
+    const MIN: [f32; CHANNELS] = {
         let light = 1.0 / (1u64 << 41) as f32;
         [light, light, light, 1.0 / (1u128 << 104) as f32]
     };
@@ -85,7 +85,7 @@ pub(super) fn moments_of(
     let greatest = greatest.to_array();
     let is_exact = |channel: usize| {
         let (least, greatest) = (least[channel], greatest[channel]);
-        let in_range = least >= LEAST[channel].to_bits() && greatest <= GREATEST[channel].to_bits();
+        let in_range = least >= MIN[channel].to_bits() && greatest <= GREATEST[channel].to_bits();
         let range = (greatest >> EXPONENT).wrapping_sub(least >> EXPONENT);
         greatest == 0 || in_range && digits + range <= f64::MANTISSA_DIGITS
     };

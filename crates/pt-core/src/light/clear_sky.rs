@@ -54,7 +54,7 @@ impl ClearSkyModel {
     fn table(&self) -> Option<Piecewise2D> {
         const COLUMNS: usize = 512;
         const ROWS: usize = 128;
-        const LEAST: f32 = 1e-3;
+        const MIN: f32 = 1e-3;
         let cells = (0..COLUMNS * ROWS).map(|i| {
             let middle = |i: usize, count: usize| (i as f32 + 0.5) / count as f32;
             let (d, sin) =
@@ -63,7 +63,7 @@ impl ClearSkyModel {
         });
         let cells: Vec<_> = cells.collect();
         let brightest = cells.iter().map(|cell| cell.0).fold(0.0, f32::max);
-        let weights: Vec<_> = cells.iter().map(|(l, sin)| l.max(LEAST * brightest) * sin).collect();
+        let weights: Vec<_> = cells.iter().map(|(l, sin)| l.max(MIN * brightest) * sin).collect();
         Piecewise2D::new(&weights, COLUMNS, ROWS)
     }
 

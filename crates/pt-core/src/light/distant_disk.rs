@@ -21,9 +21,9 @@ pub struct DistantDisk {
 impl DistantDisk {
     /// The smallest angle to the middle of a disk, in radians, that directions of single precision
     /// tell apart: to 0.2 % of the disk. The sun has 4.65e-3.
-    pub const LEAST_ANGLE: f32 = 1e-4;
+    pub const MIN_ANGLE: f32 = 1e-4;
 
-    /// A disk of an angular radius from [`Self::LEAST_ANGLE`] to π/2, by the irradiance on a surface
+    /// A disk of an angular radius from [`Self::MIN_ANGLE`] to π/2, by the irradiance on a surface
     /// that faces it: E = π L sin² θ.
     pub fn new(to_light: Vec3, angular_radius: f32, irradiance: Spectrum) -> Self {
         let (sin, _) = trig::sin_cos(angular_radius);

@@ -102,7 +102,7 @@ impl Portal {
     /// A direction from `p` to it: uniform by solid angle where it is near, else by area, as
     /// [`super::MeshLight`] draws them. By rounding, it may just miss.
     fn sample(&self, p: Vec3, [u, v]: [f32; 2]) -> Option<Vec3> {
-        const MOST: f32 = 1.0f32.next_down();
+        const MAX: f32 = 1.0f32.next_down();
         let Self { corner, e1, e2, .. } = *self;
         let [b1, b2] = match self.seen(p) {
             None => [u, v],
@@ -110,10 +110,10 @@ impl Portal {
                 let [first, second] = &seen.0;
                 let share = first.solid_angle / seen.solid_angle();
                 if u < share {
-                    let [b1, b2] = first.sample([(u / share).min(MOST), v]);
+                    let [b1, b2] = first.sample([(u / share).min(MAX), v]);
                     [b1 + b2, b2]
                 } else {
-                    let [b1, b2] = second.sample([((u - share) / (1.0 - share)).min(MOST), v]);
+                    let [b1, b2] = second.sample([((u - share) / (1.0 - share)).min(MAX), v]);
                     [b1, b1 + b2]
                 }
             }

@@ -27,7 +27,7 @@ pub(super) struct SphericalTriangle {
 /// Height of the lit point above the plane, squared, per |e₁|² + |e₂|², below which rounding shows: at
 /// this height, directions are off by a hundredth of the triangle at worst, solid angles by 10⁻³,
 /// and by far less for all but one in a thousand. There is no such bound for small or far triangles.
-const LEAST_HEIGHT: f32 = 1e-6;
+const MIN_HEIGHT: f32 = 1e-6;
 
 impl SphericalTriangle {
     /// The triangle with corners d₀, d₀ + e₁ and d₀ + e₂, relative to the point that sees it; `None`
@@ -39,7 +39,7 @@ impl SphericalTriangle {
         // From the height above the plane: the product of unit vectors has no digits for small
         // triangles.
         let volume = d0.dot(across);
-        if volume * volume <= LEAST_HEIGHT * size_squared * across.length_squared() {
+        if volume * volume <= MIN_HEIGHT * size_squared * across.length_squared() {
             return None;
         }
         let d = [d0, d0 + e1, d0 + e2];

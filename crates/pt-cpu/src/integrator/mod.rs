@@ -65,10 +65,10 @@ pub struct Group {
 }
 
 /// The largest [`Settings::reuse`].
-pub const MOST_REUSE: u32 = 4;
+pub const MAX_REUSE: u32 = 4;
 
 /// The largest [`Settings::split`].
-pub const MOST_SPLIT: u32 = 64;
+pub const MAX_SPLIT: u32 = 64;
 
 /// The light that camera rays carry: a pure function of scene, settings and start.
 ///

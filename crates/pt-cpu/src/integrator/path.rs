@@ -31,11 +31,11 @@ const PIXEL_ALBEDO: f32 = 0.5;
 
 /// A path that goes on with probability q brings its light with weight 1/q; a bound on q bounds
 /// the length of paths between perfect mirrors.
-const MOST_SURVIVAL: f32 = 0.95;
+const MAX_SURVIVAL: f32 = 0.95;
 
 /// The same in media, which take at each collision what they absorb: light goes through hundreds of them where that is little, and
 /// weights of 0.95⁻ⁿ would grow faster than long ways get rare.
-const MOST_SURVIVAL_IN_MEDIA: f32 = 0.999;
+const MAX_SURVIVAL_IN_MEDIA: f32 = 0.999;
 
 impl Path {
     /// [`Rules::survival`] at a collision in a medium.
@@ -45,7 +45,7 @@ impl Path {
         path: &State,
         bounces: u32,
     ) -> Option<f32> {
-        Self::survival_up_to(MOST_SURVIVAL_IN_MEDIA, settings, path, bounces)
+        Self::survival_up_to(MAX_SURVIVAL_IN_MEDIA, settings, path, bounces)
     }
 
     /// By the throughput without what refraction takes and gives back.
@@ -130,7 +130,7 @@ impl Rules for Path {
 
     #[inline(always)]
     fn survival(&self, settings: &Settings, path: &State, bounces: u32) -> Option<f32> {
-        Self::survival_up_to(MOST_SURVIVAL, settings, path, bounces)
+        Self::survival_up_to(MAX_SURVIVAL, settings, path, bounces)
     }
 }
 

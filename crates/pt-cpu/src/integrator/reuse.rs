@@ -27,11 +27,11 @@ use super::holes;
 use super::sums::Sums;
 use super::wavefront::Surface;
 use super::witness::Witness;
-use super::{MOST_REUSE, Starts};
+use super::{MAX_REUSE, Starts};
 use crate::Tracer;
 
 /// Most pixels of a square.
-const MOST_PIXELS: usize = (MOST_REUSE * MOST_REUSE) as usize;
+const MAX_PIXELS: usize = (MAX_REUSE * MAX_REUSE) as usize;
 
 /// Rays beyond which givers give before there are more.
 const MANY: usize = 2048;
@@ -210,7 +210,7 @@ impl Reuse {
         members: impl Iterator<Item = u32> + Clone,
         sums: &Sums<impl Witness>,
     ) {
-        let mut takers = ArrayVec::<_, MOST_PIXELS>::new();
+        let mut takers = ArrayVec::<_, MAX_PIXELS>::new();
         for member in members.clone() {
             if let Some(seen) = &self.takers[member as usize] {
                 takers.push((member, &seen.at, seen.bsdf(scene)));
@@ -317,7 +317,7 @@ fn share_matte(light: Spectrum, pairs: &[Pair], sums: &mut Sums<impl Witness>) {
 /// Gives everybody what a surface throws back to them.
 fn share_glossy(own: &Bsdf, parts: &[Part], pairs: &[Pair], sums: &mut Sums<impl Witness>) {
     let views = pairs.iter().filter_map(|pair| Some((pair, own.towards(pair.w)?)));
-    let views: ArrayVec<_, MOST_PIXELS> = views.filter(|(pair, _)| pair.share > 0.0).collect();
+    let views: ArrayVec<_, MAX_PIXELS> = views.filter(|(pair, _)| pair.share > 0.0).collect();
     for (taker, bsdf) in views.iter().filter(|(_, bsdf)| own.serves(bsdf)) {
         let might_give = views.iter().filter(|(_, other)| other.serves(bsdf));
         let density: f32 = might_give.map(|(pair, _)| pair.density * pair.share).sum();

@@ -8,7 +8,7 @@ use super::xml::quote;
 use crate::{LoadError, Scene, Warning, spelling};
 
 /// Most cameras that a message lists.
-const MOST_LISTED: usize = 30;
+const MAX_LISTED: usize = 30;
 
 /// The index of the camera that is asked for: by its name or, where none has that, by its number in
 /// the order of the file, from 0.
@@ -34,9 +34,9 @@ pub(super) fn find(wanted: &str, names: &[&str]) -> Result<usize, String> {
 
 /// As in `0 "front", 1 "back"`.
 fn list(names: &[&str]) -> String {
-    let listed = names.iter().enumerate().take(MOST_LISTED);
+    let listed = names.iter().enumerate().take(MAX_LISTED);
     let mut all: Vec<_> = listed.map(|(i, name)| format!("{i} {}", quote(name))).collect();
-    if let Some(more) = names.len().checked_sub(MOST_LISTED).filter(|more| *more > 0) {
+    if let Some(more) = names.len().checked_sub(MAX_LISTED).filter(|more| *more > 0) {
         all.push(format!("{more} more"));
     }
     all.join(", ")
@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn long_lists_are_cut_off() {
-        let names = ["c"; MOST_LISTED + 12];
+        let names = ["c"; MAX_LISTED + 12];
         assert!(list(&names).ends_with("29 \"c\", 12 more"));
     }
 }

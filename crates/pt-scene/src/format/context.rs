@@ -21,7 +21,7 @@ use crate::measured::Measurements;
 use crate::{Geometry, LoadError, Scene, Source, Span, Warning, source};
 
 /// Most items with an error, whether it was told before or not.
-const MOST_FAILURES: usize = 20_000;
+const MAX_FAILURES: usize = 20_000;
 
 /// What the readers of a scene share.
 #[derive(Debug)]
@@ -73,7 +73,7 @@ struct Noted {
 
 impl Context {
     /// Most errors that are noted, and as many missing files; after that the scene is not read on.
-    pub(super) const MOST_NOTED: usize = 1000;
+    pub(super) const MAX_NOTED: usize = 1000;
 
     /// For the scene in a file, whose folder is the one that paths may not leave.
     pub(super) fn new(file: &Path, options: &LoadOptions) -> Arc<Self> {
@@ -354,7 +354,7 @@ impl Context {
                 if noted.told.insert(error.to_string()) {
                     noted.errors.push(error);
                 }
-                if noted.errors.len() < Self::MOST_NOTED && noted.failures < MOST_FAILURES {
+                if noted.errors.len() < Self::MAX_NOTED && noted.failures < MAX_FAILURES {
                     return Ok(None);
                 }
                 drop(noted);
@@ -396,7 +396,7 @@ impl Context {
     pub(super) fn missing(&self, at: Span, message: impl Into<String>) {
         let mut noted = self.noted();
         let missing = Warning { at, message: message.into() };
-        if noted.missing.len() < Self::MOST_NOTED && noted.told.insert(missing.to_string()) {
+        if noted.missing.len() < Self::MAX_NOTED && noted.told.insert(missing.to_string()) {
             noted.missing.push(missing);
         }
     }
@@ -404,7 +404,7 @@ impl Context {
     /// Notes what the user should know about a file, once.
     pub(super) fn note(&self, at: Span, message: String) {
         let (mut noted, note) = (self.noted(), Warning { at, message });
-        if noted.notes.len() < Self::MOST_NOTED && !noted.notes.contains(&note) {
+        if noted.notes.len() < Self::MAX_NOTED && !noted.notes.contains(&note) {
             noted.notes.push(note);
         }
     }

@@ -17,25 +17,25 @@ pub(super) struct Faults {
 
 impl Faults {
     /// Most that are kept: no list of errors holds more.
-    pub(super) const MOST: usize = Context::MOST_NOTED;
+    pub(super) const MAX: usize = Context::MAX_NOTED;
 
-    /// Adds one that comes behind all others, unless there are [`Self::MOST`] of them.
+    /// Adds one that comes behind all others, unless there are [`Self::MAX`] of them.
     pub(super) fn add(&mut self, fault: LoadError) {
         if !self.is_full() {
             self.list.push(fault);
         }
     }
 
-    /// Adds one that costs nothing but itself, unless there are [`Self::MOST`] of them; see [`Context::forgive`].
+    /// Adds one that costs nothing but itself, unless there are [`Self::MAX`] of them; see [`Context::forgive`].
     pub(super) fn pardon(&mut self, fault: LoadError, instead: &'static str) {
-        if self.pardoned.len() < Self::MOST {
+        if self.pardoned.len() < Self::MAX {
             self.pardoned.push((fault, instead));
         }
     }
 
     /// Whether there are so many that it makes no sense to read on.
     pub(super) fn is_full(&self) -> bool {
-        self.list.len() >= Self::MOST
+        self.list.len() >= Self::MAX
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -45,19 +45,19 @@ impl Faults {
     /// Appends those of a piece that follows.
     pub(super) fn append(&mut self, more: Self) {
         self.list.extend(more.list);
-        self.list.truncate(Self::MOST);
+        self.list.truncate(Self::MAX);
         self.pardoned.extend(more.pardoned);
-        self.pardoned.truncate(Self::MOST);
+        self.pardoned.truncate(Self::MAX);
     }
 
     /// Adds those that were found in the same lines in another way: all are in the order of the lines then.
     pub(super) fn merge(&mut self, others: Self) {
         self.list.extend(others.list);
         self.list.sort_by_key(place);
-        self.list.truncate(Self::MOST);
+        self.list.truncate(Self::MAX);
         self.pardoned.extend(others.pardoned);
         self.pardoned.sort_by_key(|(fault, _)| place(fault));
-        self.pardoned.truncate(Self::MOST);
+        self.pardoned.truncate(Self::MAX);
     }
 
     /// All of them as errors.
@@ -155,7 +155,7 @@ mod tests {
         assert!(others.is_full() && !faults.is_full());
         faults.merge(others);
         assert_eq!(lines(&faults)[..8], [1, 3, 5, 7, 9, 10, 11, 13]);
-        assert_eq!(lines(&faults).len(), Faults::MOST);
+        assert_eq!(lines(&faults).len(), Faults::MAX);
     }
 
     #[test]

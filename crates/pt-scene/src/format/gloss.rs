@@ -6,14 +6,14 @@ use crate::{Color, Surface};
 /// Luminance from which a specular colour or a reflectivity makes a second lobe. Water, the
 /// dullest of common dielectrics, reflects 0.02 at normal incidence; what is below is what
 /// exporters write for none.
-pub(super) const LEAST: f32 = 0.02;
+pub(super) const MIN: f32 = 0.02;
 /// Exponent of glosses that give none: what modelling tools start with.
 pub(super) const DEFAULT_EXPONENT: f32 = 50.0;
 
 /// A diffuse surface with the gloss of a specular colour and Phong's exponent, from 0 up; without a gloss where the
 /// colour is as good as black. It is the same from both sides.
 pub(super) fn phong(diffuse: Color, specular: Color, exponent: f32) -> Surface {
-    if amount(&specular) <= LEAST {
+    if amount(&specular) <= MIN {
         return Matte { reflectance: diffuse, two_sided: true }.into();
     }
     Plastic { diffuse, specular, alpha: alpha(exponent), two_sided: true }.into()

@@ -26,9 +26,9 @@ const GRID: usize = 672;
 /// The type of grids of 32-bit numbers.
 const FLOAT: u32 = 1;
 /// Most bytes of a grid that is unpacked, and of one that is made dense.
-const MOST_BYTES: u64 = 1 << 30;
+const MAX_BYTES: u64 = 1 << 30;
 /// Most cells of a dense grid along an axis.
-const MOST_CELLS: i64 = 1 << 16;
+const MAX_CELLS: i64 = 1 << 16;
 
 /// A grid, and where it lies.
 #[derive(Clone, Debug)]
@@ -94,7 +94,7 @@ impl Entry<'_> {
     fn unpacked(&self) -> Result<Cow<'_, [u8]>, String> {
         match self.codec {
             0 => Ok(self.bytes.into()),
-            1 if self.size <= MOST_BYTES => {
+            1 if self.size <= MAX_BYTES => {
                 let packed = self.bytes.get(8..).ok_or("the packed grid is too short")?;
                 let mut grid = Vec::new();
                 let unpacked = ZlibDecoder::new(packed).take(self.size).read_to_end(&mut grid);
@@ -186,7 +186,7 @@ impl Reader<'_> {
         let root = self.behind(GRID as u64, self.u64(GRID as u64 + 24)?)?;
         let mut cells = Cells::new(self.coordinates(root)?, self.coordinates(root + 12)?, ask)?;
 
-        cells.fill(cells.least, MOST_CELLS, self.f32(root + 28)?);
+        cells.fill(cells.least, MAX_CELLS, self.f32(root + 28)?);
         let mut seen = HashSet::new();
         for i in 0..u64::from(self.u32(root + 24)?) {
             let tile = root + 64 + 32 * i;
@@ -269,8 +269,8 @@ impl Cells {
         let count = [0, 1, 2].map(|axis| greatest[axis] - least[axis] + 1);
         let [x, y, z] = count;
         let all = count.iter().try_fold(4i64, |all, &n| all.checked_mul(n));
-        let fits = all.is_some_and(|bytes| bytes.cast_unsigned() <= MOST_BYTES);
-        if !fits || !count.iter().all(|n| (1..=MOST_CELLS).contains(n)) {
+        let fits = all.is_some_and(|bytes| bytes.cast_unsigned() <= MAX_BYTES);
+        if !fits || !count.iter().all(|n| (1..=MAX_CELLS).contains(n)) {
             return Err(format!(
                 "the grid has {x} x {y} x {z} cells; expected at least one along each axis, and 1 GiB at most"
             ));

@@ -24,7 +24,7 @@ const HAS_UVS: u32 = 0x2;
 const HAS_COLORS: u32 = 0x8;
 const IS_DOUBLE: u32 = 0x2000;
 /// Most bytes of a mesh, as for images: few bytes may claim to be more than memory holds.
-const MOST_BYTES: u64 = 1 << 30;
+const MAX_BYTES: u64 = 1 << 30;
 /// Deflate packs 258 bytes into two bits at best.
 const BEST_RATIO: u64 = 1032;
 /// Longest name in bytes.
@@ -239,7 +239,7 @@ fn check_counts(
     }
     let bytes = vertices.checked_mul(bytes_per_vertex);
     let bytes = bytes.and_then(|b| b.checked_add(triangles.checked_mul(12)?)).unwrap_or(u64::MAX);
-    if bytes > MOST_BYTES {
+    if bytes > MAX_BYTES {
         return Err(format!("{says}, which are more than 1 GiB; please cut it into pieces"));
     }
     if bytes / BEST_RATIO > packed {

@@ -14,7 +14,7 @@ use super::xml::quote;
 const IDENTIFIER: &[u8; 12] = b"tensor_file\0";
 const VERSION: [u8; 2] = [1, 0];
 /// Most fields of a file, and most axes of one.
-const MOST: usize = 64;
+const MAX: usize = 64;
 /// How the kinds of numbers are written that are read, and what they are called.
 const BYTE: u8 = 1;
 const FLOAT32: u8 = 10;
@@ -64,9 +64,9 @@ impl<'a> TensorFile<'a> {
             return Err(format!("the file has version {major}.{minor}; supported: 1.0"));
         }
         let count = rest.unsigned::<4>()?;
-        if count > MOST as u64 {
+        if count > MAX as u64 {
             return Err(format!(
-                "the file says that it has {count} fields; expected {MOST} at most"
+                "the file says that it has {count} fields; expected {MAX} at most"
             ));
         }
         let fields: Vec<_> =
@@ -142,8 +142,8 @@ fn field<'a>(rest: &mut Cursor<'a>, file: &'a [u8]) -> Result<Field<'a>, String>
     let name = std::str::from_utf8(rest.take(length)?);
     let name = name.map_err(|_| "the name of a field is no text".to_owned())?;
     let axes = rest.unsigned::<2>()? as usize;
-    if axes > MOST {
-        return Err(format!("the field {} has {axes} axes; expected {MOST} at most", quote(name)));
+    if axes > MAX {
+        return Err(format!("the field {} has {axes} axes; expected {MAX} at most", quote(name)));
     }
     let kind = rest.byte()?;
     let size = SIZES.get(usize::from(kind)).copied().filter(|size| *size > 0).ok_or_else(|| {

@@ -15,10 +15,10 @@ pub(super) fn rotate(axis: DVec3, degrees: f64) -> DAffine3 {
 /// Puts a node at `origin` with its +z towards `target` and its +y in the half plane of `up`;
 /// +x is then up × z. `None` if the three do not span a plane.
 pub(super) fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
-    const LEAST_SINE: f64 = 1e-9; // of the angle between up and z, far above rounding
+    const MIN_SINE: f64 = 1e-9; // of the angle between up and z, far above rounding
     let z = (target - origin).try_normalize()?;
     let side = up.try_normalize()?.cross(z);
-    let x = side.try_normalize().filter(|_| side.length() > LEAST_SINE)?;
+    let x = side.try_normalize().filter(|_| side.length() > MIN_SINE)?;
     Some(DAffine3::from_mat3_translation(DMat3::from_cols(x, z.cross(x), z), origin))
 }
 

@@ -16,7 +16,7 @@ const IDENTIFIER: [u8; 4] = *b"VOL\x03";
 /// The encoding as 32-bit floating-point numbers.
 const FLOAT32: i32 = 1;
 /// Most bytes of a grid, as for images.
-const MOST_BYTES: u64 = 1 << 30;
+const MAX_BYTES: u64 = 1 << 30;
 
 /// A grid, and the box that its file gives it.
 #[derive(Debug)]
@@ -93,7 +93,7 @@ fn sizes(cells: [i32; 3], channels: i32) -> Result<([u32; 3], u32), String> {
         return Err(format!("{says}; expected at least one cell along each axis"));
     }
     let bytes = cells.iter().try_fold(4 * channels as u64, |all, &n| all.checked_mul(n.into()));
-    if bytes.is_none_or(|bytes| bytes > MOST_BYTES) {
+    if bytes.is_none_or(|bytes| bytes > MAX_BYTES) {
         return Err(format!("{says}, which are more than 1 GiB; please make it coarser"));
     }
     Ok((cells, channels as u32))

@@ -390,7 +390,7 @@ pub(super) fn did_you_mean<'c>(written: &str, names: impl Iterator<Item = &'c st
     if !close.is_empty() {
         return close;
     }
-    let more = if names.len() > MOST_NAMED { ", …" } else { "" };
+    let more = if names.len() > MAX_NAMED { ", …" } else { "" };
     match quoted(&names, ", ") {
         none if none.is_empty() => " (there is none)".to_owned(),
         some => format!(" (there is {some}{more})"),
@@ -406,10 +406,10 @@ pub(super) fn meant<'c>(written: &str, names: impl Iterator<Item = &'c str>) -> 
 }
 
 /// Most names that are told of many.
-const MOST_NAMED: usize = 3;
+const MAX_NAMED: usize = 3;
 
 fn quoted(names: &[&str], separator: &str) -> String {
-    names.iter().take(MOST_NAMED).map(|name| quote(name)).collect::<Vec<_>>().join(separator)
+    names.iter().take(MAX_NAMED).map(|name| quote(name)).collect::<Vec<_>>().join(separator)
 }
 
 #[cfg(test)]

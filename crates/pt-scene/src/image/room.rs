@@ -25,13 +25,13 @@ impl<'r> Room<'r> {
 /// claim to be a picture larger than memory.
 pub(super) fn check_size(decoded: Option<u64>, encoded: usize) -> Result<(), String> {
     /// One gibibyte.
-    const MOST_BYTES: u64 = 1 << 30;
+    const MAX_BYTES: u64 = 1 << 30;
     /// Deflate packs 258 bytes into two bits at best; no other compression that PNG and OpenEXR
     /// have reaches that. JPEG takes a bit for a block of 64 samples at least, and with colours of
     /// half the width and height, 6 bits for 256 pixels.
     const BEST_RATIO: u64 = 1032;
     let decoded = decoded.unwrap_or(u64::MAX);
-    if decoded > MOST_BYTES {
+    if decoded > MAX_BYTES {
         return Err("holds more than 1 GiB of pixels; please scale it down".to_owned());
     }
     if decoded / BEST_RATIO > encoded as u64 {

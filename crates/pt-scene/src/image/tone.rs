@@ -96,13 +96,13 @@ const AGX_OUTSET: [Rgb; 3] = [
 /// as in Wrensch, "Minimal AgX Implementation"]
 fn agx(rgb: Rgb) -> Rgb {
     /// log₂ of the darkest light that is told from black, 10 stops below a grey of 0.18 …
-    const LEAST: f64 = -12.473_93;
+    const MIN: f64 = -12.473_93;
     /// … and of the brightest, 6.5 stops above it.
-    const MOST: f64 = 4.026_069;
+    const MAX: f64 = 4.026_069;
     const EXPONENT: f64 = 2.2;
     let signal = multiply(&AGX_INSET, rgb).map(|l| {
-        let stops = libm::log2(l).clamp(LEAST, MOST);
-        agx_sigmoid((stops - LEAST) / (MOST - LEAST))
+        let stops = libm::log2(l).clamp(MIN, MAX);
+        agx_sigmoid((stops - MIN) / (MAX - MIN))
     });
     multiply(&AGX_OUTSET, signal).map(|v| libm::pow(v.max(0.0), EXPONENT))
 }

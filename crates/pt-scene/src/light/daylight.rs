@@ -48,7 +48,7 @@ pub struct DaySpan {
 
 impl DaySpan {
     /// The most days.
-    pub const MOST_DAYS: u32 = 1_000_000;
+    pub const MAX_DAYS: u32 = 1_000_000;
 
     /// Refuses numbers out of their ranges.
     fn check(&self) -> Result<(), String> {
@@ -61,7 +61,7 @@ impl DaySpan {
             "latitudes of at most 90°, longitudes of at most 360° and time zones of at most 24 hours"
         } else if !is_date {
             "a year of at most four digits, a month from 1 to 12 and a day from 1 to 31"
-        } else if !(1..=Self::MOST_DAYS).contains(days) {
+        } else if !(1..=Self::MAX_DAYS).contains(days) {
             "1 to 1,000,000 days"
         } else if !is_rising(*hours, 24.0) {
             "hours from 0 to 24, the first before the last"

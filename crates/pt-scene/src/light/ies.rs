@@ -29,10 +29,10 @@ pub struct IesProfile {
 }
 
 /// Files of more numbers than this are no luminaires.
-const MOST_VALUES: usize = 1 << 24;
+const MAX_VALUES: usize = 1 << 24;
 
 /// More candela than any lamp has, of which all intensities of a file may be added up: searchlights have 10⁹.
-const MOST_CANDELA: f32 = 1e15;
+const MAX_CANDELA: f32 = 1e15;
 
 impl IesProfile {
     /// Reads a file.
@@ -65,8 +65,8 @@ impl IesProfile {
         for _ in 0..header.vertical * header.horizontal {
             let (value, line) = numbers.next("candela")?;
             let value = (value * header.factor) as f32;
-            if !(0.0..=MOST_CANDELA).contains(&value) {
-                let message = format!("{value} candela; expected 0 to {MOST_CANDELA:e}");
+            if !(0.0..=MAX_CANDELA).contains(&value) {
+                let message = format!("{value} candela; expected 0 to {MAX_CANDELA:e}");
                 return Err(numbers.error(line, message));
             }
             candela.push(value);
@@ -195,7 +195,7 @@ impl Header {
         let (ballast, _) = numbers.next("the ballast factor")?;
         let (ballast_lamp, line) = numbers.next("the ballast-lamp factor")?;
         numbers.next("the watts")?;
-        if vertical.saturating_mul(horizontal) > MOST_VALUES {
+        if vertical.saturating_mul(horizontal) > MAX_VALUES {
             let message =
                 format!("{vertical} × {horizontal} angles are more than any luminaire has");
             return Err(numbers.error(line, message));
@@ -262,11 +262,11 @@ impl<'a> Numbers<'a> {
     /// A whole number from 1 up.
     fn count(&mut self, what: &str) -> Result<usize, LoadError> {
         let (number, line) = self.next(&format!("the number of {what}"))?;
-        let is_count = number >= 1.0 && number.fract() == 0.0 && number <= MOST_VALUES as f64;
+        let is_count = number >= 1.0 && number.fract() == 0.0 && number <= MAX_VALUES as f64;
         if is_count {
             return Ok(number as usize);
         }
-        let message = format!("{number} {what}; expected a whole number from 1 to {MOST_VALUES}");
+        let message = format!("{number} {what}; expected a whole number from 1 to {MAX_VALUES}");
         Err(self.error(line, message))
     }
 

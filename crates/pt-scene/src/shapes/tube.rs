@@ -21,7 +21,7 @@ pub(crate) struct Detail {
 impl Detail {
     /// Of a tuft of hair, blocks of 16 x 16 pixels are up to 2 % off with this (8 % with six sides), as rays that graze fibres
     /// are missed.
-    pub(crate) const LEAST: Self = Self { sides: 12, turn: 8.0 };
+    pub(crate) const MIN: Self = Self { sides: 12, turn: 8.0 };
     /// For what is not much.
     pub(crate) const FINE: Self = Self { sides: 48, turn: 2.0 };
     /// Between the two.
@@ -127,7 +127,7 @@ impl Spline {
 
     /// A ribbon of a width that varies, which lies across normals that are given where segments meet.
     pub(crate) fn ribbon(&self, normals: &[DVec3], width: impl Fn(Place) -> f64) -> Mesh {
-        let stations = self.stations(Detail::LEAST, Some(normals));
+        let stations = self.stations(Detail::MIN, Some(normals));
         spanned(&stations, 1, |station, v| {
             let Station { place, middle, along, across } = *station;
             (middle + across.cross(along) * ((v - 0.5) * width(place)), across)

@@ -36,7 +36,7 @@ const COMMAND: &str = "-r 480 360 -s 64 -l 1 -m 5 -t 1";
 /// The course's way, with all samples.
 const MODES: [(&str, &str); 2] = [("default", ""), ("cs184", "--cs184 -a 64 0")];
 /// Bytes of memory for each triangle of a large mesh, at most.
-const MOST_BYTES: f64 = 500.0;
+const MAX_BYTES: f64 = 500.0;
 
 /// Measures and prints.
 ///
@@ -62,10 +62,10 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let large = measure(&program, "-r 64 48 -s 1 --integrator normals", &scene)?;
     let bytes = large.peak_bytes / large.triangles;
     println!(
-        "\n{:.0} triangles: at most {:.0} MB, {bytes:.0} bytes a triangle, asked {MOST_BYTES}: {}",
+        "\n{:.0} triangles: at most {:.0} MB, {bytes:.0} bytes a triangle, asked {MAX_BYTES}: {}",
         large.triangles,
         large.peak_bytes * 1e-6,
-        verdict(bytes <= MOST_BYTES)
+        verdict(bytes <= MAX_BYTES)
     );
     Ok(())
 }

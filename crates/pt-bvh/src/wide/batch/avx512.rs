@@ -259,7 +259,7 @@ impl Sheared {
         let total = _mm512_fmadd_ps(w, c[2], _mm512_fmadd_ps(v, b[2], _mm512_mul_ps(u, a[2])));
         let depth = _mm512_mul_ps(total, inverse);
         let t = _mm512_mul_ps(depth, inverse_scale);
-        let (least, sides) = (splat(triangle::LEAST_DET), same_signs(edges));
+        let (least, sides) = (splat(triangle::MIN_DET), same_signs(edges));
         let plain = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(sides, splat(0.0));
         let plain = _mm512_mask_cmp_ps_mask::<_CMP_GE_OQ>(plain, _mm512_abs_ps(det), least);
         let plain =
@@ -408,7 +408,7 @@ impl Group {
 #[inline]
 #[target_feature(enable = "avx512f")]
 fn depth_limit(t: __m512, scale: __m512) -> __m512 {
-    let least = _mm512_set1_ps(ray::LEAST);
+    let least = _mm512_set1_ps(ray::MIN);
     let scale = _mm512_mul_ps(_mm512_add_ps(scale, least), _mm512_set1_ps(1.0 + CONVERSION));
     let limit = _mm512_mul_ps(_mm512_add_ps(t, least), scale);
     _mm512_max_ps(limit, _mm512_set1_ps(2.0 * f32::MIN_POSITIVE))

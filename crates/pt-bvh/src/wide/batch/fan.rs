@@ -77,8 +77,7 @@ impl Fan {
         };
         let (depth, [sx, sy]) = (greatest(2), self.spread);
         let off = greatest(0).fast_max(greatest(1)) + sx.fast_max(sy) * depth;
-        let margin =
-            (off * (off + depth)).mul_add(splat(64.0 * EPSILON), splat(triangle::LEAST_DET));
+        let margin = (off * (off + depth)).mul_add(splat(64.0 * EPSILON), splat(triangle::MIN_DET));
         let edge = |p: [Lanes; 3], q: [Lanes; 3]| {
             let middle = q[0] * p[1] - q[1] * p[0];
             let by_x = (p[2] * q[1] - q[2] * p[1]).abs();

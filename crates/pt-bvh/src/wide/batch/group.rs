@@ -5,7 +5,7 @@ use wide::{f32x8, u32x8};
 
 use super::order::LANES;
 use crate::geometry::{Hit, LARGEST_COORDINATE};
-use crate::ray::{AXES, CONVERSION, LEAST_SLOPE, PAD, Scene};
+use crate::ray::{AXES, CONVERSION, MIN_SLOPE, PAD, Scene};
 use crate::wide::traverse::Slabs;
 use crate::wide::triangles::{Shear, Sheared};
 use crate::wide::{NO_PRIMITIVE, WIDTH};
@@ -158,8 +158,8 @@ pub(super) fn from_bits(x: u32x8) -> f32x8 {
 /// [`ray::depth_limit`] of eight.
 #[inline(always)]
 pub(super) fn depth_limit(t: f32x8, scale: f32x8) -> f32x8 {
-    let scale = (scale + ray::LEAST) * (1.0 + CONVERSION);
-    ((t + ray::LEAST) * scale).max(f32x8::splat(2.0 * f32::MIN_POSITIVE))
+    let scale = (scale + ray::MIN) * (1.0 + CONVERSION);
+    ((t + ray::MIN) * scale).max(f32x8::splat(2.0 * f32::MIN_POSITIVE))
 }
 
 impl Group {
@@ -242,7 +242,7 @@ impl Group {
     #[inline(always)]
     fn set_slabs(&mut self, first: usize, origin: [f32x8; 3], slope: [f32x8; 3], scene: &Scene) {
         let splat = f32x8::splat;
-        let steep = slope.map(|x| copysign(x.abs().fast_max(splat(LEAST_SLOPE)), x));
+        let steep = slope.map(|x| copysign(x.abs().fast_max(splat(MIN_SLOPE)), x));
         let inverse = steep.map(|x| splat(1.0) / x);
         let to_center = [0, 1, 2].map(|k: usize| splat(scene.center[k]) - origin[k]);
         let reach = [0, 1, 2].map(|k: usize| to_center[k].abs() + scene.half[k]);

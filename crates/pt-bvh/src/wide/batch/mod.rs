@@ -35,7 +35,7 @@ use self::candidates::{BLOCKS, Candidates};
 use self::group::{Column, GROUP, Group, bits};
 use self::order::{LANES, members, sort_descending};
 use self::orders::Orders;
-use self::packet::{Beam, MOST, PACKET, PAUSE};
+use self::packet::{Beam, MAX, PACKET, PAUSE};
 use self::section::{SECTION, SECTIONS, Sections};
 use super::{Child, Size, WIDTH, WideBvh, WideNode};
 use crate::counter::Counter;
@@ -289,7 +289,7 @@ impl WideBvh {
             && let Some(beam) = Beam::new::<SECTION>(group, place, &self.scene)
         {
             let work = self.trace::<ANY, SECTION>(group, stacks, &beam, place, sections, counter);
-            *pause = if work.tests > MOST { PAUSE } else { 0 };
+            *pause = if work.tests > MAX { PAUSE } else { 0 };
             return 0;
         }
         let mut active = 0;

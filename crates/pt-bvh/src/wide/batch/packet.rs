@@ -18,7 +18,7 @@ use super::orders::Work;
 use super::section::Sections;
 use super::{Queues, Stacks};
 use crate::counter::Counter;
-use crate::ray::{AXES, LEAST_SLOPE, PAD, Scene};
+use crate::ray::{AXES, MIN_SLOPE, PAD, Scene};
 use crate::wide::depths::{after, earlier, later};
 use crate::wide::traverse::lanes;
 use crate::wide::triangles::Sheared;
@@ -29,7 +29,7 @@ pub(super) const PACKET: usize = 16;
 
 /// Packets of a whole section that meet more triangles are slower than small ones, and so are, most likely, the
 /// next so many packets.
-pub(super) const MOST: u32 = 24;
+pub(super) const MAX: u32 = 24;
 pub(super) const PAUSE: u32 = 128;
 
 /// Rays whose slopes differ by more are faster on their own.
@@ -119,7 +119,7 @@ impl Beam {
         let (low, high) = (low - center - pad, high - center + pad);
         // All slopes along an axis have the same sign.
         let [small, large] =
-            [steepest, flattest].map(|slope| slope.max(Vec3::splat(LEAST_SLOPE)).recip());
+            [steepest, flattest].map(|slope| slope.max(Vec3::splat(MIN_SLOPE)).recip());
         let splat = f32x8::splat;
         Some(Self {
             near_origin: [0, 1, 2].map(|k| splat(if falls[k] == 0 { high[k] } else { low[k] })),

@@ -6,9 +6,7 @@ use std::sync::OnceLock;
 use pt_math::{FloatExt, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
-use super::{
-    ALPHAS, COSINES, LEAST_ALPHA, Reflected, cosine, locate, node, place, stretch_of_gloss,
-};
+use super::{ALPHAS, COSINES, MIN_ALPHA, Reflected, cosine, locate, node, place, stretch_of_gloss};
 use crate::bsdf::fresnel::schlick_weight;
 use crate::bsdf::microfacet::Facets;
 
@@ -24,7 +22,7 @@ static ROWS: [OnceLock<Box<Weights>>; ALPHAS] = [const { OnceLock::new() }; ALPH
 #[inline]
 fn row(i: usize) -> &'static Weights {
     ROWS[i].get_or_init(|| {
-        let alpha = node(i, ALPHAS).powi(2).max(LEAST_ALPHA);
+        let alpha = node(i, ALPHAS).powi(2).max(MIN_ALPHA);
         let facets = Facets {
             distribution: Distribution::Ggx,
             masking: Masking::Correlated,
@@ -91,7 +89,7 @@ impl SchlickGloss {
         share: f32,
     ) -> Self {
         let [ax, ay] = facets.alpha;
-        let alpha = (ax * ay).sqrt().clamp(LEAST_ALPHA, 1.0);
+        let alpha = (ax * ay).sqrt().clamp(MIN_ALPHA, 1.0);
         let (i, t) = locate(alpha.sqrt(), ALPHAS);
         let weight = row(i).mean.lerp(row(i + 1).mean, t);
         let reflected = f0 * (1.0 - again.mean - weight) + f90 * weight + share * again.mean;

@@ -6,7 +6,7 @@ use super::{AnyLobe, for_all_smooth, has_mirror, unit_3d};
 use crate::bsdf::serves;
 
 /// The most that the mean square of weights may grow for the other viewer; of ideal ones it is 1 at most.
-const MOST: f32 = 2.0;
+const MAX: f32 = 2.0;
 
 /// Another direction, as far away as light is still given.
 fn turned(wo: Vec3, spread: f32, towards: Vec3) -> Option<Vec3> {
@@ -42,7 +42,7 @@ fn directions_drawn_for_one_viewer_serve_others_within_the_spread() {
                 squares[1] += (f / pdf).max_channel().powi(2) * share * share;
             }
             let [own, others] = squares.map(|s| s / f32::from(SAMPLES));
-            assert!(others < MOST * own.max(1.0), "{lobe:?} {wo} {other}: {own}, {others}");
+            assert!(others < MAX * own.max(1.0), "{lobe:?} {wo} {other}: {own}, {others}");
         }
     });
 }

@@ -42,7 +42,7 @@ pub struct Goniophotometer {
 }
 
 /// Angles from the normal up to which is measured.
-const MOST_THETA: f32 = 1.5;
+const MAX_THETA: f32 = 1.5;
 
 /// A direction by where the square has it.
 fn direction(p: Vec2) -> Vec3 {
@@ -70,7 +70,7 @@ impl Goniophotometer {
     /// If its facets are no distribution.
     pub fn measure(&self, specimen: &Specimen<'_>) -> Measurements {
         let facets = specimen.facets;
-        let theta: Vec<f32> = steps(self.theta).map(|t| t * MOST_THETA).collect();
+        let theta: Vec<f32> = steps(self.theta).map(|t| t * MAX_THETA).collect();
         let phi: Vec<f32> = if specimen.is_isotropic {
             vec![0.0]
         } else {

@@ -52,8 +52,8 @@ pub fn emitted_through(coat: f32, cos: f32) -> f32 {
 impl Coat {
     #[inline]
     pub(super) fn new(roughness: f32) -> Self {
-        const LEAST_ALPHA: f32 = 1e-3;
-        let alpha = (roughness * roughness).max(LEAST_ALPHA);
+        const MIN_ALPHA: f32 = 1e-3;
+        let alpha = (roughness * roughness).max(MIN_ALPHA);
         let distribution = Distribution::Ggx;
         Self(Facets { distribution, masking: Masking::Correlated, alpha: [alpha; 2] })
     }
@@ -103,11 +103,11 @@ impl CoatFrame {
     /// has the direction on its other side.
     #[inline]
     pub(super) fn cosine(self, w: Vec3) -> f32 {
-        const LEAST: f32 = 1e-6;
+        const MIN: f32 = 1e-6;
         if self.0.is_none() {
             return w.z;
         }
-        let above = self.to_local(Vec3::new(w.x, w.y, w.z.abs())).z.max(LEAST);
+        let above = self.to_local(Vec3::new(w.x, w.y, w.z.abs())).z.max(MIN);
         above.copysign(w.z)
     }
 }

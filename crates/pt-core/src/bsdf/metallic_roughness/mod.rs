@@ -120,13 +120,13 @@ impl MetallicRoughness {
     /// [KHR_materials_anisotropy, "Anisotropy roughness"]
     #[inline]
     fn facets(&self) -> Facets {
-        const LEAST_ALPHA: f32 = 1e-3;
+        const MIN_ALPHA: f32 = 1e-3;
         let alpha = self.roughness * self.roughness;
         let along = alpha.lerp(1.0, self.anisotropy * self.anisotropy);
         Facets {
             distribution: Distribution::Ggx,
             masking: Masking::Correlated,
-            alpha: [along, alpha].map(|alpha| alpha.max(LEAST_ALPHA)),
+            alpha: [along, alpha].map(|alpha| alpha.max(MIN_ALPHA)),
         }
     }
 

@@ -26,14 +26,14 @@ impl MetallicRoughness {
     /// Shares by about what each part scatters of light towards a cosine.
     fn shares(&self, wo: Vec3, lost: &Reflected) -> Shares {
         /// Of what there is, so that nothing is left out where it is more than expected.
-        const LEAST: f32 = 0.05;
+        const MIN: f32 = 0.05;
         if wo.z < 0.0 {
             return Shares { facets: 1.0, coat: 0.0, sheen: 0.0, beyond: 0.0 };
         }
         let cos = wo.z;
         let dielectric = self.reflected_by_dielectric(cos, self.eta);
         let reflected = self.reflectance(true, cos, dielectric);
-        let facets = (reflected + self.transmittance(dielectric)).luminance() + LEAST;
+        let facets = (reflected + self.transmittance(dielectric)).luminance() + MIN;
         let coat_cosine = self.coat_frame().to_local(wo).z;
         let coat = if self.clearcoat > 0.0 && coat_cosine > 0.0 {
             self.clearcoat * coat_albedo(self.clearcoat_roughness, coat_cosine)

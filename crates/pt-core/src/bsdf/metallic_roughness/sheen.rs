@@ -8,10 +8,10 @@ use pt_math::{FloatExt, Vec3, trig};
 
 /// Cosines of the table of albedos, even in their square roots: albedos change most along the surface.
 const COSINES: usize = 48;
-/// Roughnesses of the table, even from [`LEAST`] to 1.
+/// Roughnesses of the table, even from [`MIN`] to 1.
 const ROUGHNESSES: usize = 17;
 /// Less roughness than this is taken for it: there, sheen is seen along the surface alone.
-const LEAST: f32 = 0.07;
+const MIN: f32 = 0.07;
 /// Side of the grid of directions by which albedos are integrated.
 const GRID: u16 = 96;
 
@@ -41,7 +41,7 @@ static ALBEDOS: LazyLock<Box<[[f32; COSINES]; ROUGHNESSES]>> = LazyLock::new(|| 
     };
     let of = |r: usize| {
         let t = r as f32 / (ROUGHNESSES - 1) as f32;
-        let sheen = Sheen::new(LEAST.lerp(1.0, t));
+        let sheen = Sheen::new(MIN.lerp(1.0, t));
         std::array::from_fn(|i| albedo(sheen, (i as f32 / (COSINES - 1) as f32).powi(2).max(1e-5)))
     };
     Box::new(std::array::from_fn(of))
@@ -50,8 +50,8 @@ static ALBEDOS: LazyLock<Box<[[f32; COSINES]; ROUGHNESSES]>> = LazyLock::new(|| 
 impl Sheen {
     #[inline]
     pub(super) fn new(roughness: f32) -> Self {
-        let roughness = roughness.clamp(LEAST, 1.0);
-        let place = (roughness - LEAST) / (1.0 - LEAST) * (ROUGHNESSES - 1) as f32;
+        let roughness = roughness.clamp(MIN, 1.0);
+        let place = (roughness - MIN) / (1.0 - MIN) * (ROUGHNESSES - 1) as f32;
         Self { alpha: roughness * roughness, place }
     }
 

@@ -63,13 +63,13 @@ struct Shares {
 /// [Burley 2012, §5.4]
 #[inline]
 fn facets(roughness: f32, anisotropic: f32) -> Facets {
-    const LEAST_ALPHA: f32 = 1e-3;
+    const MIN_ALPHA: f32 = 1e-3;
     let alpha = roughness * roughness;
     let aspect = (1.0 - 0.9 * anisotropic).sqrt();
     Facets {
         distribution: Distribution::Ggx,
         masking: Masking::Separable,
-        alpha: [(alpha / aspect).max(LEAST_ALPHA), (alpha * aspect).max(LEAST_ALPHA)],
+        alpha: [(alpha / aspect).max(MIN_ALPHA), (alpha * aspect).max(MIN_ALPHA)],
     }
 }
 
@@ -196,18 +196,18 @@ impl Principled {
     #[inline]
     fn shares(&self, wo: Vec3) -> Shares {
         /// Of what there is, so that nothing is left out where it is more than expected.
-        const LEAST: f32 = 0.05;
+        const MIN: f32 = 0.05;
         if wo.z < 0.0 {
             return Shares { facets: 1.0, coat: 0.0 };
         }
         let cos = wo.z;
         let f = fresnel::dielectric(cos, self.eta).map_or(1.0, |(f, _)| f);
         let through = self.transmittance(f);
-        let facets = (self.reflectance(cos, f) + through).luminance() + LEAST;
+        let facets = (self.reflectance(cos, f) + through).luminance() + MIN;
         let coat = if self.clearcoat == 0.0 {
             0.0
         } else {
-            self.clearcoat * (Clearcoat::albedo(cos) + 0.2 * LEAST)
+            self.clearcoat * (Clearcoat::albedo(cos) + 0.2 * MIN)
         };
         let opaque = self.opaque();
         let sheen = self.sheen_amount() * about_sheen(cos);

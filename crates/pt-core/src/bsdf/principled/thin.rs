@@ -163,13 +163,13 @@ impl PrincipledThin {
     #[inline]
     fn shares(&self, cos: f32) -> Shares {
         /// Of what there is, so that nothing is left out where it is more than expected.
-        const LEAST: f32 = 0.05;
+        const MIN: f32 = 0.05;
         let facets = [true, false].map(|is_reflected| {
-            self.scattered(is_reflected, cos).luminance() + LEAST * self.spec_trans
+            self.scattered(is_reflected, cos).luminance() + MIN * self.spec_trans
         });
         let base = self.base_color.luminance();
-        let above = base + self.sheen * about_sheen(cos) + LEAST;
-        let cosine = [self.diffuse(true) * above, self.diffuse(false) * (base + LEAST)];
+        let above = base + self.sheen * about_sheen(cos) + MIN;
+        let cosine = [self.diffuse(true) * above, self.diffuse(false) * (base + MIN)];
         let all = facets[0] + facets[1] + cosine[0] + cosine[1];
         Shares { facets: facets.map(|x| x / all), cosine: cosine.map(|x| x / all) }
     }

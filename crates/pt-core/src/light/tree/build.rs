@@ -10,7 +10,7 @@ use super::{Slot, TreeLight};
 /// Number of bins along each axis.
 const BINS: usize = 12;
 /// From this depth on, lights are halved by their number, so that no tree is deep …
-const MOST_UNEVEN: u32 = 16;
+const MAX_UNEVEN: u32 = 16;
 /// … and so few of them are anyway, so that nodes are full.
 const FEW: usize = WIDTH * WIDTH;
 
@@ -114,7 +114,7 @@ fn groups(items: &mut [Item], depth: u32) -> Vec<Group<'_>> {
 /// Orders more lights than a node holds so that the first ones, whose number is returned, go into one group.
 fn split(items: &mut [Item], whole: &Emission, depth: u32) -> usize {
     let centers: Bounds3 = items.iter().map(|item| item.emission.center).collect();
-    let is_open = depth < MOST_UNEVEN && items.len() > FEW;
+    let is_open = depth < MAX_UNEVEN && items.len() > FEW;
     let best = is_open.then(|| best_plane(items, whole, &centers)).flatten();
     if let Some((axis, bin)) = best {
         return partition(items, |item| bin_of(item, &centers, axis) <= bin);

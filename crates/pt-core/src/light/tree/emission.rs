@@ -11,8 +11,8 @@ use super::TreeLight;
 pub(super) const MARGIN: f32 = 1e-3;
 
 /// Strengths are held within these, so that no sum of them vanishes or overflows.
-const LEAST: f32 = 1e-30;
-const MOST: f32 = 1e30;
+const MIN: f32 = 1e-30;
+const MAX: f32 = 1e30;
 
 /// Light that shines everywhere alike is on average turned away as far as this from where it goes: the mean
 /// of max(0, cos) over all directions.
@@ -149,7 +149,7 @@ fn level(spectrum: Spectrum) -> f32 {
 }
 
 fn held(strength: f32) -> f32 {
-    strength.clamp(LEAST, MOST)
+    strength.clamp(MIN, MAX)
 }
 
 /// How much light with this mean axis shines across it, where light of one axis does not at all.

@@ -281,13 +281,13 @@ impl Choice {
 /// take their place.
 #[inline]
 fn refined(rest: f32, probability: f32, [u, v]: [f32; 2]) -> f32 {
-    const MOST: f32 = 1.0f32.next_down();
+    const MAX: f32 = 1.0f32.next_down();
     const STEP: f32 = 1.0 / 16_777_216.0;
     let mut hash = u.to_bits().wrapping_mul(0x9E37_79B9) ^ v.to_bits();
     hash = (hash ^ (hash >> 16)).wrapping_mul(0x7FEB_352D);
     hash = (hash ^ (hash >> 15)).wrapping_mul(0x846C_A68B);
     let fraction = ((hash ^ (hash >> 16)) >> 8) as f32 * STEP;
-    (rest + fraction * (STEP / probability)).min(MOST)
+    (rest + fraction * (STEP / probability)).min(MAX)
 }
 
 impl<const POINTS: bool> Light for Many<POINTS> {

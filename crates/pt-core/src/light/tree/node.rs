@@ -36,9 +36,9 @@ pub(super) struct Receiver {
 }
 
 /// A cosine counts at least this where bounds do not say that nothing arrives.
-const LEAST: f32 = 1e-3;
+const MIN: f32 = 1e-3;
 /// An importance beyond this is one.
-const MOST: f32 = 1e30;
+const MAX: f32 = 1e30;
 /// The greatest number below 1.
 const BELOW_ONE: f32 = 1.0f32.next_down();
 
@@ -47,7 +47,7 @@ impl Receiver {
     pub(super) fn new(lit: &Lit) -> Self {
         let splat = |v: Vec3| v.to_array().map(f32x8::splat);
         let sign = if lit.sides == Sides::Both { -1.0 } else { 1.0 };
-        let least = if lit.sides == Sides::All { 1.0 } else { LEAST };
+        let least = if lit.sides == Sides::All { 1.0 } else { MIN };
         Self {
             p: splat(lit.p),
             normal: splat(lit.normal),
@@ -110,13 +110,13 @@ impl Node {
         let spread = (quarter * rho).fast_min(quarter);
         let cos_light = -dot(&self.axis, &to) * inverse;
         let across = (self.across + spread).fast_min(quarter);
-        let at_light = cos_light.fast_max(across + quarter * cos_light).fast_max(splat(LEAST));
+        let at_light = cos_light.fast_max(across + quarter * cos_light).fast_max(splat(MIN));
         let cos = dot(&lit.normal, &to) * inverse;
         let cos = cos.fast_max(cos * lit.sign);
         let at_lit = cos.fast_max(spread + quarter * cos).fast_max(lit.least);
         let importance = self.strength * inverse * at_light * (inverse * at_lit);
         let is_dark = cos_light.simd_lt(self.cut) | cos.simd_lt(-(rho + splat(MARGIN)));
-        (!is_dark & importance).fast_min(splat(MOST))
+        (!is_dark & importance).fast_min(splat(MAX))
     }
 
     /// Chooses a child by a number from [0, 1): which, with what probability, and a number that can be used

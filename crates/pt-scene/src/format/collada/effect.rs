@@ -91,10 +91,10 @@ fn opaque<'a>(
     kind: &str,
 ) -> Result<Surface, LoadError> {
     let diffuse = share_or(reader, scope, "diffuse", DEFAULT_DIFFUSE)?;
-    let is_diffuse = amount(&diffuse) > gloss::LEAST;
+    let is_diffuse = amount(&diffuse) > gloss::MIN;
     let reflectivity = float_or(reader, scope, "reflectivity", 1.0)?.min(1.0);
     let reflective = plain_or(reader, scope, "reflective", [0.0; 3])?.map(|c| c * reflectivity);
-    if luminance(reflective) > gloss::LEAST {
+    if luminance(reflective) > gloss::MIN {
         if !is_diffuse {
             return Ok(Mirror { reflectance: reflective.into() }.into());
         }
@@ -322,9 +322,9 @@ fn definition<'a>(scope: &Scope<'a>, name: &str) -> Option<Node<'a>> {
 /// A texture names a sampler, which names a surface (or, from 1.5 on, an image), which names an
 /// image, which names a file; some exporters leave out steps.
 fn image_name<'a>(reader: &Reader<'a>, scope: &Scope<'a>, texture: &str) -> String {
-    const MOST_STEPS: usize = 4;
+    const MAX_STEPS: usize = 4;
     let mut name = texture;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let Some(next) = definition(scope, name).or_else(|| reader.find(name, &["image"])) else {
             break;
         };

@@ -14,11 +14,11 @@ use super::item::Item;
 use crate::LoadError;
 
 /// Most elements of an accessor that has no bytes in a file.
-const MOST_ZEROS: usize = 1 << 22;
+const MAX_ZEROS: usize = 1 << 22;
 /// Most elements of all of them, counted as often as they are read.
 const MAX_ALL_ZEROS: usize = 1 << 24;
 /// Most numbers that are read from all accessors of a scene, counted as often as they are read.
-const MOST_NUMBERS: usize = 1 << 30;
+const MAX_NUMBERS: usize = 1 << 30;
 
 /// Elements that are read by one thread at a time.
 const ELEMENTS: usize = 1 << 14;
@@ -187,7 +187,7 @@ pub(super) struct Numbers {
 
 impl<'a> Accessors<'a> {
     pub(super) fn new(root: Item<'a>, buffers: &'a Buffers<'a>) -> Self {
-        Self { root, buffers, left: MOST_NUMBERS, zeros_left: Cell::new(MAX_ALL_ZEROS) }
+        Self { root, buffers, left: MAX_NUMBERS, zeros_left: Cell::new(MAX_ALL_ZEROS) }
     }
 
     /// The elements of an accessor, which `from` refers to in its field `by`, as numbers of single precision, all
@@ -274,7 +274,7 @@ impl<'a> Accessors<'a> {
             .and_then(|numbers| self.left.checked_sub(numbers))
             .ok_or_else(|| {
                 let message =
-                    format!("the accessors of the scene have more than {MOST_NUMBERS} numbers");
+                    format!("the accessors of the scene have more than {MAX_NUMBERS} numbers");
                 accessor.error(message)
             })?;
         Ok(Some(Found { accessor, component, count, width }))
@@ -312,9 +312,9 @@ impl<'a> Accessors<'a> {
             return Ok(column.numbers().collect());
         }
         let Found { accessor, count, width, .. } = found;
-        if *count > MOST_ZEROS {
+        if *count > MAX_ZEROS {
             let message =
-                format!("{count} elements without a buffer view; expected at most {MOST_ZEROS}");
+                format!("{count} elements without a buffer view; expected at most {MAX_ZEROS}");
             return Err(accessor.refuse("count", message));
         }
         let Some(left) = self.zeros_left.get().checked_sub(*count) else {

@@ -11,7 +11,7 @@ use super::item::Item;
 use crate::LoadError;
 
 /// Most bytes of all buffers of a scene.
-const MOST_BYTES: usize = 1 << 32;
+const MAX_BYTES: usize = 1 << 32;
 
 /// The bytes of all buffers of a file.
 pub(super) struct Buffers<'b> {
@@ -41,8 +41,8 @@ impl<'b> Buffers<'b> {
             let found = one(buffer, binary.filter(|_| i == 0), file, context);
             let found = context.keep(found)?;
             total = total.saturating_add(found.as_ref().map_or(0, |bytes| bytes.len()));
-            if total > MOST_BYTES {
-                let message = format!("the buffers have more than {MOST_BYTES} bytes");
+            if total > MAX_BYTES {
+                let message = format!("the buffers have more than {MAX_BYTES} bytes");
                 return Err(Context::exceeded(buffer.span(), message));
             }
             bytes.push(found);

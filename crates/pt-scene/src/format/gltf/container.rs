@@ -15,7 +15,7 @@ const JSON: u32 = 0x4E4F_534A;
 /// The type of a chunk with a buffer, "BIN\0".
 const BINARY: u32 = 0x004E_4942;
 /// Most values in the JSON: they take about 64 bytes each.
-const MOST_VALUES: usize = 1 << 23;
+const MAX_VALUES: usize = 1 << 23;
 
 /// The JSON, and the buffer of a binary file, if it has one.
 pub(super) fn open<'a>(
@@ -31,7 +31,7 @@ pub(super) fn open<'a>(
     let json = &*text::lines(json, path)?;
     let json = without_trailing_zeros(json);
     let values = json.iter().filter(|byte| b",[{".contains(byte)).count();
-    let most = limits.elements(MOST_VALUES);
+    let most = limits.elements(MAX_VALUES);
     if values > most {
         let message = format!("the file has more than {most} values; please split the scene");
         return Err(mesh_file::error(path, 0, message));

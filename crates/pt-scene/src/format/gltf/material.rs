@@ -16,7 +16,7 @@ use crate::{LoadError, Material, Surface};
 /// The highest number that is a channel or an intensity.
 const ANY: f64 = f32::MAX as f64;
 /// Light that is left of a channel behind the distance of its attenuation, at least: 0 would be an endless extinction.
-const LEAST_TRANSMITTANCE: f32 = 1e-4;
+const MIN_TRANSMITTANCE: f32 = 1e-4;
 
 /// How the textures of a material lie on a mesh.
 #[derive(Clone, Debug, Default)]
@@ -387,7 +387,7 @@ impl<'a> Reader<'a> {
         if distance <= 0.0 {
             return Err(volume.refuse("attenuationDistance", "expected a distance above 0"));
         }
-        let extinction = color.map(|c| -trig::ln(c.max(LEAST_TRANSMITTANCE)) / distance);
+        let extinction = color.map(|c| -trig::ln(c.max(MIN_TRANSMITTANCE)) / distance);
         if !extinction.iter().all(|sigma| sigma.is_finite()) {
             return Err(volume.refuse("attenuationDistance", "it is too small; use a larger one"));
         }

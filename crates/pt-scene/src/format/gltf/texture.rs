@@ -19,7 +19,7 @@ use crate::image::{self, Decoded, Image, ImageError, Numbers, Room};
 use crate::texture::{Bitmap, Color, Edge, Filter, Input, Layout, Pattern, Scalar, Texture, Wrap};
 
 /// Most texels that are read from all images of a scene, counted as often as they are read.
-const MOST_TEXELS: usize = 1 << 28;
+const MAX_TEXELS: usize = 1 << 28;
 
 /// Fields of images of normals.
 const NORMALS: [&str; 2] = ["normalTexture", "clearcoatNormalTexture"];
@@ -90,8 +90,8 @@ impl Images {
     /// Counts texels.
     fn count(&mut self, texels: usize) -> Result<(), String> {
         self.texels = self.texels.saturating_add(texels);
-        if self.texels > MOST_TEXELS {
-            return Err(format!("the images of the scene have more than {MOST_TEXELS} texels"));
+        if self.texels > MAX_TEXELS {
+            return Err(format!("the images of the scene have more than {MAX_TEXELS} texels"));
         }
         Ok(())
     }

@@ -21,7 +21,7 @@ use crate::measured::Measurements;
 use crate::medium::Grid;
 
 /// Lists of up to so many numbers stand in the scene itself.
-pub(super) const MOST_INLINE: usize = 300;
+pub(super) const MAX_INLINE: usize = 300;
 
 /// `{"file": "a.png", "raw": true}`.
 impl Shared for Image {
@@ -114,7 +114,7 @@ impl Shared for Grid {
     }
 
     fn write_entry(&self, cx: &mut Writing<'_>) -> Result<Out, String> {
-        if self.values.len() > MOST_INLINE {
+        if self.values.len() > MAX_INLINE {
             let name = cx.key.clone();
             let bytes = vol::write(self)?;
             return Ok(Out::Object(vec![("file".to_owned(), cx.file(&name, "vol", bytes))]));

@@ -36,7 +36,7 @@ record! {
 }
 
 /// Most sets of texture coordinates that a mesh may have by their numbers.
-const MOST_SETS: u32 = 1000;
+const MAX_SETS: u32 = 1000;
 
 /// The variants of surfaces are the structs of their names.
 macro_rules! surface_fields {
@@ -400,7 +400,7 @@ tagged! {
         Surface(),
         Space { to_texture: ToTexture => DAffine3::IDENTITY },
         Sphere { to_texture: ToTexture => DAffine3::IDENTITY },
-        Coordinates { set: UpTo(MOST_SETS) => 1 },
+        Coordinates { set: UpTo(MAX_SETS) => 1 },
         Cylinder { to_texture: ToTexture => DAffine3::IDENTITY },
     }
 }
@@ -427,7 +427,7 @@ tagged! {
     }
 }
 
-record! { Noise { octaves: UpTo(Noise::MOST_OCTAVES) => 8, roughness: TO_2 => 0.5 } }
+record! { Noise { octaves: UpTo(Noise::MAX_OCTAVES) => 8, roughness: TO_2 => 0.5 } }
 record! { Marble { variation: ANY => 0.2 } + noise: Noise }
 
 record! { Blend { first: FROM_0, second: FROM_0, share: SHARE => 0.5.into() } }
@@ -468,12 +468,12 @@ impl Shared for Texture {
     }
 
     fn read_entry(node: &Node<'_>, cx: &mut Reading<'_>) -> Result<Arc<Self>, LoadError> {
-        const MOST_PARTS: usize = 1000;
+        const MAX_PARTS: usize = 1000;
         let texture = Self::read(node, cx)?;
         // Products of products of the same texture would grow without end.
-        if parts(&texture) > MOST_PARTS {
+        if parts(&texture) > MAX_PARTS {
             return Err(node.error(format!(
-                "with all that it is made of, the texture has more than {MOST_PARTS} parts"
+                "with all that it is made of, the texture has more than {MAX_PARTS} parts"
             )));
         }
         Ok(Arc::new(texture))

@@ -15,7 +15,7 @@ use super::super::xml::quote;
 use super::super::{obj, ply, serialized, stl};
 use super::arrays::{self, check_names, corners, decode, encode, missing, points, reals, wholes};
 use super::describe::Described;
-use super::files::MOST_INLINE;
+use super::files::MAX_INLINE;
 use super::node::{Keys, Node};
 use super::number::{ANY, numbers, vector, vector_schema};
 use super::out::{Entries, Out};
@@ -82,7 +82,7 @@ impl Shared for Mesh {
         };
         if let Some((shape, _)) = SHAPES.iter().find(|(_, make)| is_shape(*make)) {
             out.push(("shape".to_owned(), Out::text(*shape)));
-        } else if count(self) <= MOST_INLINE {
+        } else if count(self) <= MAX_INLINE {
             write_inline(self, &mut out, cx)?;
         } else {
             out.push(("file".to_owned(), cx.file(&key, arrays::ENDING, bytes)));

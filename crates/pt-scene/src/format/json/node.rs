@@ -14,7 +14,7 @@ use crate::spelling::alike;
 use crate::{LoadError, Span};
 
 /// How deep values may stand in each other.
-const MOST_DEPTH: u32 = 100;
+const MAX_DEPTH: u32 = 100;
 
 /// JSON with `//` and `/* */`, and nothing else that JSON lacks.
 const OPTIONS: ParseOptions = ParseOptions {
@@ -167,9 +167,9 @@ impl<'a> Node<'a> {
     }
 
     fn child(&self, value: &'a Value<'a>, path: String) -> Result<Self, LoadError> {
-        if self.depth >= MOST_DEPTH {
+        if self.depth >= MAX_DEPTH {
             return Err(
-                self.error(format!("values stand in each other more than {MOST_DEPTH} deep"))
+                self.error(format!("values stand in each other more than {MAX_DEPTH} deep"))
             );
         }
         Ok(Self { value, path, depth: self.depth + 1, document: self.document })
@@ -236,14 +236,14 @@ impl<'a> Keys<'a> {
 }
 
 fn unknown<'c>(what: &str, name: &str, known: impl Iterator<Item = &'c str>) -> String {
-    const MOST_LISTED: usize = 40;
+    const MAX_LISTED: usize = 40;
     let all: Vec<_> = known.collect();
     let meant = match alike(name, all.iter().copied()).first() {
         Some(meant) => format!("did you mean {}? ", quote(meant)),
         None => String::new(),
     };
-    let listed: Vec<_> = all.iter().take(MOST_LISTED).map(|name| quote(name)).collect();
-    let more = if all.len() > MOST_LISTED { " …" } else { "" };
+    let listed: Vec<_> = all.iter().take(MAX_LISTED).map(|name| quote(name)).collect();
+    let more = if all.len() > MAX_LISTED { " …" } else { "" };
     let listed = if all.is_empty() { "none".to_owned() } else { listed.join(", ") };
     format!("unknown {what} {}; {meant}there are {listed}{more}", quote(name))
 }

@@ -10,7 +10,7 @@ use super::super::xml::quote;
 use super::super::{mesh_file, obj, ply};
 use super::arrays::{self, check_names, corners, decode, encode, missing, points, reals, wholes};
 use super::describe::Described;
-use super::files::MOST_INLINE;
+use super::files::MAX_INLINE;
 use super::node::{Keys, Node};
 use super::number::{numbers, vector_schema};
 use super::out::{Entries, Out};
@@ -50,7 +50,7 @@ impl Shared for Points {
             out.push(("name".to_owned(), Out::text(&self.name)));
         }
         let count = self.positions.len() * if self.colors.is_some() { 6 } else { 3 };
-        if count + 2 * self.segments.len() > MOST_INLINE {
+        if count + 2 * self.segments.len() > MAX_INLINE {
             let key = cx.key.clone();
             out.push(("file".to_owned(), cx.file(&key, arrays::ENDING, to_bytes(self)?)));
             return Ok(Out::Object(out));

@@ -49,10 +49,10 @@ record! {
 }
 
 fn check(settings: &FileSettings) -> Result<(), String> {
-    const MOST_PIXELS: u64 = 1 << 32;
+    const MAX_PIXELS: u64 = 1 << 32;
     let refuse = |message: &str| Err(message.to_owned());
     let area = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
-    if settings.resolution.is_some_and(|size| !(1..=MOST_PIXELS).contains(&area(size))) {
+    if settings.resolution.is_some_and(|size| !(1..=MAX_PIXELS).contains(&area(size))) {
         return refuse(
             "the \"resolution\" must be a width and a height above 0, of up to 2^32 pixels",
         );

@@ -106,9 +106,9 @@ impl<'a> Reading<'a> {
     /// # Errors
     /// If that is more than any scene should take.
     pub(super) fn account(&mut self, bytes: usize, node: &Node<'_>) -> Result<(), LoadError> {
-        const MOST_BYTES: u64 = 1 << 35;
+        const MAX_BYTES: u64 = 1 << 35;
         self.files.bytes = self.files.bytes.saturating_add(bytes as u64);
-        if self.files.bytes <= MOST_BYTES {
+        if self.files.bytes <= MAX_BYTES {
             return Ok(());
         }
         Err(node.error("with this file, meshes, images and grids take more than 32 GiB"))

@@ -47,7 +47,7 @@ pub(super) fn parse_mesh(
     };
     let finer = [Detail::FINE, Detail::MIDDLE];
     let fine = finer.into_iter().find(|detail| triangles(*detail) <= FINE_TRIANGLES);
-    let detail = fine.unwrap_or(Detail::LEAST);
+    let detail = fine.unwrap_or(Detail::MIN);
     let most = limits.triangles(MAX_TRIANGLES);
     if triangles(detail) > most {
         let message = format!(

@@ -102,7 +102,7 @@ pub(super) fn timed_sunsky(
     if shutter[0] >= shutter[1] {
         return Err(parameters.refuse("shutter_close", "the shutter does not close after it opens"));
     }
-    let days = u32::try_from(days).unwrap_or(u32::MAX).min(DaySpan::MOST_DAYS);
+    let days = u32::try_from(days).unwrap_or(u32::MAX).min(DaySpan::MAX_DAYS);
     let span = DaySpan { place, timezone, first, days, hours, part: shutter };
     let daylight = Daylight { span: Some(span), ..air(parameters)? };
     Ok((DAffine3::from_mat3(node * up()), LightKind::Daylight(daylight)))

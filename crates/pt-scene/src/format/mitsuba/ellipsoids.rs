@@ -85,10 +85,10 @@ pub(super) fn shapes(
 ///
 /// √(2 ln(opacity / 0.01)) / 3: there a Gaussian of this opacity falls to 0.01.
 fn faded(row: &[f32; 11]) -> Option<([f32; 10], f64)> {
-    const LEAST: f64 = 0.01;
+    const MIN: f64 = 0.01;
     let [splat @ .., logit] = row;
     let opacity = 1.0 / (1.0 + libm::exp(-f64::from(*logit)));
-    let share = (2.0 * libm::log(opacity / LEAST)).sqrt() / 3.0;
+    let share = (2.0 * libm::log(opacity / MIN)).sqrt() / 3.0;
     (share > 0.0).then_some((*splat, share))
 }
 
@@ -103,11 +103,11 @@ impl Placing {
     /// From the unit sphere to the ellipsoid of a splat. Only the turn of `to_world` and the mean of its stretches count, as in
     /// Mitsuba. `None` where numbers overflow or the quaternion is zero.
     fn place(&self, pose: &Pose, row: &[f32; 10], share: f64) -> Option<DAffine3> {
-        const LEAST: f64 = 1e-6; // standard deviation
+        const MIN: f64 = 1e-6; // standard deviation
         let [x, y, z, a, b, c, real, i, j, k] = row.map(f64::from);
         let stretch = pose.stretch();
         let mean = (stretch.x_axis.x + stretch.y_axis.y + stretch.z_axis.z).abs() / 3.0;
-        let deviations = DVec3::new(a, b, c).to_array().map(|log| libm::exp(log).max(LEAST));
+        let deviations = DVec3::new(a, b, c).to_array().map(|log| libm::exp(log).max(MIN));
         let radii = DVec3::from_array(deviations) * (self.scale * mean * self.extent * share);
         let quaternion = DQuat::from_xyzw(i, j, k, real);
         let is_turn = quaternion.length_squared() > 0.0;

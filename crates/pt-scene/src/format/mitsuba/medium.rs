@@ -17,7 +17,7 @@ use crate::{LoadError, Medium, Sides, Warning};
 const KINDS: [&str; 2] = ["heterogeneous", "homogeneous"];
 const PHASES: [&str; 6] = ["blendphase", "hg", "isotropic", "rayleigh", "sggx", "tabphase"];
 /// Most phase functions of a medium, each counted as often as it is referred to.
-const MOST_PHASES: usize = 32;
+const MAX_PHASES: usize = 32;
 
 /// The media of a scene, each made once, as are their grids.
 pub(super) struct Media<'t> {
@@ -82,7 +82,7 @@ impl<'t> Media<'t> {
         let object = &self.tree.objects[index];
         let children = self.tree.children(object, &["phase", "volume"])?;
         let phase = self.tree.only(&children, "phase")?;
-        let mut left = MOST_PHASES;
+        let mut left = MAX_PHASES;
         let phase = phase.map(|i| self.phase_of(&self.tree.objects[i], &mut left));
         let phase = phase.transpose()?;
         let mut parameters = Parameters::new(object);
@@ -165,7 +165,7 @@ impl<'t> Media<'t> {
     fn phase_of(&mut self, object: &Object, left: &mut usize) -> Result<Phase, LoadError> {
         let tree = self.tree;
         let too_many =
-            || error(&object.at, format!("the medium has more than {MOST_PHASES} phase functions"));
+            || error(&object.at, format!("the medium has more than {MAX_PHASES} phase functions"));
         *left = left.checked_sub(1).ok_or_else(too_many)?;
         let inside: &[&str] = match object.kind.as_str() {
             "blendphase" => &["phase"],

@@ -202,10 +202,10 @@ fn require_axes(axes: DMat3, parameters: &Parameters<'_>) -> Result<(), LoadErro
 
 /// Where the axis leaves the middle of the film.
 fn principal_point(parameters: &mut Parameters<'_>) -> Result<[f64; 2], LoadError> {
-    const MOST: f64 = 1000.0; // films away, far more than any lens shifts
+    const MAX: f64 = 1000.0; // films away, far more than any lens shifts
     let mut offset = |name| {
         let x = parameters.float(name)?.unwrap_or(0.0);
-        if x.abs() <= MOST {
+        if x.abs() <= MAX {
             return Ok(x);
         }
         let message = format!("{name} is {x}; expected a share of the film's size");

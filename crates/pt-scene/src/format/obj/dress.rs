@@ -15,7 +15,7 @@ use crate::spelling::alike;
 use crate::{Geometry, LoadError, Object, Scene};
 
 /// Most materials that are not found, of which each has a note.
-const MOST_NOT_FOUND: usize = 20;
+const MAX_NOT_FOUND: usize = 20;
 
 /// What a file says of materials.
 pub(super) struct Wardrobe<'a> {
@@ -98,7 +98,7 @@ impl Wardrobe<'_> {
                 "no \"mtllib\" names a file of materials; the default material is taken for all";
             return notes.add(place(self.path, first.line), message.to_owned());
         }
-        for Named { name, line } in not_found.iter().take(MOST_NOT_FOUND) {
+        for Named { name, line } in not_found.iter().take(MAX_NOT_FOUND) {
             let near = alike(name, library.names.iter().map(String::as_str));
             let hint = near.first().map(|near| format!(" (did you mean {}?)", quote(near)));
             let message = format!(
@@ -108,8 +108,8 @@ impl Wardrobe<'_> {
             );
             notes.add(place(self.path, *line), message);
         }
-        if let Some(next) = not_found.get(MOST_NOT_FOUND) {
-            let count = not_found.len() - MOST_NOT_FOUND;
+        if let Some(next) = not_found.get(MAX_NOT_FOUND) {
+            let count = not_found.len() - MAX_NOT_FOUND;
             let message = format!("{count} more materials are in no file");
             notes.add(place(self.path, next.line), message);
         }

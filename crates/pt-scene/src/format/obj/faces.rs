@@ -28,7 +28,7 @@ const PASSED_OVER: [&str; 11] = [
 ];
 
 /// Most unknown statements that are told, each by its first word.
-const MOST_UNKNOWN: usize = 20;
+const MAX_UNKNOWN: usize = 20;
 
 /// The faces of some lines.
 #[derive(Default)]
@@ -192,8 +192,7 @@ impl Faces {
     }
 
     fn note_unknown(&mut self, word: &str, at: impl FnOnce() -> Span) {
-        if self.unknown.len() < MOST_UNKNOWN && self.unknown.iter().all(|(known, _)| known != word)
-        {
+        if self.unknown.len() < MAX_UNKNOWN && self.unknown.iter().all(|(known, _)| known != word) {
             self.unknown.push((word.to_owned(), at()));
         }
     }

@@ -14,7 +14,7 @@ use super::slots::Named;
 use crate::LoadError;
 
 /// Most files of materials.
-const MOST_FILES: usize = 1000;
+const MAX_FILES: usize = 1000;
 
 /// What is said of a material.
 pub(super) struct Described {
@@ -62,8 +62,8 @@ impl Library {
             if !self.read.insert(path.clone()) {
                 continue;
             }
-            if self.read.len() > MOST_FILES {
-                let message = format!("there are more than {MOST_FILES} files of materials");
+            if self.read.len() > MAX_FILES {
+                let message = format!("there are more than {MAX_FILES} files of materials");
                 return Err(Context::exceeded(at, message));
             }
             let read = folder.context.read(&path).and_then(|bytes| {

@@ -30,7 +30,7 @@ const DEFAULT_DIFFUSE: f32 = 0.5;
 /// Index of refraction of glass that gives none: that of windows.
 const DEFAULT_IOR: f32 = 1.5;
 /// Indices from here on reflect 96 %.
-const MOST_IOR: f32 = 100.0;
+const MAX_IOR: f32 = 100.0;
 /// Roughness of a physically based material that gives neither one nor `Ns`.
 const DEFAULT_ROUGHNESS: f32 = 0.5;
 /// Statements of which each makes a material physically based.
@@ -160,7 +160,7 @@ impl Made<'_, '_, '_, '_> {
                 self.note("Ni", format!("\"Ni\" is 0; {DEFAULT_IOR} is taken"));
                 DEFAULT_IOR
             }
-            Some(ior) => ior.clamp(1.0 / MOST_IOR, MOST_IOR),
+            Some(ior) => ior.clamp(1.0 / MAX_IOR, MAX_IOR),
             None => DEFAULT_IOR,
         }
     }
@@ -187,8 +187,8 @@ impl Made<'_, '_, '_, '_> {
         }
         let diffuse = self.painted("Kd", "map_Kd", DEFAULT_DIFFUSE);
         let specular = if has_gloss { self.painted("Ks", "map_Ks", 0.0) } else { [0.0; 3].into() };
-        if is_mirror && gloss::amount(&specular) > gloss::LEAST {
-            if gloss::amount(&diffuse) <= gloss::LEAST {
+        if is_mirror && gloss::amount(&specular) > gloss::MIN {
+            if gloss::amount(&diffuse) <= gloss::MIN {
                 return Mirror { reflectance: specular }.into();
             }
             let message = "mirrors that are also diffuse are not supported; the gloss of \"Ks\" and \"Ns\" is taken";

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use crate::{Span, Warning};
 
 /// Most notes that are kept.
-const MOST: usize = 100;
+const MAX: usize = 100;
 
 /// What the user should know about how materials were read.
 #[derive(Default)]
@@ -18,7 +18,7 @@ pub(super) struct Notes {
 impl Notes {
     /// Adds a note, unless the same was noted of another place.
     pub(super) fn add(&mut self, at: Span, message: String) {
-        if self.kept.len() >= MOST {
+        if self.kept.len() >= MAX {
             self.left_out += 1;
         } else if self.known.insert(message.clone()) {
             self.kept.push(Warning { at, message });

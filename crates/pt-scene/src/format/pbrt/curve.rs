@@ -21,7 +21,7 @@ pub(super) fn curve(entity: &Entity) -> Result<Mesh, LoadError> {
     let width = |place: Place| start * (1.0 - place.u) + end * place.u;
     Ok(match normals {
         Some(normals) => spline.ribbon(&normals, width),
-        None => spline.tube(Detail::LEAST, |place| 0.5 * width(place)),
+        None => spline.tube(Detail::MIN, |place| 0.5 * width(place)),
     })
 }
 

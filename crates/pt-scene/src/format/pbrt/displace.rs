@@ -11,7 +11,7 @@ use crate::texture::{Bitmap, Filter, Input, Layout, Pattern, Scalar, Texture};
 use crate::{Attribute, Mesh};
 
 /// Most triangles of one displaced mesh.
-const MOST_TRIANGLES: usize = 1 << 22;
+const MAX_TRIANGLES: usize = 1 << 22;
 
 /// A mesh with texture coordinates, of which no edge is longer than `edge` in the world, raised by `heights` in its own coordinates.
 ///
@@ -25,9 +25,9 @@ pub(super) fn displaced(
 ) -> Result<Mesh, String> {
     let mut cut = indexed(mesh);
     while split(&mut cut, edge, to_world) {
-        if cut.triangles.len() > MOST_TRIANGLES {
+        if cut.triangles.len() > MAX_TRIANGLES {
             return Err(format!(
-                "it would be cut into more than {MOST_TRIANGLES} triangles; give a larger edgelength"
+                "it would be cut into more than {MAX_TRIANGLES} triangles; give a larger edgelength"
             ));
         }
     }

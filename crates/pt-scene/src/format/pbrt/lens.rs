@@ -12,9 +12,9 @@ use super::entity::{Entity, number};
 use crate::{LoadError, Projection};
 
 /// The most surfaces of a lens.
-const MOST: usize = 1000;
+const MAX: usize = 1000;
 /// The least of what can be computed with; the greatest is its inverse.
-const LEAST: f64 = 1e-12;
+const MIN: f64 = 1e-12;
 /// Lengths of lens files in those of a scene.
 const METRES: f64 = 1e-3;
 
@@ -97,12 +97,12 @@ pub(super) fn lens(entity: &Entity, film: [f64; 2], folder: &Folder) -> Result<L
 /// Reads a lens file, of which the stop has a diameter of its own.
 fn surfaces(text: &str, stop: f64) -> Result<Vec<Surface>, String> {
     let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
-    let numbers = lines.flat_map(str::split_whitespace).take(4 * MOST + 1).map(number);
+    let numbers = lines.flat_map(str::split_whitespace).take(4 * MAX + 1).map(number);
     let numbers = numbers.collect::<Result<Vec<f64>, String>>()?;
     let (rows, rest) = numbers.as_chunks::<4>();
-    if !rest.is_empty() || rows.is_empty() || rows.len() > MOST {
+    if !rest.is_empty() || rows.is_empty() || rows.len() > MAX {
         return Err(format!(
-            "expected four numbers for each surface, of which there are 1 to {MOST}: radius, distance to \
+            "expected four numbers for each surface, of which there are 1 to {MAX}: radius, distance to \
              the next, index of refraction and diameter"
         ));
     }
@@ -180,7 +180,7 @@ fn thin(surfaces: &[Surface], film: [f64; 2], focus: f64) -> Result<Lens, String
         number: focal_length / (2.0 * radius),
     };
     let [x, y] = lens.extent;
-    let is_good = |x: f64| (LEAST..1.0 / LEAST).contains(&x);
+    let is_good = |x: f64| (MIN..1.0 / MIN).contains(&x);
     if ![lens.radius, lens.focal_distance, x, y, lens.light].into_iter().all(is_good) {
         return Err(format!(
             "what is sharp lies inside of the lens, or nothing sensible is seen: a pupil of {} m that is {} m behind \

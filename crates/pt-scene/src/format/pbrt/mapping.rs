@@ -75,7 +75,7 @@ pub(super) fn of_noise(entity: &Entity, to_world: DAffine3) -> Result<Texture, L
 }
 
 fn noise(entity: &Entity) -> Result<Noise, LoadError> {
-    let octaves = entity.count("octaves", 8, [0, Noise::MOST_OCTAVES])?;
+    let octaves = entity.count("octaves", 8, [0, Noise::MAX_OCTAVES])?;
     let roughness = entity.float("roughness", 0.5)?;
     if (0.0..=2.0).contains(&roughness) {
         return Ok(Noise { octaves, roughness: roughness as f32 });

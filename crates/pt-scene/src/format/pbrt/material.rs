@@ -36,9 +36,9 @@ const KINDS: [&str; 12] = [
 /// Deepest nesting of mixtures.
 const MAX_MIXES: usize = 8;
 /// Below, pbrt-v4 takes a surface as smooth.
-const LEAST_ALPHA: f32 = 1e-3;
+const MIN_ALPHA: f32 = 1e-3;
 /// The least that it takes along one axis if there is more along the other.
-const LEAST_ALPHA_OF_ONE: f32 = 1e-4;
+const MIN_ALPHA_OF_ONE: f32 = 1e-4;
 
 impl World {
     /// How a material scatters; `None` is the border of a medium and nothing else.
@@ -133,13 +133,13 @@ impl World {
         let along = [read(names[1])?.unwrap_or(both.clone()), read(names[2])?.unwrap_or(both)];
         let is_remapped = entity.boolean("remaproughness", true)?;
         let alpha = along.map(|x| if is_remapped { square_root(&x) } else { x });
-        let is_smooth = |x: &Scalar| matches!(x, Scalar::Value(x) if *x < LEAST_ALPHA);
+        let is_smooth = |x: &Scalar| matches!(x, Scalar::Value(x) if *x < MIN_ALPHA);
         if alpha.iter().all(is_smooth) {
             return Ok(None);
         }
         // Along one axis it may be smooth.
         let alpha = alpha.map(|x| match x {
-            Scalar::Value(x) => Scalar::Value(x.max(LEAST_ALPHA_OF_ONE)),
+            Scalar::Value(x) => Scalar::Value(x.max(MIN_ALPHA_OF_ONE)),
             texture @ Scalar::Texture(_) => texture,
         });
         Ok(Some(Roughness {

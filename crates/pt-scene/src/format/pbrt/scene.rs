@@ -72,7 +72,7 @@ pub(super) struct Placed {
 }
 
 /// Most triangles that curves which stand one behind the other are joined to.
-const MOST_JOINED: usize = 1 << 22;
+const MAX_JOINED: usize = 1 << 22;
 
 impl Placed {
     /// Adds a curve to one that was described before it and lies, scatters and is surrounded in the same way: hair would be
@@ -88,7 +88,7 @@ impl Placed {
         else {
             return false;
         };
-        if !is_same_kind || first.triangles.len() + second.triangles.len() > MOST_JOINED {
+        if !is_same_kind || first.triangles.len() + second.triangles.len() > MAX_JOINED {
             return false;
         }
         Arc::get_mut(first).is_some_and(|first| crate::shapes::append(first, second))

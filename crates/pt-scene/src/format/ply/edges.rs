@@ -10,7 +10,7 @@ use crate::LoadError;
 /// The ends of a segment.
 const NAMES: [&str; 2] = ["vertex1", "vertex2"];
 /// More vertices than this are not numbered exactly by the numbers of rows, of single precision.
-const MOST_VERTICES: u32 = 1 << 24;
+const MAX_VERTICES: u32 = 1 << 24;
 
 /// The ends of all edges, each below `vertices`; those that refer to others have a fault.
 pub(super) fn read(
@@ -19,7 +19,7 @@ pub(super) fn read(
     vertices: u32,
 ) -> Result<Vec<[u32; 2]>, LoadError> {
     let layout = Layout::of_columns(element, &NAMES);
-    if !layout.has(&NAMES) || vertices > MOST_VERTICES {
+    if !layout.has(&NAMES) || vertices > MAX_VERTICES {
         body.skip(element)?;
         return Ok(Vec::new());
     }

@@ -50,7 +50,7 @@ pub(super) fn read(
 fn note_infinite(rows: &[[u8; TRIANGLE]], path: &Path, faults: &mut Faults) {
     let is_bad = |row: &[u8; TRIANGLE]| !corners(row).as_flattened().iter().all(|x| x.is_finite());
     let bad = rows.iter().enumerate().filter(|(_, row)| is_bad(row));
-    for (i, _) in bad.take(Faults::MOST) {
+    for (i, _) in bad.take(Faults::MAX) {
         let message = format!("triangle {i} has a value that is not finite");
         faults.add(mesh_file::error(path, 0, message));
     }

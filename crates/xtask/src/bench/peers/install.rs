@@ -34,7 +34,7 @@ pub(super) fn prepare(kind: Kind) -> Result<Prepared> {
 pub(super) const LLVM: &str = "DRJIT_LIBLLVM_PATH";
 
 /// The least version of LLVM that Mitsuba's compiled modes work with.
-const LEAST_LLVM: u32 = 17;
+const MIN_LLVM: u32 = 17;
 
 /// The shared library of LLVM: the one that [`LLVM`] names, else the newest of those that Linux
 /// distributions install.
@@ -49,10 +49,10 @@ pub(super) fn llvm() -> Result<PathBuf, String> {
         let path = file.ok()?.path();
         Some((llvm_version(path.file_name()?.to_str()?)?, path))
     });
-    let newest = versioned.filter(|&(version, _)| version >= LEAST_LLVM).max();
+    let newest = versioned.filter(|&(version, _)| version >= MIN_LLVM).max();
     newest.map(|(_, path)| path).ok_or_else(|| {
         format!(
-            "no shared library of LLVM {LEAST_LLVM} or later was found; install one (Debian: \
+            "no shared library of LLVM {MIN_LLVM} or later was found; install one (Debian: \
              apt-get install libllvm19), or name it in {LLVM}"
         )
     })

@@ -21,7 +21,7 @@ const FACTOR: f64 = 2.0;
 /// The time to the first sample asked, over that of the fastest peer.
 const START_SHARE: f64 = 0.5;
 /// A peer whose mean is further off shows another scene: its noise says little.
-const MOST_OFF: f64 = 0.01;
+const MAX_OFF: f64 = 0.01;
 
 impl Row {
     /// 1 / (relMSE · s): how many times as many images of a given noise there are in a given time.
@@ -35,7 +35,7 @@ impl Row {
     }
 
     fn is_alike(&self) -> bool {
-        self.difference.mean_ratio.iter().all(|r| (r - 1.0).abs() <= MOST_OFF)
+        self.difference.mean_ratio.iter().all(|r| (r - 1.0).abs() <= MAX_OFF)
     }
 }
 

@@ -13,7 +13,7 @@ use super::mesh::Mesh;
 use super::referee::{self, Claim};
 
 /// At most so many disputed rays of a set are judged, spread over all.
-const MOST_JUDGED: usize = 2000;
+const MAX_JUDGED: usize = 2000;
 
 /// What is close to the origin of a ray, as a share of the diagonal of the bounds.
 const NEAR: f64 = 1e-3;
@@ -72,7 +72,7 @@ fn ours(bvh: &Bvh, rays: &[Ray]) -> Result<Vec<(Claim, bool)>> {
 }
 
 fn judge(mesh: &Mesh, disputes: &[(&Ray, Answers)]) -> Verdict {
-    let step = disputes.len().div_ceil(MOST_JUDGED).max(1);
+    let step = disputes.len().div_ceil(MAX_JUDGED).max(1);
     let near = NEAR * f64::from(mesh.bounds().diagonal().length());
     let judged: Vec<[bool; 3]> = disputes
         .par_iter()

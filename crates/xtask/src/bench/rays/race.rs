@@ -14,10 +14,10 @@ use super::mesh::Mesh;
 use super::sets::{Kind, RaySet};
 
 /// Builds with spatial splits, at most.
-const MOST_HIGH: usize = 3;
+const MAX_HIGH: usize = 3;
 /// Builds are repeated further for so long, and so often at most.
 const QUICK_BUILDS: Duration = Duration::from_millis(500);
-const MOST_BUILDS: usize = 50;
+const MAX_BUILDS: usize = 50;
 /// Rays per call of our batches.
 const BATCH: usize = 1024;
 
@@ -226,7 +226,7 @@ pub(super) fn builds(embree: &Embree, mesh: &Mesh, repeats: usize) -> Result<Bui
         };
         let begin = Instant::now();
         for repeat in 0.. {
-            let is_quick = repeat < MOST_BUILDS && begin.elapsed() < QUICK_BUILDS;
+            let is_quick = repeat < MAX_BUILDS && begin.elapsed() < QUICK_BUILDS;
             if repeat >= repeats.max(1) && !is_quick {
                 break;
             }
@@ -234,7 +234,7 @@ pub(super) fn builds(embree: &Embree, mesh: &Mesh, repeats: usize) -> Result<Bui
             keep(&mut builds.medium, scene.seconds);
             builds.bytes[0] = scene.bytes() as f64;
             drop(scene);
-            if repeat < MOST_HIGH {
+            if repeat < MAX_HIGH {
                 let scene = embree.build(&geometry, Quality::High, false, threads)?;
                 keep(&mut builds.high, scene.seconds);
             }

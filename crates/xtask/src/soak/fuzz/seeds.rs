@@ -11,7 +11,7 @@ use crate::project::root;
 /// Folders with files of formats, below that of the workspace.
 const SOURCES: [&str; 3] = ["tests/formats", "scenes", "fuzz/seeds"];
 /// Most bytes of a seed: from large ones, little is learned in much time.
-const MOST_BYTES: u64 = 64 << 10;
+const MAX_BYTES: u64 = 64 << 10;
 /// Letters of words that are worth knowing.
 const LETTERS: std::ops::RangeInclusive<usize> = 2..=40;
 
@@ -66,7 +66,7 @@ fn collect(folder: &Path, ending: &str, found: &mut Vec<PathBuf>) -> Result<()> 
         if path.is_dir() {
             collect(&path, ending, found)?;
         } else if path.extension().is_some_and(|e| e == ending)
-            && path.metadata().with_context(|| path.display().to_string())?.len() <= MOST_BYTES
+            && path.metadata().with_context(|| path.display().to_string())?.len() <= MAX_BYTES
         {
             found.push(path);
         }

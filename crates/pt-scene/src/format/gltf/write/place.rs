@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 /// Cosine of the angle between two axes up to which they count as orthogonal.
 const ORTHOGONAL: f64 = 1e-6;
 /// Turns by which axes are made orthogonal, at most; four or five are enough for all numbers of double precision.
-const MOST_SWEEPS: usize = 32;
+const MAX_SWEEPS: usize = 32;
 
 /// Where a node is in its parent; the parent is there where one node cannot say it.
 pub(super) struct Place {
@@ -51,7 +51,7 @@ fn has_orthogonal_axes(m: &DMat3) -> bool {
 /// [Jacobi 1846; Golub & Van Loan 2013, "Matrix Computations", §8.5]
 fn eigenvectors(mut symmetric: DMat3) -> DMat3 {
     let mut vectors = DMat3::IDENTITY;
-    for sweep in 0..MOST_SWEEPS {
+    for sweep in 0..MAX_SWEEPS {
         let (p, q) = [(0, 1), (1, 2), (0, 2)][sweep % 3];
         let (first, second) = (symmetric.col(p)[p], symmetric.col(q)[q]);
         let between = symmetric.col(q)[p];
