@@ -114,7 +114,7 @@ impl Keeper {
         }
         let mut differences = differences(&film.about, about);
         differences.extend(of_films(&film.film, empty));
-        let (most, wanted) = (film.film.first() + film.film.most_samples(), about.spp);
+        let (most, wanted) = (film.film.first() + film.film.max_samples(), about.spp);
         if most > wanted {
             let samples = |n: u32| Some(n.to_string());
             differences.push(("samples per pixel".into(), samples(most), samples(wanted)));

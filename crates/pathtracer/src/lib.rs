@@ -38,16 +38,18 @@ mod view;
 
 pub use pt_bvh::{BuildOptions, Builder, Quality};
 pub use pt_core::develop::{radiance, rgba};
-pub use pt_core::film::{Aov, Film, Half, Measured, Region, Rejections, aov, groups};
+pub use pt_core::film::{
+    Aov, ErrorEstimate, Film, HalfBuffer, InvalidSamples, Region, aov, groups,
+};
 pub use pt_core::light::EnvironmentMap;
-pub use pt_core::progress::{Advance, Observer, Silent};
+pub use pt_core::progress::{Observer, ProgressUpdate, Silent};
 pub use pt_core::settings::{
     Adaptive, Clamp, DirectLight, Hidden, LightGroup, LightGroups, Roulette, Settings, Target,
 };
-pub use pt_core::target::Look;
+pub use pt_core::target::Evaluation;
 pub use pt_core::{CompileError, CompileOptions};
 pub use pt_cpu::{
-    INTEGRATORS, MAX_REUSE, MAX_SPLIT, Progress, Registration, RenderError, Statistics,
+    INTEGRATORS, MAX_REUSE, MAX_SPLIT, Outcome, Registration, RenderError, Statistics,
 };
 pub use pt_math::sampler::{SECOND_HALF, SamplerKind};
 pub use pt_scene::format::{

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use pt_core::RenderScene;
-use pt_core::light::{AnyLight, LightOrigin};
+use pt_core::light::{AnyLight, LightSourceId};
 use pt_core::settings::LightGroups as Wanted;
 use pt_cpu::LightGroups;
 use pt_scene::spelling::alike;
@@ -27,25 +27,25 @@ pub const MAX: usize = 128;
 /// The lights of a compiled scene with their names: objects that glow are called as [`crate::explain`] does, lights
 /// without a shape and media that glow by their own name, and what is infinitely far away and can be seen is [`SKY`] or [`SUN`]. Of several of one name the
 /// later ones get a number behind it.
-pub fn lights(scene: &Scene, compiled: &RenderScene) -> Vec<(String, LightOrigin)> {
+pub fn lights(scene: &Scene, compiled: &RenderScene) -> Vec<(String, LightSourceId)> {
     let names = objects(scene).zip(0..).zip(&scene.objects);
     let glowing = names.filter(|(_, object)| glows(scene, object));
-    let glowing = glowing.map(|((name, number), _)| (name, LightOrigin::Object(number)));
+    let glowing = glowing.map(|((name, number), _)| (name, LightSourceId::Object(number)));
     let nodes = compiled.light_nodes().into_iter().map(|number| {
         let name = &scene.lights[number as usize].name;
         let name = if name.is_empty() { format!("light {number}") } else { name.clone() };
-        (name, LightOrigin::Node(number))
+        (name, LightSourceId::Node(number))
     });
-    let skies = (0..).zip(&compiled.skies).map(|(number, id)| {
+    let infinite_lights = (0..).zip(&compiled.infinite_lights).map(|(number, id)| {
         let is_disk = matches!(compiled.lights[*id], AnyLight::Sun(_) | AnyLight::DistantDisk(_));
-        (if is_disk { SUN } else { SKY }.to_owned(), LightOrigin::Sky(number))
+        (if is_disk { SUN } else { SKY }.to_owned(), LightSourceId::Sky(number))
     });
     let media = (0..).zip(&scene.media).filter(|(_, medium)| medium.matter.glows());
     let media = media.map(|(number, medium)| {
         let name = if medium.name.is_empty() { "medium" } else { &medium.name };
-        (name.to_owned(), LightOrigin::Medium(number))
+        (name.to_owned(), LightSourceId::Medium(number))
     });
-    let all = skies.chain(nodes).chain(glowing).chain(media);
+    let all = infinite_lights.chain(nodes).chain(glowing).chain(media);
     let (names, origins): (Vec<_>, Vec<_>) = all.unzip();
     distinct(names.into_iter(), " ").into_iter().zip(origins).collect()
 }
@@ -115,7 +115,7 @@ pub fn as_layer(name: &str) -> String {
 }
 
 /// That there is no light of a name, which was perhaps meant, and which there are.
-fn unknown(name: &str, lights: &[(String, LightOrigin)]) -> String {
+fn unknown(name: &str, lights: &[(String, LightSourceId)]) -> String {
     const SHOWN: usize = 20;
     const MAX_MEANT: usize = 3;
     let quote = |name: &str| format!("\"{name}\"");

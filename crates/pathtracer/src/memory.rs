@@ -30,7 +30,7 @@ pub fn bytes_of_tables(scene: &Scene, most_copied_triangles: Option<usize>) -> u
         let bytes = triangles as u64 * TRIANGLE_BYTES + points as u64 * POINT_BYTES;
         *(if seen.insert(address) { &mut once } else { &mut copies }) += bytes;
     }
-    let most = most_copied_triangles.unwrap_or(pt_core::MAX_COPIED) as u64;
+    let most = most_copied_triangles.unwrap_or(pt_core::MAX_FLATTENED_TRIANGLES) as u64;
     once + copies.min(most * TRIANGLE_BYTES)
 }
 

@@ -38,7 +38,7 @@ pub struct Receipt {
     pub refused: String,
     /// See [`Film::relative_error`]; none below two samples, and where nothing is lit.
     pub error: Option<f64>,
-    /// What an error target measured ([`Measured`](crate::Measured)): the best guess, hardly less, hardly more.
+    /// What an error target measured ([`ErrorEstimate`](crate::ErrorEstimate)): the best guess, hardly less, hardly more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measured: Option<[f64; 3]>,
     /// BLAKE3 hash of the film, of which the image is developed: the same for the same bits.
@@ -85,7 +85,7 @@ impl Receipt {
             samples: film.samples(),
             pixels: film.region().area() as u64,
             finished: about.finished,
-            refused: film.rejections().to_string(),
+            refused: film.invalid_samples().to_string(),
             error: film.relative_error(),
             measured: None,
             film: hash_of_film(film),

@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use pt_core::film::{Aov, aov, groups};
 use pt_core::settings::{Settings, Target};
-use pt_core::target::Look;
+use pt_core::target::Evaluation;
 use pt_core::{
     CompileError, CompileOptions, Film, Observer, Region, RenderScene, compile, develop,
 };
-use pt_cpu::{Does, LightGroups, Progress, RenderError, Renderer, Statistics};
+use pt_cpu::{Feature, LightGroups, Outcome, RenderError, Renderer, Statistics};
 use pt_scene::image::{Channel, Image};
 use pt_scene::{Placement, Scene};
 
@@ -42,7 +42,7 @@ impl Session {
         mut options: CompileOptions,
         settings: Settings,
     ) -> Result<Self, CompileError> {
-        options.compensated = pt_cpu::compensates(&settings);
+        options.compensated = pt_cpu::uses_mis_compensation(&settings);
         options.texture_coordinates = settings.aovs.contains(&Aov::Uv);
         let entries = identity::entries(&options, &settings);
         let unlit = unlit::note(scene).filter(|_| options.environment.is_none());
@@ -82,8 +82,8 @@ impl Session {
     /// Notes that there are media which the integrator does not see.
     fn tell_unseen_media(&mut self) {
         let name = &self.settings.integrator;
-        let sees =
-            pt_cpu::integrator::find(name).is_none_or(|integrator| integrator.does(Does::SeeMedia));
+        let sees = pt_cpu::integrator::by_name(name)
+            .is_none_or(|integrator| integrator.supports(Feature::Media));
         if !sees && !self.scene.media.is_empty() {
             self.notes.push(format!(
                 "the scene has media, which the integrator {name} leaves out; --integrator volpath \
@@ -116,7 +116,7 @@ impl Session {
     /// # Panics
     /// If there are two halves, which begin with their first samples.
     pub fn start_at(&mut self, first: u32) {
-        assert!(!self.film.is_in_halves(), "halves begin with their first sample");
+        assert!(!self.film.has_half_buffers(), "halves begin with their first sample");
         self.film = self.empty_film(self.film.region()).starting_at(first);
     }
 
@@ -132,7 +132,7 @@ impl Session {
     /// If it has other pixels, or keeps something else.
     pub fn go_on_from(&mut self, film: Film) {
         assert_eq!(film.region(), self.film.region(), "a film of the same pixels");
-        assert!(film.keeps_as(&self.film), "a film that keeps the same");
+        assert!(film.has_same_layout(&self.film), "a film that keeps the same");
         self.film = film;
     }
 
@@ -151,7 +151,7 @@ impl Session {
         threads: usize,
         tile_size: u32,
         observer: &dyn Observer,
-    ) -> Result<(Progress, Statistics), RenderError> {
+    ) -> Result<(Outcome, Statistics), RenderError> {
         let counts = self.counts_tests;
         let mut renderer = Renderer::new(&self.scene, &self.settings, threads, tile_size, counts)?;
         if let Some(groups) = &self.light_groups {
@@ -182,8 +182,8 @@ impl Session {
 
     /// What the error target finds of the samples so far, or one that asks for nothing if they are in halves without one.
     /// `None` without halves, or without samples of each half of each pixel.
-    pub fn look(&self) -> Option<Look> {
-        self.settings.target.unwrap_or(Target::NONE).look(&self.film, self.settings.reuse)
+    pub fn look(&self) -> Option<Evaluation> {
+        self.settings.target.unwrap_or(Target::NONE).evaluate(&self.film, self.settings.reuse)
     }
 
     /// What the user should know about the scene.

@@ -119,11 +119,11 @@ fn look<'h>(
 ) -> Option<&'h Hit> {
     match hit {
         None => {
-            let light = scene.sky(ray.origin, ray.direction, &scene.skies);
+            let light = scene.le_infinite(ray.origin, ray.direction, &scene.infinite_lights);
             *seen = if light.is_black() { Seen::Nothing } else { Seen::Sky };
             None
         }
-        Some(hit) if scene.has_holes && scene.opacity(ray, hit, 0.0) <= 0.0 => Some(hit),
+        Some(hit) if scene.has_alpha && scene.opacity(ray, hit, 0.0) <= 0.0 => Some(hit),
         Some(hit) => {
             *seen = Seen::Object(scene.object(hit.primitive));
             None
@@ -180,7 +180,7 @@ fn is_in_view(camera: &Camera, p: Vec3) -> bool {
 fn may_see(scene: &RenderScene, camera: &Camera) -> bool {
     let shapes = &scene.shapes;
     let corners = shapes.triangles.iter().flatten().map(|&i| shapes.positions[i as usize]);
-    let boxes = scene.placed.iter().flat_map(|placed| placed.boxes());
+    let boxes = scene.instances.iter().flat_map(|placed| placed.boxes());
     corners
         .chain(shapes.spheres.iter().map(|sphere| sphere.center))
         .chain(boxes.map(|placed| placed.center()))
@@ -236,10 +236,10 @@ fn is_dark(scene: &Scene, object: &Object) -> bool {
         let mut materials = object.materials.iter().flatten();
         materials.any(|&m| scene.materials[m as usize].emission != [0.0; 3].into())
     };
-    let mut lit = scene.objects.iter().filter(emits).filter_map(alone);
+    let mut context = scene.objects.iter().filter(emits).filter_map(alone);
     let is_inside = |p: DVec3| low.cmple(p).all() && p.cmple(high).all();
     let meets = |[from, to]: framing::Extent| low.cmple(to).all() && from.cmple(high).all();
-    !places.any(is_inside) && !lit.any(meets)
+    !places.any(is_inside) && !context.any(meets)
 }
 
 /// Whether a light is somewhere, and not all around or far away.

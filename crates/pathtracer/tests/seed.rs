@@ -87,7 +87,7 @@ impl Both {
             .map(|seed| {
                 let mut session = self.session(Settings { seed, ..settings.clone() });
                 session.render(0, 32, &Silent).expect("it renders");
-                assert_eq!(session.film().rejections().count(), 0);
+                assert_eq!(session.film().invalid_samples().count(), 0);
                 let image = session.image();
                 let at = |x: u32, y: u32| image.pixels[(y * SIZE[0] + x) as usize];
                 blocks()

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use pathtracer::eta::{Eta, Left};
-use pathtracer::{Advance, Observer, Progress};
+use pathtracer::{Observer, Outcome, ProgressUpdate};
 use serde_json::json;
 
 use crate::args::{Cli, ProgressKind};
@@ -43,7 +43,7 @@ enum Display {
 struct State {
     eta: Eta,
     /// The latest news, which threads may tell out of order.
-    latest: Advance,
+    latest: ProgressUpdate,
     /// When something was shown last, in time since the start.
     shown: Duration,
     /// The percentage that was shown last.
@@ -76,7 +76,8 @@ impl Console {
             (ProgressKind::Lines, _) => Display::Lines,
             _ => Display::Bar(bar(total)),
         };
-        let latest = Advance { done, totals: [total; 3], ..Advance::default() };
+        let latest =
+            ProgressUpdate { done, estimated_totals: [total; 3], ..ProgressUpdate::default() };
         let state = State {
             eta: Eta::new(done, total, cli.adaptive.is_some() || cli.cs184),
             latest,
@@ -95,13 +96,13 @@ impl Console {
     }
 
     /// Removes what moves, and tells programs that this was all, or that the render was stopped.
-    pub(crate) fn finish(&self, progress: Progress) {
+    pub(crate) fn finish(&self, progress: Outcome) {
         match (&self.display, self.state.lock()) {
             (Display::Bar(bar), _) => bar.finish_and_clear(),
             (Display::Json, Ok(mut state)) => {
                 let word = match progress {
-                    Progress::Cancelled => "stopped",
-                    Progress::Finished => {
+                    Outcome::Cancelled => "stopped",
+                    Outcome::Finished => {
                         // The last news may have come while another thread told its own.
                         state.latest.done = state.latest.total();
                         "finished"
@@ -170,7 +171,7 @@ const MAX_SECONDS: f64 = 3e9;
 
 /// A line for programs.
 fn json(word: &str, state: &State, now: Duration) {
-    let Advance { done, totals: [_, total, _], rays, error } = state.latest;
+    let ProgressUpdate { done, estimated_totals: [_, total, _], rays, error } = state.latest;
     let left =
         state.eta.left().map(|l| json!({ "least": l.least, "likely": l.likely, "most": l.most }));
     let line = json!({
@@ -187,7 +188,7 @@ fn json(word: &str, state: &State, now: Duration) {
 }
 
 impl Observer for Console {
-    fn progress(&self, advance: &Advance) {
+    fn progress(&self, advance: &ProgressUpdate) {
         // Whoever comes second says nothing: there will be more.
         let mut state = match self.state.try_lock() {
             Ok(state) => state,
@@ -198,7 +199,7 @@ impl Observer for Console {
         }
         let now = self.start.elapsed();
         state.latest = *advance;
-        state.eta.expect(advance.totals);
+        state.eta.expect(advance.estimated_totals);
         state.eta.mark(now.as_secs_f64(), advance.done);
         self.show(&mut state, now);
     }

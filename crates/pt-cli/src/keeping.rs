@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail, ensure};
 use pathtracer::film_file::{About, film_of_image};
 use pathtracer::keep::{Found, Keeper, differences, in_lines};
 use pathtracer::receipt::{Receipt, Run};
-use pathtracer::{Advance, Film, Observer, Progress, Session, Source, Statistics, Warning};
+use pathtracer::{Film, Observer, Outcome, ProgressUpdate, Session, Source, Statistics, Warning};
 
 use crate::check::{Checked, is_film};
 use crate::console::Console;
@@ -140,7 +140,7 @@ impl Keeping {
         request: &Checked,
         console: &Console,
         viewer: &mut Option<Viewer>,
-    ) -> Result<(Progress, Statistics)> {
+    ) -> Result<(Outcome, Statistics)> {
         let mut all = Statistics::default();
         let mut film = self.every.filter(|_| self.keeper.is_some()).map(Turn::new);
         let mut view = viewer.is_some().then(|| Turn::new(tev::EVERY));
@@ -158,8 +158,8 @@ impl Keeping {
             all.tests += part.tests;
             all.time += part.time;
             let is_over = self.deadline.is_some_and(|deadline| Instant::now() >= deadline);
-            if progress == Progress::Finished || is_over || console.cancelled() {
-                self.tell(&all, progress == Progress::Finished);
+            if progress == Outcome::Finished || is_over || console.cancelled() {
+                self.tell(&all, progress == Outcome::Finished);
                 return Ok((progress, all));
             }
             self.tell(&all, false);
@@ -203,12 +203,12 @@ impl Keeping {
         &mut self,
         session: &Session,
         request: &Checked,
-        progress: Progress,
+        progress: Outcome,
         denoising: &Denoising,
     ) -> Result<(Vec<PathBuf>, Option<Receipt>)> {
         let path = request.output();
         let is_part = is_film(&path) && !request.cli.cs184;
-        let keeps = progress == Progress::Cancelled || is_kept(&path);
+        let keeps = progress == Outcome::Cancelled || is_kept(&path);
         if let Some(Err(error)) = self.keeper.as_mut().map(Keeper::wait) {
             report!("warning: {error}");
         }
@@ -332,8 +332,8 @@ struct Until<'a> {
 }
 
 impl Observer for Until<'_> {
-    fn progress(&self, advance: &Advance) {
-        self.console.progress(&Advance { rays: self.rays + advance.rays, ..*advance });
+    fn progress(&self, advance: &ProgressUpdate) {
+        self.console.progress(&ProgressUpdate { rays: self.rays + advance.rays, ..*advance });
     }
 
     fn cancelled(&self) -> bool {

@@ -50,7 +50,7 @@ pub(crate) fn check(cli: &Cli) -> Result<(), String> {
         );
     }
     let name = cli.integrator.as_deref();
-    let recorded = |known: &&Registration| known.new_recording.is_some();
+    let recorded = |known: &&Registration| known.new_traced.is_some();
     let by_paths =
         name.is_none_or(|name| INTEGRATORS.iter().filter(recorded).any(|r| r.name == name));
     let by_hemisphere =

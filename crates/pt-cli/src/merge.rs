@@ -81,11 +81,11 @@ fn is_ours(part: &Part) -> bool {
 fn read(path: &Path) -> Result<Part> {
     let file = film_file::read(path)?;
     ensure!(
-        !file.film.is_in_halves(),
+        !file.film.has_half_buffers(),
         "{}: has two halves, for an error target or half_a and half_b, and is no part of an image",
         path.display()
     );
-    let Some(count) = file.film.even_count().filter(|_| file.about.finished) else {
+    let Some(count) = file.film.uniform_spp().filter(|_| file.about.finished) else {
         bail!(
             "{}: is not finished: {:.1} of {} samples per pixel are there; go on with it: pathtracer \
              resume {}",
@@ -113,7 +113,7 @@ fn check(parts: &[Part], from_first: bool) -> Result<()> {
         );
         let [x, y] = [&first.file.film, &second.file.film];
         ensure!(
-            x.region() == y.region() && x.keeps_as(y),
+            x.region() == y.region() && x.has_same_layout(y),
             "{a} and {b} hold different pixels or channels, though they say that they do not: one of \
              them is no film of pathtracer"
         );

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, anyhow};
 use pathtracer::image::{self, Image, Transfer};
 use pathtracer::receipt::Receipt;
 use pathtracer::{
-    CompileOptions, EnvironmentMap, INTEGRATORS, Observer, Progress, Registration, Scene, Session,
+    CompileOptions, EnvironmentMap, INTEGRATORS, Observer, Outcome, Registration, Scene, Session,
     Settings, Source, Warning, camera_file,
 };
 
@@ -37,7 +37,7 @@ const MAX_NAMED: usize = 100;
 /// What came of a render.
 pub(crate) struct Done {
     pub(crate) status: ExitCode,
-    pub(crate) progress: Progress,
+    pub(crate) progress: Outcome,
     /// What the image says about itself, if there is one.
     pub(crate) receipt: Option<Receipt>,
 }
@@ -108,7 +108,7 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
         output::tell_extremes(&session, request);
     }
     let status = match progress {
-        Progress::Cancelled if console.cancelled() => {
+        Outcome::Cancelled if console.cancelled() => {
             report!("stopped early: the image holds the samples taken so far");
             if keeping.keeps() {
                 report!("to go on: pathtracer resume {}", path.display());
@@ -116,7 +116,7 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
             ExitCode::from(INTERRUPTED)
         }
         ended => {
-            let out_of_time = ended == Progress::Cancelled;
+            let out_of_time = ended == Outcome::Cancelled;
             let is_missed = tell_missed(&session, out_of_time);
             if out_of_time && !request.cli.quiet {
                 report!("time is up: the image holds the samples taken so far");
@@ -124,7 +124,7 @@ pub(crate) fn render(request: &Checked) -> Result<Done> {
                     report!("to go on: pathtracer resume {}", path.display());
                 }
             }
-            if request.cli.strict && (is_missed || session.film().rejections().count() > 0) {
+            if request.cli.strict && (is_missed || session.film().invalid_samples().count() > 0) {
                 ExitCode::from(NOT_AS_ASKED)
             } else if scene.missing.is_empty() {
                 ExitCode::SUCCESS
@@ -342,14 +342,14 @@ pub(crate) fn tell_notes(request: &Checked, scene: &Scene, session: &Session) {
 
 /// Samples that are no light are always reported, since they should not exist.
 fn tell_rejections(request: &Checked, session: &Session) {
-    let rejections = session.film().rejections();
+    let rejections = session.film().invalid_samples();
     let Some(first) = rejections.first.first() else { return };
     report!(
         "warning: {} samples were refused and count as black: {rejections}",
         rejections.count()
     );
     for r in &rejections.first {
-        report!("  column {}, row {}, sample {}: {}", r.x, r.y, r.sample, r.fault);
+        report!("  column {}, row {}, sample {}: {}", r.x, r.y, r.sample, r.reason);
     }
     let (x, y, sample) = (first.x, first.y, first.sample);
     if can_be_explained(request, session) {
@@ -370,7 +370,7 @@ fn tell_rejections(request: &Checked, session: &Session) {
 /// Whether `pathtracer explain` takes the command line of this render.
 fn can_be_explained(request: &Checked, session: &Session) -> bool {
     let Settings { integrator, reuse, split, .. } = session.settings();
-    let records = |known: &Registration| known.name == integrator && known.new_recording.is_some();
+    let records = |known: &Registration| known.name == integrator && known.new_traced.is_some();
     *reuse == 1 && *split == 1 && !request.cli.cs184 && INTEGRATORS.iter().any(records)
 }
 

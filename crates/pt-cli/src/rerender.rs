@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use pathtracer::receipt::{Receipt, Run};
-use pathtracer::{Progress, image};
+use pathtracer::{Outcome, image};
 
 use crate::commands::Rerender;
 use crate::render::Done;
@@ -54,7 +54,7 @@ pub(crate) fn run(rerender: &Rerender) -> Result<ExitCode> {
     trust::enter(&first, &about, cli)?;
     request.of = Some(Box::new(receipt.clone()));
     let Done { status, progress, receipt: second } = render::render(&request)?;
-    if progress == Progress::Cancelled {
+    if progress == Outcome::Cancelled {
         return Ok(status);
     }
     let pixels = |path: &Path| image::load_raw(path);

@@ -18,7 +18,7 @@ use crate::{render, trust};
 /// If there is no film, or as a render.
 pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
     let (film, FilmFile { about, film: samples }) = film_of(&resume.file)?;
-    let (spp, taken) = (resume.spp.unwrap_or(about.spp), samples.first() + samples.most_samples());
+    let (spp, taken) = (resume.spp.unwrap_or(about.spp), samples.first() + samples.max_samples());
     ensure!(
         taken <= spp,
         "{}: has {taken} samples per pixel already; expected -s {taken} or more",

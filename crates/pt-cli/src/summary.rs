@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Result;
-use pathtracer::{Clamp, Progress, Session, Statistics, image};
+use pathtracer::{Clamp, Outcome, Session, Statistics, image};
 
 use crate::target;
 
@@ -12,7 +12,7 @@ use crate::target;
 pub(crate) struct Summary<'a> {
     pub(crate) session: &'a Session,
     pub(crate) statistics: Statistics,
-    pub(crate) progress: Progress,
+    pub(crate) progress: Outcome,
     pub(crate) threads: usize,
     /// How many files of the scene could not be used.
     pub(crate) missing: usize,
@@ -30,7 +30,7 @@ impl Summary<'_> {
         let (geometry, bvh) = self.session.build_times();
         let scene = self.session.scene();
         let [triangles, spheres] = scene.shape_counts();
-        let placed = match scene.placement_count() {
+        let placed = match scene.instance_count() {
             0 => String::new(),
             n => format!(", {}", count(n, "placed shape")),
         };
@@ -47,7 +47,7 @@ impl Summary<'_> {
             "rendered  {w} x {h}, {:.1} samples per pixel, in {seconds:.2} s on {}{}",
             self.session.film().samples() as f64 / self.session.film().region().area() as f64,
             count(self.threads, "thread"),
-            if self.progress == Progress::Cancelled { " (stopped)" } else { "" }
+            if self.progress == Outcome::Cancelled { " (stopped)" } else { "" }
         );
         report!(
             "speed     {:.2} million samples/s, {}, {:.2} million rays/s",
@@ -90,18 +90,18 @@ impl Summary<'_> {
         let fields = [
             ("triangles", triangles.to_string()),
             ("spheres", spheres.to_string()),
-            ("placed_shapes", scene.placement_count().to_string()),
-            ("motion", u8::from(scene.moves()).to_string()),
+            ("placed_shapes", scene.instance_count().to_string()),
+            ("motion", u8::from(scene.is_animated()).to_string()),
             ("lights", scene.light_count.to_string()),
             ("texture_bytes", scene.materials.textures.bytes().to_string()),
             ("threads", self.threads.to_string()),
             ("samples", s.samples.to_string()),
             ("rays", s.rays.to_string()),
             ("missing_files", self.missing.to_string()),
-            ("refused_samples", self.session.film().rejections().count().to_string()),
+            ("refused_samples", self.session.film().invalid_samples().count().to_string()),
             ("error", number(measured.map(|look| look.measured.error))),
-            ("error_at_least", number(measured.map(|look| look.measured.least))),
-            ("error_at_most", number(measured.map(|look| look.measured.most))),
+            ("error_at_least", number(measured.map(|look| look.measured.lower))),
+            ("error_at_most", number(measured.map(|look| look.measured.upper))),
             ("noise", number(measured.map(|look| look.noise))),
             ("clamped_percent", self.clamped_percent().to_string()),
             ("load_seconds", (self.load + geometry).as_secs_f64().to_string()),

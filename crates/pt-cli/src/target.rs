@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use clap::Args;
-use pathtracer::{Look, SamplerKind, Session, Target};
+use pathtracer::{Evaluation, SamplerKind, Session, Target};
 
 use crate::args::Cli;
 use crate::check;
@@ -128,7 +128,7 @@ pub(crate) fn check(cli: &Cli) -> Result<(), String> {
 }
 
 /// What an error target measured, as in "0.96 % (0.93 to 0.99)".
-fn words(look: &Look) -> String {
+fn words(look: &Evaluation) -> String {
     let [error, least, most] = look.measured.to_array().map(|share| 100.0 * share);
     format!("{error:.3} % of the displayed image ({least:.3} to {most:.3})")
 }

@@ -92,7 +92,7 @@ impl RenderScene {
     pub fn is_flat(&self, primitive: u32) -> bool {
         match self.shapes.primitive_surface.get(primitive as usize) {
             Some(_) => self.shapes.is_flat(primitive as usize),
-            None => self.placed(|placed| placed.is_flat(primitive)),
+            None => self.with_instances(|placed| placed.is_flat(primitive)),
         }
     }
 }

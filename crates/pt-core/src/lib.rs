@@ -9,6 +9,7 @@
 //! that a backend reads.
 
 pub mod bsdf;
+mod byte_levels;
 pub mod camera;
 pub mod camera_motion;
 pub mod compile;
@@ -17,30 +18,29 @@ pub mod film;
 pub mod filter;
 pub mod footprint;
 pub mod id;
-pub mod laid;
-mod levels;
+pub mod image_texture;
+pub mod instances;
 pub mod light;
 pub mod material;
 pub mod medium;
 pub mod meter;
-pub mod parametrization;
+mod mipmap;
 pub mod phase;
-pub mod placed;
 pub mod procedural;
 pub mod progress;
-mod pyramid;
 pub mod scene;
 pub mod settings;
 pub mod shapes;
 pub mod target;
 mod terminator;
-pub mod texels;
 pub mod texture;
+pub mod texture_eval_context;
+pub mod texture_mapping;
 mod wedge;
 
 pub use camera::Camera;
-pub use compile::{CompileError, CompileOptions, Compiled, MAX_COPIED, compile};
+pub use compile::{CompileError, CompileOptions, Compiled, MAX_FLATTENED_TRIANGLES, compile};
 pub use film::{Film, Region};
-pub use progress::{Advance, Observer};
+pub use progress::{Observer, ProgressUpdate};
 pub use scene::{Interaction, RenderScene};
 pub use settings::Settings;

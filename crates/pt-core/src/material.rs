@@ -15,9 +15,9 @@ use pt_scene::material::Averted;
 
 use crate::bsdf::{AnyLobe, Diffuse, LobeRecord, MetallicRoughness, Orientation, Shadowing};
 use crate::id::{Id, Table};
-use crate::parametrization::Parametrization;
 use crate::scene::Interaction;
-use crate::texture::{TextureRecord, Textures, Varying};
+use crate::texture::{FloatTexture, TextureRecord, Textures};
+use crate::texture_eval_context::TextureEvalContext;
 
 /// A material, or a part of one.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +31,7 @@ pub enum Material {
         /// Where the share is 1.
         second: Id<Material>,
         /// Share of the second.
-        share: Varying,
+        share: FloatTexture,
     },
     /// One for each side of the true surface.
     Sided {
@@ -45,7 +45,7 @@ pub enum Material {
         /// What it is made of.
         surface: Id<Material>,
         /// Its normals.
-        relief: ReliefRecord,
+        relief: NormalOrBumpRecord,
         /// See [`pt_scene::material::Embossed`].
         shadowing: bool,
         /// See [`pt_scene::material::Embossed`].
@@ -78,7 +78,7 @@ pub enum CoatRecord {
     /// Those of the shape.
     Shape,
     /// Those of the shape with a relief.
-    Relief(ReliefRecord),
+    Relief(NormalOrBumpRecord),
 }
 
 /// Parameters of a lobe that a texture gives.
@@ -115,7 +115,7 @@ pub enum SlotKind {
 
 /// How normals differ from those of the shape; see [`pt_scene::texture::Relief`].
 #[derive(Clone, Copy, Debug)]
-pub enum ReliefRecord {
+pub enum NormalOrBumpRecord {
     /// By colours, and the direction of (u, v) that is +x of their frame.
     Normals(Id<TextureRecord>, Vec2),
     /// By colours, and a texture of these directions.
@@ -137,7 +137,7 @@ pub struct Materials {
 
 /// The scattering at a point.
 #[derive(Clone, Copy, Debug)]
-pub struct Resolved {
+pub struct EvaluatedMaterial {
     /// The lobe.
     pub lobe: LobeRecord,
     /// Whether the back side scatters as the front side does.
@@ -159,21 +159,21 @@ impl LobeMaterial {
 
 impl Materials {
     /// Whether some material chooses by chance.
-    pub fn choose(&self) -> bool {
+    pub fn is_stochastic(&self) -> bool {
         self.table.as_slice().iter().any(|m| matches!(m, Material::Mix { .. }))
     }
 
     /// The scattering of a material at a point with the unit shading normal `normal`, where the unit vector `side` is on the
     /// front; `choice` from [0, 1) makes its choices.
-    pub fn resolve(
+    pub fn evaluate(
         &self,
         lobes: &Table<LobeRecord>,
         mut id: Id<Material>,
         at: &Interaction,
         [normal, side]: [Vec3; 2],
-        parametrization: &Parametrization,
+        parametrization: &TextureEvalContext,
         mut choice: f32,
-    ) -> Resolved {
+    ) -> EvaluatedMaterial {
         let mut view = View::new(at.wo, normal, side);
         loop {
             match self.table[id] {
@@ -191,7 +191,7 @@ impl Materials {
                         let above = match coat {
                             CoatRecord::Shape => normal,
                             CoatRecord::Relief(relief) => {
-                                self.embossed(relief, normal, parametrization)
+                                self.perturbed_normal(relief, normal, parametrization)
                             }
                         };
                         let is_back = material.two_sided && at.wo.dot(side) < 0.0;
@@ -199,7 +199,7 @@ impl Materials {
                         let first = MetallicRoughness::COAT_NORMAL;
                         lobe.parameters_mut()[first..first + 2].copy_from_slice(&place);
                     }
-                    return Resolved { lobe, two_sided: material.two_sided, orientation };
+                    return EvaluatedMaterial { lobe, two_sided: material.two_sided, orientation };
                 }
                 Material::Mix { first, second, share } => {
                     let share = self.textures.number(share, parametrization).clamp(0.0, 1.0);
@@ -216,7 +216,7 @@ impl Materials {
                     if mirrored {
                         view.mirror();
                     }
-                    let bent = self.embossed(relief, view.normal, parametrization);
+                    let bent = self.perturbed_normal(relief, view.normal, parametrization);
                     view.bend(bent, averted, shadowing);
                     id = surface;
                 }
@@ -225,7 +225,7 @@ impl Materials {
     }
 
     /// The direction to which the frame of a lobe is turned, if it matters and there is one.
-    fn tangent(&self, material: &LobeMaterial, at: &Parametrization) -> Option<Vec3> {
+    fn tangent(&self, material: &LobeMaterial, at: &TextureEvalContext) -> Option<Vec3> {
         let u = material.oriented.then_some(at.along_u).flatten()?;
         let Some(along) = material.along else { return Some(u) };
         let [a, b, _] = self.textures.color(along, at).to_array();
@@ -237,7 +237,7 @@ impl Materials {
         &self,
         lobes: &Table<LobeRecord>,
         material: &LobeMaterial,
-        at: &Parametrization,
+        at: &TextureEvalContext,
     ) -> LobeRecord {
         let mut lobe = lobes[material.lobe];
         for slot in &self.slots[material.slots()] {
@@ -266,7 +266,12 @@ impl Materials {
 
     /// The normal of a relief on a surface with unit normal `n`; that one where the surface has no
     /// texture coordinates. [Heights: Blinn 1978, "Simulation of Wrinkled Surfaces"]
-    fn embossed(&self, relief: ReliefRecord, n: Vec3, at: &Parametrization) -> Vec3 {
+    fn perturbed_normal(
+        &self,
+        relief: NormalOrBumpRecord,
+        n: Vec3,
+        at: &TextureEvalContext,
+    ) -> Vec3 {
         let by_colors = |texture, along: Vec2| {
             let [x, y, z] = self.textures.color(texture, at).map(|c| 2.0 * c - 1.0).to_array();
             let u = at.along_u?;
@@ -274,18 +279,18 @@ impl Materials {
             Some(Frame::from_normal_and_tangent(n, tangent).to_world(Vec3::new(x, y, z)))
         };
         let bent = match relief {
-            ReliefRecord::Normals(texture, along) => by_colors(texture, along),
-            ReliefRecord::NormalsAlong(texture, along) => {
+            NormalOrBumpRecord::Normals(texture, along) => by_colors(texture, along),
+            NormalOrBumpRecord::NormalsAlong(texture, along) => {
                 let [a, b, _] = self.textures.color(along, at).to_array();
                 by_colors(texture, Vec2::new(a, b))
             }
-            ReliefRecord::Heights(texture, scale) => {
+            NormalOrBumpRecord::Heights(texture, scale) => {
                 let (u, v) = match (at.along_u, at.along_v) {
                     (Some(u), Some(v)) => (u, v),
                     _ if self.textures.is_in_space(texture) => n.any_orthonormal_pair(),
                     _ => return n,
                 };
-                let at = Parametrization { along_u: Some(u), along_v: Some(v), ..*at };
+                let at = TextureEvalContext { along_u: Some(u), along_v: Some(v), ..*at };
                 let slope = self.textures.gradient(texture, &at) * scale;
                 let u = u + n * (slope.x - n.dot(u));
                 let v = v + n * (slope.y - n.dot(v));

@@ -2,12 +2,12 @@
 
 /// How far a render is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Advance {
+pub struct ProgressUpdate {
     /// Samples that are in the film, or not needed.
     pub done: u64,
     /// Samples that there will be: hardly less, likely, and hardly more. The same but where an error target
     /// decides.
-    pub totals: [u64; 3],
+    pub estimated_totals: [u64; 3],
     /// Rays of this render so far.
     pub rays: u64,
     /// The [`Film::relative_error`](crate::Film::relative_error) at the end of the last pass over all pixels; with an
@@ -15,17 +15,17 @@ pub struct Advance {
     pub error: Option<f64>,
 }
 
-impl Advance {
+impl ProgressUpdate {
     /// Samples that there will likely be.
     pub fn total(&self) -> u64 {
-        self.totals[1]
+        self.estimated_totals[1]
     }
 }
 
 /// Listens to a render. Called from its threads.
 pub trait Observer: Sync {
     /// More is done.
-    fn progress(&self, _advance: &Advance) {}
+    fn progress(&self, _advance: &ProgressUpdate) {}
     /// Whether to stop at the next opportunity, keeping what is done.
     fn cancelled(&self) -> bool {
         false

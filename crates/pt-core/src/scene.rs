@@ -9,13 +9,13 @@ use crate::camera::Camera;
 use crate::camera_motion::CameraMotion;
 use crate::footprint::Footprint;
 use crate::id::{Id, Table};
-use crate::light::{AnyLight, LightHit, LightOrigins, LightSample, LightTables, MovingLight};
-use crate::material::{Material, Materials, Resolved};
+use crate::instances::InstanceTable;
+use crate::light::{AnimatedLight, AnyLight, LightHit, LightSample, LightSourceIds, LightTables};
+use crate::material::{EvaluatedMaterial, Material, Materials};
 use crate::medium::{Media, MediumRecord};
 use crate::meter::Meter;
-use crate::placed::Placed;
 use crate::shapes::{ShapePoint, ShapeTables};
-use crate::texture::{TextureRecord, Varying};
+use crate::texture::{FloatTexture, TextureRecord};
 use crate::wedge;
 
 /// How a part of a shape scatters and glows.
@@ -28,11 +28,11 @@ pub struct SurfaceRecord {
     /// What makes its scattering differ from point to point, if something does.
     pub material: Option<Id<Material>>,
     /// Share of it that is there; `None` is all.
-    pub opacity: Option<Varying>,
+    pub opacity: Option<FloatTexture>,
     /// Whether rays that come to its back go on as if it were not there.
-    pub has_no_back: bool,
+    pub cull_backfaces: bool,
     /// Which sides glow.
-    pub glow: Glow,
+    pub emissive_sides: EmissiveSides,
     /// Radiance emitted; 1 where a texture says it.
     pub emission: Spectrum,
     /// The texture that says it.
@@ -45,7 +45,7 @@ pub struct SurfaceRecord {
 
 /// Which sides of a surface emit light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Glow {
+pub enum EmissiveSides {
     /// The side of the normal.
     Front,
     /// The other side.
@@ -68,10 +68,10 @@ pub struct RenderScene {
     /// All that is not placed, in world coordinates.
     pub shapes: ShapeTables,
     /// What is placed in the world, and may move; `None` if nothing is.
-    pub placed: Option<Box<Placed>>,
+    pub instances: Option<Box<InstanceTable>>,
     /// Whether [`Interaction::normal`] is the plain interpolation of normals at corners, which is
     /// shorter than 1 between different ones: what the university course's program shows.
-    pub plain_normals: bool,
+    pub unnormalized_shading_normals: bool,
     /// Numbers of triangles and of spheres of all objects up to each.
     pub object_ends: Vec<[u32; 2]>,
     /// Surfaces.
@@ -85,15 +85,15 @@ pub struct RenderScene {
     /// Materials that vary, with their textures.
     pub materials: Materials,
     /// Whether light goes through some surfaces as if they were not there.
-    pub has_holes: bool,
+    pub has_alpha: bool,
     /// Lights.
     pub lights: Table<AnyLight>,
     /// How many lights there were before some of them became one of many; a glowing mesh is one.
     pub light_count: usize,
-    /// What they were made of; see [`Self::light_origins`].
-    pub light_origins: LightOrigins,
+    /// What they were made of; see [`Self::light_source_ids`].
+    pub light_origins: LightSourceIds,
     /// Lights that are seen by rays that leave the scene.
-    pub skies: Vec<Id<AnyLight>>,
+    pub infinite_lights: Vec<Id<AnyLight>>,
     /// What lights refer to.
     pub light_tables: LightTables,
     /// What fills the space between surfaces.
@@ -110,7 +110,7 @@ pub struct RenderScene {
 
 /// Where a primitive belongs in the scene that was compiled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PrimitivePlace {
+pub struct PrimitiveRef {
     /// The number of its object; see [`RenderScene::object`].
     pub object: u32,
     /// Its number among the triangles of the object, or among its spheres.
@@ -135,7 +135,7 @@ pub struct SurfacePoint {
 }
 
 /// Where rays end that ask whether something is in the way.
-const BEFORE: f32 = 1.0 - 1.0 / 16384.0;
+const SHADOW_EPSILON: f32 = 1.0 - 1.0 / 16384.0;
 
 impl SurfacePoint {
     /// A point that is on no surface: rays leave it where it is.
@@ -198,7 +198,7 @@ impl SurfacePoint {
         let origin = self.origin(light.wi);
         match light.end {
             None => Ray::new(origin, light.wi),
-            Some(end) => Ray::to(origin, end - origin, BEFORE),
+            Some(end) => Ray::to(origin, end - origin, SHADOW_EPSILON),
         }
     }
 
@@ -207,7 +207,7 @@ impl SurfacePoint {
     #[inline(always)]
     pub fn spawn_at(&self, other: &Self, w: Vec3) -> Ray {
         let origin = self.origin(w);
-        Ray::to(origin, other.origin(-w) - origin, BEFORE)
+        Ray::to(origin, other.origin(-w) - origin, SHADOW_EPSILON)
     }
 }
 
@@ -216,7 +216,7 @@ impl SurfacePoint {
 pub struct Interaction {
     /// Where; its normal is on the side of `normal`.
     pub point: SurfacePoint,
-    /// Shading normal; of unit length unless [`RenderScene::plain_normals`].
+    /// Shading normal; of unit length unless [`RenderScene::unnormalized_shading_normals`].
     pub normal: Vec3,
     /// Unit direction towards where it is seen from.
     pub wo: Vec3,
@@ -230,7 +230,7 @@ pub struct Interaction {
 
 impl RenderScene {
     /// The medium beyond a surface that a ray, which came through `current`, hits and goes through.
-    pub fn medium_beyond(
+    pub fn medium_after_crossing(
         &self,
         ray: &Ray,
         hit: &Hit,
@@ -242,33 +242,35 @@ impl RenderScene {
         }
         let at = self.interaction(ray, hit, time);
         let outwards = ray.direction.dot(at.point.normal) > 0.0;
-        self.media.beyond(at.surface, outwards, current)
+        self.media.medium_after_crossing(at.surface, outwards, current)
     }
 
     /// The box around all shapes, at all times.
     pub fn bounds(&self) -> Bounds3 {
-        let placed = self.placed.as_ref().map_or(Bounds3::EMPTY, |placed| placed.bounds());
-        self.bvh.bounds().union(placed)
+        let instances =
+            self.instances.as_ref().map_or(Bounds3::EMPTY, |instances| instances.bounds());
+        self.bvh.bounds().union(instances)
     }
 
     /// How many triangles and spheres there are; those of objects that are placed count once.
     pub fn shape_counts(&self) -> [usize; 2] {
-        let placed = self.placed.iter().flat_map(|placed| placed.objects());
-        let tables = std::iter::once(&self.shapes).chain(placed.map(|object| &object.shapes));
+        let instances = self.instances.iter().flat_map(|instances| instances.objects());
+        let tables = std::iter::once(&self.shapes).chain(instances.map(|object| &object.shapes));
         let counts = tables.map(|tables| [tables.triangles.len(), tables.spheres.len()]);
         counts.fold([0; 2], |sum, count| [sum[0] + count[0], sum[1] + count[1]])
     }
 
     /// How many objects are placed, and do not stand copied in the world.
-    pub fn placement_count(&self) -> usize {
-        self.placed.as_ref().map_or(0, |placed| placed.placements().len())
+    pub fn instance_count(&self) -> usize {
+        self.instances.as_ref().map_or(0, |instances| instances.instances().len())
     }
 
     /// Whether anything moves while the shutter is open, so that rays need a time: a share, from 0
     /// to 1, of the time for which it is.
     #[inline]
-    pub fn moves(&self) -> bool {
-        self.camera_motion.is_some() || self.placed.as_ref().is_some_and(|placed| placed.moves())
+    pub fn is_animated(&self) -> bool {
+        self.camera_motion.is_some()
+            || self.instances.as_ref().is_some_and(|instances| instances.moves())
     }
 
     /// Weight of the light of each camera ray: 1, but for a meter [`Meter::importance`].
@@ -288,40 +290,42 @@ impl RenderScene {
     /// # Panics
     /// If there are none.
     #[inline]
-    pub(crate) fn placed<T>(&self, ask: impl FnOnce(&Placed) -> T) -> T {
-        ask(self.placed.as_ref().expect("primitives beyond all others are placed"))
+    pub(crate) fn with_instances<T>(&self, ask: impl FnOnce(&InstanceTable) -> T) -> T {
+        ask(self.instances.as_ref().expect("primitives beyond all others are placed"))
     }
 
     /// The number of the object that a primitive belongs to; that of primitives that lights bring with
     /// them is the number of objects.
     pub fn object(&self, primitive: u32) -> u32 {
-        self.place_of(primitive).object
+        self.locate_primitive(primitive).object
     }
 
     /// Where a primitive belongs.
-    pub fn place_of(&self, primitive: u32) -> PrimitivePlace {
+    pub fn locate_primitive(&self, primitive: u32) -> PrimitiveRef {
         if primitive as usize >= self.shapes.primitive_surface.len() {
-            return self.placed(|placed| placed.place_of(primitive));
+            return self.with_instances(|instances| instances.locate_primitive(primitive));
         }
         let sphere = primitive.checked_sub(self.shapes.triangles.len() as u32);
         let (kind, index) = sphere.map_or((0, primitive), |sphere| (1, sphere));
         let object = self.object_ends.partition_point(|end| end[kind] <= index);
         let before = object.checked_sub(1).map_or(0, |last| self.object_ends[last][kind]);
-        PrimitivePlace { object: object as u32, index: index - before, is_sphere: sphere.is_some() }
+        PrimitiveRef { object: object as u32, index: index - before, is_sphere: sphere.is_some() }
     }
 
     /// The surface point where a ray of unit direction met a primitive, at a time; see
-    /// [`Self::moves`].
+    /// [`Self::is_animated`].
     #[inline(always)]
     pub fn interaction(&self, ray: &Ray, hit: &Hit, time: f32) -> Interaction {
         let shapes = &self.shapes;
         let primitive = hit.primitive as usize;
         let at = match primitive.checked_sub(shapes.triangles.len()) {
-            None => shapes.triangle_point(primitive, hit, self.plain_normals, |n| n),
+            None => shapes.triangle_point(primitive, hit, self.unnormalized_shading_normals, |n| n),
             Some(sphere) if sphere < shapes.spheres.len() => {
                 shapes.sphere_point(sphere, ray, hit.t)
             }
-            Some(_) => return self.placed(|placed| placed.interaction(ray, hit, time)),
+            Some(_) => {
+                return self.with_instances(|instances| instances.interaction(ray, hit, time));
+            }
         };
         let ShapePoint { mut p, size, to_edge, geometric_normal, normal } = at;
         let mut point = SurfacePoint::on(p, geometric_normal);
@@ -352,31 +356,31 @@ impl RenderScene {
 
     /// The lights on shapes that move, which are not among [`Self::lights`].
     #[inline]
-    pub fn moving_lights(&self) -> &[MovingLight] {
-        self.placed.as_ref().map_or(&[], |placed| placed.lights())
+    pub fn animated_lights(&self) -> &[AnimatedLight] {
+        self.instances.as_ref().map_or(&[], |instances| instances.lights())
     }
 
     /// A sample of one of these at a time, as [`crate::light::Light::sample`] gives them.
-    pub fn sample_moving(
+    pub fn sample_animated_light(
         &self,
-        light: &MovingLight,
+        light: &AnimatedLight,
         time: f32,
         p: Vec3,
         u: [f32; 2],
     ) -> Option<LightSample> {
-        let placed = self.placed.as_ref()?;
-        placed.sample_light(light, &self.light_tables, time, p, u)
+        let instances = self.instances.as_ref()?;
+        instances.sample_light(light, &self.light_tables, time, p, u)
     }
 
     /// The one of these that a ray from `p` found at a time, if it did, and the density with which light
     /// sampling would have found it.
-    pub fn moving_light(
+    pub fn animated_light(
         &self,
         at: &Interaction,
         time: f32,
         p: Vec3,
     ) -> Option<(&AnyLight, Pdf<SolidAngle>)> {
-        self.placed.as_ref()?.light_pdf(&self.light_tables, time, p, at)
+        self.instances.as_ref()?.light_pdf(&self.light_tables, time, p, at)
     }
 
     /// What the lights need to know of a light that was hit.
@@ -391,12 +395,16 @@ impl RenderScene {
         }
     }
 
-    /// The scattering at a point of a surface, which is what [`Self::resolve`] says, or the same everywhere.
+    /// The scattering at a point of a surface, which is what [`Self::evaluate_material`] says, or the same everywhere.
     #[inline(always)]
-    pub fn bsdf<'a>(&'a self, at: &Interaction, resolved: Option<&'a Resolved>) -> Bsdf<'a> {
+    pub fn bsdf<'a>(
+        &'a self,
+        at: &Interaction,
+        resolved: Option<&'a EvaluatedMaterial>,
+    ) -> Bsdf<'a> {
         let tables = &self.lobe_tables;
         let normal = self.side_normal(at);
-        let bsdf = if let Some(Resolved { lobe, two_sided, orientation }) = resolved {
+        let bsdf = if let Some(EvaluatedMaterial { lobe, two_sided, orientation }) = resolved {
             Bsdf::oriented(lobe, tables, *two_sided, *orientation, normal, at.wo)
         } else {
             let surface = &self.surfaces[at.surface];
@@ -410,22 +418,22 @@ impl RenderScene {
     /// mixtures, and `width` is how wide the cone of the ray is there, in metres, if that is followed.
     /// `None` if the surface is the same everywhere.
     #[inline(always)]
-    pub fn resolve(
+    pub fn evaluate_material(
         &self,
         at: &Interaction,
         hit: &Hit,
         time: f32,
         choice: f32,
         width: Option<f32>,
-    ) -> Option<Resolved> {
+    ) -> Option<EvaluatedMaterial> {
         let material = self.surfaces[at.surface].material?;
-        let mut parametrization = self.parametrization(at, hit, time);
+        let mut parametrization = self.texture_eval_context(at, hit, time);
         if let Some(width) = width {
             parametrization.footprint = Footprint::new(at, width);
         }
         let normals = [self.unit_normal(at), self.side_normal(at)];
         let Self { lobes, materials, .. } = self;
-        Some(materials.resolve(lobes, material, at, normals, &parametrization, choice))
+        Some(materials.evaluate(lobes, material, at, normals, &parametrization, choice))
     }
 
     /// The share of the surface that is there, where a ray met it.
@@ -436,15 +444,15 @@ impl RenderScene {
             let normal = self.interaction(ray, hit, time).point.normal;
             ray.direction.dot(normal) > 0.0
         };
-        if surface.has_no_back && is_behind() {
+        if surface.cull_backfaces && is_behind() {
             return 0.0;
         }
         match surface.opacity {
             None => 1.0,
-            Some(Varying::Value(opacity)) => opacity,
+            Some(FloatTexture::Value(opacity)) => opacity,
             Some(texture) => {
                 let at = self.interaction(ray, hit, time);
-                let place = self.parametrization(&at, hit, time);
+                let place = self.texture_eval_context(&at, hit, time);
                 self.materials.textures.number(texture, &place).clamp(0.0, 1.0)
             }
         }
@@ -458,7 +466,7 @@ impl RenderScene {
 
     #[inline(always)]
     fn unit_normal(&self, at: &Interaction) -> Vec3 {
-        if self.plain_normals { at.normal.normalize() } else { at.normal }
+        if self.unnormalized_shading_normals { at.normal.normalize() } else { at.normal }
     }
 
     /// The surface of a primitive.
@@ -466,29 +474,29 @@ impl RenderScene {
     fn surface(&self, primitive: u32) -> Id<SurfaceRecord> {
         match self.shapes.primitive_surface.get(primitive as usize) {
             Some(surface) => *surface,
-            None => self.placed(|placed| placed.surface(primitive)),
+            None => self.with_instances(|instances| instances.surface(primitive)),
         }
     }
 
     /// Whether the primitive that was hit emits light on a side of it.
     #[inline(always)]
-    pub fn glows(&self, hit: &Hit) -> bool {
+    pub fn is_emissive(&self, hit: &Hit) -> bool {
         let surface = self.surface(hit.primitive);
         !self.surfaces[surface].emission.is_black()
     }
 
     /// Radiance that the surface emits towards `at.wo`, where it was hit.
     #[inline(always)]
-    pub fn emitted(&self, at: &Interaction, hit: &Hit, time: f32) -> Spectrum {
+    pub fn le(&self, at: &Interaction, hit: &Hit, time: f32) -> Spectrum {
         let surface = &self.surfaces[at.surface];
         if surface.emission.is_black() {
             return Spectrum::ZERO;
         }
         let front = at.wo.dot(at.point.normal) > 0.0;
-        let glows = match surface.glow {
-            Glow::Front => front,
-            Glow::Back => !front,
-            Glow::Both => true,
+        let glows = match surface.emissive_sides {
+            EmissiveSides::Front => front,
+            EmissiveSides::Back => !front,
+            EmissiveSides::Both => true,
         };
         let radiance = match surface.emission_texture {
             _ if !glows => Spectrum::ZERO,
@@ -511,13 +519,13 @@ impl RenderScene {
         hit: &Hit,
         time: f32,
     ) -> Spectrum {
-        self.materials.textures.radiance(texture, &self.parametrization(at, hit, time))
+        self.materials.textures.radiance(texture, &self.texture_eval_context(at, hit, time))
     }
 
     /// Radiance from these lights of the sky along a ray that leaves `p` in direction `d`, and the scene.
     #[inline(always)]
-    pub fn sky(&self, p: Vec3, d: Vec3, skies: &[Id<AnyLight>]) -> Spectrum {
-        let radiance = |&id| self.lights[id].escaped(&self.light_tables, p, d);
-        skies.iter().map(radiance).sum()
+    pub fn le_infinite(&self, p: Vec3, d: Vec3, infinite_lights: &[Id<AnyLight>]) -> Spectrum {
+        let radiance = |&id| self.lights[id].le_infinite(&self.light_tables, p, d);
+        infinite_lights.iter().map(radiance).sum()
     }
 }

@@ -45,7 +45,7 @@ pub struct Adaptive {
 /// When an image is good enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    /// The relative root mean square error of the displayed image ([`Measured`](crate::film::Measured)), above 0.
+    /// The relative root mean square error of the displayed image ([`ErrorEstimate`](crate::film::ErrorEstimate)), above 0.
     pub error: Option<f64>,
     /// What a share `confidence` of pixels may be off, as a share of white, in every square of 8 × 8
     /// pixels; above 0.
@@ -189,7 +189,7 @@ impl Settings {
     /// A film without samples, for these pixels.
     pub fn film(&self, region: Region) -> Film {
         let film = Film::with_aovs(region, &self.aovs);
-        if self.in_halves() { film.in_halves() } else { film }
+        if self.in_halves() { film.with_half_buffers() } else { film }
     }
 
     /// Whether the film keeps coverage.

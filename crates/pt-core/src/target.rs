@@ -1,6 +1,6 @@
 //! Error targets: how a render that ends when its image is good enough shares out samples, and when it ends.
 //!
-//! The film has two halves that know nothing of each other, and their difference tells the error (`film/measured.rs`). Nothing of it
+//! The film has two halves that know nothing of each other, and their difference tells the error (`film/error_estimate.rs`). Nothing of it
 //! may depend on what it judges:
 //!
 //! * As long as pixels are not told apart, all have the same samples (the pilot). Then how many samples a pixel has follows from
@@ -10,12 +10,14 @@
 //!   many.
 //! * Whoever looks often finds a good moment by chance: looks share the probability with which one may be wrong, so that all
 //!   together are wrong in a share 1 − c of renders at most.
-//! * What no sample has found is in the error, too (`film/unseen.rs`): it says how many samples each pixel needs at least.
+//! * What no sample has found is in the error, too (`film/missing_mass.rs`): it says how many samples each pixel needs at least.
 //! * Pixels that are known to see nothing but an even sky hide nothing, and get next to no samples.
 
 use std::ops::Range;
 
-use crate::film::{Film, Measured, PixelSums, Plan, Squares, Wrong, deviations};
+use crate::film::{
+    ErrorBudget, ErrorEstimate, Film, PixelSums, SamplePlan, SquaredErrors, deviations,
+};
 use crate::settings::Target;
 
 /// Samples of each half of a pixel before the first look.
@@ -27,17 +29,17 @@ const PILOT_SHARE: f64 = 6.0;
 /// The power of densities that is taken in place of the best one for known variances: it is better where they are guessed from
 /// few numbers with long tails, and where more samples are worth more than independent ones. Of five scenes, 0.6 to 1 were tried: it
 /// saves a tenth of the samples at most, and costs 0.02.
-const FLATTER: f64 = 0.8;
+const DENSITY_EXPONENT: f64 = 0.8;
 
 /// The least density, as a share of the average: nothing is sampled never.
 const MIN_DENSITY: f64 = 0.05;
 
 /// How far neighbours are away that tell how many samples a pixel needs, in columns and rows. Of seven scenes with 64
 /// samples, those of 2 to 12 were tried: 2 is too little where paths are noisy, and 8 too much where shapes are small.
-const REACH: usize = 4;
+const NEIGHBOR_RADIUS: usize = 4;
 
 /// Side of the squares of pixels in each of which [`Target::noise`] holds.
-const SQUARE: usize = 8;
+const BLOCK: usize = 8;
 
 /// Shares of the probability 1 − c with which a render may be wrong: by what no sample found; by looks before pixels are told
 /// apart, which hardly ever find an image good enough; and by those after, of which the first is meant to come too early.
@@ -71,19 +73,19 @@ const EXPECTED: [f64; 3] = [0.55, 0.85, 1.1];
 
 /// What a look at a film found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Look {
+pub struct Evaluation {
     /// The error of the image.
-    pub measured: Measured,
+    pub measured: ErrorEstimate,
     /// How far pixels may be off, in that square of 8 × 8 where they are worst: see [`Target::noise`].
     pub noise: f64,
-    squares: Squares,
+    squares: SquaredErrors,
     /// The sum of the squares of errors as it may be, if something is asked of it.
     allowed: Option<f64>,
     /// How many times as large the variance is as it may be, of each square of pixels; empty if nothing is asked of them.
     excess_of_squares: Vec<f64>,
 }
 
-impl Look {
+impl Evaluation {
     /// Whether the film is good enough.
     pub fn is_met(&self) -> bool {
         self.greatest_excess() <= 1.0
@@ -97,15 +99,15 @@ impl Look {
     /// How many times as large the square of the error is as it may be, if its noise is `share` of what it is, and pixels
     /// have at least so many samples: 0 if nothing is asked of it.
     fn excess(&self, share: f64, fewest: u32) -> f64 {
-        self.allowed.map_or(0.0, |allowed| self.squares.most(share, fewest) / allowed)
+        self.allowed.map_or(0.0, |allowed| self.squares.upper_bound(share, fewest) / allowed)
     }
 }
 
 impl Target {
-    /// The plan with which a render begins, of which some pixels are vacant: see [`Plan::vacant`].
-    pub fn first_plan(&self, film: &Film, most: u32, vacant: Vec<bool>) -> Plan {
+    /// The plan with which a render begins, of which some pixels are vacant: see [`SamplePlan::vacant`].
+    pub fn first_plan(&self, film: &Film, most: u32, vacant: Vec<bool>) -> SamplePlan {
         let goal = FIRST_GOAL.min(most);
-        let mut plan = Plan { goal, least: goal, vacant, ..Plan::default() };
+        let mut plan = SamplePlan { goal, least: goal, vacant, ..SamplePlan::default() };
         // Nothing is known yet: as much as will be looked at first.
         let wanted = (0..film.region().area()).map(|i| u64::from(plan.wanted(i)));
         plan.expected = [2 * wanted.sum::<u64>(); 3];
@@ -114,8 +116,8 @@ impl Target {
 
     /// Looks at a film whose plan is fulfilled, of which so many pixels bring their light to each other. `None` if it has not two
     /// halves with samples.
-    pub fn look(&self, film: &Film, reuse: u32) -> Option<Look> {
-        let squares_of_all = film.squares(self.white, self.wrong(film.plan()), reuse)?;
+    pub fn evaluate(&self, film: &Film, reuse: u32) -> Option<Evaluation> {
+        let squares_of_all = film.squared_errors(self.white, self.budget(film.plan()), reuse)?;
         let allowed = self.error.map(|error| squares_of_all.allowed(error));
         let width = deviations(0.5 * (1.0 - self.confidence));
         let errors = film.square_errors(self.white)?;
@@ -127,41 +129,51 @@ impl Target {
         let excess_of_squares = self.noise.map_or(Vec::new(), |noise| {
             squares.iter().map(|square| square * (width / noise).powi(2)).collect()
         });
-        let (measured, noise) = (squares_of_all.measured(), width * worst.sqrt());
-        Some(Look { measured, noise, squares: squares_of_all, allowed, excess_of_squares })
+        let (measured, noise) = (squares_of_all.estimate(), width * worst.sqrt());
+        Some(Evaluation { measured, noise, squares: squares_of_all, allowed, excess_of_squares })
     }
 
     /// With which probabilities a look may find the error of an image less than it is. A single one has the share of all.
-    fn wrong(&self, plan: Option<&Plan>) -> Wrong {
+    fn budget(&self, plan: Option<&SamplePlan>) -> ErrorBudget {
         let of_look = |k: u32| 1.0 / (f64::from(k) * (f64::from(k) + 1.0));
-        let look = match plan {
+        let evaluation = match plan {
             None => 1.0 - WRONG_UNSEEN,
-            Some(Plan { densities: None, rounds, .. }) => WRONG_EARLY * of_look(rounds + 1),
-            Some(Plan { rounds: 0, .. }) => WRONG_FIRST,
-            Some(Plan { rounds, .. }) => WRONG_LATER * of_look(*rounds),
+            Some(SamplePlan { densities: None, rounds, .. }) => WRONG_EARLY * of_look(rounds + 1),
+            Some(SamplePlan { rounds: 0, .. }) => WRONG_FIRST,
+            Some(SamplePlan { rounds, .. }) => WRONG_LATER * of_look(*rounds),
         };
-        let wrong = 1.0 - self.confidence;
-        Wrong { look: wrong * look, unseen: wrong * WRONG_UNSEEN }
+        let budget = 1.0 - self.confidence;
+        ErrorBudget { noise: budget * evaluation, missing_mass: budget * WRONG_UNSEEN }
     }
 
     /// What to do after a look that found the film not good enough: the next plan, with at most `most` samples of a pixel in each
     /// half, of which squares of `reuse`² pixels bring their light to each other. `None` if no pixel may have more.
-    pub fn next_plan(&self, film: &Film, look: &Look, reuse: u32, most: u32) -> Option<Plan> {
+    pub fn next_plan(
+        &self,
+        film: &Film,
+        evaluation: &Evaluation,
+        reuse: u32,
+        most: u32,
+    ) -> Option<SamplePlan> {
         let now = film.plan()?;
         let model = Model::new(film, film.square_errors(self.white)?, now, most);
         let is_new = now.densities.is_none();
         let apart = if is_new {
-            Plan { rounds: 0, densities: Some(self.densities(film, now, reuse)?), ..now.clone() }
+            SamplePlan {
+                rounds: 0,
+                densities: Some(self.densities(film, now, reuse)?),
+                ..now.clone()
+            }
         } else {
-            Plan { rounds: now.rounds + 1, ..now.clone() }
+            SamplePlan { rounds: now.rounds + 1, ..now.clone() }
         };
         // The next look has another share in what may be wrong.
-        let squares = look.squares.with_wrong(self.wrong(Some(&apart)));
-        let look = &Look { squares, ..look.clone() };
+        let squares = evaluation.squares.with_budget(self.budget(Some(&apart)));
+        let evaluation = &Evaluation { squares, ..evaluation.clone() };
         let expected =
-            EXPECTED.map(|power| 2 * model.total(&model.plan(look, (now, &apart), power)));
-        let news = Plan { error: Some(look.measured.error), expected, ..apart };
-        let mut next = model.plan(look, (now, &news), if is_new { FIRST } else { LATER });
+            EXPECTED.map(|power| 2 * model.total(&model.plan(evaluation, (now, &apart), power)));
+        let news = SamplePlan { error: Some(evaluation.measured.error), expected, ..apart };
+        let mut next = model.plan(evaluation, (now, &news), if is_new { FIRST } else { LATER });
         let largest = now.goal.saturating_mul(LARGEST_STEP);
         if is_new {
             let mean = model.total(&next) as f64 / model.occupied(now) as f64;
@@ -169,7 +181,7 @@ impl Target {
             if now.goal + now.goal / 4 < pilot {
                 let goal = pilot.min(largest);
                 let rounds = now.rounds + 1;
-                return Some(Plan { goal, rounds, least: goal, densities: None, ..next });
+                return Some(SamplePlan { goal, rounds, least: goal, densities: None, ..next });
             }
         } else {
             next.goal = next.goal.min(largest);
@@ -183,7 +195,7 @@ impl Target {
     }
 
     /// The variance of the mean luminance of a pixel as its samples tell it; none where the screen shows no difference.
-    fn spread(&self, pixel: PixelSums) -> f64 {
+    fn standard_error(&self, pixel: PixelSums) -> f64 {
         let (mean, error) = pixel.luminance();
         if mean < self.white && error.is_finite() { error * error } else { 0.0 }
     }
@@ -193,17 +205,17 @@ impl Target {
     /// same error everywhere to the variance; nothing if all are to have the same. It is told by how much halves differ, which says little of a single pixel, and so
     /// by many; and as much by how samples differ within halves, which says more, and so by the next pixels, but
     /// not how good the sequence of samples is: relative to many. Vacant pixels are no neighbours.
-    fn densities(&self, film: &Film, plan: &Plan, reuse: u32) -> Option<Vec<f32>> {
+    fn densities(&self, film: &Film, plan: &SamplePlan, reuse: u32) -> Option<Vec<f32>> {
         if self.uniform {
             return Some(Vec::new());
         }
-        let power = if self.noise.is_none() { FLATTER * 0.5 } else { FLATTER };
+        let power = if self.noise.is_none() { DENSITY_EXPONENT * 0.5 } else { DENSITY_EXPONENT };
         let errors = film.square_errors(self.white)?.into_iter().map(|e| libm::pow(e, power));
         let errors: Vec<f64> = errors.collect();
         let spread: Vec<f64> =
-            film.pixels().map(|pixel| libm::pow(self.spread(pixel), power)).collect();
+            film.pixels().map(|pixel| libm::pow(self.standard_error(pixel), power)).collect();
         let width = film.region().width as usize;
-        let occupied = (0..errors.len()).map(|i| f64::from(u8::from(!plan.is_vacant(i))));
+        let occupied = (0..errors.len()).map(|i| f64::from(u8::from(!plan.is_background_only(i))));
         let occupied: Vec<f64> = occupied.collect();
         let around = |values: &[f64], reach: usize| {
             let sums = |values: &[f64]| {
@@ -214,29 +226,29 @@ impl Target {
             let sizes = sums(&occupied);
             sums(values).zip(sizes).map(|(sum, n)| sum / n.max(1.0)).collect::<Vec<f64>>()
         };
-        let (errors, next_to) = (around(&errors, REACH), around(&spread, 1));
-        let spread = around(&spread, REACH).into_iter().zip(next_to);
+        let (errors, next_to) = (around(&errors, NEIGHBOR_RADIUS), around(&spread, 1));
+        let spread = around(&spread, NEIGHBOR_RADIUS).into_iter().zip(next_to);
         let finer = |far: f64, near: f64| if far > 0.0 { 0.5 * (1.0 + near / far) } else { 1.0 };
         let densities: Vec<f64> =
             errors.into_iter().zip(spread).map(|(e, (far, near))| e * finer(far, near)).collect();
         let sum: f64 = densities.iter().zip(&occupied).map(|(d, occupied)| d * occupied).sum();
         let mean = sum / occupied.iter().sum::<f64>().max(1.0);
         // 1, and 0 where all neighbours are vacant.
-        let told = around(&occupied, REACH);
+        let told = around(&occupied, NEIGHBOR_RADIUS);
         let relative = |d: f64, told: f64| if mean > 0.0 && told > 0.0 { d / mean } else { 1.0 };
         let mixed = |d: f64, told| MIN_DENSITY + (1.0 - MIN_DENSITY) * relative(d, told);
         Some(densities.into_iter().zip(told).map(|(d, told)| mixed(d, told) as f32).collect())
     }
 }
 
-/// The sums of the values of the pixels of each square of [`SQUARE`]² pixels, row by row.
+/// The sums of the values of the pixels of each square of [`BLOCK`]² pixels, row by row.
 fn of_squares(film: &Film, values: &[f64]) -> Vec<f64> {
     let width = film.region().width as usize;
-    let columns = width.div_ceil(SQUARE);
-    let mut sums = vec![0.0; columns * (film.region().height as usize).div_ceil(SQUARE)];
+    let columns = width.div_ceil(BLOCK);
+    let mut sums = vec![0.0; columns * (film.region().height as usize).div_ceil(BLOCK)];
     for (y, row) in values.chunks_exact(width.max(1)).enumerate() {
         for (x, value) in row.iter().enumerate() {
-            sums[y / SQUARE * columns + x / SQUARE] += value;
+            sums[y / BLOCK * columns + x / BLOCK] += value;
         }
     }
     sums
@@ -268,7 +280,7 @@ struct Model<'a> {
 
 impl<'a> Model<'a> {
     /// Of a film whose plan is fulfilled, with the square errors of its pixels.
-    fn new(film: &'a Film, errors: Vec<f64>, plan: &Plan, most: u32) -> Self {
+    fn new(film: &'a Film, errors: Vec<f64>, plan: &SamplePlan, most: u32) -> Self {
         let now = of_squares(film, &errors);
         let mut model = Self { film, most, variances: errors, now };
         for i in 0..model.variances.len() {
@@ -278,26 +290,26 @@ impl<'a> Model<'a> {
     }
 
     /// As many samples of a pixel in each half as the plan says, and may be.
-    fn count(&self, plan: &Plan, pixel: usize) -> u32 {
+    fn count(&self, plan: &SamplePlan, pixel: usize) -> u32 {
         plan.wanted(pixel).min(self.most)
     }
 
     /// The samples of all pixels in each half.
-    fn total(&self, plan: &Plan) -> u64 {
+    fn total(&self, plan: &SamplePlan) -> u64 {
         (0..self.variances.len()).map(|i| u64::from(self.count(plan, i))).sum()
     }
 
     /// How many pixels are not vacant; at least 1.
-    fn occupied(&self, plan: &Plan) -> usize {
-        (0..self.variances.len()).filter(|&i| !plan.is_vacant(i)).count().max(1)
+    fn occupied(&self, plan: &SamplePlan) -> usize {
+        (0..self.variances.len()).filter(|&i| !plan.is_background_only(i)).count().max(1)
     }
 
-    /// What [`Look::greatest_excess`] will be.
-    fn excess(&self, look: &Look, plan: &Plan) -> f64 {
+    /// What [`Evaluation::greatest_excess`] will be.
+    fn excess(&self, evaluation: &Evaluation, plan: &SamplePlan) -> f64 {
         let mut fewest = self.most;
         let errors = self.variances.iter().enumerate().map(|(i, v)| {
             let count = self.count(plan, i);
-            if !plan.is_vacant(i) {
+            if !plan.is_background_only(i) {
                 fewest = fewest.min(count);
             }
             v / f64::from(count.max(1))
@@ -305,31 +317,38 @@ impl<'a> Model<'a> {
         let then = of_squares(self.film, &errors.collect::<Vec<f64>>());
         let fall = |then: f64, now: f64| if now > 0.0 { then / now } else { 1.0 };
         let [all_then, all_now] = [&then, &self.now].map(|sums| sums.iter().sum::<f64>());
-        let of_image = look.excess(fall(all_then, all_now), fewest.saturating_mul(2));
-        let of_squares = look.excess_of_squares.iter().zip(then.iter().zip(&self.now));
+        let of_image = evaluation.excess(fall(all_then, all_now), fewest.saturating_mul(2));
+        let of_squares = evaluation.excess_of_squares.iter().zip(then.iter().zip(&self.now));
         let of_squares = of_squares.map(|(excess, (&then, &now))| excess * fall(then, now));
         of_squares.fold(of_image, f64::max)
     }
 
     /// The plan with the fewest samples by which the excess falls by this power of what it has to, if the plan that is
     /// fulfilled gives way to another, with another goal and more samples of each pixel.
-    fn plan(&self, look: &Look, (now, then): (&Plan, &Plan), power: f64) -> Plan {
-        let left = libm::pow(look.greatest_excess().max(1.0), 1.0 - power);
+    fn plan(
+        &self,
+        evaluation: &Evaluation,
+        (now, then): (&SamplePlan, &SamplePlan),
+        power: f64,
+    ) -> SamplePlan {
+        let left = libm::pow(evaluation.greatest_excess().max(1.0), 1.0 - power);
         let (greatest, factor, shares) = UNSEEN_SHARES;
-        let unseen = look.allowed.into_iter().flat_map(|allowed| {
+        let missing_mass = evaluation.allowed.into_iter().flat_map(|allowed| {
             let share = move |i| greatest * libm::pow(factor, f64::from(i)) * left * allowed;
-            (0..shares).map(move |i| look.squares.samples_for_unseen(share(i)))
+            (0..shares).map(move |i| evaluation.squares.samples_for_missing_mass(share(i)))
         });
         let most = self.most.max(now.least);
-        let least = unseen.map(|samples| ((0.5 * samples).ceil() as u32).clamp(now.least, most));
+        let least =
+            missing_mass.map(|samples| ((0.5 * samples).ceil() as u32).clamp(now.least, most));
         let mut least: Vec<u32> = [now.least].into_iter().chain(least).collect();
         least.dedup();
         let plans = least.into_iter().map(|least| {
-            let (plan, excess) = self.with_goal(look, (now, &Plan { least, ..then.clone() }), left);
+            let (plan, excess) =
+                self.with_goal(evaluation, (now, &SamplePlan { least, ..then.clone() }), left);
             let missed = (excess / left).max(1.0);
             (plan, missed)
         });
-        let better = |a: (Plan, f64), b: (Plan, f64)| {
+        let better = |a: (SamplePlan, f64), b: (SamplePlan, f64)| {
             let order = a.1.total_cmp(&b.1).then_with(|| self.total(&a.0).cmp(&self.total(&b.0)));
             if order.is_le() { a } else { b }
         };
@@ -338,7 +357,12 @@ impl<'a> Model<'a> {
 
     /// A plan with the least goal by which no more excess is left than this, as far as goals are considered; and what is
     /// then left.
-    fn with_goal(&self, look: &Look, (now, then): (&Plan, &Plan), left: f64) -> (Plan, f64) {
+    fn with_goal(
+        &self,
+        evaluation: &Evaluation,
+        (now, then): (&SamplePlan, &SamplePlan),
+        left: f64,
+    ) -> (SamplePlan, f64) {
         let mut goal = MIN_STEP * f64::from(now.goal);
         let mut goals = vec![now.goal.saturating_add(1).max(goal as u32)];
         for _ in 0..STEPS {
@@ -348,10 +372,10 @@ impl<'a> Model<'a> {
         let mut plan = then.clone();
         let first = goals.partition_point(|&goal| {
             plan.goal = goal;
-            self.excess(look, &plan) > left
+            self.excess(evaluation, &plan) > left
         });
         plan.goal = goals[first.min(goals.len() - 1)];
-        let excess = self.excess(look, &plan);
+        let excess = self.excess(evaluation, &plan);
         (plan, excess)
     }
 }
@@ -359,7 +383,7 @@ impl<'a> Model<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{Half, Region};
+    use crate::film::{HalfBuffer, Region};
     use pt_math::Spectrum;
     use pt_testing::Random;
 
@@ -368,9 +392,14 @@ mod tests {
 
     /// A film of this size, of which each pixel has as many samples as its plan wants, by what a function says of a pixel's
     /// number and a random number in [0, 1). With the same seed and more samples it has these and more.
-    fn film(size: [u32; 2], plan: Plan, seed: u64, light: impl Fn(usize, f32) -> f32) -> Film {
-        let mut film = Film::new(Region::full(size)).in_halves();
-        for (number, half) in (0..).zip(Half::BOTH) {
+    fn film(
+        size: [u32; 2],
+        plan: SamplePlan,
+        seed: u64,
+        light: impl Fn(usize, f32) -> f32,
+    ) -> Film {
+        let mut film = Film::new(Region::full(size)).with_half_buffers();
+        for (number, half) in (0..).zip(HalfBuffer::BOTH) {
             let half = film.half_mut(half);
             let first = half.first();
             for tile in &mut half.tiles(u32::MAX, [0; 2]) {
@@ -388,8 +417,8 @@ mod tests {
         film
     }
 
-    fn even(goal: u32) -> Plan {
-        Plan { goal, least: goal, ..Plan::default() }
+    fn even(goal: u32) -> SamplePlan {
+        SamplePlan { goal, least: goal, ..SamplePlan::default() }
     }
 
     /// Pixels of which samples are 0 or 2, half and half: the error of an image of 2n samples is 1/√(2n).
@@ -399,11 +428,12 @@ mod tests {
         let mut inside = 0;
         for seed in 0..400 {
             let film = film([30, 20], even(8), seed, |_, u| 0.6 * f32::from(u8::from(u < 0.5)));
-            let look = TARGET.look(&film, 1).expect("there are samples");
+            let evaluation = TARGET.evaluate(&film, 1).expect("there are samples");
             let square = |pixel: crate::film::PixelSums| (pixel.mean()[0] - 0.3).powi(2);
             let error = (film.pixels().map(square).sum::<f64>() / 600.0).sqrt() / 0.3;
-            assert!((look.measured.error - 0.25).abs() < 0.06, "{look:?}");
-            inside += u32::from((look.measured.least..=look.measured.most).contains(&error));
+            assert!((evaluation.measured.error - 0.25).abs() < 0.06, "{evaluation:?}");
+            inside +=
+                u32::from((evaluation.measured.lower..=evaluation.measured.upper).contains(&error));
         }
         assert!(inside >= 385, "{inside} of 400 are inside");
     }
@@ -413,10 +443,10 @@ mod tests {
     #[test]
     fn what_is_beyond_white_is_white() {
         let bright = film([4, 4], even(8), 1, |_, u| 5.0 + u);
-        let look = TARGET.look(&bright, 1).expect("there are samples");
-        assert_eq!((look.measured.error, look.is_met()), (0.0, true));
-        let mut one_half = Film::new(Region::full([1, 1])).in_halves();
-        for (half, light) in Half::BOTH.into_iter().zip([20.0, 0.5]) {
+        let evaluation = TARGET.evaluate(&bright, 1).expect("there are samples");
+        assert_eq!((evaluation.measured.error, evaluation.is_met()), (0.0, true));
+        let mut one_half = Film::new(Region::full([1, 1])).with_half_buffers();
+        for (half, light) in HalfBuffer::BOTH.into_iter().zip([20.0, 0.5]) {
             let half = one_half.half_mut(half);
             half.tiles(1, [0; 2])[0].add([0, 0], 0, &[Spectrum::splat(light)], None);
         }
@@ -441,12 +471,15 @@ mod tests {
             assert!(!changed.is_empty());
             for i in changed {
                 let off = (i / 40).abs_diff(21).max((i % 40).abs_diff(17));
-                assert!(off >= reuse as usize && off < REACH + reuse as usize, "{reuse}: {i}");
+                assert!(
+                    off >= reuse as usize && off < NEIGHBOR_RADIUS + reuse as usize,
+                    "{reuse}: {i}"
+                );
             }
         }
     }
 
-    /// A quarter of the image has ten times the noise of the rest: its densities are 10 to the power [`FLATTER`] times as
+    /// A quarter of the image has ten times the noise of the rest: its densities are 10 to the power [`DENSITY_EXPONENT`] times as
     /// large, less what [`MIN_DENSITY`] takes.
     #[test]
     fn samples_go_where_the_noise_is() {
@@ -454,8 +487,8 @@ mod tests {
         let light = |i: usize, u: f32| 0.5 + (u - 0.5) * if noisy(i) { 0.8 } else { 0.08 };
         let film = film([40, 32], even(16), 2, light);
         let target = Target { error: Some(0.03), ..TARGET };
-        let look = target.look(&film, 1).expect("there are samples");
-        let plan = target.next_plan(&film, &look, 1, MAX).expect("there is more to do");
+        let evaluation = target.evaluate(&film, 1).expect("there are samples");
+        let plan = target.next_plan(&film, &evaluation, 1, MAX).expect("there is more to do");
         let densities = plan.densities.clone().expect("pixels are told apart");
         let mean = |is: bool| {
             let pixels = (0..40 * 32).filter(|&i| noisy(i) == is && !(6..14).contains(&(i % 40)));
@@ -476,7 +509,7 @@ mod tests {
         let vacant: Vec<bool> = (0..40 * 30).map(is_vacant).collect();
         let all = film([40, 30], even(16), 4, light);
         let densities = |vacant| {
-            let plan = Plan { vacant, ..even(16) };
+            let plan = SamplePlan { vacant, ..even(16) };
             TARGET.densities(&all, &plan, 1).expect("there are samples")
         };
         let (with, without) = (densities(vacant.clone()), densities(Vec::new()));
@@ -487,9 +520,9 @@ mod tests {
         assert!(edge(&without) < 0.75, "{}", edge(&without));
         assert_eq!(with[ALONE], 1.0);
         let target = Target { error: Some(0.03), ..TARGET };
-        let film = film([40, 30], Plan { vacant, ..even(16) }, 4, light);
-        let look = target.look(&film, 1).expect("there are samples");
-        let next = target.next_plan(&film, &look, 1, MAX).expect("there is more to do");
+        let film = film([40, 30], SamplePlan { vacant, ..even(16) }, 4, light);
+        let evaluation = target.evaluate(&film, 1).expect("there are samples");
+        let next = target.next_plan(&film, &evaluation, 1, MAX).expect("there is more to do");
         assert!(next.densities.is_some());
         for i in 0..40 * 30 {
             assert_eq!(next.wanted(i) == 2, is_vacant(i), "{i}: {}", next.wanted(i));
@@ -506,11 +539,12 @@ mod tests {
             for round in 0.. {
                 assert!(round < 30, "{target}: no end");
                 let film = film([24, 16], plan, 3, light);
-                let look = target.look(&film, 1).expect("there are samples");
-                let Some(next) = (!look.is_met()).then(|| target.next_plan(&film, &look, 1, MAX))
+                let evaluation = target.evaluate(&film, 1).expect("there are samples");
+                let Some(next) =
+                    (!evaluation.is_met()).then(|| target.next_plan(&film, &evaluation, 1, MAX))
                 else {
-                    assert!(target.error.is_none_or(|error| look.measured.error <= error));
-                    assert!(target.noise.is_none_or(|noise| look.noise <= noise));
+                    assert!(target.error.is_none_or(|error| evaluation.measured.error <= error));
+                    assert!(target.noise.is_none_or(|noise| evaluation.noise <= noise));
                     break;
                 };
                 plan = next.expect("more is allowed");
@@ -534,16 +568,16 @@ mod tests {
             _ => 0.3,
         };
         let target = Target { error: Some(0.02), ..TARGET };
-        let (mut ended, mut wrong) = (0, 0);
+        let (mut ended, mut budget) = (0, 0);
         for seed in 0..60 {
             let mut plan = target.first_plan(&Film::new(Region::full([24, 16])), MAX, Vec::new());
             let film = loop {
                 let film = film([24, 16], plan, seed, light);
-                let look = target.look(&film, 1).expect("there are samples");
-                if look.is_met() {
+                let evaluation = target.evaluate(&film, 1).expect("there are samples");
+                if evaluation.is_met() {
                     break Some(film);
                 }
-                match target.next_plan(&film, &look, 1, MAX) {
+                match target.next_plan(&film, &evaluation, 1, MAX) {
                     Some(next) => plan = next,
                     None => break None,
                 }
@@ -554,9 +588,9 @@ mod tests {
             let error = film.pixels().enumerate().map(off).sum::<f64>();
             let all = (0..24 * 16).map(|i| shown(i) * shown(i)).sum::<f64>();
             ended += 1;
-            wrong += u32::from((error / all).sqrt() > 0.02);
+            budget += u32::from((error / all).sqrt() > 0.02);
         }
-        assert!(ended >= 50 && wrong <= 3, "{ended} of 60 ended, {wrong} of these wrongly");
+        assert!(ended >= 50 && budget <= 3, "{ended} of 60 ended, {budget} of these wrongly");
     }
 
     #[test]
@@ -565,9 +599,9 @@ mod tests {
         let mut rounds = 0;
         loop {
             let film = film([24, 16], plan.clone(), 6, |_, u| u);
-            let look = TARGET.look(&film, 1).expect("there are samples");
-            assert!(!look.is_met());
-            match TARGET.next_plan(&film, &look, 1, MAX) {
+            let evaluation = TARGET.evaluate(&film, 1).expect("there are samples");
+            assert!(!evaluation.is_met());
+            match TARGET.next_plan(&film, &evaluation, 1, MAX) {
                 Some(next) => plan = next,
                 None => break,
             }

@@ -7,11 +7,11 @@ use pt_scene::Points;
 use pt_scene::texture::{Filter, Wrap};
 
 use crate::id::{Id, Table};
-use crate::laid::{Laid, LaidPattern, LayoutRecord};
+use crate::image_texture::Texels;
 use crate::medium::Field;
-use crate::parametrization::{OnTriangle, Parametrization};
 use crate::shapes::FLAT;
-use crate::texels::Texels;
+use crate::texture_eval_context::{OnTriangle, TextureEvalContext};
+use crate::texture_mapping::{MappedPattern, MappedTexture, TextureMapping};
 
 /// What a texture shows, and how the surface is laid out on it.
 #[derive(Clone, Copy, Debug)]
@@ -36,11 +36,11 @@ pub enum PatternRecord {
     /// One times the other.
     Product([Factor; 2]),
     /// What is between two, by the share of the second.
-    Blend([Factor; 2], Varying),
+    Blend([Factor; 2], FloatTexture),
     /// The square root.
     Root(Factor),
     /// What has another layout, or is computed.
-    Laid(Id<Laid>),
+    Laid(Id<MappedTexture>),
     /// The magnitude of the cosine between the normal and this unit vector in the world.
     Facing(Vec3),
 }
@@ -56,7 +56,7 @@ pub enum Factor {
 
 /// A parameter that one number or a texture gives.
 #[derive(Clone, Copy, Debug)]
-pub enum Varying {
+pub enum FloatTexture {
     /// The same everywhere.
     Value(f32),
     /// The luminance of a texture.
@@ -69,7 +69,7 @@ pub struct Textures {
     /// The textures.
     pub records: Table<TextureRecord>,
     /// Those of them that have another layout, or are computed.
-    pub laid: Table<Laid>,
+    pub laid: Table<MappedTexture>,
     /// Their images.
     pub texels: Table<Texels>,
     /// Their grids.
@@ -149,7 +149,7 @@ impl MeshColors {
 impl Textures {
     /// What a texture shows at a point of a surface.
     #[inline]
-    pub fn color(&self, id: Id<TextureRecord>, at: &Parametrization) -> Spectrum {
+    pub fn color(&self, id: Id<TextureRecord>, at: &TextureEvalContext) -> Spectrum {
         let TextureRecord { pattern, to_pattern } = self.records[id];
         let uv = to_pattern.transform_point2(at.uv);
         match pattern {
@@ -190,37 +190,37 @@ impl Textures {
 
     /// How a texture lies at a point. Where it does by values of the mesh, these are as the coordinates of the surface after a
     /// transform, which is the same all over a triangle.
-    fn laid_at(&self, id: Id<Laid>, at: &Parametrization) -> Laid {
+    fn laid_at(&self, id: Id<MappedTexture>, at: &TextureEvalContext) -> MappedTexture {
         let laid = self.laid[id];
-        let LayoutRecord::Values(values) = laid.layout else { return laid };
+        let TextureMapping::Values(values) = laid.layout else { return laid };
         let Some(triangle) = &at.on_triangle else { return laid };
         let values = &self.mesh_colors[values as usize];
         let [u, v] = values.gradient(triangle).map(|value| value.0.truncate());
         let there = values.at_vertices(triangle).0.truncate();
         let to_values = Affine2::from_cols(u, v, there - u * at.uv.x - v * at.uv.y);
         let to_pattern = laid.to_pattern * to_values;
-        Laid { layout: LayoutRecord::Surface, to_pattern, ..laid }
+        MappedTexture { layout: TextureMapping::Surface, to_pattern, ..laid }
     }
 
     #[inline(never)]
-    fn laid(&self, id: Id<Laid>, at: &Parametrization) -> Spectrum {
+    fn laid(&self, id: Id<MappedTexture>, at: &TextureEvalContext) -> Spectrum {
         let laid = self.laid_at(id, at);
         match laid.pattern {
-            LaidPattern::Procedural(pattern) => laid.computed(pattern, at),
-            LaidPattern::Grid(grid) => self.grids[grid as usize].color(laid.at(at)),
-            LaidPattern::Flat(flat) => {
+            MappedPattern::Procedural(pattern) => laid.computed(pattern, at),
+            MappedPattern::Grid(grid) => self.grids[grid as usize].color(laid.at(at)),
+            MappedPattern::Flat(flat) => {
                 self.flat(flat, laid.at(at).truncate(), || laid.footprint(at).map(Vec3::truncate))
             }
         }
     }
 
     #[inline(never)]
-    fn root(&self, square: Factor, at: &Parametrization) -> Spectrum {
+    fn root(&self, square: Factor, at: &TextureEvalContext) -> Spectrum {
         self.factor(square, at).map(|c| c.max(0.0).sqrt())
     }
 
     /// The colour of a mesh or of points; black where there are none.
-    fn color_of_mesh(&self, pattern: PatternRecord, at: &Parametrization) -> Spectrum {
+    fn color_of_mesh(&self, pattern: PatternRecord, at: &TextureEvalContext) -> Spectrum {
         if let (PatternRecord::VertexColors(i), Some(sphere)) = (pattern, at.sphere) {
             return self.mesh_colors[i as usize].of_sphere(sphere);
         }
@@ -233,7 +233,7 @@ impl Textures {
     }
 
     #[inline(never)]
-    fn product(&self, factors: [Factor; 2], at: &Parametrization) -> Spectrum {
+    fn product(&self, factors: [Factor; 2], at: &TextureEvalContext) -> Spectrum {
         let [a, b] = factors.map(|factor| self.factor(factor, at));
         a * b
     }
@@ -243,8 +243,8 @@ impl Textures {
     fn blend(
         &self,
         [first, second]: [Factor; 2],
-        share: Varying,
-        at: &Parametrization,
+        share: FloatTexture,
+        at: &TextureEvalContext,
     ) -> Spectrum {
         let t = self.number(share, at).clamp(0.0, 1.0);
         if t == 0.0 {
@@ -256,7 +256,7 @@ impl Textures {
         }
     }
 
-    fn factor(&self, factor: Factor, at: &Parametrization) -> Spectrum {
+    fn factor(&self, factor: Factor, at: &TextureEvalContext) -> Spectrum {
         match factor {
             Factor::Value(value) => value,
             Factor::Texture(id) => self.color(id, at),
@@ -264,23 +264,23 @@ impl Textures {
     }
 
     /// Radiance at a point of a surface that glows; nothing is less than black.
-    pub fn radiance(&self, id: Id<TextureRecord>, at: &Parametrization) -> Spectrum {
+    pub fn radiance(&self, id: Id<TextureRecord>, at: &TextureEvalContext) -> Spectrum {
         Spectrum(self.color(id, at).0.max(Vec3::ZERO))
     }
 
     /// A number at a point of a surface.
     #[inline]
-    pub fn number(&self, varying: Varying, at: &Parametrization) -> f32 {
+    pub fn number(&self, varying: FloatTexture, at: &TextureEvalContext) -> f32 {
         match varying {
-            Varying::Value(v) => v,
-            Varying::Texture(id) => self.color(id, at).luminance(),
+            FloatTexture::Value(v) => v,
+            FloatTexture::Texture(id) => self.color(id, at).luminance(),
         }
     }
 
     /// How the luminance grows with u and v of the surface, between jumps; what is by the normal of the shape is taken not to
     /// grow, as on flat triangles.
     #[inline]
-    pub fn gradient(&self, id: Id<TextureRecord>, at: &Parametrization) -> Vec2 {
+    pub fn gradient(&self, id: Id<TextureRecord>, at: &TextureEvalContext) -> Vec2 {
         let TextureRecord { pattern, to_pattern } = self.records[id];
         match pattern {
             PatternRecord::Bitmap(texels, wrap, Filter::Bilinear | Filter::Trilinear) => {
@@ -293,7 +293,7 @@ impl Textures {
     }
 
     /// The same for each channel.
-    fn color_gradient(&self, id: Id<TextureRecord>, at: &Parametrization) -> [Spectrum; 2] {
+    fn color_gradient(&self, id: Id<TextureRecord>, at: &TextureEvalContext) -> [Spectrum; 2] {
         let TextureRecord { pattern, to_pattern } = self.records[id];
         match (pattern, &at.on_triangle) {
             (PatternRecord::Bitmap(texels, wrap, Filter::Bilinear | Filter::Trilinear), _) => {
@@ -319,7 +319,7 @@ impl Textures {
                 let difference = self.factor(b, at) + self.factor(a, at) * -1.0;
                 let t = self.number(share, at);
                 let dt = match share {
-                    Varying::Texture(id) if (0.0..=1.0).contains(&t) => self.gradient(id, at),
+                    FloatTexture::Texture(id) if (0.0..=1.0).contains(&t) => self.gradient(id, at),
                     _ => Vec2::ZERO,
                 };
                 let t = t.clamp(0.0, 1.0);
@@ -330,18 +330,18 @@ impl Textures {
         }
     }
 
-    fn laid_gradient(&self, id: Id<Laid>, at: &Parametrization) -> [Spectrum; 2] {
+    fn laid_gradient(&self, id: Id<MappedTexture>, at: &TextureEvalContext) -> [Spectrum; 2] {
         let laid = self.laid_at(id, at);
         match laid.pattern {
-            LaidPattern::Procedural(pattern) => laid.slopes(pattern, at),
-            LaidPattern::Grid(grid) => {
+            MappedPattern::Procedural(pattern) => laid.slopes(pattern, at),
+            MappedPattern::Grid(grid) => {
                 let slopes = self.grids[grid as usize].slopes(laid.at(at));
                 laid.along_surface(at).map(|step| {
                     let along = |axis: usize| slopes[axis] * step[axis];
                     along(0) + along(1) + along(2)
                 })
             }
-            LaidPattern::Flat(PatternRecord::Bitmap(
+            MappedPattern::Flat(PatternRecord::Bitmap(
                 texels,
                 wrap,
                 Filter::Bilinear | Filter::Trilinear,
@@ -350,7 +350,7 @@ impl Textures {
                 let [u, v] = self.texels[texels].gradient(uv, wrap, |color| color);
                 laid.along_surface(at).map(|step| u * step.x + v * step.y)
             }
-            LaidPattern::Flat(_) => [Spectrum::ZERO; 2],
+            MappedPattern::Flat(_) => [Spectrum::ZERO; 2],
         }
     }
 
@@ -363,14 +363,14 @@ impl Textures {
         match self.records[id].pattern {
             PatternRecord::Laid(laid) => {
                 let layout = self.laid[laid].layout;
-                !matches!(layout, LayoutRecord::Surface | LayoutRecord::Values(_))
+                !matches!(layout, TextureMapping::Surface | TextureMapping::Values(_))
             }
             PatternRecord::Facing(_) => true,
             PatternRecord::Product(factors) => factors.into_iter().all(factor),
             PatternRecord::Blend(parts, share) => {
                 let share = match share {
-                    Varying::Value(_) => true,
-                    Varying::Texture(id) => self.is_in_space(id),
+                    FloatTexture::Value(_) => true,
+                    FloatTexture::Texture(id) => self.is_in_space(id),
                 };
                 share && parts.into_iter().all(factor)
             }
@@ -379,7 +379,7 @@ impl Textures {
         }
     }
 
-    fn factor_gradient(&self, factor: Factor, at: &Parametrization) -> [Spectrum; 2] {
+    fn factor_gradient(&self, factor: Factor, at: &TextureEvalContext) -> [Spectrum; 2] {
         match factor {
             Factor::Value(_) => [Spectrum::ZERO; 2],
             Factor::Texture(id) => self.color_gradient(id, at),
@@ -445,21 +445,21 @@ mod tests {
         let product = TextureRecord { pattern, to_pattern: Affine2::IDENTITY };
         let product = textures.records.push(product);
         let parts = [Factor::Texture(colors), Factor::Value(Spectrum::rgb(0.2, 3.0, 0.5))];
-        let pattern = PatternRecord::Blend(parts, Varying::Texture(colors));
+        let pattern = PatternRecord::Blend(parts, FloatTexture::Texture(colors));
         let blend = TextureRecord { pattern, to_pattern: Affine2::IDENTITY };
         let blend = textures.records.push(blend);
         (textures, [colors, product, blend])
     }
 
     /// The point of that triangle with these coordinates.
-    fn on_triangle(uv: Vec2) -> Parametrization {
+    fn on_triangle(uv: Vec2) -> TextureEvalContext {
         let corner = Vec2::new(0.1, 0.05);
         let uv_edges = [Vec2::new(0.5, 0.2), Vec2::new(-0.1, 0.6)];
         let determinant = uv_edges[0].perp_dot(uv_edges[1]);
         let d = uv - corner;
         let barycentric = Vec2::new(d.perp_dot(uv_edges[1]), uv_edges[0].perp_dot(d)) / determinant;
         let on_triangle = Some(OnTriangle { triangle: 1, barycentric, uv_edges });
-        Parametrization { on_triangle, ..Parametrization::of(uv) }
+        TextureEvalContext { on_triangle, ..TextureEvalContext::of(uv) }
     }
 
     /// Of colours at vertices, of their product with an image, and of what is between them and another colour, by themselves.
@@ -491,9 +491,9 @@ mod tests {
         };
         let squares = add(PatternRecord::Checkerboard([Spectrum::ZERO, white * 2.0]));
         let parts = [Factor::Value(white), Factor::Value(dark)];
-        let by_squares = add(PatternRecord::Blend(parts, Varying::Texture(squares)));
-        let half = add(PatternRecord::Blend(parts, Varying::Value(0.5)));
-        let at = |id, u: f32| textures.color(id, &Parametrization::of(Vec2::new(u, 0.25)));
+        let by_squares = add(PatternRecord::Blend(parts, FloatTexture::Texture(squares)));
+        let half = add(PatternRecord::Blend(parts, FloatTexture::Value(0.5)));
+        let at = |id, u: f32| textures.color(id, &TextureEvalContext::of(Vec2::new(u, 0.25)));
         assert_eq!([at(by_squares, 0.25), at(by_squares, 0.75)], [white, dark]);
         assert_eq!(at(half, 0.25), Spectrum::rgb(0.75, 0.625, 0.5625));
     }

@@ -9,43 +9,46 @@ use pt_core::settings::{Hidden, Settings};
 use pt_math::sampler::{LANES, Lanes, SamplerBlocks};
 use pt_math::{Ray8, RayColumns, Spectrum};
 
-use crate::first_hits::FirstHits;
-use crate::integrator::{Group, Integrator, Starts, TIME_DIMENSION};
+use crate::aov::Aovs;
+use crate::integrator::{CameraRays, Integrator, ReuseGroup, TIME_DIMENSION};
 use crate::tracer::Tracer;
 
 /// Consecutive samples of one pixel.
 #[derive(Clone, Debug)]
-pub(crate) struct Run {
+pub(crate) struct SampleRange {
     /// Column and row.
     pub(crate) pixel: [u32; 2],
     pub(crate) samples: Range<u32>,
     /// Those of them that the film lacks; the others are taken for the sake of other pixels.
     pub(crate) kept: Range<u32>,
     /// Pixels of its group that come behind it.
-    pub(crate) behind: u32,
+    pub(crate) rest_of_group: u32,
 }
 
-impl Run {
+impl SampleRange {
     /// Samples that a pixel takes for its own sake.
     pub(crate) fn single(pixel: [u32; 2], samples: Range<u32>) -> Self {
-        Self { pixel, kept: samples.clone(), samples, behind: 0 }
+        Self { pixel, kept: samples.clone(), samples, rest_of_group: 0 }
     }
 }
 
 /// Cuts runs into batches of at most `size` samples; a run that has more is a batch.
-pub(crate) fn batches(mut runs: &[Run], size: usize) -> impl Iterator<Item = &[Run]> {
+pub(crate) fn batches(
+    mut ranges: &[SampleRange],
+    size: usize,
+) -> impl Iterator<Item = &[SampleRange]> {
     std::iter::from_fn(move || {
         let [mut samples, mut n] = [0; 2];
-        while let Some(run) = runs.get(n) {
-            let group = run.behind as usize + 1;
-            samples += group * run.samples.len();
+        while let Some(range) = ranges.get(n) {
+            let group = range.rest_of_group as usize + 1;
+            samples += group * range.samples.len();
             if n > 0 && samples > size {
                 break;
             }
             n += group;
         }
-        let (batch, rest) = runs.split_at_checked(n.max(1))?;
-        runs = rest;
+        let (batch, rest) = ranges.split_at_checked(n.max(1))?;
+        ranges = rest;
         Some(batch)
     })
 }
@@ -54,13 +57,13 @@ pub(crate) fn batches(mut runs: &[Run], size: usize) -> impl Iterator<Item = &[R
 pub(crate) struct Worker<'a, I: ?Sized> {
     pub(crate) tracer: Tracer<'a>,
     pub(crate) integrator: Box<I>,
-    starts: Starts,
+    camera_rays: CameraRays,
     /// `None` is the box.
     filter: Option<&'a FilterSampler>,
     /// What each sample counts, where not all count 1.
     weights: Vec<f32>,
     radiance: Vec<Spectrum>,
-    first_hits: FirstHits,
+    aovs: Aovs,
     hidden: Hidden,
     /// Samples taken.
     pub(crate) samples: u64,
@@ -77,7 +80,7 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
         Self {
             tracer: Tracer::new(scene, counts_tests),
             integrator,
-            starts: Starts {
+            camera_rays: CameraRays {
                 rays: RayColumns::default(),
                 samplers: SamplerBlocks::new(settings.points()),
                 groups: Vec::new(),
@@ -86,7 +89,7 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
             filter,
             weights: Vec::new(),
             radiance: Vec::new(),
-            first_hits: FirstHits::default(),
+            aovs: Aovs::default(),
             hidden: settings.hidden,
             samples: 0,
         }
@@ -95,17 +98,17 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
     /// Takes samples and adds them to a tile.
     ///
     /// Each is a pure function of scene, settings, pixel and the number of the sample.
-    pub(crate) fn take(&mut self, batch: &[Run], tile: &mut Tile) {
-        self.start(batch);
-        self.integrator.radiance(&mut self.tracer, &self.starts, &mut self.radiance);
-        tile.remove(self.integrator.take_removed());
+    pub(crate) fn render_batch(&mut self, batch: &[SampleRange], tile: &mut Tile) {
+        self.generate_camera_rays(batch);
+        self.integrator.radiance(&mut self.tracer, &self.camera_rays, &mut self.radiance);
+        tile.add_clamped(self.integrator.take_clamped());
         let weights = self.weighs().then_some(&*self.weights);
-        let parts = self.integrator.parts();
+        let parts = self.integrator.light_group_radiance();
         let groups = parts.len() / self.radiance.len().max(1);
-        let transparencies = self.integrator.transparencies();
+        let transparencies = self.integrator.transparency();
         let keeps_alpha = tile.keeps_alpha();
         let mut next = 0;
-        for Run { pixel, samples, kept, .. } in batch {
+        for SampleRange { pixel, samples, kept, .. } in batch {
             if !kept.is_empty() {
                 let [start, end] =
                     [kept.start, kept.end].map(|i| next + (i - samples.start) as usize);
@@ -113,18 +116,23 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
                 let samples = &self.radiance[start..end];
                 tile.add(*pixel, kept.start, samples, weights);
                 if keeps_alpha {
-                    tile.cover(*pixel, &transparencies[start..end], weights);
+                    tile.add_coverage(*pixel, &transparencies[start..end], weights);
                 }
                 if groups > 0 {
-                    tile.add_parts(*pixel, samples, &parts[start * groups..end * groups], weights);
+                    tile.add_light_groups(
+                        *pixel,
+                        samples,
+                        &parts[start * groups..end * groups],
+                        weights,
+                    );
                 }
             }
             next += samples.len();
         }
-        if tile.keeps_surfaces() {
-            self.first_hits.add(&mut self.tracer, &self.starts, (batch, self.hidden), tile);
+        if tile.needs_first_hits() {
+            self.aovs.add(&mut self.tracer, &self.camera_rays, (batch, self.hidden), tile);
         }
-        self.samples += batch.iter().map(|run| run.kept.len() as u64).sum::<u64>();
+        self.samples += batch.iter().map(|range| range.kept.len() as u64).sum::<u64>();
     }
 
     /// Whether not all samples count 1.
@@ -139,20 +147,20 @@ impl<'a, I: Integrator + ?Sized> Worker<'a, I> {
     }
 
     /// Makes the starts of the samples of a batch, in order.
-    fn start(&mut self, batch: &[Run]) {
-        let Starts { rays, samplers, times, groups } = &mut self.starts;
+    fn generate_camera_rays(&mut self, batch: &[SampleRange]) {
+        let CameraRays { rays, samplers, times, groups } = &mut self.camera_rays;
         groups.clear();
         let mut next = 0;
-        while let Some(run) = batch.get(next) {
-            let pixels = run.behind + 1;
-            groups.push(Group { pixels, samples: run.samples.len() as u32 });
+        while let Some(range) = batch.get(next) {
+            let pixels = range.rest_of_group + 1;
+            groups.push(ReuseGroup { pixels, samples: range.samples.len() as u32 });
             next += pixels as usize;
         }
         self.weights.clear();
         times.clear();
-        samplers.refill(batch.iter().map(|run| (run.pixel, run.samples.clone())));
+        samplers.refill(batch.iter().map(|range| (range.pixel, range.samples.clone())));
         let scene = self.tracer.scene;
-        let (camera, moves) = (&scene.camera, scene.moves());
+        let (camera, moves) = (&scene.camera, scene.is_animated());
         let eights = rays.resize(samplers.len().next_multiple_of(LANES));
         for (block, rays) in eights.as_chunks_mut().0.iter_mut().enumerate() {
             let numbers = samplers.points(block, 0);
@@ -207,9 +215,9 @@ mod tests {
     #[test]
     fn batches_hold_all_runs_in_order_and_no_more_than_their_size() {
         for size in [1, 2, 5, 7, 100] {
-            let runs: Vec<_> = (0..40).map(|i| Run::single([i, 0], 0..i % 6)).collect();
+            let ranges: Vec<_> = (0..40).map(|i| SampleRange::single([i, 0], 0..i % 6)).collect();
             let mut pixels = Vec::new();
-            for batch in batches(&runs, size) {
+            for batch in batches(&ranges, size) {
                 let samples: usize = batch.iter().map(|r| r.samples.len()).sum();
                 assert!(samples <= size || batch.len() == 1, "{size}: {batch:?}");
                 pixels.extend(batch.iter().map(|r| r.pixel[0]));

@@ -4,23 +4,23 @@
 //! render: passes → tiles → batches of samples → Integrator::radiance → Film
 //! ```
 
+mod adaptive;
+mod aov;
+mod background;
 mod batch;
 mod distant;
-mod first_hits;
-mod groups;
-mod halves;
 pub mod integrator;
 mod light_groups;
 mod render;
 mod replay;
+mod reuse_tiles;
 pub mod trace;
 mod tracer;
-mod vacant;
 
 pub use integrator::{
-    Does, Group, INTEGRATORS, Integrator, MAX_REUSE, MAX_SPLIT, Recording, Registration, Starts,
-    compensates,
+    CameraRays, Feature, INTEGRATORS, Integrator, MAX_REUSE, MAX_SPLIT, Registration, ReuseGroup,
+    TracedIntegrator, uses_mis_compensation,
 };
 pub use light_groups::LightGroups;
-pub use render::{Progress, RenderError, Renderer, Statistics};
+pub use render::{Outcome, RenderError, Renderer, Statistics};
 pub use tracer::Tracer;

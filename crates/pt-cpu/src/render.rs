@@ -5,16 +5,18 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use pt_core::film::{ExactSum, Region, Rejections, Tile};
+use pt_core::film::{ExactSum, InvalidSamples, Region, Tile};
 use pt_core::filter::{FilterError, FilterSampler};
 use pt_core::settings::{Adaptive, DirectLight, Settings};
-use pt_core::{Advance, Film, Observer, RenderScene};
+use pt_core::{Film, Observer, ProgressUpdate, RenderScene};
 use pt_math::sampler::LANES;
 
 use crate::batch::{Worker, batches};
-use crate::groups::{Grid, SAME_GRID};
-use crate::integrator::{self, Does, Grouped, Integrator, MAX_REUSE, MAX_SPLIT, Registration};
+use crate::integrator::{
+    self, Feature, Integrator, LightGroupIntegrator, MAX_REUSE, MAX_SPLIT, Registration,
+};
 use crate::light_groups::LightGroups;
+use crate::reuse_tiles::{ReuseTiles, SAMPLES_PER_TILING};
 
 /// What a render did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,7 +33,7 @@ pub struct Statistics {
 
 /// Whether an image is finished.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Progress {
+pub enum Outcome {
     /// All samples are taken.
     Finished,
     /// The observer asked to stop; what is done is in the film.
@@ -89,7 +91,7 @@ pub enum RenderError {
         "the light of groups of lights is told by the integrators {0}, without path reuse, without paths that \
          split, and with direct light by light samples (DirectLight::Mis or Light)"
     )]
-    NotGrouped(String),
+    NoLightGroups(String),
     /// The reconstruction filter makes no sense.
     #[error(transparent)]
     Filter(#[from] FilterError),
@@ -118,7 +120,7 @@ pub struct Renderer<'a> {
 
 /// Samples of a pixel in the first pass: so few that a render that is stopped soon has all of the
 /// image.
-const FIRST_PASS: u32 = SAME_GRID;
+const FIRST_PASS: u32 = SAMPLES_PER_TILING;
 
 /// Samples of a pixel between two visits from then on: rays of one pixel run side by side.
 const PASS: u32 = 64;
@@ -145,29 +147,29 @@ impl<'a> Renderer<'a> {
         tile_size: u32,
         counts_tests: bool,
     ) -> Result<Self, RenderError> {
-        let integrator = integrator::find(&settings.integrator).ok_or_else(|| {
+        let integrator = integrator::by_name(&settings.integrator).ok_or_else(|| {
             let names: Vec<_> = integrator::INTEGRATORS.iter().map(|r| r.name).collect();
             RenderError::UnknownIntegrator {
                 name: settings.integrator.clone(),
                 known: names.join(", "),
             }
         })?;
-        if scene.light_tables.compensated && !integrator::compensates(settings) {
+        if scene.light_tables.compensated && !integrator::uses_mis_compensation(settings) {
             return Err(RenderError::Compensated);
         }
         if !MAX_REUSE.is_multiple_of(settings.reuse) {
             return Err(RenderError::Reuse(settings.reuse));
         }
-        if settings.reuse > 1 && !integrator.does(Does::Reuse) {
+        if settings.reuse > 1 && !integrator.supports(Feature::Reuse) {
             return Err(RenderError::NoReuse(integrator.name));
         }
-        if settings.reuse > 1 && scene.moves() {
+        if settings.reuse > 1 && scene.is_animated() {
             return Err(RenderError::ReuseInMotion);
         }
         if !settings.split.is_power_of_two() || settings.split > MAX_SPLIT {
             return Err(RenderError::Split(settings.split));
         }
-        if settings.split > 1 && (!integrator.does(Does::Split) || settings.reuse > 1) {
+        if settings.split > 1 && (!integrator.supports(Feature::Split) || settings.reuse > 1) {
             return Err(RenderError::NoSplit);
         }
         let filter = FilterSampler::new(&settings.filter)?;
@@ -201,9 +203,9 @@ impl<'a> Renderer<'a> {
         let Settings { reuse, split, direct, .. } = self.settings;
         let is_told = (*reuse, *split) == (1, 1)
             && matches!(direct, DirectLight::Mis | DirectLight::Light)
-            && self.integrator.new_recording.is_some();
+            && self.integrator.new_traced.is_some();
         if !is_told {
-            return Err(RenderError::NotGrouped(integrator::recorded()));
+            return Err(RenderError::NoLightGroups(integrator::traced_names()));
         }
         Ok(Self { light_groups: Some(groups), ..self })
     }
@@ -211,9 +213,9 @@ impl<'a> Renderer<'a> {
     /// An integrator for a thread.
     fn new_integrator(&self) -> Box<dyn Integrator + 'a> {
         let Self { scene, settings, integrator, light_groups, .. } = *self;
-        match (light_groups, integrator.new_recording) {
+        match (light_groups, integrator.new_traced) {
             (Some(groups), Some(new)) => {
-                Box::new(Grouped::new(new(scene, settings), scene, groups))
+                Box::new(LightGroupIntegrator::new(new(scene, settings), scene, groups))
             }
             _ => (integrator.new)(scene, settings),
         }
@@ -224,9 +226,9 @@ impl<'a> Renderer<'a> {
         Self { batch_size: samples.max(1), ..self }
     }
 
-    /// Samples of a pixel between two visits, all of one [`Grid`].
+    /// Samples of a pixel between two visits, all of one [`ReuseTiles`].
     pub(crate) fn longest_pass(&self) -> u32 {
-        if self.settings.reuse > 1 { SAME_GRID } else { PASS }
+        if self.settings.reuse > 1 { SAMPLES_PER_TILING } else { PASS }
     }
 
     /// Does something on the threads of the renderer.
@@ -243,9 +245,9 @@ impl<'a> Renderer<'a> {
     ///
     /// # Panics
     /// If the settings ask for two halves, and the film has not two.
-    pub fn render(&self, film: &mut Film, observer: &dyn Observer) -> (Progress, Statistics) {
+    pub fn render(&self, film: &mut Film, observer: &dyn Observer) -> (Outcome, Statistics) {
         assert_eq!(
-            film.is_in_halves(),
+            film.has_half_buffers(),
             self.settings.in_halves(),
             "a film as the settings want it"
         );
@@ -260,8 +262,8 @@ impl<'a> Renderer<'a> {
             totals: Mutex::new(Statistics::default()),
             observer,
         };
-        let progress = if film.is_in_halves() {
-            self.halves(film, &mut shared)
+        let progress = if film.has_half_buffers() {
+            self.render_half_buffers(film, &mut shared)
         } else {
             self.passes(film, samples, &mut shared)
         };
@@ -271,15 +273,15 @@ impl<'a> Renderer<'a> {
     }
 
     /// Takes these samples of each pixel, unless it converges before.
-    fn passes(&self, film: &mut Film, samples: Range<u32>, shared: &mut Shared) -> Progress {
+    fn passes(&self, film: &mut Film, samples: Range<u32>, shared: &mut Shared) -> Outcome {
         for pass in passes(samples, self.longest_pass()) {
             self.pass(film, &pass, None, shared);
             shared.error = film.relative_error();
             if shared.observer.cancelled() {
-                return Progress::Cancelled;
+                return Outcome::Cancelled;
             }
         }
-        Progress::Finished
+        Outcome::Finished
     }
 
     /// Brings every pixel to as many samples as the end of the pass, or to as many as it is to have of a film (in rows
@@ -291,15 +293,19 @@ impl<'a> Renderer<'a> {
         wanted: Option<&[u32]>,
         shared: &Shared,
     ) {
-        let quota =
-            Quota { pass: pass.clone(), wanted, first: film.first(), region: film.region() };
+        let targets = SampleTargets {
+            pass: pass.clone(),
+            wanted,
+            first: film.first(),
+            region: film.region(),
+        };
         let resolution = self.scene.camera.resolution;
-        let grid = Grid::of_sample(self.settings.reuse, pass.start, resolution);
+        let reuse_tiles = ReuseTiles::of_sample(self.settings.reuse, pass.start, resolution);
         let mut tiles: Vec<_> =
-            film.tiles(self.tile_size, grid.shift()).into_iter().map(Some).collect();
+            film.tiles(self.tile_size, reuse_tiles.shift()).into_iter().map(Some).collect();
         let order = scattered(tiles.len());
         let tiles = Mutex::new(order.filter_map(|i| tiles[i].take()));
-        let losses = Mutex::new((Rejections::default(), ExactSum::default()));
+        let losses = Mutex::new((InvalidSamples::default(), ExactSum::default()));
         let work = || {
             let Self { scene, settings, counts_tests, .. } = *self;
             let filter = self.filter.as_ref();
@@ -308,17 +314,17 @@ impl<'a> Renderer<'a> {
             while !shared.observer.cancelled()
                 && let Some(mut tile) = { lock(&tiles).next() }
             {
-                let (had, rays) = (had(&tile, pass), worker.tracer.rays);
+                let (had, rays) = (samples_before(&tile, pass), worker.tracer.rays);
                 let before = worker.samples;
-                self.tile(&mut tile, (grid, &quota), &mut worker, shared.observer);
-                let (rejections, removed) = &mut *lock(&losses);
-                rejections.merge(tile.rejections());
-                removed.merge(tile.removed());
+                self.tile(&mut tile, (reuse_tiles, &targets), &mut worker, shared.observer);
+                let (rejections, clamped) = &mut *lock(&losses);
+                rejections.merge(tile.invalid_samples());
+                clamped.merge(tile.clamped_energy());
                 let taken = worker.samples - before;
                 let news = if wanted.is_some() || shared.observer.cancelled() {
                     taken
                 } else {
-                    quota.of_tile(&tile) - had
+                    targets.of_tile(&tile) - had
                 };
                 shared.report(news, worker.tracer.rays - rays);
             }
@@ -326,9 +332,9 @@ impl<'a> Renderer<'a> {
         };
         self.pool.scope(|scope| (0..self.threads()).for_each(|_| scope.spawn(|_| work())));
         drop(tiles);
-        let (rejections, removed) = &*lock(&losses);
-        film.reject(rejections);
-        film.remove(*removed);
+        let (rejections, clamped) = &*lock(&losses);
+        film.add_invalid_samples(rejections);
+        film.add_clamped(*clamped);
     }
 
     /// Brings every pixel of a tile to its quota of samples, unless it converges before.
@@ -338,13 +344,17 @@ impl<'a> Renderer<'a> {
     fn tile(
         &self,
         tile: &mut Tile,
-        (grid, quota): (Grid, &Quota),
+        (reuse_tiles, targets): (ReuseTiles, &SampleTargets),
         worker: &mut Worker<dyn Integrator + '_>,
         observer: &dyn Observer,
     ) {
         loop {
             let mut due = Vec::with_capacity(tile.region().area());
-            grid.runs(tile.region(), |pixel| self.due(tile, pixel, quota), &mut due);
+            reuse_tiles.sample_ranges(
+                tile.region(),
+                |pixel| self.due(tile, pixel, targets),
+                &mut due,
+            );
             if due.is_empty() {
                 return;
             }
@@ -352,9 +362,12 @@ impl<'a> Renderer<'a> {
                 if observer.cancelled() {
                     return;
                 }
-                worker.take(batch, tile);
+                worker.render_batch(batch, tile);
             }
-            if due.iter().all(|run| run.kept.is_empty() || run.kept.end == quota.end(run.pixel)) {
+            if due
+                .iter()
+                .all(|range| range.kept.is_empty() || range.kept.end == targets.end(range.pixel))
+            {
                 return;
             }
         }
@@ -362,8 +375,8 @@ impl<'a> Renderer<'a> {
 
     /// The samples that a pixel needs until it is looked at again, if it needs any.
     #[inline]
-    fn due(&self, tile: &Tile, pixel: [u32; 2], quota: &Quota) -> Option<Range<u32>> {
-        let (n, end) = (tile.next_sample(pixel), quota.end(pixel));
+    fn due(&self, tile: &Tile, pixel: [u32; 2], targets: &SampleTargets) -> Option<Range<u32>> {
+        let (n, end) = (tile.next_sample(pixel), targets.end(pixel));
         if n >= end || self.converged(tile, pixel, n) {
             return None;
         }
@@ -423,7 +436,7 @@ fn scattered(n: usize) -> impl Iterator<Item = usize> {
 }
 
 /// How many samples pixels are to have at the end of a pass.
-struct Quota<'a> {
+struct SampleTargets<'a> {
     /// By the numbers of samples of each pixel.
     pass: Range<u32>,
     /// Of each pixel of the region, if not as many as that.
@@ -433,7 +446,7 @@ struct Quota<'a> {
     region: Region,
 }
 
-impl Quota<'_> {
+impl SampleTargets<'_> {
     /// The number behind that of the last sample of a pixel.
     #[inline]
     fn end(&self, [x, y]: [u32; 2]) -> u32 {
@@ -450,7 +463,7 @@ impl Quota<'_> {
 }
 
 /// Samples of a pass that a tile has already.
-fn had(tile: &Tile, pass: &Range<u32>) -> u64 {
+fn samples_before(tile: &Tile, pass: &Range<u32>) -> u64 {
     let of_pixel =
         |pixel| u64::from(tile.next_sample(pixel).clamp(pass.start, pass.end) - pass.start);
     tile.region().pixels().map(of_pixel).sum()
@@ -475,7 +488,12 @@ impl Shared<'_> {
         let done = self.done.fetch_add(samples, Ordering::Relaxed) + samples;
         let rays = self.rays.fetch_add(rays, Ordering::Relaxed) + rays;
         let totals = self.totals_foreseen.map(|total| total.max(done));
-        self.observer.progress(&Advance { done, totals, rays, error: self.error });
+        self.observer.progress(&ProgressUpdate {
+            done,
+            estimated_totals: totals,
+            rays,
+            error: self.error,
+        });
     }
 
     /// There will be no more samples than there are.

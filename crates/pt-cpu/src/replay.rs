@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use pt_core::Film;
-use pt_core::film::{ExactSum, Fault, Region, Rejections};
+use pt_core::film::{ExactSum, InvalidReason, InvalidSamples, Region};
 
-use crate::batch::{Run, Worker};
-use crate::integrator::recorded;
+use crate::batch::{SampleRange, Worker};
+use crate::integrator::traced_names;
 use crate::render::{RenderError, Renderer};
 use crate::trace::Sample;
 
@@ -24,31 +24,31 @@ impl Renderer<'_> {
     ) -> Result<Film, RenderError> {
         let &Self { scene, settings, integrator, .. } = self;
         let paths_are_alone = settings.reuse == 1 && settings.split == 1;
-        let Some(new) = integrator.new_recording.filter(|_| paths_are_alone) else {
-            let known = recorded();
+        let Some(new) = integrator.new_traced.filter(|_| paths_are_alone) else {
+            let known = traced_names();
             return Err(RenderError::NotRecorded { name: integrator.name, known });
         };
         let mut worker =
             Worker::new(scene, settings, self.filter.as_ref(), new(scene, settings), false);
         let region = Region { x, y, width: 1, height: 1 };
         let mut film = Film::new(region).starting_at(samples.start);
-        let (mut rejections, mut removed) = (Rejections::default(), ExactSum::default());
+        let (mut rejections, mut clamped) = (InvalidSamples::default(), ExactSum::default());
         for mut tile in film.tiles(1, [0; 2]) {
             for first in samples.clone().step_by(self.batch_size) {
                 let end = samples.end.min(first.saturating_add(self.batch_size as u32));
-                worker.take(&[Run::single([x, y], first..end)], &mut tile);
+                worker.render_batch(&[SampleRange::single([x, y], first..end)], &mut tile);
                 let traces = worker.integrator.take_traces();
                 let taken = traces.into_iter().zip(worker.taken());
                 for (number, (trace, (weight, light))) in (first..end).zip(taken) {
-                    let (radiance, fault) = (light * weight, Fault::of(light, weight));
+                    let (radiance, fault) = (light * weight, InvalidReason::of(light, weight));
                     tell(Sample { number, trace, weight, radiance, fault });
                 }
             }
-            rejections.merge(tile.rejections());
-            removed.merge(tile.removed());
+            rejections.merge(tile.invalid_samples());
+            clamped.merge(tile.clamped_energy());
         }
-        film.reject(&rejections);
-        film.remove(removed);
+        film.add_invalid_samples(&rejections);
+        film.add_clamped(clamped);
         Ok(film)
     }
 }

@@ -1,7 +1,7 @@
 //! How a sample came about: the places where its path was scattered, and what light it found.
 
 use pt_core::bsdf::{Bsdf, BsdfSample};
-use pt_core::film::Fault;
+use pt_core::film::InvalidReason;
 use pt_core::light::tree::Chosen;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
@@ -17,7 +17,7 @@ pub struct Sample {
     /// What the film gets: the sum of the contributions in their order, times the weight.
     pub radiance: Spectrum,
     /// Why the film does not take it, if it does not: it counts as black.
-    pub fault: Option<Fault>,
+    pub fault: Option<InvalidReason>,
 }
 
 /// All that a path met.
@@ -33,7 +33,7 @@ pub struct Trace {
     pub contributions: Vec<Contribution>,
     /// Where the sky has several lights: of each contribution of the sky in turn, what each light brings to it, before the path
     /// weighs it.
-    pub skies: Vec<Vec<Spectrum>>,
+    pub infinite_lights: Vec<Vec<Spectrum>>,
 }
 
 /// A place where a path was scattered.
@@ -42,24 +42,24 @@ pub struct Vertex {
     /// Where, in metres in the world.
     pub p: Vec3,
     /// What is there.
-    pub place: Place,
+    pub site: ScatterSite,
     /// What the path carried there: the product of the weights so far.
     pub throughput: Spectrum,
     /// How it went on, if it did.
-    pub departure: Option<Departure>,
+    pub scatter: Option<ScatterSample>,
 }
 
 /// What scatters a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum ScatterSite {
     /// A surface.
     Surface {
         /// The primitive, as in [`pt_bvh::Hit`].
         primitive: u32,
         /// The lobe.
         lobe: &'static str,
-        /// What it does to light that it does not send into single directions; [`Event::Specular`] if there is none.
-        scatters: Event,
+        /// What it does to light that it does not send into single directions; [`ScatterEvent::Specular`] if there is none.
+        scatters: ScatterEvent,
     },
     /// A point in a medium.
     Medium {
@@ -70,7 +70,7 @@ pub enum Place {
 
 /// How a path went on from a vertex.
 #[derive(Clone, Copy, Debug)]
-pub struct Departure {
+pub struct ScatterSample {
     /// The unit direction.
     pub direction: Vec3,
     /// The density with which it was drawn; `None` where it was the only one of its kind (a Dirac delta).
@@ -87,16 +87,16 @@ pub struct Contribution {
     /// At how many of the path's vertices the light was scattered on its way to the eye.
     pub vertices: usize,
     /// How it was found.
-    pub source: Source,
+    pub source: LightSource,
     /// What was added; 0 where something is in the way.
     pub value: Spectrum,
     /// Luminance that was cut off before, as the settings want it.
-    pub removed: f32,
+    pub clamped: f32,
 }
 
 /// How light was found.
 #[derive(Clone, Copy, Debug)]
-pub enum Source {
+pub enum LightSource {
     /// The path met a surface that glows.
     Emitter {
         /// Where, in metres in the world.
@@ -120,7 +120,7 @@ pub enum Source {
         weight: f32,
     },
     /// The path went through a medium that emits light, which light sampling never finds.
-    Glow {
+    Medium {
         /// Its place in [`pt_core::RenderScene::media`].
         medium: u32,
         /// Where to, as a unit direction.
@@ -145,7 +145,7 @@ pub enum Source {
 #[derive(Clone, Copy, Debug)]
 pub struct SampledLight {
     /// The light.
-    pub light: LightNumber,
+    pub light: LightRef,
     /// Which of many it stands for.
     pub chosen: Option<Chosen>,
     /// The unit direction towards it.
@@ -164,17 +164,17 @@ pub struct SampledLight {
 
 /// Which light it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LightNumber {
+pub enum LightRef {
     /// Its place in [`pt_core::RenderScene::lights`].
-    Still(usize),
-    /// Its place in [`pt_core::RenderScene::moving_lights`].
-    Moving(usize),
+    Static(usize),
+    /// Its place in [`pt_core::RenderScene::animated_lights`].
+    Animated(usize),
 }
 
 /// What a vertex does to light, by which paths are told apart. [Heckbert 1990, "Adaptive Radiosity Textures for
 /// Bidirectional Ray Tracing", §2; `G` and `V` as in Open Shading Language]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Event {
+pub enum ScatterEvent {
     /// `D`: scattered diffusely.
     Diffuse,
     /// `G`: scattered by a rough surface, more into some directions than into others.
@@ -185,19 +185,19 @@ pub enum Event {
     Volume,
 }
 
-impl Place {
+impl ScatterSite {
     /// A primitive that scatters like this.
     pub(crate) fn of(bsdf: &Bsdf, primitive: u32) -> Self {
         let scatters = match bsdf.is_diffuse() {
-            _ if bsdf.is_delta() => Event::Specular,
-            true => Event::Diffuse,
-            false => Event::Glossy,
+            _ if bsdf.is_delta() => ScatterEvent::Specular,
+            true => ScatterEvent::Diffuse,
+            false => ScatterEvent::Glossy,
         };
         Self::Surface { primitive, lobe: bsdf.lobe_name(), scatters }
     }
 }
 
-impl Departure {
+impl ScatterSample {
     /// By this sample, past Russian roulette.
     pub(crate) fn new(sample: &BsdfSample, survival: Option<f32>) -> Self {
         let &BsdfSample { wi, weight, pdf, .. } = sample;
@@ -206,23 +206,23 @@ impl Departure {
 }
 
 impl Vertex {
-    /// What happened there to light that the path found by a ray that left it, or, if `is_asked`, to light that
+    /// What happened there to light that the path found by a ray that left it, or, if `is_sampled`, to light that
     /// was looked for in directions of which the material knows nothing.
     ///
     /// A material that is both diffuse and rough, and does not tell the two apart, is glossy.
-    pub fn event(&self, is_asked: bool) -> Event {
-        let is_delta = !is_asked && self.departure.is_some_and(|departure| departure.pdf.is_none());
-        match self.place {
-            Place::Medium { .. } => Event::Volume,
-            Place::Surface { .. } if is_delta => Event::Specular,
-            Place::Surface { scatters, .. } => scatters,
+    pub fn event(&self, is_sampled: bool) -> ScatterEvent {
+        let is_delta = !is_sampled && self.scatter.is_some_and(|scatter| scatter.pdf.is_none());
+        match self.site {
+            ScatterSite::Medium { .. } => ScatterEvent::Volume,
+            ScatterSite::Surface { .. } if is_delta => ScatterEvent::Specular,
+            ScatterSite::Surface { scatters, .. } => scatters,
         }
     }
 }
 
-impl Source {
+impl LightSource {
     /// Whether the light was asked for, and not found by a ray of the path.
-    pub fn is_asked(&self) -> bool {
+    pub fn is_sampled(&self) -> bool {
         matches!(self, Self::Light(_) | Self::Hemisphere { .. })
     }
 
@@ -232,16 +232,19 @@ impl Source {
             Self::Emitter { weight, .. }
             | Self::Sky { weight, .. }
             | Self::Light(SampledLight { weight, .. }) => Some(*weight),
-            Self::Glow { .. } | Self::Hemisphere { .. } => None,
+            Self::Medium { .. } | Self::Hemisphere { .. } => None,
         }
     }
 }
 
 impl Trace {
     /// What happened to the light of a contribution on its way, from the eye on.
-    pub fn events(&self, contribution: &Contribution) -> impl DoubleEndedIterator<Item = Event> {
-        let (count, is_asked) = (contribution.vertices, contribution.source.is_asked());
+    pub fn events(
+        &self,
+        contribution: &Contribution,
+    ) -> impl DoubleEndedIterator<Item = ScatterEvent> {
+        let (count, is_sampled) = (contribution.vertices, contribution.source.is_sampled());
         let of_path = self.vertices[..count].iter().enumerate();
-        of_path.map(move |(i, vertex)| vertex.event(is_asked && i + 1 == count))
+        of_path.map(move |(i, vertex)| vertex.event(is_sampled && i + 1 == count))
     }
 }

@@ -2,7 +2,7 @@
 
 use pt_bvh::Hit;
 use pt_core::RenderScene;
-use pt_core::placed::Placed;
+use pt_core::instances::InstanceTable;
 use pt_math::{Ray, Rays};
 
 use crate::distant::Distant;
@@ -26,7 +26,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// The nearest hit of each ray, in order, in place of what `hits` held. `time` tells the time of
-    /// ray number i, and is asked only where something is placed; see [`RenderScene::moves`].
+    /// ray number i, and is asked only where something is placed; see [`RenderScene::is_animated`].
     pub fn intersect<'r>(
         &mut self,
         rays: impl Into<Rays<'r>>,
@@ -52,7 +52,7 @@ impl<'a> Tracer<'a> {
         } else {
             bvh.intersect_batch(rays, hits);
         }
-        if let Some(placed) = &self.scene.placed {
+        if let Some(placed) = &self.scene.instances {
             self.intersect_placed(placed, rays, time, hits);
         }
     }
@@ -60,7 +60,7 @@ impl<'a> Tracer<'a> {
     /// Takes hits on what is placed where they are nearer.
     fn intersect_placed(
         &mut self,
-        placed: &Placed,
+        placed: &InstanceTable,
         rays: Rays,
         time: impl Fn(usize) -> f32,
         hits: &mut [Option<Hit>],
@@ -92,7 +92,7 @@ impl<'a> Tracer<'a> {
         } else {
             bvh.occluded_batch(rays, occluded);
         }
-        if let Some(placed) = &self.scene.placed {
+        if let Some(placed) = &self.scene.instances {
             self.occluded_placed(placed, rays, time, occluded);
         }
     }
@@ -100,7 +100,7 @@ impl<'a> Tracer<'a> {
     /// Adds what is in the way of placed objects.
     fn occluded_placed(
         &mut self,
-        placed: &Placed,
+        placed: &InstanceTable,
         rays: Rays,
         time: impl Fn(usize) -> f32,
         occluded: &mut [bool],

@@ -15,7 +15,7 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use pt_core::Film;
-use pt_core::film::{Aov, Seen};
+use pt_core::film::{Aov, IdCount};
 use pt_scene::image::{Channel, Samples};
 
 pub use names::Names;
@@ -87,8 +87,8 @@ fn digits(id: f32) -> String {
 fn manifest<'a>(film: &Film, aov: Aov, names: &'a Names) -> BTreeMap<&'a str, String> {
     let names = names.counted_by(aov);
     let mut is_seen = vec![false; names.len()];
-    for things in film.things(aov).into_iter().flatten() {
-        for Seen { number, .. } in things.iter() {
+    for things in film.id_coverage(aov).into_iter().flatten() {
+        for IdCount { number, .. } in things.iter() {
             if let Some(is_seen) = is_seen.get_mut(number as usize) {
                 *is_seen = true;
             }
@@ -103,7 +103,7 @@ fn channels_of(film: &Film, aov: Aov, layer: &str, names: &Names) -> Vec<Channel
     let ids: Vec<_> = names.counted_by(aov).iter().map(|name| id_of(name)).collect();
     let plane = |_| Vec::with_capacity(film.region().area());
     let mut planes: Vec<Vec<f32>> = (0..2 * RANKS).map(plane).collect();
-    for (things, pixel) in film.things(aov).into_iter().flatten().zip(film.pixels()) {
+    for (things, pixel) in film.id_coverage(aov).into_iter().flatten().zip(film.pixels()) {
         let ranked = ranked(things.iter(), &ids);
         let share = |samples: u64| (samples as f64 / f64::from(pixel.count().max(1))) as f32;
         let ranked = ranked.into_iter().map(|(id, samples)| [id, share(samples)]);
@@ -119,8 +119,8 @@ fn channels_of(film: &Film, aov: Aov, layer: &str, names: &Names) -> Vec<Channel
 }
 
 /// The things of a pixel by the samples that see them, and among equals by their bits; things of one number are one.
-fn ranked(things: impl Iterator<Item = Seen>, ids: &[f32]) -> Vec<(f32, u64)> {
-    let of = |seen: Seen| Some((*ids.get(seen.number as usize)?, u64::from(seen.samples)));
+fn ranked(things: impl Iterator<Item = IdCount>, ids: &[f32]) -> Vec<(f32, u64)> {
+    let of = |seen: IdCount| Some((*ids.get(seen.number as usize)?, u64::from(seen.samples)));
     let mut ranked: Vec<_> = things.filter_map(of).collect();
     ranked.sort_unstable_by_key(|(id, _)| id.to_bits());
     ranked.dedup_by(|next, first| {
@@ -161,7 +161,7 @@ mod tests {
     fn things_are_ranked_by_samples_and_then_by_their_numbers() {
         let ids = [3.0, 1.0, 3.0, 0.5, 7.0];
         let seen = [5, 4, 1, 4, 9, 100].into_iter().zip(0..);
-        let seen = seen.map(|(samples, number)| Seen { number, samples });
+        let seen = seen.map(|(samples, number)| IdCount { number, samples });
         // Two things have the same number, and the last one has none.
         assert_eq!(ranked(seen, &ids), [(7.0, 9), (3.0, 6), (0.5, 4), (1.0, 4)]);
     }

@@ -1,7 +1,8 @@
 //! Samples that are far brighter than the others of their pixel, and why they are.
 
 use super::{
-    Brightest, Contribution, Event, Sample, SampledLight, Source, Trace, Vertex, luminance_of,
+    Brightest, Contribution, LightSource, Sample, SampledLight, ScatterEvent, Trace, Vertex,
+    luminance_of,
 };
 
 /// The fireflies of a pixel.
@@ -121,7 +122,7 @@ impl Suspects {
     pub(super) fn see(&mut self, sample: Sample, luminance: f64) {
         for contribution in &sample.trace.contributions {
             let Some(factors) = factors(&sample.trace, contribution) else { continue };
-            let (count, sums) = &mut self.usual[usize::from(contribution.source.is_asked())];
+            let (count, sums) = &mut self.usual[usize::from(contribution.source.is_sampled())];
             *count += 1;
             sums.iter_mut().zip(factors).for_each(|(sum, factor)| *sum += factor);
         }
@@ -194,20 +195,19 @@ fn firefly(sample: Sample, luminance: f64, usual: &[(usize, Factors); 2]) -> Fir
 
 fn cause(trace: &Trace, bright: &Contribution, usual: &[(usize, Factors); 2]) -> Cause {
     let events: Vec<_> = trace.events(bright).collect();
-    let rough = events.iter().rposition(|&event| event != Event::Specular);
-    let ends_in_mirrors = events.last() == Some(&Event::Specular);
+    let rough = events.iter().rposition(|&event| event != ScatterEvent::Specular);
+    let ends_in_mirrors = events.last() == Some(&ScatterEvent::Specular);
     match (rough, &bright.source) {
         (None, _) => Cause::SeenLight,
-        (Some(vertex), Source::Emitter { .. } | Source::Sky { .. } | Source::Glow { .. })
-            if ends_in_mirrors =>
-        {
-            Cause::Caustic { vertex }
-        }
+        (
+            Some(vertex),
+            LightSource::Emitter { .. } | LightSource::Sky { .. } | LightSource::Medium { .. },
+        ) if ends_in_mirrors => Cause::Caustic { vertex },
         (
             _,
-            Source::Emitter { is_sampled: false, .. }
-            | Source::Glow { .. }
-            | Source::Hemisphere { .. },
+            LightSource::Emitter { is_sampled: false, .. }
+            | LightSource::Medium { .. }
+            | LightSource::Hemisphere { .. },
         ) => Cause::Unsampled,
         _ => outstanding(trace, bright, usual),
     }
@@ -215,20 +215,20 @@ fn cause(trace: &Trace, bright: &Contribution, usual: &[(usize, Factors); 2]) ->
 
 /// The factor that stands out most, if one does.
 fn outstanding(trace: &Trace, bright: &Contribution, usual: &[(usize, Factors); 2]) -> Cause {
-    let (count, sums) = usual[usize::from(bright.source.is_asked())];
+    let (count, sums) = usual[usize::from(bright.source.is_sampled())];
     let Some(factors) = factors(trace, bright).filter(|_| count > 1) else { return Cause::Several };
     let of_others = |i: usize| (sums[i] - factors[i]) / (count - 1) as f64;
     let times: Factors = std::array::from_fn(|i| factors[i] / of_others(i));
     let most = (0..times.len()).max_by(|&a, &b| times[a].total_cmp(&times[b])).unwrap_or(0);
     let times = times[most];
     // Where light was asked for, the last vertex sent no path to it.
-    let on_the_way = bright.vertices - usize::from(bright.source.is_asked());
+    let on_the_way = bright.vertices - usize::from(bright.source.is_sampled());
     match most {
         _ if times <= OUTSTANDING => Cause::Several,
         1 => Cause::Radiance { times },
         2 => Cause::Choice { probability: probability(&bright.source), times },
         3 => Cause::Density { times },
-        4 if bright.source.is_asked() => Cause::Scattering { times },
+        4 if bright.source.is_sampled() => Cause::Scattering { times },
         _ => {
             let (vertex, weight) = steepest(trace, on_the_way);
             Cause::Throughput { vertex, weight, times }
@@ -239,7 +239,7 @@ fn outstanding(trace: &Trace, bright: &Contribution, usual: &[(usize, Factors); 
 /// The vertex among the first `count` at which the throughput grew most, and by how much.
 fn steepest(trace: &Trace, count: usize) -> (usize, f64) {
     let growth = |(i, vertex): (usize, &Vertex)| {
-        let departure = vertex.departure?;
+        let departure = vertex.scatter?;
         let survival = departure.survival.unwrap_or(1.0);
         Some((i, f64::from(departure.weight.luminance()) / f64::from(survival)))
     };
@@ -247,9 +247,9 @@ fn steepest(trace: &Trace, count: usize) -> (usize, f64) {
     on_the_way.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 1.0))
 }
 
-fn probability(source: &Source) -> f32 {
+fn probability(source: &LightSource) -> f32 {
     match source {
-        Source::Light(SampledLight { chosen: Some(chosen), .. }) => chosen.probability,
+        LightSource::Light(SampledLight { chosen: Some(chosen), .. }) => chosen.probability,
         _ => 1.0,
     }
 }
@@ -261,16 +261,15 @@ fn factors(trace: &Trace, contribution: &Contribution) -> Option<Factors> {
     let throughput = last.map_or(1.0, |vertex| f64::from(vertex.throughput.luminance()));
     let choice = 1.0 / f64::from(probability(&contribution.source));
     let (radiance, density) = match contribution.source {
-        Source::Emitter { radiance, weight, .. } | Source::Sky { radiance, weight, .. } => {
-            (radiance.luminance(), f64::from(weight))
-        }
-        Source::Glow { radiance, .. } => (radiance.luminance(), 1.0),
-        Source::Light(SampledLight { radiance, pdf, weight, samples, .. }) => {
+        LightSource::Emitter { radiance, weight, .. }
+        | LightSource::Sky { radiance, weight, .. } => (radiance.luminance(), f64::from(weight)),
+        LightSource::Medium { radiance, .. } => (radiance.luminance(), 1.0),
+        LightSource::Light(SampledLight { radiance, pdf, weight, samples, .. }) => {
             let pdf = pdf.map_or(1.0, |pdf| f64::from(pdf.get()));
             let of_choice = f64::from(weight) / (pdf * f64::from(samples));
             (radiance.luminance(), of_choice / choice)
         }
-        Source::Hemisphere { .. } => return None,
+        LightSource::Hemisphere { .. } => return None,
     };
     let others = throughput * f64::from(radiance) * density * choice;
     (value > 0.0 && others > 0.0)
@@ -282,12 +281,12 @@ mod tests {
     use super::super::tests::{sample, vertex};
     use super::*;
 
-    const DIFFUSE: (Event, bool) = (Event::Diffuse, false);
-    const MIRROR: (Event, bool) = (Event::Specular, true);
+    const DIFFUSE: (ScatterEvent, bool) = (ScatterEvent::Diffuse, false);
+    const MIRROR: (ScatterEvent, bool) = (ScatterEvent::Specular, true);
 
     /// The fireflies of 63 samples of luminance 1 and one of these vertices and this contribution.
     fn fireflies(
-        vertices: &[(Event, bool)],
+        vertices: &[(ScatterEvent, bool)],
         bright: (usize, bool, f32),
         ordinary: (usize, bool, f32),
     ) -> Fireflies {

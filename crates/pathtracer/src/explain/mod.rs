@@ -10,7 +10,7 @@ mod types;
 
 use std::ops::Range;
 
-use pt_core::film::{Half, Rejections};
+use pt_core::film::{HalfBuffer, InvalidSamples};
 use pt_core::settings::Settings;
 use pt_core::{Film, Region};
 use pt_cpu::{RenderError, Renderer};
@@ -22,7 +22,8 @@ pub(crate) use names::title;
 pub use names::{Names, Thing};
 pub use pt_core::light::tree::Chosen;
 pub use pt_cpu::trace::{
-    Contribution, Departure, Event, LightNumber, Place, Sample, SampledLight, Source, Trace, Vertex,
+    Contribution, LightRef, LightSource, Sample, SampledLight, ScatterEvent, ScatterSample,
+    ScatterSite, Trace, Vertex,
 };
 pub use types::{PathType, expression};
 
@@ -43,7 +44,7 @@ pub struct Explanation {
     /// The variance of the luminance of a sample: Σ(y − ȳ)² / (n − 1).
     pub variance: f64,
     /// The samples that were refused; they count as black.
-    pub rejected: Rejections,
+    pub rejected: InvalidSamples,
     /// Its light by the ways that it took, of which the first has most of the variance.
     pub types: Vec<PathType>,
     /// What is left of the variance: the ways of light vary together, Σ 2 cov / variance.
@@ -128,7 +129,7 @@ fn count(renderer: &Renderer, settings: &Settings, pixel: [u32; 2], first: u32) 
     let film = settings.film(region(pixel));
     let mut film = if in_halves { film } else { film.starting_at(first) };
     renderer.render(&mut film, &Silent);
-    film.counts_of(Half::First).max().unwrap_or(0)
+    film.counts_of(HalfBuffer::First).max().unwrap_or(0)
 }
 
 /// What was seen so far of the samples of a pixel.
@@ -182,7 +183,7 @@ impl Observed {
             mean: film.pixel(pixel[0], pixel[1]).mean(),
             luminance: mean,
             variance,
-            rejected: film.rejections().clone(),
+            rejected: film.invalid_samples().clone(),
             types,
             together: if variance > 0.0 { 1.0 - shares } else { 0.0 },
             brightest: brightest.into_sorted(),
@@ -201,7 +202,7 @@ fn alone(trace: &Trace, contribution: &Contribution) -> Trace {
     Trace {
         vertices: trace.vertices[..contribution.vertices].to_vec(),
         contributions: vec![*contribution],
-        skies: Vec::new(),
+        infinite_lights: Vec::new(),
         ..*trace
     }
 }
@@ -238,15 +239,15 @@ mod tests {
     use super::*;
 
     /// A vertex that scatters like this, from which the path goes on, as by a Dirac delta if `is_delta`.
-    pub(super) fn vertex(scatters: Event, is_delta: bool) -> Vertex {
+    pub(super) fn vertex(scatters: ScatterEvent, is_delta: bool) -> Vertex {
         let pdf = (!is_delta).then_some(Pdf::new(1.0));
         let departure =
-            Departure { direction: Vec3::Z, pdf, weight: Spectrum::ONE, survival: None };
+            ScatterSample { direction: Vec3::Z, pdf, weight: Spectrum::ONE, survival: None };
         Vertex {
             p: Vec3::ZERO,
-            place: Place::Surface { primitive: 0, lobe: "", scatters },
+            site: ScatterSite::Surface { primitive: 0, lobe: "", scatters },
             throughput: Spectrum::ONE,
-            departure: Some(departure),
+            scatter: Some(departure),
         }
     }
 
@@ -257,7 +258,7 @@ mod tests {
         contributions: &[(usize, bool, f32)],
     ) -> Sample {
         let light = SampledLight {
-            light: LightNumber::Still(0),
+            light: LightRef::Static(0),
             chosen: None,
             direction: Vec3::Z,
             distance: 1.0,
@@ -266,17 +267,17 @@ mod tests {
             weight: 1.0,
             samples: 1,
         };
-        let sky = Source::Sky { direction: Vec3::Z, radiance: Spectrum::ONE, weight: 1.0 };
+        let sky = LightSource::Sky { direction: Vec3::Z, radiance: Spectrum::ONE, weight: 1.0 };
         let contribution = |&(vertices, is_asked, luminance): &(usize, bool, f32)| Contribution {
             vertices,
-            source: if is_asked { Source::Light(light) } else { sky },
+            source: if is_asked { LightSource::Light(light) } else { sky },
             value: Spectrum::splat(luminance),
-            removed: 0.0,
+            clamped: 0.0,
         };
         let contributions: Vec<_> = contributions.iter().map(contribution).collect();
         let radiance = contributions.iter().map(|c| c.value).sum();
         let (eye, direction, vertices) = (Vec3::ZERO, Vec3::Z, vertices.to_vec());
-        let trace = Trace { eye, direction, vertices, contributions, skies: Vec::new() };
+        let trace = Trace { eye, direction, vertices, contributions, infinite_lights: Vec::new() };
         Sample { number, trace, weight: 1.0, radiance, fault: None }
     }
 

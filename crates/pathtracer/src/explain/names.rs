@@ -1,10 +1,10 @@
 //! What things of a compiled scene are called in the scene that it was made of.
 
 use pt_core::RenderScene;
-use pt_core::light::{AnyLight, LightOrigin};
+use pt_core::light::{AnyLight, LightSourceId};
 use pt_scene::{Geometry, Object, Scene};
 
-use super::{LightNumber, SampledLight};
+use super::{LightRef, SampledLight};
 
 /// Looks up names.
 #[derive(Clone, Copy)]
@@ -32,7 +32,7 @@ impl<'a> Names<'a> {
 
     /// What a primitive is.
     pub fn primitive(&self, primitive: u32) -> Thing {
-        let place = self.compiled.place_of(primitive);
+        let place = self.compiled.locate_primitive(primitive);
         let object = self.scene.objects.get(place.object as usize);
         Thing {
             kind: if place.is_sphere { "sphere" } else { "triangle" },
@@ -49,7 +49,7 @@ impl<'a> Names<'a> {
     /// What a light is that was sampled.
     pub fn light(&self, sampled: &SampledLight) -> Thing {
         let unknown = Thing { kind: "moving light", object: None, material: None };
-        let LightNumber::Still(number) = sampled.light else { return unknown };
+        let LightRef::Static(number) = sampled.light else { return unknown };
         let Some(light) = self.compiled.lights.as_slice().get(number) else { return unknown };
         let chosen = sampled.chosen.map(|chosen| chosen.number);
         let origin = match (light.tree(&self.compiled.light_tables), chosen) {
@@ -57,23 +57,23 @@ impl<'a> Names<'a> {
             _ => self.first_primitive(number),
         };
         let origin = match origin {
-            Some(primitive) => Some(self.compiled.origin_of_primitive(primitive)),
+            Some(primitive) => Some(self.compiled.source_of_primitive(primitive)),
             None => self.origin(number, chosen),
         };
         let object = origin.and_then(|origin| match origin {
-            LightOrigin::Object(number) => name_of(&self.scene.objects, number),
-            LightOrigin::Node(number) => {
+            LightSourceId::Object(number) => name_of(&self.scene.objects, number),
+            LightSourceId::Node(number) => {
                 let light = self.scene.lights.get(number as usize);
                 light.map(|light| light.name.clone()).filter(|name| !name.is_empty())
             }
-            LightOrigin::Sky(_) | LightOrigin::Medium(_) => None,
+            LightSourceId::Sky(_) | LightSourceId::Medium(_) => None,
         });
         Thing { kind: AnyLight::name(light), object, material: None }
     }
 
     /// What a light without a shape is, or the one of several that was chosen.
-    fn origin(&self, light: usize, chosen: Option<u32>) -> Option<LightOrigin> {
-        let origins = self.compiled.light_origins();
+    fn origin(&self, light: usize, chosen: Option<u32>) -> Option<LightSourceId> {
+        let origins = self.compiled.light_source_ids();
         origins.get(light)?.get(chosen.unwrap_or(0) as usize).copied()
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Contribution, Event, Sample, Trace, luminance_of};
+use super::{Contribution, Sample, ScatterEvent, Trace, luminance_of};
 
 /// Light of a pixel that took the same way.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,10 +26,10 @@ pub struct PathType {
 /// `S` (specular) or `V` (volume), then `E`.
 pub fn expression(trace: &Trace, contribution: &Contribution) -> String {
     let letter = |event| match event {
-        Event::Diffuse => " D",
-        Event::Glossy => " G",
-        Event::Specular => " S",
-        Event::Volume => " V",
+        ScatterEvent::Diffuse => " D",
+        ScatterEvent::Glossy => " G",
+        ScatterEvent::Specular => " S",
+        ScatterEvent::Volume => " V",
     };
     let way: String = trace.events(contribution).rev().map(letter).collect();
     format!("L{way} E")
@@ -104,7 +104,7 @@ mod tests {
 
     #[test]
     fn expressions_go_from_the_light_to_the_eye() {
-        let vertices = [vertex(Event::Diffuse, false), vertex(Event::Specular, true)];
+        let vertices = [vertex(ScatterEvent::Diffuse, false), vertex(ScatterEvent::Specular, true)];
         // Found behind the mirror; asked for at the first vertex; seen at once.
         let sample = sample(0, &vertices, &[(2, false, 1.0), (1, true, 1.0), (0, false, 1.0)]);
         let trace = &sample.trace;
@@ -116,7 +116,7 @@ mod tests {
     /// for it is the base.
     #[test]
     fn what_is_asked_for_knows_no_single_directions() {
-        let vertices = [vertex(Event::Diffuse, true)];
+        let vertices = [vertex(ScatterEvent::Diffuse, true)];
         let sample = sample(0, &vertices, &[(1, false, 1.0), (1, true, 1.0)]);
         let trace = &sample.trace;
         let ways: Vec<_> = trace.contributions.iter().map(|c| expression(trace, c)).collect();
@@ -126,7 +126,7 @@ mod tests {
     /// Two samples with 1 and 3 of one way, and 3 and 1 of another: each has the variance 2, the sum has none.
     #[test]
     fn ways_that_make_up_for_each_other_have_variance_and_their_sum_has_none() {
-        let vertices = [vertex(Event::Diffuse, false)];
+        let vertices = [vertex(ScatterEvent::Diffuse, false)];
         let mut types = Types::default();
         let both = |a, b| sample(0, &vertices, &[(1, true, a), (0, false, b)]);
         assert_eq!([types.add(&both(1.0, 3.0)), types.add(&both(3.0, 1.0))], [4.0; 2]);

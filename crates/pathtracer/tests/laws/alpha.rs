@@ -216,8 +216,8 @@ fn hidden_emitters_light_what_is_seen_through_them() {
         let hidden = render(&scene(0.0), size([SIZE; 2]), hiding);
         let behind = render(&scene(4.5), size([SIZE; 2]), plain);
         assert!(hidden.film() == behind.film(), "{}", integrator.name);
-        let lit = hidden.rgba().iter().filter(|[r, .., a]| *r > 0.0 && *a > 0.0).count();
-        assert!(lit > 100, "{}: {lit}", integrator.name);
+        let context = hidden.rgba().iter().filter(|[r, .., a]| *r > 0.0 && *a > 0.0).count();
+        assert!(context > 100, "{}: {context}", integrator.name);
     }
 }
 

@@ -1,9 +1,9 @@
 //! Samples are taken in batches, and no sample knows of the others.
 
 use pathtracer::{
-    Adaptive, DirectLight, Film, INTEGRATORS, Progress, Scene, Session, Settings, Silent,
+    Adaptive, DirectLight, Film, INTEGRATORS, Outcome, Scene, Session, Settings, Silent,
 };
-use pt_cpu::{Renderer, Starts, Tracer};
+use pt_cpu::{CameraRays, Renderer, Tracer};
 use pt_math::sampler::SamplerBlocks;
 use pt_math::{DAffine3, DVec3, Ray, Spectrum};
 use pt_scene::LightKind;
@@ -45,8 +45,8 @@ fn film(session: &Session, settings: &Settings, batch_size: Option<usize>) -> Fi
         None => renderer,
     };
     let mut film = Film::new(session.film().region());
-    assert_eq!(renderer.render(&mut film, &Silent).0, Progress::Finished);
-    assert_eq!(film.rejections().count(), 0);
+    assert_eq!(renderer.render(&mut film, &Silent).0, Outcome::Finished);
+    assert_eq!(film.invalid_samples().count(), 0);
     film
 }
 
@@ -92,7 +92,7 @@ fn a_path_depends_on_no_other_path() {
             let mut samplers = SamplerBlocks::new(settings.points());
             samplers.refill(starts.iter().map(|&(_, pixel, i)| (pixel, i..i + 1)));
             let rays = starts.iter().map(|s| s.0).collect();
-            let starts = Starts { rays, samplers, times: Vec::new(), groups: Vec::new() };
+            let starts = CameraRays { rays, samplers, times: Vec::new(), groups: Vec::new() };
             let mut l = Vec::new();
             integrator.radiance(&mut tracer, &starts, &mut l);
             l

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use pathtracer::image::{self, SaveOptions};
 use pathtracer::{
-    Adaptive, Advance, Aov, Clamp, Film, INTEGRATORS, Observer, Progress, Region, SamplerKind,
-    Session, Settings, Silent, Target, default_scene,
+    Adaptive, Aov, Clamp, Film, INTEGRATORS, Observer, Outcome, ProgressUpdate, Region,
+    SamplerKind, Session, Settings, Silent, Target, default_scene,
 };
 
 use crate::aovs;
@@ -27,9 +27,9 @@ fn session(settings: Settings) -> Session {
 fn rendered(settings: &Settings, threads: usize, tile_size: u32) -> Session {
     let mut session = session(settings.clone());
     let (progress, statistics) = session.render(threads, tile_size, &Silent).expect("it renders");
-    assert_eq!(progress, Progress::Finished);
+    assert_eq!(progress, Outcome::Finished);
     assert_eq!(statistics.samples, session.film().samples());
-    assert_eq!(session.film().rejections().count(), 0);
+    assert_eq!(session.film().invalid_samples().count(), 0);
     session
 }
 
@@ -136,7 +136,7 @@ struct StopAfter {
 }
 
 impl Observer for StopAfter {
-    fn progress(&self, advance: &Advance) {
+    fn progress(&self, advance: &ProgressUpdate) {
         if advance.done >= self.after {
             self.stopped.store(true, Ordering::Relaxed);
         }
@@ -157,7 +157,7 @@ fn a_pause_does_not_change_a_bit() {
         for (threads, after) in [(1, 1), (2, 3000), (3, 500), (2, 9000)] {
             let observer = StopAfter { after, stopped: AtomicBool::new(false) };
             let (progress, _) = paused.render(threads, 7, &observer).expect("it renders");
-            assert_eq!(progress, Progress::Cancelled, "after {after} samples");
+            assert_eq!(progress, Outcome::Cancelled, "after {after} samples");
             assert!(paused.film().samples() >= film.samples(), "nothing is lost");
             film.clone_from(paused.film());
         }
@@ -172,7 +172,7 @@ fn a_pause_does_not_change_a_bit() {
 struct Listener(Mutex<(u64, u64)>);
 
 impl Observer for Listener {
-    fn progress(&self, advance: &Advance) {
+    fn progress(&self, advance: &ProgressUpdate) {
         let mut most = self.0.lock().expect("no thread panics");
         *most = (most.0.max(advance.done), advance.total());
     }

@@ -4,7 +4,7 @@ use std::sync::Mutex;
 
 use pathtracer::eta::{Eta, Left};
 use pathtracer::{
-    Adaptive, Advance, CompileOptions, Observer, Scene, Session, Settings, default_scene,
+    Adaptive, CompileOptions, Observer, ProgressUpdate, Scene, Session, Settings, default_scene,
 };
 
 use crate::media::fog;
@@ -16,10 +16,10 @@ const MILLION: f64 = 1e6;
 struct Prophet(Mutex<(Eta, Vec<(f64, Left)>)>);
 
 impl Observer for Prophet {
-    fn progress(&self, advance: &Advance) {
+    fn progress(&self, advance: &ProgressUpdate) {
         let (eta, told) = &mut *self.0.lock().expect("no thread panics");
         let time = advance.rays as f64 / MILLION;
-        eta.expect(advance.totals);
+        eta.expect(advance.estimated_totals);
         eta.mark(time, advance.done);
         if advance.done * 10 >= advance.total() {
             told.extend(eta.left().map(|left| (time, left)));

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use pathtracer::{Aov, CompileOptions, Film, Image, Rejections, Rows, Scene, Settings, Silent};
+use pathtracer::{Aov, CompileOptions, Film, Image, InvalidSamples, Rows, Scene, Settings, Silent};
 use pt_core::bsdf::LobeRecord;
-use pt_core::film::Fault;
+use pt_core::film::InvalidReason;
 use pt_core::{RenderScene, compile};
 use pt_cpu::Renderer;
 use pt_math::{DAffine3, DVec3};
@@ -24,7 +24,7 @@ fn seen(builder: Builder) -> Scene {
 }
 
 /// Renders, and checks that the film has nothing but light, and that what it refused is in the mask.
-fn rejections(scene: &RenderScene, settings: &Settings) -> Rejections {
+fn rejections(scene: &RenderScene, settings: &Settings) -> InvalidSamples {
     let renderer = Renderer::new(scene, settings, 1, 16, false).expect("the settings make sense");
     let region = pathtracer::Region::full(scene.camera.resolution);
     let mut film = Film::with_aovs(region, &settings.aovs);
@@ -43,7 +43,7 @@ fn rejections(scene: &RenderScene, settings: &Settings) -> Rejections {
     let mask =
         channels.iter().find(|channel| channel.name == "refused.count").expect("is asked for");
     let Samples::Whole(mask) = &mask.samples else { panic!("{mask:?}") };
-    let refused = film.rejections();
+    let refused = film.invalid_samples();
     assert_eq!(mask.iter().map(|&n| u64::from(n)).sum::<u64>(), refused.count());
     let row = region.width;
     assert!(refused.first.iter().all(|r| mask[(r.y * row + r.x) as usize] > 0), "{refused:?}");
@@ -74,7 +74,7 @@ fn faults_of_lobes_are_refused_and_told() {
                 .sky(0.5),
         );
         let mut scene = compiled(&scene).expect("it makes sense");
-        let mut told = [0; Fault::ALL.len()];
+        let mut told = [0; InvalidReason::ALL.len()];
         let ids: Vec<_> = scene.lobes.iter().map(|(id, _)| id).collect();
         for id in ids {
             let sound = scene.lobes[id];
@@ -91,8 +91,8 @@ fn faults_of_lobes_are_refused_and_told() {
             scene.lobes[id] = sound;
         }
         let nothing = rejections(&scene, &settings("path"));
-        assert_eq!(nothing, Rejections::default(), "without a fault: {surface:?}");
-        assert!(told[Fault::NotANumber as usize] > 0, "{told:?} {surface:?}");
+        assert_eq!(nothing, InvalidSamples::default(), "without a fault: {surface:?}");
+        assert!(told[InvalidReason::NotANumber as usize] > 0, "{told:?} {surface:?}");
     }
 }
 
@@ -214,6 +214,6 @@ fn faults_of_lights_are_refused_and_told() {
     }
     for (name, scene) in lit_by(3.0) {
         let scene = compiled(&scene).unwrap_or_else(|| panic!("{name}"));
-        assert_eq!(rejections(&scene, &settings("path")), Rejections::default(), "{name}");
+        assert_eq!(rejections(&scene, &settings("path")), InvalidSamples::default(), "{name}");
     }
 }

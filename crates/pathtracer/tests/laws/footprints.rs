@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pathtracer::{CompileOptions, DirectLight, Film, Scene, Session, Settings};
 use pt_core::footprint::Footprint;
-use pt_core::parametrization::Parametrization;
+use pt_core::texture_eval_context::TextureEvalContext;
 use pt_math::{DAffine3, DMat3, DVec3, Ray, Spectrum, Vec2, Vec3};
 use pt_scene::image::Image;
 use pt_scene::material::{Matte, Mirror};
@@ -54,10 +54,10 @@ fn seen(session: &Session, ray: &Ray) -> Option<(Vec2, f32)> {
     let scene = session.scene();
     let hit = scene.bvh.intersect(ray)?;
     let at = scene.interaction(ray, &hit, 0.0);
-    let place = scene.parametrization(&at, &hit, 0.0);
+    let place = scene.texture_eval_context(&at, &hit, 0.0);
     let width = scene.camera.cone(ray.direction).width_at(at.distance);
     let footprint = Footprint::new(&at, width);
-    let [a, b] = Parametrization { footprint, ..place }.footprint_on_surface();
+    let [a, b] = TextureEvalContext { footprint, ..place }.footprint_on_surface();
     Some((place.uv, a.perp_dot(b).abs()))
 }
 
@@ -98,9 +98,9 @@ fn footprints_seen_from_above_are_round() {
     let compiled = session.scene();
     let hit = compiled.bvh.intersect(&ray).expect("the wall");
     let at = compiled.interaction(&ray, &hit, 0.0);
-    let place = compiled.parametrization(&at, &hit, 0.0);
+    let place = compiled.texture_eval_context(&at, &hit, 0.0);
     let footprint = Footprint::new(&at, 0.1);
-    let [a, b] = Parametrization { footprint, ..place }.footprint_on_surface();
+    let [a, b] = TextureEvalContext { footprint, ..place }.footprint_on_surface();
     // The side of 2 metres has the length 1 in u and v.
     for (axis, name) in [(a, "across"), (b, "along")] {
         assert!((axis.length() - 0.05).abs() < 1e-6, "{name}: {axis}");

@@ -33,13 +33,13 @@ fn under_a_panel(textured: bool) -> Scene {
         .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.6; 3]))
         .quad(facing(DVec3::NEG_Z * 1.5, DVec3::Z, 3.0), matte([0.5, 0.4, 0.7]));
     let panel = |b: Builder, x, half| b.quad(to_world(x, half), Black.into());
-    let lit = if textured {
+    let context = if textured {
         panel(room, 0.0, 1.0).glowing_by(image(2, &[bright, dim]))
     } else {
         let left = panel(room, -0.5, 0.5).glowing_by(image(1, &[dim]));
         panel(left, 0.5, 0.5).glowing_by(image(1, &[bright]))
     };
-    lit.seen_by(camera(DVec3::new(0.0, 1.0, 4.0), DVec3::new(0.0, 0.7, 0.0), [40.0, 32.0]))
+    context.seen_by(camera(DVec3::new(0.0, 1.0, 4.0), DVec3::new(0.0, 0.7, 0.0), [40.0, 32.0]))
 }
 
 fn film(scene: &Scene, options: CompileOptions, spp: u32, seed: u32) -> Film {

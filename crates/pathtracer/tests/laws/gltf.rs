@@ -54,7 +54,7 @@ fn shown(scene: &str, settings: Settings) -> f64 {
 /// Burley's diffuse surface, seen and lit at a right angle, is Lambertian: L = ρE/π. [Burley 2012, §5.3]
 #[test]
 fn candela_lux_and_nits_are_watts() {
-    let lit = |irradiance: f64| 0.25 + 0.5 * irradiance / PI;
+    let context = |irradiance: f64| 0.25 + 0.5 * irradiance / PI;
     for (light, irradiance) in [
         (r#"{"type": "point", "intensity": 3}"#, 0.75),
         (r#"{"type": "spot", "intensity": 3, "spot": {"innerConeAngle": 0.1}}"#, 0.75),
@@ -65,7 +65,7 @@ fn candela_lux_and_nits_are_watts() {
         (r#"{"type": "directional", "intensity": 2}"#, 2.0),
         (r#"{"type": "directional", "intensity": 0}"#, 0.0),
     ] {
-        let (found, wanted) = (seen(light), lit(irradiance));
+        let (found, wanted) = (seen(light), context(irradiance));
         assert!((found / wanted - 1.0).abs() < 1e-3, "{light}: {found} for {wanted}");
     }
 }

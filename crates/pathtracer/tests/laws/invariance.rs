@@ -60,8 +60,8 @@ fn mirrored_meshes_keep_their_front() {
     let plain = film(&scene(shapes::rectangle(), 1.0), 0);
     let mirrored = film(&scene(shapes::rectangle(), -1.0), 1);
     assert_agree(&plain, &mirrored, 1e-4, "mirrored");
-    let lit = plain.pixels().filter(|p| p.luminance().0 > 0.05).count();
-    assert!(lit >= 10, "{lit} pixels are lit");
+    let context = plain.pixels().filter(|p| p.luminance().0 > 0.05).count();
+    assert!(context >= 10, "{context} pixels are lit");
 }
 
 /// A light node in the place of a glowing mesh stands for the same light, which counts once.

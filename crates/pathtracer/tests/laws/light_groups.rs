@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use pathtracer::image::Samples;
 use pathtracer::{
     Adaptive, Aov, Clamp, DirectLight, Film, Filter, INTEGRATORS, LightGroup, LightGroups,
-    Observer, Progress, Region, RenderError, Scene, Session, Settings, Silent, Target, groups,
+    Observer, Outcome, Region, RenderError, Scene, Session, Settings, Silent, Target, groups,
     light_groups,
 };
 use pt_math::{DAffine3, DVec3};
@@ -76,7 +76,7 @@ fn assert_parts_are_the_whole(scene: &Scene, settings: &Settings, what: &str) {
 }
 
 fn integrators() -> impl Iterator<Item = &'static str> {
-    INTEGRATORS.iter().filter(|known| known.new_recording.is_some()).map(|known| known.name)
+    INTEGRATORS.iter().filter(|known| known.new_traced.is_some()).map(|known| known.name)
 }
 
 #[test]
@@ -139,7 +139,7 @@ fn groups_are_together_the_image_however_many_samples_pixels_have() {
     }
     for settings in uneven().iter().filter(|settings| settings.aovs.is_empty()) {
         let film = rendered(&colored(), settings.clone()).film().clone();
-        assert_eq!(film.even_count(), None, "pixels have different numbers: {settings:?}");
+        assert_eq!(film.uniform_spp(), None, "pixels have different numbers: {settings:?}");
     }
 }
 
@@ -160,7 +160,7 @@ fn groups_are_the_same_to_the_bit_however_work_is_shared_out() {
             let (progress, _) = session.render(3, 5, &Stop { seen, after: 20 * stops })?;
             Ok::<_, RenderError>(progress)
         };
-        while render(&mut stopped, stops).expect("it renders") == Progress::Cancelled {
+        while render(&mut stopped, stops).expect("it renders") == Outcome::Cancelled {
             let mut bytes = Vec::new();
             stopped.film().write(&mut bytes).expect("memory takes all");
             stopped = new();
@@ -462,6 +462,6 @@ fn groups_that_make_no_sense_are_refused() {
     ] {
         let mut session = Session::new(&scene, size(SIZE), settings).expect("it compiles");
         let refused = session.render(1, 8, &Silent);
-        assert!(matches!(refused, Err(RenderError::NotGrouped(_))), "{refused:?}");
+        assert!(matches!(refused, Err(RenderError::NoLightGroups(_))), "{refused:?}");
     }
 }

@@ -316,7 +316,7 @@ fn shadows_have_the_holes_of_what_casts_them() {
 fn reliefs_turn_the_surface_to_the_light() {
     const SLOPE: f32 = 0.5;
     let down = DAffine3::from_translation(DVec3::ZERO); // shines along −z
-    let lit = |relief: Relief| {
+    let context = |relief: Relief| {
         let surface = Embossed::new(matte([1.0; 3]), relief);
         let scene = Builder::default()
             .quad(facing(DVec3::ZERO, DVec3::Z, 1.0), surface.into())
@@ -329,7 +329,7 @@ fn reliefs_turn_the_surface_to_the_light() {
     let n = [-SLOPE, 0.0, 1.0].map(|x| 0.5 * (x / (1.0 + SLOPE * SLOPE).sqrt() + 1.0));
     let want = 1.0 / (1.0 + f64::from(SLOPE * SLOPE)).sqrt();
     for relief in [Relief::Normals(row(&[n], Filter::Nearest)), Relief::Heights(heights, 0.5)] {
-        let film = lit(relief);
+        let film = context(relief);
         for pixel in film.pixels() {
             let got = pixel.luminance().0;
             assert!((got - want).abs() < 1e-4, "{got} {want}");

@@ -121,7 +121,7 @@ fn the_six_things_that_cover_most_are_told() {
     let scene = named(scene, &names, &names);
     let session = rendered(&scene, &[Aov::CryptomatteObject], 1024);
     let ranks = ranks(&session, "CryptoObject");
-    let things = session.film().things(Aov::CryptomatteObject).expect("it is kept");
+    let things = session.film().id_coverage(Aov::CryptomatteObject).expect("it is kept");
     let mut seen_in_all = 0;
     for ((ranks, things), x) in ranks.iter().zip(things).zip((0..SIZE).cycle()) {
         let mut counts: Vec<_> = things.iter().map(|seen| seen.samples).collect();

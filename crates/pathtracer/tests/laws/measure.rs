@@ -22,7 +22,7 @@ pub(crate) fn render(scene: &Scene, options: CompileOptions, settings: Settings)
 /// Takes the samples that are missing.
 pub(crate) fn finish(session: &mut Session) {
     session.render(0, 16, &Silent).expect("the settings make sense");
-    let rejections = session.film().rejections();
+    let rejections = session.film().invalid_samples();
     assert_eq!(rejections.count(), 0, "no number: {:?}", rejections.first);
 }
 

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pathtracer::{Scene, Session, Settings};
-use pt_core::bsdf::microfacet::Facets;
+use pt_core::bsdf::microfacet::MicrofacetDistribution;
 use pt_core::bsdf::{
-    Glossy, Goniophotometer, Lobe, MeasuredTables, RoughConductor, SmoothConductor, Specimen,
+    Gonioreflectometer, Lobe, MeasuredTables, RoughConductor, RoughPlastic, SmoothConductor,
+    TabulatedLobe,
 };
 use pt_cpu::Tracer;
 use pt_math::{Ray, Spectrum, Vec3};
@@ -23,15 +24,24 @@ const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
 
 /// A blue surface under a gloss of roughness 0.35, the same all around.
 fn glossy() -> Measurements {
-    let facets = Facets::isotropic(Distribution::Ggx, 0.35);
-    let lobe = Glossy { rho: Spectrum::rgb(0.08, 0.2, 0.5), f0: Spectrum::splat(0.08), facets };
-    let instrument =
-        Goniophotometer { theta: 8, phi: 3, facets: [32, 3], visible: [24, 17], reflected: 16 };
-    instrument.measure(&Specimen {
+    let distribution = MicrofacetDistribution::isotropic(Distribution::Ggx, 0.35);
+    let lobe = RoughPlastic {
+        rho: Spectrum::rgb(0.08, 0.2, 0.5),
+        f0: Spectrum::splat(0.08),
+        distribution,
+    };
+    let instrument = Gonioreflectometer {
+        theta: 8,
+        phi: 3,
+        distribution: [32, 3],
+        visible: [24, 17],
+        reflected: 16,
+    };
+    instrument.measure(&TabulatedLobe {
         description: "blue gloss",
         lobe: lobe.into(),
         // Those of the gloss, and as many that look to all sides, for what is diffuse.
-        facets: &|m| 0.5 * facets.d(m) + 0.5 * std::f32::consts::FRAC_1_PI,
+        distribution: &|m| 0.5 * distribution.d(m) + 0.5 * std::f32::consts::FRAC_1_PI,
         is_isotropic: true,
         is_relative: true,
     })
@@ -40,18 +50,23 @@ fn glossy() -> Measurements {
 /// Brushed copper, of roughness 0.4 along the brush and 0.15 across it.
 fn brushed() -> Measurements {
     let (distribution, masking) = (Distribution::Ggx, Masking::Correlated);
-    let facets = Facets { distribution, masking, alpha: [0.4, 0.15] };
+    let distribution = MicrofacetDistribution { distribution, masking, alpha: [0.4, 0.15] };
     let metal = SmoothConductor {
         eta: Spectrum::rgb(0.2, 0.92, 1.1),
         k: Spectrum::rgb(3.9, 2.45, 2.14),
         reflectance: Spectrum::ONE,
     };
-    let instrument =
-        Goniophotometer { theta: 6, phi: 5, facets: [32, 33], visible: [16, 17], reflected: 8 };
-    instrument.measure(&Specimen {
+    let instrument = Gonioreflectometer {
+        theta: 6,
+        phi: 5,
+        distribution: [32, 33],
+        visible: [16, 17],
+        reflected: 8,
+    };
+    instrument.measure(&TabulatedLobe {
         description: "brushed copper",
-        lobe: RoughConductor { metal, facets }.into(),
-        facets: &|m: Vec3| facets.d(m),
+        lobe: RoughConductor { metal, distribution }.into(),
+        distribution: &|m: Vec3| distribution.d(m),
         is_isotropic: false,
         is_relative: true,
     })
@@ -158,7 +173,7 @@ fn backs_look_like_fronts_seen_through_them() {
             Tracer::new(scene, false).intersect(&[ray], |_| 0.0, &mut hits);
             let hit = hits[0].expect("it is in the way");
             let at = scene.interaction(&ray, &hit, 0.0);
-            let resolved = scene.resolve(&at, &hit, 0.0, 0.5, None);
+            let resolved = scene.evaluate_material(&at, &hit, 0.0, 0.5, None);
             scene.bsdf(&at, resolved.as_ref()).eval(wi * turn).0
         };
         let front = seen(Vec3::ONE);

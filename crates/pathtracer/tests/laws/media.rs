@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use pathtracer::{DirectLight, Film, Progress, Roulette, Scene, Session, Settings, Silent};
+use pathtracer::{DirectLight, Film, Outcome, Roulette, Scene, Session, Settings, Silent};
 use pt_cpu::Renderer;
 use pt_math::{DAffine3, DMat3, DVec3};
 use pt_scene::material::{Black, Glass, Matte};
@@ -564,8 +564,8 @@ fn samples_in_media_are_pure() {
             let renderer = Renderer::new(session.scene(), &settings, threads, tile, false);
             let renderer = renderer.expect("it starts").with_batch_size(batch);
             let mut film = Film::new(session.film().region());
-            assert_eq!(renderer.render(&mut film, &Silent).0, Progress::Finished);
-            assert_eq!(film.rejections().count(), 0);
+            assert_eq!(renderer.render(&mut film, &Silent).0, Outcome::Finished);
+            assert_eq!(film.invalid_samples().count(), 0);
             film
         };
         let reference = film(1, 16, 1024);

@@ -173,7 +173,7 @@ fn estimators_agree_under_lights_that_move() {
         let base = settings(8192);
         let settings = Settings { integrator, direct, light_samples, max_depth: 2, seed, ..base };
         let session = render(&scene, size(SIZE), settings);
-        assert_eq!(session.scene().moving_lights().len(), 3);
+        assert_eq!(session.scene().animated_lights().len(), 3);
         (format!("{direct:?} {light_samples}"), session.film().clone())
     };
     let films = ESTIMATORS.into_iter().zip(1..).map(|(d, i)| film("path", d, 1 + i % 2, i));

@@ -62,7 +62,7 @@ impl Renders {
             let renderer = pt_cpu::Renderer::new(session.scene(), &settings, 0, BLOCK, false);
             let mut film = Film::new(region);
             renderer.expect("the settings make sense").render(&mut film, &Silent);
-            assert_eq!(film.rejections().count(), 0, "{}", picture.file);
+            assert_eq!(film.invalid_samples().count(), 0, "{}", picture.file);
             film
         };
         Self { region, films: (0..RENDERS).map(film).collect() }

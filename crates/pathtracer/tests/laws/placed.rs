@@ -94,7 +94,7 @@ fn compiled(scene: &Scene, options: CompileOptions) -> Session {
 /// how many hit what is placed. Numbers of primitives and barycentric coordinates differ.
 fn assert_alike(placed: &RenderScene, flat: &RenderScene, time: f32, seed: u64) -> u32 {
     const TOLERANCE: f32 = 3e-4;
-    assert!(placed.placed.is_some() && flat.placed.is_none());
+    assert!(placed.instances.is_some() && flat.instances.is_none());
     let mut random = Random::new(seed);
     let rays: Vec<Ray> = (0..3000)
         .map(|_| {
@@ -127,7 +127,7 @@ fn assert_alike(placed: &RenderScene, flat: &RenderScene, time: f32, seed: u64) 
         assert!(at.point.offsets.iter().all(|o| (0.0..1e-4).contains(o) && *o > 0.0), "{at:?}");
         assert_eq!(placed.is_flat(a.primitive), flat.is_flat(b.primitive));
         let [place, wanted] =
-            [placed.parametrization(&at, a, time), flat.parametrization(&want, b, 0.0)];
+            [placed.texture_eval_context(&at, a, time), flat.texture_eval_context(&want, b, 0.0)];
         let shared = placed.surfaces[at.surface].material.is_some();
         assert_eq!(shared, flat.surfaces[want.surface].material.is_some());
         if shared && place.along_u.is_some() {
@@ -140,7 +140,7 @@ fn assert_alike(placed: &RenderScene, flat: &RenderScene, time: f32, seed: u64) 
         let [seen, want_seen] =
             [(placed, &at, a, time), (flat, &want, b, 0.0)].map(|(scene, at, hit, time)| {
                 scene
-                    .resolve(at, hit, time, 0.5, None)
+                    .evaluate_material(at, hit, time, 0.5, None)
                     .map(|r| scene.bsdf(at, Some(&r)).eval(at.normal))
             });
         if let (Some(a), Some(b)) = (seen, want_seen) {
@@ -155,9 +155,9 @@ fn assert_alike(placed: &RenderScene, flat: &RenderScene, time: f32, seed: u64) 
 #[test]
 fn a_mesh_that_is_kept_once_is_found_where_its_copies_are() {
     let [once, copied] = [kept_once(), size([12, 10])].map(|options| compiled(&scene(), options));
-    let placed = once.scene().placed.as_ref().expect("it is placed");
-    assert_eq!((placed.objects().len(), placed.placements().len()), (1, 4));
-    assert!(!placed.moves() && !once.scene().moves());
+    let placed = once.scene().instances.as_ref().expect("it is placed");
+    assert_eq!((placed.objects().len(), placed.instances().len()), (1, 4));
+    assert!(!placed.moves() && !once.scene().is_animated());
     let hits = assert_alike(once.scene(), copied.scene(), 0.0, 5);
     assert!(hits > 400, "{hits}");
 }
@@ -193,7 +193,7 @@ fn what_moves_is_found_where_it_is_at_the_time() {
     moving.objects[1].motion = Some(motion(0.0));
     moving.cameras[0].shutter = [2.25, 3.25];
     let blurred = compiled(&moving, size([12, 10]));
-    assert!(blurred.scene().moves());
+    assert!(blurred.scene().is_animated());
     for share in [0.0, 0.1, 0.35, 0.77, 0.999] {
         let mut still = moving.clone();
         still.cameras[0].shutter = [2.25 + share; 2];
@@ -232,7 +232,7 @@ fn rays_that_leave_what_is_placed_do_not_meet_it() {
         scene.objects.iter_mut().for_each(|object| object.motion = Some(Arc::clone(&motion)));
         let session = compiled(&scene, crate::scenes::size([4, 4]));
         let scene = session.scene();
-        let placed = scene.placed.as_ref().expect("it moves");
+        let placed = scene.instances.as_ref().expect("it moves");
         for _ in 0..3000 {
             let time = random.unit();
             let local = [random.in_cube(), random.in_cube() + Vec3::X * 4.0][random.below(2)];
@@ -275,10 +275,10 @@ fn a_turning_sphere_carries_its_coordinates() {
     let scene = session.scene();
     let ray = Ray::new(Vec3::new(5.0, 0.0, 0.5), Vec3::NEG_X);
     for time in [0.0, 0.3, 0.8] {
-        let hit = scene.placed.as_ref().and_then(|placed| placed.intersect(&ray, time));
+        let hit = scene.instances.as_ref().and_then(|placed| placed.intersect(&ray, time));
         let hit = hit.expect("it is in the way");
         let at = scene.interaction(&ray, &hit, time);
-        let place = scene.parametrization(&at, &hit, time);
+        let place = scene.texture_eval_context(&at, &hit, time);
         // Longitude runs from +x to +y, and the sphere has turned the same way.
         let longitude = (1.0 - f64::from(time) / std::f64::consts::TAU).fract() as f32;
         let latitude = (0.5f64).acos() / std::f64::consts::PI;

@@ -144,9 +144,9 @@ fn points_that_are_placed_keep_their_colours() {
         render(&scene, options, settings)
     };
     let (placed, copied) = (render(once, 1), render(size([24, 20]), 2));
-    let objects = placed.scene().placed.as_ref().expect("they are placed");
-    assert_eq!((objects.objects().len(), objects.placements().len()), (1, 2));
-    assert!(copied.scene().placed.is_none());
+    let objects = placed.scene().instances.as_ref().expect("they are placed");
+    assert_eq!((objects.objects().len(), objects.instances().len()), (1, 2));
+    assert!(copied.scene().instances.is_none());
     assert_agree(placed.film(), copied.film(), 1e-4, "once and copied");
 }
 
@@ -183,14 +183,14 @@ fn points_that_emit_show_their_colours() {
     );
     let Builder(scene) = Builder(black).glowing_by(Arc::new(Pattern::VertexColors.into()));
     let film = film(&seen(scene), 4);
-    let mut lit = 0;
+    let mut context = 0;
     for pixel in film.pixels() {
         let [r, g, b] = pixel.mean();
         // Pixels on edges see a share.
         assert!((r * 2.0 - g).abs() < 1e-5 && (r * 8.0 - b).abs() < 1e-4, "{r} {g} {b}");
-        lit += u32::from((r - 0.25).abs() < 1e-5);
+        context += u32::from((r - 0.25).abs() < 1e-5);
     }
-    assert!(lit > 40, "{lit}");
+    assert!(context > 40, "{context}");
 }
 
 #[test]

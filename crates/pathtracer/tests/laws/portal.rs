@@ -21,7 +21,7 @@ fn portal() -> Portal {
 }
 
 /// A sky with a bright part that shines through the window, the same everywhere, or both.
-fn skies(builder: Builder, portal: Option<Portal>, which: &[bool]) -> Builder {
+fn infinite_lights(builder: Builder, portal: Option<Portal>, which: &[bool]) -> Builder {
     let pixels = (0..128u16).map(|i| match (i % 16, i / 16) {
         (10..13, 1..4) => [6.0, 5.0, 4.0],
         (x, y) => [0.05 * f32::from(x), 0.1 * f32::from(y), 0.4],
@@ -60,7 +60,7 @@ fn room(portal: Option<Portal>, which: &[bool]) -> Scene {
         * DAffine3::from_rotation_y(0.5)
         * DAffine3::from_scale(DVec3::splat(0.3));
     let built = built.mesh(pt_scene::shapes::cube(), block, metal());
-    skies(built, portal, which).seen_by(inside())
+    infinite_lights(built, portal, which).seen_by(inside())
 }
 
 /// Two skies behind a portal in the window of a room.
@@ -108,7 +108,7 @@ fn portals_in_a_window_change_nothing_under_two_skies() {
 fn the_sky_is_seen_through_the_front_of_the_portal() {
     let seen = |from: DVec3, to: DVec3| {
         let eye = camera(from, to, [8.0, 6.0]);
-        let scene = skies(Builder::default(), Some(portal()), &[false]).seen_by(eye);
+        let scene = infinite_lights(Builder::default(), Some(portal()), &[false]).seen_by(eye);
         let film = film(&scene, settings(4));
         let colors: Vec<_> = film.pixels().map(|pixel| pixel.luminance().0).collect();
         let sky = 0.2126 + 0.7152 * 0.5 + 0.0722 * 0.25;

@@ -6,7 +6,7 @@ use pathtracer::{
     Adaptive, Clamp, DirectLight, Film, Filter, INTEGRATORS, Region, Scene, Session, Settings,
     Silent,
 };
-use pt_cpu::trace::{LightNumber, Place, Sample, Source, Vertex};
+use pt_cpu::trace::{LightRef, LightSource, Sample, ScatterSite, Vertex};
 use pt_cpu::{RenderError, Renderer, Tracer};
 use pt_math::{Ray, Spectrum, Vec3};
 use pt_scene::LightKind;
@@ -68,7 +68,7 @@ fn assert_all_is_told(scene: &Scene, settings: &Settings, what: &str) {
 /// All integrators of which samples can be explained, with all estimators of direct light.
 fn all_settings(light_samples: u32) -> impl Iterator<Item = Settings> {
     let base = Settings { spp: SPP, max_depth: 6, light_samples, ..Settings::default() };
-    let known = INTEGRATORS.iter().filter(|known| known.new_recording.is_some());
+    let known = INTEGRATORS.iter().filter(|known| known.new_traced.is_some());
     known.flat_map(move |known| {
         let base = base.clone();
         ESTIMATORS.map(move |direct| Settings {
@@ -139,7 +139,7 @@ fn samples_of_an_adaptive_render_are_the_first_of_the_others() {
     let settings = Settings { spp: 200, adaptive, ..Settings::default() };
     let session = session(&cornell(), settings);
     let film = rendered(PIXELS[0], &session);
-    let count = film.even_count().expect("it is one pixel");
+    let count = film.uniform_spp().expect("it is one pixel");
     assert!((8..200).contains(&count), "{count}");
     let (_, told) = replay(&session, PIXELS[0], 0..count);
     assert!(told == film);
@@ -168,7 +168,7 @@ fn assert_along(from: Vec3, direction: Vec3, to: Vec3) {
 }
 
 fn assert_follows(vertex: &Vertex, next: &Vertex) {
-    let departure = vertex.departure.expect("it went on");
+    let departure = vertex.scatter.expect("it went on");
     assert_along(vertex.p, departure.direction, next.p);
     let mut want = vertex.throughput * departure.weight;
     if let Some(q) = departure.survival {
@@ -188,9 +188,9 @@ fn diffuse_surfaces_reflect_what_light_samples_tell() {
     let mut seen = 0;
     for sample in PIXELS.iter().flat_map(|&pixel| replay(&session, pixel, 0..SPP).0) {
         for contribution in &sample.trace.contributions {
-            let Source::Light(light) = contribution.source else { continue };
+            let LightSource::Light(light) = contribution.source else { continue };
             let vertex = &sample.trace.vertices[contribution.vertices - 1];
-            let is_lambertian = matches!(vertex.place, Place::Surface { lobe: "Diffuse", .. });
+            let is_lambertian = matches!(vertex.site, ScatterSite::Surface { lobe: "Diffuse", .. });
             if contribution.value.is_black() || !is_lambertian {
                 continue;
             }
@@ -220,8 +220,8 @@ fn the_light_that_was_chosen_is_where_it_was_told() {
     let mut seen = 0;
     for sample in PIXELS.iter().flat_map(|&pixel| replay(&session, pixel, 0..SPP).0) {
         for contribution in &sample.trace.contributions {
-            let Source::Light(light) = contribution.source else { continue };
-            let (LightNumber::Still(number), Some(chosen)) = (light.light, light.chosen) else {
+            let LightSource::Light(light) = contribution.source else { continue };
+            let (LightRef::Static(number), Some(chosen)) = (light.light, light.chosen) else {
                 continue;
             };
             assert!(chosen.probability > 0.0 && chosen.probability <= 1.0);

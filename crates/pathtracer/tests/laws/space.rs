@@ -250,11 +250,11 @@ fn light_that_could_not_be_sampled_is_refused() {
         cutoff_angle: 30.0,
         texture: Some(in_space(Pattern::Windy, DAffine3::IDENTITY)),
     };
-    let lit = Builder::default()
+    let context = Builder::default()
         .quad(facing(DVec3::ZERO, DVec3::Y, 3.0), matte([0.6; 3]))
         .light(spot, looking(DVec3::Y, DVec3::ZERO));
     refused(
-        &lit.seen_by(camera(FAR, DVec3::ZERO, [20.0, 16.0])),
+        &context.seen_by(camera(FAR, DVec3::ZERO, [20.0, 16.0])),
         "it lies in space, but the picture that a light",
     );
 }

@@ -1,7 +1,7 @@
 //! Renders that end when their image is good enough keep their word, and are not biased by it.
 
 use pathtracer::{Aov, Samples};
-use pathtracer::{Film, Half, Scene, Settings, Target, aov, default_scene};
+use pathtracer::{Film, HalfBuffer, Scene, Settings, Target, aov, default_scene};
 use pt_testing::{Estimates, z_test};
 
 use crate::adaptive;
@@ -52,11 +52,11 @@ fn images_are_as_good_as_was_asked_for() {
             let settings = to_target(target, seed);
             let film = film(&scene, settings.clone());
             let look =
-                settings.target.and_then(|target| target.look(&film, 1)).expect("two halves");
+                settings.target.and_then(|target| target.evaluate(&film, 1)).expect("two halves");
             assert!(look.is_met(), "{name}: {look:?}");
             let error = error(&film, &truth);
             good += u32::from(error <= target);
-            inside += u32::from((look.measured.least..=look.measured.most).contains(&error));
+            inside += u32::from((look.measured.lower..=look.measured.upper).contains(&error));
             samples += film.samples() as f64 / f64::from(SIZE[0] * SIZE[1] * SEEDS);
             all += 1;
         }
@@ -144,7 +144,7 @@ fn an_image_is_the_mean_of_its_halves() {
             assert!((pixel.mean()[c] - mean).abs() <= 1e-6 * mean.abs(), "{name}");
         }
     }
-    let counts = Half::BOTH.map(|half| film.counts_of(half).max());
+    let counts = HalfBuffer::BOTH.map(|half| film.counts_of(half).max());
     assert_eq!(counts, [Some(3), Some(2)]);
-    assert_eq!(film.even_count(), Some(5));
+    assert_eq!(film.uniform_spp(), Some(5));
 }

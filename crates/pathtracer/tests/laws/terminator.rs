@@ -67,10 +67,11 @@ fn error(scene: &RenderScene, ray: &Ray, l: Vec3) -> Option<f64> {
     }
     let bsdf = scene.bsdf(&at, None);
     let shadow = at.point.spawn(l);
-    let lit = if scene.bvh.occluded(&shadow) { 0.0 } else { f64::from(bsdf.eval(l).luminance()) };
+    let context =
+        if scene.bvh.occluded(&shadow) { 0.0 } else { f64::from(bsdf.eval(l).luminance()) };
     // Corners are unit vectors, and so the normal is that of the sphere above the point.
     let want = f64::from(at.normal.dot(l)).max(0.0) * 0.5 / PI;
-    Some(lit - want)
+    Some(context - want)
 }
 
 #[test]

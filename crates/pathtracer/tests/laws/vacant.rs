@@ -85,7 +85,7 @@ fn hits(scene: &RenderScene, [x, y]: [u32; 2], radius: f32, random: &mut Random)
     let at = [near(x), near(y)];
     let ray = scene.camera.ray(at, [random.unit(), random.unit()]);
     let time = random.unit();
-    let placed = scene.placed.as_ref();
+    let placed = scene.instances.as_ref();
     scene.bvh.occluded(&ray) || placed.is_some_and(|placed| placed.occluded(&ray, time))
 }
 

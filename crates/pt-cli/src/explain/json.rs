@@ -2,8 +2,8 @@
 
 use pathtracer::Session;
 use pathtracer::explain::{
-    Cause, Contribution, Event, Explanation, Fireflies, Firefly, LightNumber, LightPath, Names,
-    PathType, Place, Sample, SampledLight, Source, Thing, Trace, Vertex, expression,
+    Cause, Contribution, Explanation, Fireflies, Firefly, LightPath, LightRef, LightSource, Names,
+    PathType, Sample, SampledLight, ScatterEvent, ScatterSite, Thing, Trace, Vertex, expression,
 };
 use serde_json::{Value, json};
 
@@ -98,25 +98,25 @@ fn thing_value(thing: &Thing) -> Value {
 }
 
 fn vertex_value(names: Names, vertex: &Vertex) -> Value {
-    let place = match vertex.place {
-        Place::Surface { primitive, lobe, .. } => json!({
+    let place = match vertex.site {
+        ScatterSite::Surface { primitive, lobe, .. } => json!({
             "surface": thing_value(&names.primitive(primitive)),
             "primitive": primitive,
             "lobe": lobe,
         }),
-        Place::Medium { phase } => json!({ "phase": phase }),
+        ScatterSite::Medium { phase } => json!({ "phase": phase }),
     };
     let event = match vertex.event(false) {
-        Event::Diffuse => "D",
-        Event::Glossy => "G",
-        Event::Specular => "S",
-        Event::Volume => "V",
+        ScatterEvent::Diffuse => "D",
+        ScatterEvent::Glossy => "G",
+        ScatterEvent::Specular => "S",
+        ScatterEvent::Volume => "V",
     };
     json!({
         "p": vertex.p.to_array(),
         "place": place,
         "throughput": vertex.throughput.to_array(),
-        "departure": vertex.departure.map(|departure| json!({
+        "departure": vertex.scatter.map(|departure| json!({
             "event": event,
             "direction": departure.direction.to_array(),
             "pdf": departure.pdf.map(|pdf| f64::from(pdf.get())),
@@ -131,14 +131,14 @@ fn contribution_value(names: Names, trace: &Trace, contribution: &Contribution) 
         "expression": expression(trace, contribution),
         "vertices": contribution.vertices,
         "value": contribution.value.to_array(),
-        "removed": contribution.removed,
+        "removed": contribution.clamped,
         "source": source_value(names, &contribution.source),
     })
 }
 
-fn source_value(names: Names, source: &Source) -> Value {
+fn source_value(names: Names, source: &LightSource) -> Value {
     match source {
-        Source::Emitter { p, primitive, radiance, weight, is_sampled } => json!({
+        LightSource::Emitter { p, primitive, radiance, weight, is_sampled } => json!({
             "kind": "emitter",
             "surface": thing_value(&names.primitive(*primitive)),
             "primitive": primitive,
@@ -147,20 +147,20 @@ fn source_value(names: Names, source: &Source) -> Value {
             "weight": weight,
             "is_sampled": is_sampled,
         }),
-        Source::Sky { direction, radiance, weight } => json!({
+        LightSource::Sky { direction, radiance, weight } => json!({
             "kind": "sky",
             "direction": direction.to_array(),
             "radiance": radiance.to_array(),
             "weight": weight,
         }),
-        Source::Glow { medium, direction, radiance } => json!({
+        LightSource::Medium { medium, direction, radiance } => json!({
             "kind": "glow",
             "medium": names.medium(*medium),
             "direction": direction.to_array(),
             "radiance": radiance.to_array(),
         }),
-        Source::Light(light) => light_value(names, light),
-        Source::Hemisphere { direction, pdf, samples } => json!({
+        LightSource::Light(light) => light_value(names, light),
+        LightSource::Hemisphere { direction, pdf, samples } => json!({
             "kind": "hemisphere",
             "direction": direction.to_array(),
             "pdf": pdf.get(),
@@ -171,8 +171,8 @@ fn source_value(names: Names, source: &Source) -> Value {
 
 fn light_value(names: Names, light: &SampledLight) -> Value {
     let (moves, number) = match light.light {
-        LightNumber::Still(number) => (false, number),
-        LightNumber::Moving(number) => (true, number),
+        LightRef::Static(number) => (false, number),
+        LightRef::Animated(number) => (true, number),
     };
     json!({
         "kind": "light",

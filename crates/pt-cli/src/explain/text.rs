@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use pathtracer::Session;
 use pathtracer::explain::{
-    Contribution, Departure, Event, Explanation, Fireflies, Firefly, LightPath, Names, PathType,
-    Place, Sample, SampledLight, Source, Trace, Vertex, expression,
+    Contribution, Explanation, Fireflies, Firefly, LightPath, LightSource, Names, PathType, Sample,
+    SampledLight, ScatterEvent, ScatterSample, ScatterSite, Trace, Vertex, expression,
 };
 
 use super::words::{advice, cause, number, numbers, paragraph, path, percent, source, thing};
@@ -111,11 +111,11 @@ fn followed(names: Names, trace: &Trace, is_whole: bool) -> String {
     let mut text = line("eye", &place(trace.eye.to_array()));
     text += &finds(names, trace, 0);
     // At the last vertex of a path which asked for its light, what else the path did is of no matter.
-    let asked = !is_whole && trace.contributions.iter().any(|c| c.source.is_asked());
+    let asked = !is_whole && trace.contributions.iter().any(|c| c.source.is_sampled());
     for (i, vertex) in trace.vertices.iter().enumerate() {
         let has_asked = asked && i + 1 == trace.vertices.len();
         text += &self::vertex(names, i + 1, vertex, vertex.event(has_asked));
-        let departure = vertex.departure.filter(|_| !has_asked);
+        let departure = vertex.scatter.filter(|_| !has_asked);
         text += &asks(names, trace, i + 1);
         text += &departure.map_or(String::new(), |departure| line("", &goes_on(&departure)));
         text += &finds(names, trace, i + 1);
@@ -125,13 +125,13 @@ fn followed(names: Names, trace: &Trace, is_whole: bool) -> String {
 
 /// What was asked for at the last of so many vertices.
 fn asks(names: Names, trace: &Trace, vertices: usize) -> String {
-    let here = |c: &&Contribution| c.vertices == vertices && c.source.is_asked();
+    let here = |c: &&Contribution| c.vertices == vertices && c.source.is_sampled();
     trace.contributions.iter().filter(here).map(|c| contribution(names, c)).collect()
 }
 
 /// What was found behind it.
 fn finds(names: Names, trace: &Trace, vertices: usize) -> String {
-    let here = |c: &&Contribution| c.vertices == vertices && !c.source.is_asked();
+    let here = |c: &&Contribution| c.vertices == vertices && !c.source.is_sampled();
     trace.contributions.iter().filter(here).map(|c| contribution(names, c)).collect()
 }
 
@@ -143,14 +143,14 @@ fn place(p: [f32; 3]) -> String {
     format!("at {}", numbers(p))
 }
 
-fn vertex(names: Names, number: usize, vertex: &Vertex, event: Event) -> String {
-    let (letter, what) = match (event, vertex.place) {
-        (_, Place::Medium { phase }) => ("V", format!("a medium, {phase}")),
-        (event, Place::Surface { primitive, lobe, .. }) => {
+fn vertex(names: Names, number: usize, vertex: &Vertex, event: ScatterEvent) -> String {
+    let (letter, what) = match (event, vertex.site) {
+        (_, ScatterSite::Medium { phase }) => ("V", format!("a medium, {phase}")),
+        (event, ScatterSite::Surface { primitive, lobe, .. }) => {
             let letter = match event {
-                Event::Diffuse => "D",
-                Event::Specular => "S",
-                Event::Glossy | Event::Volume => "G",
+                ScatterEvent::Diffuse => "D",
+                ScatterEvent::Specular => "S",
+                ScatterEvent::Glossy | ScatterEvent::Volume => "G",
             };
             (letter, format!("{}, {lobe}", thing(&names.primitive(primitive))))
         }
@@ -160,8 +160,8 @@ fn vertex(names: Names, number: usize, vertex: &Vertex, event: Event) -> String 
     line(&format!("{number}. {letter}"), &text)
 }
 
-fn goes_on(departure: &Departure) -> String {
-    let Departure { pdf, weight, survival, .. } = departure;
+fn goes_on(departure: &ScatterSample) -> String {
+    let ScatterSample { pdf, weight, survival, .. } = departure;
     let pdf = pdf.map_or("into a single direction".into(), |pdf| {
         format!("in a direction of density {} / sr", number(f64::from(pdf.get())))
     });
@@ -175,22 +175,22 @@ fn goes_on(departure: &Departure) -> String {
 fn contribution(names: Names, contribution: &Contribution) -> String {
     let from = source(names, &contribution.source);
     let (label, how) = match &contribution.source {
-        Source::Emitter { p, radiance, weight, .. } => {
+        LightSource::Emitter { p, radiance, weight, .. } => {
             let radiance = numbers(radiance.to_array());
             let weight = number(f64::from(*weight));
             let at = place(p.to_array());
             ("finds", format!("{from} {at}, radiance {radiance}, MIS weight {weight}"))
         }
-        Source::Sky { direction, radiance, weight } => {
+        LightSource::Sky { direction, radiance, weight } => {
             let radiance = numbers(radiance.to_array());
             let (direction, weight) = (numbers(direction.to_array()), number(f64::from(*weight)));
             ("finds", format!("{from} in {direction}, radiance {radiance}, MIS weight {weight}"))
         }
-        Source::Glow { radiance, .. } => {
+        LightSource::Medium { radiance, .. } => {
             ("finds", format!("{from} on its way, radiance {}", numbers(radiance.to_array())))
         }
-        Source::Light(light) => ("asks", format!("{from}{}", sampled(light))),
-        Source::Hemisphere { direction, pdf, samples } => {
+        LightSource::Light(light) => ("asks", format!("{from}{}", sampled(light))),
+        LightSource::Hemisphere { direction, pdf, samples } => {
             let direction = numbers(direction.to_array());
             let pdf = number(f64::from(pdf.get()));
             let of = one_of(*samples);
@@ -202,8 +202,8 @@ fn contribution(names: Names, contribution: &Contribution) -> String {
     } else {
         format!("brings {}", numbers(contribution.value.to_array()))
     };
-    let cut = if contribution.removed > 0.0 {
-        format!(" (luminance {} is cut off)", number(f64::from(contribution.removed)))
+    let cut = if contribution.clamped > 0.0 {
+        format!(" (luminance {} is cut off)", number(f64::from(contribution.clamped)))
     } else {
         String::new()
     };

@@ -1,7 +1,7 @@
 //! Words and numbers.
 
 use pathtracer::explain::{
-    Cause, Explanation, Fireflies, Firefly, LightPath, Names, Place, Source, Thing,
+    Cause, Explanation, Fireflies, Firefly, LightPath, LightSource, Names, ScatterSite, Thing,
 };
 use pathtracer::{DirectLight, Session};
 
@@ -66,20 +66,20 @@ pub(super) fn thing(thing: &Thing) -> String {
 }
 
 /// Where light of a contribution comes from.
-pub(super) fn source(names: Names, source: &Source) -> String {
+pub(super) fn source(names: Names, source: &LightSource) -> String {
     match source {
-        Source::Emitter { primitive, .. } => thing(&names.primitive(*primitive)),
-        Source::Sky { .. } => "the sky".into(),
-        Source::Glow { medium, .. } => match names.medium(*medium) {
+        LightSource::Emitter { primitive, .. } => thing(&names.primitive(*primitive)),
+        LightSource::Sky { .. } => "the sky".into(),
+        LightSource::Medium { medium, .. } => match names.medium(*medium) {
             "" => "a medium that glows".into(),
             name => format!("\"{name}\" (medium that glows)"),
         },
-        Source::Light(light) => {
+        LightSource::Light(light) => {
             let Thing { kind, object, .. } = names.light(light);
             let object = object.map_or(String::new(), |name| format!(" \"{name}\""));
             format!("{kind}{object}")
         }
-        Source::Hemisphere { .. } => "a random direction of the hemisphere".into(),
+        LightSource::Hemisphere { .. } => "a random direction of the hemisphere".into(),
     }
 }
 
@@ -88,8 +88,8 @@ pub(super) fn cause(names: Names, firefly: &Firefly) -> String {
     let trace = &firefly.sample.trace;
     let Some(bright) = trace.contributions.get(firefly.contribution) else { return String::new() };
     let light = source(names, &bright.source);
-    let at = |vertex: usize| match trace.vertices.get(vertex).map(|vertex| vertex.place) {
-        Some(Place::Surface { primitive, .. }) => thing(&names.primitive(primitive)),
+    let at = |vertex: usize| match trace.vertices.get(vertex).map(|vertex| vertex.site) {
+        Some(ScatterSite::Surface { primitive, .. }) => thing(&names.primitive(primitive)),
         _ => "a point in a medium".into(),
     };
     match firefly.cause {
@@ -103,7 +103,7 @@ pub(super) fn cause(names: Names, firefly: &Firefly) -> String {
             at(vertex + 1),
             at(vertex)
         ),
-        Cause::Unsampled if bright.source.is_asked() => {
+        Cause::Unsampled if bright.source.is_sampled() => {
             "light is looked for in random directions of the \
             hemisphere: few lead to a light, and each of these brings much."
                 .into()
@@ -147,9 +147,9 @@ pub(super) fn cause(names: Names, firefly: &Firefly) -> String {
 }
 
 /// How far a light is that was sampled.
-fn near(source: &Source) -> String {
+fn near(source: &LightSource) -> String {
     match source {
-        Source::Light(light) if light.distance.is_finite() => {
+        LightSource::Light(light) if light.distance.is_finite() => {
             format!("; it is {} m away", number(f64::from(light.distance)))
         }
         _ => String::new(),
@@ -166,7 +166,9 @@ pub(super) fn advice(session: &Session, explanation: &Explanation, firefly: &Fir
             all.push("a larger light of the same power".into());
             all.push("rough mirrors or glass, which light samples reach".into());
         }
-        Cause::Throughput { .. } if settings.integrator == "path" && !session.scene().moves() => {
+        Cause::Throughput { .. }
+            if settings.integrator == "path" && !session.scene().is_animated() =>
+        {
             all.push("--path-reuse 4".into());
         }
         Cause::Radiance { .. } | Cause::Choice { .. } | Cause::Density { .. } => {

@@ -5,10 +5,10 @@ use std::f32::consts::FRAC_1_PI;
 use pt_math::{FloatExt, Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 use pt_scene::material::{Distribution, Masking};
 
-use super::compensation::{Beneath, Gloss, mean_reflectance};
 use super::conductor::{half_vector, reflected, reflected_pdf};
 use super::fresnel;
-use super::microfacet::Facets;
+use super::microfacet::MicrofacetDistribution;
+use super::multiscatter::{Beneath, Gloss, mean_reflectance};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// What a metal and its coat are made of.
@@ -84,8 +84,8 @@ fn held_back(eta: f32, alpha: f32, once: Spectrum) -> Spectrum {
     })
 }
 
-fn facets(masking: Masking, alpha: f32) -> Facets {
-    Facets { distribution: Distribution::Ggx, masking, alpha: [alpha; 2] }
+fn distribution(masking: Masking, alpha: f32) -> MicrofacetDistribution {
+    MicrofacetDistribution { distribution: Distribution::Ggx, masking, alpha: [alpha; 2] }
 }
 
 /// What is known of a direction above the surface.
@@ -181,13 +181,13 @@ impl CoatedConductor {
 
     /// The facets of the table of glosses.
     #[inline]
-    fn coat_facets(&self) -> Facets {
-        facets(Masking::Separable, self.coat)
+    fn coat_facets(&self) -> MicrofacetDistribution {
+        distribution(Masking::Separable, self.coat)
     }
 
     #[inline]
-    fn metal_facets(&self) -> Facets {
-        facets(Masking::Correlated, self.base)
+    fn metal_facets(&self) -> MicrofacetDistribution {
+        distribution(Masking::Correlated, self.base)
     }
 
     #[inline]
@@ -220,7 +220,7 @@ impl CoatedConductor {
 
     /// dω of a bent direction over that of the direction itself.
     #[inline]
-    fn squeeze(&self, i: &Side<'_>) -> f32 {
+    fn eta_scale(&self, i: &Side<'_>) -> f32 {
         i.w.z / (self.eta * self.eta * i.bent.z)
     }
 
@@ -232,7 +232,7 @@ impl CoatedConductor {
         let metal = self.metal(o.bent.dot(h)) * kept;
         let again = o.reflected.min(i.reflected);
         let all = metal.map(|r| r / (1.0 - r * again).max(f32::MIN_POSITIVE));
-        let through = (1.0 - o.reflected) * (1.0 - i.reflected) * self.squeeze(i);
+        let through = (1.0 - o.reflected) * (1.0 - i.reflected) * self.eta_scale(i);
         all * (through * reflected(&self.metal_facets(), o.bent, i.bent, h))
     }
 
@@ -254,11 +254,11 @@ impl CoatedConductor {
 
     #[inline]
     fn pdf_sides(&self, o: &Side<'_>, i: &Side<'_>) -> Pdf<SolidAngle> {
-        let by = |facets: &Facets, o: Vec3, i: Vec3| {
-            half_vector(o, i).map_or(0.0, |h| reflected_pdf(facets, o, h).get())
+        let by = |distribution: &MicrofacetDistribution, o: Vec3, i: Vec3| {
+            half_vector(o, i).map_or(0.0, |h| reflected_pdf(distribution, o, h).get())
         };
         let [coat, base, rest] = self.probabilities(o);
-        let of_metal = by(&self.metal_facets(), o.bent, i.bent) * self.squeeze(i);
+        let of_metal = by(&self.metal_facets(), o.bent, i.bent) * self.eta_scale(i);
         Pdf::new(
             coat * by(&self.coat_facets(), o.w, i.w)
                 + base * of_metal
@@ -283,8 +283,8 @@ impl CoatedConductor {
 
 /// The direction that a facet of these reflects `w` to.
 #[inline]
-fn by_facet(facets: &Facets, w: Vec3, u: [f32; 2]) -> Vec3 {
-    let h = facets.sample_visible(w, u);
+fn by_facet(distribution: &MicrofacetDistribution, w: Vec3, u: [f32; 2]) -> Vec3 {
+    let h = distribution.sample_visible(w, u);
     (h * (2.0 * w.dot(h)) - w).normalize()
 }
 
@@ -348,7 +348,7 @@ impl Lobe<'_> for CoatedConductor {
     }
 
     #[inline]
-    fn spread(&self) -> f32 {
+    fn lobe_width(&self) -> f32 {
         self.coat.min(self.base)
     }
 
@@ -370,10 +370,10 @@ mod tests {
     use pt_testing::Random;
 
     use super::*;
-    use crate::bsdf::compensated_conductor::CompensatedConductor;
-    use crate::bsdf::compensated_dielectric::CompensatedDielectric;
     use crate::bsdf::conductor::{RoughConductor, SmoothConductor};
     use crate::bsdf::mirror::reflect;
+    use crate::bsdf::multiscatter_conductor::CompensatedConductor;
+    use crate::bsdf::multiscatter_dielectric::CompensatedDielectric;
     use crate::bsdf::rough_dielectric::RoughDielectric;
 
     const COSINES: [f32; 4] = [1.0, 0.8, 0.5, 0.25];
@@ -418,20 +418,21 @@ mod tests {
     /// know the squeeze of radiance.
     fn walk(layers: &Layers, wo: Vec3, random: &mut Random) -> Option<(Vec3, Spectrum)> {
         const MAX: u8 = 100;
-        let ggx = |alpha| Facets::isotropic(Distribution::Ggx, alpha);
+        let ggx = |alpha| MicrofacetDistribution::isotropic(Distribution::Ggx, alpha);
         let (reflectance, transmittance) = (Spectrum::ONE, Spectrum::ONE);
-        let (eta, facets) = (layers.eta, ggx(layers.coat));
+        let (eta, distribution) = (layers.eta, ggx(layers.coat));
         let coat = CompensatedDielectric {
-            once: RoughDielectric { reflectance, transmittance, eta, facets },
+            once: RoughDielectric { reflectance, transmittance, eta, distribution },
         };
         let [metal_eta, k] = [layers.metal_eta, layers.metal_k].map(|x| x * (1.0 / eta));
         let metal = SmoothConductor { eta: metal_eta, k, reflectance };
-        let metal = CompensatedConductor::new(RoughConductor { metal, facets: ggx(layers.metal) });
+        let metal =
+            CompensatedConductor::new(RoughConductor { metal, distribution: ggx(layers.metal) });
         let mut weight = Spectrum::ONE;
         let mut from = wo;
         for _ in 0..MAX {
             let s = coat.sample(from, unit_3d(random))?;
-            weight *= s.weight * s.squeeze;
+            weight *= s.weight * s.eta_scale;
             if s.wi.z > 0.0 {
                 return Some((s.wi, weight));
             }

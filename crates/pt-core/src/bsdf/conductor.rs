@@ -4,7 +4,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
 use super::fresnel;
-use super::microfacet::Facets;
+use super::microfacet::MicrofacetDistribution;
 use super::mirror::reflect;
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
@@ -26,7 +26,7 @@ pub struct RoughConductor {
     /// The metal of the facets.
     pub metal: SmoothConductor,
     /// Their distribution.
-    pub facets: Facets,
+    pub distribution: MicrofacetDistribution,
 }
 
 impl SmoothConductor {
@@ -96,15 +96,19 @@ pub(super) fn half_vector(wo: Vec3, wi: Vec3) -> Option<Vec3> {
 /// Density of the direction in which facets that `wo` sees reflect, at the one of normal `h`:
 /// p(h) / (4 wo·h). [Walter et al. 2007, eq. 14]
 #[inline]
-pub(super) fn reflected_pdf(facets: &Facets, wo: Vec3, h: Vec3) -> Pdf<SolidAngle> {
-    Pdf::new(facets.d(h) * facets.g1(wo) / (4.0 * wo.z))
+pub(super) fn reflected_pdf(
+    distribution: &MicrofacetDistribution,
+    wo: Vec3,
+    h: Vec3,
+) -> Pdf<SolidAngle> {
+    Pdf::new(distribution.d(h) * distribution.g1(wo) / (4.0 * wo.z))
 }
 
 /// D G / (4 cos θo): what facets of normal `h` reflect of light from `wi`, but for Fresnel's factor.
 /// [Walter et al. 2007, eq. 20, times cos θi]
 #[inline]
-pub(super) fn reflected(facets: &Facets, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
-    facets.d(h) * facets.g(wo, wi) / (4.0 * wo.z)
+pub(super) fn reflected(distribution: &MicrofacetDistribution, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
+    distribution.d(h) * distribution.g(wo, wi) / (4.0 * wo.z)
 }
 
 impl RoughConductor {
@@ -117,24 +121,27 @@ impl Lobe<'_> for RoughConductor {
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let [a, b, c, d, e, f, g, h, i] = self.metal.numbers();
-        let [j, k, l] = self.facets.pack();
+        let [j, k, l] = self.distribution.pack();
         padded([a, b, c, d, e, f, g, h, i, j, k, l])
     }
 
     #[inline]
     fn unpack(p: &[f32; PARAMETERS], _: &LobeTables) -> Self {
-        Self { metal: SmoothConductor::of_numbers(p), facets: Facets::unpack([p[9], p[10], p[11]]) }
+        Self {
+            metal: SmoothConductor::of_numbers(p),
+            distribution: MicrofacetDistribution::unpack([p[9], p[10], p[11]]),
+        }
     }
 
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         let Some(h) = half_vector(wo, wi) else { return Spectrum::ZERO };
-        self.metal.fresnel(wo.dot(h)) * reflected(&self.facets, wo, wi, h)
+        self.metal.fresnel(wo.dot(h)) * reflected(&self.distribution, wo, wi, h)
     }
 
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        half_vector(wo, wi).map_or(Pdf::ZERO, |h| reflected_pdf(&self.facets, wo, h))
+        half_vector(wo, wi).map_or(Pdf::ZERO, |h| reflected_pdf(&self.distribution, wo, h))
     }
 
     /// Draws a facet that is seen, and reflects: the weight is F G/G₁.
@@ -143,31 +150,31 @@ impl Lobe<'_> for RoughConductor {
         if wo.z <= 0.0 {
             return None;
         }
-        let h = self.facets.sample_visible(wo, [u, v]);
+        let h = self.distribution.sample_visible(wo, [u, v]);
         let cos_h = wo.dot(h);
         let wi = h * (2.0 * cos_h) - wo;
-        let pdf = reflected_pdf(&self.facets, wo, h);
+        let pdf = reflected_pdf(&self.distribution, wo, h);
         if wi.z <= 0.0 || cos_h <= 0.0 || !pdf.is_positive() {
             return None;
         }
-        let weight = self.metal.fresnel(cos_h) * self.facets.shadowing(wo, wi);
+        let weight = self.metal.fresnel(cos_h) * self.distribution.shadowing(wo, wi);
         Some(BsdfSample::new(wi, weight, Some(pdf)))
     }
 
     #[inline]
-    fn spread(&self) -> f32 {
-        self.facets.spread()
+    fn lobe_width(&self) -> f32 {
+        self.distribution.spread()
     }
 
     fn examples() -> Vec<Self> {
         let (gold, perfect) = (SmoothConductor::gold(), SmoothConductor::perfect());
         let with = |metal, distribution, alpha| Self {
             metal,
-            facets: Facets::isotropic(distribution, alpha),
+            distribution: MicrofacetDistribution::isotropic(distribution, alpha),
         };
         let anisotropic = |distribution, alpha, masking| Self {
             metal: perfect,
-            facets: Facets { distribution, masking, alpha },
+            distribution: MicrofacetDistribution { distribution, masking, alpha },
         };
         vec![
             with(gold, Distribution::Beckmann, 0.25),

@@ -57,7 +57,7 @@ impl Lobe<'_> for Dielectric {
             Some((_, cos_t)) => {
                 let weight = self.transmittance / (eta * eta);
                 let wi = refract(wo, cos_t, eta);
-                Some(BsdfSample::new(wi, weight, None).squeezed_by(eta * eta))
+                Some(BsdfSample::new(wi, weight, None).with_eta_scale(eta * eta))
             }
         }
     }

@@ -57,7 +57,7 @@ impl Lobe<'_> for Diffuse {
     }
 
     #[inline(always)]
-    fn spread(&self) -> f32 {
+    fn lobe_width(&self) -> f32 {
         f32::INFINITY
     }
 

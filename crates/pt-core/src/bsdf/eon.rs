@@ -182,7 +182,7 @@ impl Lobe<'_> for Eon {
 
     /// It changes slowly.
     #[inline]
-    fn spread(&self) -> f32 {
+    fn lobe_width(&self) -> f32 {
         0.5
     }
 

@@ -7,7 +7,7 @@ use pt_scene::material::{Distribution, Masking};
 
 use super::conductor::{half_vector, reflected};
 use super::fresnel;
-use super::microfacet::Facets;
+use super::microfacet::MicrofacetDistribution;
 use super::over_base::OverBase;
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
@@ -24,7 +24,7 @@ pub struct FresnelPlastic {
     /// Index of refraction over that above the surface, at least 1.
     pub eta: f32,
     /// The facets.
-    pub facets: Facets,
+    pub distribution: MicrofacetDistribution,
 }
 
 impl FresnelPlastic {
@@ -62,7 +62,7 @@ impl Lobe<'_> for FresnelPlastic {
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let ([a, b, c], [d, e, f]) = (self.rho.to_array(), self.specular.to_array());
-        let [g, h, i] = self.facets.pack();
+        let [g, h, i] = self.distribution.pack();
         padded([a, b, c, d, e, f, self.eta, g, h, i])
     }
 
@@ -72,21 +72,21 @@ impl Lobe<'_> for FresnelPlastic {
             rho: color(p, Self::RHO),
             specular: color(p, Self::SPECULAR),
             eta: p[6],
-            facets: Facets::unpack([p[7], p[8], p[9]]),
+            distribution: MicrofacetDistribution::unpack([p[7], p[8], p[9]]),
         }
     }
 
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         let Some(h) = half_vector(wo, wi) else { return Spectrum::ZERO };
-        let gloss = self.fresnel(wo.dot(h)) * reflected(&self.facets, wo, wi, h);
+        let gloss = self.fresnel(wo.dot(h)) * reflected(&self.distribution, wo, wi, h);
         let through = (1.0 - self.fresnel(wo.z)) * (1.0 - self.fresnel(wi.z));
         self.specular * gloss + self.rho * (through * FRAC_1_PI * wi.z)
     }
 
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        OverBase { facets: &self.facets, q: self.gloss_probability(wo) }.pdf(wo, wi)
+        OverBase { distribution: &self.distribution, q: self.gloss_probability(wo) }.pdf(wo, wi)
     }
 
     #[inline]
@@ -94,27 +94,36 @@ impl Lobe<'_> for FresnelPlastic {
         if wo.z <= 0.0 {
             return None;
         }
-        let directions = OverBase { facets: &self.facets, q: self.gloss_probability(wo) };
+        let directions =
+            OverBase { distribution: &self.distribution, q: self.gloss_probability(wo) };
         let wi = directions.draw(wo, [u, v], choice < directions.q);
         let pdf = directions.pdf(wo, wi);
         pdf.is_positive().then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
     }
 
     #[inline]
-    fn spread(&self) -> f32 {
-        self.facets.spread()
+    fn lobe_width(&self) -> f32 {
+        self.distribution.spread()
     }
 
     fn examples() -> Vec<Self> {
-        let facets =
-            |distribution, alpha| Facets { distribution, masking: Masking::Separable, alpha };
-        let white = |eta, facets| Self { rho: Spectrum::ONE, specular: Spectrum::ONE, eta, facets };
+        let distribution = |distribution, alpha| MicrofacetDistribution {
+            distribution,
+            masking: Masking::Separable,
+            alpha,
+        };
+        let white = |eta, distribution| Self {
+            rho: Spectrum::ONE,
+            specular: Spectrum::ONE,
+            eta,
+            distribution,
+        };
         vec![
-            white(1.5, facets(Distribution::Beckmann, [0.2; 2])),
+            white(1.5, distribution(Distribution::Beckmann, [0.2; 2])),
             Self {
                 rho: Spectrum::rgb(0.8, 0.4, 0.1),
                 specular: Spectrum::splat(0.5),
-                ..white(1.9, facets(Distribution::Ggx, [0.5, 0.2]))
+                ..white(1.9, distribution(Distribution::Ggx, [0.5, 0.2]))
             },
         ]
     }
@@ -127,9 +136,9 @@ mod tests {
     /// As Mitsuba 3.9.1 evaluates its "pplastic" with an index of 1.5, an albedo of 0.6 and no gloss, times cos θi.
     #[test]
     fn the_base_is_that_of_mitsuba() {
-        let facets = Facets::isotropic(Distribution::Beckmann, 0.2);
+        let distribution = MicrofacetDistribution::isotropic(Distribution::Beckmann, 0.2);
         let (rho, specular) = (Spectrum::splat(0.6), Spectrum::ZERO);
-        let lobe = FresnelPlastic { rho, specular, eta: 1.5, facets };
+        let lobe = FresnelPlastic { rho, specular, eta: 1.5, distribution };
         for (cos_o, cos_i, want) in [
             (1.0f32, 1.0f32, 0.176_012_6),
             (1.0, 0.5, 0.083_497_2),

@@ -41,7 +41,7 @@ pub struct Hair {
 }
 
 /// What depends on the viewer alone.
-struct Viewed {
+struct ViewTerms {
     /// Sine and cosine of θo.
     theta: [f32; 2],
     /// Sine and cosine of φo.
@@ -90,7 +90,7 @@ impl Hair {
         [turned([-twice[0], twice[1]]), turned(once), turned([s4, c4]), [sin, cos]]
     }
 
-    fn viewed(&self, wo: Vec3) -> Viewed {
+    fn viewed(&self, wo: Vec3) -> ViewTerms {
         const ALONG: f32 = 1e-15;
         let (sin, cos) = (wo.x, (wo.y * wo.y + wo.z * wo.z).sqrt());
         let phi = if cos > ALONG { [wo.y / cos, wo.z / cos] } else { [0.0, 1.0] };
@@ -111,7 +111,7 @@ impl Hair {
         let shares = [Spectrum::splat(f), through, returned, returned * inside.map(rest)];
         let most = shares.map(Spectrum::max_channel);
         let sum: f32 = most.iter().sum();
-        Viewed {
+        ViewTerms {
             theta: [sin, cos],
             phi,
             gamma: [trig::atan2(h, cos_gamma), trig::atan2(sin_inside, cos_inside)],
@@ -121,7 +121,7 @@ impl Hair {
     }
 
     /// M_p · N_p.
-    fn spread(&self, viewed: &Viewed, wi: Vec3) -> [f32; WAYS] {
+    fn spread(&self, viewed: &ViewTerms, wi: Vec3) -> [f32; WAYS] {
         let cos_i = (wi.y * wi.y + wi.z * wi.z).sqrt();
         let [sin_phi, cos_phi] = viewed.phi;
         let phi = trig::atan2(wi.y * cos_phi - wi.z * sin_phi, wi.z * cos_phi + wi.y * sin_phi);
@@ -138,7 +138,7 @@ impl Hair {
     }
 }
 
-impl Viewed {
+impl ViewTerms {
     /// Φ(p): by how much a perfectly smooth fibre turns light around itself.
     fn turn(&self, p: usize) -> f32 {
         let (p, [outside, inside]) = (p as f32, self.gamma);
@@ -231,7 +231,7 @@ fn sample_trimmed_logistic(scale: f32, u: f32) -> f32 {
 impl Lobe<'_> for Hair {
     const DELTA: bool = false;
     const TRANSMITS: bool = true;
-    const ROUND: bool = true;
+    const IS_FIBER: bool = true;
     /// Scales are turned to the tip, and h is known of `wo` only.
     const RECIPROCAL: bool = false;
 

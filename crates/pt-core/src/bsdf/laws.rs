@@ -2,7 +2,7 @@
 //!
 //! Here: the methods of a lobe agree with one another. [`physics`]: they agree with nature.
 //! [`gains`]: the energy of layered and principled lobes. [`numbers`]: whatever they are asked. [`world`]: they do
-//! so on surfaces in the world. [`spread`]: for viewers side by side.
+//! so on surfaces in the world. [`lobe_width`]: for viewers side by side.
 
 mod gains;
 mod numbers;
@@ -14,11 +14,11 @@ use pt_math::{Spectrum, Vec3};
 use pt_testing::{Chi2, Random, chi2_cone, chi2_sphere};
 
 use super::diffuse_transmission::DiffuseTransmission;
-use super::microfacet::Facets;
+use super::microfacet::MicrofacetDistribution;
 use super::mirror::reflect;
 use super::{
-    AnyLobe, CompensatedDielectric, CourseMicrofacet, FresnelPlastic, Glossy, LobeTables,
-    MetallicRoughness, Principled, PrincipledThin, RoughConductor, RoughDielectric,
+    AnyLobe, CompensatedDielectric, Cs184Microfacet, FresnelPlastic, LobeTables, MetallicRoughness,
+    Principled, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic,
 };
 
 /// Directions above the surface, from the normal to grazing.
@@ -60,25 +60,31 @@ fn at_cosine(cos: f32) -> Vec3 {
 
 /// The lobe with another roughness, if it has one.
 fn with_alpha<'t>(lobe: &AnyLobe<'t>, alpha: f32) -> Option<AnyLobe<'t>> {
-    let with = |facets| Facets { alpha: [alpha; 2], ..facets };
+    let with = |distribution| MicrofacetDistribution { alpha: [alpha; 2], ..distribution };
     match *lobe {
-        AnyLobe::RoughConductor(l) => Some(RoughConductor { facets: with(l.facets), ..l }.into()),
+        AnyLobe::RoughConductor(l) => {
+            Some(RoughConductor { distribution: with(l.distribution), ..l }.into())
+        }
         AnyLobe::CompensatedConductor(l) => Some(l.with_alpha(alpha).into()),
         AnyLobe::CompensatedDielectric(l) => {
-            let once = RoughDielectric { facets: with(l.once.facets), ..l.once };
+            let once = RoughDielectric { distribution: with(l.once.distribution), ..l.once };
             Some(CompensatedDielectric { once }.into())
         }
-        AnyLobe::RoughDielectric(l) => Some(RoughDielectric { facets: with(l.facets), ..l }.into()),
+        AnyLobe::RoughDielectric(l) => {
+            Some(RoughDielectric { distribution: with(l.distribution), ..l }.into())
+        }
         AnyLobe::RoughCoatedDiffuse(l) => Some(l.with_alpha(alpha).into()),
-        AnyLobe::FresnelPlastic(l) => Some(FresnelPlastic { facets: with(l.facets), ..l }.into()),
+        AnyLobe::FresnelPlastic(l) => {
+            Some(FresnelPlastic { distribution: with(l.distribution), ..l }.into())
+        }
         AnyLobe::CoatedConductor(l) => Some(l.with_alpha(alpha).into()),
-        AnyLobe::Glossy(l) => Some(Glossy { facets: with(l.facets), ..l }.into()),
+        AnyLobe::Glossy(l) => Some(RoughPlastic { distribution: with(l.distribution), ..l }.into()),
         AnyLobe::Principled(l) => Some(Principled { roughness: alpha.sqrt(), ..l }.into()),
         AnyLobe::MetallicRoughness(l) => {
             Some(MetallicRoughness { roughness: alpha.sqrt(), ..l }.into())
         }
         AnyLobe::PrincipledThin(l) => Some(PrincipledThin { roughness: alpha.sqrt(), ..l }.into()),
-        AnyLobe::CourseMicrofacet(l) => Some(CourseMicrofacet { alpha, ..l }.into()),
+        AnyLobe::CourseMicrofacet(l) => Some(Cs184Microfacet { alpha, ..l }.into()),
         _ => None,
     }
 }
@@ -304,7 +310,10 @@ fn extremes_give_numbers() {
                     let Some(s) = lobe.sample(wo, u) else { continue };
                     assert!(is_number(s.weight), "{lobe:?} {wo} {u:?}: {s:?}");
                     assert!((s.wi.length() - 1.0).abs() < 1e-5, "{lobe:?} {wo} {u:?}: {s:?}");
-                    assert!(s.squeeze > 0.0 && s.squeeze.is_finite(), "{lobe:?} {wo} {u:?}: {s:?}");
+                    assert!(
+                        s.eta_scale > 0.0 && s.eta_scale.is_finite(),
+                        "{lobe:?} {wo} {u:?}: {s:?}"
+                    );
                     let p = s.pdf.map_or(1.0, pt_math::Pdf::get);
                     assert!(p > 0.0 && p.is_finite(), "{lobe:?} {wo} {u:?}: {s:?}");
                 }

@@ -1,6 +1,6 @@
 //! Reflection as it was measured.
 
-mod goniophotometer;
+mod gonioreflectometer;
 mod planes;
 #[cfg(test)]
 mod tests;
@@ -13,7 +13,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec2, Vec3, trig};
 use pt_scene::measured::{self, Measurements};
 
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, padded};
-pub use goniophotometer::{Goniophotometer, Specimen};
+pub use gonioreflectometer::{Gonioreflectometer, TabulatedLobe};
 use planes::{Blend, Planes, Warp};
 
 /// Of less density, single precision knows too little for what is reflected over it.
@@ -180,16 +180,16 @@ impl<'t> Measured<'t> {
         let [theta, phi] = angles(m);
         let normal = Vec2::new(column(theta), row(phi - from_phi));
         let (point, seen) = self.tables.vndf.invert(blend, normal);
-        let lit = self.tables.luminance.pdf(blend, point);
+        let context = self.tables.luminance.pdf(blend, point);
         // Of normals m the mirrored directions are 4 (ωo · m) times as far apart.
-        let pdf = seen * lit / (stretch(normal.x, m.x.hypot(m.y)) * 4.0 * wo.dot(m));
+        let pdf = seen * context / (stretch(normal.x, m.x.hypot(m.y)) * 4.0 * wo.dot(m));
         if !pdf.is_finite() || pdf < MIN_DENSITY {
             return None;
         }
         let color = self.tables.colors.at(blend, point);
-        let facets =
+        let distribution =
             if self.tables.is_relative { self.tables.ndf.at(&Blend::ONE, normal) } else { 1.0 };
-        Some((Spectrum(color * (facets / area)), pdf))
+        Some((Spectrum(color * (distribution / area)), pdf))
     }
 }
 
@@ -237,7 +237,7 @@ impl<'t> Lobe<'t> for Measured<'t> {
         Some(BsdfSample::new(wi, f * (1.0 / pdf), Some(Pdf::new(pdf))))
     }
 
-    fn spread(&self) -> f32 {
+    fn lobe_width(&self) -> f32 {
         self.tables.spread
     }
 
@@ -254,7 +254,7 @@ impl LobeTables {
     /// What the examples of lobes refer to.
     pub fn examples() -> &'static Self {
         static EXAMPLES: LazyLock<LobeTables> = LazyLock::new(|| {
-            let examples = goniophotometer::examples();
+            let examples = gonioreflectometer::examples();
             LobeTables { measured: examples.iter().map(MeasuredTables::new).collect() }
         });
         &EXAMPLES

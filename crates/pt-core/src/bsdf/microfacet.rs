@@ -9,7 +9,7 @@ use pt_scene::material::{Distribution, Masking};
 
 /// Microfacets of a surface, in the frame of its normal, +z.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Facets {
+pub struct MicrofacetDistribution {
     /// Their distribution.
     pub distribution: Distribution,
     /// How they hide each other.
@@ -18,7 +18,7 @@ pub struct Facets {
     pub alpha: [f32; 2],
 }
 
-impl Facets {
+impl MicrofacetDistribution {
     /// Facets of the same roughness in all directions.
     pub fn isotropic(distribution: Distribution, alpha: f32) -> Self {
         Self { distribution, masking: Masking::Correlated, alpha: [alpha; 2] }
@@ -31,7 +31,7 @@ impl Facets {
             + 2 * (self.masking == Masking::Separable) as usize
     }
 
-    /// See [`Lobe::spread`](super::Lobe::spread): the angle by which facets vary.
+    /// See [`Lobe::lobe_width`](super::Lobe::lobe_width): the angle by which facets vary.
     #[inline]
     pub(super) fn spread(&self) -> f32 {
         self.alpha[0].min(self.alpha[1])

@@ -6,18 +6,14 @@
 
 mod coated_conductor;
 mod coated_diffuse;
-mod compensated_conductor;
-mod compensated_dielectric;
-mod compensation;
 mod conductor;
-mod course;
+mod cs184;
 mod dielectric;
 mod diffuse;
 mod diffuse_transmission;
 mod eon;
 pub mod fresnel;
 mod fresnel_plastic;
-mod glossy;
 mod hair;
 #[cfg(test)]
 mod laws;
@@ -25,24 +21,28 @@ mod measured;
 mod metallic_roughness;
 pub mod microfacet;
 mod mirror;
+mod multiscatter;
+mod multiscatter_conductor;
+mod multiscatter_dielectric;
 mod orientation;
 mod over_base;
 mod principled;
 mod refraction;
 mod rough_coated_diffuse;
 mod rough_dielectric;
+mod rough_plastic;
 mod shadowing;
 mod thin_dielectric;
 
 pub(crate) use coated_conductor::Layers;
-pub use measured::{Goniophotometer, MeasuredTables, Specimen};
+pub use measured::{Gonioreflectometer, MeasuredTables, TabulatedLobe};
 pub use metallic_roughness::emitted_through;
 pub use orientation::Orientation;
 use orientation::frame_of;
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3};
 pub use shadowing::Shadowing;
 
-use crate::light::Lit;
+use crate::light::LightSampleContext;
 
 /// A direction chosen by [`Lobe::sample`].
 #[derive(Clone, Copy, Debug)]
@@ -57,20 +57,20 @@ pub struct BsdfSample {
     /// η² if the direction was refracted into a medium of relative index η, by which `weight` is
     /// divided; else 1. Since radiance gains it back on the way out, it says nothing about how
     /// much the path still matters.
-    pub squeeze: f32,
+    pub eta_scale: f32,
 }
 
 impl BsdfSample {
     /// A direction that was not refracted.
     #[inline(always)]
     pub fn new(wi: Vec3, weight: Spectrum, pdf: Option<Pdf<SolidAngle>>) -> Self {
-        Self { wi, weight, pdf, squeeze: 1.0 }
+        Self { wi, weight, pdf, eta_scale: 1.0 }
     }
 
-    /// The same, refracted; see [`Self::squeeze`].
+    /// The same, refracted; see [`Self::eta_scale`].
     #[inline(always)]
-    pub fn squeezed_by(self, squeeze: f32) -> Self {
-        Self { squeeze, ..self }
+    pub fn with_eta_scale(self, eta_scale: f32) -> Self {
+        Self { eta_scale, ..self }
     }
 }
 
@@ -128,10 +128,10 @@ pub trait Lobe<'t>: Copy {
     /// where there are several and the choice has to wait for the other two. Fibres need all three for a direction.
     fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample>;
     /// The angle in radians by which `wo` may be turned, seen from the normal, without much change of what is
-    /// reflected towards it (see [`Bsdf::serves`]): infinite if nothing changes, 0 if light goes through or some
+    /// reflected towards it (see [`Bsdf::is_similar_direction`]): infinite if nothing changes, 0 if light goes through or some
     /// is reflected into single directions.
     #[inline(always)]
-    fn spread(&self) -> f32 {
+    fn lobe_width(&self) -> f32 {
         0.0
     }
     /// Settings worth testing; the laws run on each.
@@ -141,7 +141,7 @@ pub trait Lobe<'t>: Copy {
     const RECIPROCAL: bool = true;
     /// Whether it stands for all of something thin and round: light leaves on any side, whichever side the surface
     /// looks to, and normals that look away from the viewer are beyond its edge.
-    const ROUND: bool = false;
+    const IS_FIBER: bool = false;
     /// Whether light goes through the surface.
     const TRANSMITS: bool = false;
     /// Whether light that goes through leaves as it came, so that what is behind is seen in its place.
@@ -202,11 +202,11 @@ macro_rules! lobes {
             fn is_delta(&self) -> bool {
                 $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::DELTA))||*
             }
-            /// See [`Lobe::spread`].
+            /// See [`Lobe::lobe_width`].
             #[inline(always)]
-            fn spread(&self, tables: &LobeTables) -> f32 {
+            fn lobe_width(&self, tables: &LobeTables) -> f32 {
                 $(if self.kind == Kind::$name as u32 {
-                    return self.run::<$ty, _>(tables, |lobe| lobe.spread());
+                    return self.run::<$ty, _>(tables, |lobe| lobe.lobe_width());
                 })*
                 0.0
             }
@@ -227,10 +227,10 @@ macro_rules! lobes {
                 })*
                 Spectrum::ZERO
             }
-            /// See [`Lobe::ROUND`].
+            /// See [`Lobe::IS_FIBER`].
             #[inline(always)]
-            fn is_round(&self) -> bool {
-                $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::ROUND))||*
+            fn is_fiber(&self) -> bool {
+                $((self.kind == Kind::$name as u32 && <$ty as Lobe<'_>>::IS_FIBER))||*
             }
             /// See [`Lobe::DIFFUSE`].
             fn is_diffuse(&self) -> bool {
@@ -294,9 +294,9 @@ macro_rules! lobes {
             pub fn is_reciprocal(&self) -> bool {
                 match self { $(Self::$name(_) => <$ty as Lobe<'_>>::RECIPROCAL),* }
             }
-            /// See [`Lobe::spread`].
-            pub fn spread(&self) -> f32 {
-                match self { $(Self::$name(l) => l.spread()),* }
+            /// See [`Lobe::lobe_width`].
+            pub fn lobe_width(&self) -> f32 {
+                match self { $(Self::$name(l) => l.lobe_width()),* }
             }
             /// See [`Lobe::TRANSMITS`].
             pub fn transmits(&self) -> bool {
@@ -343,11 +343,11 @@ lobes! {
     /// Rough dielectric interface.
     RoughDielectric = rough_dielectric::RoughDielectric,
     /// Rough dielectric interface that loses nothing between its facets.
-    CompensatedDielectric = compensated_dielectric::CompensatedDielectric,
+    CompensatedDielectric = multiscatter_dielectric::CompensatedDielectric,
     /// Rough metal.
     RoughConductor = conductor::RoughConductor,
     /// Rough metal that loses nothing between its facets.
-    CompensatedConductor = compensated_conductor::CompensatedConductor,
+    CompensatedConductor = multiscatter_conductor::CompensatedConductor,
     /// Diffuse base under a smooth coat.
     CoatedDiffuse = coated_diffuse::CoatedDiffuse,
     /// Diffuse base under a rough coat.
@@ -357,7 +357,7 @@ lobes! {
     /// Metal under a coat.
     CoatedConductor = coated_conductor::CoatedConductor,
     /// Diffuse base under a rough gloss.
-    Glossy = glossy::Glossy,
+    Glossy = rough_plastic::RoughPlastic,
     /// Material of many parameters.
     Principled = principled::Principled,
     /// The same of a thin sheet.
@@ -371,11 +371,11 @@ lobes! {
     /// What was measured.
     Measured = measured::Measured<'t>,
     /// The course's glass.
-    CourseGlass = course::CourseGlass,
+    CourseGlass = cs184::Cs184Glass,
     /// The course's refraction.
-    CourseRefraction = course::CourseRefraction,
+    CourseRefraction = cs184::Cs184Refraction,
     /// The course's microfacet metal.
-    CourseMicrofacet = course::CourseMicrofacet,
+    CourseMicrofacet = cs184::Cs184Microfacet,
 }
 
 /// The scattering at one surface point, in world coordinates.
@@ -423,12 +423,12 @@ impl<'a> Bsdf<'a> {
     ) -> Self {
         let behind = wo.dot(geometric_normal) < 0.0;
         let flip = if behind { -1.0 } else { 1.0 };
-        let is_round = lobe.is_round();
-        let visible = if is_round { normal * flip } else { make_visible(normal * flip, wo) };
+        let is_fiber = lobe.is_fiber();
+        let visible = if is_fiber { normal * flip } else { make_visible(normal * flip, wo) };
         let front = if behind && !two_sided { -visible } else { visible };
         let frame = frame_of(front, tangent);
         // Round things are not held to the plane of the surface.
-        let geometric_normal = if is_round { frame.n } else { geometric_normal };
+        let geometric_normal = if is_fiber { frame.n } else { geometric_normal };
         let side = geometric_normal.dot(front);
         let wo = frame.to_local(wo);
         Self { frame, geometric_normal, side, shadowing, is_for_viewer, wo, lobe, tables }
@@ -437,7 +437,7 @@ impl<'a> Bsdf<'a> {
     /// The same with light held to the plane across another unit normal than the true one.
     #[inline]
     pub fn held_to(mut self, normal: Vec3) -> Self {
-        if !self.lobe.is_round() {
+        if !self.lobe.is_fiber() {
             self.geometric_normal = normal;
             self.side = normal.dot(self.frame.n);
         }
@@ -476,16 +476,16 @@ impl<'a> Bsdf<'a> {
         self.lobe.name()
     }
 
-    /// See [`Lobe::spread`].
+    /// See [`Lobe::lobe_width`].
     #[inline(always)]
-    pub fn spread(&self) -> f32 {
-        self.lobe.spread(self.tables)
+    pub fn lobe_width(&self) -> f32 {
+        self.lobe.lobe_width(self.tables)
     }
 
     /// The same surface seen from the unit direction `wo` (world), on the same side; `None` where it might
     /// look otherwise, or is not seen.
     #[inline(always)]
-    pub fn towards(&self, wo: Vec3) -> Option<Self> {
+    pub fn with_wo(&self, wo: Vec3) -> Option<Self> {
         let local = self.frame.to_local(wo);
         let is_alike = !self.is_for_viewer && local.z > MIN_COSINE && self.is_consistent(wo, local);
         is_alike.then_some(Self { wo: local, ..*self })
@@ -494,8 +494,8 @@ impl<'a> Bsdf<'a> {
     /// Whether directions that were drawn for this viewer serve another as well, to whom the same surface is
     /// `other`.
     #[inline(always)]
-    pub fn serves(&self, other: &Self) -> bool {
-        serves(self.lobe.spread(self.tables), self.wo, other.wo)
+    pub fn is_similar_direction(&self, other: &Self) -> bool {
+        serves(self.lobe.lobe_width(self.tables), self.wo, other.wo)
     }
 
     /// f(wo, wi) · |cos θi|.
@@ -540,8 +540,8 @@ impl<'a> Bsdf<'a> {
 
     /// What lights are told of this point, which is at `p`.
     #[inline(always)]
-    pub fn lit(&self, p: Vec3) -> Lit {
-        Lit::on_surface(p, self.frame.n, self.lobe.transmits())
+    pub fn light_sample_context(&self, p: Vec3) -> LightSampleContext {
+        LightSampleContext::on_surface(p, self.frame.n, self.lobe.transmits())
     }
 
     /// The frame in which the lobe lives.
@@ -561,8 +561,8 @@ impl<'a> Bsdf<'a> {
 /// Whether the distance of two unit directions above a surface is within its spread. Towards grazing angles less
 /// will do: the normal of the facets that reflect from `wi` to `a` turns by up to 1 / (2 cos θ) times as much as `a`.
 #[inline(always)]
-fn serves(spread: f32, a: Vec3, b: Vec3) -> bool {
-    let least = spread * a.z.min(b.z);
+fn serves(lobe_width: f32, a: Vec3, b: Vec3) -> bool {
+    let least = lobe_width * a.z.min(b.z);
     (a - b).length_squared() <= least * least
 }
 

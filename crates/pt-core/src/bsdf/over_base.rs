@@ -3,11 +3,11 @@
 use pt_math::{Pdf, SolidAngle, Vec3, warp};
 
 use super::conductor::{half_vector, reflected_pdf};
-use super::microfacet::Facets;
+use super::microfacet::MicrofacetDistribution;
 
 /// Facets with a probability, else the cosine of the base.
 pub(super) struct OverBase<'a> {
-    pub(super) facets: &'a Facets,
+    pub(super) distribution: &'a MicrofacetDistribution,
     /// Probability of the facets.
     pub(super) q: f32,
 }
@@ -17,7 +17,7 @@ impl OverBase<'_> {
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
         let Some(h) = half_vector(wo, wi) else { return Pdf::ZERO };
-        let gloss = reflected_pdf(self.facets, wo, h).get();
+        let gloss = reflected_pdf(self.distribution, wo, h).get();
         let base = warp::cosine_hemisphere_pdf(wi.z).get();
         Pdf::new(self.q * gloss + (1.0 - self.q) * base)
     }
@@ -28,7 +28,7 @@ impl OverBase<'_> {
         if !is_gloss {
             return warp::cosine_hemisphere(u);
         }
-        let h = self.facets.sample_visible(wo, u);
+        let h = self.distribution.sample_visible(wo, u);
         h * (2.0 * wo.dot(h)) - wo
     }
 }

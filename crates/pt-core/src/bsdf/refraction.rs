@@ -40,7 +40,7 @@ impl Lobe<'_> for Refraction {
         let eta = if wo.z > 0.0 { self.eta } else { 1.0 / self.eta };
         let (_, cos_t) = fresnel::dielectric(wo.z.abs(), eta)?;
         let weight = self.transmittance / (eta * eta);
-        Some(BsdfSample::new(refract(wo, cos_t, eta), weight, None).squeezed_by(eta * eta))
+        Some(BsdfSample::new(refract(wo, cos_t, eta), weight, None).with_eta_scale(eta * eta))
     }
 
     fn examples() -> Vec<Self> {

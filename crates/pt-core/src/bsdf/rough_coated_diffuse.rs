@@ -7,7 +7,7 @@ use pt_scene::material::{Distribution, Masking};
 
 use super::conductor::{half_vector, reflected};
 use super::fresnel;
-use super::microfacet::{Facets, stretched};
+use super::microfacet::{MicrofacetDistribution, stretched};
 use super::over_base::OverBase;
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
@@ -24,7 +24,7 @@ pub struct RoughCoatedDiffuse {
     /// Tint of what the coat reflects.
     specular: Spectrum,
     /// The facets of the coat, of one roughness.
-    facets: Facets,
+    distribution: MicrofacetDistribution,
     /// Fᵢ.
     inside: f32,
     /// Whether the base colours again what the coat throws back; otherwise ρ Fᵢ is Fᵢ.
@@ -48,16 +48,16 @@ impl RoughCoatedDiffuse {
         alpha: f32,
         saturates: bool,
     ) -> Self {
-        let facets = facets(distribution, alpha);
-        let inside = diffuse_reflectance(&facets, 1.0 / eta);
-        let through = Transmittance::new(&facets, eta);
-        Self { rho, specular, facets, inside, saturates, through }
+        let distribution = isotropic_distribution(distribution, alpha);
+        let inside = diffuse_reflectance(&distribution, 1.0 / eta);
+        let through = Transmittance::new(&distribution, eta);
+        Self { rho, specular, distribution, inside, saturates, through }
     }
 
     /// The same with another roughness.
     #[cfg(test)]
     pub(super) fn with_alpha(&self, alpha: f32) -> Self {
-        let distribution = self.facets.distribution;
+        let distribution = self.distribution.distribution;
         Self::new(self.rho, self.specular, self.through.eta, distribution, alpha, self.saturates)
     }
 
@@ -88,8 +88,8 @@ impl RoughCoatedDiffuse {
     }
 }
 
-fn facets(distribution: Distribution, alpha: f32) -> Facets {
-    Facets { distribution, masking: Masking::Separable, alpha: [alpha; 2] }
+fn isotropic_distribution(distribution: Distribution, alpha: f32) -> MicrofacetDistribution {
+    MicrofacetDistribution { distribution, masking: Masking::Separable, alpha: [alpha; 2] }
 }
 
 /// T(θ), fitted: that of a smooth coat at a cosine that is raised by the roughness, times a polynomial of
@@ -108,17 +108,17 @@ struct Transmittance {
 impl Transmittance {
     const TERMS: usize = 5;
 
-    fn new(facets: &Facets, eta: f32) -> Self {
+    fn new(distribution: &MicrofacetDistribution, eta: f32) -> Self {
         /// Points of the fit.
         const POINTS: usize = 12;
-        let alpha = facets.alpha[0];
+        let alpha = distribution.alpha[0];
         let mut series = [0.0f64; Self::TERMS];
         // Chebyshev's polynomials are orthogonal over cosines of evenly spaced angles.
         for i in 0..POINTS {
             let x = libm::cos(std::f64::consts::PI * (i as f64 + 0.5) / POINTS as f64);
             let cos = stretched(0.5 + 0.5 * x as f32, alpha);
             let smooth = transmitted_by_smooth(cos, alpha, eta);
-            let ratio = f64::from(transmitted(facets, cos, eta)) / f64::from(smooth);
+            let ratio = f64::from(transmitted(distribution, cos, eta)) / f64::from(smooth);
             let [mut before, mut polynomial] = [x, 1.0];
             for c in &mut series {
                 *c += ratio * polynomial * 2.0 / POINTS as f64;
@@ -152,22 +152,22 @@ fn transmitted_by_smooth(cos: f32, alpha: f32, eta: f32) -> f32 {
 }
 
 /// What facets with index `eta` let through of light from a direction of this cosine.
-fn transmitted(facets: &Facets, cos: f32, eta: f32) -> f32 {
-    facets.mean_of_visible(cos, 32, |wo, h| {
+fn transmitted(distribution: &MicrofacetDistribution, cos: f32, eta: f32) -> f32 {
+    distribution.mean_of_visible(cos, 32, |wo, h| {
         let cos = wo.dot(h);
         let Some((f, cos_t)) = fresnel::dielectric(cos, eta) else { return 0.0 };
         let wi = h * (cos / eta - cos_t) - wo / eta;
-        if wi.z < 0.0 { (1.0 - f) * facets.shadowing(wo, -wi) } else { 0.0 }
+        if wi.z < 0.0 { (1.0 - f) * distribution.shadowing(wo, -wi) } else { 0.0 }
     })
 }
 
 /// What they reflect.
-fn reflectance(facets: &Facets, cos: f32, eta: f32) -> f32 {
-    facets.mean_of_visible(cos, 16, |wo, h| {
+fn reflectance(distribution: &MicrofacetDistribution, cos: f32, eta: f32) -> f32 {
+    distribution.mean_of_visible(cos, 16, |wo, h| {
         let cos = wo.dot(h);
         let wi = h * (2.0 * cos) - wo;
         let f = fresnel::dielectric(cos, eta).map_or(1.0, |(f, _)| f);
-        if wi.z > 0.0 { f * facets.shadowing(wo, wi) } else { 0.0 }
+        if wi.z > 0.0 { f * distribution.shadowing(wo, wi) } else { 0.0 }
     })
 }
 
@@ -175,10 +175,11 @@ fn reflectance(facets: &Facets, cos: f32, eta: f32) -> f32 {
 ///
 /// As Mitsuba has it, by the mean over 64 cosines of which the first is 0 and the last is 1. That is
 /// less than the integral by about 1/64 of it, and so errs to the side of loss.
-fn diffuse_reflectance(facets: &Facets, eta: f32) -> f32 {
+fn diffuse_reflectance(distribution: &MicrofacetDistribution, eta: f32) -> f32 {
     const COSINES: u16 = 64;
     let cos = |i: u16| f32::from(i) / f32::from(COSINES - 1);
-    let sum: f32 = (1..COSINES).map(|i| 2.0 * cos(i) * reflectance(facets, cos(i), eta)).sum();
+    let sum: f32 =
+        (1..COSINES).map(|i| 2.0 * cos(i) * reflectance(distribution, cos(i), eta)).sum();
     sum / f32::from(COSINES)
 }
 
@@ -187,7 +188,7 @@ impl Lobe<'_> for RoughCoatedDiffuse {
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let ([a, b, c], [d, e, f]) = (self.rho.to_array(), self.specular.to_array());
-        let [alpha, _, kind] = self.facets.pack();
+        let [alpha, _, kind] = self.distribution.pack();
         let kind = if self.saturates { -1.0 - kind } else { kind };
         let [g, h, i, j, k] = self.through.series;
         padded([a, b, c, d, e, f, self.through.eta, alpha, kind, self.inside, g, h, i, j, k])
@@ -201,7 +202,7 @@ impl Lobe<'_> for RoughCoatedDiffuse {
         Self {
             rho: color(p, Self::RHO),
             specular: color(p, Self::SPECULAR),
-            facets: Facets::unpack([alpha, alpha, kind]),
+            distribution: MicrofacetDistribution::unpack([alpha, alpha, kind]),
             inside,
             saturates,
             through: Transmittance { eta, alpha, series: [g, h, i, j, k] },
@@ -212,14 +213,14 @@ impl Lobe<'_> for RoughCoatedDiffuse {
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         let Some(h) = half_vector(wo, wi) else { return Spectrum::ZERO };
         let f = fresnel::dielectric(wo.dot(h), self.through.eta).map_or(1.0, |(f, _)| f);
-        let coat = self.specular * (f * reflected(&self.facets, wo, wi, h));
+        let coat = self.specular * (f * reflected(&self.distribution, wo, wi, h));
         let through = self.through.at(wo.z) * self.through.at(wi.z);
         coat + self.base() * (through * FRAC_1_PI * wi.z)
     }
 
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        OverBase { facets: &self.facets, q: self.coat_probability(wo) }.pdf(wo, wi)
+        OverBase { distribution: &self.distribution, q: self.coat_probability(wo) }.pdf(wo, wi)
     }
 
     #[inline]
@@ -227,15 +228,16 @@ impl Lobe<'_> for RoughCoatedDiffuse {
         if wo.z <= 0.0 {
             return None;
         }
-        let directions = OverBase { facets: &self.facets, q: self.coat_probability(wo) };
+        let directions =
+            OverBase { distribution: &self.distribution, q: self.coat_probability(wo) };
         let wi = directions.draw(wo, [u, v], choice < directions.q);
         let pdf = directions.pdf(wo, wi);
         pdf.is_positive().then(|| BsdfSample::new(wi, self.eval(wo, wi) / pdf.get(), Some(pdf)))
     }
 
     #[inline]
-    fn spread(&self) -> f32 {
-        self.facets.spread()
+    fn lobe_width(&self) -> f32 {
+        self.distribution.spread()
     }
 
     fn examples() -> Vec<Self> {
@@ -264,14 +266,14 @@ mod tests {
                 .into_iter()
                 .flat_map(|d| [1.1, 1.3, 1.5, 1.9, 2.4].map(|eta| (d, eta)))
             {
-                let facets = facets(distribution, alpha);
-                let fit = Transmittance::new(&facets, eta);
+                let distribution = isotropic_distribution(distribution, alpha);
+                let fit = Transmittance::new(&distribution, eta);
                 for i in 0..=24u8 {
                     let cos = (f32::from(i) / 24.0).powi(2);
-                    let (got, want) = (fit.at(cos), transmitted(&facets, cos, eta));
+                    let (got, want) = (fit.at(cos), transmitted(&distribution, cos, eta));
                     let error = (got / want - 1.0).abs();
                     if error > worst.0 {
-                        worst = (error, format!("{facets:?} {eta} {cos}: {got} {want}"));
+                        worst = (error, format!("{distribution:?} {eta} {cos}: {got} {want}"));
                     }
                 }
             }

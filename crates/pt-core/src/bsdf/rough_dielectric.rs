@@ -4,7 +4,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
 use super::fresnel;
-use super::microfacet::Facets;
+use super::microfacet::MicrofacetDistribution;
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
 /// Microfacets that reflect and refract. [Walter et al. 2007, eq. 20 and 21]
@@ -17,7 +17,7 @@ pub struct RoughDielectric {
     /// Index of refraction below the surface (−z) over that above it; not 1.
     pub eta: f32,
     /// The facets.
-    pub facets: Facets,
+    pub distribution: MicrofacetDistribution,
 }
 
 /// A pair of directions, seen from the side of `wo`: that is up.
@@ -87,28 +87,28 @@ impl Pair {
     /// Density of `wi` if facets are drawn as they are seen, and this one sends light there with the
     /// probability `chosen`.
     #[inline]
-    pub(super) fn density(&self, chosen: f32, facets: &Facets) -> f32 {
-        let pdf = chosen * facets.visible_pdf(self.wo, self.h) * self.jacobian();
+    pub(super) fn density(&self, chosen: f32, distribution: &MicrofacetDistribution) -> f32 {
+        let pdf = chosen * distribution.visible_pdf(self.wo, self.h) * self.jacobian();
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
     /// G/G₁: the share of the facets seen that the other direction sees too.
     #[inline]
-    pub(super) fn shadowing(&self, facets: &Facets) -> f32 {
+    pub(super) fn shadowing(&self, distribution: &MicrofacetDistribution) -> f32 {
         // Λ is the same on both sides.
-        facets.shadowing(self.wo, Vec3::new(self.wi.x, self.wi.y, self.wi.z.abs()))
+        distribution.shadowing(self.wo, Vec3::new(self.wi.x, self.wi.y, self.wi.z.abs()))
     }
 
     /// Density of `wi`: facets are drawn as they are seen, and reflect or refract by Fresnel's equations.
     #[inline]
-    fn pdf(&self, facets: &Facets) -> f32 {
-        self.density(if self.is_reflected { self.f } else { 1.0 - self.f }, facets)
+    fn pdf(&self, distribution: &MicrofacetDistribution) -> f32 {
+        self.density(if self.is_reflected { self.f } else { 1.0 - self.f }, distribution)
     }
 
     /// Scattered radiance over that density.
     #[inline]
     fn weight(&self, lobe: &RoughDielectric) -> Spectrum {
-        let shadowing = self.shadowing(&lobe.facets);
+        let shadowing = self.shadowing(&lobe.distribution);
         if self.is_reflected {
             lobe.reflectance * shadowing
         } else {
@@ -136,7 +136,7 @@ impl Lobe<'_> for RoughDielectric {
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let ([a, b, c], [d, e, f]) = (self.reflectance.to_array(), self.transmittance.to_array());
-        let [g, h, i] = self.facets.pack();
+        let [g, h, i] = self.distribution.pack();
         padded([a, b, c, d, e, f, self.eta, g, h, i])
     }
 
@@ -146,19 +146,19 @@ impl Lobe<'_> for RoughDielectric {
             reflectance: color(p, 0),
             transmittance: color(p, 3),
             eta: p[6],
-            facets: Facets::unpack([p[7], p[8], p[9]]),
+            distribution: MicrofacetDistribution::unpack([p[7], p[8], p[9]]),
         }
     }
 
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        let f = |pair: Pair| pair.weight(self) * pair.pdf(&self.facets);
+        let f = |pair: Pair| pair.weight(self) * pair.pdf(&self.distribution);
         Pair::new(self.eta, wo, wi).map_or(Spectrum::ZERO, f)
     }
 
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        Pair::new(self.eta, wo, wi).map_or(Pdf::ZERO, |pair| Pdf::new(pair.pdf(&self.facets)))
+        Pair::new(self.eta, wo, wi).map_or(Pdf::ZERO, |pair| Pdf::new(pair.pdf(&self.distribution)))
     }
 
     /// Draws a facet that is seen, and whether it reflects or refracts: the weight is G/G₁, over η²
@@ -169,7 +169,7 @@ impl Lobe<'_> for RoughDielectric {
             return None;
         }
         let (up, eta) = (upright(wo, wo), eta_from(wo, self.eta));
-        let h = self.facets.sample_visible(up, [u, v]);
+        let h = self.distribution.sample_visible(up, [u, v]);
         let cos = up.dot(h);
         let refracted = fresnel::dielectric(cos, eta).filter(|(f, _)| choice >= *f);
         let is_reflected = refracted.is_none();
@@ -180,25 +180,25 @@ impl Lobe<'_> for RoughDielectric {
         let wi = upright(wi, wo);
         // Facets that send light to the wrong side absorb it.
         let pair = Pair::new(self.eta, wo, wi).filter(|pair| pair.is_reflected == is_reflected)?;
-        let pdf = Pdf::new(pair.pdf(&self.facets));
-        let squeeze = if is_reflected { 1.0 } else { eta * eta };
-        let sample = BsdfSample::new(wi, pair.weight(self), Some(pdf)).squeezed_by(squeeze);
+        let pdf = Pdf::new(pair.pdf(&self.distribution));
+        let eta_scale = if is_reflected { 1.0 } else { eta * eta };
+        let sample = BsdfSample::new(wi, pair.weight(self), Some(pdf)).with_eta_scale(eta_scale);
         pdf.is_positive().then_some(sample)
     }
 
     fn examples() -> Vec<Self> {
-        let with = |eta, facets| Self {
+        let with = |eta, distribution| Self {
             reflectance: Spectrum::ONE,
             transmittance: Spectrum::ONE,
             eta,
-            facets,
+            distribution,
         };
         vec![
-            with(1.5, Facets::isotropic(Distribution::Ggx, 0.3)),
-            with(1.0 / 1.33, Facets::isotropic(Distribution::Beckmann, 0.2)),
+            with(1.5, MicrofacetDistribution::isotropic(Distribution::Ggx, 0.3)),
+            with(1.0 / 1.33, MicrofacetDistribution::isotropic(Distribution::Beckmann, 0.2)),
             with(
                 1.8,
-                Facets {
+                MicrofacetDistribution {
                     distribution: Distribution::Ggx,
                     masking: Masking::Separable,
                     alpha: [0.2, 0.6],

@@ -8,8 +8,8 @@ use pt_scene::{DaySpan, Daylight, Rows};
 
 use super::lights::Lights;
 use crate::light::{
-    ClearSky, ClearSkyModel, DistantDisk, EnvironmentMap, LimbDarkening, Sun, hosek_wilkie,
-    mean_daylight,
+    DistantDisk, EnvironmentMap, HosekWilkieModel, HosekWilkieSky, LimbDarkening, Sun,
+    hosek_wilkie, mean_daylight,
 };
 
 /// Most means of daylight over days, each of which takes a fifth of a second.
@@ -41,10 +41,10 @@ impl Lights {
         }
         if light.sky > 0.0 {
             let to_sun = to_sun.as_vec3();
-            let model = ClearSkyModel::new(to_sun, light.turbidity, light.albedo, light.sky);
+            let model = HosekWilkieModel::new(to_sun, light.turbidity, light.albedo, light.sky);
             let index = self.tables.clear_skies.len() as u32;
             self.tables.clear_skies.push(model);
-            self.add_sky(ClearSky { index, to_world: turn });
+            self.add_sky(HosekWilkieSky { index, to_world: turn });
         }
         if light.sun > 0.0 {
             let limb = self.limb(light);

@@ -12,7 +12,7 @@ use pt_scene::{Light, LightKind, Scene};
 use super::CompileError;
 use super::geometry::Shapes;
 use crate::id::Id;
-use crate::light::{EmitterTriangle, Slide, SphereLight, SphereMap, TexturedTriangle};
+use crate::light::{EmitterTriangle, ProjectedImage, SphereLight, SphereMap, TexturedTriangle};
 use crate::shapes::FLAT;
 use crate::texture::{TextureRecord, Textures};
 
@@ -109,7 +109,7 @@ pub(super) fn textured_triangles(
     all
 }
 
-/// The coordinates at the corners of a triangle, as [`crate::RenderScene::parametrization`] has them.
+/// The coordinates at the corners of a triangle, as [`crate::RenderScene::texture_eval_context`] has them.
 fn uvs(shapes: &Shapes, triangle: usize) -> [Vec2; 3] {
     match shapes.triangle_uvs.get(triangle) {
         Some(corners) if *corners != FLAT => corners.map(|i| shapes.uvs[i as usize]),
@@ -163,14 +163,14 @@ pub(super) fn slide(
     axes: Mat3,
     tangents: [f32; 2],
     texture: Id<TextureRecord>,
-) -> Slide {
-    let slide = Slide { texture, axes, tangents, mean: 0.0 };
+) -> ProjectedImage {
+    let slide = ProjectedImage { texture, axes, tangents, mean: 0.0 };
     let mean = mean_over_square(|x, y| {
         let (x, y) = (2.0 * x - 1.0, 2.0 * y - 1.0);
         let w = axes * Vec3::new(x * tangents[0], y * tangents[1], 1.0).normalize();
         slide.share(textures, w)
     });
-    Slide { mean: mean.max(MIN_SHARE), ..slide }
+    ProjectedImage { mean: mean.max(MIN_SHARE), ..slide }
 }
 
 /// The mean luminance over the unit square.

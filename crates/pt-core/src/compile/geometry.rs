@@ -10,15 +10,15 @@ use pt_scene::{Geometry, LightKind, Mesh, Object, Part, Scene, Sides, Span};
 
 use super::checks::{check_attribute, check_indices, check_values};
 use super::ellipsoid::unit_sphere_mesh;
-use super::look::Look;
+use super::instances::{InstancedShapes, Tracks, choose_instances};
 use super::mesh_values::{missing_values, values_of_faces, values_of_vertices};
-use super::placed::{PlacedShapes, Tracks, worth_sharing};
+use super::surface::CompiledSurface;
 use super::textures::{Lowering, ShownValues};
 use super::{CompileError, CompileOptions, motion, normals};
 use crate::bsdf::{AnyLobe, Diffuse, LobeRecord, LobeTables};
 use crate::id::{Id, Table};
 use crate::material::Materials;
-use crate::scene::{Glow, SurfaceRecord};
+use crate::scene::{EmissiveSides, SurfaceRecord};
 use crate::shapes::{FLAT, ShapeTables};
 use crate::texture::{MeshColors, TextureRecord};
 
@@ -52,7 +52,7 @@ pub(super) struct Shapes {
     /// The texture of each light node that has one.
     pub(super) slides: Vec<Option<Id<TextureRecord>>>,
     /// What is not in these tables.
-    pub(super) placed: PlacedShapes,
+    pub(super) placed: InstancedShapes,
     /// The numbers that the first triangle and the first sphere have among those with colours.
     pub(super) first_colored: [usize; 2],
 }
@@ -60,18 +60,18 @@ pub(super) struct Shapes {
 /// Primitives that glow together.
 pub(super) struct Emitter {
     pub(super) surface: Id<SurfaceRecord>,
-    pub(super) emission: Emission,
+    pub(super) emission: SurfaceEmission,
     pub(super) primitives: Primitives,
 }
 
 /// What a surface emits.
 #[derive(Clone, Copy)]
-pub(super) struct Emission {
+pub(super) struct SurfaceEmission {
     /// See [`SurfaceRecord::emission`].
     pub(super) radiance: Spectrum,
     pub(super) texture: Option<Id<TextureRecord>>,
     /// Whether rays find nothing of it, so that the surface says nothing of it either.
-    pub(super) is_hidden: bool,
+    pub(super) is_invisible: bool,
     /// See [`SurfaceRecord::emission_coat`].
     pub(super) coat: f32,
 }
@@ -149,8 +149,8 @@ impl Shapes {
             two_sided: false,
             material: None,
             opacity: None,
-            has_no_back: false,
-            glow: Glow::Front,
+            cull_backfaces: false,
+            emissive_sides: EmissiveSides::Front,
             emission,
             emission_texture: None,
             emission_coat: 0.0,
@@ -166,7 +166,8 @@ impl Shapes {
             self.triangle_normals.extend([FLAT; 2]);
         }
         let primitives = Primitives::Triangles(std::iter::once(first..first + 2).collect());
-        let emission = Emission { radiance: emission, texture: None, is_hidden: false, coat: 0.0 };
+        let emission =
+            SurfaceEmission { radiance: emission, texture: None, is_invisible: false, coat: 0.0 };
         self.emitters.push(Emitter { surface, emission, primitives });
     }
 }
@@ -181,14 +182,14 @@ pub(super) fn collect(
 ) -> Result<Shapes, CompileError> {
     let course = options.course;
     let mut lowering = Lowering::new(course, metres as f32);
-    let looks = scene.materials.iter().map(|m| Look::of(m, &mut lowering)).collect();
+    let looks = scene.materials.iter().map(|m| CompiledSurface::of(m, &mut lowering)).collect();
     let mut collector = Collector {
         scene,
         course,
         shapes: Shapes::default(),
         plain: vec![None; scene.materials.len() + 1],
         looks,
-        default: Look::default_one(&mut lowering),
+        default: CompiledSurface::default_one(&mut lowering),
         uses_coordinates: options.texture_coordinates || lowering.uses_coordinates(),
         mesh_colors: Vec::new(),
         mesh_values: lowering.mesh_values.clone(),
@@ -212,7 +213,7 @@ pub(super) fn collect(
         let Shapes { triangles, spheres, object_ends, .. } = &mut collector.shapes;
         object_ends.push([triangles.len() as u32, spheres.len() as u32]);
     }
-    collector.shapes.placed = PlacedShapes::collect(&mut collector, placed, options.bvh, notes)?;
+    collector.shapes.placed = InstancedShapes::collect(&mut collector, placed, options.bvh, notes)?;
     let Collector { shapes, mesh_colors, .. } = collector;
     let slide = |light: &pt_scene::Light| match &light.kind {
         LightKind::LinearSpot { texture, .. } => texture.as_ref().map(|t| lowering.texture(t)),
@@ -230,9 +231,9 @@ pub(super) struct Collector<'a> {
     pub(super) shapes: Shapes,
     /// Surface of each material that does not glow; the default material last.
     plain: Vec<Option<Id<SurfaceRecord>>>,
-    looks: Vec<Look>,
+    looks: Vec<CompiledSurface>,
     /// What shapes without a material look like.
-    default: Look,
+    default: CompiledSurface,
     /// Whether any material asks for texture coordinates.
     uses_coordinates: bool,
     pub(super) mesh_colors: Vec<MeshColors>,
@@ -249,7 +250,7 @@ impl Collector<'_> {
         if self.course {
             return vec![false; self.scene.objects.len()];
         }
-        worth_sharing(self.scene, most, |number, object| {
+        choose_instances(self.scene, most, |number, object| {
             let mut looks =
                 object.materials.iter().flatten().filter_map(|m| self.looks.get(*m as usize));
             // Where they are placed, spheres of points would be stretched.
@@ -287,7 +288,7 @@ impl Collector<'_> {
         &mut self,
         object: &Object,
         slot: u32,
-    ) -> (Id<SurfaceRecord>, Option<Emission>) {
+    ) -> (Id<SurfaceRecord>, Option<SurfaceEmission>) {
         let known = self.scene.materials.len();
         let material = object.materials.get(slot as usize).copied().flatten();
         let material = material.filter(|&m| (m as usize) < known);
@@ -299,21 +300,21 @@ impl Collector<'_> {
             return (surface, None);
         }
         let number = material;
-        let Look { lobe, two_sided, material, opacity, has_no_back, .. } = look;
-        let emission = glows.then_some(Emission {
+        let CompiledSurface { lobe, two_sided, material, opacity, has_no_back, .. } = look;
+        let emission = glows.then_some(SurfaceEmission {
             radiance: look.emission,
             texture: look.emission_texture,
-            is_hidden: look.hidden_emission,
+            is_invisible: look.hidden_emission,
             coat: look.emission_coat,
         });
-        let seen = emission.filter(|emission| !emission.is_hidden);
+        let seen = emission.filter(|emission| !emission.is_invisible);
         let record = SurfaceRecord {
             lobe,
             two_sided,
             material,
             opacity,
-            has_no_back,
-            glow: if self.course { Glow::Both } else { Glow::Front },
+            cull_backfaces: has_no_back,
+            emissive_sides: if self.course { EmissiveSides::Both } else { EmissiveSides::Front },
             emission: seen.map_or(Spectrum::ZERO, |emission| emission.radiance),
             emission_texture: seen.and_then(|emission| emission.texture),
             emission_coat: look.emission_coat,
@@ -527,7 +528,7 @@ impl Shapes {
     fn glow(
         &mut self,
         surface: Id<SurfaceRecord>,
-        emission: Emission,
+        emission: SurfaceEmission,
         run: std::ops::Range<usize>,
     ) {
         let known = self.emitters.iter_mut().rev().find(|e| e.surface == surface);

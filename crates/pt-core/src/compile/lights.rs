@@ -7,15 +7,15 @@ use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, near, trig};
 use pt_scene::image::Image;
 use pt_scene::{Light as Node, LightKind, Scene, Span};
 
-use super::geometry::{Emission, Emitter, Primitives, Shapes, is_similarity};
-use super::many_lights::sphere_light;
-use super::placed::MAX_MOVING_LIGHTS;
+use super::geometry::{Emitter, Primitives, Shapes, SurfaceEmission, is_similarity};
+use super::instances::MAX_MOVING_LIGHTS;
+use super::light_trees::sphere_light;
 use super::{CompileError, emission};
 use crate::id::{Id, Table};
 use crate::light::{
     AnyLight, Directional, DistantDisk, EmitterTriangle, Environment, EnvironmentMap, Falloff,
-    Hemisphere, Hidden, Ies, LightOrigins, LightTables, MeshLight, PlacedMap, Point, Portal,
-    PortalSky, Projector, SphereLight, Spot, TexturedMesh, TexturedSphere,
+    Hemisphere, Ies, InvisibleLight, LightSourceIds, LightTables, MeshLight, PlacedMap, Point,
+    Portal, PortalSky, Projector, SphereLight, Spot, TexturedMesh, TexturedSphere,
 };
 use crate::texture::TextureRecord;
 
@@ -23,11 +23,11 @@ use crate::texture::TextureRecord;
 #[derive(Default)]
 pub(super) struct Lights {
     pub(super) table: Table<AnyLight>,
-    pub(super) skies: Vec<Id<AnyLight>>,
+    pub(super) infinite_lights: Vec<Id<AnyLight>>,
     pub(super) tables: LightTables,
     /// How many more lights there are than in the table, because they are in trees.
     pub(super) hidden: usize,
-    pub(super) origins: LightOrigins,
+    pub(super) origins: LightSourceIds,
     /// How many lights are means of daylight over days.
     pub(super) means: usize,
 }
@@ -35,7 +35,7 @@ pub(super) struct Lights {
 impl Lights {
     pub(super) fn add_sky(&mut self, light: impl Into<AnyLight>) {
         let id = self.table.push(light.into());
-        self.skies.push(id);
+        self.infinite_lights.push(id);
     }
 
     /// Adds a sky whose light arrives through a portal, if it has one.
@@ -320,7 +320,7 @@ impl Lights {
 
     /// The light of a glowing shape; `None` if it has no area.
     fn emissive(&mut self, shapes: &Shapes, emitter: &Emitter) -> Option<AnyLight> {
-        let Emission { radiance, texture, is_hidden, coat } = emitter.emission;
+        let SurfaceEmission { radiance, texture, is_invisible, coat } = emitter.emission;
         let light = match (&emitter.primitives, texture) {
             (Primitives::Triangles(runs), None) => {
                 let triangles = emitter_triangles(shapes, runs, coat);
@@ -335,7 +335,7 @@ impl Lights {
                 Some(self.textured_sphere(shapes.sphere_axes[s], sphere, texture))
             }
         }?;
-        if is_hidden { Hidden::of(light).map(Into::into) } else { Some(light) }
+        if is_invisible { InvisibleLight::of(light).map(Into::into) } else { Some(light) }
     }
 
     fn textured_mesh(

@@ -14,13 +14,13 @@ use pt_scene::material::{
 use pt_scene::texture::{Relief, Scalar};
 
 use super::textures::{Lowering, MIN_ALPHA};
-use crate::bsdf::microfacet::Facets;
+use crate::bsdf::microfacet::MicrofacetDistribution;
 use crate::bsdf::{
-    self, CoatedDiffuse as Coated, Dielectric, Glossy, RoughCoatedDiffuse as RoughCoated,
-    RoughConductor, RoughDielectric, SmoothConductor, ThinDielectric,
+    self, CoatedDiffuse as Coated, Dielectric, RoughCoatedDiffuse as RoughCoated, RoughConductor,
+    RoughDielectric, RoughPlastic, SmoothConductor, ThinDielectric,
 };
 use crate::id::Id;
-use crate::material::{CoatRecord, Material, ReliefRecord};
+use crate::material::{CoatRecord, Material, NormalOrBumpRecord};
 
 /// Indices of refraction that differ by less from each other are the same.
 const MIN_CONTRAST: f32 = 1e-3;
@@ -51,13 +51,13 @@ fn part(surface: &Surface, cx: &mut Lowering) -> Id<Material> {
 }
 
 /// Microfacets, of which the two roughnesses are packed from `first` on.
-fn facets(roughness: &Roughness, first: usize, cx: &mut Lowering) -> Facets {
+fn microfacets(roughness: &Roughness, first: usize, cx: &mut Lowering) -> MicrofacetDistribution {
     let Roughness { alpha: [u, v], distribution, masking, .. } = roughness;
     let alpha = [cx.alpha(u, first), cx.alpha(v, first + 1)];
     if u != v {
         cx.orient();
     }
-    Facets { distribution: *distribution, masking: *masking, alpha }
+    MicrofacetDistribution { distribution: *distribution, masking: *masking, alpha }
 }
 
 /// The course's program does not know sides: a surface seen from behind is lit from its front.
@@ -92,13 +92,13 @@ impl Lower for Glass {
         let transmittance = cx.share(&self.transmittance, Dielectric::TRANSMITTANCE);
         let eta = self.ior;
         if cx.course {
-            return cx.lobe(bsdf::CourseGlass { reflectance, transmittance, ior: eta }, false);
+            return cx.lobe(bsdf::Cs184Glass { reflectance, transmittance, ior: eta }, false);
         }
         // Without a difference of indices, facets bend nothing, and half vectors do not exist.
         match self.roughness.as_ref().filter(|_| (eta - 1.0).abs() > MIN_CONTRAST) {
             Some(roughness) => {
-                let facets = facets(roughness, RoughDielectric::ALPHA, cx);
-                let once = RoughDielectric { reflectance, transmittance, eta, facets };
+                let distribution = microfacets(roughness, RoughDielectric::ALPHA, cx);
+                let once = RoughDielectric { reflectance, transmittance, eta, distribution };
                 let [u, v] = &roughness.alpha;
                 if roughness.multiple_scattering && u == v {
                     cx.lobe(bsdf::CompensatedDielectric { once }, false)
@@ -123,7 +123,7 @@ impl Lower for Refraction {
     fn lower(&self, cx: &mut Lowering) -> Material {
         let transmittance = cx.share(&self.transmittance, bsdf::Refraction::TRANSMITTANCE);
         if cx.course {
-            cx.lobe(bsdf::CourseRefraction { transmittance, ior: self.ior }, false)
+            cx.lobe(bsdf::Cs184Refraction { transmittance, ior: self.ior }, false)
         } else {
             cx.lobe(bsdf::Refraction { transmittance, eta: self.ior }, false)
         }
@@ -136,16 +136,16 @@ impl Lower for Conductor {
         if let (true, Some(Roughness { alpha: [alpha, _], .. })) = (cx.course, &self.roughness) {
             let alpha = match alpha {
                 Scalar::Value(alpha) => *alpha,
-                texture @ Scalar::Texture(_) => cx.alpha(texture, bsdf::CourseMicrofacet::ALPHA),
+                texture @ Scalar::Texture(_) => cx.alpha(texture, bsdf::Cs184Microfacet::ALPHA),
             };
-            return cx.lobe(bsdf::CourseMicrofacet { eta, k, alpha }, false);
+            return cx.lobe(bsdf::Cs184Microfacet { eta, k, alpha }, false);
         }
         let reflectance = cx.share(&self.reflectance, SmoothConductor::REFLECTANCE);
         let metal = SmoothConductor { eta, k, reflectance };
         match &self.roughness {
             Some(roughness) => {
-                let facets = facets(roughness, RoughConductor::ALPHA, cx);
-                let rough = RoughConductor { metal, facets };
+                let distribution = microfacets(roughness, RoughConductor::ALPHA, cx);
+                let rough = RoughConductor { metal, distribution };
                 if roughness.multiple_scattering {
                     cx.lobe(bsdf::CompensatedConductor::new(rough), self.two_sided)
                 } else {
@@ -183,7 +183,7 @@ impl Lower for FresnelPlastic {
             rho: cx.share(&self.diffuse, Lobe::RHO),
             specular: cx.share(&self.specular, Lobe::SPECULAR),
             eta: self.ior.max(1.0),
-            facets: facets(&self.roughness, Lobe::ALPHA, cx),
+            distribution: microfacets(&self.roughness, Lobe::ALPHA, cx),
         };
         cx.lobe(lobe, self.two_sided)
     }
@@ -206,13 +206,13 @@ impl Lower for CoatedConductor {
 /// The course's program reads only the diffuse colour of common materials.
 impl Lower for Plastic {
     fn lower(&self, cx: &mut Lowering) -> Material {
-        let rho = cx.share(&self.diffuse, Glossy::RHO);
+        let rho = cx.share(&self.diffuse, RoughPlastic::RHO);
         if cx.course {
             return cx.lobe(bsdf::Diffuse { rho }, false);
         }
-        let f0 = cx.share(&self.specular, Glossy::F0);
-        let facets = Facets::isotropic(Distribution::Beckmann, self.alpha);
-        cx.lobe(Glossy { rho, f0, facets }, self.two_sided)
+        let f0 = cx.share(&self.specular, RoughPlastic::F0);
+        let distribution = MicrofacetDistribution::isotropic(Distribution::Beckmann, self.alpha);
+        cx.lobe(RoughPlastic { rho, f0, distribution }, self.two_sided)
     }
 }
 
@@ -382,18 +382,18 @@ fn growth_of_u(to_pattern: DMat3) -> Vec2 {
     along.try_normalize().unwrap_or(DVec2::X).as_vec2()
 }
 
-fn relief(relief: &Relief, cx: &mut Lowering) -> ReliefRecord {
+fn relief(relief: &Relief, cx: &mut Lowering) -> NormalOrBumpRecord {
     match relief {
-        Relief::Normals(texture) => ReliefRecord::Normals(cx.texture(texture), Vec2::X),
+        Relief::Normals(texture) => NormalOrBumpRecord::Normals(cx.texture(texture), Vec2::X),
         Relief::TurnedNormals(texture) => {
             let along_u = growth_of_u(texture.to_pattern);
-            ReliefRecord::Normals(cx.texture(texture), along_u)
+            NormalOrBumpRecord::Normals(cx.texture(texture), along_u)
         }
         Relief::NormalsAlong(texture, along) => {
-            ReliefRecord::NormalsAlong(cx.texture(texture), cx.texture(along))
+            NormalOrBumpRecord::NormalsAlong(cx.texture(texture), cx.texture(along))
         }
         Relief::Heights(texture, scale) => {
-            ReliefRecord::Heights(cx.texture(texture), scale * cx.metres)
+            NormalOrBumpRecord::Heights(cx.texture(texture), scale * cx.metres)
         }
     }
 }

@@ -10,8 +10,8 @@ use pt_scene::{Medium, Placement, Scene, Sides, Span};
 use super::{CompileError, CompileOptions, camera};
 use crate::id::Id;
 use crate::medium::{
-    Albedo, Boundary, Cloud, Density, Emission, Field, Flakes, GridMedium, Heat, Homogeneous,
-    Matter, Media, MediumRecord, Phase as PhaseRecord,
+    Albedo, BlackbodyEmission, Boundary, Cloud, Density, Field, Flakes, GridMedium, Homogeneous,
+    Media, MediumEmission, MediumProperties, MediumRecord, Phase as PhaseRecord,
 };
 use crate::phase::{AnyPhase, Blend, HenyeyGreenstein, Isotropic, Microflakes, Rayleigh, Table};
 use crate::scene::SurfaceRecord;
@@ -62,14 +62,14 @@ fn record(medium: &Medium, metres: f64) -> Result<MediumRecord, CompileError> {
     let refuse = |message| CompileError::Value { at: medium.at.clone(), message };
     let is_even = matches!(medium.matter, Written::Homogeneous { .. });
     let phase = phase_record(&medium.phase, is_even, metres).map_err(refuse)?;
-    let area = phase.greatest_area();
+    let area = phase.max_area();
     let matter = match &medium.matter {
         Written::Homogeneous { extinction, albedo, emission } => {
             check_extinction(extinction).map_err(refuse)?;
             check_albedo(albedo).map_err(refuse)?;
             check_radiance(emission).map_err(refuse)?;
             let extinction = extinction.map(|sigma| (f64::from(sigma) / metres) as f32);
-            Matter::Homogeneous(Homogeneous {
+            MediumProperties::Homogeneous(Homogeneous {
                 extinction: extinction.into(),
                 albedo: (*albedo).into(),
                 emission: (*emission).into(),
@@ -95,13 +95,18 @@ fn record(medium: &Medium, metres: f64) -> Result<MediumRecord, CompileError> {
             let scale = (f64::from(*scale) / metres) as f32;
             let emission = self::emission(emission, metres).map_err(refuse)?;
             let extinction = Density::Field(field(extinction, metres));
-            Matter::Grid(Box::new(GridMedium::new(extinction, scale, albedo, emission)))
+            MediumProperties::Grid(Box::new(GridMedium::new(extinction, scale, albedo, emission)))
         }
         Written::Cloud(written) => {
             check_albedo(&written.albedo).map_err(refuse)?;
             let (cloud, scale) = cloud(written, area, metres).map_err(refuse)?;
             let albedo = Albedo::Constant(written.albedo.into());
-            Matter::Grid(Box::new(GridMedium::new(Density::Cloud(cloud), scale, albedo, None)))
+            MediumProperties::Grid(Box::new(GridMedium::new(
+                Density::Cloud(cloud),
+                scale,
+                albedo,
+                None,
+            )))
         }
     };
     Ok(MediumRecord { matter, phase })
@@ -216,17 +221,17 @@ fn cloud(written: &WrittenCloud, area: f32, metres: f64) -> Result<(Cloud, f32),
 }
 
 /// What matter that is not the same everywhere emits, if it does.
-fn emission(written: &WrittenEmission, metres: f64) -> Result<Option<Emission>, String> {
+fn emission(written: &WrittenEmission, metres: f64) -> Result<Option<MediumEmission>, String> {
     Ok(match written {
         WrittenEmission::Constant(radiance) => {
             check_radiance(radiance)?;
             let radiance = Spectrum::from(*radiance);
-            (!radiance.is_black()).then_some(Emission::Constant(radiance))
+            (!radiance.is_black()).then_some(MediumEmission::Constant(radiance))
         }
         WrittenEmission::Grid(placed) => {
             check_grid(placed, &[1, 3])?;
             check_radiance(&placed.grid.values)?;
-            Some(Emission::Field(field(placed, metres)))
+            Some(MediumEmission::Field(field(placed, metres)))
         }
         WrittenEmission::BlackBody(BlackBody { temperature, scale }) => {
             check_grid(temperature, &[1])?;
@@ -235,7 +240,7 @@ fn emission(written: &WrittenEmission, metres: f64) -> Result<Option<Emission>, 
             if let Some(bad) = temperature.grid.values.iter().find(|kelvin| !is_good(kelvin)) {
                 return Err(format!("a temperature is {bad} K; expected 0 to {HOTTEST} K"));
             }
-            Some(Emission::Heat(Heat::new(field(temperature, metres), *scale)))
+            Some(MediumEmission::Heat(BlackbodyEmission::new(field(temperature, metres), *scale)))
         }
     })
 }

@@ -6,19 +6,19 @@ mod daylight;
 mod ellipsoid;
 mod emission;
 mod geometry;
+mod instances;
 mod left_out;
+mod light_trees;
 mod lights;
-mod look;
-mod many_lights;
 mod materials;
 mod media;
 mod mesh_values;
 mod meter;
 mod motion;
 mod normals;
-mod placed;
 mod points;
 mod studio;
+mod surface;
 mod textures;
 
 use std::borrow::Cow;
@@ -33,7 +33,7 @@ use crate::light::EnvironmentMap;
 use crate::medium::Media;
 use crate::scene::RenderScene;
 
-pub use placed::MAX_COPIED;
+pub use instances::MAX_FLATTENED_TRIANGLES;
 
 /// How to compile.
 #[derive(Default)]
@@ -51,7 +51,7 @@ pub struct CompileOptions {
     pub most_single_lights: Option<usize>,
     /// Most triangles of copies of meshes that are placed more than once, without the first of each. Of
     /// more, those with the most are kept once and referred to, unless they glow. Copies are found
-    /// faster, but take more memory. `None` is [`MAX_COPIED`].
+    /// faster, but take more memory. `None` is [`MAX_FLATTENED_TRIANGLES`].
     pub most_copied_triangles: Option<usize>,
     /// Light from all around, besides the scene's own.
     pub environment: Option<EnvironmentMap>,
@@ -190,9 +190,9 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
     let placed = std::mem::take(&mut shapes.placed).finish(first)?;
     let sides_by_shading_normal = scene.settings.sides_by_shading_normal;
     let mut scene = assemble(shapes, lights, media, camera, bvh);
-    scene.placed = placed;
+    scene.instances = placed;
     scene.meter = meter;
-    scene.plain_normals = options.course;
+    scene.unnormalized_shading_normals = options.course;
     scene.sides_by_shading_normal = sides_by_shading_normal;
     scene.smooth_shadows = options.smooth_shadows && scene.media.is_empty();
     if options.smooth_shadows && !scene.smooth_shadows {
@@ -203,7 +203,7 @@ pub fn compile(scene: &Scene, mut options: CompileOptions) -> Result<Compiled, C
 
 /// Tells the user that something moves.
 fn tell_what_moves(
-    placed: &placed::PlacedShapes,
+    placed: &instances::InstancedShapes,
     [open, close]: [f64; 2],
     notes: &mut Vec<String>,
 ) {
@@ -236,10 +236,10 @@ fn assemble(
 ) -> RenderScene {
     use std::mem::take;
     let mut surfaces = shapes.surfaces.as_slice().iter();
-    let has_holes = surfaces.any(|s| s.opacity.is_some() || s.has_no_back);
+    let has_holes = surfaces.any(|s| s.opacity.is_some() || s.cull_backfaces);
     RenderScene {
-        placed: None,
-        plain_normals: false,
+        instances: None,
+        unnormalized_shading_normals: false,
         smooth_shadows: false,
         sides_by_shading_normal: false,
         object_ends: take(&mut shapes.object_ends),
@@ -249,11 +249,11 @@ fn assemble(
         lobe_tables: take(&mut shapes.lobe_tables),
         materials: take(&mut shapes.materials),
         shapes: shapes.into_tables(),
-        has_holes,
+        has_alpha: has_holes,
         light_count: lights.table.as_slice().len() + lights.hidden,
         lights: lights.table,
         light_origins: lights.origins,
-        skies: lights.skies,
+        infinite_lights: lights.infinite_lights,
         light_tables: lights.tables,
         media,
         camera,

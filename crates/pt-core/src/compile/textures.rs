@@ -14,12 +14,12 @@ use pt_scene::texture::{
 
 use crate::bsdf::{self, AnyLobe, LobeRecord, LobeTables, MeasuredTables};
 use crate::id::{Id, Table};
-use crate::laid::{Laid, LaidPattern, LayoutRecord};
+use crate::image_texture::Texels;
 use crate::material::{CoatRecord, LobeMaterial, Material, Materials, Slot, SlotKind};
 use crate::medium::Field;
 use crate::procedural::Procedural;
-use crate::texels::Texels;
-use crate::texture::{Factor, MeshColors, PatternRecord, TextureRecord, Textures, Varying};
+use crate::texture::{Factor, FloatTexture, MeshColors, PatternRecord, TextureRecord, Textures};
+use crate::texture_mapping::{MappedPattern, MappedTexture, TextureMapping};
 
 /// Surfaces with less roughness are as smooth to the eye, but not to single precision.
 pub(super) const MIN_ALPHA: f32 = 1e-3;
@@ -215,10 +215,10 @@ impl Lowering {
     }
 
     /// A number that no lobe keeps.
-    pub(super) fn varying(&mut self, scalar: &Scalar) -> Varying {
+    pub(super) fn varying(&mut self, scalar: &Scalar) -> FloatTexture {
         match scalar {
-            Scalar::Value(value) => Varying::Value(*value),
-            Scalar::Texture(texture) => Varying::Texture(self.texture(texture)),
+            Scalar::Value(value) => FloatTexture::Value(*value),
+            Scalar::Texture(texture) => FloatTexture::Texture(self.texture(texture)),
         }
     }
 
@@ -268,9 +268,13 @@ impl Lowering {
             Pattern::Grid { grid, filter } => {
                 let field = Field::on_unit_cube(Arc::clone(grid), *filter);
                 self.textures.grids.push(field);
-                let pattern = LaidPattern::Grid(self.textures.grids.len() as u32 - 1);
+                let pattern = MappedPattern::Grid(self.textures.grids.len() as u32 - 1);
                 let layout = self.layout(texture);
-                PatternRecord::Laid(self.textures.laid.push(Laid { layout, to_pattern, pattern }))
+                PatternRecord::Laid(self.textures.laid.push(MappedTexture {
+                    layout,
+                    to_pattern,
+                    pattern,
+                }))
             }
             Pattern::Marble(Marble { noise, variation }) => {
                 self.laid(texture, Procedural::Marble(octaves(*noise), *variation))
@@ -281,8 +285,12 @@ impl Lowering {
                 if texture.layout != Layout::Surface =>
             {
                 let layout = self.layout(texture);
-                let pattern = LaidPattern::Flat(pattern);
-                PatternRecord::Laid(self.textures.laid.push(Laid { layout, to_pattern, pattern }))
+                let pattern = MappedPattern::Flat(pattern);
+                PatternRecord::Laid(self.textures.laid.push(MappedTexture {
+                    layout,
+                    to_pattern,
+                    pattern,
+                }))
             }
             pattern => pattern,
         };
@@ -297,22 +305,22 @@ impl Lowering {
         self.textures.uses_footprints |= pattern.has_octaves();
         let layout = self.layout(texture);
         let to_pattern = affine(texture.to_pattern.as_mat3());
-        let pattern = LaidPattern::Procedural(pattern);
-        PatternRecord::Laid(self.textures.laid.push(Laid { layout, to_pattern, pattern }))
+        let pattern = MappedPattern::Procedural(pattern);
+        PatternRecord::Laid(self.textures.laid.push(MappedTexture { layout, to_pattern, pattern }))
     }
 
     /// What gives points in metres their coordinates.
-    fn layout(&mut self, texture: &Texture) -> LayoutRecord {
+    fn layout(&mut self, texture: &Texture) -> TextureMapping {
         let to_units = DAffine3::from_scale(DVec3::splat(1.0 / f64::from(self.metres)));
         match texture.layout {
-            Layout::Surface => LayoutRecord::Surface,
+            Layout::Surface => TextureMapping::Surface,
             Layout::Coordinates { set } => {
                 let values = Pattern::VertexAttribute(Layout::set_name(set));
-                LayoutRecord::Values(self.mesh_value(&values))
+                TextureMapping::Values(self.mesh_value(&values))
             }
-            Layout::Space { to_texture } => LayoutRecord::Space(to_texture * to_units),
-            Layout::Sphere { to_texture } => LayoutRecord::Sphere(to_texture * to_units),
-            Layout::Cylinder { to_texture } => LayoutRecord::Cylinder(to_texture * to_units),
+            Layout::Space { to_texture } => TextureMapping::Space(to_texture * to_units),
+            Layout::Sphere { to_texture } => TextureMapping::Sphere(to_texture * to_units),
+            Layout::Cylinder { to_texture } => TextureMapping::Cylinder(to_texture * to_units),
         }
     }
 
@@ -341,13 +349,13 @@ impl Lowering {
             PatternRecord::Product(factors) => self.show_factors(&factors),
             PatternRecord::Blend(parts, share) => {
                 self.show_factors(&parts);
-                if let Varying::Texture(id) = share {
+                if let FloatTexture::Texture(id) = share {
                     self.show(id);
                 }
             }
             PatternRecord::Root(square) => self.show_factors(&[square]),
             PatternRecord::Laid(laid) => {
-                if let LayoutRecord::Values(value) = self.textures.laid[laid].layout {
+                if let TextureMapping::Values(value) = self.textures.laid[laid].layout {
                     self.shown.insert(value);
                 }
             }
@@ -372,7 +380,7 @@ impl Lowering {
         let make = || texels.push(Texels::new(*width, *height, pixels));
         let id = *self.images.entry(Arc::as_ptr(image)).or_insert_with(make);
         if filter == Filter::Trilinear {
-            self.textures.texels[id].build_pyramid(pixels);
+            self.textures.texels[id].build_mipmap(pixels);
             self.textures.uses_footprints = true;
         }
         id

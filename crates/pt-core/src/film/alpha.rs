@@ -14,7 +14,7 @@ impl Film {
 
     /// The coverage of each pixel.
     pub(super) fn coverage(&self) -> Option<impl Iterator<Item = Coverage>> {
-        let place = aov::place(&self.aovs, Aov::Alpha)?;
+        let place = aov::sum_index(&self.aovs, Aov::Alpha)?;
         let per_pixel = aov::sums_per_pixel(&self.aovs);
         let mean = move |film: &Self, i: usize| {
             let count = film.counts[i];
@@ -51,7 +51,7 @@ impl Coverage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{Half, Region};
+    use crate::film::{HalfBuffer, Region};
     use pt_math::Spectrum;
 
     /// Adds samples of a pixel of a film of one row, by what is seen through each.
@@ -59,7 +59,7 @@ mod tests {
         for tile in &mut film.tiles(9, [0; 2]) {
             let black = vec![Spectrum::ZERO; transparencies.len()];
             tile.add([x, 0], 0, &black, weights);
-            tile.cover([x, 0], transparencies, weights);
+            tile.add_coverage([x, 0], transparencies, weights);
         }
     }
 
@@ -81,10 +81,10 @@ mod tests {
     /// Of pixel 0, the halves have ½ and 1 whatever their numbers of samples; pixel 1 has one half.
     #[test]
     fn halves_count_the_same_as_in_the_light() {
-        let mut film = empty().in_halves();
-        add(film.half_mut(Half::First), 0, &[0.0, 1.0], None);
-        add(film.half_mut(Half::Second), 0, &[0.0, 0.0, 0.0], None);
-        add(film.half_mut(Half::Second), 1, &[0.0, 1.0, 1.0, 1.0], None);
+        let mut film = empty().with_half_buffers();
+        add(film.half_mut(HalfBuffer::First), 0, &[0.0, 1.0], None);
+        add(film.half_mut(HalfBuffer::Second), 0, &[0.0, 0.0, 0.0], None);
+        add(film.half_mut(HalfBuffer::Second), 1, &[0.0, 1.0, 1.0, 1.0], None);
         assert_eq!(film.alpha(), Some(vec![0.75, 0.25, 0.0]));
     }
 

@@ -5,8 +5,8 @@ use std::borrow::Cow;
 use pt_math::{Spectrum, Vec2, Vec3};
 use pt_scene::image::{Channel, Samples};
 
-use super::things::THINGS_BYTES;
-use super::{ExactSum, Film, Half, PixelSums};
+use super::id_coverage::THINGS_BYTES;
+use super::{ExactSum, Film, HalfBuffer, PixelSums};
 
 /// A quantity of which an image is written beside that of the light.
 ///
@@ -36,13 +36,13 @@ pub enum Aov {
     Samples,
     /// Square of the standard error of the luminance; infinite below two samples.
     Variance,
-    /// Samples that were refused: see [`super::Fault`].
+    /// Samples that were refused: see [`super::InvalidReason`].
     Refused,
     /// Light of the first half of the samples …
     HalfA,
     /// … and of the second, which knows nothing of it: the image is the mean of both.
     HalfB,
-    /// Which objects the samples see, and how many see each: see [`super::Things`].
+    /// Which objects the samples see, and how many see each: see [`super::IdCoverage`].
     CryptomatteObject,
     /// Likewise which materials of the scene.
     CryptomatteMaterial,
@@ -76,7 +76,7 @@ pub struct FirstHit {
 }
 
 /// How an image gets its values.
-enum Source {
+enum ChannelSource {
     /// Means of numbers, the first ones of which are the channels.
     Mean(fn(&FirstHit) -> [f32; 3]),
     /// A number of sample 0.
@@ -84,12 +84,12 @@ enum Source {
     /// From what the film knows in any case.
     Film(fn(PixelSums) -> f32),
     /// The mean light of one of its halves.
-    Half(Half),
+    Half(HalfBuffer),
     /// Likewise, a whole number.
     Count(fn(PixelSums) -> u32),
     /// The number of samples that were refused.
     Refused,
-    /// Numbers of all samples, which [`super::Things`] counts.
+    /// Numbers of all samples, which [`super::IdCoverage`] counts.
     Thing(fn(&FirstHit) -> u32),
     /// The coverage of all samples.
     Coverage,
@@ -131,27 +131,31 @@ impl Aov {
     }
 
     /// The names of its channels behind the dot, and where their values come from.
-    fn source(self) -> (&'static [&'static str], Source) {
+    fn source(self) -> (&'static [&'static str], ChannelSource) {
         match self {
-            Self::Albedo => (RGB, Source::Mean(|hit| hit.albedo.to_array())),
-            Self::Normal => (XYZ, Source::Mean(|hit| hit.normal.to_array())),
-            Self::GeometricNormal => (XYZ, Source::Mean(|hit| hit.geometric_normal.to_array())),
-            Self::Depth => (&["Z"], Source::Mean(|hit| [hit.depth; 3])),
-            Self::Position => (XYZ, Source::Mean(|hit| hit.position.to_array())),
-            Self::Uv => (&["U", "V"], Source::Mean(|hit| [hit.uv.x, hit.uv.y, 0.0])),
-            Self::Primitive => (&["id"], Source::Id(|hit| hit.primitive)),
-            Self::Object => (&["id"], Source::Id(|hit| hit.object)),
-            Self::Material => (&["id"], Source::Id(|hit| hit.material)),
-            Self::Samples => (&["count"], Source::Count(|pixel| pixel.count())),
-            Self::Variance => (&["Y"], Source::Film(|pixel| pixel.luminance().1.powi(2) as f32)),
-            Self::Refused => (&["count"], Source::Refused),
-            Self::HalfA => (RGB, Source::Half(Half::First)),
-            Self::HalfB => (RGB, Source::Half(Half::Second)),
-            Self::CryptomatteObject => (&[], Source::Thing(|hit| hit.object)),
-            Self::CryptomatteMaterial => {
-                (&[], Source::Thing(|hit| hit.scene_material.map_or(0, |number| number + 1)))
+            Self::Albedo => (RGB, ChannelSource::Mean(|hit| hit.albedo.to_array())),
+            Self::Normal => (XYZ, ChannelSource::Mean(|hit| hit.normal.to_array())),
+            Self::GeometricNormal => {
+                (XYZ, ChannelSource::Mean(|hit| hit.geometric_normal.to_array()))
             }
-            Self::Alpha => (&[], Source::Coverage),
+            Self::Depth => (&["Z"], ChannelSource::Mean(|hit| [hit.depth; 3])),
+            Self::Position => (XYZ, ChannelSource::Mean(|hit| hit.position.to_array())),
+            Self::Uv => (&["U", "V"], ChannelSource::Mean(|hit| [hit.uv.x, hit.uv.y, 0.0])),
+            Self::Primitive => (&["id"], ChannelSource::Id(|hit| hit.primitive)),
+            Self::Object => (&["id"], ChannelSource::Id(|hit| hit.object)),
+            Self::Material => (&["id"], ChannelSource::Id(|hit| hit.material)),
+            Self::Samples => (&["count"], ChannelSource::Count(|pixel| pixel.count())),
+            Self::Variance => {
+                (&["Y"], ChannelSource::Film(|pixel| pixel.luminance().1.powi(2) as f32))
+            }
+            Self::Refused => (&["count"], ChannelSource::Refused),
+            Self::HalfA => (RGB, ChannelSource::Half(HalfBuffer::First)),
+            Self::HalfB => (RGB, ChannelSource::Half(HalfBuffer::Second)),
+            Self::CryptomatteObject => (&[], ChannelSource::Thing(|hit| hit.object)),
+            Self::CryptomatteMaterial => {
+                (&[], ChannelSource::Thing(|hit| hit.scene_material.map_or(0, |number| number + 1)))
+            }
+            Self::Alpha => (&[], ChannelSource::Coverage),
         }
     }
 
@@ -162,22 +166,28 @@ impl Aov {
 
     /// Whether a film needs two halves for it.
     pub fn is_of_half(self) -> bool {
-        matches!(self.source().1, Source::Half(_))
+        matches!(self.source().1, ChannelSource::Half(_))
     }
 
     /// Sums that a film keeps of it per pixel.
     fn sums(self) -> usize {
         match self.source() {
-            (channels, Source::Mean(_)) => channels.len(),
-            (_, Source::Id(_) | Source::Refused | Source::Coverage) => 1,
-            (_, Source::Film(_) | Source::Count(_) | Source::Half(_) | Source::Thing(_)) => 0,
+            (channels, ChannelSource::Mean(_)) => channels.len(),
+            (_, ChannelSource::Id(_) | ChannelSource::Refused | ChannelSource::Coverage) => 1,
+            (
+                _,
+                ChannelSource::Film(_)
+                | ChannelSource::Count(_)
+                | ChannelSource::Half(_)
+                | ChannelSource::Thing(_),
+            ) => 0,
         }
     }
 
     /// Which thing it counts, if it counts things.
-    fn thing(self) -> Option<fn(&FirstHit) -> u32> {
+    fn id(self) -> Option<fn(&FirstHit) -> u32> {
         match self.source().1 {
-            Source::Thing(number) => Some(number),
+            ChannelSource::Thing(number) => Some(number),
             _ => None,
         }
     }
@@ -191,37 +201,41 @@ pub(super) fn sums_per_pixel(aovs: &[Aov]) -> usize {
 
 /// Whether some are of surfaces, and not all of samples.
 pub(super) fn keeps_surfaces(aovs: &[Aov]) -> bool {
-    let of_surfaces =
-        |aov: &Aov| matches!(aov.source().1, Source::Mean(_) | Source::Id(_) | Source::Thing(_));
+    let of_surfaces = |aov: &Aov| {
+        matches!(
+            aov.source().1,
+            ChannelSource::Mean(_) | ChannelSource::Id(_) | ChannelSource::Thing(_)
+        )
+    };
     aovs.iter().any(of_surfaces)
 }
 
 /// For each of them that counts things, which one it counts where a surface is seen.
-pub(super) fn things(aovs: &[Aov]) -> impl Iterator<Item = fn(&FirstHit) -> u32> {
-    aovs.iter().filter_map(|aov| aov.thing())
+pub(super) fn ids(aovs: &[Aov]) -> impl Iterator<Item = fn(&FirstHit) -> u32> {
+    aovs.iter().filter_map(|aov| aov.id())
 }
 
 /// The place of one among those that count things, if it is one of them.
-pub(super) fn place_of_things(aovs: &[Aov], aov: Aov) -> Option<usize> {
-    aovs.iter().filter(|aov| aov.thing().is_some()).position(|other| *other == aov)
+pub(super) fn id_index(aovs: &[Aov], aov: Aov) -> Option<usize> {
+    aovs.iter().filter(|aov| aov.id().is_some()).position(|other| *other == aov)
 }
 
 /// The place of the first sum of one among those of a pixel, if it is kept.
-pub(super) fn place(aovs: &[Aov], aov: Aov) -> Option<usize> {
+pub(super) fn sum_index(aovs: &[Aov], aov: Aov) -> Option<usize> {
     let before = &aovs[..aovs.iter().position(|other| *other == aov)?];
     Some(1 + before.iter().map(|aov| aov.sums()).sum::<usize>())
 }
 
 /// Counts a sample that is refused.
 pub(super) fn refuse(aovs: &[Aov], sums: &mut [ExactSum]) {
-    if let Some(place) = place(aovs, Aov::Refused) {
+    if let Some(place) = sum_index(aovs, Aov::Refused) {
         sums[place].add(1.0);
     }
 }
 
 /// Bytes that a film needs per pixel for these, and their images while they are written where those are large.
 pub fn bytes_per_pixel(aovs: &[Aov]) -> usize {
-    sums_per_pixel(aovs) * size_of::<ExactSum>() + things(aovs).count() * THINGS_BYTES
+    sums_per_pixel(aovs) * size_of::<ExactSum>() + ids(aovs).count() * THINGS_BYTES
 }
 
 /// Adds the surface that a sample sees to the sums of its pixel. What is no number counts as 0; returns whether all
@@ -233,7 +247,7 @@ pub(super) fn add(aovs: &[Aov], sums: &mut [ExactSum], sample: u32, hit: &FirstH
     for aov in aovs {
         let (own, others) = rest.split_at_mut(aov.sums());
         match aov.source().1 {
-            Source::Mean(values) => {
+            ChannelSource::Mean(values) => {
                 for (sum, value) in own.iter_mut().zip(values(hit)) {
                     if value.abs() <= ExactSum::LIMIT {
                         sum.add(value);
@@ -242,7 +256,7 @@ pub(super) fn add(aovs: &[Aov], sums: &mut [ExactSum], sample: u32, hit: &FirstH
                     }
                 }
             }
-            Source::Id(id) if sample == 0 => own[0].add_f64(f64::from(id(hit)) + 1.0),
+            ChannelSource::Id(id) if sample == 0 => own[0].add_f64(f64::from(id(hit)) + 1.0),
             _ => {}
         }
         rest = others;
@@ -280,18 +294,18 @@ pub fn channels(film: &Film) -> Vec<Channel> {
                 (sums(i)[at].value() / hits) as f32
             };
             let samples = match source {
-                Source::Mean(_) => Samples::Real(pixels().map(|(i, _)| mean(i)).collect()),
-                Source::Id(_) | Source::Refused => {
+                ChannelSource::Mean(_) => Samples::Real(pixels().map(|(i, _)| mean(i)).collect()),
+                ChannelSource::Id(_) | ChannelSource::Refused => {
                     Samples::Whole(pixels().map(|(i, _)| sums(i)[at].value() as u32).collect())
                 }
-                Source::Film(of) => Samples::Real(pixels().map(|(_, p)| of(p)).collect()),
-                Source::Count(of) => Samples::Whole(pixels().map(|(_, p)| of(p)).collect()),
-                Source::Half(half) => Samples::Real(
+                ChannelSource::Film(of) => Samples::Real(pixels().map(|(_, p)| of(p)).collect()),
+                ChannelSource::Count(of) => Samples::Whole(pixels().map(|(_, p)| of(p)).collect()),
+                ChannelSource::Half(half) => Samples::Real(
                     film.moments(half).map(|moments| moments.mean()[channel] as f32).collect(),
                 ),
                 // Their images are of names, which a film does not know,
                 // and coverage belongs to the colours.
-                Source::Thing(_) | Source::Coverage => continue,
+                ChannelSource::Thing(_) | ChannelSource::Coverage => continue,
             };
             let name = format!("{}.{name}", aov.name());
             channels.push(Channel { name, samples, half_suffices: aov.half_suffices() });
@@ -304,8 +318,8 @@ pub fn channels(film: &Film) -> Vec<Channel> {
 /// Means of a quantity with three real channels over all samples of each pixel, in which those that see no surface are 0,
 /// as is their light: at the edge of a shape, what is seen of it. `None` if the film does not keep it.
 pub fn means_of_all_samples(film: &Film, aov: Aov) -> Option<Vec<[f32; 3]>> {
-    let first = place(&film.aovs, aov)?;
-    let (channels, Source::Mean(_)) = aov.source() else { return None };
+    let first = sum_index(&film.aovs, aov)?;
+    let (channels, ChannelSource::Mean(_)) = aov.source() else { return None };
     if channels.len() != 3 {
         return None;
     }
@@ -320,7 +334,7 @@ pub fn means_of_all_samples(film: &Film, aov: Aov) -> Option<Vec<[f32; 3]>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{Region, Rejections};
+    use crate::film::{InvalidSamples, Region};
 
     fn hit(i: u32) -> FirstHit {
         let v = Vec3::splat(i as f32);
@@ -359,20 +373,20 @@ mod tests {
     #[test]
     fn means_are_of_the_samples_that_see_a_surface_and_numbers_of_sample_0() {
         let mut film = Film::with_aovs(Region::full([3, 1]), &of_names());
-        let mut rejections = Rejections::default();
+        let mut invalid_samples = InvalidSamples::default();
         for tile in &mut film.tiles(2, [0; 2]) {
             let r = tile.region();
             for x in r.x..r.x + r.width {
                 tile.add([x, 0], 0, &[Spectrum::splat(3.0), Spectrum::splat(1.0)], None);
                 match x {
-                    0 => [0, 1, 3].map(|i| tile.see([0, 0], i, &hit(i))).len(),
-                    1 => [1].map(|i| tile.see([1, 0], i, &hit(i))).len(),
+                    0 => [0, 1, 3].map(|i| tile.add_aovs([0, 0], i, &hit(i))).len(),
+                    1 => [1].map(|i| tile.add_aovs([1, 0], i, &hit(i))).len(),
                     _ => 0,
                 };
             }
-            rejections.merge(tile.rejections());
+            invalid_samples.merge(tile.invalid_samples());
         }
-        let places: Vec<_> = rejections.first.iter().map(|r| [r.x, r.sample]).collect();
+        let places: Vec<_> = invalid_samples.first.iter().map(|r| [r.x, r.sample]).collect();
         assert_eq!(places, [[0, 0], [0, 1], [0, 3], [1, 1]], "positions are no numbers");
         let real = |name: &str, values: [f32; 3]| {
             assert_eq!(channel(&film, name), Samples::Real(values.to_vec()), "{name}");

@@ -6,7 +6,7 @@
 //! quantities; of each pixel for each quantity that counts things, how many things there are (u32), and of each its number and
 //! how many samples see it (u32 each), in the order of the numbers; of each pixel the three sums of each group of lights, which
 //! are quantities too, behind the others, called `light group` and their name; the luminance that was cut off (a sum); how many
-//! samples were refused for each reason (u64 each, in the order of [`Fault::ALL`]), how many of them are named (u32), and of each its row, column and
+//! samples were refused for each reason (u64 each, in the order of [`InvalidReason::ALL`]), how many of them are named (u32), and of each its row, column and
 //! number, and the number of the reason (u32 each). Then 1 if there is a second half, which follows with all of the above, and
 //! else 0 (u32). Sums are of three words of 64 bits in units of 2⁻⁶⁴, those of squares of four in units of 2⁻¹²⁷. Then 0, or 1 and the plan: its goal, rounds and least (u32 each), what is expected (three u64), the error
 //! (f64, NaN for none), 0, or 1 and the densities of the pixels (f32), or 2 if these are alike; and 0, or 1 and 1 for each vacant pixel and 0 for
@@ -19,7 +19,8 @@ use pt_math::sampler::SECOND_HALF;
 use super::exact::SquareSum;
 use super::groups::PREFIX;
 use super::{
-    Aov, ExactSum, Fault, Film, Plan, Region, Rejected, Rejections, Seen, Sums, Things, aov,
+    Aov, ExactSum, Film, IdCount, IdCoverage, InvalidReason, InvalidSample, InvalidSamples, Region,
+    SamplePlan, Sums, aov,
 };
 
 /// Why bytes are no film.
@@ -66,7 +67,7 @@ impl Film {
             None => put(out, &[0], u32::to_le_bytes)?,
         }
         let Some(plan) = &self.plan else { return put(out, &[0], u32::to_le_bytes) };
-        let Plan { goal, rounds, least, densities, vacant, error, expected } = plan;
+        let SamplePlan { goal, rounds, least, densities, vacant, error, expected } = plan;
         put(out, &[1, *goal, *rounds, *least], u32::to_le_bytes)?;
         put(out, expected, u64::to_le_bytes)?;
         put(out, &[error.unwrap_or(f64::NAN)], f64::to_le_bytes)?;
@@ -90,10 +91,10 @@ impl Film {
             sums,
             aovs,
             aov_sums,
-            things,
+            ids,
             light_groups,
             group_sums,
-            rejections,
+            invalid_samples,
             removed,
             second: _,
             plan: _,
@@ -109,16 +110,16 @@ impl Film {
         put(out, counts, u32::to_le_bytes)?;
         put(out, sums, bytes_of_pixel)?;
         put(out, aov_sums, bytes_of_sum)?;
-        for things in things.chunks(AT_ONCE) {
-            let words: Vec<_> = things.iter().flat_map(words_of).collect();
+        for ids in ids.chunks(AT_ONCE) {
+            let words: Vec<_> = ids.iter().flat_map(words_of).collect();
             put(out, &words, u32::to_le_bytes)?;
         }
         put(out, group_sums.as_flattened(), bytes_of_sum)?;
         put(out, &[*removed], bytes_of_sum)?;
-        put(out, &rejections.counts, u64::to_le_bytes)?;
-        put(out, &[rejections.first.len() as u32], u32::to_le_bytes)?;
-        let words = |r: &Rejected| [r.y, r.x, r.sample, r.fault as u32];
-        let words: Vec<_> = rejections.first.iter().flat_map(words).collect();
+        put(out, &invalid_samples.counts, u64::to_le_bytes)?;
+        put(out, &[invalid_samples.first.len() as u32], u32::to_le_bytes)?;
+        let words = |r: &InvalidSample| [r.y, r.x, r.sample, r.reason as u32];
+        let words: Vec<_> = invalid_samples.first.iter().flat_map(words).collect();
         put(out, &words, u32::to_le_bytes)
     }
 
@@ -134,7 +135,7 @@ impl Film {
             let second = take_half(&mut rest).ok_or_else(short)??;
             let is_second = (second.region, second.first) == (film.region, SECOND_HALF);
             let is_first = film.counts.iter().all(|count| film.first + count <= SECOND_HALF);
-            if !is_first || !is_second || !second.keeps_as(&film) {
+            if !is_first || !is_second || !second.has_same_layout(&film) {
                 return Err(FilmError::Halves);
             }
             film.second = Some(Box::new(second));
@@ -215,9 +216,9 @@ fn fault_of_sums(film: &Film) -> Option<FilmError> {
 }
 
 /// What is written of the things that a pixel sees.
-fn words_of(things: &Things) -> impl Iterator<Item = u32> {
-    let count = things.iter().len() as u32;
-    std::iter::once(count).chain(things.iter().flat_map(|seen| [seen.number, seen.samples]))
+fn words_of(ids: &IdCoverage) -> impl Iterator<Item = u32> {
+    let count = ids.iter().len() as u32;
+    std::iter::once(count).chain(ids.iter().flat_map(|seen| [seen.number, seen.samples]))
 }
 
 /// Items that are written at a time: enough to be fast, few enough for the cache.
@@ -235,7 +236,7 @@ fn take_word(rest: &mut &[u8]) -> Option<u32> {
 }
 
 /// A plan for these pixels; `None` if there are too few bytes.
-fn take_plan(rest: &mut &[u8], region: Region) -> Option<Plan> {
+fn take_plan(rest: &mut &[u8], region: Region) -> Option<SamplePlan> {
     let [goal, rounds, least] = take(rest, 3, u32::from_le_bytes)?.try_into().ok()?;
     let expected = take(rest, 3, u64::from_le_bytes)?.try_into().ok()?;
     let error = take(rest, 1, f64::from_le_bytes)?.pop().filter(|error| !error.is_nan());
@@ -248,25 +249,25 @@ fn take_plan(rest: &mut &[u8], region: Region) -> Option<Plan> {
         0 => Vec::new(),
         _ => take(rest, region.area() as u64, |[vacant]| vacant != 0)?,
     };
-    Some(Plan { goal, rounds, least, densities, vacant, error, expected })
+    Some(SamplePlan { goal, rounds, least, densities, vacant, error, expected })
 }
 
 /// The things of a pixel; `None` if there are too few bytes.
-fn take_things(rest: &mut &[u8]) -> Option<Result<Things, FilmError>> {
+fn take_things(rest: &mut &[u8]) -> Option<Result<IdCoverage, FilmError>> {
     let count = take_word(rest)?;
     let seen = |bytes: [u8; 8]| {
         let [number, samples] = bytemuck::cast::<_, [[u8; 4]; 2]>(bytes).map(u32::from_le_bytes);
-        Seen { number, samples }
+        IdCount { number, samples }
     };
     let all = take(rest, u64::from(count), seen)?;
     if !all.is_sorted_by(|a, b| a.number < b.number) {
         return Some(Err(FilmError::Things));
     }
-    let mut things = Things::default();
+    let mut ids = IdCoverage::default();
     for seen in all {
-        things.add(seen);
+        ids.add(seen);
     }
-    Some(Ok(things))
+    Some(Ok(ids))
 }
 
 /// A half, or what is wrong with it; `None` if there are too few bytes.
@@ -291,9 +292,9 @@ fn take_half(rest: &mut &[u8]) -> Option<Result<Film, FilmError>> {
     let counts = take(rest, pixels, u32::from_le_bytes)?;
     let sums = take(rest, pixels, pixel_of_bytes)?;
     let aov_sums = take(rest, pixels.checked_mul(per_pixel)?, sum_of_bytes)?;
-    let things = pixels.checked_mul(aov::things(&aovs).count() as u64)?;
-    let things = match (0..things).map(|_| take_things(rest)).collect::<Option<Result<_, _>>>()? {
-        Ok(things) => things,
+    let ids = pixels.checked_mul(aov::ids(&aovs).count() as u64)?;
+    let ids = match (0..ids).map(|_| take_things(rest)).collect::<Option<Result<_, _>>>()? {
+        Ok(ids) => ids,
         Err(error) => return Some(Err(error)),
     };
     let groups = pixels.checked_mul(light_groups.len() as u64)?;
@@ -301,16 +302,17 @@ fn take_half(rest: &mut &[u8]) -> Option<Result<Film, FilmError>> {
         bytemuck::cast::<_, [[u8; SUM]; 3]>(bytes).map(sum_of_bytes)
     })?;
     let removed = take(rest, 1, sum_of_bytes)?.pop()?;
-    let counts_refused = take(rest, Fault::ALL.len() as u64, u64::from_le_bytes)?;
+    let counts_refused = take(rest, InvalidReason::ALL.len() as u64, u64::from_le_bytes)?;
     let named = take_word(rest)?;
     let rejected = |bytes: [u8; 16]| {
-        let [y, x, sample, fault] =
+        let [y, x, sample, reason] =
             bytemuck::cast::<_, [[u8; 4]; 4]>(bytes).map(u32::from_le_bytes);
-        Fault::from_number(fault).map(|fault| Rejected { y, x, sample, fault })
+        InvalidReason::from_number(reason).map(|reason| InvalidSample { y, x, sample, reason })
     };
     let first_refused =
         take(rest, u64::from(named), rejected)?.into_iter().collect::<Option<_>>()?;
-    let rejections = Rejections { counts: counts_refused.try_into().ok()?, first: first_refused };
+    let invalid_samples =
+        InvalidSamples { counts: counts_refused.try_into().ok()?, first: first_refused };
     let region = Region { x, y, width, height };
     let (second, plan) = (None, None);
     let film = Film {
@@ -320,10 +322,10 @@ fn take_half(rest: &mut &[u8]) -> Option<Result<Film, FilmError>> {
         sums,
         aovs,
         aov_sums,
-        things,
+        ids,
         light_groups,
         group_sums,
-        rejections,
+        invalid_samples,
         removed,
         second,
         plan,
@@ -336,7 +338,7 @@ mod tests {
     use super::*;
     use pt_math::{Spectrum, Vec2, Vec3};
 
-    use crate::film::{FirstHit, Half};
+    use crate::film::{FirstHit, HalfBuffer};
 
     /// A film with all that a film may have.
     fn film() -> Film {
@@ -357,7 +359,7 @@ mod tests {
             material: 2,
             scene_material: Some(4),
         };
-        let mut rejections = Rejections::default();
+        let mut invalid_samples = InvalidSamples::default();
         let mut removed = ExactSum::default();
         removed.add(0.7);
         for tile in &mut film.tiles(3, [0; 2]) {
@@ -365,13 +367,13 @@ mod tests {
                 let bright = Spectrum::rgb(x as f32 * 0.1, -0.5, 1e9 * y as f32);
                 tile.add([x, y], 7, &[bright, Spectrum::splat(f32::NAN)], None);
                 let parts = [bright, Spectrum::ONE, Spectrum::ONE, Spectrum::ZERO];
-                tile.add_parts([x, y], &[Spectrum::ONE; 2], &parts, None);
-                tile.see([x, y], 7, &hit);
+                tile.add_light_groups([x, y], &[Spectrum::ONE; 2], &parts, None);
+                tile.add_aovs([x, y], 7, &hit);
             }
-            rejections.merge(tile.rejections());
+            invalid_samples.merge(tile.invalid_samples());
         }
-        film.reject(&rejections);
-        film.remove(removed);
+        film.add_invalid_samples(&invalid_samples);
+        film.add_clamped(removed);
         film
     }
 
@@ -380,18 +382,26 @@ mod tests {
         let region = Region::full([3, 2]);
         let groups = ["sky".into(), "rest".into()];
         let mut film =
-            Film::with_aovs(region, &[Aov::Depth]).with_light_groups(&groups).in_halves();
-        for (half, light) in Half::BOTH.into_iter().zip([1.0, 4.0]) {
+            Film::with_aovs(region, &[Aov::Depth]).with_light_groups(&groups).with_half_buffers();
+        for (half, light) in HalfBuffer::BOTH.into_iter().zip([1.0, 4.0]) {
             for tile in &mut film.half_mut(half).tiles(9, [0; 2]) {
                 let samples = [Spectrum::splat(light); 2];
                 tile.add([1, 1], 0, &samples, None);
-                tile.add_parts([1, 1], &samples, &[samples, samples].concat(), None);
+                tile.add_light_groups([1, 1], &samples, &[samples, samples].concat(), None);
             }
         }
         let error = densities.is_some().then_some(0.5);
         let vacant = if densities.is_some() { [true, false].repeat(3) } else { Vec::new() };
         let expected = [1, 2, 3];
-        film.set_plan(Plan { goal: 9, rounds: 2, least: 4, densities, vacant, error, expected });
+        film.set_plan(SamplePlan {
+            goal: 9,
+            rounds: 2,
+            least: 4,
+            densities,
+            vacant,
+            error,
+            expected,
+        });
         film
     }
 
@@ -414,9 +424,9 @@ mod tests {
     #[test]
     fn things_of_a_pixel_are_in_order_and_each_once() {
         let mut film = Film::with_aovs(Region::full([1, 1]), &[Aov::CryptomatteObject]);
-        let [two, three] = [2, 3].map(|number| Seen { number, samples: u32::MAX });
-        film.things[0].add(two);
-        film.things[0].add(three);
+        let [two, three] = [2, 3].map(|number| IdCount { number, samples: u32::MAX });
+        film.ids[0].add(two);
+        film.ids[0].add(three);
         let good = bytes(&film);
         assert_eq!(Film::read(&good).as_ref(), Ok(&film));
         for numbers in [[2, 2], [3, 2]] {
@@ -478,10 +488,10 @@ mod tests {
         unknown[28] = b'x';
         assert_eq!(Film::read(&unknown), Err(FilmError::Quantity("xlbedo".into())));
         let mut strange = planned(Some(vec![0.5; 6]));
-        strange.half_mut(Half::Second).first = 7;
+        strange.half_mut(HalfBuffer::Second).first = 7;
         assert_eq!(Film::read(&bytes(&strange)), Err(FilmError::Halves));
         let mut strange = planned(Some(vec![0.5; 6]));
-        strange.half_mut(Half::Second).light_groups[0] = "sun".into();
+        strange.half_mut(HalfBuffer::Second).light_groups[0] = "sun".into();
         assert_eq!(Film::read(&bytes(&strange)), Err(FilmError::Halves));
     }
 }

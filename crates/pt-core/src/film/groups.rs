@@ -3,7 +3,7 @@
 use pt_math::Spectrum;
 use pt_scene::image::{Channel, Samples};
 
-use super::{ExactSum, Fault, Film, Moments, PixelSums, Sums};
+use super::{ExactSum, Film, InvalidReason, Moments, PixelSums, Sums};
 
 /// Red, green and blue of a group.
 pub(super) type GroupSums = [ExactSum; 3];
@@ -24,11 +24,11 @@ pub(super) fn add(
 ) {
     for (i, (&light, parts)) in samples.iter().zip(parts.chunks_exact(sums.len())).enumerate() {
         let weight = weights.map_or(1.0, |weights| weights[i]);
-        if Fault::of(light, weight).is_some() {
+        if InvalidReason::of(light, weight).is_some() {
             continue;
         }
-        let lit = sums.iter_mut().zip(parts).filter(|(_, part)| **part != Spectrum::ZERO);
-        for (sums, &part) in lit {
+        let context = sums.iter_mut().zip(parts).filter(|(_, part)| **part != Spectrum::ZERO);
+        for (sums, &part) in context {
             for (sum, value) in sums.iter_mut().zip((part * weight).to_array()) {
                 sum.add(value.clamp(-ExactSum::LIMIT, ExactSum::LIMIT));
             }
@@ -66,7 +66,7 @@ pub fn channels(film: &Film) -> Vec<Channel> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{Half, Region};
+    use crate::film::{HalfBuffer, Region};
 
     /// Adds samples of the light of two groups to a pixel of a film of one row.
     fn add(film: &mut Film, x: u32, parts: &[[f32; 2]]) {
@@ -75,7 +75,7 @@ mod tests {
         let samples: Vec<_> = parts.chunks(2).map(|of| of[0] + of[1]).collect();
         for tile in &mut film.tiles(9, [0; 2]) {
             tile.add([x, 0], 0, &samples, None);
-            tile.add_parts([x, 0], &samples, &parts, None);
+            tile.add_light_groups([x, 0], &samples, &parts, None);
         }
     }
 
@@ -91,10 +91,10 @@ mod tests {
     #[test]
     fn groups_of_halves_are_together_the_mean_of_the_halves() {
         let film = Film::new(Region::full([3, 1]));
-        let mut film = film.in_halves().with_light_groups(&["key".into(), "rest".into()]);
-        add(film.half_mut(Half::First), 0, &[[1.0, 0.0], [3.0, 4.0]]);
-        add(film.half_mut(Half::Second), 0, &[[3.0, 6.0], [6.0, 0.0], [6.0, 0.0]]);
-        add(film.half_mut(Half::Second), 1, &[[1.0, 5.0]]);
+        let mut film = film.with_half_buffers().with_light_groups(&["key".into(), "rest".into()]);
+        add(film.half_mut(HalfBuffer::First), 0, &[[1.0, 0.0], [3.0, 4.0]]);
+        add(film.half_mut(HalfBuffer::Second), 0, &[[3.0, 6.0], [6.0, 0.0], [6.0, 0.0]]);
+        add(film.half_mut(HalfBuffer::Second), 1, &[[1.0, 5.0]]);
         assert_eq!(real(&film, "light_key.R"), [3.5, 1.0, 0.0]);
         assert_eq!(real(&film, "light_key.G"), [7.0, 2.0, 0.0]);
         assert_eq!(real(&film, "light_rest.R"), [2.0, 5.0, 0.0]);

@@ -4,33 +4,33 @@
 mod alpha;
 pub mod aov;
 mod bytes;
+mod error_estimate;
 mod exact;
 pub mod groups;
-mod halves;
-mod measured;
+mod half_buffers;
+mod id_coverage;
+mod invalid_samples;
+mod missing_mass;
 mod pixel;
-mod refused;
 mod region;
 mod sums;
-mod things;
 mod tile;
-mod unseen;
 
 pub use self::aov::{Aov, FirstHit};
 pub use self::bytes::FilmError;
+pub use self::error_estimate::ErrorEstimate;
+pub(crate) use self::error_estimate::SquaredErrors;
 pub use self::exact::ExactSum;
 use self::groups::GroupSums;
-pub use self::halves::{Half, Plan};
-pub use self::measured::Measured;
-pub(crate) use self::measured::Squares;
+pub use self::half_buffers::{HalfBuffer, SamplePlan};
+pub use self::id_coverage::{IdCount, IdCoverage};
+pub use self::invalid_samples::{InvalidReason, InvalidSample, InvalidSamples};
+pub(crate) use self::missing_mass::{ErrorBudget, deviations};
 use self::pixel::Moments;
 pub use self::pixel::PixelSums;
-pub use self::refused::{Fault, Rejected, Rejections};
 pub use self::region::Region;
 use self::sums::Sums;
-pub use self::things::{Seen, Things};
 pub use self::tile::Tile;
-pub(crate) use self::unseen::{Wrong, deviations};
 
 /// The sums of a rectangle of pixels.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,17 +46,17 @@ pub struct Film {
     aovs: Vec<Aov>,
     aov_sums: Vec<ExactSum>,
     /// For each pixel what it sees, for each of those that count things.
-    things: Vec<Things>,
+    ids: Vec<IdCoverage>,
     /// The names of groups of lights, and for each pixel the light of each.
     light_groups: Vec<String>,
     group_sums: Vec<GroupSums>,
-    rejections: Rejections,
+    invalid_samples: InvalidSamples,
     /// Luminance that was cut off from samples.
     removed: ExactSum,
-    /// See [`Self::in_halves`].
+    /// See [`Self::with_half_buffers`].
     second: Option<Box<Film>>,
     /// How many samples each pixel is to have, where an error target decides.
-    plan: Option<Plan>,
+    plan: Option<SamplePlan>,
 }
 
 impl Film {
@@ -75,10 +75,10 @@ impl Film {
             sums: bytemuck::zeroed_vec(region.area()),
             aovs: aovs.to_vec(),
             aov_sums: bytemuck::zeroed_vec(aov_sums),
-            things: vec![Things::default(); region.area() * aov::things(aovs).count()],
+            ids: vec![IdCoverage::default(); region.area() * aov::ids(aovs).count()],
             light_groups: Vec::new(),
             group_sums: Vec::new(),
-            rejections: Rejections::default(),
+            invalid_samples: InvalidSamples::default(),
             removed: ExactSum::default(),
             second: None,
             plan: None,
@@ -97,9 +97,9 @@ impl Film {
     }
 
     /// Whether both keep the same, in as many halves.
-    pub fn keeps_as(&self, other: &Self) -> bool {
-        (&self.aovs, &self.light_groups, self.is_in_halves())
-            == (&other.aovs, &other.light_groups, other.is_in_halves())
+    pub fn has_same_layout(&self, other: &Self) -> bool {
+        (&self.aovs, &self.light_groups, self.has_half_buffers())
+            == (&other.aovs, &other.light_groups, other.has_half_buffers())
     }
 
     /// The groups of lights of which it keeps the light.
@@ -132,12 +132,12 @@ impl Film {
     }
 
     /// The greatest number of samples that a pixel has.
-    pub fn most_samples(&self) -> u32 {
+    pub fn max_samples(&self) -> u32 {
         self.pixels().map(|pixel| pixel.count()).max().unwrap_or(0)
     }
 
     /// The number of samples that all pixels have, if it is the same.
-    pub fn even_count(&self) -> Option<u32> {
+    pub fn uniform_spp(&self) -> Option<u32> {
         let mut counts = self.pixels().map(|pixel| pixel.count());
         let first = counts.next()?;
         counts.all(|n| n == first).then_some(first)
@@ -167,21 +167,21 @@ impl Film {
     }
 
     /// Samples that were refused.
-    pub fn rejections(&self) -> Rejections {
-        let mut all = self.rejections.clone();
+    pub fn invalid_samples(&self) -> InvalidSamples {
+        let mut all = self.invalid_samples.clone();
         if let Some(second) = &self.second {
-            all.merge(&second.rejections);
+            all.merge(&second.invalid_samples);
         }
         all
     }
 
     /// Adds to the samples that were refused.
-    pub fn reject(&mut self, rejections: &Rejections) {
-        self.rejections.merge(rejections);
+    pub fn add_invalid_samples(&mut self, invalid_samples: &InvalidSamples) {
+        self.invalid_samples.merge(invalid_samples);
     }
 
     /// Adds luminance that was cut off from samples.
-    pub fn remove(&mut self, luminance: ExactSum) {
+    pub fn add_clamped(&mut self, luminance: ExactSum) {
         self.removed.merge(luminance);
     }
 
@@ -206,17 +206,17 @@ impl Film {
     }
 
     /// Cuts the film into the tiles of [`Region::tiles`], to which different threads can add
-    /// samples; what they refuse is to be handed to [`Self::reject`], and what was cut off from samples to
-    /// [`Self::remove`].
+    /// samples; what they refuse is to be handed to [`Self::add_invalid_samples`], and what was cut off from samples to
+    /// [`Self::add_clamped`].
     pub fn tiles(&mut self, size: u32, shift: [u32; 2]) -> Vec<Tile<'_>> {
         let groups = self.light_groups.len();
-        let Self { region, first, counts, sums, aovs, aov_sums, things, group_sums, .. } = self;
+        let Self { region, first, counts, sums, aovs, aov_sums, ids, group_sums, .. } = self;
         let per_pixel = aov::sums_per_pixel(aovs);
-        let things_per_pixel = aov::things(aovs).count();
+        let things_per_pixel = aov::ids(aovs).count();
         let tile = |region| Tile::new(region, *first, aovs);
         let mut tiles: Vec<_> = region.tiles(size, shift).into_iter().map(tile).collect();
-        let (mut counts, mut sums, mut aov_sums, mut things) =
-            (&mut counts[..], &mut sums[..], &mut aov_sums[..], &mut things[..]);
+        let (mut counts, mut sums, mut aov_sums, mut ids) =
+            (&mut counts[..], &mut sums[..], &mut aov_sums[..], &mut ids[..]);
         let mut group_sums = &mut group_sums[..];
         for side_by_side in tiles.chunk_by_mut(|a, b| a.region().y == b.region().y) {
             let height = side_by_side.first().map_or(0, |tile| tile.region().height);
@@ -226,7 +226,7 @@ impl Film {
                     let counts = counts.split_off_mut(..width).unwrap_or_default();
                     let sums = sums.split_off_mut(..width).unwrap_or_default();
                     let own = aov_sums.split_off_mut(..per_pixel * width).unwrap_or_default();
-                    let seen = things.split_off_mut(..things_per_pixel * width).unwrap_or_default();
+                    let seen = ids.split_off_mut(..things_per_pixel * width).unwrap_or_default();
                     let parts = group_sums.split_off_mut(..groups * width).unwrap_or_default();
                     tile.push_row(counts, sums, own, seen, parts);
                 }
@@ -242,16 +242,16 @@ impl Film {
     /// # Panics
     /// If it keeps something else, one is in halves, or a pixel has 2³² samples in both together.
     pub fn merge(&mut self, other: &Self) {
-        assert!(self.keeps_as(other), "films that are merged keep the same");
+        assert!(self.has_same_layout(other), "films that are merged keep the same");
         assert!(self.second.is_none() && other.second.is_none(), "halves are not merged");
         let per_pixel = aov::sums_per_pixel(&self.aovs);
-        let (things, groups) = (aov::things(&self.aovs).count(), self.light_groups.len());
+        let (ids, groups) = (aov::ids(&self.aovs).count(), self.light_groups.len());
         for (n, [x, y]) in other.region.rows().enumerate() {
             let i = self.index(x, y);
             let own = self.aov_sums[i * per_pixel..].iter_mut().take(per_pixel);
             own.zip(&other.aov_sums[n * per_pixel..]).for_each(|(a, b)| a.merge(*b));
-            let own = self.things[i * things..].iter_mut().take(things);
-            own.zip(&other.things[n * things..]).for_each(|(a, b)| a.merge(b));
+            let own = self.ids[i * ids..].iter_mut().take(ids);
+            own.zip(&other.ids[n * ids..]).for_each(|(a, b)| a.merge(b));
             let own = self.group_sums[i * groups..].iter_mut().take(groups).flatten();
             let parts = other.group_sums[n * groups..].iter().flatten();
             own.zip(parts).for_each(|(a, b)| a.merge(*b));
@@ -260,21 +260,21 @@ impl Film {
             self.sums[i].merge(&other.sums[n]);
         }
         self.first = self.first.min(other.first);
-        self.rejections.merge(&other.rejections);
+        self.invalid_samples.merge(&other.invalid_samples);
         self.removed.merge(other.removed);
     }
 
     /// For each pixel, in rows from the top, the things that it sees and that `aov` counts, in both halves if there are two;
     /// `None` if the film does not keep it, or it counts none.
-    pub fn things(&self, aov: Aov) -> Option<impl ExactSizeIterator<Item = Things>> {
-        let place = aov::place_of_things(&self.aovs, aov)?;
-        let per_pixel = aov::things(&self.aovs).count();
+    pub fn id_coverage(&self, aov: Aov) -> Option<impl ExactSizeIterator<Item = IdCoverage>> {
+        let place = aov::id_index(&self.aovs, aov)?;
+        let per_pixel = aov::ids(&self.aovs).count();
         let of_pixel = move |i: usize| {
-            let mut things = self.things[i * per_pixel + place].clone();
+            let mut ids = self.ids[i * per_pixel + place].clone();
             if let Some(second) = &self.second {
-                things.merge(&second.things[i * per_pixel + place]);
+                ids.merge(&second.ids[i * per_pixel + place]);
             }
-            things
+            ids
         };
         Some((0..self.region.area()).map(of_pixel))
     }
@@ -293,13 +293,13 @@ mod tests {
     /// A film of one row, from the samples of its pixels.
     fn film(pixels: &[&[Spectrum]]) -> Film {
         let mut film = Film::new(Region::full([pixels.len() as u32, 1]));
-        let mut rejections = Rejections::default();
+        let mut invalid_samples = InvalidSamples::default();
         for tile in &mut film.tiles(2, [0; 2]) {
             let columns = tile.region().x..tile.region().x + tile.region().width;
             columns.for_each(|x| tile.add([x, 0], 3, pixels[x as usize], None));
-            rejections.merge(tile.rejections());
+            invalid_samples.merge(tile.invalid_samples());
         }
-        film.reject(&rejections);
+        film.add_invalid_samples(&invalid_samples);
         film
     }
 
@@ -389,10 +389,10 @@ mod tests {
             &[],
             &[one, one, Spectrum::rgb(1.0, f32::NAN, 0.0)],
         ]);
-        assert_eq!(film.rejections().count(), 2);
+        assert_eq!(film.invalid_samples().count(), 2);
         assert_eq!(
-            film.rejections().first[1],
-            Rejected { y: 0, x: 3, sample: 5, fault: Fault::NotANumber }
+            film.invalid_samples().first[1],
+            InvalidSample { y: 0, x: 3, sample: 5, reason: InvalidReason::NotANumber }
         );
         let means = [[0.5; 3], [1.0; 3], [0.0; 3], [2.0 / 3.0; 3]];
         assert!(film.pixels().map(|p| p.mean()).eq(means));

@@ -69,7 +69,7 @@ impl PixelSums {
     }
 
     /// The mean radiance of each half, if both have samples.
-    pub fn means_of_halves(&self) -> Option<[[f64; 3]; 2]> {
+    pub fn half_means(&self) -> Option<[[f64; 3]; 2]> {
         let (first, second) = self.halves();
         second.map(|second| [first.mean(), second.mean()])
     }
@@ -126,7 +126,7 @@ mod tests {
         let (two, three) = (moments(&[1.0, 3.0]), moments(&[3.0, 6.0, 6.0]));
         let both = PixelSums::new(two, Some(three));
         assert_eq!((both.count(), both.mean()), (5, [3.5; 3]));
-        assert_eq!(both.means_of_halves(), Some([[2.0; 3], [5.0; 3]]));
+        assert_eq!(both.half_means(), Some([[2.0; 3], [5.0; 3]]));
         let (mean, error) = both.luminance();
         assert!((mean - 3.5).abs() < 1e-12 && (error - 0.5f64.sqrt()).abs() < 1e-12, "{error}");
     }
@@ -138,7 +138,7 @@ mod tests {
         for pixel in [PixelSums::new(half, Some(none)), PixelSums::new(none, Some(half))] {
             assert_eq!(pixel.mean(), alone.mean());
             assert_eq!(pixel.luminance(), alone.luminance());
-            assert_eq!(pixel.means_of_halves(), None);
+            assert_eq!(pixel.half_means(), None);
         }
         assert_eq!(PixelSums::default().luminance(), (0.0, f64::INFINITY));
         assert_eq!(moments(&[2.0]).sums.squares.value(), 4.0);

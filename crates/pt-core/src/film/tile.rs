@@ -5,8 +5,8 @@ use pt_math::Spectrum;
 use super::groups::{self, GroupSums};
 use super::sums::moments_of;
 use super::{
-    Aov, ExactSum, Fault, FirstHit, Moments, PixelSums, Region, Rejected, Rejections, Seen, Sums,
-    Things, aov,
+    Aov, ExactSum, FirstHit, IdCount, IdCoverage, InvalidReason, InvalidSample, InvalidSamples,
+    Moments, PixelSums, Region, Sums, aov,
 };
 
 /// Pixels of a [`Film`](super::Film), which are its own for as long as this lives.
@@ -17,7 +17,7 @@ pub struct Tile<'a> {
     first: u32,
     aovs: &'a [Aov],
     rows: Vec<Row<'a>>,
-    rejections: Rejections,
+    invalid_samples: InvalidSamples,
     removed: ExactSum,
 }
 
@@ -28,7 +28,7 @@ struct Row<'a> {
     /// Of all quantities of a pixel, pixel by pixel.
     aov_sums: &'a mut [ExactSum],
     /// Likewise.
-    things: &'a mut [Things],
+    ids: &'a mut [IdCoverage],
     /// Likewise.
     group_sums: &'a mut [GroupSums],
 }
@@ -37,8 +37,8 @@ impl<'a> Tile<'a> {
     /// Without rows yet.
     pub(super) fn new(region: Region, first: u32, aovs: &'a [Aov]) -> Self {
         let rows = Vec::with_capacity(region.height as usize);
-        let (rejections, removed) = (Rejections::default(), ExactSum::default());
-        Self { region, first, aovs, rows, rejections, removed }
+        let (invalid_samples, removed) = (InvalidSamples::default(), ExactSum::default());
+        Self { region, first, aovs, rows, invalid_samples, removed }
     }
 
     /// Adds the next row.
@@ -47,10 +47,10 @@ impl<'a> Tile<'a> {
         counts: &'a mut [u32],
         sums: &'a mut [Sums],
         aov_sums: &'a mut [ExactSum],
-        things: &'a mut [Things],
+        ids: &'a mut [IdCoverage],
         group_sums: &'a mut [GroupSums],
     ) {
-        self.rows.push(Row { counts, sums, aov_sums, things, group_sums });
+        self.rows.push(Row { counts, sums, aov_sums, ids, group_sums });
     }
 
     /// The pixels that are covered.
@@ -59,18 +59,18 @@ impl<'a> Tile<'a> {
     }
 
     /// Samples that were refused.
-    pub fn rejections(&self) -> &Rejections {
-        &self.rejections
+    pub fn invalid_samples(&self) -> &InvalidSamples {
+        &self.invalid_samples
     }
 
     /// Luminance that was cut off from samples.
-    pub fn removed(&self) -> ExactSum {
+    pub fn clamped_energy(&self) -> ExactSum {
         self.removed
     }
 
     /// Adds luminance that was cut off from samples.
     #[inline]
-    pub fn remove(&mut self, luminance: ExactSum) {
+    pub fn add_clamped(&mut self, luminance: ExactSum) {
         self.removed.merge(luminance);
     }
 
@@ -95,8 +95,8 @@ impl<'a> Tile<'a> {
     }
 
     /// Adds consecutive samples of a pixel, of which the first has number `first`, each times what it counts by
-    /// the filter if that is given. One that is no light (see [`Fault`]) counts as black, and is reported in
-    /// [`Self::rejections`].
+    /// the filter if that is given. One that is no light (see [`InvalidReason`]) counts as black, and is reported in
+    /// [`Self::invalid_samples`].
     #[inline]
     pub fn add(
         &mut self,
@@ -137,8 +137,8 @@ impl<'a> Tile<'a> {
         let (row, column) = self.place(pixel);
         for (i, &light) in samples.iter().enumerate() {
             let weight = weights.map_or(1.0, |weights| weights[i]);
-            if let Some(fault) = Fault::of(light, weight) {
-                self.refuse(pixel, first + i as u32, fault);
+            if let Some(reason) = InvalidReason::of(light, weight) {
+                self.reject(pixel, first + i as u32, reason);
                 continue;
             }
             self.rows[row].sums[column].add(light * weight);
@@ -147,7 +147,7 @@ impl<'a> Tile<'a> {
 
     /// Adds the light of groups of lights of the samples that [`Self::add`] was given; `parts` has that of each group, one sample
     /// behind the other. A film without groups takes none.
-    pub fn add_parts(
+    pub fn add_light_groups(
         &mut self,
         pixel: [u32; 2],
         samples: &[Spectrum],
@@ -163,9 +163,9 @@ impl<'a> Tile<'a> {
     }
 
     /// Counts a sample that is refused, where the film keeps that too.
-    fn refuse(&mut self, pixel: [u32; 2], sample: u32, fault: Fault) {
+    fn reject(&mut self, pixel: [u32; 2], sample: u32, reason: InvalidReason) {
         let [x, y] = pixel;
-        self.rejections.add(Rejected { y, x, sample, fault });
+        self.invalid_samples.add(InvalidSample { y, x, sample, reason });
         let (row, column) = self.place(pixel);
         let per_pixel = aov::sums_per_pixel(self.aovs);
         let sums = &mut self.rows[row].aov_sums[column * per_pixel..][..per_pixel];
@@ -177,14 +177,19 @@ impl<'a> Tile<'a> {
         self.aovs.contains(&Aov::Alpha)
     }
 
-    /// Adds the coverage of the samples that [`Self::add`] was given, of which `transparencies` has
+    /// Adds the coverage of the samples that [`Self::add`] was given, of which `transparency` has
     /// the complements, each times what it counts by the filter if that is given.
     ///
     /// # Panics
     /// If it does not ask for them.
-    pub fn cover(&mut self, pixel: [u32; 2], transparencies: &[f32], weights: Option<&[f32]>) {
+    pub fn add_coverage(
+        &mut self,
+        pixel: [u32; 2],
+        transparencies: &[f32],
+        weights: Option<&[f32]>,
+    ) {
         let (row, column) = self.place(pixel);
-        let place = aov::place(self.aovs, Aov::Alpha).expect("a film that keeps the coverage");
+        let place = aov::sum_index(self.aovs, Aov::Alpha).expect("a film that keeps the coverage");
         let per_pixel = aov::sums_per_pixel(self.aovs);
         let sum = &mut self.rows[row].aov_sums[column * per_pixel + place];
         for (i, transparency) in transparencies.iter().enumerate() {
@@ -196,7 +201,7 @@ impl<'a> Tile<'a> {
     /// are covered or not: σ² = n/(n − 1) α (1 − α), which no samples in [0, 1] exceed
     /// [Bhatia & Davis 2000]. `None` if it does not ask for it.
     pub fn alpha(&self, pixel: [u32; 2]) -> Option<(f64, f64)> {
-        let place = aov::place(self.aovs, Aov::Alpha)?;
+        let place = aov::sum_index(self.aovs, Aov::Alpha)?;
         let (row, column) = self.place(pixel);
         let Row { counts, aov_sums, .. } = &self.rows[row];
         let n = f64::from(counts[column]);
@@ -206,25 +211,25 @@ impl<'a> Tile<'a> {
     }
 
     /// Whether it asks for the surfaces that samples see.
-    pub fn keeps_surfaces(&self) -> bool {
+    pub fn needs_first_hits(&self) -> bool {
         aov::keeps_surfaces(self.aovs)
     }
 
     /// Adds the surface that sample number `sample` of a pixel sees, once for each that sees one. What is no number
-    /// counts as 0, and is reported in [`Self::rejections`].
-    pub fn see(&mut self, pixel: [u32; 2], sample: u32, hit: &FirstHit) {
+    /// counts as 0, and is reported in [`Self::invalid_samples`].
+    pub fn add_aovs(&mut self, pixel: [u32; 2], sample: u32, hit: &FirstHit) {
         let (row, column) = self.place(pixel);
         let per_pixel = aov::sums_per_pixel(self.aovs);
-        let Row { aov_sums, things, .. } = &mut self.rows[row];
-        if !things.is_empty() {
-            let first = column * aov::things(self.aovs).count();
-            for (number, things) in aov::things(self.aovs).zip(&mut things[first..]) {
-                things.add(Seen { number: number(hit), samples: 1 });
+        let Row { aov_sums, ids, .. } = &mut self.rows[row];
+        if !ids.is_empty() {
+            let first = column * aov::ids(self.aovs).count();
+            for (number, ids) in aov::ids(self.aovs).zip(&mut ids[first..]) {
+                ids.add(IdCount { number: number(hit), samples: 1 });
             }
         }
         let sums = &mut aov_sums[column * per_pixel..][..per_pixel];
         if !aov::add(self.aovs, sums, sample, hit) {
-            self.refuse(pixel, sample, Fault::Surface);
+            self.reject(pixel, sample, InvalidReason::Surface);
         }
     }
 }

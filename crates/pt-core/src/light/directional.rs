@@ -2,7 +2,7 @@
 
 use pt_math::{Spectrum, Vec3};
 
-use super::{Light, LightSample, LightTables, Lit};
+use super::{Light, LightSample, LightSampleContext, LightTables};
 
 /// Light from one direction, from infinitely far away.
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +17,7 @@ impl Light for Directional {
     const DELTA: bool = true;
 
     #[inline]
-    fn sample(&self, _: &LightTables, _: &Lit, _u: [f32; 2]) -> Option<LightSample> {
+    fn sample(&self, _: &LightTables, _: &LightSampleContext, _u: [f32; 2]) -> Option<LightSample> {
         Some(LightSample {
             wi: self.to_light,
             distance: f32::INFINITY,

@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 
-use super::{Light, LightHit, LightSample, LightTables, Lit};
+use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// The same radiance from all directions within an angle θ of one, seen by rays that leave the
 /// scene.
@@ -50,7 +50,7 @@ impl Light for DistantDisk {
     const DELTA: bool = false;
 
     #[inline]
-    fn sample(&self, _: &LightTables, _: &Lit, u: [f32; 2]) -> Option<LightSample> {
+    fn sample(&self, _: &LightTables, _: &LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
         let local = warp::uniform_cone(u, self.one_minus_cos);
         Some(LightSample {
             wi: Frame::from_normal(self.to_light).to_world(local),
@@ -62,12 +62,18 @@ impl Light for DistantDisk {
     }
 
     #[inline]
-    fn pdf(&self, _: &LightTables, _: &Lit, wi: Vec3, _: Option<LightHit>) -> Pdf<SolidAngle> {
+    fn pdf(
+        &self,
+        _: &LightTables,
+        _: &LightSampleContext,
+        wi: Vec3,
+        _: Option<LightHit>,
+    ) -> Pdf<SolidAngle> {
         if self.contains(wi) { warp::uniform_cone_pdf(self.one_minus_cos) } else { Pdf::ZERO }
     }
 
     #[inline]
-    fn escaped(&self, _: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
+    fn le_infinite(&self, _: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
         if self.contains(d) { self.radiance } else { Spectrum::ZERO }
     }
 

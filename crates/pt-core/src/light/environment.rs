@@ -8,7 +8,7 @@ use pt_math::{Mat3, Pdf, SolidAngle, Spectrum, Vec3, trig, warp};
 use pt_scene::Rows;
 use pt_scene::image::Image;
 
-use super::{Light, LightHit, LightSample, LightTables, Lit};
+use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// All of the sky.
 #[derive(Clone, Copy, Debug)]
@@ -215,7 +215,12 @@ impl Light for Environment {
     const DELTA: bool = false;
 
     #[inline]
-    fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
+    fn sample(
+        &self,
+        tables: &LightTables,
+        context: &LightSampleContext,
+        u: [f32; 2],
+    ) -> Option<LightSample> {
         let at_infinity = |wi, radiance, pdf| LightSample {
             wi,
             distance: f32::INFINITY,
@@ -229,11 +234,17 @@ impl Light for Environment {
         };
         let (d, pdf) = placed.of(tables).sample(u)?;
         let wi = placed.to_world * d;
-        Some(at_infinity(wi, self.escaped(tables, lit.p, wi), pdf))
+        Some(at_infinity(wi, self.le_infinite(tables, context.p, wi), pdf))
     }
 
     #[inline]
-    fn pdf(&self, tables: &LightTables, _: &Lit, wi: Vec3, _: Option<LightHit>) -> Pdf<SolidAngle> {
+    fn pdf(
+        &self,
+        tables: &LightTables,
+        _: &LightSampleContext,
+        wi: Vec3,
+        _: Option<LightHit>,
+    ) -> Pdf<SolidAngle> {
         match &self.map {
             None => warp::uniform_sphere_pdf(),
             Some(placed) => placed.of(tables).pdf(placed.local(wi)),
@@ -241,14 +252,14 @@ impl Light for Environment {
     }
 
     #[inline]
-    fn escaped(&self, tables: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
+    fn le_infinite(&self, tables: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
         match &self.map {
             None => self.radiance,
             Some(placed) => placed.of(tables).radiance(placed.local(d)) * self.radiance,
         }
     }
 
-    fn is_even(&self) -> bool {
+    fn is_constant(&self) -> bool {
         self.map.is_none()
     }
 

@@ -2,7 +2,7 @@
 
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, warp};
 
-use super::{Light, LightHit, LightSample, LightTables, Lit};
+use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// The same radiance from every direction above the horizon (+y).
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +18,7 @@ impl Light for Hemisphere {
     const DELTA: bool = false;
 
     #[inline]
-    fn sample(&self, _: &LightTables, _: &Lit, u: [f32; 2]) -> Option<LightSample> {
+    fn sample(&self, _: &LightTables, _: &LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
         let local = warp::uniform_hemisphere(u);
         Some(LightSample {
             wi: SKY.to_world(local),
@@ -30,12 +30,18 @@ impl Light for Hemisphere {
     }
 
     #[inline]
-    fn pdf(&self, _: &LightTables, _: &Lit, wi: Vec3, _: Option<LightHit>) -> Pdf<SolidAngle> {
+    fn pdf(
+        &self,
+        _: &LightTables,
+        _: &LightSampleContext,
+        wi: Vec3,
+        _: Option<LightHit>,
+    ) -> Pdf<SolidAngle> {
         if wi.y > 0.0 { warp::uniform_hemisphere_pdf(wi.y) } else { Pdf::ZERO }
     }
 
     #[inline]
-    fn escaped(&self, _: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
+    fn le_infinite(&self, _: &LightTables, _: Vec3, d: Vec3) -> Spectrum {
         if d.y > 0.0 { self.radiance } else { Spectrum::ZERO }
     }
 

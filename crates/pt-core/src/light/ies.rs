@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use pt_math::{Mat3, Spectrum, Vec3, trig};
 
 use super::point::sample_point;
-use super::{Light, LightSample, LightTables, Lit};
+use super::{Light, LightSample, LightSampleContext, LightTables};
 
 /// A point whose intensity is in a table by vertical and horizontal angle.
 #[derive(Clone, Copy, Debug)]
@@ -38,8 +38,13 @@ impl Light for Ies {
     const DELTA: bool = true;
 
     #[inline]
-    fn sample(&self, tables: &LightTables, lit: &Lit, _u: [f32; 2]) -> Option<LightSample> {
-        let of_one = sample_point(self.position, lit.p, self.scale)?;
+    fn sample(
+        &self,
+        tables: &LightTables,
+        context: &LightSampleContext,
+        _u: [f32; 2],
+    ) -> Option<LightSample> {
+        let of_one = sample_point(self.position, context.p, self.scale)?;
         let candela = self.candela(tables, -of_one.wi);
         let radiance = of_one.radiance * candela;
         (candela > 0.0).then_some(LightSample { radiance, ..of_one })

@@ -9,7 +9,8 @@ use pt_testing::{Chi2, Random, chi2_cone, chi2_sphere};
 
 use super::tree::TreeLight;
 use super::{
-    AnyLight, EmitterTriangle, LightHit, LightSample, LightTables, Lit, MeshLight, SphereLight,
+    AnyLight, EmitterTriangle, LightHit, LightSample, LightSampleContext, LightTables, MeshLight,
+    SphereLight,
 };
 
 /// Lit points: below the lights of the examples, off their axis, far away, above, and inside some.
@@ -43,7 +44,7 @@ fn all_lights() -> Vec<Example> {
 
 /// Points that are lit: for lights that ask for the surface, also on some that face them, are turned half
 /// away, and let light through.
-fn lit_points((light, _): &Example) -> Vec<Lit> {
+fn lit_points((light, _): &Example) -> Vec<LightSampleContext> {
     let surfaces: &[(Vec3, bool)] = match light.shown() {
         AnyLight::ManyLights(_) | AnyLight::ManyPoints(_) => &[
             (Vec3::Y, false),
@@ -53,18 +54,19 @@ fn lit_points((light, _): &Example) -> Vec<Lit> {
         _ => &[],
     };
     let at = |p| {
-        let on =
-            surfaces.iter().map(move |&(normal, transmits)| Lit::on_surface(p, normal, transmits));
-        std::iter::once(Lit::in_space(p)).chain(on)
+        let on = surfaces
+            .iter()
+            .map(move |&(normal, transmits)| LightSampleContext::on_surface(p, normal, transmits));
+        std::iter::once(LightSampleContext::in_space(p)).chain(on)
     };
     POINTS.into_iter().flat_map(at).collect()
 }
 
 /// Runs a law on every light and lit point.
-fn for_all(law: impl Fn(&Example, &Lit, &mut Random)) {
+fn for_all(law: impl Fn(&Example, &LightSampleContext, &mut Random)) {
     for example in all_lights() {
-        for lit in lit_points(&example) {
-            law(&example, &lit, &mut Random::new(3));
+        for context in lit_points(&example) {
+            law(&example, &context, &mut Random::new(3));
         }
     }
 }
@@ -145,25 +147,25 @@ fn hit_sphere(sphere: &SphereLight, p: DVec3, d: DVec3) -> Option<LightHit> {
 }
 
 /// The density at a direction; several where it is at the rims of several lights of a tree.
-fn densities(example: &Example, lit: &Lit, wi: Vec3) -> Vec<f32> {
+fn densities(example: &Example, context: &LightSampleContext, wi: Vec3) -> Vec<f32> {
     use AnyLight::{ManyLights, Mesh, Sphere, TexturedMesh, TexturedSphere};
     let (light, tables) = example;
-    let hits = hits(example, lit.p, wi);
+    let hits = hits(example, context.p, wi);
     let has_geometry = matches!(
         light.shown(),
         Mesh(_) | Sphere(_) | TexturedMesh(_) | TexturedSphere(_) | ManyLights(_)
     );
-    let of = |hit| light.pdf(tables, lit, wi, hit).get();
+    let of = |hit| light.pdf(tables, context, wi, hit).get();
     if has_geometry { hits.into_iter().map(|hit| of(Some(hit))).collect() } else { vec![of(None)] }
 }
 
 fn samples(
     (light, tables): &Example,
-    lit: &Lit,
+    context: &LightSampleContext,
     random: &mut Random,
     n: usize,
 ) -> Vec<LightSample> {
-    (0..n).filter_map(|_| light.sample(tables, lit, random.unit_2d())).collect()
+    (0..n).filter_map(|_| light.sample(tables, context, random.unit_2d())).collect()
 }
 
 /// An axis, and 1 − cos of a cone around it in which samples lie; the whole sphere for wide ones.
@@ -175,13 +177,18 @@ fn cone(samples: &[LightSample]) -> (Vec3, f32) {
 }
 
 /// Panics unless the histogram of samples fits the density, as one of `tests` tests.
-fn assert_density(example: &Example, lit: &Lit, samples_each: u32, tests: usize) {
-    let (axis, c) = cone(&samples(example, lit, &mut Random::new(5), 1000));
-    let name = format!("{:?} from {lit:?}", example.0);
+fn assert_density(
+    example: &Example,
+    context: &LightSampleContext,
+    samples_each: u32,
+    tests: usize,
+) {
+    let (axis, c) = cone(&samples(example, context, &mut Random::new(5), 1000));
+    let name = format!("{:?} from {context:?}", example.0);
     let config = Chi2 { samples: samples_each, ..Chi2::new(&name) };
     let config = config.one_of(tests);
-    let sample = |u| example.0.sample(&example.1, lit, u).map(|s| s.wi);
-    let pdf = |wi| densities(example, lit, wi).first().copied().unwrap_or(0.0);
+    let sample = |u| example.0.sample(&example.1, context, u).map(|s| s.wi);
+    let pdf = |wi| densities(example, context, wi).first().copied().unwrap_or(0.0);
     let narrow = c > 0.0 && c < 0.2;
     let result = if narrow {
         chi2_cone(sample, pdf, axis, c, &config)
@@ -198,8 +205,8 @@ fn samples_follow_their_density() {
     let extended: Vec<_> = all_lights().into_iter().filter(|l| !l.0.is_delta()).collect();
     let tests = extended.iter().map(|example| lit_points(example).len()).sum();
     for example in &extended {
-        for lit in lit_points(example) {
-            assert_density(example, &lit, 100_000, tests);
+        for context in lit_points(example) {
+            assert_density(example, &context, 100_000, tests);
         }
     }
 }
@@ -207,15 +214,15 @@ fn samples_follow_their_density() {
 /// The density that a sample brings is that of its direction.
 #[test]
 fn density_of_a_sample_is_that_of_its_direction() {
-    for_all(|example, lit, random| {
-        let all = samples(example, lit, random, 5000);
+    for_all(|example, context, random| {
+        let all = samples(example, context, random, 5000);
         for s in &all {
             let Some(pdf) = s.pdf else { continue };
             let pdf = pdf.get();
-            assert!(pdf > 0.0 && pdf.is_finite(), "{:?} {lit:?}: {s:?}", example.0);
-            let again = densities(example, lit, s.wi);
+            assert!(pdf > 0.0 && pdf.is_finite(), "{:?} {context:?}: {s:?}", example.0);
+            let again = densities(example, context, s.wi);
             let is_same = again.iter().any(|again| (pdf - again).abs() < 2e-3 * pdf);
-            assert!(is_same, "{:?} {lit:?}: {s:?} {again:?}", example.0);
+            assert!(is_same, "{:?} {context:?}: {s:?} {again:?}", example.0);
         }
     });
 }
@@ -223,15 +230,15 @@ fn density_of_a_sample_is_that_of_its_direction() {
 /// A delta light has one direction, and no density; nothing but sampling finds it.
 #[test]
 fn delta_lights_have_no_density() {
-    for_all(|example, lit, random| {
+    for_all(|example, context, random| {
         let (light, tables) = example;
-        let all = samples(example, lit, random, 10);
+        let all = samples(example, context, random, 10);
         assert!(all.iter().all(|s| s.pdf.is_none() == light.is_delta()), "{light:?}");
         if light.is_delta() {
             assert!(all.windows(2).all(|w| w[0].wi == w[1].wi), "{light:?}");
             let d = random.direction();
-            assert!(light.escaped(tables, lit.p, d).is_black(), "{light:?}");
-            assert_eq!(light.pdf(tables, lit, d, None).get(), 0.0, "{light:?}");
+            assert!(light.le_infinite(tables, context.p, d).is_black(), "{light:?}");
+            assert_eq!(light.pdf(tables, context, d, None).get(), 0.0, "{light:?}");
         }
     });
 }
@@ -240,18 +247,18 @@ fn delta_lights_have_no_density() {
 /// could have found it. Lights in the scene are no part of the sky.
 #[test]
 fn the_sky_is_what_is_sampled() {
-    for_all(|example, lit, random| {
+    for_all(|example, context, random| {
         let (light, tables) = example;
-        for s in samples(example, lit, random, 1000) {
-            let seen = light.escaped(tables, lit.p, s.wi);
+        for s in samples(example, context, random, 1000) {
+            let seen = light.le_infinite(tables, context.p, s.wi);
             let sky = s.end.is_none() && !light.is_delta();
             assert_eq!(s.end.is_none(), s.distance.is_infinite(), "{light:?}");
             assert_eq!(seen, if sky { s.radiance } else { Spectrum::ZERO }, "{light:?} {}", s.wi);
         }
         for _ in 0..1000 {
             let d = random.direction();
-            let found = light.pdf(tables, lit, d, None).get() > 0.0;
-            assert!(found || light.escaped(tables, lit.p, d).is_black(), "{light:?} {d}");
+            let found = light.pdf(tables, context, d, None).get() > 0.0;
+            assert!(found || light.le_infinite(tables, context.p, d).is_black(), "{light:?} {d}");
         }
     });
 }
@@ -259,13 +266,17 @@ fn the_sky_is_what_is_sampled() {
 /// Samples have unit directions that lead to where they say.
 #[test]
 fn samples_point_at_the_light() {
-    for_all(|example, lit, random| {
-        for s in samples(example, lit, random, 1000) {
+    for_all(|example, context, random| {
+        for s in samples(example, context, random, 1000) {
             assert!((s.wi.length() - 1.0).abs() < 1e-5, "{:?}: {s:?}", example.0);
             if let Some(end) = s.end {
-                let reached = lit.p + s.wi * s.distance;
-                let size = lit.p.abs().max(end.abs()).max_element();
-                assert!((reached - end).length() < 2e-5 * size, "{:?} {lit:?}: {s:?}", example.0);
+                let reached = context.p + s.wi * s.distance;
+                let size = context.p.abs().max(end.abs()).max_element();
+                assert!(
+                    (reached - end).length() < 2e-5 * size,
+                    "{:?} {context:?}: {s:?}",
+                    example.0
+                );
             }
         }
     });
@@ -298,11 +309,11 @@ fn in_front_of_sphere(s: &SphereLight, p: DVec3) -> f64 {
 /// light that faces the lit point.
 #[test]
 fn shadow_rays_end_before_the_light() {
-    for_all(|example, lit, random| {
-        for s in samples(example, lit, random, 5000) {
+    for_all(|example, context, random| {
+        for s in samples(example, context, random, 5000) {
             let Some(end) = s.end else { continue };
             let height = in_front(example, end);
-            assert!(height > 0.0, "{:?} {lit:?}: {s:?} is {height}", example.0);
+            assert!(height > 0.0, "{:?} {context:?}: {s:?} is {height}", example.0);
         }
     });
 }
@@ -322,7 +333,9 @@ fn extremes_give_numbers() {
     for (light, tables) in all_lights() {
         for p in POINTS.into_iter().chain(on_lights) {
             for u in CORNERS.iter().flat_map(|&a| CORNERS.map(|b| [a, b])) {
-                let Some(s) = light.sample(&tables, &Lit::in_space(p), u) else { continue };
+                let Some(s) = light.sample(&tables, &LightSampleContext::in_space(p), u) else {
+                    continue;
+                };
                 let pdf = s.pdf.map_or(1.0, pt_math::Pdf::get);
                 let numbers = s.radiance.is_finite() && pdf > 0.0 && pdf.is_finite();
                 let place = s.end.is_none_or(Vec3::is_finite) && s.distance > 0.0;

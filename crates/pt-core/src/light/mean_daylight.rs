@@ -6,8 +6,8 @@ use pt_math::{DVec3, Frame, Spectrum, Vec3, trig};
 use pt_scene::image::Image;
 use pt_scene::{DaySpan, Daylight};
 
-use super::clear_sky::ClearSkyModel;
 use super::environment::{to_direction, to_image};
+use super::hosek_sky::HosekWilkieModel;
 use super::sun::Sun;
 use super::{Light, LightTables};
 
@@ -31,7 +31,7 @@ pub(crate) fn sky(light: &Daylight, span: &DaySpan) -> Image {
             let to_sun = span.to_sun((f64::from(i) + 0.5) / f64::from(SKIES));
             let is_up = to_sun.y >= 0.0;
             is_up.then(|| {
-                ClearSkyModel::without_density(
+                HosekWilkieModel::without_density(
                     to_sun.as_vec3(),
                     light.turbidity,
                     light.albedo,
@@ -75,7 +75,7 @@ pub(crate) fn sun(span: &DaySpan, tables: &LightTables, sun_at: impl Fn(DVec3) -
             let (sin_phi, cos_phi) = trig::sin_cos_tau((j as f32 * GOLDEN).fract());
             let local = Vec3::new(sin * cos_phi, sin * sin_phi, 1.0 - one_minus_cos);
             let d = frame.to_world(local);
-            let radiance = sun.escaped(tables, Vec3::ZERO, d);
+            let radiance = sun.le_infinite(tables, Vec3::ZERO, d);
             if !radiance.is_black() {
                 add(d, radiance * share);
             }
@@ -159,7 +159,7 @@ mod tests {
             for j in 0..64 * 64 {
                 let u = [j % 64, j / 64].map(|k| (k as f32 + 0.5) / 64.0);
                 let d = frame.to_world(pt_math::warp::uniform_cone(u, sun.disk.one_minus_cos));
-                let radiance = f64::from(sun.escaped(&tables, Vec3::ZERO, d).luminance());
+                let radiance = f64::from(sun.le_infinite(&tables, Vec3::ZERO, d).luminance());
                 let share = std::f64::consts::TAU * f64::from(sun.disk.one_minus_cos);
                 want += radiance * f64::from(d.y.max(0.0)) * share / f64::from(TIMES * 64 * 64);
             }
@@ -182,7 +182,8 @@ mod tests {
         assert!((libm::cos(zenith) - still.to_sun(0.0).y).abs() < 1e-12);
         // One sky for all times is the sky of the model.
         let image = sky(&light, &still);
-        let model = ClearSkyModel::without_density(still.to_sun(0.0).as_vec3(), 3.0, [0.3; 3], 1.0);
+        let model =
+            HosekWilkieModel::without_density(still.to_sun(0.0).as_vec3(), 3.0, [0.3; 3], 1.0);
         for (column, row) in [(3, 10), (60, 60), (127, 94)] {
             let place = [(column as f32 + 0.5) / 128.0, (row as f32 + 0.5) / 192.0];
             let want = model.radiance(to_direction(place).0).luminance();

@@ -6,7 +6,7 @@ use pt_math::ray::offset_origin;
 use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 use super::spherical_triangle::SphericalTriangle;
-use super::{Light, LightHit, LightSample, LightTables, Lit};
+use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 use crate::bsdf::emitted_through;
 
 /// A triangle that glows on its front side.
@@ -189,11 +189,16 @@ impl Light for MeshLight {
     const DELTA: bool = false;
 
     #[inline(always)]
-    fn sample(&self, tables: &LightTables, lit: &Lit, [u, v]: [f32; 2]) -> Option<LightSample> {
+    fn sample(
+        &self,
+        tables: &LightTables,
+        context: &LightSampleContext,
+        [u, v]: [f32; 2],
+    ) -> Option<LightSample> {
         let (i, probability, u) = tables.triangle_choice[self.choice as usize].sample(u);
         let triangle = &tables.triangles[self.first as usize + i];
-        let seen = self.seen(lit.p, triangle.p0, triangle.e1, triangle.e2);
-        let point = point_of(triangle, seen.as_ref(), lit.p, [u, v])?;
+        let seen = self.seen(context.p, triangle.p0, triangle.e1, triangle.e2);
+        let point = point_of(triangle, seen.as_ref(), context.p, [u, v])?;
         let pdf = match seen {
             Some(seen) => Pdf::new(probability / seen.solid_angle),
             None => self.area_pdf().to_solid_angle(point.distance_squared, point.cos),
@@ -202,11 +207,17 @@ impl Light for MeshLight {
     }
 
     #[inline(always)]
-    fn pdf(&self, _: &LightTables, lit: &Lit, _wi: Vec3, hit: Option<LightHit>) -> Pdf<SolidAngle> {
+    fn pdf(
+        &self,
+        _: &LightTables,
+        context: &LightSampleContext,
+        _wi: Vec3,
+        hit: Option<LightHit>,
+    ) -> Pdf<SolidAngle> {
         let Some(hit) = hit else { return Pdf::ZERO };
         let Some([p0, p1, p2]) = hit.triangle else { return Pdf::ZERO };
         let (e1, e2) = (p1 - p0, p2 - p0);
-        match self.seen(lit.p, p0, e1, e2) {
+        match self.seen(context.p, p0, e1, e2) {
             Some(seen) => {
                 let area = 0.5 * e1.cross(e2).length();
                 Pdf::new(area * self.inverse_area / seen.solid_angle)

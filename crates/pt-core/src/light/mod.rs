@@ -3,24 +3,24 @@
 //! To add a light: write `my_light.rs`, add one line to `lights!` below. The laws of `laws.rs`
 //! then hold it to its contract.
 
-mod clear_sky;
+mod animated;
 mod directional;
 mod distant_disk;
 pub mod environment;
 mod hemisphere;
-mod hidden;
+mod hosek_sky;
 pub(crate) mod hosek_wilkie;
 mod ies;
+mod invisible;
 #[cfg(test)]
 mod laws;
-mod lit;
+mod light_sample_context;
 pub(crate) mod mean_daylight;
 mod mesh;
-mod moving;
-mod origins;
 mod point;
 mod portal_sky;
 mod projector;
+mod source_id;
 mod sphere;
 mod spherical_triangle;
 mod spot;
@@ -35,14 +35,14 @@ use pt_math::distribution::AliasTable;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 use pt_scene::IesProfile;
 
-pub use clear_sky::ClearSkyModel;
+pub use animated::AnimatedLight;
 pub use environment::{EnvironmentMap, PlacedMap};
-pub use lit::{Lit, Sides};
+pub use hosek_sky::HosekWilkieModel;
+pub use light_sample_context::{LightSampleContext, ReceiverSides};
 pub use mesh::EmitterTriangle;
-pub use moving::MovingLight;
-pub use origins::{LightOrigin, LightOrigins};
 pub use portal_sky::Portal;
-pub use projector::Slide;
+pub use projector::ProjectedImage;
+pub use source_id::{LightSourceId, LightSourceIds};
 pub use spot::Falloff;
 pub use sun::LimbDarkening;
 pub use textured_mesh::TexturedTriangle;
@@ -84,19 +84,24 @@ pub trait Light {
     /// Whether all light comes from a single direction, so that hitting it has probability 0.
     const DELTA: bool;
     /// Whether rays that meet it see nothing of it, so that only sampling finds it, though it has an extent.
-    const HIDDEN: bool = false;
+    const INVISIBLE: bool = false;
     /// Chooses a direction from which light comes, by a map from the unit square. `None` where
     /// the choice is one from which no light comes.
-    fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample>;
+    fn sample(
+        &self,
+        tables: &LightTables,
+        context: &LightSampleContext,
+        u: [f32; 2],
+    ) -> Option<LightSample>;
     /// [`Self::sample`] for each of many points, added to `samples`.
     #[inline(always)]
     fn sample_each(
         &self,
         tables: &LightTables,
-        points: impl Iterator<Item = (Lit, [f32; 2])>,
+        points: impl Iterator<Item = (LightSampleContext, [f32; 2])>,
         samples: &mut Vec<Option<LightSample>>,
     ) {
-        samples.extend(points.map(|(lit, u)| self.sample(tables, &lit, u)));
+        samples.extend(points.map(|(context, u)| self.sample(tables, &context, u)));
     }
     /// Density with which [`Self::sample`] returns `wi`; `hit` says where on the light, if the
     /// light has geometry. Zero for a delta light, whose direction has none.
@@ -104,18 +109,18 @@ pub trait Light {
     fn pdf(
         &self,
         _tables: &LightTables,
-        _lit: &Lit,
+        _lit: &LightSampleContext,
         _wi: Vec3,
         _hit: Option<LightHit>,
     ) -> Pdf<SolidAngle> {
         Pdf::ZERO
     }
     /// Radiance along a ray that leaves `p` in direction `d`, and the scene.
-    fn escaped(&self, _tables: &LightTables, _p: Vec3, _d: Vec3) -> Spectrum {
+    fn le_infinite(&self, _tables: &LightTables, _p: Vec3, _d: Vec3) -> Spectrum {
         Spectrum::ZERO
     }
-    /// Whether [`Self::escaped`] is the same everywhere in all directions.
-    fn is_even(&self) -> bool {
+    /// Whether [`Self::le_infinite`] is the same everywhere in all directions.
+    fn is_constant(&self) -> bool {
         false
     }
     /// Settings worth testing, with the tables they refer to; the laws run on each.
@@ -142,7 +147,7 @@ pub struct LightTables {
     /// How spheres that glow by textures lie on them.
     pub sphere_maps: Vec<SphereMap>,
     /// What projectors throw.
-    pub slides: Vec<Slide>,
+    pub slides: Vec<ProjectedImage>,
     /// The textures of the scene.
     pub textures: Arc<Textures>,
     /// Choice of a triangle by area, or by its share of the light, one table a mesh light.
@@ -158,7 +163,7 @@ pub struct LightTables {
     /// Windows before skies.
     pub portals: Vec<Portal>,
     /// Clear skies.
-    pub clear_skies: Vec<ClearSkyModel>,
+    pub clear_skies: Vec<HosekWilkieModel>,
     /// How suns darken to their rims.
     pub limbs: Vec<LimbDarkening>,
 }
@@ -181,10 +186,10 @@ macro_rules! lights {
             pub fn is_delta(&self) -> bool {
                 match self { $(Self::$name(_) => <$ty as Light>::DELTA),* }
             }
-            /// See [`Light::HIDDEN`].
+            /// See [`Light::INVISIBLE`].
             #[inline(always)]
-            pub fn is_hidden(&self) -> bool {
-                match self { $(Self::$name(_) => <$ty as Light>::HIDDEN),* }
+            pub fn is_invisible(&self) -> bool {
+                match self { $(Self::$name(_) => <$ty as Light>::INVISIBLE),* }
             }
             /// What it is called.
             pub fn name(&self) -> &'static str {
@@ -197,28 +202,28 @@ macro_rules! lights {
             }
             /// See [`Light::sample`].
             #[inline(always)]
-            pub fn sample(&self, t: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
-                match self { $(Self::$name(l) => l.sample(t, lit, u)),* }
+            pub fn sample(&self, t: &LightTables, context: &LightSampleContext, u: [f32; 2]) -> Option<LightSample> {
+                match self { $(Self::$name(l) => l.sample(t, context, u)),* }
             }
             /// See [`Light::pdf`].
             #[inline(always)]
             pub fn pdf(
                 &self,
                 t: &LightTables,
-                lit: &Lit,
+                context: &LightSampleContext,
                 wi: Vec3,
                 hit: Option<LightHit>,
             ) -> Pdf<SolidAngle> {
-                match self { $(Self::$name(l) => l.pdf(t, lit, wi, hit)),* }
+                match self { $(Self::$name(l) => l.pdf(t, context, wi, hit)),* }
             }
-            /// See [`Light::escaped`].
+            /// See [`Light::le_infinite`].
             #[inline(always)]
-            pub fn escaped(&self, t: &LightTables, p: Vec3, d: Vec3) -> Spectrum {
-                match self { $(Self::$name(l) => l.escaped(t, p, d)),* }
+            pub fn le_infinite(&self, t: &LightTables, p: Vec3, d: Vec3) -> Spectrum {
+                match self { $(Self::$name(l) => l.le_infinite(t, p, d)),* }
             }
-            /// See [`Light::is_even`].
-            pub fn is_even(&self) -> bool {
-                match self { $(Self::$name(l) => l.is_even()),* }
+            /// See [`Light::is_constant`].
+            pub fn is_constant(&self) -> bool {
+                match self { $(Self::$name(l) => l.is_constant()),* }
             }
             /// Settings of all lights, for the laws.
             pub fn examples() -> Vec<(Self, LightTables)> {
@@ -258,7 +263,7 @@ lights! {
     /// Many lights without extent, one of which is chosen.
     ManyPoints = tree::ManyPoints,
     /// One with an extent that nobody sees.
-    Hidden = hidden::Hidden,
+    Hidden = invisible::InvisibleLight,
     /// The upper half of the sky.
     Hemisphere = hemisphere::Hemisphere,
     /// All of the sky.
@@ -266,5 +271,5 @@ lights! {
     /// The sky behind a window.
     PortalSky = portal_sky::PortalSky,
     /// The clear sky by day.
-    ClearSky = clear_sky::ClearSky,
+    ClearSky = hosek_sky::HosekWilkieSky,
 }

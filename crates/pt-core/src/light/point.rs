@@ -2,7 +2,7 @@
 
 use pt_math::{Spectrum, Vec3};
 
-use super::{Light, LightSample, LightTables, Lit};
+use super::{Light, LightSample, LightSampleContext, LightTables};
 
 /// A point of intensity I: irradiance I / r².
 #[derive(Clone, Copy, Debug)]
@@ -29,8 +29,13 @@ impl Light for Point {
     const DELTA: bool = true;
 
     #[inline]
-    fn sample(&self, _: &LightTables, lit: &Lit, _u: [f32; 2]) -> Option<LightSample> {
-        sample_point(self.position, lit.p, self.intensity)
+    fn sample(
+        &self,
+        _: &LightTables,
+        context: &LightSampleContext,
+        _u: [f32; 2],
+    ) -> Option<LightSample> {
+        sample_point(self.position, context.p, self.intensity)
     }
 
     fn examples() -> Vec<(Self, LightTables)> {

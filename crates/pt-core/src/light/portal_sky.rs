@@ -8,7 +8,7 @@ use pt_scene::image::Image;
 
 use super::environment::{Environment, EnvironmentMap, PlacedMap};
 use super::spherical_triangle::SphericalTriangle;
-use super::{Light, LightHit, LightSample, LightTables, Lit};
+use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// A sky whose light arrives only along rays that go through a rectangle from its front.
 /// [Bitterli, Novák & Jarosz 2015, "Portal-Masked Environment Map Sampling"; pbrt-v4 has such lights]
@@ -44,9 +44,9 @@ struct Crossing {
 }
 
 /// A rectangle as a point sees it, cut into two triangles.
-struct Seen([SphericalTriangle; 2]);
+struct VisiblePart([SphericalTriangle; 2]);
 
-impl Seen {
+impl VisiblePart {
     fn solid_angle(&self) -> f32 {
         self.0[0].solid_angle + self.0[1].solid_angle
     }
@@ -86,7 +86,7 @@ impl Portal {
     }
 
     /// How `p` sees it, if it is so near that directions are drawn by solid angle.
-    fn seen(&self, p: Vec3) -> Option<Seen> {
+    fn seen(&self, p: Vec3) -> Option<VisiblePart> {
         const NEAR: f32 = 1.0;
         let Self { corner, e1, e2, .. } = *self;
         let d0 = corner - p;
@@ -96,7 +96,7 @@ impl Portal {
             return None;
         }
         let first = SphericalTriangle::new(d0, e1, diagonal)?;
-        Some(Seen([first, SphericalTriangle::new(d0, diagonal, e2)?]))
+        Some(VisiblePart([first, SphericalTriangle::new(d0, diagonal, e2)?]))
     }
 
     /// A direction from `p` to it: uniform by solid angle where it is near, else by area, as
@@ -136,10 +136,16 @@ impl PortalSky {
     }
 
     /// Density at a direction whose ray goes through the portal.
-    fn pdf_of(&self, tables: &LightTables, lit: &Lit, wi: Vec3, crossing: Crossing) -> f32 {
-        let of_portal = self.portal(tables).pdf(lit.p, crossing);
+    fn pdf_of(
+        &self,
+        tables: &LightTables,
+        context: &LightSampleContext,
+        wi: Vec3,
+        crossing: Crossing,
+    ) -> f32 {
+        let of_portal = self.portal(tables).pdf(context.p, crossing);
         if self.sky.is_sampled_by_map(tables) {
-            0.5 * (of_portal + self.sky.pdf(tables, lit, wi, None).get())
+            0.5 * (of_portal + self.sky.pdf(tables, context, wi, None).get())
         } else {
             of_portal
         }
@@ -150,22 +156,27 @@ impl Light for PortalSky {
     const DELTA: bool = false;
 
     #[inline(never)]
-    fn sample(&self, tables: &LightTables, lit: &Lit, [u, v]: [f32; 2]) -> Option<LightSample> {
+    fn sample(
+        &self,
+        tables: &LightTables,
+        context: &LightSampleContext,
+        [u, v]: [f32; 2],
+    ) -> Option<LightSample> {
         let portal = self.portal(tables);
         let wi = if !self.sky.is_sampled_by_map(tables) {
-            portal.sample(lit.p, [u, v])?
+            portal.sample(context.p, [u, v])?
         } else if u < 0.5 {
-            self.sky.sample(tables, lit, [2.0 * u, v])?.wi
+            self.sky.sample(tables, context, [2.0 * u, v])?.wi
         } else {
-            portal.sample(lit.p, [2.0 * u - 1.0, v])?
+            portal.sample(context.p, [2.0 * u - 1.0, v])?
         };
-        let crossing = portal.crossing(lit.p, wi)?;
-        let pdf = self.pdf_of(tables, lit, wi, crossing);
+        let crossing = portal.crossing(context.p, wi)?;
+        let pdf = self.pdf_of(tables, context, wi, crossing);
         (pdf > 0.0 && pdf.is_finite()).then(|| LightSample {
             wi,
             distance: f32::INFINITY,
             end: None,
-            radiance: self.sky.escaped(tables, lit.p, wi),
+            radiance: self.sky.le_infinite(tables, context.p, wi),
             pdf: Some(Pdf::new(pdf)),
         })
     }
@@ -174,18 +185,18 @@ impl Light for PortalSky {
     fn pdf(
         &self,
         tables: &LightTables,
-        lit: &Lit,
+        context: &LightSampleContext,
         wi: Vec3,
         _: Option<LightHit>,
     ) -> Pdf<SolidAngle> {
-        let crossing = self.portal(tables).crossing(lit.p, wi);
-        crossing.map_or(Pdf::ZERO, |at| Pdf::new(self.pdf_of(tables, lit, wi, at)))
+        let crossing = self.portal(tables).crossing(context.p, wi);
+        crossing.map_or(Pdf::ZERO, |at| Pdf::new(self.pdf_of(tables, context, wi, at)))
     }
 
     #[inline(never)]
-    fn escaped(&self, tables: &LightTables, p: Vec3, d: Vec3) -> Spectrum {
+    fn le_infinite(&self, tables: &LightTables, p: Vec3, d: Vec3) -> Spectrum {
         match self.portal(tables).crossing(p, d) {
-            Some(_) => self.sky.escaped(tables, p, d),
+            Some(_) => self.sky.le_infinite(tables, p, d),
             None => Spectrum::ZERO,
         }
     }

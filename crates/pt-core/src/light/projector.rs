@@ -6,10 +6,10 @@ use std::sync::Arc;
 use pt_math::{Mat3, Spectrum, Vec2, Vec3, trig};
 
 use super::spot::{Falloff, Spot};
-use super::{Light, LightSample, LightTables, Lit};
+use super::{Light, LightSample, LightSampleContext, LightTables};
 use crate::id::Id;
-use crate::parametrization::Parametrization;
 use crate::texture::{TextureRecord, Textures};
+use crate::texture_eval_context::TextureEvalContext;
 
 /// A spot light whose intensity is multiplied by a texture, as if it were a slide before it.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +22,7 @@ pub struct Projector {
 
 /// What a [`Projector`] throws.
 #[derive(Clone, Copy, Debug)]
-pub struct Slide {
+pub struct ProjectedImage {
     /// The picture.
     pub texture: Id<TextureRecord>,
     /// Where u and v grow, and the axis, in the world; all of unit length and at right angles.
@@ -36,7 +36,7 @@ pub struct Slide {
 /// By which share of half its width a slide reaches beyond its edge.
 const EDGE: f32 = 1e-6;
 
-impl Slide {
+impl ProjectedImage {
     /// The share of the light that goes towards the unit vector `w`, which is at an acute angle to the
     /// axis: (u, v) = ½ + ½ (x, y) / (z tan θ), and none beyond the unit square. [Mitsuba 3.9 documentation,
     /// `spot`, `projector`]
@@ -48,15 +48,20 @@ impl Slide {
             return Spectrum::ZERO;
         }
         let uv = Vec2::splat(0.5) + at * 0.5;
-        textures.radiance(self.texture, &Parametrization::of(uv))
+        textures.radiance(self.texture, &TextureEvalContext::of(uv))
     }
 }
 
 impl Light for Projector {
     const DELTA: bool = true;
 
-    fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
-        let plain = self.spot.sample(tables, lit, u)?;
+    fn sample(
+        &self,
+        tables: &LightTables,
+        context: &LightSampleContext,
+        u: [f32; 2],
+    ) -> Option<LightSample> {
+        let plain = self.spot.sample(tables, context, u)?;
         let slide = &tables.slides[self.slide as usize];
         let radiance = plain.radiance * slide.share(&tables.textures, -plain.wi);
         (!radiance.is_black()).then_some(LightSample { radiance, ..plain })
@@ -76,7 +81,7 @@ impl Light for Projector {
         };
         let textures = Arc::new(textures);
         let of = |falloff, tangents| {
-            let slide = Slide { texture, axes, tangents, mean: 1.0 };
+            let slide = ProjectedImage { texture, axes, tangents, mean: 1.0 };
             let textures = Arc::clone(&textures);
             let tables = LightTables { textures, slides: vec![slide], ..LightTables::default() };
             (Self { spot: spot(falloff), slide: 0 }, tables)

@@ -4,7 +4,7 @@ use pt_math::interval::gamma;
 use pt_math::ray::offset_origin;
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, warp};
 
-use super::{Light, LightHit, LightSample, LightTables, Lit};
+use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 use crate::bsdf::emitted_through;
 
 /// A sphere of constant radiance on its outside, or on its inside. Points outside sample the cone
@@ -99,17 +99,28 @@ impl Light for SphereLight {
     const DELTA: bool = false;
 
     #[inline]
-    fn sample(&self, _: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
-        if self.inward { self.sample_inside(lit.p, u) } else { self.sample_cone(lit.p, u) }
+    fn sample(
+        &self,
+        _: &LightTables,
+        context: &LightSampleContext,
+        u: [f32; 2],
+    ) -> Option<LightSample> {
+        if self.inward { self.sample_inside(context.p, u) } else { self.sample_cone(context.p, u) }
     }
 
     #[inline]
-    fn pdf(&self, _: &LightTables, lit: &Lit, _wi: Vec3, hit: Option<LightHit>) -> Pdf<SolidAngle> {
+    fn pdf(
+        &self,
+        _: &LightTables,
+        context: &LightSampleContext,
+        _wi: Vec3,
+        hit: Option<LightHit>,
+    ) -> Pdf<SolidAngle> {
         match (hit, self.inward) {
             (None, _) => Pdf::ZERO,
-            (_, true) if self.holds(lit.p) => warp::uniform_sphere_pdf(),
+            (_, true) if self.holds(context.p) => warp::uniform_sphere_pdf(),
             (_, true) => Pdf::ZERO,
-            (_, false) => self.one_minus_cos(lit.p).map_or(Pdf::ZERO, warp::uniform_cone_pdf),
+            (_, false) => self.one_minus_cos(context.p).map_or(Pdf::ZERO, warp::uniform_cone_pdf),
         }
     }
 

@@ -5,7 +5,7 @@ use std::f32::consts::{FRAC_PI_3, FRAC_PI_6, PI};
 use pt_math::{Spectrum, Vec3, trig};
 
 use super::point::sample_point;
-use super::{Light, LightSample, LightTables, Lit};
+use super::{Light, LightSample, LightSampleContext, LightTables};
 
 /// A point whose intensity falls with the angle to its axis, and is zero outside of its cone.
 #[derive(Clone, Copy, Debug)]
@@ -101,8 +101,13 @@ impl Light for Spot {
     const DELTA: bool = true;
 
     #[inline]
-    fn sample(&self, _: &LightTables, lit: &Lit, _u: [f32; 2]) -> Option<LightSample> {
-        let on_axis = sample_point(self.position, lit.p, self.intensity)?;
+    fn sample(
+        &self,
+        _: &LightTables,
+        context: &LightSampleContext,
+        _u: [f32; 2],
+    ) -> Option<LightSample> {
+        let on_axis = sample_point(self.position, context.p, self.intensity)?;
         let share = self.falloff.share(self.axis, -on_axis.wi);
         let radiance = on_axis.radiance * share;
         (share > 0.0).then_some(LightSample { radiance, ..on_axis })

@@ -6,7 +6,7 @@ use std::f32::consts::FRAC_PI_2;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, trig};
 
 use super::hosek_wilkie::{self, COEFFICIENTS, HEIGHT_POWERS, LIMB_POWERS, PARTS};
-use super::{DistantDisk, Light, LightHit, LightSample, LightTables, Lit};
+use super::{DistantDisk, Light, LightHit, LightSample, LightSampleContext, LightTables};
 
 /// A disk at infinity, of which nothing is seen below the horizon.
 #[derive(Clone, Copy, Debug)]
@@ -67,20 +67,31 @@ impl Light for Sun {
     const DELTA: bool = false;
 
     #[inline]
-    fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
-        let sample = self.disk.sample(tables, lit, u)?;
+    fn sample(
+        &self,
+        tables: &LightTables,
+        context: &LightSampleContext,
+        u: [f32; 2],
+    ) -> Option<LightSample> {
+        let sample = self.disk.sample(tables, context, u)?;
         (sample.wi.dot(self.up) >= 0.0)
             .then(|| LightSample { radiance: self.radiance(tables, sample.wi), ..sample })
     }
 
     #[inline]
-    fn pdf(&self, t: &LightTables, lit: &Lit, wi: Vec3, hit: Option<LightHit>) -> Pdf<SolidAngle> {
-        if wi.dot(self.up) >= 0.0 { self.disk.pdf(t, lit, wi, hit) } else { Pdf::ZERO }
+    fn pdf(
+        &self,
+        t: &LightTables,
+        context: &LightSampleContext,
+        wi: Vec3,
+        hit: Option<LightHit>,
+    ) -> Pdf<SolidAngle> {
+        if wi.dot(self.up) >= 0.0 { self.disk.pdf(t, context, wi, hit) } else { Pdf::ZERO }
     }
 
     #[inline]
-    fn escaped(&self, tables: &LightTables, p: Vec3, d: Vec3) -> Spectrum {
-        if self.disk.escaped(tables, p, d).is_black() || d.dot(self.up) < 0.0 {
+    fn le_infinite(&self, tables: &LightTables, p: Vec3, d: Vec3) -> Spectrum {
+        if self.disk.le_infinite(tables, p, d).is_black() || d.dot(self.up) < 0.0 {
             return Spectrum::ZERO;
         }
         self.radiance(tables, d)
@@ -170,7 +181,7 @@ mod tests {
             let tables = LightTables { limbs, ..LightTables::default() };
             let sun = Sun { disk, up: Vec3::Z, limb: Some(0) };
             for (d, want) in places {
-                assert_close(sun.escaped(&tables, Vec3::ZERO, d).to_array(), want, 2e-3);
+                assert_close(sun.le_infinite(&tables, Vec3::ZERO, d).to_array(), want, 2e-3);
             }
         }
     }

@@ -4,10 +4,10 @@ use pt_math::distribution::AliasTable;
 use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec2, Vec3};
 
 use super::mesh::{EmitterTriangle, point_of, seen_nearby};
-use super::{Light, LightHit, LightSample, LightTables, Lit};
+use super::{Light, LightHit, LightSample, LightSampleContext, LightTables};
 use crate::id::Id;
-use crate::parametrization::{OnTriangle, Parametrization};
 use crate::texture::{TextureRecord, Textures};
+use crate::texture_eval_context::{OnTriangle, TextureEvalContext};
 
 /// How a glowing triangle lies on the texture by which it glows.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +40,7 @@ impl TexturedTriangle {
         let point = triangle.p0 + triangle.e1 * b1 + triangle.e2 * b2;
         let on_triangle = Some(on_triangle);
         let normal = triangle.normal;
-        let at = Parametrization { point, normal, on_triangle, ..Parametrization::of(uv) };
+        let at = TextureEvalContext { point, normal, on_triangle, ..TextureEvalContext::of(uv) };
         textures.radiance(self.texture, &at)
     }
 }
@@ -94,11 +94,16 @@ impl TexturedMesh {
 impl Light for TexturedMesh {
     const DELTA: bool = false;
 
-    fn sample(&self, tables: &LightTables, lit: &Lit, [u, v]: [f32; 2]) -> Option<LightSample> {
+    fn sample(
+        &self,
+        tables: &LightTables,
+        context: &LightSampleContext,
+        [u, v]: [f32; 2],
+    ) -> Option<LightSample> {
         let (i, probability, u) = tables.triangle_choice[self.choice as usize].sample(u);
         let triangle = &tables.triangles[self.first as usize + i];
-        let seen = seen_nearby(lit.p, triangle);
-        let point = point_of(triangle, seen.as_ref(), lit.p, [u, v])?;
+        let seen = seen_nearby(context.p, triangle);
+        let point = point_of(triangle, seen.as_ref(), context.p, [u, v])?;
         let laid = &tables.textured_triangles[self.textured as usize + i];
         let pdf = match seen {
             Some(seen) => Pdf::new(probability / seen.solid_angle),
@@ -111,7 +116,7 @@ impl Light for TexturedMesh {
     fn pdf(
         &self,
         tables: &LightTables,
-        lit: &Lit,
+        context: &LightSampleContext,
         _: Vec3,
         hit: Option<LightHit>,
     ) -> Pdf<SolidAngle> {
@@ -119,7 +124,7 @@ impl Light for TexturedMesh {
         let Some(i) = self.number(tables, hit.primitive) else { return Pdf::ZERO };
         let probability = tables.triangle_choice[self.choice as usize].probability(i);
         let triangle = &tables.triangles[self.first as usize + i];
-        match seen_nearby(lit.p, triangle) {
+        match seen_nearby(context.p, triangle) {
             Some(seen) => Pdf::new(probability / seen.solid_angle),
             None => Pdf::<Area>::new(probability / triangle.area())
                 .to_solid_angle(hit.distance_squared, hit.cos),

@@ -2,10 +2,10 @@
 
 use pt_math::{Mat3, Pdf, SolidAngle, Spectrum, Vec3};
 
-use super::{Light, LightHit, LightSample, LightTables, Lit, SphereLight};
+use super::{Light, LightHit, LightSample, LightSampleContext, LightTables, SphereLight};
 use crate::id::Id;
-use crate::parametrization::{Parametrization, sphere_coordinates};
 use crate::texture::{TextureRecord, Textures};
+use crate::texture_eval_context::{TextureEvalContext, sphere_coordinates};
 
 /// A sphere whose radiance a texture gives; sampled as [`SphereLight`].
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +32,7 @@ impl SphereMap {
     pub fn radiance(&self, textures: &Textures, sphere: &SphereLight, n: Vec3) -> Spectrum {
         let uv = sphere_coordinates(self.axes.transpose() * n);
         let point = sphere.center + n * sphere.radius.abs();
-        let at = Parametrization { point, normal: n, ..Parametrization::of(uv) };
+        let at = TextureEvalContext { point, normal: n, ..TextureEvalContext::of(uv) };
         textures.radiance(self.texture, &at)
     }
 }
@@ -40,8 +40,13 @@ impl SphereMap {
 impl Light for TexturedSphere {
     const DELTA: bool = false;
 
-    fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
-        let sample = self.sphere.sample(tables, lit, u)?;
+    fn sample(
+        &self,
+        tables: &LightTables,
+        context: &LightSampleContext,
+        u: [f32; 2],
+    ) -> Option<LightSample> {
+        let sample = self.sphere.sample(tables, context, u)?;
         let n = (sample.end? - self.sphere.center).normalize();
         let map = &tables.sphere_maps[self.map as usize];
         let radiance = map.radiance(&tables.textures, &self.sphere, n);
@@ -49,8 +54,14 @@ impl Light for TexturedSphere {
         Some(LightSample { radiance, ..sample })
     }
 
-    fn pdf(&self, t: &LightTables, lit: &Lit, wi: Vec3, hit: Option<LightHit>) -> Pdf<SolidAngle> {
-        self.sphere.pdf(t, lit, wi, hit)
+    fn pdf(
+        &self,
+        t: &LightTables,
+        context: &LightSampleContext,
+        wi: Vec3,
+        hit: Option<LightHit>,
+    ) -> Pdf<SolidAngle> {
+        self.sphere.pdf(t, context, wi, hit)
     }
 
     /// One with an image of two rows and four columns, turned.

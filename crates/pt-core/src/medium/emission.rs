@@ -7,16 +7,16 @@ use super::grid::Field;
 /// The radiance Le of so much of a medium that nothing is seen through it, if it only absorbs: it emits σa Le per metre. Outside of
 /// grids there is none.
 #[derive(Clone, Debug)]
-pub enum Emission {
+pub enum MediumEmission {
     /// The same everywhere.
     Constant(Spectrum),
     /// By a grid.
     Field(Field),
     /// By temperatures.
-    Heat(Heat),
+    Heat(BlackbodyEmission),
 }
 
-impl Emission {
+impl MediumEmission {
     /// At a point of the world.
     pub(super) fn at(&self, p: Vec3) -> Spectrum {
         match self {
@@ -34,14 +34,14 @@ const PER_E: f32 = 512.0;
 
 /// Light by Planck's law, the strongest wavelength of which has the same radiance everywhere.
 #[derive(Clone, Debug)]
-pub struct Heat {
+pub struct BlackbodyEmission {
     /// Kelvins.
     temperature: Field,
     /// The light of temperatures whose logarithms are equally far apart, from [`COLDEST`] on.
     colors: Vec<Spectrum>,
 }
 
-impl Heat {
+impl BlackbodyEmission {
     /// By a grid of kelvins of one channel; `scale` is the radiance of the strongest wavelength.
     pub fn new(temperature: Field, scale: f32) -> Self {
         let hottest = temperature.grid.values.iter().fold(COLDEST, |most, t| most.max(*t));
@@ -103,7 +103,7 @@ mod tests {
             to_unit: Mat3::IDENTITY,
             filter: GridFilter::Trilinear,
         };
-        Heat::new(field, scale).at(Vec3::splat(0.5))
+        BlackbodyEmission::new(field, scale).at(Vec3::splat(0.5))
     }
 
     /// What is between the entries of the table is as Planck's law has it, and only what is hot is seen.

@@ -8,10 +8,10 @@ use pt_math::{FloatExt, Mat3, Ray, Spectrum, Vec3, trig};
 use pt_scene::medium::{Grid, GridFilter};
 
 use super::cloud::Cloud;
-use super::emission::Emission;
+use super::emission::MediumEmission;
 use super::homogeneous::balanced;
 use super::majorant::Majorants;
-use super::{Flight, Phase};
+use super::{MediumSample, Phase};
 
 /// A grid in the world.
 #[derive(Clone, Debug)]
@@ -51,7 +51,7 @@ pub struct GridMedium {
     /// What its numbers are multiplied by to be per metre.
     scale: f32,
     albedo: Albedo,
-    emission: Option<Emission>,
+    emission: Option<MediumEmission>,
     majorants: Majorants,
 }
 
@@ -194,7 +194,7 @@ impl GridMedium {
         extinction: Density,
         scale: f32,
         albedo: Albedo,
-        emission: Option<Emission>,
+        emission: Option<MediumEmission>,
     ) -> Self {
         let majorants = match &extinction {
             Density::Field(field) => Majorants::new(&field.grid),
@@ -209,17 +209,23 @@ impl GridMedium {
     }
 
     /// Distances by the majorant of each part of the grid, for a path with throughput `beta`.
-    pub fn sample(&self, ray: &Ray, phase: &Phase, beta: Spectrum, stream: &mut Stream) -> Flight {
+    pub fn sample(
+        &self,
+        ray: &Ray,
+        phase: &Phase,
+        beta: Spectrum,
+        stream: &mut Stream,
+    ) -> MediumSample {
         if matches!(self.albedo, Albedo::Constant(albedo) if albedo.is_black()) {
-            return Flight::Passed { weight: self.transmittance(ray, phase, stream) };
+            return MediumSample::Transmitted { weight: self.transmittance(ray, phase, stream) };
         }
         let (found, weight) = if self.is_grey() {
             (self.collide_grey(ray, phase, stream), Spectrum::ONE)
         } else {
             self.collide_colored((ray, phase), beta, stream, |_, _| ())
         };
-        let Some(t) = found else { return Flight::Passed { weight } };
-        Flight::Scattered { t, weight: weight * self.albedo.at(ray.at(t)) }
+        let Some(t) = found else { return MediumSample::Transmitted { weight } };
+        MediumSample::Scattered { t, weight: weight * self.albedo.at(ray.at(t)) }
     }
 
     /// The light that comes to the start of a ray from all of its interval, for a path with throughput `beta`: the sum over

@@ -2,7 +2,7 @@
 
 use pt_math::{Ray, Spectrum, trig};
 
-use super::Flight;
+use super::MediumSample;
 
 /// Where a medium without an end ends, in metres: a tenth of a light year. Squares of longer distances are
 /// soon more than single precision holds.
@@ -43,9 +43,9 @@ impl Homogeneous {
     /// the mean of those of the channels. [Veach 1997, §9.2.3: the one-sample model with the balance
     /// heuristic]
     #[inline]
-    pub fn sample(&self, ray: &Ray, beta: Spectrum, [u, choice]: [f32; 2]) -> Flight {
+    pub fn sample(&self, ray: &Ray, beta: Spectrum, [u, choice]: [f32; 2]) -> MediumSample {
         if self.albedo.is_black() {
-            return Flight::Passed { weight: self.transmittance(ray) };
+            return MediumSample::Transmitted { weight: self.transmittance(ray) };
         }
         let [r, g, b] = beta.to_array();
         let share = beta / (r + g + b);
@@ -64,10 +64,10 @@ impl Homogeneous {
         if t < ray.t_max && distance < FARTHEST {
             let transmittance = self.along(distance);
             let removed = self.extinction * transmittance;
-            Flight::Scattered { t, weight: balanced(removed, share) * self.albedo }
+            MediumSample::Scattered { t, weight: balanced(removed, share) * self.albedo }
         } else {
             let transmittance = self.transmittance(ray);
-            Flight::Passed { weight: balanced(transmittance, share) }
+            MediumSample::Transmitted { weight: balanced(transmittance, share) }
         }
     }
 }

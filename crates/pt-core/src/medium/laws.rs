@@ -8,8 +8,8 @@ use pt_scene::medium::{Grid, GridFilter};
 use pt_testing::{mean_z_test, sidak};
 
 use super::{
-    Albedo, Cloud, Density, Emission, Field, Flakes, Flight, GridMedium, Homogeneous, Matter,
-    MediumRecord, Phase,
+    Albedo, Cloud, Density, Field, Flakes, GridMedium, Homogeneous, MediumEmission,
+    MediumProperties, MediumRecord, MediumSample, Phase,
 };
 use crate::phase::{Isotropic, Microflakes};
 
@@ -21,14 +21,14 @@ fn ray() -> Ray {
     Ray { t_min: 0.1, t_max: 0.9, ..Ray::new(Vec3::new(-0.05, -0.1, 0.02), direction) }
 }
 
-fn record(matter: Matter) -> MediumRecord {
+fn record(matter: MediumProperties) -> MediumRecord {
     MediumRecord { matter, phase: Phase::Same(Isotropic.into()) }
 }
 
 fn homogeneous(extinction: [f32; 3], albedo: f32) -> MediumRecord {
     let (extinction, albedo) = (extinction.into(), Spectrum::splat(albedo));
     let emission = GLOW.into();
-    record(Matter::Homogeneous(Homogeneous { extinction, albedo, emission }))
+    record(MediumProperties::Homogeneous(Homogeneous { extinction, albedo, emission }))
 }
 
 fn grid(values: Vec<f32>, resolution: [u32; 3], scale: f32, albedo: f32) -> MediumRecord {
@@ -44,8 +44,8 @@ fn of_grid(grid: Grid, scale: f32, albedo: f32) -> MediumRecord {
 
 fn of_density(density: Density, scale: f32, albedo: f32) -> MediumRecord {
     let albedo = Albedo::Constant(Spectrum::splat(albedo));
-    let emission = Some(Emission::Constant(GLOW.into()));
-    record(Matter::Grid(Box::new(GridMedium::new(density, scale, albedo, emission))))
+    let emission = Some(MediumEmission::Constant(GLOW.into()));
+    record(MediumProperties::Grid(Box::new(GridMedium::new(density, scale, albedo, emission))))
 }
 
 /// Clouds around the ray, and their extinction along it.
@@ -209,7 +209,7 @@ fn clouds_are_as_dense_as_their_noise() {
     let want = depths.map(|depth| libm::exp(-depth));
     check("clouds", want, 2, |_, stream| medium.transmittance(&ray(), stream));
     let want: [f64; 3] = std::array::from_fn(|c| 0.5 * f64::from(GLOW[c]) * (1.0 - want[c]));
-    check("clouds", want, 2, |_, stream| medium.emitted(&ray(), Spectrum::ONE, stream));
+    check("clouds", want, 2, |_, stream| medium.le(&ray(), Spectrum::ONE, stream));
 }
 
 /// ∫ T σa Le dt is what is taken away times the share that is absorbed times Le, if the latter two are the same everywhere.
@@ -219,11 +219,11 @@ fn matter_emits_as_it_absorbs() {
     for albedo in [0.0, 0.75] {
         let media = media(albedo);
         for (name, medium, depth) in &media {
-            assert!(medium.glows());
+            assert!(medium.is_emissive());
             let taken = depth(ray().t_max).map(|depth| -libm::expm1(-depth));
             let share = f64::from(1.0 - albedo);
             let want = std::array::from_fn(|c| taken[c] * share * f64::from(GLOW[c]));
-            check(name, want, 2 * media.len(), |_, s| medium.emitted(&ray(), beta, s));
+            check(name, want, 2 * media.len(), |_, s| medium.le(&ray(), beta, s));
         }
     }
 }
@@ -246,7 +246,12 @@ fn grids_may_glow_in_places() {
             ..density.clone()
         });
         let albedo = Albedo::Constant(Spectrum::ZERO);
-        record(Matter::Grid(Box::new(GridMedium::new(density, 1.5, albedo, Some(emission)))))
+        record(MediumProperties::Grid(Box::new(GridMedium::new(
+            density,
+            1.5,
+            albedo,
+            Some(emission),
+        ))))
     };
     // Where x is below 0.125 in the world, up to 0.75, and beyond that.
     let radiance = |p: Vec3| {
@@ -266,8 +271,8 @@ fn grids_may_glow_in_places() {
         let depth = 1.5 * length * f64::from(t - ray.t_min);
         want += step * 1.5 * libm::exp(-depth) * radiance(ray.at(t));
     }
-    let medium = medium(Emission::Field(glow));
-    check("a grid that glows", [want; 3], 1, |_, s| medium.emitted(&ray, Spectrum::ONE, s));
+    let medium = medium(MediumEmission::Field(glow));
+    check("a grid that glows", [want; 3], 1, |_, s| medium.le(&ray, Spectrum::ONE, s));
 }
 
 /// What is homogeneous has no noise.
@@ -289,7 +294,8 @@ fn absorption_takes_no_random_distances() {
     for (name, medium, depth) in &media(0.0)[..2] {
         for sample in 0..10 {
             let (u, mut stream) = numbers(sample);
-            let Flight::Passed { weight } = medium.sample(&ray(), Spectrum::ONE, u, &mut stream)
+            let MediumSample::Transmitted { weight } =
+                medium.sample(&ray(), Spectrum::ONE, u, &mut stream)
             else {
                 panic!("{name} scatters");
             };
@@ -313,12 +319,12 @@ fn weights_of_flights_are_the_terms_of_the_transport_equation() {
         scattering.iter().map(|m| (false, m)).chain(absorbing.iter().map(|m| (true, m)))
     {
         let passed = |flight| match flight {
-            Flight::Passed { weight } => weight,
-            Flight::Scattered { .. } => Spectrum::ZERO,
+            MediumSample::Transmitted { weight } => weight,
+            MediumSample::Scattered { .. } => Spectrum::ZERO,
         };
         let before = |end: f32| {
             move |flight| match flight {
-                Flight::Scattered { t, weight } if t < end => weight,
+                MediumSample::Scattered { t, weight } if t < end => weight,
                 _ => Spectrum::ZERO,
             }
         };
@@ -342,7 +348,7 @@ fn coloured_grids_keep_the_sum_of_the_throughput() {
         let sum = |spectrum: Spectrum| spectrum.to_array().iter().sum::<f32>();
         for sample in 0..1000 {
             let (u, mut stream) = numbers(sample);
-            let (Flight::Scattered { weight, .. } | Flight::Passed { weight }) =
+            let (MediumSample::Scattered { weight, .. } | MediumSample::Transmitted { weight }) =
                 medium.sample(&ray(), beta, u, &mut stream);
             let (got, want) = (sum(beta * weight), sum(beta));
             assert!((got - want).abs() < 1e-5 * want, "{beta:?}: {got}, expected {want}");
@@ -361,8 +367,8 @@ fn grey_grids_are_coloured_ones_of_equal_channels() {
     let of = |medium: &MediumRecord, sample| {
         let (u, mut stream) = numbers(sample);
         match medium.sample(&ray(), beta, u, &mut stream) {
-            Flight::Scattered { t, weight } => (Some(t), weight),
-            Flight::Passed { weight } => (None, weight),
+            MediumSample::Scattered { t, weight } => (Some(t), weight),
+            MediumSample::Transmitted { weight } => (None, weight),
         }
     };
     for sample in 0..1000 {
@@ -383,8 +389,10 @@ fn rays_may_be_infinite() {
     for sample in 0..1000 {
         let (u, mut stream) = numbers(sample);
         match medium.sample(&ray, Spectrum::ONE, u, &mut stream) {
-            Flight::Scattered { t, weight } => assert!(t < 1e15 && weight.is_finite()),
-            Flight::Passed { weight } => assert!(weight.is_finite() && weight.0.y == 0.0),
+            MediumSample::Scattered { t, weight } => assert!(t < 1e15 && weight.is_finite()),
+            MediumSample::Transmitted { weight } => {
+                assert!(weight.is_finite() && weight.0.y == 0.0)
+            }
         }
     }
     let cloud = gradient(3.0, 0.5);
@@ -405,7 +413,7 @@ fn extremely_coloured_media_give_numbers() {
         for (sample, t_max) in (0..1000).flat_map(|i| [(i, 0.9), (i, f32::INFINITY)]) {
             let (u, mut stream) = numbers(sample);
             let ray = Ray { t_max, ..ray() };
-            let (Flight::Scattered { weight, .. } | Flight::Passed { weight }) =
+            let (MediumSample::Scattered { weight, .. } | MediumSample::Transmitted { weight }) =
                 medium.sample(&ray, beta, u, &mut stream);
             assert!(weight.is_finite() && weight.0.min_element() >= 0.0, "{weight:?}");
         }
@@ -414,7 +422,7 @@ fn extremely_coloured_media_give_numbers() {
         let medium = of_grid(Grid::uniform_color(extinction), 1.0, 0.5);
         for sample in 0..1000 {
             let (u, mut stream) = numbers(sample);
-            let (Flight::Scattered { weight, .. } | Flight::Passed { weight }) =
+            let (MediumSample::Scattered { weight, .. } | MediumSample::Transmitted { weight }) =
                 medium.sample(&ray(), beta, u, &mut stream);
             assert!(weight.is_finite() && weight.0.min_element() >= 0.0, "{weight:?}");
         }
@@ -431,10 +439,11 @@ fn extremes_give_numbers() {
         assert_eq!(empty.transmittance(&ray(), &mut stream), Spectrum::ONE);
         assert!(matches!(
             empty.sample(&ray(), Spectrum::ONE, u, &mut stream),
-            Flight::Passed { weight: Spectrum::ONE }
+            MediumSample::Transmitted { weight: Spectrum::ONE }
         ));
         assert_eq!(wall.transmittance(&ray(), &mut stream), Spectrum::ZERO);
-        let Flight::Scattered { t, weight } = wall.sample(&ray(), Spectrum::ONE, u, &mut stream)
+        let MediumSample::Scattered { t, weight } =
+            wall.sample(&ray(), Spectrum::ONE, u, &mut stream)
         else {
             panic!("it is as thin as air");
         };

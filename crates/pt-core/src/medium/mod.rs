@@ -21,7 +21,7 @@ use crate::phase::{AnyPhase, PhaseFunction};
 use crate::scene::SurfaceRecord;
 
 pub use cloud::Cloud;
-pub use emission::{Emission, Heat};
+pub use emission::{BlackbodyEmission, MediumEmission};
 pub use flakes::Flakes;
 pub use grid::{Albedo, Density, Field, GridMedium};
 pub use homogeneous::Homogeneous;
@@ -30,7 +30,7 @@ pub use homogeneous::Homogeneous;
 #[derive(Clone, Debug)]
 pub struct MediumRecord {
     /// How much light it takes away, and how much of that it scatters.
-    pub matter: Matter,
+    pub matter: MediumProperties,
     /// Where the scattered light goes.
     pub phase: Phase,
 }
@@ -46,7 +46,7 @@ pub enum Phase {
 
 /// How dense a medium is, and where.
 #[derive(Clone, Debug)]
-pub enum Matter {
+pub enum MediumProperties {
     /// The same everywhere.
     Homogeneous(Homogeneous),
     /// By a grid.
@@ -55,7 +55,7 @@ pub enum Matter {
 
 /// How a path goes through a medium. Weights are what its throughput is multiplied by.
 #[derive(Clone, Copy, Debug)]
-pub enum Flight {
+pub enum MediumSample {
     /// It is scattered at the parameter `t` of its ray.
     Scattered {
         /// Where.
@@ -64,7 +64,7 @@ pub enum Flight {
         weight: Spectrum,
     },
     /// It comes to the end of the interval.
-    Passed {
+    Transmitted {
         /// T / P, with P the probability of that.
         weight: Spectrum,
     },
@@ -72,7 +72,7 @@ pub enum Flight {
 
 impl Phase {
     /// No less than what extinction is multiplied by anywhere, in any direction.
-    pub fn greatest_area(&self) -> f32 {
+    pub fn max_area(&self) -> f32 {
         match self {
             Self::Same(AnyPhase::Microflakes(flakes)) => flakes.greatest_area(),
             Self::Same(_) => 1.0,
@@ -85,28 +85,34 @@ impl MediumRecord {
     /// Draws where a path with throughput `beta` is scattered, by `u` or, where it takes more numbers
     /// than anybody can tell ahead, by the stream. What only absorbs lets all paths through.
     #[inline]
-    pub fn sample(&self, ray: &Ray, beta: Spectrum, u: [f32; 2], stream: &mut Stream) -> Flight {
+    pub fn sample(
+        &self,
+        ray: &Ray,
+        beta: Spectrum,
+        u: [f32; 2],
+        stream: &mut Stream,
+    ) -> MediumSample {
         match &self.matter {
-            Matter::Homogeneous(medium) => self.seen(medium, ray).sample(ray, beta, u),
-            Matter::Grid(medium) => medium.sample(ray, &self.phase, beta, stream),
+            MediumProperties::Homogeneous(medium) => self.seen(medium, ray).sample(ray, beta, u),
+            MediumProperties::Grid(medium) => medium.sample(ray, &self.phase, beta, stream),
         }
     }
 
     /// Whether it emits light.
     #[inline]
-    pub fn glows(&self) -> bool {
+    pub fn is_emissive(&self) -> bool {
         match &self.matter {
-            Matter::Homogeneous(medium) => !medium.emission.is_black(),
-            Matter::Grid(medium) => medium.glows(),
+            MediumProperties::Homogeneous(medium) => !medium.emission.is_black(),
+            MediumProperties::Grid(medium) => medium.glows(),
         }
     }
 
     /// The light that comes to the start of a ray from all of its interval, for a path with throughput `beta`, or an estimate of
     /// it that is right on average.
-    pub fn emitted(&self, ray: &Ray, beta: Spectrum, stream: &mut Stream) -> Spectrum {
+    pub fn le(&self, ray: &Ray, beta: Spectrum, stream: &mut Stream) -> Spectrum {
         match &self.matter {
-            Matter::Homogeneous(medium) => self.seen(medium, ray).emitted(ray),
-            Matter::Grid(medium) => medium.emitted(ray, &self.phase, beta, stream),
+            MediumProperties::Homogeneous(medium) => self.seen(medium, ray).emitted(ray),
+            MediumProperties::Grid(medium) => medium.emitted(ray, &self.phase, beta, stream),
         }
     }
 
@@ -114,8 +120,8 @@ impl MediumRecord {
     #[inline]
     pub fn transmittance(&self, ray: &Ray, stream: &mut Stream) -> Spectrum {
         match &self.matter {
-            Matter::Homogeneous(medium) => self.seen(medium, ray).transmittance(ray),
-            Matter::Grid(medium) => medium.transmittance(ray, &self.phase, stream),
+            MediumProperties::Homogeneous(medium) => self.seen(medium, ray).transmittance(ray),
+            MediumProperties::Grid(medium) => medium.transmittance(ray, &self.phase, stream),
         }
     }
 
@@ -170,7 +176,7 @@ impl Media {
     /// The medium of a ray that leaves a surface, to the side of its normal if `outwards`, and came
     /// through `current`.
     #[inline]
-    pub fn beyond(
+    pub fn medium_after_crossing(
         &self,
         surface: Id<SurfaceRecord>,
         outwards: bool,

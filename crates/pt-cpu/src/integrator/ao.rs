@@ -7,7 +7,7 @@ use pt_math::sampler::LANES;
 use pt_math::{Frame, Ray, Rays, Spectrum, Vec3, warp};
 
 use super::transparency::Transparency;
-use super::{CAMERA_DIMENSIONS, Integrator, Starts, holes};
+use super::{CAMERA_DIMENSIONS, CameraRays, Integrator, alpha};
 use crate::Tracer;
 
 /// ∫ V(ω) cos θ / π dω over the hemisphere on the side that is seen of the first hit, where V is 1 if
@@ -24,10 +24,10 @@ pub(super) struct AmbientOcclusion {
     points: Vec<(usize, Point)>,
     rays: Vec<Ray>,
     /// Of which start they are.
-    starts: Vec<u32>,
+    camera_rays: Vec<u32>,
     blocked: Vec<bool>,
     /// How much of each gets through.
-    shares: Vec<f32>,
+    transmittance: Vec<f32>,
     /// Sum of these for each start.
     open: Vec<f32>,
     hidden: Hidden,
@@ -53,9 +53,9 @@ impl AmbientOcclusion {
             hits: Vec::new(),
             points: Vec::new(),
             rays: Vec::new(),
-            starts: Vec::new(),
+            camera_rays: Vec::new(),
             blocked: Vec::new(),
-            shares: Vec::new(),
+            transmittance: Vec::new(),
             open: Vec::new(),
             hidden: settings.hidden,
             transparency: Transparency::new(scene, settings),
@@ -63,13 +63,13 @@ impl AmbientOcclusion {
     }
 
     /// Sends the rays of a block of starts on their way.
-    fn look(&mut self, block: usize, tracer: &mut Tracer, starts: &Starts) {
+    fn look(&mut self, block: usize, tracer: &mut Tracer, camera_rays: &CameraRays) {
         let first = block * LANES;
-        let rays = Rays::from(&starts.rays);
+        let rays = Rays::from(&camera_rays.rays);
         let hits = self.hits[first..].iter().take(LANES).enumerate();
         let point = |(lane, hit): (usize, &Option<Hit>)| {
             let ray = rays.get(first + lane);
-            let time = starts.time(first + lane);
+            let time = camera_rays.time(first + lane);
             hit.as_ref().map(|hit| (lane, Point::new(tracer.scene, &ray, hit, time)))
         };
         self.points.clear();
@@ -79,50 +79,61 @@ impl AmbientOcclusion {
         }
         for i in 0..self.samples {
             let d = CAMERA_DIMENSIONS.wrapping_add(i.wrapping_mul(2));
-            let [x, y] = starts.samplers.points(block, d);
+            let [x, y] = camera_rays.samplers.points(block, d);
             for (lane, point) in &self.points {
                 let w = point.frame.to_world(warp::cosine_hemisphere([x[*lane], y[*lane]]));
                 if w.dot(point.normal) > 0.0 {
                     self.rays.push(Ray { t_max: self.distance, ..point.at.spawn(w) });
-                    self.starts.push((first + lane) as u32);
+                    self.camera_rays.push((first + lane) as u32);
                 }
             }
             if self.rays.len() >= MANY {
-                self.answer(tracer, starts);
+                self.answer(tracer, camera_rays);
             }
         }
     }
 
     /// Counts how much of the rays nothing stops, and forgets them.
-    fn answer(&mut self, tracer: &mut Tracer, starts: &Starts) {
-        let time = |i: usize| starts.time(self.starts[i] as usize);
+    fn answer(&mut self, tracer: &mut Tracer, camera_rays: &CameraRays) {
+        let time = |i: usize| camera_rays.time(self.camera_rays[i] as usize);
         tracer.occluded(&self.rays, time, &mut self.blocked);
-        holes::transmittances(tracer, &self.rays, time, &self.blocked, &mut self.shares);
-        for (&start, &share) in self.starts.iter().zip(&self.shares) {
+        alpha::shadow_transmittance(
+            tracer,
+            &self.rays,
+            time,
+            &self.blocked,
+            &mut self.transmittance,
+        );
+        for (&start, &share) in self.camera_rays.iter().zip(&self.transmittance) {
             self.open[start as usize] += share;
         }
         self.rays.clear();
-        self.starts.clear();
+        self.camera_rays.clear();
     }
 }
 
 impl Integrator for AmbientOcclusion {
-    fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>) {
-        holes::first_hits(tracer, starts, self.hidden, &mut self.hits);
+    fn radiance(
+        &mut self,
+        tracer: &mut Tracer,
+        camera_rays: &CameraRays,
+        radiance: &mut Vec<Spectrum>,
+    ) {
+        alpha::first_hits(tracer, camera_rays, self.hidden, &mut self.hits);
         self.transparency.of_first_hits(&self.hits);
         self.open.clear();
         self.open.resize(self.hits.len(), 0.0);
         for block in 0..self.hits.len().div_ceil(LANES) {
-            self.look(block, tracer, starts);
+            self.look(block, tracer, camera_rays);
         }
-        self.answer(tracer, starts);
+        self.answer(tracer, camera_rays);
         let samples = self.samples as f32;
         radiance.clear();
         radiance.extend(self.open.iter().map(|&sum| Spectrum::splat(sum / samples)));
     }
 
-    fn transparencies(&self) -> &[f32] {
-        self.transparency.shares()
+    fn transparency(&self) -> &[f32] {
+        self.transparency.values()
     }
 }
 

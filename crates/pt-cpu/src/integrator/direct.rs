@@ -7,14 +7,14 @@ use pt_core::settings::Settings;
 use pt_math::sampler::Lanes;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3, warp};
 
-use super::reuse::{Gift, Reuse};
-use super::rules::Rules;
-use super::sums::Sums;
-use super::wavefront::{Numbers, Surface};
-use super::witness::{self, Witness};
-use super::{Starts, holes};
+use super::accumulator::RadianceAccumulator;
+use super::estimator::PathEstimator;
+use super::observer::{self, PathObserver};
+use super::reuse::{Reuse, SharedRadiance};
+use super::wavefront::{BlockSamples, ShadingPoint};
+use super::{CameraRays, alpha};
 use crate::Tracer;
-use crate::trace::{LightNumber, Source};
+use crate::trace::{LightRef, LightSource};
 
 /// How light is looked for in random directions of the hemisphere.
 #[derive(Clone, Copy)]
@@ -43,130 +43,151 @@ impl Hemisphere {
 
 /// Rays and what each brings.
 #[derive(Default)]
-struct Queue {
+struct RayQueue {
     rays: Vec<Ray>,
     /// What a ray brings, and to which of the sums; where something moves, that is its start.
-    loads: Vec<(Spectrum, u32)>,
+    payloads: Vec<(Spectrum, u32)>,
 }
 
-impl Queue {
+impl RayQueue {
     #[inline(always)]
     fn push(&mut self, ray: Ray, value: Spectrum, start: u32) {
         self.rays.push(ray);
-        self.loads.push((value, start));
+        self.payloads.push((value, start));
     }
 
     fn clear(&mut self) {
         self.rays.clear();
-        self.loads.clear();
+        self.payloads.clear();
     }
 }
 
 /// A block of surfaces that ask for their direct light.
-pub(super) struct Asking<'a, R> {
-    pub(super) rules: &'a R,
+pub(super) struct ShadingBlock<'a, R> {
+    pub(super) estimator: &'a R,
     pub(super) settings: &'a Settings,
-    pub(super) surfaces: &'a [Surface<'a>],
-    pub(super) numbers: &'a Numbers,
+    pub(super) surfaces: &'a [ShadingPoint<'a>],
+    pub(super) numbers: &'a BlockSamples,
 }
 
 /// What surface points want to know. A path asks for lights first and for its hemisphere then, and
 /// is answered in this order, wherever in between answers are given.
-pub(super) struct Requests {
+pub(super) struct DirectLighting {
     hemisphere: Option<Hemisphere>,
     /// Samples of one light, one for each surface of a block.
     samples: Vec<Option<LightSample>>,
     /// Bring f · |cos| · L / p if nothing is in their way.
-    shadows: Queue,
+    shadow_rays: RayQueue,
     blocked: Vec<bool>,
     /// What share gets through, where surfaces have holes.
-    shares: Vec<f32>,
+    transmittance: Vec<f32>,
     /// Bring f · |cos| / p times what they find.
-    probes: Queue,
+    bsdf_rays: RayQueue,
     hits: Vec<Option<Hit>>,
 }
 
 /// Rays beyond which requests are answered before there are more: enough for full batches, few
 /// enough for the cache.
-const MANY: usize = 4096;
+const FLUSH_RAYS: usize = 4096;
 
-impl Requests {
+impl DirectLighting {
     pub(super) fn new(hemisphere: Option<Hemisphere>) -> Self {
         Self {
             hemisphere,
             samples: Vec::new(),
-            shadows: Queue::default(),
+            shadow_rays: RayQueue::default(),
             blocked: Vec::new(),
-            shares: Vec::new(),
-            probes: Queue::default(),
+            transmittance: Vec::new(),
+            bsdf_rays: RayQueue::default(),
             hits: Vec::new(),
         }
     }
 
     /// Asks for the direct light at each of a block of surfaces, to be multiplied by the throughput
     /// of its path; answers what becomes too much.
-    pub(super) fn ask(
+    pub(super) fn sample_lights(
         &mut self,
-        asking: &Asking<impl Rules>,
+        shading_block: &ShadingBlock<impl PathEstimator>,
         tracer: &mut Tracer,
-        starts: &Starts,
-        sums: &mut Sums<impl Witness>,
+        camera_rays: &CameraRays,
+        accumulator: &mut RadianceAccumulator<impl PathObserver>,
         mut reuse: Option<&mut Reuse>,
     ) {
         let scene = tracer.scene;
         let mut pair = 0u32;
         for (number, light) in scene.lights.as_slice().iter().enumerate() {
-            let n = asking.rules.light_samples(asking.settings, light);
+            let n = shading_block.estimator.light_samples(shading_block.settings, light);
             for _ in 0..n {
-                let numbers = asking.numbers.pair(pair);
+                let numbers = shading_block.numbers.pair(pair);
                 pair = pair.wrapping_add(1);
                 let reuse = reuse.as_deref_mut();
-                let (numbers, requests) = (&numbers, &mut *self);
-                let number = LightNumber::Still(number);
-                let sampling =
-                    LightSampling { asking, scene, number, numbers, n, requests, reuse, sums };
+                let (numbers, direct_lighting) = (&numbers, &mut *self);
+                let number = LightRef::Static(number);
+                let sampling = LightSampling {
+                    shading_block,
+                    scene,
+                    number,
+                    numbers,
+                    n,
+                    direct_lighting,
+                    reuse,
+                    accumulator,
+                };
                 light.visit(sampling);
-                self.answer_many(tracer, starts, sums);
+                self.trace_if_full(tracer, camera_rays, accumulator);
             }
         }
-        for (number, light) in scene.moving_lights().iter().enumerate() {
-            let n = asking.rules.light_samples(asking.settings, &light.light);
+        for (number, light) in scene.animated_lights().iter().enumerate() {
+            let n = shading_block.estimator.light_samples(shading_block.settings, &light.light);
             for _ in 0..n {
-                let numbers = &asking.numbers.pair(pair);
+                let numbers = &shading_block.numbers.pair(pair);
                 pair = pair.wrapping_add(1);
-                let (requests, reuse) = (&mut *self, reuse.as_deref_mut());
-                let number = LightNumber::Moving(number);
-                let sampling =
-                    LightSampling { asking, scene, number, numbers, n, requests, reuse, sums };
-                let sample = |(surface, u): (&Surface, [f32; 2])| {
-                    let time = starts.time(surface.start as usize);
-                    scene.sample_moving(light, time, surface.point.p, u)
+                let (direct_lighting, reuse) = (&mut *self, reuse.as_deref_mut());
+                let number = LightRef::Animated(number);
+                let sampling = LightSampling {
+                    shading_block,
+                    scene,
+                    number,
+                    numbers,
+                    n,
+                    direct_lighting,
+                    reuse,
+                    accumulator,
+                };
+                let sample = |(surface, u): (&ShadingPoint, [f32; 2])| {
+                    let time = camera_rays.time(surface.start as usize);
+                    scene.sample_animated_light(light, time, surface.point.p, u)
                 };
                 let points = sampling.points();
-                sampling.requests.samples.clear();
-                sampling.requests.samples.extend(points.map(sample));
-                sampling.ask(light.light.is_hidden());
-                self.answer_many(tracer, starts, sums);
+                sampling.direct_lighting.samples.clear();
+                sampling.direct_lighting.samples.extend(points.map(sample));
+                sampling.push_shadow_rays(light.light.is_invisible());
+                self.trace_if_full(tracer, camera_rays, accumulator);
             }
         }
         let Some(hemisphere) = self.hemisphere else { return };
         for _ in 0..hemisphere.samples {
-            self.probe(hemisphere, asking.surfaces, &asking.numbers.pair(pair), &mut sums.witness);
+            self.sample_hemisphere(
+                hemisphere,
+                shading_block.surfaces,
+                &shading_block.numbers.pair(pair),
+                &mut accumulator.observer,
+            );
             pair = pair.wrapping_add(1);
-            self.answer_many(tracer, starts, sums);
+            self.trace_if_full(tracer, camera_rays, accumulator);
         }
     }
 
     /// Asks for light from one random direction at each surface.
-    fn probe(
+    fn sample_hemisphere(
         &mut self,
         hemisphere: Hemisphere,
-        surfaces: &[Surface],
+        surfaces: &[ShadingPoint],
         [x, y]: &[Lanes<f32>; 2],
-        witness: &mut impl Witness,
+        observer: &mut impl PathObserver,
     ) {
         for (surface, (&x, &y)) in surfaces.iter().zip(x.iter().zip(y)) {
-            let Surface { point, bsdf, beta, start, target, .. } = surface;
+            let ShadingPoint { point, bsdf, beta, start, target, .. } = surface;
             if bsdf.is_delta() {
                 continue;
             }
@@ -175,144 +196,163 @@ impl Requests {
             let value = *beta * bsdf.eval(wi) / (pdf.get() * hemisphere.samples as f32);
             if !value.is_black() {
                 let samples = hemisphere.samples;
-                witness.asks(*start, || Source::Hemisphere { direction: wi, pdf, samples });
-                self.probes.push(point.spawn(wi), value, *target);
+                observer.on_light_sample(*start, || LightSource::Hemisphere {
+                    direction: wi,
+                    pdf,
+                    samples,
+                });
+                self.bsdf_rays.push(point.spawn(wi), value, *target);
             }
         }
     }
 
     /// Answers them if they are many.
-    fn answer_many(&mut self, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums<impl Witness>) {
-        if self.shadows.rays.len().max(self.probes.rays.len()) >= MANY {
-            self.answer(tracer, starts, sums);
+    fn trace_if_full(
+        &mut self,
+        tracer: &mut Tracer,
+        camera_rays: &CameraRays,
+        accumulator: &mut RadianceAccumulator<impl PathObserver>,
+    ) {
+        if self.shadow_rays.rays.len().max(self.bsdf_rays.rays.len()) >= FLUSH_RAYS {
+            self.trace(tracer, camera_rays, accumulator);
         }
     }
 
     /// Adds to each start what its rays bring, in the order in which they were asked for, and
     /// forgets them.
-    pub(super) fn answer(
+    pub(super) fn trace(
         &mut self,
         tracer: &mut Tracer,
-        starts: &Starts,
-        sums: &mut Sums<impl Witness>,
+        camera_rays: &CameraRays,
+        accumulator: &mut RadianceAccumulator<impl PathObserver>,
     ) {
         let scene = tracer.scene;
-        let Self { shadows, blocked, .. } = self;
-        let time = |i: usize| starts.time(shadows.loads[i].1 as usize);
-        tracer.occluded(&shadows.rays, time, blocked);
-        if scene.has_holes {
-            let Self { shadows, blocked, shares, .. } = self;
-            let time = |i: usize| starts.time(shadows.loads[i].1 as usize);
-            holes::transmittances(tracer, &shadows.rays, time, blocked, shares);
-            for (&(value, start), &share) in shadows.loads.iter().zip(&*shares) {
-                sums.answer(start, value * share, true);
+        let Self { shadow_rays, blocked, .. } = self;
+        let time = |i: usize| camera_rays.time(shadow_rays.payloads[i].1 as usize);
+        tracer.occluded(&shadow_rays.rays, time, blocked);
+        if scene.has_alpha {
+            let Self { shadow_rays, blocked, transmittance, .. } = self;
+            let time = |i: usize| camera_rays.time(shadow_rays.payloads[i].1 as usize);
+            alpha::shadow_transmittance(tracer, &shadow_rays.rays, time, blocked, transmittance);
+            for (&(value, start), &share) in shadow_rays.payloads.iter().zip(&*transmittance) {
+                accumulator.add_light_sample(start, value * share, true);
             }
         } else {
-            for (&(value, start), &blocked) in self.shadows.loads.iter().zip(&self.blocked) {
-                sums.answer(start, if blocked { Spectrum::ZERO } else { value }, true);
+            for (&(value, start), &blocked) in self.shadow_rays.payloads.iter().zip(&self.blocked) {
+                accumulator.add_light_sample(
+                    start,
+                    if blocked { Spectrum::ZERO } else { value },
+                    true,
+                );
             }
         }
-        self.shadows.clear();
+        self.shadow_rays.clear();
         let Some(hemisphere) = self.hemisphere else { return };
-        let Self { probes: Queue { rays, loads }, hits, .. } = self;
-        tracer.intersect(&*rays, |i| starts.time(loads[i].1 as usize), hits);
-        if scene.has_holes {
-            let of: Vec<u32> = loads.iter().map(|&(_, start)| start).collect();
-            let time = |i: usize| starts.time(of[i] as usize);
-            holes::go_on(tracer, rays, time, hits, |i, _, ray, hit, opacity| {
-                let (value, start) = &mut loads[i];
+        let Self { bsdf_rays: RayQueue { rays, payloads }, hits, .. } = self;
+        tracer.intersect(&*rays, |i| camera_rays.time(payloads[i].1 as usize), hits);
+        if scene.has_alpha {
+            let of: Vec<u32> = payloads.iter().map(|&(_, start)| start).collect();
+            let time = |i: usize| camera_rays.time(of[i] as usize);
+            alpha::continue_through(tracer, rays, time, hits, |i, _, ray, hit, opacity| {
+                let (value, start) = &mut payloads[i];
                 let light = *value * emitted(scene, ray, hit, time(i));
                 *value *= 1.0 - opacity;
                 let goes_on = !value.is_black();
-                sums.answer(*start, light, false);
+                accumulator.add_light_sample(*start, light, false);
                 goes_on
             });
         }
         for ((&(value, start), hit), ray) in
-            self.probes.loads.iter().zip(&self.hits).zip(&self.probes.rays)
+            self.bsdf_rays.payloads.iter().zip(&self.hits).zip(&self.bsdf_rays.rays)
         {
             let l = match hit {
-                Some(hit) => emitted(scene, ray, hit, starts.time(start as usize)),
-                None if hemisphere.sky => scene.sky(ray.origin, ray.direction, &scene.skies),
+                Some(hit) => emitted(scene, ray, hit, camera_rays.time(start as usize)),
+                None if hemisphere.sky => {
+                    scene.le_infinite(ray.origin, ray.direction, &scene.infinite_lights)
+                }
                 None => Spectrum::ZERO,
             };
-            sums.answer(start, value * l, true);
+            accumulator.add_light_sample(start, value * l, true);
         }
-        self.probes.clear();
+        self.bsdf_rays.clear();
     }
 }
 
 /// What a surface that a ray hits at a time emits towards it.
 fn emitted(scene: &RenderScene, ray: &Ray, hit: &Hit, time: f32) -> Spectrum {
-    scene.emitted(&scene.interaction(ray, hit, time), hit, time)
+    scene.le(&scene.interaction(ray, hit, time), hit, time)
 }
 
 /// Asks for one of `n` samples of a light at each surface.
 struct LightSampling<'a, 's, R, W> {
-    asking: &'a Asking<'a, R>,
+    shading_block: &'a ShadingBlock<'a, R>,
     scene: &'a RenderScene,
-    number: LightNumber,
+    number: LightRef,
     numbers: &'a [Lanes<f32>; 2],
     n: u32,
-    requests: &'a mut Requests,
+    direct_lighting: &'a mut DirectLighting,
     reuse: Option<&'a mut Reuse>,
-    sums: &'a mut Sums<'s, W>,
+    accumulator: &'a mut RadianceAccumulator<'s, W>,
 }
 
-impl<R: Rules, W: Witness> LightVisitor for LightSampling<'_, '_, R, W> {
+impl<R: PathEstimator, W: PathObserver> LightVisitor for LightSampling<'_, '_, R, W> {
     type Output = ();
 
     #[inline(always)]
     fn visit<L: Light>(self, light: &L) {
-        let points = self.points().map(|(surface, u)| (surface.lit(), u));
-        let samples = &mut self.requests.samples;
+        let points = self.points().map(|(surface, u)| (surface.light_sample_context(), u));
+        let samples = &mut self.direct_lighting.samples;
         samples.clear();
         light.sample_each(&self.scene.light_tables, points, samples);
-        self.ask(L::HIDDEN);
+        self.push_shadow_rays(L::INVISIBLE);
     }
 }
 
-impl<'a, R: Rules, W: Witness> LightSampling<'a, '_, R, W> {
+impl<'a, R: PathEstimator, W: PathObserver> LightSampling<'a, '_, R, W> {
     /// The surfaces, each with its numbers.
     #[inline(always)]
-    fn points(&self) -> impl Iterator<Item = (&'a Surface<'a>, [f32; 2])> + use<'a, R, W> {
+    fn points(&self) -> impl Iterator<Item = (&'a ShadingPoint<'a>, [f32; 2])> + use<'a, R, W> {
         let [x, y] = self.numbers;
-        self.asking.surfaces.iter().zip(x.iter().zip(y)).map(|(s, (&x, &y))| (s, [x, y]))
+        self.shading_block.surfaces.iter().zip(x.iter().zip(y)).map(|(s, (&x, &y))| (s, [x, y]))
     }
 
-    /// Asks for the samples that were drawn, in a loop of its own for the reason of `Wavefront::surfaces`; those of a light
+    /// Asks for the samples that were drawn, in a loop of its own for the reason of `Wavefront::shading_points`; those of a light
     /// that is hidden, which rays do not find, bring all of it.
     #[inline(always)]
-    fn ask(mut self, is_hidden: bool) {
-        let Asking { rules, settings, surfaces, .. } = *self.asking;
-        let Requests { samples, shadows, .. } = self.requests;
+    fn push_shadow_rays(mut self, is_invisible: bool) {
+        let ShadingBlock { estimator, settings, surfaces, .. } = *self.shading_block;
+        let DirectLighting { samples, shadow_rays, .. } = self.direct_lighting;
         for (lane, (surface, sample)) in surfaces.iter().zip(&*samples).enumerate() {
-            let Surface { point, bsdf, beta, target, .. } = surface;
+            let ShadingPoint { point, bsdf, beta, target, .. } = surface;
             let Some(sample) = sample else { continue };
             if bsdf.is_delta() {
                 continue;
             }
-            let weight =
-                if is_hidden { 1.0 } else { rules.light_weight(settings, bsdf, sample, self.n) };
+            let weight = if is_invisible {
+                1.0
+            } else {
+                estimator.light_weight(settings, bsdf, sample, self.n)
+            };
             let p = sample.pdf.map_or(1.0, Pdf::get) * self.n as f32;
             let f = bsdf.eval(sample.wi);
             let value = *beta * f * sample.radiance * (weight / p);
             if value.is_black() {
                 continue;
             }
-            let (value, target) = match (surface.gift, &mut self.reuse) {
-                (Some(Gift::Glossy), Some(reuse)) => {
-                    let part = reuse.arrive(surface.start, sample.wi, self.sums);
+            let (value, target) = match (surface.shared, &mut self.reuse) {
+                (Some(SharedRadiance::Glossy), Some(reuse)) => {
+                    let part =
+                        reuse.add_incident_sample(surface.start, sample.wi, self.accumulator);
                     (sample.radiance * (weight / p), part)
                 }
                 _ => (value, *target),
             };
-            self.sums.witness.asks(surface.start, || {
+            self.accumulator.observer.on_light_sample(surface.start, || {
                 let u = self.numbers.each_ref().map(|numbers| numbers[lane]);
-                let lit = (&surface.lit(), u);
-                witness::light(self.scene, self.number, lit, sample, (weight, self.n))
+                let context = (&surface.light_sample_context(), u);
+                observer::light_source(self.scene, self.number, context, sample, (weight, self.n))
             });
-            shadows.push(point.spawn_to(sample), value, target);
+            shadow_rays.push(point.spawn_to(sample), value, target);
         }
     }
 }

@@ -3,22 +3,22 @@
 //!
 //! To add one: write its file, add its line to [`INTEGRATORS`].
 
+mod accumulator;
+pub(crate) mod alpha;
 mod ao;
-mod course;
+mod cs184;
 mod direct;
-mod front;
-mod grouped;
-pub(crate) mod holes;
+mod estimator;
+mod light_group_integrator;
 mod normals;
+mod observer;
 mod path;
+mod path_queue;
 mod reuse;
-mod rules;
-mod sums;
+mod split;
 mod transparency;
 mod volpath;
 mod wavefront;
-mod ways;
-mod witness;
 
 use pt_core::film::ExactSum;
 use pt_core::settings::DirectLight;
@@ -28,15 +28,15 @@ use pt_math::{RayColumns, Spectrum};
 
 use crate::Tracer;
 use crate::trace::Trace;
-use course::Course;
-pub(crate) use grouped::Grouped;
+use cs184::Cs184;
+pub(crate) use light_group_integrator::LightGroupIntegrator;
+use observer::{PathObserver, PathRecorder};
 use path::Path;
 use wavefront::Wavefront;
-use witness::{Recorder, Witness};
 
 /// Where samples start: a ray, a sampler and, where it matters, a time for each.
 #[derive(Clone, Debug)]
-pub struct Starts {
+pub struct CameraRays {
     /// Camera rays; their directions have unit length.
     pub rays: RayColumns,
     /// The samples' numbers.
@@ -44,10 +44,10 @@ pub struct Starts {
     /// Their times, shares of that for which the shutter is open; none if nothing moves.
     pub times: Vec<f32>,
     /// Where paths bring their light to each other: the groups in order.
-    pub groups: Vec<Group>,
+    pub groups: Vec<ReuseGroup>,
 }
 
-impl Starts {
+impl CameraRays {
     /// The time of a sample, which all of its path has.
     #[inline]
     pub fn time(&self, start: usize) -> f32 {
@@ -57,7 +57,7 @@ impl Starts {
 
 /// Starts of the pixels of a square, with the same samples of each, one pixel behind the other.
 #[derive(Clone, Copy, Debug)]
-pub struct Group {
+pub struct ReuseGroup {
     /// Pixels.
     pub pixels: u32,
     /// Samples of each.
@@ -73,31 +73,36 @@ pub const MAX_SPLIT: u32 = 64;
 /// The light that camera rays carry: a pure function of scene, settings and start.
 ///
 /// An integrator belongs to one thread of a render. What it holds from call to call is memory to work in, on
-/// which no result depends; nor does the radiance of a start depend on other starts than those of its [`Group`].
+/// which no result depends; nor does the radiance of a start depend on other starts than those of its [`ReuseGroup`].
 pub trait Integrator {
     /// Radiance along the ray of each start, in order, in place of what `radiance` held. Dimensions
     /// below [`CAMERA_DIMENSIONS`] are taken by the camera.
-    fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>);
+    fn radiance(
+        &mut self,
+        tracer: &mut Tracer,
+        camera_rays: &CameraRays,
+        radiance: &mut Vec<Spectrum>,
+    );
 
     /// Luminance that was cut off from contributions since this was asked for last.
-    fn take_removed(&mut self) -> ExactSum {
+    fn take_clamped(&mut self) -> ExactSum {
         ExactSum::default()
     }
 
     /// Of each start of the last call the share of its ray that nothing scattered or stopped, and behind which no
     /// background is seen: what coverage leaves of 1. None if the settings do not ask for coverage.
-    fn transparencies(&self) -> &[f32] {
+    fn transparency(&self) -> &[f32] {
         &[]
     }
 
     /// Of each start of the last call in turn the light of each group of lights; none if it does not tell them apart.
-    fn parts(&self) -> &[Spectrum] {
+    fn light_group_radiance(&self) -> &[Spectrum] {
         &[]
     }
 }
 
 /// An integrator that writes down how its samples come about; the samples are the same.
-pub trait Recording: Integrator {
+pub trait TracedIntegrator: Integrator {
     /// How those of the last call came about, in order; once.
     fn take_traces(&mut self) -> Vec<Trace>;
 }
@@ -109,28 +114,28 @@ pub struct Registration {
     /// One line for the help.
     pub help: &'static str,
     /// What it does besides.
-    pub does: &'static [Does],
+    pub features: &'static [Feature],
     /// Makes one for a thread that renders this scene with these settings.
     pub new: New,
     /// Makes one that records, if its samples are sums of what single paths found.
-    pub new_recording: Option<NewRecording>,
+    pub new_traced: Option<NewTraced>,
 }
 
 impl Registration {
     /// Whether it does this.
-    pub fn does(&self, what: Does) -> bool {
-        self.does.contains(&what)
+    pub fn supports(&self, what: Feature) -> bool {
+        self.features.contains(&what)
     }
 }
 
 /// What some integrators do and others do not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Does {
+pub enum Feature {
     /// Under [`DirectLight::Mis`] it finds all light of the sky by BSDF samples, too, and weighs these
     /// against light samples.
-    WeighSky,
+    SkyMis,
     /// It sees media; to the others, what fills space is not there.
-    SeeMedia,
+    Media,
     /// Its paths may bring their light to each other: [`Settings::reuse`].
     Reuse,
     /// Its paths may split: [`Settings::split`].
@@ -141,89 +146,89 @@ pub enum Does {
 pub type New = for<'a> fn(&'a RenderScene, &'a Settings) -> Box<dyn Integrator + 'a>;
 
 /// Makes an integrator that records.
-pub type NewRecording = for<'a> fn(&'a RenderScene, &'a Settings) -> Box<dyn Recording + 'a>;
+pub type NewTraced = for<'a> fn(&'a RenderScene, &'a Settings) -> Box<dyn TracedIntegrator + 'a>;
 
 /// All integrators.
 pub static INTEGRATORS: &[Registration] = &[
     Registration {
         name: "path",
         help: "light that was scattered up to --max-depth times",
-        does: &[Does::WeighSky, Does::Reuse, Does::Split],
+        features: &[Feature::SkyMis, Feature::Reuse, Feature::Split],
         new: |scene, set| Box::new(paths::<()>(scene, set)),
-        new_recording: Some(|scene, set| Box::new(paths::<Recorder>(scene, set))),
+        new_traced: Some(|scene, set| Box::new(paths::<PathRecorder>(scene, set))),
     },
     Registration {
         name: "volpath",
         help: "the same, with media between surfaces",
-        does: &[Does::WeighSky, Does::SeeMedia],
+        features: &[Feature::SkyMis, Feature::Media],
         new: |scene, set| Box::new(volpath::VolPath::<()>::new(scene, set)),
-        new_recording: Some(|scene, set| Box::new(volpath::VolPath::<Recorder>::new(scene, set))),
+        new_traced: Some(|scene, set| Box::new(volpath::VolPath::<PathRecorder>::new(scene, set))),
     },
     Registration {
         name: "direct",
         help: "light that was scattered at most once",
-        does: &[Does::WeighSky, Does::Split],
+        features: &[Feature::SkyMis, Feature::Split],
         new: |scene, set| Box::new(direct_paths::<()>(scene, set)),
-        new_recording: Some(|scene, set| Box::new(direct_paths::<Recorder>(scene, set))),
+        new_traced: Some(|scene, set| Box::new(direct_paths::<PathRecorder>(scene, set))),
     },
     Registration {
         name: "ao",
         help: "ambient occlusion: how much of the sky is seen, or is free up to --ao-distance",
-        does: &[],
+        features: &[],
         new: |scene, set| Box::new(ao::AmbientOcclusion::new(scene, set)),
-        new_recording: None,
+        new_traced: None,
     },
     Registration {
         name: "normals",
         help: "shading normals as colours: (n + 1) / 2",
-        does: &[],
+        features: &[],
         new: |scene, set| Box::new(normals::Normals::new(scene, set)),
-        new_recording: None,
+        new_traced: None,
     },
     Registration {
         name: "cs184",
         help: "light as the program of the university course computes it",
-        does: &[],
-        new: |scene, set| Box::new(course_paths::<()>(scene, set)),
-        new_recording: Some(|scene, set| Box::new(course_paths::<Recorder>(scene, set))),
+        features: &[],
+        new: |scene, set| Box::new(cs184_paths::<()>(scene, set)),
+        new_traced: Some(|scene, set| Box::new(cs184_paths::<PathRecorder>(scene, set))),
     },
 ];
 
-fn paths<'a, W: Witness>(scene: &'a RenderScene, set: &'a Settings) -> Wavefront<'a, Path, W> {
-    Wavefront::new(Path { depth: u32::MAX }, scene, set)
+fn paths<'a, W: PathObserver>(scene: &'a RenderScene, set: &'a Settings) -> Wavefront<'a, Path, W> {
+    Wavefront::new(Path { max_depth: u32::MAX }, scene, set)
 }
 
-fn direct_paths<'a, W: Witness>(
+fn direct_paths<'a, W: PathObserver>(
     scene: &'a RenderScene,
     set: &'a Settings,
 ) -> Wavefront<'a, Path, W> {
-    Wavefront::new(Path { depth: 1 }, scene, set)
+    Wavefront::new(Path { max_depth: 1 }, scene, set)
 }
 
-fn course_paths<'a, W: Witness>(
+fn cs184_paths<'a, W: PathObserver>(
     scene: &'a RenderScene,
     set: &'a Settings,
-) -> Wavefront<'a, Course, W> {
-    Wavefront::new(Course, scene, set)
+) -> Wavefront<'a, Cs184, W> {
+    Wavefront::new(Cs184, scene, set)
 }
 
 /// The names of those that can write down how their samples come about.
-pub(crate) fn recorded() -> String {
-    let known = INTEGRATORS.iter().filter(|known| known.new_recording.is_some());
+pub(crate) fn traced_names() -> String {
+    let known = INTEGRATORS.iter().filter(|known| known.new_traced.is_some());
     known.map(|known| known.name).collect::<Vec<_>>().join(", ")
 }
 
 /// The integrator of this name.
-pub fn find(name: &str) -> Option<&'static Registration> {
+pub fn by_name(name: &str) -> Option<&'static Registration> {
     INTEGRATORS.iter().find(|r| r.name == name)
 }
 
 /// Whether a scene that is rendered with these settings may be compiled with
 /// [`pt_core::CompileOptions::compensated`]. Beside more light samples than one, that takes from dark
 /// directions more than it gives to bright ones.
-pub fn compensates(settings: &Settings) -> bool {
-    let weighs =
-        find(&settings.integrator).is_some_and(|integrator| integrator.does(Does::WeighSky));
+pub fn uses_mis_compensation(settings: &Settings) -> bool {
+    let weighs = by_name(&settings.integrator)
+        .is_some_and(|integrator| integrator.supports(Feature::SkyMis));
     weighs && settings.direct == DirectLight::Mis && settings.light_samples == 1
 }
 

@@ -6,7 +6,7 @@ use pt_core::{RenderScene, Settings};
 use pt_math::{Rays, Spectrum, Vec3};
 
 use super::transparency::Transparency;
-use super::{Integrator, Starts, holes};
+use super::{CameraRays, Integrator, alpha};
 use crate::Tracer;
 
 /// (n + 1) / 2 of the first hit; black where there is none.
@@ -24,13 +24,19 @@ impl Normals {
 }
 
 impl Integrator for Normals {
-    fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>) {
-        let rays = Rays::from(&starts.rays);
-        holes::first_hits(tracer, starts, self.hidden, &mut self.hits);
+    fn radiance(
+        &mut self,
+        tracer: &mut Tracer,
+        camera_rays: &CameraRays,
+        radiance: &mut Vec<Spectrum>,
+    ) {
+        let rays = Rays::from(&camera_rays.rays);
+        alpha::first_hits(tracer, camera_rays, self.hidden, &mut self.hits);
         self.transparency.of_first_hits(&self.hits);
         let color = |(i, hit): (usize, &Option<Hit>)| match hit {
             Some(hit) => {
-                let normal = tracer.scene.interaction(&rays.get(i), hit, starts.time(i)).normal;
+                let normal =
+                    tracer.scene.interaction(&rays.get(i), hit, camera_rays.time(i)).normal;
                 // Interpolated ones are longer than 1 by their rounding.
                 Spectrum(((normal + Vec3::ONE) * 0.5).max(Vec3::ZERO))
             }
@@ -40,7 +46,7 @@ impl Integrator for Normals {
         radiance.extend(self.hits.iter().enumerate().map(color));
     }
 
-    fn transparencies(&self) -> &[f32] {
-        self.transparency.shares()
+    fn transparency(&self) -> &[f32] {
+        self.transparency.values()
     }
 }

@@ -7,8 +7,8 @@ use pt_math::measure::power_heuristic;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::direct::Hemisphere;
-use super::front::{Arrival, State};
-use super::rules::{Context, Found, Rules, Skies};
+use super::estimator::{Context, PathEstimator, Skies, SurfaceHit};
+use super::path_queue::{BsdfPdf, PathState};
 
 /// Path tracing with direct light at every surface. [Kajiya 1986; Veach 1997, §10.3]
 ///
@@ -18,7 +18,7 @@ use super::rules::{Context, Found, Rules, Skies};
 /// weights of the two sum to one.
 pub(super) struct Path {
     /// Largest number of surface interactions, if the settings do not want fewer.
-    pub(super) depth: u32,
+    pub(super) max_depth: u32,
 }
 
 /// Short paths carry most of the light; to end them early would only add noise.
@@ -38,67 +38,79 @@ const MAX_SURVIVAL: f32 = 0.95;
 const MAX_SURVIVAL_IN_MEDIA: f32 = 0.999;
 
 impl Path {
-    /// [`Rules::survival`] at a collision in a medium.
+    /// [`PathEstimator::rr_survival_probability`] at a collision in a medium.
     #[inline(always)]
-    pub(super) fn survival_in_medium(
+    pub(super) fn rr_survival_in_medium(
         settings: &Settings,
-        path: &State,
+        path: &PathState,
         bounces: u32,
     ) -> Option<f32> {
-        Self::survival_up_to(MAX_SURVIVAL_IN_MEDIA, settings, path, bounces)
+        Self::rr_survival_up_to(MAX_SURVIVAL_IN_MEDIA, settings, path, bounces)
     }
 
     /// By the throughput without what refraction takes and gives back.
     #[inline(always)]
-    fn survival_up_to(most: f32, settings: &Settings, path: &State, bounces: u32) -> Option<f32> {
+    fn rr_survival_up_to(
+        most: f32,
+        settings: &Settings,
+        path: &PathState,
+        bounces: u32,
+    ) -> Option<f32> {
         if bounces < FREE_BOUNCES {
             return None;
         }
         Some(match settings.roulette {
             Roulette::Fixed(q) => q,
             Roulette::Throughput => {
-                let carried = (path.beta * path.squeeze).max_channel();
+                let carried = (path.beta * path.eta_scale).max_channel();
                 (carried / PIXEL_ALBEDO).min(most)
             }
         })
     }
 }
 
-impl Rules for Path {
-    fn depth(&self, settings: &Settings) -> u32 {
-        self.depth.min(settings.max_depth).min(settings.max_bounce)
+impl PathEstimator for Path {
+    fn max_depth(&self, settings: &Settings) -> u32 {
+        self.max_depth.min(settings.max_depth).min(settings.max_bounce)
     }
 
     #[inline(always)]
-    fn sky(&self, cx: Context, path: &State, d: Vec3, _: u32, skies: &Skies) -> Spectrum {
+    fn sky_radiance(
+        &self,
+        cx: Context,
+        path: &PathState,
+        d: Vec3,
+        _: u32,
+        infinite_lights: &Skies,
+    ) -> Spectrum {
         let Context { scene, settings } = cx;
         let tables = &scene.light_tables;
         let weighted = |light: &AnyLight| {
             let pdf = light.pdf(tables, &path.origin, d, None);
-            light.escaped(tables, path.origin.p, d)
-                * found_weight(settings, path.arrival, Some((light, pdf)))
+            light.le_infinite(tables, path.origin.p, d)
+                * emission_mis_weight(settings, path.bsdf_pdf, Some((light, pdf)))
         };
-        skies.iter().map(|&id| weighted(&scene.lights[id])).sum()
+        infinite_lights.iter().map(|&id| weighted(&scene.lights[id])).sum()
     }
 
     #[inline(always)]
-    fn emitted(&self, cx: Context, path: &State, found: Found) -> Spectrum {
-        let Found { at, hit, time } = found;
+    fn emitted_radiance(&self, cx: Context, path: &PathState, found: SurfaceHit) -> Spectrum {
+        let SurfaceHit { at, hit, time } = found;
         let Context { scene, settings } = cx;
         let light = scene.surfaces[at.surface].light.map(|id| {
             let light: &AnyLight = &scene.lights[id];
             let met = Some(scene.light_hit(at));
             (light, light.pdf(&scene.light_tables, &path.origin, -at.wo, met))
         });
-        let light = light.or_else(|| scene.moving_light(at, time, path.origin.p));
-        scene.emitted(at, hit, time) * found_weight(settings, path.arrival, light)
+        let light = light.or_else(|| scene.animated_light(at, time, path.origin.p));
+        scene.le(at, hit, time) * emission_mis_weight(settings, path.bsdf_pdf, light)
     }
 
     #[inline(always)]
     fn light_samples(&self, settings: &Settings, light: &AnyLight) -> u32 {
         match settings.direct {
             _ if light.is_delta() => 1,
-            _ if light.is_hidden() => settings.light_samples,
+            _ if light.is_invisible() => settings.light_samples,
             DirectLight::Mis | DirectLight::Light => settings.light_samples,
             DirectLight::UniformHemisphere | DirectLight::CosineHemisphere => 0,
         }
@@ -106,7 +118,7 @@ impl Rules for Path {
 
     #[inline(always)]
     fn light_weight(&self, settings: &Settings, bsdf: &Bsdf, sample: &LightSample, n: u32) -> f32 {
-        sampled_weight(settings, sample, n, |wi| bsdf.pdf(wi))
+        light_mis_weight(settings, sample, n, |wi| bsdf.pdf(wi))
     }
 
     /// As many directions as light sampling would take.
@@ -117,27 +129,32 @@ impl Rules for Path {
             DirectLight::CosineHemisphere => true,
         };
         let lights = scene.lights.as_slice().iter();
-        let extended = lights.filter(|l| !l.is_delta() && !l.is_hidden()).count();
+        let extended = lights.filter(|l| !l.is_delta() && !l.is_invisible()).count();
         let samples = extended.max(1) as u32 * settings.light_samples;
         Some(Hemisphere { samples, cosine, sky: true })
     }
 
     #[inline(always)]
-    fn finds(&self, settings: &Settings, arrival: Arrival) -> bool {
+    fn counts_emission(&self, settings: &Settings, bsdf_pdf: BsdfPdf) -> bool {
         use DirectLight::{CosineHemisphere, UniformHemisphere};
-        arrival.is_none() || !matches!(settings.direct, CosineHemisphere | UniformHemisphere)
+        bsdf_pdf.is_none() || !matches!(settings.direct, CosineHemisphere | UniformHemisphere)
     }
 
     #[inline(always)]
-    fn survival(&self, settings: &Settings, path: &State, bounces: u32) -> Option<f32> {
-        Self::survival_up_to(MAX_SURVIVAL, settings, path, bounces)
+    fn rr_survival_probability(
+        &self,
+        settings: &Settings,
+        path: &PathState,
+        bounces: u32,
+    ) -> Option<f32> {
+        Self::rr_survival_up_to(MAX_SURVIVAL, settings, path, bounces)
     }
 }
 
 /// Weight of one of `n` samples of a light against one of the BSDF or phase function, which finds the same
 /// light and has the density `pdf`.
 #[inline(always)]
-pub(super) fn sampled_weight(
+pub(super) fn light_mis_weight(
     settings: &Settings,
     sample: &LightSample,
     n: u32,
@@ -153,15 +170,15 @@ pub(super) fn sampled_weight(
 
 /// Weight of light that a ray found by chance.
 ///
-/// `arrival` is the density with which its direction was sampled (`None`: no other technique
+/// `bsdf_pdf` is the density with which its direction was sampled (`None`: no other technique
 /// samples it), and `light` gives the density of light sampling, if the light is sampled at all.
 #[inline(always)]
-fn found_weight(
+fn emission_mis_weight(
     settings: &Settings,
-    arrival: Arrival,
+    bsdf_pdf: BsdfPdf,
     light: Option<(&AnyLight, Pdf<SolidAngle>)>,
 ) -> f32 {
-    let Some(pdf) = arrival else { return 1.0 };
+    let Some(pdf) = bsdf_pdf else { return 1.0 };
     match (settings.direct, light) {
         (DirectLight::Mis, Some((light, light_pdf))) => {
             let n = if light.is_delta() { 1 } else { settings.light_samples };

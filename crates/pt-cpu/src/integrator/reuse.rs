@@ -14,56 +14,56 @@
 //!
 //! Of matte surfaces Bⱼₖ is the same for all. Others keep the light that arrived from each of the directions
 //! which were sampled, and throw it back anew; since these directions were sampled for one viewer, only those
-//! take it to whom the surface looks much the same ([`Bsdf::spread`]). The sums of a taker are over these.
+//! take it to whom the surface looks much the same ([`Bsdf::lobe_width`]). The sums of a taker are over these.
 
 use arrayvec::ArrayVec;
 use pt_core::bsdf::Bsdf;
-use pt_core::material::Resolved;
+use pt_core::material::EvaluatedMaterial;
 use pt_core::scene::{Interaction, RenderScene};
 use pt_math::{Ray, Spectrum, Vec3};
 
-use super::front::State;
-use super::holes;
-use super::sums::Sums;
-use super::wavefront::Surface;
-use super::witness::Witness;
-use super::{MAX_REUSE, Starts};
+use super::accumulator::RadianceAccumulator;
+use super::alpha;
+use super::observer::PathObserver;
+use super::path_queue::PathState;
+use super::wavefront::ShadingPoint;
+use super::{CameraRays, MAX_REUSE};
 use crate::Tracer;
 
 /// Most pixels of a square.
-const MAX_PIXELS: usize = (MAX_REUSE * MAX_REUSE) as usize;
+const MAX_TILE_PIXELS: usize = (MAX_REUSE * MAX_REUSE) as usize;
 
 /// Rays beyond which givers give before there are more.
-const MANY: usize = 2048;
+const FLUSH_RAYS: usize = 2048;
 
 /// A surface where a path saw it.
 #[derive(Clone, Copy)]
-pub(super) struct Seen {
+pub(super) struct SurfaceVertex {
     pub(super) at: Interaction,
     /// What its material is, if it varies.
-    pub(super) resolved: Option<Resolved>,
+    pub(super) materials: Option<EvaluatedMaterial>,
 }
 
-impl Seen {
+impl SurfaceVertex {
     fn bsdf<'a>(&'a self, scene: &'a RenderScene) -> Bsdf<'a> {
-        scene.bsdf(&self.at, self.resolved.as_ref())
+        scene.bsdf(&self.at, self.materials.as_ref())
     }
 }
 
 /// How light is kept that others may have.
 #[derive(Clone, Copy)]
-pub(super) enum Gift {
+pub(super) enum SharedRadiance {
     /// In one sum, this one: it is the same in all directions.
-    Matte(u32),
-    /// In [`Part`]s.
+    Diffuse(u32),
+    /// In [`IncidentSample`]s.
     Glossy,
 }
 
 /// Light that arrived at a glossy surface.
 #[derive(Clone, Copy)]
-struct Part {
+struct IncidentSample {
     /// The path.
-    giver: u32,
+    donor: u32,
     /// From where it arrived.
     wi: Vec3,
     /// Where it is added up.
@@ -72,9 +72,9 @@ struct Part {
 
 /// A second surface of a path, whose light others may have.
 #[derive(Clone, Copy)]
-struct Giver {
-    seen: Seen,
-    gift: Gift,
+struct Donor {
+    vertex: SurfaceVertex,
+    shared: SharedRadiance,
     /// What the path carried there.
     beta: Spectrum,
     /// Density with which its direction was drawn, per area of surface.
@@ -82,8 +82,8 @@ struct Giver {
 }
 
 /// What one point takes from another.
-struct Pair {
-    taker: u32,
+struct Connection {
+    receiver: u32,
     /// Direction from the giver.
     w: Vec3,
     /// f G
@@ -91,7 +91,7 @@ struct Pair {
     /// p G
     density: f32,
     /// How much gets through.
-    share: f32,
+    transmittance: f32,
 }
 
 /// Light that goes from path to path.
@@ -100,17 +100,17 @@ pub(super) struct Reuse {
     /// Whether surfaces that are not matte give, too.
     glossy: bool,
     /// First surfaces, by paths.
-    takers: Vec<Option<Seen>>,
-    givers: Vec<Option<Giver>>,
-    parts: Vec<Part>,
+    receivers: Vec<Option<SurfaceVertex>>,
+    donors: Vec<Option<Donor>>,
+    incident: Vec<IncidentSample>,
     /// Of some givers, one behind the other: the path that gives, and how many pairs it has.
     queue: Vec<(u32, usize)>,
-    pairs: Vec<Pair>,
+    connections: Vec<Connection>,
     /// Rays that ask whether something is in the way, and of which pairs.
     rays: Vec<Ray>,
-    asking: Vec<usize>,
+    traced: Vec<usize>,
     blocked: Vec<bool>,
-    shares: Vec<f32>,
+    transmittance: Vec<f32>,
 }
 
 impl Reuse {
@@ -120,175 +120,229 @@ impl Reuse {
 
     /// Forgets what it knew; there are `n` paths now.
     pub(super) fn begin(&mut self, n: usize) {
-        self.takers.clear();
-        self.takers.resize(n, None);
-        self.givers.clear();
-        self.givers.resize(n, None);
-        self.parts.clear();
+        self.receivers.clear();
+        self.receivers.resize(n, None);
+        self.donors.clear();
+        self.donors.resize(n, None);
+        self.incident.clear();
     }
 
     /// A path has come to its first surface.
-    pub(super) fn take(&mut self, start: u32, seen: &Seen) {
-        self.takers[start as usize] = Some(*seen);
+    pub(super) fn add_receiver(&mut self, start: u32, seen: &SurfaceVertex) {
+        self.receivers[start as usize] = Some(*seen);
     }
 
     /// A path has come to its second surface. If others may have its light, that is added up apart.
-    pub(super) fn give(
+    pub(super) fn add_donor(
         &mut self,
-        path: &State,
-        seen: &Seen,
-        surface: &mut Surface,
-        sums: &mut Sums<impl Witness>,
+        path: &PathState,
+        seen: &SurfaceVertex,
+        surface: &mut ShadingPoint,
+        accumulator: &mut RadianceAccumulator<impl PathObserver>,
     ) {
         let at = &seen.at;
-        let spread = surface.bsdf.towards(at.wo).map_or(0.0, |bsdf| bsdf.spread());
-        let density = path.arrival.map_or(0.0, |pdf| pdf.get() * geometry(at, at.wo, at.distance));
-        if !(spread > 0.0 && density > 0.0) {
+        let lobe_width = surface.bsdf.with_wo(at.wo).map_or(0.0, |bsdf| bsdf.lobe_width());
+        let density = path.bsdf_pdf.map_or(0.0, |pdf| pdf.get() * geometry(at, at.wo, at.distance));
+        if !(lobe_width > 0.0 && density > 0.0) {
             return;
         }
-        let gift = if spread == f32::INFINITY { Gift::Matte(sums.part()) } else { Gift::Glossy };
-        if matches!(gift, Gift::Glossy) && !self.glossy {
+        let shared = if lobe_width == f32::INFINITY {
+            SharedRadiance::Diffuse(accumulator.new_partial())
+        } else {
+            SharedRadiance::Glossy
+        };
+        if matches!(shared, SharedRadiance::Glossy) && !self.glossy {
             return;
         }
-        let giver = Giver { seen: *seen, gift, beta: path.beta, density };
-        self.givers[path.start as usize] = Some(giver);
-        surface.give(gift);
+        let donor = Donor { vertex: *seen, shared, beta: path.beta, density };
+        self.donors[path.start as usize] = Some(donor);
+        surface.share(shared);
     }
 
     /// Light arrives at the glossy second surface of a path: where it is to be added up.
-    pub(super) fn arrive(&mut self, giver: u32, wi: Vec3, sums: &mut Sums<impl Witness>) -> u32 {
-        let target = sums.part();
-        self.parts.push(Part { giver, wi, target });
+    pub(super) fn add_incident_sample(
+        &mut self,
+        donor: u32,
+        wi: Vec3,
+        accumulator: &mut RadianceAccumulator<impl PathObserver>,
+    ) -> u32 {
+        let target = accumulator.new_partial();
+        self.incident.push(IncidentSample { donor, wi, target });
         target
     }
 
     /// A path goes on from its glossy second surface: its light is added up by itself, and without what the
     /// path carries; Russian roulette still knows that.
-    pub(super) fn leave(&mut self, path: &mut State, wi: Vec3, sums: &mut Sums<impl Witness>) {
-        let Some(pdf) = path.arrival else { return };
-        path.target = self.arrive(path.start, wi, sums);
-        path.squeeze *= path.beta.max_channel() * pdf.get();
+    pub(super) fn continue_path(
+        &mut self,
+        path: &mut PathState,
+        wi: Vec3,
+        accumulator: &mut RadianceAccumulator<impl PathObserver>,
+    ) {
+        let Some(pdf) = path.bsdf_pdf else { return };
+        path.target = self.add_incident_sample(path.start, wi, accumulator);
+        path.eta_scale *= path.beta.max_channel() * pdf.get();
         path.beta = Spectrum::splat(1.0 / pdf.get());
     }
 
     /// Gives everybody what is theirs.
-    pub(super) fn share(
+    pub(super) fn share_radiance(
         &mut self,
         tracer: &mut Tracer,
-        starts: &Starts,
-        sums: &mut Sums<impl Witness>,
+        camera_rays: &CameraRays,
+        accumulator: &mut RadianceAccumulator<impl PathObserver>,
     ) {
-        self.parts.sort_by_key(|part| part.giver);
+        self.incident.sort_by_key(|part| part.donor);
         let mut first = 0;
-        for group in &starts.groups {
+        for group in &camera_rays.groups {
             for sample in 0..group.samples {
                 let member = |pixel: u32| first + pixel * group.samples + sample;
-                self.ask(tracer.scene, (0..group.pixels).map(member), sums);
-                if self.rays.len() >= MANY {
-                    self.answer(tracer, sums);
+                self.connect(tracer.scene, (0..group.pixels).map(member), accumulator);
+                if self.rays.len() >= FLUSH_RAYS {
+                    self.trace(tracer, accumulator);
                 }
             }
             first += group.pixels * group.samples;
         }
-        self.answer(tracer, sums);
+        self.trace(tracer, accumulator);
     }
 
     /// Whether a giver has anything to give.
-    fn has_light(&self, member: u32, giver: &Giver, sums: &Sums<impl Witness>) -> bool {
-        match giver.gift {
-            Gift::Matte(target) => !sums.of(target).is_black(),
-            Gift::Glossy => {
-                parts(&self.parts, member).iter().any(|part| !sums.of(part.target).is_black())
-            }
+    fn has_radiance(
+        &self,
+        member: u32,
+        donor: &Donor,
+        accumulator: &RadianceAccumulator<impl PathObserver>,
+    ) -> bool {
+        match donor.shared {
+            SharedRadiance::Diffuse(target) => !accumulator.value(target).is_black(),
+            SharedRadiance::Glossy => incident_samples(&self.incident, member)
+                .iter()
+                .any(|part| !accumulator.value(part.target).is_black()),
         }
     }
 
     /// Asks for what the members of a square may take from each other.
-    fn ask(
+    fn connect(
         &mut self,
         scene: &RenderScene,
         members: impl Iterator<Item = u32> + Clone,
-        sums: &Sums<impl Witness>,
+        accumulator: &RadianceAccumulator<impl PathObserver>,
     ) {
-        let mut takers = ArrayVec::<_, MAX_PIXELS>::new();
+        let mut receivers = ArrayVec::<_, MAX_TILE_PIXELS>::new();
         for member in members.clone() {
-            if let Some(seen) = &self.takers[member as usize] {
-                takers.push((member, &seen.at, seen.bsdf(scene)));
+            if let Some(seen) = &self.receivers[member as usize] {
+                receivers.push((member, &seen.at, seen.bsdf(scene)));
             }
         }
         for member in members {
-            let Some(giver) = &self.givers[member as usize] else { continue };
-            if !self.has_light(member, giver, sums) {
+            let Some(donor) = &self.donors[member as usize] else { continue };
+            if !self.has_radiance(member, donor, accumulator) {
                 continue;
             }
-            let own = giver.seen.bsdf(scene);
-            let before = self.pairs.len();
-            for (taker, at, bsdf) in &takers {
-                let is_own = *taker == member;
+            let own = donor.vertex.bsdf(scene);
+            let before = self.connections.len();
+            for (receiver, at, bsdf) in &receivers {
+                let is_own = *receiver == member;
                 let pair = if is_own {
-                    Some(giver.own(member))
+                    Some(donor.own_connection(member))
                 } else {
-                    giver.pair(&own, *taker, at, bsdf)
+                    donor.connection(&own, *receiver, at, bsdf)
                 };
                 let Some(pair) = pair else { continue };
-                if !is_own || scene.has_holes {
-                    self.asking.push(self.pairs.len());
-                    self.rays.push(at.point.spawn_at(&giver.seen.at.point, -pair.w));
+                if !is_own || scene.has_alpha {
+                    self.traced.push(self.connections.len());
+                    self.rays.push(at.point.spawn_at(&donor.vertex.at.point, -pair.w));
                 }
-                self.pairs.push(pair);
+                self.connections.push(pair);
             }
-            self.queue.push((member, self.pairs.len() - before));
+            self.queue.push((member, self.connections.len() - before));
         }
     }
 
     /// Adds what givers give.
-    fn answer(&mut self, tracer: &mut Tracer, sums: &mut Sums<impl Witness>) {
+    fn trace(
+        &mut self,
+        tracer: &mut Tracer,
+        accumulator: &mut RadianceAccumulator<impl PathObserver>,
+    ) {
         // Nothing moves.
         let time = |_| 0.0;
         tracer.occluded(&self.rays, time, &mut self.blocked);
-        holes::transmittances(tracer, &self.rays, time, &self.blocked, &mut self.shares);
-        for (&pair, &share) in self.asking.iter().zip(&self.shares) {
-            self.pairs[pair].share = share;
+        alpha::shadow_transmittance(
+            tracer,
+            &self.rays,
+            time,
+            &self.blocked,
+            &mut self.transmittance,
+        );
+        for (&pair, &share) in self.traced.iter().zip(&self.transmittance) {
+            self.connections[pair].transmittance = share;
         }
-        let mut pairs = &self.pairs[..];
+        let mut pairs = &self.connections[..];
         for &(member, count) in &self.queue {
             let (of_giver, others) = pairs.split_at(count);
             pairs = others;
-            let Some(giver) = &self.givers[member as usize] else { continue };
-            match giver.gift {
-                Gift::Matte(target) => share_matte(sums.of(target), of_giver, sums),
-                Gift::Glossy => {
-                    let own = giver.seen.bsdf(tracer.scene);
-                    share_glossy(&own, parts(&self.parts, member), of_giver, sums);
+            let Some(donor) = &self.donors[member as usize] else { continue };
+            match donor.shared {
+                SharedRadiance::Diffuse(target) => {
+                    share_diffuse(accumulator.value(target), of_giver, accumulator)
+                }
+                SharedRadiance::Glossy => {
+                    let own = donor.vertex.bsdf(tracer.scene);
+                    share_glossy(
+                        &own,
+                        incident_samples(&self.incident, member),
+                        of_giver,
+                        accumulator,
+                    );
                 }
             }
         }
         self.queue.clear();
-        self.pairs.clear();
+        self.connections.clear();
         self.rays.clear();
-        self.asking.clear();
+        self.traced.clear();
     }
 }
 
-impl Giver {
+impl Donor {
     /// What the path itself takes.
-    fn own(&self, member: u32) -> Pair {
+    fn own_connection(&self, member: u32) -> Connection {
         let Self { beta, density, .. } = *self;
-        Pair { taker: member, w: self.seen.at.wo, value: beta * density, density, share: 1.0 }
+        Connection {
+            receiver: member,
+            w: self.vertex.at.wo,
+            value: beta * density,
+            density,
+            transmittance: 1.0,
+        }
     }
 
     /// What another may take, if it sees the surface, which is `own` towards the path, from the same side and
     /// scatters its light.
     #[inline(always)]
-    fn pair(&self, own: &Bsdf, taker: u32, at: &Interaction, bsdf: &Bsdf) -> Option<Pair> {
-        let d = at.point.p - self.seen.at.point.p;
+    fn connection(
+        &self,
+        own: &Bsdf,
+        receiver: u32,
+        at: &Interaction,
+        bsdf: &Bsdf,
+    ) -> Option<Connection> {
+        let d = at.point.p - self.vertex.at.point.p;
         let distance = d.length();
         let w = d / distance;
-        own.towards(w)?;
-        let geometry = geometry(&self.seen.at, w, distance);
+        own.with_wo(w)?;
+        let geometry = geometry(&self.vertex.at, w, distance);
         let (f, pdf) = bsdf.eval_and_pdf(-w);
         let (value, density) = (f * geometry, pdf.get() * geometry);
-        (!value.is_black()).then_some(Pair { taker, w, value, density, share: 1.0 })
+        (!value.is_black()).then_some(Connection {
+            receiver,
+            w,
+            value,
+            density,
+            transmittance: 1.0,
+        })
     }
 }
 
@@ -298,31 +352,42 @@ fn geometry(at: &Interaction, w: Vec3, distance: f32) -> f32 {
 }
 
 /// The parts of a path's light.
-fn parts(sorted: &[Part], giver: u32) -> &[Part] {
-    let first = sorted.partition_point(|part| part.giver < giver);
-    let count = sorted[first..].iter().take_while(|part| part.giver == giver).count();
+fn incident_samples(sorted: &[IncidentSample], donor: u32) -> &[IncidentSample] {
+    let first = sorted.partition_point(|part| part.donor < donor);
+    let count = sorted[first..].iter().take_while(|part| part.donor == donor).count();
     &sorted[first..first + count]
 }
 
 /// Gives everybody what is the same towards all.
-fn share_matte(light: Spectrum, pairs: &[Pair], sums: &mut Sums<impl Witness>) {
-    let density: f32 = pairs.iter().map(|pair| pair.density * pair.share).sum();
+fn share_diffuse(
+    light: Spectrum,
+    pairs: &[Connection],
+    accumulator: &mut RadianceAccumulator<impl PathObserver>,
+) {
+    let density: f32 = pairs.iter().map(|pair| pair.density * pair.transmittance).sum();
     let light = light * (1.0 / density);
     // Where surfaces coincide, even the path's own ray may find something in the way.
-    for pair in pairs.iter().filter(|pair| pair.share > 0.0) {
-        sums.add(pair.taker, pair.value * pair.share * light);
+    for pair in pairs.iter().filter(|pair| pair.transmittance > 0.0) {
+        accumulator.add(pair.receiver, pair.value * pair.transmittance * light);
     }
 }
 
 /// Gives everybody what a surface throws back to them.
-fn share_glossy(own: &Bsdf, parts: &[Part], pairs: &[Pair], sums: &mut Sums<impl Witness>) {
-    let views = pairs.iter().filter_map(|pair| Some((pair, own.towards(pair.w)?)));
-    let views: ArrayVec<_, MAX_PIXELS> = views.filter(|(pair, _)| pair.share > 0.0).collect();
-    for (taker, bsdf) in views.iter().filter(|(_, bsdf)| own.serves(bsdf)) {
-        let might_give = views.iter().filter(|(_, other)| other.serves(bsdf));
-        let density: f32 = might_give.map(|(pair, _)| pair.density * pair.share).sum();
-        let reflected = |part: &Part| bsdf.eval(part.wi) * sums.of(part.target);
+fn share_glossy(
+    own: &Bsdf,
+    parts: &[IncidentSample],
+    pairs: &[Connection],
+    accumulator: &mut RadianceAccumulator<impl PathObserver>,
+) {
+    let views = pairs.iter().filter_map(|pair| Some((pair, own.with_wo(pair.w)?)));
+    let views: ArrayVec<_, MAX_TILE_PIXELS> =
+        views.filter(|(pair, _)| pair.transmittance > 0.0).collect();
+    for (receiver, bsdf) in views.iter().filter(|(_, bsdf)| own.is_similar_direction(bsdf)) {
+        let might_give = views.iter().filter(|(_, other)| other.is_similar_direction(bsdf));
+        let density: f32 = might_give.map(|(pair, _)| pair.density * pair.transmittance).sum();
+        let reflected = |part: &IncidentSample| bsdf.eval(part.wi) * accumulator.value(part.target);
         let light: Spectrum = parts.iter().map(reflected).sum();
-        sums.add(taker.taker, taker.value * (taker.share / density) * light);
+        accumulator
+            .add(receiver.receiver, receiver.value * (receiver.transmittance / density) * light);
     }
 }

@@ -21,67 +21,67 @@ use arrayvec::ArrayVec;
 use pt_bvh::Hit;
 use pt_core::bsdf::Bsdf;
 use pt_core::film::ExactSum;
-use pt_core::light::{AnyLight, Lit};
-use pt_core::material::Resolved;
+use pt_core::light::{AnyLight, LightSampleContext};
+use pt_core::material::EvaluatedMaterial;
 use pt_core::scene::{Interaction, RenderScene, SurfacePoint};
 use pt_core::settings::{Clamp, Settings};
 use pt_math::sampler::{LANES, Lanes, Sampler, Samplers};
 use pt_math::{Ray, Rays, Spectrum, Vec3};
 
-use super::direct::{Asking, Requests};
-use super::front::{Front, State};
-use super::holes;
-use super::reuse::{Gift, Reuse, Seen};
-use super::rules::{Context, Found, Rules};
-use super::sums::Sums;
+use super::accumulator::RadianceAccumulator;
+use super::alpha;
+use super::direct::{DirectLighting, ShadingBlock};
+use super::estimator::{Context, PathEstimator, SurfaceHit};
+use super::observer::{self, PathObserver, PathRecorder};
+use super::path_queue::{PathQueue, PathState};
+use super::reuse::{Reuse, SharedRadiance, SurfaceVertex};
+use super::split::PathSplitting;
 use super::transparency::Transparency;
-use super::ways::Ways;
-use super::witness::{self, Recorder, Witness};
-use super::{CAMERA_DIMENSIONS, Integrator, Recording, Starts};
+use super::{CAMERA_DIMENSIONS, CameraRays, Integrator, TracedIntegrator};
 use crate::Tracer;
-use crate::trace::{Departure, Trace};
+use crate::trace::{ScatterSample, Trace};
 
 /// A path at a surface.
-pub(super) struct Surface<'a> {
+pub(super) struct ShadingPoint<'a> {
     pub(super) point: SurfacePoint,
     pub(super) bsdf: Bsdf<'a>,
-    /// See [`State`].
+    /// See [`PathState`].
     pub(super) beta: Spectrum,
-    squeeze: f32,
-    clear: f32,
+    eta_scale: f32,
+    camera_transmittance: f32,
     pub(super) start: u32,
     pub(super) target: u32,
     /// What becomes of its light where others may have it.
-    pub(super) gift: Option<Gift>,
+    pub(super) shared: Option<SharedRadiance>,
 }
 
-impl Surface<'_> {
+impl ShadingPoint<'_> {
     /// Its light, which others may have, is added up apart from now on, and without what the path carried here;
     /// Russian roulette still knows that.
-    pub(super) fn give(&mut self, gift: Gift) {
-        if let Gift::Matte(target) = gift {
-            self.squeeze *= self.beta.max_channel();
+    pub(super) fn share(&mut self, shared: SharedRadiance) {
+        if let SharedRadiance::Diffuse(target) = shared {
+            self.eta_scale *= self.beta.max_channel();
             self.beta = Spectrum::ONE;
             self.target = target;
         }
-        self.gift = Some(gift);
+        self.shared = Some(shared);
     }
 
     /// What lights are told of it.
     #[inline(always)]
-    pub(super) fn lit(&self) -> Lit {
-        self.bsdf.lit(self.point.p)
+    pub(super) fn light_sample_context(&self) -> LightSampleContext {
+        self.bsdf.light_sample_context(self.point.p)
     }
 }
 
 /// The numbers of a block of paths at one bounce.
-pub(super) struct Numbers {
+pub(super) struct BlockSamples {
     samplers: Samplers,
     /// The dimension of the first.
     first: u32,
 }
 
-impl Numbers {
+impl BlockSamples {
     /// Pair number `i`.
     #[inline]
     pub(super) fn pair(&self, i: u32) -> [Lanes<f32>; 2] {
@@ -101,178 +101,202 @@ impl Numbers {
 
 /// The driver of all path tracers.
 pub(super) struct Wavefront<'a, R, W = ()> {
-    rules: R,
+    estimator: R,
     cx: Context<'a>,
     /// Largest number of surface interactions.
-    depth: u32,
+    max_depth: u32,
     /// Dimensions of the sampler per bounce: a pair per light sample, a pair for the BSDF, one
     /// for roulette, and one for materials if some of them choose.
     dimensions: u32,
     /// Whether some do.
-    choose: bool,
+    stochastic_materials: bool,
     /// Pairs of them that direct light takes.
     light_pairs: u32,
     /// Paths under way.
-    front: Front,
+    queue: PathQueue,
     /// Those behind the surface where paths split; empty but there.
-    split: Front,
+    split_queue: PathQueue,
     /// Ways that each start has by now.
-    ways: Ways,
+    splitting: PathSplitting,
     hits: Vec<Option<Hit>>,
     /// Which of the paths have come to a surface where they scatter, and where on it.
     scattering: Vec<(u32, Hit)>,
     /// A block of these, and what their materials are if they vary.
     interactions: Vec<Interaction>,
-    resolved: Vec<Option<Resolved>>,
-    requests: Requests,
+    materials: Vec<Option<EvaluatedMaterial>>,
+    direct_lighting: DirectLighting,
     reuse: Option<Reuse>,
     transparency: Transparency,
-    /// See [`Integrator::take_removed`].
-    removed: ExactSum,
-    witness: W,
+    /// See [`Integrator::take_clamped`].
+    clamped: ExactSum,
+    observer: W,
 }
 
-impl<R: Rules, W: Witness> Integrator for Wavefront<'_, R, W> {
-    fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>) {
-        self.begin(starts);
+impl<R: PathEstimator, W: PathObserver> Integrator for Wavefront<'_, R, W> {
+    fn radiance(
+        &mut self,
+        tracer: &mut Tracer,
+        camera_rays: &CameraRays,
+        radiance: &mut Vec<Spectrum>,
+    ) {
+        self.generate_camera_paths(camera_rays);
         radiance.clear();
-        let n = starts.samplers.len();
+        let n = camera_rays.samplers.len();
         radiance.resize(n, Spectrum::ZERO);
-        let clamp = if self.rules.clamps() { self.cx.settings.clamp } else { Clamp::NONE };
-        let mut removed = ExactSum::default();
-        let mut witness = std::mem::take(&mut self.witness);
-        witness.begins(starts);
-        let mut sums = Sums::new(radiance, clamp, &mut removed, witness);
+        let clamp = if self.estimator.clamps() { self.cx.settings.clamp } else { Clamp::NONE };
+        let mut clamped = ExactSum::default();
+        let mut observer = std::mem::take(&mut self.observer);
+        observer.on_batch(camera_rays);
+        let mut accumulator = RadianceAccumulator::new(radiance, clamp, &mut clamped, observer);
         for bounces in 0.. {
-            let time = |i: usize| self.ways.time(starts, &self.front.paths, i);
-            tracer.intersect(&self.front.rays, time, &mut self.hits);
-            sums.scattered(bounces);
+            let time = |i: usize| self.splitting.time(camera_rays, &self.queue.paths, i);
+            tracer.intersect(&self.queue.rays, time, &mut self.hits);
+            accumulator.set_bounces(bounces);
             if bounces == 0 && self.transparency.hides_emitters() {
-                holes::pass_emitters(tracer, &self.front.rays, |i| starts.time(i), &mut self.hits);
+                alpha::skip_emitters(
+                    tracer,
+                    &self.queue.rays,
+                    |i| camera_rays.time(i),
+                    &mut self.hits,
+                );
             }
-            if tracer.scene.has_holes {
-                self.go_through_holes(bounces, tracer, starts, &mut sums);
+            if tracer.scene.has_alpha {
+                self.pass_alpha(bounces, tracer, camera_rays, &mut accumulator);
             }
-            self.arrive(bounces, starts, &mut sums);
+            self.add_emission_and_sky(bounces, camera_rays, &mut accumulator);
             if self.scattering.is_empty() {
                 break;
             }
-            self.scatter(bounces, tracer, starts, &mut sums);
-            self.requests.answer(tracer, starts, &mut sums);
+            self.scatter_paths(bounces, tracer, camera_rays, &mut accumulator);
+            self.direct_lighting.trace(tracer, camera_rays, &mut accumulator);
         }
         if let Some(reuse) = &mut self.reuse {
-            sums.scattered(2);
-            reuse.share(tracer, starts, &mut sums);
+            accumulator.set_bounces(2);
+            reuse.share_radiance(tracer, camera_rays, &mut accumulator);
         }
-        self.witness = sums.witness;
+        self.observer = accumulator.observer;
         radiance.truncate(n);
-        self.removed.merge(removed);
+        self.clamped.merge(clamped);
     }
 
-    fn take_removed(&mut self) -> ExactSum {
-        std::mem::take(&mut self.removed)
+    fn take_clamped(&mut self) -> ExactSum {
+        std::mem::take(&mut self.clamped)
     }
 
-    fn transparencies(&self) -> &[f32] {
-        self.transparency.shares()
+    fn transparency(&self) -> &[f32] {
+        self.transparency.values()
     }
 }
 
-impl<R: Rules> Recording for Wavefront<'_, R, Recorder> {
+impl<R: PathEstimator> TracedIntegrator for Wavefront<'_, R, PathRecorder> {
     fn take_traces(&mut self) -> Vec<Trace> {
-        self.witness.take()
+        self.observer.take()
     }
 }
 
-impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
-    pub(super) fn new(rules: R, scene: &'a RenderScene, settings: &'a Settings) -> Self {
+impl<'a, R: PathEstimator, W: PathObserver> Wavefront<'a, R, W> {
+    pub(super) fn new(estimator: R, scene: &'a RenderScene, settings: &'a Settings) -> Self {
         let cx = Context { scene, settings };
         let lights = scene.lights.as_slice();
-        let moving = scene.moving_lights().len() as u32;
+        let moving = scene.animated_lights().len() as u32;
         let count = |is: fn(&AnyLight) -> bool| lights.iter().filter(|l| is(l)).count() as u32;
-        let (delta, hidden) = (count(AnyLight::is_delta), count(AnyLight::is_hidden));
+        let (delta, hidden) = (count(AnyLight::is_delta), count(AnyLight::is_invisible));
         let seen = lights.len() as u32 - delta - hidden + moving;
-        let hemisphere = rules.hemisphere(cx);
-        let all = lights.iter().chain(scene.moving_lights().iter().map(|moving| &moving.light));
-        let samples = all.map(|light| rules.light_samples(settings, light));
+        let hemisphere = estimator.hemisphere(cx);
+        let all = lights.iter().chain(scene.animated_lights().iter().map(|moving| &moving.light));
+        let samples = all.map(|light| estimator.light_samples(settings, light));
         let light_pairs = samples.fold(0, u32::wrapping_add);
         // Beyond 2³², dimensions begin anew.
-        let choose = scene.materials.choose();
-        let others = delta + 2 + u32::from(choose);
+        let stochastic_materials = scene.materials.is_stochastic();
+        let others = delta + 2 + u32::from(stochastic_materials);
         let extended = seen.max(1) + hidden;
         let pairs = extended.wrapping_mul(settings.light_samples).wrapping_add(others);
         Self {
             cx,
-            depth: rules.depth(settings),
+            max_depth: estimator.max_depth(settings),
             dimensions: pairs.wrapping_mul(2),
-            choose,
+            stochastic_materials,
             light_pairs: light_pairs.wrapping_add(hemisphere.map_or(0, |h| h.samples)),
-            rules,
-            front: Front::default(),
-            split: Front::default(),
-            ways: Ways::ONE,
+            estimator,
+            queue: PathQueue::default(),
+            split_queue: PathQueue::default(),
+            splitting: PathSplitting::NONE,
             hits: Vec::new(),
             scattering: Vec::new(),
             interactions: Vec::new(),
-            resolved: Vec::new(),
-            requests: Requests::new(hemisphere),
+            materials: Vec::new(),
+            direct_lighting: DirectLighting::new(hemisphere),
             reuse: (settings.reuse > 1).then(|| Reuse::new(hemisphere.is_none())),
             transparency: Transparency::new(scene, settings),
-            removed: ExactSum::default(),
-            witness: W::default(),
+            clamped: ExactSum::default(),
+            observer: W::default(),
         }
     }
 
-    fn begin(&mut self, starts: &Starts) {
-        let first = State {
+    fn generate_camera_paths(&mut self, camera_rays: &CameraRays) {
+        let first = PathState {
             beta: Spectrum::splat(self.cx.scene.importance()),
-            squeeze: 1.0,
-            origin: Lit::in_space(Vec3::ZERO),
-            arrival: None,
-            clear: self.transparency.begin(starts.samplers.len()),
+            eta_scale: 1.0,
+            origin: LightSampleContext::in_space(Vec3::ZERO),
+            bsdf_pdf: None,
+            camera_transmittance: self.transparency.begin(camera_rays.samplers.len()),
             start: 0,
             target: 0,
         };
         if let Some(reuse) = &mut self.reuse {
-            reuse.begin(starts.samplers.len());
+            reuse.begin(camera_rays.samplers.len());
         }
-        self.ways = Ways::ONE;
-        self.front.rays.clear();
-        self.front.rays.extend(Rays::from(&starts.rays).iter());
-        let path = |(start, ray): (u32, &Ray)| State {
+        self.splitting = PathSplitting::NONE;
+        self.queue.rays.clear();
+        self.queue.rays.extend(Rays::from(&camera_rays.rays).iter());
+        let path = |(start, ray): (u32, &Ray)| PathState {
             start,
             target: start,
-            origin: Lit::in_space(ray.origin),
+            origin: LightSampleContext::in_space(ray.origin),
             ..first
         };
-        self.front.paths.clear();
-        self.front.paths.extend((0..).zip(&self.front.rays).map(path));
-        self.front.cones.clear();
+        self.queue.paths.clear();
+        self.queue.paths.extend((0..).zip(&self.queue.rays).map(path));
+        self.queue.cones.clear();
         let scene = self.cx.scene;
         if scene.uses_footprints() {
-            let cone = |(i, ray): (usize, &Ray)| scene.camera_cone(ray.direction, starts.time(i));
-            self.front.cones.extend(self.front.rays.iter().enumerate().map(cone));
+            let cone =
+                |(i, ray): (usize, &Ray)| scene.camera_cone(ray.direction, camera_rays.time(i));
+            self.queue.cones.extend(self.queue.rays.iter().enumerate().map(cone));
         }
     }
 
     /// Adds the light that rays find where their paths end, and says which paths scatter.
-    fn arrive(&mut self, bounces: u32, starts: &Starts, sums: &mut Sums<W>) {
+    fn add_emission_and_sky(
+        &mut self,
+        bounces: u32,
+        camera_rays: &CameraRays,
+        accumulator: &mut RadianceAccumulator<W>,
+    ) {
         let scene = self.cx.scene;
         let shown = self.cx.settings.shows(bounces);
         self.scattering.clear();
         for (i, hit) in self.hits.iter().enumerate() {
             match hit {
-                Some(hit) if bounces < self.depth => self.scattering.push((i as u32, *hit)),
-                Some(hit) if shown && scene.glows(hit) => {
-                    let (path, time) =
-                        (&self.front.paths[i], self.ways.time(starts, &self.front.paths, i));
-                    let at = &scene.interaction(&self.front.rays[i], hit, time);
-                    find(&self.rules, self.cx, path, Found { at, hit, time }, sums);
+                Some(hit) if bounces < self.max_depth => self.scattering.push((i as u32, *hit)),
+                Some(hit) if shown && scene.is_emissive(hit) => {
+                    let (path, time) = (
+                        &self.queue.paths[i],
+                        self.splitting.time(camera_rays, &self.queue.paths, i),
+                    );
+                    let at = &scene.interaction(&self.queue.rays[i], hit, time);
+                    add_emission(
+                        &self.estimator,
+                        self.cx,
+                        path,
+                        SurfaceHit { at, hit, time },
+                        accumulator,
+                    );
                 }
                 None => {
-                    let (path, d) = (&self.front.paths[i], self.front.rays[i].direction);
-                    if self.transparency.leaves(path, self.ways) && shown {
-                        escape(&self.rules, self.cx, path, (d, bounces), sums);
+                    let (path, d) = (&self.queue.paths[i], self.queue.rays[i].direction);
+                    if self.transparency.on_escape(path, self.splitting) && shown {
+                        add_sky(&self.estimator, self.cx, path, (d, bounces), accumulator);
                     }
                 }
                 Some(_) => {}
@@ -281,111 +305,154 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
     }
 
     /// Asks for the direct light at each surface, and sends the paths that live on their way.
-    fn scatter(&mut self, bounces: u32, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums<W>) {
+    fn scatter_paths(
+        &mut self,
+        bounces: u32,
+        tracer: &mut Tracer,
+        camera_rays: &CameraRays,
+        accumulator: &mut RadianceAccumulator<W>,
+    ) {
         let Context { settings, .. } = self.cx;
-        let lit = settings.shows(bounces + 1);
-        let light_pairs = if lit { self.light_pairs } else { 0 };
+        let context = settings.shows(bounces + 1);
+        let light_pairs = if context { self.light_pairs } else { 0 };
         let scattering = std::mem::take(&mut self.scattering);
-        let mut resolved = std::mem::take(&mut self.resolved);
-        let mut living = 0;
+        let mut materials = std::mem::take(&mut self.materials);
+        let mut live = 0;
         let splits = bounces == 0 && settings.split > 1;
         if splits {
-            self.split.make_room(scattering.len() * settings.split as usize, &self.front);
+            self.split_queue.resize_like(scattering.len() * settings.split as usize, &self.queue);
         }
         for block in scattering.chunks(LANES) {
-            let numbers = self.draw(block, bounces, |start| self.ways.sampler(starts, start));
-            sums.scattered(bounces);
-            self.meet(block, starts, settings.shows(bounces), sums);
-            self.resolve(block, starts, &numbers, &mut resolved);
-            let mut surfaces = self.surfaces(block, &resolved);
-            witness::tell(&surfaces, &self.interactions, &mut sums.witness);
-            self.meet_others(block, bounces, &resolved, &mut surfaces, sums);
-            sums.scattered(bounces + 1);
-            if lit {
-                let asking =
-                    Asking { rules: &self.rules, settings, surfaces: &surfaces, numbers: &numbers };
-                self.requests.ask(&asking, tracer, starts, sums, self.reuse.as_mut());
+            let numbers = self.sample_block_dimensions(block, bounces, |start| {
+                self.splitting.sampler(camera_rays, start)
+            });
+            accumulator.set_bounces(bounces);
+            self.shade_hits(block, camera_rays, settings.shows(bounces), accumulator);
+            self.evaluate_materials(block, camera_rays, &numbers, &mut materials);
+            let mut surfaces = self.shading_points(block, &materials);
+            observer::record_vertices(&surfaces, &self.interactions, &mut accumulator.observer);
+            self.record_for_reuse(block, bounces, &materials, &mut surfaces, accumulator);
+            accumulator.set_bounces(bounces + 1);
+            if context {
+                let shading_block = ShadingBlock {
+                    estimator: &self.estimator,
+                    settings,
+                    surfaces: &surfaces,
+                    numbers: &numbers,
+                };
+                self.direct_lighting.sample_lights(
+                    &shading_block,
+                    tracer,
+                    camera_rays,
+                    accumulator,
+                    self.reuse.as_mut(),
+                );
             }
             if splits {
-                living =
-                    self.leave_by_all_ways(block, &surfaces, [light_pairs, living], starts, sums);
+                live = self.split_paths(
+                    block,
+                    &surfaces,
+                    [light_pairs, live],
+                    camera_rays,
+                    accumulator,
+                );
             } else {
-                let pairs = [light_pairs, living];
-                living = self.leave(block, &surfaces, bounces + 1, pairs, &numbers, sums);
+                let pairs = [light_pairs, live];
+                live = self.sample_bsdf_and_roulette(
+                    block,
+                    &surfaces,
+                    bounces + 1,
+                    pairs,
+                    &numbers,
+                    accumulator,
+                );
             }
         }
         if splits {
-            std::mem::swap(&mut self.front, &mut self.split);
-            self.split.paths.clear();
-            self.ways = Ways::new(settings.split);
+            std::mem::swap(&mut self.queue, &mut self.split_queue);
+            self.split_queue.paths.clear();
+            self.splitting = PathSplitting::new(settings.split);
         }
-        self.front.truncate(living);
+        self.queue.truncate(live);
         self.scattering = scattering;
-        self.resolved = resolved;
+        self.materials = materials;
     }
 
     /// Lets rays that met holes go on, and adds what glows there; the emission of a surface does not
     /// depend on how much of it is there.
-    fn go_through_holes(
+    fn pass_alpha(
         &mut self,
         bounces: u32,
         tracer: &mut Tracer,
-        starts: &Starts,
-        sums: &mut Sums<W>,
+        camera_rays: &CameraRays,
+        accumulator: &mut RadianceAccumulator<W>,
     ) {
-        let Self { rules, cx, front, hits, ways, .. } = self;
+        let Self { estimator, cx, queue, hits, splitting, .. } = self;
         let scene = cx.scene;
         let shown = cx.settings.shows(bounces);
-        let (paths, rays) = (&front.paths, &front.rays);
-        let time = |i: usize| ways.time(starts, paths, i);
-        let sampler = |i: usize| ways.sampler(starts, paths[i].start);
-        holes::wander(tracer, bounces, rays, hits, (time, sampler), |i, ray, hit| {
-            if shown && scene.glows(hit) {
+        let (paths, rays) = (&queue.paths, &queue.rays);
+        let time = |i: usize| splitting.time(camera_rays, paths, i);
+        let sampler = |i: usize| splitting.sampler(camera_rays, paths[i].start);
+        alpha::skip_transparent(tracer, bounces, rays, hits, (time, sampler), |i, ray, hit| {
+            if shown && scene.is_emissive(hit) {
                 let time = time(i);
                 let at = &scene.interaction(ray, hit, time);
-                find(rules, *cx, &paths[i], Found { at, hit, time }, sums);
+                add_emission(estimator, *cx, &paths[i], SurfaceHit { at, hit, time }, accumulator);
             }
         });
     }
 
     /// The surface points to which a block of paths has come; adds their emission, if it is shown.
-    fn meet(&mut self, block: &[(u32, Hit)], starts: &Starts, shown: bool, sums: &mut Sums<W>) {
+    fn shade_hits(
+        &mut self,
+        block: &[(u32, Hit)],
+        camera_rays: &CameraRays,
+        shown: bool,
+        accumulator: &mut RadianceAccumulator<W>,
+    ) {
         let scene = self.cx.scene;
-        let time = |i: u32| self.ways.time(starts, &self.front.paths, i as usize);
+        let time = |i: u32| self.splitting.time(camera_rays, &self.queue.paths, i as usize);
         let at = |&(i, ref hit): &(u32, Hit)| {
-            scene.interaction(&self.front.rays[i as usize], hit, time(i))
+            scene.interaction(&self.queue.rays[i as usize], hit, time(i))
         };
         self.interactions.clear();
         self.interactions.extend(block.iter().map(at));
         for (at, (i, hit)) in self.interactions.iter().zip(block) {
             if shown && !scene.surfaces[at.surface].emission.is_black() {
-                let found = Found { at, hit, time: time(*i) };
-                find(&self.rules, self.cx, &self.front.paths[*i as usize], found, sums);
+                let found = SurfaceHit { at, hit, time: time(*i) };
+                add_emission(
+                    &self.estimator,
+                    self.cx,
+                    &self.queue.paths[*i as usize],
+                    found,
+                    accumulator,
+                );
             }
         }
     }
 
     /// What the materials of a block are that vary; nothing if none does.
-    fn resolve(
+    fn evaluate_materials(
         &self,
         block: &[(u32, Hit)],
-        starts: &Starts,
-        numbers: &Numbers,
-        resolved: &mut Vec<Option<Resolved>>,
+        camera_rays: &CameraRays,
+        numbers: &BlockSamples,
+        materials: &mut Vec<Option<EvaluatedMaterial>>,
     ) {
         let scene = self.cx.scene;
-        resolved.clear();
+        materials.clear();
         if scene.materials.table.as_slice().is_empty() {
             return;
         }
-        let choices = if self.choose { numbers.last(self.dimensions)[0] } else { [0.0; LANES] };
+        let choices =
+            if self.stochastic_materials { numbers.last(self.dimensions)[0] } else { [0.0; LANES] };
         let points = self.interactions.iter().zip(block).zip(choices);
         let width = |i: u32, at: &Interaction| {
-            self.front.cones.get(i as usize).map(|cone| cone.width_at(at.distance))
+            self.queue.cones.get(i as usize).map(|cone| cone.width_at(at.distance))
         };
-        let time = |i: u32| self.ways.time(starts, &self.front.paths, i as usize);
-        resolved.extend(points.map(|((at, (i, hit)), choice)| {
-            scene.resolve(at, hit, time(*i), choice, width(*i, at))
+        let time = |i: u32| self.splitting.time(camera_rays, &self.queue.paths, i as usize);
+        materials.extend(points.map(|((at, (i, hit)), choice)| {
+            scene.evaluate_material(at, hit, time(*i), choice, width(*i, at))
         }));
     }
 
@@ -393,108 +460,121 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
     ///
     /// In a loop of its own, which is short enough for the next paths to run while one waits: one loop
     /// with the surface points costs 4 % of a render.
-    fn surfaces<'s>(
+    fn shading_points<'s>(
         &self,
         block: &[(u32, Hit)],
-        resolved: &'s [Option<Resolved>],
-    ) -> ArrayVec<Surface<'s>, LANES>
+        materials: &'s [Option<EvaluatedMaterial>],
+    ) -> ArrayVec<ShadingPoint<'s>, LANES>
     where
         'a: 's,
     {
         let scene = self.cx.scene;
         let mut surfaces = ArrayVec::new();
         for (lane, (at, &(i, _))) in self.interactions.iter().zip(block).enumerate() {
-            let State { beta, squeeze, clear, start, target, .. } = self.front.paths[i as usize];
-            let bsdf = scene.bsdf(at, resolved.get(lane).and_then(Option::as_ref));
-            surfaces.push(Surface {
+            let PathState { beta, eta_scale, camera_transmittance, start, target, .. } =
+                self.queue.paths[i as usize];
+            let bsdf = scene.bsdf(at, materials.get(lane).and_then(Option::as_ref));
+            surfaces.push(ShadingPoint {
                 point: at.point,
                 bsdf,
                 beta,
-                squeeze,
-                clear,
+                eta_scale,
+                camera_transmittance,
                 start,
                 target,
-                gift: None,
+                shared: None,
             });
         }
         surfaces
     }
 
     /// Where paths bring their light to each other: what others may need of these surfaces.
-    fn meet_others(
+    fn record_for_reuse(
         &mut self,
         block: &[(u32, Hit)],
         bounces: u32,
-        resolved: &[Option<Resolved>],
-        surfaces: &mut [Surface],
-        sums: &mut Sums<W>,
+        materials: &[Option<EvaluatedMaterial>],
+        surfaces: &mut [ShadingPoint],
+        accumulator: &mut RadianceAccumulator<W>,
     ) {
         let Some(reuse) = &mut self.reuse else { return };
         if bounces > 1 {
             return;
         }
         for (lane, surface) in surfaces.iter_mut().enumerate() {
-            let resolved = resolved.get(lane).copied().flatten();
-            let seen = Seen { at: self.interactions[lane], resolved };
+            let materials = materials.get(lane).copied().flatten();
+            let seen = SurfaceVertex { at: self.interactions[lane], materials };
             if bounces == 0 {
-                reuse.take(surface.start, &seen);
+                reuse.add_receiver(surface.start, &seen);
             } else {
-                reuse.give(&self.front.paths[block[lane].0 as usize], &seen, surface, sums);
+                reuse.add_donor(
+                    &self.queue.paths[block[lane].0 as usize],
+                    &seen,
+                    surface,
+                    accumulator,
+                );
             }
         }
     }
 
     /// The numbers of the block's paths: for direct light, for the BSDF, for roulette, for materials.
     #[inline(always)]
-    fn draw(
+    fn sample_block_dimensions(
         &self,
         block: &[(u32, Hit)],
         bounces: u32,
         sampler: impl Fn(u32) -> Sampler,
-    ) -> Numbers {
-        let sampler = |&(i, _): &(u32, Hit)| sampler(self.front.paths[i as usize].start);
+    ) -> BlockSamples {
+        let sampler = |&(i, _): &(u32, Hit)| sampler(self.queue.paths[i as usize].start);
         let first = bounces.wrapping_mul(self.dimensions).wrapping_add(CAMERA_DIMENSIONS);
-        Numbers { samplers: Samplers::new(block.iter().map(sampler)), first }
+        BlockSamples { samplers: Samplers::new(block.iter().map(sampler)), first }
     }
 
-    /// [`Wavefront::leave`] behind the first surface, once for each way, with numbers of its own.
+    /// [`Wavefront::sample_bsdf_and_roulette`] behind the first surface, once for each way, with numbers of its own.
     #[inline(never)]
-    fn leave_by_all_ways(
+    fn split_paths(
         &mut self,
         block: &[(u32, Hit)],
-        surfaces: &[Surface],
-        [light_pairs, mut living]: [u32; 2],
-        starts: &Starts,
-        sums: &mut Sums<W>,
+        surfaces: &[ShadingPoint],
+        [light_pairs, mut live]: [u32; 2],
+        camera_rays: &CameraRays,
+        accumulator: &mut RadianceAccumulator<W>,
     ) -> u32 {
-        let ways = Ways::new(self.cx.settings.split);
-        let n = ways.count() as f32;
-        for way in 0..ways.count() {
-            let sampler = |start| ways.sampler(starts, ways.number(start, way));
-            let numbers = self.draw(block, 0, sampler);
-            let first = living as usize;
-            living = self.leave(block, surfaces, 1, [light_pairs, living], &numbers, sums);
-            for path in &mut self.split.paths[first..living as usize] {
-                path.start = ways.number(path.start, way);
+        let splitting = PathSplitting::new(self.cx.settings.split);
+        let n = splitting.count() as f32;
+        for way in 0..splitting.count() {
+            let sampler = |start| splitting.sampler(camera_rays, splitting.path_index(start, way));
+            let numbers = self.sample_block_dimensions(block, 0, sampler);
+            let first = live as usize;
+            live = self.sample_bsdf_and_roulette(
+                block,
+                surfaces,
+                1,
+                [light_pairs, live],
+                &numbers,
+                accumulator,
+            );
+            for path in &mut self.split_queue.paths[first..live as usize] {
+                path.start = splitting.path_index(path.start, way);
                 path.beta *= 1.0 / n;
-                path.clear *= 1.0 / n;
+                path.camera_transmittance *= 1.0 / n;
                 // Roulette knows what the path carried before.
-                path.squeeze *= n;
+                path.eta_scale *= n;
             }
         }
-        living
+        live
     }
 
     /// Continues the block's paths after interaction number `bounces`: those that live, with their
-    /// rays, are stored from `living` on, in `split` if there is room. Returns where the next may be stored.
-    fn leave(
+    /// rays, are stored from `live` on, in `split` if there is room. Returns where the next may be stored.
+    fn sample_bsdf_and_roulette(
         &mut self,
         block: &[(u32, Hit)],
-        surfaces: &[Surface],
+        surfaces: &[ShadingPoint],
         bounces: u32,
-        [light_pairs, mut living]: [u32; 2],
-        numbers: &Numbers,
-        sums: &mut Sums<W>,
+        [light_pairs, mut live]: [u32; 2],
+        numbers: &BlockSamples,
+        accumulator: &mut RadianceAccumulator<W>,
     ) -> u32 {
         let behind_lights = numbers.pairs(light_pairs);
         // Where only the BSDF finds directions, no numbers are taken for lights.
@@ -503,95 +583,109 @@ impl<'a, R: Rules, W: Witness> Wavefront<'a, R, W> {
         for (lane, surface) in surfaces.iter().enumerate() {
             let [[x, y], [z, w]] = if surface.bsdf.is_delta() { &alone } else { &behind_lights };
             let u = [x, y, w].map(|n| n[lane]);
-            let next = self.next(surface, bounces, (u, z[lane]), &mut sums.witness);
+            let next = self.sample_bsdf(surface, bounces, (u, z[lane]), &mut accumulator.observer);
             if let Some((mut path, ray)) = next {
-                if let (Some(Gift::Glossy), Some(reuse)) = (surface.gift, &mut self.reuse) {
-                    reuse.leave(&mut path, ray.direction, sums);
+                if let (Some(SharedRadiance::Glossy), Some(reuse)) =
+                    (surface.shared, &mut self.reuse)
+                {
+                    reuse.continue_path(&mut path, ray.direction, accumulator);
                 }
-                let cone = self.front.cones.get(block[lane].0 as usize).map(|cone| {
+                let cone = self.queue.cones.get(block[lane].0 as usize).map(|cone| {
                     let at = &self.interactions[lane];
                     let is_flat = self.cx.scene.is_flat(at.primitive);
-                    cone.scattered(at.distance, path.arrival, is_flat)
+                    cone.scattered(at.distance, path.bsdf_pdf, is_flat)
                 });
-                let behind =
-                    if self.split.paths.is_empty() { &mut self.front } else { &mut self.split };
-                behind.put(living as usize, path, ray, cone);
-                living += 1;
+                let behind = if self.split_queue.paths.is_empty() {
+                    &mut self.queue
+                } else {
+                    &mut self.split_queue
+                };
+                behind.put(live as usize, path, ray, cone);
+                live += 1;
             }
         }
-        living
+        live
     }
 
     /// The path behind a surface, if it goes on, by numbers for the BSDF and one for roulette.
     #[inline(always)]
-    fn next(
+    fn sample_bsdf(
         &self,
-        surface: &Surface,
+        surface: &ShadingPoint,
         bounces: u32,
         (u, v): ([f32; 3], f32),
-        witness: &mut W,
-    ) -> Option<(State, Ray)> {
+        observer: &mut W,
+    ) -> Option<(PathState, Ray)> {
         let settings = self.cx.settings;
         let scattered = surface.bsdf.sample(u)?;
-        let mut next = State {
+        let mut next = PathState {
             beta: surface.beta * scattered.weight,
-            squeeze: surface.squeeze * scattered.squeeze,
-            origin: surface.lit(),
-            arrival: scattered.pdf,
-            clear: clear_behind(surface.clear, &surface.bsdf, scattered.wi),
+            eta_scale: surface.eta_scale * scattered.eta_scale,
+            origin: surface.light_sample_context(),
+            bsdf_pdf: scattered.pdf,
+            camera_transmittance: transmittance_after(
+                surface.camera_transmittance,
+                &surface.bsdf,
+                scattered.wi,
+            ),
             start: surface.start,
             target: surface.target,
         };
-        let finds_nothing = bounces >= self.depth && !self.rules.finds(settings, next.arrival);
+        let finds_nothing =
+            bounces >= self.max_depth && !self.estimator.counts_emission(settings, next.bsdf_pdf);
         if next.beta.is_black() || finds_nothing {
             return None;
         }
-        let survival = self.rules.survival(settings, &next, bounces);
+        let survival = self.estimator.rr_survival_probability(settings, &next, bounces);
         if let Some(q) = survival {
             if v >= q {
                 return None;
             }
             next.beta *= 1.0 / q;
-            next.clear *= 1.0 / q;
+            next.camera_transmittance *= 1.0 / q;
         }
-        witness.leaves(surface.start, || Departure::new(&scattered, survival));
+        observer.on_scatter(surface.start, || ScatterSample::new(&scattered, survival));
         Some((next, surface.point.spawn(scattered.wi)))
     }
 }
 
 /// How clear the way of a path is behind a surface that it leaves towards `wi`.
 #[inline(always)]
-pub(super) fn clear_behind(clear: f32, bsdf: &Bsdf, wi: Vec3) -> f32 {
-    if clear != 0.0 && bsdf.lets_through(wi) { clear } else { 0.0 }
+pub(super) fn transmittance_after(camera_transmittance: f32, bsdf: &Bsdf, wi: Vec3) -> f32 {
+    if camera_transmittance != 0.0 && bsdf.lets_through(wi) { camera_transmittance } else { 0.0 }
 }
 
 /// Adds the emission of a surface to the light of the path that found it.
 #[inline(always)]
-pub(super) fn find(
-    rules: &impl Rules,
+pub(super) fn add_emission(
+    estimator: &impl PathEstimator,
     cx: Context,
-    path: &State,
-    found: Found,
-    sums: &mut Sums<impl Witness>,
+    path: &PathState,
+    found: SurfaceHit,
+    accumulator: &mut RadianceAccumulator<impl PathObserver>,
 ) {
-    let l = rules.emitted(cx, path, found);
-    sums.find(path.target, path.beta * l, || witness::emitter(cx, path, found, l));
+    let l = estimator.emitted_radiance(cx, path, found);
+    accumulator
+        .add_emission(path.target, path.beta * l, || observer::emitter_source(cx, path, found, l));
 }
 
 /// Adds what the sky brings to a path that left the scene in direction `d`.
 #[inline(always)]
-pub(super) fn escape<W: Witness>(
-    rules: &impl Rules,
+pub(super) fn add_sky<W: PathObserver>(
+    estimator: &impl PathEstimator,
     cx: Context,
-    path: &State,
+    path: &PathState,
     (d, bounces): (Vec3, u32),
-    sums: &mut Sums<W>,
+    accumulator: &mut RadianceAccumulator<W>,
 ) {
     let scene = cx.scene;
-    let l = rules.sky(cx, path, d, bounces, &scene.skies);
-    sums.find(path.target, path.beta * l, || witness::sky(cx, path.origin.p, d, l));
-    if W::LISTENS && scene.skies.len() > 1 {
-        let of_each = |sky| rules.sky(cx, path, d, bounces, std::slice::from_ref(sky));
-        sums.witness.tells_apart(path.target, || scene.skies.iter().map(of_each).collect());
+    let l = estimator.sky_radiance(cx, path, d, bounces, &scene.infinite_lights);
+    accumulator
+        .add_emission(path.target, path.beta * l, || observer::sky_source(cx, path.origin.p, d, l));
+    if W::ENABLED && scene.infinite_lights.len() > 1 {
+        let of_each = |sky| estimator.sky_radiance(cx, path, d, bounces, std::slice::from_ref(sky));
+        accumulator
+            .observer
+            .on_sky_split(path.target, || scene.infinite_lights.iter().map(of_each).collect());
     }
 }

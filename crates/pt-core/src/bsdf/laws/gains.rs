@@ -4,7 +4,7 @@ use pt_math::{Spectrum, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
 use super::physics::{mean, power};
-use crate::bsdf::microfacet::Facets;
+use crate::bsdf::microfacet::MicrofacetDistribution;
 use crate::bsdf::{
     AnyLobe, CompensatedConductor, Lobe, MetallicRoughness, Principled, PrincipledThin,
     RoughConductor, SmoothConductor,
@@ -112,9 +112,13 @@ fn brushed_metal_gains_nothing_at_any_azimuth() {
     let metal =
         SmoothConductor { eta: Spectrum::ZERO, k: Spectrum::ONE, reflectance: Spectrum::ONE };
     for alpha in [[0.5, 0.25], [0.5, 0.031_25], [0.2, 0.04], [1.0, 0.1], [0.1, 0.8]] {
-        let facets =
-            Facets { distribution: Distribution::Ggx, masking: Masking::Correlated, alpha };
-        let lobe: AnyLobe = CompensatedConductor::new(RoughConductor { metal, facets }).into();
+        let distribution = MicrofacetDistribution {
+            distribution: Distribution::Ggx,
+            masking: Masking::Correlated,
+            alpha,
+        };
+        let lobe: AnyLobe =
+            CompensatedConductor::new(RoughConductor { metal, distribution }).into();
         for cos in [0.04_f32, 0.15, 0.4, 0.8] {
             for azimuth in [0.0_f32, 22.5, 45.0, 67.5, 90.0] {
                 let ((y, x), sin) = (azimuth.to_radians().sin_cos(), (1.0 - cos * cos).sqrt());

@@ -66,8 +66,8 @@ fn is_good(sample: &BsdfSample) -> bool {
     let p = sample.pdf.map_or(1.0, Pdf::get);
     is_light(sample.weight)
         && sample.wi.is_normalized()
-        && sample.squeeze > 0.0
-        && sample.squeeze.is_finite()
+        && sample.eta_scale > 0.0
+        && sample.eta_scale.is_finite()
         && p > 0.0
         && p.is_finite()
 }

@@ -34,7 +34,7 @@ pub(super) fn mean(
 
 /// What a sample scatters of the power that arrives: its weight without the squeeze of radiance.
 pub(super) fn power(s: &BsdfSample) -> Spectrum {
-    s.weight * s.squeeze
+    s.weight * s.eta_scale
 }
 
 /// No lobe scatters more power than arrives, from whatever direction, but those of Mitsuba, of which [`gains`] holds
@@ -120,14 +120,14 @@ fn scattering_is_reciprocal() {
                 if wi.z.abs() <= 1e-3 || one_way {
                     continue;
                 }
-                let squeeze = match lobe {
+                let eta_scale = match lobe {
                     AnyLobe::RoughDielectric(l) if wi.z < 0.0 => l.eta * l.eta,
                     AnyLobe::CompensatedDielectric(l) if wi.z < 0.0 => l.once.eta * l.once.eta,
                     AnyLobe::Principled(l) if wi.z < 0.0 => l.eta * l.eta,
                     AnyLobe::MetallicRoughness(l) if wi.z < 0.0 && !l.thin => l.eta * l.eta,
                     _ => 1.0,
                 };
-                let f = lobe.eval(wo, wi) * (squeeze / wi.z.abs());
+                let f = lobe.eval(wo, wi) * (eta_scale / wi.z.abs());
                 let g = lobe.eval(wi, wo) * (1.0 / wo.z);
                 // The least numbers have fewer digits, and so have those of facets that refract edge-on,
                 // as the difference of directions tells.
@@ -199,7 +199,7 @@ fn glass_obeys_fresnel_and_snell() {
             let (i, t) = (wo.as_dvec3(), s.wi.as_dvec3());
             let sines = DVec3::new(i.x + eta * t.x, i.y + eta * t.y, 0.0);
             assert!(sines.length() < 1e-6, "{lobe:?} {wo}: {}", s.wi);
-            assert!((f64::from(s.squeeze) - eta * eta).abs() < 1e-6);
+            assert!((f64::from(s.eta_scale) - eta * eta).abs() < 1e-6);
         }
     });
 }
@@ -217,7 +217,7 @@ fn rough_metal_becomes_a_mirror() {
             assert!(close(albedo, smooth, 1e-2), "{rough:?} {wo}: {albedo:?} {smooth:?}");
             // A facet turned by the angle a turns the reflection by 2a. Of Beckmann's, a is at most
             // α √(ln 2²⁴); of GGX with 64 numbers each, α √(2·64), and more where it is seen better.
-            let furthest = match rough.facets.distribution {
+            let furthest = match rough.distribution.distribution {
                 Distribution::Beckmann => 2.0 * ALPHA * 16.64f32.sqrt() * 1.01,
                 Distribution::Ggx => 4.0 * ALPHA * 128f32.sqrt(),
             };

@@ -1,4 +1,4 @@
-//! Directions that were drawn for one viewer serve another who stands where [`Lobe::spread`] says.
+//! Directions that were drawn for one viewer serve another who stands where [`Lobe::lobe_width`] says.
 
 use pt_math::Vec3;
 
@@ -21,7 +21,7 @@ fn turned(wo: Vec3, spread: f32, towards: Vec3) -> Option<Vec3> {
 fn directions_drawn_for_one_viewer_serve_others_within_the_spread() {
     const SAMPLES: u16 = 4000;
     for_all_smooth(|lobe: &AnyLobe, wo, random| {
-        let spread = lobe.spread();
+        let spread = lobe.lobe_width();
         if spread == 0.0 || wo.z <= 1e-3 {
             return;
         }

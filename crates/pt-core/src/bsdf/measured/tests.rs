@@ -4,13 +4,18 @@ use pt_scene::material::{Distribution, Masking};
 use pt_scene::measured::Tables;
 use pt_testing::Random;
 
-use super::super::microfacet::Facets;
+use super::super::microfacet::MicrofacetDistribution;
 use super::super::{AnyLobe, Diffuse, RoughConductor, SmoothConductor};
 use super::*;
 
 /// An instrument that sees more than that of the examples.
-const FINE: Goniophotometer =
-    Goniophotometer { theta: 16, phi: 13, facets: [96, 65], visible: [64, 49], reflected: 48 };
+const FINE: Gonioreflectometer = Gonioreflectometer {
+    theta: 16,
+    phi: 13,
+    distribution: [96, 65],
+    visible: [64, 49],
+    reflected: 48,
+};
 
 /// A direction at most `most` from the normal, in radians.
 fn direction(random: &mut Random, most: f32) -> Vec3 {
@@ -34,12 +39,16 @@ fn difference(measured: &AnyLobe, lobe: &AnyLobe, most: f32) -> f32 {
     apart / sum
 }
 
-fn metal(alpha: [f32; 2]) -> (AnyLobe<'static>, Facets) {
-    let facets = Facets { distribution: Distribution::Ggx, masking: Masking::Correlated, alpha };
-    (RoughConductor { metal: SmoothConductor::gold(), facets }.into(), facets)
+fn metal(alpha: [f32; 2]) -> (AnyLobe<'static>, MicrofacetDistribution) {
+    let distribution = MicrofacetDistribution {
+        distribution: Distribution::Ggx,
+        masking: Masking::Correlated,
+        alpha,
+    };
+    (RoughConductor { metal: SmoothConductor::gold(), distribution }.into(), distribution)
 }
 
-fn measured(specimen: &Specimen<'_>) -> MeasuredTables {
+fn measured(specimen: &TabulatedLobe<'_>) -> MeasuredTables {
     MeasuredTables::new(&FINE.measure(specimen))
 }
 
@@ -47,12 +56,12 @@ fn measured(specimen: &Specimen<'_>) -> MeasuredTables {
 /// differs from what was measured by 3 · 10⁻⁴, 2 · 10⁻³ and 8 · 10⁻⁴.
 #[test]
 fn tables_tell_what_was_measured() {
-    let (isotropic, facets) = metal([0.3; 2]);
+    let (isotropic, distribution) = metal([0.3; 2]);
     let (brushed, of_brushed) = metal([0.5, 0.25]);
-    let mut specimen = Specimen {
+    let mut specimen = TabulatedLobe {
         description: "gold",
         lobe: isotropic,
-        facets: &|m| facets.d(m),
+        distribution: &|m| distribution.d(m),
         is_isotropic: true,
         is_relative: true,
     };
@@ -63,9 +72,13 @@ fn tables_tell_what_was_measured() {
     let tables = measured(&specimen);
     let found = difference(&Measured::new(0, &tables).into(), &isotropic, 1.2);
     assert!(found < 4e-3, "{found}");
-    let specimen =
-        Specimen { lobe: brushed, facets: &|m| of_brushed.d(m), is_isotropic: false, ..specimen };
-    let tables = measured(&Specimen { is_relative: true, ..specimen });
+    let specimen = TabulatedLobe {
+        lobe: brushed,
+        distribution: &|m| of_brushed.d(m),
+        is_isotropic: false,
+        ..specimen
+    };
+    let tables = measured(&TabulatedLobe { is_relative: true, ..specimen });
     let found = difference(&Measured::new(0, &tables).into(), &brushed, 1.2);
     assert!(found < 2e-3, "{found}");
 }
@@ -74,10 +87,10 @@ fn tables_tell_what_was_measured() {
 #[test]
 fn a_matte_surface_is_one() {
     let rho = Spectrum::rgb(0.2, 0.5, 0.8);
-    let specimen = Specimen {
+    let specimen = TabulatedLobe {
         description: "paper",
         lobe: Diffuse { rho }.into(),
-        facets: &|_| std::f32::consts::FRAC_1_PI,
+        distribution: &|_| std::f32::consts::FRAC_1_PI,
         is_isotropic: true,
         is_relative: true,
     };
@@ -102,11 +115,11 @@ fn a_matte_surface_is_one() {
 /// quarter tells of a brushed metal, which mirrors do not change, what a half does.
 #[test]
 fn parts_of_a_turn_are_repeated() {
-    let (brushed, facets) = metal([0.5, 0.25]);
-    let specimen = Specimen {
+    let (brushed, distribution) = metal([0.5, 0.25]);
+    let specimen = TabulatedLobe {
         description: "brushed",
         lobe: brushed,
-        facets: &|m| facets.d(m),
+        distribution: &|m| distribution.d(m),
         is_isotropic: false,
         is_relative: true,
     };
@@ -151,11 +164,11 @@ fn part(planes: &measured::Planes, count: usize, of: usize) -> measured::Planes 
 #[test]
 fn roughness_is_that_of_facets() {
     for alpha in [0.1f32, 0.2, 0.4] {
-        let (lobe, facets) = metal([alpha; 2]);
-        let specimen = Specimen {
+        let (lobe, distribution) = metal([alpha; 2]);
+        let specimen = TabulatedLobe {
             description: "gold",
             lobe,
-            facets: &|m| facets.d(m),
+            distribution: &|m| distribution.d(m),
             is_isotropic: true,
             is_relative: true,
         };

@@ -6,7 +6,7 @@ use pt_math::{FloatExt, Frame, Vec3};
 use pt_scene::material::{Distribution, Masking};
 
 use crate::bsdf::fresnel::schlick_weight;
-use crate::bsdf::microfacet::Facets;
+use crate::bsdf::microfacet::MicrofacetDistribution;
 
 /// Cosines of a table, even in their square roots: albedos change most along the surface.
 const COSINES: usize = 48;
@@ -20,11 +20,11 @@ type Albedos = [f32; COSINES];
 
 static COATS: LazyLock<Box<[Albedos; ROUGHNESSES]>> = LazyLock::new(|| {
     let coat = |i: usize| {
-        let Coat(facets) = Coat::new(i as f32 / (ROUGHNESSES - 1) as f32);
+        let Coat(distribution) = Coat::new(i as f32 / (ROUGHNESSES - 1) as f32);
         std::array::from_fn(|i| {
-            facets.mean_of_visible(cosine(i), GRID, |wo, h| {
+            distribution.mean_of_visible(cosine(i), GRID, |wo, h| {
                 let wi = h * (2.0 * wo.dot(h)) - wo;
-                if wi.z > 0.0 { fresnel(wo.dot(h)) * facets.shadowing(wo, wi) } else { 0.0 }
+                if wi.z > 0.0 { fresnel(wo.dot(h)) * distribution.shadowing(wo, wi) } else { 0.0 }
             })
         })
     };
@@ -34,7 +34,7 @@ static COATS: LazyLock<Box<[Albedos; ROUGHNESSES]>> = LazyLock::new(|| {
 /// A coat of index 1.5 with facets of GGX: its roughness is √α.
 /// [glTF 2.0, KHR_materials_clearcoat, "Clearcoat BRDF"]
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Coat(Facets);
+pub(super) struct Coat(MicrofacetDistribution);
 
 /// The reflectance of a facet of a coat. [Schlick 1994]
 #[inline]
@@ -55,7 +55,11 @@ impl Coat {
         const MIN_ALPHA: f32 = 1e-3;
         let alpha = (roughness * roughness).max(MIN_ALPHA);
         let distribution = Distribution::Ggx;
-        Self(Facets { distribution, masking: Masking::Correlated, alpha: [alpha; 2] })
+        Self(MicrofacetDistribution {
+            distribution,
+            masking: Masking::Correlated,
+            alpha: [alpha; 2],
+        })
     }
 
     /// α.

@@ -11,9 +11,9 @@ mod tests;
 use pt_math::{FloatExt, Frame, Pdf, SolidAngle, Spectrum, Vec3, trig};
 use pt_scene::material::{Distribution, Masking};
 
-use super::compensation::{Reflected, SchlickGloss};
 use super::fresnel;
-use super::microfacet::Facets;
+use super::microfacet::MicrofacetDistribution;
+use super::multiscatter::{Reflected, SchlickGloss};
 use super::rough_dielectric::{Pair, eta_from};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 pub use coat::emitted_through;
@@ -119,11 +119,11 @@ impl MetallicRoughness {
     /// The facets, whose first roughness is along the direction of the anisotropy.
     /// [KHR_materials_anisotropy, "Anisotropy roughness"]
     #[inline]
-    fn facets(&self) -> Facets {
+    fn distribution(&self) -> MicrofacetDistribution {
         const MIN_ALPHA: f32 = 1e-3;
         let alpha = self.roughness * self.roughness;
         let along = alpha.lerp(1.0, self.anisotropy * self.anisotropy);
-        Facets {
+        MicrofacetDistribution {
             distribution: Distribution::Ggx,
             masking: Masking::Correlated,
             alpha: [along, alpha].map(|alpha| alpha.max(MIN_ALPHA)),
@@ -288,12 +288,12 @@ impl MetallicRoughness {
 
     /// What the facets of the dielectric leave to its base.
     #[inline]
-    fn gloss(&self, facets: &Facets, again: Reflected) -> SchlickGloss {
+    fn gloss(&self, distribution: &MicrofacetDistribution, again: Reflected) -> SchlickGloss {
         let (f0, f90) = self.dielectric();
         let f0 = f0.max_channel();
         let [_, mean] = self.mean_reflectances();
         let share = again.colored(mean).max_channel();
-        SchlickGloss::new(facets, again, [f0, f90], share)
+        SchlickGloss::new(distribution, again, [f0, f90], share)
     }
 
     /// What the film reflects at most, of light from a cosine that the dielectric reflects.
@@ -326,7 +326,12 @@ impl MetallicRoughness {
 
     /// Light that facets scatter more than once, and that of the base, both above the front or, for a sheet, beyond it.
     #[inline]
-    fn again_and_base(&self, facets: &Facets, again: Reflected, [wo, wi]: [Vec3; 2]) -> Spectrum {
+    fn again_and_base(
+        &self,
+        distribution: &MicrofacetDistribution,
+        again: Reflected,
+        [wo, wi]: [Vec3; 2],
+    ) -> Spectrum {
         let mut sum = Spectrum::ZERO;
         if wi.z > 0.0 {
             let [metal, dielectric] = self.mean_reflectances().map(|mean| again.colored(mean));
@@ -342,7 +347,7 @@ impl MetallicRoughness {
             };
             if share > 0.0 {
                 let wi = Vec3::new(wi.x, wi.y, wi.z.abs());
-                let gloss = self.gloss(facets, again);
+                let gloss = self.gloss(distribution, again);
                 let white = gloss.eval_base(wo, wi, |cos| self.most_of_film(cos));
                 sum += color * (opaque * share * white);
             }
@@ -394,7 +399,7 @@ impl MetallicRoughness {
         if !self.connects(wo, wi) {
             return Spectrum::ZERO;
         }
-        let (facets, front) = (self.facets(), wo.z > 0.0);
+        let (distribution, front) = (self.distribution(), wo.z > 0.0);
         let (mut f, above) = (Spectrum::ZERO, front && wi.z > 0.0);
         let pair = self.pair(wo, wi);
         if let Some(pair) = &pair {
@@ -404,10 +409,10 @@ impl MetallicRoughness {
             } else {
                 self.transmittance(dielectric) / (pair.eta * pair.eta)
             };
-            f += part * (self.density(pair, &facets) * pair.shadowing(&facets));
+            f += part * (self.density(pair, &distribution) * pair.shadowing(&distribution));
         }
         if above || (self.thin && front) {
-            f += self.again_and_base(&facets, Reflected::new(&facets), [wo, wi]);
+            f += self.again_and_base(&distribution, Reflected::new(&distribution), [wo, wi]);
         }
         let half = pair.filter(|_| above).map(|pair| pair.h);
         self.under_layers(f, [wo, wi], half)
@@ -415,13 +420,13 @@ impl MetallicRoughness {
 
     /// Density with which the facet of a pair leads from one of its directions to the other, if it is drawn as it is seen.
     #[inline]
-    fn density(&self, pair: &Pair, facets: &Facets) -> f32 {
+    fn density(&self, pair: &Pair, distribution: &MicrofacetDistribution) -> f32 {
         if self.thin && !pair.is_reflected {
             // As if it were reflected.
-            let pdf = facets.visible_pdf(pair.wo, pair.h) * 0.25 / pair.wo.dot(pair.h);
+            let pdf = distribution.visible_pdf(pair.wo, pair.h) * 0.25 / pair.wo.dot(pair.h);
             return if pdf.is_finite() { pdf } else { 0.0 };
         }
-        pair.density(1.0, facets)
+        pair.density(1.0, distribution)
     }
 }
 
@@ -519,20 +524,20 @@ impl Lobe<'_> for MetallicRoughness {
         let (f, pdf) = (self.eval(wo, wi), self.pdf(wo, wi));
         let goes_through = !self.thin && wo.z * wi.z < 0.0;
         let eta = if goes_through { eta_from(wo, self.eta) } else { 1.0 };
-        let sample = || BsdfSample::new(wi, f / pdf.get(), Some(pdf)).squeezed_by(eta * eta);
+        let sample = || BsdfSample::new(wi, f / pdf.get(), Some(pdf)).with_eta_scale(eta * eta);
         pdf.is_positive().then(sample)
     }
 
     #[inline]
-    fn spread(&self) -> f32 {
+    fn lobe_width(&self) -> f32 {
         if self.transparent() > 0.0 || self.diffuse_transmission > 0.0 {
             return 0.0;
         }
-        let facets = self.facets().spread();
+        let distribution = self.distribution().spread();
         if self.clearcoat > 0.0 {
-            facets.min(Coat::new(self.clearcoat_roughness).alpha())
+            distribution.min(Coat::new(self.clearcoat_roughness).alpha())
         } else {
-            facets
+            distribution
         }
     }
 

@@ -9,13 +9,13 @@ use super::MetallicRoughness;
 use super::View;
 use super::coat::{Coat, coat_albedo};
 use super::sheen::Sheen;
-use crate::bsdf::compensation::Reflected;
 use crate::bsdf::fresnel;
+use crate::bsdf::multiscatter::Reflected;
 use crate::bsdf::rough_dielectric::{eta_from, refract, upright};
 
 /// Probabilities of the maps that [`MetallicRoughness::draw`] takes; the rest is the cosine's.
 struct Shares {
-    facets: f32,
+    distribution: f32,
     coat: f32,
     sheen: f32,
     /// Of the cosine's share, how much is on the other side.
@@ -28,12 +28,12 @@ impl MetallicRoughness {
         /// Of what there is, so that nothing is left out where it is more than expected.
         const MIN: f32 = 0.05;
         if wo.z < 0.0 {
-            return Shares { facets: 1.0, coat: 0.0, sheen: 0.0, beyond: 0.0 };
+            return Shares { distribution: 1.0, coat: 0.0, sheen: 0.0, beyond: 0.0 };
         }
         let cos = wo.z;
         let dielectric = self.reflected_by_dielectric(cos, self.eta);
         let reflected = self.reflectance(true, cos, dielectric);
-        let facets = (reflected + self.transmittance(dielectric)).luminance() + MIN;
+        let distribution = (reflected + self.transmittance(dielectric)).luminance() + MIN;
         let coat_cosine = self.coat_frame().to_local(wo).z;
         let coat = if self.clearcoat > 0.0 && coat_cosine > 0.0 {
             self.clearcoat * coat_albedo(self.clearcoat_roughness, coat_cosine)
@@ -50,9 +50,9 @@ impl MetallicRoughness {
         let beyond =
             opaque * self.diffuse_transmission * self.diffuse_transmission_color.luminance();
         let again = 0.9 * lost.lost(wo) + 0.02;
-        let all = facets + coat + sheen + above + again + beyond;
+        let all = distribution + coat + sheen + above + again + beyond;
         Shares {
-            facets: facets / all,
+            distribution: distribution / all,
             coat: coat / all,
             sheen: sheen / all,
             beyond: beyond / (above + again + beyond),
@@ -63,17 +63,17 @@ impl MetallicRoughness {
     #[cfg(test)]
     pub(in crate::bsdf) fn chance(&self, wo: Vec3, wi: Vec3, choice: f32) -> f32 {
         let View { wo, wi } = self.view(wo, wi);
-        let shares = self.shares(wo, &Reflected::new(&self.facets()));
-        let rest = 1.0 - shares.facets - shares.coat - shares.sheen;
-        if choice < shares.facets {
+        let shares = self.shares(wo, &Reflected::new(&self.distribution()));
+        let rest = 1.0 - shares.distribution - shares.coat - shares.sheen;
+        if choice < shares.distribution {
             let pair = self.pair(wo, wi).expect("a pair that was sampled");
             let dielectric = self.reflected_by_pair(&pair);
             let reflected = self.reflectance(wo.z > 0.0, pair.wo.dot(pair.h), dielectric);
             let chosen = Self::reflection_probability(reflected, self.transmittance(dielectric));
-            shares.facets * if pair.is_reflected { chosen } else { 1.0 - chosen }
-        } else if choice < shares.facets + shares.coat {
+            shares.distribution * if pair.is_reflected { chosen } else { 1.0 - chosen }
+        } else if choice < shares.distribution + shares.coat {
             shares.coat
-        } else if choice < shares.facets + shares.coat + shares.sheen {
+        } else if choice < shares.distribution + shares.coat + shares.sheen {
             shares.sheen
         } else if wi.z < 0.0 {
             rest * shares.beyond
@@ -87,8 +87,8 @@ impl MetallicRoughness {
         if !self.connects(wo, wi) {
             return 0.0;
         }
-        let (facets, front) = (self.facets(), wo.z > 0.0);
-        let shares = self.shares(wo, &Reflected::new(&facets));
+        let (distribution, front) = (self.distribution(), wo.z > 0.0);
+        let shares = self.shares(wo, &Reflected::new(&distribution));
         let above = front && wi.z > 0.0;
         let mut pdf = 0.0;
         let pair = self.pair(wo, wi);
@@ -97,10 +97,10 @@ impl MetallicRoughness {
             let reflected = self.reflectance(front, pair.wo.dot(pair.h), dielectric);
             let chosen = Self::reflection_probability(reflected, self.transmittance(dielectric));
             let chosen = if pair.is_reflected { chosen } else { 1.0 - chosen };
-            pdf += shares.facets * chosen * self.density(pair, &facets);
+            pdf += shares.distribution * chosen * self.density(pair, &distribution);
         }
         if above || (self.thin && front) {
-            let base = (1.0 - shares.facets - shares.coat - shares.sheen).max(0.0);
+            let base = (1.0 - shares.distribution - shares.coat - shares.sheen).max(0.0);
             let side = if above { 1.0 - shares.beyond } else { shares.beyond };
             pdf += base * side * warp::cosine_hemisphere_pdf(wi.z.abs()).get();
         }
@@ -119,10 +119,10 @@ impl MetallicRoughness {
     /// Follows one of the maps from a direction of a `View`, which is up if the front is seen.
     #[inline]
     pub(super) fn draw(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<Vec3> {
-        let shares = self.shares(wo, &Reflected::new(&self.facets()));
-        let mut rest = choice - shares.facets;
+        let shares = self.shares(wo, &Reflected::new(&self.distribution()));
+        let mut rest = choice - shares.distribution;
         if rest < 0.0 {
-            return self.draw_facet(wo, [u, v], choice / shares.facets);
+            return self.draw_facet(wo, [u, v], choice / shares.distribution);
         }
         if rest < shares.coat {
             let coat = self.coat_frame();
@@ -138,7 +138,7 @@ impl MetallicRoughness {
         }
         rest -= shares.sheen;
         let wi = warp::cosine_hemisphere([u, v]);
-        let base = 1.0 - shares.facets - shares.coat - shares.sheen;
+        let base = 1.0 - shares.distribution - shares.coat - shares.sheen;
         let is_beyond = rest < base * shares.beyond;
         (wi.z > 0.0).then_some(if is_beyond { Vec3::new(wi.x, wi.y, -wi.z) } else { wi })
     }
@@ -147,7 +147,7 @@ impl MetallicRoughness {
     #[inline]
     fn draw_facet(&self, wo: Vec3, u: [f32; 2], choice: f32) -> Option<Vec3> {
         let up = upright(wo, wo);
-        let h = self.facets().sample_visible(up, u);
+        let h = self.distribution().sample_visible(up, u);
         let cos = up.dot(h);
         let eta = if self.thin { 1.0 } else { eta_from(wo, self.eta) };
         let dielectric = self.reflected_by_dielectric(cos, eta);

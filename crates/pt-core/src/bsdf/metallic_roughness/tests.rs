@@ -42,11 +42,11 @@ fn reflections_of_dielectrics_are_those_of_the_text() {
         let [wo, wi] = [0, 1].map(|_| above(&mut random));
         let h = (wo + wi).normalize();
         let cos = f64::from(wo.dot(h));
-        let facets = facets_by_the_text(0.09, [wo, wi, h]);
+        let distribution = facets_by_the_text(0.09, [wo, wi, h]);
         let got = lobe.eval(wo, wi).to_array();
         for (c, color) in [2.0, 0.5, 0.1].into_iter().enumerate() {
             let f0 = 0.7 * ((0.4_f64 / 2.4).powi(2) * color).min(1.0);
-            let want = schlick_by_the_text(f0, 0.7, cos) * facets;
+            let want = schlick_by_the_text(f0, 0.7, cos) * distribution;
             let error = (f64::from(got[c]) - want).abs();
             assert!(error <= 2e-3 * want + 2e-4, "{wo} {wi} {c}: {} {want}", got[c]);
         }
@@ -63,9 +63,9 @@ fn reflections_of_metals_are_those_of_the_text() {
     for _ in 0..200 {
         let [wo, wi] = [0, 1].map(|_| above(&mut random));
         let h = (wo + wi).normalize();
-        let facets = facets_by_the_text(0.01, [wo, wi, h]);
+        let distribution = facets_by_the_text(0.01, [wo, wi, h]);
         for (c, f0) in [0.9, 0.5, 0.2].into_iter().enumerate() {
-            let want = schlick_by_the_text(f0, 1.0, f64::from(wo.dot(h))) * facets;
+            let want = schlick_by_the_text(f0, 1.0, f64::from(wo.dot(h))) * distribution;
             let got = f64::from(lobe.eval(wo, wi).to_array()[c]);
             assert!((got - want).abs() <= 2e-3 * want + 1e-3, "{wo} {wi} {c}: {got} {want}");
         }
@@ -84,11 +84,11 @@ fn what_goes_through_sheets_is_that_of_the_text() {
         let wi = Vec3::new(mirrored.x, mirrored.y, -mirrored.z);
         let h = (wo + mirrored).normalize();
         let left = 1.0 - schlick_by_the_text(0.04, 1.0, f64::from(wo.dot(h)));
-        let facets = facets_by_the_text(0.16, [wo, mirrored, h]);
+        let distribution = facets_by_the_text(0.16, [wo, mirrored, h]);
         for (wo, wi) in [(wo, wi), (-wo, -wi)] {
             for (c, color) in [0.9, 0.5, 0.2].into_iter().enumerate() {
                 let (got, want) =
-                    (f64::from(lobe.eval(wo, wi).to_array()[c]), color * left * facets);
+                    (f64::from(lobe.eval(wo, wi).to_array()[c]), color * left * distribution);
                 assert!((got - want).abs() <= 2e-3 * want + 1e-5, "{wo} {wi} {c}: {got} {want}");
             }
         }
@@ -138,6 +138,6 @@ fn highlights_turn_with_their_direction() {
         }
     }
     // Along the direction, α is that from the roughness to 1 by the square of the strength.
-    let [along, across] = brushed.facets().alpha;
+    let [along, across] = brushed.distribution().alpha;
     assert!((across - 0.09).abs() < 1e-6 && (along - (0.09 + 0.91 * 0.64)).abs() < 1e-6);
 }

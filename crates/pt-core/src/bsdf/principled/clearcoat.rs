@@ -6,7 +6,7 @@ use pt_math::{FloatExt, Vec3, trig};
 use pt_scene::material::{Distribution, Masking};
 
 use crate::bsdf::fresnel::schlick_weight;
-use crate::bsdf::microfacet::Facets;
+use crate::bsdf::microfacet::MicrofacetDistribution;
 
 /// A coat of index 1.5, with facets distributed as D ∝ 1 / (sin²θ + α² cos²θ), which hide each other as
 /// those of GGX with α = ¼.
@@ -17,8 +17,11 @@ pub(super) struct Clearcoat {
 }
 
 /// How facets hide each other.
-const HIDING: Facets =
-    Facets { distribution: Distribution::Ggx, masking: Masking::Separable, alpha: [0.25; 2] };
+const HIDING: MicrofacetDistribution = MicrofacetDistribution {
+    distribution: Distribution::Ggx,
+    masking: Masking::Separable,
+    alpha: [0.25; 2],
+};
 
 impl Clearcoat {
     /// A coat that is from 0, satin, to 1, glossy.

@@ -10,7 +10,7 @@ use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 use pt_scene::material::{Distribution, Masking};
 
 use super::fresnel;
-use super::microfacet::Facets;
+use super::microfacet::MicrofacetDistribution;
 use super::rough_dielectric::{Pair, eta_from, refract, upright};
 use super::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 use base::{Base, about_sheen, sheen, tint, tinted};
@@ -55,18 +55,18 @@ pub struct Principled {
 
 /// Probabilities of the maps that [`Lobe::sample`] takes; the rest is the cosine's.
 struct Shares {
-    facets: f32,
+    distribution: f32,
     coat: f32,
 }
 
 /// Facets for a roughness and an anisotropy, both from 0 to 1: α = roughness² if there is no direction.
 /// [Burley 2012, §5.4]
 #[inline]
-fn facets(roughness: f32, anisotropic: f32) -> Facets {
+fn distribution(roughness: f32, anisotropic: f32) -> MicrofacetDistribution {
     const MIN_ALPHA: f32 = 1e-3;
     let alpha = roughness * roughness;
     let aspect = (1.0 - 0.9 * anisotropic).sqrt();
-    Facets {
+    MicrofacetDistribution {
         distribution: Distribution::Ggx,
         masking: Masking::Separable,
         alpha: [(alpha / aspect).max(MIN_ALPHA), (alpha * aspect).max(MIN_ALPHA)],
@@ -119,20 +119,20 @@ impl Principled {
     #[cfg(test)]
     pub(super) fn chance(&self, wo: Vec3, wi: Vec3, choice: f32) -> f32 {
         let shares = self.shares(wo);
-        if choice < shares.facets {
+        if choice < shares.distribution {
             let pair = Pair::new(self.eta, wo, wi).expect("a pair that was sampled");
             let chosen = self.reflection_probability(wo.z > 0.0, wo.dot(pair.h).abs(), pair.f);
-            shares.facets * if pair.is_reflected { chosen } else { 1.0 - chosen }
-        } else if choice < shares.facets + shares.coat {
+            shares.distribution * if pair.is_reflected { chosen } else { 1.0 - chosen }
+        } else if choice < shares.distribution + shares.coat {
             shares.coat
         } else {
-            1.0 - shares.facets - shares.coat
+            1.0 - shares.distribution - shares.coat
         }
     }
 
     #[inline]
-    fn facets(&self) -> Facets {
-        facets(self.roughness, self.anisotropic)
+    fn distribution(&self) -> MicrofacetDistribution {
+        distribution(self.roughness, self.anisotropic)
     }
 
     /// Share of the diffuse base.
@@ -198,12 +198,12 @@ impl Principled {
         /// Of what there is, so that nothing is left out where it is more than expected.
         const MIN: f32 = 0.05;
         if wo.z < 0.0 {
-            return Shares { facets: 1.0, coat: 0.0 };
+            return Shares { distribution: 1.0, coat: 0.0 };
         }
         let cos = wo.z;
         let f = fresnel::dielectric(cos, self.eta).map_or(1.0, |(f, _)| f);
         let through = self.transmittance(f);
-        let facets = (self.reflectance(cos, f) + through).luminance() + MIN;
+        let distribution = (self.reflectance(cos, f) + through).luminance() + MIN;
         let coat = if self.clearcoat == 0.0 {
             0.0
         } else {
@@ -212,8 +212,8 @@ impl Principled {
         let opaque = self.opaque();
         let sheen = self.sheen_amount() * about_sheen(cos);
         let base = opaque * self.base_color.luminance() + sheen;
-        let all = facets + coat + base;
-        Shares { facets: facets / all, coat: coat / all }
+        let all = distribution + coat + base;
+        Shares { distribution: distribution / all, coat: coat / all }
     }
 
     /// The base, the sheen and the coat, for two directions above the front and their half vector.
@@ -246,17 +246,17 @@ impl Principled {
             return (Spectrum::ZERO, 0.0);
         }
         let Some(pair) = Pair::new(self.eta, wo, wi) else { return (Spectrum::ZERO, 0.0) };
-        let (cos, facets) = (pair.wo.dot(pair.h), self.facets());
+        let (cos, distribution) = (pair.wo.dot(pair.h), self.distribution());
         let chosen = self.reflection_probability(front, cos, pair.f);
         let (scattered, chosen) = if pair.is_reflected {
             (self.reflectance_from(front, cos, pair.f), chosen)
         } else {
             (self.transmittance(pair.f) / (pair.eta * pair.eta), 1.0 - chosen)
         };
-        let seen = pair.density(1.0, &facets);
-        let f = scattered * (seen * pair.shadowing(&facets));
+        let seen = pair.density(1.0, &distribution);
+        let f = scattered * (seen * pair.shadowing(&distribution));
         let shares = self.shares(wo);
-        let pdf = shares.facets * chosen * seen;
+        let pdf = shares.distribution * chosen * seen;
         if !above {
             return (f, pdf);
         }
@@ -264,7 +264,7 @@ impl Principled {
             0.0 => 0.0,
             share => share * Clearcoat::new(self.clearcoat_gloss).pdf(wo, pair.h),
         };
-        let base = 1.0 - shares.facets - shares.coat;
+        let base = 1.0 - shares.distribution - shares.coat;
         let pdf = pdf + coat + base.max(0.0) * warp::cosine_hemisphere_pdf(wi.z).get();
         (f + self.others(wo, wi, pair.h), pdf)
     }
@@ -273,8 +273,8 @@ impl Principled {
     #[inline]
     fn draw(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<Vec3> {
         let shares = self.shares(wo);
-        if choice >= shares.facets {
-            let coated = choice < shares.facets + shares.coat;
+        if choice >= shares.distribution {
+            let coated = choice < shares.distribution + shares.coat;
             let wi = if coated {
                 let h = Clearcoat::new(self.clearcoat_gloss).sample([u, v]);
                 h * (2.0 * wo.dot(h)) - wo
@@ -284,10 +284,11 @@ impl Principled {
             return (wi.z > 0.0).then_some(wi);
         }
         let (up, eta) = (upright(wo, wo), eta_from(wo, self.eta));
-        let h = self.facets().sample_visible(up, [u, v]);
+        let h = self.distribution().sample_visible(up, [u, v]);
         let cos = up.dot(h);
         let (f, cos_t) = fresnel::dielectric(cos, eta).unwrap_or((1.0, 0.0));
-        let reflects = choice < shares.facets * self.reflection_probability(wo.z > 0.0, cos, f);
+        let reflects =
+            choice < shares.distribution * self.reflection_probability(wo.z > 0.0, cos, f);
         let wi = if reflects { h * (2.0 * cos) - up } else { refract(up, h, [cos, cos_t], eta) };
         // Facets that send light to the wrong side absorb it.
         ((wi.z > 0.0) == reflects).then(|| upright(wi, wo))
@@ -354,23 +355,23 @@ impl Lobe<'_> for Principled {
         let wi = self.draw(wo, u)?;
         let (f, pdf) = self.eval_and_pdf(wo, wi);
         let eta = eta_from(wo, self.eta);
-        let squeeze = if wo.z * wi.z < 0.0 { eta * eta } else { 1.0 };
+        let eta_scale = if wo.z * wi.z < 0.0 { eta * eta } else { 1.0 };
         let pdf = Pdf::new(pdf);
-        let sample = || BsdfSample::new(wi, f / pdf.get(), Some(pdf)).squeezed_by(squeeze);
+        let sample = || BsdfSample::new(wi, f / pdf.get(), Some(pdf)).with_eta_scale(eta_scale);
         pdf.is_positive().then(sample)
     }
 
     #[inline]
-    fn spread(&self) -> f32 {
+    fn lobe_width(&self) -> f32 {
         if self.transparent() > 0.0 {
             return 0.0;
         }
-        let facets = facets(self.roughness, self.anisotropic).spread();
+        let distribution = distribution(self.roughness, self.anisotropic).spread();
         if self.clearcoat > 0.0 {
             let coat = Clearcoat::new(self.clearcoat_gloss).alpha();
-            facets.min(coat)
+            distribution.min(coat)
         } else {
-            facets
+            distribution
         }
     }
 

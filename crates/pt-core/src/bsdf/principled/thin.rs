@@ -5,9 +5,9 @@ use std::f32::consts::FRAC_1_PI;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3, warp};
 
 use super::base::{Base, about_sheen, sheen, tint, tinted};
-use super::{facets, schlick_weight, tinted_fresnel};
+use super::{distribution, schlick_weight, tinted_fresnel};
 use crate::bsdf::fresnel;
-use crate::bsdf::microfacet::Facets;
+use crate::bsdf::microfacet::MicrofacetDistribution;
 use crate::bsdf::rough_dielectric::upright;
 use crate::bsdf::{BsdfSample, Lobe, LobeTables, PARAMETERS, color, padded};
 
@@ -55,7 +55,7 @@ struct Pair {
 /// Probabilities of the maps that [`Lobe::sample`] takes.
 struct Shares {
     /// Facets that reflect, and that let light through.
-    facets: [f32; 2],
+    distribution: [f32; 2],
     /// The cosine on the side of the viewer, and on the other.
     cosine: [f32; 2],
 }
@@ -113,7 +113,7 @@ impl PrincipledThin {
     /// The probability of the map that `choice` takes.
     #[cfg(test)]
     pub(crate) fn chance(&self, wo: Vec3, choice: f32) -> f32 {
-        let Shares { facets: [a, b], cosine: [c, d] } = self.shares(wo.z.abs());
+        let Shares { distribution: [a, b], cosine: [c, d] } = self.shares(wo.z.abs());
         let shares = [a, b, c, d];
         let mut rest = choice;
         let chosen = shares.into_iter().find(|share| {
@@ -133,9 +133,9 @@ impl PrincipledThin {
     /// Facets of one of the sides; light that goes through spreads by the index.
     /// [Burley 2015, figure 15]
     #[inline]
-    fn facets(&self, is_reflected: bool) -> Facets {
+    fn distribution(&self, is_reflected: bool) -> MicrofacetDistribution {
         let scale = if is_reflected { 1.0 } else { 0.65 * self.eta - 0.35 };
-        facets(scale * self.roughness, self.anisotropic)
+        distribution(scale * self.roughness, self.anisotropic)
     }
 
     /// Share of what is diffuse on a side.
@@ -164,14 +164,14 @@ impl PrincipledThin {
     fn shares(&self, cos: f32) -> Shares {
         /// Of what there is, so that nothing is left out where it is more than expected.
         const MIN: f32 = 0.05;
-        let facets = [true, false].map(|is_reflected| {
+        let distribution = [true, false].map(|is_reflected| {
             self.scattered(is_reflected, cos).luminance() + MIN * self.spec_trans
         });
         let base = self.base_color.luminance();
         let above = base + self.sheen * about_sheen(cos) + MIN;
         let cosine = [self.diffuse(true) * above, self.diffuse(false) * (base + MIN)];
-        let all = facets[0] + facets[1] + cosine[0] + cosine[1];
-        Shares { facets: facets.map(|x| x / all), cosine: cosine.map(|x| x / all) }
+        let all = distribution[0] + distribution[1] + cosine[0] + cosine[1];
+        Shares { distribution: distribution.map(|x| x / all), cosine: cosine.map(|x| x / all) }
     }
 
     /// f cos θi of what is diffuse.
@@ -196,13 +196,13 @@ impl PrincipledThin {
         let mut f = self.eval_diffuse(&pair);
         let mut pdf = shares.cosine[side] * warp::cosine_hemisphere_pdf(pair.wi.z).get();
         if self.spec_trans > 0.0 && !pair.hides() {
-            let facets = self.facets(pair.is_reflected);
+            let distribution = self.distribution(pair.is_reflected);
             let cos = pair.wo.dot(pair.h);
-            let seen = facets.visible_pdf(pair.wo, pair.h) / (4.0 * cos);
+            let seen = distribution.visible_pdf(pair.wo, pair.h) / (4.0 * cos);
             if seen.is_finite() {
                 let scattered = self.scattered(pair.is_reflected, cos);
-                f += scattered * (seen * facets.shadowing(pair.wo, pair.wi));
-                pdf += shares.facets[side] * seen;
+                f += scattered * (seen * distribution.shadowing(pair.wo, pair.wi));
+                pdf += shares.distribution[side] * seen;
             }
         }
         (f, pdf)
@@ -211,12 +211,12 @@ impl PrincipledThin {
     /// Follows one of the maps, from a direction that is up.
     #[inline]
     fn draw(&self, wo: Vec3, [u, v, choice]: [f32; 3]) -> Option<Vec3> {
-        let Shares { facets: [reflects, through], cosine: [above, _] } = self.shares(wo.z);
+        let Shares { distribution: [reflects, through], cosine: [above, _] } = self.shares(wo.z);
         let by_facets = choice < reflects + through;
         let is_reflected =
             if by_facets { choice < reflects } else { choice < reflects + through + above };
         let wi = if by_facets {
-            let h = self.facets(is_reflected).sample_visible(wo, [u, v]);
+            let h = self.distribution(is_reflected).sample_visible(wo, [u, v]);
             // Facets that send light to the wrong side absorb it, and those whose back is not seen from there.
             let wi = h * (2.0 * wo.dot(h)) - wo;
             (wi.z > 0.0 && (is_reflected || !hides(wi, h))).then_some(wi)?
@@ -339,7 +339,8 @@ mod tests {
             diff_trans: 0.6,
             ..plain
         };
-        let facets = |roughness, eta| PrincipledThin { roughness, eta, spec_trans: 1.0, ..plain };
+        let distribution =
+            |roughness, eta| PrincipledThin { roughness, eta, spec_trans: 1.0, ..plain };
         let (above, near) = ([0.6, 0.0, 0.8], [0.1, 0.0, 0.995]);
         let cases = [
             (plain, above, [-0.48, 0.36, 0.8], [0.203_741, 0.101_871, 0.050_935_3]),
@@ -358,22 +359,27 @@ mod tests {
                 [0.250_399, 0.125_2, 0.062_599_8],
             ),
             (
-                PrincipledThin { spec_tint: 0.5, ..facets(0.6, 0.7) },
+                PrincipledThin { spec_tint: 0.5, ..distribution(0.6, 0.7) },
                 above,
                 [-0.64, 0.192, 0.744],
                 [0.060_874_5, 0.053_359_7, 0.049_602_2],
             ),
             (
-                facets(0.6, 0.7),
+                distribution(0.6, 0.7),
                 [0.36, 0.0, 0.933],
                 [-0.48, 0.1, -0.87],
                 [0.018_380_9, 0.009_190_45, 0.004_595_22],
             ),
-            (facets(0.9, 1.5), near, [-0.85, 0.1, -0.51], [0.072_077_1, 0.036_038_6, 0.018_019_3]),
-            // Facets whose back is not seen; and the other way round.
-            (facets(0.9, 1.5), near, [-0.98, 0.1, -0.17], [0.0; 3]),
             (
-                facets(0.9, 1.5),
+                distribution(0.9, 1.5),
+                near,
+                [-0.85, 0.1, -0.51],
+                [0.072_077_1, 0.036_038_6, 0.018_019_3],
+            ),
+            // Facets whose back is not seen; and the other way round.
+            (distribution(0.9, 1.5), near, [-0.98, 0.1, -0.17], [0.0; 3]),
+            (
+                distribution(0.9, 1.5),
                 [0.98, 0.1, 0.17],
                 [-0.1, 0.0, -0.995],
                 [0.124_993, 0.062_496_7, 0.031_248_3],

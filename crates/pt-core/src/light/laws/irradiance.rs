@@ -7,8 +7,9 @@ use pt_testing::{Random, irradiance, mean_z_test, sidak};
 
 use super::super::tree::TreeLight;
 use super::super::{
-    AnyLight, DistantDisk, EmitterTriangle, EnvironmentMap, Falloff, Light, LightTables, Lit,
-    MeshLight, PlacedMap, PortalSky, SphereLight, Sun, TexturedSphere, TexturedTriangle,
+    AnyLight, DistantDisk, EmitterTriangle, EnvironmentMap, Falloff, Light, LightSampleContext,
+    LightTables, MeshLight, PlacedMap, PortalSky, SphereLight, Sun, TexturedSphere,
+    TexturedTriangle,
 };
 use super::{Example, POINTS, all_lights};
 
@@ -73,16 +74,16 @@ fn closed_form((light, tables): &Example, p: Vec3, n: Vec3) -> f64 {
         AnyLight::ManyPoints(_) => 3.0 * inverse_square(Vec3::new(0.1, 2.5, 0.3), p, n),
         AnyLight::Hidden(_) => unreachable!("it would be another light if it were seen"),
         AnyLight::ClearSky(l) => {
-            irradiance::of_sky(n, 512, |d| level(l.escaped(tables, Vec3::ZERO, d.as_vec3())))
+            irradiance::of_sky(n, 512, |d| level(l.le_infinite(tables, Vec3::ZERO, d.as_vec3())))
         }
         AnyLight::PortalSky(l) => of_portal(tables, l, p, n),
         // Lambert's cosine law over the part of the upper half that the surface faces.
         AnyLight::Hemisphere(l) => level(l.radiance) * FRAC_PI_2 * (1.0 + n.y),
         AnyLight::Environment(l) => match l.map {
             None => level(l.radiance) * PI,
-            Some(_) => {
-                irradiance::of_sky(n, 512, |d| level(l.escaped(tables, Vec3::ZERO, d.as_vec3())))
-            }
+            Some(_) => irradiance::of_sky(n, 512, |d| {
+                level(l.le_infinite(tables, Vec3::ZERO, d.as_vec3()))
+            }),
         },
     }
 }
@@ -134,7 +135,7 @@ fn of_sun(tables: &LightTables, l: &Sun, n: DVec3) -> f64 {
         let (height, (sin, cos)) = (u * one_minus_cos, (TAU * v).sin_cos());
         let away = (height * (2.0 - height)).sqrt();
         let d = axis * (1.0 - height) + (x * cos + y * sin) * away;
-        f64::from(l.escaped(tables, Vec3::ZERO, d.as_vec3()).luminance()) * d.dot(n).max(0.0)
+        f64::from(l.le_infinite(tables, Vec3::ZERO, d.as_vec3()).luminance()) * d.dot(n).max(0.0)
     };
     let sum: f64 =
         (0..PARTS).flat_map(|i| (0..PARTS).map(move |j| (i, j))).map(|(i, j)| part(i, j)).sum();
@@ -150,7 +151,7 @@ fn of_portal(tables: &LightTables, l: &PortalSky, p: DVec3, n: DVec3) -> f64 {
         let [u, v] = [i % PARTS, i / PARTS].map(|k| (f64::from(k) + 0.5) / f64::from(PARTS));
         let to_part = corner + e1 * u + e2 * v - p;
         let (r2, d) = (to_part.length_squared(), to_part.normalize());
-        let radiance = level_of(l.sky.escaped(tables, p.as_vec3(), d.as_vec3()));
+        let radiance = level_of(l.sky.le_infinite(tables, p.as_vec3(), d.as_vec3()));
         radiance * (-d.dot(across)).max(0.0) * d.dot(n).max(0.0) / r2
     };
     (0..PARTS * PARTS).map(of_part).sum()
@@ -232,7 +233,7 @@ fn of_sphere(l: &SphereLight, p: DVec3, n: DVec3) -> f64 {
 fn estimates((light, tables): &Example, p: Vec3, n: Vec3, count: usize) -> Vec<f64> {
     let mut random = Random::new(11);
     let value = |u| {
-        light.sample(tables, &Lit::on_surface(p, n, false), u).map_or(0.0, |s| {
+        light.sample(tables, &LightSampleContext::on_surface(p, n, false), u).map_or(0.0, |s| {
             let pdf = s.pdf.map_or(1.0, pt_math::Pdf::get);
             f64::from(s.radiance.luminance()) * f64::from(s.wi.dot(n).max(0.0)) / f64::from(pdf)
         })
@@ -291,8 +292,8 @@ fn a_disk_lights_as_its_formula_says() {
 /// Maps whose light is hard to sample: a single texel, one at a pole, one row, black.
 #[test]
 fn maps_of_all_kinds_light_as_quadrature_says() {
-    let map = |w: u32, h: u32, lit: &dyn Fn(u32, u32) -> f32| {
-        let texels = (0..w * h).map(|i| [lit(i % w, i / w); 3]).collect();
+    let map = |w: u32, h: u32, context: &dyn Fn(u32, u32) -> f32| {
+        let texels = (0..w * h).map(|i| [context(i % w, i / w); 3]).collect();
         let mut tables = LightTables::default();
         tables.environments.push(EnvironmentMap::new(w, h, texels));
         let map = Some(PlacedMap { index: 0, to_world: Mat3::IDENTITY });

@@ -3,7 +3,7 @@
 use pt_math::{Spectrum, Vec3};
 use pt_testing::Random;
 
-use super::super::{AnyLight, EmitterTriangle, LightTables, Lit, MeshLight};
+use super::super::{AnyLight, EmitterTriangle, LightSampleContext, LightTables, MeshLight};
 use super::{Example, assert_density, samples};
 
 /// Regular, flat, and long triangles at z = 0 that glow upwards.
@@ -37,7 +37,7 @@ fn places((light, tables): &Example) -> Vec<Vec3> {
 fn near_triangles_are_sampled_evenly() {
     for example in triangles() {
         for p in places(&example) {
-            let all = samples(&example, &Lit::in_space(p), &mut Random::new(7), 300);
+            let all = samples(&example, &LightSampleContext::in_space(p), &mut Random::new(7), 300);
             let pdfs: Vec<f32> = all.iter().filter_map(|s| s.pdf).map(pt_math::Pdf::get).collect();
             assert!(pdfs.len() > 290, "{p}: {} samples", pdfs.len());
             assert!(pdfs.iter().all(|&pdf| pdf == pdfs[0]), "{:?} {p}", example.0);
@@ -52,7 +52,12 @@ fn near_triangles_are_sampled_by_their_density() {
     for example in &all {
         let places = places(example);
         for &p in &places {
-            assert_density(example, &Lit::in_space(p), 50_000, all.len() * places.len());
+            assert_density(
+                example,
+                &LightSampleContext::in_space(p),
+                50_000,
+                all.len() * places.len(),
+            );
         }
     }
 }

@@ -25,7 +25,7 @@ const EVERYWHERE: f32 = 0.25;
 /// which is the shorter the more the axes differ. [as Tokuyoshi et al. 2024, "Hierarchical Light Sampling
 /// with Accurate Spherical Gaussian Lighting", tell the directions of many lights by the mean of their axes]
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Emission {
+pub(super) struct EmissionProfile {
     /// Around all of them.
     pub(super) bounds: Bounds3,
     /// Mean of their places, by strength.
@@ -43,7 +43,7 @@ pub(super) struct Emission {
 /// Of lights that shine all around, or differ.
 const NO_CUT: f32 = -4.0;
 
-impl Emission {
+impl EmissionProfile {
     /// Of one light.
     pub(super) fn of(light: &TreeLight, tables: &LightTables) -> Self {
         match light {

@@ -9,7 +9,9 @@ mod node;
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
 use super::mesh::{EmitterTriangle, seen_area_pdf, seen_sample};
-use super::{AnyLight, Hidden, Light, LightHit, LightSample, LightTables, Lit};
+use super::{
+    AnyLight, InvisibleLight, Light, LightHit, LightSample, LightSampleContext, LightTables,
+};
 use node::{Node, Receiver};
 
 pub(crate) use emission::is_bounded;
@@ -86,7 +88,7 @@ impl LightTree {
     ///
     /// They go down side by side, so that none waits for the node of another, nor for what is a light.
     #[inline]
-    fn choose(&self, points: &[(Lit, [f32; 2])]) -> [Option<Choice>; BLOCK] {
+    fn choose(&self, points: &[(LightSampleContext, [f32; 2])]) -> [Option<Choice>; BLOCK] {
         let mut choices = [None; BLOCK];
         let mut under_way = [Descent::default(); BLOCK];
         for (i, (start, (_, u))) in under_way.iter_mut().zip(points).enumerate() {
@@ -117,8 +119,8 @@ impl LightTree {
     }
 
     /// The probability with which [`Self::choose`] chooses a light.
-    fn probability(&self, light: usize, lit: &Lit) -> f32 {
-        let receiver = Receiver::new(lit);
+    fn probability(&self, light: usize, context: &LightSampleContext) -> f32 {
+        let receiver = Receiver::new(context);
         let mut slot = self.places[light];
         let mut probability = 1.0;
         loop {
@@ -136,20 +138,25 @@ impl LightTree {
     fn sample(
         &self,
         tables: &LightTables,
-        &(ref lit, [u, v]): &(Lit, [f32; 2]),
+        &(ref context, [u, v]): &(LightSampleContext, [f32; 2]),
         choice: &Choice,
     ) -> Option<LightSample> {
         let &Choice { light, probability, rest } = choice;
         let u = [refined(rest, probability, [u, v]), v];
         let sample = match &self.lights[light as usize] {
             TreeLight::Triangle(triangle, radiance) => {
-                seen_sample(triangle, |_| *radiance, lit.p, u)
+                seen_sample(triangle, |_| *radiance, context.p, u)
             }
             TreeLight::Textured(triangle, laid) => {
                 let laid = &tables.textured_triangles[*laid as usize];
-                seen_sample(triangle, |b| laid.radiance(&tables.textures, triangle, b), lit.p, u)
+                seen_sample(
+                    triangle,
+                    |b| laid.radiance(&tables.textures, triangle, b),
+                    context.p,
+                    u,
+                )
             }
-            TreeLight::Other(light) => light.sample(tables, lit, u),
+            TreeLight::Other(light) => light.sample(tables, context, u),
         }?;
         Some(match sample.pdf {
             Some(pdf) => LightSample { pdf: Some(pdf.times(probability)), ..sample },
@@ -161,10 +168,10 @@ impl LightTree {
     fn sample_each(
         &self,
         tables: &LightTables,
-        mut points: impl Iterator<Item = (Lit, [f32; 2])>,
+        mut points: impl Iterator<Item = (LightSampleContext, [f32; 2])>,
         samples: &mut Vec<Option<LightSample>>,
     ) {
-        let mut block = [(Lit::in_space(Vec3::ZERO), [0.0; 2]); BLOCK];
+        let mut block = [(LightSampleContext::in_space(Vec3::ZERO), [0.0; 2]); BLOCK];
         loop {
             let places = block.iter_mut().zip(&mut points);
             let count = places.map(|(place, point)| *place = point).count();
@@ -180,22 +187,33 @@ impl LightTree {
     }
 
     /// A sample for one point.
-    fn sample_one(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
-        let point = (*lit, u);
+    fn sample_one(
+        &self,
+        tables: &LightTables,
+        context: &LightSampleContext,
+        u: [f32; 2],
+    ) -> Option<LightSample> {
+        let point = (*context, u);
         let [choice, ..] = self.choose(&[point]);
         self.sample(tables, &point, &choice?)
     }
 
-    fn pdf(&self, tables: &LightTables, lit: &Lit, wi: Vec3, hit: LightHit) -> Pdf<SolidAngle> {
+    fn pdf(
+        &self,
+        tables: &LightTables,
+        context: &LightSampleContext,
+        wi: Vec3,
+        hit: LightHit,
+    ) -> Pdf<SolidAngle> {
         let index = hit.primitive.wrapping_sub(self.first_primitive) as usize;
         let Some(&light) = self.light_of.get(index).filter(|&&light| light != u32::MAX) else {
             return Pdf::ZERO;
         };
         let of_light = match &self.lights[light as usize] {
-            TreeLight::Triangle(..) | TreeLight::Textured(..) => seen_area_pdf(lit.p, hit),
-            TreeLight::Other(light) => light.pdf(tables, lit, wi, Some(hit)),
+            TreeLight::Triangle(..) | TreeLight::Textured(..) => seen_area_pdf(context.p, hit),
+            TreeLight::Other(light) => light.pdf(tables, context, wi, Some(hit)),
         };
-        of_light.times(self.probability(light as usize, lit))
+        of_light.times(self.probability(light as usize, context))
     }
 }
 
@@ -213,7 +231,7 @@ impl AnyLight {
     pub fn tree<'t>(&self, tables: &'t LightTables) -> Option<&'t LightTree> {
         match self {
             Self::ManyLights(Many { tree })
-            | Self::Hidden(Hidden::ManyLights(Many { tree }))
+            | Self::Hidden(InvisibleLight::ManyLights(Many { tree }))
             | Self::ManyPoints(Many { tree }) => Some(&tables.trees[*tree as usize]),
             _ => None,
         }
@@ -222,8 +240,8 @@ impl AnyLight {
 
 impl LightTree {
     /// The light of a sample by these numbers, as [`Light::sample`] chooses it.
-    pub fn chosen(&self, lit: &Lit, u: [f32; 2]) -> Option<Chosen> {
-        let [choice, ..] = self.choose(&[(*lit, u)]);
+    pub fn chosen(&self, context: &LightSampleContext, u: [f32; 2]) -> Option<Chosen> {
+        let [choice, ..] = self.choose(&[(*context, u)]);
         choice.map(|Choice { light, probability, .. }| Chosen { number: light, probability })
     }
 
@@ -293,14 +311,19 @@ fn refined(rest: f32, probability: f32, [u, v]: [f32; 2]) -> f32 {
 impl<const POINTS: bool> Light for Many<POINTS> {
     const DELTA: bool = POINTS;
 
-    fn sample(&self, tables: &LightTables, lit: &Lit, u: [f32; 2]) -> Option<LightSample> {
-        tables.trees[self.tree as usize].sample_one(tables, lit, u)
+    fn sample(
+        &self,
+        tables: &LightTables,
+        context: &LightSampleContext,
+        u: [f32; 2],
+    ) -> Option<LightSample> {
+        tables.trees[self.tree as usize].sample_one(tables, context, u)
     }
 
     fn sample_each(
         &self,
         tables: &LightTables,
-        points: impl Iterator<Item = (Lit, [f32; 2])>,
+        points: impl Iterator<Item = (LightSampleContext, [f32; 2])>,
         samples: &mut Vec<Option<LightSample>>,
     ) {
         tables.trees[self.tree as usize].sample_each(tables, points, samples);
@@ -309,13 +332,13 @@ impl<const POINTS: bool> Light for Many<POINTS> {
     fn pdf(
         &self,
         tables: &LightTables,
-        lit: &Lit,
+        context: &LightSampleContext,
         wi: Vec3,
         hit: Option<LightHit>,
     ) -> Pdf<SolidAngle> {
         let tree = &tables.trees[self.tree as usize];
         let hit = hit.filter(|_| !POINTS);
-        hit.map_or(Pdf::ZERO, |hit| tree.pdf(tables, lit, wi, hit))
+        hit.map_or(Pdf::ZERO, |hit| tree.pdf(tables, context, wi, hit))
     }
 
     fn examples() -> Vec<(Self, LightTables)> {
@@ -369,14 +392,14 @@ impl LightTree {
 mod tests {
     use pt_testing::Random;
 
-    use super::super::{Point, Sides, SphereLight, Spot};
+    use super::super::{Point, ReceiverSides, SphereLight, Spot};
     use super::*;
 
     /// A point on a surface that reflects, on one that lets light through, or on none.
-    fn random_lit(random: &mut Random, p: Vec3) -> Lit {
+    fn random_lit(random: &mut Random, p: Vec3) -> LightSampleContext {
         match (3.0 * random.unit()) as u32 {
-            0 => Lit::in_space(p),
-            kind => Lit::on_surface(p, random.direction(), kind == 1),
+            0 => LightSampleContext::in_space(p),
+            kind => LightSampleContext::on_surface(p, random.direction(), kind == 1),
         }
     }
 
@@ -419,10 +442,10 @@ mod tests {
             let tree = LightTree::new(random_lights(&mut random, n), &LightTables::default());
             for _ in 0..20 {
                 let p = random.in_cube() * 6.0;
-                let lit = random_lit(&mut random, p);
-                let probabilities: Vec<_> = (0..n).map(|i| tree.probability(i, &lit)).collect();
+                let context = random_lit(&mut random, p);
+                let probabilities: Vec<_> = (0..n).map(|i| tree.probability(i, &context)).collect();
                 let sum: f32 = probabilities.iter().sum();
-                assert!(sum < 1.0 + 1e-4, "{n} {lit:?}: {sum}");
+                assert!(sum < 1.0 + 1e-4, "{n} {context:?}: {sum}");
                 for (light, &probability) in tree.lights.iter().zip(&probabilities) {
                     let tables = LightTables::default();
                     let shines = (0..20).any(|_| {
@@ -430,20 +453,20 @@ mod tests {
                         let sample = match light {
                             TreeLight::Triangle(t, l) => seen_sample(t, |_| *l, p, u),
                             TreeLight::Textured(..) => unreachable!("there is no texture"),
-                            TreeLight::Other(light) => light.sample(&tables, &lit, u),
+                            TreeLight::Other(light) => light.sample(&tables, &context, u),
                         };
-                        let cos = |wi: Vec3| match lit.sides {
-                            Sides::Front => lit.normal.dot(wi),
-                            Sides::Both | Sides::All => 1.0,
+                        let cos = |wi: Vec3| match context.sides {
+                            ReceiverSides::Front => context.normal.dot(wi),
+                            ReceiverSides::Both | ReceiverSides::All => 1.0,
                         };
                         sample.is_some_and(|s| !s.radiance.is_black() && cos(s.wi) > 0.0)
                     });
-                    assert!(probability > 0.0 || !shines, "{light:?} does not light {lit:?}");
+                    assert!(probability > 0.0 || !shines, "{light:?} does not light {context:?}");
                 }
                 for _ in 0..50 {
-                    let [choice, ..] = tree.choose(&[(lit, random.unit_2d())]);
+                    let [choice, ..] = tree.choose(&[(context, random.unit_2d())]);
                     let Some(Choice { light, probability, rest }) = choice else {
-                        assert!(sum < 1.0 - 1e-6, "nothing is chosen at {lit:?}");
+                        assert!(sum < 1.0 - 1e-6, "nothing is chosen at {context:?}");
                         continue;
                     };
                     assert!((0.0..1.0).contains(&rest));

@@ -4,13 +4,13 @@ use bytemuck::Zeroable;
 use pt_math::Vec3;
 use wide::f32x8;
 
-use super::super::{Lit, Sides};
-use super::emission::{Emission, MARGIN, across};
+use super::super::{LightSampleContext, ReceiverSides};
+use super::emission::{EmissionProfile, MARGIN, across};
 
 /// Number of children of a node.
 pub(super) const WIDTH: usize = 8;
 
-/// [`Emission`] of up to eight children, in columns; those that are not there have no strength.
+/// [`EmissionProfile`] of up to eight children, in columns; those that are not there have no strength.
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C)]
 pub(super) struct Node {
@@ -44,13 +44,13 @@ const BELOW_ONE: f32 = 1.0f32.next_down();
 
 impl Receiver {
     #[inline(always)]
-    pub(super) fn new(lit: &Lit) -> Self {
+    pub(super) fn new(context: &LightSampleContext) -> Self {
         let splat = |v: Vec3| v.to_array().map(f32x8::splat);
-        let sign = if lit.sides == Sides::Both { -1.0 } else { 1.0 };
-        let least = if lit.sides == Sides::All { 1.0 } else { MIN };
+        let sign = if context.sides == ReceiverSides::Both { -1.0 } else { 1.0 };
+        let least = if context.sides == ReceiverSides::All { 1.0 } else { MIN };
         Self {
-            p: splat(lit.p),
-            normal: splat(lit.normal),
+            p: splat(context.p),
+            normal: splat(context.normal),
             sign: f32x8::splat(sign),
             least: f32x8::splat(least),
         }
@@ -64,7 +64,7 @@ fn dot(a: &[f32x8; 3], b: &[f32x8; 3]) -> f32x8 {
 
 impl Node {
     /// Of up to eight children.
-    pub(super) fn new(children: &[Emission]) -> Self {
+    pub(super) fn new(children: &[EmissionProfile]) -> Self {
         let mut node = Self::zeroed();
         for (lane, child) in children.iter().enumerate() {
             for axis in 0..3 {
@@ -99,10 +99,10 @@ impl Node {
     /// point. Of slopes below the horizon of 1/10, 1/4 and 1/2, a quarter has the least noise in a hall with
     /// 10,000 lights. [as Conty Estevez & Kulla 2018, §4, with means for their bounds]
     #[inline(always)]
-    pub(super) fn importances(&self, lit: &Receiver) -> f32x8 {
+    pub(super) fn importances(&self, context: &Receiver) -> f32x8 {
         let splat = f32x8::splat;
         let quarter = splat(0.25);
-        let to = [0, 1, 2].map(|i| self.center[i] - lit.p[i]);
+        let to = [0, 1, 2].map(|i| self.center[i] - context.p[i]);
         let nearest = quarter * self.radius;
         let squared = (dot(&to, &to) + nearest * nearest).fast_max(splat(f32::MIN_POSITIVE));
         let inverse = splat(1.0) / squared.sqrt();
@@ -111,9 +111,9 @@ impl Node {
         let cos_light = -dot(&self.axis, &to) * inverse;
         let across = (self.across + spread).fast_min(quarter);
         let at_light = cos_light.fast_max(across + quarter * cos_light).fast_max(splat(MIN));
-        let cos = dot(&lit.normal, &to) * inverse;
-        let cos = cos.fast_max(cos * lit.sign);
-        let at_lit = cos.fast_max(spread + quarter * cos).fast_max(lit.least);
+        let cos = dot(&context.normal, &to) * inverse;
+        let cos = cos.fast_max(cos * context.sign);
+        let at_lit = cos.fast_max(spread + quarter * cos).fast_max(context.least);
         let importance = self.strength * inverse * at_light * (inverse * at_lit);
         let is_dark = cos_light.simd_lt(self.cut) | cos.simd_lt(-(rho + splat(MARGIN)));
         (!is_dark & importance).fast_min(splat(MAX))
@@ -122,8 +122,8 @@ impl Node {
     /// Chooses a child by a number from [0, 1): which, with what probability, and a number that can be used
     /// again. `None` if none of them brings anything.
     #[inline(always)]
-    pub(super) fn choose(&self, lit: &Receiver, u: f32) -> Option<(usize, f32, f32)> {
-        let importances = self.importances(lit).to_array();
+    pub(super) fn choose(&self, context: &Receiver, u: f32) -> Option<(usize, f32, f32)> {
+        let importances = self.importances(context).to_array();
         let ends = running_sums(importances);
         let total = ends[WIDTH - 1];
         let target = u * total;
@@ -138,8 +138,8 @@ impl Node {
     }
 
     /// The probability with which [`Self::choose`] chooses a child.
-    pub(super) fn share(&self, lit: &Receiver, lane: usize) -> f32 {
-        let importances = self.importances(lit).to_array();
+    pub(super) fn share(&self, context: &Receiver, lane: usize) -> f32 {
+        let importances = self.importances(context).to_array();
         let total = running_sums(importances)[WIDTH - 1];
         if total > 0.0 { importances[lane] / total } else { 0.0 }
     }

@@ -10,33 +10,33 @@
 //!
 //! As in `wavefront.rs`, paths share nothing but the memory they stand in.
 
-mod shadow;
-mod travel;
+mod medium_step;
+mod shadow_ray;
 mod vertex;
 
 use pt_core::film::ExactSum;
 use pt_core::footprint::Cone;
 use pt_core::id::Id;
-use pt_core::light::{Light, LightSample, LightVisitor, Lit};
+use pt_core::light::{Light, LightSample, LightSampleContext, LightVisitor};
 use pt_core::medium::MediumRecord;
 use pt_core::scene::RenderScene;
 use pt_core::settings::{DirectLight, Settings};
 use pt_math::sampler::{Sampler, Stream};
 use pt_math::{Pdf, Ray, Rays, Spectrum};
 
-use super::front::State;
-use super::path::{Path, sampled_weight};
-use super::rules::{Context, Found, Rules};
-use super::sums::Sums;
+use super::accumulator::RadianceAccumulator;
+use super::estimator::{Context, PathEstimator, SurfaceHit};
+use super::observer::{self, PathObserver, PathRecorder};
+use super::path::{Path, light_mis_weight};
+use super::path_queue::PathState;
+use super::split::PathSplitting;
 use super::transparency::Transparency;
-use super::wavefront::{escape, find};
-use super::ways::Ways;
-use super::witness::{self, Recorder, Witness};
-use super::{CAMERA_DIMENSIONS, Integrator, Recording, Starts};
+use super::wavefront::{add_emission, add_sky};
+use super::{CAMERA_DIMENSIONS, CameraRays, Integrator, TracedIntegrator};
 use crate::Tracer;
-use crate::trace::{Departure, LightNumber, Trace};
-use shadow::{Shadow, Shadows};
-use travel::{Event, Travel};
+use crate::trace::{LightRef, ScatterSample, Trace};
+use medium_step::{MediumStep, PathEvent};
+use shadow_ray::{ShadowRay, ShadowRays};
 use vertex::Vertex;
 
 /// Volumetric path tracing: [`Path`], where paths are scattered by media as well, with direct light
@@ -50,27 +50,27 @@ use vertex::Vertex;
 pub(super) struct VolPath<'a, W = ()> {
     scene: &'a RenderScene,
     settings: Settings,
-    rules: Path,
+    estimator: Path,
     /// Largest number of interactions.
-    depth: u32,
+    max_depth: u32,
     /// Which numbers of the sampler are for what.
     layout: Layout,
     /// Whether some materials choose.
-    choose: bool,
-    paths: Vec<Walker>,
-    events: Vec<Event>,
-    travel: Travel,
-    shadows: Shadows,
+    stochastic_materials: bool,
+    paths: Vec<VolPathState>,
+    events: Vec<PathEvent>,
+    medium_step: MediumStep,
+    shadow_rays: ShadowRays,
     transparency: Transparency,
-    /// See [`Integrator::take_removed`].
-    removed: ExactSum,
-    witness: W,
+    /// See [`Integrator::take_clamped`].
+    clamped: ExactSum,
+    observer: W,
 }
 
 /// A path under way.
 #[derive(Clone, Copy)]
-struct Walker {
-    state: State,
+struct VolPathState {
+    state: PathState,
     /// Its interval is what the path has not been through yet.
     ray: Ray,
     /// That of the ray, if some texture asks for it.
@@ -128,73 +128,79 @@ fn stream(sampler: Sampler, bounces: u32, light_sample: Option<u32>) -> Stream {
     sampler.stream([bounces, light_sample.map_or(0, |number| number.wrapping_add(1))])
 }
 
-impl<W: Witness> Integrator for VolPath<'_, W> {
-    fn radiance(&mut self, tracer: &mut Tracer, starts: &Starts, radiance: &mut Vec<Spectrum>) {
-        self.begin(starts);
+impl<W: PathObserver> Integrator for VolPath<'_, W> {
+    fn radiance(
+        &mut self,
+        tracer: &mut Tracer,
+        camera_rays: &CameraRays,
+        radiance: &mut Vec<Spectrum>,
+    ) {
+        self.generate_camera_paths(camera_rays);
         radiance.clear();
-        radiance.resize(starts.samplers.len(), Spectrum::ZERO);
-        let mut removed = ExactSum::default();
-        let mut witness = std::mem::take(&mut self.witness);
-        witness.begins(starts);
-        let mut sums = Sums::new(radiance, self.settings.clamp, &mut removed, witness);
+        radiance.resize(camera_rays.samplers.len(), Spectrum::ZERO);
+        let mut clamped = ExactSum::default();
+        let mut observer = std::mem::take(&mut self.observer);
+        observer.on_batch(camera_rays);
+        let mut accumulator =
+            RadianceAccumulator::new(radiance, self.settings.clamp, &mut clamped, observer);
         for bounces in 0.. {
-            sums.scattered(bounces);
-            self.travel(bounces, tracer, starts, &mut sums);
-            self.arrive(bounces, starts, &mut sums);
+            accumulator.set_bounces(bounces);
+            self.sample_medium(bounces, tracer, camera_rays, &mut accumulator);
+            self.add_emission_and_sky(bounces, camera_rays, &mut accumulator);
             if self.paths.is_empty() {
                 break;
             }
-            self.scatter(bounces, tracer, starts, &mut sums);
-            sums.scattered(bounces + 1);
-            self.shadows.answer(tracer, starts, &mut sums);
+            self.scatter_paths(bounces, tracer, camera_rays, &mut accumulator);
+            accumulator.set_bounces(bounces + 1);
+            self.shadow_rays.trace(tracer, camera_rays, &mut accumulator);
         }
-        self.witness = sums.witness;
-        self.removed.merge(removed);
+        self.observer = accumulator.observer;
+        self.clamped.merge(clamped);
     }
 
-    fn take_removed(&mut self) -> ExactSum {
-        std::mem::take(&mut self.removed)
+    fn take_clamped(&mut self) -> ExactSum {
+        std::mem::take(&mut self.clamped)
     }
 
-    fn transparencies(&self) -> &[f32] {
-        self.transparency.shares()
+    fn transparency(&self) -> &[f32] {
+        self.transparency.values()
     }
 }
 
-impl Recording for VolPath<'_, Recorder> {
+impl TracedIntegrator for VolPath<'_, PathRecorder> {
     fn take_traces(&mut self) -> Vec<Trace> {
-        self.witness.take()
+        self.observer.take()
     }
 }
 
-impl<'a, W: Witness> VolPath<'a, W> {
+impl<'a, W: PathObserver> VolPath<'a, W> {
     pub(super) fn new(scene: &'a RenderScene, settings: &'a Settings) -> Self {
         let direct = match settings.direct {
             DirectLight::Light => DirectLight::Light,
             _ => DirectLight::Mis,
         };
         let settings = Settings { direct, ..settings.clone() };
-        let rules = Path { depth: u32::MAX };
+        let estimator = Path { max_depth: u32::MAX };
         let transparency = Transparency::new(scene, &settings);
-        let moving = scene.moving_lights().iter().map(|moving| &moving.light);
+        let moving = scene.animated_lights().iter().map(|moving| &moving.light);
         let lights = scene.lights.as_slice().iter().chain(moving);
-        let samples = lights.map(|light| rules.light_samples(&settings, light));
+        let samples = lights.map(|light| estimator.light_samples(&settings, light));
         let light_pairs = samples.fold(0, u32::wrapping_add);
-        let shadows = Shadows::new(settings.straight_is_free);
+        let shadow_rays = ShadowRays::new(settings.straight_is_free);
         Self {
             scene,
-            depth: rules.depth(&settings),
+            max_depth: estimator.max_depth(&settings),
             layout: Layout { light_pairs },
-            choose: scene.materials.choose(),
+            stochastic_materials: scene.materials.is_stochastic(),
             settings,
-            rules,
+            estimator,
             paths: Vec::new(),
             events: Vec::new(),
-            travel: Travel::default(),
-            shadows,
+            medium_step: MediumStep::default(),
+            shadow_rays,
             transparency,
-            removed: ExactSum::default(),
-            witness: W::default(),
+            clamped: ExactSum::default(),
+            observer: W::default(),
         }
     }
 
@@ -202,63 +208,68 @@ impl<'a, W: Witness> VolPath<'a, W> {
         Context { scene: self.scene, settings: &self.settings }
     }
 
-    fn begin(&mut self, starts: &Starts) {
+    fn generate_camera_paths(&mut self, camera_rays: &CameraRays) {
         self.paths.clear();
-        let clear = self.transparency.begin(starts.samplers.len());
+        let camera_transmittance = self.transparency.begin(camera_rays.samplers.len());
         let scene = self.scene;
         let uses_footprints = scene.uses_footprints();
         let cone = |start: u32, ray: &Ray| {
             if !uses_footprints {
                 return Cone::default();
             }
-            scene.camera_cone(ray.direction, starts.time(start as usize))
+            scene.camera_cone(ray.direction, camera_rays.time(start as usize))
         };
-        let path = |(start, ray): (u32, Ray)| Walker {
+        let path = |(start, ray): (u32, Ray)| VolPathState {
             cone: cone(start, &ray),
-            state: State {
+            state: PathState {
                 beta: Spectrum::splat(scene.importance()),
-                squeeze: 1.0,
-                origin: Lit::in_space(ray.origin),
-                arrival: None,
-                clear,
+                eta_scale: 1.0,
+                origin: LightSampleContext::in_space(ray.origin),
+                bsdf_pdf: None,
+                camera_transmittance,
                 start,
                 target: start,
             },
             ray,
             medium: scene.media.camera,
             free: 0,
-            stream: stream(starts.samplers.get(start as usize), 0, None),
+            stream: stream(camera_rays.samplers.get(start as usize), 0, None),
         };
-        self.paths.extend((0..).zip(Rays::from(&starts.rays).iter()).map(path));
+        self.paths.extend((0..).zip(Rays::from(&camera_rays.rays).iter()).map(path));
     }
 
     /// Adds the light that paths find where they end; leaves those that are scattered.
-    fn arrive(&mut self, bounces: u32, starts: &Starts, sums: &mut Sums<W>) {
+    fn add_emission_and_sky(
+        &mut self,
+        bounces: u32,
+        camera_rays: &CameraRays,
+        accumulator: &mut RadianceAccumulator<W>,
+    ) {
         let cx = Context { scene: self.scene, settings: &self.settings };
-        let Self { rules, paths, events, scene, transparency, depth, .. } = self;
+        let Self { estimator, paths, events, scene, transparency, max_depth: depth, .. } = self;
         let goes_on = cx.settings.straight_is_free;
         let mut going = 0;
         for i in 0..paths.len() {
-            let Walker { state, ray, free, .. } = &paths[i];
+            let VolPathState { state, ray, free, .. } = &paths[i];
             let counted = bounces - free;
             let (shown, last) = (cx.settings.shows(counted), counted >= *depth);
-            let is_out = matches!(events[i], Event::Escaped);
-            let sees_sky = is_out && transparency.leaves(state, Ways::ONE);
+            let is_out = matches!(events[i], PathEvent::Escaped);
+            let sees_sky = is_out && transparency.on_escape(state, PathSplitting::NONE);
             match &events[i] {
-                Event::Escaped if shown && sees_sky => {
-                    escape(rules, cx, state, (ray.direction, bounces), sums);
+                PathEvent::Escaped if shown && sees_sky => {
+                    add_sky(estimator, cx, state, (ray.direction, bounces), accumulator);
                 }
-                Event::Surface(hit) if shown && scene.glows(hit) => {
-                    let time = starts.time(state.start as usize);
+                PathEvent::Surface(hit) if shown && scene.is_emissive(hit) => {
+                    let time = camera_rays.time(state.start as usize);
                     let at = &scene.interaction(ray, hit, time);
-                    find(rules, cx, state, Found { at, hit, time }, sums);
+                    add_emission(estimator, cx, state, SurfaceHit { at, hit, time }, accumulator);
                 }
                 _ => {}
             }
             let is_scattered = match events[i] {
-                Event::Surface(_) => !last || goes_on,
-                Event::Scattered { .. } => !last,
-                Event::Escaped | Event::Absorbed => false,
+                PathEvent::Surface(_) => !last || goes_on,
+                PathEvent::Scattered { .. } => !last,
+                PathEvent::Escaped | PathEvent::Absorbed => false,
             };
             if is_scattered {
                 (paths[going], events[going]) = (paths[i], events[i]);
@@ -271,56 +282,78 @@ impl<'a, W: Witness> VolPath<'a, W> {
 
     /// Asks for the direct light at each place where a path is scattered, and sends the paths that live
     /// on their way.
-    fn scatter(&mut self, bounces: u32, tracer: &mut Tracer, starts: &Starts, sums: &mut Sums<W>) {
+    fn scatter_paths(
+        &mut self,
+        bounces: u32,
+        tracer: &mut Tracer,
+        camera_rays: &CameraRays,
+        accumulator: &mut RadianceAccumulator<W>,
+    ) {
         let scene = self.scene;
-        let mut living = 0;
+        let mut live = 0;
         for i in 0..self.paths.len() {
             let (path, event) = (self.paths[i], self.events[i]);
             let counted = bounces - path.free;
-            let lit = self.settings.shows(counted + 1);
-            let sampler = starts.samplers.get(path.state.start as usize);
-            let choice = if self.choose { self.layout.material(sampler, bounces) } else { 0.0 };
-            let mut resolved = None;
-            let time = starts.time(path.state.start as usize);
-            let vertex = Vertex::new(scene, &path, &event, time, choice, &mut resolved);
+            let context = self.settings.shows(counted + 1);
+            let sampler = camera_rays.samplers.get(path.state.start as usize);
+            let choice = if self.stochastic_materials {
+                self.layout.material(sampler, bounces)
+            } else {
+                0.0
+            };
+            let mut materials = None;
+            let time = camera_rays.time(path.state.start as usize);
+            let vertex = Vertex::new(scene, &path, &event, time, choice, &mut materials);
             let Some(vertex) = vertex else { continue };
             // After the last interaction that is counted, light may go straight on.
-            let last = counted >= self.depth;
+            let last = counted >= self.max_depth;
             if last && !vertex.is_straight() {
                 continue;
             }
-            sums.witness.comes(path.state.start, || vertex.told(path.state.beta));
-            if lit && !vertex.is_delta() {
-                self.ask(&vertex, &path, (sampler, bounces), time, &mut sums.witness);
-                sums.scattered(bounces + 1);
-                self.shadows.answer_many(tracer, starts, sums);
+            accumulator.observer.on_vertex(path.state.start, || vertex.recorded(path.state.beta));
+            if context && !vertex.is_delta() {
+                self.sample_lights(
+                    &vertex,
+                    &path,
+                    (sampler, bounces),
+                    time,
+                    &mut accumulator.observer,
+                );
+                accumulator.set_bounces(bounces + 1);
+                self.shadow_rays.trace_if_full(tracer, camera_rays, accumulator);
             }
-            let next = self.next(&vertex, &path, sampler, bounces + 1, &mut sums.witness);
+            let next = self.sample_direction(
+                &vertex,
+                &path,
+                sampler,
+                bounces + 1,
+                &mut accumulator.observer,
+            );
             if let Some(next) = next.filter(|next| !last || next.free > path.free) {
-                self.paths[living] = next;
-                living += 1;
+                self.paths[live] = next;
+                live += 1;
             }
         }
-        self.paths.truncate(living);
+        self.paths.truncate(live);
     }
 
     /// Asks for samples of each light.
-    fn ask(
+    fn sample_lights(
         &mut self,
         vertex: &Vertex,
-        path: &Walker,
+        path: &VolPathState,
         (sampler, bounces): (Sampler, u32),
         time: f32,
-        witness: &mut W,
+        observer: &mut W,
     ) {
         let mut number = 0;
         for (light_number, light) in self.scene.lights.as_slice().iter().enumerate() {
-            let n = self.rules.light_samples(&self.settings, light);
+            let n = self.estimator.light_samples(&self.settings, light);
             for _ in 0..n {
                 let u = self.layout.light(sampler, bounces, number);
                 let stream = stream(sampler, bounces, Some(number));
-                let light_number = LightNumber::Still(light_number);
-                let asking = LightSampling {
+                let light_number = LightRef::Static(light_number);
+                let shading_block = LightSampling {
                     integrator: self,
                     vertex,
                     path,
@@ -328,21 +361,21 @@ impl<'a, W: Witness> VolPath<'a, W> {
                     u,
                     n,
                     stream,
-                    witness,
+                    observer,
                 };
-                if let Some(shadow) = light.visit(asking) {
-                    self.shadows.push(shadow);
+                if let Some(shadow) = light.visit(shading_block) {
+                    self.shadow_rays.push(shadow);
                 }
                 number = number.wrapping_add(1);
             }
         }
-        for (light_number, light) in self.scene.moving_lights().iter().enumerate() {
-            let n = self.rules.light_samples(&self.settings, &light.light);
+        for (light_number, light) in self.scene.animated_lights().iter().enumerate() {
+            let n = self.estimator.light_samples(&self.settings, &light.light);
             for _ in 0..n {
                 let u = self.layout.light(sampler, bounces, number);
                 let stream = stream(sampler, bounces, Some(number));
-                let light_number = LightNumber::Moving(light_number);
-                let asking = LightSampling {
+                let light_number = LightRef::Animated(light_number);
+                let shading_block = LightSampling {
                     integrator: self,
                     vertex,
                     path,
@@ -350,13 +383,13 @@ impl<'a, W: Witness> VolPath<'a, W> {
                     u,
                     n,
                     stream,
-                    witness,
+                    observer,
                 };
-                let sample = self.scene.sample_moving(light, time, vertex.point().p, u);
-                if let Some(shadow) =
-                    sample.and_then(|sample| asking.shadow(&sample, light.light.is_hidden()))
+                let sample = self.scene.sample_animated_light(light, time, vertex.point().p, u);
+                if let Some(shadow) = sample
+                    .and_then(|sample| shading_block.shadow(&sample, light.light.is_invisible()))
                 {
-                    self.shadows.push(shadow);
+                    self.shadow_rays.push(shadow);
                 }
                 number = number.wrapping_add(1);
             }
@@ -364,48 +397,49 @@ impl<'a, W: Witness> VolPath<'a, W> {
     }
 
     /// The path behind interaction number `bounces`, if it goes on.
-    fn next(
+    fn sample_direction(
         &self,
         vertex: &Vertex,
-        path: &Walker,
+        path: &VolPathState,
         sampler: Sampler,
         bounces: u32,
-        witness: &mut W,
-    ) -> Option<Walker> {
+        observer: &mut W,
+    ) -> Option<VolPathState> {
         let (u, roulette) = self.layout.direction(sampler, bounces - 1);
         let scattered = vertex.sample(u)?;
         let is_free = self.settings.straight_is_free && vertex.goes_straight(scattered.wi);
         // What goes straight on for free may be found by the light samples of the place before.
-        let (origin, arrival) = if is_free {
-            (path.state.origin, path.state.arrival)
+        let (origin, bsdf_pdf) = if is_free {
+            (path.state.origin, path.state.bsdf_pdf)
         } else {
-            (vertex.lit(), scattered.pdf)
+            (vertex.context(), scattered.pdf)
         };
-        let mut state = State {
+        let mut state = PathState {
             beta: path.state.beta * scattered.weight,
-            squeeze: path.state.squeeze * scattered.squeeze,
+            eta_scale: path.state.eta_scale * scattered.eta_scale,
             origin,
-            arrival,
-            clear: vertex.clear_behind(path.state.clear, scattered.wi),
+            bsdf_pdf,
+            camera_transmittance: vertex
+                .clear_behind(path.state.camera_transmittance, scattered.wi),
             ..path.state
         };
         if state.beta.is_black() {
             return None;
         }
         let survival = if vertex.is_in_medium() {
-            Path::survival_in_medium(&self.settings, &state, bounces)
+            Path::rr_survival_in_medium(&self.settings, &state, bounces)
         } else {
-            self.rules.survival(&self.settings, &state, bounces)
+            self.estimator.rr_survival_probability(&self.settings, &state, bounces)
         };
         if let Some(q) = survival {
             if roulette >= q {
                 return None;
             }
             state.beta *= 1.0 / q;
-            state.clear *= 1.0 / q;
+            state.camera_transmittance *= 1.0 / q;
         }
-        witness.leaves(state.start, || Departure::new(&scattered, survival));
-        Some(Walker {
+        observer.on_scatter(state.start, || ScatterSample::new(&scattered, survival));
+        Some(VolPathState {
             free: path.free + u32::from(is_free),
             state,
             ray: vertex.point().spawn(scattered.wi),
@@ -420,33 +454,36 @@ impl<'a, W: Witness> VolPath<'a, W> {
 struct LightSampling<'s, 'a, W> {
     integrator: &'s VolPath<'a, W>,
     vertex: &'s Vertex<'s>,
-    path: &'s Walker,
-    light_number: LightNumber,
+    path: &'s VolPathState,
+    light_number: LightRef,
     u: [f32; 2],
     n: u32,
     stream: Stream,
-    witness: &'s mut W,
+    observer: &'s mut W,
 }
 
-impl<W: Witness> LightVisitor for LightSampling<'_, '_, W> {
-    type Output = Option<Shadow>;
+impl<W: PathObserver> LightVisitor for LightSampling<'_, '_, W> {
+    type Output = Option<ShadowRay>;
 
     fn visit<L: Light>(self, light: &L) -> Self::Output {
         let tables = &self.integrator.scene.light_tables;
-        let sample = light.sample(tables, &self.vertex.lit(), self.u)?;
-        self.shadow(&sample, L::HIDDEN)
+        let sample = light.sample(tables, &self.vertex.context(), self.u)?;
+        self.shadow(&sample, L::INVISIBLE)
     }
 }
 
-impl<W: Witness> LightSampling<'_, '_, W> {
+impl<W: PathObserver> LightSampling<'_, '_, W> {
     /// The ray of a sample; `None` if it brings nothing. That of a light that is hidden, which rays do not find, brings all
     /// of it.
-    fn shadow(self, sample: &LightSample, is_hidden: bool) -> Option<Shadow> {
-        let Self { integrator, vertex, path, light_number, u, n, stream, witness } = self;
+    fn shadow(self, sample: &LightSample, is_invisible: bool) -> Option<ShadowRay> {
+        let Self { integrator, vertex, path, light_number, u, n, stream, observer } = self;
         let Context { scene, settings } = integrator.context();
         let point = vertex.point();
-        let weight =
-            if is_hidden { 1.0 } else { sampled_weight(settings, sample, n, |wi| vertex.pdf(wi)) };
+        let weight = if is_invisible {
+            1.0
+        } else {
+            light_mis_weight(settings, sample, n, |wi| vertex.pdf(wi))
+        };
         let p = sample.pdf.map_or(1.0, Pdf::get) * n as f32;
         let f = vertex.eval(sample.wi);
         let value = path.state.beta * f * sample.radiance * (weight / p);
@@ -457,9 +494,9 @@ impl<W: Witness> LightSampling<'_, '_, W> {
         let end = if sample.end.is_some() { 1.0 } else { f32::INFINITY };
         let medium = vertex.medium_towards(scene, sample.wi);
         let (ray, start) = (point.spawn_to(sample), path.state.start);
-        witness.asks(start, || {
-            witness::light(scene, light_number, (&vertex.lit(), u), sample, (weight, n))
+        observer.on_light_sample(start, || {
+            observer::light_source(scene, light_number, (&vertex.context(), u), sample, (weight, n))
         });
-        Some(Shadow { ray, end, value, medium, stream, start })
+        Some(ShadowRay { ray, end, value, medium, stream, start })
     }
 }

@@ -5,17 +5,17 @@ use std::borrow::Cow;
 use pt_core::bsdf::{Bsdf, BsdfSample};
 use pt_core::footprint::Cone;
 use pt_core::id::Id;
-use pt_core::light::Lit;
-use pt_core::material::Resolved;
+use pt_core::light::LightSampleContext;
+use pt_core::material::EvaluatedMaterial;
 use pt_core::medium::MediumRecord;
 use pt_core::phase::AnyPhase;
 use pt_core::scene::{RenderScene, SurfacePoint, SurfaceRecord};
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 
-use super::Walker;
-use super::travel::Event;
-use crate::integrator::wavefront::clear_behind;
-use crate::trace::Place;
+use super::VolPathState;
+use super::medium_step::PathEvent;
+use crate::integrator::wavefront::transmittance_after;
+use crate::trace::ScatterSite;
 
 /// A place where a path is scattered.
 pub(super) struct Vertex<'a> {
@@ -41,35 +41,35 @@ enum Kind<'a> {
 }
 
 impl<'a> Vertex<'a> {
-    /// Where a path came to be scattered, at its time; `choice` makes the choices of mixtures, and `resolved`
+    /// Where a path came to be scattered, at its time; `choice` makes the choices of mixtures, and `materials`
     /// has room for what a material is that varies. `None` if it is not scattered.
     #[inline(always)]
     pub(super) fn new(
         scene: &'a RenderScene,
-        path: &Walker,
-        event: &Event,
+        path: &VolPathState,
+        event: &PathEvent,
         time: f32,
         choice: f32,
-        resolved: &'a mut Option<Resolved>,
+        materials: &'a mut Option<EvaluatedMaterial>,
     ) -> Option<Self> {
-        let &Walker { ref ray, cone, medium, .. } = path;
+        let &VolPathState { ref ray, cone, medium, .. } = path;
         match event {
-            Event::Surface(hit) => {
+            PathEvent::Surface(hit) => {
                 let at = scene.interaction(ray, hit, time);
                 let width = scene.uses_footprints().then(|| cone.width_at(at.distance));
-                *resolved = scene.resolve(&at, hit, time, choice, width);
-                let bsdf = scene.bsdf(&at, resolved.as_ref());
+                *materials = scene.evaluate_material(&at, hit, time, choice, width);
+                let bsdf = scene.bsdf(&at, materials.as_ref());
                 let kind = Kind::Surface { bsdf, surface: at.surface, primitive: at.primitive };
                 Some(Self { point: at.point, medium, distance: at.distance, kind })
             }
-            Event::Scattered { t } => {
+            PathEvent::Scattered { t } => {
                 let p = ray.at(*t);
                 let phase = scene.media.table[medium?].phase_at(p);
                 let kind = Kind::Medium { phase, wo: -ray.direction };
                 let point = SurfacePoint::in_space(p);
                 Some(Self { point, medium, distance: *t, kind })
             }
-            Event::Escaped | Event::Absorbed => None,
+            PathEvent::Escaped | PathEvent::Absorbed => None,
         }
     }
 
@@ -78,19 +78,19 @@ impl<'a> Vertex<'a> {
     }
 
     /// What there is to tell of it and of the path that came.
-    pub(super) fn told(&self, throughput: Spectrum) -> crate::trace::Vertex {
+    pub(super) fn recorded(&self, throughput: Spectrum) -> crate::trace::Vertex {
         let place = match &self.kind {
-            Kind::Surface { bsdf, primitive, .. } => Place::of(bsdf, *primitive),
-            Kind::Medium { phase, .. } => Place::Medium { phase: phase.name() },
+            Kind::Surface { bsdf, primitive, .. } => ScatterSite::of(bsdf, *primitive),
+            Kind::Medium { phase, .. } => ScatterSite::Medium { phase: phase.name() },
         };
-        crate::trace::Vertex { p: self.point.p, place, throughput, departure: None }
+        crate::trace::Vertex { p: self.point.p, site: place, throughput, scatter: None }
     }
 
     /// What lights are told of it.
-    pub(super) fn lit(&self) -> Lit {
+    pub(super) fn context(&self) -> LightSampleContext {
         match &self.kind {
-            Kind::Surface { bsdf, .. } => bsdf.lit(self.point.p),
-            Kind::Medium { .. } => Lit::in_space(self.point.p),
+            Kind::Surface { bsdf, .. } => bsdf.light_sample_context(self.point.p),
+            Kind::Medium { .. } => LightSampleContext::in_space(self.point.p),
         }
     }
 
@@ -161,9 +161,9 @@ impl<'a> Vertex<'a> {
     }
 
     /// How clear the way of a path is that leaves in the direction `wi`.
-    pub(super) fn clear_behind(&self, clear: f32, wi: Vec3) -> f32 {
+    pub(super) fn clear_behind(&self, camera_transmittance: f32, wi: Vec3) -> f32 {
         match &self.kind {
-            Kind::Surface { bsdf, .. } => clear_behind(clear, bsdf, wi),
+            Kind::Surface { bsdf, .. } => transmittance_after(camera_transmittance, bsdf, wi),
             Kind::Medium { .. } => 0.0,
         }
     }
@@ -173,7 +173,7 @@ impl<'a> Vertex<'a> {
         match &self.kind {
             Kind::Surface { surface, .. } => {
                 let outwards = wi.dot(self.point.normal) > 0.0;
-                scene.media.beyond(*surface, outwards, self.medium)
+                scene.media.medium_after_crossing(*surface, outwards, self.medium)
             }
             Kind::Medium { .. } => self.medium,
         }

@@ -1,0 +1,212 @@
+//! An instrument that measures what lobes reflect, by the way of the paper, for tests and examples: what tables tell of a
+//! lobe is then known.
+
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
+
+use pt_math::{Spectrum, Vec2, Vec3, trig};
+use pt_scene::material::{Distribution, Masking};
+use pt_scene::measured::{Measurements, Planes, Tables};
+
+use super::super::microfacet::MicrofacetDistribution;
+use super::super::{AnyLobe, RoughConductor, RoughPlastic, SmoothConductor};
+use super::planes::{Blend, Warp};
+use super::stretch;
+
+/// What is measured: a lobe that reflects, and the facets of which its tables are.
+pub struct TabulatedLobe<'a> {
+    /// What is said of it.
+    pub description: &'a str,
+    /// What it reflects.
+    pub lobe: AnyLobe<'a>,
+    /// D(m) of facets. Those of the lobe make tables of which the numbers differ least; what they do not reflect is as
+    /// right where D is not too small for numbers between.
+    pub distribution: &'a dyn Fn(Vec3) -> f32,
+    /// Whether it is the same all around; else it is measured all around a half, and has to be the same on the other.
+    pub is_isotropic: bool,
+    /// Whether what is reflected is written over D / 4σ.
+    pub is_relative: bool,
+}
+
+/// Numbers of points along the axes of the tables, each at least 2.
+pub struct Gonioreflectometer {
+    /// Angles from the normal.
+    pub theta: usize,
+    /// Angles around it, of a half; at least 3.
+    pub phi: usize,
+    /// Columns and rows of D and σ.
+    pub distribution: [usize; 2],
+    /// Columns and rows of visible normals.
+    pub visible: [usize; 2],
+    /// Columns and rows of what is reflected.
+    pub reflected: usize,
+}
+
+/// Angles from the normal up to which is measured.
+const MAX_THETA: f32 = 1.5;
+
+/// A direction by where the square has it.
+fn direction(p: Vec2) -> Vec3 {
+    let (sin, cos) = trig::sin_cos(FRAC_PI_2 * p.x * p.x);
+    let (sin_phi, cos_phi) = trig::sin_cos(p.y * TAU - PI);
+    Vec3::new(sin * cos_phi, sin * sin_phi, cos)
+}
+
+/// The points of a plane.
+fn points([columns, rows]: [usize; 2]) -> impl Iterator<Item = Vec2> {
+    let step = |i: usize, n: usize| i as f32 / (n - 1) as f32;
+    (0..rows).flat_map(move |row| {
+        (0..columns).map(move |column| Vec2::new(step(column, columns), step(row, rows)))
+    })
+}
+
+fn plane(size: [usize; 2], number: impl Fn(Vec2) -> f32) -> Planes {
+    Planes { columns: size[0], rows: size[1], values: points(size).map(number).collect() }
+}
+
+impl Gonioreflectometer {
+    /// The tables of a specimen.
+    ///
+    /// # Panics
+    /// If its facets are no distribution.
+    pub fn measure(&self, specimen: &TabulatedLobe<'_>) -> Measurements {
+        let distribution = specimen.distribution;
+        let theta: Vec<f32> = steps(self.theta).map(|t| t * MAX_THETA).collect();
+        let phi: Vec<f32> = if specimen.is_isotropic {
+            vec![0.0]
+        } else {
+            steps(self.phi).map(|t| PI * (t - 1.0)).collect()
+        };
+        let views = phi.iter().flat_map(|phi| theta.iter().map(move |theta| [*phi, *theta]));
+        let views: Vec<Vec3> = views
+            .map(|[phi, theta]| {
+                let ((sin, cos), (s, c)) = (trig::sin_cos(theta), trig::sin_cos(phi));
+                Vec3::new(sin * c, sin * s, cos)
+            })
+            .collect();
+        let mut vndf =
+            Planes { columns: self.visible[0], rows: self.visible[1], values: Vec::new() };
+        for wo in &views {
+            let visible = |p: Vec2| {
+                let m = direction(p);
+                distribution(m) * m.dot(*wo).max(0.0) * stretch(p.x, m.x.hypot(m.y))
+            };
+            vndf.values.extend(points(self.visible).map(visible));
+        }
+        let mut tables = Tables {
+            description: specimen.description.to_owned(),
+            theta,
+            phi,
+            ndf: plane(self.distribution, |p| distribution(direction(p))),
+            sigma: plane(self.distribution, |p| projected(distribution, direction(p))),
+            vndf,
+            is_relative: specimen.is_relative,
+            ..Tables::default()
+        };
+        self.light(specimen, &views, &mut tables);
+        Measurements::new(tables).expect("tables of the instrument fit together")
+    }
+
+    /// Measures what is reflected where the tables so far say.
+    fn light(&self, specimen: &TabulatedLobe<'_>, views: &[Vec3], tables: &mut Tables) {
+        let size = [self.reflected; 2];
+        let warp = Warp::new(&tables.vndf);
+        let [ndf, sigma] = [&tables.ndf, &tables.sigma].map(super::Planes::from);
+        let mut luminance = Vec::new();
+        for (view, wo) in views.iter().enumerate() {
+            let blend = Blend::only(view);
+            let [theta, phi] = super::angles(*wo);
+            let area = sigma.at(&Blend::ONE, Vec2::new(super::column(theta), super::row(phi)));
+            for point in points(size) {
+                let normal = warp.sample(&blend, point);
+                let m = direction(normal);
+                let wi = m * (2.0 * wo.dot(m)) - *wo;
+                let f = if wi.z > 0.0 {
+                    specimen.lobe.eval(*wo, wi.normalize())
+                } else {
+                    Spectrum::ZERO
+                };
+                let seen = warp.pdf(&blend, normal);
+                let apart = stretch(normal.x, m.x.hypot(m.y)) * 4.0 * wo.dot(m);
+                luminance.push(if seen > 0.0 {
+                    (f.luminance() * apart / seen).max(0.0)
+                } else {
+                    0.0
+                });
+                let over = if specimen.is_relative {
+                    ndf.at(&Blend::ONE, normal) / (4.0 * area)
+                } else {
+                    1.0
+                };
+                tables.colors.push(if over > 0.0 {
+                    (f * (1.0 / over)).to_array()
+                } else {
+                    [0.0; 3]
+                });
+            }
+        }
+        let [columns, rows] = size;
+        tables.luminance = Planes { columns, rows, values: luminance };
+    }
+}
+
+/// Numbers from 0 to 1.
+fn steps(count: usize) -> impl Iterator<Item = f32> {
+    (0..count).map(move |i| i as f32 / (count - 1) as f32)
+}
+
+/// σ, the integral of D(m) (m · ω) over the normals that ω sees.
+fn projected(distribution: &dyn Fn(Vec3) -> f32, w: Vec3) -> f32 {
+    const SIDE: u16 = 128;
+    let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(SIDE);
+    let seen = |i: u16, j: u16| {
+        let p = Vec2::new(middle(i), middle(j));
+        let m = direction(p);
+        f64::from(distribution(m) * m.dot(w).max(0.0) * stretch(p.x, m.x.hypot(m.y)))
+    };
+    let sum: f64 = (0..SIDE).flat_map(|i| (0..SIDE).map(move |j| seen(i, j))).sum();
+    (sum / f64::from(SIDE).powi(2)) as f32
+}
+
+/// A glossy surface that is the same all around, a metal that is not, and the former with what it reflects as it is.
+pub(super) fn examples() -> [Measurements; 3] {
+    let instrument = Gonioreflectometer {
+        theta: 6,
+        phi: 5,
+        distribution: [16, 8],
+        visible: [24, 16],
+        reflected: 16,
+    };
+    let gloss = MicrofacetDistribution::isotropic(Distribution::Ggx, 0.4);
+    let glossy = RoughPlastic {
+        rho: Spectrum::rgb(0.1, 0.3, 0.5),
+        f0: Spectrum::splat(0.2),
+        distribution: gloss,
+    };
+    let brushed = MicrofacetDistribution {
+        distribution: Distribution::Ggx,
+        masking: Masking::Correlated,
+        alpha: [0.5, 0.25],
+    };
+    let metal = RoughConductor { metal: SmoothConductor::gold(), distribution: brushed };
+    // Facets that look to all sides carry what is diffuse.
+    let mixed = |m: Vec3| 0.5 * gloss.d(m) + 0.5 * FRAC_1_PI;
+    let of_glossy = |description, is_relative| TabulatedLobe {
+        description,
+        lobe: glossy.into(),
+        distribution: &mixed,
+        is_isotropic: true,
+        is_relative,
+    };
+    let brushed = TabulatedLobe {
+        description: "brushed gold",
+        lobe: metal.into(),
+        distribution: &|m| brushed.d(m),
+        is_isotropic: false,
+        is_relative: true,
+    };
+    [
+        instrument.measure(&of_glossy("glossy", true)),
+        instrument.measure(&brushed),
+        instrument.measure(&of_glossy("glossy as it is", false)),
+    ]
+}

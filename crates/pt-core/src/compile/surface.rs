@@ -1,0 +1,99 @@
+//! What materials become, before they are on a surface.
+
+use pt_math::Spectrum;
+use pt_scene::{Color, Scalar, Surface};
+
+use super::materials;
+use super::textures::{Lowering, ShownValues};
+use crate::bsdf::{AnyLobe, Diffuse, LobeRecord};
+use crate::id::Id;
+use crate::material::Material;
+use crate::texture::{FloatTexture, TextureRecord};
+
+/// What a material becomes.
+#[derive(Clone)]
+pub(super) struct CompiledSurface {
+    pub(super) lobe: Id<LobeRecord>,
+    pub(super) two_sided: bool,
+    pub(super) material: Option<Id<Material>>,
+    pub(super) opacity: Option<FloatTexture>,
+    /// See [`SurfaceRecord::cull_backfaces`](crate::scene::SurfaceRecord::cull_backfaces).
+    pub(super) has_no_back: bool,
+    /// See [`SurfaceRecord::emission`](crate::scene::SurfaceRecord::emission).
+    pub(super) emission: Spectrum,
+    pub(super) emission_texture: Option<Id<TextureRecord>>,
+    /// See [`SurfaceRecord::emission_coat`](crate::scene::SurfaceRecord::emission_coat).
+    pub(super) emission_coat: f32,
+    /// Whether rays find nothing of it.
+    pub(super) hidden_emission: bool,
+    /// What its textures show of meshes.
+    pub(super) shown: ShownValues,
+}
+
+impl CompiledSurface {
+    pub(super) fn of(material: &pt_scene::Material, cx: &mut Lowering) -> Self {
+        let surface = materials::lower(&material.surface, cx);
+        let opacity = match material.opacity {
+            Scalar::Value(opacity) if opacity >= 1.0 => None,
+            ref opacity => Some(cx.varying(opacity)),
+        };
+        let (emission, emission_texture) = match &material.emission {
+            Color::Value(emission) => ((*emission).into(), None),
+            Color::Texture(texture) => (Spectrum::ONE, Some(cx.texture(texture))),
+        };
+        let shown = cx.take_shown();
+        Self {
+            opacity,
+            has_no_back: material.surface.has_no_back(),
+            emission,
+            emission_texture,
+            emission_coat: coat_of(&material.surface),
+            hidden_emission: material.hidden_emission,
+            shown,
+            ..Self::opaque(surface, cx)
+        }
+    }
+
+    pub(super) fn default_one(cx: &mut Lowering) -> Self {
+        let surface = materials::default_material(cx);
+        Self::opaque(surface, cx)
+    }
+
+    /// What does not glow.
+    fn opaque(surface: Material, cx: &mut Lowering) -> Self {
+        let (lobe, two_sided, material) = match surface {
+            Material::Lobe(l) if l.is_plain() => (l.lobe, l.two_sided, None),
+            varying => {
+                let black = Diffuse { rho: Spectrum::ZERO };
+                let lobe = cx.lobes.push(AnyLobe::from(black).record());
+                (lobe, true, Some(cx.materials.table.push(varying)))
+            }
+        };
+        Self {
+            lobe,
+            two_sided,
+            material,
+            opacity: None,
+            has_no_back: false,
+            emission: Spectrum::ZERO,
+            emission_texture: None,
+            emission_coat: 0.0,
+            hidden_emission: false,
+            shown: ShownValues::default(),
+        }
+    }
+}
+
+/// The share of a surface that is under a clear coat through which it emits: of the material of glTF, whose texts say so. A
+/// coat that differs from point to point leaves all.
+fn coat_of(surface: &Surface) -> f32 {
+    match surface {
+        Surface::MetallicRoughness(layers) => match &layers.clearcoat {
+            Scalar::Value(coat) => *coat,
+            Scalar::Texture(_) => 0.0,
+        },
+        Surface::Embossed(embossed) => coat_of(&embossed.surface),
+        Surface::Sided(sided) => coat_of(&sided.front),
+        _ => 0.0,
+    }
+}

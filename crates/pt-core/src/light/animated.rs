@@ -1,0 +1,90 @@
+//! Lights on shapes that move: sampled in the coordinates of the shape, at the time of the path.
+//!
+//! With M the linear part of the transform, the direction ω' in these coordinates is ω = Mω'/|Mω'| in
+//! the world, and dω = |det M| / |Mω'|³ dω': the cone over an area grows as its volume, and as the
+//! cube of its length.
+
+use pt_math::interval::EPSILON;
+use pt_math::{DAffine3, DVec3, Pdf, SolidAngle, Vec3};
+
+use super::{AnyLight, LightHit, LightSample, LightSampleContext, LightTables};
+use crate::id::Id;
+use crate::scene::{Interaction, SurfaceRecord};
+
+/// A light that moves with what is placed.
+#[derive(Clone, Copy, Debug)]
+pub struct AnimatedLight {
+    /// The number of the placement.
+    pub placement: u32,
+    /// The surface that glows.
+    pub surface: Id<SurfaceRecord>,
+    /// The light, in coordinates of the object.
+    pub light: AnyLight,
+}
+
+impl AnimatedLight {
+    /// See [`Light::sample`](super::Light::sample); `to_world` is the place at the time.
+    pub(crate) fn sample(
+        &self,
+        to_world: &DAffine3,
+        tables: &LightTables,
+        p: Vec3,
+        u: [f32; 2],
+    ) -> Option<LightSample> {
+        let m = to_world.matrix3;
+        let there = m.inverse() * (p.as_dvec3() - to_world.translation);
+        let sample =
+            self.light.sample(tables, &LightSampleContext::in_space(there.as_vec3()), u)?;
+        let wi = m * sample.wi.as_dvec3();
+        let length = wi.length();
+        let wi = (wi / length).as_vec3();
+        let end = to_world.transform_point3(sample.end?.as_dvec3()).as_vec3();
+        // In the world, the end of the way is rounded once more.
+        let rounded = EPSILON * (end.abs() + p.abs()).max_element();
+        Some(LightSample {
+            wi,
+            distance: sample.distance * length as f32,
+            end: Some(end - wi * (4.0 * rounded)),
+            radiance: sample.radiance,
+            pdf: sample.pdf.map(|pdf| pdf.times(stretch(m.determinant(), length))),
+        })
+    }
+
+    /// See [`Light::pdf`](super::Light::pdf) for a ray from `p` to a point of it, which is `at`;
+    /// `triangle` and `primitive` are those of the object.
+    pub(crate) fn pdf(
+        &self,
+        to_world: &DAffine3,
+        tables: &LightTables,
+        p: Vec3,
+        at: &Interaction,
+        (triangle, primitive): (Option<[Vec3; 3]>, u32),
+    ) -> Pdf<SolidAngle> {
+        let m = to_world.matrix3;
+        let inverse = m.inverse();
+        let there = inverse * (p.as_dvec3() - to_world.translation);
+        let direction = inverse * -at.wo.as_dvec3();
+        let length = direction.length().recip();
+        let wi = direction * length;
+        let normal = (m.transpose() * at.point.normal.as_dvec3()).normalize_or(DVec3::Z);
+        let distance = f64::from(at.distance) / length;
+        let hit = LightHit {
+            distance_squared: (distance * distance) as f32,
+            cos: normal.dot(wi).abs() as f32,
+            triangle,
+            primitive,
+        };
+        let pdf = self.light.pdf(
+            tables,
+            &LightSampleContext::in_space(there.as_vec3()),
+            wi.as_vec3(),
+            Some(hit),
+        );
+        pdf.times(stretch(m.determinant(), length))
+    }
+}
+
+/// dω'/dω, of which `length` is |Mω'|.
+fn stretch(determinant: f64, length: f64) -> f32 {
+    (length * length * length / determinant.abs()) as f32
+}

@@ -1,0 +1,146 @@
+//! Rays that go on through surfaces of which a part is not there.
+
+use pt_bvh::Hit;
+use pt_core::settings::Hidden;
+use pt_math::sampler::Sampler;
+use pt_math::{Ray, Rays};
+
+use super::CameraRays;
+use crate::Tracer;
+
+/// The dimension of the sampler by which a path goes on through a hole or not: number `count` of
+/// those it meets between two bounces. Far from the dimensions of bounces.
+fn dimension(bounces: u32, count: u32) -> u32 {
+    const FIRST: u32 = 1 << 31;
+    const BETWEEN_BOUNCES: u32 = 1 << 12;
+    FIRST.wrapping_add(bounces.wrapping_mul(BETWEEN_BOUNCES)).wrapping_add(count.wrapping_mul(2))
+}
+
+/// Lets paths that met holes between two bounces go on, each by its time and numbers of its own; `passed`
+/// hears of what they leave behind: the number of the ray, the ray, and its hit.
+pub(super) fn skip_transparent(
+    tracer: &mut Tracer,
+    bounces: u32,
+    rays: &[Ray],
+    hits: &mut [Option<Hit>],
+    (time, sampler): (impl Fn(usize) -> f32, impl Fn(usize) -> Sampler),
+    mut passed: impl FnMut(usize, &Ray, &Hit),
+) {
+    continue_through(tracer, rays, time, hits, |i, count, ray, hit, opacity| {
+        let goes_on = sampler(i).at_dimension(dimension(bounces, count)).next_1d() >= opacity;
+        if goes_on {
+            passed(i, ray, hit);
+        }
+        goes_on
+    });
+}
+
+/// Moves hits of camera rays on surfaces that emit to what is behind them.
+pub(super) fn skip_emitters(
+    tracer: &mut Tracer,
+    rays: &[Ray],
+    time: impl Fn(usize) -> f32,
+    hits: &mut [Option<Hit>],
+) {
+    let scene = tracer.scene;
+    continue_while(tracer, rays, time, hits, |_, _, hit| scene.is_emissive(hit));
+}
+
+/// The first surfaces that camera rays see, in place of what `hits` held; those of their paths.
+pub(crate) fn first_hits(
+    tracer: &mut Tracer,
+    camera_rays: &CameraRays,
+    hidden: Hidden,
+    hits: &mut Vec<Option<Hit>>,
+) {
+    let rays = Rays::from(&camera_rays.rays);
+    tracer.intersect(rays, |i| camera_rays.time(i), hits);
+    if hidden == Hidden::Emitters {
+        let rays: Vec<Ray> = rays.iter().collect();
+        skip_emitters(tracer, &rays, |i| camera_rays.time(i), hits);
+    }
+    if tracer.scene.has_alpha {
+        let rays: Vec<Ray> = rays.iter().collect();
+        let of = (|i| camera_rays.time(i), |i| camera_rays.samplers.get(i));
+        skip_transparent(tracer, 0, &rays, hits, of, |_, _, _| {});
+    }
+}
+
+/// Moves hits on surfaces that are not all there to what is behind them, as long as `goes_on` says. It
+/// is told the number of the ray, how many holes it went through before, the ray, what it hit, and the
+/// share of the surface that is there, which is less than 1. `time` tells the time of a ray.
+pub(super) fn continue_through(
+    tracer: &mut Tracer,
+    rays: &[Ray],
+    time: impl Fn(usize) -> f32,
+    hits: &mut [Option<Hit>],
+    mut goes_on: impl FnMut(usize, u32, &Ray, &Hit, f32) -> bool,
+) {
+    let scene = tracer.scene;
+    continue_while(tracer, rays, &time, hits, |i, count, hit| {
+        let opacity = scene.opacity(&rays[i], hit, time(i));
+        opacity < 1.0 && goes_on(i, count, &rays[i], hit, opacity)
+    });
+}
+
+/// Moves hits to what is behind them, as long as `passes` says by the number of the ray, how many surfaces
+/// it went through before, and what it hit. `time` gives the time of a ray.
+///
+/// A ray that goes on begins behind its hit: the same ray meets the same triangle at the same
+/// distance, which its interval no longer holds.
+fn continue_while(
+    tracer: &mut Tracer,
+    rays: &[Ray],
+    time: impl Fn(usize) -> f32,
+    hits: &mut [Option<Hit>],
+    mut passes: impl FnMut(usize, u32, &Hit) -> bool,
+) {
+    let mut under_way: Vec<usize> = (0..rays.len()).collect();
+    let (mut again, mut found) = (Vec::new(), Vec::new());
+    for count in 0.. {
+        under_way.retain(|&i| hits[i].as_ref().is_some_and(|hit| passes(i, count, hit)));
+        if under_way.is_empty() {
+            return;
+        }
+        again.clear();
+        again.extend(under_way.iter().map(|&i| {
+            let behind = hits[i].map_or(rays[i].t_max, |hit| hit.t.next_up());
+            Ray { t_min: behind, ..rays[i] }
+        }));
+        tracer.intersect(&again, |i| time(under_way[i]), &mut found);
+        for (&i, hit) in under_way.iter().zip(&found) {
+            hits[i] = *hit;
+        }
+    }
+}
+
+/// The share of the light that gets along each ray, in place of what `transmittance` held; `time` tells the
+/// time of a ray.
+pub(super) fn shadow_transmittance(
+    tracer: &mut Tracer,
+    rays: &[Ray],
+    time: impl Fn(usize) -> f32,
+    blocked: &[bool],
+    transmittance: &mut Vec<f32>,
+) {
+    transmittance.clear();
+    transmittance.extend(blocked.iter().map(|&b| if b { 0.0 } else { 1.0 }));
+    if !tracer.scene.has_alpha {
+        return;
+    }
+    let unclear: Vec<usize> = (0..rays.len()).filter(|&i| blocked[i]).collect();
+    let of_unclear: Vec<Ray> = unclear.iter().map(|&i| rays[i]).collect();
+    let mut passed = vec![1.0; unclear.len()];
+    let mut hits = Vec::new();
+    let time = |i: usize| time(unclear[i]);
+    tracer.intersect(&of_unclear, time, &mut hits);
+    continue_through(tracer, &of_unclear, time, &mut hits, |i, _, _, _, opacity| {
+        passed[i] *= 1.0 - opacity;
+        passed[i] > 0.0
+    });
+    for ((&i, hit), passed) in unclear.iter().zip(&hits).zip(passed) {
+        if hit.is_none() {
+            transmittance[i] = passed;
+        }
+    }
+}

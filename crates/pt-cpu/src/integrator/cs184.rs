@@ -1,0 +1,95 @@
+//! Light as the program of the university course (CS184 / CSC4140, assignments 3-1 and 3-2)
+//! computes it; `docs/cs184.md` says where it differs from physics.
+
+use pt_core::bsdf::Bsdf;
+use pt_core::light::{AnyLight, LightSample};
+use pt_core::settings::{DirectLight, Roulette, Settings};
+use pt_math::{Spectrum, Vec3};
+
+use super::direct::Hemisphere;
+use super::estimator::{Context, PathEstimator, Skies, SurfaceHit};
+use super::path_queue::{BsdfPdf, PathState};
+
+/// The course's estimator: emission is seen by the camera and after mirrors and glass, all other
+/// light is found by light sampling, or by uniform directions of the hemisphere.
+pub(super) struct Cs184;
+
+impl PathEstimator for Cs184 {
+    fn max_depth(&self, settings: &Settings) -> u32 {
+        settings.max_depth
+    }
+
+    fn clamps(&self) -> bool {
+        false
+    }
+
+    /// Seen by the camera only.
+    #[inline(always)]
+    fn sky_radiance(
+        &self,
+        cx: Context,
+        path: &PathState,
+        d: Vec3,
+        bounces: u32,
+        infinite_lights: &Skies,
+    ) -> Spectrum {
+        if bounces == 0 {
+            cx.scene.le_infinite(path.origin.p, d, infinite_lights)
+        } else {
+            Spectrum::ZERO
+        }
+    }
+
+    #[inline(always)]
+    fn emitted_radiance(&self, cx: Context, path: &PathState, found: SurfaceHit) -> Spectrum {
+        let SurfaceHit { at, hit, time } = found;
+        if path.bsdf_pdf.is_none() { cx.scene.le(at, hit, time) } else { Spectrum::ZERO }
+    }
+
+    #[inline(always)]
+    fn light_samples(&self, settings: &Settings, light: &AnyLight) -> u32 {
+        match settings.direct {
+            DirectLight::UniformHemisphere => 0,
+            _ if light.is_delta() => 1,
+            _ => settings.light_samples,
+        }
+    }
+
+    /// An area light counts times the distance to it (its density forgets to divide by it once),
+    /// and a point light does not fall off at all.
+    #[inline(always)]
+    fn light_weight(&self, _: &Settings, _: &Bsdf, sample: &LightSample, _: u32) -> f32 {
+        let d = sample.distance;
+        match (sample.end, sample.pdf) {
+            (None, _) => 1.0,
+            (Some(_), Some(_)) => d,
+            (Some(_), None) => d * d,
+        }
+    }
+
+    /// Uniform directions, which find glowing surfaces only.
+    fn hemisphere(&self, Context { scene, settings }: Context) -> Option<Hemisphere> {
+        let samples = scene.lights.as_slice().len() as u32 * settings.light_samples;
+        let uniform = settings.direct == DirectLight::UniformHemisphere;
+        uniform.then_some(Hemisphere { samples, cosine: false, sky: false })
+    }
+
+    #[inline(always)]
+    fn counts_emission(&self, _: &Settings, bsdf_pdf: BsdfPdf) -> bool {
+        bsdf_pdf.is_none()
+    }
+
+    /// The first indirect bounce is always traced.
+    #[inline(always)]
+    fn rr_survival_probability(
+        &self,
+        settings: &Settings,
+        _: &PathState,
+        bounces: u32,
+    ) -> Option<f32> {
+        match settings.roulette {
+            Roulette::Fixed(q) if bounces > 1 => Some(q),
+            _ => None,
+        }
+    }
+}

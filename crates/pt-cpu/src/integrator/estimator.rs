@@ -1,0 +1,76 @@
+//! What distinguishes one path tracer from another.
+
+use pt_bvh::Hit;
+use pt_core::bsdf::Bsdf;
+use pt_core::id::Id;
+use pt_core::light::{AnyLight, LightSample};
+use pt_core::scene::{Interaction, RenderScene};
+use pt_core::settings::Settings;
+use pt_math::{Spectrum, Vec3};
+
+use super::direct::Hemisphere;
+use super::path_queue::{BsdfPdf, PathState};
+
+/// What is rendered, and how.
+#[derive(Clone, Copy)]
+pub(super) struct Context<'a> {
+    pub(super) scene: &'a RenderScene,
+    pub(super) settings: &'a Settings,
+}
+
+/// Lights of the sky.
+pub(super) type Skies = [Id<AnyLight>];
+
+/// A surface that a ray found.
+#[derive(Clone, Copy)]
+pub(super) struct SurfaceHit<'a> {
+    pub(super) at: &'a Interaction,
+    pub(super) hit: &'a Hit,
+    /// The time of the path.
+    pub(super) time: f32,
+}
+
+/// What distinguishes one path tracer from another.
+pub(super) trait PathEstimator {
+    /// Largest number of surface interactions.
+    fn max_depth(&self, settings: &Settings) -> u32;
+
+    /// Whether contributions are cut off as the settings say.
+    fn clamps(&self) -> bool {
+        true
+    }
+
+    /// Weighted radiance of these lights of the sky towards a ray that left the scene in direction `d`.
+    fn sky_radiance(
+        &self,
+        cx: Context,
+        path: &PathState,
+        d: Vec3,
+        bounces: u32,
+        infinite_lights: &Skies,
+    ) -> Spectrum;
+
+    /// Weighted radiance that a surface emits towards the ray that found it.
+    fn emitted_radiance(&self, cx: Context, path: &PathState, found: SurfaceHit) -> Spectrum;
+
+    /// Number of samples of a light at each surface, 0 if it is not sampled.
+    fn light_samples(&self, settings: &Settings, light: &AnyLight) -> u32;
+
+    /// Weight of one of `n` samples of a light that rays may find, too.
+    fn light_weight(&self, settings: &Settings, bsdf: &Bsdf, sample: &LightSample, n: u32) -> f32;
+
+    /// How direct light is looked for in random directions, if it is.
+    fn hemisphere(&self, cx: Context) -> Option<Hemisphere>;
+
+    /// Whether light that a ray finds can count, by how the ray came to its direction.
+    fn counts_emission(&self, settings: &Settings, bsdf_pdf: BsdfPdf) -> bool;
+
+    /// Russian roulette: the probability with which a path goes on after `bounces` interactions,
+    /// or `None` if it does in any case.
+    fn rr_survival_probability(
+        &self,
+        settings: &Settings,
+        path: &PathState,
+        bounces: u32,
+    ) -> Option<f32>;
+}

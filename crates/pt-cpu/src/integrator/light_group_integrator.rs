@@ -1,0 +1,83 @@
+//! Light by groups of lights: of what paths are told to have found, by whom each part was given.
+
+use pt_core::RenderScene;
+use pt_core::film::ExactSum;
+use pt_math::Spectrum;
+
+use super::{CameraRays, Integrator, TracedIntegrator};
+use crate::Tracer;
+use crate::light_groups::LightGroups;
+use crate::trace::{Contribution, LightSource};
+
+/// An integrator that also tells the light of each group: the samples are those of `inner`, which writes down where
+/// its light came from.
+pub(crate) struct LightGroupIntegrator<'a> {
+    inner: Box<dyn TracedIntegrator + 'a>,
+    scene: &'a RenderScene,
+    groups: &'a LightGroups,
+    /// Of each start in turn the light of all groups.
+    radiance: Vec<Spectrum>,
+}
+
+impl<'a> LightGroupIntegrator<'a> {
+    pub(crate) fn new(
+        inner: Box<dyn TracedIntegrator + 'a>,
+        scene: &'a RenderScene,
+        groups: &'a LightGroups,
+    ) -> Self {
+        Self { inner, scene, groups, radiance: Vec::new() }
+    }
+}
+
+/// Adds light of the sky, of which each of its lights gave a share in proportion to what it brought.
+fn add_shares(
+    parts: &mut [Spectrum],
+    groups: &LightGroups,
+    value: Spectrum,
+    infinite_lights: &[Spectrum],
+) {
+    let whole = infinite_lights.iter().copied().sum::<Spectrum>().to_array();
+    for (number, sky) in (0..).zip(infinite_lights) {
+        let (sky, value) = (sky.to_array(), value.to_array());
+        let share = |c: usize| if sky[c] == 0.0 { 0.0 } else { value[c] * (sky[c] / whole[c]) };
+        parts[groups.of_sky(number) as usize] += Spectrum::from([0, 1, 2].map(share));
+    }
+}
+
+impl Integrator for LightGroupIntegrator<'_> {
+    fn radiance(
+        &mut self,
+        tracer: &mut Tracer,
+        camera_rays: &CameraRays,
+        radiance: &mut Vec<Spectrum>,
+    ) {
+        self.inner.radiance(tracer, camera_rays, radiance);
+        let Self { scene, groups, .. } = *self;
+        let count = groups.names().len();
+        self.radiance.clear();
+        self.radiance.resize(count * radiance.len(), Spectrum::ZERO);
+        let traces = self.inner.take_traces();
+        for (trace, parts) in traces.iter().zip(self.radiance.chunks_exact_mut(count)) {
+            let mut infinite_lights = trace.infinite_lights.iter().peekable();
+            for Contribution { source, value, .. } in &trace.contributions {
+                let is_sky = matches!(source, LightSource::Sky { .. });
+                match infinite_lights.next_if(|_| is_sky) {
+                    Some(infinite_lights) => add_shares(parts, groups, *value, infinite_lights),
+                    None => parts[groups.of_source(scene, source) as usize] += *value,
+                }
+            }
+        }
+    }
+
+    fn take_clamped(&mut self) -> ExactSum {
+        self.inner.take_clamped()
+    }
+
+    fn transparency(&self) -> &[f32] {
+        self.inner.transparency()
+    }
+
+    fn light_group_radiance(&self) -> &[Spectrum] {
+        &self.radiance
+    }
+}

@@ -1,0 +1,221 @@
+//! Who hears how samples come about.
+
+use std::collections::VecDeque;
+
+use pt_core::light::{AnyLight, LightSample, LightSampleContext};
+use pt_core::scene::{Interaction, RenderScene};
+use pt_math::{Ray, Rays, Spectrum, Vec3};
+
+use super::CameraRays;
+use super::estimator::{Context, SurfaceHit};
+use super::path_queue::PathState;
+use super::wavefront::ShadingPoint;
+use crate::trace::{
+    Contribution, LightRef, LightSource, SampledLight, ScatterSample, ScatterSite, Trace, Vertex,
+};
+
+/// Hears what becomes of the samples of a batch, each of which is a path that does not split. Of each it hears in
+/// the order of the path; light that was asked for is answered in the order of the questions.
+///
+/// A render has nobody who hears: `()`, for whom nothing is computed.
+pub(super) trait PathObserver: Default {
+    /// Whether it hears anything.
+    const ENABLED: bool;
+    /// A batch begins.
+    fn on_batch(&mut self, camera_rays: &CameraRays);
+    /// A path has come to where it is scattered.
+    fn on_vertex(&mut self, start: u32, vertex: impl FnOnce() -> Vertex);
+    /// It goes on from there.
+    fn on_scatter(&mut self, start: u32, scatter: impl FnOnce() -> ScatterSample);
+    /// It asks for light there.
+    fn on_light_sample(&mut self, start: u32, source: impl FnOnce() -> LightSource);
+    /// It found light, of which `kept` was added.
+    fn on_emission(
+        &mut self,
+        start: u32,
+        value: [Spectrum; 2],
+        source: impl FnOnce() -> LightSource,
+    );
+    /// What it found last is of the sky, to which each of its lights brings so much before the path weighs it.
+    fn on_sky_split(&mut self, start: u32, infinite_lights: impl FnOnce() -> Vec<Spectrum>);
+    /// What it asked for first of what was not answered yet brings light, of which `kept` was added; more may
+    /// come unless this is the last of it.
+    fn on_light_result(&mut self, start: u32, value: [Spectrum; 2], is_last: bool);
+}
+
+impl PathObserver for () {
+    const ENABLED: bool = false;
+    #[inline(always)]
+    fn on_batch(&mut self, _: &CameraRays) {}
+    #[inline(always)]
+    fn on_vertex(&mut self, _: u32, _: impl FnOnce() -> Vertex) {}
+    #[inline(always)]
+    fn on_scatter(&mut self, _: u32, _: impl FnOnce() -> ScatterSample) {}
+    #[inline(always)]
+    fn on_light_sample(&mut self, _: u32, _: impl FnOnce() -> LightSource) {}
+    #[inline(always)]
+    fn on_emission(&mut self, _: u32, _: [Spectrum; 2], _: impl FnOnce() -> LightSource) {}
+    #[inline(always)]
+    fn on_sky_split(&mut self, _: u32, _: impl FnOnce() -> Vec<Spectrum>) {}
+    #[inline(always)]
+    fn on_light_result(&mut self, _: u32, _: [Spectrum; 2], _: bool) {}
+}
+
+/// Writes down all that it hears.
+#[derive(Default)]
+pub(super) struct PathRecorder {
+    traces: Vec<Trace>,
+    /// What each path asked for and was not told yet, with the number of its vertices then.
+    pending: Vec<VecDeque<(usize, LightSource)>>,
+}
+
+impl PathRecorder {
+    /// What it wrote down of the last batch, which it forgets.
+    pub(super) fn take(&mut self) -> Vec<Trace> {
+        std::mem::take(&mut self.traces)
+    }
+
+    fn add(
+        &mut self,
+        start: u32,
+        vertices: usize,
+        source: LightSource,
+        [value, kept]: [Spectrum; 2],
+    ) {
+        let clamped = value.luminance() - kept.luminance();
+        let clamped = if value == kept { 0.0 } else { clamped };
+        let contribution = Contribution { vertices, source, value: kept, clamped };
+        self.traces[start as usize].contributions.push(contribution);
+    }
+}
+
+impl PathObserver for PathRecorder {
+    const ENABLED: bool = true;
+
+    fn on_batch(&mut self, camera_rays: &CameraRays) {
+        let trace = |ray: Ray| Trace {
+            eye: ray.origin,
+            direction: ray.direction,
+            vertices: Vec::new(),
+            contributions: Vec::new(),
+            infinite_lights: Vec::new(),
+        };
+        self.traces = Rays::from(&camera_rays.rays).iter().map(trace).collect();
+        self.pending.clear();
+        self.pending.resize(self.traces.len(), VecDeque::new());
+    }
+
+    fn on_vertex(&mut self, start: u32, vertex: impl FnOnce() -> Vertex) {
+        self.traces[start as usize].vertices.push(vertex());
+    }
+
+    fn on_scatter(&mut self, start: u32, scatter: impl FnOnce() -> ScatterSample) {
+        if let Some(vertex) = self.traces[start as usize].vertices.last_mut() {
+            vertex.scatter = Some(scatter());
+        }
+    }
+
+    fn on_light_sample(&mut self, start: u32, source: impl FnOnce() -> LightSource) {
+        let vertices = self.traces[start as usize].vertices.len();
+        self.pending[start as usize].push_back((vertices, source()));
+    }
+
+    fn on_emission(
+        &mut self,
+        start: u32,
+        value: [Spectrum; 2],
+        source: impl FnOnce() -> LightSource,
+    ) {
+        let vertices = self.traces[start as usize].vertices.len();
+        self.add(start, vertices, source(), value);
+    }
+
+    fn on_sky_split(&mut self, start: u32, infinite_lights: impl FnOnce() -> Vec<Spectrum>) {
+        self.traces[start as usize].infinite_lights.push(infinite_lights());
+    }
+
+    fn on_light_result(&mut self, start: u32, value: [Spectrum; 2], is_last: bool) {
+        let asked = &mut self.pending[start as usize];
+        let question = if is_last { asked.pop_front() } else { asked.front().copied() };
+        if let Some((vertices, source)) = question {
+            self.add(start, vertices, source, value);
+        }
+    }
+}
+
+/// Tells of surfaces to which paths have come.
+#[inline(always)]
+pub(super) fn record_vertices<W: PathObserver>(
+    surfaces: &[ShadingPoint],
+    points: &[Interaction],
+    observer: &mut W,
+) {
+    if !W::ENABLED {
+        return;
+    }
+    for (surface, at) in surfaces.iter().zip(points) {
+        let ShadingPoint { point, bsdf, beta, start, .. } = surface;
+        observer.on_vertex(*start, || Vertex {
+            p: point.p,
+            site: ScatterSite::of(bsdf, at.primitive),
+            throughput: *beta,
+            scatter: None,
+        });
+    }
+}
+
+/// A surface that glows, which a path found, and whose weighted radiance towards it is this.
+pub(super) fn emitter_source(
+    cx: Context,
+    path: &PathState,
+    found: SurfaceHit,
+    weighted: Spectrum,
+) -> LightSource {
+    let SurfaceHit { at, hit, time } = found;
+    let radiance = cx.scene.le(at, hit, time);
+    let still = cx.scene.surfaces[at.surface].light.is_some();
+    LightSource::Emitter {
+        p: at.point.p,
+        primitive: at.primitive,
+        radiance,
+        weight: weight_of(weighted, radiance),
+        is_sampled: still || cx.scene.animated_light(at, time, path.origin.p).is_some(),
+    }
+}
+
+/// The sky in a direction from a point, where its weighted radiance is this.
+pub(super) fn sky_source(cx: Context, p: Vec3, direction: Vec3, weighted: Spectrum) -> LightSource {
+    let radiance = cx.scene.le_infinite(p, direction, &cx.scene.infinite_lights);
+    LightSource::Sky { direction, radiance, weight: weight_of(weighted, radiance) }
+}
+
+/// One of `n` samples of a light, drawn for a point by two numbers.
+pub(super) fn light_source(
+    scene: &RenderScene,
+    light: LightRef,
+    (context, u): (&LightSampleContext, [f32; 2]),
+    sample: &LightSample,
+    (weight, samples): (f32, u32),
+) -> LightSource {
+    let of_scene = match light {
+        LightRef::Static(number) => scene.lights.as_slice().get(number),
+        LightRef::Animated(_) => None,
+    };
+    let tree = of_scene.and_then(|light: &AnyLight| light.tree(&scene.light_tables));
+    LightSource::Light(SampledLight {
+        light,
+        chosen: tree.and_then(|tree| tree.chosen(context, u)),
+        direction: sample.wi,
+        distance: sample.distance,
+        radiance: sample.radiance,
+        pdf: sample.pdf,
+        weight,
+        samples,
+    })
+}
+
+/// What share of the one the other is, by their brightest channels.
+fn weight_of(part: Spectrum, whole: Spectrum) -> f32 {
+    let most = whole.max_channel();
+    if most > 0.0 { part.max_channel() / most } else { 0.0 }
+}

@@ -1,0 +1,63 @@
+//! Paths that are under way, side by side.
+
+use pt_core::footprint::Cone;
+use pt_core::light::LightSampleContext;
+use pt_math::{Pdf, Ray, SolidAngle, Spectrum};
+
+/// How a ray came to its direction: the density, if light sampling could have found it too.
+pub(super) type BsdfPdf = Option<Pdf<SolidAngle>>;
+
+/// A path that is under way, apart from its ray.
+#[derive(Clone, Copy)]
+pub(super) struct PathState {
+    /// Throughput: the product of the weights so far.
+    pub(super) beta: Spectrum,
+    /// The product of [`pt_core::bsdf::BsdfSample::eta_scale`].
+    pub(super) eta_scale: f32,
+    /// The surface point, or the point of the lens, that the ray left.
+    pub(super) origin: LightSampleContext,
+    /// How it got its direction there.
+    pub(super) bsdf_pdf: BsdfPdf,
+    /// Which start it is of; once paths have split, that times their ways, and which way it is.
+    pub(super) start: u32,
+    /// How clear its way from the camera is, as [`super::transparency`] says.
+    pub(super) camera_transmittance: f32,
+    /// Where its light goes: see [`super::accumulator::RadianceAccumulator`].
+    pub(super) target: u32,
+}
+
+/// Paths under way and their rays, in the order of their starts.
+#[derive(Default)]
+pub(super) struct PathQueue {
+    pub(super) paths: Vec<PathState>,
+    pub(super) rays: Vec<Ray>,
+    /// Their cones, if some texture asks for them.
+    pub(super) cones: Vec<Cone>,
+}
+
+impl PathQueue {
+    /// Puts a path, its ray and, if there are cones, its cone in a place.
+    #[inline(always)]
+    pub(super) fn put(&mut self, place: usize, path: PathState, ray: Ray, cone: Option<Cone>) {
+        self.paths[place] = path;
+        self.rays[place] = ray;
+        if let Some(cone) = cone {
+            self.cones[place] = cone;
+        }
+    }
+
+    /// Gets places for `len` paths, which hold one of `like`.
+    pub(super) fn resize_like(&mut self, len: usize, like: &Self) {
+        let Self { paths, rays, cones } = like;
+        self.paths.resize(len, paths[0]);
+        self.rays.resize(len, rays[0]);
+        if let Some(&cone) = cones.first() {
+            self.cones.resize(len, cone);
+        }
+    }
+
+    pub(super) fn truncate(&mut self, len: u32) {
+        self.paths.truncate(len as usize);
+        self.rays.truncate(len as usize);
+    }
+}
