@@ -94,7 +94,7 @@ pub fn entries(options: &CompileOptions, settings: &Settings) -> Vec<Entry> {
         say("error target", target.to_string());
     }
     say("sampler", sampler.name().into());
-    if sampler.is_laid_out() {
+    if sampler.depends_on_spp() {
         say("samples the sampler is laid out for", settings.points().spp.to_string());
     }
     say("seed", seed.to_string());

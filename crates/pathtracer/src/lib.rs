@@ -51,7 +51,7 @@ pub use pt_core::{CompileError, CompileOptions};
 pub use pt_cpu::{
     INTEGRATORS, MAX_REUSE, MAX_SPLIT, Outcome, Registration, RenderError, Statistics,
 };
-pub use pt_math::sampler::{SECOND_HALF, SamplerKind};
+pub use pt_math::sampler::{HALF_B_OFFSET, SamplerKind};
 pub use pt_scene::format::{
     FORMATS, Limits, LoadOptions, Reading, SaveError, is_scene, load, load_with, read_with, save,
 };

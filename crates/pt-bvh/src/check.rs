@@ -164,13 +164,13 @@ fn verify_cover(pieces: &[(u32, Bounds3)], geometry: &Geometry<'_>) -> Result<()
     let [a, b, c] = p.map(Vec3::as_dvec3);
     // The rounding of the points themselves.
     let size = p.iter().map(|v| v.abs().max_element()).fold(0.0, f32::max);
-    let slack = f64::from(size) * 8.0 * f64::EPSILON;
+    let error_bound = f64::from(size) * 8.0 * f64::EPSILON;
     for (i, j) in (0..=SAMPLES).flat_map(|i| (0..=SAMPLES - i).map(move |j| (i, j))) {
         let [u, v] = [i, j].map(|n| f64::from(n) / f64::from(SAMPLES));
         let point = a * (1.0 - u - v) + b * u + c * v;
         let holds = |(_, bounds): &(u32, Bounds3)| {
-            point.cmpge(bounds.min.as_dvec3() - slack).all()
-                && point.cmple(bounds.max.as_dvec3() + slack).all()
+            point.cmpge(bounds.min.as_dvec3() - error_bound).all()
+                && point.cmple(bounds.max.as_dvec3() + error_bound).all()
         };
         if !pieces.iter().any(holds) {
             return Err(Fault::Uncovered { triangle, point: point.to_array() });

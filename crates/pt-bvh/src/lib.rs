@@ -57,7 +57,7 @@
 //! are enough; rays that run side by side should be neighbours. Rays that are made by columns
 //! ([`RayColumns`](pt_math::RayColumns)) need not be turned into rows.
 
-mod boxes;
+mod aabb_tree;
 mod build;
 pub mod check;
 mod counter;
@@ -88,14 +88,14 @@ use wide::WideBvh;
 
 pub use geometry::{Geometry, Hit, LARGEST_COORDINATE, Sphere};
 pub use instance::{
-    Instance, InstanceBvh, InstanceHit, Knot, MovingBvh, MovingInstance, TransformError,
+    AnimatedBvh, AnimatedInstance, Instance, InstanceBvh, InstanceHit, MotionKey, TransformError,
 };
 pub use node::{Bvh2, MAX_DEPTH, Node};
 pub use options::{BuildOptions, Builder, Quality};
 pub use refit::RefitError;
 pub use serial::ReadError;
-pub use user::{USUAL_SLACK, UserBvh, UserPrimitives};
-pub use wide::prefetch::hint;
+pub use user::{DEFAULT_ERROR_BOUND, UserBvh, UserPrimitives};
+pub use wide::prefetch::prefetch;
 
 /// Fewer rays than this are faster one by one.
 const MIN_BATCH: usize = 8;

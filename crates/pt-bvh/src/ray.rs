@@ -21,7 +21,7 @@
 //! (Woop, Benthin & Wald 2013, "Watertight Ray/Triangle Intersection", §3.3, pad the origin for
 //! the same reason; Ize 2013, "Robust BVH Ray Traversal", bounds the rounding of the slab test.)
 
-use pt_math::interval::{EPSILON, gamma};
+use pt_math::float_error::{EPSILON, gamma};
 use pt_math::{BVec3A, Bounds3, Ray, Vec3, Vec3A, Vec4};
 use wide::u32x4;
 

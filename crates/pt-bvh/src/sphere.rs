@@ -1,6 +1,6 @@
 //! The sphere test.
 
-use pt_math::interval::EPSILON;
+use pt_math::float_error::EPSILON;
 use pt_math::{DVec3, Ray, Vec3};
 
 use crate::geometry::Sphere;

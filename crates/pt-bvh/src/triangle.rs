@@ -19,7 +19,7 @@
 //! it does where the depth is within its error of 0, since hits next to the origin are as real as
 //! others. All of it is a function of ray and triangle alone, so every kernel gets the same bits.
 
-use pt_math::interval::gamma;
+use pt_math::float_error::gamma;
 use pt_math::{DVec3, Vec3};
 
 use crate::ray::Prepared;

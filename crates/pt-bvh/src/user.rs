@@ -1,15 +1,15 @@
 //! A tree over primitives of any kind, which say themselves where rays hit them. [The user
 //! geometries of Embree are the model: a box, a nearest hit and any hit for each primitive]
 
-use pt_math::interval::EPSILON;
+use pt_math::float_error::EPSILON;
 use pt_math::{Bounds3, Ray};
 
 use crate::BuildError;
-use crate::boxes::BoxTree;
+use crate::aabb_tree::AabbTree;
 
-/// The [slack](UserPrimitives::slack) of primitives whose hits are computed in single precision with
+/// The [slack](UserPrimitives::error_bound) of primitives whose hits are computed in single precision with
 /// some care: 80ε ≈ 4.8·10⁻⁶.
-pub const USUAL_SLACK: f32 = 80.0 * EPSILON;
+pub const DEFAULT_ERROR_BOUND: f32 = 80.0 * EPSILON;
 
 /// A set of primitives, numbered from 0, that know their boxes and where rays hit them.
 ///
@@ -33,8 +33,8 @@ pub trait UserPrimitives {
     /// How far o + t·d may be outside of the box for any hit of the primitive, by rounding, along
     /// each axis; in units of the largest coordinate distance from o to a corner of the box. From 0
     /// to 128; the more, the more boxes are entered in vain.
-    fn slack(&self, _primitive: u32) -> f32 {
-        USUAL_SLACK
+    fn error_bound(&self, _primitive: u32) -> f32 {
+        DEFAULT_ERROR_BOUND
     }
 
     /// The hit of a primitive with the least t in (`t_min`, `t_max`).
@@ -94,7 +94,7 @@ pub trait UserPrimitives {
 #[derive(Clone, Debug)]
 pub struct UserBvh<P> {
     primitives: P,
-    tree: BoxTree,
+    tree: AabbTree,
 }
 
 impl<P: UserPrimitives> UserBvh<P> {
@@ -105,7 +105,7 @@ impl<P: UserPrimitives> UserBvh<P> {
     /// # Errors
     /// Too many primitives.
     pub fn build(primitives: P) -> Result<Self, BuildError> {
-        let mut bvh = Self { primitives, tree: BoxTree::default() };
+        let mut bvh = Self { primitives, tree: AabbTree::default() };
         bvh.rebuild()?;
         Ok(bvh)
     }
@@ -124,9 +124,9 @@ impl<P: UserPrimitives> UserBvh<P> {
 
     fn rebuild(&mut self) -> Result<(), BuildError> {
         let primitives = &self.primitives;
-        self.tree = BoxTree::default();
+        self.tree = AabbTree::default();
         let bounds = |id| primitives.bounds(id);
-        self.tree = BoxTree::build(primitives.len(), bounds, |id| primitives.slack(id))?;
+        self.tree = AabbTree::build(primitives.len(), bounds, |id| primitives.error_bound(id))?;
         Ok(())
     }
 

@@ -7,8 +7,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use pathtracer::image::{self, BitDepth, SaveOptions, Transfer};
 use pathtracer::receipt::{self, Receipt};
 use pathtracer::{
-    Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, FileSettings, Filter, INTEGRATORS,
-    LoadOptions, MAX_REUSE, MAX_SPLIT, Region, Roulette, SECOND_HALF, SamplerKind, Scene, Settings,
+    Adaptive, Aov, Aperture, BuildOptions, Clamp, DirectLight, FileSettings, Filter, HALF_B_OFFSET,
+    INTEGRATORS, LoadOptions, MAX_REUSE, MAX_SPLIT, Region, Roulette, SamplerKind, Scene, Settings,
     aov, denoise, groups,
 };
 
@@ -53,7 +53,7 @@ pub(crate) fn count(text: &str) -> Result<u32, String> {
 /// A whole number ≥ 1.
 pub(crate) fn positive(text: &str) -> Result<u32, String> {
     let expected = "expected a whole number from 1 up to 2147483648";
-    whole(text, 1, "").ok().filter(|n| *n <= SECOND_HALF).ok_or_else(|| expected.into())
+    whole(text, 1, "").ok().filter(|n| *n <= HALF_B_OFFSET).ok_or_else(|| expected.into())
 }
 
 /// A side of an image.
@@ -112,7 +112,7 @@ pub(crate) fn samples(text: &str) -> Result<(u32, u32), String> {
         .split_once("..")
         .and_then(|(from, to)| Some((from.parse::<u32>().ok()?, to.parse::<u32>().ok()?)));
     match range {
-        Some((from, to)) if from < to && to <= SECOND_HALF => Ok((from, to)),
+        Some((from, to)) if from < to && to <= HALF_B_OFFSET => Ok((from, to)),
         _ => Err(
             "expected the first number and the one behind the last, up to 2147483648, as in 0..256"
                 .into(),
@@ -256,7 +256,8 @@ pub(crate) fn check(cli: Cli, command: Vec<String>) -> Result<Checked, String> {
             "--samples makes a part of an image; it needs a file for it, as in -f part.film".into(),
         );
     }
-    if cli.samples.is_some() && cli.spp.is_none() && SamplerKind::from(cli.sampler).is_laid_out() {
+    if cli.samples.is_some() && cli.spp.is_none() && SamplerKind::from(cli.sampler).depends_on_spp()
+    {
         return Err(
             "--samples: the points of this --sampler depend on the number of all samples; give \
                     that with -s, as in -s 512 --samples 0..256"

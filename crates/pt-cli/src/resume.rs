@@ -45,7 +45,7 @@ pub(crate) fn run(resume: &Resume) -> Result<ExitCode> {
             &["--spp", "-s"]
         }
     };
-    if resume.spp.is_some() && !SamplerKind::from(cli.sampler).is_laid_out() {
+    if resume.spp.is_some() && !SamplerKind::from(cli.sampler).depends_on_spp() {
         request.command = with_number(&request.command, options, spp);
     }
     cli.stop.time_limit = resume.time_limit;

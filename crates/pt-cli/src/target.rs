@@ -117,7 +117,7 @@ pub(crate) fn check(cli: &Cli) -> Result<(), String> {
                     or the number of samples with -s"
             .into());
     }
-    if stop.has_target() && SamplerKind::from(cli.sampler).is_laid_out() {
+    if stop.has_target() && SamplerKind::from(cli.sampler).depends_on_spp() {
         return Err(
             "--target-error and --target-noise end nobody knows when, and the points of this --sampler depend \
              on the number of samples; take --sampler sobol or independent"

@@ -1,6 +1,6 @@
 //! Cameras that move while their shutter is open.
 
-use pt_bvh::Knot;
+use pt_bvh::MotionKey;
 use pt_math::{DAffine3, DVec3};
 
 use crate::camera::Camera;
@@ -9,18 +9,18 @@ use crate::camera::Camera;
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraMotion {
     /// Where its node is; between these, transforms are linear.
-    knots: Vec<Knot>,
+    knots: Vec<MotionKey>,
 }
 
 impl CameraMotion {
     /// By where its node is, in metres, at some times, at least one, which increase.
-    pub(crate) fn new(knots: Vec<Knot>) -> Self {
+    pub(crate) fn new(knots: Vec<MotionKey>) -> Self {
         Self { knots }
     }
 
     /// The camera at a time.
     pub fn at(&self, camera: &Camera, time: f32) -> Camera {
-        camera.placed(&Knot::at(&self.knots, time))
+        camera.placed(&MotionKey::at(&self.knots, time))
     }
 }
 

@@ -6,8 +6,8 @@
 
 use std::sync::Arc;
 
-use pt_bvh::{Bvh, Hit, InstanceHit, MovingBvh, MovingInstance};
-use pt_math::interval::EPSILON;
+use pt_bvh::{AnimatedBvh, AnimatedInstance, Bvh, Hit, InstanceHit};
+use pt_math::float_error::EPSILON;
 use pt_math::{Bounds3, DVec3, Pdf, Ray, SolidAngle, Vec3, ray};
 
 use crate::id::Id;
@@ -45,7 +45,7 @@ pub struct InstanceTable {
     objects: Vec<InstancedObject>,
     instances: Vec<Instance>,
     /// The placements.
-    bvh: MovingBvh,
+    bvh: AnimatedBvh,
     /// The number of their first primitive.
     first: u32,
     moves: bool,
@@ -60,10 +60,10 @@ impl InstanceTable {
         objects: Vec<InstancedObject>,
         instances: Vec<Instance>,
         lights: Vec<AnimatedLight>,
-        bvh: MovingBvh,
+        bvh: AnimatedBvh,
         first: u32,
     ) -> Self {
-        let moves = bvh.instances().iter().any(MovingInstance::moves);
+        let moves = bvh.instances().iter().any(AnimatedInstance::moves);
         Self { objects, instances, bvh, first, moves, lights }
     }
 
@@ -125,7 +125,7 @@ impl InstanceTable {
 
     /// The box around each placement at all times.
     pub fn boxes(&self) -> impl Iterator<Item = Bounds3> {
-        self.bvh.instances().iter().map(MovingInstance::bounds)
+        self.bvh.instances().iter().map(AnimatedInstance::bounds)
     }
 
     /// The box around all of them at all times.

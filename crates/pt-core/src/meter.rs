@@ -3,7 +3,7 @@
 use std::f32::consts::PI;
 
 use pt_math::distribution::AliasTable;
-use pt_math::interval::gamma;
+use pt_math::float_error::gamma;
 use pt_math::ray::offset_origin;
 use pt_math::sampler::{LANES, Lanes};
 use pt_math::{Frame, Ray, Ray8, Vec3, warp};

@@ -1,6 +1,6 @@
 //! Patterns that are computed from coordinates. [Pharr, Jakob & Humphreys, "Physically Based Rendering", 3rd ed., §10.5–10.6]
 
-use pt_math::noise::{Noise, Octaves, Sloped};
+use pt_math::noise::{Noise, Octaves, ValueAndGradient};
 use pt_math::{Spectrum, Vec2, Vec3, trig};
 
 /// See the variants of the same names of [`pt_scene::texture::Pattern`].
@@ -61,23 +61,25 @@ impl Procedural {
     }
 
     /// The same with the gradients of the three channels, between jumps.
-    pub(crate) fn sloped(self, p: Vec3, width: f32) -> [Sloped; 3] {
+    pub(crate) fn sloped(self, p: Vec3, width: f32) -> [ValueAndGradient; 3] {
         match self {
-            Self::Cubes(_) | Self::Dots(_) => {
-                self.color(p, width).to_array().map(|value| Sloped { value, slope: Vec3::ZERO })
-            }
+            Self::Cubes(_) | Self::Dots(_) => self
+                .color(p, width)
+                .to_array()
+                .map(|value| ValueAndGradient { value, slope: Vec3::ZERO }),
             Self::Fbm(octaves) => [octaves.seen_within(width).fbm(p); 3],
             Self::Wrinkled(octaves) => [octaves.seen_within(width).turbulence(p); 3],
             Self::Windy => {
-                let [waves, wind] = windy::<Sloped>(p, width);
+                let [waves, wind] = windy::<ValueAndGradient>(p, width);
                 let slope = waves.slope * wind.value + wind.slope * waves.value;
-                [Sloped { value: wind.value * waves.value, slope }; 3]
+                [ValueAndGradient { value: wind.value * waves.value, slope }; 3]
             }
             Self::Marble(octaves, variation) => {
-                let bend: Sloped = octaves.seen_within(width).fbm(p);
+                let bend: ValueAndGradient = octaves.seen_within(width).fbm(p);
                 let slope = Vec3::Y + bend.slope * variation;
                 let (color, grows) = stone(p.y + variation * bend.value);
-                let channel = |c: usize| Sloped { value: color.0[c], slope: slope * grows.0[c] };
+                let channel =
+                    |c: usize| ValueAndGradient { value: color.0[c], slope: slope * grows.0[c] };
                 [channel(0), channel(1), channel(2)]
             }
         }

@@ -1,7 +1,7 @@
 //! The compiled scene: flat, immutable tables that backends read.
 
 use pt_bvh::{Bvh, Hit};
-use pt_math::interval::EPSILON;
+use pt_math::float_error::EPSILON;
 use pt_math::{Bounds3, DVec3, Pdf, Ray, SolidAngle, Spectrum, Vec3, ray};
 
 use crate::bsdf::{Bsdf, LobeRecord, LobeTables, emitted_through};

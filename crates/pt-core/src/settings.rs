@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use pt_math::sampler::{PointSet, SamplerKind};
+use pt_math::sampler::{SamplerConfig, SamplerKind};
 use pt_scene::Filter;
 pub use pt_scene::Hidden;
 
@@ -176,9 +176,9 @@ pub struct LightGroup {
 
 impl Settings {
     /// Where random numbers come from.
-    pub fn points(&self) -> PointSet {
+    pub fn points(&self) -> SamplerConfig {
         let spp = if self.in_halves() { self.spp.div_ceil(2) } else { self.spp };
-        PointSet { kind: self.sampler, seed: self.seed, spp: self.layout.unwrap_or(spp) }
+        SamplerConfig { kind: self.sampler, seed: self.seed, spp: self.layout.unwrap_or(spp) }
     }
 
     /// Whether samples are taken in two halves that know nothing of each other.

@@ -1,7 +1,7 @@
 //! Tables of triangles and spheres, and what there is to know of a point on one.
 
 use pt_bvh::{Hit, Sphere};
-use pt_math::interval::EPSILON;
+use pt_math::float_error::EPSILON;
 use pt_math::{DVec3, Mat3, Ray, Vec2, Vec3};
 
 use crate::id::Id;

@@ -3,7 +3,7 @@
 
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
-use pt_math::noise::Sloped;
+use pt_math::noise::ValueAndGradient;
 use pt_math::{Affine2, DAffine3, DVec3, Spectrum, Vec2, Vec3};
 
 use crate::procedural::Procedural;
@@ -137,7 +137,8 @@ impl MappedTexture {
     pub(crate) fn slopes(&self, pattern: Procedural, place: &TextureEvalContext) -> [Spectrum; 2] {
         let channels = pattern.sloped(self.at(place), self.width(pattern, place));
         let along = self.along_surface(place);
-        along.map(|step| Spectrum(Vec3::from(channels.map(|c: Sloped| c.slope.dot(step)))))
+        along
+            .map(|step| Spectrum(Vec3::from(channels.map(|c: ValueAndGradient| c.slope.dot(step)))))
     }
 
     /// The longer axis of what is seen at once, if the pattern asks for it.

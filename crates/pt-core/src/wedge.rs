@@ -7,7 +7,7 @@
 //! the origin of a ray, the point is moved away from the edge, within its triangle.
 
 use pt_bvh::{Bvh, Hit};
-use pt_math::interval::EPSILON;
+use pt_math::float_error::EPSILON;
 use pt_math::{DVec3, Vec3};
 
 /// Origins of rays lie beyond a wall at an angle of 1° or more only where the edge is nearer than so

@@ -6,7 +6,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use pt_math::sampler::{LANES, PointSet, Sampler, SamplerKind, Samplers};
+use pt_math::sampler::{LANES, Sampler, SamplerConfig, SamplerKind, Samplers};
 use pt_math::{trig, warp};
 use pt_testing::Random;
 
@@ -32,7 +32,7 @@ fn main() {
     let point = |i: u32| [unit(i), unit(i + 1)];
     time("a number from the table", unit);
     for (name, kind) in SamplerKind::NAMES {
-        let set = PointSet { kind, seed: 1, spp: 64 };
+        let set = SamplerConfig { kind, seed: 1, spp: 64 };
         time(&format!("{name}: new and a 2-D point"), |i| {
             let [x, y] = Sampler::new(set, [i & 127, i >> 7], 5).next_2d();
             x + y

@@ -9,17 +9,17 @@ pub mod bounds;
 pub mod cie;
 pub mod color;
 pub mod distribution;
+pub mod float_error;
 pub mod frame;
-pub mod interval;
 pub mod measure;
-pub mod near;
 pub mod noise;
-pub mod pose;
+pub mod point_mesh;
 pub mod ray;
 pub mod rays;
 pub mod sampler;
 pub mod spectrum;
 pub mod trig;
+pub mod trs;
 pub mod warp;
 
 pub use bounds::Bounds3;
@@ -29,7 +29,7 @@ pub use glam::{
     Vec3A, Vec4,
 };
 pub use measure::{Area, Pdf, SolidAngle};
-pub use pose::{POSE_ERROR, Pose};
 pub use ray::Ray;
 pub use rays::{Ray8, RayColumns, Rays};
 pub use spectrum::Spectrum;
+pub use trs::{POSE_ERROR, Trs};

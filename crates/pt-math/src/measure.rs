@@ -40,7 +40,7 @@ impl<M> Pdf<M> {
     /// The density of `n` independent samples taken together, or of one that is taken with
     /// probability `n`.
     #[inline]
-    pub fn times(self, n: f32) -> Self {
+    pub fn scaled_by(self, n: f32) -> Self {
         Self::new(self.0 * n)
     }
 }

@@ -44,14 +44,14 @@ pub fn perlin(p: Vec3) -> f32 {
 
 /// A number that varies in space, and how it grows along each axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sloped {
+pub struct ValueAndGradient {
     /// The number.
     pub value: f32,
     /// Its gradient.
     pub slope: Vec3,
 }
 
-impl Add for Sloped {
+impl Add for ValueAndGradient {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
@@ -59,7 +59,7 @@ impl Add for Sloped {
     }
 }
 
-impl Mul<f32> for Sloped {
+impl Mul<f32> for ValueAndGradient {
     type Output = Self;
 
     fn mul(self, factor: f32) -> Self {
@@ -68,22 +68,22 @@ impl Mul<f32> for Sloped {
 }
 
 /// [`perlin`] with its gradient.
-pub fn perlin_sloped(p: Vec3) -> Sloped {
+pub fn perlin_sloped(p: Vec3) -> ValueAndGradient {
     let floor = p.floor();
     let [x, y, z] = floor.to_array().map(|x| x as i32 as u8);
     let d = p - floor;
     let corner = |i: u8, j: u8, k: u8| {
         let offset = Vec3::new(f32::from(i), f32::from(j), f32::from(k));
         let slope = gradient(x.wrapping_add(i), y.wrapping_add(j), z.wrapping_add(k));
-        Sloped { value: slope.dot(d - offset), slope }
+        ValueAndGradient { value: slope.dot(d - offset), slope }
     };
     let w = d * d * d * (d * (d * 6.0 - 15.0) + 10.0);
     let dw = d * d * (d * (d - 2.0) + 1.0) * 30.0;
     // a + w (b − a) grows by w′ (b − a) besides.
-    let between = |a: Sloped, b: Sloped, axis: usize| {
+    let between = |a: ValueAndGradient, b: ValueAndGradient, axis: usize| {
         let mut slope = a.slope.lerp(b.slope, w[axis]);
         slope[axis] += dw[axis] * (b.value - a.value);
-        Sloped { value: a.value.lerp(b.value, w[axis]), slope }
+        ValueAndGradient { value: a.value.lerp(b.value, w[axis]), slope }
     };
     let along_x = |j: u8, k: u8| between(corner(0, j, k), corner(1, j, k), 0);
     let along_y = |k: u8| between(along_x(0, k), along_x(1, k), 1);
@@ -123,7 +123,7 @@ impl Noise for f32 {
     }
 }
 
-impl Noise for Sloped {
+impl Noise for ValueAndGradient {
     #[inline]
     fn at(p: Vec3) -> Self {
         if p.is_finite() { perlin_sloped(p) } else { Self::default() }
@@ -291,19 +291,20 @@ mod tests {
     #[test]
     fn slopes_are_differences() {
         let octaves = Octaves::new(3, 0.6);
-        let check = |f: &dyn Fn(Vec3) -> f32, sloped: &dyn Fn(Vec3) -> Sloped, kinks: bool| {
-            let mut bad = 0;
-            for p in some_points() {
-                let Sloped { value, slope } = sloped(p);
-                assert_eq!(value, f(p), "{p}");
-                let step = 2e-3;
-                let difference =
-                    Vec3::AXES.map(|a| (f(p + a * step) - f(p - a * step)) / (2.0 * step));
-                bad += u32::from((Vec3::from(difference) - slope).length() > 0.03);
-            }
-            // Where the sign changes there is no slope.
-            assert!(bad <= if kinks { 30 } else { 0 }, "{bad}");
-        };
+        let check =
+            |f: &dyn Fn(Vec3) -> f32, sloped: &dyn Fn(Vec3) -> ValueAndGradient, kinks: bool| {
+                let mut bad = 0;
+                for p in some_points() {
+                    let ValueAndGradient { value, slope } = sloped(p);
+                    assert_eq!(value, f(p), "{p}");
+                    let step = 2e-3;
+                    let difference =
+                        Vec3::AXES.map(|a| (f(p + a * step) - f(p - a * step)) / (2.0 * step));
+                    bad += u32::from((Vec3::from(difference) - slope).length() > 0.03);
+                }
+                // Where the sign changes there is no slope.
+                assert!(bad <= if kinks { 30 } else { 0 }, "{bad}");
+            };
         check(&perlin, &perlin_sloped, false);
         check(&|p| octaves.fbm(p), &|p| octaves.fbm(p), false);
         check(&|p| octaves.turbulence(p), &|p| octaves.turbulence(p), true);
@@ -353,8 +354,8 @@ mod tests {
                 for seen in [32.0, 3.5, 0.0] {
                     let octaves = Octaves { seen, ..Octaves::new(32, 0.5) };
                     for p in [Vec3::new(x, y, 0.3), Vec3::new(0.7, x, y), Vec3::splat(x)] {
-                        let fbm: Sloped = octaves.fbm(p);
-                        let turbulence: Sloped = octaves.turbulence(p);
+                        let fbm: ValueAndGradient = octaves.fbm(p);
+                        let turbulence: ValueAndGradient = octaves.turbulence(p);
                         assert!(fbm.value.abs() <= 2.1 && fbm.slope.is_finite(), "{p}");
                         assert!((0.0..=2.1).contains(&turbulence.value), "{p}");
                         assert!(turbulence.slope.is_finite(), "{p}");

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::interval::EPSILON;
+use crate::float_error::EPSILON;
 
 /// A half line o + t·d with t in (`t_min`, `t_max`).
 ///
@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn offset_leaves_the_error_box_on_the_side_of_the_direction() {
         let p = Vec3::new(100.0, -3.0, 1e-3);
-        let error = p.abs() * crate::interval::gamma(7);
+        let error = p.abs() * crate::float_error::gamma(7);
         let n = Vec3::new(0.6, -0.48, 0.64);
         for side in [1.0, -1.0] {
             let q = offset_origin(p, error, n, n * side);

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use pt_math::sampler::{
-    LANES, PointSet, SECOND_HALF, Sampler, SamplerBlocks, SamplerKind, Samplers,
+    HALF_B_OFFSET, LANES, Sampler, SamplerBlocks, SamplerConfig, SamplerKind, Samplers,
 };
 use pt_testing::{Chi2, chi2_square, mean_z_test};
 
@@ -11,15 +11,15 @@ const KINDS: [SamplerKind; 4] =
     [SamplerKind::Sobol, SamplerKind::ZSobol, SamplerKind::Stratified, SamplerKind::Independent];
 
 /// Points that are laid out for 256 samples.
-fn set(kind: SamplerKind, seed: u32) -> PointSet {
-    PointSet { kind, seed, spp: 256 }
+fn set(kind: SamplerKind, seed: u32) -> SamplerConfig {
+    SamplerConfig { kind, seed, spp: 256 }
 }
 
 fn point(kind: SamplerKind, seed: u32, pixel: [u32; 2], sample: u32, d: u32) -> [f32; 2] {
     point_of(set(kind, seed), pixel, sample, d)
 }
 
-fn point_of(set: PointSet, pixel: [u32; 2], sample: u32, d: u32) -> [f32; 2] {
+fn point_of(set: SamplerConfig, pixel: [u32; 2], sample: u32, d: u32) -> [f32; 2] {
     Sampler::new(set, pixel, sample).at_dimension(d).next_2d()
 }
 
@@ -60,7 +60,7 @@ fn aligned_runs_of_sobol_points_are_nets() {
 #[test]
 fn parts_of_samples_are_nets() {
     for kind in [SamplerKind::Sobol, SamplerKind::ZSobol] {
-        let set = PointSet { spp: 8, ..set(kind, 3) };
+        let set = SamplerConfig { spp: 8, ..set(kind, 3) };
         for pixel in [[0, 0], [5, 9], [255, 255]] {
             let parts = |sample| {
                 let whole = Sampler::new(set, pixel, sample);
@@ -79,7 +79,7 @@ fn parts_of_samples_are_nets() {
 fn parts_are_samples_of_a_larger_set() {
     for kind in KINDS {
         let (few, many) =
-            (PointSet { spp: 8, ..set(kind, 1) }, PointSet { spp: 32, ..set(kind, 1) });
+            (SamplerConfig { spp: 8, ..set(kind, 1) }, SamplerConfig { spp: 32, ..set(kind, 1) });
         let numbers = |s: Sampler| [0, 2, 7].map(|d| s.at_dimension(d).next_2d());
         for sample in 0..8 {
             let whole = Sampler::new(few, [3, 4], sample);
@@ -106,7 +106,12 @@ fn aligned_runs_of_sobol_numbers_are_stratified() {
 }
 
 /// The points of all samples of a square of pixels.
-fn points_of_square(set: PointSet, corner: [u32; 2], sides: [u32; 2], d: u32) -> Vec<[f32; 2]> {
+fn points_of_square(
+    set: SamplerConfig,
+    corner: [u32; 2],
+    sides: [u32; 2],
+    d: u32,
+) -> Vec<[f32; 2]> {
     let pixels =
         (0..sides[0] * sides[1]).map(|i| [corner[0] + i % sides[0], corner[1] + i / sides[0]]);
     pixels.flat_map(|p| (0..set.spp).map(move |s| point_of(set, p, s, d))).collect()
@@ -115,7 +120,7 @@ fn points_of_square(set: PointSet, corner: [u32; 2], sides: [u32; 2], d: u32) ->
 #[test]
 fn zsobol_points_of_squares_of_pixels_are_nets() {
     for spp in [1, 2, 8, 16] {
-        let set = PointSet { spp, ..set(SamplerKind::ZSobol, 3) };
+        let set = SamplerConfig { spp, ..set(SamplerKind::ZSobol, 3) };
         for side in [1, 2, 4, 8, 16] {
             for corner in [[0, 0], [16, 48], [1024, 1 << 20]] {
                 for d in [0, 2, 4, 133] {
@@ -125,14 +130,14 @@ fn zsobol_points_of_squares_of_pixels_are_nets() {
             }
         }
     }
-    let sobol = PointSet { spp: 16, ..set(SamplerKind::Sobol, 3) };
+    let sobol = SamplerConfig { spp: 16, ..set(SamplerKind::Sobol, 3) };
     assert!(!is_net(&points_of_square(sobol, [0, 0], [2, 2], 0)), "pixels have nothing in common");
 }
 
 /// Two pixels are a net with the one beside it, below it, or across, as the dimension has it.
 #[test]
 fn zsobol_points_favour_no_direction() {
-    let set = PointSet { spp: 8, ..set(SamplerKind::ZSobol, 0) };
+    let set = SamplerConfig { spp: 8, ..set(SamplerKind::ZSobol, 0) };
     let pixel = |p, d| points_of_square(set, p, [1, 1], d);
     for (d, other) in [(0, [1, 0]), (2, [0, 1]), (4, [1, 1]), (6, [1, 0]), (10, [1, 1])] {
         assert!(is_net(&[pixel([0, 0], d), pixel(other, d)].concat()), "dimension {d}");
@@ -144,7 +149,7 @@ fn zsobol_points_favour_no_direction() {
 fn halves_are_nets_that_know_nothing_of_each_other() {
     const N: u32 = 16;
     for kind in KINDS {
-        let set = PointSet { spp: N, ..set(kind, 2) };
+        let set = SamplerConfig { spp: N, ..set(kind, 2) };
         let points = |pixel, first| (0..N).map(move |i| point_of(set, pixel, first + i, 4));
         let mean = |pixel, first| {
             let light = |[x, y]: [f32; 2]| f64::from(x * x * y + if x > 0.3 { y } else { 0.0 });
@@ -152,13 +157,13 @@ fn halves_are_nets_that_know_nothing_of_each_other() {
         };
         let pixels = (0..6000).map(|i| [i % 300 * 4, i / 300 * 4]);
         let (first, second): (Vec<f64>, Vec<f64>) =
-            pixels.map(|p| (mean(p, 0), mean(p, SECOND_HALF))).unzip();
+            pixels.map(|p| (mean(p, 0), mean(p, HALF_B_OFFSET))).unzip();
         let average = first.iter().chain(&second).sum::<f64>() / (2.0 * first.len() as f64);
         let products: Vec<_> =
             first.iter().zip(&second).map(|(a, b)| (a - average) * (b - average)).collect();
         mean_z_test(&products, 0.0, 1e-3).unwrap_or_else(|e| panic!("{kind:?}: {e}"));
         if matches!(kind, SamplerKind::Sobol | SamplerKind::ZSobol) {
-            assert!(is_net(&points([5, 6], SECOND_HALF).collect::<Vec<_>>()), "{kind:?}");
+            assert!(is_net(&points([5, 6], HALF_B_OFFSET).collect::<Vec<_>>()), "{kind:?}");
         }
     }
 }
@@ -167,7 +172,7 @@ fn halves_are_nets_that_know_nothing_of_each_other() {
 #[test]
 fn samples_beyond_the_layout_are_other_points() {
     for kind in [SamplerKind::ZSobol, SamplerKind::Stratified] {
-        let set = PointSet { spp: 16, ..set(kind, 0) };
+        let set = SamplerConfig { spp: 16, ..set(kind, 0) };
         let mut points: Vec<_> = (0..160).map(|s| point_of(set, [3, 5], s, 2)).collect();
         for run in points.chunks(16) {
             let mut strata: Vec<_> = run.iter().map(|p| (16.0 * p[1]) as u32).collect();
@@ -195,7 +200,7 @@ fn stratified_points_are_stratified() {
         (55, 7, 8),
     ] {
         for d in [0, 2, 77] {
-            let set = PointSet { spp, ..set(SamplerKind::Stratified, 1) };
+            let set = SamplerConfig { spp, ..set(SamplerKind::Stratified, 1) };
             let points = points_of_square(set, [4, 9], [1, 1], d);
             let part = |v: f32, parts: u32| (v * parts as f32) as u32;
             let strata: [&dyn Fn([f32; 2]) -> u32; 3] = [
@@ -216,8 +221,8 @@ fn stratified_points_are_stratified() {
 fn blocks_of_samplers_are_the_samplers() {
     for kind in KINDS {
         for spp in [0, 1, 3, 256, 1 << 20, u32::MAX] {
-            let set = PointSet { spp, ..set(kind, 4) };
-            let first = |i: u32| i + SECOND_HALF * (i % 2);
+            let set = SamplerConfig { spp, ..set(kind, 4) };
+            let first = |i: u32| i + HALF_B_OFFSET * (i % 2);
             let run = |i: u32| ([i * 37, i / 3], first(i)..first(i) + 1 + i * i % 37);
             let runs: Vec<_> = (0..30).map(run).collect();
             let samples = runs.iter().flat_map(|(p, run)| run.clone().map(move |s| (*p, s)));
@@ -427,7 +432,7 @@ fn slope(kind: SamplerKind) -> f64 {
     let exact = (std::f64::consts::E - 1.0).powi(2);
     let f = |[x, y]: [f32; 2]| (f64::from(x) + f64::from(y)).exp();
     let error = |k: u32| {
-        let set = PointSet { spp: 1 << k, ..set(kind, 1) };
+        let set = SamplerConfig { spp: 1 << k, ..set(kind, 1) };
         let estimate = |pixel| {
             let values = (0..set.spp).map(|s| f(point_of(set, [pixel, 300], s, 6)));
             values.sum::<f64>() / f64::from(set.spp)

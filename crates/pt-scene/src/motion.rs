@@ -1,6 +1,6 @@
 //! Transforms that change with time.
 
-use pt_math::{DAffine3, Pose};
+use pt_math::{DAffine3, Trs};
 use thiserror::Error;
 
 /// A transform at a time.
@@ -15,13 +15,13 @@ pub struct Key {
 /// A transform that changes with time, by what it is at some times.
 ///
 /// Between two keys translations are linear, rotations go the shorter way around one axis at constant
-/// speed, and what stretches is linear; see [`Pose`]. Before the first and after the last key nothing
+/// speed, and what stretches is linear; see [`Trs`]. Before the first and after the last key nothing
 /// moves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
     keys: Vec<Key>,
     /// The transform of each, taken apart.
-    poses: Vec<Pose>,
+    poses: Vec<Trs>,
 }
 
 /// Why keys are no motion.
@@ -52,7 +52,7 @@ impl Motion {
             );
             return refuse(keys.len().min(Self::MAX_KEYS).saturating_sub(1), message);
         }
-        let mut poses: Vec<Pose> = Vec::new();
+        let mut poses: Vec<Trs> = Vec::new();
         for (i, key) in keys.iter().enumerate() {
             let before = i.checked_sub(1).map_or(f64::NEG_INFINITY, |i| keys[i].time);
             // NaN compares false.
@@ -64,7 +64,7 @@ impl Motion {
                 );
                 return refuse(i, message);
             }
-            let Some(pose) = Pose::of(&key.to_world) else {
+            let Some(pose) = Trs::of(&key.to_world) else {
                 let time = key.time;
                 let message =
                     format!("the transform at time {time} flattens space; it cannot be undone");

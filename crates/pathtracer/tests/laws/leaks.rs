@@ -4,7 +4,7 @@
 use pathtracer::{Session, Settings};
 use pt_bvh::Hit;
 use pt_core::RenderScene;
-use pt_math::interval::{EPSILON, gamma};
+use pt_math::float_error::{EPSILON, gamma};
 use pt_math::ray::offset_origin;
 use pt_math::{DAffine3, DQuat, DVec3, Ray, Vec3};
 use pt_scene::Mesh;

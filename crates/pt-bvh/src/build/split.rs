@@ -124,22 +124,22 @@ pub(super) fn split(
     let areas = RelativeArea::of(whole);
     let budget = effort.budget(items.len());
     let least = effort.least_gain / (items.len() + budget) as f32;
-    let knife = Knife { geometry, areas, least, least_part: effort.least_part };
+    let clipper = Clipper { geometry, areas, least, least_part: effort.least_part };
     let first = items.par_iter().enumerate().filter(|(_, item)| item.area(areas) > least);
-    let first = first.filter_map(|(index, item)| knife.candidate(index, item));
+    let first = first.filter_map(|(index, item)| clipper.candidate(index, item));
     let first: Vec<Candidate> = first.collect();
     if first.iter().map(|c| c.gain).sum::<f32>() < effort.least_spared {
         return false;
     }
-    match knife.all_cuts(&first, items, budget) {
+    match clipper.all_cuts(&first, items, budget) {
         Some(cuts) => apply(cuts, items),
-        None => knife.best_cuts(first, items, budget),
+        None => clipper.best_cuts(first, items, budget),
     }
     true
 }
 
 /// What cuts, and when.
-struct Knife<'a> {
+struct Clipper<'a> {
     geometry: &'a Geometry<'a>,
     areas: RelativeArea,
     /// The least area that a cut must save, as a part of that of the box around all.
@@ -157,7 +157,7 @@ struct Cuts {
     added: Vec<Item>,
 }
 
-impl Knife<'_> {
+impl Clipper<'_> {
     /// An item to be cut across the middle of the longest edge of its box; `None` for spheres, and
     /// where the box loses too little.
     fn candidate(&self, index: usize, item: &Item) -> Option<Candidate> {
@@ -277,8 +277,8 @@ fn crossing(a: Vec3, b: Vec3, axis: usize, plane: f32) -> Bounds3 {
     let (from, to) = (a.as_dvec3(), b.as_dvec3());
     let t = (f64::from(plane) - from[axis]) / (to[axis] - from[axis]);
     let point = from + (to - from) * t;
-    let slack = from.abs().max(to.abs()) * (8.0 * f64::EPSILON);
-    outward(point - slack, point + slack)
+    let error_bound = from.abs().max(to.abs()) * (8.0 * f64::EPSILON);
+    outward(point - error_bound, point + error_bound)
 }
 
 #[cfg(test)]
@@ -299,22 +299,22 @@ mod tests {
         let geometry = Geometry { positions: &positions, triangles: &triangles, spheres: &[] };
         let whole = gather(&geometry, 0);
         let areas = RelativeArea::of(Boxes::of(&whole).items);
-        let knife = Knife { geometry: &geometry, areas, least: 0.01, least_part: 0.35 };
-        let first = whole.iter().enumerate().filter_map(|(i, item)| knife.candidate(i, item));
+        let clipper = Clipper { geometry: &geometry, areas, least: 0.01, least_part: 0.35 };
+        let first = whole.iter().enumerate().filter_map(|(i, item)| clipper.candidate(i, item));
         let first: Vec<Candidate> = first.collect();
 
         let mut best = whole.clone();
-        knife.best_cuts(first.clone(), &mut best, usize::MAX / 2);
+        clipper.best_cuts(first.clone(), &mut best, usize::MAX / 2);
         let added = best.len() - whole.len();
         assert!(added > 500, "{added}");
         let mut all = whole.clone();
-        apply(knife.all_cuts(&first, &whole, added).expect("the budget suffices"), &mut all);
+        apply(clipper.all_cuts(&first, &whole, added).expect("the budget suffices"), &mut all);
         let sorted = |items: Vec<Item>| {
             let mut bits: Vec<[u32; 8]> = items.into_iter().map(bytemuck::cast).collect();
             bits.sort_unstable();
             bits
         };
         assert_eq!(sorted(all), sorted(best));
-        assert!(knife.all_cuts(&first, &whole, added - 1).is_none());
+        assert!(clipper.all_cuts(&first, &whole, added - 1).is_none());
     }
 }

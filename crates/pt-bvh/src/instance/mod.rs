@@ -4,18 +4,18 @@
 //! to the [`Bvh`] of the object, with directions that keep their length in the object's units, so
 //! that t is the same on both levels.
 
-mod moving;
-mod placement;
+mod animated;
+mod local_frame;
 
 use std::sync::Arc;
 
 use pt_math::{Bounds3, DAffine3, Ray};
 use thiserror::Error;
 
-use self::placement::Placement;
+use self::local_frame::LocalFrame;
 use crate::{Bvh, Hit, UserBvh, UserPrimitives};
 
-pub use self::moving::{Knot, MovingBvh, MovingInstance};
+pub use self::animated::{AnimatedBvh, AnimatedInstance, MotionKey};
 
 /// Why an object cannot be placed.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -44,7 +44,7 @@ pub enum TransformError {
 pub struct Instance {
     object: Arc<Bvh>,
     to_world: DAffine3,
-    placement: Placement,
+    placement: LocalFrame,
 }
 
 /// The nearest intersection with instances.
@@ -93,7 +93,7 @@ impl Instance {
     /// A transform that is not finite, has no inverse or one that is not known well, or places
     /// the object too far away.
     pub fn new(object: Arc<Bvh>, to_world: DAffine3) -> Result<Self, TransformError> {
-        let placement = Placement::new(&to_world, object.bounds())?;
+        let placement = LocalFrame::new(&to_world, object.bounds())?;
         Ok(Self { object, to_world, placement })
     }
 
@@ -102,7 +102,7 @@ impl Instance {
     /// # Errors
     /// As [`Self::new`]; the instance is then where it was.
     pub fn set_transform(&mut self, to_world: DAffine3) -> Result<(), TransformError> {
-        self.placement = Placement::new(&to_world, self.object.bounds())?;
+        self.placement = LocalFrame::new(&to_world, self.object.bounds())?;
         self.to_world = to_world;
         Ok(())
     }
@@ -126,7 +126,7 @@ impl Instance {
     /// than 2⁻¹⁰⁰, it is 0 instead, so that nothing is hit: its digits would be lost.
     #[inline]
     pub fn to_object(&self, ray: &Ray) -> Ray {
-        self.placement.carry(ray)
+        self.placement.to_local(ray)
     }
 }
 
@@ -141,13 +141,13 @@ impl UserPrimitives for Vec<Instance> {
         Some(self[instance as usize].bounds()).filter(|bounds| !bounds.is_empty())
     }
 
-    fn slack(&self, instance: u32) -> f32 {
-        self[instance as usize].placement.slack()
+    fn error_bound(&self, instance: u32) -> f32 {
+        self[instance as usize].placement.error_bound()
     }
 
     fn intersect(&self, instance: u32, ray: &Ray) -> Option<InstanceHit> {
         let Instance { object, placement, .. } = &self[instance as usize];
-        object.intersect(&placement.carry(ray)).map(|hit| InstanceHit { instance, hit })
+        object.intersect(&placement.to_local(ray)).map(|hit| InstanceHit { instance, hit })
     }
 
     fn t(hit: &InstanceHit) -> f32 {
@@ -156,6 +156,6 @@ impl UserPrimitives for Vec<Instance> {
 
     fn occluded(&self, instance: u32, ray: &Ray) -> bool {
         let Instance { object, placement, .. } = &self[instance as usize];
-        object.occluded(&placement.carry(ray))
+        object.occluded(&placement.to_local(ray))
     }
 }

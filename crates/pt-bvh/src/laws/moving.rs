@@ -9,7 +9,8 @@ use pt_testing::Random;
 use super::agreement::bits;
 use super::{Soup, ball, bumpy_ball};
 use crate::{
-    BuildOptions, Bvh, Instance, InstanceHit, Knot, MovingBvh, MovingInstance, TransformError,
+    AnimatedBvh, AnimatedInstance, BuildOptions, Bvh, Instance, InstanceHit, MotionKey,
+    TransformError,
 };
 
 fn object(soup: &Soup) -> Arc<Bvh> {
@@ -34,28 +35,28 @@ fn random_place(r: &mut Random) -> DAffine3 {
 }
 
 /// Knots that turn by about a radian, grow and fly by about the size of an object from one to the next.
-fn random_knots(r: &mut Random, count: u32) -> Vec<Knot> {
+fn random_knots(r: &mut Random, count: u32) -> Vec<MotionKey> {
     let mut to_world = random_place(r);
-    let mut knots = Vec::new();
+    let mut keys = Vec::new();
     for i in 0..count {
-        knots.push(Knot { time: i as f32 / count as f32, to_world });
+        keys.push(MotionKey { time: i as f32 / count as f32, to_world });
         let turn = DQuat::from_scaled_axis(r.direction().as_dvec3());
         let size = DVec3::ONE + r.in_cube().as_dvec3() * 0.3;
         let step = DAffine3::from_scale_rotation_translation(size, turn, r.in_cube().as_dvec3());
         to_world = step * to_world;
     }
-    knots
+    keys
 }
 
-fn scene(soups: &[Soup], r: &mut Random) -> MovingBvh {
+fn scene(soups: &[Soup], r: &mut Random) -> AnimatedBvh {
     let objects: Vec<_> = soups.iter().map(object).collect();
     let instance = |i: usize| {
-        let knots = random_knots(r, 1 + i as u32 % 5);
-        MovingInstance::new(Arc::clone(&objects[i % objects.len()]), knots)
+        let keys = random_knots(r, 1 + i as u32 % 5);
+        AnimatedInstance::new(Arc::clone(&objects[i % objects.len()]), keys)
     };
     let instances: Vec<_> = (0..30).map(instance).filter_map(Result::ok).collect();
     assert!(instances.len() > 20, "{} of 30 make sense", instances.len());
-    MovingBvh::build(instances).expect("there are few")
+    AnimatedBvh::build(instances).expect("there are few")
 }
 
 #[test]
@@ -114,9 +115,9 @@ fn no_ray_slips_through_a_moving_closed_mesh() {
     let soup = bumpy_ball(3);
     let object = object(&soup);
     for _ in 0..20 {
-        let knots = random_knots(r, 4);
-        let Ok(moving) = MovingInstance::new(Arc::clone(&object), knots) else { continue };
-        let scene = MovingBvh::build(vec![moving]).expect("there is one");
+        let keys = random_knots(r, 4);
+        let Ok(moving) = AnimatedInstance::new(Arc::clone(&object), keys) else { continue };
+        let scene = AnimatedBvh::build(vec![moving]).expect("there is one");
         for _ in 0..2000 {
             let time = r.unit();
             let to_world = scene.instances()[0].to_world(time);
@@ -140,9 +141,9 @@ fn what_does_not_move_is_hit_as_an_instance() {
     for _ in 0..20 {
         let to_world = random_place(r);
         let still = Instance::new(Arc::clone(&object), to_world).expect("not flat");
-        let at = |time| Knot { time, to_world };
-        for knots in [vec![at(0.5)], vec![at(0.0), at(0.3), at(1.0)]] {
-            let moving = MovingInstance::new(Arc::clone(&object), knots).expect("not flat");
+        let at = |time| MotionKey { time, to_world };
+        for keys in [vec![at(0.5)], vec![at(0.0), at(0.3), at(1.0)]] {
+            let moving = AnimatedInstance::new(Arc::clone(&object), keys).expect("not flat");
             for _ in 0..100 {
                 let origin = r.in_cube() * 20.0;
                 let ray = Ray::new(origin, to_world.translation.as_vec3() + r.in_cube() - origin);
@@ -156,8 +157,10 @@ fn what_does_not_move_is_hit_as_an_instance() {
 #[test]
 fn motions_that_make_no_sense_are_refused() {
     let object = object(&ball(1));
-    let at = |time, scale: f64| Knot { time, to_world: DAffine3::from_scale(DVec3::splat(scale)) };
-    let new = |knots: &[Knot]| MovingInstance::new(Arc::clone(&object), knots.to_vec()).map(|_| ());
+    let at =
+        |time, scale: f64| MotionKey { time, to_world: DAffine3::from_scale(DVec3::splat(scale)) };
+    let new =
+        |keys: &[MotionKey]| AnimatedInstance::new(Arc::clone(&object), keys.to_vec()).map(|_| ());
     assert_eq!(new(&[at(0.0, 1.0), at(1.0, 2.0)]), Ok(()));
     for times in [&[][..], &[at(f32::NAN, 1.0)], &[at(0.0, 1.0); 2], &[at(1.0, 1.0), at(0.0, 1.0)]]
     {

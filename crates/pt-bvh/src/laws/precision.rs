@@ -1,6 +1,6 @@
 //! Hits in single precision are as good as the module of the triangle test says.
 
-use pt_math::interval::EPSILON;
+use pt_math::float_error::EPSILON;
 use pt_math::{Bounds3, DVec3, Ray, Vec3, Vec3A};
 use pt_testing::Random;
 

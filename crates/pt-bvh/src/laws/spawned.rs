@@ -1,6 +1,6 @@
 //! Rays that leave a surface do not hit it.
 
-use pt_math::interval::gamma;
+use pt_math::float_error::gamma;
 use pt_math::ray::offset_origin;
 use pt_math::{DVec3, Frame, Ray, Vec3};
 use pt_testing::Random;

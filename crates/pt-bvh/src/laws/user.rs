@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use pt_math::{Bounds3, DVec3, Ray, Vec3};
 
 use super::agreement::point;
-use crate::{BuildError, USUAL_SLACK, UserBvh, UserPrimitives};
+use crate::{BuildError, DEFAULT_ERROR_BOUND, UserBvh, UserPrimitives};
 
 /// Asserts that all queries find what a loop over the primitives finds; returns how many rays hit.
 pub(super) fn assert_looped<P>(bvh: &UserBvh<P>, rays: &[Ray]) -> usize
@@ -118,10 +118,10 @@ impl UserPrimitives for Vec<Shape> {
         Some(self[id as usize].bounds())
     }
 
-    fn slack(&self, id: u32) -> f32 {
+    fn error_bound(&self, id: u32) -> f32 {
         match self[id as usize] {
             Shape::Torus { .. } => Shape::MARCH as f32,
-            _ => USUAL_SLACK,
+            _ => DEFAULT_ERROR_BOUND,
         }
     }
 
@@ -219,7 +219,7 @@ impl UserPrimitives for Boxes {
         self.0[id as usize].0
     }
 
-    fn slack(&self, id: u32) -> f32 {
+    fn error_bound(&self, id: u32) -> f32 {
         self.0[id as usize].1
     }
 

@@ -7,7 +7,7 @@ use wide::f32x8;
 
 use super::batch::STACK_MARGIN;
 use super::batch::avx512::Avx512;
-use super::forest::Forests;
+use super::collapse_cost::CollapseCosts;
 use super::{
     BLOCK, Child, Lanes, NO_PRIMITIVE, Size, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode,
 };
@@ -58,7 +58,7 @@ impl Parts {
 struct Collapse<'a> {
     bvh: &'a Bvh2,
     geometry: &'a Geometry<'a>,
-    forests: Forests<'a>,
+    forests: CollapseCosts<'a>,
     scene: Scene,
 }
 
@@ -83,7 +83,7 @@ impl WideBvh {
         if bvh.nodes.is_empty() {
             return Self::default();
         }
-        let forests = Forests::new(bvh, geometry);
+        let forests = CollapseCosts::new(bvh, geometry);
         let collapse = Collapse { bvh, geometry, forests, scene: Scene::new(&bvh.bounds()) };
         let whole = joined(&collapse.pieces(collapse.part(0), 1));
         let Collapse { forests, scene, .. } = collapse;
@@ -279,10 +279,10 @@ pub(super) fn relative_bounds(bounds: &Bounds3, scene: &Scene) -> ([f32; 3], [f3
         return ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     }
     // Covers the rounding of both differences as well.
-    let slack = |v: Vec3| v.abs() * f32::EPSILON + scene.padded;
+    let error_bound = |v: Vec3| v.abs() * f32::EPSILON + scene.padded;
     let center = Vec3::from(scene.center);
     let (low, high) = (bounds.min - center, bounds.max - center);
-    ((low - slack(low)).to_array(), (high + slack(high)).to_array())
+    ((low - error_bound(low)).to_array(), (high + error_bound(high)).to_array())
 }
 
 impl WideNode {

@@ -7,14 +7,14 @@
 mod batch;
 mod bytes;
 mod collapse;
+mod collapse_cost;
 mod depths;
-mod forest;
+mod occlusion_order;
 pub(crate) mod prefetch;
 mod refit;
 mod segment;
 mod traverse;
 mod triangles;
-mod urgency;
 
 use pt_math::Vec3;
 use wide::f32x8;

@@ -42,10 +42,10 @@ impl WideBvh {
     #[inline(always)]
     pub(super) fn prefetch(&self, child: Child) {
         if child.0 < Child::SPHERES {
-            hint(&self.nodes, child.0 as usize);
+            prefetch(&self.nodes, child.0 as usize);
         } else {
             // Spheres are as rare as they are small.
-            hint(&self.triangles, Child::index(child.0));
+            prefetch(&self.triangles, Child::index(child.0));
         }
     }
 }
@@ -53,7 +53,7 @@ impl WideBvh {
 /// The processor fetches an element, or nothing where there is none.
 #[inline(always)]
 #[cfg(target_arch = "x86_64")]
-pub fn hint<T>(of: &[T], index: usize) {
+pub fn prefetch<T>(of: &[T], index: usize) {
     use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
 
     let element = of.as_ptr().wrapping_add(index).cast::<i8>();
@@ -69,4 +69,4 @@ pub fn hint<T>(of: &[T], index: usize) {
 /// Elsewhere, processors find out by themselves.
 #[inline(always)]
 #[cfg(not(target_arch = "x86_64"))]
-pub fn hint<T>(_: &[T], _: usize) {}
+pub fn prefetch<T>(_: &[T], _: usize) {}

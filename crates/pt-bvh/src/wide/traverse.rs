@@ -6,7 +6,7 @@ use std::hint::black_box;
 use pt_math::{Ray, Vec3A};
 use wide::{f32x8, u32x8};
 
-use super::batch::order::members;
+use super::batch::lane_permute::members;
 use super::depths::{after, earlier, later};
 use super::triangles::{Shear, Tested};
 use super::{BLOCK, Child, Lanes, Size, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode};

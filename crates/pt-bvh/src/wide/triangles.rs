@@ -1,7 +1,7 @@
 //! The triangle test for eight pairs of a ray and a triangle. The operations are those of
 //! [`triangle`], so the hits have the same bits.
 
-use pt_math::interval::gamma;
+use pt_math::float_error::gamma;
 use pt_math::{Vec3, Vec3A};
 
 use super::traverse::lanes;

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use anyhow::{Result, bail, ensure};
 use pathtracer::explain::{self, Names};
-use pathtracer::{Region, SECOND_HALF, Session};
+use pathtracer::{HALF_B_OFFSET, Region, Session};
 
 use crate::commands::{Explain, OfPixel};
 use crate::limits::Limit;
@@ -43,7 +43,7 @@ pub(crate) fn run(Explain { cli, of }: Explain) -> Result<ExitCode> {
     render::tell_notes(&request, &scene, &session);
     if session.settings().in_halves() && of.sample.is_none() && !request.cli.quiet {
         report!(
-            "note: the first of two halves of the samples; the other one begins with sample {SECOND_HALF}"
+            "note: the first of two halves of the samples; the other one begins with sample {HALF_B_OFFSET}"
         );
     }
     let names = Names::new(&scene, session.scene());
@@ -91,10 +91,10 @@ fn check_sample(number: u32, first: u32, session: &Session) -> Result<()> {
     if session.settings().in_halves() {
         let of_half = spp.div_ceil(2);
         ensure!(
-            number & !SECOND_HALF < of_half,
-            "--sample {number}: there are samples 0 to {} in the first half, and {SECOND_HALF} to {} in the second",
+            number & !HALF_B_OFFSET < of_half,
+            "--sample {number}: there are samples 0 to {} in the first half, and {HALF_B_OFFSET} to {} in the second",
             of_half - 1,
-            SECOND_HALF + (of_half - 1)
+            HALF_B_OFFSET + (of_half - 1)
         );
         return Ok(());
     }

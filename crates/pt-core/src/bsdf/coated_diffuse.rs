@@ -118,7 +118,7 @@ impl Lobe<'_> for CoatedDiffuse {
             return Pdf::ZERO;
         }
         let q = self.mirror_probability(self.reflected(wo.z));
-        warp::cosine_hemisphere_pdf(wi.z).times(1.0 - q)
+        warp::cosine_hemisphere_pdf(wi.z).scaled_by(1.0 - q)
     }
 
     #[inline]
@@ -132,7 +132,7 @@ impl Lobe<'_> for CoatedDiffuse {
             return Some(BsdfSample::new(reflect(wo), self.specular * (f / q), None));
         }
         let wi = warp::cosine_hemisphere([u, v]);
-        let pdf = warp::cosine_hemisphere_pdf(wi.z).times(1.0 - q);
+        let pdf = warp::cosine_hemisphere_pdf(wi.z).scaled_by(1.0 - q);
         let weight = self.base() * ((1.0 - f) * self.transmitted(wi.z) / (1.0 - q));
         pdf.is_positive().then(|| BsdfSample::new(wi, weight, Some(pdf)))
     }

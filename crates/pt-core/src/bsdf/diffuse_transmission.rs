@@ -58,7 +58,7 @@ impl Lobe<'_> for DiffuseTransmission {
         }
         let reflected = self.reflected();
         let chance = if wo.z * wi.z > 0.0 { reflected } else { 1.0 - reflected };
-        warp::cosine_hemisphere_pdf(wi.z.abs()).times(chance)
+        warp::cosine_hemisphere_pdf(wi.z.abs()).scaled_by(chance)
     }
 
     /// p(ω) = cos θ / π times the chance of the side. The cosine and π cancel: the weight is the side's share over
@@ -76,7 +76,7 @@ impl Lobe<'_> for DiffuseTransmission {
             (self.tau, 1.0 - reflected, -wo.z)
         };
         let wi = Vec3::new(above.x, above.y, above.z.copysign(side));
-        let pdf = warp::cosine_hemisphere_pdf(above.z).times(chance);
+        let pdf = warp::cosine_hemisphere_pdf(above.z).scaled_by(chance);
         pdf.is_positive().then(|| BsdfSample::new(wi, share * (1.0 / chance), Some(pdf)))
     }
 

@@ -1,6 +1,6 @@
 //! From the author's camera, or none, to the one that is looked through.
 
-use pt_bvh::Knot;
+use pt_bvh::MotionKey;
 use pt_math::{DAffine3, DVec3, Vec3};
 use pt_scene::framing::{self, Extent};
 use pt_scene::{Fit, Key, Placement, Projection as View, Scene, Span};
@@ -83,7 +83,8 @@ pub(super) fn compile(
     }
     project(&mut camera, view, author.as_ref(), metres);
     set_lens(&mut camera, metres as f32, options, notes)?;
-    let knot = |key: &Key| Knot { time: key.time as f32, to_world: node(key.to_world, metres) };
+    let knot =
+        |key: &Key| MotionKey { time: key.time as f32, to_world: node(key.to_world, metres) };
     let moves = places.filter(|places| places.len() > 1);
     let motion = moves.map(|places| CameraMotion::new(places.iter().map(knot).collect()));
     Ok((camera, motion))

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::mem::swap;
 
-use pt_bvh::{Knot, Sphere};
+use pt_bvh::{MotionKey, Sphere};
 use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec2, Vec3};
 use pt_scene::texture::Pattern;
 use pt_scene::{Geometry, LightKind, Mesh, Object, Part, Scene, Sides, Span};
@@ -246,7 +246,7 @@ pub(super) struct Collector<'a> {
 impl Collector<'_> {
     /// Which objects that stand still are kept once, however often they are placed; the course's program
     /// has no such ones.
-    fn shared(&self, tracks: &[Vec<Knot>], most: Option<usize>) -> Vec<bool> {
+    fn shared(&self, tracks: &[Vec<MotionKey>], most: Option<usize>) -> Vec<bool> {
         if self.course {
             return vec![false; self.scene.objects.len()];
         }

@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use pt_bvh::{BuildOptions, Bvh, Knot, MovingBvh, MovingInstance};
+use pt_bvh::{AnimatedBvh, AnimatedInstance, BuildOptions, Bvh, MotionKey};
 use pt_math::DAffine3;
 use pt_scene::{Geometry, Object, Scene, Sides};
 
@@ -23,7 +23,7 @@ pub const MAX_FLATTENED_TRIANGLES: usize = 1 << 21;
 pub(super) const MAX_MOVING_LIGHTS: usize = 16;
 
 /// Objects with the numbers that they have in the scene, and where they are.
-pub(super) type Tracks = Vec<(usize, Vec<Knot>)>;
+pub(super) type Tracks = Vec<(usize, Vec<MotionKey>)>;
 
 /// The identity of an object but for its place: the mesh or the points, by their address, the radius of these, the
 /// materials, and the media.
@@ -94,7 +94,7 @@ struct ObjectShapes {
 pub(super) struct InstancedShapes {
     objects: Vec<ObjectShapes>,
     instances: Vec<Instance>,
-    moving: Vec<MovingInstance>,
+    moving: Vec<AnimatedInstance>,
     lights: Vec<AnimatedLight>,
     /// Shapes that no ray can hit.
     pub(super) skipped: u32,
@@ -132,7 +132,7 @@ impl InstancedShapes {
             let bvh = Arc::clone(&instances.objects[index as usize].bvh);
             let primitives = bvh.primitives() as u64;
             let refuse = |message| CompileError::Value { at: object.at.clone(), message };
-            let instance = MovingInstance::new(bvh, knots)
+            let instance = AnimatedInstance::new(bvh, knots)
                 .map_err(|error| refuse(format!("the shape cannot be placed: {error}")))?;
             instances.moving.push(instance);
             let placement =
@@ -209,7 +209,7 @@ impl InstancedShapes {
         if self.instances.is_empty() {
             return Ok(None);
         }
-        let bvh = MovingBvh::build(self.moving)?;
+        let bvh = AnimatedBvh::build(self.moving)?;
         let object = |own: ObjectShapes| InstancedObject {
             bvh: own.bvh,
             first_colored: own.shapes.first_colored.map(|count| count as u32),

@@ -3,7 +3,7 @@
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, near, trig};
+use pt_math::{DAffine3, DMat3, DVec3, Mat3, Spectrum, Vec3, point_mesh, trig};
 use pt_scene::image::Image;
 use pt_scene::{Light as Node, LightKind, Scene, Span};
 
@@ -455,7 +455,7 @@ fn stands_for_glowing_shape(node: &Node, to_world: DAffine3, shapes: &Shapes) ->
         && shapes.emitters.iter().any(|e| match &e.primitives {
             Primitives::Triangles(runs) => {
                 let triangles = runs.iter().flat_map(Clone::clone).map(|i| shapes.corners(i));
-                near::is_on(position, triangles)
+                point_mesh::touches_triangles(position, triangles)
             }
             Primitives::Sphere(_) => false,
         })

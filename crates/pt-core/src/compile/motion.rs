@@ -1,6 +1,6 @@
 //! What moves while the shutter is open, and how.
 
-use pt_bvh::Knot;
+use pt_bvh::MotionKey;
 use pt_math::{DAffine3, DVec3};
 use pt_scene::medium::Matter;
 use pt_scene::{Key, Motion, Object, Scene, Span};
@@ -65,9 +65,9 @@ pub(super) fn places(motion: Option<&Motion>, to_world: DAffine3, shutter: [f64;
 }
 
 /// Those of an object, in metres.
-pub(super) fn track(object: &Object, metres: f64, shutter: [f64; 2]) -> Vec<Knot> {
+pub(super) fn track(object: &Object, metres: f64, shutter: [f64; 2]) -> Vec<MotionKey> {
     let scale = DAffine3::from_scale(DVec3::splat(metres));
     let places = places(object.motion.as_deref(), object.to_world, shutter).into_iter();
-    let knot = |key: Key| Knot { time: key.time as f32, to_world: scale * key.to_world };
+    let knot = |key: Key| MotionKey { time: key.time as f32, to_world: scale * key.to_world };
     places.map(knot).collect()
 }

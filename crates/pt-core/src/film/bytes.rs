@@ -14,7 +14,7 @@
 
 use std::io::{self, Write};
 
-use pt_math::sampler::SECOND_HALF;
+use pt_math::sampler::HALF_B_OFFSET;
 
 use super::exact::SquareSum;
 use super::groups::PREFIX;
@@ -133,8 +133,8 @@ impl Film {
         let mut film = take_half(&mut rest).ok_or_else(short)??;
         if take_word(&mut rest).ok_or_else(short)? != 0 {
             let second = take_half(&mut rest).ok_or_else(short)??;
-            let is_second = (second.region, second.first) == (film.region, SECOND_HALF);
-            let is_first = film.counts.iter().all(|count| film.first + count <= SECOND_HALF);
+            let is_second = (second.region, second.first) == (film.region, HALF_B_OFFSET);
+            let is_first = film.counts.iter().all(|count| film.first + count <= HALF_B_OFFSET);
             if !is_first || !is_second || !second.has_same_layout(&film) {
                 return Err(FilmError::Halves);
             }
@@ -482,7 +482,7 @@ mod tests {
         huge[..8].fill(0);
         assert_eq!(Film::read(&huge), Err(FilmError::Short(huge.len())));
         let mut many = planned(None);
-        many.counts[0] = SECOND_HALF + 1;
+        many.counts[0] = HALF_B_OFFSET + 1;
         assert_eq!(Film::read(&bytes(&many)), Err(FilmError::Halves));
         let mut unknown = bytes(&film());
         unknown[28] = b'x';

@@ -1,6 +1,6 @@
 //! Films of two halves, whose samples know nothing of each other: how much they differ is how large the error is.
 
-use pt_math::sampler::SECOND_HALF;
+use pt_math::sampler::HALF_B_OFFSET;
 
 use super::{Film, Moments};
 
@@ -81,7 +81,7 @@ impl Film {
     /// If it has samples, or does not begin with sample 0.
     pub fn with_half_buffers(self) -> Self {
         assert_eq!((self.samples(), self.first), (0, 0), "halves begin with their first sample");
-        let second = Self::with_aovs(self.region, &self.aovs).starting_at(SECOND_HALF);
+        let second = Self::with_aovs(self.region, &self.aovs).starting_at(HALF_B_OFFSET);
         let second = second.with_light_groups(&self.light_groups);
         Self { second: Some(Box::new(second)), ..self }
     }

@@ -4,7 +4,7 @@
 //! the world, and dω = |det M| / |Mω'|³ dω': the cone over an area grows as its volume, and as the
 //! cube of its length.
 
-use pt_math::interval::EPSILON;
+use pt_math::float_error::EPSILON;
 use pt_math::{DAffine3, DVec3, Pdf, SolidAngle, Vec3};
 
 use super::{AnyLight, LightHit, LightSample, LightSampleContext, LightTables};
@@ -46,7 +46,7 @@ impl AnimatedLight {
             distance: sample.distance * length as f32,
             end: Some(end - wi * (4.0 * rounded)),
             radiance: sample.radiance,
-            pdf: sample.pdf.map(|pdf| pdf.times(stretch(m.determinant(), length))),
+            pdf: sample.pdf.map(|pdf| pdf.scaled_by(stretch(m.determinant(), length))),
         })
     }
 
@@ -80,7 +80,7 @@ impl AnimatedLight {
             wi.as_vec3(),
             Some(hit),
         );
-        pdf.times(stretch(m.determinant(), length))
+        pdf.scaled_by(stretch(m.determinant(), length))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Glowing triangles.
 
 use pt_math::distribution::AliasTable;
-use pt_math::interval::gamma;
+use pt_math::float_error::gamma;
 use pt_math::ray::offset_origin;
 use pt_math::{Area, Pdf, SolidAngle, Spectrum, Vec3, warp};
 

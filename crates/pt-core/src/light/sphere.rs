@@ -1,6 +1,6 @@
 //! The glowing sphere.
 
-use pt_math::interval::gamma;
+use pt_math::float_error::gamma;
 use pt_math::ray::offset_origin;
 use pt_math::{Frame, Pdf, SolidAngle, Spectrum, Vec3, warp};
 

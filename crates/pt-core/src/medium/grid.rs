@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use pt_math::sampler::Stream;
+use pt_math::sampler::RngStream;
 use pt_math::{FloatExt, Mat3, Ray, Spectrum, Vec3, trig};
 use pt_scene::medium::{Grid, GridFilter};
 
@@ -214,7 +214,7 @@ impl GridMedium {
         ray: &Ray,
         phase: &Phase,
         beta: Spectrum,
-        stream: &mut Stream,
+        stream: &mut RngStream,
     ) -> MediumSample {
         if matches!(self.albedo, Albedo::Constant(albedo) if albedo.is_black()) {
             return MediumSample::Transmitted { weight: self.transmittance(ray, phase, stream) };
@@ -236,7 +236,7 @@ impl GridMedium {
         ray: &Ray,
         phase: &Phase,
         beta: Spectrum,
-        stream: &mut Stream,
+        stream: &mut RngStream,
     ) -> Spectrum {
         let Some(emission) = &self.emission else { return Spectrum::ZERO };
         let glow = |t: f32| {
@@ -259,7 +259,7 @@ impl GridMedium {
     /// The product of 1 − σt / majorant at all distances that [`Self::sample`] would draw until the end,
     /// whose mean is the transmittance. [ratio tracking: Novák, Selle & Jarosz 2014, "Residual Ratio
     /// Tracking for Estimating Attenuation in Participating Media"]
-    pub fn transmittance(&self, ray: &Ray, phase: &Phase, stream: &mut Stream) -> Spectrum {
+    pub fn transmittance(&self, ray: &Ray, phase: &Phase, stream: &mut RngStream) -> Spectrum {
         if self.is_grey() {
             let mut product = 1.0;
             self.collide((ray, phase), stream, |p, _, majorant, _| {
@@ -295,7 +295,7 @@ impl GridMedium {
 
     /// Light is scattered with the probability that the extinction is of the majorant. [Woodcock et al. 1965;
     /// Novák et al. 2018, "Monte Carlo methods for volumetric light transport simulation", §5.1.2]
-    fn collide_grey(&self, ray: &Ray, phase: &Phase, stream: &mut Stream) -> Option<f32> {
+    fn collide_grey(&self, ray: &Ray, phase: &Phase, stream: &mut RngStream) -> Option<f32> {
         self.collide((ray, phase), stream, |p, _, majorant, choice| {
             choice < self.share(p, majorant)
         })
@@ -315,7 +315,7 @@ impl GridMedium {
         &self,
         (ray, phase): (&Ray, &Phase),
         beta: Spectrum,
-        stream: &mut Stream,
+        stream: &mut RngStream,
         mut see: impl FnMut(f32, Spectrum),
     ) -> (Option<f32>, Spectrum) {
         let sum = |spectrum: Spectrum| spectrum.to_array().iter().sum::<f32>();
@@ -339,7 +339,7 @@ impl GridMedium {
     fn collide(
         &self,
         (ray, phase): (&Ray, &Phase),
-        stream: &mut Stream,
+        stream: &mut RngStream,
         mut stop: impl FnMut(Vec3, f32, f32, f32) -> bool,
     ) -> Option<f32> {
         let origin = self.extinction.to_unit(ray.origin);

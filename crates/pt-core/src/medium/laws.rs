@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use pt_math::sampler::{PointSet, Sampler, SamplerKind, Stream};
+use pt_math::sampler::{RngStream, Sampler, SamplerConfig, SamplerKind};
 use pt_math::{Mat3, Ray, Spectrum, Vec3};
 use pt_scene::medium::{Grid, GridFilter};
 use pt_testing::{mean_z_test, sidak};
@@ -100,14 +100,19 @@ fn depth(ray: &Ray, t: f32, sigma: impl Fn(Vec3) -> f64) -> f64 {
     (0..STEPS).map(|i| sigma(ray.at(place(i))) * length).sum()
 }
 
-fn numbers(sample: u32) -> ([f32; 2], Stream) {
-    let set = PointSet { kind: SamplerKind::Independent, seed: 3, spp: SAMPLES };
+fn numbers(sample: u32) -> ([f32; 2], RngStream) {
+    let set = SamplerConfig { kind: SamplerKind::Independent, seed: 3, spp: SAMPLES };
     let mut sampler = Sampler::new(set, [1, 2], sample);
     (sampler.next_2d(), sampler.stream([0, 0]))
 }
 
 /// Means of what `f` gives of many samples, against what is expected.
-fn check(what: &str, want: [f64; 3], tests: usize, f: impl Fn([f32; 2], &mut Stream) -> Spectrum) {
+fn check(
+    what: &str,
+    want: [f64; 3],
+    tests: usize,
+    f: impl Fn([f32; 2], &mut RngStream) -> Spectrum,
+) {
     let all: Vec<_> = (0..SAMPLES).map(numbers).map(|(u, mut s)| f(u, &mut s)).collect();
     for (channel, want) in want.into_iter().enumerate() {
         let values: Vec<_> = all.iter().map(|s| f64::from(s.to_array()[channel])).collect();
@@ -328,7 +333,7 @@ fn weights_of_flights_are_the_terms_of_the_transport_equation() {
                 _ => Spectrum::ZERO,
             }
         };
-        let sample = |u, stream: &mut Stream| medium.sample(&ray(), beta, u, stream);
+        let sample = |u, stream: &mut RngStream| medium.sample(&ray(), beta, u, stream);
         let want = depth(ray().t_max).map(|depth| libm::exp(-depth));
         check(name, want, tests, |u, s| passed(sample(u, s)));
         for end in [0.35, ray().t_max] {

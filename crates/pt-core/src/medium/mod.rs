@@ -13,7 +13,7 @@ mod majorant;
 
 use std::borrow::Cow;
 
-use pt_math::sampler::Stream;
+use pt_math::sampler::RngStream;
 use pt_math::{Ray, Spectrum, Vec3};
 
 use crate::id::{Id, Table};
@@ -90,7 +90,7 @@ impl MediumRecord {
         ray: &Ray,
         beta: Spectrum,
         u: [f32; 2],
-        stream: &mut Stream,
+        stream: &mut RngStream,
     ) -> MediumSample {
         match &self.matter {
             MediumProperties::Homogeneous(medium) => self.seen(medium, ray).sample(ray, beta, u),
@@ -109,7 +109,7 @@ impl MediumRecord {
 
     /// The light that comes to the start of a ray from all of its interval, for a path with throughput `beta`, or an estimate of
     /// it that is right on average.
-    pub fn le(&self, ray: &Ray, beta: Spectrum, stream: &mut Stream) -> Spectrum {
+    pub fn le(&self, ray: &Ray, beta: Spectrum, stream: &mut RngStream) -> Spectrum {
         match &self.matter {
             MediumProperties::Homogeneous(medium) => self.seen(medium, ray).emitted(ray),
             MediumProperties::Grid(medium) => medium.emitted(ray, &self.phase, beta, stream),
@@ -118,7 +118,7 @@ impl MediumRecord {
 
     /// The share of light that gets through, or an estimate of it that is right on average.
     #[inline]
-    pub fn transmittance(&self, ray: &Ray, stream: &mut Stream) -> Spectrum {
+    pub fn transmittance(&self, ray: &Ray, stream: &mut RngStream) -> Spectrum {
         match &self.matter {
             MediumProperties::Homogeneous(medium) => self.seen(medium, ray).transmittance(ray),
             MediumProperties::Grid(medium) => medium.transmittance(ray, &self.phase, stream),

@@ -162,7 +162,7 @@ pub(super) fn light_mis_weight(
 ) -> f32 {
     match (settings.direct, sample.pdf) {
         (DirectLight::Mis, Some(light_pdf)) => {
-            power_heuristic(light_pdf.times(n as f32), pdf(sample.wi))
+            power_heuristic(light_pdf.scaled_by(n as f32), pdf(sample.wi))
         }
         _ => 1.0,
     }
@@ -182,7 +182,7 @@ fn emission_mis_weight(
     match (settings.direct, light) {
         (DirectLight::Mis, Some((light, light_pdf))) => {
             let n = if light.is_delta() { 1 } else { settings.light_samples };
-            power_heuristic(pdf, light_pdf.times(n as f32))
+            power_heuristic(pdf, light_pdf.scaled_by(n as f32))
         }
         (DirectLight::Mis | DirectLight::Light, None) => 1.0,
         _ => 0.0,

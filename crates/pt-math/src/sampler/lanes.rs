@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{
-    PointSet, Sampler, SamplerKind, in_half, independent, pixel_key, sobol, stratified, zsobol,
+    Sampler, SamplerConfig, SamplerKind, in_half, independent, pixel_key, sobol, stratified, zsobol,
 };
 
 /// Number of samples side by side.
@@ -17,8 +17,8 @@ pub type Lanes<T> = [T; LANES];
 ///
 /// A path that is followed bounce by bounce with others is at the same dimensions as they are.
 pub struct Samplers {
-    set: PointSet,
-    /// See [`PointSet::locate`].
+    set: SamplerConfig,
+    /// See [`SamplerConfig::locate`].
     key: [Lanes<u32>; 2],
     index: Lanes<u32>,
 }
@@ -27,7 +27,8 @@ impl Samplers {
     /// Side by side in this order; lanes beyond the last one hold numbers that mean nothing.
     #[inline]
     pub fn new(samplers: impl IntoIterator<Item = Sampler>) -> Self {
-        let mut lanes = Self { set: PointSet::default(), key: [[0; LANES]; 2], index: [0; LANES] };
+        let mut lanes =
+            Self { set: SamplerConfig::default(), key: [[0; LANES]; 2], index: [0; LANES] };
         for (lane, s) in samplers.into_iter().take(LANES).enumerate() {
             lanes.set = s.set;
             lanes.key[0][lane] = s.key[0];
@@ -48,7 +49,12 @@ impl Samplers {
 
 /// The points of samples at dimension `d`.
 #[inline]
-fn points(set: PointSet, keys: [&Lanes<u32>; 2], index: &Lanes<u32>, d: u32) -> [Lanes<f32>; 2] {
+fn points(
+    set: SamplerConfig,
+    keys: [&Lanes<u32>; 2],
+    index: &Lanes<u32>,
+    d: u32,
+) -> [Lanes<f32>; 2] {
     let key = |i| [keys[0][i], keys[1][i]];
     match set.kind {
         // Where the dimension is known, less is computed.
@@ -101,7 +107,7 @@ fn each(point: impl Fn(usize) -> [f32; 2]) -> [Lanes<f32>; 2] {
 /// The samplers of many samples of one render, in blocks of [`LANES`].
 #[derive(Clone, Debug)]
 pub struct SamplerBlocks {
-    set: PointSet,
+    set: SamplerConfig,
     len: usize,
     /// Column and row of each one's pixel. These and the other vectors have at least `LANES`
     /// entries more than there are samplers, which mean nothing.
@@ -112,7 +118,7 @@ pub struct SamplerBlocks {
 
 impl SamplerBlocks {
     /// None yet.
-    pub fn new(set: PointSet) -> Self {
+    pub fn new(set: SamplerConfig) -> Self {
         let [pixel, key] = [[Vec::new(), Vec::new()], [Vec::new(), Vec::new()]];
         Self { set, len: 0, pixel, key, index: Vec::new() }
     }
@@ -145,7 +151,7 @@ impl SamplerBlocks {
     /// are waited for when they are fetched as vectors.
     #[inline(always)]
     fn locate(&mut self, block: usize) {
-        let PointSet { kind, seed, spp } = self.set;
+        let SamplerConfig { kind, seed, spp } = self.set;
         let [xs, ys] = self.pixel.each_ref().map(|column| lanes(column, block));
         let keys = self.key.each_mut().map(|column| lanes_mut(column, block));
         let index = lanes_mut(&mut self.index, block);

@@ -5,13 +5,13 @@
 
 mod independent;
 mod lanes;
+mod rng_stream;
 mod sobol;
 mod stratified;
-mod stream;
 mod zsobol;
 
 pub use lanes::{LANES, Lanes, SamplerBlocks, Samplers};
-pub use stream::Stream;
+pub use rng_stream::RngStream;
 
 /// The kinds of point sets.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
@@ -41,8 +41,8 @@ impl SamplerKind {
         Self::NAMES.iter().find(|(n, _)| *n == name).map(|&(_, kind)| kind)
     }
 
-    /// Whether its points depend on the number of samples, see [`PointSet::spp`].
-    pub fn is_laid_out(self) -> bool {
+    /// Whether its points depend on the number of samples, see [`SamplerConfig::spp`].
+    pub fn depends_on_spp(self) -> bool {
         matches!(self, Self::ZSobol | Self::Stratified)
     }
 
@@ -60,17 +60,17 @@ impl SamplerKind {
 /// The number of the first sample of a second half: a sample of this number and one behind it are, in a point set of their own
 /// with scramblings of their own, what those from 0 on are in the first. So means of the two halves are
 /// independent of each other, also where points of one are laid out to complete each other.
-pub const SECOND_HALF: u32 = 1 << 31;
+pub const HALF_B_OFFSET: u32 = 1 << 31;
 
 /// A pixel that is told apart in the two halves, and the number of a sample in its half. No pixel has so large a row.
 #[inline(always)]
 fn in_half([x, y]: [u32; 2], sample: u32) -> ([u32; 2], u32) {
-    ([x, y | sample & SECOND_HALF], sample & !SECOND_HALF)
+    ([x, y | sample & HALF_B_OFFSET], sample & !HALF_B_OFFSET)
 }
 
 /// The points of a render.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
-pub struct PointSet {
+pub struct SamplerConfig {
     /// Their kind.
     pub kind: SamplerKind,
     /// What tells sets of the same kind apart.
@@ -81,7 +81,7 @@ pub struct PointSet {
     pub spp: u32,
 }
 
-impl PointSet {
+impl SamplerConfig {
     /// Key and index of a sample of a pixel, by which its numbers are computed.
     #[inline(always)]
     fn locate(self, pixel: [u32; 2], sample: u32) -> ([u32; 2], u32) {
@@ -98,10 +98,10 @@ impl PointSet {
 /// The numbers of one sample of one pixel, dimension after dimension.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
-    set: PointSet,
+    set: SamplerConfig,
     /// The dimension that comes next.
     dimension: u32,
-    /// See [`PointSet::locate`].
+    /// See [`SamplerConfig::locate`].
     key: [u32; 2],
     index: u32,
 }
@@ -109,7 +109,7 @@ pub struct Sampler {
 impl Sampler {
     /// The numbers of sample number `sample` of a pixel, from dimension 0.
     #[inline]
-    pub fn new(set: PointSet, pixel: [u32; 2], sample: u32) -> Self {
+    pub fn new(set: SamplerConfig, pixel: [u32; 2], sample: u32) -> Self {
         let (key, index) = set.locate(pixel, sample);
         Self { set, dimension: 0, key, index }
     }
@@ -127,7 +127,7 @@ impl Sampler {
     #[inline]
     pub fn split(self, log2_parts: u32, part: u32) -> Self {
         let spp = u64::from(self.set.spp) << log2_parts;
-        let set = PointSet { spp: u32::try_from(spp).unwrap_or(u32::MAX), ..self.set };
+        let set = SamplerConfig { spp: u32::try_from(spp).unwrap_or(u32::MAX), ..self.set };
         Self { set, index: self.index << log2_parts | part, ..self }
     }
 
@@ -140,8 +140,8 @@ impl Sampler {
     /// Independent numbers without end, others for each pair `number`, and the same for each of them:
     /// for what takes more than anybody can tell ahead.
     #[inline]
-    pub fn stream(&self, number: [u32; 2]) -> Stream {
-        Stream::new(self.key, self.index, number)
+    pub fn stream(&self, number: [u32; 2]) -> RngStream {
+        RngStream::new(self.key, self.index, number)
     }
 
     /// A number in [0, 1); takes one dimension.

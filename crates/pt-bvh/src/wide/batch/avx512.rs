@@ -13,12 +13,12 @@ use std::arch::x86_64::{
 use std::sync::LazyLock;
 
 use pt_math::Vec3;
-use pt_math::interval::gamma;
+use pt_math::float_error::gamma;
 
-use super::fan::Met;
+use super::frustum_cull::Met;
 use super::group::{Column, Group};
 use super::packet::Packet;
-use super::section::SECTION;
+use super::ray_slots::SECTION;
 use super::{Queues, Stacks};
 use crate::ray::CONVERSION;
 use crate::wide::traverse::lanes;

@@ -3,8 +3,8 @@
 use wide::{f32x8, u32x8};
 
 use super::group::{Column, GROUP, Group, bits, depth_limit, from_bits};
-use super::order::members;
-use super::section::Sections;
+use super::lane_permute::members;
+use super::ray_slots::RaySlotChunks;
 use crate::geometry::Hit;
 use crate::wide::traverse::lanes;
 use crate::wide::triangles::Sheared;
@@ -54,7 +54,7 @@ impl Candidates {
     pub(super) fn test<const ANY: bool>(
         &self,
         group: &mut Group,
-        sections: &Sections<'_>,
+        sections: &RaySlotChunks<'_>,
         blocks: &[TriangleBlock],
     ) {
         for first in (0..self.len).step_by(WIDTH) {

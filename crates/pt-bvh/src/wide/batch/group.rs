@@ -3,7 +3,7 @@
 use pt_math::{Ray, Ray8, Rays, Vec3};
 use wide::{f32x8, u32x8};
 
-use super::order::LANES;
+use super::lane_permute::LANES;
 use crate::geometry::{Hit, LARGEST_COORDINATE};
 use crate::ray::{AXES, CONVERSION, MIN_SLOPE, PAD, Scene};
 use crate::wide::traverse::Slabs;

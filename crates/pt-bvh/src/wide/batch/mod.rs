@@ -15,14 +15,14 @@
 #[cfg_attr(not(target_arch = "x86_64"), path = "no_avx512.rs")]
 pub(super) mod avx512;
 mod candidates;
-mod fan;
+mod frustum_cull;
 mod group;
-pub(super) mod order;
-mod orders;
+pub(super) mod lane_permute;
+mod occlusion_order_stats;
 mod packet;
+mod ray_slots;
 #[cfg(target_arch = "x86_64")]
 mod root;
-mod section;
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -33,10 +33,10 @@ use wide::{f32x8, u32x8};
 
 use self::candidates::{BLOCKS, Candidates};
 use self::group::{Column, GROUP, Group, bits};
-use self::order::{LANES, members, sort_descending};
-use self::orders::Orders;
-use self::packet::{Beam, MAX, PACKET, PAUSE};
-use self::section::{SECTION, SECTIONS, Sections};
+use self::lane_permute::{LANES, members, sort_descending};
+use self::occlusion_order_stats::OcclusionOrders;
+use self::packet::{MAX, PACKET, PAUSE, PacketBounds};
+use self::ray_slots::{RaySlotChunks, SECTION, SECTIONS};
 use super::{Child, Size, WIDTH, WideBvh, WideNode};
 use crate::counter::Counter;
 use crate::geometry::Hit;
@@ -159,7 +159,7 @@ struct Scratch {
     queues: Box<[Queues; 2]>,
     stacks: Stacks,
     pause: u32,
-    orders: Orders,
+    orders: OcclusionOrders,
 }
 
 /// What is needed to start rays.
@@ -167,7 +167,7 @@ struct Parts<'a> {
     group: &'a mut Group,
     stacks: &'a mut Stacks,
     pause: &'a mut u32,
-    orders: &'a mut Orders,
+    orders: &'a mut OcclusionOrders,
     queues: &'a mut Queues,
 }
 
@@ -178,7 +178,7 @@ thread_local! {
         queues: Box::new([Queues::zeroed(); 2]),
         stacks: Stacks::default(),
         pause: 0,
-        orders: Orders::default(),
+        orders: OcclusionOrders::default(),
     });
 }
 
@@ -229,7 +229,7 @@ impl WideBvh {
             let [now, next] = &mut **queues;
             let (mut now, mut next) = (now, next);
             now.len = 0;
-            let mut sections = Sections::new(rays);
+            let mut sections = RaySlotChunks::new(rays);
             loop {
                 for section in 0..SECTIONS {
                     while let Some(finished) = sections.finished(section) {
@@ -266,7 +266,7 @@ impl WideBvh {
     fn start<const ANY: bool>(
         &self,
         parts: Parts<'_>,
-        sections: &Sections<'_>,
+        sections: &RaySlotChunks<'_>,
         section: usize,
         counter: &mut impl Counter,
     ) -> usize {
@@ -286,7 +286,7 @@ impl WideBvh {
         }
         if *pause == 0
             && usable == u64::MAX
-            && let Some(beam) = Beam::new::<SECTION>(group, place, &self.scene)
+            && let Some(beam) = PacketBounds::new::<SECTION>(group, place, &self.scene)
         {
             let work = self.trace::<ANY, SECTION>(group, stacks, &beam, place, sections, counter);
             *pause = if work.tests > MAX { PAUSE } else { 0 };
@@ -297,7 +297,7 @@ impl WideBvh {
             let usable = (usable >> first) as u32 & ((1 << PACKET) - 1);
             let at = place + first;
             if usable.count_ones() as usize == PACKET
-                && let Some(mut beam) = Beam::new::<PACKET>(group, at, &self.scene)
+                && let Some(mut beam) = PacketBounds::new::<PACKET>(group, at, &self.scene)
             {
                 beam.near_first = ANY && orders.near_first();
                 let work = self.trace::<ANY, PACKET>(group, stacks, &beam, at, sections, counter);
@@ -359,7 +359,7 @@ impl WideBvh {
     fn visit_triangles<const ANY: bool>(
         &self,
         group: &mut Group,
-        sections: &Sections<'_>,
+        sections: &RaySlotChunks<'_>,
         candidates: &mut Candidates,
         now: &Queues,
         counter: &mut impl Counter,
@@ -383,7 +383,7 @@ impl WideBvh {
     fn visit_spheres(
         &self,
         group: &mut Group,
-        sections: &Sections<'_>,
+        sections: &RaySlotChunks<'_>,
         now: &Queues,
         counter: &mut impl Counter,
     ) {
@@ -397,7 +397,7 @@ impl WideBvh {
     fn visit_sphere(
         &self,
         group: &mut Group,
-        sections: &Sections<'_>,
+        sections: &RaySlotChunks<'_>,
         i: usize,
         child: u32,
         counter: &mut impl Counter,

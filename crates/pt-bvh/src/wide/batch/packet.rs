@@ -12,10 +12,10 @@
 use pt_math::Vec3;
 use wide::{f32x8, u32x8};
 
-use super::fan::{Fan, Met};
+use super::frustum_cull::{FrustumCull, Met};
 use super::group::{Column, Group, bits, eight, of_eight};
-use super::orders::Work;
-use super::section::Sections;
+use super::occlusion_order_stats::Work;
+use super::ray_slots::RaySlotChunks;
 use super::{Queues, Stacks};
 use crate::counter::Counter;
 use crate::ray::{AXES, MIN_SLOPE, PAD, Scene};
@@ -39,7 +39,7 @@ const WIDEST: f32 = 0.25;
 const FARTHEST: f32 = 0.04;
 
 /// Where the rays of a packet are.
-pub(super) struct Beam {
+pub(super) struct PacketBounds {
     /// Per axis: the origin from which the planes that are met first are nearest, and the one from
     /// which the others are farthest, moved by the pad.
     near_origin: [f32x8; 3],
@@ -50,7 +50,7 @@ pub(super) struct Beam {
     first: [usize; 3],
     start: f32x8,
     /// For rays that have one origin.
-    pub(super) fan: Option<Fan>,
+    pub(super) fan: Option<FrustumCull>,
     /// Whether any hit is looked for from near to far.
     pub(super) near_first: bool,
 }
@@ -77,7 +77,7 @@ fn is_uniform<const N: usize>(column: &Column<u32>, first: usize) -> bool {
     (first..first + N).step_by(WIDTH).fold(u32x8::ZERO, differ) == u32x8::ZERO
 }
 
-impl Beam {
+impl PacketBounds {
     /// The beam of the `N` rays from place `first` on, if they run side by side.
     #[inline(always)]
     pub(super) fn new<const N: usize>(group: &Group, first: usize, scene: &Scene) -> Option<Self> {
@@ -130,7 +130,8 @@ impl Beam {
             }),
             first: falls,
             start: splat(least[5]),
-            fan: (least[..3] == greatest[..3]).then(|| Fan::new(group, first, &least, &greatest)),
+            fan: (least[..3] == greatest[..3])
+                .then(|| FrustumCull::new(group, first, &least, &greatest)),
             near_first: false,
         })
     }
@@ -162,9 +163,9 @@ impl WideBvh {
         &self,
         group: &mut Group,
         stacks: &mut Stacks,
-        beam: &Beam,
+        beam: &PacketBounds,
         first: usize,
-        sections: &Sections<'_>,
+        sections: &RaySlotChunks<'_>,
         counter: &mut impl Counter,
     ) -> Work {
         let mut top = group.top[first] as usize;
@@ -254,7 +255,7 @@ pub(super) struct Packet<'a> {
     pub(super) first: usize,
     /// A bit for each eight rays that look.
     pub(super) looking: u32,
-    pub(super) sections: &'a Sections<'a>,
+    pub(super) sections: &'a RaySlotChunks<'a>,
     pub(super) block: &'a TriangleBlock,
 }
 

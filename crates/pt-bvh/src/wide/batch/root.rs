@@ -19,7 +19,7 @@ use wide::{f32x8, u32x8};
 
 use super::avx512::{SIXTEEN, load, load_bits, store_bits};
 use super::group::Group;
-use super::order::members;
+use super::lane_permute::members;
 use super::{LANE_BITS, Queues, Stacks};
 use crate::wide::traverse::lanes;
 use crate::wide::{Child, WIDTH, WideNode};
@@ -318,7 +318,7 @@ mod tests {
 
     #[test]
     fn every_sequence_of_zeros_and_ones_is_sorted() {
-        // See the test of the same name in `order.rs`.
+        // See the test of the same name in `lane_permute.rs`.
         for bits in 0..256u32 {
             let mut x: [u32; 8] = std::array::from_fn(|lane| bits >> lane & 1);
             for [i, j] in NETWORK {

@@ -111,10 +111,12 @@ impl LightTree {
                 });
             }
             count = going;
-            under_way[..count].iter().for_each(|on| pt_bvh::hint(&self.nodes, on.node as usize));
+            under_way[..count]
+                .iter()
+                .for_each(|on| pt_bvh::prefetch(&self.nodes, on.node as usize));
         }
         let chosen = choices.iter().flatten();
-        chosen.for_each(|choice| pt_bvh::hint(&self.lights, choice.light as usize));
+        chosen.for_each(|choice| pt_bvh::prefetch(&self.lights, choice.light as usize));
         choices
     }
 
@@ -159,7 +161,7 @@ impl LightTree {
             TreeLight::Other(light) => light.sample(tables, context, u),
         }?;
         Some(match sample.pdf {
-            Some(pdf) => LightSample { pdf: Some(pdf.times(probability)), ..sample },
+            Some(pdf) => LightSample { pdf: Some(pdf.scaled_by(probability)), ..sample },
             None => LightSample { radiance: sample.radiance / probability, ..sample },
         })
     }
@@ -213,7 +215,7 @@ impl LightTree {
             TreeLight::Triangle(..) | TreeLight::Textured(..) => seen_area_pdf(context.p, hit),
             TreeLight::Other(light) => light.pdf(tables, context, wi, Some(hit)),
         };
-        of_light.times(self.probability(light as usize, context))
+        of_light.scaled_by(self.probability(light as usize, context))
     }
 }
 

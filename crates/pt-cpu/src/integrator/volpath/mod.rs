@@ -21,7 +21,7 @@ use pt_core::light::{Light, LightSample, LightSampleContext, LightVisitor};
 use pt_core::medium::MediumRecord;
 use pt_core::scene::RenderScene;
 use pt_core::settings::{DirectLight, Settings};
-use pt_math::sampler::{Sampler, Stream};
+use pt_math::sampler::{RngStream, Sampler};
 use pt_math::{Pdf, Ray, Rays, Spectrum};
 
 use super::accumulator::RadianceAccumulator;
@@ -80,7 +80,7 @@ struct VolPathState {
     /// How many of its interactions are not counted.
     free: u32,
     /// Numbers for what happens an unknown number of times until it is scattered.
-    stream: Stream,
+    stream: RngStream,
 }
 
 /// Dimensions of the sampler per bounce: a pair for distances in media, one per light sample, one for
@@ -124,7 +124,7 @@ impl Layout {
 }
 
 /// Numbers of the streams of a bounce: that of the path itself, and those of its light samples.
-fn stream(sampler: Sampler, bounces: u32, light_sample: Option<u32>) -> Stream {
+fn stream(sampler: Sampler, bounces: u32, light_sample: Option<u32>) -> RngStream {
     sampler.stream([bounces, light_sample.map_or(0, |number| number.wrapping_add(1))])
 }
 
@@ -458,7 +458,7 @@ struct LightSampling<'s, 'a, W> {
     light_number: LightRef,
     u: [f32; 2],
     n: u32,
-    stream: Stream,
+    stream: RngStream,
     observer: &'s mut W,
 }
 

@@ -4,7 +4,7 @@ use pt_bvh::Hit;
 use pt_core::id::Id;
 use pt_core::medium::MediumRecord;
 use pt_core::scene::RenderScene;
-use pt_math::sampler::Stream;
+use pt_math::sampler::RngStream;
 use pt_math::{Ray, Spectrum};
 
 use crate::Tracer;
@@ -23,7 +23,7 @@ pub(super) struct ShadowRay {
     /// The medium that it is in.
     pub(super) medium: Option<Id<MediumRecord>>,
     /// Numbers for what is on its way.
-    pub(super) stream: Stream,
+    pub(super) stream: RngStream,
     /// To the radiance of which start it belongs.
     pub(super) start: u32,
 }

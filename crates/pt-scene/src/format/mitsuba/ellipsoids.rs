@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use pt_math::{DAffine3, DMat3, DQuat, DVec3, Pose};
+use pt_math::{DAffine3, DMat3, DQuat, DVec3, Trs};
 
 use super::super::ply;
 use super::super::xml::quote;
@@ -61,7 +61,7 @@ pub(super) fn shapes(
         Ok(rows) => rows,
         Err(why) => return Err(shape::left_out(tree, &parameters, &why)),
     };
-    let Some(pose) = Pose::of(&placing.to_world) else {
+    let Some(pose) = Trs::of(&placing.to_world) else {
         return Err(parameters.refuse("to_world", "\"to_world\" cannot be undone"));
     };
     let geometry = Geometry::Mesh(mesh);
@@ -102,7 +102,7 @@ struct Placing {
 impl Placing {
     /// From the unit sphere to the ellipsoid of a splat. Only the turn of `to_world` and the mean of its stretches count, as in
     /// Mitsuba. `None` where numbers overflow or the quaternion is zero.
-    fn place(&self, pose: &Pose, row: &[f32; 10], share: f64) -> Option<DAffine3> {
+    fn place(&self, pose: &Trs, row: &[f32; 10], share: f64) -> Option<DAffine3> {
         const MIN: f64 = 1e-6; // standard deviation
         let [x, y, z, a, b, c, real, i, j, k] = row.map(f64::from);
         let stretch = pose.stretch();

@@ -169,7 +169,7 @@ fn scattering_albedo(reflectance: f64, inner: f64, g: f64) -> f64 {
 mod tests {
     use std::f64::consts::TAU;
 
-    use pt_math::sampler::{PointSet, Sampler, SamplerKind, Stream};
+    use pt_math::sampler::{RngStream, Sampler, SamplerConfig, SamplerKind};
 
     use super::*;
 
@@ -184,7 +184,7 @@ mod tests {
 
     /// What is left of light that enters a half space below a smooth boundary, evenly spread, when it leaves. Depths are in
     /// mean free paths, and cosines μ are to the way down.
-    fn walk(mut stream: Stream, albedo: f64, eta: f64, g: f64) -> f64 {
+    fn walk(mut stream: RngStream, albedo: f64, eta: f64, g: f64) -> f64 {
         let mut next = || stream.next_2d().map(f64::from);
         let mut mu = loop {
             let [u, v] = next();
@@ -217,7 +217,7 @@ mod tests {
     #[test]
     fn random_walks_in_the_medium_leave_with_the_reflectance_that_was_asked_for() {
         const WALKS: u32 = 5_000;
-        let set = PointSet { kind: SamplerKind::Independent, ..PointSet::default() };
+        let set = SamplerConfig { kind: SamplerKind::Independent, ..SamplerConfig::default() };
         for eta in [1.0, 1.33, 1.5] {
             for g in [0.0, 0.8, -0.5] {
                 for reflectance in [0.1, 0.3, 0.5, 0.7, 0.9] {

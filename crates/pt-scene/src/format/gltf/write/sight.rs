@@ -1,6 +1,6 @@
 //! Cameras and lights. [glTF 2.0, §3.10; KHR_lights_punctual]
 
-use pt_math::{DAffine3, DMat3, DVec3, near};
+use pt_math::{DAffine3, DMat3, DVec3, point_mesh};
 use serde_json::{Map, Value, json};
 
 use super::super::super::xml::quote;
@@ -252,7 +252,7 @@ fn stands_for_glowing_mesh(light: &Light, scene: &Scene) -> bool {
             let position = DVec3::from(mesh.positions[v as usize].map(f64::from));
             object.to_world.transform_point3(position).as_vec3()
         };
-        near::is_on(p, numbers.map(|i| mesh.triangles[i as usize].map(corner)))
+        point_mesh::touches_triangles(p, numbers.map(|i| mesh.triangles[i as usize].map(corner)))
     })
 }
 

@@ -3,7 +3,7 @@
 //! The transform of an object is linear between knots in time, so that each of its points moves on
 //! straight lines, and is always in the convex hull of where it is at the knots.
 //!
-//! **Bounds.** The box of [`placement`], with its errors, reaches along each axis
+//! **Bounds.** The box of [`local_frame`], with its errors, reaches along each axis
 //! as far as a convex function of the transform; so what is between two knots is inside of the box
 //! around the two boxes. Only the slack, and ρ ≥ ‖MW − I‖, depend on the transform in other ways.
 //! Both have bounds by the condition number c = ‖N‖‖N⁻¹‖ of N, which is the linear part with the
@@ -20,32 +20,32 @@ use std::sync::Arc;
 
 use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Ray};
 
-use super::placement::{self, Placement};
+use super::local_frame::{self, LocalFrame};
 use super::{InstanceHit, TransformError};
-use crate::boxes::BoxTree;
+use crate::aabb_tree::AabbTree;
 use crate::counter::{Counter, Off};
 use crate::{BuildError, Bvh};
 
 /// Where an object is at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Knot {
+pub struct MotionKey {
     /// When, in any unit.
     pub time: f32,
     /// From coordinates of the object to those of the world.
     pub to_world: DAffine3,
 }
 
-impl Knot {
+impl MotionKey {
     /// The transform at a time by knots of increasing times: linear between two, constant before the
     /// first and after the last.
     ///
     /// # Panics
     /// If there are none.
     #[inline]
-    pub fn at(knots: &[Self], time: f32) -> DAffine3 {
-        let after = knots.partition_point(|knot| knot.time <= time);
-        let Some(to) = knots.get(after) else { return knots[after - 1].to_world };
-        let Some(from) = after.checked_sub(1).map(|i| &knots[i]) else { return to.to_world };
+    pub fn at(keys: &[Self], time: f32) -> DAffine3 {
+        let after = keys.partition_point(|key| key.time <= time);
+        let Some(to) = keys.get(after) else { return keys[after - 1].to_world };
+        let Some(from) = after.checked_sub(1).map(|i| &keys[i]) else { return to.to_world };
         let [start, end, time] = [from.time, to.time, time].map(f64::from);
         let share = (time - start) / (end - start);
         let [a, b] = [from.to_world, to.to_world];
@@ -59,47 +59,47 @@ impl Knot {
 /// An object that moves. Between knots its transform is linear in time, before the first and after
 /// the last it is constant.
 #[derive(Clone, Debug)]
-pub struct MovingInstance {
+pub struct AnimatedInstance {
     object: Arc<Bvh>,
-    knots: Vec<Knot>,
+    keys: Vec<MotionKey>,
     /// If there is one knot.
-    still: Option<Placement>,
+    still: Option<LocalFrame>,
     bounds: Bounds3,
-    slack: f32,
+    error_bound: f32,
 }
 
-impl MovingInstance {
+impl AnimatedInstance {
     /// Moves an object. One knot is an object that stands still.
     ///
     /// # Errors
     /// No knots or times that do not increase; transforms that are not finite, place the object too
     /// far away, or of which one, or one between two of them, has no inverse or one that is not
     /// known well.
-    pub fn new(object: Arc<Bvh>, knots: Vec<Knot>) -> Result<Self, TransformError> {
-        let increase = knots.is_sorted_by(|a, b| a.time < b.time);
-        let Some(first) = knots.first().filter(|first| increase && first.time.is_finite()) else {
+    pub fn new(object: Arc<Bvh>, keys: Vec<MotionKey>) -> Result<Self, TransformError> {
+        let increase = keys.is_sorted_by(|a, b| a.time < b.time);
+        let Some(first) = keys.first().filter(|first| increase && first.time.is_finite()) else {
             return Err(TransformError::Times);
         };
-        let placed = Placement::new(&first.to_world, object.bounds())?;
-        let (mut bounds, mut slack) = (placed.bounds(), placed.slack());
-        for pair in knots.windows(2) {
+        let placed = LocalFrame::new(&first.to_world, object.bounds())?;
+        let (mut bounds, mut error_bound) = (placed.bounds(), placed.error_bound());
+        for pair in keys.windows(2) {
             let linear = [0, 1].map(|i| pair[i].to_world.matrix3);
-            Placement::new(&pair[1].to_world, object.bounds())?;
+            LocalFrame::new(&pair[1].to_world, object.bounds())?;
             let condition = condition(linear, MAX_HALVES).ok_or(INVERTED)?;
             let residual = 64.0 * f64::EPSILON * condition * condition * condition;
-            if residual > placement::MAX_RESIDUAL {
+            if residual > local_frame::MAX_RESIDUAL {
                 return Err(TransformError::Flat { condition });
             }
-            slack = slack.max(placement::slack(condition));
+            error_bound = error_bound.max(local_frame::error_bound_of(condition));
             if !object.bounds().is_empty() {
-                for knot in pair {
-                    let there = placement::world_bounds(&knot.to_world, object.bounds(), residual);
+                for key in pair {
+                    let there = local_frame::world_bounds(&key.to_world, object.bounds(), residual);
                     bounds = bounds.union(there.ok_or(TransformError::TooFar)?);
                 }
             }
         }
-        let still = (knots.len() == 1).then_some(placed);
-        Ok(Self { object, knots, still, bounds, slack })
+        let still = (keys.len() == 1).then_some(placed);
+        Ok(Self { object, keys, still, bounds, error_bound })
     }
 
     /// The object.
@@ -109,13 +109,13 @@ impl MovingInstance {
 
     /// Whether it has more than one knot.
     pub fn moves(&self) -> bool {
-        self.knots.len() > 1
+        self.keys.len() > 1
     }
 
     /// From coordinates of the object to those of the world, at a time.
     #[inline]
     pub fn to_world(&self, time: f32) -> DAffine3 {
-        Knot::at(&self.knots, time)
+        MotionKey::at(&self.keys, time)
     }
 
     /// A box in the world around all that can be hit at any time; empty when nothing can.
@@ -128,10 +128,10 @@ impl MovingInstance {
     #[inline]
     pub fn to_object(&self, ray: &Ray, time: f32) -> Ray {
         if let Some(still) = &self.still {
-            return still.carry(ray);
+            return still.to_local(ray);
         }
         let to_world = self.to_world(time);
-        placement::carry(&to_world.matrix3.inverse(), to_world.translation, ray)
+        local_frame::ray_to_local(&to_world.matrix3.inverse(), to_world.translation, ray)
     }
 }
 
@@ -148,11 +148,11 @@ fn condition([a, b]: [DMat3; 2], halves: u32) -> Option<f64> {
     let lengths =
         DVec3::new(middle.x_axis.length(), middle.y_axis.length(), middle.z_axis.length());
     let scaled = |m: DMat3| m * DMat3::from_diagonal(lengths.recip());
-    let inverse = placement::norm(scaled(middle).inverse());
-    let delta = inverse * placement::norm(scaled(b - a)) * 0.5;
+    let inverse = local_frame::norm(scaled(middle).inverse());
+    let delta = inverse * local_frame::norm(scaled(b - a)) * 0.5;
     // NaN compares false.
     if delta <= SMALL {
-        let largest = placement::norm(scaled(a)).max(placement::norm(scaled(b)));
+        let largest = local_frame::norm(scaled(a)).max(local_frame::norm(scaled(b)));
         return Some(largest * inverse / (1.0 - delta));
     }
     let halves = halves.checked_sub(1)?;
@@ -162,7 +162,7 @@ fn condition([a, b]: [DMat3; 2], halves: u32) -> Option<f64> {
 /// Objects that move, ready for queries of rays that have a time.
 ///
 /// The nearest hit is that of a loop over all instances which asks each object for the ray that
-/// [`MovingInstance::to_object`] returns; of hits with equal t, that on the instance with the least
+/// [`AnimatedInstance::to_object`] returns; of hits with equal t, that on the instance with the least
 /// number.
 ///
 /// ```
@@ -183,20 +183,20 @@ fn condition([a, b]: [DMat3; 2], halves: u32) -> Option<f64> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct MovingBvh {
-    instances: Vec<MovingInstance>,
-    tree: BoxTree,
+pub struct AnimatedBvh {
+    instances: Vec<AnimatedInstance>,
+    tree: AabbTree,
 }
 
-impl MovingBvh {
+impl AnimatedBvh {
     /// Makes instances ready for queries; those in which nothing can be hit are left out and counted.
     ///
     /// # Errors
     /// Too many instances.
-    pub fn build(instances: Vec<MovingInstance>) -> Result<Self, BuildError> {
+    pub fn build(instances: Vec<AnimatedInstance>) -> Result<Self, BuildError> {
         let at = |i: u32| &instances[i as usize];
         let bounds = |i| Some(at(i).bounds).filter(|bounds| !bounds.is_empty());
-        let tree = BoxTree::build(instances.len(), bounds, |i| at(i).slack)?;
+        let tree = AabbTree::build(instances.len(), bounds, |i| at(i).error_bound)?;
         Ok(Self { instances, tree })
     }
 
@@ -237,7 +237,7 @@ impl MovingBvh {
     }
 
     /// The instances.
-    pub fn instances(&self) -> &[MovingInstance] {
+    pub fn instances(&self) -> &[AnimatedInstance] {
         &self.instances
     }
 

@@ -6,17 +6,17 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 /// negative definite where the transform mirrors. [Shoemake & Duff 1992, "Matrix Animation and
 /// Polar Decomposition", §4 and §5]
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
+pub struct Trs {
     rotation: DQuat,
     stretch: DMat3,
     translation: DVec3,
     is_mirrored: bool,
 }
 
-/// See [`Pose::steps_to`].
+/// See [`Trs::steps_to`].
 pub const POSE_ERROR: f64 = 1e-5;
 
-impl Pose {
+impl Trs {
     /// Takes a transform apart; `None` if it is not finite, or flattens space.
     pub fn of(transform: &DAffine3) -> Option<Self> {
         let m = transform.matrix3;
@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn a_pose_is_put_together_as_it_was() {
         for a in transforms() {
-            let pose = Pose::of(&a).expect("it has an inverse");
+            let pose = Trs::of(&a).expect("it has an inverse");
             assert_eq!(pose.is_mirrored(), a.matrix3.determinant() < 0.0);
             assert!((DMat3::from_quat(pose.rotation).determinant() - 1.0).abs() < 1e-12);
             assert!(distance(&pose.between(&pose, 0.3), &a) < 1e-11, "{a:?}");
@@ -157,7 +157,7 @@ mod tests {
                 .iter()
                 .filter(|b| b.matrix3.determinant() * a.matrix3.determinant() > 0.0)
             {
-                let other = Pose::of(b).expect("it has an inverse");
+                let other = Trs::of(b).expect("it has an inverse");
                 assert!(distance(&pose.between(&other, 0.0), &a) < 1e-11);
                 assert!(distance(&pose.between(&other, 1.0), b) < 1e-11);
             }
@@ -167,7 +167,7 @@ mod tests {
     #[test]
     fn what_is_flat_has_no_pose() {
         for flat in [DMat3::ZERO, DMat3::from_diagonal(DVec3::new(1.0, 0.0, 2.0)), DMat3::NAN] {
-            assert_eq!(Pose::of(&DAffine3::from_mat3(flat)), None);
+            assert_eq!(Trs::of(&DAffine3::from_mat3(flat)), None);
         }
     }
 
@@ -175,7 +175,7 @@ mod tests {
     fn turns_go_the_shorter_way_at_constant_speed() {
         let axis = DVec3::new(0.48, 0.6, 0.64);
         let at = |angle| DAffine3::from_mat3(turn(axis, angle));
-        let [from, to] = [at(-0.5), at(2.4)].map(|t| Pose::of(&t).expect("it turns"));
+        let [from, to] = [at(-0.5), at(2.4)].map(|t| Trs::of(&t).expect("it turns"));
         for share in [0.0, 0.25, 0.7, 1.0] {
             let want = at(-0.5 + 2.9 * share);
             assert!(distance(&from.between(&to, share), &want) < 1e-13, "{share}");
@@ -188,7 +188,7 @@ mod tests {
     #[test]
     fn parts_are_as_straight_as_promised() {
         for (a, b) in transforms().iter().zip(transforms().iter().skip(1).take(2)) {
-            let [from, to] = [a, b].map(|t| Pose::of(t).expect("it has an inverse"));
+            let [from, to] = [a, b].map(|t| Trs::of(t).expect("it has an inverse"));
             let n = from.steps_to(&to);
             let size = frobenius(from.stretch).max(frobenius(to.stretch));
             let worst = |n: u32| {

@@ -17,7 +17,7 @@ pub(super) const SECTIONS: usize = GROUP / SECTION;
 const _: () = assert!(SECTIONS <= 4 && GROUP < 1 << 16);
 
 #[derive(Clone, Copy)]
-struct Section<'a> {
+struct RaySlots<'a> {
     rays: Rays<'a>,
     /// Number of its first ray among all.
     first: usize,
@@ -26,16 +26,16 @@ struct Section<'a> {
 }
 
 /// The rays of all sections, and those that wait.
-pub(super) struct Sections<'a> {
-    of: [Section<'a>; SECTIONS],
+pub(super) struct RaySlotChunks<'a> {
+    of: [RaySlots<'a>; SECTIONS],
     waiting: Rays<'a>,
     started: usize,
 }
 
-impl<'a> Sections<'a> {
+impl<'a> RaySlotChunks<'a> {
     /// All rays wait.
     pub(super) fn new(rays: Rays<'a>) -> Self {
-        let empty = Section { rays: Rays::Rows(&[]), first: 0, active: 0 };
+        let empty = RaySlots { rays: Rays::Rows(&[]), first: 0, active: 0 };
         Self { of: [empty; SECTIONS], waiting: rays, started: 0 }
     }
 
@@ -53,7 +53,7 @@ impl<'a> Sections<'a> {
     /// Which of all rays the section has, if none of them is on its way and there is something to
     /// do: to report them, or to start others.
     pub(super) fn finished(&self, section: usize) -> Option<Range<usize>> {
-        let Section { rays, first, active } = self.of[section];
+        let RaySlots { rays, first, active } = self.of[section];
         let is_idle = rays.is_empty() && self.waiting.is_empty();
         (active == 0 && !is_idle).then(|| first..first + rays.len())
     }
@@ -61,7 +61,7 @@ impl<'a> Sections<'a> {
     /// Gives a section the next rays.
     pub(super) fn refill(&mut self, section: usize) {
         let (rays, rest) = self.waiting.split_at(SECTION.min(self.waiting.len()));
-        self.of[section] = Section { rays, first: self.started, active: 0 };
+        self.of[section] = RaySlots { rays, first: self.started, active: 0 };
         self.started += rays.len();
         self.waiting = rest;
     }

@@ -23,7 +23,7 @@ pub(super) const NODE_COST: f32 = 1.0;
 pub(super) const BLOCK_COST: f32 = 1.5;
 
 /// The cheapest forests of all subtrees of a binary tree.
-pub(super) struct Forests<'a> {
+pub(super) struct CollapseCosts<'a> {
     bvh: &'a Bvh2,
     subtrees: Vec<Subtree>,
 }
@@ -46,7 +46,7 @@ impl Subtree {
     }
 }
 
-impl<'a> Forests<'a> {
+impl<'a> CollapseCosts<'a> {
     pub(super) fn new(bvh: &'a Bvh2, geometry: &Geometry<'_>) -> Self {
         let mut subtrees = pt_memory::zeros(bvh.nodes.len());
         fill(&bvh.nodes, &mut subtrees, &|leaf: &Node| {
@@ -148,7 +148,7 @@ mod tests {
     use pt_testing::Random;
 
     /// Trees over triangles of many sizes.
-    fn with_trees(check: impl Fn(&Bvh2, &Forests<'_>)) {
+    fn with_trees(check: impl Fn(&Bvh2, &CollapseCosts<'_>)) {
         for n in [9, 20, 100, 3000] {
             let mut random = Random::new(n);
             let mut corners = |_| {
@@ -161,7 +161,7 @@ mod tests {
             for max_leaf_size in [1, 8] {
                 let options = BuildOptions { max_leaf_size, ..BuildOptions::default() };
                 let bvh = Bvh2::build(&geometry, &options).expect("it builds");
-                check(&bvh, &Forests::new(&bvh, &geometry));
+                check(&bvh, &CollapseCosts::new(&bvh, &geometry));
             }
         }
     }
@@ -169,7 +169,7 @@ mod tests {
     /// The cost of the wide tree of a subtree, if `open` says what takes a node's place.
     fn cost(
         bvh: &Bvh2,
-        forests: &Forests<'_>,
+        forests: &CollapseCosts<'_>,
         i: usize,
         open: &dyn Fn(usize) -> Vec<usize>,
     ) -> f64 {
@@ -181,14 +181,14 @@ mod tests {
         area * f64::from(NODE_COST) + below
     }
 
-    fn roots(forests: &Forests<'_>, node: usize) -> Vec<usize> {
+    fn roots(forests: &CollapseCosts<'_>, node: usize) -> Vec<usize> {
         let mut roots = Vec::new();
         forests.each_root(node, |root| roots.push(root));
         roots
     }
 
     /// The children of the largest, for as long as there is room.
-    fn greedy(bvh: &Bvh2, forests: &Forests<'_>, node: usize) -> Vec<usize> {
+    fn greedy(bvh: &Bvh2, forests: &CollapseCosts<'_>, node: usize) -> Vec<usize> {
         let mut roots = bvh.children(node).to_vec();
         while roots.len() < WIDTH {
             let is_large = |&i: &usize| !bvh.nodes[i].is_leaf() && !forests.is_small(i);

@@ -23,7 +23,7 @@
 //!
 //! of which the first part is the slack of the instance, and the others widen its box.
 
-use pt_math::interval::EPSILON;
+use pt_math::float_error::EPSILON;
 use pt_math::{Bounds3, DAffine3, DMat3, DVec3, Ray, Vec3};
 
 use super::TransformError;
@@ -38,15 +38,15 @@ const MIN_DIRECTION: f32 = 1.0 / (1u128 << 100) as f32;
 
 /// A transform, ready for rays.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Placement {
+pub(super) struct LocalFrame {
     translation: DVec3,
     /// W.
     inverse: DMat3,
     bounds: Bounds3,
-    slack: f32,
+    error_bound: f32,
 }
 
-impl Placement {
+impl LocalFrame {
     /// Places an object with a box, which may be empty.
     pub(super) fn new(to_world: &DAffine3, object: Bounds3) -> Result<Self, TransformError> {
         if !to_world.is_finite() {
@@ -66,8 +66,8 @@ impl Placement {
         } else {
             world_bounds(to_world, object, residual).ok_or(TransformError::TooFar)?
         };
-        let slack = slack(norm(m.abs() * inverse.abs()));
-        Ok(Self { translation, inverse, bounds, slack })
+        let error_bound = error_bound_of(norm(m.abs() * inverse.abs()));
+        Ok(Self { translation, inverse, bounds, error_bound })
     }
 
     /// See [`super::Instance::bounds`].
@@ -75,21 +75,21 @@ impl Placement {
         self.bounds
     }
 
-    /// See [`crate::UserPrimitives::slack`].
-    pub(super) fn slack(&self) -> f32 {
-        self.slack
+    /// See [`crate::UserPrimitives::error_bound`].
+    pub(super) fn error_bound(&self) -> f32 {
+        self.error_bound
     }
 
     /// See [`super::Instance::to_object`].
     #[inline]
-    pub(super) fn carry(&self, ray: &Ray) -> Ray {
-        carry(&self.inverse, self.translation, ray)
+    pub(super) fn to_local(&self, ray: &Ray) -> Ray {
+        ray_to_local(&self.inverse, self.translation, ray)
     }
 }
 
 /// A ray in coordinates of an object with this W and T.
 #[inline]
-pub(super) fn carry(inverse: &DMat3, translation: DVec3, ray: &Ray) -> Ray {
+pub(super) fn ray_to_local(inverse: &DMat3, translation: DVec3, ray: &Ray) -> Ray {
     let origin = *inverse * (ray.origin.as_dvec3() - translation);
     let direction = (*inverse * ray.direction.as_dvec3()).as_vec3();
     let is_long = direction.abs().max_element() >= MIN_DIRECTION;
@@ -98,7 +98,7 @@ pub(super) fn carry(inverse: &DMat3, translation: DVec3, ray: &Ray) -> Ray {
 }
 
 /// The slack of an instance with this S, or this bound of it.
-pub(super) fn slack(s: f64) -> f32 {
+pub(super) fn error_bound_of(s: f64) -> f32 {
     28.0 * EPSILON * s as f32
 }
 
@@ -148,9 +148,9 @@ mod tests {
     #[test]
     fn carried_rays_keep_their_parameter() {
         let to_world = turned(DVec3::new(100.0, 0.01, -3.0), DVec3::new(5.0, 6.0, 7.0));
-        let placement = Placement::new(&to_world, CUBE).expect("not flat");
+        let placement = LocalFrame::new(&to_world, CUBE).expect("not flat");
         let ray = Ray::to(Vec3::new(4.0, -2.0, 1.0), Vec3::new(0.3, 0.1, -2.0), 8.0);
-        let carried = placement.carry(&ray);
+        let carried = placement.to_local(&ray);
         assert_eq!((carried.t_min, carried.t_max), (ray.t_min, ray.t_max));
         for t in [0.0, 0.5, 8.0] {
             let there = to_world.transform_point3(carried.at(t).as_dvec3());
@@ -162,7 +162,7 @@ mod tests {
     #[test]
     fn boxes_are_tight() {
         let to_world = turned(DVec3::splat(3.0), DVec3::new(5.0, 6.0, 7.0));
-        let bounds = Placement::new(&to_world, CUBE).expect("not flat").bounds();
+        let bounds = LocalFrame::new(&to_world, CUBE).expect("not flat").bounds();
         let corners = (0..8).map(|i| {
             let sign = |bit: i32| if i & bit == 0 { -1.0 } else { 1.0 };
             to_world.transform_point3(DVec3::new(sign(1), sign(2), sign(4))).as_vec3()
@@ -175,11 +175,13 @@ mod tests {
     /// Rotations and scales of the object's axes do not add to the error of hits.
     #[test]
     fn slack_grows_with_shear_only() {
-        let slack = |scale| {
+        let error_bound = |scale| {
             let to_world = turned(scale, DVec3::ZERO);
-            Placement::new(&to_world, CUBE).expect("not flat").slack() / EPSILON
+            LocalFrame::new(&to_world, CUBE).expect("not flat").error_bound() / EPSILON
         };
-        assert!((28.0..=84.0).contains(&slack(DVec3::ONE)));
-        assert!((slack(DVec3::new(1e3, 1e-3, -1.0)) / slack(DVec3::ONE) - 1.0).abs() < 1e-5);
+        assert!((28.0..=84.0).contains(&error_bound(DVec3::ONE)));
+        assert!(
+            (error_bound(DVec3::new(1e3, 1e-3, -1.0)) / error_bound(DVec3::ONE) - 1.0).abs() < 1e-5
+        );
     }
 }

@@ -12,7 +12,7 @@ pub(super) struct Work {
 
 /// What packets took by both orders.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Orders {
+pub(super) struct OcclusionOrders {
     /// Mean visits, times [`MEMORY`]: the most urgent first, the nearest first.
     visits: [u32; 2],
     packets: u32,
@@ -23,7 +23,7 @@ const MEMORY: u32 = 8;
 /// One of so many packets takes the order that seems worse.
 const TRIAL: u32 = 16;
 
-impl Orders {
+impl OcclusionOrders {
     /// Whether the next packet goes from near to far.
     pub(super) fn near_first(&mut self) -> bool {
         self.packets = self.packets.wrapping_add(1);
@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     /// How many of a hundred packets go from near to far, where these are the visits of both orders.
-    fn near_of_hundred(orders: &mut Orders, visits: [u32; 2]) -> usize {
+    fn near_of_hundred(orders: &mut OcclusionOrders, visits: [u32; 2]) -> usize {
         let take = |_: &usize| {
             let near_first = orders.near_first();
             orders.learn(near_first, Work { visits: visits[usize::from(near_first)], tests: 0 });
@@ -54,7 +54,7 @@ mod tests {
 
     #[test]
     fn most_packets_take_the_better_order_also_after_it_changed() {
-        let mut orders = Orders::default();
+        let mut orders = OcclusionOrders::default();
         for (visits, most) in [([30, 20], true), ([20, 30], false), ([1000, 3], true)] {
             near_of_hundred(&mut orders, visits);
             near_of_hundred(&mut orders, visits);

@@ -16,7 +16,7 @@
 //! those here. So triangles whose edge functions are within a margin of 64εP(P + Z) are kept, and
 //! those where products may have lost digits to underflow.
 
-use pt_math::interval::EPSILON;
+use pt_math::float_error::EPSILON;
 
 use super::group::Group;
 use crate::ray::AXES;
@@ -25,7 +25,7 @@ use crate::wide::triangles::Sheared;
 use crate::wide::{BLOCK, Lanes, TriangleBlock};
 
 /// Rays of one origin and axis, with slopes in an interval.
-pub(super) struct Fan {
+pub(super) struct FrustumCull {
     axes: [usize; 3],
     origin: [Lanes; 3],
     /// Slopes of the middle.
@@ -37,7 +37,7 @@ pub(super) struct Fan {
     start: Lanes,
 }
 
-impl Fan {
+impl FrustumCull {
     /// Of a group's rays from place `first` on. The extremes are those of their origins, slopes and
     /// starts.
     #[inline(always)]
@@ -144,7 +144,7 @@ mod tests {
     use pt_math::{Ray, Rays, Vec3};
     use pt_testing::Random;
 
-    use super::super::packet::{Beam, PACKET};
+    use super::super::packet::{PACKET, PacketBounds};
     use super::*;
     use crate::Geometry;
     use crate::ray::Scene;
@@ -183,7 +183,7 @@ mod tests {
             for first in (0..PACKET).step_by(WIDTH) {
                 group.take(first, Rays::Rows(&rays), first, &scene);
             }
-            let Some(beam) = Beam::new::<PACKET>(&group, 0, &scene) else {
+            let Some(beam) = PacketBounds::new::<PACKET>(&group, 0, &scene) else {
                 continue;
             };
             fans += 1;

@@ -1,9 +1,9 @@
 //! A tree over boxes: it says which of them a ray may meet, and leaves it to others what is in them.
 //!
 //! **Why no box test misses a primitive.** Let R be the largest coordinate distance from the origin
-//! to a corner of the box around everything. A hit is at most `slack`·R outside of the box of its
+//! to a corner of the box around everything. A hit is at most `error_bound`·R outside of the box of its
 //! primitive, as its slack promises, and the box test errs by less than 16εR (see
-//! [`crate::ray`]). So each node is widened by (`slack` + 16ε)·R, with the largest slack of all
+//! [`crate::ray`]). So each node is widened by (`error_bound` + 16ε)·R, with the largest slack of all
 //! primitives below it. With the usual slack of 80ε that is twice the pad that nodes over triangles have.
 //! A node is left out only if the ray enters it beyond the depth of the nearest hit so far, rounded
 //! up. So all that can win is visited, and the tree finds what a loop over all primitives finds.
@@ -17,18 +17,18 @@ use crate::traverse::{STACK, Stack, Walk};
 use crate::{BuildError, build};
 
 /// Primitives with more slack are left out.
-const MAX_SLACK: f32 = 128.0;
+const MAX_ERROR_BOUND: f32 = 128.0;
 
 /// Boxes of primitives, ready for rays.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct BoxTree {
+pub(crate) struct AabbTree {
     /// Each primitive has a leaf of its own.
     tree: Bvh2,
     /// By how many times the pad of the ray each node is widened.
     widening: Vec<f32>,
 }
 
-impl BoxTree {
+impl AabbTree {
     /// Over so many primitives, with a box and a slack for each, as
     /// [`UserPrimitives`](crate::UserPrimitives) has them.
     ///
@@ -37,12 +37,12 @@ impl BoxTree {
     pub(crate) fn build(
         len: usize,
         bounds: impl Fn(u32) -> Option<Bounds3>,
-        slack: impl Fn(u32) -> f32,
+        error_bound: impl Fn(u32) -> f32,
     ) -> Result<Self, BuildError> {
         build::check_number(len)?;
-        let usable = |id| bounds(id).filter(|bounds| is_usable(bounds, slack(id)));
+        let usable = |id| bounds(id).filter(|bounds| is_usable(bounds, error_bound(id)));
         let tree = Bvh2::over_boxes((0..len as u32).map(usable));
-        let widening = widening(&tree, slack);
+        let widening = widening(&tree, error_bound);
         Ok(Self { tree, widening })
     }
 
@@ -136,18 +136,18 @@ impl<H> Nearest<H> {
 }
 
 /// Whether a primitive can be in a tree.
-fn is_usable(bounds: &Bounds3, slack: f32) -> bool {
+fn is_usable(bounds: &Bounds3, error_bound: f32) -> bool {
     let is_box = in_range(bounds.min) && in_range(bounds.max) && !bounds.is_empty();
-    is_box && (0.0..=MAX_SLACK).contains(&slack)
+    is_box && (0.0..=MAX_ERROR_BOUND).contains(&error_bound)
 }
 
 /// By how many times the pad of a ray each node is to be widened: see the module.
-fn widening(tree: &Bvh2, slack: impl Fn(u32) -> f32) -> Vec<f32> {
+fn widening(tree: &Bvh2, error_bound: impl Fn(u32) -> f32) -> Vec<f32> {
     let mut widening = vec![1f32; tree.nodes.len()];
     for (i, node) in tree.nodes.iter().enumerate().rev() {
         widening[i] = if node.is_leaf() {
             let id = tree.order[node.offset as usize];
-            ((slack(id) + BOX_TEST) / PAD).max(1.0)
+            ((error_bound(id) + BOX_TEST) / PAD).max(1.0)
         } else {
             let [left, right] = tree.children(i);
             widening[left].max(widening[right])

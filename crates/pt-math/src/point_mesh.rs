@@ -3,7 +3,7 @@
 use crate::{Bounds3, Vec3};
 
 /// Whether a point lies on one of some triangles, or as near as a thousandth of the diagonal of them all.
-pub fn is_on(p: Vec3, triangles: impl Iterator<Item = [Vec3; 3]> + Clone) -> bool {
+pub fn touches_triangles(p: Vec3, triangles: impl Iterator<Item = [Vec3; 3]> + Clone) -> bool {
     let bounds: Bounds3 = triangles.clone().flatten().collect();
     let size = if bounds.is_empty() { 0.0 } else { bounds.diagonal().length() };
     let near = 1e-3 * if size > 0.0 { size } else { 1.0 };
@@ -49,8 +49,8 @@ mod tests {
     #[test]
     fn what_is_near_is_on_triangles() {
         let triangles = [[Vec3::ZERO, Vec3::X * 3.0, Vec3::Y * 4.0]];
-        let on = |z: f32| is_on(Vec3::new(0.5, 0.5, z), triangles.into_iter());
+        let on = |z: f32| touches_triangles(Vec3::new(0.5, 0.5, z), triangles.into_iter());
         assert!(on(0.0) && on(0.002) && !on(0.01));
-        assert!(!is_on(Vec3::ZERO, std::iter::empty()));
+        assert!(!touches_triangles(Vec3::ZERO, std::iter::empty()));
     }
 }

@@ -5,13 +5,13 @@ use super::unit;
 
 /// A sequence of independent numbers, each a hash of its place in it; see [`super::Sampler::stream`].
 #[derive(Clone, Copy, Debug)]
-pub struct Stream {
+pub struct RngStream {
     key: [u32; 2],
     /// The place of the next number.
     next: u32,
 }
 
-impl Stream {
+impl RngStream {
     /// Stream `number` of a sample.
     #[inline]
     pub(super) fn new(key: [u32; 2], index: u32, number: [u32; 2]) -> Self {

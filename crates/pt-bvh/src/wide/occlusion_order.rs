@@ -8,7 +8,7 @@ use std::f32::consts::PI;
 use rayon::prelude::*;
 use wide::{f32x8, u32x8};
 
-use super::forest::{BLOCK_COST, NODE_COST};
+use super::collapse_cost::{BLOCK_COST, NODE_COST};
 use super::{BLOCK, Child, SphereBlock, TriangleBlock, WIDTH, WideBvh, WideNode};
 
 /// Added to the cost of looking for a hit in a subtree, or rays would first go through all small
@@ -17,21 +17,21 @@ const DETOUR_COST: f32 = 5.0;
 
 /// What a line that meets the box of a subtree can expect there.
 #[derive(Clone, Copy)]
-struct Prospect {
+struct OcclusionEstimate {
     /// The chance that it meets a primitive.
     opacity: f32,
     /// The cost of visiting all that it meets.
     cost: f32,
 }
 
-impl Prospect {
+impl OcclusionEstimate {
     /// In a block, by half of the surface of its primitives and of its box: random lines meet convex
     /// bodies in proportion to that. A triangle has two sides.
     fn of_block(half_surface: f32, half_area: f32) -> Self {
         Self { opacity: (half_surface / half_area).min(1.0), cost: BLOCK_COST }
     }
 
-    fn urgency(self) -> f32 {
+    fn priority(self) -> f32 {
         self.opacity / (self.cost + DETOUR_COST)
     }
 }
@@ -49,14 +49,14 @@ impl WideBvh {
             triangles: self.triangles.par_iter().map(TriangleBlock::half_surface).collect(),
             spheres: self.spheres.par_iter().map(SphereBlock::half_surface).collect(),
         };
-        let nothing = Prospect { opacity: 0.0, cost: 0.0 };
+        let nothing = OcclusionEstimate { opacity: 0.0, cost: 0.0 };
         let mut prospects = vec![nothing; self.nodes.len()];
         for (i, node) in self.nodes.iter().enumerate().rev() {
             prospects[i] = node.prospect(&node.prospects(&prospects, &surfaces));
         }
         let sorted = self.nodes.par_iter().map(|node| {
             let children = node.prospects(&prospects, &surfaces);
-            node.sorted(children.map(Prospect::urgency))
+            node.sorted(children.map(OcclusionEstimate::priority))
         });
         let mut nodes = pt_memory::with_capacity(self.nodes.len());
         sorted.collect_into_vec(&mut nodes);
@@ -66,29 +66,35 @@ impl WideBvh {
 
 impl WideNode {
     /// Those of the children, of which nodes have their own already.
-    fn prospects(&self, nodes: &[Prospect], surfaces: &Surfaces) -> [Prospect; WIDTH] {
+    fn prospects(
+        &self,
+        nodes: &[OcclusionEstimate],
+        surfaces: &Surfaces,
+    ) -> [OcclusionEstimate; WIDTH] {
         let areas = self.half_areas().to_array();
         std::array::from_fn(|slot| {
             let child = self.children[slot].0;
             let index = Child::index(child);
             match child & (Child::TRIANGLES | Child::SPHERES) {
-                Child::TRIANGLES => Prospect::of_block(surfaces.triangles[index], areas[slot]),
-                Child::SPHERES => Prospect::of_block(surfaces.spheres[index], areas[slot]),
+                Child::TRIANGLES => {
+                    OcclusionEstimate::of_block(surfaces.triangles[index], areas[slot])
+                }
+                Child::SPHERES => OcclusionEstimate::of_block(surfaces.spheres[index], areas[slot]),
                 _ => nodes[index],
             }
         })
     }
 
     /// That of the node itself. Vacant slots have boxes without area.
-    fn prospect(&self, children: &[Prospect; WIDTH]) -> Prospect {
+    fn prospect(&self, children: &[OcclusionEstimate; WIDTH]) -> OcclusionEstimate {
         let whole = self.half_area();
-        let mut prospect = Prospect { opacity: 1.0, cost: NODE_COST };
+        let mut prospect = OcclusionEstimate { opacity: 1.0, cost: NODE_COST };
         for (child, area) in children.iter().zip(self.half_areas().to_array()) {
             let part = if whole > 0.0 { area / whole } else { 0.0 };
             prospect.opacity *= 1.0 - part * child.opacity;
             prospect.cost += part * child.cost;
         }
-        Prospect { opacity: 1.0 - prospect.opacity, ..prospect }
+        OcclusionEstimate { opacity: 1.0 - prospect.opacity, ..prospect }
     }
 
     /// Half of the surface area of each child's box.
