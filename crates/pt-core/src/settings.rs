@@ -105,7 +105,7 @@ pub struct Settings {
     /// Samples per pixel; the maximum when adaptive, or with a target.
     pub spp: u32,
     /// Samples of a pixel for which random numbers are laid out, if that is not `spp`: see
-    /// [`PointSet::spp`].
+    /// [`SamplerConfig::spp`].
     pub layout: Option<u32>,
     /// Samples of each light that has an extent, at each surface point; from 1 up to 65,536 make
     /// sense.

@@ -9,7 +9,7 @@ use super::{Film, Moments};
 pub enum HalfBuffer {
     /// Samples from number 0 on.
     First,
-    /// Samples from number [`SECOND_HALF`] on.
+    /// Samples from number [`HALF_B_OFFSET`] on.
     Second,
 }
 
